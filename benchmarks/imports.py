@@ -24,16 +24,14 @@ START, END = "<!-- python -m benchmarks.imports -->\n\n", "\n<!-- end -->\n"
 # `errors` are left out, since all others may import them.
 BOXES = {
     "cli and api": ("cli", "api"),
-    "addons, export": ("addons", "export"),
     "show: pages and views": ("show", "layouts.check_plan"),
-    "runs of subjects": ("articulate.run", "ingest.run", "layouts.run", "families.run", "textures.run"),
+    "addons, export": ("addons", "export"),
+    "runs of subjects": ("articulate.run", "ingest.run", "layouts.run", "families", "textures.run"),
     "runs, library, cache": ("runs", "library", "cache", "show.page"),
     "registry": ("registry",),
     "kitchenware": ("kitchenware",),
     "ext": ("ext",),
-    "subjects: articulate, ingest, layouts, families, textures": (
-        *("articulate", "ingest", "layouts", "families", "textures"),
-    ),
+    "subjects: articulate, ingest, layouts, textures": ("articulate", "ingest", "layouts", "textures"),
     "checks": ("checks",),
     "formats, show.stills": ("formats", "show.stills"),
     "asset, mesh": ("asset", "mesh"),

@@ -26,7 +26,7 @@ from statistics import median
 from casa_assets.cli.build_output import print_member
 from casa_assets.cli.output import Output, TextTable
 from casa_assets.core.system import CACHE_VARIABLE as CACHE
-from casa_assets.families.run.run import FamilyResult, build_all, object_requests
+from casa_assets.families.build import FamilyResult, build_all, object_requests
 from casa_assets.ingest.run.run import Options, ingest
 from casa_assets.library.library import Library, read_certificate
 

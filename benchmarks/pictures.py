@@ -20,7 +20,7 @@ import numpy as np
 from PIL import Image, ImageOps
 
 from casa_assets.core.system import cache_dir
-from casa_assets.families.run.run import FamilyRequest, build_asset, family_of, params_of
+from casa_assets.families.build import FamilyRequest, build_asset, family_of, params_of
 from casa_assets.formats import mjcf
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.scene_folders import build_one

@@ -27,7 +27,7 @@ from rich.console import Console
 from rich.table import Table
 
 from casa_assets.addons.robocasa.run import export
-from casa_assets.families.run.run import build_all, object_requests
+from casa_assets.families.build import build_all, object_requests
 from casa_assets.layouts.run.recipe import recipes_matching
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -38,7 +38,7 @@ from casa_assets import registry
 from casa_assets.asset.kit.assemble import Family
 from casa_assets.cache.cache_key import SHOWN, digest_of, modules_holding, reach
 from casa_assets.cache.code_index import PACKAGE, is_ours, package_files, package_root, scan, target
-from casa_assets.families.run.run import FAMILIES_PACKAGE
+from casa_assets.families.build import FAMILIES_PACKAGE
 from casa_assets.kitchenware.catalog import MODELS
 from casa_assets.kitchenware.objects import FORMS
 from casa_assets.kitchenware.textures.make import kind_of
@@ -67,7 +67,7 @@ MAKERS = tuple(
 # What is below these and yet judges pictures.
 JUDGES = (f"{PACKAGE}.textures.distance", f"{PACKAGE}.textures.seam")
 # What every member of a family, or of a form of objects, goes through.
-MEMBERS_PASS = (f"{PACKAGE}.asset.kit.assemble", f"{PACKAGE}.families.sampling")
+MEMBERS_PASS = (f"{PACKAGE}.asset.kit.assemble", f"{PACKAGE}.asset.sampling")
 PAINTS = f"{PACKAGE}.kitchenware.textures.make"
 ORDERS_KITCHENS = f"{PACKAGE}.layouts.order.request"
 

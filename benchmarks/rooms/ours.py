@@ -23,7 +23,7 @@ def main() -> None:
     """Resolve, build and write, and tell the seconds."""
     begin = time.perf_counter()
     from casa_assets.asset.lightweight import light_scene
-    from casa_assets.families.run.asset_store import AssetStore
+    from casa_assets.families.asset_store import AssetStore
     from casa_assets.formats.mjcf.scene import kitchen as mjcf
     from casa_assets.formats.usd.scene import kitchen as usd
     from casa_assets.layouts.run.recipe import SceneRecipe

@@ -26,7 +26,7 @@ from casa_assets.articulate.frame.axes import MAX_SCORED, PRIOR_UP
 from casa_assets.articulate.frame.score_candidate import SCORE_NAMES, score_candidate
 from casa_assets.articulate.frame.side_views import FEATURES, frame_features, hidden_area, measure_side, side_facing
 from casa_assets.articulate.segment.fragments import FRONT, SIDES, TOP, MeasuredFragments
-from casa_assets.families.run.run import FamilyRequest, build_asset, params_of
+from casa_assets.families.build import FamilyRequest, build_asset, params_of
 from casa_assets.registry.families import family
 
 Limit = tuple[float | None, float | None]

@@ -15,9 +15,9 @@ from casa_assets.api.kitchen import Detail, Kitchen
 from casa_assets.core.numeric import Floats
 from casa_assets.core.system import cache_dir
 from casa_assets.errors import CasaError, OutputError, UnknownId
-from casa_assets.families.run.asset_store import AssetStore
-from casa_assets.families.run.run import FamilyRequest
-from casa_assets.families.run.run import params_of as drawn
+from casa_assets.families.asset_store import AssetStore
+from casa_assets.families.build import FamilyRequest
+from casa_assets.families.build import params_of as drawn
 from casa_assets.formats import mjcf
 from casa_assets.formats.mujoco_values import VIEWER_GROUPS
 from casa_assets.layouts.run.load_scene import model_of

@@ -8,8 +8,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from casa_assets.asset.family import Params
     from casa_assets.asset.kit.assemble import Family
-    from casa_assets.families.family import Params
     from casa_assets.registry.plugins import Plugin
 
 
@@ -94,7 +94,7 @@ def families() -> Mapping[str, FamilyInfo]:
 
 def surfaces() -> Mapping[str, tuple[str, ...]]:
     """Ids of the textures that each surface of a kitchen (wall, floor, counter, cabinet) can be covered with."""
-    from casa_assets.families.run.finishes import available_finishes
+    from casa_assets.families.finishes import available_finishes
     from casa_assets.model.kitchen.choices import Surface
 
     found = available_finishes().surfaces
@@ -132,7 +132,7 @@ def _family(family: Family[Any], group: str) -> FamilyInfo:
 
 def _bounds(params: type[Params], at: str = "") -> list[tuple[str, Bounds]]:
     """Name and bounds of every number of a type of Params, including those of nested Params."""
-    from casa_assets.families.family import Params
+    from casa_assets.asset.family import Params
 
     found: list[tuple[str, Bounds]] = []
     for name, field in params.model_fields.items():

@@ -18,7 +18,7 @@ from casa_assets.api.behaviors import StartStates
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.core.system import cache_dir
 from casa_assets.errors import CasaError, OutputError, UnknownId
-from casa_assets.families.run.asset_store import AssetStore
+from casa_assets.families.asset_store import AssetStore
 from casa_assets.formats.mjcf.scene import batch
 from casa_assets.formats.mjcf.scene import kitchen as mjcf
 from casa_assets.layouts.order.request import KitchenRequest as Resolved

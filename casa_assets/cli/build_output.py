@@ -16,7 +16,7 @@ from casa_assets.errors import BatchFault
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from casa_assets.families.run.run import FamilyRequest, FamilyResult
+    from casa_assets.families.build import FamilyRequest, FamilyResult
     from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
     from casa_assets.model.issue import Report
 
@@ -287,7 +287,7 @@ def print_member(result: FamilyResult, output: Output, always: bool = False) -> 
 
 def print_members(results: Sequence[FamilyResult], output: Output) -> None:
     """Print a table of medians, a row for each family or category."""
-    from casa_assets.families.run.run import summary
+    from casa_assets.families.build import summary
 
     names = ("family", "passed", "of", "build s", "write s", "draw s", "check s", "CPU s", "MB")
     table = TextTable(names, right=names[1:], title="median per member")

@@ -1,1 +1,1 @@
-"""Parametric families of assets: each has its `Params` and a function that builds a member of them."""
+"""Build members of families, fixtures and objects, check them, and publish them into a library."""

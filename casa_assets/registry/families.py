@@ -10,10 +10,10 @@ from typing import Any, get_args
 
 import numpy as np
 
+from casa_assets.asset.family import AvailableFinishes, Params, is_finish
 from casa_assets.asset.kit.assemble import Family
+from casa_assets.asset.sampling import read_sample_rules
 from casa_assets.errors import CasaError, RegistryError, UnknownId
-from casa_assets.families.family import AvailableFinishes, Params, is_finish
-from casa_assets.families.sampling import read_sample_rules
 from casa_assets.kitchenware.catalog import GROUPS, MODELS
 from casa_assets.kitchenware.parts.appliance.front import ApplianceLook
 from casa_assets.kitchenware.parts.fronts.fronts import CabinetLook
@@ -37,7 +37,7 @@ class FamilyFile(Record):
         title: what a person calls a member, one line.
         category: id in registry/fixtures.yaml.
         description: what members there are, one sentence.
-        sample: field -> the rule by which a random member's value is drawn (`families/sampling.py`); None if the code
+        sample: field -> the rule by which a random member's value is drawn (`asset/sampling.py`); None if the code
             of the family has a function for it.
         presets: preset -> the numbers and choices that differ from the defaults of the family's Params.
     """

@@ -10,8 +10,8 @@ from typing import Any
 from pydantic import Field
 
 from casa_assets.asset.kit.assemble import Family
+from casa_assets.asset.sampling import read_fixed, read_sample_rules
 from casa_assets.errors import UnknownId
-from casa_assets.families.sampling import read_fixed, read_sample_rules
 from casa_assets.model.record import Id, Record
 from casa_assets.model.registry.document import Document, expected_one_of
 from casa_assets.projects import read_once
@@ -29,7 +29,7 @@ class ObjectRow(Record):
     form: Id = Field(description="name of a form, kitchenware/objects/")
     about: str = Field(description="what members there are, one sentence")
     sample: dict[str, Any] = Field(
-        description="field -> the rule by which a member's value is drawn (`families/sampling.py`)"
+        description="field -> the rule by which a member's value is drawn (`asset/sampling.py`)"
     )
     fixed: dict[str, Any] = Field(
         default_factory=dict, description="field of the form's Params -> the value that all members have"

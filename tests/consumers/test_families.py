@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.families.run.run import build_all, requests_for
+from casa_assets.families.build import build_all, requests_for
 from casa_assets.kitchenware.catalog import MODELS
 from casa_assets.model.registry.rows import Surface
 from casa_assets.textures.run.check import check_recipes, check_sets, select_recipes

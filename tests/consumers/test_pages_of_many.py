@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from casa_assets.families.run.run import FamilyRequest
+from casa_assets.families.build import FamilyRequest
 from casa_assets.model.registry.rows import Surface
 from casa_assets.show import review as review_page
 from casa_assets.show.page import page_models

@@ -22,7 +22,7 @@ from benchmarks.articulate.cases.labelled import LabelledMesh, write_case
 from casa_assets.articulate.segment.fragments import corners_of_labels
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.core.numeric import Floats, Ints, Mask
-from casa_assets.families.run.run import FamilyRequest, build_asset, family, params_of
+from casa_assets.families.build import FamilyRequest, build_asset, family, params_of
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
 
 FAMILIES = (

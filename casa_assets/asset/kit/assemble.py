@@ -8,6 +8,7 @@ from typing import Generic
 
 import numpy as np
 
+from casa_assets.asset.family import AvailableFinishes, P, Params, Supplies, pick
 from casa_assets.asset.kit.asset_builder import (
     ROOT,
     AssetBuilder,
@@ -19,7 +20,6 @@ from casa_assets.asset.kit.asset_builder import (
 from casa_assets.asset.kit.solids.solid import solid_mesh
 from casa_assets.core import hand_dynamics
 from casa_assets.core.numeric import Floats, significant
-from casa_assets.families.family import AvailableFinishes, P, Params, Supplies, pick
 from casa_assets.model.asset.asset import Asset, Base, Drive, Inertial, Joint, JointKind, Region, Visual
 from casa_assets.model.asset.asset import Link as AssetLink
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Link, Mesh, MeshShape, Shape, Sphere

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from casa_assets.asset.family import Supplies
 from casa_assets.asset.kit.solids.solid import Solid
 from casa_assets.core import hand_dynamics
 from casa_assets.core.numeric import Floats
-from casa_assets.families.family import Supplies
 from casa_assets.mesh.surface import solid_moments
 from casa_assets.model.asset.asset import Base, Collider, JointKind, JointValue, Keyframe, Region, Site, State
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable

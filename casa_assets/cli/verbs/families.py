@@ -27,7 +27,7 @@ from casa_assets.cli.options import (
 from casa_assets.cli.output import Output, TextTable, from_column, pluralize, working_on
 
 if TYPE_CHECKING:
-    from casa_assets.families.run.run import FamilyResult
+    from casa_assets.families.build import FamilyResult
 
 app = group_of("families", "Parametric cabinets, counters, appliances and small things: list, show, build, catalogue.")
 HELP = "Families."
@@ -80,8 +80,8 @@ def show(
 
     Example:  casa-assets families show microwave --preset steel --out /tmp/look
     """
-    from casa_assets.families.run.object_sheets import pictures
-    from casa_assets.families.run.run import FamilyRequest, build_one, params_of, requests_for
+    from casa_assets.families.build import FamilyRequest, build_one, params_of, requests_for
+    from casa_assets.families.object_sheets import pictures
     from casa_assets.registry.families import family, parameters_of
     from casa_assets.runs.outcome import writing
 
@@ -134,7 +134,7 @@ def build(
 
     Example:  casa-assets families build --all --samples 20
     """
-    from casa_assets.families.run.run import build_all, requests_for
+    from casa_assets.families.build import build_all, requests_for
 
     if not names and not all_:
         raise typer.BadParameter("name families, or give --all")

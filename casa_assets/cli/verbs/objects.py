@@ -70,7 +70,7 @@ def show(
 
     Example:  casa-assets objects show apple banana --out /tmp/look
     """
-    from casa_assets.families.run.object_sheets import write_sheet
+    from casa_assets.families.object_sheets import write_sheet
     from casa_assets.registry.objects import object_family
     from casa_assets.runs.outcome import writing
 
@@ -105,7 +105,7 @@ def build(
     Example:  casa-assets objects build --all --count 17 --library out/objects
     """
     from casa_assets.checks.table.objects import ROWS
-    from casa_assets.families.run.run import build_all, object_requests
+    from casa_assets.families.build import build_all, object_requests
     from casa_assets.library.analysis.library_report import read_library_report
 
     if not names and not all_:

@@ -12,16 +12,16 @@ from typing import Any
 from pydantic import ValidationError
 
 from casa_assets import registry
+from casa_assets.asset.family import Params
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.checks.scene.motion.settling import Rest, come_to_rest
 from casa_assets.core.numeric import rng_for
 from casa_assets.errors import CasaError, PlanConflict, RegistryError, StyleConflict, UnknownId
-from casa_assets.families.family import Params
-from casa_assets.families.run.asset_store import AssetStore
-from casa_assets.families.run.finishes import available_finishes
-from casa_assets.families.run.run import FamilyRequest, asset_key, family_of
-from casa_assets.families.run.run import params_of as member_params_of
+from casa_assets.families.asset_store import AssetStore
+from casa_assets.families.build import FamilyRequest, asset_key, family_of
+from casa_assets.families.build import params_of as member_params_of
+from casa_assets.families.finishes import available_finishes
 from casa_assets.formats.mjcf.scene.kitchen import write
 from casa_assets.layouts.compose.compose import compose
 from casa_assets.layouts.compose.scatter_props import scatter_props

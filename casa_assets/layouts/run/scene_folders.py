@@ -22,7 +22,7 @@ from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.core.process_name import replace_file
 from casa_assets.core.system import cache_for
 from casa_assets.errors import CasaError
-from casa_assets.families.run.asset_store import AssetStore
+from casa_assets.families.asset_store import AssetStore
 from casa_assets.formats.mjcf import document
 from casa_assets.formats.mjcf.scene import kitchen as mjcf
 from casa_assets.formats.usd.scene import kitchen as usd

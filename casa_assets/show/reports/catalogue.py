@@ -17,8 +17,8 @@ from casa_assets import registry
 from casa_assets.core.numeric import significant
 from casa_assets.core.system import cache_for
 from casa_assets.errors import BatchFault, UnknownId
-from casa_assets.families.run.object_sheets import draw_members
-from casa_assets.families.run.run import WORKER_BYTES, FamilyRequest, build_asset, params_of, warm
+from casa_assets.families.build import WORKER_BYTES, FamilyRequest, build_asset, params_of, warm
+from casa_assets.families.object_sheets import draw_members
 from casa_assets.formats import mjcf
 from casa_assets.formats.gltf import EVERYTHING, asset_glb
 from casa_assets.library.library import write_files

@@ -12,9 +12,9 @@ from casa_assets.addons.robots import read_certificate
 from casa_assets.checks.design.robot.floor_map import BASE_RADIUS_M
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.errors import CasaError
-from casa_assets.families.run.asset_store import AssetStore
-from casa_assets.families.run.finishes import available_finishes
-from casa_assets.families.run.run import family_of, params_of
+from casa_assets.families.asset_store import AssetStore
+from casa_assets.families.build import family_of, params_of
+from casa_assets.families.finishes import available_finishes
 from casa_assets.formats.gltf import EVERYTHING, asset_glb, scene_glb
 from casa_assets.formats.mjcf import document
 from casa_assets.formats.mjcf.scene.kitchen import FILE, write

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from casa_assets import registry
-from casa_assets.families.run.run import build_asset
+from casa_assets.families.build import build_asset
 from casa_assets.formats import mjcf
 from casa_assets.kitchenware.catalog import MODELS
 from casa_assets.model.registry.contract import RobocasaRelease

@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from casa_assets import registry
+from casa_assets.asset.family import AvailableFinishes, Params, Supplies
 from casa_assets.asset.kit.assemble import Family
 from casa_assets.checks.runtime.contract import (
     links_and_joints,
@@ -20,7 +21,6 @@ from casa_assets.checks.runtime.contract import (
     site_faults,
     variables,
 )
-from casa_assets.families.family import AvailableFinishes, Params, Supplies
 from casa_assets.formats import mjcf
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material

@@ -32,7 +32,7 @@ FAMILIES = ("toaster", "microwave", "switch", "rug", "room_wall", "vase")
 REPORT = f"""
 import json, os, sys
 from casa_assets.articulate.run.run import _code_key
-from casa_assets.families.run.run import asset_key
+from casa_assets.families.build import asset_key
 from casa_assets.ingest.run import run as ingest
 from casa_assets.ingest.run.stages import STAGES, stage_key
 from casa_assets.layouts.run import check, scene_folders, scene_page

@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
+from casa_assets.asset.family import Params
 from casa_assets.errors import CasaError
-from casa_assets.families.family import Params
-from casa_assets.families.run import run as families
-from casa_assets.families.run.asset_store import AssetStore
+from casa_assets.families import build as families
+from casa_assets.families.asset_store import AssetStore
 from casa_assets.ingest.run import worker
 from casa_assets.layouts.run import resolve
 from casa_assets.model.asset.asset import Asset

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from casa_assets.asset.family import FinishId, Params, Supplies
 from casa_assets.asset.kit.assemble import assemble
 from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder, BehaviorBuilder, negated
 from casa_assets.asset.kit.solids.blocks import ball, board, box, lathe, rod, subtract, union
@@ -24,7 +25,6 @@ from casa_assets.asset.kit.solids.sweep import (
     tube,
 )
 from casa_assets.core import hand_dynamics
-from casa_assets.families.family import FinishId, Params, Supplies
 from casa_assets.mesh.topology import is_closed
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Condition, Rule

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from casa_assets.addons.robocasa.run import ExportResult, export
-from casa_assets.families.run.objects import PROPORTION_STEP, shape_digest
-from casa_assets.families.run.run import (
+from casa_assets.families.build import (
     FamilyResult,
     build_all,
     build_asset,
@@ -20,6 +19,7 @@ from casa_assets.families.run.run import (
     object_requests,
     params_of,
 )
+from casa_assets.families.objects import PROPORTION_STEP, shape_digest
 from casa_assets.library import library as disk
 from casa_assets.library.analysis.search import entries_that
 from casa_assets.model.asset.asset import Asset
@@ -27,7 +27,7 @@ from casa_assets.model.asset.provenance import split_of
 from casa_assets.show.reports.library_page import write as write_page
 from tests.support.library.libraries import tree
 
-pytestmark = pytest.mark.content("code", "families.run", keep=0)
+pytestmark = pytest.mark.content("code", "families", keep=0)
 
 NAMES, COUNT = ("candy", "saucepan_lid"), 2
 

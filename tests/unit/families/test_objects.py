@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from casa_assets.asset.family import Params, Supplies
 from casa_assets.asset.kit.solids.solid import Solid
+from casa_assets.asset.sampling import read_fixed, read_sample_rules
 from casa_assets.cli.main import app
 from casa_assets.core.numeric import rng_for
 from casa_assets.errors import RegistryError, UnknownId
-from casa_assets.families.family import Params, Supplies
-from casa_assets.families.run.run import object_requests
-from casa_assets.families.sampling import read_fixed, read_sample_rules
+from casa_assets.families.build import object_requests
 from casa_assets.kitchenware.objects import FORMS
 from casa_assets.kitchenware.objects.closed_surface import bent, lobed, smooth_profile, turned
 from casa_assets.kitchenware.textures.objects.food import Skin, paint_skin

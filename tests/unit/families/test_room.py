@@ -12,9 +12,9 @@ import numpy.typing as npt
 import pytest
 from pydantic import ValidationError
 
+from casa_assets.asset.family import Params
 from casa_assets.asset.kit.solids import blocks
 from casa_assets.asset.kit.solids.sweep import room_moulding, straight_moulding
-from casa_assets.families.family import Params
 from casa_assets.kitchenware.fixtures.room.floors import Column, Floor, Recess
 from casa_assets.kitchenware.fixtures.room.room_ceiling import Beams, Ceiling, CovingProfile
 from casa_assets.kitchenware.fixtures.room.room_wall import DENSITY, Wall, WallOpening, WallSlope, WallStructure

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import CasaError, PlanConflict, UnknownId
-from casa_assets.families.run.finishes import plain
+from casa_assets.families.finishes import plain
 from casa_assets.kitchenware.fixtures.counters.counters import CORBEL_REACH, CORBEL_WIDTH
 from casa_assets.layouts.order.cabinets import HOODS_UNDER_CABINETS
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen

@@ -10,7 +10,7 @@ import casa_assets as casa
 from casa_assets import registry
 from casa_assets.cache.cache_key import key_of
 from casa_assets.errors import CasaError, RegistryError
-from casa_assets.families.run.finishes import available_finishes, plain
+from casa_assets.families.finishes import available_finishes, plain
 from casa_assets.layouts.run.resolve import preset_params
 from casa_assets.model.registry.document import Document
 from casa_assets.projects import VARIABLE, environment, find_project, project_folder, use_project

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 import casa_assets as casa
 from casa_assets.asset.scale_asset import scaled
 from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
-from casa_assets.families.run.run import FamilyRequest, build_all
+from casa_assets.families.build import FamilyRequest, build_all
 from casa_assets.layouts.check_plan.check import check_plan
 from casa_assets.layouts.compose.compose import box_of
 from casa_assets.layouts.compose.floor_facts import facts_of

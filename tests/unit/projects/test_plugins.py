@@ -12,7 +12,7 @@ import pytest
 import casa_assets as casa
 from casa_assets.cache.cache_key import key_of
 from casa_assets.errors import CasaError, PluginFailure, RegistryError, UnknownId
-from casa_assets.families.run.run import FamilyRequest, build_all, object_requests
+from casa_assets.families.build import FamilyRequest, build_all, object_requests
 from casa_assets.library.library import Library, read_certificate
 from casa_assets.projects import PLUGINS, PluginUse, choose_plugins, use_project, user_settings
 from casa_assets.registry.families import family, family_names

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.families.run import run
-from casa_assets.families.run.run import FamilyRequest
+from casa_assets.families import build as run
+from casa_assets.families.build import FamilyRequest
 from casa_assets.runs import batch
 from tests.support.library.libraries import BOXES, ROOT, box_obj
 
@@ -28,7 +28,7 @@ recipes = select_recipes([], [Surface.WALL])[:2]
 assert len(list(check_recipes(recipes, Path("cache"), 2))) == 2
 """
 SCRIPT = f"""{TEXT}
-from casa_assets.families.run.run import FamilyRequest, build_all
+from casa_assets.families.build import FamilyRequest, build_all
 from casa_assets.ingest.run.run import Options, ingest
 from casa_assets.layouts.run.resolve import SceneRecipe
 from casa_assets.layouts.run.scene_folders import BuildOptions, build_all as build_scenes

@@ -9,7 +9,7 @@ from lxml import html
 
 from casa_assets import registry
 from casa_assets.errors import UnknownId
-from casa_assets.families.run.run import FamilyRequest
+from casa_assets.families.build import FamilyRequest
 from casa_assets.show.page.model_files import ModelFiles
 from casa_assets.show.reports.catalogue import SOURCES, DrawnCategory, page, wanted
 

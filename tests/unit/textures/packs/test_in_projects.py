@@ -17,7 +17,7 @@ from PIL import Image
 import casa_assets as casa
 from casa_assets.cli import completion, doctor
 from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
-from casa_assets.families.run.finishes import finishes, finishes_key
+from casa_assets.families.finishes import finishes, finishes_key
 from casa_assets.layouts.run import pack as scene_pack
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import draw_surfaces, resolve

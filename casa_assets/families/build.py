@@ -12,6 +12,7 @@ from types import ModuleType
 from typing import Any
 
 from casa_assets import registry
+from casa_assets.asset.family import Params, Supplies
 from casa_assets.asset.kit.assemble import Family, assemble
 from casa_assets.cache.cache_key import digest_of, key_of, modules_holding, versions_of
 from casa_assets.checks.run import load_table
@@ -20,9 +21,8 @@ from casa_assets.checks.simready.validator import load_rules
 from casa_assets.core.numeric import rng_for
 from casa_assets.core.system import cache_for
 from casa_assets.errors import UnknownId
-from casa_assets.families.family import Params, Supplies
-from casa_assets.families.run.finishes import available_finishes, finishes, finishes_key
-from casa_assets.families.run.objects import check_member, complete
+from casa_assets.families.finishes import available_finishes, finishes, finishes_key
+from casa_assets.families.objects import check_member, complete
 from casa_assets.kitchenware.catalog import MODELS
 from casa_assets.kitchenware.objects import FORMS
 from casa_assets.library import library as disk

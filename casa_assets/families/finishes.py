@@ -6,10 +6,10 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from casa_assets import registry
+from casa_assets.asset.family import AvailableFinishes
 from casa_assets.cache.cache_key import digest_of
 from casa_assets.core.numeric import linear_from_srgb, srgb_from_hex
 from casa_assets.errors import UnknownId
-from casa_assets.families.family import AvailableFinishes
 from casa_assets.model.asset.material import Material
 from casa_assets.model.record import Vec4
 from casa_assets.model.registry.rows import Finish, Plain, Surface

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from casa_assets.core.system import cache_for
-from casa_assets.families.run.run import build_asset, family_of, object_requests, params_of
+from casa_assets.families.build import build_asset, family_of, object_requests, params_of
 from casa_assets.formats import mjcf
 from casa_assets.formats.gltf import EVERYTHING, asset_glb
 from casa_assets.library import library as disk

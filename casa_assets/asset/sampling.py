@@ -18,7 +18,7 @@ import numpy as np
 from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
-from casa_assets.families.family import AvailableFinishes, Params, between, pick
+from casa_assets.asset.family import AvailableFinishes, Params, between, pick
 from casa_assets.model.registry.document import Document, KeyPath, expected_one_of
 from casa_assets.model.registry.rows import Surface
 

@@ -14,13 +14,13 @@ import numpy as np
 import numpy.typing as npt
 from pydantic.main import IncEx
 
+from casa_assets.asset.family import Params
 from casa_assets.asset.kit.assemble import Family
 from casa_assets.asset.lightweight import lighten
 from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.cache.store import Store
 from casa_assets.core.system import max_cache_bytes
-from casa_assets.families.family import Params
-from casa_assets.families.run.run import asset_key, build_asset
+from casa_assets.families.build import asset_key, build_asset
 from casa_assets.formats.usd import document
 from casa_assets.model.asset.asset import Asset
 
@@ -118,7 +118,7 @@ def unpack(data: bytes, key: str, picture: Callable[[str], bytes]) -> Asset:
 # Asset store ----------------------------------------------------------------------------------------------------------
 # Built assets, their light forms and USD layers, kept on disk by what they are made from: kitchens share most of them.
 #
-# <cache>/assets/{built,pictures,layers}/ by `families.run.asset_key` or content: a change of one family leaves others
+# <cache>/assets/{built,pictures,layers}/ by `families.build.asset_key` or content: a change of one family leaves others
 
 FOLDER = "assets"
 # Part of the bound of a cache that built assets and light forms (about 40 kB each) may take, and as much for pictures

@@ -1,1 +1,0 @@
-"""Family run: presets and draws into entries of a library."""
