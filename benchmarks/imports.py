@@ -37,7 +37,7 @@ BOXES = {
     "asset, mesh": ("asset", "mesh"),
     "core, model": ("core", "model"),
 }
-MANY = 40
+MANY = 50
 
 
 def box_of(module: str) -> int | None:
