@@ -6,10 +6,11 @@ the inputs in the order in which they were found. So an accepted asset is held b
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence, Set
+from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
+from typing import TypeVar
 
 from casa_assets.cache.store import Store
 from casa_assets.checks.library import SAME_SIZE, ShapePair
@@ -21,6 +22,7 @@ from casa_assets.library.table.pairs import AssetRow, ShapeIndex, measure_pair, 
 from casa_assets.runs.outcome import Outcome
 
 NEAR_DUPLICATE_CODE = "RUN007"
+Published = TypeVar("Published")
 
 
 class Deduplicator:
@@ -46,13 +48,12 @@ class Deduplicator:
         self._fresh: list[AssetRow] = []
         self._fresh_forms = ShapeIndex()
 
-    def filter(self, results: Iterable[Result]) -> Iterator[Result]:
-        """Yield results, copies turned into rejections: rejections at once, accepted ones in the order of their inputs.
-
-        Nothing is published here: the caller has to publish a result before asking for the next one.
+    def publish(self, results: Iterable[Result], publish: Callable[[Result], Published]) -> Iterator[Published]:
+        """Publish results, copies as rejections: rejections at once, accepted ones in the order of their inputs.
 
         Args:
             results: numbered from 0 without gaps, in any order. Results after a missing number are judged at the end.
+            publish: puts a result in its place, where later ones are compared with it; its answers are yielded.
         """
         finished: dict[int, Result | None] = {}
         next_number = 0
@@ -61,14 +62,14 @@ class Deduplicator:
                 finished[result.number] = result
             else:
                 finished[result.number] = None
-                yield result
+                yield publish(result)
             while next_number in finished:
                 if (ready := finished.pop(next_number)) is not None:
-                    yield self._judged(ready)
+                    yield publish(self._judged(ready))
                 next_number += 1
         for number in sorted(finished):
             if (ready := finished[number]) is not None:
-                yield self._judged(ready)
+                yield publish(self._judged(ready))
 
     def _judged(self, result: Result) -> Result:
         """The result, or a rejection if it is a copy of an earlier asset."""

@@ -292,12 +292,12 @@ def ingest_inputs(
         yield replace(event, total=total)
         run.unreadable.note_refused(one)
     yield from _survey(run, answers, options)
-    results: Iterable[Result] = _results(run, answers, options.replaces_accepted)
+    results, publish = _results(run, answers, options.replaces_accepted), partial(_publish_outcome, run)
     if not options.keeps_copies:
         own = frozenset((step if isinstance(step, Job) else step.job).survey.sha256 for step in run.steps)
-        results = Deduplicator(library, registry.load().limits["alike_form"], own, table).filter(results)
-    for result in results:
-        yield _publish_outcome(run, result)
+        yield from Deduplicator(library, registry.load().limits["alike_form"], own, table).publish(results, publish)
+    else:
+        yield from map(publish, results)
     if options.dry_run:
         return
     run.unreadable.prune(library)

@@ -73,7 +73,6 @@ def told(place: disk.Library, order: Sequence[Asset], arrived: Sequence[Asset]) 
     """
     standing = {folder.name: folder for folder in place.accepted()}
     made = disk.Library(keep(place.root.parent / "made", arrived))
-    found = []
     with place.locked():
         results = []
         for asset in arrived:
@@ -83,14 +82,17 @@ def told(place: disk.Library, order: Sequence[Asset], arrived: Sequence[Asset]) 
             number = [one.id for one in order].index(asset.id)
             results.append(Result(number, job_of(place, asset, old), outcome, folder, is_kept=old is not None))
         digests = frozenset(asset.provenance.sha256 for asset in order)
-        for result in Deduplicator(place, LIMIT, digests).filter(results):
+
+        def publish(result: Result) -> tuple[str, str, str]:
             done, job = result.outcome, result.job
             if done.accepted and done.staged:
                 place.publish(done.staged, place.folder("mug", job.asset_id))
             elif not done.accepted:
                 staged = stage_refusal(place, job, Rejected(done.code, done.message), twin=result.twin)
                 place.publish(staged, place.refusal_folder(job.asset_id))
-            found.append(("accepted" if done.accepted else "rejected", job.asset_id, done.code))
+            return "accepted" if done.accepted else "rejected", job.asset_id, done.code
+
+        found = list(Deduplicator(place, LIMIT, digests).publish(results, publish))
         place.sweep()
     return found
 
@@ -150,7 +152,7 @@ def test_an_input_of_which_nothing_is_heard_holds_nobody_up(tmp_path: Path) -> N
         for number, one in ((3, OTHER), (2, COPY), (1, FIRST))
     ]
     digests = frozenset(one.provenance.sha256 for one in (FIRST, COPY, OTHER))
-    judged = Deduplicator(place, LIMIT, digests).filter(results)
+    judged = Deduplicator(place, LIMIT, digests).publish(results, lambda result: result)
     assert [(one.job.asset_id, one.outcome.code) for one in judged] == [
         (FIRST.id, ""),
         (COPY.id, NEAR_DUPLICATE_CODE),
