@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from casa_assets.articulate.controls.classify import TellControl, tell_beside_dials, tell_by_forest
+from casa_assets.articulate.controls.classify import ControlClassifier, classify_by_forest, classify_with_dials
 from casa_assets.articulate.controls.controls import (
     Control,
     classify_control,
@@ -70,9 +70,9 @@ def traits_of_views(measured: MeasuredFragments, views: list[FrontView], seen: F
     widest = None if largest is None else largest.panel
     ratio = widest.width / max(widest.height, 1e-9) if widest is not None else 1.0
     share = widest.width * widest.height / float(extent[0] * extent[2]) if widest is not None else 0.0
-    controls = [seen.tell(c, seen.controls)[0] for c in seen.controls]
+    controls = [seen.classify(c, seen.controls)[0] for c in seen.controls]
     knobs, buttons = controls.count(PartKind.KNOB), controls.count(PartKind.BUTTON)
-    has_top_knobs = PartKind.KNOB in [seen.tell_top(c, seen.top_controls)[0] for c in seen.top_controls]
+    has_top_knobs = PartKind.KNOB in [seen.classify_top(c, seen.top_controls)[0] for c in seen.top_controls]
     heights = [(p.lower[1], p.upper[1], p.width) for p in panels]
     return {
         **({"fronts": len(panels) > 1} if panels else {"door": False, "drawer": False}),
@@ -178,13 +178,13 @@ def articulate_fragments(
         traits = _fronts(collector, seen, category)
         if not collector.parts and _add_all(collector, find_faucet_parts(measured, collector.taken), gripped=False):
             loose_controls, top_controls = [], []
-        _controls(collector, FRONT, loose_controls, seen.tell)
+        _controls(collector, FRONT, loose_controls, seen.classify)
         for _, panel, edge in list(collector.fronts):
             for tray in find_inner_parts(measured, panel, edge, sorted(collector.taken)):
                 _tray(collector, panel, tray)
-        on_top = [c for c in top_controls if seen.tell_top(c, top_controls)[0] is PartKind.KNOB]
+        on_top = [c for c in top_controls if seen.classify_top(c, top_controls)[0] is PartKind.KNOB]
         _lids(collector, on_top)
-        _controls(collector, TOP, top_controls, seen.tell_top)
+        _controls(collector, TOP, top_controls, seen.classify_top)
     button = find_single_button(measured) if category and measured.count > 1 and not collector.parts else None
     if button is not None:
         joint = button_joint(button, MAX_BUTTON_TRAVEL)
@@ -204,14 +204,14 @@ class FrontLook:
 
     Attributes:
         panels: of the front, with their handles, trims and boxes. controls: of the front, on none of its panels.
-        top_controls: of the top. tell, tell_top: classifiers for controls of the front and of the top.
+        top_controls: of the top. classify, classify_top: classifiers for controls of the front and of the top.
     """
 
     panels: list[Panel]
     controls: list[Control]
-    tell: TellControl
+    classify: ControlClassifier
     top_controls: list[Control]
-    tell_top: TellControl
+    classify_top: ControlClassifier
 
 
 def look_at_front(collector: PartCollector, control_forest: Forest | None = None) -> FrontLook:
@@ -232,19 +232,21 @@ def look_at_front(collector: PartCollector, control_forest: Forest | None = None
     if is_toaster:
         bars, controls = find_bar_levers(measured, controls)
         levers += bars
-    tell_front = _tell(measured, FRONT, controls, panels, control_forest)
+    classify_front = _tell(measured, FRONT, controls, panels, control_forest)
     if slots:
-        tell_front = tell_beside_dials(tell_front)
+        classify_front = classify_with_dials(classify_front)
     _levers(collector, levers)
     panels = [p for p in panels if collector.taken.isdisjoint(p.members)]
     found = find_controls(measured, TOP, sorted(collector.taken))
-    tell_top = _tell(measured, TOP, found, [], control_forest)
+    classify_top = _tell(measured, TOP, found, [], control_forest)
     if control_forest is None:
         top_controls, controls = _controls_by_look(measured, found, controls)
     else:
         # What both sides show is of the surer one.
-        sure = {f: tell_front(c, controls)[1] for c in controls for f in c.fragments}
-        kept = [c for c in found if tell_top(c, found)[1] > max((sure.get(f, 0.0) for f in c.fragments), default=0.0)]
+        sure = {f: classify_front(c, controls)[1] for c in controls for f in c.fragments}
+        kept = [
+            c for c in found if classify_top(c, found)[1] > max((sure.get(f, 0.0) for f in c.fragments), default=0.0)
+        ]
         taken = {f for c in kept for f in c.fragments}
         controls = [c for c in controls if taken.isdisjoint(c.fragments)]
         top_controls = drop_burner_caps(kept, found, controls)
@@ -254,12 +256,12 @@ def look_at_front(collector: PartCollector, control_forest: Forest | None = None
     panels += [] if round_door is None else [round_door]
     panel_fragments = {f for p in panels for f in p.members}
     controls = [c for c in controls if panel_fragments.isdisjoint(c.fragments)]
-    loose_controls = attach_to_panels(measured, panels, controls, tell_front)
+    loose_controls = attach_to_panels(measured, panels, controls, classify_front)
     for panel in panels:
         boxes = {collector.known.boxes[f] for f in panel.members if f in collector.known.boxes}
         if boxes:
             panel.box = sorted(boxes - {f for p in panels if p is not panel for f in p.everything})
-    return FrontLook(panels, loose_controls, tell_front, top_controls, tell_top)
+    return FrontLook(panels, loose_controls, classify_front, top_controls, classify_top)
 
 
 def _merge_panels(collector: PartCollector, panels: list[Panel], controls: list[Control]) -> list[Panel]:
@@ -273,11 +275,11 @@ def _merge_panels(collector: PartCollector, panels: list[Panel], controls: list[
 
 def _tell(
     measured: MeasuredFragments, side: int, controls: list[Control], panels: list[Panel], forest: Forest | None
-) -> TellControl:
+) -> ControlClassifier:
     """Return a classifier for the controls of a side."""
     if forest is None:
         return classify_control
-    return tell_by_forest(measured, side, controls, [(p.lower[:2], p.upper[:2]) for p in panels], forest)
+    return classify_by_forest(measured, side, controls, [(p.lower[:2], p.upper[:2]) for p in panels], forest)
 
 
 def _controls_by_look(
@@ -376,13 +378,13 @@ def _hinge_joint(panel: Panel, opening: joints.HingeChoice) -> JointPlan:
     )
 
 
-def _controls(collector: PartCollector, side: int, controls: list[Control], tell: TellControl) -> None:
+def _controls(collector: PartCollector, side: int, controls: list[Control], classify: ControlClassifier) -> None:
     """Add the knobs and buttons of a side; other controls stay with what they sit on."""
     for control in controls:
         if set(control.fragments) & collector.taken:
             continue
         width = float(control.across.max())
-        kind, confidence, reason = tell(control, controls)
+        kind, confidence, reason = classify(control, controls)
         if kind is None:
             continue
         turns = kind is PartKind.KNOB

@@ -351,12 +351,12 @@ def waiting(output: Output) -> Callable[[str], None]:
     """A function that prints, once, what is being waited for."""
     told: set[str] = set()
 
-    def tell(text: str) -> None:
+    def show(text: str) -> None:
         if text not in told:
             told.add(text)
             output.line(terminal_safe(text))
 
-    return tell
+    return show
 
 
 Sending = Callable[["Generator[Event]"], "Generator[Event]"]

@@ -27,12 +27,12 @@ class StopRequested(BaseException):
     """The user, or the system, asked the program to end; not an Exception, so that nothing on the way swallows it."""
 
 
-def supervised(work: Callable[[], int], tell: Callable[[str, str], None]) -> int:
+def supervised(work: Callable[[], int], report: Callable[[str, str], None]) -> int:
     """Run `work` in a child process and end with its exit code, or 128 + signal number if a signal stopped it.
 
     Args:
         work: returns its exit code; it takes care of the signals itself, which are blocked when it is called.
-        tell: prints a mark, such as `error:`, and a line to standard error.
+        report: prints a mark, such as `error:`, and a line to standard error.
     """
     if sys.platform != "linux":
         return work()
@@ -52,7 +52,7 @@ def supervised(work: Callable[[], int], tell: Callable[[str, str], None]) -> int
         sys.exit(code)
     status, stop = _wait(child)
     _end_descendants(0.0 if stop else ORPHAN_GRACE_S)
-    code = _exit_code(status, stop, tell)
+    code = _exit_code(status, stop, report)
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError):
             stream.flush()
@@ -113,22 +113,22 @@ def _kill_all() -> None:
                 os.kill(process.pid, signal.SIGKILL)
 
 
-def _exit_code(status: int, stop: int, tell: Callable[[str, str], None]) -> int:
+def _exit_code(status: int, stop: int, report: Callable[[str, str], None]) -> int:
     code = os.waitstatus_to_exitcode(status)
     if stop and code not in (0, 1, 2):
-        tell("stopped;", "the same command goes on from here")
+        report("stopped;", "the same command goes on from here")
         return 128 + stop
     if code in (-signal.SIGINT, -signal.SIGTERM, -signal.SIGHUP):
-        tell("stopped;", "the same command goes on from here")
+        report("stopped;", "the same command goes on from here")
         return 128 - code
     if code > 128 and code - 128 in SIGNALS:  # told to stop by somebody who knew its number
-        tell("stopped;", "the same command goes on from here")
+        report("stopped;", "the same command goes on from here")
     elif code == -signal.SIGKILL:
-        tell("error:", "the system ended the program, perhaps for want of memory; the same command goes on from here")
+        report("error:", "the system ended the program, perhaps for want of memory; the same command goes on from here")
         return 2
     elif code < 0:
         name = signal.Signals(-code).name
-        tell("bug:", f"the program was ended by {name}: this is a fault of the program; please report it")
+        report("bug:", f"the program was ended by {name}: this is a fault of the program; please report it")
         return 3
     return code
 

@@ -186,7 +186,7 @@ def _round_as_their_group(controls: Sequence[Control], cell: float) -> list[Cont
 
 ControlType = tuple[PartKind | None, float, str]
 # Tells what a control is among others of its side, how sure that is, and why.
-TellControl = Callable[[Control, Sequence[Control]], ControlType]
+ControlClassifier = Callable[[Control, Sequence[Control]], ControlType]
 
 # Classes of the forest, in their order.
 CONTROL_CLASSES = ("neither", PartKind.KNOB.value, PartKind.BUTTON.value)
@@ -210,9 +210,9 @@ MAX_KEY_BY_DIAL = 0.8
 MAX_CONTROLS = 1000
 
 
-def tell_by_forest(
+def classify_by_forest(
     measured: MeasuredFragments, side: int, controls: Sequence[Control], panels: Sequence[Rectangle], forest: Forest
-) -> TellControl:
+) -> ControlClassifier:
     """Return the type of each control of a side: all of a group have the type that fits the group best."""
     told: dict[tuple[int, ...], ControlType] = {}
     if 0 < len(controls) <= MAX_CONTROLS:
@@ -228,14 +228,14 @@ def tell_by_forest(
     return lambda control, _others: told.get(tuple(control.fragments), (None, 0.0, ""))
 
 
-def tell_beside_dials(tell: TellControl) -> TellControl:
+def classify_with_dials(classify: ControlClassifier) -> ControlClassifier:
     """Return a classifier for controls of a toaster: round ones that are clearly smaller than its dials are keys."""
 
     def told(control: Control, others: Sequence[Control]) -> ControlType:
-        kind, confidence, reason = tell(control, others)
+        kind, confidence, reason = classify(control, others)
         if kind is not PartKind.KNOB:
             return kind, confidence, reason
-        width = max(float(o.across.max()) for o in (control, *others) if tell(o, others)[0] is PartKind.KNOB)
+        width = max(float(o.across.max()) for o in (control, *others) if classify(o, others)[0] is PartKind.KNOB)
         if float(control.across.max()) > MAX_KEY_BY_DIAL * width:
             return kind, confidence, reason
         return PartKind.BUTTON, confidence, "smaller than the dial beside it"

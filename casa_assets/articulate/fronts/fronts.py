@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 import numpy as np
 
-from casa_assets.articulate.controls.classify import TellControl
+from casa_assets.articulate.controls.classify import ControlClassifier
 from casa_assets.articulate.controls.controls import MAX_KEY_RATIO, Control
 from casa_assets.articulate.fronts.moves_with_front import find_backing_plates, find_door_bins
 from casa_assets.articulate.fronts.panels import INSIDE_TOLERANCE, Panel
@@ -84,16 +84,16 @@ MAX_STRIP_SHARE = 0.13
 
 
 def attach_to_panels(
-    measured: MeasuredFragments, panels: list[Panel], controls: list[Control], tell: TellControl
+    measured: MeasuredFragments, panels: list[Panel], controls: list[Control], classify: ControlClassifier
 ) -> list[Control]:
     """Give each panel its handles, trims and box; return the remaining controls."""
     lower, upper = corners_from_side(measured, FRONT)
     taken = {f for p in panels for f in p.members}
     far_out = [c for c in controls if c.long <= MAX_KEY_RATIO or c.protrusion >= MIN_HANDLE_PROTRUSION]
-    sure = {id(c) for c in far_out if tell(c, far_out)[1] >= MIN_SURE_CONTROL}
+    sure = {id(c) for c in far_out if classify(c, far_out)[1] >= MIN_SURE_CONTROL}
     rest = _pulls(panels, far_out, sure)
     # What is neither knob nor key is a label, or a trim, of what it sits on.
-    rest = [c for c in rest if tell(c, rest)[0] is not None or _host(panels, c.lower, c.upper) is None]
+    rest = [c for c in rest if classify(c, rest)[0] is not None or _host(panels, c.lower, c.upper) is None]
     _count_controls(panels, rest)
     taken |= {f for p in panels for g in p.grips for f in g} | {f for c in rest for f in c.fragments}
     for i in [*range(measured.count), *range(measured.count)]:

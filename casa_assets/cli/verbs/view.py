@@ -176,10 +176,10 @@ def _show(subject: Subject, pose: str) -> None:
     console = Console(stderr=True, highlight=False, soft_wrap=True)
     with console.status("starting") as status:
 
-        def tell(doing: str, done: int, of: int) -> None:
+        def show_progress(doing: str, done: int, of: int) -> None:
             status.update(f"{doing} {done} of {of}" if of else doing)
 
-        model = mujoco_model(subject, cache_of(subject), tell)
+        model = mujoco_model(subject, cache_of(subject), show_progress)
     console.print(
         "Double-click a door, then drag it with Ctrl and the right button. Space stops the time, Backspace goes back "
         "to the pose. --web shows a page instead."

@@ -39,7 +39,7 @@ from casa_assets.show.view.subject import AssetFolder, Kitchen, Loaded, Member, 
 
 REPORT = "report.html"
 # Called with what is being done, how much of it is done, and of how many; 0 where that is not known.
-Tell = Callable[[str, int, int], None]
+ShowProgress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Model:
     folder: Path | None
 
 
-def make(subject: Subject, cache: Path, tell: Tell) -> Model:
+def make(subject: Subject, cache: Path, show_progress: ShowProgress) -> Model:
     """Build, or read, what is to be shown.
 
     Args:
@@ -69,11 +69,11 @@ def make(subject: Subject, cache: Path, tell: Tell) -> Model:
         CasaError: it cannot be built or read, or there is no record of it.
     """
     if isinstance(subject, Kitchen):
-        return _kitchen(subject, cache, tell)
-    tell("reading" if isinstance(subject, AssetFolder) else "building", 0, 0)
+        return _kitchen(subject, cache, show_progress)
+    show_progress("reading" if isinstance(subject, AssetFolder) else "building", 0, 0)
     asset = asset_of(subject, cache)
     folder = subject.folder if isinstance(subject, AssetFolder) else None
-    tell("writing the model", 0, 0)
+    show_progress("writing the model", 0, 0)
     glb = asset_glb(asset, EVERYTHING)
     facts = {
         "id": asset.id,
@@ -106,29 +106,29 @@ def asset_of(subject: Subject, cache: Path) -> Asset:
     )
 
 
-def scene_of(subject: Kitchen, cache: Path, tell: Tell) -> tuple[KitchenRequest, Scene]:
+def scene_of(subject: Kitchen, cache: Path, show_progress: ShowProgress) -> tuple[KitchenRequest, Scene]:
     """Return the kitchen and the scene of a recipe, made by the functions that `scenes build` uses.
 
     Progress is reported part by part. Parts that were built before come from the cache.
     """
-    tell("reading the plan", 0, 0)
+    show_progress("reading the plan", 0, 0)
     kitchen = resolve(subject.recipe)
     parts = (*(item.choice for item in kitchen.items), *kitchen.style.props)
     choices = {choice.model_dump_json(): (choice.preset, choice) for choice in parts}
     store = AssetStore(cache)
     for number, (name, choice) in enumerate(choices.values()):
-        tell("building its parts", number, len(choices))
+        show_progress("building its parts", number, len(choices))
         build_choice(name, choice, store)
     store.tidy()
-    tell("putting it together", 0, 0)
+    show_progress("putting it together", 0, 0)
     return build_scene(subject.recipe, cache)
 
 
-def _kitchen(subject: Kitchen, cache: Path, tell: Tell) -> Model:
-    kitchen, scene = scene_of(subject, cache, tell)
-    tell("writing the model", 0, 0)
+def _kitchen(subject: Kitchen, cache: Path, show_progress: ShowProgress) -> Model:
+    kitchen, scene = scene_of(subject, cache, show_progress)
+    show_progress("writing the model", 0, 0)
     glb = scene_glb(scene, EVERYTHING)
-    tell("looking where a robot stands", 0, 0)
+    show_progress("looking where a robot stands", 0, 0)
     places = DesignSubject(facts_of(kitchen, scene)).parking.shut.items()
     assets = scene.asset_of
     folder = subject.folder if (subject.folder / SCENE_JSON).is_file() else None
@@ -227,7 +227,7 @@ def with_style(recipe: SceneRecipe, style: str) -> SceneRecipe:
     return replace(recipe, style=style, surfaces=())
 
 
-def mujoco_model(subject: Subject, cache: Path, tell: Tell) -> Any:
+def mujoco_model(subject: Subject, cache: Path, show_progress: ShowProgress) -> Any:
     """Return a compiled MuJoCo model of the subject; assets are placed on a floor.
 
     The last argument is a callback that receives the progress.
@@ -237,15 +237,15 @@ def mujoco_model(subject: Subject, cache: Path, tell: Tell) -> Any:
     Raises:
         CasaError: it cannot be built or read.
     """
-    source = _source(subject, cache, tell)
-    tell("loading", 0, 0)
+    source = _source(subject, cache, show_progress)
+    show_progress("loading", 0, 0)
     try:
         return model_of(source)
     except ValueError as error:
         raise CasaError(f"{subject.id}: MuJoCo cannot read it: {error}".replace("\n", " ")) from error
 
 
-def _source(subject: Subject, cache: Path, tell: Tell) -> Path | Files:
+def _source(subject: Subject, cache: Path, show_progress: ShowProgress) -> Path | Files:
     """The file on the disk, or files in memory."""
     if isinstance(subject, ModelFile):
         return subject.path
@@ -256,5 +256,5 @@ def _source(subject: Subject, cache: Path, tell: Tell) -> Path | Files:
         file = subject.folder / FILE
         if file.is_file() and (subject.is_named_by_path or is_current(subject.recipe, subject.place)):
             return file
-        return write(scene_of(subject, cache, tell)[1], shared=SHARED)
+        return write(scene_of(subject, cache, show_progress)[1], shared=SHARED)
     return document.write(asset_of(subject, cache))

@@ -40,7 +40,7 @@ from casa_assets.show.local_server import HOST, LocalHandler
 from casa_assets.show.page.model_files import viewer_script
 from casa_assets.show.page.page_template import render_template
 from casa_assets.show.view import machines
-from casa_assets.show.view.model import REPORT, Model, Tell, to_json, with_style
+from casa_assets.show.view.model import REPORT, Model, ShowProgress, to_json, with_style
 from casa_assets.show.view.subject import Kitchen, Subject
 
 SSH_PORT = "22"
@@ -55,7 +55,7 @@ KEPT = 8  # models in memory; a kitchen takes some tens of megabytes
 # A page asks four times a second how far its model is; after so long without, it shows another one or is closed.
 ABANDONED_S = 5.0
 
-Maker = Callable[[Subject, Tell], Model]
+Maker = Callable[[Subject, ShowProgress], Model]
 
 
 @dataclass(frozen=True)
@@ -140,14 +140,14 @@ class Workshop:
             return job
 
     def _work(self, job: _Job) -> None:
-        def tell(doing: str, done: int, of: int) -> None:
+        def show_progress(doing: str, done: int, of: int) -> None:
             job.progress = Progress(doing, done, of)
 
         with self._bench:
             if self._is_abandoned(job):
                 return
             try:
-                job.model = self._make(job.subject, tell)
+                job.model = self._make(job.subject, show_progress)
             except CasaError as error:
                 job.progress = Progress(error=str(error))
             except Exception:  # noqa: BLE001  a thread has nobody above it: the page and the terminal tell of the fault

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.choose_plan import choose_plan
-from casa_assets.articulate.controls.classify import check_forest, decided, tell_beside_dials
+from casa_assets.articulate.controls.classify import check_forest, classify_with_dials, decided
 from casa_assets.articulate.controls.controls import Control, group_controls
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.run.build import load_models
@@ -74,11 +74,11 @@ def test_a_forest_gives_the_mean_of_its_trees() -> None:
 
 
 def test_round_things_that_are_smaller_than_the_dial_of_a_toaster_are_its_keys() -> None:
-    def tell(_control: Control, _others: Sequence[Control]) -> tuple[PartKind | None, float, str]:
+    def classify(_control: Control, _others: Sequence[Control]) -> tuple[PartKind | None, float, str]:
         return PartKind.KNOB, 0.6, "round"
 
     dial, key, lever = control(0.0, 0.0, 0.06, 0.06), control(0.08, 0.0, 0.04, 0.04), control(0.0, 0.1, 0.058, 0.058)
-    told = tell_beside_dials(tell)
+    told = classify_with_dials(classify)
     assert [told(c, [dial, key, lever])[0] for c in (dial, key, lever)] == [
         PartKind.KNOB,
         PartKind.BUTTON,
