@@ -62,7 +62,8 @@ KEPT_ROWS = 3
 ALL = "all"
 # What makes subjects, or knows all of them: a file of tests that imports it does not hang on all that it reaches.
 MAKERS = tuple(
-    f"{PACKAGE}.{name}" for name in ("api", "cli", "ext", "families", "kitchenware", "layouts", "registry", "textures")
+    f"{PACKAGE}.{name}"
+    for name in ("api", "asset", "cli", "ext", "families", "kitchenware", "layouts", "registry", "textures")
 )
 # What is below these and yet judges pictures.
 JUDGES = (f"{PACKAGE}.textures.distance", f"{PACKAGE}.textures.seam")

@@ -47,7 +47,7 @@ def test_a_key_changes_with_what_is_watched(place: str, tmp_path: Path, monkeypa
 
 def test_a_script_that_a_test_names_is_part_of_its_key() -> None:
     assert HERE / "clip_run.py" in watched._own(HERE / "test_clip.py")
-    assert HERE.parent / "browser.py" in watched._own(HERE / "test_viewer.py")
+    assert HERE.parent / "support" / "program" / "browser.py" in watched._own(HERE / "test_viewer.py")
 
 
 def test_every_environment_of_another_program_is_stated() -> None:

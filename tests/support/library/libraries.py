@@ -139,14 +139,14 @@ class Here:
     def __exit__(self, *_: object) -> None:
         pass
 
-    def prepare(self, warm: str) -> None:
+    def prepare(self, warm: pool.Step) -> None:
         """Nothing is loaded before the first job asks for it."""
 
     def run(
-        self, function: str, jobs: Sequence[Any], started: Callable[[int], None] | None = None
+        self, function: pool.Step, jobs: Sequence[Any], started: Callable[[int], None] | None = None
     ) -> Iterator[tuple[int, Any]]:
         """Yield (number of the job, answer or WorkerFailure); jobs and answers are pickled, as between processes."""
-        module, name = function.split(":")
+        module, name = pool.address_of(function).split(":")
         for number, job in enumerate(jobs):
             if started is not None:
                 started(number)

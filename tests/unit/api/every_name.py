@@ -8,7 +8,7 @@ import mujoco
 import trimesh
 
 import casa_assets as casa
-from casa_assets import ext
+from casa_assets.ext import plugins
 
 plan: casa.PlanInfo = casa.plans()["l_small"]
 bounds: casa.Bounds = plan.bounds[next(iter(plan.bounds))]
@@ -78,9 +78,9 @@ runs: tuple[casa.MadeRun, ...] = project.make()
 print(runs[0].passed, runs[0].command, runs[0].exit_code, runs[0].rows[0]["id"])
 with project:
     print(casa.plans())
-plugin: ext.Plugin = casa.plugins().get("ours") or ext.Plugin("ours", "1.0")
-sources: tuple[ext.Source, ...] = plugin.sources
-exporters: tuple[ext.Exporter, ...] = plugin.exporters
+plugin: plugins.Plugin = casa.plugins().get("ours") or plugins.Plugin("ours", "1.0")
+sources: tuple[plugins.Source, ...] = plugin.sources
+exporters: tuple[plugins.Exporter, ...] = plugin.exporters
 version: str = casa.__version__
 try:
     casa.kitchen("galley", "rustik")

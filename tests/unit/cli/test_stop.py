@@ -21,7 +21,7 @@ SOON_S = 5.0
 ENDLESS = """
 import functools, hashlib, importlib, os, pathlib, sys
 
-if any(word in ("casa_assets.cli.main",) or "workers.server" in word for word in sys.orig_argv):
+if any(word in ("casa_assets.cli.main",) or "runs.server" in word for word in sys.orig_argv):
     module, name = os.environ["CASA_TEST_ENDLESS"].split(":")
     found = importlib.import_module(module)
 
@@ -33,7 +33,7 @@ if any(word in ("casa_assets.cli.main",) or "workers.server" in word for word in
     setattr(found, name, endless)
 """
 VERBS = {
-    "ingest {mesh} --library {out}": "ingest.run.worker:work",
+    "ingest {mesh} --library {out}": "ingest.run.answers:work_on",
     "ingest {mesh} --library {out} --jobs 1": "ingest.run.survey:survey",
     "articulate {mesh} --library {out}": "articulate.run.run:articulate_one",
     "families build microwave --library {out}": "families.build:build_one",
