@@ -36,9 +36,9 @@ def names(wheel: Path) -> list[str]:
 
 def test_registry_and_templates_are_inside(names: list[str]) -> None:
     wanted = {f"casa_assets/registry_data/{name}.yaml" for name in FILES}
-    templates = (ROOT / "casa_assets" / "show" / "reports" / "templates").rglob("*")
+    templates = (ROOT / "casa_assets" / "show" / "page" / "templates").rglob("*")
     wanted |= {path.relative_to(ROOT).as_posix() for path in templates if path.is_file()}
-    assert "casa_assets/show/reports/templates/frame/base.html" in wanted
+    assert "casa_assets/show/page/templates/frame/base.html" in wanted
     wanted |= {f"casa_assets/show/page/bundle/{name}" for name in ("viewer.js", "LICENSES.txt")}
     wanted |= {path.relative_to(ROOT).as_posix() for path in (ROOT / "casa_assets").rglob("*.py")}
     assert sorted(wanted - set(names)) == []

@@ -21,7 +21,7 @@ pytestmark = pytest.mark.slow
 KILLED = """
 import os, signal, sys
 
-if any("workers.server" in word for word in sys.orig_argv):  # the one that forks the workers
+if any("runs.server" in word for word in sys.orig_argv):  # the one that forks the workers
     import casa_assets.ingest.run.worker as worker
 
     collect = worker.collect

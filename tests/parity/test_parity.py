@@ -39,6 +39,9 @@ BAD: dict[str, Tampering] = {
     "PAR004": edited("xformOp:translate = (0, 0, {0.01|0.0101})"),
 }
 
+# Code -> what it is silent on, and what is done to the package of it; tests/unit/checks/test_every_code.py reads it.
+EXAMPLES = {code: (drawer_unit, corrupt) for code, corrupt in BAD.items()}
+
 
 @pytest.mark.parametrize("code", BAD)
 def test_bad_example_trips_its_code_alone(code: str, tmp_path: Path) -> None:

@@ -115,7 +115,7 @@ def _environment() -> Environment:
 
 
 def _source(name: str) -> str:
-    return files("casa_assets.show.reports").joinpath(FOLDER, name).read_text(encoding="utf-8")
+    return files("casa_assets.show.page").joinpath(FOLDER, name).read_text(encoding="utf-8")
 
 
 def _unescaped_source(name: str) -> Markup:

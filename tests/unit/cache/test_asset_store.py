@@ -7,7 +7,7 @@ import io
 import os
 import zlib
 from collections.abc import Callable
-from dataclasses import replace
+from copy import copy
 from functools import wraps
 from pathlib import Path
 from typing import Any
@@ -46,7 +46,8 @@ class Counted:
     def __init__(self, build: Callable[[Params, Supplies], Asset] = KETTLE.build) -> None:
         self.times = 0
         self._build = build
-        self.family: Family[Any] = replace(KETTLE, build=self.build)
+        self.family: Family[Any] = copy(KETTLE)
+        object.__setattr__(self.family, "build", self.build)  # of a frozen record
 
     def build(self, params: Params, supplies: Supplies) -> Asset:
         self.times += 1

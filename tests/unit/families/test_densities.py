@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.asset import kit
+from casa_assets import kitchenware
 from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.asset.kit.solids.blocks import box
 from casa_assets.errors import RegistryError, UnknownId
@@ -17,7 +17,7 @@ from casa_assets.registry.families import family
 from casa_assets.registry.load import read_densities
 from tests.support.asset.family_members import known, supplies
 
-SOURCES = sorted(Path(kit.__path__[0]).parent.rglob("*.py"))
+SOURCES = sorted(Path(kitchenware.__path__[0]).rglob("*.py"))
 ROWS = read_document(data_root() / "densities.yaml").value
 
 

@@ -121,7 +121,7 @@ def test_an_accepted_asset_is_kept_where_the_new_result_is_worse(copy: Path, mon
     )
     assert event.folder == library / CARTON
     with pytest.raises(typer.Exit) as ended:
-        end([event])
+        end([event], ["carton"])
     assert ended.value.exit_code == 4
     (again,) = run(copy / "in", library)
     assert (again.kind, again.reason_kept) == ("kept", event.reason_kept)

@@ -33,7 +33,7 @@ COUNT = 8
 STAND_INS = """
 import hashlib, json, os, pathlib, signal, sys, time, types
 
-if any(word in ("casa_assets.cli.main",) or "workers.server" in word for word in sys.orig_argv):
+if any(word in ("casa_assets.cli.main",) or "runs.server" in word for word in sys.orig_argv):
     from casa_assets.model.issue import Issue, Report, Severity
     from casa_assets.layouts.run import check, scene_folders
 

@@ -62,7 +62,7 @@ def test_a_page_is_for_phones_too_names_its_version_and_fetches_nothing(subtests
 
 def reached_by(name: str) -> set[str]:
     """Templates that the module of a page reaches, as its cache key counts them."""
-    package = Path(cache_key.__file__).parents[2]
+    package = Path(cache_key.__file__).parents[1]
     paths = [package / path for path in reach(PAGES[name].__name__).data]
     return {path.relative_to(FOLDER).as_posix() for path in paths if path.is_relative_to(FOLDER)}
 
