@@ -22,7 +22,7 @@ KILLED = """
 import os, signal, sys
 
 if any("runs.server" in word for word in sys.orig_argv):  # the one that forks the workers
-    import casa_assets.ingest.run.worker as worker
+    from casa_assets.ingest.run import worker
 
     collect = worker.collect
 
