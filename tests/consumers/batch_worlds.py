@@ -51,7 +51,7 @@ def main() -> None:
     theirs.reset([1])
     again, begun = theirs.qpos, theirs.kitchens[1].rows.qpos[0]
     reset = {"begun": float(np.abs(again[1] - begun).max()), "others": float(np.abs(again[0] - found[0]).max())}
-    sizes = {"ngeom": theirs.kitchens[0].model.ngeom, "bytes_per_world": theirs.bytes_per_world}
+    sizes = {"ngeom": theirs.kitchens[0].model.ngeom, "bytes_per_world": theirs.engine.bytes_per_world}
     print(json.dumps({**sizes, "kitchens": told, "reset": reset}))
 
 

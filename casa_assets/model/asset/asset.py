@@ -212,7 +212,11 @@ class Asset(Record):
     # For users. Writers, checks and viewers use this module, so what they need is imported when it is called.
 
     def to_mjspec(self) -> mujoco.MjSpec:
-        """Return an MjSpec of its body `object` alone, without a floor and a free joint, to attach to a kitchen."""
+        """Return an MjSpec of its body `object` alone, without a floor and a free joint, to attach to a kitchen.
+
+        `spec.attach(it, frame=..., prefix=...)` takes its meshes and pictures along; after `frame.attach_body(...)`,
+        which does not, `spec.assets.update(it.assets)` adds them.
+        """
         return _actions().to_mjspec(self)
 
     def to_mjmodel(self) -> mujoco.MjModel:
