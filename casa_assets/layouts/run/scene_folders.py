@@ -125,12 +125,12 @@ def warm() -> None:
 
 
 def scene_key(recipe: SceneRecipe) -> str:
-    """Key of the files of a scene, without its pictures and the verdict on it. Raises as `kitchens.resolve` does."""
+    """Key of the files of a scene, without its pictures and the verdict on it. Raises as `resolve` does."""
     return written_key(kitchen_key(recipe))
 
 
 def is_current(recipe: SceneRecipe, out: Path) -> bool:
-    """True if a scene is there, whole, as today's code and data would make it. Raises as `kitchens.resolve` does."""
+    """True if a scene is there, whole, as today's code and data would make it. Raises as `resolve` does."""
     return is_whole(out / recipe.scene_id, scene_key(recipe))
 
 
