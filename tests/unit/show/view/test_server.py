@@ -16,7 +16,7 @@ from casa_assets.layouts.run.resolve import draw_surfaces
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.show.page.model_files import viewer_name, viewer_script
 from casa_assets.show.view import server as view_server
-from casa_assets.show.view.model import Model, Tell, build_command, make
+from casa_assets.show.view.model import Model, ShowProgress, build_command, make
 from casa_assets.show.view.server import KEPT, ViewServer, tunnel_line
 from casa_assets.show.view.subject import Kitchen, Subject, find
 from tests.support.library.server_requests import ask, serving
@@ -52,7 +52,7 @@ def microwave(cache: Path) -> Iterator[ViewServer]:
         yield server
 
 
-def bare(subject: Subject, tell: Tell) -> Model:
+def bare(subject: Subject, tell: ShowProgress) -> Model:
     """A model that costs nothing: of a kitchen whose folder may hold a report."""
     assert isinstance(subject, Kitchen)
     tell("building", 1, 2)

@@ -11,7 +11,7 @@ import pytest
 from casa_assets.errors import CasaError
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.show.view import server as subject
-from casa_assets.show.view.model import Model, Tell
+from casa_assets.show.view.model import Model, ShowProgress
 from casa_assets.show.view.server import KEPT, Workshop
 from casa_assets.show.view.subject import Kitchen, Subject
 
@@ -38,7 +38,7 @@ def test_what_waited_until_no_page_asked_for_it_is_not_begun(monkeypatch: pytest
     made: list[str] = []
     is_begun, may_end = Event(), Event()
 
-    def make(wanted: Subject, tell: Tell) -> Model:
+    def make(wanted: Subject, tell: ShowProgress) -> Model:
         made.append(wanted.id)
         is_begun.set()
         assert may_end.wait(PATIENCE_S)
@@ -59,7 +59,7 @@ def test_what_waited_until_no_page_asked_for_it_is_not_begun(monkeypatch: pytest
 
 
 def test_what_failed_is_forgotten_like_the_others() -> None:
-    def fail(_: Subject, tell: Tell) -> Model:
+    def fail(_: Subject, tell: ShowProgress) -> Model:
         raise CasaError("there is no wood")
 
     workshop = Workshop(fail)
