@@ -12,7 +12,6 @@ from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.ingest.collision.plane_splits import ErrorBound
 from casa_assets.ingest.draft import PlacedShape
-from casa_assets.mesh.grid.voxels import NO_ROOMS, OpenRooms, closed_shares, fillable_volume, voxelise
 from casa_assets.mesh.planar import outline_of
 from casa_assets.mesh.solid.deviation import (
     Deviation,
@@ -34,6 +33,7 @@ from casa_assets.mesh.solid.solids import (
     union,
 )
 from casa_assets.mesh.surface import signed_volume
+from casa_assets.mesh.voxels import NO_ROOMS, OpenRooms, closed_shares, fillable_volume, voxelise
 from casa_assets.model.asset.parts import Box, Hull, Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record

@@ -14,10 +14,10 @@ from casa_assets.formats.read.dispatch import MAX_REFERENCES, each_once, reader_
 from casa_assets.formats.read.formats import Format, Reference, Role, sniff
 from casa_assets.formats.read.obj import material_references
 from casa_assets.formats.read.text import Notes, printable
-from casa_assets.ingest.sources.containers.archive import Archive
-from casa_assets.ingest.sources.containers.table import TablePlace, is_table
+from casa_assets.ingest.sources.archive import Archive
 from casa_assets.ingest.sources.found import Found
 from casa_assets.ingest.sources.places import Folder, Place, folder_of
+from casa_assets.ingest.sources.table import TablePlace, is_table
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Bundle, RawModel
 

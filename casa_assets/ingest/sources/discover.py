@@ -12,12 +12,12 @@ from pathlib import Path
 
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.formats import SUFFIXES, suffix_of
-from casa_assets.ingest.sources import manifest, objaverse
-from casa_assets.ingest.sources.containers.archive import archived
-from casa_assets.ingest.sources.containers.table import is_table, tabled
+from casa_assets.ingest.sources import objaverse
+from casa_assets.ingest.sources.archive import archived
 from casa_assets.ingest.sources.found import HIDDEN, Found, Package, Refused, archive_suffix, kind_of_other, unread
 from casa_assets.ingest.sources.places import StoreRoot, folder_of, utf8_escaped
-from casa_assets.ingest.sources.rows import unique_hints
+from casa_assets.ingest.sources.rows import read_lines, read_list, unique_hints
+from casa_assets.ingest.sources.table import is_table, tabled
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Source, SourceKind
 
@@ -99,10 +99,10 @@ def _discover(root: Path | StoreRoot, others: Counter[str]) -> Iterator[Found | 
             message = f"{utf8_escaped(place.name)}: a folder, not a regular file; put the file itself there"
             yield Refused(utf8_escaped(place.name), codes.NOT_A_FILE, message)
     elif posixpath.splitext(place.name.lower())[1] == ".jsonl":
-        yield from manifest.read_lines(around, place.name, is_named=True)
+        yield from read_lines(around, place.name, is_named=True)
     elif posixpath.splitext(place.name.lower())[1] == ".json":
         listed = objaverse.read_xl(around, place.name)
-        yield from listed if listed is not None else manifest.read_list(around, place.name, is_named=True)
+        yield from listed if listed is not None else read_list(around, place.name, is_named=True)
     elif archive_suffix(place.name):
         yield from archived(around, place.name, others)
     elif is_table(place.name):
@@ -180,11 +180,11 @@ def _packaged(package: Package, names: Sequence[str]) -> Iterator[Found | Refuse
     for name in names:
         lower = name.lower()
         if lower.endswith(".jsonl"):
-            yield from manifest.read_lines(package, name, is_named=False)
+            yield from read_lines(package, name, is_named=False)
         elif lower == "annotations.json":
             yield from objaverse.read_xl(package, name) or ()
         elif lower.endswith(".json") and lower not in objaverse.INDEX_FILES:
-            yield from manifest.read_list(package, name, is_named=False)
+            yield from read_list(package, name, is_named=False)
 
 
 def _loose(package: Package, main: str) -> Found | Refused:

@@ -7,7 +7,7 @@ import pytest
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.size.scale import UNITS, parse_size_phrases, scale
+from casa_assets.ingest.scale import UNITS, parse_size_phrases, scale
 from casa_assets.model.asset.parts import Mesh
 from tests.support.mesh.meshes import box_mesh
 from tests.support.mesh.raw_models import category, codes, draft, moved

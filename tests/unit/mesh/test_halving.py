@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from manifold3d import OpType
 
+from casa_assets.ingest.collision.plane_splits import Plane, concave_edge_planes, edge_graph, split_hull_volume
 from casa_assets.mesh.solid.deviation import burial_depths, protrusion, reference_surface, signed_distances
 from casa_assets.mesh.solid.solids import Solid, connected_parts, split_by_plane, surface_of, volume_of_hull
-from casa_assets.mesh.solid.split_planes import Plane, concave_edge_planes, edge_graph, split_hull_volume
 from casa_assets.mesh.surface import signed_volume
 from casa_assets.mesh.topology import fill_holes, is_closed
 from tests.support.mesh.solids import block

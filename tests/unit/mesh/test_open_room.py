@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from casa_assets.core.numeric import Floats, Ints
-from casa_assets.mesh.grid.voxels import closed_shares, open_rooms
 from casa_assets.mesh.solid.solids import surface_of
+from casa_assets.mesh.voxels import closed_shares, open_rooms
 from casa_assets.model.record import Vec3
 from tests.support.mesh.raw_models import MUG, turned
 from tests.support.mesh.solids import block, box, welded

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import DegenerateShape
-from casa_assets.mesh.grid.isosurface import isosurface, signed_distance_field
-from casa_assets.mesh.grid.voxels import fillable_volume, voxelise
+from casa_assets.ingest.collision.rings import radius_spread, upright_axis, wall_profile
+from casa_assets.ingest.collision.solid_proxy import isosurface, signed_distance_field
 from casa_assets.mesh.solid.deviation import deviation, distances_outside, excess, reference_surface
-from casa_assets.mesh.solid.revolution import radius_spread, upright_axis, wall_profile
 from casa_assets.mesh.solid.solids import (
     Solid,
     connected_parts,
@@ -26,6 +25,7 @@ from casa_assets.mesh.solid.solids import (
 )
 from casa_assets.mesh.surface import signed_volume
 from casa_assets.mesh.topology import fill_holes, is_closed
+from casa_assets.mesh.voxels import fillable_volume, voxelise
 from casa_assets.model.asset.parts import Mesh
 from tests.support.mesh.raw_models import MUG, flipped, joined, moved, turned
 from tests.support.mesh.solids import block, box, solid, welded

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.kitchenware.textures.cabinets.fronts import FrontFace, PaintCoat, PaintedFront, PressedFront, Veneer
+from casa_assets.kitchenware.textures.fronts import FrontFace, PaintCoat, PaintedFront, PressedFront, Veneer
 from casa_assets.textures.canvas import Layers, rgb
+from casa_assets.textures.check import seam
 from casa_assets.textures.distance import oklab
-from casa_assets.textures.seam import seam
 from casa_assets.textures.wood import SawCut, WoodPalette, WoodSpecies
 from tests.support.library.pictures import painted, runs, steps
 

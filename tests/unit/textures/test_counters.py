@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from casa_assets.core.numeric import rng_for
-from casa_assets.kitchenware.textures.counters import laid
-from casa_assets.kitchenware.textures.counters import stone as slabs
+from casa_assets.kitchenware.textures import laid
+from casa_assets.kitchenware.textures import stone as slabs
 from casa_assets.textures.canvas import Canvas, Layers
-from casa_assets.textures.seam import seam
+from casa_assets.textures.check import seam
 from casa_assets.textures.wood import WoodPalette, WoodSpecies
 from tests.support.library.pictures import painted, runs, steps
 

@@ -7,9 +7,8 @@ import pytest
 
 from casa_assets.core.numeric import rng_for
 from casa_assets.textures.canvas import Canvas, Layers, stratified
-from casa_assets.textures.laying import patterns
-from casa_assets.textures.laying.laying import Laying, LayingPattern, lay
-from casa_assets.textures.laying.pieces import (
+from casa_assets.textures.laying import Laying, LayingPattern, fieldstone, lay
+from casa_assets.textures.pieces import (
     Joint,
     PieceMap,
     Slab,
@@ -100,7 +99,7 @@ def test_pennies_leave_the_gaps_of_circles() -> None:
 
 def test_fieldstones_are_of_the_stated_size() -> None:
     canvas = Canvas((300, 300), (1.5, 1.5))
-    pieces = patterns.fieldstone(canvas, 0.3, 0.25, rng_for(1, "f"))
+    pieces = fieldstone(canvas, 0.3, 0.25, rng_for(1, "f"))
     assert pieces.count == 5 * 6
     assert len(np.unique(pieces.owner)) == pieces.count
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from PIL import Image
 
-from casa_assets.kitchenware.textures.objects.label import Label, Layout, Lettering, front
-from casa_assets.kitchenware.textures.objects.printed_lines import lines_in_picture
+from casa_assets.kitchenware.textures.label import Label, Layout, Lettering, front, lines_in_picture
 from casa_assets.textures.canvas import rgb
 
 SIZE = (120, 240)

@@ -7,7 +7,7 @@ import pytest
 
 from casa_assets.core.numeric import rng_for
 from casa_assets.textures import canvas
-from casa_assets.textures.seam import Picture, jump, repair, seam, smooth_part
+from casa_assets.textures.check import Picture, jump, repair, seam, smooth_part
 
 
 def clouds(seed: int = 1, size: int = 192) -> Picture:

@@ -5,16 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.kitchenware.textures.floors.soft import ResilientFloor, ResilientSort
-from casa_assets.kitchenware.textures.floors.tiles import Encaustic
-from casa_assets.kitchenware.textures.motif.figures import DESIGNS, TileDesign
-from casa_assets.kitchenware.textures.motif.foliage import FoliageKind
-from casa_assets.kitchenware.textures.motif.repeat import REPEATS, PaperRepeat
-from casa_assets.kitchenware.textures.walls import covering, masonry, panels
+from casa_assets.kitchenware.textures import covering, wall_panels
+from casa_assets.kitchenware.textures.covering import REPEATS, PaperRepeat
+from casa_assets.kitchenware.textures.floor_tiles import Encaustic
+from casa_assets.kitchenware.textures.motif import DESIGNS, FoliageKind, TileDesign
+from casa_assets.kitchenware.textures.soft_floors import ResilientFloor, ResilientSort
 from casa_assets.textures.canvas import Canvas
-from casa_assets.textures.laying.laying import Laying, LayingPattern
-from casa_assets.textures.laying.pieces import Joint
-from casa_assets.textures.seam import seam
+from casa_assets.textures.check import seam
+from casa_assets.textures.laying import Laying, LayingPattern
+from casa_assets.textures.pieces import Joint
 from tests.support.library.pictures import painted, runs
 
 pytestmark = pytest.mark.content("code", "textures", keep=0)
@@ -25,7 +24,7 @@ GROUT = Joint(color=BLACK, width_m=0.006, coarseness=0.0, rim_drop_m=0.0)
 
 def test_subway_tiles_are_as_large_as_stated() -> None:
     laying = Laying(pattern=LayingPattern.RUNNING, width_m=0.075, length_m=0.15, bond=0.5)
-    params = masonry.CeramicTile(
+    params = wall_panels.CeramicTile(
         laying=laying, joint=GROUT, colors=(WHITE,), variety=0, glaze_pooling=0, tilt=0, wave_m=0
     )
     made = painted(params, "t", Canvas((300, 450), (0.9, 0.6)))
@@ -40,15 +39,17 @@ SQUARES = Laying(pattern=LayingPattern.RUNNING, width_m=0.1, length_m=0.1)
 
 def test_grout_lies_lower_and_is_rougher() -> None:
     joint = Joint(width_m=0.004, depth_m=0.001)
-    params = masonry.CeramicTile(laying=SQUARES, joint=joint, colors=(WHITE,), roughness=0.1, tilt=0)
+    params = wall_panels.CeramicTile(laying=SQUARES, joint=joint, colors=(WHITE,), roughness=0.1, tilt=0)
     made = painted(params, "t", Canvas((400, 400), (0.4, 0.4)))
     assert made.height_m[50, 50] - made.height_m[0, 0] > 0.0008
     assert made.roughness[0, 0] - made.roughness[50, 50] > 0.5
 
 
 def test_a_checker_takes_turns() -> None:
-    order = masonry.ColorAssignment.SORT
-    params = masonry.CeramicTile(laying=SQUARES, colors=(WHITE, BLACK), color_order=order, variety=0, glaze_pooling=0)
+    order = wall_panels.ColorAssignment.SORT
+    params = wall_panels.CeramicTile(
+        laying=SQUARES, colors=(WHITE, BLACK), color_order=order, variety=0, glaze_pooling=0
+    )
     light = painted(params, "t", Canvas((200, 200), (0.4, 0.4))).albedo[..., 0]
     middles = light[25::50, 25::50] > 0.5
     assert (middles != np.roll(middles, 1, axis=0)).all()
@@ -57,7 +58,7 @@ def test_a_checker_takes_turns() -> None:
 
 def test_a_full_coat_of_paint_hides_the_brick() -> None:
     laying = Laying(pattern=LayingPattern.RUNNING, width_m=0.075, length_m=0.225, bond=0.5)
-    bare = masonry.FiredClay(laying=laying, colors=("#a03020",))
+    bare = wall_panels.FiredClay(laying=laying, colors=("#a03020",))
     coated = bare.replace(coat_color=WHITE, coat_share=1.0, paint_share=1.0)
     canvas = Canvas((180, 180), (0.9, 0.9))
     assert painted(bare, "c", canvas).albedo[..., 2].mean() < 0.5
@@ -67,14 +68,14 @@ def test_a_full_coat_of_paint_hides_the_brick() -> None:
 
 
 def test_boards_are_as_wide_as_stated(subtests: pytest.Subtests) -> None:
-    for profile in panels.BoardProfile:
+    for profile in wall_panels.BoardProfile:
         with subtests.test(profile=profile):
-            params = panels.PaintedBoards(
+            params = wall_panels.PaintedBoards(
                 color="#808080", profile=profile, pitch_m=0.1, gap_m=0.012, depth_m=0.005, grain=0.0
             )
             made = painted(params, "b", Canvas((100, 400), (0.8, 0.2)))
             relief = made.height_m.mean(axis=0)
-            assert runs(relief) == (16 if profile is panels.BoardProfile.BEAD else 8)
+            assert runs(relief) == (16 if profile is wall_panels.BoardProfile.BEAD else 8)
             level = painted(params.replace(horizontal=True), "b", Canvas((400, 100), (0.2, 0.8)))
             np.testing.assert_array_equal(level.height_m, made.height_m.T)
 
@@ -91,9 +92,9 @@ def test_plaster_holds_its_color_and_its_relief_hangs_on_relief(subtests: pytest
 
 
 def test_formwork_is_as_large_as_stated(subtests: pytest.Subtests) -> None:
-    for form in [panels.Formwork.BOARDS, panels.Formwork.PANELS]:
+    for form in [wall_panels.Formwork.BOARDS, wall_panels.Formwork.PANELS]:
         with subtests.test(form=form):
-            params = panels.Concrete(
+            params = wall_panels.Concrete(
                 color="#a0a0a0", second="#a0a0a0", formwork=form, formwork_unit_m=0.2, cloudy=0, holes=0
             )
             made = painted(params, "c", Canvas((400, 400), (0.8, 0.8)))
@@ -102,7 +103,7 @@ def test_formwork_is_as_large_as_stated(subtests: pytest.Subtests) -> None:
 
 
 def test_tin_plates_repeat_exactly_but_for_their_dents() -> None:
-    params = panels.PressedTin(color="#c0c0c0", hollow_color="#404040", plate_m=0.3)
+    params = wall_panels.PressedTin(color="#c0c0c0", hollow_color="#404040", plate_m=0.3)
     made = painted(params, "t", Canvas((240, 240), (0.6, 0.6)))
     first, second = made.height_m[:120, :120], made.height_m[120:, 120:]
     assert np.abs(first - second).max() < 0.001 < np.ptp(first)

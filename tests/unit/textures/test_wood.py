@@ -11,7 +11,7 @@ from scipy import ndimage
 from casa_assets.core.numeric import rng_for
 from casa_assets.textures import wood
 from casa_assets.textures.canvas import Canvas, Layers, rgb
-from casa_assets.textures.seam import seam
+from casa_assets.textures.check import seam
 from casa_assets.textures.wood import GrainMaps, GrowthRings, SawCut, WoodPalette, WoodSpecies, grain_maps
 from tests.support.library.pictures import steps
 

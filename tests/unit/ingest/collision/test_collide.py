@@ -10,13 +10,12 @@ import pytest
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest.collision import collide as stage
-from casa_assets.ingest.collision.collide import collide
-from casa_assets.ingest.collision.convex_decomposition import Budget, DecompositionFailed
+from casa_assets.ingest.collision.collide import STRATEGIES, collide
+from casa_assets.ingest.collision.components import Budget, DecompositionFailed
 from casa_assets.ingest.collision.fit import CollideParams, FitErrors, fit_reference, measure_fit
 from casa_assets.ingest.collision.plane_splits import ErrorBound
 from casa_assets.ingest.collision.plane_splits import merge_within_bound as joined_up
 from casa_assets.ingest.collision.solid_proxy import SurfaceKind, solid_proxy
-from casa_assets.ingest.collision.strategies import STRATEGIES
 from casa_assets.ingest.draft import Draft
 from casa_assets.mesh.solid.deviation import distances_outside_hulls, reference_surface
 from casa_assets.mesh.solid.primitive import tessellate

@@ -10,8 +10,8 @@ from casa_assets.ingest.collision.collide import collide
 from casa_assets.ingest.collision.components import SHEET_RATIO, assemble_solid, covers_surface
 from casa_assets.ingest.collision.fit import FOOT_M, CollideParams
 from casa_assets.ingest.collision.solid_proxy import CELLS, solid_proxy
-from casa_assets.mesh.grid.voxels import Grid, voxelise
 from casa_assets.mesh.solid.primitive import shape_bounds
+from casa_assets.mesh.voxels import Grid, voxelise
 from casa_assets.model.asset.parts import Hull, Mesh
 from tests.support.mesh.raw_models import category, draft, flipped, joined, moved, turned
 from tests.support.mesh.solids import box, welded

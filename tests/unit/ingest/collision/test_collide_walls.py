@@ -8,10 +8,9 @@ import pytest
 from casa_assets.core.numeric import Floats
 from casa_assets.ingest.collision.collide import collide
 from casa_assets.ingest.collision.fit import CollideParams
-from casa_assets.ingest.collision.rings import slab_costs
+from casa_assets.ingest.collision.rings import RAYS, WallProfile, slab_costs
 from casa_assets.ingest.draft import Draft
 from casa_assets.mesh.solid.primitive import tessellate
-from casa_assets.mesh.solid.revolution import RAYS, WallProfile
 from casa_assets.model.asset.parts import Box, Mesh
 from tests.support.mesh.raw_models import category, draft, turned
 from tests.support.mesh.solids import never

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from casa_assets.core.numeric import Floats, Ints
-from casa_assets.ingest.collision.convex_decomposition import Budget, DecompositionFailed, decompose
+from casa_assets.ingest.collision.components import Budget, DecompositionFailed, decompose
 from casa_assets.mesh.solid.solids import hull_volume
 from tests.support.mesh.raw_models import MUG, joined, turned
 from tests.support.mesh.solids import box, welded

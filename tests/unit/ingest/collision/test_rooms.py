@@ -7,7 +7,7 @@ import pytest
 
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.ingest.collision.collide import collide
-from casa_assets.ingest.collision.convex_decomposition import Budget, DecompositionFailed
+from casa_assets.ingest.collision.components import Budget, DecompositionFailed
 from casa_assets.ingest.collision.fit import CollideParams
 from casa_assets.ingest.collision.solid_proxy import without_windows
 from casa_assets.mesh.solid.primitive import shape_bounds

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from casa_assets.ingest.draft import Draft, PlacedShape
-from casa_assets.ingest.mass.estimates import mass
+from casa_assets.ingest.mass import mass
 from casa_assets.mesh.surface import shifted_inertia
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.asset.parts import Box, Cylinder, Mesh, Shape

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.ingest.mass.estimates import (
+from casa_assets.ingest.mass import (
     WALL_THICKNESS_M,
     Estimate,
     EstimateMethod,

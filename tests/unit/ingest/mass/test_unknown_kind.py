@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.ingest.mass.estimates import SIZE_LAWS, CombinedMass, apparent_substance, combine_unknown, form_of
+from casa_assets.ingest.mass import SIZE_LAWS, CombinedMass, apparent_substance, combine_unknown, form_of
 from casa_assets.mesh.solid.solids import closed_solid
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
@@ -63,7 +63,7 @@ def test_a_word_or_bare_metal_tells_the_substance() -> None:
 
 
 def test_densities_are_those_of_the_registry() -> None:
-    from casa_assets.ingest.mass.estimates import SUBSTANCE_WORDS
+    from casa_assets.ingest.mass import SUBSTANCE_WORDS
 
     known = registry.load().substances
     assert {name: known[name].density for name, _ in SUBSTANCE_WORDS.values()} == dict(SUBSTANCE_WORDS.values())

@@ -8,9 +8,8 @@ import pytest
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.orient import orient
-from casa_assets.ingest.pose.front import facing, straightened
-from casa_assets.ingest.pose.up import (
+from casa_assets.ingest.orient import facing, orient, straightened
+from casa_assets.ingest.up_axis import (
     UP_ROTATIONS,
     candidates,
     outline_score,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from casa_assets.ingest.repair.components import intersecting_components
+from casa_assets.ingest.components import intersecting_components
 from casa_assets.model.asset.parts import Mesh
 from tests.support.mesh.raw_models import MUG, codes, joined, moved, turned
 from tests.support.mesh.solids import box, welded

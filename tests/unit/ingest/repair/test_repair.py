@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.collision.solid_proxy import SurfaceKind
+from casa_assets.ingest.components import Solidity, solidity
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.repair.components import Solidity, solidity
-from casa_assets.ingest.repair.gaps import boundary_loops
+from casa_assets.ingest.gaps import boundary_loops
 from casa_assets.mesh.surface import backward_share
 from casa_assets.mesh.topology import edge_counts
 from casa_assets.model.asset.material import Material

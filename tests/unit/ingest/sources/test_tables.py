@@ -15,9 +15,8 @@ import pytest
 
 from casa_assets.errors import Rejected
 from casa_assets.formats.read import load
-from casa_assets.ingest.sources import collect
+from casa_assets.ingest.sources import collect, table
 from casa_assets.ingest.sources.bundle import place_of
-from casa_assets.ingest.sources.containers import table
 from casa_assets.ingest.sources.places import root_of
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import SourceKind

@@ -11,8 +11,7 @@ import pytest
 from casa_assets import registry
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.gltf import MAX_COPIES
-from casa_assets.ingest.things.signs import guess_of_things
-from casa_assets.ingest.things.split import model_of_thing, things_of
+from casa_assets.ingest.things import guess_of_things, model_of_thing, things_of
 from casa_assets.library.review import DOUBTFUL
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.asset.material import Material

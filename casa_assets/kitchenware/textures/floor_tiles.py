@@ -30,7 +30,8 @@ from casa_assets.ext.textures import (
     smoothstep,
     stratified,
 )
-from casa_assets.kitchenware.textures.counters.stone import (
+from casa_assets.kitchenware.textures.motif import DESIGNS, TileDesign, ink
+from casa_assets.kitchenware.textures.stone import (
     BandedStone,
     Granite,
     MadeStone,
@@ -40,7 +41,6 @@ from casa_assets.kitchenware.textures.counters.stone import (
     paint_speckled,
     paint_veined,
 )
-from casa_assets.kitchenware.textures.motif.figures import DESIGNS, TileDesign, ink
 
 # Encaustic ------------------------------------------------------------------------------------------------------------
 # Cement tiles: coloured cement pressed into a pattern, dull, a little worn.

@@ -20,8 +20,9 @@ from casa_assets.model.asset.material import ColorSpace, Substance
 from casa_assets.model.record import Record, Vec2
 from casa_assets.model.registry.rows import Finish, Surface
 from casa_assets.textures.canvas import Layers
+from casa_assets.textures.check import jump, repair, seam
 from casa_assets.textures.finish import encode_texture, finish, halved
-from casa_assets.textures.packs.entry import (
+from casa_assets.textures.pack_entry import (
     MAX_ASPECT,
     MAX_SIDE_PX,
     MIN_SIDE_PX,
@@ -29,7 +30,6 @@ from casa_assets.textures.packs.entry import (
     PictureRejection,
     rejection_error,
 )
-from casa_assets.textures.seam import jump, repair, seam
 
 # Decode ---------------------------------------------------------------------------------------------------------------
 # Decode an image file to pixels, after its format and size were checked in the header.

@@ -12,13 +12,13 @@ import numpy as np
 
 from casa_assets.core.numeric import Floats, Ints, significant
 from casa_assets.ingest.draft import Draft, warning
-from casa_assets.ingest.pose.up import rain_volume
-from casa_assets.mesh.grid.voxels import voxelise
+from casa_assets.ingest.up_axis import rain_volume
 from casa_assets.mesh.solid.deviation import surface_samples
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.mesh.solid.solids import Surface as ClosedSurface
 from casa_assets.mesh.solid.solids import closed_solid, convex_hull, hull_volume, union
 from casa_assets.mesh.surface import face_normals, signed_volume, solid_moments
+from casa_assets.mesh.voxels import voxelise
 from casa_assets.model.asset.asset import Inertial
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.issue import Issue

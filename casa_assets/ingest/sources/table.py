@@ -21,13 +21,13 @@ from typing import TYPE_CHECKING, Any
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.formats import SUFFIXES, suffix_of
 from casa_assets.formats.read.text import printable
-from casa_assets.ingest.sources.containers.archive import SEEK_BLOCK
+from casa_assets.ingest.sources.archive import SEEK_BLOCK
 from casa_assets.ingest.sources.found import MAX_INDEX_BYTES, Found, Package, Refused, kind_of_other, unread
-from casa_assets.ingest.sources.manifest import MAX_ROWS
 from casa_assets.ingest.sources.places import Folder, folder_of
 from casa_assets.ingest.sources.rows import (
     MAX_CHARACTERS,
     MAX_HINTS,
+    MAX_ROWS,
     TEXTS,
     check_types,
     parse_json,
@@ -257,8 +257,7 @@ def _row(values: dict[str, Any], column: MeshColumn) -> dict[str, Any]:
 
 
 _CODE = (
-    "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
-    "from casa_assets.ingest.sources.containers.table import main; main()"
+    "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from casa_assets.ingest.sources.table import main; main()"
 )
 MAX_LINE_BYTES = 1 << 20
 

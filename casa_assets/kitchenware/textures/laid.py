@@ -30,7 +30,7 @@ from casa_assets.ext.textures import (
     stratified,
     wood,
 )
-from casa_assets.kitchenware.textures.counters.stone import voronoi_cells
+from casa_assets.kitchenware.textures.stone import voronoi_cells
 
 # Butcher --------------------------------------------------------------------------------------------------------------
 # Wooden worktops: staves glued edge to edge, and end grain blocks.
