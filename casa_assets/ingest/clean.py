@@ -18,6 +18,7 @@ from casa_assets.ingest.components import (
 from casa_assets.ingest.draft import Draft, Surface, warning
 from casa_assets.ingest.gaps import close_cracks, close_holes, close_missing_sides, split_t_junctions
 from casa_assets.ingest.texture import submesh
+from casa_assets.mesh.solid.deviation import measure_visibility
 from casa_assets.mesh.surface import backward_share, face_normals, winding_number
 from casa_assets.mesh.topology import (
     component_boxes,
@@ -28,7 +29,6 @@ from casa_assets.mesh.topology import (
     is_closed,
     manifold_patches,
 )
-from casa_assets.mesh.visibility import measure_visibility
 from casa_assets.model.issue import Issue
 from casa_assets.model.registry.category import FALLBACK, Category, MatterFill
 from casa_assets.model.source import RawModel, RawPart
@@ -189,7 +189,6 @@ def _refuse_flat(cloud: Floats) -> None:
 
 
 # Degenerate faces -----------------------------------------------------------------------------------------------------
-# Find degenerate and duplicate faces.
 
 # A face is degenerate if its area is below the square of this share of the longest side; a choice.
 MIN_HEIGHT = 1e-7
@@ -228,7 +227,6 @@ def _first_of_each(keys: Ints, mask: Mask) -> Mask:
 
 
 # Nonmanifold ----------------------------------------------------------------------------------------------------------
-# Remove faces at edges where more than two meet: fins that stick out of a closed surface, and tangles.
 
 # Meshes with a larger share, or number, of nonmanifold edges are built that way and are left as they are; choices.
 MAX_NONMANIFOLD_SHARE = 0.005
@@ -269,8 +267,7 @@ def _touching(ids: Ints) -> Mask:
     count = int(ids.max()) + 1
     ends: Mask = np.bincount(edges[uses == 1].ravel(), minlength=count) > 2
     ends[edges[uses > 2].ravel()] = True
-    found: Mask = np.any(ends[ids], axis=1)
-    return found
+    return np.asarray(np.any(ends[ids], axis=1))
 
 
 def _without(parts: tuple[RawPart, ...], bad: Mask) -> tuple[RawPart, ...]:
@@ -307,7 +304,6 @@ def sheet_fins(ids: Ints) -> tuple[Mask, list[Issue]]:
 
 
 # Winding --------------------------------------------------------------------------------------------------------------
-# Wind faces one way, and outwards unless a surface is the inner wall of another.
 
 # Components that are tested for lying within one another, the largest first; a choice.
 MAX_NESTED = 64
@@ -417,8 +413,7 @@ def _back_to_front(points: Floats, ids: Ints, label: Ints, is_open: Mask) -> Mas
     shows_back = (
         (back > BACK_TO_FRONT_RATIO * front) & (back >= MIN_BACK_SHARE * sample_count) & (back >= MIN_BACK_SAMPLES)
     )
-    is_wrong: Mask = shows_back[patch] & is_open & ~is_flat[label]
-    return is_wrong
+    return np.asarray(shows_back[patch] & is_open & ~is_flat[label])
 
 
 def _is_open(ids: Ints, label: Ints) -> Mask:
@@ -431,5 +426,4 @@ def _is_open(ids: Ints, label: Ints) -> Mask:
     of_point[ids.ravel()] = np.repeat(label, 3)
     open_pieces = np.zeros(int(label.max()) + 1, dtype=bool)
     open_pieces[of_point[edges[is_open_edge, 0]]] = True
-    is_open: Mask = open_pieces[label]
-    return is_open
+    return np.asarray(open_pieces[label])

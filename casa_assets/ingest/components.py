@@ -12,18 +12,14 @@ from scipy.spatial import cKDTree
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.ingest.collision.solid_proxy import MAX_WALLED_FILL, MIN_SEALED_GROWTH, THIN_WALL_RATIO, SurfaceKind
 from casa_assets.ingest.draft import warning
-from casa_assets.mesh.solid.deviation import surface_samples
+from casa_assets.mesh.solid.deviation import measure_visibility, surface_samples
 from casa_assets.mesh.solid.solids import hull_volume
 from casa_assets.mesh.surface import face_normals, signed_volume, winding_number
 from casa_assets.mesh.topology import component_boxes, edge_counts, face_components, is_closed
-from casa_assets.mesh.visibility import measure_visibility
 from casa_assets.mesh.voxels import Grid, voxelise
 from casa_assets.model.issue import Issue
 from casa_assets.model.registry.category import FALLBACK, Category
 from casa_assets.model.source import RawPart
-
-# Components -----------------------------------------------------------------------------------------------------------
-# Split a surface into connected components, with the bounding box of each.
 
 
 @dataclass(frozen=True)
@@ -47,8 +43,7 @@ class Components:
 
     def faces_of(self, component: int) -> Ints:
         """(K, 3) faces of one component."""
-        faces: Ints = self.faces[self.label == component]
-        return faces
+        return np.asarray(self.faces[self.label == component])
 
     def surface_of(self, component: int) -> tuple[Floats, Ints]:
         """(P, 3) points and (F, 3) faces of one component alone."""
@@ -78,7 +73,6 @@ def box_gaps(lower: Floats, upper: Floats) -> Floats:
 
 
 # Intersecting components ----------------------------------------------------------------------------------------------
-# Find components of similar size that intersect: two objects in one file, or volume that would count twice.
 
 # All numbers below are choices.
 # A component is of similar size to the largest one if its longest side is more than this share of that one's. A handle
@@ -129,7 +123,6 @@ def _is_partly_inside(points: Floats, faces: Ints, container: Ints) -> bool:
 
 
 # Enclosed parts -------------------------------------------------------------------------------------------------------
-# Find components sealed up in others, which nobody sees or touches: the inner structures of generated meshes.
 
 # Voxels along the longest side; holes smaller than a voxel count as closed. A choice.
 CELLS = 96
@@ -210,7 +203,6 @@ def _is_sealed(points: Floats, faces: Ints, grid: Grid) -> bool:
 
 
 # Solidity -------------------------------------------------------------------------------------------------------------
-# Measure how solid a surface is (filled, walled, sheet), for the report; `collide` uses the same limits.
 
 # Share of the area that must be out of sight for the walls of an open surface, or of something solid, to be double; a
 # choice.

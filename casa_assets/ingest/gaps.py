@@ -16,9 +16,6 @@ from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.issue import Issue
 from casa_assets.model.source import RawPart
 
-# T junctions ----------------------------------------------------------------------------------------------------------
-# Split edges at T-junctions, so that the faces on both sides share their vertices.
-
 # Largest distance of a corner from the edge that it lies on, as a share of the longest side and of the edge; choices.
 MAX_OFF_SHARE = 2e-3
 MAX_OFF_EDGE_SHARE = 0.1
@@ -94,8 +91,7 @@ def _points_on_edge(points: Floats, candidates: Ints, a: int, b: int, max_offset
     fraction = (points[candidates] - points[a]) @ along / square
     distance = np.linalg.norm(points[candidates] - points[a] - fraction[:, None] * along, axis=1)
     is_on_edge = (distance <= max_offset) & (fraction > 0) & (fraction < 1) & (candidates != a) & (candidates != b)
-    ordered: Ints = candidates[is_on_edge][np.argsort(fraction[is_on_edge], kind="stable")]
-    return ordered
+    return np.asarray(candidates[is_on_edge][np.argsort(fraction[is_on_edge], kind="stable")])
 
 
 def _cut(parts: tuple[RawPart, ...], cuts: list[_Cut]) -> tuple[RawPart, ...]:
@@ -146,7 +142,6 @@ def _between(
 
 
 # Cracks ---------------------------------------------------------------------------------------------------------------
-# Close cracks: open edges that run a hair apart are joined by moving their ends together.
 
 # Largest width of a crack, as a share of the longest side, and of the shortest edge at its ends; choices.
 MAX_WIDTH = 7e-3
@@ -209,8 +204,7 @@ def _close_pairs(points: Floats, ids: Ints, edges: Ints, uses: Ints) -> Ints:
     used = points[np.unique(ids)]
     reach = np.minimum(MAX_WIDTH * float(np.ptp(used, axis=0).max()), MAX_WIDTH_OF_EDGE * shortest[ends])
     near = _within(points[ends], reach)
-    ordered: Ints = ends[near[np.lexsort((near[:, 1], near[:, 0]))]].astype(np.int64)
-    return ordered
+    return np.asarray(ends[near[np.lexsort((near[:, 1], near[:, 0]))]].astype(np.int64))
 
 
 def _within(points: Floats, reach: Floats) -> Ints:
@@ -238,8 +232,7 @@ def _clusters(pairs: Ints, count: int) -> Ints:
     label = connected_groups(count, pairs[:, 0], pairs[:, 1])
     first = np.full(int(label.max()) + 1, count, dtype=np.int64)
     np.minimum.at(first, label, np.arange(count))
-    found: Ints = first[label]
-    return found
+    return np.asarray(first[label])
 
 
 def _useless_points(ids: Ints, cluster: Ints) -> Mask:
@@ -259,12 +252,10 @@ def _useless_points(ids: Ints, cluster: Ints) -> Mask:
     a, b, c = merged_faces.T
     is_folded = (a == b) | (b == c) | (c == a)
     is_harmful[merged_faces[is_folded].ravel()] = True
-    is_useless: Mask = moved & (is_harmful[cluster] | ~is_useful[cluster])
-    return is_useless
+    return np.asarray(moved & (is_harmful[cluster] | ~is_useful[cluster]))
 
 
 # Holes ----------------------------------------------------------------------------------------------------------------
-# Close small holes of torn meshes by a fan of faces whose attributes are those of the rim.
 
 # All numbers below are choices.
 # Largest side of the box around a small hole, as a share of the longest side of the mesh, and most edges of its rim.
@@ -436,8 +427,7 @@ def _with_fan(mesh: Mesh, edges: Ints, middle: Floats) -> Mesh:
 
 def _fronts(edges: Floats, middle: Floats) -> Floats:
     """(K, 3) normals, as long as twice the area, of the faces of a fan over (K, 2, 3) edges."""
-    found: Floats = np.cross(edges[:, 1] - edges[:, 0], middle - edges[:, 0])
-    return found
+    return np.asarray(np.cross(edges[:, 1] - edges[:, 0], middle - edges[:, 0]))
 
 
 def _mean_direction(vectors: Floats) -> Floats | None:
@@ -446,8 +436,7 @@ def _mean_direction(vectors: Floats) -> Floats | None:
     length = float(np.linalg.norm(total))
     if length <= 0:
         return None
-    unit: Floats = total / length
-    return unit
+    return np.asarray(total / length)
 
 
 def _with_copies(mesh: Mesh, vertices: Ints, normal: Floats) -> Mesh:

@@ -25,9 +25,6 @@ from casa_assets.model.issue import Issue
 from casa_assets.model.registry.category import FALLBACK, Category, MatterFill, RestingPose
 from casa_assets.model.source import RawPart
 
-# Estimates ------------------------------------------------------------------------------------------------------------
-# Estimate mass by volume, by the hull, by walls of usual thickness and by the usual mass; combine the estimates.
-
 # Usual thickness of walls of household objects, metres: mugs 3.5 to 5 mm, drinking glasses 2 to 3 mm, pots 0.8 to 3 mm,
 # moulded plastic 1.5 to 2.5 mm. Our estimates, good to a third. Substances that walls are not made of are not listed.
 WALL_THICKNESS_M: Mapping[str, float] = {
@@ -255,7 +252,6 @@ def _disagreement(estimates: Sequence[Estimate]) -> float:
 
 
 # Unknown kind ---------------------------------------------------------------------------------------------------------
-# Mass of what nobody could name: by its size and form, and by the density of what its parts say they are made of.
 
 
 @dataclass(frozen=True)
@@ -364,7 +360,6 @@ def _by_substance(
 
 
 # Combine --------------------------------------------------------------------------------------------------------------
-# Compute mass, centre of mass and inertia of an ingested mesh.
 
 # Smallest over largest variance of a body whose inertia stays valid when it is rounded to nine digits.
 MIN_THICKNESS_RATIO = 1e-7
@@ -435,5 +430,4 @@ def _thick_enough(inertia: Floats) -> Floats:
     if variances[0] > MIN_THICKNESS_RATIO * variances[2]:
         return inertia
     covariance = (axes * np.maximum(variances, MIN_THICKNESS_RATIO * variances[2])) @ axes.T
-    thickened: Floats = np.trace(covariance) * np.eye(3) - covariance
-    return thickened
+    return np.asarray(np.trace(covariance) * np.eye(3) - covariance)

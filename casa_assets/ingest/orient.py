@@ -306,5 +306,4 @@ def _relief(samples: Floats) -> Floats:
         plane = np.median(depths)
         details.append(float(np.mean(np.clip(np.abs(depths - plane) - 0.01, 0, 0.05))) + 0.002)
     logs = np.log(np.array(details))
-    relative: Floats = logs - logs.mean()
-    return relative
+    return np.asarray(logs - logs.mean())

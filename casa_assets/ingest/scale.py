@@ -17,9 +17,6 @@ from casa_assets.mesh.surface import signed_volume
 from casa_assets.model.issue import ASKED_CODE, Issue
 from casa_assets.model.registry.category import FALLBACK, Category, MatterFill
 
-# Size phrases ---------------------------------------------------------------------------------------------------------
-# Parse sizes from titles and prompts: lengths, volumes, and words such as `mini` or `family`.
-
 _NUMBER = r"(?<![\w.])(\d{1,4}(?:[.,]\d{1,3})?)"
 # Ref: exact definitions of the inch (25.4 mm), the US fluid ounce, quart and gallon.
 _LENGTHS = {
@@ -96,7 +93,6 @@ def parse_size_phrases(texts: Sequence[str]) -> StatedSize:
 
 
 # Scale ----------------------------------------------------------------------------------------------------------------
-# As the file states where plausible, else a usual unit, else by the usual size per axis.
 
 # Units that meshes are drawn in, metres.
 UNITS: dict[str, float] = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254}

@@ -10,16 +10,13 @@ from PIL import Image
 
 from casa_assets.core.numeric import Ints, Mask, linear_from_srgb_array
 from casa_assets.ingest.draft import Draft, warning
+from casa_assets.mesh.solid.deviation import Visibility, measure_visibility
 from casa_assets.mesh.surface import with_normals
 from casa_assets.mesh.topology import edge_counts, face_components
-from casa_assets.mesh.visibility import Visibility, measure_visibility
 from casa_assets.model.asset.material import Material, Substance, Texture
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.registry.category import Category, MatterFill
 from casa_assets.model.source import RawPart
-
-# Submesh --------------------------------------------------------------------------------------------------------------
-# Some faces of a mesh as a separate mesh.
 
 
 def submesh(mesh: Mesh, faces: Ints, keep_normals: bool = True) -> Mesh:
@@ -35,7 +32,6 @@ def submesh(mesh: Mesh, faces: Ints, keep_normals: bool = True) -> Mesh:
 
 
 # Add back faces -------------------------------------------------------------------------------------------------------
-# Add back faces to sheets that are seen from both sides, since simulators draw front faces only.
 
 # Share of the visible samples of a component that show its back, from which on it is a sheet; a choice.
 MIN_BACK_SHARE = 0.05
@@ -93,7 +89,6 @@ def _with_backs(mesh: Mesh, rows: Mask) -> Mesh:
 
 
 # Texture --------------------------------------------------------------------------------------------------------------
-# PNG of bounded size, vertex colours painted into textures, one part per material.
 
 # Pixels along the legs of a triangle's patch in a painted texture; the last one is margin. A choice.
 PATCH_PX = 6

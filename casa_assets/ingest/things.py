@@ -28,9 +28,6 @@ from casa_assets.model.registry.category import Category, Vocabulary, Vocabulary
 from casa_assets.model.registry.rows import OtherThingsWords
 from casa_assets.model.source import Bundle, RawModel, RawPart, Source, Up
 
-# Contact --------------------------------------------------------------------------------------------------------------
-# Find which components of a surface touch each other, and the groups that do.
-
 # Surfaces nearer than this share of the longest side touch; a choice, above the distance of the samples.
 TOUCH_SHARE = 0.012
 SAMPLES = 40_000
@@ -70,7 +67,6 @@ class Contacts:
 
 
 # Signs ----------------------------------------------------------------------------------------------------------------
-# Signs in the form of a mesh that it is more than one object: pieces apart, many alike, things on a ground, a room.
 
 # All numbers are choices, fitted on sound meshes and on half of others. Sizes are shares of the
 # longest side of the whole.
@@ -304,8 +300,7 @@ def walls_of(components: Components, whole: Floats) -> Mask:
     normals, area = face_normals(components.points, components.faces)
     is_along = np.abs(normals).max(axis=1) > 0.98
     planar = np.bincount(components.label, area * is_along, components.count)
-    is_wall: Mask = reach & (planar >= PLANAR * np.bincount(components.label, area, components.count))
-    return is_wall
+    return np.asarray(reach & (planar >= PLANAR * np.bincount(components.label, area, components.count)))
 
 
 def _sides_of_box(components: Components, walls: Mask) -> Mask:
@@ -333,7 +328,6 @@ def components_of(model: RawModel) -> tuple[Components, Ints]:
 
 
 # Names ----------------------------------------------------------------------------------------------------------------
-# Signs in names and titles that a mesh is no single household object: plurals, figures, places, parts of something.
 
 # Probabilities are choices, fitted like those of signs.py. A category told less sure than this is told by a weak word.
 ALWAYS, OTHER, PART, PLURAL, MANY_KINDS, OWN_KINDS = 0.65, 0.6, 0.65, 0.4, 0.7, 0.2
@@ -416,7 +410,6 @@ def _signs_of(
 
 
 # Guess ----------------------------------------------------------------------------------------------------------------
-# Guess whether a file holds one household object, from all signs that it does not.
 
 SUBJECT = "things"
 ONE = "one object"

@@ -16,9 +16,6 @@ from casa_assets.mesh.solid.solids import convex_hull
 from casa_assets.mesh.surface import solid_moments
 from casa_assets.model.registry.category import FALLBACK, Category, MatterFill, RestingPose
 
-# Surface sample -------------------------------------------------------------------------------------------------------
-# Sample points on a mesh and compute its hull, as input of the pose estimate.
-
 # Samples on a surface.
 SAMPLES = 16000
 
@@ -72,7 +69,6 @@ def smallest_rectangle(points: Floats) -> tuple[float, float, float]:
 
 
 # Ups ------------------------------------------------------------------------------------------------------------------
-# Six axes, stable poses of the hull, directions that edges and faces run along.
 
 # asset_from_file rotations by the file axis that becomes z. The first two are the usual conversions,
 # so that a glTF front (+z) becomes the asset front (-y).
@@ -189,12 +185,10 @@ def rotation_to_z(up: Floats) -> Floats:
     a, b = base @ up, np.array([0.0, 0.0, 1.0])
     axis, cosine = np.cross(a, b), float(a @ b)
     cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
-    rotation: Floats = (np.eye(3) + cross + cross @ cross / (1 + cosine)) @ base
-    return rotation
+    return np.asarray((np.eye(3) + cross + cross @ cross / (1 + cosine)) @ base)
 
 
 # Evidence -------------------------------------------------------------------------------------------------------------
-# Score resting poses by outline, capacity, area of the foot and balance.
 
 # Cells along the longest side of the height map that is filled with rain; a choice.
 CELLS = 36

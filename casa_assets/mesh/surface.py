@@ -11,9 +11,6 @@ from casa_assets.core.numeric import Floats, Ints
 from casa_assets.mesh.topology import merge_rows, weld
 from casa_assets.model.asset.parts import Mesh
 
-# Measure --------------------------------------------------------------------------------------------------------------
-# Volume, area, centre and inertia of triangle surfaces.
-
 
 def face_normals(points: Floats, faces: Ints) -> tuple[Floats, Floats]:
     """(F, 3) unit normals (zero where the face has no area) and (F,) areas in units squared."""
@@ -91,7 +88,6 @@ def shifted_inertia(inertia: Floats, mass: float, offset: Floats) -> Floats:
 
 
 # Normals --------------------------------------------------------------------------------------------------------------
-# Smooth over gentle bends, sharp over creases.
 
 # Ref: Blender's default auto-smooth angle.
 CREASE_DEG = 30.0

@@ -8,9 +8,6 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from casa_assets.core.numeric import Floats, Ints, Mask
 
-# Topology -------------------------------------------------------------------------------------------------------------
-# Welding, connected components, closedness, winding.
-
 # Vertices closer than this part of the longest extent are one point. Float32 files carry about 1e-7.
 WELD_RELATIVE = 1e-6
 
@@ -72,8 +69,7 @@ def component_boxes(corners: Floats, label: Ints) -> tuple[Floats, Floats]:
 def connected_groups(count: int, left: Ints, right: Ints) -> Ints:
     """(N,) group of each of `count` things, of which those at the same place of `left` and `right` belong together."""
     graph = coo_matrix((np.ones(len(left), dtype=np.int8), (left, right)), shape=(count, count))
-    found: Ints = connected_components(graph, directed=False)[1].astype(np.int64)
-    return found
+    return np.asarray(connected_components(graph, directed=False)[1].astype(np.int64))
 
 
 def manifold_patches(ids: Ints) -> Ints:
@@ -175,7 +171,6 @@ def _turns(left: Ints, right: Ints, clash: Mask, count: int) -> Mask:
 
 
 # Inside out -----------------------------------------------------------------------------------------------------------
-# Find closed parts of a mesh that wind inwards.
 
 # A closed component is inside out where its volume is below this share of the cube of its longest side: one that is
 # flat has no inside, and rounding gives it either sign.
@@ -213,7 +208,6 @@ def _is_closed(faces: Ints, component: Ints, points: int) -> Mask:
 
 
 # Hole filling ---------------------------------------------------------------------------------------------------------
-# Close the small holes of scans and generated meshes that keep them from bounding a volume.
 
 # Faces around tangled edges are taken out this many times, as each time may tear open some more.
 ROUNDS = 3
@@ -262,8 +256,7 @@ def faces_with(faces: Ints, marked: Mask) -> Mask:
     ends = np.sort(directed_edges(faces), axis=1)
     key = ends[:, 0] * (int(faces.max()) + 1) + ends[:, 1]
     _, inverse = np.unique(key, return_inverse=True)
-    found: Mask = np.any(marked[inverse].reshape(3, -1), axis=0)
-    return found
+    return np.asarray(np.any(marked[inverse].reshape(3, -1), axis=0))
 
 
 def _loops(faces: Ints) -> list[Ints] | None:

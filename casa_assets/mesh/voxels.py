@@ -13,9 +13,6 @@ from casa_assets.mesh.solid.deviation import samples_with_faces
 from casa_assets.mesh.solid.solids import convex_hull
 from casa_assets.mesh.surface import face_normals
 
-# Voxel ----------------------------------------------------------------------------------------------------------------
-# Voxel grid of what a surface encloses, for surfaces that are too broken for exact volumes.
-
 # Points per side of a triangle at most, and points that are held in memory at once.
 MOST_STEPS = 4096
 SAMPLES_AT_ONCE = 1_000_000
@@ -140,7 +137,6 @@ def boundary(grid: Grid) -> tuple[Floats, Ints]:
 
 
 # Fillable volume ------------------------------------------------------------------------------------------------------
-# Find the empty voxels of a solid that would hold water: the inside of an open vessel.
 
 
 def fillable_volume(solid: Mask) -> Mask:
@@ -159,8 +155,7 @@ def fillable_volume(solid: Mask) -> Mask:
             start[edge] = here[edge]
         runs[:, :, level] = ndimage.binary_propagation(start, plane, mask=here)
     reached = ndimage.binary_propagation(runs & air, ndimage.generate_binary_structure(3, 1), mask=air)
-    held: Mask = (air & reached & ~runs)[:, :, 1:-1]
-    return held
+    return np.asarray((air & reached & ~runs)[:, :, 1:-1])
 
 
 # Open room ------------------------------------------------------------------------------------------------------------

@@ -14,9 +14,6 @@ from scipy import ndimage
 from casa_assets.core.numeric import srgb_from_hex
 from casa_assets.model.record import Vec2
 
-# Noise ----------------------------------------------------------------------------------------------------------------
-# Noise on a torus: every picture repeats without a seam. Cells are (rows, columns); unequal ones stretch it.
-
 NoiseMap = npt.NDArray[np.float32]
 Size = tuple[int, int]
 
@@ -113,7 +110,6 @@ def _fade(t: NoiseMap) -> NoiseMap:
 
 
 # Canvas ---------------------------------------------------------------------------------------------------------------
-# Canvas of a periodic texture, measured in metres, the layers painted on it, and small functions on images.
 
 Map = npt.NDArray[np.floating[Any]]
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -274,7 +270,6 @@ def stratified(count: int, rng: np.random.Generator) -> Map:
 
 
 # Kind -----------------------------------------------------------------------------------------------------------------
-# A kind of surface (`ceramic_tile`, `veneer`): its parameters, and how it is painted.
 
 
 @dataclass(frozen=True)

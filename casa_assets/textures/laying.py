@@ -102,7 +102,6 @@ def _places(laying: Laying, tile_m: tuple[float, float], rng: np.random.Generato
 
 
 # Bonds ----------------------------------------------------------------------------------------------------------------
-# Running and stacked, basket weave, herringbone, chevron, planks, ashlar, panels.
 
 Size = tuple[float, float]
 _LEVEL = np.pi / 2  # a piece whose length runs along x
@@ -304,7 +303,6 @@ def _clipped(outline: Outline, dx: float, dy: float, angle: float, inner: float)
 
 
 # Shapes ---------------------------------------------------------------------------------------------------------------
-# Hexagons, pickets, diamonds, pennies, scales, lanterns, octagons, stars, cubes.
 
 _ROOT3 = float(np.sqrt(3.0))
 
@@ -425,7 +423,6 @@ def _honeycomb(tile_m: Size, width: float, outline: Outline, pitch: float, half_
 
 
 # Rubble ---------------------------------------------------------------------------------------------------------------
-# Fieldstone from a jittered net, ledges of split strips.
 
 
 def fieldstone(canvas: Canvas, width: float, height: float, rng: np.random.Generator) -> PieceMap:

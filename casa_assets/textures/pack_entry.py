@@ -19,16 +19,12 @@ from casa_assets.model.issue import Code
 from casa_assets.model.record import Id, Record, Sha256
 from casa_assets.model.registry.rows import Surface
 
-# Limits ---------------------------------------------------------------------------------------------------------------
-# Sizes of pictures and files that a pack accepts.
-
 MIN_SIDE_PX = 512
 MAX_SIDE_PX = 8192
 MAX_ASPECT = 2.0  # long side over short side: a longer strip shows too little of a pattern
 MAX_FILE_BYTES = 256 * 1024 * 1024
 
 # Entry ----------------------------------------------------------------------------------------------------------------
-# Rows of pack.yaml, and pack.json.
 
 Text = Annotated[str, StringConstraints(max_length=4000)]
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -113,7 +109,6 @@ class Pack(Record):
 
 
 # Rejections -----------------------------------------------------------------------------------------------------------
-# Why a picture is left out of a pack, and what to do about it.
 
 
 class PictureRejection(StrEnum):
@@ -170,7 +165,6 @@ def rejection_row(source: str, error: Rejected) -> RejectedPicture:
 
 
 # Naming ---------------------------------------------------------------------------------------------------------------
-# Turn file names of pictures into legal, unique ids.
 
 _LONGEST = 64
 
@@ -197,7 +191,6 @@ def unique_ids(pack: str, names: Sequence[str]) -> tuple[str, ...]:
 
 
 # Maps -----------------------------------------------------------------------------------------------------------------
-# Recognise by file names which maps of a material a folder holds: `brick_color.jpg`, `brick_normal.png` and so on.
 
 
 class MapRole(StrEnum):

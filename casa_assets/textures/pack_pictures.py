@@ -31,9 +31,6 @@ from casa_assets.textures.pack_entry import (
     rejection_error,
 )
 
-# Decode ---------------------------------------------------------------------------------------------------------------
-# Decode an image file to pixels, after its format and size were checked in the header.
-
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF")
 # In groups: of two files of one map that in the earlier group is read.
 SUFFIX_GROUPS = ((".png", ".jpg", ".jpeg", ".webp"), (".tif", ".tiff"))
@@ -167,7 +164,6 @@ def _prompt(image: Image.Image) -> str:
 
 
 # Derive ---------------------------------------------------------------------------------------------------------------
-# Make a picture tile with the maps that it comes with, and derive those that it lacks from its brightness.
 
 SIZE_PX = 1024
 # A border whose steps are this many times those inside is seen in a wall of copies. A repaired one has less.

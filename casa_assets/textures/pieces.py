@@ -16,9 +16,6 @@ from casa_assets.model.record import Record
 from casa_assets.model.registry.rows import HexColor
 from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb
 
-# Pieces ---------------------------------------------------------------------------------------------------------------
-# Rasterize placed outlines to a map of pieces: for every pixel its piece and its position on it.
-
 Array = npt.NDArray[np.floating[Any]]
 # (u, v) in metres from the middle of the piece -> metres to its nearest edge, positive inside.
 Outline = Callable[[Array, Array], Array]
@@ -156,7 +153,6 @@ def whole(length_m: float, module_m: float, even: bool = False) -> tuple[int, fl
 
 
 # Joint ----------------------------------------------------------------------------------------------------------------
-# Joints between pieces, and the edges of the adjoining pieces.
 
 
 class TileEdge(StrEnum):
@@ -233,7 +229,6 @@ def fill(face: Layers, joint: Joint, rim_m: Map, canvas: Canvas, rng: np.random.
 
 
 # Inlay ----------------------------------------------------------------------------------------------------------------
-# Cut pieces out of slab textures: each piece shows another part of the slab.
 
 
 @dataclass(frozen=True)

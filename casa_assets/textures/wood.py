@@ -26,9 +26,6 @@ from casa_assets.textures.canvas import (
     stratified,
 )
 
-# Wood grain -----------------------------------------------------------------------------------------------------------
-# Grain maps of a sawn board: growth rings, fibres, pores, rays and knots, without colours.
-
 # A glued joint is a hair line; it is drawn as wide as it looks from arm's length.
 _JOINT_M = 0.001
 
@@ -255,7 +252,6 @@ def _knots(canvas: Canvas, x: Map, y: Map, species: WoodSpecies, rng: np.random.
 
 
 # Wood -----------------------------------------------------------------------------------------------------------------
-# Grain maps and a palette become colour, relief and gloss.
 
 # Between the deepest pore and the face of a planed board. Ref: about the vessel diameter of open woods, 0.1 to 0.3 mm.
 _PORE_DEPTH_M = 0.00018

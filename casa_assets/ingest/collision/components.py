@@ -22,9 +22,6 @@ from casa_assets.mesh.surface import face_normals, signed_volume
 from casa_assets.mesh.topology import consistent_winding, face_components, fill_holes
 from casa_assets.mesh.voxels import Grid, voxelise
 
-# Components -----------------------------------------------------------------------------------------------------------
-# Split a mesh into connected parts, and measure how much of its hull each fills.
-
 # Thickness that a flat part is given, metres: about the thinnest that contacts hold.
 SHEET_M = 0.001
 
@@ -104,7 +101,6 @@ def any_nested(pieces: list[ConnectedPart]) -> bool:
 
 
 # Component solids -----------------------------------------------------------------------------------------------------
-# Build one solid from the components of a surface: open ones get lids, sheets get a thickness.
 
 # All numbers below are choices.
 # With more components than this assemble_solid gives up, and its caller makes the solid on a grid.

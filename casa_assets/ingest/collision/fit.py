@@ -38,9 +38,6 @@ from casa_assets.model.asset.parts import Box, Hull, Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
 
-# Params ---------------------------------------------------------------------------------------------------------------
-# Limits that collision shapes are held to.
-
 
 class CollideParams(Record):
     """Limits of the stage.
@@ -70,7 +67,6 @@ class CollideParams(Record):
 
 
 # Fit ------------------------------------------------------------------------------------------------------------------
-# Measure how well collision shapes fit a mesh, its solid proxy, and the opening of a vessel.
 
 # All numbers below are choices.
 # Points sampled on the mesh.
@@ -237,7 +233,6 @@ def describe_fit(clouds: Sequence[Floats], reference: FitReference, errors: FitE
 
 
 # Foot -----------------------------------------------------------------------------------------------------------------
-# Stand hulls on a box: what has a flat foot then rests on four corners and does not creep.
 
 # All numbers below are choices.
 # Height of the box, metres, and at most as a share of that of the thing. Hulls begin in its middle.

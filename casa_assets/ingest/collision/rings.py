@@ -127,7 +127,6 @@ def radius_spread(radii: Floats) -> float:
 
 
 # Ring slabs -----------------------------------------------------------------------------------------------------------
-# Choose the horizontal slabs of a vessel, floor to rim, with as few wall sectors as an error allows.
 
 # A row is open, or solid, where this share of its rays says so; a choice.
 OPEN_RAY_SHARE = 0.6
@@ -250,8 +249,7 @@ def _sectors(costs: SlabCosts, chord: float, bend: float, sector_count: int | No
     ring = np.where(costs.radius > chord, ring if sector_count is None else float(max(sector_count, 3)), 1.0)
     ring = np.where((costs.radius == 0) & (costs.hollow_below > 0), float(MIN_SECTORS), ring)
     one_part = np.where((costs.filled_height <= max(chord, bend)) & (costs.hollow_below <= foot_height_m), 1.0, np.inf)
-    fits: Floats = np.where(costs.bend <= bend, np.where(costs.has_floor, one_part, ring), np.inf)
-    return fits
+    return np.asarray(np.where(costs.bend <= bend, np.where(costs.has_floor, one_part, ring), np.inf))
 
 
 def _bend(radii: Floats, step: float) -> float:

@@ -26,9 +26,6 @@ from casa_assets.mesh.surface import face_normals
 from casa_assets.mesh.topology import fill_holes
 from casa_assets.mesh.voxels import Grid, voxelise
 
-# Implicit field -------------------------------------------------------------------------------------------------------
-# Closed pieces are filled, lone sheets get a wall.
-
 MAX_SAMPLES = 300_000
 # Cubes on either side of the surface in which distances are taken.
 BAND_CELLS = 2
@@ -64,12 +61,10 @@ def signed_distance_field(points: Floats, faces: Ints, grid: Grid) -> Floats:
     field[at] = np.where(lone & ~full, SHEET_HALF_CELLS * grid.cell - distance, signed)
     inner = np.zeros(field.shape, dtype=bool)
     inner[1:-1, 1:-1, 1:-1] = True
-    closed: Floats = np.where(inner, field, np.minimum(field, -grid.cell / 2))
-    return closed
+    return np.asarray(np.where(inner, field, np.minimum(field, -grid.cell / 2)))
 
 
 # Isosurface -----------------------------------------------------------------------------------------------------------
-# Extract the zero level of a field on a grid as a closed manifold, by marching tetrahedra.
 
 # No vertex comes nearer to a corner of the grid than this share of an edge: slivers have no side.
 MIN_EDGE_SHARE = 0.05

@@ -26,16 +26,21 @@ from casa_assets.errors import Rejected
 from casa_assets.formats.read.formats import PACKED_FAULTS
 from casa_assets.formats.read.text import printable
 from casa_assets.ingest.sources.found import (
-    ARCHIVE_SUFFIXES,
     HIDDEN,
     Found,
     Package,
     Refused,
-    archive_suffix,
     kind_of_other,
     unread,
 )
-from casa_assets.ingest.sources.places import Folder, utf8_escaped
+from casa_assets.ingest.sources.places import (
+    ARCHIVE_SUFFIXES,
+    Folder,
+    Place,
+    archive_suffix,
+    packed_place,
+    utf8_escaped,
+)
 from casa_assets.ingest.sources.rows import check_types, parse_json, remarks, safe_id, source_of, unique_hints
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Source, SourceKind
@@ -250,6 +255,16 @@ class Archive:
     def _refused(self, code: str, why: str) -> Rejected:
         name = printable(posixpath.basename(self.path))
         return Rejected(code, f"{name}: an archive that {why}; unpack what you need of it and name that folder")
+
+
+def members_of(folder: Folder, path: str, main: str, at: int) -> Place:
+    """The members of an archive in a folder; that called `main` begins at a byte of a tar, -1: it is searched."""
+    archive = Archive(path, folder)
+
+    def read(member: str, max_bytes: float) -> bytes:
+        return archive.read(member, max_bytes, at if member == main else -1)
+
+    return packed_place(read, lambda: (member.path for member in archive.members()))
 
 
 class ShardRows:

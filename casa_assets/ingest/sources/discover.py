@@ -12,16 +12,16 @@ from pathlib import Path
 
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.formats import SUFFIXES, suffix_of
+from casa_assets.formats.read.text import printable
 from casa_assets.ingest.sources import objaverse
 from casa_assets.ingest.sources.archive import archived
-from casa_assets.ingest.sources.found import HIDDEN, Found, Package, Refused, archive_suffix, kind_of_other, unread
-from casa_assets.ingest.sources.places import StoreRoot, folder_of, utf8_escaped
+from casa_assets.ingest.sources.found import HIDDEN, Found, Package, Refused, kind_of_other, unread
+from casa_assets.ingest.sources.places import StoreRoot, archive_suffix, utf8_escaped
 from casa_assets.ingest.sources.rows import read_lines, read_list, unique_hints
+from casa_assets.ingest.sources.stores import DEEPEST_FOLDER, folder_of, list_all
 from casa_assets.ingest.sources.table import is_table, tabled
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Source, SourceKind
-
-DEEPEST_FOLDER = 64
 
 
 def discover(roots: Sequence[Path | StoreRoot], others: Counter[str] | None = None) -> Iterator[Found | Refused]:
@@ -82,13 +82,10 @@ def _discover(root: Path | StoreRoot, others: Counter[str]) -> Iterator[Found | 
         is_folder = root.is_dir()
     else:
         place = root
-        # a client of stores, which only this needs
-        from casa_assets.ingest.sources.stores import StoreFolder
-
-        folder = StoreFolder(root)
-        is_folder = not folder.is_file()
-        if is_folder:
-            yield from folder.list_all()
+        faults = list_all(root)
+        is_folder = faults is not None
+        for path, code, why in faults or ():
+            yield Refused(printable(path, 400), code, f"{printable(path, 200)}: {why}")
     around = Package(place.parent, "")
     if is_folder:
         inputs = 0

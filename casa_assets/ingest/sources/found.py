@@ -18,7 +18,8 @@ from casa_assets.formats.read.formats import (
     suffix_of,
 )
 from casa_assets.formats.read.text import printable
-from casa_assets.ingest.sources.places import Folder, StoreRoot, folder_of, utf8_escaped
+from casa_assets.ingest.sources.places import Folder, StoreRoot, archive_suffix, utf8_escaped
+from casa_assets.ingest.sources.stores import folder_of
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.issue import Issue
 from casa_assets.model.source import Source
@@ -77,15 +78,7 @@ _KINDS: Mapping[str, str] = {
     "sounds and films": ".wav .mp3 .ogg .flac .mp4 .mov .avi .webm .mkv",
 }
 _KIND_OF = {suffix: kind for kind, suffixes in _KINDS.items() for suffix in suffixes.split()}
-# By suffix: how it is read, and nothing else is. Others may need memory that no limit here would stop.
-ARCHIVE_SUFFIXES = {".zip": "zip", ".zae": "zip", ".kmz": "zip", ".tar": "tar", ".tgz": "tar", ".tar.gz": "tar"}
 TWINS = "other forms of a mesh beside it"
-
-
-def archive_suffix(name: str) -> str:
-    """Suffix, in lower case, of an archive that is read (`.tar.gz` counts as one); empty for other names."""
-    lower = name.lower()
-    return next((s for s in (".tar.gz", *ARCHIVE_SUFFIXES) if lower.endswith(s) and lower != s), "")
 
 
 def kind_of_other(name: str, names: Set[str]) -> str:

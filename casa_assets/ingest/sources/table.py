@@ -23,7 +23,7 @@ from casa_assets.formats.read.formats import SUFFIXES, suffix_of
 from casa_assets.formats.read.text import printable
 from casa_assets.ingest.sources.archive import SEEK_BLOCK
 from casa_assets.ingest.sources.found import MAX_INDEX_BYTES, Found, Package, Refused, kind_of_other, unread
-from casa_assets.ingest.sources.places import Folder, folder_of
+from casa_assets.ingest.sources.places import Folder, Place, packed_place
 from casa_assets.ingest.sources.rows import (
     MAX_CHARACTERS,
     MAX_HINTS,
@@ -34,6 +34,7 @@ from casa_assets.ingest.sources.rows import (
     safe_id,
     source_of,
 )
+from casa_assets.ingest.sources.stores import folder_of
 from casa_assets.model import rejection_codes as codes
 
 if TYPE_CHECKING:
@@ -104,7 +105,7 @@ def opened_table(folder: Folder, path: str) -> Iterator[ParquetFile]:
     """
     name = printable(posixpath.basename(path))
     try:
-        # Not by `import`, for the reason that stores._fsspec has.
+        # Not by `import`, for the reason that places._fsspec has.
         pyarrow = importlib.import_module("pyarrow")
         parquet = importlib.import_module("pyarrow.parquet")
     except ImportError as error:
@@ -127,41 +128,27 @@ def opened_table(folder: Folder, path: str) -> Iterator[ParquetFile]:
         raise Rejected(codes.BAD_ARCHIVE, f"{name}: a table that cannot be read ({why}); write it anew") from error
 
 
-class TablePlace:
-    """The file of one row, which is all that its mesh can refer to; see places.Place.
+def row_of_table(folder: Folder, path: str, main: str, row: int) -> Place:
+    """The file of one row, which is all that its mesh can refer to.
 
     Args:
-        path: of the table in the folder. main: what the row's file is called. row: its number, from 0.
+        path: of the table in the folder. main: name of the row's file. row: its number, from 0.
     """
 
-    def __init__(self, folder: Folder, path: str, main: str, row: int) -> None:
-        self._folder, self._path, self._main, self._row = folder, path, main, row
-
-    def read(self, path: str, max_bytes: float) -> bytes:
-        """See Place."""
-        if path != self._main:
-            raise Rejected(codes.MISSING_FILE, f"{printable(path, 80)}: a row holds one file; pack the mesh into one")
-        with opened_table(self._folder, self._path) as table:
-            value = _value(table, self._row)
+    def read(name: str, max_bytes: float) -> bytes:
+        if name != main:
+            raise Rejected(codes.MISSING_FILE, f"{printable(name, 80)}: a row holds one file; pack the mesh into one")
+        with opened_table(folder, path) as table:
+            value = _value(table, row)
         if not value:
-            raise Rejected(codes.EMPTY_FILE, f"{self._main}: row {self._row} holds no bytes; write the table anew")
+            raise Rejected(codes.EMPTY_FILE, f"{main}: row {row} holds no bytes; write the table anew")
         if len(value) > max_bytes:
             most = max(0, int(max_bytes))
-            message = f"{self._main}: {len(value)} bytes, more than the {most} left of --max-size; simplify it"
+            message = f"{main}: {len(value)} bytes, more than the {most} left of --max-size; simplify it"
             raise Rejected(codes.TOO_LARGE, message)
         return value
 
-    def has(self, path: str) -> bool:
-        """See Place."""
-        return path == self._main
-
-    def is_inside(self, folder: str) -> bool:
-        """See Place."""
-        return True
-
-    def listing(self, folder: str) -> list[str]:
-        """See Place."""
-        return [] if folder else [self._main]
+    return packed_place(read, lambda: [main])
 
 
 def _value(table: ParquetFile, row: int) -> bytes | None:

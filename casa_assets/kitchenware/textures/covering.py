@@ -239,7 +239,6 @@ REPEATS: dict[PaperRepeat, Callable[[Array, Array], Figures]] = {
 
 
 # Paper ----------------------------------------------------------------------------------------------------------------
-# Printed repeats, foliage, woven grass and linen.
 
 Inks = Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=8)]
 
@@ -375,7 +374,6 @@ FOLIAGE = TextureKind("foliage_paper", FoliagePaper, paint_foliage)
 WOVEN = TextureKind("woven_paper", WovenPaper, paint_woven)
 
 # Plaster --------------------------------------------------------------------------------------------------------------
-# Rolled, sanded, trowelled, limewashed, polished.
 
 
 class PlasterFinish(StrEnum):

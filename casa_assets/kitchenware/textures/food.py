@@ -10,9 +10,6 @@ from pydantic import Field, model_validator
 from casa_assets.ext.records import HexColor, Record, Vec2
 from casa_assets.ext.textures import Canvas, Layers, Map, Share, TextureKind, blend, rgb, ridged, smoothstep, worley
 
-# Section --------------------------------------------------------------------------------------------------------------
-# Flesh from the middle to the rim, rings, rays, chambers, seeds.
-
 Count = Annotated[int, Field(ge=0, le=400)]
 Distance = Annotated[float, Field(ge=0, le=1)]
 # The rim of the section lies on this circle, by half the width of the picture.
@@ -155,7 +152,6 @@ def _seeds(p: Section, right: Map, up: Map, places: Map, rng: np.random.Generato
 SECTION = TextureKind("section", Section, paint_section)
 
 # Skin -----------------------------------------------------------------------------------------------------------------
-# Skins of fruit, vegetables, bread and the like: colours from end to end, blush, streaks, spots, netting.
 
 Millimetres = Annotated[float, Field(ge=0, le=60)]
 

@@ -26,9 +26,6 @@ from casa_assets.ext.textures import (
     wood,
 )
 
-# Board ----------------------------------------------------------------------------------------------------------------
-# Manufactured fronts: laminate, lacquer, thermofoil, linoleum, with the relief that the press gives them.
-
 
 class FrontFace(StrEnum):
     """Print or relief of the face."""
@@ -159,7 +156,6 @@ _FACES = {
 PRESSED = TextureKind("pressed_front", PressedFront, paint_board)
 
 # Painted --------------------------------------------------------------------------------------------------------------
-# Sprayed, brushed, matt, rubbed through, with the wood showing under the paint.
 
 
 class PaintCoat(StrEnum):
@@ -241,7 +237,6 @@ def _rubbed(worn: float, canvas: Canvas, rng: np.random.Generator) -> Map:
 PAINTED = TextureKind("painted_front", PaintedFront, paint_painted)
 
 # Veneer ---------------------------------------------------------------------------------------------------------------
-# Wooden fronts: solid boards and veneers, oiled, stained, limed, brushed, weathered.
 
 
 class Veneer(Record):

@@ -32,9 +32,6 @@ from casa_assets.ext.textures import (
 )
 from casa_assets.kitchenware.textures.stone import voronoi_cells
 
-# Butcher --------------------------------------------------------------------------------------------------------------
-# Wooden worktops: staves glued edge to edge, and end grain blocks.
-
 Ids = npt.NDArray[np.intp]
 _GLUE_M = 0.001  # as wide as a joint looks from arm's length
 
@@ -153,7 +150,6 @@ STAVES = TextureKind("butcher_block", ButcherBlock, paint_staves)
 END_GRAIN = TextureKind("end_grain", EndGrain, paint_blocks)
 
 # Laid -----------------------------------------------------------------------------------------------------------------
-# Counters of glazed tiles, glazed lava, and laminates with a printed pattern.
 
 
 class TiledCounter(Record):
@@ -287,7 +283,6 @@ GLAZED = TextureKind("glazed_lava", GlazedLava, paint_glaze)
 PRINTED = TextureKind("printed_laminate", PrintedLaminate, paint_print)
 
 # Metal ----------------------------------------------------------------------------------------------------------------
-# Brushed, swirled, hammered, and how zinc and copper age.
 
 
 class MetalTooling(StrEnum):

@@ -8,12 +8,10 @@ from casa_assets.ext.records import TextureRecipe
 from casa_assets.ext.textures import Canvas, Layers, TextureKind
 from casa_assets.kitchenware.textures import (
     covering,
-    floor_tiles,
     food,
     fronts,
     label,
     laid,
-    soft_floors,
     stone,
     wall_panels,
 )
@@ -32,9 +30,9 @@ WALLS = (
     wall_panels.TIN,
 )
 FLOORS = (
-    *(soft_floors.TIMBER, soft_floors.END_GRAIN),
-    *(floor_tiles.MARBLE, floor_tiles.LAYERED, floor_tiles.GRANITE, floor_tiles.CHIPS, floor_tiles.ENCAUSTIC),
-    soft_floors.RESILIENT,
+    *(floors.TIMBER, floors.END_GRAIN),
+    *(floors.MARBLE, floors.LAYERED, floors.GRANITE, floors.CHIPS, floors.ENCAUSTIC),
+    floors.RESILIENT,
 )
 COUNTERS = (
     *(stone.GRANITE, stone.VEINED, stone.BANDED, stone.MADE),

@@ -11,9 +11,6 @@ import numpy.typing as npt
 
 from casa_assets.ext.textures import Canvas, PlacedOutline, window
 
-# Figures --------------------------------------------------------------------------------------------------------------
-# Distance inside, positive, in the units of the coordinates; and inks from them.
-
 Array = npt.NDArray[np.floating[Any]]
 
 
@@ -82,7 +79,6 @@ def ink(depth: Array, soft: float) -> Array:
 
 
 # Encaustic ------------------------------------------------------------------------------------------------------------
-# Figures in a square about its middle, -0.5 to 0.5 each way. Inks are painted in order.
 
 # (depth of the figure, number of its colour)
 Figures = list[tuple[Array, int]]

@@ -14,9 +14,6 @@ from scipy import ndimage
 from casa_assets.ext.records import HexColor, Record
 from casa_assets.ext.textures import Canvas, Layers, Map, Share, TextureKind, blend, rgb, rgb_table, smoothstep
 
-# Voronoi --------------------------------------------------------------------------------------------------------------
-# A periodic Voronoi map of jittered seeds, for crystals, chips and dimples.
-
 Ids = npt.NDArray[np.intp]
 
 
@@ -84,7 +81,6 @@ def voronoi_cells(
 
 
 # Veined ---------------------------------------------------------------------------------------------------------------
-# Marble, soapstone, veined quartz. Clouds under veins of true width that fade, split and meet.
 
 
 class VeinCourse(StrEnum):
@@ -210,7 +206,6 @@ def _off(field: Map, size_m: float, canvas: Canvas) -> Map:
 VEINED = TextureKind("veined_stone", VeinedStone, paint_veined)
 
 # Flow -----------------------------------------------------------------------------------------------------------------
-# Quartzite, onyx, travertine, slate, limestone. Bands that fold, with pits and fossils.
 
 
 class BandedStone(Record):
@@ -282,7 +277,6 @@ def _pits(params: BandedStone, fold: Map, canvas: Canvas, rng: np.random.Generat
 BANDED = TextureKind("banded_stone", BandedStone, paint_flow)
 
 # Granite --------------------------------------------------------------------------------------------------------------
-# A mosaic of crystals of several minerals, specks of mica, clouds and movement.
 
 Size = Annotated[float, Field(gt=0.0005, lt=0.5)]
 
@@ -386,7 +380,6 @@ def _scatter(speck: Speck, canvas: Canvas, swarm: Map, rng: np.random.Generator)
 GRANITE = TextureKind("granite", Granite, paint_granite)
 
 # Speckled -------------------------------------------------------------------------------------------------------------
-# Quartz composite, solid surface, terrazzo, recycled glass, ground concrete. Chips in a binder.
 
 
 class ChipSize(Record):

@@ -31,9 +31,6 @@ from casa_assets.ext.textures import (
     whole,
 )
 
-# Ceramic --------------------------------------------------------------------------------------------------------------
-# Glazed tiles in any laying: subway, zellige, penny, scales; also bare porcelain, glass and metal ones.
-
 
 class ColorAssignment(StrEnum):
     """Assignment of colours to pieces."""
@@ -128,7 +125,6 @@ def _cracks(canvas: Canvas, rng: np.random.Generator) -> Map:
 CERAMIC = TextureKind("ceramic_tile", CeramicTile, paint_ceramic)
 
 # Clay -----------------------------------------------------------------------------------------------------------------
-# Fired clay: bricks and terracotta, bare, limewashed, painted, reclaimed.
 
 
 class FiredClay(Record):
@@ -198,7 +194,6 @@ def _coated(params: FiredClay, laid: Layers, rim_m: Map, grit: Map, canvas: Canv
 CLAY = TextureKind("fired_clay", FiredClay, paint_clay)
 
 # Stonework ------------------------------------------------------------------------------------------------------------
-# Walls of rough stone: ledgestone, fieldstone, ashlar.
 
 
 class Stonework(Record):
@@ -252,7 +247,6 @@ STONEWORK = TextureKind("stonework", Stonework, paint_stonework)
 
 
 # Boards ---------------------------------------------------------------------------------------------------------------
-# Panelled walls: beadboard, shiplap, board and batten, tongue and groove, slats; painted or of bare wood.
 
 
 class BoardProfile(StrEnum):
@@ -359,7 +353,6 @@ def _profile(params: PaintedBoards, edge: Array, pitch: float, pixel: float) -> 
 BOARDS = TextureKind("painted_boards", PaintedBoards, paint_boards)
 
 # Cast -----------------------------------------------------------------------------------------------------------------
-# Cast and pressed walls: concrete smooth, in panels or from boards; cork; tin ceiling panels; microcement.
 
 
 class Formwork(StrEnum):

@@ -6,7 +6,7 @@ import numpy as np
 
 from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.texture import add_back_faces
-from casa_assets.mesh.visibility import measure_visibility
+from casa_assets.mesh.solid.deviation import measure_visibility
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.registry.category import MatterFill

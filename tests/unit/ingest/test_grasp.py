@@ -8,8 +8,8 @@ import pytest
 from casa_assets.ingest.assemble import assemble, grasp
 from casa_assets.ingest.draft import Draft, PlacedShape
 from casa_assets.mesh.grasps import antipodal_grasps
+from casa_assets.mesh.solid.deviation import measure_visibility
 from casa_assets.mesh.solid.solids import convex_hull
-from casa_assets.mesh.visibility import measure_visibility
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Box, Grasp, GraspFeature, Mesh
 from casa_assets.model.record import Vec3

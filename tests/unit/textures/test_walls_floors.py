@@ -7,9 +7,8 @@ import pytest
 
 from casa_assets.kitchenware.textures import covering, wall_panels
 from casa_assets.kitchenware.textures.covering import REPEATS, PaperRepeat
-from casa_assets.kitchenware.textures.floor_tiles import Encaustic
+from casa_assets.kitchenware.textures.floors import Encaustic, ResilientFloor, ResilientSort
 from casa_assets.kitchenware.textures.motif import DESIGNS, FoliageKind, TileDesign
-from casa_assets.kitchenware.textures.soft_floors import ResilientFloor, ResilientSort
 from casa_assets.textures.canvas import Canvas
 from casa_assets.textures.check import seam
 from casa_assets.textures.laying import Laying, LayingPattern
