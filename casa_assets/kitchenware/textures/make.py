@@ -8,6 +8,7 @@ from casa_assets.ext.records import TextureRecipe
 from casa_assets.ext.textures import Canvas, Layers, TextureKind
 from casa_assets.kitchenware.textures import (
     covering,
+    floors,
     food,
     fronts,
     label,

@@ -45,12 +45,6 @@ def test_a_bowl_without_a_thickness_is_seen_from_within() -> None:
     assert (np.einsum("ij,ij->i", fronts, mesh.normals[mesh.faces[:, 0]]) > 0).all()
 
 
-def test_a_closed_thing_stays_as_it_is() -> None:
-    made = after(carton(), MatterFill.VESSEL)
-    assert made.parts[0].mesh == carton()
-    assert made.notes == ()
-
-
 def test_a_full_thing_without_a_side_stays_open_to_be_found() -> None:
     open_box = without_side(carton(), (0, 0, -1))
     assert after(open_box, MatterFill.FILLED).parts[0].mesh == open_box

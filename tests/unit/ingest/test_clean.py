@@ -31,21 +31,6 @@ def closed(draft: Draft) -> bool:
     return is_closed(draft.surface.welded_faces)
 
 
-class TestSoundMeshes:
-    def test_stay_as_they_are(self, subtests: pytest.Subtests) -> None:
-        for mesh in [BOX, turned(MUG), box_mesh((1, 1, 1), (0, 0, 0))]:
-            with subtests.test(mesh=mesh):
-                draft = clean(raw(mesh))
-                assert draft.notes == ()
-                assert draft.parts[0].mesh == mesh
-
-    def test_are_the_same_twice(self) -> None:
-        once = clean(raw(flipped(turned(MUG), 0.3)))
-        again = clean(raw(once.parts[0].mesh))
-        assert again.parts[0].mesh == once.parts[0].mesh
-        assert again.notes == ()
-
-
 class TestNormals:
     def test_that_contradict_the_faces_are_left_out_and_others_stay(self) -> None:
         away = BOX.vertices - BOX.vertices.mean(axis=0)
@@ -88,16 +73,6 @@ class TestFacesDropped:
         assert len(draft.parts[0].mesh.faces) == 12
         assert volume(whole(draft)) == pytest.approx(0.18)
 
-    def test_reversed_doubles_of_an_open_sheet_stay(self) -> None:
-        open_box = Mesh(vertices=BOX.vertices, faces=BOX.faces[:-2])
-        both = Mesh(vertices=BOX.vertices, faces=np.concatenate([open_box.faces, open_box.faces[:, ::-1]]))
-        assert len(clean(raw(both)).parts[0].mesh.faces) == 20
-
-    def test_parts_that_become_empty_go(self) -> None:
-        sliver = Mesh(vertices=np.zeros((3, 3)), faces=[[0, 1, 2]])
-        draft = clean(raw(BOX, sliver, moved(SMALL, (0.75, 0.0, 0.0))))
-        assert [p.name for p in draft.parts] == ["part_0", "part_2"]
-
     def test_other_columns_follow_their_vertices(self) -> None:
         uv = np.random.default_rng(0).random((10, 2))
         points = np.concatenate([np.full((2, 3), 7.0), BOX.vertices])
@@ -108,40 +83,6 @@ class TestFacesDropped:
         assert out.colors is not None
         assert (out.uv == uv[2:]).all()
         assert (out.colors == colors[2:]).all()
-
-
-class TestExtras:
-    def test_a_near_crumb_and_a_far_large_piece_stay(self) -> None:
-        draft = clean(raw(BOX, moved(SMALL, (0.75, 0, 4.75), 0.05)))
-        assert len(draft.parts) == 2
-        assert draft.notes == ()
-        draft = clean(raw(BOX, moved(BOX, (4, 0, 0))))
-        assert len(draft.parts) == 2
-        assert codes(draft.notes) == ["MSH024"]
-
-    @pytest.mark.parametrize(
-        "extra",
-        [
-            Mesh(vertices=[[-5, -5, 4.8], [5, -5, 4.8], [5, 5, 4.8], [-5, 5, 4.8]], faces=[[0, 1, 2], [0, 2, 3]]),
-            flipped(box_mesh((50, 50, 50), (0, 0, 5), True)),
-        ],
-        ids=["ground", "sky"],
-    )
-    def test_a_backdrop_goes(self, extra: Mesh) -> None:
-        draft = clean(raw(extra, BOX))
-        assert [p.name for p in draft.parts] == ["part_1"]
-        assert codes(draft.notes) == ["MSH012"]
-
-    def test_a_sheet_no_wider_than_the_thing_stays(self) -> None:
-        lid = Mesh(
-            vertices=[[-0.5, -0.5, 6], [0.9, -0.5, 6], [0.9, 0.5, 6], [-0.5, 0.5, 6]], faces=[[0, 1, 2], [0, 2, 3]]
-        )
-        assert len(clean(raw(BOX, lid)).parts) == 2
-
-    def test_a_crumb_within_leaves_the_thing_alone(self) -> None:
-        for around in (turned(MUG), flipped(turned(MUG))):
-            crumb = moved(SMALL, (-0.002, 0.0, -0.04), 0.01)
-            assert len(clean(raw(around, crumb)).parts) == 2
 
 
 class TestWinding:
@@ -170,12 +111,6 @@ class TestWinding:
         assert volume(draft.parts[1].mesh) > 0
         assert codes(draft.notes) == ["MSH011"]
 
-    def test_pieces_beside_each_other_are_turned_one_by_one(self) -> None:
-        other = moved(BOX, (1.02, 0, 0))
-        draft = clean(raw(BOX, flipped(other)))
-        assert draft.parts[0].mesh == BOX
-        assert volume(draft.parts[1].mesh) == pytest.approx(0.18)
-
     @pytest.mark.parametrize("inwards", [False, True])
     def test_an_open_bowl_faces_outwards(self, inwards: bool) -> None:
         bowl = lathe([(0.0, 0.0), (0.05, 0.0), (0.08, 0.06)], 24)
@@ -187,24 +122,11 @@ class TestWinding:
         assert (np.einsum("ij,ij->i", normals, away) > 0).all()
         assert codes(draft.notes) == (["MSH011", "MSH022"] if inwards else ["MSH022"])
 
-    def test_a_flat_decal_keeps_its_side(self) -> None:
-        for side in ([[0, 1, 2], [0, 2, 3]], [[0, 2, 1], [0, 3, 2]]):
-            decal = Mesh(vertices=[[0, 0, 5.2], [0.1, 0, 5.2], [0.1, 0.1, 5.2], [0, 0.1, 5.2]], faces=side)
-            assert clean(raw(BOX, decal)).parts[1].mesh == decal
-
     def test_normals_go_where_faces_were_turned(self) -> None:
         split = box_mesh((1, 1, 1), (0, 0, 0))
         assert clean(raw(split)).parts[0].mesh.normals is not None
         inverted = Mesh(vertices=split.vertices, faces=split.faces[:, ::-1], normals=split.normals)
         assert clean(raw(inverted)).parts[0].mesh.normals is None
-
-    def test_normals_in_the_plane_of_their_faces_go(self) -> None:
-        """Rounding moves them to either side, so that they look forwards in one pose and backwards in the next."""
-        split = box_mesh((1, 1, 1), (0, 0, 0))
-        leaning = Mesh(vertices=split.vertices, faces=split.faces, normals=np.roll(split.normals, 1, axis=1))
-        draft = clean(raw(leaning))
-        assert draft.parts[0].mesh.normals is None
-        assert "MSH025" in codes(draft.notes)
 
 
 class TestRefused:

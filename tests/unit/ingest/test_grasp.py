@@ -8,15 +8,13 @@ import pytest
 from casa_assets.ingest.assemble import assemble, grasp
 from casa_assets.ingest.draft import Draft, PlacedShape
 from casa_assets.mesh.grasps import antipodal_grasps
-from casa_assets.mesh.solid.deviation import measure_visibility
-from casa_assets.mesh.solid.solids import convex_hull
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Box, Grasp, GraspFeature, Mesh
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category, FrontRule, MatterFill
 from casa_assets.model.source import RawPart, Source, SourceKind
 from tests.support.asset.asset_parts import CARDBOARD, box_inertial
-from tests.support.hostile.untrusted_inputs import carton, cup, kind_of, loose, without_side
+from tests.support.hostile.untrusted_inputs import carton, cup, kind_of, loose
 from tests.support.mesh.meshes import box_mesh
 from tests.support.mesh.raw_models import joined
 from tests.support.mesh.solids import box
@@ -70,10 +68,6 @@ class TestGrasp:
             assert np.dot(one.closing, one.approach) == pytest.approx(0, abs=1e-5)
             assert np.linalg.norm(one.closing) == pytest.approx(1, abs=1e-5)
 
-    def test_a_wide_vessel_is_taken_by_its_rim_alone(self) -> None:
-        wide = cup([(0.0, 0.006), (0.074, 0.006), (0.074, 0.09), (0.08, 0.09), (0.08, 0.0), (0.0, 0.0)])
-        assert list(found((0.16, 0.16, 0.09), wide, row=ROW.replace(build=MatterFill.VESSEL))) == [GraspFeature.RIM]
-
     def test_asset_shows_it_as_a_site(self) -> None:
         made = grasp(draft(LOW, carton()), ROW, OPENING)
         source = Source(kind=SourceKind.FOLDER, path="box.obj")
@@ -93,25 +87,3 @@ def test_fingers_need_room_behind_what_they_hold() -> None:
     across = [p for p in antipodal_grasps(pair.vertices, pair.faces.astype(int), OPENING) if abs(p.closing[0]) > 0.9]
     assert across
     assert min(p.width for p in across) > 0.06
-
-
-class TestExposure:
-    def test_a_closed_surface_shows_no_back(self) -> None:
-        points, faces = convex_hull(carton().vertices)
-        seen = measure_visibility(points, faces)
-        assert seen.behind.max() < 0.01
-        assert seen.front.mean() > 0.99
-        assert not seen.back.any() or seen.back.mean() < 0.01
-
-    def test_from_below_an_open_box_is_hollow(self) -> None:
-        open_box = without_side(carton(), (0, 0, -1))
-        seen = measure_visibility(open_box.vertices, open_box.faces.astype(np.int64))
-        assert seen.away[int(seen.behind.argmax())][2] > 0.9
-        assert seen.behind.max() > 0.75
-
-    def test_a_thing_in_a_thing_is_not_seen(self) -> None:
-        both = joined(carton(), box((0.02, 0.02, 0.02), (0.0, 0.0, 0.06)))
-        seen = measure_visibility(both.vertices, both.faces.astype(int))
-        within = seen.face >= len(carton().faces)
-        assert within.any()
-        assert not (seen.front[within] | seen.back[within]).any()

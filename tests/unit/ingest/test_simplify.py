@@ -22,11 +22,6 @@ def rows(mesh: Mesh) -> set[bytes]:
     return {row.tobytes() for row in np.column_stack(columns)}
 
 
-def test_few_faces_are_left_alone() -> None:
-    state = draft(FINE)
-    assert simplify(state, len(FINE.faces)) is state
-
-
 def test_the_limit_is_kept_and_vertices_are_those_of_the_input(subtests: pytest.Subtests) -> None:
     for with_uv in [True, False]:
         for limit in [4000, 1500]:
@@ -67,13 +62,6 @@ def test_no_face_shows_two_pieces_of_a_texture(pieces: int) -> None:
     assert (shown == shown[:, :1]).all()
 
 
-def test_unwelded_faces_are_welded_first() -> None:
-    loose = Mesh(vertices=FINE.vertices[FINE.faces.ravel()], faces=np.arange(FINE.faces.size).reshape(-1, 3))
-    few = simplified(loose, 1500)
-    assert len(few.faces) <= 1650
-    assert len(few.vertices) < 1500
-
-
 def test_parts_share_the_limit_and_small_ones_survive() -> None:
     crumb = moved(box_mesh((0.01, 0.01, 0.01), (0, 0, 0), shared=True), (0.2, 0, 0))
     out = simplify(draft(FINE, moved(FINE, (0.5, 0, 0), 0.5), crumb), 3000)
@@ -81,15 +69,6 @@ def test_parts_share_the_limit_and_small_ones_survive() -> None:
     assert sum(counts) < 3600
     assert counts[2] == 12
     assert min(counts) > 0
-
-
-def test_colours_belong_to_their_vertices() -> None:
-    colors = np.random.default_rng(0).integers(0, 255, (len(FINE.vertices), 4), dtype=np.uint8)
-    mesh = Mesh(vertices=FINE.vertices, faces=FINE.faces, colors=colors)
-    few = simplified(mesh, 4000)
-    assert few.colors is not None
-    known = {p.tobytes() + c.tobytes() for p, c in zip(mesh.vertices, colors, strict=True)}
-    assert {p.tobytes() + c.tobytes() for p, c in zip(few.vertices, few.colors, strict=True)} <= known
 
 
 def test_a_sheet_with_faces_in_both_directions_keeps_both_sides() -> None:

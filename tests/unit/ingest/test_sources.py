@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 import json
 import os
 import sys
@@ -80,19 +79,6 @@ def test_objaverse_package(tmp_path: Path) -> None:
     assert (source.licence, source.author, source.category) == ("CC-BY-NC-SA-4.0", "An?n", "mug")
     assert source.hints == ("Old Mug", "cup")
     assert sorted(refusals(tmp_path)) == [rejection_codes.PATH_TRAVERSAL, rejection_codes.MISSING_FILE]
-
-
-def test_objaverse_cache_layout(tmp_path: Path) -> None:
-    root = tmp_path / "hf-objaverse-v1"
-    write(root / f"glbs/000-041/{UID}.glb", Gltf().glb())
-    write(
-        root / "metadata/000-041.json.gz", gzip.compress(json.dumps({UID: {"name": "Pan", "license": "cc0"}}).encode())
-    )
-    write(root / "object-paths.json.gz", gzip.compress(json.dumps({UID: "x", "b": "not downloaded"}).encode()))
-    write(root / "lvis-annotations.json.gz", gzip.compress(b"{broken"))
-    (one,) = found(tmp_path).values()
-    assert (one.source.title, one.source.licence, one.source.category) == ("Pan", "CC0-1.0", "")
-    assert refusals(tmp_path) == [rejection_codes.BAD_MANIFEST]
 
 
 def test_objaverse_xl_list(tmp_path: Path) -> None:
@@ -266,14 +252,6 @@ def test_a_folder_input_may_reach_its_siblings_and_gazebo_layouts_are_known(tmp_
     assert codes_of(load_path(path)) == set()
     (one,) = found(tmp_path).values()
     assert set(collect(one, LIMITS).files) == {"x.obj", "m.mtl", "../materials/textures/t.png"}
-
-
-def test_material_file_by_stem_where_none_is_named(tmp_path: Path) -> None:
-    write(tmp_path / "pot.mtl", "newmtl m\nKd 1 0 0\n")
-    path = write(tmp_path / "pot.obj", "mtllib other.mtl\nusemtl m\n" + OBJ_TRIANGLE)
-    model = load_path(path)
-    assert codes_of(model) == {rejection_codes.REFERENCE_MISSING, rejection_codes.MATERIAL_GUESSED}
-    assert model.parts[0].material.base_color == (1.0, 0.0, 0.0, 1.0)
 
 
 def test_a_gltf_without_its_buffer_is_refused(

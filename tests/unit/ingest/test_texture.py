@@ -82,19 +82,6 @@ class TestPainted:
                         wanted = np.einsum("k,nkd->nd", weights, corners)
                         assert np.abs(sampled(skin, at) - wanted).max() <= 1.0
 
-    def test_normals_follow(self) -> None:
-        mesh = BOX.replace(uv=None, colors=np.eye(24, 4).astype(np.uint8))
-        out, _ = painted(mesh, PLAIN)
-        assert mesh.normals is not None
-        assert out.normals is not None
-        assert (out.normals[out.faces] == mesh.normals[mesh.faces]).all()
-
-    def test_only_varied_colours_are_painted(self) -> None:
-        out = done(part(colored(5)))
-        assert out.parts[0].material.base_color_texture is not None
-        assert codes(out.notes) == ["MSH016"]
-        assert out.parts[0].mesh.colors is None
-
     def test_one_colour_becomes_the_base_colour_in_linear_light(self) -> None:
         mesh = Mesh(vertices=BOX.vertices, faces=BOX.faces, colors=np.tile(np.uint8([188, 0, 255, 255]), (24, 1)))
         material = done(part(mesh, Material(id="m", base_color=(1, 1, 0.5, 1)))).parts[0].material
@@ -118,14 +105,6 @@ class TestAlpha:
         assert out.parts[0].material.base_color == (0.1, 0.2, 0.3, shown)
         assert codes(out.notes) == notes
 
-    def test_invisible_vertex_colours_are_made_opaque(self) -> None:
-        out = done(part(colored(4, alpha=0)))
-        skin = out.parts[0].material.base_color_texture
-        assert skin is not None
-        with Image.open(io.BytesIO(skin.png)) as image:
-            assert image.mode == "RGB"
-        assert codes(out.notes) == ["MSH018", "MSH016"]
-
 
 class TestPictures:
     def test_are_scaled_down_to_the_limit(self) -> None:
@@ -141,9 +120,6 @@ class TestPictures:
         assert out.parts[0].material.textures == ()
         assert codes(out.notes) == ["MSH017"]
 
-    def test_uv_without_pictures_go(self) -> None:
-        assert done(part(BOX)).parts[0].mesh.uv is None
-
 
 class TestMerging:
     def test_parts_of_one_look_become_one(self) -> None:
@@ -154,16 +130,6 @@ class TestMerging:
         merged = out.parts[0].mesh
         corners = np.concatenate([boxes[k].vertices[boxes[k].faces] for k in (0, 2)])
         assert (merged.vertices[merged.faces] == corners).all()
-
-    def test_parts_with_and_without_normals_stay_apart(self) -> None:
-        bare = Mesh(vertices=BOX.vertices, faces=BOX.faces)
-        assert len(done(part(BOX), part(bare)).parts) == 2
-
-    def test_textured_parts_keep_their_uv(self) -> None:
-        skin = Material(id="m", base_color_texture=CHECKER)
-        (out,) = done(part(BOX, skin), part(BOX, skin)).parts
-        assert BOX.uv is not None
-        assert np.array_equal(out.mesh.uv, [*BOX.uv, *BOX.uv])
 
 
 def test_the_defaults_of_gltf_yield_to_the_substance() -> None:

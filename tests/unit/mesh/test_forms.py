@@ -7,11 +7,9 @@ import numpy.typing as npt
 import pytest
 from scipy.spatial.transform import Rotation
 
-from casa_assets.errors import DegenerateShape
 from casa_assets.mesh.registration import (
     align,
     descriptor_distance,
-    principal_spread,
     sampled_surface,
     shape_descriptor,
 )
@@ -91,17 +89,3 @@ def test_the_same_surface_gives_the_same_numbers() -> None:
     assert shape_descriptor(*mug()) == shape_descriptor(*mug())
     one, other = (align(sampled_surface(*mug()), sampled_surface(*moved(mug(), 3))) for _ in range(2))
     assert (one.p95, one.p995) == (other.p95, other.p995)
-
-
-def test_principal_axes_come_widest_first() -> None:
-    center, radius, sides, frame = principal_spread(*box(0.1, 0.2, 0.3))
-    assert center == pytest.approx([0.3, 0.1, 0.0])
-    assert list(sides) == sorted(sides, reverse=True)
-    assert radius == pytest.approx(np.linalg.norm(sides))
-    assert np.abs(frame[:, 0]) == pytest.approx([0, 0, 1], abs=1e-9)
-
-
-def test_no_area_has_no_form(subtests: pytest.Subtests) -> None:
-    for faces in [np.zeros((0, 3), dtype=np.int64), np.array([[0, 1, 1]])]:
-        with subtests.test(faces=faces), pytest.raises(DegenerateShape):
-            shape_descriptor(np.zeros((3, 3)), faces)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
 
 from casa_assets.core.numeric import rng_for
 from casa_assets.kitchenware.textures import laid
 from casa_assets.kitchenware.textures import stone as slabs
-from casa_assets.textures.canvas import Canvas, Layers
+from casa_assets.textures.canvas import Canvas
 from casa_assets.textures.check import seam
 from casa_assets.textures.wood import WoodPalette, WoodSpecies
 from tests.support.library.pictures import painted, runs, steps
@@ -34,37 +32,6 @@ def test_cells_have_their_size_and_close() -> None:
     assert np.mean(grid[:, 0] == grid[:, -1]) > 0.8  # the same cells on both sides of the border
 
 
-def test_minerals_have_their_shares() -> None:
-    stone = slabs.Granite(
-        minerals=(slabs.Mineral(color=WHITE, share=3, spread=0), slabs.Mineral(color=BLACK, share=1, spread=0)),
-        grain_m=0.004,
-    )
-    made = painted(stone, "g")
-    assert float((made.albedo[..., 0] > 0.5).mean()) == pytest.approx(0.75, abs=0.05)
-
-
-def test_specks_have_their_share_however_they_flock() -> None:
-    for flock in (0.0, 1.0):
-        speck = slabs.Speck(color=BLACK, size_m=0.01, share=0.2, flock=flock)
-        stone = slabs.Granite(minerals=(slabs.Mineral(color=WHITE, share=1, spread=0),), specks=(speck,))
-        made = painted(stone, "g")
-        assert float((made.albedo[..., 0] < 0.5).mean()) == pytest.approx(0.19, abs=0.06)
-
-
-def test_orbs_are_round_and_larger_than_the_grain() -> None:
-    stone = slabs.Granite(
-        minerals=(slabs.Mineral(color=WHITE, share=1, spread=0),),
-        phenocryst_color=BLACK,
-        phenocryst_m=0.05,
-        phenocryst_rim_color=BLACK,
-    )
-    made = painted(stone, "g")
-    dark = made.albedo[..., 0] < 0.6
-    assert 0.2 < dark.mean() < 0.8
-    lengths = np.diff(np.flatnonzero(np.diff(dark.ravel().astype(int)) != 0)) * 0.6 / 240
-    assert 0.005 < np.median(lengths) < 0.06
-
-
 def ink_of(vein: slabs.Vein) -> float:
     """Share of a white stone that a family of black veins covers."""
     stone = slabs.VeinedStone(ground=WHITE, cloud=WHITE, cloudy=0, crystal=0, veins=(vein,))
@@ -80,19 +47,6 @@ def test_veins_have_their_width() -> None:
         ink = ink_of(vein)
         assert ink > 0.01
         assert 1.5 < ink_of(vein.replace(width_m=0.012)) / ink < 2.5
-
-
-def test_veins_that_are_gone_leave_the_stone() -> None:
-    vein = slabs.Vein(color=BLACK, strength=1, spacing_m=0.15, width_m=0.01, bleed=0)
-    assert ink_of(vein.replace(gaps=1.0)) < 0.5 * ink_of(vein.replace(gaps=0.0))
-
-
-def test_layers_are_counted() -> None:
-    stone = slabs.BandedStone(colors=(WHITE, BLACK), layers=5, fold_m=0.0, fine=0, mottle=0)
-    made = painted(stone, "b")
-    assert runs(made.albedo[:, 7, 0]) == 5
-    pitted = painted(stone.replace(pits=0.8), "b")
-    assert pitted.height_m.min() < -0.0005 < made.height_m.min()
 
 
 def test_chips_lie_beside_each_other() -> None:
@@ -118,24 +72,6 @@ def test_staves_lie_along_the_counter_and_are_as_wide_as_stated() -> None:
     assert np.all(lines < bodies.mean(axis=(1, 2)) - 0.02)
 
 
-def test_pieces_end_at_different_places() -> None:
-    staves = laid.ButcherBlock(species=QUIET, palette=PALETTE.replace(variety=1.0), stave_m=0.06, length_m=0.3)
-    made = painted(staves, "s").albedo[..., 0]
-    ends = [np.flatnonzero(np.abs(np.diff(row)) > 0.004) for row in made[12::24]]
-    assert all(len(e) >= 2 for e in ends)
-    firsts = [int(e[0]) for e in ends]
-    assert all(abs(one - other) > 3 for one, other in itertools.pairwise(firsts))
-
-
-def test_blocks_are_square_and_two_woods_take_turns() -> None:
-    pale, dark = PALETTE, WoodPalette(light="#403020", dark="#201810", pore="#100c08", heart="#080604", variety=0.0)
-    blocks = laid.EndGrain(species=QUIET, palette=pale, second=dark, block_m=0.1, bond=0.0)
-    made = painted(blocks, "e").albedo[..., 0]
-    assert runs(made[20]) == runs(made[:, 20]) == 3  # six blocks, three of each
-    assert made[20, 20] > made[20, 60] + 0.2
-    assert made[20, 20] > made[60, 20] + 0.2
-
-
 def test_tiles_and_joints_are_as_wide_as_stated() -> None:
     tiles = laid.TiledCounter(colors=(WHITE,), grout=BLACK, joint_m=0.01, width_m=0.15, height_m=0.1, unevenness=0)
     made = painted(tiles, "t")
@@ -146,14 +82,6 @@ def test_tiles_and_joints_are_as_wide_as_stated() -> None:
     joint = made.albedo[..., 0] < 0.2
     assert made.height_m[joint].max() < made.height_m[~joint].mean()
     assert made.roughness[joint].min() > 0.7 > 0.3 > made.roughness[~joint].mean()
-
-
-def test_checkered_tiles_take_turns_over_the_border() -> None:
-    tiles = laid.TiledCounter(
-        colors=(WHITE, "#404040"), grout=BLACK, width_m=0.12, height_m=0.12, checker=True, unevenness=0
-    )
-    made = painted(tiles, "t").albedo[..., 0]  # five columns would not close: six are laid
-    assert made[20, 20] != pytest.approx(made[20, 230], abs=0.2)
 
 
 def test_metal_tiles_and_shows_its_tool(subtests: pytest.Subtests) -> None:
@@ -169,29 +97,3 @@ def test_metal_tiles_and_shows_its_tool(subtests: pytest.Subtests) -> None:
                 assert across > 3 * along
             else:
                 assert 0.3 < along / across < 3.5
-
-
-def test_patina_and_spots_age_the_metal() -> None:
-    clean = laid.SheetMetal(color="#b0b0b0", patina_color="#303030", tooling=laid.MetalTooling.ROLLED)
-    shares = [painted(clean.replace(patina=p), "m") for p in (0.0, 0.4, 0.9)]
-    assert shares[0].albedo.mean() > shares[1].albedo.mean() > shares[2].albedo.mean()
-    assert shares[0].roughness.mean() < shares[2].roughness.mean()
-    spotted = painted(clean.replace(spots=1.0), "m")
-    assert spotted.albedo.mean() < shares[0].albedo.mean()
-
-
-def test_prints_use_their_inks(subtests: pytest.Subtests) -> None:
-    for pattern in list(laid.LaminatePattern):
-        with subtests.test(pattern=pattern):
-            canvas = laid.PrintedLaminate(ground=WHITE, inks=("#ff0000", "#0000ff"), pattern=pattern, size_m=0.04)
-            made: Layers = painted(canvas, "p")
-            inked = made.albedo.min(axis=2) < 0.7
-            assert 0.01 < inked.mean() < 0.95
-            assert seam(made.albedo).worst < 1.6
-
-
-def test_crackle_is_a_fine_net() -> None:
-    plain = laid.GlazedLava(color="#e0e0e0", pool_color="#e0e0e0", crackle=0.0, crackle_m=0.06)
-    still, cracked = (painted(g, "g") for g in (plain, plain.replace(crackle=1.0)))
-    lines = still.albedo[..., 0] - cracked.albedo[..., 0] > 0.05
-    assert 0.005 < lines.mean() < 0.2

@@ -36,15 +36,6 @@ def seen(albedo: Map) -> TextureDescriptor:
     return describe_texture(albedo, TILE)
 
 
-def test_same_is_zero_and_distance_is_symmetric() -> None:
-    one, other = seen(stripes(1)), seen(stripes(1, 0.1))
-    assert distance(one, one) == 0.0
-    assert distance(one, other) == distance(other, one) > 0.0
-    assert distance(one, seen(stripes(2))) < NEARLY_ALIKE
-    moved = np.roll(stripes(1), (37, 59), axis=(0, 1))
-    assert distance(one, seen(moved)) == pytest.approx(0.0, abs=1e-3)
-
-
 def test_what_is_plainly_different_is_far(subtests: pytest.Subtests) -> None:
     for other in [
         stripes(1, color=(0.6, 0.55, 0.5)),
@@ -55,15 +46,6 @@ def test_what_is_plainly_different_is_far(subtests: pytest.Subtests) -> None:
     ]:
         with subtests.test(other=other):
             assert distance(seen(stripes(1)), seen(other)) > NEARLY_ALIKE
-
-
-def test_gloss_and_relief_count() -> None:
-    picture = stripes(1)
-    flat, rough = np.zeros((160, 160)), 0.002 * canvas.gradient((160, 160), (20, 20), rng_for(1, "relief"))
-    matt, shiny = np.full((160, 160), 0.8), np.full((160, 160), 0.1)
-    plain = describe_texture(picture, TILE, matt, flat)
-    assert distance(plain, describe_texture(picture, TILE, shiny, flat)) > NEARLY_ALIKE
-    assert distance(plain, describe_texture(picture, TILE, matt, rough)) > 0.5
 
 
 def test_size_in_metres_counts_not_pixels() -> None:

@@ -6,19 +6,17 @@ import numpy as np
 import pytest
 
 from casa_assets.core.numeric import rng_for
-from casa_assets.textures.canvas import Canvas, Layers, stratified
-from casa_assets.textures.laying import Laying, LayingPattern, fieldstone, lay
+from casa_assets.textures.canvas import Canvas, Layers
+from casa_assets.textures.laying import Laying, LayingPattern, lay
 from casa_assets.textures.pieces import (
     Joint,
     PieceMap,
     Slab,
-    TileEdge,
     box,
     disc,
     gap,
     inlay,
     polygon,
-    profile,
     whole,
 )
 
@@ -84,26 +82,6 @@ def test_place_on_a_piece_is_true_to_size_and_a_level_one_has_its_length_along_x
     assert np.ptp(level[:, 1]) > np.ptp(level[:, 0])
 
 
-def test_design_does_not_hang_on_pixels() -> None:
-    coarse, fine = laid("planks", 100)[0], laid("planks", 400)[0]
-    np.testing.assert_allclose(coarse.x_m, fine.x_m)
-    np.testing.assert_allclose(coarse.half_m, fine.half_m)
-
-
-def test_pennies_leave_the_gaps_of_circles() -> None:
-    canvas = Canvas((round(0.1 * R3 * 2 * 400), 160), (0.4, 0.1 * R3 * 2))
-    pieces = lay(Laying(pattern=LayingPattern.PENNY, width_m=0.1), canvas, rng_for(1, "p"))
-    line_coverage = float((pieces.inside_m > 0).mean())
-    assert line_coverage == pytest.approx(np.pi * 0.0475**2 / (0.1 * 0.1 * R3 / 2), abs=0.01)
-
-
-def test_fieldstones_are_of_the_stated_size() -> None:
-    canvas = Canvas((300, 300), (1.5, 1.5))
-    pieces = fieldstone(canvas, 0.3, 0.25, rng_for(1, "f"))
-    assert pieces.count == 5 * 6
-    assert len(np.unique(pieces.owner)) == pieces.count
-
-
 def test_a_picture_that_holds_no_whole_number_and_rows_that_do_not_close_are_errors() -> None:
     for length, module, even in [(1.0, 0.3, False), (0.9, 0.3, True), (0.05, 0.1, False)]:
         with pytest.raises(ValueError, match="no whole number of modules"):
@@ -131,15 +109,6 @@ def test_a_joint_covers_its_width_at_any_resolution() -> None:
         assert share.sum() * pixel == pytest.approx(0.003, rel=0.02)
 
 
-def test_rims_fall_off_by_the_stated_drop(subtests: pytest.Subtests) -> None:
-    for edge in TileEdge:
-        with subtests.test(edge=edge):
-            joint = Joint(edge=edge, edge_width_m=0.004, rim_drop_m=0.001)
-            depth = profile(joint, np.array([[0.0, 0.002, 0.05]], dtype=np.float32))
-            np.testing.assert_allclose(depth[0, [0, 2]], [-0.001, 0.0], atol=1e-5)
-            assert -0.001 < depth[0, 1] < 0.0
-
-
 def test_every_piece_shows_its_own_place_of_the_slab() -> None:
     pieces, _ = laid("stacked", 100)
     ramp = np.broadcast_to(np.linspace(0, 1, 64, endpoint=False, dtype=np.float32)[None, :], (64, 64))
@@ -149,9 +118,3 @@ def test_every_piece_shows_its_own_place_of_the_slab() -> None:
     face = inlay(pieces, (slab,), flat, places, places, np.ones(pieces.count))
     means = [float(face.height_m[pieces.owner == n].mean()) for n in range(pieces.count)]
     np.testing.assert_allclose(means, (places - 0.05) / 6.4, atol=0.002)
-
-
-def test_tones_are_dealt_out_evenly() -> None:
-    tones = stratified(9, rng_for(1, "t"))
-    np.testing.assert_allclose(np.sort(tones), np.linspace(-1, 1, 9))
-    assert stratified(1, rng_for(1, "t")).tolist() == [0.0]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from casa_assets.core.numeric import rng_for
-from casa_assets.textures.canvas import Canvas, Map, blur, fbm, gradient, ridged, worley
+from casa_assets.textures.canvas import Map, blur, fbm, gradient, ridged, worley
 
 SIZE, CELLS = (96, 128), (6, 4)
 MAKERS: dict[str, Callable[[tuple[int, int]], Map]] = {
@@ -32,28 +32,9 @@ def test_noise_closes_repeats_by_its_seed_and_shows_the_same_design_in_any_size(
             assert coarse.tobytes() == maker(SIZE).tobytes()
 
 
-def test_cells_stretch_it() -> None:
-    level = gradient((128, 128), (16, 2), rng_for(3, "n"))
-    down, across = np.abs(np.diff(level, axis=0)).mean(), np.abs(np.diff(level, axis=1)).mean()
-    assert 5.0 < down / across < 12.0
-
-
-def test_a_shift_by_whole_pixels_is_a_roll() -> None:
-    canvas = Canvas((32, 48), (4.8, 3.2))
-    image = gradient(canvas.size_px, (4, 4), rng_for(1, "n"))
-    moved = canvas.shifted(image, np.full((32, 48), 0.5, np.float32), np.full((32, 48), -0.3, np.float32))
-    np.testing.assert_allclose(moved, np.roll(image, (3, -5), axis=(0, 1)), atol=1e-5)
-
-
 def test_blur_keeps_the_mean_and_goes_round_the_border() -> None:
     image = np.zeros((32, 32), dtype=np.float32)
     image[0, 0] = 1.0
     soft = blur(image, 2.0)
     assert soft.sum() == pytest.approx(1.0, abs=1e-4)
     assert soft[-1, -1] == pytest.approx(soft[1, 1], rel=1e-4)
-
-
-def test_owner_of_worley_is_the_nearest_point() -> None:
-    first, second, owner = worley((64, 64), (4, 4), rng_for(2, "n"))
-    assert set(np.unique(owner)) == set(range(16))
-    assert (first <= second).all()

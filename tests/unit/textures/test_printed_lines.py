@@ -36,14 +36,3 @@ def test_an_outline_is_no_letter() -> None:
     brand = lines_in_picture(outlined, SIZE)[0]
     inside = brand.cover > 0.95
     assert np.abs(picture(outlined)[inside] - rgb(ACCENT)).max() < 0.2
-
-
-def test_a_line_of_the_colour_of_its_ground_is_not_there() -> None:
-    """Letters that would not be seen turn dark; on a ground of two colours some of them may be lost all the same."""
-    lost = lines_in_picture(PLAIN.replace(brand=" "), SIZE)[0]
-    assert not lost.cover.any()
-
-
-def test_upright_labels_run_upwards() -> None:
-    assert [line.runs_upwards for line in lines_in_picture(PLAIN.replace(layout=Layout.UPRIGHT), SIZE)] == [True, True]
-    assert [line.runs_upwards for line in lines_in_picture(PLAIN, SIZE)] == [False, False]

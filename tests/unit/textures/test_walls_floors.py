@@ -7,8 +7,8 @@ import pytest
 
 from casa_assets.kitchenware.textures import covering, wall_panels
 from casa_assets.kitchenware.textures.covering import REPEATS, PaperRepeat
-from casa_assets.kitchenware.textures.floors import Encaustic, ResilientFloor, ResilientSort
-from casa_assets.kitchenware.textures.motif import DESIGNS, FoliageKind, TileDesign
+from casa_assets.kitchenware.textures.floors import Encaustic
+from casa_assets.kitchenware.textures.motif import DESIGNS, TileDesign
 from casa_assets.textures.canvas import Canvas
 from casa_assets.textures.check import seam
 from casa_assets.textures.laying import Laying, LayingPattern
@@ -44,28 +44,6 @@ def test_grout_lies_lower_and_is_rougher() -> None:
     assert made.roughness[0, 0] - made.roughness[50, 50] > 0.5
 
 
-def test_a_checker_takes_turns() -> None:
-    order = wall_panels.ColorAssignment.SORT
-    params = wall_panels.CeramicTile(
-        laying=SQUARES, colors=(WHITE, BLACK), color_order=order, variety=0, glaze_pooling=0
-    )
-    light = painted(params, "t", Canvas((200, 200), (0.4, 0.4))).albedo[..., 0]
-    middles = light[25::50, 25::50] > 0.5
-    assert (middles != np.roll(middles, 1, axis=0)).all()
-    assert (middles != np.roll(middles, 1, axis=1)).all()
-
-
-def test_a_full_coat_of_paint_hides_the_brick() -> None:
-    laying = Laying(pattern=LayingPattern.RUNNING, width_m=0.075, length_m=0.225, bond=0.5)
-    bare = wall_panels.FiredClay(laying=laying, colors=("#a03020",))
-    coated = bare.replace(coat_color=WHITE, coat_share=1.0, paint_share=1.0)
-    canvas = Canvas((180, 180), (0.9, 0.9))
-    assert painted(bare, "c", canvas).albedo[..., 2].mean() < 0.5
-    full = painted(coated, "c", canvas)
-    assert full.albedo[..., 2].mean() > 0.85
-    assert np.ptp(full.height_m) > 0.003  # the bond still stands out
-
-
 def test_boards_are_as_wide_as_stated(subtests: pytest.Subtests) -> None:
     for profile in wall_panels.BoardProfile:
         with subtests.test(profile=profile):
@@ -77,35 +55,6 @@ def test_boards_are_as_wide_as_stated(subtests: pytest.Subtests) -> None:
             assert runs(relief) == (16 if profile is wall_panels.BoardProfile.BEAD else 8)
             level = painted(params.replace(horizontal=True), "b", Canvas((400, 100), (0.2, 0.8)))
             np.testing.assert_array_equal(level.height_m, made.height_m.T)
-
-
-def test_plaster_holds_its_color_and_its_relief_hangs_on_relief(subtests: pytest.Subtests) -> None:
-    for hand in covering.PlasterFinish:
-        with subtests.test(hand=hand):
-            params = covering.Plaster(color="#808080", second="#606060", technique=hand, strength=0.5, relief=1.0)
-            canvas = Canvas((256, 256), (0.8, 0.8))
-            made = painted(params, "p", canvas)
-            assert float(made.albedo.mean()) == pytest.approx(0.5, abs=0.05)
-            flat = painted(params.replace(relief=0.0), "p", canvas)
-            assert np.ptp(flat.height_m) == 0.0 < np.ptp(made.height_m) < 0.02
-
-
-def test_formwork_is_as_large_as_stated(subtests: pytest.Subtests) -> None:
-    for form in [wall_panels.Formwork.BOARDS, wall_panels.Formwork.PANELS]:
-        with subtests.test(form=form):
-            params = wall_panels.Concrete(
-                color="#a0a0a0", second="#a0a0a0", formwork=form, formwork_unit_m=0.2, cloudy=0, holes=0
-            )
-            made = painted(params, "c", Canvas((400, 400), (0.8, 0.8)))
-            dark = made.albedo.mean(axis=(1, 2))
-            assert runs(-dark) == 4
-
-
-def test_tin_plates_repeat_exactly_but_for_their_dents() -> None:
-    params = wall_panels.PressedTin(color="#c0c0c0", hollow_color="#404040", plate_m=0.3)
-    made = painted(params, "t", Canvas((240, 240), (0.6, 0.6)))
-    first, second = made.height_m[:120, :120], made.height_m[120:, 120:]
-    assert np.abs(first - second).max() < 0.001 < np.ptp(first)
 
 
 def test_designs_use_all_their_inks_and_go_on_over_the_joint(subtests: pytest.Subtests) -> None:
@@ -134,21 +83,3 @@ def test_repeats_of_paper_are_as_large_as_stated_and_close(subtests: pytest.Subt
             np.testing.assert_allclose(light[:128, :128], light[128:, 128:], atol=0.45)
             assert seam(light).worst < 2.0
             assert 0.02 < float(1 - light.mean()) < 0.8
-
-
-def test_plants_grow_over_the_border(subtests: pytest.Subtests) -> None:
-    for growth in FoliageKind:
-        with subtests.test(growth=growth):
-            inks = ("#204020", "#406040", "#608060", "#a0b0a0")
-            params = covering.FoliagePaper(ground=WHITE, inks=inks, growth=growth, size_m=0.3)
-            light = painted(params, "g", Canvas((200, 200), (0.9, 0.9))).albedo
-            assert seam(light).worst < 2.0
-            assert 0.04 < float((light.mean(axis=2) < 0.85).mean()) < 0.999
-
-
-def test_studs_are_as_far_apart_as_stated() -> None:
-    for sort in (ResilientSort.STUDDED, ResilientSort.WOVEN, ResilientSort.TREAD):
-        params = ResilientFloor(colors=("#404040", "#808080"), material=sort, grain_m=0.05)
-        made = painted(params, "s", Canvas((240, 240), (0.4, 0.4)))
-        assert sort is ResilientSort.WOVEN or runs(made.height_m[:, 15]) == 8
-        assert 0.0005 < np.ptp(made.height_m) < 0.02

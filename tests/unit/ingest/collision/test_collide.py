@@ -13,17 +13,14 @@ from casa_assets.ingest.collision import collide as stage
 from casa_assets.ingest.collision.collide import STRATEGIES, collide
 from casa_assets.ingest.collision.components import Budget, DecompositionFailed
 from casa_assets.ingest.collision.fit import CollideParams, FitErrors, fit_reference, measure_fit
-from casa_assets.ingest.collision.plane_splits import ErrorBound
-from casa_assets.ingest.collision.plane_splits import merge_within_bound as joined_up
 from casa_assets.ingest.collision.solid_proxy import SurfaceKind, solid_proxy
 from casa_assets.ingest.draft import Draft
-from casa_assets.mesh.solid.deviation import distances_outside_hulls, reference_surface
+from casa_assets.mesh.solid.deviation import distances_outside_hulls
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.mesh.solid.solids import (
     convex_hull,
     hull_volume,
     intersection_volume,
-    split_by_plane,
     surface_of,
     union,
 )
@@ -132,12 +129,6 @@ class TestExactShapes:
         assert [p.shape.kind for p in out.colliders] == ["box", "box"]
         assert not is_touched(out, (0.3, 0.0, 0.25))
 
-    def test_the_thinnest_sheets_get_a_thickness(self) -> None:
-        sheet = Mesh(vertices=[[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0]], faces=[[0, 1, 2], [0, 2, 3]])
-        out = collide(draft(BOX, moved(sheet, (0.25, 0, 0.3))), category("object"), PARAMS, never)
-        assert len(out.colliders) == 2
-        assert min(np.ptp(c[:, 2]) for c in clouds(out)) == pytest.approx(0.001, rel=0.05)
-
     def test_an_apple_is_one_shape_stalk_and_all(self) -> None:
         apple = joined(turned(APPLE, 32), box((0.003, 0.003, 0.02), (0.0, 0.0, 0.032)))
         assert len(collide(draft(apple), category("apple"), PARAMS, never).colliders) == 1
@@ -208,15 +199,6 @@ class TestOpenings:
             assert found.open_share is not None
             assert found.open_share >= 0.85
 
-    def test_a_bowl_that_is_a_sheet_keeps_its_opening(self) -> None:
-        sheet = turned([(0.07, 0.05), (0.05, 0.01), (0.04, 0.0), (0.0, 0.0)], 24)
-        out = collide(draft(sheet), category("bowl"), PARAMS, Fake({}))
-        assert len(out.colliders) > 4
-        assert not is_touched(out, (0.0, 0.0, 0.03))
-        assert is_touched(out, (0.0, 0.0, 0.0))
-        [guess] = [g for g in out.guesses if g.subject == "collision"]
-        assert "open sheet" in guess.reason
-
     def test_a_bowl_with_a_small_hole_is_fixed_first(self) -> None:
         bends = np.linspace(0.0, 1.3, 20)
         inner = [(0.05 * np.sin(t), 0.056 - 0.05 * np.cos(t)) for t in bends]
@@ -237,18 +219,6 @@ class TestCuts:
         assert len(out.colliders) <= 3
         assert numbers(out, angle)[0] > 0.97
 
-    def test_parts_that_make_one_shape_are_joined(self) -> None:
-        of = reference_surface(*welded(BOX))
-        quarters = [
-            q
-            for half in split_by_plane(solid(BOX), np.array([1.0, 0, 0]), 0.3)
-            for q in split_by_plane(half, np.eye(3)[1], 0.0)
-        ]
-        groups = joined_up(quarters, of, ErrorBound(0.002, 0.005), np.zeros((0, 3)))
-        assert [len(g) for g in groups] == [4]
-        kept = joined_up(quarters, of, ErrorBound(0.002, 0.005), np.array([[0.3, 0.0, 0.2]]))
-        assert len(kept) > 1
-
 
 class TestMatter:
     @pytest.mark.parametrize(
@@ -268,15 +238,6 @@ class TestMatter:
             assert found.is_exact
             assert found.solid.volume() == pytest.approx(volume(EGG), rel=1e-6)
             assert "73% of it was sealed off" in found.message
-
-    def test_a_full_thing_that_is_a_leaky_shell_is_filled(self) -> None:
-        shell = block((0.1, 0.06, 0.12), (0.0, 0.0, 0.06)) - block((0.09, 0.05, 0.11), (0.0, 0.0, 0.06))
-        leaky = mesh_of(shell - block((0.004, 0.004, 0.02), (0.0, 0.0, 0.12)))
-        full, open_ = (solid_proxy(*welded(leaky), is_full=known) for known in (True, False))
-        assert full is not None
-        assert full.solid.volume() == pytest.approx(0.1 * 0.06 * 0.12, rel=0.05)
-        assert open_ is not None
-        assert open_.solid.volume() == pytest.approx(volume(leaky), rel=1e-6)
 
 
 @pytest.fixture
@@ -310,20 +271,6 @@ class TestLadder:
         assert len(out.colliders) == 1
         assert codes(out.notes) == ["MSH020", "REV001"]
 
-    def test_flat_and_splintered_hulls_are_left_out(self) -> None:
-        flat = np.column_stack([np.random.default_rng(0).random((9, 2)) * 0.05, np.full(9, 0.05)])
-        splinter = np.concatenate([flat, flat + np.array([0, 0, 1e-7])])
-        fake = Fake({"coacd": [*walls(CUP), flat, splinter, flat[:2]]})
-        assert kinds(collide(draft(CUP), category("mug"), PARAMS, fake))["hull"] == 17
-
-    def test_hulls_are_brought_down_to_the_budget_of_vertices(self) -> None:
-        ball = np.random.default_rng(0).normal(size=(800, 3))
-        ball = ball / np.linalg.norm(ball, axis=1)[:, None] * [0.05, 0.02, 0.01] + [0, 0, 0.05]
-        fake = Fake({"coacd": [*walls(CUP), ball]})
-        out = collide(draft(CUP), category("mug"), PARAMS.replace(hull_count=20, hull_vertices=32), fake)
-        assert all(len(p.shape.mesh.vertices) <= 32 for p in out.colliders if isinstance(p.shape, Hull))
-        assert (fake.budgets[0].hulls, fake.budgets[0].hull_vertices) == (19, 32), "one is kept for a box to stand on"
-
 
 def test_many_pieces_stay_within_the_budget() -> None:
     draw = np.random.default_rng(0)
@@ -353,12 +300,6 @@ def test_what_is_made_of_an_open_bottle_ends_where_the_mesh_does(full: bool) -> 
 
 class TestOpenRooms:
     """What has room to put things into keeps it, whatever it is taken for."""
-
-    @pytest.mark.parametrize("kind", ["object", "bread_roll"])
-    def test_a_cup_stays_open(self, kind: str) -> None:
-        out = collide(draft(CUP), category(kind), PARAMS, never)
-        assert not is_touched(out, (0.0, 0.0, 0.05))
-        assert is_touched(out, (0.0, 0.0, 0.003))
 
     @pytest.mark.parametrize("kind", ["object", "bread_roll"])
     def test_a_torn_crate_stays_open(self, kind: str) -> None:

@@ -8,7 +8,7 @@ import pytest
 from casa_assets.core.numeric import Floats
 from casa_assets.ingest.collision.collide import collide
 from casa_assets.ingest.collision.fit import CollideParams
-from casa_assets.ingest.collision.rings import RAYS, WallProfile, slab_costs
+from casa_assets.ingest.collision.rings import RAYS, WallProfile
 from casa_assets.ingest.draft import Draft
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.model.asset.parts import Box, Mesh
@@ -18,18 +18,6 @@ from tests.support.mesh.solids import never
 pytestmark = pytest.mark.content("code", "ingest.collision", keep=0)
 
 PARAMS = CollideParams()
-FLARED = [
-    (0.0, 0.0),
-    (0.034, 0.0),
-    (0.038, 0.01),
-    (0.038, 0.07),
-    (0.044, 0.085),
-    (0.041, 0.085),
-    (0.033, 0.07),
-    (0.033, 0.016),
-    (0.026, 0.008),
-    (0.0, 0.008),
-][::-1]
 
 
 def confidence(state: Draft) -> float:
@@ -41,27 +29,6 @@ def seen(inner: list[float]) -> WallProfile:
     radii: Floats = np.repeat(np.array(inner, dtype=np.float64)[:, None], RAYS, axis=1)
     heights: Floats = 0.01 * np.arange(len(inner), dtype=np.float64)
     return WallProfile(np.zeros(2), heights, 0.01, radii, radii + 0.005)
-
-
-class TestTable:
-    def test_a_hull_has_chords_from_every_height_to_every_other(self) -> None:
-        inner = [0.026, 0.033, 0.033, 0.033, 0.033, 0.033, 0.033, 0.045]
-        found = slab_costs(seen(inner), is_round=True).bend
-        part = found[0, 7]  # from the fillet to the end of the straight wall
-        assert part > 0.004
-        assert found[0, 8] >= part
-        assert found[1, 7] == pytest.approx(0.0, abs=1e-9)
-
-    def test_a_wall_that_bulges_inwards_recedes_nowhere_but_outside(self) -> None:
-        inner = [0.03, 0.034, 0.036, 0.034, 0.03]
-        found = slab_costs(seen(inner), is_round=True).bend
-        assert found[0, 5] > 0.003
-
-
-def test_a_flared_cup_stays_within_the_bound() -> None:
-    out = collide(draft(turned(FLARED, 48)), category("cup"), PARAMS, never)
-    assert confidence(out) == 1.0
-    assert len(out.colliders) <= 32
 
 
 def test_a_thin_bowl_stays_within_the_bound_and_on_its_ground() -> None:

@@ -11,7 +11,6 @@ from casa_assets.ingest.draft import PlacedShape
 from casa_assets.mesh.solid.primitive import shape_bounds
 from casa_assets.mesh.solid.solids import Solid, convex_hull
 from casa_assets.model.asset.parts import Box, Hull, Mesh
-from casa_assets.model.pose import Pose
 from tests.support.mesh.solids import solid
 
 
@@ -57,14 +56,6 @@ def test_a_turned_foot_gets_a_turned_box() -> None:
     _, box = on_flat_foot([hull(corners)], None)
     assert isinstance(box.shape, Box)
     assert sorted(box.shape.size) == pytest.approx([FOOT_M, 0.04, 0.2], rel=1e-3)
-
-
-def test_a_flat_thing_off_the_origin_gets_a_thinner_box_there() -> None:
-    shape = hull(prism(24, 0.1, 0.01)).replace(pose=Pose(position=(1.0, 2.0, 3.0)))
-    _, box = on_flat_foot([shape], None)
-    assert isinstance(box.shape, Box)
-    assert box.shape.size[2] == pytest.approx(0.0003)
-    assert box.pose.position == pytest.approx((1.0, 2.0, 3.00015), abs=1e-6)
 
 
 def test_what_has_no_flat_foot_stays_as_it_is(subtests: pytest.Subtests) -> None:

@@ -49,12 +49,6 @@ def test_a_vase_without_a_bottom_stays_open() -> None:
     assert not any((low < middle).all() and (middle < high).all() for low, high in boxes)
 
 
-def test_a_forest_of_bars_is_for_review() -> None:
-    out = collide(draft(bars(7, 0.3, 0.004)), category("object"), PARAMS, no_answer)
-    [message] = [n.message for n in out.notes if n.code == REVIEW_CODE]
-    assert "no 32 shapes keep its open rooms" in message
-
-
 def test_windows_that_no_finger_passes_are_closed() -> None:
     mesh = grating(12, 0.3, 0.008)
     proxy = without_windows(mesh.vertices, mesh.faces)
@@ -62,8 +56,3 @@ def test_windows_that_no_finger_passes_are_closed() -> None:
     # A plate with one flat face above has no hole: its volume is that of the box around it.
     assert proxy.solid.volume() > 0.8 * 0.3 * 0.3 * 0.008
     assert proxy.solid.genus() == 0
-
-
-def test_what_has_no_windows_gets_no_walls() -> None:
-    for mesh in (box((0.3, 0.2, 0.1), (0.0, 0.0, 0.05)), grating(3, 0.3, 0.008)):
-        assert without_windows(mesh.vertices, mesh.faces) is None

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from casa_assets import registry
 from casa_assets.ingest.mass import (
-    WALL_THICKNESS_M,
     Estimate,
     EstimateMethod,
     combine_estimates,
@@ -15,10 +13,8 @@ from casa_assets.ingest.mass import (
 )
 from casa_assets.mesh.solid.solids import closed_solid
 from casa_assets.model.asset.parts import Mesh
-from tests.support.mesh.raw_models import MUG, category, turned, volume
+from tests.support.mesh.raw_models import category
 from tests.support.mesh.solids import box, welded
-
-CUP = turned(MUG, 64)
 
 
 def estimated(mesh: Mesh, name: str) -> list[Estimate]:
@@ -29,35 +25,6 @@ def estimated(mesh: Mesh, name: str) -> list[Estimate]:
 
 def of(mesh: Mesh, name: str) -> dict[EstimateMethod, float]:
     return {e.method: e.kg for e in estimated(mesh, name)}
-
-
-def test_a_vessel_is_weighed_by_its_walls() -> None:
-    found = of(CUP, "mug")
-    assert found[EstimateMethod.MATTER] == pytest.approx(volume(CUP) * 2300, rel=1e-6)
-    inner, outer = 2 * np.pi * 0.036 * 0.089 + np.pi * 0.036**2, 2 * np.pi * 0.04 * 0.095 + np.pi * 0.04**2
-    assert found[EstimateMethod.SHELL] == pytest.approx(
-        (inner + outer) / 2 * WALL_THICKNESS_M["ceramic"] * 2300, rel=0.05
-    )
-    assert set(found) == set(EstimateMethod)
-
-
-def test_a_lone_sheet_is_one_wall_and_no_matter() -> None:
-    sheet = Mesh(
-        vertices=CUP.vertices,
-        faces=CUP.faces[np.linalg.norm(CUP.vertices[CUP.faces][..., :2], axis=2).max(axis=1) > 0.0399],
-    )
-    found = of(sheet, "mug")
-    assert EstimateMethod.MATTER not in found
-    skin = 2 * np.pi * 0.04 * 0.095 + np.pi * 0.04**2
-    assert found[EstimateMethod.SHELL] == pytest.approx(skin * WALL_THICKNESS_M["ceramic"] * 2300, rel=0.15)
-
-
-def test_a_full_thing_has_matter_and_a_hull_but_no_wall() -> None:
-    block = box((0.07, 0.07, 0.07))
-    found = of(block, "apple")
-    assert found[EstimateMethod.MATTER] == pytest.approx(0.07**3 * 950, rel=1e-6)
-    assert found[EstimateMethod.HULL] == pytest.approx(0.9 * 0.07**3 * 950, rel=1e-6)
-    assert EstimateMethod.SHELL not in found
 
 
 def test_the_range_of_the_category_is_never_left(subtests: pytest.Subtests) -> None:

@@ -8,18 +8,7 @@ import pytest
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.orient import facing, orient, straightened
-from casa_assets.ingest.up_axis import (
-    UP_ROTATIONS,
-    candidates,
-    outline_score,
-    priors,
-    rain_volume,
-    rotation_to_z,
-    sample_surface,
-    smallest_rectangle,
-    stance,
-)
+from casa_assets.ingest.orient import orient
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import Up, UpAxis, UserOverride
 from tests.support.mesh.meshes import box_mesh
@@ -83,14 +72,6 @@ def test_the_handle_points_to_x(subtests: pytest.Subtests) -> None:
             assert next(g for g in out.guesses if g.subject == "front").confidence > 0.6
 
 
-def test_without_a_handle_nothing_is_turned_and_nobody_is_sure() -> None:
-    found = facing(
-        sample_surface(turned(MUG).vertices, turned(MUG).faces).samples, category("mug"), is_front_stated=True
-    )
-    assert found.angle == 0
-    assert found.confidence < 0.5
-
-
 def test_a_knife_lies_along_x(subtests: pytest.Subtests) -> None:
     for degrees in [0, 20, 90, 130]:
         with subtests.test(degrees=degrees):
@@ -120,70 +101,8 @@ def test_what_nobody_knows_rests_on_a_side_that_it_can_rest_on() -> None:
     assert np.isclose(height, [0.05, 0.08, 0.1], atol=1e-6).any()
 
 
-def test_a_body_alike_on_all_sides_is_not_sure() -> None:
-    out = orient(draft(box_mesh((0.1, 0.1, 0.1), (0, 0, 0), True), up=None, form="unknown"), category("object"))
-    assert next(g for g in out.guesses if g.subject == "up_axis").confidence < 0.5
-
-
 def test_a_sheet_is_refused() -> None:
     flat = Mesh(vertices=[[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], faces=[[0, 1, 2], [0, 2, 3]])
     with pytest.raises(Rejected) as error:
         orient(draft(flat), category("plate"))
     assert error.value.code == "MSH002"
-
-
-class TestRain:
-    def test_a_mug_holds_what_it_should_and_nothing_upside_down(self) -> None:
-        samples = sample_surface(CUP.vertices, CUP.faces).samples
-        unit = float(np.ptp(CUP.vertices, axis=0).max()) ** 3
-        room = np.pi * 0.036**2 * 0.089
-        assert rain_volume(samples) * unit == pytest.approx(room, rel=0.2)
-        assert rain_volume(samples * [1, 1, -1]) * unit < 0.05 * room
-
-    def test_a_block_holds_nothing(self) -> None:
-        block = box_mesh((0.1, 0.2, 0.3), (0, 0, 0), shared=True)
-        assert rain_volume(sample_surface(block.vertices, block.faces).samples) < 1e-3
-
-    def test_a_stance_says_where_the_room_and_the_foot_are(self) -> None:
-        cloud = sample_surface(THINGS["bottle"].vertices, THINGS["bottle"].faces)
-        up, down = (stance(cloud, UP_ROTATIONS[axis], with_rain=True) for axis in ("z", "minus_z"))
-        assert (up.foot_area, up.crown_area, up.rain_volume) == pytest.approx(
-            (down.crown_area, down.foot_area, down.rain_volume_inverted), rel=0.05, abs=0.01
-        )
-        assert up.taper > 0.5 > down.taper
-        assert up.is_stable
-        assert up.center_below_middle > 0.02
-
-
-class TestCandidates:
-    def test_they_are_rotations_and_differ(self) -> None:
-        tilted = moved(THINGS["bottle"], matrix=spin(0, 30) @ spin(1, 20))
-        found = candidates(sample_surface(tilted.vertices, tilted.faces))
-        ups = [turn[2] for _, turn in found]
-        for _, turn in found:
-            assert turn @ turn.T == pytest.approx(np.eye(3), abs=1e-9)
-            assert np.linalg.det(turn) == pytest.approx(1)
-        assert max(float(a @ b) for i, a in enumerate(ups) for b in ups[:i]) < np.cos(np.radians(5.9))
-        assert max(float(u @ spin(0, 30) @ spin(1, 20) @ [0, 0, 1]) for u in ups) > np.cos(np.radians(1))
-
-    def test_the_axes_keep_their_usual_conversions(self) -> None:
-        for turn in UP_ROTATIONS.values():
-            assert rotation_to_z(turn[2]) == pytest.approx(turn)
-
-    def test_priors_fall_from_the_stated_axis_to_what_is_no_axis(self) -> None:
-        stated, other, askew = priors("declared_y", ["y", "x", "foot_0"])
-        assert stated > other > askew
-
-
-def test_the_smallest_rectangle_is_found() -> None:
-    corners = np.array([[1, 0.4], [1, -0.4], [-1, 0.4], [-1, -0.4]]) @ spin(2, 25)[:2, :2].T
-    angle, long, wide = smallest_rectangle(corners)
-    assert (np.degrees(angle), long, wide) == pytest.approx((25, 2, 0.8))
-    assert straightened(np.column_stack([corners, np.zeros(4)])) == pytest.approx(np.radians(-25))
-
-
-def test_an_outline_fits_best_as_it_usually_is() -> None:
-    usual = np.array([side.typical for side in category("bottle").extents])
-    assert outline_score(usual, category("bottle")) == pytest.approx(0)
-    assert outline_score(usual[[2, 0, 1]], category("bottle")) == -6.0
-    assert outline_score(7 * usual[[1, 0, 2]], category("bottle")) == pytest.approx(0)

@@ -8,17 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from casa_assets.ingest.clean import clean
-from casa_assets.ingest.collision.solid_proxy import SurfaceKind
-from casa_assets.ingest.components import Solidity, solidity
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.gaps import boundary_loops
 from casa_assets.mesh.surface import backward_share
 from casa_assets.mesh.topology import edge_counts
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel, RawPart
 from tests.support.mesh.meshes import box_mesh, lathe, texture
-from tests.support.mesh.raw_models import MUG, category, codes, flipped, joined, moved, raw, turned, volume
+from tests.support.mesh.raw_models import MUG, category, codes, moved, raw, turned, volume
 from tests.support.mesh.solids import welded as points_and_faces
 
 pytestmark = pytest.mark.content("code", "ingest.repair", keep=0)
@@ -53,10 +50,6 @@ def bottomless(mesh: Mesh) -> Mesh:
 
 def of(draft: Draft) -> str:
     return next(g.value for g in draft.guesses if g.subject == "solidity")
-
-
-def measured(mesh: Mesh) -> Solidity:
-    return solidity(*points_and_faces(mesh))
 
 
 class TestSoundMeshesStay:
@@ -100,14 +93,6 @@ class TestCracks:
         assert open_edges(draft) == 0
         assert codes(draft.notes) == ["MSH040"]
         assert volume(draft.parts[0].mesh) == pytest.approx(volume(ball), rel=0.03)
-
-    def test_between_two_halves_of_other_materials(self) -> None:
-        ball = welded(sphere())
-        upper = ball.vertices[ball.faces].mean(axis=1)[:, 2] > 0
-        one, other = (ball.replace(faces=ball.faces[some]) for some in (upper, ~upper))
-        draft = clean(raw(one, moved(other, (0, 0, -1e-4))))
-        assert len(draft.parts) == 2
-        assert open_edges(draft) == 0
 
     def test_wide_gaps_and_lone_sheets_stay(self) -> None:
         bowl = turned([(0.0, 0.0), (0.05, 0.0), (0.08, 0.06)])
@@ -171,31 +156,6 @@ class TestHoles:
         assert backward_share(mesh.vertices, mesh.faces, mesh.normals, 0.5) == 0
         assert np.isin(split.normals, mesh.normals).all()
 
-    def test_a_rim_with_something_on_both_sides_stays(self) -> None:
-        foot = moved(BOX, (0.0, 0.0, -0.5), scale=1.0)
-        assert "MSH026" not in codes(clean(raw(bottomless(BOX), foot), category("cereal")).notes)
-
-    def test_over_a_border_of_materials_stays_one_surface(self) -> None:
-        ball = welded(sphere(256))
-        mids = ball.vertices[ball.faces].mean(axis=1)
-        upper = mids[:, 2] > 0
-        ends = np.unique(ball.faces[~upper])
-        above = int(np.flatnonzero(upper & (np.isin(ball.faces, ends).sum(axis=1) == 2))[0])
-        edge = ball.faces[above][np.isin(ball.faces[above], ends)]
-        below = int(np.flatnonzero(~upper & (np.isin(ball.faces, edge).sum(axis=1) == 2))[0])
-        keep = np.ones(len(upper), dtype=bool)
-        keep[[above, below]] = False
-        parts = [ball.replace(faces=ball.faces[some & keep]) for some in (upper, ~upper)]
-        draft = clean(raw(*parts))
-        assert len(draft.parts) == 2
-        assert codes(draft.notes) == ["MSH041"]
-        assert open_edges(draft) == 0
-
-    def test_ways_that_branch_are_no_rims(self) -> None:
-        two = np.array([[0, 1, 2], [0, 3, 4]])
-        assert boundary_loops(two, np.arange(5)) == []
-        assert [len(r) for r in boundary_loops(two[:1], np.arange(5))] == [3]
-
 
 class TestExtras:
     def test_a_bent_backdrop_goes_and_a_bent_shell_stays(self) -> None:
@@ -213,20 +173,6 @@ class TestExtras:
         assert len(clean(raw(tube, mug)).parts) == 2
         bowl = turned([(0.0, -0.05), (0.6, -0.05), (1.2, 0.6)])
         assert len(clean(raw(bowl, mug)).parts) == 2
-
-    def test_a_room_of_flat_sheets_goes_and_a_shelf_stays(self) -> None:
-        def square(side: float, matrix: np.ndarray) -> Mesh:
-            points = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1]]) * side / 2
-            return Mesh(vertices=points @ matrix.T, faces=[[0, 1, 2], [0, 2, 3]])
-
-        turns = [np.eye(3), np.roll(np.eye(3), 1, axis=0), np.roll(np.eye(3), 2, axis=0)]
-        mug = moved(turned(MUG), (0, 0, -0.5))
-        for gap in (0.0, 0.02):  # the walls of a room hang together, or they do not
-            walls = [moved(square(1.0, t), (0, -gap * k, gap * k)) for k, t in enumerate(turns)]
-            draft = clean(raw(*walls, mug))
-            assert [p.name for p in draft.parts] == ["part_3"]
-        shelf = [square(0.2, t) for t in turns]
-        assert len(clean(raw(*shelf, moved(turned(MUG), (0, 0, -0.1)))).parts) == 4
 
     def test_a_stand_goes_where_the_rest_is_what_it_is_said_to_be(self) -> None:
         slab = box_mesh((0.4, 0.4, 0.03), (0.0, 0.0, -0.015), shared=True)
@@ -307,57 +253,6 @@ class TestWinding:
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         assert (np.einsum("ij,ij->i", normals, corners.mean(axis=1)) > 0).all()
 
-    def test_a_leaf_keeps_the_side_that_it_had(self) -> None:
-        stem = turned([(0.0, 0.0), (0.01, 0.0), (0.01, 0.1), (0.0, 0.1)], 8)
-        leaf = [(0.02, y, 0.11 - 5 * (y * y + 0.02 * x)) for x in (0.0, 0.01) for y in np.linspace(-0.03, 0.03, 5)]
-        points = np.array(leaf) + np.array([[0.0, 0, 0]] * 5 + [[0.03, 0, 0]] * 5)
-        faces = np.array([f for k in range(4) for f in ((k, k + 5, k + 6), (k, k + 6, k + 1))])
-        for side in (faces, faces[:, ::-1], np.vstack([faces[:1, ::-1], faces[1:]])):
-            out = clean(raw(stem, Mesh(vertices=points, faces=side))).parts[1].mesh
-            corners = out.vertices[out.faces]
-            up = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
-            was = np.cross(points[side[1:, 1]] - points[side[1:, 0]], points[side[1:, 2]] - points[side[1:, 0]])[:, 2]
-            assert (np.sign(up) == np.sign(was[0])).all()
-
-
-class TestSolidity:
-    def test_kinds(self) -> None:
-        assert measured(sphere()).kind is SurfaceKind.SOLID
-        assert measured(turned(MUG)).kind is SurfaceKind.WALLED
-        assert measured(turned([(0.0, 0.0), (0.05, 0.0), (0.08, 0.06)])).kind is SurfaceKind.SHEET
-        double = joined(sphere(), flipped(moved(sphere(), scale=0.95)))
-        found = measured(double)
-        assert found.kind is SurfaceKind.DOUBLE
-        assert found.sealed_share == pytest.approx(0.95**3, abs=0.01)
-        assert found.hull_fill == pytest.approx(1 - 0.95**3, abs=0.01)
-        # Twice the volume over area and length of two spheres.
-        assert found.wall_ratio == pytest.approx(0.025, abs=0.001)
-        assert found.visible_share == pytest.approx(1 / (1 + 0.95**2), abs=0.05)
-
-    def test_a_torn_double_wall_is_one_still(self) -> None:
-        """A crack through both walls joins them: nothing is sealed, half of it is out of sight."""
-        outer, inner = welded(sphere(48)), flipped(moved(welded(sphere(48)), scale=0.95))
-        both = joined(without(outer, 100, 101), inner)
-        found = measured(both)
-        assert not found.is_closed
-        assert found.visible_share < 0.75
-
-    def test_a_thin_shell_of_a_full_thing_has_two_walls(self) -> None:
-        """As generators deliver a glue stick: a skin of which the inner side shows through a small opening."""
-        arc = np.linspace(-np.pi / 2, 1.3, 20)
-        outer = [(0.05 * float(np.cos(a)) if a > -1.57 else 0.0, 0.05 * float(np.sin(a))) for a in arc]
-        inner = [(0.96 * r, 0.96 * z) for r, z in outer]
-        shell = turned([*outer, *inner[::-1]], 32)
-        assert measured(shell).kind is SurfaceKind.WALLED
-        assert of(clean(raw(shell), category("bottled_water"))) == "double walled"
-        assert of(clean(raw(shell), category("mug"))) == "walled"
-
-    def test_is_in_the_report(self) -> None:
-        [said] = [g for g in clean(raw(turned(MUG))).guesses if g.subject == "solidity"]
-        assert said.value == "walled"
-        assert "of its hull" in said.reason
-        assert "is seen" in said.reason
-
 
 class TestTees:
     @pytest.mark.parametrize("is_stitched", [False, True])
@@ -379,11 +274,6 @@ class TestTees:
         assert volume(out) == pytest.approx(0.008)
         assert out.uv is not None
         assert np.allclose(out.uv, out.vertices[:, :2])
-
-    def test_an_edge_that_is_met_in_part_stays(self) -> None:
-        bowl = turned([(0.0, 0.0), (0.05, 0.0), (0.08, 0.06)], 8)
-        lone = Mesh(vertices=[[0.08, 0.0, 0.06], [0.09, 0.0, 0.08], [0.07, 0.03, 0.06]], faces=[[0, 1, 2]])
-        assert "MSH044" not in codes(clean(raw(joined(bowl, lone))).notes)
 
 
 class TestTangles:
@@ -413,12 +303,6 @@ class TestFins:
                 draft = clean(raw(finned_box(*fin)))
                 assert codes(draft.notes) == ["MSH046"]
                 assert draft.parts[0].mesh == BOX
-
-    def test_a_strap_of_more_faces_stays(self) -> None:
-        mesh = finned_box([0, 1, 8], [8, 1, 9], [8, 9, 10])
-        draft = clean(raw(mesh))
-        assert len(draft.parts[0].mesh.faces) == 15
-        assert codes(draft.notes) == ["MSH022", "MSH023"]
 
     def test_a_face_on_a_surface_that_is_open_stays(self) -> None:
         mesh = without(finned_box([0, 1, 8]), 5, 6)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +9,6 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.errors import Rejected
-from casa_assets.formats.read.gltf import MAX_COPIES
 from casa_assets.ingest.things import guess_of_things, model_of_thing, things_of
 from casa_assets.library.review import DOUBTFUL
 from casa_assets.model import rejection_codes as codes
@@ -121,17 +119,6 @@ def test_several_things_are_for_a_person(subtests: pytest.Subtests) -> None:
             assert reason in found.reason
 
 
-def test_an_inner_wall_is_no_second_thing() -> None:
-    outer, inner, beside = (
-        RawPart(name="b", mesh=ball((x, 0, 0.11), scale), material=Material(id="white"))
-        for x, scale in ((0, 1.0), (0, 0.97), (0.3, 1.0))
-    )
-    alone, several = guess(model(outer, inner), "bowl.glb"), guess(model(outer, beside), "bowl.glb")
-    assert alone is None or alone.confidence > DOUBTFUL
-    assert several is not None
-    assert "2 pieces of one form" in several.reason
-
-
 def test_pieces_of_one_form_and_a_plural() -> None:
     crate = box((0.85, 0.6, 0.02), (0, 0, 0))
     buns = [
@@ -232,14 +219,3 @@ def test_instances_are_expanded_and_are_several_things() -> None:
     assert is_in_review(read)
     (one,) = things_of(read).taken
     assert (one.name, one.count) == ("thing", 3)
-
-
-def test_no_more_instances_are_read_than_say_something() -> None:
-    read = load_bytes("x.glb", instanced(MAX_COPIES + 5))
-    assert len(read.parts) == MAX_COPIES
-    assert any("5 more are left out" in note.message for note in read.notes)
-
-
-def test_older_records_keep_their_digests() -> None:
-    assert "nodes" not in json.loads(model(box((1, 1, 1), (0, 0, 0))).to_json())["parts"][0]
-    assert "node" not in json.loads(Source(kind=SourceKind.FOLDER, path="a.glb").to_json())
