@@ -1,24 +1,37 @@
-"""Solids out of fields and torn meshes, cut, measured, and what they would hold."""
+"""Solids, surfaces and their forms: cuts, isosurfaces, deviation, open rooms, registration."""
 
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 import pytest
+from scipy.spatial.transform import Rotation
 
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.ingest.collision.solid_proxy import isosurface
+from casa_assets.mesh.registration import (
+    align,
+    descriptor_distance,
+    sampled_surface,
+    shape_descriptor,
+)
 from casa_assets.mesh.solid.deviation import deviation, excess, reference_surface
 from casa_assets.mesh.solid.solids import (
     hull_planes,
     hull_volume,
     hull_within_tolerance,
     solid_of,
+    surface_of,
     without_voids,
 )
 from casa_assets.mesh.surface import signed_volume
 from casa_assets.mesh.topology import is_closed
+from casa_assets.mesh.voxels import closed_shares, open_rooms
+from casa_assets.model.record import Vec3
+from tests.support.mesh.meshes import box_mesh, lathe
 from tests.support.mesh.raw_models import MUG, flipped, joined, moved, turned
-from tests.support.mesh.solids import box, solid, welded
+from tests.support.mesh.solids import block, box, solid, welded
 
 POINTS, FACES = welded(turned(MUG, 32))
 BOX = box((0.1, 0.06, 0.04), (0.0, 0.0, 0.02))
@@ -74,3 +87,135 @@ class TestDeviation:
         _, alone = excess(left, of)
         _, beside = excess(left, of, [hull_planes(right)])
         assert alone - beside == pytest.approx(0.06 * 0.04, rel=0.05)
+
+
+ROOM_BOX = ((0.2, 0.12, 0.1), (0.0, 0.0, 0.05))
+
+
+def hollowed(*cores: tuple[Vec3, Vec3]) -> tuple[Floats, Ints]:
+    """A box without some boxes, each of a size and about a centre."""
+    made = block(*ROOM_BOX)
+    for core in cores:
+        made -= block(*core)
+    return surface_of(made)
+
+
+CRATE = hollowed(((0.18, 0.1, 0.1), (0.0, 0.0, 0.06)))
+
+
+def test_the_compartments_of_a_shelf_are_rooms_of_their_own() -> None:
+    shelf = hollowed(((0.18, 0.12, 0.038), (0.0, 0.01, 0.026)), ((0.18, 0.12, 0.038), (0.0, 0.01, 0.074)))
+    assert len(open_rooms(*shelf).shares) == 2
+
+
+def test_what_is_no_room(subtests: pytest.Subtests) -> None:
+    for core in [
+        ((0.18, 0.1, 0.1), (0.0, 0.0, 0.04)),
+        ((0.18, 0.1, 0.08), (0.0, 0.0, 0.05)),
+        ((0.18, 0.006, 0.1), (0.0, 0.0, 0.06)),
+        ((0.05, 0.05, 0.02), (0.0, 0.0, 0.1)),
+    ]:
+        with subtests.test(core=core):
+            assert open_rooms(*hollowed(core)).shares == ()
+
+
+def test_faces_look_into_a_vessel_and_backs_into_a_gap() -> None:
+    [facing] = open_rooms(*welded(turned(MUG, 32))).facing
+    assert facing > 0.9
+    points, faces = welded(box(*ROOM_BOX))
+    top = (points[faces][:, :, 2] > 0.09).all(axis=1)
+    [facing] = open_rooms(points, faces[~top]).facing
+    assert facing < 0.1
+
+
+@pytest.mark.parametrize(
+    ("size", "center", "low", "high"),
+    [
+        pytest.param((0.18, 0.1, 0.045), (0.0, 0.0, 0.032), 0.4, 0.6, id="filled by half"),
+        pytest.param((0.19, 0.11, 0.002), (0.0, 0.0, 0.099), 0.95, 1.0, id="a thin lid"),
+        pytest.param((0.18, 0.01, 0.09), (0.0, 0.0, 0.055), 0.0, 0.3, id="a wall across"),
+    ],
+)
+def test_what_shapes_fill_or_close_off(size: Vec3, center: Vec3, low: float, high: float) -> None:
+    found = open_rooms(*CRATE)
+    assert closed_shares(found, *CRATE) == [pytest.approx(0.0, abs=0.02)]
+    points, faces = welded(box(size, center))
+    both = np.concatenate([CRATE[0], points]), np.concatenate([CRATE[1], faces + len(CRATE[0])])
+    [share] = closed_shares(found, *both)
+    assert low <= share <= high
+
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Surface = tuple[Floats, Ints]
+SAME = 0.01
+
+
+def box(x: float, y: float, z: float) -> Surface:
+    mesh = box_mesh((x, y, z), (0.3, 0.1, 0.0), shared=True)
+    return mesh.vertices, mesh.faces.astype(np.int64)
+
+
+def mug(handle: float = 0.03, height: float = 0.1) -> Surface:
+    """A cup with a box for a handle."""
+    cup = lathe([(0.0, 0.0), (0.04, 0.0), (0.04, height), (0.036, height), (0.036, 0.004), (0.0, 0.004)], 48)
+    grip = box_mesh((handle, 0.01, 0.06), (0.04 + handle / 2, 0.0, 0.05), shared=True)
+    points = np.concatenate([cup.vertices, grip.vertices])
+    faces = np.concatenate([cup.faces, grip.faces + len(cup.vertices)]).astype(np.int64)
+    return points, faces
+
+
+def moved(surface: Surface, seed: int, factor: float = 1.0) -> Surface:
+    """Turned, scaled and pushed; points and faces in another order."""
+    rng = np.random.default_rng(seed)
+    points, faces = surface
+    turn = Rotation.random(random_state=rng).as_matrix()
+    order = rng.permutation(len(points))
+    place = np.empty_like(order)
+    place[order] = np.arange(len(order))
+    fresh = (points @ turn.T * factor + rng.normal(size=3))[order]
+    return fresh, np.roll(place[faces], 1, axis=1)[rng.permutation(len(faces))]
+
+
+def finer(surface: Surface) -> Surface:
+    """Every triangle cut into four, each with points of its own."""
+    points, faces = surface
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+    corners = np.concatenate([np.stack(t, axis=1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
+    return corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
+
+
+EVERY = {"mug": mug(), "box": box(0.1, 0.2, 0.3), "cube": box(0.2, 0.2, 0.2), "tray": box(0.3, 0.3, 0.02)}
+
+
+def test_a_copy_has_the_same_form_and_lies_on_the_original(subtests: pytest.Subtests) -> None:
+    for seed in [1, 2]:
+        for name in sorted(EVERY):
+            with subtests.test(name=name, seed=seed):
+                own, copy = EVERY[name], finer(moved(EVERY[name], seed, factor=37.0))
+                first, second = shape_descriptor(*own), shape_descriptor(*copy)
+                assert second.radius / first.radius == pytest.approx(37.0, rel=1e-4)
+                assert descriptor_distance(first, second) < 0.02
+                found = align(sampled_surface(*own), sampled_surface(*copy))
+                assert found.p95 < SAME
+                assert found.p995 < 4 * SAME
+                assert np.linalg.det(found.turn) == pytest.approx(1.0)
+
+
+def test_what_differs_does_not_lie_on_it(subtests: pytest.Subtests) -> None:
+    for one, other in [
+        (mug(), mug(height=0.135)),
+        (mug(), mug(handle=0.045)),
+        (box(0.1, 0.2, 0.3), box(0.1, 0.2, 0.33)),
+        (box(0.2, 0.2, 0.2), box(0.2, 0.2, 0.23)),
+    ]:
+        with subtests.test(one=one, other=other):
+            found = align(sampled_surface(*one), sampled_surface(*moved(other, 5)))
+            assert found.p95 > 0.025 or found.p995 > 0.1
+
+
+def test_the_same_surface_gives_the_same_numbers() -> None:
+    assert shape_descriptor(*mug()) == shape_descriptor(*mug())
+    one, other = (align(sampled_surface(*mug()), sampled_surface(*moved(mug(), 3))) for _ in range(2))
+    assert (one.p95, one.p995) == (other.p95, other.p995)

@@ -1,4 +1,4 @@
-"""Each check of textures has a good example that stays silent and a bad one that trips exactly that code."""
+"""Checks of textures: seams, repairs, distances, limits; pictures of finishes."""
 
 from __future__ import annotations
 
@@ -14,10 +14,29 @@ from casa_assets.core.numeric import rng_for
 from casa_assets.kitchenware.textures.make import make
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.issue import Status
-from casa_assets.model.registry.rows import Surface
+from casa_assets.model.registry.rows import Surface, TextureRecipe
 from casa_assets.textures import canvas
-from casa_assets.textures.check import TABLE, Pictures, check_pictures, check_set, pictures_of
-from casa_assets.textures.distance import TextureDescriptor, describe_texture
+from casa_assets.textures.canvas import Map
+from casa_assets.textures.check import (
+    TABLE,
+    Picture,
+    Pictures,
+    check_pictures,
+    check_set,
+    jump,
+    pictures_of,
+    repair,
+    seam,
+)
+from casa_assets.textures.distance import (
+    NEARLY_ALIKE,
+    TextureDescriptor,
+    closest_pairs,
+    describe_texture,
+    distance,
+    oklab,
+    pairwise,
+)
 from casa_assets.textures.finish import finish, normals, swatch
 from casa_assets.textures.run.recipes import recipes
 
@@ -173,3 +192,132 @@ def test_swatch_cuts_true_metres_and_shows_relief() -> None:
     grey = Pictures("s", (0.5, 0.5), np.full((200, 200, 3), 128, np.uint8), normals(relief, (0.5, 0.5)), rough, 0)
     lit = swatch(grey, 0.0, side_m=0.5, side_px=80)
     assert int(lit[60].mean()) - int(lit[20].mean()) > 10  # what faces up catches the light from above
+
+
+def clouds(seed: int = 1, size: int = 192) -> Picture:
+    """A picture that repeats: coloured noise."""
+    rng = rng_for(seed, "clouds")
+    planes = [0.5 + 0.35 * canvas.fbm((size, size), (6, 6), rng, 4) for _ in range(3)]
+    return np.clip(np.stack(planes, axis=-1), 0.0, 1.0).astype(np.float32)
+
+
+def bricks(size: int = 240) -> Picture:
+    """Running bond of 8 by 6 with a joint on the border, which is as it should be."""
+    rng = rng_for(3, "bricks")
+    y, x = np.mgrid[0:size, 0:size] / size
+    row = np.floor(y * 8).astype(int)
+    along = x * 6 + 0.5 * (row % 2)
+    tone = rng.uniform(0.4, 0.7, (8, 6))[row, np.floor(along).astype(int) % 6]
+    joint = (np.abs(np.mod(y * 8 + 0.5, 1) - 0.5) < 0.06) | (np.abs(np.mod(along + 0.5, 1) - 0.5) < 0.045)
+    return np.repeat(np.where(joint, 0.9, tone)[..., None], 3, axis=2).astype(np.float32)
+
+
+def test_what_repeats_has_no_seam() -> None:
+    assert seam(clouds()).worst < 1.2
+    assert seam(bricks()).worst < 1.2
+    assert jump(clouds()).worst < 1.5
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_cut_is_found_in_its_direction(axis: int) -> None:
+    cut = np.take(clouds(), range(130), axis=axis)
+    found = seam(cut)
+    across, along = (found.y, found.x) if axis == 0 else (found.x, found.y)
+    assert across > 2.5
+    assert along < 1.2
+    assert seam(cut[..., 0]).worst == pytest.approx(seam(cut[..., :1]).worst)  # grey pictures have seams too
+
+
+@pytest.mark.parametrize("lit", [False, True])
+def test_repair_leaves_a_picture_that_repeats(lit: bool) -> None:
+    cut = clouds()[:150, :140]
+    if lit:
+        cut = cut * np.linspace(0.8, 1.15, 140, dtype=np.float32)[None, :, None]
+    repaired = repair(cut)
+    assert seam(cut).worst > 2.5
+    assert seam(repaired).worst < 1.2
+    assert repaired.dtype == np.float32
+    assert 0.0 <= repaired.min() <= repaired.max() <= 1.0
+    assert repaired.mean(axis=(0, 1)) == pytest.approx(cut.mean(axis=(0, 1)), abs=0.03)
+    assert np.array_equal(repaired, repair(cut))
+    assert all(0.55 * old <= new <= old for new, old in zip(repaired.shape[:2], cut.shape[:2], strict=True))
+
+
+def test_repair_keeps_whole_bricks() -> None:
+    """Cut amid a brick, the bond goes on over the repaired border: it still has the period of the wall."""
+    cut = bricks()[:220, :225]  # 7.3 rows, 5.6 bricks
+    repaired = repair(cut)
+    rows, columns = repaired.shape[:2]
+    assert rows / 30 == pytest.approx(6, abs=0.25)  # an even number of rows, or the bond would break
+    assert columns / 40 == pytest.approx(round(columns / 40), abs=0.15)
+
+
+TILE = (0.8, 0.8)
+
+
+def stripes(seed: int = 1, across_m: float = 0.02, color: tuple[float, float, float] = (0.6, 0.5, 0.4)) -> Map:
+    """Upright streaks about a colour."""
+    rng = rng_for(seed, "stripes")
+    cells = (2, round(TILE[0] / across_m))
+    tone = 1.0 + 0.25 * canvas.gradient((160, 160), cells, rng)
+    return np.asarray(np.clip(np.array(color)[None, None, :] * tone[..., None], 0.0, 1.0), dtype=np.float32)
+
+
+def seen(albedo: Map) -> TextureDescriptor:
+    return describe_texture(albedo, TILE)
+
+
+def test_what_is_plainly_different_is_far(subtests: pytest.Subtests) -> None:
+    for other in [
+        stripes(1, color=(0.6, 0.55, 0.5)),
+        stripes(1, color=(0.55, 0.5, 0.5)),
+        stripes(1, across_m=0.1),
+        stripes(1).swapaxes(0, 1),
+        stripes(1) * 0 + stripes(1).mean(axis=(0, 1)),
+    ]:
+        with subtests.test(other=other):
+            assert distance(seen(stripes(1)), seen(other)) > NEARLY_ALIKE
+
+
+def test_size_in_metres_counts_not_pixels() -> None:
+    """The same picture on a tile of twice the size has stripes twice as wide."""
+    assert distance(describe_texture(stripes(1), (0.8, 0.8)), describe_texture(stripes(1), (1.6, 1.6))) > 0.8
+    fine, coarse = stripes(1), stripes(1)[::2, ::2]
+    assert distance(seen(fine), seen(coarse)) < 0.5
+
+
+def test_pairs_are_sorted_and_below_the_limit() -> None:
+    looks = {"a": seen(stripes(1)), "b": seen(stripes(2)), "c": seen(stripes(1, color=(0.2, 0.3, 0.5)))}
+    pairs = closest_pairs(looks)
+    assert pairs[0][1:] == ("a", "b")
+    assert [p[0] for p in pairs] == sorted(p[0] for p in pairs)
+    assert len(pairs) == 3
+    assert [p[1:] for p in closest_pairs(looks, below=NEARLY_ALIKE)] == [("a", "b")]
+    table = pairwise(list(looks.values()))
+    assert table[0, 1] == pytest.approx(pairs[0][0])
+    assert np.array_equal(table, table.T)
+    assert pairwise([]).shape == (0, 0)
+    assert closest_pairs({}) == ()
+
+
+def test_oklab_of_known_colours() -> None:
+    """Ref: the table of B. Ottosson's article, from XYZ of the sRGB primaries."""
+    found = oklab(np.array([[[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]]))[0]
+    assert found[0] == pytest.approx([1.0, 0.0, 0.0], abs=1e-3)
+    assert found[1] == pytest.approx([0.628, 0.2249, 0.1258], abs=1e-3)
+    assert found[2] == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
+
+
+def look(recipe: TextureRecipe) -> TextureDescriptor:
+    picture = make(recipe, 128)
+    return describe_texture(picture.albedo, recipe.tile_m, picture.roughness, picture.height_m)
+
+
+@pytest.mark.content("surface", "{surface.value}", keep=0)
+@pytest.mark.parametrize("surface", [Surface.COUNTER, Surface.CABINET])
+def test_every_pair_of_ours_is_distinct_and_two_seeds_are_nearly_alike(surface: Surface) -> None:
+    looks = {name: look(recipe) for name, recipe in recipes()[surface].items()}
+    assert len(looks) == 100
+    assert closest_pairs(looks, below=NEARLY_ALIKE) == ()
+    for name, recipe in list(recipes()[surface].items())[::3]:
+        assert distance(looks[name], look(recipe.replace(seed=recipe.seed + 7777))) <= NEARLY_ALIKE, name

@@ -1,8 +1,9 @@
-"""Collision shapes: exact ones where there are such, openings that stay open, and the ladder of decomposers."""
+"""Collision shapes: close to the mesh, open where it is, within the budget; feet; decomposers in their process."""
 
 from __future__ import annotations
 
 from collections import Counter
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -11,13 +12,21 @@ from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest.collision import collide as stage
 from casa_assets.ingest.collision.collide import STRATEGIES, collide
-from casa_assets.ingest.collision.components import Budget, DecompositionFailed
-from casa_assets.ingest.collision.fit import CollideParams, FitErrors, fit_reference, measure_fit
-from casa_assets.ingest.collision.solid_proxy import SurfaceKind, solid_proxy
-from casa_assets.ingest.draft import Draft
+from casa_assets.ingest.collision.components import (
+    Budget,
+    DecompositionFailed,
+    assemble_solid,
+    covers_surface,
+    decompose,
+)
+from casa_assets.ingest.collision.fit import FOOT_M, CollideParams, FitErrors, fit_reference, measure_fit, on_flat_foot
+from casa_assets.ingest.collision.rings import RAYS, WallProfile
+from casa_assets.ingest.collision.solid_proxy import CELLS, SurfaceKind, solid_proxy, without_windows
+from casa_assets.ingest.draft import Draft, PlacedShape
 from casa_assets.mesh.solid.deviation import distances_outside_hulls
-from casa_assets.mesh.solid.primitive import tessellate
+from casa_assets.mesh.solid.primitive import shape_bounds, tessellate
 from casa_assets.mesh.solid.solids import (
+    Solid,
     convex_hull,
     hull_volume,
     intersection_volume,
@@ -25,7 +34,9 @@ from casa_assets.mesh.solid.solids import (
     union,
 )
 from casa_assets.mesh.surface import signed_volume
+from casa_assets.mesh.voxels import Grid, voxelise
 from casa_assets.model.asset.parts import Box, Cylinder, Hull, Mesh, Sphere
+from casa_assets.model.issue import REVIEW_CODE
 from casa_assets.model.pose import Pose
 from tests.support.mesh.meshes import lathe
 from tests.support.mesh.raw_models import MUG, category, codes, draft, flipped, joined, moved, turned, volume
@@ -328,3 +339,235 @@ class TestBounds:
         points = np.concatenate(clouds(out))
         gap = np.abs([points.min(axis=0) - mesh.vertices.min(axis=0), points.max(axis=0) - mesh.vertices.max(axis=0)])
         assert gap.max() <= PARAMS.box_bound(0.2)
+
+
+SMALL_BOX = box((0.1, 0.06, 0.04), (0.0, 0.0, 0.02))
+SHEET = Mesh(vertices=[[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0]], faces=[[0, 1, 2], [0, 2, 3]])
+# A can as kits model it: a wall without ends, and two ends that touch it and share no point with it.
+WALL = turned([(0.03, 0.1), (0.03, 0.0)], 24)
+
+
+def disc(height: float) -> Mesh:
+    around = (np.arange(36) + 0.5) * 2 * np.pi / 36
+    rim = np.stack([0.03 * np.cos(around), 0.03 * np.sin(around), np.full(36, height)], axis=1)
+    return Mesh(vertices=[*rim.tolist(), [0.0, 0.0, height]], faces=[[36, k, (k + 1) % 36] for k in range(36)])
+
+
+def surface(*meshes: Mesh) -> tuple[Floats, Ints, Grid]:
+    points, faces = welded(joined(*meshes))
+    return points, faces, voxelise(points, faces, CELLS)
+
+
+def test_a_wall_with_loose_ends_is_a_full_can() -> None:
+    points, faces, grid = surface(WALL, disc(0.1), flipped(disc(0.0)))
+    found = assemble_solid(points, faces, grid)
+    assert found is not None
+    assert found.solid.volume() == pytest.approx(np.pi * 0.03**2 * 0.1, rel=0.05)
+    assert covers_surface(found.solid, points, faces, grid)
+    assert "lids on 1" in found.steps
+
+
+def test_a_whisk_of_flat_wires_is_no_solid_lump() -> None:
+    handle = box((0.02, 0.02, 0.1), (0.0, 0.0, 0.05))
+    wire = moved(SHEET, (0.0, -0.002, 0.0), matrix=np.diag([0.4, 0.04, 1.0]))
+    upright = np.eye(3)[::-1]
+    turned_ = [moved(wire, (0.0, 0.0, 0.1 + 0.03 * k), matrix=upright) for k in range(2)]
+    out = collide(draft(handle, *(joined(w, flipped(w)) for w in turned_)), category("whisk"), CollideParams())
+    assert len(out.colliders) > 1
+    assert all(np.ptp(p.shape.mesh.vertices, axis=0).min() > 5e-4 for p in out.colliders if isinstance(p.shape, Hull))
+
+
+@pytest.mark.parametrize(("depth", "y", "is_one"), [(0.04, -0.31, True), (0.3, -0.4, False)])
+def test_a_fridge_with_a_handle_is_one_hull_only_where_that_is_near(depth: float, y: float, is_one: bool) -> None:
+    fridge = joined(box((0.6, 0.6, 1.8), (0.0, 0.0, 0.9)), box((0.02, depth, 0.5), (0.2, y, 1.0)))
+    state = collide(draft(fridge), category("refrigerator"), CollideParams())
+    # Without the thin box that hulls stand on.
+    shapes = [p for p in state.colliders if np.ptp(shape_bounds(p.shape, p.pose)[:, 2]) > 2 * FOOT_M]
+    assert (len(shapes) == 1) == is_one
+
+
+def confidence(state: Draft) -> float:
+    [guess] = [g for g in state.guesses if g.subject == "collision"]
+    return guess.confidence
+
+
+def seen(inner: list[float]) -> WallProfile:
+    radii: Floats = np.repeat(np.array(inner, dtype=np.float64)[:, None], RAYS, axis=1)
+    heights: Floats = 0.01 * np.arange(len(inner), dtype=np.float64)
+    return WallProfile(np.zeros(2), heights, 0.01, radii, radii + 0.005)
+
+
+def test_a_thin_bowl_stays_within_the_bound_and_on_its_ground() -> None:
+    angles = np.linspace(0.0, np.pi / 2.4, 12)
+    outer = [(0.08 * float(np.sin(a)), 0.08 - 0.08 * float(np.cos(a))) for a in angles]
+    inner = [(r * 0.985, z * 0.985 + 0.0012) for r, z in outer]
+    out = collide(draft(turned([*inner, *outer[::-1]], 64)), category("bowl"), PARAMS, never)
+    assert confidence(out) == 1.0
+    assert len(out.colliders) <= 32
+    low = min(float(tessellate(p.shape, p.pose)[0][:, 2].min()) for p in out.colliders)
+    assert low > -1e-6
+
+
+def test_a_carton_that_bulges_is_one_box_between_its_bulges_and_its_edges() -> None:
+    flat = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
+    around = [(x, -1.0) for x in flat[:-1]] + [(1.0, y) for y in flat[:-1]]
+    around += [(x, 1.0) for x in flat[:0:-1]] + [(-1.0, y) for y in flat[:0:-1]]
+    rings = []
+    for z in flat:
+        bulge = 0.004 * (1 - z * z)
+        rings += [
+            (0.05 * x + bulge * (abs(x) == 1) * x, 0.03 * y + bulge * (abs(y) == 1) * y, 0.08 * z) for x, y in around
+        ]
+    count = len(around)
+    sides = [
+        face
+        for k in range(4)
+        for i in range(count)
+        for a, b in [(k * count + i, k * count + (i + 1) % count)]
+        for face in ((a, b, b + count), (a, b + count, a + count))
+    ]
+    ends = [(5 * count, (i + 1) % count, i) for i in range(count)]
+    ends += [(5 * count + 1, 4 * count + i, 4 * count + (i + 1) % count) for i in range(count)]
+    mesh = Mesh(vertices=[*rings, (0.0, 0.0, -0.08), (0.0, 0.0, 0.08)], faces=[*sides, *ends])
+    [placed] = collide(draft(mesh), category("boxed_food"), PARAMS, never).colliders
+    assert isinstance(placed.shape, Box)
+    x, y, z = sorted(placed.shape.size)
+    assert 0.06 < x < 0.0675
+    assert 0.1 < y < 0.1075
+    assert z == pytest.approx(0.16, abs=1e-3)
+    assert float(tessellate(placed.shape, placed.pose)[0][:, 2].min()) == pytest.approx(-0.08, abs=1e-6)
+
+
+# Radius and height along the wall of a vase that is open at both ends.
+TUBE = [(0.05, 0.0), (0.08, 0.1), (0.04, 0.2), (0.036, 0.2), (0.076, 0.1), (0.046, 0.0)]
+
+
+def no_answer(method: str, points: Floats, faces: Ints, budget: Budget) -> list[Floats]:
+    raise DecompositionFailed(f"{method} is not there")
+
+
+def bars(count: int, side: float, thick: float) -> Mesh:
+    """Upright bars in a square grid."""
+    places = np.linspace(-side / 2, side / 2, count)
+    return joined(*(box((thick, thick, side), (float(x), float(y), side / 2)) for x in places for y in places))
+
+
+def grating(count: int, side: float, thick: float) -> Mesh:
+    """Bars that cross in the plane of the floor."""
+    places = [float(v) for v in np.linspace(-side / 2, side / 2, count)]
+    along = [box((side, thick, thick), (0.0, v, 0.0)) for v in places]
+    return joined(*along, *(box((thick, side, thick), (v, 0.0, 0.0)) for v in places))
+
+
+def test_a_vase_without_a_bottom_stays_open() -> None:
+    ring = turned([*TUBE, TUBE[0]], 32)
+    out = collide(draft(ring), category("object"), PARAMS, no_answer)
+    assert not [n.message for n in out.notes if n.code == REVIEW_CODE]
+    middle = np.array([0.0, 0.0, 0.1])
+    boxes = [shape_bounds(p.shape, p.pose) for p in out.colliders]
+    assert not any((low < middle).all() and (middle < high).all() for low, high in boxes)
+
+
+def test_windows_that_no_finger_passes_are_closed() -> None:
+    mesh = grating(12, 0.3, 0.008)
+    proxy = without_windows(mesh.vertices, mesh.faces)
+    assert proxy is not None
+    # A plate with one flat face above has no hole: its volume is that of the box around it.
+    assert proxy.solid.volume() > 0.8 * 0.3 * 0.3 * 0.008
+    assert proxy.solid.genus() == 0
+
+
+def hull(points: Floats) -> PlacedShape:
+    vertices, faces = convex_hull(points)
+    return PlacedShape(shape=Hull(mesh=Mesh(vertices=vertices, faces=faces)))
+
+
+def prism(sides: int, radius: float, height: float, x: float = 0.0) -> Floats:
+    """(2 * sides, 3) corners of an upright prism that stands on z = 0."""
+    angles = np.arange(sides) * 2 * np.pi / sides
+    ring = np.stack([radius * np.cos(angles) + x, radius * np.sin(angles)], axis=1)
+    return np.concatenate([np.column_stack([ring, np.full(sides, z)]) for z in (0.0, height)])
+
+
+def around(*shapes: PlacedShape) -> Solid:
+    found = Solid()
+    for shape in shapes:
+        assert isinstance(shape.shape, Hull)
+        found += solid(shape.shape.mesh)
+    return found
+
+
+def test_a_hull_on_a_flat_foot_stands_on_a_box_within_its_outline() -> None:
+    can = hull(prism(24, 0.05, 0.1))
+    raised, box = on_flat_foot([can], around(can))
+    assert isinstance(box.shape, Box)
+    low, high = shape_bounds(box.shape, box.pose)
+    assert low[2] == pytest.approx(0.0)
+    assert high[2] == pytest.approx(FOOT_M)
+    assert np.hypot(*box.shape.size[:2]) <= 2 * 0.05 + 1e-9
+    assert min(box.shape.size[:2]) > 0.06
+    # What is above the foot is as it was; the box alone touches the floor.
+    bounds = shape_bounds(raised.shape, raised.pose)
+    assert bounds[0, 2] == pytest.approx(FOOT_M / 2)
+    assert bounds[1] == pytest.approx([0.05, 0.05, 0.1])
+
+
+def test_a_turned_foot_gets_a_turned_box() -> None:
+    angle = np.pi / 6
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1.0]])
+    corners = np.array([(x, y, z) for x in (-0.1, 0.1) for y in (-0.02, 0.02) for z in (0.0, 0.05)]) @ turn.T
+    _, box = on_flat_foot([hull(corners)], None)
+    assert isinstance(box.shape, Box)
+    assert sorted(box.shape.size) == pytest.approx([FOOT_M, 0.04, 0.2], rel=1e-3)
+
+
+def test_what_has_no_flat_foot_stays_as_it_is(subtests: pytest.Subtests) -> None:
+    for shapes in [
+        # Legs: what is between them is no foot.
+        [hull(prism(8, 0.01, 0.1, x)) for x in (-0.1, 0.1)],
+        # An edge, and a tip.
+        [hull(np.array([(-0.1, 0, 0), (0.1, 0, 0), (0, 0.05, 0.1), (0, -0.05, 0.1)], dtype=np.float64))],
+        [hull(np.concatenate([[(0.0, 0.0, 0.0)], prism(12, 0.05, 0.1)[12:]]))],
+        # A box stands by itself.
+        [PlacedShape(shape=Box(size=(0.1, 0.1, 0.1)))],
+    ]:
+        with subtests.test(shapes=shapes):
+            whole = None if isinstance(shapes[0].shape, Box) else around(*shapes)
+            assert on_flat_foot(shapes, whole) == tuple(shapes)
+
+
+CUP = welded(turned(MUG, 8))
+BUDGET = Budget(hulls=8, hull_vertices=32, threshold=0.2)
+hulls_of = cache(partial(decompose, vertices=CUP[0], faces=CUP[1], budget=BUDGET))
+
+
+@pytest.mark.parametrize("method", ["coacd", "vhacd"])
+def test_two_runs_give_the_same_hulls_within_the_budget(method: str) -> None:
+    first, second = hulls_of(method), decompose(method, *CUP, BUDGET)
+    assert 1 < len(first) <= BUDGET.hulls
+    assert all(4 <= len(cloud) <= BUDGET.hull_vertices for cloud in first)
+    assert [c.tobytes() for c in first] == [c.tobytes() for c in second]
+    cloud = np.concatenate(first)
+    size = np.ptp(CUP[0], axis=0).max()
+    assert cloud.min(axis=0) == pytest.approx(CUP[0].min(axis=0), abs=0.02 * size)
+    assert cloud.max(axis=0) == pytest.approx(CUP[0].max(axis=0), abs=0.02 * size)
+
+
+BOXES = [box((0.05, 0.4, 0.6), (x, y, z)) for x, y, z in np.random.default_rng(0).random((300, 3)).tolist()]
+NOT_FINITE = [np.concatenate([CUP[0][:3], [[0.0, bad, 0.0]], CUP[0][4:]]) for bad in (np.nan, np.inf, -np.inf)]
+
+
+@pytest.mark.parametrize(
+    ("method", "mesh", "budget", "said"),
+    [
+        pytest.param("vhacd", welded(joined(*BOXES)), Budget(hulls=64, cpu_s=1), "vhacd ended with -", id="time"),
+        pytest.param("coacd", CUP, Budget(hulls=8, memory_bytes=1_000_000), "coacd ended with", id="memory"),
+        pytest.param("magic", CUP, BUDGET, "KeyError", id="no such method"),
+        *(pytest.param("coacd", (p, CUP[1]), BUDGET, "not tried", id="no number") for p in NOT_FINITE),
+        pytest.param("vhacd", (np.zeros((4, 3)), np.array([[0, 1, 2]])), BUDGET, "not tried", id="no extent"),
+        pytest.param("vhacd", (CUP[0], np.empty((0, 3), dtype=np.int64)), BUDGET, "not tried", id="no faces"),
+    ],
+)
+def test_what_goes_wrong(method: str, mesh: tuple[Floats, Ints], budget: Budget, said: str) -> None:
+    with pytest.raises(DecompositionFailed, match=said):
+        decompose(method, *mesh, budget)
