@@ -143,7 +143,7 @@ LOW = (0.06, 0.06, 0.12)
 ROW = kind_of(loose(carton()))
 
 
-def draft(size: Vec3, *meshes: Mesh) -> Draft:
+def resting(size: Vec3, *meshes: Mesh) -> Draft:
     """Parts at rest on the ground with the mass of a box of that size."""
     parts = tuple(RawPart(name=f"part_{i}", mesh=mesh, material=Material(id="look")) for i, mesh in enumerate(meshes))
     inertial = box_inertial(0.2, size, (0.0, 0.0, size[2] / 2))
@@ -151,7 +151,7 @@ def draft(size: Vec3, *meshes: Mesh) -> Draft:
 
 
 def found(size: Vec3, *meshes: Mesh, row: Category = ROW) -> dict[GraspFeature, Grasp]:
-    return {g.feature: g for g in grasp(draft(size, *meshes), row, OPENING).grasps}
+    return {g.feature: g for g in grasp(resting(size, *meshes), row, OPENING).grasps}
 
 
 def mug() -> tuple[Mesh, ...]:
@@ -188,7 +188,7 @@ class TestGrasp:
             assert np.linalg.norm(one.closing) == pytest.approx(1, abs=1e-5)
 
     def test_asset_shows_it_as_a_site(self) -> None:
-        made = grasp(draft(LOW, carton()), ROW, OPENING)
+        made = grasp(resting(LOW, carton()), ROW, OPENING)
         source = Source(kind=SourceKind.FOLDER, path="box.obj")
         asset = assemble(made, "carton_0123456789", ROW, ("carton",), CARDBOARD, source, "0" * 64)
         (site,) = asset.sites

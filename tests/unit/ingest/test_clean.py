@@ -179,7 +179,7 @@ def sphere(steps: int = 24) -> Mesh:
     return turned([(0.05 * float(np.cos(a)) if abs(a) < 1.57 else 0.0, 0.05 * float(np.sin(a))) for a in angles], steps)
 
 
-def welded(mesh: Mesh) -> Mesh:
+def welded_mesh(mesh: Mesh) -> Mesh:
     points, faces = points_and_faces(mesh)
     return Mesh(vertices=points, faces=faces)
 
@@ -212,7 +212,7 @@ class TestSoundMeshesStay:
     def test_bit_for_bit(self, rings: list[tuple[float, float]], steps: int, seed: int) -> None:
         heights = np.cumsum([h for _, h in rings])
         profile = [(0.0, 0.0), *((r, float(z)) for (r, _), z in zip(rings, heights, strict=True))]
-        mesh = welded(turned([*profile, (0.0, float(heights[-1]) + 0.02)], steps))
+        mesh = welded_mesh(turned([*profile, (0.0, float(heights[-1]) + 0.02)], steps))
         q, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
         mesh = moved(mesh, (0.3, -2.0, 0.7), matrix=q if np.linalg.det(q) > 0 else -q)
         draft = clean(raw(mesh), category("mug"))
@@ -258,7 +258,7 @@ class TestHoles:
         ball = lathe([(0.05 * float(np.sin(a)), -0.05 * float(np.cos(a))) for a in np.linspace(0, np.pi, 65)], 128)
         ball = Mesh(
             vertices=ball.vertices,
-            faces=ball.faces if volume(welded(ball)) > 0 else ball.faces[:, ::-1],
+            faces=ball.faces if volume(welded_mesh(ball)) > 0 else ball.faces[:, ::-1],
             uv=ball.uv,
             colors=np.full((len(ball.vertices), 4), 77, dtype=np.uint8),
         )
@@ -277,11 +277,11 @@ class TestHoles:
         corners = fan[fan != len(mesh.vertices) - 1]
         assert (mesh.uv[corners].min(axis=0) <= mesh.uv[-1]).all()
         assert (mesh.uv[-1] <= mesh.uv[corners].max(axis=0)).all()
-        assert volume(welded(mesh)) == pytest.approx(volume(welded(ball)), rel=1e-3)
+        assert volume(welded_mesh(mesh)) == pytest.approx(volume(welded_mesh(ball)), rel=1e-3)
 
     def test_large_openings_and_drilled_holes_stay(self) -> None:
         assert "MSH041" not in codes(clean(raw(turned([(0.0, 0.0), (0.05, 0.0), (0.08, 0.06)]))).notes)
-        ball = welded(sphere(64))
+        ball = welded_mesh(sphere(64))
         pole = int(np.argmax(ball.vertices[:, 2]))
         drilled = ball.replace(faces=ball.faces[~(ball.faces == pole).any(axis=1)])
         draft = clean(raw(drilled))
@@ -295,13 +295,13 @@ class TestHoles:
         draft = clean(raw(torn), category("cereal"))
         assert codes(draft.notes) == ["MSH026"]
         assert open_edges(draft) == 0
-        assert volume(welded(draft.parts[0].mesh)) == pytest.approx(volume(BOX))
+        assert volume(welded_mesh(draft.parts[0].mesh)) == pytest.approx(volume(BOX))
 
     def test_new_faces_have_normals_of_their_own_where_those_of_the_rim_look_elsewhere(self) -> None:
         split = box_mesh((1.0, 0.6, 0.3), (0.2, 0.0, 5.0))
         assert split.normals is not None
         mesh = clean(raw(bottomless(split)), category("cereal")).parts[0].mesh
-        assert volume(welded(mesh)) == pytest.approx(volume(BOX))
+        assert volume(welded_mesh(mesh)) == pytest.approx(volume(BOX))
         assert mesh.normals is not None
         assert backward_share(mesh.vertices, mesh.faces, mesh.normals, 0.5) == 0
         assert np.isin(split.normals, mesh.normals).all()
@@ -383,7 +383,7 @@ class TestHidden:
 class TestOpenPatches:
     def test_an_open_patch_that_shows_its_back_is_turned(self) -> None:
         """Patches that meet at an edge of three faces: parity says nothing of one by the other."""
-        ball = welded(sphere(24))
+        ball = welded_mesh(sphere(24))
         mids = ball.vertices[ball.faces].mean(axis=1)
         upper = mids[:, 2] > 0
         ring = np.unique(ball.faces[upper].ravel()[np.isin(ball.faces[upper].ravel(), ball.faces[~upper].ravel())])
@@ -428,7 +428,7 @@ class TestTees:
 
 class TestTangles:
     def test_a_fin_on_a_scan_is_cut_out(self) -> None:
-        ball = welded(sphere(256))
+        ball = welded_mesh(sphere(256))
         face = ball.faces[len(ball.faces) // 2]
         foot, new = ball.vertices[face[:2]], len(ball.vertices)
         finned = Mesh(
@@ -438,7 +438,7 @@ class TestTangles:
         draft = clean(raw(finned))
         assert codes(draft.notes) == ["MSH045"]
         assert (edge_counts(draft.surface.welded_faces)[1] == 2).all()
-        assert volume(welded(draft.parts[0].mesh)) == pytest.approx(volume(ball), rel=2e-3)
+        assert volume(welded_mesh(draft.parts[0].mesh)) == pytest.approx(volume(ball), rel=2e-3)
 
 
 def finned_box(*fin: list[int]) -> Mesh:

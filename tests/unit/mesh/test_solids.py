@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from scipy.spatial.transform import Rotation
 
@@ -145,8 +144,6 @@ def test_what_shapes_fill_or_close_off(size: Vec3, center: Vec3, low: float, hig
     assert low <= share <= high
 
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 Surface = tuple[Floats, Ints]
 SAME = 0.01
 
@@ -165,7 +162,7 @@ def mug(handle: float = 0.03, height: float = 0.1) -> Surface:
     return points, faces
 
 
-def moved(surface: Surface, seed: int, factor: float = 1.0) -> Surface:
+def shuffled(surface: Surface, seed: int, factor: float = 1.0) -> Surface:
     """Turned, scaled and pushed; points and faces in another order."""
     rng = np.random.default_rng(seed)
     points, faces = surface
@@ -193,7 +190,7 @@ def test_a_copy_has_the_same_form_and_lies_on_the_original(subtests: pytest.Subt
     for seed in [1, 2]:
         for name in sorted(EVERY):
             with subtests.test(name=name, seed=seed):
-                own, copy = EVERY[name], finer(moved(EVERY[name], seed, factor=37.0))
+                own, copy = EVERY[name], finer(shuffled(EVERY[name], seed, factor=37.0))
                 first, second = shape_descriptor(*own), shape_descriptor(*copy)
                 assert second.radius / first.radius == pytest.approx(37.0, rel=1e-4)
                 assert descriptor_distance(first, second) < 0.02
@@ -211,11 +208,11 @@ def test_what_differs_does_not_lie_on_it(subtests: pytest.Subtests) -> None:
         (box(0.2, 0.2, 0.2), box(0.2, 0.2, 0.23)),
     ]:
         with subtests.test(one=one, other=other):
-            found = align(sampled_surface(*one), sampled_surface(*moved(other, 5)))
+            found = align(sampled_surface(*one), sampled_surface(*shuffled(other, 5)))
             assert found.p95 > 0.025 or found.p995 > 0.1
 
 
 def test_the_same_surface_gives_the_same_numbers() -> None:
     assert shape_descriptor(*mug()) == shape_descriptor(*mug())
-    one, other = (align(sampled_surface(*mug()), sampled_surface(*moved(mug(), 3))) for _ in range(2))
+    one, other = (align(sampled_surface(*mug()), sampled_surface(*shuffled(mug(), 3))) for _ in range(2))
     assert (one.p95, one.p995) == (other.p95, other.p995)
