@@ -17,10 +17,11 @@ from casa_assets.ingest.components import (
 )
 from casa_assets.ingest.draft import Draft, Surface, warning
 from casa_assets.ingest.gaps import close_cracks, close_holes, close_missing_sides, split_t_junctions
-from casa_assets.ingest.texture import submesh
+from casa_assets.ingest.texture import keep_faces, submesh
 from casa_assets.mesh.solid.deviation import measure_visibility
 from casa_assets.mesh.surface import backward_share, face_normals, winding_number
 from casa_assets.mesh.topology import (
+    closed_components,
     component_boxes,
     consistent_winding,
     edge_counts,
@@ -252,7 +253,7 @@ def cut_nonmanifold_faces(draft: Draft) -> Draft:
         if bad.all():
             return closed
         cut_corners.append(remaining.surface.vertices[remaining.surface.faces[bad]].reshape(-1, 3))
-        remaining = remaining.replace(parts=_without(remaining.parts, bad))
+        remaining = remaining.replace(parts=keep_faces(remaining.parts, ~bad))
     closed = close_holes(remaining, np.concatenate(cut_corners))
     after = int((edge_counts(closed.surface.welded_faces)[1] != 2).sum())
     if after * 2 > before:
@@ -268,17 +269,6 @@ def _touching(ids: Ints) -> Mask:
     ends: Mask = np.bincount(edges[uses == 1].ravel(), minlength=count) > 2
     ends[edges[uses > 2].ravel()] = True
     return np.asarray(np.any(ends[ids], axis=1))
-
-
-def _without(parts: tuple[RawPart, ...], bad: Mask) -> tuple[RawPart, ...]:
-    out, start = [], 0
-    for part in parts:
-        rows = bad[start : start + len(part.mesh.faces)]
-        start += len(part.mesh.faces)
-        if not rows.all():
-            mesh = submesh(part.mesh, part.mesh.faces[~rows].astype(np.int64)) if rows.any() else part.mesh
-            out.append(part.replace(mesh=mesh))
-    return tuple(out)
 
 
 def sheet_fins(ids: Ints) -> tuple[Mask, list[Issue]]:
@@ -327,7 +317,7 @@ def orient_outward(surface: Surface) -> tuple[Ints, Mask]:
     points = np.zeros((int(ids.max()) + 1, 3))
     points[surface.welded_faces.ravel()] = surface.vertices[surface.faces.ravel()]
     label = face_components(ids, len(points))
-    is_open = _is_open(ids, label)
+    is_open = ~closed_components(ids, label, len(points))[label]
     inside_out = _inside_out(points, ids, label, turned, is_open)[label]
     turned ^= inside_out
     ids = _flipped(ids, inside_out)
@@ -414,16 +404,3 @@ def _back_to_front(points: Floats, ids: Ints, label: Ints, is_open: Mask) -> Mas
         (back > BACK_TO_FRONT_RATIO * front) & (back >= MIN_BACK_SHARE * sample_count) & (back >= MIN_BACK_SAMPLES)
     )
     return np.asarray(shows_back[patch] & is_open & ~is_flat[label])
-
-
-def _is_open(ids: Ints, label: Ints) -> Mask:
-    """(F,) faces of components that bound no volume."""
-    edges, uses, balance = edge_counts(ids)
-    is_open_edge = (uses != 2) | (balance != 0)
-    if not is_open_edge.any():
-        return np.zeros(len(ids), dtype=bool)
-    of_point = np.zeros(int(ids.max()) + 1, dtype=np.int64)
-    of_point[ids.ravel()] = np.repeat(label, 3)
-    open_pieces = np.zeros(int(label.max()) + 1, dtype=bool)
-    open_pieces[of_point[edges[is_open_edge, 0]]] = True
-    return np.asarray(open_pieces[label])

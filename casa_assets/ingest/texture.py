@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +30,18 @@ def submesh(mesh: Mesh, faces: Ints, keep_normals: bool = True) -> Mesh:
         normals=None if mesh.normals is None or not keep_normals else mesh.normals[used],
         colors=None if mesh.colors is None else mesh.colors[used],
     )
+
+
+def keep_faces(parts: Sequence[RawPart], keep: Mask) -> tuple[RawPart, ...]:
+    """The parts with the faces that are kept, (F,) over all of them; parts that lose all go, whole ones stay as is."""
+    out, start = [], 0
+    for part in parts:
+        rows = keep[start : start + len(part.mesh.faces)]
+        start += len(rows)
+        if rows.any():
+            mesh = part.mesh if rows.all() else submesh(part.mesh, part.mesh.faces[rows].astype(np.int64))
+            out.append(part.replace(mesh=mesh))
+    return tuple(out)
 
 
 # Add back faces -------------------------------------------------------------------------------------------------------

@@ -18,7 +18,7 @@ from casa_assets.formats import read
 from casa_assets.formats.read.text import UniqueNames, printable
 from casa_assets.ingest.components import Components, box_gaps, split_components
 from casa_assets.ingest.draft import merge_parts, warning
-from casa_assets.ingest.texture import submesh
+from casa_assets.ingest.texture import keep_faces
 from casa_assets.mesh.solid.deviation import samples_with_faces
 from casa_assets.mesh.surface import face_normals
 from casa_assets.mesh.topology import connected_groups
@@ -329,7 +329,7 @@ def components_of(model: RawModel) -> tuple[Components, Ints]:
 
 # Names ----------------------------------------------------------------------------------------------------------------
 
-# Probabilities are choices, fitted like those of signs.py. A category told less sure than this is told by a weak word.
+# Probabilities are choices, fitted like those above. A category told less sure than this is told by a weak word.
 ALWAYS, OTHER, PART, PLURAL, MANY_KINDS, OWN_KINDS = 0.65, 0.6, 0.65, 0.4, 0.7, 0.2
 WEAKLY_TOLD = 0.62
 # Nodes named after so many categories are several things.
@@ -481,7 +481,7 @@ def things_of(model: RawModel) -> Things:
     found: list[Thing] = []
     names = UniqueNames()
     for k in order:
-        parts = _parts(model, owner, face_label == k)
+        parts = tuple(part.replace(copy_number=0) for part in keep_faces(model.parts, face_label == k))
         twin = next((i for i, one in enumerate(found) if _are_equal(one.parts, parts)), None)
         if twin is not None:
             found[twin] = Thing(found[twin].name, found[twin].parts, found[twin].count + 1)
@@ -579,17 +579,6 @@ def _groups_of_nodes(model: RawModel) -> Ints:
     if not is_nested:
         return np.zeros(len(paths), dtype=np.int64)
     return np.unique(heads, return_inverse=True)[1].reshape(-1).astype(np.int64)
-
-
-def _parts(model: RawModel, owner: Ints, keep: Ints) -> tuple[RawPart, ...]:
-    """The parts with the faces that are kept, (F,) over all parts."""
-    out = []
-    for number in np.unique(owner[keep]):
-        part = model.parts[number]
-        own = keep[owner == number]
-        mesh = part.mesh if own.all() else submesh(part.mesh, part.mesh.faces[own], keep_normals=True)
-        out.append(part.replace(mesh=mesh, copy_number=0))
-    return tuple(out)
 
 
 def _name(model: RawModel, parts: Ints) -> str:

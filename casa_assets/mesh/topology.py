@@ -189,7 +189,7 @@ def inside_out_faces(points: Floats, faces: Ints) -> Mask:
     least = -MIN_NEGATIVE_VOLUME * (upper - lower).max(axis=1) ** 3
     size = (upper - lower).prod(axis=1)
     found = []
-    for k in np.flatnonzero(_is_closed(faces, component, len(points)) & (volume < least)):
+    for k in np.flatnonzero(closed_components(faces, component, len(points)) & (volume < least)):
         # The inner wall of a hollow thing winds inwards: it lies in the bounds of a larger component.
         within = (lower <= lower[k]).all(axis=1) & (upper >= upper[k]).all(axis=1)
         if not (within & (size > size[k])).any():
@@ -197,7 +197,7 @@ def inside_out_faces(points: Floats, faces: Ints) -> Mask:
     return np.isin(component, found)
 
 
-def _is_closed(faces: Ints, component: Ints, points: int) -> Mask:
+def closed_components(faces: Ints, component: Ints, points: int) -> Mask:
     """(C,) whether each edge of a component is used by two faces, once each way."""
     of_point = np.zeros(points, dtype=np.int64)
     of_point[faces] = component[:, None]

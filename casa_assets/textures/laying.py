@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import StrEnum
 from itertools import product
 
@@ -71,34 +72,7 @@ def lay(laying: Laying, canvas: Canvas, rng: np.random.Generator) -> PieceMap:
         return fieldstone(canvas, length, width, rng)
     if laying.pattern is LayingPattern.LEDGE:
         return ledges(canvas, width, length, rng)
-    return raster(_places(laying, canvas.tile_m, rng), canvas)
-
-
-def _places(laying: Laying, tile_m: tuple[float, float], rng: np.random.Generator) -> list[PlacedOutline]:
-    width, length = laying.width_m, laying.length_m
-    match laying.pattern:
-        case LayingPattern.RUNNING:
-            return running(tile_m, width, length, laying.bond, laying.upright)
-        case LayingPattern.PLANKS:
-            return planks(tile_m, width, length, laying.width_count, laying.upright, laying.ends_m, rng)
-        case LayingPattern.BASKET:
-            return basket(tile_m, width, length)
-        case LayingPattern.HERRINGBONE:
-            return herringbone(tile_m, width, length, laying.diagonal)
-        case LayingPattern.CHEVRON:
-            return chevron(tile_m, width, length)
-        case LayingPattern.ASHLAR:
-            return ashlar(tile_m, width, rng)
-        case LayingPattern.PANEL:
-            return panel(tile_m, width, length)
-        case LayingPattern.PICKET:
-            return pickets(tile_m, width, length)
-        case LayingPattern.DIAMOND:
-            return diamonds(tile_m, width, length)
-        case LayingPattern.LANTERN:
-            return lanterns(tile_m, width, length)
-        case _:
-            return _BY_WIDTH[laying.pattern](tile_m, width)
+    return raster(_PLACES[laying.pattern](canvas.tile_m, laying, rng), canvas)
 
 
 # Bonds ----------------------------------------------------------------------------------------------------------------
@@ -488,11 +462,23 @@ def ledges(canvas: Canvas, width: float, length: float, rng: np.random.Generator
     return raster(places, canvas)
 
 
-_BY_WIDTH = {
-    LayingPattern.HEXAGON: hexagons,
-    LayingPattern.PENNY: pennies,
-    LayingPattern.SCALE: scales,
-    LayingPattern.OCTAGON: octagons,
-    LayingPattern.STAR: stars,
-    LayingPattern.CUBE: cubes,
+_PLACES: dict[LayingPattern, Callable[[Size, Laying, np.random.Generator], list[PlacedOutline]]] = {
+    LayingPattern.RUNNING: lambda tile, p, _: running(tile, p.width_m, p.length_m, p.bond, p.upright),
+    LayingPattern.PLANKS: lambda tile, p, rng: planks(
+        tile, p.width_m, p.length_m, p.width_count, p.upright, p.ends_m, rng
+    ),
+    LayingPattern.BASKET: lambda tile, p, _: basket(tile, p.width_m, p.length_m),
+    LayingPattern.HERRINGBONE: lambda tile, p, _: herringbone(tile, p.width_m, p.length_m, p.diagonal),
+    LayingPattern.CHEVRON: lambda tile, p, _: chevron(tile, p.width_m, p.length_m),
+    LayingPattern.ASHLAR: lambda tile, p, rng: ashlar(tile, p.width_m, rng),
+    LayingPattern.PANEL: lambda tile, p, _: panel(tile, p.width_m, p.length_m),
+    LayingPattern.PICKET: lambda tile, p, _: pickets(tile, p.width_m, p.length_m),
+    LayingPattern.DIAMOND: lambda tile, p, _: diamonds(tile, p.width_m, p.length_m),
+    LayingPattern.LANTERN: lambda tile, p, _: lanterns(tile, p.width_m, p.length_m),
+    LayingPattern.HEXAGON: lambda tile, p, _: hexagons(tile, p.width_m),
+    LayingPattern.PENNY: lambda tile, p, _: pennies(tile, p.width_m),
+    LayingPattern.SCALE: lambda tile, p, _: scales(tile, p.width_m),
+    LayingPattern.OCTAGON: lambda tile, p, _: octagons(tile, p.width_m),
+    LayingPattern.STAR: lambda tile, p, _: stars(tile, p.width_m),
+    LayingPattern.CUBE: lambda tile, p, _: cubes(tile, p.width_m),
 }

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import gzip
 import io
-import json
 import posixpath
 import re
 import stat
@@ -41,7 +40,16 @@ from casa_assets.ingest.sources.places import (
     packed_place,
     utf8_escaped,
 )
-from casa_assets.ingest.sources.rows import check_types, parse_json, remarks, safe_id, source_of, unique_hints
+from casa_assets.ingest.sources.rows import (
+    UniqueIds,
+    as_object,
+    check_types,
+    parse_json,
+    remarks,
+    safe_id,
+    source_of,
+    unique_hints,
+)
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Source, SourceKind
 
@@ -278,7 +286,7 @@ class ShardRows:
     def __init__(self, package: Package, name: str, texts: Mapping[str, bytes]) -> None:
         self._package, self._name, self._texts = package, name, texts
         self._is_full = sum(map(len, texts.values())) >= MAX_TEXTS_BYTES
-        self._ids: dict[str, str] = {}
+        self._ids = UniqueIds()
 
     def described(self, found: Found) -> Found | Refused:
         """A mesh with the description in its JSON; unchanged if it has no JSON; refused if the JSON is wrong."""
@@ -297,7 +305,7 @@ class ShardRows:
         except Rejected as error:
             return self._package.refuse(self._name, error)
         if uid:
-            self._ids[uid] = place
+            self._ids.add(uid, place)
         source = source_of(row, found.source.path, uid, found.source.hints)
         return replace(found, source=source, notes=remarks(place, row))
 
@@ -306,10 +314,7 @@ class ShardRows:
         if len(text) > MAX_TEXT_BYTES or (self._is_full and not text.rstrip().endswith((b"}", b"]"))):
             message = f"{place}: over {MAX_TEXT_BYTES} bytes, or over {MAX_TEXTS_BYTES} with the others; shorten it"
             raise Rejected(codes.TOO_LARGE, message)
-        row = parse_json(text.decode("utf-8-sig", "replace"), place)
-        if not isinstance(row, dict):
-            raise Rejected(codes.BAD_ROW, f"{place}: {printable(json.dumps(row), 40)} is not an object; fix it")
-        return row
+        return as_object(parse_json(text.decode("utf-8-sig", "replace"), place), place)
 
     def _uid(self, row: Mapping[str, object], place: str) -> str:
         """The id that a row states, as text; empty if it states none, since the key distinguishes samples."""
@@ -317,8 +322,7 @@ class ShardRows:
         if value is None:
             return ""
         uid = safe_id(str(value) if type(value) is int else value, place)
-        if uid in self._ids:
-            raise Rejected(codes.DUPLICATE_ID, f"{place}: id {uid!r} was used by {self._ids[uid]}; rename one")
+        self._ids.check(uid, place)
         return uid
 
 

@@ -17,7 +17,7 @@ from casa_assets.ingest.sources import objaverse
 from casa_assets.ingest.sources.archive import archived
 from casa_assets.ingest.sources.found import HIDDEN, Found, Package, Refused, kind_of_other, unread
 from casa_assets.ingest.sources.places import StoreRoot, archive_suffix, utf8_escaped
-from casa_assets.ingest.sources.rows import read_lines, read_list, unique_hints
+from casa_assets.ingest.sources.rows import read_lines, read_list, unique_hints, words_of_path
 from casa_assets.ingest.sources.stores import DEEPEST_FOLDER, folder_of, list_all
 from casa_assets.ingest.sources.table import is_table, tabled
 from casa_assets.model import rejection_codes as codes
@@ -192,7 +192,6 @@ def _loose(package: Package, main: str) -> Found | Refused:
         package.files.check(main)
     except Rejected as error:
         return package.refuse(main, error)
-    stem = posixpath.splitext(posixpath.basename(main))[0]
-    folders = posixpath.dirname(path).split("/")[::-1]
-    source = Source(kind=SourceKind.FOLDER, path=path, hints=unique_hints([stem], folders, [package.root.name]))
+    hints = unique_hints(words_of_path(path), [package.root.name])
+    source = Source(kind=SourceKind.FOLDER, path=path, hints=hints)
     return Found(package.root, main, source)

@@ -6,7 +6,6 @@ import codecs
 import gzip
 import importlib
 import os
-import posixpath
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -15,7 +14,15 @@ from casa_assets.errors import CasaError, Rejected, UnknownId
 from casa_assets.formats.read.text import printable
 from casa_assets.ingest.sources.found import MAX_INDEX_BYTES, Found, Package, Refused
 from casa_assets.ingest.sources.places import Folder, utf8_escaped
-from casa_assets.ingest.sources.rows import parse_json, safe_id, spdx_id, text_field, text_list, unique_hints
+from casa_assets.ingest.sources.rows import (
+    parse_json,
+    safe_id,
+    spdx_id,
+    text_field,
+    text_list,
+    unique_hints,
+    words_of_path,
+)
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Source, SourceKind
 
@@ -159,7 +166,6 @@ def _xl_row(package: Package, name: str, number: int, row: object) -> Found | Re
             raise Rejected(codes.BAD_ROW, f"{place}: not an object; fix it")
         main = package.file(row.get("path"), place)
         title = text_field(row, "name")
-        stem, folders = posixpath.splitext(posixpath.basename(main))[0], posixpath.dirname(main).split("/")[::-1]
         source = Source(
             kind=SourceKind.OBJAVERSE_XL,
             path=main,
@@ -169,7 +175,7 @@ def _xl_row(package: Package, name: str, number: int, row: object) -> Found | Re
             licence=spdx_id(text_field(row, "license")),
             uri=text_field(row, "fileIdentifier"),
             category=text_field(row, "category"),
-            hints=unique_hints([title], text_list(row.get("tags")), [stem], folders),
+            hints=unique_hints([title], text_list(row.get("tags")), words_of_path(main)),
         )
         return package.found(main, source)
     except Rejected as error:

@@ -75,6 +75,34 @@ def unique_hints(*groups: Iterable[str]) -> tuple[str, ...]:
     return tuple(out)[:MAX_HINTS]
 
 
+def words_of_path(path: str) -> list[str]:
+    """Stem of a POSIX path, then the folders around it from the inside out, which may name what it holds."""
+    return [posixpath.splitext(posixpath.basename(path))[0], *posixpath.dirname(path).split("/")[::-1]]
+
+
+class UniqueIds:
+    """Ids of the rows of one file, which must differ, with the place of each."""
+
+    def __init__(self) -> None:
+        self._places: dict[str, str] = {}
+
+    def check(self, uid: str, place: str) -> None:
+        """Raises Rejected: DUPLICATE_ID if an earlier row has the id."""
+        if uid in self._places:
+            raise Rejected(codes.DUPLICATE_ID, f"{place}: id {uid!r} was used by {self._places[uid]}; rename one")
+
+    def add(self, uid: str, place: str) -> None:
+        """Take an id that was checked."""
+        self._places[uid] = place
+
+
+def as_object(row: object, place: str) -> Mapping[str, object]:
+    """A row that is a JSON object. Raises Rejected BAD_ROW: it is none."""
+    if not isinstance(row, dict):
+        raise Rejected(codes.BAD_ROW, f"{place}: {printable(json.dumps(row), 40)} is not an object; fix it")
+    return row
+
+
 def safe_id(value: object, place: str) -> str:
     """An id that is used for output names.
 
@@ -252,7 +280,7 @@ class _Rows:
 
     def __init__(self, package: Package, name: str) -> None:
         self._package, self._name = package, name
-        self._ids: dict[str, str] = {}
+        self._ids = UniqueIds()
 
     def bounded(self, rows: Iterator[Found | Refused]) -> Iterator[Found | Refused]:
         """The rows, until there are more, or more broken ones, than any honest manifest has."""
@@ -282,16 +310,13 @@ class _Rows:
     def row(self, place: str, row: object) -> Found | Refused:
         """One row; refused with its place where anything in it is wrong."""
         try:
-            if not isinstance(row, dict):
-                raise Rejected(codes.BAD_ROW, f"{place}: {printable(json.dumps(row), 40)} is not an object; fix it")
+            row = as_object(row, place)
             uid = safe_id(row.get("id"), place)
-            if uid in self._ids:
-                raise Rejected(codes.DUPLICATE_ID, f"{place}: id {uid!r} was used by {self._ids[uid]}; rename one")
+            self._ids.check(uid, place)
             check_types(row, place)
             main = self._package.file(row.get("file"), place)
-            self._ids[uid] = place
-            stem, folders = posixpath.splitext(posixpath.basename(main))[0], posixpath.dirname(main).split("/")[::-1]
-            source = source_of(row, main, uid, [stem, *folders])
+            self._ids.add(uid, place)
+            source = source_of(row, main, uid, words_of_path(main))
             return replace(self._package.found(main, source), notes=remarks(place, row))
         except Rejected as error:
             return self._package.refuse(self._name, error)

@@ -29,10 +29,12 @@ from casa_assets.ingest.sources.rows import (
     MAX_HINTS,
     MAX_ROWS,
     TEXTS,
+    UniqueIds,
     check_types,
     parse_json,
     safe_id,
     source_of,
+    words_of_path,
 )
 from casa_assets.ingest.sources.stores import folder_of
 from casa_assets.model import rejection_codes as codes
@@ -308,7 +310,7 @@ def _printed(package: Package, name: str) -> Iterator[dict[str, Any]]:
 def _rows(
     package: Package, name: str, suffix: str, lines: Iterator[Mapping[str, Any]], others: Counter[str]
 ) -> Iterator[Found | Refused]:
-    ids: dict[str, str] = {}
+    ids = UniqueIds()
     for number, row in enumerate(lines):
         place = f"{printable(name)} row {number}"
         if number >= MAX_ROWS:
@@ -332,13 +334,12 @@ def _rows(
             yield refused
         else:
             inner = next((str(row[column]) for column in PATHS if row.get(column)), "").replace("\\", "/")
-            stem, folders = posixpath.splitext(posixpath.basename(inner))[0], posixpath.dirname(inner).split("/")[::-1]
             around = [name[: -len(SUFFIX)], *package.prefix.rstrip("/").split("/")[::-1], package.root.name]
-            source = source_of(row, path, uid, [stem, *folders, *around])
+            source = source_of(row, path, uid, [*words_of_path(inner), *around])
             yield Found(package.root, main, source, archive=name, at=number)
 
 
-def _names(row: Mapping[str, Any], number: int, place: str, ids: dict[str, str]) -> tuple[str, str]:
+def _names(row: Mapping[str, Any], number: int, place: str, ids: UniqueIds) -> tuple[str, str]:
     """The id that a row states, or nothing, and the name of its file without its suffix; both differ from all others.
 
     Args:
@@ -354,7 +355,6 @@ def _names(row: Mapping[str, Any], number: int, place: str, ids: dict[str, str])
         if column in ("__key__", "key"):
             return "", f"{number:06}"
         raise
-    if uid in ids:
-        raise Rejected(codes.DUPLICATE_ID, f"{place}: id {uid!r} was used by {ids[uid]}; rename one")
-    ids[uid] = place
+    ids.check(uid, place)
+    ids.add(uid, place)
     return uid, uid

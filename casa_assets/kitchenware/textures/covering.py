@@ -48,11 +48,9 @@ class PaperRepeat(StrEnum):
 
     DAMASK = "damask"
     STRIPE = "stripe"
-    TICKING = "ticking"
     TRELLIS = "trellis"
     OGEE = "ogee"
     FANS = "fans"
-    HEXLINES = "hexlines"
     GINGHAM = "gingham"
     SCALLOP = "scallop"
     DOTS = "dots"
@@ -96,13 +94,6 @@ def _stripe(u: Array, v: Array) -> Figures:
     return [(0.20 - np.abs(u) + flat, 1), (lines + flat, 2)]
 
 
-def _ticking(u: Array, v: Array) -> Figures:
-    """Narrow lines in a group, as on mattress cloth."""
-    a, flat = np.abs(u), 0.0 * v
-    lines = np.maximum.reduce([0.030 - a, 0.013 - np.abs(a - 0.085), 0.013 - np.abs(a - 0.135)])
-    return [(lines + flat, 1), (0.010 - np.abs(a - 0.42) + flat, 2)]
-
-
 def _trellis(u: Array, v: Array) -> Figures:
     """Double lines on the slant with a knot where they cross."""
     slant = np.abs(np.abs(u) + np.abs(v) - 0.5) / np.sqrt(2.0)
@@ -140,19 +131,6 @@ def _fans(u: Array, v: Array) -> Figures:
         rims = np.maximum(0.012 - np.abs(far - 0.487), 0.009 - np.abs(far - 0.41))
         found += [(body, 0), (np.maximum(np.minimum(ribs, far - 0.13), rims), 1), (0.13 - far, 2)]
     return found
-
-
-def _hexlines(u: Array, v: Array) -> Figures:
-    """Lines of a honeycomb, and a smaller one in every cell; the repeat is sqrt(3) as high as wide."""
-
-    def cell(x: Array, y: Array) -> Figures:
-        y = y * np.sqrt(3.0)
-        edge = 0.5 - np.maximum(np.abs(x), np.abs(x) / 2 + np.abs(y) * np.sqrt(3.0) / 2)
-        spokes = np.minimum(0.011 - np.minimum(np.abs(x), np.abs(np.abs(x) / 2 * np.sqrt(3.0) - np.abs(y) / 2)), edge)
-        return [(np.where(edge > -0.01, 0.018 - np.abs(edge - 0.018), -1.0), 1), (0.010 - np.abs(edge - 0.16), 2),
-                (np.minimum(spokes, 0.16 - edge), 2), (edge - 0.38, 1)]  # fmt: skip
-
-    return _half_drop(u, v, cell)
 
 
 def _gingham(u: Array, v: Array) -> Figures:
@@ -232,7 +210,7 @@ def _arches(u: Array, v: Array) -> Figures:
 REPEATS: dict[PaperRepeat, Callable[[Array, Array], Figures]] = {
     PaperRepeat(maker.__name__.removeprefix("_")): maker
     for maker in (
-        *(_damask, _stripe, _ticking, _trellis, _ogee, _fans, _hexlines, _gingham, _scallop, _dots, _chevron),
+        *(_damask, _stripe, _trellis, _ogee, _fans, _gingham, _scallop, _dots, _chevron),
         *(_sprig, _sunburst, _key, _arches),
     )
 }
@@ -241,6 +219,9 @@ REPEATS: dict[PaperRepeat, Callable[[Array, Array], Figures]] = {
 # Paper ----------------------------------------------------------------------------------------------------------------
 
 Inks = Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=8)]
+
+
+EMBOSS_M = 0.00006  # how far inks are raised
 
 
 class PrintedPaper(Record):
@@ -253,7 +234,6 @@ class PrintedPaper(Record):
     height_m: float = Field(0.2, gt=0.01, le=1, description="of one repeat")
     opacity: Share = Field(0.95, description="how opaque the inks are")
     sheen: Share = Field(0.1, description="how much glossier inks are")
-    emboss_m: float = Field(0.00006, ge=0, le=0.001, description="how far inks are raised")
     roughness: float = Field(0.8, ge=0.05, le=0.98, description="of the paper")
 
 
@@ -305,7 +285,7 @@ def paint_printed(params: PrintedPaper, canvas: Canvas, rng: np.random.Generator
         else:
             albedo = blend(albedo, colors[0], share)
             inked = inked * (1.0 - share)
-    height, gloss = inked * np.float32(params.emboss_m), params.roughness - 0.4 * params.sheen * inked
+    height, gloss = inked * np.float32(EMBOSS_M), params.roughness - 0.4 * params.sheen * inked
     return _paper(albedo, height, gloss, canvas, rng)
 
 

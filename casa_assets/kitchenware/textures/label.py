@@ -59,7 +59,6 @@ class Pattern(StrEnum):
     CHECKS = "checks"  # as on a tablecloth
     STRIPES = "stripes"
     RINGS = "rings"  # level lines
-    MOTIFS = "motifs"
     FADE = "fade"  # from the first colour above to the second below
 
 
@@ -93,7 +92,6 @@ class Label(Record):
     brand_ink: HexColor | None = Field(None, description="None: the choice of the layout")
     motif: Id | None = Field(None, description="a drawing of `motifs.MOTIFS`")
     motif_colors: tuple[HexColor, ...] = Field((), description="replace those of the drawing")
-    motif_size: float = Field(1.0, ge=0.3, le=2, description="by the size that the layout gives it")
     front: float = Field(0.36, ge=0.15, le=1, description="share of the width that the front takes")
     side: float = Field(0.0, ge=0, le=0.4, description="share of each of the two sides next to the front; 0: round")
     twice: bool = Field(False, description="the front is printed at the back too")
@@ -277,7 +275,7 @@ def write(
 def _motif(image: Image.Image, p: Label, area: Area, ground: str, size: float = 1.0) -> None:
     """The drawing of the label in the middle of an area."""
     if p.motif is not None:
-        half = 0.5 * min(area.width, area.height) * size * p.motif_size
+        half = 0.5 * min(area.width, area.height) * size
         # A drawing of one colour would be lost on a ground like it; one of several keeps them.
         colors = tuple(_seen_on(ground, c) for c in p.motif_colors) if len(p.motif_colors) == 1 else p.motif_colors
         MOTIFS[p.motif](Pen(image, *area.middle, half, colors))
@@ -341,13 +339,6 @@ def _strew(image: Image.Image, p: Label, inside: Area) -> None:
         case Pattern.RINGS:
             for row in rows:
                 draw.rectangle((0, row * step, wide, row * step + 0.28 * step), fill=color)
-        case Pattern.MOTIFS if p.motif is not None:
-            count = max(3, round(wide / (4.5 * unit)))
-            step = wide / count
-            for row in range(math.ceil(high / step) + 1):
-                for k in range(count + 1):
-                    at = ((k + 0.5 * (row % 2)) * step, (row + 0.5) * step)
-                    MOTIFS[p.motif](Pen(image, *at, 0.3 * step, p.motif_colors or (color,)))
         case Pattern.FADE:
             ramp = Image.linear_gradient("L").resize((wide, high))
             image.paste(Image.composite(Image.new("RGB", image.size, color), image, ramp))

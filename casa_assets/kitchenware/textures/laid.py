@@ -152,6 +152,10 @@ END_GRAIN = TextureKind("end_grain", EndGrain, paint_blocks)
 # Laid -----------------------------------------------------------------------------------------------------------------
 
 
+# How much lower the edge of a tile is than its middle.
+PILLOW_M = 0.0006
+
+
 class TiledCounter(Record):
     """Tiles with grout."""
 
@@ -163,7 +167,6 @@ class TiledCounter(Record):
     bond: float = Field(0.0, ge=0, le=1, description="how far every other row is moved along")
     checker: bool = Field(False, description="colours take turns")
     unevenness: Share = Field(0.3, description="how much tiles differ, and the glaze within one")
-    pillow_m: float = Field(0.0006, ge=0, le=0.004, description="how much lower the edge of a tile is than its middle")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.15
 
 
@@ -222,7 +225,7 @@ def paint_tiles(params: TiledCounter, canvas: Canvas, rng: np.random.Generator) 
     grout = rgb(params.grout) * (1.0 + 0.03 * sand + 0.03 * canvas.noise(0.15, 0.15, rng, 2))[..., None]
     face = smoothstep(-0.0004, 0.0008, edge)
     albedo = blend(grout, albedo, face)
-    dome = params.pillow_m * (1.0 - np.exp(-np.maximum(edge, 0.0) / 0.008)) + 0.00002 * params.unevenness * glaze
+    dome = PILLOW_M * (1.0 - np.exp(-np.maximum(edge, 0.0) / 0.008)) + 0.00002 * params.unevenness * glaze
     height = face * (0.0008 + dome) + (1.0 - face) * 0.00004 * sand
     return Layers.of(albedo, height, 0.85 + (params.roughness - 0.85) * face)
 
@@ -294,7 +297,6 @@ class MetalTooling(StrEnum):
     TURNED = "turned"  # rows of overlapping round swirls
     HAMMERED = "hammered"
     ROLLED = "rolled"  # as it left the mill
-    QUILTED = "quilted"  # pressed diamonds, as behind a diner's counter
 
 
 class SheetMetal(Record):
@@ -349,8 +351,6 @@ def _marks(params: SheetMetal, canvas: Canvas, rng: np.random.Generator) -> tupl
         bowl = np.minimum(dents.near_m / mark, 0.62) ** 2
         rim = 1.0 - smoothstep(0.0, 0.10, dents.border_m / mark)
         return 3.3 * (bowl - 0.15) + 0.4 * rim, 0.045 * mark * bowl, np.zeros_like(bowl)
-    if tooling is MetalTooling.QUILTED:
-        return _quilted(canvas, mark)
     cloud, fine = canvas.noise(0.1, 0.2, rng, 4), canvas.noise(0.004, 0.03, rng)
     return 0.5 * cloud + 0.25 * fine, 0.000001 * fine, 0.6 * cloud
 
@@ -383,17 +383,6 @@ def _turned(canvas: Canvas, size_m: float, rng: np.random.Generator) -> tuple[Ma
             tone = np.where(off < 0.75, fan - 0.8 * smoothstep(0.68, 0.75, off), tone)
     tone = np.asarray(tone + 0.2 * canvas.noise(0.002, 0.002, rng), dtype=np.float32)
     return 1.3 * tone, 0.000002 * tone, 0.5 * tone
-
-
-def _quilted(canvas: Canvas, size_m: float) -> tuple[Map, Map, Map]:
-    """Pressed cushions on the diagonal, `size_m` from tip to tip."""
-    x, y = canvas.axes()
-    columns, rows = (max(1, round(t / size_m)) for t in canvas.tile_m)
-    u, v = x * columns / canvas.tile_m[0], y * rows / canvas.tile_m[1]
-    one, two = np.abs(np.sin(np.pi * (u + v))), np.abs(np.sin(np.pi * (u - v)))
-    cushion = np.sqrt(one * two).astype(np.float32)
-    lit = (np.cos(np.pi * (u + v)) * np.sign(np.sin(np.pi * (u + v)))).astype(np.float32)
-    return 3.0 * (cushion - 0.6) + 1.2 * lit * cushion, 0.05 * size_m * cushion, np.zeros_like(cushion)
 
 
 def _spots(share: float, canvas: Canvas, rng: np.random.Generator) -> Map:

@@ -54,7 +54,6 @@ class CeramicTile(Record):
     tilt: float = Field(0.002, ge=0, le=0.05, description="standard deviation of the slope of a piece, metres a metre")
     wave_m: float = Field(0.00003, ge=0, le=0.001, description="height of the waves in the glaze")
     crackle: Share = Field(0.0, description="how plain the net of fine cracks is")
-    speckle: Share = Field(0.0, description="share of small dark specks")
     rib_count: int = Field(0, ge=0, le=16, description="relief lines along each piece; 0: none")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.14
     metallic: Share = 0.0
@@ -74,11 +73,6 @@ def paint_ceramic(params: CeramicTile, canvas: Canvas, rng: np.random.Generator)
         thin = np.exp(-np.maximum(rim_m, 0.0) / 0.0025) + 0.35 * smoothstep(0.9, 2.4, glaze)
         share = params.glaze_pooling * np.clip(0.55 * thin, 0.0, 0.7)
         albedo = blend(albedo, rgb(params.body) * albedo**0.4, share)
-    if params.speckle > 0:
-        dots = canvas.noise(0.004, 0.004, rng) + 0.5 * canvas.noise(0.009, 0.009, rng)
-        edge = 3.2 - 1.6 * params.speckle
-        dots = smoothstep(edge, edge + 0.3, dots * (0.4 + 0.6 * canvas.resolved(0.004, 0.004)))
-        albedo = albedo * (1.0 - 0.55 * dots)[..., None]
     if params.crackle > 0:
         albedo = albedo * (1.0 - 0.16 * params.crackle * _cracks(canvas, rng))[..., None]
     height = _relief(params, pieces, glaze, rng)

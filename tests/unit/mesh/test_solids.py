@@ -148,7 +148,7 @@ Surface = tuple[Floats, Ints]
 SAME = 0.01
 
 
-def box(x: float, y: float, z: float) -> Surface:
+def cuboid(x: float, y: float, z: float) -> Surface:
     mesh = box_mesh((x, y, z), (0.3, 0.1, 0.0), shared=True)
     return mesh.vertices, mesh.faces.astype(np.int64)
 
@@ -183,7 +183,12 @@ def finer(surface: Surface) -> Surface:
     return corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
 
 
-EVERY = {"mug": mug(), "box": box(0.1, 0.2, 0.3), "cube": box(0.2, 0.2, 0.2), "tray": box(0.3, 0.3, 0.02)}
+EVERY = {
+    "mug": mug(),
+    "box": cuboid(0.1, 0.2, 0.3),
+    "cube": cuboid(0.2, 0.2, 0.2),
+    "tray": cuboid(0.3, 0.3, 0.02),
+}
 
 
 def test_a_copy_has_the_same_form_and_lies_on_the_original(subtests: pytest.Subtests) -> None:
@@ -204,8 +209,8 @@ def test_what_differs_does_not_lie_on_it(subtests: pytest.Subtests) -> None:
     for one, other in [
         (mug(), mug(height=0.135)),
         (mug(), mug(handle=0.045)),
-        (box(0.1, 0.2, 0.3), box(0.1, 0.2, 0.33)),
-        (box(0.2, 0.2, 0.2), box(0.2, 0.2, 0.23)),
+        (cuboid(0.1, 0.2, 0.3), cuboid(0.1, 0.2, 0.33)),
+        (cuboid(0.2, 0.2, 0.2), cuboid(0.2, 0.2, 0.23)),
     ]:
         with subtests.test(one=one, other=other):
             found = align(sampled_surface(*one), sampled_surface(*shuffled(other, 5)))
