@@ -210,18 +210,6 @@ class TestOpenings:
             assert found.open_share is not None
             assert found.open_share >= 0.85
 
-    def test_a_bowl_with_a_small_hole_is_fixed_first(self) -> None:
-        bends = np.linspace(0.0, 1.3, 20)
-        inner = [(0.05 * np.sin(t), 0.056 - 0.05 * np.cos(t)) for t in bends]
-        bowl = turned([*inner, *((r * 1.12, (z - 0.056) * 1.12 + 0.056) for r, z in inner[::-1])], 48)
-        middle = np.abs(bowl.vertices[bowl.faces].mean(axis=1)[:, 2] - 0.008)
-        torn = Mesh(vertices=bowl.vertices, faces=np.delete(bowl.faces, int(middle.argmin()), axis=0))
-        out = collide(draft(torn), category("bowl"), PARAMS, never)
-        assert len(out.colliders) > 4
-        assert not is_touched(out, (0.0, 0.0, 0.03))
-        [guess] = [g for g in out.guesses if g.subject == "collision"]
-        assert "small holes were closed" in guess.reason
-
 
 class TestCuts:
     def test_an_angle_is_two_boxes(self) -> None:
@@ -275,19 +263,6 @@ class TestLadder:
         assert len(out.colliders) == 1
         assert is_touched(out, (0.0, 0.0, 0.05))
         assert {n.code for n in out.notes} == {"MSH019", "MSH020", "REV001"}
-
-    @pytest.mark.parametrize("hulls", [walls(CUP)[:1], walls(CUP) * 3], ids=["covers little", "too many"])
-    def test_an_answer_that_is_not_taken(self, hulls: list[Floats]) -> None:
-        out = collide(draft(CUP), category("mug"), PARAMS, Fake({"coacd": hulls, "vhacd": hulls}))
-        assert len(out.colliders) == 1
-        assert codes(out.notes) == ["MSH020", "REV001"]
-
-
-def test_many_pieces_stay_within_the_budget() -> None:
-    draw = np.random.default_rng(0)
-    crumbs = joined(*(moved(BOX, tuple(o), 0.3) for o in draw.random((60, 3)).tolist()))
-    out = collide(draft(crumbs), category("object"), PARAMS, Fake({}))
-    assert 1 <= len(out.colliders) <= PARAMS.hull_count
 
 
 def test_a_line_is_refused() -> None:
@@ -365,16 +340,6 @@ def test_a_wall_with_loose_ends_is_a_full_can() -> None:
     assert found.solid.volume() == pytest.approx(np.pi * 0.03**2 * 0.1, rel=0.05)
     assert covers_surface(found.solid, points, faces, grid)
     assert "lids on 1" in found.steps
-
-
-def test_a_whisk_of_flat_wires_is_no_solid_lump() -> None:
-    handle = box((0.02, 0.02, 0.1), (0.0, 0.0, 0.05))
-    wire = moved(SHEET, (0.0, -0.002, 0.0), matrix=np.diag([0.4, 0.04, 1.0]))
-    upright = np.eye(3)[::-1]
-    turned_ = [moved(wire, (0.0, 0.0, 0.1 + 0.03 * k), matrix=upright) for k in range(2)]
-    out = collide(draft(handle, *(joined(w, flipped(w)) for w in turned_)), category("whisk"), CollideParams())
-    assert len(out.colliders) > 1
-    assert all(np.ptp(p.shape.mesh.vertices, axis=0).min() > 5e-4 for p in out.colliders if isinstance(p.shape, Hull))
 
 
 @pytest.mark.parametrize(("depth", "y", "is_one"), [(0.04, -0.31, True), (0.3, -0.4, False)])
@@ -495,21 +460,6 @@ def around(*shapes: PlacedShape) -> Solid:
         assert isinstance(shape.shape, Hull)
         found += solid(shape.shape.mesh)
     return found
-
-
-def test_a_hull_on_a_flat_foot_stands_on_a_box_within_its_outline() -> None:
-    can = hull(prism(24, 0.05, 0.1))
-    raised, box = on_flat_foot([can], around(can))
-    assert isinstance(box.shape, Box)
-    low, high = shape_bounds(box.shape, box.pose)
-    assert low[2] == pytest.approx(0.0)
-    assert high[2] == pytest.approx(FOOT_M)
-    assert np.hypot(*box.shape.size[:2]) <= 2 * 0.05 + 1e-9
-    assert min(box.shape.size[:2]) > 0.06
-    # What is above the foot is as it was; the box alone touches the floor.
-    bounds = shape_bounds(raised.shape, raised.pose)
-    assert bounds[0, 2] == pytest.approx(FOOT_M / 2)
-    assert bounds[1] == pytest.approx([0.05, 0.05, 0.1])
 
 
 def test_a_turned_foot_gets_a_turned_box() -> None:

@@ -91,20 +91,6 @@ class TestSolid:
         assert out.guesses[-1].confidence < 0.5
 
 
-def test_shapes_that_overlap_are_united_before_they_are_weighed() -> None:
-    shell = Mesh(vertices=BLOCK.vertices, faces=BLOCK.faces[2:])
-    half = Pose(position=(0.2 - 0.0125, 0.1, 0.03))
-    out = mass(
-        with_shapes(shell, (Box(size=SIZE), Pose(position=(0.2, 0.1, 0.03))), (Box(size=(0.035, 0.07, 0.055)), half)),
-        category("toaster"),
-        CLAY,
-        SLACK,
-    ).inertial
-    assert out is not None
-    assert out.center_of_mass == pytest.approx((0.2, 0.1, 0.03))
-    assert out.inertia == pytest.approx(box_inertia(out.mass, *SIZE), rel=1e-6, abs=1e-12)
-
-
 def test_the_thinnest_bodies_have_a_tensor_that_can_be(subtests: pytest.Subtests) -> None:
     for needle in [False, True]:
         for tilt in [(1, 0, 0, 0), (0.9, 0.1, 0.2, 0.3)]:
@@ -161,14 +147,6 @@ def test_together(kilograms: tuple[float, ...], kg: tuple[float, float], confide
         assert found.ratio > 3
     if kilograms[0] == 50.0:
         assert "a mug weighs 0.25 to 0.5 kg" in found.message
-
-
-def test_the_air_in_what_is_sold_by_the_box_is_that_of_the_category() -> None:
-    kind = category("boxed_food")
-    a, b, c = (side.typical for side in kind.extents)
-    assert of(box((a, b, c)), "boxed_food")[EstimateMethod.MATTER] == pytest.approx(
-        kind.mass_kg.typical / 0.85, rel=0.05
-    )
 
 
 SOLID_BLOCK = box_mesh((0.2, 0.1, 0.1), (0, 0, 0.05), shared=True)

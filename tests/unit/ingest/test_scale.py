@@ -47,12 +47,6 @@ def test_a_stated_unit_that_fits_is_believed(subtests: pytest.Subtests) -> None:
             assert out.metres_per_unit == 1.0
 
 
-def test_a_stated_metre_that_makes_a_house_of_a_mug_is_not_believed() -> None:
-    out = measured(moved(MUG, scale=100), unit=1.0)
-    assert longest(out) == pytest.approx(MUG_SIZE)
-    assert codes(out.notes) == ["MSH014", "REV003"]
-
-
 def test_a_normalised_model_and_one_of_an_absurd_size_get_the_usual_size(subtests: pytest.Subtests) -> None:
     for size, unit in [(1.0, None), (2.0, None), *((s, 1.0) for s in (1e-12, 1e-6, 3e3, 1e9, 1e15))]:
         with subtests.test(size=size):
@@ -60,15 +54,6 @@ def test_a_normalised_model_and_one_of_an_absurd_size_get_the_usual_size(subtest
             assert longest(out) == pytest.approx(category("mug").longest_m.typical, rel=0.05)
             assert "usual_size" in out.guesses[0].value
             assert unit is None or out.guesses[0].confidence <= 0.85
-
-
-def test_the_result_is_within_the_range_of_the_category(subtests: pytest.Subtests) -> None:
-    for size in [1e-3, 0.05, 0.3, 1.0, 7.0, 40.0, 180.0, 2000.0]:
-        for name in ["mug", "knife", "object", "refrigerator", "strawberry"]:
-            with subtests.test(name=name, size=size):
-                span = category(name).longest_m
-                for unit in (None, 1.0):
-                    assert span.low / 1.2001 <= longest(measured(sized(size), name, unit=unit)) <= span.high * 1.2001
 
 
 def test_no_size_is_refused(subtests: pytest.Subtests) -> None:
@@ -108,9 +93,3 @@ def test_a_length_or_a_volume_in_the_words_counts_where_it_makes_a_usual_size(su
     ]:
         with subtests.test(words=words, size=size):
             assert longest(measured(sized(1), "mug", words)) == pytest.approx(size, rel=rel)
-
-
-def test_a_persons_word_is_the_size() -> None:
-    out = scale(draft(moved(MUG, scale=7.0), unit=1.0), category("mug"), 1.2, ["9 cm"], override_size_m=0.31)
-    assert longest(out) == pytest.approx(0.31)
-    assert (out.guesses[0].confidence, codes(out.notes)) == (1.0, [])

@@ -225,16 +225,6 @@ def test_pictures_are_found_inside_the_package_only(
             assert codes_of(model) == ({code} if code else set())
 
 
-def test_moving_a_package_keeps_its_digest(tmp_path: Path) -> None:
-    digests = set()
-    for name in ("a", "b/c"):
-        path = obj_with_map(tmp_path / name, "t.png")
-        write(path.parent / "t.png", png(QUARTERS))
-        ((one,), _) = inputs_of(path)
-        digests.add(collect(one, LIMITS).sha256)
-    assert len(digests) == 1
-
-
 def test_links_out_of_the_package_are_not_followed(tmp_path: Path) -> None:
     root = tmp_path / "package"
     path = obj_with_map(root, "link.png")
@@ -244,14 +234,6 @@ def test_links_out_of_the_package_are_not_followed(tmp_path: Path) -> None:
     (root / "link.png").unlink()
     (root / "far").symlink_to(tmp_path)
     assert codes_of(load_path(obj_with_map(root, "far/secret.png"))) == {rejection_codes.LINK_IGNORED}
-
-
-def test_a_folder_input_may_reach_its_siblings_and_gazebo_layouts_are_known(tmp_path: Path) -> None:
-    path = obj_with_map(tmp_path / "cup/meshes", "../materials/textures/t.png")
-    write(tmp_path / "cup/materials/textures/t.png", png(QUARTERS))
-    assert codes_of(load_path(path)) == set()
-    (one,) = found(tmp_path).values()
-    assert set(collect(one, LIMITS).files) == {"x.obj", "m.mtl", "../materials/textures/t.png"}
 
 
 def test_a_gltf_without_its_buffer_is_refused(

@@ -94,13 +94,6 @@ class TestPainted:
         assert material.base_color_texture is None
         assert material.base_color == pytest.approx((0.5029, 0, 0.5, 1), abs=1e-3)
 
-    def test_a_picture_goes_before_vertex_colours(self) -> None:
-        mesh = Mesh(vertices=BOX.vertices, faces=BOX.faces, uv=BOX.uv, colors=np.eye(24, 4).astype(np.uint8))
-        out = done(part(mesh, Material(id="m", base_color_texture=CHECKER))).parts[0]
-        assert out.material.base_color_texture == CHECKER
-        assert out.mesh.uv is not None
-        assert (out.mesh.uv == mesh.uv).all()
-
 
 class TestAlpha:
     @pytest.mark.parametrize(("alpha", "shown", "notes"), [(0.0, 1.0, ["MSH018"]), (0.3, 0.3, [])])
@@ -136,13 +129,6 @@ class TestMerging:
         merged = out.parts[0].mesh
         corners = np.concatenate([boxes[k].vertices[boxes[k].faces] for k in (0, 2)])
         assert (merged.vertices[merged.faces] == corners).all()
-
-
-def test_the_defaults_of_gltf_yield_to_the_substance() -> None:
-    unstated = done(part(BOX, Material(id="m", metallic=1.0, roughness=1.0))).parts[0].material
-    assert (unstated.metallic, unstated.roughness) == (CERAMIC.metallic, CERAMIC.roughness)
-    stated = done(part(BOX, Material(id="m", metallic=1.0, roughness=0.2))).parts[0].material
-    assert (stated.metallic, stated.roughness) == (1.0, 0.2)
 
 
 ROW = kind_of(loose(carton()))
@@ -248,12 +234,3 @@ def test_a_sheet_with_faces_in_both_directions_keeps_both_sides() -> None:
     assert {tuple(sorted(f)) for f in few.faces[: len(few.faces) // 2].tolist()} == {
         tuple(sorted(f)) for f in few.faces[len(few.faces) // 2 :].tolist()
     }
-
-
-def test_something_is_left_of_faulty_meshes(subtests: pytest.Subtests) -> None:
-    for faces in [[[0, 0, 1], [1, 1, 1]], [[0, 1, 2]], [[0, 1, 2], [0, 1, 3], [0, 1, 4], [1, 0, 4]]]:
-        with subtests.test(faces=faces):
-            places = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1], [1e6, 0, 0]], dtype=np.float64)
-            few = simplified(Mesh(vertices=places, faces=np.array(faces, dtype=np.int32)), 12)
-            assert 0 < len(few.faces) <= len(faces)
-            assert np.ptp(few.vertices[few.faces]) <= 1

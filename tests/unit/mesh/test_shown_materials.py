@@ -6,10 +6,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from casa_assets.asset.shown_materials import ShownMaterials, open_sides
+from casa_assets.asset.shown_materials import ShownMaterials
 from casa_assets.model.asset.asset import Visual
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.parts import Box, Cylinder, Mesh
+from casa_assets.model.asset.parts import Box, Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from tests.support.mesh.meshes import box_mesh, texture
@@ -58,14 +58,6 @@ class TestMaterial:
         assert found is not None
         assert found.material.id == "oak"
 
-    def test_what_is_round_has_no_picture(self) -> None:
-        found = shown((box_mesh((0.1, 0.1, 0.4), (0.0, 0.0, 0.0)), "oak")).on(
-            Cylinder(radius=0.05, height=0.4), Pose(), OPEN
-        )
-        assert found is not None
-        assert found.material.id == "oak"
-        assert found.turn is None
-
 
 class TestPicture:
     def lies(self, size: Vec3, pose: Pose | None = None) -> np.ndarray:
@@ -95,12 +87,3 @@ class TestPicture:
         assert found is not None
         assert found.turn is not None
         assert abs(found.turn[1, 0]) == 1.0
-
-
-def test_sides_with_something_before_them_are_not_open() -> None:
-    left, right = Pose(position=(-0.5, 0.0, 0.0)), Pose(position=(0.5, 0.0, 0.0))
-    small = (Box(size=(0.2, 0.2, 0.2)), Pose(position=(0.0, 0.0, 2.0)))
-    found = open_sides([(Box(size=(1.0, 1.0, 1.0)), left), (Box(size=(1.0, 1.0, 1.0)), right), small])
-    expected = np.ones((3, 6), dtype=bool)
-    expected[0, 1] = expected[1, 0] = False
-    assert np.array_equal(found, expected)

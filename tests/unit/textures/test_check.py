@@ -24,7 +24,6 @@ from casa_assets.textures.check import (
     check_pictures,
     check_set,
     jump,
-    pictures_of,
     repair,
     seam,
 )
@@ -35,7 +34,6 @@ from casa_assets.textures.distance import (
     describe_texture,
     distance,
     oklab,
-    pairwise,
 )
 from casa_assets.textures.finish import finish, normals, swatch
 from casa_assets.textures.run.recipes import recipes
@@ -140,16 +138,6 @@ def test_a_set_is_full_and_varied() -> None:
     assert [(i.code, i.pointer) for i in twins.issues] == [("TEX013", "one_0 one_1")]
 
 
-def test_finish_of_a_recipe_decodes_to_what_was_painted() -> None:
-    recipe = recipes()[Surface.WALL]["subway_white_bevel"]
-    layers = make(recipe, 128)
-    pictures = pictures_of(finish(recipe.id, recipe.tile_m, layers, STONE))
-    np.testing.assert_allclose(pictures.base / 255, layers.albedo, atol=0.003)
-    rows, columns = (n // 2 for n in layers.roughness.shape)
-    blocks = layers.roughness[: 2 * rows, : 2 * columns].reshape(rows, 2, columns, 2).mean(axis=(1, 3))
-    np.testing.assert_allclose(pictures.rough / 255, blocks, atol=0.003)
-
-
 def test_normals_have_the_slope_of_the_relief_in_metres() -> None:
     x = np.linspace(0.0, 2.0 * np.pi, 256, endpoint=False)[None, :]
     relief = np.broadcast_to(0.01 * np.sin(x), (256, 256)).astype(np.float32)
@@ -160,13 +148,6 @@ def test_normals_have_the_slope_of_the_relief_in_metres() -> None:
     assert slope[0, 0] > 0.0  # it rises to the right, so its normal leans to the left
     down = normals(np.ascontiguousarray(relief.T), (0.5, 0.5)).astype(np.float64) / 127.5 - 1.0
     assert down[0, 0, 1] > 0.05  # it rises downwards, so its normal leans up: y is up
-
-
-def test_a_finish_without_a_tile_is_refused() -> None:
-    made = finish("x", (1.0, 1.0), make(recipes()[Surface.WALL]["tin_ceiling_white"], 64), STONE)
-    bare = made.replace(material=made.material.replace(normal_texture=None))
-    with pytest.raises(ValueError, match="lacks"):
-        pictures_of(bare)
 
 
 def test_png_bytes_are_the_same_each_time_and_hold_no_metadata() -> None:
@@ -243,15 +224,6 @@ def test_repair_leaves_a_picture_that_repeats(lit: bool) -> None:
     assert all(0.55 * old <= new <= old for new, old in zip(repaired.shape[:2], cut.shape[:2], strict=True))
 
 
-def test_repair_keeps_whole_bricks() -> None:
-    """Cut amid a brick, the bond goes on over the repaired border: it still has the period of the wall."""
-    cut = bricks()[:220, :225]  # 7.3 rows, 5.6 bricks
-    repaired = repair(cut)
-    rows, columns = repaired.shape[:2]
-    assert rows / 30 == pytest.approx(6, abs=0.25)  # an even number of rows, or the bond would break
-    assert columns / 40 == pytest.approx(round(columns / 40), abs=0.15)
-
-
 TILE = (0.8, 0.8)
 
 
@@ -265,39 +237,6 @@ def stripes(seed: int = 1, across_m: float = 0.02, color: tuple[float, float, fl
 
 def seen(albedo: Map) -> TextureDescriptor:
     return describe_texture(albedo, TILE)
-
-
-def test_what_is_plainly_different_is_far(subtests: pytest.Subtests) -> None:
-    for other in [
-        stripes(1, color=(0.6, 0.55, 0.5)),
-        stripes(1, color=(0.55, 0.5, 0.5)),
-        stripes(1, across_m=0.1),
-        stripes(1).swapaxes(0, 1),
-        stripes(1) * 0 + stripes(1).mean(axis=(0, 1)),
-    ]:
-        with subtests.test(other=other):
-            assert distance(seen(stripes(1)), seen(other)) > NEARLY_ALIKE
-
-
-def test_size_in_metres_counts_not_pixels() -> None:
-    """The same picture on a tile of twice the size has stripes twice as wide."""
-    assert distance(describe_texture(stripes(1), (0.8, 0.8)), describe_texture(stripes(1), (1.6, 1.6))) > 0.8
-    fine, coarse = stripes(1), stripes(1)[::2, ::2]
-    assert distance(seen(fine), seen(coarse)) < 0.5
-
-
-def test_pairs_are_sorted_and_below_the_limit() -> None:
-    looks = {"a": seen(stripes(1)), "b": seen(stripes(2)), "c": seen(stripes(1, color=(0.2, 0.3, 0.5)))}
-    pairs = closest_pairs(looks)
-    assert pairs[0][1:] == ("a", "b")
-    assert [p[0] for p in pairs] == sorted(p[0] for p in pairs)
-    assert len(pairs) == 3
-    assert [p[1:] for p in closest_pairs(looks, below=NEARLY_ALIKE)] == [("a", "b")]
-    table = pairwise(list(looks.values()))
-    assert table[0, 1] == pytest.approx(pairs[0][0])
-    assert np.array_equal(table, table.T)
-    assert pairwise([]).shape == (0, 0)
-    assert closest_pairs({}) == ()
 
 
 def test_oklab_of_known_colours() -> None:

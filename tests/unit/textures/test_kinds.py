@@ -13,7 +13,7 @@ from casa_assets.kitchenware.textures import covering, laid, wall_panels
 from casa_assets.kitchenware.textures import stone as slabs
 from casa_assets.kitchenware.textures.covering import REPEATS, PaperRepeat
 from casa_assets.kitchenware.textures.floors import Encaustic
-from casa_assets.kitchenware.textures.fronts import FrontFace, PaintCoat, PaintedFront, PressedFront
+from casa_assets.kitchenware.textures.fronts import PaintCoat, PaintedFront
 from casa_assets.kitchenware.textures.label import Label, Layout, Lettering, front, lines_in_picture
 from casa_assets.kitchenware.textures.make import COUNTERS, FLOORS, FRONTS, WALLS, make
 from casa_assets.kitchenware.textures.motif import DESIGNS, TileDesign
@@ -123,29 +123,6 @@ def test_paint_has_its_colour(coat: PaintCoat) -> None:
         assert across > 4 * along
 
 
-def test_grooves_and_ribs_are_counted() -> None:
-    boards = painted(PaintedFront(color="#c0c0c0", groove_spacing_m=0.1), "p")
-    assert runs(boards.height_m[5]) == 6
-    for face in (FrontFace.RIBBED, FrontFace.FLUTED):
-        front = PressedFront(color="#c0c0c0", second="#a0a0a0", face=face, pitch_m=0.03)
-        made = painted(front, "p")
-        assert runs(made.height_m[5]) == 20
-        assert np.ptp(made.height_m, axis=0).max() == pytest.approx(0.0, abs=1e-6)
-
-
-def test_faces_tile_and_lie_between_their_colours(subtests: pytest.Subtests) -> None:
-    for face in list(FrontFace):
-        with subtests.test(face=face):
-            front = PressedFront(color="#b0a898", second="#807868", face=face, strength=0.7, pitch_m=0.03)
-            made = painted(front, "p")
-            assert seam(made.albedo).worst < 1.6
-            assert seam(made.height_m[..., None] * 500).worst < 1.6
-            assert made.albedo[..., 0].mean() < 0.72
-            assert made.albedo[..., 0].mean() > 0.35
-            again = painted(front, "p")
-            assert made.albedo.tobytes() == again.albedo.tobytes()
-
-
 WHITE, BLACK = "#ffffff", "#000000"
 PALETTE = WoodPalette(light="#d8b98a", dark="#8a5a30", pore="#5a3a20", heart="#402818", variety=0.0)
 QUIET = WoodSpecies(contrast=0.0, pores=0.0, fibre=0.0, clouds=0.0)
@@ -167,40 +144,6 @@ def ink_of(vein: slabs.Vein) -> float:
     """Share of a white stone that a family of black veins covers."""
     stone = slabs.VeinedStone(ground=WHITE, cloud=WHITE, cloudy=0, crystal=0, veins=(vein,))
     return 1.0 - float(painted(stone, "v", seed=2).albedo.mean())
-
-
-def test_veins_have_their_width() -> None:
-    """Twice the width is about twice the ink."""
-    for course in slabs.VeinCourse:
-        vein = slabs.Vein(
-            color=BLACK, strength=1, course=course, spacing_m=0.15, width_m=0.006, bleed=0, gaps=0, wobble=0.2
-        )
-        ink = ink_of(vein)
-        assert ink > 0.01
-        assert 1.5 < ink_of(vein.replace(width_m=0.012)) / ink < 2.5
-
-
-def test_chips_lie_beside_each_other() -> None:
-    """Large and small chips cover their places, a small one never on a large one."""
-    large = slabs.ChipSize(colors=(BLACK,), size_m=0.05, share=1.0, spread=0)
-    small = slabs.ChipSize(colors=("#ff0000",), size_m=0.01, share=1.0, spread=0)
-    made = painted(slabs.MadeStone(binder=WHITE, clouds=0, chips=(large, small)), "m").albedo
-    alone = painted(slabs.MadeStone(binder=WHITE, clouds=0, chips=(large,)), "m").albedo
-    inside = alone.max(axis=2) < 0.02
-    assert 0.2 < inside.mean() < 0.9
-    assert made[inside].max() < 0.05
-    assert ((made[..., 0] > 0.8) & (made[..., 1] < 0.2)).mean() > 0.02
-
-
-def test_staves_lie_along_the_counter_and_are_as_wide_as_stated() -> None:
-    """0.6 m hold ten staves of 0.06 m, each of one tone from end to end, with a dark line between two."""
-    staves = laid.ButcherBlock(species=QUIET, palette=PALETTE.replace(variety=1.0), stave_m=0.06, length_m=0.6)
-    made = painted(staves, "s").albedo[..., 0]
-    bodies = made.reshape(10, 24, 240)[:, 4:-4]
-    assert len(np.unique(bodies.mean(axis=(1, 2)).round(3))) == 10
-    assert np.ptp(bodies, axis=(1, 2)).max() < 0.01
-    lines = made.reshape(10, 24, 240)[:, [0, -1]].mean(axis=(1, 2))
-    assert np.all(lines < bodies.mean(axis=(1, 2)) - 0.02)
 
 
 def test_tiles_and_joints_are_as_wide_as_stated() -> None:
@@ -246,27 +189,6 @@ def test_subway_tiles_are_as_large_as_stated() -> None:
 
 
 SQUARES = Laying(pattern=LayingPattern.RUNNING, width_m=0.1, length_m=0.1)
-
-
-def test_grout_lies_lower_and_is_rougher() -> None:
-    joint = Joint(width_m=0.004, depth_m=0.001)
-    params = wall_panels.CeramicTile(laying=SQUARES, joint=joint, colors=(WHITE,), roughness=0.1, tilt=0)
-    made = painted(params, "t", Canvas((400, 400), (0.4, 0.4)))
-    assert made.height_m[50, 50] - made.height_m[0, 0] > 0.0008
-    assert made.roughness[0, 0] - made.roughness[50, 50] > 0.5
-
-
-def test_boards_are_as_wide_as_stated(subtests: pytest.Subtests) -> None:
-    for profile in wall_panels.BoardProfile:
-        with subtests.test(profile=profile):
-            params = wall_panels.PaintedBoards(
-                color="#808080", profile=profile, pitch_m=0.1, gap_m=0.012, depth_m=0.005, grain=0.0
-            )
-            made = painted(params, "b", Canvas((100, 400), (0.8, 0.2)))
-            relief = made.height_m.mean(axis=0)
-            assert runs(relief) == (16 if profile is wall_panels.BoardProfile.BEAD else 8)
-            level = painted(params.replace(horizontal=True), "b", Canvas((400, 100), (0.2, 0.8)))
-            np.testing.assert_array_equal(level.height_m, made.height_m.T)
 
 
 def test_designs_use_all_their_inks_and_go_on_over_the_joint(subtests: pytest.Subtests) -> None:

@@ -10,22 +10,18 @@ import pytest
 
 from casa_assets.core.numeric import rng_for
 from casa_assets.textures import wood
-from casa_assets.textures.canvas import Canvas, Layers, Map, blur, fbm, gradient, rgb, ridged, worley
+from casa_assets.textures.canvas import Canvas, Layers, Map, blur, fbm, gradient, ridged, worley
 from casa_assets.textures.check import seam
 from casa_assets.textures.laying import Laying, LayingPattern, lay
 from casa_assets.textures.pieces import (
     Joint,
     PieceMap,
     Slab,
-    box,
-    disc,
     gap,
     inlay,
-    polygon,
     whole,
 )
 from casa_assets.textures.wood import GrainMaps, GrowthRings, SawCut, WoodPalette, WoodSpecies, grain_maps
-from tests.support.library.pictures import steps
 
 pytestmark = pytest.mark.content("code", "textures", keep=0)
 
@@ -98,14 +94,6 @@ def test_a_picture_that_holds_no_whole_number_and_rows_that_do_not_close_are_err
     laying = Laying(pattern=LayingPattern.RUNNING, width_m=0.1, length_m=0.2, bond=0.5)
     with pytest.raises(ValueError, match="do not close"):
         lay(laying, Canvas((50, 40), (0.4, 0.5)), rng_for(1, "x"))
-
-
-def test_outlines_measure_the_distance_to_the_edge() -> None:
-    u, v = np.array([[0.0, 0.4, 2.0]]), np.array([[0.0, 0.1, 0.0]])
-    np.testing.assert_allclose(box(0.5, 1.0)(u, v), [[0.5, 0.1, -1.5]], atol=1e-6)
-    np.testing.assert_allclose(disc(1.0)(u, v), [[1.0, 1.0 - np.hypot(0.4, 0.1), -1.0]], atol=1e-6)
-    square = polygon([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
-    np.testing.assert_allclose(square(u, v), [[0.5, 0.1, -1.5]], atol=1e-6)
 
 
 def test_a_joint_covers_its_width_at_any_resolution() -> None:
@@ -189,23 +177,9 @@ def test_boards_tile(subtests: pytest.Subtests) -> None:
                 assert seam(made.height_m[..., None] * 1000).worst < 1.8
 
 
-def test_the_grain_runs_along_the_height(subtests: pytest.Subtests) -> None:
-    for cut in list(SawCut):
-        with subtests.test(cut=cut):
-            across, along = steps(board(PLAIN, cut, leaves=3).albedo[..., 0])
-            assert across > (1.2 if cut is SawCut.ROTARY else 2.0) * along
-
-
 def test_a_straight_cut_has_the_years_of_its_species() -> None:
     """0.8 m of years of 0.02 m are 40 years, on every row."""
     ring = grain(PLAIN, SawCut.QUARTER).ring
     for row in ring[::40]:
         starts = np.sum((row < 0.5) & (np.roll(row, -1) >= 0.5))
         assert starts == pytest.approx(40, abs=2)
-
-
-def test_colours_are_those_of_the_palette() -> None:
-    quiet = WoodSpecies(rings=GrowthRings.DIFFUSE, contrast=0.0, pores=0.0, fibre=0.0, clouds=0.0)
-    mean = board(quiet, SawCut.RIFT).albedo.mean(axis=(0, 1))
-    assert mean == pytest.approx(rgb(PALETTE.light), abs=0.02)
-    assert board(quiet, streaks=0.8).albedo.mean() < mean.mean() - 0.05

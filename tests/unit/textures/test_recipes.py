@@ -32,12 +32,6 @@ def root(tmp_path: Path) -> Path:
     return target
 
 
-def test_a_sound_recipe_is_read_with_its_defaults(root: Path) -> None:
-    found = recipes(root)[Surface.WALL]["one"]
-    assert found.surface is Surface.WALL
-    assert '"technique":"roller"' in found.params
-
-
 def test_a_fault_names_its_file_line_and_place(root: Path, subtests: pytest.Subtests) -> None:
     for old, new, pointer in (
         ("kind: plaster", "kind: plastic", "one.kind"),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 import sys
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -81,16 +80,6 @@ def test_a_row_without_bytes_or_with_too_many_is_refused(tmp_path: Path) -> None
         with pytest.raises(Rejected) as refused:
             collect(one, {**LIMITS, "input_bytes": 10})
         assert refused.value.code == code
-
-
-def test_a_table_of_other_things_is_counted_unless_it_is_named(tmp_path: Path) -> None:
-    path = write(tmp_path / "t.parquet", {"mass": [1.0], "picture": [b"png"], "name": ["x"]})
-    others: Counter[str] = Counter()
-    assert inputs_of(tmp_path, others) == ([], [])
-    assert +others == {"tables and settings": 1}
-    found, (refused,) = inputs_of(path)
-    assert (found, refused.code) == ([], codes.WRONG_TYPE)
-    assert "it has mass, picture, name" in refused.message
 
 
 def test_broken_tables_are_refused_and_end_nothing(tmp_path: Path) -> None:

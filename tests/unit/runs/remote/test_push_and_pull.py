@@ -283,18 +283,6 @@ def test_an_entry_of_another_category_takes_the_place_of_the_older(library: disk
     assert public_differences(other.root, library.root) == []
 
 
-def test_what_the_library_alone_has_is_not_removed_unasked(library: disk.Library, tmp_path: Path) -> None:
-    store, other = FaultyStore(), disk.Library(tmp_path / "other")
-    pushed(library, store)
-    pulled(store, other)
-    remove_last(library)
-    pushed(library, store, Extra.REMOVE)
-    with pytest.raises(OutputError, match=r"has an entry that memory://library lacks"):
-        pulled(store, other)
-    pulled(store, other, Extra.REMOVE)
-    assert public_differences(other.root, library.root) == []
-
-
 def test_an_unfinished_library_is_not_pulled_unasked(library: disk.Library, tmp_path: Path) -> None:
     store, other = FaultyStore(), disk.Library(tmp_path / "other")
     with pytest.raises(OutputError, match="holds no library"):
