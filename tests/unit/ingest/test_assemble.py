@@ -28,7 +28,6 @@ from tests.support.mesh.raw_models import Floats, brief, draft, joined, moved
 from tests.support.mesh.solids import box
 
 BODY = moved(box_mesh((0.1, 0.2, 0.3), (0, 0, 0)), (1 / 3, -2 / 7, 0.7))
-LONE = Mesh(vertices=[[0.3, -0.2, 0.9], [0.4, -0.2, 0.9], [0.3, -0.3, 0.9]], faces=[[0, 1, 2]])
 SHARED = moved(box_mesh((0.1, 0.2, 0.3), (0, 0, 0), shared=True), (1 / 3, -2 / 7, 0.7))
 TILT = Pose(position=(1 / 3, -2 / 7, 0.7), quaternion=(0.9, 0.1, 0.3, 0.2))
 INERTIAL = Inertial(mass=1.5, center_of_mass=(1 / 3, -2 / 7, 0.7), inertia=(0.02, 0.02, 0.02, 0.0, 0.0, 0.0))
@@ -108,9 +107,6 @@ class TestNumbers:
         assert volumes.max() <= 1e-6 * size**3
 
 
-class TestVisuals:
-
-
 class TestWords:
     def test_labels_and_provenance(self) -> None:
         state = ready()
@@ -158,7 +154,6 @@ class TestGrasp:
         assert body.width == pytest.approx(0.06, abs=1e-4)
         assert body.approach == pytest.approx((0, 0, -1), abs=0.02)
         assert abs(body.closing[2]) < 0.02
-
 
     def test_a_mug_has_a_rim_and_a_handle(self) -> None:
         row = ROW.replace(build=MatterFill.VESSEL, front=FrontRule.HANDLE)

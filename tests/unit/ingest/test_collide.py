@@ -316,7 +316,6 @@ class TestBounds:
         assert gap.max() <= PARAMS.box_bound(0.2)
 
 
-SMALL_BOX = box((0.1, 0.06, 0.04), (0.0, 0.0, 0.02))
 SHEET = Mesh(vertices=[[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0]], faces=[[0, 1, 2], [0, 2, 3]])
 # A can as kits model it: a wall without ends, and two ends that touch it and share no point with it.
 WALL = turned([(0.03, 0.1), (0.03, 0.0)], 24)

@@ -24,7 +24,6 @@ from casa_assets.textures.distance import oklab
 from casa_assets.textures.laying import Laying, LayingPattern
 from casa_assets.textures.pieces import Joint
 from casa_assets.textures.run.recipes import recipes
-from casa_assets.textures.wood import WoodPalette, WoodSpecies
 from tests.support.library.pictures import painted, runs, steps
 
 pytestmark = pytest.mark.content("code", "textures", keep=0)
@@ -124,8 +123,6 @@ def test_paint_has_its_colour(coat: PaintCoat) -> None:
 
 
 WHITE, BLACK = "#ffffff", "#000000"
-PALETTE = WoodPalette(light="#d8b98a", dark="#8a5a30", pore="#5a3a20", heart="#402818", variety=0.0)
-QUIET = WoodSpecies(contrast=0.0, pores=0.0, fibre=0.0, clouds=0.0)
 
 
 def test_cells_have_their_size_and_close() -> None:
@@ -138,12 +135,6 @@ def test_cells_have_their_size_and_close() -> None:
     assert found.near_m.max() < 0.06
     grid = found.id
     assert np.mean(grid[:, 0] == grid[:, -1]) > 0.8  # the same cells on both sides of the border
-
-
-def ink_of(vein: slabs.Vein) -> float:
-    """Share of a white stone that a family of black veins covers."""
-    stone = slabs.VeinedStone(ground=WHITE, cloud=WHITE, cloudy=0, crystal=0, veins=(vein,))
-    return 1.0 - float(painted(stone, "v", seed=2).albedo.mean())
 
 
 def test_tiles_and_joints_are_as_wide_as_stated() -> None:
@@ -186,9 +177,6 @@ def test_subway_tiles_are_as_large_as_stated() -> None:
     assert runs(light[:, 4]) == 8
     assert {runs(light[round((n + 0.5) * 0.075 * 500)]) for n in range(8)} == {6}
     assert float(1.0 - light.mean()) == pytest.approx(1 - (0.069 / 0.075) * (0.144 / 0.15), abs=0.01)
-
-
-SQUARES = Laying(pattern=LayingPattern.RUNNING, width_m=0.1, length_m=0.1)
 
 
 def test_designs_use_all_their_inks_and_go_on_over_the_joint(subtests: pytest.Subtests) -> None:
