@@ -310,8 +310,7 @@ MIN_BACK_SAMPLES = 8
 def orient_outward(surface: Surface) -> tuple[Ints, Mask]:
     """Turn faces so that each component winds one way, and outwards unless it is the inner wall of another.
 
-    Returns:
-        (F, 3) faces over the vertices of the surface; (F,) which were turned.
+    Returns (F, 3) faces over the vertices of the surface; (F,) which were turned.
     """
     ids, turned = consistent_winding(surface.welded_faces)
     points = np.zeros((int(ids.max()) + 1, 3))
@@ -337,9 +336,8 @@ def _inside_out(points: Floats, ids: Ints, label: Ints, was_turned: Mask, is_ope
 
     An open component that is hardly curved (a leaf, a plate) has no outside: it keeps the direction of most faces.
 
-    Args:
-        ids: (F, 3) faces, wound one way. label: (F,) component of each. was_turned: (F,) turned for that.
-        is_open: (F,) faces of components that bound no volume.
+    `ids`: (F, 3) faces, wound one way. `label`: (F,) component of each. `was_turned`: (F,) turned for that. `is_open`:
+    (F,) faces of components that bound no volume.
     """
     corners = points[ids]
     count = int(label.max()) + 1

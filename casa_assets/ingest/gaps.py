@@ -155,10 +155,7 @@ MAX_PAIRS = 40_000_000
 def close_cracks(surface: Surface, keep: Mask) -> tuple[Floats, list[Issue]]:
     """Close cracks where that makes open edges meet; everything else stays in place.
 
-    Args:
-        keep: (F,) faces that count.
-    Returns:
-        (V, 3) vertices, some of them moved; a note where cracks were closed.
+    `keep`: (F,) faces that count. Returns (V, 3) vertices, some of them moved; a note where cracks were closed.
     """
     vertices, place = surface.vertices, surface.point_of_vertex
     ids = surface.welded_faces[keep]

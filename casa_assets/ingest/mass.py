@@ -204,8 +204,7 @@ def combine_estimates(estimates: Sequence[Estimate], category: Category, agreeme
     two thirds; if the result is still outside, volumes and walls are ignored and the usual mass is taken. The
     confidence is low if the mean lies outside.
 
-    Args:
-        estimates: at least the usual one. agreement_ratio: up to which two estimates agree, > 1.
+    `estimates`: at least the usual one. `agreement_ratio`: up to which two estimates agree, > 1.
     """
     by_method = {e.method: e for e in estimates}
     mass_range, measured = category.mass_kg, by_method.get(EstimateMethod.MATTER)
@@ -375,10 +374,8 @@ def mass(
 ) -> Draft:
     """Compute mass, centre of mass and inertia of the whole, asset frame.
 
-    Args:
-        draft: metres, with colliders. agreement_ratio: up to which two estimates agree, > 1.
-        category: mass_kg is the prior and the range, build says what the volume means.
-        override_kg: as a person decided, or 0.
+    `draft`: metres, with colliders. `agreement_ratio`: up to which two estimates agree, > 1. `category`: mass_kg is the
+    prior and the range, build says what the volume means. `override_kg`: as a person decided, or 0.
     """
     points, faces = draft.surface.points, draft.surface.welded_faces
     solid = closed_solid(points, faces)

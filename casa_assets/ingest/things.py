@@ -611,8 +611,7 @@ def _are_equal(one: Sequence[RawPart], other: Sequence[RawPart]) -> bool:
 def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
     """Read a mesh. Raises Rejected if the file cannot be read, or no longer holds the thing.
 
-    Args:
-        limits: by their names in registry/limits.yaml.
+    `limits`: by their names in registry/limits.yaml.
     """
     model = read.load(bundle, limits)
     return model_of_thing(model, bundle.thing, printable(bundle.main)) if bundle.thing else model

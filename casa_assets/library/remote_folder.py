@@ -95,9 +95,8 @@ class RemoteFolder:
     def open(cls, url: str) -> Self:
         """The folder at an address such as `s3://bucket/library`.
 
-        Raises:
-            OutputError: the address cannot be understood, or names a kind of store that no installed package opens.
-            CasaError: fsspec is not installed.
+        Raises OutputError: the address cannot be understood, or names a kind of store that no installed package opens.
+        CasaError: fsspec is not installed.
         """
         shown = hide_secrets(url)
         require("fsspec", "stores", f"{shown}: a library on a store")
@@ -152,8 +151,7 @@ class RemoteFolder:
     def write(self, path: str, data: bytes) -> None:
         """Put a file in place of an older one, and look whether the store holds it.
 
-        Raises:
-            OutputError: the store cannot be written to, or keeps other bytes than it is sent.
+        Raises OutputError: the store cannot be written to, or keeps other bytes than it is sent.
         """
         for _ in range(MAX_SENT):
             answer = self._ask(self._put, self._full(path), data)
@@ -165,8 +163,7 @@ class RemoteFolder:
     def holds(self, path: str, data: bytes, stored: StoredFile | None) -> bool:
         """Return whether a file holds these bytes; it is read if its listed size and MD5 do not decide.
 
-        Args:
-            stored: the file as it was listed.
+        `stored`: the file as it was listed.
         """
         if stored is None or stored.size != len(data):
             return False
@@ -199,8 +196,7 @@ class RemoteFolder:
     def _ask(self, call: Callable[P, T], *args: P.args, **options: P.kwargs) -> T | None:
         """Return the answer to a request, or None if the file or folder is not there. Repeats after passing errors.
 
-        Raises:
-            OutputError: the store refuses, or has not answered for as long as the folder is patient.
+        Raises OutputError: the store refuses, or has not answered for as long as the folder is patient.
         """
         patience_s = self._patience_s if self._has_answered else min(self._patience_s, FIRST_PATIENCE_S)
         end, pause = time.monotonic() + patience_s, FIRST_PAUSE_S
@@ -286,8 +282,7 @@ class WriterLock:
     def check(self) -> None:
         """Make sure that this run still holds the library; to be called before something is published or removed.
 
-        Raises:
-            OutputError: another run has taken it over, because this one was silent for too long.
+        Raises OutputError: another run has taken it over, because this one was silent for too long.
         """
         if _clock() - self._last_beat_s > self._silence_s / 3:
             self._beat()
@@ -363,10 +358,8 @@ def hold(
 ) -> Iterator[WriterLock]:
     """Hold a library on a store for writing.
 
-    Args:
-        report: called with a message on what is waited for. lock: with other times than usual.
-    Raises:
-        OutputError: another run is writing to it, or the store cannot be written to.
+    `report`: called with a message on what is waited for. `lock`: with other times than usual. Raises OutputError:
+    another run is writing to it, or the store cannot be written to.
     """
     lock = lock or WriterLock(folder)
     try:

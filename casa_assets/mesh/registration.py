@@ -25,8 +25,7 @@ def shape_descriptor(points: Floats, faces: Ints) -> ShapeDescriptor:
 
     Ref: distances between random pairs of places, the D2 of Osada et al. 2002.
 
-    Raises:
-        DegenerateShape: the surface has no area.
+    Raises DegenerateShape: the surface has no area.
     """
     center, radius, axes, _ = principal_spread(points, faces)
     places = (surface_samples(points, faces, SURFACE_SAMPLES) - center) / radius
@@ -42,11 +41,8 @@ def shape_descriptor(points: Floats, faces: Ints) -> ShapeDescriptor:
 def principal_spread(points: Floats, faces: Ints) -> tuple[Floats, float, Floats, Floats]:
     """Centre, radius and principal axes of a surface, weighted by area.
 
-    Returns:
-        (3,) centre of area, m; root mean square distance from it, m; (3,) the same along the principal axes, the widest
-        first, m; (3, 3) these axes as columns, right-handed.
-    Raises:
-        DegenerateShape: the surface has no area.
+    Returns (3,) centre of area, m; root mean square distance from it, m; (3,) the same along the principal axes, the
+    widest first, m; (3, 3) these axes as columns, right-handed. Raises DegenerateShape: the surface has no area.
     """
     if not len(faces) or not face_normals(points, faces)[1].sum():
         raise DegenerateShape("a surface without an area has no form")

@@ -41,11 +41,8 @@ def winding_number(points: Floats, faces: Ints, spot: Floats) -> float:
 def solid_moments(points: Floats, faces: Ints) -> tuple[float, Floats, Floats]:
     """Volume, centre and inertia of the solid inside a closed surface, at density 1.
 
-    Args:
-        points: (P, 3) metres. faces: (F, 3), closed and outward.
-    Returns:
-        volume m^3; (3,) centre, metres; (3, 3) inertia about the centre, m^5.
-    Ref: sums over tetrahedra to a common apex, Tonon 2004 in covariance form.
+    `points`: (P, 3) metres. `faces`: (F, 3), closed and outward. Returns volume m^3; (3,) centre, metres; (3, 3)
+    inertia about the centre, m^5. Ref: sums over tetrahedra to a common apex, Tonon 2004 in covariance form.
     """
     apex = points.mean(axis=0)
     corners = points[faces] - apex

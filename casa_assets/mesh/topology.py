@@ -15,8 +15,7 @@ WELD_RELATIVE = 1e-6
 def weld(vertices: Floats, relative: float = WELD_RELATIVE) -> tuple[Floats, Ints]:
     """Merge vertices that lie in one cell of a grid, whose cell size is a `relative` part of the longest extent.
 
-    Returns:
-        (P, 3) the first vertex of each cell, ordered by first use; (V,) index of each vertex's point.
+    Returns (P, 3) the first vertex of each cell, ordered by first use; (V,) index of each vertex's point.
     """
     extent = float(np.ptp(vertices, axis=0).max()) if len(vertices) else 0.0
     cell = max(extent * relative, 1e-30)
@@ -92,8 +91,7 @@ def directed_edges(faces: Ints) -> Ints:
 def edge_counts(faces: Ints) -> tuple[Ints, Ints, Ints]:
     """Undirected edges of a face set.
 
-    Returns:
-        (E, 2) edges with ascending ends; (E,) how many faces use each; (E,) uses forward minus uses backward.
+    Returns (E, 2) edges with ascending ends; (E,) how many faces use each; (E,) uses forward minus uses backward.
     """
     directed = directed_edges(faces)
     forward = directed[:, 0] < directed[:, 1]
@@ -118,8 +116,7 @@ def consistent_winding(faces: Ints) -> tuple[Ints, Mask]:
 
     The first face of each connected patch keeps its direction.
 
-    Returns:
-        (F, 3) faces; (F,) which were turned.
+    Returns (F, 3) faces; (F,) which were turned.
     """
     count = len(faces)
     turned = np.zeros(count, dtype=bool)
@@ -220,9 +217,8 @@ def fill_holes(
 ) -> tuple[Floats, Ints] | None:
     """Close the small holes of a surface, each by a fan about its middle; return None if any holes are left.
 
-    Args:
-        points: (P, 3) welded. faces: (F, 3), consistently wound.
-        widest: longest side of the box around a hole. most_torn: maximum share of edges that are torn.
+    `points`: (P, 3) welded. `faces`: (F, 3), consistently wound. `widest`: longest side of the box around a hole.
+    `most_torn`: maximum share of edges that are torn.
     """
     if not len(faces):
         return None

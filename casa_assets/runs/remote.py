@@ -127,11 +127,8 @@ def books_at(root: Path) -> dict[str, Path]:
 def digests_of(path: str, manifest: bytes, names: Iterable[str], place: str) -> dict[str, str]:
     """The sha256 of all files of an entry but its manifest, by name; empty if nothing states it.
 
-    Args:
-        path: of the entry. manifest: its bytes. names: of files that its folder has.
-        place: of the manifest, for errors.
-    Raises:
-        DamagedEntry: the manifest is damaged, or names files outside of the entry.
+    `path`: of the entry. `manifest`: its bytes. `names`: of files that its folder has. `place`: of the manifest, for
+    errors. Raises DamagedEntry: the manifest is damaged, or names files outside of the entry.
     """
     is_refusal = manifest_name(path) == disk.REFUSAL
     try:
@@ -152,8 +149,7 @@ def digests_of(path: str, manifest: bytes, names: Iterable[str], place: str) -> 
 def read_file(folder: Path, name: str, digest: str) -> bytes:
     """A file of an entry on this disk.
 
-    Raises:
-        OutputError: it is missing, leads out of the entry, or has another digest (unless that is empty).
+    Raises OutputError: it is missing, leads out of the entry, or has another digest (unless that is empty).
     """
     data = file_inside(folder, name, folder, "files").read_bytes()
     if digest and hashlib.sha256(data).hexdigest() != digest:
@@ -207,8 +203,7 @@ class RemoteLibrary(RemoteFolder):
     def publish(self, path: str, files: Mapping[str, bytes], there: Mapping[str, StoredFile]) -> int:
         """Send the files of an entry, its manifest last; returns how many bytes were sent.
 
-        Args:
-            path: of the entry. files: all of them, by name. there: what the folder of the entry holds.
+        `path`: of the entry. `files`: all of them, by name. `there`: what the folder of the entry holds.
         """
         manifest = manifest_name(path)
         self.remove(f"{path}/{name}" for name in MANIFESTS if name in there)
@@ -396,9 +391,8 @@ def _fetched(
 ) -> tuple[int, Path | None]:
     """Bytes that were fetched of an entry, and its copy in the staging folder; None if it has gone from the store.
 
-    Raises:
-        DamagedEntry: the entry is damaged, or is replaced again and again.
-        OutputError: the store does not answer, or refuses.
+    Raises DamagedEntry: the entry is damaged, or is replaced again and again. OutputError: the store does not answer,
+    or refuses.
     """
     place, shelf, id_ = f"{remote.url}/{path}", *path.split("/")
     staged = library.staging / f"{shelf}.{id_}.{process_name()}" / id_
@@ -425,8 +419,7 @@ def _fetched(
 def _bring(path: str, digest: str, own: Path, name: str, target: Path, remote: RemoteFolder) -> int:
     """Copy a file of an entry: that of the library if it is the same, else that of the store; returns bytes fetched.
 
-    Args:
-        path: on the store. own: folder of the entry in the library. name: in it.
+    `path`: on the store. `own`: folder of the entry in the library. `name`: in it.
     """
     data, size = None, 0
     with suppress(OutputError):
@@ -462,10 +455,8 @@ def _pull_books(library: disk.Library, remote: RemoteLibrary, there: Mapping[str
 def _take_over_decisions(library: disk.Library, remote: RemoteLibrary, is_overwritten: bool) -> None:
     """Take the decisions on the store over into a library; its own on other inputs stay.
 
-    Args:
-        is_overwritten: take the files of the store as they are, whatever was decided here.
-    Raises:
-        OutputError: both decide differently about an input; nothing is changed then.
+    `is_overwritten`: take the files of the store as they are, whatever was decided here. Raises OutputError: both
+    decide differently about an input; nothing is changed then.
     """
     with _fetched_decisions(library, remote) as there:
         own, others = _decided(library), _decided(there)
@@ -553,8 +544,7 @@ class StoredRun:
 def _superseded(extra: Iterable[str], other: Iterable[str]) -> set[str]:
     """Those of the entries on one side alone in whose place the other side has one of the same producer and input.
 
-    Args:
-        extra, other: paths of entries.
+    `extra`, `other`: paths of entries.
     """
     known = {suffix_of(path.rpartition("/")[2]) for path in other}
     return {path for path in extra if suffix_of(path.rpartition("/")[2]) in known}
@@ -580,8 +570,7 @@ def _in_threads(call: Callable[[T], R], items: Iterable[T], folder: RemoteFolder
 
     No more items are taken than are worked on, so what they hold does not add up.
 
-    Args:
-        folder: closed if an exception ends it, so that no request is repeated.
+    `folder`: closed if an exception ends it, so that no request is repeated.
     """
     left = iter(items)
     open_: set[Future[R]] = set()

@@ -46,8 +46,7 @@ class Seam:
 def seam(picture: npt.NDArray[np.floating]) -> Seam:
     """Measure both borders of a picture that will be repeated.
 
-    Args:
-        picture: (H, W) or (H, W, C), 0..1, at least 16 px a side.
+    `picture`: (H, W) or (H, W, C), 0..1, at least 16 px a side.
     """
     image = np.asarray(picture, dtype=np.float32)
     image = image[..., None] if image.ndim == 2 else image
@@ -60,8 +59,7 @@ def jump(picture: npt.NDArray[np.floating]) -> Seam:
     Stricter than `seam`: a joint that lies on the border counts as well. For pictures of which it is not known that
     they were made to repeat.
 
-    Args:
-        picture: (H, W, C), 0..1.
+    `picture`: (H, W, C), 0..1.
     """
     image = np.asarray(picture, dtype=np.float32)
     found = []
@@ -93,10 +91,7 @@ def smooth_part(picture: Picture) -> Picture:
 
     Ref: L. Moisan, Periodic plus Smooth Image Decomposition, J. Math. Imaging Vis. 39 (2011).
 
-    Args:
-        picture: (H, W, C).
-    Returns:
-        (H, W, C) float32 of mean 0; `picture` minus it has no jump at its border.
+    `picture`: (H, W, C). Returns (H, W, C) float32 of mean 0; `picture` minus it has no jump at its border.
     """
     height, width = picture.shape[:2]
     jump = np.zeros_like(picture, dtype=np.float64)
@@ -145,9 +140,8 @@ def _without_drift(image: Picture) -> Picture:
 def _closed(image: Picture, seen: int, ring: bool) -> Picture:
     """Cut columns away at both ends so that they fit, and let the ends overlap along the least visible path.
 
-    Args:
-        image: (H, W, C). seen: number of the channels that decide.
-        ring: the rows are already periodic, so the path has to end where it began.
+    `image`: (H, W, C). `seen`: number of the channels that decide. `ring`: the rows are already periodic, so the path
+    has to end where it began.
     """
     width = image.shape[1]
     overlap = max(4, round(_OVERLAP * width))
@@ -247,11 +241,7 @@ class TextureCheck:
 
 
 def pictures_of(finish: Finish) -> Pictures:
-    """Decode a finish.
-
-    Raises:
-        ValueError: it lacks one of the three images or the size of its tile.
-    """
+    """Decode a finish. Raises ValueError: it lacks one of the three images or the size of its tile."""
     material = finish.material
     base, normal = material.base_color_texture, material.normal_texture
     rough = material.metallic_roughness_texture
@@ -264,8 +254,7 @@ def pictures_of(finish: Finish) -> Pictures:
 def check_pictures(pictures: Pictures, limits: Mapping[str, float]) -> Report:
     """Run every check of one finish.
 
-    Args:
-        pictures: of the finish. limits: key to number, as registry/limits.yaml has it.
+    `pictures`: of the finish. `limits`: key to number, as registry/limits.yaml has it.
     """
     results: list[CheckResult] = []
     issues: list[Issue] = []
@@ -285,9 +274,8 @@ def check_pictures(pictures: Pictures, limits: Mapping[str, float]) -> Report:
 def check_set(name: str, looks: Mapping[str, TextureDescriptor], limits: Mapping[str, float]) -> Report:
     """Check a set: its size, and that no two textures are nearly alike.
 
-    Args:
-        name: of the set, such as `wall`.
-        looks: of every picture of the set, by id. limits: as registry/limits.yaml has it.
+    `name`: of the set, such as `wall`. `looks`: of every picture of the set, by id. `limits`: as registry/limits.yaml
+    has it.
     """
     wanted, apart = limits[SET_CHECKS["TEX012"][1]], limits[SET_CHECKS["TEX013"][1]]
     pairs = closest_pairs(looks, most=len(looks))

@@ -64,8 +64,7 @@ class Laying(Record):
 def lay(laying: Laying, canvas: Canvas, rng: np.random.Generator) -> PieceMap:
     """Compute for every pixel its piece and its position on it.
 
-    Raises:
-        ValueError: the picture holds no whole number of repeats.
+    Raises ValueError: the picture holds no whole number of repeats.
     """
     width, length = laying.width_m, laying.length_m
     if laying.pattern is LayingPattern.FIELDSTONE:
@@ -103,9 +102,8 @@ def planks(
 ) -> list[PlacedOutline]:
     """Boards end to end in courses, their ends staggered at random.
 
-    Args:
-        widths: how many widths are mixed (0.7 to 1.3 of `width`). upright: boards run along v of the picture, else u.
-        ends_m: by how much boards reach into the joints at their ends.
+    `widths`: how many widths are mixed (0.7 to 1.3 of `width`). `upright`: boards run along v of the picture, else u.
+    `ends_m`: by how much boards reach into the joints at their ends.
     """
     along, across = (tile_m[1], tile_m[0]) if upright else tile_m
     courses = max(2, round(across / width))

@@ -226,8 +226,7 @@ def group_maps(paths: Iterable[str]) -> tuple[MaterialFiles, ...]:
     Files of one folder are maps of one material if their names say so and at least two do. Any other file is a separate
     picture. A material without a colour map has no entry for it.
 
-    Args:
-        paths: POSIX; sorted.
+    `paths`: POSIX; sorted.
     """
     listed = list(paths)
     found: dict[tuple[str, str], dict[MapRole, str]] = {}

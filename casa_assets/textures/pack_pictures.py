@@ -57,8 +57,7 @@ class DecodedPicture:
 def decode(data: bytes) -> DecodedPicture:
     """The picture in these bytes.
 
-    Raises:
-        Rejected: it is not a picture, is broken, has a wrong size, is transparent, or shows a single colour.
+    Raises Rejected: it is not a picture, is broken, has a wrong size, is transparent, or shows a single colour.
     """
     found = _decoded(data)
     if float(np.abs(found.pixels - found.pixels.mean(axis=(0, 1))).mean()) * 255.0 < _BLANK / 2.0:
@@ -133,11 +132,7 @@ def _check_size(width: int, height: int) -> None:
 
 
 def _rgb(image: Image.Image, kind: str) -> tuple[Floats, tuple[str, ...]]:
-    """Pixels of a picture that Pillow has loaded, and what was converted.
-
-    Args:
-        kind: format of the file.
-    """
+    """Pixels of a picture that Pillow has loaded, and what was converted. `kind`: format of the file."""
     mode = image.mode
     if mode in ("RGBA", "LA", "PA") or "transparency" in image.info:
         alpha = np.asarray(image.convert("RGBA"))[..., 3]
@@ -211,12 +206,8 @@ def tile(pixels: Floats, size_px: int = SIZE_PX, given: GivenMaps | None = None)
 
     Pictures that come with maps are of a library that makes them to repeat: a joint on their border is no fault.
 
-    Args:
-        pixels: (H, W, 3) sRGB 0..1.
-        size_px: longer side of the result; nothing is scaled up but a map that is smaller than the colour.
-        given: maps of the same surface, of any size.
-    Raises:
-        Rejected: the border is still plain to see.
+    `pixels`: (H, W, 3) sRGB 0..1. `size_px`: longer side of the result; nothing is scaled up but a map that is smaller
+    than the colour. `given`: maps of the same surface, of any size. Raises Rejected: the border is still plain to see.
     """
     maps = (given or GivenMaps()).named()
     small = scaled(pixels, size_px)
@@ -249,10 +240,8 @@ def tile(pixels: Floats, size_px: int = SIZE_PX, given: GivenMaps | None = None)
 def layers(base: Floats, surface: Surface, roughness: float | None) -> Layers:
     """Colour with a derived relief and gloss.
 
-    Args:
-        base: (H, W, 3) sRGB 0..1 that tiles.
-        surface: decides the mean roughness if `roughness` is None.
-        roughness: mean, 0..1, or None.
+    `base`: (H, W, 3) sRGB 0..1 that tiles. `surface`: decides the mean roughness if `roughness` is None. `roughness`:
+    mean, 0..1, or None.
     """
     detail = _detail(base @ np.array([0.2126, 0.7152, 0.0722], dtype=np.float32))
     mean = _GLOSS[surface] if roughness is None else roughness
@@ -266,10 +255,8 @@ def finish_of_tile(
 
     Normals come from the map of normals, else from that of heights, else from the brightness.
 
-    Args:
-        name: id. made: the picture. tile_m: width and height of what it shows.
-        look: surface and mean roughness, as `layers` takes them.
-        size_px: longer side of the result; nothing is scaled up.
+    `name`: id. `made`: the picture. `tile_m`: width and height of what it shows. `look`: surface and mean roughness, as
+    `layers` takes them. `size_px`: longer side of the result; nothing is scaled up.
     """
     base = scaled(pixels_of(made.base), size_px)
     maps = {key: scaled(pixels_of(data), size_px) for key, data in made.maps.items()}
@@ -301,8 +288,7 @@ def _detail(light: Floats) -> Floats:
 def _upright(normal: Floats) -> Floats:
     """Unit normals of a map at half its size, upright on the mean: what repeats has no slope on the whole.
 
-    Args:
-        normal: (H, W, 3) 0..1.
+    `normal`: (H, W, 3) 0..1.
     """
     vectors = np.stack([halved(normal[..., axis]) for axis in range(3)], axis=2) * 2.0 - 1.0
     slopes = vectors[..., :2] / np.maximum(vectors[..., 2:], _FLATTEST)
@@ -314,8 +300,7 @@ def _upright(normal: Floats) -> Floats:
 def scaled(pixels: Floats, size_px: int) -> Floats:
     """(H, W, C) scaled down around the border, so that what tiled before does so after; nothing is scaled up.
 
-    Args:
-        size_px: longer side of the result.
+    `size_px`: longer side of the result.
     """
     height, width = pixels.shape[:2]
     scale = size_px / max(height, width)
@@ -327,8 +312,7 @@ def scaled(pixels: Floats, size_px: int) -> Floats:
 def png(image: Floats, is_deep: bool = False) -> bytes:
     """(H, W, 3) or (H, W, 1) 0..1 as PNG, the same bytes every time.
 
-    Args:
-        is_deep: with 16 bits, of (H, W, 1): slopes of heights in 255 steps are stairs.
+    `is_deep`: with 16 bits, of (H, W, 1): slopes of heights in 255 steps are stairs.
     """
     whole = np.clip(image, 0.0, 1.0)
     pixels = np.rint(whole * 65535.0).astype(np.uint16) if is_deep else np.rint(whole * 255.0).astype(np.uint8)

@@ -140,8 +140,7 @@ def polygon(corners: Sequence[tuple[float, float]]) -> Outline:
 def whole(length_m: float, module_m: float, even: bool = False) -> tuple[int, float]:
     """Number of whole modules in a length, and their true size in metres.
 
-    Raises:
-        ValueError: the length is not a whole number of modules, so that pieces would be stretched by over 2 %.
+    Raises ValueError: the length is not a whole number of modules, so that pieces would be stretched by over 2 %.
     """
     step = 2 if even else 1
     count = max(step, step * round(length_m / module_m / step))
@@ -209,9 +208,7 @@ def profile(joint: Joint, rim_m: Map) -> Map:
 def fill(face: Layers, joint: Joint, rim_m: Map, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """The pieces with their rims worked and the joints filled.
 
-    Args:
-        face: colour, relief and gloss of the pieces, everywhere.
-        joint: what lies between. rim_m: of `rim`.
+    `face`: colour, relief and gloss of the pieces, everywhere. `joint`: what lies between. `rim_m`: of `rim`.
     """
     share = gap(joint, rim_m, canvas)
     sand = canvas.resolved(0.003, 0.003) * canvas.noise(0.003, 0.003, rng) + 0.5 * canvas.noise(0.012, 0.012, rng, 3)
@@ -255,10 +252,8 @@ def inlay(
 ) -> Layers:
     """(H, W) face in which every piece shows its own cut.
 
-    Args:
-        slabs: what is cut; all of one metal share. pick: (N,) number of the slab of each piece.
-        middle_u, middle_v: (N,) metres on the slab under the middle of the piece.
-        mirrored: (N,) 1 or -1, whether it is turned end for end.
+    `slabs`: what is cut; all of one metal share. `pick`: (N,) number of the slab of each piece. `middle_u`, `middle_v`:
+    (N,) metres on the slab under the middle of the piece. `mirrored`: (N,) 1 or -1, whether it is turned end for end.
     """
     shape = pieces.owner.shape
     albedo = np.zeros((*shape, 3), dtype=np.float32)

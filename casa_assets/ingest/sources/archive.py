@@ -135,9 +135,8 @@ class Archive:
     def members(self, texts: dict[str, bytes] | None = None) -> tuple[Member, ...]:
         """Regular files in it, sorted by path; of several of one path the first. Raises Rejected.
 
-        Args:
-            texts: takes up the JSON members of a tar by their paths, as it is read through: of each at most one byte
-                more than MAX_TEXT_BYTES, of all together MAX_TEXTS_BYTES; None: none is read.
+        `texts`: takes up the JSON members of a tar by their paths, as it is read through: of each at most one byte more
+        than MAX_TEXT_BYTES, of all together MAX_TEXTS_BYTES; None: none is read.
         """
         self.folder.check(self.path)
         found: dict[str, Member] = {}
@@ -160,10 +159,8 @@ class Archive:
     def read(self, path: str, max_bytes: float, at: int = -1) -> bytes:
         """Bytes of a member.
 
-        Args:
-            at: where a tar has it, see Member; where another member or none begins there the tar is searched.
-        Raises:
-            Rejected: MISSING_FILE, TOO_LARGE before anything is unpacked, BAD_ARCHIVE.
+        `at`: where a tar has it, see Member; where another member or none begins there the tar is searched. Raises
+        Rejected: MISSING_FILE, TOO_LARGE before anything is unpacked, BAD_ARCHIVE.
         """
         self.folder.check(self.path)
         try:
@@ -202,8 +199,7 @@ class Archive:
     def _content(self, path: str, most: int, at: int = 0) -> bytes | None:
         """Bytes of a member, at most `most`; None if there is no such member.
 
-        Args:
-            at: of a tar, byte at which the header of the only member that is looked at begins.
+        `at`: of a tar, byte at which the header of the only member that is looked at begins.
         """
         if self._is_zip:
             with self._zip() as packed:

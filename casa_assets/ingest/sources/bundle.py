@@ -207,8 +207,7 @@ def _refusal(name: str) -> str | None:
 def place_of(found: Found, looked_at: set[str] | None = None) -> Place:
     """Where an input and its companions lie.
 
-    Args:
-        looked_at: takes up the paths of all files and folders that are looked at from now on, missing ones too.
+    `looked_at`: takes up the paths of all files and folders that are looked at from now on, missing ones too.
     """
     folder = folder_of(found.root, looked_at)
     if not found.archive:

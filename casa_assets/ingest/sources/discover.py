@@ -65,8 +65,7 @@ def discover(roots: Sequence[Path | StoreRoot], others: Counter[str] | None = No
 def _real_path(path: str, real_folders: dict[str, str]) -> str:
     """The same as `os.path.realpath`, which looks at every folder above.
 
-    Args:
-        real_folders: takes up what is known of folders.
+    `real_folders`: takes up what is known of folders.
     """
     folder, name = os.path.split(path)
     if os.path.islink(path):  # noqa: PTH114

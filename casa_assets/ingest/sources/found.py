@@ -87,8 +87,7 @@ def kind_of_other(name: str, names: Set[str]) -> str:
     A mesh in a format of second choice (a modeller's own file, a format that programs read in different ways) is not an
     input if a file of first choice has the same name, as both hold the same object.
 
-    Args:
-        name: of the file. names: of all files of the folder, in lower case.
+    `name`: of the file. `names`: of all files of the folder, in lower case.
     """
     lower = name.lower()
     stem, suffix = posixpath.splitext(lower)
@@ -151,8 +150,7 @@ class Package:
     def file(self, value: object, place: str) -> str:
         """POSIX path, relative to the package, of a file that a row names; it exists and may be read.
 
-        Raises:
-            Rejected: BAD_ROW, PATH_TRAVERSAL, MISSING_FILE, LINK_OUTSIDE, NOT_A_FILE, UNREADABLE.
+        Raises Rejected: BAD_ROW, PATH_TRAVERSAL, MISSING_FILE, LINK_OUTSIDE, NOT_A_FILE, UNREADABLE.
         """
         if not isinstance(value, str) or not value.strip() or "\0" in value:
             raise Rejected(codes.BAD_ROW, f"{place}: no usable file name ({printable(repr(value), 40)}); fix it")

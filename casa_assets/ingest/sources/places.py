@@ -78,8 +78,7 @@ def check_file(path: str, root: Path) -> os.stat_result:
 def read_file(path: str, root: Path, max_bytes: float) -> bytes:
     """Bytes of a regular file inside the root.
 
-    Raises:
-        Rejected: as `check_file`, and TOO_LARGE before anything is read.
+    Raises Rejected: as `check_file`, and TOO_LARGE before anything is read.
     """
     name = printable(Path(utf8_escaped(path)).name)
     checked = check_file(path, root)
@@ -233,8 +232,7 @@ class Folder(Place):
     def open(self, path: str, block: int) -> IO[bytes]:
         """A file that was checked, to seek in; `block`: bytes that are fetched at once from a store.
 
-        Raises:
-            OSError, Rejected: also from its methods.
+        Raises OSError, Rejected: also from its methods.
         """
 
     @abstractmethod
@@ -333,7 +331,6 @@ class _PackedPlace(Place):
 def packed_place(content: Callable[[str, float], bytes], names: Callable[[], Iterable[str]]) -> Place:
     """Members of an archive, or the file of one row of a table; there are no links among them.
 
-    Args:
-        content: as `Place.read`. names: paths of all members; asked for only by meshes that refer to other files.
+    `content`: as `Place.read`. `names`: paths of all members; asked for only by meshes that refer to other files.
     """
     return _PackedPlace(content, names)

@@ -30,8 +30,7 @@ _SAFE_ID = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,127}")
 def parse_json(text: bytes | str, place: str) -> object:
     """JSON value; NaN, infinities and endless integers are read as None.
 
-    Raises:
-        Rejected: BAD_ROW where it is broken, nested too deep, or holds more values than any index needs.
+    Raises Rejected: BAD_ROW where it is broken, nested too deep, or holds more values than any index needs.
     """
     raw = text if isinstance(text, bytes) else text.encode("utf-8", "replace")
     if sum(raw.count(mark) for mark in (b",", b"[", b"{")) > MAX_VALUES:
@@ -106,8 +105,7 @@ def as_object(row: object, place: str) -> Mapping[str, object]:
 def safe_id(value: object, place: str) -> str:
     """An id that is used for output names.
 
-    Raises:
-        Rejected: BAD_ROW where it is no text, BAD_ID where it could name a path.
+    Raises Rejected: BAD_ROW where it is no text, BAD_ID where it could name a path.
     """
     if not isinstance(value, str):
         raise Rejected(codes.BAD_ROW, f"{place}: id {printable(repr(value), 40)} is no text; fix it")
@@ -194,9 +192,8 @@ def remarks(place: str, row: Mapping[str, object]) -> tuple[Issue, ...]:
 def source_of(row: Mapping[str, object], path: str, uid: str, names: Iterable[str]) -> Source:
     """A mesh as its row describes it.
 
-    Args:
-        path: of its file, as the source calls it. uid: its id, or empty.
-        names: of the file and the folders around it, which may name the category; the best first.
+    `path`: of its file, as the source calls it. `uid`: its id, or empty. `names`: of the file and the folders around
+    it, which may name the category; the best first.
     """
     prompt, generator = text_field(row, "prompt"), text_field(row, "generator")
     title = text_field(row, "name") or text_field(row, "title")
@@ -226,10 +223,8 @@ MAX_BROKEN_ROWS = 1000
 def read_lines(package: Package, name: str, is_named: bool) -> Iterator[Found | Refused]:
     """Inputs of a `.jsonl` manifest; nothing where it is some other `.jsonl`.
 
-    Args:
-        package: folder of the manifest.
-        name: its file name.
-        is_named: the user pointed at it, so that it has to be a manifest.
+    `package`: folder of the manifest. `name`: its file name. `is_named`: the user pointed at it, so that it has to be a
+    manifest.
     """
     try:
         data = package.read(name)

@@ -237,8 +237,7 @@ class _Store:
     def ask(self, path: str, call: Callable[[], T], seconds: float = 0.0) -> T:
         """The answer of the store to a call about a path that may be made again; `seconds` for each, 0: REQUEST_S.
 
-        Raises:
-            Rejected: MISSING_FILE, UNREADABLE; STORE_FAILED: it failed each time. CasaError: as `call` raises it.
+        Raises Rejected: MISSING_FILE, UNREADABLE; STORE_FAILED: it failed each time. CasaError: as `call` raises it.
         """
         place = str(self.root / path)
         name, why = printable(place, 200), ""
@@ -417,10 +416,8 @@ class _StoreFolder(Folder):
 def list_all(root: StoreRoot) -> list[tuple[str, str, str]] | None:
     """List all below a root, for this process; what earlier runs of it knew is forgotten.
 
-    Returns:
-        path, code and reason of what no folder could hold, sorted; None: the root is a file.
-    Raises:
-        CasaError: there is nothing, the store does not answer, or it holds more than a run can.
+    Returns path, code and reason of what no folder could hold, sorted; None: the root is a file. Raises CasaError:
+    there is nothing, the store does not answer, or it holds more than a run can.
     """
     for one in (root, root.parent):
         _STORES.pop((os.getpid(), one.base, one.query), None)

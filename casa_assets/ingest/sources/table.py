@@ -102,8 +102,7 @@ def mesh_column(table: ParquetFile) -> MeshColumn | None:
 def opened_table(folder: Folder, path: str) -> Iterator[ParquetFile]:
     """A table, of which no more than its head is read.
 
-    Raises:
-        Rejected: NEEDS_PYARROW, BAD_ARCHIVE, TOO_LARGE, and what files are refused for; also from within.
+    Raises Rejected: NEEDS_PYARROW, BAD_ARCHIVE, TOO_LARGE, and what files are refused for; also from within.
     """
     name = printable(posixpath.basename(path))
     try:
@@ -133,8 +132,7 @@ def opened_table(folder: Folder, path: str) -> Iterator[ParquetFile]:
 def row_of_table(folder: Folder, path: str, main: str, row: int) -> Place:
     """The file of one row, which is all that its mesh can refer to.
 
-    Args:
-        path: of the table in the folder. main: name of the row's file. row: its number, from 0.
+    `path`: of the table in the folder. `main`: name of the row's file. `row`: its number, from 0.
     """
 
     def read(name: str, max_bytes: float) -> bytes:
@@ -254,8 +252,7 @@ MAX_LINE_BYTES = 1 << 20
 def tabled(package: Package, name: str, others: Counter[str], is_named: bool = False) -> Iterator[Found | Refused]:
     """Inputs in one table; a table without a column of meshes is counted.
 
-    Args:
-        is_named: the user pointed at it, so that it has to hold meshes.
+    `is_named`: the user pointed at it, so that it has to hold meshes.
     """
     try:
         package.check_utf8(name)
@@ -342,8 +339,7 @@ def _rows(
 def _names(row: Mapping[str, Any], number: int, place: str, ids: UniqueIds) -> tuple[str, str]:
     """The id that a row states, or nothing, and the name of its file without its suffix; both differ from all others.
 
-    Args:
-        ids: takes up the names.
+    `ids`: takes up the names.
     """
     stated = next(((column, row[column]) for column in IDS if row.get(column) is not None), None)
     if stated is None:

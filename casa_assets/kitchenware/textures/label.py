@@ -168,10 +168,8 @@ def paint(p: Label, canvas: Canvas, rng: np.random.Generator) -> Layers:
 def front(p: Label, size_px: tuple[int, int]) -> tuple[Image.Image, Area, Area]:
     """Draw the print around a package and on its front, before the picture is reduced.
 
-    Args:
-        size_px: (H, W) of the reduced picture.
-    Returns:
-        The picture, `FINER` times as large; its printed area; the area of its front.
+    `size_px`: (H, W) of the reduced picture. Returns The picture, `FINER` times as large; its printed area; the area of
+    its front.
     """
     rows, columns = size_px
     image = Image.new("RGB", (FINER * columns, FINER * rows), p.ground[0])
@@ -251,8 +249,7 @@ def write(
 ) -> None:
     """Letters as large as they can be within an area, in its middle; they are stretched by a fifth at most.
 
-    Args:
-        edge: colour of an outline. upright: the line runs upwards.
+    `edge`: colour of an outline. `upright`: the line runs upwards.
     """
     if not text or area.width < 4 or area.height < 4:
         return
@@ -677,8 +674,7 @@ class LineInPicture:
 def lines_in_picture(p: Label, size_px: tuple[int, int]) -> tuple[LineInPicture, ...]:
     """The brand and the first word of a label where they are seen, what is painted over them left out.
 
-    Args:
-        size_px: (H, W) of the picture.
+    `size_px`: (H, W) of the picture.
     """
     whole = np.asarray(front(p, size_px)[0], dtype=np.int16)
     without = {p.brand: p.replace(brand=BLANK)}

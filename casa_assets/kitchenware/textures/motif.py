@@ -304,10 +304,8 @@ def scatter(
 ) -> Array:
     """(H, W, 3) sRGB picture of a ground with plants on it.
 
-    Args:
-        canvas: pixels and metres. growth: what grows. size_m: length of a leaf or twig, metres.
-        inks: (N, 3) colours of the plants, the darkest first. ground: (3,) behind them.
-        rng: all of the randomness.
+    `canvas`: pixels and metres. `growth`: what grows. `size_m`: length of a leaf or twig, metres. `inks`: (N, 3)
+    colours of the plants, the darkest first. `ground`: (3,) behind them. `rng`: all of the randomness.
     """
     picture = np.broadcast_to(ground, (*canvas.size_px, 3)).astype(np.float32)
     soft = canvas.pixel_m / size_m * 1.2

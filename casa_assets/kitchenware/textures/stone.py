@@ -47,9 +47,8 @@ def voronoi_cells(
 ) -> VoronoiCells:
     """Assign every pixel of the canvas to the nearest jittered seed, periodically.
 
-    Args:
-        size_m: usual size of a cell along y. stretch: how much longer cells are along x.
-        bend_m: how far borders are bent.
+    `size_m`: usual size of a cell along y. `stretch`: how much longer cells are along x. `bend_m`: how far borders are
+    bent.
     """
     rows, columns = canvas.cells(size_m, size_m * stretch)
     tall, wide = canvas.tile_m[1] / rows, canvas.tile_m[0] / columns
