@@ -47,11 +47,7 @@ def clean(model: RawModel, category: Category | None = None) -> Draft:
     Raises Rejected: no faces are left (MSH001), or the remaining surface is flat (MSH002).
     """
     draft = Draft(
-        parts=model.parts,
-        metres_per_unit=model.metres_per_unit,
-        up=model.up,
-        format=model.format,
-        notes=model.notes,
+        parts=model.parts, metres_per_unit=model.metres_per_unit, up=model.up, format=model.format, notes=model.notes
     )
     if not len(draft.surface.faces):
         raise Rejected("MSH001", "there are no faces; export a surface, not points or lines")

@@ -114,11 +114,7 @@ def with_normals(mesh: Mesh, crease_deg: float = CREASE_DEG) -> Mesh:
 
 
 def _corner_normals(
-    point: npt.NDArray[np.int64],
-    face: npt.NDArray[np.int64],
-    normals: Floats,
-    areas: Floats,
-    least_cosine: float,
+    point: npt.NDArray[np.int64], face: npt.NDArray[np.int64], normals: Floats, areas: Floats, least_cosine: float
 ) -> Floats:
     """(3F, 3) unit normal of each corner: area-weighted mean over the faces at its point that bend gently."""
     order = np.argsort(point, kind="stable")

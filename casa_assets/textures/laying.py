@@ -12,17 +12,7 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.textures.canvas import Canvas, blur
-from casa_assets.textures.pieces import (
-    Array,
-    Outline,
-    PieceMap,
-    PlacedOutline,
-    box,
-    disc,
-    polygon,
-    raster,
-    whole,
-)
+from casa_assets.textures.pieces import Array, Outline, PieceMap, PlacedOutline, box, disc, polygon, raster, whole
 
 
 class LayingPattern(StrEnum):

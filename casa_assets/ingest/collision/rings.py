@@ -70,10 +70,7 @@ def upright_axis(points: Floats, faces: Ints) -> tuple[Floats, float]:
         if determinant <= 1e-9 * (matrix[0, 0] + matrix[1, 1]) ** 2:
             return (low + high) / 2, 0.0
         center = np.array(
-            [
-                matrix[1, 1] * right[0] - matrix[0, 1] * right[1],
-                matrix[0, 0] * right[1] - matrix[0, 1] * right[0],
-            ]
+            [matrix[1, 1] * right[0] - matrix[0, 1] * right[1], matrix[0, 0] * right[1] - matrix[0, 1] * right[0]]
         ) / float(determinant)
         gap = center - middle
         miss = np.abs((gap * across).sum(axis=1)) / np.maximum(np.linalg.norm(gap, axis=1), 1e-12)

@@ -24,14 +24,7 @@ from typing import IO
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.formats import PACKED_FAULTS
 from casa_assets.formats.read.text import printable
-from casa_assets.ingest.sources.found import (
-    HIDDEN,
-    Found,
-    Package,
-    Refused,
-    kind_of_other,
-    unread,
-)
+from casa_assets.ingest.sources.found import HIDDEN, Found, Package, Refused, kind_of_other, unread
 from casa_assets.ingest.sources.places import (
     ARCHIVE_SUFFIXES,
     Folder,

@@ -10,13 +10,7 @@ from functools import cached_property
 from pathlib import Path
 
 from casa_assets.errors import Rejected
-from casa_assets.formats.read.formats import (
-    PACKED_SUFFIXES,
-    SECOND_CHOICE,
-    SUFFIXES,
-    UNREAD_SUFFIXES,
-    suffix_of,
-)
+from casa_assets.formats.read.formats import PACKED_SUFFIXES, SECOND_CHOICE, SUFFIXES, UNREAD_SUFFIXES, suffix_of
 from casa_assets.formats.read.text import printable
 from casa_assets.ingest.sources.places import Folder, StoreRoot, archive_suffix, utf8_escaped
 from casa_assets.ingest.sources.stores import folder_of

@@ -6,16 +6,7 @@ from casa_assets.errors import UnknownId
 from casa_assets.ext.arrays import rng_for
 from casa_assets.ext.records import TextureRecipe
 from casa_assets.ext.textures import Canvas, Layers, TextureKind
-from casa_assets.kitchenware.textures import (
-    covering,
-    floors,
-    food,
-    fronts,
-    label,
-    laid,
-    stone,
-    wall_panels,
-)
+from casa_assets.kitchenware.textures import covering, floors, food, fronts, label, laid, stone, wall_panels
 
 SIZE_PX = 1024
 WALLS = (

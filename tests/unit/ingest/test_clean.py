@@ -279,8 +279,7 @@ class TestExtras:
         profile = [(-1.0, 0.0), (0.5, 0.0), (0.8, 0.1), (1.0, 0.4), (1.0, 1.5)]
         points = [(x, y, z) for x, z in profile for y in (-1.0, 1.0)]
         sheet = Mesh(
-            vertices=points,
-            faces=[f for k in range(0, 8, 2) for f in ((k, k + 2, k + 1), (k + 1, k + 2, k + 3))],
+            vertices=points, faces=[f for k in range(0, 8, 2) for f in ((k, k + 2, k + 1), (k + 1, k + 2, k + 3))]
         )
         mug = moved(turned(MUG), (0, 0, 0.001), 5.0)
         draft = clean(raw(sheet, mug))

@@ -25,14 +25,7 @@ from casa_assets.ingest.collision.solid_proxy import CELLS, SurfaceKind, solid_p
 from casa_assets.ingest.draft import Draft, PlacedShape
 from casa_assets.mesh.solid.deviation import distances_outside_hulls
 from casa_assets.mesh.solid.primitive import shape_bounds, tessellate
-from casa_assets.mesh.solid.solids import (
-    Solid,
-    convex_hull,
-    hull_volume,
-    intersection_volume,
-    surface_of,
-    union,
-)
+from casa_assets.mesh.solid.solids import Solid, convex_hull, hull_volume, intersection_volume, surface_of, union
 from casa_assets.mesh.surface import signed_volume
 from casa_assets.mesh.voxels import Grid, voxelise
 from casa_assets.model.asset.parts import Box, Cylinder, Hull, Mesh, Sphere

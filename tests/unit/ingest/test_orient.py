@@ -17,12 +17,7 @@ from tests.support.mesh.raw_models import BOTTLE, MUG, PLATE, category, draft, j
 pytestmark = pytest.mark.content("code", "ingest", keep=0)
 
 HANDLE = box_mesh((0.03, 0.01, 0.06), (0.055, 0.0, 0.05), shared=True)
-THINGS = {
-    "mug": joined(turned(MUG), HANDLE),
-    "bottle": turned(BOTTLE),
-    "plate": turned(PLATE),
-    "knife": knife(),
-}
+THINGS = {"mug": joined(turned(MUG), HANDLE), "bottle": turned(BOTTLE), "plate": turned(PLATE), "knife": knife()}
 MUG_AND_BOTTLE = ("mug", "bottle")
 # What a file in which this axis is up makes of a thing that stands: file from asset.
 FILES = {axis: turn.T for axis, turn in UP_ROTATIONS.items()}

@@ -9,19 +9,9 @@ from scipy.spatial.transform import Rotation
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.ingest.collision.solid_proxy import isosurface
-from casa_assets.mesh.registration import (
-    align,
-    descriptor_distance,
-    sampled_surface,
-    shape_descriptor,
-)
+from casa_assets.mesh.registration import align, descriptor_distance, sampled_surface, shape_descriptor
 from casa_assets.mesh.solid.deviation import deviation, excess, reference_surface
-from casa_assets.mesh.solid.solids import (
-    hull_volume,
-    hull_within_tolerance,
-    solid_of,
-    surface_of,
-)
+from casa_assets.mesh.solid.solids import hull_volume, hull_within_tolerance, solid_of, surface_of
 from casa_assets.mesh.surface import signed_volume
 from casa_assets.mesh.topology import is_closed
 from casa_assets.mesh.voxels import closed_shares, open_rooms
@@ -163,12 +153,7 @@ def finer(surface: Surface) -> Surface:
     return corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
 
 
-EVERY = {
-    "mug": mug(),
-    "box": cuboid(0.1, 0.2, 0.3),
-    "cube": cuboid(0.2, 0.2, 0.2),
-    "tray": cuboid(0.3, 0.3, 0.02),
-}
+EVERY = {"mug": mug(), "box": cuboid(0.1, 0.2, 0.3), "cube": cuboid(0.2, 0.2, 0.2), "tray": cuboid(0.3, 0.3, 0.02)}
 
 
 def test_a_copy_has_the_same_form_and_lies_on_the_original(subtests: pytest.Subtests) -> None:

@@ -17,16 +17,7 @@ from casa_assets.model.issue import Status
 from casa_assets.model.registry.rows import Surface, TextureRecipe
 from casa_assets.textures import canvas
 from casa_assets.textures.canvas import Map
-from casa_assets.textures.check import (
-    TABLE,
-    Picture,
-    Pictures,
-    check_pictures,
-    check_set,
-    jump,
-    repair,
-    seam,
-)
+from casa_assets.textures.check import TABLE, Picture, Pictures, check_pictures, check_set, jump, repair, seam
 from casa_assets.textures.distance import (
     NEARLY_ALIKE,
     TextureDescriptor,

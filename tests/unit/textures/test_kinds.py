@@ -29,12 +29,7 @@ from tests.support.library.pictures import painted, runs, steps
 pytestmark = pytest.mark.content("code", "textures", keep=0)
 
 SETS = recipes()
-KINDS_OF = {
-    Surface.WALL: WALLS,
-    Surface.FLOOR: FLOORS,
-    Surface.COUNTER: COUNTERS,
-    Surface.CABINET: FRONTS,
-}
+KINDS_OF = {Surface.WALL: WALLS, Surface.FLOOR: FLOORS, Surface.COUNTER: COUNTERS, Surface.CABINET: FRONTS}
 # Of each set: the lowest mean colour, and the highest relief, metres.
 BOUNDS = {
     Surface.WALL: (0.06, 0.06),

@@ -13,14 +13,7 @@ from casa_assets.textures import wood
 from casa_assets.textures.canvas import Canvas, Layers, Map, blur, fbm, gradient, ridged, worley
 from casa_assets.textures.check import seam
 from casa_assets.textures.laying import Laying, LayingPattern, lay
-from casa_assets.textures.pieces import (
-    Joint,
-    PieceMap,
-    Slab,
-    gap,
-    inlay,
-    whole,
-)
+from casa_assets.textures.pieces import Joint, PieceMap, Slab, gap, inlay, whole
 from casa_assets.textures.wood import GrainMaps, GrowthRings, SawCut, WoodPalette, WoodSpecies, grain_maps
 
 pytestmark = pytest.mark.content("code", "textures", keep=0)

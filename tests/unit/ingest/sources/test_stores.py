@@ -212,15 +212,7 @@ def test_no_more_is_read_than_an_input_may_have(monkeypatch: pytest.MonkeyPatch)
 
 def test_names_that_no_folder_can_hold_are_refused() -> None:
     system = TrialSystem()
-    for path in (
-        "../up.obj",
-        "x/../../up.obj",
-        "./a.obj",
-        "b//c.obj",
-        "d",
-        "d/e.obj",
-        "/".join("f" * 70) + ".obj",
-    ):
+    for path in ("../up.obj", "x/../../up.obj", "./a.obj", "b//c.obj", "d", "d/e.obj", "/".join("f" * 70) + ".obj"):
         system.store[f"/data/things/{path}"] = system.store.get("") or _memory_file(system, path)
     refused = {one.path: one.code for one in discover([root_of(ROOT)]) if isinstance(one, Refused)}
     assert refused["../up.obj"] == refused["x/../../up.obj"] == refused["./a.obj"] == codes.PATH_TRAVERSAL
