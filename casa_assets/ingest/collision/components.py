@@ -16,6 +16,7 @@ import numpy as np
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.core.system import lower_limit
 from casa_assets.errors import DegenerateShape
+from casa_assets.ingest.components import split_components
 from casa_assets.mesh.solid.deviation import distances_outside, reference_surface, surface_samples
 from casa_assets.mesh.solid.solids import Solid, closed_solid, convex_hull, solid_of, surface_of, without_voids
 from casa_assets.mesh.surface import face_normals, signed_volume
@@ -38,23 +39,12 @@ class ConnectedPart:
 
 def connected_parts(points: Floats, ids: Ints, max_parts: int) -> list[ConnectedPart]:
     """Connected parts that have a volume, largest first, without specks; none if more than `max_parts` are left."""
-    label = face_components(ids, len(points))
-    count = int(label.max()) + 1
-    if count > 40 * max_parts:
+    components = split_components(points, ids, np.arange(len(points)))
+    large = np.flatnonzero(components.longest_side > 0.02 * float(np.ptp(points, axis=0).max()))
+    if components.count > 40 * max_parts or len(large) > max_parts:
         return []
-    order = np.argsort(label, kind="stable")
-    face_groups = np.split(order, np.flatnonzero(np.diff(label[order])) + 1)
-    extent = float(np.ptp(points, axis=0).max())
-    large = [rows for rows in face_groups if np.ptp(points[ids[rows]].reshape(-1, 3), axis=0).max() > 0.02 * extent]
-    if len(large) > max_parts:
-        return []
-    parts = []
-    for face_rows in large:
-        used, local = np.unique(ids[face_rows], return_inverse=True)
-        part = measure_part(points[used], local.reshape(-1, 3), close_gaps=False)
-        if part is not None:
-            parts.append(part)
-    return sorted(parts, key=lambda p: -p.hull_volume)
+    parts = [measure_part(*components.surface_of(int(k)), close_gaps=False) for k in large]
+    return sorted((part for part in parts if part is not None), key=lambda p: -p.hull_volume)
 
 
 def measure_part(points: Floats, faces: Ints, close_gaps: bool) -> ConnectedPart | None:
@@ -141,20 +131,16 @@ def assemble_solid(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | 
     `grid`: voxels of the surface; a lid is put on an opening only where it is filled.
     """
     longest = float(np.ptp(points, axis=0).max())
-    component = face_components(faces, len(points))
-    count = int(component.max()) + 1
-    if count > MAX_COMPONENTS:
+    components = split_components(points, faces, np.arange(len(points)))
+    if components.count > MAX_COMPONENTS:
         return None
-    # Sort the faces by component and cut the list where the component changes: one array of face rows for each.
-    order = np.argsort(component, kind="stable")
     solids: list[Solid] = []
     sheets: list[Ints] = []
     lidded_count = 0
-    for face_rows in np.split(order, np.flatnonzero(np.diff(component[order])) + 1):
-        used, local = np.unique(faces[face_rows], return_inverse=True)
-        found = _component_solid(points[used], local.reshape(-1, 3), grid, longest)
+    for k in range(components.count):
+        found = _component_solid(*components.surface_of(k), grid, longest)
         if found is None:
-            sheets.append(faces[face_rows])
+            sheets.append(components.faces_of(k))
         else:
             solids.append(found[0])
             lidded_count += found[1]
@@ -166,7 +152,7 @@ def assemble_solid(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | 
     if not solids:
         return None
     united = without_voids(manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add))
-    steps = [f"put together from {count} pieces"] if count > 1 else []
+    steps = [f"put together from {components.count} pieces"] if components.count > 1 else []
     steps += [f"lids on {lidded_count}"] if lidded_count else []
     steps += [f"{1000 * sheet_thickness_m:.2g} mm for {len(sheet_faces)} lone faces"] if len(sheet_faces) else []
     sheet_area = sum(float(face_normals(points, face_rows)[1].sum()) for face_rows in sheets)

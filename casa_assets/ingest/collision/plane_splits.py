@@ -24,7 +24,7 @@ from casa_assets.mesh.solid.solids import (
     volume_of_hull,
 )
 from casa_assets.mesh.surface import face_normals
-from casa_assets.mesh.topology import connected_groups, directed_edges
+from casa_assets.mesh.topology import connected_groups, directed_edges, edge_counts
 
 # With more pieces than these on one side that side is taken as one.
 MOST_PIECES = 24
@@ -37,14 +37,6 @@ MIN_PIECE_SHARE = 1e-5
 
 
 @dataclass(frozen=True)
-class EdgeGraph:
-    """Vertices and edges of a closed surface: (P, 3) points and (E, 2) edges, each once."""
-
-    points: Floats
-    edges: Ints
-
-
-@dataclass(frozen=True)
 class Plane:
     """Places x with normal . x = offset; the normal has unit length, metres."""
 
@@ -52,31 +44,27 @@ class Plane:
     offset: float
 
 
-def edge_graph(points: Floats, faces: Ints) -> EdgeGraph:
-    """The points and edges of a closed surface, (P, 3) and (F, 3)."""
-    ends = np.sort(directed_edges(faces), axis=1)
-    key = np.unique(ends[:, 0] * len(points) + ends[:, 1])
-    return EdgeGraph(points, np.stack([key // len(points), key % len(points)], axis=1))
+def split_hull_volume(points: Floats, edges: Ints, plane: Plane) -> tuple[float, int]:
+    """Volume of the hulls, m^3, and their number, if a plane cut the solid and every piece got one hull.
 
-
-def split_hull_volume(of: EdgeGraph, plane: Plane) -> tuple[float, int]:
-    """Volume of the hulls, m^3, and their number, if a plane cut the solid and every piece got one hull."""
-    above = of.points @ plane.normal - plane.offset
+    `points`, `edges`: of the closed surface, (P, 3), and (E, 2), each once.
+    """
+    above = points @ plane.normal - plane.offset
     side = above > 0
     if side.all() or not side.any():
         return np.inf, 1
-    first, second = of.edges.T
+    first, second = edges.T
     through = side[first] != side[second]
     kept = ~through
     label = connected_groups(len(above), first[kept], second[kept])
     one, other = first[through], second[through]
     share = above[one] / (above[one] - above[other])
-    met = of.points[one] + share[:, None] * (of.points[other] - of.points[one])
+    met = points[one] + share[:, None] * (points[other] - points[one])
     total, count = 0.0, 0
     for high in (True, False):
         ends = label[np.where(side[one] == high, one, other)]
-        for points in _pieces(of.points, label, side == high, met, ends, plane.normal):
-            total += float(manifold3d.Manifold.hull_points(points).volume())
+        for piece in _pieces(points, label, side == high, met, ends, plane.normal):
+            total += float(manifold3d.Manifold.hull_points(piece).volume())
             count += 1
     return total, count
 
@@ -314,7 +302,7 @@ def _cut(solid: Solid, min_volume_m3: float, max_parts: int, min_slice_m: float)
 def _best_planes(solid: Solid, max_parts: int, min_slice_m: float) -> list[Plane]:
     """Planes that leave the least volume between the hulls of the parts and the solid, the best first."""
     points, faces = surface_of(solid)
-    graph, whole_volume = edge_graph(points, faces), volume_of_hull([solid])
+    edges, whole_volume = edge_counts(faces)[0], volume_of_hull([solid])
 
     def thinner_half(plane: Plane) -> float:
         along = points @ plane.normal - plane.offset
@@ -323,7 +311,7 @@ def _best_planes(solid: Solid, max_parts: int, min_slice_m: float) -> list[Plane
     def gain(plane: Plane) -> float:
         if thinner_half(plane) < min_slice_m:
             return -np.inf
-        parts_volume, count = split_hull_volume(graph, plane)
+        parts_volume, count = split_hull_volume(points, edges, plane)
         if count > max_parts:
             return -np.inf
         # The number of parts is limited, so a plane that makes more of them has to gain more.

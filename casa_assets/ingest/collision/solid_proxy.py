@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
 from itertools import permutations
 
 import numpy as np
@@ -12,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.ingest.collision.components import AssembledSolid, assemble_solid, covers_surface
+from casa_assets.ingest.components import MAX_WALLED_FILL, MIN_SEALED_GROWTH, THIN_WALL_RATIO, SurfaceKind
 from casa_assets.mesh.solid.deviation import samples_with_faces
 from casa_assets.mesh.solid.solids import (
     Solid,
@@ -146,18 +146,11 @@ SMALL_HOLE = 0.05
 TELLING_CELLS = 12
 # A solid made on the grid is simplified within this share of a voxel, which leaves about a tenth of its faces.
 SMOOTH_CELLS = 0.3
-# Mean wall thickness over the longest side below which a surface is walled, and the share of its hull that a walled one
-# fills at most.
-# Ref: generated shells measure .011 to .023, a mug .040, a generated solid shaker .19 (filling .11 to .22, and .87).
-THIN_WALL_RATIO = 0.06
-MAX_WALLED_FILL = 0.5
 # A solid made on the grid reaches beyond the bounding box of the surface and is cut off there, unless less than this
 # share of it would be left.
 MIN_KEPT_SHARE = 0.7
 # A surface of which more than this share is sheets without a volume is an open sheet.
 MIN_SHEET_SHARE = 0.5
-# Volume added by filling sealed cavities, as a share of the filled solid, from which on a surface is double walled.
-MIN_SEALED_GROWTH = 0.25
 # Radius of the ball, in voxels, that does not pass the windows of a lattice: its diameter is 8 % of the longest side.
 WINDOW_CELLS = 2.5
 # Windows take at least this share of the voxels of a lattice.
@@ -165,15 +158,6 @@ MIN_WINDOW_SHARE = 0.1
 # Half the wall, in voxels, that is taken off a lattice, as the grid is that much too thick. The shortest way between
 # two voxels that the ball does not fill is .33 longer than its radius: with less than that no bar is lost.
 LATTICE_HALF_CELLS = 0.25
-
-
-class SurfaceKind(StrEnum):
-    """Kind of surface that a solid represents."""
-
-    SOLID = "solid"
-    WALLED = "walled"
-    DOUBLE = "double walled"
-    SHEET = "open sheet"
 
 
 @dataclass(frozen=True)
