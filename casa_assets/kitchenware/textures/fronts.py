@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
@@ -26,20 +25,8 @@ from casa_assets.ext.textures import (
     wood,
 )
 
-
-class FrontFace(StrEnum):
-    """Print or relief of the face."""
-
-    PLAIN = "plain"
-    LINEN = "linen"
-    CONCRETE = "concrete"
-    RIBBED = "ribbed"
-    FLUTED = "fluted"
-    BRUSHED = "brushed"
-    PEEL = "peel"
-    LINOLEUM = "linoleum"
-    LEATHER = "leather"
-    CANE = "cane"
+# Print or relief of the face.
+FrontFace = Literal["plain", "linen", "concrete", "ribbed", "fluted", "brushed", "peel", "linoleum", "leather", "cane"]
 
 
 class PressedFront(Record):
@@ -47,7 +34,7 @@ class PressedFront(Record):
 
     color: HexColor = Field(description="of the face")
     second: HexColor = Field(description="of threads, clouds or lines on it")
-    face: FrontFace = Field(FrontFace.PLAIN, description="pattern")
+    face: FrontFace = Field("plain", description="pattern")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.6
     strength: Share = Field(0.5, description="how plain the pattern is to see")
     pitch_m: float = Field(0.02, gt=0.003, lt=0.2, description="distance of ribs, flutes or cane holes")
@@ -149,7 +136,7 @@ def _strand(at: Map, width: float) -> Map:
 
 
 _FACES = {
-    FrontFace(maker.__name__.removeprefix("_")): maker
+    maker.__name__.removeprefix("_"): maker
     for maker in (_plain, _linen, _concrete, _ribbed, _fluted, _brushed, _peel, _linoleum, _leather, _cane)
 }
 
@@ -158,13 +145,8 @@ PRESSED = TextureKind("pressed_front", PressedFront, paint_board)
 # Painted --------------------------------------------------------------------------------------------------------------
 
 
-class PaintCoat(StrEnum):
-    """Method of painting."""
-
-    SPRAYED = "sprayed"
-    BRUSHED = "brushed"
-    CHALK = "chalk"
-    LIMEWASH = "limewash"
+# Method of painting.
+PaintCoat = Literal["sprayed", "brushed", "chalk", "limewash"]
 
 
 class PaintedFront(Record):
@@ -172,7 +154,7 @@ class PaintedFront(Record):
 
     color: HexColor = Field(description="of the paint")
     undercoat: HexColor = Field("#b08d63", description="what shows where it is rubbed away, and through a thin coat")
-    coat: PaintCoat = Field(PaintCoat.SPRAYED, description="how it was laid on")
+    coat: PaintCoat = Field("sprayed", description="how it was laid on")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.4
     wear: Share = Field(0.0, description="how much is rubbed away")
     species: WoodSpecies = Field(WoodSpecies(), description="wood whose grain can be felt under the paint")
@@ -192,7 +174,7 @@ def paint_painted(params: PaintedFront, canvas: Canvas, rng: np.random.Generator
         depth = 0.35 * open_grain + 0.05 * params.telegraph * grain.fibre
         albedo = albedo * (1.0 - 0.28 * depth)[..., None]
         height = height - 0.00025 * open_grain
-    if params.coat is PaintCoat.LIMEWASH:
+    if params.coat == "limewash":
         thin = smoothstep(-0.2, 1.6, canvas.noise(0.25, 0.006, rng) + 0.6 * canvas.noise(0.5, 0.06, rng))
         albedo = blend(albedo, under, 0.42 * thin)
     if params.wear > 0:
@@ -213,10 +195,10 @@ def paint_painted(params: PaintedFront, canvas: Canvas, rng: np.random.Generator
 def _coat(coat: PaintCoat, canvas: Canvas, rng: np.random.Generator) -> tuple[Map, Map, Map]:
     """Relative tone, height in metres and change of roughness that the tool leaves."""
     cloud = canvas.noise(0.5, 0.4, rng, 2)
-    if coat is PaintCoat.SPRAYED:
+    if coat == "sprayed":
         peel = canvas.noise(0.004, 0.004, rng)
         return 0.004 * cloud, 0.000004 * peel, 0.01 * cloud
-    if coat is PaintCoat.CHALK:
+    if coat == "chalk":
         mottle = canvas.noise(0.08, 0.06, rng, 4)
         stroke = canvas.noise(0.12, 0.003, rng)
         return 0.010 * mottle + 0.007 * stroke, 0.00003 * stroke + 0.00001 * mottle, 0.03 * mottle

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -62,17 +62,8 @@ class Pattern(StrEnum):
     FADE = "fade"  # from the first colour above to the second below
 
 
-class Lettering(StrEnum):
-    """How the brand is written."""
-
-    PLAIN = "plain"
-    BOLD = "bold"
-    WIDE = "wide"
-    NARROW = "narrow"
-    SLANTED = "slanted"
-    ARCHED = "arched"
-    SPACED = "spaced"
-    OUTLINED = "outlined"
+# How the brand is written.
+Lettering = Literal["plain", "bold", "wide", "narrow", "slanted", "arched", "spaced", "outlined"]
 
 
 class Label(Record):
@@ -82,7 +73,7 @@ class Label(Record):
     words: tuple[str, ...] = Field((), max_length=4, description="what the product is, a line each")
     small: str = Field("", description="a line at the foot, such as `330 ml`")
     layout: Layout = Field(Layout.BAND, description="of the front")
-    lettering: Lettering = Field(Lettering.BOLD, description="of the brand")
+    lettering: Lettering = Field("bold", description="of the brand")
     pattern: Pattern = Field(Pattern.NONE, description="of the ground")
     ground: tuple[HexColor, ...] = Field(
         ("#f3efe4",), min_length=1, max_length=3, description="of most of it; of fields, plates and patterns"
@@ -204,11 +195,11 @@ def _ratio(one: str, other: str) -> float:
     return light[1] / light[0]
 
 
-def letters(text: str, lettering: Lettering = Lettering.PLAIN) -> Image.Image:
+def letters(text: str, lettering: Lettering = "plain") -> Image.Image:
     """The mask of a line of letters without a margin; mode L."""
-    bold = {Lettering.BOLD: 5, Lettering.ARCHED: 5, Lettering.SLANTED: 4, Lettering.OUTLINED: 6, Lettering.WIDE: 3}
+    bold = {"bold": 5, "arched": 5, "slanted": 4, "outlined": 6, "wide": 3}
     stroke = bold.get(lettering, 2)
-    gap = {Lettering.SPACED: 0.35, Lettering.WIDE: 0.12, Lettering.NARROW: -0.02}.get(lettering, 0.0) * LETTER_PX
+    gap = {"spaced": 0.35, "wide": 0.12, "narrow": -0.02}.get(lettering, 0.0) * LETTER_PX
     font = ImageFont.load_default(LETTER_PX)
     edges = [0.0]
     for letter in text:
@@ -217,14 +208,14 @@ def letters(text: str, lettering: Lettering = Lettering.PLAIN) -> Image.Image:
     draw = ImageDraw.Draw(mask)
     for letter, x in zip(text, edges, strict=False):
         draw.text((x + LETTER_PX // 2, LETTER_PX // 3), letter, fill=255, font=font, stroke_width=stroke)
-    if lettering is Lettering.SLANTED:
+    if lettering == "slanted":
         mask = mask.transform(mask.size, Image.Transform.AFFINE, (1, 0.22, -0.22 * LETTER_PX, 0, 1, 0), 3)
     box = mask.getbbox()
     mask = mask.crop(box) if box else mask
-    factor = {Lettering.WIDE: 1.35, Lettering.NARROW: 0.62}.get(lettering)
+    factor = {"wide": 1.35, "narrow": 0.62}.get(lettering)
     if factor:
         mask = mask.resize((max(1, int(mask.width * factor)), mask.height), Image.Resampling.BICUBIC)
-    return _arched(mask) if lettering is Lettering.ARCHED else mask
+    return _arched(mask) if lettering == "arched" else mask
 
 
 def _arched(mask: Image.Image) -> Image.Image:
@@ -243,7 +234,7 @@ def write(
     area: Area,
     text: str,
     color: str,
-    lettering: Lettering = Lettering.PLAIN,
+    lettering: Lettering = "plain",
     edge: str | None = None,
     upright: bool = False,
 ) -> None:
@@ -281,7 +272,7 @@ def _motif(image: Image.Image, p: Label, area: Area, ground: str, size: float = 
 def _brand(image: Image.Image, p: Label, area: Area, ground: str, *wanted: str) -> None:
     """The brand within an area."""
     color = _seen_on(ground, *([p.brand_ink] if p.brand_ink else []), *wanted, p.accent, p.ink)
-    edge = _seen_on(color, p.accent, p.ink, p.second) if p.lettering is Lettering.OUTLINED else None
+    edge = _seen_on(color, p.accent, p.ink, p.second) if p.lettering == "outlined" else None
     write(image, area, p.brand, color, p.lettering, edge)
 
 
@@ -295,7 +286,7 @@ def _words(image: Image.Image, p: Label, area: Area, ground: str, lines: Sequenc
     top, total = 0.0, sum(shares)
     for k, (line, share) in enumerate(zip(lines, shares, strict=True)):
         row = area.part(0.0, top / total, 1.0, (top + 0.78 * share) / total)
-        write(image, row, line, color, Lettering.BOLD if k == 0 else Lettering.PLAIN)
+        write(image, row, line, color, "bold" if k == 0 else "plain")
         top += share
 
 
@@ -372,7 +363,7 @@ def _facts_side(image: Image.Image, p: Label, area: Area, rng: np.random.Generat
     area = replace(area, x=area.middle[0] - width / 2, width=width)
     table, code = area.part(0.05, 0.0, 0.95, 0.62), area.part(0.05, 0.68, 0.95, 0.98)
     draw.rectangle(table.corners, fill=WHITE)
-    write(image, table.part(0.06, 0.03, 0.94, 0.14), "Facts per 100 g", BLACK, Lettering.BOLD)
+    write(image, table.part(0.06, 0.03, 0.94, 0.14), "Facts per 100 g", BLACK, "bold")
     names = ("Energy", "Fat", "of which x", "Carbs", "Sugars", "Protein", "Salt")
     for k, name in enumerate(names):
         row = table.part(0.06, 0.19 + 0.113 * k, 0.94, 0.27 + 0.113 * k)
@@ -395,7 +386,7 @@ def _words_side(image: Image.Image, p: Label, area: Area, rng: np.random.Generat
         ImageDraw.Draw(image).rectangle(area.part(0.0, -0.03, 1.0, 1.03).corners, fill=ground)
     _brand(image, p, area.part(0.05, 0.0, 0.95, 0.22), ground)
     if p.words:
-        write(image, area.part(0.1, 0.26, 0.9, 0.36), p.words[0], _seen_on(ground, p.ink), Lettering.BOLD)
+        write(image, area.part(0.1, 0.26, 0.9, 0.36), p.words[0], _seen_on(ground, p.ink), "bold")
     words = WORDS_OF_SMALL_PRINT.split()
     for k in range(6):
         chosen = " ".join(words[i] for i in rng.integers(0, len(words), 5))
@@ -500,7 +491,7 @@ def _split(image: Image.Image, p: Label, face: Area) -> None:
     ground = p.ground[0]
     _brand(image, p, face.part(0.04, 0.08, 0.96, 0.32), ground)
     if p.words:
-        write(image, face.part(0.1, 0.35, 0.9, 0.46), p.words[0], _seen_on(ground, p.ink, p.accent), Lettering.BOLD)
+        write(image, face.part(0.1, 0.35, 0.9, 0.46), p.words[0], _seen_on(ground, p.ink, p.accent), "bold")
     _motif(image, p, face.part(0.1, 0.52, 0.9, 0.84), p.second, 1.1)
     _words(image, p, face.part(0.12, 0.87, 0.88, 0.98), p.second, p.words[1:2])
 
@@ -579,10 +570,10 @@ def _round_upright(image: Image.Image, p: Label, inside: Area, face: Area) -> No
 def _upright(image: Image.Image, p: Label, face: Area) -> None:
     ground = p.second
     color = _seen_on(ground, *([p.brand_ink] if p.brand_ink else []), p.accent, WHITE)
-    edge = _seen_on(color, p.ink, p.ground[0]) if p.lettering is Lettering.OUTLINED else None
+    edge = _seen_on(color, p.ink, p.ground[0]) if p.lettering == "outlined" else None
     write(image, face.part(0.1, 0.05, 0.62 if p.words else 0.9, 0.7), p.brand, color, p.lettering, edge, True)
     if p.words:
-        write(image, face.part(0.7, 0.06, 0.86, 0.69), p.words[0], _seen_on(ground, p.ink), Lettering.BOLD, None, True)
+        write(image, face.part(0.7, 0.06, 0.86, 0.69), p.words[0], _seen_on(ground, p.ink), "bold", None, True)
     _motif(image, p, face.part(0.12, 0.73, 0.88, 0.95), ground)
 
 

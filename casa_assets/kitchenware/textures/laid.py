@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -180,13 +180,8 @@ class GlazedLava(Record):
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.08
 
 
-class LaminatePattern(StrEnum):
-    """Patterns of printed laminate."""
-
-    BOOMERANG = "boomerang"
-    CRACKED_ICE = "cracked_ice"
-    FLECKS = "flecks"
-    TERRAZZO = "terrazzo"
+# Patterns of printed laminate.
+LaminatePattern = Literal["boomerang", "cracked_ice", "flecks", "terrazzo"]
 
 
 class PrintedLaminate(Record):
@@ -257,23 +252,23 @@ def paint_print(params: PrintedLaminate, canvas: Canvas, rng: np.random.Generato
 def _figures(params: PrintedLaminate, ink: int, canvas: Canvas, rng: np.random.Generator) -> Map:
     """Mask 0..1: what is printed in one ink."""
     size = params.size_m
-    if params.pattern is LaminatePattern.CRACKED_ICE:
+    if params.pattern == "cracked_ice":
         shards = voronoi_cells(canvas, size * (1.0 + 0.5 * ink), rng, stretch=1.4)
         lit = shards.random_per_cell(rng) ** 2
         return np.asarray(0.75 * lit * smoothstep(0.0, 0.03, shards.border_m / size), dtype=np.float32)
-    places = voronoi_cells(canvas, size * (1.25 if params.pattern is LaminatePattern.BOOMERANG else 1.0), rng)
+    places = voronoi_cells(canvas, size * (1.25 if params.pattern == "boomerang" else 1.0), rng)
     turn = 2.0 * np.pi * places.random_per_cell(rng)
     u = (np.cos(turn) * places.dx_m + np.sin(turn) * places.dy_m) / size
     v = (np.cos(turn) * places.dy_m - np.sin(turn) * places.dx_m) / size
     soft = canvas.pixel_width_m / size
-    if params.pattern is LaminatePattern.BOOMERANG:
+    if params.pattern == "boomerang":
         # A bent bar: distance to a parabola, the bar thins out to its tips; only its outline is inked.
         half = 0.10 * np.sqrt(np.clip(1 - 9 * u * u, 0, 1))
         bar = np.abs(v + 0.10 - 1.6 * u * u) / np.sqrt(1.0 + (3.2 * u) ** 2) - half
         bar = np.where(np.abs(u) < 0.34, bar, 1.0)
         line = np.clip(1.2 - (np.abs(bar) - 0.012) / max(soft, 0.012), 0.0, 1.0)
         return np.asarray(line * (places.random_per_cell(rng) < 0.8))
-    if params.pattern is LaminatePattern.FLECKS:
+    if params.pattern == "flecks":
         slim = np.maximum(np.abs(u) / 0.30, np.abs(v) / 0.035)
         fleck = np.clip((1.0 - slim) / max(soft / 0.035, 0.2) + 0.5, 0.0, 1.0)
         return np.asarray(fleck * (places.random_per_cell(rng) < 0.55))

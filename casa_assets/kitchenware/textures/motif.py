@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import StrEnum
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -84,27 +83,27 @@ def ink(depth: Array, soft: float) -> Array:
 Figures = list[tuple[Array, int]]
 
 
-class TileDesign(StrEnum):
-    """Design of a cement tile."""
-
-    COASTAL = "coastal"
-    QUATREFOIL = "quatrefoil"
-    STAR = "star"
-    MOROCCAN = "moroccan"
-    CIRCLES = "circles"
-    COMPASS = "compass"
-    LACE = "lace"
-    DIAMONDS = "diamonds"
-    ROSETTE = "rosette"
-    BORDERED = "bordered"
-    CUBES = "cubes"
-    TRIANGLES = "triangles"
-    FLEUR = "fleur"
-    CROSSES = "crosses"
-    ARCS = "arcs"
-    WAVES = "waves"
-    OCTAGRAM = "octagram"
-    TULIP = "tulip"
+# Design of a cement tile.
+TileDesign = Literal[
+    "coastal",
+    "quatrefoil",
+    "star",
+    "moroccan",
+    "circles",
+    "compass",
+    "lace",
+    "diamonds",
+    "rosette",
+    "bordered",
+    "cubes",
+    "triangles",
+    "fleur",
+    "crosses",
+    "arcs",
+    "waves",
+    "octagram",
+    "tulip",
+]
 
 
 def _coastal(u: Array, v: Array) -> Figures:
@@ -279,8 +278,8 @@ def _tulip(u: Array, v: Array) -> Figures:
     return [(bud, 1), (slit, 0), (stem, 2), (leaf, 2), (heart, 2), (0.09 - s, 1)]
 
 
-DESIGNS: dict[TileDesign, Callable[[Array, Array], Figures]] = {
-    TileDesign(maker.__name__.removeprefix("_")): maker
+DESIGNS: dict[str, Callable[[Array, Array], Figures]] = {
+    maker.__name__.removeprefix("_"): maker
     for maker in (
         *(_coastal, _quatrefoil, _star, _moroccan, _circles, _compass, _lace, _diamonds, _rosette, _bordered),
         *(_cubes, _triangles, _fleur, _crosses, _arcs, _waves, _octagram, _tulip),
@@ -288,15 +287,8 @@ DESIGNS: dict[TileDesign, Callable[[Array, Array], Figures]] = {
 }
 
 
-class FoliageKind(StrEnum):
-    """Kind of plant."""
-
-    FERN = "fern"
-    BANANA = "banana"
-    GINKGO = "ginkgo"
-    WILLOW = "willow"
-    BLOSSOM = "blossom"
-    MEADOW = "meadow"
+# Kind of plant.
+FoliageKind = Literal["fern", "banana", "ginkgo", "willow", "blossom", "meadow"]
 
 
 def scatter(
@@ -428,17 +420,14 @@ def _meadow(u: Array, v: Array) -> list[tuple[Array, int]]:
     return [(blades, 0), (np.maximum(stem, np.maximum.reduce(rays)), 1), (np.maximum.reduce(tops), 2)]
 
 
-_MIXED = (FoliageKind.FERN, FoliageKind.BANANA, FoliageKind.WILLOW)  # inks are shades of one colour: any may come first
-_ANY_WAY = (FoliageKind.FERN, FoliageKind.GINKGO, FoliageKind.BANANA)
+_MIXED = ("fern", "banana", "willow")  # inks are shades of one colour: any may come first
+_ANY_WAY = ("fern", "ginkgo", "banana")
 _DENSE = {
-    FoliageKind.FERN: 2.0,
-    FoliageKind.BANANA: 2.1,
-    FoliageKind.GINKGO: 1.15,
-    FoliageKind.WILLOW: 1.9,
-    FoliageKind.BLOSSOM: 1.35,
-    FoliageKind.MEADOW: 1.9,
+    "fern": 2.0,
+    "banana": 2.1,
+    "ginkgo": 1.15,
+    "willow": 1.9,
+    "blossom": 1.35,
+    "meadow": 1.9,
 }
-_DRAW = {
-    FoliageKind(maker.__name__.removeprefix("_")): maker
-    for maker in (_fern, _banana, _ginkgo, _willow, _blossom, _meadow)
-}
+_DRAW = {maker.__name__.removeprefix("_"): maker for maker in (_fern, _banana, _ginkgo, _willow, _blossom, _meadow)}

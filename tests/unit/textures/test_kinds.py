@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from casa_assets.kitchenware.textures import stone as slabs
 from casa_assets.kitchenware.textures.covering import REPEATS, PaperRepeat
 from casa_assets.kitchenware.textures.floors import Encaustic
 from casa_assets.kitchenware.textures.fronts import PaintCoat, PaintedFront
-from casa_assets.kitchenware.textures.label import Label, Layout, Lettering, front, lines_in_picture
+from casa_assets.kitchenware.textures.label import Label, Layout, front, lines_in_picture
 from casa_assets.kitchenware.textures.make import COUNTERS, FLOORS, FRONTS, WALLS, make
 from casa_assets.kitchenware.textures.motif import DESIGNS, TileDesign
 from casa_assets.model.registry.rows import Surface, TextureRecipe
@@ -107,13 +108,13 @@ def test_wood_of_cabinets_stands_upright_and_paint_is_muted(subtests: pytest.Sub
                 assert np.hypot(lab[1], lab[2]) < 0.125
 
 
-@pytest.mark.parametrize("coat", [PaintCoat.SPRAYED, PaintCoat.BRUSHED, PaintCoat.CHALK])
+@pytest.mark.parametrize("coat", ["sprayed", "brushed", "chalk"])
 def test_paint_has_its_colour(coat: PaintCoat) -> None:
     made = painted(PaintedFront(color="#6d8a78", coat=coat, roughness=0.5), "p")
     assert made.albedo.mean(axis=(0, 1)) == pytest.approx(rgb("#6d8a78"), abs=0.01)
     assert float(made.roughness.mean()) == pytest.approx(0.5, abs=0.02)
     across, along = steps(made.height_m)
-    if coat is PaintCoat.BRUSHED:
+    if coat == "brushed":
         assert across > 4 * along
 
 
@@ -175,7 +176,7 @@ def test_subway_tiles_are_as_large_as_stated() -> None:
 
 
 def test_designs_use_all_their_inks_and_go_on_over_the_joint(subtests: pytest.Subtests) -> None:
-    for design in TileDesign:
+    for design in get_args(TileDesign):
         with subtests.test(design=design):
             inks = 1 + max(number for _, number in DESIGNS[design](np.zeros((1, 1)), np.zeros((1, 1))))
             colors = ("#ffffff", "#ff0000", "#00ff00", "#0000ff")[:inks]
@@ -185,12 +186,12 @@ def test_designs_use_all_their_inks_and_go_on_over_the_joint(subtests: pytest.Su
                 wanted = np.array([int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)])
                 assert (np.abs(made - wanted).max(axis=2) < 0.3).mean() > 0.005
             np.testing.assert_allclose(made[:64, :64], made[64:, 64:], atol=0.35)  # the same tile, mottled
-            if design is not TileDesign.ARCS:  # its rings end at the edge of the tile
+            if design != "arcs":  # its rings end at the edge of the tile
                 assert seam(made).worst < 2.0
 
 
 def test_repeats_of_paper_are_as_large_as_stated_and_close(subtests: pytest.Subtests) -> None:
-    for repeat in PaperRepeat:
+    for repeat in get_args(PaperRepeat):
         with subtests.test(repeat=repeat):
             u = (np.arange(200) + 0.5) / 200 - 0.5
             for depth, _ in REPEATS[repeat](u[None, :] + 0 * u[:, None], u[:, None] + 0 * u[None, :]):
@@ -226,7 +227,7 @@ def test_lines_lie_where_their_colour_is_seen() -> None:
 
 
 def test_an_outline_is_no_letter() -> None:
-    outlined = PLAIN.replace(lettering=Lettering.OUTLINED, brand_ink=ACCENT)
+    outlined = PLAIN.replace(lettering="outlined", brand_ink=ACCENT)
     brand = lines_in_picture(outlined, SIZE)[0]
     inside = brand.cover > 0.95
     assert np.abs(picture(outlined)[inside] - rgb(ACCENT)).max() < 0.2
