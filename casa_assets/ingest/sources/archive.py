@@ -264,55 +264,37 @@ def members_of(folder: Folder, path: str, main: str, at: int) -> Place:
     return packed_place(read, lambda: (member.path for member in archive.members()))
 
 
-class ShardRows:
-    """Descriptions of meshes in the JSON members of one tar; ids must differ.
+def _described(
+    found: Found, package: Package, name: str, texts: Mapping[str, bytes], is_full: bool, ids: UniqueIds
+) -> Found | Refused:
+    """A mesh of a tar with the description in its JSON; unchanged if it has none; refused if the JSON is wrong.
 
-    Args:
-        package: folder of the tar. name: of its file.
-        texts: content of JSON members by their paths, see Archive.members.
+    `name`: of the tar. `texts`: content of its JSON members by their paths, see Archive.members; `is_full`: they take
+    all that they may.
     """
-
-    def __init__(self, package: Package, name: str, texts: Mapping[str, bytes]) -> None:
-        self._package, self._name, self._texts = package, name, texts
-        self._is_full = sum(map(len, texts.values())) >= MAX_TEXTS_BYTES
-        self._ids = UniqueIds()
-
-    def described(self, found: Found) -> Found | Refused:
-        """A mesh with the description in its JSON; unchanged if it has no JSON; refused if the JSON is wrong."""
-        folder, base = posixpath.split(found.main)
-        # under its name, or under its key
-        names = posixpath.splitext(base)[0], base.partition(".")[0]
-        paths = (posixpath.join(folder, f"{name}.json") for name in names)
-        path = next((p for p in paths if p in self._texts), None)
-        if path is None:
-            return found
-        place = f"{printable(self._name)}!{printable(path, 80)}"
-        try:
-            row = self._row(path, place)
-            uid = self._uid(row, place)
-            check_types(row, place)
-        except Rejected as error:
-            return self._package.refuse(self._name, error)
-        if uid:
-            self._ids.add(uid, place)
-        source = source_of(row, found.source.path, uid, found.source.hints)
-        return replace(found, source=source, notes=remarks(place, row))
-
-    def _row(self, path: str, place: str) -> Mapping[str, object]:
-        text = self._texts[path]
-        if len(text) > MAX_TEXT_BYTES or (self._is_full and not text.rstrip().endswith((b"}", b"]"))):
+    folder, base = posixpath.split(found.main)
+    # under its name, or under its key
+    names = posixpath.splitext(base)[0], base.partition(".")[0]
+    path = next((p for p in (posixpath.join(folder, f"{n}.json") for n in names) if p in texts), None)
+    if path is None:
+        return found
+    place = f"{printable(name)}!{printable(path, 80)}"
+    text = texts[path]
+    try:
+        if len(text) > MAX_TEXT_BYTES or (is_full and not text.rstrip().endswith((b"}", b"]"))):
             message = f"{place}: over {MAX_TEXT_BYTES} bytes, or over {MAX_TEXTS_BYTES} with the others; shorten it"
             raise Rejected(codes.TOO_LARGE, message)
-        return as_object(parse_json(text.decode("utf-8-sig", "replace"), place), place)
-
-    def _uid(self, row: Mapping[str, object], place: str) -> str:
-        """The id that a row states, as text; empty if it states none, since the key distinguishes samples."""
-        value = row.get("uid", row.get("id"))
-        if value is None:
-            return ""
-        uid = safe_id(str(value) if type(value) is int else value, place)
-        self._ids.check(uid, place)
-        return uid
+        row = as_object(parse_json(text.decode("utf-8-sig", "replace"), place), place)
+        value = row.get("uid", row.get("id"))  # without one the key distinguishes samples
+        uid = "" if value is None else safe_id(str(value) if type(value) is int else value, place)
+        ids.check(uid, place)
+        check_types(row, place)
+    except Rejected as error:
+        return package.refuse(name, error)
+    if uid:
+        ids.add(uid, place)
+    source = source_of(row, found.source.path, uid, found.source.hints)
+    return replace(found, source=source, notes=remarks(place, row))
 
 
 def archived(package: Package, name: str, others: Counter[str]) -> Iterator[Found | Refused]:
@@ -324,7 +306,7 @@ def archived(package: Package, name: str, others: Counter[str]) -> Iterator[Foun
     except Rejected as error:
         yield package.refuse(name, error)
         return
-    rows = ShardRows(package, name, texts)
+    ids, is_full = UniqueIds(), sum(map(len, texts.values())) >= MAX_TEXTS_BYTES
     in_folder: dict[str, set[str]] = {}
     for member in members:
         folder, base = posixpath.split(member.path)
@@ -346,4 +328,5 @@ def archived(package: Package, name: str, others: Counter[str]) -> Iterator[Foun
             outer = package.prefix.rstrip("/").split("/")[::-1]
             hints = unique_hints([posixpath.splitext(base)[0]], around, outer, [package.root.name])
             source = Source(kind=SourceKind.FOLDER, path=place, hints=hints)
-            yield rows.described(Found(package.root, member.path, source, archive=name, at=member.at))
+            found = Found(package.root, member.path, source, archive=name, at=member.at)
+            yield _described(found, package, name, texts, is_full, ids)
