@@ -37,9 +37,9 @@ FEW_SAMPLES = 300
 class Contacts:
     """Contacts between the components of a surface: (K, 2) that touch, each pair once."""
 
-    def __init__(self, components: Components, touch_share: float = TOUCH_SHARE) -> None:
+    def __init__(self, components: Components) -> None:
         self.components = components
-        reach = touch_share * float(np.ptp(components.points, axis=0).max())
+        reach = TOUCH_SHARE * float(np.ptp(components.points, axis=0).max())
         samples, face = samples_with_faces(components.points, components.faces, SAMPLES)
         # A small component may have got few samples or none: corners of so many of its faces join them.
         few = np.bincount(components.label[face], minlength=components.count) < FEW_SAMPLES

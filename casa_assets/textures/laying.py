@@ -423,8 +423,6 @@ def fieldstone(canvas: Canvas, width: float, height: float, rng: np.random.Gener
         v_m=vs.astype(np.float32),
         turn=np.zeros(count),
         sort=number % 3,
-        x_m=((number % columns) + 0.5) * wide,
-        y_m=((number // columns) + 0.5) * tall,
         half_m=np.broadcast_to(np.array([wide / 2, tall / 2]), (count, 2)),
     )
 

@@ -45,8 +45,6 @@ class PieceMap:
     v_m: Map  # (H, W) float32, along it
     turn: Array  # (N,) of each piece
     sort: npt.NDArray[np.int64]  # (N,)
-    x_m: Array  # (N,)
-    y_m: Array  # (N,)
     half_m: Array  # (N, 2) half of its box across and along
 
     @property
@@ -81,8 +79,6 @@ def raster(places: Sequence[PlacedOutline], canvas: Canvas) -> PieceMap:
         v_m=vs,
         turn=np.array([p.turn for p in places]),
         sort=np.array([p.sort for p in places], dtype=np.int64),
-        x_m=np.array([p.x for p in places]),
-        y_m=np.array([p.y for p in places]),
         half_m=np.array([(p.half_u, p.half_v) for p in places]),
     )
 

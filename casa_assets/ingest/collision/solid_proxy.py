@@ -168,14 +168,12 @@ class SolidProxy:
         solid: closed, outward, metres, without sealed cavities.
         kind: of the surface. message: the measurements behind it and the steps that were taken, in words.
         mean_wall_m: mean thickness, metres: twice the volume over the area.
-        is_exact: the surface itself, or with small holes closed; else made on a grid.
     """
 
     solid: Solid
     kind: SurfaceKind
     message: str
     mean_wall_m: float
-    is_exact: bool
 
 
 def solid_proxy(points: Floats, faces: Ints, is_full: bool) -> SolidProxy | None:
@@ -195,14 +193,14 @@ def solid_proxy(points: Floats, faces: Ints, is_full: bool) -> SolidProxy | None
         if covers_surface(solid, points, faces, grid if grid_is_fine_enough else None):
             raw = None if assembled.sheet_share > MIN_SHEET_SHARE else assembled.solid
             solid = _within(solid, points[np.unique(faces)]) if assembled.sheet_share > 0 else solid
-            return _classified(solid, raw, area, longest, list(assembled.steps), is_exact=True)
+            return _classified(solid, raw, area, longest, list(assembled.steps))
     gridded = solid_of(*isosurface(signed_distance_field(points, faces, grid), grid.origin, grid.cell))
     if gridded is None:
         return None
     solid = _smoothed(gridded, grid, points[np.unique(faces)])
     exact = _closed(points, faces, grid)
     done = [f"made solid on a grid of {1000 * grid.cell:.2g} mm"]
-    return _classified(solid, None if exact is None else exact.solid, area, longest, done, is_exact=False)
+    return _classified(solid, None if exact is None else exact.solid, area, longest, done)
 
 
 def without_windows(points: Floats, faces: Ints) -> SolidProxy | None:
@@ -223,7 +221,7 @@ def without_windows(points: Floats, faces: Ints) -> SolidProxy | None:
         return None
     solid = _smoothed(closed, grid, points[np.unique(faces)])
     area, longest = float(face_normals(points, faces)[1].sum()), float(np.ptp(points, axis=0).max())
-    return _classified(solid, None, area, longest, ["windows closed"], is_exact=False)
+    return _classified(solid, None, area, longest, ["windows closed"])
 
 
 def _smoothed(solid: Solid, grid: Grid, points: Floats) -> Solid:
@@ -250,9 +248,7 @@ def _closed(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | None:
     return None if solid is None else AssembledSolid(solid, ("small holes were closed",))
 
 
-def _classified(
-    solid: Solid, raw: Solid | None, area: float, longest: float, steps: list[str], is_exact: bool
-) -> SolidProxy:
+def _classified(solid: Solid, raw: Solid | None, area: float, longest: float, steps: list[str]) -> SolidProxy:
     """The proxy with its kind, which follows from the share of the hull filled, wall thickness and sealed volume.
 
     `raw`: the solid before sealed cavities were filled; None if the surface does not bound a solid.
@@ -271,4 +267,4 @@ def _classified(
     else:
         kind = SurfaceKind.WALLED if hull_fill < MAX_WALLED_FILL and wall_ratio < THIN_WALL_RATIO else SurfaceKind.SOLID
     message = f"{kind}: fills {hull_fill:.0%} of its hull, walls {wall_ratio:.3f} of its length"
-    return SolidProxy(solid, kind, "; ".join([message, *steps]), mean_wall_m, is_exact)
+    return SolidProxy(solid, kind, "; ".join([message, *steps]), mean_wall_m)

@@ -53,13 +53,15 @@ def text_field(row: Mapping[str, object], key: str) -> str:
     return printable(value, MAX_CHARACTERS).strip() if isinstance(value, str) else ""
 
 
-def text_list(values: object, key: str = "name") -> list[str]:
-    """Texts of a list of texts or of objects with a `key`; a bare text counts as one."""
+def text_list(values: object) -> list[str]:
+    """Texts of a list of texts or of objects with a `name`; a bare text counts as one."""
     if isinstance(values, str):
         return [printable(values)]
     if not isinstance(values, list):
         return []
-    found = [text_field(v, key) if isinstance(v, dict) else printable(v) if isinstance(v, str) else "" for v in values]
+    found = [
+        text_field(v, "name") if isinstance(v, dict) else printable(v) if isinstance(v, str) else "" for v in values
+    ]
     return [w for w in found[:MAX_HINTS] if w]
 
 
