@@ -31,7 +31,7 @@ class Found:
         notes: warnings about what was said of it.
         archive: the archive that holds `main` and all that it refers to, POSIX, relative to `root`; empty: the disk.
             `main` is a path within it then.
-        at: where in the archive `main` begins, see containers.archive.Member; -1: to be searched. In a table: the row.
+        at: where in the archive `main` begins, see archive.Member; -1: to be searched. In a table: the row.
         is_model: `main` is no file of a stranger but the RawModel of a mesh that the caller has in memory, as JSON.
     """
 
