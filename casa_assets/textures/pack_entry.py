@@ -67,7 +67,7 @@ class PackPicture(Record):
     prompt: str
     generator: str
     author: str
-    seam_before: float = Field(description="worst score of the border, see `textures.seam`")
+    seam_before: float = Field(description="worst score of the border, see `textures.check.seam`")
     seam_after: float
     repaired: bool = Field(description="whether the border was repaired")
     given: dict[str, str] = Field(

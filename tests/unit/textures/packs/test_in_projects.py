@@ -34,7 +34,7 @@ from tests.support.library.pictures import encoded, pixels, tiling, write_pictur
 from tests.support.program.projects import Project
 
 pytestmark = [
-    pytest.mark.content("code", "textures.packs", keep=0),
+    pytest.mark.content("code", "textures", keep=0),
     pytest.mark.content("code", "textures.run", keep=0),
 ]
 

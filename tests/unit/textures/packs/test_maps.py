@@ -29,7 +29,7 @@ from casa_assets.textures.run.packs.ingest import PackOptions, ingest_pack
 from tests.support.library.pictures import deep_png, encoded, pixels, relief, tiff, tiling
 
 pytestmark = [
-    pytest.mark.content("code", "textures.packs", keep=0),
+    pytest.mark.content("code", "textures", keep=0),
     pytest.mark.content("code", "textures.run", keep=0),
 ]
 
