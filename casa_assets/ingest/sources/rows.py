@@ -10,8 +10,9 @@ import json
 import math
 import posixpath
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
+from itertools import starmap
 
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.text import Notes, printable
@@ -235,9 +236,14 @@ def read_lines(package: Package, name: str, is_named: bool) -> Iterator[Found | 
         return
     if not (is_named or name.lower() in NAMES or b'"file"' in data):
         return
-    reader = _Rows(package, name)
+    ids = UniqueIds()
+
+    def row(number: int, line: bytes) -> Found | Refused:
+        place = f"{printable(name)} line {number}"
+        return _row(package, name, place, lambda: parse_json(line.decode("utf-8", "replace"), place), ids)
+
     filled = ((n, line) for n, line in enumerate(_lines(data.removeprefix(codecs.BOM_UTF8)), start=1) if line.strip())
-    yield from reader.bounded(reader.line(number, line.decode("utf-8", "replace")) for number, line in filled)
+    yield from _bounded(package, name, starmap(row, filled))
 
 
 def _lines(data: bytes) -> Iterator[bytes]:
@@ -268,52 +274,40 @@ def read_list(package: Package, name: str, is_named: bool) -> Iterator[Found | R
             message = f"{name}: not a list of rows with `id` and `file`; fix it"
             yield package.refuse(name, Rejected(codes.BAD_MANIFEST, message))
         return
-    reader = _Rows(package, name)
-    yield from reader.bounded(reader.row(f"{name} row {number}", row) for number, row in enumerate(rows, start=1))
+    ids = UniqueIds()
+
+    def read(number: int, row: object) -> Found | Refused:
+        return _row(package, name, f"{name} row {number}", lambda: row, ids)
+
+    yield from _bounded(package, name, starmap(read, enumerate(rows, start=1)))
 
 
-class _Rows:
-    """Reads rows of one manifest; ids must differ."""
+def _bounded(package: Package, name: str, rows: Iterator[Found | Refused]) -> Iterator[Found | Refused]:
+    """The rows, until there are more, or more broken ones, than any honest manifest has."""
+    broken = 0
+    for number, one in enumerate(rows, start=1):
+        broken += isinstance(one, Refused) and one.code == codes.BAD_ROW
+        if number > MAX_ROWS or broken > MAX_BROKEN_ROWS:
+            most, advice = f"{MAX_BROKEN_ROWS} broken rows", "fix the file"
+            if number > MAX_ROWS:
+                most = f"{MAX_ROWS} rows, which is what a run holds in memory"
+                advice = "split the file and ingest its parts one after the other into the same library"
+            message = f"{printable(name)}: more than {most}; the rows from {number} on were not read, {advice}"
+            yield package.refuse(name, Rejected(codes.BAD_MANIFEST, message))
+            return
+        yield one
 
-    def __init__(self, package: Package, name: str) -> None:
-        self._package, self._name = package, name
-        self._ids = UniqueIds()
 
-    def bounded(self, rows: Iterator[Found | Refused]) -> Iterator[Found | Refused]:
-        """The rows, until there are more, or more broken ones, than any honest manifest has."""
-        broken = 0
-        for number, one in enumerate(rows, start=1):
-            broken += isinstance(one, Refused) and one.code == codes.BAD_ROW
-            if number > MAX_ROWS or broken > MAX_BROKEN_ROWS:
-                most, advice = f"{MAX_BROKEN_ROWS} broken rows", "fix the file"
-                if number > MAX_ROWS:
-                    most = f"{MAX_ROWS} rows, which is what a run holds in memory"
-                    advice = "split the file and ingest its parts one after the other into the same library"
-                message = (
-                    f"{printable(self._name)}: more than {most}; the rows from {number} on were not read, {advice}"
-                )
-                yield self._package.refuse(self._name, Rejected(codes.BAD_MANIFEST, message))
-                return
-            yield one
-
-    def line(self, number: int, line: str) -> Found | Refused:
-        """One line of a `.jsonl` manifest."""
-        place = f"{printable(self._name)} line {number}"
-        try:
-            return self.row(place, parse_json(line, place))
-        except Rejected as error:
-            return self._package.refuse(self._name, error)
-
-    def row(self, place: str, row: object) -> Found | Refused:
-        """One row; refused with its place where anything in it is wrong."""
-        try:
-            row = as_object(row, place)
-            uid = safe_id(row.get("id"), place)
-            self._ids.check(uid, place)
-            check_types(row, place)
-            main = self._package.file(row.get("file"), place)
-            self._ids.add(uid, place)
-            source = source_of(row, main, uid, words_of_path(main))
-            return replace(self._package.found(main, source), notes=remarks(place, row))
-        except Rejected as error:
-            return self._package.refuse(self._name, error)
+def _row(package: Package, name: str, place: str, read: Callable[[], object], ids: UniqueIds) -> Found | Refused:
+    """One row of a manifest; refused with its place where anything in it is wrong."""
+    try:
+        row = as_object(read(), place)
+        uid = safe_id(row.get("id"), place)
+        ids.check(uid, place)
+        check_types(row, place)
+        main = package.file(row.get("file"), place)
+        ids.add(uid, place)
+        source = source_of(row, main, uid, words_of_path(main))
+        return replace(package.found(main, source), notes=remarks(place, row))
+    except Rejected as error:
+        return package.refuse(name, error)
