@@ -24,7 +24,6 @@ from casa_assets.textures.distance import (
     closest_pairs,
     describe_texture,
     distance,
-    oklab,
 )
 from casa_assets.textures.finish import finish, normals, swatch
 from casa_assets.textures.run.recipes import recipes
@@ -228,14 +227,6 @@ def stripes(seed: int = 1, across_m: float = 0.02, color: tuple[float, float, fl
 
 def seen(albedo: Map) -> TextureDescriptor:
     return describe_texture(albedo, TILE)
-
-
-def test_oklab_of_known_colours() -> None:
-    """Ref: the table of B. Ottosson's article, from XYZ of the sRGB primaries."""
-    found = oklab(np.array([[[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]]))[0]
-    assert found[0] == pytest.approx([1.0, 0.0, 0.0], abs=1e-3)
-    assert found[1] == pytest.approx([0.628, 0.2249, 0.1258], abs=1e-3)
-    assert found[2] == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
 
 
 def look(recipe: TextureRecipe) -> TextureDescriptor:

@@ -224,10 +224,3 @@ def test_lines_lie_where_their_colour_is_seen() -> None:
     # The brand stands above the word, and neither covers the other.
     rows = [np.flatnonzero((line.cover > 0.5).any(axis=1)) for line in (brand, word)]
     assert rows[0].max() < rows[1].min()
-
-
-def test_an_outline_is_no_letter() -> None:
-    outlined = PLAIN.replace(lettering="outlined", brand_ink=ACCENT)
-    brand = lines_in_picture(outlined, SIZE)[0]
-    inside = brand.cover > 0.95
-    assert np.abs(picture(outlined)[inside] - rgb(ACCENT)).max() < 0.2
