@@ -95,18 +95,16 @@ def intersecting_components(points: Floats, faces: Ints) -> list[Issue]:
     """One warning (MSH050) if components of similar size intersect, else an empty list; `points`: (V, 3), welded."""
     if not 0 < len(faces) <= MAX_FACES:
         return []
-    component = face_components(faces, len(points))
-    count = int(component.max()) + 1
-    if not 1 < count <= MAX_COMPONENTS:
+    components = split_components(points, faces, np.arange(len(points)))
+    if not 1 < components.count <= MAX_COMPONENTS:
         return []
-    lower, upper = component_boxes(points[faces], component)
-    longest_side = (upper - lower).max(axis=1)
+    lower, upper, longest_side = components.lower, components.upper, components.longest_side
     similar_sized = [int(k) for k in np.flatnonzero(longest_side > SIMILAR_SIZE * longest_side.max())]
     overlapping = [
         (a, b) for a, b in combinations(similar_sized, 2) if (lower[a] < upper[b]).all() and (lower[b] < upper[a]).all()
     ]
     for a, b in overlapping[:MAX_PAIRS]:
-        first, second = faces[component == a], faces[component == b]
+        first, second = components.faces_of(a), components.faces_of(b)
         if _is_partly_inside(points, first, second) or _is_partly_inside(points, second, first):
             message = "pieces of like size run through each other; give each a file of its own, or unite them"
             return [warning("MSH050", "pieces", message)]
