@@ -9,26 +9,29 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
-from PIL import Image, ImageChops, ImageDraw, ImageFont
+from PIL import Image, ImageChops, ImageDraw
 from pydantic import Field, model_validator
 from scipy import ndimage
 
-from casa_assets.ext.arrays import linear_from_srgb_array
 from casa_assets.ext.records import HexColor, Id, Record
 from casa_assets.ext.textures import Canvas, Layers, Map, Share, TextureKind, rgb
-from casa_assets.kitchenware.textures.label_motifs import MOTIFS, Pen, star
+from casa_assets.kitchenware.textures.label_drawing import (
+    BLACK,
+    MOTIFS,
+    WHITE,
+    Area,
+    Lettering,
+    Pen,
+    seen_on,
+    star,
+    write,
+)
 
-# Letters are drawn this many pixels high and then fitted; a picture is drawn this many times larger than it is kept.
-LETTER_PX, FINER = 96, 3
-# A colour for letters differs in lightness from what lies below it by at least this, and has at least this contrast
-# ratio to it: somewhat more than the 3 of large print, as thin letters lose some. Ref: WCAG 2.1, criterion 1.4.3.
-MIN_CONTRAST, MIN_RATIO = 0.32, 3.4
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear sRGB. Ref: ITU-R BT.709.
-WHITE, BLACK = "#fbf9f4", "#211d1b"
+FINER = 3  # a picture is drawn this many times larger than it is kept
 WORDS_OF_SMALL_PRINT = (
     "Ingredients Keep cool and dry Best before see base Shake well Store upright Once open use within days"
 )
@@ -60,10 +63,6 @@ class Pattern(StrEnum):
     STRIPES = "stripes"
     RINGS = "rings"  # level lines
     FADE = "fade"  # from the first colour above to the second below
-
-
-# How the brand is written.
-Lettering = Literal["plain", "bold", "wide", "narrow", "slanted", "arched", "spaced", "outlined"]
 
 
 class Label(Record):
@@ -105,31 +104,6 @@ class Label(Record):
     def second(self) -> str:
         """The colour of fields and plates."""
         return self.ground[1] if len(self.ground) > 1 else self.accent
-
-
-@dataclass(frozen=True)
-class Area:
-    """An upright rectangle of the picture, pixels, y down."""
-
-    x: float
-    y: float
-    width: float
-    height: float
-
-    @property
-    def middle(self) -> tuple[float, float]:
-        """Its middle."""
-        return self.x + self.width / 2, self.y + self.height / 2
-
-    def part(self, left: float, top: float, right: float, bottom: float) -> Area:
-        """A rectangle within it, by shares of its sides."""
-        x, y = self.x + left * self.width, self.y + top * self.height
-        return Area(x, y, (right - left) * self.width, (bottom - top) * self.height)
-
-    @property
-    def corners(self) -> tuple[float, float, float, float]:
-        """Left, top, right, bottom."""
-        return self.x, self.y, self.x + self.width, self.y + self.height
 
 
 def paint(p: Label, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -174,105 +148,19 @@ def front(p: Label, size_px: tuple[int, int]) -> tuple[Image.Image, Area, Area]:
     return image, inside, face
 
 
-# Colours and letters --------------------------------------------------------------------------------------------------
-
-
-def _lightness(color: str) -> float:
-    return float(rgb(color) @ np.array([0.3, 0.59, 0.11], dtype=np.float32))
-
-
-def _seen_on(ground: str, *wanted: str) -> str:
-    """The first of the colours that is seen on a ground, else white or black."""
-    for color in wanted:
-        if abs(_lightness(color) - _lightness(ground)) >= MIN_CONTRAST and _ratio(color, ground) >= MIN_RATIO:
-            return color
-    return max(WHITE, BLACK, key=lambda color: _ratio(color, ground))
-
-
-def _ratio(one: str, other: str) -> float:
-    """Contrast ratio of two colours, 1..21."""
-    light = sorted(float(linear_from_srgb_array(rgb(c)) @ LUMINANCE) + 0.05 for c in (one, other))
-    return light[1] / light[0]
-
-
-def letters(text: str, lettering: Lettering = "plain") -> Image.Image:
-    """The mask of a line of letters without a margin; mode L."""
-    bold = {"bold": 5, "arched": 5, "slanted": 4, "outlined": 6, "wide": 3}
-    stroke = bold.get(lettering, 2)
-    gap = {"spaced": 0.35, "wide": 0.12, "narrow": -0.02}.get(lettering, 0.0) * LETTER_PX
-    font = ImageFont.load_default(LETTER_PX)
-    edges = [0.0]
-    for letter in text:
-        edges.append(edges[-1] + font.getlength(letter) + gap + stroke * 0.7)
-    mask = Image.new("L", (int(edges[-1]) + 2 * LETTER_PX, 2 * LETTER_PX), 0)
-    draw = ImageDraw.Draw(mask)
-    for letter, x in zip(text, edges, strict=False):
-        draw.text((x + LETTER_PX // 2, LETTER_PX // 3), letter, fill=255, font=font, stroke_width=stroke)
-    if lettering == "slanted":
-        mask = mask.transform(mask.size, Image.Transform.AFFINE, (1, 0.22, -0.22 * LETTER_PX, 0, 1, 0), 3)
-    box = mask.getbbox()
-    mask = mask.crop(box) if box else mask
-    factor = {"wide": 1.35, "narrow": 0.62}.get(lettering)
-    if factor:
-        mask = mask.resize((max(1, int(mask.width * factor)), mask.height), Image.Resampling.BICUBIC)
-    return _arched(mask) if lettering == "arched" else mask
-
-
-def _arched(mask: Image.Image) -> Image.Image:
-    """Letters whose line rises towards the middle."""
-    rise = int(0.5 * mask.height)
-    out = np.zeros((mask.height + rise, mask.width), dtype=np.uint8)
-    source = np.asarray(mask)
-    for x in range(mask.width):
-        down = round(rise * (2 * x / max(1, mask.width - 1) - 1) ** 2)
-        out[down : down + mask.height, x] = source[:, x]
-    return Image.fromarray(out)
-
-
-def write(
-    image: Image.Image,
-    area: Area,
-    text: str,
-    color: str,
-    lettering: Lettering = "plain",
-    edge: str | None = None,
-    upright: bool = False,
-) -> None:
-    """Letters as large as they can be within an area, in its middle; they are stretched by a fifth at most.
-
-    `edge`: colour of an outline. `upright`: the line runs upwards.
-    """
-    if not text or area.width < 4 or area.height < 4:
-        return
-    mask = letters(text, lettering)
-    if upright:
-        mask = mask.transpose(Image.Transpose.ROTATE_90)
-    scale = min(area.width / mask.width, area.height / mask.height)
-    wide = min(area.width, 1.2 * scale * mask.width)
-    high = min(area.height, 1.2 * scale * mask.height)
-    fitted = mask.resize((max(1, round(wide)), max(1, round(high))), Image.Resampling.LANCZOS)
-    at = (round(area.middle[0] - fitted.width / 2), round(area.middle[1] - fitted.height / 2))
-    if edge is not None:
-        step = max(1, round(0.045 * min(fitted.height, 3 * area.height)))
-        for angle in range(12):
-            dx, dy = round(step * math.cos(math.pi * angle / 6)), round(step * math.sin(math.pi * angle / 6))
-            image.paste(edge, (at[0] + dx, at[1] + dy), fitted)
-    image.paste(color, at, fitted)
-
-
 def _motif(image: Image.Image, p: Label, area: Area, ground: str, size: float = 1.0) -> None:
     """The drawing of the label in the middle of an area."""
     if p.motif is not None:
         half = 0.5 * min(area.width, area.height) * size
         # A drawing of one colour would be lost on a ground like it; one of several keeps them.
-        colors = tuple(_seen_on(ground, c) for c in p.motif_colors) if len(p.motif_colors) == 1 else p.motif_colors
+        colors = tuple(seen_on(ground, c) for c in p.motif_colors) if len(p.motif_colors) == 1 else p.motif_colors
         MOTIFS[p.motif](Pen(image, *area.middle, half, colors))
 
 
 def _brand(image: Image.Image, p: Label, area: Area, ground: str, *wanted: str) -> None:
     """The brand within an area."""
-    color = _seen_on(ground, *([p.brand_ink] if p.brand_ink else []), *wanted, p.accent, p.ink)
-    edge = _seen_on(color, p.accent, p.ink, p.second) if p.lettering == "outlined" else None
+    color = seen_on(ground, *([p.brand_ink] if p.brand_ink else []), *wanted, p.accent, p.ink)
+    edge = seen_on(color, p.accent, p.ink, p.second) if p.lettering == "outlined" else None
     write(image, area, p.brand, color, p.lettering, edge)
 
 
@@ -281,7 +169,7 @@ def _words(image: Image.Image, p: Label, area: Area, ground: str, lines: Sequenc
     lines = p.words if lines is None else lines
     if not lines:
         return
-    color = _seen_on(ground, p.ink, p.accent)
+    color = seen_on(ground, p.ink, p.accent)
     shares = [1.0 if k == 0 else 0.62 for k in range(len(lines))]
     top, total = 0.0, sum(shares)
     for k, (line, share) in enumerate(zip(lines, shares, strict=True)):
@@ -291,7 +179,7 @@ def _words(image: Image.Image, p: Label, area: Area, ground: str, lines: Sequenc
 
 
 def _small(image: Image.Image, p: Label, area: Area, ground: str) -> None:
-    write(image, area, p.small, _seen_on(ground, p.ink))
+    write(image, area, p.small, seen_on(ground, p.ink))
 
 
 # The ground and the back ----------------------------------------------------------------------------------------------
@@ -386,11 +274,11 @@ def _words_side(image: Image.Image, p: Label, area: Area, rng: np.random.Generat
         ImageDraw.Draw(image).rectangle(area.part(0.0, -0.03, 1.0, 1.03).corners, fill=ground)
     _brand(image, p, area.part(0.05, 0.0, 0.95, 0.22), ground)
     if p.words:
-        write(image, area.part(0.1, 0.26, 0.9, 0.36), p.words[0], _seen_on(ground, p.ink), "bold")
+        write(image, area.part(0.1, 0.26, 0.9, 0.36), p.words[0], seen_on(ground, p.ink), "bold")
     words = WORDS_OF_SMALL_PRINT.split()
     for k in range(6):
         chosen = " ".join(words[i] for i in rng.integers(0, len(words), 5))
-        write(image, area.part(0.05, 0.44 + 0.095 * k, 0.95, 0.5 + 0.095 * k), chosen, _seen_on(ground, p.ink))
+        write(image, area.part(0.05, 0.44 + 0.095 * k, 0.95, 0.5 + 0.095 * k), chosen, seen_on(ground, p.ink))
 
 
 # Layouts --------------------------------------------------------------------------------------------------------------
@@ -491,7 +379,7 @@ def _split(image: Image.Image, p: Label, face: Area) -> None:
     ground = p.ground[0]
     _brand(image, p, face.part(0.04, 0.08, 0.96, 0.32), ground)
     if p.words:
-        write(image, face.part(0.1, 0.35, 0.9, 0.46), p.words[0], _seen_on(ground, p.ink, p.accent), "bold")
+        write(image, face.part(0.1, 0.35, 0.9, 0.46), p.words[0], seen_on(ground, p.ink, p.accent), "bold")
     _motif(image, p, face.part(0.1, 0.52, 0.9, 0.84), p.second, 1.1)
     _words(image, p, face.part(0.12, 0.87, 0.88, 0.98), p.second, p.words[1:2])
 
@@ -514,8 +402,8 @@ def _diagonal(image: Image.Image, p: Label, face: Area) -> None:
     ground = p.ground[0]
     lean = face.part(0.0, 0.06, 1.0, 0.94)
     _motif(image, p, lean.part(0.1, 0.0, 0.9, 0.3), p.second)
-    color = _seen_on(p.second, *([p.brand_ink] if p.brand_ink else []), WHITE, p.accent)
-    edge = _seen_on(color, p.accent, ground, p.ink)
+    color = seen_on(p.second, *([p.brand_ink] if p.brand_ink else []), WHITE, p.accent)
+    edge = seen_on(color, p.accent, ground, p.ink)
     write(image, lean.part(0.02, 0.34, 0.98, 0.6), p.brand, color, p.lettering, edge)
     plate = lean.part(0.12, 0.66, 0.88, 0.94)
     if p.words:
@@ -569,11 +457,11 @@ def _round_upright(image: Image.Image, p: Label, inside: Area, face: Area) -> No
 
 def _upright(image: Image.Image, p: Label, face: Area) -> None:
     ground = p.second
-    color = _seen_on(ground, *([p.brand_ink] if p.brand_ink else []), p.accent, WHITE)
-    edge = _seen_on(color, p.ink, p.ground[0]) if p.lettering == "outlined" else None
+    color = seen_on(ground, *([p.brand_ink] if p.brand_ink else []), p.accent, WHITE)
+    edge = seen_on(color, p.ink, p.ground[0]) if p.lettering == "outlined" else None
     write(image, face.part(0.1, 0.05, 0.62 if p.words else 0.9, 0.7), p.brand, color, p.lettering, edge, True)
     if p.words:
-        write(image, face.part(0.7, 0.06, 0.86, 0.69), p.words[0], _seen_on(ground, p.ink), "bold", None, True)
+        write(image, face.part(0.7, 0.06, 0.86, 0.69), p.words[0], seen_on(ground, p.ink), "bold", None, True)
     _motif(image, p, face.part(0.12, 0.73, 0.88, 0.95), ground)
 
 

@@ -1,13 +1,141 @@
-"""Small drawings for labels: each is a few ellipses, polygons and lines in the square from -1 to 1, y down."""
+"""Drawing for labels: areas, letters, colours that are seen, and small motifs.
+
+A motif is a few ellipses, polygons and lines in the square from -1 to 1, y down.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
 
-from PIL import Image, ImageDraw
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
 
+from casa_assets.ext.arrays import linear_from_srgb_array
 from casa_assets.ext.records import Vec2
+from casa_assets.ext.textures import rgb
+
+LETTER_PX = 96  # letters are drawn this many pixels high and then fitted
+# A colour for letters differs in lightness from what lies below it by at least this, and has at least this contrast
+# ratio to it: somewhat more than the 3 of large print, as thin letters lose some. Ref: WCAG 2.1, criterion 1.4.3.
+MIN_CONTRAST, MIN_RATIO = 0.32, 3.4
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear sRGB. Ref: ITU-R BT.709.
+WHITE, BLACK = "#fbf9f4", "#211d1b"
+# How the brand is written.
+Lettering = Literal["plain", "bold", "wide", "narrow", "slanted", "arched", "spaced", "outlined"]
+
+
+@dataclass(frozen=True)
+class Area:
+    """An upright rectangle of the picture, pixels, y down."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+
+    @property
+    def middle(self) -> tuple[float, float]:
+        """Its middle."""
+        return self.x + self.width / 2, self.y + self.height / 2
+
+    def part(self, left: float, top: float, right: float, bottom: float) -> Area:
+        """A rectangle within it, by shares of its sides."""
+        x, y = self.x + left * self.width, self.y + top * self.height
+        return Area(x, y, (right - left) * self.width, (bottom - top) * self.height)
+
+    @property
+    def corners(self) -> tuple[float, float, float, float]:
+        """Left, top, right, bottom."""
+        return self.x, self.y, self.x + self.width, self.y + self.height
+
+
+def _lightness(color: str) -> float:
+    return float(rgb(color) @ np.array([0.3, 0.59, 0.11], dtype=np.float32))
+
+
+def seen_on(ground: str, *wanted: str) -> str:
+    """The first of the colours that is seen on a ground, else white or black."""
+    for color in wanted:
+        if abs(_lightness(color) - _lightness(ground)) >= MIN_CONTRAST and _ratio(color, ground) >= MIN_RATIO:
+            return color
+    return max(WHITE, BLACK, key=lambda color: _ratio(color, ground))
+
+
+def _ratio(one: str, other: str) -> float:
+    """Contrast ratio of two colours, 1..21."""
+    light = sorted(float(linear_from_srgb_array(rgb(c)) @ LUMINANCE) + 0.05 for c in (one, other))
+    return light[1] / light[0]
+
+
+def letters(text: str, lettering: Lettering = "plain") -> Image.Image:
+    """The mask of a line of letters without a margin; mode L."""
+    bold = {"bold": 5, "arched": 5, "slanted": 4, "outlined": 6, "wide": 3}
+    stroke = bold.get(lettering, 2)
+    gap = {"spaced": 0.35, "wide": 0.12, "narrow": -0.02}.get(lettering, 0.0) * LETTER_PX
+    font = ImageFont.load_default(LETTER_PX)
+    edges = [0.0]
+    for letter in text:
+        edges.append(edges[-1] + font.getlength(letter) + gap + stroke * 0.7)
+    mask = Image.new("L", (int(edges[-1]) + 2 * LETTER_PX, 2 * LETTER_PX), 0)
+    draw = ImageDraw.Draw(mask)
+    for letter, x in zip(text, edges, strict=False):
+        draw.text((x + LETTER_PX // 2, LETTER_PX // 3), letter, fill=255, font=font, stroke_width=stroke)
+    if lettering == "slanted":
+        mask = mask.transform(mask.size, Image.Transform.AFFINE, (1, 0.22, -0.22 * LETTER_PX, 0, 1, 0), 3)
+    box = mask.getbbox()
+    mask = mask.crop(box) if box else mask
+    factor = {"wide": 1.35, "narrow": 0.62}.get(lettering)
+    if factor:
+        mask = mask.resize((max(1, int(mask.width * factor)), mask.height), Image.Resampling.BICUBIC)
+    return _arched(mask) if lettering == "arched" else mask
+
+
+def _arched(mask: Image.Image) -> Image.Image:
+    """Letters whose line rises towards the middle."""
+    rise = int(0.5 * mask.height)
+    out = np.zeros((mask.height + rise, mask.width), dtype=np.uint8)
+    source = np.asarray(mask)
+    for x in range(mask.width):
+        down = round(rise * (2 * x / max(1, mask.width - 1) - 1) ** 2)
+        out[down : down + mask.height, x] = source[:, x]
+    return Image.fromarray(out)
+
+
+def write(
+    image: Image.Image,
+    area: Area,
+    text: str,
+    color: str,
+    lettering: Lettering = "plain",
+    edge: str | None = None,
+    upright: bool = False,
+) -> None:
+    """Letters as large as they can be within an area, in its middle; they are stretched by a fifth at most.
+
+    `edge`: colour of an outline. `upright`: the line runs upwards.
+    """
+    if not text or area.width < 4 or area.height < 4:
+        return
+    mask = letters(text, lettering)
+    if upright:
+        mask = mask.transpose(Image.Transpose.ROTATE_90)
+    scale = min(area.width / mask.width, area.height / mask.height)
+    wide = min(area.width, 1.2 * scale * mask.width)
+    high = min(area.height, 1.2 * scale * mask.height)
+    fitted = mask.resize((max(1, round(wide)), max(1, round(high))), Image.Resampling.LANCZOS)
+    at = (round(area.middle[0] - fitted.width / 2), round(area.middle[1] - fitted.height / 2))
+    if edge is not None:
+        step = max(1, round(0.045 * min(fitted.height, 3 * area.height)))
+        for angle in range(12):
+            dx, dy = round(step * math.cos(math.pi * angle / 6)), round(step * math.sin(math.pi * angle / 6))
+            image.paste(edge, (at[0] + dx, at[1] + dy), fitted)
+    image.paste(color, at, fitted)
+
+
+# Motifs ---------------------------------------------------------------------------------------------------------------
 
 Points = Sequence[Vec2]
 
