@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from math import exp, log
+from typing import Literal
 
 import numpy as np
 
@@ -75,14 +75,7 @@ UNSURE = 0.6
 # Ratio to the nearer end of a category's range from which on the estimates speak of another thing, or another size.
 FAR_OFF = 5.0
 
-
-class EstimateMethod(StrEnum):
-    """Method of an estimate."""
-
-    MATTER = "matter"
-    HULL = "hull"
-    SHELL = "shell"
-    USUAL = "usual"
+EstimateMethod = Literal["matter", "hull", "shell", "usual"]
 
 
 @dataclass(frozen=True)
@@ -129,16 +122,16 @@ def _by_volume(
         if solid_volume is None:
             return None
         message, spread = f"{solid_volume * 1e6:.4g} cm^3 of walls", 0.25
-        return Estimate(EstimateMethod.MATTER, solid_volume * density, spread, message)
+        return Estimate("matter", solid_volume * density, spread, message)
     if category.build is MatterFill.HOLLOW and substance.id not in BULK_DENSITY_SUBSTANCES:
         return None
     outline_volume = voxelise(points, ids, bridge=True).volume
     if category.build is MatterFill.SOLID and solid_volume is not None and solid_volume > SHELL_SHARE * outline_volume:
         message, spread = f"{solid_volume * 1e6:.4g} cm^3 within the closed mesh", 0.12
-        return Estimate(EstimateMethod.MATTER, solid_volume * density, spread, message)
+        return Estimate("matter", solid_volume * density, spread, message)
     spread = VAGUE if _is_bulk(category, substance) else 0.3 if category.build is MatterFill.SOLID else 0.4
     message = f"{outline_volume * 1e6:.4g} cm^3 within the outline"
-    return Estimate(EstimateMethod.MATTER, outline_volume * density, spread, message)
+    return Estimate("matter", outline_volume * density, spread, message)
 
 
 def _is_bulk(category: Category, substance: Substance) -> bool:
@@ -162,12 +155,12 @@ def _by_hull(hull: tuple[Floats, Ints], hull_area: float, category: Category, su
         spread = BENT_FILL_SPREAD if category.upright is RestingPose.LIES else HULL_FILL_SPREAD
         spread += 0.1 * (category.build is not MatterFill.SOLID)
         kg = HULL_FILL * volume * _density(np.ptp(hull[0], axis=0), category, substance)
-        return Estimate(EstimateMethod.HULL, kg, spread, f"hull {volume * 1e6:.4g} cm^3")
+        return Estimate("hull", kg, spread, f"hull {volume * 1e6:.4g} cm^3")
     wall_m = WALL_THICKNESS_M.get(substance.id)
     if wall_m is None:
         return None
     message = f"skin of the hull {hull_area * 1e4:.4g} cm^2"
-    return Estimate(EstimateMethod.HULL, hull_area * wall_m * substance.density, 0.5, message)
+    return Estimate("hull", hull_area * wall_m * substance.density, 0.5, message)
 
 
 def _by_walls(
@@ -179,7 +172,7 @@ def _by_walls(
     one_side_area = surface_area / 2 if is_closed or surface_area > DOUBLE_WALL_AREA_RATIO * hull_area else surface_area
     spread = 0.35 if category.build is MatterFill.VESSEL else 0.6
     message = f"{one_side_area * 1e4:.4g} cm^2 of {substance.id} {1000 * wall_m:.2g} mm thick"
-    return Estimate(EstimateMethod.SHELL, one_side_area * wall_m * substance.density, spread, message)
+    return Estimate("shell", one_side_area * wall_m * substance.density, spread, message)
 
 
 def _by_usual_mass(extents: Floats, category: Category) -> Estimate:
@@ -192,7 +185,7 @@ def _by_usual_mass(extents: Floats, category: Category) -> Estimate:
     beyond = exponent * log(box_volume / typical_volume)
     room = log(mass_range.high / mass_range.typical if beyond > 0 else mass_range.typical / mass_range.low)
     kg = mass_range.typical * exp(beyond / (1 + abs(beyond) / room)) if room > 0 else mass_range.typical
-    return Estimate(EstimateMethod.USUAL, kg, spread, f"usual for a {category.id} of this size")
+    return Estimate("usual", kg, spread, f"usual for a {category.id} of this size")
 
 
 def combine_estimates(estimates: Sequence[Estimate], category: Category, agreement_ratio: float) -> CombinedMass:
@@ -207,18 +200,18 @@ def combine_estimates(estimates: Sequence[Estimate], category: Category, agreeme
     `estimates`: at least the usual one. `agreement_ratio`: up to which two estimates agree, > 1.
     """
     by_method = {e.method: e for e in estimates}
-    mass_range, measured = category.mass_kg, by_method.get(EstimateMethod.MATTER)
+    mass_range, measured = category.mass_kg, by_method.get("matter")
     is_usual = measured is not None and mass_range.low <= measured.kg <= mass_range.high
     is_vague = measured is not None and measured.spread >= VAGUE
     # A measured mass within the usual range need not agree with the typical mass.
-    ratio = _disagreement([e for e in estimates if e.method is not EstimateMethod.USUAL or not is_usual])
+    ratio = _disagreement([e for e in estimates if e.method != "usual" or not is_usual])
     counts = is_usual and not is_vague and category.build is not MatterFill.HOLLOW
     kg = measured.kg if measured is not None and counts and ratio <= agreement_ratio else _mean(estimates)
     message = _in_words(estimates)
     off = mass_range.beyond(kg)
     if off > 1:
         message += f"; together {kg:.3g} kg, but a {category.id} weighs {mass_range.low:g} to {mass_range.high:g} kg"
-        usual = by_method[EstimateMethod.USUAL].kg
+        usual = by_method["usual"].kg
         kg = exp((log(kg) + USUAL_COUNTS * log(usual)) / (1 + USUAL_COUNTS))
         if not mass_range.low <= kg <= mass_range.high:
             kg = usual
@@ -335,7 +328,7 @@ def combine_unknown(
     law = SIZE_LAWS[form]
     box_volume = float(np.maximum(np.ptp(points, axis=0), 1e-6).prod())
     kg = law.factor * box_volume**law.exponent
-    estimates = [Estimate(EstimateMethod.USUAL, kg, law.spread, f"usual for a {form} thing of this size")]
+    estimates = [Estimate("usual", kg, law.spread, f"usual for a {form} thing of this size")]
     made_of = apparent_substance(parts)
     if made_of is not None and (measured := _by_substance(points, faces, solid, form, *made_of)) is not None:
         estimates.append(measured)
@@ -351,11 +344,11 @@ def _by_substance(
     if form is not MatterFill.HOLLOW and solid is not None and name not in ("steel", "brass", "copper"):
         volume = signed_volume(*solid)
         message = f"{volume * 1e6:.4g} cm^3 of {name} within the closed mesh"
-        return Estimate(EstimateMethod.MATTER, volume * density, VOLUME_SPREAD, message) if volume > 0 else None
+        return Estimate("matter", volume * density, VOLUME_SPREAD, message) if volume > 0 else None
     wall_m = WALL_THICKNESS_M[name]
     area = float(face_normals(points, faces)[1].sum()) / (2 if solid is not None else 1)
     message = f"{area * 1e4:.4g} cm^2 of {name} {1000 * wall_m:.2g} mm thick"
-    return Estimate(EstimateMethod.SHELL, area * wall_m * density, WALLS_SPREAD, message)
+    return Estimate("shell", area * wall_m * density, WALLS_SPREAD, message)
 
 
 # Combine --------------------------------------------------------------------------------------------------------------

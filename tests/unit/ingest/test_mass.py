@@ -136,7 +136,7 @@ def test_the_range_of_the_category_is_never_left(subtests: pytest.Subtests) -> N
     ],
 )
 def test_together(kilograms: tuple[float, ...], kg: tuple[float, float], confidence: tuple[float, float]) -> None:
-    ways = (EstimateMethod.MATTER, EstimateMethod.SHELL, EstimateMethod.USUAL)
+    ways = ("matter", "shell", "usual")
     found = combine_estimates(
         [Estimate(way, value, 0.3, "") for way, value in zip(ways, kilograms, strict=True)], category("mug"), 2.0
     )
