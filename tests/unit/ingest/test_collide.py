@@ -227,7 +227,7 @@ class TestMatter:
         assert found is not None
         assert found.kind is kind
         if kind is SurfaceKind.DOUBLE:  # filled before anything else
-            assert found.is_exact
+            assert "made solid on a grid" not in found.message
             assert found.solid.volume() == pytest.approx(volume(EGG), rel=1e-6)
             assert "73% of it was sealed off" in found.message
 
