@@ -66,7 +66,7 @@ MAKERS = tuple(
     for name in ("api", "asset", "cli", "ext", "families", "kitchenware", "layouts", "registry", "textures")
 )
 # What is below these and yet judges pictures.
-JUDGES = (f"{PACKAGE}.textures.distance", f"{PACKAGE}.textures.seam")
+JUDGES = (f"{PACKAGE}.textures.distance", f"{PACKAGE}.textures.check")
 # What every member of a family, or of a form of objects, goes through.
 MEMBERS_PASS = (f"{PACKAGE}.asset.kit.assemble", f"{PACKAGE}.asset.sampling")
 PAINTS = f"{PACKAGE}.kitchenware.textures.make"

@@ -33,7 +33,7 @@ from benchmarks.ingest.judging.inputs import Prepared, dump, prepared
 from casa_assets import registry
 from casa_assets.errors import CasaError
 from casa_assets.ingest.collision.collide import collide
-from casa_assets.ingest.collision.convex_decomposition import Budget, DecompositionFailed, decompose
+from casa_assets.ingest.collision.components import Budget, DecompositionFailed, decompose
 from casa_assets.ingest.collision.fit import CollideParams
 from casa_assets.ingest.draft import PlacedShape
 from casa_assets.mesh.solid.primitive import tessellate

@@ -24,8 +24,8 @@ from pathlib import Path
 import numpy as np
 
 from casa_assets import registry
-from casa_assets.ingest.pose.up import UP_ROTATIONS
 from casa_assets.ingest.run.run import Options, ingest
+from casa_assets.ingest.up_axis import UP_ROTATIONS
 from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry, entries
 

@@ -14,8 +14,8 @@ import numpy.typing as npt
 from casa_assets.articulate.frame.axes import FRAME_IMAGE_PX, given_frame
 from casa_assets.articulate.segment.fragments import MeasuredFragments, measure_fragments
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
-from casa_assets.mesh.grid.voxels import boundary, voxelise
 from casa_assets.mesh.topology import weld
+from casa_assets.mesh.voxels import boundary, voxelise
 from casa_assets.model.asset.asset import Asset
 
 Floats = npt.NDArray[np.float64]

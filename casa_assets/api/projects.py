@@ -27,7 +27,7 @@ from casa_assets.projects import (
     read_again,
 )
 from casa_assets.runs.outcome import writing
-from casa_assets.textures.packs.entry import PictureDescription
+from casa_assets.textures.pack_entry import PictureDescription
 from casa_assets.textures.run.packs.ingest import PackOptions, PackReport, ingest_pack
 
 P = ParamSpec("P")

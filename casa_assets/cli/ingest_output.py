@@ -379,7 +379,7 @@ def on_store(url: str, library: Path, output: Output) -> Iterator[Sending]:
     from casa_assets.runs.remote import RemoteLibrary, StoredRun
 
     remote = RemoteLibrary.open(url)
-    with hold(remote.folder, waiting(output)) as lock:
+    with hold(remote, waiting(output)) as lock:
         run = StoredRun(Library(library), remote, lock)
         fetched = print_changes(run.fetch(), "fetching", output)
         output.detail(f"fetched of {remote.url}: {fetched}")

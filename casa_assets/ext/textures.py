@@ -19,8 +19,8 @@ from casa_assets.textures.canvas import (
     stratified,
     worley,
 )
-from casa_assets.textures.laying.laying import Laying, LayingPattern, lay
-from casa_assets.textures.laying.pieces import (
+from casa_assets.textures.laying import Laying, LayingPattern, lay
+from casa_assets.textures.pieces import (
     Array,
     Joint,
     PieceMap,

@@ -20,8 +20,7 @@ from casa_assets.checks.objects.members import ObjectMember, PrintedLine
 from casa_assets.checks.run import run
 from casa_assets.checks.table import objects
 from casa_assets.core.numeric import Floats
-from casa_assets.kitchenware.textures.objects.label import LABEL, Label
-from casa_assets.kitchenware.textures.objects.printed_lines import lines_in_picture
+from casa_assets.kitchenware.textures.label import LABEL, Label, lines_in_picture
 from casa_assets.mesh.grasps import choose_grasps, grasp_site
 from casa_assets.mesh.topology import weld
 from casa_assets.model.asset.asset import Asset

@@ -21,9 +21,6 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Category
 from casa_assets.model.source import Source
 
-# Grasp ----------------------------------------------------------------------------------------------------------------
-# Choose where a hand takes an ingested mesh.
-
 
 def grasp(draft: Draft, category: Category, opening_m: float) -> Draft:
     """The best grasp of each kind that is possible; draft: metres, z up, as it rests, with its mass."""
@@ -33,7 +30,6 @@ def grasp(draft: Draft, category: Category, opening_m: float) -> Draft:
 
 
 # Assemble -------------------------------------------------------------------------------------------------------------
-# Origin under its middle, names, labels, provenance.
 
 
 def assemble(
@@ -123,8 +119,7 @@ def _float32(values: Floats) -> Floats:
 
 def _unit(normals: Floats) -> Floats:
     length = np.linalg.norm(normals, axis=1, keepdims=True)
-    safe: Floats = np.where(length > 1e-6, normals / np.maximum(length, 1e-30), np.array([0.0, 0.0, 1.0]))
-    return safe
+    return np.asarray(np.where(length > 1e-6, normals / np.maximum(length, 1e-30), np.array([0.0, 0.0, 1.0])))
 
 
 def _all_moved(placed: tuple[PlacedShape, ...], shift: Floats) -> list[tuple[Shape, Pose]]:

@@ -71,10 +71,8 @@ def _ends(sequence: CollapseSequence, steps: int, corners: Ints, left: Mask) -> 
     So of the vertices that a corner can be moved to along edges that have collapsed, without crossing a seam, it gets
     the one nearest to its new place.
 
-    Args:
-        corners: (F, 3) vertices of the faces at the beginning. left: (F,) faces that are left.
-    Returns:
-        two times (G, 3), for the faces that are left.
+    `corners`: (F, 3) vertices of the faces at the beginning. `left`: (F,) faces that are left. Returns two times (G,
+    3), for the faces that are left.
     """
     _, roots, faces, moved = sequence.state(steps)
     places = moved.astype(np.int64)

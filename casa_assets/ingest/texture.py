@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -10,16 +11,13 @@ from PIL import Image
 
 from casa_assets.core.numeric import Ints, Mask, linear_from_srgb_array
 from casa_assets.ingest.draft import Draft, warning
+from casa_assets.mesh.solid.deviation import Visibility, measure_visibility
 from casa_assets.mesh.surface import with_normals
 from casa_assets.mesh.topology import edge_counts, face_components
-from casa_assets.mesh.visibility import Visibility, measure_visibility
 from casa_assets.model.asset.material import Material, Substance, Texture
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.registry.category import Category, MatterFill
 from casa_assets.model.source import RawPart
-
-# Submesh --------------------------------------------------------------------------------------------------------------
-# Some faces of a mesh as a separate mesh.
 
 
 def submesh(mesh: Mesh, faces: Ints, keep_normals: bool = True) -> Mesh:
@@ -34,8 +32,19 @@ def submesh(mesh: Mesh, faces: Ints, keep_normals: bool = True) -> Mesh:
     )
 
 
+def keep_faces(parts: Sequence[RawPart], keep: Mask) -> tuple[RawPart, ...]:
+    """The parts with the faces that are kept, (F,) over all of them; parts that lose all go, whole ones stay as is."""
+    out, start = [], 0
+    for part in parts:
+        rows = keep[start : start + len(part.mesh.faces)]
+        start += len(rows)
+        if rows.any():
+            mesh = part.mesh if rows.all() else submesh(part.mesh, part.mesh.faces[rows].astype(np.int64))
+            out.append(part.replace(mesh=mesh))
+    return tuple(out)
+
+
 # Add back faces -------------------------------------------------------------------------------------------------------
-# Add back faces to sheets that are seen from both sides, since simulators draw front faces only.
 
 # Share of the visible samples of a component that show its back, from which on it is a sheet; a choice.
 MIN_BACK_SHARE = 0.05
@@ -93,7 +102,6 @@ def _with_backs(mesh: Mesh, rows: Mask) -> Mesh:
 
 
 # Texture --------------------------------------------------------------------------------------------------------------
-# PNG of bounded size, vertex colours painted into textures, one part per material.
 
 # Pixels along the legs of a triangle's patch in a painted texture; the last one is margin. A choice.
 PATCH_PX = 6

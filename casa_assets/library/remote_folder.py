@@ -27,8 +27,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec, Self, TypeVar
 
 from pydantic import ValidationError
 
@@ -36,6 +35,7 @@ from casa_assets.core.optional_packages import require
 from casa_assets.core.process_name import process_name
 from casa_assets.errors import OutputError
 from casa_assets.ingest.sources.places import hide_secrets
+from casa_assets.ingest.sources.stores import open_system
 from casa_assets.model.record import Record
 
 P = ParamSpec("P")
@@ -58,14 +58,6 @@ _PASSING = frozenset(
 # Of requests that cannot succeed: a store that lacks the operation, no credentials, a name that cannot be.
 _LASTING = frozenset({"ValueError", "NotImplementedError", "BotoCoreError"})
 _MD5 = re.compile(r"[0-9a-f]{32}")
-# Options of file systems. Requests are repeated here and not by botocore too, whose times would multiply. Many files
-# are on their way at once, so the parts of one are not: it would be asked for its size first.
-_OPTIONS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
-    {
-        "file": {"auto_mkdir": True},
-        "s3": {"config_kwargs": {"retries": {"mode": "standard", "total_max_attempts": 1}}, "max_concurrency": 1},
-    }
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,32 +92,28 @@ class RemoteFolder:
         self.url = hide_secrets(url)
 
     @classmethod
-    def open(cls, url: str, patience_s: float = PATIENCE_S) -> RemoteFolder:
+    def open(cls, url: str) -> Self:
         """The folder at an address such as `s3://bucket/library`.
 
-        Raises:
-            OutputError: the address cannot be understood, or names a kind of store that no installed package opens.
-            CasaError: fsspec is not installed.
+        Raises OutputError: the address cannot be understood, or names a kind of store that no installed package opens.
+        CasaError: fsspec is not installed.
         """
         shown = hide_secrets(url)
         require("fsspec", "stores", f"{shown}: a library on a store")
-        from fsspec.core import url_to_fs
-        from fsspec.utils import get_protocol
-
-        protocol = get_protocol(url)
+        protocol = url.partition("::")[0].partition("://")[0] if "://" in url or "::" in url else "file"
         if "::" in url or protocol in ("http", "https"):
             raise OutputError(shown, "is no store that can be written to; give an address such as s3://bucket/lib")
         if protocol == "s3":
             require("s3fs", "stores", f"{shown}: a library on a store")
-        # Stores are written to by others too, so nothing that was listed before counts.
-        options = {**_OPTIONS.get(protocol, {}), "use_listings_cache": False, "skip_instance_cache": True}
+        # Many files are on their way at once, so the parts of one are not: it would be asked for its size first.
+        options: dict[str, Any] = {"file": {"auto_mkdir": True}, "s3": {"max_concurrency": 1}}.get(protocol, {})
         try:
-            system, path = url_to_fs(url, **options)
+            system, path = open_system(url, **options)
         except ImportError as error:
             raise OutputError(shown, f"needs a package that is not installed: {error}") from error
         except (ValueError, TypeError, KeyError) as error:
             raise OutputError(shown, f"is no address of a store: {error}") from error
-        return cls(system, path, url, patience_s)
+        return cls(system, path, url)
 
     def close(self) -> None:
         """Let no request be repeated any more: the run has ended."""
@@ -163,8 +151,7 @@ class RemoteFolder:
     def write(self, path: str, data: bytes) -> None:
         """Put a file in place of an older one, and look whether the store holds it.
 
-        Raises:
-            OutputError: the store cannot be written to, or keeps other bytes than it is sent.
+        Raises OutputError: the store cannot be written to, or keeps other bytes than it is sent.
         """
         for _ in range(MAX_SENT):
             answer = self._ask(self._put, self._full(path), data)
@@ -176,8 +163,7 @@ class RemoteFolder:
     def holds(self, path: str, data: bytes, stored: StoredFile | None) -> bool:
         """Return whether a file holds these bytes; it is read if its listed size and MD5 do not decide.
 
-        Args:
-            stored: the file as it was listed.
+        `stored`: the file as it was listed.
         """
         if stored is None or stored.size != len(data):
             return False
@@ -210,8 +196,7 @@ class RemoteFolder:
     def _ask(self, call: Callable[P, T], *args: P.args, **options: P.kwargs) -> T | None:
         """Return the answer to a request, or None if the file or folder is not there. Repeats after passing errors.
 
-        Raises:
-            OutputError: the store refuses, or has not answered for as long as the folder is patient.
+        Raises OutputError: the store refuses, or has not answered for as long as the folder is patient.
         """
         patience_s = self._patience_s if self._has_answered else min(self._patience_s, FIRST_PATIENCE_S)
         end, pause = time.monotonic() + patience_s, FIRST_PAUSE_S
@@ -297,8 +282,7 @@ class WriterLock:
     def check(self) -> None:
         """Make sure that this run still holds the library; to be called before something is published or removed.
 
-        Raises:
-            OutputError: another run has taken it over, because this one was silent for too long.
+        Raises OutputError: another run has taken it over, because this one was silent for too long.
         """
         if _clock() - self._last_beat_s > self._silence_s / 3:
             self._beat()
@@ -374,10 +358,8 @@ def hold(
 ) -> Iterator[WriterLock]:
     """Hold a library on a store for writing.
 
-    Args:
-        report: called with a message on what is waited for. lock: with other times than usual.
-    Raises:
-        OutputError: another run is writing to it, or the store cannot be written to.
+    `report`: called with a message on what is waited for. `lock`: with other times than usual. Raises OutputError:
+    another run is writing to it, or the store cannot be written to.
     """
     lock = lock or WriterLock(folder)
     try:

@@ -16,9 +16,6 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category, FrontRule, MatterFill
 
-# Antipodal grasps -----------------------------------------------------------------------------------------------------
-# Find antipodal grasps: opposite surface points with room for both fingers and for the hand behind them.
-
 # Points on the surface, and of how many of them it is tried whether a finger can lie there.
 SAMPLES, TRIES = 10_000, 250
 # A finger: how thick and how broad it is, how far it reaches past the middle of its pad, and how far behind it the palm
@@ -150,7 +147,6 @@ def _cross(a: Floats, b: Floats) -> Floats:
 
 
 # Hand grasps ----------------------------------------------------------------------------------------------------------
-# Choose grasps of an object: body, rim and handle, each with the gripper opening that it needs, and mark them.
 
 # All numbers below are choices.
 # Largest thickness of a rim, and largest distance from the top, metres.

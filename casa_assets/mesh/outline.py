@@ -37,5 +37,4 @@ def edge_normals(outline: Floats) -> Floats:
     """(M, 2) outward unit normals of the edges of a counter-clockwise outline."""
     edge = np.roll(outline, -1, axis=0) - outline
     normals = np.stack([edge[:, 1], -edge[:, 0]], axis=1)
-    found: Floats = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-    return found
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12))

@@ -10,9 +10,6 @@ from casa_assets.mesh.outline import Outline, edge_normals
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.model.asset.asset import Asset
 
-# Planar ---------------------------------------------------------------------------------------------------------------
-# Signed area; of convex ones hull, distance, length of a line inside.
-
 
 def signed_area(outline: Floats) -> float:
     """Area within an outline, (N, 2) corners in order; negative where they go round clockwise."""
@@ -34,8 +31,7 @@ def outline_of(points: Outline) -> Floats:
         around: Ints = ConvexHull(corners).vertices.astype(np.int64)
     except QhullError:  # all lie on a line
         return corners[[0, -1]]
-    outline: Floats = corners[np.roll(around, -int(np.argmin(around)))]
-    return outline
+    return np.asarray(corners[np.roll(around, -int(np.argmin(around)))])
 
 
 def distance(outline: Outline, points: Floats) -> Floats:
@@ -48,8 +44,7 @@ def distance(outline: Outline, points: Floats) -> Floats:
     along = np.clip((from_a * edge).sum(axis=2) / length, 0.0, 1.0)
     away = np.sqrt(((from_a - along[..., None] * edge) ** 2).sum(axis=2)).min(axis=1)
     inside = ((edge[:, 0] * from_a[..., 1] - edge[:, 1] * from_a[..., 0]) >= 0).all(axis=1)
-    found: Floats = np.where(inside, 0.0, away)
-    return found
+    return np.asarray(np.where(inside, 0.0, away))
 
 
 def length_inside(outline: Outline, start: tuple[float, float], end: tuple[float, float]) -> float:
@@ -71,7 +66,6 @@ def length_inside(outline: Outline, start: tuple[float, float], end: tuple[float
 
 
 # Standing -------------------------------------------------------------------------------------------------------------
-# Whether a thing stands by itself on its collision shapes.
 
 # What ends so near above the lowest point stands there, too, metres: a thing rocks by no more.
 LEVEL_M = 0.002

@@ -16,9 +16,6 @@ from casa_assets.mesh.solid.deviation import samples_with_faces, surface_samples
 from casa_assets.mesh.surface import face_normals, shell_moments
 from casa_assets.model.asset.provenance import CENTER_SHARES, PAIR_SHARES, ShapeDescriptor
 
-# Shape descriptor -----------------------------------------------------------------------------------------------------
-# Shape descriptors that pose, scale, vertex order and triangulation do not change, and the distance between two.
-
 # Places on a surface whose distances to each other are measured: a million pairs.
 SURFACE_SAMPLES = 1500
 
@@ -28,8 +25,7 @@ def shape_descriptor(points: Floats, faces: Ints) -> ShapeDescriptor:
 
     Ref: distances between random pairs of places, the D2 of Osada et al. 2002.
 
-    Raises:
-        DegenerateShape: the surface has no area.
+    Raises DegenerateShape: the surface has no area.
     """
     center, radius, axes, _ = principal_spread(points, faces)
     places = (surface_samples(points, faces, SURFACE_SAMPLES) - center) / radius
@@ -45,11 +41,8 @@ def shape_descriptor(points: Floats, faces: Ints) -> ShapeDescriptor:
 def principal_spread(points: Floats, faces: Ints) -> tuple[Floats, float, Floats, Floats]:
     """Centre, radius and principal axes of a surface, weighted by area.
 
-    Returns:
-        (3,) centre of area, m; root mean square distance from it, m; (3,) the same along the principal axes, the widest
-        first, m; (3, 3) these axes as columns, right-handed.
-    Raises:
-        DegenerateShape: the surface has no area.
+    Returns (3,) centre of area, m; root mean square distance from it, m; (3,) the same along the principal axes, the
+    widest first, m; (3, 3) these axes as columns, right-handed. Raises DegenerateShape: the surface has no area.
     """
     if not len(faces) or not face_normals(points, faces)[1].sum():
         raise DegenerateShape("a surface without an area has no form")
@@ -96,7 +89,6 @@ def _short(value: float) -> float:
 
 
 # Registration ---------------------------------------------------------------------------------------------------------
-# Align one surface with another by rotation, translation and scale, and measure the distance that remains.
 
 # Places that are looked up, that a first look takes, that a fit takes, and that are measured at the end.
 ALIGNMENT_SAMPLES, START_SAMPLES, FIT_SAMPLES, ERROR_SAMPLES = 8000, 100, 400, 1500
@@ -231,5 +223,4 @@ def _apart(places: Floats, of: SampledSurface) -> Floats:
     way = places[:, None] - of.places[nearest]
     level = np.abs(np.einsum("nkj,nkj->nk", way, of.normals[nearest]))
     aside = np.sqrt(np.maximum(far**2 - level**2, 0.0))
-    nearest_of: Floats = np.where(aside < MAX_ASIDE_SPACINGS * of.spacing, level, far).min(axis=1)
-    return nearest_of
+    return np.asarray(np.where(aside < MAX_ASIDE_SPACINGS * of.spacing, level, far).min(axis=1))

@@ -11,9 +11,6 @@ from casa_assets.core.numeric import Floats, Ints
 from casa_assets.mesh.topology import merge_rows, weld
 from casa_assets.model.asset.parts import Mesh
 
-# Measure --------------------------------------------------------------------------------------------------------------
-# Volume, area, centre and inertia of triangle surfaces.
-
 
 def face_normals(points: Floats, faces: Ints) -> tuple[Floats, Floats]:
     """(F, 3) unit normals (zero where the face has no area) and (F,) areas in units squared."""
@@ -44,11 +41,8 @@ def winding_number(points: Floats, faces: Ints, spot: Floats) -> float:
 def solid_moments(points: Floats, faces: Ints) -> tuple[float, Floats, Floats]:
     """Volume, centre and inertia of the solid inside a closed surface, at density 1.
 
-    Args:
-        points: (P, 3) metres. faces: (F, 3), closed and outward.
-    Returns:
-        volume m^3; (3,) centre, metres; (3, 3) inertia about the centre, m^5.
-    Ref: sums over tetrahedra to a common apex, Tonon 2004 in covariance form.
+    `points`: (P, 3) metres. `faces`: (F, 3), closed and outward. Returns volume m^3; (3,) centre, metres; (3, 3)
+    inertia about the centre, m^5. Ref: sums over tetrahedra to a common apex, Tonon 2004 in covariance form.
     """
     apex = points.mean(axis=0)
     corners = points[faces] - apex
@@ -91,7 +85,6 @@ def shifted_inertia(inertia: Floats, mass: float, offset: Floats) -> Floats:
 
 
 # Normals --------------------------------------------------------------------------------------------------------------
-# Smooth over gentle bends, sharp over creases.
 
 # Ref: Blender's default auto-smooth angle.
 CREASE_DEG = 30.0
@@ -121,11 +114,7 @@ def with_normals(mesh: Mesh, crease_deg: float = CREASE_DEG) -> Mesh:
 
 
 def _corner_normals(
-    point: npt.NDArray[np.int64],
-    face: npt.NDArray[np.int64],
-    normals: Floats,
-    areas: Floats,
-    least_cosine: float,
+    point: npt.NDArray[np.int64], face: npt.NDArray[np.int64], normals: Floats, areas: Floats, least_cosine: float
 ) -> Floats:
     """(3F, 3) unit normal of each corner: area-weighted mean over the faces at its point that bend gently."""
     order = np.argsort(point, kind="stable")

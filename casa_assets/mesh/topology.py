@@ -8,9 +8,6 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from casa_assets.core.numeric import Floats, Ints, Mask
 
-# Topology -------------------------------------------------------------------------------------------------------------
-# Welding, connected components, closedness, winding.
-
 # Vertices closer than this part of the longest extent are one point. Float32 files carry about 1e-7.
 WELD_RELATIVE = 1e-6
 
@@ -18,8 +15,7 @@ WELD_RELATIVE = 1e-6
 def weld(vertices: Floats, relative: float = WELD_RELATIVE) -> tuple[Floats, Ints]:
     """Merge vertices that lie in one cell of a grid, whose cell size is a `relative` part of the longest extent.
 
-    Returns:
-        (P, 3) the first vertex of each cell, ordered by first use; (V,) index of each vertex's point.
+    Returns (P, 3) the first vertex of each cell, ordered by first use; (V,) index of each vertex's point.
     """
     extent = float(np.ptp(vertices, axis=0).max()) if len(vertices) else 0.0
     cell = max(extent * relative, 1e-30)
@@ -72,8 +68,7 @@ def component_boxes(corners: Floats, label: Ints) -> tuple[Floats, Floats]:
 def connected_groups(count: int, left: Ints, right: Ints) -> Ints:
     """(N,) group of each of `count` things, of which those at the same place of `left` and `right` belong together."""
     graph = coo_matrix((np.ones(len(left), dtype=np.int8), (left, right)), shape=(count, count))
-    found: Ints = connected_components(graph, directed=False)[1].astype(np.int64)
-    return found
+    return np.asarray(connected_components(graph, directed=False)[1].astype(np.int64))
 
 
 def manifold_patches(ids: Ints) -> Ints:
@@ -96,8 +91,7 @@ def directed_edges(faces: Ints) -> Ints:
 def edge_counts(faces: Ints) -> tuple[Ints, Ints, Ints]:
     """Undirected edges of a face set.
 
-    Returns:
-        (E, 2) edges with ascending ends; (E,) how many faces use each; (E,) uses forward minus uses backward.
+    Returns (E, 2) edges with ascending ends; (E,) how many faces use each; (E,) uses forward minus uses backward.
     """
     directed = directed_edges(faces)
     forward = directed[:, 0] < directed[:, 1]
@@ -122,8 +116,7 @@ def consistent_winding(faces: Ints) -> tuple[Ints, Mask]:
 
     The first face of each connected patch keeps its direction.
 
-    Returns:
-        (F, 3) faces; (F,) which were turned.
+    Returns (F, 3) faces; (F,) which were turned.
     """
     count = len(faces)
     turned = np.zeros(count, dtype=bool)
@@ -175,7 +168,6 @@ def _turns(left: Ints, right: Ints, clash: Mask, count: int) -> Mask:
 
 
 # Inside out -----------------------------------------------------------------------------------------------------------
-# Find closed parts of a mesh that wind inwards.
 
 # A closed component is inside out where its volume is below this share of the cube of its longest side: one that is
 # flat has no inside, and rounding gives it either sign.
@@ -194,7 +186,7 @@ def inside_out_faces(points: Floats, faces: Ints) -> Mask:
     least = -MIN_NEGATIVE_VOLUME * (upper - lower).max(axis=1) ** 3
     size = (upper - lower).prod(axis=1)
     found = []
-    for k in np.flatnonzero(_is_closed(faces, component, len(points)) & (volume < least)):
+    for k in np.flatnonzero(closed_components(faces, component, len(points)) & (volume < least)):
         # The inner wall of a hollow thing winds inwards: it lies in the bounds of a larger component.
         within = (lower <= lower[k]).all(axis=1) & (upper >= upper[k]).all(axis=1)
         if not (within & (size > size[k])).any():
@@ -202,7 +194,7 @@ def inside_out_faces(points: Floats, faces: Ints) -> Mask:
     return np.isin(component, found)
 
 
-def _is_closed(faces: Ints, component: Ints, points: int) -> Mask:
+def closed_components(faces: Ints, component: Ints, points: int) -> Mask:
     """(C,) whether each edge of a component is used by two faces, once each way."""
     of_point = np.zeros(points, dtype=np.int64)
     of_point[faces] = component[:, None]
@@ -213,7 +205,6 @@ def _is_closed(faces: Ints, component: Ints, points: int) -> Mask:
 
 
 # Hole filling ---------------------------------------------------------------------------------------------------------
-# Close the small holes of scans and generated meshes that keep them from bounding a volume.
 
 # Faces around tangled edges are taken out this many times, as each time may tear open some more.
 ROUNDS = 3
@@ -226,9 +217,8 @@ def fill_holes(
 ) -> tuple[Floats, Ints] | None:
     """Close the small holes of a surface, each by a fan about its middle; return None if any holes are left.
 
-    Args:
-        points: (P, 3) welded. faces: (F, 3), consistently wound.
-        widest: longest side of the box around a hole. most_torn: maximum share of edges that are torn.
+    `points`: (P, 3) welded. `faces`: (F, 3), consistently wound. `widest`: longest side of the box around a hole.
+    `most_torn`: maximum share of edges that are torn.
     """
     if not len(faces):
         return None
@@ -262,8 +252,7 @@ def faces_with(faces: Ints, marked: Mask) -> Mask:
     ends = np.sort(directed_edges(faces), axis=1)
     key = ends[:, 0] * (int(faces.max()) + 1) + ends[:, 1]
     _, inverse = np.unique(key, return_inverse=True)
-    found: Mask = np.any(marked[inverse].reshape(3, -1), axis=0)
-    return found
+    return np.asarray(np.any(marked[inverse].reshape(3, -1), axis=0))
 
 
 def _loops(faces: Ints) -> list[Ints] | None:

@@ -127,11 +127,8 @@ def books_at(root: Path) -> dict[str, Path]:
 def digests_of(path: str, manifest: bytes, names: Iterable[str], place: str) -> dict[str, str]:
     """The sha256 of all files of an entry but its manifest, by name; empty if nothing states it.
 
-    Args:
-        path: of the entry. manifest: its bytes. names: of files that its folder has.
-        place: of the manifest, for errors.
-    Raises:
-        DamagedEntry: the manifest is damaged, or names files outside of the entry.
+    `path`: of the entry. `manifest`: its bytes. `names`: of files that its folder has. `place`: of the manifest, for
+    errors. Raises DamagedEntry: the manifest is damaged, or names files outside of the entry.
     """
     is_refusal = manifest_name(path) == disk.REFUSAL
     try:
@@ -152,8 +149,7 @@ def digests_of(path: str, manifest: bytes, names: Iterable[str], place: str) -> 
 def read_file(folder: Path, name: str, digest: str) -> bytes:
     """A file of an entry on this disk.
 
-    Raises:
-        OutputError: it is missing, leads out of the entry, or has another digest (unless that is empty).
+    Raises OutputError: it is missing, leads out of the entry, or has another digest (unless that is empty).
     """
     data = file_inside(folder, name, folder, "files").read_bytes()
     if digest and hashlib.sha256(data).hexdigest() != digest:
@@ -169,38 +165,25 @@ def entry_at(folder: Path) -> tuple[bytes, dict[str, str]]:
     return manifest, digests_of(path, manifest, names, str(folder / manifest_name(path)))
 
 
-class RemoteLibrary:
+class RemoteLibrary(RemoteFolder):
     """A library on a store. Whoever writes holds it by `remote_folder.hold`."""
-
-    def __init__(self, folder: RemoteFolder) -> None:
-        self.folder = folder
-
-    @classmethod
-    def open(cls, url: str) -> RemoteLibrary:
-        """The library at an address. Raises as `RemoteFolder.open`."""
-        return cls(RemoteFolder.open(url))
-
-    @property
-    def url(self) -> str:
-        """Address, as it is shown to people."""
-        return self.folder.url
 
     @property
     def is_unfinished(self) -> bool:
         """True while a run writes, and after one that was cut off."""
-        return self.folder.find(UNFINISHED) is not None
+        return self.find(UNFINISHED) is not None
 
     def begin(self) -> None:
         """Write down that a run writes. Its end removes UNFINISHED."""
-        self.folder.write(UNFINISHED, b"{}\n")
+        self.write(UNFINISHED, b"{}\n")
 
     def contents(self) -> tuple[list[str], dict[str, StoredFile]]:
         """Paths of all folders with an entry, or with what was begun of one, sorted, and the books by path."""
-        shelves, top = self.folder.inside()
+        shelves, top = self.inside()
         found, books = [], {name: stored for name, stored in top.items() if _is_book(name)}
         for shelf in shelves:
             if not shelf.startswith("."):
-                folders, files = self.folder.inside(shelf)
+                folders, files = self.inside(shelf)
                 found += [path for path in (f"{shelf}/{name}" for name in folders) if _is_entry_path(path)]
                 books |= {f"{shelf}/{name}": stored for name, stored in files.items() if _is_book(f"{shelf}/{name}")}
         return sorted(found), books
@@ -211,7 +194,7 @@ class RemoteLibrary:
         Also those of folders without a manifest.
         """
         entries: dict[str, dict[str, StoredFile]] = {}
-        for file, stored in self.folder.files(name).items():
+        for file, stored in self.files(name).items():
             entry, _, rest = file.partition("/")
             if rest and _is_entry_path(f"{name}/{entry}"):
                 entries.setdefault(f"{name}/{entry}", {})[rest] = stored
@@ -220,25 +203,24 @@ class RemoteLibrary:
     def publish(self, path: str, files: Mapping[str, bytes], there: Mapping[str, StoredFile]) -> int:
         """Send the files of an entry, its manifest last; returns how many bytes were sent.
 
-        Args:
-            path: of the entry. files: all of them, by name. there: what the folder of the entry holds.
+        `path`: of the entry. `files`: all of them, by name. `there`: what the folder of the entry holds.
         """
         manifest = manifest_name(path)
-        self.folder.remove(f"{path}/{name}" for name in MANIFESTS if name in there)
+        self.remove(f"{path}/{name}" for name in MANIFESTS if name in there)
         sent = 0
         for name in sorted(files.keys() - {manifest}):
             stored = there.get(name)
             if stored is None or not stored.surely_holds(files[name]):  # what an upload that was cut off sent stays
-                self.folder.write(f"{path}/{name}", files[name])
+                self.write(f"{path}/{name}", files[name])
                 sent += len(files[name])
-        self.folder.remove(f"{path}/{name}" for name in sorted(there.keys() - files.keys() - set(MANIFESTS)))
-        self.folder.write(f"{path}/{manifest}", files[manifest])
+        self.remove(f"{path}/{name}" for name in sorted(there.keys() - files.keys() - set(MANIFESTS)))
+        self.write(f"{path}/{manifest}", files[manifest])
         return sent + len(files[manifest])
 
     def forget(self, path: str) -> None:
         """Remove an entry, or what was begun of one: its manifest first."""
-        names = self.folder.files(path)
-        self.folder.remove(f"{path}/{name}" for name in sorted(names, key=lambda name: (name not in MANIFESTS, name)))
+        names = self.files(path)
+        self.remove(f"{path}/{name}" for name in sorted(names, key=lambda name: (name not in MANIFESTS, name)))
 
 
 def push(
@@ -260,7 +242,7 @@ def push(
     there, books = remote.contents()
     lacking = set(there) - own.keys()
     removed = _superseded(lacking, own) | (lacking & gone)
-    names = {path: remote.folder.files(path).keys() for path in sorted(lacking - removed)}
+    names = {path: remote.files(path).keys() for path in sorted(lacking - removed)}
     foreign = {path for path, found in names.items() if manifest_name(path) in found}
     if extra is Extra.REFUSE:
         _check_extra(remote.url, str(library.root), foreign)
@@ -287,7 +269,7 @@ def push(
                 return Change("failed", path, len(own), message=str(error))
             return Change("kept" if sent is None else "copied", path, len(own), sent or 0)
 
-        for change in _in_threads(copy, list(paths), remote.folder):
+        for change in _in_threads(copy, list(paths), remote):
             failed += [change] if change.kind == "failed" else []
             yield change
     for path in sorted(removed):
@@ -299,9 +281,9 @@ def push(
     for name, book in own_books.items():
         lock.check()
         data = book.read_bytes()
-        if not remote.folder.holds(name, data, books.get(name)):
-            remote.folder.write(name, data)
-    remote.folder.remove([*sorted(books.keys() - own_books.keys()), UNFINISHED])
+        if not remote.holds(name, data, books.get(name)):
+            remote.write(name, data)
+    remote.remove([*sorted(books.keys() - own_books.keys()), UNFINISHED])
 
 
 def push_entry(folder: Path, remote: RemoteLibrary, there: Mapping[str, StoredFile]) -> int | None:
@@ -321,7 +303,7 @@ def push_entry(folder: Path, remote: RemoteLibrary, there: Mapping[str, StoredFi
     except (OutputError, OSError) as error:
         raise DamagedEntry(str(folder), str(error)) from error
     is_alike = sizes == {file: stored.size for file, stored in there.items()}
-    if is_alike and remote.folder.holds(path, manifest, there[name]):
+    if is_alike and remote.holds(path, manifest, there[name]):
         return None
     try:
         files = {file: read_file(folder, file, digest) for file, digest in {**digests, name: ""}.items()}
@@ -384,7 +366,7 @@ def _pull_shelf(shelf: str, remote: RemoteLibrary, library: disk.Library, total:
         except DamagedEntry as error:
             return Change("failed", path, total, message=str(error)), None
 
-    for change, staged in _in_threads(fetch, sorted(entries), remote.folder):
+    for change, staged in _in_threads(fetch, sorted(entries), remote):
         if staged is not None:
             library.put(staged, library.root / change.path)
         if staged is not None or change.kind != "copied":  # else the entry has gone from the store
@@ -401,7 +383,7 @@ def _is_current(path: str, library: disk.Library, remote: RemoteLibrary, stored:
         return False
     if any(file in stored and stored[file].size != size for file, size in sizes.items()):
         return False
-    return remote.folder.holds(f"{path}/{name}", manifest, stored[name])
+    return remote.holds(f"{path}/{name}", manifest, stored[name])
 
 
 def _fetched(
@@ -409,22 +391,21 @@ def _fetched(
 ) -> tuple[int, Path | None]:
     """Bytes that were fetched of an entry, and its copy in the staging folder; None if it has gone from the store.
 
-    Raises:
-        DamagedEntry: the entry is damaged, or is replaced again and again.
-        OutputError: the store does not answer, or refuses.
+    Raises DamagedEntry: the entry is damaged, or is replaced again and again. OutputError: the store does not answer,
+    or refuses.
     """
     place, shelf, id_ = f"{remote.url}/{path}", *path.split("/")
     staged = library.staging / f"{shelf}.{id_}.{process_name()}" / id_
     fault = DamagedEntry(place, "is damaged")
     for _ in range(MAX_READ):
-        if (manifest := remote.folder.read(f"{path}/{manifest_name(path)}")) is None:
+        if (manifest := remote.read(f"{path}/{manifest_name(path)}")) is None:
             return 0, None
         shutil.rmtree(staged.parent, ignore_errors=True)
         staged.mkdir(parents=True)
         size = len(manifest)
         try:
             for file, digest in digests_of(path, manifest, stored, place).items():
-                size += _bring(f"{path}/{file}", digest, library.root / path, file, staged / file, remote.folder)
+                size += _bring(f"{path}/{file}", digest, library.root / path, file, staged / file, remote)
         except DamagedEntry as error:
             fault = error
         except Replaced as error:
@@ -438,8 +419,7 @@ def _fetched(
 def _bring(path: str, digest: str, own: Path, name: str, target: Path, remote: RemoteFolder) -> int:
     """Copy a file of an entry: that of the library if it is the same, else that of the store; returns bytes fetched.
 
-    Args:
-        path: on the store. own: folder of the entry in the library. name: in it.
+    `path`: on the store. `own`: folder of the entry in the library. `name`: in it.
     """
     data, size = None, 0
     with suppress(OutputError):
@@ -461,9 +441,9 @@ def _pull_books(library: disk.Library, remote: RemoteLibrary, there: Mapping[str
     own = books_at(library.root)
     for name in sorted(there.keys() - set(DECISIONS)):
         path = library.root / name
-        if name in own and remote.folder.holds(name, own[name].read_bytes(), there[name]):
+        if name in own and remote.holds(name, own[name].read_bytes(), there[name]):
             continue
-        if (data := remote.folder.read(name)) is not None:
+        if (data := remote.read(name)) is not None:
             path.parent.mkdir(exist_ok=True)
             fresh = library.private / f"{path.name}.{os.getpid()}"
             fresh.write_bytes(data)
@@ -475,10 +455,8 @@ def _pull_books(library: disk.Library, remote: RemoteLibrary, there: Mapping[str
 def _take_over_decisions(library: disk.Library, remote: RemoteLibrary, is_overwritten: bool) -> None:
     """Take the decisions on the store over into a library; its own on other inputs stay.
 
-    Args:
-        is_overwritten: take the files of the store as they are, whatever was decided here.
-    Raises:
-        OutputError: both decide differently about an input; nothing is changed then.
+    `is_overwritten`: take the files of the store as they are, whatever was decided here. Raises OutputError: both
+    decide differently about an input; nothing is changed then.
     """
     with _fetched_decisions(library, remote) as there:
         own, others = _decided(library), _decided(there)
@@ -507,7 +485,7 @@ def _fetched_decisions(library: disk.Library, remote: RemoteLibrary) -> Iterator
     """A folder with the files of the store on decisions, as far as it has them."""
     with TemporaryDirectory(dir=library.private, prefix="decisions.") as folder:
         for name in DECISIONS:
-            if (data := remote.folder.read(name)) is not None:
+            if (data := remote.read(name)) is not None:
                 (Path(folder) / name).write_bytes(data)
         yield disk.Library(Path(folder))
 
@@ -546,7 +524,7 @@ class StoredRun:
                         senders.submit(self._send, event.folder)
                     yield event
         except BaseException:  # the run is stopped
-            self._remote.folder.close()
+            self._remote.close()
             raise
         finally:  # `finish` sends the rest, with more threads
             senders.shutdown(cancel_futures=True)
@@ -560,14 +538,13 @@ class StoredRun:
     def _send(self, folder: Path) -> None:
         with suppress(OutputError):  # `finish` tries again, and tells
             self._lock.check()
-            push_entry(folder, self._remote, self._remote.folder.files(entry_path(folder)))
+            push_entry(folder, self._remote, self._remote.files(entry_path(folder)))
 
 
 def _superseded(extra: Iterable[str], other: Iterable[str]) -> set[str]:
     """Those of the entries on one side alone in whose place the other side has one of the same producer and input.
 
-    Args:
-        extra, other: paths of entries.
+    `extra`, `other`: paths of entries.
     """
     known = {suffix_of(path.rpartition("/")[2]) for path in other}
     return {path for path in extra if suffix_of(path.rpartition("/")[2]) in known}
@@ -593,8 +570,7 @@ def _in_threads(call: Callable[[T], R], items: Iterable[T], folder: RemoteFolder
 
     No more items are taken than are worked on, so what they hold does not add up.
 
-    Args:
-        folder: closed if an exception ends it, so that no request is repeated.
+    `folder`: closed if an exception ends it, so that no request is repeated.
     """
     left = iter(items)
     open_: set[Future[R]] = set()

@@ -14,9 +14,6 @@ from scipy import ndimage
 from casa_assets.core.numeric import srgb_from_hex
 from casa_assets.model.record import Vec2
 
-# Noise ----------------------------------------------------------------------------------------------------------------
-# Noise on a torus: every picture repeats without a seam. Cells are (rows, columns); unequal ones stretch it.
-
 NoiseMap = npt.NDArray[np.float32]
 Size = tuple[int, int]
 
@@ -113,7 +110,6 @@ def _fade(t: NoiseMap) -> NoiseMap:
 
 
 # Canvas ---------------------------------------------------------------------------------------------------------------
-# Canvas of a periodic texture, measured in metres, the layers painted on it, and small functions on images.
 
 Map = npt.NDArray[np.floating[Any]]
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -232,8 +228,7 @@ def rgb_table(colors: Iterable[str]) -> Map:
 def blend(image: Map, color: Map, share: Map) -> Map:
     """(H, W, 3) colours moved towards other colours by a (H, W) share: 0 keeps `image`, 1 gives `color`.
 
-    Args:
-        image, color: (H, W, 3) or (3,).
+    `image`, `color`: (H, W, 3) or (3,).
     """
     return np.asarray(image + (color - image) * share[..., None])
 
@@ -260,8 +255,7 @@ def periodic_curve(at: Map, length: float, step: float, rng: np.random.Generator
 def line_coverage(off_m: Map, width_m: float, pixel_m: float) -> Map:
     """Share of each pixel that a line covers, so that a line thinner than a pixel is paler, not lost.
 
-    Args:
-        off_m: from the middle of the pixel to that of the line. pixel_m: size of a pixel across the line.
+    `off_m`: from the middle of the pixel to that of the line. `pixel_m`: size of a pixel across the line.
     """
     near = np.maximum(-width_m / 2.0, off_m - pixel_m / 2.0)
     far = np.minimum(width_m / 2.0, off_m + pixel_m / 2.0)
@@ -274,7 +268,6 @@ def stratified(count: int, rng: np.random.Generator) -> Map:
 
 
 # Kind -----------------------------------------------------------------------------------------------------------------
-# A kind of surface (`ceramic_tile`, `veneer`): its parameters, and how it is painted.
 
 
 @dataclass(frozen=True)

@@ -26,9 +26,6 @@ from casa_assets.textures.canvas import (
     stratified,
 )
 
-# Wood grain -----------------------------------------------------------------------------------------------------------
-# Grain maps of a sawn board: growth rings, fibres, pores, rays and knots, without colours.
-
 # A glued joint is a hair line; it is drawn as wide as it looks from arm's length.
 _JOINT_M = 0.001
 
@@ -163,8 +160,7 @@ def _radius(canvas: Canvas, cut: SawCut, x: Map, y: Map, rng: np.random.Generato
 def ring_maps(canvas: Canvas, species: WoodSpecies, radius: Map, rng: np.random.Generator) -> tuple[Map, Map, Map]:
     """Darkness of the year, its porous part, and the slow change of tone over the years, each (H, W).
 
-    Args:
-        radius: (H, W) metres from the pith.
+    `radius`: (H, W) metres from the pith.
     """
     length = canvas.tile_m[0]  # years repeat over the width, so that straight grain closes at the border
     count = max(4, round(length / species.ring_m))
@@ -255,7 +251,6 @@ def _knots(canvas: Canvas, x: Map, y: Map, species: WoodSpecies, rng: np.random.
 
 
 # Wood -----------------------------------------------------------------------------------------------------------------
-# Grain maps and a palette become colour, relief and gloss.
 
 # Between the deepest pore and the face of a planed board. Ref: about the vessel diameter of open woods, 0.1 to 0.3 mm.
 _PORE_DEPTH_M = 0.00018

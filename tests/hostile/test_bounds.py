@@ -17,7 +17,7 @@ from casa_assets.formats.read import polygons
 from casa_assets.formats.read.formats import sniff
 from casa_assets.ingest.run.run import Options, ingest
 from casa_assets.ingest.sources import Found, Refused, collect, discover, places
-from casa_assets.ingest.sources.manifest import MAX_BROKEN_ROWS
+from casa_assets.ingest.sources.rows import MAX_BROKEN_ROWS
 from casa_assets.model import rejection_codes
 from casa_assets.runs.outcome import Event
 from tests.support.hostile.access_audit import Watch

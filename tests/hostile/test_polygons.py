@@ -12,7 +12,7 @@ import pytest
 from casa_assets.errors import Rejected
 from casa_assets.formats.read import load, polygons
 from casa_assets.formats.read import obj as obj_reader
-from casa_assets.ingest.repair.gaps import MAX_PAIRS, _within
+from casa_assets.ingest.gaps import MAX_PAIRS, _within
 from casa_assets.model import rejection_codes
 from casa_assets.model.source import Bundle
 from tests.support.mesh.mesh_files import LIMITS

@@ -9,9 +9,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from benchmarks.articulate.cases.labelled import LabelledMesh
-from casa_assets.mesh.grid.voxels import boundary, voxelise
 from casa_assets.mesh.solid.deviation import surface_samples
 from casa_assets.mesh.surface import face_normals
+from casa_assets.mesh.voxels import boundary, voxelise
 
 # Cubes along the longest side; points on the surfaces of the parts, and of each part at least so many.
 CELLS, SAMPLES, LEAST_SAMPLES = 112, 120_000, 300

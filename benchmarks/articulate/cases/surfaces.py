@@ -15,9 +15,9 @@ from scipy.sparse.csgraph import connected_components
 from benchmarks.articulate.cases.labelled import LabelledMesh
 from casa_assets.articulate.segment.orthographic import render_depth
 from casa_assets.core.numeric import Floats, Ints, Mask
+from casa_assets.mesh.solid.deviation import fibonacci_directions
 from casa_assets.mesh.surface import face_normals
 from casa_assets.mesh.topology import face_components, weld
-from casa_assets.mesh.visibility import fibonacci_directions
 
 # Vertices closer than this share of the longest side are at one position: exporters write six digits or more.
 SAME_POSITION = 1e-6

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.pose.up import UP_ROTATIONS, outline_score, sample_surface
+from casa_assets.ingest.up_axis import UP_ROTATIONS, outline_score, sample_surface
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose
 
 Floats = npt.NDArray[np.float64]

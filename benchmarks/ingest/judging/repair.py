@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from casa_assets.mesh.solid.deviation import measure_visibility
 from casa_assets.mesh.surface import face_normals
 from casa_assets.mesh.topology import edge_counts, face_components, weld
-from casa_assets.mesh.visibility import measure_visibility
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

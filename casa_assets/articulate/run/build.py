@@ -27,10 +27,10 @@ from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model
 from casa_assets.articulate.semantics.part_names import rename_for_runtime
 from casa_assets.articulate.signs_of_parts import signs_of_parts
 from casa_assets.errors import CasaError, Rejected, UnknownId
-from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.ingest.things import load
 from casa_assets.library.analysis.clip import NO_WEIGHTS, classify_by_look, load_scorer
 from casa_assets.library.identity import Identity, Producer
 from casa_assets.library.review import REJECTED_CODE

@@ -26,7 +26,6 @@ from casa_assets.checks.motion.joints import JointTravel, joint_travels
 from casa_assets.core.process_name import process_name
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.formats import mjcf
-from casa_assets.ingest.load import load
 from casa_assets.ingest.run.resume import (
     NOTHING_KNOWN,
     AcceptedAsset,
@@ -39,6 +38,7 @@ from casa_assets.ingest.run.resume import (
 )
 from casa_assets.ingest.run.resume import RETRIED_CODES as RETRIED_BY_INGEST
 from casa_assets.ingest.sources.bundle import collect
+from casa_assets.ingest.things import load
 from casa_assets.library import library as disk
 from casa_assets.library.analysis.clip import weights_digest
 from casa_assets.library.entry import Entry

@@ -17,10 +17,10 @@ from casa_assets.checks.check import (
 from casa_assets.checks.filters.surface import NOT_LOOSE, welded_surface
 from casa_assets.checks.package.package import Package
 from casa_assets.core.numeric import Floats
-from casa_assets.mesh.grid.voxels import fillable_volume, voxelise
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.mesh.solid.solids import convex_hull, hull_volume, union
 from casa_assets.mesh.surface import signed_volume, solid_moments
+from casa_assets.mesh.voxels import fillable_volume, voxelise
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.registry.category import Affordance, Category, MatterFill, RestingPose
 

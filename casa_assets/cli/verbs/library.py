@@ -89,7 +89,7 @@ def push(
 
     place = library_at(library)
     remote = RemoteLibrary.open(url)
-    with place.locked(), hold(remote.folder, waiting(output)) as lock:
+    with place.locked(), hold(remote, waiting(output)) as lock:
         changes = run(place, remote, lock, Extra.REMOVE if delete else Extra.REFUSE)
         told = print_changes(changes, "pushing", output, library)
     output.line(f"Store: {terminal_safe(remote.url)}: {told}")

@@ -17,7 +17,7 @@ from casa_assets.model.kitchen.choices import Surface
 if TYPE_CHECKING:
     from casa_assets.model.issue import Report
     from casa_assets.model.registry.rows import TextureRecipe
-    from casa_assets.textures.packs.entry import Pack
+    from casa_assets.textures.pack_entry import Pack
 
 app = group_of("textures", "Pictures of walls, floors, counters and cabinets: list, make, sheet, check, ingest.")
 
@@ -208,7 +208,7 @@ def ingest(
 
     from casa_assets.projects import project_folder
     from casa_assets.runs.outcome import writing
-    from casa_assets.textures.packs.entry import PictureDescription
+    from casa_assets.textures.pack_entry import PictureDescription
     from casa_assets.textures.run.packs.ingest import PackOptions, ingest_pack
 
     try:

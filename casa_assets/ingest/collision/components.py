@@ -1,22 +1,27 @@
-"""Split a mesh into connected parts, and build one solid from them: open ones get lids, sheets a thickness."""
+"""Convex pieces of a mesh: of its connected components, and of what convex decomposition finds."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import io
+import json
+import os
+import resource
+import subprocess
+import sys
+from dataclasses import asdict, dataclass
 
 import manifold3d
 import numpy as np
 
 from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.system import lower_limit
 from casa_assets.errors import DegenerateShape
-from casa_assets.mesh.grid.voxels import Grid, voxelise
+from casa_assets.ingest.components import split_components
 from casa_assets.mesh.solid.deviation import distances_outside, reference_surface, surface_samples
 from casa_assets.mesh.solid.solids import Solid, closed_solid, convex_hull, solid_of, surface_of, without_voids
 from casa_assets.mesh.surface import face_normals, signed_volume
 from casa_assets.mesh.topology import consistent_winding, face_components, fill_holes
-
-# Components -----------------------------------------------------------------------------------------------------------
-# Split a mesh into connected parts, and measure how much of its hull each fills.
+from casa_assets.mesh.voxels import Grid, voxelise
 
 # Thickness that a flat part is given, metres: about the thinnest that contacts hold.
 SHEET_M = 0.001
@@ -34,23 +39,12 @@ class ConnectedPart:
 
 def connected_parts(points: Floats, ids: Ints, max_parts: int) -> list[ConnectedPart]:
     """Connected parts that have a volume, largest first, without specks; none if more than `max_parts` are left."""
-    label = face_components(ids, len(points))
-    count = int(label.max()) + 1
-    if count > 40 * max_parts:
+    components = split_components(points, ids, np.arange(len(points)))
+    large = np.flatnonzero(components.longest_side > 0.02 * float(np.ptp(points, axis=0).max()))
+    if components.count > 40 * max_parts or len(large) > max_parts:
         return []
-    order = np.argsort(label, kind="stable")
-    face_groups = np.split(order, np.flatnonzero(np.diff(label[order])) + 1)
-    extent = float(np.ptp(points, axis=0).max())
-    large = [rows for rows in face_groups if np.ptp(points[ids[rows]].reshape(-1, 3), axis=0).max() > 0.02 * extent]
-    if len(large) > max_parts:
-        return []
-    parts = []
-    for face_rows in large:
-        used, local = np.unique(ids[face_rows], return_inverse=True)
-        part = measure_part(points[used], local.reshape(-1, 3), close_gaps=False)
-        if part is not None:
-            parts.append(part)
-    return sorted(parts, key=lambda p: -p.hull_volume)
+    parts = [measure_part(*components.surface_of(int(k)), close_gaps=False) for k in large]
+    return sorted((part for part in parts if part is not None), key=lambda p: -p.hull_volume)
 
 
 def measure_part(points: Floats, faces: Ints, close_gaps: bool) -> ConnectedPart | None:
@@ -97,7 +91,6 @@ def any_nested(pieces: list[ConnectedPart]) -> bool:
 
 
 # Component solids -----------------------------------------------------------------------------------------------------
-# Build one solid from the components of a surface: open ones get lids, sheets get a thickness.
 
 # All numbers below are choices.
 # With more components than this assemble_solid gives up, and its caller makes the solid on a grid.
@@ -138,20 +131,16 @@ def assemble_solid(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | 
     `grid`: voxels of the surface; a lid is put on an opening only where it is filled.
     """
     longest = float(np.ptp(points, axis=0).max())
-    component = face_components(faces, len(points))
-    count = int(component.max()) + 1
-    if count > MAX_COMPONENTS:
+    components = split_components(points, faces, np.arange(len(points)))
+    if components.count > MAX_COMPONENTS:
         return None
-    # Sort the faces by component and cut the list where the component changes: one array of face rows for each.
-    order = np.argsort(component, kind="stable")
     solids: list[Solid] = []
     sheets: list[Ints] = []
     lidded_count = 0
-    for face_rows in np.split(order, np.flatnonzero(np.diff(component[order])) + 1):
-        used, local = np.unique(faces[face_rows], return_inverse=True)
-        found = _component_solid(points[used], local.reshape(-1, 3), grid, longest)
+    for k in range(components.count):
+        found = _component_solid(*components.surface_of(k), grid, longest)
         if found is None:
-            sheets.append(faces[face_rows])
+            sheets.append(components.faces_of(k))
         else:
             solids.append(found[0])
             lidded_count += found[1]
@@ -163,7 +152,7 @@ def assemble_solid(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | 
     if not solids:
         return None
     united = without_voids(manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add))
-    steps = [f"put together from {count} pieces"] if count > 1 else []
+    steps = [f"put together from {components.count} pieces"] if components.count > 1 else []
     steps += [f"lids on {lidded_count}"] if lidded_count else []
     steps += [f"{1000 * sheet_thickness_m:.2g} mm for {len(sheet_faces)} lone faces"] if len(sheet_faces) else []
     sheet_area = sum(float(face_normals(points, face_rows)[1].sum()) for face_rows in sheets)
@@ -236,3 +225,105 @@ def _plates(points: Floats, faces: Ints, thickness_m: float) -> list[Solid]:
             if not hull.is_empty() and hull.volume() > 0:
                 plates.append(hull)
     return plates
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Limits of a decomposition.
+
+    Attributes:
+        hulls: most hulls. hull_vertices: most vertices of each.
+        voxels: cubes that V-HACD works on.
+        threshold: CoACD's concavity threshold, 0..1 of the longest side.
+        cpu_s: CPU seconds (not wall: a busy machine must not change the outcome). memory_bytes: address space.
+    """
+
+    hulls: int
+    hull_vertices: int = 64
+    threshold: float = 0.05
+    voxels: int = 400_000
+    cpu_s: int = 20
+    memory_bytes: int = 6_000_000_000
+
+
+class DecompositionFailed(Exception):
+    """The child died or ran out of its budget; says how."""
+
+
+def decompose(method: str, vertices: Floats, faces: Ints, budget: Budget) -> list[Floats]:
+    """Vertices of each hull, metres, by `coacd` (needs a closed manifold) or `vhacd` (takes any triangles).
+
+    Raises DecompositionFailed: exit code or signal of the child, and its last words.
+    """
+    if not len(faces) or not np.isfinite(vertices).all() or not np.ptp(vertices, axis=0).max() > 0:
+        raise DecompositionFailed(f"{method} was not tried: the mesh has no extent, or coordinates that are no numbers")
+    lowest, extent = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
+    stream = io.BytesIO()
+    np.savez(stream, vertices=(vertices - lowest) / extent, faces=faces, budget=np.array(json.dumps(asdict(budget))))
+    command = [sys.executable, "-m", "casa_assets.ingest.collision.components", method]
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONHASHSEED": "0"}
+    # No limit by the clock: a busy machine would change the outcome. The worker pool ends what hangs.
+    process = subprocess.run(command, input=stream.getvalue(), capture_output=True, env=environment, check=False)
+    if process.returncode != 0:
+        last_line = process.stderr.decode("utf-8", "replace").strip().splitlines()[-1:] or ["no words"]
+        raise DecompositionFailed(f"{method} ended with {process.returncode}: {last_line[0][:200]}")
+    with np.load(io.BytesIO(process.stdout)) as hulls:
+        clouds = [hulls[f"arr_{i}"] * extent + lowest for i in range(len(hulls.files))]
+    return [cloud for cloud in clouds if np.isfinite(cloud).all()]
+
+
+def _coacd(vertices: Floats, faces: Ints, budget: Budget) -> list[Floats]:
+    import coacd
+
+    coacd.set_log_level("off")
+    # Its search is kept short: with the defaults a dish rack of wires takes minutes, and is not kept open then either.
+    parts = coacd.run_coacd(
+        coacd.Mesh(vertices, faces.astype(np.int32)),
+        threshold=min(max(budget.threshold, 0.01), 0.5),
+        max_convex_hull=budget.hulls,
+        preprocess_mode="off",
+        mcts_nodes=10,
+        mcts_iterations=20,
+        mcts_max_depth=2,
+        decimate=True,
+        max_ch_vertex=budget.hull_vertices,
+        seed=0,
+    )
+    return [np.asarray(points, dtype=np.float64) for points, _ in parts]
+
+
+def _vhacd(vertices: Floats, faces: Ints, budget: Budget) -> list[Floats]:
+    import vhacdx
+
+    parts = vhacdx.compute_vhacd(
+        vertices,
+        faces.astype(np.uint32),
+        maxConvexHulls=budget.hulls,
+        resolution=budget.voxels,
+        maxNumVerticesPerCH=budget.hull_vertices,
+        minimumVolumePercentErrorAllowed=1.0,
+        asyncACD=False,
+    )
+    return [np.asarray(points, dtype=np.float64) for points, _ in parts]
+
+
+def main() -> int:
+    """The child: limits itself, reads, decomposes, writes."""
+    with np.load(io.BytesIO(sys.stdin.buffer.read())) as data:
+        vertices, faces = data["vertices"], data["faces"]
+        budget = Budget(**json.loads(str(data["budget"])))
+    lower_limit(resource.RLIMIT_CPU, budget.cpu_s, budget.cpu_s + 5)
+    lower_limit(resource.RLIMIT_AS, budget.memory_bytes, budget.memory_bytes)
+    # The libraries print to standard output, so that is sent to standard error and the pipe is kept for the answer.
+    answer = os.dup(1)
+    os.dup2(2, 1)
+    hulls = {"coacd": _coacd, "vhacd": _vhacd}[sys.argv[1]](vertices, faces, budget)
+    packed = io.BytesIO()
+    np.savez(packed, *hulls)
+    with os.fdopen(answer, "wb") as out:
+        out.write(packed.getvalue())
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

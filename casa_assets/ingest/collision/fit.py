@@ -12,7 +12,6 @@ from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.ingest.collision.plane_splits import ErrorBound
 from casa_assets.ingest.draft import PlacedShape
-from casa_assets.mesh.grid.voxels import NO_ROOMS, OpenRooms, closed_shares, fillable_volume, voxelise
 from casa_assets.mesh.planar import outline_of
 from casa_assets.mesh.solid.deviation import (
     Deviation,
@@ -34,12 +33,10 @@ from casa_assets.mesh.solid.solids import (
     union,
 )
 from casa_assets.mesh.surface import signed_volume
+from casa_assets.mesh.voxels import NO_ROOMS, OpenRooms, closed_shares, fillable_volume, voxelise
 from casa_assets.model.asset.parts import Box, Hull, Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
-
-# Params ---------------------------------------------------------------------------------------------------------------
-# Limits that collision shapes are held to.
 
 
 class CollideParams(Record):
@@ -70,7 +67,6 @@ class CollideParams(Record):
 
 
 # Fit ------------------------------------------------------------------------------------------------------------------
-# Measure how well collision shapes fit a mesh, its solid proxy, and the opening of a vessel.
 
 # All numbers below are choices.
 # Points sampled on the mesh.
@@ -237,7 +233,6 @@ def describe_fit(clouds: Sequence[Floats], reference: FitReference, errors: FitE
 
 
 # Foot -----------------------------------------------------------------------------------------------------------------
-# Stand hulls on a box: what has a flat foot then rests on four corners and does not creep.
 
 # All numbers below are choices.
 # Height of the box, metres, and at most as a share of that of the thing. Hulls begin in its middle.

@@ -18,7 +18,8 @@ from casa_assets.core.system import cache_for
 from casa_assets.errors import OutputError, PluginFailure
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.ingest.sources.places import StoreRoot, folder_of, root_of, utf8_escaped
+from casa_assets.ingest.sources.places import StoreRoot, root_of, utf8_escaped
+from casa_assets.ingest.sources.stores import folder_of
 from casa_assets.library import library as disk
 from casa_assets.library.identity import Identity, Producer
 from casa_assets.library.library import Library

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 from casa_assets import registry
 from casa_assets.errors import Rejected
-from casa_assets.ingest.load import load
 from casa_assets.ingest.run.survey import find_category
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.found import Found
+from casa_assets.ingest.things import load
 from casa_assets.library.review import DOUBTFUL
 
 
@@ -29,8 +29,7 @@ def things_held(job: tuple[Found, Mapping[str, float]]) -> HeldThings | None:
     objects.
     """
     # Here, since most runs take nothing apart, and this loads slowly.
-    from casa_assets.ingest.things.signs import guess_of_things
-    from casa_assets.ingest.things.split import things_of
+    from casa_assets.ingest.things import guess_of_things, things_of
 
     found, limits = job
     known = registry.load()

@@ -16,15 +16,14 @@ from casa_assets.ingest.clean import clean
 from casa_assets.ingest.collision.collide import collide
 from casa_assets.ingest.collision.fit import CollideParams
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.load import load
-from casa_assets.ingest.mass.estimates import mass
+from casa_assets.ingest.mass import mass
 from casa_assets.ingest.orient import orient
 from casa_assets.ingest.run.job import limits_in_key
 from casa_assets.ingest.run.survey import Survey
+from casa_assets.ingest.scale import scale
 from casa_assets.ingest.simplify import simplify
-from casa_assets.ingest.size.scale import scale
 from casa_assets.ingest.texture import add_back_faces, texture
-from casa_assets.ingest.things.signs import guess_of_things
+from casa_assets.ingest.things import guess_of_things, load
 from casa_assets.library.review import NAME, REJECTED_CODE, doubtful_guesses
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Substance

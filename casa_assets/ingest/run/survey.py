@@ -11,6 +11,7 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.found import Found
 from casa_assets.ingest.sources.places import is_url
+from casa_assets.ingest.sources.stores import state_at
 from casa_assets.model.registry.category import Category
 
 # Confidence in a category that the source itself states; of 98 such in data for developing none was wrong.
@@ -36,8 +37,6 @@ class Survey:
 def state_of(path: str) -> str:
     """State of a file, folder or object on a store, which changes whenever it is written; empty if there is none."""
     if is_url(path):
-        from casa_assets.ingest.sources.stores import state_at  # a client of stores, which only addresses need
-
         return state_at(path)
     try:
         found = os.stat(path)  # noqa: PTH116  Path would take longer than the system does

@@ -12,10 +12,10 @@ from casa_assets.checks.run import load_table
 from casa_assets.checks.simready.validator import load_rules
 from casa_assets.errors import CasaError, OutputError, PluginFailure, RegistryError, Rejected
 from casa_assets.formats.read.dispatch import warm as warm_readers
-from casa_assets.ingest.load import load
 from casa_assets.ingest.run.job import Job, stage_refusal
 from casa_assets.ingest.run.stages import build_asset, stage_functions
 from casa_assets.ingest.sources.bundle import collect
+from casa_assets.ingest.things import load
 from casa_assets.library import library as disk
 from casa_assets.library.identity import Producer
 from casa_assets.model.asset.asset import Asset

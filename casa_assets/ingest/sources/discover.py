@@ -12,16 +12,16 @@ from pathlib import Path
 
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.formats import SUFFIXES, suffix_of
-from casa_assets.ingest.sources import manifest, objaverse
-from casa_assets.ingest.sources.containers.archive import archived
-from casa_assets.ingest.sources.containers.table import is_table, tabled
-from casa_assets.ingest.sources.found import HIDDEN, Found, Package, Refused, archive_suffix, kind_of_other, unread
-from casa_assets.ingest.sources.places import StoreRoot, folder_of, utf8_escaped
-from casa_assets.ingest.sources.rows import unique_hints
+from casa_assets.formats.read.text import printable
+from casa_assets.ingest.sources import objaverse
+from casa_assets.ingest.sources.archive import archived
+from casa_assets.ingest.sources.found import HIDDEN, Found, Package, Refused, kind_of_other, unread
+from casa_assets.ingest.sources.places import StoreRoot, archive_suffix, utf8_escaped
+from casa_assets.ingest.sources.rows import read_lines, read_list, unique_hints, words_of_path
+from casa_assets.ingest.sources.stores import DEEPEST_FOLDER, folder_of, list_all
+from casa_assets.ingest.sources.table import is_table, tabled
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Source, SourceKind
-
-DEEPEST_FOLDER = 64
 
 
 def discover(roots: Sequence[Path | StoreRoot], others: Counter[str] | None = None) -> Iterator[Found | Refused]:
@@ -65,8 +65,7 @@ def discover(roots: Sequence[Path | StoreRoot], others: Counter[str] | None = No
 def _real_path(path: str, real_folders: dict[str, str]) -> str:
     """The same as `os.path.realpath`, which looks at every folder above.
 
-    Args:
-        real_folders: takes up what is known of folders.
+    `real_folders`: takes up what is known of folders.
     """
     folder, name = os.path.split(path)
     if os.path.islink(path):  # noqa: PTH114
@@ -82,13 +81,10 @@ def _discover(root: Path | StoreRoot, others: Counter[str]) -> Iterator[Found | 
         is_folder = root.is_dir()
     else:
         place = root
-        # a client of stores, which only this needs
-        from casa_assets.ingest.sources.stores import StoreFolder
-
-        folder = StoreFolder(root)
-        is_folder = not folder.is_file()
-        if is_folder:
-            yield from folder.list_all()
+        faults = list_all(root)
+        is_folder = faults is not None
+        for path, code, why in faults or ():
+            yield Refused(printable(path, 400), code, f"{printable(path, 200)}: {why}")
     around = Package(place.parent, "")
     if is_folder:
         inputs = 0
@@ -99,10 +95,10 @@ def _discover(root: Path | StoreRoot, others: Counter[str]) -> Iterator[Found | 
             message = f"{utf8_escaped(place.name)}: a folder, not a regular file; put the file itself there"
             yield Refused(utf8_escaped(place.name), codes.NOT_A_FILE, message)
     elif posixpath.splitext(place.name.lower())[1] == ".jsonl":
-        yield from manifest.read_lines(around, place.name, is_named=True)
+        yield from read_lines(around, place.name, is_named=True)
     elif posixpath.splitext(place.name.lower())[1] == ".json":
         listed = objaverse.read_xl(around, place.name)
-        yield from listed if listed is not None else manifest.read_list(around, place.name, is_named=True)
+        yield from listed if listed is not None else read_list(around, place.name, is_named=True)
     elif archive_suffix(place.name):
         yield from archived(around, place.name, others)
     elif is_table(place.name):
@@ -180,11 +176,11 @@ def _packaged(package: Package, names: Sequence[str]) -> Iterator[Found | Refuse
     for name in names:
         lower = name.lower()
         if lower.endswith(".jsonl"):
-            yield from manifest.read_lines(package, name, is_named=False)
+            yield from read_lines(package, name, is_named=False)
         elif lower == "annotations.json":
             yield from objaverse.read_xl(package, name) or ()
         elif lower.endswith(".json") and lower not in objaverse.INDEX_FILES:
-            yield from manifest.read_list(package, name, is_named=False)
+            yield from read_list(package, name, is_named=False)
 
 
 def _loose(package: Package, main: str) -> Found | Refused:
@@ -195,7 +191,6 @@ def _loose(package: Package, main: str) -> Found | Refused:
         package.files.check(main)
     except Rejected as error:
         return package.refuse(main, error)
-    stem = posixpath.splitext(posixpath.basename(main))[0]
-    folders = posixpath.dirname(path).split("/")[::-1]
-    source = Source(kind=SourceKind.FOLDER, path=path, hints=unique_hints([stem], folders, [package.root.name]))
+    hints = unique_hints(words_of_path(path), [package.root.name])
+    source = Source(kind=SourceKind.FOLDER, path=path, hints=hints)
     return Found(package.root, main, source)

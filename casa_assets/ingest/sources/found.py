@@ -10,15 +10,10 @@ from functools import cached_property
 from pathlib import Path
 
 from casa_assets.errors import Rejected
-from casa_assets.formats.read.formats import (
-    PACKED_SUFFIXES,
-    SECOND_CHOICE,
-    SUFFIXES,
-    UNREAD_SUFFIXES,
-    suffix_of,
-)
+from casa_assets.formats.read.formats import PACKED_SUFFIXES, SECOND_CHOICE, SUFFIXES, UNREAD_SUFFIXES, suffix_of
 from casa_assets.formats.read.text import printable
-from casa_assets.ingest.sources.places import Folder, StoreRoot, folder_of, utf8_escaped
+from casa_assets.ingest.sources.places import Folder, StoreRoot, archive_suffix, utf8_escaped
+from casa_assets.ingest.sources.stores import folder_of
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.issue import Issue
 from casa_assets.model.source import Source
@@ -36,7 +31,7 @@ class Found:
         notes: warnings about what was said of it.
         archive: the archive that holds `main` and all that it refers to, POSIX, relative to `root`; empty: the disk.
             `main` is a path within it then.
-        at: where in the archive `main` begins, see containers.archive.Member; -1: to be searched. In a table: the row.
+        at: where in the archive `main` begins, see archive.Member; -1: to be searched. In a table: the row.
         is_model: `main` is no file of a stranger but the RawModel of a mesh that the caller has in memory, as JSON.
     """
 
@@ -77,15 +72,7 @@ _KINDS: Mapping[str, str] = {
     "sounds and films": ".wav .mp3 .ogg .flac .mp4 .mov .avi .webm .mkv",
 }
 _KIND_OF = {suffix: kind for kind, suffixes in _KINDS.items() for suffix in suffixes.split()}
-# By suffix: how it is read, and nothing else is. Others may need memory that no limit here would stop.
-ARCHIVE_SUFFIXES = {".zip": "zip", ".zae": "zip", ".kmz": "zip", ".tar": "tar", ".tgz": "tar", ".tar.gz": "tar"}
 TWINS = "other forms of a mesh beside it"
-
-
-def archive_suffix(name: str) -> str:
-    """Suffix, in lower case, of an archive that is read (`.tar.gz` counts as one); empty for other names."""
-    lower = name.lower()
-    return next((s for s in (".tar.gz", *ARCHIVE_SUFFIXES) if lower.endswith(s) and lower != s), "")
 
 
 def kind_of_other(name: str, names: Set[str]) -> str:
@@ -94,8 +81,7 @@ def kind_of_other(name: str, names: Set[str]) -> str:
     A mesh in a format of second choice (a modeller's own file, a format that programs read in different ways) is not an
     input if a file of first choice has the same name, as both hold the same object.
 
-    Args:
-        name: of the file. names: of all files of the folder, in lower case.
+    `name`: of the file. `names`: of all files of the folder, in lower case.
     """
     lower = name.lower()
     stem, suffix = posixpath.splitext(lower)
@@ -158,8 +144,7 @@ class Package:
     def file(self, value: object, place: str) -> str:
         """POSIX path, relative to the package, of a file that a row names; it exists and may be read.
 
-        Raises:
-            Rejected: BAD_ROW, PATH_TRAVERSAL, MISSING_FILE, LINK_OUTSIDE, NOT_A_FILE, UNREADABLE.
+        Raises Rejected: BAD_ROW, PATH_TRAVERSAL, MISSING_FILE, LINK_OUTSIDE, NOT_A_FILE, UNREADABLE.
         """
         if not isinstance(value, str) or not value.strip() or "\0" in value:
             raise Rejected(codes.BAD_ROW, f"{place}: no usable file name ({printable(repr(value), 40)}); fix it")

@@ -6,7 +6,6 @@ import codecs
 import gzip
 import importlib
 import os
-import posixpath
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -15,7 +14,15 @@ from casa_assets.errors import CasaError, Rejected, UnknownId
 from casa_assets.formats.read.text import printable
 from casa_assets.ingest.sources.found import MAX_INDEX_BYTES, Found, Package, Refused
 from casa_assets.ingest.sources.places import Folder, utf8_escaped
-from casa_assets.ingest.sources.rows import parse_json, safe_id, spdx_id, text_field, text_list, unique_hints
+from casa_assets.ingest.sources.rows import (
+    parse_json,
+    safe_id,
+    spdx_id,
+    text_field,
+    text_list,
+    unique_hints,
+    words_of_path,
+)
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Source, SourceKind
 
@@ -31,15 +38,16 @@ def is_package(names: Sequence[str]) -> bool:
 
 def read_package(package: Package) -> Iterator[Found | Refused]:
     """Every GLB under `glbs/`, by name, with what annotations, metadata and LVIS say about it."""
-    reader = _Reader(package)
-    annotations = reader.mapping("annotations")
+    refused: list[Refused] = []
+    annotations = _mapping(package, "annotations", refused)
+    metadata: dict[str, Mapping[str, object]] = {}  # annotations of one `glbs/` folder, as `objaverse` caches them
     categories: dict[str, str] = {}  # LVIS category by uid; the first by name where several claim one
-    for category, uids in sorted(reader.mapping("lvis-annotations").items()):
+    for category, uids in sorted(_mapping(package, "lvis-annotations", refused).items()):
         for uid in uids if isinstance(uids, list) else ():
             if isinstance(uid, str):
                 categories.setdefault(uid, printable(category))
-    paths = reader.mapping("object-paths")
-    yield from reader.refused
+    paths = _mapping(package, "object-paths", refused)
+    yield from refused
     seen: set[str] = set()
     for folder, name in _glbs(package.files):
         main = f"glbs/{folder}/{name}" if folder else f"glbs/{name}"
@@ -47,7 +55,9 @@ def read_package(package: Package) -> Iterator[Found | Refused]:
         seen.add(main)
         row = annotations.get(uid)
         if row is None and folder:
-            row = reader.metadata(folder).get(uid)
+            if folder not in metadata:
+                metadata[folder] = _mapping(package, f"metadata/{folder}", refused)
+            row = metadata[folder].get(uid)
         try:
             package.files.check(main)
             if utf8_escaped(main) != main:
@@ -99,33 +109,19 @@ def _source(main: str, uid: str, row: object, category: str) -> Source:
     )
 
 
-class _Reader:
-    """Index files of one package; broken ones are refused once and read as empty."""
-
-    def __init__(self, package: Package) -> None:
-        self._package = package
-        self._metadata: dict[str, Mapping[str, object]] = {}
-        self.refused: list[Refused] = []
-
-    def mapping(self, stem: str) -> Mapping[str, object]:
-        """JSON object in `<stem>.json` or `<stem>.json.gz`; empty where there is neither."""
-        for name in (f"{stem}.json", f"{stem}.json.gz"):
-            if not self._package.files.has(name):
-                continue
-            try:
-                value = parse_json(_plain(self._package.read(name), name), name)
-                if isinstance(value, dict):
-                    return value
-                raise Rejected(codes.BAD_MANIFEST, f"{name}: not a JSON object; fix it or remove it")
-            except Rejected as error:
-                self.refused.append(self._package.refuse(name, Rejected(codes.BAD_MANIFEST, error.message)))
-        return {}
-
-    def metadata(self, folder: str) -> Mapping[str, object]:
-        """Annotations of one `glbs/` folder, as the `objaverse` package caches them."""
-        if folder not in self._metadata:
-            self._metadata[folder] = self.mapping(f"metadata/{folder}")
-        return self._metadata[folder]
+def _mapping(package: Package, stem: str, refused: list[Refused]) -> Mapping[str, object]:
+    """JSON object in `<stem>.json` or `<stem>.json.gz`; empty where there is neither, or it is broken and refused."""
+    for name in (f"{stem}.json", f"{stem}.json.gz"):
+        if not package.files.has(name):
+            continue
+        try:
+            value = parse_json(_plain(package.read(name), name), name)
+            if isinstance(value, dict):
+                return value
+            raise Rejected(codes.BAD_MANIFEST, f"{name}: not a JSON object; fix it or remove it")
+        except Rejected as error:
+            refused.append(package.refuse(name, Rejected(codes.BAD_MANIFEST, error.message)))
+    return {}
 
 
 def _plain(data: bytes, name: str) -> bytes:
@@ -159,7 +155,6 @@ def _xl_row(package: Package, name: str, number: int, row: object) -> Found | Re
             raise Rejected(codes.BAD_ROW, f"{place}: not an object; fix it")
         main = package.file(row.get("path"), place)
         title = text_field(row, "name")
-        stem, folders = posixpath.splitext(posixpath.basename(main))[0], posixpath.dirname(main).split("/")[::-1]
         source = Source(
             kind=SourceKind.OBJAVERSE_XL,
             path=main,
@@ -169,7 +164,7 @@ def _xl_row(package: Package, name: str, number: int, row: object) -> Found | Re
             licence=spdx_id(text_field(row, "license")),
             uri=text_field(row, "fileIdentifier"),
             category=text_field(row, "category"),
-            hints=unique_hints([title], text_list(row.get("tags")), [stem], folders),
+            hints=unique_hints([title], text_list(row.get("tags")), words_of_path(main)),
         )
         return package.found(main, source)
     except Rejected as error:

@@ -1,4 +1,4 @@
-"""Where files lie: a folder on the disk or on a store, or an archive in one. All are read by the same calls.
+"""Where files are: a folder on the disk or on a store, or an archive in one. All are read by the same calls.
 
 Of an untrusted folder only regular files inside its root are read, and no more bytes than allowed.
 """
@@ -9,15 +9,26 @@ import os
 import posixpath
 import re
 import stat
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import IO, Protocol
+from typing import IO
 from urllib.parse import unquote, urlsplit
 
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.text import printable
 from casa_assets.model import rejection_codes as codes
+
+# By suffix: how an archive is read, and nothing else is. Others may need memory that no limit here would stop.
+ARCHIVE_SUFFIXES = {".zip": "zip", ".zae": "zip", ".kmz": "zip", ".tar": "tar", ".tgz": "tar", ".tar.gz": "tar"}
+
+
+def archive_suffix(name: str) -> str:
+    """Suffix, in lower case, of an archive that is read (`.tar.gz` counts as one); empty for other names."""
+    lower = name.lower()
+    return next((s for s in (".tar.gz", *ARCHIVE_SUFFIXES) if lower.endswith(s) and lower != s), "")
 
 
 def utf8_escaped(path: str) -> str:
@@ -67,15 +78,13 @@ def check_file(path: str, root: Path) -> os.stat_result:
 def read_file(path: str, root: Path, max_bytes: float) -> bytes:
     """Bytes of a regular file inside the root.
 
-    Raises:
-        Rejected: as `check_file`, and TOO_LARGE before anything is read.
+    Raises Rejected: as `check_file`, and TOO_LARGE before anything is read.
     """
     name = printable(Path(utf8_escaped(path)).name)
     checked = check_file(path, root)
     size = checked.st_size
     if size > max_bytes:
-        message = f"{name}: {size} bytes, more than the {max(0, int(max_bytes))} left of --max-size; simplify it first"
-        raise Rejected(codes.TOO_LARGE, message)
+        raise too_large(name, size, max_bytes)
     try:
         # never blocks: what was a file at the check may be a pipe by now
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
@@ -89,6 +98,12 @@ def read_file(path: str, root: Path, max_bytes: float) -> bytes:
             return stream.read(size)
     except OSError as error:
         raise Rejected(codes.UNREADABLE, f"{name}: cannot be read ({error.strerror}); check the disk") from error
+
+
+def too_large(name: str, size: int, max_bytes: float) -> Rejected:
+    """Refusal of a file that is larger than an input may be."""
+    message = f"{name}: {size} bytes, more than the {max(0, int(max_bytes))} left of --max-size; simplify it first"
+    return Rejected(codes.TOO_LARGE, message)
 
 
 _URL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+(?:://|::)")
@@ -172,24 +187,25 @@ def hide_secrets(text: str) -> str:
     return re.sub(r"(https?://[^\s?'\"]*)\?[^\s'\"]*", r"\1", text)
 
 
-class Place(Protocol):
+class Place(ABC):
     """Files by their POSIX path from a root that none may leave."""
 
+    @abstractmethod
     def read(self, path: str, max_bytes: float) -> bytes:
         """Bytes of a file. Raises Rejected as read_file."""
-        ...
 
+    @abstractmethod
     def has(self, path: str) -> bool:
         """True if a file or folder exists there."""
-        ...
 
     def is_inside(self, folder: str) -> bool:
-        """True where a folder, links followed, does not leave the root."""
-        ...
+        """True where a folder, links followed, does not leave the root; among most files there are no links."""
+        del folder
+        return True
 
+    @abstractmethod
     def listing(self, folder: str) -> list[str]:
         """Names in a folder, sorted; empty if it cannot be read."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -201,34 +217,31 @@ class Entry:
     is_file: bool
 
 
-class Folder(Place, Protocol):
+class Folder(Place):
     """A place that inputs are looked for in."""
 
+    @abstractmethod
     def scan(self, folder: str) -> list[Entry]:
         """Entries of a folder, sorted by the bytes of their names. Raises OSError, Rejected."""
-        ...
 
+    @abstractmethod
     def check(self, path: str) -> None:
         """Check that a file may be read, without opening it. Raises Rejected as check_file."""
-        ...
 
+    @abstractmethod
     def open(self, path: str, block: int) -> IO[bytes]:
-        """A file that was checked, to seek in.
+        """A file that was checked, to seek in; `block`: bytes that are fetched at once from a store.
 
-        Args:
-            block: bytes that are fetched at once from a store.
-        Raises:
-            OSError, Rejected: also from its methods.
+        Raises OSError, Rejected: also from its methods.
         """
-        ...
 
+    @abstractmethod
     def identity(self, path: str) -> str:
         """Text that is the same for all paths to one file."""
-        ...
 
 
 @dataclass(frozen=True)
-class DiskFolder:
+class DiskFolder(Folder):
     """A folder on the disk.
 
     Attributes:
@@ -291,10 +304,33 @@ class DiskFolder:
         return whole
 
 
-def folder_of(root: Path | StoreRoot, looked_at: set[str] | None = None) -> Folder:
-    """The folder that a root names; see DiskFolder for `looked_at`."""
-    if isinstance(root, Path):
-        return DiskFolder(root, looked_at)
-    from casa_assets.ingest.sources.stores import StoreFolder
+@dataclass(frozen=True)
+class _PackedPlace(Place):
+    content: Callable[[str, float], bytes]
+    names: Callable[[], Iterable[str]]
 
-    return StoreFolder(root, looked_at)
+    def read(self, path: str, max_bytes: float) -> bytes:
+        return self.content(path, max_bytes)
+
+    @cached_property
+    def _in_folder(self) -> dict[str, set[str]]:
+        found: dict[str, set[str]] = {}
+        for path in self.names():
+            folder, name = posixpath.split(path)
+            found.setdefault(folder, set()).add(name)
+        return found
+
+    def has(self, path: str) -> bool:
+        folder, name = posixpath.split(path)
+        return name in self._in_folder.get(folder, ())
+
+    def listing(self, folder: str) -> list[str]:
+        return sorted(self._in_folder.get(folder, ()))
+
+
+def packed_place(content: Callable[[str, float], bytes], names: Callable[[], Iterable[str]]) -> Place:
+    """Members of an archive, or the file of one row of a table; there are no links among them.
+
+    `content`: as `Place.read`. `names`: paths of all members; asked for only by meshes that refer to other files.
+    """
+    return _PackedPlace(content, names)

@@ -1,17 +1,22 @@
-"""Read the description of a mesh in a row (of a manifest, a table, a shard of WebDataset), without trusting it.
+"""Read rows that describe meshes, of manifests, tables and shards of WebDataset, without trusting them.
 
 Types are checked, lengths capped, JSON is kept shallow, and words for a licence become SPDX ids.
 """
 
 from __future__ import annotations
 
+import codecs
 import json
 import math
+import posixpath
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
+from itertools import starmap
 
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.text import Notes, printable
+from casa_assets.ingest.sources.found import Found, Package, Refused
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.issue import Issue
 from casa_assets.model.source import Source, SourceKind
@@ -26,8 +31,7 @@ _SAFE_ID = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,127}")
 def parse_json(text: bytes | str, place: str) -> object:
     """JSON value; NaN, infinities and endless integers are read as None.
 
-    Raises:
-        Rejected: BAD_ROW where it is broken, nested too deep, or holds more values than any index needs.
+    Raises Rejected: BAD_ROW where it is broken, nested too deep, or holds more values than any index needs.
     """
     raw = text if isinstance(text, bytes) else text.encode("utf-8", "replace")
     if sum(raw.count(mark) for mark in (b",", b"[", b"{")) > MAX_VALUES:
@@ -50,13 +54,15 @@ def text_field(row: Mapping[str, object], key: str) -> str:
     return printable(value, MAX_CHARACTERS).strip() if isinstance(value, str) else ""
 
 
-def text_list(values: object, key: str = "name") -> list[str]:
-    """Texts of a list of texts or of objects with a `key`; a bare text counts as one."""
+def text_list(values: object) -> list[str]:
+    """Texts of a list of texts or of objects with a `name`; a bare text counts as one."""
     if isinstance(values, str):
         return [printable(values)]
     if not isinstance(values, list):
         return []
-    found = [text_field(v, key) if isinstance(v, dict) else printable(v) if isinstance(v, str) else "" for v in values]
+    found = [
+        text_field(v, "name") if isinstance(v, dict) else printable(v) if isinstance(v, str) else "" for v in values
+    ]
     return [w for w in found[:MAX_HINTS] if w]
 
 
@@ -71,11 +77,38 @@ def unique_hints(*groups: Iterable[str]) -> tuple[str, ...]:
     return tuple(out)[:MAX_HINTS]
 
 
+def words_of_path(path: str) -> list[str]:
+    """Stem of a POSIX path, then the folders around it from the inside out, which may name what it holds."""
+    return [posixpath.splitext(posixpath.basename(path))[0], *posixpath.dirname(path).split("/")[::-1]]
+
+
+class UniqueIds:
+    """Ids of the rows of one file, which must differ, with the place of each."""
+
+    def __init__(self) -> None:
+        self._places: dict[str, str] = {}
+
+    def check(self, uid: str, place: str) -> None:
+        """Raises Rejected: DUPLICATE_ID if an earlier row has the id."""
+        if uid in self._places:
+            raise Rejected(codes.DUPLICATE_ID, f"{place}: id {uid!r} was used by {self._places[uid]}; rename one")
+
+    def add(self, uid: str, place: str) -> None:
+        """Take an id that was checked."""
+        self._places[uid] = place
+
+
+def as_object(row: object, place: str) -> Mapping[str, object]:
+    """A row that is a JSON object. Raises Rejected BAD_ROW: it is none."""
+    if not isinstance(row, dict):
+        raise Rejected(codes.BAD_ROW, f"{place}: {printable(json.dumps(row), 40)} is not an object; fix it")
+    return row
+
+
 def safe_id(value: object, place: str) -> str:
     """An id that is used for output names.
 
-    Raises:
-        Rejected: BAD_ROW where it is no text, BAD_ID where it could name a path.
+    Raises Rejected: BAD_ROW where it is no text, BAD_ID where it could name a path.
     """
     if not isinstance(value, str):
         raise Rejected(codes.BAD_ROW, f"{place}: id {printable(repr(value), 40)} is no text; fix it")
@@ -162,9 +195,8 @@ def remarks(place: str, row: Mapping[str, object]) -> tuple[Issue, ...]:
 def source_of(row: Mapping[str, object], path: str, uid: str, names: Iterable[str]) -> Source:
     """A mesh as its row describes it.
 
-    Args:
-        path: of its file, as the source calls it. uid: its id, or empty.
-        names: of the file and the folders around it, which may name the category; the best first.
+    `path`: of its file, as the source calls it. `uid`: its id, or empty. `names`: of the file and the folders around
+    it, which may name the category; the best first.
     """
     prompt, generator = text_field(row, "prompt"), text_field(row, "generator")
     title = text_field(row, "name") or text_field(row, "title")
@@ -181,3 +213,101 @@ def source_of(row: Mapping[str, object], path: str, uid: str, names: Iterable[st
         category=text_field(row, "category"),
         hints=unique_hints([title], text_list(row.get("tags")), [prompt], names, [uid]),
     )
+
+
+# Names that announce a manifest, whatever the state of its content.
+NAMES = frozenset({"manifest.jsonl", "manifest.json"})
+# A run keeps all of its inputs in memory, to tell the same bytes and to settle copies in their order: 2.3 kB for a row
+# of a manifest, so 0.6 GB for this many. The work on them would take a core three weeks.
+MAX_ROWS = 250_000
+MAX_BROKEN_ROWS = 1000
+
+
+def read_lines(package: Package, name: str, is_named: bool) -> Iterator[Found | Refused]:
+    """Inputs of a `.jsonl` manifest; nothing where it is some other `.jsonl`.
+
+    `package`: folder of the manifest. `name`: its file name. `is_named`: the user pointed at it, so that it has to be a
+    manifest.
+    """
+    try:
+        data = package.read(name)
+    except Rejected as error:
+        yield package.refuse(name, error)
+        return
+    if not (is_named or name.lower() in NAMES or b'"file"' in data):
+        return
+    ids = UniqueIds()
+
+    def row(number: int, line: bytes) -> Found | Refused:
+        place = f"{printable(name)} line {number}"
+        return _row(package, name, place, lambda: parse_json(line.decode("utf-8", "replace"), place), ids)
+
+    filled = ((n, line) for n, line in enumerate(_lines(data.removeprefix(codecs.BOM_UTF8)), start=1) if line.strip())
+    yield from _bounded(package, name, starmap(row, filled))
+
+
+def _lines(data: bytes) -> Iterator[bytes]:
+    """Lines one by one: a list of all of them could be many times larger than the file."""
+    end, start = b"\n" if b"\n" in data else b"\r", 0
+    while start <= len(data):
+        stop = data.find(end, start)
+        stop = len(data) if stop < 0 else stop
+        yield data[start:stop]
+        start = stop + 1
+
+
+def read_list(package: Package, name: str, is_named: bool) -> Iterator[Found | Refused]:
+    """Inputs of a `.json` list whose rows have `id` and `file`; nothing where it is some other JSON."""
+    must = is_named or name.lower() in NAMES
+    try:
+        data = package.read(name)
+        if not must and not data.removeprefix(codecs.BOM_UTF8).lstrip().startswith(b"["):
+            return
+        rows = parse_json(data.removeprefix(codecs.BOM_UTF8), name)
+    except Rejected as error:
+        if must:
+            yield package.refuse(name, Rejected(codes.BAD_MANIFEST, error.message))
+        return
+    is_manifest = isinstance(rows, list) and any(isinstance(r, dict) and "id" in r and "file" in r for r in rows)
+    if not isinstance(rows, list) or not is_manifest:
+        if must:
+            message = f"{name}: not a list of rows with `id` and `file`; fix it"
+            yield package.refuse(name, Rejected(codes.BAD_MANIFEST, message))
+        return
+    ids = UniqueIds()
+
+    def read(number: int, row: object) -> Found | Refused:
+        return _row(package, name, f"{name} row {number}", lambda: row, ids)
+
+    yield from _bounded(package, name, starmap(read, enumerate(rows, start=1)))
+
+
+def _bounded(package: Package, name: str, rows: Iterator[Found | Refused]) -> Iterator[Found | Refused]:
+    """The rows, until there are more, or more broken ones, than any honest manifest has."""
+    broken = 0
+    for number, one in enumerate(rows, start=1):
+        broken += isinstance(one, Refused) and one.code == codes.BAD_ROW
+        if number > MAX_ROWS or broken > MAX_BROKEN_ROWS:
+            most, advice = f"{MAX_BROKEN_ROWS} broken rows", "fix the file"
+            if number > MAX_ROWS:
+                most = f"{MAX_ROWS} rows, which is what a run holds in memory"
+                advice = "split the file and ingest its parts one after the other into the same library"
+            message = f"{printable(name)}: more than {most}; the rows from {number} on were not read, {advice}"
+            yield package.refuse(name, Rejected(codes.BAD_MANIFEST, message))
+            return
+        yield one
+
+
+def _row(package: Package, name: str, place: str, read: Callable[[], object], ids: UniqueIds) -> Found | Refused:
+    """One row of a manifest; refused with its place where anything in it is wrong."""
+    try:
+        row = as_object(read(), place)
+        uid = safe_id(row.get("id"), place)
+        ids.check(uid, place)
+        check_types(row, place)
+        main = package.file(row.get("file"), place)
+        ids.add(uid, place)
+        source = source_of(row, main, uid, words_of_path(main))
+        return replace(package.found(main, source), notes=remarks(place, row))
+    except Rejected as error:
+        return package.refuse(name, error)

@@ -1,8 +1,8 @@
 """Folders on stores (S3, web servers, all that fsspec opens), read by the same calls and bounds as those on a disk.
 
-fsspec finds the client of an address, and that its credentials (environment, configuration files). This module adds
-guarantees that fsspec does not give: a request is repeated and ends, no more bytes are taken than were asked for, a
-server that is away is not taken for a file that is missing, and no password is shown.
+fsspec finds the client of an address, and that its credentials. Added are guarantees that fsspec does not give: a
+request is repeated and ends, no more bytes are taken than were asked for, a server that is away is not taken for a
+file that is missing, and no password is shown.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import islice
+from pathlib import Path
 from threading import Thread
 from typing import IO, TYPE_CHECKING, Any, TypeVar
 from urllib.parse import quote, unquote, urlsplit
@@ -27,8 +28,7 @@ from urllib.parse import quote, unquote, urlsplit
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.formats.read.formats import PACKED_SUFFIXES, SUFFIXES, UNREAD_SUFFIXES, suffix_of
 from casa_assets.formats.read.text import printable
-from casa_assets.ingest.sources.found import Refused, archive_suffix
-from casa_assets.ingest.sources.places import Entry, StoreRoot
+from casa_assets.ingest.sources.places import DiskFolder, Entry, Folder, StoreRoot, archive_suffix, too_large
 from casa_assets.model import rejection_codes as codes
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ PIECE_BYTES = 16 << 20  # of one request
 # A page that lists more than a hundred thousand files is none that a server makes.
 MAX_PAGE_BYTES = 16 << 20
 DEEPEST_FOLDER = 64
-# A run holds this many inputs in memory at most (manifest.MAX_ROWS), and each may have a few files beside it.
+# A run holds this many inputs in memory at most (rows.MAX_ROWS), and each may have a few files beside it.
 MAX_OBJECTS = 2_000_000
 FILE_SUFFIXES = SUFFIXES | UNREAD_SUFFIXES.keys() | PACKED_SUFFIXES | {".json", ".jsonl", ".parquet"}
 UNKNOWN = "?"  # state of an object of which the store says nothing that would change with it
@@ -87,179 +87,18 @@ def _fsspec() -> Any:
     return importlib.import_module("fsspec")
 
 
-def _opened(root: StoreRoot) -> _Objects | _Pages:
-    """The client of a root, whatever its path. Raises CasaError: no installed package reads such an address."""
-    # Listings that a file system keeps by itself would be those of an earlier run.
-    options: dict[str, Any] = {"use_listings_cache": False, "skip_instance_cache": True}
-    if root.is_web:
-        # Bytes as they are: what a server packs would be unpacked without a bound.
-        options |= {"headers": {"Accept-Encoding": "identity"}, "client_kwargs": {"auto_decompress": False}}
-    if re.match(r"s3a?://", root.base):
-        # Requests are repeated by `_ask`, and not by botocore too, whose times would multiply. Servers that give the
-        # checksum of a whole object with a part of it (rclone) would be taken to give wrong bytes.
+def open_system(url: str, **options: Any) -> tuple[Any, str]:
+    """The file system of fsspec for an address, and the path in it. Raises as `fsspec.core.url_to_fs`.
+
+    Nothing that was listed before counts, since others write too. Callers repeat requests, so botocore does not, whose
+    times would multiply.
+    """
+    options |= {"use_listings_cache": False, "skip_instance_cache": True}
+    if re.match(r"s3a?://", url):
         retries = {"mode": "standard", "total_max_attempts": 1}
-        options["config_kwargs"] = {"retries": retries, "connect_timeout": 10.0, "read_timeout": 50.0}
-        os.environ.setdefault("AWS_RESPONSE_CHECKSUM_VALIDATION", "when_required")
-    try:
-        system, base = _fsspec().core.url_to_fs(root.base, **options)
-    except (ImportError, ValueError) as error:
-        why = root.hide(" ".join(str(error).split()))
-        raise CasaError(f"{root}: {why}; `casa-assets doctor` says how to install what reads s3 and https") from None
-    return _Pages(system, root) if root.is_web else _Objects(system, base.rstrip("/"))
-
-
-@dataclass(frozen=True)
-class _Objects:
-    """Buckets, and all else that lists its names with their sizes. Paths are POSIX, from `base` on."""
-
-    system: Any
-    base: str
-
-    def info(self, path: str) -> Info:
-        return _info(self.system.info(self._at(path)))
-
-    def scan(self, folder: str) -> dict[str, Info]:
-        found = self.system.ls(self._at(folder), detail=True)
-        return {posixpath.basename(one["name"].rstrip("/")): _info(one) for one in found}
-
-    def walk(self) -> Iterator[tuple[str, Info | None]]:
-        prefix = f"{self.base}/"
-        for name, one in self.system.find(self.base, detail=True).items():
-            if one["type"] != "directory" and name.startswith(prefix) and not name.endswith("/"):
-                yield name[len(prefix) :], _info(one)
-
-    def part(self, path: str, start: int, end: int) -> bytes:
-        data: bytes = self.system.cat_file(self._at(path), start=start, end=end)
-        return data[: end - start]
-
-    def _at(self, path: str) -> str:
-        return f"{self.base}/{path}" if path else self.base
-
-
-@dataclass(frozen=True)
-class _Pages:
-    """Web servers: a folder is a page of links, and a file may have nothing but its bytes.
-
-    fsspec's own calls read without a bound, and report any failure as a missing file.
-    """
-
-    system: Any
-    root: StoreRoot
-
-    def info(self, path: str) -> Info:
-        size, tag = _fsspec().asyn.sync(self.system.loop, self._head, self._at(path))
-        return Info(False, size, f"store {tag} {size}" if tag else "")
-
-    def scan(self, folder: str) -> dict[str, Info]:
-        here = f"{self._at(folder).removesuffix(self.root.query).rstrip('/')}/"
-        parts = urlsplit(here)
-        found: dict[str, Info] = {}
-        for link in _LINK.findall(self._get(here + self.root.query, 0, MAX_PAGE_BYTES)):
-            text = link.decode("utf-8", "replace")
-            if text.startswith("/") and not text.startswith("//"):
-                text = f"{parts.scheme}://{parts.netloc}{text}"
-            name = text.removeprefix(here).removeprefix("./")
-            if name.rstrip("/") not in ("", ".", "..") and not re.search(r"[?#:]|/.", name):
-                found[unquote(name.rstrip("/"))] = Info(name.endswith("/"))
-        return found
-
-    def walk(self) -> Iterator[tuple[str, Info | None]]:
-        """Path of all files, and what is known of them; None for a folder that gave no listing."""
-        waiting = [""]
-        for folder in waiting:
-            try:
-                found = _ask(self.root / folder, partial(self.scan, folder))
-            except Rejected:
-                if not folder:
-                    raise
-                yield folder, None
-                continue
-            for name, one in sorted(found.items()):
-                path = f"{folder}/{name}" if folder else name
-                if not one.is_folder:
-                    yield path, one
-                elif path.count("/") < DEEPEST_FOLDER:
-                    waiting.append(path)
-
-    def part(self, path: str, start: int, end: int) -> bytes:
-        return self._get(self._at(path), start, end)
-
-    async def _head(self, url: str) -> tuple[int | None, str]:
-        """Size of a file, and its tag or time; a signed address may allow nothing but to get the file."""
-        session = await self.system.set_session()
-        headers = {"Accept-Encoding": "identity"}
-        for ask in (session.head, session.get):
-            async with ask(self.system.encode_url(url), headers=headers, allow_redirects=True) as response:
-                if response.status >= 400 and ask == session.head and response.status != 404:
-                    continue
-                response.raise_for_status()
-                said = response.headers
-                size = said.get("Content-Length", "") if not said.get("Content-Encoding") else ""
-                return int(size) if size.isdecimal() else None, said.get("ETag") or said.get("Last-Modified") or ""
-        raise AssertionError
-
-    def _get(self, url: str, start: int, end: int) -> bytes:
-        data: bytes = _fsspec().asyn.sync(self.system.loop, self._fetch, url, start, end)
-        return data
-
-    async def _fetch(self, url: str, start: int, end: int) -> bytes:
-        """A part of a file; what a server sends beyond it is not read."""
-        session = await self.system.set_session()
-        headers = {"Accept-Encoding": "identity"}
-        if start or end < MAX_PAGE_BYTES:
-            headers["Range"] = f"bytes={start}-{end - 1}"
-        async with session.get(self.system.encode_url(url), headers=headers) as response:
-            if response.status == 416:
-                return b""
-            response.raise_for_status()
-            if start and response.status != 206:
-                place = printable(self.root.hide(url), 200)
-                message = f"{place}: its server gives no parts of files; download it and name the file"
-                raise Rejected(codes.STORE_FAILED, message)
-            data = bytearray()
-            while len(data) < end - start and (chunk := await response.content.read(1 << 20)):
-                data += chunk
-            return bytes(data[: end - start])
-
-    def _at(self, path: str) -> str:
-        return f"{self.root.base}/{quote(path)}{self.root.query}" if path else f"{self.root.base}{self.root.query}"
-
-
-def _info(one: Mapping[str, Any]) -> Info:
-    changes = next((str(one[key]) for key in (*_TAGS, *_TIMES) if one.get(key)), "")
-    size = one.get("size")
-    state = f"store {changes} {size}" if changes else ""
-    return Info(one.get("type") == "directory", size if isinstance(size, int) else None, state)
-
-
-def _ask(place: StoreRoot, call: Callable[[], T], seconds: float = 0.0) -> T:
-    """The answer of a store to a call that may be made again.
-
-    Args:
-        place: what it is about. seconds: that it may take each time; 0: REQUEST_S.
-    Raises:
-        Rejected: MISSING_FILE, UNREADABLE; STORE_FAILED: it failed each time. CasaError: as `call` raises it.
-    """
-    name, why = printable(str(place), 200), ""
-    for number in range(TRIES):
-        try:
-            return _within(seconds or REQUEST_S, call)
-        except (CasaError, MemoryError):
-            raise
-        except Exception as error:  # noqa: BLE001  each client of a store raises classes of its own
-            # Errors are not chained: their words may hold passwords.
-            status = getattr(error, "status", 0)
-            if isinstance(error, FileNotFoundError | NotADirectoryError) or status in (404, 410):
-                message = f"{name}: there is no such object; add it or fix the name"
-                raise Rejected(codes.MISSING_FILE, message) from None
-            if isinstance(error, PermissionError) or status in (401, 403):
-                message = f"{name}: may not be read; give the credentials for it to the store's client"
-                raise Rejected(codes.UNREADABLE, message) from None
-            why = place.hide(" ".join(str(error).split()))[:200] or type(error).__name__
-        if number < TRIES - 1:
-            time.sleep(PAUSE_S * 2**number)
-    message = f"{place}: {why} ({TRIES} times); check the store and the network, then run again"
-    raise Rejected(codes.STORE_FAILED, printable(message, 400))
+        options["config_kwargs"] = {**options.get("config_kwargs", {}), "retries": retries}
+    system, path = _fsspec().core.url_to_fs(url, **options)
+    return system, path
 
 
 def _within(seconds: float, call: Callable[[], T]) -> T:
@@ -282,7 +121,7 @@ def _within(seconds: float, call: Callable[[], T]) -> T:
 
 
 class _Store:
-    """State of one store in this process: its client, and the store's answers about its objects.
+    """One store in this process: its client, and its answers about its objects. Paths are POSIX, from its root on.
 
     Attributes:
         listing: the names in each folder, once all of the store was listed.
@@ -295,16 +134,31 @@ class _Store:
         self._scanned: dict[str, dict[str, Info]] = {}
 
     @cached_property
-    def client(self) -> _Objects | _Pages:
-        """Opened once; its first call may connect."""
-        return _opened(self.root)
+    def _client(self) -> tuple[Any, str]:
+        """File system and the root's path in it. Raises CasaError: no installed package reads such an address."""
+        options: dict[str, Any] = {}
+        if self.root.is_web:
+            # Bytes as they are: what a server packs would be unpacked without a bound.
+            options = {"headers": {"Accept-Encoding": "identity"}, "client_kwargs": {"auto_decompress": False}}
+        elif re.match(r"s3a?://", self.root.base):
+            # Servers that give the checksum of a whole object with a part of it (rclone) would be taken to give wrong
+            # bytes.
+            options["config_kwargs"] = {"connect_timeout": 10.0, "read_timeout": 50.0}
+            os.environ.setdefault("AWS_RESPONSE_CHECKSUM_VALIDATION", "when_required")
+        try:
+            system, base = open_system(self.root.base, **options)
+        except (ImportError, ValueError) as error:
+            why = self.root.hide(" ".join(str(error).split()))
+            advice = "`casa-assets doctor` says how to install what reads s3 and https"
+            raise CasaError(f"{self.root}: {why}; {advice}") from None
+        return system, self.root.base if self.root.is_web else base.rstrip("/")
 
     def knows(self, path: str) -> bool:
         """Return whether the state of a path is known without asking the store, or because it was asked before."""
         return self.listing is not None or path in self._known or path in self._scanned
 
     def info(self, path: str) -> Info | None:
-        """Return the info of a file or folder, or None if it does not exist. Raises Rejected as `_ask`."""
+        """Return the info of a file or folder, or None if it does not exist. Raises Rejected as `ask`."""
         if self.listing is not None:
             if path in self.listing:
                 return Info(is_folder=True)
@@ -314,7 +168,7 @@ class _Store:
                 return found
         if path not in self._known:
             try:
-                self._known[path] = _ask(self.root / path, lambda: self.client.info(path))
+                self._known[path] = self.ask(path, lambda: _info(self._client[0].info(self._at(path))))
             except Rejected as error:
                 if error.code != codes.MISSING_FILE:
                     raise
@@ -322,23 +176,50 @@ class _Store:
         return self._known[path]
 
     def scan(self, folder: str) -> dict[str, Info]:
-        """Return the content of a folder, by name. Raises Rejected as `_ask`."""
+        """Return the content of a folder, by name. Raises Rejected as `ask`."""
         if self.listing is not None:
             return self.listing.get(folder, {})
         if folder not in self._scanned:
-            self._scanned[folder] = _ask(self.root / folder, lambda: self.client.scan(folder))
+            self._scanned[folder] = self.ask(folder, lambda: (self._links if self.root.is_web else self._ls)(folder))
         return self._scanned[folder]
+
+    def walk(self) -> Iterator[tuple[str, Info | None]]:
+        """Path of all files, and what is known of them; None for a folder of a web server that gave no listing."""
+        if not self.root.is_web:
+            system, base = self._client
+            for name, one in system.find(base, detail=True).items():
+                if one["type"] != "directory" and name.startswith(f"{base}/") and not name.endswith("/"):
+                    yield name.removeprefix(f"{base}/"), _info(one)
+            return
+        waiting = [""]
+        for folder in waiting:
+            try:
+                found = self.scan(folder)
+            except Rejected:
+                if not folder:
+                    raise
+                yield folder, None
+                continue
+            for name, info in sorted(found.items()):
+                path = f"{folder}/{name}" if folder else name
+                if not info.is_folder:
+                    yield path, info
+                elif path.count("/") < DEEPEST_FOLDER:
+                    waiting.append(path)
 
     def part(self, path: str, start: int, end: int, size: int | None) -> bytes:
         """Bytes of an object, no more than asked for. Raises Rejected, also if there are fewer than its size says."""
 
         def read() -> bytes:
-            data = self.client.part(path, start, end)
+            if self.root.is_web:
+                data = self._fetched(self._at(path), start, end)
+            else:
+                data = bytes(self._client[0].cat_file(self._at(path), start=start, end=end))[: end - start]
             if size is not None and len(data) < min(end, size) - start:
                 raise OSError(f"gave {len(data)} of {min(end, size) - start} bytes from byte {start} on")
             return data
 
-        return _ask(self.root / path, read)
+        return self.ask(path, read)
 
     def state(self, path: str) -> str:
         """Return text that changes when an object is rewritten; empty if there is no object, UNKNOWN if unknown."""
@@ -353,6 +234,91 @@ class _Store:
             return UNKNOWN
         return f"store {hashlib.sha256(names.encode('utf-8', 'surrogateescape')).hexdigest()}"
 
+    def ask(self, path: str, call: Callable[[], T], seconds: float = 0.0) -> T:
+        """The answer of the store to a call about a path that may be made again; `seconds` for each, 0: REQUEST_S.
+
+        Raises Rejected: MISSING_FILE, UNREADABLE; STORE_FAILED: it failed each time. CasaError: as `call` raises it.
+        """
+        place = str(self.root / path)
+        name, why = printable(place, 200), ""
+        for number in range(TRIES):
+            try:
+                return _within(seconds or REQUEST_S, call)
+            except (CasaError, MemoryError):
+                raise
+            except Exception as error:  # noqa: BLE001  each client of a store raises classes of its own
+                # Errors are not chained: their words may hold passwords. fsspec calls any failure of a web server a
+                # missing file.
+                fault = (error.__cause__ if self.root.is_web else None) or error
+                status = getattr(fault, "status", 0)
+                if isinstance(fault, FileNotFoundError | NotADirectoryError) or status in (404, 410):
+                    message = f"{name}: there is no such object; add it or fix the name"
+                    raise Rejected(codes.MISSING_FILE, message) from None
+                if isinstance(fault, PermissionError) or status in (401, 403):
+                    message = f"{name}: may not be read; give the credentials for it to the store's client"
+                    raise Rejected(codes.UNREADABLE, message) from None
+                why = self.root.hide(" ".join(str(fault).split()))[:200] or type(fault).__name__
+            if number < TRIES - 1:
+                time.sleep(PAUSE_S * 2**number)
+        message = f"{place}: {why} ({TRIES} times); check the store and the network, then run again"
+        raise Rejected(codes.STORE_FAILED, printable(message, 400))
+
+    def _ls(self, folder: str) -> dict[str, Info]:
+        found = self._client[0].ls(self._at(folder), detail=True)
+        return {posixpath.basename(one["name"].rstrip("/")): _info(one) for one in found}
+
+    def _links(self, folder: str) -> dict[str, Info]:
+        """A folder of a web server: a page of links."""
+        here = f"{self._at(folder).removesuffix(self.root.query).rstrip('/')}/"
+        parts = urlsplit(here)
+        found: dict[str, Info] = {}
+        for link in _LINK.findall(self._fetched(here + self.root.query, 0, MAX_PAGE_BYTES)):
+            text = link.decode("utf-8", "replace")
+            if text.startswith("/") and not text.startswith("//"):
+                text = f"{parts.scheme}://{parts.netloc}{text}"
+            name = text.removeprefix(here).removeprefix("./")
+            if name.rstrip("/") not in ("", ".", "..") and not re.search(r"[?#:]|/.", name):
+                found[unquote(name.rstrip("/"))] = Info(name.endswith("/"))
+        return found
+
+    def _fetched(self, url: str, start: int, end: int) -> bytes:
+        """A part of a file of a web server; unlike with fsspec's own call, what is sent beyond it is not read."""
+        system = self._client[0]
+
+        async def fetch() -> bytes:
+            session = await system.set_session()
+            headers = {"Accept-Encoding": "identity"}
+            if start or end < MAX_PAGE_BYTES:
+                headers["Range"] = f"bytes={start}-{end - 1}"
+            async with session.get(system.encode_url(url), headers=headers) as response:
+                if response.status == 416:
+                    return b""
+                response.raise_for_status()
+                if start and response.status != 206:
+                    place = printable(self.root.hide(url), 200)
+                    message = f"{place}: its server gives no parts of files; download it and name the file"
+                    raise Rejected(codes.STORE_FAILED, message)
+                data = bytearray()
+                while len(data) < end - start and (chunk := await response.content.read(1 << 20)):
+                    data += chunk
+                return bytes(data[: end - start])
+
+        fetched: bytes = _fsspec().asyn.sync(system.loop, fetch)
+        return fetched
+
+    def _at(self, path: str) -> str:
+        if self.root.is_web:
+            return f"{self.root.base}/{quote(path)}{self.root.query}" if path else f"{self.root.base}{self.root.query}"
+        base = self._client[1]
+        return f"{base}/{path}" if path else base
+
+
+def _info(one: Mapping[str, Any]) -> Info:
+    changes = next((str(one[key]) for key in (*_TAGS, *_TIMES) if one.get(key)), "")
+    size = one.get("size")
+    state = f"store {changes} {size}" if changes else ""
+    return Info(one.get("type") == "directory", size if isinstance(size, int) else None, state)
+
 
 # By process, base and query: a client does not outlive a fork, so each process has its own.
 _STORES: dict[tuple[int, str, str], _Store] = {}
@@ -364,11 +330,7 @@ def _store(root: StoreRoot) -> _Store:
 
 
 def state_at(address: str) -> str:
-    """State of an object at an address that this process has looked at, see `_Store.state`.
-
-    Args:
-        address: as it is written down, without secrets.
-    """
+    """State of an object at an address, without secrets, that this process has looked at; see `_Store.state`."""
     for (process, _, _), store in _STORES.items():
         below = "" if address == str(store.root) else address.removeprefix(f"{store.root}/")
         if process == os.getpid() and below != address and store.knows(below):
@@ -376,11 +338,9 @@ def state_at(address: str) -> str:
     return UNKNOWN
 
 
-class StoreFolder:
-    """A folder on a store; see places.Folder.
+class _StoreFolder(Folder):
+    """A folder on a store. `looked_at` takes up the addresses of all objects that are looked at, missing ones too.
 
-    Args:
-        looked_at: takes up the addresses of all objects that are looked at, missing ones too.
     Raises:
         CasaError: fsspec, or what it needs for the address, is not installed; from all methods.
     """
@@ -390,14 +350,10 @@ class StoreFolder:
         self._store = _store(root)
 
     def read(self, path: str, max_bytes: float) -> bytes:
-        """See Place."""
         size = self._file(self._look(path)).size
         whole, name = self._at(path), printable(posixpath.basename(path))
         if size is not None and size > max_bytes:
-            left = max(0, int(max_bytes))
-            raise Rejected(
-                codes.TOO_LARGE, f"{name}: {size} bytes, more than the {left} left of --max-size; simplify it first"
-            )
+            raise too_large(name, size, max_bytes)
         most = int(max_bytes) if size is None else size
         data = bytearray()
         while size != 0 and len(data) <= most:
@@ -414,92 +370,32 @@ class StoreFolder:
         return bytes(data)
 
     def has(self, path: str) -> bool:
-        """See Place."""
         return self._store.info(self._at(self._look(path))) is not None
 
-    def is_inside(self, folder: str) -> bool:
-        """See Place. There are no links on a store."""
-        return True
-
     def listing(self, folder: str) -> list[str]:
-        """See Place."""
         try:
             return [entry.name for entry in self.scan(self._look(folder))]
         except Rejected:
             return []
 
     def scan(self, folder: str) -> list[Entry]:
-        """See Folder."""
-        found = self._store.scan(self._at(folder))
-        return [
-            Entry(name, found[name].is_folder, not found[name].is_folder) for name in sorted(found, key=os.fsencode)
-        ]
+        found = sorted(self._store.scan(self._at(folder)).items(), key=lambda item: os.fsencode(item[0]))
+        return [Entry(name, info.is_folder, not info.is_folder) for name, info in found]
 
     def check(self, path: str) -> None:
-        """See Folder."""
         self._file(path)
 
     def open(self, path: str, block: int) -> IO[bytes]:
-        """See Folder."""
         if (size := self._file(path).size) is None:
             message = f"{self._root / path}: its server does not say how large it is; download it and name the file"
             raise Rejected(codes.STORE_FAILED, message)
         return io.BufferedReader(_Object(self._store, self._at(path), size), block)
 
     def identity(self, path: str) -> str:
-        """See Folder."""
         return str(self._root / path)
 
-    def is_file(self) -> bool:
-        """True if the root is a file; what earlier runs of this process knew of it is forgotten.
-
-        Raises:
-            CasaError: there is nothing, or the store does not answer.
-        """
-        for root in (self._root, self._root.parent):
-            _STORES.pop((os.getpid(), root.base, root.query), None)
-        self._store = _store(self._root)
-        name = self._root.name
-        if self._root.is_web and not archive_suffix(name) and suffix_of(name) not in FILE_SUFFIXES:
-            return False
-        try:
-            info = self._store.info("")
-        except Rejected as error:
-            raise CasaError(error.message) from error
-        if info is None:
-            raise CasaError(f"{self._root}: there is nothing at this address; fix it, or put meshes there")
-        return not info.is_folder
-
-    def list_all(self) -> Iterator[Refused]:
-        """List all below the root, for this process; yields what no folder could hold, or was not listed.
-
-        Raises:
-            CasaError: the store does not answer, or holds more than a run can.
-        """
-        try:
-            found = dict(_ask(self._root, lambda: list(islice(self._store.client.walk(), MAX_OBJECTS + 1)), LISTING_S))
-        except Rejected as error:
-            raise CasaError(error.message) from error
-        if len(found) > MAX_OBJECTS:
-            message = f"holds more than {MAX_OBJECTS} objects; name a folder of it, or pack them into shards"
-            raise CasaError(f"{self._root}: {message}")
-        folders: dict[str, dict[str, Info]] = {"": {}}
-        faults: dict[str, tuple[str, str]] = {}
-        for path, info in found.items():
-            if info is None:
-                faults[path] = codes.UNREADABLE, "the folder cannot be listed; check the store, then run again"
-            elif fault := _fault(path):
-                faults[path] = fault
-            else:
-                _put(folders, path, info)
-        for path in found.keys() & folders.keys():
-            faults[path] = codes.BAD_NAME, "an object with the name of a folder; rename one of them"
-        self._store.listing = folders
-        for path, (code, why) in sorted(faults.items()):
-            yield Refused(printable(path, 400), code, f"{printable(path, 200)}: {why}")
-
     def _file(self, path: str) -> Info:
-        """Return the store's info of a file. Raises Rejected: MISSING_FILE, NOT_A_FILE, and as `_ask`."""
+        """Return the store's info of a file. Raises Rejected: MISSING_FILE, NOT_A_FILE, and as `_Store.ask`."""
         info = self._store.info(self._at(path))
         name = printable(posixpath.basename(path))
         if info is None:
@@ -515,6 +411,43 @@ class StoreFolder:
         if self._looked_at is not None:
             self._looked_at.add(str(self._root / path))
         return path
+
+
+def list_all(root: StoreRoot) -> list[tuple[str, str, str]] | None:
+    """List all below a root, for this process; what earlier runs of it knew is forgotten.
+
+    Returns path, code and reason of what no folder could hold, sorted; None: the root is a file. Raises CasaError:
+    there is nothing, the store does not answer, or it holds more than a run can.
+    """
+    for one in (root, root.parent):
+        _STORES.pop((os.getpid(), one.base, one.query), None)
+    store = _store(root)
+    try:
+        if not root.is_web or archive_suffix(root.name) or suffix_of(root.name) in FILE_SUFFIXES:
+            info = store.info("")
+            if info is None:
+                raise CasaError(f"{root}: there is nothing at this address; fix it, or put meshes there")
+            if not info.is_folder:
+                return None
+        found = dict(store.ask("", lambda: list(islice(store.walk(), MAX_OBJECTS + 1)), LISTING_S))
+    except Rejected as error:
+        raise CasaError(error.message) from error
+    if len(found) > MAX_OBJECTS:
+        message = f"holds more than {MAX_OBJECTS} objects; name a folder of it, or pack them into shards"
+        raise CasaError(f"{root}: {message}")
+    folders: dict[str, dict[str, Info]] = {"": {}}
+    faults: dict[str, tuple[str, str]] = {}
+    for path, info in found.items():
+        if info is None:
+            faults[path] = codes.UNREADABLE, "the folder cannot be listed; check the store, then run again"
+        elif fault := _fault(path):
+            faults[path] = fault
+        else:
+            _put(folders, path, info)
+    for path in found.keys() & folders.keys():
+        faults[path] = codes.BAD_NAME, "an object with the name of a folder; rename one of them"
+    store.listing = folders
+    return [(path, code, why) for path, (code, why) in sorted(faults.items())]
 
 
 class _Object(io.RawIOBase):
@@ -568,3 +501,8 @@ def _put(folders: dict[str, dict[str, Info]], path: str, info: Info) -> None:
         names[name] = info
     if is_new:
         _put(folders, folder, Info(is_folder=True))
+
+
+def folder_of(root: Path | StoreRoot, looked_at: set[str] | None = None) -> Folder:
+    """The folder that a root names; see DiskFolder for `looked_at`."""
+    return DiskFolder(root, looked_at) if isinstance(root, Path) else _StoreFolder(root, looked_at)

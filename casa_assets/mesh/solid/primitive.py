@@ -13,9 +13,6 @@ from casa_assets.model.asset.asset import Link
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
 from casa_assets.model.pose import Pose
 
-# Tessellate -----------------------------------------------------------------------------------------------------------
-# Primitives as closed triangle surfaces, for unions and pictures.
-
 
 def tessellate(shape: Shape, pose: Pose, steps: int = 32) -> tuple[Floats, Ints]:
     """(P, 3) points and (F, 3) outward faces in the frame that `pose` leads to, metres; `steps` points per circle."""
@@ -40,8 +37,7 @@ def _faces(kind: type[Box] | type[Cylinder], steps: int) -> Ints:
 def _outline(shape: Box | Sphere | Cylinder | Capsule, steps: int) -> Floats:
     if isinstance(shape, Box):
         signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float64)
-        corners: Floats = signs * np.array(shape.size) / 2
-        return corners
+        return np.asarray(signs * np.array(shape.size) / 2)
     around = np.arange(steps) * 2 * np.pi / steps
     ring = np.stack([np.cos(around), np.sin(around), np.zeros(steps)], axis=1) * shape.radius
     if isinstance(shape, Cylinder):
@@ -57,7 +53,6 @@ def _outline(shape: Box | Sphere | Cylinder | Capsule, steps: int) -> Floats:
 
 
 # Bounds ---------------------------------------------------------------------------------------------------------------
-# Axis-aligned bounds of collision shapes at a pose: exact for each kind, not the bounds of bounds.
 
 
 def shape_bounds(shape: Shape, pose: Pose) -> Floats:
@@ -91,7 +86,6 @@ def box_around(boxes: Floats) -> Floats:
 
 
 # Primitive ------------------------------------------------------------------------------------------------------------
-# The smallest box, sphere, cylinder or capsule around a convex cloud, and how well it fits.
 
 
 @dataclass(frozen=True)

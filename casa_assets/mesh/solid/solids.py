@@ -15,9 +15,6 @@ from casa_assets.mesh.surface import signed_volume
 if TYPE_CHECKING:
     from scipy.spatial import ConvexHull
 
-# Manifold -------------------------------------------------------------------------------------------------------------
-# Closed surfaces as solids of manifold3d and back, their unions and simplifications.
-
 Surface = tuple[Floats, Ints]
 Solid: TypeAlias = manifold3d.Manifold
 
@@ -95,7 +92,6 @@ def intersection_volume(one: Surface, other: Surface) -> float:
 
 
 # Hull -----------------------------------------------------------------------------------------------------------------
-# Convex hulls, and hulls of few vertices.
 
 # What is so much above the lowest point, as a share of the longest side, is as low.
 LEVEL_SHARE = 1e-6
@@ -202,7 +198,6 @@ def _standing(cloud: Floats, reach: float) -> list[int]:
 
 
 # Cutting --------------------------------------------------------------------------------------------------------------
-# Cut and simplify solids: planes, connected parts, contours at a height, hulls of few vertices.
 
 # Where a solid has too many faces still, or a hull too many vertices, coarser tolerances are tried, each so many times
 # the one before; for a hull so many of them.
@@ -297,5 +292,4 @@ def hull_with_volume(cloud: Floats, volume_m3: float, box: Floats) -> Floats:
         return cloud
     middle = (cloud.min(axis=0) + cloud.max(axis=0)) / 2
     growth = min((volume_m3 / volume) ** (1 / 3), MAX_GROWTH)
-    grown: Floats = np.clip(middle + growth * (cloud - middle), *box)
-    return grown
+    return np.asarray(np.clip(middle + growth * (cloud - middle), *box))

@@ -10,7 +10,7 @@ from casa_assets.checks.table.table import TABLE
 from casa_assets.model.issue import Severity
 from casa_assets.registry.plugins.checks import check_table, with_plugin_limits
 from casa_assets.textures import check as texture_check
-from casa_assets.textures.packs.entry import REMEDIES
+from casa_assets.textures.pack_entry import REMEDIES
 
 HEAD = """# Checks and rejections
 

@@ -16,8 +16,8 @@ import pytest
 from PIL import Image
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest.load import load
 from casa_assets.ingest.sources import Found, Refused, collect, discover
+from casa_assets.ingest.things import load
 from casa_assets.model.source import Bundle, RawModel
 
 LIMITS = {"input_bytes": 1e7, "input_faces": 1e5, "input_texture_px": 512, "input_texture_pixels": 200_000.0}

@@ -136,8 +136,8 @@ class TestOneConstantChanges:
 
     def test_in_a_kind_of_texture(self, copy: Copy) -> None:
         """The textures of that kind and of the others in its module, and what shows them."""
-        changed = copy.changed_by("casa_assets/kitchenware/textures/walls/panels.py", "0.0008 * (rise - 1)", "rise - 1")
-        kinds = (" painted_boards", " concrete", " pressed_tin")
+        changed = copy.changed_by("casa_assets/kitchenware/textures/wall_panels.py", "0.0008 * (rise - 1)", "rise - 1")
+        kinds = (" ceramic_tile", " fired_clay", " stonework", " painted_boards", " concrete", " pressed_tin")
         those = {n for kind in kinds for n in copy.names("texture", kind)}
         assert {n for n in changed if n.startswith("texture ")} == those
         shown = {n for n in changed if n.startswith("asset ")}
@@ -159,7 +159,7 @@ class TestOneConstantChanges:
 
     def test_in_a_stage(self, copy: Copy) -> None:
         changed = copy.changed_by(
-            "casa_assets/ingest/mass/estimates.py", "MIN_THICKNESS_RATIO = 1e-7", "MIN_THICKNESS_RATIO = 1e-6"
+            "casa_assets/ingest/mass.py", "MIN_THICKNESS_RATIO = 1e-7", "MIN_THICKNESS_RATIO = 1e-6"
         )
         assert changed == {"stage mass", "library ingest"}
 

@@ -18,7 +18,7 @@ from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.families.build import object_requests
 from casa_assets.kitchenware.objects import FORMS
 from casa_assets.kitchenware.objects.closed_surface import bent, lobed, smooth_profile, turned
-from casa_assets.kitchenware.textures.objects.food import Skin, paint_skin
+from casa_assets.kitchenware.textures.food import Skin, paint_skin
 from casa_assets.mesh.surface import solid_moments
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.material import Material

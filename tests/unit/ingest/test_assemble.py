@@ -1,4 +1,4 @@
-"""The finished asset: its origin, numbers that both formats carry, names, labels and provenance."""
+"""The finished asset: places, numbers, names; and where a hand takes it."""
 
 from __future__ import annotations
 
@@ -7,21 +7,27 @@ import re
 import numpy as np
 import pytest
 
-from casa_assets.errors import Rejected
-from casa_assets.ingest.assemble import assemble
+from casa_assets.ingest.assemble import assemble, grasp
 from casa_assets.ingest.draft import Draft, PlacedShape
+from casa_assets.mesh.grasps import antipodal_grasps
 from casa_assets.mesh.solid.primitive import link_bounds
 from casa_assets.mesh.solid.solids import small_hull
 from casa_assets.mesh.surface import face_normals
 from casa_assets.model.asset.asset import Asset, Base, Inertial
-from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Mesh, Sphere
+from casa_assets.model.asset.material import Material
+from casa_assets.model.asset.parts import Box, Grasp, GraspFeature, Hull, Mesh
 from casa_assets.model.asset.provenance import split_of
 from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec3
+from casa_assets.model.registry.category import Category, FrontRule, MatterFill
+from casa_assets.model.source import RawPart, Source, SourceKind
+from tests.support.asset.asset_parts import CARDBOARD, box_inertial
+from tests.support.hostile.untrusted_inputs import carton, cup, kind_of, loose
 from tests.support.mesh.meshes import box_mesh
-from tests.support.mesh.raw_models import Floats, brief, draft, moved
+from tests.support.mesh.raw_models import Floats, brief, draft, joined, moved
+from tests.support.mesh.solids import box
 
 BODY = moved(box_mesh((0.1, 0.2, 0.3), (0, 0, 0)), (1 / 3, -2 / 7, 0.7))
-LONE = Mesh(vertices=[[0.3, -0.2, 0.9], [0.4, -0.2, 0.9], [0.3, -0.3, 0.9]], faces=[[0, 1, 2]])
 SHARED = moved(box_mesh((0.1, 0.2, 0.3), (0, 0, 0), shared=True), (1 / 3, -2 / 7, 0.7))
 TILT = Pose(position=(1 / 3, -2 / 7, 0.7), quaternion=(0.9, 0.1, 0.3, 0.2))
 INERTIAL = Inertial(mass=1.5, center_of_mass=(1 / 3, -2 / 7, 0.7), inertia=(0.02, 0.02, 0.02, 0.0, 0.0, 0.0))
@@ -46,17 +52,6 @@ class TestPlace:
         low, high = finished(ready()).bounds
         assert low == pytest.approx([-0.05, -0.1, 0.0], abs=1e-7)
         assert high == pytest.approx([0.05, 0.1, 0.3], abs=1e-7)
-
-    def test_shapes_and_centre_of_mass_go_along(self) -> None:
-        shapes = (Box(size=(0.1, 0.2, 0.3)), Sphere(radius=0.1), Cylinder(radius=0.1, height=0.2))
-        placed = tuple(PlacedShape(shape=s, pose=TILT) for s in (*shapes, Capsule(radius=0.1, height=0.2)))
-        asset = finished(ready(colliders=placed))
-        for collider, before in zip(asset.root.colliders, placed, strict=True):
-            assert collider.pose.position == pytest.approx((0, 0, 0.15), abs=1e-7)
-            assert collider.pose.quaternion == pytest.approx(TILT.quaternion, abs=1e-6)
-            assert collider.shape == before.shape
-        assert asset.root.inertial.center_of_mass == pytest.approx((0, 0, 0.15), abs=1e-7)
-        assert asset.root.inertial.inertia == INERTIAL.inertia
 
     def test_the_bbox_holds_all_shapes_and_no_more(self) -> None:
         placed = (PlacedShape(shape=Box(size=(0.1, 0.2, 0.3)), pose=TILT), PlacedShape(shape=Hull(mesh=SHARED)))
@@ -111,40 +106,6 @@ class TestNumbers:
         size = float(np.ptp(hull.mesh.vertices, axis=0).max())
         assert volumes.max() <= 1e-6 * size**3
 
-    def test_splinters_that_rounding_flattens_are_left_out(self) -> None:
-        thin = moved(box_mesh((0.1, 0.1, 1e-12), (0, 0, 0), shared=True), (1 / 3, -2 / 7, 0.7))
-        both = (PlacedShape(shape=Hull(mesh=thin)), PlacedShape(shape=Hull(mesh=SHARED)))
-        assert [c.name for c in finished(ready(colliders=both)).root.colliders] == ["object_collider_000"]
-        with pytest.raises(Rejected) as error:
-            finished(ready(colliders=both[:1]))
-        assert error.value.code == "MSH004"
-
-
-class TestVisuals:
-    def test_names_and_materials_are_numbered(self) -> None:
-        asset = finished(ready(BODY, moved(BODY, (0, 0, 0.01)), LONE))
-        assert [v.name for v in asset.root.visuals] == [f"object_visual_{i:03d}" for i in range(3)]
-        assert [m.id for m in asset.materials] == [f"look_{i:03d}" for i in range(3)]
-        assert all(m.substance == asset.substances[0].id for m in asset.materials)
-
-    def test_no_visual_has_fewer_than_four_vertices(self) -> None:
-        """MuJoCo refuses such meshes; the triangle is cut up, and looks as before."""
-        uv = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-        [_, lone] = finished(ready(BODY, Mesh(vertices=LONE.vertices, faces=LONE.faces, uv=uv))).root.visuals
-        assert len(lone.mesh.vertices) == 4
-        assert lone.mesh.uv is not None
-        assert exact(lone.mesh.vertices)
-        assert lone.mesh.uv[3] == pytest.approx([1 / 3, 1 / 3])
-        normals, areas = face_normals(lone.mesh.vertices, lone.mesh.faces.astype(np.int64))
-        assert areas.sum() == pytest.approx(0.005, rel=1e-5)
-        assert normals == pytest.approx(np.broadcast_to(normals[0], (3, 3)), abs=1e-5)
-
-    def test_a_part_that_rounding_collapses_is_left_out(self) -> None:
-        speck = moved(LONE, (0.1, 0, 0), 1.0).with_vertices(LONE.vertices[:1] + LONE.vertices * 1e-12)
-        asset = finished(ready(BODY, speck, LONE))
-        assert [v.material for v in asset.root.visuals] == ["look_000", "look_001"]
-        assert len(asset.materials) == 2
-
 
 class TestWords:
     def test_labels_and_provenance(self) -> None:
@@ -161,6 +122,66 @@ class TestWords:
         assert asset.base is Base.FREE
         assert finished(ready(), "oven").base is (Base.FIXED if brief("oven").category.fixed else Base.FREE)
 
-    def test_the_asset_reads_back(self) -> None:
-        asset = finished(ready(BODY, LONE))
-        assert Asset.from_json(asset.to_json()) == asset
+
+OPENING = 0.08
+LOW = (0.06, 0.06, 0.12)
+ROW = kind_of(loose(carton()))
+
+
+def resting(size: Vec3, *meshes: Mesh) -> Draft:
+    """Parts at rest on the ground with the mass of a box of that size."""
+    parts = tuple(RawPart(name=f"part_{i}", mesh=mesh, material=Material(id="look")) for i, mesh in enumerate(meshes))
+    inertial = box_inertial(0.2, size, (0.0, 0.0, size[2] / 2))
+    return Draft(parts=parts, inertial=inertial, colliders=(PlacedShape(shape=Box(size=size)),))
+
+
+def found(size: Vec3, *meshes: Mesh, row: Category = ROW) -> dict[GraspFeature, Grasp]:
+    return {g.feature: g for g in grasp(resting(size, *meshes), row, OPENING).grasps}
+
+
+def mug() -> tuple[Mesh, ...]:
+    """A cup with a bar beside it that two short ones join to it."""
+    bar = box_mesh((0.008, 0.012, 0.06), (0.07, 0.0, 0.045))
+    arms = [box_mesh((0.034, 0.012, 0.008), (0.052, 0.0, z)) for z in (0.019, 0.071)]
+    return cup(), bar, *arms
+
+
+class TestGrasp:
+    def test_a_box_is_taken_by_its_body_from_above(self) -> None:
+        taken = found(LOW, carton())
+        assert list(taken) == [GraspFeature.BODY]
+        body = taken[GraspFeature.BODY]
+        assert body.width == pytest.approx(0.06, abs=1e-4)
+        assert body.approach == pytest.approx((0, 0, -1), abs=0.02)
+        assert abs(body.closing[2]) < 0.02
+
+    def test_a_mug_has_a_rim_and_a_handle(self) -> None:
+        row = ROW.replace(build=MatterFill.VESSEL, front=FrontRule.HANDLE)
+        taken = found((0.08, 0.08, 0.09), *mug(), row=row)
+        assert taken[GraspFeature.RIM].width == pytest.approx(0.006, abs=1e-3)
+        assert taken[GraspFeature.RIM].center[2] > 0.055
+        assert taken[GraspFeature.HANDLE].width == pytest.approx(0.012, abs=5e-3)
+        assert taken[GraspFeature.HANDLE].center[0] > 0.05
+        for one in taken.values():
+            assert np.dot(one.closing, one.approach) == pytest.approx(0, abs=1e-5)
+            assert np.linalg.norm(one.closing) == pytest.approx(1, abs=1e-5)
+
+    def test_asset_shows_it_as_a_site(self) -> None:
+        made = grasp(resting(LOW, carton()), ROW, OPENING)
+        source = Source(kind=SourceKind.FOLDER, path="box.obj")
+        asset = assemble(made, "carton_0123456789", ROW, ("carton",), CARDBOARD, source, "0" * 64)
+        (site,) = asset.sites
+        assert (site.name, site.kind) == ("grasp_body", "box")
+        assert site.size is not None
+        assert site.size[0] == pytest.approx(0.06, abs=1e-4)
+        body = made.grasps[0]
+        assert site.pose.rotation @ [1, 0, 0] == pytest.approx(body.closing, abs=1e-5)
+        assert site.pose.rotation @ [0, 0, 1] == pytest.approx(body.approach, abs=1e-5)
+
+
+def test_fingers_need_room_behind_what_they_hold() -> None:
+    """Two boxes 4 mm apart: no finger goes between them."""
+    pair = joined(*(box((0.03, 0.03, 0.1), (x, 0.0, 0.05)) for x in (-0.017, 0.017)))
+    across = [p for p in antipodal_grasps(pair.vertices, pair.faces.astype(int), OPENING) if abs(p.closing[0]) > 0.9]
+    assert across
+    assert min(p.width for p in across) > 0.06

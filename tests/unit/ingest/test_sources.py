@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 import json
 import os
 import sys
@@ -80,19 +79,6 @@ def test_objaverse_package(tmp_path: Path) -> None:
     assert (source.licence, source.author, source.category) == ("CC-BY-NC-SA-4.0", "An?n", "mug")
     assert source.hints == ("Old Mug", "cup")
     assert sorted(refusals(tmp_path)) == [rejection_codes.PATH_TRAVERSAL, rejection_codes.MISSING_FILE]
-
-
-def test_objaverse_cache_layout(tmp_path: Path) -> None:
-    root = tmp_path / "hf-objaverse-v1"
-    write(root / f"glbs/000-041/{UID}.glb", Gltf().glb())
-    write(
-        root / "metadata/000-041.json.gz", gzip.compress(json.dumps({UID: {"name": "Pan", "license": "cc0"}}).encode())
-    )
-    write(root / "object-paths.json.gz", gzip.compress(json.dumps({UID: "x", "b": "not downloaded"}).encode()))
-    write(root / "lvis-annotations.json.gz", gzip.compress(b"{broken"))
-    (one,) = found(tmp_path).values()
-    assert (one.source.title, one.source.licence, one.source.category) == ("Pan", "CC0-1.0", "")
-    assert refusals(tmp_path) == [rejection_codes.BAD_MANIFEST]
 
 
 def test_objaverse_xl_list(tmp_path: Path) -> None:
@@ -239,16 +225,6 @@ def test_pictures_are_found_inside_the_package_only(
             assert codes_of(model) == ({code} if code else set())
 
 
-def test_moving_a_package_keeps_its_digest(tmp_path: Path) -> None:
-    digests = set()
-    for name in ("a", "b/c"):
-        path = obj_with_map(tmp_path / name, "t.png")
-        write(path.parent / "t.png", png(QUARTERS))
-        ((one,), _) = inputs_of(path)
-        digests.add(collect(one, LIMITS).sha256)
-    assert len(digests) == 1
-
-
 def test_links_out_of_the_package_are_not_followed(tmp_path: Path) -> None:
     root = tmp_path / "package"
     path = obj_with_map(root, "link.png")
@@ -258,22 +234,6 @@ def test_links_out_of_the_package_are_not_followed(tmp_path: Path) -> None:
     (root / "link.png").unlink()
     (root / "far").symlink_to(tmp_path)
     assert codes_of(load_path(obj_with_map(root, "far/secret.png"))) == {rejection_codes.LINK_IGNORED}
-
-
-def test_a_folder_input_may_reach_its_siblings_and_gazebo_layouts_are_known(tmp_path: Path) -> None:
-    path = obj_with_map(tmp_path / "cup/meshes", "../materials/textures/t.png")
-    write(tmp_path / "cup/materials/textures/t.png", png(QUARTERS))
-    assert codes_of(load_path(path)) == set()
-    (one,) = found(tmp_path).values()
-    assert set(collect(one, LIMITS).files) == {"x.obj", "m.mtl", "../materials/textures/t.png"}
-
-
-def test_material_file_by_stem_where_none_is_named(tmp_path: Path) -> None:
-    write(tmp_path / "pot.mtl", "newmtl m\nKd 1 0 0\n")
-    path = write(tmp_path / "pot.obj", "mtllib other.mtl\nusemtl m\n" + OBJ_TRIANGLE)
-    model = load_path(path)
-    assert codes_of(model) == {rejection_codes.REFERENCE_MISSING, rejection_codes.MATERIAL_GUESSED}
-    assert model.parts[0].material.base_color == (1.0, 0.0, 0.0, 1.0)
 
 
 def test_a_gltf_without_its_buffer_is_refused(

@@ -1,4 +1,4 @@
-"""Looks: painted colours read back, merged parts, bounded pictures, alpha, and the shine where none is stated."""
+"""Materials become portable, sheets get backs, and meshes with too many faces fewer."""
 
 from __future__ import annotations
 
@@ -8,16 +8,22 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from PIL import Image
+from scipy.spatial import cKDTree
 
 from casa_assets import registry
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.texture import painted, texture
+from casa_assets.ingest.simplify import simplified, simplify
+from casa_assets.ingest.texture import add_back_faces, painted, texture
+from casa_assets.mesh.solid.deviation import measure_visibility
+from casa_assets.mesh.surface import signed_volume
 from casa_assets.model.asset.material import Material, Texture
 from casa_assets.model.asset.parts import Mesh
+from casa_assets.model.registry.category import MatterFill
 from casa_assets.model.source import RawPart
-from tests.support.mesh.meshes import box_mesh
+from tests.support.hostile.untrusted_inputs import carton, kind_of, loose, without_side
+from tests.support.mesh.meshes import box_mesh, lathe
 from tests.support.mesh.meshes import texture as picture
-from tests.support.mesh.raw_models import codes
+from tests.support.mesh.raw_models import codes, draft, moved
 
 CERAMIC = registry.load().substances["ceramic"]
 BOX = box_mesh((0.1, 0.1, 0.1), (0, 0, 0))
@@ -82,31 +88,11 @@ class TestPainted:
                         wanted = np.einsum("k,nkd->nd", weights, corners)
                         assert np.abs(sampled(skin, at) - wanted).max() <= 1.0
 
-    def test_normals_follow(self) -> None:
-        mesh = BOX.replace(uv=None, colors=np.eye(24, 4).astype(np.uint8))
-        out, _ = painted(mesh, PLAIN)
-        assert mesh.normals is not None
-        assert out.normals is not None
-        assert (out.normals[out.faces] == mesh.normals[mesh.faces]).all()
-
-    def test_only_varied_colours_are_painted(self) -> None:
-        out = done(part(colored(5)))
-        assert out.parts[0].material.base_color_texture is not None
-        assert codes(out.notes) == ["MSH016"]
-        assert out.parts[0].mesh.colors is None
-
     def test_one_colour_becomes_the_base_colour_in_linear_light(self) -> None:
         mesh = Mesh(vertices=BOX.vertices, faces=BOX.faces, colors=np.tile(np.uint8([188, 0, 255, 255]), (24, 1)))
         material = done(part(mesh, Material(id="m", base_color=(1, 1, 0.5, 1)))).parts[0].material
         assert material.base_color_texture is None
         assert material.base_color == pytest.approx((0.5029, 0, 0.5, 1), abs=1e-3)
-
-    def test_a_picture_goes_before_vertex_colours(self) -> None:
-        mesh = Mesh(vertices=BOX.vertices, faces=BOX.faces, uv=BOX.uv, colors=np.eye(24, 4).astype(np.uint8))
-        out = done(part(mesh, Material(id="m", base_color_texture=CHECKER))).parts[0]
-        assert out.material.base_color_texture == CHECKER
-        assert out.mesh.uv is not None
-        assert (out.mesh.uv == mesh.uv).all()
 
 
 class TestAlpha:
@@ -117,14 +103,6 @@ class TestAlpha:
         out = done(part(BOX, Material(id="m", base_color=(0.1, 0.2, 0.3, alpha))))
         assert out.parts[0].material.base_color == (0.1, 0.2, 0.3, shown)
         assert codes(out.notes) == notes
-
-    def test_invisible_vertex_colours_are_made_opaque(self) -> None:
-        out = done(part(colored(4, alpha=0)))
-        skin = out.parts[0].material.base_color_texture
-        assert skin is not None
-        with Image.open(io.BytesIO(skin.png)) as image:
-            assert image.mode == "RGB"
-        assert codes(out.notes) == ["MSH018", "MSH016"]
 
 
 class TestPictures:
@@ -141,9 +119,6 @@ class TestPictures:
         assert out.parts[0].material.textures == ()
         assert codes(out.notes) == ["MSH017"]
 
-    def test_uv_without_pictures_go(self) -> None:
-        assert done(part(BOX)).parts[0].mesh.uv is None
-
 
 class TestMerging:
     def test_parts_of_one_look_become_one(self) -> None:
@@ -155,19 +130,107 @@ class TestMerging:
         corners = np.concatenate([boxes[k].vertices[boxes[k].faces] for k in (0, 2)])
         assert (merged.vertices[merged.faces] == corners).all()
 
-    def test_parts_with_and_without_normals_stay_apart(self) -> None:
-        bare = Mesh(vertices=BOX.vertices, faces=BOX.faces)
-        assert len(done(part(BOX), part(bare)).parts) == 2
 
-    def test_textured_parts_keep_their_uv(self) -> None:
-        skin = Material(id="m", base_color_texture=CHECKER)
-        (out,) = done(part(BOX, skin), part(BOX, skin)).parts
-        assert BOX.uv is not None
-        assert np.array_equal(out.mesh.uv, [*BOX.uv, *BOX.uv])
+ROW = kind_of(loose(carton()))
+BOWL = lathe([(0.06, 0.05), (0.05, 0.02), (0.03, 0.0), (0.0, 0.0)], 32)
+MISSING = 0.5
 
 
-def test_the_defaults_of_gltf_yield_to_the_substance() -> None:
-    unstated = done(part(BOX, Material(id="m", metallic=1.0, roughness=1.0))).parts[0].material
-    assert (unstated.metallic, unstated.roughness) == (CERAMIC.metallic, CERAMIC.roughness)
-    stated = done(part(BOX, Material(id="m", metallic=1.0, roughness=0.2))).parts[0].material
-    assert (stated.metallic, stated.roughness) == (1.0, 0.2)
+def of(mesh: Mesh) -> RawPart:
+    return RawPart(name="part", mesh=mesh, material=Material(id="look"))
+
+
+def after(mesh: Mesh, build: MatterFill) -> Draft:
+    return add_back_faces(Draft(parts=(of(mesh),)), ROW.replace(build=build), MISSING)
+
+
+def behind(draft: Draft) -> float:
+    return float(measure_visibility(draft.surface.vertices, draft.surface.faces).behind.mean())
+
+
+def test_a_bowl_without_a_thickness_is_seen_from_within() -> None:
+    assert behind(Draft(parts=(of(BOWL),))) > 0.2
+    made = after(BOWL, MatterFill.VESSEL)
+    assert behind(made) < 0.01
+    assert [n.code for n in made.notes] == ["MSH060"]
+    mesh = made.parts[0].mesh
+    assert len(mesh.faces) == 2 * len(BOWL.faces)
+    assert mesh.uv is not None
+    assert mesh.normals is not None
+    corners = mesh.vertices[mesh.faces]
+    fronts = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert (np.einsum("ij,ij->i", fronts, mesh.normals[mesh.faces[:, 0]]) > 0).all()
+
+
+def test_a_full_thing_without_a_side_stays_open_to_be_found() -> None:
+    open_box = without_side(carton(), (0, 0, -1))
+    assert after(open_box, MatterFill.FILLED).parts[0].mesh == open_box
+    assert after(open_box, MatterFill.HOLLOW).parts[0].mesh != open_box
+
+
+SPHERE = [(0.05 * np.sin(t), -0.05 * np.cos(t)) for t in np.linspace(0, np.pi, 60)]
+FINE = lathe([(float(r), float(z)) for r, z in SPHERE], 120)
+
+
+def rows(mesh: Mesh) -> set[bytes]:
+    """Position and uv of every vertex, bit for bit."""
+    columns = [mesh.vertices] + ([mesh.uv] if mesh.uv is not None else [])
+    return {row.tobytes() for row in np.column_stack(columns)}
+
+
+def test_the_limit_is_kept_and_vertices_are_those_of_the_input(subtests: pytest.Subtests) -> None:
+    for with_uv in [True, False]:
+        for limit in [4000, 1500]:
+            with subtests.test(limit=limit, with_uv=with_uv):
+                mesh = FINE if with_uv else Mesh(vertices=FINE.vertices, faces=FINE.faces)
+                out = simplify(draft(mesh), limit)
+                few = out.parts[0].mesh
+                assert 0.5 * limit < len(few.faces) <= 1.1 * limit
+                assert (few.uv is not None) == with_uv
+                assert rows(few) <= rows(mesh)
+                assert codes(out.notes) == ["MSH015"]
+
+
+def test_the_shape_and_the_seams_of_uv_stay() -> None:
+    few = simplified(FINE, 1500)
+    assert few.bounds == pytest.approx(FINE.bounds, abs=1e-3)
+    volumes = [abs(signed_volume(m.vertices, m.faces.astype(np.int64))) for m in (few, FINE)]
+    assert volumes[0] == pytest.approx(volumes[1], rel=0.02)
+    away, _ = cKDTree(FINE.vertices).query(few.vertices[few.faces].mean(axis=1))
+    assert away.max() < 0.01
+    assert few.uv is not None
+    assert np.ptp(few.uv[few.faces][:, :, 0], axis=1).max() < 0.5  # no face runs back over the whole picture
+    assert simplified(FINE, 1500) == few
+
+
+@pytest.mark.parametrize("pieces", [4, 16])
+def test_no_face_shows_two_pieces_of_a_texture(pieces: int) -> None:
+    # Each face is in the cell of a square of pieces that its middle lies in; with 16 the seams give way.
+    middles = (FINE.vertices[FINE.faces].mean(axis=1)[:, :2] / 0.1 + 0.5).clip(0, 0.999)
+    cell = np.repeat((middles * pieces).astype(int), 3, axis=0)
+    places = FINE.vertices[FINE.faces.ravel()]
+    uv = (cell + 0.5 + 0.4 * np.sin(40 * places[:, :2])) / pieces
+    mesh = Mesh(vertices=places, faces=np.arange(len(places)).reshape(-1, 3), uv=uv)
+    few = simplified(mesh, 1500)
+    assert few.uv is not None
+    assert len(few.faces) <= 1500
+    shown = np.floor(few.uv[few.faces] * pieces)
+    assert (shown == shown[:, :1]).all()
+
+
+def test_parts_share_the_limit_and_small_ones_survive() -> None:
+    crumb = moved(box_mesh((0.01, 0.01, 0.01), (0, 0, 0), shared=True), (0.2, 0, 0))
+    out = simplify(draft(FINE, moved(FINE, (0.5, 0, 0), 0.5), crumb), 3000)
+    counts = [len(p.mesh.faces) for p in out.parts]
+    assert sum(counts) < 3600
+    assert counts[2] == 12
+    assert min(counts) > 0
+
+
+def test_a_sheet_with_faces_in_both_directions_keeps_both_sides() -> None:
+    both = Mesh(vertices=FINE.vertices, faces=np.concatenate([FINE.faces, FINE.faces[:, ::-1]]), uv=FINE.uv)
+    few = simplified(both, 3000)
+    assert 2000 < len(few.faces) <= 3000
+    assert {tuple(sorted(f)) for f in few.faces[: len(few.faces) // 2].tolist()} == {
+        tuple(sorted(f)) for f in few.faces[len(few.faces) // 2 :].tolist()
+    }

@@ -1,4 +1,4 @@
-"""A scaled asset is the same thing, larger or smaller, whose parts feel to a hand as they did."""
+"""Assets that are scaled, and whether things stand by themselves."""
 
 from __future__ import annotations
 
@@ -8,9 +8,12 @@ import pytest
 
 from casa_assets.asset.scale_asset import level_of, scaled
 from casa_assets.formats.mjcf.document import write
-from casa_assets.model.asset.asset import Asset, JointKind
+from casa_assets.mesh.planar import stands_by_itself
+from casa_assets.model.asset.asset import Asset, Collider, JointKind
+from casa_assets.model.asset.parts import Box
+from casa_assets.model.pose import Pose
 from tests.support.asset.articulated_assets import drawer_unit, microwave
-from tests.support.asset.box_assets import plain_box
+from tests.support.asset.box_assets import plain_box, touched
 
 FACTOR = 1.25
 
@@ -42,14 +45,6 @@ def test_mujoco_has_the_masses_and_inertias_of_a_scaled_body(asset: Asset) -> No
     assert large.body_pos == pytest.approx(FACTOR * small.body_pos, abs=1e-6)
 
 
-def test_the_poses_of_keyframes_stay_in_range(asset: Asset) -> None:
-    made = scaled(asset, 0.4, asset.mass)
-    for key in made.keyframes:
-        for at in key.joints:
-            low, high = next(joint.range for joint in made.joints if joint.name == at.joint)
-            assert low <= at.value <= high
-
-
 def test_the_level_face_of_a_box_is_its_top() -> None:
     assert level_of(plain_box((0.6, 0.6, 0.9))) == pytest.approx(0.9)
 
@@ -57,3 +52,31 @@ def test_the_level_face_of_a_box_is_its_top() -> None:
 def _model(asset: Asset) -> mujoco.MjModel:
     files = dict(write(asset).entries)
     return mujoco.MjModel.from_xml_string(files["model.xml"].decode(), files)
+
+
+def on_feet(*corners: tuple[float, float]) -> Asset:
+    """A box of 0.2 x 0.06 x 0.12 m over feet at some of its corners."""
+    feet = (
+        Collider(
+            name=f"foot_{i}",
+            shape=Box(size=(0.02, 0.02, 0.01)),
+            substance="cardboard",
+            pose=Pose(position=(x, y, 0.005)),
+        )
+        for i, (x, y) in enumerate(corners)
+    )
+    body = Collider(
+        name="body", shape=Box(size=(0.2, 0.06, 0.11)), substance="cardboard", pose=Pose(position=(0.0, 0.0, 0.065))
+    )
+    return touched(body, *feet)
+
+
+def test_a_box_and_a_fixture_stand() -> None:
+    assert stands_by_itself(plain_box())
+    assert stands_by_itself(microwave())
+
+
+def test_four_feet_carry_and_one_or_two_at_a_side_do_not() -> None:
+    assert stands_by_itself(on_feet((-0.09, -0.02), (0.09, -0.02), (-0.09, 0.02), (0.09, 0.02)))
+    assert not stands_by_itself(on_feet((-0.09, 0.02)))
+    assert not stands_by_itself(on_feet((-0.09, -0.02), (-0.09, 0.02)))

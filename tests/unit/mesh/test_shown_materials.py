@@ -6,10 +6,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from casa_assets.asset.shown_materials import Shown, ShownMaterials, open_sides
+from casa_assets.asset.shown_materials import ShownMaterials
 from casa_assets.model.asset.asset import Visual
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.parts import Box, Cylinder, Mesh
+from casa_assets.model.asset.parts import Box, Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from tests.support.mesh.meshes import box_mesh, texture
@@ -58,20 +58,6 @@ class TestMaterial:
         assert found is not None
         assert found.material.id == "oak"
 
-    def test_nothing_is_near_or_a_frame_with_a_pane_has_no_one_material(self) -> None:
-        frame, pane = box_mesh(PANEL, (0.0, 0.0, 0.0)), box_mesh((0.02, 0.3, 0.4), (0.0, 0.0, 0.0))
-        assert material_on(shown((frame, "paint"), (pane, "glass"))) is None
-        assert material_on(layered(), Pose(position=(3.0, 0.0, 0.0))) is None
-        assert material_on(shown()) is None
-
-    def test_what_is_round_has_no_picture(self) -> None:
-        found = shown((box_mesh((0.1, 0.1, 0.4), (0.0, 0.0, 0.0)), "oak")).on(
-            Cylinder(radius=0.05, height=0.4), Pose(), OPEN
-        )
-        assert found is not None
-        assert found.material.id == "oak"
-        assert found.turn is None
-
 
 class TestPicture:
     def lies(self, size: Vec3, pose: Pose | None = None) -> np.ndarray:
@@ -92,11 +78,6 @@ class TestPicture:
         assert turn[2, 1] == 1.0
         assert abs(turn[1, 2]) == 1.0
 
-    @pytest.mark.parametrize("quarter", [0.0, np.sqrt(0.5)])
-    def test_as_it_lies_on_a_worktop_along_its_own_axes(self, quarter: float) -> None:
-        turned = Pose(quaternion=(quarter or 1.0, 0.0, 0.0, quarter))
-        assert np.array_equal(self.lies((2.0, 0.6, 0.04), turned), np.eye(3))
-
     def test_along_the_grain(self) -> None:
         """The same board with its picture turned by a quarter."""
         mesh = box_mesh((2.0, 0.6, 0.04), (0.0, 0.0, 0.0))
@@ -106,25 +87,3 @@ class TestPicture:
         assert found is not None
         assert found.turn is not None
         assert abs(found.turn[1, 0]) == 1.0
-
-    def test_a_mesh_without_texture_coordinates(self) -> None:
-        bare = box_mesh((2.0, 0.6, 0.04), (0.0, 0.0, 0.0)).replace(uv=None)
-        found = shown((bare, "oak"), middle=(0.0, 0.0, 0.0)).on(Box(size=(2.0, 0.6, 0.04)), Pose(), OPEN)
-        assert found == Shown(OAK, None)
-
-
-def test_sides_with_something_before_them_are_not_open() -> None:
-    left, right = Pose(position=(-0.5, 0.0, 0.0)), Pose(position=(0.5, 0.0, 0.0))
-    small = (Box(size=(0.2, 0.2, 0.2)), Pose(position=(0.0, 0.0, 2.0)))
-    found = open_sides([(Box(size=(1.0, 1.0, 1.0)), left), (Box(size=(1.0, 1.0, 1.0)), right), small])
-    expected = np.ones((3, 6), dtype=bool)
-    expected[0, 1] = expected[1, 0] = False
-    assert np.array_equal(found, expected)
-
-
-def test_a_turned_box_has_sides_along_its_own_axes() -> None:
-    quarter = Pose(quaternion=(np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)))
-    right = (Box(size=(1.0, 1.0, 1.0)), Pose(position=(1.0, 0.0, 0.0)))
-    found = open_sides([(Box(size=(1.0, 1.0, 1.0)), quarter), right])
-    # What is at +x of the world is below along the second axis of the box.
-    assert found[0].tolist() == [True, True, False, True, True, True]

@@ -1,4 +1,4 @@
-"""Each check of textures has a good example that stays silent and a bad one that trips exactly that code."""
+"""Checks of textures: seams, repairs, distances, limits; pictures of finishes."""
 
 from __future__ import annotations
 
@@ -14,10 +14,17 @@ from casa_assets.core.numeric import rng_for
 from casa_assets.kitchenware.textures.make import make
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.issue import Status
-from casa_assets.model.registry.rows import Surface
+from casa_assets.model.registry.rows import Surface, TextureRecipe
 from casa_assets.textures import canvas
-from casa_assets.textures.check import TABLE, Pictures, check_pictures, check_set, pictures_of
-from casa_assets.textures.distance import TextureDescriptor, describe_texture
+from casa_assets.textures.canvas import Map
+from casa_assets.textures.check import TABLE, Picture, Pictures, check_pictures, check_set, jump, repair, seam
+from casa_assets.textures.distance import (
+    NEARLY_ALIKE,
+    TextureDescriptor,
+    closest_pairs,
+    describe_texture,
+    distance,
+)
 from casa_assets.textures.finish import finish, normals, swatch
 from casa_assets.textures.run.recipes import recipes
 
@@ -121,16 +128,6 @@ def test_a_set_is_full_and_varied() -> None:
     assert [(i.code, i.pointer) for i in twins.issues] == [("TEX013", "one_0 one_1")]
 
 
-def test_finish_of_a_recipe_decodes_to_what_was_painted() -> None:
-    recipe = recipes()[Surface.WALL]["subway_white_bevel"]
-    layers = make(recipe, 128)
-    pictures = pictures_of(finish(recipe.id, recipe.tile_m, layers, STONE))
-    np.testing.assert_allclose(pictures.base / 255, layers.albedo, atol=0.003)
-    rows, columns = (n // 2 for n in layers.roughness.shape)
-    blocks = layers.roughness[: 2 * rows, : 2 * columns].reshape(rows, 2, columns, 2).mean(axis=(1, 3))
-    np.testing.assert_allclose(pictures.rough / 255, blocks, atol=0.003)
-
-
 def test_normals_have_the_slope_of_the_relief_in_metres() -> None:
     x = np.linspace(0.0, 2.0 * np.pi, 256, endpoint=False)[None, :]
     relief = np.broadcast_to(0.01 * np.sin(x), (256, 256)).astype(np.float32)
@@ -141,13 +138,6 @@ def test_normals_have_the_slope_of_the_relief_in_metres() -> None:
     assert slope[0, 0] > 0.0  # it rises to the right, so its normal leans to the left
     down = normals(np.ascontiguousarray(relief.T), (0.5, 0.5)).astype(np.float64) / 127.5 - 1.0
     assert down[0, 0, 1] > 0.05  # it rises downwards, so its normal leans up: y is up
-
-
-def test_a_finish_without_a_tile_is_refused() -> None:
-    made = finish("x", (1.0, 1.0), make(recipes()[Surface.WALL]["tin_ceiling_white"], 64), STONE)
-    bare = made.replace(material=made.material.replace(normal_texture=None))
-    with pytest.raises(ValueError, match="lacks"):
-        pictures_of(bare)
 
 
 def test_png_bytes_are_the_same_each_time_and_hold_no_metadata() -> None:
@@ -173,3 +163,82 @@ def test_swatch_cuts_true_metres_and_shows_relief() -> None:
     grey = Pictures("s", (0.5, 0.5), np.full((200, 200, 3), 128, np.uint8), normals(relief, (0.5, 0.5)), rough, 0)
     lit = swatch(grey, 0.0, side_m=0.5, side_px=80)
     assert int(lit[60].mean()) - int(lit[20].mean()) > 10  # what faces up catches the light from above
+
+
+def clouds(seed: int = 1, size: int = 192) -> Picture:
+    """A picture that repeats: coloured noise."""
+    rng = rng_for(seed, "clouds")
+    planes = [0.5 + 0.35 * canvas.fbm((size, size), (6, 6), rng, 4) for _ in range(3)]
+    return np.clip(np.stack(planes, axis=-1), 0.0, 1.0).astype(np.float32)
+
+
+def bricks(size: int = 240) -> Picture:
+    """Running bond of 8 by 6 with a joint on the border, which is as it should be."""
+    rng = rng_for(3, "bricks")
+    y, x = np.mgrid[0:size, 0:size] / size
+    row = np.floor(y * 8).astype(int)
+    along = x * 6 + 0.5 * (row % 2)
+    tone = rng.uniform(0.4, 0.7, (8, 6))[row, np.floor(along).astype(int) % 6]
+    joint = (np.abs(np.mod(y * 8 + 0.5, 1) - 0.5) < 0.06) | (np.abs(np.mod(along + 0.5, 1) - 0.5) < 0.045)
+    return np.repeat(np.where(joint, 0.9, tone)[..., None], 3, axis=2).astype(np.float32)
+
+
+def test_what_repeats_has_no_seam() -> None:
+    assert seam(clouds()).worst < 1.2
+    assert seam(bricks()).worst < 1.2
+    assert jump(clouds()).worst < 1.5
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_cut_is_found_in_its_direction(axis: int) -> None:
+    cut = np.take(clouds(), range(130), axis=axis)
+    found = seam(cut)
+    across, along = (found.y, found.x) if axis == 0 else (found.x, found.y)
+    assert across > 2.5
+    assert along < 1.2
+    assert seam(cut[..., 0]).worst == pytest.approx(seam(cut[..., :1]).worst)  # grey pictures have seams too
+
+
+@pytest.mark.parametrize("lit", [False, True])
+def test_repair_leaves_a_picture_that_repeats(lit: bool) -> None:
+    cut = clouds()[:150, :140]
+    if lit:
+        cut = cut * np.linspace(0.8, 1.15, 140, dtype=np.float32)[None, :, None]
+    repaired = repair(cut)
+    assert seam(cut).worst > 2.5
+    assert seam(repaired).worst < 1.2
+    assert repaired.dtype == np.float32
+    assert 0.0 <= repaired.min() <= repaired.max() <= 1.0
+    assert repaired.mean(axis=(0, 1)) == pytest.approx(cut.mean(axis=(0, 1)), abs=0.03)
+    assert np.array_equal(repaired, repair(cut))
+    assert all(0.55 * old <= new <= old for new, old in zip(repaired.shape[:2], cut.shape[:2], strict=True))
+
+
+TILE = (0.8, 0.8)
+
+
+def stripes(seed: int = 1, across_m: float = 0.02, color: tuple[float, float, float] = (0.6, 0.5, 0.4)) -> Map:
+    """Upright streaks about a colour."""
+    rng = rng_for(seed, "stripes")
+    cells = (2, round(TILE[0] / across_m))
+    tone = 1.0 + 0.25 * canvas.gradient((160, 160), cells, rng)
+    return np.asarray(np.clip(np.array(color)[None, None, :] * tone[..., None], 0.0, 1.0), dtype=np.float32)
+
+
+def seen(albedo: Map) -> TextureDescriptor:
+    return describe_texture(albedo, TILE)
+
+
+def look(recipe: TextureRecipe) -> TextureDescriptor:
+    picture = make(recipe, 128)
+    return describe_texture(picture.albedo, recipe.tile_m, picture.roughness, picture.height_m)
+
+
+@pytest.mark.content("surface", "{surface.value}", keep=0)
+@pytest.mark.parametrize("surface", [Surface.COUNTER, Surface.CABINET])
+def test_every_pair_of_ours_is_distinct_and_two_seeds_are_nearly_alike(surface: Surface) -> None:
+    looks = {name: look(recipe) for name, recipe in recipes()[surface].items()}
+    assert len(looks) == 100
+    assert closest_pairs(looks, below=NEARLY_ALIKE) == ()
+    for name, recipe in list(recipes()[surface].items())[::3]:
+        assert distance(looks[name], look(recipe.replace(seed=recipe.seed + 7777))) <= NEARLY_ALIKE, name

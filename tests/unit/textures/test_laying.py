@@ -1,27 +1,22 @@
-"""Bonds close over the border, leave no holes, and their pieces have the stated size in metres."""
+"""Noise, pieces and their joints, and wood: true to size, without a seam, the same at any resolution."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 
 from casa_assets.core.numeric import rng_for
-from casa_assets.textures.canvas import Canvas, Layers, stratified
-from casa_assets.textures.laying import patterns
-from casa_assets.textures.laying.laying import Laying, LayingPattern, lay
-from casa_assets.textures.laying.pieces import (
-    Joint,
-    PieceMap,
-    Slab,
-    TileEdge,
-    box,
-    disc,
-    gap,
-    inlay,
-    polygon,
-    profile,
-    whole,
-)
+from casa_assets.textures import wood
+from casa_assets.textures.canvas import Canvas, Layers, Map, blur, fbm, gradient, ridged, worley
+from casa_assets.textures.check import seam
+from casa_assets.textures.laying import Laying, LayingPattern, lay
+from casa_assets.textures.pieces import Joint, PieceMap, Slab, gap, inlay, whole
+from casa_assets.textures.wood import GrainMaps, GrowthRings, SawCut, WoodPalette, WoodSpecies, grain_maps
+
+pytestmark = pytest.mark.content("code", "textures", keep=0)
 
 R2, R3 = float(np.sqrt(2.0)), float(np.sqrt(3.0))
 # Pattern -> laying, picture in metres, area of one module in square metres, pieces in the picture.
@@ -85,26 +80,6 @@ def test_place_on_a_piece_is_true_to_size_and_a_level_one_has_its_length_along_x
     assert np.ptp(level[:, 1]) > np.ptp(level[:, 0])
 
 
-def test_design_does_not_hang_on_pixels() -> None:
-    coarse, fine = laid("planks", 100)[0], laid("planks", 400)[0]
-    np.testing.assert_allclose(coarse.x_m, fine.x_m)
-    np.testing.assert_allclose(coarse.half_m, fine.half_m)
-
-
-def test_pennies_leave_the_gaps_of_circles() -> None:
-    canvas = Canvas((round(0.1 * R3 * 2 * 400), 160), (0.4, 0.1 * R3 * 2))
-    pieces = lay(Laying(pattern=LayingPattern.PENNY, width_m=0.1), canvas, rng_for(1, "p"))
-    line_coverage = float((pieces.inside_m > 0).mean())
-    assert line_coverage == pytest.approx(np.pi * 0.0475**2 / (0.1 * 0.1 * R3 / 2), abs=0.01)
-
-
-def test_fieldstones_are_of_the_stated_size() -> None:
-    canvas = Canvas((300, 300), (1.5, 1.5))
-    pieces = patterns.fieldstone(canvas, 0.3, 0.25, rng_for(1, "f"))
-    assert pieces.count == 5 * 6
-    assert len(np.unique(pieces.owner)) == pieces.count
-
-
 def test_a_picture_that_holds_no_whole_number_and_rows_that_do_not_close_are_errors() -> None:
     for length, module, even in [(1.0, 0.3, False), (0.9, 0.3, True), (0.05, 0.1, False)]:
         with pytest.raises(ValueError, match="no whole number of modules"):
@@ -112,14 +87,6 @@ def test_a_picture_that_holds_no_whole_number_and_rows_that_do_not_close_are_err
     laying = Laying(pattern=LayingPattern.RUNNING, width_m=0.1, length_m=0.2, bond=0.5)
     with pytest.raises(ValueError, match="do not close"):
         lay(laying, Canvas((50, 40), (0.4, 0.5)), rng_for(1, "x"))
-
-
-def test_outlines_measure_the_distance_to_the_edge() -> None:
-    u, v = np.array([[0.0, 0.4, 2.0]]), np.array([[0.0, 0.1, 0.0]])
-    np.testing.assert_allclose(box(0.5, 1.0)(u, v), [[0.5, 0.1, -1.5]], atol=1e-6)
-    np.testing.assert_allclose(disc(1.0)(u, v), [[1.0, 1.0 - np.hypot(0.4, 0.1), -1.0]], atol=1e-6)
-    square = polygon([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
-    np.testing.assert_allclose(square(u, v), [[0.5, 0.1, -1.5]], atol=1e-6)
 
 
 def test_a_joint_covers_its_width_at_any_resolution() -> None:
@@ -130,15 +97,6 @@ def test_a_joint_covers_its_width_at_any_resolution() -> None:
         inside = np.minimum(x, 0.1 - x)[None, :].astype(np.float32)  # half a joint at each end
         share = gap(joint, inside - np.float32(0.0015), Canvas((1, count), (0.1, pixel)))
         assert share.sum() * pixel == pytest.approx(0.003, rel=0.02)
-
-
-def test_rims_fall_off_by_the_stated_drop(subtests: pytest.Subtests) -> None:
-    for edge in TileEdge:
-        with subtests.test(edge=edge):
-            joint = Joint(edge=edge, edge_width_m=0.004, rim_drop_m=0.001)
-            depth = profile(joint, np.array([[0.0, 0.002, 0.05]], dtype=np.float32))
-            np.testing.assert_allclose(depth[0, [0, 2]], [-0.001, 0.0], atol=1e-5)
-            assert -0.001 < depth[0, 1] < 0.0
 
 
 def test_every_piece_shows_its_own_place_of_the_slab() -> None:
@@ -152,7 +110,69 @@ def test_every_piece_shows_its_own_place_of_the_slab() -> None:
     np.testing.assert_allclose(means, (places - 0.05) / 6.4, atol=0.002)
 
 
-def test_tones_are_dealt_out_evenly() -> None:
-    tones = stratified(9, rng_for(1, "t"))
-    np.testing.assert_allclose(np.sort(tones), np.linspace(-1, 1, 9))
-    assert stratified(1, rng_for(1, "t")).tolist() == [0.0]
+SIZE, CELLS = (96, 128), (6, 4)
+MAKERS: dict[str, Callable[[tuple[int, int]], Map]] = {
+    "gradient": lambda size: gradient(size, CELLS, rng_for(1, "n")),
+    "fbm": lambda size: fbm(size, CELLS, rng_for(1, "n"), 3),
+    "ridged": lambda size: ridged(size, CELLS, rng_for(1, "n"), 2),
+    "worley": lambda size: worley(size, CELLS, rng_for(1, "n"))[0],
+}
+
+
+def test_noise_closes_repeats_by_its_seed_and_shows_the_same_design_in_any_size(subtests: pytest.Subtests) -> None:
+    for name, maker in MAKERS.items():
+        with subtests.test(name=name):
+            coarse, fine = maker(SIZE), maker((SIZE[0] * 2, SIZE[1] * 2))
+            for axis in (0, 1):
+                # The border is a place like any other.
+                steps = np.abs(coarse - np.roll(coarse, 1, axis)).max(axis=1 - axis)
+                assert 0.0 < steps[0] <= steps[1:].max()
+            halved = fine.reshape(SIZE[0], 2, SIZE[1], 2).mean(axis=(1, 3))
+            assert np.corrcoef(coarse.ravel(), halved.ravel())[0, 1] > 0.99
+            assert coarse.tobytes() == maker(SIZE).tobytes()
+
+
+def test_blur_keeps_the_mean_and_goes_round_the_border() -> None:
+    image = np.zeros((32, 32), dtype=np.float32)
+    image[0, 0] = 1.0
+    soft = blur(image, 2.0)
+    assert soft.sum() == pytest.approx(1.0, abs=1e-4)
+    assert soft[-1, -1] == pytest.approx(soft[1, 1], rel=1e-4)
+
+
+PALETTE = WoodPalette(light="#d8b98a", dark="#8a5a30", pore="#5a3a20", heart="#402818")
+PLAIN = WoodSpecies(
+    rings=GrowthRings.BANDED, ring_m=0.02, unevenness=0.0, contrast=1.0, pores=0.0, fibre=0.0, clouds=0.0
+)
+CANVAS = Canvas((240, 240), (0.8, 0.8))
+
+
+def board(species: WoodSpecies, cut: SawCut = SawCut.RIFT, leaves: int = 1, **palette: Any) -> Layers:
+    rng = rng_for(3, "board")
+    return wood.finish_wood(
+        grain_maps(CANVAS, species, cut, leaves, rng), species, PALETTE.replace(**palette), CANVAS, rng
+    )
+
+
+def grain(species: WoodSpecies, cut: SawCut, leaves: int = 1, seed: int = 3) -> GrainMaps:
+    return grain_maps(CANVAS, species, cut, leaves, rng_for(seed, "board"))
+
+
+def test_boards_tile(subtests: pytest.Subtests) -> None:
+    for rings in list(GrowthRings):
+        for cut in list(SawCut):
+            with subtests.test(cut=cut, rings=rings):
+                species = WoodSpecies(
+                    rings=rings, ring_m=0.008, contrast=0.7, pores=0.5, rays=0.5, ribbon=0.4, curl=0.4, knots_per_m2=8
+                )
+                made = board(species, cut, leaves=4 if cut is SawCut.FLAT else 1)
+                assert seam(made.albedo).worst < 1.8
+                assert seam(made.height_m[..., None] * 1000).worst < 1.8
+
+
+def test_a_straight_cut_has_the_years_of_its_species() -> None:
+    """0.8 m of years of 0.02 m are 40 years, on every row."""
+    ring = grain(PLAIN, SawCut.QUARTER).ring
+    for row in ring[::40]:
+        starts = np.sum((row < 0.5) & (np.roll(row, -1) >= 0.5))
+        assert starts == pytest.approx(40, abs=2)

@@ -9,9 +9,9 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.cache.store import Store
-from casa_assets.errors import RegistryError, UnknownId
+from casa_assets.errors import RegistryError
 from casa_assets.model.registry.rows import Surface
-from casa_assets.textures.run.check import check_one, check_recipes, check_sets, select_recipes
+from casa_assets.textures.run.check import check_one, check_recipes, check_sets
 from casa_assets.textures.run.recipes import find_recipe, finish_of, recipes
 
 pytestmark = [pytest.mark.content("code", "textures", keep=0), pytest.mark.content("code", "textures.run", keep=0)]
@@ -30,12 +30,6 @@ def root(tmp_path: Path) -> Path:
         (target / "textures" / f"{surface.value}.yaml").write_text("{}\n")
     (target / "textures" / "wall.yaml").write_text(PLAIN)
     return target
-
-
-def test_a_sound_recipe_is_read_with_its_defaults(root: Path) -> None:
-    found = recipes(root)[Surface.WALL]["one"]
-    assert found.surface is Surface.WALL
-    assert '"technique":"roller"' in found.params
 
 
 def test_a_fault_names_its_file_line_and_place(root: Path, subtests: pytest.Subtests) -> None:
@@ -64,17 +58,6 @@ def test_an_id_twice_is_an_error_within_a_file_and_across(root: Path) -> None:
     recipes.cache_clear()
     with pytest.raises(RegistryError, match="each key once"):
         recipes(root)
-
-
-def test_an_unknown_id_offers_near_ones() -> None:
-    with pytest.raises(UnknownId, match="subway_white_running"):
-        find_recipe("subway_white_runing")
-
-
-def test_chosen_takes_ids_before_sets() -> None:
-    assert [r.id for r in select_recipes(["oak_ebony"], [Surface.WALL])] == ["oak_ebony"]
-    assert {r.surface for r in select_recipes([], [Surface.FLOOR])} == {Surface.FLOOR}
-    assert len(select_recipes([], [])) == sum(len(rows) for rows in recipes().values())
 
 
 def test_a_finish_comes_from_the_store_the_second_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

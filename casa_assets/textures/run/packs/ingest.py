@@ -20,11 +20,11 @@ from casa_assets.model.record import Record, Vec2
 from casa_assets.model.registry.rows import Finish, Surface
 from casa_assets.projects import SETTINGS, project_folder, read_again
 from casa_assets.show.stills.pictures import SheetCell, contact_sheet
+from casa_assets.textures import pack_pictures as derive
 from casa_assets.textures.check import check_pictures, pictures_of
 from casa_assets.textures.distance import NEARLY_ALIKE, TextureDescriptor, closest_pairs, describe_texture
-from casa_assets.textures.packs import pictures as derive
-from casa_assets.textures.packs.entry import UNKNOWN, Pack, PackPicture, SimilarPair, slug, unique_ids
-from casa_assets.textures.packs.pictures import TiledPicture, finish_of_tile, pixels_of
+from casa_assets.textures.pack_entry import UNKNOWN, Pack, PackPicture, SimilarPair, slug, unique_ids
+from casa_assets.textures.pack_pictures import TiledPicture, finish_of_tile, pixels_of
 from casa_assets.textures.run.packs.pictures import FOLDER, PACK, pack_of
 from casa_assets.textures.run.packs.survey import AcceptedPicture, PackOptions, read_description, survey
 from casa_assets.textures.run.recipes import every_recipe, origin_of

@@ -14,10 +14,10 @@ from casa_assets.model.asset.material import ColorSpace, Substance, Texture
 from casa_assets.model.record import Id, Record, Sha256
 from casa_assets.model.registry.rows import Finish, TextureRecipe
 from casa_assets.projects import project_folder, read_once
+from casa_assets.textures import pack_pictures as derive
 from casa_assets.textures.canvas import Layers
 from casa_assets.textures.finish import textured
-from casa_assets.textures.packs import pictures as derive
-from casa_assets.textures.packs.entry import MAX_FILE_BYTES, MAX_SIDE_PX, FileName, Pack, PackPicture
+from casa_assets.textures.pack_entry import MAX_FILE_BYTES, MAX_SIDE_PX, FileName, Pack, PackPicture
 
 # Read -----------------------------------------------------------------------------------------------------------------
 # Read the packs of a project, or of a library.

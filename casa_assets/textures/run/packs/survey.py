@@ -13,7 +13,7 @@ from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.cache.store import Store
 from casa_assets.errors import RegistryError, Rejected
 from casa_assets.model.record import Record
-from casa_assets.textures.packs.entry import (
+from casa_assets.textures.pack_entry import (
     MAX_FILE_BYTES,
     UNKNOWN,
     MapRole,
@@ -26,7 +26,7 @@ from casa_assets.textures.packs.entry import (
     rejection_row,
     slug,
 )
-from casa_assets.textures.packs.pictures import (
+from casa_assets.textures.pack_pictures import (
     SIZE_PX,
     SUFFIX_GROUPS,
     Floats,

@@ -13,7 +13,7 @@ from casa_assets.articulate.segment.creases import measure_relief
 from casa_assets.articulate.segment.fragments import FRONT, measure_fragments
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
-from casa_assets.mesh.grid.voxels import boundary, voxelise
+from casa_assets.mesh.voxels import boundary, voxelise
 from tests.unit.articulate.blocks import Part, box, disc, together
 
 

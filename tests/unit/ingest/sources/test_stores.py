@@ -20,7 +20,6 @@ from casa_assets.ingest.sources import Found, Refused, collect, discover, stores
 from casa_assets.ingest.sources.places import StoreRoot, hide_secrets, root_of
 from casa_assets.library import attribution
 from casa_assets.library.analysis import library_report
-from casa_assets.library.refused_rows import is_below
 from casa_assets.model import rejection_codes as codes
 from tests.support.library.source_stores import PROTOCOL, TrialSystem, put, web_server
 from tests.support.mesh.format_files import tarred, zipped
@@ -213,15 +212,7 @@ def test_no_more_is_read_than_an_input_may_have(monkeypatch: pytest.MonkeyPatch)
 
 def test_names_that_no_folder_can_hold_are_refused() -> None:
     system = TrialSystem()
-    for path in (
-        "../up.obj",
-        "x/../../up.obj",
-        "./a.obj",
-        "b//c.obj",
-        "d",
-        "d/e.obj",
-        "/".join("f" * 70) + ".obj",
-    ):
+    for path in ("../up.obj", "x/../../up.obj", "./a.obj", "b//c.obj", "d", "d/e.obj", "/".join("f" * 70) + ".obj"):
         system.store[f"/data/things/{path}"] = system.store.get("") or _memory_file(system, path)
     refused = {one.path: one.code for one in discover([root_of(ROOT)]) if isinstance(one, Refused)}
     assert refused["../up.obj"] == refused["x/../../up.obj"] == refused["./a.obj"] == codes.PATH_TRAVERSAL
@@ -234,11 +225,6 @@ def _memory_file(system: TrialSystem, path: str) -> object:
     from fsspec.implementations.memory import MemoryFile
 
     return MemoryFile(system, path, OBJ)
-
-
-def test_an_address_that_holds_nothing_is_an_error() -> None:
-    with pytest.raises(CasaError, match="there is nothing at this address"):
-        list(discover([root_of(ROOT)]))
 
 
 def test_a_store_that_is_down_is_an_error() -> None:
@@ -307,14 +293,6 @@ def test_the_state_of_objects_changes_with_them() -> None:
     (one,) = found_on()
     assert states(one)[f"{ROOT}/a.obj"] != before[f"{ROOT}/a.obj"]
     assert state_of(f"{PROTOCOL}://elsewhere/x") == stores.UNKNOWN
-
-
-def test_refused_rows_are_known_by_their_file(tmp_path: Path) -> None:
-    url = put(make_tree(tmp_path / "data/things"))
-    roots = [root_of(url)]
-    list(discover(roots))
-    assert is_below(roots, "deliveries/manifest.jsonl")
-    assert not is_below(roots, "gone.jsonl")
 
 
 def test_a_library_on_a_store_is_no_source_below_a_root() -> None:

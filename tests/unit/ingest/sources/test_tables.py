@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import random
 import sys
-from collections import Counter
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +13,9 @@ import pytest
 
 from casa_assets.errors import Rejected
 from casa_assets.formats.read import load
-from casa_assets.ingest.sources import collect
-from casa_assets.ingest.sources.bundle import place_of
-from casa_assets.ingest.sources.containers import table
-from casa_assets.ingest.sources.places import root_of
+from casa_assets.ingest.sources import collect, table
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import SourceKind
-from tests.support.library.source_stores import TrialSystem, put
 from tests.support.mesh.mesh_files import LIMITS, OBJ_TRIANGLE, inputs_of
 
 pytestmark = pytest.mark.content("code", "ingest.sources", keep=0)
@@ -64,38 +58,6 @@ def test_each_row_is_an_input_with_what_its_columns_say(tmp_path: Path) -> None:
 
 @pytest.mark.representatives(2)
 @pytest.mark.parametrize(
-    ("columns", "names"),
-    [
-        ({"content": meshes(2), "path": ["a/x.obj", "a/y.ply"]}, ["000000.obj", "000001.ply"]),
-        ({"mesh": [{"bytes": m, "path": "q.stl"} for m in meshes(2)]}, ["000000.stl", "000001.stl"]),
-        ({"bytes": meshes(2), "__key__": ["a/1", "b"], "data": meshes(2)}, ["000000.glb", "b.glb"]),
-        ({"glb": meshes(2)}, ["000000.glb", "000001.glb"]),
-        ({"obj": meshes(2), "id": [7, 8]}, ["7.obj", "8.obj"]),
-    ],
-)
-def test_columns_are_known_by_the_names_that_people_use(
-    tmp_path: Path, columns: dict[str, Any], names: list[str]
-) -> None:
-    write(tmp_path / "t.parquet", columns)
-    found, _ = inputs_of(tmp_path)
-    assert [one.main for one in found] == names
-    assert collect(found[1], LIMITS).files[names[1]] == meshes(2)[1]
-
-
-def test_a_row_is_read_without_the_rest_of_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    noise = random.Random(0)
-    rows = [OBJ + noise.randbytes(30_000) for _ in range(200)]
-    write(tmp_path / "t.parquet", {"mesh": rows}, row_group_size=10, compression="none", use_dictionary=False)
-    found, _ = inputs_of(tmp_path)
-    TrialSystem.begin()
-    one = replace(found[155], root=root_of(put(tmp_path, "trial://tables/of_one_test")))
-    assert place_of(one).read("000155.glb", 1e6) == rows[155]
-    read_bytes = sum(end - start for _, start, end in TrialSystem.reads)
-    assert read_bytes < 2_500_000, "of 6 MB: the head, and parts of one group"
-
-
-@pytest.mark.representatives(2)
-@pytest.mark.parametrize(
     ("columns", "code"),
     [
         ({"uid": ["a", "a"]}, codes.DUPLICATE_ID),
@@ -118,26 +80,6 @@ def test_a_row_without_bytes_or_with_too_many_is_refused(tmp_path: Path) -> None
         with pytest.raises(Rejected) as refused:
             collect(one, {**LIMITS, "input_bytes": 10})
         assert refused.value.code == code
-
-
-def test_a_table_of_other_things_is_counted_unless_it_is_named(tmp_path: Path) -> None:
-    path = write(tmp_path / "t.parquet", {"mass": [1.0], "picture": [b"png"], "name": ["x"]})
-    others: Counter[str] = Counter()
-    assert inputs_of(tmp_path, others) == ([], [])
-    assert +others == {"tables and settings": 1}
-    found, (refused,) = inputs_of(path)
-    assert (found, refused.code) == ([], codes.WRONG_TYPE)
-    assert "it has mass, picture, name" in refused.message
-
-
-def test_files_of_rows_that_are_no_meshes_are_counted(tmp_path: Path) -> None:
-    names = ["a.png", "b.obj", "c.max"]
-    write(tmp_path / "t.parquet", {"content": [b"x", OBJ, b"y"], "file_name": names})
-    others: Counter[str] = Counter()
-    found, refused = inputs_of(tmp_path, others)
-    assert [one.main for one in found] == ["000001.obj"]
-    assert +others == {"pictures": 1}
-    assert [one.code for one in refused] == [codes.WRONG_TYPE]
 
 
 def test_broken_tables_are_refused_and_end_nothing(tmp_path: Path) -> None:

@@ -13,8 +13,7 @@ from typing import Any
 import pytest
 
 from casa_assets.formats.read import load
-from casa_assets.ingest.sources import collect
-from casa_assets.ingest.sources.containers import archive
+from casa_assets.ingest.sources import archive, collect
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import SourceKind
 from tests.support.mesh.mesh_files import LIMITS, OBJ_TRIANGLE, inputs_of
@@ -63,12 +62,6 @@ def test_a_sample_is_what_its_json_says(tmp_path: Path, suffix: str) -> None:
         assert len(load(collect(one, LIMITS), LIMITS).parts) == 1
 
 
-def test_a_key_ends_at_the_first_dot(tmp_path: Path) -> None:
-    (tmp_path / "a.tar").write_bytes(shard(("v1.2/m.high.obj", OBJ), ("v1.2/m.json", {"name": "Pan"})))
-    (one,), _ = inputs_of(tmp_path)
-    assert one.source.title == "Pan"
-
-
 def test_a_row_that_is_wrong_is_refused_alone(
     subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
@@ -100,14 +93,6 @@ def test_the_json_of_a_shard_is_bounded(tmp_path: Path, monkeypatch: pytest.Monk
     found, refused = inputs_of(tmp_path)
     assert [one.main for one in found] == ["a.obj"]
     assert [one.code for one in refused] == [codes.TOO_LARGE] * 2
-
-
-def test_of_two_members_of_one_name_the_first_counts(tmp_path: Path) -> None:
-    rows = [("a.json", {"name": "first"}), ("a.obj", OBJ), ("a.json", {"name": "second"}), ("a.obj", b"junk")]
-    (tmp_path / "s.tar").write_bytes(shard(*rows))
-    (one,), _ = inputs_of(tmp_path)
-    assert one.source.title == "first"
-    assert collect(one, LIMITS).files["a.obj"] == OBJ
 
 
 def test_a_member_is_read_where_it_begins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

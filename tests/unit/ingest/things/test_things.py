@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +9,7 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.errors import Rejected
-from casa_assets.formats.read.gltf import MAX_COPIES
-from casa_assets.ingest.things.signs import guess_of_things
-from casa_assets.ingest.things.split import model_of_thing, things_of
+from casa_assets.ingest.things import guess_of_things, model_of_thing, things_of
 from casa_assets.library.review import DOUBTFUL
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.asset.material import Material
@@ -122,32 +119,6 @@ def test_several_things_are_for_a_person(subtests: pytest.Subtests) -> None:
             assert reason in found.reason
 
 
-def test_an_inner_wall_is_no_second_thing() -> None:
-    outer, inner, beside = (
-        RawPart(name="b", mesh=ball((x, 0, 0.11), scale), material=Material(id="white"))
-        for x, scale in ((0, 1.0), (0, 0.97), (0.3, 1.0))
-    )
-    alone, several = guess(model(outer, inner), "bowl.glb"), guess(model(outer, beside), "bowl.glb")
-    assert alone is None or alone.confidence > DOUBTFUL
-    assert several is not None
-    assert "2 pieces of one form" in several.reason
-
-
-def test_pieces_of_one_form_and_a_plural() -> None:
-    crate = box((0.85, 0.6, 0.02), (0, 0, 0))
-    buns = [
-        RawPart(name="b", mesh=ball((x, 0, 0.11)), material=Material(id="brown")) for x in (-0.33, -0.11, 0.11, 0.33)
-    ]
-    found = guess(model(crate, *buns), "crate_buns.glb", "bread_roll")
-    assert found is not None
-    assert found.confidence < 0.2
-    assert "4 pieces of one form" in found.reason
-    assert "'crate_buns'" in found.reason
-    assert guess(model(crate, *buns), "dish_stack.glb", "dish_stack") is None, (
-        "a stack is several things, and rightly so"
-    )
-
-
 def test_names_of_what_is_no_household_object(subtests: pytest.Subtests) -> None:
     for path, category, expected in [
         ("fox.glb", "object", True),
@@ -160,18 +131,6 @@ def test_names_of_what_is_no_household_object(subtests: pytest.Subtests) -> None
     ]:
         with subtests.test(path=path, category=category, expected=expected):
             assert is_in_review(model(box((0.1, 0.1, 0.1), (0, 0, 0))), path, category) is expected
-
-
-def test_a_rig_is_that_of_a_figure() -> None:
-    body = box((0.3, 0.2, 1.8), (0, 0, 0.9))
-    assert is_in_review(model(body, joints=20))
-    assert not is_in_review(model(body, joints=2))
-
-
-def test_nodes_of_several_kinds_are_several_things_unless_the_whole_has_a_name() -> None:
-    parts = [box((1, 1, 0.1), (0, 0, z / 10), name) for z, name in enumerate(("table", "vase", "lamp", "mug"))]
-    assert is_in_review(model(*parts))
-    assert not is_in_review(model(*parts), "hamburger.glb", "hamburger")
 
 
 def test_a_set_is_taken_apart_by_contact_and_named_by_its_nodes() -> None:
@@ -233,14 +192,3 @@ def test_instances_are_expanded_and_are_several_things() -> None:
     assert is_in_review(read)
     (one,) = things_of(read).taken
     assert (one.name, one.count) == ("thing", 3)
-
-
-def test_no_more_instances_are_read_than_say_something() -> None:
-    read = load_bytes("x.glb", instanced(MAX_COPIES + 5))
-    assert len(read.parts) == MAX_COPIES
-    assert any("5 more are left out" in note.message for note in read.notes)
-
-
-def test_older_records_keep_their_digests() -> None:
-    assert "nodes" not in json.loads(model(box((1, 1, 1), (0, 0, 0))).to_json())["parts"][0]
-    assert "node" not in json.loads(Source(kind=SourceKind.FOLDER, path="a.glb").to_json())

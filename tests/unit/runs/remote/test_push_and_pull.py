@@ -13,7 +13,7 @@ import pytest
 from casa_assets.errors import OutputError
 from casa_assets.library import library as disk
 from casa_assets.library import remote_folder, review
-from casa_assets.library.remote_folder import RemoteFolder, WriterLock
+from casa_assets.library.remote_folder import WriterLock
 from casa_assets.runs.remote import UNFINISHED, Change, Extra, RemoteLibrary, pull, push
 from tests.support.library.faulty_stores import ROOT, FaultyStore, Killed
 from tests.support.library.libraries import entries_of
@@ -37,7 +37,7 @@ def library(boxes: Path, tmp_path: Path) -> disk.Library:
 
 
 def remote_on(store: FaultyStore, patience_s: float = 5.0) -> RemoteLibrary:
-    return RemoteLibrary(RemoteFolder(store, ROOT, URL, patience_s))
+    return RemoteLibrary(store, ROOT, URL, patience_s)
 
 
 def pushed(
@@ -46,7 +46,7 @@ def pushed(
     """Push; what holds the store is tried elsewhere."""
     remote = remote_on(store, patience_s)
     with library.locked():
-        return list(push(library, remote, WriterLock(remote.folder), extra))
+        return list(push(library, remote, WriterLock(remote), extra))
 
 
 def pulled(
@@ -135,9 +135,9 @@ def test_a_store_on_a_disk_is_a_library(library: disk.Library, tmp_path: Path) -
         if number:
             change_entry(library)
             remove_last(library)
-        remote = RemoteLibrary(RemoteFolder.open(f"file://{tmp_path}/shared/store"))
+        remote = RemoteLibrary.open(f"file://{tmp_path}/shared/store")
         with library.locked():
-            list(push(library, remote, WriterLock(remote.folder), Extra.REMOVE))
+            list(push(library, remote, WriterLock(remote), Extra.REMOVE))
         assert public_differences(tmp_path / "shared" / "store", library.root) == []
     assert list((tmp_path / "shared").rglob("*.part")) == []
 
@@ -280,18 +280,6 @@ def test_an_entry_of_another_category_takes_the_place_of_the_older(library: disk
     assert "removed" in kinds(pushed(library, store))
     assert public(store) == files_of(library)
     assert "removed" in kinds(pulled(store, other))
-    assert public_differences(other.root, library.root) == []
-
-
-def test_what_the_library_alone_has_is_not_removed_unasked(library: disk.Library, tmp_path: Path) -> None:
-    store, other = FaultyStore(), disk.Library(tmp_path / "other")
-    pushed(library, store)
-    pulled(store, other)
-    remove_last(library)
-    pushed(library, store, Extra.REMOVE)
-    with pytest.raises(OutputError, match=r"has an entry that memory://library lacks"):
-        pulled(store, other)
-    pulled(store, other, Extra.REMOVE)
     assert public_differences(other.root, library.root) == []
 
 

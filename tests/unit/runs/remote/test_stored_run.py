@@ -51,7 +51,7 @@ def ingested(made: Path, library: Path) -> Generator[Event, None, None]:
 def run(made: Path, library: Path, store: FaultyStore) -> list[Event]:
     """As `ingest --store` does; what holds the store is tried elsewhere."""
     remote = remote_on(store)
-    stored = StoredRun(disk.Library(library), remote, WriterLock(remote.folder))
+    stored = StoredRun(disk.Library(library), remote, WriterLock(remote))
     list(stored.fetch())
     events = list(stored.sending(ingested(made, library)))
     list(stored.finish())
@@ -71,7 +71,7 @@ def test_what_a_run_removes_is_removed_from_the_store(boxes: Path, tmp_path: Pat
     store, library = FaultyStore(), disk.Library(tmp_path / "one")
     run(boxes / "library", library.root, store)
     remote = remote_on(store)
-    stored = StoredRun(library, remote, WriterLock(remote.folder))
+    stored = StoredRun(library, remote, WriterLock(remote))
     list(stored.fetch())
     library.forget(next(library.accepted()))
     library.forget(next(library.refused()))
@@ -83,7 +83,7 @@ def test_what_a_run_removes_is_removed_from_the_store(boxes: Path, tmp_path: Pat
 def test_entries_are_sent_while_the_run_goes_on(boxes: Path, tmp_path: Path) -> None:
     store = FaultyStore()
     remote = remote_on(store)
-    stored = StoredRun(disk.Library(tmp_path / "one"), remote, WriterLock(remote.folder))
+    stored = StoredRun(disk.Library(tmp_path / "one"), remote, WriterLock(remote))
     list(stored.fetch())
     for number, event in enumerate(stored.sending(ingested(boxes / "library", tmp_path / "one"))):
         assert event.folder is not None
@@ -119,7 +119,7 @@ def test_a_run_that_is_killed_at_any_request_is_finished_by_the_next(boxes: Path
 def test_a_store_that_is_away_delays_what_is_sent_and_not_the_run(boxes: Path, tmp_path: Path) -> None:
     store = FaultyStore()
     remote = remote_on(store, 0.05)
-    stored = StoredRun(disk.Library(tmp_path / "one"), remote, WriterLock(remote.folder))
+    stored = StoredRun(disk.Library(tmp_path / "one"), remote, WriterLock(remote))
     list(stored.fetch())
     for _ in stored.sending(ingested(boxes / "library", tmp_path / "one")):
         store.fails = lambda _name, _number: True

@@ -24,7 +24,7 @@ from casa_assets.layouts.run.resolve import draw_surfaces, resolve
 from casa_assets.layouts.run.sampling.draws import draw_recipes
 from casa_assets.model.registry.rows import Surface
 from casa_assets.projects import use_project
-from casa_assets.textures.packs.entry import PictureDescription
+from casa_assets.textures.pack_entry import PictureDescription
 from casa_assets.textures.run.check import check_one
 from casa_assets.textures.run.packs import pictures as pack_files
 from casa_assets.textures.run.packs.ingest import PackOptions, PackReport, ingest_pack
@@ -34,7 +34,7 @@ from tests.support.library.pictures import encoded, pixels, tiling, write_pictur
 from tests.support.program.projects import Project
 
 pytestmark = [
-    pytest.mark.content("code", "textures.packs", keep=0),
+    pytest.mark.content("code", "textures", keep=0),
     pytest.mark.content("code", "textures.run", keep=0),
 ]
 

@@ -16,15 +16,15 @@ from PIL import Image, PngImagePlugin
 from casa_assets.errors import CasaError, OutputError, RegistryError
 from casa_assets.library.library import file_digests
 from casa_assets.model.registry.rows import Surface
-from casa_assets.textures.packs.entry import REMEDIES, PictureDescription, PictureRejection, slug, unique_ids
-from casa_assets.textures.packs.pictures import GivenMaps, decode, layers, tile
+from casa_assets.textures.check import seam
+from casa_assets.textures.pack_entry import REMEDIES, PictureDescription, PictureRejection, slug, unique_ids
+from casa_assets.textures.pack_pictures import GivenMaps, decode, layers, tile
 from casa_assets.textures.run.packs.ingest import PackOptions, PackReport, ingest_pack
 from casa_assets.textures.run.packs.pictures import load_pack
-from casa_assets.textures.seam import seam
 from tests.support.library.pictures import encoded, pixels
 
 pytestmark = [
-    pytest.mark.content("code", "textures.packs", keep=0),
+    pytest.mark.content("code", "textures", keep=0),
     pytest.mark.content("code", "textures.run", keep=0),
 ]
 
@@ -142,7 +142,7 @@ def test_a_header_that_lies_is_not_unpacked(folder: Path, tmp_path: Path) -> Non
 def test_a_picture_that_cannot_be_fixed_is_refused(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("casa_assets.textures.packs.pictures.repair", lambda image, shown: image[..., :shown])
+    monkeypatch.setattr("casa_assets.textures.pack_pictures.repair", lambda image, shown: image[..., :shown])
     refused = taken(folder, tmp_path / "lib").pack.refused
     assert {r.code for r in refused} == {PictureRejection.SEAM.value}
 

@@ -14,7 +14,7 @@ from casa_assets import registry
 from casa_assets.errors import Rejected
 from casa_assets.model.registry.rows import Surface
 from casa_assets.textures.finish import normals
-from casa_assets.textures.packs.entry import (
+from casa_assets.textures.pack_entry import (
     MAX_SIDE_PX,
     MapRole,
     Pack,
@@ -24,12 +24,12 @@ from casa_assets.textures.packs.entry import (
     group_maps,
     name_and_role,
 )
-from casa_assets.textures.packs.pictures import GivenMaps, decode, decode_map, finish_of_tile, pixels_of, png, tile
+from casa_assets.textures.pack_pictures import GivenMaps, decode, decode_map, finish_of_tile, pixels_of, png, tile
 from casa_assets.textures.run.packs.ingest import PackOptions, ingest_pack
 from tests.support.library.pictures import deep_png, encoded, pixels, relief, tiff, tiling
 
 pytestmark = [
-    pytest.mark.content("code", "textures.packs", keep=0),
+    pytest.mark.content("code", "textures", keep=0),
     pytest.mark.content("code", "textures.run", keep=0),
 ]
 

@@ -1,1 +1,0 @@
-"""Mass and inertia of an ingested mesh: several estimates, and one result of them."""

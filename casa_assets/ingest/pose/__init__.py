@@ -1,1 +1,0 @@
-"""Pose of a mesh: candidates for up, evidence for each, and the front."""

@@ -1,1 +1,0 @@
-"""Drawn figures: masks of inks in a square or rectangle that repeats."""

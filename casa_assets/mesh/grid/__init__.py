@@ -1,1 +1,0 @@
-"""Functions on voxel grids: occupancy, implicit fields, isosurfaces, the volume that a vessel holds."""
