@@ -12,8 +12,8 @@ from types import ModuleType
 from typing import Any
 
 from casa_assets import registry
+from casa_assets.asset.assemble import Family, assemble
 from casa_assets.asset.family import Params, Supplies
-from casa_assets.asset.kit.assemble import Family, assemble
 from casa_assets.cache.cache_key import digest_of, key_of, modules_holding, versions_of
 from casa_assets.checks.run import load_table
 from casa_assets.checks.run import run as run_checks

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from casa_assets.asset.assemble import Family
 from casa_assets.asset.family import Params
-from casa_assets.asset.kit.assemble import Family
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.kitchenware.catalog import MODELS
 from casa_assets.registry import data_root, read_document

@@ -5,32 +5,40 @@ from __future__ import annotations
 from typing import Any
 
 from casa_assets.ext.families import Family
-from casa_assets.kitchenware.objects.containers import container
-from casa_assets.kitchenware.objects.food import bodies, dough, slab, stacked
-from casa_assets.kitchenware.objects.grown import cluster, produce
-from casa_assets.kitchenware.objects.packages import block, package
-from casa_assets.kitchenware.objects.tools import utensil
-from casa_assets.kitchenware.objects.vessels import fittings, fixtures, flat, vessel
+from casa_assets.kitchenware.objects import (
+    block,
+    bodies,
+    cluster,
+    container,
+    dough_and_slab,
+    flat,
+    package,
+    produce,
+    stacked,
+    utensil,
+    vessel,
+    vessel_fittings,
+)
 
 FORMS: dict[str, Family[Any]] = {
     form.name: form
     for form in (
-        dough.FORM,
+        dough_and_slab.DOUGH_FORM,
         cluster.FORM,
-        container.FORM,
+        container.CONTAINER_FORM,
         produce.FORM,
-        slab.FORM,
+        dough_and_slab.SLAB_FORM,
         bodies.FORM,
         stacked.FORM,
         utensil.FORM,
-        fixtures.DISH_RACK,
-        vessel.FORM,
-        fittings.FORM,
-        fixtures.BLENDER_JUG,
-        fixtures.ELECTRIC_KETTLE,
+        flat.DISH_RACK,
+        vessel.VESSEL_FORM,
+        vessel_fittings.FORM,
+        flat.BLENDER_JUG,
+        flat.ELECTRIC_KETTLE,
         flat.BOARD,
         flat.POCKET_TRAY,
-        package.FORM,
+        package.PACKAGE_FORM,
         block.FORM,
     )
 }

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from casa_assets.kitchenware.fixtures.cabinets.cabinets import BaseCabinet, DrawerStack, WallCabinet
-from casa_assets.kitchenware.fixtures.cabinets.island_base import IslandBase, stiles
-from casa_assets.kitchenware.parts.fronts import fronts
-from casa_assets.kitchenware.parts.fronts.fronts import CabinetLook, FrontEdge, FrontKind
-from casa_assets.kitchenware.parts.hardware import handles
-from casa_assets.kitchenware.parts.hardware.handles import HandleKind
+from casa_assets.kitchenware.fixtures.cabinets import BaseCabinet, DrawerStack, WallCabinet
+from casa_assets.kitchenware.fixtures.corners_and_islands import IslandBase, stiles
+from casa_assets.kitchenware.parts import fronts, handles
+from casa_assets.kitchenware.parts.fronts import CabinetLook, FrontEdge, FrontKind
+from casa_assets.kitchenware.parts.handles import HandleKind
 from casa_assets.model.asset.parts import Box, Capsule
 from tests.support.asset.family_members import made, preset, spec_of
 

@@ -9,18 +9,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.asset.kit.solids.blocks import intersect
-from casa_assets.kitchenware.fixtures.cooking.microwave import (
-    Microwave,
-    MicrowaveControls,
-    MicrowaveHandle,
-    MicrowaveMounting,
-)
-from casa_assets.kitchenware.fixtures.cooking.range import DOUBLE_OVEN_WIDTH, Range
-from casa_assets.kitchenware.fixtures.cooking.toaster_oven import PanelPlace, ToasterOven
-from casa_assets.kitchenware.parts.appliance.oven import OvenHandle
-from casa_assets.kitchenware.parts.cooktop import DRIP_BOWL_RATIO, burner_cells, burner_positions
-from casa_assets.kitchenware.parts.hardware.controls import (
+from casa_assets.asset.blocks import intersect
+from casa_assets.kitchenware.fixtures.cookers import DOUBLE_OVEN_WIDTH, Range
+from casa_assets.kitchenware.fixtures.microwave import Microwave, MicrowaveControls, MicrowaveHandle, MicrowaveMounting
+from casa_assets.kitchenware.fixtures.toasters import PanelPlace, ToasterOven
+from casa_assets.kitchenware.parts.appliance import OvenHandle
+from casa_assets.kitchenware.parts.controls import (
     SEGMENTS,
     KeySign,
     KnobStyle,
@@ -29,6 +23,7 @@ from casa_assets.kitchenware.parts.hardware.controls import (
     key_symbol,
     seven_segment_text,
 )
+from casa_assets.kitchenware.parts.cooktop import DRIP_BOWL_RATIO, burner_cells, burner_positions
 from casa_assets.mesh.solid.primitive import shape_bounds
 from casa_assets.registry.families import family
 from tests.support.asset.family_members import made, preset, spec_of

@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.kitchenware.fixtures.kitchenware import cutting_board
-from casa_assets.kitchenware.fixtures.kitchenware.dish_rack import DishRack, DishRackForm
-from casa_assets.kitchenware.fixtures.wall_decor import spice_rack, utensil_rack
-from casa_assets.kitchenware.parts.decor.jars import JarLid, jar
-from casa_assets.kitchenware.parts.decor.tools import HungTool, ToolHandle, hung_tool
-from casa_assets.kitchenware.parts.hardware.handles import open_tub
+from casa_assets.kitchenware.fixtures import boards_and_books, wall_racks
+from casa_assets.kitchenware.fixtures.dish_rack import DishRack, DishRackForm
+from casa_assets.kitchenware.parts.decor import HungTool, JarLid, ToolHandle, hung_tool, jar
+from casa_assets.kitchenware.parts.handles import open_tub
 from tests.support.asset.family_members import made
 
 pytestmark = pytest.mark.content("code", "families", keep=0)
@@ -32,9 +30,9 @@ def test_a_dish_rack_holds_the_plates_it_is_given() -> None:
 
 
 def test_tools_hang_apart_in_front_of_the_wall(subtests: pytest.Subtests) -> None:
-    for rail in list(utensil_rack.RailStyle):
+    for rail in list(wall_racks.RailStyle):
         with subtests.test(rail=rail):
-            asset = made("utensil_rack", utensil_rack.UtensilRack(rail=rail, tools=8, length=0.9))
+            asset = made("utensil_rack", wall_racks.UtensilRack(rail=rail, tools=8, length=0.9))
             shafts = [c for c in asset.root.colliders if c.name.endswith("_shaft")]
             assert len(shafts) == 8
             across = sorted(c.pose.position[0] for c in shafts)
@@ -74,16 +72,16 @@ def test_a_tub_is_as_hollow_as_its_shapes() -> None:
 
 
 def test_a_leaning_board_stands_up() -> None:
-    boards = [cutting_board.CuttingBoard(leaning=value) for value in (False, True)]
+    boards = [boards_and_books.CuttingBoard(leaning=value) for value in (False, True)]
     lying, leaning = (made("cutting_board", board) for board in boards)
     assert np.ptp(lying.bounds, axis=0)[2] < 0.03
     assert np.ptp(leaning.bounds, axis=0)[2] > 0.2
 
 
 def test_a_spice_rack_carries_two_tiers(subtests: pytest.Subtests) -> None:
-    for form in list(spice_rack.SpiceRackForm):
+    for form in list(wall_racks.SpiceRackForm):
         with subtests.test(form=form):
-            asset = made("spice_rack", spice_rack.SpiceRack(form=form, columns=4))
+            asset = made("spice_rack", wall_racks.SpiceRack(form=form, columns=4))
             heights = [c.pose.position[2] for c in asset.root.colliders if c.name.startswith("jar_")]
-            assert len(heights) == (10 if form is spice_rack.SpiceRackForm.CAROUSEL else 8)
+            assert len(heights) == (10 if form is wall_racks.SpiceRackForm.CAROUSEL else 8)
             assert max(heights) - min(heights) > 0.015

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from casa_assets import kitchenware
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.blocks import box
+from casa_assets.asset.asset_builder import ROOT, AssetBuilder
+from casa_assets.asset.blocks import box
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.registry import data_root, read_document
 from casa_assets.registry.families import family

@@ -8,22 +8,12 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from casa_assets.asset.assemble import assemble
+from casa_assets.asset.asset_builder import ROOT, AssetBuilder, BehaviorBuilder, negated
+from casa_assets.asset.blocks import ball, board, box, lathe, rod, subtract, union
 from casa_assets.asset.family import FinishId, Params, Supplies
-from casa_assets.asset.kit.assemble import assemble
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder, BehaviorBuilder, negated
-from casa_assets.asset.kit.solids.blocks import ball, board, box, lathe, rod, subtract, union
-from casa_assets.asset.kit.solids.solid import Solid, solid_mesh
-from casa_assets.asset.kit.solids.sweep import (
-    basin,
-    circle,
-    inset_rings,
-    loft,
-    mitred_frame,
-    prism,
-    rectangle,
-    slab,
-    tube,
-)
+from casa_assets.asset.solid import Solid, solid_mesh
+from casa_assets.asset.sweep import basin, circle, inset_rings, loft, mitred_frame, prism, rectangle, slab, tube
 from casa_assets.core import hand_dynamics
 from casa_assets.mesh.topology import is_closed
 from casa_assets.model.asset.asset import Asset

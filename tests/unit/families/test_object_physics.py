@@ -8,7 +8,7 @@ import pytest
 
 from casa_assets.checks.motion.simulation import collision_spec
 from casa_assets.formats import mjcf
-from casa_assets.kitchenware.objects.containers.closures import LID, LID_JOINT
+from casa_assets.kitchenware.objects.closures import LID, LID_JOINT
 from casa_assets.model.asset.asset import Asset, JointKind
 from tests.unit.families.test_objects import member, params_of
 

@@ -10,8 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 from casa_assets.asset.family import Params, Supplies
-from casa_assets.asset.kit.solids.solid import Solid
 from casa_assets.asset.sampling import read_fixed, read_sample_rules
+from casa_assets.asset.solid import Solid
 from casa_assets.cli.main import app
 from casa_assets.core.numeric import rng_for
 from casa_assets.errors import RegistryError, UnknownId

@@ -10,9 +10,8 @@ from pydantic import ValidationError
 
 from casa_assets.core.numeric import rng_for
 from casa_assets.formats.mjcf import document
-from casa_assets.kitchenware.objects.closed_surface import smooth_profile, turned
-from casa_assets.kitchenware.objects.cutting import across, along, cut, sector, shell
-from casa_assets.kitchenware.objects.grown.produce import Face, Produce, head_leaves, rest_tilt
+from casa_assets.kitchenware.objects.closed_surface import across, along, cut, sector, shell, smooth_profile, turned
+from casa_assets.kitchenware.objects.produce import Face, Produce, head_leaves, rest_tilt
 from casa_assets.kitchenware.textures.objects.food import Section, paint_section
 from casa_assets.model.registry.category import Portion
 from casa_assets.registry.objects import object_family

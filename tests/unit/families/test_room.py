@@ -12,19 +12,29 @@ import numpy.typing as npt
 import pytest
 from pydantic import ValidationError
 
+from casa_assets.asset import blocks
 from casa_assets.asset.family import Params
-from casa_assets.asset.kit.solids import blocks
-from casa_assets.asset.kit.solids.sweep import room_moulding, straight_moulding
-from casa_assets.kitchenware.fixtures.room.floors import Column, Floor, Recess
-from casa_assets.kitchenware.fixtures.room.room_ceiling import Beams, Ceiling, CovingProfile
-from casa_assets.kitchenware.fixtures.room.room_wall import DENSITY, Wall, WallOpening, WallSlope, WallStructure
-from casa_assets.kitchenware.fixtures.room.wall_trim import (
+from casa_assets.asset.sweep import room_moulding, straight_moulding
+from casa_assets.kitchenware.fixtures.room import (
+    DENSITY,
+    Column,
+    Floor,
+    Recess,
+    Wall,
+    WallOpening,
+    WallSlope,
+    WallStructure,
+)
+from casa_assets.kitchenware.fixtures.room_trim import (
+    Beams,
+    Ceiling,
+    CovingProfile,
     Panelling,
     PanellingStyle,
     Skirting,
     SkirtingEnd,
     SkirtingProfile,
-    section,
+    wall_trim_section,
 )
 from casa_assets.kitchenware.parts.room_outline import (
     LayDirection,
@@ -433,7 +443,7 @@ def test_two_mitres_meet_in_a_corner(subtests: pytest.Subtests) -> None:
     for end, quarter in [(SkirtingEnd.INNER, -1), (SkirtingEnd.OUTER, 1)]:
         for profile in list(SkirtingProfile):
             with subtests.test(profile=profile, end=end, quarter=quarter):
-                outline = section(Skirting(profile=profile))
+                outline = wall_trim_section(Skirting(profile=profile))
                 one = straight_moulding(outline, 1.0, 0.0, end.slope)
                 two = (
                     straight_moulding(outline, 1.0, end.slope, 0.0)
