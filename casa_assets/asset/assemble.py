@@ -241,8 +241,7 @@ def add_main_region(asset: Asset) -> Asset:
         return asset
     lower, upper = asset.bounds
     center, size = (tuple(float(v) for v in values) for values in ((lower + upper) / 2, upper - lower))
-    main = Region(name="main", pose=Pose(position=center), size=size)
-    return asset.replace(regions=(*asset.regions, main))
+    return asset.replace(regions=(*asset.regions, Region(name="main", pose=Pose(position=center), size=size)))
 
 
 def center_footprint(asset: Asset) -> Asset:
@@ -312,8 +311,7 @@ def _point(pose: Pose, point: Vec3) -> Vec3:
 
 
 def _shifted(mesh: Mesh, by: Vec3) -> Mesh:
-    vertices = (mesh.vertices + np.array(by)).astype(np.float32).astype(np.float64)
-    return mesh.with_vertices(vertices, mesh.normals)
+    return mesh.with_vertices((mesh.vertices + np.array(by)).astype(np.float32).astype(np.float64), mesh.normals)
 
 
 def _merged(meshes: Sequence[Mesh]) -> Mesh:

@@ -334,8 +334,7 @@ class AssetBuilder:
 
     def column(self, name: str, at: Vec3, size: Vec3, color: Vec4, link: str = ROOT) -> None:
         """Add a cylinder site about z that a runtime shows, such as a flame; size (diameter, diameter, height)."""
-        pose = Pose(position=at)
-        self.sites.append(Site(name=name, link=link, pose=pose, kind="cylinder", size=size, color=color))
+        self.sites.append(Site(name=name, link=link, pose=Pose(position=at), kind="cylinder", size=size, color=color))
 
     def region(self, name: str, lower: Vec3, upper: Vec3, link: str = ROOT) -> None:
         """Add a box region between two corners, link frame, metres."""
@@ -346,8 +345,7 @@ class AssetBuilder:
     def round_region(self, name: str, at: Vec3, diameter: float, height: float, link: str = ROOT) -> None:
         """Add a cylinder region about z; `at` is the centre of its floor, link frame, metres."""
         pose = Pose(position=(at[0], at[1], at[2] + height / 2))
-        size = (diameter, diameter, height)
-        self.regions.append(Region(name=name, link=link, pose=pose, kind="cylinder", size=size))
+        self.regions.append(Region(name=name, link=link, pose=pose, kind="cylinder", size=(diameter, diameter, height)))
 
     def state(self, joint: str, value: str, interval: Vec2) -> None:
         """Add a named interval of a joint, in fractions of its range from closed (0) to open (1)."""
@@ -366,5 +364,4 @@ class AssetBuilder:
 
     def joint_position(self, joint: str, share: float = 1.0) -> float:
         """Position of a joint at a share of its range from zero, rad or m."""
-        span = next(m.range for m in self.joints if m.name == joint)
-        return share * max(span, key=abs)
+        return share * max(next(m.range for m in self.joints if m.name == joint), key=abs)

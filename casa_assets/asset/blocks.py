@@ -38,19 +38,16 @@ def box(size: Vec3, at: Vec3 = (0.0, 0.0, 0.0), edge_radius: float = EDGE_RADIUS
     radius = min(edge_radius, 0.98 * float(half.min()))
     directions, faces = _rounded(steps if radius > 0 else 0)
     if radius > 0:
-        corners = np.repeat(_SIGNS, len(directions) // 8, axis=0)
-        solid = corners * (half - radius) + directions * radius
+        solid = np.repeat(_SIGNS, len(directions) // 8, axis=0) * (half - radius) + directions * radius
     else:
         solid = directions * half
-    center = np.array(at)
-    return Solid(solid + center, faces, shapes=((Box(size=size), Pose(position=at)),))
+    return Solid(solid + np.array(at), faces, shapes=((Box(size=size), Pose(position=at))))
 
 
 def board(lower: Vec3, upper: Vec3, edge_radius: float = EDGE_RADIUS, steps: int = 1) -> Solid:
     """A box between two corners, metres; rounding as in `box`."""
     _, at = box_shape(lower, upper)
-    size = (upper[0] - lower[0], upper[1] - lower[1], upper[2] - lower[2])
-    return box(size, at.position, edge_radius, steps)
+    return box((upper[0] - lower[0], upper[1] - lower[1], upper[2] - lower[2]), at.position, edge_radius, steps)
 
 
 _SIGNS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
@@ -149,8 +146,7 @@ def rod(radius: float, length: float, edge_radius: float = 0.001, axis: str = "z
     """A cylinder about the origin along an axis, its rims rounded; its collider is a cylinder."""
     r = min(edge_radius, 0.9 * radius, 0.45 * length)
     h = length / 2
-    profile = [(radius - r, -h), (radius, -h + r), (radius, h - r), (radius - r, h)]
-    solid = lathe(profile, crease_deg=50.0)
+    solid = lathe([(radius - r, -h), (radius, -h + r), (radius, h - r), (radius - r, h)], crease_deg=50.0)
     return solid.with_shapes((Cylinder(radius=radius, height=length), Pose())).transformed(axis_rotation(axis))
 
 
@@ -164,8 +160,7 @@ def ball(radius: float, steps: int = 12) -> Solid:
     tilt = np.linspace(-np.pi / 2, np.pi / 2, steps + 1)
     profile = [(float(radius * np.cos(t)), float(radius * np.sin(t))) for t in tilt]
     profile[0], profile[-1] = (0.0, -radius), (0.0, radius)
-    solid = lathe(profile, segments=2 * steps)
-    return solid.with_shapes((Sphere(radius=radius), Pose()), crease_deg=60.0)
+    return lathe(profile, segments=2 * steps).with_shapes((Sphere(radius=radius), Pose()), crease_deg=60.0)
 
 
 # Cells ----------------------------------------------------------------------------------------------------------------
@@ -278,8 +273,7 @@ class Shell:
 
     def solid(self, mask: Mask | None = None) -> Solid:
         """All faces, or some: then the surface is open, to be drawn but not weighed."""
-        faces = self.faces if mask is None else self.faces[mask]
-        used, index = np.unique(faces, return_inverse=True)
+        used, index = np.unique((self.faces if mask is None else self.faces[mask]), return_inverse=True)
         return Solid(self.points[used], index.reshape(-1, 3).astype(np.int64), crease_deg=35.0)
 
     def upright(self) -> Shell:

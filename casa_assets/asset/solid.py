@@ -202,8 +202,7 @@ def solid_mesh(solid: Solid, tile_m: Vec2 | None, grain: Vec3 = (0.0, 0.0, 1.0),
 
 def _with_uv(points: Floats, faces: Ints, uv: Floats, crease_deg: float) -> Mesh:
     """The mesh whose corners have some texture coordinates; corners that agree are one vertex."""
-    corners = np.column_stack([faces.ravel(), np.round(uv.reshape(-1, 2), 7)])
-    first, index = merge_rows(corners)
+    first, index = merge_rows(np.column_stack([faces.ravel(), np.round(uv.reshape(-1, 2), 7)]))
     mesh = Mesh(vertices=points[faces.ravel()[first]], faces=index.reshape(-1, 3), uv=uv.reshape(-1, 2)[first])
     return _rounded(with_normals(mesh, crease_deg))
 
@@ -212,8 +211,7 @@ def flat_uv(points: Floats, faces: Ints, grain: Floats) -> Floats:
     """(F, 3, 2) metres: each face laid flat without stretch, v along the grain where the face allows it."""
     normals, _ = face_normals(points, faces)
     # One frame for each direction, so that neighbours in a plane agree to the last digit.
-    key = np.round(normals / SAME_DIRECTION).astype(np.int64)
-    first, group = merge_rows(key.astype(np.float64))
+    first, group = merge_rows(np.round(normals / SAME_DIRECTION).astype(np.int64).astype(np.float64))
     n = normals[first]
     along = grain - (n @ grain)[:, None] * n
     length = np.linalg.norm(along, axis=1)

@@ -41,8 +41,7 @@ def slab(outline: Floats, profile: Sequence[Vec2], moulded: Sequence[bool], hole
     stacks = [rings]
     for hole in holes:
         back = np.asarray(hole, dtype=np.float64)[::-1]
-        widened = offset_sides(back, [rim_radius] * len(back))
-        levels = ((back, bottom), (back, top - rim_radius), (widened, top))
+        levels = ((back, bottom), (back, top - rim_radius), (offset_sides(back, [rim_radius] * len(back)), top))
         stacks.append([np.column_stack([ring, np.full(len(ring), z)]) for ring, z in levels])
     return stack_rings(stacks, 35.0)
 
@@ -61,9 +60,7 @@ def offset_sides(loop: Floats, by: Sequence[float]) -> Floats:
         if abs(det) < 0.02:
             out[i] = loop[i] + (a * da + b * db) / 2
             continue
-        x = (da * b[1] - db * a[1]) / det
-        y = (db * a[0] - da * b[0]) / det
-        out[i] = loop[i] + (x, y)
+        out[i] = loop[i] + (((da * b[1] - db * a[1]) / det), ((db * a[0] - da * b[0]) / det))
     return out
 
 
@@ -156,18 +153,15 @@ def basin(outline: Floats, depth: float, wall: float, fillet: float, lip: float 
         outer = [(-wall, -depth - wall), (-wall, -wall), (-wall - lip, -wall), (-wall - lip, 0.0)]
     else:
         outer = [(-wall, -depth - wall), (-wall, 0.0)]
-    inner = [(0.0, 0.0), *[(float(d), float(z)) for d, z in fillet_arc]]
-    return loft(inset_rings(outline, [*outer, *inner]), 50.0)
+    return loft(inset_rings(outline, [*outer, *[(0.0, 0.0), *[(float(d), float(z)) for d, z in fillet_arc]]]), 50.0)
 
 
 def _cap(ring: Floats) -> Ints:
     """(F, 3) triangles that fill a flat (N, 3) ring; they turn the same way as the ring does."""
     normal = np.cross(np.roll(ring, -1, axis=0) - ring.mean(axis=0), ring - ring.mean(axis=0)).sum(axis=0)
-    dropped_axis = int(np.argmax(np.abs(normal)))
-    flat = np.delete(ring, dropped_axis, axis=1)
+    flat = np.delete(ring, int(np.argmax(np.abs(normal))), axis=1)
     if signed_area(flat) < 0:
-        triangles = np.asarray(manifold3d.triangulate([flat[::-1]]), dtype=np.int64)
-        return np.asarray((len(ring) - 1 - triangles)[:, ::-1])
+        return np.asarray((len(ring) - 1 - np.asarray(manifold3d.triangulate([flat[::-1]]), dtype=np.int64))[:, ::-1])
     return np.asarray(manifold3d.triangulate([flat]), dtype=np.int64)
 
 
@@ -203,8 +197,7 @@ def inset(outline: Floats, by: float) -> Floats:
     forward = np.roll(outline, -1, axis=0) - outline
     forward /= np.linalg.norm(forward, axis=1)[:, None]
     normal = np.stack([-forward[:, 1], forward[:, 0]], axis=1)  # inwards where counter-clockwise
-    before = np.roll(normal, 1, axis=0)
-    mitre = normal + before
+    mitre = normal + np.roll(normal, 1, axis=0)
     mitre /= np.maximum(np.einsum("ij,ij->i", mitre, normal), 0.2)[:, None]
     return np.asarray(outline + by * mitre)
 
@@ -284,8 +277,7 @@ def tube(path: Sequence[Vec3], section: float | Floats, bend: float = 0.0, up: V
         plane /= np.linalg.norm(plane)
         flat = outline[:, :1] * across + outline[:, 1:] * upward
         # The ring lies in the plane that halves the corner: points slide along the arriving direction.
-        slide = -(flat @ plane) / float(arrive @ plane)
-        rings.append(line[k] + flat + slide[:, None] * arrive)
+        rings.append(line[k] + flat + (-(flat @ plane) / float(arrive @ plane))[:, None] * arrive)
     faces: list[tuple[int, int, int]] = []
     uv_m: list[tuple[Vec2, Vec2, Vec2]] = []
     for k in range(m - 1):
@@ -418,8 +410,7 @@ def room_moulding(loop: Floats, profile: Floats) -> Solid:
         for i in range(m):
             a, b = k * m + i, k * m + (i + 1) % m
             d, c = (k + 1) % n * m + i, (k + 1) % n * m + (i + 1) % m
-            quad = [a, b, c, d]
-            along = points[quad, :2] @ run[k]
+            along = points[[a, b, c, d], :2] @ run[k]
             flat = np.column_stack([[perimeter[i], perimeter[i + 1], perimeter[i + 1], perimeter[i]], along])
             faces += [(a, d, c), (a, c, b)]
             uv_m += [flat[[0, 3, 2]], flat[[0, 2, 1]]]
@@ -443,8 +434,7 @@ def straight_moulding(profile: Floats, length: float, left: float, right: float)
     """
     m = len(profile)
     d, z = profile[:, 0], profile[:, 1]
-    ends = [np.column_stack([x, -d, z]) for x in (-left * d, length + right * d)]
-    points = np.concatenate(ends)
+    points = np.concatenate([np.column_stack([x, -d, z]) for x in (-left * d, length + right * d)])
     perimeter = _perimeter(profile)
     faces: list[tuple[int, int, int]] = []
     uv_m: list[Floats] = []
@@ -459,11 +449,9 @@ def straight_moulding(profile: Floats, length: float, left: float, right: float)
         for t in cap[:, order]:
             faces.append((int(t[0]) + first, int(t[1]) + first, int(t[2]) + first))
             uv_m.append(section[t])
-    body = Solid(points, np.array(faces, dtype=np.int64), uv_m=np.array(uv_m), crease_deg=40.0)
-    return body.oriented_outwards()
+    return Solid(points, np.array(faces, dtype=np.int64), uv_m=np.array(uv_m), crease_deg=40.0).oriented_outwards()
 
 
 def _perimeter(profile: Floats) -> Floats:
     """(M + 1,) length along the outline up to each point, metres."""
-    steps = np.linalg.norm(np.roll(profile, -1, axis=0) - profile, axis=1)
-    return np.concatenate([[0.0], np.cumsum(steps)])
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.roll(profile, -1, axis=0) - profile, axis=1))])

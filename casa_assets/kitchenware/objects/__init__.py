@@ -23,22 +23,8 @@ from casa_assets.kitchenware.objects import (
 FORMS: dict[str, Family[Any]] = {
     form.name: form
     for form in (
-        dough_and_slab.DOUGH_FORM,
-        cluster.FORM,
-        container.CONTAINER_FORM,
-        produce.FORM,
-        dough_and_slab.SLAB_FORM,
-        bodies.FORM,
-        stacked.FORM,
-        utensil.FORM,
-        flat.DISH_RACK,
-        vessel.VESSEL_FORM,
-        vessel_fittings.FORM,
-        flat.BLENDER_JUG,
-        flat.ELECTRIC_KETTLE,
-        flat.BOARD,
-        flat.POCKET_TRAY,
-        package.PACKAGE_FORM,
-        block.FORM,
-    )
-}
+        dough_and_slab.DOUGH_FORM, cluster.FORM, container.CONTAINER_FORM, produce.FORM, dough_and_slab.SLAB_FORM,
+        bodies.FORM, stacked.FORM, utensil.FORM, flat.DISH_RACK, vessel.VESSEL_FORM, vessel_fittings.FORM,
+        flat.BLENDER_JUG, flat.ELECTRIC_KETTLE, flat.BOARD, flat.POCKET_TRAY, package.PACKAGE_FORM, block.FORM,
+)
+}  # fmt: skip

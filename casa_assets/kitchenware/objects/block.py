@@ -29,14 +29,9 @@ WIDE_SECTOR = 1.6
 # Parts that weigh nothing and have no collision shape of their own.
 UNTOUCHED = ("cut", "core")
 
-
-class Shape(StrEnum):
-    """Kind of block."""
-
-    SLAB = "slab"
-    WEDGE = "wedge"  # a sector of a wheel; a whole wheel with a piece cut out where the angle is large
-    STACK = "stack"  # slices one on another
-    TABLET = "tablet"  # a bar with segments to break off
+# Kind of block: WEDGE a sector of a wheel; a whole wheel with a piece cut out where the angle is large; STACK slices
+# one on another; TABLET a bar with segments to break off.
+Shape = StrEnum("Shape", "SLAB WEDGE STACK TABLET")
 
 
 class Block(Params):
@@ -88,8 +83,7 @@ def slab(p: Block) -> list[Part]:
     parts = [Part(body, p.skin, "body")]
     if p.pad > 0:
         sharp = p.replace(edge=min(p.edge, 0.0015, 0.3 * p.pad), crown=0.0, press=0.0, pad=0.0, taper=1.0)
-        pad = _shaped(_slab(sharp, p.pad, p.pad_out), p).translated(z=low - 0.0002)
-        parts.append(Part(pad, p.second, "pad"))
+        parts.append(Part(_shaped(_slab(sharp, p.pad, p.pad_out), p).translated(z=low - 0.0002), p.second, "pad"))
     if p.core > 0:
         points = body.points * p.core
         points[:, 2] += 0.5 * (1.0 - p.core) * p.height
@@ -122,8 +116,7 @@ def _ring(p: Block, outline: Outline, beyond: float, cut: float, z: float, heigh
     scale = 1.0 + (p.taper - 1.0) * share
     half_x, half_y = scale * p.width / 2 + beyond - cut, scale * p.depth / 2 + beyond - cut
     ring = outline.ring(half_x, half_y, p.corner * min(half_x, half_y), z)
-    out = p.bulge * (1 - (2 * share - 1) ** 2)
-    ring[:, :2] += outline.bent * out
+    ring[:, :2] += outline.bent * (p.bulge * (1 - (2 * share - 1) ** 2))
     # The long sides are drawn in midway, as those of a sponge that fits the hand.
     near = np.cos(np.clip(ring[:, 0] / half_x, -1, 1) * math.pi) * 0.5 + 0.5
     ring[:, 1] -= np.sign(ring[:, 1]) * p.waist * near * np.abs(ring[:, 1]) / half_y
@@ -145,8 +138,7 @@ def from_each_side(solid: Solid) -> Solid:
     normals, _ = face_normals(solid.points, solid.faces)
     axis = np.abs(normals).argmax(axis=1)
     seen = np.array([[1, 2], [0, 2], [0, 1]])[axis]
-    corners = place[solid.faces]
-    uv = np.take_along_axis(corners, np.repeat(seen[:, None, :], 3, axis=1), axis=2)
+    uv = np.take_along_axis(place[solid.faces], np.repeat(seen[:, None, :], 3, axis=1), axis=2)
     # Looked at from behind, right is left.
     behind = np.where(axis == 1, normals[:, 1] > 0, np.where(axis == 0, normals[:, 0] < 0, normals[:, 2] < 0))
     uv[..., 0] = np.where(behind[:, None], 1.0 - uv[..., 0], uv[..., 0])
@@ -170,10 +162,8 @@ def _with_holes(body: Solid, p: Block) -> Solid:
 
 def wedge(p: Block) -> list[Part]:
     """A sector of a wheel with its rind, and the two faces where it was cut."""
-    steps = max(5, math.ceil(p.angle / 0.1))
-    turns = np.linspace(-p.angle / 2, p.angle / 2, steps + 1)
-    arc = [(p.width * math.cos(t), p.width * math.sin(t)) for t in turns]
-    outline = np.array([(0.0, 0.0), *arc])
+    turns = np.linspace(-p.angle / 2, p.angle / 2, max(5, math.ceil(p.angle / 0.1)) + 1)
+    outline = np.array([(0.0, 0.0), *([(p.width * math.cos(t), p.width * math.sin(t)) for t in turns])])
     e = min(p.edge, 0.3 * p.height)
     levels = [(e, 0.0), (0.3 * e, 0.3 * e), (0.0, e), (-p.bulge, p.height / 2)]
     levels += [(0.0, p.height - e), (0.3 * e, p.height - 0.3 * e), (e, p.height)]
@@ -225,8 +215,7 @@ def stack(p: Block) -> list[Part]:
                 at = rng.uniform((-0.4 * p.width, -0.4 * p.depth), (0.4 * p.width, 0.4 * p.depth))
                 size = p.hole * float(rng.uniform(0.4, 1.0))
                 rings = np.stack([circle.ring(size, size, size, z) for z in (-0.001, thick + 0.001)])
-                bar = wrapped(rings, circle.sides, np.array([0.0, 1.0]))
-                tools.append(bar.translated(float(at[0]), float(at[1])))
+                tools.append(wrapped(rings, circle.sides, np.array([0.0, 1.0])).translated(float(at[0]), float(at[1])))
             slice_ = subtract(slice_, *tools)
         turned = slice_.rotated("z", float(rng.uniform(-0.08, 0.08))).translated(float(x), float(y), k * thick)
         parts.append(from_each_side(turned))
@@ -270,8 +259,7 @@ def _hulls(p: Block, body: Solid) -> list[Solid]:
     """The body as one hull, or a wheel with a piece cut out as several."""
     if p.shape is not Shape.WEDGE or p.angle <= WIDE_SECTOR:
         return [body.with_box_collider() if p.shape in (Shape.STACK, Shape.TABLET) else body.with_hull_collider()]
-    count = math.ceil(p.angle / 1.3)
-    edges = np.linspace(-p.angle / 2, p.angle / 2, count + 1)
+    edges = np.linspace(-p.angle / 2, p.angle / 2, math.ceil(p.angle / 1.3) + 1)
     out = []
     for low, high in pairwise(edges):
         turns, heights = np.linspace(low, high, 8), (p.edge, p.height - p.edge)

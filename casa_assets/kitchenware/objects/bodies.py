@@ -33,27 +33,13 @@ CREASE = 60.0  # degrees; food is soft
 # Bend in a long body from which on it has several hulls, rad.
 BENT = 0.35
 
-
-class Piece(StrEnum):
-    """A small thing that is strewn on food; sizes are for a `size` of 1."""
-
-    SEED = "seed"
-    ROD = "rod"
-    CHIP = "chip"
-    BALL = "ball"
-    DISC = "disc"
-    SHRED = "shred"
-
+Piece = StrEnum("Piece", "SEED ROD CHIP BALL DISC SHRED")
 
 # Half lengths of a piece along x, y, z by its size.
 _PIECES = {
-    Piece.SEED: (0.5, 0.32, 0.16),
-    Piece.ROD: (0.5, 0.12, 0.12),
-    Piece.CHIP: (0.5, 0.42, 0.3),
-    Piece.BALL: (0.5, 0.5, 0.5),
-    Piece.DISC: (0.5, 0.5, 0.07),
-    Piece.SHRED: (0.5, 0.08, 0.05),
-}
+    Piece.SEED: (0.5, 0.32, 0.16), Piece.ROD: (0.5, 0.12, 0.12), Piece.CHIP: (0.5, 0.42, 0.3),
+    Piece.BALL: (0.5, 0.5, 0.5), Piece.DISC: (0.5, 0.5, 0.07), Piece.SHRED: (0.5, 0.08, 0.05),
+}  # fmt: skip
 
 
 def outline_curve(points: Sequence[Vec2], length: float, width: float, count: int) -> Floats:
@@ -71,8 +57,7 @@ def outline_curve(points: Sequence[Vec2], length: float, width: float, count: in
     fine *= np.array([length, width]) / np.ptp(fine, axis=0)
     along = run_along(fine)
     even = np.arange(count) / count * along[-1]
-    curve = np.stack([np.interp(even, along, fine[:, k]) for k in (0, 1)], axis=1)
-    return counter_clockwise(curve)
+    return counter_clockwise(np.stack([np.interp(even, along, fine[:, k]) for k in (0, 1)], axis=1))
 
 
 def superellipse(length: float, width: float, power: float = 2.0, count: int = 40) -> Floats:
@@ -103,9 +88,7 @@ def dome(outline: Floats, profile: Sequence[Vec2], height: float, rings: int = 1
     below, above = ([[0.0, 0.0, height * z]] for z in curve[[0, -1], 1])
     loops = [np.column_stack([outline * share, np.full(n, height * z)]) for share, z in inner]
     points = np.concatenate([below, *loops, above])
-    size = float(np.ptp(outline, axis=0).mean()) / 2
-    flat = np.column_stack([curve[:, 0] * size, curve[:, 1] * height])
-    run = run_along(flat)
+    run = run_along(np.column_stack([curve[:, 0] * (float(np.ptp(outline, axis=0).mean()) / 2), curve[:, 1] * height]))
     rim = int(np.argmax(curve[:, 0]))
     share = np.where(np.arange(len(run)) <= rim, run / run[rim], (run[-1] - run) / (run[-1] - run[rim]))
     angle = np.arctan2(outline[:, 1], outline[:, 0])
@@ -159,8 +142,7 @@ def long_body(
     curve = smooth_profile(list(profile), along)
     if cut < 1:
         kept = curve[curve[:, 1] < cut - 0.005]
-        edge = float(np.interp(cut, curve[:, 1], curve[:, 0]))
-        curve = np.vstack([kept, [(edge, cut), (0.0, cut)]]) / (1.0, cut)
+        curve = np.vstack([kept, [(float(np.interp(cut, curve[:, 1], curve[:, 0])), cut), (0.0, cut)]]) / (1.0, cut)
     body = turned(curve, around, CREASE)
     c, s, place = body.points[:, 0], body.points[:, 1], body.points[:, 2]
     radius = np.hypot(c, s)
@@ -220,8 +202,7 @@ def ring_body(
 def seen_from_above(solid: Solid) -> Solid:
     """The solid under a picture that is laid over it from above: its width along x, its height along y."""
     low, high = solid.bounds
-    uv = (solid.points[:, :2] - low[:2]) / (high - low)[:2]
-    return replace(solid, picture_uv=uv.clip(0.0, 1.0)[solid.faces])
+    return replace(solid, picture_uv=((solid.points[:, :2] - low[:2]) / (high - low)[:2]).clip(0.0, 1.0)[solid.faces])
 
 
 def vertex_normals(solid: Solid) -> Floats:
@@ -245,8 +226,7 @@ def coated(solid: Solid, thickness: float, level: float, wave: float, rng: np.ra
     edge = np.full(len(points), level)
     if wave > 0:
         edge = edge + wave * smooth_noise(points[:, :2], 4.0 / float(np.ptp(points[:, 0])), rng)
-    share = (points[:, 2] - low) / (high - low)
-    side = np.clip((share - edge) / 0.09, -1.0, 1.0)
+    side = np.clip((((points[:, 2] - low) / (high - low)) - edge) / 0.09, -1.0, 1.0)
     out = thickness * np.where(side > 0, np.sqrt(np.abs(side)), side)
     return replace(solid, points=points + vertex_normals(solid) * out[:, None], shapes=())
 
@@ -265,8 +245,7 @@ class Surface:
     """The upper side of a body, by place: its height above a point of the ground."""
 
     def __init__(self, solid: Solid) -> None:
-        normals = vertex_normals(solid)
-        upper = solid.points[normals[:, 2] > 0.05]
+        upper = solid.points[vertex_normals(solid)[:, 2] > 0.05]
         # Of points above one another only the highest counts.
         upper = upper[np.argsort(-upper[:, 2])]
         _, first = np.unique(np.round(upper[:, :2], 5), axis=0, return_index=True)
@@ -303,8 +282,7 @@ def ridge(surface: Surface, path: Floats, width: float, height: float, lens: boo
     angle = np.linspace(0.0, 2 * np.pi, 8, endpoint=False)
     rings = []
     for p, n, level, s in zip(dense, side, z, swell, strict=True):
-        off = 0.5 * width * s * np.cos(angle)
-        places = p + off[:, None] * n
+        places = p + (0.5 * width * s * np.cos(angle))[:, None] * n
         base = surface.height(places) if lens else np.full(8, level)
         rings.append(np.column_stack([places, base + height * (s * 0.5 * np.sin(angle) + 0.5 - 0.35)]))
     points = np.concatenate([rings[0].mean(axis=0)[None], *rings, rings[-1].mean(axis=0)[None]])
@@ -429,15 +407,8 @@ def joined(solids: Sequence[Solid]) -> Solid:
 
 Metres = Annotated[float, Field(gt=0, le=0.6)]
 SHELL: tuple[Vec2, ...] = (
-    (0, 0),
-    (0.62, 0.01),
-    (0.86, 0.1),
-    (1, 0.35),
-    (0.94, 0.62),
-    (0.62, 0.86),
-    (0.2, 0.98),
-    (0, 1),
-)
+    (0, 0), (0.62, 0.01), (0.86, 0.1), (1, 0.35), (0.94, 0.62), (0.62, 0.86), (0.2, 0.98), (0, 1),
+)  # fmt: skip
 RING = ((0, 0), (0.9, 0.02), (0.96, 0.2), (1, 0.55), (0.99, 0.85), (0.9, 0.98), (0, 1))
 FLAT = ((0, 0), (0.7, 0.04), (0.94, 0.25), (1, 0.5), (0.94, 0.75), (0.7, 0.96), (0, 1))
 # A claw from above, its wrist at -x, and the same of the finger that moves; in shares of its length and width.
@@ -518,8 +489,7 @@ def _shell(p: Crustacean, rng: np.random.Generator) -> Solid:
 def _on_tail(p: Crustacean, points: Floats) -> Floats:
     """Points about x = 0 .. -length of the tail bent down along it."""
     long = p.length * p.tail
-    share = np.clip(-points[:, 0] / long, 0.0, 1.2)
-    drop = 0.5 * p.curl * long * share**2 * 0.6
+    drop = 0.5 * p.curl * long * np.clip(-points[:, 0] / long, 0.0, 1.2) ** 2 * 0.6
     return np.column_stack([points[:, :2], points[:, 2] - np.minimum(drop, 0.2 * p.height)])
 
 
@@ -577,8 +547,7 @@ def _claw(p: Crustacean, side: int, size: float) -> tuple[Solid, Solid, Solid]:
     c, s = math.cos(turn), math.sin(turn)
     loop = np.column_stack([x - s * loop[:, 1], y + c * loop[:, 1], 0.28 * p.height + loop[:, 2]])
     loop = np.vstack([loop, loop[:2]])
-    band = tube([(float(a), float(b), float(d)) for a, b, d in loop], circle(0.0035, 6)).without_colliders()
-    return claw, arm, band
+    return claw, arm, tube([(float(a), float(b), float(d)) for a, b, d in loop], circle(0.0035, 6)).without_colliders()
 
 
 def _legs(p: Crustacean) -> list[Solid]:
@@ -592,8 +561,7 @@ def _legs(p: Crustacean) -> list[Solid]:
             knee = (x + 0.5 * sweep * p.width, side * 0.85 * p.width, 0.42 * p.height)
             foot = (x + 1.1 * sweep * p.width, side * 1.3 * p.width, 0.05 * p.height)
             hip = (x, side * 0.35 * p.width, 0.3 * p.height)
-            leg = tube([hip, knee, foot], circle(0.045 * p.width, 6), 0.06 * p.width)
-            out.append(leg.without_colliders())
+            out.append(tube([hip, knee, foot], circle(0.045 * p.width, 6), 0.06 * p.width).without_colliders())
     return out
 
 
@@ -607,8 +575,7 @@ def _feelers(p: Crustacean, rng: np.random.Generator) -> list[Solid]:
         path = [start, (1.12 * head, 0.4 * out_by, 0.75 * p.height), (head, out_by, 0.8 * p.height)]
         path.append((head - p.feeler, 1.15 * out_by, 0.35 * p.height))
         out.append(tube(path, circle(0.02 * p.width, 5), 0.2 * p.width))
-        short = [start, (1.15 * head, side * 0.3 * p.width, 0.7 * p.height)]
-        out.append(tube(short, circle(0.015 * p.width, 5)))
+        out.append(tube([start, (1.15 * head, side * 0.3 * p.width, 0.7 * p.height)], circle(0.015 * p.width, 5)))
     return [feeler.without_colliders() for feeler in out]
 
 

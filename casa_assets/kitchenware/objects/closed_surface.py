@@ -133,10 +133,8 @@ def lobed(points: Floats, count: int, depth: float, sharp: float, phase: float) 
     """
     if count < 1 or depth <= 0:
         return points
-    angle = np.arctan2(points[:, 1], points[:, 0])
-    furrow = np.abs(np.sin(0.5 * count * angle + phase))
-    share = 1.0 - depth * (1.0 - furrow ** (1.0 / sharp))
-    return np.column_stack([points[:, :2] * share[:, None], points[:, 2]])
+    furrow = np.abs(np.sin(0.5 * count * np.arctan2(points[:, 1], points[:, 0]) + phase))
+    return np.column_stack([points[:, :2] * (1.0 - depth * (1.0 - furrow ** (1.0 / sharp)))[:, None], points[:, 2]])
 
 
 def bumped(points: Floats, amount: float, waves: float, rng: np.random.Generator) -> Floats:
@@ -236,8 +234,7 @@ class Plane:
 
 def along(turn: float, middle: Floats) -> Plane:
     """A plane through the z axis that leaves the half turn before an angle, rad from x."""
-    normal = np.array([-math.sin(turn), math.cos(turn), 0.0])
-    return Plane(normal, 0.0, middle, np.array([0.0, 0.0, 1.0]))
+    return Plane(np.array([-math.sin(turn), math.cos(turn), 0.0]), 0.0, middle, np.array([0.0, 0.0, 1.0]))
 
 
 def sector(angle: float, middle: Floats) -> list[Plane]:
@@ -284,8 +281,7 @@ def shell(outer: Solid, inner: Solid, planes: list[Plane]) -> Solid:
     kept = _solid(_trimmed(_manifold(outer) - _manifold(inner), planes, behind=PLATE), outer.crease_deg)
     low, high = kept.bounds
     # The middle of the picture has the flesh without the skin.
-    uv = 0.5 + 0.5 * ((kept.points - low) / (high - low) - 0.5)[:, [0, 2]]
-    return replace(kept, picture_uv=uv[kept.faces])
+    return replace(kept, picture_uv=(0.5 + 0.5 * ((kept.points - low) / (high - low) - 0.5)[:, [0, 2]])[kept.faces])
 
 
 def _trimmed(body: manifold3d.Manifold, planes: list[Plane], behind: float = 0.0) -> manifold3d.Manifold:
@@ -357,8 +353,7 @@ def _plate(body: Solid, plane: Plane) -> Solid:
     faces = np.concatenate([top, top[:, ::-1] + 2 * n, wall, core])
     circle = np.column_stack([np.cos(angle), np.sin(angle)])
     uv = 0.5 + PICTURE_RIM * np.concatenate([circle * hole[:, None], circle] * 2)
-    made = _welded(Solid(points, faces.astype(np.int64), crease_deg=40.0, picture_uv=uv[faces]))
-    return made.oriented_outwards()
+    return _welded(Solid(points, faces.astype(np.int64), crease_deg=40.0, picture_uv=uv[faces])).oriented_outwards()
 
 
 def _welded(solid: Solid) -> Solid:
@@ -373,8 +368,7 @@ def _welded(solid: Solid) -> Solid:
 
 def _loops(body: Solid, plane: Plane) -> list[Ints]:
     """The outlines of the face on a plane, as points in order."""
-    on = np.abs(body.points @ plane.normal - plane.offset) < ON_PLANE
-    faces = body.faces[on[body.faces].all(axis=1)]
+    faces = body.faces[(np.abs(body.points @ plane.normal - plane.offset) < ON_PLANE)[body.faces].all(axis=1)]
     edges = {(int(a), int(b)) for face in faces for a, b in zip(face, np.roll(face, -1), strict=True)}
     after = {a: b for a, b in sorted(edges) if (b, a) not in edges}
     loops = []

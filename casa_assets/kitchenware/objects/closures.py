@@ -53,8 +53,7 @@ def swing_up(builder: AssetBuilder, axis: Vec3, angle: float) -> None:
     """
     lid = combine_masses(builder.links[LID].masses)
     start = LEAST_N + CARRIED * GRAVITY * lid.mass
-    arm = lid.center - np.array(axis) * float(lid.center @ np.array(axis))
-    lever = max(0.01, float(np.linalg.norm(arm)))
+    lever = max(0.01, float(np.linalg.norm(lid.center - np.array(axis) * float(lid.center @ np.array(axis)))))
     feel = hand_dynamics.feel(1.4 * lid.mass * lever**2, lever, angle, start, start + SWING_EASE_N)
     feel = replace(feel, armature=max(feel.armature, LEAST_ARMATURE))
     builder.hinge(LID_JOINT, LID, axis, (0.0, angle), LID_GRIP, feel=feel)
@@ -71,52 +70,23 @@ def _states(builder: AssetBuilder, end: float) -> None:
 
 AROUND = 28
 
-
-class Closure(StrEnum):
-    """Closure of a container."""
-
-    NONE = "none"
-    SCREW = "screw"  # a ribbed cap
-    LID = "lid"  # a wide one of sheet metal or plastic
-    CROWN = "crown"  # a crown cork
-    CORK = "cork"
-    STOPPER = "stopper"  # a wooden or plastic knob on a cork
-    PUMP = "pump"
-    TAB = "tab"  # the end of a drink can
-    RING = "ring"  # the end of a food can, with a ring to pull
-    FLIP = "flip"  # a cap with a hinge
-    NOZZLE = "nozzle"  # a cone to squeeze through
-    SPRAY = "spray"  # a trigger
-    BUTTON = "button"  # of an aerosol can
-    SPOUT = "spout"  # a pourer of steel
-    BALL = "ball"  # a ball of glass
-    HOLES = "holes"  # a dome with holes
-    SIFTER = "sifter"  # a wide flat cap, ribbed, as spice jars have
-    CUP = "cup"  # the cup of a flask
-    SPORT = "sport"  # a cap with a nipple
-    LOOP = "loop"  # a cap to carry it by
-    CLIP = "clip"  # a lid of glass with a wire
-    KNOB = "knob"
-    WICK = "wick"
-
+# Closure of a container: SCREW a ribbed cap; LID a wide one of sheet metal or plastic; CROWN a crown cork; STOPPER a
+# wooden or plastic knob on a cork; TAB the end of a drink can; RING the end of a food can, with a ring to pull; FLIP a
+# cap with a hinge; NOZZLE a cone to squeeze through; SPRAY a trigger; BUTTON of an aerosol can; SPOUT a pourer of
+# steel; BALL a ball of glass; HOLES a dome with holes; SIFTER a wide flat cap, ribbed, as spice jars have; CUP the cup
+# of a flask; SPORT a cap with a nipple; LOOP a cap to carry it by; CLIP a lid of glass with a wire.
+Closure = StrEnum(
+    "Closure",
+    "NONE SCREW LID CROWN CORK STOPPER PUMP TAB RING FLIP NOZZLE SPRAY BUTTON SPOUT BALL HOLES SIFTER CUP SPORT LOOP CLIP"
+    " KNOB WICK",
+)
 
 # What comes off, and by what share of its height it covers the neck where it is drawn closed for good.
 COVERED: Mapping[Closure, float] = {
-    Closure.SCREW: 0.8,
-    Closure.LID: 0.8,
-    Closure.CROWN: 0.0,
-    Closure.CORK: 0.0,
-    Closure.STOPPER: 0.0,
-    Closure.FLIP: 0.45,
-    Closure.BALL: 0.0,
-    Closure.HOLES: 0.3,
-    Closure.SIFTER: 0.9,
-    Closure.CUP: 0.35,
-    Closure.SPORT: 0.48,
-    Closure.LOOP: 0.5,
-    Closure.CLIP: 0.0,
-    Closure.KNOB: 0.0,
-}
+    Closure.SCREW: 0.8, Closure.LID: 0.8, Closure.CROWN: 0.0, Closure.CORK: 0.0, Closure.STOPPER: 0.0,
+    Closure.FLIP: 0.45, Closure.BALL: 0.0, Closure.HOLES: 0.3, Closure.SIFTER: 0.9, Closure.CUP: 0.35,
+    Closure.SPORT: 0.48, Closure.LOOP: 0.5, Closure.CLIP: 0.0, Closure.KNOB: 0.0,
+}  # fmt: skip
 # What swings up on a hinge at its back; the others are lifted.
 HINGED = frozenset({Closure.FLIP, Closure.CLIP})
 # By how much what opens covers the neck, metres: its collision shapes lie above the mouth, and what is seen may reach a
@@ -159,8 +129,7 @@ def lowered(kind: Closure, height: float, room: float) -> float:
     Args:
         height: of the closure. room: metres of neck that it may cover.
     """
-    covered = CROWN_DOWN if kind is Closure.CROWN else COVERED[kind] * height
-    return max(0.0, min(covered, room) - loose_skirt(kind))
+    return max(0.0, min((CROWN_DOWN if kind is Closure.CROWN else COVERED[kind] * height), room) - loose_skirt(kind))
 
 
 def closure_parts(kind: Closure, mouth: Mouth) -> list[Part]:
@@ -180,8 +149,7 @@ def _ribbed(radius: float, low: float, high: float) -> Solid:
     ring = radius - 0.0008 * (np.arange(2 * ribs) % 2)
     outline = np.column_stack([ring * np.cos(turns), ring * np.sin(turns)])
     solid = prism(outline, high - low, min(0.0012, 0.3 * (high - low))).with_crease(30.0).translated(z=low)
-    middle = rod(radius, high - low).translated(z=(high + low) / 2)
-    return solid.with_colliders_of(middle)
+    return solid.with_colliders_of(rod(radius, high - low).translated(z=(high + low) / 2))
 
 
 def _cover(m: Mouth, share: float = 0.8) -> Vec2:
@@ -203,8 +171,7 @@ def _lid(m: Mouth) -> list[Part]:
     r, e = m.radius * m.wide + 0.001, min(0.0015, 0.15 * m.height)
     rim = [(r - 0.0006, low), (r + 0.0006, low + 0.0006), (r + 0.0006, low + 0.0018), (r, low + 0.0026)]
     top = [(r, high - e), (r - e, high), (0.86 * r, high), (0.84 * r, high - 0.0009), (0.0, high - 0.0009)]
-    solid = lathe([*rim, *top], 36, 42.0)
-    return [Part(solid.with_colliders_of(rod(r, high - low).translated(z=(low + high) / 2)))]
+    return [Part(lathe([*rim, *top], 36, 42.0).with_colliders_of(rod(r, high - low).translated(z=(low + high) / 2)))]
 
 
 def _crown(m: Mouth) -> list[Part]:
@@ -242,8 +209,7 @@ def _pump(m: Mouth) -> list[Part]:
     stem = rod(0.0042, m.height, 0.0006).translated(z=high + m.height / 2)
     top = high + m.height
     head = lathe([(0.008, top - 0.003), (0.0105, top), (0.0105, top + 0.006), (0.0088, top + 0.0085)], AROUND, 42.0)
-    path = [(0.0, 0.002, top + 0.0045), (0.0, -0.036, top + 0.0045), (0.0, -0.043, top - 0.005)]
-    nose = tube(path, 0.0042, 0.008)
+    nose = tube([(0.0, 0.002, top + 0.0045), (0.0, -0.036, top + 0.0045), (0.0, -0.043, top - 0.005)], 0.0042, 0.008)
     return [Part(collar), Part(neck.without_colliders()), Part(stem, True), Part(head.with_hull_collider()), Part(nose)]
 
 
@@ -252,8 +218,7 @@ def _end(m: Mouth, rim: float) -> Part:
     r, z = m.radius, m.z
     ring = [(r + rim, z - 0.0005), (r + rim, z + 0.0018), (r + rim - 0.0006, z + 0.0024), (r - 0.0012, z + 0.0024)]
     ring = [(r - 0.002, z - 0.0005), *ring, (r - 0.002, z + 0.0018)]
-    solid = lathe(ring, 36, 45.0, closed=True)
-    return Part(solid.with_colliders_of(rod(r + rim, 0.004).translated(z=z + 0.0004)))
+    return Part(lathe(ring, 36, 45.0, closed=True).with_colliders_of(rod(r + rim, 0.004).translated(z=z + 0.0004)))
 
 
 def _tab(m: Mouth) -> list[Part]:
@@ -265,8 +230,7 @@ def _tab(m: Mouth) -> list[Part]:
     tab = prism(oval, 0.0012, 0.0003, [hole]).translated(y=-0.004, z=z + 0.0009)
     mouth = np.column_stack([0.0085 * np.cos(turns), 0.0062 * np.sin(turns)])
     score = prism(mouth, 0.0003, 0.0).translated(y=0.0125, z=z + 0.0005)
-    rivet = lathe([(0.003, z + 0.0008), (0.0025, z + 0.0026)], 14)
-    flat = (Part(plate), Part(score, True), Part(tab), Part(rivet))
+    flat = (Part(plate), Part(score, True), Part(tab), Part(lathe([(0.003, z + 0.0008), (0.0025, z + 0.0026)], 14)))
     return [rim, *(Part(part.solid.without_colliders(), part.second) for part in flat)]
 
 
@@ -302,8 +266,7 @@ def _flip(m: Mouth) -> list[Part]:
 
 def _nozzle(m: Mouth) -> list[Part]:
     r = m.radius * m.wide + 0.001
-    low = m.z - min(0.014, m.room)
-    skirt = _ribbed(r, low, m.z + 0.002)
+    skirt = _ribbed(r, (m.z - min(0.014, m.room)), m.z + 0.002)
     top = m.z + m.height
     cone = [(0.86 * r, m.z + 0.0015), (0.8 * r, m.z + 0.006), (0.0042, top - 0.008), (0.0034, top - 0.002)]
     tip = [(0.0043, top - 0.0075), (0.0043, top - 0.0015), (0.003, top)]
@@ -361,8 +324,7 @@ def _holes(m: Mouth) -> list[Part]:
     r, z = m.radius * m.wide + 0.0008, m.z
     rise = m.height - (z - low)
     angles = np.linspace(0.0, math.pi / 2, 7)
-    dome = [(r * math.cos(t), z + rise * math.sin(t)) for t in angles]
-    cap = lathe([(r, low), *dome], AROUND, 60.0)
+    cap = lathe([(r, low), *([(r * math.cos(t), z + rise * math.sin(t)) for t in angles])], AROUND, 60.0)
     parts = [Part(cap.with_hull_collider())]
     size = min(0.0016, 0.1 * r)
     for k in range(7):
@@ -385,8 +347,7 @@ def _cup(m: Mouth) -> list[Part]:
     low, high = _cover(m, COVERED[Closure.CUP])
     r, h = m.radius * m.wide, m.height
     ring = [(r, low), (r + 0.0012, low + 0.001), (r + 0.0012, low + 0.004), (r, low + 0.005)]
-    top = [(0.97 * r, high - 0.16 * h), (0.93 * r, high - 0.06 * h), (0.82 * r, high)]
-    solid = lathe([*ring, *top], 32, 42.0)
+    solid = lathe([*ring, *[(0.97 * r, high - 0.16 * h), (0.93 * r, high - 0.06 * h), (0.82 * r, high)]], 32, 42.0)
     return [Part(solid.with_colliders_of(rod(r, high - low).translated(z=(low + high) / 2)))]
 
 

@@ -23,17 +23,11 @@ BERRY_FOOT = 0.14  # of the length of a berry, that its collision shape is flat 
 SMALL, MIDDLING, LONG = (9, 6), (12, 9), (14, 12)
 BALL: tuple[Vec2, ...] = ((0.0, 0.0), (0.5, 0.07), (0.87, 0.25), (1.0, 0.5), (0.87, 0.75), (0.5, 0.93), (0.0, 1.0))
 
-
-class Build(StrEnum):
-    """How the small bodies lie together."""
-
-    GRAPES = "grapes"  # round a stalk that lies, widest near its upper end
-    BERRY = "berry"  # over a cone that stands on its wide end
-    FLORETS = "florets"  # a dome on branches that leave a stem
-    BRACTS = "bracts"  # pointed leaves over a bud, in spirals
-    KNOBS = "knobs"  # a root that lies, with knobs that leave it
-    BUNDLE = "bundle"  # long bodies side by side
-    STALKS = "stalks"  # ribbed channels that leave a common foot, along x, with leaves at their ends
+# How the small bodies lie together: GRAPES round a stalk that lies, widest near its upper end; BERRY over a cone that
+# stands on its wide end; FLORETS a dome on branches that leave a stem; BRACTS pointed leaves over a bud, in spirals;
+# KNOBS a root that lies, with knobs that leave it; BUNDLE long bodies side by side; STALKS ribbed channels that leave a
+# common foot, along x, with leaves at their ends.
+Build = StrEnum("Build", "GRAPES BERRY FLORETS BRACTS KNOBS BUNDLE STALKS")
 
 
 class Cluster(Params):
@@ -82,8 +76,7 @@ def _covers(solids: list[Solid], label: str, p: Cluster) -> list[Solid]:
     whole = concatenate(solids)
     if label == "body" and p.build is Build.BERRY:  # its foot is made flat, so that it rests firmly
         points = whole.points.copy()
-        low = points[:, 2] < points[:, 2].min() + BERRY_FOOT * p.length
-        points[low, 2] = points[:, 2].min()
+        points[(points[:, 2] < points[:, 2].min() + BERRY_FOOT * p.length), 2] = points[:, 2].min()
         whole = replace(whole, points=points)
     return [whole]
 
@@ -101,8 +94,7 @@ def _pointing(body: Solid, way: Floats, at: Floats) -> Solid:
     way = way / np.linalg.norm(way)
     side = np.cross(way, [0.0, 0.0, 1.0] if abs(way[2]) < 0.9 else [1.0, 0.0, 0.0])
     side /= np.linalg.norm(side)
-    axes = np.stack([side, np.cross(way, side), way])
-    return replace(body, points=body.points @ axes + at)
+    return replace(body, points=body.points @ np.stack([side, np.cross(way, side), way]) + at)
 
 
 def _grapes(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Solid]]:
@@ -125,8 +117,7 @@ def _berry(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Soli
     """Drupelets in spirals over a blunt cone, and the cone."""
     out = []
     for k in range(p.count):
-        t = (k + 0.5) / p.count
-        height = 1.0 - t**1.15
+        height = 1.0 - ((k + 0.5) / p.count) ** 1.15
         reach = (p.width - p.piece) / 2 * math.sqrt(max(0.02, 1.0 - height**2.2))
         angle = k * GOLDEN_ANGLE
         at = np.array([reach * math.cos(angle), reach * math.sin(angle), height * (p.length - p.piece)])
@@ -172,8 +163,7 @@ def _bracts(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Sol
         lower, upper = blade.bounds
         flat = (blade.points[:, :2] - lower[:2]) / np.maximum(upper[:2] - lower[:2], 1e-9)
         out.append(replace(blade.rotated("z", k * GOLDEN_ANGLE), picture_uv=flat[blade.faces]))
-    stalk = [tube([(0.0, 0.0, -p.stem), (0.0, 0.0, 0.1 * p.length)], p.stem_radius)] if p.stem > 0 else []
-    return out, stalk
+    return out, ([tube([(0.0, 0.0, -p.stem), (0.0, 0.0, 0.1 * p.length)], p.stem_radius)] if p.stem > 0 else [])
 
 
 def _knobs(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Solid]]:
@@ -200,8 +190,7 @@ def _bundle(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Sol
     row = max(1, int(p.width / p.piece))
     for k in range(p.count):
         layer, place = divmod(k, row)
-        shift = 0.5 * (layer % 2)
-        y = (place + shift - (min(row, p.count) - 1) / 2) * 0.97 * p.piece
+        y = (place + (0.5 * (layer % 2)) - (min(row, p.count) - 1) / 2) * 0.97 * p.piece
         slide = float(rng.uniform(-0.03, 0.03)) * p.piece_length
         at = np.array([slide, y, (0.5 + 0.8 * layer) * p.piece])
         out.append(_pointing(_body(p, LONG, rng, float(rng.uniform(0.95, 1.0))), np.array([1.0, 0.0, 0.0]), at))
@@ -244,16 +233,14 @@ def _stalks(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Sol
         for _ in range(2 if p.leaves else 0):
             way = np.array([1.0, float(rng.uniform(-0.35, 0.35)), float(rng.uniform(-0.05, 0.3))]) * 0.6 * p.leaf_length
             path = [(float(x), float(y), float(z)) for x, y, z in (end - 0.2 * way, end + 0.5 * way, end + way)]
-            twig = tube(path, circle(0.13 * p.piece * size, 6))
-            twigs.append(twig.rotated("x", turn - math.pi / 2))
+            twigs.append(tube(path, circle(0.13 * p.piece * size, 6)).rotated("x", turn - math.pi / 2))
     return out, twigs
 
 
 def _stalk(p: Cluster, long: float, size: float, reach: float) -> Solid:
     """One channel along x, its hollow side down, at a distance above the x axis."""
     across = np.linspace(-1.0, 1.0, 9)
-    rib = 0.04 * (np.arange(9) % 2)
-    outer = np.column_stack([0.5 * across, 0.34 * (1 - across**2) + rib])
+    outer = np.column_stack([0.5 * across, 0.34 * (1 - across**2) + (0.04 * (np.arange(9) % 2))])
     inner = np.column_stack([0.36 * across[::-1], 0.2 * (1 - across[::-1] ** 2) - 0.12])
     section = np.concatenate([outer, inner]) * p.piece * size
     rings = []
@@ -269,8 +256,7 @@ def _stalk(p: Cluster, long: float, size: float, reach: float) -> Solid:
     place = np.concatenate([[0.0], np.repeat(np.linspace(0.0, 1.0, len(rings)), n), [1.0]])
     around = np.concatenate([[0.5], np.tile(np.linspace(0.0, 1.0, n), len(rings)), [0.5]])
     faces = capped_rings(n, len(rings))
-    uv = np.column_stack([around, place])[faces]
-    return Solid(points, faces, crease_deg=50.0, picture_uv=uv).oriented_outwards()
+    return Solid(points, faces, crease_deg=50.0, picture_uv=np.column_stack([around, place])[faces]).oriented_outwards()
 
 
 _BUILDS = {

@@ -58,8 +58,7 @@ def rounded_outline(points: Sequence[Vec3]) -> list[Vec2]:
             out.append((float(line[k][0]), float(line[k][1])))
             continue
         sweep = math.pi - 2 * half
-        bulge = reach * math.tan(half)
-        middle = line[k] + (a + b) / np.linalg.norm(a + b) * bulge / math.sin(half)
+        middle = line[k] + (a + b) / np.linalg.norm(a + b) * (reach * math.tan(half)) / math.sin(half)
         start, end = line[k] + a * reach - middle, line[k] + b * reach - middle
         count = max(2, round(4 * sweep / (math.pi / 2)) + 1)
         for t in np.linspace(0.0, 1.0, count + 1):
@@ -79,8 +78,7 @@ def grooved(outline: Sequence[Vec2], low: float, high: float, count: int, depth:
         middle = low + (k + 0.5) * pitch
         wanted += [(middle - 0.4 * pitch, 0.0), (middle, depth), (middle + 0.4 * pitch, 0.0)]
     rest = [(r, z) for r, z in outline if not low < z < high]
-    added = [(radius_at(outline, z) - d, z) for z, d in wanted]
-    return sorted([*rest, *added], key=lambda point: point[1])
+    return sorted([*rest, *([(radius_at(outline, z) - d, z) for z, d in wanted])], key=lambda point: point[1])
 
 
 def radius_at(outline: Sequence[Vec2], z: float) -> float:
@@ -110,8 +108,7 @@ class Section:
         share = 1.0 if reach < 0.12 * self.widest else float(np.clip((radius - self.mouth) / (0.7 * reach), 0.0, 1.0))
         share = share * share * (3 - 2 * share)
         corner = 1.0 + (self.corner - 1.0) * share
-        flat = 1.0 + (self.flat - 1.0) * share
-        return np.asarray(_unit_ring(corner) * (radius + out, flat * radius + out))
+        return np.asarray(_unit_ring(corner) * (radius + out, (1.0 + (self.flat - 1.0) * share) * radius + out))
 
     def around(self) -> Floats:
         """(AROUND + 1,) share of the way round at which each point lies, from 0 behind over -x, front and +x to 1."""
@@ -123,10 +120,8 @@ class Section:
 def _unit_ring(corner: float) -> Floats:
     """(AROUND, 2) points of a square of half side 1 with round corners, from (0, 1) counter-clockwise."""
     even = np.arange(1, CORNER + 1) / (CORNER + 1)
-    ends = np.linspace(0.0, 1.0, CORNER)
-    angles = (even * corner + ends * (1 - corner)) * math.pi / 2
-    arc = np.column_stack([np.cos(angles), np.sin(angles)]) * corner + (1.0 - corner)
-    quarter = np.vstack([[[1.0, 0.0]], arc])
+    angles = (even * corner + np.linspace(0.0, 1.0, CORNER) * (1 - corner)) * math.pi / 2
+    quarter = np.vstack([[[1.0, 0.0]], (np.column_stack([np.cos(angles), np.sin(angles)]) * corner + (1.0 - corner))])
     out = []
     for k in range(1, 5):
         c, s = round(math.cos(k * math.pi / 2)), round(math.sin(k * math.pi / 2))
@@ -355,8 +350,7 @@ def build_container(builder: AssetBuilder, p: Container) -> None:
         inset = p.wall + GAP + (p.flute_depth * p.width / 2 if p.flutes else 0.0)
         held = piece(frame.plain, frame.plain[0][1] + max(0.003, p.wall), level)
         held = [(r, z) for r, z in held if r > inset + 0.001]
-        inside = body(held, frame.section, inset)
-        builder.add(ROOT, inside, p.content, label="content", collider=False, density=0.0)
+        builder.add(ROOT, body(held, frame.section, inset), p.content, label="content", collider=False, density=0.0)
     _labels(builder, p, frame)
     _close(builder, p, frame, level)
     if p.handle > 0:
@@ -391,12 +385,10 @@ def _frame(p: Container) -> _Frame:
         plain = sorted([*plain, *((radius_at(plain, z), z) for z in rows)], key=lambda point: point[1])
     outline = grooved(plain, start + p.groove_low * h, start + p.groove_high * h, p.grooves, p.groove_depth)
     if p.opens:  # the mouth ends a little above the lower edge of what closes it
-        room = (1 - p.neck_at) * h - 0.001
-        down = lowered(p.closure, p.cap_height, room)
+        down = lowered(p.closure, p.cap_height, ((1 - p.neck_at) * h - 0.001))
         plain, outline = (piece(line, line[0][1], line[-1][1] - down) for line in (plain, outline))
     # What stands on its cap keeps its section to both ends.
-    mouth = widest if p.base_cap > 0 else plain[-1][0]
-    return _Frame(outline, plain, Section(p.flat, p.corner, mouth, widest), h)
+    return _Frame(outline, plain, Section(p.flat, p.corner, (widest if p.base_cap > 0 else plain[-1][0]), widest), h)
 
 
 def _ridged(p: Container, start: float) -> Vec2:
@@ -472,11 +464,9 @@ def _hollow_hits(builder: AssetBuilder, p: Container, frame: _Frame, level: floa
         inner = [np.column_stack([frame.section.ring(r, -thick), np.full(AROUND, z)]) for r, z in (line[0], line[-1])]
         for k in range(SECTORS):
             at = np.arange(k * steps, (k + 1) * steps + 1) % AROUND
-            points = np.concatenate([ring[at] for ring in (*outer, *inner)])
-            solids.append(hull_around(points))
+            solids.append(hull_around(np.concatenate([ring[at] for ring in (*outer, *inner)])))
     if not is_filled:
-        half = min(r for r, z in outline if z >= floor) - thick
-        room = frame.section.ring(half)
+        room = frame.section.ring(min(r for r, z in outline if z >= floor) - thick)
         width = 2 * float(np.linalg.norm(room, axis=1).min()) * math.cos(math.pi / SECTORS)
         builder.round_region("int", (0.0, 0.0, floor), width, frame.top - floor - 0.002)
     return solids
@@ -521,8 +511,7 @@ def _close(builder: AssetBuilder, p: Container, frame: _Frame, level: float) -> 
         r = frame.section.widest
         for at in (0.0, frame.z(1.0) - 0.002):
             side = [(r - 0.001, at), (r + 0.0012, at + 0.0006), (r + 0.0012, at + 0.0024), (r - 0.001, at + 0.003)]
-            bead = lathe(side, 36)
-            builder.add(ROOT, bead, p.rim_finish, label="rim", collider=False, density=0.0)
+            builder.add(ROOT, lathe(side, 36), p.rim_finish, label="rim", collider=False, density=0.0)
 
 
 def _opening(builder: AssetBuilder, p: Container, mouth: Mouth, parts: list[Part]) -> None:
@@ -562,9 +551,7 @@ def _opening(builder: AssetBuilder, p: Container, mouth: Mouth, parts: list[Part
 def _handle(builder: AssetBuilder, p: Container, frame: _Frame) -> None:
     """A handle at the right side: out of the body, down, and back to it."""
     half, thick = p.width / 2, p.handle_thick
-    high = min(0.97, p.handle_at + p.handle / 2)
-    low = max(0.04, p.handle_at - p.handle / 2)
-    z0, z1 = frame.z(low), frame.z(high)
+    z0, z1 = frame.z(max(0.04, p.handle_at - p.handle / 2)), frame.z(min(0.97, p.handle_at + p.handle / 2))
     x0, x1 = radius_at(frame.plain, z0), radius_at(frame.plain, z1)
     out = max(x0, x1) + p.handle_out * half
     drop = 0.25 * (z1 - z0)

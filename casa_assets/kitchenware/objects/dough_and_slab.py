@@ -52,14 +52,9 @@ MAX_STREWN = 90
 # Toppings that stand out of the box round the body by more than this have a shape of their own, metres.
 MIN_OUT = 0.003
 
-
-class Body(StrEnum):
-    """Basic shape of the food."""
-
-    ROUND = "round"  # a dome over an outline
-    LONG = "long"  # a roll along x
-    RING = "ring"  # with a hole
-    GRID = "grid"  # a plate of pits between bars
+# Basic shape of the food: ROUND a dome over an outline; LONG a roll along x; RING with a hole; GRID a plate of pits
+# between bars.
+Body = StrEnum("Body", "ROUND LONG RING GRID")
 
 
 class Dough(Params):
@@ -162,8 +157,7 @@ def _add_top(builder: AssetBuilder, p: Dough, body: Solid, rng: np.random.Genera
         builder.add_collider(ROOT, hull_of(*pieces), p.topping_finish, "topping")
     for k, finish in enumerate(finishes):
         if pieces[k :: len(finishes)]:
-            part = joined(pieces[k :: len(finishes)])
-            builder.add(ROOT, part, finish, label="topping", collider=False, density=0.0)
+            builder.add(ROOT, joined(pieces[k :: len(finishes)]), finish, label="topping", collider=False, density=0.0)
     if p.pat > 0:
         place = middle + rng.uniform(-0.06, 0.06, 2) * size[:2]
         at = float(Surface(top).height(place[None])[0])
@@ -173,8 +167,7 @@ def _add_top(builder: AssetBuilder, p: Dough, body: Solid, rng: np.random.Genera
     if p.stick > 0:
         low, high = body.bounds
         end, height = float(high[0]), float((low[2] + high[2]) / 2)
-        path = [(end - 0.3 * float(size[0]), 0.0, height), (end + p.stick, 0.0, height)]
-        stick = tube(path, p.stick_radius)
+        stick = tube([(end - 0.3 * float(size[0]), 0.0, height), (end + p.stick, 0.0, height)], p.stick_radius)
         builder.add(ROOT, stick, p.stick_finish, label="stick", name="stick")
 
 
@@ -197,8 +190,7 @@ def _body(p: Dough, rng: np.random.Generator) -> tuple[Solid, list[Solid]]:
     points = body.points
     if p.segments:
         place = np.abs(points[:, 0]) / (0.5 * p.length)
-        angle = np.arctan2(points[:, 2], points[:, 1])
-        phase = np.mod(p.segments * place + 0.5 + 0.2 * np.cos(angle), 1.0)
+        phase = np.mod(p.segments * place + 0.5 + 0.2 * np.cos(np.arctan2(points[:, 2], points[:, 1])), 1.0)
         points = points * np.column_stack([np.ones(len(points)), *2 * [1.0 + p.segment_depth * (0.5 - phase)]])
     cut = p.cut < 1
     crumb = [cut_face(points)] if cut else []
@@ -219,8 +211,7 @@ def _grid(p: Dough) -> Solid:
     h = 0.49 * p.height
     section = np.array([(0.3, -h), (0.5, 0.0), (0.3, h), (-0.3, h), (-0.5, 0.0), (-0.3, -h)])
     section[:, 0] *= bar
-    rim = section * (1.1, 1.02)
-    parts.append(tube(path, rim).without_colliders())
+    parts.append(tube(path, (section * (1.1, 1.02))).without_colliders())
     for axis in (0, 1):
         reach = float(np.abs(outline[:, axis]).max())
         steps = round(2 * reach / pitch)
@@ -231,8 +222,7 @@ def _grid(p: Dough) -> Solid:
                 continue
             ends = [(at, -half), (at, half)] if axis == 0 else [(-half, at), (half, at)]
             parts.append(tube([(x, y, p.height / 2) for x, y in ends], section).without_colliders())
-    whole = joined([plain(part) for part in parts])
-    return seen_from_above(replace(whole, crease_deg=40.0))
+    return seen_from_above(replace(joined([plain(part) for part in parts]), crease_deg=40.0))
 
 
 def _chord(outline: Floats, axis: int, at: float) -> float:
@@ -262,13 +252,9 @@ AROUND = 24
 PLINTH, PLINTH_HIGH = 0.8, 0.3
 FIN_OUT = 0.002  # metres that a fin or a bone may project from the body's box without a separate shape
 
-
-class Cut(StrEnum):
-    """Basic shape of the food."""
-
-    SLAB = "slab"  # a slab over an outline
-    STRIP = "strip"  # a thin strip that rises and falls
-    LONG = "long"  # a long body along x
+# Basic shape of the food: SLAB a slab over an outline; STRIP a thin strip that rises and falls; LONG a long body along
+# x.
+Cut = StrEnum("Cut", "SLAB STRIP LONG")
 
 
 class SlabFood(Params):
@@ -374,8 +360,7 @@ def _slab_body(p: SlabFood, rng: np.random.Generator) -> tuple[Solid, Solid | No
         )
         return seen_from_above(body) if p.above else body, None
     section = {"square": p.square, "square_top": p.square, "foot": p.foot, "cut": p.cut_at}
-    along = 51 if p.segments else 31
-    body = long_body(p.profile, p.length, p.width, p.height, **section, around=AROUND, along=along)
+    body = long_body(p.profile, p.length, p.width, p.height, **section, around=AROUND, along=(51 if p.segments else 31))
     points = body.points
     if p.segments:
         phase = np.mod(p.segments * (points[:, 0] / p.length + 0.5), 1.0)
@@ -407,11 +392,9 @@ def _rind(p: SlabFood, body: Solid) -> Solid:
     outline = outline_of_food(p.outline, p.length, p.width, p.square, 44)
     angle = np.degrees(np.arctan2(outline[:, 1], outline[:, 0]))
     middle, half = (p.rind_from + p.rind_to) / 2, abs(p.rind_to - p.rind_from) / 2
-    off = np.abs(np.mod(angle - middle + 180.0, 360.0) - 180.0)
-    share = np.clip((half - off) / 25.0, 0.0, 1.0)
+    share = np.clip((half - np.abs(np.mod(angle - middle + 180.0, 360.0) - 180.0)) / 25.0, 0.0, 1.0)
     share = share * share * (3 - 2 * share)
-    radius = np.hypot(outline[:, 0], outline[:, 1])
-    out = 0.93 * (1 - share) + share * (1.0 + p.rind / radius)
+    out = 0.93 * (1 - share) + share * (1.0 + p.rind / np.hypot(outline[:, 0], outline[:, 1]))
     height = float(np.ptp(body.points[:, 2]))
     rind = dome(outline * out[:, None], p.profile, 0.95 * height)
     return replace(rind, points=flat_foot(rind.points)).translated(z=0.005 * height)
@@ -422,8 +405,7 @@ def _fins(p: SlabFood) -> list[Solid]:
     out = []
     for line in p.fins:
         outline = counter_clockwise(np.array(line) * (p.length, p.width))
-        part = prism(outline, p.fin_thickness, 0.0003).translated(z=-p.fin_thickness / 2)
-        out.append(replace(part, shapes=()))
+        out.append(replace(prism(outline, p.fin_thickness, 0.0003).translated(z=-p.fin_thickness / 2), shapes=()))
     return out
 
 
@@ -471,16 +453,14 @@ def _eyes(p: SlabFood, body: Solid) -> list[Solid]:
         place = np.array([[x * p.length, y * p.width]])
         height = float(Surface(body).height(place)[0])
         for z in (height - 0.05 * size, top - height + 0.05 * size):
-            eye = ellipsoid((size, size, 0.4 * size), 12, 7)
-            out.append(eye.translated(float(place[0, 0]), float(place[0, 1]), z))
+            out.append(ellipsoid((size, size, 0.4 * size), 12, 7).translated(float(place[0, 0]), float(place[0, 1]), z))
     return out
 
 
 def _hulls(body: Solid, p: SlabFood) -> list[Solid]:
     """The body as one hull, or as several along a bend."""
     if p.cut is Cut.LONG and abs(p.bend) > RING:
-        middle = p.length / p.bend
-        around = np.arctan2(body.points[:, 0], (middle - body.points[:, 1]) * np.sign(p.bend))
+        around = np.arctan2(body.points[:, 0], ((p.length / p.bend) - body.points[:, 1]) * np.sign(p.bend))
         return hulls_by(body.points, around, 6)
     if p.wave > 0:
         return _on_plinth(body)

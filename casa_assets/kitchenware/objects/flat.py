@@ -38,15 +38,8 @@ from casa_assets.kitchenware.parts.blender_jar import BlenderJar, Cover, Jar, ad
 # Board ----------------------------------------------------------------------------------------------------------------
 # Boards to cut on, place mats, slabs of slate; with a groove, a hole, a handle or strips of two woods.
 
-
-class Outline(StrEnum):
-    """Outline seen from above."""
-
-    RECTANGLE = "rectangle"
-    OVAL = "oval"  # also round
-    PADDLE = "paddle"  # a rectangle with a handle
-    ROUND_PADDLE = "round_paddle"
-    ARCHED = "arched"  # one end is half a circle
+# Outline seen from above: OVAL also round; PADDLE a rectangle with a handle; ARCHED one end is half a circle.
+Outline = StrEnum("Outline", "RECTANGLE OVAL PADDLE ROUND_PADDLE ARCHED")
 
 
 class Board(Params):
@@ -137,8 +130,7 @@ def _outline(p: Board) -> Floats:
     turns = np.linspace(-math.pi / 2, math.pi / 2, 9)
     end = np.stack([x + p.handle - half + half * np.cos(turns), half * np.sin(turns)], axis=1)
     throat = [(start + 0.35 * half, -1.05 * half), *end, (start + 0.35 * half, 1.05 * half)]
-    angle = np.arctan2(keep[:, 1], keep[:, 0])
-    return np.concatenate([np.array(throat), keep[np.argsort(np.mod(angle, 2 * math.pi))]])
+    return np.concatenate([np.array(throat), keep[np.argsort(np.mod(np.arctan2(keep[:, 1], keep[:, 0]), 2 * math.pi))]])
 
 
 def _shapes(p: Board) -> list[Solid]:
@@ -154,8 +146,7 @@ def _shapes(p: Board) -> list[Solid]:
     else:
         found = [box((p.length, p.width, t), (0.0, 0.0, t / 2), 0.0)]
     if p.outline in (Outline.PADDLE, Outline.ROUND_PADDLE):
-        middle = p.length / 2 + 0.47 * p.handle
-        found.append(box((1.06 * p.handle, p.handle_width, t), (middle, 0.0, t / 2), 0.0))
+        found.append(box((1.06 * p.handle, p.handle_width, t), ((p.length / 2 + 0.47 * p.handle), 0.0, t / 2), 0.0))
     return found
 
 
@@ -209,12 +200,10 @@ def build_pocket_tray(builder: AssetBuilder, p: PocketTray) -> None:
     outside = [(half + 0.12 * p.depth - 0.4 * w, 0.0), (half - w, 0.16 * p.depth)]
     steps = [*outside, (-w, p.depth - 0.0004), (-0.0001, p.depth - 0.0004), *((d, z + p.wall) for d, z in inside[1:])]
     cup = loft(inset_rings(mouth, steps), 40.0)
-    cups = [cup.translated(*place) for place in places]
-    parts = [cover, *cups]
+    parts = [cover, *([cup.translated(*place) for place in places])]
     if p.rim > 0:
         hoop = inset_rings(outline, [(0.0006, top - 0.0004), (0.0, top - 0.001), (-0.001, top - p.rim)])
-        back = inset_rings(outline, [(p.wall - 0.001, top - p.rim), (p.wall, top - 0.0004)])
-        ring = [*hoop, *back, hoop[0]]
+        ring = [*hoop, *inset_rings(outline, [(p.wall - 0.001, top - p.rim), (p.wall, top - 0.0004)]), hoop[0]]
         n = len(outline)
         faces = []
         for k in range(len(ring) - 1):

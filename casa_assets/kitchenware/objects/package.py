@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from enum import StrEnum
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -43,9 +43,6 @@ from casa_assets.kitchenware.objects.wrapping import (
 # Boxes ----------------------------------------------------------------------------------------------------------------
 # Packages with four sides: cartons, cartons with a gable, bricks of drink, wrapped blocks, paper bags.
 
-if TYPE_CHECKING:
-    from casa_assets.kitchenware.objects.packages.package import Package
-
 # Heights of the rings of a body, as shares of it.
 LEVELS = ramp(0.0, 0.04, 0.14, 0.32, 0.5, 0.68, 0.86, 0.96, 1.0)
 CARD = 0.0009  # of folded card and what hides below it, metres
@@ -81,8 +78,7 @@ def carton(p: Package) -> list[Part]:
         # A little spout of sheet at the upper end of a narrow side, as cartons of salt have.
         x, size = half_x + p.bulge * 0.3, 0.3 * p.depth
         low, high = p.height - 0.8 * size - 0.008, p.height - 0.008
-        sheet = board((x - 0.002, -size / 2, low), (x + 0.0012, size / 2, high), 0.0006)
-        parts.append(Part(sheet, p.fitting, "spout"))
+        parts.append(Part(board((x - 0.002, -size / 2, low), (x + 0.0012, size / 2, high), 0.0006), p.fitting, "spout"))
     return parts
 
 
@@ -130,8 +126,7 @@ def _bulged(rings: Floats, outline: Outline, amount: float, levels: Floats) -> F
     """Rings whose sides bulge in their middle by a length; a narrow side bulges by less."""
     moved = rings.copy()
     wide = np.abs(outline.bent[:, 1:]) * np.ptp(rings[0, :, 0]) + np.abs(outline.bent[:, :1]) * np.ptp(rings[0, :, 1])
-    place = np.abs(outline.straight * outline.bent[:, ::-1]).sum(axis=1)
-    share = hump(place)[:, None] * wide / wide.max()
+    share = hump(np.abs(outline.straight * outline.bent[:, ::-1]).sum(axis=1))[:, None] * wide / wide.max()
     moved[..., :2] += amount * hump(levels)[:, None, None] * (share * outline.bent)
     return moved
 
@@ -162,12 +157,10 @@ def gable(p: Package) -> list[Part]:
     rings = [outline.ring(half_x, half_y, p.edge, wall * share) for share in shares]
     body = _bulged(np.stack(rings), outline, p.bulge, 2 * shares - 1)
     roof = [gathered(outline, half_x, half_y, p.edge, wall, p.height - p.fin, s) for s in (0.06, 0.3, 0.6, 0.9, 1.0)]
-    fin = roof[-1] + (0.0, 0.0, p.fin)
-    everything = np.concatenate([body, np.stack([*roof, fin])])
+    everything = np.concatenate([body, np.stack([*roof, (roof[-1] + (0.0, 0.0, p.fin))])])
     slope = [1.0 - p.upper * (1.0 - 0.8 * s) for s in (0.06, 0.3, 0.6, 0.9, 1.0)]
     heights = np.array([*(p.lower + (1.0 - p.lower - p.upper) * shares), *slope, 1.0])
-    solid = wrapped(everything, outline.sides, heights, crease_deg=28.0)
-    parts = [Part(solid, p.skin, "package", p.heft)]
+    parts = [Part(wrapped(everything, outline.sides, heights, crease_deg=28.0), p.skin, "package", p.heft)]
     if p.cap_radius > 0:
         # A screw cap placed square to the front slope.
         rise, run, r, high = p.height * p.roof, half_y, p.cap_radius, 0.85 * p.cap_radius
@@ -190,8 +183,7 @@ def gathered(
     ridge = 2.2 * SEALED
     place = ring[:, 1] / half_y
     ring[:, 1] = place * (half_y * (1 - share) + ridge * share)
-    is_side = np.abs(outline.bent[:, 0]) > 0.99
-    tuck = np.where(is_side, half_y * share * (1.0 - np.abs(place)), 0.0)
+    tuck = np.where((np.abs(outline.bent[:, 0]) > 0.99), half_y * share * (1.0 - np.abs(place)), 0.0)
     ring[:, 0] -= np.sign(ring[:, 0]) * np.minimum(tuck, 0.92 * half_x)
     return ring
 
@@ -201,15 +193,13 @@ def ribbed(cap: Solid, radius: float) -> Solid:
     points = cap.points.copy()
     angle = np.arctan2(points[:, 1], points[:, 0])
     outer = np.abs(np.hypot(points[:, 0], points[:, 1]) - radius) < 1e-6
-    ribs = np.where(outer, 1.0 - 0.05 * (np.round(angle / (2 * np.pi / 36)) % 2), 1.0)
-    points[:, :2] *= ribs[:, None]
+    points[:, :2] *= np.where(outer, 1.0 - 0.05 * (np.round(angle / (2 * np.pi / 36)) % 2), 1.0)[:, None]
     return Solid(points, cap.faces, cap.shapes, crease_deg=30.0)
 
 
 def brick(p: Package) -> list[Part]:
     """A brick of drink with folded ears and a straw, in its hole or glued to the back."""
-    outline = four_sides(p.front, p.side, 1)
-    body = _sides(p, outline, p.height, p.lower, 1.0 - p.upper)
+    body = _sides(p, four_sides(p.front, p.side, 1), p.height, p.lower, 1.0 - p.upper)
     half_x, half_y = p.width / 2, p.depth / 2
     parts = [Part(body, p.skin, "package", p.heft)]
     spot = (0.5, 1.0 - 0.5 * max(p.upper, 0.02))
@@ -263,8 +253,7 @@ def wrapped_block(p: Package) -> list[Part]:
             # Foil under the paper stands out a little, where it was torn.
             half_x, half_y = p.width / 2 - 0.0004, p.depth / 2 - 0.0004
             rings = [outline.ring(half_x, half_y, p.edge, z) for z in (top - 0.004, top + p.liner)]
-            tear = 0.35 * p.liner * np.sin(np.arange(len(rings[1])) * 2.1)
-            rings[1][:, 2] += tear
+            rings[1][:, 2] += 0.35 * p.liner * np.sin(np.arange(len(rings[1])) * 2.1)
             foil = wrapped(np.stack(rings), outline.sides, ramp(0.0, 1.0), crease_deg=50.0)
             parts.append(Part(foil, p.fitting, "foil"))
     if p.seam:
@@ -308,8 +297,7 @@ def _bare_block(p: Package, less: float) -> Solid:
         seed=p.seed,
         skin=p.skin,
     )
-    made = BLOCKS[shape](block)[0].solid.transformed(UPRIGHT)
-    return made.translated(y=-p.depth / 2 + less, z=p.height / 2 + less)
+    return BLOCKS[shape](block)[0].solid.transformed(UPRIGHT).translated(y=-p.depth / 2 + less, z=p.height / 2 + less)
 
 
 def paper_bag(p: Package) -> list[Part]:
@@ -370,28 +358,14 @@ Metres = Annotated[float, Field(gt=0, le=0.5)]
 Small = Annotated[float, Field(ge=0, le=0.1)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
+# Kind of package: GABLE a carton folded to a ridge above; BRICK a brick of drink with a straw; BLOCK a block wrapped in
+# paper or foil, its ends folded; PILLOW a bag or wrapper of film with a crimped strip at both ends; POUCH a bag that
+# stands; TWIST a sweet in twisted paper; ROLL of foil or film.
+Shape = StrEnum("Shape", "CARTON GABLE BRICK BLOCK PAPER_BAG PILLOW POUCH TWIST TUB ROLL")
 
-class Shape(StrEnum):
-    """Kind of package."""
-
-    CARTON = "carton"
-    GABLE = "gable"  # a carton folded to a ridge above
-    BRICK = "brick"  # a brick of drink with a straw
-    BLOCK = "block"  # a block wrapped in paper or foil, its ends folded
-    PAPER_BAG = "paper_bag"
-    PILLOW = "pillow"  # a bag or wrapper of film with a crimped strip at both ends
-    POUCH = "pouch"  # a bag that stands
-    TWIST = "twist"  # a sweet in twisted paper
-    TUB = "tub"
-    ROLL = "roll"  # of foil or film
-
-
-class Rest(StrEnum):
-    """How a package lies; all its dimensions are those of the upright package."""
-
-    STANDS = "stands"
-    BACK = "back"  # on its back, its upper end away from the viewer
-    ALONG = "along"  # its height along x, its back up
+# How a package lies; all its dimensions are those of the upright package: BACK on its back, its upper end away from the
+# viewer; ALONG its height along x, its back up.
+Rest = StrEnum("Rest", "STANDS BACK ALONG")
 
 
 class Package(Params):
@@ -468,17 +442,10 @@ class Package(Params):
 
 
 SHAPES: Mapping[Shape, Callable[[Package], list[Part]]] = {
-    Shape.CARTON: carton,
-    Shape.GABLE: gable,
-    Shape.BRICK: brick,
-    Shape.BLOCK: wrapped_block,
-    Shape.PAPER_BAG: paper_bag,
-    Shape.PILLOW: pillow,
-    Shape.POUCH: pouch,
-    Shape.TWIST: twist,
-    Shape.TUB: tub,
+    Shape.CARTON: carton, Shape.GABLE: gable, Shape.BRICK: brick, Shape.BLOCK: wrapped_block,
+    Shape.PAPER_BAG: paper_bag, Shape.PILLOW: pillow, Shape.POUCH: pouch, Shape.TWIST: twist, Shape.TUB: tub,
     Shape.ROLL: roll,
-}
+}  # fmt: skip
 # Collision shapes of an open carton's walls are so thick, metres; its lid turns so far, rad.
 WALL, LID_SWING = 0.002, 1.9
 POSES = {Rest.STANDS: Pose(), Rest.BACK: LYING_BACK, Rest.ALONG: LYING_ALONG}
@@ -489,8 +456,7 @@ def build_package(builder: AssetBuilder, p: Package) -> None:
     parts = SHAPES[p.shape](p)
     everything = np.concatenate([part.solid.points for part in parts])
     pose = POSES[p.rest]
-    lowest = float(pose.apply(everything)[:, 2].min())
-    at = Pose(position=(0.0, 0.0, -lowest)) @ pose
+    at = Pose(position=(0.0, 0.0, -float(pose.apply(everything)[:, 2].min()))) @ pose
     colliders = [solid.transformed(at) for solid in _colliders(p, parts[0].solid, everything)]
     for k, part in enumerate(parts):
         solid = part.solid.transformed(at)
@@ -526,16 +492,13 @@ def _colliders(p: Package, body: Solid, everything: Floats) -> list[Solid]:
             # The lid swings past the back, which bulges less up here.
             y1 = p.depth / 2
             walls = [
-                ((x0, y0, level), (x0 + t, y1, top)),
-                ((x1 - t, y0, level), (x1, y1, top)),
-                ((x0 + t, y0, level), (x1 - t, y0 + t, top)),
-                ((x0 + t, y1 - t, level), (x1 - t, y1, top)),
-            ]
+                ((x0, y0, level), (x0 + t, y1, top)), ((x1 - t, y0, level), (x1, y1, top)),
+                ((x0 + t, y0, level), (x1 - t, y0 + t, top)), ((x0 + t, y1 - t, level), (x1 - t, y1, top)),
+]  # fmt: skip
             return [body.with_shapes(below, *(box_shape(a, b) for a, b in walls))]
         case Shape.CARTON | Shape.BRICK | Shape.BLOCK:
             top = high[2] if p.bare > 0 else p.height
-            shape = box_shape((low[0], low[1], 0.0), (high[0], high[1], top))
-            return [body.with_shapes(shape)]
+            return [body.with_shapes(box_shape((low[0], low[1], 0.0), (high[0], high[1], top)))]
         case Shape.GABLE | Shape.PAPER_BAG:
             wall = p.height * (1.0 - p.roof) - p.fin
             upper = Solid(body.points[body.points[:, 2] > wall - 0.001], body.faces[:0]).with_hull_collider()

@@ -73,8 +73,7 @@ def head_leaves(
         normal = np.stack([np.interp(place, run, outward[:, i]) for i in (0, 1)], axis=2)
         radius, height = np.moveaxis(base + normal * (off * size)[..., None], 2, 0)
         radius = np.maximum(radius, 0.03 * size)
-        grid = np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=2)
-        out.append(sheet(grid, 0.018 * size))
+        out.append(sheet(np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=2), 0.018 * size))
     return out
 
 
@@ -86,13 +85,9 @@ LINING = 0.015
 # A round side of flat faces is rolled over if the next is lower; half degrees from one to the next.
 FACET = 16
 
-
-class Face(StrEnum):
-    """Where the cut face of a half or a wedge looks."""
-
-    UP = "up"  # it lies on its skin
-    DOWN = "down"  # it lies on a cut face
-    SIDE = "side"  # it lies on the side of its skin, where it comes to rest, and a face across the axis looks to +x
+# Where the cut face of a half or a wedge looks: UP it lies on its skin; DOWN it lies on a cut face; SIDE it lies on the
+# side of its skin, where it comes to rest, and a face across the axis looks to +x.
+Face = StrEnum("Face", "UP DOWN SIDE")
 
 
 def rest_tilt(body: Solid) -> float:
@@ -107,8 +102,7 @@ def rest_tilt(body: Solid) -> float:
     heights = np.array([-float((z * math.cos(t) - x * math.sin(t)).min()) for t in tilts])
     place = len(tilts) // 2
     while True:
-        near = range(max(0, place - FACET), min(len(tilts), place + FACET + 1))
-        lower = min(near, key=lambda k: heights[k])
+        lower = min(range(max(0, place - FACET), min(len(tilts), place + FACET + 1)), key=lambda k: heights[k])
         if heights[lower] >= heights[place] - 1e-9:
             return float(tilts[place])
         place = lower
@@ -126,12 +120,8 @@ MIN_OUT = 0.003
 # A body that bends farther than this is covered by several hulls, rad; how many there are at most.
 BENT, MAX_HULLS = 0.35, 4
 
-
-class Rest(StrEnum):
-    """How it lies."""
-
-    STANDS = "stands"  # as it is drawn
-    LIES = "lies"  # its axis level, along x, and so the plane in which it bends
+# How it lies: STANDS as it is drawn; LIES its axis level, along x, and so the plane in which it bends.
+Rest = StrEnum("Rest", "STANDS LIES")
 
 
 class Produce(Params):
@@ -270,13 +260,11 @@ def _build_portion(builder: AssetBuilder, p: Produce, body: Solid, rng: np.rando
     plates = concatenate(faces).translated(z=-lowest)
     builder.add(ROOT, plates, p.section, label="section", name="section", collider=False, density=0.0)
     if p.hollow:
-        lining = shell(scaled(p.hollow + LINING), scaled(p.hollow - LINING), planes)
-        lined = rested(lining).translated(z=-lowest)
+        lined = rested(shell(scaled(p.hollow + LINING), scaled(p.hollow - LINING), planes)).translated(z=-lowest)
         builder.add(ROOT, lined, p.lining or p.section, label="lining", collider=False, density=0.0)
     if p.stone > 0 and p.face is Face.UP:
         ball = turned(smooth_profile([(0, -1), (0.7, -0.72), (1, 0), (0.7, 0.72), (0, 1)], 13), 20)
-        sides = np.array([1.0, p.stone_flat, p.stone_long]) * 0.5 * p.stone
-        points = ball.points * sides + (0.0, 0.0, heart)
+        points = ball.points * (np.array([1.0, p.stone_flat, p.stone_long]) * 0.5 * p.stone) + (0.0, 0.0, heart)
         stone = rested(replace(ball, points=bumped(points, 0.05, 2.5, rng))).translated(z=-lowest)
         builder.add(ROOT, stone, p.stone_finish, label="stone", density=0.0)
 
@@ -337,8 +325,7 @@ def _laid(points: Floats, p: Produce) -> Floats:
 def _shaped(points: Floats, p: Produce, rng: np.random.Generator) -> Floats:
     """The points of the body with lobes, bumps and leaves round it."""
     # A single furrow lies where the edges of the picture meet, so that a skin can show it.
-    phase = 0.0 if p.lobes == 1 else 0.3
-    points = lobed(points, p.lobes, p.lobe_depth, p.lobe_sharp, phase)
+    points = lobed(points, p.lobes, p.lobe_depth, p.lobe_sharp, (0.0 if p.lobes == 1 else 0.3))
     points = bumped(points, p.bumps, p.waves, rng)
     if p.wrap_skin is None or p.portion is not None:
         points = wrapped(points, p.wraps, p.wrap_depth, rng)

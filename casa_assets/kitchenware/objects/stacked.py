@@ -41,79 +41,38 @@ Share = Annotated[float, Field(ge=0, le=1)]
 # A solid and its finish, to be drawn.
 Part = tuple[Solid, str]
 
+# How it is put together: TOWER layers on each other; BUN a sausage in a split bun; SHELL fillings in a folded shell;
+# SKEWER pieces on a stick; CAKE sponge and cream under icing, whole or with a piece cut out; CUP a paper cup with a
+# swirl on it; CONE balls of ice in a cone, lying; BAR ice on a stick, lying; NIGIRI a slice on a roll of rice; MAKI a
+# piece of a roll, on its end.
+Build = StrEnum("Build", "TOWER BUN SHELL SKEWER CAKE CUP CONE BAR NIGIRI MAKI")
 
-class Build(StrEnum):
-    """How it is put together."""
-
-    TOWER = "tower"  # layers on each other
-    BUN = "bun"  # a sausage in a split bun
-    SHELL = "shell"  # fillings in a folded shell
-    SKEWER = "skewer"  # pieces on a stick
-    CAKE = "cake"  # sponge and cream under icing, whole or with a piece cut out
-    CUP = "cup"  # a paper cup with a swirl on it
-    CONE = "cone"  # balls of ice in a cone, lying
-    BAR = "bar"  # ice on a stick, lying
-    NIGIRI = "nigiri"  # a slice on a roll of rice
-    MAKI = "maki"  # a piece of a roll, on its end
-
-
-class Filling(StrEnum):
-    """A layer of a tower, or a piece on a skewer."""
-
-    BASE = "base"
-    CROWN = "crown"
-    SLICE = "slice"
-    PATTY = "patty"
-    CHEESE = "cheese"
-    CHEESE_PALE = "cheese_pale"
-    LETTUCE = "lettuce"
-    TOMATO = "tomato"
-    ONION = "onion"
-    ONION_RED = "onion_red"
-    PICKLE = "pickle"
-    HAM = "ham"
-    EGG = "egg"
-    KETCHUP = "ketchup"
-    MUSTARD = "mustard"
-    CUCUMBER = "cucumber"
-    PEPPER_GREEN = "pepper_green"
-    PEPPER_RED = "pepper_red"
-    PEPPER_YELLOW = "pepper_yellow"
-    MUSHROOM = "mushroom"
-    MEAT = "meat"
-
+Filling = StrEnum(
+    "Filling",
+    "BASE CROWN SLICE PATTY CHEESE CHEESE_PALE LETTUCE TOMATO ONION ONION_RED PICKLE HAM EGG KETCHUP MUSTARD "
+    "CUCUMBER PEPPER_GREEN PEPPER_RED PEPPER_YELLOW MUSHROOM MEAT",
+)
 
 # Thickness in metres, reach by the outline, and finish of layers that are plain.
 _LAYERS = {
-    Filling.CHEESE: (0.003, 1.04, "dish_cheese_yellow"),
-    Filling.CHEESE_PALE: (0.003, 1.04, "dish_cheese_pale"),
-    Filling.LETTUCE: (0.005, 1.1, "dish_lettuce"),
-    Filling.TOMATO: (0.006, 0.97, "dish_tomato"),
-    Filling.ONION: (0.003, 0.98, "dish_onion"),
-    Filling.ONION_RED: (0.003, 0.98, "dish_onion_red"),
-    Filling.PICKLE: (0.003, 0.98, "dish_pickle"),
-    Filling.CUCUMBER: (0.004, 0.99, "dish_cucumber"),
-    Filling.HAM: (0.004, 1.03, "dish_meat_pink"),
-    Filling.EGG: (0.004, 1.04, "dish_white_fish"),
-    Filling.KETCHUP: (0.002, 0.98, "dish_ketchup"),
-    Filling.MUSTARD: (0.002, 0.98, "dish_mustard"),
-}
+    Filling.CHEESE: (0.003, 1.04, "dish_cheese_yellow"), Filling.CHEESE_PALE: (0.003, 1.04, "dish_cheese_pale"),
+    Filling.LETTUCE: (0.005, 1.1, "dish_lettuce"), Filling.TOMATO: (0.006, 0.97, "dish_tomato"),
+    Filling.ONION: (0.003, 0.98, "dish_onion"), Filling.ONION_RED: (0.003, 0.98, "dish_onion_red"),
+    Filling.PICKLE: (0.003, 0.98, "dish_pickle"), Filling.CUCUMBER: (0.004, 0.99, "dish_cucumber"),
+    Filling.HAM: (0.004, 1.03, "dish_meat_pink"), Filling.EGG: (0.004, 1.04, "dish_white_fish"),
+    Filling.KETCHUP: (0.002, 0.98, "dish_ketchup"), Filling.MUSTARD: (0.002, 0.98, "dish_mustard"),
+}  # fmt: skip
 FOLD = 0.001  # metres that the filling of a shell stays within the middle of it where it is folded
 CHIP_M = 0.014  # of what is cut into cubes in a taco
 FLAT_STEP = 0.0005  # metres between the undersides of neighbours on a skewer
 # Length along the stick and size across it by the width of a skewer, and finish, of what is on one.
 _PIECES = {
-    Filling.MEAT: (0.9, 0.9, ""),
-    Filling.ONION: (0.3, 0.95, "dish_onion"),
-    Filling.ONION_RED: (0.3, 0.95, "dish_onion_red"),
-    Filling.TOMATO: (0.8, 0.8, "dish_tomato"),
-    Filling.PEPPER_GREEN: (0.28, 0.95, "dish_pepper_green"),
-    Filling.PEPPER_RED: (0.28, 0.95, "dish_pepper_red"),
-    Filling.PEPPER_YELLOW: (0.28, 0.95, "dish_pepper_yellow"),
-    Filling.MUSHROOM: (0.7, 0.85, "dish_mushroom"),
-    Filling.CUCUMBER: (0.4, 0.9, "dish_cucumber"),
-    Filling.PATTY: (2.6, 0.85, ""),
-}
+    Filling.MEAT: (0.9, 0.9, ""), Filling.ONION: (0.3, 0.95, "dish_onion"),
+    Filling.ONION_RED: (0.3, 0.95, "dish_onion_red"), Filling.TOMATO: (0.8, 0.8, "dish_tomato"),
+    Filling.PEPPER_GREEN: (0.28, 0.95, "dish_pepper_green"), Filling.PEPPER_RED: (0.28, 0.95, "dish_pepper_red"),
+    Filling.PEPPER_YELLOW: (0.28, 0.95, "dish_pepper_yellow"), Filling.MUSHROOM: (0.7, 0.85, "dish_mushroom"),
+    Filling.CUCUMBER: (0.4, 0.9, "dish_cucumber"), Filling.PATTY: (2.6, 0.85, ""),
+}  # fmt: skip
 _FLAT = ((0, 0), (0.8, 0), (0.97, 0.1), (1, 0.5), (0.97, 0.9), (0.8, 1), (0, 1))
 _BASE = ((0, 0), (0.75, 0), (0.93, 0.14), (1, 0.55), (0.99, 0.85), (0.95, 1), (0.5, 1), (0, 1))
 _CROWN = ((0, 0), (0.9, 0), (0.98, 0.05), (1, 0.2), (0.94, 0.5), (0.76, 0.79), (0.45, 0.96), (0, 1))
@@ -200,8 +159,7 @@ def _tower(p: Stacked, rng: np.random.Generator) -> Composed:
     for filling in p.layers:
         if filling in (Filling.BASE, Filling.CROWN, Filling.SLICE):
             height = p.height if filling is Filling.CROWN else p.base_height
-            profile = {Filling.BASE: _BASE, Filling.CROWN: _CROWN, Filling.SLICE: _FLAT}[filling]
-            bread = dome(outline, profile, height)
+            bread = dome(outline, {Filling.BASE: _BASE, Filling.CROWN: _CROWN, Filling.SLICE: _FLAT}[filling], height)
             bread = replace(bread, points=flat_foot(bumped(bread.points, 0.012, 1.0, rng), 0.01)).translated(z=z)
             parts.append((bread, p.skin))
             z += height - 0.0006
@@ -303,8 +261,7 @@ def _shell(p: Stacked, rng: np.random.Generator) -> Composed:
     radius, n, m = p.length / 2, 23, 19
     gap = 0.32 * p.width
     s = np.linspace(-0.995, 0.995, n)[:, None] * radius
-    reach = 0.5 * math.pi * gap / 2 + p.height - gap / 2
-    half = reach * np.sqrt(np.maximum(1.0 - (s / radius) ** 2, 0.006)) ** 0.85
+    half = (0.5 * math.pi * gap / 2 + p.height - gap / 2) * np.sqrt(np.maximum(1.0 - (s / radius) ** 2, 0.006)) ** 0.85
     along = np.linspace(-1.0, 1.0, m)[None, :] * half
     bow = np.minimum(np.abs(along) / gap, math.pi / 2 * 0.82)
     rest = np.maximum(np.abs(along) - gap * math.pi / 2 * 0.82, 0.0)
@@ -325,8 +282,7 @@ def _shell(p: Stacked, rng: np.random.Generator) -> Composed:
     x, y, z = heart.points.T
     z = np.maximum(z, low)
     # It narrows below as the fold of the shell does, or it would come out of it.
-    fold = np.sqrt((gap - FOLD) ** 2 - np.maximum(gap - z, 0.0) ** 2)
-    y = y * np.minimum(1.0, fold / (1.05 * 0.85 * gap))
+    y = y * np.minimum(1.0, np.sqrt((gap - FOLD) ** 2 - np.maximum(gap - z, 0.0) ** 2) / (1.05 * 0.85 * gap))
     heart = replace(heart, points=np.column_stack([x, y, z]))
     parts: list[Part] = [(shell, p.skin), (heart, p.meat)]
     light: list[Part] = []
@@ -373,8 +329,7 @@ def _skewer(p: Stacked, rng: np.random.Generator) -> Composed:
         x += size
     reach = scale * total * p.width / 2
     stick = tube([(-reach - 0.3 * p.stick, 0.0, 0.0), (reach + p.stick, 0.0, 0.0)], 0.0017)
-    solids = [s for s, _ in parts]
-    return Composed([*parts, (plain(stick), p.stick_finish)], [solids, [stick]], [])
+    return Composed([*parts, (plain(stick), p.stick_finish)], [([s for s, _ in parts]), [stick]], [])
 
 
 def _on_stick(filling: Filling, size: float, wide: float, rng: np.random.Generator) -> Solid:
@@ -416,8 +371,7 @@ def _sector(radius: float, opening: float, inner: float = 0.0) -> Floats:
     arc = radius * np.stack([np.cos(turns), np.sin(turns)], axis=1)
     if inner <= 0:
         return np.vstack([arc, [[0.0, 0.0]]])
-    back = inner * np.stack([np.cos(turns[::-1]), np.sin(turns[::-1])], axis=1)
-    return np.vstack([arc, back])
+    return np.vstack([arc, (inner * np.stack([np.cos(turns[::-1]), np.sin(turns[::-1])], axis=1))])
 
 
 def _cake(p: Stacked, rng: np.random.Generator) -> Composed:
@@ -473,10 +427,8 @@ def _swirl(radius: float, height: float, ripple: float, turns: float, fine: bool
     along, around = (23, 28) if fine else (14, 18)
     body = turned(smooth_profile([(float(r), float(z)) for r, z in profile], along), around, 70.0)
     angle = np.arctan2(body.points[:, 1], body.points[:, 0])
-    phase = np.mod(turns * body.points[:, 2] - angle / (2 * np.pi), 1.0)
-    wave = np.abs(np.sin(np.pi * phase)) ** 0.7
-    star = 0.25 * ripple * np.cos(9 * angle + 5.0 * body.points[:, 2])
-    share = 1.0 - ripple + 1.4 * ripple * wave + star
+    wave = np.abs(np.sin(np.pi * np.mod(turns * body.points[:, 2] - angle / (2 * np.pi), 1.0))) ** 0.7
+    share = 1.0 - ripple + 1.4 * ripple * wave + (0.25 * ripple * np.cos(9 * angle + 5.0 * body.points[:, 2]))
     share = np.where(body.points[:, 2] > 0.01, share, 1.0 - ripple / 2)
     size = np.column_stack([share * radius, share * radius, np.full(len(share), height)])
     return replace(body, points=body.points * size)
@@ -501,8 +453,7 @@ def _cup(p: Stacked, rng: np.random.Generator) -> Composed:
     light = _toppings(p, top, rng, 0.1)
     solids = [s for s, _ in parts]
     if p.cherry > 0:
-        peak = float(top.points[:, 2].max())
-        ball = ellipsoid((p.cherry,) * 3, 16, 11).translated(z=peak + 0.2 * p.cherry)
+        ball = ellipsoid((p.cherry) * 3, 16, 11).translated(z=float(top.points[:, 2].max()) + 0.2 * p.cherry)
         parts.append((plain(ball), p.cherry_finish))
         solids.append(ball)
     return Composed(parts, [[cup], solids[1:]], light)
@@ -538,11 +489,9 @@ def _cone(p: Stacked, rng: np.random.Generator) -> Composed:
         if k == p.count - 1 or k == 2:
             light += _toppings(p, ball, rng, 0.2)
             if p.cherry > 0:
-                peak = float(ball.points[:, 2].max())
-                cherry = ellipsoid((p.cherry,) * 3, 14, 9).translated(z=peak + 0.25 * p.cherry)
+                cherry = ellipsoid((p.cherry) * 3, 14, 9).translated(z=float(ball.points[:, 2].max()) + 0.25 * p.cherry)
                 light.append((plain(cherry), p.cherry_finish))
-    tilt = math.asin(min(0.9, 1.02 * radius / middle))
-    turn = -(math.pi / 2 - tilt)
+    turn = -(math.pi / 2 - math.asin(min(0.9, 1.02 * radius / middle)))
     parts = [(s.rotated("y", turn), f) for s, f in parts]
     light = [(s.rotated("y", turn), f) for s, f in light]
     balls = [s for s, _ in parts[1:]] + [s for s, f in light if f == p.cherry_finish]
@@ -577,14 +526,12 @@ def _bar(p: Stacked, rng: np.random.Generator) -> Composed:
 def _nigiri(p: Stacked, rng: np.random.Generator) -> Composed:
     """A roll of rice under a slice that bends over its ends, with or without a band of seaweed."""
     profile = ((0, 0), (0.55, 0.01), (0.88, 0.07), (1, 0.22), (1, 0.5), (1, 0.78), (0.88, 0.93), (0.55, 0.99), (0, 1))
-    rice_height = 0.7 * p.height
-    size = (0.88 * p.length, 0.86 * p.width, rice_height)
+    size = (0.88 * p.length, 0.86 * p.width, (0.7 * p.height))
     rice = long_body(profile, *size, square=3.0, square_top=2.4, along=23, around=24)
     rice = replace(rice, points=flat_foot(bumped(rice.points, 0.03, 4.0, rng), 0.05))
     top = float(rice.points[:, 2].max())
     s, t = np.meshgrid(np.linspace(-1, 1, 21), np.linspace(-1, 1, 11), indexing="ij")
-    taper = 1.0 - 0.12 * np.abs(s) ** 4 - 0.06 * s
-    x, y = 0.5 * p.length * s + 0.03 * p.width * t, 0.5 * p.width * t * taper
+    x, y = 0.5 * p.length * s + 0.03 * p.width * t, 0.5 * p.width * t * (1.0 - 0.12 * np.abs(s) ** 4 - 0.06 * s)
     z = top + 0.14 * p.height - 0.3 * p.height * np.abs(s) ** 3 - 0.3 * p.height * np.abs(t) ** 2.6
     z += 0.01 * p.height * smooth_noise(np.stack([x.ravel(), y.ravel()], axis=1), 60.0, rng).reshape(z.shape)
     slice_ = sheet(np.stack([x, y, z], axis=2), 0.3 * p.height * (1 - 0.3 * np.abs(t)))

@@ -88,8 +88,7 @@ def bar(shape: Bar, size: Size, along: int = ALONG, hulls: int = MAX_HULLS, span
     upper = zeta > 0
     y = ((width - other) / 2)[:, None] + ((width + other) / 2)[:, None] * eta
     lift = thickness[:, None] * zeta * (1 - wedge[:, None] * (1 - eta) / 2)
-    sunk = dish[:, None] * (1 - eta**2) + np.where(upper, hollow[:, None] * (1 - eta**2) ** 0.7, 0.0)
-    lift = lift - sunk
+    lift = lift - (dish[:, None] * (1 - eta**2) + np.where(upper, hollow[:, None] * (1 - eta**2) ** 0.7, 0.0))
     points = np.stack(
         [x[:, None] - lift * np.sin(slope)[:, None], y, middle[:, None] + lift * np.cos(slope)[:, None]], axis=2
     )
@@ -107,8 +106,7 @@ def bar(shape: Bar, size: Size, along: int = ALONG, hulls: int = MAX_HULLS, span
         pieces = _pieces(points, hulls)
     hull_solids = [hull_around(piece.reshape(-1, 3)) for piece in pieces]
     if shape.holes:
-        tools = [_slot(hole, size, float(np.interp(hole[0], share, middle))) for hole in shape.holes]
-        solid = drilled(solid, tools)
+        solid = drilled(solid, ([_slot(hole, size, float(np.interp(hole[0], share, middle))) for hole in shape.holes]))
     return solid.with_colliders_of(*hull_solids)
 
 
@@ -135,8 +133,7 @@ def lofted(rings: Floats, share: Floats) -> Solid:
     middle = (u + un) / 2
     ends = corners((middle, first), (un, first), (u, first)), corners((middle, last), (u, last), (un, last))
     uv = np.concatenate([*walls, *ends])
-    solid = Solid(points, faces.astype(np.int64), crease_deg=55.0, picture_uv=np.clip(uv, 0.0, 1.0))
-    return solid.oriented_outwards()
+    return Solid(points, faces.astype(np.int64), crease_deg=55.0, picture_uv=np.clip(uv, 0.0, 1.0)).oriented_outwards()
 
 
 def drilled(solid: Solid, tools: Sequence[Solid]) -> Solid:
@@ -173,8 +170,7 @@ def stadium(length: float, width: float, steps: int = 6) -> Floats:
     turns = np.linspace(0.0, np.pi / 2, steps)
     corners = [(dx, dy, 0.0), (-dx, dy, np.pi / 2), (-dx, -dy, np.pi), (dx, -dy, 1.5 * np.pi)]
     found = [(x + radius * np.cos(a + t), y + radius * np.sin(a + t)) for x, y, a in corners for t in turns]
-    kept = [p for p, q in zip(found, found[1:] + found[:1], strict=True) if math.dist(p, q) > 1e-6]
-    return np.array(kept)
+    return np.array([p for p, q in zip(found, found[1:] + found[:1], strict=True) if math.dist(p, q) > 1e-6])
 
 
 def _slot(hole: Vec5, size: Size, height: float) -> Solid:
@@ -217,9 +213,7 @@ def _within(stations: Floats, span: Vec2, length: float) -> Floats:
     low, high = span[0] * length, span[1] * length
     ends = [(float(np.interp(x, order[:, 1], order[:, 0])), x) for x in (low, high)]
     inside = stations[(stations[:, 1] > low + 1e-5) & (stations[:, 1] < high - 1e-5)]
-    first = [ends[0]] if span[0] > 0 else []
-    last = [ends[1]] if span[1] < 1 else []
-    return np.array([*first, *map(tuple, inside), *last])
+    return np.array([*([ends[0]] if span[0] > 0 else []), *map(tuple, inside), *([ends[1]] if span[1] < 1 else [])])
 
 
 def _value(curve: Curve, share: Floats, default: float) -> Floats:

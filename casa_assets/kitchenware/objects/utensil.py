@@ -39,26 +39,11 @@ METAL, HOLLOW = 3000.0, 0.25
 # How far a head reaches into its handle, metres.
 TANG = 0.015
 
-
-class Head(StrEnum):
-    """Kind of head."""
-
-    BAR = "bar"  # all of it is `front`: a spoon, a knife, a spatula
-    FORK = "fork"  # `front` with slots between tines
-    MOUTH = "mouth"  # `front` with the mouth of a bottle opener
-    LADLE = "ladle"
-    WHISK = "whisk"
-    TONGS = "tongs"
-    PEELER = "peeler"  # a blade across, between two arms
-    WHEEL = "wheel"
-    SCISSORS = "scissors"
-    CAN_OPENER = "can_opener"
-    PIN = "pin"
-    GRATER = "grater"
-    REAMER = "reamer"
-    BRUSH = "brush"
-    SCALE = "scale"
-    STRAW = "straw"
+# Kind of head: BAR all of it is `front`: a spoon, a knife, a spatula; FORK `front` with slots between tines; MOUTH
+# `front` with the mouth of a bottle opener; PEELER a blade across, between two arms.
+Head = StrEnum(
+    "Head", "BAR FORK MOUTH LADLE WHISK TONGS PEELER WHEEL SCISSORS CAN_OPENER PIN GRATER REAMER BRUSH SCALE STRAW"
+)
 
 
 class Utensil(Params):
@@ -131,8 +116,7 @@ def _rest(parts: Sequence[Part], masses: Sequence[float]) -> Pose:
             break
         turned += slope
     turn = axis_turn("y", turned)
-    lowest = float(turn.apply(points)[:, 2].min())
-    return Pose(position=(0.0, 0.0, -lowest)) @ turn
+    return Pose(position=(0.0, 0.0, -float(turn.apply(points)[:, 2].min()))) @ turn
 
 
 def _footing(points: np.ndarray[tuple[int, int], np.dtype[np.float64]], x: float) -> tuple[Vec2, Vec2]:
@@ -162,8 +146,7 @@ def _grip(p: Utensil, z: float = 0.0) -> list[Part]:
     if p.grip is None or p.split >= 1:
         return []
     start, length = p.split * p.length, (1 - p.split) * p.length
-    size = Size(length=length, width=p.grip_width, thickness=p.grip_thickness, rise=p.grip_rise)
-    solid = bar(p.grip, size, hulls=2)
+    solid = bar(p.grip, Size(length=length, width=p.grip_width, thickness=p.grip_thickness, rise=p.grip_rise), hulls=2)
     end = value_at(p.grip.spine, 1.0, 0.0) * p.grip_rise
     parts: list[Part] = []
     if p.hole > 0:
@@ -230,8 +213,7 @@ def _bar(p: Utensil) -> list[Part]:
 
 def _fork(p: Utensil) -> list[Part]:
     front = _front(p)
-    deep = 4 * (abs(p.rise) + p.thickness + p.dish)
-    cut = drilled(front, heads.tine_cuts(p.count, p.reach, p.width, p.gap, deep))
+    cut = drilled(front, heads.tine_cuts(p.count, p.reach, p.width, p.gap, (4 * (abs(p.rise) + p.thickness + p.dish))))
     return [Part(replace(cut, picture_uv=None), p.front_finish, "head"), *_grip(p, _front_end(p))]
 
 
@@ -244,17 +226,14 @@ def _mouth(p: Utensil) -> list[Part]:
 
 def _ladle(p: Utensil) -> list[Part]:
     radius = p.width / 2
-    cup = heads.cup(radius, p.depth, 0.0016, 1.0 + p.belly)
-    parts = [Part(cup.translated(x=radius), p.front_finish, "cup")]
+    parts = [Part(heads.cup(radius, p.depth, 0.0016, 1.0 + p.belly).translated(x=radius), p.front_finish, "cup")]
     start = 2 * radius - 0.003
     if p.front is None:
         raise ValueError("a ladle needs a stem as its front")
     long = p.split * p.length + (TANG if p.split < 1 else 0.0) - start
     stem = bar(p.front, Size(length=long, width=p.gap, thickness=p.thickness, rise=p.rise), hulls=3)
     parts.append(Part(stem.translated(x=start, z=-0.0015), p.front_finish, "stem"))
-    share = (p.split * p.length - start) / long
-    end = value_at(p.front.spine, share, 0.0) * p.rise - 0.0015
-    return [*parts, *_grip(p, end)]
+    return [*parts, *_grip(p, (value_at(p.front.spine, ((p.split * p.length - start) / long), 0.0) * p.rise - 0.0015))]
 
 
 def _whisk(p: Utensil) -> list[Part]:
@@ -263,8 +242,7 @@ def _whisk(p: Utensil) -> list[Part]:
     wires = heads.whisk_wires(p.count, start + 0.006, p.width / 2 - p.gap, neck, p.gap, p.belly)
     parts = [Part(wires, p.front_finish, "wires")]
     if p.spread > 0:  # a handle of wound wire
-        ribs = int((p.length - start) / 0.006)
-        handle = heads.wound_handle(ribs, start, p.length - start, p.grip_width / 2, 0.0012)
+        handle = heads.wound_handle(int((p.length - start) / 0.006), start, p.length - start, p.grip_width / 2, 0.0012)
         return [*parts, Part(handle, p.grip_finish, "handle")]
     return [*parts, *_grip(p)]
 
@@ -283,8 +261,7 @@ def _tongs(p: Utensil) -> list[Part]:
     if p.front is None:
         raise ValueError("tongs need an arm as their front")
     half = abs(value_at(p.front.spine, 1.0, 0.0) * p.rise)
-    wide = p.front.outline[-1][0] * p.width
-    bend = rod(half + p.thickness / 2, wide, 0.001).translated(x=p.length - 0.002)
+    bend = rod(half + p.thickness / 2, (p.front.outline[-1][0] * p.width), 0.001).translated(x=p.length - 0.002)
     parts.append(Part(bend, p.front_finish, "hinge", fill=0.35))
     if p.loop > 0:
         wire = heads.ring(heads.egg(3.0 * p.loop, 2 * p.loop, 20), rectangle(0.0025, 0.0025, 0.0009, 1), 1)
@@ -299,8 +276,7 @@ def _peeler(p: Utensil) -> list[Part]:
     path += [(reach - 0.004, half, 0.0)]
     arm = tube(path, p.thickness / 2, 0.012)
     parts = [Part(arm, p.grip_finish if p.spread > 0 else p.front_finish, "fork")]
-    other = arm.mirrored_x().rotated("z", math.pi)
-    parts.append(replace(parts[0], solid=other))
+    parts.append(replace(parts[0], solid=arm.mirrored_x().rotated("z", math.pi)))
     shape = Bar(outline=((0.7, 0.0), (1, 0.06), (0.86, 0.2), (0.86, 0.8), (1, 0.94), (0.7, 1.0)), square=4, holes=())
     blade = bar(shape, Size(length=2 * half, width=0.013, thickness=0.0022), along=16, hulls=1)
     slot = prism(stadium(1.5 * half, 0.0028), 0.02, 0.0).translated(half, 0.0005, -0.01)
@@ -314,8 +290,7 @@ def _peeler(p: Utensil) -> list[Part]:
 
 def _wheel(p: Utensil) -> list[Part]:
     radius, start = p.width / 2, p.split * p.length
-    disc = rod(radius, 0.0012, 0.0005)
-    parts = [Part(disc.translated(x=radius), p.front_finish, "wheel")]
+    parts = [Part(rod(radius, 0.0012, 0.0005).translated(x=radius), p.front_finish, "wheel")]
     apart, far = 0.0028, start + 0.01
     outline = ((0.0, 0.0), (0.8, 0.04), (1.0, 0.12), (0.8, 0.5), (0.75, 0.8), (0.7, 1.0))
     size = Size(length=far - radius + 0.008, width=p.gap, thickness=0.0022)
@@ -347,11 +322,9 @@ def _scissors(p: Utensil) -> list[Part]:
         long = bow_long * (1.0 if side > 0 else 1.0 + p.belly)
         bow = heads.ring(heads.egg(long - p.grip_width, bow_wide - p.grip_width, 28, -0.18), section)
         at = (p.length - long / 2, side * (bow_wide / 2 + 0.0015), 0.0)
-        lean = side * 0.12
-        bow = bow.rotated("z", lean).translated(*at)
+        bow = bow.rotated("z", (side * 0.12)).translated(*at)
         start = np.array([pivot + 0.006, -side * 0.001])
-        finish = np.array([at[0] - long / 2 + 0.004, at[1] - side * 0.1 * bow_wide])
-        across = finish - start
+        across = np.array([at[0] - long / 2 + 0.004, at[1] - side * 0.1 * bow_wide]) - start
         reach = float(np.hypot(*across))
         shape = Bar(outline=((0.6, 0.0), (0.8, 0.05), (1.0, 0.5), (0.95, 0.95), (0.7, 1.0)), square=4)
         shank = bar(shape, Size(length=reach, width=0.011, thickness=p.grip_thickness), along=12, hulls=1)
@@ -372,8 +345,7 @@ def _can_opener(p: Utensil) -> list[Part]:
     if p.grip is None:
         raise ValueError("a can opener needs handles as its grip")
     head = p.split * p.length
-    long = p.length - head + 0.02
-    size = Size(length=long, width=p.grip_width, thickness=p.grip_thickness, rise=p.grip_rise)
+    size = Size(length=(p.length - head + 0.02), width=p.grip_width, thickness=p.grip_thickness, rise=p.grip_rise)
     parts: list[Part] = []
     for side in (1, -1):
         handle = bar(p.grip, size, along=22, hulls=2)
@@ -382,8 +354,7 @@ def _can_opener(p: Utensil) -> list[Part]:
         handle = handle.rotated("z", side * p.spread / 2).translated(head - 0.01, side * 0.55 * p.grip_width, 0.0)
         parts.append(Part(handle, p.grip_finish, "handle"))
         shape = Bar(outline=((0.0, 0.0), (0.75, 0.03), (1, 0.1), (0.9, 0.6), (0.6, 1.0)), square=8)
-        arm_size = Size(length=head + 0.03, width=1.15 * p.grip_width, thickness=0.0028)
-        arm = bar(shape, arm_size, along=14, hulls=1)
+        arm = bar(shape, Size(length=head + 0.03, width=1.15 * p.grip_width, thickness=0.0028), along=14, hulls=1)
         arm = arm.translated(0.0, side * 0.3 * p.grip_width, side * 0.0016)
         parts.append(Part(arm, p.front_finish, "arm"))
     top = p.grip_thickness / 2
@@ -416,8 +387,7 @@ def _pin(p: Utensil) -> list[Part]:
         roller = roller.with_colliders_of(body, hull_around(roller.points[low]), hull_around(roller.points[high]))
     else:
         roller = roller.with_hull_collider()
-    start = 0.0 if p.grip is None else p.split * p.length
-    parts = [Part(roller.translated(x=start), p.front_finish, "roller")]
+    parts = [Part(roller.translated(x=(0.0 if p.grip is None else p.split * p.length)), p.front_finish, "roller")]
     if p.grip is not None:
         reach = p.split * p.length
         knob = heads.round_bar_x([(w * p.grip_width / 2, s * (reach - 0.003)) for w, s in p.grip.outline], 20, 20)
@@ -432,8 +402,7 @@ def _pin(p: Utensil) -> list[Part]:
 
 def _grater(p: Utensil) -> list[Part]:
     """An upright box grater; its handle is at the top."""
-    body = heads.grater(p.length, p.width, p.depth, p.belly, 0.0008)
-    parts = [Part(body, p.front_finish, "body")]
+    parts = [Part(heads.grater(p.length, p.width, p.depth, p.belly, 0.0008), p.front_finish, "body")]
     holes: list[Solid] = []
     hoods: list[Solid] = []
     for turn in range(4):
@@ -479,8 +448,7 @@ def _reamer(p: Utensil) -> list[Part]:
         handle = bar(p.grip, size, along=24, hulls=1).translated(radius - 0.006, 0.0, p.dish - 0.5 * p.grip_thickness)
         if p.hole > 0:
             at = (radius + reach - 0.35 * p.hole_length - p.hole, 0.0, 0.0)
-            tool = prism(stadium(max(p.hole, p.hole_length), p.hole), 0.3, 0.0).translated(*at)
-            handle = drilled(handle, [tool])
+            handle = drilled(handle, [prism(stadium(max(p.hole, p.hole_length), p.hole), 0.3, 0.0).translated(*at)])
         parts.append(Part(handle, p.grip_finish, "handle"))
     if p.gap > 0:  # the lip stands out towards -x
         lip = Bar(outline=((0.0, 0.0), (0.5, 0.03), (0.8, 0.3), (1.0, 1.0)), hollow=((0.0, 0.6), (1.0, 1.0)), square=2)
@@ -502,8 +470,7 @@ def _brush(p: Utensil) -> list[Part]:
     pitch = 0.0078
     grid = [((i + 0.5 * (j % 2)) * pitch, j * 0.87 * pitch) for i in range(-10, 11) for j in range(-8, 9)]
     inside = [(x, y) for x, y in grid if (x / (long / 2 - 0.005)) ** 2 + (y / (wide / 2 - 0.005)) ** 2 < 1]
-    places = np.array(inside) + np.array([long / 2, 0.0])
-    bristles = heads.tufts(places, p.depth, 0.0026, p.gap, p.seed)
+    bristles = heads.tufts((np.array(inside) + np.array([long / 2, 0.0])), p.depth, 0.0026, p.gap, p.seed)
     parts.append(Part(bristles.with_hull_collider(), p.trim_finish, "bristles", fill=0.5))
     return [*parts, *_grip(p, 0.55 * p.thickness)]
 

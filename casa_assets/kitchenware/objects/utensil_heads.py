@@ -65,8 +65,7 @@ def mouth_cut(length: float, width: float, deep: float, tooth: float) -> Solid:
     c, s = np.cos(turns), np.sin(turns)
     oval = [half * np.sign(f) * np.abs(f) ** (2 / 2.6) for half, f in ((length / 2, c), (width / 2, s))]
     hole = prism(np.column_stack(oval), deep, 0.0).translated(z=-deep / 2)
-    block = box((tooth, 0.42 * width, 2 * deep), (length / 2 - tooth / 2 + 0.0005, 0.0, 0.0), 0.0)
-    return subtract(hole, block)
+    return subtract(hole, box((tooth, 0.42 * width, 2 * deep), (length / 2 - tooth / 2 + 0.0005, 0.0, 0.0), 0.0))
 
 
 def cup(radius: float, depth: float, wall: float, squat: float) -> Solid:
@@ -143,10 +142,8 @@ def ring(path: Floats, section: Floats, hulls: int = 6) -> Solid:
     """
     forward = np.roll(path, -1, axis=0) - np.roll(path, 1, axis=0)
     forward /= np.linalg.norm(forward, axis=1)[:, None]
-    outward = np.column_stack([forward[:, 1], -forward[:, 0]])
-    flat = path[:, None, :] + outward[:, None, :] * section[None, :, :1]
-    height = np.broadcast_to(section[None, :, 1:], (len(path), len(section), 1))
-    points = np.concatenate([flat, height], axis=2)
+    flat = path[:, None, :] + np.column_stack([forward[:, 1], -forward[:, 0]])[:, None, :] * section[None, :, :1]
+    points = np.concatenate([flat, np.broadcast_to(section[None, :, 1:], (len(path), len(section), 1))], axis=2)
     n = len(path)
     body = Solid(points.reshape(-1, 3), _closed_faces(n, len(section)), crease_deg=60.0).oriented_outwards()
     cuts = np.linspace(0, n, hulls + 1).round().astype(int)
@@ -165,8 +162,7 @@ def _closed_faces(rings: int, around: int) -> Ints:
 def egg(length: float, width: float, count: int = 28, lean: float = 0.15) -> Floats:
     """(count, 2) points of an egg about the origin, its blunt end at +x; counter-clockwise."""
     turns = np.arange(count) * 2 * np.pi / count
-    x = length / 2 * np.cos(turns)
-    return np.column_stack([x, width / 2 * np.sin(turns) * (1 + lean * np.cos(turns))])
+    return np.column_stack([(length / 2 * np.cos(turns)), width / 2 * np.sin(turns) * (1 + lean * np.cos(turns))])
 
 
 def round_bar_x(profile: Sequence[Vec2], points: int = 28, around: int = 28) -> Solid:
@@ -256,12 +252,10 @@ def slits(panel: Panel, count: int, wide: float) -> tuple[list[Solid], list[Soli
     holes, lips = [], []
     for k in range(count):
         up = 0.22 + 0.6 * k / max(count - 1, 1)
-        scale = 1 + (panel.taper - 1) * up
-        across = wide * panel.across * scale
+        across = wide * panel.across * (1 + (panel.taper - 1) * up)
         slit = prism(stadium(across, 0.006, 4), 0.0005, 0.0).without_colliders().rotated("x", math.pi / 2)
         holes.append(panel.placed(slit, 0.0, up))
-        lip = box((across, 0.003, 0.004), (0.0, -0.0015, 0.0045), 0.001)
-        lips.append(panel.placed(lip, 0.0, up))
+        lips.append(panel.placed(box((across, 0.003, 0.004), (0.0, -0.0015, 0.0045), 0.001), 0.0, up))
     return holes, lips
 
 
@@ -319,12 +313,9 @@ def reamer_dish(radius: float, depth: float, wall: float) -> Solid:
 def ribbed_cone(radius: float, height: float, ribs: int, sharp: float) -> Solid:
     """The cone of a citrus reamer about the z axis, with furrows; its collider is its hull."""
     side = [(0.0, 0.0), (radius, 0.0005), (0.93 * radius, 0.25 * height), (0.66 * radius, 0.65 * height)]
-    profile = smooth_profile([*side, (0.2 * radius, 0.95 * height), (0.0, height)], 16)
-    body = turned(profile, 4 * ribs, 35.0)
-    angle = np.arctan2(body.points[:, 1], body.points[:, 0])
-    wave = 0.5 + 0.5 * np.cos(ribs * angle)
-    share = 1 - sharp * (1 - wave)
-    points = np.column_stack([body.points[:, :2] * share[:, None], body.points[:, 2]])
+    body = turned(smooth_profile([*side, (0.2 * radius, 0.95 * height), (0.0, height)], 16), 4 * ribs, 35.0)
+    wave = 0.5 + 0.5 * np.cos(ribs * np.arctan2(body.points[:, 1], body.points[:, 0]))
+    points = np.column_stack([body.points[:, :2] * (1 - sharp * (1 - wave))[:, None], body.points[:, 2]])
     return replace(body, points=points).with_hull_collider()
 
 

@@ -97,8 +97,7 @@ def open_shapes(
         rings = [_polygon(plan, r, z, ways) for r, z in sides]
         for i in range(len(ways)):
             j = (i + 1) % len(ways)
-            corners = np.array([ring[k] for ring in rings for k in (i, j)])
-            shapes += hull_around(corners).shapes
+            shapes += hull_around(np.array([ring[k] for ring in rings for k in (i, j)])).shapes
     if plan.lip > 0:
         shapes += _lip(profile, plan, thickness)
     return tuple(shapes)
@@ -129,14 +128,12 @@ def _error(points: Floats, line: Floats) -> float:
 
 def _lip(profile: Profile, plan: Plan, thickness: float) -> tuple[Placed, ...]:
     """A wedge in the lip of a jug, between its wall without and with the lip."""
-    angle = np.arange(plan.around) * 2 * np.pi / plan.around
-    near = np.abs(angle - np.pi) < 1.25 * plan.lip_width
+    near = np.abs((np.arange(plan.around) * 2 * np.pi / plan.around) - np.pi) < 1.25 * plan.lip_width
     low = plan.lip_from + 0.35 * (1 - plan.lip_from)
     points = []
     for z in (low * plan.height, plan.height):
         r = profile.radius(z)
-        inner = replace(plan, lip=0.0).ring(r - thickness, z)[near]
-        points += [plan.ring(r, z)[near], inner]
+        points += [plan.ring(r, z)[near], replace(plan, lip=0.0).ring(r - thickness, z)[near]]
     return hull_around(np.concatenate(points)).shapes
 
 
@@ -147,8 +144,7 @@ def closed_shapes(line: Floats, plan: Plan, slack: float) -> list[Placed]:
     low = float(found[0, 1])
     if len(found) > 1 and found[0, 0] > 1.02 * plan.half_x * 0.02:
         # It stands on a plain disc or box, whatever else it is made of.
-        high = min(low + 0.003, float(found[-1, 1]))
-        shapes += _block(plan, float(found[0, 0]), low, max(high, low + 0.001))
+        shapes += _block(plan, float(found[0, 0]), low, max(min(low + 0.003, float(found[-1, 1])), low + 0.001))
     for (r0, z0), (r1, z1) in pairwise(found):
         if z1 - z0 < 0.001:
             continue
@@ -169,8 +165,7 @@ def _block(plan: Plan, radius: float, low: float, high: float) -> tuple[Placed, 
         return rod(radius, tall, 0.0).translated(z=middle).shapes
     if plan.corner is not None:
         return box((2 * radius, 2 * half_y, tall), (0.0, 0.0, middle), 0.0).shapes
-    rings = [plan.ring(radius, z)[::2] for z in (low, high)]
-    return hull_around(np.concatenate(rings)).shapes
+    return hull_around(np.concatenate([plan.ring(radius, z)[::2] for z in (low, high)])).shapes
 
 
 def _ways(plan: Plan) -> Floats:
@@ -187,8 +182,7 @@ def _polygon(plan: Plan, radius: float, z: float, ways: Floats) -> Floats:
     if plan.corner is not None:
         inset = plan.half_x - radius
         x, y = max(radius, 1e-4), max(plan.half_y - inset, 1e-4)
-        c = max(plan.corner - inset, 0.0) if len(ways) == 8 else 0.0
-        cut = min(0.45 * c, 0.8 * x, 0.8 * y)
+        cut = min(0.45 * (max(plan.corner - inset, 0.0) if len(ways) == 8 else 0.0), 0.8 * x, 0.8 * y)
         corners = [(x, y - cut), (x - cut, y), (-x + cut, y), (-x, y - cut)]
         corners += [(-x, -y + cut), (-x + cut, -y), (x - cut, -y), (x, -y + cut)]
         flat = np.array(corners if len(ways) == 8 else corners[::2])
@@ -259,8 +253,7 @@ def build_vessel(builder: AssetBuilder, p: Vessel) -> None:
         density = min(builder.supplies.finish(p.rim_finish).substance.density, builder.supplies.density("rolled_edge"))
         builder.add(ROOT, bead, p.rim_finish, label="rim", collider=False, density=density)
     if p.wires:
-        wires = sieve_wires(profile.outside, p.wires, 0.0005)
-        builder.add(ROOT, wires, p.rim_finish, label="body", collider=False)
+        builder.add(ROOT, sieve_wires(profile.outside, p.wires, 0.0005), p.rim_finish, label="body", collider=False)
     if p.lid:
         _lid(builder, p, plan)
     if p.content > 0:
@@ -288,8 +281,7 @@ def _pierced(body: Solid, p: Vessel, plan: Plan, profile: Profile) -> Solid:
     tools = []
     low, high = p.holes_from * p.height, p.holes_to * p.height
     line = profile.outside[(profile.outside[:, 1] >= low) & (profile.outside[:, 1] <= high)]
-    run = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
-    rows = max(1, round(run / p.hole_gap))
+    rows = max(1, round(float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum()) / p.hole_gap))
     drill = prism(circle(p.hole, 6), 0.05, 0.0).translated(z=-0.025)
     for k, z in enumerate(np.linspace(low, high, rows)):
         r = profile.radius(float(z))
@@ -333,8 +325,7 @@ def _lid(builder: AssetBuilder, p: Vessel, plan: Plan) -> None:
     add_lid(builder, lid, plan, rim_z, LID)
     top = max(float(part.solid.bounds[1, 2]) for part in builder.links[LID].parts)
     under = p.height + p.handle_reach - p.handle_thick
-    most = under - top - UNDER_ARCH_M if p.handle is HandleForm.ARCH else MOST_LIFT
-    lift_off(builder, 2 * rim, most=most)
+    lift_off(builder, 2 * rim, most=(under - top - UNDER_ARCH_M if p.handle is HandleForm.ARCH else MOST_LIFT))
 
 
 def _content(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> None:
@@ -343,8 +334,7 @@ def _content(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> 
     floor = float(inside[0, 1])
     level = floor + p.content * (p.height - floor)
     low = inside[(inside[:, 1] < level) & (inside[:, 0] > 0.004)]
-    r = float(np.interp(level, inside[:, 1], inside[:, 0]))
-    line = np.concatenate([low, [[r, level]]]) - (0.0005, -0.0004)
+    line = np.concatenate([low, [[float(np.interp(level, inside[:, 1], inside[:, 0])), level]]]) - (0.0005, -0.0004)
     path = np.concatenate([[[0.0, floor + 0.0004]], line, [[0.0, level + 0.0004]]])
     builder.add(ROOT, turned_on(path, plan), p.content_finish, label="content", collider=False, density="liquid")
 

@@ -72,8 +72,7 @@ def ear(top: Vec2, low: Vec2, reach: float, width: float, thick: float, square: 
     """
     t = np.linspace(math.pi / 2, -math.pi / 2, 15)
     c, s = np.abs(np.cos(t)) ** square, np.sign(np.sin(t)) * np.abs(np.sin(t)) ** square
-    along = (1 - s) / 2
-    base = top[0] + (low[0] - top[0]) * along
+    base = top[0] + (low[0] - top[0]) * ((1 - s) / 2)
     half, middle = (top[1] - low[1]) / 2, (top[1] + low[1]) / 2
     z = middle + half * (s - sag * c * (1 - s * s) ** 0.5)
     x = base + (reach - base) * c
@@ -132,8 +131,7 @@ def spout(start: Vec2, end: Vec2, radius: float, tip: float, curve: float) -> So
     ring = circle(1.0, 14)
     rings = []
     for p, w, r in (*zip(path, way, size, strict=True), *((q, way[-1], h) for q, h in zip(back, hole, strict=True))):
-        normal = np.cross((0.0, 1.0, 0.0), w)
-        rings.append(p + r * (ring[:, :1] * np.array([0.0, 1.0, 0.0]) + ring[:, 1:] * normal))
+        rings.append(p + r * (ring[:, :1] * np.array([0.0, 1.0, 0.0]) + ring[:, 1:] * np.cross((0.0, 1.0, 0.0), w)))
     found = loft(rings, 45.0).oriented_outwards()
     spans = (rings[:5], rings[4:9], rings[8:10])
     return found.with_colliders_of(*(hull_around(np.concatenate(span)) for span in spans))
@@ -224,15 +222,8 @@ def sieve_wires(outside: Floats, count: int, radius: float) -> Solid:
 # Radius of the raised edge of a lid to drink through, metres.
 SIP_EDGE = 0.0028
 
-
-class KnobForm(StrEnum):
-    """Form of the part by which a lid is lifted."""
-
-    NONE = "none"
-    BALL = "ball"
-    FLAT = "flat"  # a wide disc on a neck
-    CONE = "cone"  # tall
-    BOW = "bow"  # a strap
+# Form of the part by which a lid is lifted: FLAT a wide disc on a neck; CONE tall; BOW a strap.
+KnobForm = StrEnum("KnobForm", "NONE BALL FLAT CONE BOW")
 
 
 @dataclass(frozen=True)
@@ -274,8 +265,7 @@ def add_lid(builder: AssetBuilder, lid: Lid, plan: Plan, z: float, link: str = R
     v = [np.linspace(0.9, 0.6, len(below)), np.linspace(0.46, 0.44, len(edge)), np.linspace(0.43, 0.24, len(top))]
     body = surface(np.concatenate([below, np.array(edge), top[::-1]]), np.concatenate(v), flat)
     is_loose = link != ROOT
-    low = z if is_loose else -np.inf
-    above = np.column_stack([body.points[:, :2], body.points[:, 2].clip(low)])
+    above = np.column_stack([body.points[:, :2], body.points[:, 2].clip(z if is_loose else -np.inf)])
     body = body.with_colliders_of(replace(body, points=above).with_hull_collider())
     grip = LID_GRIP if is_loose and lid.knob is KnobForm.NONE else "lid"
     builder.add(link, body, lid.finish, label="lid", name="lid", collider=grip)
@@ -338,18 +328,10 @@ Metres = Annotated[float, Field(gt=0, le=0.7)]
 Length = Annotated[float, Field(ge=0, le=0.4)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
-
-class HandleForm(StrEnum):
-    """Where a hand takes it."""
-
-    NONE = "none"
-    EAR = "ear"  # the handle of a mug
-    EARS = "ears"  # two of them
-    LONG = "long"  # the handle of a pan, in one piece
-    GRIP = "grip"  # the same with a grip of another finish
-    LOOPS = "loops"  # level loops on both sides
-    LONG_LOOP = "long_loop"  # a long grip, and a level loop across
-    ARCH = "arch"  # over the top
+# Where a hand takes it: EAR the handle of a mug; EARS two of them; LONG the handle of a pan, in one piece; GRIP the
+# same with a grip of another finish; LOOPS level loops on both sides; LONG_LOOP a long grip, and a level loop across;
+# ARCH over the top.
+HandleForm = StrEnum("HandleForm", "NONE EAR EARS LONG GRIP LOOPS LONG_LOOP ARCH")
 
 
 class Vessel(Params):
@@ -445,11 +427,9 @@ def seated(part: Solid, p: Vessel, plan: Plan, profile: Profile) -> Solid:
     if plan.corner is not None:
         flat = np.column_stack([np.sign(x) * np.maximum(np.abs(x), within), y])
     else:
-        short = np.maximum(plan.half_y - (plan.half_x - within), 1e-4)
-        far = np.hypot(x, y * within / short)
+        far = np.hypot(x, y * within / np.maximum(plan.half_y - (plan.half_x - within), 1e-4))
         flat = part.points[:, :2] * np.maximum(1.0, within / np.maximum(far, 1e-6))[:, None]
-    points = np.column_stack([np.where((z < p.height)[:, None], flat, part.points[:, :2]), z])
-    return replace(part, points=points)
+    return replace(part, points=np.column_stack([np.where((z < p.height)[:, None], flat, part.points[:, :2]), z]))
 
 
 def handles(p: Vessel, profile: Profile, plan: Plan) -> list[Part]:
@@ -475,8 +455,7 @@ def handles(p: Vessel, profile: Profile, plan: Plan) -> list[Part]:
     w, t = p.handle_width, p.handle_thick
     if p.handle is HandleForm.LONG:
         taper = ((0, 1.5 * w, 1.1 * t), (0.12, w, t), (0.55, 0.8 * w, t), (0.9, 1.15 * w, t), (1, 0.7 * w, 0.8 * t))
-        bar = long_handle((r - into, 0.0, top), reach, p.handle_rise, taper, p.handle_hole)
-        return [(bar, own, "handle")]
+        return [(long_handle((r - into, 0.0, top), reach, p.handle_rise, taper, p.handle_hole), own, "handle")]
     # A strap of metal, which leaves the wall as steeply as the grip on its end begins.
     bare, run = 0.26 * reach, p.handle_rise
     path = [(r - into, 0.0, top), (r + 0.2 * bare, 0.0, top + 0.3 * bare * math.sin(run))]

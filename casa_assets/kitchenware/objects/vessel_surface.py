@@ -70,8 +70,7 @@ class Plan:
         factor = np.ones(len(angle))
         if self.facets:
             step = 2 * np.pi / self.facets
-            side = np.cos(step / 2) / np.cos(np.mod(turned, step) - step / 2)
-            factor += fade * (side - 1.0)
+            factor += fade * ((np.cos(step / 2) / np.cos(np.mod(turned, step) - step / 2)) - 1.0)
         if self.flutes:
             factor -= fade * self.flute_depth * (0.5 - 0.5 * np.cos(self.flutes * turned))
         return factor
@@ -81,8 +80,7 @@ class Plan:
         if self.lip <= 0:
             return np.zeros(len(angle))
         away = np.abs(np.mod(angle, 2 * np.pi) - np.pi) / self.lip_width
-        rise = max(0.0, (share - self.lip_from) / (1.0 - self.lip_from))
-        return np.asarray(np.exp(-(away**2)) * rise**2)
+        return np.asarray(np.exp(-(away**2)) * max(0.0, (share - self.lip_from) / (1.0 - self.lip_from)) ** 2)
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,9 @@ from casa_assets.ext.records import Pose, Vec2
 from casa_assets.ext.solids import Solid, board, concatenate, lathe, ring_walls, rod
 from casa_assets.kitchenware.objects.closed_surface import random_waves, smooth_profile
 
+if TYPE_CHECKING:
+    from casa_assets.kitchenware.objects.package import Package
+
 # Wrapping -------------------------------------------------------------------------------------------------------------
 # Rings of points one above the other.
 
@@ -71,8 +74,7 @@ def four_sides(front: float, side: float, corner_steps: int = 2, across: tuple[f
         for t in across:
             straight.append((t * way[0] + out[0], t * way[1] + out[1]))
             bent.append(out)
-            share = CORNER_SHARE + (1 - 2 * CORNER_SHARE) * (t + 1) / 2
-            around.append(first + (last - first) * share)
+            around.append(first + (last - first) * (CORNER_SHARE + (1 - 2 * CORNER_SHARE) * (t + 1) / 2))
             part.append(k + (t + 1) / 2)
         for turn in turns:
             c, s = float(np.cos(turn)), float(np.sin(turn))
@@ -162,12 +164,10 @@ def wrapped(rings: Floats, sides: Floats, heights: Floats, along: bool = False, 
 
 def _end_picture(ring: Floats, sides: Floats, level: float, end: int, along: bool) -> Floats:
     """The (N, 2) places in the picture of the points of an end: as if the front were folded over it."""
-    span = np.ptp(ring[:, :2], axis=0)
-    share = (ring[:, :2] - ring[:, :2].min(axis=0)) / np.maximum(span, 1e-6)
+    share = (ring[:, :2] - ring[:, :2].min(axis=0)) / np.maximum(np.ptp(ring[:, :2], axis=0), 1e-6)
     if along:
         return np.column_stack([np.full(len(ring), abs(level - 0.003)), 0.45 + 0.1 * share[:, 1]])
-    beyond = level if end == 0 else 1.0 - level
-    depth = level + (2 * end - 1) * share[:, 1] * max(0.0, beyond - 0.004)
+    depth = level + (2 * end - 1) * share[:, 1] * max(0.0, (level if end == 0 else 1.0 - level) - 0.004)
     return np.column_stack([0.3 + 0.4 * share[:, 0], np.clip(depth, 0.003, 0.997)])
 
 
@@ -184,8 +184,7 @@ def with_front_picture(solid: Solid, lower: Vec2, upper: Vec2, axes: tuple[int, 
     """
     flat = solid.points[:, list(axes)]
     share = (flat - flat.min(axis=0)) / np.maximum(np.ptp(flat, axis=0), 1e-9)
-    uv = np.array(lower) + share * (np.array(upper) - np.array(lower))
-    return replace(solid, picture_uv=uv[solid.faces])
+    return replace(solid, picture_uv=(np.array(lower) + share * (np.array(upper) - np.array(lower)))[solid.faces])
 
 
 def plate(corners: Floats, thickness: float, up: Floats) -> Solid:
@@ -234,9 +233,6 @@ LYING_ALONG = Pose.from_matrix(np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0,
 # Tubs -----------------------------------------------------------------------------------------------------------------
 # Tubs and cups under foil or a lid, rolls of foil and film; what a part of a package is.
 
-if TYPE_CHECKING:
-    from casa_assets.kitchenware.objects.packages.package import Package
-
 # Part -----------------------------------------------------------------------------------------------------------------
 # A solid, its finish, what it is called, what it weighs.
 
@@ -271,9 +267,7 @@ def tub(p: Package) -> list[Part]:
     body = wrapped(rings, outline.sides, p.lower + (1 - p.lower - p.upper) * levels, crease_deg=35.0)
     parts = [Part(body, p.skin, "package", p.heft)]
     if p.content:
-        filled = profile[levels < p.fill]
-        size = np.interp(p.fill, levels, profile[:, 0])
-        rows = [*filled, (size, p.fill)]
+        rows = [*profile[levels < p.fill], (np.interp(p.fill, levels, profile[:, 0]), p.fill)]
         inner = [_ring(p, outline, s, -0.0012, max(0.0012, level * top)) for s, level in rows]
         # The flutes go farther in than the content lies off the wall.
         rings = _fluted(p, outline, np.stack(inner))
@@ -363,9 +357,6 @@ def roll(p: Package) -> list[Part]:
 # Bags -----------------------------------------------------------------------------------------------------------------
 # Pillow bags, self-standing pouches, bars in wrappers, sweets in twisted paper.
 
-if TYPE_CHECKING:
-    from casa_assets.kitchenware.objects.packages.package import Package
-
 # Pieces across a sheet.
 ACROSS = 28
 
@@ -387,8 +378,7 @@ def pillow(p: Package) -> list[Part]:
         # The skin does not stretch: where the bag is full, it is narrower.
         width = float(np.sqrt(max(half**2 - 1.3 * (deep * full) ** 2, (0.55 * half) ** 2)))
         thick = np.where(sheet < 0, front, back)
-        crease = slack(share)
-        bulge = thick * np.clip(1 - np.abs(x) ** p.round_by, 0, 1) ** 0.5 * (1.0 + crease)
+        bulge = thick * np.clip(1 - np.abs(x) ** p.round_by, 0, 1) ** 0.5 * (1.0 + slack(share))
         y = sheet * (SEALED + np.maximum(0.0, bulge))
         y = np.where(sheet == 0, 0.0, y)
         # The folds reach into the strip, which is never quite flat.
@@ -403,8 +393,7 @@ def pillow(p: Package) -> list[Part]:
         tooth = np.where(np.arange(len(x)) % 2 == 0, 0.0, 0.0022)
         grid[0, :, 2] += np.where(sheet == 0, 0.0, tooth)
         grid[-1, :, 2] -= np.where(sheet == 0, 0.0, tooth)
-    solid = wrapped(grid, sides, levels, along=p.along, crease_deg=62.0)
-    parts = [Part(solid, p.skin, "package", p.heft)]
+    parts = [Part(wrapped(grid, sides, levels, along=p.along, crease_deg=62.0), p.skin, "package", p.heft)]
     if p.seam:
         parts.append(Part(_back_seam(p, rings), p.skin, "package"))
     return parts
@@ -438,8 +427,7 @@ def _strip(p: Package, x: Floats, sheet: Floats, half: float, rng: np.random.Gen
     for k, share in enumerate((0.0, *CRIMPS)):
         z = p.crimp * share if end == 0 else p.height - p.crimp * share
         wave = bow * 0.035 * half * (1.0 - share) * np.sin(3.2 * x + phase)
-        ridge = 0.0004 * (-1) ** k
-        out.append(np.column_stack([x * half, sheet * SEALED + wave + ridge, np.full(len(x), z)]))
+        out.append(np.column_stack([x * half, sheet * SEALED + wave + (0.0004 * (-1) ** k), np.full(len(x), z)]))
     return out if end == 0 else out[::-1]
 
 
@@ -459,9 +447,7 @@ def pouch(p: Package) -> list[Part]:
     x, sheet, sides = two_sheets(ACROSS)
     rng = p.rng()
     half, deep = p.width / 2, p.depth / 2
-    seal = 0.045 * p.width
-    inside = 1.0 - seal / half
-    shape = np.clip(1 - np.abs(x / inside) ** p.round_by, 0, 1) ** 0.8
+    shape = np.clip(1 - np.abs(x / (1.0 - (0.045 * p.width) / half)) ** p.round_by, 0, 1) ** 0.8
     phase = rng.uniform(0, 6.3, 4)
     rings, heights = [], []
     for share in (0.0, 0.015, 0.06, 0.14, 0.25, 0.38, 0.52, 0.66, 0.78, 0.87, 0.93):
@@ -478,10 +464,8 @@ def pouch(p: Package) -> list[Part]:
         rings.append(np.column_stack([x * width, sheet * thick, np.full(len(x), share * p.height)]))
         heights.append(share)
     grid = np.stack(rings)
-    lean = 0.02 * p.height * (grid[:, :, 2] / p.height) ** 2 * np.sin(phase[0])
-    grid[:, :, 1] += lean
-    solid = wrapped(grid, sides, np.array(heights), crease_deg=55.0)
-    parts = [Part(solid, p.skin, "package", p.heft)]
+    grid[:, :, 1] += 0.02 * p.height * (grid[:, :, 2] / p.height) ** 2 * np.sin(phase[0])
+    parts = [Part(wrapped(grid, sides, np.array(heights), crease_deg=55.0), p.skin, "package", p.heft)]
     if p.zip_line:
         # In the sealed strip, where both sheets lie together.
         z, y = 0.962 * p.height, float(grid[-2, :, 1].mean())

@@ -130,27 +130,15 @@ def _latch(length: float) -> Handle:
 
 
 _MAKERS = {
-    AppliancePull.TUBE: _tube,
-    AppliancePull.PRO: _pro,
-    AppliancePull.BLADE: _blade,
-    AppliancePull.BOW: _bow,
-    AppliancePull.BOXED: _boxed,
-    AppliancePull.LEDGE: _ledge,
-    AppliancePull.LATCH: _latch,
-}
+    AppliancePull.TUBE: _tube, AppliancePull.PRO: _pro, AppliancePull.BLADE: _blade, AppliancePull.BOW: _bow,
+    AppliancePull.BOXED: _boxed, AppliancePull.LEDGE: _ledge, AppliancePull.LATCH: _latch,
+}  # fmt: skip
 
 # Look -----------------------------------------------------------------------------------------------------------------
 
-
-class ApplianceFront(StrEnum):
-    """Shape of a front."""
-
-    FLAT = "flat"  # folded sheet with sharp edges
-    SOFT = "soft"  # edges of about a centimetre
-    ROUND = "round"  # edges as round as a bun: the fifties
-    PANEL = "panel"  # a cabinet's front is hung on it
-    GLASS = "glass"  # a pane in a frame of metal
-
+# Shape of a front: FLAT folded sheet with sharp edges; SOFT edges of about a centimetre; ROUND edges as round as a bun:
+# the fifties; PANEL a cabinet's front is hung on it; GLASS a pane in a frame of metal.
+ApplianceFront = StrEnum("ApplianceFront", "FLAT SOFT ROUND PANEL GLASS")
 
 ApplianceKick = StrEnum("ApplianceKick", "GRILLE PLINTH FEET")
 
@@ -349,14 +337,12 @@ def furnish_cavity(builder: AssetBuilder, lower: Vec3, upper: Vec3, lamp: str) -
     (a0, b0, _), (a1, b1, c1) = lower, upper
     element = tube(
         [
-            (a0 + 0.05, b1 - 0.04, c1 - 0.03),
-            (a0 + 0.05, b0 + 0.08, c1 - 0.03),
-            (a1 - 0.05, b0 + 0.08, c1 - 0.03),
+            (a0 + 0.05, b1 - 0.04, c1 - 0.03), (a0 + 0.05, b0 + 0.08, c1 - 0.03), (a1 - 0.05, b0 + 0.08, c1 - 0.03),
             (a1 - 0.05, b1 - 0.04, c1 - 0.03),
-        ],
+],
         0.004,
         0.03,
-    )
+    )  # fmt: skip
     builder.draw(ROOT, element, "heating_element", "element")
     x, z = (a0 + a1) / 2, (lower[2] + c1) / 2
     r = min(0.085, 0.33 * (c1 - lower[2]), 0.3 * (a1 - a0))
@@ -386,8 +372,7 @@ def add_oven_rack(builder: AssetBuilder, name: str, lower: Vec3, upper: Vec3, lo
     count = 15
     for k in range(count):
         x = -half + 0.02 + (2 * half - 0.04) * k / (count - 1)
-        wire = round_bar((x, front + 0.004, 0.0035), (x, depth - 0.004, 0.0035), 0.0015)
-        builder.draw(name, wire, "chrome", "rack")
+        builder.draw(name, round_bar((x, front + 0.004, 0.0035), (x, depth - 0.004, 0.0035), 0.0015), "chrome", "rack")
     plate = board((-half, front, -0.005), (half, depth, 0.005), 0.0)
     builder.add_collider(name, plate, "chrome", "rack", f"{name}_main")
     travel = min(RACK_TRAVEL, 0.6 * depth)

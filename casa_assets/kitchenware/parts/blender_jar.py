@@ -128,14 +128,11 @@ def add_jar(builder: AssetBuilder, p: Jar, rest: float) -> None:
     r0, r1, low, rim = p.foot, p.top, rest + 0.0004, rest + p.rim
     collar = lathe(
         [
-            (r0 + 0.012, low),
-            (r0 + 0.014, low + 0.002),
-            (r0 + 0.01, low + 0.018),
-            (r0 + 0.006, low + 0.024),
+            (r0 + 0.012, low), (r0 + 0.014, low + 0.002), (r0 + 0.01, low + 0.018), (r0 + 0.006, low + 0.024),
             (r0 - 0.01, low + 0.0245),
-        ],
+],
         44,
-    )
+    )  # fmt: skip
     builder.add(ROOT, collar.with_hull_collider(), p.grip, "collar", density="blender_collar")
     floor = rest + 0.034
     base = rest + RAISED
@@ -146,8 +143,7 @@ def add_jar(builder: AssetBuilder, p: Jar, rest: float) -> None:
         jar_outline(p.form, r, z)
         for r, z in [(r0 - 0.004, base), (r0, base + 0.003), *outer[1:], *inner, (inner[-1][0] - 0.008, floor - 1e-4)]
     ]
-    flare = jar_outline(p.form, r1 + 0.0025, rim)
-    rings.insert(len(outer) + 1, flare)
+    rings.insert(len(outer) + 1, jar_outline(p.form, r1 + 0.0025, rim))
     skin = loft(rings, 50.0)
     width = WAIST if p.form is BlenderJar.CLOVER else 1.0
     walls = _jar_walls(p, width, (r0, base), (r1, rim))
@@ -166,8 +162,7 @@ def add_jar(builder: AssetBuilder, p: Jar, rest: float) -> None:
         builder.draw(ROOT, turned, "stainless_polished", "blades", name="blades")
     hub = rod(0.0045, 0.008, 0.001).translated(0.0, 0.0, floor + 0.007)
     builder.draw(ROOT, hub, "stainless_polished", "blades", name="blades")
-    half = width * r0 - WALL_THICKNESS
-    builder.round_region("int", (0.0, 0.0, floor), 2 * half, rim - floor - 0.012)
+    builder.round_region("int", (0.0, 0.0, floor), 2 * (width * r0 - WALL_THICKNESS), rim - floor - 0.012)
     for k in range(0 if metal else 5):
         s = 0.25 + 0.14 * k
         r = (r0 + (r1 - r0) * s**0.8) * (0.9 if p.form is BlenderJar.CLOVER else 1.0)

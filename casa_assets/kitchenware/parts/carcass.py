@@ -209,8 +209,7 @@ def _levels(builder: AssetBuilder, c: Carcass) -> None:
     # The rail stands behind the channel into which fingers reach over the fronts.
     y0 = c.front + (CHANNEL_DEPTH + 0.004 if c.look.handle is HandleKind.FINGER_GROOVE else 0.0)
     z = c.height - c.rail_drop
-    rail = board((x0, y0, z - RAIL_HEIGHT), (x1, y0 + BOARD_THICKNESS, z))
-    _put(builder, rail, c.look.inside, "carcass", ACROSS)
+    _put(builder, board((x0, y0, z - RAIL_HEIGHT), (x1, y0 + BOARD_THICKNESS, z)), c.look.inside, "carcass", ACROSS)
     stay = board((x0, y1 - BOARD_THICKNESS, c.height - RAIL_HEIGHT), (x1, y1, c.height))
     _put(builder, stay, c.look.inside, "carcass", ACROSS)
 
@@ -250,8 +249,7 @@ def add_shelves(builder: AssetBuilder, c: Carcass, bottom: float, top: float, co
 
 def shelves_for(height: float) -> int:
     """Number of shelves for a clear height in metres. Ref: RoboCasa v1.0, cabinets: levels by height."""
-    levels = next((n for n, top in ((1, 0.6), (2, 0.8), (3, 1.5), (4, 2.0)) if height <= top), 5)
-    return levels - 1
+    return next((n for n, top in ((1, 0.6), (2, 0.8), (3, 1.5), (4, 2.0)) if height <= top), 5) - 1
 
 
 MAX_DOOR_WIDTH, MIN_PAIR_WIDTH = 0.62, 0.45  # metres; of a door, and of a cabinet with two

@@ -61,12 +61,10 @@ def add_key(
 
 
 _FACES: dict[str, tuple[tuple[str, float] | None, Vec3]] = {
-    "front": (("x", 1.5707963267948966), (0.0, 1.0, 0.0)),
-    "back": (("x", -1.5707963267948966), (0.0, -1.0, 0.0)),
-    "left": (("y", -1.5707963267948966), (1.0, 0.0, 0.0)),
-    "right": (("y", 1.5707963267948966), (-1.0, 0.0, 0.0)),
+    "front": (("x", 1.5707963267948966), (0.0, 1.0, 0.0)), "back": (("x", -1.5707963267948966), (0.0, -1.0, 0.0)),
+    "left": (("y", -1.5707963267948966), (1.0, 0.0, 0.0)), "right": (("y", 1.5707963267948966), (-1.0, 0.0, 0.0)),
     "up": (None, (0.0, 0.0, -1.0)),
-}
+}  # fmt: skip
 
 
 def _turned(solid: Solid, turn: tuple[str, float] | None) -> Solid:
@@ -95,17 +93,9 @@ def add_toggle(behavior: BehaviorBuilder, variable: str, collider: str) -> None:
 # Ref: RoboCasa v1.0, class Stove: on from 0.35 rad, high from 80 degrees, set up to 2 pi - 0.35.
 KNOB_TRAVEL = 2.6
 
-
-class KnobStyle(StrEnum):
-    """Style of a knob."""
-
-    SKIRT = "skirt"  # a pointer on a skirt
-    FLUTED = "fluted"  # a cylinder with grooves
-    BAR = "bar"  # a drum with a bar across, professional
-    DOME = "dome"
-    DISC = "disc"  # flat with a ridge
-    SLIM = "slim"  # a narrow cylinder
-    CHICKEN_HEAD = "chicken_head"
+# Style of a knob: SKIRT a pointer on a skirt; FLUTED a cylinder with grooves; BAR a drum with a bar across,
+# professional; DISC flat with a ridge; SLIM a narrow cylinder.
+KnobStyle = StrEnum("KnobStyle", "SKIRT FLUTED BAR DOME DISC SLIM CHICKEN_HEAD")
 
 
 def add_knob(
@@ -135,8 +125,7 @@ def add_knob(
     builder.add(link, shaped.transformed(face), finish, "knob", collider=f"{name}_main", density="control_knob")
     for solid in extra:
         builder.draw(link, solid.transformed(face), finish, "knob", density="control_knob")
-    pointer = _pointer(style, radius, depth)
-    builder.draw(link, pointer.transformed(face), mark, "knob", density=0.0)
+    builder.draw(link, _pointer(style, radius, depth).transformed(face), mark, "knob", density=0.0)
     axis = (0.0, 0.0, 1.0) if up else (0.0, -1.0, 0.0)
     feel = hand_dynamics.Feel(damping=0.02, frictionloss=hand_dynamics.KNOB_NM, armature=2e-4)
     builder.hinge(f"{name}_joint", link, axis, (0.0, turn), f"{name}_main", feel=feel)
@@ -158,8 +147,7 @@ def add_knob_with_scale(
     """Add a knob with a bezel behind it and printed ticks round it; `at` lies on the front, which faces -y."""
     x, y, z = at
     builder.draw(ROOT, bezel(radius).translated(x, y - 2e-4, z), bezel_finish, "bezel")
-    ticks = dial(radius, turn, steps=steps).translated(x, y - 3e-4, z)
-    builder.draw(ROOT, ticks, ink, "print", density=0.0)
+    builder.draw(ROOT, dial(radius, turn, steps=steps).translated(x, y - 3e-4, z), ink, "print", density=0.0)
     add_knob(builder, name, (x, y - 0.0032, z), style, radius, finish, turn=turn)
 
 
@@ -225,18 +213,9 @@ def bezel(radius: float, up: bool = False) -> Solid:
 
 # Bars of each figure: top, upper left, upper right, middle, lower left, lower right, bottom.
 SEGMENTS = {
-    "0": "1110111",
-    "1": "0010010",
-    "2": "1011101",
-    "3": "1011011",
-    "4": "0111010",
-    "5": "1101011",
-    "6": "1101111",
-    "7": "1010010",
-    "8": "1111111",
-    "9": "1111011",
-    "-": "0001000",
-}
+    "0": "1110111", "1": "0010010", "2": "1011101", "3": "1011011", "4": "0111010", "5": "1101011", "6": "1101111",
+    "7": "1010010", "8": "1111111", "9": "1111011", "-": "0001000",
+}  # fmt: skip
 FIGURE_WIDTH = 0.52  # width of a figure over its height
 FIGURE_PITCH = 0.74  # from one figure to the next, over their height
 COLON_WIDTH = 0.36  # width of a colon, over the height
@@ -255,8 +234,7 @@ def seven_segment_text(text: str, height: float) -> Solid:
         KeyError: a character that seven bars do not show.
     """
     t = 0.13 * height
-    length = sum(COLON_WIDTH if c == ":" else FIGURE_PITCH for c in text) - (FIGURE_PITCH - FIGURE_WIDTH)
-    x = -length * height / 2
+    x = -(sum(COLON_WIDTH if c == ":" else FIGURE_PITCH for c in text) - (FIGURE_PITCH - FIGURE_WIDTH)) * height / 2
     parts: list[Solid] = []
     for c in text:
         if c == ":":
@@ -274,14 +252,10 @@ def _figure(bars: str, x: float, h: float, t: float) -> list[Solid]:
     width, height = w - 1.3 * t, h / 2 - 1.15 * t
     lower, upper = -h / 4, h / 4
     places = (
-        (width, t, x + w / 2, h / 2 - t / 2),
-        (t, height, x + t / 2, upper),
-        (t, height, x + w - t / 2, upper),
-        (width, t, x + w / 2, 0.0),
-        (t, height, x + t / 2, lower),
-        (t, height, x + w - t / 2, lower),
+        (width, t, x + w / 2, h / 2 - t / 2), (t, height, x + t / 2, upper), (t, height, x + w - t / 2, upper),
+        (width, t, x + w / 2, 0.0), (t, height, x + t / 2, lower), (t, height, x + w - t / 2, lower),
         (width, t, x + w / 2, -h / 2 + t / 2),
-    )
+)  # fmt: skip
     return [_ink(*place) for on, place in zip(bars, places, strict=True) if on == "1"]
 
 

@@ -19,13 +19,9 @@ BAR_WIDTH, BAR_HEIGHT = 0.0095, 0.013  # metres: width and height of a bar
 HALF_GRATE_GAP = 0.0015  # half of the gap between two grates
 FINGER_END_SHARE = 0.3  # share of a burner's radius at which fingers end before its middle
 
-
-class GrateStyle(StrEnum):
-    """Style of the grates."""
-
-    JOINED = "joined"  # a grate for each column of burners; together they make one surface
-    SEPARATE = "separate"  # a square one for each burner
-    RING = "ring"  # a ring with arms for each burner
+# Style of the grates: JOINED a grate for each column of burners; together they make one surface; SEPARATE a square one
+# for each burner; RING a ring with arms for each burner.
+GrateStyle = StrEnum("GrateStyle", "JOINED SEPARATE RING")
 
 
 @dataclass(frozen=True)
@@ -291,14 +287,11 @@ def _gas(builder: AssetBuilder, s: BurnerSpot, top: float) -> None:
     )
     cap = lathe(
         [
-            (0.9 * r, top + 0.0212),
-            (0.94 * r, top + 0.023),
-            (0.9 * r, top + 0.0275),
-            (0.6 * r, top + 0.03),
+            (0.9 * r, top + 0.0212), (0.94 * r, top + 0.023), (0.9 * r, top + 0.0275), (0.6 * r, top + 0.03),
             (0.0, top + 0.0305),
-        ],
+],
         36,
-    )
+    )  # fmt: skip
     for solid, finish in ((bowl, "stainless_brushed"), (head, "aluminium_anodised"), (cap, "cast_iron_black")):
         builder.draw(ROOT, _moved(solid, s), finish, "burner")
     ports = 16
@@ -318,13 +311,11 @@ def _moved(solid: Solid, s: BurnerSpot) -> Solid:
 def _coil(builder: AssetBuilder, s: BurnerSpot, top: float) -> None:
     bowl = lathe(
         [
-            (1.12 * s.radius, top + 0.0004),
-            (1.16 * s.radius, top + 0.004),
-            (1.04 * s.radius, top + 0.003),
+            (1.12 * s.radius, top + 0.0004), (1.16 * s.radius, top + 0.004), (1.04 * s.radius, top + 0.003),
             (0.4 * s.radius, top + 0.0012),
-        ],
+],
         40,
-    )
+    )  # fmt: skip
     builder.draw(ROOT, _moved(bowl, s), "stainless_polished", "burner")
     turns = 3.5 if s.radius < 0.09 else 4.5
     steps = int(turns * 22)
@@ -357,10 +348,8 @@ def add_burner_behavior(behavior: BehaviorBuilder, places: list[BurnerSpot], fue
     """Each knob sets its burner to off, low or high."""
     color = (*(FLAME_COLOR if fuel is Fuel.GAS else GLOW_COLOR)[:3], 0.6)
     intervals = {
-        "off": (-0.1, KNOB_ON_ANGLE),
-        "low": (KNOB_ON_ANGLE, KNOB_HIGH_ANGLE),
-        "high": (KNOB_HIGH_ANGLE, turn + 0.1),
-    }
+        "off": (-0.1, KNOB_ON_ANGLE), "low": (KNOB_ON_ANGLE, KNOB_HIGH_ANGLE), "high": (KNOB_HIGH_ANGLE, turn + 0.1),
+}  # fmt: skip
     for s in places:
         name, site = f"burner_{s.loc}", f"burner_on_{s.loc}"
         behavior.follow_joint(name, f"knob_{s.loc}_joint", intervals)

@@ -47,12 +47,9 @@ def cavity_walls(outer: tuple[Vec3, Vec3], inner: tuple[Vec3, Vec3]) -> list[tup
     """
     ((x0, y0, z0), (x1, y1, z1)), ((a0, _, c0), (a1, b1, c1)) = outer, inner
     return [
-        ((x0, y0, z0), (a0, y1, z1)),
-        ((a1, y0, z0), (x1, y1, z1)),
-        ((a0, y0, z0), (a1, y1, c0)),
-        ((a0, y0, c1), (a1, y1, z1)),
-        ((a0, b1, c0), (a1, y1, c1)),
-    ]
+        ((x0, y0, z0), (a0, y1, z1)), ((a1, y0, z0), (x1, y1, z1)), ((a0, y0, z0), (a1, y1, c0)),
+        ((a0, y0, c1), (a1, y1, z1)), ((a0, b1, c0), (a1, y1, c1)),
+]  # fmt: skip
 
 
 def cavity_colliders(outer: tuple[Vec3, Vec3], inner: tuple[Vec3, Vec3]) -> tuple[Placed, ...]:
@@ -87,15 +84,13 @@ def rounded_polygon(points: Sequence[Vec2], radius: float) -> Floats:
     line = [(float(middle[0]), float(middle[1]), 0.0)]
     path = round_corners([*line, *((x, y, 0.0) for x, y in points), *line], radius)[:-1, :2]
     # Neighbours that fall together would have no direction.
-    apart = np.linalg.norm(path - np.roll(path, 1, axis=0), axis=1) > 1e-6
-    return np.asarray(path[apart])
+    return np.asarray(path[(np.linalg.norm(path - np.roll(path, 1, axis=0), axis=1) > 1e-6)])
 
 
 def extrude_across(outline: Floats, width: float, chamfer: float) -> Solid:
     """An outline in y, z (counter-clockwise, y to the right) pulled along x, centred on x = 0."""
     solid = prism(outline, width, chamfer)
-    points = solid.points[:, [2, 0, 1]] - np.array([width / 2, 0.0, 0.0])
-    return Solid(points, solid.faces, crease_deg=40.0)
+    return Solid((solid.points[:, [2, 0, 1]] - np.array([width / 2, 0.0, 0.0])), solid.faces, crease_deg=40.0)
 
 
 def rounded_body(width: float, depth: float, steps: Sequence[Vec2], radius: float, corner: int = 6) -> Solid:
@@ -234,8 +229,7 @@ def tool_solid(kind: MixerTool, length: float) -> Solid:
     """Solid of a tool that hangs from z = 0 to -length on the axis x = y = 0, with a hull collider."""
     shaft = rod(0.0055, 0.034, 0.001).translated(z=-0.017)
     collar = lathe([(0.011, -0.036), (0.013, -0.033), (0.013, -0.027), (0.008, -0.024)], 20)
-    tool = concatenate([shaft, collar, *_MAKERS[kind](length)])
-    return tool.with_hull_collider()
+    return concatenate([shaft, collar, *_MAKERS[kind](length)]).with_hull_collider()
 
 
 def _whisk(length: float) -> list[Solid]:
@@ -245,8 +239,7 @@ def _whisk(length: float) -> list[Solid]:
         path: list[Vec3] = []
         for t in np.linspace(0.0, 2 * math.pi, 19)[1:-1]:
             r = 0.043 * math.sin(t) * (1.0 - 0.3 * (1 + math.cos(t)) / 2)
-            z = -0.03 - (length - 0.032) * (1 - math.cos(t)) / 2
-            path.append((r * math.cos(turn), r * math.sin(turn), z))
+            path.append((r * math.cos(turn), r * math.sin(turn), (-0.03 - (length - 0.032) * (1 - math.cos(t)) / 2)))
         wires.append(tube(path, circle(0.0011, 6)).without_colliders())
     return wires
 
@@ -255,15 +248,9 @@ def _beater(length: float) -> list[Solid]:
     """A flat frame with ribs."""
     half_width, bottom = 0.041, -length
     loop: list[Vec3] = [
-        (0.0, 0.0, -0.034),
-        (half_width, 0.0, -0.05),
-        (half_width, 0.0, bottom + 0.03),
-        (0.004, 0.0, bottom + 0.003),
-        (-0.004, 0.0, bottom + 0.003),
-        (-half_width, 0.0, bottom + 0.03),
-        (-half_width, 0.0, -0.05),
-        (0.0, 0.0, -0.034),
-    ]
+        (0.0, 0.0, -0.034), (half_width, 0.0, -0.05), (half_width, 0.0, bottom + 0.03), (0.004, 0.0, bottom + 0.003),
+        (-0.004, 0.0, bottom + 0.003), (-half_width, 0.0, bottom + 0.03), (-half_width, 0.0, -0.05), (0.0, 0.0, -0.034),
+]  # fmt: skip
     frame = tube(loop, rectangle(0.006, 0.0075, 0.002, 2), 0.006, up=(0.0, 1.0, 0.0)).without_colliders()
     rib = tube([(0.0, 0.0, -0.036), (0.0, 0.0, bottom + 0.004)], rectangle(0.005, 0.006, 0.0015, 2), up=(0.0, 1.0, 0.0))
     bar = tube(
@@ -332,8 +319,7 @@ def add_brew_group(builder: AssetBuilder, at: Vec3, ceiling: float, metal: str, 
     for s in (-1, 1):
         spout = tube([(x, y, z + 0.014), (x + s * 0.012, y, z + 0.011), (x + s * 0.012, y, z)], 0.0048, 0.006)
         builder.draw(ROOT, spout, metal, "portafilter")
-    neck = tube([(x, y - 0.03, z + 0.028), (x, y - 0.066, z + 0.026)], 0.006)
-    builder.draw(ROOT, neck, metal, "portafilter")
+    builder.draw(ROOT, tube([(x, y - 0.03, z + 0.028), (x, y - 0.066, z + 0.026)], 0.006), metal, "portafilter")
     line = [(0.0075, 0.0), (0.0125, 0.012), (0.0118, 0.05), (0.0142, 0.085), (0.011, 0.097), (0.004, 0.1)]
     handle = lathe(line, 20, 60.0).rotated("x", math.pi / 2 + 0.06).translated(x, y - 0.064, z + 0.0262)
     builder.add(ROOT, handle.with_hull_collider(), grip, "portafilter", collider="portafilter_grip")
@@ -380,8 +366,7 @@ def add_bean_hopper(builder: AssetBuilder, x: float, y: float, z: float, size: f
         size + 0.004, size + 0.004, [(0.0, z + height - 0.0118), (0.0, z + height - 0.003), (0.003, z + height)], 0.031
     ).translated(x, y)
     builder.add(ROOT, lid.with_hull_collider(), "plastic_black", "hopper", density="hopper_lid")
-    knob = rod(0.011, 0.012, 0.003).translated(x, y, z + height + 0.006)
-    builder.add(ROOT, knob, "plastic_black", "hopper")
+    builder.add(ROOT, rod(0.011, 0.012, 0.003).translated(x, y, z + height + 0.006), "plastic_black", "hopper")
 
 
 def add_pressure_gauge(builder: AssetBuilder, at: Vec3, radius: float, metal: str) -> None:

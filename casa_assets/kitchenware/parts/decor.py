@@ -83,16 +83,9 @@ def golden_angles(count: int) -> list[float]:
 SMALL_RADIUS = 0.03  # metres; a jar below this radius is drawn with fewer faces
 CONTENT_GAP = 0.0006  # metres between glass and what is in it, so that neither flickers
 
-
-class JarLid(StrEnum):
-    """Closure of a jar."""
-
-    FLAT = "flat"  # a disc that overlaps
-    KNOB = "knob"  # a disc with a ball to lift it
-    CORK = "cork"
-    SCREW = "screw"  # a ribbed cap
-    CLIP = "clip"  # a glass lid with a wire clip
-    DOME = "dome"
+# Closure of a jar: FLAT a disc that overlaps; KNOB a disc with a ball to lift it; SCREW a ribbed cap; CLIP a glass lid
+# with a wire clip.
+JarLid = StrEnum("JarLid", "FLAT KNOB CORK SCREW CLIP DOME")
 
 
 @dataclass(frozen=True)
@@ -129,8 +122,7 @@ def jar_profile(radius: float, height: float, shoulder: float, neck: float) -> l
     line = [(r - 0.004, 0.0), (r - 0.001, 0.0012), (r, 0.004), (r, h - shoulder - 0.012)]
     if neck < 1:
         for t in np.linspace(0.25, 1.0, 4):
-            s = 0.5 - 0.5 * math.cos(math.pi * t)
-            line.append((r * (1 - (1 - neck) * s), h - 0.012 - shoulder * (1 - t)))
+            line.append((r * (1 - (1 - neck) * (0.5 - 0.5 * math.cos(math.pi * t))), h - 0.012 - shoulder * (1 - t)))
     return [*line, (r * min(1.0, neck), h)]
 
 
@@ -166,8 +158,7 @@ def _lid(lid: JarLid, r: float, h: float, wall: float) -> tuple[list[Solid], lis
         turns = np.linspace(0, 2 * np.pi, 4 * ribs + 1)[:-1]
         ring = r + 0.0022 + 0.0008 * np.cos(ribs * turns)
         outline = np.column_stack([ring * np.cos(turns), ring * np.sin(turns)])
-        cap = prism(outline, height, 0.0012).translated(z=h - height + 0.003)
-        return [cap], [], h + 0.003
+        return [prism(outline, height, 0.0012).translated(z=h - height + 0.003)], [], h + 0.003
     if lid is JarLid.DOME:
         curve = [(1.02 * r * math.cos(t), z + 0.42 * r * math.sin(t)) for t in np.linspace(0, math.pi / 2, 8)]
         knob = ball(max(0.006, 0.13 * r), 10).without_colliders().translated(z=z + 0.42 * r + 0.006)
@@ -214,13 +205,11 @@ CrockTool = StrEnum("CrockTool", "SPOON SPATULA FORK TURNER LADLE WHISK")
 def crock_tool(kind: CrockTool, size: float) -> list[Solid]:
     """The solids of a tool of a length in metres."""
     if kind in (CrockTool.SPOON, CrockTool.SPATULA, CrockTool.FORK):
-        stem = tapered_leg((0, 0, 0), (0, 0, 0.74 * size), 0.0052, 0.0068, 12)
-        return [stem, *_wooden_end(kind, size)]
+        return [tapered_leg((0, 0, 0), (0, 0, 0.74 * size), 0.0052, 0.0068, 12), *_wooden_end(kind, size)]
     grip = tapered_leg((0, 0, 0), (0, 0, 0.36 * size), 0.0085, 0.0065, 12)
     rod_ = tapered_leg((0, 0, 0.359 * size), (0, 0, 0.76 * size), 0.0032, 0.0032, 10)
     if kind is CrockTool.TURNER:
-        blade = box((0.078, 0.0018, 0.24 * size), (0, 0.006, 0.875 * size), 0.0006)
-        return [grip, rod_, blade]
+        return [grip, rod_, box((0.078, 0.0018, 0.24 * size), (0, 0.006, 0.875 * size), 0.0006)]
     if kind is CrockTool.LADLE:
         r = 0.042
         bowl = lathe([(0.002, -r), (0.6 * r, -0.8 * r), (r, 0.0), (r - 0.0014, 0.0), (0.58 * r, -0.77 * r)], 24, 60.0)
@@ -253,16 +242,14 @@ def _wooden_end(kind: CrockTool, size: float) -> list[Solid]:
     if kind is CrockTool.SPATULA:
         return [_plate(flare, 0.005)]
     tines = [box((0.011, 0.005, 0.07), (x, 0, end - 0.035), 0.0015) for x in (-0.0205, 0.0, 0.0205)]
-    neck = [(-0.008, base), (0.008, base), (0.026, end - 0.065), (-0.026, end - 0.065)]
-    return [_plate(neck, 0.005), *tines]
+    return [_plate([(-0.008, base), (0.008, base), (0.026, end - 0.065), (-0.026, end - 0.065)], 0.005), *tines]
 
 
 def _plate(outline: list[Vec2], thickness: float) -> Solid:
     """An outline in x, z pulled through y."""
     points = np.array(outline)
     front = np.column_stack([points[:, 0], np.full(len(points), thickness / 2), points[:, 1]])
-    back = front * np.array([1.0, -1.0, 1.0])
-    return loft([front, back], 40.0)
+    return loft([front, (front * np.array([1.0, -1.0, 1.0]))], 40.0)
 
 
 # Hung tools -----------------------------------------------------------------------------------------------------------
@@ -275,13 +262,9 @@ SHEET_THICKNESS = 0.0016
 # Kind of tool.
 HungTool = StrEnum("HungTool", "LADLE TURNER WHISK SPOON SKIMMER MASHER FORK SCRAPER")
 
-
-class ToolHandle(StrEnum):
-    """Make of the handle."""
-
-    TURNED = "turned"  # round, of wood or plastic, with a ferrule
-    FLAT = "flat"  # a strip of steel with a hole
-    ROUND = "round"  # a steel tube
+# Make of the handle: TURNED round, of wood or plastic, with a ferrule; FLAT a strip of steel with a hole; ROUND a steel
+# tube.
+ToolHandle = StrEnum("ToolHandle", "TURNED FLAT ROUND")
 
 
 @dataclass(frozen=True)
@@ -335,8 +318,7 @@ def _shell(width: float, length: float, depth: float) -> Solid:
     """A shallow bowl, open to the front (-y), its longer way along z, about its mouth's middle."""
     turns = np.linspace(0.0, math.pi / 2, 8)
     outer = [(math.sin(t), -math.cos(t)) for t in turns]
-    inner = [(0.96 * math.sin(t), -0.93 * math.cos(t)) for t in turns[::-1]]
-    solid = lathe([*outer, *inner], 32, 60.0)
+    solid = lathe([*outer, *([(0.96 * math.sin(t), -0.93 * math.cos(t)) for t in turns[::-1]])], 32, 60.0)
     scaled = solid.points * np.array([width / 2, length / 2, depth])
     return Solid(scaled, solid.faces, crease_deg=60.0).rotated("x", math.pi / 2)
 
@@ -397,13 +379,9 @@ def _skimmer(z: float, length: float) -> list[Solid]:
 def _masher(z: float, length: float) -> list[Solid]:
     w, bottom = 0.042, z - length + 0.003
     fork = [
-        (-w, 0.0, bottom),
-        (-w, 0.0, bottom + 0.03),
-        (-0.004, 0.0, z),
-        (0.004, 0.0, z),
-        (w, 0.0, bottom + 0.03),
+        (-w, 0.0, bottom), (-w, 0.0, bottom + 0.03), (-0.004, 0.0, z), (0.004, 0.0, z), (w, 0.0, bottom + 0.03),
         (w, 0.0, bottom),
-    ]
+]  # fmt: skip
     wave = [
         (float(x), 0.022 * (1 if k % 2 else -1), bottom) for k, x in enumerate(np.linspace(-w + 0.006, w - 0.006, 8))
     ]
@@ -424,12 +402,6 @@ def _scraper(z: float, length: float) -> list[Solid]:
 
 
 _HEADS = {
-    HungTool.LADLE: _ladle,
-    HungTool.TURNER: _turner,
-    HungTool.WHISK: _whisk,
-    HungTool.SPOON: _spoon,
-    HungTool.SKIMMER: _skimmer,
-    HungTool.MASHER: _masher,
-    HungTool.FORK: _fork,
-    HungTool.SCRAPER: _scraper,
-}
+    HungTool.LADLE: _ladle, HungTool.TURNER: _turner, HungTool.WHISK: _whisk, HungTool.SPOON: _spoon,
+    HungTool.SKIMMER: _skimmer, HungTool.MASHER: _masher, HungTool.FORK: _fork, HungTool.SCRAPER: _scraper,
+}  # fmt: skip

@@ -71,8 +71,7 @@ def hang_door(builder: AssetBuilder, look: CabinetLook, door: CabinetDoor) -> No
     start = x if door.hinge is HingeSide.LEFT else x - door.width
     along = axis_turn("z", door.turn)
     axis = along.apply(np.array([[0.0 if door.hinge is HingeSide.LEFT else door.width, 0.0, 0.0]]))[0]
-    at = Pose(position=(door.x + float(axis[0]), door.y + float(axis[1]), door.z)) @ along
-    builder.link(door.link, at=at)
+    builder.link(door.link, at=(Pose(position=(door.x + float(axis[0]), door.y + float(axis[1]), door.z)) @ along))
     groove = edge if kind is HandleKind.FINGER_GROOVE else None
     parts = fronts.front_parts(look.front, w, h, FRONT_THICKNESS, groove=groove)
     grip = f"{door.link}_handle"
@@ -161,8 +160,7 @@ def _handle(
     y = fronts.face_depth(parts, [(x, z - half), (x, z + half)])
     pull = handles.handle(kind, length)
     angle = math.pi / 2 if upright else 0.0
-    position = (corner[0] + x, corner[1] + y, corner[2] + z)
-    return handles.placed_handle(pull, "y", angle, position)
+    return handles.placed_handle(pull, "y", angle, (corner[0] + x, corner[1] + y, corner[2] + z))
 
 
 def _cups(builder: AssetBuilder, door: CabinetDoor, corner: Vec3, w: float, h: float) -> None:

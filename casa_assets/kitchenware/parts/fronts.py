@@ -85,13 +85,9 @@ def raised_panel(o: FrameOpening, t: float) -> Solid:
     outline = o.outline(PANEL_TONGUE)
     bevel = min(0.038, 0.28 * min(o.width, o.height))
     steps = [
-        (0.0, t - 0.004),
-        (0.0, 0.0115),
-        (PANEL_TONGUE + 0.006, 0.011),
-        (PANEL_TONGUE + bevel, 0.0045),
-        (PANEL_TONGUE + bevel + 0.0004, 0.0028),
-        (PANEL_TONGUE + bevel + 0.0016, 0.002),
-    ]
+        (0.0, t - 0.004), (0.0, 0.0115), (PANEL_TONGUE + 0.006, 0.011), (PANEL_TONGUE + bevel, 0.0045),
+        (PANEL_TONGUE + bevel + 0.0004, 0.0028), (PANEL_TONGUE + bevel + 0.0016, 0.002),
+]  # fmt: skip
     rings = []
     for inset, y in steps:
         loop = offset_sides(outline, [inset] * len(outline)) if inset else outline
@@ -123,8 +119,7 @@ def beaded_panel(o: FrameOpening) -> Solid:
         line += [(x - 0.0022, 0.0), (x - 0.0008, 0.0028), (x, 0.0024), *bead[1:-1], (x + 0.0064, 0.0024)]
         line += [(x + 0.0072, 0.0028), (x + 0.0086, 0.0)]
     line.append((width, 0.0))
-    outline = np.concatenate([np.array(line), [(width, 0.006), (0.0, 0.006)]])
-    solid = prism(outline, o.height + 2 * PANEL_TONGUE, 0.0)
+    solid = prism(np.concatenate([np.array(line), [(width, 0.006), (0.0, 0.006)]]), o.height + 2 * PANEL_TONGUE, 0.0)
     return solid.translated(x0, 0.008, o.z0 - PANEL_TONGUE)
 
 
@@ -218,20 +213,14 @@ FrontEdge = StrEnum("FrontEdge", "TOP BOTTOM LEFT RIGHT")
 GLAZED_KINDS = (FrontKind.GLASS_CLEAR, FrontKind.GLASS_FROSTED, FrontKind.GLASS_DIVIDED)
 # What a drawer has where the doors beside it are made so.
 DRAWER_KINDS = {
-    FrontKind.ARCHED: FrontKind.RAISED,
-    FrontKind.BEADBOARD: FrontKind.SHAKER,
-    FrontKind.LOUVRED: FrontKind.SHAKER,
-    FrontKind.GLASS_CLEAR: FrontKind.SLIM_SHAKER,
-    FrontKind.GLASS_FROSTED: FrontKind.SLIM_SHAKER,
+    FrontKind.ARCHED: FrontKind.RAISED, FrontKind.BEADBOARD: FrontKind.SHAKER, FrontKind.LOUVRED: FrontKind.SHAKER,
+    FrontKind.GLASS_CLEAR: FrontKind.SLIM_SHAKER, FrontKind.GLASS_FROSTED: FrontKind.SLIM_SHAKER,
     FrontKind.GLASS_DIVIDED: FrontKind.SHAKER,
-}
+}  # fmt: skip
 # Width of stiles: as joiners cut them; a frame of thin metal or wood round a large pane.
 STILE_WIDTHS = {
-    FrontKind.SLIM_SHAKER: 0.02,
-    FrontKind.GLASS_CLEAR: 0.045,
-    FrontKind.GLASS_FROSTED: 0.045,
-    FrontKind.ARCHED: 0.062,
-}
+    FrontKind.SLIM_SHAKER: 0.02, FrontKind.GLASS_CLEAR: 0.045, FrontKind.GLASS_FROSTED: 0.045, FrontKind.ARCHED: 0.062,
+}  # fmt: skip
 STILE_WIDTH = 0.06
 
 
@@ -357,11 +346,9 @@ def _hit(corners: np.ndarray, x: float, z: float) -> float | None:
 def lip(width: float, height: float, groove: FrontEdge) -> Placed:
     """The lip that a hand takes of a grooved front, as a collision box in the front's frame."""
     lower = {
-        FrontEdge.TOP: (0.0, 0.0, height - GROOVE_DEPTH),
-        FrontEdge.BOTTOM: (0.0, 0.0, 0.0),
-        FrontEdge.LEFT: (0.0, 0.0, 0.0),
-        FrontEdge.RIGHT: (width - GROOVE_DEPTH, 0.0, 0.0),
-    }[groove]
+        FrontEdge.TOP: (0.0, 0.0, height - GROOVE_DEPTH), FrontEdge.BOTTOM: (0.0, 0.0, 0.0),
+        FrontEdge.LEFT: (0.0, 0.0, 0.0), FrontEdge.RIGHT: (width - GROOVE_DEPTH, 0.0, 0.0),
+}[groove]  # fmt: skip
     level = groove in (FrontEdge.TOP, FrontEdge.BOTTOM)
     across, up = (width, GROOVE_DEPTH) if level else (GROOVE_DEPTH, height)
     return box_shape(lower, (lower[0] + across, GROOVE_LIP, lower[2] + up))
@@ -373,10 +360,8 @@ def _plain(kind: FrontKind, w: float, h: float, t: float, drawer: bool) -> tuple
     elif kind is FrontKind.FLUTED:
         line = reeded_line(w, 0.024, 0.0045)
     else:
-        grain = ACROSS if drawer else UPRIGHT
-        return (FrontPart(board((0.0, 0.0, 0.0), (w, t, h), FRONT_EDGE_RADIUS), grain=grain),)
-    outline = np.concatenate([line, [(w, t), (0.0, t)]])
-    return (FrontPart(prism(outline, h, 0.0)),)
+        return FrontPart(board((0.0, 0.0, 0.0), (w, t, h), FRONT_EDGE_RADIUS), grain=(ACROSS if drawer else UPRIGHT))
+    return FrontPart(prism(np.concatenate([line, [(w, t), (0.0, t)]]), h, 0.0))
 
 
 def _framed(kind: FrontKind, w: float, h: float, t: float, stile: float, rail: float) -> tuple[FrontPart, ...]:

@@ -63,8 +63,7 @@ def tapered_leg(a: Vec3, b: Vec3, start: float, end: float, sides: int = 20) -> 
     length = float(np.linalg.norm(axis))
     ring = circle(1.0, sides)
     start_ring = np.column_stack([ring * start, np.zeros(sides)])
-    end_ring = np.column_stack([ring * end, np.full(sides, length)])
-    points, faces = convex_hull(np.concatenate([start_ring, end_ring]))
+    points, faces = convex_hull(np.concatenate([start_ring, np.column_stack([ring * end, np.full(sides, length)])]))
     x, y, z = a
     pose = Pose(position=(x, y, z), quaternion=_onto(axis / length))
     shape = (Cylinder(radius=(start + end) / 2, height=length), Pose(position=(0.0, 0.0, length / 2)))
@@ -76,12 +75,9 @@ def bowed_slat(size: Vec3, at: Vec3, bow: float, steps: int = 8) -> Solid:
     w, t, h = size
     xs = np.linspace(-w / 2, w / 2, steps + 1)
     ys = bow * (1 - (2 * xs / w) ** 2)
-    front = np.column_stack([xs, ys - t / 2])
-    back = np.column_stack([xs, ys + t / 2])[::-1]
-    outline = np.concatenate([front, back])
+    outline = np.concatenate([np.column_stack([xs, ys - t / 2]), np.column_stack([xs, ys + t / 2])[::-1]])
     bottom = np.column_stack([outline, np.full(len(outline), -h / 2)])
-    top = np.column_stack([outline, np.full(len(outline), h / 2)])
-    solid = loft([bottom, top], 40.0)
+    solid = loft([bottom, np.column_stack([outline, np.full(len(outline), h / 2)])], 40.0)
     return solid.with_box_collider().translated(*at)
 
 
@@ -303,8 +299,7 @@ def _ring(length: float) -> Handle:
     """A ring held before a rosette: it hangs from a post, and a hand reaches through it."""
     r, wire, reach = length / 2 - 0.0035, 0.0035, 0.024
     turns = np.linspace(0.0, 2 * math.pi, 25)
-    path = [(r * math.cos(a), -reach, r * math.sin(a) - r) for a in turns]
-    loop = tube(path, wire, up=(0.0, 1.0, 0.0))
+    loop = tube(([(r * math.cos(a), -reach, r * math.sin(a) - r) for a in turns]), wire, up=(0.0, 1.0, 0.0))
     rosette = lathe([(0.016, 0.0), (0.016, 0.002), (0.012, 0.0045), (0.007, 0.006)], 24).rotated("x", math.pi / 2)
     post = rod(0.0055, reach + 0.006, 0.002, "y").translated(0.0, -(reach + 0.006) / 2)
     z = -2 * r
@@ -357,16 +352,9 @@ def _tee(length: float) -> Handle:
 
 
 _MAKERS = {
-    HandleKind.BAR: _bar,
-    HandleKind.BOXED: _boxed,
-    HandleKind.BOW: _bow,
-    HandleKind.CUP: _cup,
-    HandleKind.KNOB: _knob,
-    HandleKind.RING: _ring,
-    HandleKind.STRAP: _strap,
-    HandleKind.TEE: _tee,
-    HandleKind.LEATHER: _leather,
-}
+    HandleKind.BAR: _bar, HandleKind.BOXED: _boxed, HandleKind.BOW: _bow, HandleKind.CUP: _cup, HandleKind.KNOB: _knob,
+    HandleKind.RING: _ring, HandleKind.STRAP: _strap, HandleKind.TEE: _tee, HandleKind.LEATHER: _leather,
+}  # fmt: skip
 
 
 def edge_pull(length: float) -> Handle:

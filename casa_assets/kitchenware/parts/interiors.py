@@ -57,12 +57,10 @@ def add_dish_rack(
     grip = rod(0.0055, 2 * half_grip, 0.002, "x").translated(0.0, -0.013, height - 0.006)
     builder.add(name, grip, metal, "handle", name=f"{name}_handle_main")
     for x in (-half_grip + 0.012, half_grip - 0.012):
-        link = rod(0.0035, 0.014, 0.0005, "y").translated(x, -0.006, height - 0.006)
-        builder.draw(name, link, metal, "handle")
+        builder.draw(name, rod(0.0035, 0.014, 0.0005, "y").translated(x, -0.006, height - 0.006), metal, "handle")
     for x in (-half - 0.004, half + 0.004):
         for y in (0.2 * depth, 0.8 * depth):
-            wheel = rod(0.013, 0.007, 0.0015, "x").translated(x, y, 0.004)
-            builder.draw(name, wheel, "plastic_grey", "wheel")
+            builder.draw(name, rod(0.013, 0.007, 0.0015, "x").translated(x, y, 0.004), "plastic_grey", "wheel")
     joint = f"{name}_joint"
     builder.slide(joint, name, (0.0, 1.0, 0.0), (-travel, 0.0), f"{name}_handle_main", start_n=6.0, behind=behind)
     builder.region(name, (-half + t, t, 2 * RIM_RADIUS), (half - t, depth - t, height), link=name)

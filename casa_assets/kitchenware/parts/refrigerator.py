@@ -180,8 +180,7 @@ def add_shelf(builder: AssetBuilder, name: str, r: Compartment, z: float, front:
     for a, b in ((x0, x0 + 0.01), (x1 - 0.01, x1)):
         rail = board((a, front + 0.0145, z - 0.014), (b, y1 - 0.0125, z - 0.0004), 0.001)
         builder.draw(ROOT, rail, look.trim, "shelf")
-    collider_box = board((x0, front, z - 0.012), (x1, y1, z), 0.0)
-    builder.add_collider(ROOT, collider_box, "glass_clear", "shelf", f"{name}_pane")
+    builder.add_collider(ROOT, board((x0, front, z - 0.012), (x1, y1, z), 0.0), "glass_clear", "shelf", f"{name}_pane")
 
 
 # Gasket ---------------------------------------------------------------------------------------------------------------
@@ -328,12 +327,10 @@ def add_face(
         core = board((0.004, fronts.FRONT_THICKNESS + 2e-4, 0.004), (w - 0.004, t, h - 0.004), 0.002)
         door.add_part(builder, core, LINER_FINISH, "door", density="foamed_door_core")
         full_box = board((0.0, 0.0, 0.0), (w, t, h), 0.0)
-        collider = full_box.mirrored_x() if door.right else full_box
-        builder.add_collider(door.link, collider, LINER_FINISH, "door", name)
+        builder.add_collider(door.link, (full_box.mirrored_x() if door.right else full_box), LINER_FINISH, "door", name)
         return
     edge_radius, steps = {ApplianceFront.ROUND: (0.03, 5), ApplianceFront.SOFT: (0.011, 3)}.get(look.form, (0.003, 2))
-    front = 0.0042 if look.form is ApplianceFront.GLASS else 0.0
-    slab = board((0.0, front, 0.0), (w, t, h), edge_radius, steps)
+    slab = board((0.0, (0.0042 if look.form is ApplianceFront.GLASS else 0.0), 0.0), (w, t, h), edge_radius, steps)
     shapes: tuple[Placed, ...] = (box_shape((0.0, 0.0, 0.0), (w, t, h)),)
     if hole is not None:
         slab = subtract(slab, _opening(hole))
@@ -423,8 +420,7 @@ def add_pull(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook) -> No
     if door.right:
         first, *rest = pull.metal
         mirrored = first.with_shapes(*pull.shapes).mirrored_x()
-        metal = (mirrored, *(s.mirrored_x() for s in rest))
-        pull = handles.Handle(metal, mirrored.shapes)
+        pull = handles.Handle((mirrored, *(s.mirrored_x() for s in rest)), mirrored.shapes)
     handles.add_handle(builder, door.link, pull, look.metal, name)
 
 

@@ -134,8 +134,7 @@ def add_pull_out(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, r
         rail = board((x, y0 + 0.012, z0 + 0.03), (x + 0.01, y1 - 0.06, z0 + 0.05), 0.001)
         builder.draw(door.link, rail, "steel_galvanised", "rail", density="drawer_runner")
     travel = round(0.82 * (y1 - y0), 3)
-    grip_name = f"{door.link}_handle_main"
-    builder.slide(door.joint, door.link, (0.0, 1.0, 0.0), (-travel, 0.0), grip_name, start_n=11.0)
+    builder.slide(door.joint, door.link, (0.0, 1.0, 0.0), (-travel, 0.0), (f"{door.link}_handle_main"), start_n=11.0)
     builder.region(region, (x0 + e, y0 + 0.01, z0 + e), (x1 - e, y1 - e, z1), link=door.link)
 
 
