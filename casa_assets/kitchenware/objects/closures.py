@@ -77,8 +77,8 @@ AROUND = 28
 # of a flask; SPORT a cap with a nipple; LOOP a cap to carry it by; CLIP a lid of glass with a wire.
 Closure = StrEnum(
     "Closure",
-    "NONE SCREW LID CROWN CORK STOPPER PUMP TAB RING FLIP NOZZLE SPRAY BUTTON SPOUT BALL HOLES SIFTER CUP SPORT LOOP CLIP"
-    " KNOB WICK",
+    "NONE SCREW LID CROWN CORK STOPPER PUMP TAB RING FLIP NOZZLE SPRAY BUTTON SPOUT BALL HOLES SIFTER CUP SPORT LOOP "
+    "CLIP KNOB WICK",
 )
 
 # What comes off, and by what share of its height it covers the neck where it is drawn closed for good.
