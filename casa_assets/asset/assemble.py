@@ -105,7 +105,6 @@ def _rounded_pose(pose: Pose) -> Pose:
 
 
 # Assemble -------------------------------------------------------------------------------------------------------------
-# Meshes, masses, friction of joints, origin under the middle of the footprint.
 
 MASS_DIGITS = 7  # significant digits of masses, centres and moments; MJCF and USD both keep them
 

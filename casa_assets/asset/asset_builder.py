@@ -19,7 +19,6 @@ from casa_assets.model.record import Vec2, Vec3, Vec4
 from casa_assets.model.registry.category import Portion
 
 # Mass properties ------------------------------------------------------------------------------------------------------
-# Mass, centre and inertia of solids, and of several of them as one rigid body.
 
 
 @dataclass(frozen=True)
@@ -53,7 +52,6 @@ def combine_masses(masses: list[RigidMass]) -> RigidMass:
 
 
 # Behavior builder -----------------------------------------------------------------------------------------------------
-# Builder of an asset's state machine (`model/asset/behavior.py`).
 
 
 @dataclass
@@ -116,7 +114,6 @@ def negated(condition: Condition) -> Condition:
 
 
 # Asset builder --------------------------------------------------------------------------------------------------------
-# Collects links, solids, joints, sites and regions; `assemble` makes the Asset.
 
 ROOT = "object"
 

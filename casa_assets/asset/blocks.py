@@ -18,7 +18,6 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 
 # Blocks ---------------------------------------------------------------------------------------------------------------
-# Boxes with rounded edges, surfaces of revolution, cylinders and spheres.
 
 EDGE_RADIUS = 0.0015  # metres, of the edges of boards; a choice
 
@@ -315,7 +314,6 @@ def _lines(values: Sequence[float], lower: float, upper: float) -> Floats:
 
 
 # Boolean --------------------------------------------------------------------------------------------------------------
-# Boolean operations on solids: union, difference, intersection (manifold3d).
 
 
 def union(*solids: Solid) -> Solid:

@@ -20,7 +20,6 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec4
 
 # Collider colors ------------------------------------------------------------------------------------------------------
-# One plain colour for each collider of an asset: the mean colour of the visuals that the collider covers.
 
 MAX_GAP_M = 0.003  # a triangle belongs to a collider if its centroid is at most this far outside of its bounds
 PADDING_M = 1e-4  # added to bounds on all sides, so that the overlap of flat things is not zero
@@ -105,7 +104,6 @@ def _best_overlap(collider: Collider, visuals: list[_ColoredVisual]) -> Vec4 | N
 
 
 # Shown materials ------------------------------------------------------------------------------------------------------
-# The material that covers most of a primitive which replaces visuals of an asset.
 
 # A visual is shown where it is at most so far outside of a primitive, or inside of one of its faces, metres: merged
 # boxes fill gaps of 12 mm, and panels of doors lie as deep.

@@ -17,7 +17,6 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 
 # Solid ----------------------------------------------------------------------------------------------------------------
-# A closed surface with its collision shapes.
 
 Placed = tuple[Shape, Pose]
 
@@ -166,7 +165,6 @@ def _mirrored(shape: Shape, at: Pose) -> Placed:
 
 
 # Skin -----------------------------------------------------------------------------------------------------------------
-# Turn a solid into a mesh with normals, and texture coordinates at true size.
 
 # Directions of faces that differ by less are laid flat together, so that a picture runs on from one to the next.
 SAME_DIRECTION = 1e-3
@@ -246,7 +244,6 @@ def _rounded(mesh: Mesh) -> Mesh:
 
 
 # Anchor uv ------------------------------------------------------------------------------------------------------------
-# Texture coordinates measured from a given corner, so that tiles and boards of neighbouring solids line up.
 
 
 def anchor_uv(solid: Solid, name: str, corner: Vec3, along: Vec3, face: Vec3) -> Solid:

@@ -17,7 +17,6 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 
 # Slab -----------------------------------------------------------------------------------------------------------------
-# Slabs with a moulded edge: an outline whose chosen sides follow a profile.
 
 
 def slab(outline: Floats, profile: Sequence[Vec2], moulded: Sequence[bool], holes: Sequence[Floats] = ()) -> Solid:
@@ -108,7 +107,6 @@ def arc(cx: float, cz: float, radius: float, start_deg: float, end_deg: float, s
 
 
 # Loft -----------------------------------------------------------------------------------------------------------------
-# Loft a closed mesh through a sequence of cross-sections.
 
 
 def loft(rings: Sequence[Floats], crease_deg: float = 40.0) -> Solid:
@@ -166,7 +164,6 @@ def _cap(ring: Floats) -> Ints:
 
 
 # Sweep ----------------------------------------------------------------------------------------------------------------
-# Prisms, tubes and mitred frames: outlines extruded straight, along a path, or round a rectangle.
 
 
 def circle(radius: float, count: int = 16) -> Floats:
@@ -386,7 +383,6 @@ def mitred_frame(width: float, height: float, profile: Floats) -> Solid:
 
 
 # Moulding -------------------------------------------------------------------------------------------------------------
-# A profile swept round the inside of a room, or along a straight piece with mitred ends.
 
 
 def room_moulding(loop: Floats, profile: Floats) -> Solid:

@@ -27,7 +27,6 @@ from casa_assets.kitchenware.objects.closed_surface import (
 )
 
 # Bodies ---------------------------------------------------------------------------------------------------------------
-# Domes over an outline, long bodies that lie, rings, coats, small things on top.
 
 CREASE = 60.0  # degrees; food is soft
 # Bend in a long body from which on it has several hulls, rad.
@@ -403,7 +402,6 @@ def joined(solids: Sequence[Solid]) -> Solid:
 
 
 # Crustacean -----------------------------------------------------------------------------------------------------------
-# A shell, a tail of rings that ends in a fan, claws on jointed arms, legs and feelers.
 
 Metres = Annotated[float, Field(gt=0, le=0.6)]
 SHELL: tuple[Vec2, ...] = (

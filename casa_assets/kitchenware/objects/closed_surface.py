@@ -207,7 +207,6 @@ def wrapped(points: Floats, leaves: int, depth: float, rng: np.random.Generator)
 
 
 # Cutting --------------------------------------------------------------------------------------------------------------
-# Cut closed bodies with planes: what is left, with its picture, and the faces that show their inside.
 
 # A cut face is a plate of this thickness; a part of it stands out of the body, so that nothing of the body shows, m.
 PLATE, PROUD = 0.0006, 0.00025

@@ -16,7 +16,6 @@ from casa_assets.ext.solids import AssetBuilder, Solid, ball, box, circle, combi
 from casa_assets.kitchenware.parts.decor import JarLid, jar
 
 # Opening --------------------------------------------------------------------------------------------------------------
-# A lid that is lifted off, one that swings up, with the states of both.
 
 LID, LID_JOINT, LID_GRIP = "lid", "lid_joint", "lid_main"
 GRAVITY = 9.81

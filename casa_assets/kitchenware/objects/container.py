@@ -32,7 +32,6 @@ from casa_assets.kitchenware.objects.closures import (
 )
 
 # Body -----------------------------------------------------------------------------------------------------------------
-# An outline with round corners, a section, sleeves with a picture round them.
 
 # Points round a section: four on the axes and so many in each corner.
 CORNER = 7

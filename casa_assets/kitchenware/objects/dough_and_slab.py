@@ -40,7 +40,6 @@ from casa_assets.kitchenware.objects.bodies import (
 from casa_assets.kitchenware.objects.closed_surface import bumped, ellipsoid, sheet
 
 # Dough ----------------------------------------------------------------------------------------------------------------
-# A dome, a roll, a ring or a grid, with cuts, a coat, lines and things strewn on it.
 
 Metres = Annotated[float, Field(gt=0, le=0.8)]
 Thin = Annotated[float, Field(ge=0, le=0.05)]
@@ -236,7 +235,6 @@ def _chord(outline: Floats, axis: int, at: float) -> float:
 DOUGH_FORM = Family("dough", Dough, build_dough, base=Base.FREE)
 
 # Slab -----------------------------------------------------------------------------------------------------------------
-# Slabs with a rind and bones, thin slices, and long bodies with fins, ties and a cut face.
 
 SlabMetres = Annotated[float, Field(gt=0, le=0.8)]
 SlabThin = Annotated[float, Field(ge=0, le=0.05)]

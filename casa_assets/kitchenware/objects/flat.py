@@ -36,7 +36,6 @@ from casa_assets.kitchenware.objects.closures import LID, lift_off
 from casa_assets.kitchenware.parts.blender_jar import BlenderJar, Cover, Jar, add_cover, add_jar, add_jar_handle
 
 # Board ----------------------------------------------------------------------------------------------------------------
-# Boards to cut on, place mats, slabs of slate; with a groove, a hole, a handle or strips of two woods.
 
 # Outline seen from above: OVAL also round; PADDLE a rectangle with a handle; ARCHED one end is half a circle.
 Outline = StrEnum("Outline", "RECTANGLE OVAL PADDLE ROUND_PADDLE ARCHED")
@@ -162,7 +161,6 @@ def _pictured(part: Solid, whole: Solid) -> Solid:
 BOARD = Family("board", Board, build_board, base=Base.FREE)
 
 # Pocket tray ----------------------------------------------------------------------------------------------------------
-# Trays with pockets in rows, for ice cubes, muffins and the like.
 
 
 class PocketTray(Params):
@@ -240,7 +238,6 @@ def _add_shapes(builder: AssetBuilder, p: PocketTray, length: float, width: floa
 POCKET_TRAY = Family("pocket_tray", PocketTray, build_pocket_tray, base=Base.FREE)
 
 # Blender jug ----------------------------------------------------------------------------------------------------------
-# Jugs of blenders by themselves: a jar with blades, a scale and a handle, with or without its cover.
 
 
 class BlenderJug(Params):
@@ -276,7 +273,6 @@ def build_blender_jug(builder: AssetBuilder, p: BlenderJug) -> None:
 BLENDER_JUG = Family("blender_jug", BlenderJug, build_blender_jug, base=Base.FREE)
 
 # Electric kettle ------------------------------------------------------------------------------------------------------
-# Electric kettles as objects: those of the fixtures' family, with fewer collision shapes.
 
 # Bodies that are wide below and narrow above need two rows of staves, the others one.
 ROUND = frozenset({KettleForm.RETRO, KettleForm.BELL})
@@ -295,6 +291,5 @@ def build_electric_kettle(builder: AssetBuilder, p: Kettle) -> None:
 ELECTRIC_KETTLE = Family("kettle", Kettle, build_electric_kettle, base=Base.FREE)
 
 # Dish rack ------------------------------------------------------------------------------------------------------------
-# Dish racks as objects: those of the fixtures' family, with a region for each plate.
 
 DISH_RACK = Family("dish_rack", DishRack, build, base=Base.FREE)

@@ -41,7 +41,6 @@ from casa_assets.kitchenware.objects.wrapping import (
 )
 
 # Boxes ----------------------------------------------------------------------------------------------------------------
-# Packages with four sides: cartons, cartons with a gable, bricks of drink, wrapped blocks, paper bags.
 
 # Heights of the rings of a body, as shares of it.
 LEVELS = ramp(0.0, 0.04, 0.14, 0.32, 0.5, 0.68, 0.86, 0.96, 1.0)

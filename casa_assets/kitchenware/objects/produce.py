@@ -33,7 +33,6 @@ from casa_assets.kitchenware.objects.closed_surface import (
 from casa_assets.kitchenware.parts.decor import golden_angles, leaf
 
 # Head leaves ----------------------------------------------------------------------------------------------------------
-# Leaves around a head of cabbage, lettuce or a sprout: sheets along its profile whose rims curl away from it.
 
 # Points across a leaf and from its foot to its tip.
 ACROSS, LENGTHWISE = 9, 9
@@ -78,7 +77,6 @@ def head_leaves(
 
 
 # Portion --------------------------------------------------------------------------------------------------------------
-# Halves, wedges, slices and pieces of what grew in one piece: where they are cut, and how they lie.
 
 # How far the lining of a hollow reaches to either side of it, by the distance from its middle.
 LINING = 0.015
@@ -109,7 +107,6 @@ def rest_tilt(body: Solid) -> float:
 
 
 # Produce --------------------------------------------------------------------------------------------------------------
-# Fruit, vegetables and other things that grew in one piece: a profile with lobes, a bend, a stem and leaves.
 
 Metres = Annotated[float, Field(gt=0, le=0.5)]
 Share = Annotated[float, Field(ge=0, le=1)]

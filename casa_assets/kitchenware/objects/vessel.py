@@ -52,7 +52,6 @@ from casa_assets.kitchenware.objects.vessel_surface import (
 )
 
 # Collision shapes -----------------------------------------------------------------------------------------------------
-# A floor and rings of slabs, so that what is put in stays in.
 
 # Slabs are at least as thick as this, metres.
 THICK = 0.003

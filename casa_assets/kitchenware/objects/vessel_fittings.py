@@ -32,7 +32,6 @@ from casa_assets.kitchenware.objects.closures import LID_GRIP
 from casa_assets.kitchenware.objects.vessel_surface import Plan, Profile, patched, surface
 
 # Fittings -------------------------------------------------------------------------------------------------------------
-# Handles, spouts, knobs and rims of vessels: sections that change along a path.
 
 
 def strap(
@@ -129,9 +128,10 @@ def spout(start: Vec2, end: Vec2, radius: float, tip: float, curve: float) -> So
     way = np.gradient(path, axis=0)
     way /= np.linalg.norm(way, axis=1)[:, None]
     ring = circle(1.0, 14)
-    rings = []
-    for p, w, r in (*zip(path, way, size, strict=True), *((q, way[-1], h) for q, h in zip(back, hole, strict=True))):
-        rings.append(p + r * (ring[:, :1] * np.array([0.0, 1.0, 0.0]) + ring[:, 1:] * np.cross((0.0, 1.0, 0.0), w)))
+    rings = [
+        p + r * (ring[:, :1] * np.array([0.0, 1.0, 0.0]) + ring[:, 1:] * np.cross((0.0, 1.0, 0.0), w))
+        for p, w, r in (*zip(path, way, size, strict=True), *((q, way[-1], h) for q, h in zip(back, hole, strict=True)))
+    ]
     found = loft(rings, 45.0).oriented_outwards()
     spans = (rings[:5], rings[4:9], rings[8:10])
     return found.with_colliders_of(*(hull_around(np.concatenate(span)) for span in spans))
@@ -217,7 +217,6 @@ def sieve_wires(outside: Floats, count: int, radius: float) -> Solid:
 
 
 # Lids -----------------------------------------------------------------------------------------------------------------
-# Lids of vessels: a dome or a flat cover with a knob, a bow or a tab.
 
 # Radius of the raised edge of a lid to drink through, metres.
 SIP_EDGE = 0.0028
@@ -322,7 +321,6 @@ def build(builder: AssetBuilder, p: SingleLid) -> None:
 FORM = Family("vessel_lid", SingleLid, build, base=Base.FREE)
 
 # Params ---------------------------------------------------------------------------------------------------------------
-# Their profile, handles, spout, lid, holes and finishes.
 
 Metres = Annotated[float, Field(gt=0, le=0.7)]
 Length = Annotated[float, Field(ge=0, le=0.4)]
@@ -414,7 +412,6 @@ class Vessel(Params):
 
 
 # Handles --------------------------------------------------------------------------------------------------------------
-# Handles and spouts of a vessel by its parameters, with their finishes.
 
 # A solid, its finish and its label.
 Part = tuple[Solid, str, str]

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from casa_assets.kitchenware.objects.package import Package
 
 # Wrapping -------------------------------------------------------------------------------------------------------------
-# Rings of points one above the other.
 
 # Half of the thickness of two sheets that are sealed together, metres.
 SEALED = 0.0004
@@ -231,7 +230,6 @@ LYING_BACK = Pose.from_matrix(np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 
 LYING_ALONG = Pose.from_matrix(np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]))
 
 # Tubs -----------------------------------------------------------------------------------------------------------------
-# Tubs and cups under foil or a lid, rolls of foil and film; what a part of a package is.
 
 # Part -----------------------------------------------------------------------------------------------------------------
 # A solid, its finish, what it is called, what it weighs.
@@ -250,7 +248,6 @@ class Part:
 
 
 # Tubs -----------------------------------------------------------------------------------------------------------------
-# Tubs and cups of yoghurt, pudding and the like, under foil or a lid; rolls of foil and film.
 
 FLANGE, FILM = 0.0012, 0.0006
 
@@ -355,7 +352,6 @@ def roll(p: Package) -> list[Part]:
 
 
 # Bags -----------------------------------------------------------------------------------------------------------------
-# Pillow bags, self-standing pouches, bars in wrappers, sweets in twisted paper.
 
 # Pieces across a sheet.
 ACROSS = 28

@@ -260,7 +260,6 @@ def oven_door_hinge(builder: AssetBuilder, link: str, name: str | None = None) -
 
 
 # Oven -----------------------------------------------------------------------------------------------------------------
-# An oven: a cavity with racks behind a door that folds down.
 
 INSULATION_THICKNESS = 0.045  # metres of insulation between liner and shell
 DOOR_GAP = 0.003
@@ -453,7 +452,6 @@ def _handle(builder: AssetBuilder, link: str, w: float, h: float, looks: OvenLoo
 
 
 # Turntable ------------------------------------------------------------------------------------------------------------
-# A glass tray on a hub and a ring of rollers.
 
 
 def add_turntable(builder: AssetBuilder, lower: Vec3, upper: Vec3) -> None:

@@ -26,7 +26,6 @@ from casa_assets.kitchenware.parts.fronts import FRONT_THICKNESS, CabinetLook
 from casa_assets.kitchenware.parts.handles import HandleKind
 
 # Counter edge ---------------------------------------------------------------------------------------------------------
-# Profiles from the underside to the top.
 
 CounterEdge = StrEnum("CounterEdge", "SQUARE EASED BEVEL HALF_BULLNOSE BULLNOSE OGEE DUPONT")
 
@@ -57,7 +56,6 @@ def profile(edge: CounterEdge, thickness: float) -> list[Vec2]:
 
 
 # Carcass --------------------------------------------------------------------------------------------------------------
-# Sides, bottom, top, back, plinth and shelves of boards of real thickness.
 
 BOARD_THICKNESS = 0.018  # metres, boards of a carcass
 EDGE_BAND = 0.0012  # edge banding
@@ -270,7 +268,6 @@ def check_shelves(clear_height: float, count: int | None) -> None:
 
 
 # Cells ----------------------------------------------------------------------------------------------------------------
-# Doors, drawers, false fronts, open shelves and niches stacked in one carcass.
 
 # A channel of sheet metal behind fronts with a finger groove: how far the front stays below, and how high it is.
 CHANNEL_REVEAL, CHANNEL_HEIGHT = 0.028, 0.062

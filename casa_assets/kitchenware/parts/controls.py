@@ -13,7 +13,6 @@ from casa_assets.ext.records import Condition, Cylinder, Pose, Vec2, Vec3
 from casa_assets.ext.solids import ROOT, AssetBuilder, BehaviorBuilder, Solid, box, concatenate, lathe, prism, rod
 
 # Buttons --------------------------------------------------------------------------------------------------------------
-# Keys that are pressed and come back, and the toggle that one key makes.
 
 KEY_TRAVEL = 0.0025  # metres
 KEY_CLEARANCE = 0.0004  # metres that are left under a pressed key

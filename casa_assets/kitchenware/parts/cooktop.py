@@ -13,7 +13,6 @@ from casa_assets.ext.records import EffectKind, Vec2
 from casa_assets.ext.solids import ROOT, AssetBuilder, BehaviorBuilder, Solid, board, box, lathe, rod, subtract, tube
 
 # Grates ---------------------------------------------------------------------------------------------------------------
-# Cast-iron grates over gas burners: joined to one surface, one for each burner, or rings with arms.
 
 BAR_WIDTH, BAR_HEIGHT = 0.0095, 0.013  # metres: width and height of a bar
 HALF_GRATE_GAP = 0.0015  # half of the gap between two grates
@@ -205,7 +204,6 @@ def add_griddle(builder: AssetBuilder, lower: Vec2, upper: Vec2, top: float) -> 
 
 
 # Burners --------------------------------------------------------------------------------------------------------------
-# Gas burners under grates, coils, and rings under glass, with their sites and behaviour.
 
 # Ref: RoboCasa v1.0, class Stove: STOVE_LOW_MIN 0.35 rad, STOVE_HIGH_MIN 80 degrees.
 KNOB_ON_ANGLE, KNOB_HIGH_ANGLE = 0.35, math.radians(80)

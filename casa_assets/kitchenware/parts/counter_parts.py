@@ -32,7 +32,6 @@ from casa_assets.ext.solids import (
 )
 
 # Case -----------------------------------------------------------------------------------------------------------------
-# Cases of countertop appliances: outlines with rounded corners, extruded across or upwards.
 
 FLAT_BAND = 0.0015  # metres
 LINER_THICKNESS = 0.0006  # metres of sheet that lines the inside of an oven or a microwave
@@ -164,7 +163,6 @@ def thin_panel(lower: Vec3, upper: Vec3, edge_radius: float = 0.0012, steps: int
 
 
 # Mixer ----------------------------------------------------------------------------------------------------------------
-# Parts of stand mixers: the head, and the tools that hang from it.
 
 UNDERSIDE_SHARE = 0.8  # share of half the height at which a section of the head is cut off below
 
@@ -284,7 +282,6 @@ def radius_at(line: Sequence[Vec2], z: float) -> float:
 
 
 # Coffee ---------------------------------------------------------------------------------------------------------------
-# Parts of coffee machines: drip trays, brewing groups with a portafilter, steam wands, hoppers, gauges, cup rails.
 
 
 def add_drip_tray(builder: AssetBuilder, lower: Vec3, upper: Vec3, metal: str) -> None:

@@ -15,7 +15,6 @@ from casa_assets.kitchenware.fixtures.on_walls import upright_on_wall
 from casa_assets.kitchenware.parts.handles import tapered_leg
 
 # Leaves ---------------------------------------------------------------------------------------------------------------
-# Thin curved solids on a stem.
 
 LEAF_THICKNESS = 0.0012  # metres; a succulent's is thicker
 GOLDEN_ANGLE = 2.399963  # rad from one leaf to the next. Ref: phyllotaxis.
@@ -78,7 +77,6 @@ def golden_angles(count: int) -> list[float]:
 
 
 # Jars -----------------------------------------------------------------------------------------------------------------
-# Jars of glass or clay with what is in them and a lid; bottles share their way of being filled.
 
 SMALL_RADIUS = 0.03  # metres; a jar below this radius is drawn with fewer faces
 CONTENT_GAP = 0.0006  # metres between glass and what is in it, so that neither flickers

@@ -15,7 +15,6 @@ from casa_assets.kitchenware.parts.fronts import FRONT_THICKNESS, CabinetLook, F
 from casa_assets.kitchenware.parts.handles import HandleKind
 
 # Doors ----------------------------------------------------------------------------------------------------------------
-# Doors on a cabinet: a front on a hinge at its outer front corner, with a handle at its free side.
 
 # Ref: RoboCasa v1.0, HingeCabinet: leftdoorhinge -1.57..0, rightdoorhinge 0..1.57. A door whose handle stands out stops
 # a little before, so that nothing of it ever leaves its own width: its neighbours open at the same time.
@@ -175,7 +174,6 @@ def _cups(builder: AssetBuilder, door: CabinetDoor, corner: Vec3, w: float, h: f
 
 
 # Drawers --------------------------------------------------------------------------------------------------------------
-# A front, a box with sides of real thickness behind it, on runners.
 
 SIDE_THICKNESS, BASE_THICKNESS = 0.014, 0.008  # thickness of a drawer's sides and bottom, metres
 RUNNER_THICKNESS = 0.008  # of the runner, which fills most of the room beside the box

@@ -29,7 +29,6 @@ from casa_assets.ext.solids import (
 from casa_assets.kitchenware.parts.handles import HandleKind
 
 # Panels ---------------------------------------------------------------------------------------------------------------
-# Infill of framed fronts: flat, raised and beaded panels, louvres, panes and glazing bars.
 
 UPRIGHT: Vec3 = (0.0, 0.0, 1.0)
 ACROSS: Vec3 = (1.0, 0.0, 0.0)
@@ -195,7 +194,6 @@ def arched_rail(x0: float, x1: float, z: float, rise: float, top: float, t: floa
 
 
 # Fronts ---------------------------------------------------------------------------------------------------------------
-# A kind and a size become boards, panels and panes.
 
 FRONT_THICKNESS = 0.02  # metres; fronts are 19 to 22 mm
 FRONT_EDGE_RADIUS = 0.0012
@@ -440,7 +438,6 @@ class CabinetLook(Params):
 
 
 # Glazing --------------------------------------------------------------------------------------------------------------
-# Sashes: a frame of stiles and rails round panes of glass, divided by bars.
 
 GLASS_THICKNESS = 0.004  # metres
 SASH_BAR_WIDTH = 0.02

@@ -33,7 +33,6 @@ from casa_assets.ext.solids import (
 )
 
 # Legs -----------------------------------------------------------------------------------------------------------------
-# Legs and rails of furniture: bars between two points.
 
 
 def point_between(a: Vec3, b: Vec3, share: float) -> Vec3:
@@ -92,7 +91,6 @@ def _onto(direction: Floats) -> Vec4:
 
 
 # Tubs -----------------------------------------------------------------------------------------------------------------
-# Open boxes with rounded corners, and loops and rows of wire: what racks and baskets are made of.
 
 WIRE_SIDES = 6  # of a wire
 
@@ -148,7 +146,6 @@ def _spread(half: float, count: int) -> list[float]:
 
 
 # Handles --------------------------------------------------------------------------------------------------------------
-# Bars, cups, knobs, rings and straps on posts that reach the front.
 
 LEATHER = "leather_tan"  # finish of leather straps
 EDGE_REACH = 0.024  # metres that an edge pull stands out before the face

@@ -12,7 +12,6 @@ from casa_assets.kitchenware.parts.counter_parts import cavity_walls
 from casa_assets.kitchenware.parts.handles import wire
 
 # Dish rack ------------------------------------------------------------------------------------------------------------
-# Baskets of coated wire with tines, on slides.
 
 WIRE_RADIUS, RIM_RADIUS = 0.0016, 0.0026  # metres; radius with its coat
 TINE_HEIGHT = 0.05

@@ -34,7 +34,6 @@ from casa_assets.kitchenware.parts.counter_parts import add_liner, cavity_collid
 from casa_assets.kitchenware.parts.fronts import FrontKind
 
 # Case -----------------------------------------------------------------------------------------------------------------
-# Foamed walls round its compartments, base, hinge covers, lamps and shelves.
 
 # Foamed walls, metres.
 SIDE_THICKNESS = 0.046
@@ -184,7 +183,6 @@ def add_shelf(builder: AssetBuilder, name: str, r: Compartment, z: float, front:
 
 
 # Gasket ---------------------------------------------------------------------------------------------------------------
-# Gaskets: the dark magnetic seal between a door and what it shuts.
 
 
 def gasket_frame(lower: Vec2, upper: Vec2, y0: float, y1: float, strip_width: float = 0.014) -> Solid:
@@ -204,7 +202,6 @@ def gasket_frame(lower: Vec2, upper: Vec2, y0: float, y1: float, strip_width: fl
 
 
 # Door -----------------------------------------------------------------------------------------------------------------
-# A foamed slab on a hinge at its outer front corner, with gasket, liner, bins and a pull.
 
 DOOR_TRAVEL = math.pi / 2
 BIN_DEPTH = 0.1  # metres that bins reach into the case
@@ -468,7 +465,6 @@ def _bin(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, k: int, l
 
 
 # Trim -----------------------------------------------------------------------------------------------------------------
-# Trim on the front of an appliance: a blank badge and a touch panel.
 
 TOUCH_PANEL_HEIGHT = 1.45  # metres above the floor
 

@@ -38,7 +38,6 @@ from casa_assets.kitchenware.parts.refrigerator import (
 )
 
 # Sliding parts --------------------------------------------------------------------------------------------------------
-# Sliding parts of refrigerators: crispers and baskets behind a door, and freezer drawers.
 
 WALL_THICKNESS = 0.0035  # metres; injection moulded
 LIP_DEPTH = 0.024  # how far the lip of a crisper stands out before its front
@@ -139,7 +138,6 @@ def add_pull_out(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, r
 
 
 # Furnishing -----------------------------------------------------------------------------------------------------------
-# Rooms of a refrigerator furnished: shelves, crispers, regions, the lamp that burns while a door is open.
 
 # Ref: RoboCasa v1.0, Fridge: things are put where there are 0.20 m and more.
 SHELF_PITCH = 0.214
@@ -271,7 +269,6 @@ def add_lamp_behavior(builder: AssetBuilder, fridge: Sequence[str]) -> None:
 
 
 # Lower freezer --------------------------------------------------------------------------------------------------------
-# The freezer under a refrigerator: drawers that are pulled out, or doors with baskets behind them.
 
 FreezerFront = StrEnum("FreezerFront", "DRAWER TWO_DRAWERS DOOR TWO_DOORS")
 
