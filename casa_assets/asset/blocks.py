@@ -40,7 +40,7 @@ def box(size: Vec3, at: Vec3 = (0.0, 0.0, 0.0), edge_radius: float = EDGE_RADIUS
         solid = np.repeat(_SIGNS, len(directions) // 8, axis=0) * (half - radius) + directions * radius
     else:
         solid = directions * half
-    return Solid(solid + np.array(at), faces, shapes=((Box(size=size), Pose(position=at))))
+    return Solid(solid + np.array(at), faces, shapes=((Box(size=size), Pose(position=at)),))
 
 
 def board(lower: Vec3, upper: Vec3, edge_radius: float = EDGE_RADIUS, steps: int = 1) -> Solid:

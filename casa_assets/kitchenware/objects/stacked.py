@@ -453,7 +453,7 @@ def _cup(p: Stacked, rng: np.random.Generator) -> Composed:
     light = _toppings(p, top, rng, 0.1)
     solids = [s for s, _ in parts]
     if p.cherry > 0:
-        ball = ellipsoid((p.cherry) * 3, 16, 11).translated(z=float(top.points[:, 2].max()) + 0.2 * p.cherry)
+        ball = ellipsoid((p.cherry,) * 3, 16, 11).translated(z=float(top.points[:, 2].max()) + 0.2 * p.cherry)
         parts.append((plain(ball), p.cherry_finish))
         solids.append(ball)
     return Composed(parts, [[cup], solids[1:]], light)
@@ -489,7 +489,8 @@ def _cone(p: Stacked, rng: np.random.Generator) -> Composed:
         if k == p.count - 1 or k == 2:
             light += _toppings(p, ball, rng, 0.2)
             if p.cherry > 0:
-                cherry = ellipsoid((p.cherry) * 3, 14, 9).translated(z=float(ball.points[:, 2].max()) + 0.25 * p.cherry)
+                peak = float(ball.points[:, 2].max())
+                cherry = ellipsoid((p.cherry,) * 3, 14, 9).translated(z=peak + 0.25 * p.cherry)
                 light.append((plain(cherry), p.cherry_finish))
     turn = -(math.pi / 2 - math.asin(min(0.9, 1.02 * radius / middle)))
     parts = [(s.rotated("y", turn), f) for s, f in parts]

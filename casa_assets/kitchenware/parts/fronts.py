@@ -358,8 +358,8 @@ def _plain(kind: FrontKind, w: float, h: float, t: float, drawer: bool) -> tuple
     elif kind is FrontKind.FLUTED:
         line = reeded_line(w, 0.024, 0.0045)
     else:
-        return FrontPart(board((0.0, 0.0, 0.0), (w, t, h), FRONT_EDGE_RADIUS), grain=(ACROSS if drawer else UPRIGHT))
-    return FrontPart(prism(np.concatenate([line, [(w, t), (0.0, t)]]), h, 0.0))
+        return (FrontPart(board((0.0, 0.0, 0.0), (w, t, h), FRONT_EDGE_RADIUS), grain=(ACROSS if drawer else UPRIGHT)),)
+    return (FrontPart(prism(np.concatenate([line, [(w, t), (0.0, t)]]), h, 0.0)),)
 
 
 def _framed(kind: FrontKind, w: float, h: float, t: float, stile: float, rail: float) -> tuple[FrontPart, ...]:
