@@ -146,7 +146,6 @@ def from_each_side(solid: Solid) -> Solid:
 
 
 def _with_holes(body: Solid, p: Block) -> Solid:
-    """The body with round holes in its sides."""
     rng, tools = p.rng(), []
     normals, areas = face_normals(body.points, body.faces)
     # None opens downwards, as nobody sees it and it would stand on an edge.
@@ -256,7 +255,6 @@ def build(builder: AssetBuilder, p: Block) -> None:
 
 
 def _hulls(p: Block, body: Solid) -> list[Solid]:
-    """The body as one hull, or a wheel with a piece cut out as several."""
     if p.shape is not Shape.WEDGE or p.angle <= WIDE_SECTOR:
         return [body.with_box_collider() if p.shape in (Shape.STACK, Shape.TABLET) else body.with_hull_collider()]
     edges = np.linspace(-p.angle / 2, p.angle / 2, math.ceil(p.angle / 1.3) + 1)

@@ -44,9 +44,8 @@ _PIECES = {
 def outline_curve(points: Sequence[Vec2], length: float, width: float, count: int) -> Floats:
     """(count, 2) even points of a smooth closed curve through some points, counter-clockwise, scaled to a box.
 
-    Args:
-        points: in order round the outline, about the origin, in any unit.
-        length, width: of the box along x and y, metres; its middle is the origin.
+    points: in order round the outline, about the origin, in any unit. length, width: of the box along x and y, metres;
+    its middle is the origin.
     """
     corners = np.array(points, dtype=np.float64)
     loop = np.vstack([corners, corners[:1]])
@@ -77,9 +76,8 @@ def dome(outline: Floats, profile: Sequence[Vec2], height: float, rings: int = 1
 
     Its picture is a disc: the middle of the picture is the middle of either side, the circle in it is the rim.
 
-    Args:
-        outline: (N, 2), counter-clockwise, seen whole from the origin, metres.
-        profile: (share of the outline, share of the height), the first and last share of the outline 0.
+    outline: (N, 2), counter-clockwise, seen whole from the origin, metres. profile: (share of the outline, share of the
+    height), the first and last share of the outline 0.
     """
     curve = smooth_profile(list(profile), rings)
     n = len(outline)
@@ -132,11 +130,9 @@ def long_body(
 ) -> Solid:
     """A body about the x axis, from -x to +x; its picture runs round it and from end to end.
 
-    Args:
-        profile: (radius, place) from one end to the other, both 0..1; the first and last radius are 0.
-        square, square_top: powers of the superellipse of its section below and above; 2 is an ellipse.
-        foot: share of the half height below the axis at which it is flat.
-        cut: place at which it is cut off square; what is left has the whole length.
+    profile: (radius, place) from one end to the other, both 0..1; the first and last radius are 0. square, square_top:
+    powers of the superellipse of its section below and above; 2 is an ellipse. foot: share of the half height below the
+    axis at which it is flat. cut: place at which it is cut off square; what is left has the whole length.
     """
     curve = smooth_profile(list(profile), along)
     if cut < 1:
@@ -216,9 +212,8 @@ def vertex_normals(solid: Solid) -> Floats:
 def coated(solid: Solid, thickness: float, level: float, wave: float, rng: np.random.Generator) -> Solid:
     """A coat over the upper part of a body: it lies outside the body there, and under its surface below.
 
-    Args:
-        thickness: metres. level: share of the body's height above which it is coated.
-        wave: how far the edge rises and falls, as a share of the height.
+    thickness: metres. level: share of the body's height above which it is coated. wave: how far the edge rises and
+    falls, as a share of the height.
     """
     points = solid.points
     low, high = points[:, 2].min(), points[:, 2].max()
@@ -261,9 +256,8 @@ class Surface:
 def ridge(surface: Surface, path: Floats, width: float, height: float, lens: bool) -> Solid:
     """A raised line that lies on a surface: a burst score of a loaf, icing out of a bag, a mark of a grill.
 
-    Args:
-        path: (N, 2) places that it passes, metres; it is smoothed to 12 pieces or more.
-        width, height: of its section, metres. lens: it narrows to nothing at both ends.
+    path: (N, 2) places that it passes, metres; it is smoothed to 12 pieces or more. width, height: of its section,
+    metres. lens: it narrows to nothing at both ends.
     """
     line = np.asarray(path, dtype=np.float64)
     run = run_along(line)
@@ -293,9 +287,8 @@ def ridges(
 ) -> Solid:
     """Raised lines on a surface, as one body.
 
-    Args:
-        top: what they lie on. box: (2, 3) lower and upper corner that they are drawn in, metres.
-        lines: paths in shares of its length and width, about its middle. width, height, lens: as of `ridge`.
+    top: what they lie on. box: (2, 3) lower and upper corner that they are drawn in, metres. lines: paths in shares of
+    its length and width, about its middle. width, height, lens: as of `ridge`.
     """
     surface, size, middle = Surface(top), np.ptp(box, axis=0)[:2], (box[0] + box[1])[:2] / 2
     return joined([ridge(surface, np.array(line) * size + middle, width, height, lens) for line in lines])
@@ -316,11 +309,9 @@ def strewn(
 ) -> list[Solid]:
     """Small things on the upper side of a body, each turned at random and a little different in size.
 
-    Args:
-        size: length of one, metres. steep: least z of the normal where one may lie.
-        above: share of the height below which none lies. sunk: share of a piece's height that is in the body.
-        apart: least distance between two by the size.
-        within: how far from the middle one may lie, by the half sides of the body's box.
+    size: length of one, metres. steep: least z of the normal where one may lie. above: share of the height below which
+    none lies. sunk: share of a piece's height that is in the body. apart: least distance between two by the size.
+    within: how far from the middle one may lie, by the half sides of the body's box.
     """
     normals, areas = face_normals(solid.points, solid.faces)
     centers = solid.points[solid.faces].mean(axis=1)
@@ -492,7 +483,6 @@ def _on_tail(p: Crustacean, points: Floats) -> Floats:
 
 
 def _tail(p: Crustacean) -> list[Solid]:
-    """Rings that overlap, each a little smaller than the one before it."""
     long = 0.8 * p.length * p.tail
     out = []
     for k in range(p.rings):
@@ -506,7 +496,6 @@ def _tail(p: Crustacean) -> list[Solid]:
 
 
 def _fan(p: Crustacean) -> list[Solid]:
-    """Five flat lobes at the end of the tail."""
     long = p.length * p.tail
     out = []
     for k, turn in enumerate((-0.75, 0.75, -0.38, 0.38, 0.0)):
@@ -549,7 +538,6 @@ def _claw(p: Crustacean, side: int, size: float) -> tuple[Solid, Solid, Solid]:
 
 
 def _legs(p: Crustacean) -> list[Solid]:
-    """Four legs on each side."""
     head = p.length * (1 - p.tail)
     out = []
     for side in (-1, 1):
@@ -564,7 +552,6 @@ def _legs(p: Crustacean) -> list[Solid]:
 
 
 def _feelers(p: Crustacean, rng: np.random.Generator) -> list[Solid]:
-    """Two long feelers that bend back, and two short ones between them."""
     head = p.length * (1 - p.tail)
     out = []
     for side in (-1, 1):

@@ -26,8 +26,7 @@ def run_along(line: Floats) -> Floats:
 def smooth_profile(points: Sequence[Vec2], count: int) -> Floats:
     """(count, 2) points, evenly far apart, of a smooth curve through some points from the lower end to the upper one.
 
-    Args:
-        points: (radius, height) in order; a curve may turn back, as round the hollow of a stem.
+    points: (radius, height) in order; a curve may turn back, as round the hollow of a stem.
     """
     line = np.array(points, dtype=np.float64)
     run = run_along(line)
@@ -43,9 +42,7 @@ def smooth_profile(points: Sequence[Vec2], count: int) -> Floats:
 def turned(profile: Floats, around: int, crease_deg: float = 60.0) -> Solid:
     """A surface of revolution about z whose ends lie on the axis; one picture covers it from end to end.
 
-    Args:
-        profile: (N, 2) radius and height, metres; the first and last radius are 0.
-        around: points around.
+    profile: (N, 2) radius and height, metres; the first and last radius are 0. around: points around.
     """
     angles = np.arange(around) * 2 * np.pi / around
     inner = profile[1:-1]
@@ -90,9 +87,8 @@ def capped_rings(n: int, rings: int) -> Ints:
 def sheet(middle: Floats, thickness: float | Floats) -> Solid:
     """A closed body round a (N, M, 3) grid, thin at its border; its picture is the grid.
 
-    Args:
-        middle: grid whose first axis is the picture's u and whose second is its v, seen from the side it faces.
-        thickness: metres, one for all or (N, M).
+    middle: grid whose first axis is the picture's u and whose second is its v, seen from the side it faces. thickness:
+    metres, one for all or (N, M).
     """
     n, m = middle.shape[:2]
     along, across = np.gradient(middle, axis=0), np.gradient(middle, axis=1)
@@ -128,8 +124,7 @@ def ellipsoid(size: tuple[float, float, float], around: int = 8, along: int = 5)
 def lobed(points: Floats, count: int, depth: float, sharp: float, phase: float) -> Floats:
     """Points drawn in towards the z axis in `count` furrows, as peppers, tomatoes and pumpkins have them.
 
-    Args:
-        depth: of a furrow, by the radius. sharp: 1 for waves, more for narrow furrows between round lobes.
+    depth: of a furrow, by the radius. sharp: 1 for waves, more for narrow furrows between round lobes.
     """
     if count < 1 or depth <= 0:
         return points
@@ -140,8 +135,7 @@ def lobed(points: Floats, count: int, depth: float, sharp: float, phase: float) 
 def bumped(points: Floats, amount: float, waves: float, rng: np.random.Generator) -> Floats:
     """Points moved from the middle of their box by smooth random waves, so that no two members are alike.
 
-    Args:
-        amount: by the distance from the middle. waves: over the largest side.
+    amount: by the distance from the middle. waves: over the largest side.
     """
     if amount <= 0:
         return points
@@ -165,8 +159,7 @@ def random_waves(points: Floats, waves: float, size: float, count: int, rng: np.
 def bent(points: Floats, angle: float, start: float, span: Vec2) -> Floats:
     """Points bent along the z axis towards +x by an angle in all, rad; what lies beyond the span goes on straight.
 
-    Args:
-        start: share of the span below which it stays straight. span: lowest and highest z of what is bent.
+    start: share of the span below which it stays straight. span: lowest and highest z of what is bent.
     """
     if abs(angle) < 1e-6:
         return points
@@ -185,8 +178,7 @@ def bent(points: Floats, angle: float, start: float, span: Vec2) -> Floats:
 def wrapped(points: Floats, leaves: int, depth: float, rng: np.random.Generator) -> Floats:
     """Points raised where leaves lie round a head, as those of a cabbage do: each ends in a step.
 
-    Args:
-        depth: of a leaf, by the distance from the middle of the box.
+    depth: of a leaf, by the distance from the middle of the box.
     """
     if leaves < 1:
         return points
@@ -245,8 +237,7 @@ def sector(angle: float, middle: Floats) -> list[Plane]:
 def across(height: float, *, below: bool, slant: float = 0.0) -> Plane:
     """A plane that leaves what is below it, or what is above: level, or slanted towards x by an angle, rad.
 
-    Args:
-        height: its distance from the origin, m.
+    height: its distance from the origin, m.
     """
     sign = 1.0 if below else -1.0
     normal = sign * np.array([math.sin(slant), 0.0, math.cos(slant)])
@@ -256,14 +247,9 @@ def across(height: float, *, below: bool, slant: float = 0.0) -> Plane:
 def cut(solid: Solid, planes: list[Plane], hollow: Solid | None = None) -> tuple[Solid, list[Solid]]:
     """Cut a body by planes, and make the plates that lie on its cut faces.
 
-    Args:
-        solid: closed; its picture is kept on its skin.
-        hollow: an empty body within it, or None; its faces have no picture.
-    Returns:
-        The rest of the body, closed, without collision shapes; and for each plane a plate, whose picture is that of a
-            section.
-    Raises:
-        ValueError: the planes leave nothing of the body, or a plane does not meet it.
+    solid: closed; its picture is kept on its skin. hollow: an empty body within it, or None; its faces have no picture.
+    Returns: the rest of the body, closed, without collision shapes; and for each plane a plate, whose picture is that
+    of a section. Raises ValueError: the planes leave nothing of the body, or a plane does not meet it.
     """
     body = _manifold(solid)
     if hollow is not None:
@@ -366,7 +352,6 @@ def _welded(solid: Solid) -> Solid:
 
 
 def _loops(body: Solid, plane: Plane) -> list[Ints]:
-    """The outlines of the face on a plane, as points in order."""
     faces = body.faces[(np.abs(body.points @ plane.normal - plane.offset) < ON_PLANE)[body.faces].all(axis=1)]
     edges = {(int(a), int(b)) for face in faces for a, b in zip(face, np.roll(face, -1), strict=True)}
     after = {a: b for a, b in sorted(edges) if (b, a) not in edges}

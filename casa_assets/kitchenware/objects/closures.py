@@ -33,8 +33,7 @@ EXTRA, LEAST_LIFT, MOST_LIFT = 0.02, 0.05, 0.16
 def lift_off(builder: AssetBuilder, width: float, most: float = MOST_LIFT) -> None:
     """Let the link LID, on which all parts are already, slide up from a mouth.
 
-    Args:
-        width: of the mouth, metres. most: room above the lid, metres.
+    width: of the mouth, metres. most: room above the lid, metres.
     """
     travel = round(min(max(width + EXTRA, LEAST_LIFT), most, MOST_LIFT), 3)
     mass = combine_masses(builder.links[LID].masses).mass
@@ -47,8 +46,7 @@ def lift_off(builder: AssetBuilder, width: float, most: float = MOST_LIFT) -> No
 def swing_up(builder: AssetBuilder, axis: Vec3, angle: float) -> None:
     """Let the link LID, on which all parts are already, swing up about its origin.
 
-    Args:
-        axis: link frame; a right-handed turn about it opens. angle: of the turn, rad.
+    axis: link frame; a right-handed turn about it opens. angle: of the turn, rad.
     """
     lid = combine_masses(builder.links[LID].masses)
     start = LEAST_N + CARRIED * GRAVITY * lid.mass
@@ -125,8 +123,7 @@ def loose_skirt(kind: Closure) -> float:
 def lowered(kind: Closure, height: float, room: float) -> float:
     """How much lower a mouth ends under what comes off than under what is closed for good, metres.
 
-    Args:
-        height: of the closure. room: metres of neck that it may cover.
+    height: of the closure. room: metres of neck that it may cover.
     """
     return max(0.0, min((CROWN_DOWN if kind is Closure.CROWN else COVERED[kind] * height), room) - loose_skirt(kind))
 
@@ -142,7 +139,6 @@ def _turned(profile: Sequence[Vec2], around: int = AROUND, second: bool = False,
 
 
 def _ribbed(radius: float, low: float, high: float) -> Solid:
-    """A disc with fine ribs round it."""
     ribs = max(18, min(40, round(2 * math.pi * radius / 0.004)))
     turns = np.linspace(0.0, 2 * np.pi, 2 * ribs + 1)[:-1]
     ring = radius - 0.0008 * (np.arange(2 * ribs) % 2)
@@ -213,7 +209,6 @@ def _pump(m: Mouth) -> list[Part]:
 
 
 def _end(m: Mouth, rim: float) -> Part:
-    """The rim of a can."""
     r, z = m.radius, m.z
     ring = [(r + rim, z - 0.0005), (r + rim, z + 0.0018), (r + rim - 0.0006, z + 0.0024), (r - 0.0012, z + 0.0024)]
     ring = [(r - 0.002, z - 0.0005), *ring, (r - 0.002, z + 0.0018)]

@@ -82,7 +82,6 @@ def _covers(solids: list[Solid], label: str, p: Cluster) -> list[Solid]:
 
 
 def _body(p: Cluster, size: tuple[int, int], rng: np.random.Generator, scale: float = 1.0) -> Solid:
-    """A small body about the z axis, its middle at the origin."""
     points = np.array(p.profile) * (p.piece / 2 * scale, p.piece_length * scale)
     made = turned(smooth_profile([(float(r), float(z)) for r, z in points], size[1]), size[0])
     shaped = bumped(made.points - (0.0, 0.0, p.piece_length * scale / 2), p.bumps, 1.6, rng)
@@ -114,7 +113,6 @@ def _grapes(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Sol
 
 
 def _berry(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Solid]]:
-    """Drupelets in spirals over a blunt cone, and the cone."""
     out = []
     for k in range(p.count):
         height = 1.0 - ((k + 0.5) / p.count) ** 1.15
@@ -127,7 +125,6 @@ def _berry(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Soli
 
 
 def _florets(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Solid]]:
-    """Bumpy heads over a dome, each on a branch from the top of the stem."""
     heads, branches = [], []
     top = p.stem
     for k in range(p.count):

@@ -41,9 +41,8 @@ AROUND = 4 * (CORNER + 1)
 def rounded_outline(points: Sequence[Vec3]) -> list[Vec2]:
     """Points (radius, height) of an outline whose corners are rounded, with four points per right angle.
 
-    Args:
-        points: (radius, height, radius of the corner) from the foot to the mouth, metres. A corner takes at most half
-            of each of the two pieces that meet in it.
+    points: (radius, height, radius of the corner) from the foot to the mouth, metres. A corner takes at most half of
+    each of the two pieces that meet in it.
     """
     line = [np.array(p[:2]) for p in points]
     out: list[Vec2] = [(float(line[0][0]), float(line[0][1]))]
@@ -88,9 +87,8 @@ def radius_at(outline: Sequence[Vec2], z: float) -> float:
 class Section:
     """The section of a body: a circle, an oval, or a rectangle with round corners; at its mouth it is a circle.
 
-    Attributes:
-        flat: depth by width. corner: radius of the corners by half the width, 1 for a circle or an oval.
-        mouth, widest: radii between which it passes from a circle into its own form, metres.
+    flat: depth by width. corner: radius of the corners by half the width, 1 for a circle or an oval. mouth, widest:
+    radii between which it passes from a circle into its own form, metres.
     """
 
     def __init__(self, flat: float, corner: float, mouth: float, widest: float) -> None:
@@ -167,10 +165,8 @@ def piece(outline: Sequence[Vec2], low: float, high: float) -> list[Vec2]:
 def sleeve(outline: Sequence[Vec2], section: Section, wrap: float, out: float) -> Solid:
     """A thin skin around a piece of a body, with a picture from end to end.
 
-    Args:
-        outline: of the piece.
-        wrap: share of the circumference that it covers, centred on the front; the picture spans it from left to right.
-        out: distance of the skin from the body, metres.
+    outline: of the piece. wrap: share of the circumference that it covers, centred on the front; the picture spans it
+    from left to right. out: distance of the skin from the body, metres.
     """
     at = section.around()
     whole = wrap > 0.999
@@ -391,12 +387,10 @@ def _frame(p: Container) -> _Frame:
 
 
 def _ridged(p: Container, start: float) -> Vec2:
-    """Heights between which a fluted body has ridges."""
     return start + 0.04 * p.height, start + p.shoulder * p.height
 
 
 def _fluted(points: Floats, p: Container, frame: _Frame) -> Floats:
-    """The points of a body with ridges from its foot to its shoulder."""
     angle = np.arctan2(points[:, 1], points[:, 0])
     low, high = _ridged(p, frame.plain[0][1])
     here = np.clip(np.minimum((points[:, 2] - low), (high - points[:, 2])) / (FLUTE_RISE * p.height), 0.0, 1.0)
@@ -472,7 +466,6 @@ def _hollow_hits(builder: AssetBuilder, p: Container, frame: _Frame, level: floa
 
 
 def _labels(builder: AssetBuilder, p: Container, frame: _Frame) -> None:
-    """Labels, foil and band round the body."""
     rows = (
         (p.label, p.label_low, p.label_high, p.label_wrap, 0.0004, "label"),
         (p.tag, p.tag_low, p.tag_high, p.tag_wrap, 0.0004, "tag"),
@@ -489,7 +482,6 @@ def _labels(builder: AssetBuilder, p: Container, frame: _Frame) -> None:
 
 
 def _close(builder: AssetBuilder, p: Container, frame: _Frame, level: float) -> None:
-    """Add the closure, and the beads of a tin."""
     radius, z = frame.plain[-1]
     z = level if p.open_top else z
     room = loose_skirt(p.closure) if p.opens else max(0.0, (1 - p.neck_at) * p.height - 0.001)

@@ -171,7 +171,6 @@ def _add_top(builder: AssetBuilder, p: Dough, body: Solid, rng: np.random.Genera
 
 
 def _body(p: Dough, rng: np.random.Generator) -> tuple[Solid, list[Solid]]:
-    """The body, and the crumb on its cut face."""
     if p.body is Body.GRID:
         return _grid(p), []
     if p.body is Body.RING:
@@ -348,7 +347,6 @@ def build_slab(builder: AssetBuilder, p: SlabFood) -> None:
 
 
 def _slab_body(p: SlabFood, rng: np.random.Generator) -> tuple[Solid, Solid | None]:
-    """The body, and the face where a long one is cut."""
     if p.cut is Cut.STRIP:
         return _strip(p, rng), None
     if p.cut is Cut.SLAB:
@@ -423,7 +421,6 @@ def _bones(p: SlabFood) -> list[Solid]:
 
 
 def _ties(p: SlabFood, body: Solid) -> list[Solid]:
-    """String round a long body at even places."""
     out = []
     rings = (len(body.points) - 2) // AROUND
     for k in range(p.ties):
@@ -443,7 +440,6 @@ def _ties(p: SlabFood, body: Solid) -> list[Solid]:
 
 
 def _eyes(p: SlabFood, body: Solid) -> list[Solid]:
-    """Eyes on the upper and the lower side."""
     out = []
     size = p.eye_size
     top = float(body.points[:, 2].max())
@@ -456,7 +452,6 @@ def _eyes(p: SlabFood, body: Solid) -> list[Solid]:
 
 
 def _hulls(body: Solid, p: SlabFood) -> list[Solid]:
-    """The body as one hull, or as several along a bend."""
     if p.cut is Cut.LONG and abs(p.bend) > RING:
         around = np.arctan2(body.points[:, 0], ((p.length / p.bend) - body.points[:, 1]) * np.sign(p.bend))
         return hulls_by(body.points, around, 6)

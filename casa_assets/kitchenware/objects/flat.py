@@ -107,7 +107,6 @@ def build_board(builder: AssetBuilder, p: Board) -> None:
 
 
 def _plain(p: Board) -> Floats:
-    """The outline without a handle."""
     if p.outline in (Outline.OVAL, Outline.ROUND_PADDLE):
         return circle(1.0, 56) * (p.length / 2, p.width / 2)
     if p.outline is Outline.ARCHED:
@@ -119,7 +118,6 @@ def _plain(p: Board) -> Floats:
 
 
 def _outline(p: Board) -> Floats:
-    """The outline with its handle, counter-clockwise."""
     loop = _plain(p)
     if p.outline not in (Outline.PADDLE, Outline.ROUND_PADDLE):
         return loop
@@ -133,7 +131,6 @@ def _outline(p: Board) -> Floats:
 
 
 def _shapes(p: Board) -> list[Solid]:
-    """A box or a cylinder of the board, a box of its handle."""
     t = p.thickness
     if p.outline in (Outline.OVAL, Outline.ROUND_PADDLE):
         if abs(p.length - p.width) < 1e-6:

@@ -175,8 +175,7 @@ def gathered(
 ) -> Floats:
     """A ring of a top that is folded to a ridge along x, its two narrow sides tucked in.
 
-    Args:
-        low, high: of the slope, metres. share: how far up.
+    low, high: of the slope, metres. share: how far up.
     """
     ring = outline.ring(half_x, half_y, edge * (1 - share) + 1e-5, low + share * (high - low))
     ridge = 2.2 * SEALED
@@ -263,7 +262,6 @@ def wrapped_block(p: Package) -> list[Part]:
 
 
 def _parcel_end(p: Package, top: float, fold: float, end: int) -> list[Part]:
-    """The two flaps of paper that are folded over one end."""
     less = 0.0004 + 0.3 * p.edge
     half_x, half_y = p.width / 2 - less, p.depth / 2 - less
     z, up = (top - fold, 1.0) if end else (fold, -1.0)
@@ -329,7 +327,6 @@ def paper_bag(p: Package) -> list[Part]:
 
 
 def _rolled_end(p: Package) -> Solid:
-    """The upper end of a paper bag, rolled up to a flat bar along the ridge."""
     half_x, turns = 0.98 * p.width / 2, np.linspace(0, 2 * np.pi, 14)[:-1]
     oval = np.column_stack([0.9 * p.roll * np.cos(turns), 0.55 * p.roll * np.sin(turns)])
     rings = np.stack([np.column_stack([oval, np.full(len(oval), x)]) for x in (-half_x, half_x)])
@@ -471,7 +468,6 @@ def build_package(builder: AssetBuilder, p: Package) -> None:
 
 
 def _lid(builder: AssetBuilder, part: Part, solid: Solid) -> None:
-    """The lid of a carton, on a hinge at its back."""
     low, high = solid.bounds
     hinge = (0.0, float(high[1]), float(low[2]))
     builder.link(LID, hinge)

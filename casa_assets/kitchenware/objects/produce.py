@@ -43,12 +43,10 @@ def head_leaves(
 ) -> list[Solid]:
     """Leaves around a body of revolution, the inner ones first; their picture runs upwards from foot to tip.
 
-    Args:
-        curve: (N, 2) radius and height of the body from its lower end to its upper one, m.
-        count: number of leaves.
-        curl, ruffle: how far the rims curl away, and how far they rise and fall, relative to the largest radius.
-        reach: share of the curve from the foot to the tip of the longest leaf.
-        clear: distance of the innermost leaf from the curve, relative to the largest radius.
+    curve: (N, 2) radius and height of the body from its lower end to its upper one, m. count: number of leaves. curl,
+    ruffle: how far the rims curl away, and how far they rise and fall, relative to the largest radius. reach: share of
+    the curve from the foot to the tip of the longest leaf. clear: distance of the innermost leaf from the curve,
+    relative to the largest radius.
     """
     size = float(curve[:, 0].max())
     forward = np.gradient(curve, axis=0)
@@ -227,7 +225,6 @@ def build(builder: AssetBuilder, p: Produce) -> None:
 
 
 def _build_portion(builder: AssetBuilder, p: Produce, body: Solid, rng: np.random.Generator) -> None:
-    """Build what is left of a body about the z axis."""
     assert p.section is not None, "a validator checks"
     builder.portion = p.portion
     low, high = float(body.points[:, 2].min()), float(body.points[:, 2].max())
@@ -269,9 +266,8 @@ def _build_portion(builder: AssetBuilder, p: Produce, body: Solid, rng: np.rando
 def _planes(p: Produce, at: float, heart: float) -> list[Plane]:
     """The planes that cut a body about the z axis.
 
-    Args:
-        at: height of a cut across the axis, or of the middle of a slice, m.
-        heart: height about which the pictures of faces along the axis lie, m.
+    at: height of a cut across the axis, or of the middle of a slice, m. heart: height about which the pictures of faces
+    along the axis lie, m.
     """
     middle = np.array([0.0, 0.0, heart])
     match p.portion:
@@ -287,7 +283,6 @@ def _planes(p: Produce, at: float, heart: float) -> list[Plane]:
 
 
 def _portion_laid(points: Floats, p: Produce) -> Floats:
-    """Points as a portion rests."""
     x, y, z = points.T
     if p.portion is Portion.WEDGE:
         # On its skin; or turned about the axis until one of its faces lies below.
@@ -320,7 +315,6 @@ def _laid(points: Floats, p: Produce) -> Floats:
 
 
 def _shaped(points: Floats, p: Produce, rng: np.random.Generator) -> Floats:
-    """The points of the body with lobes, bumps and leaves round it."""
     # A single furrow lies where the edges of the picture meet, so that a skin can show it.
     points = lobed(points, p.lobes, p.lobe_depth, p.lobe_sharp, (0.0 if p.lobes == 1 else 0.3))
     points = bumped(points, p.bumps, p.waves, rng)
@@ -330,7 +324,6 @@ def _shaped(points: Floats, p: Produce, rng: np.random.Generator) -> Floats:
 
 
 def _stem(p: Produce, rng: np.random.Generator, start: float) -> Solid:
-    """A stalk that leans to one side."""
     lean, turn = float(rng.uniform(0.1, 0.45)), float(rng.uniform(0.0, 2 * math.pi))
     side = p.stem * lean * np.array([math.cos(turn), math.sin(turn)])
     path = [(0.0, 0.0, start - 0.15 * p.stem), (0.0, 0.0, start + 0.4 * p.stem)]
@@ -339,7 +332,6 @@ def _stem(p: Produce, rng: np.random.Generator, start: float) -> Solid:
 
 
 def _eyes(p: Produce, body: Solid) -> Solid:
-    """Flat discs on the surface around the upper end of an upright body."""
     middle = body.bounds.mean(axis=0)
     out = []
     for k in range(p.eyes):
@@ -354,7 +346,6 @@ def _eyes(p: Produce, body: Solid) -> Solid:
 
 
 def _leaves(p: Produce, rng: np.random.Generator, start: float) -> list[Solid]:
-    """Leaves round the upper end."""
     out = []
     for k, angle in enumerate(golden_angles(p.leaves)):
         size = float(rng.uniform(0.8, 1.1))
@@ -366,7 +357,6 @@ def _leaves(p: Produce, rng: np.random.Generator, start: float) -> list[Solid]:
 
 
 def _hulls(body: Solid, p: Produce, around: int, along: int) -> list[Solid]:
-    """The body as one hull, or where it bends as several along it."""
     count = 1 if abs(p.bend) < BENT else min(MAX_HULLS, 1 + math.ceil(abs(p.bend) / 0.5))
     if count == 1:
         return [body.with_hull_collider()]

@@ -141,7 +141,6 @@ def build(builder: AssetBuilder, p: Stacked) -> None:
 
 
 def _toppings(p: Stacked, on: Solid, rng: np.random.Generator, steep: float = 0.4) -> list[Part]:
-    """Pieces strewn on a body, whose finishes take turns."""
     finishes = [f for f in (p.topping_finish, p.topping_finish_2, p.topping_finish_3) if f is not None]
     pieces = strewn(on, p.topping, p.topping_count, p.topping_size, rng, steep=steep)
     return [(plain(piece), finishes[k % len(finishes)]) for k, piece in enumerate(pieces)]
@@ -151,7 +150,6 @@ def _toppings(p: Stacked, on: Solid, rng: np.random.Generator, steep: float = 0.
 
 
 def _tower(p: Stacked, rng: np.random.Generator) -> Composed:
-    """Bread, what is on it, bread."""
     outline = outline_of_food(p.outline, p.length, p.width, p.square)
     parts: list[Part] = []
     light: list[Part] = []
@@ -226,7 +224,6 @@ def _layer(p: Stacked, filling: Filling, outline: Floats, thickness: float, rng:
 
 
 def _bun(p: Stacked, rng: np.random.Generator) -> Composed:
-    """A long bun that is open above, a sausage in it, and a line of sauce."""
     loaf = ((0, 0), (0.5, 0.01), (0.85, 0.06), (1, 0.18), (1, 0.5), (1, 0.82), (0.85, 0.94), (0.5, 0.99), (0, 1))
     link = ((0, 0), (0.5, 0.012), (0.85, 0.045), (1, 0.12), (1, 0.5), (1, 0.88), (0.85, 0.955), (0.5, 0.988), (0, 1))
     bun_length = 0.9 * p.length
@@ -309,7 +306,6 @@ def _distance(solid: Solid, others: Sequence[Solid]) -> float:
 
 
 def _skewer(p: Stacked, rng: np.random.Generator) -> Composed:
-    """Pieces one after another along x on a stick that projects at both ends."""
     spans = [_PIECES[f] for f in p.layers]
     total = sum(length for length, _, _ in spans)
     # The pieces fill what the stick leaves.
@@ -435,7 +431,6 @@ def _swirl(radius: float, height: float, ripple: float, turns: float, fine: bool
 
 
 def _cup(p: Stacked, rng: np.random.Generator) -> Composed:
-    """A fluted paper cup, cake in it, and a swirl of frosting or a bare dome."""
     radius = p.length / 2
     height = p.base_height
     line = [(0.0, 0.0), (0.7, 0.0), (0.72, 0.02), (0.86, 0.5), (0.985, 0.98), (0.96, 1.0), (0.5, 1.0), (0.0, 1.0)]

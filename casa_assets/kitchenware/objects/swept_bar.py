@@ -62,9 +62,8 @@ class Size(Params):
 def bar(shape: Bar, size: Size, along: int = ALONG, hulls: int = MAX_HULLS, span: Vec2 = (0.0, 1.0)) -> Solid:
     """A bar from x = 0 on, with colliders that follow it; one picture covers it, its height along x.
 
-    Args:
-        along: number of rings along it. hulls: maximum number of colliders along it.
-        span: part of the length to build, as shares: a sleeve or a tip of another material follows the same curves.
+    along: number of rings along it. hulls: maximum number of colliders along it. span: part of the length to build, as
+    shares: a sleeve or a tip of another material follows the same curves.
     """
     stations = _within(_stations(shape, size, along), span, size.length)
     width, x = stations[:, 0], stations[:, 1]
@@ -113,8 +112,7 @@ def bar(shape: Bar, size: Size, along: int = ALONG, hulls: int = MAX_HULLS, span
 def lofted(rings: Floats, share: Floats) -> Solid:
     """A closed skin over (M, N, 3) rings, its ends closed by fans; one picture covers it.
 
-    Args:
-        share: of each ring, the height in the picture, 0..1. Its width runs once round a ring.
+    share: of each ring, the height in the picture, 0..1. Its width runs once round a ring.
     """
     m, n = rings.shape[:2]
     points = np.concatenate([rings.reshape(-1, 3), rings[0].mean(axis=0)[None], rings[-1].mean(axis=0)[None]])
@@ -174,7 +172,6 @@ def stadium(length: float, width: float, steps: int = 6) -> Floats:
 
 
 def _slot(hole: Vec5, size: Size, height: float) -> Solid:
-    """The body that is taken out for a hole."""
     along, across, length, width, angle = hole
     deep = 6 * size.thickness + size.dish + size.rise
     body = prism(stadium(length * size.length, width * size.width), deep, 0.0).translated(z=-deep / 2)
@@ -206,7 +203,6 @@ def value_at(curve: Curve, share: float, default: float) -> float:
 
 
 def _within(stations: Floats, span: Vec2, length: float) -> Floats:
-    """The stations between two places, with one at each of them."""
     if span == (0.0, 1.0):
         return stations
     order = stations[np.argsort(stations[:, 1], kind="stable")]
@@ -217,7 +213,6 @@ def _within(stations: Floats, span: Vec2, length: float) -> Floats:
 
 
 def _value(curve: Curve, share: Floats, default: float) -> Floats:
-    """The values of a curve at some places, held beyond its ends."""
     if not curve:
         return np.full(len(share), default)
     at, value = np.array(curve, dtype=np.float64).T
@@ -248,7 +243,6 @@ def _pieces(points: Floats, most: int) -> list[Floats]:
 
 
 def _bowl_pieces(points: Floats, first: int, last: int) -> list[Floats]:
-    """The hollow of a spoon between two rings as three times three pieces."""
     around = points.shape[1]
     rows = np.linspace(first, last, 4).round().astype(int)
     half = around // 2

@@ -180,7 +180,6 @@ def _front_length(p: Utensil) -> float:
 
 
 def _front(p: Utensil, thickness: float = 0.0, span: Vec2 = (0.0, 1.0), widen: float = 0.0) -> Solid:
-    """The front, or a part of it of another thickness and width."""
     if p.front is None:
         raise ValueError(f"a {p.head} needs a front")
     curves = {"rise": p.rise, "dish": p.dish, "hollow": p.hollow}
@@ -189,14 +188,12 @@ def _front(p: Utensil, thickness: float = 0.0, span: Vec2 = (0.0, 1.0), widen: f
 
 
 def _front_end(p: Utensil) -> float:
-    """Height of the middle of the front where the grip begins."""
     if p.front is None or p.split >= 1:
         return 0.0
     return value_at(p.front.spine, p.split * p.length / _front_length(p), 0.0) * p.rise
 
 
 def _fronts(p: Utensil) -> list[Part]:
-    """The front in one stuff, or its tip in the stuff of the trim."""
     if p.tip <= 0:
         return [Part(_front(p), p.front_finish, "head")]
     rest = _front(p, span=(max(p.tip - 0.05, 0.02), 1.0))
@@ -372,7 +369,6 @@ def _can_opener(p: Utensil) -> list[Part]:
 
 
 def _pin(p: Utensil) -> list[Part]:
-    """A roller, all in one or with handles that turn on an axle."""
     if p.front is None:
         raise ValueError("a rolling pin needs a roller as its front")
     half, long = p.width / 2, (p.length if p.grip is None else (1 - 2 * p.split) * p.length)

@@ -42,10 +42,8 @@ class Part:
 def tine_cuts(count: int, start: float, width: float, gap: float, deep: float) -> list[Solid]:
     """Solids to subtract from the head of a fork: the slots between its tines, which end in points.
 
-    Args:
-        count: number of tines.
-        start: how far the slots reach from the tip. width: of the head at the tines. gap: width of a slot.
-        deep: height of these solids, about z = 0. All metres.
+    count: number of tines. start: how far the slots reach from the tip. width: of the head at the tines. gap: width of
+    a slot. deep: height of these solids, about z = 0. All metres.
     """
     tine = (width - (count - 1) * gap) / count
     point = min(0.16 * start, 0.009)
@@ -71,8 +69,7 @@ def mouth_cut(length: float, width: float, deep: float, tooth: float) -> Solid:
 def cup(radius: float, depth: float, wall: float, squat: float) -> Solid:
     """The cup of a ladle about the z axis, its mouth at z = 0; colliders are a floor and a ring of slabs.
 
-    Args:
-        squat: 1 for half an ellipsoid, more for a flatter floor and steeper sides.
+    squat: 1 for half an ellipsoid, more for a flatter floor and steeper sides.
     """
     turns = np.linspace(-math.pi / 2, 0.0, 10)
     outer = [(radius * math.cos(t) ** (1 / squat), depth * math.sin(t)) for t in turns]
@@ -87,8 +84,7 @@ def cup(radius: float, depth: float, wall: float, squat: float) -> Solid:
 def wall_hulls(profile: Sequence[Vec2], thick: float, sectors: int, rows: int = 2) -> list[Solid]:
     """Colliders of a round wall whose outside goes through (radius, z) points from the floor to the rim.
 
-    Args:
-        thick: of the slabs, metres. sectors: slabs round the wall. rows: of slabs, one above the other, 1 or 2.
+    thick: of the slabs, metres. sectors: slabs round the wall. rows: of slabs, one above the other, 1 or 2.
     """
     line = np.array(profile)
     middle = len(line) // 2
@@ -107,8 +103,7 @@ def wall_hulls(profile: Sequence[Vec2], thick: float, sectors: int, rows: int = 
 def whisk_wires(count: int, length: float, radius: float, neck: float, wire: float, belly: float) -> Solid:
     """Loops of wire about the x axis from the tip at x = 0 to the handle.
 
-    Args:
-        radius: at the belly, which is at that share of the length. neck: radius at the handle. wire: radius of one.
+    radius: at the belly, which is at that share of the length. neck: radius at the handle. wire: radius of one.
     """
     side = [(0.0, 0.0), (0.55 * radius, 0.05 * length), (radius, belly * length), (0.5 * radius, 0.72 * length)]
     half = smooth_profile([*side, (neck, length)], 11)
@@ -137,8 +132,7 @@ def wound_handle(rings: int, x: float, length: float, radius: float, wire: float
 def ring(path: Floats, section: Floats, hulls: int = 6) -> Solid:
     """A closed loop in the plane z = 0 with a section; colliders are hulls round it.
 
-    Args:
-        path: (N, 2) counter-clockwise, metres. section: (M, 2) outwards of the loop, and along z.
+    path: (N, 2) counter-clockwise, metres. section: (M, 2) outwards of the loop, and along z.
     """
     forward = np.roll(path, -1, axis=0) - np.roll(path, 1, axis=0)
     forward /= np.linalg.norm(forward, axis=1)[:, None]
@@ -273,8 +267,7 @@ def _hood(size: float, out: float) -> Solid:
 def straw(length: float, radius: float, wall: float, twist: float, folds: int) -> Solid:
     """A straw along x, open at both ends; its picture winds round it by `twist` turns.
 
-    Args:
-        folds: of a part that bends, near the far end; 0 for none.
+    folds: of a part that bends, near the far end; 0 for none.
     """
     around = 14
     low, high = 0.74, 0.74 + 0.0022 * folds / length

@@ -70,9 +70,8 @@ def open_shapes(
 ) -> tuple[Placed, ...]:
     """The shapes of an open vessel.
 
-    Args:
-        floor: height of the inside's floor. low: height of the top of a stem, where the wall begins. room: most shapes.
-        bead: radius of a wire round the rim, metres.
+    floor: height of the inside's floor. low: height of the top of a stem, where the wall begins. room: most shapes.
+    bead: radius of a wire round the rim, metres.
     """
     outside = profile.outside
     solid = [*outside[outside[:, 1] < floor], (profile.radius(floor), floor)]
@@ -117,7 +116,6 @@ def _levels(wall: Floats, plan: Plan, most: int) -> Floats:
 
 
 def _error(points: Floats, line: Floats) -> float:
-    """The largest distance of some points from a line."""
     found = np.full(len(points), np.inf)
     for a, b in pairwise(line):
         share = np.clip((points - a) @ (b - a) / max(float((b - a) @ (b - a)), 1e-12), 0.0, 1.0)
@@ -126,7 +124,6 @@ def _error(points: Floats, line: Floats) -> float:
 
 
 def _lip(profile: Profile, plan: Plan, thickness: float) -> tuple[Placed, ...]:
-    """A wedge in the lip of a jug, between its wall without and with the lip."""
     near = np.abs((np.arange(plan.around) * 2 * np.pi / plan.around) - np.pi) < 1.25 * plan.lip_width
     low = plan.lip_from + 0.35 * (1 - plan.lip_from)
     points = []
@@ -157,7 +154,6 @@ def closed_shapes(line: Floats, plan: Plan, slack: float) -> list[Placed]:
 
 
 def _block(plan: Plan, radius: float, low: float, high: float) -> tuple[Placed, ...]:
-    """A cylinder or a box between two heights."""
     middle, tall = (low + high) / 2, high - low
     half_y = max(plan.half_y - (plan.half_x - radius), 0.1 * radius)
     if plan.corner is None and abs(half_y - radius) < 1e-6:
@@ -328,7 +324,6 @@ def _lid(builder: AssetBuilder, p: Vessel, plan: Plan) -> None:
 
 
 def _content(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> None:
-    """Add the content, slightly smaller than the inside."""
     inside = profile.inside[1:]
     floor = float(inside[0, 1])
     level = floor + p.content * (p.height - floor)
@@ -339,7 +334,6 @@ def _content(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> 
 
 
 def _prints(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> None:
-    """Lines of a measure on the front, and a sleeve of card about a cup."""
     lines = []
     for k in range(p.marks):
         z = p.height * (0.2 + 0.62 * k / max(p.marks - 1, 1))

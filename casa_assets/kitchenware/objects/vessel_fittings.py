@@ -44,10 +44,9 @@ def strap(
 ) -> Solid:
     """A bar along a path in a plane, whose section changes on the way.
 
-    Args:
-        path: (M, 3) its middle, metres. sizes: (M, 2) full width along `side` and full thickness across it.
-        side: direction square to the plane of the path. power: 1 for an elliptic section, less for a square one.
-        pieces: hulls along it. count: points of a section.
+    path: (M, 3) its middle, metres. sizes: (M, 2) full width along `side` and full thickness across it. side: direction
+    square to the plane of the path. power: 1 for an elliptic section, less for a square one. pieces: hulls along it.
+    count: points of a section.
     """
     line, size, across = np.array(path, dtype=np.float64), np.array(sizes, dtype=np.float64), np.array(side)
     way = np.gradient(line, axis=0)
@@ -65,9 +64,8 @@ def strap(
 def ear(top: Vec2, low: Vec2, reach: float, width: float, thick: float, square: float, sag: float) -> Solid:
     """The handle of a mug: a loop in the plane x, z.
 
-    Args:
-        top, low: (x, z) of its ends, within the wall. reach: farthest x. square: 1 round, less for corners.
-        sag: how far its widest place lies below the middle, by half its height.
+    top, low: (x, z) of its ends, within the wall. reach: farthest x. square: 1 round, less for corners. sag: how far
+    its widest place lies below the middle, by half its height.
     """
     t = np.linspace(math.pi / 2, -math.pi / 2, 15)
     c, s = np.abs(np.cos(t)) ** square, np.sign(np.sin(t)) * np.abs(np.sin(t)) ** square
@@ -84,8 +82,7 @@ def ear(top: Vec2, low: Vec2, reach: float, width: float, thick: float, square: 
 def loop(x: float, y: float, z: float, reach: float, thick: float, tall: float, square: float) -> Solid:
     """A loop in a horizontal plane at the side of a pot, towards +x.
 
-    Args:
-        x, y: where it meets the wall, at y and -y. reach: how far it projects from there. tall: its height.
+    x, y: where it meets the wall, at y and -y. reach: how far it projects from there. tall: its height.
     """
     t = np.linspace(-math.pi / 2, math.pi / 2, 13)
     c, s = np.abs(np.cos(t)) ** square, np.sign(np.sin(t)) * np.abs(np.sin(t)) ** square
@@ -98,8 +95,7 @@ def loop(x: float, y: float, z: float, reach: float, thick: float, tall: float, 
 def arch(x: float, low: float, high: float, width: float, thick: float, square: float, grip: float = 1.0) -> Solid:
     """A handle over the top, in the plane x, z, from -x to x.
 
-    Args:
-        low, high: of its ends and of its middle. grip: how much thicker it is at the top.
+    low, high: of its ends and of its middle. grip: how much thicker it is at the top.
     """
     t = np.linspace(math.pi, 0.0, 19)
     c, s = np.sign(np.cos(t)) * np.abs(np.cos(t)) ** square, np.sin(t) ** square
@@ -111,9 +107,8 @@ def arch(x: float, low: float, high: float, width: float, thick: float, square: 
 def spout(start: Vec2, end: Vec2, radius: float, tip: float, curve: float) -> Solid:
     """A hollow tube from the wall of a pot towards -x, open at its tip.
 
-    Args:
-        start, end: (x, z) of the middle of its ends; start lies within the wall. radius, tip: of both ends.
-        curve: 0 straight, 1 bent like a swan's neck.
+    start, end: (x, z) of the middle of its ends; start lies within the wall. radius, tip: of both ends. curve: 0
+    straight, 1 bent like a swan's neck.
     """
     a, b = np.array(start), np.array(end)
     reach = b - a
@@ -140,8 +135,7 @@ def spout(start: Vec2, end: Vec2, radius: float, tip: float, curve: float) -> So
 def rim_bead(ring: Floats, radius: float, count: int = 8, start: float = 0.0) -> Solid:
     """A wire along a closed ring of points, without a collision shape.
 
-    Args:
-        count: corners of its section. start: angle of the first corner above the outward direction, rad.
+    count: corners of its section. start: angle of the first corner above the outward direction, rad.
     """
     n = len(ring)
     way = np.roll(ring, -1, axis=0) - np.roll(ring, 1, axis=0)
@@ -162,9 +156,8 @@ def rim_bead(ring: Floats, radius: float, count: int = 8, start: float = 0.0) ->
 def long_handle(start: Vec3, length: float, rise: float, profile: Sequence[Vec3], hole: float) -> Solid:
     """The handle of a pan along +x.
 
-    Args:
-        start: its beginning. rise: rad above level, less towards its end. profile: (share of the length, width,
-            thickness). hole: radius of the hole near its end, 0 for none.
+    start: its beginning. rise: rad above level, less towards its end. profile: (share of the length, width, thickness).
+    hole: radius of the hole near its end, 0 for none.
     """
     s = np.linspace(0.0, 1.0, 13)
     # It starts steeper than it ends, as if bent.
@@ -192,8 +185,7 @@ def knob(radius: float, height: float, slim: float) -> Solid:
 def sieve_wires(outside: Floats, count: int, radius: float) -> Solid:
     """Wires of a sieve on a turned surface, from its middle to its rim and round it; no collision shape.
 
-    Args:
-        outside: (N, 2) radius and height from the edge of the foot to the rim. count: wires to the rim.
+    outside: (N, 2) radius and height from the edge of the foot to the rim. count: wires to the rim.
     """
     line = np.concatenate([[[0.012, outside[0, 1]]], outside])
     run = run_along(line)
@@ -470,7 +462,6 @@ def handles(p: Vessel, profile: Profile, plan: Plan) -> list[Part]:
 
 
 def _loops(p: Vessel, profile: Profile, plan: Plan, z: float) -> list[Solid]:
-    """Level loops to both sides."""
     r, half = profile.radius(z), 0.5 * min(0.5 * p.width * p.across, 0.1)
     short = plan.half_y - (plan.half_x - r)
     x = r - 0.55 * p.wall

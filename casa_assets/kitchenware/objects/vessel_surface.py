@@ -127,11 +127,9 @@ def vessel_profile(
 ) -> Profile:
     """The profile of a vessel.
 
-    Args:
-        points: of the outside, (radius, height) in metres from the edge of the foot to the rim.
-        soft: a smooth curve runs through them; else their corners are rounded by `rounding`.
-        wall: its thickness. floor: height of the inside's floor. fillet: between floor and wall. foot: height of a
-            hollow under it, 0 for none.
+    points: of the outside, (radius, height) in metres from the edge of the foot to the rim. soft: a smooth curve runs
+    through them; else their corners are rounded by `rounding`. wall: its thickness. floor: height of the inside's
+    floor. fillet: between floor and wall. foot: height of a hollow under it, 0 for none.
     """
     corners = [(r, 0.0, z) for r, z in points]
     fine = _smooth(np.array(points)) if soft else _bent(corners, rounding)
@@ -163,9 +161,8 @@ def woven(profile: Profile, step: float) -> Profile:
 def surface(path: Floats, v: Floats, plan: Plan, inside: Plan | None = None) -> Solid:
     """A closed surface whose rings follow a path that begins and ends on the axis; a picture covers all of it.
 
-    Args:
-        path: (N, 2) half width along x, and height. v: (N,) heights in the picture.
-        inside: instead of the plan, from the rim on.
+    path: (N, 2) half width along x, and height. v: (N,) heights in the picture. inside: instead of the plan, from the
+    rim on.
     """
     rings = [
         (inside if inside and s >= RIM_V - 0.01 else plan).ring(float(r), float(z))
@@ -212,8 +209,7 @@ def turned_on(path: Floats, plan: Plan) -> Solid:
 def pictured(solid: Solid, profile: Profile, around: float) -> Solid:
     """A part such as a handle with the picture of the vessel's outside: at each height, that of the wall next to it.
 
-    Args:
-        around: circumference of the vessel, metres.
+    around: circumference of the vessel, metres.
     """
     corners = solid.points[solid.faces]
     heights = _spread(profile.outside, FOOT_V + 0.02, RIM_V - 0.03)
@@ -251,7 +247,6 @@ def thinned(line: Floats, tolerance: float) -> Floats:
 
 
 def _smooth(points: Floats) -> Floats:
-    """A smooth curve through the points, which are among its own."""
     run = run_along(points)
     at = np.unique(np.concatenate([run, np.linspace(0.0, run[-1], 120)]))
     return np.stack([PchipInterpolator(run, points[:, k])(at) for k in (0, 1)], axis=1)
@@ -289,7 +284,6 @@ def _corners(*places: tuple[Floats, float] | tuple[Floats, Floats]) -> Floats:
 
 
 def _spread(line: Floats, low: float, high: float) -> Floats:
-    """Numbers from low to high, by the length along a line."""
     if len(line) == 1:
         return np.array([low])
     run = run_along(line)

@@ -34,10 +34,8 @@ class Outline:
 
     A point lies at straight * (half size - radius) + bent * radius.
 
-    Attributes:
-        straight, bent: (N, 2). sides: (N, 2, 2) where each of the pieces between two points lies in the picture: the
-            start and the end of it, round the thing (0..1) and across its own side (1 at the start of the side, 0 at
-            its end).
+    straight, bent: (N, 2). sides: (N, 2, 2) where each of the pieces between two points lies in the picture: the start
+    and the end of it, round the thing (0..1) and across its own side (1 at the start of the side, 0 at its end).
     """
 
     straight: Floats
@@ -54,9 +52,8 @@ class Outline:
 def four_sides(front: float, side: float, corner_steps: int = 2, across: tuple[float, ...] = ALONG_SIDE) -> Outline:
     """A rectangle with rounded corners, whose front faces -y.
 
-    Args:
-        front, side: shares of the picture's width that the front and each of the two adjacent sides take.
-        corner_steps: pieces of a rounded corner. across: places of points along a side, -1..1.
+    front, side: shares of the picture's width that the front and each of the two adjacent sides take. corner_steps:
+    pieces of a rounded corner. across: places of points along a side, -1..1.
     """
     back = max(0.02, 1.0 - front - 2 * side)
     turns = np.linspace(0.0, np.pi / 2, corner_steps + 1)[1:-1]
@@ -96,8 +93,7 @@ def four_sides(front: float, side: float, corner_steps: int = 2, across: tuple[f
 def round_sides(count: int) -> Outline:
     """A circle whose front looks to -y; its radius is that of `ring`, and each half size as well.
 
-    Args:
-        count: points, an even number.
+    count: points, an even number.
     """
     turns = np.pi / 2 + np.arange(count) * 2 * np.pi / count
     bent = np.stack([np.cos(turns), np.sin(turns)], axis=1)
@@ -112,10 +108,8 @@ def round_sides(count: int) -> Outline:
 def two_sheets(count: int) -> tuple[Floats, Floats, Floats]:
     """Places across a bag of two sheets: x -1..1, which sheet (-1 front, 1 back, 0 at the sides), and its picture.
 
-    Args:
-        count: pieces across a sheet, an even number.
-    Returns:
-        (N,) x and (N,) sheet from the left edge on, the front first; (N, 2, 2) as in Outline.sides.
+    count: pieces across a sheet, an even number. Returns: (N,) x and (N,) sheet from the left edge on, the front first;
+    (N, 2, 2) as in Outline.sides.
     """
     x = -np.cos(np.linspace(0.0, np.pi, count + 1)) * 0.35 + 0.65 * np.linspace(-1.0, 1.0, count + 1)
     places = np.concatenate([x, x[::-1][1:-1]])
@@ -131,10 +125,9 @@ def two_sheets(count: int) -> tuple[Floats, Floats, Floats]:
 def wrapped(rings: Floats, sides: Floats, heights: Floats, along: bool = False, crease_deg: float = 50.0) -> Solid:
     """A closed surface over rings of equally many points, whose ends are closed by flat faces.
 
-    Args:
-        rings: (K, N, 3) from the lower end to the upper one, metres. sides: as in Outline.
-        heights: (K,) where each ring lies in the picture, 0..1.
-        along: the picture's width runs along the thing instead of round it, and each side shows all of its height.
+    rings: (K, N, 3) from the lower end to the upper one, metres. sides: as in Outline. heights: (K,) where each ring
+    lies in the picture, 0..1. along: the picture's width runs along the thing instead of round it, and each side shows
+    all of its height.
     """
     count, size = rings.shape[:2]
     faces = [*ring_walls(size, count)]
@@ -178,8 +171,7 @@ def with_spot(solid: Solid, at: Vec2) -> Solid:
 def with_front_picture(solid: Solid, lower: Vec2, upper: Vec2, axes: tuple[int, int] = (0, 2)) -> Solid:
     """The solid with a part of the picture laid over its box, seen along the third axis.
 
-    Args:
-        lower, upper: corners of that part, 0..1. axes: of the solid, to the right and up in the picture.
+    lower, upper: corners of that part, 0..1. axes: of the solid, to the right and up in the picture.
     """
     flat = solid.points[:, list(axes)]
     share = (flat - flat.min(axis=0)) / np.maximum(np.ptp(flat, axis=0), 1e-9)
@@ -189,8 +181,7 @@ def with_front_picture(solid: Solid, lower: Vec2, upper: Vec2, axes: tuple[int, 
 def plate(corners: Floats, thickness: float, up: Floats) -> Solid:
     """A thin plate below a flat or slightly warped quadrilateral or triangle.
 
-    Args:
-        corners: (N, 3), counter-clockwise seen from outside, metres. up: (3,) out of it; it is pushed outwards.
+    corners: (N, 3), counter-clockwise seen from outside, metres. up: (3,) out of it; it is pushed outwards.
     """
     lifted = corners + thickness * up / np.linalg.norm(up)
     n = len(corners)
@@ -213,8 +204,7 @@ def hump(values: Floats) -> Floats:
 def dented(rings: Floats, outline: Outline, amount: float, rng: np.random.Generator, waves: float = 1.6) -> Floats:
     """Rings moved out of and into their sides by smooth random waves, as card and paper are never quite flat.
 
-    Args:
-        amount: metres. waves: over the largest side.
+    amount: metres. waves: over the largest side.
     """
     if amount <= 0:
         return rings
@@ -283,7 +273,6 @@ def _ring(p: Package, outline: Outline, share: float, beyond: float, z: float) -
 
 
 def _fluted(p: Package, outline: Outline, rings: Floats) -> Floats:
-    """Rings with upright flutes, as cups of pudding have."""
     if p.flutes < 1:
         return rings
     turn = np.arctan2(outline.bent[:, 1], outline.bent[:, 0])
@@ -293,7 +282,6 @@ def _fluted(p: Package, outline: Outline, rings: Floats) -> Floats:
 
 
 def _foil_lid(p: Package, outline: Outline, top: float) -> list[Part]:
-    """Foil over the flange, a little domed, with a tongue at its right side."""
     rise, edge, small = p.lid_rise, p.flange + 0.0004, min(p.width, p.depth)
     steps = ((0.0, 0.0), (0.0, FILM), (0.06, FILM + 0.05 * rise), (0.35, FILM + 0.75 * rise), (0.75, FILM + rise))
     rings = [_ring(p, outline, 1.0, edge - shrink * small / 2, top + z) for shrink, z in steps]
@@ -428,7 +416,6 @@ def _strip(p: Package, x: Floats, sheet: Floats, half: float, rng: np.random.Gen
 
 
 def _back_seam(p: Package, rings: list[Floats]) -> Solid:
-    """The flap of the seam that runs down the middle of the back."""
     wide, middle = 0.05 * p.width + 0.004, 3 * ACROSS // 2
     loops = []
     for ring in rings:

@@ -57,7 +57,6 @@ def _tube(length: float) -> Handle:
 
 
 def _pro(length: float) -> Handle:
-    """A thick tube between end blocks, as on ranges of restaurants."""
     radius, reach, at = 0.0145, 0.056, length / 2 - 0.055
     grip = rod(radius, length, 0.003, "x").translated(y=-reach)
     rings = [rod(radius + 0.0025, 0.007, 0.0012, "x").translated(s * (length / 2 - 0.014), -reach) for s in (-1, 1)]
@@ -177,9 +176,8 @@ OVEN_DOOR_START_N = 6.0  # least force at the handle that starts an oven door
 class HingeLoad:
     """Weight of a link about a hinge along x through its origin.
 
-    Attributes:
-        inertia: kg*m^2. lever: metres from the axis to the grip.
-        angles: (N,) rad over the travel of the hinge. moment: (N,) N*m of the weight there.
+    inertia: kg*m^2. lever: metres from the axis to the grip. angles: (N,) rad over the travel of the hinge. moment:
+    (N,) N*m of the weight there.
     """
 
     inertia: float
@@ -211,9 +209,8 @@ class HingeLoad:
     ) -> None:
         """Add a hinge with a spring whose moment is bias + stiffness * angle.
 
-        Args:
-            name: of the joint; None for `<link>_joint`.
-            unbalanced: N*m of the weight's moment that the spring leaves over. start_n: force that starts the link, N.
+        name: of the joint; None for `<link>_joint`. unbalanced: N*m of the weight's moment that the spring leaves over.
+        start_n: force that starts the link, N.
         """
         travel = float(self.angles[-1])
         push_n = max(start_n + 2.5, hand_dynamics.PULL_N - unbalanced / self.lever)
@@ -226,8 +223,7 @@ class HingeLoad:
 def balanced_hinge(builder: AssetBuilder, link: str, grip: str, travel: float) -> None:
     """Hinge a link about x through its origin; its spring is fitted to the moment of its weight by least squares.
 
-    Args:
-        grip: collider that a hand takes. travel: rad; it opens to the front where positive, up where negative.
+    grip: collider that a hand takes. travel: rad; it opens to the front where positive, up where negative.
     """
     load = HingeLoad.of(builder, link, grip, np.linspace(0.0, travel, 33))
     stiffness = float(np.polyfit(load.angles, load.moment, 1)[0])
@@ -241,8 +237,7 @@ def balanced_hinge(builder: AssetBuilder, link: str, grip: str, travel: float) -
 def oven_door_hinge(builder: AssetBuilder, link: str, name: str | None = None) -> None:
     """Hinge a door at its lower edge; of 61 springs it gets the one whose largest unbalanced moment is least.
 
-    Args:
-        name: of the joint; None for `<link>_joint`.
+    name: of the joint; None for `<link>_joint`.
     """
     grip = f"{link}_handle_main"
     load = HingeLoad.of(builder, link, grip, np.linspace(0.0, OVEN_DOOR_TRAVEL, 25))
@@ -273,9 +268,8 @@ OvenHandle = StrEnum("OvenHandle", "BAR PRO FLAT CURVED")
 class OvenLook:
     """Finishes and forms of an oven.
 
-    Attributes:
-        shell, liner, face, glass, metal: finishes. grip: of the door. window: share of the door that is glass, 0..1.
-        border: finish of a border round the window, or None.
+    shell, liner, face, glass, metal: finishes. grip: of the door. window: share of the door that is glass, 0..1.
+    border: finish of a border round the window, or None.
     """
 
     shell: str
@@ -301,11 +295,9 @@ def add_cavity(
 ) -> None:
     """Walls round a cavity, open to the front (-y), and its racks.
 
-    Args:
-        lower, upper: corners of the outside; the front plane is lower[1].
-        racks: how many; they are named <rack><first>, <rack><first + 1> from below.
-        door: joint that has to be open before a rack can move. collider: False: no colliders for walls.
-        rack: begins the names of racks.
+    lower, upper: corners of the outside; the front plane is lower[1]. racks: how many; they are named <rack><first>,
+    <rack><first + 1> from below. door: joint that has to be open before a rack can move. collider: False: no colliders
+    for walls. rack: begins the names of racks.
     """
     (x0, y0, z0), (x1, y1, z1) = lower, upper
     t = INSULATION_THICKNESS
@@ -330,8 +322,7 @@ def add_cavity(
 def furnish_cavity(builder: AssetBuilder, lower: Vec3, upper: Vec3, lamp: str) -> None:
     """The grill's element under the roof; a fan behind a cover and a lamp on the back wall.
 
-    Args:
-        lower, upper: corners of the inside. lamp: name of the lamp's mesh.
+    lower, upper: corners of the inside. lamp: name of the lamp's mesh.
     """
     (a0, b0, _), (a1, b1, c1) = lower, upper
     element = tube(
@@ -384,8 +375,7 @@ def add_oven_door(
 ) -> str:
     """A door in front of the plane y = 0, hinged along its lower front edge; returns its joint.
 
-    Args:
-        lower, upper: corners in x and z. joint: name of its hinge; None for `<link>_joint`.
+    lower, upper: corners in x and z. joint: name of its hinge; None for `<link>_joint`.
     """
     (x0, z0), (x1, z1) = lower, upper
     w, h = x1 - x0, z1 - z0
@@ -457,8 +447,7 @@ def _handle(builder: AssetBuilder, link: str, w: float, h: float, looks: OvenLoo
 def add_turntable(builder: AssetBuilder, lower: Vec3, upper: Vec3) -> None:
     """Add a glass tray on a hub and a ring of rollers; its collider and region are `tray`.
 
-    Args:
-        lower, upper: corners of the cavity, metres.
+    lower, upper: corners of the cavity, metres.
     """
     x, y = (lower[0] + upper[0]) / 2, (lower[1] + upper[1]) / 2
     radius = min(upper[0] - lower[0], upper[1] - lower[1], 0.36) / 2 - 0.012
@@ -473,10 +462,7 @@ def add_turntable(builder: AssetBuilder, lower: Vec3, upper: Vec3) -> None:
         builder.draw(ROOT, wheel.rotated("z", 2 * math.pi * k / 3).translated(x, y), "plastic_white", "hub")
     z = floor + 0.0102
     rim = [(radius - 0.012, z), (radius, z + 0.003), (radius, z + 0.0066), (radius - 0.01, z + 0.0052)]
-    dish = (
-        lathe([*rim, (0.0, z + 0.0052)])
-        .translated(x, y)
-        .with_colliders_of(rod(radius, 0.0052, 0.0).translated(x, y, z + 0.0026))
-    )
+    dish = lathe([*rim, (0.0, z + 0.0052)]).translated(x, y)
+    dish = dish.with_colliders_of(rod(radius, 0.0052, 0.0).translated(x, y, z + 0.0026))
     builder.add(ROOT, dish, "glass_clear", "tray", name="tray")
     builder.round_region("tray", (x, y, z + 0.0055), 2 * radius - 0.004, upper[2] - z - 0.03)

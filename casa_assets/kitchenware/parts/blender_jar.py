@@ -43,12 +43,10 @@ WAIST = 0.9
 class Jar:
     """A jar; lengths in metres.
 
-    Attributes:
-        form: its section. height: of the glass. top, foot: half width at the mouth and at the foot.
-        grip, glass: finishes of collar and handle, and of the jar.
-        reach, low: how far the handle projects, and the height of its lower end relative to that of the glass.
-        edge_in_front: an edge between two collision shapes of a round wall faces the front, so that their bounding box
-            is that of the wall.
+    form: its section. height: of the glass. top, foot: half width at the mouth and at the foot. grip, glass: finishes
+    of collar and handle, and of the jar. reach, low: how far the handle projects, and the height of its lower end
+    relative to that of the glass. edge_in_front: an edge between two collision shapes of a round wall faces the front,
+    so that their bounding box is that of the wall.
     """
 
     form: BlenderJar
@@ -71,10 +69,8 @@ class Jar:
 class Cover:
     """A lid of a jar; lengths in metres.
 
-    Attributes:
-        form, top: section of the jar, and half width of its mouth. thickness: of the cover.
-        cap_radius, cap_height: of the filler cap that it is held by. grip, cap: finishes of cover and filler cap.
-        cap_name: of the filler cap's collider.
+    form, top: section of the jar, and half width of its mouth. thickness: of the cover. cap_radius, cap_height: of the
+    filler cap that it is held by. grip, cap: finishes of cover and filler cap. cap_name: of the filler cap's collider.
     """
 
     form: BlenderJar
@@ -103,8 +99,7 @@ def jar_outline(jar: BlenderJar, half: float, z: float) -> np.ndarray:
 def _jar_walls(p: Jar, width: float, foot: Vec2, rim: Vec2) -> list[Placed]:
     """Convex pieces of a jar's wall.
 
-    Args:
-        width: least radius of the inside, as a share of the radius. foot, rim: radius and height, metres.
+    width: least radius of the inside, as a share of the radius. foot, rim: radius and height, metres.
     """
     is_square = p.form is BlenderJar.SQUARE
     count = 4 if is_square else 12
@@ -152,9 +147,8 @@ def add_jar(builder: AssetBuilder, p: Jar, rest: float) -> None:
     builder.add(ROOT, Solid(skin.points, skin.faces, tuple(walls), crease_deg=50.0), p.glass, "jar", density=density)
     disc = rod(r0 - 0.001, floor - base, 0.0).translated(z=(floor + base) / 2)
     builder.add_collider(ROOT, disc, p.glass, "jar", "jar_bottom")
-    plate_ = lathe(
-        [(0.6 * r0, floor + 3e-4), (0.5 * r0, floor + 0.002), (0.2 * r0, floor + 0.003), (0.0, floor + 0.0032)], 28
-    )
+    line = [(0.6 * r0, floor + 3e-4), (0.5 * r0, floor + 0.002), (0.2 * r0, floor + 0.003), (0.0, floor + 0.0032)]
+    plate_ = lathe(line, 28)
     builder.draw(ROOT, plate_, "stainless_polished", "blades")
     for k in range(4):
         blade = box((0.024, 0.009, 0.0014), (0.013, 0.0, 0.0), 0.0005).rotated("y", -0.35 if k % 2 else 0.1)

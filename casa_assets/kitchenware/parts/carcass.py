@@ -76,15 +76,12 @@ UPRIGHT: Vec3 = (0.0, 0.0, 1.0)
 class Carcass:
     """A box of boards, open in front. Metres; the fronts' faces are at y = 0, the floor at z = 0.
 
-    Attributes:
-        width, depth, height: outside, with fronts and plinth. plinth: height of the plinth, 0 for no plinth.
-        look: finishes. has_fronts: whether doors or drawers are in front of it; otherwise its own edges are at y = 0.
-        open_top: two rails instead of the top board, for a sink. open_bottom: no bottom board, for a niche on the
-            floor.
-        finished_faces: outer faces that are finished like the fronts, of left, right, bottom, top, back.
-        x: of the outer face of the left side. back_from: height at which the back begins.
-        rail_drop: how much lower the front rail of an open top is, for a basin whose front is visible.
-        has_plinth: whether it has a separate plinth.
+    width, depth, height: outside, with fronts and plinth. plinth: height of the plinth, 0 for no plinth. look:
+    finishes. has_fronts: whether doors or drawers are in front of it; otherwise its own edges are at y = 0. open_top:
+    two rails instead of the top board, for a sink. open_bottom: no bottom board, for a niche on the floor.
+    finished_faces: outer faces that are finished like the fronts, of left, right, bottom, top, back. x: of the outer
+    face of the left side. back_from: height at which the back begins. rail_drop: how much lower the front rail of an
+    open top is, for a basin whose front is visible. has_plinth: whether it has a separate plinth.
     """
 
     width: float
@@ -165,9 +162,8 @@ def layered(
 ) -> None:
     """A board whose outer layer may be finished like the fronts.
 
-    Args:
-        lower, upper: corners, metres. axis: across its thickness, 0 to 2.
-        outer: whether that layer is at the upper end. finished: whether the board has it.
+    lower, upper: corners, metres. axis: across its thickness, 0 to 2. outer: whether that layer is at the upper end.
+    finished: whether the board has it.
     """
     grain = ACROSS if axis == 2 else UPRIGHT
     full_board = board(lower, upper)
@@ -191,7 +187,6 @@ def _corner(values: list[float]) -> Vec3:
 
 
 def _levels(builder: AssetBuilder, c: Carcass) -> None:
-    """Add bottom and top, or the rails that replace a top."""
     x0, x1, y1 = c.left, c.right, c.back
     for name, z in (("bottom", c.plinth), ("top", c.height - FACING_THICKNESS)):
         if name in c.finished_faces:
@@ -226,10 +221,8 @@ def _back(builder: AssetBuilder, c: Carcass) -> None:
 def add_shelves(builder: AssetBuilder, c: Carcass, bottom: float, top: float, count: int, first: int) -> int:
     """Shelves in the room between two heights, with a region over each level.
 
-    Args:
-        bottom, top: clear room, metres. count: of shelves, which divide it evenly. first: number of the lowest level.
-    Returns:
-        The number of the next level.
+    bottom, top: clear room, metres. count: of shelves, which divide it evenly. first: number of the lowest level.
+    Returns: the number of the next level.
     """
     y0 = c.front + (0.025 if c.has_fronts else 0.0)
     gap = 0.0005  # a shelf lies loose between the sides
@@ -281,10 +274,9 @@ CabinetCellKind = StrEnum("CabinetCellKind", "DOOR DOORS DRAWER FALSE OPEN NICHE
 class CabinetCell:
     """One part of a column, bottom up.
 
-    Attributes:
-        kind: what it holds. height: of its share of the front, metres; the shares add up to the front's height.
-        shelves: how many, None by height. hinge: side of a single door. handle_height: of doors.
-        name: of a drawer (`drawer`, `drawer0`) or prefix of doors (``, `upper_`) or region of a niche.
+    kind: what it holds. height: of its share of the front, metres; the shares add up to the front's height. shelves:
+    how many, None by height. hinge: side of a single door. handle_height: of doors. name: of a drawer (`drawer`,
+    `drawer0`) or prefix of doors (``, `upper_`) or region of a niche.
     """
 
     kind: CabinetCellKind
@@ -298,10 +290,7 @@ class CabinetCell:
 def build_column(builder: AssetBuilder, c: Carcass, cells: tuple[CabinetCell, ...], level: int = 0) -> int:
     """Add a carcass and all its cells.
 
-    Args:
-        cells: bottom up. level: number of its lowest shelf region.
-    Returns:
-        The number of the next one.
+    cells: bottom up. level: number of its lowest shelf region. Returns: the number of the next one.
     """
     build_carcass(builder, c)
     z = c.plinth
@@ -445,9 +434,7 @@ class Housing(Params):
     depth: float = Field(0.6, ge=0.3, le=0.95, description="outside, with fronts, m")
     height: float = Field(2.26, ge=0.5, le=2.7, description="outside, with the plinth, m")
     plinth: float = Field(0.1, ge=0.0, le=0.2, description="height of the plinth, m; 0 where it hangs")
-    niche_from: float = Field(
-        0.7, ge=0.0, le=1.8, description="height of the niche's floor above the cabinet's foot, m; at 0 it has no floor"
-    )
+    niche_from: float = Field(0.7, ge=0.0, le=1.8, description="height of the niche's floor, m; at 0 it has none")
     niche: float = Field(0.6, ge=0.3, le=2.1, description="clear height of the niche, m")
     under: NicheNeighbour = Field(NicheNeighbour.DRAWERS, description="filling below the niche")
     over: NicheNeighbour = Field(NicheNeighbour.DOORS, description="filling above the niche")
@@ -476,8 +463,7 @@ class Housing(Params):
 def build_housing(builder: AssetBuilder, p: Housing, panelled: bool = False) -> None:
     """Build the asset: fronts at y = 0, left side at x = 0, floor at z = 0.
 
-    Args:
-        panelled: the inside is finished like the fronts.
+    panelled: the inside is finished like the fronts.
     """
     look = p.look.replace(inside=p.look.face) if panelled else p.look
     faces = finished_faces(p.left_end, p.right_end, "top")

@@ -41,9 +41,8 @@ def add_key(
 ) -> None:
     """A sprung key; its collider is called `name`, its link `<name>_key`.
 
-    Args:
-        at: middle of its foot on the surface that it is set in, parent's frame, metres.
-        cap: standing on z = 0. face: where it looks: `front` (-y), `up`, `left` (-x), `right` or `back`.
+    at: middle of its foot on the surface that it is set in, parent's frame, metres. cap: standing on z = 0. face: where
+    it looks: `front` (-y), `up`, `left` (-x), `right` or `back`.
     """
     turn, direction = _FACES[face]
     lift = KEY_TRAVEL + KEY_CLEARANCE
@@ -111,9 +110,8 @@ def add_knob(
 ) -> None:
     """A link with a knob whose foot is at `at`, its joint `<name>_joint` (0 is off), its collider `<name>_main`.
 
-    Args:
-        name: of the link. radius: metres. finish, mark: finishes of the body and of its pointer.
-        up: faces up instead of to the front. turn: rad, its range.
+    name: of the link. radius: metres. finish, mark: finishes of the body and of its pointer. up: faces up instead of to
+    the front. turn: rad, its range.
     """
     link = builder.link(name, at=at)
     depth = {KnobStyle.DISC: 0.7, KnobStyle.SLIM: 1.5}.get(style, 1.0) * min(0.026, 1.15 * radius)
@@ -227,10 +225,8 @@ KeySign = StrEnum("KeySign", "PLUS MINUS PLAY STOP LAMP POWER BARS")
 def seven_segment_text(text: str, height: float) -> Solid:
     """A line of figures about the origin, its back in the plane y = 0.
 
-    Args:
-        text: of figures, `-` and `:`. height: of a figure, metres.
-    Raises:
-        KeyError: a character that seven bars do not show.
+    text: of figures, `-` and `:`. height: of a figure, metres. Raises KeyError: a character that seven bars do not
+    show.
     """
     t = 0.13 * height
     x = -(sum(COLON_WIDTH if c == ":" else FIGURE_PITCH for c in text) - (FIGURE_PITCH - FIGURE_WIDTH)) * height / 2
@@ -275,11 +271,8 @@ def key_symbol(kind: KeySign, size: float) -> Solid:
         half = size / 2
         wedge = prism(_points((-0.8 * half, -half), (half, 0.0), (-0.8 * half, half)), INK_THICKNESS, 0.0)
         return wedge.rotated("x", math.pi / 2).without_colliders()
-    ring = lathe(
-        [(0.5 * size - t, 0.0), (0.5 * size, 0.0), (0.5 * size, INK_THICKNESS), (0.5 * size - t, INK_THICKNESS)],
-        20,
-        closed=True,
-    )
+    line = [(0.5 * size - t, 0.0), (0.5 * size, 0.0), (0.5 * size, INK_THICKNESS), (0.5 * size - t, INK_THICKNESS)]
+    ring = lathe(line, 20, closed=True)
     ring = ring.rotated("x", math.pi / 2)
     inner = _ink(t, 0.5 * size, 0.0, 0.0) if kind is KeySign.POWER else _ink(0.3 * size, 0.3 * size, 0.0, 0.0)
     return concatenate([ring, inner])

@@ -120,7 +120,6 @@ def _collider_bars(places: Sequence[BurnerCell], inset: float, rows: Sequence[fl
 
 
 def _columns(places: Sequence[BurnerCell]) -> list[list[BurnerCell]]:
-    """Cells of one column together, the nearest first."""
     out: dict[float, list[BurnerCell]] = {}
     for cell in places:
         out.setdefault(cell.x[0], []).append(cell)
@@ -128,7 +127,6 @@ def _columns(places: Sequence[BurnerCell]) -> list[list[BurnerCell]]:
 
 
 def _frame(column: Sequence[BurnerCell], inset: float) -> Iterator[_Span]:
-    """Rails round a grate, and a bar between two burners."""
     (x0, x1), y0, y1 = column[0].x, column[0].y[0] + inset, column[-1].y[1] - inset
     x0, x1 = x0 + inset, x1 - inset
     yield _Span((x0, x0 + BAR_WIDTH), (y0, y1))
@@ -161,16 +159,12 @@ def _bar(span: _Span, top: float, height: float) -> Solid:
 
 
 def _ring(builder: AssetBuilder, cell: BurnerCell, top: float, pan_z: float, finish: str) -> None:
-    """Add a ring around the burner, with four arms that carry the pan."""
     s = cell.spot
     clearance = min(cell.x[1] - s.x, s.x - cell.x[0], cell.y[1] - s.y, s.y - cell.y[0]) - 0.004
     r = min(1.12 * s.radius, 0.78 * clearance)
     z = top + 0.012
-    hoop = lathe(
-        [(r - 0.004, z - 0.004), (r + 0.004, z - 0.004), (r + 0.004, z + 0.004), (r - 0.004, z + 0.004)],
-        48,
-        closed=True,
-    )
+    line = [(r - 0.004, z - 0.004), (r + 0.004, z - 0.004), (r + 0.004, z + 0.004), (r - 0.004, z + 0.004)]
+    hoop = lathe(line, 48, closed=True)
     builder.draw(ROOT, hoop.translated(s.x, s.y), finish, "grate")
     for k in range(4):
         turn = math.pi / 4 + k * math.pi / 2
@@ -186,9 +180,8 @@ def _ring(builder: AssetBuilder, cell: BurnerCell, top: float, pan_z: float, fin
             builder.draw(ROOT, solid.rotated("z", turn).translated(s.x, s.y), finish, "grate")
     for k in range(2):
         reach = min(r + 0.02, clearance * 1.25)
-        across = box((2 * reach, 0.0075, 0.011), (0.0, 0.0, pan_z - 0.0055), 0.002).rotated(
-            "z", math.pi / 4 + k * math.pi / 2
-        )
+        across = box((2 * reach, 0.0075, 0.011), (0.0, 0.0, pan_z - 0.0055), 0.002)
+        across = across.rotated("z", math.pi / 4 + k * math.pi / 2)
         builder.add_collider(ROOT, across.translated(s.x, s.y), finish, "grate")
     builder.add_collider(ROOT, rod(r, 0.022, 0.0).translated(s.x, s.y, top + 0.0115), finish, "grate")
 
@@ -246,9 +239,8 @@ def add_burners(
 ) -> None:
     """Burners on a surface at z = top, with their sites.
 
-    Args:
-        grate: finish of the grates. field: width and depth that the grates cover, metres, about `middle`.
-        style: of the grates. ink: finish of rings that are printed on glass.
+    grate: finish of the grates. field: width and depth that the grates cover, metres, about `middle`. style: of the
+    grates. ink: finish of rings that are printed on glass.
     """
     pan_z = top
     if fuel is Fuel.GAS:
@@ -280,9 +272,8 @@ def add_burners(
 def _gas(builder: AssetBuilder, s: BurnerSpot, top: float) -> None:
     r = 0.5 * s.radius
     bowl = lathe([(1.25 * r, top + 0.0003), (1.2 * r, top + 0.004), (1.0 * r, top + 0.005)], 36)
-    head = lathe(
-        [(0.8 * r, top + 0.0052), (0.92 * r, top + 0.009), (0.92 * r, top + 0.019), (0.86 * r, top + 0.021)], 36
-    )
+    line = [(0.8 * r, top + 0.0052), (0.92 * r, top + 0.009), (0.92 * r, top + 0.019), (0.86 * r, top + 0.021)]
+    head = lathe(line, 36)
     cap = lathe(
         [
             (0.9 * r, top + 0.0212), (0.94 * r, top + 0.023), (0.9 * r, top + 0.0275), (0.6 * r, top + 0.03),
@@ -336,9 +327,8 @@ def _burner_ring(builder: AssetBuilder, s: BurnerSpot, top: float, fuel: Fuel, i
         builder.draw(ROOT, _moved(ring, s), ink, "burner", density=0.0)
     if fuel is Fuel.INDUCTION:
         for t in np.arange(4) * math.pi / 2:
-            tick = box((0.0014, 0.3 * s.radius, 0.0002), (0.0, 0.0, z + 0.0001), 0.0).translated(
-                0.0, 0.85 * s.radius - 0.15 * s.radius, 0.0
-            )
+            tick = box((0.0014, 0.3 * s.radius, 0.0002), (0.0, 0.0, z + 0.0001), 0.0)
+            tick = tick.translated(0.0, 0.85 * s.radius - 0.15 * s.radius, 0.0)
             builder.draw(ROOT, _moved(tick.rotated("z", float(t)), s), ink, "burner", density=0.0)
 
 

@@ -40,9 +40,8 @@ LINER_THICKNESS = 0.0006  # metres of sheet that lines the inside of an oven or 
 def cavity_walls(outer: tuple[Vec3, Vec3], inner: tuple[Vec3, Vec3]) -> list[tuple[Vec3, Vec3]]:
     """Corners of five boards round a cavity that is open to the front (-y): left, right, floor, roof, back.
 
-    Args:
-        outer, inner: lower and upper corners of the outside and of the cavity, metres; all boards begin at the outer
-            front, and the side walls run over the whole height.
+    outer, inner: lower and upper corners of the outside and of the cavity, metres; all boards begin at the outer front,
+    and the side walls run over the whole height.
     """
     ((x0, y0, z0), (x1, y1, z1)), ((a0, _, c0), (a1, b1, c1)) = outer, inner
     return [
@@ -118,10 +117,8 @@ def round_wall_pieces(
 ) -> list[Placed]:
     """Convex pieces of a round wall: between (radius, z) profiles that run upwards, one piece for each stretch.
 
-    Args:
-        inner, outer: equally many points, metres.
-        count: pieces around. start: angle of the first one's edge, rad.
-        bulge: points of the outside that the pieces reach as well, each between two of the profile.
+    inner, outer: equally many points, metres. count: pieces around. start: angle of the first one's edge, rad. bulge:
+    points of the outside that the pieces reach as well, each between two of the profile.
     """
     out: list[Placed] = []
     for k in range(len(inner) - 1):
@@ -182,9 +179,8 @@ def head_section(y: float, width: float, height: float, middle: float, power: fl
 class MixerHead:
     """A head from y = front to back, its flat underside on z = 0.
 
-    Attributes:
-        width, height: metres. nose_share: share of both that is left at the front. power: of its sections.
-        bluntness: of its ends; 2 is a half ball, 8 nearly flat.
+    width, height: metres. nose_share: share of both that is left at the front. power: of its sections. bluntness: of
+    its ends; 2 is a half ball, 8 nearly flat.
     """
 
     front: float
@@ -251,9 +247,8 @@ def _beater(length: float) -> list[Solid]:
 ]  # fmt: skip
     frame = tube(loop, rectangle(0.006, 0.0075, 0.002, 2), 0.006, up=(0.0, 1.0, 0.0)).without_colliders()
     rib = tube([(0.0, 0.0, -0.036), (0.0, 0.0, bottom + 0.004)], rectangle(0.005, 0.006, 0.0015, 2), up=(0.0, 1.0, 0.0))
-    bar = tube(
-        [(-half_width, 0.0, -0.068), (half_width, 0.0, -0.068)], rectangle(0.005, 0.006, 0.0015, 2), up=(0.0, 1.0, 0.0)
-    )
+    path = [(-half_width, 0.0, -0.068), (half_width, 0.0, -0.068)]
+    bar = tube(path, rectangle(0.005, 0.006, 0.0015, 2), up=(0.0, 1.0, 0.0))
     return [frame, rib.without_colliders(), bar.without_colliders()]
 
 
@@ -355,9 +350,8 @@ def add_bean_hopper(builder: AssetBuilder, x: float, y: float, z: float, size: f
     steps = [(0.022, z), (0.0, z + 0.5 * height), (0.0, z + height - 0.012)]
     body = rounded_body(size, size, steps, 0.03).translated(x, y)
     builder.add(ROOT, body.with_hull_collider(), "plastic_smoked", "hopper", density="bean_hopper")
-    beans = rounded_body(
-        size - 0.008, size - 0.008, [(0.022, z + 0.003), (0.002, z + 0.45 * height)], 0.028
-    ).translated(x, y)
+    beans = rounded_body(size - 0.008, size - 0.008, [(0.022, z + 0.003), (0.002, z + 0.45 * height)], 0.028)
+    beans = beans.translated(x, y)
     builder.draw(ROOT, beans, "coffee_dark", "hopper", density="coffee_beans")
     lid = rounded_body(
         size + 0.004, size + 0.004, [(0.0, z + height - 0.0118), (0.0, z + height - 0.003), (0.003, z + height)], 0.031
@@ -369,21 +363,18 @@ def add_bean_hopper(builder: AssetBuilder, x: float, y: float, z: float, size: f
 def add_pressure_gauge(builder: AssetBuilder, at: Vec3, radius: float, metal: str) -> None:
     """A round pressure gauge in a front that looks to -y."""
     x, y, z = at
-    bezel = lathe(
-        [(radius, 0.0), (radius, 0.005), (radius - 0.003, 0.007), (radius - 0.004, 0.0062), (0.0, 0.0062)], 32
-    )
+    line = [(radius, 0.0), (radius, 0.005), (radius - 0.003, 0.007), (radius - 0.004, 0.0062), (0.0, 0.0062)]
+    bezel = lathe(line, 32)
     builder.draw(ROOT, bezel.rotated("x", math.pi / 2).translated(x, y, z), metal, "gauge")
     dial = rod(radius - 0.0042, 0.0006, 0.0, "y").translated(x, y - 0.0067, z)
     builder.draw(ROOT, dial, "enamel_white", "gauge", density=0.0)
     for k in range(9):
         angle = math.radians(-130 + 260 * k / 8)
-        tick = (
-            box((0.0008, 0.0004, 0.003), (0.0, -0.0072, radius - 0.0066), 0.0).rotated("y", angle).translated(x, y, z)
-        )
+        tick = box((0.0008, 0.0004, 0.003), (0.0, -0.0072, radius - 0.0066), 0.0).rotated("y", angle)
+        tick = tick.translated(x, y, z)
         builder.draw(ROOT, tick, "plastic_black", "gauge", density=0.0)
-    hand = (
-        box((0.0012, 0.0004, radius - 0.008), (0.0, -0.0075, 0.3 * radius), 0.0).rotated("y", -0.9).translated(x, y, z)
-    )
+    hand = box((0.0012, 0.0004, radius - 0.008), (0.0, -0.0075, 0.3 * radius), 0.0).rotated("y", -0.9)
+    hand = hand.translated(x, y, z)
     builder.draw(ROOT, hand, "plastic_red", "gauge", density=0.0)
 
 

@@ -32,9 +32,8 @@ def leaf(
 ) -> Solid:
     """A leaf that starts at the origin along +y and bends down towards its end; without collider.
 
-    Args:
-        length, width: metres. droop: rad that it bends over its length. fold: rise of its sides over half the width.
-        tip: how pointed it is; 0.5 is round, 2 is a lance. thickness: in its middle.
+    length, width: metres. droop: rad that it bends over its length. fold: rise of its sides over half the width. tip:
+    how pointed it is; 0.5 is round, 2 is a lance. thickness: in its middle.
     """
     s = np.linspace(0.0, 1.0, steps + 1)
     half = width / 2 * np.maximum(np.sin(np.pi * s**0.8) ** (0.5 + 0.25 * tip), 0.04)
@@ -144,7 +143,6 @@ def jar(
 
 
 def _lid(lid: JarLid, r: float, h: float, wall: float) -> tuple[list[Solid], list[Solid], float]:
-    """Solids of a lid on a mouth of radius r at h, its fittings, and its top."""
     z = h + 0.0005
     if lid is JarLid.CORK:
         inside = r - wall - CONTENT_GAP
@@ -163,9 +161,8 @@ def _lid(lid: JarLid, r: float, h: float, wall: float) -> tuple[list[Solid], lis
         shell = lathe([(1.02 * r, z - 0.0002), *curve[1:]], 32, 60.0)
         return [shell, knob], [], z + 0.42 * r + 0.006 + max(0.006, 0.13 * r)
     thickness = 0.008 if lid is not JarLid.CLIP else 0.011
-    disc = lathe(
-        [(r, z), (1.03 * r, z + 0.0015), (1.03 * r, z + thickness - 0.002), (1.03 * r - 0.002, z + thickness)], 36
-    )
+    line = [(r, z), (1.03 * r, z + 0.0015), (1.03 * r, z + thickness - 0.002), (1.03 * r - 0.002, z + thickness)]
+    disc = lathe(line, 36)
     if lid is JarLid.FLAT:
         return [disc], [], z + thickness
     if lid is JarLid.KNOB:
@@ -244,7 +241,6 @@ def _wooden_end(kind: CrockTool, size: float) -> list[Solid]:
 
 
 def _plate(outline: list[Vec2], thickness: float) -> Solid:
-    """An outline in x, z pulled through y."""
     points = np.array(outline)
     front = np.column_stack([points[:, 0], np.full(len(points), thickness / 2), points[:, 1]])
     return loft([front, (front * np.array([1.0, -1.0, 1.0]))], 40.0)
@@ -334,9 +330,8 @@ def _ladle(z: float, length: float) -> list[Solid]:
 
 def _turner(z: float, length: float) -> list[Solid]:
     top, bottom = z + 0.004, z - length
-    outline = np.array(
-        [(-0.008, top), (-0.034, z - 0.03), (-0.04, bottom), (0.04, bottom), (0.034, z - 0.03), (0.008, top)]
-    )
+    points = [(-0.008, top), (-0.034, z - 0.03), (-0.04, bottom), (0.04, bottom), (0.034, z - 0.03), (0.008, top)]
+    outline = np.array(points)
     slots = [
         rectangle(0.006, 0.55 * length, 0.0028, 3) + np.array([x, z - 0.56 * length])
         for x in (-0.021, -0.007, 0.007, 0.021)

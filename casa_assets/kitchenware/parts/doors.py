@@ -34,11 +34,9 @@ HandleHeight = StrEnum("HandleHeight", "HIGH LOW MIDDLE")
 class CabinetDoor:
     """A door.
 
-    Attributes:
-        link, joint: their names. hinge: its side.
-        x, z: lower left corner of its room; width, height: of its room, all metres; gaps are the caller's.
-        handle_height: where its handle is. floor: height of the cabinet's underside above the floor, metres.
-        turn: angle about z of the plane in which it lies, radians; (x, y) is its origin.
+    link, joint: their names. hinge: its side. x, z: lower left corner of its room; width, height: of its room, all
+    metres; gaps are the caller's. handle_height: where its handle is. floor: height of the cabinet's underside above
+    the floor, metres. turn: angle about z of the plane in which it lies, radians; (x, y) is its origin.
     """
 
     link: str
@@ -132,7 +130,6 @@ def placed_edge_pull(
 
 
 def _shortened(w: float, h: float, edge: FrontEdge) -> Vec4:
-    """Width, height, x and z of a front that leaves room for an edge pull."""
     if edge in (FrontEdge.TOP, FrontEdge.BOTTOM):
         return w, h - EDGE_PULL_ROOM, 0.0, EDGE_PULL_ROOM if edge is FrontEdge.BOTTOM else 0.0
     return w - EDGE_PULL_ROOM, h, EDGE_PULL_ROOM if edge is FrontEdge.LEFT else 0.0, 0.0
@@ -141,7 +138,6 @@ def _shortened(w: float, h: float, edge: FrontEdge) -> Vec4:
 def _handle(
     look: CabinetLook, door: CabinetDoor, kind: HandleKind, parts: tuple[FrontPart, ...], corner: Vec3
 ) -> handles.Handle:
-    """A handle on the stile of the free side."""
     w, h = door.width, door.height
     stile, rail = fronts.frame_widths(look.front, w, h)
     inset = stile / 2 if fronts.has_frame(look.front) else min(0.045, 0.3 * w)
@@ -163,7 +159,6 @@ def _handle(
 
 
 def _cups(builder: AssetBuilder, door: CabinetDoor, corner: Vec3, w: float, h: float) -> None:
-    """The cups of concealed hinges, let into the door's back."""
     count = 2 if h < 0.9 else 3 if h < 1.6 else 4
     x = corner[0] + (0.032 if door.hinge is HingeSide.LEFT else w - 0.032)
     rim = min(0.1, 0.25 * h)
@@ -187,8 +182,7 @@ BASE_RAISE = 0.006  # the bottom sits in a groove so far above the lower edge of
 def min_front_height(look: CabinetLook, boarded: bool = True) -> float:
     """Height of the lowest front behind which there is room for a drawer's box, metres.
 
-    Args:
-        boarded: whether it runs over a board, which takes a part of its room, or over another drawer.
+    boarded: whether it runs over a board, which takes a part of its room, or over another drawer.
     """
     return (0.155 if look.handle is HandleKind.FINGER_GROOVE else 0.115) + (0.018 if boarded else 0.0)
 
@@ -197,11 +191,9 @@ def min_front_height(look: CabinetLook, boarded: bool = True) -> float:
 class CabinetDrawer:
     """A drawer.
 
-    Attributes:
-        link, joint, region: their names.
-        x, z, width, height: lower left corner and size of its front, metres.
-        left, right: inner faces of the carcass. floor, ceiling: of its room. front, back: y of the carcass's front edge
-            and of the inner face of its back.
+    link, joint, region: their names. x, z, width, height: lower left corner and size of its front, metres. left, right:
+    inner faces of the carcass. floor, ceiling: of its room. front, back: y of the carcass's front edge and of the inner
+    face of its back.
     """
 
     link: str

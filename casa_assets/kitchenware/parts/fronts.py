@@ -226,9 +226,8 @@ STILE_WIDTH = 0.06
 class FrontPart:
     """A board or a pane of a front.
 
-    Attributes:
-        solid: the front's lower left corner is the origin, its face lies in y = 0 and looks to -y. Metres.
-        pane: whether it is glass. grain: direction of its grain.
+    solid: the front's lower left corner is the origin, its face lies in y = 0 and looks to -y. Metres. pane: whether it
+    is glass. grain: direction of its grain.
     """
 
     solid: Solid
@@ -246,13 +245,10 @@ def front_parts(
 ) -> tuple[FrontPart, ...]:
     """The parts of a front, without colliders: give it one box.
 
-    Args:
-        kind: how it is made; small fronts that leave no room for a panel are slabs.
-        width, height, thickness: metres.
-        drawer: lies across: glass and louvres become panels, and the grain of a slab runs across.
-        groove: the edge that is hollowed from behind, so that fingers can take hold of the lip.
-    Returns:
-        Boards and panes; x from 0 to width, y from 0 (face) to thick, z from 0 to height.
+    kind: how it is made; small fronts that leave no room for a panel are slabs. width, height, thickness: metres.
+    drawer: lies across: glass and louvres become panels, and the grain of a slab runs across. groove: the edge that is
+    hollowed from behind, so that fingers can take hold of the lip. Returns: boards and panes; x from 0 to width, y from
+    0 (face) to thick, z from 0 to height.
     """
     kind = DRAWER_KINDS.get(kind, kind) if drawer else kind
     stile, rail = frame_widths(kind, width, height, drawer)
@@ -292,11 +288,9 @@ def add_front(
 ) -> None:
     """Put a front on a link, with one box as collider; one with a groove as a box and the lip before the groove.
 
-    Args:
-        parts: of `front`. size: its width, thickness, height, metres.
-        finish, glass: of boards and panes. name: of its collider; its mesh is `<name>_visual`.
-        at: of its lower left front corner, link frame.
-        groove: as it was given to `front`. grip: name of the lip's collider.
+    parts: of `front`. size: its width, thickness, height, metres. finish, glass: of boards and panes. name: of its
+    collider; its mesh is `<name>_visual`. at: of its lower left front corner, link frame. groove: as it was given to
+    `front`. grip: name of the lip's collider.
     """
     for part in parts:
         solid = part.solid.translated(*at)
@@ -405,7 +399,6 @@ def _filled(kind: FrontKind, opening: FrameOpening, t: float) -> list[FrontPart]
 
 
 def _grooved(part: FrontPart, w: float, h: float, t: float, edge: FrontEdge) -> FrontPart:
-    """The part without what the groove takes away behind the lip."""
     margin = 0.05
     lower, upper = [-margin, GROOVE_LIP, -margin], [w + margin, t + margin, h + margin]
     axis, at_end = (
@@ -458,9 +451,8 @@ def add_sash(
 ) -> None:
     """Put a sash on a link: its lower left front corner at `at`, with one box as collider.
 
-    Args:
-        size: width, depth (towards +y), height, metres. stile: width of the frame's boards.
-        grid: columns and rows of panes. name: of its collider and of its mesh.
+    size: width, depth (towards +y), height, metres. stile: width of the frame's boards. grid: columns and rows of
+    panes. name: of its collider and of its mesh.
     """
     w, d, h = size
     e = 0.002

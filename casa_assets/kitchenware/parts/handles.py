@@ -81,7 +81,6 @@ def bowed_slat(size: Vec3, at: Vec3, bow: float, steps: int = 8) -> Solid:
 
 
 def _onto(direction: Floats) -> Vec4:
-    """Quaternion that takes z to a unit vector."""
     x, y, z = (float(v) for v in direction)
     if z < -1 + 1e-9:
         return (0.0, 1.0, 0.0, 0.0)
@@ -98,9 +97,8 @@ WIRE_SIDES = 6  # of a wire
 def open_tub(width: float, depth: float, height: float, wall: float, radius: float, floor: float = 0.0) -> Solid:
     """An open box about x = 0, y = 0 from z = 0 up, its corners rounded; its colliders are a floor and four walls.
 
-    Args:
-        width, depth, height: outside, metres. wall: its thickness. radius: of the upright corners.
-        floor: thickness of the bottom; 0 for that of the walls.
+    width, depth, height: outside, metres. wall: its thickness. radius: of the upright corners. floor: thickness of the
+    bottom; 0 for that of the walls.
     """
     base = floor or wall
     edge_radius = min(0.004, 0.3 * height)
@@ -163,8 +161,7 @@ FIXED_LENGTHS = {HandleKind.CUP: 0.096, HandleKind.KNOB: 0.034, HandleKind.RING:
 class Handle:
     """A handle along x on the plane y = 0 of a front, standing out to -y; the middle of its foot is the origin.
 
-    Attributes:
-        metal, leather: solids by what they are made of. shapes: colliders; the first is the one that a hand takes.
+    metal, leather: solids by what they are made of. shapes: colliders; the first is the one that a hand takes.
     """
 
     metal: tuple[Solid, ...]
@@ -226,7 +223,6 @@ def collider_box(x: float, y0: float, y1: float, width: float, height: float) ->
 
 
 def _post(x: float, reach: float, radius: float, foot_radius: float) -> Solid:
-    """A round post from the front to the middle of a grip, with a small foot."""
     line = [(foot_radius, 0.0), (foot_radius, 0.0025), (foot_radius - 0.0012, 0.004), (radius, 0.005), (radius, reach)]
     return lathe(line, segments=12).rotated("x", math.pi / 2).translated(x)
 
@@ -249,7 +245,6 @@ def _boxed(length: float) -> Handle:
 
 
 def _bow(length: float) -> Handle:
-    """A round bar in one sweep, with a rosette under each end."""
     radius, reach, h = 0.0055, 0.036, length / 2 - 0.01
     path = round_corners([(-h, 0.0, 0.0), (-0.72 * h, -reach, 0.0), (0.72 * h, -reach, 0.0), (h, 0.0, 0.0)], 0.05, 6)
     grip = tube([(float(x), float(y), float(z)) for x, y, z in path], radius)
@@ -311,7 +306,6 @@ def _ring(length: float) -> Handle:
 
 
 def _flat(length: float, width: float, thickness: float, reach: float) -> tuple[Solid, tuple[Placed, ...]]:
-    """A strap that lies flat at both ends and projects between them."""
     h, end_length, rise = length / 2, 0.022, 0.03
     y = -thickness / 2
     corners = [(-h, y, 0.0), (-h + end_length, y, 0.0), (-h + end_length + rise, -reach, 0.0)]

@@ -32,10 +32,8 @@ def add_dish_rack(
 ) -> None:
     """A basket between two corners, open on top; its link is `name`, its joint `<name>_joint`.
 
-    Args:
-        lower, upper: metres; lower[1] is its front. travel: how far it slides out, metres.
-        tines: rows that hold plates; fewer if they would be closer together than TINE_PITCH.
-        finish: of the wire. metal: of the bar that a hand takes.
+    lower, upper: metres; lower[1] is its front. travel: how far it slides out, metres. tines: rows that hold plates;
+    fewer if they would be closer together than TINE_PITCH. finish: of the wire. metal: of the bar that a hand takes.
     """
     (x0, y0, z0), (x1, y1, z1) = lower, upper
     half, depth, height = (x1 - x0) / 2, y1 - y0, z1 - z0
@@ -72,9 +70,8 @@ def _floor(half: float, depth: float) -> list[Solid]:
         out.append(wire([(x, RIM_RADIUS, WIRE_RADIUS), (x, depth - RIM_RADIUS, WIRE_RADIUS)], WIRE_RADIUS))
     for k in range(8):
         y = RIM_RADIUS + (depth - 2 * RIM_RADIUS) * k / 7
-        out.append(
-            wire([(-half + RIM_RADIUS, y, -WIRE_RADIUS * 0.6), (half - RIM_RADIUS, y, -WIRE_RADIUS * 0.6)], WIRE_RADIUS)
-        )
+        path = [(-half + RIM_RADIUS, y, -WIRE_RADIUS * 0.6), (half - RIM_RADIUS, y, -WIRE_RADIUS * 0.6)]
+        out.append(wire(path, WIRE_RADIUS))
     return out
 
 
@@ -94,7 +91,6 @@ def _sides(half: float, depth: float, height: float) -> list[Solid]:
 
 
 def _tines(half: float, depth: float, rows: int) -> list[Solid]:
-    """Upright wires in rows from front to back."""
     out = []
     count = int((depth - 0.1) / 0.033)
     for row in range(rows):
@@ -125,11 +121,9 @@ FRIDGE_LOOK = ApplianceLook()
 class Interior:
     """A cavity behind a door or a drawer's front; metres, z up, the front faces -y.
 
-    Attributes:
-        name: of its region. lower, upper: inner corners; lower[1] is its front. outer: corners of the walls around it.
-        door: joint that has to be open before anything in the cavity moves.
-        clear: distance that moving parts keep from the left and the right wall, because of the open door there.
-        first: number of the first tray.
+    name: of its region. lower, upper: inner corners; lower[1] is its front. outer: corners of the walls around it.
+    door: joint that has to be open before anything in the cavity moves. clear: distance that moving parts keep from the
+    left and the right wall, because of the open door there. first: number of the first tray.
     """
 
     name: str
@@ -230,8 +224,7 @@ def furnish_cabinet(builder: AssetBuilder, interior: Interior) -> None:
 def add_drawer_box(builder: AssetBuilder, link: str, interior: Interior, finish: str) -> float:
     """A box behind a front, on its link; returns how deep it is, metres.
 
-    Args:
-        link: of the drawer, its frame that of the room.
+    link: of the drawer, its frame that of the room.
     """
     (x0, y0, z0), (x1, y1, z1) = interior.lower, interior.upper
     beside, above = min(DRAWER_SIDE_CLEARANCE, 0.04 * (x1 - x0)), min(DRAWER_TOP_CLEARANCE, 0.1 * (z1 - z0))

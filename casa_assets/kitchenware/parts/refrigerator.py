@@ -108,7 +108,6 @@ def _walls(
 
 
 def _line(builder: AssetBuilder, r: Compartment) -> None:
-    """Sheets of a liner, an air duct at the back and a lamp under the roof."""
     (x0, y0, z0), (x1, y1, z1) = r.lower, r.upper
     y0, e = y0 + 0.0012, LINER_THICKNESS
     add_liner(builder, (x0, y0, z0), r.upper, LINER_FINISH, "liner_sheet", e)
@@ -188,10 +187,8 @@ def add_shelf(builder: AssetBuilder, name: str, r: Compartment, z: float, front:
 def gasket_frame(lower: Vec2, upper: Vec2, y0: float, y1: float, strip_width: float = 0.014) -> Solid:
     """A frame of rubber between two planes.
 
-    Args:
-        lower, upper: outer corners in x and z, metres. y0, y1: planes between which it lies. strip_width: of its strip.
-    Returns:
-        A solid without collider.
+    lower, upper: outer corners in x and z, metres. y0, y1: planes between which it lies. strip_width: of its strip.
+    Returns: A solid without collider.
     """
     w, h = upper[0] - lower[0], upper[1] - lower[1]
     outer, inner = rectangle(w, h, 0.01, 2), rectangle(w - 2 * strip_width, h - 2 * strip_width, 0.004, 2)
@@ -216,11 +213,10 @@ FRAMED_FRONTS = (FrontKind.SHAKER, FrontKind.RAISED)
 class FridgeDoor:
     """A door of a refrigerator.
 
-    Attributes:
-        name: `fridge`, `fridge_left`, `freezer`: prefix of its link, joint and colliders; may be empty.
-        lower, upper: corners in x and z, asset frame, metres. right: whether it is hinged on the right.
-        compartment: what it shuts. clearance_x: x of the wall on its free side that its bins must swing clear of.
-        face: finish of its front. across: whether its pull lies across, `pull_drop` metres below its upper edge.
+    name: `fridge`, `fridge_left`, `freezer`: prefix of its link, joint and colliders; may be empty. lower, upper:
+    corners in x and z, asset frame, metres. right: whether it is hinged on the right. compartment: what it shuts.
+    clearance_x: x of the wall on its free side that its bins must swing clear of. face: finish of its front. across:
+    whether its pull lies across, `pull_drop` metres below its upper edge.
     """
 
     name: str
@@ -279,9 +275,8 @@ def hang_fridge_door(
 ) -> None:
     """Add a door with everything on it, and its hinge.
 
-    Args:
-        rows: bins on its inside. above: z below which there are no bins because of crispers, asset frame, metres.
-        niche: a dispenser of water and ice in its front.
+    rows: bins on its inside. above: z below which there are no bins because of crispers, asset frame, metres. niche: a
+    dispenser of water and ice in its front.
     """
     x = door.upper[0] if door.right else door.lower[0]
     builder.link(door.link, at=(x, -DOOR_GAP - look.thick, door.lower[1]))
@@ -366,7 +361,6 @@ def _opening(hole: tuple[Vec2, Vec2]) -> Solid:
 
 
 def _dispenser(builder: AssetBuilder, door: FridgeDoor, hole: tuple[Vec2, Vec2]) -> None:
-    """Lining of the niche, nozzle, paddle, drip grid, and the panel above it."""
     (x0, z0), (x1, z1) = hole
     e, back, middle = 0.0015, NICHE_DEPTH, (x0 + x1) / 2
     dark = "plastic_black_gloss"
@@ -383,9 +377,8 @@ def _dispenser(builder: AssetBuilder, door: FridgeDoor, hole: tuple[Vec2, Vec2])
         key = box((0.014, 0.0006, 0.014), (middle + x, -0.00215, z1 + 0.034), 0.0)
         door.add_part(builder, key, "display_blue" if k == 1 else "plastic_grey_light", "display", density=0.0)
     spout = box((0.05, 0.03, 0.03), (middle, back - 0.0165, z1 - e - 0.0155), 0.004, 2)
-    paddle = box((0.04, 0.004, 0.09), (middle, back - 0.0125, z1 - 0.09), 0.0015).rotated(
-        "x", -0.12, (middle, back - 0.0125, z1 - 0.05)
-    )
+    paddle = box((0.04, 0.004, 0.09), (middle, back - 0.0125, z1 - 0.09), 0.0015)
+    paddle = paddle.rotated("x", -0.12, (middle, back - 0.0125, z1 - 0.05))
     door.add_part(builder, spout, "plastic_grey_dark", "dispenser")
     door.add_part(builder, paddle, "plastic_grey_light", "dispenser")
     count = int((x1 - x0 - 0.03) / 0.012)

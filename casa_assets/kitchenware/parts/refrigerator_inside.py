@@ -66,10 +66,8 @@ def add_crisper(
 ) -> None:
     """A drawer in a room, open on top; its link is `name`, its joint `<name>_joint`.
 
-    Args:
-        behind: joint of the door in front of it.
-        lower, upper: corners of the space it may take, metres; lower[1] is where its lip begins.
-        finish: of its body.
+    behind: joint of the door in front of it. lower, upper: corners of the space it may take, metres; lower[1] is where
+    its lip begins. finish: of its body.
     """
     (x0, y0, z0), (x1, y1, z1) = lower, upper
     builder.link(name, at=((x0 + x1) / 2, y0 + LIP_DEPTH, z0))
@@ -158,8 +156,7 @@ def center_gap(width: float, thickness: float) -> float:
 def open_leaf(thickness: float, reach: float) -> float:
     """Width next to the hinge that a door takes up in front of the case once it counts as open, metres.
 
-    Args:
-        thickness: of the door. reach: how far in front of the case anything passes by it, metres.
+    thickness: of the door. reach: how far in front of the case anything passes by it, metres.
     """
     angle, inner = OPEN_SHARE * DOOR_TRAVEL, thickness + LINER_PLUG
     # The point of its inner face that is as far in front as what slides out; the hinge is at the outer front corner.
@@ -179,10 +176,8 @@ def furnish_compartment(
 ) -> float:
     """Add crispers at the bottom and panes above them; return the z from which there may be bins in the door, metres.
 
-    Args:
-        doors: in front of it, one or two from left to right.
-        shelves: panes over the lowest level. drawers: crispers, next to each other or stacked. height: of each crisper;
-            the lowest of a stack reaches up to `LOWEST_LIP` at least.
+    doors: in front of it, one or two from left to right. shelves: panes over the lowest level. drawers: crispers, next
+    to each other or stacked. height: of each crisper; the lowest of a stack reaches up to `LOWEST_LIP` at least.
     """
     floor, top = r.lower[2] + LINER_THICKNESS + 0.004, r.upper[2] - 0.014
     level, first = r.lower[2] + LINER_THICKNESS, BIN_DEPTH + 0.012
@@ -244,8 +239,7 @@ def fill_with_baskets(builder: AssetBuilder, r: Compartment, look: ApplianceLook
 def finish_refrigerator(builder: AssetBuilder, doors: Sequence[str], fridge: Sequence[str]) -> None:
     """States, poses and the behaviour of a refrigerator.
 
-    Args:
-        doors: all joints that count as doors. fridge: those of the fridge, whose lamp they switch.
+    doors: all joints that count as doors. fridge: those of the fridge, whose lamp they switch.
     """
     builder.door_states(*doors)
     builder.keyframe("closed")
@@ -390,8 +384,7 @@ def without_display(look: ApplianceLook) -> ApplianceLook:
 class FridgeCase:
     """A refrigerator while it is built: the front of its case is y = 0, its left side x = 0.
 
-    Attributes:
-        p: its numbers. builder: where it is put together.
+    p: its numbers. builder: where it is put together.
     """
 
     p: Refrigerator
@@ -437,9 +430,8 @@ class FridgeCase:
     ) -> None:
         """Add covers over the hinges, the badge, states and the lamp.
 
-        Args:
-            doors: doors at the top, which turn on covered hinges. other_joints: joints of further doors and drawers.
-            badge_door: the door with the badge. fridge_doors: doors whose opening lights the lamp.
+        doors: doors at the top, which turn on covered hinges. other_joints: joints of further doors and drawers.
+        badge_door: the door with the badge. fridge_doors: doors whose opening lights the lamp.
         """
         p = self.p
         for right in sorted({door.right for door in doors}):

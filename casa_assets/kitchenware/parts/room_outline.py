@@ -32,10 +32,8 @@ class LayDirection(StrEnum):
 def outline_cells(outline: Outline) -> blocks.Cells:
     """The cells within a room's outline.
 
-    Args:
-        outline: (x, y) corners in order, either way round, metres.
-    Raises:
-        ValueError: a side runs aslant or is too short, or sides meet or cross elsewhere than at the corners.
+    outline: (x, y) corners in order, either way round, metres. Raises ValueError: a side runs aslant or is too short,
+    or sides meet or cross elsewhere than at the corners.
     """
     points = np.array(outline, dtype=np.float64)
     if len(points) < 4:
@@ -81,8 +79,7 @@ def check_outline(outline: Outline) -> None:
 class RoomSlab:
     """A horizontal slab over the whole of a room.
 
-    Attributes:
-        shell: its surface; `side` distinguishes lower face, upper face and rim. shapes: convex pieces that fill it.
+    shell: its surface; `side` distinguishes lower face, upper face and rim. shapes: convex pieces that fill it.
     """
 
     shell: blocks.Shell
@@ -120,10 +117,8 @@ def convex_pieces(loop: Floats, triangles: Ints) -> list[list[int]]:
 
     Ref: Hertel and Mehlhorn, Fast triangulation of simple polygons (1983).
 
-    Args:
-        loop: (N, 2) corners, counter-clockwise. triangles: (T, 3) numbers of corners, counter-clockwise.
-    Returns:
-        Numbers of the corners of each piece, counter-clockwise.
+    loop: (N, 2) corners, counter-clockwise. triangles: (T, 3) numbers of corners, counter-clockwise. Returns: numbers
+    of the corners of each piece, counter-clockwise.
     """
     pieces = [list(map(int, t)) for t in triangles]
     joined = True
