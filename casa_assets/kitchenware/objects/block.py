@@ -13,8 +13,8 @@ import numpy as np
 from pydantic import Field
 
 from casa_assets.ext.arrays import Floats, face_normals
-from casa_assets.ext.families import Family, FinishId, Params
-from casa_assets.ext.records import Base, Portion
+from casa_assets.ext.families import FinishId, Params
+from casa_assets.ext.records import Portion
 from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, ball, concatenate, subtract
 from casa_assets.kitchenware.objects.closed_surface import bumped
 from casa_assets.kitchenware.objects.wrapping import Outline, Part, four_sides, round_sides, wrapped
@@ -266,6 +266,3 @@ def _hulls(p: Block, body: Solid) -> list[Solid]:
         points = np.array([*rim, *ends, (0.0, 0.0, 0.0), (0.0, 0.0, p.height)])
         out.append(Solid(points, body.faces[:0]).with_hull_collider())
     return out
-
-
-FORM = Family("block", Block, build, base=Base.FREE)

@@ -14,8 +14,8 @@ from pydantic import Field
 from scipy.interpolate import CubicSpline, LinearNDInterpolator, NearestNDInterpolator
 
 from casa_assets.ext.arrays import Floats, counter_clockwise, face_normals
-from casa_assets.ext.families import Family, FinishId, Params
-from casa_assets.ext.records import Base, Vec2
+from casa_assets.ext.families import FinishId, Params
+from casa_assets.ext.records import Vec2
 from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, circle, concatenate, hull_around, tube
 from casa_assets.kitchenware.objects.closed_surface import (
     bumped,
@@ -562,6 +562,3 @@ def _feelers(p: Crustacean, rng: np.random.Generator) -> list[Solid]:
         out.append(tube(path, circle(0.02 * p.width, 5), 0.2 * p.width))
         out.append(tube([start, (1.15 * head, side * 0.3 * p.width, 0.7 * p.height)], circle(0.015 * p.width, 5)))
     return [feeler.without_colliders() for feeler in out]
-
-
-FORM = Family("crustacean", Crustacean, build, base=Base.FREE)

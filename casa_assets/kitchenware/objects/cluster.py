@@ -11,8 +11,8 @@ import numpy as np
 from pydantic import Field
 
 from casa_assets.ext.arrays import Floats
-from casa_assets.ext.families import Family, FinishId, Params
-from casa_assets.ext.records import Base, Vec2
+from casa_assets.ext.families import FinishId, Params
+from casa_assets.ext.records import Vec2
 from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, circle, concatenate, tube
 from casa_assets.kitchenware.objects.closed_surface import bumped, capped_rings, smooth_profile, turned
 from casa_assets.kitchenware.parts.decor import GOLDEN_ANGLE, golden_angles, leaf
@@ -260,4 +260,3 @@ _BUILDS = {
     Build(maker.__name__.removeprefix("_")): maker
     for maker in (_grapes, _berry, _florets, _bracts, _knobs, _bundle, _stalks)
 }
-FORM = Family("cluster", Cluster, build, base=Base.FREE)

@@ -12,8 +12,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from casa_assets.ext.arrays import Floats
-from casa_assets.ext.families import Family, FinishId, Params
-from casa_assets.ext.records import Base, Cylinder, Vec2, Vec3
+from casa_assets.ext.families import FinishId, Params
+from casa_assets.ext.records import Cylinder, Vec2, Vec3
 from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, board, hull_around, lathe, rod, tube
 from casa_assets.kitchenware.objects.closed_surface import run_along
 from casa_assets.kitchenware.objects.closures import (
@@ -552,6 +552,3 @@ def _handle(builder: AssetBuilder, p: Container, frame: _Frame) -> None:
     oval = np.column_stack([0.65 * thick * np.cos(turns), 0.4 * thick * np.sin(turns)])
     bar = tube(path, oval, 0.35 * (z1 - z0), up=(1.0, 0.0, 0.3))
     builder.add(ROOT, bar, p.handle_finish or p.body, label="handle", name="handle", density="flask_handle")
-
-
-CONTAINER_FORM = Family("container", Container, build_container, base=Base.FREE)

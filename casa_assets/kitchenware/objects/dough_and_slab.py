@@ -11,8 +11,8 @@ import numpy as np
 from pydantic import Field
 
 from casa_assets.ext.arrays import Floats, counter_clockwise, outline_of
-from casa_assets.ext.families import Family, FinishId, Params
-from casa_assets.ext.records import Base, Portion, Vec2
+from casa_assets.ext.families import FinishId, Params
+from casa_assets.ext.records import Portion, Vec2
 from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, board, box, hull_around, prism, tube
 from casa_assets.kitchenware.objects.bodies import (
     Piece,
@@ -230,8 +230,6 @@ def _chord(outline: Floats, axis: int, at: float) -> float:
     pairs = sorted((float(outline[i, axis]), float(outline[i, 1 - axis])) for i in upper)
     return float(np.interp(at, [x for x, _ in pairs], [y for _, y in pairs]))
 
-
-DOUGH_FORM = Family("dough", Dough, build_dough, base=Base.FREE)
 
 # Slab -----------------------------------------------------------------------------------------------------------------
 
@@ -477,6 +475,3 @@ def _on_plinth(body: Solid) -> list[Solid]:
     raised = body.points.copy()
     raised[:, 2] = raised[:, 2].clip(z + tall / 2)
     return [hull_around(raised), plinth]
-
-
-SLAB_FORM = Family("slab", SlabFood, build_slab, base=Base.FREE)

@@ -11,8 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from casa_assets.ext.arrays import Floats
-from casa_assets.ext.families import Family, FinishId, Params
-from casa_assets.ext.records import Base
+from casa_assets.ext.families import FinishId, Params
 from casa_assets.ext.solids import (
     ROOT,
     AssetBuilder,
@@ -30,7 +29,6 @@ from casa_assets.ext.solids import (
     subtract,
 )
 from casa_assets.kitchenware.fixtures import kettle
-from casa_assets.kitchenware.fixtures.dish_rack import DishRack, build
 from casa_assets.kitchenware.fixtures.kettle import Kettle, KettleForm, KettleHandle
 from casa_assets.kitchenware.objects.closures import LID, lift_off
 from casa_assets.kitchenware.parts.blender_jar import BlenderJar, Cover, Jar, add_cover, add_jar, add_jar_handle
@@ -155,8 +153,6 @@ def _pictured(part: Solid, whole: Solid) -> Solid:
     return replace(part, picture_uv=uv[part.faces])
 
 
-BOARD = Family("board", Board, build_board, base=Base.FREE)
-
 # Pocket tray ----------------------------------------------------------------------------------------------------------
 
 
@@ -232,8 +228,6 @@ def _add_shapes(builder: AssetBuilder, p: PocketTray, length: float, width: floa
         builder.add_collider(ROOT, box((end, width, high), (at, 0.0, top - high / 2), 0.0), p.skin, "body")
 
 
-POCKET_TRAY = Family("pocket_tray", PocketTray, build_pocket_tray, base=Base.FREE)
-
 # Blender jug ----------------------------------------------------------------------------------------------------------
 
 
@@ -267,8 +261,6 @@ def build_blender_jug(builder: AssetBuilder, p: BlenderJug) -> None:
         lift_off(builder, 2 * p.top)
 
 
-BLENDER_JUG = Family("blender_jug", BlenderJug, build_blender_jug, base=Base.FREE)
-
 # Electric kettle ------------------------------------------------------------------------------------------------------
 
 # Bodies that are wide below and narrow above need two rows of staves, the others one.
@@ -285,8 +277,4 @@ def build_electric_kettle(builder: AssetBuilder, p: Kettle) -> None:
         kettle.build(builder, p, 8, (0.0, 1.0))
 
 
-ELECTRIC_KETTLE = Family("kettle", Kettle, build_electric_kettle, base=Base.FREE)
-
 # Dish rack ------------------------------------------------------------------------------------------------------------
-
-DISH_RACK = Family("dish_rack", DishRack, build, base=Base.FREE)

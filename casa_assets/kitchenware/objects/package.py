@@ -12,8 +12,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from casa_assets.ext.arrays import Floats
-from casa_assets.ext.families import Family, FinishId, Params
-from casa_assets.ext.records import Base, Pose, Vec2
+from casa_assets.ext.families import FinishId, Params
+from casa_assets.ext.records import Pose, Vec2
 from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, axis_turn, board, box_shape, lathe, tube
 from casa_assets.kitchenware.objects.block import SHAPES as BLOCKS
 from casa_assets.kitchenware.objects.block import Block
@@ -510,6 +510,3 @@ def _colliders(p: Package, body: Solid, everything: Floats) -> list[Solid]:
         case Shape.TUB:
             return [Solid(everything, body.faces[:0]).with_hull_collider()]
     return [body.with_hull_collider()]
-
-
-PACKAGE_FORM = Family("package", Package, build_package, base=Base.FREE)

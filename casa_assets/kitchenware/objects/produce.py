@@ -11,8 +11,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from casa_assets.ext.arrays import Floats, solid_moments
-from casa_assets.ext.families import Family, FinishId, Params
-from casa_assets.ext.records import Base, Portion, Vec2
+from casa_assets.ext.families import FinishId, Params
+from casa_assets.ext.records import Portion, Vec2
 from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, concatenate, hull_around, tube
 from casa_assets.kitchenware.objects.closed_surface import (
     Plane,
@@ -369,6 +369,3 @@ def _hulls(body: Solid, p: Produce, around: int, along: int) -> list[Solid]:
         rows += [len(body.points) - 1] if k == count - 1 else []
         hulls.append(hull_around(body.points[rows]))
     return hulls
-
-
-FORM = Family("produce", Produce, build, base=Base.FREE)

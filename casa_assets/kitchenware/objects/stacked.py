@@ -12,8 +12,8 @@ import numpy as np
 from pydantic import Field
 
 from casa_assets.ext.arrays import Floats
-from casa_assets.ext.families import Family, FinishId, Params
-from casa_assets.ext.records import Base, Portion, Vec2
+from casa_assets.ext.families import FinishId, Params
+from casa_assets.ext.records import Portion, Vec2
 from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, prism, tube
 from casa_assets.kitchenware.objects.bodies import (
     CREASE,
@@ -573,5 +573,3 @@ _BUILDERS: dict[Build, Callable[[Stacked, np.random.Generator], Composed]] = {
     Build(maker.__name__.removeprefix("_")): maker
     for maker in (_tower, _bun, _shell, _skewer, _cake, _cup, _cone, _bar, _nigiri, _maki)
 }
-
-FORM = Family("stacked", Stacked, build, base=Base.FREE)

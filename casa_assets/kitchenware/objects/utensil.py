@@ -13,8 +13,8 @@ import numpy as np
 from pydantic import Field
 
 from casa_assets.ext.arrays import convex_hull, solid_moments
-from casa_assets.ext.families import Family, FinishId, Params
-from casa_assets.ext.records import Base, Pose, Vec2
+from casa_assets.ext.families import FinishId, Params
+from casa_assets.ext.records import Pose, Vec2
 from casa_assets.ext.solids import (
     ROOT,
     AssetBuilder,
@@ -522,5 +522,3 @@ _MAKERS: dict[Head, Callable[[Utensil], list[Part]]] = {
         *(_scissors, _can_opener, _pin, _grater, _reamer, _brush, _scale, _straw),
     )
 }
-
-FORM = Family("utensil", Utensil, build, base=Base.FREE)

@@ -9,8 +9,6 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from casa_assets.ext.arrays import Floats
-from casa_assets.ext.families import Family
-from casa_assets.ext.records import Base
 from casa_assets.ext.solids import (
     ROOT,
     AssetBuilder,
@@ -354,6 +352,3 @@ def _prints(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> N
         hole = [(0.0, low - 0.01), (a - 0.0004, low - 0.01), (b, high + 0.01), (0.0, high + 0.01)]
         sleeve = subtract(*(turned_on(np.array(path), plan) for path in (band, hole)))
         builder.add(ROOT, sleeve, p.mark_finish, label="sleeve", collider=False)
-
-
-VESSEL_FORM = Family("vessel", Vessel, build_vessel, base=Base.FREE)

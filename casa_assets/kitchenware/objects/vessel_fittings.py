@@ -12,8 +12,8 @@ import numpy as np
 from pydantic import Field
 
 from casa_assets.ext.arrays import Floats
-from casa_assets.ext.families import Family, FinishId, Params
-from casa_assets.ext.records import Base, Vec2, Vec3
+from casa_assets.ext.families import FinishId, Params
+from casa_assets.ext.records import Vec2, Vec3
 from casa_assets.ext.solids import (
     ROOT,
     AssetBuilder,
@@ -309,8 +309,6 @@ def build(builder: AssetBuilder, p: SingleLid) -> None:
     low = max(p.skirt, p.bead - 0.3 * p.thick)
     add_lid(builder, lid, Plan(p.width / 2, p.width / 2, corner=None, height=p.rise), low)
 
-
-FORM = Family("vessel_lid", SingleLid, build, base=Base.FREE)
 
 # Params ---------------------------------------------------------------------------------------------------------------
 
