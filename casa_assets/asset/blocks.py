@@ -59,8 +59,7 @@ def _rounded(steps: int) -> tuple[Floats, Ints]:
         return _SIGNS, convex_hull(_SIGNS)[1]
     # Points of an octant of a sphere: rows of a subdivided triangle, pushed out to the sphere.
     weights = [(i, j, steps - i - j) for i in range(steps + 1) for j in range(steps + 1 - i)]
-    octant = np.array(weights, dtype=np.float64)
-    octant = np.sin(octant / steps * math.pi / 2)
+    octant = np.sin(np.array(weights, dtype=np.float64) / steps * math.pi / 2)
     octant /= np.linalg.norm(octant, axis=1)[:, None]
     directions = np.concatenate([octant * signs for signs in _SIGNS])
     template = np.repeat(_SIGNS, len(octant), axis=0) * 2.0 + directions
@@ -296,8 +295,7 @@ def cell_shell(cells: Cells, lower: float, upper: float) -> Shell:
         top = m * n
         faces += [(a, c, b), (a, d, c), (a + top, b + top, c + top), (a + top, c + top, d + top)]
         side += [FRONT_FACES, FRONT_FACES, BACK_FACES, BACK_FACES]
-        beside = (padded[i + 1, j], padded[i + 2, j + 1], padded[i + 1, j + 2], padded[i, j + 1])
-        for k, filled in enumerate(beside):
+        for k, filled in enumerate((padded[i + 1, j], padded[i + 2, j + 1], padded[i + 1, j + 2], padded[i, j + 1])):
             if not filled:
                 p, q = ring[k], ring[(k + 1) % 4]
                 faces += [(p, q, q + top), (p, q + top, p + top)]

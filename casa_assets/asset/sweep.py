@@ -288,8 +288,7 @@ def tube(path: Sequence[Vec3], section: float | Floats, bend: float = 0.0, up: V
             faces += [(a, b, c), (a, c, d)]
             va, vb, vc, vd = (float(v) for v in (starts[i], starts[j], ends[j], ends[i]))
             uv_m += [((u0, va), (u1, vb), (u1, vc)), ((u0, va), (u1, vc), (u0, vd))]
-    cap = np.asarray(manifold3d.triangulate([outline]), dtype=np.int64)
-    for t in cap:
+    for t in np.asarray(manifold3d.triangulate([outline]), dtype=np.int64):
         low = [(float(x), float(y)) for x, y in outline[t]]
         faces += [(int(t[2]), int(t[1]), int(t[0])), tuple(int(i) + (m - 1) * n for i in t)]  # type: ignore[list-item]
         uv_m += [(low[2], low[1], low[0]), (low[0], low[1], low[2])]

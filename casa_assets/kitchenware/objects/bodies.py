@@ -500,8 +500,7 @@ def _fan(p: Crustacean) -> list[Solid]:
     out = []
     for k, turn in enumerate((-0.75, 0.75, -0.38, 0.38, 0.0)):
         lobe = dome(outline_curve(FAN, 0.3 * long, 0.42 * p.width, 16), FLAT, 0.006, 6).translated(x=0.13 * long)
-        lobe = lobe.rotated("z", math.pi + turn)
-        lobe = lobe.translated(-0.74 * long, 0.0, 0.2 * p.height + 0.002 * k)
+        lobe = lobe.rotated("z", math.pi + turn).translated(-0.74 * long, 0.0, 0.2 * p.height + 0.002 * k)
         out.append(replace(lobe, points=_on_tail(p, lobe.points)))
     return out
 

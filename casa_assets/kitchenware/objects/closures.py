@@ -260,7 +260,7 @@ def _flip(m: Mouth) -> list[Part]:
 
 def _nozzle(m: Mouth) -> list[Part]:
     r = m.radius * m.wide + 0.001
-    skirt = _ribbed(r, (m.z - min(0.014, m.room)), m.z + 0.002)
+    skirt = _ribbed(r, m.z - min(0.014, m.room), m.z + 0.002)
     top = m.z + m.height
     cone = [(0.86 * r, m.z + 0.0015), (0.8 * r, m.z + 0.006), (0.0042, top - 0.008), (0.0034, top - 0.002)]
     tip = [(0.0043, top - 0.0075), (0.0043, top - 0.0015), (0.003, top)]

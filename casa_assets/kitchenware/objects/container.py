@@ -58,8 +58,7 @@ def rounded_outline(points: Sequence[Vec3]) -> list[Vec2]:
         sweep = math.pi - 2 * half
         middle = line[k] + (a + b) / np.linalg.norm(a + b) * (reach * math.tan(half)) / math.sin(half)
         start, end = line[k] + a * reach - middle, line[k] + b * reach - middle
-        count = max(2, round(4 * sweep / (math.pi / 2)) + 1)
-        for t in np.linspace(0.0, 1.0, count + 1):
+        for t in np.linspace(0.0, 1.0, max(2, round(4 * sweep / (math.pi / 2)) + 1) + 1):
             arm = (math.sin((1 - t) * sweep) * start + math.sin(t * sweep) * end) / math.sin(sweep)
             out.append((float(middle[0] + arm[0]), float(middle[1] + arm[1])))
     out.append((float(line[-1][0]), float(line[-1][1])))
@@ -133,8 +132,7 @@ def body(outline: Sequence[Vec2], section: Section, inner: float = 0.0) -> Solid
 
 def cup(outline: Sequence[Vec2], section: Section, wall: float, floor: float) -> Solid:
     """A body that is open above: up outside and down inside, `wall` thick."""
-    inside = [(r, max(floor, z)) for r, z in outline if z > floor]
-    inside = [(radius_at(outline, floor), floor), *inside]
+    inside = [(radius_at(outline, floor), floor), *([(r, max(floor, z)) for r, z in outline if z > floor])]
     rings = [np.column_stack([section.ring(r), np.full(AROUND, z)]) for r, z in outline]
     rings += [np.column_stack([section.ring(r, -wall), np.full(AROUND, z)]) for r, z in inside[::-1]]
     return _skin(rings)
@@ -380,7 +378,7 @@ def _frame(p: Container) -> _Frame:
         plain = sorted([*plain, *((radius_at(plain, z), z) for z in rows)], key=lambda point: point[1])
     outline = grooved(plain, start + p.groove_low * h, start + p.groove_high * h, p.grooves, p.groove_depth)
     if p.opens:  # the mouth ends a little above the lower edge of what closes it
-        down = lowered(p.closure, p.cap_height, ((1 - p.neck_at) * h - 0.001))
+        down = lowered(p.closure, p.cap_height, (1 - p.neck_at) * h - 0.001)
         plain, outline = (piece(line, line[0][1], line[-1][1] - down) for line in (plain, outline))
     # What stands on its cap keeps its section to both ends.
     return _Frame(outline, plain, Section(p.flat, p.corner, (widest if p.base_cap > 0 else plain[-1][0]), widest), h)
@@ -393,7 +391,7 @@ def _ridged(p: Container, start: float) -> Vec2:
 def _fluted(points: Floats, p: Container, frame: _Frame) -> Floats:
     angle = np.arctan2(points[:, 1], points[:, 0])
     low, high = _ridged(p, frame.plain[0][1])
-    here = np.clip(np.minimum((points[:, 2] - low), (high - points[:, 2])) / (FLUTE_RISE * p.height), 0.0, 1.0)
+    here = np.clip(np.minimum(points[:, 2] - low, high - points[:, 2]) / (FLUTE_RISE * p.height), 0.0, 1.0)
     share = 1.0 - p.flute_depth * here * (0.5 - 0.5 * np.cos(p.flutes * angle))
     return np.column_stack([points[:, :2] * share[:, None], points[:, 2]])
 

@@ -209,7 +209,7 @@ def _grid(p: Dough) -> Solid:
     h = 0.49 * p.height
     section = np.array([(0.3, -h), (0.5, 0.0), (0.3, h), (-0.3, h), (-0.5, 0.0), (-0.3, -h)])
     section[:, 0] *= bar
-    parts.append(tube(path, (section * (1.1, 1.02))).without_colliders())
+    parts.append(tube(path, section * (1.1, 1.02)).without_colliders())
     for axis in (0, 1):
         reach = float(np.abs(outline[:, axis]).max())
         steps = round(2 * reach / pitch)
@@ -426,8 +426,7 @@ def _ties(p: SlabFood, body: Solid) -> list[Solid]:
         ring = body.points[first : first + AROUND]
         center = (ring.min(axis=0) + ring.max(axis=0)) / 2
         ring = ring[np.argsort(np.arctan2(ring[:, 2] - center[2], ring[:, 1] - center[1]))]
-        loop = np.vstack([ring, ring[:2]])
-        loop = center + (loop - center) * (1.0, 1.005, 1.005)
+        loop = center + (np.vstack([ring, ring[:2]]) - center) * (1.0, 1.005, 1.005)
         loop[:, 2] = np.maximum(loop[:, 2], 0.001)
         kept = [loop[0]]
         for point in loop[1:]:

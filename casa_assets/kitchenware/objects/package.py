@@ -181,7 +181,7 @@ def gathered(
     ridge = 2.2 * SEALED
     place = ring[:, 1] / half_y
     ring[:, 1] = place * (half_y * (1 - share) + ridge * share)
-    tuck = np.where((np.abs(outline.bent[:, 0]) > 0.99), half_y * share * (1.0 - np.abs(place)), 0.0)
+    tuck = np.where(np.abs(outline.bent[:, 0]) > 0.99, half_y * share * (1.0 - np.abs(place)), 0.0)
     ring[:, 0] -= np.sign(ring[:, 0]) * np.minimum(tuck, 0.92 * half_x)
     return ring
 

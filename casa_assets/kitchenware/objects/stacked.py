@@ -130,8 +130,7 @@ def build(builder: AssetBuilder, p: Stacked) -> None:
     made = _BUILDERS[p.build](p, rng)
     low = min(float(s.points[:, 2].min()) for group in made.hulls for s in group)
     for parts, density in ((made.parts, p.density), (made.light, 0.0)):
-        finishes = dict.fromkeys(finish for _, finish in parts)
-        for finish in finishes:
+        for finish in dict.fromkeys(finish for _, finish in parts):
             whole = joined([s for s, f in parts if f == finish]).translated(z=-low)
             label = finish.removeprefix("skin_").removeprefix("dish_")
             builder.add(ROOT, whole, finish, label=label, collider=False, density=density)
@@ -273,8 +272,7 @@ def _shell(p: Stacked, rng: np.random.Generator) -> Composed:
     heart = long_body(fill_profile, 0.94 * p.length, 1.7 * gap, 1.5 * p.height * 0.86, along=25, around=20)
     points = bumped(heart.points, 0.05, 3.0, rng)
     points[:, 2] = np.maximum(points[:, 2], -0.25 * p.height)
-    heart = plain(replace(heart, points=points))
-    heart = heart.translated(z=0.93 * p.height - float(points[:, 2].max()))
+    heart = plain(replace(heart, points=points)).translated(z=0.93 * p.height - float(points[:, 2].max()))
     low = 0.0045
     x, y, z = heart.points.T
     z = np.maximum(z, low)

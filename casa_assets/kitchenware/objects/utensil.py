@@ -210,7 +210,7 @@ def _bar(p: Utensil) -> list[Part]:
 
 def _fork(p: Utensil) -> list[Part]:
     front = _front(p)
-    cut = drilled(front, heads.tine_cuts(p.count, p.reach, p.width, p.gap, (4 * (abs(p.rise) + p.thickness + p.dish))))
+    cut = drilled(front, heads.tine_cuts(p.count, p.reach, p.width, p.gap, 4 * (abs(p.rise) + p.thickness + p.dish)))
     return [Part(replace(cut, picture_uv=None), p.front_finish, "head"), *_grip(p, _front_end(p))]
 
 
@@ -230,7 +230,7 @@ def _ladle(p: Utensil) -> list[Part]:
     long = p.split * p.length + (TANG if p.split < 1 else 0.0) - start
     stem = bar(p.front, Size(length=long, width=p.gap, thickness=p.thickness, rise=p.rise), hulls=3)
     parts.append(Part(stem.translated(x=start, z=-0.0015), p.front_finish, "stem"))
-    return [*parts, *_grip(p, (value_at(p.front.spine, ((p.split * p.length - start) / long), 0.0) * p.rise - 0.0015))]
+    return [*parts, *_grip(p, value_at(p.front.spine, (p.split * p.length - start) / long, 0.0) * p.rise - 0.0015)]
 
 
 def _whisk(p: Utensil) -> list[Part]:
@@ -258,7 +258,7 @@ def _tongs(p: Utensil) -> list[Part]:
     if p.front is None:
         raise ValueError("tongs need an arm as their front")
     half = abs(value_at(p.front.spine, 1.0, 0.0) * p.rise)
-    bend = rod(half + p.thickness / 2, (p.front.outline[-1][0] * p.width), 0.001).translated(x=p.length - 0.002)
+    bend = rod(half + p.thickness / 2, p.front.outline[-1][0] * p.width, 0.001).translated(x=p.length - 0.002)
     parts.append(Part(bend, p.front_finish, "hinge", fill=0.35))
     if p.loop > 0:
         wire = heads.ring(heads.egg(3.0 * p.loop, 2 * p.loop, 20), rectangle(0.0025, 0.0025, 0.0009, 1), 1)
@@ -319,15 +319,14 @@ def _scissors(p: Utensil) -> list[Part]:
         long = bow_long * (1.0 if side > 0 else 1.0 + p.belly)
         bow = heads.ring(heads.egg(long - p.grip_width, bow_wide - p.grip_width, 28, -0.18), section)
         at = (p.length - long / 2, side * (bow_wide / 2 + 0.0015), 0.0)
-        bow = bow.rotated("z", (side * 0.12)).translated(*at)
+        bow = bow.rotated("z", side * 0.12).translated(*at)
         start = np.array([pivot + 0.006, -side * 0.001])
         across = np.array([at[0] - long / 2 + 0.004, at[1] - side * 0.1 * bow_wide]) - start
         reach = float(np.hypot(*across))
         shape = Bar(outline=((0.6, 0.0), (0.8, 0.05), (1.0, 0.5), (0.95, 0.95), (0.7, 1.0)), square=4)
         shank = bar(shape, Size(length=reach, width=0.011, thickness=p.grip_thickness), along=12, hulls=1)
         shank = shank.rotated("z", float(math.atan2(across[1], across[0]))).translated(start[0], start[1], 0.0)
-        half = blade if side > 0 else blade.rotated("x", math.pi)
-        half = half.translated(z=side * 0.5 * thick)
+        half = (blade if side > 0 else blade.rotated("x", math.pi)).translated(z=side * 0.5 * thick)
         both = (half, p.front_finish, "blade"), (shank, p.grip_finish, "shank"), (bow, p.grip_finish, "bow")
         for solid, name, label in both:
             turned = solid.translated(x=-pivot).rotated("z", side * p.spread / 2).translated(x=pivot)
@@ -342,7 +341,7 @@ def _can_opener(p: Utensil) -> list[Part]:
     if p.grip is None:
         raise ValueError("a can opener needs handles as its grip")
     head = p.split * p.length
-    size = Size(length=(p.length - head + 0.02), width=p.grip_width, thickness=p.grip_thickness, rise=p.grip_rise)
+    size = Size(length=p.length - head + 0.02, width=p.grip_width, thickness=p.grip_thickness, rise=p.grip_rise)
     parts: list[Part] = []
     for side in (1, -1):
         handle = bar(p.grip, size, along=22, hulls=2)
@@ -466,7 +465,7 @@ def _brush(p: Utensil) -> list[Part]:
     pitch = 0.0078
     grid = [((i + 0.5 * (j % 2)) * pitch, j * 0.87 * pitch) for i in range(-10, 11) for j in range(-8, 9)]
     inside = [(x, y) for x, y in grid if (x / (long / 2 - 0.005)) ** 2 + (y / (wide / 2 - 0.005)) ** 2 < 1]
-    bristles = heads.tufts((np.array(inside) + np.array([long / 2, 0.0])), p.depth, 0.0026, p.gap, p.seed)
+    bristles = heads.tufts(np.array(inside) + np.array([long / 2, 0.0]), p.depth, 0.0026, p.gap, p.seed)
     parts.append(Part(bristles.with_hull_collider(), p.trim_finish, "bristles", fill=0.5))
     return [*parts, *_grip(p, 0.55 * p.thickness)]
 

@@ -77,8 +77,7 @@ def open_shapes(
     ways = _ways(plan)
     levels = max(1, (room - len(shapes) - (plan.lip > 0)) // len(ways))
     start = low + max(0.0035, 0.25 * (floor - low))
-    wall = outside[outside[:, 1] > start + 1e-5]
-    wall = np.concatenate([[[profile.radius(start), start]], wall])
+    wall = np.concatenate([[[profile.radius(start), start]], outside[outside[:, 1] > start + 1e-5]])
     line = _levels(wall, plan, min(levels, 3))
     thickness = max(THICK, float(np.linalg.norm(profile.inside[-1] - outside[-1])))
     inner = line + thickness * _inwards(line)
@@ -283,8 +282,7 @@ def _pierced(body: Solid, p: Vessel, plan: Plan, profile: Profile) -> Solid:
             angle = 2 * math.pi * (i + 0.5 * (k % 2)) / count
             tool = drill.rotated("y", math.pi / 2 + profile.slope(float(z))).translated(x=r, z=float(z))
             tools.append(tool.rotated("z", angle))
-    bottom = profile.radius(0.0) - 1.5 * p.hole
-    for ring in range(int(bottom / p.hole_gap) + 1):
+    for ring in range(int((profile.radius(0.0) - 1.5 * p.hole) / p.hole_gap) + 1):
         count = max(1, round(2 * math.pi * ring))
         for i in range(count):
             angle = 2 * math.pi * i / count

@@ -350,8 +350,7 @@ def pillow(p: Package) -> list[Part]:
     x, sheet, sides = two_sheets(ACROSS)
     rng = p.rng()
     inner = p.height - 2 * p.crimp
-    steps = np.sin(np.linspace(-np.pi / 2, np.pi / 2, 15)) * 0.5 + 0.5
-    steps = 0.45 * steps + 0.55 * np.linspace(0, 1, 15)
+    steps = 0.45 * (np.sin(np.linspace(-np.pi / 2, np.pi / 2, 15)) * 0.5 + 0.5) + 0.55 * np.linspace(0, 1, 15)
     half, deep = p.width / 2, p.depth / 2
     slack = _creases(p, x, sheet, rng)
     rings, heights = [], []
@@ -363,8 +362,7 @@ def pillow(p: Package) -> list[Part]:
         width = float(np.sqrt(max(half**2 - 1.3 * (deep * full) ** 2, (0.55 * half) ** 2)))
         thick = np.where(sheet < 0, front, back)
         bulge = thick * np.clip(1 - np.abs(x) ** p.round_by, 0, 1) ** 0.5 * (1.0 + slack(share))
-        y = sheet * (SEALED + np.maximum(0.0, bulge))
-        y = np.where(sheet == 0, 0.0, y)
+        y = np.where(sheet == 0, 0.0, sheet * (SEALED + np.maximum(0.0, bulge)))
         # The folds reach into the strip, which is never quite flat.
         rings.append(np.column_stack([x * width, y, np.full(len(x), p.crimp + inner * share)]))
         heights.append((p.crimp + inner * share) / p.height)

@@ -148,8 +148,7 @@ def add_jar(builder: AssetBuilder, p: Jar, rest: float) -> None:
     disc = rod(r0 - 0.001, floor - base, 0.0).translated(z=(floor + base) / 2)
     builder.add_collider(ROOT, disc, p.glass, "jar", "jar_bottom")
     line = [(0.6 * r0, floor + 3e-4), (0.5 * r0, floor + 0.002), (0.2 * r0, floor + 0.003), (0.0, floor + 0.0032)]
-    plate_ = lathe(line, 28)
-    builder.draw(ROOT, plate_, "stainless_polished", "blades")
+    builder.draw(ROOT, lathe(line, 28), "stainless_polished", "blades")
     for k in range(4):
         blade = box((0.024, 0.009, 0.0014), (0.013, 0.0, 0.0), 0.0005).rotated("y", -0.35 if k % 2 else 0.1)
         turned = blade.rotated("z", k * math.pi / 2).translated(0.0, 0.0, floor + 0.0075)

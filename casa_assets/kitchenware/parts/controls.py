@@ -272,8 +272,7 @@ def key_symbol(kind: KeySign, size: float) -> Solid:
         wedge = prism(_points((-0.8 * half, -half), (half, 0.0), (-0.8 * half, half)), INK_THICKNESS, 0.0)
         return wedge.rotated("x", math.pi / 2).without_colliders()
     line = [(0.5 * size - t, 0.0), (0.5 * size, 0.0), (0.5 * size, INK_THICKNESS), (0.5 * size - t, INK_THICKNESS)]
-    ring = lathe(line, 20, closed=True)
-    ring = ring.rotated("x", math.pi / 2)
+    ring = lathe(line, 20, closed=True).rotated("x", math.pi / 2)
     inner = _ink(t, 0.5 * size, 0.0, 0.0) if kind is KeySign.POWER else _ink(0.3 * size, 0.3 * size, 0.0, 0.0)
     return concatenate([ring, inner])
 

@@ -79,8 +79,7 @@ def add_grates(
             _ring(builder, cell, top, pan_z, finish)
         return
     inset = HALF_GRATE_GAP if style is GrateStyle.JOINED else 0.011
-    frames = _columns(places) if style is GrateStyle.JOINED else [[c] for c in places]
-    for frame in frames:
+    for frame in _columns(places) if style is GrateStyle.JOINED else [[c] for c in places]:
         for span in _frame(frame, inset):
             builder.draw(ROOT, _bar(span, pan_z, BAR_HEIGHT), finish, "grate")
         for x in (frame[0].x[0] + inset + BAR_WIDTH / 2, frame[0].x[1] - inset - BAR_WIDTH / 2):
@@ -164,8 +163,7 @@ def _ring(builder: AssetBuilder, cell: BurnerCell, top: float, pan_z: float, fin
     r = min(1.12 * s.radius, 0.78 * clearance)
     z = top + 0.012
     line = [(r - 0.004, z - 0.004), (r + 0.004, z - 0.004), (r + 0.004, z + 0.004), (r - 0.004, z + 0.004)]
-    hoop = lathe(line, 48, closed=True)
-    builder.draw(ROOT, hoop.translated(s.x, s.y), finish, "grate")
+    builder.draw(ROOT, lathe(line, 48, closed=True).translated(s.x, s.y), finish, "grate")
     for k in range(4):
         turn = math.pi / 4 + k * math.pi / 2
         reach = min(r + 0.02, clearance * 1.25)
@@ -175,8 +173,7 @@ def _ring(builder: AssetBuilder, cell: BurnerCell, top: float, pan_z: float, fin
             0.002,
         )
         post = box((0.012, 0.0075, pan_z - z), (r, 0.0, (pan_z + z) / 2 - 0.001), 0.002)
-        foot = rod(0.006, z - top - 0.0005, 0.001).translated(r, 0.0, (z + top) / 2 + 0.0002)
-        for solid in (arm, post, foot):
+        for solid in (arm, post, rod(0.006, z - top - 0.0005, 0.001).translated(r, 0.0, (z + top) / 2 + 0.0002)):
             builder.draw(ROOT, solid.rotated("z", turn).translated(s.x, s.y), finish, "grate")
     for k in range(2):
         reach = min(r + 0.02, clearance * 1.25)
@@ -321,8 +318,7 @@ def _coil(builder: AssetBuilder, s: BurnerSpot, top: float) -> None:
 def _burner_ring(builder: AssetBuilder, s: BurnerSpot, top: float, fuel: Fuel, ink: str) -> None:
     """Rings printed on glass, 0.2 mm above it."""
     z = top + 0.0002
-    radii = (s.radius, 0.62 * s.radius) if fuel is Fuel.CERAMIC else (s.radius,)
-    for r in radii:
+    for r in (s.radius, 0.62 * s.radius) if fuel is Fuel.CERAMIC else (s.radius,):
         ring = lathe([(r - 0.0016, z), (r, z), (r, z + 0.0002), (r - 0.0016, z + 0.0002)], 56, closed=True)
         builder.draw(ROOT, _moved(ring, s), ink, "burner", density=0.0)
     if fuel is Fuel.INDUCTION:

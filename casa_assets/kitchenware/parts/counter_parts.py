@@ -88,7 +88,7 @@ def rounded_polygon(points: Sequence[Vec2], radius: float) -> Floats:
 def extrude_across(outline: Floats, width: float, chamfer: float) -> Solid:
     """An outline in y, z (counter-clockwise, y to the right) pulled along x, centred on x = 0."""
     solid = prism(outline, width, chamfer)
-    return Solid((solid.points[:, [2, 0, 1]] - np.array([width / 2, 0.0, 0.0])), solid.faces, crease_deg=40.0)
+    return Solid(solid.points[:, [2, 0, 1]] - np.array([width / 2, 0.0, 0.0]), solid.faces, crease_deg=40.0)
 
 
 def rounded_body(width: float, depth: float, steps: Sequence[Vec2], radius: float, corner: int = 6) -> Solid:
@@ -364,8 +364,7 @@ def add_pressure_gauge(builder: AssetBuilder, at: Vec3, radius: float, metal: st
     """A round pressure gauge in a front that looks to -y."""
     x, y, z = at
     line = [(radius, 0.0), (radius, 0.005), (radius - 0.003, 0.007), (radius - 0.004, 0.0062), (0.0, 0.0062)]
-    bezel = lathe(line, 32)
-    builder.draw(ROOT, bezel.rotated("x", math.pi / 2).translated(x, y, z), metal, "gauge")
+    builder.draw(ROOT, lathe(line, 32).rotated("x", math.pi / 2).translated(x, y, z), metal, "gauge")
     dial = rod(radius - 0.0042, 0.0006, 0.0, "y").translated(x, y - 0.0067, z)
     builder.draw(ROOT, dial, "enamel_white", "gauge", density=0.0)
     for k in range(9):

@@ -68,7 +68,7 @@ def hang_door(builder: AssetBuilder, look: CabinetLook, door: CabinetDoor) -> No
     start = x if door.hinge is HingeSide.LEFT else x - door.width
     along = axis_turn("z", door.turn)
     axis = along.apply(np.array([[0.0 if door.hinge is HingeSide.LEFT else door.width, 0.0, 0.0]]))[0]
-    builder.link(door.link, at=(Pose(position=(door.x + float(axis[0]), door.y + float(axis[1]), door.z)) @ along))
+    builder.link(door.link, at=Pose(position=(door.x + float(axis[0]), door.y + float(axis[1]), door.z)) @ along)
     groove = edge if kind is HandleKind.FINGER_GROOVE else None
     parts = fronts.front_parts(look.front, w, h, FRONT_THICKNESS, groove=groove)
     grip = f"{door.link}_handle"

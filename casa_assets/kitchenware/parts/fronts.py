@@ -456,8 +456,7 @@ def add_sash(
     """
     w, d, h = size
     e = 0.002
-    sides = [board((0, 0, 0), (stile, d, h), e), board((w - stile, 0, 0), (w, d, h), e)]
-    for solid in sides:
+    for solid in [board((0, 0, 0), (stile, d, h), e), board((w - stile, 0, 0), (w, d, h), e)]:
         builder.draw(link, solid.translated(*at), finish, label)
     for z in (0.0, h - stile):
         rail = board((stile - 5e-4, 2e-4, z), (w - stile + 5e-4, d - 2e-4, z + stile), e)

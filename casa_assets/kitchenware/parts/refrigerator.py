@@ -98,8 +98,7 @@ def _walls(
     back = compartments[0].upper[1]
     outer = ((0.0, 0.0, base_height), (width, depth, top))
     shapes = list(cavity_colliders(outer, ((left, 0.0, floor), (right, back, ceiling))))
-    ordered = sorted(compartments, key=lambda r: (r.lower[2], r.lower[0]))
-    for first, second in pairwise(ordered):
+    for first, second in pairwise(sorted(compartments, key=lambda r: (r.lower[2], r.lower[0]))):
         if second.lower[2] >= first.upper[2]:
             shapes.append(box_shape((left, 0, first.upper[2]), (right, back, second.lower[2])))
         else:
@@ -172,8 +171,7 @@ def add_shelf(builder: AssetBuilder, name: str, r: Compartment, z: float, front:
     pane = board((x0 + 0.006, front + 0.01, z - 0.005), (x1 - 0.006, y1 - 0.008, z - 0.001), 0.0005)
     builder.draw(ROOT, pane, "glass_clear", "shelf")
     edge = board((x0, front, z - 0.016), (x1, front + 0.014, z), 0.003, 2)
-    rear = board((x0, y1 - 0.012, z - 0.012), (x1, y1, z), 0.002)
-    for bar in (edge, rear):
+    for bar in (edge, board((x0, y1 - 0.012, z - 0.012), (x1, y1, z), 0.002)):
         builder.draw(ROOT, bar, look.trim, "shelf")
     for a, b in ((x0, x0 + 0.01), (x1 - 0.01, x1)):
         rail = board((a, front + 0.0145, z - 0.014), (b, y1 - 0.0125, z - 0.0004), 0.001)
@@ -312,8 +310,7 @@ def add_face(
     t, w, h = look.thick, door.width, door.height
     name = f"{door.link}_main"
     if look.form is ApplianceFront.PANEL:
-        parts = fronts.front_parts(look.front, w, h)
-        for k, part in enumerate(parts):
+        for k, part in enumerate(fronts.front_parts(look.front, w, h)):
             finish = "glass_clear" if part.pane else door.face
             door.add_part(builder, part.solid, finish, "door", None if k else name, density="board", grain=part.grain)
         core = board((0.004, fronts.FRONT_THICKNESS + 2e-4, 0.004), (w - 0.004, t, h - 0.004), 0.002)

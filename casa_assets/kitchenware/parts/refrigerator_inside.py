@@ -114,8 +114,7 @@ def add_pull_out(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, r
         r.upper[0] - LINER_THICKNESS - SIDE_CLEARANCE - 0.012 - door.lower[0],
     )
     z0 = max(r.lower[2] + 0.012 - door.lower[1], 0.03)
-    z1 = min(r.upper[2] - 0.02 - door.lower[1], h - 0.03)
-    z1 = z0 + 0.8 * (z1 - z0)
+    z1 = z0 + 0.8 * (min(r.upper[2] - 0.02 - door.lower[1], h - 0.03) - z0)
     y0, y1, e = t + DOOR_GAP, t + DOOR_GAP + r.upper[1] - 0.03, 0.004
     for solid, part in (
         (board((x0, y0, z0), (x1, y1, z0 + e), 0.001), "bottom"),

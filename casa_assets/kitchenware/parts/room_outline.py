@@ -67,7 +67,7 @@ def check_outline(outline: Outline) -> None:
         outline_cells(outline)
         return
     loop = counter_clockwise(np.array(outline, dtype=np.float64))
-    short = np.flatnonzero(np.linalg.norm((np.roll(loop, -1, axis=0) - loop), axis=1) < MIN_SIDE)
+    short = np.flatnonzero(np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1) < MIN_SIDE)
     if len(short):
         raise ValueError(f"side {short[0]} of the outline is shorter than {MIN_SIDE:g} m")
     whole = manifold3d.CrossSection([loop], manifold3d.FillRule.NonZero)
