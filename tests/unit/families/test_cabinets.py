@@ -7,10 +7,10 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from casa_assets.kitchenware.fixtures.corners_and_islands import IslandBase
 from pydantic import ValidationError
 
 from casa_assets.kitchenware.fixtures.cabinets import BaseCabinet, DrawerStack, WallCabinet
-from casa_assets.kitchenware.fixtures.corners_and_islands import IslandBase, stiles
 from casa_assets.kitchenware.parts import fronts, handles
 from casa_assets.kitchenware.parts.fronts import CabinetLook, FrontEdge, FrontKind
 from casa_assets.kitchenware.parts.handles import HandleKind
@@ -87,18 +87,6 @@ def test_fronts_fill_their_size_and_are_closed(subtests: pytest.Subtests) -> Non
                     assert (kind in fronts.GLAZED_KINDS) == any(p.pane for p in fronts.front_parts(kind, 0.4, 0.72))
 
 
-def test_a_groove_leaves_a_lip() -> None:
-    (part,) = fronts.front_parts(FrontKind.SLAB, 0.5, 0.3, groove=FrontEdge.TOP)
-    top = part.solid.points[part.solid.points[:, 2] > 0.3 - fronts.GROOVE_DEPTH + 0.006]
-    assert top[:, 1].max() == pytest.approx(fronts.GROOVE_LIP, abs=1e-6)
-
-
-def test_depth_at_finds_the_panel_behind_the_face() -> None:
-    parts = fronts.front_parts(FrontKind.SHAKER, 0.5, 0.7)
-    assert fronts.face_depth(parts, [(0.25, 0.35)]) == pytest.approx(0.008)
-    assert fronts.face_depth(parts, [(0.03, 0.35)]) == pytest.approx(0.0)
-
-
 def test_handles_stand_on_the_face_and_fit_a_gripper(subtests: pytest.Subtests) -> None:
     for kind in [k for k in HandleKind if k is not HandleKind.FINGER_GROOVE]:
         with subtests.test(kind=kind):
@@ -113,13 +101,6 @@ def test_handles_stand_on_the_face_and_fit_a_gripper(subtests: pytest.Subtests) 
             assert isinstance(shape, Box | Capsule)
             section = min(shape.size) if isinstance(shape, Box) else 2 * shape.radius
             assert 0.002 < section <= 0.08
-
-
-def test_stiles_of_an_island_part_doors_from_what_opens_beside_them() -> None:
-    bars = IslandBase(look=CabinetLook(handle=HandleKind.BAR))
-    assert min(stiles(bars)) > handles.handle_reach(HandleKind.BAR)
-    flush = IslandBase(look=CabinetLook(front=FrontKind.SLAB, handle=HandleKind.FINGER_GROOVE))
-    assert stiles(flush) == (0.0, 0.0)
 
 
 def test_what_cannot_be_built_is_refused() -> None:

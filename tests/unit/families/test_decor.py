@@ -7,8 +7,7 @@ import pytest
 
 from casa_assets.kitchenware.fixtures import boards_and_books, wall_racks
 from casa_assets.kitchenware.fixtures.dish_rack import DishRack, DishRackForm
-from casa_assets.kitchenware.parts.decor import HungTool, JarLid, ToolHandle, hung_tool, jar
-from casa_assets.kitchenware.parts.handles import open_tub
+from casa_assets.kitchenware.parts.decor import JarLid, jar
 from tests.support.asset.family_members import made
 
 pytestmark = pytest.mark.content("code", "families", keep=0)
@@ -41,17 +40,6 @@ def test_tools_hang_apart_in_front_of_the_wall(subtests: pytest.Subtests) -> Non
             assert max(c.pose.position[1] for c in shafts) < back - 0.02
 
 
-def test_a_hung_tool_is_closed_and_as_long_as_asked(subtests: pytest.Subtests) -> None:
-    for grip in list(ToolHandle):
-        for kind in list(HungTool):
-            with subtests.test(kind=kind, grip=grip):
-                pieces = hung_tool(kind, grip, 0.3)
-                solids = [*pieces.grip, *pieces.metal, *pieces.head]
-                assert all(s.volume > 0 for s in solids)
-                low = min(float(s.bounds[0][2]) for s in solids)
-                assert -0.32 < low < -0.27
-
-
 def test_a_jar_holds_less_than_its_outside_and_is_shut(subtests: pytest.Subtests) -> None:
     for lid in list(JarLid):
         with subtests.test(lid=lid):
@@ -62,13 +50,6 @@ def test_a_jar_holds_less_than_its_outside_and_is_shut(subtests: pytest.Subtests
             assert max(float(s.bounds[1][2]) for s in found.lid) <= found.top + 1e-9
             more = jar(0.05, 0.15, lid, fill=0.8)
             assert more.inside.volume > 1.4 * found.inside.volume
-
-
-def test_a_tub_is_as_hollow_as_its_shapes() -> None:
-    solid = open_tub(0.3, 0.2, 0.1, 0.004, 0.03)
-    assert len(solid.shapes) == 5
-    assert 0 < solid.volume < 0.2 * 0.3 * 0.2 * 0.1
-    np.testing.assert_allclose(np.ptp(solid.bounds, axis=0), (0.3, 0.2, 0.1), atol=1e-9)
 
 
 def test_a_leaning_board_stands_up() -> None:

@@ -9,13 +9,10 @@ from pathlib import Path
 import pytest
 
 from casa_assets import kitchenware
-from casa_assets.asset.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.blocks import box
-from casa_assets.errors import RegistryError, UnknownId
+from casa_assets.errors import RegistryError
 from casa_assets.registry import data_root, read_document
-from casa_assets.registry.families import family
 from casa_assets.registry.load import read_densities
-from tests.support.asset.family_members import known, supplies
+from tests.support.asset.family_members import known
 
 SOURCES = sorted(Path(kitchenware.__path__[0]).rglob("*.py"))
 ROWS = read_document(data_root() / "densities.yaml").value
@@ -45,15 +42,6 @@ def test_a_row_is_a_number_or_a_share_of_a_substance() -> None:
     assert densities["hood_body"] == ROWS["hood_body"]["kg_m3"]
     assert densities["tap_body"] == substances["brass"].density * ROWS["tap_body"]["fill"]
     assert densities["glass"] == substances["glass"].density
-
-
-def test_a_part_weighs_its_volume_times_the_density_of_that_name() -> None:
-    vase = family("vase")
-    builder = AssetBuilder(supplies(vase, vase.presets["white_tulips"]))
-    builder.add(ROOT, box((0.1, 0.2, 0.3), edge_radius=0.0), "chrome", density="hood_body")
-    assert builder.links[ROOT].masses[0].mass == pytest.approx(0.006 * known().densities["hood_body"])
-    with pytest.raises(UnknownId, match="hood_body"):
-        builder.add(ROOT, box((0.1, 0.2, 0.3), edge_radius=0.0), "chrome", density="hood_bodi")
 
 
 def test_a_faulty_row_is_told_with_line_and_pointer(
