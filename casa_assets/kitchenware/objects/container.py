@@ -344,7 +344,19 @@ def build_container(builder: AssetBuilder, p: Container) -> None:
         held = piece(frame.plain, frame.plain[0][1] + max(0.003, p.wall), level)
         held = [(r, z) for r, z in held if r > inset + 0.001]
         builder.add(ROOT, body(held, frame.section, inset), p.content, label="content", collider=False, density=0.0)
-    _labels(builder, p, frame)
+    rows = (
+        (p.label, p.label_low, p.label_high, p.label_wrap, 0.0004, "label"),
+        (p.tag, p.tag_low, p.tag_high, p.tag_wrap, 0.0004, "tag"),
+        (p.foil if p.sleeve > 0 else None, 1.0 - p.sleeve, 0.998, 1.0, 0.0005, "foil"),
+        (p.band_finish if p.band_high > p.band_low else None, p.band_low, p.band_high, 1.0, 0.0008, "band"),
+    )
+    for finish, low, high, wrap, out, label in rows:
+        if finish is not None:
+            part = piece(frame.plain, frame.z(low), min(frame.z(high), frame.top - 0.001))
+            skin = sleeve(part, frame.section, wrap, out)
+            if p.flutes and frame.section.is_round:
+                skin = replace(skin, points=_fluted(skin.points, p, frame))
+            builder.add(ROOT, skin, finish, label=label, name=label, collider=False, density=0.0)
     _close(builder, p, frame, level)
     if p.handle > 0:
         _handle(builder, p, frame)
@@ -461,22 +473,6 @@ def _hollow_hits(builder: AssetBuilder, p: Container, frame: _Frame, level: floa
         width = 2 * float(np.linalg.norm(room, axis=1).min()) * math.cos(math.pi / SECTORS)
         builder.round_region("int", (0.0, 0.0, floor), width, frame.top - floor - 0.002)
     return solids
-
-
-def _labels(builder: AssetBuilder, p: Container, frame: _Frame) -> None:
-    rows = (
-        (p.label, p.label_low, p.label_high, p.label_wrap, 0.0004, "label"),
-        (p.tag, p.tag_low, p.tag_high, p.tag_wrap, 0.0004, "tag"),
-        (p.foil if p.sleeve > 0 else None, 1.0 - p.sleeve, 0.998, 1.0, 0.0005, "foil"),
-        (p.band_finish if p.band_high > p.band_low else None, p.band_low, p.band_high, 1.0, 0.0008, "band"),
-    )
-    for finish, low, high, wrap, out, label in rows:
-        if finish is not None:
-            part = piece(frame.plain, frame.z(low), min(frame.z(high), frame.top - 0.001))
-            skin = sleeve(part, frame.section, wrap, out)
-            if p.flutes and frame.section.is_round:
-                skin = replace(skin, points=_fluted(skin.points, p, frame))
-            builder.add(ROOT, skin, finish, label=label, name=label, collider=False, density=0.0)
 
 
 def _close(builder: AssetBuilder, p: Container, frame: _Frame, level: float) -> None:

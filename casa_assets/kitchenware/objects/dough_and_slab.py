@@ -453,24 +453,20 @@ def _hulls(body: Solid, p: SlabFood) -> list[Solid]:
         around = np.arctan2(body.points[:, 0], ((p.length / p.bend) - body.points[:, 1]) * np.sign(p.bend))
         return hulls_by(body.points, around, 6)
     if p.wave > 0:
-        return _on_plinth(body)
+        # A box, and from half its height on one hull: a simulation finds now and then one corner of a thin wavy hull.
+        low, high = body.bounds
+        middle, half = (low + high) / 2, (high - low) / 2
+        outline = outline_of(body.points[:, :2])
+        edges = np.roll(outline, -1, axis=0) - outline
+        normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1)
+        # The largest box of the body's proportions within its outline: each corner is on the inner side of every edge.
+        corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * half[:2]
+        room = ((outline - middle[:2]) * normals).sum(axis=1)
+        reach = PLINTH * float((room / np.maximum(corners @ normals.T, 1e-12)).min())
+        tall = PLINTH_HIGH * float(high[2] - low[2])
+        (x0, y0), (x1, y1), z = middle[:2] - reach * half[:2], middle[:2] + reach * half[:2], float(low[2])
+        plinth = board((float(x0), float(y0), z), (float(x1), float(y1), z + tall), 0.0)
+        raised = body.points.copy()
+        raised[:, 2] = raised[:, 2].clip(z + tall / 2)
+        return [hull_around(raised), plinth]
     return hulls_of_bent(body, p.bend if p.cut is Cut.LONG else 0.0)
-
-
-def _on_plinth(body: Solid) -> list[Solid]:
-    """A box, and from half its height on one hull: a simulation finds now and then one corner of a thin wavy hull."""
-    low, high = body.bounds
-    middle, half = (low + high) / 2, (high - low) / 2
-    outline = outline_of(body.points[:, :2])
-    edges = np.roll(outline, -1, axis=0) - outline
-    normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1)
-    # The largest box of the body's proportions within its outline: each corner is on the inner side of every edge.
-    corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * half[:2]
-    room = ((outline - middle[:2]) * normals).sum(axis=1)
-    reach = PLINTH * float((room / np.maximum(corners @ normals.T, 1e-12)).min())
-    tall = PLINTH_HIGH * float(high[2] - low[2])
-    (x0, y0), (x1, y1), z = middle[:2] - reach * half[:2], middle[:2] + reach * half[:2], float(low[2])
-    plinth = board((float(x0), float(y0), z), (float(x1), float(y1), z + tall), 0.0)
-    raised = body.points.copy()
-    raised[:, 2] = raised[:, 2].clip(z + tall / 2)
-    return [hull_around(raised), plinth]

@@ -457,7 +457,14 @@ def build_package(builder: AssetBuilder, p: Package) -> None:
     for k, part in enumerate(parts):
         solid = part.solid.transformed(at)
         if part.swings:
-            _lid(builder, part, solid)
+            low, high = solid.bounds
+            hinge = (0.0, float(high[1]), float(low[2]))
+            builder.link(LID, hinge)
+            placed = solid.translated(*(-v for v in hinge))
+            builder.add(
+                LID, placed, part.finish, label=part.label, name="lid", collider=LID_GRIP, density="cardboard_flap"
+            )
+            swing_up(builder, (-1.0, 0.0, 0.0), LID_SWING)
             continue
         if k == 0:
             solid = solid.with_colliders_of(*colliders)
@@ -465,15 +472,6 @@ def build_package(builder: AssetBuilder, p: Package) -> None:
             solid = solid.with_hull_collider()
         touched = k == 0 or part.collider
         builder.add(ROOT, solid, part.finish, label=part.label, collider=touched, density=part.density)
-
-
-def _lid(builder: AssetBuilder, part: Part, solid: Solid) -> None:
-    low, high = solid.bounds
-    hinge = (0.0, float(high[1]), float(low[2]))
-    builder.link(LID, hinge)
-    placed = solid.translated(*(-v for v in hinge))
-    builder.add(LID, placed, part.finish, label=part.label, name="lid", collider=LID_GRIP, density="cardboard_flap")
-    swing_up(builder, (-1.0, 0.0, 0.0), LID_SWING)
 
 
 def _colliders(p: Package, body: Solid, everything: Floats) -> list[Solid]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from enum import StrEnum
 from itertools import pairwise
@@ -92,17 +92,7 @@ def build(builder: AssetBuilder, p: Utensil) -> None:
         density = part.fill * builder.supplies.finish(part.finish).substance.density
         densities.append(density * (HOLLOW if part.label == "handle" and density > METAL else 1.0))
     masses = [abs(part.solid.volume) * density for part, density in zip(parts, densities, strict=True)]
-    pose = _rest(parts, masses)
-    factor = p.mass / sum(masses) if p.mass > 0 else 1.0
-    for k, (part, density) in enumerate(zip(parts, densities, strict=True)):
-        name = f"{part.label}_{k:02d}"
-        hit = name if part.collides else False
-        placed, density = part.solid.transformed(pose), density * factor
-        builder.add(ROOT, placed, part.finish, label=part.label, name=name, collider=hit, density=density)
-
-
-def _rest(parts: Sequence[Part], masses: Sequence[float]) -> Pose:
-    """The turn about y, and the lift, with which it lies on the ground and does not tip."""
+    # The turn about y, and the lift, with which it lies on the ground and does not tip.
     points, _ = convex_hull(np.concatenate([part.solid.points for part in parts]))
     moments = [solid_moments(part.solid.points, part.solid.faces)[1] for part in parts]
     center = np.average(np.array(moments), axis=0, weights=masses)
@@ -116,7 +106,13 @@ def _rest(parts: Sequence[Part], masses: Sequence[float]) -> Pose:
             break
         turned += slope
     turn = axis_turn("y", turned)
-    return Pose(position=(0.0, 0.0, -float(turn.apply(points)[:, 2].min()))) @ turn
+    pose = Pose(position=(0.0, 0.0, -float(turn.apply(points)[:, 2].min()))) @ turn
+    factor = p.mass / sum(masses) if p.mass > 0 else 1.0
+    for k, (part, density) in enumerate(zip(parts, densities, strict=True)):
+        name = f"{part.label}_{k:02d}"
+        hit = name if part.collides else False
+        placed, density = part.solid.transformed(pose), density * factor
+        builder.add(ROOT, placed, part.finish, label=part.label, name=name, collider=hit, density=density)
 
 
 def _footing(points: np.ndarray[tuple[int, int], np.dtype[np.float64]], x: float) -> tuple[Vec2, Vec2]:

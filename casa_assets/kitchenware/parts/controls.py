@@ -132,17 +132,16 @@ def add_knob_with_scale(
     builder: AssetBuilder,
     name: str,
     at: Vec3,
-    style: KnobStyle,
-    radius: float,
-    finish: str,
-    *,
-    bezel_finish: str,
-    ink: str,
+    knob: tuple[KnobStyle, float],
+    finishes: tuple[str, str, str],
     turn: float,
     steps: int,
 ) -> None:
-    """Add a knob with a bezel behind it and printed ticks round it; `at` lies on the front, which faces -y."""
-    x, y, z = at
+    """Add a knob with a bezel behind it and printed ticks round it; `at` lies on the front, which faces -y.
+
+    knob: its style and radius, metres. finishes: of knob, bezel and print. steps: number of ticks over its turn, rad.
+    """
+    (x, y, z), (style, radius), (finish, bezel_finish, ink) = at, knob, finishes
     builder.draw(ROOT, bezel(radius).translated(x, y - 2e-4, z), bezel_finish, "bezel")
     builder.draw(ROOT, dial(radius, turn, steps=steps).translated(x, y - 3e-4, z), ink, "print", density=0.0)
     add_knob(builder, name, (x, y - 0.0032, z), style, radius, finish, turn=turn)

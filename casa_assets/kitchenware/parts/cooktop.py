@@ -248,7 +248,24 @@ def add_burners(
     elif fuel is Fuel.COIL:
         pan_z = top + 0.018
         for s in places:
-            _coil(builder, s, top)
+            bowl = lathe(
+                    [
+                        (1.12 * s.radius, top + 0.0004), (1.16 * s.radius, top + 0.004), (1.04 * s.radius, top + 0.003),
+                        (0.4 * s.radius, top + 0.0012),
+            ],
+                    40,
+                )  # fmt: skip
+            builder.draw(ROOT, _moved(bowl, s), "stainless_polished", "burner")
+            turns = 3.5 if s.radius < 0.09 else 4.5
+            steps = int(turns * 22)
+            path = []
+            for k in range(steps + 1):
+                t = 2 * math.pi * turns * k / steps
+                r = 0.2 * s.radius + 0.76 * s.radius * k / steps
+                path.append((s.x + r * math.cos(t), s.y + r * math.sin(t), top + 0.0138))
+            builder.draw(ROOT, tube(path, 0.0042).without_colliders(), "heating_element", "burner")
+            collider_disc = rod(0.98 * s.radius, 0.0178, 0.0).translated(s.x, s.y, top + 0.0091)
+            builder.add_collider(ROOT, collider_disc, "heating_element", "burner")
     else:
         pan_z = top + 0.0004
         for s in places:
@@ -292,27 +309,6 @@ def _gas(builder: AssetBuilder, s: BurnerSpot, top: float) -> None:
 
 def _moved(solid: Solid, s: BurnerSpot) -> Solid:
     return solid.translated(s.x, s.y)
-
-
-def _coil(builder: AssetBuilder, s: BurnerSpot, top: float) -> None:
-    bowl = lathe(
-        [
-            (1.12 * s.radius, top + 0.0004), (1.16 * s.radius, top + 0.004), (1.04 * s.radius, top + 0.003),
-            (0.4 * s.radius, top + 0.0012),
-],
-        40,
-    )  # fmt: skip
-    builder.draw(ROOT, _moved(bowl, s), "stainless_polished", "burner")
-    turns = 3.5 if s.radius < 0.09 else 4.5
-    steps = int(turns * 22)
-    path = []
-    for k in range(steps + 1):
-        t = 2 * math.pi * turns * k / steps
-        r = 0.2 * s.radius + 0.76 * s.radius * k / steps
-        path.append((s.x + r * math.cos(t), s.y + r * math.sin(t), top + 0.0138))
-    builder.draw(ROOT, tube(path, 0.0042).without_colliders(), "heating_element", "burner")
-    collider_disc = rod(0.98 * s.radius, 0.0178, 0.0).translated(s.x, s.y, top + 0.0091)
-    builder.add_collider(ROOT, collider_disc, "heating_element", "burner")
 
 
 def _burner_ring(builder: AssetBuilder, s: BurnerSpot, top: float, fuel: Fuel, ink: str) -> None:

@@ -8,7 +8,6 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.ext.arrays import Floats
 from casa_assets.ext.records import Vec2, Vec3
 from casa_assets.ext.solids import Solid, ball, box, circle, inset, lathe, loft, prism, rectangle, rod, tube
 from casa_assets.kitchenware.fixtures.on_walls import upright_on_wall
@@ -49,11 +48,7 @@ def leaf(
     body = thickness * (1 - 0.7 * np.abs(across))[None, :] * np.sin(np.pi * np.clip(s, 0.06, 0.94))[:, None]
     underside = top.copy()
     underside[..., 2] -= body + 0.0003
-    return _sheet(top, underside)
-
-
-def _sheet(top: Floats, underside: Floats) -> Solid:
-    """A closed solid between two (N, M, 3) grids."""
+    # A closed solid between two (N, M, 3) grids.
     n, m = top.shape[:2]
     points = np.concatenate([top.reshape(-1, 3), underside.reshape(-1, 3)])
     faces = []

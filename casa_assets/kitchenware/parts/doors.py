@@ -75,25 +75,21 @@ def hang_door(builder: AssetBuilder, look: CabinetLook, door: CabinetDoor) -> No
     glass = fronts.glass_of(look.front)
     main = f"{door.link}_main"
     corner = (start, 0.0, z)
-    fronts.add_front(
-        builder,
-        door.link,
-        parts,
-        (w, FRONT_THICKNESS, h),
-        look.face,
-        glass,
-        name=main,
-        at=corner,
-        groove=groove,
-        grip=grip,
-    )
+    size = (w, FRONT_THICKNESS, h)
+    fronts.add_front(builder, door.link, parts, size, look.face, glass, name=main, at=corner, groove=groove, grip=grip)
     if kind is HandleKind.EDGE_PULL:
         pull: handles.Handle | None = placed_edge_pull(edge, w, h, look.length, corner, door.hinge)
     else:
         pull = None if groove else _handle(look, door, kind, parts, corner)
     if pull is not None:
         handles.add_handle(builder, door.link, pull, look.metal, grip)
-    _cups(builder, door, corner, w, h)
+    count = 2 if h < 0.9 else 3 if h < 1.6 else 4
+    x = corner[0] + (0.032 if door.hinge is HingeSide.LEFT else w - 0.032)
+    rim = min(0.1, 0.25 * h)
+    for k in range(count):
+        z = corner[2] + rim + (h - 2 * rim) * k / (count - 1)
+        cup = rod(0.0125, 0.003, 0.0006, "y").translated(x, FRONT_THICKNESS + 0.0003, z)
+        builder.draw(door.link, cup, "nickel_satin", "hinge")
     travel = max_swing(pull) if pull is not None else DOOR_TRAVEL
     span = (-travel, 0.0) if door.hinge is HingeSide.LEFT else (0.0, travel)
     builder.hinge(door.joint, door.link, (0.0, 0.0, 1.0), span, grip)
@@ -158,16 +154,6 @@ def _handle(
     return handles.placed_handle(pull, "y", angle, (corner[0] + x, corner[1] + y, corner[2] + z))
 
 
-def _cups(builder: AssetBuilder, door: CabinetDoor, corner: Vec3, w: float, h: float) -> None:
-    count = 2 if h < 0.9 else 3 if h < 1.6 else 4
-    x = corner[0] + (0.032 if door.hinge is HingeSide.LEFT else w - 0.032)
-    rim = min(0.1, 0.25 * h)
-    for k in range(count):
-        z = corner[2] + rim + (h - 2 * rim) * k / (count - 1)
-        cup = rod(0.0125, 0.003, 0.0006, "y").translated(x, FRONT_THICKNESS + 0.0003, z)
-        builder.draw(door.link, cup, "nickel_satin", "hinge")
-
-
 # Drawers --------------------------------------------------------------------------------------------------------------
 
 SIDE_THICKNESS, BASE_THICKNESS = 0.014, 0.008  # thickness of a drawer's sides and bottom, metres
@@ -215,12 +201,6 @@ def add_drawer(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> No
     """Put a drawer into a cabinet; its region moves with it. The front's face lies in y = 0."""
     builder.link(d.link, at=(d.x, 0.0, d.z))
     grip = f"{d.link}_handle"
-    _front(builder, look, d, grip)
-    depth = _box(builder, look, d)
-    builder.slide(d.joint, d.link, (0.0, 1.0, 0.0), (-min(MAX_TRAVEL, round(depth - 0.06, 3)), 0.0), grip)
-
-
-def _front(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer, grip: str) -> None:
     w, h, kind = d.width, d.height, look.handle
     if kind is HandleKind.EDGE_PULL:
         h -= EDGE_PULL_ROOM
@@ -246,6 +226,8 @@ def _front(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer, grip: str
         lift = 0.02 if kind is HandleKind.RING and h < DEEP_FRONT else 0.0
         pull = handles.placed_handle(handles.handle(kind, length), "x", 0.0, (w / 2, y, z + lift))
         handles.add_handle(builder, d.link, pull, look.metal, grip)
+    depth = _box(builder, look, d)
+    builder.slide(d.joint, d.link, (0.0, 1.0, 0.0), (-min(MAX_TRAVEL, round(depth - 0.06, 3)), 0.0), grip)
 
 
 def _box(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> float:

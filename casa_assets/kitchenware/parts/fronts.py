@@ -256,7 +256,26 @@ def front_parts(
     if kind in (FrontKind.SLAB, FrontKind.V_GROOVE, FrontKind.FLUTED) or opening_size < 0.03:
         parts = _plain(kind, width, height, thickness, drawer)
     else:
-        parts = _framed(kind, width, height, thickness, stile, rail)
+        # Parts of a framed front: stiles of full height, with rails between them.
+        out = [
+            FrontPart(board((x, 0.0, 0.0), (x + stile, thickness, height), FRONT_EDGE_RADIUS))
+            for x in (0.0, width - stile)
+        ]
+        rise = min(0.055, 0.2 * (width - 2 * stile)) if kind is FrontKind.ARCHED else 0.0
+        splits = _splits(kind, height, rail, rise)
+        last = len(splits) - 1
+        for k, z in enumerate(splits):
+            if rise and k == last:
+                solid = arched_rail(stile, width - stile, z, rise, height, thickness)
+            else:
+                solid = board((stile, 0.0, z), (width - stile, thickness, z + rail), FRONT_EDGE_RADIUS)
+            out.append(FrontPart(solid, grain=ACROSS))
+        for k in range(last):
+            arch = rise if k == last - 1 else 0.0
+            out += _filled(
+                kind, FrameOpening(stile, splits[k] + rail, width - stile, splits[k + 1] + arch, arch), thickness
+            )
+        parts = tuple(out)
     return parts if groove is None else tuple(_grooved(part, width, height, thickness, groove) for part in parts)
 
 
@@ -354,24 +373,6 @@ def _plain(kind: FrontKind, w: float, h: float, t: float, drawer: bool) -> tuple
     else:
         return (FrontPart(board((0.0, 0.0, 0.0), (w, t, h), FRONT_EDGE_RADIUS), grain=(ACROSS if drawer else UPRIGHT)),)
     return (FrontPart(prism(np.concatenate([line, [(w, t), (0.0, t)]]), h, 0.0)),)
-
-
-def _framed(kind: FrontKind, w: float, h: float, t: float, stile: float, rail: float) -> tuple[FrontPart, ...]:
-    """Parts of a framed front: stiles of full height, with rails between them."""
-    out = [FrontPart(board((x, 0.0, 0.0), (x + stile, t, h), FRONT_EDGE_RADIUS)) for x in (0.0, w - stile)]
-    rise = min(0.055, 0.2 * (w - 2 * stile)) if kind is FrontKind.ARCHED else 0.0
-    splits = _splits(kind, h, rail, rise)
-    last = len(splits) - 1
-    for k, z in enumerate(splits):
-        if rise and k == last:
-            solid = arched_rail(stile, w - stile, z, rise, h, t)
-        else:
-            solid = board((stile, 0.0, z), (w - stile, t, z + rail), FRONT_EDGE_RADIUS)
-        out.append(FrontPart(solid, grain=ACROSS))
-    for k in range(last):
-        arch = rise if k == last - 1 else 0.0
-        out += _filled(kind, FrameOpening(stile, splits[k] + rail, w - stile, splits[k + 1] + arch, arch), t)
-    return tuple(out)
 
 
 def _splits(kind: FrontKind, h: float, rail: float, rise: float) -> list[float]:

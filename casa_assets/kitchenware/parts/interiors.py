@@ -19,16 +19,7 @@ TINE_PITCH = 0.095  # metres; closer rows hold no plates
 
 
 def add_dish_rack(
-    builder: AssetBuilder,
-    name: str,
-    behind: str,
-    lower: Vec3,
-    upper: Vec3,
-    finish: str,
-    metal: str,
-    *,
-    tines: int,
-    travel: float,
+    builder: AssetBuilder, name: str, behind: str, lower: Vec3, upper: Vec3, finish: str, tines: int, travel: float
 ) -> None:
     """A basket between two corners, open on top; its link is `name`, its joint `<name>_joint`.
 
@@ -52,9 +43,11 @@ def add_dish_rack(
         builder.add_collider(name, solid, finish, "rack", f"{name}_{part}")
     half_grip = 0.6 * half
     grip = rod(0.0055, 2 * half_grip, 0.002, "x").translated(0.0, -0.013, height - 0.006)
-    builder.add(name, grip, metal, "handle", name=f"{name}_handle_main")
+    builder.add(name, grip, "stainless_brushed", "handle", name=f"{name}_handle_main")
     for x in (-half_grip + 0.012, half_grip - 0.012):
-        builder.draw(name, rod(0.0035, 0.014, 0.0005, "y").translated(x, -0.006, height - 0.006), metal, "handle")
+        builder.draw(
+            name, rod(0.0035, 0.014, 0.0005, "y").translated(x, -0.006, height - 0.006), "stainless_brushed", "handle"
+        )
     for x in (-half - 0.004, half + 0.004):
         for y in (0.2 * depth, 0.8 * depth):
             builder.draw(name, rod(0.013, 0.007, 0.0015, "x").translated(x, y, 0.004), "plastic_grey", "wheel")
@@ -194,19 +187,9 @@ def furnish_dishwasher(builder: AssetBuilder, interior: Interior) -> None:
     for k, z in enumerate(floors):
         top = min(z + 0.19, (floors[1] - 0.02 if k == 0 and len(floors) > 1 else interior.upper[2]) - 0.02)
         lower, upper = (x0 + 0.02 + interior.clear[0], front, z), (x1 - 0.02 - interior.clear[1], back, top)
-        coat, metal = "plastic_grey_light", "stainless_brushed"
         travel = round(0.85 * (back - front), 3)
-        add_dish_rack(
-            builder,
-            f"tray_{interior.first + k}",
-            interior.door,
-            lower,
-            upper,
-            coat,
-            metal,
-            tines=3 if k == 0 else 2,
-            travel=travel,
-        )
+        name, tines = f"tray_{interior.first + k}", 3 if k == 0 else 2
+        add_dish_rack(builder, name, interior.door, lower, upper, "plastic_grey_light", tines, travel)
 
 
 def furnish_cabinet(builder: AssetBuilder, interior: Interior) -> None:

@@ -298,26 +298,10 @@ def add_lower_fronts(
     """Add fronts before the compartments, from z = bottom to top over the whole width; returns their joints."""
     face = look.lower or look.face
     if kind is FreezerFront.TWO_DOORS:
-        middle, half = width / 2, center_gap(width / 2, look.thick) / 2
+        (one, two), middle, half = compartments, width / 2, center_gap(width / 2, look.thick) / 2
         doors = [
-            FridgeDoor(
-                "freezer_left",
-                (0.0, bottom),
-                (middle - half, top),
-                False,
-                compartments[0],
-                compartments[0].upper[0],
-                face,
-            ),
-            FridgeDoor(
-                "freezer_right",
-                (middle + half, bottom),
-                (width, top),
-                True,
-                compartments[1],
-                compartments[1].lower[0],
-                face,
-            ),
+            FridgeDoor("freezer_left", (0.0, bottom), (middle - half, top), False, one, one.upper[0], face),
+            FridgeDoor("freezer_right", (middle + half, bottom), (width, top), True, two, two.lower[0], face),
         ]
         for door in doors:
             hang_fridge_door(builder, door, look, 0, 0.0)

@@ -7,7 +7,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from casa_assets.kitchenware.fixtures.corners_and_islands import IslandBase
+from casa_assets.kitchenware.fixtures.corners import IslandBase
 from pydantic import ValidationError
 
 from casa_assets.kitchenware.fixtures.cabinets import BaseCabinet, DrawerStack, WallCabinet

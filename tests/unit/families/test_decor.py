@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.kitchenware.fixtures import boards_and_books, wall_racks
+from casa_assets.kitchenware.fixtures import boards, wall_racks
 from casa_assets.kitchenware.fixtures.dish_rack import DishRack, DishRackForm
 from casa_assets.kitchenware.parts.decor import JarLid, jar
 from tests.support.asset.family_members import made
@@ -53,7 +53,7 @@ def test_a_jar_holds_less_than_its_outside_and_is_shut(subtests: pytest.Subtests
 
 
 def test_a_leaning_board_stands_up() -> None:
-    boards = [boards_and_books.CuttingBoard(leaning=value) for value in (False, True)]
+    boards = [boards.CuttingBoard(leaning=value) for value in (False, True)]
     lying, leaning = (made("cutting_board", board) for board in boards)
     assert np.ptp(lying.bounds, axis=0)[2] < 0.03
     assert np.ptp(leaning.bounds, axis=0)[2] > 0.2
