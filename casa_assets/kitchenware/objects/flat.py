@@ -31,7 +31,7 @@ from casa_assets.ext.solids import (
 from casa_assets.kitchenware.fixtures import kettle
 from casa_assets.kitchenware.fixtures.kettle import Kettle, KettleForm, KettleHandle
 from casa_assets.kitchenware.objects.closures import LID, lift_off
-from casa_assets.kitchenware.parts.blender_jar import BlenderJar, Cover, Jar, add_cover, add_jar, add_jar_handle
+from casa_assets.kitchenware.parts.counter_parts import BlenderJar, Cover, Jar, add_cover, add_jar, add_jar_handle
 
 # Board ----------------------------------------------------------------------------------------------------------------
 

@@ -28,9 +28,8 @@ from casa_assets.ext.solids import (
     rod,
     tube,
 )
-from casa_assets.kitchenware.objects import utensil_heads as heads
-from casa_assets.kitchenware.objects.swept_bar import Bar, Size, bar, drilled, stadium, value_at
-from casa_assets.kitchenware.objects.utensil_heads import Part
+from casa_assets.kitchenware.objects import utensil_parts as heads
+from casa_assets.kitchenware.objects.utensil_parts import Bar, Part, Size, bar, drilled, stadium, value_at
 
 Metres = Annotated[float, Field(ge=0, le=0.6)]
 Share = Annotated[float, Field(ge=0, le=1)]

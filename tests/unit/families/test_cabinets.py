@@ -7,10 +7,10 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from casa_assets.kitchenware.fixtures.corners import IslandBase
 from pydantic import ValidationError
 
 from casa_assets.kitchenware.fixtures.cabinets import BaseCabinet, DrawerStack, WallCabinet
+from casa_assets.kitchenware.fixtures.corners import IslandBase
 from casa_assets.kitchenware.parts import fronts, handles
 from casa_assets.kitchenware.parts.fronts import CabinetLook, FrontEdge, FrontKind
 from casa_assets.kitchenware.parts.handles import HandleKind
