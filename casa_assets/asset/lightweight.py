@@ -82,12 +82,7 @@ def inscribed_primitives(points: Floats) -> tuple[tuple[Box | Cylinder, Pose], .
     planes, volume = hull_planes(points), hull_volume(points)
     boxes: list[InscribedPrimitive] = []
     rods: list[InscribedPrimitive] = []
-    # Rotations (cloud from shape) worth trying: each axis of the cloud as z, then those of its covariance.
-    x, y, z = np.eye(3)
-    axes = [np.stack([x, y, z], axis=1), np.stack([y, z, x], axis=1), np.stack([z, x, y], axis=1)]
-    _, vectors = np.linalg.eigh(np.cov(points.T))
-    a, b, c = (v * np.sign(v[np.argmax(np.abs(v))]) for v in vectors.T)
-    first, *others = [*axes, np.stack([a, np.cross(c, a), c], axis=1), np.stack([b, np.cross(a, b), a], axis=1)]
+    first, *others = _frames(points)
     for frames in ([first], others):
         spans = [np.ptp(points @ frame, axis=0) / 2 for frame in frames]
         normals = [planes[:, :3] @ frame for frame in frames]
@@ -155,7 +150,8 @@ def _light_collider(item: Collider, low: float | None) -> tuple[Collider, ...]:
             found = (*found, *_foot(item.pose, points, found))
     except DegenerateShape:
         return ()
-    pairs = zip([item.name, *(LightScene.part_name(item.name, k) for k in range(1, len(found)))], found, strict=True)
+    names = [item.name, *(LightScene.part_name(item.name, k) for k in range(1, len(found)))]
+    pairs = zip(names, found, strict=True)
     return tuple(item.replace(name=name, shape=shape, pose=item.pose @ pose) for name, (shape, pose) in pairs)
 
 
@@ -203,6 +199,15 @@ def _foot(pose: Pose, points: Floats, found: Sequence[tuple[Shape, Pose]]) -> tu
     shape, at = _rounded(upright)
     assert isinstance(shape, Box)
     return ((shape, pose.inverse() @ at),)
+
+
+def _frames(points: Floats) -> list[Floats]:
+    """Rotations (cloud from shape) worth trying: each axis of the cloud as z, then those of its covariance."""
+    x, y, z = np.eye(3)
+    axes = [np.stack([x, y, z], axis=1), np.stack([y, z, x], axis=1), np.stack([z, x, y], axis=1)]
+    _, vectors = np.linalg.eigh(np.cov(points.T))
+    a, b, c = (v * np.sign(v[np.argmax(np.abs(v))]) for v in vectors.T)
+    return [*axes, np.stack([a, np.cross(c, a), c], axis=1), np.stack([b, np.cross(a, b), a], axis=1)]
 
 
 class _Wanted(NamedTuple):

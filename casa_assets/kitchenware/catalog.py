@@ -41,11 +41,10 @@ FREE = Base.FREE
 # fmt: off
 GROUPS: dict[str, tuple[Family[Any], ...]] = {
     "cabinets": (
-        Family("base_cabinet", cabinets.BaseCabinet, cabinets.build_base_cabinet, cabinets.sample_base_cabinet),
+        Family("base_cabinet", cabinets.BaseCabinet, cabinets.build_base_cabinet),
         Family("wall_cabinet", cabinets.WallCabinet, cabinets.build_wall_cabinet),
         Family("tall_cabinet", cabinets.TallCabinet, cabinets.build_tall_cabinet),
-        Family("drawer_stack", cabinets.DrawerStack, cabinets.build_drawer_stack, cabinets.sample_drawer_stack,
-            contract="drawer"),
+        Family("drawer_stack", cabinets.DrawerStack, cabinets.build_drawer_stack, contract="drawer"),
         Family("corner_cabinet_blind", corners.CornerCabinetBlind, corners.build_blind, contract="single_cabinet"),
         Family("corner_cabinet_diagonal", corners.CornerCabinetDiagonal, corners.build_diagonal,
             contract="single_cabinet"),

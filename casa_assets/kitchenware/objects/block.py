@@ -124,7 +124,6 @@ def _ring(p: Block, outline: Outline, beyond: float, cut: float, z: float, heigh
 
 
 def _shaped(solid: Solid, p: Block) -> Solid:
-    """The solid with its unevenness, its underside flat, and with a picture laid on from each side."""
     points = bumped(solid.points, p.bumps, p.waves, p.rng())
     low = float(points[:, 2].min())
     points[:, 2] = np.where(solid.points[:, 2] < 1e-6, low, points[:, 2]) - low
@@ -184,7 +183,6 @@ def wedge(p: Block) -> list[Part]:
 
 
 def _cut_face(p: Block, sign: int) -> Solid:
-    """A thin layer on one of the two cut faces, within the border of the rind."""
     along = np.array([math.cos(sign * p.angle / 2), math.sin(sign * p.angle / 2), 0.0])
     out = np.array([-along[1], along[0], 0.0]) * sign
     reach, low, high = p.width - 1.6 * p.rind, p.rind, p.height - p.rind

@@ -344,7 +344,6 @@ def strewn(
 
 
 def _placed(small: Solid, place: Floats, normal: Floats, rng: np.random.Generator, sunk: float) -> Solid:
-    """A small thing set on a place, z along the normal, turned at random about it."""
     turn = rng.uniform(0.0, 2 * np.pi)
     x = np.array([math.cos(turn), math.sin(turn), 0.0])
     x -= normal * float(x @ normal)
@@ -506,7 +505,6 @@ def _fan(p: Crustacean) -> list[Solid]:
 
 
 def _claw(p: Crustacean, side: int, size: float) -> tuple[Solid, Solid, Solid]:
-    """A claw with its two fingers, the arm that carries it, and a band round it."""
     long, wide = p.claw * size, p.claw_width * size
     thick = 0.5 * wide
     palm = dome(outline_curve(PALM, long, 0.8 * wide, 30), FLAT, thick, 9).translated(y=-0.1 * wide)

@@ -278,7 +278,6 @@ def _trimmed(body: manifold3d.Manifold, planes: list[Plane], behind: float = 0.0
 
 
 def _manifold(solid: Solid) -> manifold3d.Manifold:
-    """The body with the coordinates of its picture as properties of its points."""
     uv = np.zeros((*solid.faces.shape, 2)) if solid.picture_uv is None else solid.picture_uv
     corners = np.column_stack([solid.points[solid.faces.ravel()], uv.reshape(-1, 2)])
     rows, index = np.unique(np.round(corners, 12), axis=0, return_inverse=True)
@@ -293,7 +292,6 @@ def _manifold(solid: Solid) -> manifold3d.Manifold:
 
 
 def _solid(body: manifold3d.Manifold, crease_deg: float) -> Solid:
-    """The surface of a body whose points have the coordinates of a picture as properties."""
     mesh = body.to_mesh64()
     corners, faces = np.array(mesh.vert_properties, dtype=np.float64), np.array(mesh.tri_verts, dtype=np.int64)
     points, index = np.unique(np.round(corners[:, :3], 9), axis=0, return_inverse=True)

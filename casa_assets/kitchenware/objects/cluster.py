@@ -89,7 +89,6 @@ def _body(p: Cluster, size: tuple[int, int], rng: np.random.Generator, scale: fl
 
 
 def _pointing(body: Solid, way: Floats, at: Floats) -> Solid:
-    """A body with its upper end turned to a direction and its middle moved to a point."""
     way = way / np.linalg.norm(way)
     side = np.cross(way, [0.0, 0.0, 1.0] if abs(way[2]) < 0.9 else [1.0, 0.0, 0.0])
     side /= np.linalg.norm(side)
@@ -97,7 +96,6 @@ def _pointing(body: Solid, way: Floats, at: Floats) -> Solid:
 
 
 def _grapes(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Solid]]:
-    """Berries on rings round a stalk along x, in several shells; none lies below the table."""
     out = []
     for k in range(p.count):
         t = (k + 0.5) / p.count
@@ -145,7 +143,6 @@ def _florets(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[So
 
 
 def _bracts(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Solid]]:
-    """A bud, and pointed leaves that lie over it from the foot to the tip; a stalk below."""
     core = p.replace(piece=0.92 * p.width, piece_length=0.94 * p.length, profile=BALL)
     out = [_body(core, MIDDLING, rng).translated(z=0.47 * p.length)]
     for k in range(p.count):
@@ -164,7 +161,6 @@ def _bracts(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Sol
 
 
 def _knobs(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Solid]]:
-    """A chain of fat bodies along x and short ones that leave it to both sides."""
     main = max(2, p.count // 2)
     out = []
     for k in range(p.count):
@@ -182,7 +178,6 @@ def _knobs(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Soli
 
 
 def _bundle(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Solid]]:
-    """Long bodies side by side along x, those that find no room on top of the others."""
     out = []
     row = max(1, int(p.width / p.piece))
     for k in range(p.count):
@@ -195,7 +190,6 @@ def _bundle(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Sol
 
 
 def _leaves(p: Cluster, rng: np.random.Generator) -> list[Solid]:
-    """Leaves: upright around the lower end; for stalks, lying around their ends."""
     out = []
     if p.build is Build.STALKS:
         for k in range(p.leaves):

@@ -31,8 +31,6 @@ from casa_assets.kitchenware.objects.closures import (
     swing_up,
 )
 
-# Body -----------------------------------------------------------------------------------------------------------------
-
 # Points round a section: four on the axes and so many in each corner.
 CORNER = 7
 AROUND = 4 * (CORNER + 1)
@@ -139,7 +137,6 @@ def cup(outline: Sequence[Vec2], section: Section, wall: float, floor: float) ->
 
 
 def _skin(rings: Sequence[Floats]) -> Solid:
-    """Rings joined into a closed surface; each end is closed by a fan about its middle."""
     count = len(rings)
     points = np.vstack([*rings, rings[0].mean(axis=0), rings[-1].mean(axis=0)])
     i = np.arange(AROUND)
@@ -217,8 +214,6 @@ def _placed(ring: Floats, at: Floats, places: Floats) -> Floats:
     closed = np.vstack([ring, ring[:1]])
     return np.column_stack([np.interp(places, at, closed[:, k]) for k in (0, 1)])
 
-
-# Container ------------------------------------------------------------------------------------------------------------
 
 Metres = Annotated[float, Field(gt=0, le=0.5)]
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -363,7 +358,6 @@ def build_container(builder: AssetBuilder, p: Container) -> None:
 
 
 def _frame(p: Container) -> _Frame:
-    """The body's outline: foot, widest part, shoulder, neck, lip."""
     half = p.width / 2
     # The foot may be the widest part of all, as of a cone.
     r = half / max(1.0, p.foot, p.waist * (1 + p.foot) / 2 if p.waist > 1 else 1.0)
@@ -372,8 +366,7 @@ def _frame(p: Container) -> _Frame:
     points: list[Vec3] = [(max(0.4 * foot, foot - p.foot_bend * half), 0.0, 0.0), (foot, 0.0, p.foot_bend * half)]
     if abs(p.waist - 1) > 0.005:
         points.append(((foot + r) / 2 * p.waist, 0.5 * p.shoulder * h, 2.5 * half))
-    points.append((r, p.shoulder * h, p.shoulder_bend * half))
-    points.append((n, p.neck_at * h, p.neck_bend * half))
+    points += [(r, p.shoulder * h, p.shoulder_bend * half), (n, p.neck_at * h, p.neck_bend * half)]
     if abs(p.bulge) > 0.005:
         points.append((n * (1 + p.bulge), (0.5 + 0.5 * p.neck_at) * h, 1.5 * half))
     if p.lip > 0:
@@ -409,7 +402,6 @@ def _fluted(points: Floats, p: Container, frame: _Frame) -> Floats:
 
 
 def _hits(p: Container, frame: _Frame) -> list[Solid]:
-    """Collision solids: the foot, the body up to its widest end, the shoulder, the neck; a cap below it."""
     outline, section = frame.plain, frame.section
     widest, mouth = section.widest, outline[-1][0]
     base, top = outline[0][1], outline[-1][1]
@@ -438,7 +430,6 @@ def _hits(p: Container, frame: _Frame) -> list[Solid]:
 
 
 def _footed(frame: _Frame, high: float) -> list[Solid]:
-    """Collision solids of the body from its foot to a height: a hull on a plain foot."""
     base, section = frame.plain[0][1], frame.section
     tall = min(FOOT, high - base)
     hull = body(piece(frame.plain, base + tall / 2, high), section).with_hull_collider()
@@ -534,7 +525,6 @@ def _opening(builder: AssetBuilder, p: Container, mouth: Mouth, parts: list[Part
 
 
 def _handle(builder: AssetBuilder, p: Container, frame: _Frame) -> None:
-    """A handle at the right side: out of the body, down, and back to it."""
     half, thick = p.width / 2, p.handle_thick
     z0, z1 = frame.z(max(0.04, p.handle_at - p.handle / 2)), frame.z(min(0.97, p.handle_at + p.handle / 2))
     x0, x1 = radius_at(frame.plain, z0), radius_at(frame.plain, z1)

@@ -39,8 +39,6 @@ from casa_assets.kitchenware.objects.bodies import (
 )
 from casa_assets.kitchenware.objects.closed_surface import bumped, ellipsoid, sheet
 
-# Dough ----------------------------------------------------------------------------------------------------------------
-
 Metres = Annotated[float, Field(gt=0, le=0.8)]
 Thin = Annotated[float, Field(ge=0, le=0.05)]
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -139,7 +137,6 @@ def build_dough(builder: AssetBuilder, p: Dough) -> None:
 
 
 def _add_top(builder: AssetBuilder, p: Dough, body: Solid, rng: np.random.Generator) -> None:
-    """Add coat, lines, toppings, a pat of butter and a stick to the body, as far as it has them."""
     top = body
     if p.coat > 0:
         top = replace(coated(body, p.coat, p.coat_level, p.coat_wave, rng), picture_uv=None)
@@ -199,7 +196,6 @@ def _body(p: Dough, rng: np.random.Generator) -> tuple[Solid, list[Solid]]:
 
 
 def _grid(p: Dough) -> Solid:
-    """A waffle: a thin plate, bars both ways across it, and a rim."""
     outline = outline_of_food(p.outline, p.length, p.width, p.square)
     flat = [(0, 0), (0.9, 0), (1, 0.25), (1, 0.75), (0.9, 1), (0, 1)]
     parts = [dome(outline, flat, 0.45 * p.height, 7).translated(z=0.275 * p.height)]
@@ -230,8 +226,6 @@ def _chord(outline: Floats, axis: int, at: float) -> float:
     pairs = sorted((float(outline[i, axis]), float(outline[i, 1 - axis])) for i in upper)
     return float(np.interp(at, [x for x, _ in pairs], [y for _, y in pairs]))
 
-
-# Slab -----------------------------------------------------------------------------------------------------------------
 
 SlabMetres = Annotated[float, Field(gt=0, le=0.8)]
 SlabThin = Annotated[float, Field(ge=0, le=0.05)]
@@ -367,7 +361,6 @@ def _slab_body(p: SlabFood, rng: np.random.Generator) -> tuple[Solid, Solid | No
 
 
 def _strip(p: SlabFood, rng: np.random.Generator) -> Solid:
-    """A thin strip along x that rises and falls; its picture runs along it."""
     n, m = 41, 9
     s, t = np.meshgrid(np.linspace(-0.5, 0.5, n), np.linspace(-0.5, 0.5, m), indexing="ij")
     phase = rng.uniform(0, 2 * math.pi)
@@ -382,7 +375,6 @@ def _strip(p: SlabFood, rng: np.random.Generator) -> Solid:
 
 
 def _rind(p: SlabFood, body: Solid) -> Solid:
-    """Fat along a part of the edge of a slab, a little lower than the meat; elsewhere it hides in it."""
     outline = outline_of_food(p.outline, p.length, p.width, p.square, 44)
     angle = np.degrees(np.arctan2(outline[:, 1], outline[:, 0]))
     middle, half = (p.rind_from + p.rind_to) / 2, abs(p.rind_to - p.rind_from) / 2

@@ -33,8 +33,6 @@ from casa_assets.kitchenware.fixtures.kettle import Kettle, KettleForm, KettleHa
 from casa_assets.kitchenware.objects.closures import LID, lift_off
 from casa_assets.kitchenware.parts.counter_parts import BlenderJar, Cover, Jar, add_cover, add_jar, add_jar_handle
 
-# Board ----------------------------------------------------------------------------------------------------------------
-
 # Outline seen from above: OVAL also round; PADDLE a rectangle with a handle; ARCHED one end is half a circle.
 Outline = StrEnum("Outline", "RECTANGLE OVAL PADDLE ROUND_PADDLE ARCHED")
 
@@ -145,15 +143,11 @@ def _shapes(p: Board) -> list[Solid]:
 
 
 def _pictured(part: Solid, whole: Solid) -> Solid:
-    """The part with a picture laid over the whole from above; its rim shows the rim of the picture."""
     low, high = whole.bounds
     share = (part.points - low) / (high - low)
     # The height of the picture runs along x: so stripes that run round a thing run across a mat.
     uv = np.stack([share[:, 1] * 0.98 + 0.01 - 0.004 * share[:, 2], share[:, 0] * 0.98 + 0.01 - 0.004 * share[:, 2]], 1)
     return replace(part, picture_uv=uv[part.faces])
-
-
-# Pocket tray ----------------------------------------------------------------------------------------------------------
 
 
 class PocketTray(Params):
@@ -210,7 +204,6 @@ def build_pocket_tray(builder: AssetBuilder, p: PocketTray) -> None:
 
 
 def _add_shapes(builder: AssetBuilder, p: PocketTray, length: float, width: float, top: float) -> None:
-    """A floor, walls between the rows and columns, and a border: pockets stay open."""
     x, y = p.columns * p.pitch_x, p.rows * p.pitch_y
     builder.add_collider(ROOT, box((0.96 * x, 0.94 * y, p.wall), (0.0, 0.0, p.wall / 2), 0.0), p.skin, "body", "floor")
     for i in range(1, p.columns):
@@ -226,9 +219,6 @@ def _add_shapes(builder: AssetBuilder, p: PocketTray, length: float, width: floa
         builder.add_collider(ROOT, box((length, side, high), (0.0, at, top - high / 2), 0.0), p.skin, "body")
         at = s * (length - end) / 2
         builder.add_collider(ROOT, box((end, width, high), (at, 0.0, top - high / 2), 0.0), p.skin, "body")
-
-
-# Blender jug ----------------------------------------------------------------------------------------------------------
 
 
 class BlenderJug(Params):
@@ -260,8 +250,6 @@ def build_blender_jug(builder: AssetBuilder, p: BlenderJug) -> None:
         add_cover(builder, Cover(p.jar, p.top, p.thickness, *cap), LID)
         lift_off(builder, 2 * p.top)
 
-
-# Electric kettle ------------------------------------------------------------------------------------------------------
 
 # Bodies that are wide below and narrow above need two rows of staves, the others one.
 ROUND = frozenset({KettleForm.RETRO, KettleForm.BELL})

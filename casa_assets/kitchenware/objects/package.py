@@ -40,8 +40,6 @@ from casa_assets.kitchenware.objects.wrapping import (
     wrapped,
 )
 
-# Boxes ----------------------------------------------------------------------------------------------------------------
-
 # Heights of the rings of a body, as shares of it.
 LEVELS = ramp(0.0, 0.04, 0.14, 0.32, 0.5, 0.68, 0.86, 0.96, 1.0)
 CARD = 0.0009  # of folded card and what hides below it, metres
@@ -82,7 +80,6 @@ def carton(p: Package) -> list[Part]:
 
 
 def _sides(p: Package, outline: Outline, height: float, low: float, high: float) -> Solid:
-    """The body: four sides that bulge a little."""
     half_x, half_y = p.width / 2, p.depth / 2
     rings = np.stack([outline.ring(half_x, half_y, p.edge, height * share) for share in LEVELS])
     rings = dented(_bulged(rings, outline, p.bulge, 2 * LEVELS - 1), outline, p.dents, p.rng())
@@ -122,7 +119,6 @@ def lid_seam(p: Package) -> float:
 
 
 def _bulged(rings: Floats, outline: Outline, amount: float, levels: Floats) -> Floats:
-    """Rings whose sides bulge in their middle by a length; a narrow side bulges by less."""
     moved = rings.copy()
     wide = np.abs(outline.bent[:, 1:]) * np.ptp(rings[0, :, 0]) + np.abs(outline.bent[:, :1]) * np.ptp(rings[0, :, 1])
     share = hump(np.abs(outline.straight * outline.bent[:, ::-1]).sum(axis=1))[:, None] * wide / wide.max()
@@ -131,7 +127,6 @@ def _bulged(rings: Floats, outline: Outline, amount: float, levels: Floats) -> F
 
 
 def _window(p: Package) -> Solid:
-    """A pane in the lower part of the front, through which what is in the carton is seen."""
     half, low, high = 0.5 * p.width * p.window_wide, p.height * 0.08, p.height * (0.08 + p.window)
     columns, rows = np.linspace(-half, half, 7), np.linspace(low, high, 9)
     front = []
@@ -226,8 +221,7 @@ def brick(p: Package) -> list[Part]:
         lean = min(0.7, math.atan2(0.62 * p.width, 2 * reach))
         dx, dz = reach * math.sin(lean), reach * math.cos(lean)
         path = [(-dx, y, p.height / 2 - dz), (dx, y, p.height / 2 + dz)]
-        parts.append(Part(tube(path, radius), p.fitting, "straw", 200.0, collider=True))
-        parts.append(Part(hole, "foil_silver", "seal"))
+        parts += [Part(tube(path, radius), p.fitting, "straw", 200.0, collider=True), Part(hole, "foil_silver", "seal")]
     return parts
 
 
@@ -335,7 +329,6 @@ def _rolled_end(p: Package) -> Solid:
 
 
 def _folded_end(p: Package) -> Solid:
-    """The upper end of a paper bag, folded over: it lies on the front slope."""
     half_x, half_y, ridge = p.width / 2, p.depth / 2, p.height - p.fin
     slope = np.array([0.0, -half_y, -p.height * p.roof])
     slope /= np.linalg.norm(slope)
@@ -347,8 +340,6 @@ def _folded_end(p: Package) -> Solid:
     corners = np.array([start - side, end - 0.97 * side, end + 0.97 * side, start + side])
     return with_spot(plate(corners, 0.0022, out), (0.5, 0.985))
 
-
-# Package --------------------------------------------------------------------------------------------------------------
 
 Metres = Annotated[float, Field(gt=0, le=0.5)]
 Small = Annotated[float, Field(ge=0, le=0.1)]
@@ -475,7 +466,6 @@ def build_package(builder: AssetBuilder, p: Package) -> None:
 
 
 def _colliders(p: Package, body: Solid, everything: Floats) -> list[Solid]:
-    """Collision shapes of the body, standing: boxes where it has flat sides, else hulls."""
     low, high = body.bounds
     match p.shape:
         case Shape.CARTON if p.opens:

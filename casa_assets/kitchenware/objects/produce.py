@@ -32,8 +32,6 @@ from casa_assets.kitchenware.objects.closed_surface import (
 )
 from casa_assets.kitchenware.parts.decor import golden_angles, leaf
 
-# Head leaves ----------------------------------------------------------------------------------------------------------
-
 # Points across a leaf and from its foot to its tip.
 ACROSS, LENGTHWISE = 9, 9
 
@@ -74,8 +72,6 @@ def head_leaves(
     return out
 
 
-# Portion --------------------------------------------------------------------------------------------------------------
-
 # How far the lining of a hollow reaches to either side of it, by the distance from its middle.
 LINING = 0.015
 # A round side of flat faces is rolled over if the next is lower; half degrees from one to the next.
@@ -103,8 +99,6 @@ def rest_tilt(body: Solid) -> float:
             return float(tilts[place])
         place = lower
 
-
-# Produce --------------------------------------------------------------------------------------------------------------
 
 Metres = Annotated[float, Field(gt=0, le=0.5)]
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -300,7 +294,6 @@ def _portion_laid(points: Floats, p: Produce) -> Floats:
 
 
 def _laid(points: Floats, p: Produce) -> Floats:
-    """Points as they rest: upright, or from end to end along x and the bend level."""
     if p.rest is not Rest.LIES:
         return points
     laid = points[:, [2, 0, 1]]

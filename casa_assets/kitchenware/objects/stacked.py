@@ -253,7 +253,6 @@ def _bun(p: Stacked, rng: np.random.Generator) -> Composed:
 
 
 def _shell(p: Stacked, rng: np.random.Generator) -> Composed:
-    """A round shell folded over its fillings; it rests on its fold."""
     radius, n, m = p.length / 2, 23, 19
     gap = 0.32 * p.width
     s = np.linspace(-0.995, 0.995, n)[:, None] * radius
@@ -416,7 +415,6 @@ def _cake(p: Stacked, rng: np.random.Generator) -> Composed:
 
 
 def _swirl(radius: float, height: float, ripple: float, turns: float, fine: bool = True) -> Solid:
-    """Cream out of a bag: a cone whose rim winds up it; a small one needs fewer faces."""
     profile = [(0, 0), (0.85, 0), (1, 0.1), (0.92, 0.32), (0.7, 0.58), (0.42, 0.82), (0.14, 0.97), (0, 1)]
     along, around = (23, 28) if fine else (14, 18)
     body = turned(smooth_profile([(float(r), float(z)) for r, z in profile], along), around, 70.0)
@@ -457,7 +455,6 @@ SCOOP = [(0, 0), (0.75, 0.02), (1.04, 0.1), (1.06, 0.18), (0.98, 0.24), (1, 0.45
 
 
 def _cone(p: Stacked, rng: np.random.Generator) -> Composed:
-    """A cone with balls of ice, lying on its side: the cone's tip and the largest ball touch the ground."""
     mouth, long = p.width / 2 * 0.9, p.base_height * 2
     line = [(0.0, 0.0), (0.0035, 0.0), (0.5 * mouth, 0.5 * long), (mouth, 0.985 * long), (0.97 * mouth, long)]
     line.append((0.0, long))
@@ -493,7 +490,6 @@ def _cone(p: Stacked, rng: np.random.Generator) -> Composed:
 
 
 def _bar(p: Stacked, rng: np.random.Generator) -> Composed:
-    """Ice on a stick, lying; its picture runs from the stick to the other end."""
     w, h = p.width / 2, p.length / 2
     turns = np.linspace(0, math.pi, 19)
     arch = min(w, 0.9 * h)
@@ -544,7 +540,6 @@ def _nigiri(p: Stacked, rng: np.random.Generator) -> Composed:
 
 
 def _maki(p: Stacked, rng: np.random.Generator) -> Composed:
-    """A piece of a roll on its end: seaweed or rice outside, rice and a heart inside."""
     rim = ((0, 0), (0.93, 0), (0.99, 0.04), (1, 0.3), (1, 0.7), (0.99, 0.96), (0.93, 1), (0, 1))
     outline = superellipse(p.length, p.width, p.square, 40)
     outer = dome(outline, rim, p.height)

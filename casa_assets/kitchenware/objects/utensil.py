@@ -137,7 +137,6 @@ def _footing(points: np.ndarray[tuple[int, int], np.dtype[np.float64]], x: float
 
 
 def _grip(p: Utensil, z: float = 0.0) -> list[Part]:
-    """The handle of another stuff from the split to the end, with what is on it."""
     if p.grip is None or p.split >= 1:
         return []
     start, length = p.split * p.length, (1 - p.split) * p.length
@@ -170,7 +169,6 @@ def _grip(p: Utensil, z: float = 0.0) -> list[Part]:
 
 
 def _front_length(p: Utensil) -> float:
-    """How long the front is: it reaches into the grip where there is one."""
     return p.length if p.grip is None or p.split >= 1 else p.split * p.length + TANG
 
 
@@ -240,7 +238,6 @@ def _whisk(p: Utensil) -> list[Part]:
 
 
 def _tongs(p: Utensil) -> list[Part]:
-    """Two arms that are alike, one turned over; a bend or a pin at the hinge, a ring to lock them."""
     parts: list[Part] = []
     pieces: list[tuple[Solid, str, str]] = [(_front(p, span=(p.tip * 0.7, 1.0)), p.front_finish, "arm")]
     if p.tip > 0:
@@ -301,7 +298,6 @@ def _wheel(p: Utensil) -> list[Part]:
 
 
 def _scissors(p: Utensil) -> list[Part]:
-    """Two halves that cross at a screw; each is a blade, a shank and a bow."""
     pivot, thick = p.split * p.length, p.thickness
     bow_long, bow_wide = p.depth, p.gap
     parts: list[Part] = []
@@ -332,7 +328,6 @@ def _scissors(p: Utensil) -> list[Part]:
 
 
 def _can_opener(p: Utensil) -> list[Part]:
-    """Two handles that meet at a pin, a plate with a cutting wheel and a toothed one, and a key to turn."""
     if p.grip is None:
         raise ValueError("a can opener needs handles as its grip")
     head = p.split * p.length
@@ -391,7 +386,6 @@ def _pin(p: Utensil) -> list[Part]:
 
 
 def _grater(p: Utensil) -> list[Part]:
-    """An upright box grater; its handle is at the top."""
     parts = [Part(heads.grater(p.length, p.width, p.depth, p.belly, 0.0008), p.front_finish, "body")]
     holes: list[Solid] = []
     hoods: list[Solid] = []
@@ -427,7 +421,6 @@ def _grater(p: Utensil) -> list[Part]:
 
 
 def _reamer(p: Utensil) -> list[Part]:
-    """A dish with a ribbed cone in its middle, a handle or two, and a lip to pour."""
     radius, wall = p.width / 2, p.thickness
     dish = heads.reamer_dish(radius, p.dish, wall)
     cone = heads.ribbed_cone(0.5 * radius, p.depth - wall, p.count, 0.16).translated(z=wall)
@@ -466,7 +459,6 @@ def _brush(p: Utensil) -> list[Part]:
 
 
 def _scale(p: Utensil) -> list[Part]:
-    """A flat case with a plate to weigh on, a display and two keys at the front."""
     long, wide, high = p.length, p.width, p.depth
     corner = 0.02 + 0.5 * p.belly * (min(long, wide) / 2 - 0.02)
     case = prism(rectangle(long, wide, corner, 6), high, 0.003)

@@ -162,7 +162,6 @@ def drilled(solid: Solid, tools: Sequence[Solid]) -> Solid:
 
 
 def _manifold(solid: Solid) -> manifold3d.Manifold:
-    """The body with the coordinates in its picture as properties of its corners."""
     uv = solid.picture_uv if solid.picture_uv is not None else np.full((len(solid.faces), 3, 2), 0.5)
     corners = np.concatenate([solid.points[solid.faces.reshape(-1)], uv.reshape(-1, 2)], axis=1)
     mesh = manifold3d.Mesh64(
@@ -514,7 +513,6 @@ def slits(panel: Panel, count: int, wide: float) -> tuple[list[Solid], list[Soli
 
 
 def _hood(size: float, out: float) -> Solid:
-    """A raised lip over the upper half of a hole: a little pyramid."""
     r = 0.62 * size
     base = [(-r, 0.0003, 0.05 * size), (r, 0.0003, 0.05 * size), (0.7 * r, 0.0003, 0.7 * size)]
     base += [(-0.7 * r, 0.0003, 0.7 * size), (-0.45 * r, -out, 0.12 * size), (0.45 * r, -out, 0.12 * size)]

@@ -49,8 +49,6 @@ from casa_assets.kitchenware.objects.vessel_surface import (
     woven,
 )
 
-# Collision shapes -----------------------------------------------------------------------------------------------------
-
 # Slabs are at least as thick as this, metres.
 THICK = 0.003
 # A ring has eight slabs; twelve from one radius on, six up to another, metres.
@@ -195,8 +193,6 @@ def _inwards(line: Floats) -> Floats:
     return np.stack([-way[:, 1], way[:, 0]], axis=1)
 
 
-# Vessel ---------------------------------------------------------------------------------------------------------------
-
 # Parameters of a vessel that are the fields of its plan of the same names.
 AS_IN_PLAN = (
     *("facets", "flutes", "flute_depth", "twist", "fluted_from"),
@@ -269,7 +265,6 @@ def _plan(p: Vessel) -> Plan:
 
 
 def _pierced(body: Solid, p: Vessel, plan: Plan, profile: Profile) -> Solid:
-    """The body with rows of holes; it has no picture any more."""
     tools = []
     low, high = p.holes_from * p.height, p.holes_to * p.height
     line = profile.outside[(profile.outside[:, 1] >= low) & (profile.outside[:, 1] <= high)]

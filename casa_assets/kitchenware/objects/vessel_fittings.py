@@ -274,7 +274,6 @@ def add_lid(builder: AssetBuilder, lid: Lid, plan: Plan, z: float, link: str = R
 
 
 def _add_knob(builder: AssetBuilder, lid: Lid, top: float, link: str) -> None:
-    """Add what the lid is lifted by; its foot is in the lid."""
     size = lid.knob_size
     if lid.knob is KnobForm.BOW:
         part = arch(size, top - 0.004, top + 0.75 * size, 0.35 * size, 0.18 * size, 0.6)

@@ -64,7 +64,6 @@ class Plan:
         return np.column_stack([flat + self.lip * pull[:, None] * way, z + self.lip_rise * pull])
 
     def _shape(self, angle: Floats, share: float) -> Floats:
-        """Factors of the radius at some angles: facets or flutes."""
         fade = min(1.0, max(0.0, (share - self.fluted_from) / 0.15)) if self.fluted_from > 0 else 1.0
         turned = angle + self.twist * share
         factor = np.ones(len(angle))

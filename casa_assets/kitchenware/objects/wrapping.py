@@ -18,8 +18,6 @@ from casa_assets.kitchenware.objects.closed_surface import random_waves, smooth_
 if TYPE_CHECKING:
     from casa_assets.kitchenware.objects.package import Package
 
-# Wrapping -------------------------------------------------------------------------------------------------------------
-
 # Half of the thickness of two sheets that are sealed together, metres.
 SEALED = 0.0004
 # Places of the points along a straight side, -1..1; they are closer together near the corners.
@@ -219,8 +217,6 @@ def dented(rings: Floats, outline: Outline, amount: float, rng: np.random.Genera
 LYING_BACK = Pose.from_matrix(np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]))
 LYING_ALONG = Pose.from_matrix(np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]))
 
-# Tubs -----------------------------------------------------------------------------------------------------------------
-
 # Part -----------------------------------------------------------------------------------------------------------------
 # A solid, its finish, what it is called, what it weighs.
 
@@ -236,8 +232,6 @@ class Part:
     collider: bool = False  # it has a separate collision shape
     swings: bool = False  # it is on the link of the lid
 
-
-# Tubs -----------------------------------------------------------------------------------------------------------------
 
 FLANGE, FILM = 0.0012, 0.0006
 
@@ -304,7 +298,6 @@ def _foil_lid(p: Package, outline: Outline, top: float) -> list[Part]:
 
 
 def _snap_lid(p: Package, outline: Outline, top: float) -> list[Part]:
-    """A lid of plastic: a skirt over the flange, a ring on top, and within it a sunken field."""
     edge, rise = p.flange + 0.0009, p.lid_rise
     skirt = min(0.3 * p.height, 1.6 * rise)
     small = min(p.width, p.depth) / 2
@@ -338,8 +331,6 @@ def roll(p: Package) -> list[Part]:
         Part(tube, "paper_kraft", "core"),
     ]
 
-
-# Bags -----------------------------------------------------------------------------------------------------------------
 
 # Pieces across a sheet.
 ACROSS = 28
@@ -403,7 +394,6 @@ def _creases(p: Package, x: Floats, sheet: Floats, rng: np.random.Generator) -> 
 
 
 def _strip(p: Package, x: Floats, sheet: Floats, half: float, rng: np.random.Generator, end: int) -> list[Floats]:
-    """Rings of the sealed strip at an end, from below: its ridges go up and down, and it waves a little."""
     phase, bow = rng.uniform(0, 6.3), rng.uniform(0.6, 1.2)
     out = []
     for k, share in enumerate((0.0, *CRIMPS)):
@@ -458,8 +448,7 @@ def pouch(p: Package) -> list[Part]:
         r = p.cap_radius
         neck = rod(0.7 * r, 0.6 * r, 0.0005).translated(z=p.height + 0.2 * r)
         cap = rod(r, 1.3 * r, 0.0012).translated(z=p.height + 1.1 * r)
-        parts.append(Part(neck, p.fitting, "cap"))
-        parts.append(Part(cap, p.fitting, "cap", 400.0, collider=True))
+        parts += [Part(neck, p.fitting, "cap"), Part(cap, p.fitting, "cap", 400.0, collider=True)]
     return parts
 
 

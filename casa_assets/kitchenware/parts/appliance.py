@@ -101,7 +101,6 @@ def _boxed(length: float) -> Handle:
 
 
 def _ledge(length: float) -> Handle:
-    """An extruded profile with a hook: a line along the edge of the door."""
     reach, thickness = 0.03, 0.006
     web = box((length, reach, 0.005), (0.0, -reach / 2, 0.0), 0.001)
     hook = box((length, thickness, 0.02), (0.0, -reach + thickness / 2, 0.0076), 0.0018, 2)
@@ -113,7 +112,6 @@ def _ledge(length: float) -> Handle:
 
 
 def _latch(length: float) -> Handle:
-    """The lever of an old refrigerator: a drop of metal on a boat-shaped plate. Its length is its own."""
     h, reach = LATCH_LENGTH / 2, 0.046
     plate = box((2 * h, 0.009, 0.044), (0.0, -0.0045, 0.0), 0.0088, 4)
     post = rod(0.017, reach - 0.006, 0.003, "y").translated(0.62 * h, -(reach - 0.006) / 2)

@@ -308,23 +308,11 @@ def build_column(builder: AssetBuilder, c: Carcass, cells: tuple[CabinetCell, ..
             level = add_shelves(builder, c, *span, cell.shelves or 0, level)
         elif cell.kind is CabinetCellKind.DRAWER:
             solo = cell.name in ("", "drawer")
-            link = "drawer" if solo else cell.name
-            drawer = CabinetDrawer(
-                link=link,
-                joint="slidejoint" if solo else f"{link}_slidejoint",
-                region="int" if solo else f"{link}_int",
-                x=c.x + FRONT_GAP / 2,
-                z=front[0],
-                width=c.width - FRONT_GAP,
-                height=front[1] - front[0],
-                left=c.left,
-                right=c.right,
-                floor=max(span[0], front[0]),
-                ceiling=span[1],
-                front=c.front,
-                back=c.back,
-            )
-            drawers.add_drawer(builder, c.look, drawer)
+            name = cell.name
+            names = ("drawer", "slidejoint", "int") if solo else (name, f"{name}_slidejoint", f"{name}_int")
+            size = (c.x + FRONT_GAP / 2, front[0], c.width - FRONT_GAP, front[1] - front[0])
+            room = (c.left, c.front, max(span[0], front[0])), (c.right, c.back, span[1])
+            drawers.add_drawer(builder, c.look, CabinetDrawer(*names, *size, *room))
         elif cell.kind is CabinetCellKind.NICHE:
             builder.region(cell.name or "int", (c.left, c.front, span[0]), (c.right, c.back, span[1]))
         elif cell.kind is CabinetCellKind.FALSE:
@@ -380,7 +368,6 @@ def _boarded(below: CabinetCell, above: CabinetCell) -> bool:
 
 
 def _channel(builder: AssetBuilder, c: Carcass, top: float, bottom: float) -> None:
-    """An angle of sheet metal: a web behind the fingers, and a foot that reaches to the front."""
     y0, y1 = c.front + 0.0005, c.front + CHANNEL_DEPTH
     top -= BOARD_THICKNESS / 2 + 0.0005
     web = board((c.left, y1, bottom), (c.right, y1 + CHANNEL_SHEET, top), 0.0004)
@@ -406,7 +393,6 @@ def _doors(builder: AssetBuilder, c: Carcass, cell: CabinetCell, front: Vec2) ->
 
 
 def _false_front(builder: AssetBuilder, c: Carcass, cell: CabinetCell, front: Vec2, top: float) -> None:
-    """A front that does not move, as before a sink; blocks carry it."""
     front_z0, front_z1 = front
     w, h = c.width - FRONT_GAP, front_z1 - front_z0
     parts = fronts.front_parts(c.look.front, w, h, FRONT_THICKNESS, drawer=True)

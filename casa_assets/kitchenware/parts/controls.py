@@ -175,7 +175,6 @@ def _shape(style: KnobStyle, r: float, d: float) -> tuple[Solid, list[Solid]]:
 
 
 def _pointer(style: KnobStyle, r: float, d: float) -> Solid:
-    """The mark on top of a knob that shows its position; it points towards y."""
     if style is KnobStyle.DOME:
         t = 1.0  # how far up the dome, rad; the mark lies along it
         lean = -math.atan2(0.7 * d * math.cos(t), r * math.sin(t))

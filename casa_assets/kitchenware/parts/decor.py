@@ -170,7 +170,6 @@ def _lid(lid: JarLid, r: float, h: float, wall: float) -> tuple[list[Solid], lis
 
 
 def _clip(r: float, h: float, top: float) -> list[Solid]:
-    """A band round the neck and a wire over the lid, with its lever at the front."""
     w = circle(0.0012, 6)
     band_z = h - 0.006
     band = [(1.02 * r * math.sin(t), 1.02 * r * math.cos(t), band_z) for t in np.linspace(0, 2 * math.pi, 33)]
@@ -285,7 +284,6 @@ def _eye() -> Solid:
 
 
 def _handle(grip: ToolHandle, end: float) -> tuple[list[Solid], list[Solid]]:
-    """Solids of the handle's own finish, and those of metal; it starts below the eye."""
     top = -2 * EYE_RADIUS - 0.001
     if grip is ToolHandle.TURNED:
         line = [(0.0045, -end), (0.0068, -end + 0.004), (0.0062, -end + 0.03), (0.0088, -0.45 * end)]
@@ -304,7 +302,6 @@ def _handle(grip: ToolHandle, end: float) -> tuple[list[Solid], list[Solid]]:
 
 
 def _shell(width: float, length: float, depth: float) -> Solid:
-    """A shallow bowl, open to the front (-y), its longer way along z, about its mouth's middle."""
     turns = np.linspace(0.0, math.pi / 2, 8)
     outer = [(math.sin(t), -math.cos(t)) for t in turns]
     solid = lathe([*outer, *([(0.96 * math.sin(t), -0.93 * math.cos(t)) for t in turns[::-1]])], 32, 60.0)

@@ -177,9 +177,8 @@ def min_front_height(look: CabinetLook, boarded: bool = True) -> float:
 class CabinetDrawer:
     """A drawer.
 
-    link, joint, region: their names. x, z, width, height: lower left corner and size of its front, metres. left, right:
-    inner faces of the carcass. floor, ceiling: of its room. front, back: y of the carcass's front edge and of the inner
-    face of its back.
+    link, joint, region: their names. x, z, width, height: lower left corner and size of its front, metres. lower, upper:
+    corners of its room, from the carcass's front edge to the inner face of its back.
     """
 
     link: str
@@ -189,12 +188,8 @@ class CabinetDrawer:
     z: float
     width: float
     height: float
-    left: float
-    right: float
-    floor: float
-    ceiling: float
-    front: float
-    back: float
+    lower: Vec3
+    upper: Vec3
 
 
 def add_drawer(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> None:
@@ -232,9 +227,9 @@ def add_drawer(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> No
 
 def _box(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> float:
     """The box behind the front, in the link's frame; returns its depth."""
-    x0, x1 = d.left + SIDE_CLEARANCE - d.x, d.right - SIDE_CLEARANCE - d.x
-    y0, y1 = FRONT_THICKNESS, d.back - 0.03
-    bottom, top = d.floor + 0.008 - d.z, d.ceiling - 0.016 - d.z
+    x0, x1 = d.lower[0] + SIDE_CLEARANCE - d.x, d.upper[0] - SIDE_CLEARANCE - d.x
+    y0, y1 = FRONT_THICKNESS, d.upper[1] - 0.03
+    bottom, top = d.lower[2] + 0.008 - d.z, d.upper[2] - 0.016 - d.z
     top = min(top, bottom + 0.22)  # boxes of drawers are not made higher, whatever the front
     across, along = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
     for x in (x0, x1 - SIDE_THICKNESS):
@@ -257,8 +252,8 @@ def _box(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> float:
         (x1 - SIDE_THICKNESS, y1 - SIDE_THICKNESS, top),
         link=d.link,
     )
-    for x in (d.left, d.right - RUNNER_THICKNESS):
+    for x in (d.lower[0], d.upper[0] - RUNNER_THICKNESS):
         z = d.z + bottom + 0.02
-        runner = board((x, d.front + 0.004, z), (x + RUNNER_THICKNESS, y1 - 0.01, z + 0.035), 0.0008)
+        runner = board((x, d.lower[1] + 0.004, z), (x + RUNNER_THICKNESS, y1 - 0.01, z + 0.035), 0.0008)
         builder.draw(ROOT, runner, "steel_galvanised", "runner", density="drawer_runner")
     return y1 - y0

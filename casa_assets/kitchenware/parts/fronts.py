@@ -376,7 +376,6 @@ def _plain(kind: FrontKind, w: float, h: float, t: float, drawer: bool) -> tuple
 
 
 def _splits(kind: FrontKind, h: float, rail: float, rise: float) -> list[float]:
-    """Lower edges of the rails, bottom up; a tall door has one at hand height."""
     top = h - rail - rise
     if kind in (FrontKind.SLIM_SHAKER, FrontKind.GLASS_CLEAR, FrontKind.GLASS_FROSTED) or h < 1.25:
         return [0.0, top]

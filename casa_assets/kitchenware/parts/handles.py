@@ -254,7 +254,6 @@ def _bow(length: float) -> Handle:
 
 
 def _cup(length: float) -> Handle:
-    """A bin pull: a quarter of a hollow ball, open below, on a plate."""
     w, d, h, wall = length / 2 - 0.005, 0.027, 0.036, 0.003
 
     def shell(thin: float) -> Solid:
@@ -288,7 +287,6 @@ def _knob(length: float) -> Handle:
 
 
 def _ring(length: float) -> Handle:
-    """A ring held before a rosette: it hangs from a post, and a hand reaches through it."""
     r, wire, reach = length / 2 - 0.0035, 0.0035, 0.024
     turns = np.linspace(0.0, 2 * math.pi, 25)
     loop = tube(([(r * math.cos(a), -reach, r * math.sin(a) - r) for a in turns]), wire, up=(0.0, 1.0, 0.0))

@@ -189,7 +189,6 @@ def spans_inside(outline: Outline, direction: LayDirection, lower: float, upper:
 
 
 def _crossings(points: Floats, level: float) -> list[float]:
-    """Where the sides of an outline cross a level of its second coordinate, rising."""
     ends = np.roll(points, -1, axis=0)
     cross = (points[:, 1] > level) != (ends[:, 1] > level)
     a, b = points[cross], ends[cross]
