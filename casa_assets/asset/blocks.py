@@ -57,7 +57,6 @@ def _rounded(steps: int) -> tuple[Floats, Ints]:
     """Directions of the corners' points, octant by octant, and the faces of the box that they belong to."""
     if steps == 0:
         return _SIGNS, convex_hull(_SIGNS)[1]
-    # Points of an octant of a sphere: rows of a subdivided triangle, pushed out to the sphere.
     weights = [(i, j, steps - i - j) for i in range(steps + 1) for j in range(steps + 1 - i)]
     octant = np.sin(np.array(weights, dtype=np.float64) / steps * math.pi / 2)
     octant /= np.linalg.norm(octant, axis=1)[:, None]

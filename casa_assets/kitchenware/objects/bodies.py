@@ -450,7 +450,6 @@ def build(builder: AssetBuilder, p: Crustacean) -> None:
     builder.add(ROOT, body, p.skin, label="body", name="body", density=p.density)
     for parts, finish, label in ((fan, p.limb_finish, "fan"), (limbs, p.limb_finish, "limb")):
         builder.add(ROOT, joined([plain(s) for s in parts]).translated(z=-low), finish, label=label, collider=False)
-    # The legs of either side, and the arms, which were added last.
     for touched in (limbs[:4], limbs[4:8], limbs[-2:-1], limbs[-1:]):
         builder.add_collider(ROOT, hull_of(*touched).translated(z=-low), p.limb_finish, "limb")
     for claw in claws:

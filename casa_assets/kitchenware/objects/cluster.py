@@ -99,7 +99,6 @@ def _grapes(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Sol
     out = []
     for k in range(p.count):
         t = (k + 0.5) / p.count
-        # Widest at a quarter of the length, a point at the far end.
         reach = (p.width - p.piece) / 2 * (1.0 - t) ** 0.6 * min(1.0, 0.35 + 2.6 * t)
         angle, out_by = k * GOLDEN_ANGLE, math.sqrt(float(rng.uniform(0.15, 1.0)))
         at = np.array([t * p.length, reach * out_by * math.cos(angle), 0.75 * reach * out_by * math.sin(angle)])

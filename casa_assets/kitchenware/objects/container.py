@@ -359,7 +359,6 @@ def build_container(builder: AssetBuilder, p: Container) -> None:
 
 def _frame(p: Container) -> _Frame:
     half = p.width / 2
-    # The foot may be the widest part of all, as of a cone.
     r = half / max(1.0, p.foot, p.waist * (1 + p.foot) / 2 if p.waist > 1 else 1.0)
     h, n = p.height, p.neck * r
     foot, start = p.foot * r, p.base_cap
@@ -385,7 +384,6 @@ def _frame(p: Container) -> _Frame:
     if p.opens:  # the mouth ends a little above the lower edge of what closes it
         down = lowered(p.closure, p.cap_height, (1 - p.neck_at) * h - 0.001)
         plain, outline = (piece(line, line[0][1], line[-1][1] - down) for line in (plain, outline))
-    # What stands on its cap keeps its section to both ends.
     return _Frame(outline, plain, Section(p.flat, p.corner, (widest if p.base_cap > 0 else plain[-1][0]), widest), h)
 
 

@@ -72,7 +72,6 @@ def carton(p: Package) -> list[Part]:
     if p.window > 0:
         parts.append(Part(_window(p), p.window_finish, "window"))
     if p.spout > 0:
-        # A little spout of sheet at the upper end of a narrow side, as cartons of salt have.
         x, size = half_x + p.bulge * 0.3, 0.3 * p.depth
         low, high = p.height - 0.8 * size - 0.008, p.height - 0.008
         parts.append(Part(board((x - 0.002, -size / 2, low), (x + 0.0012, size / 2, high), 0.0006), p.fitting, "spout"))
@@ -83,7 +82,6 @@ def _sides(p: Package, outline: Outline, height: float, low: float, high: float)
     half_x, half_y = p.width / 2, p.depth / 2
     rings = np.stack([outline.ring(half_x, half_y, p.edge, height * share) for share in LEVELS])
     rings = dented(_bulged(rings, outline, p.bulge, 2 * LEVELS - 1), outline, p.dents, p.rng())
-    # Its ends lie flat.
     rings[[0, -1], :, 2] = np.array([[0.0], [height]])
     return wrapped(rings, outline.sides, low + (high - low) * LEVELS, along=p.along)
 
@@ -132,7 +130,6 @@ def _window(p: Package) -> Solid:
     front = []
     for z in rows:
         lift = p.bulge * hump(np.array(2 * z / p.height - 1)) * hump(2 * columns / p.width) + 0.0004
-        # The corners of the pane are cut off a little.
         cut = 0.86 if z in (rows[0], rows[-1]) else 1.0
         front.append(np.column_stack([columns * cut, -p.depth / 2 - lift - 0.5 * p.dents, np.full(7, z)]))
     sheet = np.array(front)
@@ -156,7 +153,6 @@ def gable(p: Package) -> list[Part]:
     heights = np.array([*(p.lower + (1.0 - p.lower - p.upper) * shares), *slope, 1.0])
     parts = [Part(wrapped(everything, outline.sides, heights, crease_deg=28.0), p.skin, "package", p.heft)]
     if p.cap_radius > 0:
-        # A screw cap placed square to the front slope.
         rise, run, r, high = p.height * p.roof, half_y, p.cap_radius, 0.85 * p.cap_radius
         profile = [(1.25 * r, -0.002), (1.25 * r, 0.001), (r, 0.0018), (r, 0.85 * high), (0.9 * r, high)]
         at = Pose(position=(0.0, -0.52 * run, wall + 0.48 * rise)) @ axis_turn("x", math.atan2(rise, run))

@@ -188,7 +188,6 @@ def build(builder: AssetBuilder, p: Produce) -> None:
     shaped = bent(straight, p.bend, p.bend_start, span)
     top = p.stem_at * p.length
     if p.lobes == 1 and p.rest is Rest.STANDS:
-        # A single furrow faces the front.
         shaped = shaped[:, [1, 0, 2]] * (1.0, -1.0, 1.0)
     laid = _laid(shaped, p)
     lowest = float(laid[:, 2].min())

@@ -305,7 +305,6 @@ def _distance(solid: Solid, others: Sequence[Solid]) -> float:
 def _skewer(p: Stacked, rng: np.random.Generator) -> Composed:
     spans = [_PIECES[f] for f in p.layers]
     total = sum(length for length, _, _ in spans)
-    # The pieces fill what the stick leaves.
     scale = min(1.25, (p.length - 1.3 * p.stick) / (total * p.width))
     x = -scale * total * p.width / 2
     parts: list[Part] = []
@@ -460,7 +459,6 @@ def _cone(p: Stacked, rng: np.random.Generator) -> Composed:
     line.append((0.0, long))
     cone = turned(np.array(line), 36, 50.0)
     assert cone.picture_uv is not None
-    # The picture winds round the cone.
     uv = cone.picture_uv.copy()
     uv[..., 0] += 0.35 * uv[..., 1]
     cone = replace(cone, picture_uv=uv)

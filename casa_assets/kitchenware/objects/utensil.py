@@ -91,7 +91,6 @@ def build(builder: AssetBuilder, p: Utensil) -> None:
         density = part.fill * builder.supplies.finish(part.finish).substance.density
         densities.append(density * (HOLLOW if part.label == "handle" and density > METAL else 1.0))
     masses = [abs(part.solid.volume) * density for part, density in zip(parts, densities, strict=True)]
-    # The turn about y, and the lift, with which it lies on the ground and does not tip.
     points, _ = convex_hull(np.concatenate([part.solid.points for part in parts]))
     moments = [solid_moments(part.solid.points, part.solid.faces)[1] for part in parts]
     center = np.average(np.array(moments), axis=0, weights=masses)

@@ -143,7 +143,6 @@ def build_carcass(builder: AssetBuilder, c: Carcass) -> None:
     _levels(builder, c)
     _back(builder, c)
     if c.plinth > 0 and c.has_plinth and not c.open_bottom:
-        # A recessed board in front, and the strips that carry the sides.
         y = c.front + PLINTH_SETBACK
         x0, x1 = c.x + 0.001, c.x + c.width - 0.001
         kick = board((x0, y, 0.0), (x1, y + 0.016, c.plinth), 0.001)
@@ -266,7 +265,6 @@ def check_shelves(clear_height: float, count: int | None) -> None:
 CHANNEL_REVEAL, CHANNEL_HEIGHT = 0.028, 0.062
 CHANNEL_SHEET = 0.0025
 
-# Content of a cell.
 CabinetCellKind = StrEnum("CabinetCellKind", "DOOR DOORS DRAWER FALSE OPEN NICHE VOID")
 
 
@@ -297,7 +295,6 @@ def build_column(builder: AssetBuilder, c: Carcass, cells: tuple[CabinetCell, ..
     for k, cell in enumerate(cells):
         top = z + cell.height
         span = _clear_span(builder, c, cells, k, z, top)
-        # Lower and upper edge of a cell's front, metres.
         upper = CHANNEL_REVEAL if _grooved(c, cell) else FRONT_GAP if (k == len(cells) - 1) else FRONT_GAP / 2
         front = z + (FRONT_GAP / 2 if z > c.plinth else 0.0), top - upper
         if cell.kind in (CabinetCellKind.DOOR, CabinetCellKind.DOORS):

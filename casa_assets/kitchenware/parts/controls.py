@@ -216,7 +216,6 @@ FIGURE_PITCH = 0.74  # from one figure to the next, over their height
 COLON_WIDTH = 0.36  # width of a colon, over the height
 INK_THICKNESS = 0.0004  # metres: thickness of what is printed or glows; its back stands free of what is behind it
 
-# Sign that is printed on a key.
 KeySign = StrEnum("KeySign", "PLUS MINUS PLAY STOP LAMP POWER BARS")
 
 

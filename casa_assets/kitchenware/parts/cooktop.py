@@ -84,7 +84,6 @@ def add_grates(
             builder.draw(ROOT, _bar(span, pan_z, BAR_HEIGHT), finish, "grate")
         for x in (frame[0].x[0] + inset + BAR_WIDTH / 2, frame[0].x[1] - inset - BAR_WIDTH / 2):
             for y in (frame[0].y[0] + inset + 0.02, frame[-1].y[1] - inset - 0.02):
-                # A leg on a pad of rubber.
                 under = pan_z - BAR_HEIGHT
                 pad = 0.0025
                 leg = box((BAR_WIDTH, 0.018, under - top - pad + 0.002), (x, y, (under + top + pad + 0.002) / 2), 0.002)

@@ -48,7 +48,6 @@ def leaf(
     body = thickness * (1 - 0.7 * np.abs(across))[None, :] * np.sin(np.pi * np.clip(s, 0.06, 0.94))[:, None]
     underside = top.copy()
     underside[..., 2] -= body + 0.0003
-    # A closed solid between two (N, M, 3) grids.
     n, m = top.shape[:2]
     points = np.concatenate([top.reshape(-1, 3), underside.reshape(-1, 3)])
     faces = []
@@ -187,7 +186,6 @@ def _clip(r: float, h: float, top: float) -> list[Solid]:
 # Tools ----------------------------------------------------------------------------------------------------------------
 # Upright or hanging kitchen tools: the end of their handle at the origin, the working end up z.
 
-# Kind of tool.
 CrockTool = StrEnum("CrockTool", "SPOON SPATULA FORK TURNER LADLE WHISK")
 
 
@@ -247,7 +245,6 @@ EYE_RADIUS = 0.0075  # metres, radius of the eye that the hook goes through
 NECK_RADIUS = 0.0032
 SHEET_THICKNESS = 0.0016
 
-# Kind of tool.
 HungTool = StrEnum("HungTool", "LADLE TURNER WHISK SPOON SKIMMER MASHER FORK SCRAPER")
 
 # Make of the handle: TURNED round, of wood or plastic, with a ferrule; FLAT a strip of steel with a hole; ROUND a steel

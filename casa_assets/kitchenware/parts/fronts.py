@@ -256,7 +256,6 @@ def front_parts(
     if kind in (FrontKind.SLAB, FrontKind.V_GROOVE, FrontKind.FLUTED) or opening_size < 0.03:
         parts = _plain(kind, width, height, thickness, drawer)
     else:
-        # Parts of a framed front: stiles of full height, with rails between them.
         out = [
             FrontPart(board((x, 0.0, 0.0), (x + stile, thickness, height), FRONT_EDGE_RADIUS))
             for x in (0.0, width - stile)

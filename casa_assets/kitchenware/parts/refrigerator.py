@@ -35,7 +35,6 @@ from casa_assets.kitchenware.parts.fronts import FrontKind
 
 # Case -----------------------------------------------------------------------------------------------------------------
 
-# Foamed walls, metres.
 SIDE_THICKNESS = 0.046
 BACK_THICKNESS = DIVIDER_THICKNESS = 0.056
 FLOOR_THICKNESS = 0.06
@@ -137,7 +136,6 @@ def add_base(builder: AssetBuilder, width: float, depth: float, base_height: flo
     set_back = 0.004 if look.kick is ApplianceKick.GRILLE else 0.045
     board_ = board((0.012, set_back, 0.003), (width - 0.012, depth - 0.05, base_height - 3e-4), 0.002)
     finish = "plastic_grey_dark" if look.kick is ApplianceKick.GRILLE else "black_matt"
-    # Rollers, pan and air behind it.
     builder.add(ROOT, board_, finish, "plinth", density="appliance_plinth")
     for x in (0.08, width - 0.08):
         for y in (0.1, depth - 0.12):
