@@ -15,21 +15,9 @@ from casa_assets.ext.arrays import Floats
 from casa_assets.ext.families import FinishId, Params
 from casa_assets.ext.records import Cylinder, Vec2, Vec3
 from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, board, hull_around, lathe, rod, tube
+from casa_assets.kitchenware.objects import closures
 from casa_assets.kitchenware.objects.closed_surface import run_along
-from casa_assets.kitchenware.objects.closures import (
-    COVERED,
-    HINGED,
-    LID,
-    LID_GRIP,
-    Closure,
-    Mouth,
-    Part,
-    closure_parts,
-    lift_off,
-    loose_skirt,
-    lowered,
-    swing_up,
-)
+from casa_assets.kitchenware.objects.closures import COVERED, HINGED, LID, LID_GRIP, Closure, Mouth, Part
 
 # Points round a section: four on the axes and so many in each corner.
 CORNER = 7
@@ -382,7 +370,7 @@ def _frame(p: Container) -> _Frame:
         plain = sorted([*plain, *((radius_at(plain, z), z) for z in rows)], key=lambda point: point[1])
     outline = grooved(plain, start + p.groove_low * h, start + p.groove_high * h, p.grooves, p.groove_depth)
     if p.opens:  # the mouth ends a little above the lower edge of what closes it
-        down = lowered(p.closure, p.cap_height, (1 - p.neck_at) * h - 0.001)
+        down = closures.lowered(p.closure, p.cap_height, (1 - p.neck_at) * h - 0.001)
         plain, outline = (piece(line, line[0][1], line[-1][1] - down) for line in (plain, outline))
     return _Frame(outline, plain, Section(p.flat, p.corner, (widest if p.base_cap > 0 else plain[-1][0]), widest), h)
 
@@ -467,9 +455,9 @@ def _hollow_hits(builder: AssetBuilder, p: Container, frame: _Frame, level: floa
 def _close(builder: AssetBuilder, p: Container, frame: _Frame, level: float) -> None:
     radius, z = frame.plain[-1]
     z = level if p.open_top else z
-    room = loose_skirt(p.closure) if p.opens else max(0.0, (1 - p.neck_at) * p.height - 0.001)
+    room = closures.loose_skirt(p.closure) if p.opens else max(0.0, (1 - p.neck_at) * p.height - 0.001)
     mouth = Mouth(radius, z, p.cap_height, p.cap_wide, room, p.opens)
-    parts = closure_parts(p.closure, mouth)
+    parts = closures.closure_parts(p.closure, mouth)
     if p.opens:
         _opening(builder, p, mouth, [part for part in parts if not part.fixed])
         parts = [part for part in parts if part.fixed]
@@ -517,9 +505,9 @@ def _opening(builder: AssetBuilder, p: Container, mouth: Mouth, parts: list[Part
         name = "lid" if k == 0 else None
         builder.add(LID, solid.translated(*back), finish, label="lid", name=name, collider=hit, density="screw_cap")
     if is_hinged:
-        swing_up(builder, (-1.0, 0.0, 0.0), SWING)
+        closures.swing_up(builder, (-1.0, 0.0, 0.0), SWING)
     else:
-        lift_off(builder, 2 * mouth.radius)
+        closures.lift_off(builder, 2 * mouth.radius)
 
 
 def _handle(builder: AssetBuilder, p: Container, frame: _Frame) -> None:

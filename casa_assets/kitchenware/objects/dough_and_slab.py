@@ -14,29 +14,8 @@ from casa_assets.ext.arrays import Floats, counter_clockwise, outline_of
 from casa_assets.ext.families import FinishId, Params
 from casa_assets.ext.records import Portion, Vec2
 from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, board, box, hull_around, prism, tube
-from casa_assets.kitchenware.objects.bodies import (
-    Piece,
-    Surface,
-    Unevenness,
-    bent_level,
-    coated,
-    cut_face,
-    dome,
-    flat_foot,
-    hull_of,
-    hulls_by,
-    hulls_of_bent,
-    joined,
-    long_body,
-    outline_of_food,
-    plain,
-    ridges,
-    ring_body,
-    seen_from_above,
-    smooth_noise,
-    strewn,
-    uneven_dome,
-)
+from casa_assets.kitchenware.objects import bodies
+from casa_assets.kitchenware.objects.bodies import Piece, Surface, Unevenness
 from casa_assets.kitchenware.objects.closed_surface import bumped, ellipsoid, sheet
 
 Metres = Annotated[float, Field(gt=0, le=0.8)]
@@ -125,9 +104,9 @@ def build_dough(builder: AssetBuilder, p: Dough) -> None:
             body = body.translated(float(off[0]), float(off[1]))
         body = body.translated(z=level - float(body.points[:, 2].min()))
         if p.body is Body.RING and p.hole > 0.012:
-            hulls = hulls_by(body.points, np.arctan2(body.points[:, 1], body.points[:, 0]), 6)
+            hulls = bodies.hulls_by(body.points, np.arctan2(body.points[:, 1], body.points[:, 0]), 6)
         else:
-            hulls = hulls_of_bent(body, p.bend if p.body is Body.LONG else 0.0)
+            hulls = bodies.hulls_of_bent(body, p.bend if p.body is Body.LONG else 0.0)
         name = "body" if k == 0 else f"body_{k + 1}"
         builder.add(ROOT, body.with_colliders_of(*hulls), p.skin, label="body", name=name, density=p.density)
         for part in crumb:
@@ -139,21 +118,23 @@ def build_dough(builder: AssetBuilder, p: Dough) -> None:
 def _add_top(builder: AssetBuilder, p: Dough, body: Solid, rng: np.random.Generator) -> None:
     top = body
     if p.coat > 0:
-        top = replace(coated(body, p.coat, p.coat_level, p.coat_wave, rng), picture_uv=None)
+        top = replace(bodies.coated(body, p.coat, p.coat_level, p.coat_wave, rng), picture_uv=None)
         builder.add(ROOT, top, p.coat_finish, label="coat", collider=False, density=0.0)
     size = np.ptp(body.points, axis=0)
     middle = (body.bounds[0] + body.bounds[1])[:2] / 2
     if p.lines:
-        drawn = ridges(top, body.bounds, p.lines, p.line_width, p.line_height, lens=p.line_lens)
+        drawn = bodies.ridges(top, body.bounds, p.lines, p.line_width, p.line_height, lens=p.line_lens)
         builder.add(ROOT, drawn, p.line_finish, label="line", collider=False, density=0.0)
     finishes = [f for f in (p.topping_finish, p.topping_finish_2, p.topping_finish_3) if f is not None]
     where = {"steep": p.topping_steep, "above": p.topping_above, "sunk": p.topping_sunk, "within": p.topping_within}
-    pieces = strewn(top, p.topping, p.topping_count, p.topping_size, rng, **where)
-    if pieces and float((joined(pieces).points - body.bounds[1]).max()) > MIN_OUT:
-        builder.add_collider(ROOT, hull_of(*pieces), p.topping_finish, "topping")
+    pieces = bodies.strewn(top, p.topping, p.topping_count, p.topping_size, rng, **where)
+    if pieces and float((bodies.joined(pieces).points - body.bounds[1]).max()) > MIN_OUT:
+        builder.add_collider(ROOT, bodies.hull_of(*pieces), p.topping_finish, "topping")
     for k, finish in enumerate(finishes):
         if pieces[k :: len(finishes)]:
-            builder.add(ROOT, joined(pieces[k :: len(finishes)]), finish, label="topping", collider=False, density=0.0)
+            builder.add(
+                ROOT, bodies.joined(pieces[k :: len(finishes)]), finish, label="topping", collider=False, density=0.0
+            )
     if p.pat > 0:
         place = middle + rng.uniform(-0.06, 0.06, 2) * size[:2]
         at = float(Surface(top).height(place[None])[0])
@@ -171,34 +152,34 @@ def _body(p: Dough, rng: np.random.Generator) -> tuple[Solid, list[Solid]]:
     if p.body is Body.GRID:
         return _grid(p), []
     if p.body is Body.RING:
-        body = ring_body(p.length, p.height, p.hole, p.square)
+        body = bodies.ring_body(p.length, p.height, p.hole, p.square)
         body = replace(body, points=body.points * (1.0, p.width / p.length, 1.0))
-        return replace(body, points=flat_foot(bumped(body.points, p.bumps, p.waves, rng), 0.06)), []
+        return replace(body, points=bodies.flat_foot(bumped(body.points, p.bumps, p.waves, rng), 0.06)), []
     if p.body is Body.ROUND:
         unevenness = Unevenness(p.bumps, p.waves, p.wave, p.length)
-        return uneven_dome(
-            outline_of_food(p.outline, p.length, p.width, p.square), p.profile, p.height, unevenness, rng
+        return bodies.uneven_dome(
+            bodies.outline_of_food(p.outline, p.length, p.width, p.square), p.profile, p.height, unevenness, rng
         ), []
     section = {"square": p.square, "square_top": p.square_top, "foot": p.foot, "cut": p.cut}
     around, along = (26, 51) if p.segments else (30, 27)
-    body = long_body(p.profile, p.length, p.width, p.height, **section, around=around, along=along)
+    body = bodies.long_body(p.profile, p.length, p.width, p.height, **section, around=around, along=along)
     points = body.points
     if p.segments:
         place = np.abs(points[:, 0]) / (0.5 * p.length)
         phase = np.mod(p.segments * place + 0.5 + 0.2 * np.cos(np.arctan2(points[:, 2], points[:, 1])), 1.0)
         points = points * np.column_stack([np.ones(len(points)), *2 * [1.0 + p.segment_depth * (0.5 - phase)]])
     cut = p.cut < 1
-    crumb = [cut_face(points)] if cut else []
+    crumb = [bodies.cut_face(points)] if cut else []
     points = points if cut else bumped(points, p.bumps, p.waves, rng)
-    points = flat_foot(bent_level(points, p.bend, p.length))
+    points = bodies.flat_foot(bodies.bent_level(points, p.bend, p.length))
     low = float(points[:, 2].min())
     return replace(body, points=points), [part.translated(z=-low) for part in crumb]
 
 
 def _grid(p: Dough) -> Solid:
-    outline = outline_of_food(p.outline, p.length, p.width, p.square)
+    outline = bodies.outline_of_food(p.outline, p.length, p.width, p.square)
     flat = [(0, 0), (0.9, 0), (1, 0.25), (1, 0.75), (0.9, 1), (0, 1)]
-    parts = [dome(outline, flat, 0.45 * p.height, 7).translated(z=0.275 * p.height)]
+    parts = [bodies.dome(outline, flat, 0.45 * p.height, 7).translated(z=0.275 * p.height)]
     path = [(float(x), float(y), p.height / 2) for x, y in 0.965 * np.vstack([outline, outline[:2]])]
     pitch = min(p.length, p.width) / p.grid
     bar = 0.3 * pitch
@@ -216,7 +197,7 @@ def _grid(p: Dough) -> Solid:
                 continue
             ends = [(at, -half), (at, half)] if axis == 0 else [(-half, at), (half, at)]
             parts.append(tube([(x, y, p.height / 2) for x, y in ends], section).without_colliders())
-    return seen_from_above(replace(joined([plain(part) for part in parts]), crease_deg=40.0))
+    return bodies.seen_from_above(replace(bodies.joined([bodies.plain(part) for part in parts]), crease_deg=40.0))
 
 
 def _chord(outline: Floats, axis: int, at: float) -> float:
@@ -305,7 +286,7 @@ def build_slab(builder: AssetBuilder, p: SlabFood) -> None:
     low = float(body.points[:, 2].min())
     body = body.translated(z=-low)
     rind = _rind(p, body) if p.rind > 0 else None
-    hulls = _hulls(body, p) if rind is None else [hull_of(body, rind)]
+    hulls = _hulls(body, p) if rind is None else [bodies.hull_of(body, rind)]
     builder.add(ROOT, body.with_colliders_of(*hulls), p.skin, label="body", name="body", density=p.density)
     if face is not None:
         builder.add(ROOT, face.translated(z=-low), p.face_finish, label="face", collider=False, density=0.0)
@@ -313,7 +294,7 @@ def build_slab(builder: AssetBuilder, p: SlabFood) -> None:
         builder.add(ROOT, rind, p.rind_finish, label="rind", collider=False, density=0.0)
     middle = (float(body.points[:, 2].min()) + float(body.points[:, 2].max())) / 2
     if p.lines:
-        drawn = ridges(body, body.bounds, p.lines, p.line_width, p.line_height, lens=p.line_lens)
+        drawn = bodies.ridges(body, body.bounds, p.lines, p.line_width, p.line_height, lens=p.line_lens)
         builder.add(ROOT, drawn, p.line_finish, label="line", collider=False, density=0.0)
     paths = [[(x * p.length, y * p.width, 0.0) for x, y in line] for line in p.feelers]
     feelers = [tube(path, p.feeler_radius, 0.02).without_colliders() for path in paths]
@@ -325,17 +306,17 @@ def build_slab(builder: AssetBuilder, p: SlabFood) -> None:
     ):
         if not parts:
             continue
-        whole = joined(parts)
+        whole = bodies.joined(parts)
         if label != "string":
-            whole = replace(whole, points=bent_level(whole.points, p.bend, p.length)).translated(z=middle)
+            whole = replace(whole, points=bodies.bent_level(whole.points, p.bend, p.length)).translated(z=middle)
         builder.add(ROOT, whole, finish, label=label, collider=False, density="fish_fin")
         if label != "string":
             for part in parts:
-                moved = replace(part, points=bent_level(part.points, p.bend, p.length)).translated(z=middle)
+                moved = replace(part, points=bodies.bent_level(part.points, p.bend, p.length)).translated(z=middle)
                 if float(np.abs(moved.points - np.clip(moved.points, *body.bounds)).max()) > FIN_OUT:
-                    builder.add_collider(ROOT, hull_of(moved), finish, label)
+                    builder.add_collider(ROOT, bodies.hull_of(moved), finish, label)
     if p.eyes:
-        builder.add(ROOT, joined(_eyes(p, body)), p.eye_finish, label="eye", collider=False, density=0.0)
+        builder.add(ROOT, bodies.joined(_eyes(p, body)), p.eye_finish, label="eye", collider=False, density=0.0)
 
 
 def _slab_body(p: SlabFood, rng: np.random.Generator) -> tuple[Solid, Solid | None]:
@@ -343,21 +324,23 @@ def _slab_body(p: SlabFood, rng: np.random.Generator) -> tuple[Solid, Solid | No
         return _strip(p, rng), None
     if p.cut is Cut.SLAB:
         unevenness = Unevenness(p.bumps, p.waves, p.wave, p.length)
-        body = uneven_dome(
-            outline_of_food(p.outline, p.length, p.width, p.square, 44), p.profile, p.height, unevenness, rng
+        body = bodies.uneven_dome(
+            bodies.outline_of_food(p.outline, p.length, p.width, p.square, 44), p.profile, p.height, unevenness, rng
         )
-        return seen_from_above(body) if p.above else body, None
+        return bodies.seen_from_above(body) if p.above else body, None
     section = {"square": p.square, "square_top": p.square, "foot": p.foot, "cut": p.cut_at}
-    body = long_body(p.profile, p.length, p.width, p.height, **section, around=AROUND, along=(51 if p.segments else 31))
+    body = bodies.long_body(
+        p.profile, p.length, p.width, p.height, **section, around=AROUND, along=(51 if p.segments else 31)
+    )
     points = body.points
     if p.segments:
         phase = np.mod(p.segments * (points[:, 0] / p.length + 0.5), 1.0)
         points = points * np.column_stack([np.ones(len(points)), *2 * [1.0 - p.segment_depth * phase]])
-    face = cut_face(points) if p.cut_at < 1 else None
+    face = bodies.cut_face(points) if p.cut_at < 1 else None
     points = points if face is not None else bumped(points, p.bumps, p.waves, rng)
     if p.above:
-        body = seen_from_above(replace(body, points=points))
-    return replace(body, points=flat_foot(bent_level(points, p.bend, p.length))), face
+        body = bodies.seen_from_above(replace(body, points=points))
+    return replace(body, points=bodies.flat_foot(bodies.bent_level(points, p.bend, p.length))), face
 
 
 def _strip(p: SlabFood, rng: np.random.Generator) -> Solid:
@@ -366,24 +349,24 @@ def _strip(p: SlabFood, rng: np.random.Generator) -> Solid:
     phase = rng.uniform(0, 2 * math.pi)
     place = np.stack([s.ravel() * p.length, t.ravel() * p.width], axis=1)
     z = p.wave * np.sin(2 * np.pi * p.waves * s + phase + 0.8 * t).ravel()
-    z += 0.35 * p.wave * smooth_noise(place, 2.5 * p.waves / p.length, rng)
+    z += 0.35 * p.wave * bodies.smooth_noise(place, 2.5 * p.waves / p.length, rng)
     x = s * p.length
-    side = p.bumps * p.width * smooth_noise(np.stack([x[:, 0], 0 * x[:, 0]], axis=1), 3.0 / p.length, rng)
+    side = p.bumps * p.width * bodies.smooth_noise(np.stack([x[:, 0], 0 * x[:, 0]], axis=1), 3.0 / p.length, rng)
     end = 1.0 - 0.25 * np.abs(2 * s) ** 10
     y = t * p.width * end * (1 + 0.6 * p.bumps * np.sin(9 * s + 2 * phase)) + side[:, None]
     return sheet(np.stack([x, y, z.reshape(n, m)], axis=2), p.height)
 
 
 def _rind(p: SlabFood, body: Solid) -> Solid:
-    outline = outline_of_food(p.outline, p.length, p.width, p.square, 44)
+    outline = bodies.outline_of_food(p.outline, p.length, p.width, p.square, 44)
     angle = np.degrees(np.arctan2(outline[:, 1], outline[:, 0]))
     middle, half = (p.rind_from + p.rind_to) / 2, abs(p.rind_to - p.rind_from) / 2
     share = np.clip((half - np.abs(np.mod(angle - middle + 180.0, 360.0) - 180.0)) / 25.0, 0.0, 1.0)
     share = share * share * (3 - 2 * share)
     out = 0.93 * (1 - share) + share * (1.0 + p.rind / np.hypot(outline[:, 0], outline[:, 1]))
     height = float(np.ptp(body.points[:, 2]))
-    rind = dome(outline * out[:, None], p.profile, 0.95 * height)
-    return replace(rind, points=flat_foot(rind.points)).translated(z=0.005 * height)
+    rind = bodies.dome(outline * out[:, None], p.profile, 0.95 * height)
+    return replace(rind, points=bodies.flat_foot(rind.points)).translated(z=0.005 * height)
 
 
 def _fins(p: SlabFood) -> list[Solid]:
@@ -406,7 +389,7 @@ def _bones(p: SlabFood) -> list[Solid]:
             r = p.bone_knob
             for side in (-0.55, 0.55):
                 parts.append(ellipsoid((2 * r, 1.7 * r, 1.8 * r), 12, 8).translated(x, y + side * r))
-        out.append(joined([plain(part) for part in parts]))
+        out.append(bodies.joined([bodies.plain(part) for part in parts]))
     return out
 
 
@@ -443,7 +426,7 @@ def _eyes(p: SlabFood, body: Solid) -> list[Solid]:
 def _hulls(body: Solid, p: SlabFood) -> list[Solid]:
     if p.cut is Cut.LONG and abs(p.bend) > RING:
         around = np.arctan2(body.points[:, 0], ((p.length / p.bend) - body.points[:, 1]) * np.sign(p.bend))
-        return hulls_by(body.points, around, 6)
+        return bodies.hulls_by(body.points, around, 6)
     if p.wave > 0:
         # A box, and from half its height on one hull: a simulation finds now and then one corner of a thin wavy hull.
         low, high = body.bounds
@@ -461,4 +444,4 @@ def _hulls(body: Solid, p: SlabFood) -> list[Solid]:
         raised = body.points.copy()
         raised[:, 2] = raised[:, 2].clip(z + tall / 2)
         return [hull_around(raised), plinth]
-    return hulls_of_bent(body, p.bend if p.cut is Cut.LONG else 0.0)
+    return bodies.hulls_of_bent(body, p.bend if p.cut is Cut.LONG else 0.0)

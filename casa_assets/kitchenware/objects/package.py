@@ -15,33 +15,15 @@ from casa_assets.ext.arrays import Floats
 from casa_assets.ext.families import FinishId, Params
 from casa_assets.ext.records import Pose, Vec2
 from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, axis_turn, board, box_shape, lathe, tube
+from casa_assets.kitchenware.objects import wrapping
 from casa_assets.kitchenware.objects.block import SHAPES as BLOCKS
 from casa_assets.kitchenware.objects.block import Block
 from casa_assets.kitchenware.objects.block import Shape as BlockShape
 from casa_assets.kitchenware.objects.closures import LID, LID_GRIP, swing_up
-from casa_assets.kitchenware.objects.wrapping import (
-    LYING_ALONG,
-    LYING_BACK,
-    SEALED,
-    Outline,
-    Part,
-    dented,
-    four_sides,
-    hump,
-    pillow,
-    plate,
-    pouch,
-    ramp,
-    roll,
-    tub,
-    twist,
-    with_front_picture,
-    with_spot,
-    wrapped,
-)
+from casa_assets.kitchenware.objects.wrapping import LYING_ALONG, LYING_BACK, SEALED, Outline, Part, roll
 
 # Heights of the rings of a body, as shares of it.
-LEVELS = ramp(0.0, 0.04, 0.14, 0.32, 0.5, 0.68, 0.86, 0.96, 1.0)
+LEVELS = wrapping.ramp(0.0, 0.04, 0.14, 0.32, 0.5, 0.68, 0.86, 0.96, 1.0)
 CARD = 0.0009  # of folded card and what hides below it, metres
 BOARD_FINISH = "paper_kraft"
 # Takes a block that lies along x to one that stands, its upper side to the back.
@@ -50,7 +32,7 @@ UPRIGHT = Pose.from_matrix(np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0
 
 def carton(p: Package) -> list[Part]:
     """A folded carton with flaps at its ends, and where it has one a window or a spout."""
-    outline = four_sides(p.front, p.side)
+    outline = wrapping.four_sides(p.front, p.side)
     flaps = CARD * 2
     half_x, half_y = p.width / 2, p.depth / 2
     if p.opens:
@@ -68,7 +50,9 @@ def carton(p: Package) -> list[Part]:
         pieces = ((-half_y, middle - 0.0007), (middle + 0.0007, half_y)) if p.flap < 0.95 else ((-half_y, half_y),)
         for front, back in pieces:
             lid = board((-half_x, front, low), (half_x, back, low + CARD), 0.0)
-            parts.append(Part(with_front_picture(lid, (0.32, level[0]), (0.68, level[1]), (0, 1)), p.skin, "package"))
+            parts.append(
+                Part(wrapping.with_front_picture(lid, (0.32, level[0]), (0.68, level[1]), (0, 1)), p.skin, "package")
+            )
     if p.window > 0:
         parts.append(Part(_window(p), p.window_finish, "window"))
     if p.spout > 0:
@@ -81,9 +65,9 @@ def carton(p: Package) -> list[Part]:
 def _sides(p: Package, outline: Outline, height: float, low: float, high: float) -> Solid:
     half_x, half_y = p.width / 2, p.depth / 2
     rings = np.stack([outline.ring(half_x, half_y, p.edge, height * share) for share in LEVELS])
-    rings = dented(_bulged(rings, outline, p.bulge, 2 * LEVELS - 1), outline, p.dents, p.rng())
+    rings = wrapping.dented(_bulged(rings, outline, p.bulge, 2 * LEVELS - 1), outline, p.dents, p.rng())
     rings[[0, -1], :, 2] = np.array([[0.0], [height]])
-    return wrapped(rings, outline.sides, low + (high - low) * LEVELS, along=p.along)
+    return wrapping.wrapped(rings, outline.sides, low + (high - low) * LEVELS, along=p.along)
 
 
 def _open_carton(p: Package, outline: Outline, flaps: float) -> list[Part]:
@@ -96,7 +80,7 @@ def _open_carton(p: Package, outline: Outline, flaps: float) -> list[Part]:
     inside = [outline.ring(half_x - CARD, half_y - CARD, p.edge, z) for z in (top, level)]
     heights = p.lower + (1.0 - p.upper - p.lower) * LEVELS
     rings = np.concatenate([outside, np.stack(inside)])
-    body = wrapped(rings, outline.sides, np.array([*heights, 1.0 - p.upper, 1.0 - p.upper]), along=p.along)
+    body = wrapping.wrapped(rings, outline.sides, np.array([*heights, 1.0 - p.upper, 1.0 - p.upper]), along=p.along)
     parts = [Part(body, p.skin, "package", p.heft * full.volume / body.volume)]
     x, y, z = half_x - CARD, half_y - CARD, top - 0.0005
     for sign in (-1, 1):
@@ -107,7 +91,7 @@ def _open_carton(p: Package, outline: Outline, flaps: float) -> list[Part]:
     held = board((-x + 0.0004, -y + 0.0004, level - 0.001), (x - 0.0004, y - 0.0004, level + 0.0006), 0.0)
     parts.append(Part(held, p.content or "paper_white", "content"))
     lid = board((-half_x, -half_y, top + 0.0004), (half_x, half_y, p.height), 0.0)
-    picture = with_front_picture(lid, (0.32, 1.0 - p.upper), (0.68, 0.997), (0, 1))
+    picture = wrapping.with_front_picture(lid, (0.32, 1.0 - p.upper), (0.68, 0.997), (0, 1))
     return [*parts, Part(picture.with_box_collider(), p.skin, "lid", swings=True)]
 
 
@@ -119,8 +103,8 @@ def lid_seam(p: Package) -> float:
 def _bulged(rings: Floats, outline: Outline, amount: float, levels: Floats) -> Floats:
     moved = rings.copy()
     wide = np.abs(outline.bent[:, 1:]) * np.ptp(rings[0, :, 0]) + np.abs(outline.bent[:, :1]) * np.ptp(rings[0, :, 1])
-    share = hump(np.abs(outline.straight * outline.bent[:, ::-1]).sum(axis=1))[:, None] * wide / wide.max()
-    moved[..., :2] += amount * hump(levels)[:, None, None] * (share * outline.bent)
+    share = wrapping.hump(np.abs(outline.straight * outline.bent[:, ::-1]).sum(axis=1))[:, None] * wide / wide.max()
+    moved[..., :2] += amount * wrapping.hump(levels)[:, None, None] * (share * outline.bent)
     return moved
 
 
@@ -129,29 +113,29 @@ def _window(p: Package) -> Solid:
     columns, rows = np.linspace(-half, half, 7), np.linspace(low, high, 9)
     front = []
     for z in rows:
-        lift = p.bulge * hump(np.array(2 * z / p.height - 1)) * hump(2 * columns / p.width) + 0.0004
+        lift = p.bulge * wrapping.hump(np.array(2 * z / p.height - 1)) * wrapping.hump(2 * columns / p.width) + 0.0004
         cut = 0.86 if z in (rows[0], rows[-1]) else 1.0
         front.append(np.column_stack([columns * cut, -p.depth / 2 - lift - 0.5 * p.dents, np.full(7, z)]))
     sheet = np.array(front)
     back = np.add(sheet, (0.0, 0.0012, 0.0))
     loop = [np.concatenate([sheet[k], back[k][::-1]]) for k in range(9)]
-    solid = wrapped(np.array(loop), np.zeros((14, 2, 2)), np.linspace(0, 1, 9), crease_deg=30.0)
-    return with_front_picture(solid.oriented_outwards(), (0.02, 0.02), (0.98, 0.98))
+    solid = wrapping.wrapped(np.array(loop), np.zeros((14, 2, 2)), np.linspace(0, 1, 9), crease_deg=30.0)
+    return wrapping.with_front_picture(solid.oriented_outwards(), (0.02, 0.02), (0.98, 0.98))
 
 
 def gable(p: Package) -> list[Part]:
     """A carton with a gable: its upper end is folded to a ridge, and a cap sits on the slope."""
-    outline = four_sides(p.front, p.side, 1)
+    outline = wrapping.four_sides(p.front, p.side, 1)
     half_x, half_y = p.width / 2, p.depth / 2
     wall = p.height * (1.0 - p.roof) - p.fin
-    shares = ramp(0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
+    shares = wrapping.ramp(0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
     rings = [outline.ring(half_x, half_y, p.edge, wall * share) for share in shares]
     body = _bulged(np.stack(rings), outline, p.bulge, 2 * shares - 1)
     roof = [gathered(outline, half_x, half_y, p.edge, wall, p.height - p.fin, s) for s in (0.06, 0.3, 0.6, 0.9, 1.0)]
     everything = np.concatenate([body, np.stack([*roof, (roof[-1] + (0.0, 0.0, p.fin))])])
     slope = [1.0 - p.upper * (1.0 - 0.8 * s) for s in (0.06, 0.3, 0.6, 0.9, 1.0)]
     heights = np.array([*(p.lower + (1.0 - p.lower - p.upper) * shares), *slope, 1.0])
-    parts = [Part(wrapped(everything, outline.sides, heights, crease_deg=28.0), p.skin, "package", p.heft)]
+    parts = [Part(wrapping.wrapped(everything, outline.sides, heights, crease_deg=28.0), p.skin, "package", p.heft)]
     if p.cap_radius > 0:
         rise, run, r, high = p.height * p.roof, half_y, p.cap_radius, 0.85 * p.cap_radius
         profile = [(1.25 * r, -0.002), (1.25 * r, 0.001), (r, 0.0018), (r, 0.85 * high), (0.9 * r, high)]
@@ -188,20 +172,22 @@ def ribbed(cap: Solid, radius: float) -> Solid:
 
 def brick(p: Package) -> list[Part]:
     """A brick of drink with folded ears and a straw, in its hole or glued to the back."""
-    body = _sides(p, four_sides(p.front, p.side, 1), p.height, p.lower, 1.0 - p.upper)
+    body = _sides(p, wrapping.four_sides(p.front, p.side, 1), p.height, p.lower, 1.0 - p.upper)
     half_x, half_y = p.width / 2, p.depth / 2
     parts = [Part(body, p.skin, "package", p.heft)]
     spot = (0.5, 1.0 - 0.5 * max(p.upper, 0.02))
     strip = board((-half_x + 0.001, -0.002, p.height), (half_x - 0.001, 0.006, p.height + 0.0011), 0.0003)
-    parts.append(Part(with_spot(strip, spot), p.skin, "package"))
+    parts.append(Part(wrapping.with_spot(strip, spot), p.skin, "package"))
     for sign in (-1, 1):
         x = sign * (half_x + 0.0002)
         tip = (x + sign * p.bulge * 0.3, 0.0, p.height - 0.85 * half_y)
         corners = [(x, -half_y * 0.96, p.height), (x, half_y * 0.96, p.height), tip]
-        ear = plate(np.array(corners), 0.0009, np.array([float(sign), 0.0, 0.0]))
+        ear = wrapping.plate(np.array(corners), 0.0009, np.array([float(sign), 0.0, 0.0]))
         level = 1.0 - p.upper
         edge = 0.5 + sign * (p.front + p.side) / 2
-        ear = with_front_picture(ear, (edge - 0.3 * p.side, level - 0.12), (edge + 0.3 * p.side, level), (1, 2))
+        ear = wrapping.with_front_picture(
+            ear, (edge - 0.3 * p.side, level - 0.12), (edge + 0.3 * p.side, level), (1, 2)
+        )
         parts.append(Part(ear, p.skin, "package"))
     radius = 0.0021
     x, y = 0.45 * half_x, -0.45 * half_y
@@ -225,7 +211,7 @@ def wrapped_block(p: Package) -> list[Part]:
     """A block in paper or foil whose ends are folded like those of a parcel; part of it may be bare."""
     if p.bare >= 1:
         return [Part(_bare_block(p, 0.0), p.content or p.skin, "food", p.heft)]
-    outline = four_sides(p.front, p.side, 2)
+    outline = wrapping.four_sides(p.front, p.side, 2)
     fold = 0.0007
     top = p.height * (1.0 - p.bare)
     # A wrapper that is open lies smoothly, so that it stays clear of what is in it.
@@ -242,12 +228,12 @@ def wrapped_block(p: Package) -> list[Part]:
             half_x, half_y = p.width / 2 - 0.0004, p.depth / 2 - 0.0004
             rings = [outline.ring(half_x, half_y, p.edge, z) for z in (top - 0.004, top + p.liner)]
             rings[1][:, 2] += 0.35 * p.liner * np.sin(np.arange(len(rings[1])) * 2.1)
-            foil = wrapped(np.stack(rings), outline.sides, ramp(0.0, 1.0), crease_deg=50.0)
+            foil = wrapping.wrapped(np.stack(rings), outline.sides, wrapping.ramp(0.0, 1.0), crease_deg=50.0)
             parts.append(Part(foil, p.fitting, "foil"))
     if p.seam:
         y = p.depth / 2 + p.bulge * 0.4
         strip = board((-0.18 * p.width, -y - 0.0004, fold), (-0.1 * p.width, -y + 0.001, top - fold), 0.0)
-        parts.append(Part(with_spot(strip, (0.5, 0.5)), p.skin, "package"))
+        parts.append(Part(wrapping.with_spot(strip, (0.5, 0.5)), p.skin, "package"))
     return parts
 
 
@@ -262,8 +248,8 @@ def _parcel_end(p: Package, top: float, fold: float, end: int) -> list[Part]:
         flap = [(-half_x, sign * half_y), (half_x, sign * half_y)]
         flap += [(half_x - cut, -sign * lean), (-half_x + cut, -sign * lean)]
         corners = np.array([(x, y, z + 0.00035 * k * up) for x, y in flap])
-        folded = plate(corners if sign * up < 0 else corners[::-1], 0.0003, np.array([0.0, 0.0, up]))
-        parts.append(Part(with_spot(folded, spot), p.skin, "package"))
+        folded = wrapping.plate(corners if sign * up < 0 else corners[::-1], 0.0003, np.array([0.0, 0.0, up]))
+        parts.append(Part(wrapping.with_spot(folded, spot), p.skin, "package"))
     return parts
 
 
@@ -289,22 +275,24 @@ def _bare_block(p: Package, less: float) -> Solid:
 
 def paper_bag(p: Package) -> list[Part]:
     """A bag of flour or sugar: a soft block whose upper end is folded over and lies flat, or is rolled up."""
-    outline = four_sides(p.front, p.side, 2)
+    outline = wrapping.four_sides(p.front, p.side, 2)
     half_x, half_y = p.width / 2, p.depth / 2
     wall = p.height * (1.0 - p.roof) - p.fin
-    shares = ramp(0.0, 0.03, 0.12, 0.3, 0.5, 0.7, 0.88, 1.0)
+    shares = wrapping.ramp(0.0, 0.03, 0.12, 0.3, 0.5, 0.7, 0.88, 1.0)
     rings = np.stack([outline.ring(half_x - 0.0015 * (s == 0), half_y, p.edge, wall * s) for s in shares])
     body = _bulged(rings, outline, p.bulge, np.minimum(2 * shares - 1, 0.55))
     steps = (0.1, 0.3, 0.55, 0.8, 1.0)
     top = [gathered(outline, half_x, half_y, p.edge, wall, p.height - p.fin, s) for s in steps]
     rng = p.rng()
-    everything = dented(np.concatenate([body, np.stack(top)]), outline, p.dents, rng, 2.6)
+    everything = wrapping.dented(np.concatenate([body, np.stack(top)]), outline, p.dents, rng, 2.6)
     everything[-1] = top[-1]
     if p.fin > 0:
         everything = np.concatenate([everything, (top[-1] + (0.0, 0.0, p.fin))[None]])
     everything[0, :, 2] = 0.0
     heights = [*(p.lower + (1 - p.lower - p.upper) * shares), *(1.0 - p.upper * (1.0 - 0.8 * s) for s in steps)]
-    solid = wrapped(everything, outline.sides, np.array([*heights, 1.0] if p.fin > 0 else heights), crease_deg=55.0)
+    solid = wrapping.wrapped(
+        everything, outline.sides, np.array([*heights, 1.0] if p.fin > 0 else heights), crease_deg=55.0
+    )
     parts = [Part(solid, p.skin, "package", p.heft)]
     if p.roll <= 0:
         return [*parts, Part(_folded_end(p), p.skin, "package")]
@@ -320,8 +308,8 @@ def _rolled_end(p: Package) -> Solid:
     half_x, turns = 0.98 * p.width / 2, np.linspace(0, 2 * np.pi, 14)[:-1]
     oval = np.column_stack([0.9 * p.roll * np.cos(turns), 0.55 * p.roll * np.sin(turns)])
     rings = np.stack([np.column_stack([oval, np.full(len(oval), x)]) for x in (-half_x, half_x)])
-    bar = wrapped(rings, np.zeros((len(oval), 2, 2)), ramp(0, 1)).transformed(LYING_ALONG)
-    return with_spot(bar, (0.5, 0.985)).translated(y=-0.5 * p.roll, z=p.height - 0.55 * p.roll)
+    bar = wrapping.wrapped(rings, np.zeros((len(oval), 2, 2)), wrapping.ramp(0, 1)).transformed(LYING_ALONG)
+    return wrapping.with_spot(bar, (0.5, 0.985)).translated(y=-0.5 * p.roll, z=p.height - 0.55 * p.roll)
 
 
 def _folded_end(p: Package) -> Solid:
@@ -334,7 +322,7 @@ def _folded_end(p: Package) -> Solid:
     end += 0.0012 * out
     side = np.array([half_x * 0.99, 0.0, 0.0])
     corners = np.array([start - side, end - 0.97 * side, end + 0.97 * side, start + side])
-    return with_spot(plate(corners, 0.0022, out), (0.5, 0.985))
+    return wrapping.with_spot(wrapping.plate(corners, 0.0022, out), (0.5, 0.985))
 
 
 Metres = Annotated[float, Field(gt=0, le=0.5)]
@@ -426,8 +414,8 @@ class Package(Params):
 
 SHAPES: Mapping[Shape, Callable[[Package], list[Part]]] = {
     Shape.CARTON: carton, Shape.GABLE: gable, Shape.BRICK: brick, Shape.BLOCK: wrapped_block,
-    Shape.PAPER_BAG: paper_bag, Shape.PILLOW: pillow, Shape.POUCH: pouch, Shape.TWIST: twist, Shape.TUB: tub,
-    Shape.ROLL: roll,
+    Shape.PAPER_BAG: paper_bag, Shape.PILLOW: wrapping.pillow, Shape.POUCH: wrapping.pouch,
+    Shape.TWIST: wrapping.twist, Shape.TUB: wrapping.tub, Shape.ROLL: roll,
 }  # fmt: skip
 # Collision shapes of an open carton's walls are so thick, metres; its lid turns so far, rad.
 WALL, LID_SWING = 0.002, 1.9

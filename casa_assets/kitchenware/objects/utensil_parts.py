@@ -13,22 +13,11 @@ from pydantic import Field
 from scipy.interpolate import PchipInterpolator
 
 from casa_assets.errors import DegenerateShape
+from casa_assets.ext import solids
 from casa_assets.ext.arrays import Floats, Ints, convex_hull, signed_volume
 from casa_assets.ext.families import Params
 from casa_assets.ext.records import Vec2, Vec3, Vec5
-from casa_assets.ext.solids import (
-    Solid,
-    box,
-    circle,
-    concatenate,
-    hull_around,
-    lathe,
-    prism,
-    rectangle,
-    rod,
-    subtract,
-    tube,
-)
+from casa_assets.ext.solids import Solid
 from casa_assets.kitchenware.objects.closed_surface import smooth_profile, turned
 
 # Swept bar ------------------------------------------------------------------------------------------------------------
@@ -118,7 +107,7 @@ def bar(shape: Bar, size: Size, along: int = ALONG, hulls: int = MAX_HULLS, span
         pieces += _pieces(points[last:], hulls) if last < len(points) - 1 else []
     else:
         pieces = _pieces(points, hulls)
-    hull_solids = [hull_around(piece.reshape(-1, 3)) for piece in pieces]
+    hull_solids = [solids.hull_around(piece.reshape(-1, 3)) for piece in pieces]
     if shape.holes:
         solid = drilled(solid, ([_slot(hole, size, float(np.interp(hole[0], share, middle))) for hole in shape.holes]))
     return solid.with_colliders_of(*hull_solids)
@@ -188,7 +177,7 @@ def stadium(length: float, width: float, steps: int = 6) -> Floats:
 def _slot(hole: Vec5, size: Size, height: float) -> Solid:
     along, across, length, width, angle = hole
     deep = 6 * size.thickness + size.dish + size.rise
-    body = prism(stadium(length * size.length, width * size.width), deep, 0.0).translated(z=-deep / 2)
+    body = solids.prism(stadium(length * size.length, width * size.width), deep, 0.0).translated(z=-deep / 2)
     return body.rotated("z", angle).translated(along * size.length, across * size.width / 2, height)
 
 
@@ -312,7 +301,7 @@ def tine_cuts(count: int, start: float, width: float, gap: float, deep: float) -
         h, tip = gap / 2, gap / 2 + 0.36 * tine
         arc = [(start - h + h * math.cos(t), h * math.sin(t)) for t in np.linspace(-math.pi / 2, math.pi / 2, 7)]
         outline = [(-0.004, -tip), (0.0, -tip), (point, -h), *arc, (point, h), (0.0, tip), (-0.004, tip)]
-        cuts.append(prism(np.array(outline), deep, 0.0).translated(y=y, z=-deep / 2))
+        cuts.append(solids.prism(np.array(outline), deep, 0.0).translated(y=y, z=-deep / 2))
     return cuts
 
 
@@ -321,8 +310,10 @@ def mouth_cut(length: float, width: float, deep: float, tooth: float) -> Solid:
     turns = np.arange(28) * 2 * np.pi / 28
     c, s = np.cos(turns), np.sin(turns)
     oval = [half * np.sign(f) * np.abs(f) ** (2 / 2.6) for half, f in ((length / 2, c), (width / 2, s))]
-    hole = prism(np.column_stack(oval), deep, 0.0).translated(z=-deep / 2)
-    return subtract(hole, box((tooth, 0.42 * width, 2 * deep), (length / 2 - tooth / 2 + 0.0005, 0.0, 0.0), 0.0))
+    hole = solids.prism(np.column_stack(oval), deep, 0.0).translated(z=-deep / 2)
+    return solids.subtract(
+        hole, solids.box((tooth, 0.42 * width, 2 * deep), (length / 2 - tooth / 2 + 0.0005, 0.0, 0.0), 0.0)
+    )
 
 
 def cup(radius: float, depth: float, wall: float, squat: float) -> Solid:
@@ -334,9 +325,9 @@ def cup(radius: float, depth: float, wall: float, squat: float) -> Solid:
     outer = [(radius * math.cos(t) ** (1 / squat), depth * math.sin(t)) for t in turns]
     inner = [(r * (1 - wall / radius), z * (1 - wall / depth)) for r, z in outer]
     outer[0], inner[0] = (0.0, -depth), (0.0, -depth + wall)
-    shell = lathe([*outer, *inner[::-1]], 32, 60.0)
+    shell = solids.lathe([*outer, *inner[::-1]], 32, 60.0)
     turns = np.linspace(0, 2 * math.pi, 13)
-    floor = hull_around(np.array([(r * math.cos(a), r * math.sin(a), z) for r, z in outer[:4] for a in turns]))
+    floor = solids.hull_around(np.array([(r * math.cos(a), r * math.sin(a), z) for r, z in outer[:4] for a in turns]))
     return shell.with_colliders_of(*wall_hulls(outer[2:], 0.003, 6), floor)
 
 
@@ -355,7 +346,7 @@ def wall_hulls(profile: Sequence[Vec2], thick: float, sectors: int, rows: int = 
         for (r0, z0), (r1, z1) in halves:
             corners = [(r0, z0), (r1, z1), (r0 - thick, z0 + 0.4 * thick), (max(r1 - thick, 0.001), z1)]
             ring = [(r * widening * math.cos(a), r * widening * math.sin(a), z) for r, z in corners for a in angles]
-            found.append(hull_around(np.array(ring)))
+            found.append(solids.hull_around(np.array(ring)))
     return found
 
 
@@ -373,18 +364,20 @@ def whisk_wires(count: int, length: float, radius: float, neck: float, wire: flo
         x = path[:, 1] + 2.1 * wire * (k - count / 2) * np.maximum(0.0, 1 - np.abs(path[:, 0]) / (0.6 * radius))
         line = np.column_stack([x, path[:, 0] * math.cos(turn), path[:, 0] * math.sin(turn)])
         points: list[Vec3] = [(float(a), float(b), float(c)) for a, b, c in line]
-        loops.append(tube(points, circle(wire, 6), up=(0.0, -math.sin(turn), math.cos(turn))).without_colliders())
-    body = concatenate(loops).with_crease(70.0)
+        loops.append(
+            solids.tube(points, solids.circle(wire, 6), up=(0.0, -math.sin(turn), math.cos(turn))).without_colliders()
+        )
+    body = solids.concatenate(loops).with_crease(70.0)
     low, high = body.points[body.points[:, 0] < 0.62 * length], body.points[body.points[:, 0] > 0.55 * length]
-    return body.with_colliders_of(hull_around(low), hull_around(high))
+    return body.with_colliders_of(solids.hull_around(low), solids.hull_around(high))
 
 
 def wound_handle(rings: int, x: float, length: float, radius: float, wire: float) -> Solid:
     """A handle of wound wire: a rod with rounded ribs, along x."""
     share = np.linspace(0.0, 1.0, 4 * rings + 1)
     profile = [(radius - wire * (1 - abs(math.sin(math.pi * rings * s))), s * length) for s in share]
-    body = lathe([(float(r), float(z)) for r, z in profile], 14, 80.0)
-    rod_ = rod(radius, length, 0.0, "x").translated(x=length / 2)
+    body = solids.lathe([(float(r), float(z)) for r, z in profile], 14, 80.0)
+    rod_ = solids.rod(radius, length, 0.0, "x").translated(x=length / 2)
     return body.rotated("y", math.pi / 2).with_colliders_of(rod_).translated(x=x)
 
 
@@ -401,7 +394,7 @@ def ring(path: Floats, section: Floats, hulls: int = 6) -> Solid:
     body = Solid(points.reshape(-1, 3), _closed_faces(n, len(section)), crease_deg=60.0).oriented_outwards()
     cuts = np.linspace(0, n, hulls + 1).round().astype(int)
     pieces = [points[np.arange(low, high + 1) % n].reshape(-1, 3) for low, high in pairwise(cuts)]
-    return body.with_colliders_of(*map(hull_around, pieces))
+    return body.with_colliders_of(*map(solids.hull_around, pieces))
 
 
 def _closed_faces(rings: int, around: int) -> Ints:
@@ -438,7 +431,7 @@ def tufts(places: Floats, height: float, radius: float, spread: float, seed: int
             at = np.array([x, y]) + lean * s
             rings.append(np.column_stack([at[0] + r * np.cos(six), at[1] + r * np.sin(six), np.full(6, -height * s)]))
         found.append(lofted(np.array(rings[::-1]), np.array([0.0, 1.0])))
-    return concatenate(found)
+    return solids.concatenate(found)
 
 
 def grater(width: float, depth: float, height: float, taper: float, wall: float) -> Solid:
@@ -448,7 +441,7 @@ def grater(width: float, depth: float, height: float, taper: float, wall: float)
     rings = []
     for k, (scale, z) in enumerate(levels):
         less = 2 * wall if k > 1 else 0.0
-        loop = rectangle(width * scale - less, depth * scale - less, max(corner - less / 2, 0.001), 3)
+        loop = solids.rectangle(width * scale - less, depth * scale - less, max(corner - less / 2, 0.001), 3)
         rings.append(np.column_stack([loop, np.full(len(loop), z)]))
     points = np.array(rings)
     body = Solid(points.reshape(-1, 3), _closed_faces(*points.shape[:2]), crease_deg=30.0).oriented_outwards()
@@ -457,7 +450,7 @@ def grater(width: float, depth: float, height: float, taper: float, wall: float)
         across, deep = (width, depth) if turn % 2 == 0 else (depth, width)
         ends = [(s, z, sx) for s, z in ((1.0, 0.0), (taper, height)) for sx in (-1, 1)]
         corners = [(sx * across / 2 * s, -(deep / 2 * s - t), z) for s, z, sx in ends for t in (0.0, thick)]
-        sides.append(hull_around(np.array(corners)).rotated("z", turn * math.pi / 2))
+        sides.append(solids.hull_around(np.array(corners)).rotated("z", turn * math.pi / 2))
     return body.with_colliders_of(*sides)
 
 
@@ -484,7 +477,7 @@ def punched(panel: Panel, pitch: float, size: float, hood: float) -> tuple[list[
     """Dark holes and the hoods over them, in staggered rows over most of a side."""
     holes, hoods = [], []
     # A dark disc that projects slightly from the side: a low pyramid.
-    base = np.column_stack([circle(size / 2, 6), np.zeros(6)])[:, [0, 2, 1]]
+    base = np.column_stack([solids.circle(size / 2, 6), np.zeros(6)])[:, [0, 2, 1]]
     faces = [(k, (k + 1) % 6, 6) for k in range(6)] + [(0, k + 1, k) for k in range(1, 5)]
     dot = Solid(np.concatenate([base, [[0.0, -0.0006, 0.0]]]), np.array(faces, dtype=np.int64), crease_deg=60.0)
     dot, lip = dot.oriented_outwards(), _hood(size, hood)
@@ -506,9 +499,9 @@ def slits(panel: Panel, count: int, wide: float) -> tuple[list[Solid], list[Soli
     for k in range(count):
         up = 0.22 + 0.6 * k / max(count - 1, 1)
         across = wide * panel.across * (1 + (panel.taper - 1) * up)
-        slit = prism(stadium(across, 0.006, 4), 0.0005, 0.0).without_colliders().rotated("x", math.pi / 2)
+        slit = solids.prism(stadium(across, 0.006, 4), 0.0005, 0.0).without_colliders().rotated("x", math.pi / 2)
         holes.append(panel.placed(slit, 0.0, up))
-        lips.append(panel.placed(box((across, 0.003, 0.004), (0.0, -0.0015, 0.0045), 0.001), 0.0, up))
+        lips.append(panel.placed(solids.box((across, 0.003, 0.004), (0.0, -0.0015, 0.0045), 0.001), 0.0, up))
     return holes, lips
 
 
@@ -547,7 +540,7 @@ def straw(length: float, radius: float, wall: float, twist: float, folds: int) -
     v0, v1, u0, u1 = v[k], v[(k + 1) % m], i / n, (i + 1) / n
     uv = np.concatenate([corners((u0, v0), (u1, v0), (u1, v1)), corners((u0, v0), (u1, v1), (u0, v1))])
     body = Solid(points.reshape(-1, 3), _closed_faces(m, n), crease_deg=50.0, picture_uv=uv)
-    return body.oriented_outwards().with_colliders_of(rod(radius, length, 0.0, "x").translated(x=length / 2))
+    return body.oriented_outwards().with_colliders_of(solids.rod(radius, length, 0.0, "x").translated(x=length / 2))
 
 
 def reamer_dish(radius: float, depth: float, wall: float) -> Solid:
@@ -556,8 +549,8 @@ def reamer_dish(radius: float, depth: float, wall: float) -> Solid:
     outer = [(foot, 0.0), (0.86 * radius, 0.3 * depth), (0.96 * radius, 0.7 * depth), (radius, depth)]
     inner = [(radius - wall, depth), (0.95 * radius - wall, 0.7 * depth), (0.82 * radius - wall, 0.32 * depth)]
     inner += [(foot - 1.2 * wall, wall)]
-    body = lathe([*outer, *inner, (0.0, wall)], 40, 45.0)
-    floor = rod(foot, wall, 0.0).translated(z=wall / 2)
+    body = solids.lathe([*outer, *inner, (0.0, wall)], 40, 45.0)
+    floor = solids.rod(foot, wall, 0.0).translated(z=wall / 2)
     return body.with_colliders_of(floor, *wall_hulls([outer[0], outer[3]], 0.004, 12, 1))
 
 
@@ -583,5 +576,5 @@ def digits(text: str, height: float, stroke: float) -> Solid:
         for name in lit[sign]:
             x, y, level = at[name]
             size = (wide - stroke, stroke, 0.0004) if level else (stroke, half - stroke, 0.0004)
-            found.append(box(size, (start + x, y, 0.0002), 0.0).without_colliders())
-    return concatenate(found)
+            found.append(solids.box(size, (start + x, y, 0.0002), 0.0).without_colliders())
+    return solids.concatenate(found)

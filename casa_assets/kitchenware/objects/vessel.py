@@ -8,20 +8,10 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
+from casa_assets.ext import solids
 from casa_assets.ext.arrays import Floats
-from casa_assets.ext.solids import (
-    ROOT,
-    AssetBuilder,
-    Placed,
-    Solid,
-    box,
-    circle,
-    concatenate,
-    hull_around,
-    prism,
-    rod,
-    subtract,
-)
+from casa_assets.ext.solids import ROOT, AssetBuilder, Placed, Solid
+from casa_assets.kitchenware.objects import vessel_surface
 from casa_assets.kitchenware.objects.closures import LID, MOST_LIFT, lift_off
 from casa_assets.kitchenware.objects.vessel_fittings import (
     HandleForm,
@@ -36,18 +26,7 @@ from casa_assets.kitchenware.objects.vessel_fittings import (
     spouts,
     strap,
 )
-from casa_assets.kitchenware.objects.vessel_surface import (
-    RIM_V,
-    Plan,
-    Profile,
-    patched,
-    pictured,
-    surface,
-    thinned,
-    turned_on,
-    vessel_profile,
-    woven,
-)
+from casa_assets.kitchenware.objects.vessel_surface import RIM_V, Plan, Profile
 
 # Slabs are at least as thick as this, metres.
 THICK = 0.003
@@ -90,7 +69,7 @@ def open_shapes(
         rings = [_polygon(plan, r, z, ways) for r, z in sides]
         for i in range(len(ways)):
             j = (i + 1) % len(ways)
-            shapes += hull_around(np.array([ring[k] for ring in rings for k in (i, j)])).shapes
+            shapes += solids.hull_around(np.array([ring[k] for ring in rings for k in (i, j)])).shapes
     if plan.lip > 0:
         shapes += _lip(profile, plan, thickness)
     return tuple(shapes)
@@ -98,7 +77,7 @@ def open_shapes(
 
 def _levels(wall: Floats, plan: Plan, most: int) -> Floats:
     """The (N, 2) corners of the line that follows a wall's profile best with few pieces."""
-    marks = thinned(wall, 0.0008)
+    marks = vessel_surface.thinned(wall, 0.0008)
     tolerance = max(0.0035, 0.035 * plan.half_x)
     best = marks[[0, -1]]
     for inner in range(most):
@@ -125,13 +104,13 @@ def _lip(profile: Profile, plan: Plan, thickness: float) -> tuple[Placed, ...]:
     for z in (low * plan.height, plan.height):
         r = profile.radius(z)
         points += [plan.ring(r, z)[near], replace(plan, lip=0.0).ring(r - thickness, z)[near]]
-    return hull_around(np.concatenate(points)).shapes
+    return solids.hull_around(np.concatenate(points)).shapes
 
 
 def closed_shapes(line: Floats, plan: Plan, slack: float) -> list[Placed]:
     """The shapes of a solid body that a profile line bounds, (N, 2) radius and height: cylinders, boxes and hulls."""
     shapes: list[Placed] = []
-    found = thinned(line, slack)
+    found = vessel_surface.thinned(line, slack)
     low = float(found[0, 1])
     if len(found) > 1 and found[0, 0] > 1.02 * plan.half_x * 0.02:
         # It stands on a plain disc or box, whatever else it is made of.
@@ -144,7 +123,7 @@ def closed_shapes(line: Floats, plan: Plan, slack: float) -> list[Placed]:
             continue
         lift = min(0.0015, 0.3 * float(z1 - z0))
         rings = [plan.ring(float(r), float(z) + raised)[::2] for r, z, raised in ((r0, z0, lift), (r1, z1, 0.0))]
-        shapes += hull_around(np.concatenate(rings)).shapes
+        shapes += solids.hull_around(np.concatenate(rings)).shapes
     return shapes
 
 
@@ -152,10 +131,10 @@ def _block(plan: Plan, radius: float, low: float, high: float) -> tuple[Placed, 
     middle, tall = (low + high) / 2, high - low
     half_y = max(plan.half_y - (plan.half_x - radius), 0.1 * radius)
     if plan.corner is None and abs(half_y - radius) < 1e-6:
-        return rod(radius, tall, 0.0).translated(z=middle).shapes
+        return solids.rod(radius, tall, 0.0).translated(z=middle).shapes
     if plan.corner is not None:
-        return box((2 * radius, 2 * half_y, tall), (0.0, 0.0, middle), 0.0).shapes
-    return hull_around(np.concatenate([plan.ring(radius, z)[::2] for z in (low, high)])).shapes
+        return solids.box((2 * radius, 2 * half_y, tall), (0.0, 0.0, middle), 0.0).shapes
+    return solids.hull_around(np.concatenate([plan.ring(radius, z)[::2] for z in (low, high)])).shapes
 
 
 def _ways(plan: Plan) -> Floats:
@@ -211,12 +190,12 @@ def build_vessel(builder: AssetBuilder, p: Vessel) -> None:
     plan = _plan(p)
     floor = p.stem * p.height + p.floor + p.foot
     points = [(r * p.width / 2, z * p.height) for r, z in p.profile]
-    profile = vessel_profile(points, p.soft, p.rounding, p.wall, floor, p.fillet, p.foot)
+    profile = vessel_surface.vessel_profile(points, p.soft, p.rounding, p.wall, floor, p.fillet, p.foot)
     parts = [*handles(p, profile, plan), *spouts(p, profile)]
     if p.weave > 0:
-        profile = woven(profile, plan.row / 2)
+        profile = vessel_surface.woven(profile, plan.row / 2)
     path, v = profile.path()
-    body = surface(path, v, plan, replace(plan, weave=0.0))
+    body = vessel_surface.surface(path, v, plan, replace(plan, weave=0.0))
     if p.hole > 0:
         body = _pierced(body, p, plan, profile)
     # Nothing is put in through the mouth of a kettle, under its handle.
@@ -230,13 +209,13 @@ def build_vessel(builder: AssetBuilder, p: Vessel) -> None:
     builder.add(ROOT, body.with_shapes(*shapes), p.skin, label="body", name="body", density=density)
     around = math.pi * p.width
     for part, finish, label in parts:
-        solid = pictured(seated(part, p, plan, profile), profile, around)
+        solid = vessel_surface.pictured(seated(part, p, plan, profile), profile, around)
         density = min(builder.supplies.finish(finish).substance.density, builder.supplies.density("vessel_handle"))
         density *= p.matter if finish == p.skin else 1.0
         builder.add(ROOT, solid, finish, label=label, density=density)
     rim = plan.ring(*(float(n) for n in (profile.outside[-1] + profile.inside[-1]) / 2))
     if p.bead > 0:
-        bead = patched(rim_bead(rim, p.bead, 6 if p.weave > 0 or p.hole > 0 else 8), RIM_V, 0.002)
+        bead = vessel_surface.patched(rim_bead(rim, p.bead, 6 if p.weave > 0 or p.hole > 0 else 8), RIM_V, 0.002)
         # Of metal it is a rolled edge with air in it.
         density = min(builder.supplies.finish(p.rim_finish).substance.density, builder.supplies.density("rolled_edge"))
         builder.add(ROOT, bead, p.rim_finish, label="rim", collider=False, density=density)
@@ -269,7 +248,7 @@ def _pierced(body: Solid, p: Vessel, plan: Plan, profile: Profile) -> Solid:
     low, high = p.holes_from * p.height, p.holes_to * p.height
     line = profile.outside[(profile.outside[:, 1] >= low) & (profile.outside[:, 1] <= high)]
     rows = max(1, round(float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum()) / p.hole_gap))
-    drill = prism(circle(p.hole, 6), 0.05, 0.0).translated(z=-0.025)
+    drill = solids.prism(solids.circle(p.hole, 6), 0.05, 0.0).translated(z=-0.025)
     for k, z in enumerate(np.linspace(low, high, rows)):
         r = profile.radius(float(z))
         count = max(4, round(2 * math.pi * r / p.hole_gap))
@@ -282,7 +261,7 @@ def _pierced(body: Solid, p: Vessel, plan: Plan, profile: Profile) -> Solid:
         for i in range(count):
             angle = 2 * math.pi * i / count
             tools.append(drill.translated(ring * p.hole_gap * math.cos(angle), ring * p.hole_gap * math.sin(angle)))
-    return subtract(body, *tools, shapes=body.shapes)
+    return solids.subtract(body, *tools, shapes=body.shapes)
 
 
 def _lid(builder: AssetBuilder, p: Vessel, plan: Plan) -> None:
@@ -321,7 +300,9 @@ def _content(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> 
     low = inside[(inside[:, 1] < level) & (inside[:, 0] > 0.004)]
     line = np.concatenate([low, [[float(np.interp(level, inside[:, 1], inside[:, 0])), level]]]) - (0.0005, -0.0004)
     path = np.concatenate([[[0.0, floor + 0.0004]], line, [[0.0, level + 0.0004]]])
-    builder.add(ROOT, turned_on(path, plan), p.content_finish, label="content", collider=False, density="liquid")
+    builder.add(
+        ROOT, vessel_surface.turned_on(path, plan), p.content_finish, label="content", collider=False, density="liquid"
+    )
 
 
 def _prints(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> None:
@@ -336,12 +317,12 @@ def _prints(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> N
         x, y = (np.interp(turn, angle[order], ring[order, k2], period=2 * np.pi) for k2 in (0, 1))
         lines.append(strap(np.stack([x, y, 0 * x + z], axis=1), [(0.0016, 0.0008)] * 7, side=(0.0, 0.0, 1.0), count=4))
     if lines:
-        marks = concatenate([line.without_colliders() for line in lines])
+        marks = solids.concatenate([line.without_colliders() for line in lines])
         builder.add(ROOT, marks, p.mark_finish, label="print", collider=False, density=0.0)
     if p.sleeve:
         low, high = 0.3 * p.height, 0.72 * p.height
         a, b = profile.radius(low) + 0.0003, profile.radius(high) + 0.0003
         band = [(0.0, low), (a + 0.0009, low), (b + 0.0009, high), (0.0, high)]
         hole = [(0.0, low - 0.01), (a - 0.0004, low - 0.01), (b, high + 0.01), (0.0, high + 0.01)]
-        sleeve = subtract(*(turned_on(np.array(path), plan) for path in (band, hole)))
+        sleeve = solids.subtract(*(vessel_surface.turned_on(np.array(path), plan) for path in (band, hole)))
         builder.add(ROOT, sleeve, p.mark_finish, label="sleeve", collider=False)

@@ -11,22 +11,11 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
+from casa_assets.ext import solids
 from casa_assets.ext.arrays import Floats
 from casa_assets.ext.families import FinishId, Params
 from casa_assets.ext.records import Vec2, Vec3
-from casa_assets.ext.solids import (
-    ROOT,
-    AssetBuilder,
-    Solid,
-    circle,
-    concatenate,
-    hull_around,
-    lathe,
-    loft,
-    prism,
-    subtract,
-    tube,
-)
+from casa_assets.ext.solids import ROOT, AssetBuilder, Solid
 from casa_assets.kitchenware.objects.closed_surface import ellipsoid, run_along
 from casa_assets.kitchenware.objects.closures import LID_GRIP
 from casa_assets.kitchenware.objects.vessel_surface import Plan, Profile, patched, surface
@@ -55,9 +44,9 @@ def strap(
     turn = np.arange(count) * 2 * np.pi / count + (np.pi / count if power < 0.8 else 0.0)
     x, y = (np.sign(f) * np.abs(f) ** power / 2 for f in (np.cos(turn), np.sin(turn)))
     rings = [p + x[:, None] * w * across - y[:, None] * t * n for p, (w, t), n in zip(line, size, normal, strict=True)]
-    found = loft(rings, 45.0).oriented_outwards()
+    found = solids.loft(rings, 45.0).oriented_outwards()
     cuts = np.array_split(np.arange(len(line) - 1), pieces)
-    hulls = [hull_around(np.concatenate(rings[int(part[0]) : int(part[-1]) + 2])) for part in cuts if len(part)]
+    hulls = [solids.hull_around(np.concatenate(rings[int(part[0]) : int(part[-1]) + 2])) for part in cuts if len(part)]
     return found.with_colliders_of(*hulls)
 
 
@@ -122,14 +111,14 @@ def spout(start: Vec2, end: Vec2, radius: float, tip: float, curve: float) -> So
     back = np.array([path[-1], path[-1] + 0.25 * (path[-2] - path[-1]), path[-2]])
     way = np.gradient(path, axis=0)
     way /= np.linalg.norm(way, axis=1)[:, None]
-    ring = circle(1.0, 14)
+    ring = solids.circle(1.0, 14)
     rings = [
         p + r * (ring[:, :1] * np.array([0.0, 1.0, 0.0]) + ring[:, 1:] * np.cross((0.0, 1.0, 0.0), w))
         for p, w, r in (*zip(path, way, size, strict=True), *((q, way[-1], h) for q, h in zip(back, hole, strict=True)))
     ]
-    found = loft(rings, 45.0).oriented_outwards()
+    found = solids.loft(rings, 45.0).oriented_outwards()
     spans = (rings[:5], rings[4:9], rings[8:10])
-    return found.with_colliders_of(*(hull_around(np.concatenate(span)) for span in spans))
+    return found.with_colliders_of(*(solids.hull_around(np.concatenate(span)) for span in spans))
 
 
 def rim_bead(ring: Floats, radius: float, count: int = 8, start: float = 0.0) -> Solid:
@@ -168,9 +157,9 @@ def long_handle(start: Vec3, length: float, rise: float, profile: Sequence[Vec3]
     bar = strap(path, sizes, power=0.75, pieces=2, count=12)
     end = path[-1]
     if hole > 0:
-        slot = circle(hole, 12) * (1.8, 1.0)
-        tool = prism(slot, 0.08, 0.0).translated(float(end[0]) - 2.6 * hole, 0.0, float(end[2]) - 0.04)
-        bar = subtract(bar, tool, shapes=bar.shapes)
+        slot = solids.circle(hole, 12) * (1.8, 1.0)
+        tool = solids.prism(slot, 0.08, 0.0).translated(float(end[0]) - 2.6 * hole, 0.0, float(end[2]) - 0.04)
+        bar = solids.subtract(bar, tool, shapes=bar.shapes)
     return bar
 
 
@@ -179,7 +168,7 @@ def knob(radius: float, height: float, slim: float) -> Solid:
     n = slim * radius
     profile = [(1.15 * n, -0.001), (n, 0.25 * height), (0.8 * radius, 0.45 * height), (radius, 0.62 * height)]
     profile += [(0.92 * radius, 0.85 * height), (0.6 * radius, 0.96 * height), (0.0, height)]
-    return replace(lathe(profile, 18, 50.0), uv_m=None).with_hull_collider()
+    return replace(solids.lathe(profile, 18, 50.0), uv_m=None).with_hull_collider()
 
 
 def sieve_wires(outside: Floats, count: int, radius: float) -> Solid:
@@ -191,13 +180,13 @@ def sieve_wires(outside: Floats, count: int, radius: float) -> Solid:
     run = run_along(line)
     at = np.linspace(0.0, run[-1], 8)
     r, z = (np.interp(at, run, line[:, k]) for k in (0, 1))
-    section = circle(radius, 3)
+    section = solids.circle(radius, 3)
     found = []
     for k in range(count):
         turn = 2 * math.pi * k / count
         first = 0 if k % 2 == 0 else 3
         path = [(float(a * math.cos(turn)), float(a * math.sin(turn)), float(b)) for a, b in zip(r, z, strict=True)]
-        found.append(tube(path[first:], section).without_colliders())
+        found.append(solids.tube(path[first:], section).without_colliders())
     turns = np.arange(24) * 2 * np.pi / 24
     for s in np.linspace(0.12, 0.94, 9):
         places = [at * run[-1] for at in (s, s - 0.02, s + 0.02)]
@@ -205,7 +194,7 @@ def sieve_wires(outside: Floats, count: int, radius: float) -> Solid:
         ring = np.stack([a * np.cos(turns), a * np.sin(turns), np.full(24, b)], axis=1)
         # A corner of it looks along the wall: a side that was parallel to the gauze would lie in it here or there.
         found.append(rim_bead(ring, radius, 3, math.atan2(high[1] - low[1], high[0] - low[0])))
-    return concatenate([Solid(part.points, part.faces, crease_deg=80.0) for part in found])
+    return solids.concatenate([Solid(part.points, part.faces, crease_deg=80.0) for part in found])
 
 
 # Lids -----------------------------------------------------------------------------------------------------------------

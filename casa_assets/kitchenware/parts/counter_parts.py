@@ -9,27 +9,10 @@ from enum import StrEnum
 
 import numpy as np
 
+from casa_assets.ext import solids
 from casa_assets.ext.arrays import Floats, convex_hull
 from casa_assets.ext.records import Hull, Mesh, Pose, Sphere, Vec2, Vec3
-from casa_assets.ext.solids import (
-    ROOT,
-    AssetBuilder,
-    Placed,
-    Solid,
-    board,
-    box,
-    box_shape,
-    circle,
-    concatenate,
-    lathe,
-    loft,
-    prism,
-    rectangle,
-    rod,
-    round_corners,
-    subtract,
-    tube,
-)
+from casa_assets.ext.solids import ROOT, AssetBuilder, Placed, Solid
 
 # Case -----------------------------------------------------------------------------------------------------------------
 
@@ -52,7 +35,7 @@ def cavity_walls(outer: tuple[Vec3, Vec3], inner: tuple[Vec3, Vec3]) -> list[tup
 
 def cavity_colliders(outer: tuple[Vec3, Vec3], inner: tuple[Vec3, Vec3]) -> tuple[Placed, ...]:
     """The boards of `cavity_walls` as box colliders."""
-    return tuple(box_shape(*corners) for corners in cavity_walls(outer, inner))
+    return tuple(solids.box_shape(*corners) for corners in cavity_walls(outer, inner))
 
 
 def add_liner(
@@ -72,7 +55,7 @@ def add_liner(
         ((x0 + t, y0, z1 - t), (x1 - t, y1 - t, z1)),
         ((x0 + t, y1 - t, z0 + t), (x1 - t, y1, z1 - t)),
     ):
-        builder.draw(ROOT, board(a, b, 0.0), finish, "liner", density=density)
+        builder.draw(ROOT, solids.board(a, b, 0.0), finish, "liner", density=density)
 
 
 def rounded_polygon(points: Sequence[Vec2], radius: float) -> Floats:
@@ -80,14 +63,14 @@ def rounded_polygon(points: Sequence[Vec2], radius: float) -> Floats:
     first, last = np.array(points[0]), np.array(points[-1])
     middle = (first + last) / 2
     line = [(float(middle[0]), float(middle[1]), 0.0)]
-    path = round_corners([*line, *((x, y, 0.0) for x, y in points), *line], radius)[:-1, :2]
+    path = solids.round_corners([*line, *((x, y, 0.0) for x, y in points), *line], radius)[:-1, :2]
     # Neighbours that fall together would have no direction.
     return np.asarray(path[(np.linalg.norm(path - np.roll(path, 1, axis=0), axis=1) > 1e-6)])
 
 
 def extrude_across(outline: Floats, width: float, chamfer: float) -> Solid:
     """An outline in y, z (counter-clockwise, y to the right) pulled along x, centred on x = 0."""
-    solid = prism(outline, width, chamfer)
+    solid = solids.prism(outline, width, chamfer)
     return Solid(solid.points[:, [2, 0, 1]] - np.array([width / 2, 0.0, 0.0]), solid.faces, crease_deg=40.0)
 
 
@@ -101,9 +84,9 @@ def rounded_body(width: float, depth: float, steps: Sequence[Vec2], radius: floa
     (bottom_inset, bottom), (top_inset, top) = steps[0], steps[-1]
     for inset, z in ((bottom_inset + FLAT_BAND, bottom), *steps, (top_inset + FLAT_BAND, top)):
         w, d = max(width - 2 * inset, 0.004), max(depth - 2 * inset, 0.004)
-        ring = rectangle(w, d, max(radius - inset, 0.15 * min(w, d)), corner)
+        ring = solids.rectangle(w, d, max(radius - inset, 0.15 * min(w, d)), corner)
         rings.append(np.column_stack([ring, np.full(len(ring), z)]))
-    return loft(rings)
+    return solids.loft(rings)
 
 
 def dome_profile(rise: float, reach: float, z: float) -> list[Vec2]:
@@ -144,7 +127,7 @@ def round_feet(places: Sequence[Vec2], radius: float, height: float) -> list[Sol
     Each collides as a ball of the foot's radius, so it touches a worktop at one point, while a disc touches at four: an
     object on four feet costs an engine four contacts instead of 16.
     """
-    pad = rod(radius, height, min(0.0015, 0.3 * height)).translated(0.0, 0.0, height / 2)
+    pad = solids.rod(radius, height, min(0.0015, 0.3 * height)).translated(0.0, 0.0, height / 2)
     feet = pad.with_shapes((Sphere(radius=radius), Pose(position=(0.0, 0.0, radius))))
     return [feet.translated(x, y) for x, y in places]
 
@@ -156,7 +139,7 @@ def inset_corners(width: float, front: float, back: float, inset: float) -> list
 
 def thin_panel(lower: Vec3, upper: Vec3, edge_radius: float = 0.0012, steps: int = 2) -> Solid:
     """A panel between two corners without collider."""
-    return board(lower, upper, edge_radius, steps).without_colliders()
+    return solids.board(lower, upper, edge_radius, steps).without_colliders()
 
 
 # Mixer ----------------------------------------------------------------------------------------------------------------
@@ -210,20 +193,20 @@ class MixerHead:
 def head_solid(form: MixerHead) -> Solid:
     """The skin of a head."""
     shares = 0.5 - 0.5 * np.cos(np.linspace(0.04, math.pi - 0.04, 17))
-    return loft([form.ring(float(t)) for t in shares], 50.0).oriented_outwards()
+    return solids.loft([form.ring(float(t)) for t in shares], 50.0).oriented_outwards()
 
 
 def head_band(form: MixerHead, y: float) -> Solid:
     """A strip of 8 mm around a head at y, metres, that projects by a millimetre."""
     shares = [(y + d - form.front) / (form.back - form.front) for d in (-0.004, 0.0, 0.004)]
-    return loft([form.ring(t, 0.001, 44) for t in shares], 50.0).oriented_outwards()
+    return solids.loft([form.ring(t, 0.001, 44) for t in shares], 50.0).oriented_outwards()
 
 
 def tool_solid(kind: MixerTool, length: float) -> Solid:
     """Solid of a tool that hangs from z = 0 to -length on the axis x = y = 0, with a hull collider."""
-    shaft = rod(0.0055, 0.034, 0.001).translated(z=-0.017)
-    collar = lathe([(0.011, -0.036), (0.013, -0.033), (0.013, -0.027), (0.008, -0.024)], 20)
-    return concatenate([shaft, collar, *_MAKERS[kind](length)]).with_hull_collider()
+    shaft = solids.rod(0.0055, 0.034, 0.001).translated(z=-0.017)
+    collar = solids.lathe([(0.011, -0.036), (0.013, -0.033), (0.013, -0.027), (0.008, -0.024)], 20)
+    return solids.concatenate([shaft, collar, *_MAKERS[kind](length)]).with_hull_collider()
 
 
 def _whisk(length: float) -> list[Solid]:
@@ -234,7 +217,7 @@ def _whisk(length: float) -> list[Solid]:
         for t in np.linspace(0.0, 2 * math.pi, 19)[1:-1]:
             r = 0.043 * math.sin(t) * (1.0 - 0.3 * (1 + math.cos(t)) / 2)
             path.append((r * math.cos(turn), r * math.sin(turn), (-0.03 - (length - 0.032) * (1 - math.cos(t)) / 2)))
-        wires.append(tube(path, circle(0.0011, 6)).without_colliders())
+        wires.append(solids.tube(path, solids.circle(0.0011, 6)).without_colliders())
     return wires
 
 
@@ -245,10 +228,12 @@ def _beater(length: float) -> list[Solid]:
         (0.0, 0.0, -0.034), (half_width, 0.0, -0.05), (half_width, 0.0, bottom + 0.03), (0.004, 0.0, bottom + 0.003),
         (-0.004, 0.0, bottom + 0.003), (-half_width, 0.0, bottom + 0.03), (-half_width, 0.0, -0.05), (0.0, 0.0, -0.034),
 ]  # fmt: skip
-    frame = tube(loop, rectangle(0.006, 0.0075, 0.002, 2), 0.006, up=(0.0, 1.0, 0.0)).without_colliders()
-    rib = tube([(0.0, 0.0, -0.036), (0.0, 0.0, bottom + 0.004)], rectangle(0.005, 0.006, 0.0015, 2), up=(0.0, 1.0, 0.0))
+    frame = solids.tube(loop, solids.rectangle(0.006, 0.0075, 0.002, 2), 0.006, up=(0.0, 1.0, 0.0)).without_colliders()
+    rib = solids.tube(
+        [(0.0, 0.0, -0.036), (0.0, 0.0, bottom + 0.004)], solids.rectangle(0.005, 0.006, 0.0015, 2), up=(0.0, 1.0, 0.0)
+    )
     path = [(-half_width, 0.0, -0.068), (half_width, 0.0, -0.068)]
-    bar = tube(path, rectangle(0.005, 0.006, 0.0015, 2), up=(0.0, 1.0, 0.0))
+    bar = solids.tube(path, solids.rectangle(0.005, 0.006, 0.0015, 2), up=(0.0, 1.0, 0.0))
     return [frame, rib.without_colliders(), bar.without_colliders()]
 
 
@@ -258,7 +243,7 @@ def _hook(length: float) -> list[Solid]:
         angle = 2 * math.pi * 0.9 * float(t)
         r = 0.034 * math.sin(math.pi * (0.15 + 0.75 * float(t)))
         path.append((r * math.cos(angle), r * math.sin(angle), -0.04 - (length - 0.046) * float(t)))
-    return [tube(path, circle(0.0055, 10)).without_colliders()]
+    return [solids.tube(path, solids.circle(0.0055, 10)).without_colliders()]
 
 
 _MAKERS = {MixerTool.WHISK: _whisk, MixerTool.BEATER: _beater, MixerTool.HOOK: _hook}
@@ -282,38 +267,38 @@ def radius_at(line: Sequence[Vec2], z: float) -> float:
 def add_drip_tray(builder: AssetBuilder, lower: Vec3, upper: Vec3, metal: str) -> None:
     """Add a dark tray with a grid on top to the root link, between two corners, metres; cups are placed at upper[2]."""
     (x0, y0, z0), (x1, y1, z1) = lower, upper
-    pan = subtract(
-        board(lower, (x1, y1, z1 - 0.0006), 0.003, 2),
-        board((x0 + 0.006, y0 + 0.006, z0 + 0.006), (x1 - 0.006, y1 - 0.006, 1.0), 0.0),
+    pan = solids.subtract(
+        solids.board(lower, (x1, y1, z1 - 0.0006), 0.003, 2),
+        solids.board((x0 + 0.006, y0 + 0.006, z0 + 0.006), (x1 - 0.006, y1 - 0.006, 1.0), 0.0),
     )
     builder.draw(ROOT, pan, "plastic_black", "tray")
-    builder.add_collider(ROOT, board(lower, upper, 0.0), metal, "tray", "drip_tray")
+    builder.add_collider(ROOT, solids.board(lower, upper, 0.0), metal, "tray", "drip_tray")
     for y in (y0 + 0.008, y1 - 0.008):
-        rail = board((x0 + 0.0064, y - 0.0016, z1 - 0.003), (x1 - 0.0064, y + 0.0016, z1), 0.0005)
+        rail = solids.board((x0 + 0.0064, y - 0.0016, z1 - 0.003), (x1 - 0.0064, y + 0.0016, z1), 0.0005)
         builder.draw(ROOT, rail, metal, "tray")
     count = max(5, int((x1 - x0 - 0.02) / 0.0085))
     for k in range(count):
         x = x0 + 0.011 + (x1 - x0 - 0.022) * k / (count - 1)
-        slat = board((x - 0.0017, y0 + 0.0065, z1 - 0.0024), (x + 0.0017, y1 - 0.0065, z1 - 0.0003), 0.0)
+        slat = solids.board((x - 0.0017, y0 + 0.0065, z1 - 0.0024), (x + 0.0017, y1 - 0.0065, z1 - 0.0003), 0.0)
         builder.draw(ROOT, slat, metal, "tray")
 
 
 def add_brew_group(builder: AssetBuilder, at: Vec3, ceiling: float, metal: str, grip: str) -> None:
     """A brewing group under a ceiling with a portafilter whose two spouts end at `at`, its handle to the front."""
     x, y, z = at
-    head = rod(0.036, ceiling - z - 0.034, 0.003).translated(x, y, (ceiling + z + 0.034) / 2)
+    head = solids.rod(0.036, ceiling - z - 0.034, 0.003).translated(x, y, (ceiling + z + 0.034) / 2)
     builder.add(ROOT, head, metal, "group", collider="group_head", density="brewing_casting")
-    ring = rod(0.041, 0.01, 0.002).translated(x, y, z + 0.0392)
+    ring = solids.rod(0.041, 0.01, 0.002).translated(x, y, z + 0.0392)
     builder.draw(ROOT, ring, metal, "portafilter", density="brewing_casting")
-    basket = lathe([(0.02, z + 0.016), (0.034, z + 0.0215), (0.0352, z + 0.034)], 28).translated(x, y)
+    basket = solids.lathe([(0.02, z + 0.016), (0.034, z + 0.0215), (0.0352, z + 0.034)], 28).translated(x, y)
     portafilter = basket.with_box_collider()
     builder.add(ROOT, portafilter, metal, "portafilter", collider="portafilter_basket", density="brewing_casting")
     for s in (-1, 1):
-        spout = tube([(x, y, z + 0.014), (x + s * 0.012, y, z + 0.011), (x + s * 0.012, y, z)], 0.0048, 0.006)
+        spout = solids.tube([(x, y, z + 0.014), (x + s * 0.012, y, z + 0.011), (x + s * 0.012, y, z)], 0.0048, 0.006)
         builder.draw(ROOT, spout, metal, "portafilter")
-    builder.draw(ROOT, tube([(x, y - 0.03, z + 0.028), (x, y - 0.066, z + 0.026)], 0.006), metal, "portafilter")
+    builder.draw(ROOT, solids.tube([(x, y - 0.03, z + 0.028), (x, y - 0.066, z + 0.026)], 0.006), metal, "portafilter")
     line = [(0.0075, 0.0), (0.0125, 0.012), (0.0118, 0.05), (0.0142, 0.085), (0.011, 0.097), (0.004, 0.1)]
-    handle = lathe(line, 20, 60.0).rotated("x", math.pi / 2 + 0.06).translated(x, y - 0.064, z + 0.0262)
+    handle = solids.lathe(line, 20, 60.0).rotated("x", math.pi / 2 + 0.06).translated(x, y - 0.064, z + 0.0262)
     builder.add(ROOT, handle.with_hull_collider(), grip, "portafilter", collider="portafilter_grip")
 
 
@@ -321,10 +306,10 @@ def add_spout(builder: AssetBuilder, at: Vec3, ceiling: float, finish: str, twin
     """A block under a ceiling from which one or two spouts look down; `at` is their lower end."""
     x, y, z = at
     width = 0.06 if twin else 0.034
-    block = board((x - width / 2, y - 0.022, z + 0.008), (x + width / 2, y + 0.022, ceiling), 0.005, 3)
+    block = solids.board((x - width / 2, y - 0.022, z + 0.008), (x + width / 2, y + 0.022, ceiling), 0.005, 3)
     builder.add(ROOT, block, finish, "spout", collider="spout", density="hollow_moulding")
     for dx in (-0.014, 0.014) if twin else (0.0,):
-        tip = lathe([(0.0042, z), (0.0062, z + 0.0085)], 16).translated(x + dx, y)
+        tip = solids.lathe([(0.0042, z), (0.0062, z + 0.0085)], 16).translated(x + dx, y)
         builder.draw(ROOT, tip, "plastic_black", "spout")
 
 
@@ -332,10 +317,10 @@ def add_steam_wand(builder: AssetBuilder, at: Vec3, tip_z: float, metal: str) ->
     """A steam wand that hangs from `at` down to z = low, leaning out to its side (the sign of x)."""
     x, y, z = at
     side = math.copysign(1.0, x)
-    builder.draw(ROOT, rod(0.011, 0.018, 0.004).translated(x, y, z - 0.004), metal, "wand")
-    pipe = tube([(x, y, z), (x, y, z - 0.03), (x + side * 0.02, y - 0.015, tip_z)], 0.0042, 0.012)
+    builder.draw(ROOT, solids.rod(0.011, 0.018, 0.004).translated(x, y, z - 0.004), metal, "wand")
+    pipe = solids.tube([(x, y, z), (x, y, z - 0.03), (x + side * 0.02, y - 0.015, tip_z)], 0.0042, 0.012)
     builder.add(ROOT, pipe, metal, "wand", density="steam_wand")
-    sleeve = tube(
+    sleeve = solids.tube(
         [
             (x + side * 0.0095, y - 0.007, tip_z + (z - tip_z) * 0.5),
             (x + side * 0.0155, y - 0.0117, tip_z + (z - tip_z) * 0.22),
@@ -357,22 +342,22 @@ def add_bean_hopper(builder: AssetBuilder, x: float, y: float, z: float, size: f
         size + 0.004, size + 0.004, [(0.0, z + height - 0.0118), (0.0, z + height - 0.003), (0.003, z + height)], 0.031
     ).translated(x, y)
     builder.add(ROOT, lid.with_hull_collider(), "plastic_black", "hopper", density="hopper_lid")
-    builder.add(ROOT, rod(0.011, 0.012, 0.003).translated(x, y, z + height + 0.006), "plastic_black", "hopper")
+    builder.add(ROOT, solids.rod(0.011, 0.012, 0.003).translated(x, y, z + height + 0.006), "plastic_black", "hopper")
 
 
 def add_pressure_gauge(builder: AssetBuilder, at: Vec3, radius: float, metal: str) -> None:
     """A round pressure gauge in a front that looks to -y."""
     x, y, z = at
     line = [(radius, 0.0), (radius, 0.005), (radius - 0.003, 0.007), (radius - 0.004, 0.0062), (0.0, 0.0062)]
-    builder.draw(ROOT, lathe(line, 32).rotated("x", math.pi / 2).translated(x, y, z), metal, "gauge")
-    dial = rod(radius - 0.0042, 0.0006, 0.0, "y").translated(x, y - 0.0067, z)
+    builder.draw(ROOT, solids.lathe(line, 32).rotated("x", math.pi / 2).translated(x, y, z), metal, "gauge")
+    dial = solids.rod(radius - 0.0042, 0.0006, 0.0, "y").translated(x, y - 0.0067, z)
     builder.draw(ROOT, dial, "enamel_white", "gauge", density=0.0)
     for k in range(9):
         angle = math.radians(-130 + 260 * k / 8)
-        tick = box((0.0008, 0.0004, 0.003), (0.0, -0.0072, radius - 0.0066), 0.0).rotated("y", angle)
+        tick = solids.box((0.0008, 0.0004, 0.003), (0.0, -0.0072, radius - 0.0066), 0.0).rotated("y", angle)
         tick = tick.translated(x, y, z)
         builder.draw(ROOT, tick, "plastic_black", "gauge", density=0.0)
-    hand = box((0.0012, 0.0004, radius - 0.008), (0.0, -0.0075, 0.3 * radius), 0.0).rotated("y", -0.9)
+    hand = solids.box((0.0012, 0.0004, radius - 0.008), (0.0, -0.0075, 0.3 * radius), 0.0).rotated("y", -0.9)
     hand = hand.translated(x, y, z)
     builder.draw(ROOT, hand, "plastic_red", "gauge", density=0.0)
 
@@ -381,9 +366,9 @@ def add_cup_rail(builder: AssetBuilder, lower: Vec3, upper: Vec3, metal: str) ->
     """Add a low fence of rod round the warming plate at lower[2], up to upper[2]. Metres."""
     (x0, y0, z0), (x1, y1, z1) = lower, upper
     loop = [(x1, y1, z1), (x1, y0, z1), (x0, y0, z1), (x0, y1, z1), (x1, y1, z1)]
-    builder.add(ROOT, tube(loop, 0.0028), metal, "rail")
+    builder.add(ROOT, solids.tube(loop, 0.0028), metal, "rail")
     for x, y in ((x0, y0), (x1, y0), (x0, y1), (x1, y1)):
-        builder.draw(ROOT, rod(0.0026, z1 - z0, 0.0005).translated(x, y, (z0 + z1) / 2), metal, "rail")
+        builder.draw(ROOT, solids.rod(0.0026, z1 - z0, 0.0005).translated(x, y, (z0 + z1) / 2), metal, "rail")
 
 
 # Blender jar ----------------------------------------------------------------------------------------------------------
@@ -449,9 +434,9 @@ class Cover:
 def jar_outline(jar: BlenderJar, half: float, z: float) -> np.ndarray:
     """(N, 3) outline of a jar of a half width at a height, metres."""
     if jar is BlenderJar.ROUND:
-        flat = circle(half, 44)
+        flat = solids.circle(half, 44)
     elif jar is BlenderJar.SQUARE:
-        flat = rectangle(2 * half, 2 * half, 0.38 * half, 6)
+        flat = solids.rectangle(2 * half, 2 * half, 0.38 * half, 6)
     else:
         turns = np.arange(48) * 2 * np.pi / 48
         radius = half * (1.0 - 0.05 * (1 - np.cos(4 * turns)))
@@ -484,7 +469,7 @@ def _jar_walls(p: Jar, width: float, foot: Vec2, rim: Vec2) -> list[Placed]:
 def add_jar(builder: AssetBuilder, p: Jar, rest: float) -> None:
     """Add collar, jar with an open mouth, blades, and their colliders, about the z axis, from height `rest` up."""
     r0, r1, low, rim = p.foot, p.top, rest + 0.0004, rest + p.rim
-    collar = lathe(
+    collar = solids.lathe(
         [
             (r0 + 0.012, low), (r0 + 0.014, low + 0.002), (r0 + 0.01, low + 0.018), (r0 + 0.006, low + 0.024),
             (r0 - 0.01, low + 0.0245),
@@ -502,27 +487,27 @@ def add_jar(builder: AssetBuilder, p: Jar, rest: float) -> None:
         for r, z in [(r0 - 0.004, base), (r0, base + 0.003), *outer[1:], *inner, (inner[-1][0] - 0.008, floor - 1e-4)]
     ]
     rings.insert(len(outer) + 1, jar_outline(p.form, r1 + 0.0025, rim))
-    skin = loft(rings, 50.0)
+    skin = solids.loft(rings, 50.0)
     width = WAIST if p.form is BlenderJar.CLOVER else 1.0
     walls = _jar_walls(p, width, (r0, base), (r1, rim))
     metal = not p.glass.startswith(("glass", "plastic"))
     density = {"glass": "glass", "plastic": "blender_plastic_jar"}.get(p.glass.split("_")[0], "blender_steel_jar")
     builder.add(ROOT, Solid(skin.points, skin.faces, tuple(walls), crease_deg=50.0), p.glass, "jar", density=density)
-    disc = rod(r0 - 0.001, floor - base, 0.0).translated(z=(floor + base) / 2)
+    disc = solids.rod(r0 - 0.001, floor - base, 0.0).translated(z=(floor + base) / 2)
     builder.add_collider(ROOT, disc, p.glass, "jar", "jar_bottom")
     line = [(0.6 * r0, floor + 3e-4), (0.5 * r0, floor + 0.002), (0.2 * r0, floor + 0.003), (0.0, floor + 0.0032)]
-    builder.draw(ROOT, lathe(line, 28), "stainless_polished", "blades")
+    builder.draw(ROOT, solids.lathe(line, 28), "stainless_polished", "blades")
     for k in range(4):
-        blade = box((0.024, 0.009, 0.0014), (0.013, 0.0, 0.0), 0.0005).rotated("y", -0.35 if k % 2 else 0.1)
+        blade = solids.box((0.024, 0.009, 0.0014), (0.013, 0.0, 0.0), 0.0005).rotated("y", -0.35 if k % 2 else 0.1)
         turned = blade.rotated("z", k * math.pi / 2).translated(0.0, 0.0, floor + 0.0075)
         builder.draw(ROOT, turned, "stainless_polished", "blades", name="blades")
-    hub = rod(0.0045, 0.008, 0.001).translated(0.0, 0.0, floor + 0.007)
+    hub = solids.rod(0.0045, 0.008, 0.001).translated(0.0, 0.0, floor + 0.007)
     builder.draw(ROOT, hub, "stainless_polished", "blades", name="blades")
     builder.round_region("int", (0.0, 0.0, floor), 2 * (width * r0 - WALL_THICKNESS), rim - floor - 0.012)
     for k in range(0 if metal else 5):
         s = 0.25 + 0.14 * k
         r = (r0 + (r1 - r0) * s**0.8) * (0.9 if p.form is BlenderJar.CLOVER else 1.0)
-        mark = box((0.02 if k % 2 else 0.012, 0.0006, 0.0012), (0.0, -r - 2e-4, base + s * (rim - base)), 0.0)
+        mark = solids.box((0.02 if k % 2 else 0.012, 0.0006, 0.0012), (0.0, -r - 2e-4, base + s * (rim - base)), 0.0)
         builder.draw(ROOT, mark, "plastic_white", "scale", density=0.0)
 
 
@@ -542,7 +527,7 @@ def add_jar_handle(builder: AssetBuilder, p: Jar, rest: float) -> None:
         (far - 0.012, 0.0, low),
         (at(low) - 0.002, 0.0, low),
     ]
-    bow = tube(path, rectangle(0.016, 0.026, 0.007, 4), 0.016, up=(0.0, 1.0, 0.0))
+    bow = solids.tube(path, solids.rectangle(0.016, 0.026, 0.007, 4), 0.016, up=(0.0, 1.0, 0.0))
     builder.add(ROOT, bow, p.grip, "handle", collider="handle_main", density="hollow_moulding")
 
 
@@ -550,13 +535,17 @@ def add_cover(builder: AssetBuilder, p: Cover, link: str = ROOT) -> None:
     """Add a cover to a link, in whose frame the jar's mouth is z = 0 and its axis x = y = 0."""
     half, t = p.top + OVERHANG, p.thickness
     rings = [(half - 0.002, 0.0), (half, 0.002), (half, t - 0.004), (half - 0.004, t), (0.55 * half, t + 0.0012)]
-    cover = loft([jar_outline(p.form, r, z) for r, z in rings], 50.0)
+    cover = solids.loft([jar_outline(p.form, r, z) for r, z in rings], 50.0)
     square = p.form is BlenderJar.SQUARE
-    shape = board((-half, -half, 0.0), (half, half, t), 0.0) if square else rod(half, t, 0.0).translated(z=t / 2)
+    shape = (
+        solids.board((-half, -half, 0.0), (half, half, t), 0.0)
+        if square
+        else solids.rod(half, t, 0.0).translated(z=t / 2)
+    )
     builder.add(link, cover.with_colliders_of(shape), p.grip, "lid", collider="lid_main", density="blender_lid")
     inside = (WAIST if p.form is BlenderJar.CLOVER else 1.0) * p.top - WALL_THICKNESS - PLUG_PLAY
-    plug = rod(inside, PLUG_DEPTH + 0.001, 0.002).translated(z=(0.001 - PLUG_DEPTH) / 2)
+    plug = solids.rod(inside, PLUG_DEPTH + 0.001, 0.002).translated(z=(0.001 - PLUG_DEPTH) / 2)
     builder.add(link, plug, p.grip, "lid", collider="lid_plug", density="blender_lid")
     r, foot, top = p.cap_radius, t + 0.0005, t + p.cap_height
-    cap = lathe([(r, foot), (r, top - 0.003), (r - 0.003, top)], 32)
+    cap = solids.lathe([(r, foot), (r, top - 0.003), (r - 0.003, top)], 32)
     builder.add(link, cap.with_hull_collider(), p.cap, "handle", collider=p.cap_name, density="blender_lid")

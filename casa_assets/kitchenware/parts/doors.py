@@ -177,7 +177,7 @@ def min_front_height(look: CabinetLook, boarded: bool = True) -> float:
 class CabinetDrawer:
     """A drawer.
 
-    link, joint, region: their names. x, z, width, height: lower left corner and size of its front, metres. lower, upper:
+    link, joint, region: names. x, z, width, height: lower left corner and size of its front, metres. lower, upper:
     corners of its room, from the carcass's front edge to the inner face of its back.
     """
 

@@ -8,29 +8,10 @@ from enum import StrEnum
 
 import numpy as np
 
+from casa_assets.ext import solids
 from casa_assets.ext.arrays import Floats, convex_hull
 from casa_assets.ext.records import Capsule, Cylinder, Pose, Vec3, Vec4
-from casa_assets.ext.solids import (
-    AssetBuilder,
-    Placed,
-    Solid,
-    axis_turn,
-    ball,
-    board,
-    box,
-    box_shape,
-    circle,
-    concatenate,
-    inset_rings,
-    lathe,
-    loft,
-    prism,
-    rectangle,
-    rod,
-    round_corners,
-    subtract,
-    tube,
-)
+from casa_assets.ext.solids import AssetBuilder, Placed, Solid
 
 # Legs -----------------------------------------------------------------------------------------------------------------
 
@@ -42,7 +23,7 @@ def point_between(a: Vec3, b: Vec3, share: float) -> Vec3:
 
 def round_bar(a: Vec3, b: Vec3, radius: float) -> Solid:
     """A round bar from a to b; its collider is a cylinder."""
-    solid = tube([a, b], radius)
+    solid = solids.tube([a, b], radius)
     axis = np.array(b) - np.array(a)
     length = float(np.linalg.norm(axis))
     middle = (np.array(a) + np.array(b)) / 2
@@ -53,14 +34,14 @@ def round_bar(a: Vec3, b: Vec3, radius: float) -> Solid:
 
 def square_bar(a: Vec3, b: Vec3, width: float, depth: float, up: Vec3 = (0.0, 1.0, 0.0)) -> Solid:
     """A square-edged bar from a to b: `depth` along `up`, `width` across; its collider is a box."""
-    return tube([a, b], rectangle(width, depth, min(width, depth) * 0.12, 1), up=up)
+    return solids.tube([a, b], solids.rectangle(width, depth, min(width, depth) * 0.12, 1), up=up)
 
 
 def tapered_leg(a: Vec3, b: Vec3, start: float, end: float, sides: int = 20) -> Solid:
     """A round leg whose radius goes from `start` at a to `end` at b; its collider is a cylinder of the mean radius."""
     axis = np.array(b) - np.array(a)
     length = float(np.linalg.norm(axis))
-    ring = circle(1.0, sides)
+    ring = solids.circle(1.0, sides)
     start_ring = np.column_stack([ring * start, np.zeros(sides)])
     points, faces = convex_hull(np.concatenate([start_ring, np.column_stack([ring * end, np.full(sides, length)])]))
     x, y, z = a
@@ -76,7 +57,7 @@ def bowed_slat(size: Vec3, at: Vec3, bow: float, steps: int = 8) -> Solid:
     ys = bow * (1 - (2 * xs / w) ** 2)
     outline = np.concatenate([np.column_stack([xs, ys - t / 2]), np.column_stack([xs, ys + t / 2])[::-1]])
     bottom = np.column_stack([outline, np.full(len(outline), -h / 2)])
-    solid = loft([bottom, np.column_stack([outline, np.full(len(outline), h / 2)])], 40.0)
+    solid = solids.loft([bottom, np.column_stack([outline, np.full(len(outline), h / 2)])], 40.0)
     return solid.with_box_collider().translated(*at)
 
 
@@ -102,16 +83,16 @@ def open_tub(width: float, depth: float, height: float, wall: float, radius: flo
     """
     base = floor or wall
     edge_radius = min(0.004, 0.3 * height)
-    outline = rectangle(width, depth, radius, 5)
+    outline = solids.rectangle(width, depth, radius, 5)
     steps = [(edge_radius, 0.0), (0.0, edge_radius), (0.0, height - 0.001), (0.3 * wall, height), (0.7 * wall, height)]
-    body = loft(inset_rings(outline, [*steps, (wall, height - 0.001), (wall, base)]), 45.0)
+    body = solids.loft(solids.inset_rings(outline, [*steps, (wall, height - 0.001), (wall, base)]), 45.0)
     w, d = width / 2, depth / 2
     boards = (
-        board((-w, -d, 0.0), (w, d, base), 0.0),
-        board((-w, -d, base), (w, -d + wall, height), 0.0),
-        board((-w, d - wall, base), (w, d, height), 0.0),
-        board((-w, -d + wall, base), (-w + wall, d - wall, height), 0.0),
-        board((w - wall, -d + wall, base), (w, d - wall, height), 0.0),
+        solids.board((-w, -d, 0.0), (w, d, base), 0.0),
+        solids.board((-w, -d, base), (w, -d + wall, height), 0.0),
+        solids.board((-w, d - wall, base), (w, d, height), 0.0),
+        solids.board((-w, -d + wall, base), (-w + wall, d - wall, height), 0.0),
+        solids.board((w - wall, -d + wall, base), (w, d - wall, height), 0.0),
     )
     return body.with_colliders_of(*boards)
 
@@ -120,12 +101,12 @@ def wire_loop(width: float, depth: float, z: float, radius: float, corner: float
     """A level ring of wire about x = 0, y = 0: `width` by `depth` over the middle of the wire; without collider."""
     w, d = width / 2, depth / 2
     path = [(0.0, -d, z), (w, -d, z), (w, d, z), (-w, d, z), (-w, -d, z), (0.0, -d, z)]
-    return tube(path, circle(radius, 8), corner).without_colliders()
+    return solids.tube(path, solids.circle(radius, 8), corner).without_colliders()
 
 
 def wire(path: list[Vec3], radius: float, bend: float = 0.0) -> Solid:
     """A wire along corner points, bent round with a radius, metres; without collider."""
-    return tube(path, circle(radius, WIRE_SIDES), bend).without_colliders()
+    return solids.tube(path, solids.circle(radius, WIRE_SIDES), bend).without_colliders()
 
 
 def wire_grid(width: float, depth: float, z: float, radius: float, across: int, along: int) -> Solid:
@@ -135,7 +116,7 @@ def wire_grid(width: float, depth: float, z: float, radius: float, across: int, 
     out += [
         wire([(-w, float(y), z - 1.6 * radius), (w, float(y), z - 1.6 * radius)], radius) for y in _spread(d, along)
     ]
-    return concatenate(out)
+    return solids.concatenate(out)
 
 
 def _spread(half: float, count: int) -> list[float]:
@@ -219,17 +200,17 @@ def grip_capsule(length: float, radius: float, y: float) -> Placed:
 
 def collider_box(x: float, y0: float, y1: float, width: float, height: float) -> Placed:
     """A box collider about x and z = 0, from y0 to y1; width along x, height along z, metres."""
-    return box_shape((x - width / 2, y0, -height / 2), (x + width / 2, y1, height / 2))
+    return solids.box_shape((x - width / 2, y0, -height / 2), (x + width / 2, y1, height / 2))
 
 
 def _post(x: float, reach: float, radius: float, foot_radius: float) -> Solid:
     line = [(foot_radius, 0.0), (foot_radius, 0.0025), (foot_radius - 0.0012, 0.004), (radius, 0.005), (radius, reach)]
-    return lathe(line, segments=12).rotated("x", math.pi / 2).translated(x)
+    return solids.lathe(line, segments=12).rotated("x", math.pi / 2).translated(x)
 
 
 def _bar(length: float) -> Handle:
     radius, reach, at = 0.006, 0.038, max(0.02, length / 2 - 0.035)
-    grip = rod(radius, length, 0.0015, "x").translated(0.0, -reach)
+    grip = solids.rod(radius, length, 0.0015, "x").translated(0.0, -reach)
     posts = tuple(_post(x, reach, 0.0042, 0.0065) for x in (-at, at))
     feet = tuple(collider_box(x, -reach + radius, 0.0, 0.011, 0.011) for x in (-at, at))
     return Handle((grip, *posts), (grip_capsule(length, radius, -reach), *feet))
@@ -239,16 +220,18 @@ def _boxed(length: float) -> Handle:
     thickness, depth, reach = 0.012, 0.01, 0.04
     h = length / 2 - thickness / 2
     path = [(-h, 0.0, 0.0), (-h, -reach + depth / 2, 0.0), (h, -reach + depth / 2, 0.0), (h, 0.0, 0.0)]
-    grip = tube(path, rectangle(thickness, thickness, 0.0015, 2))
+    grip = solids.tube(path, solids.rectangle(thickness, thickness, 0.0015, 2))
     legs = tuple(collider_box(x, -reach + depth, 0.0, thickness, thickness) for x in (-h, h))
     return Handle((grip,), (collider_box(0.0, -reach - 0.001, -reach + depth + 0.001, length, thickness), *legs))
 
 
 def _bow(length: float) -> Handle:
     radius, reach, h = 0.0055, 0.036, length / 2 - 0.01
-    path = round_corners([(-h, 0.0, 0.0), (-0.72 * h, -reach, 0.0), (0.72 * h, -reach, 0.0), (h, 0.0, 0.0)], 0.05, 6)
-    grip = tube([(float(x), float(y), float(z)) for x, y, z in path], radius)
-    feet = tuple(rod(0.0095, 0.004, 0.0015, "y").translated(x, -0.002) for x in (-h, h))
+    path = solids.round_corners(
+        [(-h, 0.0, 0.0), (-0.72 * h, -reach, 0.0), (0.72 * h, -reach, 0.0), (h, 0.0, 0.0)], 0.05, 6
+    )
+    grip = solids.tube([(float(x), float(y), float(z)) for x, y, z in path], radius)
+    feet = tuple(solids.rod(0.0095, 0.004, 0.0015, "y").translated(x, -0.002) for x in (-h, h))
     ends = tuple(collider_box(s * 0.86 * h, -0.75 * reach, 0.0, 0.28 * h, 0.012) for s in (-1, 1))
     return Handle((grip, *feet), (grip_capsule(1.3 * h, radius, -reach), *ends))
 
@@ -258,21 +241,21 @@ def _cup(length: float) -> Handle:
 
     def shell(thin: float) -> Solid:
         scale = np.array([w - thin, d - thin, h - thin])
-        sphere = ball(1.0, 14)
+        sphere = solids.ball(1.0, 14)
         return Solid(sphere.points * scale, sphere.faces, crease_deg=50.0)
 
-    below = box((0.3, 0.3, 0.3), (0.0, 0.0, -0.15), 0.0)
-    behind = box((0.3, 0.3, 0.3), (0.0, 0.15, 0.0), 0.0)
-    cup = subtract(shell(0.0), shell(wall), below, behind).translated(0.0, 0.0, -h / 2)
+    below = solids.box((0.3, 0.3, 0.3), (0.0, 0.0, -0.15), 0.0)
+    behind = solids.box((0.3, 0.3, 0.3), (0.0, 0.15, 0.0), 0.0)
+    cup = solids.subtract(shell(0.0), shell(wall), below, behind).translated(0.0, 0.0, -h / 2)
     turns = np.linspace(0.0, math.pi, 17)
     rim = [((w + 0.005) * math.cos(a), (h + 0.005) * math.sin(a)) for a in turns]
-    plate = prism(np.array([*rim, (-w - 0.005, -0.003), (w + 0.005, -0.003)]), 0.002, 0.0006)
+    plate = solids.prism(np.array([*rim, (-w - 0.005, -0.003), (w + 0.005, -0.003)]), 0.002, 0.0006)
     flange = plate.rotated("x", math.pi / 2).translated(0.0, 0.0, -h / 2)
     z = -h / 2
     shapes = (
-        box_shape((-0.72 * w, -d, z), (0.72 * w, -d + 0.006, z + 0.6 * h)),
-        box_shape((-0.8 * w, -0.8 * d, z + 0.6 * h), (0.8 * w, 0.0, z + h)),
-        *(box_shape((x - 0.006, -0.7 * d, z), (x + 0.006, 0.0, z + 0.7 * h)) for x in (-w + 0.006, w - 0.006)),
+        solids.box_shape((-0.72 * w, -d, z), (0.72 * w, -d + 0.006, z + 0.6 * h)),
+        solids.box_shape((-0.8 * w, -0.8 * d, z + 0.6 * h), (0.8 * w, 0.0, z + h)),
+        *(solids.box_shape((x - 0.006, -0.7 * d, z), (x + 0.006, 0.0, z + 0.7 * h)) for x in (-w + 0.006, w - 0.006)),
     )
     return Handle((cup, flange), shapes)
 
@@ -281,7 +264,7 @@ def _knob(length: float) -> Handle:
     r, reach = length / 2, 0.03
     line = [(0.5 * r, 0.0), (0.5 * r, 0.002), (0.38 * r, 0.006), (0.36 * r, 0.013), (0.8 * r, 0.0175)]
     line += [(r, 0.021), (r, 0.0235), (0.92 * r, 0.0265), (0.7 * r, 0.029), (0.35 * r, reach)]
-    head = lathe(line, segments=24, crease_deg=50.0).rotated("x", math.pi / 2)
+    head = solids.lathe(line, segments=24, crease_deg=50.0).rotated("x", math.pi / 2)
     grip = collider_box(0.0, -reach, -0.0165, 1.8 * r, 1.8 * r)
     return Handle((head,), (grip, collider_box(0.0, -0.0165, 0.0, 0.013, 0.013)))
 
@@ -289,16 +272,21 @@ def _knob(length: float) -> Handle:
 def _ring(length: float) -> Handle:
     r, wire, reach = length / 2 - 0.0035, 0.0035, 0.024
     turns = np.linspace(0.0, 2 * math.pi, 25)
-    loop = tube(([(r * math.cos(a), -reach, r * math.sin(a) - r) for a in turns]), wire, up=(0.0, 1.0, 0.0))
-    rosette = lathe([(0.016, 0.0), (0.016, 0.002), (0.012, 0.0045), (0.007, 0.006)], 24).rotated("x", math.pi / 2)
-    post = rod(0.0055, reach + 0.006, 0.002, "y").translated(0.0, -(reach + 0.006) / 2)
+    loop = solids.tube(([(r * math.cos(a), -reach, r * math.sin(a) - r) for a in turns]), wire, up=(0.0, 1.0, 0.0))
+    rosette = solids.lathe([(0.016, 0.0), (0.016, 0.002), (0.012, 0.0045), (0.007, 0.006)], 24).rotated(
+        "x", math.pi / 2
+    )
+    post = solids.rod(0.0055, reach + 0.006, 0.002, "y").translated(0.0, -(reach + 0.006) / 2)
     z = -2 * r
     shapes = (
-        box_shape((-0.55 * r, -reach - wire, z - wire), (0.55 * r, -reach + wire, z + wire + 0.003)),
-        *(box_shape((x - 0.004, -reach - wire, z + 0.5 * r), (x + 0.004, -reach + wire, -0.5 * r)) for x in (-r, r)),
+        solids.box_shape((-0.55 * r, -reach - wire, z - wire), (0.55 * r, -reach + wire, z + wire + 0.003)),
+        *(
+            solids.box_shape((x - 0.004, -reach - wire, z + 0.5 * r), (x + 0.004, -reach + wire, -0.5 * r))
+            for x in (-r, r)
+        ),
         # A finger that lies in the ring comes close to its foot, so post and rosette are touched as they are.
-        box_shape((-0.0055, -reach - 0.006, -0.0055), (0.0055, 0.0, 0.0055)),
-        box_shape((-0.0125, -0.006, -0.0125), (0.0125, 0.0, 0.0125)),
+        solids.box_shape((-0.0055, -reach - 0.006, -0.0055), (0.0055, 0.0, 0.0055)),
+        solids.box_shape((-0.0125, -0.006, -0.0125), (0.0125, 0.0, 0.0125)),
     )
     return Handle((loop, rosette, post), shapes)
 
@@ -307,12 +295,14 @@ def _flat(length: float, width: float, thickness: float, reach: float) -> tuple[
     h, end_length, rise = length / 2, 0.022, 0.03
     y = -thickness / 2
     corners = [(-h, y, 0.0), (-h + end_length, y, 0.0), (-h + end_length + rise, -reach, 0.0)]
-    path = round_corners([*corners, *((-a, b, c) for a, b, c in corners[::-1])], 0.02, 5)
-    strap = tube([(float(a), float(b), float(c)) for a, b, c in path], rectangle(thickness, width, 0.3 * thickness, 2))
+    path = solids.round_corners([*corners, *((-a, b, c) for a, b, c in corners[::-1])], 0.02, 5)
+    strap = solids.tube(
+        [(float(a), float(b), float(c)) for a, b, c in path], solids.rectangle(thickness, width, 0.3 * thickness, 2)
+    )
     inner = h - end_length - rise
-    grip = box_shape((-inner, -reach - thickness / 2, -width / 2), (inner, -reach + thickness / 2, width / 2))
+    grip = solids.box_shape((-inner, -reach - thickness / 2, -width / 2), (inner, -reach + thickness / 2, width / 2))
     ends = tuple(
-        box_shape((min(a, b), -0.8 * reach, -width / 2), (max(a, b), 0.0, width / 2))
+        solids.box_shape((min(a, b), -0.8 * reach, -width / 2), (max(a, b), 0.0, width / 2))
         for a, b in ((-h + end_length, -inner), (inner, h - end_length))
     )
     return strap, (grip, *ends)
@@ -326,14 +316,16 @@ def _strap(length: float) -> Handle:
 def _leather(length: float) -> Handle:
     size = max(length, 0.16)
     strap, shapes = _flat(size, 0.024, 0.005, 0.034)
-    stud = lathe([(0.0065, 0.0), (0.0065, 0.001), (0.005, 0.0026), (0.002, 0.0034)], 16).rotated("x", math.pi / 2)
-    studs = concatenate([stud.translated(x, -0.0052) for x in (-size / 2 + 0.011, size / 2 - 0.011)])
+    stud = solids.lathe([(0.0065, 0.0), (0.0065, 0.001), (0.005, 0.0026), (0.002, 0.0034)], 16).rotated(
+        "x", math.pi / 2
+    )
+    studs = solids.concatenate([stud.translated(x, -0.0052) for x in (-size / 2 + 0.011, size / 2 - 0.011)])
     return Handle((studs,), shapes, (strap,))
 
 
 def _tee(length: float) -> Handle:
     radius, reach = 0.006, 0.034
-    grip = rod(radius, length, 0.0015, "x").translated(0.0, -reach)
+    grip = solids.rod(radius, length, 0.0015, "x").translated(0.0, -reach)
     post = _post(0.0, reach, 0.0055, 0.008)
     return Handle(
         (grip, post), (grip_capsule(length, radius, -reach), collider_box(0.0, -reach + radius, 0.0, 0.012, 0.012))
@@ -349,15 +341,15 @@ _MAKERS = {
 def edge_pull(length: float) -> Handle:
     """An angle of sheet metal screwed on an edge; along x, lying on the plane z = 0 (the edge), the face in y = 0."""
     thickness, reach, drop = 0.0022, EDGE_REACH, 0.014
-    plate = box((length, reach + 0.014, thickness), (0.0, (0.014 - reach) / 2, thickness / 2), 0.0006)
-    hook = box((length, thickness, drop), (0.0, -reach + thickness / 2, thickness - drop / 2 - 0.0006), 0.0006)
+    plate = solids.box((length, reach + 0.014, thickness), (0.0, (0.014 - reach) / 2, thickness / 2), 0.0006)
+    hook = solids.box((length, thickness, drop), (0.0, -reach + thickness / 2, thickness - drop / 2 - 0.0006), 0.0006)
     shapes = (
-        box_shape((-length / 2, -reach, thickness - drop), (length / 2, -reach + thickness + 0.001, thickness)),
-        box_shape((-length / 2, -reach, 0.0), (length / 2, 0.014, thickness)),
+        solids.box_shape((-length / 2, -reach, thickness - drop), (length / 2, -reach + thickness + 0.001, thickness)),
+        solids.box_shape((-length / 2, -reach, 0.0), (length / 2, 0.014, thickness)),
     )
     return Handle((plate, hook), shapes)
 
 
 def placed_handle(pull: Handle, axis: str, angle: float, at: Vec3) -> Handle:
     """A handle rotated about an axis through its foot by radians, its foot then moved to a point."""
-    return pull.transformed(Pose(position=at) @ axis_turn(axis, angle))
+    return pull.transformed(Pose(position=at) @ solids.axis_turn(axis, angle))
