@@ -25,11 +25,9 @@ EDGE_RADIUS = 0.0015  # metres, of the edges of boards; a choice
 def box(size: Vec3, at: Vec3 = (0.0, 0.0, 0.0), edge_radius: float = EDGE_RADIUS, steps: int = 1) -> Solid:
     """A box about `at`; its collider is a box.
 
-    Args:
-        size: along x, y, z; all lengths are metres. edge_radius: of its rounded edges, 0 for sharp ones.
-        steps: facets across an edge; one is shaded like a round edge, a radius over about 6 mm needs 3 or more.
-    Raises:
-        ValueError: a size is not positive.
+    size: along x, y, z; all lengths are metres. edge_radius: of its rounded edges, 0 for sharp ones. steps: facets
+    across an edge; one is shaded like a round edge, a radius over about 6 mm needs 3 or more. Raises ValueError: a size
+    is not positive.
     """
     half = np.array(size) / 2
     if half.min() <= 0:
@@ -70,13 +68,10 @@ def _rounded(steps: int) -> tuple[Floats, Ints]:
 def lathe(profile: Sequence[Vec2], segments: int = 0, crease_deg: float = 40.0, closed: bool = False) -> Solid:
     """A surface of revolution about z.
 
-    Args:
-        profile: (radius, z) from the lower end to the upper one, metres; where an end is off the axis it is closed by a
-            flat disc. A hollow body goes up outside and comes down inside.
-        segments: points around; 0 chooses by radius.
-        closed: the profile is a loop off the axis, counter-clockwise, and the body a ring.
-    Returns:
-        A solid without collision shape.
+    profile: (radius, z) from the lower end to the upper one, metres; where an end is off the axis it is closed by a
+    flat disc. A hollow body goes up outside and comes down inside. segments: points around; 0 chooses by radius.
+    closed: the profile is a loop off the axis, counter-clockwise, and the body a ring. Returns: A solid without
+    collision shape.
     """
     outline = [(max(0.0, float(r)), float(z)) for r, z in profile]
     if outline[0][0] > 0 and not closed:
@@ -258,9 +253,8 @@ def _corners(cells: Cells, begin: int, end: int, run: tuple[int, int]) -> Rectan
 class Shell:
     """The surface of a slab of cells.
 
-    Attributes:
-        points: (P, 3) u, v, w in metres. faces: (F, 3), outwards.
-        side: (F,) FRONT_FACES (at the lower w), BACK_FACES or RIM_FACES. cell: (F, 2) the cell of each face.
+    points: (P, 3) u, v, w in metres. faces: (F, 3), outwards. side: (F,) FRONT_FACES (at the lower w), BACK_FACES or
+    RIM_FACES. cell: (F, 2) the cell of each face.
     """
 
     points: Floats
@@ -322,9 +316,8 @@ def union(*solids: Solid) -> Solid:
 def subtract(solid: Solid, *tools: Solid, shapes: Sequence[Placed] = ()) -> Solid:
     """Subtract the tools from a solid.
 
-    Args:
-        solid, tools: closed surfaces.
-        shapes: colliders of the result; none means that the caller adds them elsewhere or wants the hull.
+    solid, tools: closed surfaces. shapes: colliders of the result; none means that the caller adds them elsewhere or
+    wants the hull.
     """
     taken = manifold3d.Manifold.batch_boolean([_manifold(t) for t in tools], manifold3d.OpType.Add)
     return _solid(_manifold(solid) - taken, tuple(shapes), solid.crease_deg)

@@ -76,8 +76,7 @@ def inscribed_primitives(points: Floats) -> tuple[tuple[Box | Cylinder, Pose], .
     If one box leaves much of the hull empty (the corner of a worktop), a few more boxes are added that overlap neither
     it nor each other. Boxes are used if a single cylinder would fill less.
 
-    Raises:
-        DegenerateShape: the points span no volume.
+    Raises DegenerateShape: the points span no volume.
     """
     planes, volume = hull_planes(points), hull_volume(points)
     boxes: list[InscribedPrimitive] = []

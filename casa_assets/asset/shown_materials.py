@@ -126,10 +126,8 @@ AHEAD_M = 0.02
 class Shown(NamedTuple):
     """The material that the outside of a primitive shows.
 
-    Attributes:
-        material: that covers most of it.
-        turn: (3, 3) of a box with a picture that repeats: columns are the width and the height of the picture and the
-            normal of the side that shows most of it, in the axes of the box. None for all else.
+    material: that covers most of it. turn: (3, 3) of a box with a picture that repeats: columns are the width and the
+    height of the picture and the normal of the side that shows most of it, in the axes of the box. None for all else.
     """
 
     material: Material
@@ -140,11 +138,9 @@ class Shown(NamedTuple):
 class ShownMaterials:
     """Triangles of visuals in one frame.
 
-    Attributes:
-        materials: of all of them. number: (F,) index into `materials`.
-        corners: (F, 3, 3) metres. centroids, normals: (F, 3). areas: (F,) m^2.
-        weights: (F,) how much each counts, OUTER or INNER.
-        uv: (F, 3, 2) texture coordinates of the corners, not a number where a mesh has none.
+    materials: of all of them. number: (F,) index into `materials`. corners: (F, 3, 3) metres. centroids, normals: (F,
+    3). areas: (F,) m^2. weights: (F,) how much each counts, OUTER or INNER. uv: (F, 3, 2) texture coordinates of the
+    corners, not a number where a mesh has none.
     """
 
     materials: tuple[Material, ...]

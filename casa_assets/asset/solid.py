@@ -28,12 +28,10 @@ AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 class Solid:
     """A closed, outward surface. Metres, z up.
 
-    Attributes:
-        points: (P, 3) float64. faces: (F, 3) int64.
-        shapes: collision shapes and their poses, same frame; empty where nobody has said: then its hull is taken.
-        uv_m: (F, 3, 2) own texture coordinates of the corners in metres, or None: then each face is laid flat.
-        picture_uv: (F, 3, 2) coordinates of the corners in a picture that is made for the whole of it, 0..1, or None.
-        crease_deg: faces that meet at less are shaded as one smooth surface.
+    points: (P, 3) float64. faces: (F, 3) int64. shapes: collision shapes and their poses, same frame; empty where
+    nobody has said: then its hull is taken. uv_m: (F, 3, 2) own texture coordinates of the corners in metres, or None:
+    then each face is laid flat. picture_uv: (F, 3, 2) coordinates of the corners in a picture that is made for the
+    whole of it, 0..1, or None. crease_deg: faces that meet at less are shaded as one smooth surface.
     """
 
     points: Floats
@@ -173,14 +171,10 @@ SAME_DIRECTION = 1e-3
 def solid_mesh(solid: Solid, tile_m: Vec2 | None, grain: Vec3 = (0.0, 0.0, 1.0), name: str = "") -> Mesh:
     """Return the mesh of a solid.
 
-    Args:
-        solid: to be drawn.
-        tile_m: size of the picture on it that repeats, or None: then the mesh has the coordinates of a picture that is
-            made for the whole of it, where the solid has some, else none.
-        grain: direction that the picture's height runs along, frame of the solid.
-        name: of the part; parts of different names show different cuts of the picture.
-    Returns:
-        Vertices as float32 holds them, unit normals, uv in pictures (metres over `tile_m`).
+    solid: to be drawn. tile_m: size of the picture on it that repeats, or None: then the mesh has the coordinates of a
+    picture that is made for the whole of it, where the solid has some, else none. grain: direction that the picture's
+    height runs along, frame of the solid. name: of the part; parts of different names show different cuts of the
+    picture. Returns: vertices as float32 holds them, unit normals, uv in pictures (metres over `tile_m`).
     """
     points, faces = _single(solid.points), solid.faces
     _, areas = face_normals(points, faces)
@@ -249,12 +243,10 @@ def _rounded(mesh: Mesh) -> Mesh:
 def anchor_uv(solid: Solid, name: str, corner: Vec3, along: Vec3, face: Vec3) -> Solid:
     """Return the solid with texture coordinates that start at a corner.
 
-    Args:
-        name: under which the solid alone is added: `solid_mesh` shifts the picture of each name, which is taken
-            back here.
-        corner: where the picture's lower left corner lies, frame of the solid, metres.
-        along: unit vector that the picture's height runs along.
-        face: unit normal of the faces that are laid so; all others are laid flat wherever they are.
+    name: under which the solid alone is added: `solid_mesh` shifts the picture of each name, which is taken back here.
+    corner: where the picture's lower left corner lies, frame of the solid, metres. along: unit vector that the
+    picture's height runs along. face: unit normal of the faces that are laid so; all others are laid flat wherever they
+    are.
     """
     up, normal = np.array(along), np.array(face)
     across = np.cross(up, normal)
