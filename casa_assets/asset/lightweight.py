@@ -149,8 +149,7 @@ def _light_collider(item: Collider, low: float | None) -> tuple[Collider, ...]:
             found = (*found, *_foot(item.pose, points, found))
     except DegenerateShape:
         return ()
-    names = [item.name, *(LightScene.part_name(item.name, k) for k in range(1, len(found)))]
-    pairs = zip(names, found, strict=True)
+    pairs = zip([item.name, *(LightScene.part_name(item.name, k) for k in range(1, len(found)))], found, strict=True)
     return tuple(item.replace(name=name, shape=shape, pose=item.pose @ pose) for name, (shape, pose) in pairs)
 
 

@@ -273,9 +273,8 @@ def _ring(length: float) -> Handle:
     r, wire, reach = length / 2 - 0.0035, 0.0035, 0.024
     turns = np.linspace(0.0, 2 * math.pi, 25)
     loop = solids.tube(([(r * math.cos(a), -reach, r * math.sin(a) - r) for a in turns]), wire, up=(0.0, 1.0, 0.0))
-    rosette = solids.lathe([(0.016, 0.0), (0.016, 0.002), (0.012, 0.0045), (0.007, 0.006)], 24).rotated(
-        "x", math.pi / 2
-    )
+    rosette = solids.lathe([(0.016, 0.0), (0.016, 0.002), (0.012, 0.0045), (0.007, 0.006)], 24)
+    rosette = rosette.rotated("x", math.pi / 2)
     post = solids.rod(0.0055, reach + 0.006, 0.002, "y").translated(0.0, -(reach + 0.006) / 2)
     z = -2 * r
     shapes = (
@@ -316,9 +315,8 @@ def _strap(length: float) -> Handle:
 def _leather(length: float) -> Handle:
     size = max(length, 0.16)
     strap, shapes = _flat(size, 0.024, 0.005, 0.034)
-    stud = solids.lathe([(0.0065, 0.0), (0.0065, 0.001), (0.005, 0.0026), (0.002, 0.0034)], 16).rotated(
-        "x", math.pi / 2
-    )
+    stud = solids.lathe([(0.0065, 0.0), (0.0065, 0.001), (0.005, 0.0026), (0.002, 0.0034)], 16)
+    stud = stud.rotated("x", math.pi / 2)
     studs = solids.concatenate([stud.translated(x, -0.0052) for x in (-size / 2 + 0.011, size / 2 - 0.011)])
     return Handle((studs,), shapes, (strap,))
 
