@@ -461,7 +461,7 @@ def _colliders(p: Package, body: Solid, everything: Floats) -> list[Solid]:
             walls = [
                 ((x0, y0, level), (x0 + t, y1, top)), ((x1 - t, y0, level), (x1, y1, top)),
                 ((x0 + t, y0, level), (x1 - t, y0 + t, top)), ((x0 + t, y1 - t, level), (x1 - t, y1, top)),
-]  # fmt: skip
+            ]  # fmt: skip
             return [body.with_shapes(below, *(box_shape(a, b) for a, b in walls))]
         case Shape.CARTON | Shape.BRICK | Shape.BLOCK:
             top = high[2] if p.bare > 0 else p.height

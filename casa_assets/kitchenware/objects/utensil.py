@@ -46,7 +46,7 @@ Head = StrEnum(
 
 
 class Utensil(Params):
-    """Parameters of a utensil; lengths in metres, curves as in `swept_bar.Bar`."""
+    """Parameters of a utensil; lengths in metres, curves as in `utensil_parts.Bar`."""
 
     head: Head = Field(Head.BAR, description="kind of head")
     length: Metres = Field(description="of all of it, m")

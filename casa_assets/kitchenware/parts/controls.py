@@ -247,7 +247,7 @@ def _figure(bars: str, x: float, h: float, t: float) -> list[Solid]:
         (width, t, x + w / 2, h / 2 - t / 2), (t, height, x + t / 2, upper), (t, height, x + w - t / 2, upper),
         (width, t, x + w / 2, 0.0), (t, height, x + t / 2, lower), (t, height, x + w - t / 2, lower),
         (width, t, x + w / 2, -h / 2 + t / 2),
-)  # fmt: skip
+    )  # fmt: skip
     return [_ink(*place) for on, place in zip(bars, places, strict=True) if on == "1"]
 
 

@@ -247,13 +247,8 @@ def add_burners(
     elif fuel is Fuel.COIL:
         pan_z = top + 0.018
         for s in places:
-            bowl = lathe(
-                    [
-                        (1.12 * s.radius, top + 0.0004), (1.16 * s.radius, top + 0.004), (1.04 * s.radius, top + 0.003),
-                        (0.4 * s.radius, top + 0.0012),
-            ],
-                    40,
-                )  # fmt: skip
+            lip = [(1.12 * s.radius, top + 0.0004), (1.16 * s.radius, top + 0.004), (1.04 * s.radius, top + 0.003)]
+            bowl = lathe([*lip, (0.4 * s.radius, top + 0.0012)], 40)
             builder.draw(ROOT, _moved(bowl, s), "stainless_polished", "burner")
             turns = 3.5 if s.radius < 0.09 else 4.5
             steps = int(turns * 22)
@@ -328,7 +323,7 @@ def add_burner_behavior(behavior: BehaviorBuilder, places: list[BurnerSpot], fue
     color = (*(FLAME_COLOR if fuel is Fuel.GAS else GLOW_COLOR)[:3], 0.6)
     intervals = {
         "off": (-0.1, KNOB_ON_ANGLE), "low": (KNOB_ON_ANGLE, KNOB_HIGH_ANGLE), "high": (KNOB_HIGH_ANGLE, turn + 0.1),
-}  # fmt: skip
+    }  # fmt: skip
     for s in places:
         name, site = f"burner_{s.loc}", f"burner_on_{s.loc}"
         behavior.follow_joint(name, f"knob_{s.loc}_joint", intervals)

@@ -30,7 +30,7 @@ def cavity_walls(outer: tuple[Vec3, Vec3], inner: tuple[Vec3, Vec3]) -> list[tup
     return [
         ((x0, y0, z0), (a0, y1, z1)), ((a1, y0, z0), (x1, y1, z1)), ((a0, y0, z0), (a1, y1, c0)),
         ((a0, y0, c1), (a1, y1, z1)), ((a0, b1, c0), (a1, y1, c1)),
-]  # fmt: skip
+    ]  # fmt: skip
 
 
 def cavity_colliders(outer: tuple[Vec3, Vec3], inner: tuple[Vec3, Vec3]) -> tuple[Placed, ...]:
@@ -227,7 +227,7 @@ def _beater(length: float) -> list[Solid]:
     loop: list[Vec3] = [
         (0.0, 0.0, -0.034), (half_width, 0.0, -0.05), (half_width, 0.0, bottom + 0.03), (0.004, 0.0, bottom + 0.003),
         (-0.004, 0.0, bottom + 0.003), (-half_width, 0.0, bottom + 0.03), (-half_width, 0.0, -0.05), (0.0, 0.0, -0.034),
-]  # fmt: skip
+    ]  # fmt: skip
     frame = solids.tube(loop, solids.rectangle(0.006, 0.0075, 0.002, 2), 0.006, up=(0.0, 1.0, 0.0)).without_colliders()
     rib = solids.tube(
         [(0.0, 0.0, -0.036), (0.0, 0.0, bottom + 0.004)], solids.rectangle(0.005, 0.006, 0.0015, 2), up=(0.0, 1.0, 0.0)

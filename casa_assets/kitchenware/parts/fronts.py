@@ -86,7 +86,7 @@ def raised_panel(o: FrameOpening, t: float) -> Solid:
     steps = [
         (0.0, t - 0.004), (0.0, 0.0115), (PANEL_TONGUE + 0.006, 0.011), (PANEL_TONGUE + bevel, 0.0045),
         (PANEL_TONGUE + bevel + 0.0004, 0.0028), (PANEL_TONGUE + bevel + 0.0016, 0.002),
-]  # fmt: skip
+    ]  # fmt: skip
     rings = []
     for inset, y in steps:
         loop = offset_sides(outline, [inset] * len(outline)) if inset else outline
@@ -358,7 +358,7 @@ def lip(width: float, height: float, groove: FrontEdge) -> Placed:
     lower = {
         FrontEdge.TOP: (0.0, 0.0, height - GROOVE_DEPTH), FrontEdge.BOTTOM: (0.0, 0.0, 0.0),
         FrontEdge.LEFT: (0.0, 0.0, 0.0), FrontEdge.RIGHT: (width - GROOVE_DEPTH, 0.0, 0.0),
-}[groove]  # fmt: skip
+    }[groove]  # fmt: skip
     level = groove in (FrontEdge.TOP, FrontEdge.BOTTOM)
     across, up = (width, GROOVE_DEPTH) if level else (GROOVE_DEPTH, height)
     return box_shape(lower, (lower[0] + across, GROOVE_LIP, lower[2] + up))
