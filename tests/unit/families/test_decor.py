@@ -53,8 +53,7 @@ def test_a_jar_holds_less_than_its_outside_and_is_shut(subtests: pytest.Subtests
 
 
 def test_a_leaning_board_stands_up() -> None:
-    boards = [boards.CuttingBoard(leaning=value) for value in (False, True)]
-    lying, leaning = (made("cutting_board", board) for board in boards)
+    lying, leaning = (made("cutting_board", boards.CuttingBoard(leaning=value)) for value in (False, True))
     assert np.ptp(lying.bounds, axis=0)[2] < 0.03
     assert np.ptp(leaning.bounds, axis=0)[2] > 0.2
 
