@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import combinations, product
+from itertools import product
 from pathlib import Path
 
 import mujoco
@@ -13,7 +13,6 @@ from casa_assets.kitchenware.fixtures.cookers import DOUBLE_OVEN_WIDTH, Range
 from casa_assets.kitchenware.fixtures.microwave import Microwave, MicrowaveControls, MicrowaveHandle, MicrowaveMounting
 from casa_assets.kitchenware.fixtures.toasters import PanelPlace, ToasterOven
 from casa_assets.kitchenware.parts.appliance import OvenHandle
-from casa_assets.kitchenware.parts.cooktop import DRIP_BOWL_RATIO, burner_cells, burner_positions
 from casa_assets.mesh.solid.primitive import shape_bounds
 from casa_assets.registry.families import family
 from tests.support.asset.family_members import made, preset, spec_of
@@ -78,24 +77,6 @@ def test_a_small_pan_stands_level_on_every_burner(name: str, tmp_path: Path) -> 
         tilt = np.degrees(np.arccos(np.clip(pan.xmat.reshape(3, 3)[2, 2], -1, 1)))
         assert tilt < 0.5, site.name
         assert abs(float(pan.xpos[2]) - 0.02 - site.pose.position[2]) < 0.0015, site.name
-
-
-def test_burners_keep_apart_and_each_has_a_cell(subtests: pytest.Subtests) -> None:
-    for depth in [0.34, 0.4, 0.5]:
-        for count in [4, 5, 6]:
-            with subtests.test(count=count, depth=depth):
-                field, middle = (0.15 * (count - 1), depth), (0.3, -0.1)
-                places = burner_positions(count, *field, middle)
-                assert len({s.loc for s in places}) == count
-                for a, b in combinations(places, 2):
-                    if a.x == b.x:
-                        assert abs(a.y - b.y) > DRIP_BOWL_RATIO * (a.radius + b.radius)
-                found = burner_cells(places, field, middle)
-                assert len(found) == count
-                assert sum((c.x[1] - c.x[0]) * (c.y[1] - c.y[0]) for c in found) == pytest.approx(field[0] * field[1])
-                for cell in found:
-                    assert cell.x[0] < cell.spot.x < cell.x[1]
-                    assert cell.y[0] < cell.spot.y < cell.y[1]
 
 
 @pytest.mark.content("family", "microwave", keep=0)

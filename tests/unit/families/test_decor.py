@@ -7,7 +7,6 @@ import pytest
 
 from casa_assets.kitchenware.fixtures import boards, wall_racks
 from casa_assets.kitchenware.fixtures.dish_rack import DishRack, DishRackForm
-from casa_assets.kitchenware.parts.decor import JarLid, jar
 from tests.support.asset.family_members import made
 
 pytestmark = pytest.mark.content("code", "families", keep=0)
@@ -38,18 +37,6 @@ def test_tools_hang_apart_in_front_of_the_wall(subtests: pytest.Subtests) -> Non
             assert min(np.diff(across)) > 0.08
             back = float(asset.bounds[1][1])
             assert max(c.pose.position[1] for c in shafts) < back - 0.02
-
-
-def test_a_jar_holds_less_than_its_outside_and_is_shut(subtests: pytest.Subtests) -> None:
-    for lid in list(JarLid):
-        with subtests.test(lid=lid):
-            found = jar(0.05, 0.15, lid, fill=0.5)
-            assert found.inside.volume < found.shell.volume - found.body.volume
-            assert found.body.volume < 0.35 * found.shell.volume
-            assert 0.15 < found.top < 0.19
-            assert max(float(s.bounds[1][2]) for s in found.lid) <= found.top + 1e-9
-            more = jar(0.05, 0.15, lid, fill=0.8)
-            assert more.inside.volume > 1.4 * found.inside.volume
 
 
 def test_a_leaning_board_stands_up() -> None:

@@ -59,14 +59,11 @@ def test_every_kind_is_a_fixture_of_the_registry() -> None:
     assert set(KIND_PHRASES) - {"other"} <= set(registry.load().fixtures)
 
 
-def test_absent_weights_are_said(tmp_path: Path) -> None:
-    with pytest.raises(CasaError, match="no weights of CLIP"):
-        load_scorer(tmp_path / "ViT-B-32.pt")
-
-
-def test_an_absent_package_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+def test_absent_weights_and_an_absent_package_are_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     weights = tmp_path / "ViT-B-32.pt"
+    with pytest.raises(CasaError, match="no weights of CLIP"):
+        load_scorer(weights)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     weights.write_bytes(b"0")
     with pytest.raises(CasaError, match="not installed"):
         load_scorer(weights)

@@ -116,20 +116,6 @@ def test_a_spoon_comes_to_rest_in_a_bowl(index: int) -> None:
     assert frozenset({"bowl_object", "spoon_object"}) in touching
 
 
-@pytest.mark.content("object", "pot", keep=0)
-@pytest.mark.content("object", "egg")
-@pytest.mark.content("object", "apple")
-def test_what_falls_into_a_pot_stays_in_it(subtests: pytest.Subtests) -> None:
-    for index in MEMBERS:
-        for thing in ["egg", "apple"]:
-            with subtests.test(thing=thing, index=index):
-                pot, food = member("pot", index), member(thing, index)
-                world = World(pot=pot, food=food)
-                world.put("food", (0.01, 0.005, float(pot.bounds[1, 2]) + 0.04))
-                world.run(4.0)
-                assert is_inside(world.at("food_object"), pot)
-
-
 def opening(category: str, kind: JointKind | None = None, empty: bool = False) -> Asset:
     """The first member whose lid comes off."""
     for index in range(120):
