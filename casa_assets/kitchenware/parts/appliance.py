@@ -323,14 +323,11 @@ def furnish_cavity(builder: AssetBuilder, lower: Vec3, upper: Vec3, lamp: str) -
     lower, upper: corners of the inside. lamp: name of the lamp's mesh.
     """
     (a0, b0, _), (a1, b1, c1) = lower, upper
-    element = tube(
-        [
-            (a0 + 0.05, b1 - 0.04, c1 - 0.03), (a0 + 0.05, b0 + 0.08, c1 - 0.03), (a1 - 0.05, b0 + 0.08, c1 - 0.03),
-            (a1 - 0.05, b1 - 0.04, c1 - 0.03),
-],
-        0.004,
-        0.03,
-    )  # fmt: skip
+    line = [
+        (a0 + 0.05, b1 - 0.04, c1 - 0.03), (a0 + 0.05, b0 + 0.08, c1 - 0.03), (a1 - 0.05, b0 + 0.08, c1 - 0.03),
+        (a1 - 0.05, b1 - 0.04, c1 - 0.03),
+    ]  # fmt: skip
+    element = tube(line, 0.004, 0.03)
     builder.draw(ROOT, element, "heating_element", "element")
     x, z = (a0 + a1) / 2, (lower[2] + c1) / 2
     r = min(0.085, 0.33 * (c1 - lower[2]), 0.3 * (a1 - a0))

@@ -282,13 +282,11 @@ def _gas(builder: AssetBuilder, s: BurnerSpot, top: float) -> None:
     bowl = lathe([(1.25 * r, top + 0.0003), (1.2 * r, top + 0.004), (1.0 * r, top + 0.005)], 36)
     line = [(0.8 * r, top + 0.0052), (0.92 * r, top + 0.009), (0.92 * r, top + 0.019), (0.86 * r, top + 0.021)]
     head = lathe(line, 36)
-    cap = lathe(
-        [
-            (0.9 * r, top + 0.0212), (0.94 * r, top + 0.023), (0.9 * r, top + 0.0275), (0.6 * r, top + 0.03),
-            (0.0, top + 0.0305),
-],
-        36,
-    )  # fmt: skip
+    outline = [
+        (0.9 * r, top + 0.0212), (0.94 * r, top + 0.023), (0.9 * r, top + 0.0275), (0.6 * r, top + 0.03),
+        (0.0, top + 0.0305),
+    ]  # fmt: skip
+    cap = lathe(outline, 36)
     for solid, finish in ((bowl, "stainless_brushed"), (head, "aluminium_anodised"), (cap, "cast_iron_black")):
         builder.draw(ROOT, _moved(solid, s), finish, "burner")
     ports = 16

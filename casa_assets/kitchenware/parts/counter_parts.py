@@ -469,13 +469,11 @@ def _jar_walls(p: Jar, width: float, foot: Vec2, rim: Vec2) -> list[Placed]:
 def add_jar(builder: AssetBuilder, p: Jar, rest: float) -> None:
     """Add collar, jar with an open mouth, blades, and their colliders, about the z axis, from height `rest` up."""
     r0, r1, low, rim = p.foot, p.top, rest + 0.0004, rest + p.rim
-    collar = solids.lathe(
-        [
-            (r0 + 0.012, low), (r0 + 0.014, low + 0.002), (r0 + 0.01, low + 0.018), (r0 + 0.006, low + 0.024),
-            (r0 - 0.01, low + 0.0245),
-],
-        44,
-    )  # fmt: skip
+    outline = [
+        (r0 + 0.012, low), (r0 + 0.014, low + 0.002), (r0 + 0.01, low + 0.018), (r0 + 0.006, low + 0.024),
+        (r0 - 0.01, low + 0.0245),
+    ]  # fmt: skip
+    collar = solids.lathe(outline, 44)
     builder.add(ROOT, collar.with_hull_collider(), p.grip, "collar", density="blender_collar")
     floor = rest + 0.034
     base = rest + RAISED
