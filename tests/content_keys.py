@@ -35,10 +35,9 @@ from typing import Any
 import pytest
 
 from casa_assets import registry
-from casa_assets.asset.kit.assemble import Family
-from casa_assets.cache.cache_key import SHOWN, digest_of, modules_holding, reach
+from casa_assets.asset.assemble import Family
+from casa_assets.cache.cache_key import SHOWN, digest_of, reach
 from casa_assets.cache.code_index import PACKAGE, is_ours, package_files, package_root, scan, target
-from casa_assets.families.build import FAMILIES_PACKAGE
 from casa_assets.kitchenware.catalog import MODELS
 from casa_assets.kitchenware.objects import FORMS
 from casa_assets.kitchenware.textures.make import kind_of
@@ -68,7 +67,7 @@ MAKERS = tuple(
 # What is below these and yet judges pictures.
 JUDGES = (f"{PACKAGE}.textures.distance", f"{PACKAGE}.textures.check")
 # What every member of a family, or of a form of objects, goes through.
-MEMBERS_PASS = (f"{PACKAGE}.asset.kit.assemble", f"{PACKAGE}.asset.sampling")
+MEMBERS_PASS = (f"{PACKAGE}.asset.assemble", f"{PACKAGE}.asset.sampling")
 PAINTS = f"{PACKAGE}.kitchenware.textures.make"
 ORDERS_KITCHENS = f"{PACKAGE}.layouts.order.request"
 
@@ -184,9 +183,8 @@ def module_digest(name: str) -> str:
 
 def _modules_of(model: Family[Any]) -> tuple[str, ...]:
     """The modules that hold the code of a family or form."""
-    code = (model.params, getattr(model.add_parts, "func", model.add_parts), model.sample)  # it may be a partial
-    found = {part.__module__ for part in code if part is not None}
-    return tuple(sorted({*MEMBERS_PASS, *found, *(one.__name__ for one in modules_holding(model, FAMILIES_PACKAGE))}))
+    code = (model.params, model.add_parts, model.sample)
+    return tuple(sorted({*MEMBERS_PASS, *(part.__module__ for part in code if part is not None)}))
 
 
 @cache

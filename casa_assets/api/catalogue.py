@@ -8,8 +8,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from casa_assets.asset.assemble import Family
     from casa_assets.asset.family import Params
-    from casa_assets.asset.kit.assemble import Family
     from casa_assets.registry.plugins import Plugin
 
 

@@ -76,8 +76,7 @@ def inscribed_primitives(points: Floats) -> tuple[tuple[Box | Cylinder, Pose], .
     If one box leaves much of the hull empty (the corner of a worktop), a few more boxes are added that overlap neither
     it nor each other. Boxes are used if a single cylinder would fill less.
 
-    Raises:
-        DegenerateShape: the points span no volume.
+    Raises DegenerateShape: the points span no volume.
     """
     planes, volume = hull_planes(points), hull_volume(points)
     boxes: list[InscribedPrimitive] = []
@@ -150,8 +149,7 @@ def _light_collider(item: Collider, low: float | None) -> tuple[Collider, ...]:
             found = (*found, *_foot(item.pose, points, found))
     except DegenerateShape:
         return ()
-    names = [item.name, *(LightScene.part_name(item.name, k) for k in range(1, len(found)))]
-    pairs = zip(names, found, strict=True)
+    pairs = zip([item.name, *(LightScene.part_name(item.name, k) for k in range(1, len(found)))], found, strict=True)
     return tuple(item.replace(name=name, shape=shape, pose=item.pose @ pose) for name, (shape, pose) in pairs)
 
 

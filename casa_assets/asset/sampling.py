@@ -37,12 +37,9 @@ def read_sample_rules(
 ) -> Callable[[np.random.Generator, AvailableFinishes], P]:
     """The function that draws a member by the rules.
 
-    Args:
-        params: the type of the member.
-        rules: field -> rule, as written in the document below `path`.
-        fixed: field -> value that all members share, already checked.
-    Raises:
-        RegistryError: a field, a rule or a value that `params` does not take; it names file, line and pointer.
+    params: the type of the member. rules: field -> rule, as written in the document below `path`. fixed: field -> value
+    that all members share, already checked. Raises RegistryError: a field, a rule or a value that `params` does not
+    take; it names file, line and pointer.
     """
     draws: dict[str, Draw] = {}
     for name, rule in rules.items():

@@ -71,8 +71,7 @@ def level_of(asset: Asset) -> float:
     if not len(height):
         return high - low
     steps = np.floor((height - low) / LEVEL_STEP_M + 0.5).astype(np.int64)
-    sums = np.bincount(steps, weights=area)
-    largest = steps == int(sums.argmax())
+    largest = steps == int(np.bincount(steps, weights=area).argmax())
     return float(np.average(height[largest], weights=area[largest])) - low
 
 
@@ -136,8 +135,7 @@ def _behavior(behavior: Behavior, kinds: dict[str, JointKind], factor: float) ->
             return condition
         return condition.replace(interval=_span(condition.interval, factor))
 
-    rules = tuple(rule.replace(when=tuple(map(measured, rule.when))) for rule in behavior.rules)
-    return behavior.replace(rules=rules)
+    return behavior.replace(rules=tuple(rule.replace(when=tuple(map(measured, rule.when))) for rule in behavior.rules))
 
 
 def _mesh(mesh: Mesh, factor: float) -> Mesh:

@@ -20,7 +20,6 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec4
 
 # Collider colors ------------------------------------------------------------------------------------------------------
-# One plain colour for each collider of an asset: the mean colour of the visuals that the collider covers.
 
 MAX_GAP_M = 0.003  # a triangle belongs to a collider if its centroid is at most this far outside of its bounds
 PADDING_M = 1e-4  # added to bounds on all sides, so that the overlap of flat things is not zero
@@ -99,14 +98,12 @@ def _best_overlap(collider: Collider, visuals: list[_ColoredVisual]) -> Vec4 | N
     for visual in visuals:
         bounds = visual.bounds + padding
         common = np.clip(np.minimum(own[1], bounds[1]) - np.maximum(own[0], bounds[0]), 0.0, None).prod()
-        total = np.ptp(own, axis=0).prod() + np.ptp(bounds, axis=0).prod() - common
-        overlaps.append(float(common / total))
+        overlaps.append(float(common / (np.ptp(own, axis=0).prod() + np.ptp(bounds, axis=0).prod() - common)))
     best = max(range(len(visuals)), key=lambda i: overlaps[i], default=None)
     return None if best is None or overlaps[best] <= 0 else visuals[best].color
 
 
 # Shown materials ------------------------------------------------------------------------------------------------------
-# The material that covers most of a primitive which replaces visuals of an asset.
 
 # A visual is shown where it is at most so far outside of a primitive, or inside of one of its faces, metres: merged
 # boxes fill gaps of 12 mm, and panels of doors lie as deep.
@@ -129,10 +126,8 @@ AHEAD_M = 0.02
 class Shown(NamedTuple):
     """The material that the outside of a primitive shows.
 
-    Attributes:
-        material: that covers most of it.
-        turn: (3, 3) of a box with a picture that repeats: columns are the width and the height of the picture and the
-            normal of the side that shows most of it, in the axes of the box. None for all else.
+    material: that covers most of it. turn: (3, 3) of a box with a picture that repeats: columns are the width and the
+    height of the picture and the normal of the side that shows most of it, in the axes of the box. None for all else.
     """
 
     material: Material
@@ -143,11 +138,9 @@ class Shown(NamedTuple):
 class ShownMaterials:
     """Triangles of visuals in one frame.
 
-    Attributes:
-        materials: of all of them. number: (F,) index into `materials`.
-        corners: (F, 3, 3) metres. centroids, normals: (F, 3). areas: (F,) m^2.
-        weights: (F,) how much each counts, OUTER or INNER.
-        uv: (F, 3, 2) texture coordinates of the corners, not a number where a mesh has none.
+    materials: of all of them. number: (F,) index into `materials`. corners: (F, 3, 3) metres. centroids, normals: (F,
+    3). areas: (F,) m^2. weights: (F,) how much each counts, OUTER or INNER. uv: (F, 3, 2) texture coordinates of the
+    corners, not a number where a mesh has none.
     """
 
     materials: tuple[Material, ...]
@@ -179,8 +172,7 @@ class ShownMaterials:
         cross = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0])
         double = np.linalg.norm(cross, axis=1)
         normals, centroids = cross / np.maximum(double, 1e-12)[:, None], points.mean(axis=1)
-        looks_out = (normals * (centroids - middle)).sum(axis=1) > 0
-        weights = np.where(looks_out != is_room, OUTER, INNER)
+        weights = np.where(((normals * (centroids - middle)).sum(axis=1) > 0) != is_room, OUTER, INNER)
         number = np.concatenate(numbers)
         return cls(tuple(known.values()), number, points, centroids, normals, double / 2, weights, np.concatenate(uv))
 
@@ -222,8 +214,7 @@ class ShownMaterials:
             return Shown(material, None)
         # Of two sides that show as much, the upper one is seen more often.
         side = 5 - int(covered[::-1, best].argmax())
-        chosen = np.flatnonzero(near)[(sides[:, side] > 0) & (number == best)]
-        return Shown(material, self._turn(chosen, pose, side))
+        return Shown(material, self._turn(np.flatnonzero(near)[(sides[:, side] > 0) & (number == best)], pose, side))
 
     def _turn(self, triangles: Ints, pose: Pose, side: int) -> Floats | None:
         """How a picture lies on a side of a box, by the texture coordinates of what it shows; None without any."""
@@ -256,8 +247,7 @@ def _sides(local: Floats, normals: Floats, areas: Floats, half: Floats) -> Float
         depth = half[axis] - local[:, axis] * sign
         on_side = np.flatnonzero((normals[:, axis] * sign > FACING) & (depth < min(INSIDE_M, half[axis])))
         order = on_side[np.argsort(depth[on_side])]
-        face = 4 * float(np.prod(half)) / half[axis]
-        begin = int(np.searchsorted(areas[order].cumsum(), LAYER_SHARE * face))
+        begin = int(np.searchsorted(areas[order].cumsum(), LAYER_SHARE * (4 * float(np.prod(half)) / half[axis])))
         if begin < len(order):
             found[order, side] = np.where(depth[order] <= depth[order[begin]] + LAYER_M, 1.0, LOWER)
         else:

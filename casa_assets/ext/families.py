@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from casa_assets.asset.assemble import Family
 from casa_assets.asset.family import AvailableFinishes, FinishId, Params, between, pick
-from casa_assets.asset.kit.assemble import Family
 from casa_assets.core import hand_dynamics
 from casa_assets.core.hand_dynamics import TAP_START_N
 

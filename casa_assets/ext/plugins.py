@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 # Only for types: what imports this module has not to load all that plug-ins can add to, and is not made from it.
 if TYPE_CHECKING:
-    from casa_assets.asset.kit.assemble import Family
+    from casa_assets.asset.assemble import Family
     from casa_assets.checks.check import Check
     from casa_assets.model.asset.asset import Asset
     from casa_assets.textures.canvas import TextureKind

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder, BehaviorBuilder, combine_masses, negated
-from casa_assets.asset.kit.solids import blocks
-from casa_assets.asset.kit.solids.blocks import ball, board, box, intersect, lathe, rod, subtract, union
-from casa_assets.asset.kit.solids.solid import Placed, Solid, anchor_uv, axis_turn, box_shape, concatenate, hull_around
-from casa_assets.asset.kit.solids.sweep import (
+from casa_assets.asset import blocks
+from casa_assets.asset.asset_builder import ROOT, AssetBuilder, BehaviorBuilder, combine_masses, negated
+from casa_assets.asset.blocks import ball, board, box, intersect, lathe, rod, subtract, union
+from casa_assets.asset.solid import Placed, Solid, anchor_uv, axis_turn, box_shape, concatenate, hull_around
+from casa_assets.asset.sweep import (
     arc,
     basin,
     circle,

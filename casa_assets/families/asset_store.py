@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 from pydantic.main import IncEx
 
+from casa_assets.asset.assemble import Family
 from casa_assets.asset.family import Params
-from casa_assets.asset.kit.assemble import Family
 from casa_assets.asset.lightweight import lighten
 from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.cache.store import Store

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -12,9 +13,9 @@ from types import ModuleType
 from typing import Any
 
 from casa_assets import registry
+from casa_assets.asset.assemble import Family, assemble
 from casa_assets.asset.family import Params, Supplies
-from casa_assets.asset.kit.assemble import Family, assemble
-from casa_assets.cache.cache_key import digest_of, key_of, modules_holding, versions_of
+from casa_assets.cache.cache_key import digest_of, key_of, versions_of
 from casa_assets.checks.run import load_table
 from casa_assets.checks.run import run as run_checks
 from casa_assets.checks.simready.validator import load_rules
@@ -54,8 +55,6 @@ from casa_assets.runs.pool import Workers
 from casa_assets.show.stills.studio import View
 from casa_assets.textures.run.recipes import skins
 
-# The package that the code of all families is below.
-FAMILIES_PACKAGE = "casa_assets.kitchenware"
 WORKER_BYTES = 1_500_000_000  # of memory, that building and checking a member may take
 # A picture for the thumbnail alone.
 PREVIEW_VIEW = View(size_px=THUMBNAIL_PX, passes=8)
@@ -190,7 +189,10 @@ def asset_key(member_family: Family[Any], params: Params) -> str:
 @read_once
 def _code_key(name: str, form: str) -> str:
     owner = _plugin(name, form)
-    return key_of(*_modules(name, form)) if owner is None else digest_of("plug-in", owner.digest, key_of(assemble))
+    if owner is not None:
+        return digest_of("plug-in", owner.digest, key_of(assemble))
+    row = FORMS[form] if form else MODELS[name]
+    return digest_of(key_of(*modules_of(row)), row.contract or "", row.base)
 
 
 def _plugin(name: str, form: str) -> LoadedPlugin | None:
@@ -199,9 +201,10 @@ def _plugin(name: str, form: str) -> LoadedPlugin | None:
     return None if owner is None else owner[0]
 
 
-def _modules(name: str, form: str) -> tuple[ModuleType, ...]:
-    """The modules that hold the code of a family, or of the form of objects, whatever their category."""
-    return modules_holding(FORMS[form] if form else MODELS[name], FAMILIES_PACKAGE)
+def modules_of(member_family: Family[Any]) -> tuple[ModuleType, ...]:
+    """The modules that hold the numbers of a family of the package, or of a form of objects, and what builds it."""
+    names = {member_family.params.__module__, member_family.add_parts.__module__}
+    return tuple(sys.modules[name] for name in sorted(names))
 
 
 def labels_of(member_family: Family[Any]) -> Labels:
@@ -253,7 +256,7 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
         # Producer, cache key and versions for the certificate of a member.
         owner = _plugin(member_family.name, member_family.form)
         if owner is None:
-            versions = versions_of({"family": _modules(member_family.name, member_family.form), **WRITING})
+            versions = versions_of({"family": modules_of(member_family), **WRITING})
         else:
             versions = {**versions_of(WRITING), f"plugin:{owner.plugin.name}": owner.version}
         made_by = disk.MadeBy(Producer.FAMILY, _entry_key(member_family, params, drawn), versions)

@@ -10,13 +10,13 @@ from typing import Any, get_args
 
 import numpy as np
 
+from casa_assets.asset.assemble import Family
 from casa_assets.asset.family import AvailableFinishes, Params, is_finish
-from casa_assets.asset.kit.assemble import Family
 from casa_assets.asset.sampling import read_sample_rules
 from casa_assets.errors import CasaError, RegistryError, UnknownId
 from casa_assets.kitchenware.catalog import GROUPS, MODELS
-from casa_assets.kitchenware.parts.appliance.front import ApplianceLook
-from casa_assets.kitchenware.parts.fronts.fronts import CabinetLook
+from casa_assets.kitchenware.parts.appliance import ApplianceLook
+from casa_assets.kitchenware.parts.fronts import CabinetLook
 from casa_assets.model.record import Id, Record
 from casa_assets.model.registry.document import Document, KeyPath, expected_one_of
 from casa_assets.projects import read_once

@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import Field
 
-from casa_assets.asset.kit.assemble import Family
+from casa_assets.asset.assemble import Family
 from casa_assets.asset.sampling import read_fixed, read_sample_rules
 from casa_assets.errors import UnknownId
 from casa_assets.model.record import Id, Record

@@ -12,7 +12,7 @@ from tests import content_keys
 from tests.support.program.projects import Project
 
 FILE = "tests/unit/families/test_cooking.py"
-MICROWAVE = "casa_assets.kitchenware.fixtures.cooking.microwave"
+MICROWAVE = "casa_assets.kitchenware.fixtures.microwave"
 FAMILIES = ("hob", "hood", "microwave", "range", "toaster_oven", "wall_oven")
 
 
@@ -89,7 +89,7 @@ def test_a_change_of_one_family_makes_its_rows_run(monkeypatch: pytest.MonkeyPat
 def test_a_change_of_what_several_reach_changes_them(monkeypatch: pytest.MonkeyPatch) -> None:
     before, real = keys(), content_keys.module_digest
     _forget()
-    changed = "casa_assets.asset.kit.assemble"
+    changed = "casa_assets.asset.assemble"
     monkeypatch.setattr(content_keys, "module_digest", lambda name: "new" if name == changed else real(name))
     found = {name for name, key in keys().items() if key != before[name]}
     assert found == {*(f"family/{name}" for name in FAMILIES), "object/apple"}

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from casa_assets.asset.assemble import Family
 from casa_assets.asset.family import Params
-from casa_assets.asset.kit.assemble import Family
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.kitchenware.catalog import MODELS
 from casa_assets.registry import data_root, read_document
@@ -87,11 +87,11 @@ def test_a_preset_is_the_defaults_and_what_its_row_states(tmp_path: Path) -> Non
 
 
 def test_a_look_is_named_or_written_out(tmp_path: Path) -> None:
-    page = GOOD.replace("vase", "base_cabinet").split("  plain")[0]
+    page = GOOD.replace("vase", "island_base").split("  plain")[0]
     text = (
         page + "  named: {look: navy_cups}\n  written: {look: {handle: cup, face: paint_navy, metal: brass_brushed}}\n"
     )
-    found = read(tmp_path, text, "base_cabinet")
+    found = read(tmp_path, text, "island_base")
     assert found.presets["named"] == found.presets["written"]
     assert found.presets["named"].model_dump()["look"] == looks()["navy_cups"].model_dump()
 
@@ -156,15 +156,15 @@ def test_a_random_member_is_drawn_by_the_rules_from_top_to_bottom(tmp_path: Path
 
 
 def test_rules_stand_beside_no_function(tmp_path: Path) -> None:
-    page = GOOD.replace("vase", "base_cabinet").split("presets:")[0]
+    page = GOOD.replace("vase", "island_base").split("presets:")[0]
     with pytest.raises(RegistryError, match="no rules, since its code has `sample`"):
-        read(tmp_path, page + "presets: {plain: {}}\nsample: {look: any}\n", "base_cabinet")
+        read(tmp_path, page + "presets: {plain: {}}\nsample: {look: any}\n", "island_base")
 
 
 def test_an_unknown_look_is_told_with_the_nearest(tmp_path: Path) -> None:
-    page = GOOD.replace("vase", "base_cabinet").split("  plain")[0]
+    page = GOOD.replace("vase", "island_base").split("  plain")[0]
     with pytest.raises(RegistryError, match="'navy_cups', or another one of") as caught:
-        read(tmp_path, page + "  blue: {look: navy_cup}\n", "base_cabinet")
+        read(tmp_path, page + "  blue: {look: navy_cup}\n", "island_base")
     assert (caught.value.line, caught.value.pointer) == (5, "presets.blue.look")
 
 

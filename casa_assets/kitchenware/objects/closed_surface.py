@@ -1,17 +1,21 @@
-"""Closed surfaces of organic things: profiles turned about an axis, sheets, balls; lobes, bumps and bends of them."""
+"""Closed surfaces of organic things: turned profiles, sheets, balls; lobes, bumps and bends; cuts by planes."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
+import manifold3d
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from casa_assets.ext.arrays import Floats, Ints
+from casa_assets.ext.arrays import Floats, Ints, counter_clockwise, signed_area
 from casa_assets.ext.records import Vec2
 from casa_assets.ext.solids import Solid
-from casa_assets.kitchenware.parts.decor.jars import GOLDEN_ANGLE
+from casa_assets.kitchenware.parts.decor import GOLDEN_ANGLE
+
+# Surfaces -------------------------------------------------------------------------------------------------------------
 
 
 def run_along(line: Floats) -> Floats:
@@ -22,8 +26,7 @@ def run_along(line: Floats) -> Floats:
 def smooth_profile(points: Sequence[Vec2], count: int) -> Floats:
     """(count, 2) points, evenly far apart, of a smooth curve through some points from the lower end to the upper one.
 
-    Args:
-        points: (radius, height) in order; a curve may turn back, as round the hollow of a stem.
+    points: (radius, height) in order; a curve may turn back, as round the hollow of a stem.
     """
     line = np.array(points, dtype=np.float64)
     run = run_along(line)
@@ -39,9 +42,7 @@ def smooth_profile(points: Sequence[Vec2], count: int) -> Floats:
 def turned(profile: Floats, around: int, crease_deg: float = 60.0) -> Solid:
     """A surface of revolution about z whose ends lie on the axis; one picture covers it from end to end.
 
-    Args:
-        profile: (N, 2) radius and height, metres; the first and last radius are 0.
-        around: points around.
+    profile: (N, 2) radius and height, metres; the first and last radius are 0. around: points around.
     """
     angles = np.arange(around) * 2 * np.pi / around
     inner = profile[1:-1]
@@ -86,9 +87,8 @@ def capped_rings(n: int, rings: int) -> Ints:
 def sheet(middle: Floats, thickness: float | Floats) -> Solid:
     """A closed body round a (N, M, 3) grid, thin at its border; its picture is the grid.
 
-    Args:
-        middle: grid whose first axis is the picture's u and whose second is its v, seen from the side it faces.
-        thickness: metres, one for all or (N, M).
+    middle: grid whose first axis is the picture's u and whose second is its v, seen from the side it faces. thickness:
+    metres, one for all or (N, M).
     """
     n, m = middle.shape[:2]
     along, across = np.gradient(middle, axis=0), np.gradient(middle, axis=1)
@@ -124,22 +124,18 @@ def ellipsoid(size: tuple[float, float, float], around: int = 8, along: int = 5)
 def lobed(points: Floats, count: int, depth: float, sharp: float, phase: float) -> Floats:
     """Points drawn in towards the z axis in `count` furrows, as peppers, tomatoes and pumpkins have them.
 
-    Args:
-        depth: of a furrow, by the radius. sharp: 1 for waves, more for narrow furrows between round lobes.
+    depth: of a furrow, by the radius. sharp: 1 for waves, more for narrow furrows between round lobes.
     """
     if count < 1 or depth <= 0:
         return points
-    angle = np.arctan2(points[:, 1], points[:, 0])
-    furrow = np.abs(np.sin(0.5 * count * angle + phase))
-    share = 1.0 - depth * (1.0 - furrow ** (1.0 / sharp))
-    return np.column_stack([points[:, :2] * share[:, None], points[:, 2]])
+    furrow = np.abs(np.sin(0.5 * count * np.arctan2(points[:, 1], points[:, 0]) + phase))
+    return np.column_stack([points[:, :2] * (1.0 - depth * (1.0 - furrow ** (1.0 / sharp)))[:, None], points[:, 2]])
 
 
 def bumped(points: Floats, amount: float, waves: float, rng: np.random.Generator) -> Floats:
     """Points moved from the middle of their box by smooth random waves, so that no two members are alike.
 
-    Args:
-        amount: by the distance from the middle. waves: over the largest side.
+    amount: by the distance from the middle. waves: over the largest side.
     """
     if amount <= 0:
         return points
@@ -163,8 +159,7 @@ def random_waves(points: Floats, waves: float, size: float, count: int, rng: np.
 def bent(points: Floats, angle: float, start: float, span: Vec2) -> Floats:
     """Points bent along the z axis towards +x by an angle in all, rad; what lies beyond the span goes on straight.
 
-    Args:
-        start: share of the span below which it stays straight. span: lowest and highest z of what is bent.
+    start: share of the span below which it stays straight. span: lowest and highest z of what is bent.
     """
     if abs(angle) < 1e-6:
         return points
@@ -183,8 +178,7 @@ def bent(points: Floats, angle: float, start: float, span: Vec2) -> Floats:
 def wrapped(points: Floats, leaves: int, depth: float, rng: np.random.Generator) -> Floats:
     """Points raised where leaves lie round a head, as those of a cabbage do: each ends in a step.
 
-    Args:
-        depth: of a leaf, by the distance from the middle of the box.
+    depth: of a leaf, by the distance from the middle of the box.
     """
     if leaves < 1:
         return points
@@ -201,4 +195,189 @@ def wrapped(points: Floats, leaves: int, depth: float, rng: np.random.Generator)
         inside = 1.0 - np.sqrt((off / reach) ** 2 + ((height + 1.0) / (top + 1.0 + wave)) ** 2)
         raised = np.maximum(raised, (k + 1) / leaves * np.clip(inside / 0.08, 0.0, 1.0))
     found: Floats = middle + (points - middle) * (1.0 + depth * raised[:, None])
+    return found
+
+
+# Cutting --------------------------------------------------------------------------------------------------------------
+
+# A cut face is a plate of this thickness; a part of it stands out of the body, so that nothing of the body shows, m.
+PLATE, PROUD = 0.0006, 0.00025
+# Size of a plate by that of the face: the rest is the edge of the skin.
+WITHIN = 0.985
+# Points nearer than this to a plane lie on it, m.
+ON_PLANE = 1e-7
+# Points of an outline nearer than this to the one before are left out, m: what is written is rounded to a tenth of it.
+SAME = 1e-7
+# Radius of the circle in the picture of a section that is the rim of the face, by the width of the picture; as in
+# kitchenware/textures/objects/food.py.
+PICTURE_RIM = 0.49
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A cutting plane: everything beyond it is removed."""
+
+    normal: Floats  # (3,) unit vector, away from what is kept
+    offset: float  # along it from the origin, m
+    middle: Floats | None  # (3,) middle of the picture of the cut face, m; None: that of the face
+    up: Floats  # (3,) unit vector in the plane: the upward direction of the picture
+
+
+def along(turn: float, middle: Floats) -> Plane:
+    """A plane through the z axis that leaves the half turn before an angle, rad from x."""
+    return Plane(np.array([-math.sin(turn), math.cos(turn), 0.0]), 0.0, middle, np.array([0.0, 0.0, 1.0]))
+
+
+def sector(angle: float, middle: Floats) -> list[Plane]:
+    """Two planes through the z axis that leave a sector of an angle (rad) about the x axis."""
+    first, last = along(angle / 2, middle), along(-angle / 2, middle)
+    return [first, replace(last, normal=-last.normal)]
+
+
+def across(height: float, *, below: bool, slant: float = 0.0) -> Plane:
+    """A plane that leaves what is below it, or what is above: level, or slanted towards x by an angle, rad.
+
+    height: its distance from the origin, m.
+    """
+    sign = 1.0 if below else -1.0
+    normal = sign * np.array([math.sin(slant), 0.0, math.cos(slant)])
+    return Plane(normal, sign * height, None, np.array([0.0, 1.0, 0.0]))
+
+
+def cut(solid: Solid, planes: list[Plane], hollow: Solid | None = None) -> tuple[Solid, list[Solid]]:
+    """Cut a body by planes, and make the plates that lie on its cut faces.
+
+    solid: closed; its picture is kept on its skin. hollow: an empty body within it, or None; its faces have no picture.
+    Returns: the rest of the body, closed, without collision shapes; and for each plane a plate, whose picture is that
+    of a section. Raises ValueError: the planes leave nothing of the body, or a plane does not meet it.
+    """
+    body = _manifold(solid)
+    if hollow is not None:
+        body -= _manifold(hollow)
+    body = _trimmed(body, planes)
+    if body.is_empty():
+        raise ValueError("the cuts leave nothing of the body")
+    kept = _solid(body, solid.crease_deg)
+    return kept, [_plate(kept, plane) for plane in planes]
+
+
+def shell(outer: Solid, inner: Solid, planes: list[Plane]) -> Solid:
+    """The cut material between two closed bodies, slightly behind the cut faces; its picture is seen from the side."""
+    kept = _solid(_trimmed(_manifold(outer) - _manifold(inner), planes, behind=PLATE), outer.crease_deg)
+    low, high = kept.bounds
+    # The middle of the picture has the flesh without the skin.
+    return replace(kept, picture_uv=(0.5 + 0.5 * ((kept.points - low) / (high - low) - 0.5)[:, [0, 2]])[kept.faces])
+
+
+def _trimmed(body: manifold3d.Manifold, planes: list[Plane], behind: float = 0.0) -> manifold3d.Manifold:
+    """The rest of a body after cuts by planes that are moved by `behind` into it, m."""
+    for plane in planes:
+        x, y, z = (-float(v) for v in plane.normal)
+        body = body.trim_by_plane((x, y, z), behind - plane.offset)
+    return body
+
+
+def _manifold(solid: Solid) -> manifold3d.Manifold:
+    uv = np.zeros((*solid.faces.shape, 2)) if solid.picture_uv is None else solid.picture_uv
+    corners = np.column_stack([solid.points[solid.faces.ravel()], uv.reshape(-1, 2)])
+    rows, index = np.unique(np.round(corners, 12), axis=0, return_inverse=True)
+    mesh = manifold3d.Mesh64(
+        vert_properties=np.ascontiguousarray(rows), tri_verts=index.reshape(-1, 3).astype(np.uint64)
+    )
+    mesh.merge()
+    body = manifold3d.Manifold(mesh)
+    if body.status() != manifold3d.Error.NoError:
+        raise ValueError(f"a body of {len(solid.faces)} faces is not closed: {body.status()}")
+    return body
+
+
+def _solid(body: manifold3d.Manifold, crease_deg: float) -> Solid:
+    mesh = body.to_mesh64()
+    corners, faces = np.array(mesh.vert_properties, dtype=np.float64), np.array(mesh.tri_verts, dtype=np.int64)
+    points, index = np.unique(np.round(corners[:, :3], 9), axis=0, return_inverse=True)
+    return Solid(points, index[faces], crease_deg=crease_deg, picture_uv=corners[:, 3:5][faces])
+
+
+def _plate(body: Solid, plane: Plane) -> Solid:
+    """The plate over the face that a plane cut, with a hole where the face has one.
+
+    Its faces fan out from the middle, so that the picture of the section follows the outline.
+    """
+    side = np.cross(plane.up, plane.normal)
+    loops = [body.points[loop] for loop in _loops(body, plane)]
+    if not loops:
+        raise ValueError("a plane does not meet the body")
+    outlines = [np.column_stack([loop @ side, loop @ plane.up]) for loop in loops]
+    outlines.sort(key=lambda loop: -abs(signed_area(loop)))
+    outer = counter_clockwise(outlines[0])
+    middle = _centroid(outer) if plane.middle is None else np.array([plane.middle @ side, plane.middle @ plane.up])
+    rim = outer - middle
+    angle = np.arctan2(rim[:, 1], rim[:, 0])
+    hole = 0.0 * angle
+    if len(outlines) > 1:
+        # The plate stands a trifle over the hollow, or its edge would lie in the wall.
+        hole = np.minimum(WITHIN * _radius(outlines[1] - middle, angle) / np.hypot(rim[:, 0], rim[:, 1]), 0.96)
+    inner = rim * hole[:, None]
+    n = len(rim)
+    # Its edges slant inwards below the face: upright ones might lie in a wall of the body.
+    slant = 0.04 * (rim - inner)
+    levels = (
+        (PROUD, inner, WITHIN * rim),
+        (PROUD - PLATE, inner + np.where(hole > 0, 1.0, 0.0)[:, None] * slant, WITHIN * rim - slant),
+    )
+    flats = [(np.concatenate([low, high]) + middle, plane.offset + level) for level, low, high in levels]
+    points = np.concatenate(
+        [flat[:, :1] * side + flat[:, 1:] * plane.up + level * plane.normal for flat, level in flats]
+    )
+    i, j = np.arange(n), np.roll(np.arange(n), -1)
+    top = np.concatenate([np.stack([n + i, n + j, i], 1), np.stack([n + j, j, i], 1)])
+    wall = np.concatenate([np.stack([n + i, 3 * n + i, n + j], 1), np.stack([n + j, 3 * n + i, 3 * n + j], 1)])
+    core = np.concatenate([np.stack([i, j, 2 * n + i], 1), np.stack([j, 2 * n + j, 2 * n + i], 1)])
+    faces = np.concatenate([top, top[:, ::-1] + 2 * n, wall, core])
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    uv = 0.5 + PICTURE_RIM * np.concatenate([circle * hole[:, None], circle] * 2)
+    return _welded(Solid(points, faces.astype(np.int64), crease_deg=40.0, picture_uv=uv[faces])).oriented_outwards()
+
+
+def _welded(solid: Solid) -> Solid:
+    """The solid with points that are the same made one, and without the faces that vanish."""
+    points, index = np.unique(np.round(solid.points, 9), axis=0, return_inverse=True)
+    faces = index[solid.faces]
+    a, b, c = faces.T
+    kept = (a != b) & (b != c) & (c != a)
+    assert solid.picture_uv is not None
+    return replace(solid, points=points, faces=faces[kept], picture_uv=solid.picture_uv[kept])
+
+
+def _loops(body: Solid, plane: Plane) -> list[Ints]:
+    faces = body.faces[(np.abs(body.points @ plane.normal - plane.offset) < ON_PLANE)[body.faces].all(axis=1)]
+    edges = {(int(a), int(b)) for face in faces for a, b in zip(face, np.roll(face, -1), strict=True)}
+    after = {a: b for a, b in sorted(edges) if (b, a) not in edges}
+    loops = []
+    while after:
+        first, following = next(iter(after.items()))
+        loop = [first]
+        while following in after and following != first:
+            loop.append(following)
+            following = after.pop(following)
+        after.pop(first, None)
+        loops.append(np.array(loop))
+    steps = [np.linalg.norm(body.points[loop] - body.points[np.roll(loop, 1)], axis=1) for loop in loops]
+    loops = [loop[step > SAME] for loop, step in zip(loops, steps, strict=True)]
+    return [loop for loop in loops if len(loop) > 2]
+
+
+def _centroid(loop: Floats) -> Floats:
+    """(2,) middle of the area within a loop."""
+    after = np.roll(loop, -1, axis=0)
+    share = loop[:, 0] * after[:, 1] - after[:, 0] * loop[:, 1]
+    found: Floats = ((loop + after) * share[:, None]).sum(axis=0) / (3 * share.sum())
+    return found
+
+
+def _radius(loop: Floats, angle: Floats) -> Floats:
+    """(N,) distance of a loop from the origin in directions, rad."""
+    own = np.arctan2(loop[:, 1], loop[:, 0])
+    order = np.argsort(own)
+    found: Floats = np.interp(angle, own[order], np.hypot(loop[:, 0], loop[:, 1])[order], period=2 * np.pi)
     return found

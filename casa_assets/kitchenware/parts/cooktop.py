@@ -13,19 +13,14 @@ from casa_assets.ext.records import EffectKind, Vec2
 from casa_assets.ext.solids import ROOT, AssetBuilder, BehaviorBuilder, Solid, board, box, lathe, rod, subtract, tube
 
 # Grates ---------------------------------------------------------------------------------------------------------------
-# Cast-iron grates over gas burners: joined to one surface, one for each burner, or rings with arms.
 
 BAR_WIDTH, BAR_HEIGHT = 0.0095, 0.013  # metres: width and height of a bar
 HALF_GRATE_GAP = 0.0015  # half of the gap between two grates
 FINGER_END_SHARE = 0.3  # share of a burner's radius at which fingers end before its middle
 
-
-class GrateStyle(StrEnum):
-    """Style of the grates."""
-
-    JOINED = "joined"  # a grate for each column of burners; together they make one surface
-    SEPARATE = "separate"  # a square one for each burner
-    RING = "ring"  # a ring with arms for each burner
+# Style of the grates: JOINED a grate for each column of burners; together they make one surface; SEPARATE a square one
+# for each burner; RING a ring with arms for each burner.
+GrateStyle = StrEnum("GrateStyle", "JOINED SEPARATE RING")
 
 
 @dataclass(frozen=True)
@@ -84,13 +79,11 @@ def add_grates(
             _ring(builder, cell, top, pan_z, finish)
         return
     inset = HALF_GRATE_GAP if style is GrateStyle.JOINED else 0.011
-    frames = _columns(places) if style is GrateStyle.JOINED else [[c] for c in places]
-    for frame in frames:
+    for frame in _columns(places) if style is GrateStyle.JOINED else [[c] for c in places]:
         for span in _frame(frame, inset):
             builder.draw(ROOT, _bar(span, pan_z, BAR_HEIGHT), finish, "grate")
         for x in (frame[0].x[0] + inset + BAR_WIDTH / 2, frame[0].x[1] - inset - BAR_WIDTH / 2):
             for y in (frame[0].y[0] + inset + 0.02, frame[-1].y[1] - inset - 0.02):
-                # A leg on a pad of rubber.
                 under = pan_z - BAR_HEIGHT
                 pad = 0.0025
                 leg = box((BAR_WIDTH, 0.018, under - top - pad + 0.002), (x, y, (under + top + pad + 0.002) / 2), 0.002)
@@ -125,7 +118,6 @@ def _collider_bars(places: Sequence[BurnerCell], inset: float, rows: Sequence[fl
 
 
 def _columns(places: Sequence[BurnerCell]) -> list[list[BurnerCell]]:
-    """Cells of one column together, the nearest first."""
     out: dict[float, list[BurnerCell]] = {}
     for cell in places:
         out.setdefault(cell.x[0], []).append(cell)
@@ -133,7 +125,6 @@ def _columns(places: Sequence[BurnerCell]) -> list[list[BurnerCell]]:
 
 
 def _frame(column: Sequence[BurnerCell], inset: float) -> Iterator[_Span]:
-    """Rails round a grate, and a bar between two burners."""
     (x0, x1), y0, y1 = column[0].x, column[0].y[0] + inset, column[-1].y[1] - inset
     x0, x1 = x0 + inset, x1 - inset
     yield _Span((x0, x0 + BAR_WIDTH), (y0, y1))
@@ -166,17 +157,12 @@ def _bar(span: _Span, top: float, height: float) -> Solid:
 
 
 def _ring(builder: AssetBuilder, cell: BurnerCell, top: float, pan_z: float, finish: str) -> None:
-    """Add a ring around the burner, with four arms that carry the pan."""
     s = cell.spot
     clearance = min(cell.x[1] - s.x, s.x - cell.x[0], cell.y[1] - s.y, s.y - cell.y[0]) - 0.004
     r = min(1.12 * s.radius, 0.78 * clearance)
     z = top + 0.012
-    hoop = lathe(
-        [(r - 0.004, z - 0.004), (r + 0.004, z - 0.004), (r + 0.004, z + 0.004), (r - 0.004, z + 0.004)],
-        48,
-        closed=True,
-    )
-    builder.draw(ROOT, hoop.translated(s.x, s.y), finish, "grate")
+    line = [(r - 0.004, z - 0.004), (r + 0.004, z - 0.004), (r + 0.004, z + 0.004), (r - 0.004, z + 0.004)]
+    builder.draw(ROOT, lathe(line, 48, closed=True).translated(s.x, s.y), finish, "grate")
     for k in range(4):
         turn = math.pi / 4 + k * math.pi / 2
         reach = min(r + 0.02, clearance * 1.25)
@@ -186,14 +172,12 @@ def _ring(builder: AssetBuilder, cell: BurnerCell, top: float, pan_z: float, fin
             0.002,
         )
         post = box((0.012, 0.0075, pan_z - z), (r, 0.0, (pan_z + z) / 2 - 0.001), 0.002)
-        foot = rod(0.006, z - top - 0.0005, 0.001).translated(r, 0.0, (z + top) / 2 + 0.0002)
-        for solid in (arm, post, foot):
+        for solid in (arm, post, rod(0.006, z - top - 0.0005, 0.001).translated(r, 0.0, (z + top) / 2 + 0.0002)):
             builder.draw(ROOT, solid.rotated("z", turn).translated(s.x, s.y), finish, "grate")
     for k in range(2):
         reach = min(r + 0.02, clearance * 1.25)
-        across = box((2 * reach, 0.0075, 0.011), (0.0, 0.0, pan_z - 0.0055), 0.002).rotated(
-            "z", math.pi / 4 + k * math.pi / 2
-        )
+        across = box((2 * reach, 0.0075, 0.011), (0.0, 0.0, pan_z - 0.0055), 0.002)
+        across = across.rotated("z", math.pi / 4 + k * math.pi / 2)
         builder.add_collider(ROOT, across.translated(s.x, s.y), finish, "grate")
     builder.add_collider(ROOT, rod(r, 0.022, 0.0).translated(s.x, s.y, top + 0.0115), finish, "grate")
 
@@ -209,7 +193,6 @@ def add_griddle(builder: AssetBuilder, lower: Vec2, upper: Vec2, top: float) -> 
 
 
 # Burners --------------------------------------------------------------------------------------------------------------
-# Gas burners under grates, coils, and rings under glass, with their sites and behaviour.
 
 # Ref: RoboCasa v1.0, class Stove: STOVE_LOW_MIN 0.35 rad, STOVE_HIGH_MIN 80 degrees.
 KNOB_ON_ANGLE, KNOB_HIGH_ANGLE = 0.35, math.radians(80)
@@ -252,9 +235,8 @@ def add_burners(
 ) -> None:
     """Burners on a surface at z = top, with their sites.
 
-    Args:
-        grate: finish of the grates. field: width and depth that the grates cover, metres, about `middle`.
-        style: of the grates. ink: finish of rings that are printed on glass.
+    grate: finish of the grates. field: width and depth that the grates cover, metres, about `middle`. style: of the
+    grates. ink: finish of rings that are printed on glass.
     """
     pan_z = top
     if fuel is Fuel.GAS:
@@ -265,7 +247,19 @@ def add_burners(
     elif fuel is Fuel.COIL:
         pan_z = top + 0.018
         for s in places:
-            _coil(builder, s, top)
+            lip = [(1.12 * s.radius, top + 0.0004), (1.16 * s.radius, top + 0.004), (1.04 * s.radius, top + 0.003)]
+            bowl = lathe([*lip, (0.4 * s.radius, top + 0.0012)], 40)
+            builder.draw(ROOT, _moved(bowl, s), "stainless_polished", "burner")
+            turns = 3.5 if s.radius < 0.09 else 4.5
+            steps = int(turns * 22)
+            path = []
+            for k in range(steps + 1):
+                t = 2 * math.pi * turns * k / steps
+                r = 0.2 * s.radius + 0.76 * s.radius * k / steps
+                path.append((s.x + r * math.cos(t), s.y + r * math.sin(t), top + 0.0138))
+            builder.draw(ROOT, tube(path, 0.0042).without_colliders(), "heating_element", "burner")
+            collider_disc = rod(0.98 * s.radius, 0.0178, 0.0).translated(s.x, s.y, top + 0.0091)
+            builder.add_collider(ROOT, collider_disc, "heating_element", "burner")
     else:
         pan_z = top + 0.0004
         for s in places:
@@ -286,19 +280,13 @@ def add_burners(
 def _gas(builder: AssetBuilder, s: BurnerSpot, top: float) -> None:
     r = 0.5 * s.radius
     bowl = lathe([(1.25 * r, top + 0.0003), (1.2 * r, top + 0.004), (1.0 * r, top + 0.005)], 36)
-    head = lathe(
-        [(0.8 * r, top + 0.0052), (0.92 * r, top + 0.009), (0.92 * r, top + 0.019), (0.86 * r, top + 0.021)], 36
-    )
-    cap = lathe(
-        [
-            (0.9 * r, top + 0.0212),
-            (0.94 * r, top + 0.023),
-            (0.9 * r, top + 0.0275),
-            (0.6 * r, top + 0.03),
-            (0.0, top + 0.0305),
-        ],
-        36,
-    )
+    line = [(0.8 * r, top + 0.0052), (0.92 * r, top + 0.009), (0.92 * r, top + 0.019), (0.86 * r, top + 0.021)]
+    head = lathe(line, 36)
+    outline = [
+        (0.9 * r, top + 0.0212), (0.94 * r, top + 0.023), (0.9 * r, top + 0.0275), (0.6 * r, top + 0.03),
+        (0.0, top + 0.0305),
+    ]  # fmt: skip
+    cap = lathe(outline, 36)
     for solid, finish in ((bowl, "stainless_brushed"), (head, "aluminium_anodised"), (cap, "cast_iron_black")):
         builder.draw(ROOT, _moved(solid, s), finish, "burner")
     ports = 16
@@ -315,41 +303,16 @@ def _moved(solid: Solid, s: BurnerSpot) -> Solid:
     return solid.translated(s.x, s.y)
 
 
-def _coil(builder: AssetBuilder, s: BurnerSpot, top: float) -> None:
-    bowl = lathe(
-        [
-            (1.12 * s.radius, top + 0.0004),
-            (1.16 * s.radius, top + 0.004),
-            (1.04 * s.radius, top + 0.003),
-            (0.4 * s.radius, top + 0.0012),
-        ],
-        40,
-    )
-    builder.draw(ROOT, _moved(bowl, s), "stainless_polished", "burner")
-    turns = 3.5 if s.radius < 0.09 else 4.5
-    steps = int(turns * 22)
-    path = []
-    for k in range(steps + 1):
-        t = 2 * math.pi * turns * k / steps
-        r = 0.2 * s.radius + 0.76 * s.radius * k / steps
-        path.append((s.x + r * math.cos(t), s.y + r * math.sin(t), top + 0.0138))
-    builder.draw(ROOT, tube(path, 0.0042).without_colliders(), "heating_element", "burner")
-    collider_disc = rod(0.98 * s.radius, 0.0178, 0.0).translated(s.x, s.y, top + 0.0091)
-    builder.add_collider(ROOT, collider_disc, "heating_element", "burner")
-
-
 def _burner_ring(builder: AssetBuilder, s: BurnerSpot, top: float, fuel: Fuel, ink: str) -> None:
     """Rings printed on glass, 0.2 mm above it."""
     z = top + 0.0002
-    radii = (s.radius, 0.62 * s.radius) if fuel is Fuel.CERAMIC else (s.radius,)
-    for r in radii:
+    for r in (s.radius, 0.62 * s.radius) if fuel is Fuel.CERAMIC else (s.radius,):
         ring = lathe([(r - 0.0016, z), (r, z), (r, z + 0.0002), (r - 0.0016, z + 0.0002)], 56, closed=True)
         builder.draw(ROOT, _moved(ring, s), ink, "burner", density=0.0)
     if fuel is Fuel.INDUCTION:
         for t in np.arange(4) * math.pi / 2:
-            tick = box((0.0014, 0.3 * s.radius, 0.0002), (0.0, 0.0, z + 0.0001), 0.0).translated(
-                0.0, 0.85 * s.radius - 0.15 * s.radius, 0.0
-            )
+            tick = box((0.0014, 0.3 * s.radius, 0.0002), (0.0, 0.0, z + 0.0001), 0.0)
+            tick = tick.translated(0.0, 0.85 * s.radius - 0.15 * s.radius, 0.0)
             builder.draw(ROOT, _moved(tick.rotated("z", float(t)), s), ink, "burner", density=0.0)
 
 
@@ -357,10 +320,8 @@ def add_burner_behavior(behavior: BehaviorBuilder, places: list[BurnerSpot], fue
     """Each knob sets its burner to off, low or high."""
     color = (*(FLAME_COLOR if fuel is Fuel.GAS else GLOW_COLOR)[:3], 0.6)
     intervals = {
-        "off": (-0.1, KNOB_ON_ANGLE),
-        "low": (KNOB_ON_ANGLE, KNOB_HIGH_ANGLE),
-        "high": (KNOB_HIGH_ANGLE, turn + 0.1),
-    }
+        "off": (-0.1, KNOB_ON_ANGLE), "low": (KNOB_ON_ANGLE, KNOB_HIGH_ANGLE), "high": (KNOB_HIGH_ANGLE, turn + 0.1),
+    }  # fmt: skip
     for s in places:
         name, site = f"burner_{s.loc}", f"burner_on_{s.loc}"
         behavior.follow_joint(name, f"knob_{s.loc}_joint", intervals)

@@ -32,10 +32,8 @@ class LayDirection(StrEnum):
 def outline_cells(outline: Outline) -> blocks.Cells:
     """The cells within a room's outline.
 
-    Args:
-        outline: (x, y) corners in order, either way round, metres.
-    Raises:
-        ValueError: a side runs aslant or is too short, or sides meet or cross elsewhere than at the corners.
+    outline: (x, y) corners in order, either way round, metres. Raises ValueError: a side runs aslant or is too short,
+    or sides meet or cross elsewhere than at the corners.
     """
     points = np.array(outline, dtype=np.float64)
     if len(points) < 4:
@@ -69,8 +67,7 @@ def check_outline(outline: Outline) -> None:
         outline_cells(outline)
         return
     loop = counter_clockwise(np.array(outline, dtype=np.float64))
-    run = np.roll(loop, -1, axis=0) - loop
-    short = np.flatnonzero(np.linalg.norm(run, axis=1) < MIN_SIDE)
+    short = np.flatnonzero(np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1) < MIN_SIDE)
     if len(short):
         raise ValueError(f"side {short[0]} of the outline is shorter than {MIN_SIDE:g} m")
     whole = manifold3d.CrossSection([loop], manifold3d.FillRule.NonZero)
@@ -82,8 +79,7 @@ def check_outline(outline: Outline) -> None:
 class RoomSlab:
     """A horizontal slab over the whole of a room.
 
-    Attributes:
-        shell: its surface; `side` distinguishes lower face, upper face and rim. shapes: convex pieces that fill it.
+    shell: its surface; `side` distinguishes lower face, upper face and rim. shapes: convex pieces that fill it.
     """
 
     shell: blocks.Shell
@@ -121,10 +117,8 @@ def convex_pieces(loop: Floats, triangles: Ints) -> list[list[int]]:
 
     Ref: Hertel and Mehlhorn, Fast triangulation of simple polygons (1983).
 
-    Args:
-        loop: (N, 2) corners, counter-clockwise. triangles: (T, 3) numbers of corners, counter-clockwise.
-    Returns:
-        Numbers of the corners of each piece, counter-clockwise.
+    loop: (N, 2) corners, counter-clockwise. triangles: (T, 3) numbers of corners, counter-clockwise. Returns: numbers
+    of the corners of each piece, counter-clockwise.
     """
     pieces = [list(map(int, t)) for t in triangles]
     joined = True
@@ -162,15 +156,13 @@ def outline_loop(outline: Outline) -> Floats:
     points: Floats = np.round(np.array(outline, dtype=np.float64), blocks.LINE_DECIMALS).astype(np.float64)
     points = counter_clockwise(points)
     before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
-    turns = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-    return np.asarray(points[np.abs(turns) > LENGTH_TOLERANCE])
+    return np.asarray(points[np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]) > LENGTH_TOLERANCE])
 
 
 def interior_spans(grid: blocks.Cells, lower: float, upper: float) -> list[Vec2]:
     """(from, to) along u of what is inside over the whole breadth low..high of v, metres."""
     rows = (grid.vs[:-1] < upper - LENGTH_TOLERANCE) & (grid.vs[1:] > lower + LENGTH_TOLERANCE)
-    inside_all = grid.solid[:, rows].all(axis=1)
-    steps = np.diff(np.concatenate([[0], inside_all.astype(np.int64), [0]]))
+    steps = np.diff(np.concatenate([[0], grid.solid[:, rows].all(axis=1).astype(np.int64), [0]]))
     begins, ends = np.flatnonzero(steps == 1), np.flatnonzero(steps == -1)
     return [(float(grid.us[a]), float(grid.us[b])) for a, b in zip(begins, ends, strict=True)]
 
@@ -197,7 +189,6 @@ def spans_inside(outline: Outline, direction: LayDirection, lower: float, upper:
 
 
 def _crossings(points: Floats, level: float) -> list[float]:
-    """Where the sides of an outline cross a level of its second coordinate, rising."""
     ends = np.roll(points, -1, axis=0)
     cross = (points[:, 1] > level) != (ends[:, 1] > level)
     a, b = points[cross], ends[cross]

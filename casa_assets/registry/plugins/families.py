@@ -8,7 +8,7 @@ from inspect import cleandoc
 from types import MappingProxyType
 from typing import Any
 
-from casa_assets.asset.kit.assemble import Family
+from casa_assets.asset.assemble import Family
 from casa_assets.kitchenware.catalog import MODELS
 from casa_assets.kitchenware.objects import FORMS
 from casa_assets.projects import read_once

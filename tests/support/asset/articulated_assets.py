@@ -7,26 +7,23 @@ import math
 from casa_assets.model.asset.asset import (
     Asset,
     Base,
-    Collider,
     Drive,
     Exclusion,
     Inertial,
     Joint,
-    JointKind,
     JointValue,
     Keyframe,
     Link,
     Region,
     Site,
     State,
-    Visual,
 )
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Cylinder, Hull
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
-from tests.support.asset.asset_parts import CARDBOARD, PROVENANCE, STEEL, box_collider, box_inertial, labels
+from tests.support.asset import asset_parts as kit
 from tests.support.mesh.meshes import box_mesh
 
 
@@ -41,34 +38,26 @@ def microwave(base: Base = Base.FIXED) -> Asset:
     }
     carcass = Link(
         name="object",
-        inertial=box_inertial(9.0, (0.5, 0.38, 0.3), (0.0, 0.01, 0.15)),
-        visuals=tuple(Visual(name=f"{n}_panel", mesh=box_mesh(*p), material="enamel") for n, p in panels.items()),
-        colliders=tuple(box_collider(f"{n}_0", size, at, "steel") for n, (size, at) in panels.items()),
+        inertial=kit.box_inertial(9.0, (0.5, 0.38, 0.3), (0.0, 0.01, 0.15)),
+        visuals=tuple(kit.seen(f"{n}_panel", "enamel", *p) for n, p in panels.items()),
+        colliders=tuple(kit.box_collider(f"{n}_0", size, at, "steel") for n, (size, at) in panels.items()),
     )
     door_size: Vec3 = (0.38, 0.02, 0.28)
     door = Link(
         name="door",
         parent="object",
         pose=Pose(position=(-0.24, -0.19, 0.15)),
-        inertial=box_inertial(1.5, door_size, (0.19, -0.01, 0.0)),
-        visuals=(Visual(name="door_main", mesh=box_mesh(door_size, (0.19, -0.01, 0.0)), material="glass"),),
-        colliders=(box_collider("door_0", door_size, (0.19, -0.011, 0.0), "steel"),),
+        inertial=kit.box_inertial(1.5, door_size, (0.19, -0.01, 0.0)),
+        visuals=(kit.seen("door_main", "glass", door_size, (0.19, -0.01, 0.0)),),
+        colliders=(kit.box_collider("door_0", door_size, (0.19, -0.011, 0.0), "steel"),),
     )
     return Asset(
         id="microwave_0123456789",
         base=base,
         links=(carcass, door),
         joints=(
-            Joint(
-                name="microjoint",
-                child="door",
-                kind=JointKind.HINGE,
-                axis=(0.0, 0.0, 1.0),
-                anchor=(0.0, -0.02, 0.0),
-                range=(-math.pi / 2, 0.0),
-                damping=0.5,
-                frictionloss=0.3,
-                armature=0.01,
+            kit.hinge("microjoint", "door", kit.Z, (-math.pi / 2, 0.0), damping=0.5, frictionloss=0.3).replace(
+                anchor=(0.0, -0.02, 0.0), armature=0.01
             ),
         ),
         sites=(Site(name="plate_place", pose=Pose(position=(-0.04, 0.0, 0.03)), radius=0.01),),
@@ -86,9 +75,9 @@ def microwave(base: Base = Base.FIXED) -> Asset:
             Material(id="enamel", base_color=(0.7, 0.7, 0.7, 1.0), metallic=0.3, roughness=0.3, substance="steel"),
             Material(id="glass", base_color=(0.05, 0.05, 0.06, 0.5), roughness=0.05, substance="glass"),
         ),
-        substances=(STEEL,),
-        labels=labels("microwave", ("microwave", "appliance"), "Q127956"),
-        provenance=PROVENANCE,
+        substances=(kit.STEEL,),
+        labels=kit.labels("microwave", ("microwave", "appliance"), "Q127956"),
+        provenance=kit.PROVENANCE,
     )
 
 
@@ -101,23 +90,20 @@ def drawer_unit() -> Asset:
         links=(
             Link(
                 name="object",
-                inertial=box_inertial(8.0, (0.4, 0.5, 0.02), (0.0, 0.0, 0.01)),
-                visuals=(Visual(name="carcass", mesh=box_mesh((0.4, 0.5, 0.02), (0.0, 0.0, 0.01)), material="paint"),),
-                colliders=(box_collider("carcass_0", (0.4, 0.5, 0.02), (0.0, 0.0, 0.01), "steel"),),
+                inertial=kit.box_inertial(8.0, (0.4, 0.5, 0.02), (0.0, 0.0, 0.01)),
+                visuals=(kit.seen("carcass", "paint", (0.4, 0.5, 0.02), (0.0, 0.0, 0.01)),),
+                colliders=(kit.box_collider("carcass_0", (0.4, 0.5, 0.02), (0.0, 0.0, 0.01), "steel"),),
             ),
             Link(
                 name="drawer",
                 parent="object",
                 pose=turned,
-                inertial=box_inertial(2.0, (0.4, 0.3, 0.1), (0.01, 0.02, 0.0)),
-                visuals=(Visual(name="box", mesh=box_mesh((0.4, 0.3, 0.1), (0.0, 0.0, 0.0)), material="paint"),),
+                inertial=kit.box_inertial(2.0, (0.4, 0.3, 0.1), (0.01, 0.02, 0.0)),
+                visuals=(kit.seen("box", "paint", (0.4, 0.3, 0.1)),),
                 colliders=(
-                    Collider(
-                        name="box_0",
-                        shape=Hull(mesh=box_mesh((0.4, 0.3, 0.1), (0.0, 0.0, 0.0), shared=True)),
-                        substance="cardboard",
-                        pose=Pose(quaternion=(math.cos(0.1), 0.0, 0.0, math.sin(0.1))),
-                    ),
+                    kit.formed(
+                        "box_0", Hull(mesh=box_mesh((0.4, 0.3, 0.1), kit.HERE, shared=True)), "cardboard"
+                    ).replace(pose=Pose(quaternion=(math.cos(0.1), 0.0, 0.0, math.sin(0.1)))),
                 ),
             ),
             Link(
@@ -125,36 +111,25 @@ def drawer_unit() -> Asset:
                 parent="drawer",
                 pose=Pose(position=(-0.22, 0.0, 0.0), quaternion=(math.cos(0.3), math.sin(0.3), 0.0, 0.0)),
                 inertial=Inertial(mass=0.05, center_of_mass=(0.0, 0.0, 0.0), inertia=(1e-5, 1e-5, 8e-6, 0.0, 0.0, 0.0)),
-                visuals=(
-                    Visual(name="knob_main", mesh=box_mesh((0.03, 0.03, 0.03), (0.0, 0.0, 0.0)), material="paint"),
-                ),
+                visuals=(kit.seen("knob_main", "paint", (0.03, 0.03, 0.03)),),
                 colliders=(
-                    Collider(
-                        name="knob_0",
-                        shape=Cylinder(radius=0.01, height=0.03),
-                        substance="steel",
-                        pose=Pose(quaternion=(math.cos(0.4), 0.0, math.sin(0.4), 0.0)),
+                    kit.formed("knob_0", Cylinder(radius=0.01, height=0.03), "steel").replace(
+                        pose=Pose(quaternion=(math.cos(0.4), 0.0, math.sin(0.4), 0.0))
                     ),
                 ),
             ),
         ),
         joints=(
-            Joint(
-                name="drawer_joint",
-                child="drawer",
-                kind=JointKind.SLIDE,
-                axis=(-1.0, 0.0, 0.0),
-                range=(0.0, 0.28),
-                damping=2.0,
-                drive=Drive(stiffness=5.0, damping=1.5, target=0.0),
+            kit.slide("drawer_joint", "drawer", (-1.0, 0.0, 0.0), (0.0, 0.28), damping=2.0).replace(
+                drive=Drive(stiffness=5.0, damping=1.5, target=0.0)
             ),
         ),
         states=(State(name="drawer_open", joint="drawer_joint", value="open", interval=(0.9, 1.0)),),
         exclusions=(Exclusion(first="knob", second="object"),),
         materials=(Material(id="paint", base_color=(0.2, 0.3, 0.4, 1.0), substance="steel"),),
-        substances=(CARDBOARD, STEEL),
-        labels=labels("cabinet", ("cabinet", "furniture"), "Q1049754"),
-        provenance=PROVENANCE,
+        substances=(kit.CARDBOARD, kit.STEEL),
+        labels=kit.labels("cabinet", ("cabinet", "furniture"), "Q1049754"),
+        provenance=kit.PROVENANCE,
     )
 
 
@@ -166,9 +141,7 @@ def grill() -> Asset:
     """
     plain = microwave()
     door = plain.link("door")
-    lamp = Visual(
-        name="lamp_main", mesh=box_mesh((0.06, 0.04, 0.01), (-0.04, 0.1, 0.27)), material="lamp", label="lamp"
-    )
+    lamp = kit.seen("lamp_main", "lamp", (0.06, 0.04, 0.01), (-0.04, 0.1, 0.27), label="lamp")
     swung = plain.joints[0].replace(grip="handle_0")
     return plain.replace(
         id="grill_0123456789",
@@ -198,7 +171,7 @@ def grill() -> Asset:
         behavior=_grilling(),
         contract="microwave",
         materials=(*plain.materials, Material(id="lamp", base_color=(1.0, 0.8, 0.5, 1.0), glow=0.7, substance="glass")),
-        labels=labels("grill", ("grill", "appliance"), "Q187528"),
+        labels=kit.labels("grill", ("grill", "appliance"), "Q187528"),
     )
 
 
@@ -207,19 +180,17 @@ _AT_TOP = Pose(position=(-0.04, 0.0, 0.26), quaternion=(math.cos(0.2), 0.0, math
 
 def _plate(name: str, parent: str, pose: Pose, mass: float, size: Vec3) -> Link:
     """A box of steel around its origin."""
-    here: Vec3 = (0.0, 0.0, 0.0)
     return Link(
         name=name,
         parent=parent,
         pose=pose,
-        inertial=box_inertial(mass, size, here),
-        visuals=(Visual(name=f"{name}_main", mesh=box_mesh(size, here), material="enamel", label=name),),
-        colliders=(box_collider(f"{name}_0", size, here, "steel", label=name),),
+        inertial=kit.box_inertial(mass, size, kit.HERE),
+        visuals=(kit.seen(f"{name}_main", "enamel", size, label=name),),
+        colliders=(kit.box_collider(f"{name}_0", size, kit.HERE, "steel", label=name),),
     )
 
 
 def _grill_parts() -> tuple[Link, ...]:
-    here: Vec3 = (0.0, 0.0, 0.0)
     carried = Pose(position=(0.36, -0.05, 0.0), quaternion=(math.cos(0.1), 0.0, 0.0, math.sin(0.1)))
     return (
         _plate("handle", "door", carried, 0.2, (0.02, 0.02, 0.2)),
@@ -229,42 +200,21 @@ def _grill_parts() -> tuple[Link, ...]:
             parent="object",
             # Its z looks out of the front.
             pose=Pose(position=(0.2, -0.2, 0.1), quaternion=(math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)),
-            inertial=box_inertial(0.05, (0.03, 0.03, 0.03), here),
-            visuals=(
-                Visual(name="knob_main", mesh=box_mesh((0.03, 0.03, 0.03), here), material="enamel", label="knob"),
-            ),
-            colliders=(
-                Collider(name="knob_0", shape=Cylinder(radius=0.015, height=0.03), substance="steel", label="knob"),
-            ),
+            inertial=kit.box_inertial(0.05, (0.03, 0.03, 0.03), kit.HERE),
+            visuals=(kit.seen("knob_main", "enamel", (0.03, 0.03, 0.03), label="knob"),),
+            colliders=(kit.formed("knob_0", Cylinder(radius=0.015, height=0.03), "steel", label="knob"),),
         ),
     )
 
 
 def _grill_joints() -> tuple[Joint, ...]:
     return (
-        Joint(
-            name="rack_joint",
-            child="rack",
-            kind=JointKind.SLIDE,
-            axis=(0.0, -1.0, 0.0),
-            range=(0.0, 0.2),
-            damping=3.0,
-            frictionloss=0.5,
-            grip="rack_0",
-            behind="microjoint",
+        kit.slide("rack_joint", "rack", (0.0, -1.0, 0.0), (0.0, 0.2), damping=3.0, frictionloss=0.5).replace(
+            grip="rack_0", behind="microjoint"
         ),
-        Joint(
-            name="knob_joint",
-            child="knob",
-            kind=JointKind.HINGE,
-            axis=(0.1, 0.0, 1.0),
-            anchor=(0.001, 0.002, 0.0),
-            range=(0.0, 2.4),
-            damping=0.01,
-            armature=1e-4,
-            drive=Drive(stiffness=0.02, damping=0.002, target=0.1),
-            grip="knob_0",
-        ),
+        kit.hinge(
+            "knob_joint", "knob", (0.1, 0.0, 1.0), (0.0, 2.4), damping=0.01, armature=1e-4, grip="knob_0"
+        ).replace(anchor=(0.001, 0.002, 0.0), drive=Drive(stiffness=0.02, damping=0.002, target=0.1)),
     )
 
 

@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-from casa_assets.model.asset.asset import Collider, Inertial
+from typing import Any
+
+from casa_assets.model.asset.asset import Collider, Inertial, Joint, JointKind, Visual
 from casa_assets.model.asset.material import Substance
-from casa_assets.model.asset.parts import Box
+from casa_assets.model.asset.parts import Box, Shape
 from casa_assets.model.asset.provenance import Labels, Provenance
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec3
+from casa_assets.model.record import Vec2, Vec3
 from casa_assets.model.registry.category import Certainty, QCode
+from tests.support.mesh.meshes import box_mesh
 
 CERAMIC = Substance(id="ceramic", density=2400.0, static_friction=0.6, dynamic_friction=0.45)
 STEEL = Substance(id="steel", density=7800.0, static_friction=0.6, dynamic_friction=0.4, torsional_friction=0.004)
-FRUIT = Substance(
-    id="fruit",
-    density=900.0,
-    static_friction=0.7,
-    dynamic_friction=0.6,
-    torsional_friction=0.006,
-    rolling_friction=5e-4,
-)
+ROLLING = {"torsional_friction": 0.006, "rolling_friction": 5e-4}
+FRUIT = Substance(id="fruit", density=900.0, static_friction=0.7, dynamic_friction=0.6, **ROLLING)
 CARDBOARD = Substance(id="cardboard", density=300.0, static_friction=0.5, dynamic_friction=0.4)
+
+HERE: Vec3 = (0.0, 0.0, 0.0)
+X: Vec3 = (1.0, 0.0, 0.0)
+Y: Vec3 = (0.0, 1.0, 0.0)
+Z: Vec3 = (0.0, 0.0, 1.0)
 
 PROVENANCE = Provenance(
     source="generated", path="tests", sha256="0" * 64, title="Test", author="Casa", licence="CC0-1.0"
@@ -37,6 +39,26 @@ def box_inertial(mass: float, size: Vec3, center: Vec3) -> Inertial:
 def box_collider(name: str, size: Vec3, at: Vec3, substance: str = "cardboard", label: str | None = None) -> Collider:
     """A box of full `size` around a point of its link, metres."""
     return Collider(name=name, shape=Box(size=size), substance=substance, pose=Pose(position=at), label=label)
+
+
+def formed(name: str, shape: Shape, substance: str, at: Vec3 = HERE, label: str | None = None) -> Collider:
+    """A collision shape at a point of its link."""
+    return Collider(name=name, shape=shape, substance=substance, pose=Pose(position=at), label=label)
+
+
+def seen(name: str, material: str, size: Vec3, at: Vec3 = HERE, label: str | None = None) -> Visual:
+    """A visible box of full `size` around a point of its link, metres."""
+    return Visual(name=name, mesh=box_mesh(size, at), material=material, label=label)
+
+
+def hinge(name: str, child: str, axis: Vec3, span: Vec2, **fields: Any) -> Joint:
+    """A hinge with that range, rad."""
+    return Joint(name=name, child=child, kind=JointKind.HINGE, axis=axis, range=span, **fields)
+
+
+def slide(name: str, child: str, axis: Vec3, span: Vec2, **fields: Any) -> Joint:
+    """A slide with that range, metres."""
+    return Joint(name=name, child=child, kind=JointKind.SLIDE, axis=axis, range=span, **fields)
 
 
 def labels(name: str, classes: tuple[str, ...], qcode: str) -> Labels:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from casa_assets.model.asset.asset import Asset, Base, Collider, Inertial, Link, Site, Visual
+from casa_assets.model.asset.asset import Asset, Base, Inertial, Link, Site, Visual
 from casa_assets.model.asset.material import ColorSpace, Material
 from casa_assets.model.asset.parts import Capsule, Cylinder, Hull, Sphere
 from casa_assets.model.files import Files
@@ -15,10 +15,10 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose, SizeRange
 from tests.support.asset.articulated_assets import drawer_unit as drawer_unit
 from tests.support.asset.articulated_assets import microwave as microwave
-from tests.support.asset.asset_parts import CARDBOARD, CERAMIC, FRUIT, box_collider, labels
+from tests.support.asset.asset_parts import CARDBOARD, CERAMIC, FRUIT, box_collider, formed, labels, seen
 from tests.support.asset.asset_parts import PROVENANCE as PROVENANCE
 from tests.support.asset.asset_parts import box_inertial as box_inertial
-from tests.support.mesh.meshes import box_mesh, lathe, texture, wall
+from tests.support.mesh.meshes import lathe, texture, wall
 
 
 def write_to(files: Files, folder: Path) -> Path:
@@ -50,21 +50,9 @@ def category(asset: Asset) -> Category:
 def rigid_mug() -> Asset:
     """A mug: one link, an open vessel of ten colliders, no textures; its inertia is not diagonal."""
     steps = 8
-    walls = tuple(
-        Collider(name=f"wall_{i}", shape=Hull(mesh=wall(i, steps)), substance="ceramic") for i in range(steps)
-    )
-    floor = Collider(
-        name="floor",
-        shape=Cylinder(radius=0.04, height=0.006),
-        substance="ceramic",
-        pose=Pose(position=(0.0, 0.0, 0.003)),
-    )
-    handle = Collider(
-        name="handle",
-        shape=Capsule(radius=0.005, height=0.05),
-        substance="ceramic",
-        pose=Pose(position=(0.06, 0.0, 0.05)),
-    )
+    walls = tuple(formed(f"wall_{i}", Hull(mesh=wall(i, steps)), "ceramic") for i in range(steps))
+    floor = formed("floor", Cylinder(radius=0.04, height=0.006), "ceramic", (0.0, 0.0, 0.003))
+    handle = formed("handle", Capsule(radius=0.005, height=0.05), "ceramic", (0.06, 0.0, 0.05))
     profile = [(0.0, 0.006), (0.035, 0.006), (0.035, 0.095), (0.04, 0.095), (0.04, 0.0), (0.0, 0.0)]
     return Asset(
         id="mug_0123456789",
@@ -76,7 +64,7 @@ def rigid_mug() -> Asset:
                 ),
                 visuals=(
                     Visual(name="body", mesh=lathe(profile, 32), material="glaze"),
-                    Visual(name="grip", mesh=box_mesh((0.01, 0.01, 0.06), (0.06, 0.0, 0.05)), material="glaze"),
+                    seen("grip", "glaze", (0.01, 0.01, 0.06), (0.06, 0.0, 0.05)),
                 ),
                 colliders=(*walls, floor, handle),
             ),
@@ -103,14 +91,7 @@ def ball() -> Asset:
                     mass=mass, center_of_mass=(0.0, 0.0, radius), inertia=(inertia, inertia, inertia, 0.0, 0.0, 0.0)
                 ),
                 visuals=(Visual(name="peel", mesh=lathe(arc, 32), material="peel"),),
-                colliders=(
-                    Collider(
-                        name="peel_0",
-                        shape=Sphere(radius=radius),
-                        substance="fruit",
-                        pose=Pose(position=(0.0, 0.0, radius)),
-                    ),
-                ),
+                colliders=(formed("peel_0", Sphere(radius=radius), "fruit", (0.0, 0.0, radius)),),
             ),
         ),
         materials=(Material(id="peel", base_color=(0.9, 0.3, 0.02, 1.0), roughness=0.5, substance="fruit"),),
@@ -144,7 +125,7 @@ def textured_box() -> Asset:
             Link(
                 name="object",
                 inertial=box_inertial(0.5, size, (0.0, 0.0, 0.06)),
-                visuals=(Visual(name="carton", mesh=box_mesh(size, (0.0, 0.0, 0.06)), material="print"),),
+                visuals=(seen("carton", "print", size, (0.0, 0.0, 0.06)),),
                 colliders=(box_collider("carton_0", size, (0.0, 0.0, 0.06)),),
             ),
         ),

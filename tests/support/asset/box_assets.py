@@ -10,9 +10,8 @@ from casa_assets.mesh.solid.solids import convex_hull
 from casa_assets.model.asset.asset import Asset, Collider, Inertial, Link, Visual
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Box, Cylinder, Hull, Mesh
-from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
-from tests.support.asset.asset_parts import CARDBOARD, PROVENANCE, box_collider, box_inertial, labels
+from tests.support.asset.asset_parts import CARDBOARD, PROVENANCE, box_collider, box_inertial, formed, labels, seen
 from tests.support.asset.assets import ball, microwave, rigid_mug
 from tests.support.mesh.meshes import box_mesh, lathe, texture
 
@@ -25,7 +24,7 @@ def plain_box(size: Vec3 = SIZE, mass: float | None = None, up: float = 0.0) -> 
     link = Link(
         name="object",
         inertial=box_inertial(300 * math.prod(size) if mass is None else mass, size, center),
-        visuals=(Visual(name="sides", mesh=box_mesh(size, center), material="print"),),
+        visuals=(seen("sides", "print", size, center),),
         colliders=(box_collider("whole", size, center),),
     )
     return Asset(
@@ -63,7 +62,7 @@ def cornered(corners: int) -> Asset:
     ring = np.stack([np.cos(angle) * SIZE[0] / 2, np.sin(angle) * SIZE[1] / 2, 0 * angle], axis=1)
     points, faces = convex_hull(np.concatenate([ring, ring + np.array((0.0, 0.0, SIZE[2]))]))
     hull = Hull.model_construct(kind="hull", mesh=Mesh(vertices=points, faces=faces))
-    collider = Collider(name="whole", shape=hull, substance="cardboard")
+    collider = formed("whole", hull, "cardboard")
     corner = points[faces].reshape(-1, 3)
     mesh = Mesh(vertices=corner, faces=np.arange(len(corner)).reshape(-1, 3))
     return linked(visuals=(Visual(name="sides", mesh=mesh, material="print"),), colliders=(collider,))
@@ -76,13 +75,13 @@ def dented(depth: float) -> Asset:
     ring = [(1, 5), (5, 7), (7, 3), (3, 1)]
     faces = np.concatenate([np.delete(box.faces, top, axis=0), [(a, b, 8) for a, b in ring]])
     mesh = Mesh(vertices=np.vstack([box.vertices, (0.0, 0.0, SIZE[2] - depth)]), faces=faces)
-    return touched(Collider(name="whole", shape=Hull(mesh=mesh), substance="cardboard"))
+    return touched(formed("whole", Hull(mesh=mesh), "cardboard"))
 
 
 def opened() -> Asset:
     box = box_mesh(SIZE, (0.0, 0.0, SIZE[2] / 2), shared=True)
     hull = Hull(mesh=Mesh(vertices=box.vertices, faces=box.faces[:-1]))
-    return touched(Collider(name="whole", shape=hull, substance="cardboard"))
+    return touched(formed("whole", hull, "cardboard"))
 
 
 def balanced_at(x: float) -> Asset:
@@ -111,12 +110,7 @@ def gapped(gap: float) -> Asset:
 def plugged(height: float) -> Asset:
     """A mug without a handle that came as a mesh; a cylinder of that height stands in it as a collision shape."""
     mug = rigid_mug()
-    plug = Collider(
-        name="plug",
-        shape=Cylinder(radius=0.036, height=height),
-        substance="ceramic",
-        pose=Pose(position=(0.0, 0.0, 0.005 + height / 2)),
-    )
+    plug = formed("plug", Cylinder(radius=0.036, height=height), "ceramic", (0.0, 0.0, 0.005 + height / 2))
     shapes = (*(c for c in mug.root.colliders if c.name != "handle"), plug)
     body = mug.root.replace(visuals=mug.root.visuals[:1], colliders=shapes)
     return mug.replace(links=(body,), provenance=PROVENANCE.replace(source="folder"))
@@ -127,7 +121,7 @@ def short_by(gap: float, size: Vec3 = SIZE) -> Asset:
     whole = plain_box(size)
     x, y, z = size
     low = Box(size=(x, y, z - gap))
-    collider = Collider(name="low", shape=low, substance="cardboard", pose=Pose(position=(0.0, 0.0, (z - gap) / 2)))
+    collider = formed("low", low, "cardboard", (0.0, 0.0, (z - gap) / 2))
     return whole.replace(links=(whole.root.replace(colliders=(collider,)),))
 
 

@@ -8,27 +8,15 @@ from pathlib import Path
 from casa_assets import registry
 from casa_assets.checks.package.package import Package
 from casa_assets.formats.mjcf import write
-from casa_assets.model.asset.asset import (
-    Asset,
-    Base,
-    Collider,
-    Joint,
-    JointKind,
-    JointValue,
-    Keyframe,
-    Link,
-    Region,
-    Site,
-    Visual,
-)
+from casa_assets.model.asset.asset import Asset, Base, Collider, JointValue, Keyframe, Link, Region, Site, Visual
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Cylinder
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.contract import Contract
+from tests.support.asset import asset_parts as kit
 from tests.support.asset.articulated_assets import microwave
-from tests.support.asset.asset_parts import PROVENANCE, STEEL, box_collider, box_inertial, labels
 from tests.support.asset.assets import category, write_to
 from tests.support.mesh.meshes import box_mesh
 
@@ -43,7 +31,7 @@ def packed(asset: Asset, folder: Path, contract: Contract | None = None) -> Pack
 
 
 def block(name: str, size: Vec3, at: Vec3, label: str | None = None) -> Collider:
-    return box_collider(name, size, at, "steel", label=label)
+    return kit.box_collider(name, size, at, "steel", label=label)
 
 
 def oven() -> Asset:
@@ -53,18 +41,12 @@ def oven() -> Asset:
         block("start_button", (0.03, 0.01, 0.02), (0.2, -0.184, 0.05), "button"),
         block("stop_button", (0.03, 0.01, 0.02), (0.2, -0.184, 0.1), "button"),
     )
-    tray = Collider(
-        name="tray",
-        shape=Cylinder(radius=0.15, height=0.006),
-        substance="steel",
-        pose=Pose(position=(-0.04, 0.0, 0.027)),
-    )
+    tray = kit.formed("tray", Cylinder(radius=0.15, height=0.006), "steel", (-0.04, 0.0, 0.027))
     grip = block("door_handle_main", (0.02, 0.02, 0.2), (0.35, -0.05, 0.0), "handle")
     leaf = plain.link("door")
     door = leaf.replace(
         colliders=(leaf.colliders[0].replace(name="door", label="door"), grip),
-        visuals=(*leaf.visuals, Visual(name="grip_seen", mesh=box_mesh((0.02, 0.02, 0.2), (0.35, -0.05, 0.0)),
-                                       material="enamel", label="handle")),
+        visuals=(*leaf.visuals, kit.seen("grip_seen", "enamel", (0.02, 0.02, 0.2), (0.35, -0.05, 0.0), label="handle")),
     )  # fmt: skip
     root = plain.root.replace(colliders=(*plain.root.colliders, *keys, tray))
     low, high = (-0.25, -0.21, 0.0), (0.25, 0.2, 0.3)
@@ -105,16 +87,16 @@ def hob() -> Asset:
         name="knob_left",
         parent="object",
         pose=Pose(position=(0.0, -0.2, 0.02)),
-        inertial=box_inertial(0.05, *dial),
-        visuals=(Visual(name="knob_seen", mesh=box_mesh(*dial), material="enamel", label="knob"),),
+        inertial=kit.box_inertial(0.05, *dial),
+        visuals=(kit.seen("knob_seen", "enamel", *dial, label="knob"),),
         colliders=(block("knob_left_main", *dial, "knob"),),
     )
     ring = box_mesh((0.15, 0.15, 0.001), (0.0, 0.05, 0.0205))
     root = Link(
         name="object",
-        inertial=box_inertial(4.0, *plate),
+        inertial=kit.box_inertial(4.0, *plate),
         visuals=(
-            Visual(name="plate", mesh=box_mesh(*plate), material="enamel"),
+            kit.seen("plate", "enamel", *plate),
             Visual(name="ring", mesh=ring, material="enamel", label="burner"),
         ),
         colliders=(block("plate_0", *plate),),
@@ -125,12 +107,11 @@ def hob() -> Asset:
         base=Base.FIXED,
         links=(root, knob),
         joints=(
-            Joint(
-                name="knob_left_joint",
-                child="knob_left",
-                kind=JointKind.HINGE,
-                axis=(0.0, 0.0, -1.0),
-                range=(0.0, math.pi),
+            kit.hinge(
+                "knob_left_joint",
+                "knob_left",
+                (0.0, 0.0, -1.0),
+                (0.0, math.pi),
                 frictionloss=0.05,
                 grip="knob_left_main",
             ),
@@ -144,9 +125,9 @@ def hob() -> Asset:
         behavior=burning(LOW, HIGH),
         contract="stovetop",
         materials=(Material(id="enamel", base_color=(0.1, 0.1, 0.1, 1.0), roughness=0.3, substance="steel"),),
-        substances=(STEEL,),
-        labels=labels("hob", ("hob", "appliance"), "Q127956"),
-        provenance=PROVENANCE,
+        substances=(kit.STEEL,),
+        labels=kit.labels("hob", ("hob", "appliance"), "Q127956"),
+        provenance=kit.PROVENANCE,
     )
 
 

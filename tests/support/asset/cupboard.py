@@ -13,7 +13,6 @@ from casa_assets.model.asset.asset import (
     Drive,
     Inertial,
     Joint,
-    JointKind,
     JointValue,
     Keyframe,
     Link,
@@ -25,7 +24,7 @@ from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Box, Cylinder, Mesh, Shape, Sphere
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
-from tests.support.asset.asset_parts import CARDBOARD, PROVENANCE, STEEL, box_collider, box_inertial, labels
+from tests.support.asset import asset_parts as kit
 from tests.support.mesh.meshes import box_mesh
 
 TILE = (0.8, 0.4)
@@ -59,28 +58,12 @@ def cupboard() -> Asset:
         base=Base.FIXED,
         links=(_carcass(), _door(), _drawer(), _knob(), _key()),
         joints=(
-            Joint(
-                name="door_hinge",
-                child="door",
-                kind=JointKind.HINGE,
-                axis=(0.0, 0.0, 1.0),
-                range=(-math.pi / 2, 0.0),
-                damping=1.0,
-                frictionloss=2.5,
-                grip="door_handle",
+            kit.hinge(
+                "door_hinge", "door", kit.Z, (-math.pi / 2, 0.0), damping=1.0, frictionloss=2.5, grip="door_handle"
             ),
             _slide("drawer_slide", "drawer", (0.0, -1.0, 0.0), 0.3, "drawer_handle"),
-            Joint(
-                name="knob_turn",
-                child="knob",
-                kind=JointKind.HINGE,
-                axis=(0.0, 1.0, 0.0),
-                range=(0.0, 2.0),
-                damping=0.01,
-                frictionloss=0.05,
-                grip="knob_grip",
-            ),
-            _slide("key_press", "key", (0.0, 1.0, 0.0), 0.004, "key_cap").replace(
+            kit.hinge("knob_turn", "knob", kit.Y, (0.0, 2.0), damping=0.01, frictionloss=0.05, grip="knob_grip"),
+            _slide("key_press", "key", kit.Y, 0.004, "key_cap").replace(
                 damping=0.5, frictionloss=0.2, drive=Drive(stiffness=250.0, damping=0.0, target=-0.004)
             ),
         ),
@@ -102,9 +85,9 @@ def cupboard() -> Asset:
             Material(id="brass", base_color=(0.7, 0.6, 0.3, 1.0), metallic=1.0),
             Material(id="oak", base_color=(0.5, 0.4, 0.2, 1.0), tile_m=TILE),
         ),
-        substances=(CARDBOARD, STEEL),
-        labels=labels("cupboard", ("cupboard", "furniture"), "Q614467"),
-        provenance=PROVENANCE.replace(source="family"),
+        substances=(kit.CARDBOARD, kit.STEEL),
+        labels=kit.labels("cupboard", ("cupboard", "furniture"), "Q614467"),
+        provenance=kit.PROVENANCE.replace(source="family"),
     )
 
 
@@ -127,7 +110,7 @@ def with_shapes(link: str, *shapes: Collider) -> Asset:
 
 def shape(name: str, size: Vec3, at: Vec3) -> Collider:
     """A box of full `size`, metres, in the frame of its link."""
-    return box_collider(name, size, at)
+    return kit.box_collider(name, size, at)
 
 
 def with_grip(joint: str, replaced: Shape, **changes: object) -> Asset:
@@ -143,7 +126,7 @@ def with_grip(joint: str, replaced: Shape, **changes: object) -> Asset:
 
 def with_mass_within(size: float) -> Asset:
     """The mass of its door lies in a cube of that side."""
-    return link_changed("door", inertial=box_inertial(4.0, (size, size, size), (0.27, -0.009, 0.0)))
+    return link_changed("door", inertial=kit.box_inertial(4.0, (size, size, size), (0.27, -0.009, 0.0)))
 
 
 def caught_by(lip: float) -> Asset:
@@ -159,7 +142,7 @@ def with_pointer(length: float) -> Asset:
     """A bar on its knob points up; turned, it hangs before the drawer where it is long enough."""
     size, at = (0.02, 0.01, length), (0.0, -0.02, length / 2)
     knob = cupboard().link("knob")
-    bar = Visual(name="pointer_bar", mesh=box_mesh(size, at), material="brass")
+    bar = kit.seen("pointer_bar", "brass", size, at)
     return link_changed("knob", visuals=(*knob.visuals, bar), colliders=(*knob.colliders, shape("pointer", size, at)))
 
 
@@ -171,19 +154,19 @@ def filled_to(height: float) -> Asset:
 
 def pictured_at(scale: float, part: slice = slice(None)) -> Asset:
     """The picture on its door, or on some of its corners, is shown at that scale."""
-    seen = cupboard().link("door").visuals
-    mesh = seen[0].mesh
+    kit.seen = cupboard().link("door").visuals
+    mesh = kit.seen[0].mesh
     assert mesh.uv is not None
     uv = mesh.uv.copy()
     uv[part] *= scale
-    return link_changed("door", visuals=(seen[0].replace(mesh=mesh.replace(uv=uv)), *seen[1:]))
+    return link_changed("door", visuals=(kit.seen[0].replace(mesh=mesh.replace(uv=uv)), *kit.seen[1:]))
 
 
 def with_trim(proud: float, material: str = "brass") -> Asset:
     """A strip of metal let into the front of its door stands out by so much, metres."""
     strip = box_mesh((0.4, 0.01, 0.02), (0.27, -0.018 - proud + 0.005, 0.1))
-    seen = cupboard().link("door").visuals
-    return link_changed("door", visuals=(*seen, Visual(name="strip", mesh=metric(strip), material=material)))
+    kit.seen = cupboard().link("door").visuals
+    return link_changed("door", visuals=(*kit.seen, Visual(name="strip", mesh=metric(strip), material=material)))
 
 
 def metric(mesh: Mesh) -> Mesh:
@@ -195,25 +178,14 @@ def metric(mesh: Mesh) -> Mesh:
 
 
 def _slide(name: str, child: str, axis: Vec3, way: float, grip: str) -> Joint:
-    return Joint(
-        name=name,
-        child=child,
-        kind=JointKind.SLIDE,
-        axis=axis,
-        range=(0.0, way),
-        damping=10.0,
-        frictionloss=6.0,
-        grip=grip,
-    )
+    return kit.slide(name, child, axis, (0.0, way), damping=10.0, frictionloss=6.0, grip=grip)
 
 
 def _carcass() -> Link:
     return Link(
         name="object",
-        inertial=box_inertial(18.0, (0.6, 0.4, 0.7), (0.0, 0.0, 0.35)),
-        visuals=tuple(
-            Visual(name=f"{n}_panel", mesh=box_mesh(size, at), material="paint") for n, (size, at) in CARCASS.items()
-        ),
+        inertial=kit.box_inertial(18.0, (0.6, 0.4, 0.7), (0.0, 0.0, 0.35)),
+        visuals=tuple(kit.seen(f"{n}_panel", "paint", size, at) for n, (size, at) in CARCASS.items()),
         colliders=tuple(shape(n, size, at) for n, (size, at) in CARCASS.items()),
     )
 
@@ -226,10 +198,10 @@ def _door() -> Link:
         name="door",
         parent="object",
         pose=Pose(position=HINGE),
-        inertial=box_inertial(4.0, size, middle),
+        inertial=kit.box_inertial(4.0, size, middle),
         visuals=(
             Visual(name="door_panel", mesh=metric(box_mesh(size, middle)), material="oak"),
-            Visual(name="door_bar", mesh=box_mesh(grip.size, at), material="brass", label="handle"),
+            kit.seen("door_bar", "brass", grip.size, at, label="handle"),
         ),
         colliders=(shape("door_main", size, middle), _grip("door_handle", grip, at, "handle")),
     )
@@ -240,10 +212,10 @@ def _drawer() -> Link:
     return Link(
         name="drawer",
         parent="object",
-        inertial=box_inertial(3.0, (0.5, 0.36, 0.14), (0.0, -0.03, 0.49)),
+        inertial=kit.box_inertial(3.0, (0.5, 0.36, 0.14), (0.0, -0.03, 0.49)),
         visuals=(
-            *(Visual(name=f"{n}_panel", mesh=box_mesh(size, at), material="paint") for n, (size, at) in DRAWER.items()),
-            Visual(name="drawer_bar", mesh=box_mesh(grip.size, at), material="brass", label="handle"),
+            *(kit.seen(f"{n}_panel", "paint", size, at) for n, (size, at) in DRAWER.items()),
+            kit.seen("drawer_bar", "brass", grip.size, at, label="handle"),
         ),
         colliders=(
             *(shape(n, size, at) for n, (size, at) in DRAWER.items()),
@@ -259,7 +231,7 @@ def _knob() -> Link:
         parent="object",
         pose=Pose(position=KNOB),
         inertial=_light(0.05, (0.04, 0.03, 0.04)),
-        visuals=(Visual(name="knob_cap", mesh=box_mesh((0.04, 0.03, 0.04), (0.0, 0.0, 0.0)), material="brass"),),
+        visuals=(kit.seen("knob_cap", "brass", (0.04, 0.03, 0.04)),),
         colliders=(_grip("knob_grip", Cylinder(radius=0.02, height=0.03), (0.0, 0.0, 0.0), "knob", lying),),
     )
 
@@ -271,13 +243,13 @@ def _key() -> Link:
         parent="object",
         pose=Pose(position=KEY),
         inertial=_light(0.02, size),
-        visuals=(Visual(name="key_top", mesh=box_mesh(size, (0.0, 0.0, 0.0)), material="brass"),),
+        visuals=(kit.seen("key_top", "brass", size, (0.0, 0.0, 0.0)),),
         colliders=(_grip("key_cap", Box(size=size), (0.0, 0.0, 0.0), "button"),),
     )
 
 
 def _light(mass: float, size: Vec3) -> Inertial:
-    return box_inertial(mass, size, (0.0, 0.0, 0.0))
+    return kit.box_inertial(mass, size, (0.0, 0.0, 0.0))
 
 
 def _grip(name: str, form: Shape, at: Vec3, label: str, pose: Pose | None = None) -> Collider:

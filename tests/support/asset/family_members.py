@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 
 from casa_assets import registry
+from casa_assets.asset.assemble import Family
 from casa_assets.asset.family import AvailableFinishes, Params, Supplies
-from casa_assets.asset.kit.assemble import Family
 from casa_assets.checks.runtime.contract import (
     links_and_joints,
     missing_requirements,

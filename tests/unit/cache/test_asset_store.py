@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from casa_assets.asset.assemble import Family
 from casa_assets.asset.family import Params, Supplies
-from casa_assets.asset.kit.assemble import Family
 from casa_assets.asset.lightweight import lighten
 from casa_assets.families import asset_store
 from casa_assets.families.asset_store import (

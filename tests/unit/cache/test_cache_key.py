@@ -166,7 +166,7 @@ class TestOneConstantChanges:
     def test_in_a_family(self, copy: Copy) -> None:
         """Its own assets, and the kitchens that have one."""
         changed = copy.changed_by(
-            "casa_assets/kitchenware/fixtures/small/toaster.py", "FOOT_HEIGHT = 0.008 ", "FOOT_HEIGHT = 0.009 "
+            "casa_assets/kitchenware/fixtures/toasters.py", "FOOT_HEIGHT = 0.008 ", "FOOT_HEIGHT = 0.009 "
         )
         assert {n for n in changed if n.startswith("asset ")} == {
             n for n in copy.before if n.startswith("asset toaster ")

@@ -9,10 +9,10 @@ import pytest
 
 from casa_assets.articulate.joints.joints import build_joint
 from casa_assets.articulate.plan import JointPlan, PartKind, PartPlan
+from casa_assets.asset.assemble import assemble
+from casa_assets.asset.asset_builder import ROOT, AssetBuilder
+from casa_assets.asset.blocks import box
 from casa_assets.asset.family import Params
-from casa_assets.asset.kit.assemble import assemble
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.blocks import box
 from casa_assets.core import hand_dynamics
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
 from tests.unit.families.test_kit import SUPPLIES

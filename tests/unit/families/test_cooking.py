@@ -2,33 +2,17 @@
 
 from __future__ import annotations
 
-from itertools import combinations, product
+from itertools import product
 from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.asset.kit.solids.blocks import intersect
-from casa_assets.kitchenware.fixtures.cooking.microwave import (
-    Microwave,
-    MicrowaveControls,
-    MicrowaveHandle,
-    MicrowaveMounting,
-)
-from casa_assets.kitchenware.fixtures.cooking.range import DOUBLE_OVEN_WIDTH, Range
-from casa_assets.kitchenware.fixtures.cooking.toaster_oven import PanelPlace, ToasterOven
-from casa_assets.kitchenware.parts.appliance.oven import OvenHandle
-from casa_assets.kitchenware.parts.cooktop import DRIP_BOWL_RATIO, burner_cells, burner_positions
-from casa_assets.kitchenware.parts.hardware.controls import (
-    SEGMENTS,
-    KeySign,
-    KnobStyle,
-    _pointer,
-    _shape,
-    key_symbol,
-    seven_segment_text,
-)
+from casa_assets.kitchenware.fixtures.cookers import DOUBLE_OVEN_WIDTH, Range
+from casa_assets.kitchenware.fixtures.microwave import Microwave, MicrowaveControls, MicrowaveHandle, MicrowaveMounting
+from casa_assets.kitchenware.fixtures.toasters import PanelPlace, ToasterOven
+from casa_assets.kitchenware.parts.appliance import OvenHandle
 from casa_assets.mesh.solid.primitive import shape_bounds
 from casa_assets.registry.families import family
 from tests.support.asset.family_members import made, preset, spec_of
@@ -93,64 +77,6 @@ def test_a_small_pan_stands_level_on_every_burner(name: str, tmp_path: Path) -> 
         tilt = np.degrees(np.arccos(np.clip(pan.xmat.reshape(3, 3)[2, 2], -1, 1)))
         assert tilt < 0.5, site.name
         assert abs(float(pan.xpos[2]) - 0.02 - site.pose.position[2]) < 0.0015, site.name
-
-
-def test_burners_keep_apart_and_each_has_a_cell(subtests: pytest.Subtests) -> None:
-    for depth in [0.34, 0.4, 0.5]:
-        for count in [4, 5, 6]:
-            with subtests.test(count=count, depth=depth):
-                field, middle = (0.15 * (count - 1), depth), (0.3, -0.1)
-                places = burner_positions(count, *field, middle)
-                assert len({s.loc for s in places}) == count
-                for a, b in combinations(places, 2):
-                    if a.x == b.x:
-                        assert abs(a.y - b.y) > DRIP_BOWL_RATIO * (a.radius + b.radius)
-                found = burner_cells(places, field, middle)
-                assert len(found) == count
-                assert sum((c.x[1] - c.x[0]) * (c.y[1] - c.y[0]) for c in found) == pytest.approx(field[0] * field[1])
-                for cell in found:
-                    assert cell.x[0] < cell.spot.x < cell.x[1]
-                    assert cell.y[0] < cell.spot.y < cell.y[1]
-
-
-def test_a_knob_carries_its_pointer(subtests: pytest.Subtests) -> None:
-    for style in list(KnobStyle):
-        with subtests.test(style=style):
-            radius, depth = 0.02, 0.023
-            body, extra = _shape(style, radius, depth)
-            pointer = _pointer(style, radius, depth)
-            met = sum(intersect(solid, pointer).volume for solid in (body, *extra) if _meet(solid, pointer))
-            assert met > 0.05 * pointer.volume
-            assert pointer.points[:, 2].max() > max(s.points[:, 2].max() for s in (body, *extra)) - 0.4 * depth
-            assert pointer.points[:, 1].min() > 0
-
-
-def _meet(a: object, b: object) -> bool:
-    try:
-        intersect(a, b)  # type: ignore[arg-type]
-    except ValueError:
-        return False
-    return True
-
-
-def test_figures_show_what_they_are_given() -> None:
-    assert len(set(SEGMENTS.values())) == len(SEGMENTS)
-    assert len(seven_segment_text("8", 0.02).faces) == 7 * 12
-    assert len(seven_segment_text("1:1", 0.02).faces) == (2 + 2 + 2) * 12
-    low, high = seven_segment_text("12:30", 0.02).bounds
-    np.testing.assert_allclose(high[2] - low[2], 0.02, atol=1e-9)
-    with pytest.raises(KeyError):
-        seven_segment_text("x", 0.02)
-
-
-def test_signs_lie_flat_and_fit_their_size(subtests: pytest.Subtests) -> None:
-    for kind in list(KeySign):
-        with subtests.test(kind=kind):
-            solid = key_symbol(kind, 0.01)
-            low, high = solid.bounds
-            assert 0.006 < max(high - low) < 0.0101
-            assert -0.0005 < low[1] < high[1] < 1e-9
-            assert solid.volume > 0
 
 
 @pytest.mark.content("family", "microwave", keep=0)

@@ -8,23 +8,12 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from casa_assets.asset.assemble import assemble
+from casa_assets.asset.asset_builder import ROOT, AssetBuilder, BehaviorBuilder, negated
+from casa_assets.asset.blocks import ball, board, box, lathe, rod
 from casa_assets.asset.family import FinishId, Params, Supplies
-from casa_assets.asset.kit.assemble import assemble
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder, BehaviorBuilder, negated
-from casa_assets.asset.kit.solids.blocks import ball, board, box, lathe, rod, subtract, union
-from casa_assets.asset.kit.solids.solid import Solid, solid_mesh
-from casa_assets.asset.kit.solids.sweep import (
-    basin,
-    circle,
-    inset_rings,
-    loft,
-    mitred_frame,
-    prism,
-    rectangle,
-    slab,
-    tube,
-)
-from casa_assets.core import hand_dynamics
+from casa_assets.asset.solid import Solid, solid_mesh
+from casa_assets.asset.sweep import circle, inset_rings, loft, prism, rectangle, slab, tube
 from casa_assets.mesh.topology import is_closed
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Condition, Rule
@@ -74,31 +63,6 @@ def test_a_solid_is_closed_of_the_volume_of_the_formula_and_its_skin_true_to_siz
             np.testing.assert_allclose(flat, true, atol=1e-6)
         else:
             assert np.median(np.abs(flat - true)) < 1e-3
-
-
-def test_grain_runs_along_the_height_of_the_picture() -> None:
-    plank = solid_mesh(board((0, 0, 0), (1.0, 0.02, 0.1), 0.0), (1.0, 1.0), (1.0, 0.0, 0.0))
-    assert plank.uv is not None
-    front = [f for f in plank.faces if np.ptp(plank.vertices[f][:, 1]) < 1e-9]
-    for face in front:
-        along = plank.vertices[face][:, 0]
-        across = plank.uv[face][:, 1]
-        np.testing.assert_allclose(np.ptp(across), np.ptp(along), atol=1e-6)
-
-
-def test_what_is_cut_away_is_gone() -> None:
-    block = box((0.2, 0.2, 0.2), edge_radius=0.0)
-    hollow = subtract(block, box((0.1, 0.1, 1.0), edge_radius=0.0))
-    assert hollow.volume == pytest.approx(0.008 - 0.002)
-    assert union(block, block.translated(0.1)).volume == pytest.approx(0.012)
-
-
-def test_a_vessel_holds_what_it_says() -> None:
-    made = basin(rectangle(0.4, 0.3, 0.02, 4), 0.2, 0.01, 0.02)
-    assert is_closed(made.faces)
-    low, high = made.bounds
-    assert high[2] == pytest.approx(0.0)
-    assert low[2] == pytest.approx(-0.21)
 
 
 class Lid(Params):
@@ -177,32 +141,3 @@ def test_a_state_machine_keeps_its_variables_rules_and_effects_in_order() -> Non
     builder.rule("powr", "on", down)
     with pytest.raises(ValidationError, match="no variable 'powr'"):
         builder.build()
-
-
-def test_params_name_their_finishes() -> None:
-    assert Lid().finishes == ("tiled",)
-    assert Lid(back="plain").finishes == ("plain", "tiled")
-
-
-@pytest.mark.parametrize("inertia", [0.01, 0.3, 2.0])
-def test_a_strong_pull_opens_in_time(inertia: float) -> None:
-    lever, way = 0.4, math.pi / 2
-    felt = hand_dynamics.feel(inertia, lever, way, 7.0)
-    speed, place, dt = 0.0, 0.0, 1e-3
-    for _ in range(2000):
-        torque = 20.0 * lever - felt.frictionloss - felt.damping * speed
-        speed += torque / (inertia + felt.armature) * dt
-        place += speed * dt
-    assert place >= 0.95 * way
-
-
-def test_a_key_is_pressed_by_the_given_forces() -> None:
-    spring = hand_dynamics.press(0.003, 6.0, 2.0)
-    assert spring.stiffness * (0.0 - spring.rest) == pytest.approx(2.0, rel=0.02)
-    assert spring.stiffness * (0.003 - spring.rest) == pytest.approx(6.0, rel=0.02)
-
-
-def test_a_moulding_runs_round() -> None:
-    moulding = mitred_frame(0.4, 0.6, np.array([(-0.02, 0.0), (0.02, 0.0), (0.02, 0.01), (-0.02, 0.01)]))
-    assert moulding.volume == pytest.approx(2 * (0.4 + 0.6) * 0.04 * 0.01, rel=0.01)
-    assert moulding.bounds[1][0] == pytest.approx(0.22)

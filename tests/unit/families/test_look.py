@@ -20,7 +20,6 @@ from casa_assets.library.analysis.clip import (
     class_shares,
     classify_by_look,
     load_scorer,
-    require_weights,
 )
 from tests.support.asset.articulated_assets import microwave
 
@@ -60,28 +59,14 @@ def test_every_kind_is_a_fixture_of_the_registry() -> None:
     assert set(KIND_PHRASES) - {"other"} <= set(registry.load().fixtures)
 
 
-def test_absent_weights_are_said(tmp_path: Path) -> None:
-    with pytest.raises(CasaError, match="no weights of CLIP"):
-        load_scorer(tmp_path / "ViT-B-32.pt")
-
-
-def test_an_absent_package_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+def test_absent_weights_and_an_absent_package_are_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     weights = tmp_path / "ViT-B-32.pt"
+    with pytest.raises(CasaError, match="no weights of CLIP"):
+        load_scorer(weights)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     weights.write_bytes(b"0")
     with pytest.raises(CasaError, match="not installed"):
         load_scorer(weights)
-
-
-def test_files_that_are_not_there_are_said_before_any_package_is_asked_for(subtests: pytest.Subtests) -> None:
-    for name in ["nowhere.pt", "nowhere.safetensors", "/nowhere/at/all"]:
-        with subtests.test(name=name), pytest.raises(CasaError, match="there are no weights of CLIP"):
-            require_weights(name)
-
-
-def test_a_folder_without_a_description_of_its_weights_is_said(tmp_path: Path) -> None:
-    with pytest.raises(CasaError, match=r"open_clip_config\.json"):
-        require_weights(str(tmp_path))
 
 
 def test_shares_add_up_and_follow_the_cosines() -> None:

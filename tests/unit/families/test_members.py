@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from casa_assets.checks.asset.grip import fingers_have_room
-from casa_assets.kitchenware.parts.fronts.doors import DOOR_TRAVEL
+from casa_assets.kitchenware.parts.doors import DOOR_TRAVEL
 from casa_assets.mesh.solid.primitive import link_bounds
 from casa_assets.model.asset.asset import Asset, Base, JointKind
 from casa_assets.model.asset.parts import Joint
@@ -21,11 +21,9 @@ pytestmark = pytest.mark.content("code", "families", keep=0)
 GROUPS = {found.name: group for group, members in family_groups().items() for found in members}
 FAMILIES = families()
 PRESETS = [(name, preset_name) for name, found in FAMILIES.items() for preset_name in found.presets]
-# By how much the mass may leave the range of its category, most faces, fewest presets; by group.
+# By how much the mass may leave the range of its category, and most faces; by group.
 MASS_SLACK = {"cabinets": 1.5, "decor": 1.5}
 MAX_FACES = {"cabinets": 15_000, "room": 15_000, "cooking": 24_000}
-FEWEST_PRESETS = {"decor": 6, "room": 6}
-MANY_PRESETS = ("dish_rack", "utensil_rack", "spice_rack", "room_wall")
 SIZE_SLACK = 1.2  # as registry/limits.yaml allows a size to leave the range of its category
 HANGS = {"wall_clock", "utensil_rack", "picture_frame", "pendant_light", "ceiling_light", "curtain"}
 STANDS = ("dish_rack", "spice_rack", "vase", "candle", "jar", "bottle", "cutting_board", "cookbook_stack")
@@ -214,9 +212,8 @@ def test_draws_are_built_to_their_contract_and_the_same_draw_is_the_same_thing(f
 @pytest.mark.content("family", "{family}", keep=1)
 @pytest.mark.parametrize("family", list(FAMILIES))
 def test_presets_are_many_and_have_meshes_of_their_own(family: str) -> None:
-    found, fewest = FAMILIES[family], FEWEST_PRESETS.get(GROUPS[family], 8)
-    assert len(found.presets) >= (8 if family in MANY_PRESETS else fewest)
-    assets = [preset(family, name) for name in found.presets]
+    assets = [preset(family, name) for name in FAMILIES[family].presets]
+    assert len(assets) >= 6
     meshes = {
         tuple((v.name, v.material, v.mesh.vertices.tobytes()) for k in asset.links for v in k.visuals)
         for asset in assets
@@ -231,16 +228,6 @@ def test_presets_are_many_and_have_meshes_of_their_own(family: str) -> None:
 @pytest.mark.parametrize("family", [name for name in FAMILIES if GROUPS[name] == "cooking" or name in STANDS])
 def test_a_hundred_draws_differ(family: str) -> None:
     assert len({drawn(family, seed).digest for seed in range(100)}) > 95
-
-
-MASSES = {"coffee_machine": 2.0, "toaster": 0.9, "kettle": 0.6, "blender": 1.2, "blender_lid": 0.03, "stand_mixer": 4.0}
-
-
-@pytest.mark.content("family", "{family}", keep=1)
-@pytest.mark.parametrize("family", list(MASSES))
-def test_the_lightest_and_the_heaviest_are_of_their_kind(family: str) -> None:
-    weights = [preset(family, name).mass for name in FAMILIES[family].presets]
-    assert MASSES[family] <= min(weights) <= max(weights) < 12 * min(weights)
 
 
 @pytest.mark.content("family", "{family}", keep=1)

@@ -11,19 +11,11 @@ import numpy as np
 import pytest
 
 from casa_assets.addons.robocasa.run import ExportResult, export
-from casa_assets.families.build import (
-    FamilyResult,
-    build_all,
-    build_asset,
-    family_of,
-    object_requests,
-    params_of,
-)
+from casa_assets.families.build import FamilyResult, build_all, build_asset, family_of, object_requests, params_of
 from casa_assets.families.objects import PROPORTION_STEP, shape_digest
 from casa_assets.library import library as disk
 from casa_assets.library.analysis.search import entries_that
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.provenance import split_of
 from casa_assets.show.reports.library_page import write as write_page
 from tests.support.library.libraries import tree
 
@@ -94,10 +86,6 @@ def member(name: str, index: int, cache: Path) -> tuple[Asset, str]:
 
 
 class TestSplit:
-    def test_it_is_that_of_the_shape(self, tmp_path: Path) -> None:
-        asset, digest = member("can", 0, tmp_path)
-        assert asset.labels.split is split_of(digest)
-
     def test_colours_and_seeds_have_no_part_in_it(self, tmp_path: Path) -> None:
         for name, changes in (("can", {"label": None, "body": "foil_gold"}), ("apple", {"seed": 7_777})):
             asset, digest = member(name, 0, tmp_path)

@@ -8,7 +8,7 @@ import pytest
 
 from casa_assets.checks.motion.simulation import collision_spec
 from casa_assets.formats import mjcf
-from casa_assets.kitchenware.objects.containers.closures import LID, LID_JOINT
+from casa_assets.kitchenware.objects.closures import LID, LID_JOINT
 from casa_assets.model.asset.asset import Asset, JointKind
 from tests.unit.families.test_objects import member, params_of
 
@@ -114,20 +114,6 @@ def test_a_spoon_comes_to_rest_in_a_bowl(index: int) -> None:
         frozenset(world.model.body(world.model.geom_bodyid[g]).name for g in c.geom) for c in world.data.contact
     }
     assert frozenset({"bowl_object", "spoon_object"}) in touching
-
-
-@pytest.mark.content("object", "pot", keep=0)
-@pytest.mark.content("object", "egg")
-@pytest.mark.content("object", "apple")
-def test_what_falls_into_a_pot_stays_in_it(subtests: pytest.Subtests) -> None:
-    for index in MEMBERS:
-        for thing in ["egg", "apple"]:
-            with subtests.test(thing=thing, index=index):
-                pot, food = member("pot", index), member(thing, index)
-                world = World(pot=pot, food=food)
-                world.put("food", (0.01, 0.005, float(pot.bounds[1, 2]) + 0.04))
-                world.run(4.0)
-                assert is_inside(world.at("food_object"), pot)
 
 
 def opening(category: str, kind: JointKind | None = None, empty: bool = False) -> Asset:

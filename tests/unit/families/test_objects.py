@@ -10,8 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 from casa_assets.asset.family import Params, Supplies
-from casa_assets.asset.kit.solids.solid import Solid
 from casa_assets.asset.sampling import read_fixed, read_sample_rules
+from casa_assets.asset.solid import Solid
 from casa_assets.cli.main import app
 from casa_assets.core.numeric import rng_for
 from casa_assets.errors import RegistryError, UnknownId
@@ -26,7 +26,6 @@ from casa_assets.model.asset.provenance import Labels
 from casa_assets.model.registry.document import Document
 from casa_assets.model.registry.rows import Finish
 from casa_assets.registry.objects import object_family, object_names
-from casa_assets.textures.canvas import Canvas
 from casa_assets.textures.run.recipes import every_recipe
 from tests.support.asset.family_members import available, known
 
@@ -120,47 +119,6 @@ def test_one_of_picks_a_constant_and_fixed_values_are_in_every_member() -> None:
         read_fixed(Thing, {"sise": 2.0}, document, ("x", "fixed"))
     with pytest.raises(RegistryError):
         read_fixed(Thing, {"size": "large"}, document, ("x", "fixed"))
-
-
-def test_a_turned_surface_is_closed_and_its_picture_runs_from_end_to_end() -> None:
-    profile = smooth_profile([(0.0, 0.0), (0.03, 0.01), (0.04, 0.05), (0.0, 0.09)], 15)
-    solid = turned(profile, 20)
-    assert is_closed(solid)
-    assert solid.volume > 0
-    assert solid.picture_uv is not None
-    assert solid.picture_uv.min() == 0.0
-    assert solid.picture_uv.max() == 1.0
-    height = solid.points[solid.faces][..., 2]
-    assert np.corrcoef(height.ravel(), solid.picture_uv[..., 1].ravel())[0, 1] > 0.95
-
-
-def test_a_bend_keeps_lengths_along_the_axis_and_what_lies_beyond_goes_on_straight() -> None:
-    line = np.column_stack([np.zeros(50), np.zeros(50), np.linspace(0.0, 0.3, 50)])
-    turned_line = bent(line, 1.0, 0.0, (0.0, 0.2))
-    steps = np.linalg.norm(np.diff(turned_line, axis=0), axis=1)
-    assert np.allclose(steps, steps[0], rtol=1e-3)
-    last = turned_line[-1] - turned_line[-2]
-    assert np.arctan2(last[0], last[2]) == pytest.approx(1.0, abs=1e-6)
-
-
-def test_furrows_are_as_many_and_as_deep_as_is_said() -> None:
-    angle = np.linspace(0.0, 2 * np.pi, 720, endpoint=False)
-    ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(720)])
-    radius = np.linalg.norm(lobed(ring, 4, 0.2, 1.0, 0.0)[:, :2], axis=1)
-    assert radius.min() == pytest.approx(0.8, abs=1e-3)
-    assert radius.max() == pytest.approx(1.0, abs=1e-3)
-    assert ((radius < np.roll(radius, 1)) & (radius < np.roll(radius, -1))).sum() == 4
-
-
-def test_a_skin_has_its_colors_at_their_ends_and_is_the_same_for_the_same_generator() -> None:
-    skin = Skin(colors=("#ff0000", "#00ff00"), mottle=0.0)
-    canvas = Canvas((64, 64), (0.1, 0.1))
-    layers = paint_skin(skin, canvas, np.random.default_rng(1))
-    assert layers.albedo[0].mean(axis=0)[1] > 0.9, "the upper end is green"
-    assert layers.albedo[-1].mean(axis=0)[0] > 0.9, "the lower end is red"
-    assert np.array_equal(layers.albedo, paint_skin(skin, canvas, np.random.default_rng(1)).albedo)
-    with pytest.raises(ValueError, match="a place for each of 2 colours"):
-        Skin(colors=("#ff0000", "#00ff00"), at=(0.0, 0.5, 1.0))
 
 
 def test_the_command_builds_and_lists(tmp_path: Path) -> None:

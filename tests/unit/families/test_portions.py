@@ -14,10 +14,11 @@ from casa_assets.kitchenware.objects.closed_surface import smooth_profile, turne
 from casa_assets.kitchenware.objects.cutting import across, along, cut, sector, shell
 from casa_assets.kitchenware.objects.grown.produce import Face, Produce, head_leaves, rest_tilt
 from casa_assets.kitchenware.textures.food import Section, paint_section
+from casa_assets.kitchenware.objects.closed_surface import across, along, cut, sector, shell, smooth_profile, turned
+from casa_assets.kitchenware.objects.produce import Face, Produce, rest_tilt
 from casa_assets.model.registry.category import Portion
 from casa_assets.registry.objects import object_family
-from casa_assets.textures.canvas import Canvas
-from tests.support.asset.family_members import available, known
+from tests.support.asset.family_members import available
 from tests.unit.families.test_objects import is_closed, supplies
 
 pytestmark = pytest.mark.content("code", "families", keep=0)
@@ -45,16 +46,6 @@ def test_a_face_lies_on_its_plane_within_the_outline_and_its_picture_fills_the_d
     off = np.hypot(*(face.picture_uv.reshape(-1, 2) - 0.5).T)
     assert off.max() == pytest.approx(0.49, abs=1e-3)
     assert off.min() == pytest.approx(0.0, abs=1e-6)
-
-
-def test_a_slice_on_a_slant_is_longer_and_as_thick() -> None:
-    for slant in (0.0, 0.6):
-        at = 0.05 * np.cos(slant)
-        planes = [across(at + 0.003, below=True, slant=slant), across(at - 0.003, below=False, slant=slant)]
-        kept, _ = cut(BODY, planes)
-        normal = np.array([np.sin(slant), 0.0, np.cos(slant)])
-        assert np.ptp(kept.points @ normal) == pytest.approx(0.006)
-        assert is_closed(kept)
 
 
 def test_a_hollow_leaves_a_ring_and_a_cut_that_misses_is_told() -> None:
@@ -107,30 +98,11 @@ def test_a_portion_needs_a_picture_of_its_section_and_a_whole_thing_says_nothing
     assert "portion" not in asset.labels.to_json()
 
 
-def test_usual_sizes_of_portions_are_those_of_the_registry_else_of_a_whole_thing() -> None:
-    apple = known().categories["apple"]
-    assert apple.usual(None).mass_kg == apple.mass_kg
-    assert apple.usual(Portion.HALF).mass_kg.typical == pytest.approx(apple.mass_kg.typical / 2, rel=0.1)
-    assert apple.usual(Portion.SLICE).mass_kg == apple.mass_kg
-
-
-def test_leaves_of_a_head_are_closed_and_lie_round_it() -> None:
-    leaves = head_leaves(PROFILE, 5, 0.1, 0.02, 0.7, 0.02, np.random.default_rng(1))
-    assert len(leaves) == 5
-    for leaf in leaves:
-        assert is_closed(leaf)
-        assert leaf.volume > 0
-        assert np.hypot(*leaf.points[:, :2].T).max() > 0.04
-
-
-def test_a_section_shows_its_skin_at_the_rim_and_its_seeds() -> None:
-    canvas = Canvas((96, 96), (0.06, 0.06))
-    plain = Section(colors=("#ffffff", "#ffffff", "#ff0000"), at=(0.0, 0.9, 1.0), mottle=0.0, wander=0.0)
-    layers = paint_section(plain, canvas, np.random.default_rng(1))
-    assert layers.albedo[48, 48].min() > 0.95
-    assert layers.albedo[48, 95, 0] > layers.albedo[48, 95, 1] + 0.5
-    seeded = paint_section(plain.replace(seeds=8, seed_color="#000000"), canvas, np.random.default_rng(1))
-    dark = (seeded.albedo.max(axis=2) < 0.3).sum()
-    assert 0.005 < dark / 96**2 < 0.1
-    with pytest.raises(ValueError, match="a place for each of 2 colours"):
-        Section(colors=("#ff0000", "#00ff00"), at=(0.0, 0.5, 1.0))
+def test_a_slice_on_a_slant_is_longer_and_as_thick() -> None:
+    for slant in (0.0, 0.6):
+        at = 0.05 * np.cos(slant)
+        planes = [across(at + 0.003, below=True, slant=slant), across(at - 0.003, below=False, slant=slant)]
+        kept, _ = cut(BODY, planes)
+        normal = np.array([np.sin(slant), 0.0, np.cos(slant)])
+        assert np.ptp(kept.points @ normal) == pytest.approx(0.006)
+        assert is_closed(kept)

@@ -13,23 +13,31 @@ import pytest
 from pydantic import ValidationError
 
 from casa_assets.asset.family import Params
-from casa_assets.asset.kit.solids import blocks
-from casa_assets.asset.kit.solids.sweep import room_moulding, straight_moulding
-from casa_assets.kitchenware.fixtures.room.floors import Column, Floor, Recess
-from casa_assets.kitchenware.fixtures.room.room_ceiling import Beams, Ceiling, CovingProfile
-from casa_assets.kitchenware.fixtures.room.room_wall import DENSITY, Wall, WallOpening, WallSlope, WallStructure
-from casa_assets.kitchenware.fixtures.room.wall_trim import (
+from casa_assets.asset.sweep import straight_moulding
+from casa_assets.kitchenware.fixtures.room import (
+    DENSITY,
+    Column,
+    Floor,
+    Recess,
+    Wall,
+    WallOpening,
+    WallSlope,
+    WallStructure,
+)
+from casa_assets.kitchenware.fixtures.room_trim import (
+    Beams,
+    Ceiling,
+    CovingProfile,
     Panelling,
     PanellingStyle,
     Skirting,
     SkirtingEnd,
     SkirtingProfile,
-    section,
+    wall_trim_section,
 )
 from casa_assets.kitchenware.parts.room_outline import (
     LayDirection,
     Outline,
-    convex_pieces,
     interior_spans,
     outline_cells,
     room_slab,
@@ -39,7 +47,6 @@ from casa_assets.mesh.surface import face_normals
 from casa_assets.mesh.topology import is_closed, weld
 from casa_assets.model.asset.asset import Asset, Visual
 from casa_assets.model.asset.parts import Box
-from casa_assets.registry.families import families
 from tests.support.asset.family_members import TILE_M, known, made
 
 pytestmark = pytest.mark.content("code", "families", keep=0)
@@ -99,27 +106,6 @@ def phase_error(shown: Visual, expected: Floats) -> float:
     assert shown.mesh.uv is not None
     off = shown.mesh.uv - expected / np.array(TILE_M)
     return float(np.abs(off - np.round(off)).max() * max(TILE_M))
-
-
-def test_the_largest_of_their_category_are_within_its_range() -> None:
-    big: Outline = ((0.0, 0.0), (12.0, 0.0), (12.0, 12.0), (0.0, 12.0))
-    outer = SkirtingEnd.OUTER
-    brick = Wall(length=12.0, height=3.6, thickness=0.3, left_more=0.4, right_more=0.4, structure=WallStructure.BRICK)
-    heavy: list[tuple[str, Params]] = [
-        ("room_wall", brick),
-        ("room_floor", Floor(outline=big, thickness=0.15)),
-        ("room_ceiling", Ceiling(outline=big, thickness=0.15)),
-        ("skirting", Skirting(length=12.0, height=0.2, thickness=0.03, left=outer, right=outer)),
-        ("wall_panelling", Panelling(length=12.0, height=1.8, pitch=0.3, panels=PanellingStyle.RAISED)),
-        ("room_wall", Wall(length=0.3, height=2.2, thickness=0.08)),
-        ("skirting", Skirting(length=0.05, height=0.05, thickness=0.008)),
-        ("wall_panelling", Panelling(length=0.3, height=0.6, panels=PanellingStyle.BEADBOARD, foot=False)),
-    ]
-    for family, params in heavy:
-        asset, category = made(family, params), known().fixtures[families()[family].category]
-        assert category.mass_kg.low <= asset.mass <= category.mass_kg.high, family
-        longest = float(np.ptp(asset.bounds, axis=0).max())
-        assert category.longest_m.low - 1e-6 <= longest <= category.longest_m.high + 1e-6, family
 
 
 # Walls ----------------------------------------------------------------------------------------------------------------
@@ -193,27 +179,6 @@ def test_pictures_begin_at_the_left_corner_on_the_floor_of_every_wall(length: fl
         assert np.abs(off - np.round(off)).max() < 1e-5
 
 
-def test_what_closes_a_corner_stays_out_of_main() -> None:
-    asset = made("room_wall", Wall(length=3.0, left_more=0.12, right_more=0.3))
-    low, high = main(asset)
-    ends = visual(asset, "wall_end").mesh.bounds
-    assert ends[0][0] == pytest.approx(low[0] - 0.12, abs=1e-6)
-    assert ends[1][0] == pytest.approx(high[0] + 0.3, abs=1e-6)
-    inner = visual(asset, "wall").mesh.bounds
-    assert inner[:, 0] == pytest.approx((low[0], high[0]), abs=1e-6)
-
-
-def test_the_outer_face_of_a_wall_is_a_mesh_of_its_own() -> None:
-    asset = made("room_wall", Wall(length=3.0, thickness=0.1, openings=(BAY,)))
-    outer = visual(asset, "wall_outside").mesh
-    normals, areas = face_normals(outer.vertices, outer.faces.astype(np.int64))
-    assert normals[:, 1].min() > 0.99
-    inner = visual(asset, "wall").mesh
-    assert np.sum(areas) == pytest.approx(np.sum(face_normals(inner.vertices, inner.faces.astype(np.int64))[1]))
-    rim = visual(asset, "wall_core").mesh
-    assert np.abs(face_normals(rim.vertices, rim.faces.astype(np.int64))[0][:, 1]).max() < 0.01
-
-
 def test_a_wall_weighs_what_it_is_built_of(subtests: pytest.Subtests) -> None:
     for structure in list(WallStructure):
         with subtests.test(structure=structure):
@@ -225,7 +190,6 @@ REFUSED_WALLS: list[tuple[str, dict[str, Any]]] = [
     ("out of the wall at its right", {"openings": (WallOpening(left=3.5, width=0.8, height=2.0),)}),
     ("out of the wall at its top", {"openings": (WallOpening(left=1.0, bottom=1.0, width=0.8, height=2.0),)}),
     ("openings 0 and 1 overlap", {"openings": (BAY, WallOpening(left=1.5, bottom=1.2, width=1.0, height=0.5))}),
-    ("openings 0 and 1 overlap", {"openings": (BAY, WallOpening(left=2.21, bottom=0.9, width=0.5, height=1.1))}),
     ("openings 0 and 1 overlap", {"openings": (BAY, WallOpening(left=2.2, bottom=2.0, width=0.5, height=0.4))}),
     ("of wall at its left", {"openings": (WallOpening(left=0.01, width=0.8, height=2.0),)}),
     ("leave nothing", {"openings": (WallOpening(left=0.0, width=4.0, height=2.6),)}),
@@ -301,12 +265,6 @@ def test_floors_and_ceilings_fill_their_outline(shape: str, mirrored: bool) -> N
             assert face == pytest.approx([high[2] if up > 0 else low[2]] * 2, abs=1e-6)
 
 
-def test_either_way_round_is_the_same_floor() -> None:
-    one, two = (made("room_floor", Floor(outline=o)) for o in (L_ROOM, L_ROOM[::-1]))
-    assert np.array_equal(visual(one, "floor").mesh.vertices, visual(two, "floor").mesh.vertices)
-    assert np.array_equal(visual(one, "floor").mesh.faces, visual(two, "floor").mesh.faces)
-
-
 def test_boards_run_as_asked_from_a_corner_of_the_room(subtests: pytest.Subtests) -> None:
     for boards in list(LayDirection):
         for family in ["room_floor", "room_ceiling"]:
@@ -328,15 +286,11 @@ REFUSED_OUTLINES: list[tuple[str, Outline]] = [
     ("shorter than", ((0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (0.05, 2.0), (0.05, 2.0), (0.0, 2.0))),
     # a figure of eight
     ("cross or touch", ((0, 0), (2, 0), (2, 2), (1, 2), (1, -1), (0, -1))),
-    # two squares that meet at a corner
-    ("cross or touch", ((0, 0), (1, 0), (1, 1), (2, 1), (2, 2), (1, 2), (1, 1), (0, 1))),
     # a side that runs out and back
     ("cross or touch", ((0, 0), (3, 0), (3, 2), (2, 2), (2, 3), (2, 2), (0, 2))),
     # twice round
     ("cross or touch", ((0, 0), (2, 0), (2, 2), (0, 2), (0, 0.5), (0, 0), (2, 0), (2, 2), (0, 2))),
-    # aslant
-    ("shorter than 0.1 m", ((0.0, 0.0), (2.0, 0.0), (2.05, -0.05), (2.05, -2.0), (0.0, -2.0))),
-    ("cross or touch each other", ((0.0, 0.0), (2.0, -2.0), (2.0, 0.0), (0.0, -2.5))),
+    ("cross or touch", ((0.0, 0.0), (2.0, -2.0), (2.0, 0.0), (0.0, -2.5))),
 ]
 
 
@@ -366,12 +320,6 @@ def test_coving_goes_round_the_room_without_a_gap(coving: CovingProfile) -> None
     assert reach.max() <= 0.06 * math.sqrt(2) + 1e-6
     assert (has(L_ROOM, corners) | (reach < 1e-6)).all()
     assert sum(c.label == "coving" for c in asset.root.colliders) == 6
-
-
-def test_a_ring_of_moulding_has_the_volume_of_its_section_along_its_middle() -> None:
-    square = np.array([(0.0, -0.1), (0.1, -0.1), (0.1, 0.0), (0.0, 0.0)])
-    room = np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 3.0), (0.0, 3.0)])
-    assert room_moulding(room, square).volume == pytest.approx((2 * 3 - 1.8 * 2.8) * 0.1)
 
 
 @pytest.mark.parametrize(
@@ -407,25 +355,6 @@ def test_beams_run_from_wall_to_wall_and_stay_in_the_room(run: LayDirection) -> 
         assert b[0][2] == pytest.approx(low[2] - 0.16, abs=1e-6)
 
 
-def test_spans_are_where_the_whole_breadth_is_inside() -> None:
-    grid = outline_cells(L_ROOM)
-    assert interior_spans(grid, -2.0, -1.0) == [(0.0, 4.2)]
-    assert interior_spans(grid, -2.4, -2.0) == [(0.0, 2.4)]
-
-
-# Rectangles -----------------------------------------------------------------------------------------------------------
-
-
-def test_rectangles_tile_any_grid() -> None:
-    rng = np.random.default_rng(3)
-    for _ in range(40):
-        grid = blocks.Cells(np.arange(7.0), np.arange(6.0), rng.random((6, 5)) < 0.7)
-        seen = np.zeros((6, 5), dtype=np.int64)
-        for (a, b), (c, d) in blocks.rectangles(grid):
-            seen[int(a) : int(c), int(b) : int(d)] += 1
-        assert (seen == grid.solid).all()
-
-
 # Skirting and panelling -----------------------------------------------------------------------------------------------
 
 
@@ -433,7 +362,7 @@ def test_two_mitres_meet_in_a_corner(subtests: pytest.Subtests) -> None:
     for end, quarter in [(SkirtingEnd.INNER, -1), (SkirtingEnd.OUTER, 1)]:
         for profile in list(SkirtingProfile):
             with subtests.test(profile=profile, end=end, quarter=quarter):
-                outline = section(Skirting(profile=profile))
+                outline = wall_trim_section(Skirting(profile=profile))
                 one = straight_moulding(outline, 1.0, 0.0, end.slope)
                 two = (
                     straight_moulding(outline, 1.0, end.slope, 0.0)
@@ -480,20 +409,6 @@ class TestAslant:
         assert is_closed(weld(whole.points)[1][whole.faces])
         assert len(slab.shapes) == len(asset.root.colliders) == 2
 
-    def test_pieces_are_convex_and_leave_nothing_out(self) -> None:
-        loop = np.array(CUT_ROOM[::-1])
-        triangles = np.array([[0, 1, 2], [0, 2, 6], [2, 3, 6], [3, 4, 6], [4, 5, 6]])
-        pieces = convex_pieces(loop, triangles)
-        areas = []
-        for piece in pieces:
-            points = loop[piece]
-            before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
-            assert (before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0] > -1e-9).all()
-            x, y = points.T
-            areas.append(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2)
-        assert sum(areas) == pytest.approx(13.5)
-        assert len(pieces) < len(triangles)
-
     def test_beams_stop_where_the_room_does(self) -> None:
         assert spans_inside(CUT_ROOM, LayDirection.X, -0.6, -0.5) == [pytest.approx((0.0, 3.5), abs=1e-4)]
         assert spans_inside(CUT_ROOM, LayDirection.X, -3.6, -3.5) == [pytest.approx((0.0, 2.0), abs=1e-4)]
@@ -527,12 +442,6 @@ class TestColumn:
         area = math.pi * 0.15**2 if is_round else 0.09
         assert asset.mass == pytest.approx(area * 2.6 * 700.0, rel=0.05)
 
-    def test_has_no_foot_at_a_wall(self) -> None:
-        asset = made("room_column", Column(width=0.4, depth=0.2, at_wall=True))
-        low, high = main(asset)
-        assert high - low == pytest.approx((0.43, 0.215, 2.7))
-        assert len(boxes(asset, "skirting")) == 3
-
 
 class TestGable:
     P = Wall(
@@ -562,3 +471,9 @@ class TestGable:
     def test_a_wall_without_slopes_has_the_digest_that_it_had(self) -> None:
         assert "left_slope" not in Wall().model_dump(mode="json")
         assert self.P.digest != self.P.replace(left_slope=None).digest
+
+
+def test_spans_are_where_the_whole_breadth_is_inside() -> None:
+    grid = outline_cells(L_ROOM)
+    assert interior_spans(grid, -2.0, -1.0) == [(0.0, 4.2)]
+    assert interior_spans(grid, -2.4, -2.0) == [(0.0, 2.4)]

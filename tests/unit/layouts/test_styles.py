@@ -10,7 +10,7 @@ import pytest
 
 from casa_assets.errors import CasaError, PlanConflict, UnknownId
 from casa_assets.families.finishes import plain
-from casa_assets.kitchenware.fixtures.counters.counters import CORBEL_REACH, CORBEL_WIDTH
+from casa_assets.kitchenware.fixtures.worktops import CORBEL_REACH, CORBEL_WIDTH
 from casa_assets.layouts.order.cabinets import HOODS_UNDER_CABINETS
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.layouts.order.trim import CORNICE_DEPTH_M, LONG_CURTAINS, find_rows

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.kitchenware.parts.hardware.handles import HandleKind, handle_reach
+from casa_assets.kitchenware.parts.handles import HandleKind, handle_reach
 from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.plan.swings import HANDLES_M, Leaf, leaves_of

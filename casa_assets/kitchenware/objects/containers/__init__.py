@@ -1,1 +1,0 @@
-"""Bottles, cans and jars with what closes them."""

@@ -1,1 +1,0 @@
-"""Food that grew: fruit, vegetables, nuts, eggs."""

@@ -1,1 +1,0 @@
-"""Food packages, and blocks of food and other materials, wrapped and bare."""

@@ -1,1 +1,0 @@
-"""Cutlery, cooking utensils and small tools: a handle and a head."""

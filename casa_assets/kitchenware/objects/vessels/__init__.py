@@ -1,1 +1,0 @@
-"""Open vessels: dishes, pots, trays; their lids, and boards."""

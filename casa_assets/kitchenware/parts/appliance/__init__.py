@@ -1,1 +1,0 @@
-"""Parts of appliances: cases, handles, ovens, racks, trim."""

@@ -1,1 +1,0 @@
-"""Carcasses of cabinets: boards, cells, niches for appliances, interiors."""

@@ -1,1 +1,0 @@
-"""Parts of decoration and kitchenware: jars, leaves, kitchen tools."""

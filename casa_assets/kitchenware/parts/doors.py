@@ -1,0 +1,259 @@
+"""Doors on a hinge, and drawers with boxes on runners, each with its handle."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from casa_assets.ext.records import Pose, Vec3, Vec4
+from casa_assets.ext.solids import ROOT, AssetBuilder, axis_turn, board, rod
+from casa_assets.kitchenware.parts import fronts, handles
+from casa_assets.kitchenware.parts.fronts import FRONT_THICKNESS, CabinetLook, FrontEdge, FrontPart
+from casa_assets.kitchenware.parts.handles import HandleKind
+
+# Doors ----------------------------------------------------------------------------------------------------------------
+
+# Ref: RoboCasa v1.0, HingeCabinet: leftdoorhinge -1.57..0, rightdoorhinge 0..1.57. A door whose handle stands out stops
+# a little before, so that nothing of it ever leaves its own width: its neighbours open at the same time.
+DOOR_TRAVEL = 1.57
+HANDLE_CLEARANCE = 0.001  # metres that a handle keeps from the edge of its door's room
+HAND_HEIGHT = 1.05  # metres above the floor at which tall doors are taken
+MIN_UPRIGHT_BAR_DOOR = 0.3  # metres; lower doors have no room for a bar that stands upright
+EDGE_PULL_ROOM = 0.0026  # room for the sheet of an edge pull
+
+HingeSide = StrEnum("HingeSide", "LEFT RIGHT")
+
+# Height of a door's handle: high on base units, low on wall units, in the middle of tall ones.
+HandleHeight = StrEnum("HandleHeight", "HIGH LOW MIDDLE")
+
+
+@dataclass(frozen=True)
+class CabinetDoor:
+    """A door.
+
+    link, joint: their names. hinge: its side. x, z: lower left corner of its room; width, height: of its room, all
+    metres; gaps are the caller's. handle_height: where its handle is. floor: height of the cabinet's underside above
+    the floor, metres. turn: angle about z of the plane in which it lies, radians; (x, y) is its origin.
+    """
+
+    link: str
+    joint: str
+    hinge: HingeSide
+    x: float
+    z: float
+    width: float
+    height: float
+    handle_height: HandleHeight
+    turn: float = 0.0
+    y: float = 0.0
+
+
+def hang_door(builder: AssetBuilder, look: CabinetLook, door: CabinetDoor) -> None:
+    """Put a door on the cabinet. Its face lies in y = 0 where it is not turned."""
+    kind = look.handle
+    if kind is HandleKind.FINGER_GROOVE and door.handle_height is HandleHeight.MIDDLE:
+        kind = HandleKind.EDGE_PULL
+    if kind is HandleKind.CUP or (kind not in handles.EDGE_HANDLES and door.height < MIN_UPRIGHT_BAR_DOOR):
+        kind = HandleKind.KNOB
+    free = FrontEdge.RIGHT if door.hinge is HingeSide.LEFT else FrontEdge.LEFT
+    edge = {HandleHeight.HIGH: FrontEdge.TOP, HandleHeight.LOW: FrontEdge.BOTTOM, HandleHeight.MIDDLE: free}[
+        door.handle_height
+    ]
+    w, h, x, z = door.width, door.height, 0.0, 0.0
+    if kind is HandleKind.EDGE_PULL:
+        w, h, x, z = _shortened(w, h, edge)
+    start = x if door.hinge is HingeSide.LEFT else x - door.width
+    along = axis_turn("z", door.turn)
+    axis = along.apply(np.array([[0.0 if door.hinge is HingeSide.LEFT else door.width, 0.0, 0.0]]))[0]
+    builder.link(door.link, at=Pose(position=(door.x + float(axis[0]), door.y + float(axis[1]), door.z)) @ along)
+    groove = edge if kind is HandleKind.FINGER_GROOVE else None
+    parts = fronts.front_parts(look.front, w, h, FRONT_THICKNESS, groove=groove)
+    grip = f"{door.link}_handle"
+    glass = fronts.glass_of(look.front)
+    main = f"{door.link}_main"
+    corner = (start, 0.0, z)
+    size = (w, FRONT_THICKNESS, h)
+    fronts.add_front(builder, door.link, parts, size, look.face, glass, name=main, at=corner, groove=groove, grip=grip)
+    if kind is HandleKind.EDGE_PULL:
+        pull: handles.Handle | None = placed_edge_pull(edge, w, h, look.length, corner, door.hinge)
+    else:
+        pull = None if groove else _handle(look, door, kind, parts, corner)
+    if pull is not None:
+        handles.add_handle(builder, door.link, pull, look.metal, grip)
+    count = 2 if h < 0.9 else 3 if h < 1.6 else 4
+    x = corner[0] + (0.032 if door.hinge is HingeSide.LEFT else w - 0.032)
+    rim = min(0.1, 0.25 * h)
+    for k in range(count):
+        z = corner[2] + rim + (h - 2 * rim) * k / (count - 1)
+        cup = rod(0.0125, 0.003, 0.0006, "y").translated(x, FRONT_THICKNESS + 0.0003, z)
+        builder.draw(door.link, cup, "nickel_satin", "hinge")
+    travel = max_swing(pull) if pull is not None else DOOR_TRAVEL
+    span = (-travel, 0.0) if door.hinge is HingeSide.LEFT else (0.0, travel)
+    builder.hinge(door.joint, door.link, (0.0, 0.0, 1.0), span, grip)
+
+
+def max_swing(pull: handles.Handle) -> float:
+    """Largest angle of a door about the axis x = y = 0 with its handle within the door's own width, radians."""
+    points = np.concatenate([s.points for s in (*pull.metal, *pull.leather)])
+    out = points[points[:, 1] < 0.0]
+    if not len(out):
+        return DOOR_TRAVEL
+    # At the angle a, a point that is x from the axis and y before it has come to x cos a - y sin a.
+    x, y = np.abs(out[:, 0]) - HANDLE_CLEARANCE, -out[:, 1]
+    return min(DOOR_TRAVEL, math.floor(float(np.arctan2(x, y).min()) * 100) / 100)
+
+
+def placed_edge_pull(
+    edge: FrontEdge, w: float, h: float, length: float, corner: Vec3, hinge: HingeSide | None = None
+) -> handles.Handle:
+    """An edge pull on an edge of a front whose lower left front corner is given; of a door away from its hinge."""
+    level = edge in (FrontEdge.TOP, FrontEdge.BOTTOM)
+    pull_length = min(length, (w if level else h) - 0.05)
+    if level and hinge is not None:
+        pull_length = min(pull_length, 0.5 * w)
+    pull = handles.edge_pull(pull_length)
+    free = {None: w / 2, HingeSide.LEFT: w - 0.025 - pull_length / 2, HingeSide.RIGHT: 0.025 + pull_length / 2}
+    angle = {FrontEdge.TOP: 0.0, FrontEdge.BOTTOM: math.pi, FrontEdge.RIGHT: math.pi / 2, FrontEdge.LEFT: -math.pi / 2}[
+        edge
+    ]
+    x = {FrontEdge.LEFT: 0.0, FrontEdge.RIGHT: w}.get(edge, free[hinge])
+    # A tall door is taken at hand height whatever its own height.
+    z = {FrontEdge.BOTTOM: 0.0, FrontEdge.TOP: h}.get(edge, h / 2)
+    return handles.placed_handle(pull, "y", angle, (corner[0] + x, corner[1], corner[2] + z))
+
+
+def _shortened(w: float, h: float, edge: FrontEdge) -> Vec4:
+    if edge in (FrontEdge.TOP, FrontEdge.BOTTOM):
+        return w, h - EDGE_PULL_ROOM, 0.0, EDGE_PULL_ROOM if edge is FrontEdge.BOTTOM else 0.0
+    return w - EDGE_PULL_ROOM, h, EDGE_PULL_ROOM if edge is FrontEdge.LEFT else 0.0, 0.0
+
+
+def _handle(
+    look: CabinetLook, door: CabinetDoor, kind: HandleKind, parts: tuple[FrontPart, ...], corner: Vec3
+) -> handles.Handle:
+    w, h = door.width, door.height
+    stile, rail = fronts.frame_widths(look.front, w, h)
+    inset = stile / 2 if fronts.has_frame(look.front) else min(0.045, 0.3 * w)
+    upright = kind not in handles.LEVEL_HANDLES
+    length = handles.handle_length(kind, min(look.length, 0.6 * h))
+    if not upright:  # neighbours' handles keep clear of each other
+        inset = max(inset, length / 2 + 0.005)
+    offset = (length / 2 if upright else 0.02) + max(0.045, 0.5 * rail)
+    low = offset + (length - 0.02 if kind is HandleKind.RING else 0.0)  # a ring hangs down from its foot
+    z = {HandleHeight.HIGH: h - offset, HandleHeight.LOW: low}.get(
+        door.handle_height, min(max(HAND_HEIGHT - door.z, offset), h - offset)
+    )
+    x = w - inset if door.hinge is HingeSide.LEFT else inset
+    half = max(0.0, length / 2 - 0.03) if upright else 0.0
+    y = fronts.face_depth(parts, [(x, z - half), (x, z + half)])
+    pull = handles.handle(kind, length)
+    angle = math.pi / 2 if upright else 0.0
+    return handles.placed_handle(pull, "y", angle, (corner[0] + x, corner[1] + y, corner[2] + z))
+
+
+# Drawers --------------------------------------------------------------------------------------------------------------
+
+SIDE_THICKNESS, BASE_THICKNESS = 0.014, 0.008  # thickness of a drawer's sides and bottom, metres
+RUNNER_THICKNESS = 0.008  # of the runner, which fills most of the room beside the box
+SIDE_CLEARANCE = 0.013  # room beside the box, as side-mounted runners need it
+MAX_TRAVEL = 0.65  # metres; runners of full extension are hardly made longer
+DEEP_FRONT = 0.28  # height from which a pull is high on a front, metres
+RING_FOOT = 0.024  # of a ring's foot from the upper edge of a deep front, which it hangs down from, metres
+BASE_RAISE = 0.006  # the bottom sits in a groove so far above the lower edge of the sides
+
+
+def min_front_height(look: CabinetLook, boarded: bool = True) -> float:
+    """Height of the lowest front behind which there is room for a drawer's box, metres.
+
+    boarded: whether it runs over a board, which takes a part of its room, or over another drawer.
+    """
+    return (0.155 if look.handle is HandleKind.FINGER_GROOVE else 0.115) + (0.018 if boarded else 0.0)
+
+
+@dataclass(frozen=True)
+class CabinetDrawer:
+    """A drawer.
+
+    link, joint, region: names. x, z, width, height: lower left corner and size of its front, metres. lower, upper:
+    corners of its room, from the carcass's front edge to the inner face of its back.
+    """
+
+    link: str
+    joint: str
+    region: str
+    x: float
+    z: float
+    width: float
+    height: float
+    lower: Vec3
+    upper: Vec3
+
+
+def add_drawer(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> None:
+    """Put a drawer into a cabinet; its region moves with it. The front's face lies in y = 0."""
+    builder.link(d.link, at=(d.x, 0.0, d.z))
+    grip = f"{d.link}_handle"
+    w, h, kind = d.width, d.height, look.handle
+    if kind is HandleKind.EDGE_PULL:
+        h -= EDGE_PULL_ROOM
+    groove = FrontEdge.TOP if kind is HandleKind.FINGER_GROOVE else None
+    parts = fronts.front_parts(look.front, w, h, FRONT_THICKNESS, drawer=True, groove=groove)
+    size = (w, FRONT_THICKNESS, h)
+    main = f"{d.link}_main"
+    fronts.add_front(builder, d.link, parts, size, look.face, "", label="drawer", name=main, groove=groove, grip=grip)
+    if kind is HandleKind.EDGE_PULL:
+        pull = placed_edge_pull(FrontEdge.TOP, w, h, max(look.length, 0.3 * w), (0.0, 0.0, 0.0))
+        handles.add_handle(builder, d.link, pull, look.metal, grip)
+    elif groove is None:
+        kind = HandleKind.BAR if kind is HandleKind.TEE and w > 0.5 else kind
+        length = handles.handle_length(kind, min(max(look.length, 0.22 * w), 0.6 * w))
+        # Pulls sit in the middle of a front, but high on a deep one, where a hand need not reach far down.
+        z = h / 2
+        if h >= DEEP_FRONT:
+            rail = fronts.frame_widths(look.front, w, h, drawer=True)[1]
+            z = h - rail / 2 if fronts.has_frame(look.front) else 0.8 * h
+            z = max(z, h - RING_FOOT) if kind is HandleKind.RING else z
+        half = max(0.0, length / 2 - 0.03)
+        y = fronts.face_depth(parts, [(w / 2 - half, z), (w / 2, z), (w / 2 + half, z)])
+        lift = 0.02 if kind is HandleKind.RING and h < DEEP_FRONT else 0.0
+        pull = handles.placed_handle(handles.handle(kind, length), "x", 0.0, (w / 2, y, z + lift))
+        handles.add_handle(builder, d.link, pull, look.metal, grip)
+    depth = _box(builder, look, d)
+    builder.slide(d.joint, d.link, (0.0, 1.0, 0.0), (-min(MAX_TRAVEL, round(depth - 0.06, 3)), 0.0), grip)
+
+
+def _box(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> float:
+    """The box behind the front, in the link's frame; returns its depth."""
+    x0, x1 = d.lower[0] + SIDE_CLEARANCE - d.x, d.upper[0] - SIDE_CLEARANCE - d.x
+    y0, y1 = FRONT_THICKNESS, d.upper[1] - 0.03
+    bottom, top = d.lower[2] + 0.008 - d.z, d.upper[2] - 0.016 - d.z
+    top = min(top, bottom + 0.22)  # boxes of drawers are not made higher, whatever the front
+    across, along = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+    for x in (x0, x1 - SIDE_THICKNESS):
+        side = board((x, y0 + SIDE_THICKNESS, bottom), (x + SIDE_THICKNESS, y1, top))
+        builder.add(d.link, side, look.tray, "drawer", grain=along, density="board")
+    for y, end_top in ((y0, top - 0.0015), (y1 - SIDE_THICKNESS, top - 0.0015)):
+        inner = (x0 + SIDE_THICKNESS, x1 - SIDE_THICKNESS) if y > y0 else (x0, x1)
+        end = board((inner[0], y, bottom), (inner[1], y + SIDE_THICKNESS, end_top))
+        builder.add(d.link, end, look.tray, "drawer", grain=across, density="board")
+    base = bottom + BASE_RAISE + BASE_THICKNESS
+    floor = board(
+        (x0 + SIDE_THICKNESS, y0 + SIDE_THICKNESS, bottom + BASE_RAISE),
+        (x1 - SIDE_THICKNESS, y1 - SIDE_THICKNESS, base),
+        0.0,
+    )
+    builder.add(d.link, floor, look.tray, "drawer", name=f"{d.link}_base", density="board")
+    builder.region(
+        d.region,
+        (x0 + SIDE_THICKNESS, y0 + SIDE_THICKNESS, base),
+        (x1 - SIDE_THICKNESS, y1 - SIDE_THICKNESS, top),
+        link=d.link,
+    )
+    for x in (d.lower[0], d.upper[0] - RUNNER_THICKNESS):
+        z = d.z + bottom + 0.02
+        runner = board((x, d.lower[1] + 0.004, z), (x + RUNNER_THICKNESS, y1 - 0.01, z + 0.035), 0.0008)
+        builder.draw(ROOT, runner, "steel_galvanised", "runner", density="drawer_runner")
+    return y1 - y0

@@ -1,1 +1,0 @@
-"""Fronts of cabinets: panels, doors, drawers, glazing and their looks."""

@@ -1,1 +1,0 @@
-"""Hardware: handles, knobs, buttons, faucets, legs, displays."""

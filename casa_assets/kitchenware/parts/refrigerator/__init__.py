@@ -1,1 +1,0 @@
-"""Parts of refrigerators: case, doors, gaskets, shelves, drawers, the lower freezer."""
