@@ -5,6 +5,13 @@ library/
   rejected/<id>/        reject.json and, where one could be made, preview.png
   library.json  ATTRIBUTION.md  report.html
   .casa/                cache/ (results by content) staging/ (half-written, swept at the start) lock
+
+Two producers may be given one file: `ingest` makes a rigid asset of it, `articulate` one that opens. So an id is the
+category and a word for the producer and its input, which finds all that it ever made of the input, under any category:
+
+mug_e1b7e22aee                      ingest: the first 10 hex digits of the sha256 of the input
+microwave_articulated_a39fd0c2b1    articulate: the same after an additional word
+microwave_0c6e21fa83                a family: the first 10 hex digits of the digest of its numbers
 """
 
 from __future__ import annotations
@@ -19,6 +26,7 @@ import shutil
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -28,13 +36,62 @@ from casa_assets.core.process_name import process_name
 from casa_assets.errors import OutputError
 from casa_assets.library.asset_json import asset_from_manifest, manifest_of
 from casa_assets.library.entry_files import PICTURE, file_inside
-from casa_assets.library.identity import Identity, Producer, suffix_of
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import Signature
 from casa_assets.model.files import Files
 from casa_assets.model.issue import Report
 from casa_assets.model.record import Record
 from casa_assets.model.source import Source
+
+DIGITS = 10
+
+
+class Producer(StrEnum):
+    """Producers of a library's entries."""
+
+    INGEST = "ingest"
+    ARTICULATE = "articulate"
+    FAMILY = "family"
+
+
+# What stands before the digits in an id.
+_WORDS = {Producer.ARTICULATE: "articulated_"}
+
+
+@dataclass(frozen=True)
+class Identity:
+    """A producer and the sha256 of what it was given: at most one entry of a library has them.
+
+    Attributes:
+        sha256: of the input; of a family's member, the digest of its numbers.
+    """
+
+    producer: Producer
+    sha256: str
+
+    @property
+    def suffix(self) -> str:
+        """End of the id after the category: a word for the producer, and digits of the input."""
+        return f"{_WORDS.get(self.producer, '')}{self.sha256[:DIGITS]}"
+
+    def asset_id(self, category: str) -> str:
+        """The id under a category."""
+        return f"{category}_{self.suffix}"
+
+    def may_own(self, asset_id: str) -> bool:
+        """True if an id can be that of this producer and input, under any category."""
+        category, found, end = asset_id.rpartition(f"_{self.suffix}")
+        return bool(found) and not end and not any(category.endswith(f"_{w}".rstrip("_")) for w in _WORDS.values())
+
+
+def suffix_of(asset_id: str) -> str:
+    """Return the end of an id, which identifies producer and input, as `Identity.suffix` gives it."""
+    before, _, digits = asset_id.rpartition("_")
+    for word in _WORDS.values():
+        if f"{before}_".endswith(f"_{word}"):
+            return f"{word}{digits}"
+    return digits
+
 
 REJECTED = "rejected"
 CERTIFICATE = "asset.json"

@@ -19,7 +19,7 @@ from casa_assets.errors import OutputError
 from casa_assets.formats import mjcf
 from casa_assets.formats.usd.document import write as write_usd
 from casa_assets.library import library as disk
-from casa_assets.library.table.pairs import signature
+from casa_assets.library.pairs import signature
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.parts import Hull
 from casa_assets.model.issue import Issue, Report

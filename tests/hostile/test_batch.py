@@ -22,7 +22,7 @@ KILLED = """
 import os, signal, sys
 
 if any("runs.server" in word for word in sys.orig_argv):  # the one that forks the workers
-    from casa_assets.ingest.run import worker
+    from casa_assets.ingest.run import steps as worker
 
     collect = worker.collect
 

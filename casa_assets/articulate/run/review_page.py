@@ -15,8 +15,8 @@ from PIL import Image
 
 from casa_assets import registry
 from casa_assets.articulate.plan import HingeEdge, PartKind
-from casa_assets.articulate.run import run
-from casa_assets.articulate.run.run import ArticulateOutcome
+from casa_assets.articulate.run import steps as run
+from casa_assets.articulate.run.steps import ArticulateOutcome
 from casa_assets.cache.cache_key import digest_of
 from casa_assets.library import decisions
 from casa_assets.library.entry_files import PICTURE

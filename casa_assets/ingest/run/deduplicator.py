@@ -17,8 +17,8 @@ from casa_assets.checks.library import SAME_SIZE, ShapePair
 from casa_assets.errors import OutputError
 from casa_assets.ingest.run.job import Result
 from casa_assets.library import library as disk
-from casa_assets.library.table.entry_table import EntryTable
-from casa_assets.library.table.pairs import AssetRow, ShapeIndex, measure_pair, row_of
+from casa_assets.library.entry_table import EntryTable
+from casa_assets.library.pairs import AssetRow, ShapeIndex, measure_pair, row_of
 from casa_assets.runs.outcome import Outcome
 
 NEAR_DUPLICATE_CODE = "RUN007"

@@ -16,7 +16,7 @@ from casa_assets.ingest.run.deduplicator import NEAR_DUPLICATE_CODE
 from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry
 from casa_assets.library.entry_files import PICTURE, file_inside, picture_of
-from casa_assets.library.identity import Identity
+from casa_assets.library.library import Identity
 from casa_assets.library.review import REJECTED_CODE
 from casa_assets.model import rejection_codes
 from casa_assets.model.issue import Decision, Severity

@@ -16,12 +16,20 @@ from casa_assets import registry
 from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.cache.store import Store
 from casa_assets.errors import Rejected
-from casa_assets.ingest.run.answers import FAILURE_CODES, Answers, SurveyTable, WorkerAnswers
 from casa_assets.ingest.run.deduplicator import NEAR_DUPLICATE_CODE as COPY
 from casa_assets.ingest.run.deduplicator import Deduplicator
-from casa_assets.ingest.run.in_memory import MeshInput, stage_meshes
-from casa_assets.ingest.run.inputs import UnreadableInputs, discover_inputs, write_if_changed
-from casa_assets.ingest.run.job import Job, Result, limits_in_key, stage_refusal, with_overrides
+from casa_assets.ingest.run.inputs import MeshInput, UnreadableInputs, discover_inputs, stage_meshes, write_if_changed
+from casa_assets.ingest.run.job import (
+    FAILURE_CODES,
+    Answers,
+    Job,
+    Result,
+    SurveyTable,
+    WorkerAnswers,
+    limits_in_key,
+    stage_refusal,
+    with_overrides,
+)
 from casa_assets.ingest.run.resume import (
     RETRIED_CODES,
     AcceptedAsset,
@@ -32,21 +40,18 @@ from casa_assets.ingest.run.resume import (
     remember,
     remembered,
 )
-from casa_assets.ingest.run.shards.record import Recorder, Shard, ShardHeader, check_is_no_shard, made_by
-from casa_assets.ingest.run.split import taken_apart
-from casa_assets.ingest.run.survey import Survey
+from casa_assets.ingest.run.shards import Recorder, Shard, ShardHeader, check_is_no_shard, made_by
+from casa_assets.ingest.run.survey import Survey, taken_apart
 from casa_assets.ingest.run.survey import warm as warm_survey
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.places import StoreRoot
+from casa_assets.library import clip, review
 from casa_assets.library import library as disk
-from casa_assets.library import review
-from casa_assets.library.analysis import clip
-from casa_assets.library.analysis.derived_files import write_reports
-from casa_assets.library.entry import Entry
+from casa_assets.library.entry import Entry, RefusedRows, is_below, remainder_message, row_id
 from casa_assets.library.entry_files import picture_of
-from casa_assets.library.identity import Identity, Producer
-from casa_assets.library.refused_rows import RefusedRows, is_below, remainder_message, row_id
-from casa_assets.library.table.entry_table import EntryTable
+from casa_assets.library.entry_table import EntryTable
+from casa_assets.library.library import Identity, Producer
+from casa_assets.library.library_report import write_reports
 from casa_assets.model.issue import Decision, Report, subjects_to_decide
 from casa_assets.model.source import NO_OVERRIDE, UserOverride
 from casa_assets.runs.limits import Limits, WorkerFailure
@@ -67,7 +72,7 @@ class Options:
         seconds: processor time for one input, with all that is started for it; 0: the value of registry/limits.yaml.
         memory_bytes: memory of one input; 0: the same.
         guards: limits on inputs that this run sets in place of those in registry/limits.yaml, by their names there.
-        weights: of CLIP, see library.analysis.clip; empty: pictures are not checked.
+        weights: of CLIP, see library.clip; empty: pictures are not checked.
         keep_duplicates: keep assets with the form, size and colours of another asset, too.
         split: a file that holds several objects becomes one asset for each.
         again: codes of rejections, and subjects of review such as `scale`: entries of the library that have one of them
@@ -382,7 +387,7 @@ def _due(run: _Run, one: Found, survey: Survey, options: Options) -> Iterator[Ev
 
 def cache_key(limits: Mapping[str, float], category: str = "") -> str:
     """The key of what ingest makes of an input, besides the input and what a person decided about it."""
-    return digest_of("ingest", key_of("casa_assets.ingest.run.worker:work"), limits_in_key(limits), category)
+    return digest_of("ingest", key_of("casa_assets.ingest.run.steps:work"), limits_in_key(limits), category)
 
 
 def _results(run: _Run, answers: Answers, replaces_accepted: bool) -> Iterator[Result]:

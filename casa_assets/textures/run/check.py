@@ -15,7 +15,7 @@ from casa_assets import registry
 from casa_assets.errors import BatchFault
 from casa_assets.model.issue import Report
 from casa_assets.model.registry.rows import Finish, Surface, TextureRecipe
-from casa_assets.runs.batch import run_batch
+from casa_assets.runs.engine import run_batch
 from casa_assets.runs.limits import WorkerFailure
 from casa_assets.show.stills.pictures import SheetCell, contact_sheets
 from casa_assets.textures.check import check_pictures, check_set, pictures_of

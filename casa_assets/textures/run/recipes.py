@@ -29,7 +29,7 @@ from casa_assets.registry.plugins.textures import plugin_kinds, texture_kinds
 from casa_assets.textures.canvas import Layers
 from casa_assets.textures.finish import finish
 from casa_assets.textures.packs.entry import Pack
-from casa_assets.textures.run.packs.pictures import (
+from casa_assets.textures.run.pictures import (
     KIND,
     PACK,
     check_files,

@@ -19,8 +19,8 @@ from typing import Any, Self
 from unittest.mock import patch
 
 from casa_assets.cli import main as program
-from casa_assets.ingest.run import answers
-from casa_assets.library.table import entry_table
+from casa_assets.ingest.run import job as answers
+from casa_assets.library import entry_table
 from casa_assets.model.record import Vec3
 from casa_assets.runs import pool
 from casa_assets.runs.limits import WorkerFailure

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from casa_assets.core.system import cache_for
-from casa_assets.runs import batch
+from casa_assets.runs import engine as batch
 
 
 class Stopped(Exception):

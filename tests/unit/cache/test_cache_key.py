@@ -31,10 +31,10 @@ FAMILIES = ("toaster", "microwave", "switch", "rug", "room_wall", "vase")
 # kept, by name, from a process of its own: none of them has read a file of the package before.
 REPORT = f"""
 import json, os, sys
-from casa_assets.articulate.run.run import _code_key
+from casa_assets.articulate.run.steps import _code_key
 from casa_assets.families.build import asset_key
 from casa_assets.ingest.run import run as ingest
-from casa_assets.ingest.run.stages import STAGES, stage_key
+from casa_assets.ingest.run.steps import STAGES, stage_key
 from casa_assets.layouts.run import check, scene_folders, scene_page
 from casa_assets.layouts.run.resolve import SceneRecipe
 from casa_assets.textures.run.recipes import finish_key, recipes
@@ -239,8 +239,8 @@ class TestImports:
     def test_types_alone_are_left_out_and_imports_inside_functions_are_not(self) -> None:
         found = reach("casa_assets.layouts.run.scene_json")
         assert "casa_assets.layouts.run.resolve" not in found.modules, "imported under TYPE_CHECKING"
-        assert "casa_assets.articulate.run.run" in reach("casa_assets.cli.verbs.articulate:articulate").modules
-        assert "casa_assets.ingest.run.worker" in reach("casa_assets.ingest.run.answers:WorkerAnswers").modules, (
+        assert "casa_assets.articulate.run.steps" in reach("casa_assets.cli.verbs.articulate:articulate").modules
+        assert "casa_assets.ingest.run.steps" in reach("casa_assets.ingest.run.job:WorkerAnswers").modules, (
             "named in text"
         )
 

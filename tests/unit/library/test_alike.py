@@ -22,12 +22,11 @@ from casa_assets.ingest.run.resume import cached_outcome
 from casa_assets.ingest.run.survey import Survey
 from casa_assets.ingest.sources.found import Found
 from casa_assets.library import library as disk
-from casa_assets.library.analysis import library_report
-from casa_assets.library.analysis.clip import VIEWS, ClipModel
-from casa_assets.library.analysis.clip_embeddings import image_embeddings
-from casa_assets.library.analysis.search import search_by_picture, search_by_words, tokens
-from casa_assets.library.table.entry_table import EntryTable
-from casa_assets.library.table.pairs import read_rows, signature
+from casa_assets.library import library_report
+from casa_assets.library.clip import VIEWS, ClipModel, image_embeddings
+from casa_assets.library.entry_table import EntryTable
+from casa_assets.library.pairs import read_rows, signature
+from casa_assets.library.search import search_by_picture, search_by_words, tokens
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material
 from casa_assets.model.issue import Status
@@ -37,7 +36,7 @@ from casa_assets.runs.outcome import Outcome
 from tests.support.asset.assets import ball, rigid_mug
 from tests.support.library.built_libraries import keep, similar_pairs
 
-pytestmark = pytest.mark.content("code", "library.analysis", keep=0)
+pytestmark = pytest.mark.content("code", "library", keep=0)
 
 LIMIT = registry.load().limits["alike_form"]
 COLORS = {"red": (1.0, 0.1, 0.1), "blue": (0.1, 0.1, 1.0)}

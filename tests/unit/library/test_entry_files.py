@@ -13,9 +13,9 @@ import pytest
 from casa_assets.addons.robocasa.run import export
 from casa_assets.errors import OutputError
 from casa_assets.library import library as disk
-from casa_assets.library.analysis.search import search_by_words
 from casa_assets.library.entry_files import checked_model, file_inside
-from casa_assets.library.table.pairs import read_rows
+from casa_assets.library.pairs import read_rows
+from casa_assets.library.search import search_by_words
 from casa_assets.model.asset.asset import Asset
 from casa_assets.show.reports.library_page import write as write_report
 from casa_assets.show.reports.pictures import models

@@ -14,13 +14,13 @@ import pytest
 
 from casa_assets.cache.store import Store
 from casa_assets.errors import OutputError
+from casa_assets.library import entry_table, pairs
 from casa_assets.library import library as disk
-from casa_assets.library.analysis.derived_files import write_reports
 from casa_assets.library.entry import entries
 from casa_assets.library.entry_files import thumbnail_of
-from casa_assets.library.table import entry_table, pairs
-from casa_assets.library.table.entry_table import NAME, EntryTable
-from casa_assets.library.table.pairs import MAX_DESCRIPTOR_DISTANCE, ShapeIndex, nearby_pairs, read_rows
+from casa_assets.library.entry_table import NAME, EntryTable
+from casa_assets.library.library_report import write_reports
+from casa_assets.library.pairs import MAX_DESCRIPTOR_DISTANCE, ShapeIndex, nearby_pairs, read_rows
 from casa_assets.mesh.registration import descriptor_distance
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import ShapeDescriptor

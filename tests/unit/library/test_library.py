@@ -14,8 +14,16 @@ from casa_assets.ingest.run.resume import AcceptedAsset, NewResult, reason_to_ke
 from casa_assets.ingest.sources.places import utf8_escaped
 from casa_assets.library import library as disk
 from casa_assets.library.entry import entries
-from casa_assets.library.identity import Identity, Producer, suffix_of
-from casa_assets.library.library import Library, Refusal, Summary, identity_of, read_refusal
+from casa_assets.library.library import (
+    Identity,
+    Library,
+    Producer,
+    Refusal,
+    Summary,
+    identity_of,
+    read_refusal,
+    suffix_of,
+)
 from casa_assets.model.asset.provenance import CENTER_SHARES, PAIR_SHARES, TONE_SHARES, TONES
 from casa_assets.model.issue import Decision
 from casa_assets.model.source import Source, SourceKind

@@ -12,16 +12,23 @@ import pyarrow.parquet
 import pytest
 
 from casa_assets.errors import CasaError, OutputError
-from casa_assets.library.analysis.search import entries_that, search_entries
+from casa_assets.library import parquet
 from casa_assets.library.entry import Entry
 from casa_assets.library.library import Library
-from casa_assets.library.table import parquet
-from casa_assets.library.table.conditions import BadCondition, Condition, meets, parse, with_default
+from casa_assets.library.search import (
+    BadCondition,
+    Condition,
+    entries_that,
+    meets,
+    parse_condition,
+    search_entries,
+    with_default,
+)
 from tests.support.asset.assets import ball, rigid_mug
 from tests.support.library.built_libraries import keep
 from tests.support.library.synthetic_entries import synthetic_entries
 
-pytestmark = pytest.mark.content("code", "library.table", keep=0)
+pytestmark = pytest.mark.content("code", "library", keep=0)
 
 COUNT = 3_000
 CONDITIONS = [
@@ -80,7 +87,7 @@ def expected(texts: Sequence[str]) -> set[str]:
 def test_conditions_find_what_fits(subtests: pytest.Subtests) -> None:
     for texts in CONDITIONS:
         with subtests.test(texts=texts):
-            found = fitting(with_default([parse(text) for text in texts]))
+            found = fitting(with_default([parse_condition(text) for text in texts]))
             assert {entry.id for entry in found} == expected(texts)
             assert found, "a condition that nothing meets tells nothing"
 
@@ -108,7 +115,7 @@ def test_a_row_says_what_its_entry_says(tmp_path: Path) -> None:
 def test_words_find_the_best_and_tell_how_many_fit(subtests: pytest.Subtests, tmp_path: Path) -> None:
     for words in ["", "red mugs", "fruit", "antique"]:
         with subtests.test(words=words):
-            some = fitting(with_default([parse("mass>0.01")]))
+            some = fitting(with_default([parse_condition("mass>0.01")]))
             found, every = (search_entries(some, tmp_path, words, most) for most in (7, COUNT))
             assert found.hits == every.hits[:7]
             assert found.count == every.count == len(every.hits) > 7
@@ -118,7 +125,7 @@ def test_words_find_the_best_and_tell_how_many_fit(subtests: pytest.Subtests, tm
 
 def test_what_is_no_condition_is_told(subtests: pytest.Subtests) -> None:
     for text in ("category=x' OR '1'='1", 'author="; DROP TABLE entries', "id=%"):
-        assert fitting([parse(text)]) == [], "hostile values are only compared"
+        assert fitting([parse_condition(text)]) == [], "hostile values are only compared"
     for text, words in [
         ("mug", "is no condition; write a field"),
         ("categroy=mug", "did you mean category"),
@@ -130,7 +137,7 @@ def test_what_is_no_condition_is_told(subtests: pytest.Subtests) -> None:
         ("reason=FLT 005", "is no reason"),
     ]:
         with subtests.test(text=text, words=words), pytest.raises(BadCondition, match=words):
-            parse(text)
+            parse_condition(text)
 
 
 def files(folder: Path) -> dict[str, bytes]:
@@ -254,4 +261,4 @@ def test_entries_are_those_that_the_library_has_now(tmp_path: Path) -> None:
     assert [entry.id for entry in entries_that(library, ())] == [rigid_mug().id]
     keep(library.root, [ball()])
     assert {entry.id for entry in entries_that(library, ())} == {rigid_mug().id, ball().id}
-    assert [entry.id for entry in entries_that(library, [parse("category=mug")])] == [rigid_mug().id]
+    assert [entry.id for entry in entries_that(library, [parse_condition("category=mug")])] == [rigid_mug().id]

@@ -12,10 +12,10 @@ from PIL import Image
 from casa_assets.articulate.decisions import Decisions, PartDecision
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.run import review_page
+from casa_assets.articulate.run.acceptance import limit_ranges
 from casa_assets.articulate.run.build import ArticulateRequest, build
-from casa_assets.articulate.run.repairs import limit_ranges
-from casa_assets.articulate.run.run import NAME as STRIP
-from casa_assets.articulate.run.run import ArticulateOutcome, articulate_one, with_contract
+from casa_assets.articulate.run.steps import NAME as STRIP
+from casa_assets.articulate.run.steps import ArticulateOutcome, articulate_one, with_contract
 from casa_assets.checks.motion.joints import joint_travels
 from casa_assets.formats import mjcf
 from casa_assets.library import library as disk

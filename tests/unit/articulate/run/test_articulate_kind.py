@@ -12,7 +12,7 @@ from casa_assets.articulate.run.build import NAMING_CONFIDENCE, guess_category
 from casa_assets.errors import UnknownId
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
-from casa_assets.library.analysis.clip import NO_WEIGHTS
+from casa_assets.library.clip import NO_WEIGHTS
 from casa_assets.model.record import Vec3
 from tests.unit.articulate.blocks import drawers
 from tests.unit.articulate.fragmented import found_on

@@ -9,9 +9,9 @@ import pytest
 
 from casa_assets.articulate.decisions import Decisions, PartDecision
 from casa_assets.articulate.plan import PartKind
+from casa_assets.articulate.run.acceptance import mend
 from casa_assets.articulate.run.build import ArticulateRequest, build
-from casa_assets.articulate.run.repairs import mend
-from casa_assets.articulate.run.run import ArticulateOutcome, articulate_one
+from casa_assets.articulate.run.steps import ArticulateOutcome, articulate_one
 from casa_assets.mesh.solid.primitive import link_bounds
 from casa_assets.model.issue import Decision, Issue, Report, Severity
 from tests.unit.articulate.blocks import Part, box, carcass, microwave, together

@@ -13,7 +13,7 @@ from casa_assets.errors import Rejected
 from casa_assets.formats.read import load
 from casa_assets.formats.read.from_trimesh import bundle_from_trimesh, raw_from_trimesh
 from casa_assets.ingest.clean import clean
-from casa_assets.ingest.run.stages import run_stages
+from casa_assets.ingest.run.steps import run_stages
 from casa_assets.mesh.trimesh_exchange import to_trimesh
 from casa_assets.model import rejection_codes
 from casa_assets.model.source import Up

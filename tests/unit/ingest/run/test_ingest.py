@@ -15,14 +15,12 @@ import typer
 
 from casa_assets.cli.ingest_output import end
 from casa_assets.errors import CasaError, OutputError, UnknownId
-from casa_assets.ingest.run.answers import WorkerAnswers
 from casa_assets.ingest.run.inputs import discover_inputs
-from casa_assets.ingest.run.job import Job
+from casa_assets.ingest.run.job import Job, WorkerAnswers
 from casa_assets.ingest.run.run import Options, ingest, tally
 from casa_assets.ingest.sources.found import Found
-from casa_assets.library.entry import entries
+from casa_assets.library.entry import MAX_ROWS_PER_FILE, entries
 from casa_assets.library.library import Library, file_digests
-from casa_assets.library.refused_rows import MAX_ROWS_PER_FILE
 from casa_assets.model.issue import Decision
 from casa_assets.runs.outcome import Event, Outcome, writing
 from tests.support.library.libraries import BOXES, box_obj, differences, entries_of

@@ -18,9 +18,9 @@ from typing import Any, NamedTuple
 import pytest
 
 from casa_assets.errors import OutputError
+from casa_assets.ingest.run.merge import merge
 from casa_assets.ingest.run.run import Options, ingest
-from casa_assets.ingest.run.shards.merge import merge
-from casa_assets.ingest.run.shards.record import NAME, Shard, index_of
+from casa_assets.ingest.run.shards import NAME, Shard, index_of
 from casa_assets.library import library as disk
 from casa_assets.library import review
 from casa_assets.runs.outcome import Event
@@ -174,7 +174,7 @@ def test_a_merge_that_was_killed_goes_on(
 
 def test_a_merge_that_is_killed_by_a_signal_goes_on(made: Made, tmp_path: Path) -> None:
     library = tmp_path / "library"
-    code = "import sys; from pathlib import Path; from casa_assets.ingest.run.shards.merge import merge;"
+    code = "import sys; from pathlib import Path; from casa_assets.ingest.run.merge import merge;"
     code += "paths = [Path(word) for word in sys.argv[1:]]; list(merge(paths[1:], paths[0]))"
     for published in (1, 5):
         run = subprocess.Popen([sys.executable, "-c", code, str(library), *map(str, made.shards)], cwd=ROOT)

@@ -25,9 +25,9 @@ from casa_assets.layouts.run.sampling.draws import draw_recipes
 from casa_assets.model.registry.rows import Surface
 from casa_assets.projects import use_project
 from casa_assets.textures.packs.entry import PictureDescription
+from casa_assets.textures.run import pictures as pack_files
 from casa_assets.textures.run.check import check_one
-from casa_assets.textures.run.packs import pictures as pack_files
-from casa_assets.textures.run.packs.ingest import PackOptions, PackReport, ingest_pack
+from casa_assets.textures.run.packs import PackOptions, PackReport, ingest_pack
 from casa_assets.textures.run.recipes import find_recipe, finish_of, origin_of, recipes
 from tests.support.library.libraries import ROOT, command
 from tests.support.library.pictures import encoded, pixels, tiling, write_pictures

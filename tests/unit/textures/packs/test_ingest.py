@@ -18,8 +18,8 @@ from casa_assets.library.library import file_digests
 from casa_assets.model.registry.rows import Surface
 from casa_assets.textures.packs.entry import REMEDIES, PictureDescription, PictureRejection, slug, unique_ids
 from casa_assets.textures.packs.pictures import GivenMaps, decode, layers, tile
-from casa_assets.textures.run.packs.ingest import PackOptions, PackReport, ingest_pack
-from casa_assets.textures.run.packs.pictures import load_pack
+from casa_assets.textures.run.packs import PackOptions, PackReport, ingest_pack
+from casa_assets.textures.run.pictures import load_pack
 from casa_assets.textures.seam import seam
 from tests.support.library.pictures import encoded, pixels
 
@@ -96,7 +96,7 @@ def test_a_run_goes_on_where_it_was_cut_off(folder: Path, tmp_path: Path, monkey
             raise KeyboardInterrupt
         return tile(image, size_px, given)
 
-    monkeypatch.setattr("casa_assets.textures.run.packs.survey.tile", counted)
+    monkeypatch.setattr("casa_assets.textures.run.packs.tile", counted)
     with pytest.raises(KeyboardInterrupt):
         taken(folder, tmp_path / "lib")
     assert not (tmp_path / "lib" / "textures").exists()

@@ -25,7 +25,7 @@ from casa_assets.textures.packs.entry import (
     name_and_role,
 )
 from casa_assets.textures.packs.pictures import GivenMaps, decode, decode_map, finish_of_tile, pixels_of, png, tile
-from casa_assets.textures.run.packs.ingest import PackOptions, ingest_pack
+from casa_assets.textures.run.packs import PackOptions, ingest_pack
 from tests.support.library.pictures import deep_png, encoded, pixels, relief, tiff, tiling
 
 pytestmark = [

@@ -30,7 +30,7 @@ from casa_assets.core.system import kept_json
 from casa_assets.errors import OutputError
 from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry
-from casa_assets.library.table.entry_table import stream_entries
+from casa_assets.library.entry_table import stream_entries
 from casa_assets.model.record import Record, Sha256
 
 if TYPE_CHECKING:

@@ -9,11 +9,10 @@ from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.errors import OutputError
-from casa_assets.ingest.run.answers import SurveyAnswer
-from casa_assets.ingest.run.job import Job
+from casa_assets.ingest.run.job import Job, SurveyAnswer
 from casa_assets.ingest.run.resume import copy_accepted, copy_refused
 from casa_assets.ingest.run.run import Options, cache_key, ingest_inputs, open_library
-from casa_assets.ingest.run.shards.record import (
+from casa_assets.ingest.run.shards import (
     ShardLine,
     ShardRecord,
     check_is_no_shard,
@@ -21,16 +20,14 @@ from casa_assets.ingest.run.shards.record import (
     made_by,
     read_record,
 )
-from casa_assets.ingest.run.split import HeldThings
-from casa_assets.ingest.run.survey import Survey
+from casa_assets.ingest.run.survey import HeldThings, Survey
 from casa_assets.ingest.sources.found import Found
+from casa_assets.library import clip, review
 from casa_assets.library import library as disk
-from casa_assets.library import review
-from casa_assets.library.analysis import clip
-from casa_assets.library.analysis.derived_files import write_reports
-from casa_assets.library.identity import Identity, Producer
-from casa_assets.library.refused_rows import is_below
-from casa_assets.library.table.entry_table import EntryTable, stream_entries
+from casa_assets.library.entry import is_below
+from casa_assets.library.entry_table import EntryTable, stream_entries
+from casa_assets.library.library import Identity, Producer
+from casa_assets.library.library_report import write_reports
 from casa_assets.model.issue import Severity
 from casa_assets.runs.outcome import Event, Outcome
 

@@ -18,7 +18,7 @@ from casa_assets.checks.library import ShapePair
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.library import library as disk
-from casa_assets.library.identity import Producer
+from casa_assets.library.library import Producer
 from casa_assets.mesh.registration import descriptor_distance, shape_descriptor
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import CENTER_SHARES, PAIR_SHARES, ShapeDescriptor, Signature

@@ -14,18 +14,16 @@ from pydantic import Field, StringConstraints, ValidationError
 
 from casa_assets.cache.cache_key import key_of
 from casa_assets.errors import CasaError, OutputError, Rejected
-from casa_assets.ingest.run.answers import FAILURE_CODES, Answers, SurveyAnswer
 from casa_assets.ingest.run.inputs import discover_inputs
-from casa_assets.ingest.run.job import Job
-from casa_assets.ingest.run.split import HeldThings, things_held
-from casa_assets.ingest.run.survey import Survey, survey
+from casa_assets.ingest.run.job import FAILURE_CODES, Answers, Job, SurveyAnswer
+from casa_assets.ingest.run.survey import HeldThings, Survey, survey, things_held
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.places import utf8_escaped
 from casa_assets.library import library as disk
+from casa_assets.library.entry import MAX_FILES, OTHER_FILES, RefusedFile, RefusedRows
 from casa_assets.library.entry_files import file_inside
-from casa_assets.library.identity import Producer
-from casa_assets.library.refused_rows import MAX_FILES, OTHER_FILES, RefusedFile, RefusedRows
-from casa_assets.library.table.entry_table import EntryTable
+from casa_assets.library.entry_table import EntryTable
+from casa_assets.library.library import Producer
 from casa_assets.model.record import Record, Sha256
 from casa_assets.model.source import Source
 from casa_assets.runs.limits import WorkerFailure

@@ -1,25 +1,143 @@
-"""Search a library for assets that words describe: by their pictures with CLIP, or by their metadata alone."""
+"""Search a library for assets that words or conditions describe, by their metadata, or with CLIP by their pictures.
+
+    CONDITION  = FIELD OPERATOR VALUE [ "," VALUE ... ]      such as `category=mug`, `size<=0.3` or `reason=FLT005`
+    OPERATOR   = "=" | "!=" | ">" | ">=" | "<" | "<="
+
+Values of words are compared as they are written; several are alternatives.
+"""
 
 from __future__ import annotations
 
+import difflib
 import heapq
+import math
+import operator
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from casa_assets import registry
 from casa_assets.cache.store import Store
+from casa_assets.errors import CasaError
 from casa_assets.library import library as disk
-from casa_assets.library.analysis.clip import ClipModel
-from casa_assets.library.analysis.clip_embeddings import image_embeddings, text_embedding
-from casa_assets.library.entry import Entry
-from casa_assets.library.refused_rows import NAME as ROWS
-from casa_assets.library.table.conditions import Condition, meets, with_default
-from casa_assets.library.table.entry_table import EntryTable, stream_entries
+from casa_assets.library.clip import ClipModel, image_embeddings, text_embedding
+from casa_assets.library.entry import ROWS_NAME, Entry
+from casa_assets.library.entry_table import EntryTable, stream_entries
+from casa_assets.model.issue import Decision
 from casa_assets.model.registry.category import PICTURE_PROMPTS
+
+if TYPE_CHECKING:
+    from casa_assets.library.entry import Entry
+
+# Field of a condition -> the words of an entry that it is about.
+WORDS: Mapping[str, Callable[[Entry], Sequence[str]]] = {
+    "category": lambda entry: (entry.category,),
+    "verdict": lambda entry: (entry.decision.value,),
+    "reason": lambda entry: (entry.code, *entry.advice),
+    "decide": lambda entry: entry.to_decide,
+    "source": lambda entry: (entry.source,),
+    "licence": lambda entry: (entry.licence,),
+    "author": lambda entry: (entry.author,),
+    "split": lambda entry: (entry.split,),
+    "producer": lambda entry: (entry.producer,),
+    "id": lambda entry: (entry.id,),
+}
+# Field of a condition -> the number of an entry that it is about; None where it has none.
+NUMBERS: Mapping[str, Callable[[Entry], float | None]] = {
+    "size": lambda entry: max(entry.summary.extents) if entry.summary else None,
+    "mass": lambda entry: entry.summary.mass if entry.summary else None,
+    "faces": lambda entry: entry.summary.faces if entry.summary else None,
+    "colliders": lambda entry: entry.summary.colliders if entry.summary else None,
+    "warnings": lambda entry: len(entry.warnings),
+}
+# Fields whose values are codes or subjects, and have no blanks.
+CODES = frozenset({"reason", "decide"})
+COMPARE: Mapping[str, Callable[[Any, Any], bool]] = {
+    "=": operator.eq,
+    "!=": operator.ne,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "<": operator.lt,
+    "<=": operator.le,
+}
+# Fields whose conditions look among rejected inputs, too; all others are about assets.
+OF_REJECTED = frozenset({"verdict", "reason", "id"})
+_FORM = re.compile(r"\s*([a-z]+)\s*(!=|>=|<=|=|>|<)\s*(.*\S)\s*", re.DOTALL)
+GRAMMAR = (
+    f"write a field, =, !=, >, >=, < or <=, and a value; fields of words are {', '.join(WORDS)} (values after commas "
+    f"are alternatives), of numbers {', '.join(NUMBERS)} (size: longest side in metres, mass in kg)"
+)
+
+
+class BadCondition(CasaError):
+    """A condition that is not of the grammar."""
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One condition. field: of WORDS or NUMBERS. compare: the operator. values: text, or one number."""
+
+    field: str
+    compare: str
+    values: tuple[str | float, ...]
+
+
+def parse_condition(text: str) -> Condition:
+    """The condition that a text states. Raises BadCondition."""
+    found = _FORM.fullmatch(text)
+    if found is None:
+        raise BadCondition(f"--where {text!r} is no condition; {GRAMMAR}")
+    name, compare, said = found.groups()
+    if name in NUMBERS:
+        if name == "size" and compare in ("=", "!="):
+            raise BadCondition(f"--where {text!r}: {name} is compared with >, >=, < or <=; {GRAMMAR}")
+        return Condition(name, compare, (_number(text, said),))
+    if name not in WORDS:
+        near = difflib.get_close_matches(name, [*WORDS, *NUMBERS], n=1)
+        hint = f" (did you mean {near[0]}?)" if near else ""
+        raise BadCondition(f"--where {text!r}: no field is called {name!r}{hint}; {GRAMMAR}")
+    if compare not in ("=", "!="):
+        raise BadCondition(f"--where {text!r}: {name} is a word, and is compared with = or !=; {GRAMMAR}")
+    values = tuple(value.strip() for value in said.split(","))
+    if name == "verdict" and (wrong := set(values) - set(Decision)):
+        raise BadCondition(f"--where {text!r}: {min(wrong)!r} is no verdict; they are {', '.join(Decision)}")
+    if name in CODES and (odd := [value for value in values if not re.fullmatch(r"[A-Za-z0-9_]+", value)]):
+        raise BadCondition(f"--where {text!r}: {odd[0]!r} is no {name}; {GRAMMAR}")
+    return Condition(name, compare, values)
+
+
+def _number(text: str, value: str) -> float:
+    try:
+        number = float(value)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise BadCondition(f"--where {text!r}: {value!r} is no number; {GRAMMAR}")
+    return number
+
+
+def with_default(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
+    """The conditions, and one that leaves rejected inputs out unless a condition is about these."""
+    if any(one.field in OF_REJECTED for one in conditions):
+        return tuple(conditions)
+    return (*conditions, Condition("verdict", "!=", (Decision.REJECTED.value,)))
+
+
+def meets(entry: Entry, conditions: Sequence[Condition]) -> bool:
+    """True if an entry meets all conditions. A number that an entry lacks meets none."""
+    return all(_holds(entry, one) for one in conditions)
+
+
+def _holds(entry: Entry, one: Condition) -> bool:
+    if one.field in NUMBERS:
+        number = NUMBERS[one.field](entry)
+        return number is not None and COMPARE[one.compare](number, one.values[0])
+    return set(WORDS[one.field](entry)).isdisjoint(one.values) is (one.compare == "!=")
+
 
 # Other words for the colours that tints are named by.
 COLOR_SYNONYMS = {"gray": "grey", "silver": "grey", "cyan": "turquoise", "teal": "turquoise", "violet": "purple"}
@@ -112,7 +230,7 @@ def search_entries(found: Iterable[Entry], root: Path, query: str, most: int) ->
     hits = []
     for (_, score, _), entry, reason in best:
         folder = root / entry.path
-        folder = folder.parent if folder.name == ROWS else folder  # many rows that were refused share a file
+        folder = folder.parent if folder.name == ROWS_NAME else folder  # many rows that were refused share a file
         hits.append(SearchHit(entry.id, entry.category, folder, round(-score, 3), reason, entry))
     return Found(hits, count)
 
