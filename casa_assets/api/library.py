@@ -13,7 +13,6 @@ from typing import Literal
 
 from casa_assets.errors import CasaError, OutputError, Rejected, UnknownId
 from casa_assets.ingest.run.inputs import MeshInput, UpAxis, ingest_mesh, roots_of
-from casa_assets.ingest.run.job import FAILURE_CODES
 from casa_assets.ingest.run.run import Options
 from casa_assets.ingest.run.run import ingest as run_ingest
 from casa_assets.ingest.sources.places import StoreRoot
@@ -25,7 +24,7 @@ from casa_assets.mesh.trimesh_exchange import MeshOrScene
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Decision, Issue, Report, subjects_to_decide
 from casa_assets.model.source import Up
-from casa_assets.runs.outcome import Event, first_error
+from casa_assets.runs.outcome import FAILURE_CODES, Event, first_error
 
 # What `Library.ingest` takes.
 Input = str | Path | MeshOrScene | MeshInput

@@ -103,7 +103,7 @@ def end(done: Sequence[Done], names: Sequence[str]) -> None:
     Args:
         names: of the inputs, in the same order.
     """
-    from casa_assets.ingest.run.job import CRASH_CODE
+    from casa_assets.runs.outcome import CRASH_CODE
 
     if faults := [name for name, one in zip(names, done, strict=True) if one.code == CRASH_CODE]:
         raise BatchFault(map(terminal_safe, faults))

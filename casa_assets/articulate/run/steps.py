@@ -33,17 +33,6 @@ from casa_assets.core.process_name import process_name
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.formats import mjcf
 from casa_assets.ingest.load import load
-from casa_assets.ingest.run.resume import (
-    NOTHING_KNOWN,
-    AcceptedAsset,
-    NewResult,
-    cached_outcome,
-    find_accepted,
-    reason_to_keep,
-    remember,
-    remembered,
-)
-from casa_assets.ingest.run.resume import RETRIED_CODES as RETRIED_BY_INGEST
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.library import library as disk
 from casa_assets.library.clip import weights_digest
@@ -54,6 +43,8 @@ from casa_assets.model.issue import Decision, Report
 from casa_assets.model.source import Source, Word
 from casa_assets.projects import read_once
 from casa_assets.runs.asset_package import WRITING, certify, check_package, write_package
+from casa_assets.runs.engine import NOTHING_KNOWN, KeptAsset, NewResult, cached_outcome, kept_before, kept_instead
+from casa_assets.runs.engine import RETRIED_CODES as RETRIED_BY_INGEST
 from casa_assets.runs.outcome import Outcome, RunAborted, first_error, writing
 from casa_assets.show.stills.renderer import NoRenderer
 from casa_assets.show.stills.still import CannotDraw, render_model
@@ -254,9 +245,8 @@ def kept_outcome(
     library = disk.Library(request.out)
     found = cached_outcome(entries, None, key.cache_key, known, RETRIED_CODES)
     if found is None:
-        accepted = find_accepted(entries, key.cache_key)
-        reason = "" if accepted is None else remembered(library, key.identity, key.cache_key, accepted)
-        return None if accepted is None or not reason else _outcome_of_accepted(request, key, accepted, reason)
+        better = kept_before(library, key.identity, key.cache_key, entries)
+        return None if better is None else _outcome_of_accepted(request, key, better)
     current, kept = found
     outcome = _recorded(library, key, request.mesh, current, kept)
     if outcome is None or bool(outcome.code) == kept.accepted:
@@ -289,28 +279,20 @@ def _recorded(
 
 
 def _kept_in_place_of(request: ArticulateRequest, key: EntryKey, new: NewResult) -> ArticulateOutcome | None:
-    """Return the outcome of an accepted asset that is better than a new result, or None to publish the new one.
-
-    The reason is remembered for later runs, except if the new result was rejected because of a fault of this run or of
-    the machine: the next run tries that again.
-    """
-    library = disk.Library(request.out)
-    accepted = None if request.anew else find_accepted(library.entries_of(key.identity), key.cache_key)
-    reason = "" if accepted is None else reason_to_keep(accepted, new)
-    if accepted is None or not reason:
+    """Return the outcome of an accepted asset that is better than a new result, or None to publish the new one."""
+    if request.anew:
         return None
-    if new.code not in RETRIED_CODES:
-        remember(library, key.identity, key.cache_key, accepted, reason)
-    return _outcome_of_accepted(request, key, accepted, reason)
+    library = disk.Library(request.out)
+    entries = library.entries_of(key.identity)
+    better = kept_instead(library, key.identity, key.cache_key, entries, new, RETRIED_CODES)
+    return None if better is None else _outcome_of_accepted(request, key, better)
 
 
-def _outcome_of_accepted(
-    request: ArticulateRequest, key: EntryKey, accepted: AcceptedAsset, reason: str
-) -> ArticulateOutcome:
+def _outcome_of_accepted(request: ArticulateRequest, key: EntryKey, better: KeptAsset) -> ArticulateOutcome:
     """Return the outcome of an accepted asset that is kept; without its parts where the cache was deleted."""
-    record = Store(disk.Library(request.out).cache).get(_record_key(replace(key, cache_key=accepted.cache_key)))
+    record = Store(disk.Library(request.out).cache).get(_record_key(replace(key, cache_key=better.cache_key)))
     outcome = ArticulateOutcome(request.mesh) if record is None else from_json(record, request.mesh)
-    return replace(outcome, folder=accepted.folder, sha256=key.identity.sha256, kept=True, reason_kept=reason)
+    return replace(outcome, folder=better.folder, sha256=key.identity.sha256, kept=True, reason_kept=better.reason)
 
 
 def _made(request: ArticulateRequest, key: EntryKey) -> ArticulateOutcome:

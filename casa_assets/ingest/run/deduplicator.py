@@ -19,9 +19,9 @@ from casa_assets.ingest.run.job import Result
 from casa_assets.library import library as disk
 from casa_assets.library.entry_table import EntryTable
 from casa_assets.library.pairs import AssetRow, ShapeIndex, measure_pair, row_of
+from casa_assets.runs.engine import NEAR_DUPLICATE_CODE
 from casa_assets.runs.outcome import Outcome
 
-NEAR_DUPLICATE_CODE = "RUN007"
 Published = TypeVar("Published")
 
 

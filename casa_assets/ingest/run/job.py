@@ -16,7 +16,7 @@ from casa_assets.library.library import Producer
 from casa_assets.model.issue import Report
 from casa_assets.model.source import NO_OVERRIDE, UserOverride
 from casa_assets.runs.limits import WorkerFailure
-from casa_assets.runs.outcome import Outcome, RunAborted
+from casa_assets.runs.outcome import FAILURE_CODES, Outcome, RunAborted
 from casa_assets.runs.pool import Engine
 
 # Limits that turn inputs away and change nothing about those that pass: raising one remakes nothing.
@@ -94,18 +94,11 @@ def with_overrides(key: str, override: UserOverride) -> str:
 
 
 # Answers --------------------------------------------------------------------------------------------------------------
-# Ask about the inputs of a run: what they hold, what they are, what becomes of them. Worker processes answer.
+# What a run asks about its inputs: what they hold, what they are, what becomes of them.
 
-# What the pool's own verdicts are called in registry/rejections.yaml.
-CRASH_CODE = "RUN004"  # of the program, not of the input
-FAILURE_CODES = {
-    "timeout": "RUN001",
-    "memory": "RUN002",
-    "signal": "RUN003",
-    "killed": "RUN003",
-    "error": CRASH_CODE,
-    "stuck": "RUN008",
-}
+# By name: the module loads renderer and validator, half a second and 100 MB that only workers need.
+WARM, CHECK_RENDERER = "casa_assets.ingest.run.steps:warm", "casa_assets.ingest.run.steps:check_renderer"
+WORK = "casa_assets.ingest.run.steps:work"
 
 
 class Answers(Protocol):
@@ -135,8 +128,7 @@ class WorkerAnswers:
 
     def things(self, found: Sequence[Found]) -> dict[int, HeldThings]:
         """See Answers. A file that cannot be read holds none; its survey reports the error."""
-        jobs = [(one, self.limits) for one in found]
-        answers = self.pool.run(things_held, jobs)
+        answers = self.pool.run(things_held, [(one, self.limits) for one in found])
         return {number: answer for number, answer in answers if isinstance(answer, HeldThings)}
 
     def surveys(self, found: Sequence[Found]) -> Iterator[tuple[int, SurveyAnswer]]:
@@ -145,40 +137,16 @@ class WorkerAnswers:
 
     def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Outcome]]:
         """See Answers. Raises CasaError where this machine cannot draw."""
-        self.pool.prepare(warm_workers)
-        for _, answer in self.pool.run(check_renderer, [None]):
+        self.pool.prepare(WARM)
+        for _, answer in self.pool.run(CHECK_RENDERER, [None]):
             _outcome(answer)
 
         def started(place: int) -> None:
             if self.show_work is not None:
                 self.show_work(jobs[place].found.source.place)
 
-        for place, answer in self.pool.run(work_on, jobs, started):
+        for place, answer in self.pool.run(WORK, jobs, started):
             yield place, _outcome(answer)
-
-
-# What workers call. The module behind it loads renderer and validator, half a second and 100 MB that only they need.
-
-
-def warm_workers() -> None:
-    """See `worker.warm`."""
-    from casa_assets.ingest.run import steps as worker
-
-    worker.warm()
-
-
-def check_renderer(_: None) -> RunAborted | None:
-    """See `worker.check_renderer`."""
-    from casa_assets.ingest.run import steps as worker
-
-    return worker.check_renderer(None)
-
-
-def work_on(job: Job) -> Outcome | RunAborted:
-    """See `worker.work`."""
-    from casa_assets.ingest.run import steps as worker
-
-    return worker.work(job)
 
 
 def _outcome(answer: object) -> Outcome:

@@ -15,8 +15,8 @@ from pydantic import Field, StringConstraints, ValidationError
 from casa_assets.cache.cache_key import key_of
 from casa_assets.errors import CasaError, OutputError, Rejected
 from casa_assets.ingest.run.inputs import discover_inputs
-from casa_assets.ingest.run.job import FAILURE_CODES, Answers, Job, SurveyAnswer
-from casa_assets.ingest.run.survey import HeldThings, Survey, survey, things_held
+from casa_assets.ingest.run.job import Answers, Job
+from casa_assets.ingest.run.survey import HeldThings, Survey, SurveyAnswer, survey, things_held
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.places import utf8_escaped
 from casa_assets.library import library as disk
@@ -27,7 +27,7 @@ from casa_assets.library.library import Producer
 from casa_assets.model.record import Record, Sha256
 from casa_assets.model.source import Source
 from casa_assets.runs.limits import WorkerFailure
-from casa_assets.runs.outcome import Outcome
+from casa_assets.runs.outcome import FAILURE_CODES, Outcome
 
 # Shard ----------------------------------------------------------------------------------------------------------------
 # Tell the inputs of a shard by the names of their files alone, so that machines have nothing to agree on.

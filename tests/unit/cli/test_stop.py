@@ -33,9 +33,9 @@ if any(word in ("casa_assets.cli.main",) or "runs.server" in word for word in sy
     setattr(found, name, endless)
 """
 VERBS = {
-    "ingest {mesh} --library {out}": "ingest.run.job:work_on",
+    "ingest {mesh} --library {out}": "ingest.run.steps:work",
     "ingest {mesh} --library {out} --jobs 1": "ingest.run.survey:survey",
-    "articulate {mesh} --library {out}": "articulate.run.run:articulate_one",
+    "articulate {mesh} --library {out}": "articulate.run.steps:articulate_one",
     "families build microwave --library {out}": "families.build:build_one",
     "families show microwave --preset steel --out {out}": "families.build:build_one",
     "families catalogue microwave --no-swatches --out {out}": "families.build:build_asset",

@@ -16,9 +16,9 @@ from PIL import Image
 from casa_assets import registry
 from casa_assets.cache.store import Store
 from casa_assets.errors import Rejected
-from casa_assets.ingest.run.deduplicator import NEAR_DUPLICATE_CODE, Deduplicator
+from casa_assets.ingest.run.deduplicator import Deduplicator
 from casa_assets.ingest.run.job import Job, Result, stage_refusal
-from casa_assets.ingest.run.resume import cached_outcome
+from casa_assets.runs.engine import NEAR_DUPLICATE_CODE, cached_outcome
 from casa_assets.ingest.run.survey import Survey
 from casa_assets.ingest.sources.found import Found
 from casa_assets.library import library as disk

@@ -10,7 +10,7 @@ import pytest
 from casa_assets import registry
 from casa_assets.errors import OutputError
 from casa_assets.ingest.run import inputs
-from casa_assets.ingest.run.resume import AcceptedAsset, NewResult, reason_to_keep, remember, remembered
+from casa_assets.runs.engine import InputRun, NewResult
 from casa_assets.ingest.sources.places import utf8_escaped
 from casa_assets.library import library as disk
 from casa_assets.library.entry import entries
@@ -31,7 +31,6 @@ from casa_assets.model.source import Source, SourceKind
 HOSTILE = 'new\nline "quoted" <b>bold</b> [red]red[/] | \x1b[31m \u202e'
 ONE, OTHER = Identity(Producer.INGEST, "a" * 64), Identity(Producer.INGEST, "a" * 10 + "b" * 54)
 OPENED = Identity(Producer.ARTICULATE, ONE.sha256)
-ASSET = AcceptedAsset(Path("microwave") / "microwave_12", "key", 15)
 RESULTS = (
     (NewResult(Decision.ACCEPTED, moving_parts=0), "microwave_12 has 15 moving parts, the new result has 0"),
     (NewResult(Decision.REVIEW, moving_parts=14), "microwave_12 has 15 moving parts, the new result has 14"),
@@ -237,14 +236,6 @@ def test_a_signature_of_the_first_schema_is_still_read(tmp_path: Path) -> None:
 def test_a_worse_result_replaces_nothing(subtests: pytest.Subtests) -> None:
     for new, reason in RESULTS:
         with subtests.test(new=new, reason=reason):
-            found = reason_to_keep(ASSET, new)
+            found = new.reason_to_keep("microwave_12", 15)
             assert reason in found
             assert bool(reason) is bool(found)
-
-
-def test_a_reason_is_remembered_for_this_asset_and_this_key(tmp_path: Path) -> None:
-    library, identity = Library(tmp_path), Identity(Producer.ARTICULATE, "1" * 64)
-    remember(library, identity, "new key", ASSET, "because")
-    assert remembered(library, identity, "new key", ASSET) == "because"
-    assert remembered(library, identity, "other key", ASSET) == ""
-    assert remembered(library, identity, "new key", AcceptedAsset(ASSET.folder, "remade", 15)) == ""
