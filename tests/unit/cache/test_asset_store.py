@@ -21,8 +21,6 @@ from casa_assets.asset.lightweight import lighten
 from casa_assets.families import asset_store
 from casa_assets.families.asset_store import (
     ARRAY_TYPES,
-    DIGEST_BYTES,
-    READ_ERRORS,
     TREE,
     AssetStore,
     pack,
@@ -150,14 +148,6 @@ def test_no_code_of_an_entry_is_run(tmp_path: Path) -> None:
     assert not sign.exists()
 
 
-def test_an_entry_of_another_key_is_refused() -> None:
-    data, _ = pack(rigid_mug().model_dump(), "one")
-    with pytest.raises(READ_ERRORS, match="another key"):
-        unpack(data, "two", {}.__getitem__)
-    with pytest.raises(READ_ERRORS, match="written"):
-        unpack(data[:DIGEST_BYTES] + data[DIGEST_BYTES + 1 :], "one", {}.__getitem__)
-
-
 class TestLightForms:
     def test_are_made_once(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         asset = preset("fruit_bowl", next(iter(family("fruit_bowl").presets)))
@@ -171,13 +161,6 @@ class TestLightForms:
 
         monkeypatch.setattr(asset_store, "lighten", never)
         assert AssetStore(tmp_path).lightened(asset).digest == wanted.digest
-
-    def test_of_a_changed_asset_with_the_same_id_are_its_own(self, tmp_path: Path) -> None:
-        store, bowl = AssetStore(tmp_path), preset("fruit_bowl", next(iter(family("fruit_bowl").presets)))
-        store.lightened(bowl)
-        root = bowl.root.replace(colliders=bowl.root.colliders[:1])
-        changed = bowl.replace(links=(root, *bowl.links[1:]), joints=bowl.joints, behavior=None)
-        assert store.lightened(changed).digest == lighten(changed).digest != lighten(bowl).digest
 
     def test_do_not_hang_on_what_is_seen(self, tmp_path: Path) -> None:
         store, box = AssetStore(tmp_path), textured_box()

@@ -185,12 +185,6 @@ class TestOneConstantChanges:
         changed = copy.changed_by("registry/plans/l_small.yaml", "height: 2.7\n", "height: 2.71\n")
         assert changed == {n for n in copy.before if " l_small__" in n}
 
-    def test_in_a_preset(self, copy: Copy) -> None:
-        changed = copy.changed_by(
-            "registry/families/toaster.yaml", "height: 0.2\n    dome: 0.042", "height: 0.21\n    dome: 0.042"
-        )
-        assert {n for n in changed if n.startswith("asset ")} == {"asset toaster retro_cream"}
-
 
 def test_packages_that_make_nothing_change_no_key(copy: Copy, tmp_path: Path) -> None:
     """Whoever has Ray, or the program that a written file is for, makes the same bytes as who has not."""
@@ -263,10 +257,6 @@ class TestRegistry:
         every = set(cache_key._registry())
         assert every == set(reach(*package_files().sources).registry)
         assert {p.name for p in registry.data_root().glob("*.yaml")} <= every
-
-    def test_doors_of_registry_name_what_they_open(self) -> None:
-        assert set(reach("casa_assets.registry.kitchens:load_plan").registry) >= {"plans/l_small.yaml"}
-        assert "styles/coastal.yaml" not in reach("casa_assets.registry").registry
 
     def test_files_that_are_opened_are_among_those_that_count(self) -> None:
         """What a run of the doors opens, as Python itself tells it."""

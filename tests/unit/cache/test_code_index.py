@@ -31,13 +31,6 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callabl
     code_index._scans.cache_clear()
 
 
-def test_imports_and_names_of_files(package: Callable[[], dict[str, code_index.Scan]]) -> None:
-    found = package()
-    assert found["casa_assets.one"].modules == ("casa_assets.two",)
-    assert found["casa_assets.one"].outside == ("numpy",)
-    assert found["casa_assets.two"].words == ("table.yaml",)
-
-
 def test_only_a_changed_file_is_read_again(
     package: Callable[[], dict[str, code_index.Scan]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -13,15 +13,6 @@ from casa_assets.cache.store import Store
 KEY = "ab" * 32
 
 
-def test_put_and_get(tmp_path: Path) -> None:
-    store = Store(tmp_path)
-    assert store.get(KEY) is None
-    store.put(KEY, b"first")
-    store.put(KEY, b"second")
-    assert store.get(KEY) == b"second"
-    assert [p.name for p in tmp_path.rglob("*") if p.is_file()] == [KEY]
-
-
 @pytest.mark.parametrize("damage", [b"", b"not compressed", None])
 def test_what_is_damaged_is_not_there(tmp_path: Path, damage: bytes | None) -> None:
     store = Store(tmp_path)

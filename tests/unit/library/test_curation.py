@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from casa_assets.ingest.run import job as answers
+from casa_assets.ingest.run import survey as answers
 from casa_assets.ingest.run.run import Options, ingest
 from casa_assets.library import library as disk
 from casa_assets.library.entry_table import EntryTable

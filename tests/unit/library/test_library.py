@@ -9,8 +9,6 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.errors import OutputError
-from casa_assets.ingest.run import inputs
-from casa_assets.runs.engine import InputRun, NewResult
 from casa_assets.ingest.sources.places import utf8_escaped
 from casa_assets.library import library as disk
 from casa_assets.library.entry import entries
@@ -22,11 +20,11 @@ from casa_assets.library.library import (
     Summary,
     identity_of,
     read_refusal,
-    suffix_of,
 )
 from casa_assets.model.asset.provenance import CENTER_SHARES, PAIR_SHARES, TONE_SHARES, TONES
 from casa_assets.model.issue import Decision
 from casa_assets.model.source import Source, SourceKind
+from casa_assets.runs.engine import NewResult
 
 HOSTILE = 'new\nline "quoted" <b>bold</b> [red]red[/] | \x1b[31m \u202e'
 ONE, OTHER = Identity(Producer.INGEST, "a" * 64), Identity(Producer.INGEST, "a" * 10 + "b" * 54)
@@ -72,22 +70,6 @@ def publish(library: Library, *what: Identity | str, **words: str) -> Path:
     return target
 
 
-def test_what_is_published_replaces_what_was_there(library: Library) -> None:
-    publish(library, message="old")
-    target = publish(library, message="new")
-    assert read_refusal(target).message == "new"
-    assert list(library.staging.iterdir()) == []
-    assert list(library.refused()) == [target]
-
-
-def test_the_last_entry_takes_its_folder_along(library: Library) -> None:
-    target = publish(library)
-    library.forget(target)
-    assert not target.parent.exists()
-    assert list(library.staging.iterdir()) == []
-    library.forget(target)
-
-
 def test_sweep_leaves_entries_and_cache(library: Library) -> None:
     target = publish(library)
     (library.cache / "ab").mkdir(parents=True)
@@ -127,28 +109,12 @@ def test_hostile_words_survive(library: Library) -> None:
     assert utf8_escaped("Tässe") == "Tässe"
 
 
-def test_a_refusal_that_is_there_already_is_not_written_again(library: Library) -> None:
-    assert inputs.write_if_changed(library, refusal())
-    assert not inputs.write_if_changed(library, refusal())
-    assert inputs.write_if_changed(library, refusal(message="for another reason"))
-    assert list(library.staging.iterdir()) == []
-
-
 class TestIds:
     def test_producers_never_share_one(self) -> None:
         ids = [identity.asset_id("microwave") for identity in (ONE, OPENED)]
         assert ids == ["microwave_aaaaaaaaaa", "microwave_articulated_aaaaaaaaaa"]
         known = registry.load()
         assert not [name for name in (*known.categories, *known.fixtures) if name.endswith("articulated")]
-
-    @pytest.mark.parametrize("producer", list(Producer))
-    def test_an_id_tells_its_own_producer_and_input(self, producer: Producer) -> None:
-        own = Identity(producer, ONE.sha256)
-        assert suffix_of(own.asset_id("cutting_board")) == own.suffix
-        assert own.may_own(own.asset_id("cutting_board"))
-        assert not own.may_own(Identity(producer, "b" * 64).asset_id("cutting_board"))
-        assert not ONE.may_own(OPENED.asset_id("mug"))
-        assert not OPENED.may_own(ONE.asset_id("mug"))
 
 
 class TestPublish:

@@ -145,33 +145,6 @@ def copies(shards: Sequence[Path], folder: Path) -> list[Path]:
     return [Path(shutil.copytree(shard, folder / shard.name)) for shard in shards]
 
 
-@pytest.mark.parametrize("published", [0, 1, 4])
-def test_a_merge_that_was_killed_goes_on(
-    made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, published: int
-) -> None:
-    class Killed(BaseException):
-        """As if the process had ended: nothing is swept."""
-
-    publish, count = disk.Library.publish, 0
-
-    def killed(self: disk.Library, *args: Any) -> None:
-        nonlocal count
-        if count == published:
-            raise Killed
-        count += 1
-        publish(self, *args)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(disk.Library, "publish", killed)
-        patch.setattr(disk.Library, "sweep", lambda _: None)
-        with pytest.raises(Killed):
-            list(merge(made.shards, tmp_path / "library"))
-    assert list((tmp_path / "library" / ".casa" / "staging").iterdir()), "it was at work on an entry"
-    list(merge(made.shards, tmp_path / "library"))
-    assert public_differences(made.one, tmp_path / "library") == []
-    assert list((tmp_path / "library" / ".casa" / "staging").iterdir()) == []
-
-
 def test_a_merge_that_is_killed_by_a_signal_goes_on(made: Made, tmp_path: Path) -> None:
     library = tmp_path / "library"
     code = "import sys; from pathlib import Path; from casa_assets.ingest.run.merge import merge;"

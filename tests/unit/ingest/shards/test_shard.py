@@ -22,11 +22,6 @@ from casa_assets.model.source import Source, SourceKind
 from tests.support.library.sharded_inputs import make_sharded_inputs
 
 
-def test_a_shard_is_named_by_its_place_and_their_number() -> None:
-    assert Shard.parse("3/16") == Shard(3, 16)
-    assert str(Shard(3, 16)) == "3/16"
-
-
 def test_what_is_no_shard_is_told(subtests: pytest.Subtests) -> None:
     for text in ["", "3", "0/4", "5/4", "-1/4", "1/0", "0/0", "1/4/2", "a/b", "1/4 ", "²/4"]:
         with subtests.test(text=text), pytest.raises(CasaError, match=r"i from 1 to n"):

@@ -19,8 +19,7 @@ from casa_assets.cli import completion, doctor
 from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
 from casa_assets.families.finishes import finishes, finishes_key
 from casa_assets.layouts.run import pack as scene_pack
-from casa_assets.layouts.run.recipe import SceneRecipe
-from casa_assets.layouts.run.resolve import draw_surfaces, resolve
+from casa_assets.layouts.run.resolve import draw_surfaces
 from casa_assets.layouts.run.sampling.draws import draw_recipes
 from casa_assets.model.registry.rows import Surface
 from casa_assets.projects import use_project
@@ -198,14 +197,6 @@ def test_a_hundred_pictures_are_read_once_and_drawn(
     sampled = [dict(recipe.surfaces)[Surface.FLOOR] for recipe in draw_recipes(30, 7)]
     assert any(name.startswith("slates_no_") for name in sampled)
     assert read == [report.folder]
-
-
-def test_a_style_names_a_picture(ingested: Ingested, project: Project) -> None:
-    ingested()
-    project({"styles/slated.yaml": "like: coastal\ntitle: Slated\nroom: {floor: slates_stone_01}\n"})
-    wanted = resolve(SceneRecipe("one_wall_small", "slated"))
-    assert wanted.style.room.floor == "slates_stone_01"
-    assert "slates_stone_01" in wanted.style.replace(id="x").room.to_json()
 
 
 def run(*words: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:

@@ -13,13 +13,12 @@ import numpy.typing as npt
 import pytest
 from PIL import Image, PngImagePlugin
 
-from casa_assets.errors import CasaError, OutputError, RegistryError
+from casa_assets.errors import CasaError, RegistryError
 from casa_assets.library.library import file_digests
 from casa_assets.model.registry.rows import Surface
-from casa_assets.textures.packs.entry import REMEDIES, PictureDescription, PictureRejection, slug, unique_ids
-from casa_assets.textures.packs.pictures import GivenMaps, decode, layers, tile
+from casa_assets.textures.packs.entry import REMEDIES, PictureDescription, PictureRejection
+from casa_assets.textures.packs.pictures import GivenMaps, decode, tile
 from casa_assets.textures.run.packs import PackOptions, PackReport, ingest_pack
-from casa_assets.textures.run.pictures import load_pack
 from casa_assets.textures.seam import seam
 from tests.support.library.pictures import encoded, pixels
 
@@ -63,14 +62,6 @@ def test_good_pictures_become_tiles(folder: Path, tmp_path: Path) -> None:
     assert 0.55 < ember.tile_m[0] <= 1.0
     names = sorted(p.name for p in report.folder.iterdir())
     assert names == sorted([*(f for p in report.pack.pictures for f in p.files), "pack.json", "sheet.png"])
-
-
-def test_a_damaged_pack_is_not_read(folder: Path, tmp_path: Path) -> None:
-    report = taken(folder, tmp_path / "lib")
-    assert load_pack(report.folder) == report.pack
-    (report.folder / "pack.json").write_text("{}")
-    with pytest.raises(OutputError, match="ingest it again"):
-        load_pack(report.folder)
 
 
 def test_again_is_the_same_bytes_and_nothing_is_written(folder: Path, tmp_path: Path) -> None:
@@ -248,21 +239,3 @@ def test_other_channels_are_converted(subtests: pytest.Subtests) -> None:
             expected = pixels().mean() / 255 if mode != "I;16" else pixels()[..., 0].mean() / 255
             assert float(seen.pixels.mean()) == pytest.approx(expected, abs=0.04)
             assert seen.notes
-
-
-def test_dark_detail_is_low_and_rough() -> None:
-    base = np.full((256, 256, 3), 0.7, np.float32)
-    base[100:104] = 0.2
-    made = layers(base, Surface.FLOOR, None)
-    assert made.height_m[101:103].max() < made.height_m[50:60].min()
-    assert made.roughness[101:103].min() > made.roughness[50:60].max()
-    assert -0.001 < made.height_m.min() < made.height_m.max() < 0.001
-
-
-def test_ids_and_remedies() -> None:
-    assert slug("Zellige — Größe 3!") == "zellige_groe_3"
-    assert slug("07 brick") == "p07_brick"
-    assert slug("日本") == "picture"
-    assert unique_ids("a", ["x", "X", "x 2", "x"]) == ("a_x", "a_x_2", "a_x_2_2", "a_x_3")
-    assert set(REMEDIES) == set(PictureRejection)
-    assert len(set(REMEDIES.values())) == len(PictureRejection)
