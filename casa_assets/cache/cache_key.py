@@ -276,11 +276,7 @@ def reach(*made_by: CodeRef) -> Reach:
 
 
 def versions_of(steps: Mapping[str, CodeRef | tuple[CodeRef, ...]]) -> dict[str, str]:
-    """Steps of a producer as `stage:<name>` with the first digits of its key, and `tool:<package>` with its version.
-
-    Args:
-        steps: name -> what does it.
-    """
+    """Steps of a producer as `stage:<name>` with the first digits of its key, and `tool:<package>` with its version."""
     found: dict[str, str] = {}
     for name, made in steps.items():
         every = made if isinstance(made, tuple) else (made,)

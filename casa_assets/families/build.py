@@ -322,8 +322,6 @@ def build_all(
 
     Members that an earlier run has built under the same key are yielded first and stay unchanged.
 
-    Args:
-        wanted: members to build. library: folder, created if it is missing. jobs: processes; 0 for one per core.
     Raises:
         OutputError: the library is held by another run or cannot be written.
         CasaError: see run_batch.
@@ -388,11 +386,7 @@ PROPORTION_STEP = 0.15
 
 
 def complete(asset: Asset, params: Params, category: Category, opening_m: float) -> Asset:
-    """The object with its split, and with a site `grasp_<feature>` for each way in which a hand can take it.
-
-    Args:
-        params: its numbers. opening_m: largest opening of the gripper.
-    """
+    """The object with its split, and with a site `grasp_<feature>` for each way in which a hand can take it."""
     split = split_of(shape_digest(asset, params))
     grasps = tuple(grasp_site(grasp, np.zeros(3)) for grasp in _grasps(asset, category, opening_m))
     return asset.replace(labels=asset.labels.replace(split=split), sites=(*asset.sites, *grasps))
@@ -423,11 +417,7 @@ def _grasps(asset: Asset, category: Category, opening_m: float) -> tuple[Grasp, 
 
 
 def check_member(asset: Asset, category: Category, cache: Path) -> Report:
-    """The report of the checks on members of objects.
-
-    Args:
-        cache: folder of the store that keeps where lines are printed.
-    """
+    """The report of the checks on members of objects."""
     member = ObjectMember(asset, category, printed_lines(asset, cache))
     records = registry.load()
     return run_checks(member, asset.id, records.limits, records.waived(asset.id), objects.ROWS)

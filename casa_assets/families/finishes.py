@@ -68,13 +68,7 @@ def finishes_key(names: Iterable[str]) -> str:
 
 
 def finishes(names: Iterable[str], cache: Path) -> dict[str, Finish]:
-    """All plain finishes, and those named that have pictures.
-
-    Args:
-        names: ids of finishes. cache: folder of the store that keeps pictures.
-    Raises:
-        UnknownId: neither a plain finish nor a recipe.
-    """
+    """All plain finishes, and those named that have pictures. Raises UnknownId: neither a plain finish nor a recipe."""
     by_id = dict(plain())
     pictured = every_recipe()
     for name in names:

@@ -203,11 +203,7 @@ def classify_by_look(asset: Asset, score: Scorer) -> tuple[str, float, str]:
 
 
 def render_asset_views(asset: Asset) -> list[bytes]:
-    """PNGs of a thing from a few sides, with the look that it came with.
-
-    Raises:
-        NoRenderer: there is no OpenGL.
-    """
+    """PNGs of a thing from a few sides, with the look that it came with."""
     from casa_assets.formats import mjcf
 
     with tempfile.TemporaryDirectory() as folder:
@@ -228,11 +224,7 @@ MIN_COSINE = 0.9
 
 
 def image_embeddings(row: AssetRow, eye: ClipModel, store: Store) -> Floats:
-    """(V, D) unit embeddings of the pictures of an asset; taken from the store if they are there.
-
-    Raises:
-        CannotDraw, NoRenderer: see preview.still.
-    """
+    """(V, D) unit embeddings of the pictures of an asset; taken from the store if they are there."""
     words = ["pictures", key_of(render_model_views), eye.weights_digest, row.digest]
     return _cached(store, words, lambda: eye.encode_images(render_model_views(checked_model(row.folder / "model.xml"))))
 

@@ -135,13 +135,9 @@ class Certificate(Record):
     """Certificate of an asset: the part of asset.json besides the asset itself.
 
     Attributes:
-        schema_version: of this file.
-        asset_digest: of the Asset record, canonical.
-        producer: what made the asset.
         cache_key: digest of everything that decided the result besides the source.
         versions: stages of the producer with their keys, and the packages that they use.
         report: every check that applies to this subject, with its number or why it did not apply or was not run.
-        summary: numbers for tables.
         files: path -> sha256 of everything in the folder but asset.json.
         signature: compared with those of other assets; None if the asset has no visible geometry.
     """
@@ -159,11 +155,7 @@ class Certificate(Record):
 
 @dataclass(frozen=True)
 class Manifest:
-    """asset.json of an accepted asset, read once: its certificate, and the asset as plain data.
-
-    Attributes:
-        folder: of the entry.
-    """
+    """asset.json of an accepted asset, read once: its certificate, and the asset as plain data."""
 
     folder: Path
     certificate: Certificate
@@ -247,11 +239,7 @@ class Library:
         return path
 
     def stage_refusal(self, refusal: Refusal, picture: bytes = b"") -> Path:
-        """Write the finished entry of a rejected input into the staging folder, and return its folder.
-
-        Args:
-            picture: PNG of the input, or empty if there is no picture.
-        """
+        """Write the finished entry of a rejected input into the staging folder, and return its folder."""
         staged = self.stage(refusal.id)
         if picture:
             (staged / PICTURE).write_bytes(picture)

@@ -66,8 +66,6 @@ class LibraryReport(Record):
 def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | None = None) -> LibraryReport:
     """Compare all accepted assets with each other and write library.json, by one rename.
 
-    Args:
-        table: the entries of the library.
         eye: looks at the pictures. Without one, what an earlier run saw of assets that are still the same is kept.
     Raises:
         OutputError: an entry is damaged. CannotDraw, NoRenderer: with an eye, where pictures cannot be made.

@@ -148,7 +148,6 @@ def write_index(
     Args:
         libraries: all that the folder is to index; parts of other libraries in it are removed.
         force: write all parts again, including those of libraries in which only a file was edited in place.
-        entries_of: gives the entries of a library.
     Raises:
         CasaError: pyarrow is not installed.
         OutputError: an entry is damaged, one library is named twice, or the folder cannot be written to.

@@ -67,11 +67,7 @@ def read_overrides(library: disk.Library) -> dict[str, UserOverride]:
 
 
 def write(library: disk.Library, found: Iterable[Entry]) -> int:
-    """Rewrite the list by one rename; without rows the file is removed. Returns the number of rows.
-
-    Args:
-        found: the entries of the library.
-    """
+    """Rewrite the list by one rename; without rows the file is removed. Returns the number of rows."""
     overridden = {digest: row for digest, row in _read(library).items() if not row.override.is_empty}
     rows: dict[str, Mapping[str, str]] = {digest: row.cells for digest, row in overridden.items()}
     for entry in found:

@@ -152,7 +152,6 @@ class SearchHit:
     """An asset that matches a search.
 
     Attributes:
-        id, category: of the asset. folder: of its entry.
         score: how well it matches: a cosine in searches by pictures, else a sum over the words, 0 without words.
         reason: why, in words. entry: of the asset, if the search was by words or conditions.
     """
@@ -210,8 +209,6 @@ def search_entries(found: Iterable[Entry], root: Path, query: str, most: int) ->
 
     However many entries there are, no more than `most` are kept in memory.
 
-    Args:
-        found: entries of a library. root: its folder.
     Raises:
         OutputError: an entry is damaged.
     """

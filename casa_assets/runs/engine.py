@@ -28,7 +28,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 from casa_assets import registry
 from casa_assets.cache.cache_key import digest_of
@@ -74,7 +74,6 @@ def run_batch(
 
     Args:
         function: of a module, or a partial of one, that answers with something picklable.
-        jobs: picklable. root: folder that they write to. workers: where they run.
         warm: see Pool. least_bytes: memory that a job needs.
         goes_on: a job for which the memory does not suffice, tried alone too, is a failure like others.
     Raises:
@@ -159,7 +158,7 @@ def open_library(library: Library, stack: ExitStack) -> None:
     Store(library.cache).sweep()
 
 
-class InputRun:
+class InputRun(Generic[S]):
     """One run over discovered inputs: what is known of them, and the refusals of those that have no bytes.
 
     Args:
@@ -169,7 +168,8 @@ class InputRun:
     Attributes:
         before: the library with the results of earlier runs; another one than `library` in a dry run only.
         found: inputs with a mesh. early: events of all others: one each for the first of a file, one for the rest.
-        left_out: numbers of inputs that this run leaves as they are and does not report.
+        left_out: numbers of inputs that this run leaves as they are and does not report. surveys: by number, once
+            `over` has begun.
     """
 
     def __init__(
@@ -187,6 +187,7 @@ class InputRun:
         self.found: Sequence[Found] = []
         self.early: list[tuple[Event, Refused]] = []
         self.left_out: set[int] = set()
+        self.surveys: dict[int, S | Rejected | WorkerFailure] = {}
         # Of what could not be read: how many are at each place (rows may name one mesh), and the ids.
         self._unread: Counter[str] = Counter()
         self._unread_ids: set[str] = set()
@@ -238,10 +239,10 @@ class InputRun:
         Args:
             answers: number of an input, and its survey or why there is none; all are awaited.
         """
-        surveys = dict(answers)
+        self.surveys = dict(answers)
         first: dict[str, str] = {}
         for number, one in enumerate(self.found):
-            answer, is_left_out = surveys[number], number in self.left_out
+            answer, is_left_out = self.surveys[number], number in self.left_out
             if isinstance(answer, WorkerFailure):
                 refused = FAILURE_CODES[answer.reason], answer.text
             elif isinstance(answer, Rejected):
@@ -411,11 +412,7 @@ class NewResult:
     moving_parts: int | None = None
 
     def reason_to_keep(self, name: str, moving_parts: int) -> str:
-        """Return why the accepted asset of a name is kept in place of this; empty where this replaces it.
-
-        Args:
-            moving_parts: of the accepted asset.
-        """
+        """Return why the accepted asset of a name is kept in place of this; empty where this replaces it."""
         if self.code == review.REJECTED_CODE:  # a person rejects it
             return ""
         advice = "--force replaces it"

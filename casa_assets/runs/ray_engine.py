@@ -63,7 +63,6 @@ class RayEngine(Engine):
     enough is tried once more with all that it may use, as in the local pool.
 
     Args:
-        cluster: which, and how many jobs at once.
         limits: of each job. warm, least_bytes: as in Pool.
         shared: folder on a disk that all machines share, for files of the run alone.
     Raises:

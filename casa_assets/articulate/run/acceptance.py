@@ -198,11 +198,7 @@ MAX_LISTED_FAULTS = 6
 def unmet_checks(
     asset: Asset, category: Category, root: Path, contract: Contract | None, limits: Mapping[str, float]
 ) -> tuple[str, ...]:
-    """Return the failed checks of the contract that an asset names; empty where it meets it.
-
-    Args:
-        root: where its MJCF is written.
-    """
+    """Return the failed checks of the contract that an asset names; empty where it meets it."""
     for codes in (NAME_CODES, MOTION_CODES):
         rows = [check for check in TABLE if check.code.startswith(codes) and check.severity is Severity.ERROR]
         subjects = asset, Package(asset, category, root, contract)

@@ -94,8 +94,6 @@ def guess_category(
     Args:
         extent: width, depth, height, any unit. articulation: its moving parts.
         stated: category given by the user, or empty. classify_by_image: classifier by appearance, where there is one.
-    Raises:
-        UnknownId: there is no such category.
     """
     guessed = _guess_without_user(one, extent, articulation, classify_by_image)
     if not stated or (stated == guessed.category.id and guessed.confidence >= NAMING_CONFIDENCE):

@@ -60,7 +60,6 @@ def render_page(
     """Return the HTML of the page.
 
     Args:
-        command: that applies what is decided.
         is_served: a server takes each decision at once; else the page writes a file. title: plain text.
         models: where the page finds the models of its assets; None: it shows pictures alone.
     """

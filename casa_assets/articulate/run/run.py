@@ -73,14 +73,10 @@ def articulate(
     Where there is no input, nothing is written.
 
     Args:
-        roots: files, folders, archives, manifests. out: the library.
         jobs: processes at once (0: one per core), or a Ray cluster.
         others: counts the files that are no meshes, by what they are.
         working: is called with the names of the meshes that are being worked on whenever another one is begun.
         decisions: by the sha256 of meshes; they are kept in the library, and this and later runs obey them.
-    Raises:
-        CasaError: what is asked for does not exist, or this machine cannot start a worker or draw.
-        OutputError: the library cannot be written to, or another run holds it.
     """
     inputs = discover_inputs(roots, out, others)
     first = next(inputs, None)
@@ -91,7 +87,7 @@ def articulate(
         open_library(library, stack)
         review_file.keep(library, decisions)
         table = EntryTable(library, skip_damaged=True)
-        run = InputRun(library, table, Producer.ARTICULATE, chain([first], inputs))
+        run = InputRun[Survey](library, table, Producer.ARTICULATE, chain([first], inputs))
         for outcome in _outcomes(run, request_for, jobs, working or (lambda _: None)):
             one = outcome if isinstance(outcome, ArticulateOutcome) else _outcome_of(outcome)
             yield replace(one, total=run.total)
@@ -109,7 +105,7 @@ def _outcome_of(event: Event) -> ArticulateOutcome:
 
 
 def _outcomes(
-    run: InputRun, request_for: RequestMaker, jobs: Workers, working: Callable[[Sequence[str]], None]
+    run: InputRun[Survey], request_for: RequestMaker, jobs: Workers, working: Callable[[Sequence[str]], None]
 ) -> Iterator[Event | ArticulateOutcome]:
     """Yield the outcomes of all inputs: those that have no mesh, those that are known, then the others as they end."""
     yield from run.refused_early()

@@ -64,11 +64,7 @@ _WITHOUT_PICTURE = frozenset({PartKind.KNOB, PartKind.BUTTON})
 
 
 def write(outcome: ArticulateOutcome, folder: Path) -> None:
-    """Draw the strip of an outcome into a folder that holds its model.
-
-    Raises:
-        CannotDraw, NoRenderer: no picture can be made of it, or on this machine.
-    """
+    """Draw the strip of an outcome into a folder that holds its model."""
     (folder / NAME).write_bytes(_strip(outcome, folder))
 
 

@@ -29,7 +29,6 @@ class Deduplicator:
     """Finds copies among the inputs of a run and in its library.
 
     Args:
-        library: of the run.
         limit: largest distance between the surfaces of copies, as a share of their radius.
         own: sha256 of the inputs of this run; their entries in the library are judged in the order of the inputs.
         table: the entries of the library from before the run; None: they are read when they are asked for.

@@ -189,8 +189,6 @@ class MeshInput:
     """A mesh in memory with what is known of it, for `Library.ingest`.
 
     Attributes:
-        mesh: a trimesh.Trimesh or trimesh.Scene.
-        name: what it is called; where no category is given it is looked up in it.
         category: id of what it is, such as `mug`. up: axis that points up.
     """
 
@@ -224,15 +222,7 @@ def _source(name: str, category: str = "") -> Source:
 
 
 def ingest_mesh(mesh: MeshOrScene, name: str, category: str = "", up: Up | None = None) -> tuple[Asset, Report]:
-    """The asset of a mesh or scene, and the report of every check, errors too.
-
-    Args:
-        name: of the mesh; where no category is given it is looked up in it.
-        category: id of what it is. up: axis that points up; None: what the mesh's metadata say, else guessed.
-    Raises:
-        Rejected: a stage cannot accept it. UnknownId: no such category.
-        CannotDraw, NoRenderer: this machine draws no pictures.
-    """
+    """The asset of a mesh or scene, and the report of every check, errors too."""
     from casa_assets.formats.read.from_trimesh import bundle_from_trimesh
     from casa_assets.ingest.run.steps import build_asset
     from casa_assets.runs.asset_package import check_package, write_package

@@ -103,7 +103,6 @@ def merge(
     """Merge shards into a library; yields an Event for each input. Killed at any moment and run again, it goes on.
 
     Args:
-        shards: folders that runs with `Options.shard` wrote to, in any order. library: may hold what earlier runs made.
         is_partial: shards may be missing; their inputs are left out.
         weights: of CLIP, for the checks on the whole library, see `Options`.
     Raises:

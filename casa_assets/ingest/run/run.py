@@ -31,7 +31,7 @@ from casa_assets.ingest.run.job import (
     with_overrides,
 )
 from casa_assets.ingest.run.shards import Recorder, Shard, ShardHeader, check_is_no_shard, made_by
-from casa_assets.ingest.run.survey import Survey, SurveyTable, taken_apart
+from casa_assets.ingest.run.survey import HeldThings, Survey, SurveyTable, taken_apart
 from casa_assets.ingest.run.survey import warm as warm_survey
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.places import StoreRoot
@@ -165,10 +165,11 @@ def ingest(
             if any(isinstance(root, StoreRoot) for root in roots):
                 pool.prepare("casa_assets.ingest.sources.stores:warm")
             surveys = SurveyTable(before.cache, options.category, options.limits, options.dry_run)
-            answers: Answers = WorkerAnswers(pool, surveys, options.limits, show_work)
+            answers = WorkerAnswers(pool, surveys, options.limits, show_work)
             if recorder is not None:
-                every, answers = recorder.own(every), recorder.noting(answers)
-            yield from ingest_inputs(library, table, every, answers, options, partial(is_below, places))
+                every = recorder.own(every)
+            is_looked_at = partial(is_below, places)
+            yield from ingest_inputs(library, table, every, answers, options, is_looked_at, recorder)
         if options.dry_run:
             return
         write_reports(library, options.weights, table)
@@ -210,6 +211,7 @@ def ingest_inputs(
     answers: Answers,
     options: Options,
     is_looked_at: Callable[[str], bool],
+    recorder: Recorder | None = None,
 ) -> Generator[Event, None, None]:
     """Work on all inputs; yields an Event for each when it is done.
 
@@ -219,6 +221,8 @@ def ingest_inputs(
     run = _IngestRun(library, table, inputs, answers, options)
     yield from run.refused_early()
     yield from run.over(answers.surveys(run.found), run.due)
+    if recorder is not None:
+        recorder.note(run.held, run.surveys)
     results = run.results()
     if options.keeps_copies:
         yield from map(run.publish, results)
@@ -233,10 +237,11 @@ def ingest_inputs(
         run.refused_rows.write(is_looked_at)
 
 
-class _IngestRun(InputRun):
+class _IngestRun(InputRun[Survey]):
     """A run of ingest.
 
     Attributes:
+        held: things in files that are taken apart, by the number of the file.
         steps: inputs that could be read, in their order: a job to do, or an accepted asset that exists already.
     """
 
@@ -251,8 +256,10 @@ class _IngestRun(InputRun):
         super().__init__(library, table, Producer.INGEST, inputs, cache_key(options.limits, options.category))
         self.answers, self.options, self.limits = answers, options, options.limits
         self.steps: list[Job | Result] = []
+        self.held: Mapping[int, HeldThings] = {}
         if options.split:
-            self.found, digests = taken_apart(self.found, answers.things(self.found))
+            self.held = answers.things(self.found)
+            self.found, digests = taken_apart(self.found, self.held)
             # What an earlier run made of the whole files is taken away.
             for sha256 in digests:
                 for folder in library.entries_of(Identity(Producer.INGEST, sha256)):

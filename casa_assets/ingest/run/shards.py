@@ -15,7 +15,6 @@ from pydantic import Field, StringConstraints, ValidationError
 from casa_assets.cache.cache_key import key_of
 from casa_assets.errors import CasaError, OutputError, Rejected
 from casa_assets.ingest.run.inputs import discover_inputs
-from casa_assets.ingest.run.job import Answers, Job
 from casa_assets.ingest.run.survey import HeldThings, Survey, SurveyAnswer, survey, things_held
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.places import utf8_escaped
@@ -27,7 +26,7 @@ from casa_assets.library.library import Producer
 from casa_assets.model.record import Record, Sha256
 from casa_assets.model.source import Source
 from casa_assets.runs.limits import WorkerFailure
-from casa_assets.runs.outcome import FAILURE_CODES, Outcome
+from casa_assets.runs.outcome import FAILURE_CODES
 
 # Shard ----------------------------------------------------------------------------------------------------------------
 # Tell the inputs of a shard by the names of their files alone, so that machines have nothing to agree on.
@@ -314,7 +313,7 @@ def check_is_no_shard(library: disk.Library) -> None:
 
 
 class Recorder:
-    """Narrows a run to a shard and notes the answers that it gets.
+    """Narrows a run to a shard and writes down what it finds out.
 
     Raises OutputError: the library is no shard, or another one, or one of a run with other options.
     """
@@ -324,7 +323,7 @@ class Recorder:
         self._check(table)
         self._discovery = Discovery(self._library, header.shard)
         self._held: Mapping[int, HeldThings] = {}
-        self._surveys: dict[int, SurveyRecord] = {}
+        self._surveys: Mapping[int, SurveyAnswer] = {}
 
     def begin(self) -> None:
         """Write down that the run has begun."""
@@ -334,25 +333,9 @@ class Recorder:
         """The inputs of the shard."""
         return self._discovery.own(inputs)
 
-    def noting(self, answers: Answers) -> Answers:
-        """The same answers, which are noted as they are given."""
-        self._answers = answers
-        return self
-
-    def things(self, found: Sequence[Found]) -> Mapping[int, HeldThings]:
-        """See Answers."""
-        self._held = self._answers.things(found)
-        return self._held
-
-    def surveys(self, found: Sequence[Found]) -> Iterator[tuple[int, SurveyAnswer]]:
-        """See Answers."""
-        for number, answer in self._answers.surveys(found):
-            self._surveys[number] = _record_of(answer)
-            yield number, answer
-
-    def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Outcome]]:
-        """See Answers."""
-        return self._answers.outcomes(jobs)
+    def note(self, held: Mapping[int, HeldThings], surveys: Mapping[int, SurveyAnswer]) -> None:
+        """Note what files hold and what each input is, by its number."""
+        self._held, self._surveys = held, surveys
 
     def end(self) -> None:
         """Write down all that was noted."""
@@ -379,7 +362,7 @@ class Recorder:
             held = self._held.get(place)
             sha256, things = (held.sha256, held.names) if held is not None and held.names else ("", ())
             end = begin + (len(things) or 1)
-            surveys = tuple(self._surveys[i] for i in range(begin, end))
+            surveys = tuple(_record_of(self._surveys[i]) for i in range(begin, end))
             yield ShardLine(number=number, source=one.source, sha256=sha256, things=things, surveys=surveys)
             begin = end
 

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import os
-import sqlite3
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from casa_assets import registry
 from casa_assets.cache.cache_key import key_of
+from casa_assets.core.system import keep_json, kept_json
 from casa_assets.errors import Rejected
-from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.found import Found
 from casa_assets.ingest.sources.places import is_url
@@ -114,6 +112,7 @@ def things_held(job: tuple[Found, Mapping[str, float]]) -> HeldThings | None:
     objects.
     """
     # Here, since most runs take nothing apart, and this loads slowly.
+    from casa_assets.ingest.load import load
     from casa_assets.ingest.things.signs import guess_of_things
     from casa_assets.ingest.things.split import things_of
 
@@ -154,10 +153,7 @@ SurveyAnswer = Survey | Rejected | WorkerFailure
 #
 # It lies in the cache of the library, and deleting it costs time and nothing else.
 
-NAME = "surveys.sqlite"
-_SCHEMA = """
-CREATE TABLE IF NOT EXISTS surveys (input TEXT PRIMARY KEY, made_by TEXT, survey TEXT);
-"""
+NAME = "surveys.json"
 # A file that is younger than this when it is read may change again without a trace in its times, which come in steps.
 MIN_AGE_NS = 50_000_000
 
@@ -169,14 +165,13 @@ class SurveyTable:
     """
 
     def __init__(self, cache: Path, requested: str, limits: Mapping[str, float], read_only: bool = False) -> None:
-        self._path, self._read_only = (cache / NAME).absolute(), read_only
+        self._path, self._read_only = cache / NAME, read_only
         self._made_by = key_of(survey)
         self._requested, self._limits = requested, limits
         self._said = f"{requested}\0{limits['input_bytes']}"
-        self._kept: dict[str, str] = {}
-        with suppress(sqlite3.Error, OSError), closing(self._open()) as database:
-            rows = database.execute("SELECT input, survey FROM surveys WHERE made_by = ?", (self._made_by,))
-            self._kept = dict(rows.fetchall())
+        kept = kept_json(self._path)
+        is_ours = isinstance(kept, dict) and kept.get("made_by") == self._made_by
+        self._kept: dict[str, Any] = kept["surveys"] if is_ours else {}
 
     def survey(self, inputs: Sequence[Found], pool: Engine) -> Iterator[tuple[int, Survey | Rejected | WorkerFailure]]:
         """Yield number and survey of every input, the known ones first; what is new is kept at the end.
@@ -199,11 +194,11 @@ class SurveyTable:
 
     def find(self, found: Found) -> Survey | None:
         """Return the survey of an earlier run if no file has changed since, or None otherwise."""
-        text = self._kept.get(self._key(found))
-        if text is None or found.is_model:
+        known = self._kept.get(self._key(found))
+        if known is None or found.is_model:
             return None
         try:
-            sha256, category, confidence, reason, looked_at = json.loads(text)
+            sha256, category, confidence, reason, looked_at = known
             if all(state_of(path) == state for path, state in looked_at):
                 return Survey(sha256, category, confidence, reason)
         except (ValueError, TypeError):
@@ -213,36 +208,19 @@ class SurveyTable:
     def keep(self, surveys: Iterable[tuple[Found, Survey]]) -> None:
         """Keep what was found out now, but for files that are so young that they may still change unseen."""
         newest = time.time_ns() - MIN_AGE_NS
-        rows = [
-            (self._key(found), self._made_by, json.dumps((s.sha256, s.category, s.confidence, s.reason, s.looked_at)))
-            for found, s in surveys
-            if not found.is_model and all(_is_settled(state, newest) for _, state in s.looked_at)
-        ]
-        if not rows or self._read_only:
-            return
-        with suppress(sqlite3.Error, OSError), closing(self._open()) as database, database:
-            database.execute("DELETE FROM surveys WHERE made_by != ?", (self._made_by,))
-            database.executemany("INSERT OR REPLACE INTO surveys VALUES (?, ?, ?)", rows)
+        fresh = {
+            self._key(found): (one.sha256, one.category, one.confidence, one.reason, one.looked_at)
+            for found, one in surveys
+            if not found.is_model and all(_is_settled(state, newest) for _, state in one.looked_at)
+        }
+        if fresh and not self._read_only:
+            keep_json(self._path, {"made_by": self._made_by, "surveys": {**self._kept, **fresh}})
 
     def _key(self, found: Found) -> str:
         """Key of an input: its place, and what its source says of it."""
         notes = [note.to_json() for note in found.notes]
         said = f"{self._said}\0{found.root}\0{found.archive}\0{found.main}\0{found.source.to_json()}\0{notes}"
         return hashlib.sha256(said.encode("utf-8", "surrogateescape")).hexdigest()
-
-    def _open(self) -> sqlite3.Connection:
-        if self._read_only:
-            return sqlite3.connect(f"{self._path.as_uri()}?mode=ro", uri=True)
-        self._path.parent.mkdir(parents=True, exist_ok=True)
-        database = sqlite3.connect(self._path)
-        try:
-            database.executescript(_SCHEMA)
-        except sqlite3.DatabaseError:  # no table: what a disk fault has left there
-            database.close()
-            self._path.unlink(missing_ok=True)
-            database = sqlite3.connect(self._path)
-            database.executescript(_SCHEMA)
-        return database
 
 
 def _is_settled(state: str, newest_ns: int) -> bool:
