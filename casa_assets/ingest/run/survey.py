@@ -153,7 +153,7 @@ SurveyAnswer = Survey | Rejected | WorkerFailure
 #
 # It lies in the cache of the library, and deleting it costs time and nothing else.
 
-NAME = "surveys.json"
+NAME = "surveys"
 # A file that is younger than this when it is read may change again without a trace in its times, which come in steps.
 MIN_AGE_NS = 50_000_000
 
