@@ -39,8 +39,6 @@ from casa_assets.registry.plugins.load import load_plugins
 from casa_assets.registry.project_files import files_of
 
 # Code parts -----------------------------------------------------------------------------------------------------------
-# Find what a top-level function or class of a module uses of its own module, and what that imports.
-#
 # Parsing a large module takes 10 ms, and a run that has nothing to do asks about dozens of functions: what was found
 # is kept in the cache folder, under the digest of the module.
 
@@ -196,8 +194,6 @@ def _source(module: str) -> str:
 
 
 # Cache key ------------------------------------------------------------------------------------------------------------
-# The key of a function is a digest of all code and data that it can reach.
-#
 # A kept result (a texture, a built asset, a scene, a picture, a report, an entry of a library) is kept under a key. The
 # key of the function that made it is a sha256 over
 #

@@ -379,7 +379,6 @@ def warm() -> None:
 
 
 # Loose objects --------------------------------------------------------------------------------------------------------
-# Complete an object out of numbers: add sites where a hand can take it, and its split for training or for testing.
 
 # Two members have the same proportions where the logarithms of these fall into one step of this width: about a sixth.
 PROPORTION_STEP = 0.15
@@ -413,7 +412,6 @@ def _grasps(asset: Asset, category: Category, opening_m: float) -> tuple[Grasp, 
 
 
 # Member checks --------------------------------------------------------------------------------------------------------
-# Check a member of a category of objects: its sides, and the lines that are printed on its labels.
 
 
 def check_member(asset: Asset, category: Category, cache: Path) -> Report:

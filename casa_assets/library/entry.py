@@ -11,7 +11,7 @@ import hashlib
 import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -55,25 +55,25 @@ class Entry:
     category: str
     path: str
     accepted: bool
-    code: str
-    message: str
-    summary: disk.Summary | None
-    warnings: tuple[Issue, ...]
-    results: tuple[CheckResult, ...]
-    guesses: tuple[Guess, ...]
-    source: str
-    source_path: str
-    sha256: str
-    title: str
-    author: str
-    licence: str
-    uri: str
-    prompt: str
-    generator: str
-    split: str
-    digest: str
-    producer: str
-    cache_key: str
+    code: str = ""
+    message: str = ""
+    summary: disk.Summary | None = None
+    warnings: tuple[Issue, ...] = ()
+    results: tuple[CheckResult, ...] = ()
+    guesses: tuple[Guess, ...] = ()
+    source: str = ""
+    source_path: str = ""
+    sha256: str = ""
+    title: str = ""
+    author: str = ""
+    licence: str = ""
+    uri: str = ""
+    prompt: str = ""
+    generator: str = ""
+    split: str = ""
+    digest: str = ""
+    producer: str = ""
+    cache_key: str = ""
     portion: str = ""
     checks: Tally = NO_CHECKS
     is_whole: bool = True
@@ -106,10 +106,9 @@ def entries(library: disk.Library) -> Iterator[Entry]:
 
 def row_entries(library: disk.Library) -> Iterator[Entry]:
     """Entries for inputs that were refused without a mesh, see RefusedRows."""
-    blank: dict[str, Any] = {field.name: "" for field in fields(Entry)}
-    blank |= {"accepted": False, "summary": None, "warnings": (), "results": (), "guesses": (), "checks": NO_CHECKS}
     for row in _listed(library):
-        yield Entry(**{**blank, **_place_of(row["source_path"]), **row})
+        stated: dict[str, Any] = {**_place_of(row["source_path"]), **row}
+        yield Entry(accepted=False, **stated)
 
 
 def entry_at(folder: Path, root: Path) -> Entry:
@@ -135,8 +134,6 @@ def entry_of(manifest: disk.Manifest, root: Path) -> Entry:
         category=category,
         path=folder.relative_to(root).as_posix(),
         accepted=True,
-        code="",
-        message="",
         summary=certificate.summary,
         warnings=tuple(i for i in certificate.report.issues if i.severity is Severity.WARNING),
         results=certificate.report.results,
@@ -168,16 +165,11 @@ def _refused(folder: Path, root: Path) -> Entry:
         accepted=False,
         code=refusal.code,
         message=refusal.message,
-        summary=None,
-        warnings=(),
         results=refusal.report.results if refusal.report else (),
-        guesses=(),
         source=source.kind.value,
         source_path=source.place,
         sha256=refusal.sha256,
         **{name: getattr(source, name) for name in STATED},
-        split="",
-        digest="",
         producer=refusal.producer.value,
         cache_key=refusal.cache_key,
         checks=refusal.report.tally if refusal.report else NO_CHECKS,

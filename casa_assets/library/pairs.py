@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from casa_assets.mesh.registration import SampledSurface
 
 # Signature ------------------------------------------------------------------------------------------------------------
-# Compute the signature that an asset is compared by, and its surface for registration with another.
 
 
 def signature(asset: Asset) -> Signature | None:
@@ -55,7 +54,6 @@ def surface(asset: Asset) -> tuple[Floats, Ints]:
 
 
 # Entries --------------------------------------------------------------------------------------------------------------
-# The accepted assets of a library with what a comparison needs, read from their JSON alone.
 
 
 @dataclass(frozen=True)
@@ -113,7 +111,6 @@ def row_of(manifest: disk.Manifest) -> AssetRow:
 
 
 # Pairs ----------------------------------------------------------------------------------------------------------------
-# Candidates by signature, confirmed by registering one onto the other.
 
 # Shapes whose descriptors differ by more than this are not registered, see benchmarks/ingest/duplicates.py.
 MAX_DESCRIPTOR_DISTANCE = 0.035

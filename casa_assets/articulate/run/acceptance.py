@@ -30,7 +30,6 @@ from casa_assets.model.registry.contract import Contract
 from casa_assets.model.registry.rows import ConfidenceModel
 
 # Limit ranges ---------------------------------------------------------------------------------------------------------
-# Limit the joints of an articulated asset to the range in which its parts move freely; all in memory.
 
 # A part that moves through less than this share of its range before it meets something has a wrong joint, or shapes
 # that are too coarse to tell: its range stays.
@@ -97,7 +96,6 @@ def _free_travel(built: ArticulateResult) -> Mapping[str, JointTravel]:
 
 
 # Mend -----------------------------------------------------------------------------------------------------------------
-# Fit collision shapes anew, open doors wider, exclude contacts.
 
 # Checks of collision shapes that shapes fitted anew may pass: their box, where mass lies, and what they cover.
 SHAPE_CODES = frozenset({"AST008", "AST009", "AST016"})
@@ -182,8 +180,6 @@ def _links(contact: Penetration) -> tuple[str, str]:
 
 
 # Contract -------------------------------------------------------------------------------------------------------------
-# Decide whether an articulated mesh meets the RoboCasa contract of its category.
-#
 # An asset names a contract only where every check of it passes: names and paths, poses and states as MuJoCo operates
 # them, and what a hand has to be able to move. Otherwise the failed checks are reported.
 
@@ -229,8 +225,6 @@ def without_contract(asset: Asset, faults: tuple[str, ...]) -> Asset:
 
 
 # Doubts ---------------------------------------------------------------------------------------------------------------
-# Find what a person has to decide about an articulated mesh before it counts as accepted: frame, parts, contacts.
-#
 # An asset in doubt is written as any other and is in review, as `ingest` has it: a warning names what to decide, and
 # review.csv of the library lists it.
 

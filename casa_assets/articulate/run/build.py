@@ -41,7 +41,6 @@ from casa_assets.model.registry.category import Category
 from casa_assets.model.source import RawModel, Source, Up, UpAxis, UserOverride, Word
 
 # Models ---------------------------------------------------------------------------------------------------------------
-# Load what was learned from labelled cases, for the search of moving parts.
 
 
 @cache
@@ -393,7 +392,6 @@ def find_input(request: ArticulateRequest) -> Found:
 
 
 # Overrides ------------------------------------------------------------------------------------------------------------
-# Apply what a person wrote about an input into review.csv of a library to the request to articulate it.
 
 _UP_WORDS = {axis: ("-" if axis.startswith("minus_") else "+") + axis[-1] for axis in UpAxis}
 

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from casa_assets.mesh.trimesh_exchange import MeshOrScene
 
 # Plugin sources -------------------------------------------------------------------------------------------------------
-# Fetch what sources of plug-ins bring, each address once.
 
 FETCHED = "fetched"  # folder in the cache
 FAILED = "RUN009"
@@ -86,7 +85,6 @@ def fetch(address: str, library: Path) -> Path | Refused:
 
 
 # Discover inputs ------------------------------------------------------------------------------------------------------
-# Find the inputs under paths that the user names; libraries among them are left out, and names are made valid text.
 
 # Names of library/library_report.py and reports/attribution.py: every library has both. By value, as another
 # report changes nothing about what is found.

@@ -35,7 +35,6 @@ from casa_assets.runs.engine import open_library
 from casa_assets.runs.outcome import Event, Outcome
 
 # Check shards ---------------------------------------------------------------------------------------------------------
-# Check that shards are of one run of this version of the program, and that all of them are there.
 
 # What all shards of one run have in common, and what to say where they do not.
 COMMON = {

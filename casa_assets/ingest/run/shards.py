@@ -299,7 +299,6 @@ def _first_fault(error: ValidationError) -> str:
 
 
 # Recorder -------------------------------------------------------------------------------------------------------------
-# Leaves out the inputs of the others, and writes down what a merge will need.
 
 # Options that a shard keeps from its first run on. Limits and code may change: what they void is made anew.
 LASTING = ("category", "split", "keep_duplicates")

@@ -24,7 +24,6 @@ from casa_assets.textures.finish import swatch
 from casa_assets.textures.run.recipes import find_recipe, finish_of, layers_of, recipes
 
 # Sheet ----------------------------------------------------------------------------------------------------------------
-# Finishes into files, and into contact sheets of swatches of true size.
 
 COLUMNS = 10
 PER_PAGE = 100
@@ -66,7 +65,6 @@ def _png(made: Finish, side_m: float, side_px: int) -> bytes:
 
 
 # Check ----------------------------------------------------------------------------------------------------------------
-# Recipes through every check of textures, several at a time, with the finishes kept in the store.
 
 COMPARISON_PX = 256
 DEFAULT_JOBS = 2

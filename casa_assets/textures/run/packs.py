@@ -59,7 +59,6 @@ from casa_assets.textures.run.pictures import FOLDER, PACK, pack_of
 from casa_assets.textures.run.recipes import every_recipe, origin_of
 
 # Sources --------------------------------------------------------------------------------------------------------------
-# The files that a pack is made of: those under a folder; every read is bounded.
 
 
 def list_files(folder: Path) -> list[str]:
@@ -85,7 +84,6 @@ def read_file(folder: Path, name: str) -> bytes:
 
 
 # Survey ---------------------------------------------------------------------------------------------------------------
-# Survey pictures: what is said of them, those that can be used, and the reasons why others cannot.
 
 MANIFESTS = ("pack.yaml", "pack.yml", "pack.json")
 _KEYS = ("pack", "defaults", "pictures")

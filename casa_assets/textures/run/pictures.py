@@ -20,7 +20,6 @@ from casa_assets.textures.packs import pictures as derive
 from casa_assets.textures.packs.entry import MAX_FILE_BYTES, MAX_SIDE_PX, FileName, Pack, PackPicture
 
 # Read -----------------------------------------------------------------------------------------------------------------
-# Read the packs of a project, or of a library.
 
 # Folder of packs in a project or a library, and the file in each that says what it holds.
 FOLDER, PACK = "textures", "pack.json"
@@ -54,7 +53,6 @@ def credits_of_pictures(names: Collection[str]) -> list[dict[str, str]]:
 
 
 # Pictures -------------------------------------------------------------------------------------------------------------
-# Pictures of packs: those of the project in use as recipes of textures, and their files as finishes.
 
 # Kind of a recipe that is not painted, but is a picture of a pack.
 KIND = "picture"

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -52,34 +52,8 @@ Painting = Callable[[], Finish]
 THREADS = 2
 
 
-class _Ahead:
-    """Paintings that are begun when the first one of them is missing."""
-
-    def __init__(self, all_missing: Callable[[], Mapping[str, Painting]]) -> None:
-        self._all_missing = all_missing
-        self._begun: dict[str, Future[Finish]] | None = None
-        self._pool: ThreadPoolExecutor | None = None
-
-    def painted(self, key: str, painting: Painting) -> Finish:
-        """The finish of that key, once it is there."""
-        if self._begun is None:
-            self._pool, use = ThreadPoolExecutor(THREADS), in_use()
-
-            def paint(each: Painting) -> Finish:
-                with using(use):
-                    return each()
-
-            self._begun = {other: self._pool.submit(paint, each) for other, each in self._all_missing().items()}
-        begun = self._begun.get(key)
-        return painting() if begun is None else begun.result()
-
-    def close(self) -> None:
-        """Wait for what is being painted; what was not begun stays so."""
-        if self._pool is not None:
-            self._pool.shutdown(wait=True, cancel_futures=True)
-
-
-_CURRENT: ContextVar[_Ahead | None] = ContextVar("paintings", default=None)
+# Gives the paintings that have begun by their keys, once the first of them is missing.
+_BEGUN: ContextVar[Callable[[], Mapping[str, Future[Finish]]] | None] = ContextVar("paintings", default=None)
 
 
 @contextmanager
@@ -94,24 +68,28 @@ def painting_ahead(all_missing: Callable[[], Mapping[str, Painting]]) -> Iterato
     if is_worker():
         yield
         return
-    ahead = _Ahead(all_missing)
-    token = _CURRENT.set(ahead)
+    pool, use = ThreadPoolExecutor(THREADS), in_use()
+
+    def paint(each: Painting) -> Finish:
+        with using(use):
+            return each()
+
+    token = _BEGUN.set(cache(lambda: {key: pool.submit(paint, each) for key, each in all_missing().items()}))
     try:
         yield
     finally:
-        _CURRENT.reset(token)
-        ahead.close()
+        _BEGUN.reset(token)
+        pool.shutdown(wait=True, cancel_futures=True)
 
 
 def painted(key: str, painting: Painting) -> Finish:
     """A finish, painted in this thread, or by those that have begun with it."""
-    ahead = _CURRENT.get()
-    return painting() if ahead is None else ahead.painted(key, painting)
+    begun = _BEGUN.get()
+    future = None if begun is None else begun().get(key)
+    return painting() if future is None else future.result()
 
 
 # Recipes --------------------------------------------------------------------------------------------------------------
-# Recipes of textures from the registry, and pictures of packs beside them; the finishes of both.
-#
 # What is painted is kept in the cache; the files of a picture are read where they stand.
 
 FOLDER = "textures"  # of the registry, and within a cache

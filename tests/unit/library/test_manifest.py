@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import OutputError
-from casa_assets.library.asset_json import asset_from_manifest, manifest_of
+from casa_assets.library.library import asset_from_manifest, manifest_of
 from casa_assets.model.asset.asset import Asset
 from tests.support.asset.assets import EVERY, textured_box
 from tests.support.asset.packages import written
