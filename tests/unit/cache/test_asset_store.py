@@ -29,7 +29,7 @@ from casa_assets.families.asset_store import (
 from casa_assets.formats.usd import document
 from casa_assets.model.asset.asset import Asset
 from casa_assets.registry.families import family, family_names
-from tests.support.asset.assets import rigid_mug, textured_box
+from tests.support.asset.assets import textured_box
 from tests.support.asset.family_members import preset
 
 pytestmark = pytest.mark.content("code", "cache", keep=0)
@@ -62,15 +62,6 @@ def test_an_asset_of_each_family_reads_back_the_same(name: str) -> None:
     data, pictures = pack(asset.model_dump(), "key")
     again = unpack(data, "key", pictures.__getitem__)
     assert (again.id, again.digest) == (asset.id, asset.digest)
-
-
-def test_an_asset_with_pictures_reads_back_the_same(subtests: pytest.Subtests) -> None:
-    for asset in [rigid_mug(), textured_box()]:
-        with subtests.test(asset=asset.id):
-            data, pictures = pack(asset.model_dump(), "key")
-            assert unpack(data, "key", pictures.__getitem__).digest == asset.digest
-            assert pack(asset.model_dump(), "key")[0] == data
-            assert set(pictures.values()) == {t.png for m in asset.materials for t in m.textures}
 
 
 def test_what_was_built_once_is_not_built_again(tmp_path: Path) -> None:
@@ -162,13 +153,6 @@ class TestLightForms:
         monkeypatch.setattr(asset_store, "lighten", never)
         assert AssetStore(tmp_path).lightened(asset).digest == wanted.digest
 
-    def test_do_not_hang_on_what_is_seen(self, tmp_path: Path) -> None:
-        store, box = AssetStore(tmp_path), textured_box()
-        store.lightened(box)
-        plain = box.replace(materials=tuple(m.replace(base_color_texture=None) for m in box.materials))
-        assert store.lightened(plain).digest == lighten(plain).digest
-        assert len(entries(tmp_path)) == 1
-
 
 class TestLayers:
     def test_are_written_once_for_each_content_and_folder_of_pictures(
@@ -190,12 +174,3 @@ class TestLayers:
 
         monkeypatch.setattr(document, "layer_text", never)
         assert AssetStore(tmp_path).layer_text(box, "./textures") == wanted
-
-
-def test_stores_stay_within_the_bound_of_the_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("CASA_ASSETS_CACHE_GB", "0")
-    store = AssetStore(tmp_path)
-    store.built(KETTLE, NUMBERS)
-    assert entries(tmp_path)
-    store.tidy()
-    assert not entries(tmp_path)

@@ -15,7 +15,7 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.cache import cache_key
-from casa_assets.cache.cache_key import key_of, reach
+from casa_assets.cache.cache_key import reach
 from casa_assets.cache.code_index import PACKAGE, package_files, scan, target
 
 pytestmark = pytest.mark.content("code", "cache", keep=0)
@@ -149,14 +149,6 @@ class TestOneConstantChanges:
         changed = copy.changed_by("casa_assets/show/stills/room_light.py", "_EXPOSURE = 0.78", "_EXPOSURE = 0.79")
         assert changed == copy.names("pictures") | copy.names("verdict")
 
-    def test_in_the_preview_of_assets(self, copy: Copy) -> None:
-        """An entry of a library holds a picture, so it is due; what its stages made of the mesh is kept."""
-        changed = copy.changed_by(
-            "casa_assets/show/stills/still.py", "def render(model", "SPARE = 1\n\n\ndef render(model"
-        )
-        assert copy.names("library") <= changed
-        assert changed.isdisjoint(copy.names("stage") | copy.names("asset") | copy.names("scene"))
-
     def test_in_a_stage(self, copy: Copy) -> None:
         changed = copy.changed_by(
             "casa_assets/ingest/mass/estimates.py", "MIN_THICKNESS_RATIO = 1e-7", "MIN_THICKNESS_RATIO = 1e-6"
@@ -237,19 +229,6 @@ class TestImports:
         assert "casa_assets.ingest.run.steps" in reach("casa_assets.ingest.run.job:WorkerAnswers").modules, (
             "named in text"
         )
-
-    def test_a_local_variable_is_not_the_function_of_that_name(self) -> None:
-        """`scenes.draw` has a variable `made`, and `scenes.made` builds whole kitchens."""
-        assert not any(
-            ".families" in name for name in reach("casa_assets.layouts.run.scene_folders:draw_cameras").modules
-        )
-
-    def test_packages_of_others_count_by_their_versions(self) -> None:
-        versions = reach("casa_assets.ingest.collision.collide").versions
-        assert {"numpy", "scipy", "coacd", "vhacdx", "manifold3d"} <= versions.keys()
-        assert "absent" not in versions.values()
-        with pytest.raises(ValueError, match="write a function"):
-            key_of(lambda: None)
 
 
 class TestRegistry:

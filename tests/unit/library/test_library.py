@@ -70,17 +70,6 @@ def publish(library: Library, *what: Identity | str, **words: str) -> Path:
     return target
 
 
-def test_sweep_leaves_entries_and_cache(library: Library) -> None:
-    target = publish(library)
-    (library.cache / "ab").mkdir(parents=True)
-    (library.private / "review.csv.77").write_bytes(b"half")
-    library.stage("mug_0123456789")
-    library.sweep()
-    assert sorted(p.name for p in library.private.iterdir()) == ["cache", "lock", "staging"]
-    assert list(library.staging.iterdir()) == []
-    assert target.exists()
-
-
 def test_one_writer_at_a_time_in_a_folder(library: Library, tmp_path: Path) -> None:
     with library.locked(), pytest.raises(OutputError, match="another run"), Library(library.root).locked():
         pass
@@ -123,14 +112,6 @@ class TestPublish:
         target = publish(library, ONE, "mug")
         assert list(library.refused()) == [target]
         assert list(library.staging.iterdir()) == []
-
-    def test_what_was_rejected_before_may_be_named(self, library: Library) -> None:
-        before, stranger = publish(library, ONE, "bowl"), publish(library, Identity(Producer.INGEST, "c" * 64), "bowl")
-        target = library.refusal_folder(ONE.asset_id("mug"))
-        library.publish(library.stage_refusal(refusal()), target, library.by_input()[ONE.suffix])
-        assert list(library.refused()) == [stranger, target]
-        library.publish(library.stage_refusal(refusal(ONE, "bowl")), before, [])
-        assert list(library.refused()) == [before, stranger, target], "none is looked for"
 
     def test_what_another_producer_made_and_another_input_with_the_same_first_digits_stay(
         self, library: Library

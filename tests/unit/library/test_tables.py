@@ -20,7 +20,6 @@ from casa_assets.library.search import (
     Condition,
     meets,
     parse_condition,
-    search_entries,
     with_default,
 )
 from tests.support.asset.assets import ball, rigid_mug
@@ -87,17 +86,6 @@ def test_a_row_says_what_its_entry_says(tmp_path: Path) -> None:
         assert sizes == [*numbers]
 
 
-def test_words_find_the_best_and_tell_how_many_fit(subtests: pytest.Subtests, tmp_path: Path) -> None:
-    for words in ["", "red mugs", "fruit", "antique"]:
-        with subtests.test(words=words):
-            some = fitting(with_default([parse_condition("mass>0.01")]))
-            found, every = (search_entries(some, tmp_path, words, most) for most in (7, COUNT))
-            assert found.hits == every.hits[:7]
-            assert found.count == every.count == len(every.hits) > 7
-            if not words:
-                assert [hit.id for hit in every.hits] == sorted(entry.id for entry in some)
-
-
 def test_what_is_no_condition_is_told(subtests: pytest.Subtests) -> None:
     for text in ("category=x' OR '1'='1", 'author="; DROP TABLE entries', "id=%"):
         assert fitting([parse_condition(text)]) == [], "hostile values are only compared"
@@ -158,13 +146,6 @@ class TestParts:
         next(tables.glob("*.parquet")).unlink()
         parquet.write_index(libraries, tables)
         assert len(rows_in(tables)) == 3, "a part that is missing is written again"
-
-    def test_a_library_that_is_not_named_goes(self, libraries: list[Library], tmp_path: Path) -> None:
-        parquet.write_index(libraries, tmp_path / "tables")
-        (tmp_path / "tables" / "mine.parquet").write_bytes(b"of somebody else")
-        parquet.write_index(libraries[:1], tmp_path / "tables")
-        assert [row["id"] for row in rows_in(tmp_path / "tables")] == [rigid_mug().id]
-        assert sorted(path.suffix for path in (tmp_path / "tables").iterdir()) == ["", ".json", ".parquet", ".parquet"]
 
     def test_killed_before_the_end_it_is_what_it_was(
         self, libraries: list[Library], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

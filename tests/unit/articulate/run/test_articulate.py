@@ -11,7 +11,6 @@ from PIL import Image
 
 from casa_assets.articulate.decisions import Decisions, PartDecision
 from casa_assets.articulate.plan import PartKind
-from casa_assets.articulate.run import review_page
 from casa_assets.articulate.run.acceptance import limit_ranges
 from casa_assets.articulate.run.build import ArticulateRequest, build
 from casa_assets.articulate.run.steps import NAME as STRIP
@@ -110,15 +109,3 @@ def test_a_part_stops_where_it_runs_into_something(tmp_path: Path) -> None:
     assert not list(tmp_path.glob("**/model.xml")), "ranges are limited in memory"
     # The handle stands 0.08 m off the post.
     assert 0.06 <= joint.range[1] <= 0.081
-
-
-def test_the_review_page_begins_with_the_doubtful(entry: ArticulateOutcome, tmp_path: Path) -> None:
-    good = entry
-    assert good.folder is not None
-    out = good.folder.parents[1]
-    bad = ArticulateOutcome(tmp_path / "<cube>.obj", code="ART001", message="no moving part found")
-    page = review_page.write(out, [good, bad], "casa-assets articulate").read_text(encoding="utf-8")
-    assert "<cube>" not in page
-    assert page.index("cube") < page.index("microwave.obj")
-    assert f"{STRIP}" in page
-    assert (out / "microwave" / good.folder.name / STRIP).is_file()

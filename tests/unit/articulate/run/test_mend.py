@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from casa_assets.articulate.decisions import Decisions, PartDecision
@@ -12,7 +11,6 @@ from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.run.acceptance import mend
 from casa_assets.articulate.run.build import ArticulateRequest, build
 from casa_assets.articulate.run.steps import ArticulateOutcome, articulate_one
-from casa_assets.mesh.solid.primitive import link_bounds
 from casa_assets.model.issue import Decision, Issue, Report, Severity
 from tests.unit.articulate.blocks import Part, box, carcass, microwave, together
 from tests.unit.articulate.test_assemble import obj
@@ -37,25 +35,6 @@ def test_shapes_that_do_not_fit_are_fitted_anew(tmp_path: Path) -> None:
     again = mend(mended, mended.with_runtime_names(), _complaint("AST009", "links/door/colliders"))
     assert again is None, "what was fitted anew is not fitted once more"
     assert mend(built, named, _complaint("AST002", "links/door")) is None
-
-
-def _closed_drawers() -> list[Part]:
-    """A block with two wide fronts on it, each with a bar in its middle; nothing is modelled inside."""
-    fronts = [box((0.02, -0.02, z), (0.58, 0.0, z + 0.26)) for z in (0.02, 0.3)]
-    bars = [box((0.2, -0.05, z), (0.4, -0.02, z + 0.015)) for z in (0.14, 0.42)]
-    return [box((0.0, 0.0, 0.0), (0.6, 0.45, 0.58)), *fronts, *bars]
-
-
-def test_shapes_fitted_anew_keep_those_of_a_built_interior(tmp_path: Path) -> None:
-    vertices, faces, _ = together(*_closed_drawers())
-    request = ArticulateRequest(obj(tmp_path / "a.obj", vertices, faces), tmp_path, category="drawer_stack", **AXES)
-    built = build(request)
-    name = next(a.part for a in built.articulation.added if a.part)
-    mended = built.with_refit_shapes({name})
-    seen = np.concatenate([v.mesh.vertices for link in mended.asset.links if link.name == name for v in link.visuals])
-    touched = next(link_bounds(link) for link in mended.asset.links if link.name == name)
-    assert touched is not None
-    assert np.allclose(touched, [seen.min(axis=0), seen.max(axis=0)], atol=0.004)
 
 
 def _crossing_drawers() -> list[Part]:

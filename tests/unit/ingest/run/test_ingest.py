@@ -68,12 +68,6 @@ def edit(path: Path, **changes: object) -> None:
     path.write_text(json.dumps(data), encoding="utf-8")
 
 
-def test_another_recipe_makes_it_due(copy: Path, made: Path) -> None:
-    edit(copy / "library" / CARTON / "asset.json", cache_key="that of another version")
-    assert kinds(run(copy / "in", copy / "library")) == ["accepted"]
-    assert differences(made / "library", copy / "library") == []
-
-
 @pytest.mark.representatives(1)
 @pytest.mark.parametrize("text", ['{"asset": {}, "certificate": {}}', "", "{}"])
 def test_a_damaged_entry_is_made_anew(copy: Path, made: Path, text: str) -> None:

@@ -102,29 +102,6 @@ def test_three_shards_are_one_run(made: Made, tmp_path: Path) -> None:
     assert public_differences(made.one, tmp_path / "library") == []
 
 
-@pytest.mark.certify
-@pytest.mark.parametrize("count", [1, 4])
-def test_any_number_of_shards_is_one_run(made: Made, tmp_path: Path, count: int) -> None:
-    for index in range(1, count + 1):  # what the stages made once need not be made again
-        shutil.copytree(made.one / ".casa" / "cache", tmp_path / f"{index}_of_{count}" / ".casa" / "cache")
-    shards = run_shards(made.source, tmp_path, count)
-    list(merge(shards, tmp_path / "library"))
-    assert public_differences(made.one, tmp_path / "library") == []
-
-
-def test_entries_are_linked_and_copied_where_they_cannot_be(
-    made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    list(merge(made.shards, tmp_path / "linked"))
-    (model,) = (tmp_path / "linked").glob("cutting_board/*/model.xml")
-    assert model.stat().st_nlink > 1
-    monkeypatch.setattr(os, "link", _no_links)
-    list(merge(made.shards, tmp_path / "copied"))
-    (model,) = (tmp_path / "copied").glob("cutting_board/*/model.xml")
-    assert model.stat().st_nlink == 1
-    assert public_differences(made.one, tmp_path / "copied") == []
-
-
 def _no_links(*_: Any) -> None:
     raise OSError(errno.EXDEV, "Invalid cross-device link")
 

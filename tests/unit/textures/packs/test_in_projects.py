@@ -25,7 +25,6 @@ from casa_assets.model.registry.rows import Surface
 from casa_assets.projects import use_project
 from casa_assets.textures.packs.entry import PictureDescription
 from casa_assets.textures.run import pictures as pack_files
-from casa_assets.textures.run.check import check_one
 from casa_assets.textures.run.packs import PackOptions, PackReport, ingest_pack
 from casa_assets.textures.run.recipes import find_recipe, finish_of, origin_of, recipes
 from tests.support.library.libraries import ROOT, command
@@ -88,16 +87,6 @@ def test_the_finish_is_what_stands_in_the_files(ingested: Ingested, tmp_path: Pa
     assert small is not None
     assert (small.width_px, small.height_px) == (64, 64)
     assert not (tmp_path / "cache").exists(), "the files of a pack are not kept a second time"
-
-
-def test_pictures_go_through_the_checks_of_recipes(ingested: Ingested, tmp_path: Path) -> None:
-    report = ingested(1)
-    checked = check_one(find_recipe(report.pack.pictures[0].id), tmp_path / "cache")
-    assert [result.code for result in checked.report.results] == [f"TEX{n:03d}" for n in range(1, 12)]
-    assert checked.report.passed, checked.report.issues
-    coarse = ingested(1, "coarse", FLOOR.replace(tile_m=(4.0, 4.0)))
-    failed = check_one(find_recipe(coarse.pack.pictures[0].id), tmp_path / "cache").report
-    assert [issue.code for issue in failed.issues] == ["TEX008"]
 
 
 def test_a_file_that_was_changed_is_told_and_a_new_pack_is_another_key(ingested: Ingested, tmp_path: Path) -> None:

@@ -130,14 +130,6 @@ def test_a_header_that_lies_is_not_unpacked(folder: Path, tmp_path: Path) -> Non
     assert [r.code for r in refused] == [PictureRejection.TOO_LARGE.value]
 
 
-def test_a_picture_that_cannot_be_fixed_is_refused(
-    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("casa_assets.textures.packs.pictures.repair", lambda image, shown: image[..., :shown])
-    refused = taken(folder, tmp_path / "lib").pack.refused
-    assert {r.code for r in refused} == {PictureRejection.SEAM.value}
-
-
 def test_links_out_of_the_folder_are_not_followed(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "secret.png").write_bytes(encoded(pixels(5)))
     (folder / "link.png").symlink_to(tmp_path / "secret.png")

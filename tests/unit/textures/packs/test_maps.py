@@ -62,21 +62,6 @@ def test_numbers_of_a_map_are_those_of_its_file(subtests: pytest.Subtests) -> No
             assert np.abs(found - RAMP[..., None]).max() <= error
 
 
-def test_floats_are_brought_into_their_range(subtests: pytest.Subtests) -> None:
-    for role, stated, expected in [
-        (MapRole.NORMAL, RAMP * 2 - 1, RAMP),
-        (MapRole.NORMAL, RAMP, RAMP),
-        (MapRole.HEIGHT, RAMP * 0.02, RAMP),  # metres
-        (MapRole.HEIGHT, RAMP * 3 - 1, RAMP),
-        (MapRole.HEIGHT, 0.3 + RAMP * 0.4, 0.3 + RAMP * 0.4),
-        (MapRole.HEIGHT, RAMP * 0, RAMP * 0),
-        (MapRole.ROUGHNESS, RAMP * 2 - 0.5, np.clip(RAMP * 2 - 0.5, 0, 1)),
-    ]:
-        with subtests.test(role=role, stated=stated, expected=expected):
-            found = decode_map(tiff(stated.astype(np.float32)), role)
-            assert np.abs(found[..., 0] - expected).max() < 1e-5
-
-
 REFUSED: dict[str, tuple[Callable[[], bytes], str]] = {
     "tiff of three floats": (lambda: tiff(three(RAMP)), "PCK002: is a TIFF file of a kind that is not read"),
     "tiff of 32 bits": (lambda: tiff(deep(RAMP).astype(np.uint32)), "PCK002: .* not of 8 or 16 bits"),
