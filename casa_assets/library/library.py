@@ -84,11 +84,7 @@ def manifest_of(asset: Asset) -> dict[str, Any]:
 
 
 def asset_from_manifest(data: dict[str, Any], folder: Path) -> Asset:
-    """The asset that `manifest_of` described, its files read from `folder`.
-
-    Raises:
-        OutputError: a file lies outside of the folder, is missing, or does not hold what it should.
-    """
+    """The asset that `manifest_of` described, its files read from `folder`. Raises OutputError."""
 
     def file(name: object, pointer: str) -> Path:
         return file_inside(folder, name, folder / "asset.json", f"asset/{pointer}")
@@ -303,6 +299,13 @@ class Library:
             elif not path.is_dir() and path.name != LOCK:
                 path.unlink(missing_ok=True)
         self.staging.mkdir(exist_ok=True)
+
+    def write(self, name: str, text: str) -> None:
+        """Replace a file right in the library by one rename."""
+        self.private.mkdir(parents=True, exist_ok=True)
+        fresh = self.private / f"{name}.{os.getpid()}"
+        fresh.write_text(text, encoding="utf-8")
+        fresh.replace(self.root / name)
 
     def folder(self, category: str, asset_id: str) -> Path:
         """Folder of an accepted asset."""

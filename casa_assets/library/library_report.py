@@ -6,7 +6,6 @@ library.json holds the checks on all entries and, with CLIP weights, on their pi
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
@@ -66,6 +65,7 @@ class LibraryReport(Record):
 def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | None = None) -> LibraryReport:
     """Compare all accepted assets with each other and write library.json, by one rename.
 
+    Args:
         eye: looks at the pictures. Without one, what an earlier run saw of assets that are still the same is kept.
     Raises:
         OutputError: an entry is damaged. CannotDraw, NoRenderer: with an eye, where pictures cannot be made.
@@ -112,10 +112,7 @@ def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | N
         looks=looks if not unseen else (),
     )
     text = json.dumps(content.model_dump(mode="json"), sort_keys=True, indent=1, ensure_ascii=False, allow_nan=False)
-    library.private.mkdir(parents=True, exist_ok=True)
-    temporary = library.private / f"{NAME}.{os.getpid()}"
-    temporary.write_text(text + "\n", encoding="utf-8")
-    temporary.replace(library.root / NAME)
+    library.write(NAME, text + "\n")
     return content
 
 

@@ -173,11 +173,7 @@ class Found:
 
 
 def search_by_picture(query: str, library: disk.Library, eye: ClipModel, most: int) -> list[SearchHit]:
-    """The assets whose pictures fit words best, best first.
-
-    Raises:
-        OutputError: an entry is damaged. CannotDraw, NoRenderer: pictures cannot be made.
-    """
+    """The assets whose pictures fit words best, best first. Raises OutputError, CannotDraw, NoRenderer."""
     store = Store(library.cache)
     query_embedding = text_embedding([picture.format(query) for picture in PICTURE_PROMPTS], eye, store)
     hits = []
@@ -196,11 +192,7 @@ def entries_that(library: disk.Library, conditions: Sequence[Condition]) -> Iter
 
 
 def search_by_words(query: str, library: disk.Library, most: int) -> list[SearchHit]:
-    """The assets whose category, title, path or colours have most of the words, best first.
-
-    Raises:
-        OutputError: an entry is damaged.
-    """
+    """The assets whose category, title, path or colours have most of the words, best first. Raises OutputError."""
     return search_entries(entries_that(library, with_default(())), library.root, query, most).hits
 
 

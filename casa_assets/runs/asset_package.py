@@ -79,11 +79,7 @@ def check_package(
 
 
 def certify(asset: Asset, report: Report, folder: Path, made_by: disk.MadeBy) -> None:
-    """Write asset.json of an asset that has passed, and read it back.
-
-    Raises:
-        ValueError: the asset that is read back is another one; a fault of the program.
-    """
+    """Write asset.json of an asset that has passed, and read it back. Raises ValueError."""
     disk.write_certificate(folder, asset, certificate(asset, report, folder, made_by))
     try:
         is_same = disk.read_asset(folder) == asset

@@ -38,12 +38,12 @@ from casa_assets.errors import CasaError, OutputError, PluginFailure, Rejected
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.library import library as disk
 from casa_assets.library import review
-from casa_assets.library.entry import Entry, RefusedRows, remainder_message, row_id
+from casa_assets.library.entry import Entry, RefusedRows, entry_at, remainder_message, row_id
 from casa_assets.library.entry_files import file_inside
 from casa_assets.library.entry_table import EntryTable
 from casa_assets.library.library import Identity, Library, Producer
 from casa_assets.model import rejection_codes
-from casa_assets.model.issue import Decision, Severity
+from casa_assets.model.issue import Decision
 from casa_assets.runs.limits import Limits, WorkerFailure
 from casa_assets.runs.outcome import FAILURE_CODES, Event, Outcome, RunAborted, keep_trace, writing
 from casa_assets.runs.pool import Step, Workers, open_engine
@@ -349,35 +349,15 @@ def cached_outcome(
     for folder in entries:
         if asset_id not in (None, folder.name):
             continue  # made under another category
-        entry = known.get(folder)
         try:
-            if entry is not None and entry.code != NEAR_DUPLICATE_CODE:
-                is_due = entry.cache_key != cache_key or entry.code in retried or not entry.is_whole
-                outcome = None if is_due else Outcome(entry.accepted, entry.code, entry.message, entry.warnings)
-            else:  # of a copy only the file tells which asset it is a copy of, and that may be gone
-                is_refused = folder.parent.name == disk.REJECTED
-                outcome = _refused(folder, cache_key, retried) if is_refused else _accepted(folder, cache_key)
+            entry = known.get(folder) or entry_at(folder, folder.parents[1])
+            if entry.code == NEAR_DUPLICATE_CODE and (twin := disk.read_refusal(folder).twin):
+                file_inside(folder.parents[1], f"{twin}/{disk.CERTIFICATE}", folder / disk.REFUSAL, "twin")
         except OutputError:
             continue  # damaged, or a copy of what is gone: it is made anew
-        if outcome is not None:
-            return folder, outcome
+        if entry.cache_key == cache_key and entry.code not in retried and entry.is_whole:
+            return folder, Outcome(entry.accepted, entry.code, entry.message, entry.warnings)
     return None
-
-
-def _accepted(folder: Path, cache_key: str) -> Outcome | None:
-    certificate = disk.read_certificate(folder)
-    if certificate.cache_key != cache_key or not disk.is_whole(folder, certificate):
-        return None
-    return Outcome(True, warnings=tuple(i for i in certificate.report.issues if i.severity is Severity.WARNING))
-
-
-def _refused(folder: Path, cache_key: str, retried: Set[str]) -> Outcome | None:
-    refusal = disk.read_refusal(folder)
-    if refusal.cache_key != cache_key or refusal.code in retried:
-        return None
-    if refusal.twin:  # raises where the asset that it was a copy of is gone
-        file_inside(folder.parent.parent, f"{refusal.twin}/{disk.CERTIFICATE}", folder / disk.REFUSAL, "twin")
-    return Outcome(False, refusal.code, refusal.message)
 
 
 # Kitchens and exports name assets by their ids, so a worse result (in review, rejected, or with fewer moving parts)

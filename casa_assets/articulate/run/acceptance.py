@@ -83,11 +83,7 @@ def _limited(built: ArticulateResult, travel: Mapping[str, JointTravel]) -> tupl
 
 
 def _free_travel(built: ArticulateResult) -> Mapping[str, JointTravel]:
-    """Return how far each part moves before it meets something, by its name.
-
-    Raises:
-        Rejected: MuJoCo cannot read the model (MJC001).
-    """
+    """Return how far each part moves before it meets something, by its name. Raises Rejected."""
     try:
         found = joint_travels(built.asset, mjcf.write(built.asset), pushed=False)
     except ValueError as error:

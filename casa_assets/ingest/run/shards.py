@@ -220,12 +220,9 @@ def made_by() -> str:
 def write_record(library: disk.Library, header: ShardHeader, lines: Iterable[ShardLine] = ()) -> None:
     """Replace the file by one rename."""
     ordered = sorted(lines, key=lambda line: line.number)
-    fresh = library.private / f"{NAME}.{os.getpid()}"
-    with fresh.open("w", encoding="utf-8") as out:
-        out.write(header.replace(lines=len(ordered)).model_dump_json() + "\n")
-        for line in ordered:
-            out.write(line.model_dump_json(exclude_defaults=True) + "\n")
-    fresh.replace(library.root / NAME)
+    rows = [header.replace(lines=len(ordered)).model_dump_json()]
+    rows += [line.model_dump_json(exclude_defaults=True) for line in ordered]
+    library.write(NAME, "\n".join(rows) + "\n")
 
 
 def read_header(library: disk.Library) -> ShardHeader | None:

@@ -89,12 +89,7 @@ def check_one(texture_recipe: TextureRecipe, cache: Path) -> CheckedTexture:
 
 
 def check_recipes(selected: Sequence[TextureRecipe], cache: Path, jobs: int = DEFAULT_JOBS) -> Iterator[CheckedTexture]:
-    """Recipes in the order given; jobs: at once, 0: one per core.
-
-    Raises:
-        BatchFault: checking some of them failed by a fault of the program, once all the others are done.
-        CasaError: see run_batch.
-    """
+    """Recipes in the order given; jobs: at once, 0: one per core. Raises BatchFault, CasaError."""
     answers: dict[int, CheckedTexture | WorkerFailure] = {}
     due = 0
     check = partial(check_one, cache=cache)
@@ -128,11 +123,7 @@ def check_sets(checked: Sequence[CheckedTexture]) -> tuple[Report, ...]:
 
 
 def select_recipes(names: Sequence[str], surfaces: Sequence[Surface]) -> tuple[TextureRecipe, ...]:
-    """Recipes by id; of whole sets where no id is given; all where no set is given either.
-
-    Raises:
-        UnknownId: no recipe has that id.
-    """
+    """Recipes by id; of whole sets where no id is given; all where no set is given either. Raises UnknownId."""
     if names:
         return tuple(find_recipe(name) for name in names)
     return tuple(r for s in (surfaces or tuple(Surface)) for r in recipes()[s].values())

@@ -146,12 +146,7 @@ class PackSurvey:
 
 
 def read_description(source: Path) -> PackDescription:
-    """Read what pack.yaml (or pack.json) of a folder says of its pictures.
-
-    Raises:
-        RegistryError: pack.yaml is no YAML, has a key that nobody knows, or its defaults are wrong. A wrong row is kept
-            for its picture.
-    """
+    """Read what pack.yaml (or pack.json) of a folder says of its pictures. Raises RegistryError."""
     used = [name for name in MANIFESTS if (source / name).is_file()][:1]
     pack, defaults = None, PictureDescription()
     rows: dict[str, PictureDescription] = {}

@@ -93,11 +93,7 @@ def pack_of(recipe: TextureRecipe) -> str:
 
 
 def finish_of_picture(recipe: TextureRecipe, substance: Substance) -> Finish:
-    """The finish of a picture of a pack of the project in use.
-
-    Raises:
-        OutputError: a file is missing, or is not the one that was written.
-    """
+    """The finish of a picture of a pack of the project in use. Raises OutputError."""
     rows = zip(PictureParams.from_json(recipe.params).files, read_files(recipe), _SPACES, strict=True)
     return textured(recipe.id, recipe.tile_m, [_texture(*row) for row in rows], substance)
 

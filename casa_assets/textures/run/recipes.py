@@ -148,11 +148,7 @@ def _pictures(folder: Path, pack: Pack, taken: dict[str, str]) -> Iterator[Textu
 
 @read_once
 def skins() -> Mapping[str, TextureRecipe]:
-    """All pictures of objects by id, of every file under registry/skins/.
-
-    Raises:
-        RegistryError: a row names an unknown key, kind or substance, or its id is taken.
-    """
+    """All pictures of objects by id, of every file under registry/skins/. Raises RegistryError."""
     substances = registry.load().substances
     taken = {name for names in recipes().values() for name in names}
     found: dict[str, TextureRecipe] = {}
