@@ -113,11 +113,6 @@ class Options:
         """Limits of the registry with what this run changes of them, by their names."""
         return {**registry.load().limits, **self.guards}
 
-    @property
-    def redone(self) -> frozenset[str]:
-        """Codes and subjects whose inputs are worked on again."""
-        return self.again | self.only
-
 
 def ingest(
     roots: Sequence[Path | StoreRoot],
@@ -287,7 +282,9 @@ class _IngestRun(InputRun[Survey]):
             if kept is not None:
                 self.steps.append(self._kept_result(Result(len(self.steps), job, Outcome(True)), kept))
                 return
-        is_redone = any(_is_redone(self.known.get(folder), self.options.redone) for folder in entries)
+        is_redone = any(
+            _is_redone(self.known.get(folder), self.options.again | self.options.only) for folder in entries
+        )
         is_wanted_copy = self.options.keeps_copies and found is not None and found[1].code == NEAR_DUPLICATE_CODE
         if found is None or is_redone or self.options.force or is_wanted_copy:
             self.steps.append(job)

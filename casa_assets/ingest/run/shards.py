@@ -232,7 +232,12 @@ def read_header(library: disk.Library) -> ShardHeader | None:
         return None
     file_inside(path.parent, NAME, path, "the file itself")
     with path.open("rb") as lines:
-        return _header(path, lines.readline())
+        text = lines.readline()
+    try:
+        return ShardHeader.model_validate_json(text)
+    except ValidationError as error:
+        message = f"line 1 is damaged ({_first_fault(error)}); remove the folder, and run the shard again"
+        raise OutputError(str(path), message) from error
 
 
 def read_record(library: disk.Library, categories: Mapping[str, object]) -> ShardRecord:
@@ -255,14 +260,6 @@ def read_record(library: disk.Library, categories: Mapping[str, object]) -> Shar
         message = f"has {len(found)} of {header.lines} lines; copy it again, or run the shard again"
         raise OutputError(str(path), message)
     return ShardRecord(library, header, found)
-
-
-def _header(path: Path, line: bytes) -> ShardHeader:
-    try:
-        return ShardHeader.model_validate_json(line)
-    except ValidationError as error:
-        message = f"line 1 is damaged ({_first_fault(error)}); remove the folder, and run the shard again"
-        raise OutputError(str(path), message) from error
 
 
 def _line(path: Path, number: int, text: bytes, categories: Mapping[str, object], is_split: bool) -> ShardLine:

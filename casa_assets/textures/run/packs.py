@@ -136,15 +136,6 @@ class AcceptedPicture:
     prepared: PreparedPicture
 
 
-@dataclass(frozen=True)
-class PackSurvey:
-    """Pictures that can be used, those that cannot, and files that are no pictures; each sorted by path."""
-
-    accepted: tuple[AcceptedPicture, ...]
-    refused: tuple[RejectedPicture, ...]
-    ignored: tuple[str, ...]
-
-
 def read_description(source: Path) -> PackDescription:
     """Read what pack.yaml (or pack.json) of a folder says of its pictures. Raises RegistryError."""
     used = [name for name in MANIFESTS if (source / name).is_file()][:1]
@@ -172,8 +163,10 @@ def read_description(source: Path) -> PackDescription:
     return PackDescription(pack, defaults, rows, faults, tuple(used))
 
 
-def survey(source: Path, description: PackDescription, options: PackOptions, store: Store) -> PackSurvey:
-    """Look at every file of a folder; what is wrong with one does not touch the others."""
+def survey(
+    source: Path, description: PackDescription, options: PackOptions, store: Store
+) -> tuple[list[AcceptedPicture], tuple[RejectedPicture, ...], tuple[str, ...]]:
+    """Pictures of a folder that can be used, those that cannot, and files that are no pictures; each sorted by path."""
     accepted: list[AcceptedPicture] = []
     refusals: list[RejectedPicture] = []
     by_bytes: dict[str, str] = {}
@@ -193,7 +186,7 @@ def survey(source: Path, description: PackDescription, options: PackOptions, sto
             refusals.append(rejection_row(name, missing))
     read = {*description.used, *(path for files in materials for path in files.maps.values())}
     ignored = tuple(path for path in found if path not in read)
-    return PackSurvey(tuple(accepted), tuple(sorted(refusals, key=lambda r: r.source)), ignored)
+    return accepted, tuple(sorted(refusals, key=lambda r: r.source)), ignored
 
 
 def _accepted(
@@ -326,14 +319,14 @@ def ingest_pack(source: Path, options: PackOptions) -> PackReport:
     taken = _taken(library.root, name)
     with library.locked():
         _keep_out_of_git(library)
-        found = survey(source, description, options, Store(library.cache))
+        taken_in, refused, ignored = survey(source, description, options, Store(library.cache))
         staged = library.stage(name)
-        ids = unique_ids(name, [accepted.fields.name or accepted.name for accepted in found.accepted])
+        ids = unique_ids(name, [accepted.fields.name or accepted.name for accepted in taken_in])
         _check_ids(ids, taken, name)
         pictures: list[PackPicture] = []
         descriptors: dict[str, TextureDescriptor] = {}
         shots: list[SheetCell] = []
-        for id_, accepted in zip(ids, found.accepted, strict=True):
+        for id_, accepted in zip(ids, taken_in, strict=True):
             picture, files, descriptors[id_] = _picture(id_, accepted)
             write_files(staged, Files(entries=files))  # at once: a large pack does not fit into memory
             pictures.append(picture)
@@ -344,11 +337,11 @@ def ingest_pack(source: Path, options: PackOptions) -> PackReport:
             id=name,
             version=FORMAT,
             pictures=tuple(pictures),
-            refused=found.refused,
+            refused=refused,
             alike=tuple(SimilarPair(first=a, second=b, distance=round(d, 3)) for d, a, b in pairs),
-            ignored=found.ignored,
+            ignored=ignored,
         )
-        page = contact_sheet(shots, f"{name}: {len(pictures)} pictures, {len(found.refused)} left out")
+        page = contact_sheet(shots, f"{name}: {len(pictures)} pictures, {len(refused)} left out")
         write_files(staged, Files(entries={PACK: _text(pack), SHEET: page}))
         report = PackReport(target, pack, _put_if_changed(library, staged, target))
     if _is_in_use(library.root):
