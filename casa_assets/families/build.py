@@ -31,7 +31,6 @@ from casa_assets.checks.table import objects
 from casa_assets.core.numeric import Floats, rng_for
 from casa_assets.core.system import cache_for
 from casa_assets.errors import UnknownId
-from casa_assets.families.finishes import available_finishes, finishes, finishes_key
 from casa_assets.kitchenware.catalog import MODELS
 from casa_assets.kitchenware.objects import FORMS
 from casa_assets.kitchenware.textures.objects.label import LABEL, Label
@@ -66,7 +65,7 @@ from casa_assets.runs.limits import WorkerFailure
 from casa_assets.runs.outcome import writing
 from casa_assets.runs.pool import Workers
 from casa_assets.show.stills.studio import View
-from casa_assets.textures.run.recipes import skins
+from casa_assets.textures.run.recipes import available_finishes, finishes, finishes_key, skins
 
 # The package that the code of all families is below.
 FAMILIES_PACKAGE = "casa_assets.kitchenware"

@@ -1,4 +1,4 @@
-"""Recipes of textures from the registry and pictures of packs; their finishes, painted ahead in threads."""
+"""Finishes by id: plain ones from the registry, pictured ones from recipes or packs, painted ahead in threads."""
 
 from __future__ import annotations
 
@@ -12,17 +12,21 @@ from types import MappingProxyType
 from typing import Any
 
 from casa_assets import registry
+from casa_assets.asset.family import AvailableFinishes
 from casa_assets.cache.cache_key import digest_of, key_of, modules_holding
 from casa_assets.cache.store import Store
+from casa_assets.core.numeric import linear_from_srgb, srgb_from_hex
 from casa_assets.core.process_name import is_worker
 from casa_assets.core.system import max_cache_bytes
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.kitchenware import textures as kinds
 from casa_assets.kitchenware.textures.make import SIZE_PX, kind_of, paint
-from casa_assets.model.asset.material import Substance
+from casa_assets.model.asset.material import Material, Substance
+from casa_assets.model.record import Vec4
 from casa_assets.model.registry.document import Document
-from casa_assets.model.registry.rows import Finish, Surface, TextureRecipe
+from casa_assets.model.registry.rows import Finish, Plain, Surface, TextureRecipe
 from casa_assets.projects import in_use, project_folder, read_once, using
+from casa_assets.registry.families import look_samplers
 from casa_assets.registry.layered import load_project, names_in, origin_of_row, read_table_file
 from casa_assets.registry.plugins import or_of_ignored
 from casa_assets.registry.plugins.textures import plugin_kinds, texture_kinds
@@ -282,3 +286,65 @@ def _paint_and_keep(recipe: TextureRecipe, size_px: int, store: Store, key: str)
     store.put(key, made.to_json().encode())
     store.trim(int(CACHE_SHARE * max_cache_bytes()))
     return made
+
+
+def available_finishes() -> AvailableFinishes:
+    """Ids of everything that a draw may choose."""
+    data = registry.load()
+    surfaces: Mapping[Surface, tuple[str, ...]] = {s: tuple(sorted(rows)) for s, rows in recipes().items()}
+    return AvailableFinishes(surfaces, tuple(sorted(data.materials)), look_samplers())
+
+
+@read_once
+def plain() -> Mapping[str, Finish]:
+    """Every plain finish of the registry."""
+    data = registry.load()
+    return {name: plain_finish(row, data) for name, row in data.materials.items()}
+
+
+def plain_finish(row: Plain, data: registry.Registry) -> Finish:
+    """A row of registry/materials.yaml as a finish."""
+    material = Material(
+        id=row.id,
+        base_color=linear(row.color, row.opacity),
+        metallic=row.metallic,
+        roughness=row.roughness,
+        glow=row.glow,
+        substance=row.substance,
+    )
+    return Finish(id=row.id, material=material, substance=data.substances[row.substance])
+
+
+def linear(color: str, opacity: float = 1.0) -> Vec4:
+    """`#rrggbb` in sRGB as linear RGBA."""
+    r, g, b = (round(linear_from_srgb(v), 6) for v in srgb_from_hex(color))
+    return (r, g, b, opacity)
+
+
+@read_once
+def plain_key() -> str:
+    """Digest of every plain finish."""
+    return digest_of([(name, finish.digest) for name, finish in sorted(plain().items())])
+
+
+def finishes_key(names: Iterable[str]) -> str:
+    """Key of `finishes`: all plain ones by value, of those with pictures what they are painted from and by.
+
+    Raises:
+        UnknownId: neither a plain finish nor a recipe.
+    """
+    pictured = sorted(name for name in names if name not in plain())
+    return digest_of(plain_key(), [(name, finish_key(find_recipe(name))) for name in pictured])
+
+
+def finishes(names: Iterable[str], cache: Path) -> dict[str, Finish]:
+    """All plain finishes, and those named that have pictures. Raises UnknownId: neither a plain finish nor a recipe."""
+    by_id = dict(plain())
+    pictured = every_recipe()
+    for name in names:
+        if name in by_id:
+            continue
+        if name not in pictured:
+            raise UnknownId("finish", name, [*by_id, *pictured])
+        by_id[name] = finish_of(pictured[name], cache)
+    return by_id

@@ -17,7 +17,6 @@ from PIL import Image
 import casa_assets as casa
 from casa_assets.cli import completion, doctor
 from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
-from casa_assets.families.finishes import finishes, finishes_key
 from casa_assets.layouts.run import pack as scene_pack
 from casa_assets.layouts.run.resolve import draw_surfaces
 from casa_assets.layouts.run.sampling.draws import draw_recipes
@@ -26,7 +25,7 @@ from casa_assets.projects import use_project
 from casa_assets.textures.packs.entry import PictureDescription
 from casa_assets.textures.run import pictures as pack_files
 from casa_assets.textures.run.packs import PackOptions, PackReport, ingest_pack
-from casa_assets.textures.run.recipes import find_recipe, finish_of, origin_of, recipes
+from casa_assets.textures.run.recipes import find_recipe, finish_of, finishes, finishes_key, origin_of, recipes
 from tests.support.library.libraries import ROOT, command
 from tests.support.library.pictures import encoded, pixels, tiling, write_pictures
 from tests.support.program.projects import Project
