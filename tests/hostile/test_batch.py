@@ -52,10 +52,10 @@ pathlib.Path.write_bytes = fill
 
 
 def hook(folder: Path, code: str) -> str:
-    """PYTHONPATH of a folder whose sitecustomize is the code."""
+    """PYTHONPATH of a folder whose sitecustomize is the code, which finds the package that is tested."""
     folder.mkdir()
     (folder / "sitecustomize.py").write_text(code, encoding="ascii")
-    return str(folder)
+    return f"{folder}:{ROOT}"
 
 
 def goes_on(few: Path, library: Path) -> None:
