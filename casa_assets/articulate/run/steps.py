@@ -63,12 +63,8 @@ NAME = "strip.png"
 _WITHOUT_PICTURE = frozenset({PartKind.KNOB, PartKind.BUTTON})
 
 
-def write(outcome: ArticulateOutcome, folder: Path) -> None:
-    """Draw the strip of an outcome into a folder that holds its model."""
-    (folder / NAME).write_bytes(_strip(outcome, folder))
-
-
 def _strip(outcome: ArticulateOutcome, folder: Path) -> bytes:
+    """Draw the strip of an outcome whose model is in a folder. Raises CannotDraw, NoRenderer."""
     assert outcome.articulation is not None
     sure = outcome.articulation.frame.confidence
     heading = f"{outcome.mesh}: {outcome.category}; frame {sure:.0%} sure"
@@ -81,7 +77,7 @@ def is_missing(outcome: ArticulateOutcome) -> bool:
 
 
 def add(outcome: ArticulateOutcome, library: Library) -> None:
-    """Draw the strip of an entry that an earlier run made, and put it there by one rename. Raises as `write`."""
+    """Draw the strip of an entry that an earlier run made, and put it there by one rename. Raises as `_strip`."""
     assert outcome.folder is not None
     picture = _strip(outcome, outcome.folder)
     fresh = library.staging / f"{outcome.folder.name}.{process_name()}.png"
@@ -422,7 +418,7 @@ def _publish(request: ArticulateRequest, result: ArticulateResult, key: EntryKey
         outcome = replace(outcome, folder=library.refusal_folder(asset.id), code=worst.code, message=worst.message)
     assert outcome.folder is not None
     if request.preview:
-        write(outcome, staged)
+        (staged / NAME).write_bytes(_strip(outcome, staged))
     # The record comes first: once the entry is in place, a run that was killed has nothing left to do for this mesh.
     Store(library.cache).put(_record_key(key), to_json(outcome))
     library.publish(staged, outcome.folder)
