@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from casa_assets import registry
-from casa_assets.cache.cache_key import CodeRef, digest_of, key_of, versions_of
+from casa_assets.cache.cache_key import digest_of, key_of, versions_of
 from casa_assets.cache.store import Store
 from casa_assets.checks.run import load_table
 from casa_assets.checks.simready.validator import load_rules
@@ -172,33 +172,21 @@ def stage_key(stage: Stage) -> str:
     return key_of(stage.function)
 
 
-def stage_functions() -> dict[str, CodeRef]:
-    """Every stage and what does it, in the order in which they run."""
-    return {stage.name: stage.function for stage in STAGES}
-
-
-def run_stages(
-    bundle: Bundle,
-    context: BuildContext,
-    get: Callable[[str], bytes | None],
-    put: Callable[[str, bytes], None],
-) -> tuple[Asset, tuple[Issue, ...]]:
-    """An asset from a bundle, and the warnings on the way; `get` and `put` are of the store of results.
+def run_stages(bundle: Bundle, context: BuildContext, store: Store | None = None) -> tuple[Asset, tuple[Issue, ...]]:
+    """An asset from a bundle, and the warnings on the way; `store`: keeps results of stages.
 
     Raises Rejected: a stage cannot accept its input.
     """
-    keys = _keys(context)
-    start = 0
+    keys, start = _keys(context), 0
     result: Any = bundle
     for i in reversed(range(len(STAGES))):
-        data = get(keys[i]) if STAGES[i].keep else None
-        if data is not None:
+        if store is not None and STAGES[i].keep and (data := store.get(keys[i])) is not None:
             start, result = i + 1, Draft.from_json(data)
             break
     for stage, key in zip(STAGES[start:], keys[start:], strict=True):
         result = stage.function(result, context)
-        if stage.keep:
-            put(key, result.to_json().encode())
+        if store is not None and stage.keep:
+            store.put(key, result.to_json().encode())
     asset, notes = result
     return asset, (*bundle.notes, *notes)
 
@@ -234,8 +222,7 @@ def build_asset(
         override=override,
         failed_ups=failed_ups,
     )
-    get, put = (store.get, store.put) if store is not None else (lambda key: None, lambda key, data: None)
-    asset, notes = run_stages(bundle, context, get, put)
+    asset, notes = run_stages(bundle, context, store)
     if override.decision is Word.ACCEPT:
         return asset, tuple(note for note in notes if note.code not in (ASKED_CODE, REVIEW_CODE))
     return asset, (*notes, *doubtful_guesses(asset.provenance.guesses))
@@ -308,7 +295,8 @@ def _work(job: Job) -> Outcome:
         asset, report = _built(job, bundle, category, library)
         if not report.passed:
             raise first_error(report)
-        made_by = disk.MadeBy(Producer.INGEST, job.cache_key, versions_of({**stage_functions(), **WRITING}))
+        stages = {stage.name: stage.function for stage in STAGES}
+        made_by = disk.MadeBy(Producer.INGEST, job.cache_key, versions_of({**stages, **WRITING}))
         certify(asset, report, staged, made_by)
         return Outcome(True, warnings=report.issues, staged=staged)
     except PluginFailure as error:

@@ -119,8 +119,8 @@ def test_the_stages_take_it_like_a_file() -> None:
     mesh = trimesh.creation.cylinder(0.04, 0.1, sections=32)
     mesh.units = "meters"
     order = brief("mug")
-    asset, _ = run_stages(bundle_from_trimesh(mesh, up=Up.Z), order, lambda key: None, lambda key, data: None)
-    again, _ = run_stages(bundle_from_trimesh(to_trimesh(asset)), order, lambda key: None, lambda key, data: None)
+    asset, _ = run_stages(bundle_from_trimesh(mesh, up=Up.Z), order)
+    again, _ = run_stages(bundle_from_trimesh(to_trimesh(asset)), order)
     np.testing.assert_allclose(again.bounds, asset.bounds, atol=1e-6)
     assert again.mass == pytest.approx(asset.mass, rel=1e-3)
     assert len(clean(raw_from_trimesh(mesh)).parts) == 1
