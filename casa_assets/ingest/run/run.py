@@ -77,7 +77,7 @@ class Options:
             are worked on again; all others are kept. only: the same, and all other inputs are left out.
         force: work on all inputs again, and replace accepted assets also by results that are in review or rejected.
         dry_run: say what would become of each input, and write nothing.
-        shard: work on the inputs of this part of the run alone, for `shards.merge`; None: on all. Copies stay: which
+        shard: work on the inputs of this part of the run alone, for `library merge`; None: on all. Copies stay: which
             of two is the first is known once all inputs are there.
         refused: inputs that are rejected without being looked for, in addition to those under the roots.
     """
