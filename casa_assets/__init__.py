@@ -31,13 +31,13 @@ if TYPE_CHECKING:
     from casa_assets.api.projects import MadeRun, Project, ingest_textures
     from casa_assets.core.system import cache_dir
     from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected, UnknownId
-    from casa_assets.ingest.run.in_memory import MeshInput
+    from casa_assets.ingest.run.inputs import MeshInput
     from casa_assets.layouts.run.load_scene import SurfaceTextures
-    from casa_assets.library.analysis.search import SearchHit
     from casa_assets.library.entry import Entry
+    from casa_assets.library.search import SearchHit
     from casa_assets.model.asset.asset import Asset
     from casa_assets.model.issue import Issue, Report
-    from casa_assets.textures.run.packs.ingest import PackReport
+    from casa_assets.textures.run.packs import PackReport
 
 __version__ = "0.1.0"
 __all__ = [
@@ -111,11 +111,11 @@ _NAMES = {
     "errors": ("CasaError", "UnknownId", "RegistryError", "OutputError", "Rejected"),
     "model.asset.asset": ("Asset",),
     "model.issue": ("Issue", "Report"),
-    "library.analysis.search": ("SearchHit",),
-    "ingest.run.in_memory": ("MeshInput",),
+    "library.search": ("SearchHit",),
+    "ingest.run.inputs": ("MeshInput",),
     "layouts.run.load_scene": ("SurfaceTextures",),
     "library.entry": ("Entry",),
-    "textures.run.packs.ingest": ("PackReport",),
+    "textures.run.packs": ("PackReport",),
 }
 _SOURCES = {name: f"casa_assets.{module}" for module, names in _NAMES.items() for name in names}
 

@@ -1,7 +1,7 @@
 """Which test files reach a file of this project, nearest first.
 
 A test file reaches what it imports, what that imports, and so on: `import` statements anywhere in a file, but for those
-under TYPE_CHECKING; modules named in text, such as `"casa_assets.ingest.run.worker:work"`; and what the fixtures
+under TYPE_CHECKING; modules named in text, such as `"casa_assets.ingest.run.steps:work"`; and what the fixtures
 of a conftest.py import that the test file names. Its distance to a file is the number of steps on the shortest way.
 
     ordered = reaching(Imports(root), ["casa_assets/formats/mjcf/joints.py"])

@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 
 from casa_assets.articulate.run.build import ArticulateRequest
-from casa_assets.articulate.run.run import ArticulateOutcome, articulate_one
+from casa_assets.articulate.run.steps import ArticulateOutcome, articulate_one
 
 SUFFIXES = frozenset({".obj", ".glb", ".gltf", ".ply", ".stl", ".dae"})
 # What ends in one of these is no input: the tool would have been killed.

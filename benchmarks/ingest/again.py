@@ -32,12 +32,10 @@ import numpy as np
 
 from benchmarks.ingest.judging.copies import copied_entry
 from casa_assets import registry
-from casa_assets.ingest.run.answers import SurveyTable
 from casa_assets.ingest.run.inputs import discover_inputs
-from casa_assets.ingest.run.survey import Survey, survey
+from casa_assets.ingest.run.survey import Survey, SurveyTable, survey
 from casa_assets.ingest.sources.found import Found
-from casa_assets.library.identity import DIGITS
-from casa_assets.library.library import Library
+from casa_assets.library.library import DIGITS, Library
 from tests.support.library.libraries import BOXES, box_obj, casa
 
 ROOT = Path(__file__).resolve().parents[2]

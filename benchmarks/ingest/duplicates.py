@@ -38,8 +38,8 @@ from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
 from casa_assets.library.library import Library, read_asset
-from casa_assets.library.table.pairs import MAX_DESCRIPTOR_DISTANCE
-from casa_assets.library.table.pairs import surface as surface_of
+from casa_assets.library.pairs import MAX_DESCRIPTOR_DISTANCE
+from casa_assets.library.pairs import surface as surface_of
 from casa_assets.mesh.registration import (
     SampledSurface,
     align,

@@ -24,7 +24,7 @@ from casa_assets.layouts.run.load_scene import model_of
 from casa_assets.layouts.run.resolve import checked_params, params_of
 from casa_assets.layouts.run.scene_files import SCENE_JSON
 from casa_assets.library import library as disk
-from casa_assets.library.asset_json import manifest_of
+from casa_assets.library.library import manifest_of
 from casa_assets.mesh.trimesh_exchange import resting_sides
 from casa_assets.mesh.trimesh_exchange import to_trimesh as to_trimesh
 from casa_assets.model.asset.asset import Asset

@@ -94,8 +94,8 @@ def families() -> Mapping[str, FamilyInfo]:
 
 def surfaces() -> Mapping[str, tuple[str, ...]]:
     """Ids of the textures that each surface of a kitchen (wall, floor, counter, cabinet) can be covered with."""
-    from casa_assets.families.finishes import available_finishes
     from casa_assets.model.kitchen.choices import Surface
+    from casa_assets.textures.run.recipes import available_finishes
 
     found = available_finishes().surfaces
     return MappingProxyType({surface.value: tuple(found[surface]) for surface in Surface})

@@ -12,21 +12,19 @@ from pathlib import Path
 from typing import Literal
 
 from casa_assets.errors import CasaError, OutputError, Rejected, UnknownId
-from casa_assets.ingest.run.answers import FAILURE_CODES
-from casa_assets.ingest.run.in_memory import MeshInput, UpAxis, ingest_mesh
-from casa_assets.ingest.run.inputs import roots_of
+from casa_assets.ingest.run.inputs import MeshInput, UpAxis, ingest_mesh, roots_of
 from casa_assets.ingest.run.run import Options
 from casa_assets.ingest.run.run import ingest as run_ingest
 from casa_assets.ingest.sources.places import StoreRoot
 from casa_assets.library import library as disk
-from casa_assets.library.analysis.search import SearchHit, search_by_words
 from casa_assets.library.entry import Entry, entries
-from casa_assets.library.table.entry_table import EntryTable
+from casa_assets.library.entry_table import EntryTable
+from casa_assets.library.search import SearchHit, search_by_words
 from casa_assets.mesh.trimesh_exchange import MeshOrScene
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Decision, Issue, Report, subjects_to_decide
 from casa_assets.model.source import Up
-from casa_assets.runs.outcome import Event, first_error
+from casa_assets.runs.outcome import FAILURE_CODES, Event, first_error
 
 # What `Library.ingest` takes.
 Input = str | Path | MeshOrScene | MeshInput
@@ -337,9 +335,9 @@ def articulate(
         CasaError: there is no such file, the arguments contradict each other, or this machine cannot make assets.
     """
     from casa_assets.articulate.decisions import Decisions, parse_direction
-    from casa_assets.articulate.run.batch import articulate as run_articulate
     from casa_assets.articulate.run.build import ArticulateRequest
     from casa_assets.articulate.run.decisions import read_decisions
+    from casa_assets.articulate.run.run import articulate as run_articulate
 
     path = Path(mesh)
     _check_exist([path])

@@ -39,8 +39,6 @@ from casa_assets.registry.plugins.load import load_plugins
 from casa_assets.registry.project_files import files_of
 
 # Code parts -----------------------------------------------------------------------------------------------------------
-# Find what a top-level function or class of a module uses of its own module, and what that imports.
-#
 # Parsing a large module takes 10 ms, and a run that has nothing to do asks about dozens of functions: what was found
 # is kept in the cache folder, under the digest of the module.
 
@@ -196,8 +194,6 @@ def _source(module: str) -> str:
 
 
 # Cache key ------------------------------------------------------------------------------------------------------------
-# The key of a function is a digest of all code and data that it can reach.
-#
 # A kept result (a texture, a built asset, a scene, a picture, a report, an entry of a library) is kept under a key. The
 # key of the function that made it is a sha256 over
 #
@@ -220,7 +216,7 @@ def _source(module: str) -> str:
 CHECKS_OF_PLUGINS = f"{PACKAGE}.registry.plugins.checks"
 # What reaches this module validates by SimReady, in another Python where this one has no SimReady.
 RULES_OF_SIMREADY = f"{PACKAGE}.checks.simready.rules"
-# A function, class or module, or the name of one such as `casa_assets.ingest.run.worker:work`; what is named is
+# A function, class or module, or the name of one such as `casa_assets.ingest.run.steps:work`; what is named is
 # not imported.
 CodeRef = Callable[..., Any] | ModuleType | str
 # Hex digits of a key where it is shown to a person.
@@ -276,11 +272,7 @@ def reach(*made_by: CodeRef) -> Reach:
 
 
 def versions_of(steps: Mapping[str, CodeRef | tuple[CodeRef, ...]]) -> dict[str, str]:
-    """Steps of a producer as `stage:<name>` with the first digits of its key, and `tool:<package>` with its version.
-
-    Args:
-        steps: name -> what does it.
-    """
+    """Steps of a producer as `stage:<name>` with the first digits of its key, and `tool:<package>` with its version."""
     found: dict[str, str] = {}
     for name, made in steps.items():
         every = made if isinstance(made, tuple) else (made,)

@@ -108,9 +108,6 @@ def remember(value: Any, *of: str) -> None:
     """Remember a value that JSON can hold. Where the cache cannot be written to, nothing is remembered.
 
     Nor is it if a file has changed since this process started: the value may come from what was read before.
-
-    Args:
-        of: names what it is.
     """
     if last_change_ns() <= STARTED_NS:
         keep_json(_place(of), value)

@@ -28,7 +28,7 @@ from casa_assets.errors import BatchFault, CasaError
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
-    from casa_assets.articulate.run.run import ArticulateOutcome
+    from casa_assets.articulate.run.steps import ArticulateOutcome
     from casa_assets.library.entry import Entry
     from casa_assets.model.issue import Decision
     from casa_assets.runs.outcome import Event
@@ -103,7 +103,7 @@ def end(done: Sequence[Done], names: Sequence[str]) -> None:
     Args:
         names: of the inputs, in the same order.
     """
-    from casa_assets.ingest.run.answers import CRASH_CODE
+    from casa_assets.runs.outcome import CRASH_CODE
 
     if faults := [name for name, one in zip(names, done, strict=True) if one.code == CRASH_CODE]:
         raise BatchFault(map(terminal_safe, faults))
@@ -240,8 +240,8 @@ def print_summary(events: list[Event], library: Path, output: Output, explain: b
     Args:
         explain: also every guess.
     """
+    from casa_assets.library.entry_table import EntryTable
     from casa_assets.library.library import Library
-    from casa_assets.library.table.entry_table import EntryTable
     from casa_assets.model.issue import Decision
 
     touched = {e.asset_id for e in events}
@@ -264,7 +264,7 @@ def print_summary(events: list[Event], library: Path, output: Output, explain: b
 
 def _print_library_checks(library: Path, output: Output, max_lines: int = 6) -> None:
     """Lines about the checks of all assets of the library together."""
-    from casa_assets.library.analysis.library_report import read_library_report
+    from casa_assets.library.library_report import read_library_report
     from casa_assets.model.issue import Status
 
     library_report = read_library_report(library)

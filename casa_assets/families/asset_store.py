@@ -116,8 +116,6 @@ def unpack(data: bytes, key: str, picture: Callable[[str], bytes]) -> Asset:
 
 
 # Asset store ----------------------------------------------------------------------------------------------------------
-# Built assets, their light forms and USD layers, kept on disk by what they are made from: kitchens share most of them.
-#
 # <cache>/assets/{built,pictures,layers}/ by `families.build.asset_key` or content: a change of one family leaves others
 
 FOLDER = "assets"

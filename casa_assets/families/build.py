@@ -1,37 +1,52 @@
-"""Build members of families into a library: sample, build, write, render and check each."""
+"""Build members of families into a library: sample, build, write, render and check each; what objects have besides."""
 
 from __future__ import annotations
 
 import sys
+import base64
+import io
+import json
+import math
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from statistics import median
 from types import ModuleType
 from typing import Any
 
+import numpy as np
+from PIL import Image
+
 from casa_assets import registry
 from casa_assets.asset.assemble import Family, assemble
 from casa_assets.asset.family import Params, Supplies
 from casa_assets.cache.cache_key import digest_of, key_of, versions_of
+from casa_assets.asset.kit.assemble import Family, assemble
+from casa_assets.cache.cache_key import digest_of, key_of, modules_holding, versions_of
+from casa_assets.cache.store import Store
+from casa_assets.checks.objects.members import ObjectMember, PrintedLine
 from casa_assets.checks.run import load_table
 from casa_assets.checks.run import run as run_checks
 from casa_assets.checks.simready.validator import load_rules
-from casa_assets.core.numeric import rng_for
+from casa_assets.checks.table import objects
+from casa_assets.core.numeric import Floats, rng_for
 from casa_assets.core.system import cache_for
 from casa_assets.errors import UnknownId
-from casa_assets.families.finishes import available_finishes, finishes, finishes_key
-from casa_assets.families.objects import check_member, complete
 from casa_assets.kitchenware.catalog import MODELS
 from casa_assets.kitchenware.objects import FORMS
+from casa_assets.kitchenware.textures.objects.label import LABEL, Label
+from casa_assets.kitchenware.textures.objects.printed_lines import lines_in_picture
 from casa_assets.library import library as disk
-from casa_assets.library.analysis.derived_files import write_reports
-from casa_assets.library.identity import Identity, Producer
-from casa_assets.library.table.entry_table import EntryTable
+from casa_assets.library.entry_table import EntryTable
+from casa_assets.library.library import Identity, Producer
+from casa_assets.library.library_report import write_reports
+from casa_assets.mesh.grasps import choose_grasps, grasp_site
+from casa_assets.mesh.topology import weld
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.provenance import Labels
+from casa_assets.model.asset.parts import Grasp
+from casa_assets.model.asset.provenance import Labels, split_of
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.registry.category import Category
 from casa_assets.projects import read_once
@@ -48,12 +63,12 @@ from casa_assets.runs.asset_package import (
     check_package,
     write_package,
 )
-from casa_assets.runs.batch import attempt, run_batch
+from casa_assets.runs.engine import attempt, run_batch
 from casa_assets.runs.limits import WorkerFailure
 from casa_assets.runs.outcome import writing
 from casa_assets.runs.pool import Workers
 from casa_assets.show.stills.studio import View
-from casa_assets.textures.run.recipes import skins
+from casa_assets.textures.run.recipes import available_finishes, finishes, finishes_key, skins
 
 WORKER_BYTES = 1_500_000_000  # of memory, that building and checking a member may take
 # A picture for the thumbnail alone.
@@ -311,8 +326,6 @@ def build_all(
 
     Members that an earlier run has built under the same key are yielded first and stay unchanged.
 
-    Args:
-        wanted: members to build. library: folder, created if it is missing. jobs: processes; 0 for one per core.
     Raises:
         OutputError: the library is held by another run or cannot be written.
         CasaError: see run_batch.
@@ -367,3 +380,85 @@ def warm() -> None:
     key_of(complete)
     _writing_key()
     run_checks(None, "", {})  # of what no check is about: imports the table of checks
+
+
+# Loose objects --------------------------------------------------------------------------------------------------------
+
+# Two members have the same proportions where the logarithms of these fall into one step of this width: about a sixth.
+PROPORTION_STEP = 0.15
+
+
+def complete(asset: Asset, params: Params, category: Category, opening_m: float) -> Asset:
+    """The object with its split, and with a site `grasp_<feature>` for each way in which a hand can take it."""
+    split = split_of(shape_digest(asset, params))
+    grasps = tuple(grasp_site(grasp, np.zeros(3)) for grasp in _grasps(asset, category, opening_m))
+    return asset.replace(labels=asset.labels.replace(split=split), sites=(*asset.sites, *grasps))
+
+
+def shape_digest(asset: Asset, params: Params) -> str:
+    """64 hex digits that members of a category share where they have the same design and about the same proportions.
+
+    Colours, labels and what is random in a surface have no part in it, and neither has the size.
+    """
+    x, y, z = (float(side) for side in np.ptp(asset.bounds, axis=0))
+    proportions = [round(math.log(ratio) / PROPORTION_STEP) for ratio in (y / x, z / x)]
+    return digest_of("shape", asset.labels.category, params.design, proportions)
+
+
+def _grasps(asset: Asset, category: Category, opening_m: float) -> tuple[Grasp, ...]:
+    """Grasps of the root link: what takes a lid lifts the lid and not the pot."""
+    root = asset.root
+    parts = [visual.mesh for visual in root.visuals]
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in parts[:-1])])
+    points, point_of_vertex = weld(np.concatenate([mesh.vertices for mesh in parts]).astype(np.float64))
+    faces = np.concatenate([mesh.faces.astype(np.int64) + start for mesh, start in zip(parts, starts, strict=True)])
+    return choose_grasps(points, point_of_vertex[faces], root.inertial.center_of_mass, category, opening_m)
+
+
+# Member checks --------------------------------------------------------------------------------------------------------
+
+
+def check_member(asset: Asset, category: Category, cache: Path) -> Report:
+    """The report of the checks on members of objects."""
+    member = ObjectMember(asset, category, printed_lines(asset, cache))
+    records = registry.load()
+    return run_checks(member, asset.id, records.limits, records.waived(asset.id), objects.ROWS)
+
+
+def printed_lines(asset: Asset, cache: Path) -> dict[str, tuple[PrintedLine, ...]]:
+    """Return the printed lines of each material with a label, by its id: brand and first word, placed in its picture.
+
+    Args:
+        cache: folder of the store that keeps them.
+    """
+    found = {}
+    for material in asset.materials:
+        recipe, picture = skins().get(material.id), material.base_color_texture
+        if recipe is not None and recipe.kind == LABEL.name and picture is not None:
+            store, size = Store(cache / "printed_lines", is_optional=True), (picture.height_px, picture.width_px)
+            key = digest_of("printed_lines", key_of(lines_in_picture), recipe.digest, size)
+            kept = store.get(key)
+            if kept is None:
+                made = lines_in_picture(Label.from_json(recipe.params), size)
+                rows = [
+                    {"text": x.text, "runs_upwards": x.runs_upwards, "png": _png(np.asarray(x.cover))} for x in made
+                ]
+                kept = json.dumps(rows, sort_keys=True).encode()
+                store.put(key, kept)
+            found[material.id] = _read(kept)
+    return found
+
+
+@lru_cache(maxsize=64)
+def _read(kept: bytes) -> tuple[PrintedLine, ...]:
+    found = []
+    for row in json.loads(kept):
+        with Image.open(io.BytesIO(base64.b64decode(row["png"]))) as image:
+            found.append(PrintedLine(row["text"], np.asarray(image) / 255.0, row["runs_upwards"]))
+    return tuple(found)
+
+
+def _png(cover: Floats) -> str:
+    out = io.BytesIO()
+    Image.fromarray(np.rint(255 * cover).astype(np.uint8)).save(out, "PNG")
+    return base64.b64encode(out.getvalue()).decode()

@@ -69,8 +69,6 @@ def draw_members(
 def write_sheet(name: str, out: Path, count: int, seed: int, size_px: int) -> Path:
     """Draw the first members of a category on one sheet, `<name>.png`; return its path.
 
-    Args:
-        out: folder, which exists. size_px: of a picture.
     Raises:
         UnknownId: there is no such category. OutputError, NoRenderer: it cannot be drawn or written.
     """
@@ -85,11 +83,7 @@ def write_sheet(name: str, out: Path, count: int, seed: int, size_px: int) -> Pa
 
 
 def pictures(folder: Path, out: Path, stem: str, size_px: int) -> Iterator[Path]:
-    """Write `<stem>_closed.png`, one picture for each named pose, and `<stem>_touch.png`.
-
-    Args:
-        folder: of the asset. out: for the pictures. size_px: width and height.
-    """
+    """Write `<stem>_closed.png`, one picture for each named pose, and `<stem>_touch.png`."""
     model = folder / "model.xml"
     view = View(size_px=size_px, passes=12)
     shots = [("closed", "", False), *((p, p, False) for p in poses(model) if p != "closed"), ("touch", "", True)]

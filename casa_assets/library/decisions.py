@@ -6,7 +6,6 @@ The page of review makes such a file, and `casa-assets articulate --decisions re
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -57,7 +56,5 @@ def keep(library: Library, changes: Mapping[str, Decisions]) -> dict[str, Decisi
     after = {sha256: said for sha256, said in {**before, **changes}.items() if said != Decisions()}
     if after != before:
         rows = {sha256: said.model_dump(mode="json", exclude_defaults=True) for sha256, said in sorted(after.items())}
-        fresh = library.private / f"{REVIEW_NAME}.{os.getpid()}"
-        fresh.write_text(json.dumps({"meshes": rows}, indent=1) + "\n", encoding="utf-8")
-        fresh.replace(library.root / REVIEW_NAME)
+        library.write(REVIEW_NAME, json.dumps({"meshes": rows}, indent=1) + "\n")
     return after

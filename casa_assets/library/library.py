@@ -5,10 +5,18 @@ library/
   rejected/<id>/        reject.json and, where one could be made, preview.png
   library.json  ATTRIBUTION.md  report.html
   .casa/                cache/ (results by content) staging/ (half-written, swept at the start) lock
+
+Two producers may be given one file: `ingest` makes a rigid asset of it, `articulate` one that opens. So an id is the
+category and a word for the producer and its input, which finds all that it ever made of the input, under any category:
+
+mug_e1b7e22aee                      ingest: the first 10 hex digits of the sha256 of the input
+microwave_articulated_a39fd0c2b1    articulate: the same after an additional word
+microwave_0c6e21fa83                a family: the first 10 hex digits of the digest of its numbers
 """
 
 from __future__ import annotations
 
+import copy
 import ctypes
 import errno
 import fcntl
@@ -19,22 +27,148 @@ import shutil
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
+import numpy as np
 from pydantic import ValidationError
 
 from casa_assets.core.process_name import process_name
 from casa_assets.errors import OutputError
-from casa_assets.library.asset_json import asset_from_manifest, manifest_of
+from casa_assets.formats.mjcf import shapes
 from casa_assets.library.entry_files import PICTURE, file_inside
-from casa_assets.library.identity import Identity, Producer, suffix_of
 from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.asset.provenance import Signature
 from casa_assets.model.files import Files
 from casa_assets.model.issue import Report
 from casa_assets.model.record import Record
 from casa_assets.model.source import Source
+
+# The USD package holds every image; the MJCF has only those that MuJoCo draws.
+IMAGES = "usd/textures"
+SLOTS = ("base_color_texture", "metallic_roughness_texture", "normal_texture")
+
+
+def manifest_of(asset: Asset) -> dict[str, Any]:
+    """Return the JSON data of an asset; a mesh is written as `{"obj": path}`, and an image's `png` is its path."""
+    data: dict[str, Any] = asset.model_dump(mode="json", exclude={"links": True, "materials": True})
+    files = shapes.gather_meshes(asset).of
+    data["links"] = []
+    for link in asset.links:
+        row = link.model_dump(mode="json", exclude={"visuals", "colliders"})
+        row["visuals"] = [
+            {"name": v.name, "material": v.material, "mesh": {"obj": files[v.name].path}}
+            | ({} if v.label is None else {"label": v.label})
+            for v in link.visuals
+        ]
+        row["colliders"] = []
+        for c in link.colliders:
+            keep = c.model_dump(mode="json", exclude={"shape": {"mesh"}})
+            if c.name in files:
+                keep["shape"]["mesh"] = {"obj": files[c.name].path}
+            row["colliders"].append(keep)
+        data["links"].append(row)
+    data["materials"] = []
+    for look in asset.materials:
+        row = look.model_dump(mode="json", exclude=set(SLOTS))
+        for slot in SLOTS:
+            image = getattr(look, slot)
+            row[slot] = None
+            if image is not None:
+                row[slot] = image.model_dump(mode="json", exclude={"png"})
+                row[slot]["png"] = f"{IMAGES}/{image.file_name}"
+        data["materials"].append(row)
+    return data
+
+
+def asset_from_manifest(data: dict[str, Any], folder: Path) -> Asset:
+    """The asset that `manifest_of` described, its files read from `folder`. Raises OutputError."""
+
+    def file(name: object, pointer: str) -> Path:
+        return file_inside(folder, name, folder / "asset.json", f"asset/{pointer}")
+
+    try:
+        links, looks = copy.deepcopy(data["links"]), copy.deepcopy(data["materials"])
+        for i, link in enumerate(links):
+            for j, visual in enumerate(link["visuals"]):
+                visual["mesh"] = read_obj(file(visual["mesh"]["obj"], f"links/{i}/visuals/{j}/mesh/obj"))
+            for j, shape in enumerate(collider["shape"] for collider in link["colliders"]):
+                if "mesh" in shape:
+                    shape["mesh"] = read_obj(file(shape["mesh"]["obj"], f"links/{i}/colliders/{j}/shape/mesh/obj"))
+        for i, look in enumerate(looks):
+            for slot in SLOTS:
+                if look[slot] is not None:
+                    look[slot]["png"] = file(look[slot]["png"], f"materials/{i}/{slot}/png").read_bytes()
+        return Asset.model_validate({**data, "links": links, "materials": looks})
+    except (OSError, KeyError, TypeError, ValueError, ValidationError) as error:
+        raise OutputError(str(folder), f"asset.json or a file that it names is damaged: {error}") from error
+
+
+def read_obj(path: Path) -> Mesh:
+    """An OBJ file as the MJCF writer writes it: one index for position, uv and normal. Raises ValueError, OSError."""
+    rows: dict[str, list[list[float]]] = {"v": [], "vt": [], "vn": []}
+    faces = []
+    for line in path.read_text(encoding="ascii").splitlines():
+        word, *values = line.split()
+        if word == "f":
+            faces.append([int(v.split("/")[0]) - 1 for v in values])
+        elif word in rows:
+            rows[word].append([float(v) for v in values])
+    vertices, uv, normals = (np.array(rows[w], dtype=np.float32).astype(np.float64) for w in ("v", "vt", "vn"))
+    return Mesh(vertices=vertices, faces=faces, uv=uv if len(uv) else None, normals=normals if len(normals) else None)
+
+
+DIGITS = 10
+
+
+class Producer(StrEnum):
+    """Producers of a library's entries."""
+
+    INGEST = "ingest"
+    ARTICULATE = "articulate"
+    FAMILY = "family"
+
+
+# What stands before the digits in an id.
+_WORDS = {Producer.ARTICULATE: "articulated_"}
+
+
+@dataclass(frozen=True)
+class Identity:
+    """A producer and the sha256 of what it was given: at most one entry of a library has them.
+
+    Attributes:
+        sha256: of the input; of a family's member, the digest of its numbers.
+    """
+
+    producer: Producer
+    sha256: str
+
+    @property
+    def suffix(self) -> str:
+        """End of the id after the category: a word for the producer, and digits of the input."""
+        return f"{_WORDS.get(self.producer, '')}{self.sha256[:DIGITS]}"
+
+    def asset_id(self, category: str) -> str:
+        """The id under a category."""
+        return f"{category}_{self.suffix}"
+
+    def may_own(self, asset_id: str) -> bool:
+        """True if an id can be that of this producer and input, under any category."""
+        category, found, end = asset_id.rpartition(f"_{self.suffix}")
+        return bool(found) and not end and not any(category.endswith(f"_{w}".rstrip("_")) for w in _WORDS.values())
+
+
+def suffix_of(asset_id: str) -> str:
+    """Return the end of an id, which identifies producer and input, as `Identity.suffix` gives it."""
+    before, _, digits = asset_id.rpartition("_")
+    for word in _WORDS.values():
+        if f"{before}_".endswith(f"_{word}"):
+            return f"{word}{digits}"
+    return digits
+
 
 REJECTED = "rejected"
 CERTIFICATE = "asset.json"
@@ -78,13 +212,9 @@ class Certificate(Record):
     """Certificate of an asset: the part of asset.json besides the asset itself.
 
     Attributes:
-        schema_version: of this file.
-        asset_digest: of the Asset record, canonical.
-        producer: what made the asset.
         cache_key: digest of everything that decided the result besides the source.
         versions: stages of the producer with their keys, and the packages that they use.
         report: every check that applies to this subject, with its number or why it did not apply or was not run.
-        summary: numbers for tables.
         files: path -> sha256 of everything in the folder but asset.json.
         signature: compared with those of other assets; None if the asset has no visible geometry.
     """
@@ -102,11 +232,7 @@ class Certificate(Record):
 
 @dataclass(frozen=True)
 class Manifest:
-    """asset.json of an accepted asset, read once: its certificate, and the asset as plain data.
-
-    Attributes:
-        folder: of the entry.
-    """
+    """asset.json of an accepted asset, read once: its certificate, and the asset as plain data."""
 
     folder: Path
     certificate: Certificate
@@ -174,6 +300,13 @@ class Library:
                 path.unlink(missing_ok=True)
         self.staging.mkdir(exist_ok=True)
 
+    def write(self, name: str, text: str) -> None:
+        """Replace a file right in the library by one rename."""
+        self.private.mkdir(parents=True, exist_ok=True)
+        fresh = self.private / f"{name}.{os.getpid()}"
+        fresh.write_text(text, encoding="utf-8")
+        fresh.replace(self.root / name)
+
     def folder(self, category: str, asset_id: str) -> Path:
         """Folder of an accepted asset."""
         return self.root / category / asset_id
@@ -190,11 +323,7 @@ class Library:
         return path
 
     def stage_refusal(self, refusal: Refusal, picture: bytes = b"") -> Path:
-        """Write the finished entry of a rejected input into the staging folder, and return its folder.
-
-        Args:
-            picture: PNG of the input, or empty if there is no picture.
-        """
+        """Write the finished entry of a rejected input into the staging folder, and return its folder."""
         staged = self.stage(refusal.id)
         if picture:
             (staged / PICTURE).write_bytes(picture)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import csv
 import io
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -67,11 +66,7 @@ def read_overrides(library: disk.Library) -> dict[str, UserOverride]:
 
 
 def write(library: disk.Library, found: Iterable[Entry]) -> int:
-    """Rewrite the list by one rename; without rows the file is removed. Returns the number of rows.
-
-    Args:
-        found: the entries of the library.
-    """
+    """Rewrite the list by one rename; without rows the file is removed. Returns the number of rows."""
     overridden = {digest: row for digest, row in _read(library).items() if not row.override.is_empty}
     rows: dict[str, Mapping[str, str]] = {digest: row.cells for digest, row in overridden.items()}
     for entry in found:
@@ -102,11 +97,7 @@ def decide(library: disk.Library, entry: Entry, words: Mapping[str, str]) -> Non
 
 
 def adopt(library: disk.Library, others: Sequence[disk.Library]) -> None:
-    """Take over the rows of other libraries in which a person decided something.
-
-    Raises:
-        OutputError: two of the libraries decide differently about an input; nothing is written then.
-    """
+    """Take over the rows of other libraries in which a person decided something. Raises OutputError."""
     own = _read(library)
     decided = {digest: (library, row) for digest, row in own.items() if not row.override.is_empty}
     known = len(decided)
@@ -136,9 +127,7 @@ def _write_rows(library: disk.Library, rows: Mapping[str, Mapping[str, str]]) ->
     writer.writerows(sorted(rows.values(), key=lambda r: (r.get("id", ""), r["sha256"])))
     if target.is_file() and target.read_bytes() == text.getvalue().encode():
         return len(rows)
-    fresh = library.private / f"{NAME}.{os.getpid()}"
-    fresh.write_text(text.getvalue(), encoding="utf-8")
-    fresh.replace(target)
+    library.write(NAME, text.getvalue())
     return len(rows)
 
 

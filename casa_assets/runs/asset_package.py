@@ -19,7 +19,7 @@ from casa_assets.errors import OutputError
 from casa_assets.formats import mjcf
 from casa_assets.formats.usd.document import write as write_usd
 from casa_assets.library import library as disk
-from casa_assets.library.table.pairs import signature
+from casa_assets.library.pairs import signature
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.parts import Hull
 from casa_assets.model.issue import Issue, Report
@@ -79,11 +79,7 @@ def check_package(
 
 
 def certify(asset: Asset, report: Report, folder: Path, made_by: disk.MadeBy) -> None:
-    """Write asset.json of an asset that has passed, and read it back.
-
-    Raises:
-        ValueError: the asset that is read back is another one; a fault of the program.
-    """
+    """Write asset.json of an asset that has passed, and read it back. Raises ValueError."""
     disk.write_certificate(folder, asset, certificate(asset, report, folder, made_by))
     try:
         is_same = disk.read_asset(folder) == asset

@@ -16,12 +16,18 @@ from casa_assets.runs.limits import full_disk
 
 # What is wrong with the disk and not with an input. EFBIG: a quota set with `ulimit -f`.
 _DISK_FAULTS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG, errno.EMFILE, errno.ENFILE})
-
-
 _NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT})
-
-
 TRACES = "traces"  # folder in the cache of a library
+# What verdicts of the pool are called in registry/rejections.yaml, by the reason of a WorkerFailure.
+CRASH_CODE = "RUN004"  # of the program, not of the input
+FAILURE_CODES = {
+    "timeout": "RUN001",
+    "memory": "RUN002",
+    "signal": "RUN003",
+    "killed": "RUN003",
+    "error": CRASH_CODE,
+    "stuck": "RUN008",
+}
 
 
 @dataclass(frozen=True)

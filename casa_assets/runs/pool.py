@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import logging
-import math
 import os
 import pickle
 import socket
@@ -345,15 +344,6 @@ class RayCluster:
 
     address: str = ""
     most: int = 0
-
-
-# Jobs that wait on a cluster beside those that run, as a part of them: no processor waits for the leading process.
-WAITING_SHARE = 0.125
-
-
-def waiting_jobs(workers: int) -> int:
-    """Return the number of jobs that a cluster with `workers` workers is given in addition to those that run."""
-    return math.ceil(WAITING_SHARE * workers)
 
 
 # Where jobs run: so many processes of this machine at once (0: one per core), or a cluster.

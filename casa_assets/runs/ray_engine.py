@@ -28,12 +28,14 @@ from casa_assets.errors import CasaError
 from casa_assets.projects import plugin_use, project_folder
 from casa_assets.runs import ray_node as node
 from casa_assets.runs.limits import Limits, WorkerFailure
-from casa_assets.runs.pool import Engine, RayCluster, Step, address_of, waiting_jobs
+from casa_assets.runs.pool import Engine, RayCluster, Step, address_of
 
 LOG = logging.getLogger(__name__)
 
 # A job whose process is killed may be what kills it; machines are lost for reasons of their own.
 MAX_CRASHES, MAX_LOST_MACHINES = 2, 5
+# Jobs that wait on a cluster beside those that run, as a part of them: no processor waits for the leading process.
+WAITING_SHARE = 0.125
 KNOCK_S = 10.0  # for an answer from a cluster
 LOOK_S = 2.0  # between two looks at the size of the cluster
 OBJECT_STORE_BYTES = 200_000_000  # of a Ray that we start: jobs and answers are small, and files go over the disk
@@ -63,7 +65,6 @@ class RayEngine(Engine):
     enough is tried once more with all that it may use, as in the local pool.
 
     Args:
-        cluster: which, and how many jobs at once.
         limits: of each job. warm, least_bytes: as in Pool.
         shared: folder on a disk that all machines share, for files of the run alone.
     Raises:
@@ -268,7 +269,7 @@ class RayEngine(Engine):
         share = min((memory // processors for processors, memory in machines), default=self._least_bytes)
         share = min(self._limits.memory_bytes, max(self._least_bytes, share))
         slots = sum(max(1, min(processors, memory // share)) for processors, memory in machines)
-        return share, self._cluster.most or slots + waiting_jobs(slots)
+        return share, self._cluster.most or slots + math.ceil(WAITING_SHARE * slots)
 
     def _most_memory(self) -> int:
         """Bytes that a job may have at most: its limit, or all that the largest machine gives."""

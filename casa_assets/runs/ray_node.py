@@ -48,7 +48,6 @@ class Order:
         limits: of each job. least_bytes: minimum memory that a job needs.
         folder: working folder of the run, to which paths in jobs are relative.
         marker: file that the run has written on the shared disk.
-        version: of the code of the run, see `version`.
         project: folder of the project in use, on the shared disk; None if no project is in use.
         plugins: which plug-ins run.
     """
@@ -76,7 +75,6 @@ class Full:
     """This machine has no room for the temporary files of a job; others may.
 
     Attributes:
-        node: Ray's id of this machine.
         message: where, how much room is left, and what to do.
     """
 

@@ -32,9 +32,9 @@ from casa_assets.core.process_name import process_name
 from casa_assets.errors import OutputError
 from casa_assets.library import decisions, review
 from casa_assets.library import library as disk
-from casa_assets.library.analysis.derived_files import write_reports
 from casa_assets.library.entry_files import PICTURE, file_inside
-from casa_assets.library.identity import suffix_of
+from casa_assets.library.library import suffix_of
+from casa_assets.library.library_report import write_reports
 from casa_assets.library.remote_folder import RemoteFolder, StoredFile, WriterLock
 from casa_assets.runs.outcome import Event, writing
 

@@ -21,8 +21,8 @@ from urllib.parse import unquote
 from casa_assets import registry
 from casa_assets.articulate.decisions import Decisions
 from casa_assets.articulate.run import review_page
-from casa_assets.articulate.run.run import NAME as STRIP
-from casa_assets.articulate.run.run import outcome_of_entry
+from casa_assets.articulate.run.steps import NAME as STRIP
+from casa_assets.articulate.run.steps import outcome_of_entry
 from casa_assets.errors import CasaError, OutputError
 from casa_assets.formats.gltf import EVERYTHING, asset_glb
 from casa_assets.library import library as disk
@@ -30,7 +30,7 @@ from casa_assets.library import review
 from casa_assets.library.decisions import check_category, keep
 from casa_assets.library.entry import Entry, entries
 from casa_assets.library.entry_files import PICTURE, file_inside, picture_of
-from casa_assets.library.identity import Producer
+from casa_assets.library.library import Producer
 from casa_assets.model.source import UpAxis
 from casa_assets.show.local_server import HOST, LocalHandler
 from casa_assets.show.page.model_files import SUFFIX, model_script, viewer_name, viewer_script

@@ -13,7 +13,7 @@ import pytest
 from casa_assets.articulate.decisions import Decisions
 from casa_assets.articulate.run import review_page
 from casa_assets.articulate.run.build import ArticulateRequest, build
-from casa_assets.articulate.run.run import ArticulateOutcome
+from casa_assets.articulate.run.steps import ArticulateOutcome
 from casa_assets.checks.motion.joints import JointTravel
 from casa_assets.library import decisions
 from tests.unit.articulate.blocks import microwave

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from casa_assets.library import library as disk
-from casa_assets.library.identity import Producer
+from casa_assets.library.library import Producer
 from casa_assets.runs.limits import trees
 from tests.determinism.test_kill import is_staged, kill
 from tests.support.library.libraries import ROOT, casa_here, command, tree

@@ -22,7 +22,7 @@ KILLED = """
 import os, signal, sys
 
 if any("runs.server" in word for word in sys.orig_argv):  # the one that forks the workers
-    from casa_assets.ingest.run import worker
+    from casa_assets.ingest.run import steps as worker
 
     collect = worker.collect
 
@@ -52,10 +52,10 @@ pathlib.Path.write_bytes = fill
 
 
 def hook(folder: Path, code: str) -> str:
-    """PYTHONPATH of a folder whose sitecustomize is the code."""
+    """PYTHONPATH of a folder whose sitecustomize is the code, which finds the package that is tested."""
     folder.mkdir()
     (folder / "sitecustomize.py").write_text(code, encoding="ascii")
-    return str(folder)
+    return f"{folder}:{ROOT}"
 
 
 def goes_on(few: Path, library: Path) -> None:

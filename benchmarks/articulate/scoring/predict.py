@@ -28,7 +28,7 @@ from scipy.spatial import cKDTree
 from benchmarks.articulate.cases.labelled import read_obj
 from benchmarks.articulate.scoring.prediction import part_row
 from casa_assets.articulate.run.build import ArticulateRequest, ArticulateResult, build
-from casa_assets.articulate.run.run import publish_result
+from casa_assets.articulate.run.steps import publish_result
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.model.source import RawModel

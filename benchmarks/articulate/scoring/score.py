@@ -24,9 +24,9 @@ from benchmarks.articulate.scoring.prediction import part_row
 from casa_assets.articulate.choose_plan import choose_plan
 from casa_assets.articulate.frame.axes import given_frame, guess_frame
 from casa_assets.articulate.plan import Articulation, Frame, Models
+from casa_assets.articulate.run.acceptance import limit_ranges
 from casa_assets.articulate.run.build import ArticulateRequest, build, load_models
-from casa_assets.articulate.run.repairs import limit_ranges
-from casa_assets.articulate.run.run import with_contract
+from casa_assets.articulate.run.steps import with_contract
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.checks.motion.joints import joint_travels
 from casa_assets.errors import Rejected

@@ -33,6 +33,8 @@ from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.things import load
 from casa_assets.library.analysis.clip import NO_WEIGHTS, classify_by_look, load_scorer
 from casa_assets.library.identity import Identity, Producer
+from casa_assets.library.clip import NO_WEIGHTS, classify_by_look, load_scorer
+from casa_assets.library.library import Identity, Producer
 from casa_assets.library.review import REJECTED_CODE
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import Guess
@@ -41,7 +43,6 @@ from casa_assets.model.registry.category import Category
 from casa_assets.model.source import RawModel, Source, Up, UpAxis, UserOverride, Word
 
 # Models ---------------------------------------------------------------------------------------------------------------
-# Load what was learned from labelled cases, for the search of moving parts.
 
 
 @cache
@@ -94,8 +95,6 @@ def guess_category(
     Args:
         extent: width, depth, height, any unit. articulation: its moving parts.
         stated: category given by the user, or empty. classify_by_image: classifier by appearance, where there is one.
-    Raises:
-        UnknownId: there is no such category.
     """
     guessed = _guess_without_user(one, extent, articulation, classify_by_image)
     if not stated or (stated == guessed.category.id and guessed.confidence >= NAMING_CONFIDENCE):
@@ -395,7 +394,6 @@ def find_input(request: ArticulateRequest) -> Found:
 
 
 # Overrides ------------------------------------------------------------------------------------------------------------
-# Apply what a person wrote about an input into review.csv of a library to the request to articulate it.
 
 _UP_WORDS = {axis: ("-" if axis.startswith("minus_") else "+") + axis[-1] for axis in UpAxis}
 

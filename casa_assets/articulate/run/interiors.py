@@ -34,11 +34,14 @@ from casa_assets.core.numeric import Ints
 from casa_assets.families import finishes as palette
 from casa_assets.kitchenware.parts import interiors
 from casa_assets.kitchenware.parts.interiors import Interior
+from casa_assets.kitchenware.parts.carcass import interiors
+from casa_assets.kitchenware.parts.carcass.interiors import Interior
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.model.asset.parts import JointKind, Mesh
 from casa_assets.model.asset.provenance import Labels
 from casa_assets.model.record import Vec3
 from casa_assets.model.source import RawModel, RawPart
+from casa_assets.textures.run.recipes import plain
 
 # Finish of the walls of an interior, and of the boxes of drawers beside it.
 LINER_FINISHES: Mapping[InteriorKind, str] = {
@@ -100,7 +103,7 @@ def add_interiors(
     registered = registry.load()
     kind = registered.category(registry.FALLBACK)
     labels = Labels(category=kind.id, classes=(kind.id,), qcode=kind.qcode)
-    supplies = Supplies(finishes=palette.plain(), labels=labels, densities=registered.densities)
+    supplies = Supplies(finishes=plain(), labels=labels, densities=registered.densities)
     work = _InteriorBuild(AssetBuilder(supplies), metres)
     work.trays = sum(p.name.startswith("tray_") for p in articulation.parts)
     for cavity in to_build:

@@ -15,8 +15,8 @@ from PIL import Image
 
 from casa_assets import registry
 from casa_assets.articulate.plan import HingeEdge, PartKind
-from casa_assets.articulate.run import run
-from casa_assets.articulate.run.run import ArticulateOutcome
+from casa_assets.articulate.run.steps import NAME as STRIP
+from casa_assets.articulate.run.steps import ArticulateOutcome, moving_joints
 from casa_assets.cache.cache_key import digest_of
 from casa_assets.library import decisions
 from casa_assets.library.entry_files import PICTURE
@@ -60,7 +60,6 @@ def render_page(
     """Return the HTML of the page.
 
     Args:
-        command: that applies what is decided.
         is_served: a server takes each decision at once; else the page writes a file. title: plain text.
         models: where the page finds the models of its assets; None: it shows pictures alone.
     """
@@ -122,14 +121,14 @@ def _row(done: ArticulateOutcome, root: Path, models: PageModels | None) -> dict
         "parts": [],
         "corners": {},
     }
-    for name, file in (("strip", run.NAME), ("picture", PICTURE)):
+    for name, file in (("strip", STRIP), ("picture", PICTURE)):
         row[name] = relative_link(f"{place}/{file}") if folder is not None and (folder / file).exists() else ""
-    row["strip_px"] = _png_size(folder / run.NAME) if folder is not None and row["strip"] else (0, 0)
+    row["strip_px"] = _png_size(folder / STRIP) if folder is not None and row["strip"] else (0, 0)
     has_model = models is not None and folder is not None and done.decision is not Decision.REJECTED
     row["model"] = vars(models.of(folder.name)) if has_model and models is not None and folder is not None else None
     if done.articulation is None:
         return row
-    moving = run.moving_joints(done)
+    moving = moving_joints(done)
     corners = strip_corners(moving)
     frame = done.articulation.frame
     held = f"holds the contract {done.contract}" if done.contract else "; ".join(done.unmet_checks[:2])

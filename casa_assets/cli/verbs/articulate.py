@@ -39,8 +39,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Mapping, Sequence
 
     from casa_assets.articulate.decisions import Decisions
-    from casa_assets.articulate.run.batch import RequestMaker
-    from casa_assets.articulate.run.run import ArticulateOutcome
+    from casa_assets.articulate.run.run import RequestMaker
+    from casa_assets.articulate.run.steps import ArticulateOutcome
     from casa_assets.ingest.sources.found import Found
     from casa_assets.model.record import Vec3
     from casa_assets.runs.pool import Workers
@@ -98,7 +98,7 @@ def articulate(
     from casa_assets.articulate.run.build import ArticulateRequest
 
     if clip_weights:
-        from casa_assets.library.analysis.clip import require_weights
+        from casa_assets.library.clip import require_weights
 
         require_weights(clip_weights)
     given, reviewed = _read_decisions(decisions, sources)
@@ -125,7 +125,7 @@ def _articulate(
 ) -> None:
     """Run, print what became of every input, write the review page where its command is given, and exit."""
     from casa_assets.articulate.run import review_page
-    from casa_assets.articulate.run.batch import articulate as run
+    from casa_assets.articulate.run.run import articulate as run
 
     others: Counter[str] = Counter()
 

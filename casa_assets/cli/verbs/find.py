@@ -11,7 +11,7 @@ from casa_assets.cli.options import CLIP_HELP, Library, Most, library_at, more, 
 from casa_assets.cli.output import Output, TextTable, measures, measures_at, pluralize, terminal_safe
 
 if TYPE_CHECKING:
-    from casa_assets.library.analysis.search import Found, SearchHit
+    from casa_assets.library.search import Found, SearchHit
 
 
 @shared
@@ -46,10 +46,9 @@ def find(
       casa-assets find --where category=mug,cup --where 'size<=0.12' --json
       casa-assets find --where reason=FLT005 --most 100
     """
-    from casa_assets.library.analysis.search import entries_that, search_entries
-    from casa_assets.library.table.conditions import parse, with_default
+    from casa_assets.library.search import entries_that, parse_condition, search_entries, with_default
 
-    conditions = [parse(text) for text in where or ()]
+    conditions = [parse_condition(text) for text in where or ()]
     has_words = bool(query.strip())
     if not has_words and (clip_weights or not conditions):
         raise typer.BadParameter("there are no words to look for", param_hint="QUERY")
@@ -68,16 +67,15 @@ def find(
 
 def _unnamed(library: Path) -> str:
     """How many assets words cannot find because nobody knows their category; empty for none."""
-    from casa_assets.library.analysis.search import entries_that
-    from casa_assets.library.table.conditions import parse
+    from casa_assets.library.search import entries_that, parse_condition
 
-    count = sum(1 for _ in entries_that(library_at(library), [parse("decide=category")]))
+    count = sum(1 for _ in entries_that(library_at(library), [parse_condition("decide=category")]))
     return f"; {pluralize(count, 'asset')} in review without a category: casa-assets review {library}" if count else ""
 
 
 def _by_picture(query: str, library: Path, clip_weights: str, most: int) -> Found:
-    from casa_assets.library.analysis.clip import load_clip
-    from casa_assets.library.analysis.search import Found, search_by_picture
+    from casa_assets.library.clip import load_clip
+    from casa_assets.library.search import Found, search_by_picture
 
     hits = search_by_picture(query, library_at(library), load_clip(clip_weights), most)
     return Found(hits, len(hits))

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
     from casa_assets.cli.ingest_output import Sending
     from casa_assets.ingest.run.run import Options
-    from casa_assets.ingest.run.shards.record import Shard
+    from casa_assets.ingest.run.shards import Shard
     from casa_assets.ingest.sources.places import StoreRoot
     from casa_assets.runs.outcome import Event
 
@@ -159,7 +159,7 @@ def _run_once(
 ) -> list[Event]:
     """Run once, and print what became of the inputs."""
     from casa_assets.ingest.run.run import ingest as run
-    from casa_assets.ingest.run.shards.record import NAME as SHARD_RECORD
+    from casa_assets.ingest.run.shards import NAME as SHARD_RECORD
 
     others: Counter[str] = Counter()
 
@@ -195,7 +195,7 @@ def _codes(words: list[str] | None) -> frozenset[str]:
 
 def _shard(words: str) -> Shard | None:
     """The shard that a user named."""
-    from casa_assets.ingest.run.shards.record import Shard
+    from casa_assets.ingest.run.shards import Shard
 
     try:
         return Shard.parse(words) if words else None

@@ -51,7 +51,7 @@ def merge(
 
       casa-assets library merge shards/* --library out/library
     """
-    from casa_assets.ingest.run.shards.merge import merge as run
+    from casa_assets.ingest.run.merge import merge as run
 
     def start(_: Callable[[str], None] | None) -> Generator[Event]:
         return run(shards, library, partial, clip_weights)
@@ -148,7 +148,7 @@ def index(
 
       casa-assets library index shards/* --out out/tables
     """
-    from casa_assets.library.table.parquet import require_parquet, write_index
+    from casa_assets.library.parquet import require_parquet, write_index
 
     require_parquet()
     written = write_index([library_at(library) for library in libraries], out, force)

@@ -106,7 +106,7 @@ def build(
     """
     from casa_assets.checks.table.objects import ROWS
     from casa_assets.families.build import build_all, object_requests
-    from casa_assets.library.analysis.library_report import read_library_report
+    from casa_assets.library.library_report import read_library_report
 
     if not names and not all_:
         raise typer.BadParameter("name categories, or give --all")

@@ -99,9 +99,9 @@ def _tell(written: WrittenReport, library: Path, output: Output) -> None:
 
 def _compare_all(library: LibraryFolder, clip_weights: str) -> None:
     """Run the checks of all assets together, where they never ran, or where CLIP is to look at the pictures first."""
-    from casa_assets.library.analysis import library_report
-    from casa_assets.library.analysis.clip import load_clip
-    from casa_assets.library.table.entry_table import EntryTable
+    from casa_assets.library import library_report
+    from casa_assets.library.clip import load_clip
+    from casa_assets.library.entry_table import EntryTable
     from casa_assets.runs.outcome import writing
 
     if clip_weights or library_report.read_library_report(library.root) is None:

@@ -17,11 +17,11 @@ from casa_assets.checks.library import SAME_SIZE, ShapePair
 from casa_assets.errors import OutputError
 from casa_assets.ingest.run.job import Result
 from casa_assets.library import library as disk
-from casa_assets.library.table.entry_table import EntryTable
-from casa_assets.library.table.pairs import AssetRow, ShapeIndex, measure_pair, row_of
+from casa_assets.library.entry_table import EntryTable
+from casa_assets.library.pairs import AssetRow, ShapeIndex, measure_pair, row_of
+from casa_assets.runs.engine import NEAR_DUPLICATE_CODE
 from casa_assets.runs.outcome import Outcome
 
-NEAR_DUPLICATE_CODE = "RUN007"
 Published = TypeVar("Published")
 
 
@@ -29,7 +29,6 @@ class Deduplicator:
     """Finds copies among the inputs of a run and in its library.
 
     Args:
-        library: of the run.
         limit: largest distance between the surfaces of copies, as a share of their radius.
         own: sha256 of the inputs of this run; their entries in the library are judged in the order of the inputs.
         table: the entries of the library from before the run; None: they are read when they are asked for.

@@ -1,110 +1,41 @@
-"""Find the inputs of a run, also those of plug-ins, and those that cannot be read."""
+"""Find the inputs of a run: files, what plug-ins fetch, and meshes that the caller has in memory."""
 
 from __future__ import annotations
 
 import hashlib
 import os
 import shutil
+import tempfile
 from collections import Counter
 from collections.abc import Iterator, Sequence, Set
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from casa_assets import registry
 from casa_assets.core.optional_packages import require
 from casa_assets.core.process_name import process_name
 from casa_assets.core.system import cache_for
-from casa_assets.errors import OutputError, PluginFailure
+from casa_assets.errors import PluginFailure, Rejected
+from casa_assets.ingest.run.survey import Survey, find_category
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.places import StoreRoot, root_of, utf8_escaped
 from casa_assets.ingest.sources.stores import folder_of
 from casa_assets.library import library as disk
 from casa_assets.library.identity import Identity, Producer
+from casa_assets.ingest.sources.places import StoreRoot, folder_of, root_of, utf8_escaped
 from casa_assets.library.library import Library
-from casa_assets.model.source import Source
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.issue import Report
+from casa_assets.model.source import Source, SourceKind, Up
 from casa_assets.registry.plugins.guard import guarded, sources
 from casa_assets.runs.outcome import keep_trace
 
-# Unreadable inputs ----------------------------------------------------------------------------------------------------
-# Refusals of inputs that could not be read: their ids are made from their paths, as their bytes have no digest.
-
-# Stands in ids for the category, which nobody can know.
-SHELF = "unread"
-
-
-class UnreadableInputs:
-    """The unreadable inputs of one run; several at one place (rows that name one mesh) are numbered."""
-
-    def __init__(self, producer: Producer = Producer.INGEST) -> None:
-        self._producer = producer
-        self._count_by_place: Counter[str] = Counter()
-        self._places: set[str] = set()
-        self._ids: set[str] = set()
-
-    def refusal(self, found: Found, code: str, message: str, cache_key: str) -> disk.Refusal:
-        """The record to be kept of an input."""
-        source = found.source
-        place = _place_key(source.path, source.uid)
-        self._places.add(place)
-        self._count_by_place[place] += 1
-        # Stands in for the digest of the bytes, which could not be read.
-        digest = hashlib.sha256(f"{place}:{self._count_by_place[place]}".encode()).hexdigest()
-        asset_id = Identity(self._producer, digest).asset_id(SHELF)
-        self._ids.add(asset_id)
-        return disk.Refusal(
-            producer=self._producer,
-            id=asset_id,
-            code=code,
-            message=message,
-            category=registry.FALLBACK,
-            cache_key=cache_key,
-            sha256=digest,
-            source=source,
-        )
-
-    def note_readable(self, found: Found) -> None:
-        """Note that an input can be read now, so an older refusal of its place no longer holds."""
-        self._places.add(_place_key(found.source.path, found.source.uid))
-
-    def note_refused(self, refused: Refused) -> None:
-        """Note that an input is kept among the refused rows, so an older refusal of its place no longer holds."""
-        self._places.add(_place_key(refused.path))
-
-    def prune(self, library: disk.Library) -> None:
-        """Remove refusals of places that this run looked at and did not refuse."""
-        for folder in list(library.refused()):
-            if folder.name.startswith(f"{SHELF}_") and folder.name not in self._ids:
-                try:
-                    refusal = disk.read_refusal(folder)
-                    place = _place_key(refusal.source.path, refusal.source.uid)
-                    is_obsolete = refusal.producer is self._producer and place in self._places
-                except OutputError:
-                    is_obsolete = True  # it is damaged
-                if is_obsolete:
-                    library.forget(folder)
-
-
-def write_if_changed(library: disk.Library, refusal: disk.Refusal, before: disk.Library | None = None) -> bool:
-    """Write a refusal to the library and return True; False if the library, or `before`, holds the same one already."""
-    known = (before or library).refusal_folder(refusal.id)
-    try:
-        if (known / disk.REFUSAL).exists() and disk.read_refusal(known) == refusal:
-            return False
-    except OutputError:
-        pass  # damaged: written anew
-    library.put(library.stage_refusal(refusal), library.refusal_folder(refusal.id))
-    return True
-
-
-def _place_key(path: str, uid: str = "") -> str:
-    """Key of an input: its path and its id in a manifest. It is the same whether a file is refused early or late."""
-    return f"{path}:{uid}"
-
+if TYPE_CHECKING:
+    from casa_assets.mesh.trimesh_exchange import MeshOrScene
 
 # Plugin sources -------------------------------------------------------------------------------------------------------
-# Fetch what sources of plug-ins bring, each address once.
 
 FETCHED = "fetched"  # folder in the cache
 FAILED = "RUN009"
@@ -158,9 +89,8 @@ def fetch(address: str, library: Path) -> Path | Refused:
 
 
 # Discover inputs ------------------------------------------------------------------------------------------------------
-# Find the inputs under paths that the user names; libraries among them are left out, and names are made valid text.
 
-# Names of library/analysis/library_report.py and reports/attribution.py: every library has both. By value, as another
+# Names of library/library_report.py and reports/attribution.py: every library has both. By value, as another
 # report changes nothing about what is found.
 LIBRARY_FILES = ("library.json", "ATTRIBUTION.md")
 
@@ -249,3 +179,64 @@ def _is_output_folder(place: Path, real_roots: Set[Path], own_library: Path) -> 
         if (folder / ".casa" / "lock").is_file():
             return True
     return False
+
+
+# Axis of a mesh that points up; empty: what its metadata say, else it is guessed.
+UpAxis = Literal["", "x", "y", "z"]
+MESHES = "meshes"  # folder of the models that `stage_meshes` writes, within the staging folder
+
+
+@dataclass(frozen=True)
+class MeshInput:
+    """A mesh in memory with what is known of it, for `Library.ingest`.
+
+    Attributes:
+        category: id of what it is, such as `mug`. up: axis that points up.
+    """
+
+    mesh: MeshOrScene
+    name: str = "mesh"
+    category: str = ""
+    up: UpAxis = ""
+
+
+def stage_meshes(meshes: Sequence[MeshInput], staging: Path) -> Iterator[Found | Refused]:
+    """Write meshes into a folder that the run sweeps at its end, for workers to read, and yield them as its inputs."""
+    if not meshes:
+        return
+    from casa_assets.formats.read.from_trimesh import raw_from_trimesh  # imports trimesh: half a second
+
+    folder = staging / MESHES
+    for number, one in enumerate(meshes):
+        name = utf8_escaped(one.name)
+        try:
+            model = raw_from_trimesh(one.mesh, name=name, up=Up(one.up) if one.up else None)
+        except Rejected as error:
+            yield Refused(name, error.code, error.message)
+            continue
+        folder.mkdir(exist_ok=True)
+        (folder / f"{number}.json").write_text(model.to_json(), encoding="utf-8")
+        yield Found(folder, f"{number}.json", _source(name, one.category), is_model=True)
+
+
+def _source(name: str, category: str = "") -> Source:
+    return Source(kind=SourceKind.FOLDER, path=name, category=category, hints=(name,))
+
+
+def ingest_mesh(mesh: MeshOrScene, name: str, category: str = "", up: Up | None = None) -> tuple[Asset, Report]:
+    """The asset of a mesh or scene, and the report of every check, errors too."""
+    from casa_assets.formats.read.from_trimesh import bundle_from_trimesh
+    from casa_assets.ingest.run.steps import build_asset
+    from casa_assets.runs.asset_package import check_package, write_package
+
+    source = _source(name)
+    kind, confidence, reason = find_category(Found(Path(), name, source), category)
+    bundle = bundle_from_trimesh(mesh, name=name, up=up)
+    survey = Survey(bundle.sha256, kind.id, confidence, reason)
+    asset, notes = build_asset(bundle, survey, source, f"{kind.id}_{bundle.sha256[:10]}", registry.load().limits)
+    with tempfile.TemporaryDirectory(prefix="casa-assets-") as place:
+        folder = Path(place) / asset.id
+        folder.mkdir()
+        write_package(asset, folder)
+        checked = check_package(asset, folder)
+    return asset, Report(subject=asset.id, issues=notes) + checked

@@ -1,10 +1,13 @@
-"""Ingest sources into a library: discover, survey, leave out copies, work on what is missing, write the reports."""
+"""Ingest sources into a library: discover, survey, leave out copies, work on what is missing, write the reports.
+
+`runs/engine.py` has what all runs over inputs share; the work on one input is in `steps.py`.
+"""
 
 from __future__ import annotations
 
 import shutil
 from collections import Counter
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -14,47 +17,47 @@ from tempfile import TemporaryDirectory
 
 from casa_assets import registry
 from casa_assets.cache.cache_key import digest_of, key_of
-from casa_assets.cache.store import Store
 from casa_assets.errors import Rejected
-from casa_assets.ingest.run.answers import FAILURE_CODES, Answers, SurveyTable, WorkerAnswers
-from casa_assets.ingest.run.deduplicator import NEAR_DUPLICATE_CODE as COPY
 from casa_assets.ingest.run.deduplicator import Deduplicator
-from casa_assets.ingest.run.in_memory import MeshInput, stage_meshes
-from casa_assets.ingest.run.inputs import UnreadableInputs, discover_inputs, write_if_changed
-from casa_assets.ingest.run.job import Job, Result, limits_in_key, stage_refusal, with_overrides
-from casa_assets.ingest.run.resume import (
-    RETRIED_CODES,
-    AcceptedAsset,
-    NewResult,
-    cached_outcome,
-    find_accepted,
-    reason_to_keep,
-    remember,
-    remembered,
+from casa_assets.ingest.run.inputs import MeshInput, discover_inputs, stage_meshes
+from casa_assets.ingest.run.job import (
+    WORK,
+    Answers,
+    Job,
+    Result,
+    WorkerAnswers,
+    limits_in_key,
+    stage_refusal,
+    with_overrides,
 )
-from casa_assets.ingest.run.shards.record import Recorder, Shard, ShardHeader, check_is_no_shard, made_by
-from casa_assets.ingest.run.split import taken_apart
-from casa_assets.ingest.run.survey import Survey
+from casa_assets.ingest.run.shards import Recorder, Shard, ShardHeader, check_is_no_shard, made_by
+from casa_assets.ingest.run.survey import HeldThings, Survey, SurveyTable, taken_apart
 from casa_assets.ingest.run.survey import warm as warm_survey
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.places import StoreRoot
+from casa_assets.library import clip, review
 from casa_assets.library import library as disk
-from casa_assets.library import review
-from casa_assets.library.analysis import clip
-from casa_assets.library.analysis.derived_files import write_reports
-from casa_assets.library.entry import Entry
+from casa_assets.library.entry import Entry, is_below
 from casa_assets.library.entry_files import picture_of
-from casa_assets.library.identity import Identity, Producer
-from casa_assets.library.refused_rows import RefusedRows, is_below, remainder_message, row_id
-from casa_assets.library.table.entry_table import EntryTable
-from casa_assets.model.issue import Decision, Report, subjects_to_decide
+from casa_assets.library.entry_table import EntryTable
+from casa_assets.library.library import Identity, Producer
+from casa_assets.library.library_report import write_reports
+from casa_assets.model.issue import Report, subjects_to_decide
 from casa_assets.model.source import NO_OVERRIDE, UserOverride
-from casa_assets.runs.limits import Limits, WorkerFailure
-from casa_assets.runs.outcome import Event, Outcome, writing
+from casa_assets.runs.engine import (
+    NEAR_DUPLICATE_CODE,
+    RETRIED_CODES,
+    InputRun,
+    KeptAsset,
+    NewResult,
+    cached_outcome,
+    kept_before,
+    kept_instead,
+    open_library,
+)
+from casa_assets.runs.limits import Limits
+from casa_assets.runs.outcome import Event, Outcome
 from casa_assets.runs.pool import Workers, open_engine
-
-REJECTED = Decision.REJECTED
-DUPLICATE_CODE = "RUN006"
 
 
 @dataclass(frozen=True)
@@ -67,14 +70,14 @@ class Options:
         seconds: processor time for one input, with all that is started for it; 0: the value of registry/limits.yaml.
         memory_bytes: memory of one input; 0: the same.
         guards: limits on inputs that this run sets in place of those in registry/limits.yaml, by their names there.
-        weights: of CLIP, see library.analysis.clip; empty: pictures are not checked.
+        weights: of CLIP, see library.clip; empty: pictures are not checked.
         keep_duplicates: keep assets with the form, size and colours of another asset, too.
         split: a file that holds several objects becomes one asset for each.
         again: codes of rejections, and subjects of review such as `scale`: entries of the library that have one of them
             are worked on again; all others are kept. only: the same, and all other inputs are left out.
         force: work on all inputs again, and replace accepted assets also by results that are in review or rejected.
         dry_run: say what would become of each input, and write nothing.
-        shard: work on the inputs of this part of the run alone, for `shards.merge`; None: on all. Copies stay: which
+        shard: work on the inputs of this part of the run alone, for `library merge`; None: on all. Copies stay: which
             of two is the first is known once all inputs are there.
         refused: inputs that are rejected without being looked for, in addition to those under the roots.
     """
@@ -109,67 +112,6 @@ class Options:
     def limits(self) -> dict[str, float]:
         """Limits of the registry with what this run changes of them, by their names."""
         return {**registry.load().limits, **self.guards}
-
-    @property
-    def redone(self) -> frozenset[str]:
-        """Codes and subjects whose inputs are worked on again."""
-        return self.again | self.only
-
-
-@dataclass
-class _Run:
-    """State of one run: its inputs, the work to be done, and the refusals that have no bytes.
-
-    Attributes:
-        library: written to. before: the library with the results of earlier runs; they differ in a dry run only.
-        table: the entries of `before` as the run begins. left_out: numbers of inputs that this run leaves as they are
-            and does not report. steps: inputs that could be read, in their order: a job to do, or an accepted asset
-            that exists already. older: folders of the entries of `before`, see `by_input`.
-    """
-
-    library: disk.Library
-    before: disk.Library
-    table: EntryTable
-    cache_key: str
-    limits: Mapping[str, float]
-    found: Sequence[Found]
-    total: int = 0
-    left_out: set[int] = field(default_factory=set)
-    steps: list[Job | Result] = field(default_factory=list)
-    unreadable: UnreadableInputs = field(default_factory=UnreadableInputs)
-    overrides: dict[str, UserOverride] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        self.older = self.before.by_input()
-        self.known = {self.before.root / entry.path: entry for entry in self.table.entries}
-
-    def leave_out_all_but(self, codes: Set[str]) -> None:
-        """Leave out what was not rejected for one of some codes and is not in review for one of some subjects.
-
-        Of a file that is taken apart now and was not before, all things are worked on.
-        """
-        places = {entry.source_path for entry in self.table.entries if _is_redone(entry, codes)}
-        names = [(one.source.place, one.source.path) for one in self.found]
-        self.left_out = {number for number, name in enumerate(names) if places.isdisjoint(name)}
-
-    def override(self, survey: Survey) -> UserOverride:
-        """The override that a person gave for an input."""
-        return self.overrides.get(survey.sha256, NO_OVERRIDE)
-
-    def decided(self, survey: Survey) -> Survey:
-        """A survey without the files that it looked at, with the category that a person decided, where one did."""
-        survey = replace(survey, looked_at=())
-        if not (name := self.override(survey).category):
-            return survey
-        return replace(survey, category=name, confidence=1.0, reason=f"a person decided, in {review.NAME}")
-
-    def refuse(self, one: Found, code: str, message: str) -> Event:
-        """Remember an input that never became a bundle."""
-        refusal = self.unreadable.refusal(one, code, message, self.cache_key)
-        is_new = write_if_changed(self.library, refusal, self.before)
-        kind = "rejected" if is_new else "kept"
-        folder = self.library.refusal_folder(refusal.id) if self.library is self.before else None
-        return Event(kind, self.total, refusal.source.place, refusal.id, code, message, REJECTED, folder=folder)
 
 
 def ingest(
@@ -218,24 +160,16 @@ def ingest(
             if any(isinstance(root, StoreRoot) for root in roots):
                 pool.prepare("casa_assets.ingest.sources.stores:warm")
             surveys = SurveyTable(before.cache, options.category, options.limits, options.dry_run)
-            answers: Answers = WorkerAnswers(pool, surveys, options.limits, show_work)
+            answers = WorkerAnswers(pool, surveys, options.limits, show_work)
             if recorder is not None:
-                every, answers = recorder.own(every), recorder.noting(answers)
-            yield from ingest_inputs(library, table, every, answers, options, partial(is_below, places))
+                every = recorder.own(every)
+            is_looked_at = partial(is_below, places)
+            yield from ingest_inputs(library, table, every, answers, options, is_looked_at, recorder)
         if options.dry_run:
             return
         write_reports(library, options.weights, table)
         if recorder is not None:
             recorder.end()
-
-
-def open_library(library: disk.Library, stack: ExitStack) -> None:
-    """Hold a library for writing until the stack is left, and remove what a killed run left half-written."""
-    stack.enter_context(library.locked())
-    stack.enter_context(writing(library.root))
-    stack.callback(library.sweep)
-    library.sweep()
-    Store(library.cache).sweep()
 
 
 def _recorder(
@@ -260,6 +194,11 @@ def _recorder(
     return Recorder(table, header)
 
 
+def cache_key(limits: Mapping[str, float], category: str = "") -> str:
+    """The key of what ingest makes of an input, besides the input and what a person decided about it."""
+    return digest_of("ingest", key_of(WORK), limits_in_key(limits), category)
+
+
 def ingest_inputs(
     library: disk.Library,
     table: EntryTable,
@@ -267,231 +206,203 @@ def ingest_inputs(
     answers: Answers,
     options: Options,
     is_looked_at: Callable[[str], bool],
+    recorder: Recorder | None = None,
 ) -> Generator[Event, None, None]:
     """Work on all inputs; yields an Event for each when it is done.
 
     `table`: entries of the library with the results of earlier runs, a different one in a dry run. `is_looked_at`: True
     for a file, as its source calls it, that the inputs were searched in.
     """
-    before = library if table.root == library.root else disk.Library(table.root)
-    overrides = review.read_overrides(before)
-    refused = RefusedRows(before)
-    found, early = inputs_with_mesh(inputs, refused)
-    if options.split:
-        found, digests = taken_apart(found, answers.things(found))
-        # What an earlier run made of the whole files is taken away.
-        for folder in (f for sha256 in digests for f in library.entries_of(Identity(Producer.INGEST, sha256))):
-            library.forget(folder)
-    key = cache_key(options.limits, options.category)
-    run = _Run(library, before, table, key, options.limits, found, overrides=overrides)
-    if options.only:
-        run.leave_out_all_but(options.only)
-        early = [(event, one) for event, one in early if event.code in options.only]
-    run.total = total = len(found) - len(run.left_out) + sum(event.count for event, _ in early)
-    for event, one in early:
-        yield replace(event, total=total)
-        run.unreadable.note_refused(one)
-    yield from _survey(run, answers, options)
-    results, publish = _results(run, answers, options.replaces_accepted), partial(_publish_outcome, run)
-    if not options.keeps_copies:
-        own = frozenset((step if isinstance(step, Job) else step.job).survey.sha256 for step in run.steps)
-        yield from Deduplicator(library, registry.load().limits["alike_form"], own, table).publish(results, publish)
+    run = _IngestRun(library, table, inputs, answers, options)
+    yield from run.refused_early()
+    yield from run.over(answers.surveys(run.found), run.due)
+    if recorder is not None:
+        recorder.note(run.held, run.surveys)
+    results = run.results()
+    if options.keeps_copies:
+        yield from map(run.publish, results)
     else:
-        yield from map(publish, results)
+        own = frozenset((step if isinstance(step, Job) else step.job).survey.sha256 for step in run.steps)
+        copies = Deduplicator(library, registry.load().limits["alike_form"], own, table)
+        yield from copies.publish(results, run.publish)
     if options.dry_run:
         return
-    run.unreadable.prune(library)
+    run.prune()
     if not options.only:
-        refused.write(is_looked_at)
+        run.refused_rows.write(is_looked_at)
 
 
-def _is_redone(entry: Entry | None, codes: Set[str]) -> bool:
+class _IngestRun(InputRun[Survey]):
+    """A run of ingest.
+
+    Attributes:
+        held: things in files that are taken apart, by the number of the file.
+        steps: inputs that could be read, in their order: a job to do, or an accepted asset that exists already.
+    """
+
+    def __init__(
+        self,
+        library: disk.Library,
+        table: EntryTable,
+        inputs: Iterable[Found | Refused],
+        answers: Answers,
+        options: Options,
+    ) -> None:
+        super().__init__(library, table, Producer.INGEST, inputs, cache_key(options.limits, options.category))
+        self.answers, self.options, self.limits = answers, options, options.limits
+        self.steps: list[Job | Result] = []
+        self.held: Mapping[int, HeldThings] = {}
+        if options.split:
+            self.held = answers.things(self.found)
+            self.found, digests = taken_apart(self.found, self.held)
+            # What an earlier run made of the whole files is taken away.
+            for sha256 in digests:
+                for folder in library.entries_of(Identity(Producer.INGEST, sha256)):
+                    library.forget(folder)
+        if options.only:
+            # What was not rejected for one of these codes and is not in review for one of these subjects is left out.
+            # Of a file that is taken apart now and was not before, all things are worked on.
+            places = {entry.source_path for entry in table.entries if _is_redone(entry, options.only)}
+            names = [(one.source.place, one.source.path) for one in self.found]
+            self.left_out = {number for number, name in enumerate(names) if places.isdisjoint(name)}
+            self.early = [(event, one) for event, one in self.early if event.code in options.only]
+
+    def due(self, one: Found, survey: Survey) -> Iterator[Event]:
+        """An event where an earlier run rejected these bytes; else one more step."""
+        identity = Identity(Producer.INGEST, survey.sha256)
+        override = self.overrides.get(survey.sha256, NO_OVERRIDE)
+        survey = _decided(survey, override)
+        asset_id = identity.asset_id(survey.category)
+        entries = self.older.get(identity.suffix, ())
+        key = with_overrides(self.cache_key, override)
+        found = cached_outcome(entries, asset_id, key, self.known)
+        job = Job(one, survey, asset_id, self.library.root, self.limits, key, override)
+        if found is None and not self.options.replaces_accepted:
+            kept = kept_before(self.before, identity, key, entries)
+            if kept is not None:
+                self.steps.append(self._kept_result(Result(len(self.steps), job, Outcome(True)), kept))
+                return
+        is_redone = any(
+            _is_redone(self.known.get(folder), self.options.again | self.options.only) for folder in entries
+        )
+        is_wanted_copy = self.options.keeps_copies and found is not None and found[1].code == NEAR_DUPLICATE_CODE
+        if found is None or is_redone or self.options.force or is_wanted_copy:
+            self.steps.append(job)
+            return
+        current, known = found
+        for folder in entries if self.library is self.before else ():
+            if folder != current:  # a run was killed after it had put the current one in place
+                self.library.forget(folder)
+        if known.accepted:
+            self.steps.append(Result(len(self.steps), job, known, current, is_kept=True))
+        else:
+            yield self._event(Result(0, job, known, is_kept=True))
+
+    def results(self) -> Iterator[Result]:
+        """Yield the result of every step: those of earlier runs first, then the others as they are done."""
+        yield from (step for step in self.steps if isinstance(step, Result))
+        due = [(number, step) for number, step in enumerate(self.steps) if isinstance(step, Job)]
+        if not due:
+            return
+        for place, outcome in self.answers.outcomes([job for _, job in due]):
+            number, job = due[place]
+            result = Result(number, job, outcome, outcome.staged if outcome.accepted else None)
+            yield result if self.options.replaces_accepted else self._or_accepted(result)
+
+    def _or_accepted(self, result: Result) -> Result:
+        """The accepted asset of the same input where that is better than a new result, else the result."""
+        job, outcome = result.job, result.outcome
+        identity = Identity(Producer.INGEST, job.survey.sha256)
+        kept = kept_instead(
+            self.library,
+            identity,
+            job.cache_key,
+            self.older.get(identity.suffix, ()),
+            NewResult(outcome.decision, outcome.code, subjects_to_decide(outcome.warnings)),
+            RETRIED_CODES if self.library is self.before else None,
+        )
+        if kept is None:
+            return result
+        if outcome.staged is not None:
+            shutil.rmtree(outcome.staged.parent)
+        return self._kept_result(result, kept)
+
+    def _kept_result(self, result: Result, kept: KeptAsset) -> Result:
+        """The result of an input whose accepted asset is kept."""
+        entry = self.known.get(kept.folder)
+        outcome = Outcome(True, message=kept.reason, warnings=() if entry is None else entry.warnings)
+        return replace(result, outcome=outcome, folder=kept.folder, is_kept=True)
+
+    def publish(self, result: Result) -> Event:
+        """Publish the decision on an input, and return its event."""
+        job, outcome, library = result.job, result.outcome, self.library
+        identity = Identity(Producer.INGEST, job.survey.sha256)
+        # Entries that a dry run knows of stand in another library, and nothing is taken away there.
+        older = self.older.get(identity.suffix, ()) if self.library is self.before else ()
+        if outcome.accepted and outcome.staged is not None:
+            library.publish(outcome.staged, library.folder(job.survey.category, job.asset_id), older, identity)
+        elif not outcome.accepted:
+            staged = outcome.staged or self._stage_refusal(result)
+            library.publish(staged, library.refusal_folder(job.asset_id), older, identity)
+        return self._event(result)
+
+    def _stage_refusal(self, result: Result) -> Path:
+        """The staged entry of an input that its worker did not refuse: the worker died, or the asset is a copy."""
+        outcome, folder = result.outcome, result.folder
+        report: Report | None = None
+        picture: bytes | None = None
+        if folder is not None:
+            report = disk.read_certificate(folder).report
+            picture = picture_of(folder) or None
+            if folder.is_relative_to(self.library.staging):
+                shutil.rmtree(folder.parent)
+        error = Rejected(outcome.code, outcome.message)
+        return stage_refusal(self.library, result.job, error, report, picture, result.twin)
+
+    def _event(self, result: Result) -> Event:
+        job, outcome, library = result.job, result.outcome, self.before
+        folder = library.folder(job.survey.category, job.asset_id)
+        if not outcome.accepted:
+            folder = library.refusal_folder(job.asset_id)
+        elif result.is_kept and result.folder is not None:
+            folder = result.folder  # under another category where it is better than a new result
+        is_there = result.is_kept or self.library is self.before
+        return Event(
+            "kept" if result.is_kept else outcome.decision.value,
+            self.total,
+            job.found.source.place,
+            folder.name,
+            outcome.code,
+            f"{outcome.message}\n{outcome.trace}" if outcome.trace else outcome.message,
+            outcome.decision,
+            outcome.warnings,
+            folder=folder if is_there else None,
+            summary=self._summary(result),
+        )
+
+    def _summary(self, result: Result) -> disk.Summary | None:
+        """Numbers of an asset that is in its place: of a kept one as the table of entries has them."""
+        if not result.outcome.accepted:
+            return None
+        if result.is_kept and result.folder is not None:
+            entry = self.known.get(result.folder)
+            return None if entry is None else entry.summary
+        if (manifest := result.outcome.manifest) is not None:
+            return manifest.certificate.summary
+        folder = self.library.folder(result.job.survey.category, result.job.asset_id)
+        return disk.read_certificate(folder).summary
+
+
+def _is_redone(entry: Entry | None, codes: frozenset[str]) -> bool:
     return entry is not None and not codes.isdisjoint((entry.code, *entry.to_decide))
 
 
-def inputs_with_mesh(
-    inputs: Iterable[Found | Refused], refused: RefusedRows
-) -> tuple[list[Found], list[tuple[Event, Refused]]]:
-    """The inputs that have a mesh, and events of all others: one each for the first of a file, one for the rest."""
-    found: list[Found] = []
-    events: list[tuple[Event, Refused]] = []
-    for one in inputs:
-        if isinstance(one, Found):
-            found.append(one)
-        elif name := refused.add(one):
-            kind = "kept" if refused.was_known(one) else "rejected"
-            events.append((Event(kind, 0, one.path, name, one.code, one.message, REJECTED), one))
-    for path, code, count in refused.rest():
-        message = remainder_message(count)
-        kind = "kept" if refused.was_counted(path, code, count) else "rejected"
-        event = Event(kind, 0, path, row_id(path, code), code, message, REJECTED, count=count)
-        events.append((event, Refused(path, code, message)))
-    return found, events
-
-
-def _survey(run: _Run, answers: Answers, options: Options) -> Generator[Event, None, None]:
-    """Digest every input, detect inputs with the same bytes, and yield an event for all rejected before any work."""
-    inputs = run.found
-    surveys = {
-        number: run.decided(answer) if isinstance(answer, Survey) else answer
-        for number, answer in answers.surveys(inputs)
-    }
-    first: dict[str, str] = {}
-    for number, one in enumerate(inputs):
-        answer = surveys[number]
-        if isinstance(answer, Survey) and answer.sha256 not in first:
-            first[answer.sha256] = one.source.place
-            if number not in run.left_out:
-                run.unreadable.note_readable(one)
-                yield from _due(run, one, answer, options)
-        elif number in run.left_out:
-            continue
-        elif isinstance(answer, Survey):
-            yield run.refuse(one, DUPLICATE_CODE, f"same bytes as {first[answer.sha256]}; remove one of them")
-        elif isinstance(answer, WorkerFailure):
-            yield run.refuse(one, FAILURE_CODES[answer.reason], answer.text)
-        else:
-            yield run.refuse(one, answer.code, answer.message)
-
-
-def _due(run: _Run, one: Found, survey: Survey, options: Options) -> Iterator[Event]:
-    """An event where an earlier run rejected these bytes; else one more step."""
-    identity = Identity(Producer.INGEST, survey.sha256)
-    asset_id = identity.asset_id(survey.category)
-    entries = run.older.get(identity.suffix, ())
-    override = run.override(survey)
-    key = with_overrides(run.cache_key, override)
-    found = cached_outcome(entries, asset_id, key, run.known)
-    job = Job(one, survey, asset_id, run.library.root, run.limits, key, override)
-    is_redone = any(_is_redone(run.known.get(folder), options.redone) for folder in entries)
-    if found is None and not options.replaces_accepted and (kept := _kept_before(run, job, entries)) is not None:
-        run.steps.append(replace(kept, number=len(run.steps)))
-        return
-    if found is None or is_redone or options.force or (options.keeps_copies and found[1].code == COPY):
-        run.steps.append(job)
-        return
-    current, known = found
-    for folder in entries if run.library is run.before else ():
-        if folder != current:  # a run was killed after it had put the current one in place
-            run.library.forget(folder)
-    if known.accepted:
-        run.steps.append(Result(len(run.steps), job, known, current, is_kept=True))
-    else:
-        yield _event(run, Result(0, job, known, is_kept=True))
-
-
-def cache_key(limits: Mapping[str, float], category: str = "") -> str:
-    """The key of what ingest makes of an input, besides the input and what a person decided about it."""
-    return digest_of("ingest", key_of("casa_assets.ingest.run.worker:work"), limits_in_key(limits), category)
-
-
-def _results(run: _Run, answers: Answers, replaces_accepted: bool) -> Iterator[Result]:
-    """Yield the result of every step: those of earlier runs first, then the others as they are done."""
-    yield from (step for step in run.steps if isinstance(step, Result))
-    due = {number: step for number, step in enumerate(run.steps) if isinstance(step, Job)}
-    if not due:
-        return
-    numbers, jobs = list(due), list(due.values())
-    for place, outcome in answers.outcomes(jobs):
-        result = Result(numbers[place], jobs[place], outcome, outcome.staged if outcome.accepted else None)
-        yield result if replaces_accepted else _or_accepted(run, result)
-
-
-def _kept_before(run: _Run, job: Job, entries: Sequence[Path]) -> Result | None:
-    """Return the accepted asset that an earlier run kept in place of its result under this key, or None."""
-    accepted = find_accepted(entries, job.cache_key)
-    if accepted is None:
-        return None
-    reason = remembered(run.before, Identity(Producer.INGEST, job.survey.sha256), job.cache_key, accepted)
-    return _kept_result(run, Result(0, job, Outcome(True)), accepted, reason) if reason else None
-
-
-def _or_accepted(run: _Run, result: Result) -> Result:
-    """The accepted asset of the same input where that is better than a new result, else the result."""
-    job, outcome = result.job, result.outcome
-    identity = Identity(Producer.INGEST, job.survey.sha256)
-    accepted = find_accepted(run.older.get(identity.suffix, ()), job.cache_key)
-    new = NewResult(outcome.decision, outcome.code, subjects_to_decide(outcome.warnings))
-    reason = "" if accepted is None else reason_to_keep(accepted, new)
-    if accepted is None or not reason:
-        return result
-    if run.library is run.before and outcome.code not in RETRIED_CODES:
-        remember(run.library, identity, job.cache_key, accepted, reason)
-    if outcome.staged is not None:
-        shutil.rmtree(outcome.staged.parent)
-    return _kept_result(run, result, accepted, reason)
-
-
-def _kept_result(run: _Run, result: Result, accepted: AcceptedAsset, reason: str) -> Result:
-    """The result of an input whose accepted asset is kept."""
-    entry = run.known.get(accepted.folder)
-    warnings = () if entry is None else entry.warnings
-    outcome = Outcome(True, message=reason, warnings=warnings)
-    return replace(result, outcome=outcome, folder=accepted.folder, is_kept=True)
-
-
-def _publish_outcome(run: _Run, result: Result) -> Event:
-    """Publish the decision on an input, and return its event."""
-    job, outcome, library = result.job, result.outcome, run.library
-    identity = Identity(Producer.INGEST, job.survey.sha256)
-    # Entries that a dry run knows of stand in another library, and nothing is taken away there.
-    older = run.older.get(identity.suffix, ()) if run.library is run.before else ()
-    if outcome.accepted and outcome.staged is not None:
-        library.publish(outcome.staged, library.folder(job.survey.category, job.asset_id), older, identity)
-    elif not outcome.accepted:
-        staged = outcome.staged or _stage_refusal(library, result)
-        library.publish(staged, library.refusal_folder(job.asset_id), older, identity)
-    return _event(run, result)
-
-
-def _stage_refusal(library: disk.Library, result: Result) -> Path:
-    """The staged entry of an input that its worker did not refuse: the worker died, or the asset is a copy."""
-    outcome, folder = result.outcome, result.folder
-    report: Report | None = None
-    picture: bytes | None = None
-    if folder is not None:
-        report = disk.read_certificate(folder).report
-        picture = picture_of(folder) or None
-        if folder.is_relative_to(library.staging):
-            shutil.rmtree(folder.parent)
-    return stage_refusal(library, result.job, Rejected(outcome.code, outcome.message), report, picture, result.twin)
-
-
-def _event(run: _Run, result: Result) -> Event:
-    job, outcome = result.job, result.outcome
-    kind = "kept" if result.is_kept else outcome.decision.value
-    path, refused = job.found.source.place, not outcome.accepted
-    message = f"{outcome.message}\n{outcome.trace}" if outcome.trace else outcome.message
-    library = run.before
-    folder = library.refusal_folder(job.asset_id) if refused else library.folder(job.survey.category, job.asset_id)
-    if result.is_kept and not refused and result.folder is not None:
-        folder = result.folder  # under another category where it is better than a new result
-    is_there = result.is_kept or run.library is run.before
-    return Event(
-        kind,
-        run.total,
-        path,
-        folder.name,
-        outcome.code,
-        message,
-        outcome.decision,
-        outcome.warnings,
-        folder=folder if is_there else None,
-        summary=_summary(run, result),
-    )
-
-
-def _summary(run: _Run, result: Result) -> disk.Summary | None:
-    """Numbers of an asset that is in its place: of a kept one as the table of entries has them."""
-    if not result.outcome.accepted:
-        return None
-    if result.is_kept and result.folder is not None:
-        entry = run.known.get(result.folder)
-        return None if entry is None else entry.summary
-    if (manifest := result.outcome.manifest) is not None:
-        return manifest.certificate.summary
-    folder = run.library.folder(result.job.survey.category, result.job.asset_id)
-    return disk.read_certificate(folder).summary
+def _decided(survey: Survey, override: UserOverride) -> Survey:
+    """A survey without the files that it looked at, with the category that a person decided, where one did."""
+    survey = replace(survey, looked_at=())
+    if not override.category:
+        return survey
+    return replace(survey, category=override.category, confidence=1.0, reason=f"a person decided, in {review.NAME}")
 
 
 def tally(events: Sequence[Event]) -> Counter[str]:

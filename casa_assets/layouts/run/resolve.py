@@ -21,7 +21,6 @@ from casa_assets.errors import CasaError, PlanConflict, RegistryError, StyleConf
 from casa_assets.families.asset_store import AssetStore
 from casa_assets.families.build import FamilyRequest, asset_key, family_of
 from casa_assets.families.build import params_of as member_params_of
-from casa_assets.families.finishes import available_finishes
 from casa_assets.formats.mjcf.scene.kitchen import write
 from casa_assets.layouts.compose.compose import compose
 from casa_assets.layouts.compose.scatter_props import scatter_props
@@ -45,7 +44,7 @@ from casa_assets.registry import kitchens
 from casa_assets.registry.families import families, family
 from casa_assets.registry.habits import load_habits
 from casa_assets.registry.tables import load_roles
-from casa_assets.textures.run.recipes import missing_paintings, painting_ahead
+from casa_assets.textures.run.recipes import available_finishes, missing_paintings, painting_ahead
 
 # Lived in -------------------------------------------------------------------------------------------------------------
 # Put objects of registry/objects/ into a composed kitchen, and keep those that stay where they were put.

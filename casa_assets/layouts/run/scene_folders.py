@@ -39,7 +39,7 @@ from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.written_formats import SceneFile
 from casa_assets.registry.habits import load_habits
-from casa_assets.runs.batch import attempt, run_batch
+from casa_assets.runs.engine import attempt, run_batch
 from casa_assets.runs.limits import StepClock, WorkerFailure
 from casa_assets.runs.outcome import writing
 from casa_assets.runs.pool import Step, Workers

@@ -17,7 +17,7 @@ from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.kitchen.style import Style
 from casa_assets.model.pose import Pose
 from casa_assets.registry.habits import load_habits
-from casa_assets.textures.run.packs.pictures import credits_of_pictures
+from casa_assets.textures.run.pictures import credits_of_pictures
 
 if TYPE_CHECKING:
     from casa_assets.layouts.run.recipe import SceneRecipe

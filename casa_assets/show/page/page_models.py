@@ -12,7 +12,7 @@ from casa_assets.cache.cache_key import key_of
 from casa_assets.errors import BatchFault
 from casa_assets.formats.gltf import EVERYTHING, asset_glb
 from casa_assets.library import library as disk
-from casa_assets.runs.batch import run_batch
+from casa_assets.runs.engine import run_batch
 from casa_assets.runs.limits import WorkerFailure
 from casa_assets.show.page.model_files import SUFFIX, ModelFiles, put_model, put_viewer, viewer_name
 

@@ -16,11 +16,11 @@ from casa_assets import registry
 from casa_assets.core.numeric import significant
 from casa_assets.errors import OutputError
 from casa_assets.library import library as disk
-from casa_assets.library.analysis import library_report
-from casa_assets.library.analysis.library_report import LibraryReport
+from casa_assets.library import library_report
 from casa_assets.library.entry import Entry
-from casa_assets.library.identity import suffix_of
-from casa_assets.library.table.entry_table import EntryTable
+from casa_assets.library.entry_table import EntryTable
+from casa_assets.library.library import suffix_of
+from casa_assets.library.library_report import LibraryReport
 from casa_assets.model.issue import Decision, Tally
 from casa_assets.model.registry.category import Category, Portion, SizeRange
 from casa_assets.show.page.page_template import Words
@@ -417,7 +417,7 @@ def _run_of_report(path: Path) -> Run:
 def compare(before: Iterable[Standing], now: Iterable[Standing]) -> list[Difference]:
     """All that changed, worse ones first, each kind by id.
 
-    Two entries are of the same input where their ids end in the same word (see `library.identity`), under
+    Two entries are of the same input where their ids end in the same word (see `library.library`), under
     whatever category. An input does worse where its verdict is a lower one (rejected, review, accepted), or the same
     with advice that it did not have; and better the other way round. Another reason for a rejection changes nothing.
     """

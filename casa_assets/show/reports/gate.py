@@ -30,7 +30,7 @@ from urllib.parse import quote
 from lxml import etree
 
 from casa_assets.library.entry import Entry
-from casa_assets.library.table.conditions import COMPARE, BadCondition
+from casa_assets.library.search import COMPARE, BadCondition
 from casa_assets.model.issue import REVIEW_CODE, Decision
 from casa_assets.show.page.page_template import Words
 

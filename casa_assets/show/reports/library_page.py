@@ -23,12 +23,12 @@ from casa_assets.checks.library import in_words
 from casa_assets.core.numeric import significant
 from casa_assets.core.process_name import replace_file
 from casa_assets.library import library as disk
-from casa_assets.library.analysis import library_report
+from casa_assets.library import library_report
+from casa_assets.library.entry import ROWS_NAME as ROWS
 from casa_assets.library.entry import Entry
 from casa_assets.library.entry_files import PICTURE
+from casa_assets.library.entry_table import EntryTable
 from casa_assets.library.library import CERTIFICATE, REFUSAL
-from casa_assets.library.refused_rows import NAME as ROWS
-from casa_assets.library.table.entry_table import EntryTable
 from casa_assets.model.issue import CheckResult, Decision, Issue, Report, Severity, Status
 from casa_assets.runs.outcome import writing
 from casa_assets.show.page.page_models import PageModels

@@ -14,7 +14,6 @@ from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.errors import CasaError
 from casa_assets.families.asset_store import AssetStore
 from casa_assets.families.build import family_of, params_of
-from casa_assets.families.finishes import available_finishes
 from casa_assets.formats.gltf import EVERYTHING, asset_glb, scene_glb
 from casa_assets.formats.mjcf import document
 from casa_assets.formats.mjcf.scene.kitchen import FILE, write
@@ -36,6 +35,7 @@ from casa_assets.model.kitchen.scene import Scene
 from casa_assets.registry.kitchens import load_plan, load_style, style_names
 from casa_assets.show.view import machines
 from casa_assets.show.view.subject import AssetFolder, Kitchen, Loaded, Member, ModelFile, Subject
+from casa_assets.textures.run.recipes import available_finishes
 
 REPORT = "report.html"
 # Called with what is being done, how much of it is done, and of how many; 0 where that is not known.

@@ -15,7 +15,7 @@ from casa_assets import registry
 from casa_assets.errors import BatchFault
 from casa_assets.model.issue import Report
 from casa_assets.model.registry.rows import Finish, Surface, TextureRecipe
-from casa_assets.runs.batch import run_batch
+from casa_assets.runs.engine import run_batch
 from casa_assets.runs.limits import WorkerFailure
 from casa_assets.show.stills.pictures import SheetCell, contact_sheets
 from casa_assets.textures.check import check_pictures, check_set, pictures_of
@@ -24,7 +24,6 @@ from casa_assets.textures.finish import swatch
 from casa_assets.textures.run.recipes import find_recipe, finish_of, layers_of, recipes
 
 # Sheet ----------------------------------------------------------------------------------------------------------------
-# Finishes into files, and into contact sheets of swatches of true size.
 
 COLUMNS = 10
 PER_PAGE = 100
@@ -66,7 +65,6 @@ def _png(made: Finish, side_m: float, side_px: int) -> bytes:
 
 
 # Check ----------------------------------------------------------------------------------------------------------------
-# Recipes through every check of textures, several at a time, with the finishes kept in the store.
 
 COMPARISON_PX = 256
 DEFAULT_JOBS = 2
@@ -91,12 +89,7 @@ def check_one(texture_recipe: TextureRecipe, cache: Path) -> CheckedTexture:
 
 
 def check_recipes(selected: Sequence[TextureRecipe], cache: Path, jobs: int = DEFAULT_JOBS) -> Iterator[CheckedTexture]:
-    """Recipes in the order given; jobs: at once, 0: one per core.
-
-    Raises:
-        BatchFault: checking some of them failed by a fault of the program, once all the others are done.
-        CasaError: see run_batch.
-    """
+    """Recipes in the order given; jobs: at once, 0: one per core. Raises BatchFault, CasaError."""
     answers: dict[int, CheckedTexture | WorkerFailure] = {}
     due = 0
     check = partial(check_one, cache=cache)
@@ -130,11 +123,7 @@ def check_sets(checked: Sequence[CheckedTexture]) -> tuple[Report, ...]:
 
 
 def select_recipes(names: Sequence[str], surfaces: Sequence[Surface]) -> tuple[TextureRecipe, ...]:
-    """Recipes by id; of whole sets where no id is given; all where no set is given either.
-
-    Raises:
-        UnknownId: no recipe has that id.
-    """
+    """Recipes by id; of whole sets where no id is given; all where no set is given either. Raises UnknownId."""
     if names:
         return tuple(find_recipe(name) for name in names)
     return tuple(r for s in (surfaces or tuple(Surface)) for r in recipes()[s].values())

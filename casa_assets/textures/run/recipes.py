@@ -1,4 +1,4 @@
-"""Recipes of textures from the registry and pictures of packs; their finishes, painted ahead in threads."""
+"""Finishes by id: plain ones from the registry, pictured ones from recipes or packs, painted ahead in threads."""
 
 from __future__ import annotations
 
@@ -6,30 +6,34 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from casa_assets import registry
+from casa_assets.asset.family import AvailableFinishes
 from casa_assets.cache.cache_key import digest_of, key_of, modules_holding
 from casa_assets.cache.store import Store
+from casa_assets.core.numeric import linear_from_srgb, srgb_from_hex
 from casa_assets.core.process_name import is_worker
 from casa_assets.core.system import max_cache_bytes
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.kitchenware import textures as kinds
 from casa_assets.kitchenware.textures.make import SIZE_PX, kind_of, paint
-from casa_assets.model.asset.material import Substance
+from casa_assets.model.asset.material import Material, Substance
+from casa_assets.model.record import Vec4
 from casa_assets.model.registry.document import Document
-from casa_assets.model.registry.rows import Finish, Surface, TextureRecipe
+from casa_assets.model.registry.rows import Finish, Plain, Surface, TextureRecipe
 from casa_assets.projects import in_use, project_folder, read_once, using
+from casa_assets.registry.families import look_samplers
 from casa_assets.registry.layered import load_project, names_in, origin_of_row, read_table_file
 from casa_assets.registry.plugins import or_of_ignored
 from casa_assets.registry.plugins.textures import plugin_kinds, texture_kinds
 from casa_assets.textures.canvas import Layers
 from casa_assets.textures.finish import finish
-from casa_assets.textures.pack_entry import Pack
-from casa_assets.textures.run.packs.pictures import (
+from casa_assets.textures.packs.entry import Pack
+from casa_assets.textures.run.pictures import (
     KIND,
     PACK,
     check_files,
@@ -52,34 +56,8 @@ Painting = Callable[[], Finish]
 THREADS = 2
 
 
-class _Ahead:
-    """Paintings that are begun when the first one of them is missing."""
-
-    def __init__(self, all_missing: Callable[[], Mapping[str, Painting]]) -> None:
-        self._all_missing = all_missing
-        self._begun: dict[str, Future[Finish]] | None = None
-        self._pool: ThreadPoolExecutor | None = None
-
-    def painted(self, key: str, painting: Painting) -> Finish:
-        """The finish of that key, once it is there."""
-        if self._begun is None:
-            self._pool, use = ThreadPoolExecutor(THREADS), in_use()
-
-            def paint(each: Painting) -> Finish:
-                with using(use):
-                    return each()
-
-            self._begun = {other: self._pool.submit(paint, each) for other, each in self._all_missing().items()}
-        begun = self._begun.get(key)
-        return painting() if begun is None else begun.result()
-
-    def close(self) -> None:
-        """Wait for what is being painted; what was not begun stays so."""
-        if self._pool is not None:
-            self._pool.shutdown(wait=True, cancel_futures=True)
-
-
-_CURRENT: ContextVar[_Ahead | None] = ContextVar("paintings", default=None)
+# Gives the paintings that have begun by their keys, once the first of them is missing.
+_BEGUN: ContextVar[Callable[[], Mapping[str, Future[Finish]]] | None] = ContextVar("paintings", default=None)
 
 
 @contextmanager
@@ -94,24 +72,28 @@ def painting_ahead(all_missing: Callable[[], Mapping[str, Painting]]) -> Iterato
     if is_worker():
         yield
         return
-    ahead = _Ahead(all_missing)
-    token = _CURRENT.set(ahead)
+    pool, use = ThreadPoolExecutor(THREADS), in_use()
+
+    def paint(each: Painting) -> Finish:
+        with using(use):
+            return each()
+
+    token = _BEGUN.set(cache(lambda: {key: pool.submit(paint, each) for key, each in all_missing().items()}))
     try:
         yield
     finally:
-        _CURRENT.reset(token)
-        ahead.close()
+        _BEGUN.reset(token)
+        pool.shutdown(wait=True, cancel_futures=True)
 
 
 def painted(key: str, painting: Painting) -> Finish:
     """A finish, painted in this thread, or by those that have begun with it."""
-    ahead = _CURRENT.get()
-    return painting() if ahead is None else ahead.painted(key, painting)
+    begun = _BEGUN.get()
+    future = None if begun is None else begun().get(key)
+    return painting() if future is None else future.result()
 
 
 # Recipes --------------------------------------------------------------------------------------------------------------
-# Recipes of textures from the registry, and pictures of packs beside them; the finishes of both.
-#
 # What is painted is kept in the cache; the files of a picture are read where they stand.
 
 FOLDER = "textures"  # of the registry, and within a cache
@@ -170,11 +152,7 @@ def _pictures(folder: Path, pack: Pack, taken: dict[str, str]) -> Iterator[Textu
 
 @read_once
 def skins() -> Mapping[str, TextureRecipe]:
-    """All pictures of objects by id, of every file under registry/skins/.
-
-    Raises:
-        RegistryError: a row names an unknown key, kind or substance, or its id is taken.
-    """
+    """All pictures of objects by id, of every file under registry/skins/. Raises RegistryError."""
     substances = registry.load().substances
     taken = {name for names in recipes().values() for name in names}
     found: dict[str, TextureRecipe] = {}
@@ -308,3 +286,65 @@ def _paint_and_keep(recipe: TextureRecipe, size_px: int, store: Store, key: str)
     store.put(key, made.to_json().encode())
     store.trim(int(CACHE_SHARE * max_cache_bytes()))
     return made
+
+
+def available_finishes() -> AvailableFinishes:
+    """Ids of everything that a draw may choose."""
+    data = registry.load()
+    surfaces: Mapping[Surface, tuple[str, ...]] = {s: tuple(sorted(rows)) for s, rows in recipes().items()}
+    return AvailableFinishes(surfaces, tuple(sorted(data.materials)), look_samplers())
+
+
+@read_once
+def plain() -> Mapping[str, Finish]:
+    """Every plain finish of the registry."""
+    data = registry.load()
+    return {name: plain_finish(row, data) for name, row in data.materials.items()}
+
+
+def plain_finish(row: Plain, data: registry.Registry) -> Finish:
+    """A row of registry/materials.yaml as a finish."""
+    material = Material(
+        id=row.id,
+        base_color=linear(row.color, row.opacity),
+        metallic=row.metallic,
+        roughness=row.roughness,
+        glow=row.glow,
+        substance=row.substance,
+    )
+    return Finish(id=row.id, material=material, substance=data.substances[row.substance])
+
+
+def linear(color: str, opacity: float = 1.0) -> Vec4:
+    """`#rrggbb` in sRGB as linear RGBA."""
+    r, g, b = (round(linear_from_srgb(v), 6) for v in srgb_from_hex(color))
+    return (r, g, b, opacity)
+
+
+@read_once
+def plain_key() -> str:
+    """Digest of every plain finish."""
+    return digest_of([(name, finish.digest) for name, finish in sorted(plain().items())])
+
+
+def finishes_key(names: Iterable[str]) -> str:
+    """Key of `finishes`: all plain ones by value, of those with pictures what they are painted from and by.
+
+    Raises:
+        UnknownId: neither a plain finish nor a recipe.
+    """
+    pictured = sorted(name for name in names if name not in plain())
+    return digest_of(plain_key(), [(name, finish_key(find_recipe(name))) for name in pictured])
+
+
+def finishes(names: Iterable[str], cache: Path) -> dict[str, Finish]:
+    """All plain finishes, and those named that have pictures. Raises UnknownId: neither a plain finish nor a recipe."""
+    by_id = dict(plain())
+    pictured = every_recipe()
+    for name in names:
+        if name in by_id:
+            continue
+        if name not in pictured:
+            raise UnknownId("finish", name, [*by_id, *pictured])
+        by_id[name] = finish_of(pictured[name], cache)
+    return by_id

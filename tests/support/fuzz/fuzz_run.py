@@ -23,8 +23,8 @@ from casa_assets.formats.read import load
 from casa_assets.formats.read.formats import SUFFIXES
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.run.job import Job
+from casa_assets.ingest.run.steps import work
 from casa_assets.ingest.run.survey import Survey, survey
-from casa_assets.ingest.run.worker import work
 from casa_assets.ingest.sources import Found, Refused, collect, discover
 from casa_assets.library import library as disk
 from casa_assets.runs.limits import Limits, WorkerFailure
@@ -263,7 +263,7 @@ def fuzz(plan: Plan) -> Iterator[Result]:
     end = time.monotonic() + plan.seconds
     number = plan.first
     (plan.folder / "work").mkdir(parents=True, exist_ok=True)
-    warm = "casa_assets.ingest.run.worker:warm" if plan.wholes else "tests.support.fuzz.fuzz_run:warm"
+    warm = "casa_assets.ingest.run.steps:warm" if plan.wholes else "tests.support.fuzz.fuzz_run:warm"
     with Pool(1, READ_LIMITS, warm) as readers, Pool(1, WHOLE_LIMITS, warm) as makers:
         while time.monotonic() < end:
             tally = _batch(readers, plan, number, BATCH)

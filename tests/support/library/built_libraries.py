@@ -12,8 +12,8 @@ from casa_assets.checks.library import ShapePair
 from casa_assets.formats import mjcf
 from casa_assets.formats.usd.document import write as write_usd
 from casa_assets.library import library as disk
-from casa_assets.library.identity import Producer
-from casa_assets.library.table.pairs import AssetRow, measure_pair, nearby_pairs
+from casa_assets.library.library import Producer
+from casa_assets.library.pairs import AssetRow, measure_pair, nearby_pairs
 from casa_assets.model.asset.asset import Asset, Link, Visual
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh

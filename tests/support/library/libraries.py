@@ -19,8 +19,8 @@ from typing import Any, Self
 from unittest.mock import patch
 
 from casa_assets.cli import main as program
-from casa_assets.ingest.run import answers
-from casa_assets.library.table import entry_table
+from casa_assets.ingest.run import survey
+from casa_assets.library import entry_table
 from casa_assets.model.record import Vec3
 from casa_assets.runs import pool
 from casa_assets.runs.limits import WorkerFailure
@@ -189,7 +189,7 @@ def tree(root: Path) -> dict[str, bytes | None]:
     return {
         path.relative_to(root).as_posix(): None if path.is_dir() else path.read_bytes()
         for path in sorted(root.rglob("*"))
-        if path.name not in (entry_table.NAME, answers.NAME)
+        if path.name not in (entry_table.NAME, survey.NAME)
     }
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from casa_assets.ingest.run.run import Options, ingest
-from casa_assets.ingest.run.shards.record import Shard
+from casa_assets.ingest.run.shards import Shard
 from tests.support.library.libraries import BOXES, box_obj, differences
 
 # One box of cereal in three heights: each is a copy of its neighbour, and the first and the last are none.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import random
 from collections.abc import Iterator
-from dataclasses import fields
 from typing import Any
 
 from casa_assets import registry
@@ -23,10 +22,6 @@ SOURCES = ("objaverse", "folder", "manifest")
 WORDS = ("red", "old", "small", "low poly", "scan", "antique", "kitchen", "set", "plain", "v2")
 # Categories that are asked for, and their place among all, the most frequent one first: about 8,000 in a million.
 ASKED, PLACE = ("mug", "bowl"), 20
-BLANK: dict[str, Any] = {field.name: "" for field in fields(Entry)} | {
-    "accepted": False, "summary": None, "warnings": (), "results": (), "guesses": (), "checks": Tally(), "colors": (),
-    "is_whole": True,
-}  # fmt: skip
 
 
 def synthetic_entries(count: int, seed: int = 0) -> Iterator[Entry]:
@@ -57,7 +52,7 @@ def synthetic_entries(count: int, seed: int = 0) -> Iterator[Entry]:
         made |= _accepted(category, draw) if is_good else {"code": reasons[number], "message": "is broken; mend it"}
         made["path"] = f"{name if is_good else 'rejected'}/{made['id']}"
         made["digest"] = sha256[::-1] if is_good else ""
-        yield Entry(**{**BLANK, **made})
+        yield Entry(**{"accepted": False, **made})
 
 
 def _accepted(category: Any, draw: random.Random) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from casa_assets import registry
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.run.stages import STAGES, BuildContext
+from casa_assets.ingest.run.steps import STAGES, BuildContext
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh

@@ -21,8 +21,6 @@ from casa_assets.asset.lightweight import lighten
 from casa_assets.families import asset_store
 from casa_assets.families.asset_store import (
     ARRAY_TYPES,
-    DIGEST_BYTES,
-    READ_ERRORS,
     TREE,
     AssetStore,
     pack,
@@ -31,7 +29,7 @@ from casa_assets.families.asset_store import (
 from casa_assets.formats.usd import document
 from casa_assets.model.asset.asset import Asset
 from casa_assets.registry.families import family, family_names
-from tests.support.asset.assets import rigid_mug, textured_box
+from tests.support.asset.assets import textured_box
 from tests.support.asset.family_members import preset
 
 pytestmark = pytest.mark.content("code", "cache", keep=0)
@@ -64,15 +62,6 @@ def test_an_asset_of_each_family_reads_back_the_same(name: str) -> None:
     data, pictures = pack(asset.model_dump(), "key")
     again = unpack(data, "key", pictures.__getitem__)
     assert (again.id, again.digest) == (asset.id, asset.digest)
-
-
-def test_an_asset_with_pictures_reads_back_the_same(subtests: pytest.Subtests) -> None:
-    for asset in [rigid_mug(), textured_box()]:
-        with subtests.test(asset=asset.id):
-            data, pictures = pack(asset.model_dump(), "key")
-            assert unpack(data, "key", pictures.__getitem__).digest == asset.digest
-            assert pack(asset.model_dump(), "key")[0] == data
-            assert set(pictures.values()) == {t.png for m in asset.materials for t in m.textures}
 
 
 def test_what_was_built_once_is_not_built_again(tmp_path: Path) -> None:
@@ -150,14 +139,6 @@ def test_no_code_of_an_entry_is_run(tmp_path: Path) -> None:
     assert not sign.exists()
 
 
-def test_an_entry_of_another_key_is_refused() -> None:
-    data, _ = pack(rigid_mug().model_dump(), "one")
-    with pytest.raises(READ_ERRORS, match="another key"):
-        unpack(data, "two", {}.__getitem__)
-    with pytest.raises(READ_ERRORS, match="written"):
-        unpack(data[:DIGEST_BYTES] + data[DIGEST_BYTES + 1 :], "one", {}.__getitem__)
-
-
 class TestLightForms:
     def test_are_made_once(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         asset = preset("fruit_bowl", next(iter(family("fruit_bowl").presets)))
@@ -171,20 +152,6 @@ class TestLightForms:
 
         monkeypatch.setattr(asset_store, "lighten", never)
         assert AssetStore(tmp_path).lightened(asset).digest == wanted.digest
-
-    def test_of_a_changed_asset_with_the_same_id_are_its_own(self, tmp_path: Path) -> None:
-        store, bowl = AssetStore(tmp_path), preset("fruit_bowl", next(iter(family("fruit_bowl").presets)))
-        store.lightened(bowl)
-        root = bowl.root.replace(colliders=bowl.root.colliders[:1])
-        changed = bowl.replace(links=(root, *bowl.links[1:]), joints=bowl.joints, behavior=None)
-        assert store.lightened(changed).digest == lighten(changed).digest != lighten(bowl).digest
-
-    def test_do_not_hang_on_what_is_seen(self, tmp_path: Path) -> None:
-        store, box = AssetStore(tmp_path), textured_box()
-        store.lightened(box)
-        plain = box.replace(materials=tuple(m.replace(base_color_texture=None) for m in box.materials))
-        assert store.lightened(plain).digest == lighten(plain).digest
-        assert len(entries(tmp_path)) == 1
 
 
 class TestLayers:
@@ -207,12 +174,3 @@ class TestLayers:
 
         monkeypatch.setattr(document, "layer_text", never)
         assert AssetStore(tmp_path).layer_text(box, "./textures") == wanted
-
-
-def test_stores_stay_within_the_bound_of_the_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("CASA_ASSETS_CACHE_GB", "0")
-    store = AssetStore(tmp_path)
-    store.built(KETTLE, NUMBERS)
-    assert entries(tmp_path)
-    store.tidy()
-    assert not entries(tmp_path)

@@ -1,25 +1,22 @@
-"""The store gives back what was put, whole or not at all."""
+"""The store gives back what was put, whole or not at all; where the cache is if it keeps nothing; the index of code."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
+import shutil
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from casa_assets.cache import code_index
 from casa_assets.cache.store import Store
+from casa_assets.core.system import cache_for
+from casa_assets.runs import engine as batch
 
 KEY = "ab" * 32
-
-
-def test_put_and_get(tmp_path: Path) -> None:
-    store = Store(tmp_path)
-    assert store.get(KEY) is None
-    store.put(KEY, b"first")
-    store.put(KEY, b"second")
-    assert store.get(KEY) == b"second"
-    assert [p.name for p in tmp_path.rglob("*") if p.is_file()] == [KEY]
 
 
 @pytest.mark.parametrize("damage", [b"", b"not compressed", None])
@@ -94,3 +91,83 @@ def test_processes_trim_one_store_side_by_side(tmp_path: Path) -> None:
     with multiprocessing.get_context("spawn").Pool(2) as pool:
         pool.starmap(put_and_trim, [(tmp_path, 0), (tmp_path, 10)])
     assert sum(path.stat().st_size for path in tmp_path.glob("*/*")) <= 1500
+
+
+class Stopped(Exception):
+    """Ends a run before a worker starts."""
+
+
+def stop(*_: object) -> None:
+    raise Stopped
+
+
+@pytest.mark.parametrize("reason", ["cannot be written to", "is on a full disk"])
+def test_a_cache_that_keeps_nothing_is_replaced_and_named(
+    reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    wanted = tmp_path / "wanted"
+    monkeypatch.setenv("CASA_ASSETS_CACHE", str(wanted / "cache"))
+    if "disk" in reason:
+        monkeypatch.setattr(shutil, "disk_usage", lambda place: SimpleNamespace(free=1000))
+    else:
+        wanted.write_bytes(b"")  # the user who runs the tests may be root, who may write to every folder
+    own = tmp_path / "out" / ".casa" / "cache"
+    assert cache_for(tmp_path / "out") == own
+    monkeypatch.setattr(batch, "open_engine", stop)
+    with pytest.raises(Stopped):
+        next(batch.run_batch(shutil.rmtree, [tmp_path], tmp_path / "out", 1, "", 0))
+    assert f"the cache folder {wanted / 'cache'} {reason}, so {own} is used instead" in caplog.text
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[], dict[str, code_index.Scan]]]:
+    """A package of two modules in `tmp_path`, and what a new process would find in it."""
+    monkeypatch.setenv("CASA_ASSETS_CACHE", str(tmp_path / "cache"))
+    root = tmp_path / "casa_assets"
+    root.mkdir()
+    (root / "__init__.py").touch()
+    (root / "one.py").write_text("from casa_assets.two import made\nimport numpy\n")
+    (root / "two.py").write_text('made = "table.yaml"\n')
+    monkeypatch.setattr(code_index, "package_root", lambda: root)
+
+    def scans() -> dict[str, code_index.Scan]:
+        code_index.package_files.cache_clear()
+        code_index._scans.cache_clear()
+        return code_index._scans()
+
+    yield scans
+    code_index.package_files.cache_clear()
+    code_index._scans.cache_clear()
+
+
+def test_only_a_changed_file_is_read_again(
+    package: Callable[[], dict[str, code_index.Scan]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = package()
+    read: list[str] = []
+    theirs = code_index._scan_text
+    monkeypatch.setattr(code_index, "_scan_text", lambda name, text: read.append(name) or theirs(name, text))
+    assert package() == before
+    assert read == []
+    (tmp_path / "casa_assets" / "two.py").write_text('made = "plans.yaml"\n')
+    after = package()
+    assert read == ["casa_assets.two"]
+    assert after["casa_assets.two"].words == ("plans.yaml",)
+    assert after["casa_assets.one"] == before["casa_assets.one"]
+
+
+def test_a_new_module_has_all_read_again(package: Callable[[], dict[str, code_index.Scan]], tmp_path: Path) -> None:
+    """What `from casa_assets.two import made` leads to depends on which modules there are."""
+    package()
+    (tmp_path / "casa_assets" / "two.py").unlink()
+    (tmp_path / "casa_assets" / "two").mkdir()
+    (tmp_path / "casa_assets" / "two" / "__init__.py").touch()
+    (tmp_path / "casa_assets" / "two" / "made.py").touch()
+    assert package()["casa_assets.one"].modules == ("casa_assets.two.made",)
+
+
+def test_a_damaged_index_is_made_again(package: Callable[[], dict[str, code_index.Scan]], tmp_path: Path) -> None:
+    before = package()
+    for path in (tmp_path / "cache" / code_index.KEPT_IN).iterdir():
+        path.write_bytes(path.read_bytes()[:40])
+    assert package() == before

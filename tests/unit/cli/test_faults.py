@@ -12,11 +12,11 @@ from casa_assets.asset.family import Params
 from casa_assets.errors import CasaError
 from casa_assets.families import build as families
 from casa_assets.families.asset_store import AssetStore
-from casa_assets.ingest.run import worker
+from casa_assets.ingest.run import steps as worker
 from casa_assets.layouts.run import resolve
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.style import PresetChoice
-from casa_assets.runs.batch import attempt
+from casa_assets.runs.engine import attempt
 from tests.support.library.libraries import BOXES, box_obj, called
 
 

@@ -33,16 +33,16 @@ if any(word in ("casa_assets.cli.main",) or "runs.server" in word for word in sy
     setattr(found, name, endless)
 """
 VERBS = {
-    "ingest {mesh} --library {out}": "ingest.run.answers:work_on",
+    "ingest {mesh} --library {out}": "ingest.run.steps:work",
     "ingest {mesh} --library {out} --jobs 1": "ingest.run.survey:survey",
-    "articulate {mesh} --library {out}": "articulate.run.run:articulate_one",
+    "articulate {mesh} --library {out}": "articulate.run.steps:articulate_one",
     "families build microwave --library {out}": "families.build:build_one",
     "families show microwave --preset steel --out {out}": "families.build:build_one",
     "families catalogue microwave --no-swatches --out {out}": "families.build:build_asset",
     "textures make oak_natural_plank --out {out}": "textures.run.recipes:finish_of",
     "textures sheet oak_natural_plank --out {out}": "textures.run.recipes:finish_of",
     "textures check oak_natural_plank --out {out}": "textures.run.recipes:finish_of",
-    "textures ingest {folder} --library {out}": "textures.run.packs.survey:survey",
+    "textures ingest {folder} --library {out}": "textures.run.packs:survey",
     "scenes build l_small__coastal --out {out}": "layouts.run.scene_folders:build_with_options",
     "scenes check l_small__coastal --out {out}": "layouts.run.check:check_one",
     "scenes sample 2 --out {out}": "layouts.run.check:check_one",
@@ -50,7 +50,7 @@ VERBS = {
     "scenes new galley --style rustic --out {out}": "layouts.run.scene_folders:build_with_options",
     "preview {folder} --out {out}": "show.reports.pictures:draw",
     "report --library {folder}": "show.reports.library_page:write",
-    "find mug --library {folder}": "library.analysis.search:search_entries",
+    "find mug --library {folder}": "library.search:search_entries",
     "export robocasa {folder} --out {out}": "addons.robocasa.run:export",
 }
 # One that works in workers and one that works in the program's own process; one of each signal.

@@ -13,7 +13,7 @@ from PIL import Image
 
 from casa_assets import registry
 from casa_assets.errors import CasaError
-from casa_assets.library.analysis.clip import (
+from casa_assets.library.clip import (
     KIND_PHRASES,
     PICTURE_PX,
     VIEWS,

@@ -13,8 +13,18 @@ import pytest
 from casa_assets.addons.robocasa.run import ExportResult, export
 from casa_assets.families.build import FamilyResult, build_all, build_asset, family_of, object_requests, params_of
 from casa_assets.families.objects import PROPORTION_STEP, shape_digest
+from casa_assets.families.build import (
+    PROPORTION_STEP,
+    FamilyResult,
+    build_all,
+    build_asset,
+    family_of,
+    object_requests,
+    params_of,
+    shape_digest,
+)
 from casa_assets.library import library as disk
-from casa_assets.library.analysis.search import entries_that
+from casa_assets.library.search import entries_that
 from casa_assets.model.asset.asset import Asset
 from casa_assets.show.reports.library_page import write as write_page
 from tests.support.library.libraries import tree

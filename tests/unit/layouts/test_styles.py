@@ -11,6 +11,7 @@ import pytest
 from casa_assets.errors import CasaError, PlanConflict, UnknownId
 from casa_assets.families.finishes import plain
 from casa_assets.kitchenware.fixtures.worktops import CORBEL_REACH, CORBEL_WIDTH
+from casa_assets.kitchenware.fixtures.counters.counters import CORBEL_REACH, CORBEL_WIDTH
 from casa_assets.layouts.order.cabinets import HOODS_UNDER_CABINETS
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.layouts.order.trim import CORNICE_DEPTH_M, LONG_CURTAINS, find_rows
@@ -20,7 +21,7 @@ from casa_assets.model.kitchen.plan import UpperKind
 from casa_assets.model.kitchen.style import FrontStyle, PresetChoice, Style
 from casa_assets.registry import kitchens
 from casa_assets.registry.families import family, family_names
-from casa_assets.textures.run.recipes import recipes
+from casa_assets.textures.run.recipes import plain, recipes
 from tests.support.asset.family_members import preset
 
 TWELVE = (

@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from casa_assets.ingest.run import answers
+from casa_assets.ingest.run import survey as answers
 from casa_assets.ingest.run.run import Options, ingest
 from casa_assets.library import library as disk
-from casa_assets.library.table.entry_table import EntryTable
+from casa_assets.library.entry_table import EntryTable
 from casa_assets.runs.outcome import Event
 from tests.support.library.libraries import BOXES, box_obj, tree
 

@@ -1,4 +1,4 @@
-"""A library of a stranger: what its files name is read inside its own folders alone, and the place is told."""
+"""Files of an entry: a stranger's library is read inside its own folders alone; an asset is its JSON and its files."""
 
 from __future__ import annotations
 
@@ -13,13 +13,15 @@ import pytest
 from casa_assets.addons.robocasa.run import export
 from casa_assets.errors import OutputError
 from casa_assets.library import library as disk
-from casa_assets.library.analysis.search import search_by_words
 from casa_assets.library.entry_files import checked_model, file_inside
-from casa_assets.library.table.pairs import read_rows
+from casa_assets.library.library import asset_from_manifest, manifest_of
+from casa_assets.library.pairs import read_rows
+from casa_assets.library.search import search_by_words
 from casa_assets.model.asset.asset import Asset
 from casa_assets.show.reports.library_page import write as write_report
 from casa_assets.show.reports.pictures import models
-from tests.support.asset.assets import textured_box
+from tests.support.asset.assets import EVERY, textured_box
+from tests.support.asset.packages import written
 from tests.support.library.built_libraries import keep
 
 BAD_NAMES = ["../../secret", "/etc/passwd", "meshes/../../../secret", "", "a\0b", "..\\secret", "meshes", "gone", 3]
@@ -110,3 +112,35 @@ def test_a_model_loads_nothing_from_elsewhere(entry: Path, old: str, new: str, m
     (entry / "model.xml").write_text(text.replace(old, new), encoding="utf-8")
     with pytest.raises(OutputError, match=message):
         list(models([entry]))
+
+
+def test_round_trip(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
+    for make in EVERY:
+        with subtests.test(make=make.__name__):
+            tmp_path = tmp_path_factory.mktemp("case")
+            asset = make()
+            package = written(asset, tmp_path)
+            text = json.dumps(manifest_of(asset))
+            back = asset_from_manifest(json.loads(text), package.root)
+            assert back.digest == written_precision(asset, package.root, text)
+            assert "base64" not in text, "meshes and pictures are files"
+
+
+def written_precision(asset: Asset, folder: Path, text: str) -> str:
+    """Digest of what the files say: they hold float32, so a second trip through them changes nothing."""
+    once = asset_from_manifest(json.loads(text), folder)
+    return asset_from_manifest(json.loads(json.dumps(manifest_of(once))), folder).digest
+
+
+def test_a_missing_file_and_damaged_data_are_errors(tmp_path: Path) -> None:
+    package, data = written(textured_box(), tmp_path), manifest_of(textured_box())
+    for change in ({"links": None}, {"links": [{}]}, {"materials": 3}, {"surprise": 1}):
+        with pytest.raises(OutputError, match="damaged"):
+            asset_from_manifest({**data, **change}, package.root)
+    for path in ("meshes/*.obj", "usd/textures/*.png"):
+        file = next(package.root.glob(path))
+        kept = file.read_bytes()
+        file.unlink()
+        with pytest.raises(OutputError, match="damaged"):
+            asset_from_manifest(data, package.root)
+        file.write_bytes(kept)

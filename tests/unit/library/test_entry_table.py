@@ -15,17 +15,15 @@ import pytest
 from casa_assets.cache.store import Store
 from casa_assets.errors import OutputError
 from casa_assets.library import library as disk
-from casa_assets.library.analysis.derived_files import write_reports
+from casa_assets.library import pairs
 from casa_assets.library.entry import entries
-from casa_assets.library.entry_files import thumbnail_of
-from casa_assets.library.table import entry_table, pairs
-from casa_assets.library.table.entry_table import NAME, EntryTable
-from casa_assets.library.table.pairs import MAX_DESCRIPTOR_DISTANCE, ShapeIndex, nearby_pairs, read_rows
+from casa_assets.library.entry_table import NAME, EntryTable
+from casa_assets.library.library_report import write_reports
+from casa_assets.library.pairs import MAX_DESCRIPTOR_DISTANCE, ShapeIndex, nearby_pairs, read_rows
 from casa_assets.mesh.registration import descriptor_distance
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import ShapeDescriptor
 from casa_assets.model.issue import CheckResult, Status, tally
-from casa_assets.show.reports.library_page import write as write_page
 from tests.support.library.built_libraries import keep, similar_pairs
 from tests.unit.library.test_alike import COPY, FIRST, LARGE, OTHER
 
@@ -117,28 +115,6 @@ def say_producer(library: disk.Library, assets: Iterable[Asset]) -> None:
         data = json.loads(path.read_text(encoding="utf-8"))
         data["certificate"]["producer"] = "family"
         path.write_text(json.dumps(data), encoding="utf-8")
-
-
-def test_the_page_opens_what_is_new(
-    library: disk.Library, opened: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    drawn: list[str] = []
-
-    def counted(folder: Path) -> bytes:
-        drawn.append(folder.name)
-        return thumbnail_of(folder)
-
-    monkeypatch.setattr(entry_table, "thumbnail_of", counted)
-    pages = [write_page(library.root, tmp_path / name).page.read_text("utf-8") for name in ("first", "second")]
-    assert pages[0] == pages[1]
-    assert {*opened, *drawn} == {FIRST.id, OTHER.id, LARGE.id}
-    assert len(drawn) == 3
-    keep(library.root, [COPY])
-    picture = library.folder("mug", FIRST.id) / "preview.png"
-    picture.write_bytes(picture.read_bytes() + b"0")
-    opened.clear(), drawn.clear()
-    write_page(library.root, tmp_path / "third")
-    assert (set(opened), set(drawn)) == ({COPY.id}, {COPY.id, FIRST.id})
 
 
 def test_results_of_checks_are_kept(library: disk.Library, opened: list[str]) -> None:

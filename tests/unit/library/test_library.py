@@ -9,21 +9,26 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.errors import OutputError
-from casa_assets.ingest.run import inputs
-from casa_assets.ingest.run.resume import AcceptedAsset, NewResult, reason_to_keep, remember, remembered
 from casa_assets.ingest.sources.places import utf8_escaped
 from casa_assets.library import library as disk
 from casa_assets.library.entry import entries
-from casa_assets.library.identity import Identity, Producer, suffix_of
-from casa_assets.library.library import Library, Refusal, Summary, identity_of, read_refusal
+from casa_assets.library.library import (
+    Identity,
+    Library,
+    Producer,
+    Refusal,
+    Summary,
+    identity_of,
+    read_refusal,
+)
 from casa_assets.model.asset.provenance import CENTER_SHARES, PAIR_SHARES, TONE_SHARES, TONES
 from casa_assets.model.issue import Decision
 from casa_assets.model.source import Source, SourceKind
+from casa_assets.runs.engine import NewResult
 
 HOSTILE = 'new\nline "quoted" <b>bold</b> [red]red[/] | \x1b[31m \u202e'
 ONE, OTHER = Identity(Producer.INGEST, "a" * 64), Identity(Producer.INGEST, "a" * 10 + "b" * 54)
 OPENED = Identity(Producer.ARTICULATE, ONE.sha256)
-ASSET = AcceptedAsset(Path("microwave") / "microwave_12", "key", 15)
 RESULTS = (
     (NewResult(Decision.ACCEPTED, moving_parts=0), "microwave_12 has 15 moving parts, the new result has 0"),
     (NewResult(Decision.REVIEW, moving_parts=14), "microwave_12 has 15 moving parts, the new result has 14"),
@@ -65,33 +70,6 @@ def publish(library: Library, *what: Identity | str, **words: str) -> Path:
     return target
 
 
-def test_what_is_published_replaces_what_was_there(library: Library) -> None:
-    publish(library, message="old")
-    target = publish(library, message="new")
-    assert read_refusal(target).message == "new"
-    assert list(library.staging.iterdir()) == []
-    assert list(library.refused()) == [target]
-
-
-def test_the_last_entry_takes_its_folder_along(library: Library) -> None:
-    target = publish(library)
-    library.forget(target)
-    assert not target.parent.exists()
-    assert list(library.staging.iterdir()) == []
-    library.forget(target)
-
-
-def test_sweep_leaves_entries_and_cache(library: Library) -> None:
-    target = publish(library)
-    (library.cache / "ab").mkdir(parents=True)
-    (library.private / "review.csv.77").write_bytes(b"half")
-    library.stage("mug_0123456789")
-    library.sweep()
-    assert sorted(p.name for p in library.private.iterdir()) == ["cache", "lock", "staging"]
-    assert list(library.staging.iterdir()) == []
-    assert target.exists()
-
-
 def test_one_writer_at_a_time_in_a_folder(library: Library, tmp_path: Path) -> None:
     with library.locked(), pytest.raises(OutputError, match="another run"), Library(library.root).locked():
         pass
@@ -120,28 +98,12 @@ def test_hostile_words_survive(library: Library) -> None:
     assert utf8_escaped("Tässe") == "Tässe"
 
 
-def test_a_refusal_that_is_there_already_is_not_written_again(library: Library) -> None:
-    assert inputs.write_if_changed(library, refusal())
-    assert not inputs.write_if_changed(library, refusal())
-    assert inputs.write_if_changed(library, refusal(message="for another reason"))
-    assert list(library.staging.iterdir()) == []
-
-
 class TestIds:
     def test_producers_never_share_one(self) -> None:
         ids = [identity.asset_id("microwave") for identity in (ONE, OPENED)]
         assert ids == ["microwave_aaaaaaaaaa", "microwave_articulated_aaaaaaaaaa"]
         known = registry.load()
         assert not [name for name in (*known.categories, *known.fixtures) if name.endswith("articulated")]
-
-    @pytest.mark.parametrize("producer", list(Producer))
-    def test_an_id_tells_its_own_producer_and_input(self, producer: Producer) -> None:
-        own = Identity(producer, ONE.sha256)
-        assert suffix_of(own.asset_id("cutting_board")) == own.suffix
-        assert own.may_own(own.asset_id("cutting_board"))
-        assert not own.may_own(Identity(producer, "b" * 64).asset_id("cutting_board"))
-        assert not ONE.may_own(OPENED.asset_id("mug"))
-        assert not OPENED.may_own(ONE.asset_id("mug"))
 
 
 class TestPublish:
@@ -150,14 +112,6 @@ class TestPublish:
         target = publish(library, ONE, "mug")
         assert list(library.refused()) == [target]
         assert list(library.staging.iterdir()) == []
-
-    def test_what_was_rejected_before_may_be_named(self, library: Library) -> None:
-        before, stranger = publish(library, ONE, "bowl"), publish(library, Identity(Producer.INGEST, "c" * 64), "bowl")
-        target = library.refusal_folder(ONE.asset_id("mug"))
-        library.publish(library.stage_refusal(refusal()), target, library.by_input()[ONE.suffix])
-        assert list(library.refused()) == [stranger, target]
-        library.publish(library.stage_refusal(refusal(ONE, "bowl")), before, [])
-        assert list(library.refused()) == [before, stranger, target], "none is looked for"
 
     def test_what_another_producer_made_and_another_input_with_the_same_first_digits_stay(
         self, library: Library
@@ -229,14 +183,6 @@ def test_a_signature_of_the_first_schema_is_still_read(tmp_path: Path) -> None:
 def test_a_worse_result_replaces_nothing(subtests: pytest.Subtests) -> None:
     for new, reason in RESULTS:
         with subtests.test(new=new, reason=reason):
-            found = reason_to_keep(ASSET, new)
+            found = new.reason_to_keep("microwave_12", 15)
             assert reason in found
             assert bool(reason) is bool(found)
-
-
-def test_a_reason_is_remembered_for_this_asset_and_this_key(tmp_path: Path) -> None:
-    library, identity = Library(tmp_path), Identity(Producer.ARTICULATE, "1" * 64)
-    remember(library, identity, "new key", ASSET, "because")
-    assert remembered(library, identity, "new key", ASSET) == "because"
-    assert remembered(library, identity, "other key", ASSET) == ""
-    assert remembered(library, identity, "new key", AcceptedAsset(ASSET.folder, "remade", 15)) == ""

@@ -8,13 +8,11 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import OutputError
-from casa_assets.ingest.run.job import with_overrides
 from casa_assets.ingest.run.run import Options, ingest
 from casa_assets.library.entry import Entry, entries
 from casa_assets.library.library import Library
-from casa_assets.library.review import NAME, doubtful_guesses, read_overrides, write
-from casa_assets.model.asset.provenance import Guess
-from casa_assets.model.source import NO_OVERRIDE, UpAxis, UserOverride
+from casa_assets.library.review import NAME, read_overrides, write
+from casa_assets.model.source import UpAxis, UserOverride
 from casa_assets.runs.outcome import Event
 from tests.support.library.libraries import BOXES, box_obj
 
@@ -109,15 +107,3 @@ def test_a_word_that_means_nothing_is_said_with_its_row(subtests: pytest.Subtest
             (tmp_path / NAME).write_text(text, encoding="utf-8")
             with pytest.raises(OutputError, match=place):
                 read_overrides(Library(tmp_path))
-
-
-def test_only_what_a_person_can_decide_is_doubted() -> None:
-    guesses = [Guess(subject=s, value="v", confidence=0.2, reason="b") for s in ("scale", "front", "collision")]
-    confidence = Guess(subject="mass", value="v", confidence=0.5, reason="b")
-    assert [issue.pointer for issue in doubtful_guesses([*guesses, confidence])] == ["scale"]
-
-
-def test_an_override_makes_another_key() -> None:
-    assert with_overrides("mark", NO_OVERRIDE) == "mark"
-    marks = {with_overrides("mark", UserOverride(size_m=size)) for size in (0.1, 0.2)} | {"mark"}
-    assert len(marks) == 3

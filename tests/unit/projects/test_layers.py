@@ -10,7 +10,6 @@ import casa_assets as casa
 from casa_assets import registry
 from casa_assets.cache.cache_key import key_of
 from casa_assets.errors import CasaError, RegistryError
-from casa_assets.families.finishes import available_finishes, plain
 from casa_assets.layouts.run.resolve import preset_params
 from casa_assets.model.registry.document import Document
 from casa_assets.projects import VARIABLE, environment, find_project, project_folder, use_project
@@ -21,7 +20,7 @@ from casa_assets.registry.objects import object_family, object_files
 from casa_assets.registry.read import read_document
 from casa_assets.runs.limits import Limits
 from casa_assets.runs.pool import Pool
-from casa_assets.textures.run.recipes import find_recipe, origin_of
+from casa_assets.textures.run.recipes import available_finishes, find_recipe, origin_of, plain
 from tests.support.program.projects import Project
 
 

@@ -95,11 +95,6 @@ def test_a_job_that_fails_leaves_the_others_alone(pool: Pool, what: str, reason:
     assert message in died.message
 
 
-def test_what_a_job_prints_goes_nowhere(pool: Pool, capfd: pytest.CaptureFixture[str]) -> None:
-    assert run(pool, ("print", "done"), ("read_input", "")) == ["done", ""]
-    assert capfd.readouterr() == ("", "")
-
-
 def test_a_job_that_hangs_is_stopped() -> None:
     with Pool(2, Limits(60.0, LIMITS.memory_bytes, idle_s=1.0), WARM) as pool:
         died, *others = run(pool, ("hang", ""), *(("answer", "a") for _ in range(5)))

@@ -11,7 +11,7 @@ import pytest
 
 from casa_assets.families import build as run
 from casa_assets.families.build import FamilyRequest
-from casa_assets.runs import batch
+from casa_assets.runs import engine as batch
 from tests.support.library.libraries import BOXES, ROOT, box_obj
 
 pytestmark = [pytest.mark.slow, pytest.mark.content("code", "runs", keep=0)]

@@ -11,11 +11,10 @@ from PIL import Image
 
 from casa_assets.articulate.decisions import Decisions, PartDecision
 from casa_assets.articulate.plan import PartKind
-from casa_assets.articulate.run import review_page
+from casa_assets.articulate.run.acceptance import limit_ranges
 from casa_assets.articulate.run.build import ArticulateRequest, build
-from casa_assets.articulate.run.repairs import limit_ranges
-from casa_assets.articulate.run.run import NAME as STRIP
-from casa_assets.articulate.run.run import ArticulateOutcome, articulate_one, with_contract
+from casa_assets.articulate.run.steps import NAME as STRIP
+from casa_assets.articulate.run.steps import ArticulateOutcome, articulate_one
 from casa_assets.checks.motion.joints import joint_travels
 from casa_assets.formats import mjcf
 from casa_assets.library import library as disk
@@ -110,40 +109,3 @@ def test_a_part_stops_where_it_runs_into_something(tmp_path: Path) -> None:
     assert not list(tmp_path.glob("**/model.xml")), "ranges are limited in memory"
     # The handle stands 0.08 m off the post.
     assert 0.06 <= joint.range[1] <= 0.081
-
-
-def test_what_lacks_something_holds_no_contract_and_says_what(tmp_path: Path) -> None:
-    built = build(
-        ArticulateRequest(obj(tmp_path / "mesh.obj", *microwave()[:2]), tmp_path, category="toaster_oven", **AXES)
-    )
-    after = with_contract(built.with_runtime_names(), tmp_path / "staged")
-    assert after.asset.contract is None
-    assert after.unmet_checks[0].startswith(
-        "contract toaster_oven not met: RoboCasa's fixture class ToasterOven cannot"
-    )
-    assert any("knob_time_joint" in line for line in after.unmet_checks)
-    assert after.asset.provenance.guesses[-1].value == "not toaster_oven"
-
-
-def test_the_review_page_begins_with_the_doubtful(entry: ArticulateOutcome, tmp_path: Path) -> None:
-    good = entry
-    assert good.folder is not None
-    out = good.folder.parents[1]
-    bad = ArticulateOutcome(tmp_path / "<cube>.obj", code="ART001", message="no moving part found")
-    page = review_page.write(out, [good, bad], "casa-assets articulate").read_text(encoding="utf-8")
-    assert "<cube>" not in page
-    assert page.index("cube") < page.index("microwave.obj")
-    assert f"{STRIP}" in page
-    assert (out / "microwave" / good.folder.name / STRIP).is_file()
-
-
-@pytest.mark.parametrize("words", [("--up", "sideways"), ("--front", "+q")])
-def test_misuse_is_told(words: tuple[str, str], tmp_path: Path) -> None:
-    from typer.testing import CliRunner
-
-    from casa_assets.cli.main import app
-
-    mesh = tmp_path / "m.obj"
-    mesh.write_text("v 0 0 0\n", encoding="utf-8")
-    result = CliRunner().invoke(app, ["articulate", str(mesh), *words])
-    assert result.exit_code == 2

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.articulate.run import batch
-from casa_assets.articulate.run.batch import RequestMaker, articulate
+from casa_assets.articulate.run import run as batch
 from casa_assets.articulate.run.build import ArticulateRequest
-from casa_assets.articulate.run.run import ArticulateOutcome, entry_key, publish_refusal
+from casa_assets.articulate.run.run import RequestMaker, articulate
+from casa_assets.articulate.run.steps import ArticulateOutcome, entry_key, publish_refusal
 from casa_assets.errors import Rejected
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found

@@ -6,24 +6,22 @@ from pathlib import Path
 
 import pytest
 import typer
-from pydantic import ValidationError
 
 from casa_assets import registry
-from casa_assets.articulate.decisions import Decisions
-from casa_assets.articulate.plan import calibrate_parts, plan_confidence
+from casa_assets.articulate.plan import calibrate_parts
 from casa_assets.articulate.run import build as building
-from casa_assets.articulate.run import run as running
+from casa_assets.articulate.run import steps as running
 from casa_assets.articulate.run.acceptance import doubts
 from casa_assets.articulate.run.build import ArticulateRequest, build, with_override
 from casa_assets.articulate.run.decisions import DECISIONS_NAME, read_decisions
-from casa_assets.articulate.run.run import ArticulateOutcome, articulate_one
+from casa_assets.articulate.run.steps import ArticulateOutcome, articulate_one
 from casa_assets.cli.ingest_output import end
 from casa_assets.library import library as disk
 from casa_assets.library import review
-from casa_assets.library.table.entry_table import EntryTable
+from casa_assets.library.entry_table import EntryTable
 from casa_assets.model.issue import REVIEW_CODE, Decision
 from casa_assets.model.registry.rows import Bars, Curve
-from casa_assets.model.source import UpAxis, UserOverride, Word
+from casa_assets.model.source import Word
 from tests.unit.articulate.blocks import box, microwave, together
 from tests.unit.articulate.test_assemble import obj
 
@@ -110,26 +108,6 @@ def test_nothing_is_built_behind_a_front_in_doubt(tmp_path: Path, monkeypatch: p
 
 def _never_right() -> Curve:
     return Curve(given=(0.0, 1.0), right=(0.0, 0.1))
-
-
-def test_confidences_are_shares_of_what_is_right(tmp_path: Path) -> None:
-    curve = Curve(given=(0.2, 0.8), right=(0.1, 0.7))
-    assert [curve.at(x) for x in (0.0, 0.1, 0.5, 1.0)] == [0.0, 0.05, 0.4, 0.7]
-    with pytest.raises(ValidationError):
-        Curve(given=(0.2, 0.8), right=(0.7, 0.1))
-    found = build(ArticulateRequest(obj(tmp_path / "m.obj", *microwave()[:2]), tmp_path, **AXES)).articulation
-    model = registry.load_confidence()
-    worse = found.replace(parts=(found.parts[0].replace(confidence=0.05), *found.parts[1:]))
-    assert plan_confidence(worse, model) < plan_confidence(found, model)
-
-
-def test_words_of_review_csv_reach_the_request(tmp_path: Path) -> None:
-    request = ArticulateRequest(tmp_path / "m.obj", tmp_path, decisions=Decisions(size_m=0.5))
-    override = UserOverride(category="oven", up=UpAxis.MINUS_Y, size_m=2.0, decision=Word.ACCEPT)
-    decisions = with_override(request, override).decisions
-    assert (decisions.category, decisions.up, decisions.decision) == ("oven", "-y", Word.ACCEPT)
-    assert decisions.size_m == 0.5, "what the decisions say goes first"
-    assert with_override(request, UserOverride()) is request
 
 
 def test_the_exit_code_tells_review_from_rejection(tmp_path: Path) -> None:

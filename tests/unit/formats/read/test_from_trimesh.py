@@ -13,7 +13,7 @@ from casa_assets.errors import Rejected
 from casa_assets.formats.read import load
 from casa_assets.formats.read.from_trimesh import bundle_from_trimesh, raw_from_trimesh
 from casa_assets.ingest.clean import clean
-from casa_assets.ingest.run.stages import run_stages
+from casa_assets.ingest.run.steps import run_stages
 from casa_assets.mesh.trimesh_exchange import to_trimesh
 from casa_assets.model import rejection_codes
 from casa_assets.model.source import Up
@@ -119,8 +119,8 @@ def test_the_stages_take_it_like_a_file() -> None:
     mesh = trimesh.creation.cylinder(0.04, 0.1, sections=32)
     mesh.units = "meters"
     order = brief("mug")
-    asset, _ = run_stages(bundle_from_trimesh(mesh, up=Up.Z), order, lambda key: None, lambda key, data: None)
-    again, _ = run_stages(bundle_from_trimesh(to_trimesh(asset)), order, lambda key: None, lambda key, data: None)
+    asset, _ = run_stages(bundle_from_trimesh(mesh, up=Up.Z), order)
+    again, _ = run_stages(bundle_from_trimesh(to_trimesh(asset)), order)
     np.testing.assert_allclose(again.bounds, asset.bounds, atol=1e-6)
     assert again.mass == pytest.approx(asset.mass, rel=1e-3)
     assert len(clean(raw_from_trimesh(mesh)).parts) == 1

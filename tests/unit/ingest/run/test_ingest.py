@@ -15,14 +15,12 @@ import typer
 
 from casa_assets.cli.ingest_output import end
 from casa_assets.errors import CasaError, OutputError, UnknownId
-from casa_assets.ingest.run.answers import WorkerAnswers
 from casa_assets.ingest.run.inputs import discover_inputs
-from casa_assets.ingest.run.job import Job
+from casa_assets.ingest.run.job import Job, WorkerAnswers
 from casa_assets.ingest.run.run import Options, ingest, tally
 from casa_assets.ingest.sources.found import Found
-from casa_assets.library.entry import entries
+from casa_assets.library.entry import MAX_ROWS_PER_FILE, entries
 from casa_assets.library.library import Library, file_digests
-from casa_assets.library.refused_rows import MAX_ROWS_PER_FILE
 from casa_assets.model.issue import Decision
 from casa_assets.runs.outcome import Event, Outcome, writing
 from tests.support.library.libraries import BOXES, box_obj, differences, entries_of
@@ -68,18 +66,6 @@ def edit(path: Path, **changes: object) -> None:
     for name, value in changes.items():
         (data["certificate"] if name == "cache_key" and "certificate" in data else data)[name] = value
     path.write_text(json.dumps(data), encoding="utf-8")
-
-
-def test_what_is_there_is_kept_with_its_warnings(copy: Path) -> None:
-    (event,) = run(copy / "in", copy / "library")
-    assert event.kind == "kept"
-    assert event.warnings
-
-
-def test_another_recipe_makes_it_due(copy: Path, made: Path) -> None:
-    edit(copy / "library" / CARTON / "asset.json", cache_key="that of another version")
-    assert kinds(run(copy / "in", copy / "library")) == ["accepted"]
-    assert differences(made / "library", copy / "library") == []
 
 
 @pytest.mark.representatives(1)
@@ -172,13 +158,6 @@ def test_what_is_named_is_an_input_though_a_folder_above_it_holds_a_library(tmp_
     assert list(discover_inputs([project.parent], project.parent / "library")) == []
 
 
-def test_the_same_bytes_under_two_roots_are_made_once(tmp_path: Path) -> None:
-    roots = [write_box(tmp_path / "a"), write_box(tmp_path / "b")]
-    events = list(ingest(roots, Options(tmp_path / "library")))
-    assert sorted(kinds(events)) == ["accepted", "rejected"]
-    assert [event.code for event in events if event.was_rejected] == ["RUN006"]
-
-
 def test_the_same_bytes_called_two_kinds_end_the_run_like_any_other(tmp_path: Path) -> None:
     """A row of a manifest calls cereal what the name of another file with the same bytes calls milk."""
     source = write_box(tmp_path / "in")
@@ -191,17 +170,6 @@ def test_the_same_bytes_called_two_kinds_end_the_run_like_any_other(tmp_path: Pa
         "milk_carton.obj": "RUN006",
         "board.obj": "",
     }
-
-
-def test_bad_rows_of_a_manifest_are_kept_apart(tmp_path: Path) -> None:
-    (tmp_path / "in").mkdir()
-    rows = "".join(json.dumps({"id": name, "file": f"{name}.glb"}) + "\n" for name in "abc")
-    (tmp_path / "in" / "manifest.jsonl").write_text(rows, encoding="ascii")
-    library = tmp_path / "library"
-    assert kinds(run(tmp_path / "in", library)) == ["rejected"] * 3
-    assert kinds(run(tmp_path / "in", library)) == ["kept"] * 3
-    assert len({entry.id for entry in entries(Library(library))}) == 3
-    assert sorted(path.name for path in (library / "rejected").iterdir()) == ["rows.jsonl"]
 
 
 def test_a_folder_and_its_own_manifest_count_each_row_once(tmp_path: Path) -> None:

@@ -11,7 +11,6 @@ from casa_assets.ingest.run.run import Options, ingest
 from casa_assets.library import library as disk
 from casa_assets.library.entry import entries
 from casa_assets.library.library import Library
-from casa_assets.model.source import Source
 from casa_assets.runs.outcome import Event
 from tests.support.library.libraries import BOXES, box_obj
 
@@ -79,9 +78,3 @@ def test_a_single_object_of_many_parts_is_left_whole(tmp_path: Path) -> None:
     (tmp_path / "in" / "milk_carton.obj").write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
     (event,) = run(tmp_path, split=True)
     assert (event.kind, event.path) == ("accepted", "milk_carton.obj")
-
-
-def test_a_place_tells_file_and_thing() -> None:
-    source = Source(kind="folder", path="a/set.glb", node="mug_2")  # type: ignore[arg-type]
-    assert source.place == "a/set.glb#mug_2"
-    assert source.provenance("0" * 64, ()).place == "a/set.glb#mug_2"

@@ -11,8 +11,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from casa_assets.ingest.run.run import Options, ingest
-from casa_assets.ingest.run.shards.record import NAME as SHARD_RECORD
-from casa_assets.ingest.run.shards.record import Shard
+from casa_assets.ingest.run.shards import NAME as SHARD_RECORD
+from casa_assets.ingest.run.shards import Shard
 from casa_assets.ingest.sources.places import root_of
 from tests.support.library.libraries import BOXES, box_obj
 from tests.support.library.sharded_inputs import public_differences

@@ -18,9 +18,9 @@ from typing import Any, NamedTuple
 import pytest
 
 from casa_assets.errors import OutputError
+from casa_assets.ingest.run.merge import merge
 from casa_assets.ingest.run.run import Options, ingest
-from casa_assets.ingest.run.shards.merge import merge
-from casa_assets.ingest.run.shards.record import NAME, Shard, index_of
+from casa_assets.ingest.run.shards import NAME, Shard, index_of
 from casa_assets.library import library as disk
 from casa_assets.library import review
 from casa_assets.runs.outcome import Event
@@ -102,29 +102,6 @@ def test_three_shards_are_one_run(made: Made, tmp_path: Path) -> None:
     assert public_differences(made.one, tmp_path / "library") == []
 
 
-@pytest.mark.certify
-@pytest.mark.parametrize("count", [1, 4])
-def test_any_number_of_shards_is_one_run(made: Made, tmp_path: Path, count: int) -> None:
-    for index in range(1, count + 1):  # what the stages made once need not be made again
-        shutil.copytree(made.one / ".casa" / "cache", tmp_path / f"{index}_of_{count}" / ".casa" / "cache")
-    shards = run_shards(made.source, tmp_path, count)
-    list(merge(shards, tmp_path / "library"))
-    assert public_differences(made.one, tmp_path / "library") == []
-
-
-def test_entries_are_linked_and_copied_where_they_cannot_be(
-    made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    list(merge(made.shards, tmp_path / "linked"))
-    (model,) = (tmp_path / "linked").glob("cutting_board/*/model.xml")
-    assert model.stat().st_nlink > 1
-    monkeypatch.setattr(os, "link", _no_links)
-    list(merge(made.shards, tmp_path / "copied"))
-    (model,) = (tmp_path / "copied").glob("cutting_board/*/model.xml")
-    assert model.stat().st_nlink == 1
-    assert public_differences(made.one, tmp_path / "copied") == []
-
-
 def _no_links(*_: Any) -> None:
     raise OSError(errno.EXDEV, "Invalid cross-device link")
 
@@ -145,36 +122,9 @@ def copies(shards: Sequence[Path], folder: Path) -> list[Path]:
     return [Path(shutil.copytree(shard, folder / shard.name)) for shard in shards]
 
 
-@pytest.mark.parametrize("published", [0, 1, 4])
-def test_a_merge_that_was_killed_goes_on(
-    made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, published: int
-) -> None:
-    class Killed(BaseException):
-        """As if the process had ended: nothing is swept."""
-
-    publish, count = disk.Library.publish, 0
-
-    def killed(self: disk.Library, *args: Any) -> None:
-        nonlocal count
-        if count == published:
-            raise Killed
-        count += 1
-        publish(self, *args)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(disk.Library, "publish", killed)
-        patch.setattr(disk.Library, "sweep", lambda _: None)
-        with pytest.raises(Killed):
-            list(merge(made.shards, tmp_path / "library"))
-    assert list((tmp_path / "library" / ".casa" / "staging").iterdir()), "it was at work on an entry"
-    list(merge(made.shards, tmp_path / "library"))
-    assert public_differences(made.one, tmp_path / "library") == []
-    assert list((tmp_path / "library" / ".casa" / "staging").iterdir()) == []
-
-
 def test_a_merge_that_is_killed_by_a_signal_goes_on(made: Made, tmp_path: Path) -> None:
     library = tmp_path / "library"
-    code = "import sys; from pathlib import Path; from casa_assets.ingest.run.shards.merge import merge;"
+    code = "import sys; from pathlib import Path; from casa_assets.ingest.run.merge import merge;"
     code += "paths = [Path(word) for word in sys.argv[1:]]; list(merge(paths[1:], paths[0]))"
     for published in (1, 5):
         run = subprocess.Popen([sys.executable, "-c", code, str(library), *map(str, made.shards)], cwd=ROOT)

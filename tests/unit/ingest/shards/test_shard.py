@@ -11,20 +11,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from casa_assets.errors import CasaError
+from casa_assets.ingest.run import shards as record
 from casa_assets.ingest.run.inputs import discover_inputs
-from casa_assets.ingest.run.shards import record
-from casa_assets.ingest.run.shards.record import Discovery, Shard, file_of, index_of
+from casa_assets.ingest.run.shards import Discovery, Shard, file_of, index_of
 from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.library import refused_rows
+from casa_assets.library import entry as refused_rows
+from casa_assets.library.entry import RefusedFile, RefusedRows
 from casa_assets.library.library import Library
-from casa_assets.library.refused_rows import RefusedFile, RefusedRows
 from casa_assets.model.source import Source, SourceKind
 from tests.support.library.sharded_inputs import make_sharded_inputs
-
-
-def test_a_shard_is_named_by_its_place_and_their_number() -> None:
-    assert Shard.parse("3/16") == Shard(3, 16)
-    assert str(Shard(3, 16)) == "3/16"
 
 
 def test_what_is_no_shard_is_told(subtests: pytest.Subtests) -> None:

@@ -20,6 +20,8 @@ from casa_assets.ingest.sources import Found, Refused, collect, discover, stores
 from casa_assets.ingest.sources.places import StoreRoot, hide_secrets, root_of
 from casa_assets.library import attribution
 from casa_assets.library.analysis import library_report
+from casa_assets.library import attribution, library_report
+from casa_assets.library.entry import is_below
 from casa_assets.model import rejection_codes as codes
 from tests.support.library.source_stores import PROTOCOL, TrialSystem, put, web_server
 from tests.support.mesh.format_files import tarred, zipped
@@ -320,6 +322,6 @@ def test_a_bomb_on_a_store_is_refused(tmp_path: Path) -> None:
 
 
 def test_what_carries_bytes_takes_no_part_in_keys() -> None:
-    packages = cache_key.reach("casa_assets.ingest.run.worker:work").packages
+    packages = cache_key.reach("casa_assets.ingest.run.steps:work").packages
     assert "trimesh" in packages
     assert not {"fsspec", "s3fs", "aiohttp", "pyarrow"} & set(packages)

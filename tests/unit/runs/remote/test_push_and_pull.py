@@ -322,7 +322,7 @@ def test_no_decision_is_lost_unasked(library: disk.Library, tmp_path: Path) -> N
 
 
 def review_entries(library: disk.Library) -> Iterator[object]:
-    from casa_assets.library.table.entry_table import EntryTable
+    from casa_assets.library.entry_table import EntryTable
 
     return iter(EntryTable(library, read_only=True).entries)
 

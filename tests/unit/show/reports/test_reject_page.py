@@ -12,7 +12,7 @@ from PIL import Image
 
 from casa_assets.library import entry_files
 from casa_assets.library import library as disk
-from casa_assets.library.identity import Producer
+from casa_assets.library.library import Producer
 from casa_assets.model.source import Source, SourceKind
 from casa_assets.show.page.page_template import DEFAULT_ADVICE
 from casa_assets.show.reports import library_page

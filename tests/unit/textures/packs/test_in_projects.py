@@ -17,10 +17,8 @@ from PIL import Image
 import casa_assets as casa
 from casa_assets.cli import completion, doctor
 from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
-from casa_assets.families.finishes import finishes, finishes_key
 from casa_assets.layouts.run import pack as scene_pack
-from casa_assets.layouts.run.recipe import SceneRecipe
-from casa_assets.layouts.run.resolve import draw_surfaces, resolve
+from casa_assets.layouts.run.resolve import draw_surfaces
 from casa_assets.layouts.run.sampling.draws import draw_recipes
 from casa_assets.model.registry.rows import Surface
 from casa_assets.projects import use_project
@@ -29,6 +27,10 @@ from casa_assets.textures.run.check import check_one
 from casa_assets.textures.run.packs import pictures as pack_files
 from casa_assets.textures.run.packs.ingest import PackOptions, PackReport, ingest_pack
 from casa_assets.textures.run.recipes import find_recipe, finish_of, origin_of, recipes
+from casa_assets.textures.packs.entry import PictureDescription
+from casa_assets.textures.run import pictures as pack_files
+from casa_assets.textures.run.packs import PackOptions, PackReport, ingest_pack
+from casa_assets.textures.run.recipes import find_recipe, finish_of, finishes, finishes_key, origin_of, recipes
 from tests.support.library.libraries import ROOT, command
 from tests.support.library.pictures import encoded, pixels, tiling, write_pictures
 from tests.support.program.projects import Project
@@ -89,16 +91,6 @@ def test_the_finish_is_what_stands_in_the_files(ingested: Ingested, tmp_path: Pa
     assert small is not None
     assert (small.width_px, small.height_px) == (64, 64)
     assert not (tmp_path / "cache").exists(), "the files of a pack are not kept a second time"
-
-
-def test_pictures_go_through_the_checks_of_recipes(ingested: Ingested, tmp_path: Path) -> None:
-    report = ingested(1)
-    checked = check_one(find_recipe(report.pack.pictures[0].id), tmp_path / "cache")
-    assert [result.code for result in checked.report.results] == [f"TEX{n:03d}" for n in range(1, 12)]
-    assert checked.report.passed, checked.report.issues
-    coarse = ingested(1, "coarse", FLOOR.replace(tile_m=(4.0, 4.0)))
-    failed = check_one(find_recipe(coarse.pack.pictures[0].id), tmp_path / "cache").report
-    assert [issue.code for issue in failed.issues] == ["TEX008"]
 
 
 def test_a_file_that_was_changed_is_told_and_a_new_pack_is_another_key(ingested: Ingested, tmp_path: Path) -> None:
@@ -198,14 +190,6 @@ def test_a_hundred_pictures_are_read_once_and_drawn(
     sampled = [dict(recipe.surfaces)[Surface.FLOOR] for recipe in draw_recipes(30, 7)]
     assert any(name.startswith("slates_no_") for name in sampled)
     assert read == [report.folder]
-
-
-def test_a_style_names_a_picture(ingested: Ingested, project: Project) -> None:
-    ingested()
-    project({"styles/slated.yaml": "like: coastal\ntitle: Slated\nroom: {floor: slates_stone_01}\n"})
-    wanted = resolve(SceneRecipe("one_wall_small", "slated"))
-    assert wanted.style.room.floor == "slates_stone_01"
-    assert "slates_stone_01" in wanted.style.replace(id="x").room.to_json()
 
 
 def run(*words: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:

@@ -10,7 +10,6 @@ import numpy.typing as npt
 import pytest
 from PIL import Image
 
-from casa_assets import registry
 from casa_assets.errors import Rejected
 from casa_assets.model.registry.rows import Surface
 from casa_assets.textures.finish import normals
@@ -21,11 +20,11 @@ from casa_assets.textures.pack_entry import (
     PackPicture,
     PictureDescription,
     PictureRejection,
-    group_maps,
-    name_and_role,
 )
 from casa_assets.textures.pack_pictures import GivenMaps, decode, decode_map, finish_of_tile, pixels_of, png, tile
 from casa_assets.textures.run.packs.ingest import PackOptions, ingest_pack
+from casa_assets.textures.packs.pictures import decode, decode_map
+from casa_assets.textures.run.packs import PackOptions, ingest_pack
 from tests.support.library.pictures import deep_png, encoded, pixels, relief, tiff, tiling
 
 pytestmark = [
@@ -65,27 +64,6 @@ def test_numbers_of_a_map_are_those_of_its_file(subtests: pytest.Subtests) -> No
             assert np.abs(found - RAMP[..., None]).max() <= error
 
 
-def test_a_map_of_16_bits_that_is_nearly_black_stays_so() -> None:
-    """Its largest number is one that 8 bits could hold as well."""
-    found = decode_map(deep_png(deep(RAMP * 0.003)), MapRole.METALNESS)
-    assert found.max() == pytest.approx(0.003, abs=1e-4)
-
-
-def test_floats_are_brought_into_their_range(subtests: pytest.Subtests) -> None:
-    for role, stated, expected in [
-        (MapRole.NORMAL, RAMP * 2 - 1, RAMP),
-        (MapRole.NORMAL, RAMP, RAMP),
-        (MapRole.HEIGHT, RAMP * 0.02, RAMP),  # metres
-        (MapRole.HEIGHT, RAMP * 3 - 1, RAMP),
-        (MapRole.HEIGHT, 0.3 + RAMP * 0.4, 0.3 + RAMP * 0.4),
-        (MapRole.HEIGHT, RAMP * 0, RAMP * 0),
-        (MapRole.ROUGHNESS, RAMP * 2 - 0.5, np.clip(RAMP * 2 - 0.5, 0, 1)),
-    ]:
-        with subtests.test(role=role, stated=stated, expected=expected):
-            found = decode_map(tiff(stated.astype(np.float32)), role)
-            assert np.abs(found[..., 0] - expected).max() < 1e-5
-
-
 REFUSED: dict[str, tuple[Callable[[], bytes], str]] = {
     "tiff of three floats": (lambda: tiff(three(RAMP)), "PCK002: is a TIFF file of a kind that is not read"),
     "tiff of 32 bits": (lambda: tiff(deep(RAMP).astype(np.uint32)), "PCK002: .* not of 8 or 16 bits"),
@@ -114,12 +92,6 @@ def test_any_cut_of_a_file_is_refused_and_raises_nothing_else() -> None:
             with pytest.raises(Rejected, match="PCK00"):
                 decode(whole[: int(len(whole) * share)])
     assert [decode(whole).pixels.shape for whole in kinds] == [(520, 520, 3)] * 3
-
-
-def test_heights_keep_16_bits() -> None:
-    image = RAMP[..., None]
-    assert np.abs(pixels_of(png(image, is_deep=True)) - image).max() < WORD
-    assert np.abs(pixels_of(png(image)) - image).max() > WORD
 
 
 def grey(value: float) -> bytes:
@@ -168,47 +140,6 @@ def test_maps_of_other_formats_are_used_as_if_they_were_png(tmp_path: Path) -> N
     }
     gloss = plane(picture, tmp_path / "lib", 2)
     assert gloss[..., 1:].mean(axis=(0, 1)) == pytest.approx([0.3, 1.0], abs=0.01)
-
-
-def test_of_two_files_of_one_map_a_picture_of_8_bits_is_read(tmp_path: Path) -> None:
-    one = np.ones((512, 512), np.float32)
-    source = material(tmp_path / "in", roughness__tif=tiff(one), roughness__png=grey(0.3))
-    (picture,) = taken(source, tmp_path / "lib").pictures
-    assert picture.given == {"roughness": "Bricks_roughness.png"}
-
-
-def test_normals_of_heights_of_16_bits_are_no_stairs() -> None:
-    """Slopes of a shallow relief, which 8 bits hold in a few steps."""
-    x = np.linspace(0.0, 2 * np.pi, 512, endpoint=False)
-    shallow = np.tile(0.5 + 0.02 * np.sin(16 * x), (512, 1))
-    stone, look = registry.load().substances["stone"], (Surface.WALL, None)
-    steps = {}
-    for name, data in (("deep", deep_png(deep(shallow))), ("flat", encoded(np.round(shallow * 255).astype(np.uint8)))):
-        given = GivenMaps(height=decode_map(data, MapRole.HEIGHT)[..., :1])
-        made = tile(tiling().astype(np.float32) / 255, 512, given)
-        finish = finish_of_tile("slab", made, (0.1, 0.1), look, stone, 512)
-        texture = finish.material.normal_texture
-        assert texture is not None
-        steps[name] = float(np.abs(np.diff(pixels_of(texture.png)[..., 0], axis=1)).max())
-    assert steps["deep"] < 0.8 * steps["flat"]
-
-
-def test_names_of_maps() -> None:
-    for name, expected in [
-        ("Bricks001_Color.jpg", ("bricks001", MapRole.COLOR)),
-        ("brick_wall_02_normal.png", ("brick_wall_02", MapRole.NORMAL)),
-        ("a/oak_metalness.tif", ("oak", MapRole.METALNESS)),
-        ("a farm.png", None),
-        ("color.png", None),
-    ]:
-        assert name_and_role(name) == expected
-    # Pictures that are called like maps are pictures.
-    found = group_maps(["a/old_metal.png", "a/rusty_color.png", "b/rusty_roughness.png"])
-    assert [(one.name, list(one.maps)) for one in found] == [
-        ("old_metal", [MapRole.COLOR]),
-        ("rusty_color", [MapRole.COLOR]),
-        ("rusty_roughness", [MapRole.COLOR]),
-    ]
 
 
 def test_a_material_with_its_maps(tmp_path: Path) -> None:

@@ -1,9 +1,11 @@
-"""Write library.json: the checks on all entries of a library together and, with CLIP weights, on their pictures."""
+"""What follows from all entries of a library together: library.json, and with it attribution and review.
+
+library.json holds the checks on all entries and, with CLIP weights, on their pictures.
+"""
 
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
@@ -11,16 +13,18 @@ from typing import Annotated, Literal
 from pydantic import Field, ValidationError
 
 from casa_assets import registry
+from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.cache.store import Store
 from casa_assets.checks.library import CategoryRank, LibrarySizes, LibraryView
 from casa_assets.checks.objects.collection import CollectedMember, ObjectCollection
 from casa_assets.checks.run import run
 from casa_assets.checks.table import libraries
+from casa_assets.library import attribution, clip, review
 from casa_assets.library import library as disk
-from casa_assets.library.analysis.clip import NO_WEIGHTS, ClipModel
-from casa_assets.library.analysis.clip_embeddings import image_embeddings, likenesses, similar_looking_pairs
-from casa_assets.library.table.entry_table import EntryTable
-from casa_assets.library.table.pairs import AssetRow
+from casa_assets.library.clip import NO_WEIGHTS, ClipModel, image_embeddings, likenesses, similar_looking_pairs
+from casa_assets.library.entry import ROWS_NAME
+from casa_assets.library.entry_table import EntryTable
+from casa_assets.library.pairs import AssetRow
 from casa_assets.model.issue import Report
 from casa_assets.model.record import Record
 from casa_assets.registry.tables import look_alikes
@@ -62,7 +66,6 @@ def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | N
     """Compare all accepted assets with each other and write library.json, by one rename.
 
     Args:
-        table: the entries of the library.
         eye: looks at the pictures. Without one, what an earlier run saw of assets that are still the same is kept.
     Raises:
         OutputError: an entry is damaged. CannotDraw, NoRenderer: with an eye, where pictures cannot be made.
@@ -109,10 +112,7 @@ def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | N
         looks=looks if not unseen else (),
     )
     text = json.dumps(content.model_dump(mode="json"), sort_keys=True, indent=1, ensure_ascii=False, allow_nan=False)
-    library.private.mkdir(parents=True, exist_ok=True)
-    temporary = library.private / f"{NAME}.{os.getpid()}"
-    temporary.write_text(text + "\n", encoding="utf-8")
-    temporary.replace(library.root / NAME)
+    library.write(NAME, text + "\n")
     return content
 
 
@@ -138,3 +138,26 @@ def read_library_report(root: Path) -> LibraryReport | None:
 def likeness_of(name: str, seen: LookRecord) -> CategoryRank:
     """The record as the checks have it."""
     return CategoryRank(name, seen.category, seen.share, seen.rank, seen.others)
+
+
+# What `write_reports` writes, and what it reads beside the entries.
+DERIVED = (attribution.NAME, review.NAME, NAME, f"{disk.REJECTED}/{ROWS_NAME}")
+
+
+def write_reports(library: disk.Library, weights: str = "", table: EntryTable | None = None) -> None:
+    """Rewrite the files derived from the entries: the attribution file, and the reports on all entries together.
+
+    If all of them are as they were written for the same entries, they are kept.
+
+    Args:
+        table: the entries as they were before the run; None: they are read.
+    """
+    if table is None or not table.is_current():
+        table = EntryTable(library)
+    made_by = digest_of(key_of(write_reports), weights)
+    if table.has_reports(made_by, DERIVED):
+        return
+    attribution.write(library, table.entries)
+    review.write(library, table.entries)
+    compare_library(library, table, clip.load_clip(weights) if weights else None)
+    table.keep_reports(made_by, DERIVED)

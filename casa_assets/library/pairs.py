@@ -18,7 +18,7 @@ from casa_assets.checks.library import ShapePair
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.library import library as disk
-from casa_assets.library.identity import Producer
+from casa_assets.library.library import Producer
 from casa_assets.mesh.registration import descriptor_distance, shape_descriptor
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import CENTER_SHARES, PAIR_SHARES, ShapeDescriptor, Signature
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from casa_assets.mesh.registration import SampledSurface
 
 # Signature ------------------------------------------------------------------------------------------------------------
-# Compute the signature that an asset is compared by, and its surface for registration with another.
 
 
 def signature(asset: Asset) -> Signature | None:
@@ -55,7 +54,6 @@ def surface(asset: Asset) -> tuple[Floats, Ints]:
 
 
 # Entries --------------------------------------------------------------------------------------------------------------
-# The accepted assets of a library with what a comparison needs, read from their JSON alone.
 
 
 @dataclass(frozen=True)
@@ -113,7 +111,6 @@ def row_of(manifest: disk.Manifest) -> AssetRow:
 
 
 # Pairs ----------------------------------------------------------------------------------------------------------------
-# Candidates by signature, confirmed by registering one onto the other.
 
 # Shapes whose descriptors differ by more than this are not registered, see benchmarks/ingest/duplicates.py.
 MAX_DESCRIPTOR_DISTANCE = 0.035

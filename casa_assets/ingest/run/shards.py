@@ -14,22 +14,19 @@ from pydantic import Field, StringConstraints, ValidationError
 
 from casa_assets.cache.cache_key import key_of
 from casa_assets.errors import CasaError, OutputError, Rejected
-from casa_assets.ingest.run.answers import FAILURE_CODES, Answers, SurveyAnswer
 from casa_assets.ingest.run.inputs import discover_inputs
-from casa_assets.ingest.run.job import Job
-from casa_assets.ingest.run.split import HeldThings, things_held
-from casa_assets.ingest.run.survey import Survey, survey
+from casa_assets.ingest.run.survey import HeldThings, Survey, SurveyAnswer, survey, things_held
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.places import utf8_escaped
 from casa_assets.library import library as disk
+from casa_assets.library.entry import MAX_FILES, OTHER_FILES, RefusedFile, RefusedRows
 from casa_assets.library.entry_files import file_inside
-from casa_assets.library.identity import Producer
-from casa_assets.library.refused_rows import MAX_FILES, OTHER_FILES, RefusedFile, RefusedRows
-from casa_assets.library.table.entry_table import EntryTable
+from casa_assets.library.entry_table import EntryTable
+from casa_assets.library.library import Producer
 from casa_assets.model.record import Record, Sha256
 from casa_assets.model.source import Source
 from casa_assets.runs.limits import WorkerFailure
-from casa_assets.runs.outcome import Outcome
+from casa_assets.runs.outcome import FAILURE_CODES
 
 # Shard ----------------------------------------------------------------------------------------------------------------
 # Tell the inputs of a shard by the names of their files alone, so that machines have nothing to agree on.
@@ -223,12 +220,9 @@ def made_by() -> str:
 def write_record(library: disk.Library, header: ShardHeader, lines: Iterable[ShardLine] = ()) -> None:
     """Replace the file by one rename."""
     ordered = sorted(lines, key=lambda line: line.number)
-    fresh = library.private / f"{NAME}.{os.getpid()}"
-    with fresh.open("w", encoding="utf-8") as out:
-        out.write(header.replace(lines=len(ordered)).model_dump_json() + "\n")
-        for line in ordered:
-            out.write(line.model_dump_json(exclude_defaults=True) + "\n")
-    fresh.replace(library.root / NAME)
+    rows = [header.replace(lines=len(ordered)).model_dump_json()]
+    rows += [line.model_dump_json(exclude_defaults=True) for line in ordered]
+    library.write(NAME, "\n".join(rows) + "\n")
 
 
 def read_header(library: disk.Library) -> ShardHeader | None:
@@ -238,7 +232,12 @@ def read_header(library: disk.Library) -> ShardHeader | None:
         return None
     file_inside(path.parent, NAME, path, "the file itself")
     with path.open("rb") as lines:
-        return _header(path, lines.readline())
+        text = lines.readline()
+    try:
+        return ShardHeader.model_validate_json(text)
+    except ValidationError as error:
+        message = f"line 1 is damaged ({_first_fault(error)}); remove the folder, and run the shard again"
+        raise OutputError(str(path), message) from error
 
 
 def read_record(library: disk.Library, categories: Mapping[str, object]) -> ShardRecord:
@@ -261,14 +260,6 @@ def read_record(library: disk.Library, categories: Mapping[str, object]) -> Shar
         message = f"has {len(found)} of {header.lines} lines; copy it again, or run the shard again"
         raise OutputError(str(path), message)
     return ShardRecord(library, header, found)
-
-
-def _header(path: Path, line: bytes) -> ShardHeader:
-    try:
-        return ShardHeader.model_validate_json(line)
-    except ValidationError as error:
-        message = f"line 1 is damaged ({_first_fault(error)}); remove the folder, and run the shard again"
-        raise OutputError(str(path), message) from error
 
 
 def _line(path: Path, number: int, text: bytes, categories: Mapping[str, object], is_split: bool) -> ShardLine:
@@ -302,7 +293,6 @@ def _first_fault(error: ValidationError) -> str:
 
 
 # Recorder -------------------------------------------------------------------------------------------------------------
-# Leaves out the inputs of the others, and writes down what a merge will need.
 
 # Options that a shard keeps from its first run on. Limits and code may change: what they void is made anew.
 LASTING = ("category", "split", "keep_duplicates")
@@ -316,7 +306,7 @@ def check_is_no_shard(library: disk.Library) -> None:
 
 
 class Recorder:
-    """Narrows a run to a shard and notes the answers that it gets.
+    """Narrows a run to a shard and writes down what it finds out.
 
     Raises OutputError: the library is no shard, or another one, or one of a run with other options.
     """
@@ -326,7 +316,7 @@ class Recorder:
         self._check(table)
         self._discovery = Discovery(self._library, header.shard)
         self._held: Mapping[int, HeldThings] = {}
-        self._surveys: dict[int, SurveyRecord] = {}
+        self._surveys: Mapping[int, SurveyAnswer] = {}
 
     def begin(self) -> None:
         """Write down that the run has begun."""
@@ -336,25 +326,9 @@ class Recorder:
         """The inputs of the shard."""
         return self._discovery.own(inputs)
 
-    def noting(self, answers: Answers) -> Answers:
-        """The same answers, which are noted as they are given."""
-        self._answers = answers
-        return self
-
-    def things(self, found: Sequence[Found]) -> Mapping[int, HeldThings]:
-        """See Answers."""
-        self._held = self._answers.things(found)
-        return self._held
-
-    def surveys(self, found: Sequence[Found]) -> Iterator[tuple[int, SurveyAnswer]]:
-        """See Answers."""
-        for number, answer in self._answers.surveys(found):
-            self._surveys[number] = _record_of(answer)
-            yield number, answer
-
-    def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Outcome]]:
-        """See Answers."""
-        return self._answers.outcomes(jobs)
+    def note(self, held: Mapping[int, HeldThings], surveys: Mapping[int, SurveyAnswer]) -> None:
+        """Note what files hold and what each input is, by its number."""
+        self._held, self._surveys = held, surveys
 
     def end(self) -> None:
         """Write down all that was noted."""
@@ -381,7 +355,7 @@ class Recorder:
             held = self._held.get(place)
             sha256, things = (held.sha256, held.names) if held is not None and held.names else ("", ())
             end = begin + (len(things) or 1)
-            surveys = tuple(self._surveys[i] for i in range(begin, end))
+            surveys = tuple(_record_of(self._surveys[i]) for i in range(begin, end))
             yield ShardLine(number=number, source=one.source, sha256=sha256, things=things, surveys=surveys)
             begin = end
 

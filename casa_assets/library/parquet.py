@@ -30,7 +30,7 @@ from casa_assets.core.system import kept_json
 from casa_assets.errors import OutputError
 from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry
-from casa_assets.library.table.entry_table import stream_entries
+from casa_assets.library.entry_table import stream_entries
 from casa_assets.model.record import Record, Sha256
 
 if TYPE_CHECKING:
@@ -148,7 +148,6 @@ def write_index(
     Args:
         libraries: all that the folder is to index; parts of other libraries in it are removed.
         force: write all parts again, including those of libraries in which only a file was edited in place.
-        entries_of: gives the entries of a library.
     Raises:
         CasaError: pyarrow is not installed.
         OutputError: an entry is damaged, one library is named twice, or the folder cannot be written to.
@@ -170,22 +169,17 @@ def write_index(
                 # It changes whenever an entry comes, goes or is replaced, and with this code.
                 states[name] = digest_of(key_of(write_index), by_name[name].shelf_times())
                 state, old = before.get(name, ("", None))
-                if old is not None and state == states[name] and _is_whole(old, folder):
+                if old is not None and state == states[name] and all((folder / p.name).is_file() for p in old.parts):
                     found.append(old)
                     kept.append(name)
                 else:
-                    rows = map(values_of, entries_of(by_name[name]))
+                    rows = (tuple(read(entry) for _, read in COLUMNS.values()) for entry in entries_of(by_name[name]))
                     found.append(LibraryParts(library=name, parts=tuple(_write_parts(rows, own, name))))
             index = PartsIndex(columns=tuple(_schema().names), libraries=tuple(found))
             _publish(own, index, states)
     except OSError as error:
         raise OutputError(str(folder), f"cannot be written to: {error.strerror or error}") from error
     return WrittenParts(index, tuple(kept))
-
-
-def values_of(entry: Entry) -> tuple[Value, ...]:
-    """The values of COLUMNS of an entry."""
-    return tuple(read(entry) for _, read in COLUMNS.values())
 
 
 def _write_parts(rows: Iterable[Sequence[Value]], own: disk.Library, library: str) -> Iterator[PartFile]:
@@ -232,10 +226,6 @@ def _schema() -> pyarrow.Schema:
 
     types = {name: pyarrow.type_for_alias(kind) for name, (kind, _) in COLUMNS.items()}
     return pyarrow.schema([*types.items(), ("library", pyarrow.string())])
-
-
-def _is_whole(library: LibraryParts, folder: Path) -> bool:
-    return all((folder / part.name).is_file() for part in library.parts)
 
 
 def _known(own: disk.Library) -> dict[str, tuple[str, LibraryParts]]:

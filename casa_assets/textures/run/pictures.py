@@ -20,7 +20,6 @@ from casa_assets.textures.finish import textured
 from casa_assets.textures.pack_entry import MAX_FILE_BYTES, MAX_SIDE_PX, FileName, Pack, PackPicture
 
 # Read -----------------------------------------------------------------------------------------------------------------
-# Read the packs of a project, or of a library.
 
 # Folder of packs in a project or a library, and the file in each that says what it holds.
 FOLDER, PACK = "textures", "pack.json"
@@ -54,7 +53,6 @@ def credits_of_pictures(names: Collection[str]) -> list[dict[str, str]]:
 
 
 # Pictures -------------------------------------------------------------------------------------------------------------
-# Pictures of packs: those of the project in use as recipes of textures, and their files as finishes.
 
 # Kind of a recipe that is not painted, but is a picture of a pack.
 KIND = "picture"
@@ -95,11 +93,7 @@ def pack_of(recipe: TextureRecipe) -> str:
 
 
 def finish_of_picture(recipe: TextureRecipe, substance: Substance) -> Finish:
-    """The finish of a picture of a pack of the project in use.
-
-    Raises:
-        OutputError: a file is missing, or is not the one that was written.
-    """
+    """The finish of a picture of a pack of the project in use. Raises OutputError."""
     rows = zip(PictureParams.from_json(recipe.params).files, read_files(recipe), _SPACES, strict=True)
     return textured(recipe.id, recipe.tile_m, [_texture(*row) for row in rows], substance)
 

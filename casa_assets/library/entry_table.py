@@ -29,7 +29,7 @@ from casa_assets.errors import OutputError
 from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry, entry_at, entry_of, row_entries
 from casa_assets.library.entry_files import PICTURE, thumbnail_of
-from casa_assets.library.table.pairs import AssetRow, ShapeIndex, measure_pair, nearby_pairs, read_row, row_of
+from casa_assets.library.pairs import AssetRow, ShapeIndex, measure_pair, nearby_pairs, read_row, row_of
 from casa_assets.model.asset.provenance import ColorHistogram, Guess, ShapeDescriptor, Signature
 from casa_assets.model.issue import CheckResult, Issue, Severity, Tally
 from casa_assets.model.record import Record
@@ -59,7 +59,6 @@ class EntryTable:
     """The entries of one library in their current state.
 
     Args:
-        library: whose entries.
         skip_damaged: leave damaged entries out: a run may be about to make them again.
         read_only: write nothing: kept data are read, and new data are not added to them.
     Raises:
@@ -140,11 +139,7 @@ class EntryTable:
             return database.execute("SELECT state FROM reports").fetchall() == [(self._reports_state(made_by, files),)]
 
     def keep_reports(self, made_by: str, files: Iterable[str]) -> None:
-        """Remember that what is derived from the entries has been written.
-
-        Args:
-            made_by: key of what wrote it. files: names in the library of all that was written and read for it.
-        """
+        """Remember that what is derived from the entries has been written."""
         with closing(self._open()) as database, suppress(sqlite3.OperationalError), database:
             database.execute("DELETE FROM reports")
             database.execute("INSERT INTO reports VALUES (?)", (self._reports_state(made_by, files),))
@@ -173,9 +168,6 @@ class EntryTable:
         """Every pair of assets whose forms are near each other, in the order of the rows; only new ones are compared.
 
         Two that came out of numbers are no pair: one shape in several colours is meant, and there are many.
-
-        Args:
-            store: keeps how surfaces lie over each other, by the contents of both.
         """
         signed = [asset for asset in self.rows if asset.signature is not None]
         digests = {asset.digest for asset in self.rows}

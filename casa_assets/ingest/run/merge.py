@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
+import hashlib
+import os
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.errors import OutputError
-from casa_assets.ingest.run.answers import SurveyAnswer
 from casa_assets.ingest.run.job import Job
-from casa_assets.ingest.run.resume import copy_accepted, copy_refused
-from casa_assets.ingest.run.run import Options, cache_key, ingest_inputs, open_library
-from casa_assets.ingest.run.shards.record import (
+from casa_assets.ingest.run.run import Options, cache_key, ingest_inputs
+from casa_assets.ingest.run.shards import (
     ShardLine,
     ShardRecord,
     check_is_no_shard,
@@ -21,21 +21,20 @@ from casa_assets.ingest.run.shards.record import (
     made_by,
     read_record,
 )
-from casa_assets.ingest.run.split import HeldThings
-from casa_assets.ingest.run.survey import Survey
+from casa_assets.ingest.run.survey import HeldThings, Survey, SurveyAnswer
 from casa_assets.ingest.sources.found import Found
+from casa_assets.library import clip, review
 from casa_assets.library import library as disk
-from casa_assets.library import review
-from casa_assets.library.analysis import clip
-from casa_assets.library.analysis.derived_files import write_reports
-from casa_assets.library.identity import Identity, Producer
-from casa_assets.library.refused_rows import is_below
-from casa_assets.library.table.entry_table import EntryTable, stream_entries
+from casa_assets.library.entry import is_below
+from casa_assets.library.entry_files import PICTURE, file_inside, picture_of
+from casa_assets.library.entry_table import EntryTable, stream_entries
+from casa_assets.library.library import Identity, Producer
+from casa_assets.library.library_report import write_reports
 from casa_assets.model.issue import Severity
+from casa_assets.runs.engine import open_library
 from casa_assets.runs.outcome import Event, Outcome
 
 # Check shards ---------------------------------------------------------------------------------------------------------
-# Check that shards are of one run of this version of the program, and that all of them are there.
 
 # What all shards of one run have in common, and what to say where they do not.
 COMMON = {
@@ -103,7 +102,6 @@ def merge(
     """Merge shards into a library; yields an Event for each input. Killed at any moment and run again, it goes on.
 
     Args:
-        shards: folders that runs with `Options.shard` wrote to, in any order. library: may hold what earlier runs made.
         is_partial: shards may be missing; their inputs are left out.
         weights: of CLIP, for the checks on the whole library, see `Options`.
     Raises:
@@ -193,11 +191,11 @@ class ShardAnswers:
         if folder.parent.name == disk.REJECTED:
             refusal = disk.read_refusal(folder)
             _check_identity(folder, Identity(refusal.producer, refusal.sha256), wanted)
-            staged = copy_refused(folder, self._library)
+            staged = _copy_refused(folder, self._library)
             return Outcome(False, refusal.code, refusal.message, staged=staged)
         manifest = disk.read_manifest(folder)
         _check_identity(folder, manifest.identity, wanted)
-        staged = copy_accepted(folder, manifest.certificate, self._library)
+        staged = _copy_accepted(folder, manifest.certificate, self._library)
         warnings = tuple(i for i in manifest.certificate.report.issues if i.severity is Severity.WARNING)
         # All that is asked about the entry from here on is told by what was read once.
         manifest = replace(manifest, folder=staged)
@@ -207,3 +205,49 @@ class ShardAnswers:
 def _check_identity(folder: Path, found: Identity | None, wanted: Identity) -> None:
     if found != wanted:
         raise OutputError(str(folder), "is not what was made of its input; remove it and run the shard again")
+
+
+# An entry of a shard is copied into the staging folder of the library, by hard links where the file system has them.
+
+
+def _copy_accepted(folder: Path, certificate: disk.Certificate, library: disk.Library) -> Path:
+    """The staged copy of an accepted asset: what its certificate names, and nothing else.
+
+    A file that is copied byte by byte is compared with the digest in the certificate; one that is linked is not read.
+
+    Raises:
+        OutputError: a file is missing, damaged, or no regular file inside the entry.
+    """
+    staged = library.stage(folder.name)
+    _copy(folder, staged, {disk.CERTIFICATE: "", **certificate.files})
+    return staged
+
+
+def _copy_refused(folder: Path, library: disk.Library) -> Path:
+    """The staged copy of a rejected input. Raises OutputError where a file of it is damaged or leads elsewhere."""
+    staged = library.stage(folder.name)
+    _copy(folder, staged, {disk.REFUSAL: "", **({PICTURE: ""} if picture_of(folder) else {})})
+    return staged
+
+
+def _copy(folder: Path, staged: Path, digests: Mapping[str, str]) -> None:
+    """Link or copy files of an entry.
+
+    Args:
+        digests: sha256 of the files by their path in the entry; empty where it is not known.
+    """
+    for name, digest in digests.items():
+        source = file_inside(folder, name, folder, "files")
+        if source.is_symlink():  # within the entry: it becomes a file
+            source = source.resolve()
+        target = staged / name
+        if "/" in name:
+            target.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            os.link(source, target)
+        except OSError:  # another file system, one without hard links, or a file of somebody else
+            data = source.read_bytes()
+            if digest and hashlib.sha256(data).hexdigest() != digest:
+                message = "is not what the certificate says; copy the shard again, or run it again"
+                raise OutputError(str(folder / name), message) from None
+            target.write_bytes(data)

@@ -1,1 +1,0 @@
-"""Duplicates in a library: shape signatures, CLIP embeddings, search."""
