@@ -2,8 +2,7 @@
 
 from casa_assets.model.registry.category import FALLBACK
 from casa_assets.projects import data_root
-from casa_assets.registry.learned import learned_forest, load_confidence
-from casa_assets.registry.load import FILES, Registry, load
+from casa_assets.registry.load import FILES, Registry, learned_forest, load, load_confidence
 from casa_assets.registry.read import read_document, read_record
 
 __all__ = [

@@ -12,9 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from casa_assets import registry
-from casa_assets.core.optional_packages import require
-from casa_assets.core.process_name import process_name
-from casa_assets.core.system import cache_for
+from casa_assets.core.system import cache_for, process_name, require
 from casa_assets.errors import OutputError, PluginFailure
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found, Refused

@@ -23,22 +23,21 @@ from casa_assets.layouts.check_plan.draft import (
     Draft,
     bounds_of,
 )
+from casa_assets.layouts.check_plan.edit import Edit, Fault, Mend, flow_text
 from casa_assets.layouts.order.furnish import worktop_width
 from casa_assets.layouts.order.request import placed_run
 from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.aisles import find_aisles
+from casa_assets.layouts.plan.clearances import Part, door_width_clear, find_aisles, fronts_of
 from casa_assets.layouts.plan.room import WallHole
 from casa_assets.layouts.plan.runs import UnitSlot
 from casa_assets.layouts.plan.style_models import APPLIANCE_ROLES
-from casa_assets.layouts.plan.swings import Part, door_width_clear, fronts_of
 from casa_assets.mesh.outline import penetration_depth
 from casa_assets.model.kitchen.floor import AisleKind, RoomWall, RunEnd
 from casa_assets.model.kitchen.plan import COOKERS, TALL, BaseKind, BaseUnit, Run, UpperKind
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.projects import read_once
-from casa_assets.registry.edit import Edit, Fault, Mend, flow_text
 from casa_assets.registry.load import load_limits
 
 TOUCH_M = 0.002  # by which units may overlap

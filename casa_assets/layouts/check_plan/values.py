@@ -13,10 +13,10 @@ from typing import Any
 from pydantic import ValidationError
 
 from casa_assets.layouts.check_plan.draft import Draft
+from casa_assets.layouts.check_plan.edit import NEAR, Edit, Fault, Mend, flow_text, nearest, spelt, value_at
 from casa_assets.layouts.plan.room import AXES, corner_turns, is_corner, lengths_along
 from casa_assets.model.kitchen.plan import BaseKind, Heading, OpeningKind, Plan, Wall
 from casa_assets.model.registry.document import KeyPath, expected_one_of, fields_at
-from casa_assets.registry.edit import NEAR, Edit, Fault, Mend, flow_text, nearest, spelt, value_at
 from casa_assets.registry.kitchens import LIKE
 
 # A number that is further beyond a bound than this share of it was meant in another way, such as in centimetres.

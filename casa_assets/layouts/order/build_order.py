@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
-from casa_assets.layouts.plan.wall_frame import WallFrame
+from casa_assets.layouts.plan.room import WallFrame
 from casa_assets.model.kitchen.style import PresetChoice
 
 

@@ -19,10 +19,9 @@ from casa_assets.layouts.order.build_order import (
 )
 from casa_assets.layouts.order.room_shell import BeamGrid, door_casing, position_on_wall
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.room import Room, WallHole, resolve_length, wall_of
+from casa_assets.layouts.plan.room import Room, WallFrame, WallHole, resolve_length, wall_of
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
-from casa_assets.layouts.plan.wall_frame import WallFrame
 from casa_assets.model.kitchen.plan import DiningTable, Plan, RunSide, WorktopItem
 from casa_assets.model.record import Vec2
 

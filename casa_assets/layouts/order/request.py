@@ -19,19 +19,18 @@ from casa_assets.layouts.order.room_shell import (
     order_shell,
     order_skirting,
 )
-from casa_assets.layouts.order.trim import (
+from casa_assets.layouts.order.worktops import (
     CORNICE_HEIGHT_M,
+    WORKTOP_BREAKS,
     is_hood_under_cabinet,
     order_back_panels,
     order_backsplash,
     order_cornices,
     order_curtains,
 )
-from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.place import place_runs
 from casa_assets.layouts.plan.room import Room, WallHole, build_room
-from casa_assets.layouts.plan.runs import CornerPart, RunLine, UnitSlot, base_slots, upper_slots
+from casa_assets.layouts.plan.runs import CornerPart, RunLine, UnitSlot, base_slots, place_runs, upper_slots
 from casa_assets.layouts.plan.style_models import FamilyPresets, StyleModels, check_plan_models
 from casa_assets.mesh.outline import penetration_depth
 from casa_assets.model.kitchen.floor import PlacedRun, PlacedUnit, RunEnd

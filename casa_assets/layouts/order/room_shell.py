@@ -18,11 +18,10 @@ from casa_assets.layouts.order.build_order import (
     preset_with,
 )
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.room import WALL_THICKNESS_M, Room, WallHole, WallLine, resolve_length, wall_of
+from casa_assets.layouts.plan.clearances import DOOR_FRAME_M
+from casa_assets.layouts.plan.room import WALL_THICKNESS_M, Room, WallFrame, WallHole, WallLine, resolve_length, wall_of
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
-from casa_assets.layouts.plan.swings import DOOR_FRAME_M
-from casa_assets.layouts.plan.wall_frame import WallFrame
 from casa_assets.model.kitchen.plan import (
     BaseKind,
     BaseUnit,

@@ -32,6 +32,7 @@ from casa_assets.checks.table.table import UNLOADED, run_scene
 from casa_assets.core.system import cache_for
 from casa_assets.formats.mjcf.scene.kitchen import FILE
 from casa_assets.layouts.run import scene_folders
+from casa_assets.layouts.run.load_scene import read_states
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.layouts.run.resolve import build_scene
 from casa_assets.layouts.run.scene_files import START_STATES
@@ -56,7 +57,6 @@ from casa_assets.layouts.run.scene_page import (
     read_report,
     write_report,
 )
-from casa_assets.layouts.run.state_file import read_states
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.registry.plugins.checks import check_table, with_plugin_limits

@@ -17,10 +17,10 @@ from casa_assets.checks.start_states.draw import StateRequest, Wanted, draw_stat
 from casa_assets.checks.start_states.stage import Stage
 from casa_assets.checks.start_states.verdict import StatesSubject
 from casa_assets.errors import CasaError
+from casa_assets.layouts.run.load_scene import read_states, write_states
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.layouts.run.scene_folders import run_recipes, scene_key, work_on_built
 from casa_assets.layouts.run.scene_page import join_states
-from casa_assets.layouts.run.state_file import read_states, write_states
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import StartStates
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from PIL import Image
 
 from casa_assets.core.numeric import Floats
-from casa_assets.core.optional_packages import require
+from casa_assets.core.system import require
 from casa_assets.errors import CasaError
 from casa_assets.library import library as disk
 from casa_assets.model.asset.asset import Asset

@@ -15,7 +15,7 @@ from casa_assets.kitchenware.objects.cutting import across, along, cut, sector, 
 from casa_assets.kitchenware.objects.grown.produce import Face, Produce, head_leaves, rest_tilt
 from casa_assets.kitchenware.textures.objects.food import Section, paint_section
 from casa_assets.model.registry.category import Portion
-from casa_assets.registry.objects import object_family
+from casa_assets.registry.families import object_family
 from casa_assets.textures.canvas import Canvas
 from tests.support.asset.family_members import available, known
 from tests.unit.families.test_objects import is_closed, supplies

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from casa_assets.layouts.plan.aisles import find_aisles
+from casa_assets.layouts.plan.clearances import find_aisles
 from casa_assets.model.kitchen.floor import Aisle, AisleKind, PlacedRun, RoomWall, RunEnd
 from tests.support.kitchen.reference_kitchen import OUTLINE, WALLS, unit
 

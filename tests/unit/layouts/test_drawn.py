@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from casa_assets.layouts.compose.compose import pose_at_spot
+from casa_assets.layouts.compose import pose_at_spot
 from casa_assets.layouts.order.furnish import LAMP_FROM_ISLAND_M, THINGS_BELOW_M
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.order.room_shell import HOOD_DEPTH_M, beams_of

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from casa_assets.layouts.lived_in.spaces import Space, count_of_things, free_cells, largest_box, world_bounds
+from casa_assets.layouts.spaces import Space, count_of_things, free_cells, largest_box, world_bounds
 from casa_assets.model.pose import Pose
 
 SHELF = Space("unit", "object", "level0", ("shelf",), Pose(position=(1.0, 2.0, 3.0)), (0.8, 0.3, 0.25))

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from casa_assets.core.numeric import Floats
-from casa_assets.layouts.compose.compose import compose, pose_at_spot
-from casa_assets.layouts.compose.scatter_props import scatter_props
+from casa_assets.layouts.compose import compose, pose_at_spot, scatter_props
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.layouts.run.resolve import params_of, preset_params
 from casa_assets.model.asset.asset import Asset

@@ -9,15 +9,14 @@ import pytest
 from pydantic import ValidationError
 
 from casa_assets.core.numeric import rng_for
-from casa_assets.layouts.lived_in.groups import arrange
-from casa_assets.layouts.lived_in.put_objects import PutGroup, put_objects
-from casa_assets.layouts.lived_in.spaces import Silhouette, Space, find_spaces, silhouette
+from casa_assets.layouts.lived_in import PutGroup, arrange, put_objects
+from casa_assets.layouts.spaces import Silhouette, Space, find_spaces, silhouette
 from casa_assets.model.asset.asset import Asset, Base, Region
-from casa_assets.model.kitchen.habit import Arrangement, Habit, Habits, SpaceKind
 from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.pose import Pose
+from casa_assets.model.registry.rows import Arrangement, Habit, Habits, SpaceKind
+from casa_assets.registry.families import object_names
 from casa_assets.registry.habits import load_habits
-from casa_assets.registry.objects import object_names
 from tests.support.asset.assets import rigid_mug, textured_box
 from tests.support.asset.box_assets import plain_box
 

@@ -8,15 +8,14 @@ import pytest
 
 from casa_assets.errors import PlanConflict, StyleConflict
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
-from casa_assets.layouts.plan.role_fit import ModelMisfit, Place, category_of, fitted_choice
+from casa_assets.layouts.plan.style_models import ModelMisfit, Place, category_of, fitted_choice
 from casa_assets.layouts.run.resolve import preset_params
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.model.registry.rows import RoleRule
-from casa_assets.registry.kitchens import load_plan, load_style
+from casa_assets.registry.kitchens import load_plan, load_roles, load_style
 from casa_assets.registry.load import load
-from casa_assets.registry.tables import load_roles
 
 RULE = RoleRule(
     id="range",

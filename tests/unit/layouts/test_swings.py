@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from casa_assets.kitchenware.parts.hardware.handles import HandleKind, handle_reach
-from casa_assets.layouts.compose.floor_facts import facts_of
+from casa_assets.layouts.floor_facts import facts_of
+from casa_assets.layouts.plan.clearances import HANDLES_M, Leaf, leaves_of
 from casa_assets.layouts.plan.style_models import StyleModels
-from casa_assets.layouts.plan.swings import HANDLES_M, Leaf, leaves_of
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import build_scene, preset_params
 from casa_assets.mesh.planar import distance, outline_of
 from casa_assets.model.kitchen.floor import Fixture, FixtureJoint, KitchenFacts
-from casa_assets.registry.tables import load_roles
+from casa_assets.registry.kitchens import load_roles
 
 pytestmark = pytest.mark.content("code", "layouts", keep=0)
 

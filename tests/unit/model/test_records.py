@@ -17,8 +17,7 @@ from casa_assets.model.asset.asset import Drive, Inertial, Joint, JointKind, Reg
 from casa_assets.model.asset.material import Material, Substance, Texture
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Mesh, MeshShape, Sphere
 from casa_assets.model.asset.provenance import Guess, Labels, Provenance
-from casa_assets.model.files import Files
-from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
+from casa_assets.model.issue import CheckResult, Files, Issue, Report, Severity, Status
 from casa_assets.model.kitchen.scene import Camera, JointValue, Layer, Light, Placement, Scene, Sky
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record

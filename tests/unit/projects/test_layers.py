@@ -14,11 +14,9 @@ from casa_assets.families.finishes import available_finishes, plain
 from casa_assets.layouts.run.resolve import preset_params
 from casa_assets.model.registry.document import Document
 from casa_assets.projects import VARIABLE, environment, find_project, project_folder, use_project
-from casa_assets.registry.families import family
+from casa_assets.registry.families import family, object_family, object_files
 from casa_assets.registry.kitchens import load_plan, load_style, style_names
-from casa_assets.registry.layered import load_project, origin_of_row
-from casa_assets.registry.objects import object_family, object_files
-from casa_assets.registry.read import read_document
+from casa_assets.registry.read import load_project, origin_of_row, read_document
 from casa_assets.runs.limits import Limits
 from casa_assets.runs.pool import Pool
 from casa_assets.textures.run.recipes import find_recipe, origin_of

@@ -15,8 +15,8 @@ from casa_assets.asset.scale_asset import scaled
 from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
 from casa_assets.families.build import FamilyRequest, build_all
 from casa_assets.layouts.check_plan.check import check_plan
-from casa_assets.layouts.compose.compose import box_of
-from casa_assets.layouts.compose.floor_facts import facts_of
+from casa_assets.layouts.compose import box_of
+from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.run.library_assets import library_asset, placed_asset
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult, recipe_of
 from casa_assets.layouts.run.resolve import build_scene, kitchen_key, resolve

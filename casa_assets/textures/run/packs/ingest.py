@@ -14,8 +14,7 @@ from casa_assets.cache.store import Store
 from casa_assets.errors import CasaError, OutputError
 from casa_assets.library.library import Library, file_digests, write_files
 from casa_assets.model.asset.material import Substance
-from casa_assets.model.files import Files
-from casa_assets.model.issue import Report
+from casa_assets.model.issue import Files, Report
 from casa_assets.model.record import Record, Vec2
 from casa_assets.model.registry.rows import Finish, Surface
 from casa_assets.projects import SETTINGS, project_folder, read_again

@@ -21,12 +21,12 @@ from jsonschema import Draft202012Validator
 from casa_assets.api.schemas import schema_text
 from casa_assets.errors import CasaError
 from casa_assets.layouts.check_plan.check import check_plan, edited_text, plan_id
+from casa_assets.layouts.check_plan.edit import Edit, EditKind
 from casa_assets.layouts.check_plan.values import record_faults
 from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.run.resolve import params_of, preset_params
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.projects import data_root
-from casa_assets.registry.edit import Edit, EditKind
 from casa_assets.registry.kitchens import laid_over_like, load_style, style_names
 from casa_assets.registry.read import parse_document, read_document
 from tests.support.kitchen.plan_corpus import plans

@@ -6,10 +6,10 @@ from typing import Any
 
 from casa_assets.kitchenware.catalog import MODELS
 from casa_assets.layouts.check_plan.draft import PresetSizes, family_sizes
+from casa_assets.layouts.check_plan.edit import flow_text
 from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.run.resolve import preset_params
 from casa_assets.projects import data_root
-from casa_assets.registry.edit import flow_text
 from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names
 
 NAMES = ("width", "depth", "height", "size", "form", "casing", "jar", "jar_top", "mount", "corner")

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from casa_assets.layouts.run import draws
+from casa_assets.layouts.run.draws import Choices, Traits, diversity_of, evenness
 from casa_assets.layouts.run.recipe import SceneRecipe
-from casa_assets.layouts.run.sampling import draws
-from casa_assets.layouts.run.sampling.draws import Choices, Traits, diversity_of, evenness
 from casa_assets.registry.kitchens import plan_names, style_names
 
 SURFACES = {"wall": "brick", "floor": "oak", "counter": "marble", "cabinet": "navy"}

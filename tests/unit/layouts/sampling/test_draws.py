@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
+from casa_assets.layouts.run import draws
+from casa_assets.layouts.run.mix import goes_together, mixed_style
 from casa_assets.layouts.run.recipe import SceneRecipe, recipe_of
 from casa_assets.layouts.run.resolve import draw_surfaces, resolve, with_finishes
-from casa_assets.layouts.run.sampling import draws
-from casa_assets.layouts.run.sampling.mix import goes_together, mixed_style
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.kitchen.style import Style
 from casa_assets.registry.kitchens import load_mixing, load_style, plan_names, style_names

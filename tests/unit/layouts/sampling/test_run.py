@@ -17,15 +17,14 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import CasaError
-from casa_assets.layouts.run import check
+from casa_assets.layouts.run import check, sample
+from casa_assets.layouts.run.draws import draw_recipes
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
-from casa_assets.layouts.run.sampling import run
-from casa_assets.layouts.run.sampling.draws import draw_recipes
-from casa_assets.layouts.run.sampling.run import FOLDER
+from casa_assets.layouts.run.sample import FOLDER
 from casa_assets.model.issue import Issue, Report, Severity
 from tests.support.library.libraries import ROOT, command
 
-pytestmark = pytest.mark.content("code", "layouts.run.sampling", keep=0)
+pytestmark = pytest.mark.content("code", "layouts.run", keep=0)
 
 COUNT = 8
 # `sitecustomize` of the program and its workers. A stand-in takes a while, notes that it was begun, and about half
@@ -81,7 +80,7 @@ if any(word in ("casa_assets.cli.main",) or "runs.server" in word for word in sy
     check.check_and_report = judge
     check.kept_report = lambda folder, key: verdict(folder.name) if (folder / "report.json").is_file() else None
     check._shown_in_place = lambda done, *_: done
-    from casa_assets.layouts.run.sampling import draws
+    from casa_assets.layouts.run import draws
     possible = draws.Choices(1, 1, 1, dict.fromkeys(("wall", "floor", "counter", "cabinet"), 1), {})
     draws.diversity_of_recipes = lambda recipes: draws.diversity_of([], possible)
     draws.diversity_of_reference = lambda: draws.diversity_of([], possible)
@@ -211,7 +210,7 @@ class TestOneDraw:
             return done
 
         monkeypatch.setattr(check, "check_one", checked)
-        return run.sample_one(self.RECIPE, out)
+        return sample.sample_one(self.RECIPE, out)
 
     def test_a_refusal_is_kept_with_its_reason_and_cost(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
         issue = Issue(code="SCN009", severity=Severity.ERROR, pointer="a", message="it is outside")

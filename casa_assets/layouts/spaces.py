@@ -9,13 +9,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from casa_assets.core.numeric import Floats, Mask
-from casa_assets.layouts.compose.compose import AssetOutlines, box_around, box_in_world
+from casa_assets.layouts.compose import AssetOutlines, box_around, box_in_world
 from casa_assets.mesh.solid.solids import hull_planes
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, MeshShape, Region, Shape, Sphere
-from casa_assets.model.kitchen.habit import SpaceKind
 from casa_assets.model.kitchen.scene import Layer, Placement, Scene
 from casa_assets.model.pose import Pose
+from casa_assets.model.registry.rows import SpaceKind
 
 # Silhouette -----------------------------------------------------------------------------------------------------------
 # Heights of an object's collision shapes over the ground, cell by cell, to set things on and into each other.

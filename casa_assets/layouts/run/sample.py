@@ -12,7 +12,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from casa_assets.core.process_name import replace_file
+from casa_assets.core.system import replace_file
 from casa_assets.errors import CasaError
 from casa_assets.layouts.run import check
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
