@@ -26,7 +26,7 @@ from casa_assets.layouts.run.scene_folders import run_recipes, scene_key, work_o
 from casa_assets.layouts.run.scene_page import join_robots
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.robot import RobotCertificate, SceneRobots
-from casa_assets.registry.kitchens import load_robot
+from casa_assets.registry.tables import load_robot
 
 TESTED_ROBOSUITE = "1.5.2"
 

@@ -155,8 +155,8 @@ def print_sample(
 
 def print_states(results: list[SceneResult], output: Output) -> None:
     """Print for each scene its start states: how many, the deepest contact, the farthest motion, what was refused."""
-    from casa_assets.layouts.run.load_scene import read_states
     from casa_assets.layouts.run.scene_files import START_STATES
+    from casa_assets.layouts.run.state_file import read_states
 
     heads = ("states", "deepest mm", "moved mm", "kB")
     table = TextTable(("scene", *heads, "draws given up"), sentences=("draws given up",), right=heads)

@@ -1,35 +1,25 @@
-"""Plans, styles, roles and robots of registry/ and of the project in use, and what is drawn together at random."""
+"""Plans and styles of registry/ and of the project in use, each in a file named after its id."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, TypeVar
-
-from pydantic import Field
+from typing import TypeVar
 
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.kitchen.plan import Plan
-from casa_assets.model.kitchen.robot import Robot
 from casa_assets.model.kitchen.style import Mixing, Style
-from casa_assets.model.record import Id, Record
+from casa_assets.model.record import Record
 from casa_assets.model.registry.document import Document, expected_one_of
-from casa_assets.model.registry.rows import RoleRule
 from casa_assets.projects import project_folder, read_once
 from casa_assets.registry import read_document
-from casa_assets.registry.load import load
-from casa_assets.registry.read import names_in, read_record, read_table, read_table_file, read_topmost, stated_in
+from casa_assets.registry.read import names_in, read_record, read_table_file, read_topmost, stated_in
 
 R = TypeVar("R", bound=Record)
 PLANS, STYLES = "plans", "styles"
 MODELS, PRESET = "models", "preset"  # keys of a style, and of a model in it
 LIKE = "like"  # key of a plan or a style: the name of one from which it differs by what else it states
-# Roles ----------------------------------------------------------------------------------------------------------------
-# registry/roles.yaml: which assets of libraries a plan may use as its range, fridge, toaster and so on.
-
-ROLES_FILE = "roles.yaml"
 
 
 def plan_names() -> tuple[str, ...]:
@@ -136,67 +126,3 @@ def load_mixing() -> Mixing:
             if role not in known:
                 raise document.fault(("suites", suite, i), "a role of the styles", repr(role))
     return mixing
-
-
-@read_once
-def load_roles() -> Mapping[str, RoleRule]:
-    """Rules of the roles by id, those of the project over those of the package. Raises RegistryError."""
-    return read_table(RoleRule, read_table_file(ROLES_FILE))
-
-
-# Robots ---------------------------------------------------------------------------------------------------------------
-# Robots of registry/robots/, each in a separate file named after the robot in robosuite.
-
-ROBOTS = "robots"
-
-
-def robot_names() -> tuple[str, ...]:
-    """Ids of all robots, sorted."""
-    return names_in(ROBOTS)
-
-
-def load_robot(name: str) -> Robot:
-    """A robot. Raises UnknownId: no robot has that name. RegistryError: its file is not a valid robot."""
-    if name not in robot_names():
-        raise UnknownId("robot", name, robot_names())
-    document = read_topmost(f"{ROBOTS}/{name}.yaml")
-    if not isinstance(document.value, dict):
-        raise RegistryError(document.file, 1, "", "a robot", type(document.value).__name__)
-    return read_record(Robot, document.value, document, (), id=name)
-
-
-# Look alikes ----------------------------------------------------------------------------------------------------------
-# Categories that are one kind to the eye, of registry/look_alikes.yaml.
-
-LOOK_ALIKES_FILE = "look_alikes.yaml"
-
-
-class LookAlikes(Record):
-    """A row: categories that look the same, two at least, and why they do."""
-
-    id: Id
-    categories: Annotated[tuple[Id, ...], Field(min_length=2)]
-    reason: Annotated[str, Field(min_length=1)]
-
-
-@read_once
-def look_alikes(root: Path | None = None) -> Mapping[str, str]:
-    """Category -> name of the kind that it is to the eye, of those that share one.
-
-    Args:
-        root: the only folder to read; None reads the package's and the project's.
-    Raises:
-        RegistryError: a row names a category that there is not, or that another row has.
-    """
-    document = read_table_file(LOOK_ALIKES_FILE, root)
-    known = load(root).categories
-    found: dict[str, str] = {}
-    for name, row in read_table(LookAlikes, document).items():
-        for number, category in enumerate(row.categories):
-            at = (name, "categories", number)
-            if category not in known:
-                raise document.fault(at, expected_one_of(tuple(known), category), repr(category))
-            if category in found:
-                raise document.fault(at, "a category that no other row has", f"{category!r}, also in {found[category]}")
-            found[category] = name
-    return MappingProxyType(found)

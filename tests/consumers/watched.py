@@ -72,7 +72,7 @@ _STORES = Watched(("stores",), _package("library", "runs/remote.py", "ingest/sou
 _OWN = Watched((), _package("cli/project_runs.py", "cli/project", "projects.py", "registry"))
 _ROBOCASA = Watched(
     ("robocasa",),
-    _package("checks/design/robot", "core/robocasa.py", "addons/robocasa/writers", "addons/robocasa/run.py"),
+    _package("checks/design/robot", "model/registry/contract.py", "addons/robocasa/writers", "addons/robocasa/run.py"),
 )
 
 # By path relative to this folder.

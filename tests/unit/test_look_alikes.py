@@ -9,7 +9,7 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.errors import RegistryError
-from casa_assets.registry.kitchens import LOOK_ALIKES_FILE, look_alikes
+from casa_assets.registry.tables import LOOK_ALIKES_FILE, look_alikes
 
 
 def test_shipped_rows_are_of_categories_of_objects_and_few() -> None:

@@ -36,10 +36,10 @@ from casa_assets.formats.mjcf.scene.kitchen import FILE as SCENE_XML
 from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.kept import is_whole
-from casa_assets.layouts.run.load_scene import digest_of_file, read_states, write_states
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import build_scene
 from casa_assets.layouts.run.scene_folders import scene_key
+from casa_assets.layouts.run.state_file import digest_of_file, read_states, write_states
 from casa_assets.library import attribution
 from casa_assets.library import library as disk
 from casa_assets.library.entry import entries as entries_of

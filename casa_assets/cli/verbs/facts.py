@@ -187,8 +187,8 @@ def _builders() -> dict[str, tuple[str, ...]]:
 def _row(category: Category, builders: tuple[str, ...]) -> dict[str, Any]:
     """The row that `--json` prints for a category."""
     from casa_assets import registry
-    from casa_assets.registry.kitchens import look_alikes
     from casa_assets.registry.read import origin_of_row
+    from casa_assets.registry.tables import look_alikes
 
     table = "categories.yaml" if category.id in registry.load().categories else "fixtures.yaml"
     kinds = look_alikes()

@@ -298,7 +298,7 @@ def robots(
     Example:  casa-assets scenes robots l_small__coastal --robot PandaOmron
     """
     from casa_assets.addons.robots import certify_all, find_robot_models
-    from casa_assets.registry.kitchens import robot_names
+    from casa_assets.registry.tables import robot_names
 
     recipes = _recipes(scenes, all_, out)
     done = certify_all(recipes, out, robot or robot_names(), models or find_robot_models(), jobs, force, joint or ())
@@ -330,7 +330,7 @@ def states(
     Example:  casa-assets scenes states one_wall_small__coastal__o40
     """
     from casa_assets.checks.start_states.draw import StateRequest
-    from casa_assets.layouts.run.start_states import draw_all
+    from casa_assets.layouts.run.check import draw_all
 
     recipes = _recipes(scenes, all_, out)
     done = draw_all(recipes, out, StateRequest(count, objects, doors, seed), jobs, force)

@@ -22,8 +22,8 @@ from casa_assets.model.kitchen.style import LIBRARY, Style
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.projects import read_once
-from casa_assets.registry.kitchens import load_roles
 from casa_assets.registry.read import names_in, read_table_file, read_topmost
+from casa_assets.registry.tables import load_roles
 
 # Of openings: what is free beside their holes; what a sill stands out, reaches beyond its hole, and takes up below it;
 # what remains of the wall beside a door, and beside a window, whose sill reaches beyond its casing.

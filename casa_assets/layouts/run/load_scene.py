@@ -1,13 +1,8 @@
-"""Files of a scene into MuJoCo, other pictures on its surfaces, and the file of its start states."""
+"""Files of a scene into MuJoCo, and other pictures on its surfaces without compiling it again."""
 
 from __future__ import annotations
 
-import hashlib
 import io
-import json
-import shlex
-import zipfile
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -18,25 +13,20 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
-from pydantic import ValidationError
 
-from casa_assets.core.system import replace_file
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.formats.mjcf.scene.kitchen import FILE
 from casa_assets.layouts.run.resolve import ordered_surfaces
-from casa_assets.layouts.run.scene_files import BATCH_FILE, LIGHT_FILE, START_STATES
+from casa_assets.layouts.run.scene_files import BATCH_FILE, LIGHT_FILE
 from casa_assets.model.asset.material import Material
 from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.choices import Surface
-from casa_assets.model.kitchen.scene import ARRAYS, StartStates
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.rows import TextureRecipe
 from casa_assets.textures.run.recipes import find_recipe, finish_of
 
 FILES = {"full": FILE, "light": LIGHT_FILE, "batch": BATCH_FILE}
 SLEEP = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-LARGEST_BYTES = 1 << 28  # more than any kitchen's states take
-_DAMAGED = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error, ValidationError)
 
 
 def model_of(source: Path | Files, sleep: bool = False) -> mujoco.MjModel:
@@ -177,55 +167,3 @@ def _picture(recipe: TextureRecipe, width: int, height: int, cache: Path) -> tup
     assert material.base_color_texture is not None, "the finish of a texture has a picture"
     with Image.open(io.BytesIO(material.base_color_texture.png)) as picture:
         return material, np.asarray(picture.convert("RGB").resize((width, height)))
-
-
-def write_states(folder: Path, states: StartStates) -> Path:
-    """Write the file into the folder of its scene, by one rename; the same states are the same bytes."""
-    text = json.dumps(states.header, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
-    stream = io.BytesIO()
-    arrays = {name: getattr(states, name).astype("<f4") for name in ARRAYS}
-    header = np.frombuffer(text.encode("ascii"), dtype=np.uint8)
-    np.savez_compressed(stream, allow_pickle=False, header=header, **arrays)
-    return replace_file(folder / START_STATES, stream.getvalue())
-
-
-def read_states(folder: Path) -> StartStates:
-    """Return the start states in the folder of a scene. Raises CasaError if they are missing or damaged."""
-    path = folder / START_STATES
-    try:
-        with zipfile.ZipFile(path) as archive:
-            size = sum(member.file_size for member in archive.infolist())
-        if size > LARGEST_BYTES:
-            raise ValueError(f"it holds {size} bytes, more than {LARGEST_BYTES}")
-        with np.load(path, allow_pickle=False) as found:
-            header = json.loads(found["header"].tobytes())
-            return StartStates.model_validate({**header, **{name: found[name] for name in ARRAYS}})
-    except FileNotFoundError:
-        raise CasaError(
-            f"{path}: there are no start states; casa-assets scenes states {folder.name} makes them"
-        ) from None
-    except _DAMAGED as error:
-        if isinstance(error, ValidationError):
-            first = error.errors()[0]
-            why = f"{'.'.join(map(str, first['loc'])) or 'all of it'}: {first['msg']}"
-        else:
-            why = (str(error) or type(error).__name__).splitlines()[0]
-        raise CasaError(f"{path}: cannot be read ({why}); draw the states again with --force") from error
-
-
-def read_current_states(folder: Path, scene: Path) -> StartStates:
-    """The start states in the folder of a scene. Raises CasaError where its file is missing or another than theirs."""
-    found, path = read_states(folder), folder / START_STATES
-    if not scene.is_file():
-        raise CasaError(f"{scene}: is missing beside {path.name}; build the scene again")
-    if digest_of_file(scene) != found.scene_xml:
-        raise CasaError(
-            f"{path}: the states were drawn for another {scene.name} than stands beside them; draw them again with "
-            f"casa-assets scenes states {folder.name} --out {shlex.quote(str(folder.parent))}"
-        )
-    return found
-
-
-def digest_of_file(path: Path) -> str:
-    """sha256 of the bytes of a file, as start states name the scene.xml that they belong to."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -43,7 +43,7 @@ from casa_assets.projects import read_once
 from casa_assets.registry import kitchens
 from casa_assets.registry.families import families, family
 from casa_assets.registry.habits import load_habits
-from casa_assets.registry.kitchens import load_roles
+from casa_assets.registry.tables import load_roles
 from casa_assets.textures.run.recipes import missing_paintings, painting_ahead
 
 # Lived in -------------------------------------------------------------------------------------------------------------

@@ -23,7 +23,7 @@ from casa_assets.library.table.entry_table import EntryTable
 from casa_assets.library.table.pairs import AssetRow
 from casa_assets.model.issue import Report
 from casa_assets.model.record import Record
-from casa_assets.registry.kitchens import look_alikes
+from casa_assets.registry.tables import look_alikes
 
 NAME = "library.json"
 

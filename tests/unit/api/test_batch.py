@@ -13,7 +13,7 @@ import pytest
 
 import casa_assets as casa
 from casa_assets.checks.scene.batch import engine_sizes
-from casa_assets.layouts.run.load_scene import digest_of_file, write_states
+from casa_assets.layouts.run.state_file import digest_of_file, write_states
 from tests.unit.addons.batch.small_kitchens import DRIVING, FIRST, FLOATING, folders
 from tests.unit.addons.batch.test_start_rows import REST, states
 

@@ -16,9 +16,9 @@ from casa_assets.addons.robocasa.writers.kitchens.parts import box_region
 from casa_assets.errors import BatchFault, CasaError
 from casa_assets.export import forms, written_forms
 from casa_assets.layouts.order.request import KitchenRequest
-from casa_assets.layouts.run.load_scene import digest_of_file, read_states, write_states
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import resolve
+from casa_assets.layouts.run.state_file import digest_of_file, read_states, write_states
 from casa_assets.model.kitchen.scene import Placement, Scene, StartStates
 from casa_assets.model.pose import Pose
 from casa_assets.runs.limits import WorkerFailure

@@ -17,7 +17,7 @@ from casa_assets.addons.robocasa.run import classes
 from casa_assets.addons.robocasa.writers import casa_kitchens
 from casa_assets.addons.robocasa.writers.kitchens import description
 from casa_assets.addons.robocasa.writers.kitchens.start_states import translated
-from casa_assets.layouts.run.load_scene import write_states
+from casa_assets.layouts.run.state_file import write_states
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.kitchen.scene import Placement, Scene, StartStates
 from casa_assets.model.pose import Pose

@@ -14,8 +14,9 @@ from casa_assets.model.asset.asset import Base
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.model.registry.rows import RoleRule
-from casa_assets.registry.kitchens import load_plan, load_roles, load_style
+from casa_assets.registry.kitchens import load_plan, load_style
 from casa_assets.registry.load import load
+from casa_assets.registry.tables import load_roles
 
 RULE = RoleRule(
     id="range",

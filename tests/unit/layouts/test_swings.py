@@ -15,7 +15,7 @@ from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import build_scene, preset_params
 from casa_assets.mesh.planar import distance, outline_of
 from casa_assets.model.kitchen.floor import Fixture, FixtureJoint, KitchenFacts
-from casa_assets.registry.kitchens import load_roles
+from casa_assets.registry.tables import load_roles
 
 pytestmark = pytest.mark.content("code", "layouts", keep=0)
 

@@ -18,7 +18,7 @@ from casa_assets.checks.run import run
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.issue import Status
 from casa_assets.model.kitchen.robot import JointReach, Legs, Miss, RobotCertificate, SceneRobots
-from casa_assets.registry.kitchens import load_robot, robot_names
+from casa_assets.registry.tables import load_robot, robot_names
 
 LIMITS = registry.load().limits
 

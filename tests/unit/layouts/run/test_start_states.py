@@ -18,11 +18,11 @@ from casa_assets.checks.start_states.draw import draw_states
 from casa_assets.checks.start_states.stage import Stage
 from casa_assets.cli.verbs.scenes import app
 from casa_assets.errors import CasaError
-from casa_assets.layouts.run import load_scene
-from casa_assets.layouts.run.load_scene import read_states, write_states
+from casa_assets.layouts.run import state_file
 from casa_assets.layouts.run.pack import members_of
 from casa_assets.layouts.run.recipe import SceneResult
 from casa_assets.layouts.run.scene_files import START_STATES
+from casa_assets.layouts.run.state_file import read_states, write_states
 from casa_assets.model.kitchen.scene import StartStates
 from tests.support.kitchen.start_stages import scene_folder, wanted
 
@@ -73,7 +73,7 @@ class TestFile:
             with pytest.raises(CasaError, match=message):
                 read_states(copy)
         path.write_bytes(data)
-        monkeypatch.setattr(load_scene, "LARGEST_BYTES", 100)
+        monkeypatch.setattr(state_file, "LARGEST_BYTES", 100)
         with pytest.raises(CasaError, match="more than 100"):
             read_states(copy)
 
