@@ -78,10 +78,3 @@ def test_a_spring_carries_what_falls_open_and_holds_it_shut(subtests: pytest.Sub
             end = spring.stiffness * (way - spring.rest) * math.copysign(1.0, way)
             assert 0.94 * 8.0 <= end <= 8.1
             assert spring.stiffness * -spring.rest * math.copysign(1.0, way) == pytest.approx(0.06 * 8.0, rel=0.02)
-
-
-def test_a_spring_takes_its_share_of_the_push() -> None:
-    free = hand_dynamics.feel_against(None, 0.3, 0.4, QUARTER)
-    held = hand_dynamics.feel_against(hand_dynamics.Spring(4.0, -0.2), 0.3, 0.4, QUARTER)
-    assert held.damping < free.damping
-    assert held.frictionloss == free.frictionloss

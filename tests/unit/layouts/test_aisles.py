@@ -7,7 +7,7 @@ import math
 import pytest
 
 from casa_assets.layouts.plan.clearances import find_aisles
-from casa_assets.model.kitchen.floor import Aisle, AisleKind, PlacedRun, RoomWall, RunEnd
+from casa_assets.model.kitchen.floor import Aisle, AisleKind, PlacedRun, RoomWall
 from tests.support.kitchen.reference_kitchen import OUTLINE, WALLS, unit
 
 UNITS = (unit("a", "doors", 0.0, 1.0), unit("b", "doors", 1.0, 2.0))
@@ -56,16 +56,3 @@ def test_back_of_an_island_is_passed_and_what_lies_between_hides_the_wall() -> N
     assert back.kind is AisleKind.WALK
     assert back.width == pytest.approx(4.0 - 2.2 - 0.3)
     assert ("front", "main") not in aisles
-
-
-def test_what_is_no_way() -> None:
-    """An open side bounds nothing; a niche at the end of a row ends at the wall behind."""
-    assert ("front", "main") not in found(row("main", 1.0, 0.0))
-    assert ("left", "main") not in found(row("main", 0.5, 0.0))
-
-
-def test_gap_in_a_row_has_no_front() -> None:
-    alone = row("main", 1.0, 0.0).replace(
-        units=(unit("a", "gap", 0.0, 2.0),), left_end=RunEnd.WALL, right_end=RunEnd.WALL
-    )
-    assert found(alone, walls=CLOSED) == {}

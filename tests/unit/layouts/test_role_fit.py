@@ -8,7 +8,7 @@ import pytest
 
 from casa_assets.errors import PlanConflict, StyleConflict
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
-from casa_assets.layouts.plan.style_models import ModelMisfit, Place, category_of, fitted_choice
+from casa_assets.layouts.plan.style_models import ModelMisfit, Place, fitted_choice
 from casa_assets.layouts.run.resolve import preset_params
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.kitchen.plan import Plan
@@ -55,12 +55,6 @@ def fit(
 ) -> tuple[PresetChoice, dict[str, Any]]:
     choice = PresetChoice.model_validate({"preset": f"library:{name}", **params})
     return fitted_choice(choice, "range", rule, LIBRARY, place)
-
-
-def test_what_fits_stays_as_it_is() -> None:
-    choice, params = fit("range_0000000001")
-    assert not choice.params
-    assert params["width"] == 0.6
 
 
 def test_what_is_too_large_is_scaled_until_its_cooktop_is_as_high_as_the_worktops() -> None:
@@ -130,14 +124,6 @@ def test_the_base_is_that_of_the_role_unless_one_is_stated(
     assert fit(name, rule=RoleRule(id="toaster", base=role_base), **given)[0].params == params
 
 
-def test_categories_are_read_from_ids() -> None:
-    assert [category_of(name) for name in LIBRARY] == [
-        *("range", "range", "range", "microwave", "toaster", "toaster"),
-        *("refrigerator", "wall_oven"),
-    ]
-    assert category_of("stand_mixer_0a1b2c3d4e") == "stand_mixer"
-
-
 def test_the_roles_of_the_package_name_categories_and_words_of_styles() -> None:
     known, style = load(), load_style("modern_1")[0]
     for rule in load_roles().values():
@@ -174,10 +160,6 @@ class TestInPlans:
     def test_a_refrigerator_has_room_beside_it_for_its_doors(self) -> None:
         kitchen = self.kitchen(main_fridge={"model": "library:refrigerator_0000000007"})
         assert kitchen.slot("main_fridge").width == pytest.approx(0.9 + 2 * 0.115)
-
-    def test_a_unit_may_name_a_preset_of_a_family(self) -> None:
-        kitchen = self.kitchen(main_range={"model": {"preset": "range/pro_six", "width": 0.91}})
-        assert kitchen.slot("main_range").width == pytest.approx(0.916)
 
     def test_a_worktop_item_with_a_model_has_any_name(self) -> None:
         kitchen = self.kitchen(

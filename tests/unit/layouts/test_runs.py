@@ -63,13 +63,6 @@ def test_widths_share_a_room(spans: list[tuple[float, float]], room: float, widt
     assert share_widths([WidthRange(*span) for span in spans], room) == (widths and pytest.approx(widths))
 
 
-def test_widths_are_exact_to_a_millimetre() -> None:
-    widths = share_widths([WidthRange(0.3, 0.9)] * 7, 4.001)
-    assert widths is not None
-    assert sum(widths) == pytest.approx(4.001, abs=1e-9)
-    assert all(w == round(w, 3) for w in widths)
-
-
 class TestWorktop:
     """Of one run between two walls, by the length of the wall and what stands there."""
 
@@ -84,10 +77,6 @@ class TestWorktop:
         assert tops[-1][1] == pytest.approx(length)
         for one, other in itertools.pairwise(tops):
             assert one[1] == pytest.approx(other[0], abs=1e-4)
-
-    def test_a_filler_beside_a_range_has_one(self, tmp_path: Path) -> None:
-        units = ["sink", "drawers: [0.4, 3.0]", "range", "filler: 0.09"]
-        assert self.tops(4.0, units, tmp_path)[-1] == pytest.approx((3.91, 4.0), abs=1e-4)
 
     @staticmethod
     def tops(length: float, units: list[str], folder: Path) -> list[tuple[float, float]]:
@@ -118,13 +107,6 @@ class TestCorner:
         assert (strip.left, strip.right) == (standard_sizes.BASE_DEPTH, standard_sizes.CORNER_CLEARANCE)
         assert kitchen.slot("side_doors").hinge == "right"
 
-    def test_other_run_may_own_it(self, tmp_path: Path) -> None:
-        kitchen = kitchen_of(
-            PLAN.replace("[main, side]}", "[main, side], owner: side}").replace("1.9", "2.2"), tmp_path, {"width": 3.4}
-        )
-        assert kitchen.slot("side_left_corner").kind is CornerPart.BLIND
-        assert kitchen.slot("main_right_filler").right == pytest.approx(3.4 - standard_sizes.BASE_DEPTH)
-
     def test_one_worktop_goes_round(self, tmp_path: Path) -> None:
         kitchen = kitchen_of(PLAN, tmp_path)
         (top,) = [w for w in kitchen.items if w.choice.family == "counter_corner"]
@@ -148,15 +130,6 @@ class TestCorner:
 
 
 class TestEnds:
-    def test_open_walls_are_none(self, tmp_path: Path) -> None:
-        text = PLAN.replace("left: {heading: back}", "left: {heading: back, open: true}")
-        assert kitchen_of(text, tmp_path).lines["main"].left.kind is RunEnd.FREE
-        assert kitchen_of(PLAN, tmp_path).lines["main"].left.kind is RunEnd.WALL
-
-    def test_walls_without_length_close_the_room(self, tmp_path: Path) -> None:
-        room = kitchen_of(PLAN, tmp_path, {"width": 3.9}).room
-        assert [w.length for w in room.walls] == [3.9, 3.0, 3.9, 3.0]
-
     def test_strips_beside_tall_units_are_tall(self, tmp_path: Path) -> None:
         text = PLAN.replace("      - drawers: [0.4, 0.8]\n", "      - filler: 0.1\n      - pantry: 0.5\n", 1)
         kitchen = kitchen_of(text, tmp_path)
@@ -254,15 +227,3 @@ class TestMisfits:
         assert not marker or error.line == line_of(text, marker)
         assert re.fullmatch(pointer, error.pointer)
         assert re.search(said, f"expected {error.expected}, got {error.got}")
-
-    def test_key_given_twice(self, tmp_path: Path) -> None:
-        text = PLAN.replace("  side:\n", "  main:\n")
-        error = self.fault(text, tmp_path)
-        assert error.line == [n for n, s in enumerate(text.splitlines(), 1) if s == "  main:"][1]
-
-    def test_run_that_does_not_fit(self, tmp_path: Path) -> None:
-        error = self.fault(PLAN, tmp_path, {"width": 2.8})
-        assert error.pointer == "runs.main.base"
-        assert error.line in (line_of(PLAN, "    base:"), line_of(PLAN, "- drawers"))
-        assert f"{2.8 - standard_sizes.CORNER_CLEARANCE - standard_sizes.CORNER_DOOR:.3f} m" in error.expected
-        assert "main_sink" in error.got

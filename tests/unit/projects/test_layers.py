@@ -9,14 +9,14 @@ import pytest
 import casa_assets as casa
 from casa_assets import registry
 from casa_assets.cache.cache_key import key_of
-from casa_assets.errors import CasaError, RegistryError
+from casa_assets.errors import RegistryError
 from casa_assets.families.finishes import available_finishes, plain
 from casa_assets.layouts.run.resolve import preset_params
 from casa_assets.model.registry.document import Document
-from casa_assets.projects import VARIABLE, environment, find_project, project_folder, use_project
+from casa_assets.projects import VARIABLE, environment, project_folder, use_project
 from casa_assets.registry.families import family, object_family, object_files
 from casa_assets.registry.kitchens import load_plan, load_style, style_names
-from casa_assets.registry.read import load_project, origin_of_row, read_document
+from casa_assets.registry.read import origin_of_row, read_document
 from casa_assets.runs.limits import Limits
 from casa_assets.runs.pool import Pool
 from casa_assets.textures.run.recipes import find_recipe, origin_of
@@ -29,17 +29,6 @@ def document(path: Path, text: str) -> Document:
 
 
 class TestOverlaid:
-    def test_mappings_are_joined_and_all_else_replaced(self, tmp_path: Path) -> None:
-        lower = document(tmp_path / "a.yaml", "mug: {mass: [1, 2, 3], size: {x: 1, y: 2}}\ncup: {mass: 4}\n")
-        upper = document(tmp_path / "b.yaml", "mug:\n  mass: [5]\n  size: {y: 7}\nbowl: {mass: 6}\n")
-        joined = lower.overlaid(upper)
-        assert joined.value == {
-            "mug": {"mass": [5], "size": {"x": 1, "y": 7}},
-            "cup": {"mass": 4},
-            "bowl": {"mass": 6},
-        }
-        assert list(joined.value) == ["mug", "cup", "bowl"]
-
     def test_faults_name_the_file_and_the_line_that_state_it(self, subtests: pytest.Subtests, tmp_path: Path) -> None:
         lower = document(tmp_path / "a.yaml", "mug: {mass: [1, 2, 3], size: {x: 1, y: 2}}\ncup: {mass: 4}\n")
         upper = document(tmp_path / "b.yaml", "mug:\n  mass: [5]\n  size: {y: 7}\nbowl: {mass: 6}\n")
@@ -96,16 +85,6 @@ class TestTables:
         with pytest.raises(RegistryError, match=message) as told:
             registry.load()
         assert str(told.value).startswith(f"{folder}/categories.yaml:2: mug.aliases.1: ")
-
-    def test_limits_and_waivers(self, project: Project) -> None:
-        project(
-            {
-                "limits.yaml": "work_aisle_m: {value: 1.2}\n",
-                "waivers.yaml": "- {code: GEO001, subject: loft__modern_1, reason: known}\n",
-            }
-        )
-        assert registry.load().limits["work_aisle_m"] == 1.2
-        assert registry.load().waived("loft__modern_1") == {"GEO001": "known"}
 
     def test_a_preset_of_a_family(self, project: Project) -> None:
         project({"families/hob.yaml": "presets:\n  ours: {burners: 4, width: 0.59}\n"})
@@ -200,23 +179,6 @@ class TestPlansAndStyles:
 
 
 class TestProject:
-    def test_it_is_found_upwards(self, tmp_path: Path) -> None:
-        (tmp_path / "casa.yaml").write_text("name: ours\n", encoding="utf-8")
-        below = tmp_path / "a" / "b"
-        below.mkdir(parents=True)
-        assert find_project(below) == tmp_path
-        assert find_project(tmp_path) == tmp_path
-
-    def test_a_folder_without_settings_is_none(self, tmp_path: Path) -> None:
-        with pytest.raises(CasaError, match=r"it has no casa\.yaml; write one with `casa-assets init"):
-            use_project(tmp_path)
-
-    def test_files_are_read_again_when_it_is_chosen_again(self, project: Project) -> None:
-        project({"limits.yaml": "work_aisle_m: {value: 1.2}\n"})
-        assert registry.load().limits["work_aisle_m"] == 1.2
-        project({"limits.yaml": "work_aisle_m: {value: 1.3}\n"})
-        assert registry.load().limits["work_aisle_m"] == 1.3
-
     def test_two_are_used_side_by_side(self, tmp_path: Path) -> None:
         opened = []
         for name, width in (("first", 1.2), ("second", 1.3)):
@@ -265,13 +227,6 @@ class TestProject:
         project(files)
         with pytest.raises(RegistryError, match=message):
             registry.load()
-
-    def test_other_files_may_stand_beside(self, project: Project) -> None:
-        project({"README.md": "", "meshes/a.obj": "", "out/x.yaml": "", "compose.yaml": "a: 1\n"})
-        registry.load()
-        loaded = load_project()
-        assert loaded is not None
-        assert loaded[0].name == "ours"
 
 
 class TestCacheKeys:

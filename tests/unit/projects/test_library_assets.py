@@ -8,7 +8,6 @@ import shutil
 from pathlib import Path
 
 import pytest
-from pydantic import ValidationError
 
 import casa_assets as casa
 from casa_assets.asset.scale_asset import scaled
@@ -20,7 +19,6 @@ from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.run.library_assets import library_asset, placed_asset
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult, recipe_of
 from casa_assets.layouts.run.resolve import build_scene, kitchen_key, resolve
-from casa_assets.layouts.run.scene_json import describe
 from casa_assets.library.library import Library, read_asset
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.kitchen.floor import Role
@@ -36,14 +34,6 @@ from tests.support.library.libraries import made_once, no_workers
 from tests.support.program.projects import Project
 
 pytestmark = pytest.mark.content("code", "layouts.run", keep=0)
-
-
-def test_a_choice_names_an_asset_as_it_is() -> None:
-    choice = PresetChoice.model_validate("library:range_0a1b2c3d4e")
-    assert (choice.family, choice.name, choice.is_library) == ("library", "range_0a1b2c3d4e", True)
-    assert not PresetChoice.model_validate("range/pro_six").is_library
-    with pytest.raises(ValidationError, match="scale, base, reach to change and nothing else, got width"):
-        PresetChoice.model_validate({"preset": "library:range_0a1b2c3d4e", "width": 0.7})
 
 
 def make_toaster(folder: Path) -> None:
@@ -182,25 +172,6 @@ class TestScaledToTheirPlaces:
         asset = placed_asset(choice)
         (before,), (after,) = whole.joints, asset.joints
         assert 0.5 <= max(after.range, key=abs) / max(before.range, key=abs) < 1.0
-
-    def test_its_makers_stand_in_scene_json(self, library: Path, cache: Path) -> None:
-        recipe = SceneRecipe("one_wall_small", "ours")
-        facts = describe(recipe, *build_scene(recipe, cache))
-        SceneFile.model_validate(facts)
-        (row,) = facts["credits"]
-        made = microwave().provenance
-        assert row["asset"].startswith("microwave_fitted_")
-        assert (row["licence"], row["author"], row["sha256"]) == (made.licence, made.author, made.sha256)
-
-    def test_a_thing_of_any_name_stands_on_a_worktop_as_large_as_it_is(self, library: Path) -> None:
-        (item,) = (item for item in resolve(SceneRecipe("ours", "modern_1")).items if item.name == "our_mug")
-        assert item.choice == PresetChoice(preset=f"library/{rigid_mug().id}")
-
-    def test_a_plan_that_names_what_does_not_suit_is_told_with_its_line(self, library: Path) -> None:
-        with pytest.raises(
-            RegistryError, match=r"wrong\.yaml:3: worktop_items\.kettle\.model: expected an asset of the"
-        ):
-            resolve(SceneRecipe("wrong", "modern_1"))
 
     def test_check_plan_knows_the_libraries(self, library: Path) -> None:
         style = load_style("ours")[0]

@@ -8,17 +8,10 @@ from pathlib import Path
 import pytest
 
 import casa_assets
-from casa_assets.cli.project.starter import name_of
 from casa_assets.errors import CasaError
 from tests.support.library.libraries import ROOT
 from tests.support.library.libraries import called as casa
 from tests.support.library.pictures import write_pictures
-
-
-def test_a_project_is_called_after_its_folder(subtests: pytest.Subtests) -> None:
-    for folder, name in [("My kitchens 2", "my_kitchens_2"), ("2nd", "project_2nd")]:
-        with subtests.test(folder=folder, name=name):
-            assert name_of(Path(folder)) == name
 
 
 @pytest.fixture
@@ -129,9 +122,3 @@ def test_slips_in_the_runs_are_told(tmp_path: Path, runs: str, message: str) -> 
     done = casa("make", folder=tmp_path)
     assert done.returncode == 2
     assert message in done.stderr
-
-
-def test_without_a_project_the_way_to_one_is_told(tmp_path: Path) -> None:
-    done = casa("make", folder=tmp_path)
-    assert done.returncode == 2
-    assert "casa-assets init DIR" in done.stderr

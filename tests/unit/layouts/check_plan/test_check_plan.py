@@ -83,61 +83,27 @@ OPENINGS = """openings:
   window: {kind: window, wall: back, at: 3.2, sill: 1.2}
 """
 ISLAND = "  island:\n    faces: {run: main, aisle: 1.2}\n    base: [drawers: 0.9, doors: 0.9]\n"
-LARGE = (ROOM + ROW).replace("length: 3.0}", "length: 5.0}")
 CORNER = "  left:\n    on: left\n    start: 1.2\n    base: [drawers]\n"
-# Plans with a fault, and how its mend begins.
+HOOD = "    upper:\n      - hood: {over: main_range}\n"
+# What is written in place of what in the plan, and how the mend of that begins.
 FAULTY = [
-    *(
-        ((ROOM + ROW).replace(old, new, 1), sentence)
-        for old, new, sentence in [
-            ("over: main_range", "over: rnage", "Write `over: main_range`."),
-            ("on: back", "on: bakc", "Write `on: back`."),
-            ("heading: front", "heading: frnt", "Write front."),
-            ("length: 4.6, open", "lenght: 4.6, open", "Call 'lenght' 'length'."),
-            ("title: Studio\n", "title: Studio\nheight: 4\n", "Write 3.4."),
-            (
-                "    upper:\n      - hood: {over: main_range}\n",
-                "",
-                "Add `- hood: {over: main_range}` to the wall units of main.",
-            ),
-            ("- doors: [0.4, 0.9]", "- doors: 1.9", "Write main_filler [0.03, 0.12], main_doors [0.985"),
-            ("      - doors: [0.4, 0.9]\n", "", "Write main_drawers"),
-            ("length: 3.0}", "length: 3.5}", "Write `length: 3.5` for left."),
-            ("- hood: {over: main_range}", "- hood", "Write `over: main_range`."),
-        ]
-    ),
-    (ROOM + ROW + CORNER, "Add the corner {runs: [left, main], base: blind}."),
-    (
-        ROOM + ROW + CORNER.replace("start", "end") + "corners: [{runs: [main, left]}]\n",
-        "Write `runs: [left, main]`.",
-    ),
-    (LARGE + ISLAND + "    upper: [doors]\n", "Take out 'upper' of island."),
-    (
-        LARGE + ISLAND + "seats:\n  - {run: island, count: 1}\n  - {run: island, count: 1}\n",
-        "Write `count: 2` for island, and take out the second row.",
-    ),
-    (ROOM + ROW + "lamps:\n  - {item: pendant_light, over: main, count: 2}\n", "Take out these lamps."),
-    (
-        LARGE + "openings:\n  w: {kind: window, wall: right, at: 3.0, height: 2.2, sill: 0.2}\n",
-        "Write `height: 1.80",
-    ),
-    (
-        LARGE + "openings:\n  d: {kind: door, wall: right, at: 3.5, width: 1.8, height: 2.1}\n",
-        "Write `kind: passage`",
-    ),
-    (
-        ROOM
-        + ROW.replace("drawers: [0.4, 0.9]", "drawers: 0.4")
-        + "worktop_items:\n  microwave: {on: main_drawers}\n  kettle: {on: main_drawers}\n",
-        "Write `on: main_doors` for microwave.",
-    ),
+    ("over: main_range", "over: rnage", "Write `over: main_range`."),
+    ("on: back", "on: bakc", "Write `on: back`."),
+    ("heading: front", "heading: frnt", "Write front."),
+    ("length: 4.6, open", "lenght: 4.6, open", "Call 'lenght' 'length'."),
+    ("title: Studio\n", "title: Studio\nheight: 4\n", "Write 3.4."),
+    (HOOD, "", "Add `- hood: {over: main_range}` to the wall units of main."),
+    ("- doors: [0.4, 0.9]", "- doors: 1.9", "Write main_filler [0.03, 0.12], main_doors [0.985"),
+    ("      - doors: [0.4, 0.9]\n", "", "Write main_drawers"),
+    ("length: 3.0}", "length: 3.5}", "Write `length: 3.5` for left."),
+    (HOOD, HOOD + CORNER, "Add the corner {runs: [left, main], base: blind}."),
 ]
 
 
 def test_a_fault_has_the_nearest_mend(subtests: pytest.Subtests) -> None:
-    for text, sentence in FAULTY:
+    for old, new, sentence in FAULTY:
         with subtests.test(sentence=sentence):
-            found = checked(text)
+            found = checked((ROOM + ROW).replace(old, new, 1))
             assert any(said.startswith(sentence) for _, _, said in told(found)), told(found)
             assert found.mended, told(found)
             assert checked(found.text).fits

@@ -51,73 +51,27 @@ def checked(text: str) -> PlanCheck:
     return check_plan(text, "studio.yaml", load_style(STYLE)[0])
 
 
-CASES = {
-    "a drawer beside a corner": (ROOM + CORNER, "room to open", "at the left end of right."),
-    "a dishwasher beside a corner": (
-        ROOM + CORNER.replace("[{drawers: [0.4, 0.9]}, sink, dishwasher", "[dishwasher, sink"),
-        "between right_dishwasher and the inside corner",
-        "right",
-    ),
-    "a door that swings into drawers": (
-        ROOM + "openings:\n  door: {kind: door, wall: right, at: 1.2, width: 0.93, height: 2.04}\n" + ONE_ROW,
-        "room to open",
-        "for door.",
-    ),
-    "a door that is too narrow": (
-        ROOM + "openings:\n  door: {kind: door, wall: right, at: 3.0, width: 0.8, height: 2.04}\n" + ONE_ROW,
-        "a door or passage that leaves 0.813 m clear",
-        "Write `width: 0.93` for door.",
-    ),
-    "wall units over a refrigerator": (
-        ROOM + ONE_ROW + "      - doors: [0.35, 0.9]\n      - doors: [0.35, 0.9]\n",
-        "apart from main_fridge",
-        "Add `- gap: {over: main_fridge}` to the wall units of main.",
-    ),
-    "stools at a worktop that does not reach out": (
-        ROOM + ONE_ROW + ISLAND + "seats:\n  - {run: island, count: 2}\n",
-        "over those who sit there",
-        "Write `overhang: 0.3` for island.",
-    ),
-    "an aisle to work in": (
-        ROOM + ONE_ROW + ISLAND.replace("1.3", "1.0"),
-        "an aisle of at least 1.067 m",
-        "Write `aisle:",
-    ),
-    "a window over a cooker": (
-        ROOM
-        + "openings:\n  window: {kind: window, wall: back, over: main_range, width: 0.9, height: 0.45, sill: 1.05}\n"
-        + ONE_ROW,
-        "a place on a wall where nothing else is",
-        "for window.",
-    ),
-    "a sink between what is tall and a cooker": (
-        ROOM
-        + ONE_ROW.replace("{drawers: [0.4, 0.9]}, sink, dishwasher", "pantry, sink, range, dishwasher, {drawers: 0.6}"),
-        "of worktop beside main_sink",
-        "change places.",
-    ),
-    "a kettle on a cooker": (
+DOOR = "openings:\n  door: {kind: door, wall: right, at: 1.2, width: 0.93, height: 2.04}\n"
+NARROW = DOOR.replace("0.93", "0.8").replace("1.2", "3.0")
+PANTRY = ("{drawers: [0.4, 0.9]}, sink, dishwasher", "pantry, sink, range, dishwasher, {drawers: 0.6}")
+# Texts of plans, what is expected in the place of a fault, and a part of the sentence of its mend.
+CASES = [
+    (ROOM + CORNER, "room to open", "at the left end of right."),
+    (ROOM + DOOR + ONE_ROW, "room to open", "for door."),
+    (ROOM + NARROW + ONE_ROW, "a door or passage that leaves 0.813 m clear", "Write `width: 0.93` for door."),
+    (ROOM + ONE_ROW + ISLAND.replace("1.3", "1.0"), "an aisle of at least 1.067 m", "Write `aisle:"),
+    (ROOM + ONE_ROW.replace(*PANTRY), "of worktop beside main_sink", "change places."),
+    (
         ROOM + ONE_ROW + "worktop_items:\n  kettle: {on: main_range, at: 0.3}\n",
         "a unit with a worktop, on which kettle can stand",
         "Write `on: main_doors` for kettle.",
     ),
-    "a hood over nothing": (
-        ROOM + ONE_ROW.replace("upper:\n", "upper:\n      - hood\n"),
-        "a cooker under",
-        "Take out main_upper_hood.",
-    ),
-    "a toaster in a sink": (
-        ROOM + ONE_ROW + "worktop_items:\n  toaster: {on: main_sink, at: 0.3}\n",
-        "a unit with a worktop, on which toaster can stand",
-        "Write `on: main_d",
-    ),
-}
+]
 
 
 def test_what_would_fail_is_told_with_a_mend_that_works(subtests: pytest.Subtests) -> None:
-    for case in sorted(CASES):
-        with subtests.test(case=case):
-            text, expected, sentence = CASES[case]
+    for text, expected, sentence in CASES:
+        with subtests.test(expected=expected):
             found = checked(text)
             told = [(t.fault.expected, t.fault.mend.sentence if t.fault.mend else "") for t in found.faults]
             assert any(expected in one and sentence in said for one, said in told), told
