@@ -22,7 +22,6 @@ import platformdirs
 from casa_assets.errors import CasaError
 from casa_assets.projects import user_environment
 
-# Process limits -------------------------------------------------------------------------------------------------------
 # Limit the resources of this process, such as a child that runs a library which may hang or exhaust memory.
 # Environment variable that the fork server of workers sets for them.
 WORKER = "CASA_ASSETS_WORKER"
@@ -38,9 +37,6 @@ def lower_limit(kind: int, soft: int, hard: int) -> None:
     ceiling = hard if stands == resource.RLIM_INFINITY else min(hard, stands)
     resource.setrlimit(kind, (min(soft, ceiling), ceiling))
 
-
-# Cache folder ---------------------------------------------------------------------------------------------------------
-# The folder that keeps expensive results between runs.
 
 CACHE_VARIABLE = "CASA_ASSETS_CACHE"
 SIZE_VARIABLE = "CASA_ASSETS_CACHE_GB"
@@ -126,9 +122,6 @@ def keep_json(path: Path, value: Any) -> None:
         draft.write_text(text, encoding="utf-8")
         draft.replace(path)
 
-
-# Blender --------------------------------------------------------------------------------------------------------------
-# Find an installed Blender: the program, or a Python that has its module bpy.
 
 # Names the program `blender`, or a Python that has the module bpy.
 BLENDER_VARIABLE = "CASA_BLENDER"
@@ -238,8 +231,7 @@ def require(module: str, extra: str, purpose: str) -> None:
     """Check that an optional module is installed, without importing it.
 
     Args:
-        module: name of a module on the top level.
-        extra: the extra that brings it.
+        module: name of a module on the top level. extra: the extra that brings it.
         purpose: what needs it, as the beginning of a sentence.
     Raises:
         CasaError: it is not installed; names the extra and the command.

@@ -26,9 +26,6 @@ from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 
-# Swept areas ----------------------------------------------------------------------------------------------------------
-# Compute the areas that doors, flaps and drawers of a placed asset sweep, seen from above.
-
 HINGE_POSES = 10  # sampled poses of a hinge; the outline of a 90 degree arc is within 0.3 % of its radius
 MIN_REACH_M = 0.06  # a part that reaches out less is a knob, a key or a rack that stays in its fixture
 _CUBE = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) - 0.5
@@ -165,9 +162,6 @@ def box_in_world(world_from_frame: Pose, box: Floats) -> Floats:
     return box_around(world_from_frame.apply(np.where(_CUBE > 0, box[1], box[0])))
 
 
-# Light ----------------------------------------------------------------------------------------------------------------
-# Light of a kitchen: the sun and the sky through the windows, the lamps, and what the room throws back.
-
 MAX_LAMPS = 3  # that are lights of the scene; more cost time and wash out the picture
 
 
@@ -227,8 +221,6 @@ def blackbody(kelvin: float) -> Vec3:
 def _scaled(color: Vec3, factor: float) -> Vec3:
     return (round(color[0] * factor, 5), round(color[1] * factor, 5), round(color[2] * factor, 5))
 
-
-# Compose --------------------------------------------------------------------------------------------------------------
 
 MAIN_REGION = "main"
 LID_SITE, LID_GAP_M = "lid_site", 0.0001

@@ -17,9 +17,6 @@ from casa_assets.model.kitchen.scene import Layer, Placement, Scene
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.rows import SpaceKind
 
-# Silhouette -----------------------------------------------------------------------------------------------------------
-# Heights of an object's collision shapes over the ground, cell by cell, to set things on and into each other.
-
 CELL_M = 0.003
 # Two of the same shape, one lifted by `pitch`, may still touch between the centres of cells.
 CELL_SLACK_M = 0.0006
@@ -126,9 +123,6 @@ def _raster(planes: Floats, x: Floats, y: Floats, low: Floats, high: Floats) -> 
     low[inside] = np.minimum(low[inside], bottom[inside])
     high[inside] = np.maximum(high[inside], top[inside])
 
-
-# Spaces ---------------------------------------------------------------------------------------------------------------
-# Find the spaces of a kitchen in which people keep things, and what of each is taken already.
 
 Rect = tuple[float, float, float, float]  # x0, y0, x1, y1 in the frame of a space, metres
 
@@ -245,9 +239,6 @@ def taken_by(space: Space, boxes: Floats) -> tuple[Rect, ...]:
     rects = np.concatenate([low[:, :2], high[:, :2]], axis=1)[reaches].tolist()
     return tuple((x0, y0, x1, y1) for x0, y0, x1, y1 in rects)
 
-
-# Free room ------------------------------------------------------------------------------------------------------------
-# Measure what is free in a space: the largest box that fits, and how many small things.
 
 FREE_CELL_M = 0.01
 THING_M, THING_GAP_M = 0.1, 0.02

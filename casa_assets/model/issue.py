@@ -43,8 +43,7 @@ class Issue(Record):
     """One fault.
 
     Attributes:
-        code: of the check or rejection, such as `AST002`.
-        severity: error or warning.
+        code: of the check or rejection, such as `AST002`. severity: error or warning.
         pointer: location in the subject, such as `links/base/inertial`.
         message: the fault and its remedy, one sentence.
     """
@@ -72,8 +71,7 @@ class CheckResult(Record):
     """Outcome of one check on one subject; present whether it passed or not, ran or not.
 
     Attributes:
-        code: of the check.
-        status: outcome.
+        code: of the check. status: outcome.
         severity: of the check; a failed error keeps the subject out of the library, a failed warning is advice.
         reason: why it does not apply or was not run, as a clause; empty if it passed or failed.
         waived: it was not run, which does not count against the subject: registry/waivers.yaml waives it, or it needs

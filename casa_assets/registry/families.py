@@ -37,8 +37,7 @@ class FamilyFile(Record):
     """One file of registry/families/, before its presets are read with the family's own type of numbers.
 
     Attributes:
-        title: what a person calls a member, one line.
-        category: id in registry/fixtures.yaml.
+        title: what a person calls a member, one line. category: id in registry/fixtures.yaml.
         description: what members there are, one sentence.
         sample: field -> the rule by which a random member's value is drawn (`asset/sampling.py`); None if the code
             of the family has a function for it.
@@ -123,8 +122,7 @@ class Parameter:
 
     Attributes:
         name: of a field of a nested record such as a look, `look.face`.
-        kind: `number`, `finish`, or the choices, such as `left | right`.
-        default: as in YAML; empty if there is none.
+        kind: `number`, `finish`, or the choices, such as `left | right`. default: as in YAML; empty if there is none.
         bounds: such as `0.2 to 1.2`; of a list, those of its length.
     """
 

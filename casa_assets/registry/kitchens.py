@@ -109,9 +109,6 @@ def _without_replaced(lower: Document, upper: Document) -> Document:
     return replace(lower, value=value, lines=MappingProxyType(lines), files=MappingProxyType(files))
 
 
-# Mixing ---------------------------------------------------------------------------------------------------------------
-# registry/mixing.yaml: what is drawn together if kitchens are drawn at random.
-
 MIXING_FILE = "mixing.yaml"
 
 

@@ -53,8 +53,6 @@ FILES = (
 )
 CONTRACTS = "contracts"
 LEARNED = "learned"  # folder of what scripts have learned, read by learned.py
-# Learned --------------------------------------------------------------------------------------------------------------
-# Read what scripts in benchmarks/ have learned: the files of registry/learned/.
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,8 +64,7 @@ class Registry:
             categories of what families build; free words never find them.
         densities: name -> kg/m^3, of the substances and of parts that are modelled as solid but are not.
         contracts: what runtimes expect of fixtures, by id; one file each in contracts/.
-        limits, limit_units: numbers and their units by key.
-        waivers: in file order.
+        limits, limit_units: numbers and their units by key. waivers: in file order.
         digest: sha256 of the contents of all files.
         vocabulary: ids, aliases and LVIS names of the categories, for free words.
         other_things: words which show that something is not a single household object.
@@ -288,10 +285,6 @@ def learned_forest(name: str) -> Forest:
         return forest_from_dict(json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError) as error:
         raise RegistryError(f"{LEARNED}/{path.name}", 1, "", "a forest", str(error)) from None
-
-
-# Confidence -----------------------------------------------------------------------------------------------------------
-# Read registry/confidence.yaml, the calibration of `articulate` that benchmarks/articulate/confidence.py fits.
 
 
 @cache

@@ -1,5 +1,8 @@
 """Read YAML files into documents and frozen records, those of the project in use laid over those of the package.
 
+Tables (a file that maps ids to rows) are joined key by key. A file that is one thing, such as a plan, is taken whole
+from the topmost layer that has it.
+
 Unknown keys and keys that occur twice are errors. Parsing all files of registry/ takes a second, so the values of a
 file are kept as JSON in the cache folder, under the digest of its text. The line numbers of the values are kept too;
 they are read only for an error message or a file that is laid over another.
@@ -25,11 +28,6 @@ from casa_assets.registry.project_files import check_names
 
 KEPT_IN = "registry"  # folder of the cache
 R = TypeVar("R", bound=Record)
-# Layered --------------------------------------------------------------------------------------------------------------
-# Those of the package, and those of the project in use laid over them.
-#
-# Tables (a file that maps ids to rows) are joined key by key. A file that is one thing, such as a plan, is taken whole
-# from the topmost layer that has it.
 
 
 def read_document(path: Path, name: str = "") -> Document:
@@ -201,9 +199,6 @@ def _read(path: Path, name: str, *, in_project: bool) -> Document:
     """A file, under the name that messages give it: its path for a project, otherwise that below registry/."""
     return read_document(path, str(path) if in_project else name)
 
-
-# Project --------------------------------------------------------------------------------------------------------------
-# Read `casa.yaml` of the project in use, and find out whether rows and files come from it or from the package.
 
 PACKAGE = "casa-assets"  # where what is of no project comes from
 

@@ -18,9 +18,6 @@ from casa_assets.projects import read_once
 from casa_assets.registry.load import load
 from casa_assets.registry.read import names_in, read_record, read_table, read_table_file, read_topmost
 
-# Roles ----------------------------------------------------------------------------------------------------------------
-# registry/roles.yaml: which assets of libraries a plan may use as its range, fridge, toaster and so on.
-
 ROLES_FILE = "roles.yaml"
 
 
@@ -29,9 +26,6 @@ def load_roles() -> Mapping[str, RoleRule]:
     """Rules of the roles by id, those of the project over those of the package. Raises RegistryError."""
     return read_table(RoleRule, read_table_file(ROLES_FILE))
 
-
-# Robots ---------------------------------------------------------------------------------------------------------------
-# Robots of registry/robots/, each in a separate file named after the robot in robosuite.
 
 ROBOTS = "robots"
 
@@ -50,9 +44,6 @@ def load_robot(name: str) -> Robot:
         raise RegistryError(document.file, 1, "", "a robot", type(document.value).__name__)
     return read_record(Robot, document.value, document, (), id=name)
 
-
-# Look alikes ----------------------------------------------------------------------------------------------------------
-# Categories that are one kind to the eye, of registry/look_alikes.yaml.
 
 LOOK_ALIKES_FILE = "look_alikes.yaml"
 

@@ -25,9 +25,6 @@ from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.plan import DiningTable, Plan, RunSide, WorktopItem
 from casa_assets.model.record import Vec2
 
-# Tables ---------------------------------------------------------------------------------------------------------------
-# Order tables to eat at, with chairs round them.
-
 PLACE_WIDTH_M = 0.6  # along a table for each person; NKBA planning guideline 9
 # Length of a table beyond the places along it, the least length of one, and of the rim of a round one for each place.
 TABLE_END_M, TABLE_LEAST_M, ROUND_PLACE_M = 0.2, 1.0, 0.22
@@ -122,9 +119,6 @@ def places_over(table: PlacedTable, count: int) -> Sequence[tuple[WallFrame, flo
     shares = [(k + 0.5) / count - 0.5 for k in range(count)]
     return [(WallFrame(round(x + s * width * a, 5), round(y + s * width * b, 5), 0), 0.0, 0.0) for s in shares]
 
-
-# Furnish --------------------------------------------------------------------------------------------------------------
-# Worktop items, wall items, lamps, seats and floor items.
 
 SEAT_SPACING_M = 0.6  # metres per person at a worktop; NKBA planning guideline 9
 SEAT_FROM_WALL_M = 0.45  # metres between a wall and the first place at a worktop that begins there

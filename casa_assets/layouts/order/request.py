@@ -39,9 +39,6 @@ from casa_assets.model.kitchen.style import Style
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.rows import RoleRule
 
-# Clearances -----------------------------------------------------------------------------------------------------------
-# Keep units and tables clear of columns, and below the slopes of the ceiling.
-
 MAX_OVERLAP_M = 0.0005
 PLAY_M = 0.01  # between what is high and the ceiling over it
 LEAST_HOOD_M = 0.4  # height of a hood
@@ -111,10 +108,6 @@ def _height(slot: UnitSlot, models: StyleModels) -> float | None:
     return round(slot.top + cornice + PLAY_M, 4)
 
 
-# Placed runs ----------------------------------------------------------------------------------------------------------
-# Runs in the frame of the room, as checks of design and of aisles look at them.
-
-
 def placed_run(line: RunLine, slots: Sequence[UnitSlot], fronts: Mapping[str, float]) -> PlacedRun:
     """A run with its units on the floor.
 
@@ -159,9 +152,6 @@ def _unit(slot: UnitSlot, worktop: bool, fronts: Mapping[str, float]) -> PlacedU
         height=slot.top,
         has_worktop=worktop,
     )
-
-
-# Request --------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

@@ -36,9 +36,6 @@ from casa_assets.model.kitchen.plan import (
 from casa_assets.model.kitchen.style import PresetChoice, RoomStyle, Style
 from casa_assets.model.record import Vec2
 
-# Beams ----------------------------------------------------------------------------------------------------------------
-# Order ceiling beams, and find places for lamps between them.
-
 BEAM_SPACING_M = 1.1  # metres from beam to beam
 MIN_COUNT, MAX_COUNT = 3, 8
 MAX_COUNT_CHANGE = 2  # more or fewer than usual, which look as good
@@ -121,9 +118,6 @@ def _columns(room: Room, along_x: bool) -> Iterator[Vec2]:
         ends = [corner[1 if along_x else 0] for corner in placed.outline]
         yield min(ends), max(ends)
 
-
-# Room shell -----------------------------------------------------------------------------------------------------------
-# Floor, walls with openings, windows, doors, skirting and ceiling.
 
 CASING_WIDTH_M = 0.07
 SKIRTING_HEIGHT_M = 0.098  # fronts over a plinth of 0.1 m pass over it

@@ -44,8 +44,7 @@ MIN_STRIP_M = 0.03  # of a worktop over a filler alone
 SINK_RIM_M = 0.004  # height of a drop-in sink's rim over the worktop
 SINK_BACK_M = 0.049  # between the wall and a sink; its front clears the rail of the cabinet below
 WORKTOP_BREAKS = (*TALL, BaseKind.RANGE, BaseKind.GAP)
-# Back panels ----------------------------------------------------------------------------------------------------------
-# Order panels for the backs of islands and peninsulas that are made of ordinary units.
+
 
 MAX_PANEL_M = 1.2  # metres of one panel
 FIELD_WIDTH_M = 0.5  # metres of one field of it
@@ -351,9 +350,6 @@ def order_back_panels(
             order.add(OrderItem(numbered(f"{name}_back", k), "panel", panel, spot, "", name))
 
 
-# Backsplash -----------------------------------------------------------------------------------------------------------
-# Order backsplash panels for the walls between worktops and wall units.
-
 THICKNESS_M = 0.01
 SILL_OVERHANG_M = 0.02  # of a sill beside the casing, at each end
 MIN_PANEL_M = 0.3
@@ -454,9 +450,6 @@ def _under_windows(
     if at < b:
         yield at, b, full
 
-
-# Trim -----------------------------------------------------------------------------------------------------------------
-# Cornices over rows of cabinets, and curtains at windows.
 
 CORNICE_HEIGHT_M = 0.07
 CORNICE_DEPTH_M = 0.04  # projection before the fronts

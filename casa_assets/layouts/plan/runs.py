@@ -26,9 +26,6 @@ from casa_assets.model.kitchen.plan import (
     UpperUnit,
 )
 
-# Runs -----------------------------------------------------------------------------------------------------------------
-# Lay out the floor units of a run between its corners.
-
 TOUCH_M = 0.002  # an end that is so near to a wall stands at it
 MAX_FILLER_M, MIN_STRIP_M = 0.12, 0.02
 FRIDGE_FROM_WALL_M = 0.02  # between a wall and the place of a refrigerator, with the room beside it that it has anyway
@@ -258,10 +255,6 @@ def _base_slot(line: RunLine, unit: BaseUnit, left: float, right: float, top: fl
         ends_at_wall = line.length - right < 0.2 and line.right.kind is RunEnd.WALL
         hinge = RunSide.RIGHT if near_corner or (ends_at_wall and not near_left) else RunSide.LEFT
     return UnitSlot(unit.id, unit.kind, line, left, right, line.depth, 0.0, top, unit=unit, hinge=hinge)
-
-
-# Wall units -----------------------------------------------------------------------------------------------------------
-# Lay out the wall units of a run: over units below, between fixed ones, and round corners.
 
 
 def upper_slots(plan: Plan, line: RunLine, base: Mapping[str, UnitSlot], models: StyleModels) -> tuple[UnitSlot, ...]:

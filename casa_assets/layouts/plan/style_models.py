@@ -56,8 +56,7 @@ class Place:
 
     Attributes:
         most: maximum size of a model by dimension, metres.
-        fills: whether the plan states the width of the unit, which the model then has to fill.
-        name: of the unit.
+        fills: whether the plan states the width of the unit, which the model then has to fill. name: of the unit.
         reach: how far doors may swing out to the side of the model, metres; None: as far as they do.
     """
 

@@ -24,8 +24,7 @@ class SceneRecipe:
     """Inputs of a scene: plan, style, seed and finishes.
 
     Attributes:
-        plan, style: names.
-        seed: draws the lengths of the plan; None: as the plan has them.
+        plan, style: names. seed: draws the lengths of the plan; None: as the plan has them.
         surfaces: finishes that differ from the style's, in the order of the surfaces.
         closed: whether open walls are drawn too.
         objects: how many things of registry/objects/ are put into it, where people keep them; 0: none.
@@ -108,8 +107,6 @@ class SceneResult:
         """Errors of its checks."""
         return () if self.report is None else self.report.errors
 
-
-# Ids of kitchens, parsed back into recipes ----------------------------------------------------------------------------
 
 # What names the ids that there are, for errors.
 LISTED_BY = "`casa-assets scenes list` lists plans and styles"

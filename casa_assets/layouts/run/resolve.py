@@ -46,9 +46,6 @@ from casa_assets.registry.habits import load_habits
 from casa_assets.registry.tables import load_roles
 from casa_assets.textures.run.recipes import missing_paintings, painting_ahead
 
-# Lived in -------------------------------------------------------------------------------------------------------------
-# Put objects of registry/objects/ into a composed kitchen, and keep those that stay where they were put.
-
 FULL, LIGHT = "full", "light"  # forms of a scene
 # Members are drawn with the seed that `casa-assets objects build` draws with by default.
 MEMBER_SEED = 0
@@ -208,8 +205,6 @@ def _is_still(runs: dict[str, dict[str, Rest]], group: PutGroup, number: int) ->
     found = {form: rests[group.placements[number].name] for form, rests in runs.items()}
     return all(rest.moved <= MAX_DRIFT_M[form] and rest.depth <= MAX_DEPTH_M for form, rest in found.items())
 
-
-# Resolve, build the assets, compose -----------------------------------------------------------------------------------
 
 # Draws of a plan's lengths are made anew where one does not fit together; so often, then the seed is given up.
 MAX_LENGTH_DRAWS = 20

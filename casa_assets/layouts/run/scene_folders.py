@@ -82,8 +82,7 @@ class BuildOptions:
         drawn: with a picture. at_eye_level: if the scene is made again, also with a picture at eye level, doors open.
         force: even if nothing has changed since they were made.
         judge: checks a scene in its folder, writes the report there and returns it; None: scenes are not checked.
-        strict: a scene that does not pass is not kept.
-        frame: of the overview.
+        strict: a scene that does not pass is not kept. frame: of the overview.
     """
 
     drawn: bool = True
@@ -302,8 +301,7 @@ def run_recipes(
     """Run `work` on each recipe in `jobs` processes (0: one per core); yields results as they are done.
 
     Args:
-        out: folder of the scenes, made where it is missing.
-        warm: loads what every worker needs.
+        out: folder of the scenes, made where it is missing. warm: loads what every worker needs.
         goes_on: a scene for which the memory does not suffice fails by itself, and the others are made.
     Raises:
         OutputError: the folder is held by another run or cannot be written.

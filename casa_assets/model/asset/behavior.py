@@ -26,8 +26,7 @@ class Condition(Record):
 
     Attributes:
         joint: its position is within `interval`, rad or m, both ends included.
-        contact: something that is not part of the asset touches this collider.
-        variable: it has the value `equals`.
+        contact: something that is not part of the asset touches this collider. variable: it has the value `equals`.
         begins: holds only in the step in which it becomes true (a press, not a hold).
         negated: holds if the rest does not.
     """
@@ -69,8 +68,7 @@ class Rule(Record):
     """One transition of a variable: its source values, its conditions and its new value.
 
     Attributes:
-        from_values: values that it may have before; empty: any value.
-        to: the new value.
+        from_values: values that it may have before; empty: any value. to: the new value.
         when: one or more conditions, all of which have to hold.
         after_s: time for which they have to hold before the transition, seconds.
     """
@@ -108,8 +106,7 @@ class Behavior(Record):
     """A state machine.
 
     Attributes:
-        variables: such as `power`: `off`, `on`.
-        rules: in the order in which they are tried.
+        variables: such as `power`: `off`, `on`. rules: in the order in which they are tried.
         effects: visible consequences of values.
     """
 
@@ -157,8 +154,7 @@ class BehaviorState:
     """State of a behaviour; `step_behavior` gives the next one.
 
     Attributes:
-        behavior: its rules.
-        values: variable -> value.
+        behavior: its rules. values: variable -> value.
         before: which conditions of which rules held in the last step, or None before the first step.
         held_s: for each rule, how long its conditions have held, seconds.
     """

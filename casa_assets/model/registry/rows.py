@@ -67,8 +67,7 @@ class OtherThingsWords(Record):
     All words are in the singular.
 
     Attributes:
-        always: count even if the name contains a category.
-        parts: count as the last word of a name.
+        always: count even if the name contains a category. parts: count as the last word of a name.
         figures, places, shapes, outdoors, arms: count if the name contains no category.
     """
 
@@ -89,8 +88,7 @@ class RoleRule(Record):
         width, depth, height: least and greatest size of the asset without its handles, metres; None: any.
         level: allowed heights of its largest horizontal face, which is the cooktop of a range, metres; the asset is
             scaled to them as far as the sizes allow. None: it keeps its size if that fits.
-        base: None: as in the asset.
-        refused: why no asset of a library can fill this role; empty if one can.
+        base: None: as in the asset. refused: why no asset of a library can fill this role; empty if one can.
     """
 
     id: Id
@@ -163,8 +161,7 @@ class TextureRecipe(Record):
 
     Attributes:
         surface: None for a skin of objects. tile_m: width and height of the picture in metres.
-        substance: id in registry/substances.yaml.
-        params: canonical JSON of the kind's own record.
+        substance: id in registry/substances.yaml. params: canonical JSON of the kind's own record.
     """
 
     id: Id
@@ -205,8 +202,7 @@ class Curve(Record):
     Below the first point it is a straight line from (0, 0), since few of the fitted cases have such a low confidence.
 
     Attributes:
-        given: confidences of the code, ascending.
-        right: share of right guesses at each, never decreasing.
+        given: confidences of the code, ascending. right: share of right guesses at each, never decreasing.
     """
 
     given: tuple[Confidence, ...]
