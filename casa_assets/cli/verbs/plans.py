@@ -94,9 +94,9 @@ def check_plan(
 
 def _print(found: PlanCheck, file: Path, output: Output) -> None:
     for told in found.faults:
-        pointer = ".".join(map(str, told.fault.pointer)) or "(top)"
-        output.wrong(f"{told.file}:{told.line}: {pointer}: expected {told.fault.expected}, got {told.fault.got}")
-        output.wrong(f"    correction: {told.fault.mend.sentence if told.fault.mend else 'none was found'}")
+        pointer = ".".join(map(str, told.pointer)) or "(top)"
+        output.wrong(f"{told.file}:{told.line}: {pointer}: expected {told.expected}, got {told.got}")
+        output.wrong(f"    correction: {told.mend.sentence if told.mend else 'none was found'}")
     if found.fits:
         output.line(f"{file}: fits")
         return

@@ -47,38 +47,13 @@ SEARCH_STEPS = 6  # of the least room, each of which halves what is not known of
 
 
 @dataclass(frozen=True)
-class ToldFault:
-    """A fault with its location: the file, which may be that of the plan named by `like`, and the line, counted from 1.
-
-    For a part that an earlier mend has added, the location is where it was added. `old`: the values that the edits of
-    the fault's mend replace.
-    """
-
-    fault: Fault
-    file: str
-    line: int
-    old: tuple[Any, ...] = ()
-
-    @property
-    def facts(self) -> dict[str, Any]:
-        """As JSON has it."""
-        fault, mend = self.fault, None
-        if fault.mend is not None:
-            pairs = zip(fault.mend.edits, self.old, strict=True)
-            edits = [{"op": e.kind, "pointer": [*e.pointer], "old": old, "new": e.value} for e, old in pairs]
-            mend = {"sentence": fault.mend.sentence, "edits": edits}
-        told = {"pointer": [*fault.pointer], "expected": fault.expected, "got": fault.got, "mend": mend}
-        return {"file": self.file, "line": self.line, **told}
-
-
-@dataclass(frozen=True)
 class PlanCheck:
     """Result of a check: faults, in the order in which their mends are to be made, and the text with all these made.
 
     `kitchen`: of that text; None if a fault without a mend is left.
     """
 
-    faults: tuple[ToldFault, ...]
+    faults: tuple[Fault, ...]
     text: str
     kitchen: KitchenRequest | None
 
@@ -100,7 +75,7 @@ def check_plan(text: str, file: str, style: Style, fixed_walls: bool = False) ->
         file: its name, whose stem is the plan's id.
         style: that it is tried with. fixed_walls: where doors clash or an aisle is narrow, the room is not made larger.
     """
-    told: list[ToldFault] = []
+    told: list[Fault] = []
     now, seen = text, {text}
     stage, faults, kitchen = find_faults(now, file, style, fixed_walls)
     while faults:
@@ -164,9 +139,9 @@ def plan_document(text: str, file: str) -> tuple[Document, Fault | None]:
         names, mend = getattr(error, "expected", str(error)), None
         if names.startswith("'"):
             near = names.split("'")[1]
-            mend = Mend(f"Write `{LIKE}: {near}`.", (Edit.put((LIKE,), near),))
+            mend = Mend.write((), **{LIKE: near})
         elif "walls" in document.value:
-            mend = Mend(f"Take out '{LIKE}'.", (Edit.remove((LIKE,)),))
+            mend = Mend.take_out((LIKE,), repr(LIKE))
         return document, Fault((LIKE,), names, repr(document.value[LIKE]), mend)
 
 
@@ -213,7 +188,7 @@ def edited_text(text: str, file: str, edit: Edit) -> str:
     return block_text(whole)
 
 
-def _told(fault: Fault, first: str, now: str, file: str) -> ToldFault:
+def _told(fault: Fault, first: str, now: str, file: str) -> Fault:
     """A fault with its line in the text that was given, which earlier mends have changed."""
     edits, line = fault.mend.edits if fault.mend else (), fault.line
     old: tuple[Any, ...] = (None,) * len(edits)
@@ -228,13 +203,13 @@ def _told(fault: Fault, first: str, now: str, file: str) -> ToldFault:
         line = line or document.lines.get(at, 1)
         old = tuple(value_at(document.value, e.pointer) for e in edits)
         if document.files.get(at, file) != file:
-            return ToldFault(fault, document.files[at], line, old)
+            return replace(fault, file=document.files[at], line=line, old=old)
     matcher = difflib.SequenceMatcher(None, now.splitlines(), first.splitlines(), autojunk=False)
     for _, a0, a1, b0, b1 in matcher.get_opcodes():
         if a0 <= line - 1 < a1:
             line = min(b0 + line - 1 - a0, max(b1 - 1, b0)) + 1
             break
-    return ToldFault(fault, file, max(1, min(line, len(first.splitlines()))), old)
+    return replace(fault, file=file, line=max(1, min(line, len(first.splitlines()))), old=old)
 
 
 @dataclass(frozen=True)
@@ -303,16 +278,16 @@ def _fitted(text: str, file: str, style: Style, size: Size, wanted: Size) -> tup
         said.append(sentence)
     found = check_plan(resized, file, style, fixed_walls=True)
     if found.kitchen is None:
-        last = found.faults[-1].fault
+        last = found.faults[-1]
         return None, f"expected {last.expected}, got {last.got}"
     (x0, y0), (x1, y1) = found.kitchen.room.bounds()
     if abs(x1 - x0 - wanted[0]) > TOLERANCE_M or abs(y1 - y0 - wanted[1]) > TOLERANCE_M:
-        first = next((t.fault for t in found.faults if t.fault.mend and "length" in t.fault.mend.sentence), None)
+        first = next((t for t in found.faults if t.mend and "length" in t.mend.sentence), None)
         return None, "needs longer walls" if first is None else f"expected {first.expected}, got {first.got}"
     lost = sorted(_essential(draft.plan) - _essential(found.kitchen.plan))
     if lost:
         return None, f"there is no place for the {' and the '.join(lost)}"
-    said += [told.fault.mend.sentence for told in found.faults if told.fault.mend]
+    said += [fault.mend.sentence for fault in found.faults if fault.mend]
     return FittedPlan(found.text, tuple(said)), ""
 
 

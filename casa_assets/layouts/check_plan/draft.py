@@ -46,25 +46,18 @@ def bounds_of(family: str, side: str) -> tuple[float, float] | None:
     return (float(found[0]), float(found[1])) if found else None
 
 
-class PresetSizes(Mapping[str, Presets]):
+class PresetSizes(dict[str, Presets]):
     """Properties of presets that layouts need, by family; a family is read when it is first asked for."""
 
-    def __init__(self) -> None:
-        self._read: dict[str, Presets] = {}
-
-    def __getitem__(self, name: str) -> Presets:
-        if name not in self._read:
-            self._read[name] = _presets_of(name)
-        return self._read[name]
+    def __missing__(self, name: str) -> Presets:
+        self[name] = _presets_of(name)
+        return self[name]
 
     def __contains__(self, name: object) -> bool:
         return name in family_sizes() or name == LIBRARY or name in names_in("families")
 
     def __iter__(self) -> Iterator[str]:
         return iter(sorted({*family_sizes(), *names_in("families")}))
-
-    def __len__(self) -> int:
-        return sum(1 for _ in self)
 
 
 def _presets_of(name: str) -> Presets:

@@ -75,15 +75,28 @@ class Mend:
     sentence: str
     edits: tuple[Edit, ...] = ()
 
+    @classmethod
+    def write(cls, at: KeyPath, name: str = "", /, **values: Any) -> Mend:
+        """Have keys written in the mapping at a pointer, which is that of something called `name`."""
+        said = ", ".join(f"{key}: {flow_text(value)}" for key, value in values.items())
+        edits = tuple(Edit.put((*at, key), value) for key, value in values.items())
+        return cls(f"Write `{said}` for {name}." if name else f"Write `{said}`.", edits)
+
+    @classmethod
+    def take_out(cls, at: KeyPath, name: str) -> Mend:
+        """Have what is at a pointer taken out."""
+        return cls(f"Take out {name}.", (Edit.remove(at),))
+
 
 @dataclass(frozen=True)
 class Fault:
     """An error in a plan.
 
     Attributes:
-        pointer: of the part that is wrong, as the file has it.
-        expected, got: as in a RegistryError. mend: None if no sensible correction is near.
-        line: counted from 1, if the pointer does not determine it; otherwise 0.
+        pointer: of the part that is wrong, as the file has it. expected, got: as in a RegistryError.
+        mend: None if no sensible correction is near. old: the values that its edits replace.
+        file, line: the location, counted from 1, in the file or that of the plan named by `like`; for a part that an
+            earlier mend has added, where it was added. Before it is known: 0 if the pointer determines it.
     """
 
     pointer: KeyPath
@@ -91,6 +104,19 @@ class Fault:
     got: str
     mend: Mend | None = None
     line: int = 0
+    file: str = ""
+    old: tuple[Any, ...] = ()
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """As JSON has it."""
+        mend = None
+        if self.mend is not None:
+            pairs = zip(self.mend.edits, self.old, strict=True)
+            edits = [{"op": e.kind, "pointer": [*e.pointer], "old": old, "new": e.value} for e, old in pairs]
+            mend = {"sentence": self.mend.sentence, "edits": edits}
+        said = {"pointer": [*self.pointer], "expected": self.expected, "got": self.got, "mend": mend}
+        return {"file": self.file, "line": self.line, **said}
 
 
 def value_at(value: Any, pointer: Sequence[str | int]) -> Any:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from pydantic import ValidationError
@@ -26,7 +27,7 @@ from casa_assets.layouts.plan.runs import RunLine, UnitSlot, base_slots, other_s
 from casa_assets.layouts.plan.standard_sizes import WidthRange, share_widths
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.floor import RunEnd
-from casa_assets.model.kitchen.plan import MOST_SEATS, BaseKind, BaseUnit, OpeningKind, Plan, Run, UpperKind, UpperUnit
+from casa_assets.model.kitchen.plan import BaseKind, BaseUnit, OpeningKind, Plan, Run, UpperKind, UpperUnit
 from casa_assets.model.registry.document import KeyPath
 
 # What is raised where edits make no plan, since what they name is no longer there.
@@ -128,20 +129,12 @@ def _mends_of_conflict(draft: Draft, conflict: PlanConflict) -> Iterator[Mend]:
     at, wanted, plan = conflict.pointer, conflict.wanted_m, draft.plan
     table, name = str(at[0]), str(at[1]) if len(at) > 1 else ""
     if at == ("height",) and wanted is not None:
-        yield Mend(f"Write `height: {wanted:g}`.", (Edit.put(at, wanted),))
+        yield Mend.write((), height=wanted)
     elif at[-1:] == ("model",):
         row, said = _written(draft, at[:-1]), "Take out 'model': the style's stands there, if it has one."
         yield Mend(said, (draft.without(row, "model") if table == "runs" else Edit.remove((*row, "model")),))
-    elif table == "seats":
-        yield from _of_seats(plan, at)
     elif table == "openings":
         yield from _of_hole(draft, name)
-    elif table == "slopes" and len(at) == 2 and wanted is not None:  # too low over something
-        knee = math.ceil(100 * wanted + 0.5) / 100
-        yield Mend(f"Write `knee: {knee:g}`.", (Edit.put((*at, "knee"), knee),))
-    elif table == "corners" and at[2:] == ("runs",):
-        runs = list(plan.corners[int(name)].runs)[::-1]
-        yield Mend(f"Write `runs: {flow_text(runs)}`.", (Edit.put(at, runs),))
     elif table == "runs" and name:
         run = next(r for r in plan.runs if r.id == name)
         if at[2:] == ("base",):
@@ -153,21 +146,7 @@ def _mends_of_conflict(draft: Draft, conflict: PlanConflict) -> Iterator[Mend]:
             edits = tuple(Edit.remove((*draft.row("runs", name), key)) for key in keys if getattr(run, key))
             yield Mend(f"Take out {' and '.join(map(repr, keys))} of {name}.", edits)
     if name and table not in ("runs", "walls"):
-        yield Mend(f"Take out {name} of {table}.", (Edit.remove(_written(draft, at[:2])),))
-
-
-def _of_seats(plan: Plan, at: KeyPath) -> Iterator[Mend]:
-    """Of too many seats the most stay that have room; two rows at a run are one."""
-    if len(at) == 2:
-        second = plan.seats[int(at[1])]
-        k, first = next((k, row) for k, row in enumerate(plan.seats) if row.run == second.run)
-        count = min(first.count + second.count, MOST_SEATS)
-        said = f"Write `count: {count}` for {first.run}, and take out the second row."
-        yield Mend(said, (Edit.put(("seats", k, "count"), count), Edit.remove(at)))
-    for k, seats in enumerate(plan.seats):
-        for count in range(seats.count - 1, 0, -1):
-            yield Mend(f"Write `count: {count}`.", (Edit.put(("seats", k, "count"), count),))
-        yield Mend(f"Take out the seats at {seats.run}.", (Edit.remove(("seats", k)),))
+        yield Mend.take_out(_written(draft, at[:2]), f"{name} of {table}")
 
 
 def _of_hole(draft: Draft, name: str) -> Iterator[Mend]:
@@ -192,9 +171,7 @@ def _of_hole(draft: Draft, name: str) -> Iterator[Mend]:
         run = next((r for r in plan.runs if any(u.id == opening.over for u in (*r.base, *r.upper))), None)
         others += [{**new, "wall": run.on}] if run is not None and run.on not in (None, opening.wall) else []
         others += [{**new, "width": w} for w in (0.9, 0.76, 0.6, 0.4) if w < width]
-    for keys in others:
-        said = ", ".join(f"{key}: {flow_text(value)}" for key, value in keys.items())
-        yield Mend(f"Write `{said}`.", tuple(Edit.put((*at, key), value) for key, value in keys.items()))
+    yield from (Mend.write(at, **keys) for keys in others)
 
 
 def _of_base(draft: Draft, run: Run) -> Iterator[Mend]:
@@ -211,7 +188,7 @@ def _of_base(draft: Draft, run: Run) -> Iterator[Mend]:
                 yield _changed(draft, run.id, "base", units, changes)
         # Where nothing can be given up: all of the wall, or a longer wall.
         for key in (key for key in ("length", "end", "start") if getattr(run, key)):
-            yield Mend(f"Take out {key!r} of {run.id}.", (Edit.remove((*draft.row("runs", run.id), key)),))
+            yield Mend.take_out((*draft.row("runs", run.id), key), f"{key!r} of {run.id}")
         yield from longer_walls(draft, line, sum(s.minimum for s in spans) - available, along=True)
         return
     changes, left = widened(units, spans, round(available - sum(s.maximum for s in spans), 3))
@@ -336,31 +313,20 @@ def _of_upper(draft: Draft, run: Run) -> Iterator[Mend]:
 
 
 def _of_fixed(draft: Draft, run: Run, name: str) -> Iterator[Mend]:
-    """A wall unit over another that reaches beyond its place: in its order, narrower, or something less."""
+    """A wall unit over another that reaches beyond its place: narrower, without what is before it, or none of it."""
     line, below = draft.lines()[run.id], _below(draft, draft.lines()[run.id])
     row, k = (*draft.row("runs", run.id), "upper"), next(k for k, u in enumerate(run.upper) if u.id == name)
-    unit, units = run.upper[k], draft.at(row)
-    fixed = [j for j, u in enumerate(run.upper) if u.over in below]
-    wanted = sorted(fixed, key=lambda j: below[str(run.upper[j].over)].middle)
-    if wanted != fixed:
-        order = dict(zip(fixed, wanted, strict=True))
-        moved = [units[order.get(j, j)] for j in range(len(units))]
-        yield Mend("Write wall units in the order of what is below them.", (Edit.put(row, moved),))
-    before = [j for j in fixed if j < k]
+    unit = run.upper[k]
+    before = [j for j in range(k) if run.upper[j].over in below]
     start = max([line.left.upper_length, *(_span(run.upper[j], below, draft.models)[1] for j in before)])
     middle, end = below[str(unit.over)].middle, line.length - line.right.upper_length
-    for j in before:
-        if run.upper[j].width is not None and run.upper[j].kind is not UpperKind.HOOD:
-            said = f"Take the width of {run.upper[j].id} out: it is as wide as {run.upper[j].over}."
-            yield Mend(said, (draft.without((*row, j), "width"),))
     room, is_hood = round(2 * min(middle - start, end - middle), 3), unit.kind is UpperKind.HOOD
     for width in HOOD_WIDTHS_M if is_hood else (room,):
         if LEAST_UPPER_M <= width <= room:
             yield Mend(f"Write `width: {width:g}` for {name}.", (draft.in_unit((*row, k), "width", width),))
-    if is_hood:
-        for j in before[-1:]:
-            yield Mend(f"Take out {run.upper[j].id}, which is where the hood goes.", (Edit.remove((*row, j)),))
-    yield Mend(f"Take out {name}.", (Edit.remove((*row, k)),))
+    for j in before[-1:] if is_hood else ():
+        yield Mend.take_out((*row, j), f"{run.upper[j].id}, which is where the hood goes")
+    yield Mend.take_out((*row, k), name)
 
 
 def problem_faults(draft: Draft, fixed_walls: bool = False) -> list[Fault]:
@@ -414,7 +380,7 @@ def _mends(draft: Draft, problem: Problem) -> Iterator[Mend]:
             yield from _of_item(draft, name)
         for table in ("tables", "columns", "wall_items", "floor_items"):
             if any(row.id == name for row in getattr(plan, table)):
-                yield from _of_thing(draft, table, name)
+                yield Mend(f"Take out {name}.", (*_without(plan, name), Edit.remove(draft.row(table, name))))
     for name in units:
         yield from _of_unit(draft, problem, name)
     lines = {draft.kitchen.slot(n).line.id if n in units else n for n in names}
@@ -425,9 +391,7 @@ def _mends(draft: Draft, problem: Problem) -> Iterator[Mend]:
     places = [place for name in units if (place := draft.place(name)) is not None]
     for run, row, k in places:
         yield from _exchanged(draft, draft.kitchen.lines[run], k) if row == "base" else ()
-    yield from (
-        Mend(f"Take out {name}.", (Edit.remove(draft.unit(*at)),)) for name in units if (at := draft.place(name))
-    )
+    yield from (Mend.take_out(draft.unit(*at), name) for name in units if (at := draft.place(name)))
     for line in runs:
         for more, along in itertools.product(MORE_ROOM_M, (False, True)):
             yield from longer_walls(draft, line, more, along)
@@ -441,7 +405,7 @@ def _of_opening(draft: Draft, name: str) -> Iterator[Mend]:
     opening, is_door = hole.opening, hole.opening.kind is OpeningKind.DOOR
     hinge = other_side(opening.hinge).value
     if is_door:
-        yield Mend(f"Write `hinge: {hinge}` for {name}.", (Edit.put((*at, "hinge"), hinge),))
+        yield Mend.write(at, name, hinge=hinge)
     own, middle = round(hole.right - hole.left, 4), (hole.left + hole.right) / 2
     smaller = {OpeningKind.WINDOW: WINDOW_WIDTHS_M, OpeningKind.NICHE: ()}.get(opening.kind, (DOOR_M,))
     walls = [hole.wall, *(w for w in draft.kitchen.room.walls if w.id != hole.wall.id and not w.open)]
@@ -452,35 +416,24 @@ def _of_opening(draft: Draft, name: str) -> Iterator[Mend]:
         for u, turned in itertools.product((u for u in places if u is not None), (False, is_door)):
             new: dict[str, str | float] = {"wall": wall.id, "at": u, "width": width}
             new = {k: v for k, v in new.items() if v != before[k]} | ({"hinge": hinge} if turned else {})
-            edits = [Edit.remove((*at, "over"))] if opening.over is not None else []
-            said = ", ".join(f"{key}: {flow_text(value)}" for key, value in new.items())
-            edits += [Edit.put((*at, key), value) for key, value in new.items()]
-            yield Mend(f"Write `{said}` for {name}.", tuple(edits))
+            mend = Mend.write(at, name, **new)
+            alone = (Edit.remove((*at, "over")),) if opening.over is not None else ()
+            yield replace(mend, edits=(*alone, *mend.edits))
     if is_door and opening.closet is None:
         yield passage(draft, name)
-    yield Mend(f"Take out {name}: no wall has a place for it.", (Edit.remove(at),))
+    yield Mend.take_out(at, f"{name}: no wall has a place for it")
 
 
 def _of_item(draft: Draft, name: str) -> Iterator[Mend]:
     """Yield other places for an object on a worktop, first in the same row and nearest; last, its removal."""
     at, items = draft.row("worktop_items", name), draft.plan.worktop_items
     before = draft.kitchen.slot(next(i.on for i in items if i.id == name))
-    for share in (0.0, 1.0):
-        yield Mend(f"Write `at: {share:g}` for {name}.", (Edit.put((*at, "at"), share),))
+    yield from (Mend.write(at, name, at=share) for share in (0.0, 1.0))
     others = [s for s in draft.slots if has_worktop(s) and s.width >= LEAST_UNDER_ITEM_M and s.name in draft.plan.units]
     taken = [i.on for i in items]
     others.sort(key=lambda s: (s.name in taken, s.line is not before.line, abs(s.middle - before.middle)))
-    for slot in others:
-        yield Mend(f"Write `on: {slot.name}` for {name}.", (Edit.put((*at, "on"), slot.name),))
-    yield Mend(f"Take out {name}.", (Edit.remove(at),))
-
-
-def _of_thing(draft: Draft, table: str, name: str) -> Iterator[Mend]:
-    """A table, a column or a thing on a wall or the floor: with fewer chairs, or none of it."""
-    at = draft.row(table, name)
-    for fewer in range(next((t.chairs for t in draft.plan.tables if t.id == name), 0) - 2, 1, -2):
-        yield Mend(f"Write `chairs: {fewer}` for {name}.", (Edit.put((*at, "chairs"), fewer),))
-    yield Mend(f"Take out {name}.", (*_without(draft.plan, name), Edit.remove(at)))
+    yield from (Mend.write(at, name, on=slot.name) for slot in others)
+    yield Mend.take_out(at, name)
 
 
 def _without(plan: Plan, name: str) -> Iterator[Edit]:
@@ -549,12 +502,12 @@ def _of_run(draft: Draft, problem: Problem, line: RunLine) -> Iterator[Mend]:
         for key, change in (("aisle", more), ("shift", more), ("shift", -more), ("aisle", -more)):
             value = round(getattr(run.faces, key) + change, 2)
             value = min(max(value, AISLES_M[0]), AISLES_M[1]) if key == "aisle" else value
-            yield Mend(f"Write `{key}: {value:g}` for {line.id}.", (Edit.put((*at, "faces", key), value),))
+            yield Mend.write((*at, "faces"), line.id, **{key: value})
     if run.on is not None and run.length is None:
         for key, end in (("start", line.left), ("end", line.right)):
             if end.kind is not RunEnd.CORNER:
                 value = round(draft.plan.length(getattr(run, key), draft.plan.defaults) + more, 2)
-                yield Mend(f"Write `{key}: {value:g}` for {line.id}.", (Edit.put((*at, key), value),))
+                yield Mend.write(at, line.id, **{key: value})
     if not draft.plan.compact and "aisle" in problem.expected:
         yield Mend("Add `compact: true`: aisles of a small kitchen are narrower.", (Edit.put(("compact",), True),))
 
@@ -564,7 +517,7 @@ def _smaller(draft: Draft, line: RunLine) -> Iterator[Mend]:
     run, at, name = line.run, draft.row("runs", line.id), line.id
     for key in ("shift", "in_front_of"):
         if run.faces is not None and getattr(run.faces, key):
-            yield Mend(f"Take out {key!r} of {name}.", (Edit.remove((*at, "faces", key)),))
+            yield Mend.take_out((*at, "faces", key), f"{key!r} of {name}")
     if run.overhang:
         seats = [edit for edit in _without(draft.plan, name) if edit.pointer[0] == "seats"]
         yield Mend(f"Take out the overhang and the seats of {name}.", (Edit.remove((*at, "overhang")), *seats))

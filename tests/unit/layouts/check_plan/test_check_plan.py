@@ -49,10 +49,7 @@ def checked(text: str, style: str = STYLE) -> PlanCheck:
 
 def told(found: PlanCheck) -> list[tuple[int, str, str]]:
     """Line, pointer and sentence of the mend of each fault."""
-    return [
-        (t.line, ".".join(map(str, t.fault.pointer)), t.fault.mend.sentence if t.fault.mend else "")
-        for t in found.faults
-    ]
+    return [(t.line, ".".join(map(str, t.pointer)), t.mend.sentence if t.mend else "") for t in found.faults]
 
 
 @pytest.mark.parametrize("every", [False, pytest.param(True, marks=pytest.mark.certify)], ids=["one_style", "every"])
@@ -145,9 +142,9 @@ def test_what_nothing_is_near_to_is_told_with_line_and_what_was_expected(
 ) -> None:
     found = checked((ROOM + ROW).replace(old, new, 1))
     assert not found.mended
-    first = next(t for t in found.faults if t.fault.mend is None)
-    assert (first.line, ".".join(map(str, first.fault.pointer))) == (line, pointer)
-    assert expected in first.fault.expected
+    first = next(t for t in found.faults if t.mend is None)
+    assert (first.line, ".".join(map(str, first.pointer))) == (line, pointer)
+    assert expected in first.expected
 
 
 def test_the_command_prints_faults_and_writes_the_mended_plan(tmp_path: Path) -> None:

@@ -49,10 +49,10 @@ def sentences(name: str) -> list[str]:
     """What is said of a plan, as expected.yaml has it."""
     found = check_plan(PLANS[name], f"{name}.yaml", load_style(STYLE)[0])
     if not found.mended:
-        first = next(told for told in found.faults if told.fault.mend is None)
-        assert first.fault.expected, name
-        return [f"! {first.line} {'.'.join(map(str, first.fault.pointer))}".rstrip()]
-    return [t.fault.mend.sentence for t in found.faults if t.fault.mend]
+        first = next(told for told in found.faults if told.mend is None)
+        assert first.expected, name
+        return [f"! {first.line} {'.'.join(map(str, first.pointer))}".rstrip()]
+    return [t.mend.sentence for t in found.faults if t.mend]
 
 
 # Those that all corrections together make fit.

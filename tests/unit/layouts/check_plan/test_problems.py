@@ -73,7 +73,7 @@ def test_what_would_fail_is_told_with_a_mend_that_works(subtests: pytest.Subtest
     for text, expected, sentence in CASES:
         with subtests.test(expected=expected):
             found = checked(text)
-            told = [(t.fault.expected, t.fault.mend.sentence if t.fault.mend else "") for t in found.faults]
+            told = [(t.expected, t.mend.sentence if t.mend else "") for t in found.faults]
             assert any(expected in one and sentence in said for one, said in told), told
             assert found.mended, told
             assert found.kitchen is not None
@@ -97,7 +97,7 @@ def test_a_ceiling_is_over_the_cornice_and_one_that_is_too_high_is_as_high_as_it
 
 def test_limits_of_a_project_hold_and_the_others_stay(project: Project) -> None:
     text = ROOM + ONE_ROW + ISLAND.replace("1.3", "1.15")
-    assert not [t for t in checked(text).faults if "aisle" in t.fault.expected]
+    assert not [t for t in checked(text).faults if "aisle" in t.expected]
     project({"limits.yaml": "work_aisle_m: {value: 1.2}\n"})
-    told = [t.fault.expected for t in checked(text).faults]
+    told = [t.expected for t in checked(text).faults]
     assert any("an aisle of at least 1.2 m" in expected for expected in told), told
