@@ -11,8 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.core.numeric import Floats, about_axis, decimals, rng_for
-from casa_assets.layouts.order.build_order import DepthReference, HeightReference, OrderItem, Spot
-from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.order.build_order import DepthReference, HeightReference, KitchenRequest, OrderItem, Spot
 from casa_assets.layouts.plan.room import WallFrame, WallLine, turned_left
 from casa_assets.layouts.plan.runs import UnitSlot
 from casa_assets.mesh.inertia import ready_to_simulate

@@ -29,7 +29,7 @@ from casa_assets.layouts.check_plan.edit import (
 )
 from casa_assets.layouts.check_plan.mends import problem_faults, resolve
 from casa_assets.layouts.check_plan.values import name_faults, record_faults, wall_faults
-from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.plan.room import AXES
 from casa_assets.model.kitchen.plan import COOKERS, BaseKind, Plan
 from casa_assets.model.kitchen.style import Style

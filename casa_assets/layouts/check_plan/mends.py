@@ -20,7 +20,7 @@ from casa_assets.layouts.check_plan.draft import FROM_END_M, WINDOW_FROM_END_M, 
 from casa_assets.layouts.check_plan.edit import Edit, Fault, Mend, flow_text
 from casa_assets.layouts.check_plan.problems import Problem, has_worktop, passage, problems_of
 from casa_assets.layouts.check_plan.values import name_faults
-from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import build_room
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot, base_slots, other_side, room_at_walls

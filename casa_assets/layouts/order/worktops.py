@@ -93,21 +93,16 @@ def worktop_stretches(line: RunLine, slots: Sequence[UnitSlot]) -> list[WorktopS
     return out
 
 
-def order_worktops(
-    order: BuildOrder,
-    lines: Mapping[str, RunLine],
-    slots: Mapping[str, Sequence[UnitSlot]],
-    seats: Mapping[str, Sequence[float]],
-    models: StyleModels,
-) -> None:
-    """Order all worktops, then sinks and hobs; `seats`: where people sit along an island, metres."""
+def order_worktops(order: BuildOrder) -> None:
+    """Order all worktops, then sinks and hobs."""
+    lines, slots, models = order.kitchen.lines, order.kitchen.slots, order.models
     stretches = {name: worktop_stretches(line, slots[name]) for name, line in lines.items()}
     corners = {e.corner.runs: e.corner for line in lines.values() for e in (line.left, line.right) if e.corner}
     for corner in corners.values():
-        _corner_top(order, corner, lines, stretches, models)
+        _corner_top(order, corner, stretches)
     for name, line in lines.items():
         for k, slab in enumerate(p for s in stretches[name] for p in _slabs(s)):
-            _straight(order, numbered(f"{name}_top", k), line, slab, seats.get(name, ()), models)
+            _straight(order, numbered(f"{name}_top", k), line, slab)
     for name in lines:
         for slot in slots[name]:
             if slot.kind is BaseKind.SINK:
@@ -119,15 +114,9 @@ def order_worktops(
                 order.add(OrderItem(f"{slot.name}_plate", "hob", choice, spot, slot.name, slot.line.id))
 
 
-def _corner_top(
-    order: BuildOrder,
-    corner: RunCorner,
-    lines: Mapping[str, RunLine],
-    stretches: dict[str, list[WorktopStretch]],
-    models: StyleModels,
-) -> None:
+def _corner_top(order: BuildOrder, corner: RunCorner, stretches: dict[str, list[WorktopStretch]]) -> None:
     """Order an L round a corner, up to the first cutout on either side, and shorten the stretches by what it covers."""
-    first, second = (lines[name] for name in corner.runs)
+    first, second = (order.kitchen.lines[name] for name in corner.runs)
     a, b = stretches[first.id].pop(), stretches[second.id].pop(0)
     if first.run.joins or second.run.joins:
         bar, at_wall = (second, first) if second.run.joins else (first, second)
@@ -162,7 +151,7 @@ def _corner_top(
         stretches[second.id].insert(0, b.part(round(arm_b, 4), b.right))
     else:
         arm_b = b.right
-    top = worktop_of(models, first)
+    top = worktop_of(order.models, first)
     params = {
         **_slab_params(top),
         "back_arm": arm_a,
@@ -223,9 +212,8 @@ def _slab_params(top: WorktopStyle) -> dict[str, Any]:
     return {"thickness": top.thickness, "edge": top.edge, "top": top.face}
 
 
-def _straight(
-    order: BuildOrder, name: str, line: RunLine, slab: WorktopStretch, seats: Sequence[float], models: StyleModels
-) -> None:
+def _straight(order: BuildOrder, name: str, line: RunLine, slab: WorktopStretch) -> None:
+    seats, models = order.seats.get(line.id, ()), order.models
     top, overhang, behind = worktop_of(models, line), line.run.overhang, line.depth_behind
     width, middle = round(slab.right - slab.left, 4), (slab.left + slab.right) / 2
     depth = round(line.depth + standard_sizes.WORKTOP_OVERHANG + behind, 4)
@@ -322,12 +310,10 @@ def _sink(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     order.add(OrderItem(f"{slot.name}_basin", "sink", choice, spot, slot.name, slot.line.id))
 
 
-def order_back_panels(
-    order: BuildOrder, lines: Mapping[str, RunLine], slots: Mapping[str, Sequence[UnitSlot]], models: StyleModels
-) -> None:
+def order_back_panels(order: BuildOrder) -> None:
     """Panels along the back of every free-standing run, from the wall that a peninsula begins at to its free end."""
-    for name, line in lines.items():
-        floor = [s for s in slots[name] if not s.is_upper]
+    for name, line in order.kitchen.lines.items():
+        floor = [s for s in order.kitchen.slots[name] if not s.is_upper]
         if not line.has_back or not floor:
             continue
         low, high = floor[0].left, floor[-1].right
@@ -335,7 +321,7 @@ def order_back_panels(
             low, high = (0.0, high) if line.run.joins.end is RunSide.RIGHT else (low, line.length)
         count = math.ceil((high - low) / MAX_PANEL_M)
         width = (high - low) / count
-        fronts = front_look(models, group_of(floor[0]))
+        fronts = front_look(order.models, group_of(floor[0]))
         params = {
             "width": round(width - PLAY_M, 4),
             "height": floor[0].top,
@@ -355,21 +341,16 @@ SILL_OVERHANG_M = 0.02  # of a sill beside the casing, at each end
 MIN_PANEL_M = 0.3
 
 
-def order_backsplash(
-    order: BuildOrder,
-    lines: Mapping[str, RunLine],
-    slots: Mapping[str, Sequence[UnitSlot]],
-    holes: Sequence[WallHole],
-    models: StyleModels,
-) -> None:
+def order_backsplash(order: BuildOrder) -> None:
     """Order panels between worktops and wall units, lower under windows."""
-    splash = models.style.backsplash
+    kitchen, splash = order.kitchen, order.kitchen.style.backsplash
     if splash is None:
         return
-    for name, line in lines.items():
+    for name, line in kitchen.lines.items():
         if not line.at_wall:
             continue
-        for k, (a, b, high) in enumerate(_panels(line, slots[name], holes, window_reach(models))):
+        panels = _panels(line, kitchen.slots[name], kitchen.holes, window_reach(order.models))
+        for k, (a, b, high) in enumerate(panels):
             params = {
                 "width": round(b - a, 4),
                 "height": round(high - standard_sizes.WORKTOP_HEIGHT, 4),
@@ -476,10 +457,9 @@ class CabinetRow:
     is_tall: bool
 
 
-def order_cornices(
-    order: BuildOrder, lines: Mapping[str, RunLine], slots: Mapping[str, Sequence[UnitSlot]], models: StyleModels
-) -> None:
+def order_cornices(order: BuildOrder) -> None:
     """Order a cornice over every row, with returns to the wall at visible ends, if the style has a profile for it."""
+    lines, slots, models = order.kitchen.lines, order.kitchen.slots, order.models
     profile = models.style.cabinets.cornice
     if profile is None:
         return
@@ -571,13 +551,14 @@ def _beside(row: CabinetRow, at: float, rows: Sequence[CabinetRow]) -> list[Cabi
     return [r for r in rows if r is not row and min(abs(r.left - at), abs(r.right - at)) < BESIDE_M]
 
 
-def order_curtains(order: BuildOrder, holes: Sequence[WallHole], models: StyleModels) -> None:
+def order_curtains(order: BuildOrder) -> None:
     """Order the style's curtain for every window, except where a long one would hang over a worktop."""
+    kitchen, models = order.kitchen, order.models
     if not models.has("curtain"):
         return
     model = models.for_role("curtain")
     form = model.params["form"]
-    for hole in holes:
+    for hole in (h for h in kitchen.holes if h.wall in kitchen.room.walls):
         width, height = round(hole.right - hole.left, 4), round(hole.top - hole.bottom, 4)
         if not hole.is_window or not 0.7 <= width <= 2.4 or (form in LONG_CURTAINS and hole.opening.over is not None):
             continue

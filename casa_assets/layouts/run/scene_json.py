@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 from casa_assets.checks.design.subject import DesignSubject, whereabouts
 from casa_assets.core.numeric import decimals
 from casa_assets.layouts.floor_facts import facts_of
-from casa_assets.layouts.order.build_order import OrderItem
-from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.order.build_order import KitchenRequest, OrderItem
 from casa_assets.layouts.spaces import Space, count_of_things, find_spaces, largest_box, world_bounds
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.choices import Surface

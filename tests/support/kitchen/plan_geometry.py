@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from casa_assets.errors import PlanConflict
-from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
+from casa_assets.layouts.order.build_order import KitchenRequest
+from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.run.resolve import error_with_line, preset_params
 from casa_assets.mesh.outline import penetration_depth

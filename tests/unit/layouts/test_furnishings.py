@@ -12,8 +12,9 @@ import pytest
 
 from casa_assets.core.numeric import Floats
 from casa_assets.layouts.compose import compose, pose_at_spot, scatter_props
+from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.order.furnish import LAMP_FROM_ISLAND_M, THINGS_BELOW_M
-from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
+from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.order.room_shell import HOOD_DEPTH_M, beams_of
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.run.recipe import SceneRecipe
@@ -63,7 +64,7 @@ def test_a_rack_of_two_rails_hangs_above_what_stands_on_the_worktop() -> None:
 @pytest.mark.parametrize(("style", "seed"), [("rustic", 395138), ("farmhouse", 912812)])
 def test_beams_keep_clear_of_a_hood_that_the_usual_number_would_meet(style: str, seed: int) -> None:
     kitchen = drawn("l_large", style, seed)
-    beams = beams_of(kitchen.plan, kitchen.style, kitchen.room, kitchen.lines, kitchen.slots)
+    beams = beams_of(kitchen)
     assert beams is not None
     (hood,) = [s for row in kitchen.slots.values() for s in row if s.kind is UpperKind.HOOD]
     axis = 1 if beams.along_x else 0

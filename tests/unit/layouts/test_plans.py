@@ -10,9 +10,8 @@ import pytest
 
 from casa_assets.layouts.check_plan.draft import Draft
 from casa_assets.layouts.check_plan.problems import problems_of
-from casa_assets.layouts.order.build_order import OrderItem
+from casa_assets.layouts.order.build_order import KitchenRequest, OrderItem
 from casa_assets.layouts.order.furnish import worktop_width
-from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import CornerPart, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels

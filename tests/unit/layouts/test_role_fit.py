@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from casa_assets.errors import PlanConflict, StyleConflict
-from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
+from casa_assets.layouts.order.build_order import KitchenRequest
+from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.plan.style_models import ModelMisfit, Place, fitted_choice
 from casa_assets.layouts.run.resolve import preset_params
 from casa_assets.model.asset.asset import Base

@@ -14,8 +14,8 @@ from casa_assets.checks.scene.formats.parity import formats_agree
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.errors import RegistryError
 from casa_assets.layouts.compose import pose_at_spot
-from casa_assets.layouts.order.build_order import OrderItem
-from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
+from casa_assets.layouts.order.build_order import KitchenRequest, OrderItem
+from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import WallFrame, frame_with_heading
 from casa_assets.layouts.run.resolve import params_of, preset_params

@@ -10,8 +10,9 @@ import pytest
 from casa_assets.errors import CasaError, PlanConflict, UnknownId
 from casa_assets.families.finishes import plain
 from casa_assets.kitchenware.fixtures.counters.counters import CORBEL_REACH, CORBEL_WIDTH
+from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.order.cabinets import HOODS_UNDER_CABINETS
-from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
+from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.order.worktops import CORNICE_DEPTH_M, find_rows
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.run.resolve import params_of, preset_params

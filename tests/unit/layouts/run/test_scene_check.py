@@ -16,7 +16,7 @@ from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.scene.views import PreviewImages
 from casa_assets.checks.table.table import TABLE
 from casa_assets.errors import PlanConflict
-from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.run import check, scene_folders, scene_page
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.layouts.run.resolve import build_scene
