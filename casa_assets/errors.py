@@ -49,7 +49,6 @@ class UnknownId(CasaError):
 
 
 def _nearest(wanted: str, names: list[str], count: int = 3) -> tuple[str, ...]:
-    """Return names similar to the wanted one, or else names that contain a similar word."""
     if whole := difflib.get_close_matches(wanted, names, n=count, cutoff=0.6):
         return tuple(whole)
     words = {name: re.split("[_/]+", name) for name in names}

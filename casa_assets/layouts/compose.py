@@ -363,7 +363,6 @@ def _units_on_floor(kitchen: KitchenRequest) -> list[UnitSlot]:
 
 
 def _box(slot: UnitSlot) -> Rect:
-    """Least and greatest x and y of a unit on the floor."""
     corners = [slot.line.frame.at(u, v)[:2] for u in (slot.left, slot.right) for v in (0.0, slot.depth)]
     xs, ys = zip(*corners, strict=True)
     return min(xs), min(ys), max(xs), max(ys)
@@ -386,7 +385,6 @@ def _view(kitchen: KitchenRequest, boxes: Sequence[tuple[Rect, bool]], at: Vec2,
 
 
 def _distance(box: Rect, at: Vec2) -> float:
-    """Metres from a point to a box; none within."""
     return math.hypot(max(box[0] - at[0], 0.0, at[0] - box[2]), max(box[1] - at[1], 0.0, at[1] - box[3]))
 
 
@@ -407,7 +405,6 @@ def _overview(kitchen: KitchenRequest, x0: float, y0: float, x1: float, y1: floa
 
 
 def _fits(points: np.ndarray, eye: np.ndarray, target: np.ndarray) -> bool:
-    """True if the overview shows all points, with a little air round them."""
     seen = look_at(_vec3(eye), _vec3(target)).inverse().apply(points)
     reach = FRAME_FILL * math.tan(math.radians(FOV_DEG / 2)) * -seen[:, 2]
     is_shown = (seen[:, 2] < -0.1) & (np.abs(seen[:, 1]) < reach) & (np.abs(seen[:, 0]) < reach * ASPECT)
@@ -543,7 +540,6 @@ def _put(
 
 
 def _spot(surface: SupportSurface, x: float, y: float, turn: float) -> Spot:
-    """A spot on a surface; the thing faces as the surface does."""
     px, py, pz = (float(c) for c in surface.pose.apply(np.array([[x, y, SET_DOWN_GAP_M]]))[0])
     along = surface.pose.rotation[:, 0]
     turn_deg = round(math.degrees(math.atan2(float(along[1]), float(along[0]))), 4) % 360.0

@@ -69,7 +69,6 @@ def arrange(arrangement: Arrangement, members: Sequence[Silhouette], rng: np.ran
 
 
 def _turns(arrangement: Arrangement, members: Sequence[Silhouette], rng: np.random.Generator) -> list[float]:
-    """Angle of each member, radians."""
     if arrangement is Arrangement.LOOSE:
         return [float(rng.uniform(-math.pi, math.pi)) for _ in members]
     if arrangement is Arrangement.HANDLE_FRONT:
@@ -233,8 +232,6 @@ class _Room:
 
 @dataclass
 class _Draw:
-    """State of one draw."""
-
     habits: Habits
     rooms: list[_Room]
     member: Callable[[str, int], Asset]
@@ -388,7 +385,6 @@ def _overlap(a: Rect, b: Rect) -> bool:
 def _set_down(
     draw: _Draw, name: str, room: _Room, assets: Sequence[Asset], group: Group, spot: tuple[float, float]
 ) -> PutGroup:
-    """The objects of a group as placements, and what they take noted."""
     (x, y), space, (width, depth, height) = spot, room.space, group.size
     box = np.array([(x - width / 2, y - depth / 2, 0.0), (x + width / 2, y + depth / 2, height)])
     frame = space.pose @ Pose(position=(x, y, 0.0))

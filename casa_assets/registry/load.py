@@ -177,7 +177,6 @@ def read_categories(
 
 
 def _read_portions(stated: Mapping[str, Any], document: Document, path: KeyPath) -> dict[str, Any]:
-    """The ranges of portions, each a list of three."""
     return {
         portion: {field: read_span(span, document, (*path, portion, field)) for field, span in ranges.items()}
         if isinstance(ranges, dict)

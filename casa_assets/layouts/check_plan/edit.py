@@ -208,7 +208,6 @@ def _is_at(row: Any, n: int, key: str | int) -> bool:
 
 
 def _child(parent: yaml.Node, step: str | int) -> tuple[yaml.Node | None, yaml.Node]:
-    """The key node, None in a list, and the value node of a part."""
     row = next((row for n, row in enumerate(parent.value) if _is_at(row, n, step)), None)
     if row is None or isinstance(row, str):
         raise KeyError(step)
@@ -224,7 +223,6 @@ def _end(node: yaml.Node) -> int:
 
 
 def _is_flow(node: yaml.Node) -> bool:
-    """True of a collection in brackets."""
     return isinstance(node, yaml.CollectionNode) and bool(node.flow_style)
 
 
@@ -233,20 +231,17 @@ def _line_start(text: str, index: int) -> int:
 
 
 def _line_end(text: str, index: int) -> int:
-    """Index behind the end of the line in which `index` lies."""
     end = text.find("\n", index)
     return len(text) if end < 0 else end + 1
 
 
 def _exchanged(text: str, node: yaml.Node, new: str) -> str:
-    """The text with another value in the place of one."""
     start = int(node.start_mark.index)
     gap = " " if start and text[start - 1] in ":-" else ""
     return text[:start] + gap + new + text[max(_end(node), start) :]
 
 
 def _added(text: str, parent: yaml.Node, key: str | int, edit: Edit) -> str:
-    """The text with a line or more for a new part of a collection in block form."""
     column, rows, is_item = parent.start_mark.column, parent.value, edit.kind is EditKind.INSERT
     at = _line_end(text, _end(parent))
     if is_item and int(key) < len(rows):
@@ -257,7 +252,6 @@ def _added(text: str, parent: yaml.Node, key: str | int, edit: Edit) -> str:
 
 
 def _without(text: str, parent: yaml.Node, key: str | int) -> str:
-    """The text without a part of a collection in block form."""
     is_map = isinstance(parent, yaml.MappingNode)
     rows = [(k, v) for k, v in parent.value] if is_map else [(v, v) for v in parent.value]
     n = next(n for n, row in enumerate(parent.value) if _is_at(row, n, key))

@@ -125,7 +125,6 @@ def _written(draft: Draft, pointer: KeyPath) -> KeyPath:
 
 
 def _mends_of_conflict(draft: Draft, conflict: PlanConflict) -> Iterator[Mend]:
-    """Mends that may help with a conflict, the smallest change first."""
     at, wanted, plan = conflict.pointer, conflict.wanted_m, draft.plan
     table, name = str(at[0]), str(at[1]) if len(at) > 1 else ""
     if at == ("height",) and wanted is not None:
@@ -175,7 +174,6 @@ def _of_hole(draft: Draft, name: str) -> Iterator[Mend]:
 
 
 def _of_base(draft: Draft, run: Run) -> Iterator[Mend]:
-    """A row that is too long for its place, or too short."""
     line, units = draft.lines()[run.id], run.base
     spans = [standard_sizes.base_span(u, draft.models) for u in units]
     available = round(line.length - line.left.base_length - line.right.base_length - room_at_walls(line), 4)
@@ -295,7 +293,6 @@ def _span(unit: UpperUnit, below: Mapping[str, UnitSlot], models: StyleModels) -
 
 
 def _of_upper(draft: Draft, run: Run) -> Iterator[Mend]:
-    """Wall units between two that are over others, which are too wide for their place."""
     line = draft.lines()[run.id]
     below, here, group = _below(draft, line), line.left.upper_length, list[int]()
     end = round(line.length - line.right.upper_length, 4)
@@ -364,12 +361,10 @@ def _after(draft: Draft, mend: Mend) -> tuple[int, list[Problem]]:
 
 
 def _kept(plan: Plan) -> int:
-    """How many of its units a kitchen has to keep."""
     return sum(unit.kind in KEPT for unit in plan.units.values())
 
 
 def _mends(draft: Draft, problem: Problem) -> Iterator[Mend]:
-    """Yield mends that may help with a problem, the smallest change first."""
     yield from problem.mends
     names, plan = sorted(problem.owners, key=lambda n: (n != problem.about, n)), draft.plan
     units = [n for n in names if any(s.name == n for s in draft.slots)]
@@ -496,7 +491,6 @@ def _exchanged(draft: Draft, line: RunLine, k: int) -> Iterator[Mend]:
 
 
 def _of_run(draft: Draft, problem: Problem, line: RunLine) -> Iterator[Mend]:
-    """Yield mends that move a run further from another one, or let it begin later or end earlier."""
     run, at, more = line.run, draft.row("runs", line.id), round(problem.excess + 0.02, 2)
     if run.faces is not None:
         for key, change in (("aisle", more), ("shift", more), ("shift", -more), ("aisle", -more)):

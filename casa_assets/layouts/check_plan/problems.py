@@ -345,7 +345,6 @@ def _tasks(draft: Draft) -> Iterator[Problem]:
 
 
 def _aisles(draft: Draft) -> Iterator[Problem]:
-    """Aisles that are too narrow to work or to walk in."""
     kitchen, room = draft.kitchen, draft.kitchen.room
     fronts = fronts_of(kitchen.slots, draft.models)
     runs = [placed_run(line, kitchen.slots[name], fronts) for name, line in kitchen.lines.items()]
@@ -381,7 +380,6 @@ def _overlaps(draft: Draft) -> Iterator[Problem]:
 
 
 def _outline(slot: UnitSlot) -> tuple[Vec2, ...]:
-    """Corners of a unit, seen from above, metres."""
     back, front = -slot.recess, slot.depth - slot.recess
     stands_free = isinstance(slot.unit, BaseUnit) and slot.kind is BaseKind.FRIDGE and not slot.unit.housing
     air = standard_sizes.FRIDGE_SIDE if stands_free else 0.0
@@ -404,7 +402,6 @@ def _seats(draft: Draft) -> Iterator[Problem]:
 
 
 def _doorways(draft: Draft) -> Iterator[Problem]:
-    """Doors and passages that are too narrow to walk through."""
     least = limits()["doorway_m"]
     for hole in draft.kitchen.holes:
         clear = door_width_clear(hole)
@@ -535,7 +532,6 @@ def _inscribed(square: Sequence[Vec2]) -> tuple[Vec2, ...]:
 
 
 def _sill(hole: WallHole) -> Part:
-    """The sill of a window."""
     left, right = hole.left - SILL_BESIDE_M, hole.right + SILL_BESIDE_M
     ends = ((left, 0.0), (right, 0.0), (right, SILL_M), (left, SILL_M))
     return Part(tuple(hole.wall.frame.at(u, v)[:2] for u, v in ends), hole.bottom - SILL_UNDER_M, hole.bottom)

@@ -101,7 +101,6 @@ def written_at(plan: Mapping[str, Any], loc: Sequence[str | int]) -> KeyPath:
 
 
 def _fault(plan: dict[str, Any], at: KeyPath, errors: list[Any]) -> Fault:
-    """The fault of a value, of all that was said of it."""
     got = value_at(plan, at)
     # Of the branches of a union, the one that says more than a type counts.
     errors = sorted(errors, key=lambda e: (e["type"] not in CLEAREST, e["type"].endswith("_type")))

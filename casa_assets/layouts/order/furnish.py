@@ -51,7 +51,6 @@ def order_tables(order: BuildOrder) -> dict[str, PlacedTable]:
 
 
 def _order_table(order: BuildOrder, table: DiningTable, frame: WallFrame, at: Vec2, models: StyleModels) -> PlacedTable:
-    """Order one table, made as long as its chairs need, and its chairs."""
     model = models.for_role("table")
     is_round = bool(model.params.get("is_round", False))
     long_sides = table.chairs // 2
@@ -316,14 +315,12 @@ def _row_of_lamps(over: RunLine | PlacedTable, count: int, size: float, beams: B
 
 
 def _places_along(line: RunLine, count: int) -> list[Place]:
-    """Places of lamps along the middle of a run."""
     low, high = _free_interval(line)
     span = high - low - 2 * LAMP_FROM_END_M
     return [(line.frame, (low + high) / 2 + span * ((k + 0.5) / count - 0.5), line.depth / 2) for k in range(count)]
 
 
 def _between_beams(places: Sequence[Place], beams: BeamGrid | None) -> list[Place]:
-    """The places, each moved into the middle between two beams."""
     if beams is None:
         return list(places)
     return [(frame, *frame.to_local(*beams.between(*frame.at(u, v)[:2]))) for frame, u, v in places]
@@ -355,7 +352,6 @@ def _lamps_of_room(
 
 
 def _is_at_hood(slot: UnitSlot, x: float, y: float, gap: float) -> bool:
-    """True if a lamp at a point would touch the chimney of a hood."""
     u, v = slot.line.frame.to_local(x, y)
     return abs(u - slot.middle) < CHIMNEY_WIDTH_M / 2 + gap and v < CHIMNEY_DEPTH_M + gap
 

@@ -217,7 +217,6 @@ def order_shell(order: BuildOrder) -> None:
 
 
 def _order_ceiling(order: BuildOrder, room: Room, shell: RoomStyle) -> None:
-    """The level part of the ceiling with its beams, and its slopes."""
     beams = order.beams
     (x0, y0), (x1, y1) = room.level_bounds()
     outline = [(round(x - x0, 5), round(y - y0, 5)) for x, y in room.level_outline]
@@ -252,7 +251,6 @@ def _order_columns(order: BuildOrder, room: Room, shell: RoomStyle) -> None:
 
 
 def _order_opening(order: BuildOrder, hole: WallHole) -> None:
-    """Order the window or door of an opening, the floor in it, and the recess or closet behind it."""
     models, shell = order.models, order.kitchen.style.room
     if hole.is_niche:
         is_seat = hole.bottom > 0.0
@@ -430,7 +428,6 @@ def order_skirting(order: BuildOrder) -> None:
 
 
 def _lining(length: float, shell: RoomStyle) -> PresetChoice:
-    """Skirting or panelling along the foot of a wall, by the style."""
     if shell.wainscot:
         panels = {"length": length, "height": WAINSCOT_HEIGHT_M, "panels": shell.wainscot, "face": shell.trim}
         return preset_with("wall_panelling/white_flat", panels)
@@ -480,7 +477,6 @@ def _opened_beside(wall: WallLine, kitchen: KitchenRequest, kinds: Sequence[Base
 
 
 def _occupied_by_columns(wall: WallLine, room: Room) -> list[tuple[float, float]]:
-    """Intervals of a wall that columns occupy."""
     out = []
     for placed in room.columns:
         along, before = zip(*(wall.frame.to_local(x, y) for x, y in placed.outline), strict=True)

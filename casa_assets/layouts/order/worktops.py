@@ -262,7 +262,6 @@ def _between(seats: Sequence[float], slab: WorktopStretch) -> list[float]:
 
 
 def _is_free(line: RunLine, at: float, left: bool) -> bool:
-    """True if an end of a slab is visible."""
     end = line.left if left else line.right
     edge = 0.0 if left else line.length
     return abs(at - edge) < 0.01 if end.kind is RunEnd.FREE else not -0.001 < at < line.length + 0.001
@@ -283,7 +282,6 @@ def _cutout(slab: WorktopStretch, behind: float, models: StyleModels) -> dict[st
 
 
 def _model_of(slot: UnitSlot, models: StyleModels) -> StyleModel:
-    """Model of the sink or the hob of a slot."""
     assert isinstance(slot.unit, BaseUnit), "sinks and hobs are units on the floor"
     return models.for_unit(slot.unit)
 
@@ -371,7 +369,6 @@ def window_reach(models: StyleModels) -> float:
 def _panels(
     line: RunLine, slots: Sequence[UnitSlot], holes: Sequence[WallHole], reach: float
 ) -> Iterator[tuple[float, float, float]]:
-    """Left, right and upper edge of the panels of a run."""
     floor = [s for s in slots if not s.is_upper]
     parts: list[tuple[float, float]] = []
     for slot in floor:

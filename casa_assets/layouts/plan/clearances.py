@@ -155,7 +155,6 @@ def leaves_of(
 
 
 def _of_slot(slot: UnitSlot, models: StyleModels) -> Iterator[Leaf]:
-    """Leaves of one unit."""
     front = round(slot.depth - slot.recess, 4)
     place = _Place(slot, front, _handle(models))
     unit = slot.unit
@@ -191,7 +190,6 @@ def _handle(models: StyleModels) -> float:
 
 
 def _island(place: _Place) -> Iterator[Leaf]:
-    """Drawers and doors of the columns of an island."""
     slot = place.slot
     columns = standard_sizes.island_columns(slot.width)
     start, each = slot.left + standard_sizes.END_PANEL, (slot.width - 2 * standard_sizes.END_PANEL) / len(columns)
@@ -337,7 +335,6 @@ def _turned(
 def _doors(
     place: _Place, bottom: float, top: float, widest: float = standard_sizes.WIDEST_SINGLE_DOOR
 ) -> Iterator[Leaf]:
-    """The door of a cabinet, or two of them where it is wide."""
     slot = place.slot
     left, right = slot.left, slot.right
     if slot.kind is CornerPart.BLIND:
@@ -355,7 +352,6 @@ def _doors(
 
 
 def _fridge(slot: UnitSlot, unit: BaseUnit, models: StyleModels) -> Iterator[Leaf]:
-    """Doors of a refrigerator, and the drawer of its freezer."""
     model = models.for_unit(unit)
     wide, deep, high = (model.length(name) for name in ("width", "depth", "height"))
     place = _Place(slot, round(deep + FRIDGE_BEHIND_M - slot.recess, 4))
@@ -375,7 +371,6 @@ def _fridge(slot: UnitSlot, unit: BaseUnit, models: StyleModels) -> Iterator[Lea
 
 
 def _of_opening(hole: WallHole) -> Iterator[Leaf]:
-    """The leaf of a door, which swings into the room."""
     if hole.opening.kind is not OpeningKind.DOOR:
         return
     frame, is_left = hole.wall.frame, hole.opening.hinge is not RunSide.RIGHT

@@ -378,7 +378,6 @@ def is_corner(turn: float) -> bool:
 
 
 def _lengths(plan: Plan, parameters: Mapping[str, float]) -> list[float]:
-    """Lengths of all walls; those that are not given follow from the others."""
     known = {
         w.id: resolve_length(plan, w.length, parameters, "walls", w.id, "length")
         for w in plan.walls

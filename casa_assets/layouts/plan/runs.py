@@ -204,7 +204,6 @@ def _stands_free(units: tuple[BaseUnit, ...]) -> bool:
 
 
 def _strip(line: RunLine, name: str, left: float, right: float, beside: tuple[BaseUnit, ...], top: float) -> UnitSlot:
-    """A strip beside a unit, as high as that."""
     high = standard_sizes.UPPER_TO if beside and beside[0].kind in TALL else top
     return UnitSlot(
         name, CornerPart.FILLER, line, round(left, 4), round(right, 4), standard_sizes.BASE_DEPTH, 0.0, high
@@ -403,7 +402,6 @@ def _place_free(
     left: LineEnd,
     right: LineEnd,
 ) -> RunLine:
-    """Place a peninsula across the end of another run, or an island in front of one."""
     at = ("runs", run.id)
     length = _own_length(plan, run, parameters, models, left, right)
     other_id = run.faces.run if run.faces else run.joins.run if run.joins else ""
@@ -439,7 +437,6 @@ def _place_free(
 def _own_length(
     plan: Plan, run: Run, parameters: Mapping[str, float], models: StyleModels, left: LineEnd, right: LineEnd
 ) -> float:
-    """Length of a run that no wall bounds."""
     if run.length is not None:
         return resolve_length(plan, run.length, parameters, "runs", run.id, "length")
     units = sum(standard_sizes.base_span(u, models).usual for u in run.base)

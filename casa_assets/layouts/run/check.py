@@ -148,7 +148,6 @@ def _shown_in_place(done: SceneResult, out: Path, folder: Path, in_3d: bool) -> 
 
 
 def _checked_in_place(recipe: SceneRecipe, out: Path, folder: Path, in_3d: bool) -> SceneResult:
-    """Every check on a scene that is there already."""
 
     def make() -> SceneResult:
         clock = StepClock()
@@ -311,7 +310,6 @@ def states_key(recipe: SceneRecipe, request: StateRequest) -> str:
 
 
 def _kept(folder: Path, key: str) -> StartStates | None:
-    """Return the states of an earlier run with the same key, or None if they are missing or cannot be read."""
     try:
         found = read_states(folder)
     except CasaError:

@@ -140,7 +140,6 @@ def _models(style: Style, seed: int, turn: int, parts: Mapping[str, Style]) -> M
 
 
 def _drawn(style: Style, others: Sequence[Style], seed: int, turn: int, part: str) -> Style:
-    """The style that a part is taken from."""
     rng = rng_for(seed, f"scene/mix/{part}/{turn}")
     if float(rng.random()) < load_mixing().own_share or not others:
         return style
@@ -149,5 +148,4 @@ def _drawn(style: Style, others: Sequence[Style], seed: int, turn: int, part: st
 
 @read_once
 def _styles() -> tuple[Style, ...]:
-    """Every style, by name."""
     return tuple(load_style(name)[0] for name in style_names())

@@ -171,7 +171,6 @@ def _entry(path: str, compression: int) -> zipfile.ZipInfo:
 
 
 def _references(path: str, data: bytes) -> Iterator[str]:
-    """Paths in the pack that a file of it names."""
     pattern = {".xml": MJCF_REFERENCE, ".usda": USD_REFERENCE}.get(PurePosixPath(path).suffix)
     for match in pattern.finditer(data) if pattern else ():
         yield os.path.normpath(PurePosixPath(path).parent / match[1].decode())

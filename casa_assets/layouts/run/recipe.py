@@ -162,7 +162,6 @@ def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> SceneRecipe:
 
 
 def _stated_models(scene_id: str, places: Sequence[Path]) -> Iterator[tuple[tuple[str, str], ...]]:
-    """Models that the scenes of this id in folders of scenes say that they have."""
     from casa_assets.layouts.run.resolve import ordered_models  # here and below, since it loads all families
 
     for place in places:

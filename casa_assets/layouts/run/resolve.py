@@ -345,7 +345,6 @@ def with_finishes(style: Style, surfaces: Mapping[Surface, str], mixed: bool = F
 
 
 def _is_behind_panels(choice: PresetChoice) -> bool:
-    """True if a model is an appliance that a cabinet front is hung on."""
     if choice.is_library:
         return False
     params = preset_params().get(choice.family, {}).get(choice.name, {})

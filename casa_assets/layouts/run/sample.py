@@ -160,7 +160,6 @@ def refusals(done: Sequence[SceneResult]) -> list[RefusalRow]:
 
 
 def _reasons(result: SceneResult) -> dict[str, str]:
-    """Reason -> what was said first."""
     if result.passed:
         return {}
     if result.is_fault:

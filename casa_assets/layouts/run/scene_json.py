@@ -162,7 +162,6 @@ def _fixture(placement: Placement, asset: Asset, item: OrderItem) -> dict[str, A
 
 
 def _object(placement: Placement, asset: Asset) -> dict[str, Any]:
-    """An object that was put into the kitchen: what it is, where it rests, and in what."""
     assert placement.resting is not None, "objects rest in something"
     return {
         "name": placement.name,

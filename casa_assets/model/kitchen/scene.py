@@ -335,7 +335,6 @@ class BatchScene(Record):
 
 
 def _pairs_of(counts: Sequence[int]) -> int:
-    """Number of pairs of members of different groups."""
     return (sum(counts) ** 2 - sum(count**2 for count in counts)) // 2
 
 
