@@ -13,17 +13,16 @@ import pytest
 from casa_assets.core.numeric import Floats
 from casa_assets.layouts.compose import compose, pose_at_spot, scatter_props
 from casa_assets.layouts.order.build_order import KitchenRequest
-from casa_assets.layouts.order.furnish import LAMP_FROM_ISLAND_M, THINGS_BELOW_M
+from casa_assets.layouts.order.furnish import LAMP_FROM_ISLAND_M
 from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.order.room_shell import HOOD_DEPTH_M, beams_of
-from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import params_of, preset_params, resolve
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.plan import UpperKind, WorktopItem
 from casa_assets.model.pose import Pose
 from casa_assets.registry.kitchens import load_plan, load_style
-from tests.support.asset.family_members import made, preset
+from tests.support.asset.family_members import made
 
 
 def drawn(plan: str, style: str, seed: int) -> KitchenRequest:
@@ -50,15 +49,6 @@ def test_lamps_over_one_table_do_not_touch_though_beams_move_them(subtests: pyte
                 assert (
                     min(math.dist(a, b) for a, b in itertools.combinations(places, 2)) > 0.3
                 )  # 0.24 m wide, the least ones
-
-
-def test_a_rack_of_two_rails_hangs_above_what_stands_on_the_worktop() -> None:
-    kitchen = resolve(SceneRecipe("one_wall_large", "transitional_2"))
-    rack = next(w for w in kitchen.items if w.name == "utensil_rack")
-    asset = preset("utensil_rack", "double_chrome")
-    foot = asset.bounds[0][2] + pose_at_spot(asset, rack.spot).position[2]
-    assert rack.choice.preset == "utensil_rack/double_chrome"
-    assert foot == pytest.approx(standard_sizes.WORKTOP_HEIGHT + THINGS_BELOW_M, abs=1e-6)
 
 
 @pytest.mark.parametrize(("style", "seed"), [("rustic", 395138), ("farmhouse", 912812)])

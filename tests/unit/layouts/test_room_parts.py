@@ -17,10 +17,8 @@ from casa_assets.layouts.compose import pose_at_spot
 from casa_assets.layouts.order.build_order import KitchenRequest, OrderItem
 from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.room import WallFrame, frame_with_heading
 from casa_assets.layouts.run.resolve import params_of, preset_params
 from casa_assets.mesh.outline import contains_point
-from casa_assets.model.kitchen.plan import Heading
 from casa_assets.model.kitchen.scene import Layer, Placement, Scene
 from casa_assets.registry.kitchens import load_plan, load_style
 from tests.support.asset.family_members import made
@@ -103,15 +101,6 @@ class TestTables:
             assert float(to_table @ looks) > 0.3
             assert contains_point(table.outline, (x, y))
 
-    def test_long_lamps_hang_along_it_as_many_as_find_room(self, tmp_path: Path) -> None:
-        lamps = "lamps:\n  - {item: pendant_light, over: dining, count: 3}\n"
-        kitchen = kitchen_of(PLAN + self.TABLE.replace("chairs: 5", "chairs: 8") + lamps, tmp_path, style="modern_1")
-        hung = [i for i in kitchen.items if i.role == "lamp"]
-        assert len(hung) == int(kitchen.tables["dining"].width / 1.2) < 3  # each is 1 m long
-        for lamp in hung:
-            turn = math.radians(lamp.spot.frame.turn_deg + lamp.spot.turn_deg)
-            assert (math.cos(turn), math.sin(turn)) == pytest.approx(kitchen.tables["dining"].direction, abs=1e-4)
-
 
 class TestColumns:
     def test_one_stands_at_a_wall_and_one_in_the_room(self, tmp_path: Path) -> None:
@@ -189,25 +178,8 @@ class TestSlopes:
         edge = low[np.isclose(low[:, 0], 1.2, atol=1e-5)]
         assert edge[:, 2].min() == pytest.approx(2.7, abs=1e-5)
 
-    def test_a_hood_under_it_is_lower(self, tmp_path: Path) -> None:
-        hood = PLAN + "    upper:\n      - hood: {over: main_range}\n"
-        slope = "slopes:\n  - {wall: back, knee: 2.1, pitch_deg: 30}\n"
-        plain, under = (kitchen_of(text, tmp_path, style="modern_1") for text in (hood, hood + slope))
-        tall, low = (float(item(k, "main_upper_hood").choice.params["height"]) for k in (plain, under))
-        assert low == pytest.approx(2.1 - standard_sizes.HOOD_FROM)
-        assert low < tall
-
 
 class TestAslant:
-    def test_headings_turn_to_the_right(self) -> None:
-        assert frame_with_heading(0.0, 0.0, Heading.FRONT) == WallFrame(0.0, 0.0, 3)
-        frame = frame_with_heading(1.0, 2.0, 45.0)
-        assert frame.direction == pytest.approx((math.sqrt(0.5), -math.sqrt(0.5)))
-        assert frame.normal == pytest.approx((-math.sqrt(0.5), -math.sqrt(0.5)))
-        assert frame.to_local(*frame.at(0.3, 0.7)[:2]) == pytest.approx((0.3, 0.7), abs=1e-4)
-        w, _, _, z = frame.rotation
-        assert math.degrees(2 * math.atan2(z, w)) == pytest.approx(-45.0)
-
     def test_the_walls_close(self, tmp_path: Path) -> None:
         room = kitchen_of(ASLANT, tmp_path).room
         share = 1.5 * math.sqrt(0.5)
@@ -298,23 +270,3 @@ def test_both_formats_say_the_same_of_the_room(name: str, tmp_path: Path) -> Non
     assert model is not None
     found = {p.name: p for p in scene_facts.facts_of_scene_model(model).placements}
     assert found.keys() == built.keys()
-
-
-class TestLowRooms:
-    def test_no_lamp_hangs_where_doors_of_cabinets_open(self, tmp_path: Path) -> None:
-        lamps = "lamps:\n  - {item: ceiling_light, count: 6}\n"
-        for height in ("2.7", "2.42"):
-            kitchen = kitchen_of(PLAN.replace("height: 2.7", f"height: {height}") + lamps, tmp_path)
-            hung = [i.spot.frame.at(i.spot.u, i.spot.v)[:2] for i in kitchen.items if i.role == "lamp"]
-            before = [line.frame.to_local(*p) for p in hung for line in kitchen.lines.values()]
-            assert hung
-            if height == "2.42":
-                assert all(v > 1.1 for u, v in before if 0.0 < u < 3.0)
-
-    def test_a_hood_is_as_wide_as_the_plan_says(self, tmp_path: Path) -> None:
-        hoods = {}
-        for width in ("", ", width: 0.7"):
-            text = PLAN + "    upper:\n      - hood: {over: main_range" + width + "}\n"
-            kitchen = kitchen_of(text, tmp_path, style="rustic")
-            hoods[width] = next(i for i in kitchen.items if i.role == "hood").choice.params.get("width")
-        assert hoods == {"": None, ", width: 0.7": 0.7}

@@ -14,8 +14,6 @@ from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import CornerPart
 from casa_assets.layouts.plan.standard_sizes import WidthRange, share_widths
 from casa_assets.layouts.run.resolve import params_of
-from casa_assets.model.kitchen.floor import RunEnd
-from casa_assets.model.kitchen.plan import BaseKind
 from tests.support.kitchen.plan_geometry import floor_row, kitchen_of
 
 PLAN = """\
@@ -107,43 +105,6 @@ class TestCorner:
         assert (strip.left, strip.right) == (standard_sizes.BASE_DEPTH, standard_sizes.CORNER_CLEARANCE)
         assert kitchen.slot("side_doors").hinge == "right"
 
-    def test_one_worktop_goes_round(self, tmp_path: Path) -> None:
-        kitchen = kitchen_of(PLAN, tmp_path)
-        (top,) = [w for w in kitchen.items if w.choice.family == "counter_corner"]
-        assert top.choice.params["side_arm"] == pytest.approx(1.9)
-        (straight,) = [w for w in kitchen.items if w.choice.family == "counter"]
-        arm, rest = top.choice.params["back_arm"], straight.choice.params["width"]
-        assert arm + rest == pytest.approx(kitchen.lines["main"].length - kitchen.slot("main_drawers").left)
-
-    def test_length_counts_from_the_corner(self, tmp_path: Path) -> None:
-        text = PLAN.replace("on: right\n", "on: left\n").replace("[main, side]", "[side, main]")
-        kitchen = kitchen_of(
-            text.replace("      - doors: 0.45\n", "")
-            .replace("[0.4, 0.9]", "[0.6, 0.75]")
-            .replace("sink\n", "sink\n      - dishwasher\n"),
-            tmp_path,
-        )
-        line = kitchen.lines["side"]
-        assert line.length == 1.9
-        assert line.frame.at(line.length, 0.0) == (0.0, 0.0, 0.0)
-        assert line.left.kind is RunEnd.FREE
-
-
-class TestEnds:
-    def test_strips_beside_tall_units_are_tall(self, tmp_path: Path) -> None:
-        text = PLAN.replace("      - drawers: [0.4, 0.8]\n", "      - filler: 0.1\n      - pantry: 0.5\n", 1)
-        kitchen = kitchen_of(text, tmp_path)
-        assert kitchen.slot("main_filler").top == standard_sizes.UPPER_TO
-        assert kitchen.slot("side_left_filler").top < standard_sizes.WORKTOP_HEIGHT
-
-    def test_refrigerator_without_housing_has_air(self, tmp_path: Path) -> None:
-        text = PLAN.replace("      - drawers: [0.4, 0.8]\n", "      - fridge: {housing: false}\n", 1).replace(
-            "doors: [0.4, 0.8]", "doors: [0.4, 0.5]"
-        )
-        row = floor_row(kitchen := kitchen_of(text, tmp_path, {"width": 3.9}), kitchen.lines["main"])
-        assert row[0].kind is BaseKind.FRIDGE
-        assert row[0].left > 0
-
 
 class TestPeninsula:
     TEXT = (
@@ -174,13 +135,6 @@ class TestPeninsula:
         assert end == pytest.approx(side.length + (behind if begin else -standard_sizes.WORKTOP_DEPTH))
         assert top.spot.v == pytest.approx(-bar.run.overhang - standard_sizes.END_PANEL)
         assert top.choice.params["depth"] == pytest.approx(standard_sizes.WORKTOP_DEPTH + 0.32)
-
-    def test_has_a_back_from_the_wall_to_its_end_and_faces_into_the_kitchen(self, tmp_path: Path) -> None:
-        kitchen = kitchen_of(self.TEXT, tmp_path)
-        backs = [w for w in kitchen.items if w.name.startswith("bar_back")]
-        assert sum(w.choice.params["width"] for w in backs) == pytest.approx(1.9, abs=0.002)
-        assert all(w.choice.params["width"] <= 1.2 for w in backs)
-        assert kitchen.lines["bar"].frame.normal == (0.0, 1.0)
 
 
 DOOR = "openings:\n  door: {kind: door, wall: left, at: 0.2, width: 0.9, height: 2.04}\n"

@@ -84,17 +84,6 @@ class TestPutObjects:
         names = [p.name for p in placed([*first, *more])]
         assert len(set(names)) == len(names) == 9
 
-    def test_what_stands_there_is_left_free(self) -> None:
-        space = shelf()
-        half = Space(**{**space.__dict__, "taken": ((-0.4, -0.2, 0.1, 0.2),)})
-        for place in placed(put_objects([half], habits(), member, 4, rng_for(5, "test"))):
-            assert half.pose.inverse().apply(box_of(place))[:, 0].min() > 0.1
-
-    def test_full_spaces_take_no_more_and_nothing_too_tall_is_put_on_a_shelf(self) -> None:
-        places = placed(put_objects([shelf(width=0.3)], habits(), member, 40, rng_for(1, "test")))
-        assert 0 < len(places) < 12
-        assert put_objects([shelf(height=0.05)], habits(), member, 4, rng_for(1, "test")) == ()
-
 
 class TestGroups:
     def test_stack_is_as_close_as_the_shapes_allow(self) -> None:

@@ -11,7 +11,6 @@ from casa_assets.errors import CasaError, PlanConflict, UnknownId
 from casa_assets.families.finishes import plain
 from casa_assets.kitchenware.fixtures.counters.counters import CORBEL_REACH, CORBEL_WIDTH
 from casa_assets.layouts.order.build_order import KitchenRequest
-from casa_assets.layouts.order.cabinets import HOODS_UNDER_CABINETS
 from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.order.worktops import CORNICE_DEPTH_M, find_rows
 from casa_assets.layouts.plan.style_models import StyleModels
@@ -136,17 +135,6 @@ def test_a_stool_turns_between_corbels(plan: str) -> None:
             for corbel in top.choice.params["corbels"]:
                 beside = abs(left + corbel - seat.spot.u) - CORBEL_WIDTH / 2
                 assert np.hypot(beside, -seat.spot.v - reach) > radius, (seat.name, corbel)
-
-
-def test_rows_break_at_a_chimney_and_run_on_over_a_low_hood() -> None:
-    for name in ("coastal", "scandinavian"):
-        style = style_of(name)
-        kitchen = kitchen_of("l_small", style)
-        models = StyleModels(style, preset_params())
-        hood = next(s for row in kitchen.slots.values() for s in row if s.kind is UpperKind.HOOD)
-        rows = find_rows(hood.line, kitchen.slots[hood.line.id], models)
-        over = [r for r in rows if not r.is_tall and r.left < hood.middle < r.right]
-        assert bool(over) is (number(style.models["hood"], "form") in HOODS_UNDER_CABINETS)
 
 
 def test_what_a_style_lacks_is_named() -> None:

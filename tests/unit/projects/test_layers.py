@@ -10,16 +10,13 @@ import casa_assets as casa
 from casa_assets import registry
 from casa_assets.cache.cache_key import key_of
 from casa_assets.errors import RegistryError
-from casa_assets.families.finishes import available_finishes, plain
-from casa_assets.layouts.run.resolve import preset_params
 from casa_assets.model.registry.document import Document
 from casa_assets.projects import VARIABLE, environment, project_folder, use_project
-from casa_assets.registry.families import family, object_family, object_files
+from casa_assets.registry.families import object_family, object_files
 from casa_assets.registry.kitchens import load_plan, load_style, style_names
 from casa_assets.registry.read import origin_of_row, read_document
 from casa_assets.runs.limits import Limits
 from casa_assets.runs.pool import Pool
-from casa_assets.textures.run.recipes import find_recipe, origin_of
 from tests.support.program.projects import Project
 
 
@@ -85,26 +82,6 @@ class TestTables:
         with pytest.raises(RegistryError, match=message) as told:
             registry.load()
         assert str(told.value).startswith(f"{folder}/categories.yaml:2: mug.aliases.1: ")
-
-    def test_a_preset_of_a_family(self, project: Project) -> None:
-        project({"families/hob.yaml": "presets:\n  ours: {burners: 4, width: 0.59}\n"})
-        assert family("hob").presets["ours"].model_dump()["burners"] == 4
-        assert "gas_five" in family("hob").presets
-        assert preset_params()["hob"]["ours"]["width"] == 0.59
-        assert origin_of_row("families/hob.yaml", "presets", "ours") == "ours"
-
-    def test_finishes(self, project: Project) -> None:
-        project(
-            {
-                "materials.yaml": 'enamel_ours: {color: "#7d8c78", roughness: 0.2, substance: steel}\n',
-                "textures/wall.yaml": "limewash_ours: {kind: plaster, seed: 1, tile_m: [2, 2], substance: stone,"
-                ' params: {color: "#c9c3b4", second: "#b3ac9b", technique: limewash}}\n',
-            }
-        )
-        assert "enamel_ours" in plain()
-        assert any("limewash_ours" in names for names in available_finishes().surfaces.values())
-        assert origin_of(find_recipe("limewash_ours")) == "ours"
-        assert origin_of(find_recipe("stucco_white")) == "casa-assets"
 
     def test_a_row_of_objects_stands_in_one_file(self, project: Project) -> None:
         project({"objects/fruit.yaml": "apple: {about: Ours.}\n"})

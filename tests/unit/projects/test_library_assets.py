@@ -13,7 +13,6 @@ import casa_assets as casa
 from casa_assets.asset.scale_asset import scaled
 from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
 from casa_assets.families.build import FamilyRequest, build_all
-from casa_assets.layouts.check_plan.check import check_plan
 from casa_assets.layouts.compose import box_of
 from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.run.library_assets import library_asset, placed_asset
@@ -25,7 +24,6 @@ from casa_assets.model.kitchen.floor import Role
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.model.written_formats import SceneFile
 from casa_assets.projects import use_project
-from casa_assets.registry.kitchens import load_style
 from casa_assets.show.view.model import build_command
 from tests.support.asset.articulated_assets import microwave
 from tests.support.asset.assets import rigid_mug
@@ -172,21 +170,6 @@ class TestScaledToTheirPlaces:
         asset = placed_asset(choice)
         (before,), (after,) = whole.joints, asset.joints
         assert 0.5 <= max(after.range, key=abs) / max(before.range, key=abs) < 1.0
-
-    def test_check_plan_knows_the_libraries(self, library: Path) -> None:
-        style = load_style("ours")[0]
-        for name, count in (("ours", 0), ("wrong", 1)):
-            path = library / "plans" / f"{name}.yaml"
-            found = check_plan(path.read_text(encoding="utf-8"), str(path), style)
-            assert len(found.faults) == count
-            assert found.mended
-
-    def test_a_project_has_roles_of_its_own(self, library: Path) -> None:
-        row = "kettle: {categories: [microwave], width: [0.1, 2], depth: [0.1, 2], height: [0.1, 2]}\n"
-        (library / "roles.yaml").write_text(row, encoding="utf-8")
-        use_project(library)
-        (item,) = (item for item in resolve(SceneRecipe("wrong", "modern_1")).items if item.name == "kettle")
-        assert item.choice.params == {"base": "free"}
 
     def test_an_asset_that_was_made_anew_makes_another_scene(self, library: Path) -> None:
         recipe = SceneRecipe("one_wall_small", "ours")

@@ -34,25 +34,6 @@ def test_what_is_there_is_not_written_over(starter: Path) -> None:
     assert not (starter / "limits.yaml").exists()
 
 
-def test_lists_say_where_things_come_from(starter: Path) -> None:
-    below = starter / "plans"
-    rows = [json.loads(line) for line in casa("scenes", "list", "--json", folder=below).stdout.splitlines()]
-    assert {row["id"]: row["from"] for row in rows if row["id"] in ("loft", "workshop", "galley")} == {
-        "loft": "my_kitchens",
-        "workshop": "my_kitchens",
-        "galley": "casa-assets",
-    }
-    shown = casa("categories", "list", folder=starter).stdout
-    assert "enamel_mug" in shown
-    assert "my_kitchens" in shown
-    elsewhere = casa("categories", "list", folder=starter.parent).stdout
-    assert "enamel_mug" not in elsewhere
-    assert "casa-assets" not in elsewhere.splitlines()[0]
-    named = casa("textures", "list", "--project", starter, "--set", "wall", folder=starter.parent).stdout
-    assert "limewash_workshop" in named
-    assert "limewash_workshop" not in casa("textures", "list", "--project", "none", folder=starter).stdout
-
-
 def test_the_commands_are_shown_before_they_are_called(starter: Path) -> None:
     done = casa("make", "--dry-run", "--json", folder=starter)
     assert done.returncode == 0, done.stderr

@@ -12,7 +12,7 @@ import pytest
 import casa_assets as casa
 from casa_assets.cache.cache_key import key_of
 from casa_assets.errors import CasaError, PluginFailure, RegistryError
-from casa_assets.families.build import FamilyRequest, build_all, object_requests
+from casa_assets.families.build import FamilyRequest, build_all
 from casa_assets.library.library import Library, read_certificate
 from casa_assets.projects import PLUGINS, PluginUse, choose_plugins, use_project, user_settings
 from casa_assets.registry.families import family_names
@@ -130,12 +130,6 @@ class TestParts:
         assert "add_plinth" in trace.read_text(encoding="utf-8")
         kept = [result.is_kept for result in build_all(wanted[:2], library, 1, drawn=False)]
         assert kept == [True, True]
-
-    def test_objects_of_a_form(self, allowed: Path, tmp_path: Path) -> None:
-        (done,) = build_all(object_requests(["coaster"], 1, 0), tmp_path / "library", 1, drawn=False)
-        assert done.passed, done
-        assert read_certificate(Path(done.folder)).versions["plugin:testing"].startswith("1.0 ")
-        assert casa.build("coaster").id == done.asset_id
 
     def test_a_kind_of_texture(self, allowed: Path, tmp_path: Path) -> None:
         finish = finish_of(find_recipe("chess"), tmp_path, 64)

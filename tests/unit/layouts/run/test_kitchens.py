@@ -35,15 +35,6 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_surfaces_are_drawn_independently() -> None:
-    draws = [dict(resolve.draw_surfaces(seed)) for seed in range(12)]
-    assert resolve.draw_surfaces(3) == resolve.draw_surfaces(3)
-    for surface in Surface:
-        assert len({d[surface] for d in draws}) > 6
-    pairs = [(Surface.WALL, "brick_red_running"), (Surface.COUNTER, "block_oak")]
-    assert resolve.ordered_surfaces(pairs) == resolve.ordered_surfaces(pairs[::-1])
-
-
 class TestFaults:
     def test_fault_of_one_scene_is_told_and_not_raised(self, tmp_path: Path) -> None:
         made = scene_folders.build_one(SceneRecipe(PLAN, "no_such_style"), tmp_path, drawn=False)

@@ -217,11 +217,3 @@ class TestOneDraw:
         first = self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, "there", cpu_s={"check": 2.0}))
         again = self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, "there", kept=True))
         assert (first.passed, again.cpu_s) == (True, first.cpu_s)
-
-    def test_after_a_fault_and_with_other_code_it_is_made_again(
-        self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-    ) -> None:
-        self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, message="trace", is_fault=True))
-        self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, message="it does not fit"))
-        monkeypatch.setattr(check, "verdict_key", lambda recipe: "b" * 64)
-        assert self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, "there")).passed

@@ -107,20 +107,6 @@ class TestVerdict:
         assert (again.kept, again.report) == (True, done.report)
         assert (out / RECIPE.scene_id / "report.json").stat().st_mtime_ns == before
 
-    def test_a_page_of_an_earlier_version_is_written_again_around_its_verdict(
-        self, copy: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        folder = copy / RECIPE.scene_id
-        verdict = check.check_one(RECIPE, copy).report
-        monkeypatch.setattr(check, "_checked_in_place", None)
-        monkeypatch.setattr(check, "build_scene", None)  # its model stays, so nothing has to be built
-        tamper(folder / "report.json", (scene_page.page_key(), "0" * 64))
-        (folder / "report.html").write_text("old", encoding="utf-8")
-        again = check.check_one(RECIPE, copy)
-        assert (again.kept, again.report) == (True, verdict)
-        assert "SCN017" in (folder / "report.html").read_text(encoding="utf-8")
-        assert scene_page.is_page_current(folder)
-
     @pytest.mark.usefixtures("at_hand")
     def test_a_model_of_an_earlier_version_is_made_again_alone(
         self, copy: Path, monkeypatch: pytest.MonkeyPatch
@@ -169,23 +155,6 @@ class TestVerdict:
         (row,) = kitchens.read_rows(copy)
         assert row.passed is False
         assert "SCN017 x " in row.verdict
-
-    def test_scene_tells_where_to_park_and_what_can_be_done(self, checked_kitchen: Checked) -> None:
-        out, _ = checked_kitchen
-        facts = json.loads((out / RECIPE.scene_id / "scene.json").read_text(encoding="utf-8"))
-        fixtures = {f["name"]: f for f in facts["fixtures"]}
-        assert facts["base_radius"] == 0.3
-        for name, places in facts["parking"].items():
-            assert name in fixtures
-            assert set(places["open"]) <= set(fixtures[name]["joints"])
-        assert len(facts["tasks"]) == 25
-        for task in facts["tasks"].values():
-            assert task["afforded"], task
-            assert set(task["fixtures"]) <= set(fixtures)
-            joints = {j["name"] for f in fixtures.values() for j in f["joints"].values()}
-            assert set(task["joints"]) <= joints
-        reported = {task["task"]: task["fixtures"] for task in report_of(out)["tasks"]}
-        assert {name: task["fixtures"] for name, task in facts["tasks"].items()} == reported
 
 
 def refuse(recipe: SceneRecipe, scene: Scene, design: DesignSubject, folder: Path) -> Report:

@@ -1,4 +1,4 @@
-"""Every record of the spine and scenes: JSON round trip, digest, and what they refuse."""
+"""Every record of the spine, of scenes and of the registry: JSON round trip, digest, and what they refuse."""
 
 from __future__ import annotations
 
@@ -16,12 +16,22 @@ from pydantic import ValidationError
 from casa_assets.model.asset.asset import Drive, Inertial, Joint, JointKind, Region, Site
 from casa_assets.model.asset.material import Material, Substance, Texture
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Mesh, MeshShape, Sphere
-from casa_assets.model.asset.provenance import Guess, Labels, Provenance
+from casa_assets.model.asset.provenance import TEST_SHARE, Guess, Labels, Provenance, Split, split_of
 from casa_assets.model.issue import CheckResult, Files, Issue, Report, Severity, Status
 from casa_assets.model.kitchen.scene import Camera, JointValue, Light, Placement, Scene, Sky
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
-from casa_assets.model.registry.category import Certainty, QCode, SizeRange
+from casa_assets.model.registry.category import (
+    Category,
+    Certainty,
+    QCode,
+    SizeRange,
+)
+from casa_assets.model.registry.contract import (
+    NamePattern,
+    Step,
+    Threshold,
+)
 from casa_assets.model.source import Bundle, RawModel, RawPart, Source, SourceKind, Up
 from tests.support.asset.assets import PROVENANCE, ball, category, drawer_unit, microwave, rigid_mug, textured_box
 from tests.support.mesh.meshes import box_mesh, texture
@@ -105,7 +115,7 @@ def test_json_reads_back_as_the_same_record() -> None:
 
 class TestDigest:
     def test_is_the_same_in_other_processes(self) -> None:
-        code = "from tests.unit.model.test_records import RECORDS; print([r.digest for r in RECORDS])"
+        code = "from tests.unit.model.test_model import RECORDS; print([r.digest for r in RECORDS])"
         for seed in ("0", "1", "4711"):
             done = subprocess.run(
                 [sys.executable, "-c", code],
@@ -136,10 +146,6 @@ class TestDigest:
         assert Pose(position=(-0.0, 0.0, -0.0)) == Pose()
         assert JointValue(joint="door", value=-0.0) == JointValue(joint="door", value=0.0)
         assert Drive(stiffness=-0.0, damping=0.0).to_json() == Drive(stiffness=0.0, damping=0.0).to_json()
-
-    def test_records_of_two_kinds_are_never_equal(self) -> None:
-        assert Capsule(radius=0.1, height=0.2) != Cylinder(radius=0.1, height=0.2)
-        assert Hull(mesh=CORNERS) != MeshShape(mesh=CORNERS)
 
 
 class TestFrozen:
@@ -321,3 +327,53 @@ def test_no_joint_is_called_like_that_of_a_free_base() -> None:
     freed = OVEN.replace(joints=(JOINT.replace(name="free"),), states=())
     with pytest.raises(ValidationError, match="free"):
         Scene(id="one", assets=(freed,), placements=(Placement(name="oven", asset=freed.id),))
+
+
+def mug(**changes: Any) -> Category:
+    row = category(rigid_mug()).model_dump(mode="json")
+    return Category.model_validate({**row, "shape": (1.0, 0.5, 0.25), **changes})
+
+
+def spans(*typical: float) -> list[dict[str, float]]:
+    return [{"low": 0.9 * t, "typical": t, "high": 1.1 * t} for t in typical]
+
+
+def test_a_row_may_not_contradict_itself(subtests: pytest.Subtests) -> None:
+    for changes, message in [
+        ({"size_m": spans(0.2, 0.15, 0.3)}, "longest_m"),
+        ({"size_m": spans(0.2, 0.15)}, "size_m"),
+        ({"affords": ["washable", "washable"]}, "twice"),
+    ]:
+        with subtests.test(message=message), pytest.raises(ValidationError, match=message):
+            mug(**changes)
+
+
+def test_a_split_is_told_from_the_digest() -> None:
+    for digits, split in (("00000000", Split.TEST), (f"{TEST_SHARE:08x}", Split.TEST), ("00000001", Split.TRAIN)):
+        assert split_of(digits + "f" * 56) is split
+
+
+def test_what_cannot_be_met_is_refused(subtests: pytest.Subtests) -> None:
+    threshold = {"name": "on", "joint": "knob"}
+    for kind, row, message in [
+        *((NamePattern, {"name": name}, None) for name in ("(open", "[a-", "*", "")),
+        (NamePattern, {"name": "door", "min_count": 2, "max_count": 1}, "cannot both hold"),
+        (Threshold, threshold, "at a position or at a share"),
+        (Threshold, {**threshold, "at": 0.4, "share": 0.5}, "at a position or at a share"),
+        (Step, {"move": {"door": 1.1}}, None),  # no farther than the ends
+    ]:
+        with subtests.test(row=row), pytest.raises(ValidationError, match=message):
+            kind.model_validate(row)
+
+
+def test_a_share_counts_from_the_end_nearer_to_zero(subtests: pytest.Subtests) -> None:
+    for span, share, at in [
+        ((0.0, 2.0), 0.9, 1.8),
+        ((-1.5, 0.0), 0.9, -1.35),
+        ((-1.5, 0.0), 0.0, 0.0),
+        ((-0.8, 0.8), 0.5, 0.0),
+        ((-0.8, 0.8), 0.25, -0.4),
+    ]:
+        with subtests.test(span=span, share=share, at=at):
+            assert Threshold(name="x", joint="x", share=share).position(span) == pytest.approx(at)
+    assert Threshold(name="x", joint="x", at=0.35).position((0.0, 3.0)) == 0.35
