@@ -12,10 +12,7 @@ from casa_assets.families.finishes import plain
 from casa_assets.kitchenware.fixtures.counters.counters import CORBEL_REACH, CORBEL_WIDTH
 from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.order.request import request_kitchen
-from casa_assets.layouts.order.worktops import CORNICE_DEPTH_M, find_rows
-from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.run.resolve import params_of, preset_params
-from casa_assets.model.kitchen.plan import UpperKind
 from casa_assets.model.kitchen.style import PresetChoice, Style
 from casa_assets.registry import kitchens
 from casa_assets.registry.families import family, family_names
@@ -77,28 +74,6 @@ def test_every_style_dresses_a_plan(style_id: str, plan: str) -> None:
         assert face in made[wanted.name].finishes
     assert of_role["counter"].model_dump()["top"] == style.counter.face
     assert ("curtain" in of_role) is any(h.is_window for h in kitchen.holes)
-
-
-def test_cornices_lie_on_rows_of_cabinets() -> None:
-    style = style_of("traditional_1")
-    kitchen = kitchen_of("l_small", style)
-    models = StyleModels(style, preset_params())
-    cornices = [w for w in kitchen.items if w.role == "cornice"]
-    rows = {name: find_rows(kitchen.lines[name], slots, models) for name, slots in kitchen.slots.items()}
-    assert cornices
-    for wanted in cornices:
-        # As long as its row, but for the room that the return of a deeper row beside it takes.
-        width, depth = float(wanted.choice.params["width"]), wanted.choice.params["depth"]
-        spare = [r.right - r.left - width for r in rows[wanted.run] if r.depth == depth]
-        assert any(-1e-4 <= s <= 2 * CORNICE_DEPTH_M + 0.01 for s in spare), wanted
-    assert len(cornices) == sum(r.right - r.left >= 0.5 for row in rows.values() for r in row)
-    for name, slots in kitchen.slots.items():
-        for slot in slots:
-            if slot.is_upper and slot.kind in (UpperKind.DOORS, UpperKind.GLASS):
-                held = (r for r in rows[name] if r.left <= slot.left + 0.001 and slot.right <= r.right + 0.001)
-                assert not all(r.is_tall for r in held), slot.name
-    plainer = style.replace(cabinets=style.cabinets.replace(cornice=None))
-    assert not [w for w in kitchen_of("l_small", plainer).items if w.role == "cornice"]
 
 
 def test_cornices_of_one_run_do_not_meet(subtests: pytest.Subtests) -> None:
