@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
 
 from casa_assets.errors import CasaError, PlanConflict, UnknownId
 from casa_assets.families.finishes import plain
+from casa_assets.kitchenware.catalog import MODELS
 from casa_assets.kitchenware.fixtures.counters.counters import CORBEL_REACH, CORBEL_WIDTH
+from casa_assets.layouts.check_plan.edit import flow_text
 from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.run.resolve import params_of, preset_params
 from casa_assets.model.kitchen.style import PresetChoice, Style
+from casa_assets.projects import data_root
 from casa_assets.registry import kitchens
 from casa_assets.registry.families import family, family_names
 from casa_assets.textures.run.recipes import recipes
@@ -122,3 +126,24 @@ def test_what_a_style_lacks_is_named() -> None:
         kitchen_of("l_small", worse)
     with pytest.raises(CasaError, match="width"):
         params_of(PresetChoice(preset="range/pro_six", params={"width": 9.0}))
+
+
+SIZE_NAMES = ("width", "depth", "height", "size", "form", "casing", "jar", "jar_top", "mount", "corner")
+
+
+def bounds(metadata: list[Any]) -> list[float | None] | None:
+    found = [next((getattr(m, e) for m in metadata if getattr(m, e, None) is not None), None) for e in ("ge", "le")]
+    return None if None in found else found
+
+
+def test_family_sizes_of_the_registry_are_those_of_the_code() -> None:
+    rows = {}
+    for name, model in sorted(MODELS.items()):
+        fields = model.params.model_fields
+        stated = {k: fields[k].default for k in fields if k in SIZE_NAMES and not fields[k].is_required()}
+        plain = {k: getattr(v, "value", v) for k, v in stated.items() if isinstance(v, int | float | str)}
+        spans = {side: bounds(fields[side].metadata) if side in fields else None for side in ("width", "height")}
+        rows[name] = flow_text({"defaults": plain, **spans})
+    text = (data_root() / "family_sizes.yaml").read_text(encoding="utf-8")
+    head = "".join(line for line in text.splitlines(keepends=True) if line.startswith("#"))
+    assert text == head + "".join(f"{name}: {row}\n" for name, row in rows.items())
