@@ -1,6 +1,6 @@
 """Predict which checks the kitchen of a plan would fail, from its floor and walls, before anything is built.
 
-The limits are those of registry/limits.yaml, the sizes those of `layouts.plan.swings`. A kitchen without problems
+The limits are those of registry/limits.yaml, the sizes those of `layouts.plan.clearances`. A kitchen without problems
 here should pass.
 """
 
