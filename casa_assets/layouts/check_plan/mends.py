@@ -132,6 +132,8 @@ def _mends_of_conflict(draft: Draft, conflict: PlanConflict) -> Iterator[Mend]:
     elif at[-1:] == ("model",):
         row, said = _written(draft, at[:-1]), "Take out 'model': the style's stands there, if it has one."
         yield Mend(said, (draft.without(row, "model") if table == "runs" else Edit.remove((*row, "model")),))
+    elif table == "seats":
+        yield from _of_seats(plan)
     elif table == "openings":
         yield from _of_hole(draft, name)
     elif table == "runs" and name:
@@ -146,6 +148,13 @@ def _mends_of_conflict(draft: Draft, conflict: PlanConflict) -> Iterator[Mend]:
             yield Mend(f"Take out {' and '.join(map(repr, keys))} of {name}.", edits)
     if name and table not in ("runs", "walls"):
         yield Mend.take_out(_written(draft, at[:2]), f"{name} of {table}")
+
+
+def _of_seats(plan: Plan) -> Iterator[Mend]:
+    """Of too many seats the most stay that have room."""
+    for k, seats in enumerate(plan.seats):
+        yield from (Mend.write(("seats", k), count=count) for count in range(seats.count - 1, 0, -1))
+        yield Mend.take_out(("seats", k), f"the seats at {seats.run}")
 
 
 def _of_hole(draft: Draft, name: str) -> Iterator[Mend]:
@@ -317,6 +326,10 @@ def _of_fixed(draft: Draft, run: Run, name: str) -> Iterator[Mend]:
     before = [j for j in range(k) if run.upper[j].over in below]
     start = max([line.left.upper_length, *(_span(run.upper[j], below, draft.models)[1] for j in before)])
     middle, end = below[str(unit.over)].middle, line.length - line.right.upper_length
+    for j in before:
+        if run.upper[j].width is not None and run.upper[j].kind is not UpperKind.HOOD:
+            said = f"Take the width of {run.upper[j].id} out: it is as wide as {run.upper[j].over}."
+            yield Mend(said, (draft.without((*row, j), "width"),))
     room, is_hood = round(2 * min(middle - start, end - middle), 3), unit.kind is UpperKind.HOOD
     for width in HOOD_WIDTHS_M if is_hood else (room,):
         if LEAST_UPPER_M <= width <= room:
