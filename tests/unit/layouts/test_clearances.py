@@ -21,8 +21,7 @@ from tests.support.kitchen.reference_kitchen import OUTLINE, WALLS, unit
 
 pytestmark = pytest.mark.content("code", "layouts", keep=0)
 
-# Metres that a leaf may reach beyond what was said, and fall short of it: handles are not all of one depth.
-BEYOND_M, SHORT_M = 0.01, 0.06
+BEYOND_M = 0.01  # that a leaf may reach beyond what was said
 RECIPES = (SceneRecipe("l_small", "coastal"), SceneRecipe("u_large", "modern_1"))
 
 

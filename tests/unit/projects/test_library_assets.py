@@ -13,17 +13,20 @@ import casa_assets as casa
 from casa_assets.asset.scale_asset import scaled
 from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
 from casa_assets.families.build import FamilyRequest, build_all
+from casa_assets.layouts.check_plan.check import check_plan
 from casa_assets.layouts.compose import box_of
 from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.run.library_assets import library_asset, placed_asset
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult, recipe_of
 from casa_assets.layouts.run.resolve import build_scene, kitchen_key, resolve
+from casa_assets.layouts.run.scene_json import describe
 from casa_assets.library.library import Library, read_asset
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.kitchen.floor import Role
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.model.written_formats import SceneFile
 from casa_assets.projects import use_project
+from casa_assets.registry.kitchens import load_style
 from casa_assets.show.view.model import build_command
 from tests.support.asset.articulated_assets import microwave
 from tests.support.asset.assets import rigid_mug
@@ -160,9 +163,21 @@ class TestScaledToTheirPlaces:
         notes = {guess.subject: guess.value for guess in asset.provenance.guesses}
         assert "of its size in the library" in notes["size_in_the_kitchen"]
         assert notes["asset_in_the_library"] == microwave().id
+        (row,) = describe(SceneRecipe("one_wall_small", "ours"), kitchen, scene)["credits"]
+        made = microwave().provenance
+        assert (row["asset"], row["licence"], row["sha256"]) == (asset.id, made.licence, made.sha256)
         (fixture,) = (one for one in facts_of(kitchen, scene).fixtures if one.name == "microwave")
         assert fixture.role is Role.MICROWAVE
         assert fixture.bottom == pytest.approx(0.92, abs=0.002)
+
+    def test_roles_of_a_project_say_what_suits(self, library: Path) -> None:
+        plan = library / "plans" / "wrong.yaml"
+        assert len(check_plan(plan.read_text(encoding="utf-8"), str(plan), load_style("ours")[0]).faults) == 1
+        row = "kettle: {categories: [microwave], width: [0.1, 2], depth: [0.1, 2], height: [0.1, 2]}\n"
+        (library / "roles.yaml").write_text(row, encoding="utf-8")
+        use_project(library)
+        (item,) = (item for item in resolve(SceneRecipe("wrong", "modern_1")).items if item.name == "kettle")
+        assert item.choice.params == {"base": "free"}
 
     def test_doors_open_no_wider_than_they_may_reach(self, library: Path) -> None:
         whole = placed_asset(PresetChoice.model_validate(f"library:{microwave().id}"))
