@@ -36,9 +36,7 @@ class UnknownId(CasaError):
     """A name that does not exist; carries the nearest names that do.
 
     Args:
-        kind: kind of the name.
-        wanted: the name.
-        known: the names that exist.
+        kind: kind of the name. wanted: the name. known: the names that exist.
         listed_by: hint on how to list the names, shown if no name is similar and there are many or no names.
     """
 
@@ -51,7 +49,6 @@ class UnknownId(CasaError):
 
 
 def _nearest(wanted: str, names: list[str], count: int = 3) -> tuple[str, ...]:
-    """Return names similar to the wanted one, or else names that contain a similar word."""
     if whole := difflib.get_close_matches(wanted, names, n=count, cutoff=0.6):
         return tuple(whole)
     words = {name: re.split("[_/]+", name) for name in names}
@@ -98,8 +95,7 @@ class PluginFailure(CasaError):
     """The code of a plug-in failed on one item; the other items go on.
 
     Attributes:
-        plugin: its name.
-        trace: the Python traceback.
+        plugin: its name. trace: the Python traceback.
     """
 
     def __init__(self, plugin: str, message: str, trace: str) -> None:
@@ -119,10 +115,8 @@ class PlanConflict(CasaError):
     """The requirements of a plan contradict each other or the style.
 
     Args:
-        plan: id of the plan.
-        pointer: path inside the plan's file, such as `("runs", "main", "base", 2)`.
-        expected: a value that would fit.
-        got: the value in the plan.
+        plan: id of the plan. pointer: path inside the plan's file, such as `("runs", "main", "base", 2)`.
+        expected: a value that would fit. got: the value in the plan.
         wanted_m: the length (m) of a height, a knee or a slope that would fit, if a correction can be made from it.
     """
 
@@ -137,10 +131,8 @@ class StyleConflict(CasaError):
     """A style names a model that does not suit its role.
 
     Args:
-        style: id of the style.
-        pointer: path inside the style's file, such as `("models", "range")`.
-        expected: a value that would suit.
-        got: the value in the style.
+        style: id of the style. pointer: path inside the style's file, such as `("models", "range")`.
+        expected: a value that would suit. got: the value in the style.
     """
 
     def __init__(self, style: str, pointer: tuple[str | int, ...], expected: str, got: str) -> None:
@@ -152,8 +144,7 @@ class BatchFault(Exception):
     """Some items of a batch failed because of a bug in the program; all others were processed.
 
     Args:
-        items: names of the failed items.
-        traces: their tracebacks, if they were not reported when they occurred.
+        items: names of the failed items. traces: their tracebacks, if they were not reported when they occurred.
     """
 
     def __init__(self, items: Iterable[str], traces: str = "") -> None:

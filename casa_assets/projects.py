@@ -1,7 +1,7 @@
 """The project in use, and the folders of registry files: the package's, and the project's merged over it.
 
 A project is a folder with a file `casa.yaml`. Its plans, styles, categories and so on are merged over those of the
-package (`registry/layered.py`). Environment variables name that of a process, and worker processes are started with
+package (`registry/read.py`). Environment variables name that of a process, and worker processes are started with
 them; `enter` sets another one for a block of code, so that a program can work with several.
 This module is imported at the start of every command and by shell completion, so it imports nothing large.
 """

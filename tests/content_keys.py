@@ -44,10 +44,9 @@ from casa_assets.kitchenware.textures.make import kind_of
 from casa_assets.model.registry.category import Category
 from casa_assets.model.registry.rows import Surface
 from casa_assets.projects import read_once
-from casa_assets.registry.families import LOOK_RULES, family, family_names
+from casa_assets.registry.families import LOOK_RULES, family, family_names, object_family, object_files, object_names
 from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names
-from casa_assets.registry.layered import read_table_file
-from casa_assets.registry.objects import object_family, object_files, object_names
+from casa_assets.registry.read import read_table_file
 from casa_assets.textures.run.recipes import every_recipe, find_recipe, recipes
 
 ROOT = Path(__file__).parents[1]

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from casa_assets.model.files import Files
+    from casa_assets.model.issue import Files
 
 
 def main() -> None:

@@ -31,8 +31,7 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.model.pose import Pose
-from casa_assets.registry.families import family, family_names
-from casa_assets.registry.objects import object_family, object_names
+from casa_assets.registry.families import family, family_names, object_family, object_names
 from casa_assets.runs.asset_package import check_package, write_package
 from casa_assets.runs.outcome import writing
 

@@ -17,9 +17,9 @@ from casa_assets.addons.batch.start_rows import StartRows, awake_sizes, near_pai
 from casa_assets.api.kitchen import Kitchen, kitchen
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
-from casa_assets.layouts.run.batch_form import read_batch
 from casa_assets.layouts.run.load_scene import FILES
 from casa_assets.layouts.run.scene_files import SCENE_JSON, START_STATES
+from casa_assets.layouts.run.scene_folders import read_batch
 from casa_assets.layouts.run.state_file import read_current_states
 
 if TYPE_CHECKING:

@@ -11,11 +11,9 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.readers import mujoco_facts
-from casa_assets.core import behavior_interpreter
-from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
-from casa_assets.model.asset.behavior import Behavior, Effect
+from casa_assets.model.asset.behavior import Behavior, BehaviorState, Effect, Stimulus, start_behavior, step_behavior
 from casa_assets.model.kitchen import scene
 from casa_assets.model.kitchen.scene import LightScene
 
@@ -153,7 +151,7 @@ class Behaviors:
 
     def _add_machine(self, prefix: str, behavior: Behavior, geoms: list[str]) -> None:
         fixture = _fixture(prefix)
-        self._machines[fixture] = behavior_interpreter.start(behavior)
+        self._machines[fixture] = start_behavior(behavior)
         self._addresses[fixture] = {joint: self._address(prefix + joint) for joint in behavior.joints}
         watched = set(behavior.contacts)
         for geom, name in enumerate(geoms):
@@ -195,7 +193,7 @@ class Behaviors:
         pressed.
         """
         for fixture, machine in self._machines.items():
-            self._machines[fixture] = behavior_interpreter.start(machine.behavior)
+            self._machines[fixture] = start_behavior(machine.behavior)
         self._time = None
         return self.update(data)
 
@@ -218,7 +216,7 @@ class Behaviors:
         for fixture, machine in self._machines.items():
             joints = {joint: float(data.qpos[at]) for joint, at in self._addresses[fixture].items()}
             stimulus = Stimulus(joints, frozenset(touched.get(fixture, ())))
-            self._machines[fixture] = behavior_interpreter.step(machine, stimulus, elapsed)
+            self._machines[fixture] = step_behavior(machine, stimulus, elapsed)
         return self.states(data)
 
     def states(self, data: mujoco.MjData) -> FixtureStates:

@@ -34,9 +34,9 @@ from casa_assets.cache.code_index import (
 from casa_assets.checks.simready.installed import versions_elsewhere
 from casa_assets.core.system import keep_json, kept_json
 from casa_assets.projects import data_root, project_folder, read_once
-from casa_assets.registry.layered import stated_in
 from casa_assets.registry.plugins.load import load_plugins
 from casa_assets.registry.project_files import files_of
+from casa_assets.registry.read import stated_in
 
 # Code parts -----------------------------------------------------------------------------------------------------------
 # Parsing a large module takes 10 ms, and a run that has nothing to do asks about dozens of functions: what was found
@@ -203,7 +203,7 @@ def _source(module: str) -> str:
 #   imported under TYPE_CHECKING is not there when the program runs, and is left out;
 # - the `__init__.py` of each package on the way, but for that of `casa_assets` itself;
 # - the files of registry/, and of the project in use, that those modules can read: a module that calls `data_root` or a
-#   function of `registry/layered.py` reads the files and folders that it names in text; and other files of the package,
+#   function of `registry/read.py` reads the files and folders that it names in text; and other files of the package,
 #   such as style sheets, that they name;
 # - the installed versions of all third-party packages that those modules import, and of those that another Python has
 #   where SimReady's validator runs there.

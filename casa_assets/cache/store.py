@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from casa_assets.cache.cache_key import digest_of, last_change_ns, state_of_everything
-from casa_assets.core.process_name import process_name
-from casa_assets.core.system import cache_dir, keep_json, kept_json
+from casa_assets.core.system import cache_dir, keep_json, kept_json, process_name
 from casa_assets.projects import STARTED_NS
 
 # Store ----------------------------------------------------------------------------------------------------------------

@@ -117,8 +117,8 @@ def print_sample(
 
     Tables show why some were refused, how diverse those are that passed, and what a kitchen cost.
     """
-    from casa_assets.layouts.run.sampling import run
-    from casa_assets.layouts.run.sampling.draws import (
+    from casa_assets.layouts.run import sample
+    from casa_assets.layouts.run.draws import (
         diversity_of_recipes,
         diversity_of_reference,
         table_rows,
@@ -130,12 +130,12 @@ def print_sample(
     drawn = diversity_of_recipes(recipe for recipe in recipes if recipe.scene_id in passed)
     reference = diversity_of_reference()
     with writing(out):
-        rejected = run.write_rejected(out, seed, recipes, results)
+        rejected = sample.write_rejected(out, seed, recipes, results)
         measured = write_diversity(out, drawn, reference)
     if len(results) <= MAX_LISTED:
         print_numbers(results, out, output)
     why = TextTable(("refused for", "plan", "style", "draws", "such as"), sentences=("such as",), right=("draws",))
-    for row in run.refusals(results):
+    for row in sample.refusals(results):
         why.add(row.reason, row.plan, row.style, str(row.count), row.example[:EXAMPLE_CHARACTERS])
     why.print(output.console)
     heads = (f"these {len(passed)}", f"the {reference.kitchens} of plan x style")
@@ -143,7 +143,7 @@ def print_sample(
     for cells in table_rows(drawn, reference)[1:]:
         told.add(*cells)
     told.print(output.console)
-    cost = run.cost_of(results)
+    cost = sample.cost_of(results)
     steps = ", ".join(f"{step} {seconds:.1f}" for step, seconds in cost.steps.items())
     output.line(f"{cost.total:.1f} core-seconds per kitchen ({steps}), the mean of {pluralize(cost.kitchens, 'draw')}")
     share = f"{len(passed) / len(results):.1%}" if results else "none"
@@ -175,7 +175,7 @@ def print_states(results: list[SceneResult], output: Output) -> None:
 
 def print_batch_forms(results: list[SceneResult], output: Output) -> None:
     """Print for each scene the size of its batch form, and what an engine has to allocate for it."""
-    from casa_assets.layouts.run.batch_form import read_batch
+    from casa_assets.layouts.run.scene_folders import read_batch
 
     heads = ("colliders", "pairs", "joints", "locked", "awake in use", "nconmax", "njmax", "nccdmax", "nvmax")
     table = TextTable(("scene", *heads), right=heads)

@@ -24,14 +24,14 @@ from casa_assets.checks.simready.installed import (
     validator_python,
     validator_versions,
 )
-from casa_assets.core.optional_packages import extras, install_command, requirements
+from casa_assets.core.system import extras, install_command, requirements
 from casa_assets.errors import CasaError
 from casa_assets.model.record import Record
 from casa_assets.projects import data_root, project_folder
-from casa_assets.registry.layered import load_project
 from casa_assets.registry.load import load
 from casa_assets.registry.plugins import ignored_files, load_plugins
 from casa_assets.registry.project_files import files_of
+from casa_assets.registry.read import load_project
 from casa_assets.show.stills.backends import BACKENDS, install_line, why_not
 
 RENDERERS = BACKENDS

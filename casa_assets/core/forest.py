@@ -16,12 +16,9 @@ class Forest:
     """Decision trees, each of which gives the probability of each class; the forest gives their mean.
 
     Attributes:
-        features: names of the K input features.
-        classes: names of the C classes.
-        roots: (T,) first node of each tree.
+        features: names of the K input features. classes: names of the C classes. roots: (T,) first node of each tree.
         feature: (N,) feature that a node compares, -1 for a leaf.
-        threshold: (N,) a row with at most this value goes left.
-        left, right: (N,) next node.
+        threshold: (N,) a row with at most this value goes left. left, right: (N,) next node.
         chances: (N, C) class probabilities at a leaf.
     """
 

@@ -49,10 +49,8 @@ def feel(inertia: float, lever: float, way: float, start_n: float, push_n: float
 
     Args:
         inertia: inertia of everything that moves, about the axis (kg*m^2), or mass (kg) with lever 1.
-        lever: distance from the axis to the hand, metres; 1 for a slide.
-        way: whole range, rad or m.
-        start_n: force at the hand that just moves the part, N.
-        push_n: the strongest force that is used, N.
+        lever: distance from the axis to the hand, metres; 1 for a slide. way: whole range, rad or m.
+        start_n: force at the hand that just moves the part, N. push_n: the strongest force that is used, N.
     """
     loss = start_n * lever
     drive = (push_n - start_n) * lever

@@ -9,9 +9,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-# Typing ---------------------------------------------------------------------------------------------------------------
-# Names of the array types that most modules use. Shapes are documented by the functions that take or return them.
-
 # Coordinates and measures.
 Floats = npt.NDArray[np.float64]
 # The same of pictures, where half the memory is half the time.
@@ -20,9 +17,6 @@ Singles = npt.NDArray[np.float32]
 Ints = npt.NDArray[np.int64]
 # True where something holds.
 Mask = npt.NDArray[np.bool_]
-
-# Rounding -------------------------------------------------------------------------------------------------------------
-# Round numbers so that two machines write the same digits; none comes out as negative zero.
 
 
 def significant(value: float, digits: int) -> float:
@@ -40,22 +34,17 @@ def decimals(value: float, places: int) -> float:
     return round(value, places) + 0.0
 
 
-# Rotation -------------------------------------------------------------------------------------------------------------
-# Rotation matrices by axis and angle.
-#
-# Rodrigues' formula is used and not scipy's Rotation, because the last bits differ and asset files must stay
-# identical.
-
-
 def about_axis(axis: Floats, angle: float) -> Floats:
-    """(3, 3) right-handed rotation about a (3,) unit axis, angle in rad. Ref: Rodrigues' rotation formula."""
+    """(3, 3) right-handed rotation about a (3,) unit axis, angle in rad. Ref: Rodrigues' rotation formula.
+
+    Not scipy's Rotation: its last bits differ, and asset files must stay identical.
+    """
     x, y, z = axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     found: Floats = np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * (cross @ cross)
     return found
 
 
-# Color ----------------------------------------------------------------------------------------------------------------
 # Conversion from display values (sRGB) to linear light and back.
 #
 # There are separate functions for one channel and for arrays: numpy's power differs from Python's in the last bit, and
@@ -86,10 +75,6 @@ def linear_from_srgb_array(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
 def srgb_from_linear_array(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Linear light from 0 on, any shape and precision -> display values, the same shape and precision."""
     return np.where(values <= 0.0031308, values * 12.92, 1.055 * np.maximum(values, 0) ** (1 / 2.4) - 0.055)
-
-
-# Sampling -------------------------------------------------------------------------------------------------------------
-# Random number generators by seed and name, with the same draws on every machine.
 
 
 def rng_for(seed: int, lane: str) -> np.random.Generator:

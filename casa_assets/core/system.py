@@ -1,13 +1,18 @@
-"""What the machine offers: limits of a process, the cache folder, and an installed Blender."""
+"""What the machine offers: processes, files, the cache folder, optional packages, an installed Blender."""
 
 from __future__ import annotations
 
+import importlib.metadata
+import importlib.util
 import json
 import math
 import os
+import re
 import resource
 import shlex
 import shutil
+import sys
+import tomllib
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -17,8 +22,13 @@ import platformdirs
 from casa_assets.errors import CasaError
 from casa_assets.projects import user_environment
 
-# Process limits -------------------------------------------------------------------------------------------------------
 # Limit the resources of this process, such as a child that runs a library which may hang or exhaust memory.
+# Environment variable that the fork server of workers sets for them.
+WORKER = "CASA_ASSETS_WORKER"
+DISTRIBUTION = "casa-assets"
+FOR_DEVELOPERS = "dev"
+_SOURCE = Path(__file__).parents[2]
+_EXTRA = re.compile(r""";.*\bextra\s*==\s*["']([\w.-]+)["']""")  # as metadata name the extra of a requirement
 
 
 def lower_limit(kind: int, soft: int, hard: int) -> None:
@@ -27,9 +37,6 @@ def lower_limit(kind: int, soft: int, hard: int) -> None:
     ceiling = hard if stands == resource.RLIM_INFINITY else min(hard, stands)
     resource.setrlimit(kind, (min(soft, ceiling), ceiling))
 
-
-# Cache folder ---------------------------------------------------------------------------------------------------------
-# The folder that keeps expensive results between runs.
 
 CACHE_VARIABLE = "CASA_ASSETS_CACHE"
 SIZE_VARIABLE = "CASA_ASSETS_CACHE_GB"
@@ -116,9 +123,6 @@ def keep_json(path: Path, value: Any) -> None:
         draft.replace(path)
 
 
-# Blender --------------------------------------------------------------------------------------------------------------
-# Find an installed Blender: the program, or a Python that has its module bpy.
-
 # Names the program `blender`, or a Python that has the module bpy.
 BLENDER_VARIABLE = "CASA_BLENDER"
 # Blender as a module conflicts with this package's numpy and is there for one version of Python: it lives by itself.
@@ -166,3 +170,81 @@ def environment(folder: Path) -> dict[str, str]:
     """Environment of that process: only the variables that a program needs; its settings and files go into `folder`."""
     kept = {key: os.environ[key] for key in ("PATH", "LANG", "LD_LIBRARY_PATH") if key in os.environ}
     return {**kept, "HOME": str(folder), "TMPDIR": str(folder), "BLENDER_USER_RESOURCES": str(folder / "user")}
+
+
+def process_name() -> str:
+    """Name of the machine and number of the process: machines of a cluster may have processes of the same number."""
+    return f"{os.uname().nodename.replace('/', '_')}.{os.getpid()}"
+
+
+def replace_file(path: Path, data: bytes) -> Path:
+    """Write a file by one rename, in a folder that is made where it is missing: a reader sees all of it or none."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    fresh = path.with_name(f".{path.name}.{process_name()}")
+    try:
+        fresh.write_bytes(data)
+        return fresh.replace(path)
+    finally:
+        with suppress(OSError):
+            fresh.unlink(missing_ok=True)
+
+
+def is_worker() -> bool:
+    """Return True in a worker of `runs`, while others work on the other cores."""
+    return WORKER in os.environ
+
+
+def requirements() -> tuple[str, ...]:
+    """Requirements of this package without extras, such as "numpy>=2.1"."""
+    project = _project()
+    if project is not None:
+        return tuple(project["dependencies"])
+    return tuple(line for line in importlib.metadata.requires(DISTRIBUTION) or [] if not _EXTRA.search(line))
+
+
+def extras() -> dict[str, tuple[str, ...]]:
+    """Name of each extra for users -> what it requires, such as {"parquet": ("pyarrow>=17",)}; sorted."""
+    project = _project()
+    found: dict[str, tuple[str, ...]] = {}
+    if project is not None:
+        found = {name: tuple(lines) for name, lines in project["optional-dependencies"].items()}
+    else:
+        for line in importlib.metadata.requires(DISTRIBUTION) or []:
+            if named := _EXTRA.search(line):
+                found[named[1]] = (*found.get(named[1], ()), line.partition(";")[0].strip())
+    return {name: found[name] for name in sorted(found) if name != FOR_DEVELOPERS}
+
+
+def install_command(extra: str) -> str:
+    """Command that installs an extra into this environment.
+
+    The package is on no index. In a checkout the checkout is installed with the extra and the pinned versions;
+    elsewhere the packages that the extra requires are installed by their own names.
+    """
+    pip = f"{shlex.quote(sys.executable)} -m pip install"
+    if _project() is None:
+        return f"{pip} {shlex.join(extras()[extra])}"
+    return f"{pip} -c {shlex.quote(str(_SOURCE / 'constraints.txt'))} -e {shlex.quote(f'{_SOURCE}[{extra}]')}"
+
+
+def require(module: str, extra: str, purpose: str) -> None:
+    """Check that an optional module is installed, without importing it.
+
+    Args:
+        module: name of a module on the top level. extra: the extra that brings it.
+        purpose: what needs it, as the beginning of a sentence.
+    Raises:
+        CasaError: it is not installed; names the extra and the command.
+    """
+    if importlib.util.find_spec(module) is None:
+        message = f"{purpose} needs {module}, which is not installed; the extra '{extra}' brings it"
+        raise CasaError(f"{message}: {install_command(extra)}")
+
+
+def _project() -> dict[str, Any] | None:
+    """The table `project` of pyproject.toml; None away from a checkout."""
+    path = _SOURCE / "pyproject.toml"
+    if not path.is_file():
+        return None
+    project: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8")).get("project", {})
+    return project if project.get("name") == DISTRIBUTION else None

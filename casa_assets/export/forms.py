@@ -18,7 +18,7 @@ from casa_assets.cache.code_index import PACKAGE
 from casa_assets.core.system import cache_for
 from casa_assets.errors import BatchFault, OutputError
 from casa_assets.formats.urdf.document import json_text
-from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.run.kept import remembered_kitchen_key
 from casa_assets.layouts.run.recipe import SceneRecipe, recipes_named
 from casa_assets.layouts.run.resolve import kitchen_key, warm

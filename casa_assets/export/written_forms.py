@@ -18,7 +18,7 @@ from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import build_scene
 from casa_assets.library import attribution
 from casa_assets.library import library as disk
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 from casa_assets.registry.plugins.guard import exporters, guarded
 
 # Gltf -----------------------------------------------------------------------------------------------------------------

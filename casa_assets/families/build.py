@@ -50,8 +50,7 @@ from casa_assets.model.asset.provenance import Labels, split_of
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.registry.category import Category
 from casa_assets.projects import read_once
-from casa_assets.registry.families import family, family_names
-from casa_assets.registry.objects import object_family, object_names
+from casa_assets.registry.families import family, family_names, object_family, object_names
 from casa_assets.registry.plugins import LoadedPlugin
 from casa_assets.registry.plugins.families import plugin_families, plugin_forms
 from casa_assets.registry.plugins.guard import guarded

@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
-from casa_assets.core.process_name import replace_file
+from casa_assets.core.system import replace_file
 from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry
 from casa_assets.model.kitchen.scene import Scene

@@ -20,7 +20,7 @@ from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.cache.store import Store
 from casa_assets.checks.library import NAMED, CategoryRank
 from casa_assets.core.numeric import Floats
-from casa_assets.core.optional_packages import require
+from casa_assets.core.system import require
 from casa_assets.errors import CasaError
 from casa_assets.library import library as disk
 from casa_assets.library.entry_files import checked_model

@@ -34,15 +34,14 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 from pydantic import ValidationError
 
-from casa_assets.core.process_name import process_name
+from casa_assets.core.system import process_name
 from casa_assets.errors import OutputError
 from casa_assets.formats.mjcf import shapes
 from casa_assets.library.entry_files import PICTURE, file_inside
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.asset.provenance import Signature
-from casa_assets.model.files import Files
-from casa_assets.model.issue import Report
+from casa_assets.model.issue import Files, Report
 from casa_assets.model.record import Record
 from casa_assets.model.source import Source
 

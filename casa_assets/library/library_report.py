@@ -121,7 +121,7 @@ def object_rows(rows: Sequence[AssetRow]) -> list[AssetRow]:
     drawn = [row for row in rows if row.from_numbers and row.signature is not None]
     if not drawn:
         return []
-    from casa_assets.registry.objects import object_names  # here, since it loads all families
+    from casa_assets.registry.families import object_names  # here, since it loads all families
 
     known = frozenset(object_names())
     return [row for row in drawn if row.category in known]

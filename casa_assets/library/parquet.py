@@ -24,9 +24,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field
 
 from casa_assets.cache.cache_key import digest_of, key_of
-from casa_assets.core.optional_packages import require
-from casa_assets.core.process_name import replace_file
-from casa_assets.core.system import kept_json
+from casa_assets.core.system import kept_json, replace_file, require
 from casa_assets.errors import OutputError
 from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry

@@ -31,8 +31,7 @@ from typing import Any, ParamSpec, Self, TypeVar
 
 from pydantic import ValidationError
 
-from casa_assets.core.optional_packages import require
-from casa_assets.core.process_name import process_name
+from casa_assets.core.system import process_name, require
 from casa_assets.errors import OutputError
 from casa_assets.ingest.sources.places import hide_secrets
 from casa_assets.ingest.sources.stores import open_system

@@ -1,13 +1,15 @@
-"""Results of checks: issues, results with their numbers, and the report of one subject."""
+"""What is written and said of a subject: its files, issues, results of checks with their numbers, and the report."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import hashlib
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from pathlib import PurePosixPath
 from typing import Annotated, Any, Self
 
-from pydantic import StringConstraints, model_validator
+from pydantic import Field, StringConstraints, field_validator, model_validator
 
 from casa_assets.model.record import Record
 
@@ -41,8 +43,7 @@ class Issue(Record):
     """One fault.
 
     Attributes:
-        code: of the check or rejection, such as `AST002`.
-        severity: error or warning.
+        code: of the check or rejection, such as `AST002`. severity: error or warning.
         pointer: location in the subject, such as `links/base/inertial`.
         message: the fault and its remedy, one sentence.
     """
@@ -70,8 +71,7 @@ class CheckResult(Record):
     """Outcome of one check on one subject; present whether it passed or not, ran or not.
 
     Attributes:
-        code: of the check.
-        status: outcome.
+        code: of the check. status: outcome.
         severity: of the check; a failed error keeps the subject out of the library, a failed warning is advice.
         reason: why it does not apply or was not run, as a clause; empty if it passed or failed.
         waived: it was not run, which does not count against the subject: registry/waivers.yaml waives it, or it needs
@@ -210,3 +210,48 @@ def _current_result(old: dict[str, Any], warned: set[str]) -> dict[str, Any]:
     if old.get("number") is None:
         return {**kept, "status": Status.NOT_APPLICABLE, "reason": "an earlier version told no number"}
     return {**kept, "status": Status.PASSED}
+
+
+class Files(Record):
+    """An immutable set of files.
+
+    Attributes:
+        entries: path -> content; paths are relative, POSIX, ASCII, without `..`, and differ by more than case.
+    """
+
+    entries: dict[str, bytes] = Field(default_factory=dict)
+
+    @field_validator("entries")
+    @classmethod
+    def _safe(cls, entries: dict[str, bytes]) -> dict[str, bytes]:
+        seen: dict[str, str] = {}
+        for path in entries:
+            pure = PurePosixPath(path)
+            if not path or pure.is_absolute() or ".." in pure.parts or str(pure) != path or "\\" in path or path == ".":
+                raise ValueError(f"{path!r} is not a plain relative path")
+            if not path.isascii() or not path.isprintable() or any(c in path for c in '<>:"|?* '):
+                raise ValueError(f"{path!r} would not be legal on every file system")
+            twin = seen.setdefault(path.lower(), path)
+            if twin != path:
+                raise ValueError(f"{path!r} and {twin!r} differ only in case")
+        return dict(sorted(entries.items()))
+
+    @classmethod
+    def of(cls, entries: Mapping[str, bytes]) -> Self:
+        """Files from a mapping."""
+        return cls(entries=dict(entries))
+
+    def __or__(self, other: Files) -> Files:
+        """Union. Raises ValueError if both have a path with different bytes."""
+        clash = [p for p in self.entries.keys() & other.entries.keys() if self.entries[p] != other.entries[p]]
+        if clash:
+            raise ValueError(f"two contents for {sorted(clash)[0]!r}")
+        return Files(entries={**self.entries, **other.entries})
+
+    def under(self, folder: str) -> Files:
+        """Copy with `folder/` in front of each path."""
+        return Files(entries={f"{folder}/{path}": data for path, data in self.entries.items()})
+
+    def sums(self) -> dict[str, str]:
+        """Path to sha256 of the content, sorted by path."""
+        return {path: hashlib.sha256(data).hexdigest() for path, data in self.entries.items()}

@@ -17,8 +17,7 @@ class Pose(Record):
     """`a_from_b`: takes points in frame b to frame a. Compose right to left with `@`.
 
     Attributes:
-        position: origin of b in a, metres.
-        quaternion: rotation (w, x, y, z), normalised on entry, w >= 0.
+        position: origin of b in a, metres. quaternion: rotation (w, x, y, z), normalised on entry, w >= 0.
     """
 
     position: Vec3 = (0.0, 0.0, 0.0)

@@ -39,8 +39,7 @@ class ArrayOf:
     """Pydantic annotation of a read-only numpy array.
 
     Args:
-        dtype: numpy dtype name that values are converted to.
-        shape: expected shape; -1 accepts any length.
+        dtype: numpy dtype name that values are converted to. shape: expected shape; -1 accepts any length.
         finite: refuse NaN and infinities.
     """
 

@@ -1,19 +1,11 @@
 """Read registry/ and the project laid over it: YAML into frozen records; errors name file, line and pointer."""
 
-from casa_assets.model.registry.category import FALLBACK
-from casa_assets.projects import data_root
-from casa_assets.registry.learned import learned_forest, load_confidence
-from casa_assets.registry.load import FILES, Registry, load
-from casa_assets.registry.read import read_document, read_record
-
-__all__ = [
-    "FALLBACK",
-    "FILES",
-    "Registry",
-    "data_root",
-    "learned_forest",
-    "load",
-    "load_confidence",
-    "read_document",
-    "read_record",
-]
+from casa_assets.model.registry.category import FALLBACK as FALLBACK
+from casa_assets.projects import data_root as data_root
+from casa_assets.registry.load import FILES as FILES
+from casa_assets.registry.load import Registry as Registry
+from casa_assets.registry.load import learned_forest as learned_forest
+from casa_assets.registry.load import load as load
+from casa_assets.registry.load import load_confidence as load_confidence
+from casa_assets.registry.read import read_document as read_document
+from casa_assets.registry.read import read_record as read_record

@@ -1,4 +1,4 @@
-"""Families of registry/families/: the named members (presets) of each family, joined to the code that builds them."""
+"""Families of registry/families/ and objects of registry/objects/: their data, joined to the code that builds them."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ from types import MappingProxyType
 from typing import Any, get_args
 
 import numpy as np
+from pydantic import Field
 
 from casa_assets.asset.assemble import Family
 from casa_assets.asset.family import AvailableFinishes, Params, is_finish
 from casa_assets.asset.sampling import read_sample_rules
+from casa_assets.asset.kit.assemble import Family
+from casa_assets.asset.sampling import read_fixed, read_sample_rules
 from casa_assets.errors import CasaError, RegistryError, UnknownId
 from casa_assets.kitchenware.catalog import GROUPS, MODELS
 from casa_assets.kitchenware.parts.appliance import ApplianceLook
@@ -21,21 +24,22 @@ from casa_assets.model.record import Id, Record
 from casa_assets.model.registry.document import Document, KeyPath, expected_one_of
 from casa_assets.projects import read_once
 from casa_assets.registry import load, read_record
-from casa_assets.registry.layered import names_in, read_table_file
-from casa_assets.registry.plugins.families import plugin_families
+from casa_assets.registry.plugins import or_of_ignored
+from casa_assets.registry.plugins.families import forms, plugin_families
+from casa_assets.registry.read import names_in, read_table_file
 
 FOLDER = "families"
 PLUGIN_GROUP = "plug-ins"  # of families that plug-ins add
 LOOKS = "looks.yaml"
 LOOK_RULES = "look_rules.yaml"
+OBJECTS = "objects"
 
 
 class FamilyFile(Record):
     """One file of registry/families/, before its presets are read with the family's own type of numbers.
 
     Attributes:
-        title: what a person calls a member, one line.
-        category: id in registry/fixtures.yaml.
+        title: what a person calls a member, one line. category: id in registry/fixtures.yaml.
         description: what members there are, one sentence.
         sample: field -> the rule by which a random member's value is drawn (`asset/sampling.py`); None if the code
             of the family has a function for it.
@@ -120,8 +124,7 @@ class Parameter:
 
     Attributes:
         name: of a field of a nested record such as a look, `look.face`.
-        kind: `number`, `finish`, or the choices, such as `left | right`.
-        default: as in YAML; empty if there is none.
+        kind: `number`, `finish`, or the choices, such as `left | right`. default: as in YAML; empty if there is none.
         bounds: such as `0.2 to 1.2`; of a list, those of its length.
     """
 
@@ -231,3 +234,77 @@ def look_samplers() -> Mapping[type[Params], Callable[[np.random.Generator, Avai
         CabinetLook: read_sample_rules(CabinetLook, rules.cabinet, document, ("cabinet",)),
         ApplianceLook: read_sample_rules(ApplianceLook, rules.appliance, document, ("appliance",)),
     }
+
+
+class ObjectRow(Record):
+    """A row of a file of registry/objects/, under the id of a category in registry/categories.yaml."""
+
+    form: Id = Field(description="name of a form, kitchenware/objects/")
+    about: str = Field(description="what members there are, one sentence")
+    sample: dict[str, Any] = Field(
+        description="field -> the rule by which a member's value is drawn (`asset/sampling.py`)"
+    )
+    fixed: dict[str, Any] = Field(
+        default_factory=dict, description="field of the form's Params -> the value that all members have"
+    )
+
+
+@read_once
+def object_files() -> Mapping[str, tuple[str, ...]]:
+    """The categories of each file, by the name of the file, such as `fruit`. Raises RegistryError."""
+    found: dict[str, list[str]] = {}
+    for name, member in _object_rows().items():
+        found.setdefault(member[0], []).append(name)
+    return MappingProxyType({name: tuple(rows) for name, rows in found.items()})
+
+
+def object_family(name: str) -> Family[Any]:
+    """The family of the objects of a category. Raises UnknownId with the nearest names, RegistryError."""
+    rows = _object_rows()
+    if name not in rows:
+        raise UnknownId("category of objects", name, rows)
+    return rows[name][1]
+
+
+def object_names() -> tuple[str, ...]:
+    """Categories of which there are objects, file by file."""
+    return tuple(_object_rows())
+
+
+@read_once
+def _object_rows() -> Mapping[str, tuple[str, Family[Any]]]:
+    """Of each category the name of its file and its family."""
+    found: dict[str, tuple[str, Family[Any]]] = {}
+    for stem in names_in(OBJECTS):
+        document = read_table_file(f"{OBJECTS}/{stem}.yaml")
+        if not isinstance(document.value, dict):
+            raise document.fault((), "a mapping of categories to objects", type(document.value).__name__)
+        for name in document.value:
+            if name in found:
+                message = f"a category that no other file has; to change its row, use {OBJECTS}/{found[name][0]}.yaml"
+                raise document.fault((name,), message, repr(name))
+            found[name] = (stem, _object_family(str(name), document))
+    return MappingProxyType(found)
+
+
+def _object_family(name: str, document: Document) -> Family[Any]:
+    """The family of a row. Raises RegistryError with file, line, pointer, expected and got."""
+    categories = load().categories
+    if name not in categories:
+        raise document.fault((name,), expected_one_of(tuple(categories), name), repr(name))
+    row = read_record(ObjectRow, document.value[name], document, (name,))
+    if row.form not in forms():
+        expected = expected_one_of(tuple(forms()), row.form) + or_of_ignored()
+        raise document.fault((name, "form"), expected, repr(row.form))
+    form = forms()[row.form]
+    fixed = read_fixed(form.params, row.fixed, document, (name, "fixed"))
+    rules = read_sample_rules(form.params, row.sample, document, (name, "sample"), fixed)
+    return replace(
+        form,
+        name=name,
+        sample=rules,
+        title=name.replace("_", " "),
+        category=name,
+        description=row.about,
+        form=row.form,
+    )

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from casa_assets.model.kitchen.habit import Habits
+from casa_assets.model.registry.rows import Habits
 from casa_assets.projects import read_once
-from casa_assets.registry.layered import read_table_file
-from casa_assets.registry.objects import object_names
-from casa_assets.registry.read import read_record
+from casa_assets.registry.families import object_names
+from casa_assets.registry.read import read_record, read_table_file
 
 HABITS_FILE = "habits.yaml"
 

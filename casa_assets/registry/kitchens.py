@@ -1,4 +1,4 @@
-"""Plans and styles of registry/ and of the project in use, each in a separate file named after its id."""
+"""Plans and styles of registry/ and of the project in use, each in a file named after its id."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from casa_assets.model.kitchen.style import Mixing, Style
 from casa_assets.model.record import Record
 from casa_assets.model.registry.document import Document, expected_one_of
 from casa_assets.projects import project_folder, read_once
-from casa_assets.registry import read_document, read_record
-from casa_assets.registry.layered import names_in, read_table_file, read_topmost, stated_in
+from casa_assets.registry import read_document
+from casa_assets.registry.read import names_in, read_record, read_table_file, read_topmost, stated_in
 
 R = TypeVar("R", bound=Record)
 PLANS, STYLES = "plans", "styles"
@@ -108,9 +108,6 @@ def _without_replaced(lower: Document, upper: Document) -> Document:
     value = {**lower.value, MODELS: kept}
     return replace(lower, value=value, lines=MappingProxyType(lines), files=MappingProxyType(files))
 
-
-# Mixing ---------------------------------------------------------------------------------------------------------------
-# registry/mixing.yaml: what is drawn together if kitchens are drawn at random.
 
 MIXING_FILE = "mixing.yaml"
 

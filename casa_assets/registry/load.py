@@ -1,20 +1,24 @@
-"""Read registry/: YAML into frozen records; unknown keys, duplicate keys and unresolved names are errors."""
+"""Read registry/ as a whole, and what scripts have learned: YAML into records; unresolved names are errors."""
 
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache, lru_cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from casa_assets.errors import UnknownId
+from casa_assets.core.forest import Forest, forest_from_dict
+from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.asset.material import Density, Substance
 from casa_assets.model.registry.category import FALLBACK, Category, Certainty, Vocabulary
 from casa_assets.model.registry.contract import Contract
 from casa_assets.model.registry.document import Document, KeyPath, expected_one_of
 from casa_assets.model.registry.rows import (
+    ConfidenceModel,
     Limit,
     MisleadingWords,
     OtherThingsWords,
@@ -24,8 +28,15 @@ from casa_assets.model.registry.rows import (
     Waiver,
 )
 from casa_assets.projects import data_root, read_once
-from casa_assets.registry.layered import load_project, names_in, read_table_file, stated_in
-from casa_assets.registry.read import read_record, read_table
+from casa_assets.registry.read import (
+    load_project,
+    names_in,
+    read_document,
+    read_record,
+    read_table,
+    read_table_file,
+    stated_in,
+)
 
 FILES = (
     "categories",
@@ -53,8 +64,7 @@ class Registry:
             categories of what families build; free words never find them.
         densities: name -> kg/m^3, of the substances and of parts that are modelled as solid but are not.
         contracts: what runtimes expect of fixtures, by id; one file each in contracts/.
-        limits, limit_units: numbers and their units by key.
-        waivers: in file order.
+        limits, limit_units: numbers and their units by key. waivers: in file order.
         digest: sha256 of the contents of all files.
         vocabulary: ids, aliases and LVIS names of the categories, for free words.
         other_things: words which show that something is not a single household object.
@@ -167,7 +177,6 @@ def read_categories(
 
 
 def _read_portions(stated: Mapping[str, Any], document: Document, path: KeyPath) -> dict[str, Any]:
-    """The ranges of portions, each a list of three."""
     return {
         portion: {field: read_span(span, document, (*path, portion, field)) for field, span in ranges.items()}
         if isinstance(ranges, dict)
@@ -265,3 +274,20 @@ def load(root: Path | None = None) -> Registry:
         vocabulary=read_vocabulary(documents["categories"], categories, words),
         other_things=read_record(OtherThingsWords, documents["other_things"].value, documents["other_things"], ()),
     )
+
+
+@lru_cache(maxsize=8)
+def learned_forest(name: str) -> Forest:
+    """Return the forest of `registry/learned/<name>.json`. Raises RegistryError where it is missing or unsound."""
+    path = data_root() / LEARNED / f"{name}.json"
+    try:
+        return forest_from_dict(json.loads(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError) as error:
+        raise RegistryError(f"{LEARNED}/{path.name}", 1, "", "a forest", str(error)) from None
+
+
+@cache
+def load_confidence() -> ConfidenceModel:
+    """Return the curves, weights and bars. Raises RegistryError where the file is wrong."""
+    document = read_document(data_root() / "confidence.yaml")
+    return read_record(ConfidenceModel, document.value, document, ())

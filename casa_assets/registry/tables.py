@@ -15,12 +15,8 @@ from casa_assets.model.record import Id, Record
 from casa_assets.model.registry.document import expected_one_of
 from casa_assets.model.registry.rows import RoleRule
 from casa_assets.projects import read_once
-from casa_assets.registry.layered import names_in, read_table_file, read_topmost
 from casa_assets.registry.load import load
-from casa_assets.registry.read import read_record, read_table
-
-# Roles ----------------------------------------------------------------------------------------------------------------
-# registry/roles.yaml: which assets of libraries a plan may use as its range, fridge, toaster and so on.
+from casa_assets.registry.read import names_in, read_record, read_table, read_table_file, read_topmost
 
 ROLES_FILE = "roles.yaml"
 
@@ -31,29 +27,23 @@ def load_roles() -> Mapping[str, RoleRule]:
     return read_table(RoleRule, read_table_file(ROLES_FILE))
 
 
-# Robots ---------------------------------------------------------------------------------------------------------------
-# Robots of registry/robots/, each in a separate file named after the robot in robosuite.
-
-FOLDER = "robots"
+ROBOTS = "robots"
 
 
 def robot_names() -> tuple[str, ...]:
     """Ids of all robots, sorted."""
-    return names_in(FOLDER)
+    return names_in(ROBOTS)
 
 
 def load_robot(name: str) -> Robot:
     """A robot. Raises UnknownId: no robot has that name. RegistryError: its file is not a valid robot."""
     if name not in robot_names():
         raise UnknownId("robot", name, robot_names())
-    document = read_topmost(f"{FOLDER}/{name}.yaml")
+    document = read_topmost(f"{ROBOTS}/{name}.yaml")
     if not isinstance(document.value, dict):
         raise RegistryError(document.file, 1, "", "a robot", type(document.value).__name__)
     return read_record(Robot, document.value, document, (), id=name)
 
-
-# Look alikes ----------------------------------------------------------------------------------------------------------
-# Categories that are one kind to the eye, of registry/look_alikes.yaml.
 
 LOOK_ALIKES_FILE = "look_alikes.yaml"
 

@@ -20,7 +20,7 @@ from signal import SIGKILL, SIGXCPU, Signals
 from types import TracebackType
 from typing import Any, Self
 
-from casa_assets.core.optional_packages import require
+from casa_assets.core.system import require
 from casa_assets.errors import CasaError
 from casa_assets.projects import environment
 from casa_assets.runs.limits import LEAST_WORKER_BYTES, Limits, WorkerFailure, plan_workers

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from casa_assets.core.optional_packages import requirements
+from casa_assets.core.system import requirements
 from casa_assets.errors import CasaError
 from casa_assets.projects import (
     PluginUse,

@@ -28,7 +28,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Literal, TypeVar
 
-from casa_assets.core.process_name import process_name
+from casa_assets.core.system import process_name
 from casa_assets.errors import OutputError
 from casa_assets.library import decisions, review
 from casa_assets.library import library as disk

@@ -29,7 +29,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, NoReturn
 
-from casa_assets.core.process_name import WORKER
+from casa_assets.core.system import WORKER
 from casa_assets.runs.limits import IDLE_CPU_SHARE, Limits, Usage, WorkerFailure, restrict, trees, usage
 
 MESSAGE_BYTES = 65536

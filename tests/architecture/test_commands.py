@@ -65,23 +65,6 @@ def test_an_option_is_of_one_type_everywhere() -> None:
     assert {name: dict(meanings) for name, meanings in found.items() if len(meanings) > 1} == {}
 
 
-def test_an_option_has_one_long_name() -> None:
-    several = [
-        (path, option.opts)
-        for path, command in VERBS.items()
-        for option in options(command)
-        if sum(name.startswith("--") for name in option.opts) > 1
-    ]
-    assert several == []
-
-
-def test_libraries_are_written_to_library_and_all_else_to_out() -> None:
-    for path in ("ingest", "articulate", "families build", "objects build", "textures ingest", "library merge"):
-        names = {name for option in options(VERBS[path]) for name in option.opts}
-        assert "--library" in names, path
-        assert "--out" not in names, path
-
-
 def test_every_option_says_what_it_does() -> None:
     bare = [f"{path} {main_name(o)}" for path, command in VERBS.items() for o in options(command) if not o.help]
     assert bare == []

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from casa_assets.layouts.run.batch_form import BatchRequest, make_one, read_batch
 from casa_assets.layouts.run.recipe import SceneRecipe
+from casa_assets.layouts.run.scene_folders import BatchRequest, make_one, read_batch
 from tests.support.program.environments import found_by
 
 # Of simulated time that is 0.3 s; a step of one world takes a tenth of a second on a processor.

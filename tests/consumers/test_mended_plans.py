@@ -41,7 +41,7 @@ def problems_when_built(name: str, style: str, project: Project, out: Path) -> l
     """
     found = check_plan(plans()[name], f"{name}.yaml", load_style(style)[0])
     if not found.mended:
-        return [f"{told.fault.expected}, got {told.fault.got}" for told in found.faults if told.fault.mend is None]
+        return [f"{told.expected}, got {told.got}" for told in found.faults if told.mend is None]
     plan = plan_id(f"{name}.yaml")
     project({f"plans/{plan}.yaml": found.text})
     done = check.check_one(SceneRecipe(plan, style), out, drawn=False, in_3d=False)

@@ -63,14 +63,16 @@ _PAGES_IN_A_BROWSER = Watched(
     ),
 )
 _MJCF = _package("formats/mjcf", "formats/mujoco_values.py", "model/asset", "model/kitchen")
-_BATCHES = Watched(("engines",), (*_package("addons/batch", "layouts/run/batch_form.py", "checks/scene/batch"), *_MJCF))
+_BATCHES = Watched(
+    ("engines",), (*_package("addons/batch", "layouts/run/scene_folders.py", "checks/scene/batch"), *_MJCF)
+)
 _CLUSTER = Watched(("ray",), _package("runs", "ingest/run"))
 _STORES = Watched(("stores",), _package("library", "runs/remote.py", "ingest/sources"))
 
 _OWN = Watched((), _package("cli/project_runs.py", "cli/project", "projects.py", "registry"))
 _ROBOCASA = Watched(
     ("robocasa",),
-    _package("checks/design/robot", "core/robocasa.py", "addons/robocasa/writers", "addons/robocasa/run.py"),
+    _package("checks/design/robot", "model/registry/contract.py", "addons/robocasa/writers", "addons/robocasa/run.py"),
 )
 
 # By path relative to this folder.

@@ -28,7 +28,7 @@ from pathlib import Path
 from typing import Any
 
 import casa_assets as casa
-from casa_assets.registry.objects import object_names
+from casa_assets.registry.families import object_names
 
 ROOT = Path(__file__).parents[2]
 DIGESTS = Path(__file__).parent / "digests.json"

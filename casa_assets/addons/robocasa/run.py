@@ -33,8 +33,8 @@ from casa_assets.export.forms import (
     why_left_out,
 )
 from casa_assets.formats.mjcf.scene.kitchen import FILE as SCENE_XML
-from casa_assets.layouts.compose.floor_facts import facts_of
-from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.floor_facts import facts_of
+from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.run.kept import is_whole
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import build_scene
@@ -50,7 +50,7 @@ from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category, RestingPose
 from casa_assets.model.registry.contract import RobocasaRelease
 from casa_assets.projects import read_once
-from casa_assets.registry.objects import object_names
+from casa_assets.registry.families import object_names
 from casa_assets.runs.outcome import writing
 
 # Robocasa kitchens ----------------------------------------------------------------------------------------------------

@@ -28,7 +28,7 @@ from casa_assets.articulate.run.repairs import limit_ranges, mend
 from casa_assets.cache.cache_key import CodeRef, digest_of, key_of, versions_of
 from casa_assets.cache.store import Store
 from casa_assets.checks.motion.joints import JointTravel, joint_travels
-from casa_assets.core.process_name import process_name
+from casa_assets.core.system import process_name
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.formats import mjcf
 from casa_assets.ingest.run.resume import (

@@ -35,7 +35,7 @@ from casa_assets.core.hand_dynamics import PULL_N
 from casa_assets.core.numeric import Mask
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Sphere
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 
 # Hand force -----------------------------------------------------------------------------------------------------------
 # Find joints that a hand of 20 N cannot move, that do not return, or that drift (KIN001 to KIN006, KIN010).

@@ -25,7 +25,7 @@ from casa_assets.checks.readers import mujoco_load
 from casa_assets.core.numeric import Floats
 from casa_assets.mesh.solid.primitive import shape_bounds
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 from casa_assets.model.pose import Pose
 
 STEP_S = 0.002

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from casa_assets.core.numeric import Floats, Ints, Mask
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 
 # Key of a scene as it begins.
 START = "start"

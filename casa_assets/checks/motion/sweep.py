@@ -12,7 +12,7 @@ import numpy as np
 from casa_assets.checks.motion.simulation import altered, box_around, collision_spec, find_contacts, geom_boxes, subtree
 from casa_assets.checks.readers import mujoco_facts, mujoco_load
 from casa_assets.core.numeric import Floats, Ints, Mask
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 
 # How far the part of a joint that moves fastest goes between two poses. A corner that swings past an edge on an arm of
 # 0.6 m and meets it by half a millimetre does so over 49 mm of its way. Parts of 4 mm that slide past each other meet

@@ -12,9 +12,16 @@ from casa_assets.checks.check import NO_COMPILE, Measurement, Problem, count, no
 from casa_assets.checks.motion import operate
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.runtime import contract as contract_names
-from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus, start, step
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.behavior import Behavior, Effect, EffectKind
+from casa_assets.model.asset.behavior import (
+    Behavior,
+    BehaviorState,
+    Effect,
+    EffectKind,
+    Stimulus,
+    start_behavior,
+    step_behavior,
+)
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.contract import Contract, KeyRule, Trial
 
@@ -121,7 +128,7 @@ def _moves(group: VariableGroup, state: State) -> Iterator[State]:
     values, at, touched = state
     named = dict(zip((v.name for v in group.behavior.variables), values, strict=True))
     machine = BehaviorState(group.behavior, named, None, (0.0,) * len(group.behavior.rules))
-    stood = step(machine, _stimulus(group, at, touched), 0.0)
+    stood = step_behavior(machine, _stimulus(group, at, touched), 0.0)
     for i, options in enumerate(group.stands):
         for there in options:
             if there != at[i]:
@@ -136,7 +143,7 @@ def _moves(group: VariableGroup, state: State) -> Iterator[State]:
 def _after(
     group: VariableGroup, machine: BehaviorState, at: tuple[float, ...], touched: tuple[bool, ...], seconds: float
 ) -> State:
-    done = step(machine, _stimulus(group, at, touched), seconds)
+    done = step_behavior(machine, _stimulus(group, at, touched), seconds)
     return tuple(done.values[v.name] for v in group.behavior.variables), at, touched
 
 
@@ -246,7 +253,7 @@ def _pose(model: operate.FingertipModel, asset: Asset, behavior: Behavior, rule:
     key = next((k for k in asset.keyframes if k.name == rule.name), None)
     if key is None or not rule.values:
         return
-    state = _settle(start(behavior), model.measure({}))
+    state = _settle(start_behavior(behavior), model.measure({}))
     state = _settle(state, model.measure({at.joint: at.value for at in key.joints}))
     for message in _differences(state, rule.values):
         yield f"keyframes/{rule.name}", f"in this pose {message}"
@@ -255,7 +262,7 @@ def _pose(model: operate.FingertipModel, asset: Asset, behavior: Behavior, rule:
 def _trial(model: operate.FingertipModel, asset: Asset, behavior: Behavior, trial: Trial) -> Iterator[Problem]:
     """Differences from the trial; it ends with the first step that has some."""
     stands: dict[str, float] = {}
-    state = _settle(start(behavior), model.measure(stands))
+    state = _settle(start_behavior(behavior), model.measure(stands))
     for number, act in enumerate(trial.steps):
         pointer = f"trials/{trial.name}/{number}"
         for pattern, way in act.move.items():
@@ -289,7 +296,7 @@ def position(span: tuple[float, float], way: float) -> float:
 
 def _settle(state: BehaviorState, stimulus: Stimulus, steps: int = SETTLE_STEPS) -> BehaviorState:
     for _ in range(steps):
-        state = step(state, stimulus, TICK_S)
+        state = step_behavior(state, stimulus, TICK_S)
     return state
 
 

@@ -42,8 +42,8 @@ def list_families(json_: AsJson = False) -> None:
     Example:  casa-assets families list
     """
     from casa_assets.registry.families import family_groups
-    from casa_assets.registry.layered import origin_of_row
     from casa_assets.registry.plugins.families import plugin_families
+    from casa_assets.registry.read import origin_of_row
 
     output = Output(json_)
     table = TextTable(("family", "group", "what", "presets", *from_column()), sentences=("what", "presets"))

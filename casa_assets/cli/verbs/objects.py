@@ -36,8 +36,8 @@ def list_objects(json_: AsJson = False) -> None:
 
     Example:  casa-assets objects list
     """
-    from casa_assets.registry.layered import origin_of_row
-    from casa_assets.registry.objects import object_family, object_files
+    from casa_assets.registry.families import object_family, object_files
+    from casa_assets.registry.read import origin_of_row
 
     output = Output(json_)
     table = TextTable(("category", "group", "form", "about", *from_column()), sentences=("about",))
@@ -71,7 +71,7 @@ def show(
     Example:  casa-assets objects show apple banana --out /tmp/look
     """
     from casa_assets.families.object_sheets import write_sheet
-    from casa_assets.registry.objects import object_family
+    from casa_assets.registry.families import object_family
     from casa_assets.runs.outcome import writing
 
     for name in names:

@@ -62,7 +62,7 @@ def make(
     from casa_assets.cli.project_runs import steps_of
     from casa_assets.errors import CasaError
     from casa_assets.projects import SETTINGS
-    from casa_assets.registry.layered import load_project
+    from casa_assets.registry.read import load_project
 
     found = load_project()
     if found is None:

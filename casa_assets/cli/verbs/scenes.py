@@ -78,7 +78,7 @@ def list_scenes(json_: AsJson = False) -> None:
     Example:  casa-assets scenes list
     """
     from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names
-    from casa_assets.registry.layered import origin
+    from casa_assets.registry.read import origin
 
     output = Output(json_)
     plans = TextTable(
@@ -200,8 +200,8 @@ def sample(
 
     Example:  casa-assets scenes sample 20 --seed 1 --objects 40
     """
-    from casa_assets.layouts.run.sampling.draws import draw_recipes
-    from casa_assets.layouts.run.sampling.run import sample_all
+    from casa_assets.layouts.run.draws import draw_recipes
+    from casa_assets.layouts.run.sample import sample_all
 
     recipes = draw_recipes(count, seed, objects)
     done = sample_all(recipes, out, workers, drawn=pictures, in_3d=in_3d)
@@ -330,7 +330,7 @@ def states(
     Example:  casa-assets scenes states one_wall_small__coastal__o40
     """
     from casa_assets.checks.start_states.draw import StateRequest
-    from casa_assets.layouts.run.start_states import draw_all
+    from casa_assets.layouts.run.check import draw_all
 
     recipes = _recipes(scenes, all_, out)
     done = draw_all(recipes, out, StateRequest(count, objects, doors, seed), jobs, force)
@@ -364,7 +364,7 @@ def batch(
 
     Example:  casa-assets scenes batch l_small__coastal --joints doors --joints drawers
     """
-    from casa_assets.layouts.run.batch_form import BatchRequest, make_all
+    from casa_assets.layouts.run.scene_folders import BatchRequest, make_all
 
     recipes = _recipes(scenes, all_, out)
     request = BatchRequest(tuple(joints or JointWord), primitives or None)

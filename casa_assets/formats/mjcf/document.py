@@ -16,7 +16,7 @@ from casa_assets.formats.mjcf.shapes import Meshes
 from casa_assets.formats.mujoco_values import ROBOSUITE_GROUPS, VIEWER_GROUPS, Groups
 from casa_assets.model.asset.asset import Asset, Base, Collider, Exclusion, Inertial, Joint, Link, Visual
 from casa_assets.model.asset.parts import joint_positions
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.scene import OUTER_FACE
 from casa_assets.model.written_formats import BehaviorFile
 

@@ -14,7 +14,7 @@ from casa_assets.formats.usd.joint import SCOPE, attach_labels, define_behavior,
 from casa_assets.formats.usd.shapes import MaterialPrims
 from casa_assets.model.asset.asset import Asset, Base, Joint, JointKind, Link
 from casa_assets.model.asset.parts import joint_positions
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.scene import CLOSED_POSE, Scene, key_positions
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3

@@ -18,6 +18,8 @@ from casa_assets.core.process_name import process_name
 from casa_assets.core.system import cache_for
 from casa_assets.errors import PluginFailure, Rejected
 from casa_assets.ingest.run.survey import Survey, find_category
+from casa_assets.core.system import cache_for, process_name, require
+from casa_assets.errors import OutputError, PluginFailure
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.places import StoreRoot, root_of, utf8_escaped

@@ -1,25 +1,21 @@
 """Check a plan without building anything: every fault, each with a correction if one is near, and the corrected plan.
 
 Faults are found in rounds: YAML syntax, then values, names, the walls, and conflicts of space. The corrections of a
-round are made in a copy of the text before the next round looks at it, so that one call reports all faults.
+round are made in a copy of the text before the next round looks at it, so that one call reports all faults. A plan is
+fitted to a room of another size by giving its walls that size and making the corrections of what no longer fits.
 """
 
 from __future__ import annotations
 
 import difflib
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from casa_assets.errors import CasaError, RegistryError
-from casa_assets.layouts.check_plan.conflicts import resolve
 from casa_assets.layouts.check_plan.draft import Draft
-from casa_assets.layouts.check_plan.mends import problem_faults
-from casa_assets.layouts.check_plan.values import name_faults, record_faults, wall_faults
-from casa_assets.layouts.order.request import KitchenRequest
-from casa_assets.model.kitchen.style import Style
-from casa_assets.model.registry.document import Document
-from casa_assets.registry.edit import (
+from casa_assets.layouts.check_plan.edit import (
     Edit,
     EditKind,
     Fault,
@@ -27,40 +23,27 @@ from casa_assets.registry.edit import (
     block_text,
     edited,
     edited_value,
+    flow_text,
     spelt,
     value_at,
 )
+from casa_assets.layouts.check_plan.mends import problem_faults, resolve
+from casa_assets.layouts.check_plan.values import name_faults, record_faults, wall_faults
+from casa_assets.layouts.order.build_order import KitchenRequest
+from casa_assets.layouts.plan.room import AXES
+from casa_assets.model.kitchen.plan import COOKERS, BaseKind, Plan
+from casa_assets.model.kitchen.style import Style
+from casa_assets.model.registry.document import Document
 from casa_assets.registry.kitchens import LIKE, laid_over_like
 from casa_assets.registry.read import parse_document
 
 MAX_ROUNDS = 60
 # Stages: what is looked at, one after the other. Mends of the last two were tried before they are offered.
 TEXT, VALUES, NAMES, WALLS, CONFLICTS, PROBLEMS, FITS = range(7)
-
-
-@dataclass(frozen=True)
-class ToldFault:
-    """A fault with its location: the file, which may be that of the plan named by `like`, and the line, counted from 1.
-
-    For a part that an earlier mend has added, the location is where it was added. `old`: the values that the edits of
-    the fault's mend replace.
-    """
-
-    fault: Fault
-    file: str
-    line: int
-    old: tuple[Any, ...] = ()
-
-    @property
-    def facts(self) -> dict[str, Any]:
-        """As JSON has it."""
-        fault, mend = self.fault, None
-        if fault.mend is not None:
-            pairs = zip(fault.mend.edits, self.old, strict=True)
-            edits = [{"op": e.kind, "pointer": [*e.pointer], "old": old, "new": e.value} for e, old in pairs]
-            mend = {"sentence": fault.mend.sentence, "edits": edits}
-        told = {"pointer": [*fault.pointer], "expected": fault.expected, "got": fault.got, "mend": mend}
-        return {"file": self.file, "line": self.line, **told}
+KEPT_KINDS = (BaseKind.SINK, BaseKind.FRIDGE)
+TOLERANCE_M = 0.005
+Size = tuple[float, float]  # of a room along x and y, metres
+SEARCH_STEPS = 6  # of the least room, each of which halves what is not known of it
 
 
 @dataclass(frozen=True)
@@ -70,7 +53,7 @@ class PlanCheck:
     `kitchen`: of that text; None if a fault without a mend is left.
     """
 
-    faults: tuple[ToldFault, ...]
+    faults: tuple[Fault, ...]
     text: str
     kitchen: KitchenRequest | None
 
@@ -92,7 +75,7 @@ def check_plan(text: str, file: str, style: Style, fixed_walls: bool = False) ->
         file: its name, whose stem is the plan's id.
         style: that it is tried with. fixed_walls: where doors clash or an aisle is narrow, the room is not made larger.
     """
-    told: list[ToldFault] = []
+    told: list[Fault] = []
     now, seen = text, {text}
     stage, faults, kitchen = find_faults(now, file, style, fixed_walls)
     while faults:
@@ -156,9 +139,9 @@ def plan_document(text: str, file: str) -> tuple[Document, Fault | None]:
         names, mend = getattr(error, "expected", str(error)), None
         if names.startswith("'"):
             near = names.split("'")[1]
-            mend = Mend(f"Write `{LIKE}: {near}`.", (Edit.put((LIKE,), near),))
+            mend = Mend.write((), **{LIKE: near})
         elif "walls" in document.value:
-            mend = Mend(f"Take out '{LIKE}'.", (Edit.remove((LIKE,)),))
+            mend = Mend.take_out((LIKE,), repr(LIKE))
         return document, Fault((LIKE,), names, repr(document.value[LIKE]), mend)
 
 
@@ -205,7 +188,7 @@ def edited_text(text: str, file: str, edit: Edit) -> str:
     return block_text(whole)
 
 
-def _told(fault: Fault, first: str, now: str, file: str) -> ToldFault:
+def _told(fault: Fault, first: str, now: str, file: str) -> Fault:
     """A fault with its line in the text that was given, which earlier mends have changed."""
     edits, line = fault.mend.edits if fault.mend else (), fault.line
     old: tuple[Any, ...] = (None,) * len(edits)
@@ -220,10 +203,114 @@ def _told(fault: Fault, first: str, now: str, file: str) -> ToldFault:
         line = line or document.lines.get(at, 1)
         old = tuple(value_at(document.value, e.pointer) for e in edits)
         if document.files.get(at, file) != file:
-            return ToldFault(fault, document.files[at], line, old)
+            return replace(fault, file=document.files[at], line=line, old=old)
     matcher = difflib.SequenceMatcher(None, now.splitlines(), first.splitlines(), autojunk=False)
     for _, a0, a1, b0, b1 in matcher.get_opcodes():
         if a0 <= line - 1 < a1:
             line = min(b0 + line - 1 - a0, max(b1 - 1, b0)) + 1
             break
-    return ToldFault(fault, file, max(1, min(line, len(first.splitlines()))), old)
+    return replace(fault, file=file, line=max(1, min(line, len(first.splitlines()))), old=old)
+
+
+@dataclass(frozen=True)
+class FittedPlan:
+    """A plan in another room: the text of its file, and its changes, one sentence each, in their order."""
+
+    text: str
+    changes: tuple[str, ...]
+
+
+class DoesNotFit(CasaError):
+    """A room that a plan cannot be fitted to: why not, and the least room of that shape that it can."""
+
+    def __init__(self, reason: str, least: Size) -> None:
+        self.reason, self.least = reason, least
+        super().__init__(f"{reason}; the least room for it is about {least[0]:.2f} x {least[1]:.2f} m")
+
+
+def fit_plan(text: str, file: str, style: Style, width: float, depth: float) -> FittedPlan:
+    """The plan with walls of another size and with what fits between them.
+
+    Args:
+        file: name of the file; the plan may be like another. style: that it is tried with.
+        width, depth: of the room, along x and y, metres.
+    Raises:
+        DoesNotFit: nothing that keeps its sink, cooker and refrigerator fits. CasaError: the plan has faults.
+    """
+    look = f"look at it with `casa-assets scenes check-plan {shlex.quote(str(file))}`"
+    before = check_plan(text, file, style)
+    if not before.fits or before.kitchen is None:
+        raise CasaError(f"{file}: has faults of its own; {look}")
+    aslant = next((w.id for w in before.kitchen.plan.walls if w.is_aslant), None)
+    if aslant is not None:
+        raise CasaError(
+            f"{file}: its wall {aslant} stands aslant; only rooms whose walls meet at right angles are fitted. "
+            f"Change the lengths of its walls by hand, and {look}"
+        )
+    (x0, y0), (x1, y1) = before.kitchen.room.bounds()
+    size = (round(x1 - x0, 4), round(y1 - y0, 4))
+    fitted, reason = _fitted(text, file, style, size, (width, depth))
+    if fitted is not None:
+        return fitted
+    raise DoesNotFit(f"{file}: {reason}", _least(text, file, style, size, (width, depth)))
+
+
+def _least(text: str, file: str, style: Style, size: Size, wanted: Size) -> Size:
+    """The least room between the one that is wanted and the plan's own."""
+    low, high = 0.0, 1.0
+    found = (max(wanted[0], size[0]), max(wanted[1], size[1]))
+    for _ in range(SEARCH_STEPS):
+        share = (low + high) / 2
+        w, d = (round(a + share * (max(a, b) - a), 2) for a, b in zip(wanted, size, strict=True))
+        if _fitted(text, file, style, size, (w, d))[0] is not None:
+            high, found = share, (w, d)
+        else:
+            low = share
+    return found
+
+
+def _fitted(text: str, file: str, style: Style, size: Size, wanted: Size) -> tuple[FittedPlan | None, str]:
+    """The plan in a room, or None with the reason."""
+    draft = Draft.of(plan_document(text, file)[0].value, plan_id(file), style)
+    resized, said = text, []
+    for edit, sentence in _resized(draft, size, wanted):
+        resized = edited_text(resized, file, edit)
+        said.append(sentence)
+    found = check_plan(resized, file, style, fixed_walls=True)
+    if found.kitchen is None:
+        last = found.faults[-1]
+        return None, f"expected {last.expected}, got {last.got}"
+    (x0, y0), (x1, y1) = found.kitchen.room.bounds()
+    if abs(x1 - x0 - wanted[0]) > TOLERANCE_M or abs(y1 - y0 - wanted[1]) > TOLERANCE_M:
+        first = next((t for t in found.faults if t.mend and "length" in t.mend.sentence), None)
+        return None, "needs longer walls" if first is None else f"expected {first.expected}, got {first.got}"
+    lost = sorted(_essential(draft.plan) - _essential(found.kitchen.plan))
+    if lost:
+        return None, f"there is no place for the {' and the '.join(lost)}"
+    said += [fault.mend.sentence for fault in found.faults if fault.mend]
+    return FittedPlan(found.text, tuple(said)), ""
+
+
+def _essential(plan: Plan) -> set[str]:
+    """Kinds of units that a kitchen keeps: sink, refrigerator, and a cooker of either kind."""
+    kinds = {unit.kind for unit in plan.units.values()}
+    return {kind.value for kind in KEPT_KINDS if kind in kinds} | ({"cooker"} if kinds & set(COOKERS) else set())
+
+
+def _resized(draft: Draft, size: Size, wanted: Size) -> list[tuple[Edit, str]]:
+    """Edits that make the walls of a room as long as is wanted; parts of a side keep their share of it."""
+    out: dict[str, tuple[Edit, str]] = {}
+    for headings, old, new in zip(AXES, size, wanted, strict=True):
+        for wall in draft.plan.walls:
+            if wall.heading not in headings or wall.length is None or abs(old - new) < 1e-9:
+                continue
+            now = draft.plan.length(wall.length, draft.plan.defaults)
+            value = round(new if abs(now - old) < 1e-3 else now * new / old, 3)
+            if isinstance(wall.length, str):
+                three, name = [value, value, value], wall.length
+                edit = Edit.put(("parameters", name), three)
+                out.setdefault(f"parameter {name}", (edit, f"Write {name}: {flow_text(three)}."))
+            else:
+                edit = Edit.put((*draft.row("walls", wall.id), "length"), value)
+                out[wall.id] = (edit, f"Write `length: {value:g}` for {wall.id}.")
+    return list(out.values())

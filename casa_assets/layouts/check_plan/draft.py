@@ -8,22 +8,22 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
+from casa_assets.layouts.check_plan.edit import Edit, edited_value, value_at
+from casa_assets.layouts.order.build_order import KitchenRequest
+from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.order.room_shell import CASING_WIDTH_M
-from casa_assets.layouts.order.trim import CORNICE_DEPTH_M, FLAT_PROFILE
+from casa_assets.layouts.order.worktops import CORNICE_DEPTH_M, FLAT_PROFILE
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.place import place_runs
+from casa_assets.layouts.plan.clearances import Leaf, leaves_of
 from casa_assets.layouts.plan.room import WallHole, WallLine, build_room
-from casa_assets.layouts.plan.runs import RunLine, UnitSlot
+from casa_assets.layouts.plan.runs import RunLine, UnitSlot, place_runs
 from casa_assets.layouts.plan.style_models import StyleModels
-from casa_assets.layouts.plan.swings import Leaf, leaves_of
 from casa_assets.model.kitchen.plan import BaseKind, Plan, UpperKind
 from casa_assets.model.kitchen.style import LIBRARY, Style
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.projects import read_once
-from casa_assets.registry.edit import Edit, edited_value, value_at
-from casa_assets.registry.layered import names_in, read_table_file, read_topmost
+from casa_assets.registry.read import names_in, read_table_file, read_topmost
 from casa_assets.registry.tables import load_roles
 
 # Of openings: what is free beside their holes; what a sill stands out, reaches beyond its hole, and takes up below it;
@@ -47,25 +47,18 @@ def bounds_of(family: str, side: str) -> tuple[float, float] | None:
     return (float(found[0]), float(found[1])) if found else None
 
 
-class PresetSizes(Mapping[str, Presets]):
+class PresetSizes(dict[str, Presets]):
     """Properties of presets that layouts need, by family; a family is read when it is first asked for."""
 
-    def __init__(self) -> None:
-        self._read: dict[str, Presets] = {}
-
-    def __getitem__(self, name: str) -> Presets:
-        if name not in self._read:
-            self._read[name] = _presets_of(name)
-        return self._read[name]
+    def __missing__(self, name: str) -> Presets:
+        self[name] = _presets_of(name)
+        return self[name]
 
     def __contains__(self, name: object) -> bool:
         return name in family_sizes() or name == LIBRARY or name in names_in("families")
 
     def __iter__(self) -> Iterator[str]:
         return iter(sorted({*family_sizes(), *names_in("families")}))
-
-    def __len__(self) -> int:
-        return sum(1 for _ in self)
 
 
 def _presets_of(name: str) -> Presets:

@@ -1,6 +1,6 @@
 """Predict which checks the kitchen of a plan would fail, from its floor and walls, before anything is built.
 
-The limits are those of registry/limits.yaml, the sizes those of `layouts.plan.swings`. A kitchen without problems
+The limits are those of registry/limits.yaml, the sizes those of `layouts.plan.clearances`. A kitchen without problems
 here should pass.
 """
 
@@ -23,22 +23,21 @@ from casa_assets.layouts.check_plan.draft import (
     Draft,
     bounds_of,
 )
+from casa_assets.layouts.check_plan.edit import Edit, Fault, Mend, flow_text
 from casa_assets.layouts.order.furnish import worktop_width
 from casa_assets.layouts.order.request import placed_run
 from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.aisles import find_aisles
+from casa_assets.layouts.plan.clearances import Part, door_width_clear, find_aisles, fronts_of
 from casa_assets.layouts.plan.room import WallHole
 from casa_assets.layouts.plan.runs import UnitSlot
 from casa_assets.layouts.plan.style_models import APPLIANCE_ROLES
-from casa_assets.layouts.plan.swings import Part, door_width_clear, fronts_of
 from casa_assets.mesh.outline import penetration_depth
 from casa_assets.model.kitchen.floor import AisleKind, RoomWall, RunEnd
 from casa_assets.model.kitchen.plan import COOKERS, TALL, BaseKind, BaseUnit, Run, UpperKind
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.projects import read_once
-from casa_assets.registry.edit import Edit, Fault, Mend, flow_text
 from casa_assets.registry.load import load_limits
 
 TOUCH_M = 0.002  # by which units may overlap
@@ -168,14 +167,13 @@ def _sizes_of_openings(draft: Draft) -> Iterator[Problem]:
                 # A leaf is smaller than its hole, by as much at each size.
                 least, most = (round(side + getattr(opening, key) - size, 4) for side in span)
                 fits = DOOR_HEIGHT_M if is_door and key == "height" else least if size < span[0] else most
-                mend = Mend(f"Write `{key}: {fits:g}`.", (Edit.put((*at, key), fits),))
                 expected, got = f"a {key} from {least:g} to {most:g} m", f"{getattr(opening, key):g} m"
-                yield Problem(opening.id, expected, got, mends=[mend], pointer=(*at, key))
+                yield Problem(opening.id, expected, got, mends=[Mend.write(at, **{key: fits})], pointer=(*at, key))
 
 
 def passage(draft: Draft, name: str) -> Mend:
     """The mend that makes a door a passage, which has no leaf."""
-    return Mend(f"Write `kind: passage` for {name}.", (Edit.put((*draft.row("openings", name), "kind"), "passage"),))
+    return Mend.write(draft.row("openings", name), name, kind="passage")
 
 
 def _rows(draft: Draft) -> Iterator[Problem]:
@@ -228,12 +226,11 @@ def _openings(draft: Draft) -> Iterator[Problem]:
         name, others = hole.opening.id, [h for h in holes[:k] if h.wall.id == hole.wall.id]
         beside = next((h for h in others if h.left < hole.right + 0.05 and h.right > hole.left - 0.05), None)
         if not hole.is_window and not hole.is_niche and hole.top < LEAST_DOOR_M:
-            at = (*draft.row("openings", name), "height")
-            mend = Mend(f"Write `height: {DOOR_HEIGHT_M:g}`.", (Edit.put(at, DOOR_HEIGHT_M),))
+            mend = Mend.write(draft.row("openings", name), height=DOOR_HEIGHT_M)
             yield Problem(name, "a door or passage that people walk through", f"{hole.top:g} m high", mends=[mend])
         elif beside is not None or _is_blocked(draft, hole):
             got = f"{hole.left:.2f} to {hole.right:.2f} m, where {f'{beside.opening.id} is' if beside else 'units are'}"
-            yield Problem(name, "a place on a wall where nothing else is", got, mends=[*_gap_over(draft, hole)])
+            yield Problem(name, "a place on a wall where nothing else is", got)
 
 
 def _is_blocked(draft: Draft, hole: WallHole) -> bool:
@@ -249,18 +246,6 @@ def _is_blocked(draft: Draft, hole: WallHole) -> bool:
     )
 
 
-def _gap_over(draft: Draft, hole: WallHole) -> Iterator[Mend]:
-    """A gap in the row of wall units over the unit that a window is over."""
-    over = hole.opening.over
-    run = next((r for r in draft.plan.runs if any(u.id == over for u in r.base)), None)
-    if not hole.is_window or run is None or not run.upper or any(u.over == over for u in run.upper):
-        return
-    reach = (hole.right - hole.left) / 2 + max(SILL_BESIDE_M, draft.beside_casing(hole.top, True)) + 0.001
-    gap = {"gap": {"over": over, "width": math.ceil(100 * 2 * reach) / 100}}
-    edit = Edit.insert((*draft.row("runs", run.id), "upper", _index_over(draft, run, str(over))), gap)
-    yield Mend(f"Leave a gap in the wall units of {run.id} over {over}.", (edit,))
-
-
 def _index_over(draft: Draft, run: Run, name: str) -> int:
     """Number of wall units of a run that hang to the left of the middle of a unit."""
     middles = {s.name: s.middle for s in draft.slots}
@@ -271,11 +256,7 @@ def _entries(draft: Draft) -> Iterator[Problem]:
     """A room that nobody gets into: all its walls are closed, and no door or passage leads in."""
     walls = draft.kitchen.room.walls
     if not any(w.open for w in walls) and all(h.is_window or h.is_niche for h in draft.kitchen.holes):
-        taken = {run.on for run in draft.plan.runs} | {h.wall.id for h in draft.kitchen.holes}
-        rows = [draft.row("walls", w.id) for w in walls if w.id not in taken]
-        mends = [Mend(f"Write `open: true` for {row[-1]}.", (Edit.put((*row, "open"), True),)) for row in rows]
-        expected = "a door, a passage or an `open` wall, by which one gets in"
-        yield Problem("walls", expected, "none of them", mends=mends)
+        yield Problem("walls", "a door, a passage or an `open` wall, by which one gets in", "none of them")
 
 
 def _hoods(draft: Draft) -> Iterator[Problem]:
@@ -289,10 +270,6 @@ def _hoods(draft: Draft) -> Iterator[Problem]:
         new = draft.with_item(at, hood, _index_over(draft, run, slot.name))
         said = f"Add `- hood: {{over: {slot.name}}}` to the wall units of {run.id}."
         mends = [Mend(said, (new if own < 0 else Edit.put((*at, own), hood),))]
-        idle = next((k for k, u in enumerate(run.upper) if u.kind is UpperKind.HOOD and u.over is None), None)
-        if idle is not None:
-            edit = draft.in_unit((*at, idle), "over", slot.name)
-            mends.insert(0, Mend(f"Write `over: {slot.name}`.", (edit,)))
         yield Problem(slot.name, f"a hood over {slot.name}", "none", mends=mends, pointer=at)
     for name in (h.name for h in hoods if h.kind is UpperKind.HOOD and not any(h in hs for hs in over.values())):
         yield Problem(name, f"a cooker under {name}", "none")
@@ -317,8 +294,7 @@ def _wall_items(draft: Draft) -> Iterator[Problem]:
         else:
             continue
         rounded = [round(side - item.shift, 3) for side in sides]
-        mends = [Mend(f"Write `at: {s:g}` for {item.id}.", (Edit.put((*at, "at"), s),)) for s in rounded]
-        yield Problem(item.id, expected, got, mends=mends)
+        yield Problem(item.id, expected, got, mends=[Mend.write(at, item.id, at=side) for side in rounded])
 
 
 def _on_the_floor(draft: Draft) -> Iterator[Problem]:
@@ -349,8 +325,8 @@ def _lamps(draft: Draft) -> Iterator[Problem]:
     for k, lamps in enumerate(draft.plan.lamps):
         if any(s.line.id == lamps.over and s.line.at_wall and s.top > standard_sizes.UPPER_FROM for s in draft.slots):
             expected = f"an island, a table, or a row without wall units and tall ones, to hang {lamps.item} over"
-            mend = Mend("Take out these lamps.", (Edit.remove(("lamps", k)),))
-            yield Problem("lamps", expected, repr(lamps.over), mends=[mend], pointer=("lamps", k, "over"))
+            mends = [Mend.take_out(("lamps", k), "these lamps")]
+            yield Problem("lamps", expected, repr(lamps.over), mends=mends, pointer=("lamps", k, "over"))
 
 
 def _tasks(draft: Draft) -> Iterator[Problem]:
@@ -363,13 +339,12 @@ def _tasks(draft: Draft) -> Iterator[Problem]:
     if max(doors, default=0.0) <= standard_sizes.WIDEST_SINGLE_DOOR:
         lacking.append("wall cabinet with two doors")
     if draft.plan.all_tasks and lacking:
-        mend = Mend("Write `all_tasks: false`.", (Edit.put(("all_tasks",), False),))
         expected = "all that the tasks of RoboCasa need, since the plan says `all_tasks: true`"
-        yield Problem("all_tasks", expected, f"no {', no '.join(lacking)}", float(len(lacking)), mends=[mend])
+        mends = [Mend.write((), all_tasks=False)]
+        yield Problem("all_tasks", expected, f"no {', no '.join(lacking)}", float(len(lacking)), mends=mends)
 
 
 def _aisles(draft: Draft) -> Iterator[Problem]:
-    """Aisles that are too narrow to work or to walk in."""
     kitchen, room = draft.kitchen, draft.kitchen.room
     fronts = fronts_of(kitchen.slots, draft.models)
     runs = [placed_run(line, kitchen.slots[name], fronts) for name, line in kitchen.lines.items()]
@@ -405,7 +380,6 @@ def _overlaps(draft: Draft) -> Iterator[Problem]:
 
 
 def _outline(slot: UnitSlot) -> tuple[Vec2, ...]:
-    """Corners of a unit, seen from above, metres."""
     back, front = -slot.recess, slot.depth - slot.recess
     stands_free = isinstance(slot.unit, BaseUnit) and slot.kind is BaseKind.FRIDGE and not slot.unit.housing
     air = standard_sizes.FRIDGE_SIDE if stands_free else 0.0
@@ -418,10 +392,9 @@ def _seats(draft: Draft) -> Iterator[Problem]:
     for k, seats in enumerate(draft.plan.seats):
         overhang = draft.kitchen.lines[seats.run].run.overhang
         if overhang < LEAST_OVERHANG_M:
-            at = (*draft.row("runs", seats.run), "overhang")
             mends = [
-                Mend(f"Write `overhang: {USUAL_OVERHANG_M:g}` for {seats.run}.", (Edit.put(at, USUAL_OVERHANG_M),)),
-                Mend(f"Take out the seats at {seats.run}.", (Edit.remove(("seats", k)),)),
+                Mend.write(draft.row("runs", seats.run), seats.run, overhang=USUAL_OVERHANG_M),
+                Mend.take_out(("seats", k), f"the seats at {seats.run}"),
             ]
             expected = f"a worktop of {seats.run} that reaches at least {LEAST_OVERHANG_M:g} m over those who sit there"
             got, less = f"an overhang of {overhang:g} m", LEAST_OVERHANG_M - overhang
@@ -429,7 +402,6 @@ def _seats(draft: Draft) -> Iterator[Problem]:
 
 
 def _doorways(draft: Draft) -> Iterator[Problem]:
-    """Doors and passages that are too narrow to walk through."""
     least = limits()["doorway_m"]
     for hole in draft.kitchen.holes:
         clear = door_width_clear(hole)
@@ -560,7 +532,6 @@ def _inscribed(square: Sequence[Vec2]) -> tuple[Vec2, ...]:
 
 
 def _sill(hole: WallHole) -> Part:
-    """The sill of a window."""
     left, right = hole.left - SILL_BESIDE_M, hole.right + SILL_BESIDE_M
     ends = ((left, 0.0), (right, 0.0), (right, SILL_M), (left, SILL_M))
     return Part(tuple(hole.wall.frame.at(u, v)[:2] for u, v in ends), hole.bottom - SILL_UNDER_M, hole.bottom)

@@ -1,7 +1,7 @@
 """Faults in the statements of a plan: values that its records reject, unknown names, walls that do not close.
 
-A correction is offered if a known name is similar, if a number is a little beyond a bound, and if another order or
-length of walls closes the room. All other faults are reported with what was expected.
+A correction is offered if a known name is similar, if a number is a little beyond a bound, and if another length of a
+wall closes the room. All other faults are reported with what was expected.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from typing import Any
 from pydantic import ValidationError
 
 from casa_assets.layouts.check_plan.draft import Draft
+from casa_assets.layouts.check_plan.edit import NEAR, Edit, Fault, Mend, flow_text, nearest, spelt, value_at
 from casa_assets.layouts.plan.room import AXES, corner_turns, is_corner, lengths_along
 from casa_assets.model.kitchen.plan import BaseKind, Heading, OpeningKind, Plan, Wall
 from casa_assets.model.registry.document import KeyPath, expected_one_of, fields_at
-from casa_assets.registry.edit import NEAR, Edit, Fault, Mend, flow_text, nearest, spelt, value_at
 from casa_assets.registry.kitchens import LIKE
 
 # A number that is further beyond a bound than this share of it was meant in another way, such as in centimetres.
@@ -42,11 +42,7 @@ LENGTH_KEYS = {
 }  # fmt: skip
 AT_WALLS = ("openings", "columns", "tables", "wall_items", "floor_items")  # tables whose rows have a wall
 CORNERS = ("left_corner", "right_corner", "left_filler", "right_filler")
-# Of the usual names of four walls, clockwise from the back left corner.
-HEADINGS = {"back": "right", "right": "front", "front": "left", "left": "back"}
-OPPOSITE = {a: b for pair in AXES for a, b in (pair, pair[::-1])}
-MIN_WALL_M, MAX_WALL_M, USUAL_WALL_M = 0.3, 20.0, 1.0
-Turned = tuple[Wall, Heading | float]  # a wall and the heading that it would have
+MIN_WALL_M, MAX_WALL_M = 0.3, 20.0
 
 
 def record_faults(plan: Any, stem: str) -> list[Fault]:
@@ -58,8 +54,9 @@ def record_faults(plan: Any, stem: str) -> list[Fault]:
     if not isinstance(plan, dict):
         return [Fault((), "the keys of a plan: title, walls, runs and others", type(plan).__name__)]
     if "id" in plan:
-        mend = Mend("Take out id.", (Edit.remove(("id",)),))
-        return [Fault(("id",), "no id: a plan is called as its file is", repr(plan["id"]), mend)]
+        return [
+            Fault(("id",), "no id: a plan is called as its file is", repr(plan["id"]), Mend.take_out(("id",), "id"))
+        ]
     try:
         Plan.model_validate({**plan, "id": stem})
     except ValidationError as error:
@@ -104,7 +101,6 @@ def written_at(plan: Mapping[str, Any], loc: Sequence[str | int]) -> KeyPath:
 
 
 def _fault(plan: dict[str, Any], at: KeyPath, errors: list[Any]) -> Fault:
-    """The fault of a value, of all that was said of it."""
     got = value_at(plan, at)
     # Of the branches of a union, the one that says more than a type counts.
     errors = sorted(errors, key=lambda e: (e["type"] not in CLEAREST, e["type"].endswith("_type")))
@@ -149,11 +145,11 @@ def _unknown_word(at: KeyPath, got: Any, word: str, known: list[str]) -> Fault:
 
 
 def name_faults(draft: Draft) -> list[Fault]:
-    """Return names of walls, runs, units, parameters and roles that do not exist, and names that are used twice.
+    """Return names of walls, runs, units, parameters and roles that do not exist.
 
     An item over or on a missing unit, such as one that was removed for lack of room, is removed too.
     """
-    found = [*_orders_of_runs(draft), *_same_names(draft), *_no_roles(draft)]
+    found = [*_uppers_at_no_wall(draft), *_no_roles(draft)]
     for at, got, known, least in _references(draft):
         if got is not None and got not in known:
             near = nearest(got, known, least)
@@ -164,13 +160,12 @@ def name_faults(draft: Draft) -> list[Fault]:
             near, key = _unit_like(got, units), "on" if at[0] == "worktop_items" else "over"
             there = (*at, key)
             if near is None:
-                mend = Mend(f"Take out {name!r}.", (Edit.remove(at),))
+                mend = Mend.take_out(at, repr(name))
             else:
                 edit = draft.in_unit(at, key, near) if at[0] == "runs" else Edit.put(there, near)
                 mend = Mend(_written(there, near), (edit,))
-            found.append(
-                Fault(there, expected_one_of([name for name, kind in units.items() if kind], got), repr(got), mend)
-            )
+            known = [name for name, kind in units.items() if kind]
+            found.append(Fault(there, expected_one_of(known, got), repr(got), mend))
     return found
 
 
@@ -236,24 +231,12 @@ def _unit_like(got: str, units: Mapping[str, str]) -> str | None:
     return next((name for name, its in units.items() if its == kind), None) or nearest(got, units, NEAR_KIND)
 
 
-def _orders_of_runs(draft: Draft) -> Iterator[Fault]:
-    """Yield runs that precede the run they depend on, and wall units over a run that is not at a wall."""
-    names = [r.id for r in draft.plan.runs]
-    for n, run in enumerate(draft.plan.runs):
-        placed, at, rows = run.faces or run.joins, draft.row("runs", run.id), draft.raw["runs"]
-        if placed is None:
-            continue
-        if placed.run in names[n + 1 :]:
-            if isinstance(rows, dict):
-                order: Any = {**{k: v for k, v in rows.items() if k != run.id}, run.id: rows[run.id]}
-            else:
-                order = [*rows[:n], *rows[n + 1 :], rows[n]]
-            mend = Mend(f"Write {run.id!r} behind {placed.run!r}.", (Edit.put(("runs",), order),))
-            yield Fault(at, "a run that stands before it in the file", repr(placed.run), mend)
-        if run.upper:
+def _uppers_at_no_wall(draft: Draft) -> Iterator[Fault]:
+    for run in draft.plan.runs:
+        if run.upper and (run.faces or run.joins):
+            at = (*draft.row("runs", run.id), "upper")
             expected = f"no wall units over {run.id}, which stands at no wall"
-            mend = Mend(f"Take out 'upper' of {run.id}.", (Edit.remove((*at, "upper")),))
-            yield Fault((*at, "upper"), expected, f"{len(run.upper)} of them", mend)
+            yield Fault(at, expected, f"{len(run.upper)} of them", Mend.take_out(at, f"'upper' of {run.id}"))
 
 
 def _no_roles(draft: Draft) -> Iterator[Fault]:
@@ -262,91 +245,23 @@ def _no_roles(draft: Draft) -> Iterator[Fault]:
     for k, item in enumerate(draft.plan.worktop_items):
         if item.model is None and item.id not in draft.style.models:
             near = nearest(item.id, sorted(set(draft.style.models) - taken), NEAR_ROLE)
-            at, mend = _called(draft, "worktop_items", k, near or "")
-            yield Fault(at, expected_one_of(sorted(draft.style.models), item.id), repr(item.id), mend if near else None)
-
-
-def _called(draft: Draft, table: str, k: int, name: str) -> tuple[KeyPath, Mend]:
-    """Where a row of a table is, and the mend that gives it another id."""
-    rows = draft.raw[table]
-    at: KeyPath = (table, k if isinstance(rows, list) else list(rows)[k])
-    edit = Edit.put((*at, "id"), name) if isinstance(rows, list) else Edit.rename(at, name)
-    return at, Mend(f"Call it {name!r}.", (edit,))
-
-
-def _same_names(draft: Draft) -> Iterator[Fault]:
-    """Two things of one name."""
-    seen: set[str] = set()
-    for run in draft.plan.runs:
-        for row, units in (("base", run.base), ("upper", run.upper)):
-            for k, unit in enumerate(units):
-                if unit.id in seen:
-                    at, new = draft.unit(run.id, row, k), _free(unit.id, seen)
-                    mend = Mend(f"Call it {new!r}.", (draft.in_unit(at, "id", new),))
-                    yield Fault(at, "a name of its own", repr(unit.id), mend)
-                seen.add(unit.id)
-    for table in (*AT_WALLS, "worktop_items"):
-        for k, name in enumerate(row.id for row in getattr(draft.plan, table)):
-            if name in seen:
-                at, mend = _called(draft, table, k, _free(name, seen))
-                # The name of a thing on a worktop is its role, which there is once.
-                mend = Mend("Take it out.", (Edit.remove(at),)) if table == "worktop_items" else mend
-                yield Fault(at, "a name of its own", repr(name), mend)
-            seen.add(name)
-
-
-def _free(name: str, taken: set[str]) -> str:
-    return next(new for n in range(2, len(taken) + 3) if (new := f"{name}_{n}") not in taken)
+            rows = draft.raw["worktop_items"]
+            at: KeyPath = ("worktop_items", k if isinstance(rows, list) else list(rows)[k])
+            edit = Edit.put((*at, "id"), near) if isinstance(rows, list) else Edit.rename(at, near or "")
+            mend = Mend(f"Call it {near!r}.", (edit,)) if near else None
+            yield Fault(at, expected_one_of(sorted(draft.style.models), item.id), repr(item.id), mend)
 
 
 def wall_faults(draft: Draft) -> list[Fault]:
     """Return the faults in the outline of a room; turns first, since lengths depend on them."""
-    turned = _turns(draft, draft.plan.walls)
-    return [turned] if turned else [*_lengths(draft)]
-
-
-def _turns(draft: Draft, walls: Sequence[Wall]) -> Fault | None:
-    own: list[Turned] = [(w, w.heading) for w in walls]
-    if _goes_round(own):
-        return None
+    walls = draft.plan.walls
+    turns = corner_turns(walls)
+    if all(is_corner(turn) for turn in turns) and round(sum(turns), 6) == 360.0:
+        return [*_lengths(draft)]
     expected = "walls that go round clockwise once, seen from above, such as right, front, left, back"
     if any(w.is_aslant for w in walls):
         expected += ", by a right angle at each corner or by less to the right"
-    order = next((o for o in _orders(walls) if _goes_round(o)), None)
-    mend = None
-    if order is not None:
-        said = ", ".join(f"{wall.id}: {_said(heading)}" for wall, heading in order)
-        mend = Mend(f"Write them as {said}.", (Edit.put(("walls",), _rows(draft.raw["walls"], order)),))
-    return Fault(("walls",), expected, ", ".join(f"{w.id}: {_said(h)}" for w, h in own), mend)
-
-
-def _said(heading: Heading | float) -> str:
-    return heading.value if isinstance(heading, Heading) else f"{heading:g}"
-
-
-def _orders(walls: Sequence[Wall]) -> Iterator[list[Turned]]:
-    """Orders with headings that might be meant, the likeliest first."""
-    sides = {w.id: w for w in walls}
-    if sides.keys() == HEADINGS.keys():
-        yield [(sides[side], Heading(heading)) for side, heading in HEADINGS.items()]
-    back = [(w, OPPOSITE[h] if isinstance(h := w.heading, Heading) else (h + 180.0) % 360.0) for w in reversed(walls)]
-    first = next((k for k, (_, heading) in enumerate(back) if heading is Heading.RIGHT), 0)
-    yield [*back[first:], *back[:first]]
-    if len(walls) == len(HEADINGS):
-        yield [(w, Heading(h)) for w, h in zip(walls, HEADINGS.values(), strict=True)]
-
-
-def _goes_round(order: Sequence[Turned]) -> bool:
-    turns = corner_turns([wall.replace(heading=heading) for wall, heading in order])
-    return all(is_corner(turn) for turn in turns) and round(sum(turns), 6) == 360.0
-
-
-def _rows(rows: Any, order: Sequence[Turned]) -> Any:
-    written = {w.id: h.value if isinstance(h, Heading) else h for w, h in order}
-    if isinstance(rows, dict):
-        return {name: {**rows[name], "heading": heading} for name, heading in written.items()}
-    by_id = {row["id"]: row for row in rows}
-    return [{**by_id[name], "heading": heading} for name, heading in written.items()]
+    return [Fault(("walls",), expected, ", ".join(f"{w.id}: {w.heading}" for w in walls))]
 
 
 def _lengths(draft: Draft) -> Iterator[Fault]:
@@ -354,8 +269,7 @@ def _lengths(draft: Draft) -> Iterator[Fault]:
     aslant = next((w for w in draft.plan.walls if w.is_aslant and w.length is None), None)
     if aslant is not None:
         at = (*draft.row("walls", aslant.id), "length")
-        mend = Mend(f"Write `length: {USUAL_WALL_M}`.", (Edit.put(at, USUAL_WALL_M),))
-        yield Fault(at, "a length, since it stands aslant", "none", mend)
+        yield Fault(at, "a length, since it stands aslant", "none")
         return
     known = {w.id: draft.plan.length(w.length, draft.plan.defaults) for w in draft.plan.walls if w.length is not None}
     for headings in AXES:
@@ -388,6 +302,6 @@ def _closed(draft: Draft, known: Mapping[str, float], headings: tuple[Heading, H
             continue
         if len(others) == 1 and known[others[0].id] == value:
             value = others[0].length  # which may be a parameter
-        at = (*draft.row("walls", wall.id), "length")
-        return Mend(f"Write `length: {flow_text(value)}` for {wall.id}.", (Edit.put(at, value),))
+        at = draft.row("walls", wall.id)
+        return Mend.write(at, wall.id, length=value)
     return None

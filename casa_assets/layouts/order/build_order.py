@@ -1,14 +1,20 @@
-"""Items of a kitchen's order: a member of a family, and where it will be placed."""
+"""A plan in metres, and the order of what it needs: members of families, and where they will be placed."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
-from casa_assets.layouts.plan.wall_frame import WallFrame
-from casa_assets.model.kitchen.style import PresetChoice
+from casa_assets.layouts.plan.room import Room, WallFrame, WallHole
+from casa_assets.layouts.plan.runs import RunLine, UnitSlot
+from casa_assets.layouts.plan.style_models import StyleModels
+from casa_assets.model.kitchen.plan import Plan
+from casa_assets.model.kitchen.style import PresetChoice, Style
+from casa_assets.model.record import Vec2
+
+BEAM_HALF_WIDTH_M = 0.12  # with a gap
 
 
 class DepthReference(StrEnum):
@@ -82,10 +88,85 @@ def numbered(stem: str, number: int) -> str:
     return stem if number == 0 else f"{stem}_{number + 1}"
 
 
+@dataclass(frozen=True)
+class PlacedTable:
+    """A table in the room: (x, y) of its middle, metres, and length and direction (unit vector) of its long side.
+
+    `outline`: corners (x, y) of the area of it and its chairs, metres.
+    """
+
+    middle: Vec2
+    width: float
+    direction: Vec2
+    outline: tuple[Vec2, ...]
+
+
+@dataclass(frozen=True)
+class KitchenRequest:
+    """A plan in metres with a style applied, before anything is built.
+
+    Parameters are values of the plan's, metres; slots are by run, of units on the floor and on the wall; tables by id.
+    """
+
+    plan: Plan
+    style: Style
+    parameters: Mapping[str, float]
+    room: Room
+    holes: tuple[WallHole, ...]
+    lines: Mapping[str, RunLine]
+    slots: Mapping[str, tuple[UnitSlot, ...]]
+    items: tuple[OrderItem, ...]
+    tables: Mapping[str, PlacedTable] = field(default_factory=dict)
+
+    @property
+    def slot_by_name(self) -> dict[str, UnitSlot]:
+        """All slots, row by row."""
+        return {s.name: s for row in self.slots.values() for s in row}
+
+    def slot(self, name: str) -> UnitSlot:
+        """The slot of that name."""
+        return self.slot_by_name[name]
+
+
+@dataclass(frozen=True)
+class BeamGrid:
+    """`count` beams of one room, evenly apart from `start` to `end` across them, metres; along its x axis, or its y."""
+
+    along_x: bool
+    start: float
+    end: float
+    count: int
+
+    def between(self, x: float, y: float) -> Vec2:
+        """The point nearest to x, y that lies in the middle between two beams."""
+        pitch = (self.end - self.start) / self.count
+        at = y if self.along_x else x
+        gap = min(max(round((at - self.start) / pitch), 1), self.count - 1)
+        snapped = self.start + gap * pitch
+        return (x, snapped) if self.along_x else (snapped, y)
+
+    def crosses(self, low: float, high: float) -> bool:
+        """True if a beam comes between two places across the beams, or nearly."""
+        pitch = (self.end - self.start) / self.count
+        middles = [self.start + (k + 0.5) * pitch for k in range(self.count)]
+        return any(low - BEAM_HALF_WIDTH_M < m < high + BEAM_HALF_WIDTH_M for m in middles)
+
+
 @dataclass
 class BuildOrder:
-    """List of items to build, with distinct names."""
+    """List of items to build, with distinct names, while it is written.
 
+    Attributes:
+        kitchen: without its items and tables. closed: open walls are built too. beams: under the ceiling.
+        seats: where people sit along islands, metres, by run. tables: by id.
+    """
+
+    kitchen: KitchenRequest
+    models: StyleModels
+    closed: bool = False
+    beams: BeamGrid | None = None
+    seats: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    tables: Mapping[str, PlacedTable] = field(default_factory=dict)
     items: list[OrderItem] = field(default_factory=list)
 
     def add(self, item: OrderItem) -> None:

@@ -5,29 +5,27 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from casa_assets.errors import PlanConflict
 from casa_assets.layouts.order.build_order import (
+    BeamGrid,
     BuildOrder,
     DepthReference,
     HeightReference,
     OrderItem,
+    PlacedTable,
     Spot,
     numbered,
     preset_with,
 )
-from casa_assets.layouts.order.room_shell import BeamGrid, door_casing, position_on_wall
+from casa_assets.layouts.order.room_shell import door_casing, position_on_wall
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.room import Room, WallHole, resolve_length, wall_of
+from casa_assets.layouts.plan.room import Room, WallFrame, resolve_length, wall_of
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
-from casa_assets.layouts.plan.wall_frame import WallFrame
-from casa_assets.model.kitchen.plan import DiningTable, Plan, RunSide, WorktopItem
+from casa_assets.model.kitchen.plan import DiningTable, Plan, RunSide, UpperKind, WorktopItem
 from casa_assets.model.record import Vec2
-
-# Tables ---------------------------------------------------------------------------------------------------------------
-# Order tables to eat at, with chairs round them.
 
 PLACE_WIDTH_M = 0.6  # along a table for each person; NKBA planning guideline 9
 # Length of a table beyond the places along it, the least length of one, and of the rim of a round one for each place.
@@ -36,23 +34,9 @@ CHAIR_UNDER_TABLE_M = 0.05  # that a chair's seat reaches under the table
 CHAIR_REACH_M = 0.45  # that a chair stands out beside the table
 
 
-@dataclass(frozen=True)
-class PlacedTable:
-    """A table in the room: (x, y) of its middle, metres, and length and direction (unit vector) of its long side.
-
-    `outline`: corners (x, y) of the area of it and its chairs, metres.
-    """
-
-    middle: Vec2
-    width: float
-    direction: Vec2
-    outline: tuple[Vec2, ...]
-
-
-def order_tables(
-    order: BuildOrder, plan: Plan, room: Room, parameters: Mapping[str, float], models: StyleModels
-) -> dict[str, PlacedTable]:
+def order_tables(order: BuildOrder) -> dict[str, PlacedTable]:
     """Order dining tables with chairs around them; return their places, by id."""
+    plan, room, parameters, models = order.kitchen.plan, order.kitchen.room, order.kitchen.parameters, order.models
     placed: dict[str, PlacedTable] = {}
     for table in plan.tables:
         at = ("tables", table.id)
@@ -67,7 +51,6 @@ def order_tables(
 
 
 def _order_table(order: BuildOrder, table: DiningTable, frame: WallFrame, at: Vec2, models: StyleModels) -> PlacedTable:
-    """Order one table, made as long as its chairs need, and its chairs."""
     model = models.for_role("table")
     is_round = bool(model.params.get("is_round", False))
     long_sides = table.chairs // 2
@@ -124,9 +107,6 @@ def places_over(table: PlacedTable, count: int) -> Sequence[tuple[WallFrame, flo
     return [(WallFrame(round(x + s * width * a, 5), round(y + s * width * b, 5), 0), 0.0, 0.0) for s in shares]
 
 
-# Furnish --------------------------------------------------------------------------------------------------------------
-# Worktop items, wall items, lamps, seats and floor items.
-
 SEAT_SPACING_M = 0.6  # metres per person at a worktop; NKBA planning guideline 9
 SEAT_FROM_WALL_M = 0.45  # metres between a wall and the first place at a worktop that begins there
 WORKTOP_WIDTHS_M = {
@@ -156,8 +136,9 @@ BLENDER, LID, LID_PARAMS = "blender", "blender_lid", ("jar", "jar_top")
 SET_DOWN_GAP_M = 0.0008  # metres over a worktop at which things are set down
 
 
-def order_worktop_items(order: BuildOrder, plan: Plan, slots: Mapping[str, UnitSlot], models: StyleModels) -> None:
+def order_worktop_items(order: BuildOrder) -> None:
     """Order the items on worktops."""
+    plan, models, slots = order.kitchen.plan, order.models, order.kitchen.slot_by_name
     for item in plan.worktop_items:
         if item.on not in slots:
             raise PlanConflict(plan.id, ("worktop_items", item.id, "on"), "a unit of the plan", repr(item.on))
@@ -226,16 +207,14 @@ def seat_places(plan: Plan, lines: Mapping[str, RunLine]) -> dict[str, tuple[flo
     return found
 
 
-def order_seats(
-    order: BuildOrder, lines: Mapping[str, RunLine], seats: Mapping[str, Sequence[float]], models: StyleModels
-) -> None:
-    """Order stools at the seating side of islands and peninsulas, turned to it; `seats`: see `seat_places`."""
-    for run, places in seats.items():
-        line = lines[run]
+def order_seats(order: BuildOrder) -> None:
+    """Order stools at the seating side of islands and peninsulas, turned to it."""
+    for run, places in order.seats.items():
+        line = order.kitchen.lines[run]
         for k, u in enumerate(places):
             # The back of the stool is away from the top, which reaches out behind the line of the run.
             spot = Spot(line.frame, u, -line.run.overhang - 0.12, 0.0005, 0.0, DepthReference.MIDDLE)
-            order.add(OrderItem(f"{run}_stool_{k + 1}", "stool", models.for_role("stool").choice, spot, "", run))
+            order.add(OrderItem(f"{run}_stool_{k + 1}", "stool", order.models.for_role("stool").choice, spot, "", run))
 
 
 def _free_interval(line: RunLine) -> tuple[float, float]:
@@ -247,28 +226,22 @@ def _free_interval(line: RunLine) -> tuple[float, float]:
     return 0.0, line.length - SEAT_FROM_WALL_M
 
 
-def order_wall_items(
-    order: BuildOrder,
-    plan: Plan,
-    room: Room,
-    parameters: Mapping[str, float],
-    slots: Mapping[str, UnitSlot],
-    holes: Sequence[WallHole],
-    models: StyleModels,
-) -> None:
+def order_wall_items(order: BuildOrder) -> None:
     """Order the items that hang on walls; a switch is moved clear of the casing of a door."""
+    kitchen, models = order.kitchen, order.models
+    plan = kitchen.plan
     for item in plan.wall_items:
         at = ("wall_items", item.id)
         if not models.has(item.item):
             continue  # a style may leave a wall bare
-        wall = wall_of(plan, room, item.wall, *at, "wall")
-        u = position_on_wall(plan, wall, item, parameters, slots, *at)
+        wall = wall_of(plan, kitchen.room, item.wall, *at, "wall")
+        u = position_on_wall(plan, wall, item, kitchen.parameters, kitchen.slot_by_name, *at)
         model = models.for_role(item.item)
         if not item.over and "gangs" in model.params:
             half = (SWITCH_WIDTH_M + GANG_M * (int(model.params["gangs"]) - 1)) / 2 + SWITCH_FROM_CASING_M
             away = half + door_casing(models)
             # Moved as little as needed to be so far from doors.
-            for hole in holes:
+            for hole in kitchen.holes:
                 is_door = hole.wall.id == wall.id and hole.bottom <= 0.0
                 if is_door and hole.left - away < u < hole.right + away:
                     u = hole.right + away if u > (hole.left + hole.right) / 2 else hole.left - away
@@ -288,17 +261,11 @@ def order_wall_items(
         order.add(OrderItem(item.id, item.item, model.choice, spot, item.over or ""))
 
 
-def order_lamps(
-    order: BuildOrder,
-    plan: Plan,
-    room: Room,
-    lines: Mapping[str, RunLine],
-    tables: Mapping[str, PlacedTable],
-    models: StyleModels,
-    beams: BeamGrid | None,
-    hoods: Sequence[UnitSlot] = (),
-) -> None:
+def order_lamps(order: BuildOrder) -> None:
     """Order lamps under the ceiling, between beams; none near a high hood, an island's lamps or those of a table."""
+    plan, room, lines = order.kitchen.plan, order.kitchen.room, order.kitchen.lines
+    models, beams, tables = order.models, order.beams, order.tables
+    hoods = [s for s in order.kitchen.slot_by_name.values() if s.kind is UpperKind.HOOD]
     (x0, y0), (x1, y1) = room.level_bounds()
     placed: list[Vec2] = []
     is_low = room.height < standard_sizes.UPPER_TO + LAMP_HEIGHT_M
@@ -348,14 +315,12 @@ def _row_of_lamps(over: RunLine | PlacedTable, count: int, size: float, beams: B
 
 
 def _places_along(line: RunLine, count: int) -> list[Place]:
-    """Places of lamps along the middle of a run."""
     low, high = _free_interval(line)
     span = high - low - 2 * LAMP_FROM_END_M
     return [(line.frame, (low + high) / 2 + span * ((k + 0.5) / count - 0.5), line.depth / 2) for k in range(count)]
 
 
 def _between_beams(places: Sequence[Place], beams: BeamGrid | None) -> list[Place]:
-    """The places, each moved into the middle between two beams."""
     if beams is None:
         return list(places)
     return [(frame, *frame.to_local(*beams.between(*frame.at(u, v)[:2]))) for frame, u, v in places]
@@ -387,7 +352,6 @@ def _lamps_of_room(
 
 
 def _is_at_hood(slot: UnitSlot, x: float, y: float, gap: float) -> bool:
-    """True if a lamp at a point would touch the chimney of a hood."""
     u, v = slot.line.frame.to_local(x, y)
     return abs(u - slot.middle) < CHIMNEY_WIDTH_M / 2 + gap and v < CHIMNEY_DEPTH_M + gap
 
@@ -398,10 +362,9 @@ def _is_in(frame: WallFrame, us: Vec2, vs: Vec2, x: float, y: float, gap: float)
     return us[0] - gap < u < us[1] + gap and vs[0] - gap < v < vs[1] + gap
 
 
-def order_floor_items(
-    order: BuildOrder, plan: Plan, room: Room, parameters: Mapping[str, float], models: StyleModels
-) -> None:
+def order_floor_items(order: BuildOrder) -> None:
     """Order the items on the floor."""
+    plan, room, parameters, models = order.kitchen.plan, order.kitchen.room, order.kitchen.parameters, order.models
     for item in plan.floor_items:
         at = ("floor_items", item.id)
         if not models.has(item.item):

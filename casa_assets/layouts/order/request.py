@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import replace
 
 from casa_assets.errors import PlanConflict
 from casa_assets.layouts.order import furnish, worktops
-from casa_assets.layouts.order.build_order import BuildOrder, OrderItem
+from casa_assets.layouts.order.build_order import BuildOrder, KitchenRequest
 from casa_assets.layouts.order.cabinets import order_unit
-from casa_assets.layouts.order.furnish import PlacedTable, order_tables
 from casa_assets.layouts.order.room_shell import (
     HOOD_DEPTH_M,
     beams_of,
@@ -19,19 +18,14 @@ from casa_assets.layouts.order.room_shell import (
     order_shell,
     order_skirting,
 )
-from casa_assets.layouts.order.trim import (
+from casa_assets.layouts.order.worktops import (
     CORNICE_HEIGHT_M,
+    WORKTOP_BREAKS,
     is_hood_under_cabinet,
-    order_back_panels,
-    order_backsplash,
-    order_cornices,
-    order_curtains,
 )
-from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.place import place_runs
-from casa_assets.layouts.plan.room import Room, WallHole, build_room
-from casa_assets.layouts.plan.runs import CornerPart, RunLine, UnitSlot, base_slots, upper_slots
+from casa_assets.layouts.plan.room import build_room
+from casa_assets.layouts.plan.runs import CornerPart, RunLine, UnitSlot, base_slots, place_runs, upper_slots
 from casa_assets.layouts.plan.style_models import FamilyPresets, StyleModels, check_plan_models
 from casa_assets.mesh.outline import penetration_depth
 from casa_assets.model.kitchen.floor import PlacedRun, PlacedUnit, RunEnd
@@ -40,31 +34,23 @@ from casa_assets.model.kitchen.style import Style
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.rows import RoleRule
 
-# Clearances -----------------------------------------------------------------------------------------------------------
-# Keep units and tables clear of columns, and below the slopes of the ceiling.
-
 MAX_OVERLAP_M = 0.0005
 PLAY_M = 0.01  # between what is high and the ceiling over it
 LEAST_HOOD_M = 0.4  # height of a hood
 
 
-def keep_clear(
-    plan: Plan,
-    room: Room,
-    slots: Mapping[str, Sequence[UnitSlot]],
-    tables: Mapping[str, PlacedTable],
-    models: StyleModels,
-) -> None:
+def _keep_clear(order: BuildOrder) -> None:
     """Raise PlanConflict if a unit or a table overlaps a column, or the ceiling over a unit is too low."""
+    plan, room = order.kitchen.plan, order.kitchen.room
     for placed in room.columns:
-        for name, outline in _bodies(slots, tables):
+        for name, outline in _bodies(order):
             overlap = penetration_depth(placed.outline, outline)
             if overlap > MAX_OVERLAP_M:
                 at, expected = ("columns", placed.column.id), f"a place apart from {name}"
                 raise PlanConflict(plan.id, at, expected, f"one that is {overlap:.3f} m in it")
-    for row in slots.values():
+    for row in order.kitchen.slots.values():
         for slot in row:
-            high = _height(slot, models)
+            high = _height(slot, order.models)
             if high is None:
                 continue
             depth = HOOD_DEPTH_M if slot.kind is UpperKind.HOOD else slot.depth
@@ -82,11 +68,9 @@ def keep_clear(
             raise PlanConflict(plan.id, ("slopes", k), expected, f"{over:.2f} m", knee)
 
 
-def _bodies(
-    slots: Mapping[str, Sequence[UnitSlot]], tables: Mapping[str, PlacedTable]
-) -> Iterator[tuple[str, tuple[Vec2, ...]]]:
+def _bodies(order: BuildOrder) -> Iterator[tuple[str, tuple[Vec2, ...]]]:
     """Name and corners of each unit with its worktop, and of each table with its chairs."""
-    for row in slots.values():
+    for row in order.kitchen.slots.values():
         for slot in row:
             if slot.kind in (BaseKind.GAP, UpperKind.GAP):
                 continue
@@ -95,7 +79,7 @@ def _bodies(
             back = -slot.recess - (0.0 if slot.is_upper else slot.line.depth_behind)
             ends = ((slot.left, back), (slot.right, back), (slot.right, front), (slot.left, front))
             yield slot.name, tuple(slot.line.frame.at(u, v)[:2] for u, v in ends)
-    for name, table in tables.items():
+    for name, table in order.tables.items():
         yield name, table.outline
 
 
@@ -110,10 +94,6 @@ def _height(slot: UnitSlot, models: StyleModels) -> float | None:
     is_high = abs(slot.top - standard_sizes.UPPER_TO) < 1e-3
     cornice = CORNICE_HEIGHT_M if is_high and models.style.cabinets.cornice is not None else 0.0
     return round(slot.top + cornice + PLAY_M, 4)
-
-
-# Placed runs ----------------------------------------------------------------------------------------------------------
-# Runs in the frame of the room, as checks of design and of aisles look at them.
 
 
 def placed_run(line: RunLine, slots: Sequence[UnitSlot], fronts: Mapping[str, float]) -> PlacedRun:
@@ -162,31 +142,6 @@ def _unit(slot: UnitSlot, worktop: bool, fronts: Mapping[str, float]) -> PlacedU
     )
 
 
-# Request --------------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class KitchenRequest:
-    """A plan in metres with a style applied, before anything is built.
-
-    Parameters are values of the plan's, metres; slots are by run, of units on the floor and on the wall; tables by id.
-    """
-
-    plan: Plan
-    style: Style
-    parameters: Mapping[str, float]
-    room: Room
-    holes: tuple[WallHole, ...]
-    lines: Mapping[str, RunLine]
-    slots: Mapping[str, tuple[UnitSlot, ...]]
-    items: tuple[OrderItem, ...]
-    tables: Mapping[str, PlacedTable] = field(default_factory=dict)
-
-    def slot(self, name: str) -> UnitSlot:
-        """The slot of that name."""
-        return next(s for row in self.slots.values() for s in row if s.name == name)
-
-
 def request_kitchen(
     plan: Plan,
     style: Style,
@@ -215,27 +170,24 @@ def request_kitchen(
         slots[name] = (*floor, *upper_slots(plan, line, {s.name: s for s in floor}, models))
     holes = find_holes(plan, room, lengths, {s.name: s for row in slots.values() for s in row})
     slots = in_niches(slots, holes)
-    every = {s.name: s for row in slots.values() for s in row}
-    order = BuildOrder()
-    beams = beams_of(plan, style, room, lines, slots)
-    order_shell(order, room, holes, models, closed, beams)
-    for row in slots.values():
-        for slot in row:
-            ceiling = room.ceiling_over(slot.line.frame, (slot.left, slot.right), (0.0, HOOD_DEPTH_M))
-            order_unit(order, slot, models, ceiling)
-    order_back_panels(order, lines, slots, models)
-    seats = furnish.seat_places(plan, lines)
-    worktops.order_worktops(order, lines, slots, seats, models)
-    order_backsplash(order, lines, slots, holes, models)
-    order_cornices(order, lines, slots, models)
-    order_curtains(order, [h for h in holes if h.wall in room.walls], models)
-    order_skirting(order, room, holes, lines, slots, [c.runs for c in plan.corners], models, closed)
-    furnish.order_worktop_items(order, plan, every, models)
-    furnish.order_seats(order, lines, seats, models)
-    furnish.order_wall_items(order, plan, room, lengths, every, holes, models)
-    tables = order_tables(order, plan, room, lengths, models)
-    keep_clear(plan, room, slots, tables, models)
-    hoods = [s for s in every.values() if s.kind is UpperKind.HOOD]
-    furnish.order_lamps(order, plan, room, lines, tables, models, beams, hoods)
-    furnish.order_floor_items(order, plan, room, lengths, models)
-    return KitchenRequest(plan, style, lengths, room, holes, lines, slots, tuple(order.items), tables)
+    order = BuildOrder(KitchenRequest(plan, style, lengths, room, holes, lines, slots, ()), models, closed)
+    order.beams = beams_of(order.kitchen)
+    order_shell(order)
+    for slot in (s for row in slots.values() for s in row):
+        ceiling = room.ceiling_over(slot.line.frame, (slot.left, slot.right), (0.0, HOOD_DEPTH_M))
+        order_unit(order, slot, models, ceiling)
+    worktops.order_back_panels(order)
+    order.seats = furnish.seat_places(plan, lines)
+    worktops.order_worktops(order)
+    worktops.order_backsplash(order)
+    worktops.order_cornices(order)
+    worktops.order_curtains(order)
+    order_skirting(order)
+    furnish.order_worktop_items(order)
+    furnish.order_seats(order)
+    furnish.order_wall_items(order)
+    order.tables = furnish.order_tables(order)
+    _keep_clear(order)
+    furnish.order_lamps(order)
+    furnish.order_floor_items(order)
+    return replace(order.kitchen, items=tuple(order.items), tables=order.tables)

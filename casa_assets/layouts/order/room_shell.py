@@ -4,25 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from casa_assets.errors import PlanConflict
 from casa_assets.layouts.order.build_order import (
+    BeamGrid,
     BuildOrder,
     DepthReference,
     HeightReference,
+    KitchenRequest,
     OrderItem,
     Spot,
     numbered,
     preset_with,
 )
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.room import WALL_THICKNESS_M, Room, WallHole, WallLine, resolve_length, wall_of
+from casa_assets.layouts.plan.clearances import DOOR_FRAME_M
+from casa_assets.layouts.plan.room import WALL_THICKNESS_M, Room, WallFrame, WallHole, WallLine, resolve_length, wall_of
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
-from casa_assets.layouts.plan.swings import DOOR_FRAME_M
-from casa_assets.layouts.plan.wall_frame import WallFrame
 from casa_assets.model.kitchen.plan import (
     BaseKind,
     BaseUnit,
@@ -34,53 +35,24 @@ from casa_assets.model.kitchen.plan import (
     UpperKind,
     WallItem,
 )
-from casa_assets.model.kitchen.style import PresetChoice, RoomStyle, Style
+from casa_assets.model.kitchen.style import PresetChoice, RoomStyle
 from casa_assets.model.record import Vec2
-
-# Beams ----------------------------------------------------------------------------------------------------------------
-# Order ceiling beams, and find places for lamps between them.
 
 BEAM_SPACING_M = 1.1  # metres from beam to beam
 MIN_COUNT, MAX_COUNT = 3, 8
 MAX_COUNT_CHANGE = 2  # more or fewer than usual, which look as good
-BEAM_HALF_WIDTH_M = 0.12  # with a gap
 BEAM_HEIGHT_M, OVER_UNITS_M = 0.16, 0.08  # as the family of ceilings has it; of a cornice, with a gap
 HOOD_DEPTH_M = 0.55
 CHIMNEY_WIDTH_M = 0.5  # of most hoods, with a gap; only it reaches the ceiling
 
 
-@dataclass(frozen=True)
-class BeamGrid:
-    """`count` beams of one room, evenly apart from `start` to `end` across them, metres; along its x axis, or its y."""
-
-    along_x: bool
-    start: float
-    end: float
-    count: int
-
-    def between(self, x: float, y: float) -> Vec2:
-        """The point nearest to x, y that lies in the middle between two beams."""
-        pitch = (self.end - self.start) / self.count
-        at = y if self.along_x else x
-        gap = min(max(round((at - self.start) / pitch), 1), self.count - 1)
-        snapped = self.start + gap * pitch
-        return (x, snapped) if self.along_x else (snapped, y)
-
-    def crosses(self, low: float, high: float) -> bool:
-        """True if a beam comes between two places across the beams, or nearly."""
-        pitch = (self.end - self.start) / self.count
-        middles = [self.start + (k + 0.5) * pitch for k in range(self.count)]
-        return any(low - BEAM_HALF_WIDTH_M < m < high + BEAM_HALF_WIDTH_M for m in middles)
-
-
-def beams_of(
-    plan: Plan, style: Style, room: Room, lines: Mapping[str, RunLine], slots: Mapping[str, Sequence[UnitSlot]]
-) -> BeamGrid | None:
+def beams_of(kitchen: KitchenRequest) -> BeamGrid | None:
     """The beams of a style that has some, clear of the hoods and the columns that reach the ceiling.
 
     If the plan has a row of lamps, the beams run along it, so that it hangs between two of them. None if the style has
     no beams, or the ceiling is so low that they would reach down to cabinets.
     """
+    plan, style, room, lines, slots = kitchen.plan, kitchen.style, kitchen.room, kitchen.lines, kitchen.slots
     highest = max((s.top for row in slots.values() for s in row if s.kind is not UpperKind.HOOD), default=0.0)
     if style.room.beams is None or room.height - BEAM_HEIGHT_M < highest + OVER_UNITS_M - 1e-6:
         return None
@@ -122,9 +94,6 @@ def _columns(room: Room, along_x: bool) -> Iterator[Vec2]:
         ends = [corner[1 if along_x else 0] for corner in placed.outline]
         yield min(ends), max(ends)
 
-
-# Room shell -----------------------------------------------------------------------------------------------------------
-# Floor, walls with openings, windows, doors, skirting and ceiling.
 
 CASING_WIDTH_M = 0.07
 SKIRTING_HEIGHT_M = 0.098  # fronts over a plinth of 0.1 m pass over it
@@ -227,35 +196,28 @@ def position_on_wall(
     return wall.frame.to_local(*slot.line.frame.at(slot.middle, 0.0)[:2])[0]
 
 
-def order_shell(
-    order: BuildOrder,
-    room: Room,
-    holes: Sequence[WallHole],
-    models: StyleModels,
-    closed: bool,
-    beams: BeamGrid | None = None,
-) -> None:
-    """Add floor, walls, windows, doors and ceiling; `closed`: open walls too. `beams`: under the ceiling."""
-    shell = models.style.room
+def order_shell(order: BuildOrder) -> None:
+    """Add floor, walls, windows, doors and ceiling."""
+    room, shell = order.kitchen.room, order.kitchen.style.room
     (x0, y0), (x1, y1) = room.bounds()
     outline = [(round(x - x0, 5), round(y - y0, 5)) for x, y in room.outline]
     boards = "y" if shell.turn_deg % 180 else "x"
     floor = {"outline": outline, "face": shell.floor, "boards": boards}
     spot = Spot(WallFrame(x0, y1, 0), (x1 - x0) / 2, 0.0, 0.0, height_reference=HeightReference.HEAD)
     order.add(_room_part("floor", "floor", preset_with("room_floor/oak_boards", floor), spot))
-    _order_ceiling(order, room, shell, beams)
+    _order_ceiling(order, room, shell)
     _order_columns(order, room, shell)
     for wall in room.walls:
-        if wall.open and not closed:
+        if wall.open and not order.closed:
             continue
-        own_holes = [h for h in holes if h.wall.id == wall.id]
-        order.add(_wall(wall, room, own_holes, models, closed))
+        own_holes = [h for h in order.kitchen.holes if h.wall.id == wall.id]
+        order.add(_wall(order, wall, own_holes))
         for hole in own_holes:
-            _order_opening(order, room, hole, holes, models)
+            _order_opening(order, hole)
 
 
-def _order_ceiling(order: BuildOrder, room: Room, shell: RoomStyle, beams: BeamGrid | None) -> None:
-    """The level part of the ceiling with its beams, and its slopes."""
+def _order_ceiling(order: BuildOrder, room: Room, shell: RoomStyle) -> None:
+    beams = order.beams
     (x0, y0), (x1, y1) = room.level_bounds()
     outline = [(round(x - x0, 5), round(y - y0, 5)) for x, y in room.level_outline]
     ceiling: dict[str, Any] = {"outline": outline, "face": shell.ceiling, "trim": shell.trim}
@@ -288,16 +250,13 @@ def _order_columns(order: BuildOrder, room: Room, shell: RoomStyle) -> None:
         order.add(_room_part(column.id, "column", preset_with("room_column/plaster_square", params), spot))
 
 
-def _order_opening(
-    order: BuildOrder, room: Room, hole: WallHole, holes: Sequence[WallHole], models: StyleModels
-) -> None:
-    """Order the window or door of an opening, the floor in it, and the recess or closet behind it."""
-    shell = models.style.room
+def _order_opening(order: BuildOrder, hole: WallHole) -> None:
+    models, shell = order.models, order.kitchen.style.room
     if hole.is_niche:
         is_seat = hole.bottom > 0.0
         board = models.style.cabinets.shelf if is_seat else shell.floor
         _threshold(order, hole, board)
-        within = [h for h in holes if hole.back is not None and h.wall.id == hole.back.id]
+        within = [h for h in order.kitchen.holes if hole.back is not None and h.wall.id == hole.back.id]
         depth = (hole.opening.depth or 0.0) - WALL_THICKNESS_M
         _order_recess(order, hole, hole.right - hole.left, depth, within, board, shell)
         for window in within:
@@ -307,7 +266,7 @@ def _order_opening(
         _threshold(order, hole, shell.floor)
     _order_window_or_door(order, hole, models)
     if hole.opening.closet is not None:
-        _order_closet(order, room, hole, hole.opening.closet, models)
+        _order_closet(order, hole, hole.opening.closet)
 
 
 def _order_recess(
@@ -340,14 +299,14 @@ def _order_recess(
     order.add(_room_part(f"recess_{hole.opening.id}", "recess", preset_with("room_recess/fridge_niche", params), spot))
 
 
-def _order_closet(order: BuildOrder, room: Room, hole: WallHole, closet: Closet, models: StyleModels) -> None:
+def _order_closet(order: BuildOrder, hole: WallHole, closet: Closet) -> None:
     """A closet behind a door or passage, with open shelves along its back."""
-    shell = models.style.room
-    high = min(room.height_of(hole.wall), CLOSET_HEIGHT_M)
+    shell = order.kitchen.style.room
+    high = min(order.kitchen.room.height_of(hole.wall), CLOSET_HEIGHT_M)
     _order_recess(order, hole, closet.width, closet.depth, (), shell.floor, shell, high)
     if not closet.shelves:
         return
-    face = models.style.cabinets.shelf
+    face = order.kitchen.style.cabinets.shelf
     count = math.ceil((closet.width - 2 * LARDER_PLAY_M) / LARDER_MOST_M)
     width = round((closet.width - 2 * LARDER_PLAY_M) / count, 4)
     deep = round(min(LARDER_DEPTH_M, closet.depth - 0.3), 3)
@@ -371,11 +330,12 @@ def _room_part(name: str, role: str, choice: PresetChoice, spot: Spot) -> OrderI
     return OrderItem(name, role, choice, spot, layer="room")
 
 
-def _wall(wall: WallLine, room: Room, holes: Sequence[WallHole], models: StyleModels, closed: bool) -> OrderItem:
+def _wall(order: BuildOrder, wall: WallLine, holes: Sequence[WallHole]) -> OrderItem:
+    room = order.kitchen.room
     walls = room.walls
     after = walls[(walls.index(wall) + 1) % len(walls)]
     # Of two walls that meet at a right angle, the left one closes the corner; an outer corner needs none.
-    is_closed_by_next = wall.right_outer_corner or wall.right_aslant or (after.open and not closed)
+    is_closed_by_next = wall.right_outer_corner or wall.right_aslant or (after.open and not order.closed)
     right_more = 0.0 if is_closed_by_next else WALL_THICKNESS_M
     # At an outer corner the two walls would overlap: the first one ends earlier.
     length = round(wall.length - (WALL_THICKNESS_M if wall.right_outer_corner else 0.0), 5)
@@ -386,7 +346,7 @@ def _wall(wall: WallLine, room: Room, holes: Sequence[WallHole], models: StyleMo
         "left_more": 0.0,
         "right_more": right_more,
         "openings": [_cut(h, _foot_of(h)) for h in holes],
-        "inside": models.style.room.wall,
+        "inside": order.kitchen.style.room.wall,
     }
     before = walls[walls.index(wall) - 1]
     for key, beside in (("left_slope", before), ("right_slope", after)):
@@ -441,27 +401,20 @@ def _order_window_or_door(order: BuildOrder, hole: WallHole, models: StyleModels
     order.add(OrderItem(opening.id, role, choice, spot, layer="room"))
 
 
-def order_skirting(
-    order: BuildOrder,
-    room: Room,
-    holes: Sequence[WallHole],
-    lines: Mapping[str, RunLine],
-    slots: Mapping[str, Sequence[UnitSlot]],
-    corners: Sequence[tuple[str, str]],
-    models: StyleModels,
-    closed: bool,
-) -> None:
+def order_skirting(order: BuildOrder) -> None:
     """Skirting, or panelling if the style has it, along every free stretch of wall."""
+    kitchen, models = order.kitchen, order.models
+    room = kitchen.room
     high = WAINSCOT_HEIGHT_M if models.style.room.wainscot else SKIRTING_HEIGHT_M
     for wall in room.walls:
-        if wall.open and not closed:
+        if wall.open and not order.closed:
             continue
         beside = door_casing(models)
-        own_holes = [h for h in holes if h.wall.id == wall.id and h.bottom < high + CASING_WIDTH_M]
+        own_holes = [h for h in kitchen.holes if h.wall.id == wall.id and h.bottom < high + CASING_WIDTH_M]
         occupied = [(h.left - beside, h.right + beside) for h in own_holes]
-        occupied += _occupied_by_units(wall, lines, slots, corners)
+        occupied += _occupied_by_units(wall, kitchen)
         occupied += _occupied_by_columns(wall, room)
-        occupied += _opened_beside(wall, lines, slots, FLAPS + FRONTS if models.style.room.wainscot else FLAPS)
+        occupied += _opened_beside(wall, kitchen, FLAPS + FRONTS if models.style.room.wainscot else FLAPS)
         occupied = [(a, b) for a, b in occupied if b > 0.0 and a < wall.length]
         # In an inner corner it ends before that of the wall beside.
         at, k = WAINSCOT_DEPTH_M if models.style.room.wainscot else SKIRTING_DEPTH_M, 0
@@ -475,7 +428,6 @@ def order_skirting(
 
 
 def _lining(length: float, shell: RoomStyle) -> PresetChoice:
-    """Skirting or panelling along the foot of a wall, by the style."""
     if shell.wainscot:
         panels = {"length": length, "height": WAINSCOT_HEIGHT_M, "panels": shell.wainscot, "face": shell.trim}
         return preset_with("wall_panelling/white_flat", panels)
@@ -488,14 +440,9 @@ def door_casing(models: StyleModels) -> float:
     return float(models.for_role("door").params.get("casing", CASING_WIDTH_M)) if models.has("door") else CASING_WIDTH_M
 
 
-def _occupied_by_units(
-    wall: WallLine,
-    lines: Mapping[str, RunLine],
-    slots: Mapping[str, Sequence[UnitSlot]],
-    corners: Sequence[tuple[str, str]],
-) -> list[tuple[float, float]]:
+def _occupied_by_units(wall: WallLine, kitchen: KitchenRequest) -> list[tuple[float, float]]:
     """Intervals of a wall that units occupy, including units of runs along the adjoining walls."""
-    out = []
+    out, lines, slots = [], kitchen.lines, kitchen.slots
     for name, line in lines.items():
         for slot in slots[name]:
             if slot.is_upper or slot.kind is BaseKind.GAP:
@@ -504,7 +451,7 @@ def _occupied_by_units(
             back = 0.0 if line.at_wall else -2 * standard_sizes.END_PANEL - line.run.overhang
             front = slot.depth + standard_sizes.WORKTOP_OVERHANG + WALL_PLAY_M
             out += _touched_interval(wall, line, (slot.left, slot.right), (back, front))
-    for first, second in corners:
+    for first, second in (corner.runs for corner in kitchen.plan.corners):
         # A corner of two runs may be empty below its worktop; it counts as occupied.
         a, b = lines[first], lines[second]
         last, begin = max(s.right for s in slots[first]), min(s.left for s in slots[second])
@@ -513,16 +460,11 @@ def _occupied_by_units(
     return out
 
 
-def _opened_beside(
-    wall: WallLine,
-    lines: Mapping[str, RunLine],
-    slots: Mapping[str, Sequence[UnitSlot]],
-    kinds: Sequence[BaseKind],
-) -> list[tuple[float, float]]:
+def _opened_beside(wall: WallLine, kitchen: KitchenRequest, kinds: Sequence[BaseKind]) -> list[tuple[float, float]]:
     """Intervals of a wall along which units of some kinds open that are right next to it."""
     out = []
-    for name, line in lines.items():
-        row = [s for s in slots[name] if not s.is_upper]
+    for name, line in kitchen.lines.items():
+        row = [s for s in kitchen.slots[name] if not s.is_upper]
         # The pull of an open refrigerator reaches beyond a strip beside it.
         fridges = [s for s in row[1:-1] if s.kind is BaseKind.FRIDGE]
         for slot in row[:1] + row[-1:] + fridges:
@@ -535,7 +477,6 @@ def _opened_beside(
 
 
 def _occupied_by_columns(wall: WallLine, room: Room) -> list[tuple[float, float]]:
-    """Intervals of a wall that columns occupy."""
     out = []
     for placed in room.columns:
         along, before = zip(*(wall.frame.to_local(x, y) for x, y in placed.outline), strict=True)

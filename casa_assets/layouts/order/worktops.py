@@ -1,18 +1,38 @@
-"""Order worktops over the units of all runs, with cutouts for sinks and hobs."""
+"""Order worktops with cutouts for sinks and hobs, and trim: cornices, curtains, backsplashes, backs of islands."""
 
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from casa_assets.layouts.order.build_order import BuildOrder, HeightReference, OrderItem, Spot, numbered, preset_with
+from casa_assets.layouts.order.build_order import (
+    BuildOrder,
+    DepthReference,
+    HeightReference,
+    OrderItem,
+    Spot,
+    numbered,
+    preset_with,
+)
+from casa_assets.layouts.order.cabinets import face_of, front_look, group_of, is_under_cabinet
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.runs import RunLine, UnitSlot
+from casa_assets.layouts.plan.room import WallHole
+from casa_assets.layouts.plan.runs import CornerPart, RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModel, StyleModels
 from casa_assets.model.kitchen.floor import RunEnd
-from casa_assets.model.kitchen.plan import TALL, BaseKind, BaseUnit, RunCorner
+from casa_assets.model.kitchen.plan import (
+    TALL,
+    BaseKind,
+    BaseUnit,
+    CornerKind,
+    RunCorner,
+    RunSide,
+    UpperKind,
+    UpperUnit,
+)
 from casa_assets.model.kitchen.style import PresetChoice, WorktopStyle
 
 MAX_SLAB_M = 3.9
@@ -24,6 +44,11 @@ MIN_STRIP_M = 0.03  # of a worktop over a filler alone
 SINK_RIM_M = 0.004  # height of a drop-in sink's rim over the worktop
 SINK_BACK_M = 0.049  # between the wall and a sink; its front clears the rail of the cabinet below
 WORKTOP_BREAKS = (*TALL, BaseKind.RANGE, BaseKind.GAP)
+
+
+MAX_PANEL_M = 1.2  # metres of one panel
+FIELD_WIDTH_M = 0.5  # metres of one field of it
+PLAY_M = 0.0005
 
 
 @dataclass(frozen=True)
@@ -68,21 +93,16 @@ def worktop_stretches(line: RunLine, slots: Sequence[UnitSlot]) -> list[WorktopS
     return out
 
 
-def order_worktops(
-    order: BuildOrder,
-    lines: Mapping[str, RunLine],
-    slots: Mapping[str, Sequence[UnitSlot]],
-    seats: Mapping[str, Sequence[float]],
-    models: StyleModels,
-) -> None:
-    """Order all worktops, then sinks and hobs; `seats`: where people sit along an island, metres."""
+def order_worktops(order: BuildOrder) -> None:
+    """Order all worktops, then sinks and hobs."""
+    lines, slots, models = order.kitchen.lines, order.kitchen.slots, order.models
     stretches = {name: worktop_stretches(line, slots[name]) for name, line in lines.items()}
     corners = {e.corner.runs: e.corner for line in lines.values() for e in (line.left, line.right) if e.corner}
     for corner in corners.values():
-        _corner_top(order, corner, lines, stretches, models)
+        _corner_top(order, corner, stretches)
     for name, line in lines.items():
         for k, slab in enumerate(p for s in stretches[name] for p in _slabs(s)):
-            _straight(order, numbered(f"{name}_top", k), line, slab, seats.get(name, ()), models)
+            _straight(order, numbered(f"{name}_top", k), line, slab)
     for name in lines:
         for slot in slots[name]:
             if slot.kind is BaseKind.SINK:
@@ -94,15 +114,9 @@ def order_worktops(
                 order.add(OrderItem(f"{slot.name}_plate", "hob", choice, spot, slot.name, slot.line.id))
 
 
-def _corner_top(
-    order: BuildOrder,
-    corner: RunCorner,
-    lines: Mapping[str, RunLine],
-    stretches: dict[str, list[WorktopStretch]],
-    models: StyleModels,
-) -> None:
+def _corner_top(order: BuildOrder, corner: RunCorner, stretches: dict[str, list[WorktopStretch]]) -> None:
     """Order an L round a corner, up to the first cutout on either side, and shorten the stretches by what it covers."""
-    first, second = (lines[name] for name in corner.runs)
+    first, second = (order.kitchen.lines[name] for name in corner.runs)
     a, b = stretches[first.id].pop(), stretches[second.id].pop(0)
     if first.run.joins or second.run.joins:
         bar, at_wall = (second, first) if second.run.joins else (first, second)
@@ -137,7 +151,7 @@ def _corner_top(
         stretches[second.id].insert(0, b.part(round(arm_b, 4), b.right))
     else:
         arm_b = b.right
-    top = worktop_of(models, first)
+    top = worktop_of(order.models, first)
     params = {
         **_slab_params(top),
         "back_arm": arm_a,
@@ -198,9 +212,8 @@ def _slab_params(top: WorktopStyle) -> dict[str, Any]:
     return {"thickness": top.thickness, "edge": top.edge, "top": top.face}
 
 
-def _straight(
-    order: BuildOrder, name: str, line: RunLine, slab: WorktopStretch, seats: Sequence[float], models: StyleModels
-) -> None:
+def _straight(order: BuildOrder, name: str, line: RunLine, slab: WorktopStretch) -> None:
+    seats, models = order.seats.get(line.id, ()), order.models
     top, overhang, behind = worktop_of(models, line), line.run.overhang, line.depth_behind
     width, middle = round(slab.right - slab.left, 4), (slab.left + slab.right) / 2
     depth = round(line.depth + standard_sizes.WORKTOP_OVERHANG + behind, 4)
@@ -249,7 +262,6 @@ def _between(seats: Sequence[float], slab: WorktopStretch) -> list[float]:
 
 
 def _is_free(line: RunLine, at: float, left: bool) -> bool:
-    """True if an end of a slab is visible."""
     end = line.left if left else line.right
     edge = 0.0 if left else line.length
     return abs(at - edge) < 0.01 if end.kind is RunEnd.FREE else not -0.001 < at < line.length + 0.001
@@ -270,7 +282,6 @@ def _cutout(slab: WorktopStretch, behind: float, models: StyleModels) -> dict[st
 
 
 def _model_of(slot: UnitSlot, models: StyleModels) -> StyleModel:
-    """Model of the sink or the hob of a slot."""
     assert isinstance(slot.unit, BaseUnit), "sinks and hobs are units on the floor"
     return models.for_unit(slot.unit)
 
@@ -295,3 +306,264 @@ def _sink(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     deck = worktop_of(models, slot.line).thickness
     choice = PresetChoice(preset=model.choice.preset, params={**model.choice.params, "deck": deck})
     order.add(OrderItem(f"{slot.name}_basin", "sink", choice, spot, slot.name, slot.line.id))
+
+
+def order_back_panels(order: BuildOrder) -> None:
+    """Panels along the back of every free-standing run, from the wall that a peninsula begins at to its free end."""
+    for name, line in order.kitchen.lines.items():
+        floor = [s for s in order.kitchen.slots[name] if not s.is_upper]
+        if not line.has_back or not floor:
+            continue
+        low, high = floor[0].left, floor[-1].right
+        if line.run.joins is not None:
+            low, high = (0.0, high) if line.run.joins.end is RunSide.RIGHT else (low, line.length)
+        count = math.ceil((high - low) / MAX_PANEL_M)
+        width = (high - low) / count
+        fronts = front_look(order.models, group_of(floor[0]))
+        params = {
+            "width": round(width - PLAY_M, 4),
+            "height": floor[0].top,
+            "thick": standard_sizes.END_PANEL,
+            "columns": max(1, min(4, round(width / FIELD_WIDTH_M))),
+            "front": fronts["front"],
+            "face": fronts["face"],
+        }
+        for k in range(count):
+            spot = Spot(line.frame, low + (k + 0.5) * width, -standard_sizes.END_PANEL - PLAY_M, 0.0, 180.0)
+            panel = preset_with("cabinet_panel/slab_oak", params)
+            order.add(OrderItem(numbered(f"{name}_back", k), "panel", panel, spot, "", name))
+
+
+THICKNESS_M = 0.01
+SILL_OVERHANG_M = 0.02  # of a sill beside the casing, at each end
+MIN_PANEL_M = 0.3
+
+
+def order_backsplash(order: BuildOrder) -> None:
+    """Order panels between worktops and wall units, lower under windows."""
+    kitchen, splash = order.kitchen, order.kitchen.style.backsplash
+    if splash is None:
+        return
+    for name, line in kitchen.lines.items():
+        if not line.at_wall:
+            continue
+        panels = _panels(line, kitchen.slots[name], kitchen.holes, window_reach(order.models))
+        for k, (a, b, high) in enumerate(panels):
+            params = {
+                "width": round(b - a, 4),
+                "height": round(high - standard_sizes.WORKTOP_HEIGHT, 4),
+                "thickness": THICKNESS_M,
+                "face": splash.face,
+            }
+            spot = Spot(line.frame, (a + b) / 2, 0.0, standard_sizes.WORKTOP_HEIGHT + 5e-4)
+            panel = preset_with("backsplash/subway", params)
+            order.add(OrderItem(f"{name}_splash_{k + 1}", "backsplash", panel, spot, "", name))
+
+
+def window_reach(models: StyleModels) -> float:
+    """Distance by which a window's casing and sill extend to the sides of its hole and below it, metres."""
+    casing = float(models.for_role("window").params.get("casing", 0.0)) if models.has("window") else 0.0
+    return round(max(casing + SILL_OVERHANG_M, 0.03) + 0.002, 4)
+
+
+def _panels(
+    line: RunLine, slots: Sequence[UnitSlot], holes: Sequence[WallHole], reach: float
+) -> Iterator[tuple[float, float, float]]:
+    floor = [s for s in slots if not s.is_upper]
+    parts: list[tuple[float, float]] = []
+    for slot in floor:
+        if slot.kind in (*TALL, BaseKind.GAP) or slot.top > standard_sizes.WORKTOP_HEIGHT:
+            continue
+        if parts and slot.left - parts[-1][1] < 0.01:
+            parts[-1] = (parts[-1][0], slot.right)
+        else:
+            parts.append((slot.left, slot.right))
+    if line.left.kind is RunEnd.CORNER and parts:
+        parts[0] = (THICKNESS_M, parts[0][1])
+    if line.right.kind is RunEnd.CORNER and parts:
+        parts[-1] = (parts[-1][0], line.length)
+    for a, b in parts:
+        for c, d, high in _up_to_hoods(_under_windows(line, a, b, holes, reach), slots):
+            while d - c > MAX_SLAB_M:
+                yield c, c + MAX_SLAB_M, high
+                c += MAX_SLAB_M
+            if d - c >= MIN_PANEL_M and high - standard_sizes.WORKTOP_HEIGHT >= 0.1:
+                yield round(c, 4), round(d, 4), high
+
+
+def _up_to_hoods(
+    panels: Iterator[tuple[float, float, float]], slots: Sequence[UnitSlot]
+) -> Iterator[tuple[float, float, float]]:
+    """Panels raised behind a hob or range; one whole panel if the rest next to the raised part would be too narrow."""
+    hoods = sorted((s.left, s.right) for s in slots if s.kind is UpperKind.HOOD)
+    for a, b, high in panels:
+        at = a
+        for left, right in hoods:
+            fits = left - at >= MIN_PANEL_M or abs(left - at) < 0.002
+            ends = b - right >= MIN_PANEL_M or abs(b - right) < 0.002
+            if high < standard_sizes.UPPER_FROM or left < at - 0.002 or right > b + 0.002 or not (fits and ends):
+                continue
+            if left - at >= MIN_PANEL_M:
+                yield at, left, high
+            yield left, right, standard_sizes.HOOD_FROM
+            at = right
+        if b - at > 0.002:
+            yield at, b, high
+
+
+def _under_windows(
+    line: RunLine, a: float, b: float, holes: Sequence[WallHole], casing: float
+) -> Iterator[tuple[float, float, float]]:
+    full = standard_sizes.UPPER_FROM
+    at = a
+    for hole in sorted((h for h in holes if h.wall.id == line.run.on), key=lambda h: h.left):
+        shift = line.frame.to_local(*hole.wall.frame.at(0.0, 0.0)[:2])[0]
+        left, right = hole.left + shift - casing, hole.right + shift + casing
+        if right <= at or left >= b or hole.bottom - casing >= full:
+            continue
+        if left > at:
+            yield at, left, full
+        yield max(at, left), min(b, right), round(hole.bottom - casing, 4)
+        at = right
+    if at < b:
+        yield at, b, full
+
+
+CORNICE_HEIGHT_M = 0.07
+CORNICE_DEPTH_M = 0.04  # projection before the fronts
+FLAT_PROFILE = "flat"  # the profile without projection
+NEAR_M = 0.012  # of two things that touch, but for play
+NO_RETURN_M = CORNICE_DEPTH_M + NEAR_M  # distance from a wall at which a return has no room
+BESIDE_M = 2 * CORNICE_DEPTH_M + NEAR_M  # gap that two returns do not go into
+SAME_ROW_M = BESIDE_M  # a cornice runs on over a smaller gap between units of one depth
+MIN_CORNICE_M = 0.4
+LONG_CURTAINS = ("drapes", "tied", "cafe")  # curtains that hang down to worktops and taps
+# Distance of a curtain's back from the wall: where the window has a casing, and where it has none.
+CURTAIN_FROM_WALL_M, CURTAIN_FROM_BARE_WALL_M = 0.0235, 0.004
+CURTAIN_ABOVE_HOLE_M = 0.05  # top of a curtain over that of the window
+VALANCE_HEIGHT_M = 0.3
+
+
+@dataclass(frozen=True)
+class CabinetRow:
+    """Units side by side of one height and depth: left and right along their run, metres; whether they are tall."""
+
+    left: float
+    right: float
+    depth: float
+    is_tall: bool
+
+
+def order_cornices(order: BuildOrder) -> None:
+    """Order a cornice over every row, with returns to the wall at visible ends, if the style has a profile for it."""
+    lines, slots, models = order.kitchen.lines, order.kitchen.slots, order.models
+    profile = models.style.cabinets.cornice
+    if profile is None:
+        return
+    projection = 0.0 if profile == FLAT_PROFILE else CORNICE_DEPTH_M
+    for name, line in lines.items():
+        if not line.at_wall:
+            continue
+        rows = [r for r in find_rows(line, slots[name], models) if r.right - r.left >= MIN_CORNICE_M]
+        for k, row in enumerate(rows):
+            left, right = _is_free_end(row, row.left, rows, line), _is_free_end(row, row.right, rows, line)
+            begin = row.left + (projection + PLAY_M if _is_at_corner(row.left, line) else 0.0)
+            # Of two rows round a corner the first ends earlier only where the other one goes through to the wall.
+            meets = line.right.corner is not None and line.right.corner.upper is CornerKind.BLIND
+            end = row.right - (projection + PLAY_M if meets and _is_at_corner(row.right, line) else 0.0)
+            # It ends before the return of a deeper row beside it.
+            for deeper in (r for r in rows if r.depth > row.depth + 1e-3):
+                if deeper in _beside(row, row.left, rows):
+                    begin = max(begin, deeper.right + projection + PLAY_M)
+                if deeper in _beside(row, row.right, rows):
+                    end = min(end, deeper.left - projection - PLAY_M)
+            if end - begin < MIN_CORNICE_M:
+                continue
+            params = {
+                "width": round(end - begin, 4),
+                "depth": row.depth,
+                "height": CORNICE_HEIGHT_M,
+                "out": projection,
+                "left_return": left,
+                "right_return": right,
+                "profile": profile,
+                "face": face_of(models, "tall" if row.is_tall else "upper"),
+            }
+            start, stop = begin - (projection if left else 0.0), end + (projection if right else 0.0)
+            middle, out, high = (start + stop) / 2, row.depth + projection, standard_sizes.UPPER_TO + 5e-4
+            spot = Spot(line.frame, middle, out, high, depth_reference=DepthReference.FRONT)
+            cornice = preset_with("cornice/white_crown", params)
+            order.add(OrderItem(numbered(f"{name}_cornice", k), "cornice", cornice, spot, "", name))
+
+
+def find_rows(line: RunLine, slots: Sequence[UnitSlot], models: StyleModels) -> list[CabinetRow]:
+    """Rows of a run from left to right, tall ones and wall units apart."""
+    rows: list[CabinetRow] = []
+    for left, right, depth, is_tall in sorted(_cornice_cabinets(line, slots, models)):
+        last = rows[-1] if rows else None
+        if last and left - last.right < SAME_ROW_M and last.is_tall is is_tall and abs(last.depth - depth) < 1e-3:
+            rows[-1] = CabinetRow(last.left, right, depth, is_tall)
+        else:
+            rows.append(CabinetRow(left, right, depth, is_tall))
+    return rows
+
+
+def _cornice_cabinets(
+    line: RunLine, slots: Sequence[UnitSlot], models: StyleModels
+) -> Iterator[tuple[float, float, float, bool]]:
+    """Left, right, depth of cabinets that reach the height of the wall units, and whether they are on the floor."""
+    for slot in slots:
+        if abs(slot.top - standard_sizes.UPPER_TO) > 1e-3 or slot.recess:
+            continue
+        if slot.is_upper:
+            hood = is_hood_under_cabinet(slot, models)
+            if hood or slot.kind in (UpperKind.DOORS, UpperKind.GLASS, CornerPart.BLIND, CornerPart.FILLER):
+                yield slot.left, slot.right, standard_sizes.UPPER_DEPTH, False
+        elif slot.kind in (*TALL, BaseKind.PANEL, BaseKind.FILLER, CornerPart.FILLER):
+            is_freestanding = isinstance(slot.unit, BaseUnit) and slot.kind is BaseKind.FRIDGE and not slot.unit.housing
+            if not is_freestanding:
+                yield slot.left, slot.right, line.depth, True
+
+
+def is_hood_under_cabinet(slot: UnitSlot, models: StyleModels) -> bool:
+    """True if it is a hood with a cabinet over it."""
+    unit = slot.unit
+    return isinstance(unit, UpperUnit) and unit.kind is UpperKind.HOOD and is_under_cabinet(models.for_unit(unit))
+
+
+def _is_free_end(row: CabinetRow, at: float, rows: Sequence[CabinetRow], line: RunLine) -> bool:
+    """True if an end of a row is free: no wall, and no deeper or equal row next to it."""
+    if at < NO_RETURN_M or at > line.length - NO_RETURN_M or _is_at_corner(at, line):
+        return False
+    return all(r.depth < row.depth - 1e-3 for r in _beside(row, at, rows))
+
+
+def _is_at_corner(at: float, line: RunLine) -> bool:
+    """True if an end of a row of wall units lies before those of the run round the corner."""
+    ends = ((line.left, at), (line.right, line.length - at))
+    return any(e.kind is RunEnd.CORNER and abs(u - standard_sizes.UPPER_DEPTH) < NEAR_M for e, u in ends)
+
+
+def _beside(row: CabinetRow, at: float, rows: Sequence[CabinetRow]) -> list[CabinetRow]:
+    return [r for r in rows if r is not row and min(abs(r.left - at), abs(r.right - at)) < BESIDE_M]
+
+
+def order_curtains(order: BuildOrder) -> None:
+    """Order the style's curtain for every window, except where a long one would hang over a worktop."""
+    kitchen, models = order.kitchen, order.models
+    if not models.has("curtain"):
+        return
+    model = models.for_role("curtain")
+    form = model.params["form"]
+    for hole in (h for h in kitchen.holes if h.wall in kitchen.room.walls):
+        width, height = round(hole.right - hole.left, 4), round(hole.top - hole.bottom, 4)
+        if not hole.is_window or not 0.7 <= width <= 2.4 or (form in LONG_CURTAINS and hole.opening.over is not None):
+            continue
+        if form == "valance":
+            width, height = round(width - 0.1, 4), VALANCE_HEIGHT_M
+        choice = preset_with(model.choice.preset, {**model.choice.params, "width": width, "height": height})
+        has_casing = float(models.for_role("window").params.get("casing", 0.0)) > 0
+        v = CURTAIN_FROM_WALL_M if has_casing else CURTAIN_FROM_BARE_WALL_M
+        middle, high = (hole.left + hole.right) / 2, hole.top + CURTAIN_ABOVE_HOLE_M
+        spot = Spot(hole.wall.frame, middle, v, high, height_reference=HeightReference.HEAD)
+        order.add(OrderItem(f"{hole.opening.id}_curtain", "curtain", choice, spot))

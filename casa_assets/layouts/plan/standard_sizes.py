@@ -11,8 +11,6 @@ from casa_assets.model.kitchen.plan import BaseKind, BaseUnit, UpperKind, UpperU
 if TYPE_CHECKING:
     from casa_assets.layouts.plan.style_models import StyleModels
 
-# Rows -----------------------------------------------------------------------------------------------------------------
-# Divide the length of a row among its units.
 
 WIDTH_STEP_M = 0.001  # widths are whole millimetres
 
@@ -47,8 +45,6 @@ def share_widths(spans: Sequence[WidthRange], available: float) -> list[float] |
             break
     return widths
 
-
-# Standard sizes -------------------------------------------------------------------------------------------------------
 
 # Ref: trade sizes of kitchens: worktops 0.9 to 0.92 m high and 0.635 to 0.65 m deep, 0.45 m up to the wall units.
 WORKTOP_HEIGHT = 0.92

@@ -13,7 +13,7 @@ from casa_assets.asset.scale_asset import level_of, scaled
 from casa_assets.cache.cache_key import digest_of
 from casa_assets.core.numeric import seven_digits
 from casa_assets.errors import OutputError, UnknownId
-from casa_assets.layouts.compose.compose import AssetOutlines, box_of
+from casa_assets.layouts.compose import AssetOutlines, box_of
 from casa_assets.layouts.plan.style_models import NO_LIBRARY
 from casa_assets.library.library import Library, read_asset, read_certificate
 from casa_assets.mesh.planar import stands_by_itself
@@ -21,7 +21,7 @@ from casa_assets.model.asset.asset import Asset, Base, Joint, JointKind, JointVa
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.projects import SETTINGS, project_folder, read_once
-from casa_assets.registry.layered import load_project
+from casa_assets.registry.read import load_project
 
 FITTED_DIGITS = 10  # of the digest in the id of an asset that was fitted to its place
 # Steps in which the range of a door is made smaller, down to this share of it at least.

@@ -19,7 +19,7 @@ from casa_assets.formats.mjcf.scene.kitchen import FILE
 from casa_assets.layouts.run.resolve import ordered_surfaces
 from casa_assets.layouts.run.scene_files import BATCH_FILE, LIGHT_FILE
 from casa_assets.model.asset.material import Material
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.rows import TextureRecipe

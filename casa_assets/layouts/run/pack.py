@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path, PurePosixPath
 
-from casa_assets.core.process_name import replace_file
+from casa_assets.core.system import replace_file
 from casa_assets.errors import BatchFault, CasaError, OutputError
 from casa_assets.formats.mjcf.scene import kitchen as mjcf
 from casa_assets.formats.usd.scene import isaac_lab
@@ -171,7 +171,6 @@ def _entry(path: str, compression: int) -> zipfile.ZipInfo:
 
 
 def _references(path: str, data: bytes) -> Iterator[str]:
-    """Paths in the pack that a file of it names."""
     pattern = {".xml": MJCF_REFERENCE, ".usda": USD_REFERENCE}.get(PurePosixPath(path).suffix)
     for match in pattern.finditer(data) if pattern else ():
         yield os.path.normpath(PurePosixPath(path).parent / match[1].decode())

@@ -24,8 +24,7 @@ class SceneRecipe:
     """Inputs of a scene: plan, style, seed and finishes.
 
     Attributes:
-        plan, style: names.
-        seed: draws the lengths of the plan; None: as the plan has them.
+        plan, style: names. seed: draws the lengths of the plan; None: as the plan has them.
         surfaces: finishes that differ from the style's, in the order of the surfaces.
         closed: whether open walls are drawn too.
         objects: how many things of registry/objects/ are put into it, where people keep them; 0: none.
@@ -109,8 +108,6 @@ class SceneResult:
         return () if self.report is None else self.report.errors
 
 
-# Ids of kitchens, parsed back into recipes ----------------------------------------------------------------------------
-
 # What names the ids that there are, for errors.
 LISTED_BY = "`casa-assets scenes list` lists plans and styles"
 _OBJECTS = r"(?:__o(?P<objects>\d+)(?:s(?P<objects_seed>\d+))?)?"
@@ -165,7 +162,6 @@ def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> SceneRecipe:
 
 
 def _stated_models(scene_id: str, places: Sequence[Path]) -> Iterator[tuple[tuple[str, str], ...]]:
-    """Models that the scenes of this id in folders of scenes say that they have."""
     from casa_assets.layouts.run.resolve import ordered_models  # here and below, since it loads all families
 
     for place in places:

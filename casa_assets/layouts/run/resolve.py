@@ -22,32 +22,29 @@ from casa_assets.families.asset_store import AssetStore
 from casa_assets.families.build import FamilyRequest, asset_key, family_of
 from casa_assets.families.build import params_of as member_params_of
 from casa_assets.formats.mjcf.scene.kitchen import write
-from casa_assets.layouts.compose.compose import compose
-from casa_assets.layouts.compose.scatter_props import scatter_props
-from casa_assets.layouts.lived_in.put_objects import MEMBERS, PutGroup, put_objects, rounded_pose
-from casa_assets.layouts.lived_in.spaces import find_spaces
-from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
+from casa_assets.layouts.compose import compose, scatter_props
+from casa_assets.layouts.lived_in import MEMBERS, PutGroup, put_objects, rounded_pose
+from casa_assets.layouts.order.build_order import KitchenRequest
+from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.run.kept import remember_kitchen_key, remembered_kitchen_key
 from casa_assets.layouts.run.library_assets import LibraryPresets, placed_asset, placed_key
+from casa_assets.layouts.run.mix import goes_together, is_wooden, mixed_style, models_of_roles
 from casa_assets.layouts.run.recipe import SceneRecipe
-from casa_assets.layouts.run.sampling.mix import goes_together, is_wooden, mixed_style, models_of_roles
+from casa_assets.layouts.spaces import find_spaces
 from casa_assets.mesh.inertia import ready_to_simulate
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.choices import Surface
-from casa_assets.model.kitchen.habit import Arrangement
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.kitchen.style import LIBRARY, PresetChoice, Style
 from casa_assets.model.registry.document import Document
+from casa_assets.model.registry.rows import Arrangement
 from casa_assets.projects import read_once
 from casa_assets.registry import kitchens
 from casa_assets.registry.families import families, family
 from casa_assets.registry.habits import load_habits
 from casa_assets.registry.tables import load_roles
 from casa_assets.textures.run.recipes import available_finishes, missing_paintings, painting_ahead
-
-# Lived in -------------------------------------------------------------------------------------------------------------
-# Put objects of registry/objects/ into a composed kitchen, and keep those that stay where they were put.
 
 FULL, LIGHT = "full", "light"  # forms of a scene
 # Members are drawn with the seed that `casa-assets objects build` draws with by default.
@@ -209,8 +206,6 @@ def _is_still(runs: dict[str, dict[str, Rest]], group: PutGroup, number: int) ->
     return all(rest.moved <= MAX_DRIFT_M[form] and rest.depth <= MAX_DEPTH_M for form, rest in found.items())
 
 
-# Resolve, build the assets, compose -----------------------------------------------------------------------------------
-
 # Draws of a plan's lengths are made anew where one does not fit together; so often, then the seed is given up.
 MAX_LENGTH_DRAWS = 20
 MAX_FINISH_DRAWS = 50  # of finishes, after which those that were drawn last are taken
@@ -349,7 +344,6 @@ def with_finishes(style: Style, surfaces: Mapping[Surface, str], mixed: bool = F
 
 
 def _is_behind_panels(choice: PresetChoice) -> bool:
-    """True if a model is an appliance that a cabinet front is hung on."""
     if choice.is_library:
         return False
     params = preset_params().get(choice.family, {}).get(choice.name, {})

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from casa_assets.checks.design.subject import DesignSubject, whereabouts
 from casa_assets.core.numeric import decimals
-from casa_assets.layouts.compose.floor_facts import facts_of
-from casa_assets.layouts.lived_in.spaces import Space, count_of_things, find_spaces, largest_box, world_bounds
-from casa_assets.layouts.order.build_order import OrderItem
-from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.floor_facts import facts_of
+from casa_assets.layouts.order.build_order import KitchenRequest, OrderItem
+from casa_assets.layouts.spaces import Space, count_of_things, find_spaces, largest_box, world_bounds
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.kitchen.scene import Placement, Scene
@@ -163,7 +162,6 @@ def _fixture(placement: Placement, asset: Asset, item: OrderItem) -> dict[str, A
 
 
 def _object(placement: Placement, asset: Asset) -> dict[str, Any]:
-    """An object that was put into the kitchen: what it is, where it rests, and in what."""
     assert placement.resting is not None, "objects rest in something"
     return {
         "name": placement.name,

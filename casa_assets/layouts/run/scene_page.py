@@ -35,16 +35,13 @@ class SceneReport(Record):
     """report.json: results of a kitchen's checks, and further measurements.
 
     Attributes:
-        subject: id of the scene.
-        results: one for each check, in the order of codes.
-        issues: every fault.
+        subject: id of the scene. results: one for each check, in the order of codes. issues: every fault.
         passed: no check of severity error failed, or was not run without a waiver.
         tally: counts of checks by status; `advice` of the failed ones are warnings.
         key: digest of everything that decides the verdict.
         page_key: digest of everything that decides how the page shows it.
         model_key: digest of everything that decides the model on the page; null if it has no model.
-        grade: findings by the planning guidelines; they are advice.
-        tasks: the 25 atomic tasks of RoboCasa v0.2.
+        grade: findings by the planning guidelines; they are advice. tasks: the 25 atomic tasks of RoboCasa v0.2.
         parking: places before fixtures, metres and radians.
         holds: counts of bodies, joints, shapes, and megabytes of pictures.
         speed: seconds and milliseconds that loading and simulating took.

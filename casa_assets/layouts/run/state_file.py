@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from pydantic import ValidationError
 
-from casa_assets.core.process_name import replace_file
+from casa_assets.core.system import replace_file
 from casa_assets.errors import CasaError
 from casa_assets.layouts.run.scene_files import START_STATES
 from casa_assets.model.kitchen.scene import ARRAYS, StartStates

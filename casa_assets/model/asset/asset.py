@@ -75,8 +75,7 @@ class Asset(Record):
     Attributes:
         id: `<category>_<10 hex digits>`; equal ids mean identical bytes.
         links: parents before children; the first is the root and is called `object`.
-        materials: visual materials, referenced by visuals.
-        substances: physical materials, referenced by colliders.
+        materials: visual materials, referenced by visuals. substances: physical materials, referenced by colliders.
         keyframes: named poses, `closed` first if there are any.
         behavior: its state machine, or None if it has no state other than that of its joints.
         contract: id of a file in registry/contracts, which the classes of a runtime read; None for loose objects.

@@ -8,6 +8,8 @@ the values at the end of the previous step. Then each effect acts on its target 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Annotated, Self
 
@@ -15,14 +17,16 @@ from pydantic import Field, model_validator
 
 from casa_assets.model.record import Id, MixedCaseId, Record, Vec2, Vec4
 
+# Sums of steps of time: a rule that waits a second has waited it after fifty steps of 0.02 s.
+TIME_SLACK_S = 1e-9
+
 
 class Condition(Record):
     """One condition that a runtime can measure; exactly one of joint, contact and variable is given.
 
     Attributes:
         joint: its position is within `interval`, rad or m, both ends included.
-        contact: something that is not part of the asset touches this collider.
-        variable: it has the value `equals`.
+        contact: something that is not part of the asset touches this collider. variable: it has the value `equals`.
         begins: holds only in the step in which it becomes true (a press, not a hold).
         negated: holds if the rest does not.
     """
@@ -64,8 +68,7 @@ class Rule(Record):
     """One transition of a variable: its source values, its conditions and its new value.
 
     Attributes:
-        from_values: values that it may have before; empty: any value.
-        to: the new value.
+        from_values: values that it may have before; empty: any value. to: the new value.
         when: one or more conditions, all of which have to hold.
         after_s: time for which they have to hold before the transition, seconds.
     """
@@ -103,8 +106,7 @@ class Behavior(Record):
     """A state machine.
 
     Attributes:
-        variables: such as `power`: `off`, `on`.
-        rules: in the order in which they are tried.
+        variables: such as `power`: `off`, `on`. rules: in the order in which they are tried.
         effects: visible consequences of values.
     """
 
@@ -137,3 +139,75 @@ class Behavior(Record):
     def targets(self) -> tuple[str, ...]:
         """Names of the targets of effects."""
         return tuple(e.target for e in self.effects)
+
+
+@dataclass(frozen=True)
+class Stimulus:
+    """Measurements of a runtime in one step: positions of joints, rad or m, and colliders that something touches."""
+
+    joints: Mapping[str, float]
+    touched: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class BehaviorState:
+    """State of a behaviour; `step_behavior` gives the next one.
+
+    Attributes:
+        behavior: its rules. values: variable -> value.
+        before: which conditions of which rules held in the last step, or None before the first step.
+        held_s: for each rule, how long its conditions have held, seconds.
+    """
+
+    behavior: Behavior
+    values: Mapping[str, str]
+    before: tuple[tuple[bool, ...], ...] | None = None
+    held_s: tuple[float, ...] = field(default=())
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """Effects that act now."""
+        return tuple(e for e in self.behavior.effects if self.values[e.variable] == e.value)
+
+
+def start_behavior(behavior: Behavior) -> BehaviorState:
+    """The state with every variable at its initial value."""
+    return BehaviorState(behavior, {v.name: v.initial for v in behavior.variables}, None, (0.0,) * len(behavior.rules))
+
+
+def step_behavior(state: BehaviorState, stimulus: Stimulus, dt: float) -> BehaviorState:
+    """Run one control step of `dt` seconds: for each variable, the first rule that applies sets the new value.
+
+    All rules see the values from before the step. A condition that holds in the very first step does not count as just
+    begun, since the runtime has not seen it false.
+    """
+    values, decided = dict(state.values), set[str]()
+    now: list[tuple[bool, ...]] = []
+    held: list[float] = []
+    for i, rule in enumerate(state.behavior.rules):
+        raw = tuple(_holds(c, stimulus, state.values) for c in rule.when)
+        was = raw if state.before is None else state.before[i]
+        now.append(raw)
+        true = [r and not w if c.begins else r for c, r, w in zip(rule.when, raw, was, strict=True)]
+        is_asked = not rule.from_values or state.values[rule.variable] in rule.from_values
+        if not is_asked or any(t == c.negated for t, c in zip(true, rule.when, strict=True)):
+            held.append(0.0)
+            continue
+        held.append(state.held_s[i] + dt)
+        due = rule.after_s == 0.0 or held[i] >= rule.after_s - TIME_SLACK_S
+        if due and rule.variable not in decided:
+            decided.add(rule.variable)
+            values[rule.variable] = rule.to
+            held[i] = 0.0 if rule.after_s else held[i]
+    return BehaviorState(state.behavior, values, tuple(now), tuple(held))
+
+
+def _holds(condition: Condition, stimulus: Stimulus, values: Mapping[str, str]) -> bool:
+    """Whether a condition holds, without regard to `begins` and `negated`."""
+    if condition.joint is not None:
+        assert condition.interval is not None, "the record has looked"
+        low, high = condition.interval
+        return low <= stimulus.joints[condition.joint] <= high
+    if condition.contact is not None:
+        return condition.contact in stimulus.touched
+    return condition.variable is not None and values[condition.variable] == condition.equals

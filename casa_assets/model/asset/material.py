@@ -26,10 +26,8 @@ class Texture(Record):
     """An image, PNG bytes.
 
     Attributes:
-        name: stem of the file that it is written to (a content hash is added).
-        png: encoded PNG, 8 bit RGB or RGBA.
-        width_px, height_px: size of the image.
-        color_space: sRGB for colours, raw for normals and roughness.
+        name: stem of the file that it is written to (a content hash is added). png: encoded PNG, 8 bit RGB or RGBA.
+        width_px, height_px: size of the image. color_space: sRGB for colours, raw for normals and roughness.
     """
 
     name: Id
@@ -55,10 +53,8 @@ class Material(Record):
     """Metallic-roughness surface (the glTF 2.0 model).
 
     Attributes:
-        id: unique within the asset.
-        base_color: linear RGBA in 0..1, multiplied with the texture.
-        metallic, roughness: 0..1, multiplied with the texture's channels.
-        base_color_texture: sRGB image or None.
+        id: unique within the asset. base_color: linear RGBA in 0..1, multiplied with the texture.
+        metallic, roughness: 0..1, multiplied with the texture's channels. base_color_texture: sRGB image or None.
         metallic_roughness_texture: raw image, green roughness and blue metallic, or None.
         normal_texture: raw tangent-space normals, y up, or None.
         tile_m: width and height in metres of one copy of its images if they repeat; None if an image is made for one
@@ -98,8 +94,7 @@ class Density(Record):
     Attributes:
         id: such as `hood_body`.
         kg_m3: mean density of the modelled volume, kg/m^3; None if a substance and its share of that volume are given.
-        substance: id of a substance.
-        fill: share of the modelled volume that the substance takes, 0..1.
+        substance: id of a substance. fill: share of the modelled volume that the substance takes, 0..1.
         why: its real contents, and the source of the number if one is known.
     """
 
@@ -122,8 +117,7 @@ class Substance(Record):
     """Physical material: density and friction.
 
     Attributes:
-        id: such as `ceramic`.
-        density: kg/m^3 of the material itself.
+        id: such as `ceramic`. density: kg/m^3 of the material itself.
         static_friction, dynamic_friction: Coulomb coefficients against a dry worktop, > 0.
         torsional_friction, rolling_friction: metres, as in MuJoCo's geom friction.
         metallic, roughness: appearance if a source states none.

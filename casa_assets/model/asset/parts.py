@@ -20,8 +20,7 @@ class Mesh(Record):
     """Triangles over shared vertices; counter-clockwise seen from outside.
 
     Attributes:
-        vertices: (V, 3) float64, metres once scaled, frame of the owner.
-        faces: (F, 3) int32 indices into `vertices`.
+        vertices: (V, 3) float64, metres once scaled, frame of the owner. faces: (F, 3) int32 indices into `vertices`.
         uv: (V, 2) float64, origin at the lower left of the image (the OBJ and USD convention), or None.
         normals: (V, 3) float64 unit normals, or None.
         colors: (V, 4) uint8 sRGB vertex colours, or None; only raw meshes carry them.
@@ -53,9 +52,6 @@ class Mesh(Record):
         """Copy with moved vertices; normals are replaced, or dropped if None."""
         return Mesh(vertices=vertices, faces=self.faces, uv=self.uv, normals=normals, colors=self.colors)
 
-
-# Shape ----------------------------------------------------------------------------------------------------------------
-# Each sits at its own pose in a link; sizes are full sizes in metres.
 
 # Ref: PhysX GPU convex limit; MuJoCo maxhullvert is set to the same number.
 MAX_HULL_VERTICES = 64
@@ -121,8 +117,6 @@ class MeshShape(Record):
 
 Shape = Annotated[Box | Sphere | Cylinder | Capsule | Hull | MeshShape, Field(discriminator="kind")]
 
-# Sites and regions ----------------------------------------------------------------------------------------------------
-
 
 class Site(Record):
     """A named, massless place in a link without contacts: the place of a mug, a flame, a stream of water.
@@ -166,15 +160,11 @@ class Region(Record):
         return size
 
 
-# Link -----------------------------------------------------------------------------------------------------------------
-
-
 class Inertial(Record):
     """Mass properties of a link.
 
     Attributes:
-        mass: kg, > 0.
-        center_of_mass: metres, link frame.
+        mass: kg, > 0. center_of_mass: metres, link frame.
         inertia: (xx, yy, zz, xy, xz, yz) about the centre of mass, link axes, kg*m^2.
     """
 
@@ -214,8 +204,7 @@ class Collider(Record):
     """A collision shape.
 
     Attributes:
-        substance: id in Asset.substances.
-        pose: link_from_shape.
+        substance: id in Asset.substances. pose: link_from_shape.
         label: as for Visual. Runtimes ask for contacts by the collider's name.
     """
 
@@ -230,10 +219,8 @@ class Link(Record):
     """A rigid body.
 
     Attributes:
-        name: unique; the root link is called `object`.
-        parent: name of the link that carries it, None for the root.
-        pose: parent_from_link with every joint at zero.
-        inertial: explicit, for every link.
+        name: unique; the root link is called `object`. parent: name of the link that carries it, None for the root.
+        pose: parent_from_link with every joint at zero. inertial: explicit, for every link.
         visuals, colliders: rendered meshes, and collision shapes.
     """
 
@@ -244,8 +231,6 @@ class Link(Record):
     visuals: tuple[Visual, ...] = ()
     colliders: tuple[Collider, ...] = ()
 
-
-# Joint ----------------------------------------------------------------------------------------------------------------
 
 NotNegative = Annotated[float, Field(ge=0.0)]
 
@@ -269,15 +254,9 @@ class Joint(Record):
     """Joint between a link and its parent: kind, axis, range, friction. Zero is closed.
 
     Attributes:
-        name: unique.
-        child: link that moves.
-        kind: hinge or slide.
-        axis: unit vector, child frame.
-        anchor: a point on the axis, metres, child frame.
-        range: (low, high), rad or m; low < high.
-        damping: N*m*s/rad or N*s/m.
-        frictionloss: N*m or N.
-        armature: kg*m^2 or kg.
+        name: unique. child: link that moves. kind: hinge or slide. axis: unit vector, child frame.
+        anchor: a point on the axis, metres, child frame. range: (low, high), rad or m; low < high.
+        damping: N*m*s/rad or N*s/m. frictionloss: N*m or N. armature: kg*m^2 or kg.
         friction_impedance: stiffness of dry friction as in MuJoCo: impedance at both ends, width, midpoint, power. With
             MuJoCo's default of 0.9 a light lever creeps under its own weight; with this value it does not. Ref: MuJoCo
             XML reference, solimpfriction.
@@ -368,9 +347,6 @@ class Exclusion(Record):
 
     first: Id
     second: Id
-
-
-# Grasp ----------------------------------------------------------------------------------------------------------------
 
 
 class GraspFeature(StrEnum):

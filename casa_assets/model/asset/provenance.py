@@ -34,8 +34,7 @@ class Labels(BriefRecord):
     """Class labels of an asset, for segmentation and language.
 
     Attributes:
-        category: id in registry/categories.yaml.
-        classes: from the category upwards, such as (`mug`, `tableware`).
+        category: id in registry/categories.yaml. classes: from the category upwards, such as (`mug`, `tableware`).
         qcode: Wikidata item and its certainty.
         split: `split_of` its input. For a procedural object, of its shape, so that two objects that differ only in
             colour are in the same split; None for fixtures and articulation.
@@ -59,10 +58,7 @@ class Guess(Record):
     """A decision that the source did not state.
 
     Attributes:
-        subject: such as `scale` or `up_axis`.
-        value: the decision, as text.
-        confidence: 0..1.
-        reason: the evidence.
+        subject: such as `scale` or `up_axis`. value: the decision, as text. confidence: 0..1. reason: the evidence.
     """
 
     subject: Id
@@ -79,8 +75,7 @@ class Provenance(BriefRecord):
         path: file, relative to the source's root.
         sha256: digest of the main source file and of all files that it refers to.
         title, author, licence, uri: as the source states them; licence is an SPDX id or `unknown`.
-        uid: id within the source.
-        prompt, generator: for generated meshes.
+        uid: id within the source. prompt, generator: for generated meshes.
         node: name of the object within the file, for a file that was split; empty for a whole file.
         guesses: everything that was decided without being stated.
     """
@@ -110,8 +105,6 @@ def place_of(path: str, node: str) -> str:
     """A file, followed by `#` and the name of an object in it, unless the whole file is meant."""
     return f"{path}#{node}" if node else path
 
-
-# Signature for finding duplicates -------------------------------------------------------------------------------------
 
 # Numbers per distribution: each is the mean of an equal share of the sorted values (a quantile function).
 PAIR_SHARES, CENTER_SHARES, TONE_SHARES = 32, 16, 9

@@ -222,8 +222,7 @@ class PlacedRun(Record):
         depth_behind, depth_before: of its worktop behind and in front of the line. height: of the worktop.
         at_wall: whether the line is on the face of a wall. is_island: free on all sides.
         next_run: the run that begins at its end, around a corner.
-        corner_left, corner_right: lengths that the corners take up.
-        overhang: of the worktop on the seating side.
+        corner_left, corner_right: lengths that the corners take up. overhang: of the worktop on the seating side.
     """
 
     id: Id
@@ -307,8 +306,7 @@ class ParkingPlace(Record):
     Attributes:
         fixture: name of the fixture.
         open_joint: joint of the door or drawer that is open meanwhile; empty if everything is closed.
-        position: centre of the base.
-        yaw: direction in which the robot looks, radians to the left of the x axis.
+        position: centre of the base. yaw: direction in which the robot looks, radians to the left of the x axis.
         side: in front of the fixture, or next to or behind the open door.
         offset: distance to the right of the fixture's centre, m.
     """

@@ -1,4 +1,9 @@
-"""A floor plan as a designer writes it: walls, openings, rows of units, furnishings. No coordinates."""
+"""A floor plan as a designer writes it: walls, openings, rows of units, furnishings. No coordinates.
+
+Lengths are metres, or the name of a parameter of the plan. Walls follow each other clockwise as seen from above,
+beginning at the back left corner, which is the origin of the room (x right, y back, z up). `left` and `right` of a
+wall or a run are as seen by a person in front of it.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +15,6 @@ from pydantic import Field, field_validator, model_validator
 
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.model.record import Id, Record
-
-# Units of a row, from left to right -----------------------------------------------------------------------------------
 
 # Metres, or the name of a parameter of the plan.
 Length = Annotated[float, Field(ge=0, le=20)] | Id
@@ -91,8 +94,7 @@ class BaseUnit(Unit):
     Attributes:
         drawers: number of drawers in a drawer unit, or above the doors of a cabinet (0 or 1).
         hinge: side of a single door's hinges; None: chosen by the layout, away from a corner.
-        housing: whether a fridge is placed between panels.
-        oven: whether there is a wall oven under a hob.
+        housing: whether a fridge is placed between panels. oven: whether there is a wall oven under a hob.
         microwave: whether there is a microwave above the oven of a tower.
     """
 
@@ -137,8 +139,6 @@ def with_ids(units: list[Any], run: str, row: str) -> Iterator[Any]:
         yield {"kind": kind, **fields}
 
 
-# Furnishing in addition to the units ----------------------------------------------------------------------------------
-
 MOST_SEATS = 6  # at one run
 
 
@@ -146,10 +146,8 @@ class WorktopItem(Record):
     """An item on a worktop or shelf.
 
     Attributes:
-        id: role of the styles, such as `coffee_machine`; any name if `model` is given.
-        on: id of the unit below.
-        at: position along the unit, from 0 (left) to 1 (right).
-        back: gap between the item and the wall, metres.
+        id: role of the styles, such as `coffee_machine`; any name if `model` is given. on: id of the unit below.
+        at: position along the unit, from 0 (left) to 1 (right). back: gap between the item and the wall, metres.
         turn_deg: yaw, counter-clockwise from above.
         model: model in the notation of the styles, such as `library:<id>`; None: the style's model for the role.
     """
@@ -173,8 +171,7 @@ class DiningTable(Record):
     """A dining table with chairs around it: the style's model, as long as its chairs need.
 
     Attributes:
-        id: unique.
-        wall: wall from which the position is measured.
+        id: unique. wall: wall from which the position is measured.
         at: distance of the table's middle from the wall's left end, metres.
         from_wall: distance of the table's middle from the wall, metres.
         chairs: number of chairs, placed along the long sides, with an odd one at the left end; evenly spaced around a
@@ -194,12 +191,9 @@ class WallItem(Record):
     """An item on a wall.
 
     Attributes:
-        id: unique.
-        item: role of the styles.
-        wall: id of the wall.
+        id: unique. item: role of the styles. wall: id of the wall.
         at: distance of its centre from the wall's left end, metres.
-        over: unit that it is centred on, instead of `at`.
-        height: height of its centre above the floor, metres.
+        over: unit that it is centred on, instead of `at`. height: height of its centre above the floor, metres.
         shift: offset to the right, metres.
     """
 
@@ -222,8 +216,7 @@ class CeilingLamps(Record):
     """Lamps under the ceiling.
 
     Attributes:
-        item: role of the styles.
-        over: run or table along which they hang; None: over the free floor.
+        item: role of the styles. over: run or table along which they hang; None: over the free floor.
     """
 
     item: Id
@@ -242,9 +235,6 @@ class FloorItem(Record):
     turn_deg: float = 0.0
 
 
-# Parts of a room in addition to its walls -----------------------------------------------------------------------------
-
-
 class ColumnShape(StrEnum):
     """Section of a column."""
 
@@ -256,8 +246,7 @@ class Column(Record):
     """A column from floor to ceiling, at a wall or free in the room; units and tables keep clear of it.
 
     Attributes:
-        wall: wall from which its position is measured.
-        at: distance of its middle from the wall's left end, metres.
+        wall: wall from which its position is measured. at: distance of its middle from the wall's left end, metres.
         from_wall: gap between the wall and the column, metres; 0: it touches the wall.
         width, depth: size along the wall and away from it, metres; the diameter of a round column is its width.
     """
@@ -275,8 +264,7 @@ class Slope(Record):
     """A slope of the ceiling, as under a roof: it rises from a wall to the height of the room.
 
     Attributes:
-        wall: wall at which it begins, whose height is `knee`.
-        knee: height of the lower edge, metres.
+        wall: wall at which it begins, whose height is `knee`. knee: height of the lower edge, metres.
         pitch_deg: angle to the floor.
     """
 
@@ -295,12 +283,6 @@ class Closet(Record):
     width: Annotated[float, Field(ge=0.9, le=3.0)] = 1.5
     depth: Annotated[float, Field(ge=0.6, le=2.4)] = 1.2
     shelves: Annotated[int, Field(ge=0, le=5)] = 4
-
-
-# Plan -----------------------------------------------------------------------------------------------------------------
-# Lengths are metres, or the name of a parameter of the plan. Walls follow each other clockwise as seen from above,
-# beginning at the back left corner, which is the origin of the room (x right, y back, z up). `left` and `right` of a
-# wall or a run are as seen by a person in front of it.
 
 
 class Heading(StrEnum):
@@ -392,8 +374,7 @@ class PlanOpening(Record):
         width, height: size of the hole; a niche over a unit is as wide as the unit if its width is not stated.
         sill: height of its lower edge; doors and passages, and niches that do not state it, begin at the floor. All
             metres.
-        hinge: side of a door's hinges.
-        depth: depth of a niche, from the face of the wall, metres.
+        hinge: side of a door's hinges. depth: depth of a niche, from the face of the wall, metres.
         closet: small room that a door or a passage leads to; None: it leads outside.
     """
 
@@ -442,9 +423,7 @@ class IslandPosition(Record):
     """Position of an island: in front of a run, or behind another island; turned to it.
 
     Attributes:
-        run: id of the run that it faces.
-        side: side of that run.
-        aisle: distance from worktop to worktop, metres.
+        run: id of the run that it faces. side: side of that run. aisle: distance from worktop to worktop, metres.
         in_front_of: unit of that run that it is centred on; None: the middle of the run.
         shift: offset of its centre to the right, for a person in front of the run, metres.
     """
@@ -522,8 +501,7 @@ class RunCorner(Record):
     """Corner between the right end of one run and the left end of the next.
 
     Attributes:
-        runs: the two runs, clockwise seen from above.
-        base: kind of the base units.
+        runs: the two runs, clockwise seen from above. base: kind of the base units.
         upper: kind of the wall units, or None if one of the runs has no wall units there.
         owner: run whose cabinet fills the corner; None: the first.
     """
@@ -538,9 +516,7 @@ class Plan(Record):
     """A floor plan.
 
     Attributes:
-        id: name of the plan.
-        title: name for people.
-        parameters: lengths that may vary.
+        id: name of the plan. title: name for people. parameters: lengths that may vary.
         height: height of the room, metres; for a room with slopes, the height where its ceiling is level.
         worktop_items, seats, tables, wall_items, lamps, floor_items: furnishings in addition to the units.
         compact: whether it is a small kitchen, in which aisles may be 0.914 m wide, as walkways are.

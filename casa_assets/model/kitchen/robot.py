@@ -63,8 +63,7 @@ class Legs(Record):
 
     Attributes:
         angles: joint -> its angle when nothing leans, and its change per radian of lean.
-        length: length of a thigh plus a shank, m.
-        lean: minimum and maximum, rad.
+        length: length of a thigh plus a shank, m. lean: minimum and maximum, rad.
     """
 
     angles: dict[str, Vec2]

@@ -16,9 +16,6 @@ from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import ArrayOf, Id, MixedCaseId, Record, Sha256, Vec3
 
-# Scene ----------------------------------------------------------------------------------------------------------------
-# Assets and their placements. Nothing is left to look up, to draw at random or to default.
-
 # `<plan>__<style>`, and more parts for what differs from them.
 SceneId = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9]*(_{1,2}[a-z0-9]+)*$", max_length=160)]
 # What writers call the joint of a free base and the body that holds the others; nothing else is called so.
@@ -231,9 +228,6 @@ def _check_joints(place: Placement, asset: Asset) -> None:
             raise ValueError(f"placement {place.name!r}: {at.joint} = {at.value} is outside {low}..{high}")
 
 
-# Batch scene ----------------------------------------------------------------------------------------------------------
-# The batch form of a kitchen: a scene with few primitives, for engines that step thousands of copies at once.
-
 # Pixels along the longer side of a picture: about 5 mm of a floor, and cameras of policies have some hundred.
 PICTURE_PX = 256
 
@@ -265,10 +259,8 @@ class EngineSizes(Record):
     Attributes:
         nconmax: number of contacts to allocate, 1.5 times `contacts`; mujoco_warp's `make_data` has arguments of this
             name and of the next three.
-        njmax: number of constraint rows to allocate.
-        nccdmax: number of convex pairs to allocate.
-        nvmax: number of awake degrees of freedom to allocate.
-        contacts: maximum number at once in the trials.
+        njmax: number of constraint rows to allocate. nccdmax: number of convex pairs to allocate.
+        nvmax: number of awake degrees of freedom to allocate. contacts: maximum number at once in the trials.
         rows: maximum number of constraint rows in the trials.
         awake: maximum number of awake degrees of freedom in the trials.
         convex_pairs: pairs of shapes that need the general convex algorithm, such as a cylinder and a box.
@@ -343,12 +335,7 @@ class BatchScene(Record):
 
 
 def _pairs_of(counts: Sequence[int]) -> int:
-    """Number of pairs of members of different groups."""
     return (sum(counts) ** 2 - sum(count**2 for count in counts)) // 2
-
-
-# Named poses ----------------------------------------------------------------------------------------------------------
-# Joints and objects of a scene in its named poses: as it begins, closed, open.
 
 
 def own_pose(place: Placement, name: str) -> str:
@@ -389,9 +376,6 @@ def carried_pose(
     at_start, now = (asset.asset_from_link(rest.link, positions[key]) for key in (START_POSE, name))
     return holder.pose @ now @ at_start.inverse() @ holder.pose.inverse() @ place.pose
 
-
-# Start states ---------------------------------------------------------------------------------------------------------
-# States of a kitchen at rest from which episodes begin: poses of all joints and loose objects, and of the robot.
 
 FREE_WIDTH = 7  # numbers in qpos of a free joint: x, y, z, quaternion (w, x, y, z)
 Rows = Annotated[npt.NDArray[np.float32], ArrayOf("float32", (-1, -1))]

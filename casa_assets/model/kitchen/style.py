@@ -103,10 +103,8 @@ class CabinetStyle(Record):
     """Fronts of the cabinets by group, with glass, shelves and cornice.
 
     Attributes:
-        base: every field is required.
-        upper, tall, island: fields that differ from it.
-        glass: front of wall units that are glazed in the plan.
-        shelf: finish of open shelves.
+        base: every field is required. upper, tall, island: fields that differ from it.
+        glass: front of wall units that are glazed in the plan. shelf: finish of open shelves.
         cornice: profile above the wall units, or None for no cornice.
     """
 
@@ -166,11 +164,8 @@ class Style(Record):
     """Style of a kitchen: finishes, fronts and fixture presets for a plan of any shape.
 
     Attributes:
-        id: name of the style.
-        title: name for people.
-        description: what makes it recognisable, one line.
-        counter, island: worktops along walls, and of islands.
-        backsplash: None for no backsplash.
+        id: name of the style. title: name for people. description: what makes it recognisable, one line.
+        counter, island: worktops along walls, and of islands. backsplash: None for no backsplash.
         models: role -> member of a family. Roles are the words of the plans: range, hob, oven, microwave,
             microwave_built_in, hood, sink, fridge, dishwasher, window, door, stool, and other items on surfaces and
             walls.
@@ -207,9 +202,6 @@ class Style(Record):
         return style
 
 
-# Mixing ---------------------------------------------------------------------------------------------------------------
-# The content of registry/mixing.yaml.
-
 Count = Annotated[int, Field(ge=1, le=4)]
 
 
@@ -241,8 +233,7 @@ class Mixing(Record):
 
     Attributes:
         own_share: probability that a part is taken from the kitchen's own style; otherwise one of all styles is drawn.
-        suites: name -> roles of styles that are drawn together.
-        finishes: which finishes may be combined.
+        suites: name -> roles of styles that are drawn together. finishes: which finishes may be combined.
     """
 
     own_share: Annotated[float, Field(ge=0, le=1)]

@@ -14,9 +14,6 @@ from pydantic import Field, StringConstraints, model_validator
 from casa_assets.model.record import Id, Record, Vec3
 from casa_assets.model.registry.contract import RobocasaRelease
 
-# Vocabulary -----------------------------------------------------------------------------------------------------------
-# Find names from the registry in free text (file names, titles, tags), by whole words only.
-
 LONGEST_PHRASE = 5  # words
 # How often what a text names in such a way is what the thing is; measured on names of files and titles, rounded down.
 IS_THE_ID, IS_A_NAME, HAS_A_PHRASE = 0.97, 0.93, 0.9
@@ -44,8 +41,7 @@ class Vocabulary:
     """Names and the ids that they refer to.
 
     Attributes:
-        phrases: joined words of every name (`coffeemug`) -> entry.
-        words: the single words that names are made of.
+        phrases: joined words of every name (`coffeemug`) -> entry. words: the single words that names are made of.
         separators: words such as `with`, which end the part of a text that names the object.
     """
 
@@ -143,8 +139,6 @@ def singulars(word: str) -> list[str]:
             forms.append(word[:-2])
     return forms
 
-
-# Category -------------------------------------------------------------------------------------------------------------
 
 # How far `size_m` and `longest_m` may differ, of the length: rounding to a millimetre and no more.
 SAME_SIZE = 0.02
@@ -256,8 +250,7 @@ class QCode(Record):
     """A Wikidata item.
 
     Attributes:
-        id: such as `Q89`.
-        label: English label of the item.
+        id: such as `Q89`. label: English label of the item.
         certainty: certain or likely for the category's own item, parent if the class above is used instead.
     """
 

@@ -201,7 +201,6 @@ def _checked(plugin: Any, where: str) -> Plugin:
 
 
 def _names(plugin: Plugin) -> list[tuple[str, str]]:
-    """Kind and name of each thing that a plug-in offers."""
     found = [("family", one.name) for one in plugin.families]
     found += [("form", one.name) for one in plugin.forms]
     found += [("check", one.code) for one in plugin.checks]

@@ -15,7 +15,7 @@ from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
 
-from casa_assets.core.process_name import process_name
+from casa_assets.core.system import process_name
 
 SUFFIX = ".glb.js"
 

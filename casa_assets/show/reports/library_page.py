@@ -21,7 +21,7 @@ from markupsafe import Markup
 
 from casa_assets.checks.library import in_words
 from casa_assets.core.numeric import significant
-from casa_assets.core.process_name import replace_file
+from casa_assets.core.system import replace_file
 from casa_assets.library import library as disk
 from casa_assets.library import library_report
 from casa_assets.library.entry import ROWS_NAME as ROWS

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from lxml import etree
 
-from casa_assets.core.process_name import replace_file
+from casa_assets.core.system import replace_file
 from casa_assets.errors import OutputError, UnknownId
 from casa_assets.formats.mjcf.scene import kitchen as mjcf
 from casa_assets.formats.usd.scene import kitchen as usd

@@ -17,8 +17,8 @@ from casa_assets.families.build import family_of, params_of
 from casa_assets.formats.gltf import EVERYTHING, asset_glb, scene_glb
 from casa_assets.formats.mjcf import document
 from casa_assets.formats.mjcf.scene.kitchen import FILE, write
-from casa_assets.layouts.compose.floor_facts import facts_of
-from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.floor_facts import facts_of
+from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.run.load_scene import model_of
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import build_choice, build_scene, draw_surfaces, resolve
@@ -28,7 +28,7 @@ from casa_assets.library import library as disk
 from casa_assets.library.entry_files import checked_model
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Behavior
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.kitchen.robot import Following
 from casa_assets.model.kitchen.scene import Scene

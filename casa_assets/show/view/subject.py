@@ -17,9 +17,8 @@ from casa_assets.layouts.run.recipe import SceneRecipe, recipe_of
 from casa_assets.layouts.run.scene_files import SCENE_JSON
 from casa_assets.library import library as disk
 from casa_assets.model.asset.asset import Asset
-from casa_assets.registry.families import family, family_names
+from casa_assets.registry.families import family, family_names, object_names
 from casa_assets.registry.kitchens import plan_names, style_names
-from casa_assets.registry.objects import object_names
 
 # The libraries that the commands write where no other is named, in the order in which an id is looked for.
 LIBRARIES = tuple(Path("out") / name for name in ("library", "articulated", "families", "objects"))

@@ -18,6 +18,7 @@ from casa_assets.cache.store import Store
 from casa_assets.core.numeric import linear_from_srgb, srgb_from_hex
 from casa_assets.core.process_name import is_worker
 from casa_assets.core.system import max_cache_bytes
+from casa_assets.core.system import is_worker, max_cache_bytes
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.kitchenware import textures as kinds
 from casa_assets.kitchenware.textures.make import SIZE_PX, kind_of, paint
@@ -30,6 +31,7 @@ from casa_assets.registry.families import look_samplers
 from casa_assets.registry.layered import load_project, names_in, origin_of_row, read_table_file
 from casa_assets.registry.plugins import or_of_ignored
 from casa_assets.registry.plugins.textures import plugin_kinds, texture_kinds
+from casa_assets.registry.read import load_project, names_in, origin_of_row, read_table_file
 from casa_assets.textures.canvas import Layers
 from casa_assets.textures.finish import finish
 from casa_assets.textures.packs.entry import Pack

@@ -10,7 +10,7 @@ import numpy as np
 from casa_assets.model.asset.asset import Asset, Base, Inertial, Link, Site, Visual
 from casa_assets.model.asset.material import ColorSpace, Material
 from casa_assets.model.asset.parts import Capsule, Cylinder, Hull, Sphere
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose, SizeRange
 from tests.support.asset.articulated_assets import drawer_unit as drawer_unit

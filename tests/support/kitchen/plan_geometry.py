@@ -11,10 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from casa_assets.errors import PlanConflict
-from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
-from casa_assets.layouts.plan import standard_sizes
+from casa_assets.layouts.order.build_order import KitchenRequest
+from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
-from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.run.resolve import error_with_line, preset_params
 from casa_assets.mesh.outline import penetration_depth
 from casa_assets.model.kitchen.plan import BaseKind, Plan
@@ -47,11 +46,6 @@ class Rect:
         dy = max(self.y0 - other.y1, other.y0 - self.y1)
         return math.hypot(max(dx, 0.0), max(dy, 0.0)) if max(dx, dy) > -PLAY else max(dx, dy)
 
-    def meets(self, other: Rect, axis: str) -> bool:
-        """Whether they overlap along x or y."""
-        a, b, c, d = (self.x0, self.x1, other.x0, other.x1) if axis == "x" else (self.y0, self.y1, other.y0, other.y1)
-        return min(b, d) - max(a, c) > PLAY
-
 
 def rect(line: RunLine, left: float, right: float, back: float, front: float) -> Rect:
     """What lies between two places along a run and two distances from its line."""
@@ -73,63 +67,6 @@ def boxes(kitchen: KitchenRequest) -> list[tuple[UnitSlot, Rect]]:
 def floor_row(kitchen: KitchenRequest, line: RunLine) -> list[UnitSlot]:
     """Units of a run that stand on the floor, from left to right."""
     return [s for s in kitchen.slots[line.id] if not s.is_upper]
-
-
-def body(kitchen: KitchenRequest, line: RunLine) -> Rect:
-    """A whole run with its worktop, or its refrigerator where that reaches out further."""
-    row = floor_row(kitchen, line)
-    front = line.depth + standard_sizes.WORKTOP_OVERHANG
-    if any(s.kind is BaseKind.FRIDGE for s in row):
-        front = max(front, StyleModels(kitchen.style, preset_params()).for_role("fridge").length("depth") + 0.03)
-    back = 0.0 if line.at_wall else -line.run.overhang
-    return rect(line, row[0].left, row[-1].right, back, front)
-
-
-def cornered(kitchen: KitchenRequest, one: RunLine, other: RunLine) -> bool:
-    """Whether two runs meet in a corner."""
-    return any({one.id, other.id} == set(c.runs) for c in kitchen.plan.corners)
-
-
-def passages(kitchen: KitchenRequest) -> Iterator[tuple[str, str, float, float]]:
-    """Runs that people pass between, the metres there are, and those that there have to be."""
-    for one, other in itertools.combinations(kitchen.lines.values(), 2):
-        if cornered(kitchen, one, other):
-            continue
-        a, b = body(kitchen, one), body(kitchen, other)
-        if one.frame.more_deg != other.frame.more_deg:
-            yield one.id, other.id, a.gap(b), 0.0
-            continue
-        face = (one.frame.quarter_turns - other.frame.quarter_turns) % 4 == 2
-        axis = "x" if one.frame.quarter_turns % 2 == 0 else "y"
-        works = face and a.meets(b, axis) and not (one.is_island and other.is_island)
-        yield one.id, other.id, a.gap(b), 1.067 if works else 0.914
-
-
-def walls_free(kitchen: KitchenRequest) -> Iterator[tuple[str, str, float]]:
-    """Free-standing sides of runs, the walls across from them, and the metres between."""
-    for line in kitchen.lines.values():
-        here = body(kitchen, line)
-        middle = ((here.x0 + here.x1) / 2, (here.y0 + here.y1) / 2)
-        for wall in kitchen.room.walls:
-            if wall.id == line.run.on or (line.run.joins and wall.id == kitchen.lines[line.run.joins.run].run.on):
-                continue
-            us, vs = zip(*(wall.frame.to_local(x, y) for x, y in here.corners), strict=True)
-            if (
-                wall.frame.to_local(*middle)[1] > 0
-                and min(us) < wall.length
-                and max(us) > 0
-                and not _touches(line, wall.id, kitchen)
-            ):
-                yield line.id, wall.id, min(vs)
-
-
-def _touches(line: RunLine, wall: str, kitchen: KitchenRequest) -> bool:
-    """Whether a run ends at a wall or in the corner before it."""
-    if not line.at_wall:
-        return False
-    k = [w.id for w in kitchen.room.walls].index(line.run.on or "")
-    walls = kitchen.room.walls
-    return wall in (walls[k - 1].id, walls[(k + 1) % len(walls)].id)
 
 
 def made(name: str, given: Mapping[str, float] | None = None, style: str = STYLE) -> KitchenRequest:

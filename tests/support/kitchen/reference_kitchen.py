@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from casa_assets import registry
 from casa_assets.checks.design.subject import DesignSubject
@@ -133,170 +134,78 @@ WALLS = (
     RoomWall(id="front", start=OUTLINE[2], end=OUTLINE[3], is_open=True),
     RoomWall(id="left", start=OUTLINE[3], end=OUTLINE[0]),
 )
-WINDOW = WallOpening(
-    id="window",
-    kind=OpeningKind.WINDOW,
-    wall="right",
-    start=(5.0, -1.8),
-    end=(5.0, -3.0),
-    bottom=1.1,
-    top=2.1,
-    clear_width=1.2,
-    can_open=True,
-)
-DOOR = WallOpening(
-    id="door",
-    kind=OpeningKind.DOOR,
-    wall="left",
-    start=(0.0, -3.8),
-    end=(0.0, -2.9),
-    bottom=0.0,
-    top=2.0,
-    clear_width=0.82,
-)
+HOLE = {"bottom": 1.1, "top": 2.1, "clear_width": 1.2, "can_open": True}
+WINDOW = WallOpening(id="window", kind=OpeningKind.WINDOW, wall="right", start=(5.0, -1.8), end=(5.0, -3.0), **HOLE)
+HOLE = {"bottom": 0.0, "top": 2.0, "clear_width": 0.82}
+DOOR = WallOpening(id="door", kind=OpeningKind.DOOR, wall="left", start=(0.0, -3.8), end=(0.0, -2.9), **HOLE)
+
+
+def placed(
+    name: str, role: Role, foot: Footprint, low: float, high: float, category: str = "thing", **more: Any
+) -> Fixture:
+    """A fixture over its foot, between two heights."""
+    return Fixture(name=name, role=role, category=category, footprint=foot, bottom=low, top=high, **more)
 
 
 def drawers(row: PlacedRun, left: float, right: float, name: str) -> Fixture:
     """Three drawers of which the top one is worked with."""
     foot = foot_in(row, left, right, 0.6)
-    return Fixture(
-        name=name,
-        role=Role.DRAWERS,
-        category="drawer_stack",
-        unit=name,
-        run=row.id,
-        footprint=foot,
-        bottom=0.0,
-        top=0.89,
-        joints=(flap(foot, "drawer2_slidejoint", 0.5, 0.7, 0.87, slides=True),),
-        regions=(volume(foot, "drawer2_int", 0.74, 0.86, moves=True),),
-    )
+    slide = flap(foot, "drawer2_slidejoint", 0.5, 0.7, 0.87, slides=True)
+    parts = {"joints": (slide,), "regions": (volume(foot, "drawer2_int", 0.74, 0.86, moves=True),)}
+    return placed(name, Role.DRAWERS, foot, 0.0, 0.89, "drawer_stack", unit=name, run=row.id, **parts)
 
 
 def cabinet(row: PlacedRun, left: float, right: float, name: str) -> Fixture:
     foot = foot_in(row, left, right, 0.6)
-    w = foot.size[0] / 2
-    return Fixture(
-        name=name,
-        role=Role.CABINET,
-        category="base_cabinet",
-        unit=name,
-        run=row.id,
-        footprint=foot,
-        bottom=0.0,
-        top=0.89,
-        joints=(door(foot, "doorhinge", -w, w, 0.1, 0.89),),
-    )
+    joints = (door(foot, "doorhinge", -foot.size[0] / 2, foot.size[0] / 2, 0.1, 0.89),)
+    return placed(name, Role.CABINET, foot, 0.0, 0.89, "base_cabinet", unit=name, run=row.id, joints=joints)
 
 
 def upper(left: float, right: float, name: str, doors: int = 1, low: float = 1.38) -> Fixture:
     """A wall cabinet over the long row."""
-    foot = foot_in(MAIN, left, right, 0.35)
+    foot, high = foot_in(MAIN, left, right, 0.35), low + 0.88
     w = foot.size[0] / 2
-    leaves = (
-        (door(foot, "doorhinge", -w, w, low, low + 0.88),)
-        if doors == 1
-        else (
-            door(foot, "leftdoorhinge", -w, 0.0, low, low + 0.88),
-            door(foot, "rightdoorhinge", 0.0, w, low, low + 0.88, hung_left=False),
-        )
-    )
-    return Fixture(
-        name=name,
-        role=Role.UPPER,
-        category="wall_cabinet",
-        unit=name,
-        run="main",
-        footprint=foot,
-        bottom=low,
-        top=low + 0.88,
-        joints=leaves[:doors],
-        regions=(volume(foot, "level0", low + 0.02, low + 0.4),),
-    )
+    leaves = [door(foot, "doorhinge", -w, w, low, high)]
+    if doors == 2:
+        leaves = [door(foot, "leftdoorhinge", -w, 0.0, low, high)]
+        leaves.append(door(foot, "rightdoorhinge", 0.0, w, low, high, hung_left=False))
+    parts = {"joints": tuple(leaves), "regions": (volume(foot, "level0", low + 0.02, low + 0.4),)}
+    return placed(name, Role.UPPER, foot, low, high, "wall_cabinet", unit=name, run="main", **parts)
 
 
 def thing(name: str, role: Role, at: Vec2, size: Vec2, low: float, high: float) -> Fixture:
     """Something loose that belongs to no row."""
-    return Fixture(
-        name=name,
-        role=role,
-        category="thing",
-        footprint=Footprint(center=at, size=size),
-        bottom=low,
-        top=high,
-    )
+    return placed(name, role, Footprint(center=at, size=size), low, high)
+
+
+def turn(name: str, low: float, high: float) -> FixtureJoint:
+    return FixtureJoint(name=name, kind=JointKind.HINGE, range=(low, high))
 
 
 def appliances() -> tuple[Fixture, ...]:
     """Refrigerator, range, dishwasher, hood, sink."""
+    main, side = {"run": "main"}, {"run": "right"}
     fridge, stove = foot_in(MAIN, 0.02, 0.93, 0.77, 0.03), foot_in(MAIN, 2.452, 3.208, 0.67, 0.012)
     washer, basin = foot_in(SIDE, 1.352, 1.948, 0.6), foot_in(SIDE, 2.0, 2.8, 0.58, 0.06)
-    hob = tuple(
-        FixtureSite(name=n, position=(*stove.at(0.2, -0.3), 0.93))
-        for n in ("burner_on_front_left", "burner_front_left_place_site")
-    )
-    knob = FixtureJoint(name="knob_front_left_joint", kind=JointKind.HINGE, range=(0.0, 2.6))
-    turns = [("spout_joint", -1.57, 1.57), ("handle_joint", 0.0, 0.6)]
-    faucet = tuple(FixtureJoint(name=n, kind=JointKind.HINGE, range=(a, b)) for n, a, b in turns)
-    common = {"category": "appliance"}
+    cold = (door(fridge, "door_joint", -0.45, 0.45, 0.1, 1.75),)
+    hob = ("burner_on_front_left", "burner_front_left_place_site")
+    cooker = {
+        "joints": (flap(stove, "door_joint", 0.6, 0.2, 0.8), turn("knob_front_left_joint", 0.0, 2.6)),
+        "sites": tuple(FixtureSite(name=n, position=(*stove.at(0.2, -0.3), 0.93)) for n in hob),
+    }
+    rack = (flap(washer, "door_joint", 0.6, 0.1, 0.8),)
+    sink = {
+        "joints": (turn("spout_joint", -1.57, 1.57), turn("handle_joint", 0.0, 0.6)),
+        "sites": (FixtureSite(name="water", position=(*basin.at(0.0, -0.3), 1.0)),),
+        "regions": (volume(basin, "basin", 0.73, 0.91),),
+    }
+    hood = foot_in(MAIN, 2.43, 3.23, 0.5)
     return (
-        Fixture(
-            name="fridge",
-            role=Role.FRIDGE,
-            unit="fridge",
-            run="main",
-            footprint=fridge,
-            bottom=0.0,
-            top=1.78,
-            joints=(door(fridge, "door_joint", -0.45, 0.45, 0.1, 1.75),),
-            category="refrigerator",
-        ),
-        Fixture(
-            name="range",
-            role=Role.RANGE,
-            unit="range",
-            run="main",
-            footprint=stove,
-            bottom=0.0,
-            top=0.915,
-            joints=(flap(stove, "door_joint", 0.6, 0.2, 0.8), knob),
-            sites=hob,
-            category="range",
-        ),
-        Fixture(
-            name="dishwasher",
-            role=Role.DISHWASHER,
-            unit="dishwasher",
-            run="right",
-            footprint=washer,
-            bottom=0.0,
-            top=0.85,
-            joints=(flap(washer, "door_joint", 0.6, 0.1, 0.8),),
-            category="dishwasher",
-        ),
-        Fixture(
-            name="hood",
-            role=Role.HOOD,
-            unit="hood",
-            run="main",
-            footprint=foot_in(MAIN, 2.43, 3.23, 0.5),
-            bottom=1.6,
-            top=2.7,
-            category="hood",
-        ),
-        Fixture(
-            name="sink_basin",
-            role=Role.SINK,
-            unit="sink",
-            run="right",
-            footprint=basin,
-            bottom=0.72,
-            top=0.92,
-            joints=faucet,
-            sites=(FixtureSite(name="water", position=(*basin.at(0.0, -0.3), 1.0)),),
-            regions=(volume(basin, "basin", 0.73, 0.91),),
-            category=common["category"],
-        ),
+        placed("fridge", Role.FRIDGE, fridge, 0.0, 1.78, "refrigerator", unit="fridge", joints=cold, **main),
+        placed("range", Role.RANGE, stove, 0.0, 0.915, "range", unit="range", **main, **cooker),
+        placed("dishwasher", Role.DISHWASHER, washer, 0.0, 0.85, "dishwasher", unit="dishwasher", joints=rack, **side),
+        placed("hood", Role.HOOD, hood, 1.6, 2.7, "hood", unit="hood", **main),
+        placed("sink_basin", Role.SINK, basin, 0.72, 0.92, "appliance", unit="sink", **side, **sink),
     )
 
 
@@ -304,56 +213,33 @@ def on_top() -> tuple[Fixture, ...]:
     """Microwave and coffee machine."""
     oven, coffee = foot_in(MAIN, 1.1, 1.6, 0.44, 0.06), foot_in(MAIN, 3.55, 3.8, 0.4, 0.06)
     tray = Footprint(center=oven.center, size=(0.3, 0.3), yaw=oven.yaw)
+    keys = ("start_button", "stop_button")
+    heats = {
+        "joints": (door(oven, "microjoint", -0.25, 0.25, 0.93, 1.2),),
+        "regions": (volume(tray, "tray", 0.95, 1.15),),
+        "buttons": tuple(FixtureSite(name=n, position=(*oven.at(0.2, 0.0), 1.0)) for n in keys),
+    }
+    brews = {
+        "sites": (FixtureSite(name="receptacle_place_site", position=(*coffee.at(0.0, -0.08), 0.97)),),
+        "buttons": (FixtureSite(name="start_button", position=(*coffee.at(0.0, 0.0), 1.2)),),
+    }
+    under, below = {"unit": "main_doors", "run": "main"}, {"unit": "main_drawers_2", "run": "main"}
     return (
-        Fixture(
-            name="microwave",
-            role=Role.MICROWAVE,
-            category="microwave",
-            unit="main_doors",
-            run="main",
-            footprint=oven,
-            bottom=TOP,
-            top=1.21,
-            joints=(door(oven, "microjoint", -0.25, 0.25, 0.93, 1.2),),
-            regions=(volume(tray, "tray", 0.95, 1.15),),
-            buttons=tuple(
-                FixtureSite(name=n, position=(*oven.at(0.2, 0.0), 1.0)) for n in ("start_button", "stop_button")
-            ),
-        ),
-        Fixture(
-            name="coffee_machine",
-            role=Role.COFFEE_MACHINE,
-            category="coffee_machine",
-            unit="main_drawers_2",
-            run="main",
-            footprint=coffee,
-            bottom=TOP,
-            top=1.26,
-            sites=(FixtureSite(name="receptacle_place_site", position=(*coffee.at(0.0, -0.08), 0.97)),),
-            buttons=(FixtureSite(name="start_button", position=(*coffee.at(0.0, 0.0), 1.2)),),
-        ),
+        placed("microwave", Role.MICROWAVE, oven, TOP, 1.21, "microwave", **under, **heats),
+        placed("coffee_machine", Role.COFFEE_MACHINE, coffee, TOP, 1.26, "coffee_machine", **below, **brews),
     )
 
 
 def worktops() -> tuple[Fixture, ...]:
     """What covers the two rows."""
-    spans = [(MAIN, 0.95, 2.45, "top"), (MAIN, 3.21, 4.35, "top"), (SIDE, 0.0, 1.95, "top"), (SIDE, 2.85, 3.4, "top")]
-    found = []
-    for k, (row, left, right, name) in enumerate(spans):
-        foot = foot_in(row, left, right, 0.65)
-        found.append(
-            Fixture(
-                name=f"worktop_{k}",
-                role=Role.WORKTOP,
-                category="counter",
-                run=row.id,
-                footprint=foot,
-                bottom=0.89,
-                top=TOP,
-                regions=(volume(foot, name, TOP, TOP + 0.4),),
-            )
+    spans = [(MAIN, 0.95, 2.45), (MAIN, 3.21, 4.35), (SIDE, 0.0, 1.95), (SIDE, 2.85, 3.4)]
+    feet = [(row.id, foot_in(row, left, right, 0.65)) for row, left, right in spans]
+    return tuple(
+        placed(
+            f"worktop_{k}", Role.WORKTOP, foot, 0.89, TOP, "counter", run=run, regions=(volume(foot, "top", TOP, 1.32),)
         )
-    return tuple(found)
+        for k, (run, foot) in enumerate(feet)
+    )
 
 
 def kitchen() -> KitchenFacts:

@@ -13,7 +13,7 @@ from casa_assets.formats.mjcf.scene import kitchen as mjcf
 from casa_assets.formats.usd.scene import kitchen as usd
 from casa_assets.mesh.inertia import ready_to_simulate
 from casa_assets.model.asset.asset import Base, JointValue, Keyframe
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.scene import Camera, Layer, Light, LightKind, LightScene, Placement, Scene
 from casa_assets.model.pose import Pose
 from tests.support.asset.articulated_assets import drawer_unit, grill, microwave

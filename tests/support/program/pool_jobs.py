@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from casa_assets.core.process_name import is_worker
+from casa_assets.core.system import is_worker
 from casa_assets.projects import project_folder
 
 

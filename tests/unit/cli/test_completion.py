@@ -12,9 +12,8 @@ from typing import Any
 from casa_assets import registry
 from casa_assets.cli import completion
 from casa_assets.model.kitchen.choices import Surface
-from casa_assets.registry.families import family, family_names
+from casa_assets.registry.families import family, family_names, object_names
 from casa_assets.registry.kitchens import plan_names, style_names
-from casa_assets.registry.objects import object_names
 from casa_assets.registry.tables import robot_names
 from casa_assets.textures.run.check import select_recipes
 

@@ -17,9 +17,8 @@ from typer.testing import CliRunner
 from casa_assets.cli.main import app
 from casa_assets.cli.project.starter import write_starter
 from casa_assets.ingest.sources import objaverse
-from casa_assets.layouts.run import batch_form, check, scene_folders
+from casa_assets.layouts.run import check, sample, scene_folders
 from casa_assets.layouts.run.recipe import SceneResult
-from casa_assets.layouts.run.sampling import run as sampling
 from casa_assets.library.library import Library
 from casa_assets.projects import NO_PROJECT, PLUGINS, VARIABLE, data_root
 from casa_assets.show.stills.kitchen import PictureSettings
@@ -147,8 +146,8 @@ def quick(monkeypatch: pytest.MonkeyPatch, checked_kitchen: tuple[Path, SceneRes
     def drawn(*_: Any, **__: Any) -> Iterator[SceneResult]:
         return iter([checked_kitchen[1]])
 
-    monkeypatch.setattr(sampling, "sample_all", drawn)
-    monkeypatch.setattr(batch_form, "make_all", drawn)
+    monkeypatch.setattr(sample, "sample_all", drawn)
+    monkeypatch.setattr(scene_folders, "make_all", drawn)
     with no_workers():
         yield
 

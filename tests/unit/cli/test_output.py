@@ -10,8 +10,7 @@ from typer.testing import CliRunner
 from casa_assets import registry
 from casa_assets.cli.main import app
 from casa_assets.cli.output import Output
-from casa_assets.registry.families import families
-from casa_assets.registry.objects import object_names
+from casa_assets.registry.families import families, object_names
 
 
 def test_json_has_standard_output_for_itself_and_quiet_tells_what_failed(capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,9 +13,8 @@ from typer.testing import CliRunner
 
 from casa_assets.cli.verbs.scenes import app
 from casa_assets.errors import UnknownId
-from casa_assets.layouts.run import check
+from casa_assets.layouts.run import check, sample
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
-from casa_assets.layouts.run.sampling import run
 from casa_assets.model.issue import Issue, Report, Severity
 from tests.support.library.libraries import no_workers
 
@@ -92,7 +91,7 @@ class TestSample:
                 folder = "" if i < bad else str(out / recipe.scene_id)
                 yield SceneResult(recipe, folder, report=report if i < bad else None, cpu_s=cost)
 
-        monkeypatch.setattr(run, "sample_all", made)
+        monkeypatch.setattr(sample, "sample_all", made)
         result = RUNNER.invoke(app, ["sample", "4", "--seed", "9", "--out", str(out), "--jobs", "1", "--no-pictures"])
         assert asked == {"jobs": 1, "drawn": False, "in_3d": False}
         return result.exit_code, result.stdout

@@ -15,7 +15,7 @@ from casa_assets.addons.robocasa import run as robocasa_kitchens
 from casa_assets.addons.robocasa.writers.kitchens.parts import box_region
 from casa_assets.errors import BatchFault, CasaError
 from casa_assets.export import forms, written_forms
-from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import resolve
 from casa_assets.layouts.run.state_file import digest_of_file, read_states, write_states

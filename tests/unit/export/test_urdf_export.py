@@ -15,7 +15,7 @@ from casa_assets.errors import OutputError, UnknownId
 from casa_assets.export import forms, written_forms
 from casa_assets.export.forms import ExportResult, export_assets, export_scenes
 from casa_assets.export.written_forms import URDF
-from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import resolve
 from casa_assets.library import library as disk

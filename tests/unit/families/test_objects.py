@@ -26,6 +26,8 @@ from casa_assets.model.asset.provenance import Labels
 from casa_assets.model.registry.document import Document
 from casa_assets.model.registry.rows import Finish
 from casa_assets.registry.objects import object_family, object_names
+from casa_assets.registry.families import object_family, object_names
+from casa_assets.textures.canvas import Canvas
 from casa_assets.textures.run.recipes import every_recipe
 from tests.support.asset.family_members import available, known
 

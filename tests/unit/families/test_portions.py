@@ -19,6 +19,9 @@ from casa_assets.kitchenware.objects.produce import Face, Produce, rest_tilt
 from casa_assets.model.registry.category import Portion
 from casa_assets.registry.objects import object_family
 from tests.support.asset.family_members import available
+from casa_assets.registry.families import object_family
+from casa_assets.textures.canvas import Canvas
+from tests.support.asset.family_members import available, known
 from tests.unit.families.test_objects import is_closed, supplies
 
 pytestmark = pytest.mark.content("code", "families", keep=0)

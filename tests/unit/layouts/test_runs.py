@@ -14,8 +14,6 @@ from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import CornerPart
 from casa_assets.layouts.plan.standard_sizes import WidthRange, share_widths
 from casa_assets.layouts.run.resolve import params_of
-from casa_assets.model.kitchen.floor import RunEnd
-from casa_assets.model.kitchen.plan import BaseKind
 from tests.support.kitchen.plan_geometry import floor_row, kitchen_of
 
 PLAN = """\
@@ -63,13 +61,6 @@ def test_widths_share_a_room(spans: list[tuple[float, float]], room: float, widt
     assert share_widths([WidthRange(*span) for span in spans], room) == (widths and pytest.approx(widths))
 
 
-def test_widths_are_exact_to_a_millimetre() -> None:
-    widths = share_widths([WidthRange(0.3, 0.9)] * 7, 4.001)
-    assert widths is not None
-    assert sum(widths) == pytest.approx(4.001, abs=1e-9)
-    assert all(w == round(w, 3) for w in widths)
-
-
 class TestWorktop:
     """Of one run between two walls, by the length of the wall and what stands there."""
 
@@ -84,10 +75,6 @@ class TestWorktop:
         assert tops[-1][1] == pytest.approx(length)
         for one, other in itertools.pairwise(tops):
             assert one[1] == pytest.approx(other[0], abs=1e-4)
-
-    def test_a_filler_beside_a_range_has_one(self, tmp_path: Path) -> None:
-        units = ["sink", "drawers: [0.4, 3.0]", "range", "filler: 0.09"]
-        assert self.tops(4.0, units, tmp_path)[-1] == pytest.approx((3.91, 4.0), abs=1e-4)
 
     @staticmethod
     def tops(length: float, units: list[str], folder: Path) -> list[tuple[float, float]]:
@@ -117,59 +104,6 @@ class TestCorner:
         strip = kitchen.slot("side_left_filler")
         assert (strip.left, strip.right) == (standard_sizes.BASE_DEPTH, standard_sizes.CORNER_CLEARANCE)
         assert kitchen.slot("side_doors").hinge == "right"
-
-    def test_other_run_may_own_it(self, tmp_path: Path) -> None:
-        kitchen = kitchen_of(
-            PLAN.replace("[main, side]}", "[main, side], owner: side}").replace("1.9", "2.2"), tmp_path, {"width": 3.4}
-        )
-        assert kitchen.slot("side_left_corner").kind is CornerPart.BLIND
-        assert kitchen.slot("main_right_filler").right == pytest.approx(3.4 - standard_sizes.BASE_DEPTH)
-
-    def test_one_worktop_goes_round(self, tmp_path: Path) -> None:
-        kitchen = kitchen_of(PLAN, tmp_path)
-        (top,) = [w for w in kitchen.items if w.choice.family == "counter_corner"]
-        assert top.choice.params["side_arm"] == pytest.approx(1.9)
-        (straight,) = [w for w in kitchen.items if w.choice.family == "counter"]
-        arm, rest = top.choice.params["back_arm"], straight.choice.params["width"]
-        assert arm + rest == pytest.approx(kitchen.lines["main"].length - kitchen.slot("main_drawers").left)
-
-    def test_length_counts_from_the_corner(self, tmp_path: Path) -> None:
-        text = PLAN.replace("on: right\n", "on: left\n").replace("[main, side]", "[side, main]")
-        kitchen = kitchen_of(
-            text.replace("      - doors: 0.45\n", "")
-            .replace("[0.4, 0.9]", "[0.6, 0.75]")
-            .replace("sink\n", "sink\n      - dishwasher\n"),
-            tmp_path,
-        )
-        line = kitchen.lines["side"]
-        assert line.length == 1.9
-        assert line.frame.at(line.length, 0.0) == (0.0, 0.0, 0.0)
-        assert line.left.kind is RunEnd.FREE
-
-
-class TestEnds:
-    def test_open_walls_are_none(self, tmp_path: Path) -> None:
-        text = PLAN.replace("left: {heading: back}", "left: {heading: back, open: true}")
-        assert kitchen_of(text, tmp_path).lines["main"].left.kind is RunEnd.FREE
-        assert kitchen_of(PLAN, tmp_path).lines["main"].left.kind is RunEnd.WALL
-
-    def test_walls_without_length_close_the_room(self, tmp_path: Path) -> None:
-        room = kitchen_of(PLAN, tmp_path, {"width": 3.9}).room
-        assert [w.length for w in room.walls] == [3.9, 3.0, 3.9, 3.0]
-
-    def test_strips_beside_tall_units_are_tall(self, tmp_path: Path) -> None:
-        text = PLAN.replace("      - drawers: [0.4, 0.8]\n", "      - filler: 0.1\n      - pantry: 0.5\n", 1)
-        kitchen = kitchen_of(text, tmp_path)
-        assert kitchen.slot("main_filler").top == standard_sizes.UPPER_TO
-        assert kitchen.slot("side_left_filler").top < standard_sizes.WORKTOP_HEIGHT
-
-    def test_refrigerator_without_housing_has_air(self, tmp_path: Path) -> None:
-        text = PLAN.replace("      - drawers: [0.4, 0.8]\n", "      - fridge: {housing: false}\n", 1).replace(
-            "doors: [0.4, 0.8]", "doors: [0.4, 0.5]"
-        )
-        row = floor_row(kitchen := kitchen_of(text, tmp_path, {"width": 3.9}), kitchen.lines["main"])
-        assert row[0].kind is BaseKind.FRIDGE
-        assert row[0].left > 0
 
 
 class TestPeninsula:
@@ -201,13 +135,6 @@ class TestPeninsula:
         assert end == pytest.approx(side.length + (behind if begin else -standard_sizes.WORKTOP_DEPTH))
         assert top.spot.v == pytest.approx(-bar.run.overhang - standard_sizes.END_PANEL)
         assert top.choice.params["depth"] == pytest.approx(standard_sizes.WORKTOP_DEPTH + 0.32)
-
-    def test_has_a_back_from_the_wall_to_its_end_and_faces_into_the_kitchen(self, tmp_path: Path) -> None:
-        kitchen = kitchen_of(self.TEXT, tmp_path)
-        backs = [w for w in kitchen.items if w.name.startswith("bar_back")]
-        assert sum(w.choice.params["width"] for w in backs) == pytest.approx(1.9, abs=0.002)
-        assert all(w.choice.params["width"] <= 1.2 for w in backs)
-        assert kitchen.lines["bar"].frame.normal == (0.0, 1.0)
 
 
 DOOR = "openings:\n  door: {kind: door, wall: left, at: 0.2, width: 0.9, height: 2.04}\n"
@@ -254,15 +181,3 @@ class TestMisfits:
         assert not marker or error.line == line_of(text, marker)
         assert re.fullmatch(pointer, error.pointer)
         assert re.search(said, f"expected {error.expected}, got {error.got}")
-
-    def test_key_given_twice(self, tmp_path: Path) -> None:
-        text = PLAN.replace("  side:\n", "  main:\n")
-        error = self.fault(text, tmp_path)
-        assert error.line == [n for n, s in enumerate(text.splitlines(), 1) if s == "  main:"][1]
-
-    def test_run_that_does_not_fit(self, tmp_path: Path) -> None:
-        error = self.fault(PLAN, tmp_path, {"width": 2.8})
-        assert error.pointer == "runs.main.base"
-        assert error.line in (line_of(PLAN, "    base:"), line_of(PLAN, "- drawers"))
-        assert f"{2.8 - standard_sizes.CORNER_CLEARANCE - standard_sizes.CORNER_DOOR:.3f} m" in error.expected
-        assert "main_sink" in error.got

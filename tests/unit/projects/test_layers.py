@@ -11,13 +11,12 @@ from casa_assets import registry
 from casa_assets.cache.cache_key import key_of
 from casa_assets.errors import CasaError, RegistryError
 from casa_assets.layouts.run.resolve import preset_params
+from casa_assets.errors import RegistryError
 from casa_assets.model.registry.document import Document
-from casa_assets.projects import VARIABLE, environment, find_project, project_folder, use_project
-from casa_assets.registry.families import family
+from casa_assets.projects import VARIABLE, environment, project_folder, use_project
+from casa_assets.registry.families import object_family, object_files
 from casa_assets.registry.kitchens import load_plan, load_style, style_names
-from casa_assets.registry.layered import load_project, origin_of_row
-from casa_assets.registry.objects import object_family, object_files
-from casa_assets.registry.read import read_document
+from casa_assets.registry.read import origin_of_row, read_document
 from casa_assets.runs.limits import Limits
 from casa_assets.runs.pool import Pool
 from casa_assets.textures.run.recipes import available_finishes, find_recipe, origin_of, plain
@@ -30,17 +29,6 @@ def document(path: Path, text: str) -> Document:
 
 
 class TestOverlaid:
-    def test_mappings_are_joined_and_all_else_replaced(self, tmp_path: Path) -> None:
-        lower = document(tmp_path / "a.yaml", "mug: {mass: [1, 2, 3], size: {x: 1, y: 2}}\ncup: {mass: 4}\n")
-        upper = document(tmp_path / "b.yaml", "mug:\n  mass: [5]\n  size: {y: 7}\nbowl: {mass: 6}\n")
-        joined = lower.overlaid(upper)
-        assert joined.value == {
-            "mug": {"mass": [5], "size": {"x": 1, "y": 7}},
-            "cup": {"mass": 4},
-            "bowl": {"mass": 6},
-        }
-        assert list(joined.value) == ["mug", "cup", "bowl"]
-
     def test_faults_name_the_file_and_the_line_that_state_it(self, subtests: pytest.Subtests, tmp_path: Path) -> None:
         lower = document(tmp_path / "a.yaml", "mug: {mass: [1, 2, 3], size: {x: 1, y: 2}}\ncup: {mass: 4}\n")
         upper = document(tmp_path / "b.yaml", "mug:\n  mass: [5]\n  size: {y: 7}\nbowl: {mass: 6}\n")
@@ -98,36 +86,6 @@ class TestTables:
             registry.load()
         assert str(told.value).startswith(f"{folder}/categories.yaml:2: mug.aliases.1: ")
 
-    def test_limits_and_waivers(self, project: Project) -> None:
-        project(
-            {
-                "limits.yaml": "work_aisle_m: {value: 1.2}\n",
-                "waivers.yaml": "- {code: GEO001, subject: loft__modern_1, reason: known}\n",
-            }
-        )
-        assert registry.load().limits["work_aisle_m"] == 1.2
-        assert registry.load().waived("loft__modern_1") == {"GEO001": "known"}
-
-    def test_a_preset_of_a_family(self, project: Project) -> None:
-        project({"families/hob.yaml": "presets:\n  ours: {burners: 4, width: 0.59}\n"})
-        assert family("hob").presets["ours"].model_dump()["burners"] == 4
-        assert "gas_five" in family("hob").presets
-        assert preset_params()["hob"]["ours"]["width"] == 0.59
-        assert origin_of_row("families/hob.yaml", "presets", "ours") == "ours"
-
-    def test_finishes(self, project: Project) -> None:
-        project(
-            {
-                "materials.yaml": 'enamel_ours: {color: "#7d8c78", roughness: 0.2, substance: steel}\n',
-                "textures/wall.yaml": "limewash_ours: {kind: plaster, seed: 1, tile_m: [2, 2], substance: stone,"
-                ' params: {color: "#c9c3b4", second: "#b3ac9b", technique: limewash}}\n',
-            }
-        )
-        assert "enamel_ours" in plain()
-        assert any("limewash_ours" in names for names in available_finishes().surfaces.values())
-        assert origin_of(find_recipe("limewash_ours")) == "ours"
-        assert origin_of(find_recipe("stucco_white")) == "casa-assets"
-
     def test_a_row_of_objects_stands_in_one_file(self, project: Project) -> None:
         project({"objects/fruit.yaml": "apple: {about: Ours.}\n"})
         assert object_family("apple").description == "Ours."
@@ -178,46 +136,8 @@ class TestPlansAndStyles:
         changed = load_style("c")[0].models["kettle"]
         assert (changed.preset, changed.params) == ("kettle/retro_cream", {"body": "copper", "height": 0.19})
 
-    @pytest.mark.parametrize(
-        ("files", "message"),
-        [
-            ({"styles/a.yaml": "like: costal\n"}, r"a\.yaml:1: like: expected 'coastal', or another one of"),
-            ({"styles/a.yaml": "title: A\nlike: a\n"}, r"a\.yaml:2: like: expected a style that is not like this one"),
-            (
-                {"styles/a.yaml": "like: b\n", "styles/b.yaml": "like: a\n"},
-                r"b\.yaml:1: like: expected a style that is",
-            ),
-            ({"styles/a.yaml": "- 1\n"}, r"a\.yaml:1: \(top\): expected a style, got list"),
-            ({"styles/a.yaml": "like: coastal\nlamps: 3\n"}, r"a\.yaml:2: lamps: expected"),
-        ],
-    )
-    def test_what_is_wrong_is_told_with_file_and_line(
-        self, project: Project, files: dict[str, str], message: str
-    ) -> None:
-        folder = project(files)
-        with pytest.raises(RegistryError, match=message) as told:
-            load_style("a")
-        assert str(told.value).startswith(f"{folder}/styles/")
-
 
 class TestProject:
-    def test_it_is_found_upwards(self, tmp_path: Path) -> None:
-        (tmp_path / "casa.yaml").write_text("name: ours\n", encoding="utf-8")
-        below = tmp_path / "a" / "b"
-        below.mkdir(parents=True)
-        assert find_project(below) == tmp_path
-        assert find_project(tmp_path) == tmp_path
-
-    def test_a_folder_without_settings_is_none(self, tmp_path: Path) -> None:
-        with pytest.raises(CasaError, match=r"it has no casa\.yaml; write one with `casa-assets init"):
-            use_project(tmp_path)
-
-    def test_files_are_read_again_when_it_is_chosen_again(self, project: Project) -> None:
-        project({"limits.yaml": "work_aisle_m: {value: 1.2}\n"})
-        assert registry.load().limits["work_aisle_m"] == 1.2
-        project({"limits.yaml": "work_aisle_m: {value: 1.3}\n"})
-        assert registry.load().limits["work_aisle_m"] == 1.3
-
     def test_two_are_used_side_by_side(self, tmp_path: Path) -> None:
         opened = []
         for name, width in (("first", 1.2), ("second", 1.3)):
@@ -249,6 +169,14 @@ class TestProject:
     @pytest.mark.parametrize(
         ("files", "message"),
         [
+            ({"styles/a.yaml": "like: costal\n"}, r"a\.yaml:1: like: expected 'coastal', or another one of"),
+            ({"styles/a.yaml": "title: A\nlike: a\n"}, r"a\.yaml:2: like: expected a style that is not like this one"),
+            (
+                {"styles/a.yaml": "like: b\n", "styles/b.yaml": "like: a\n"},
+                r"b\.yaml:1: like: expected a style that is",
+            ),
+            ({"styles/a.yaml": "- 1\n"}, r"a\.yaml:1: \(top\): expected a style, got list"),
+            ({"styles/a.yaml": "like: coastal\nlamps: 3\n"}, r"a\.yaml:2: lamps: expected"),
             ({"casa.yaml": "nam: ours\n"}, r"casa\.yaml:1: nam: expected 'name'"),
             ({"casa.yaml": "name: Our Kitchens\n"}, r"casa\.yaml:1: name: "),
             ({"casa.yaml": "name: ours\nruns:\n  - ingest: {a: 1}\n    find: {}\n"}, r"casa\.yaml:3: runs\.0"),
@@ -263,16 +191,10 @@ class TestProject:
         ],
     )
     def test_slips_are_told(self, project: Project, files: dict[str, str], message: str) -> None:
-        project(files)
-        with pytest.raises(RegistryError, match=message):
-            registry.load()
-
-    def test_other_files_may_stand_beside(self, project: Project) -> None:
-        project({"README.md": "", "meshes/a.obj": "", "out/x.yaml": "", "compose.yaml": "a: 1\n"})
-        registry.load()
-        loaded = load_project()
-        assert loaded is not None
-        assert loaded[0].name == "ours"
+        folder = project(files)
+        with pytest.raises(RegistryError, match=message) as told:
+            load_style("a") if "styles/a.yaml" in files else registry.load()
+        assert str(told.value).startswith(f"{folder}/")
 
 
 class TestCacheKeys:

@@ -8,15 +8,14 @@ import shutil
 from pathlib import Path
 
 import pytest
-from pydantic import ValidationError
 
 import casa_assets as casa
 from casa_assets.asset.scale_asset import scaled
 from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
 from casa_assets.families.build import FamilyRequest, build_all
 from casa_assets.layouts.check_plan.check import check_plan
-from casa_assets.layouts.compose.compose import box_of
-from casa_assets.layouts.compose.floor_facts import facts_of
+from casa_assets.layouts.compose import box_of
+from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.run.library_assets import library_asset, placed_asset
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult, recipe_of
 from casa_assets.layouts.run.resolve import build_scene, kitchen_key, resolve
@@ -36,14 +35,6 @@ from tests.support.library.libraries import made_once, no_workers
 from tests.support.program.projects import Project
 
 pytestmark = pytest.mark.content("code", "layouts.run", keep=0)
-
-
-def test_a_choice_names_an_asset_as_it_is() -> None:
-    choice = PresetChoice.model_validate("library:range_0a1b2c3d4e")
-    assert (choice.family, choice.name, choice.is_library) == ("library", "range_0a1b2c3d4e", True)
-    assert not PresetChoice.model_validate("range/pro_six").is_library
-    with pytest.raises(ValidationError, match="scale, base, reach to change and nothing else, got width"):
-        PresetChoice.model_validate({"preset": "library:range_0a1b2c3d4e", "width": 0.7})
 
 
 def make_toaster(folder: Path) -> None:
@@ -172,9 +163,21 @@ class TestScaledToTheirPlaces:
         notes = {guess.subject: guess.value for guess in asset.provenance.guesses}
         assert "of its size in the library" in notes["size_in_the_kitchen"]
         assert notes["asset_in_the_library"] == microwave().id
+        (row,) = describe(SceneRecipe("one_wall_small", "ours"), kitchen, scene)["credits"]
+        made = microwave().provenance
+        assert (row["asset"], row["licence"], row["sha256"]) == (asset.id, made.licence, made.sha256)
         (fixture,) = (one for one in facts_of(kitchen, scene).fixtures if one.name == "microwave")
         assert fixture.role is Role.MICROWAVE
         assert fixture.bottom == pytest.approx(0.92, abs=0.002)
+
+    def test_roles_of_a_project_say_what_suits(self, library: Path) -> None:
+        plan = library / "plans" / "wrong.yaml"
+        assert len(check_plan(plan.read_text(encoding="utf-8"), str(plan), load_style("ours")[0]).faults) == 1
+        row = "kettle: {categories: [microwave], width: [0.1, 2], depth: [0.1, 2], height: [0.1, 2]}\n"
+        (library / "roles.yaml").write_text(row, encoding="utf-8")
+        use_project(library)
+        (item,) = (item for item in resolve(SceneRecipe("wrong", "modern_1")).items if item.name == "kettle")
+        assert item.choice.params == {"base": "free"}
 
     def test_doors_open_no_wider_than_they_may_reach(self, library: Path) -> None:
         whole = placed_asset(PresetChoice.model_validate(f"library:{microwave().id}"))
@@ -182,40 +185,6 @@ class TestScaledToTheirPlaces:
         asset = placed_asset(choice)
         (before,), (after,) = whole.joints, asset.joints
         assert 0.5 <= max(after.range, key=abs) / max(before.range, key=abs) < 1.0
-
-    def test_its_makers_stand_in_scene_json(self, library: Path, cache: Path) -> None:
-        recipe = SceneRecipe("one_wall_small", "ours")
-        facts = describe(recipe, *build_scene(recipe, cache))
-        SceneFile.model_validate(facts)
-        (row,) = facts["credits"]
-        made = microwave().provenance
-        assert row["asset"].startswith("microwave_fitted_")
-        assert (row["licence"], row["author"], row["sha256"]) == (made.licence, made.author, made.sha256)
-
-    def test_a_thing_of_any_name_stands_on_a_worktop_as_large_as_it_is(self, library: Path) -> None:
-        (item,) = (item for item in resolve(SceneRecipe("ours", "modern_1")).items if item.name == "our_mug")
-        assert item.choice == PresetChoice(preset=f"library/{rigid_mug().id}")
-
-    def test_a_plan_that_names_what_does_not_suit_is_told_with_its_line(self, library: Path) -> None:
-        with pytest.raises(
-            RegistryError, match=r"wrong\.yaml:3: worktop_items\.kettle\.model: expected an asset of the"
-        ):
-            resolve(SceneRecipe("wrong", "modern_1"))
-
-    def test_check_plan_knows_the_libraries(self, library: Path) -> None:
-        style = load_style("ours")[0]
-        for name, count in (("ours", 0), ("wrong", 1)):
-            path = library / "plans" / f"{name}.yaml"
-            found = check_plan(path.read_text(encoding="utf-8"), str(path), style)
-            assert len(found.faults) == count
-            assert found.mended
-
-    def test_a_project_has_roles_of_its_own(self, library: Path) -> None:
-        row = "kettle: {categories: [microwave], width: [0.1, 2], depth: [0.1, 2], height: [0.1, 2]}\n"
-        (library / "roles.yaml").write_text(row, encoding="utf-8")
-        use_project(library)
-        (item,) = (item for item in resolve(SceneRecipe("wrong", "modern_1")).items if item.name == "kettle")
-        assert item.choice.params == {"base": "free"}
 
     def test_an_asset_that_was_made_anew_makes_another_scene(self, library: Path) -> None:
         recipe = SceneRecipe("one_wall_small", "ours")

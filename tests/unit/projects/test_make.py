@@ -8,17 +8,10 @@ from pathlib import Path
 import pytest
 
 import casa_assets
-from casa_assets.cli.project.starter import name_of
 from casa_assets.errors import CasaError
 from tests.support.library.libraries import ROOT
 from tests.support.library.libraries import called as casa
 from tests.support.library.pictures import write_pictures
-
-
-def test_a_project_is_called_after_its_folder(subtests: pytest.Subtests) -> None:
-    for folder, name in [("My kitchens 2", "my_kitchens_2"), ("2nd", "project_2nd")]:
-        with subtests.test(folder=folder, name=name):
-            assert name_of(Path(folder)) == name
 
 
 @pytest.fixture
@@ -39,25 +32,6 @@ def test_what_is_there_is_not_written_over(starter: Path) -> None:
     assert "is there already" in done.stderr
     assert settings.read_text(encoding="utf-8") == "name: ours\n"
     assert not (starter / "limits.yaml").exists()
-
-
-def test_lists_say_where_things_come_from(starter: Path) -> None:
-    below = starter / "plans"
-    rows = [json.loads(line) for line in casa("scenes", "list", "--json", folder=below).stdout.splitlines()]
-    assert {row["id"]: row["from"] for row in rows if row["id"] in ("loft", "workshop", "galley")} == {
-        "loft": "my_kitchens",
-        "workshop": "my_kitchens",
-        "galley": "casa-assets",
-    }
-    shown = casa("categories", "list", folder=starter).stdout
-    assert "enamel_mug" in shown
-    assert "my_kitchens" in shown
-    elsewhere = casa("categories", "list", folder=starter.parent).stdout
-    assert "enamel_mug" not in elsewhere
-    assert "casa-assets" not in elsewhere.splitlines()[0]
-    named = casa("textures", "list", "--project", starter, "--set", "wall", folder=starter.parent).stdout
-    assert "limewash_workshop" in named
-    assert "limewash_workshop" not in casa("textures", "list", "--project", "none", folder=starter).stdout
 
 
 def test_the_commands_are_shown_before_they_are_called(starter: Path) -> None:
@@ -103,9 +77,6 @@ def test_from_python(tmp_path: Path) -> None:
     (folder / "casa.yaml").write_text(f"name: ours\nruns:\n  - find: {{query: mug}}\n{pack}")
     with pytest.raises(CasaError, match=r"^casa-assets find .*: .*does not exist"):
         project.make()
-    (folder / "casa.yaml").write_text("name: ours\nruns: [{ingst: {}}]\n")
-    with pytest.raises(CasaError, match=r"casa\.yaml:2: runs\.0\.ingst: expected 'ingest'"):
-        project.make()
     with pytest.raises(CasaError, match=r"it has no casa\.yaml; write one with"):
         casa_assets.Project(tmp_path / "nowhere")
 
@@ -129,9 +100,3 @@ def test_slips_in_the_runs_are_told(tmp_path: Path, runs: str, message: str) -> 
     done = casa("make", folder=tmp_path)
     assert done.returncode == 2
     assert message in done.stderr
-
-
-def test_without_a_project_the_way_to_one_is_told(tmp_path: Path) -> None:
-    done = casa("make", folder=tmp_path)
-    assert done.returncode == 2
-    assert "casa-assets init DIR" in done.stderr

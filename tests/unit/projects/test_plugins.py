@@ -11,11 +11,11 @@ import pytest
 
 import casa_assets as casa
 from casa_assets.cache.cache_key import key_of
-from casa_assets.errors import CasaError, PluginFailure, RegistryError, UnknownId
-from casa_assets.families.build import FamilyRequest, build_all, object_requests
+from casa_assets.errors import CasaError, PluginFailure, RegistryError
+from casa_assets.families.build import FamilyRequest, build_all
 from casa_assets.library.library import Library, read_certificate
 from casa_assets.projects import PLUGINS, PluginUse, choose_plugins, use_project, user_settings
-from casa_assets.registry.families import family, family_names
+from casa_assets.registry.families import family_names
 from casa_assets.registry.plugins import ignored_files, load_plugins
 from casa_assets.registry.plugins.checks import check_table
 from casa_assets.textures.run.recipes import find_recipe, finish_key, finish_of
@@ -78,13 +78,6 @@ class TestTrust:
         choose_plugins(PluginUse.NONE)
         assert load_plugins() == ()
 
-    def test_a_configuration_that_is_wrong_is_told(self, project: Project) -> None:
-        user_settings().parent.mkdir(parents=True)
-        user_settings().write_text("trusted_projects: here\n", encoding="utf-8")
-        project(PROJECT)
-        with pytest.raises(RegistryError, match=r"config\.yaml:1: trusted_projects: expected a list of folders"):
-            load_plugins()
-
 
 class TestImport:
     @pytest.mark.parametrize(
@@ -110,14 +103,6 @@ class TestImport:
         choose_plugins(PluginUse.ALL)
         with pytest.raises(CasaError, match=message):
             (check_table(), family_names())
-
-    def test_two_plugins_of_one_name(self, project: Project) -> None:
-        project({**PROJECT, "plugins/other.py": PLUGIN})
-        choose_plugins(PluginUse.ALL)
-        with pytest.raises(
-            CasaError, match=r"plug-in 'testing': a plug-in of that name is there already, of .*other\.py"
-        ):
-            load_plugins()
 
     def test_a_module_may_import_another_beside_it(self, project: Project) -> None:
         text = (
@@ -146,19 +131,6 @@ class TestParts:
         kept = [result.is_kept for result in build_all(wanted[:2], library, 1, drawn=False)]
         assert kept == [True, True]
 
-    def test_a_family_that_states_only_its_code_has_one_preset(self, project: Project) -> None:
-        brief = PLUGIN.replace('presets={"oak": Plinth(), "unlucky": Plinth(width=0.13)},', "")
-        with casa.Project(project({**PROJECT, "plugins/testing.py": brief}), plugins=True):
-            found = family("plinth")
-        assert list(found.presets) == ["default", "wide"]
-        assert (found.title, found.category, found.description) == ("Plinth", "plinth", "A block of wood.")
-
-    def test_objects_of_a_form(self, allowed: Path, tmp_path: Path) -> None:
-        (done,) = build_all(object_requests(["coaster"], 1, 0), tmp_path / "library", 1, drawn=False)
-        assert done.passed, done
-        assert read_certificate(Path(done.folder)).versions["plugin:testing"].startswith("1.0 ")
-        assert casa.build("coaster").id == done.asset_id
-
     def test_a_kind_of_texture(self, allowed: Path, tmp_path: Path) -> None:
         finish = finish_of(find_recipe("chess"), tmp_path, 64)
         assert finish.material.base_color_texture is not None
@@ -178,10 +150,6 @@ class TestParts:
         assert len(list((tmp_path / "cache").rglob("cereal_box.obj"))) == 1
         (entry,) = Library(tmp_path / "library").accepted()
         assert "TST001" in {result.code for result in read_certificate(entry).report.results}
-
-    def test_unknown_names_are_told_with_what_plugins_offer(self, allowed: Path) -> None:
-        with pytest.raises(UnknownId, match="plinth"):
-            family("plinht")
 
 
 class TestKeys:

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from casa_assets.core.process_name import is_worker
+from casa_assets.core.system import is_worker
 from casa_assets.errors import CasaError
 from casa_assets.runs import limits
 from casa_assets.runs.limits import Limits, WorkerFailure, WorkerPlan, available, plan_workers

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.core.process_name import WORKER
+from casa_assets.core.system import WORKER
 from casa_assets.model.registry.rows import Finish
 from casa_assets.textures.run.recipes import (
     Painting,

@@ -19,7 +19,7 @@ from casa_assets.formats.mjcf import document, shapes
 from casa_assets.formats.mujoco_values import ROBOSUITE_GROUPS
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.parts import Mesh
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 from casa_assets.model.pose import Pose
 
 # Ref: robocasa v1.0, add_obj_liquid_site: the categories whose objects it is called for.

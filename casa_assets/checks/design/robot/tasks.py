@@ -29,9 +29,9 @@ from casa_assets.checks.design.robot.task_view import (
     worktop_regions,
 )
 from casa_assets.core.numeric import rng_for
-from casa_assets.core.robocasa import MIN_SURFACE_M, PLATE_DEPTH_M, SHELF_HEIGHTS_M
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.kitchen.floor import Fixture, FixtureRegion, KitchenFacts, Role
+from casa_assets.model.registry.contract import MIN_SURFACE_M, PLATE_DEPTH_M, SHELF_HEIGHTS_M
 
 SAMPLES = 200
 FLOOR_RADIUS_M = 1.0  # around a parking place, in which floor is measured

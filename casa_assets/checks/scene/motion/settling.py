@@ -10,7 +10,7 @@ import numpy as np
 
 from casa_assets.checks.motion.simulation import collision_spec, reset_to_start
 from casa_assets.core.numeric import Floats
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.scene import FREE_JOINT
 from casa_assets.model.pose import Pose
 

@@ -32,7 +32,7 @@ from casa_assets.formats.mujoco_values import VIEWER_GROUPS
 from casa_assets.model.asset.asset import Asset, Base, Collider
 from casa_assets.model.asset.material import Material, Texture
 from casa_assets.model.asset.parts import Box, Shape, joint_positions
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.scene import PICTURE_PX, BatchScene, Layer, LightScene, Placement
 from casa_assets.model.pose import Pose
 

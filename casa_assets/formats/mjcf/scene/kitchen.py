@@ -19,7 +19,7 @@ from casa_assets.formats.mjcf.shapes import Meshes, MeshFile, MeshUse, collision
 from casa_assets.formats.mujoco_values import VIEWER_GROUPS, Groups
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.material import Material, Texture
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.scene import (
     CLOSED_POSE,
     FREE_JOINT,

@@ -13,7 +13,7 @@ from casa_assets.formats.usd.joint import BASE_TO_WORLD, SCOPE
 from casa_assets.formats.usd.scene import isaac_lab
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.parts import joint_positions
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.scene import (
     CLOSED_POSE,
     OPEN_POSE,

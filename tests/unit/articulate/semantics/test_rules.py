@@ -7,8 +7,8 @@ import math
 import pytest
 
 from casa_assets.articulate.semantics.state_machines import behavior_for
-from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus, start, step
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region, Site
+from casa_assets.model.asset.behavior import BehaviorState, Stimulus, start_behavior, step_behavior
 from casa_assets.model.asset.parts import Box
 from casa_assets.model.record import Vec2
 from tests.support.asset.articulated_assets import microwave
@@ -47,14 +47,16 @@ class Run:
     def __init__(self, asset: Asset, category: str) -> None:
         behavior = behavior_for(asset, category)
         assert behavior is not None
-        self.machine: BehaviorState = start(behavior)
+        self.machine: BehaviorState = start_behavior(behavior)
         self.joints = {j.name: 0.0 for j in asset.joints}
         self.go()
 
     def go(self, touched: str = "", steps: int = 3, **moved: float) -> dict[str, str]:
         self.joints |= moved
         for _ in range(steps):
-            self.machine = step(self.machine, Stimulus(self.joints, frozenset([touched] if touched else [])), 0.05)
+            self.machine = step_behavior(
+                self.machine, Stimulus(self.joints, frozenset([touched] if touched else [])), 0.05
+            )
         return dict(self.machine.values)
 
 

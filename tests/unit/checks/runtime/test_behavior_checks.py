@@ -12,9 +12,18 @@ from casa_assets.checks.motion import operate
 from casa_assets.checks.run import run
 from casa_assets.checks.runtime.behavior import position, unreached
 from casa_assets.checks.table.table import TABLE
-from casa_assets.core.behavior_interpreter import Stimulus, start, step
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
+from casa_assets.model.asset.behavior import (
+    Behavior,
+    Condition,
+    Effect,
+    EffectKind,
+    Rule,
+    Stimulus,
+    Variable,
+    start,
+    step,
+)
 from casa_assets.model.registry.contract import Contract
 from tests.support.asset.contract_fixtures import HIGH, block, burning, hob, oven, packed
 from tests.unit.checks.runtime.test_contract_checks import codes

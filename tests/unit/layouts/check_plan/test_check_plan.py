@@ -13,9 +13,13 @@ from typer.testing import CliRunner
 import casa_assets as casa
 from casa_assets.cli.main import app
 from casa_assets.layouts.check_plan.check import PlanCheck, check_plan
+from casa_assets.layouts.check_plan.draft import Draft
+from casa_assets.layouts.check_plan.problems import problems_of
 from casa_assets.model.kitchen.style import Style
 from casa_assets.projects import data_root
 from casa_assets.registry.kitchens import load_style, plan_names, style_names
+from casa_assets.registry.read import parse_document
+from tests.support.program.projects import Project
 
 pytestmark = pytest.mark.content("code", "layouts.check_plan", keep=0)
 
@@ -49,10 +53,7 @@ def checked(text: str, style: str = STYLE) -> PlanCheck:
 
 def told(found: PlanCheck) -> list[tuple[int, str, str]]:
     """Line, pointer and sentence of the mend of each fault."""
-    return [
-        (t.line, ".".join(map(str, t.fault.pointer)), t.fault.mend.sentence if t.fault.mend else "")
-        for t in found.faults
-    ]
+    return [(t.line, ".".join(map(str, t.pointer)), t.mend.sentence if t.mend else "") for t in found.faults]
 
 
 @pytest.mark.parametrize("every", [False, pytest.param(True, marks=pytest.mark.certify)], ids=["one_style", "every"])
@@ -83,61 +84,27 @@ OPENINGS = """openings:
   window: {kind: window, wall: back, at: 3.2, sill: 1.2}
 """
 ISLAND = "  island:\n    faces: {run: main, aisle: 1.2}\n    base: [drawers: 0.9, doors: 0.9]\n"
-LARGE = (ROOM + ROW).replace("length: 3.0}", "length: 5.0}")
 CORNER = "  left:\n    on: left\n    start: 1.2\n    base: [drawers]\n"
-# Plans with a fault, and how its mend begins.
+HOOD = "    upper:\n      - hood: {over: main_range}\n"
+# What is written in place of what in the plan, and how the mend of that begins.
 FAULTY = [
-    *(
-        ((ROOM + ROW).replace(old, new, 1), sentence)
-        for old, new, sentence in [
-            ("over: main_range", "over: rnage", "Write `over: main_range`."),
-            ("on: back", "on: bakc", "Write `on: back`."),
-            ("heading: front", "heading: frnt", "Write front."),
-            ("length: 4.6, open", "lenght: 4.6, open", "Call 'lenght' 'length'."),
-            ("title: Studio\n", "title: Studio\nheight: 4\n", "Write 3.4."),
-            (
-                "    upper:\n      - hood: {over: main_range}\n",
-                "",
-                "Add `- hood: {over: main_range}` to the wall units of main.",
-            ),
-            ("- doors: [0.4, 0.9]", "- doors: 1.9", "Write main_filler [0.03, 0.12], main_doors [0.985"),
-            ("      - doors: [0.4, 0.9]\n", "", "Write main_drawers"),
-            ("length: 3.0}", "length: 3.5}", "Write `length: 3.5` for left."),
-            ("- hood: {over: main_range}", "- hood", "Write `over: main_range`."),
-        ]
-    ),
-    (ROOM + ROW + CORNER, "Add the corner {runs: [left, main], base: blind}."),
-    (
-        ROOM + ROW + CORNER.replace("start", "end") + "corners: [{runs: [main, left]}]\n",
-        "Write `runs: [left, main]`.",
-    ),
-    (LARGE + ISLAND + "    upper: [doors]\n", "Take out 'upper' of island."),
-    (
-        LARGE + ISLAND + "seats:\n  - {run: island, count: 1}\n  - {run: island, count: 1}\n",
-        "Write `count: 2` for island, and take out the second row.",
-    ),
-    (ROOM + ROW + "lamps:\n  - {item: pendant_light, over: main, count: 2}\n", "Take out these lamps."),
-    (
-        LARGE + "openings:\n  w: {kind: window, wall: right, at: 3.0, height: 2.2, sill: 0.2}\n",
-        "Write `height: 1.80",
-    ),
-    (
-        LARGE + "openings:\n  d: {kind: door, wall: right, at: 3.5, width: 1.8, height: 2.1}\n",
-        "Write `kind: passage`",
-    ),
-    (
-        ROOM
-        + ROW.replace("drawers: [0.4, 0.9]", "drawers: 0.4")
-        + "worktop_items:\n  microwave: {on: main_drawers}\n  kettle: {on: main_drawers}\n",
-        "Write `on: main_doors` for microwave.",
-    ),
+    ("over: main_range", "over: rnage", "Write `over: main_range`."),
+    ("on: back", "on: bakc", "Write `on: back`."),
+    ("heading: front", "heading: frnt", "Write front."),
+    ("length: 4.6, open", "lenght: 4.6, open", "Call 'lenght' 'length'."),
+    ("title: Studio\n", "title: Studio\nheight: 4\n", "Write 3.4."),
+    (HOOD, "", "Add `- hood: {over: main_range}` to the wall units of main."),
+    ("- doors: [0.4, 0.9]", "- doors: 1.9", "Write main_filler [0.03, 0.12], main_doors [0.985"),
+    ("      - doors: [0.4, 0.9]\n", "", "Write main_drawers"),
+    ("length: 3.0}", "length: 3.5}", "Write `length: 3.5` for left."),
+    (HOOD, HOOD + CORNER, "Add the corner {runs: [left, main], base: blind}."),
 ]
 
 
 def test_a_fault_has_the_nearest_mend(subtests: pytest.Subtests) -> None:
-    for text, sentence in FAULTY:
+    for old, new, sentence in FAULTY:
         with subtests.test(sentence=sentence):
-            found = checked(text)
+            found = checked((ROOM + ROW).replace(old, new, 1))
             assert any(said.startswith(sentence) for _, _, said in told(found)), told(found)
             assert found.mended, told(found)
             assert checked(found.text).fits
@@ -179,9 +146,9 @@ def test_what_nothing_is_near_to_is_told_with_line_and_what_was_expected(
 ) -> None:
     found = checked((ROOM + ROW).replace(old, new, 1))
     assert not found.mended
-    first = next(t for t in found.faults if t.fault.mend is None)
-    assert (first.line, ".".join(map(str, first.fault.pointer))) == (line, pointer)
-    assert expected in first.fault.expected
+    first = next(t for t in found.faults if t.mend is None)
+    assert (first.line, ".".join(map(str, first.pointer))) == (line, pointer)
+    assert expected in first.expected
 
 
 def test_the_command_prints_faults_and_writes_the_mended_plan(tmp_path: Path) -> None:
@@ -215,3 +182,82 @@ def test_it_loads_nothing_large() -> None:
     plan = data_root() / "plans" / "u_large.yaml"
     done = subprocess.run([sys.executable, "-c", code, str(plan)], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+LARGE = ROOM.replace("3.0", "4.6").replace("4.6, open", "4.8, open").replace("right, length: 4.6", "right, length: 4.8")
+ONE_ROW = """runs:
+  main:
+    on: back
+    base: [{drawers: [0.4, 0.9]}, sink, dishwasher, {doors: [0.4, 0.9]}, range, {drawers: [0.4, 0.9]}, fridge]
+    upper:
+      - hood: {over: main_range}
+"""
+L_SHAPED = """runs:
+  main:
+    on: back
+    base: [fridge, {doors: [0.3, 0.9]}, range, {drawers: [0.4, 0.9]}]
+    upper:
+      - hood: {over: main_range}
+  right:
+    on: right
+    length: 3.4
+    base: [{drawers: [0.4, 0.9]}, sink, dishwasher, {doors: [0.3, 0.9]}]
+corners:
+  - {runs: [main, right], base: blind}
+"""
+FACING = """  island:
+    faces: {run: main, aisle: 1.3}
+    base: [{island: 1.8}]
+"""
+
+
+DOOR = "openings:\n  door: {kind: door, wall: right, at: 1.2, width: 0.93, height: 2.04}\n"
+NARROW = DOOR.replace("0.93", "0.8").replace("1.2", "3.0")
+PANTRY = ("{drawers: [0.4, 0.9]}, sink, dishwasher", "pantry, sink, range, dishwasher, {drawers: 0.6}")
+# Texts of plans, what is expected in the place of a fault, and a part of the sentence of its mend.
+CASES = [
+    (LARGE + L_SHAPED, "room to open", "at the left end of right."),
+    (LARGE + DOOR + ONE_ROW, "room to open", "for door."),
+    (LARGE + NARROW + ONE_ROW, "a door or passage that leaves 0.813 m clear", "Write `width: 0.93` for door."),
+    (LARGE + ONE_ROW + FACING.replace("1.3", "1.0"), "an aisle of at least 1.067 m", "Write `aisle:"),
+    (LARGE + ONE_ROW.replace(*PANTRY), "of worktop beside main_sink", "change places."),
+    (
+        LARGE + ONE_ROW + "worktop_items:\n  kettle: {on: main_range, at: 0.3}\n",
+        "a unit with a worktop, on which kettle can stand",
+        "Write `on: main_doors` for kettle.",
+    ),
+]
+
+
+def test_what_would_fail_is_told_with_a_mend_that_works(subtests: pytest.Subtests) -> None:
+    for text, expected, sentence in CASES:
+        with subtests.test(expected=expected):
+            found = checked(text)
+            told = [(t.expected, t.mend.sentence if t.mend else "") for t in found.faults]
+            assert any(expected in one and sentence in said for one, said in told), told
+            assert found.mended, told
+            assert found.kitchen is not None
+            raw = parse_document(found.text, "studio.yaml").value
+            assert problems_of(Draft.of(raw, "studio", load_style(STYLE)[0])) == (0, [])
+            assert checked(found.text).fits
+            # Nothing that a kitchen needs is given up.
+            before = text.split("base: [", 1)[1].split("]", 1)[0]
+            kinds = {str(unit.kind) for unit in found.kitchen.plan.units.values()}
+            assert {kind for kind in ("sink", "range", "fridge", "dishwasher") if kind in before} <= kinds
+
+
+def test_a_ceiling_is_over_the_cornice_and_one_that_is_too_high_is_as_high_as_it_can_be() -> None:
+    row = ONE_ROW + "      - doors: [0.35, 0.9]\n"
+    for height, mended in ((2.3, "height: 2.34"), (3.9, "height: 3.4")):
+        text = LARGE.replace("walls:", f"height: {height}\nwalls:") + row
+        found = check_plan(text, "studio.yaml", load_style("traditional_1")[0])
+        assert found.mended
+        assert mended in found.text
+
+
+def test_limits_of_a_project_hold_and_the_others_stay(project: Project) -> None:
+    text = LARGE + ONE_ROW + FACING.replace("1.3", "1.15")
+    assert not [t for t in checked(text).faults if "aisle" in t.expected]
+    project({"limits.yaml": "work_aisle_m: {value: 1.2}\n"})
+    told = [t.expected for t in checked(text).faults]
+    assert any("an aisle of at least 1.2 m" in expected for expected in told), told

@@ -9,9 +9,8 @@ from typer.testing import CliRunner
 
 from casa_assets.cli.main import app
 from casa_assets.errors import CasaError
-from casa_assets.layouts.check_plan.check import check_plan
-from casa_assets.layouts.check_plan.fit import DoesNotFit, fit_plan
-from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.check_plan.check import DoesNotFit, check_plan, fit_plan
+from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.projects import data_root
 from casa_assets.registry.kitchens import load_plan, load_style, plan_names
 

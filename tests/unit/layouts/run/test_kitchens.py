@@ -1,4 +1,4 @@
-"""Recipes, scenes on disk, and their loader."""
+"""Recipes, scenes on disk, and their loader; a kitchen that is there is known by its key until it could change."""
 
 from __future__ import annotations
 
@@ -15,12 +15,16 @@ import numpy as np
 import pytest
 
 import casa_assets
-from casa_assets.errors import CasaError, RegistryError, UnknownId
-from casa_assets.layouts.run import resolve, scene_folders
+from casa_assets.cache import store
+from casa_assets.errors import CasaError, UnknownId
+from casa_assets.formats.mjcf.scene import kitchen as mjcf
+from casa_assets.formats.usd.scene import isaac_lab
+from casa_assets.formats.usd.scene import kitchen as usd
+from casa_assets.layouts.run import kept, resolve, scene_folders
 from casa_assets.layouts.run.recipe import SceneRecipe, all_recipes, recipe_of, recipes_matching, recipes_named
+from casa_assets.layouts.run.scene_files import LIGHT_FILE, OVERVIEW, SCENE_JSON, WRITTEN
 from casa_assets.model.kitchen.choices import Surface
-from casa_assets.registry import data_root
-from casa_assets.registry.kitchens import load_plan, plan_names, read_plan, style_names
+from casa_assets.registry.kitchens import plan_names, style_names
 from casa_assets.show.stills import kitchen
 
 PLAN, STYLE = "one_wall_small", "scandinavian"
@@ -36,40 +40,7 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_surfaces_are_drawn_independently() -> None:
-    draws = [dict(resolve.draw_surfaces(seed)) for seed in range(12)]
-    assert resolve.draw_surfaces(3) == resolve.draw_surfaces(3)
-    for surface in Surface:
-        assert len({d[surface] for d in draws}) > 6
-    pairs = [(Surface.WALL, "brick_red_running"), (Surface.COUNTER, "block_oak")]
-    assert resolve.ordered_surfaces(pairs) == resolve.ordered_surfaces(pairs[::-1])
-
-
-def test_drawn_lengths_are_within_their_bounds() -> None:
-    plan = load_plan(PLAN)[0]
-    for seed in range(20):
-        for name, value in resolve.draw_lengths(plan, seed).items():
-            assert plan.parameters[name].low <= value <= plan.parameters[name].high
-
-
 class TestFaults:
-    def test_unknown_names_are_told_with_near_ones(self) -> None:
-        with pytest.raises(UnknownId, match="scandinavian"):
-            resolve.resolve(SceneRecipe(PLAN, "scandanavian"))
-        with pytest.raises(UnknownId, match="brick_red_running"):
-            resolve.ordered_surfaces([(Surface.WALL, "brick_red_runing")])
-
-    @pytest.mark.parametrize(
-        ("old", "new", "message"), [("title:", "titel:", "titel"), ("heading: right", "heading: rigth", "right")]
-    )
-    def test_plan_with_a_fault_tells_its_line(self, tmp_path: Path, old: str, new: str, message: str) -> None:
-        text = (data_root() / "plans" / f"{PLAN}.yaml").read_text(encoding="utf-8")
-        path = tmp_path / "mine.yaml"
-        path.write_text(text.replace(old, new, 1), encoding="utf-8")
-        with pytest.raises(RegistryError, match=message) as caught:
-            read_plan(path)
-        assert caught.value.line == text[: text.index(old)].count("\n") + 1
-
     def test_fault_of_one_scene_is_told_and_not_raised(self, tmp_path: Path) -> None:
         made = scene_folders.build_one(SceneRecipe(PLAN, "no_such_style"), tmp_path, drawn=False)
         assert not made.passed
@@ -167,11 +138,6 @@ class TestLoader:
         with pytest.raises(CasaError, match=f"casa-assets scenes batch {SCENE} .* writes it"):
             casa_assets.Kitchen(out / SCENE, "batch").to_mjmodel()
 
-    def test_spec_takes_more(self, out: Path) -> None:
-        spec = casa_assets.Kitchen(out / SCENE).to_mjspec()
-        spec.worldbody.add_body(name="robot").add_geom(size=[0.1, 0.0, 0.0])
-        assert spec.compile().body("robot").id > 0
-
     def test_trimesh_has_everything_where_the_model_has_it(self, out: Path) -> None:
         kitchen = in_memory()
         model = kitchen.to_mjmodel()
@@ -228,11 +194,6 @@ class TestLoader:
             casa_assets.kitchen(SCENE + "x")
         with pytest.raises(CasaError, match="holds neither"):
             casa_assets.load(out / "nowhere")
-
-    def test_nothing_is_written_where_no_folder_is_named(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-        monkeypatch.chdir(tmp_path)
-        assert in_memory("light").to_mjmodel().nbody > 20
-        assert list(tmp_path.iterdir()) == []
 
 
 class TestIds:
@@ -294,3 +255,55 @@ def test_globs(tmp_path: Path) -> None:
     for name in ("no_such__*", "no_such__*__o40", f"{SCENE}__o40s", f"{PLAN}__no_such__o40"):
         with pytest.raises(UnknownId):
             recipes_named([name], tmp_path)
+
+
+KEPT = SceneRecipe("l_small", "coastal")
+
+
+@pytest.fixture
+def remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with the files of a kitchen, whose key is remembered in a cache of its own."""
+    monkeypatch.setenv("CASA_ASSETS_CACHE", str(tmp_path / "cache"))
+    kept.remember_kitchen_key(KEPT, "of a kitchen")
+    key = kept.written_key("of a kitchen")
+    folder = tmp_path / "scenes" / KEPT.scene_id
+    folder.mkdir(parents=True)
+    for name in (*WRITTEN, f"{OVERVIEW}.png"):
+        (folder / name).touch()
+    (folder / SCENE_JSON).write_text(json.dumps({"key": key, "picture_key": kept.picture_key(key)}))
+    return tmp_path / "scenes"
+
+
+def test_what_is_written_has_these_names() -> None:
+    assert set(WRITTEN) == {mjcf.FILE, LIGHT_FILE, usd.FILE, usd.NESTED_FILE, isaac_lab.FILE}
+
+
+def test_a_remembered_one_is_kept_while_its_files_are_there(remembered: Path) -> None:
+    found = kept.kept_scene(KEPT, remembered, drawn=True)
+    assert found is not None
+    assert (found.kept, found.folder) == (True, str(remembered / KEPT.scene_id))
+    (remembered / KEPT.scene_id / f"{OVERVIEW}.png").unlink()
+    assert kept.kept_scene(KEPT, remembered, drawn=True) is None
+    assert kept.kept_scene(KEPT, remembered, drawn=False) is not None, "a picture is not always wanted"
+
+
+@pytest.mark.parametrize("name", [WRITTEN[0], SCENE_JSON])
+def test_a_remembered_one_is_not_kept_without_one_of_its_files(name: str, remembered: Path) -> None:
+    (remembered / KEPT.scene_id / name).unlink()
+    assert kept.kept_scene(KEPT, remembered, drawn=False) is None
+
+
+def test_another_recipe_or_another_state_of_the_program_is_not_known(
+    remembered: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert kept.remembered_kitchen_key(SceneRecipe("l_small", "coastal", seed=1)) == ""
+    monkeypatch.setattr(store, "state_of_everything", lambda: "after an edit")
+    assert kept.kept_scene(KEPT, remembered, drawn=True) is None
+
+
+def test_what_may_be_older_than_a_change_is_not_remembered(remembered: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A long run has read the registry at its start; a file that is edited meanwhile must not be taken for read."""
+    edited = SceneRecipe("galley", "coastal")
+    monkeypatch.setattr(store, "last_change_ns", lambda: store.STARTED_NS + 1)
+    kept.remember_kitchen_key(edited, "of before the edit")
+    assert kept.remembered_kitchen_key(edited) == ""

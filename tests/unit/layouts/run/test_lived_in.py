@@ -7,12 +7,10 @@ from pathlib import Path
 
 import pytest
 
-import casa_assets as casa
 from casa_assets.checks.scene.motion.settling import come_to_rest
-from casa_assets.errors import CasaError
 from casa_assets.formats.mjcf.scene.kitchen import write
-from casa_assets.layouts.compose.floor_facts import facts_of
-from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.floor_facts import facts_of
+from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import bare, build_scene, kitchen_key
 from casa_assets.layouts.run.scene_json import describe
@@ -33,12 +31,6 @@ def plain(cache: Path) -> tuple[KitchenRequest, Scene]:
 @pytest.fixture(scope="module")
 def lived_in(cache: Path) -> tuple[KitchenRequest, Scene]:
     return build_scene(LIVED_IN, cache)
-
-
-def test_a_negative_number_is_refused() -> None:
-    for objects, seed in [(-1, 0), (3, -2)]:
-        with pytest.raises(CasaError, match=r"=-\d: it has to be 0 or more"):
-            casa.kitchen(PLAIN.plan, PLAIN.style, objects=objects, objects_seed=seed)
 
 
 def test_objects_change_nothing_else(

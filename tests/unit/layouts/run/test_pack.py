@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from casa_assets.checks.package.usd import validator_findings
 from casa_assets.checks.readers import scene_facts
 from casa_assets.cli.verbs.scenes import app
-from casa_assets.errors import OutputError, UnknownId
+from casa_assets.errors import OutputError
 from casa_assets.layouts.run.pack import ALIGNMENT, PackKind, members_of, pack_scene
 from casa_assets.layouts.run.recipe import SceneResult
 
@@ -84,15 +84,6 @@ class TestZip:
         compile((unpacked / "isaac_lab.py").read_text(encoding="utf-8"), "isaac_lab.py", "exec")
         assert "- `dishwasher_" in told
 
-    def test_holds_nothing_that_another_scene_needs(self, zipped: Path) -> None:
-        with zipfile.ZipFile(zipped) as archive:
-            names = archive.namelist()
-            xml = archive.read(f"{SCENE}/scene.xml").decode()
-            usd = "".join(archive.read(name).decode() for name in names if name.endswith(".usda"))
-        assert names == sorted(names)
-        named = {name.split("/", 1)[1] for name in names if name.endswith((".obj", ".png")) and "/assets/" in name}
-        assert all(f'file="{name}"' in xml or Path(name).name in usd for name in named)
-
 
 class TestUsdz:
     def test_opens_with_all_that_it_names(self, usdz: Path, checked_kitchen: Checked) -> None:
@@ -131,11 +122,6 @@ class TestPack:
         assert again.file.read_bytes() == {PackKind.ZIP: zipped, PackKind.USDZ: usdz}[kind].read_bytes()
         assert not again.built
         assert [path.name for path in again.file.parent.iterdir()] == ["again"]
-
-    def test_unknown_scene_is_refused_with_the_nearest(self, tmp_path: Path) -> None:
-        with pytest.raises(UnknownId, match="one_wall_small__coastal"):
-            pack_scene("one_wall_smal__coastal", tmp_path, PackKind.ZIP, tmp_path / "x.zip")
-        assert list(tmp_path.iterdir()) == []
 
     def test_what_is_missing_or_no_file_is_told(self, checked_kitchen: Checked, tmp_path: Path) -> None:
         with pytest.raises(OutputError, match="name a file"):

@@ -15,9 +15,8 @@ from casa_assets.checks.scene.formats.light_form import SceneFiles
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.scene.views import PreviewImages
 from casa_assets.checks.table.table import TABLE
-from casa_assets.core.system import cache_dir
 from casa_assets.errors import PlanConflict
-from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.run import check, scene_folders, scene_page
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.layouts.run.resolve import build_scene
@@ -73,17 +72,6 @@ class TestVerdict:
         assert data["passed"] == done.report.passed
         assert Report.model_validate({k: data[k] for k in ("subject", "results", "issues")}) == done.report
 
-    def test_it_tells_what_the_scene_holds(self, checked_kitchen: Checked) -> None:
-        assert [i for i in checked_kitchen[1].problems if i.code[:3] in ("SCN", "NAV")] == []
-        data = report_of(checked_kitchen[0])
-        holds, speed = data["holds"], data["speed"]
-        assert holds["joints"] > 30
-        assert holds["colliders"] < holds["geoms"]
-        assert 0.0 < holds["texture_mb"] < 256.0
-        assert speed["load_ms"] > 0.0
-        assert speed["check_s"] > 0.0
-        assert speed["real_time_factor"] == pytest.approx(speed["steps_per_s"] * 0.002, rel=0.01)
-
     def test_page_and_map_are_beside_it(self, checked_kitchen: Checked) -> None:
         out, done = checked_kitchen
         assert done.report is not None
@@ -118,35 +106,6 @@ class TestVerdict:
         again = check.check_one(RECIPE, out)
         assert (again.kept, again.report) == (True, done.report)
         assert (out / RECIPE.scene_id / "report.json").stat().st_mtime_ns == before
-
-    def test_other_checks_than_before_look_again(
-        self, checked_kitchen: Checked, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        out, _ = checked_kitchen
-        looked: list[Path] = []
-
-        def look(recipe: SceneRecipe, out: Path, folder: Path, in_3d: bool) -> SceneResult:
-            looked.append(folder)
-            return SceneResult(recipe)
-
-        monkeypatch.setattr(check, "verdict_key", lambda recipe: "other")
-        monkeypatch.setattr(check, "_checked_in_place", look)
-        assert not check.check_one(RECIPE, out).kept
-        assert looked == [out / RECIPE.scene_id]
-
-    def test_a_page_of_an_earlier_version_is_written_again_around_its_verdict(
-        self, copy: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        folder = copy / RECIPE.scene_id
-        verdict = check.check_one(RECIPE, copy).report
-        monkeypatch.setattr(check, "_checked_in_place", None)
-        monkeypatch.setattr(check, "build_scene", None)  # its model stays, so nothing has to be built
-        tamper(folder / "report.json", (scene_page.page_key(), "0" * 64))
-        (folder / "report.html").write_text("old", encoding="utf-8")
-        again = check.check_one(RECIPE, copy)
-        assert (again.kept, again.report) == (True, verdict)
-        assert "SCN017" in (folder / "report.html").read_text(encoding="utf-8")
-        assert scene_page.is_page_current(folder)
 
     @pytest.mark.usefixtures("at_hand")
     def test_a_model_of_an_earlier_version_is_made_again_alone(
@@ -197,23 +156,6 @@ class TestVerdict:
         assert row.passed is False
         assert "SCN017 x " in row.verdict
 
-    def test_scene_tells_where_to_park_and_what_can_be_done(self, checked_kitchen: Checked) -> None:
-        out, _ = checked_kitchen
-        facts = json.loads((out / RECIPE.scene_id / "scene.json").read_text(encoding="utf-8"))
-        fixtures = {f["name"]: f for f in facts["fixtures"]}
-        assert facts["base_radius"] == 0.3
-        for name, places in facts["parking"].items():
-            assert name in fixtures
-            assert set(places["open"]) <= set(fixtures[name]["joints"])
-        assert len(facts["tasks"]) == 25
-        for task in facts["tasks"].values():
-            assert task["afforded"], task
-            assert set(task["fixtures"]) <= set(fixtures)
-            joints = {j["name"] for f in fixtures.values() for j in f["joints"].values()}
-            assert set(task["joints"]) <= joints
-        reported = {task["task"]: task["fixtures"] for task in report_of(out)["tasks"]}
-        assert {name: task["fixtures"] for name, task in facts["tasks"].items()} == reported
-
 
 def refuse(recipe: SceneRecipe, scene: Scene, design: DesignSubject, folder: Path) -> Report:
     """A judge that nobody pleases."""
@@ -262,33 +204,3 @@ def test_a_failed_scene_of_before_goes_where_only_sound_ones_stay(copy: Path, mo
     done = check.check_one(RECIPE, copy, strict=True)
     assert (done.passed, done.folder) == (False, "")
     assert not (copy / RECIPE.scene_id).exists()
-
-
-def test_what_it_is_made_of_is_kept_in_the_cache_that_python_uses(checked_kitchen: Checked, cache: Path) -> None:
-    out, _ = checked_kitchen
-    assert cache_dir() == cache
-    assert {"assets", "textures"} <= {p.name for p in cache.iterdir()}
-    assert [p.name for p in (out / ".casa" / "cache").glob("*") if p.is_dir()] == []
-
-
-class TestSummary:
-    def test_numbers_of_the_scene_and_of_all(self, checked_kitchen: Checked) -> None:
-        out, done = checked_kitchen
-        kitchens.write(out)
-        (row,) = kitchens.read_rows(out)
-        data = json.loads((out / "summary.json").read_text(encoding="utf-8"))
-        assert data["totals"]["scenes"] == data["totals"]["checked"] == 1
-        assert data["totals"]["passed"] == int(done.passed)
-        assert data["totals"]["joints"] == row.joints == report_of(out)["holds"]["joints"]
-        assert data["scenes"][0]["id"] == RECIPE.scene_id
-        assert len(kitchens.cells(row)) == len(kitchens.COLUMNS)
-        assert "" not in kitchens.cells(row)
-        assert RECIPE.scene_id in (out / "index.html").read_text(encoding="utf-8")
-
-    def test_a_scene_that_was_not_checked(self, copy: Path) -> None:
-        (copy / RECIPE.scene_id / "report.json").unlink()
-        kitchens.write(copy)
-        (row,) = kitchens.read_rows(copy)
-        assert (row.passed, row.verdict) == (None, "not checked")
-        assert set(kitchens.cells(row)) == {""}
-        assert kitchens.sentence([row]) == "0 of 0 checked scenes passed, 0 joints swept"

@@ -136,11 +136,6 @@ class TestLoader:
         with pytest.raises(CasaError, match=r"scene\.xml: is missing"):
             casa.Kitchen(copy).start_states(model)
 
-    def test_a_scene_without_states_says_how_they_are_made(self, copy: Path) -> None:
-        (copy / START_STATES).unlink()
-        with pytest.raises(CasaError, match="casa-assets scenes states room makes them"):
-            casa.Kitchen(copy).start_states(casa.Kitchen(copy).to_mjmodel())
-
 
 def test_the_verb_draws_checks_and_keeps(checked_kitchen: Checked) -> None:
     out, _ = checked_kitchen

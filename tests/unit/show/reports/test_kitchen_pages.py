@@ -13,7 +13,7 @@ import pytest
 from lxml import html
 from PIL import Image
 
-from casa_assets.layouts.run.sampling.draws import Choices, Traits, diversity_of, write_diversity
+from casa_assets.layouts.run.draws import Choices, Traits, diversity_of, write_diversity
 from casa_assets.show.page import kitchen_report
 from casa_assets.show.reports import kitchens
 from casa_assets.show.reports.kitchens import SceneRow

@@ -20,6 +20,9 @@ from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
 from casa_assets.layouts.run import pack as scene_pack
 from casa_assets.layouts.run.resolve import draw_surfaces
 from casa_assets.layouts.run.sampling.draws import draw_recipes
+from casa_assets.layouts.run.draws import draw_recipes
+from casa_assets.layouts.run.recipe import SceneRecipe
+from casa_assets.layouts.run.resolve import draw_surfaces, resolve
 from casa_assets.model.registry.rows import Surface
 from casa_assets.projects import use_project
 from casa_assets.textures.pack_entry import PictureDescription

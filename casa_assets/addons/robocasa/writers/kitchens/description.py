@@ -17,11 +17,11 @@ import numpy as np
 from casa_assets.addons.robocasa.writers.kitchens import parts
 from casa_assets.addons.robocasa.writers.kitchens.parts import Part
 from casa_assets.core.numeric import decimals
-from casa_assets.core.robocasa import MIN_SURFACE_M, PLATE_DEPTH_M, SHELF_HEIGHTS_M
 from casa_assets.model.asset.asset import Asset, Base, Region
 from casa_assets.model.kitchen.scene import Layer, Placement, Scene
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
+from casa_assets.model.registry.contract import MIN_SURFACE_M, PLATE_DEPTH_M, SHELF_HEIGHTS_M
 
 FILE, LAYOUT_FILE = "kitchen.json", "layout.yaml"
 FORMAT = 1

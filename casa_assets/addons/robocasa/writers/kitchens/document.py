@@ -15,7 +15,7 @@ from casa_assets.formats.mjcf import shapes
 from casa_assets.formats.mjcf.scene import kitchen
 from casa_assets.formats.mujoco_values import ROBOSUITE_GROUPS, VIEWER_GROUPS
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.scene import Scene
 
 FIXTURES, KITCHENS = "fixtures", "kitchens"

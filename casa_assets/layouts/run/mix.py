@@ -1,4 +1,7 @@
-"""Mix styles by a seed, with finishes that go together."""
+"""Mix styles by a seed, with finishes that go together by the colours that their recipes name.
+
+Every part is in some style as it is, and so was looked at and checked there. Pictures of packs go with all.
+"""
 
 from __future__ import annotations
 
@@ -19,9 +22,6 @@ from casa_assets.projects import read_once
 from casa_assets.registry.kitchens import load_mixing, load_style, style_names
 from casa_assets.textures.distance import oklab
 from casa_assets.textures.run.recipes import find_recipe
-
-# Harmony --------------------------------------------------------------------------------------------------------------
-# Finishes go together by the colours that their recipes name. Of pictures of packs nothing is known; they go with all.
 
 COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 # Parts of recipes whose colours cover little of the picture.
@@ -84,10 +84,6 @@ def _colors(value: Any, name: str = "") -> Iterator[str]:
         yield value
 
 
-# Mix ------------------------------------------------------------------------------------------------------------------
-# A style of which parts are those of other styles, drawn by a seed. Every part is in some style as it is, and so was
-# looked at and checked there. Which parts go together is data, registry/mixing.yaml.
-
 GROUPS = ("base", "upper", "tall", "island")  # of cabinets
 
 
@@ -144,7 +140,6 @@ def _models(style: Style, seed: int, turn: int, parts: Mapping[str, Style]) -> M
 
 
 def _drawn(style: Style, others: Sequence[Style], seed: int, turn: int, part: str) -> Style:
-    """The style that a part is taken from."""
     rng = rng_for(seed, f"scene/mix/{part}/{turn}")
     if float(rng.random()) < load_mixing().own_share or not others:
         return style
@@ -153,5 +148,4 @@ def _drawn(style: Style, others: Sequence[Style], seed: int, turn: int, part: st
 
 @read_once
 def _styles() -> tuple[Style, ...]:
-    """Every style, by name."""
     return tuple(load_style(name)[0] for name in style_names())

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from pydantic import ValidationError
 
 from casa_assets.core.numeric import rng_for
-from casa_assets.layouts.lived_in.groups import arrange
-from casa_assets.layouts.lived_in.put_objects import PutGroup, put_objects
-from casa_assets.layouts.lived_in.spaces import Silhouette, Space, find_spaces, silhouette
+from casa_assets.layouts.lived_in import PutGroup, arrange, put_objects
+from casa_assets.layouts.spaces import (
+    Silhouette,
+    Space,
+    count_of_things,
+    find_spaces,
+    free_cells,
+    largest_box,
+    silhouette,
+)
 from casa_assets.model.asset.asset import Asset, Base, Region
-from casa_assets.model.kitchen.habit import Arrangement, Habit, Habits, SpaceKind
 from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.pose import Pose
-from casa_assets.registry.habits import load_habits
-from casa_assets.registry.objects import object_names
+from casa_assets.model.registry.rows import Arrangement, Habit, Habits, SpaceKind
 from tests.support.asset.assets import rigid_mug, textured_box
 from tests.support.asset.box_assets import plain_box
 
@@ -72,28 +78,11 @@ class TestPutObjects:
             for other in boxes[:i]:
                 assert (one[0] >= other[1] - 1e-4).any() or (other[0] >= one[1] - 1e-4).any()
 
-    def test_same_seed_same_places(self) -> None:
-        draws = [put_objects([shelf()], habits(), member, 5, rng_for(seed, "test")) for seed in (1, 1, 2)]
-        first, again, other = (placed(groups) for groups in draws)
-        assert first == again
-        assert first != other
-
     def test_names_are_distinct_also_beside_what_is_there(self) -> None:
         first = put_objects([shelf(1), shelf(2)], habits(), member, 5, rng_for(1, "test"))
         more = put_objects([shelf(1), shelf(2)], habits(), member, 4, rng_for(2, "test"), first)
         names = [p.name for p in placed([*first, *more])]
         assert len(set(names)) == len(names) == 9
-
-    def test_what_stands_there_is_left_free(self) -> None:
-        space = shelf()
-        half = Space(**{**space.__dict__, "taken": ((-0.4, -0.2, 0.1, 0.2),)})
-        for place in placed(put_objects([half], habits(), member, 4, rng_for(5, "test"))):
-            assert half.pose.inverse().apply(box_of(place))[:, 0].min() > 0.1
-
-    def test_full_spaces_take_no_more_and_nothing_too_tall_is_put_on_a_shelf(self) -> None:
-        places = placed(put_objects([shelf(width=0.3)], habits(), member, 40, rng_for(1, "test")))
-        assert 0 < len(places) < 12
-        assert put_objects([shelf(height=0.05)], habits(), member, 4, rng_for(1, "test")) == ()
 
 
 class TestGroups:
@@ -111,10 +100,6 @@ class TestGroups:
         vessel, pose = (np.array(p.position) for p in group.poses)
         assert np.abs((pose - vessel)[:2]).max() < mug.box[1, 1]
         assert 0.0 < pose[2] < mug.box[1, 2] - 0.02
-
-    def test_what_does_not_go_into_a_vessel_is_no_heap(self) -> None:
-        mug, tray = silhouette(MEMBERS["mug"]), silhouette(plain_box((0.3, 0.3, 0.02)))
-        assert arrange(Arrangement.HEAP, [mug, tray], rng_for(0, "test")) is None
 
     def test_plates_stand_in_slots_between_the_tines(self) -> None:
         box = np.array([[-0.2, -0.16, 0.0], [0.2, 0.16, 0.1]])
@@ -165,18 +150,8 @@ class TestSpaces:
         assert space.name == "table/top"
         assert space.taken == (pytest.approx((0.4, -0.25, 1.4, 0.25)),)
 
-    def test_what_is_too_small_is_no_space(self) -> None:
-        table = plain_box((1.0, 0.5, 0.1)).replace(regions=(TOP,))
-        scene = Scene(id="corner", assets=(table,), placements=(Placement(name="table", asset=table.id),))
-        kind = SpaceKind(assets=("carton",), regions=("top",), min_size_m=(1.2, 0.1, 0.1))
-        assert find_spaces(scene, {"table": kind}) == ()
-
 
 class TestHabits:
-    def test_every_habit_names_objects_that_there_are(self) -> None:
-        found = load_habits()
-        assert set(found.categories) <= set(object_names())
-
     def test_habit_with_a_fault_is_refused(self, subtests: pytest.Subtests) -> None:
         for changes, message in [
             ({"spaces": {"shelv": 1}}, "no kind of space 'shelv'"),
@@ -186,3 +161,33 @@ class TestHabits:
         ]:
             with subtests.test(changes=changes, message=message), pytest.raises(ValidationError, match=message):
                 habits(**changes)
+
+
+BOARD = Space("unit", "object", "level0", ("shelf",), Pose(position=(1.0, 2.0, 3.0)), (0.8, 0.3, 0.25))
+
+
+def test_largest_box_is_beside_what_stands_there() -> None:
+    space = replace(BOARD, taken=((-0.2, -0.15, 0.05, 0.15), (0.3, 0.1, 0.4, 0.15)))
+    size, (x, y) = largest_box(space)
+    assert size == pytest.approx((0.35, 0.25, 0.25))
+    assert (x, y) == pytest.approx((0.225, -0.025))
+    assert count_of_things(space) == 1 * 2 + 3 * 2
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_largest_box_is_the_best_of_all_rectangles(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    small = replace(BOARD, size=(0.14, 0.11, 0.2))
+    rects = [(float(x), float(y), float(x + 0.02), float(y + 0.01)) for x, y in rng.uniform(-0.07, 0.06, (4, 2))]
+    space = replace(small, taken=tuple(rects))
+    free = free_cells(space)
+    best = max(
+        (i1 - i0) * (j1 - j0)
+        for i0 in range(14)
+        for i1 in range(i0 + 1, 15)
+        for j0 in range(11)
+        for j1 in range(j0 + 1, 12)
+        if free[i0:i1, j0:j1].all()
+    )
+    size, _ = largest_box(space)
+    assert round(size[0] * size[1] * 1e4) == best

@@ -14,14 +14,14 @@ from pydantic import TypeAdapter
 
 from casa_assets.core.numeric import Floats, Ints, rng_for
 from casa_assets.core.system import kept_json
+from casa_assets.families.finishes import available_finishes
+from casa_assets.layouts.run.mix import kinds_of_fronts, models_of_roles
 from casa_assets.layouts.run.recipe import SceneRecipe, all_recipes
 from casa_assets.layouts.run.resolve import draw_surfaces, resolve
-from casa_assets.layouts.run.sampling.mix import kinds_of_fronts, models_of_roles
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.registry.kitchens import plan_names, style_names
 from casa_assets.textures.run.recipes import available_finishes
 
-# Diversity ------------------------------------------------------------------------------------------------------------
 # How diverse kitchens are: how evenly their traits are spread, and how far each is from the one most like it.
 #
 # Evenness of a trait is its Shannon entropy over that of an even spread, 0 to 1. An even spread is one over all values
@@ -263,9 +263,6 @@ def _text(value: float | None) -> str:
     return "" if value is None else f"{value:,}" if isinstance(value, int) else f"{value:.2f}"
 
 
-# Traits of recipes ----------------------------------------------------------------------------------------------------
-
-
 def traits_of(recipe: SceneRecipe) -> Traits:
     """Traits of the kitchen of a recipe, which need not be built. Raises as `resolve` does."""
     kitchen = resolve(recipe)
@@ -313,8 +310,6 @@ def choices() -> Choices:
         fixtures={role: len(names) for role, names in models.items()},
     )
 
-
-# Draws ----------------------------------------------------------------------------------------------------------------
 
 MAX_SEED = 1_000_000  # seeds of kitchens are drawn below this, so that ids stay short
 

@@ -9,16 +9,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from casa_assets.core.numeric import Floats, Mask
-from casa_assets.layouts.compose.compose import AssetOutlines, box_around, box_in_world
+from casa_assets.layouts.compose import AssetOutlines, box_around, box_in_world
 from casa_assets.mesh.solid.solids import hull_planes
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, MeshShape, Region, Shape, Sphere
-from casa_assets.model.kitchen.habit import SpaceKind
 from casa_assets.model.kitchen.scene import Layer, Placement, Scene
 from casa_assets.model.pose import Pose
-
-# Silhouette -----------------------------------------------------------------------------------------------------------
-# Heights of an object's collision shapes over the ground, cell by cell, to set things on and into each other.
+from casa_assets.model.registry.rows import SpaceKind
 
 CELL_M = 0.003
 # Two of the same shape, one lifted by `pitch`, may still touch between the centres of cells.
@@ -126,9 +123,6 @@ def _raster(planes: Floats, x: Floats, y: Floats, low: Floats, high: Floats) -> 
     low[inside] = np.minimum(low[inside], bottom[inside])
     high[inside] = np.maximum(high[inside], top[inside])
 
-
-# Spaces ---------------------------------------------------------------------------------------------------------------
-# Find the spaces of a kitchen in which people keep things, and what of each is taken already.
 
 Rect = tuple[float, float, float, float]  # x0, y0, x1, y1 in the frame of a space, metres
 
@@ -245,9 +239,6 @@ def taken_by(space: Space, boxes: Floats) -> tuple[Rect, ...]:
     rects = np.concatenate([low[:, :2], high[:, :2]], axis=1)[reaches].tolist()
     return tuple((x0, y0, x1, y1) for x0, y0, x1, y1 in rects)
 
-
-# Free room ------------------------------------------------------------------------------------------------------------
-# Measure what is free in a space: the largest box that fits, and how many small things.
 
 FREE_CELL_M = 0.01
 THING_M, THING_GAP_M = 0.1, 0.02

@@ -16,16 +16,14 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.errors import CasaError
-from casa_assets.layouts.run import check
+from casa_assets.layouts.run import check, sample
+from casa_assets.layouts.run.draws import draw_recipes
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
-from casa_assets.layouts.run.sampling import run
-from casa_assets.layouts.run.sampling.draws import draw_recipes
-from casa_assets.layouts.run.sampling.run import FOLDER
+from casa_assets.layouts.run.sample import FOLDER
 from casa_assets.model.issue import Issue, Report, Severity
 from tests.support.library.libraries import ROOT, command
 
-pytestmark = pytest.mark.content("code", "layouts.run.sampling", keep=0)
+pytestmark = pytest.mark.content("code", "layouts.run", keep=0)
 
 COUNT = 8
 # `sitecustomize` of the program and its workers. A stand-in takes a while, notes that it was begun, and about half
@@ -81,7 +79,7 @@ if any(word in ("casa_assets.cli.main",) or "runs.server" in word for word in sy
     check.check_and_report = judge
     check.kept_report = lambda folder, key: verdict(folder.name) if (folder / "report.json").is_file() else None
     check._shown_in_place = lambda done, *_: done
-    from casa_assets.layouts.run.sampling import draws
+    from casa_assets.layouts.run import draws
     possible = draws.Choices(1, 1, 1, dict.fromkeys(("wall", "floor", "counter", "cabinet"), 1), {})
     draws.diversity_of_recipes = lambda recipes: draws.diversity_of([], possible)
     draws.diversity_of_reference = lambda: draws.diversity_of([], possible)
@@ -168,14 +166,6 @@ class TestStopped:
         assert len(begun) <= COUNT + 4
         assert f"of {COUNT} draws passed" in told
 
-    @pytest.mark.certify
-    def test_what_is_done_is_not_made_again(self, runs: Runs) -> None:
-        first = runs.finish("out")
-        again = runs.finish("out")
-        assert sorted(runs.begun("out")) == sorted({r.scene_id for r in draw_recipes(COUNT, 3)})
-        share = [line for line in first.splitlines() if "draws passed" in line]
-        assert share == [line for line in again.splitlines() if "draws passed" in line]
-
     def test_any_number_of_jobs_makes_the_same(self, runs: Runs, whole: Runs) -> None:
         runs.finish("one", jobs=1)
         assert runs.bytes_of("one") == whole.bytes_of("whole")
@@ -211,7 +201,7 @@ class TestOneDraw:
             return done
 
         monkeypatch.setattr(check, "check_one", checked)
-        return run.sample_one(self.RECIPE, out)
+        return sample.sample_one(self.RECIPE, out)
 
     def test_a_refusal_is_kept_with_its_reason_and_cost(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
         issue = Issue(code="SCN009", severity=Severity.ERROR, pointer="a", message="it is outside")
@@ -227,20 +217,3 @@ class TestOneDraw:
         first = self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, "there", cpu_s={"check": 2.0}))
         again = self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, "there", kept=True))
         assert (first.passed, again.cpu_s) == (True, first.cpu_s)
-
-    def test_after_a_fault_and_with_other_code_it_is_made_again(
-        self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-    ) -> None:
-        self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, message="trace", is_fault=True))
-        self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, message="it does not fit"))
-        monkeypatch.setattr(check, "verdict_key", lambda recipe: "b" * 64)
-        assert self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, "there")).passed
-
-    def test_a_plan_that_cannot_be_resolved_is_told(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-        def misfit(recipe: SceneRecipe) -> str:
-            raise CasaError("too long")
-
-        monkeypatch.setattr(check, "verdict_key", misfit)
-        done = self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, message="too long"))
-        assert (done.passed, done.message) == (False, "too long")
-        assert not (tmp_path / ".casa" / "cache" / FOLDER).exists()

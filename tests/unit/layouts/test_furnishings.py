@@ -1,7 +1,9 @@
-"""Things on worktops: a blender comes with the lid that fits it, props keep clear of what is operated."""
+"""What hangs and stands in kitchens keeps clear of what else is there, also in other lengths than the plain ones."""
 
 from __future__ import annotations
 
+import itertools
+import math
 from dataclasses import replace
 from itertools import product
 
@@ -9,15 +11,55 @@ import numpy as np
 import pytest
 
 from casa_assets.core.numeric import Floats
-from casa_assets.layouts.compose.compose import compose, pose_at_spot
-from casa_assets.layouts.compose.scatter_props import scatter_props
-from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
-from casa_assets.layouts.run.resolve import params_of, preset_params
+from casa_assets.layouts.compose import compose, pose_at_spot, scatter_props
+from casa_assets.layouts.order.build_order import KitchenRequest
+from casa_assets.layouts.order.furnish import LAMP_FROM_ISLAND_M
+from casa_assets.layouts.order.request import request_kitchen
+from casa_assets.layouts.order.room_shell import HOOD_DEPTH_M, beams_of
+from casa_assets.layouts.run.recipe import SceneRecipe
+from casa_assets.layouts.run.resolve import params_of, preset_params, resolve
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.kitchen.plan import WorktopItem
+from casa_assets.model.kitchen.plan import UpperKind, WorktopItem
 from casa_assets.model.pose import Pose
-from casa_assets.registry.kitchens import load_plan, load_style, style_names
+from casa_assets.registry.kitchens import load_plan, load_style
 from tests.support.asset.family_members import made
+
+
+def drawn(plan: str, style: str, seed: int) -> KitchenRequest:
+    return resolve(SceneRecipe(plan, style, seed))
+
+
+@pytest.mark.parametrize(("style", "seed"), [("mediterranean", 805162), ("farmhouse", 385648)])
+def test_no_lamp_of_the_room_hangs_at_one_over_an_island(style: str, seed: int) -> None:
+    lamps = [w for w in drawn("wraparound", style, seed).items if w.role == "lamp"]
+    places = {w.name: w.spot.frame.at(w.spot.u, w.spot.v)[:2] for w in lamps}
+    assert len(places) > 2
+    for one, other in itertools.combinations(places, 2):
+        if "ceiling_light" in one + other:
+            assert math.dist(places[one], places[other]) >= LAMP_FROM_ISLAND_M, (one, other)
+
+
+def test_lamps_over_one_table_do_not_touch_though_beams_move_them(subtests: pytest.Subtests) -> None:
+    for plan in ["u_dining", "double_island", "attic"]:
+        for style in ["industrial", "rustic", "mediterranean", "farmhouse"]:
+            with subtests.test(style=style, plan=plan):
+                kitchen = drawn(plan, style, 8600)
+                places = [w.spot.frame.at(w.spot.u, w.spot.v)[:2] for w in kitchen.items if w.role == "lamp"]
+                assert len(places) > 1
+                assert (
+                    min(math.dist(a, b) for a, b in itertools.combinations(places, 2)) > 0.3
+                )  # 0.24 m wide, the least ones
+
+
+@pytest.mark.parametrize(("style", "seed"), [("rustic", 395138), ("farmhouse", 912812)])
+def test_beams_keep_clear_of_a_hood_that_the_usual_number_would_meet(style: str, seed: int) -> None:
+    kitchen = drawn("l_large", style, seed)
+    beams = beams_of(kitchen)
+    assert beams is not None
+    (hood,) = [s for row in kitchen.slots.values() for s in row if s.kind is UpperKind.HOOD]
+    axis = 1 if beams.along_x else 0
+    ends = [hood.line.frame.at(u, v)[axis] for u in (hood.left, hood.right) for v in (0.0, HOOD_DEPTH_M)]
+    assert not beams.crosses(min(ends), max(ends))
 
 
 def kitchen(style: str) -> KitchenRequest:
@@ -25,14 +67,6 @@ def kitchen(style: str) -> KitchenRequest:
     plan, _ = load_plan("one_wall_small")
     item = WorktopItem(id="blender", on=plan.worktop_items[0].on, at=0.5)
     return request_kitchen(plan.replace(worktop_items=(item,)), load_style(style)[0], preset_params())
-
-
-def test_a_blender_has_the_lid_of_its_jar(subtests: pytest.Subtests) -> None:
-    for style in style_names():
-        with subtests.test(style=style):
-            items = {item.name: item for item in kitchen(style).items}
-            blender, lid = (params_of(items[name].choice) for name in ("blender", "blender_lid"))
-            assert (lid.jar, lid.jar_top) == (blender.jar, blender.jar_top)  # type: ignore[attr-defined]
 
 
 def test_the_lid_lies_on_the_jar() -> None:

@@ -1,4 +1,4 @@
-"""Every record of the spine and scenes: JSON round trip, digest, and what they refuse."""
+"""Every record of the spine, of scenes and of the registry: JSON round trip, digest, and what they refuse."""
 
 from __future__ import annotations
 
@@ -16,13 +16,22 @@ from pydantic import ValidationError
 from casa_assets.model.asset.asset import Drive, Inertial, Joint, JointKind, Region, Site
 from casa_assets.model.asset.material import Material, Substance, Texture
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Mesh, MeshShape, Sphere
-from casa_assets.model.asset.provenance import Guess, Labels, Provenance
-from casa_assets.model.files import Files
-from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
-from casa_assets.model.kitchen.scene import Camera, JointValue, Layer, Light, Placement, Scene, Sky
+from casa_assets.model.asset.provenance import TEST_SHARE, Guess, Labels, Provenance, Split, split_of
+from casa_assets.model.issue import CheckResult, Files, Issue, Report, Severity, Status
+from casa_assets.model.kitchen.scene import Camera, JointValue, Light, Placement, Scene, Sky
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
-from casa_assets.model.registry.category import Certainty, QCode, SizeRange
+from casa_assets.model.registry.category import (
+    Category,
+    Certainty,
+    QCode,
+    SizeRange,
+)
+from casa_assets.model.registry.contract import (
+    NamePattern,
+    Step,
+    Threshold,
+)
 from casa_assets.model.source import Bundle, RawModel, RawPart, Source, SourceKind, Up
 from tests.support.asset.assets import PROVENANCE, ball, category, drawer_unit, microwave, rigid_mug, textured_box
 from tests.support.mesh.meshes import box_mesh, texture
@@ -104,15 +113,9 @@ def test_json_reads_back_as_the_same_record() -> None:
     ] == []
 
 
-def test_arrays_read_back_bit_for_bit() -> None:
-    numbers = np.array([[0.1, 1 / 3, np.pi], [1e-308, 5e-324, 1.7e308], [np.nextafter(1, 2), -1e-9, 123456789.123456]])
-    mesh = Mesh(vertices=numbers, faces=[[0, 1, 2]])
-    assert (Mesh.from_json(mesh.to_json()).vertices == numbers).all()
-
-
 class TestDigest:
     def test_is_the_same_in_other_processes(self) -> None:
-        code = "from tests.unit.model.test_records import RECORDS; print([r.digest for r in RECORDS])"
+        code = "from tests.unit.model.test_model import RECORDS; print([r.digest for r in RECORDS])"
         for seed in ("0", "1", "4711"):
             done = subprocess.run(
                 [sys.executable, "-c", code],
@@ -144,18 +147,6 @@ class TestDigest:
         assert JointValue(joint="door", value=-0.0) == JointValue(joint="door", value=0.0)
         assert Drive(stiffness=-0.0, damping=0.0).to_json() == Drive(stiffness=0.0, damping=0.0).to_json()
 
-    def test_order_of_files_does_not_matter(self) -> None:
-        assert Files(entries={"b": b"1", "a": b"2"}) == Files(entries={"a": b"2", "b": b"1"})
-
-    def test_every_bit_counts(self) -> None:
-        moved = CORNERS.vertices.copy()
-        moved[3, 1] = np.nextafter(moved[3, 1], np.inf)
-        assert Mesh(vertices=moved, faces=CORNERS.faces) != CORNERS
-
-    def test_records_of_two_kinds_are_never_equal(self) -> None:
-        assert Capsule(radius=0.1, height=0.2) != Cylinder(radius=0.1, height=0.2)
-        assert Hull(mesh=CORNERS) != MeshShape(mesh=CORNERS)
-
 
 class TestFrozen:
     def test_fields_and_arrays_cannot_be_changed(self) -> None:
@@ -163,12 +154,6 @@ class TestFrozen:
             BOX.uv = None  # type: ignore[misc]
         with pytest.raises(ValueError, match="read-only"):
             BOX.vertices[0, 0] = 1.0
-
-    def test_a_record_does_not_see_later_changes_of_its_input(self) -> None:
-        vertices = CORNERS.vertices.copy()
-        mesh = Mesh(vertices=vertices, faces=CORNERS.faces)
-        vertices[0, 0] = 99.0
-        assert mesh == CORNERS
 
     def test_replace_validates_and_has_a_digest_of_its_own(self) -> None:
         mug = rigid_mug()
@@ -216,6 +201,15 @@ def inertial(mass: float = 1.0, inertia: tuple[float, ...] = (1, 1, 1, 0, 0, 0))
 
 def hull(count: int) -> Hull:
     return Hull(mesh=Mesh(vertices=np.random.default_rng(0).random((count, 3)), faces=[[0, 1, 2]]))
+
+
+def mug(changes: dict[str, Any]) -> Category:
+    row = category(rigid_mug()).model_dump(mode="json")
+    return Category.model_validate({**row, "shape": (1.0, 0.5, 0.25), **changes})
+
+
+def spans(*typical: float) -> list[dict[str, float]]:
+    return [{"low": 0.9 * t, "typical": t, "high": 1.1 * t} for t in typical]
 
 
 def twice(field: str) -> Record:
@@ -318,6 +312,17 @@ REFUSED: list[tuple[Callable[[Any], Any], list[Any], str | None]] = [
         ],
         None,
     ),
+    (lambda sizes: mug({"size_m": sizes}), [spans(0.2, 0.15, 0.3)], "longest_m"),
+    (lambda sizes: mug({"size_m": sizes}), [spans(0.2, 0.15)], "size_m"),
+    (lambda words: mug({"affords": words}), [["washable", "washable"]], "twice"),
+    (lambda name: NamePattern(name=name), ["(open", "[a-", "*", ""], None),
+    (lambda ends: NamePattern(name="door", min_count=ends[0], max_count=ends[1]), [(2, 1)], "cannot both hold"),
+    (
+        lambda places: Threshold(name="on", joint="knob", **places),
+        [{}, {"at": 0.4, "share": 0.5}],
+        "at a position or at a share",
+    ),
+    (lambda share: Step(move={"door": share}), [1.1], None),  # no farther than the ends
 ]
 
 
@@ -338,24 +343,25 @@ def test_what_is_at_the_edge_is_taken() -> None:
     assert Joint.from_json(joint.to_json()) == joint
 
 
-def test_files_are_put_together_where_their_contents_agree() -> None:
-    with pytest.raises(ValueError, match="two contents"):
-        Files(entries={"a": b"1"}) | Files(entries={"a": b"2"})
-    both = Files(entries={"a": b"1"}) | Files(entries={"a": b"1", "b": b""})
-    assert both.under("x").sums().keys() == {"x/a", "x/b"}
-
-
 def test_no_joint_is_called_like_that_of_a_free_base() -> None:
     freed = OVEN.replace(joints=(JOINT.replace(name="free"),), states=())
     with pytest.raises(ValidationError, match="free"):
         Scene(id="one", assets=(freed,), placements=(Placement(name="oven", asset=freed.id),))
 
 
-def test_a_scene_knows_its_placements() -> None:
-    assert PLACED.layer is Layer.THINGS
-    assert Placement.from_json(PLACED.replace(layer=Layer.CEILING).to_json()).layer is Layer.CEILING
-    assert {name: asset.id for name, asset in SCENE.asset_of.items()} == {
-        "oven": OVEN.id,
-        "first_mug": MUG.id,
-        "second_mug": MUG.id,
-    }
+def test_a_split_is_told_from_the_digest() -> None:
+    for digits, split in (("00000000", Split.TEST), (f"{TEST_SHARE:08x}", Split.TEST), ("00000001", Split.TRAIN)):
+        assert split_of(digits + "f" * 56) is split
+
+
+def test_a_share_counts_from_the_end_nearer_to_zero(subtests: pytest.Subtests) -> None:
+    for span, share, at in [
+        ((0.0, 2.0), 0.9, 1.8),
+        ((-1.5, 0.0), 0.9, -1.35),
+        ((-1.5, 0.0), 0.0, 0.0),
+        ((-0.8, 0.8), 0.5, 0.0),
+        ((-0.8, 0.8), 0.25, -0.4),
+    ]:
+        with subtests.test(span=span, share=share, at=at):
+            assert Threshold(name="x", joint="x", share=share).position(span) == pytest.approx(at)
+    assert Threshold(name="x", joint="x", at=0.35).position((0.0, 3.0)) == 0.35

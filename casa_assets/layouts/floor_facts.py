@@ -8,10 +8,10 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 
 from casa_assets.core.numeric import decimals
-from casa_assets.layouts.compose.compose import AssetOutlines, box_of, door_leaf_widths
-from casa_assets.layouts.order.build_order import OrderItem
-from casa_assets.layouts.order.request import KitchenRequest, placed_run
-from casa_assets.layouts.plan.aisles import find_aisles
+from casa_assets.layouts.compose import AssetOutlines, box_of, door_leaf_widths
+from casa_assets.layouts.order.build_order import KitchenRequest, OrderItem
+from casa_assets.layouts.order.request import placed_run
+from casa_assets.layouts.plan.clearances import find_aisles
 from casa_assets.layouts.plan.room import WallHole
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.kitchen.floor import (

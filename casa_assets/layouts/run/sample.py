@@ -12,7 +12,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from casa_assets.core.process_name import replace_file
+from casa_assets.core.system import replace_file
 from casa_assets.errors import CasaError
 from casa_assets.layouts.run import check
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
@@ -24,22 +24,15 @@ from casa_assets.runs.limits import cpu_seconds
 from casa_assets.runs.pool import Workers
 from casa_assets.show.stills.kitchen import PictureSettings
 
-# Ledger ---------------------------------------------------------------------------------------------------------------
-# What became of each draw, kept in the cache of a folder of scenes: a run that was stopped goes on from there.
-#
-# <out>/.casa/cache/draws/<id>.json, written when a draw is done, by one rename. A kitchen that was accepted is in
-# its folder; a refused one leaves nothing but its record here. Without the records, refused draws are made once more.
-
 FOLDER = "draws"
 
 
 class DrawRecord(Record):
-    """Outcome of one draw.
+    """Outcome of one draw, in `<out>/.casa/cache/draws/<id>.json`: a run that was stopped goes on from there.
 
     Attributes:
         id: of the scene. key: of the verdict; a record with another key was made by older code or data.
-        passed: whether it was accepted. message, issues: why not.
-        cpu_s: processor seconds by step.
+        passed: whether it was accepted. message, issues: why not. cpu_s: processor seconds by step.
     """
 
     id: str
@@ -75,8 +68,6 @@ def keep_draw(out: Path, done: SceneResult, key: str) -> None:
 def _path(out: Path, scene_id: str) -> Path:
     return Library(out).cache / FOLDER / f"{scene_id}.json"
 
-
-# Run ------------------------------------------------------------------------------------------------------------------
 
 # Of overviews, which are looked at by the dozen: about a quarter of the work of one that `scenes build` draws.
 FRAME = PictureSettings(640, 480, passes=2, shadow_px=512)
@@ -117,8 +108,6 @@ def sample_one(recipe: SceneRecipe, out: Path, drawn: bool = True, in_3d: bool =
         keep_draw(out, done, key)
     return done
 
-
-# Outcome --------------------------------------------------------------------------------------------------------------
 
 REJECTED = "rejected.json"
 STEPS = (BUILD, WRITE, DRAW, CHECK, REST)
@@ -171,7 +160,6 @@ def refusals(done: Sequence[SceneResult]) -> list[RefusalRow]:
 
 
 def _reasons(result: SceneResult) -> dict[str, str]:
-    """Reason -> what was said first."""
     if result.passed:
         return {}
     if result.is_fault:

@@ -75,15 +75,28 @@ class Mend:
     sentence: str
     edits: tuple[Edit, ...] = ()
 
+    @classmethod
+    def write(cls, at: KeyPath, name: str = "", /, **values: Any) -> Mend:
+        """Have keys written in the mapping at a pointer, which is that of something called `name`."""
+        said = ", ".join(f"{key}: {flow_text(value)}" for key, value in values.items())
+        edits = tuple(Edit.put((*at, key), value) for key, value in values.items())
+        return cls(f"Write `{said}` for {name}." if name else f"Write `{said}`.", edits)
+
+    @classmethod
+    def take_out(cls, at: KeyPath, name: str) -> Mend:
+        """Have what is at a pointer taken out."""
+        return cls(f"Take out {name}.", (Edit.remove(at),))
+
 
 @dataclass(frozen=True)
 class Fault:
     """An error in a plan.
 
     Attributes:
-        pointer: of the part that is wrong, as the file has it.
-        expected, got: as in a RegistryError. mend: None if no sensible correction is near.
-        line: counted from 1, if the pointer does not determine it; otherwise 0.
+        pointer: of the part that is wrong, as the file has it. expected, got: as in a RegistryError.
+        mend: None if no sensible correction is near. old: the values that its edits replace.
+        file, line: the location, counted from 1, in the file or that of the plan named by `like`; for a part that an
+            earlier mend has added, where it was added. Before it is known: 0 if the pointer determines it.
     """
 
     pointer: KeyPath
@@ -91,6 +104,19 @@ class Fault:
     got: str
     mend: Mend | None = None
     line: int = 0
+    file: str = ""
+    old: tuple[Any, ...] = ()
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """As JSON has it."""
+        mend = None
+        if self.mend is not None:
+            pairs = zip(self.mend.edits, self.old, strict=True)
+            edits = [{"op": e.kind, "pointer": [*e.pointer], "old": old, "new": e.value} for e, old in pairs]
+            mend = {"sentence": self.mend.sentence, "edits": edits}
+        said = {"pointer": [*self.pointer], "expected": self.expected, "got": self.got, "mend": mend}
+        return {"file": self.file, "line": self.line, **said}
 
 
 def value_at(value: Any, pointer: Sequence[str | int]) -> Any:
@@ -182,7 +208,6 @@ def _is_at(row: Any, n: int, key: str | int) -> bool:
 
 
 def _child(parent: yaml.Node, step: str | int) -> tuple[yaml.Node | None, yaml.Node]:
-    """The key node, None in a list, and the value node of a part."""
     row = next((row for n, row in enumerate(parent.value) if _is_at(row, n, step)), None)
     if row is None or isinstance(row, str):
         raise KeyError(step)
@@ -198,7 +223,6 @@ def _end(node: yaml.Node) -> int:
 
 
 def _is_flow(node: yaml.Node) -> bool:
-    """True of a collection in brackets."""
     return isinstance(node, yaml.CollectionNode) and bool(node.flow_style)
 
 
@@ -207,20 +231,17 @@ def _line_start(text: str, index: int) -> int:
 
 
 def _line_end(text: str, index: int) -> int:
-    """Index behind the end of the line in which `index` lies."""
     end = text.find("\n", index)
     return len(text) if end < 0 else end + 1
 
 
 def _exchanged(text: str, node: yaml.Node, new: str) -> str:
-    """The text with another value in the place of one."""
     start = int(node.start_mark.index)
     gap = " " if start and text[start - 1] in ":-" else ""
     return text[:start] + gap + new + text[max(_end(node), start) :]
 
 
 def _added(text: str, parent: yaml.Node, key: str | int, edit: Edit) -> str:
-    """The text with a line or more for a new part of a collection in block form."""
     column, rows, is_item = parent.start_mark.column, parent.value, edit.kind is EditKind.INSERT
     at = _line_end(text, _end(parent))
     if is_item and int(key) < len(rows):
@@ -231,7 +252,6 @@ def _added(text: str, parent: yaml.Node, key: str | int, edit: Edit) -> str:
 
 
 def _without(text: str, parent: yaml.Node, key: str | int) -> str:
-    """The text without a part of a collection in block form."""
     is_map = isinstance(parent, yaml.MappingNode)
     rows = [(k, v) for k, v in parent.value] if is_map else [(v, v) for v in parent.value]
     n = next(n for n, row in enumerate(parent.value) if _is_at(row, n, key))

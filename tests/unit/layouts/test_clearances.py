@@ -1,7 +1,8 @@
-"""What leaves are said to sweep before a kitchen is built is what the built ones do."""
+"""Leaves sweep what was foreseen of them; how wide it is between rows, and whether people work there or pass."""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -9,18 +10,20 @@ import pytest
 
 from casa_assets.kitchenware.parts.handles import HandleKind, handle_reach
 from casa_assets.layouts.compose.floor_facts import facts_of
+from casa_assets.kitchenware.parts.hardware.handles import HandleKind, handle_reach
+from casa_assets.layouts.floor_facts import facts_of
+from casa_assets.layouts.plan.clearances import HANDLES_M, Leaf, find_aisles, leaves_of
 from casa_assets.layouts.plan.style_models import StyleModels
-from casa_assets.layouts.plan.swings import HANDLES_M, Leaf, leaves_of
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import build_scene, preset_params
 from casa_assets.mesh.planar import distance, outline_of
-from casa_assets.model.kitchen.floor import Fixture, FixtureJoint, KitchenFacts
+from casa_assets.model.kitchen.floor import Aisle, AisleKind, Fixture, FixtureJoint, KitchenFacts, PlacedRun, RoomWall
 from casa_assets.registry.tables import load_roles
+from tests.support.kitchen.reference_kitchen import OUTLINE, WALLS, unit
 
 pytestmark = pytest.mark.content("code", "layouts", keep=0)
 
-# Metres that a leaf may reach beyond what was said, and fall short of it: handles are not all of one depth.
-BEYOND_M, SHORT_M = 0.01, 0.06
+BEYOND_M = 0.01  # that a leaf may reach beyond what was said
 RECIPES = (SceneRecipe("l_small", "coastal"), SceneRecipe("u_large", "modern_1"))
 
 
@@ -72,20 +75,49 @@ def test_open_leaves_lie_where_they_were_foreseen(
     assert count >= 20
 
 
-@pytest.mark.representatives(1)
-def test_no_more_is_foreseen_than_there_is(built: tuple[KitchenFacts, tuple[Leaf, ...]]) -> None:
-    facts, leaves = built
-    for unit in {fixture.unit for fixture, _ in opened(facts)}:
-        runs = [f.run for f in facts.fixtures if f.unit == unit and f.run]
-        run = facts.run(runs[0])
-        own = [leaf for leaf in leaves if leaf.owner == unit]
-        if run is None or not own:
-            continue
-        real = max(
-            run.to_local(p)[1]
-            for fixture, joint in opened(facts)
-            if fixture.unit == unit and joint.swept_area is not None
-            for p in joint.swept_area.outline
-        )
-        said = max(run.to_local(p)[1] for leaf in own for part in leaf.way for p in part.outline)
-        assert said < real + SHORT_M, (unit, said, real)
+UNITS = (unit("a", "doors", 0.0, 1.0), unit("b", "doors", 1.0, 2.0))
+CLOSED = tuple(w.replace(is_open=False) for w in WALLS)
+
+
+def row(name: str, x: float, y: float, quarter: int = 0, at_wall: bool = True, back: float = 0.0) -> PlacedRun:
+    """Two metres of units with free ends, their line's left end at a point."""
+    return PlacedRun(
+        id=name, origin=(x, y), yaw=quarter * math.pi / 2, length=2.0, at_wall=at_wall, depth_behind=back, units=UNITS
+    )
+
+
+def found(*rows: PlacedRun, walls: tuple[RoomWall, ...] = WALLS) -> dict[tuple[str, str], Aisle]:
+    return {(a.first, a.second): a for a in find_aisles(rows, walls, OUTLINE)}
+
+
+ISLAND = row("island", 3.0, -2.5, 2, at_wall=False)
+DEEP = row("main", 1.0, 0.0).replace(units=(UNITS[0].replace(front=0.8), UNITS[1]))
+
+
+@pytest.mark.parametrize(
+    ("rows", "walls", "pair", "kind", "width"),
+    [
+        ((row("main", 1.0, 0.0), ISLAND), WALLS, ("island", "main"), AisleKind.WORK, 2.5 - 0.65 - 0.65),
+        ((DEEP, ISLAND), WALLS, ("island", "main"), AisleKind.WORK, 2.5 - 0.8 - 0.65),  # the narrowest place counts
+        ((row("main", 1.0, 0.0),), CLOSED, ("front", "main"), AisleKind.WALK, 4.0 - 0.65),
+        ((row("island", 2.8, -2.2, 2, at_wall=False),), WALLS, ("island", "left"), AisleKind.WALK, 0.8),  # its end
+    ],
+)
+def test_width_and_kind(
+    rows: tuple[PlacedRun, ...], walls: tuple[RoomWall, ...], pair: tuple[str, str], kind: AisleKind, width: float
+) -> None:
+    aisle = found(*rows, walls=walls)[pair]
+    assert aisle.kind is kind
+    assert aisle.width == pytest.approx(width)
+    if rows[-1] is ISLAND:
+        assert 1.0 < aisle.position[0] < 3.0
+        assert rows[0] is DEEP or aisle.position[1] == pytest.approx(-1.25)
+
+
+def test_back_of_an_island_is_passed_and_what_lies_between_hides_the_wall() -> None:
+    """The island's back looks at the front wall; the long row sees the island, and beside it the wall."""
+    aisles = found(row("main", 1.5, 0.0), row("island", 3.5, -2.2, 2, at_wall=False, back=0.3), walls=CLOSED)
+    back = aisles[("front", "island")]
+    assert back.kind is AisleKind.WALK
+    assert back.width == pytest.approx(4.0 - 2.2 - 0.3)
+    assert ("front", "main") not in aisles

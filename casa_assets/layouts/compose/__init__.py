@@ -1,1 +1,0 @@
-"""Built assets -> Scene: props, cameras, light, swept areas and floor facts."""

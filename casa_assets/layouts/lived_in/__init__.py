@@ -1,1 +1,0 @@
-"""Put objects into a kitchen where people keep them: on worktops and shelves, in drawers and refrigerators."""

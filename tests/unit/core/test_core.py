@@ -1,0 +1,162 @@
+"""Extras and how they are installed; colours, rotations and rounding; one model of the force of a hand."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import math
+import shlex
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from casa_assets.articulate.joints.joints import build_joint
+from casa_assets.articulate.plan import JointPlan, PartKind, PartPlan
+from casa_assets.asset.family import Params
+from casa_assets.asset.kit.assemble import assemble
+from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
+from casa_assets.asset.kit.solids.blocks import box
+from casa_assets.cli import doctor
+from casa_assets.core import hand_dynamics, numeric, system
+from casa_assets.core.numeric import about_axis, decimals, significant
+from casa_assets.errors import CasaError
+from casa_assets.model.asset.asset import Asset, Joint, JointKind
+from tests.unit.families.test_kit import SUPPLIES
+
+CHECKOUT = Path(__file__).parents[3]
+
+
+@pytest.fixture
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As it is where a wheel was installed: no checkout, only metadata."""
+    lines = ["numpy>=2.1", 'pyarrow>=17; extra == "parquet"', 'ruff ; extra == "dev"', "torch>=2; extra == 'clip'"]
+    monkeypatch.setattr(system, "_SOURCE", tmp_path)
+    monkeypatch.setattr(importlib.metadata, "requires", lambda name: lines)
+
+
+@pytest.mark.usefixtures("installed")
+def test_extras_of_an_installed_package() -> None:
+    assert system.requirements() == ("numpy>=2.1",)
+    assert system.extras() == {"clip": ("torch>=2",), "parquet": ("pyarrow>=17",)}
+
+
+def test_command_in_a_checkout_installs_the_checkout() -> None:
+    python, *words = shlex.split(system.install_command("parquet"))
+    assert python == sys.executable
+    assert words == ["-m", "pip", "install", "-c", str(CHECKOUT / "constraints.txt"), "-e", f"{CHECKOUT}[parquet]"]
+
+
+def test_what_is_not_installed_is_an_error_that_names_the_extra() -> None:
+    system.require("numpy", "parquet", "A table")
+    with pytest.raises(CasaError, match=r"A table needs no_such_module.*extra 'parquet'.*pip install"):
+        system.require("no_such_module", "parquet", "A table")
+
+
+def test_doctor_looks_at_every_extra_and_needs_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    def version(name: str) -> str:
+        if name == "pyarrow":
+            raise importlib.metadata.PackageNotFoundError(name)
+        return "1.0"
+
+    monkeypatch.setattr(importlib.metadata, "version", version)
+    found = {finding.subject: finding for finding in doctor._packages()}
+    assert {"package pyarrow", "package objaverse", "package open-clip-torch"} <= set(found)
+    missing = found["package pyarrow"]
+    assert (missing.ok, missing.needed) == (False, False)
+    assert missing.fix == system.install_command("parquet")
+    assert "pyarrow" not in doctor._native_modules()
+
+
+def test_there_and_back() -> None:
+    shown = np.arange(256) / 255
+    linear = numeric.linear_from_srgb_array(shown)
+    np.testing.assert_allclose(numeric.srgb_from_linear_array(linear), shown, atol=1e-7)
+    assert linear[0] == 0.0
+    assert linear[-1] == 1.0
+    assert linear[128] == pytest.approx(0.21586, abs=1e-5)  # half of the way on a screen is a fifth of the light
+    assert [numeric.linear_from_srgb(float(v)) for v in shown] == pytest.approx(linear.tolist(), abs=1e-15)
+    assert [numeric.srgb_from_linear(float(v)) for v in linear] == pytest.approx(shown.tolist(), abs=1e-7)
+
+
+def test_precision_stays_and_nothing_is_warned_of() -> None:
+    with np.errstate(all="raise"):
+        assert numeric.srgb_from_linear_array(np.array([-0.1, 0.0, 1.0], dtype=np.float32)).dtype == np.float32
+    assert numeric.linear_from_srgb_array(np.zeros((2, 3), dtype=np.float32)).dtype == np.float32
+
+
+def test_rotation_agrees_with_scipy(subtests: pytest.Subtests) -> None:
+    for angle in [-7.0, -0.3, 0.0, 1e-9, math.pi / 2, math.pi, 5.0]:
+        with subtests.test(angle=angle):
+            for axis in (np.array([1.0, 0.0, 0.0]), np.array([2.0, -3.0, 6.0]) / 7):
+                assert np.abs(about_axis(axis, angle) - Rotation.from_rotvec(axis * angle).as_matrix()).max() < 1e-15
+
+
+def test_digits() -> None:
+    assert significant(0.000123456, 3) == 0.000123
+    assert decimals(1.23456, 2) == 1.23
+    assert math.copysign(1.0, decimals(-1e-9, 4)) == 1.0
+
+
+QUARTER = math.pi / 2
+
+
+def built(kind: JointKind) -> Asset:
+    """A cupboard with a door of 0.5 m, or a drawer, as a family builds it."""
+    builder = AssetBuilder(SUPPLIES)
+    builder.add(ROOT, box((0.5, 0.5, 0.7)), "plain")
+    builder.link("front", at=(-0.25, -0.26, 0.0))
+    builder.add("front", box((0.5, 0.018, 0.7), (0.25, 0.0, 0.0)), "plain")
+    builder.add("front", box((0.012, 0.03, 0.2), (0.46, -0.024, 0.0)), "plain", label="handle", name="front_handle")
+    if kind is JointKind.HINGE:
+        builder.hinge("front_joint", "front", (0.0, 0.0, -1.0), (0.0, QUARTER), "front_handle")
+    else:
+        builder.slide("front_joint", "front", (0.0, -1.0, 0.0), (0.0, 0.4), "front_handle")
+    return assemble(builder, "cupboard", Params())
+
+
+def found(asset: Asset) -> Joint:
+    """The joint that articulation gives the same link."""
+    (joint,) = asset.joints
+    kind = PartKind.DOOR if joint.kind is JointKind.HINGE else PartKind.DRAWER
+    plan = JointPlan(kind=joint.kind, axis=joint.axis, anchor=joint.anchor, range=joint.range)
+    faces = np.zeros(0, dtype=np.int32)
+    part = PartPlan(name="front", kind=kind, faces=faces, grip=faces, joint=plan)
+    return build_joint(part, 1.0, asset.link("front"), None, ("object", "front"))
+
+
+@pytest.mark.parametrize("kind", [JointKind.HINGE, JointKind.SLIDE])
+def test_the_same_front_built_and_found_feels_the_same(kind: JointKind) -> None:
+    asset = built(kind)
+    (ours,), theirs = asset.joints, found(asset)
+    assert theirs.frictionloss == pytest.approx(ours.frictionloss, rel=1e-2)
+    assert theirs.damping == pytest.approx(ours.damping, rel=1e-2)
+    assert theirs.armature == pytest.approx(ours.armature, rel=1e-2)
+    assert (ours.drive, theirs.drive) == (None, None)
+
+
+def opened_in(joint: Joint, inertia: float, lever: float) -> float:
+    """Seconds in which 20 N at the hand take a joint over its way."""
+    speed, place, seconds, dt = 0.0, 0.0, 0.0, 1e-3
+    while place < joint.range[1]:
+        drive = 20.0 * lever - joint.frictionloss - joint.damping * speed
+        speed += drive / (inertia + joint.armature) * dt
+        place, seconds = place + speed * dt, seconds + dt
+        assert seconds < 5.0
+    return seconds
+
+
+def test_a_found_drawer_opens_in_the_time_of_the_model() -> None:
+    asset = built(JointKind.SLIDE)
+    seconds = opened_in(found(asset), asset.link("front").inertial.mass, 1.0)
+    assert seconds == pytest.approx(hand_dynamics.OPENS_IN_S, rel=0.05)
+
+
+def test_a_spring_carries_what_falls_open_and_holds_it_shut(subtests: pytest.Subtests) -> None:
+    for way in [QUARTER, -QUARTER]:
+        with subtests.test(way=way):
+            spring = hand_dynamics.carry(8.0, way)
+            end = spring.stiffness * (way - spring.rest) * math.copysign(1.0, way)
+            assert 0.94 * 8.0 <= end <= 8.1
+            assert spring.stiffness * -spring.rest * math.copysign(1.0, way) == pytest.approx(0.06 * 8.0, rel=0.02)
