@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, TypedDict, TypeVar, Unp
 import mujoco
 import numpy as np
 
+from casa_assets.addons.batch.batch_form import read_batch
 from casa_assets.addons.batch.engines import COMMON_SIZES, TRIAL_ROBOT_FREEDOMS, Engine, Parts, engine_named
 from casa_assets.addons.batch.shared_model import Robot, SharedModel, robot_of, share
 from casa_assets.addons.batch.start_rows import StartRows, awake_sizes, near_pairs, start_rows
 from casa_assets.api.kitchen import Kitchen, kitchen
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
-from casa_assets.layouts.run.batch_form import read_batch
 from casa_assets.layouts.run.load_scene import FILES
 from casa_assets.layouts.run.scene_files import SCENE_JSON, START_STATES
 from casa_assets.layouts.run.state_file import read_current_states

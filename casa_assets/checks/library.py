@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.checks.check import Measurement, largest, no_fault, not_applicable, not_run
+from casa_assets.checks.check import Check, Measurement, largest, no_fault, not_applicable, not_run
+from casa_assets.model.issue import Severity
 
 # Size outliers --------------------------------------------------------------------------------------------------------
 # Find assets that are far larger or smaller than others of their category.
@@ -182,3 +183,25 @@ def in_words(one: CategoryRank) -> str:
     if not one.rank:
         return f"looks like {named}; it has no category to compare with"
     return f"is called {one.category} ({one.share:.0%}, number {one.rank} of what it looks like); others: {named}"
+
+
+# Rows -----------------------------------------------------------------------------------------------------------------
+
+ERROR, WARNING = Severity.ERROR, Severity.WARNING
+
+# fmt: off
+ROWS: tuple[Check, ...] = (
+    Check("LIB001", "No duplicate shapes", WARNING, LibraryView, shapes_are_unique, "alike_form", "",
+          "No two assets have the same shape, which means that 95 % of each surface lies within {limit:g} radii of the "
+          "other; keep one of the two, or both if you want both."),
+    Check("LIB002", "No duplicate looks", WARNING, LibraryView, looks_are_unique, "alike_look", "",
+          "No two assets look alike to CLIP: the cosine of their pictures is below {limit:g}; keep one of them, or "
+          "both if you want both."),
+    Check("LIB003", "Looks like its category", WARNING, LibraryView, looks_match_categories, "look_rank", "",
+          "CLIP ranks an asset's category among its first {limit:g} names for the picture; correct the category, or "
+          "leave the asset out."),
+    Check("LIB004", "Size among its category", WARNING, LibrarySizes, sizes_fit_their_category, "size_off", "",
+          "The longest side is within {limit:g} robust deviations of the median of its category in the library; check "
+          "its unit and its category."),
+)
+# fmt: on

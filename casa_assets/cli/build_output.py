@@ -94,7 +94,7 @@ def print_numbers(results: list[SceneResult], out: Path, output: Output) -> None
 
 def print_robots(results: list[SceneResult], output: Output) -> None:
     """Print for each scene how many joints each robot reaches and opens."""
-    from casa_assets.addons.robots import read_certificate
+    from casa_assets.addons.robots.certify import read_certificate
 
     heads = ("reached", "followed", "of joints", "margin", "not parked")
     table = TextTable(("scene", "robot", *heads), right=heads)
@@ -175,7 +175,7 @@ def print_states(results: list[SceneResult], output: Output) -> None:
 
 def print_batch_forms(results: list[SceneResult], output: Output) -> None:
     """Print for each scene the size of its batch form, and what an engine has to allocate for it."""
-    from casa_assets.layouts.run.batch_form import read_batch
+    from casa_assets.addons.batch.batch_form import read_batch
 
     heads = ("colliders", "pairs", "joints", "locked", "awake in use", "nconmax", "njmax", "nccdmax", "nvmax")
     table = TextTable(("scene", *heads), right=heads)

@@ -16,9 +16,9 @@ from casa_assets import registry
 from casa_assets.asset.family import Params
 from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.cache.store import Store
-from casa_assets.checks.objects.members import ObjectMember, PrintedLine
-from casa_assets.checks.run import run
-from casa_assets.checks.table import objects
+from casa_assets.checks import objects
+from casa_assets.checks.check import run
+from casa_assets.checks.objects import ObjectMember, PrintedLine
 from casa_assets.core.numeric import Floats
 from casa_assets.kitchenware.textures.objects.label import LABEL, Label
 from casa_assets.kitchenware.textures.objects.printed_lines import lines_in_picture

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from casa_assets import registry
-from casa_assets.checks.design.robot.tasks import ATOMIC_TASKS
+from casa_assets.checks.design.tasks import ATOMIC_TASKS
 from casa_assets.model.asset.asset import Asset, Link, Visual
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.provenance import split_of
@@ -78,7 +78,9 @@ def _made(name: str, digest: str, is_vessel: bool) -> Asset:
                 visuals=tuple(
                     Visual(name=f"body_{k}", mesh=box_mesh(*box), material="paint") for k, box in enumerate(boxes)
                 ),
-                colliders=tuple(box_collider(f"body_{k}_hull", sides, center) for k, (sides, center) in enumerate(boxes)),
+                colliders=tuple(
+                    box_collider(f"body_{k}_hull", sides, center) for k, (sides, center) in enumerate(boxes)
+                ),
             ),
         ),
         materials=(Material(id="paint", base_color=_color(name)),),

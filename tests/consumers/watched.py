@@ -63,14 +63,16 @@ _PAGES_IN_A_BROWSER = Watched(
     ),
 )
 _MJCF = _package("formats/mjcf", "formats/mujoco_values.py", "model/asset", "model/kitchen")
-_BATCHES = Watched(("engines",), (*_package("addons/batch", "layouts/run/batch_form.py", "checks/scene/batch"), *_MJCF))
+_BATCHES = Watched(
+    ("engines",), (*_package("addons/batch", "checks/scene/batch_form.py", "checks/scene/engine_sizes.py"), *_MJCF)
+)
 _CLUSTER = Watched(("ray",), _package("runs", "ingest/run"))
 _STORES = Watched(("stores",), _package("library", "runs/remote.py", "ingest/sources"))
 
 _OWN = Watched((), _package("cli/project_runs.py", "cli/project", "projects.py", "registry"))
 _ROBOCASA = Watched(
     ("robocasa",),
-    _package("checks/design/robot", "core/robocasa.py", "addons/robocasa/writers", "addons/robocasa/run.py"),
+    _package("checks/design", "core/robocasa.py", "addons/robocasa"),
 )
 
 # By path relative to this folder.
@@ -102,7 +104,7 @@ WATCHED = {
     "test_robocasa_tasks.py": _ROBOCASA,
     "test_robots.py": Watched(
         ("robots",),
-        _package("checks/robots", "core/hand_dynamics.py", "addons/robots.py", "cli/verbs/scenes.py"),
+        _package("checks/robots.py", "core/hand_dynamics.py", "addons/robots", "cli/verbs/scenes.py"),
     ),
     "test_site.py": Watched(("docs",), ("docs", "mkdocs.yml")),
     "test_site_in_browser.py": Watched(("browser", "docs"), ("docs/hooks", "docs/stylesheets", "mkdocs.yml")),

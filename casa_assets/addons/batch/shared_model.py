@@ -14,15 +14,18 @@ import numpy as np
 from lxml import etree
 from scipy.optimize import linear_sum_assignment
 
-from casa_assets.addons.batch.pictures import PaintedMaterial, add_materials, materials_of, plain_colors
 from casa_assets.addons.batch.structure import (
     BodyKind,
     GeomKind,
     JointKind,
+    PaintedMaterial,
     SiteKind,
     Structure,
     Unit,
     UnitKind,
+    add_materials,
+    materials_of,
+    plain_colors,
     structure_of,
 )
 from casa_assets.core.numeric import Floats

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from casa_assets.addons.batch.shared_model import SharedModel, addresses
-from casa_assets.checks.scene.batch.form import candidate_pairs
+from casa_assets.checks.scene.batch_form import candidate_pairs
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.model.kitchen.scene import StartStates

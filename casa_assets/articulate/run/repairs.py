@@ -11,7 +11,7 @@ from casa_assets.articulate.assemble import ROOT
 from casa_assets.articulate.decisions import hinge_at_face
 from casa_assets.articulate.run.build import ArticulateResult
 from casa_assets.checks.motion.joints import JointTravel, joint_travels
-from casa_assets.checks.motion.sweep import Penetration, contacts_of_files
+from casa_assets.checks.motion.simulation import Penetration, contacts_of_files
 from casa_assets.errors import Rejected
 from casa_assets.formats import mjcf
 from casa_assets.model.asset.asset import Asset, Exclusion

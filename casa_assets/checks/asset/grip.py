@@ -19,7 +19,7 @@ from casa_assets.checks.check import (
     largest,
     not_applicable,
 )
-from casa_assets.checks.motion.motion_model import grip_of
+from casa_assets.checks.motion.simulation import grip_of
 from casa_assets.core.numeric import Floats
 from casa_assets.mesh.solid.deviation import distances_outside_hulls, surface_samples
 from casa_assets.mesh.solid.primitive import link_bounds, shape_bounds, tessellate

@@ -18,17 +18,22 @@ from casa_assets.checks.check import (
     not_applicable,
     not_run,
 )
-from casa_assets.checks.motion.motion_model import (
+from casa_assets.checks.motion.simulation import (
     STEP_S,
     MotionModel,
+    Penetration,
+    box_around,
+    find_contacts,
+    geom_boxes,
     lever_arm,
     motion_model_of,
     motion_spec,
+    moved_by,
     open_before,
     open_end,
+    set_joints,
+    sweep,
 )
-from casa_assets.checks.motion.simulation import box_around, find_contacts, geom_boxes, set_joints
-from casa_assets.checks.motion.sweep import Penetration, moved_by, sweep
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mujoco_load
 from casa_assets.core.hand_dynamics import PULL_N

@@ -297,7 +297,7 @@ def robots(
 
     Example:  casa-assets scenes robots l_small__coastal --robot PandaOmron
     """
-    from casa_assets.addons.robots import certify_all, find_robot_models
+    from casa_assets.addons.robots.certify import certify_all, find_robot_models
     from casa_assets.registry.tables import robot_names
 
     recipes = _recipes(scenes, all_, out)
@@ -364,7 +364,7 @@ def batch(
 
     Example:  casa-assets scenes batch l_small__coastal --joints doors --joints drawers
     """
-    from casa_assets.layouts.run.batch_form import BatchRequest, make_all
+    from casa_assets.addons.batch.batch_form import BatchRequest, make_all
 
     recipes = _recipes(scenes, all_, out)
     request = BatchRequest(tuple(joints or JointWord), primitives or None)

@@ -8,7 +8,7 @@ from pathlib import Path
 from casa_assets import registry
 from casa_assets.cache.cache_key import versions_of
 from casa_assets.cache.store import Store
-from casa_assets.checks.run import load_table
+from casa_assets.checks.check import load_table
 from casa_assets.checks.simready.validator import load_rules
 from casa_assets.errors import CasaError, OutputError, PluginFailure, RegistryError, Rejected
 from casa_assets.formats.read.dispatch import warm as warm_readers

@@ -11,11 +11,10 @@ from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.cache.cache_key import digest_of, key_of
+from casa_assets.checks.check import run
 from casa_assets.checks.readers.mujoco_load import native_warnings
-from casa_assets.checks.run import run
 from casa_assets.checks.start_states.draw import StateRequest, Wanted, draw_states
-from casa_assets.checks.start_states.stage import Stage
-from casa_assets.checks.start_states.verdict import StatesSubject
+from casa_assets.checks.start_states.stage import Stage, StatesSubject
 from casa_assets.errors import CasaError
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.layouts.run.scene_folders import run_recipes, scene_key, work_on_built

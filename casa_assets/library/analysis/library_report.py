@@ -12,10 +12,9 @@ from pydantic import Field, ValidationError
 
 from casa_assets import registry
 from casa_assets.cache.store import Store
-from casa_assets.checks.library import CategoryRank, LibrarySizes, LibraryView
-from casa_assets.checks.objects.collection import CollectedMember, ObjectCollection
-from casa_assets.checks.run import run
-from casa_assets.checks.table import libraries
+from casa_assets.checks.check import run
+from casa_assets.checks.library import ROWS, CategoryRank, LibrarySizes, LibraryView
+from casa_assets.checks.objects import CollectedMember, ObjectCollection
 from casa_assets.library import library as disk
 from casa_assets.library.analysis.clip import NO_WEIGHTS, ClipModel
 from casa_assets.library.analysis.clip_embeddings import image_embeddings, likenesses, similar_looking_pairs
@@ -29,7 +28,7 @@ NAME = "library.json"
 
 
 class LookRecord(Record):
-    """Result of comparing the pictures of one asset with all categories, see checks.library.duplicates.CategoryRank.
+    """Result of comparing the pictures of one asset with all categories, see checks.library.CategoryRank.
 
     Attributes:
         content: digest of the asset.
@@ -90,9 +89,9 @@ def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | N
     view = LibraryView(len(rows), alike, looks, seen, unseen)
     name, limits = "library", registry.load().limits
     sizes = LibrarySizes(tuple((row.id, row.category, row.longest) for row in rows))
-    report = run(view, name, limits, table=libraries.ROWS) + run(sizes, name, limits, table=libraries.ROWS)
+    report = run(view, name, limits, table=ROWS) + run(sizes, name, limits, table=ROWS)
     if members := object_rows(rows):
-        from casa_assets.checks.table import objects  # here, since few libraries hold generated objects
+        from casa_assets.checks import objects
 
         found = [CollectedMember(r.id, r.category, r.signature, r.extents) for r in members if r.signature is not None]
         report = report + run(ObjectCollection(tuple(found), look_alikes()), name, limits, table=objects.ROWS)

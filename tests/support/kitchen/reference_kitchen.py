@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from casa_assets import registry
+from casa_assets.checks.check import run
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.checks.run import run
 from casa_assets.mesh.planar import outline_of
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.issue import Report

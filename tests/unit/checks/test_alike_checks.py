@@ -7,9 +7,9 @@ from collections.abc import Callable
 import pytest
 
 from casa_assets import registry
+from casa_assets.checks.check import run
 from casa_assets.checks.library import CategoryRank, LibraryView, ShapePair, in_words
-from casa_assets.checks.run import run
-from casa_assets.checks.table.table import TABLE
+from casa_assets.checks.table import TABLE
 from casa_assets.model.issue import Status
 
 LIMITS = registry.load().limits

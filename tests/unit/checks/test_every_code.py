@@ -12,7 +12,7 @@ from typing import Any
 
 from casa_assets import registry
 from casa_assets.checks.check import Check
-from casa_assets.checks.table.table import TABLE
+from casa_assets.checks.table import TABLE
 from casa_assets.show.reports.checks_page import checks_markdown, codes
 
 ROOT = Path(__file__).parents[3]

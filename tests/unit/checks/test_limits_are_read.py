@@ -15,9 +15,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from casa_assets import registry
-from casa_assets.checks.check import Check, Measurement
-from casa_assets.checks.run import run
-from casa_assets.checks.table.table import TABLE
+from casa_assets.checks.check import Check, Measurement, run
+from casa_assets.checks.table import TABLE
 from casa_assets.textures.check import SET_CHECKS
 from casa_assets.textures.check import TABLE as TEXTURES
 

@@ -12,7 +12,7 @@ import pytest
 
 from casa_assets.addons.robocasa import run as robocasa
 from casa_assets.addons.robocasa import run as robocasa_kitchens
-from casa_assets.addons.robocasa.writers.kitchens.parts import box_region
+from casa_assets.addons.robocasa.parts import box_region
 from casa_assets.errors import BatchFault, CasaError
 from casa_assets.export import forms, written_forms
 from casa_assets.layouts.order.request import KitchenRequest

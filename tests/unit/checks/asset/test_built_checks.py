@@ -10,9 +10,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.checks.motion import joints, motion_model
-from casa_assets.checks.run import run
-from casa_assets.checks.table.table import TABLE
+from casa_assets.checks.check import run
+from casa_assets.checks.motion import joints, simulation
+from casa_assets.checks.table import TABLE
 from casa_assets.model.asset.asset import Asset, Drive
 from casa_assets.model.asset.parts import Box
 from casa_assets.model.issue import Status
@@ -131,16 +131,16 @@ class TestForce:
     ) -> None:
         """What the formula says is what the simulator does."""
         asset = cupboard()
-        motion = motion_model.motion_model_of(packed(asset, tmp_path))
-        assert isinstance(motion, motion_model.MotionModel)
+        motion = simulation.motion_model_of(packed(asset, tmp_path))
+        assert isinstance(motion, simulation.MotionModel)
         data = mujoco.MjData(motion.contactless)
         joint = {j.name: j for j in asset.joints}[name]
         effort = joints.starting_force(motion, data, asset, joint) * joints.hand_effort(asset, joint) / joints.PULL_N
         mujoco.mj_resetData(motion.contactless, data)
-        data.qfrc_applied[motion.dof[name]] = math.copysign(share * effort, motion_model.open_end(joint))
+        data.qfrc_applied[motion.dof[name]] = math.copysign(share * effort, simulation.open_end(joint))
         mujoco.mj_step(motion.contactless, data, nstep=500)
         # A tenth less lets it yield a little, since stops and friction are soft.
-        assert (float(data.qpos[motion.address[name]]) / motion_model.open_end(joint) > 0.02) == moves
+        assert (float(data.qpos[motion.address[name]]) / simulation.open_end(joint) > 0.02) == moves
 
     def test_nobody_turns_harder_than_the_cap(self) -> None:
         long = with_grip("door_hinge", Box(size=(0.014, 0.014, 0.14)), pose=Pose(position=(1.5, -0.048, 0.0)))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from casa_assets.checks.asset import visual
-from casa_assets.checks.run import run
+from casa_assets.checks.check import run
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.pose import Pose
 from tests.support.asset.cupboard import cupboard, filled_to, link_changed, shape, with_shapes, with_trim

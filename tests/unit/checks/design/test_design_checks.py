@@ -8,9 +8,9 @@ from functools import cache
 
 import pytest
 
-from casa_assets.checks.design.rules.grade import grade
+from casa_assets.checks.design.grade import grade
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.checks.table.table import TABLE
+from casa_assets.checks.table import TABLE
 from casa_assets.model.issue import Report, Status
 from casa_assets.model.kitchen.floor import AisleKind, Fixture, Footprint, KitchenFacts, Role, SweptArea
 from tests.support.kitchen.reference_kitchen import (

@@ -8,15 +8,9 @@ import math
 import numpy as np
 import pytest
 
-from casa_assets.checks.design.robot.floor_map import (
-    BASE_RADIUS_M,
-    CELL_M,
-    GAP_M,
-    FloorMap,
-    find_parking,
-)
-from casa_assets.checks.design.robot.picture import FLOOR, REACHED, floor_picture
-from casa_assets.checks.design.robot.task_view import (
+from casa_assets.checks.design.floor_map import BASE_RADIUS_M, CELL_M, GAP_M, FloorMap, find_parking
+from casa_assets.checks.design.subject import FLOOR, REACHED, DesignSubject, floor_picture, whereabouts
+from casa_assets.checks.design.task_view import (
     BoxSizes,
     PlacingZone,
     WorldBox,
@@ -25,7 +19,6 @@ from casa_assets.checks.design.robot.task_view import (
     worktop_regions,
     worktops_near,
 )
-from casa_assets.checks.design.subject import DesignSubject, whereabouts
 from casa_assets.core.numeric import rng_for
 from casa_assets.mesh.outline import penetration_depth
 from casa_assets.mesh.planar import distance

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from casa_assets.checks.check import run
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.checks.run import run
 from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.recipe import SceneRecipe

@@ -8,15 +8,9 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.checks.objects.collection import (
-    MIN_MEMBERS,
-    CategoryConfusion,
-    CollectedMember,
-    ObjectCollection,
-    in_words,
-)
-from casa_assets.checks.run import run
-from casa_assets.checks.table.table import TABLE
+from casa_assets.checks.check import run
+from casa_assets.checks.objects import MIN_MEMBERS, CategoryConfusion, CollectedMember, ObjectCollection, in_words
+from casa_assets.checks.table import TABLE
 from casa_assets.model.asset.provenance import (
     CENTER_SHARES,
     PAIR_SHARES,

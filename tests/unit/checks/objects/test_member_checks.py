@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.checks.objects.members import FOCAL_PX, ObjectMember, PrintedLine, lines_on_surface, seen_from
-from casa_assets.checks.run import run
-from casa_assets.checks.table.table import TABLE
+from casa_assets.checks.check import run
+from casa_assets.checks.objects import FOCAL_PX, ObjectMember, PrintedLine, lines_on_surface, seen_from
+from casa_assets.checks.table import TABLE
 from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.asset import Visual
 from casa_assets.model.asset.material import Material

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.addons import robots as certifying
-from casa_assets.checks.robots.grips import TAKEN_M, Grip, pinches, presses
-from casa_assets.checks.robots.tasks import tasks_of
-from casa_assets.checks.robots.workspace import handle_of, leg_angles
-from casa_assets.checks.run import run
+from casa_assets.addons.robots.certify import certify as certifying
+from casa_assets.addons.robots.inverse_kinematics import TAKEN_M, Grip, pinches, presses
+from casa_assets.addons.robots.workspace import handle_of, leg_angles
+from casa_assets.checks.check import run
+from casa_assets.checks.robots import tasks_of
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.issue import Status
 from casa_assets.model.kitchen.robot import JointReach, Legs, Miss, RobotCertificate, SceneRobots

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from casa_assets import registry
+from casa_assets.checks.check import run
 from casa_assets.checks.package.package import Package
-from casa_assets.checks.run import run
-from casa_assets.checks.runtime import loader_places
+from casa_assets.checks.runtime import contract
 from casa_assets.checks.runtime.contract import axis_of, missing_requirements, opening, regions
-from casa_assets.checks.table.table import TABLE
+from casa_assets.checks.table import TABLE
 from casa_assets.model.asset.asset import Asset, JointKind, Keyframe, Region
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.contract import (
@@ -142,7 +142,7 @@ def read_at(rule: PlaceRule, folder: Path) -> list[str]:
     """What is told of the places of the microwave oven where they are asked for by a rule."""
     package = packed(oven(), folder)
     assert package.contract is not None
-    return [message for _, message in loader_places.faults(package.mjcf, package.contract.replace(places=(rule,)))]
+    return [message for _, message in contract.faults(package.mjcf, package.contract.replace(places=(rule,)))]
 
 
 class TestPlaces:
@@ -158,17 +158,17 @@ class TestPlaces:
         package = packed(with_door_bin(), tmp_path / "bin")
         assert package.contract is not None
         shelf = package.contract.replace(places=(PlaceRule(regions="bin", fixed=True),))
-        told = [message for _, message in loader_places.faults(package.mjcf, shelf)]
+        told = [message for _, message in contract.faults(package.mjcf, shelf)]
         assert any("takes it for a shelf" in message for message in told)
 
     def test_sites_beside_object_and_above_a_basin(self, tmp_path: Path) -> None:
         package = packed(hob(), tmp_path)
         assert package.contract is not None
         asked = package.contract.replace(beside=("lid_site",), falls_into={"burner_on_left": "basin"})
-        pointers = [pointer for pointer, _ in loader_places.faults(package.mjcf, asked)]
+        pointers = [pointer for pointer, _ in contract.faults(package.mjcf, asked)]
         assert pointers == ["model.xml/site/lid_site", "model.xml/site/burner_on_left"]
         found = package.contract.replace(beside=("bottom_site",), falls_into={"burner_on_left": "main"})
-        assert list(loader_places.faults(package.mjcf, found)) == []
+        assert list(contract.faults(package.mjcf, found)) == []
 
 
 class TestGood:

@@ -8,8 +8,8 @@ import mujoco
 import pytest
 
 from casa_assets.checks.motion.simulation import reset_to_start
-from casa_assets.checks.scene.formats.parity import formats_agree
-from casa_assets.checks.scene.motion.opening import joints_open_without_collision
+from casa_assets.checks.scene.forms import formats_agree
+from casa_assets.checks.scene.opening import joints_open_without_collision
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.kitchen.scene import Resting, Scene
 from tests.support.asset.cupboard import cupboard

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from casa_assets.checks.scene.placement import visible_wall_shares
 from casa_assets.checks.scene.subject import SceneSubject
-from casa_assets.checks.scene.views import visible_wall_shares
-from casa_assets.checks.table.table import TABLE, UNLOADED, run_scene
+from casa_assets.checks.table import TABLE, UNLOADED, run_scene
 from casa_assets.mesh.solid.solids import convex_hull
 from casa_assets.model.asset.asset import Asset, Base, Drive
 from casa_assets.model.asset.parts import Box, Hull, Mesh, Sphere

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from casa_assets.checks.check import run
 from casa_assets.checks.readers.mujoco_load import native_warnings
-from casa_assets.checks.run import run
 from casa_assets.checks.scene import subject as scene_subject
-from casa_assets.checks.scene.formats.light_form import SceneFiles
-from casa_assets.checks.scene.motion.budget import MeasuredSpeed
-from casa_assets.checks.scene.views import PreviewImages
-from casa_assets.checks.table.table import TABLE
+from casa_assets.checks.scene.forms import SceneFiles
+from casa_assets.checks.scene.placement import PreviewImages
+from casa_assets.checks.scene.rest import MeasuredSpeed
+from casa_assets.checks.table import TABLE
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.issue import Report, Status
 from casa_assets.model.kitchen.scene import Scene

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from casa_assets.checks.motion.simulation import box_around, geom_boxes
-from casa_assets.checks.scene.motion import opening, rest
-from casa_assets.checks.scene.placement import support
+from casa_assets.checks.scene import opening, placement, rest
 from casa_assets.mesh.inertia import adjacent_links
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.parts import Box
@@ -151,7 +150,7 @@ class TestPulling:
 class TestOverlap:
     def test_the_deepest_of_each_pair_is_told_once(self, tmp_path: Path) -> None:
         box = cupboard()
-        found = support.fixed_things_do_not_overlap(
+        found = placement.fixed_things_do_not_overlap(
             subject(room((box, at(0.0, 0.0, 0.0)), (box, at(0.59, 0.0, 0.0))), tmp_path), LIMIT
         )
         assert found.number == pytest.approx(0.01)
@@ -164,7 +163,7 @@ class TestSupport:
 
     def floating(self, things: tuple[tuple[Asset, Vec3], ...], folder: Path) -> list[str]:
         scene = room(*((asset, at(*place)) for asset, place in things))
-        return [p for p, _ in support.fixed_things_are_supported(subject(scene, folder), 0.0).problems]
+        return [p for p, _ in placement.fixed_things_are_supported(subject(scene, folder), 0.0).problems]
 
     @pytest.mark.parametrize(("gap", "held"), [(0.0, True), (0.011, True), (0.013, False)])
     def test_a_shelf_hangs_on_a_wall(self, gap: float, held: bool, tmp_path: Path) -> None:

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.checks.run import run
+from casa_assets.checks.check import run
 from casa_assets.checks.start_states.draw import draw_states
-from casa_assets.checks.start_states.stage import Stage
-from casa_assets.checks.start_states.verdict import StatesSubject
+from casa_assets.checks.start_states.stage import Stage, StatesSubject
 from casa_assets.model.issue import Report, Status
 from casa_assets.model.kitchen.scene import StartStates
 from tests.support.kitchen.start_stages import scene_folder, wanted

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import casa_assets as casa
-from casa_assets.checks.scene.motion.settling import come_to_rest
+from casa_assets.checks.scene.rest import come_to_rest
 from casa_assets.errors import CasaError
 from casa_assets.formats.mjcf.scene.kitchen import write
 from casa_assets.layouts.compose.floor_facts import facts_of

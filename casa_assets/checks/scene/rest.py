@@ -1,0 +1,360 @@
+"""Find scenes that do not load, begin in collision, move by themselves or cost too much; let objects come to rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import mujoco
+import numpy as np
+
+from casa_assets.checks.check import (
+    Measurement,
+    all_at_most,
+    at_least,
+    at_most,
+    count,
+    largest,
+    not_applicable,
+    not_run,
+)
+from casa_assets.checks.motion.simulation import collision_spec, reset_to_start, simulation_warnings
+from casa_assets.checks.readers.mujoco_facts import free_bodies
+from casa_assets.checks.scene.subject import SceneSubject, all_pairs
+from casa_assets.core.numeric import Floats, Mask
+from casa_assets.model.asset.asset import JointKind
+from casa_assets.model.files import Files
+from casa_assets.model.kitchen.scene import FREE_JOINT
+from casa_assets.model.pose import Pose
+
+# Rest -----------------------------------------------------------------------------------------------------------------
+
+SETTLED_S, SIMULATED_S = 1.0, 5.0
+MM_PER_M = 1000.0
+# Reasons why a check does not apply.
+NO_JOINTS, NO_FREE_THINGS = "nothing in it has a joint", "nothing in it stands by its weight alone"
+# A short range counts as one of which the limit is a millimetre or half a degree: stops are soft, light keys yield.
+STILL = {JointKind.SLIDE: 0.001, JointKind.HINGE: 0.0087}
+# A scene that explodes has one fault, not a thousand.
+MAX_LISTED = 20
+
+
+@dataclass(frozen=True)
+class Penetration:
+    """Two geoms in each other: their names and the depth, metres."""
+
+    geom1: str
+    geom2: str
+    depth: float
+
+
+@dataclass(frozen=True)
+class IdleRun:
+    """State of a scene after 5 s in which nobody touched it.
+
+    Attributes:
+        at_start, settled: contacts at the start and after 1 s, near misses among them, the deepest first.
+        start, end: qpos at the start and after 5 s.
+        drift: name of a free placement -> how far any of its shapes has gone in 5 s, metres.
+        warnings: what the simulator complained of.
+    """
+
+    at_start: tuple[Penetration, ...]
+    settled: tuple[Penetration, ...]
+    start: Floats
+    end: Floats
+    drift: dict[str, float]
+    warnings: list[str]
+
+
+def scene_loads_without_warnings(subject: SceneSubject) -> Measurement:
+    """SCN001: number of errors and warnings while MuJoCo reads the file and simulates 5 s."""
+    error, warnings = subject.loaded.error, subject.loaded.warnings
+    messages = [error] if error else [*warnings, *(f"simulating it: {w}" for w in idle_run(subject).warnings)]
+    return count((subject.mjcf.name, message) for message in messages)
+
+
+def no_penetration_at_start(subject: SceneSubject, limit: float) -> Measurement:
+    """SCN002: deepest penetration as the scene begins, metres."""
+    when = "as the scene begins; move one of them, or shrink its shape"
+    return _deepest(idle_run(subject).at_start, limit, when)
+
+
+def no_penetration_after_settling(subject: SceneSubject, limit: float) -> Measurement:
+    """SCN003: deepest penetration after 1 s, metres."""
+    when = f"after {SETTLED_S:g} s; it is pressed there by weight or a spring"
+    return _deepest(idle_run(subject).settled, limit, when)
+
+
+def joints_stay_put(subject: SceneSubject, limit: float) -> Measurement:
+    """SCN004: largest share of its range that a joint moves in 5 s."""
+    if not subject.joints:
+        return not_applicable(NO_JOINTS)
+    run, shares = idle_run(subject), {}
+    for joint in subject.joints.values():
+        low, high = joint.joint.range
+        moved = abs(float(run.end[joint.address] - run.start[joint.address]))
+        shares[f"joints/{joint.name}"] = moved / max(high - low, STILL[joint.joint.kind] / limit)
+    message = f"drifts by {{:.1%}} of its range in {SIMULATED_S:g} s; see what touches it, or its friction and spring"
+    return all_at_most(shares, limit, message, NO_JOINTS)
+
+
+def loose_things_stay_put(subject: SceneSubject, limit: float) -> Measurement:
+    """SCN011: largest distance that a free-standing object moves in 5 s, metres."""
+    drift = idle_run(subject).drift
+    return farthest(drift, limit, "; set it down where it stands firmly")
+
+
+@lru_cache(maxsize=1)
+def idle_run(subject: SceneSubject) -> IdleRun:
+    """Simulate the scene untouched for 5 s, once."""
+    model, data = subject.model, mujoco.MjData(subject.model)
+    reset_to_start(model, data)
+    mujoco.mj_forward(model, data)
+    at_start, start = tuple(penetrations(subject, data)), data.qpos.copy()
+    free = {p.name: subject.geoms_of[p.name] for p in subject.free}
+    before = {name: data.geom_xpos[geoms].copy() for name, geoms in free.items()}
+    mujoco.mj_step(model, data, nstep=round(SETTLED_S / model.opt.timestep))
+    settled = tuple(penetrations(subject, data))
+    mujoco.mj_step(model, data, nstep=round((SIMULATED_S - SETTLED_S) / model.opt.timestep))
+    drift = {n: float(np.linalg.norm(data.geom_xpos[g] - before[n], axis=1).max(initial=0)) for n, g in free.items()}
+    return IdleRun(at_start, settled, start, data.qpos.copy(), drift, simulation_warnings(data))
+
+
+def penetrations(subject: SceneSubject, data: mujoco.MjData) -> Iterator[Penetration]:
+    """Contacts of all pairs of geoms in the present state, the deepest first; `data` is only read."""
+    model, posed = subject.model, mujoco.MjData(subject.model)
+    posed.qpos[:] = data.qpos
+    with all_pairs(model):
+        mujoco.mj_kinematics(model, posed)
+        mujoco.mj_collision(model, posed)
+    depths: dict[tuple[int, int], float] = {}
+    for pair, distance in zip(posed.contact.geom.tolist(), posed.contact.dist.tolist(), strict=True):
+        key = (min(pair), max(pair))
+        depths[key] = max(depths.get(key, -1.0), -distance)
+    for (geom1, geom2), depth in sorted(depths.items(), key=lambda item: (-item[1], item[0])):
+        yield Penetration(subject.geom_name(geom1), subject.geom_name(geom2), depth)
+
+
+@dataclass(frozen=True)
+class Settled:
+    """State of a form of a scene after it was left alone.
+
+    Attributes:
+        depths: names of two geoms -> penetration depth at the start or after 1 s, whichever is larger, metres.
+        drift: name of a free-standing body -> largest distance that any of its shapes has moved in 5 s, metres.
+    """
+
+    depths: dict[tuple[str, str], float]
+    drift: dict[str, float]
+
+    def deepest(self, limit: float, where: str) -> Measurement:
+        """The deepest penetration, metres; `where`: end of the messages."""
+        problems = [
+            (f"geoms/{first}", f"is {depth * MM_PER_M:.2f} mm in {second} {where}")
+            for (first, second), depth in sorted(self.depths.items())
+            if depth > limit
+        ]
+        return Measurement(max(self.depths.values(), default=0.0), tuple(problems[:MAX_LISTED]))
+
+
+def settle(data: mujoco.MjData, counted: Mask | None = None) -> Settled:
+    """Simulate a form of a scene for 5 s from its present state, computed with `mj_forward`.
+
+    Args:
+        counted: (ngeom,) shapes whose ways count; None: all.
+    """
+    model = data.model
+    start, depths = data.geom_xpos.copy(), dict[tuple[str, str], float]()
+    for seconds in (SETTLED_S, SIMULATED_S - SETTLED_S):
+        for (first, second), distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
+            pair = (str(model.geom(first).name), str(model.geom(second).name))
+            depths[pair] = max(depths.get(pair, 0.0), -distance)
+        mujoco.mj_step(model, data, nstep=round(seconds / model.opt.timestep))
+    distances = np.linalg.norm(data.geom_xpos - start, axis=1)
+    if counted is not None:
+        distances = np.where(counted, distances, 0.0)
+    roots = model.body_rootid[model.geom_bodyid]
+    drift = {str(model.body(b).name): float(distances[roots == b].max(initial=0.0)) for b in free_bodies(model)}
+    return Settled(depths, drift)
+
+
+def farthest(drift: Mapping[str, float], limit: float, advice: str, listed: int | None = None) -> Measurement:
+    """The farthest that a free-standing thing moved in 5 s, metres; not applicable if there are none.
+
+    Args:
+        drift: name of a placement -> distance. advice: end of the messages. listed: problems that are named at most.
+    """
+    problems = [
+        (f"placements/{name}", f"moves {distance * MM_PER_M:.1f} mm in {SIMULATED_S:g} s{advice}")
+        for name, distance in drift.items()
+        if distance > limit
+    ]
+    return largest(drift.values(), problems[:listed], NO_FREE_THINGS)
+
+
+def _deepest(contacts: tuple[Penetration, ...], limit: float, when: str) -> Measurement:
+    deep = [c for c in contacts if c.depth > limit]
+    problems = [(f"geoms/{c.geom1}", f"is {c.depth * MM_PER_M:.2f} mm in {c.geom2} {when}") for c in deep[:MAX_LISTED]]
+    return Measurement(max((c.depth for c in contacts), default=0.0), tuple(problems))
+
+
+# Budget ---------------------------------------------------------------------------------------------------------------
+
+MEGABYTE = 1e6
+
+
+@dataclass(frozen=True)
+class MeasuredSpeed:
+    """Loading and stepping time of a scene, measured on this machine.
+
+    Attributes:
+        load_ms: to compile the whole file, milliseconds.
+        steps_per_s: with nothing touched, one core.
+        timestep_s: of the model, seconds.
+    """
+
+    load_ms: float
+    steps_per_s: float
+    timestep_s: float
+
+    @property
+    def pace(self) -> float:
+        """Seconds that are simulated in a second."""
+        return self.steps_per_s * self.timestep_s
+
+
+def body_count_is_bounded(subject: SceneSubject, limit: float) -> Measurement:
+    """SCN010: number of bodies of the model."""
+    return _bounded_count(subject.model.nbody, limit, "bodies; merge links that never move against each other")
+
+
+def collider_count_is_bounded(subject: SceneSubject, limit: float) -> Measurement:
+    """SCN012: number of collision shapes."""
+    return _bounded_count(subject.model.ngeom, limit, "shapes that are touched; merge some, or leave a thing out")
+
+
+def degrees_of_freedom_are_bounded(subject: SceneSubject, limit: float) -> Measurement:
+    """SCN013: degrees of freedom of the kitchen, without those of objects that were put into it."""
+    added = [place.name for place in subject.scene.objects]
+    bodies = subject.model.body_rootid[subject.model.dof_bodyid]
+    own = subject.model.nv - int(np.isin(bodies, [subject.model.body(name).id for name in added]).sum())
+    return _bounded_count(own, limit, "degrees of freedom; fix what nobody has to move")
+
+
+def hull_vertex_count_is_bounded(subject: SceneSubject, limit: float) -> Measurement:
+    """SCN014: vertices of all collision hulls, counted for each time that a hull occurs in the scene."""
+    model = subject.model
+    hulls = model.geom_dataid[model.geom_type == mujoco.mjtGeom.mjGEOM_MESH]
+    return _bounded_count(int(np.sum(model.mesh_vertnum[hulls])), limit, "vertices of hulls; use boxes and cylinders")
+
+
+def texture_memory_is_bounded(subject: SceneSubject, limit: float) -> Measurement:
+    """SCN015: megabytes of all pictures, decoded, without mipmaps."""
+    model = subject.loaded.model
+    if model is None:
+        return not_run("MuJoCo cannot read scene.xml")
+    return _bounded_count(model.ntexdata / MEGABYTE, limit, "MB of pictures; share them, or make them smaller")
+
+
+def contact_count_is_bounded(subject: SceneSubject, limit: float) -> Measurement:
+    """SCN016: pairs of shapes in contact at the start and after 1 s, the larger number."""
+    run = idle_run(subject)
+    return _bounded_count(
+        max(len(run.at_start), len(run.settled)), limit, "pairs in contact at rest; set things down on fewer feet"
+    )
+
+
+def load_time_is_bounded(speed: MeasuredSpeed, limit: float) -> Measurement:
+    """SCN026: milliseconds to compile the whole scene with its pictures."""
+    return _bounded_count(speed.load_ms, limit, "ms to load; fewer vertices and smaller pictures load faster")
+
+
+def simulation_is_fast_enough(speed: MeasuredSpeed, limit: float) -> Measurement:
+    """SCN027: simulated seconds per second on one core, at rest."""
+    message = f"simulates {speed.pace:.2f} s in a second; fewer shapes in contact, fewer joints"
+    return at_least(speed.pace, limit, "scene", message)
+
+
+def scene_sizes(subject: SceneSubject) -> dict[str, float]:
+    """Sizes of a scene by name: counts, and megabytes of decoded pictures. It has to load."""
+    whole, bare = subject.loaded.model, subject.model
+    assert whole is not None
+    hulls = bare.geom_type == mujoco.mjtGeom.mjGEOM_MESH
+    return {
+        "bodies": whole.nbody,
+        "geoms": whole.ngeom,
+        "colliders": bare.ngeom,
+        "hulls": int(hulls.sum()),
+        "meshes": whole.nmesh,
+        "joints": len(subject.joints),
+        "nv": whole.nv,
+        "textures": whole.ntex,
+        "texture_mb": round(whole.ntexdata / MEGABYTE, 3),
+    }
+
+
+def _bounded_count(number: float, limit: float, noun: str) -> Measurement:
+    return at_most(float(number), limit, "scene", f"has {number:,.0f} {noun}")
+
+
+# Settling of objects --------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Rest:
+    """Where an object came to rest.
+
+    Attributes:
+        pose: world_from_root at the end. moved: farthest that the middle of one of its shapes went, as the checks of
+            scenes measure it, metres. tilt: turn of its upright axis, radians. depth: deepest contact at the start and
+            at the end, near misses not counted, metres.
+    """
+
+    pose: Pose
+    moved: float
+    tilt: float
+    depth: float
+
+
+def come_to_rest(files: Files, names: Sequence[str], seconds: float) -> dict[str, Rest]:
+    """Simulate a scene that nobody touches.
+
+    Args:
+        files: MJCF of the scene in memory. names: placements that are free. seconds: to simulate.
+    Raises:
+        ValueError: MuJoCo cannot read it.
+    """
+    model = collision_spec(files, "scene.xml").compile()
+    data = mujoco.MjData(model)
+    reset_to_start(model, data)
+    mujoco.mj_forward(model, data)
+    bodies = [model.body(name).id for name in names]
+    before, axes = data.geom_xpos.copy(), data.xmat[bodies].reshape(-1, 3, 3)[:, :, 2].copy()
+    depth = _depths(model, data)
+    mujoco.mj_step(model, data, nstep=round(seconds / model.opt.timestep))
+    mujoco.mj_forward(model, data)
+    depth = np.maximum(depth, _depths(model, data))
+    ways, roots = np.linalg.norm(data.geom_xpos - before, axis=1), model.body_rootid[model.geom_bodyid]
+    found = {}
+    for number, (name, body) in enumerate(zip(names, bodies, strict=True)):
+        start = model.jnt_qposadr[model.joint(f"{name}__{FREE_JOINT}").id]
+        x, y, z, *turn = (float(v) for v in data.qpos[start : start + 7])
+        upright = data.xmat[body].reshape(3, 3)[:, 2]
+        found[name] = Rest(
+            pose=Pose(position=(x, y, z), quaternion=(turn[0], turn[1], turn[2], turn[3])),
+            moved=float(ways[roots == body].max(initial=0.0)),
+            tilt=float(np.arccos(np.clip(upright @ axes[number], -1.0, 1.0))),
+            depth=float(depth[body]),
+        )
+    return found
+
+
+def _depths(model: mujoco.MjModel, data: mujoco.MjData) -> Floats:
+    """(nbody,) deepest contact of each body, metres; 0 where it touches nothing."""
+    depths = np.zeros(model.nbody)
+    bodies = model.body_rootid[model.geom_bodyid[data.contact.geom]]
+    for pair, distance in zip(bodies, data.contact.dist, strict=True):
+        np.maximum.at(depths, pair, -distance)
+    return depths
