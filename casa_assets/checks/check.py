@@ -24,15 +24,10 @@ Problem = tuple[str, str]
 
 @dataclass(frozen=True)
 class Measurement:
-    """Result of a check function: a number with its problems, or the reason why there is no number.
+    """Result of a check function: the (worst) number with its problems, or the reason why there is no number.
 
-    Attributes:
-        number: the measured value, the worst if there are several.
-        problems: one for each fault; empty if the subject passes.
-        status: NOT_APPLICABLE or NOT_RUN if nothing was measured, PASSED if there is no fault and no number to report;
-            None if the problems decide.
-        reason: why it does not apply or was not run.
-        waived: that it was not run is not held against the subject.
+    `status`: NOT_APPLICABLE or NOT_RUN if nothing was measured, PASSED if there is no fault and no number to report;
+    None if the problems decide. `waived`: that it was not run is not held against the subject.
     """
 
     number: float | None = None
@@ -61,12 +56,7 @@ def not_applicable(reason: str) -> Measurement:
 
 
 def not_run(reason: str, waived: bool = False) -> Measurement:
-    """The check applies, but could not look.
-
-    Args:
-        reason: a part of a sentence that says why.
-        waived: it is not held against the subject, as where an optional package is not installed.
-    """
+    """The check applies, but could not look. `reason`: part of a sentence. `waived`: as without an optional package."""
     return Measurement(status=Status.NOT_RUN, reason=reason, waived=waived)
 
 
@@ -81,12 +71,9 @@ def at_least(number: float, limit: float, pointer: str, message: str) -> Measure
 
 
 def all_at_most(numbers: Mapping[str, float], limit: float, message: str, otherwise: str) -> Measurement:
-    """The largest of several numbers, with a problem for each that exceeds the limit.
+    """The largest of several numbers by pointer, with a problem for each that exceeds the limit.
 
-    Args:
-        numbers: pointer -> number.
-        message: a format with one field for the number.
-        otherwise: reason why the check does not apply if there are no numbers.
+    `message`: a format with one field for the number. `otherwise`: why the check does not apply without numbers.
     """
     problems = tuple((pointer, message.format(number)) for pointer, number in numbers.items() if number > limit)
     return largest(numbers.values(), problems, otherwise)
@@ -127,15 +114,10 @@ class Check:
 
     Attributes:
         code: such as `AST002`; never reused.
-        title: two to six words that name what is tested.
         severity: an error keeps the asset out of the library; a warning is advice.
-        subject: type that the function takes.
-        function: measures a subject.
-        limit: key in registry/limits.yaml of the limit of the number, or None.
-        unit: of the number and the limit.
+        limit: key in registry/limits.yaml of the limit of the number, or None. others: keys of further limits.
         description: one sentence: what is measured, against which limit, and what to do if it fails. `{limit}` and
             `{mm}` (a thousand times the limit) are placeholders for the number, the keys of `others` for theirs.
-        others: keys of further limits.
     """
 
     code: str
@@ -231,12 +213,9 @@ def run(
     waived: Mapping[str, str] = NO_WAIVERS,
     table: Iterable[Check] | None = None,
 ) -> Report:
-    """Report of every check whose subject type is that of `subject`.
+    """Report, under a name, of every check whose subject type is that of `subject`.
 
     Args:
-        subject: an Asset, a Package, ... as the rows name it.
-        name: id that the report carries.
-        limits: key to number, as registry/limits.yaml has it.
         waived: code -> reason of the checks that are not run on this subject; the report lists them as not run.
         table: rows to run; None: all. The rows of libraries alone need neither MuJoCo nor USD, which take a second
             to import.
@@ -267,11 +246,7 @@ def report_not_run(
     waived: Mapping[str, str] = NO_WAIVERS,
     table: Iterable[Check] | None = None,
 ) -> Report:
-    """Report of checks that could not be run, all for one reason.
-
-    Args:
-        kinds: types of subjects. reason: a part of a sentence. The others are as for `run`.
-    """
+    """Report of checks of some types of subjects that could not be run, all for one reason (part of a sentence)."""
     rows = [check for check in _rows(table) if check.subject in kinds]
     results = tuple(
         _result(

@@ -22,11 +22,7 @@ SIGMA_PER_MAD = 1.4826
 
 @dataclass(frozen=True)
 class LibrarySizes:
-    """Sizes of the assets of a library, by category.
-
-    Attributes:
-        rows: (id, category, longest side in metres) of each.
-    """
+    """(id, category, longest side in metres) of the assets of a library."""
 
     rows: tuple[tuple[str, str, float], ...]
 
@@ -69,14 +65,10 @@ ALONE = "there are no two assets to compare"
 
 @dataclass(frozen=True)
 class ShapePair:
-    """Two assets of nearly one shape.
+    """Two assets of nearly one shape, in the order of the library.
 
-    Attributes:
-        one, other: their ids, in the order of the library.
-        p95, p995: 95th and 99.5th percentile of the distance from either surface to the other once they are
-            aligned, as a part of the radius.
-        size: of the other over the one. colors: how far their colours are apart, CIELAB units.
-        same_category: they are said to be the same kind of thing.
+    `p95`, `p995`: percentiles of the distance from either surface to the other once they are aligned, as a part of the
+    radius. `size`: of the other over the one. `colors`: how far their colours are apart, CIELAB units.
     """
 
     one: str
@@ -92,10 +84,7 @@ class ShapePair:
         return self.p95 <= limit and self.p995 <= EVERY_SHARE * limit
 
     def twins(self, limit: float) -> bool:
-        """One and the same thing: form and colours agree, and so does the size wherever sizes say anything.
-
-        Two names for one mesh give it two sizes where its file states none.
-        """
+        """One thing: form and colours agree, and the size too, unless two names for one mesh give it two sizes."""
         same_size = abs(self.size - 1) <= SAME_SIZE or not self.same_category
         return self.same_form(limit) and self.colors <= SAME_COLORS and same_size
 
@@ -104,10 +93,7 @@ class ShapePair:
 class CategoryRank:
     """Categories that a vision-language model sees in the pictures of an asset.
 
-    Attributes:
-        asset: its id. category: that it has.
-        share: of its category among all, 0..1. rank: of its category, 1 for the likeliest; 0: it has none to compare.
-        others: the likeliest other categories with their shares, best first.
+    `share`, `rank`: of its own category among all; rank 0: it has none to compare. `others`: the likeliest, best first.
     """
 
     asset: str
@@ -119,13 +105,9 @@ class CategoryRank:
 
 @dataclass(frozen=True)
 class LibraryView:
-    """The accepted assets of a library, as its checks see them.
+    """The accepted assets of a library: pairs of nearly one form, pairs with cosines near 1, what each looks like.
 
-    Attributes:
-        count: of them. alike: pairs of nearly one form.
-        looks: pairs of ids with the cosine between their pictures, those that are near 1.
-        seen: what each looks like.
-        unseen: why nobody looked at the pictures; empty where somebody did.
+    `unseen`: why nobody looked at the pictures; empty where somebody did.
     """
 
     count: int

@@ -32,12 +32,9 @@ from casa_assets.model.registry.category import Category
 
 @dataclass(frozen=True)
 class PrintedLine:
-    """A line of letters in the picture of a material.
+    """A line of letters in the picture of a material; `runs_upwards`: its baseline does.
 
-    Attributes:
-        text: as it is written.
-        cover: (H, W) share of each pixel of the picture that its letters cover, 0..1; row 0 is the upper edge.
-        runs_upwards: its baseline runs upwards in the picture.
+    `cover`: (H, W) share of each pixel that its letters cover, 0..1; row 0 is the upper edge.
     """
 
     text: str
@@ -47,12 +44,7 @@ class PrintedLine:
 
 @dataclass(frozen=True, eq=False)
 class ObjectMember:
-    """A member of a category; compared by identity, so that measurements of it can be cached.
-
-    Attributes:
-        asset: of it. category: its category in the registry.
-        printed: id of a material -> the lines that say what is in the package.
-    """
+    """A member of a category, compared by identity; `printed`: material -> lines that say what is in the package."""
 
     asset: Asset
     category: Category
@@ -105,14 +97,10 @@ FLARE = 0.05
 
 @dataclass(frozen=True)
 class LineOnSurface:
-    """A line of letters as it lies on what is seen.
+    """A line of letters as it lies on what is seen: height in the picture, and contrast ratio of WCAG to its ground.
 
-    Attributes:
-        text: as it is written. material: on which it is.
-        height_px: of its letters in the picture. contrast: ratio of WCAG between letters and what is around them.
-        points, normals: (N, 3) places of its letters, link frame, and where they look to.
-        up: (N, 3) from the foot to the head of a letter there, metres.
-        mirrored: share of the places where it reads from right to left.
+    `points`, `normals`: (N, 3) places of its letters, link frame. `up`: (N, 3) from the foot to the head of a letter
+    there, metres. `mirrored`: share of the places where it reads from right to left.
     """
 
     text: str
@@ -148,10 +136,7 @@ def _luminance(look: Material) -> Floats:
 
 
 def _on_mesh(line: PrintedLine, material: str, picture: Floats, mesh: Mesh) -> LineOnSurface | None:
-    """Return the line on one mesh, or None if the mesh does not show it.
-
-    If several sides show it, the most readable one is returned.
-    """
+    """The line on one mesh, on the side where it is most readable; None if the mesh does not show it."""
     letters = line.cover >= LETTER * max(float(line.cover.max()), LEAST_COVER)
     if not letters.any():
         return None
@@ -197,12 +182,9 @@ def _contrast(picture: Floats, letters: Mask) -> float:
 
 
 def _copies(at: Floats, mesh: Mesh) -> Iterator[tuple[Ints, Floats]]:
-    """Sides of a mesh that show the same places of a picture, such as the front and the back of a bag.
+    """Sides of a mesh that show the same (N, 2) places of a picture, such as the front and the back of a bag.
 
-    Args:
-        at: (N, 2) places of the picture.
-    Yields:
-        (M,) faces that show M of the places and look to one side, (M, 3) weights of their corners.
+    Yields (M,) faces that show M of the places and look to one side, and (M, 3) weights of their corners.
     """
     candidates, second, third, inside = _hits(at, mesh)
     if not inside.any():
@@ -335,12 +317,7 @@ class CollectedMember:
 
 @dataclass(frozen=True)
 class CategoryConfusion:
-    """How many members of a category are nearer to their own kind than to another one.
-
-    Attributes:
-        category: of them. count: of members. right: of those whose nearest neighbour is of their kind.
-        others: categories of the other neighbours with their number, the most frequent first.
-    """
+    """How many members of a category are nearer to their own kind, and to others, the most frequent first."""
 
     category: str
     count: int
@@ -350,12 +327,9 @@ class CategoryConfusion:
 
 @dataclass(frozen=True, eq=False)
 class ObjectCollection:
-    """Members of categories of objects; compared by identity, so that measurements of it can be cached.
+    """Members of categories in the order of the library; compared by identity.
 
-    Attributes:
-        members: in the order of the library.
-        look_alikes: category -> name shared by categories that look like one kind; categories not listed are separate
-            kinds.
+    `look_alikes`: category -> name shared by those that look like one kind; others are separate kinds.
     """
 
     members: tuple[CollectedMember, ...]

@@ -14,13 +14,10 @@ from casa_assets.model.record import Vec3
 
 @dataclass(frozen=True)
 class Task:
-    """A joint of a kitchen that a robot is to work.
+    """A joint of a kitchen (its name in the MJCF) that a robot is to work, and the geom that a hand takes or presses.
 
-    Attributes:
-        fixture, joint: names; the joint by its name in the MJCF. grip: geom that a hand takes or presses.
-        behind: joint of the door that has to be open first, empty without one.
-        front: unit vector out of the fixture's front, level.
-        places: parking places, x, y (m), direction (rad): while it is shut, then once it is open.
+    `behind`: joint of the door that has to be open first, or empty. `front`: unit vector out of the fixture, level.
+    `places`: parking places, x, y (m), direction (rad): while it is shut, then once it is open.
     """
 
     fixture: str
@@ -32,11 +29,7 @@ class Task:
 
 
 def tasks_of(facts: Mapping[str, Any]) -> tuple[list[Task], list[str]]:
-    """Tasks for all joints that have a grip, and the joints of fixtures that a scene has no parking places for.
-
-    Args:
-        facts: content of scene.json.
-    """
+    """From scene.json, tasks for all joints that have a grip, and the joints of fixtures without parking places."""
     tasks: list[Task] = []
     without: list[str] = []
     for fixture in facts["fixtures"]:

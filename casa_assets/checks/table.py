@@ -523,13 +523,7 @@ def run_scene(
 ) -> Report:
     """Report of every check of a scene and its file; where MuJoCo cannot read the file all but the first are not run.
 
-    Args:
-        subject: the scene, and the folder it was written to.
-        limits: key to number, as registry/limits.yaml has it.
-        waived: code -> reason of the checks that are not run on this scene.
-        table: rows, of which those of scenes are run.
-    Raises:
-        KeyError: a row names a limit that the registry does not have.
+    `waived`: code -> reason of checks that are not run. Raises KeyError: the registry lacks a limit that a row names.
     """
     rows = [row for row in table if row.subject is SceneSubject]
     name = subject.scene.id

@@ -34,12 +34,7 @@ from casa_assets.runs.pool import Workers
 
 @dataclass(frozen=True)
 class BatchRequest:
-    """Options of a batch form: which joints and how many collision primitives it keeps.
-
-    Attributes:
-        words: kinds of joints that are kept, as far as there is room for them.
-        primitives: maximum number of primitives that can touch anything; None: as many as check BAT002 allows.
-    """
+    """Options of a batch form: kinds of joints that it keeps, and primitives that may touch (None: as BAT002 says)."""
 
     words: tuple[JointWord, ...] = tuple(JointWord)
     primitives: int | None = None

@@ -115,10 +115,7 @@ class ReachableSpace:
 
 
 def is_inside(shape: Shape, points: Floats, margin: float = 0.0) -> Mask:
-    """(N,) whether points of the frame of a primitive lie in it or at most `margin` metres from its faces.
-
-    Raises ValueError: the shape is no primitive.
-    """
+    """(N,) whether points of a primitive's frame lie in it, or at most `margin` m off. ValueError: no primitive."""
     if isinstance(shape, Box):
         beside = np.abs(points) - np.array(shape.size) / 2
         return np.asarray(beside.max(axis=1) <= margin, dtype=bool)
@@ -256,14 +253,9 @@ class Fitted(NamedTuple):
 class FitLimits:
     """How closely primitives are fitted.
 
-    Attributes:
-        most: maximum number of groups. A group that reaches into space to be kept free becomes a few boxes around it.
-        empty_share: maximum empty share of a primitive, 0..1; above it, it is divided while there are fewer than
-            `most`.
-        free: primitives with their poses in the body whose space is kept free, because the body can hold things there;
-            only shapes that already reached into it still may.
-        beside: (N, 2, 3) corners of boxes of other bodies, in the frame of the body, metres. Fitted primitives are cut
-            off where they would reach into them.
+    At most `most` groups (one that reaches into what is kept free becomes a few boxes); a primitive of which more than
+    `empty_share` is empty is divided. `free`: primitives with their poses whose space is kept free for things.
+    `beside`: (N, 2, 3) corners of boxes of other bodies, frame of the body, metres; nothing fitted reaches into them.
     """
 
     most: int
@@ -319,12 +311,10 @@ class _Group(NamedTuple):
 
 @dataclass(frozen=True)
 class _Grid:
-    """Points evenly within the box around a body.
+    """(N, 3) points evenly within the box around a body, each for `cell_m3` of volume.
 
-    Attributes:
-        points: (N, 3) metres. cell_m3: volume that each point represents.
-        held: (P, N) whether a primitive holds a point. free: (N,) whether it has to be free.
-        bounds: (P, 2, 3) corners of the primitives, metres.
+    `held`: (P, N) whether a primitive holds a point. `free`: (N,) whether it has to be free. `bounds`: (P, 2, 3),
+    metres.
     """
 
     points: Floats

@@ -410,12 +410,7 @@ LAST_UNITS = (
 
 @dataclass(frozen=True)
 class _Step:
-    """Simplifications that are made together.
-
-    Attributes:
-        locked: joints to lock. filled: placements of loose things, and of fixtures with bins on doors, to make solid.
-        blocks: placements of fixtures of which all bins of a door become one block.
-    """
+    """Joints to lock, placements to make solid, and fixtures of which all bins of a door become one block, together."""
 
     locked: tuple[Ref, ...] = ()
     filled: tuple[str, ...] = ()

@@ -19,11 +19,7 @@ _TO_NEWTON, _FROM_NEWTON = (1, 2, 3, 0), (3, 0, 1, 2)
 
 
 class NewtonEngine:
-    """Steps worlds with Newton, on a graphics card or on the processor.
-
-    Attributes:
-        model: Newton's Model. data: the State that the last step ended in. solver, control: of Newton.
-    """
+    """Steps worlds with Newton, on a GPU or the processor; `data` is the State that the last step ended in."""
 
     def __init__(self, parts: Parts) -> None:
         wp.init()

@@ -35,13 +35,10 @@ from casa_assets.model.kitchen.scene import FREE_WIDTH
 
 @dataclass(frozen=True)
 class Robot:
-    """A robot that is in every world of a batch.
+    """A robot that is in every world of a batch; `make` returns a new MjSpec of it.
 
-    Attributes:
-        make: returns a new MjSpec of it, called once for each kitchen.
-        qpos, ctrl: of its first keyframe; if there is no keyframe, qpos as built, and zeros for ctrl.
-        freedoms: degrees of freedom of all its joints.
-        floats: its base has a free joint, so that it is placed in the world and not on a body that a reset moves.
+    `qpos`, `ctrl`: of its first keyframe, else as built and zeros. `freedoms`: of all its joints. `floats`: its base
+    has a free joint, so that it is placed in the world and not on a body that a reset moves.
     """
 
     make: Callable[[], mujoco.MjSpec]
@@ -198,18 +195,10 @@ class Kitchen(NamedTuple):
 
 
 class SharedSpec:
-    """Writes a kitchen into the shared structure.
-
-    Attributes:
-        spec: the MjSpec written so far. added: element type -> name in the kitchen -> the element added for it.
-    """
+    """Writes a kitchen into the shared structure; `added`: element type -> name in the kitchen -> its element."""
 
     def __init__(self, kitchen: Kitchen, materials: Mapping[str, PaintedMaterial] | None = None) -> None:
-        """Begins with a spec that holds nothing.
-
-        Args:
-            materials: of all kitchens, by name; None: what has a picture gets the mean colour of it.
-        """
+        """Begins with an empty spec. `materials`: of all kitchens, by name; None: pictures become their mean colour."""
         self.spec = _emptied(kitchen.spec)
         self._colors = plain_colors(kitchen.model) if materials is None else None
         add_materials(self.spec, (materials or {}).values())
@@ -265,11 +254,7 @@ class SharedSpec:
         self.spec.attach(robot.make(), prefix=ROBOT_PREFIX, frame=below.add_frame())
 
     def _add_tree(self, parent: Any, slot: Slot, kind: BodyKind, tenant: Unit | None, bodies: list[Any]) -> None:
-        """Add a body and those that hang on it.
-
-        Args:
-            bodies: of the unit so far; those that are added come after them.
-        """
+        """Add a body and those that hang on it to the `bodies` of the unit."""
         place = len(bodies)
         source = None if tenant is None else tenant.bodies[place]
         word = "_".join(_WORDS[joint.shape] for joint in kind.joints)
@@ -436,12 +421,9 @@ _SHORTCUTS = ("geom_sameframe", "body_sameframe", "site_sameframe")
 
 @dataclass(frozen=True)
 class SharedModel:
-    """A kitchen in a shared structure.
+    """A kitchen in a shared structure, compiled, with its MJCF (empty where it has pictures).
 
-    Attributes:
-        name: of the kitchen. model: compiled; its arrays have the shapes that they have for the other kitchens.
-        text: MJCF of it, empty where it has pictures. start: (nq,) positions of its joints as it begins.
-        bodies, joints, geoms, sites, cameras: name in the kitchen -> id in the model.
+    `start`: (nq,) positions as it begins. `bodies` ... `cameras`: name in the kitchen -> id in the model.
     """
 
     name: str

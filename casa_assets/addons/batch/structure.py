@@ -56,11 +56,7 @@ class BodyKind(NamedTuple):
 
 
 class UnitKind(NamedTuple):
-    """The same of two units.
-
-    Attributes:
-        trees: kinds of their roots. exclusions: pairs of its bodies that never collide, as positions in it.
-    """
+    """The same of two units: kinds of the roots of its trees, and which of its bodies, by position, never collide."""
 
     trees: tuple[BodyKind, ...]
     exclusions: tuple[tuple[int, int], ...]
@@ -68,11 +64,7 @@ class UnitKind(NamedTuple):
 
 @dataclass(frozen=True)
 class Unit:
-    """Trees of bodies of which some never collide with each other: mostly one tree alone, such as a door or a plate.
-
-    Attributes:
-        kind: what it shares with other units. bodies: their ids in the model, each after its parent.
-    """
+    """Trees of bodies of which some never collide, mostly one, such as a door. `bodies`: ids, parents first."""
 
     kind: UnitKind
     bodies: tuple[int, ...]
@@ -80,13 +72,7 @@ class Unit:
 
 @dataclass(frozen=True)
 class Structure:
-    """Structure of a model.
-
-    Attributes:
-        units: of what moves.
-        geoms: body -> kind -> its geoms that touch anything, largest first. Body 0 is the world.
-        sites: body -> kind -> its sites, but the corners of bounds.
-    """
+    """Units of what moves; body -> kind -> its geoms that touch, largest first, and its sites. Body 0 is the world."""
 
     units: tuple[Unit, ...]
     geoms: Mapping[int, Mapping[GeomKind, Sequence[int]]]
@@ -94,10 +80,9 @@ class Structure:
 
 
 def structure_of(model: mujoco.MjModel) -> Structure:
-    """Structure of a compiled batch form, in which everything that does not move is of the world.
+    """Structure of a compiled batch form; what does not move is of the world.
 
-    Raises:
-        ValueError: the model has tendons, equalities or bodies without joints, which batch forms do not have.
+    Raises ValueError: it has tendons, equalities or bodies without joints, which batch forms do not have.
     """
     for name in ("ntendon", "neq", "nu", "nflex", "npair"):
         if getattr(model, name):
@@ -176,23 +161,14 @@ _COLOR = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
 
 
 class Picture(NamedTuple):
-    """A picture of a compiled model.
-
-    Attributes:
-        name: the same in two kitchens where the picture is. pixels: (height, width, channels).
-    """
+    """A picture of a compiled model, (height, width, channels), by a name that is the same in all kitchens."""
 
     name: str
     pixels: NDArray[np.uint8]
 
 
 class PaintedMaterial(NamedTuple):
-    """A material of a compiled model.
-
-    Attributes:
-        values: of an MjsMaterial, including its name: equal in two kitchens if the material is the same.
-        picture: its texture, or None if it is plain.
-    """
+    """Values of an MjsMaterial, equal in two kitchens if the material is the same, and its picture or None."""
 
     values: Mapping[str, Any]
     picture: Picture | None

@@ -49,16 +49,7 @@ ISLAND_GROUP = "island_group"
 
 @dataclass(frozen=True)
 class Placed:
-    """A fixture of a kitchen.
-
-    Attributes:
-        name: unique in the kitchen.
-        placement: placement of the scene.
-        part: part of its asset.
-        centered: the part's asset, ready to be written.
-        type: class of RoboCasa that operates it.
-        pose: world_from_centered.
-    """
+    """A fixture of a kitchen: a part of a placement's asset, centred, at `pose`; `type` is its class of RoboCasa."""
 
     name: str
     placement: Placement
@@ -80,11 +71,7 @@ def number_of(scene_id: str) -> int:
 
 
 def fixtures_of(scene: Scene, classes: Mapping[str, str]) -> tuple[Placed, ...]:
-    """Return every fixture of a scene, in the order of the placements.
-
-    Args:
-        classes: contract of an asset -> name of the class of RoboCasa that reads it.
-    """
+    """Fixtures of a scene, in the order of placements. `classes`: contract -> class of RoboCasa that reads it."""
     turned = {place.asset for place in scene.placements if _is_corner_of_side(scene, place)}
     divided = {a.id: parts.divide(_worktop_without_upstand(_with_main(a)), a.id in turned) for a in scene.assets}
     ready = {
@@ -216,15 +203,10 @@ def _class_of(asset: Asset, pose: Pose, classes: Mapping[str, str]) -> str:
 
 
 def describe(scene: Scene, fixtures: Collection[Placed], folder: str) -> dict[str, Any]:
-    """Return the content of kitchen.json. World frame, metres, radians, quaternions (w, x, y, z).
+    """Content of kitchen.json; world frame, metres, radians, quaternions (w, x, y, z). `folder`: of the fixtures.
 
     Refrigerators come first: RoboCasa parks a robot in front of the first fixture that contains the middle of another,
-    and a refrigerator protrudes from the housing around it. Lids come last, after the fixtures that they may be placed
-    next to.
-
-    Args:
-        fixtures: of the scene.
-        folder: path from the root of the export to the fixtures.
+    and a refrigerator protrudes from the housing around it. Lids come after what they may be placed next to.
     """
     counters = [item for item in fixtures if item.type == COUNTER]
     standing = [item for item in fixtures if item not in counters and any(_stands_on(item, c) for c in counters)]
@@ -364,12 +346,7 @@ class Surface:
 
 
 def free_surfaces(counter: Asset, things: Iterable[Footprint]) -> tuple[Surface, ...]:
-    """Return the free surfaces of a worktop, whose front is at its minimum y.
-
-    Args:
-        counter: the worktop, centred.
-        things: footprints of the objects on it, in its frame.
-    """
+    """Free surfaces of a centred worktop, whose front is at its minimum y, between the footprints of `things` on it."""
     tops = [region for region in counter.regions if region.name.startswith(PREFIX)]
     footprints = sorted(things)
     return tuple(surface for top in tops for surface in _without(top, footprints))
@@ -400,12 +377,7 @@ CEILING = "ceiling"
 
 
 def write_kitchen(scene: Scene, fixtures: tuple[Placed, ...], tasks: Sequence[str] = ()) -> Files:
-    """Return `kitchen.json`, `arena.xml` and `layout.yaml` of a scene.
-
-    Args:
-        fixtures: result of `fixtures_of`.
-        tasks: atomic tasks of RoboCasa v1.0 that the kitchen affords.
-    """
+    """`kitchen.json`, `arena.xml` and `layout.yaml` of a scene. `tasks`: of RoboCasa v1.0 that the kitchen affords."""
     facts = {**describe(scene, fixtures, FIXTURES), "tasks": list(tasks)}
     return Files.of(
         {
@@ -432,12 +404,9 @@ def write_fixture(asset: Asset) -> Files:
 
 
 def arena(scene: Scene, exclusions: Iterable[tuple[str, str]]) -> bytes:
-    """Return the sky, lights and cameras of a kitchen, and pairs of fixture bodies that never collide.
+    """Sky, lights and cameras of a kitchen, and pairs of fixture bodies, by their merged names, that never collide.
 
     From fixtures RoboCasa merges only bodies and assets; from the arena it also merges `<contact>`.
-
-    Args:
-        exclusions: pairs of body names, as they are after RoboCasa has merged the fixtures.
     """
     root = etree.Element("mujoco", {"model": scene.id})
     etree.SubElement(root, "compiler", {"angle": "radian", "autolimits": "true"})
@@ -463,13 +432,9 @@ FREE_SUFFIX = "joint0"
 
 
 def translated(states: StartStates, scene: Scene, fixtures: Collection[Placed]) -> StartStates:
-    """Convert the states to a model of RoboCasa; joints that it does not have are left out.
+    """Convert states to a model of RoboCasa with `fixtures`, without joints that it does not have.
 
     Appliances that are loose in the scene are fixed in RoboCasa, at their pose in the scene.
-
-    Args:
-        scene: scene of the states.
-        fixtures: result of `fixtures_of`.
     """
     columns: list[tuple[str, Floats]] = []
     for item in fixtures:

@@ -35,15 +35,10 @@ FILE, UPRIGHT_FILE = "model.xml", "model_upright.xml"
 
 
 def write(asset: Asset, stood_up: bool = False) -> Files:
-    """Return the files of one object; the same asset gives the same bytes.
+    """Files of a free object: `model.xml`, `visual/`, `collision/`; `stood_up`: also `model_upright.xml`, on its end.
 
-    Args:
-        asset: free to move; z up, origin under the middle of its footprint.
-        stood_up: also write `model_upright.xml`, the same object turned upright onto its end or its edge.
-    Returns:
-        `model.xml`, `visual/*.obj`, `visual/*.png`, `collision/*.obj`; paths are relative to the XML. The origin is at
-        half the height: RoboCasa tests only the origin to decide whether an object is in a sink or on a shelf, and an
-        origin at the foot would sink slightly out of it.
+    The origin is at half the height: RoboCasa tests only the origin to decide whether an object is in a sink or on a
+    shelf, and an origin at the foot would sink slightly out of it.
     """
     rigid = asset.replace(joints=(), states=(), keyframes=(), exclusions=(), behavior=None)
     asset = moved(rigid, np.array((0.0, 0.0, asset.bounds[:, 2].mean())))
@@ -125,8 +120,7 @@ DEPTH_SHARE, MAX_DEPTH_M = 0.1, 0.0005
 def has_volume(mesh: Mesh) -> bool:
     """True if MuJoCo's oldest method finds a volume in a mesh (metres), closed or not.
 
-    Ref: MuJoCo XML reference, asset/mesh/inertia, `legacy`: tetrahedra from the middle to all faces, without their
-    signs.
+    Ref: MuJoCo XML reference, asset/mesh/inertia, `legacy`: tetrahedra from the middle to all faces, without signs.
     """
     corners = mesh.vertices[mesh.faces]
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
@@ -284,13 +278,7 @@ ATTRIBUTES: Mapping[RobocasaRelease, tuple[Affordance, ...]] = {
 
 
 class Instance(Record):
-    """One object of the export.
-
-    Attributes:
-        id: id of the asset, and name of its folder.
-        category: id.
-        split: training or test.
-    """
+    """One object of the export; its folder has the name of its id."""
 
     id: Id
     category: Id
@@ -310,11 +298,7 @@ def registry_splits(registry: str) -> dict[str, Split | None]:
 def category_tables(
     instances: Sequence[Instance], categories: Mapping[str, Category], registry: str
 ) -> dict[RobocasaRelease, dict[str, Any]]:
-    """For each generation: category -> entry, sorted.
-
-    Registries in which a category has no instance are left out of its entry, since RoboCasa cannot draw from an empty
-    one.
-    """
+    """For each generation: category -> entry, sorted, without registries from which RoboCasa could draw nothing."""
     return {
         generation: {
             name: _entry(categories[name], [i for i in instances if i.category == name], registry, generation)
@@ -365,14 +349,7 @@ CUSTOM_GROUPS: Mapping[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Draw:
-    """One object that a task asks for.
-
-    Attributes:
-        groups: categories, types of categories or groups of RoboCasa, to one of which the object belongs.
-        uses: required affordances.
-        without: groups to which it must not belong.
-        max_size: maximum size along x, y and z, metres.
-    """
+    """One object that a task asks for: of one of some groups, of none of others, with affordances; sizes in metres."""
 
     groups: tuple[str, ...] = (EVERYTHING,)
     uses: tuple[Affordance, ...] = ()
@@ -480,11 +457,7 @@ TASK_DRAWS: Mapping[str, tuple[Draw, ...]] = {
 
 
 def missing_draws(things: Collection[tuple[Category, Vec3]]) -> dict[str, tuple[Draw, ...]]:
-    """Task -> its draws that none of the given objects suits; tasks that can be reset are left out.
-
-    Args:
-        things: category and size (along x, y and z, metres) of each object.
-    """
+    """Task -> its draws that none of the things, category and size (x, y, z, m), suits; only tasks that have some."""
     draws = {draw for wanted in TASK_DRAWS.values() for draw in wanted}
     lacking = {draw for draw in draws if not any(draw.suits(*thing) for thing in things)}
     found = {task: tuple(draw for draw in wanted if draw in lacking) for task, wanted in TASK_DRAWS.items()}
@@ -492,10 +465,9 @@ def missing_draws(things: Collection[tuple[Category, Vec3]]) -> dict[str, tuple[
 
 
 def categories_for(missing: Mapping[str, tuple[Draw, ...]], known: Collection[Category]) -> tuple[str, ...]:
-    """Choose a few of the known categories whose objects suit all missing draws, sorted.
+    """A few of the known categories whose objects suit all missing draws that any suits, sorted.
 
-    Greedy: each choice is the category that suits most of the remaining draws; draws that no category suits are
-    ignored.
+    Greedy: each choice is the category that suits most of the remaining draws.
     """
     left = {draw for draws in missing.values() for draw in draws}
     chosen: list[str] = []

@@ -106,13 +106,9 @@ SIDE_TOP = "top_side"
 
 @dataclass(frozen=True)
 class Part:
-    """One fixture made from an asset.
+    """One fixture made from an asset; its front faces -y. `name`: added to that of the placement, empty for the rest.
 
-    Attributes:
-        name: added to the name of the placement; empty for the asset itself or the rest of it.
-        asset: content of the fixture; its front faces -y, and its `contract` is that of the part.
-        links: link of the whole -> name of its body in the part, for links that are in the part.
-        whole_from_part: pose of the frame of `asset` in the frame of the whole.
+    `links`: link of the whole -> name of its body in the part. `whole_from_part`: pose of the frame of `asset`.
     """
 
     name: str
@@ -131,11 +127,7 @@ class _Group:
 
 
 def divide(asset: Asset, is_corner_of_side: bool = False) -> tuple[Part, ...]:
-    """Divide an asset into fixtures, the rest of it first; most assets are one fixture.
-
-    Args:
-        is_corner_of_side: whether the corner of an L-shaped worktop goes to its second arm.
-    """
+    """Divide an asset into fixtures, the rest first; `is_corner_of_side`: a worktop's corner goes to its second arm."""
     if asset.contract in CABINETS:
         return _divide_cabinet(asset)
     if asset.contract == COUNTER and any(r.name == SIDE_TOP for r in asset.regions):
@@ -244,12 +236,7 @@ def box_region(name: str, lower: Floats, upper: Floats) -> Region:
 def _selected(
     asset: Asset, name: str, links: Iterable[Link], regions: Iterable[Region], joints: Mapping[str, str]
 ) -> Asset:
-    """An asset with some links of another, and the joints, sites, materials and so on that belong to them.
-
-    Args:
-        name: added to the id.
-        joints: old name -> new name, for joints that are renamed.
-    """
+    """Some links of an asset with all that belongs to them; `name`: added to the id; `joints`: old name -> new name."""
     links = tuple(links)
     names = {link.name for link in links}
     kept = [joint for joint in asset.joints if joint.child in names]

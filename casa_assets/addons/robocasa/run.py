@@ -58,12 +58,7 @@ from casa_assets.runs.outcome import writing
 
 @dataclass(frozen=True)
 class KitchenResult(Outcome):
-    """Outcome of the export of one kitchen.
-
-    Attributes:
-        number: by which RoboCasa knows it. fixtures: count by class. tasks: atomic tasks that it has the fixtures for.
-        measured: its mass and size, see `measures_of`.
-    """
+    """Outcome of the export of one kitchen: RoboCasa's number of it, fixtures by class, atomic tasks, `measures_of`."""
 
     number: int = 0
     fixtures: dict[str, int] = field(default_factory=dict)
@@ -74,12 +69,9 @@ class KitchenResult(Outcome):
 def export_kitchens(
     recipes: Sequence[SceneRecipe], staged: Path, jobs: int = 0, states: Path | None = None
 ) -> Iterator[KitchenResult]:
-    """Write each scene below a staging folder; yields one KitchenResult per scene as they are done.
+    """Write scenes below a staging folder, `jobs` at a time (0: one per core); yields results as they are done.
 
-    A scene that fails, or has the number of an earlier one, has a message and does not stop the others.
-
-    Args:
-        jobs: processes; 0 for one per core. states: folder of scenes whose start states are written, too.
+    A scene that fails, or has the number of an earlier one, has a message. `states`: folder of scenes' start states.
     """
     numbers: dict[int, str] = {}
     for result in export_in_parallel(partial(export_kitchen, states=states), KitchenResult, recipes, staged, jobs):
@@ -92,12 +84,9 @@ def export_kitchens(
 
 
 def export_kitchen(recipe: SceneRecipe, root: Path, cache: Path, states: Path | None = None) -> KitchenResult:
-    """Build one scene and write its files.
+    """Build one scene and write its files below `root`, with its start states where `states` is a folder of them.
 
-    Args:
-        root: folder of the export. cache: keeps built assets. states: folder of scenes with start states, or None.
-    Raises:
-        CasaError: the scene has no start states there, or those of another `scene.xml`.
+    Raises CasaError: the scene has no start states there, or those of another `scene.xml`.
     """
     kitchen, scene = build_scene(recipe, cache)
     fixtures = kitchens.fixtures_of(scene, classes())
@@ -178,12 +167,9 @@ SPLIT_RULE = (
 
 @dataclass(frozen=True)
 class ExportResult:
-    """Outcome of the export of one asset.
+    """Outcome of the export of one asset: path and size (x, y, z, m) of its model, or why it was left out.
 
-    Attributes:
-        id, category: of the asset. model: path of its model.xml below the export, empty if it was left out.
-        split: train or test. message: why it was left out. total: assets of the library.
-        size: along x, y and z, metres; None if it was left out.
+    `total`: assets of the library.
     """
 
     id: str
@@ -197,11 +183,9 @@ class ExportResult:
 
 @dataclass(frozen=True)
 class TaskReport:
-    """Which atomic tasks of RoboCasa v1.0 can be reset with the objects of an export, whichever of them it draws.
+    """Atomic tasks of RoboCasa v1.0 that can be reset with any objects of an export; else what they lack, in words.
 
-    Attributes:
-        can_be_reset: tasks. missing: each other task -> what it draws that no object suits, in words.
-        build: categories whose objects `casa-assets objects build` can make, one of each for what is missing.
+    `build`: categories whose objects `casa-assets objects build` can make, one of each for what is missing.
     """
 
     can_be_reset: tuple[str, ...]

@@ -34,11 +34,7 @@ TESTED_ROBOSUITE = "1.5.2"
 
 
 def find_robot_models() -> Path:
-    """Return the folder of robot models in the installed robosuite, without importing it.
-
-    Raises:
-        CasaError: robosuite is not installed.
-    """
+    """The folder of robot models in the installed robosuite, which is not imported. Raises CasaError without it."""
     found = importlib.util.find_spec("robosuite")
     if found is None or found.origin is None:
         raise CasaError(
@@ -58,13 +54,9 @@ def certify_all(
     force: bool = False,
     only: Sequence[str] = (),
 ) -> Iterator[SceneResult]:
-    """Yield certificates of scenes as `run_recipes` does.
+    """Yield certificates of scenes as `run_recipes` does. `only`: globs of joints; empty: all joints.
 
-    Args:
-        robots: ids. models: folder of robosuite's robot models. force: even if nothing has changed.
-        only: globs of joints; empty: all joints.
-    Raises:
-        CasaError: mink is not installed, or a robot's files are missing. UnknownId: there is no such robot.
+    Raises CasaError: mink is not installed, or a robot's files are missing; UnknownId: there is no such robot.
     """
     for name in robots:
         robot = load_robot(name)
@@ -114,12 +106,9 @@ def certificate_key(recipe: SceneRecipe, robots: tuple[str, ...], only: tuple[st
 def certify_scene(
     folder: Path, robots: tuple[str, ...], models: Path, key: str, of_scene: str, only: tuple[str, ...] = ()
 ) -> SceneRobots:
-    """Try robots on every joint of a scene, one after the other.
+    """Try robots on every joint of a scene, one after the other. `key`, `of_scene`: of the certificate and the scene.
 
-    Args:
-        key: of the certificate. of_scene: key of the files of the scene.
-    Raises:
-        CasaError: a robot's file is missing or lacks what its description names, or no joint matches `only`.
+    Raises CasaError: a robot's file is missing or lacks what its description names, or no joint matches `only`.
     """
     from casa_assets.addons.robots.reach import Bench
     from casa_assets.addons.robots.workspace import Workspace

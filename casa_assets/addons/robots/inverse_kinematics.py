@@ -32,12 +32,7 @@ UP = np.array((0.0, 0.0, 1.0))
 
 @dataclass(frozen=True)
 class Grip:
-    """A held part, as a box, in the world's frame.
-
-    Attributes:
-        centre: shape (3,). axes: shape (3, 3), one axis per column. half: half lengths along them, shape (3,), m.
-        front: unit vector out of the fixture's front, level.
-    """
+    """A held part as a box in the world: half lengths (m) along columns of `axes`; `front`: out of the fixture."""
 
     centre: Floats
     axes: Floats
@@ -47,14 +42,11 @@ class Grip:
 
 @dataclass(frozen=True)
 class Grasp:
-    """Where a hand is put.
+    """Where the point between the fingers, or the tip that presses, is put, and (3, 3) how the hand is turned.
 
-    Attributes:
-        position: of the point between the fingers, or of the tip that presses, shape (3,).
-        rotation: shape (3, 3); the columns are the direction in which fingers close, the one across, and the one in
-            which the hand comes.
-        width: of the thing between the fingers, m; 0 for what is pressed.
-        pivots: whether the hand may turn about the direction across, which is along the bar that it holds.
+    Columns: the direction in which fingers close, the one across, the one in which the hand comes. `width`: of the
+    thing between the fingers, m; 0 for what is pressed. `pivots`: the hand may turn about the direction across, along a
+    bar.
     """
 
     position: Floats
@@ -64,11 +56,9 @@ class Grasp:
 
 
 def pinches(grip: Grip, opening: float, turning: Floats | None) -> list[Grasp]:
-    """Ways of holding a part between two fingers, the most natural first; empty if it is too thick.
+    """Ways of holding a part between fingers `opening` m apart, the most natural first; none if it is too thick.
 
-    Args:
-        opening: width between the fingers, m.
-        turning: axis about which a knob turns, shape (3,); None if the part is not a knob.
+    `turning`: (3,) axis about which a knob turns, None if the part is not a knob.
     """
     small, middle, long = np.argsort(grip.half, kind="stable")
     if turning is None and grip.half[long] > BAR_RATIO * grip.half[middle] and 2 * grip.half[middle] < opening:
@@ -79,11 +69,7 @@ def pinches(grip: Grip, opening: float, turning: Floats | None) -> list[Grasp]:
 
 
 def presses(grip: Grip, motion: Floats) -> list[Grasp]:
-    """Ways of pressing a key with a fingertip.
-
-    Args:
-        motion: unit vector along which the key goes in, shape (3,).
-    """
+    """Ways of pressing a key with a fingertip; `motion`: (3,) unit vector along which the key goes in."""
     at = grip.centre - motion * _reach(grip, motion)
     side = _perpendicular(motion, UP)
     found = []
@@ -257,11 +243,9 @@ class Solver:
     def solve(
         self, tip: str, grasp: Grasp, start: Floats, bounds: Bounds, iterations: int, clear: bool = True
     ) -> Floats | None:
-        """A posture of shape (nq,) with the hand at the grasp and without collisions; None if none was found.
+        """A posture (nq,) with the tip at the grasp and without collisions, from `start`; None if none was found.
 
-        Args:
-            tip: site between the fingers. start: posture to begin with. clear: False if the robot may touch and pass
-                through everything.
+        `clear`: False if the robot may touch and pass through everything.
         """
         costs = (1.0, PIVOT_COST if grasp.pivots else 1.0, 1.0)
         task = mink.FrameTask(tip, "site", position_cost=4.0, orientation_cost=costs, lm_damping=1e-3)
@@ -324,11 +308,7 @@ LOOKED_AT, KEPT = 8, 2  # postures for one grasp whose overlap is looked at, and
 
 @dataclass(frozen=True)
 class Seed:
-    """A posture to begin with.
-
-    Attributes:
-        score: the lower, the nearer the goal, m. arm: its number. tip: site of its hand.
-    """
+    """A posture to begin with for an arm and its tip; the lower its score, the nearer the goal, m."""
 
     score: float
     arm: int
@@ -372,13 +352,10 @@ class Seeds:
             self._drawn[arm, press] = _Drawn(drawn[kept], positions[kept, k], rotations[kept, k])
 
     def toward(self, grasps: Sequence[tuple[int, Grasp]], press: bool, place: Vec3, bounds: Bounds) -> list[Seed]:
-        """Postures near any of some grasps, the nearest first; two for each grasp at most.
+        """Postures near any of some grasps of arms (by number), the nearest first; two for each grasp at most.
 
-        Args:
-            grasps: number of the arm, and its grasp; the most natural first.
-            press: whether it is pressed with a fingertip.
-            place: x, y, yaw at which the base's joints are at zero. The workspace is placed there already.
-            bounds: ranges of the joints; the first three are the base's.
+        The workspace is at `place` already: x, y, yaw of the base's zero. `bounds`: ranges of the joints, the base's
+        first.
         """
         found: list[Seed] = []
         for order, (arm, grasp) in enumerate(grasps):

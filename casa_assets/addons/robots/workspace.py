@@ -35,12 +35,8 @@ def assemble(robot: Robot, models: Path) -> Any:
     """One MjSpec of a robot on the floor of its world, at the origin, facing along x.
 
     Only the three joints of its base and those of its home, legs and fingers are kept; the others are fixed at their
-    positions. Geoms that are only visual are kept until the spec is compiled with `discardvisual`.
-
-    Args:
-        models: folder that holds the robot's files.
-    Raises:
-        CasaError: a file is missing or does not hold what the robot's description names.
+    positions. Geoms that are only visual are kept until the spec is compiled with `discardvisual`. Raises CasaError: a
+    file is missing or does not hold what the robot's description names.
     """
     spec = _stand(robot, models)
     for arm in robot.arms:
@@ -65,13 +61,7 @@ def leg_joints(robot: Robot) -> tuple[str, ...]:
 
 
 def leg_angles(legs: Legs, heights: Floats) -> tuple[Floats, Floats]:
-    """Angles of all joints of legs at heights of the trunk, and by how much they turn for each metre.
-
-    Args:
-        heights: of the joint `TRUNK`, any shape.
-    Returns:
-        Both with one axis more than the heights, along the joints.
-    """
+    """Angles of leg joints at heights (any shape) of the joint `TRUNK`, and their turn per metre; joints are last."""
     cosine = np.clip(math.cos(legs.lean[0]) + heights / legs.length, -1.0, math.cos(legs.lean[0]))
     lean = np.arccos(cosine)[..., None]
     zero, turn = np.array(tuple(legs.angles.values())).T
@@ -230,11 +220,9 @@ TOUCHING_M = 0.002  # gap up to which two geoms of a handle are taken together
 
 @dataclass(frozen=True)
 class Nearness:
-    """Two geoms that are near each other.
+    """Two geoms near each other: distance (m, < 0 where they overlap), point between, normal from first to second.
 
-    Attributes:
-        distance: between them, negative where they overlap, m. point: between them. normal: from the first to the
-            second, both shape (3,), in the world's frame. bodies: of the robot alone; None for what is the kitchen's.
+    `bodies`: of the robot alone; None for what is the kitchen's.
     """
 
     distance: float
@@ -244,23 +232,14 @@ class Nearness:
 
 
 class Workspace:
-    """A kitchen with a robot in it.
+    """A kitchen with a robot in it; `alone` is the robot without the kitchen, with the joints of `assemble`.
 
-    Attributes:
-        alone: MjModel of the robot without the kitchen; its joints are those of `assemble`.
-        home: posture of the robot at rest, shape (nq,) of `alone`. hinges: numbers of its hinges, but for fingers
-            and legs. legs: numbers of the joints of legs, which follow the height of its trunk.
-        model, data: of both.
+    `home`: its posture at rest, (nq,) of `alone`. `hinges`: numbers of its hinges, but for fingers and legs. `legs`: of
+    the joints of legs, which follow the height of its trunk.
     """
 
     def __init__(self, kitchen: Path, robot: Robot, models: Path) -> None:
-        """Load both.
-
-        Args:
-            kitchen: scene.xml. models: folder of robot models.
-        Raises:
-            CasaError: a file is missing or cannot be read.
-        """
+        """Load scene.xml, and the robot from a folder of models. CasaError: a file is missing or cannot be read."""
         try:
             spec = mujoco.MjSpec.from_file(str(kitchen))
         except ValueError as error:
@@ -441,11 +420,7 @@ class Workspace:
 
 
 def handle_of(model: Any, handles: frozenset[str], grip: str) -> list[str]:
-    """A geom that is gripped, and those of the same handle that touch it: the posts of a bar, the dome of a cup.
-
-    Args:
-        handles: names of all geoms of handles.
-    """
+    """A geom that is gripped, and those of `handles` that touch it: the posts of a bar, the dome of a cup."""
     first = model.geom(grip)
     found = [grip]
     if grip not in handles:

@@ -195,10 +195,8 @@ def mass_lies_inside_colliders(asset: Asset, limit: float) -> Measurement:
 def colliders_match_visual_bounds(asset: Asset, limit: float, ratio: float, built_m: float) -> Measurement:
     """AST009: widest gap between the boxes around what is seen and what collides of a link, metres.
 
-    Args:
-        limit: metres that any link is granted.
-        ratio: part of its longest side that a large link is granted instead, where that is more.
-        built_m: the most that this may come to where a family built it, which knows its own shape; metres.
+    A link is granted `limit` metres, or where that is more `ratio` of its longest side; `built_m` at most where a
+    family built it, which knows its own shape.
     """
     gaps, problems = [], []
     for link in _touchable(asset):

@@ -133,12 +133,9 @@ def coplanar_faces_do_not_overlap(asset: Asset, limit: float) -> Measurement:
 
 @dataclass(frozen=True)
 class _Faces:
-    """All triangles in the asset frame.
+    """All triangles in the asset frame: (F, 3, 3) corners in metres, (F, 3) normals, (F,) numbers of visual and look.
 
-    Attributes:
-        corners: (F, 3, 3) metres. normals: (F, 3). visual: (F,) number of the visual. look: (F,) number of its
-            material, or a number unique to the visual if it has a picture: faces of one look may coincide.
-        pointers: of each visual.
+    Faces of one look may coincide; a visual with a picture has a look of its own. `pointers`: of each visual.
     """
 
     corners: Floats

@@ -234,12 +234,7 @@ PARKED_ROLES = (
 
 @dataclass(frozen=True)
 class ParkingPlaces:
-    """Parking places of a kitchen.
-
-    Attributes:
-        shut: fixture -> its place while all is shut; None if it cannot be reached.
-        open: (fixture, joint) -> its place while that joint's leaf is open; None if it cannot be reached.
-    """
+    """Places by fixture while all is shut, and by (fixture, joint) while that leaf is open; None: out of reach."""
 
     shut: dict[str, ParkingPlace | None]
     open: dict[tuple[str, str], ParkingPlace | None]

@@ -231,13 +231,7 @@ Measure = Callable[[DesignSubject], float | None]
 
 @dataclass(frozen=True)
 class Rule:
-    """An advisory rule.
-
-    Attributes:
-        id: of the guideline, with a letter if it has several numbers. title: what is measured.
-        limit, unit: of the number. most: True if the number may be at most the limit, False if at least.
-        measure: returns the number, None if the rule does not apply.
-    """
+    """An advisory rule; `most`: True if the number may be at most the limit. `measure`: None if it does not apply."""
 
     id: str
     title: str
@@ -261,11 +255,7 @@ class Finding(Record):
 
 
 class Grade(Record):
-    """All findings.
-
-    Attributes:
-        score: 0..100, share of the rules that apply and are kept. access_score: the same of the access profile.
-    """
+    """All findings; scores are 0..100, the share of the rules that apply and are kept."""
 
     score: float
     access_score: float

@@ -24,12 +24,7 @@ from casa_assets.model.record import Vec2
 
 @dataclass(frozen=True, eq=False)
 class DesignSubject:
-    """A kitchen's facts; a subject is equal to itself alone.
-
-    Attributes:
-        facts: from layouts.facts.facts_of.
-        seed: of the samples with which tasks are tried.
-    """
+    """A kitchen's facts, and a seed of the samples with which tasks are tried; a subject is equal to itself alone."""
 
     facts: KitchenFacts
     seed: int = 0

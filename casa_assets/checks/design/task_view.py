@@ -67,12 +67,10 @@ class BoxSizes:
 
 @dataclass(frozen=True)
 class PlacingZone:
-    """Zone that boxes are placed in.
+    """Zone of a fixture's region that boxes are placed in, with boxes around what is there already.
 
-    Attributes:
-        fixture, region: that it belongs to. bounds: of the free volume.
-        obstacles: boxes around objects already there. shoulders: (N, 2) points from which an arm reaches into it.
-        center_only: whether the middle of a box alone has to lie inside, as for a pan on a burner.
+    `shoulders`: (N, 2) points from which an arm reaches into it. `center_only`: the middle of a box alone has to lie
+    inside, as for a pan on a burner.
     """
 
     fixture: str
@@ -189,15 +187,10 @@ BESIDE_M = 0.6  # beside a fixture, within which its worktop begins
 
 
 class Afforded(Record):
-    """Fixtures, joints, sites and regions that a kitchen offers for a task.
+    """What a kitchen offers for a task of v0.2, names as `<fixture>__<name>`; `wants`: what is missing, if anything.
 
-    Attributes:
-        number, task: of the table. fixtures, joints, sites, regions: that it can be done with, `<fixture>__<name>`.
-        counter_m2: free worktop next to them. floor_m2: floor around their parking places that the base can reach.
-        rate: share of random boxes that could be placed, the least over all that the task places; None if it places
-            nothing.
-        tightest: regions with that least share.
-        wants: what is missing, empty if nothing is.
+    `counter_m2`: free worktop beside; `floor_m2`: floor around parking places that the base can reach. `rate`: share of
+    random boxes that could be placed, the least over all that the task places, in the regions `tightest`.
     """
 
     number: int
@@ -214,11 +207,7 @@ class Afforded(Record):
 
 
 class AtomicTask(Record):
-    """Whether a task of RoboCasa v1.0 can be done in a kitchen.
-
-    Attributes:
-        task: name of its class. fixtures: with which it can be done. wants: what is missing, empty where nothing is.
-    """
+    """Fixtures with which a task of RoboCasa v1.0 can be done; `wants`: what is missing, empty where nothing is."""
 
     task: str
     fixtures: tuple[str, ...] = ()
@@ -235,12 +224,7 @@ class Placing:
 
 @dataclass(frozen=True)
 class TaskFinding:
-    """Intermediate result for a task, before boxes are sampled.
-
-    Attributes:
-        fixtures: with which it can be done. joints, sites, regions: names. puts: boxes to put, with their zones.
-        counter: worktops next to the fixtures. wants: what is missing.
-    """
+    """Result for a task before boxes are sampled; `wants`: what is missing. `counter`: worktops beside the fixtures."""
 
     fixtures: tuple[Fixture, ...]
     joints: tuple[str, ...] = ()

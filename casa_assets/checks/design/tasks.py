@@ -337,12 +337,7 @@ def _lidded_blenders(view: TaskView) -> TaskFinding:
 
 @dataclass(frozen=True)
 class Task:
-    """Tasks of RoboCasa with the same requirements.
-
-    Attributes:
-        find: finds what a kitchen offers for them. names: of their classes in v1.0.
-        before: number -> name of those of v0.2, in the order in which they are reported.
-    """
+    """Tasks of RoboCasa with the same requirements: classes of v1.0, and number -> name of those of v0.2."""
 
     find: Finding
     names: tuple[str, ...] = ()

@@ -188,12 +188,7 @@ UPPER, LOWER = "upper_", "lower_"
 
 @dataclass(frozen=True)
 class RestResult:
-    """Motion of an object that was put down in its given pose.
-
-    Attributes:
-        tilt_deg: angle between its up axis when put down and at the end.
-        drift_m: largest distance that a corner of its box moves while it is watched; the least if it was watched again.
-    """
+    """Tilt of the up axis of an object that was put down, and the farthest that a corner of its box then moves."""
 
     tilt_deg: float
     drift_m: float
@@ -289,11 +284,7 @@ def _world(data: mujoco.MjData, body: int, points: Floats) -> Floats:
 
 
 def _stack(mjcf: Path, size: Floats) -> tuple[float, float]:
-    """Offset of the upper object from the lower one, in parts of its width, and its tilt, degrees.
-
-    Args:
-        mjcf: the object. size: (3,) of its box, metres.
-    """
+    """Offset of an object from an equal one below, in parts of its width, and its tilt, degrees. `size`: (3,) m."""
     spec = mujoco.MjSpec()
     spec.option.timestep = 1.0 / RATE_HZ
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], friction=[0.6, 0.005, 0.0001])

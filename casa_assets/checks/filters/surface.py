@@ -36,13 +36,7 @@ NOT_LOOSE = "it did not come as one loose mesh"
 
 @dataclass(frozen=True)
 class WeldedSurface:
-    """A surface.
-
-    Attributes:
-        points, faces: (P, 3) welded, metres, and (F, 3); faces in the order of the visuals.
-        component: (F,) connected component of each face. areas: (F,) square metres.
-        visibility: what pictures from all around show of it.
-    """
+    """(P, 3) welded points, m; (F, 3) faces in the order of the visuals; (F,) connected component; (F,) area, m^2."""
 
     points: Floats
     faces: Ints
@@ -202,11 +196,7 @@ def _flat_components(surface: WeldedSurface) -> Mask:
 
 
 def _is_card(surface: WeldedSurface, rows: Mask) -> bool:
-    """True if a flat component is seen from both sides, by its back or because it has faces to both.
-
-    Args:
-        rows: (N,) which samples lie on the component.
-    """
+    """True if a flat component, on which samples `rows` (N,) lie, is seen by its back or has faces to both sides."""
     front, back = surface.visibility.front[rows], surface.visibility.back[rows]
     if not (front | back).any():
         return False
@@ -243,12 +233,9 @@ PAINTED = "painted"
 
 @dataclass(frozen=True)
 class ColorSamples:
-    """Colours of points spread over the visible surface.
+    """(N, 3) linear RGB of points spread over the visible surface.
 
-    Attributes:
-        linear: (N, 3) linear RGB.
-        texels_per_m: (N,) pixels of the picture to a metre there, 0 if there is no picture.
-        edges_per_m: (N,) sharpest edges of that picture that fit side by side into a metre; 0 if it has none.
+    `texels_per_m`, `edges_per_m`: (N,) pixels of the picture, and its sharpest edges side by side, to a metre; 0: none.
     """
 
     linear: Floats

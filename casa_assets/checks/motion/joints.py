@@ -196,13 +196,7 @@ def _least_reach(package: Package, limit: float, contact: bool) -> Measurement:
 
 
 def _reach(motion: MotionModel, data: mujoco.MjData, asset: Asset, joint: Joint, opening: bool, enough: float) -> float:
-    """Share of its range that a joint covers under a steady push from one end, all others left alone.
-
-    Args:
-        data: of `motion.model` or of `motion.contactless`.
-        opening: pushed towards its open end, else from there.
-        enough: share at which pushing ends.
-    """
+    """Share of its range that a joint covers, up to `enough`, under a steady push from one end, others left alone."""
     low, high = joint.range
     end = open_end(joint)
     closed = low if end == high else high
@@ -213,11 +207,7 @@ def _reach(motion: MotionModel, data: mujoco.MjData, asset: Asset, joint: Joint,
 
 
 def push(data: mujoco.MjData, address: int, start: float, goal: float, enough: float) -> float:
-    """Simulate for 2 s, or until a joint has covered `enough` of its way; the share that it covered.
-
-    Args:
-        data: with the force applied. address: of the joint in qpos. start, goal: positions, rad or m.
-    """
+    """Simulate a force for 2 s, or until a joint at `address` in qpos has covered `enough`; the share of its way."""
     best = 0.0
     for _ in range(round(PUSH_S / data.model.opt.timestep / CHUNK_STEPS)):
         mujoco.mj_step(data.model, data, nstep=CHUNK_STEPS)
@@ -277,13 +267,9 @@ POSES = 48
 
 @dataclass(frozen=True)
 class JointTravel:
-    """Travel of one joint under a hand, and up to the first contact.
+    """Travel of one joint: share of its range before a contact is over 1 mm deeper than at rest, and with which body.
 
-    Attributes:
-        joint: its name.
-        free_share: share of its range before a contact is deeper than at rest by over 1 mm; 1 if no contact is.
-        blocked_by: name of the body that it then runs into, or empty.
-        pushed_share: share of its range to which 20 N take it in 2 s, with the model as the file is written.
+    `pushed_share`: share of its range to which 20 N take it in 2 s, with the model as the file is written.
     """
 
     joint: str
@@ -305,11 +291,7 @@ class JointTravel:
 
 
 def joints_reach_full_range(package: Package, limit: float) -> Measurement:
-    """KIN009: share of the joints that move over their full range under 20 N without collision.
-
-    Only for assets from meshes. Those that families build have to meet stricter limits, of the checks of reach and
-    clearance.
-    """
+    """KIN009: share of the joints of a mesh that move over their full range under 20 N without collision."""
     asset = package.asset
     if not asset.joints or is_from_family(asset):
         return not_applicable("it was built from numbers, and KIN001 holds it to more" if asset.joints else NO_JOINTS)
@@ -322,13 +304,9 @@ def joints_reach_full_range(package: Package, limit: float) -> Measurement:
 
 
 def joint_travels(asset: Asset, model: Path | Files, pushed: bool = True) -> tuple[JointTravel, ...]:
-    """Travel of every joint of an asset, in its order.
+    """Travel of every joint of an asset, in its order. Raises ValueError: MuJoCo cannot read the file.
 
-    Args:
-        model: MJCF of the asset: its `model.xml` on disk, or its package in memory.
-        pushed: also move each by force; else `pushed_share` is as `free_share`.
-    Raises:
-        ValueError: MuJoCo cannot read the file.
+    `pushed`: also move each by force; else `pushed_share` is as `free_share`.
     """
     spec = motion_spec(model)
     as_written = spec.compile()

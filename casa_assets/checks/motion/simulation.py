@@ -35,12 +35,9 @@ START = "start"
 
 
 def collision_spec(mjcf: Path | Files, name: str = "model.xml") -> mujoco.MjSpec:
-    """Specification of an MJCF file without visuals and pictures, which take time to compile and touch nothing.
+    """Specification of an MJCF file, on disk or `name` of a package, without visuals and pictures, which touch nothing.
 
-    Args:
-        mjcf: a file on disk, or a package in memory. name: of the file in the package.
-    Raises:
-        ValueError: MuJoCo cannot read the file.
+    Raises ValueError: MuJoCo cannot read the file.
     """
     if isinstance(mjcf, Files):
         assets = {path: data for path, data in mjcf.entries.items() if path != name}
@@ -116,11 +113,7 @@ def geom_boxes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Ints) -> Float
 
 
 def boxes_at(model: mujoco.MjModel, geoms: Ints, positions: Floats, rotations: Floats) -> Floats:
-    """(..., N, 2, 3) corners of the boxes around geoms in poses that they have or had, world frame, metres.
-
-    Args:
-        positions, rotations: (..., N, 3) and (..., N, 9), as `geom_xpos` and `geom_xmat` of MjData have them.
-    """
+    """(..., N, 2, 3) corners of boxes around geoms at `geom_xpos` (..., N, 3), `geom_xmat` (..., N, 9); world, m."""
     turns = rotations.reshape(*positions.shape[:-1], 3, 3)
     centers = positions + np.einsum("...nij,nj->...ni", turns, model.geom_aabb[geoms, :3])
     half = np.einsum("...nij,nj->...ni", np.abs(turns), model.geom_aabb[geoms, 3:])
@@ -217,14 +210,9 @@ def deepest_contacts(scene: Path) -> dict[str, float]:
 
 
 def contacts_of_files(mjcf: Files) -> dict[str, tuple[Penetration, float]]:
-    """Joint name -> deepest contact over its range, as `deepest_contacts` has it, and how deep the same two bodies are.
+    """Joint name -> deepest contact over its range, and depth (m) of the same two bodies with all joints at zero.
 
-    The second is with all joints at zero, metres; 0 where the bodies are apart.
-
-    Args:
-        mjcf: a package in memory with its `scene.xml`, whose way of finding contacts is that of the check.
-    Raises:
-        ValueError: MuJoCo cannot read the file.
+    `mjcf`: a package in memory with its `scene.xml`. Raises ValueError: MuJoCo cannot read the file.
     """
     model = collision_spec(mjcf, "scene.xml").compile()
     return {joint: (contact, _depth_at_rest(model, contact)) for joint, contact in _deepest_contacts(model).items()}
@@ -277,11 +265,10 @@ def moved_by(model: mujoco.MjModel, joint: int) -> Mask:
 def sweep(
     model: mujoco.MjModel, data: mujoco.MjData, joint: int, against: Mask, step_m: float = SWEEP_STEP_M
 ) -> SweepResult:
-    """Move one joint from end to end, with the others at their positions in `data`.
+    """Move one joint from end to end, with the others at their positions in `data`; it is left at an end.
 
     Args:
-        model: as `with_margins` made it. data: its state; the joint is left at an end.
-        joint: number of the joint.
+        model: as `with_margins` made it.
         against: (nbody,) bodies that the moved ones may not touch; those that move along and the world are left out.
         step_m: distance that the farthest moved point travels between two poses.
     """
@@ -365,14 +352,10 @@ CACHED_MODELS = 4
 
 @dataclass(frozen=True)
 class MotionModel:
-    """An asset's file compiled for motion checks.
+    """An asset's file compiled for motion checks; `address`, `dof`: joint name -> index in qpos and in qvel.
 
-    Attributes:
-        model: parents may touch their children, and excludes are gone: the reference loader drops them, so the shapes
-            themselves have to clear each other.
-        contactless: the same with no contact at all.
-        with_margins: the same as `model`, but reports what comes near; for looking, not for stepping.
-        address, dof: joint name -> index in qpos and in qvel.
+    In `model` parents may touch their children, and excludes are gone: the reference loader drops them, so the shapes
+    themselves have to clear each other. `with_margins` also reports what comes near; it is not for stepping.
     """
 
     model: mujoco.MjModel

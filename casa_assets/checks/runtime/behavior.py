@@ -48,11 +48,7 @@ State = tuple[tuple[str, ...], tuple[float, ...], tuple[bool, ...]]
 class VariableGroup:
     """Variables whose rules depend on each other, with all inputs of these rules.
 
-    Attributes:
-        behavior: these variables and their rules.
-        joints, stands: names, and the positions worth trying of each.
-        contacts: names.
-        longest_s: longest time that a rule waits.
+    `stands`: positions worth trying of each joint. `longest_s`: longest time that a rule waits.
     """
 
     behavior: Behavior
@@ -63,11 +59,7 @@ class VariableGroup:
 
 
 def unreached(behavior: Behavior, ranges: Mapping[str, Vec2]) -> list[tuple[str, str]]:
-    """(variable, value) of every value that no sequence of moves, touches and waits brings about.
-
-    Args:
-        ranges: joint -> (low, high), rad or m.
-    """
+    """(variable, value) of all that no moves, touches and waits bring about; `ranges`: of joints, rad or m."""
     missing: list[tuple[str, str]] = []
     for group in _groups(behavior, ranges):
         missing += _search(group)

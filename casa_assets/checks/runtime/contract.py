@@ -163,12 +163,7 @@ ROUNDING = 1e-6
 
 
 def missing_requirements(asset: Asset, contract: Contract, check: RuleCheck) -> list[Problem]:
-    """Problems of all requirements that apply to an asset.
-
-    Args:
-        check: finds the problems of one set of requirements. Of the sets of a choice the one counts that comes nearest
-            to being met.
-    """
+    """Problems that `check` finds of all requirements of an asset; of a choice, the nearest set."""
     problems = check(asset, contract)
     for choice in contract.one_of:
         nearest: list[Problem] = min([check(asset, needs) for needs in choice.any_of], key=len)
@@ -338,10 +333,7 @@ TOUCHED = "0"  # group of what collides
 
 
 def path_faults(path: Path, asset: Asset, contract: Contract) -> Iterator[Problem]:
-    """(pointer, message) of everything that a runtime would not find.
-
-    The file is well-formed and compiles: see MJC001.
-    """
+    """(pointer, message) of everything that a runtime would not find in a file that compiles (MJC001)."""
     try:
         root = etree.parse(str(path)).getroot()
         body = root.find(OBJECT)

@@ -34,11 +34,7 @@ UNREADABLE = "MuJoCo cannot read scene_batch.xml (BAT001)"
 
 @dataclass(frozen=True, eq=False)
 class BatchSubject:
-    """A batch form and the folder of its kitchen; each file is read once, and a subject is equal to itself alone.
-
-    Attributes:
-        form: what the writer was given. root: the folder, with `scene_light.xml` and `scene_batch.xml`.
-    """
+    """A batch form and the folder of its kitchen; each file is read once, and a subject is equal to itself alone."""
 
     form: BatchScene
     root: Path
@@ -79,11 +75,7 @@ def awake(model: mujoco.MjModel) -> Iterator[mujoco.MjData]:
 
 
 def pose_both(batch: mujoco.MjModel, light: mujoco.MjModel, key: str) -> tuple[mujoco.MjData, mujoco.MjData]:
-    """Both forms in a named pose, without dynamics; joints that are locked in the batch form are as at the start.
-
-    Args:
-        key: name of a keyframe of both.
-    """
+    """Both forms in a named keyframe, without dynamics; joints locked in the batch form are as at the start."""
     of_light, at_start = mujoco.MjData(light), mujoco.MjData(light)
     mujoco.mj_resetDataKeyframe(light, of_light, light.key(key).id)
     mujoco.mj_resetDataKeyframe(light, at_start, light.key(START).id)
@@ -311,11 +303,7 @@ def surfaces_are_kept(subject: BatchSubject, limit: float) -> Measurement:
 
 
 def _share_off(batch: mujoco.MjModel, light: mujoco.MjModel, key: str, floor_name: str) -> float:
-    """Share of rays, in a named pose, that are off.
-
-    Args:
-        floor_name: what the names of the floor's geoms begin with.
-    """
+    """Share of rays, in a named pose, that are off; names of the floor's geoms begin with `floor_name`."""
     forms = list(zip((batch, light), pose_both(batch, light, key), strict=True))
     floor = next(number for number in range(light.ngeom) if str(light.geom(number).name).startswith(floor_name))
     center, half = forms[1][1].geom_xpos[floor], light.geom_size[floor]

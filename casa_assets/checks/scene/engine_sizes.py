@@ -67,10 +67,7 @@ def engine_sizes(subject: BatchSubject) -> EngineSizes:
 
     For each fixture, once everything sleeps: 20 N at the grips of all its joints at once for 10 s, while ten things
     fall in front of it and a simplified mobile robot moves there. Then without the things, for 3 s, to count the
-    degrees of freedom that are awake with a robot and one fixture in use.
-
-    Raises:
-        ValueError: MuJoCo cannot read the batch form.
+    degrees of freedom that are awake in use. Raises ValueError: MuJoCo cannot read the batch form.
     """
     if subject.batch.model is None:
         raise ValueError(subject.batch.error)
@@ -138,11 +135,7 @@ def _stand(used: _Used) -> tuple[Floats, Floats]:
 def _simulate(
     subject: BatchSubject, at_rest: Mapping[str, Floats], used: _Used, most: _Most, with_things: bool
 ) -> None:
-    """Use one fixture in a kitchen at rest and asleep.
-
-    Args:
-        at_rest: name of a joint of the kitchen -> its positions. most: takes in the numbers.
-    """
+    """Use one fixture in a kitchen whose joints are `at_rest`, and asleep; `most` takes in the numbers."""
     stand = _stand(used)
     spec = mujoco.MjSpec.from_file(str(subject.root / BATCH_FILE))
     _add_robot(spec, *stand)

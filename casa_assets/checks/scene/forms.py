@@ -68,9 +68,7 @@ class PassedLayers(Protocol):
 class SceneFiles:
     """Files in the same folder as `scene.xml`, each read once; a subject is equal to itself alone.
 
-    Attributes:
-        scene_subject: the scene and its `scene.xml`, which the others are compared with.
-        passed_layers: layers that need not be checked by SimReady's rules again; None: all are checked.
+    `passed_layers`: layers that need not be checked by SimReady's rules again; None: all are checked.
     """
 
     scene_subject: SceneSubject
@@ -228,10 +226,7 @@ LENGTHS = ("nbuffer", "nnames")
 
 
 def formats_agree(files: SceneFiles, limit: float) -> Measurement:
-    """SCN017: number of differing cells: bodies, poses, joints, masses, shapes, filters, labels, places.
-
-    SCN001 and SCN018 report files that cannot be read.
-    """
+    """SCN017: number of differing cells of files that can be read (SCN001, SCN018)."""
     missing = usd_facts.missing_importer()
     model, composed = files.scene_subject.loaded.model, (files.composed[0], files.composed_nested[0])
     flat, nested = (None, None) if missing else (files.imported.model, files.imported_nested.model)
@@ -279,12 +274,9 @@ def _disagreements(
     usd: Path,
     stage: Usd.Stage,
 ) -> list[Problem]:
-    """Differences between files that MuJoCo has already read.
+    """Differences between files that MuJoCo has read; `reading`: the table of scene.xml, or why there is none.
 
-    Args:
-        mjcf: of scene.xml. reading: its table, or the reason why there is none.
-        imported: of scene.usda, which lies at `usd`; None leaves what UsdPhysics reads.
-        stage: composed of that file, left as it is.
+    `imported`: of the USD, composed as `stage`; None leaves what UsdPhysics reads.
     """
     expected, error = reading
     if expected is None:
@@ -378,8 +370,7 @@ def usd_scene_meets_simready_rules(files: SceneFiles) -> Measurement:
     """SCN020: failed requirements of SimReady Robotics-Prop 4.0.0, without those on a prop's package.
 
     The rules look at each prim by itself. A layer of an asset that passed in a kitchen is left out of the next ones,
-    and of several copies in one kitchen all but the first; where what is left does not pass, the whole file is looked
-    at.
+    and of several copies all but the first; where what is left does not pass, the whole file is looked at.
     """
     if files.composed[0] is None:
         return not_run(UNOPENED)
@@ -400,11 +391,7 @@ def _validated(path: Path) -> Verdict:
 
 
 def _passes_without_known_layers(files: SceneFiles, known: PassedLayers) -> bool:
-    """True if the scene passes with each layer of an asset once, and none of those that passed before.
-
-    Raises:
-        NoVerdict: the validator failed.
-    """
+    """True if the scene passes with each layer once, and none of those that passed before. Raises NoVerdict."""
     part = files.usd.with_name(f".{os.getpid()}_{files.usd.name}")
     layer = Sdf.Layer.OpenAsAnonymous(str(files.usd))
     placed = {
@@ -452,11 +439,7 @@ SEPARATOR = "__"
 
 
 def scene_differences(folder: Path, scene: Scene) -> list[Problem]:
-    """One problem for each cell in which the URDF files of a scene differ from it.
-
-    Args:
-        folder: with scene.urdf, scene.json and the files of every asset.
-    """
+    """One problem for each cell in which the URDF files and scene.json of a folder differ from a scene."""
     problems: list[Problem] = []
     for asset in scene.assets:
         file = f"{asset.id}.urdf"

@@ -43,12 +43,9 @@ Pair = tuple[int, int]
 
 @dataclass(frozen=True)
 class SweptPath:
-    """Path of the parts that a joint moves while all else is shut.
+    """Path of what a joint moves while all else is shut: its (N,) positions, and (N, 2, 3) boxes around it, metres.
 
-    Attributes:
-        positions: (N,) of the joint, rad or m, from its start to its open end.
-        boxes: (N, 2, 3) around the moved parts at each, metres. bounds: (2, 3) around them all.
-        before: positions of the joints that have to be open, by name in the model: rad or m.
+    `before`: positions of the joints that have to be open, by name in the model: rad or m.
     """
 
     positions: Floats
@@ -59,11 +56,9 @@ class SweptPath:
 
 @dataclass(frozen=True)
 class Clash:
-    """Contact of the parts that a joint moves with something else.
+    """Contact of what a joint moves with something else, from a share of its range on; metres deeper than at rest.
 
-    Attributes:
-        share: of the joint's range at which it begins. depth: the deepest on the way, metres, beyond that at rest.
-        moved, other: geoms at the deepest. open_joint: joint that is open meanwhile, or empty.
+    `moved`, `other`: geoms at the deepest. `open_joint`: joint that is open meanwhile, or empty.
     """
 
     share: float
@@ -158,11 +153,9 @@ class JointSweeper:
     def clashes(
         self, joint: SceneJoint, path: SweptPath, positions: dict[str, float], against: Mask | None
     ) -> list[Clash]:
-        """The worst clash with each other placement on the path of what a joint moves.
+        """The worst clash with each other placement on the path of what a joint moves, with joints at `positions`.
 
-        Args:
-            positions: of the joints that are not at zero.
-            against: (ngeom,) what counts; all that is not moved where None.
+        `against`: (ngeom,) what counts; all that is not moved where None.
         """
         self.set_joints(positions)
         boxes = geom_boxes(self.model, self.data, np.arange(self.model.ngeom))

@@ -136,10 +136,7 @@ class SupportTester:
 
 
 def fixed_things_do_not_overlap(subject: SceneSubject, limit: float) -> Measurement:
-    """SCN007: deepest overlap of fixed shapes of two things, metres.
-
-    SCN002 reports overlaps of what moves.
-    """
+    """SCN007: deepest overlap of fixed shapes of two things, metres (SCN002: of what moves)."""
     worst: dict[tuple[str, str], tuple[float, int, int]] = {}
     for geom1, geom2, depth in overlapping_pairs(subject, limit):
         names = (subject.placement_of[geom1], subject.placement_of[geom2])
@@ -240,11 +237,7 @@ HANGS_OUTSIDE_M, HANGS_INSIDE_M = 0.3, 0.12
 
 @dataclass(frozen=True, eq=False)
 class PreviewImages:
-    """Previews of a scene.
-
-    Attributes:
-        images: name of a preview -> (height, width, 3) pixels.
-    """
+    """Previews of a scene by name, (height, width, 3) pixels."""
 
     images: dict[str, Pixels]
 

@@ -51,13 +51,9 @@ class Penetration:
 
 @dataclass(frozen=True)
 class IdleRun:
-    """State of a scene after 5 s in which nobody touched it.
+    """State of a scene after 5 s in which nobody touched it: contacts, near misses too, deepest first, and qpos.
 
-    Attributes:
-        at_start, settled: contacts at the start and after 1 s, near misses among them, the deepest first.
-        start, end: qpos at the start and after 5 s.
-        drift: name of a free placement -> how far any of its shapes has gone in 5 s, metres.
-        warnings: what the simulator complained of.
+    `drift`: name of a free placement -> how far any of its shapes has gone, metres. `warnings`: of the simulator.
     """
 
     at_start: tuple[Penetration, ...]
@@ -139,12 +135,7 @@ def penetrations(subject: SceneSubject, data: mujoco.MjData) -> Iterator[Penetra
 
 @dataclass(frozen=True)
 class Settled:
-    """State of a form of a scene after it was left alone.
-
-    Attributes:
-        depths: names of two geoms -> penetration depth at the start or after 1 s, whichever is larger, metres.
-        drift: name of a free-standing body -> largest distance that any of its shapes has moved in 5 s, metres.
-    """
+    """A form of a scene that was left alone: depths by names of two geoms, and drift by name of a body, metres."""
 
     depths: dict[tuple[str, str], float]
     drift: dict[str, float]
@@ -160,11 +151,7 @@ class Settled:
 
 
 def settle(data: mujoco.MjData, counted: Mask | None = None) -> Settled:
-    """Simulate a form of a scene for 5 s from its present state, computed with `mj_forward`.
-
-    Args:
-        counted: (ngeom,) shapes whose ways count; None: all.
-    """
+    """Simulate a form for 5 s from its present, computed state; `counted`: (ngeom,) shapes whose ways count."""
     model = data.model
     start, depths = data.geom_xpos.copy(), dict[tuple[str, str], float]()
     for seconds in (SETTLED_S, SIMULATED_S - SETTLED_S):
@@ -183,8 +170,7 @@ def settle(data: mujoco.MjData, counted: Mask | None = None) -> Settled:
 def farthest(drift: Mapping[str, float], limit: float, advice: str, listed: int | None = None) -> Measurement:
     """The farthest that a free-standing thing moved in 5 s, metres; not applicable if there are none.
 
-    Args:
-        drift: name of a placement -> distance. advice: end of the messages. listed: problems that are named at most.
+    `drift`: by placement. `advice`: end of the messages, of which `listed` are given at most.
     """
     problems = [
         (f"placements/{name}", f"moves {distance * MM_PER_M:.1f} mm in {SIMULATED_S:g} s{advice}")
@@ -207,13 +193,7 @@ MEGABYTE = 1e6
 
 @dataclass(frozen=True)
 class MeasuredSpeed:
-    """Loading and stepping time of a scene, measured on this machine.
-
-    Attributes:
-        load_ms: to compile the whole file, milliseconds.
-        steps_per_s: with nothing touched, one core.
-        timestep_s: of the model, seconds.
-    """
+    """Milliseconds to compile a scene, and steps of one core per second with nothing touched, on this machine."""
 
     load_ms: float
     steps_per_s: float
@@ -304,12 +284,9 @@ def _bounded_count(number: float, limit: float, noun: str) -> Measurement:
 
 @dataclass(frozen=True)
 class Rest:
-    """Where an object came to rest.
+    """Where an object came to rest: world_from_root, tilt of its upright axis (rad), how far its shapes moved (m).
 
-    Attributes:
-        pose: world_from_root at the end. moved: farthest that the middle of one of its shapes went, as the checks of
-            scenes measure it, metres. tilt: turn of its upright axis, radians. depth: deepest contact at the start and
-            at the end, near misses not counted, metres.
+    `depth`: deepest contact at the start and at the end, near misses not counted, metres.
     """
 
     pose: Pose
@@ -319,13 +296,7 @@ class Rest:
 
 
 def come_to_rest(files: Files, names: Sequence[str], seconds: float) -> dict[str, Rest]:
-    """Simulate a scene that nobody touches.
-
-    Args:
-        files: MJCF of the scene in memory. names: placements that are free. seconds: to simulate.
-    Raises:
-        ValueError: MuJoCo cannot read it.
-    """
+    """Simulate a scene, in memory, that nobody touches; `names`: free placements. ValueError: MuJoCo cannot read it."""
     model = collision_spec(files, "scene.xml").compile()
     data = mujoco.MjData(model)
     reset_to_start(model, data)

@@ -77,12 +77,9 @@ PLACES: dict[Kind, tuple[tuple[str, ...], tuple[str, ...]]] = {
 
 @dataclass(frozen=True)
 class LooseThing:
-    """Something that a hand can put elsewhere.
+    """Something that a hand can put elsewhere, with the address of its free joint in qpos and its colliders.
 
-    Attributes:
-        name: of its placement. category: such as `apple`. address: of its free joint in qpos.
-        turned: (4,) quaternion of its root body when it is upright with its front to -y.
-        geoms: its colliders. kinds: of the places where it may be put.
+    `turned`: (4,) quaternion of its root body when upright with its front to -y. `kinds`: of the places for it.
     """
 
     name: str
@@ -95,12 +92,7 @@ class LooseThing:
 
 @dataclass(frozen=True)
 class Place:
-    """A box that things can be put into, on its floor.
-
-    Attributes:
-        name: `<fixture>/<region>`. kind: sort of it. pose: of its centre while all joints are at zero.
-        size: (3,) full, m. body: that carries it.
-    """
+    """A box, `<fixture>/<region>`, that things can be put into; `pose` of its centre with joints at zero; size in m."""
 
     name: str
     kind: Kind
@@ -364,12 +356,7 @@ STILL_M = 0.00005  # farthest that any corner goes in `LOOK_S` while a state cou
 
 @dataclass(frozen=True)
 class Watched:
-    """Behaviour of a state in 2 s of simulation.
-
-    Attributes:
-        depth: deepest contact at the start and at every look, m; at the start of all pairs, else as simulated.
-        motion: largest distance that any corner of a shape moved, m. warnings: of the simulator.
-    """
+    """Deepest contact (m; at the start of all pairs) and farthest motion of a corner (m) in 2 s of simulation."""
 
     depth: float
     motion: float

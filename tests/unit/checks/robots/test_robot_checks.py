@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.addons.robots.certify import certify as certifying
+from casa_assets.addons.robots import certify as certifying
 from casa_assets.addons.robots.inverse_kinematics import TAKEN_M, Grip, pinches, presses
 from casa_assets.addons.robots.workspace import handle_of, leg_angles
 from casa_assets.checks.check import run
