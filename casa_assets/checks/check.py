@@ -15,9 +15,6 @@ from casa_assets.model.asset.provenance import UNFOUND_PARTS
 from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
 from casa_assets.model.source import SourceKind
 
-# Check ----------------------------------------------------------------------------------------------------------------
-# The row type of the table of checks, and the result of a check function.
-
 # Where a fault is, as a path such as `links/door/colliders`, and what is wrong there.
 Problem = tuple[str, str]
 
@@ -58,6 +55,14 @@ def not_applicable(reason: str) -> Measurement:
 def not_run(reason: str, waived: bool = False) -> Measurement:
     """The check applies, but could not look. `reason`: part of a sentence. `waived`: as without an optional package."""
     return Measurement(status=Status.NOT_RUN, reason=reason, waived=waived)
+
+
+class Unmeasured(Exception):
+    """Ends a check that does not apply or could not look, from within what several checks share."""
+
+    def __init__(self, measurement: Measurement) -> None:
+        super().__init__(measurement.reason)
+        self.measurement = measurement
 
 
 def at_most(number: float, limit: float, pointer: str, message: str) -> Measurement:
@@ -133,7 +138,10 @@ class Check:
     def run(self, subject: object, limits: Mapping[str, float]) -> Measurement:
         """Call the function with its limits. Raises KeyError where `limits` lacks one."""
         keys = self.others if self.limit is None else (self.limit, *self.others)
-        return self.function(subject, *(limits[key] for key in keys))
+        try:
+            return self.function(subject, *(limits[key] for key in keys))
+        except Unmeasured as end:
+            return end.measurement
 
     def describe(self, limits: Mapping[str, float]) -> str:
         """The description with its numbers. Raises KeyError where `limits` lacks one."""
@@ -145,7 +153,6 @@ class Check:
 
 
 # Applicability --------------------------------------------------------------------------------------------------------
-# Which assets a check applies to, the reasons why it does not, and the parts of an asset with their pointers.
 
 # Reasons as reports give them.
 NOT_BUILT = "it came as a mesh, and built things alone are held to this"

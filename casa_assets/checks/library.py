@@ -9,9 +9,6 @@ import numpy as np
 from casa_assets.checks.check import Check, Measurement, largest, no_fault, not_applicable, not_run
 from casa_assets.model.issue import Severity
 
-# Size outliers --------------------------------------------------------------------------------------------------------
-# Find assets that are far larger or smaller than others of their category.
-
 # With fewer assets of a category nobody can tell which one is odd.
 MIN_ASSETS = 5
 # The least scatter of the sizes of a category, as a ratio: mugs of a set differ by as much.
@@ -52,7 +49,6 @@ def sizes_fit_their_category(sizes: LibrarySizes, limit: float) -> Measurement:
 
 
 # Duplicates -----------------------------------------------------------------------------------------------------------
-# Find duplicates in a library by shape or by look, and assets that do not look like their category.
 
 # Of two copies, the 99.5th percentile of the distance is at most so many times the limit for the 95th.
 EVERY_SHARE = 4.0

@@ -26,9 +26,6 @@ from casa_assets.model.issue import Severity
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
 
-# Member ---------------------------------------------------------------------------------------------------------------
-# A member of a category of objects, with what is printed on it: the subject of the checks on each.
-
 
 @dataclass(frozen=True)
 class PrintedLine:
@@ -52,7 +49,6 @@ class ObjectMember:
 
 
 # Proportions ----------------------------------------------------------------------------------------------------------
-# Find members whose sides are not those of their category (OBJ001).
 
 SIDES = ("shortest", "middle", "longest")
 
@@ -82,7 +78,6 @@ def sides_fit_category(member: ObjectMember, limit: float) -> Measurement:
 
 
 # Print size -----------------------------------------------------------------------------------------------------------
-# Measure the letters that are printed on a package, in metres, in pixels of its picture, and in contrast.
 
 Mask = npt.NDArray[np.bool_]
 
@@ -232,7 +227,6 @@ def _directions(mesh: Mesh, face: Ints) -> tuple[Floats, Floats, Floats]:
 
 
 # Legibility -----------------------------------------------------------------------------------------------------------
-# Find packages whose print cannot be read from 20 cm (OBJ002 to OBJ004).
 
 NO_PRINT = "nothing is printed on it"
 # The camera that reads: a common one on a wrist, 640 pixels wide with 60 degrees, 20 cm before the middle of the line.
@@ -293,7 +287,6 @@ def _worst(member: ObjectMember, field: str) -> list[LineOnSurface]:
 
 
 # Collection -----------------------------------------------------------------------------------------------------------
-# Which are alike, and which are nearer to another kind than to their own.
 
 # Descriptors of one shape under two triangulations are this far apart at most.
 SAME_SHAPE = 0.02
@@ -422,7 +415,6 @@ def _nearest(places: Floats) -> Iterator[int]:
 
 
 # Kinds ----------------------------------------------------------------------------------------------------------------
-# Find members of a category that are alike, and categories that are taken for others (OBJ005 to OBJ007).
 
 TOO_FEW = f"there are no two categories of at least {MIN_MEMBERS} members"
 # Categories that a message names.

@@ -1,4 +1,7 @@
-"""Joints of a kitchen that a robot is asked to open, and the check of those that it reaches."""
+"""Joints of a kitchen that a robot is asked to open, and the check of those that it reaches.
+
+Light to import: inverse kinematics (mink) is in `addons.robots`, imported only where robots are tried.
+"""
 
 from __future__ import annotations
 
@@ -57,9 +60,6 @@ def tasks_of(facts: Mapping[str, Any]) -> tuple[list[Task], list[str]]:
             tasks.append(task)
     return tasks, without
 
-
-# Verdict --------------------------------------------------------------------------------------------------------------
-# Check that robots can work a kitchen, from what was found with inverse kinematics.
 
 FLOOR_ROBOT = "PandaOmron"  # RoboCasa's own robot; for the others numbers are told and nothing is asked
 

@@ -28,8 +28,6 @@ from casa_assets.model.issue import Report, Severity
 from casa_assets.model.kitchen.robot import SceneRobots
 from casa_assets.model.kitchen.scene import EngineSizes
 
-# Assets ---------------------------------------------------------------------------------------------------------------
-
 ERROR, WARNING = Severity.ERROR, Severity.WARNING
 
 # How the drop is done. Ref: SimReady Foundation, FET003 base neutral simulation.

@@ -16,9 +16,6 @@ from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Shape, Sphere
 from casa_assets.model.kitchen.scene import LightScene
 from casa_assets.model.pose import Pose
 
-# Reachable space ------------------------------------------------------------------------------------------------------
-# Boxes in a room -> the space between them that something can get into from the room.
-
 # A gap twice as wide as this counts as closed: neither a finger nor a thing that a kitchen holds gets in, metres.
 CLOSED_GAP_HALF_M = 0.006
 # What is merged may stick out of what it stands for by so much, metres.
@@ -153,7 +150,6 @@ def _lines(faces: Floats) -> Floats:
 
 
 # Cover boxes ----------------------------------------------------------------------------------------------------------
-# Boxes in a room -> fewer boxes that close the same space off.
 
 # Orders in which a box grows along the axes: each axis comes first once.
 ORDERS = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
@@ -567,7 +563,6 @@ def _points(shape: Shape) -> Floats:
 
 
 # Colliders ------------------------------------------------------------------------------------------------------------
-# Colliders that replace others: with rounded sizes, named after the largest that they replace.
 
 # Sizes and positions are multiples of this, metres: the last digits of a computation are no promise.
 SIZE_STEP_M = 1e-6

@@ -50,8 +50,6 @@ from casa_assets.model.kitchen.scene import (
 )
 from casa_assets.model.pose import Pose
 
-# Still parts ----------------------------------------------------------------------------------------------------------
-
 # Strips and brackets as thin as this, and this share of the largest piece, are left out, metres.
 SLIVER_M, SLIVER_SHARE = 0.008, 0.02
 # Pieces that stand for one hull of the full form become one where no more than this of it is empty.
@@ -234,7 +232,6 @@ def _is_flat(box: Floats, others: Floats) -> bool:
 
 
 # Locked joints --------------------------------------------------------------------------------------------------------
-# An asset with some joints locked: moved parts stay at their given position and become one body with their carrier.
 
 
 def with_joints_locked(asset: Asset, locked: Collection[str], positions: Mapping[str, float]) -> Asset:
@@ -289,7 +286,6 @@ def _on_their_carriers(links: list[Link], moved: Collection[str]) -> tuple[Link,
 
 
 # Batch form -----------------------------------------------------------------------------------------------------------
-# Fixed parts merged across fixtures, moving parts as few primitives.
 
 # Names of the region around a whole asset, the one that is added first. Ref: robocasa v1.0, fixtures and objects.
 OUTER_REGIONS = ("bbox", "main")

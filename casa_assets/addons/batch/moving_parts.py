@@ -30,9 +30,6 @@ from casa_assets.model.kitchen.choices import JointWord
 from casa_assets.model.kitchen.scene import Placement
 from casa_assets.model.pose import Pose
 
-# Joint words ----------------------------------------------------------------------------------------------------------
-# Joint of an asset -> the word by which one chooses it: a door, a drawer, a knob.
-
 # Label of the collider that a hand takes -> word.
 WORD_OF_GRIP = {
     "knob": JointWord.KNOBS,
@@ -64,7 +61,6 @@ def joint_word(asset: Asset, joint: Joint) -> JointWord:
 
 
 # Swept bounds ---------------------------------------------------------------------------------------------------------
-# Links of fixtures -> which of them can touch each other, from the boxes that they pass through.
 
 # Positions of each joint that are looked at, both ends of its range among them.
 POSITIONS = 9
@@ -132,7 +128,6 @@ def _swept(place: Placement, form: Asset, name: str) -> Floats:
 
 
 # Moving parts ---------------------------------------------------------------------------------------------------------
-# Doors, drawers, loose things.
 
 # Primitives of a loose thing at most, of one that is solid, of a seat that is; and how much of each may be empty.
 MOST_OF_THING, MOST_OF_SOLID, MOST_OF_SEAT, EMPTY_SHARE = 6, 3, 2, 0.35

@@ -73,8 +73,6 @@ def robot_of(robot: str | Path | mujoco.MjSpec) -> Robot:
     return Robot(make, np.array(qpos), np.array(ctrl), int(model.nv), bool(len(free)))
 
 
-# Slots: the places of one structure that holds each of several --------------------------------------------------------
-
 Kind = TypeVar("Kind", bound=Hashable)
 
 

@@ -26,8 +26,6 @@ from casa_assets.model.kitchen.scene import FREE_JOINT, Layer, Placement, Scene,
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
-# Description ----------------------------------------------------------------------------------------------------------
-
 FILE, LAYOUT_FILE = "kitchen.json", "layout.yaml"
 FORMAT = 1
 # Below this RoboCasa has numbers of its own; numbers of ours fit into 32 bits.
@@ -327,8 +325,6 @@ def excluded_bodies(scene: Scene, fixtures: Collection[Placed]) -> tuple[tuple[s
 
 
 # Surfaces -------------------------------------------------------------------------------------------------------------
-# Free surfaces of a worktop on which RoboCasa may put objects, without shallow areas in front of deep appliances.
-#
 # RoboCasa v1.0 puts a task's plate in front of the microwave, as near to the front edge as it can, and gives up if
 # there is no room. An area that is too shallow there is left out, so that RoboCasa uses the area next to it.
 

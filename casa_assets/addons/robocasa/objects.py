@@ -1,4 +1,10 @@
-"""Objects in RoboCasa's form: their models, their entries in its tables, and what its tasks draw."""
+"""Objects in RoboCasa's form: their models, their entries in its tables, and what its tasks draw.
+
+One model.xml serves both releases: v0.2 reads sizes from three sites next to the body `object`, v1.0 from the geom
+`reg_bbox` in it. Elements that the loaders drop (exclusions, keyframes, options) are not written; attributes that they
+need on every geom (group, pos, and size of three or two numbers) are written on the geom itself. Lids are always shut:
+RoboCasa sets the pose of an object through its first joint, and robosuite adds the free joint after those in the file.
+"""
 
 from __future__ import annotations
 
@@ -23,8 +29,6 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Id, Record, Vec3
 from casa_assets.model.registry.category import Affordance, Category
 from casa_assets.model.registry.contract import RobocasaRelease
-
-# Model ----------------------------------------------------------------------------------------------------------------
 
 # Ref: robocasa v1.0, add_obj_liquid_site: the categories whose objects it is called for.
 HOLD_LIQUID = ("cup", "glass_cup", "mug", "bowl", "pot", "pan", "saucepan")
@@ -163,8 +167,6 @@ def _with_pyramid(mesh: Mesh) -> Mesh:
 
 
 # Upright --------------------------------------------------------------------------------------------------------------
-# The document of a lying object, turned upright by a quarter turn, as in a toaster or a cup.
-#
 # Ref: robocasa v1.0 reads `model_upright.xml` next to `model.xml` if a task asks for it (slices of bread, straws).
 
 # Longer than this many times its width it stands on end (a straw), else on its edge (a slice of bread), whose thickness
@@ -261,6 +263,9 @@ def _numbers_text(values: Iterable[float]) -> str:
 
 
 # Entries --------------------------------------------------------------------------------------------------------------
+# One table of OBJ_CATEGORIES per release: types and attributes of a category and, per object registry, the folders of
+# its models. We have three registries: all instances, those for training and those for testing. RoboCasa's own splits
+# depend on the order of file names; ours depend on the digest of the source or shape of the instance.
 
 FOLDER = "objects"
 # Attributes of a category that a generation knows. Ref: robocasa v0.2 and v1.0, kitchen_object_utils.
@@ -335,6 +340,8 @@ def json_bytes(data: Any) -> bytes:
 
 
 # Objects of tasks -----------------------------------------------------------------------------------------------------
+# Ref: robocasa v1.0.1, `_get_obj_cfgs` of the tasks, `create_obj` (env_utils.py) and `sample_kitchen_object`. If no
+# category suits a draw, the reset fails with "a cannot be empty"; if no object is small enough, it never ends.
 
 EVERYTHING = "all"
 # Groups that are neither a category nor a type. Ref: robocasa v1.0, OBJ_GROUPS.

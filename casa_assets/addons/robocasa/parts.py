@@ -23,7 +23,6 @@ from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
-# Centre ---------------------------------------------------------------------------------------------------------------
 # RoboCasa v1.0 places a fixture by the frame of its body `object`, and interprets the position of a region in that
 # frame, whichever body the region belongs to. It also assumes half of a fixture's size on each side of the frame
 # (counters), and recognises a top drawer by the height of the frame. All of this is correct if the frames of the asset,

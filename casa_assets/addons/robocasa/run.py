@@ -52,9 +52,6 @@ from casa_assets.projects import read_once
 from casa_assets.registry.objects import object_names
 from casa_assets.runs.outcome import writing
 
-# Robocasa kitchens ----------------------------------------------------------------------------------------------------
-# Build scenes and write them as kitchens of a RoboCasa export, several at a time.
-
 
 @dataclass(frozen=True)
 class KitchenResult(Outcome):

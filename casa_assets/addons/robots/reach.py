@@ -11,7 +11,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from casa_assets.addons.robots.inverse_kinematics import Bounds, Grasp, Grip, Seed, Seeds, Solver, pinches, presses
+from casa_assets.addons.robots.grips import Grasp, Grip, pinches, presses
+from casa_assets.addons.robots.inverse_kinematics import Bounds, Seed, Seeds, Solver
 from casa_assets.addons.robots.workspace import BASE_JOINTS, Workspace
 from casa_assets.checks.robots import Task
 from casa_assets.core.numeric import Floats

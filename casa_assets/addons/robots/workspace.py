@@ -16,9 +16,6 @@ from casa_assets.core.numeric import Floats
 from casa_assets.errors import CasaError
 from casa_assets.model.kitchen.robot import Arm, Hand, Legs, Robot
 
-# Assemble -------------------------------------------------------------------------------------------------------------
-# Base, arm and gripper as one MjSpec.
-
 ROOT = "robot"  # body that stands on the parking place, and turns and slides there
 BASE_JOINTS = ("base_forward", "base_side", "base_yaw")
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -206,7 +203,6 @@ def _frame(hand: Hand) -> Floats:
 
 
 # Workspace ------------------------------------------------------------------------------------------------------------
-# A kitchen and a robot in one MuJoCo model: put the robot somewhere, and see what it would touch.
 
 PREFIX = "robot__"
 NEAR_M = 0.02  # distance from which the robot is kept from coming nearer

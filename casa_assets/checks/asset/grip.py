@@ -27,9 +27,6 @@ from casa_assets.model.asset.asset import Asset, Collider, Joint
 from casa_assets.model.asset.parts import MeshShape
 from casa_assets.model.pose import Pose
 
-# Finger room ----------------------------------------------------------------------------------------------------------
-# Find handles and knobs without room next to them for the two fingers of a gripper.
-
 # What two fingers close on; keys are pressed, and rims, trays and racks are pushed along.
 HELD_LABELS = frozenset({"handle", "pull", "knob", "lever"})
 # A finger as a bar. Ref: the fingers of a Panda hand are 2 cm wide and some 5 cm long; here, half of their pad's width.
@@ -108,7 +105,6 @@ def _grasps(centre: Floats, half: Floats) -> Iterator[Floats]:
 
 
 # Grip -----------------------------------------------------------------------------------------------------------------
-# Find grips that do not fit a gripper, joints off the axes, and inertia unlike that of the shapes.
 
 # Labels of what a hand may take. A rim or a tray is held where a thing has no handle of its own.
 GRIP_LABELS = frozenset(

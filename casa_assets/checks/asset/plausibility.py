@@ -36,9 +36,6 @@ from casa_assets.mesh.topology import is_closed, weld
 from casa_assets.model.asset.asset import Asset, Base, Collider, Link
 from casa_assets.model.asset.parts import Hull
 
-# Collider coverage ----------------------------------------------------------------------------------------------------
-# Find visible surfaces that no collision shape covers (AST016).
-
 # Points of the visible surface that are looked at. Our choice.
 SAMPLES = 4000
 # A point is uncovered where it is farther than this from every collision shape: metres, or this part of the longest
@@ -68,7 +65,6 @@ def _uncovered_share(link: Link) -> float:
 
 
 # Open room ------------------------------------------------------------------------------------------------------------
-# Find open rooms of what is seen that collision shapes fill or close off (AST018).
 
 NOT_LOOSE = "it did not come as one loose mesh; what is built or taken apart gives each part its own shapes"
 NO_ROOM = "no open room takes a share of its hull that matters"
@@ -103,7 +99,6 @@ def open_rooms_stay_open(asset: Asset, limit: float) -> Measurement:
 
 
 # Plausibility ---------------------------------------------------------------------------------------------------------
-# Find implausible sizes, masses, densities, collision shapes and joint ranges in the asset record.
 
 NO_HULLS = "none of its collision shapes is a hull"
 NO_VOLUME = "its collision shapes enclose no volume"

@@ -29,9 +29,6 @@ from casa_assets.model.asset.asset import Asset, Link, Visual
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2
 
-# Texture scale --------------------------------------------------------------------------------------------------------
-# Find repeating textures that are not shown at their true size (VIS009).
-
 # Share of a mesh's area that has to be right: seams of a body that is turned or swept leave slivers.
 RIGHT_AREA_SHARE = 0.99
 MIN_AREA_M2 = 1e-9
@@ -98,7 +95,6 @@ def _stretch(visual: Visual, tile: Vec2) -> float:
 
 
 # Coincident faces -----------------------------------------------------------------------------------------------------
-# Find coplanar faces of different materials in one place, which would flicker (VIS010).
 
 # Nearer than this a depth buffer cannot tell two faces of a kitchen apart. Faces that are set back by 0.2 mm pass.
 MIN_SEPARATION_M = 0.000199
@@ -225,7 +221,6 @@ def _overlap_area(first: Floats, second: Floats, normal: Floats) -> float:
 
 
 # Visual ---------------------------------------------------------------------------------------------------------------
-# Find degenerate triangles, wrong normals, bad texture coordinates and oversized pictures (VIS).
 
 NO_PICTURES = "it shows no picture"
 MIN_VERTICES = 4  # Ref: MuJoCo refuses to compile a mesh of fewer.

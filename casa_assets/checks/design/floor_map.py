@@ -26,9 +26,6 @@ from casa_assets.model.kitchen.floor import (
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
 
-# Floor map ------------------------------------------------------------------------------------------------------------
-# Occupancy grid of the floor: obstacles, positions of a robot's base, and what it can reach.
-
 CELL_M = 0.025
 BASE_RADIUS_M = 0.30
 OVERHEAD_M = 1.2  # an open leaf that begins higher does not stop the base
@@ -201,7 +198,6 @@ def around(points: Iterable[Vec2]) -> tuple[Vec2, Vec2]:
 
 
 # Parking --------------------------------------------------------------------------------------------------------------
-# Find parking places of a robot's base for each fixture, doors shut and each door open.
 
 # Ref: RoboCasa (robocasa/utils/env_utils.py) parks 0.20 m before fixtures and 0.30 m before housings and fridges.
 GAP_M, TALL_GAP_M = 0.20, 0.30

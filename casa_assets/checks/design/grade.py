@@ -1,4 +1,8 @@
-"""Grade of a kitchen by advisory rules: seats, heights, standard sizes, worktop and wheelchair access."""
+"""Grade of a kitchen by advisory rules: seats, heights, standard sizes, worktop and wheelchair access.
+
+Ref: NKBA Kitchen Planning Guidelines with Access Standards, 2nd edition (numbers N...); Louisiana State University
+AgCenter, kitchen guidelines (L...); trade sizes (D...); 2010 ADA Standards (A...).
+"""
 
 from __future__ import annotations
 
@@ -17,9 +21,6 @@ from casa_assets.mesh.planar import length_inside
 from casa_assets.model.kitchen.floor import APPLIANCES, AisleKind, Fixture, Footprint, KitchenFacts, Role, RunEnd
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Record
-
-# Seating --------------------------------------------------------------------------------------------------------------
-# Measure seats, heights and standard sizes for the design rules.
 
 FAR = 3.0  # metres behind a seat that are looked at
 
@@ -124,8 +125,6 @@ def least_depth(subject: DesignSubject) -> float | None:
 
 
 # Wheelchair access ----------------------------------------------------------------------------------------------------
-# Measure wheelchair access (the access profile); no limits are applied.
-#
 # Ref: 2010 ADA Standards 804, 305, 306, 308, 309; ICC A117.1 1003.12.
 
 CLEAR = (0.762, 1.219)  # metres of free floor at each place of work, either way round

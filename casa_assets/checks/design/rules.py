@@ -24,9 +24,6 @@ from casa_assets.model.kitchen.floor import (
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
 
-# Appliances -----------------------------------------------------------------------------------------------------------
-# Find appliances in unsafe or cramped places: no standing room, under windows, near corners.
-
 COOKTOPS = (Role.RANGE, Role.HOB)
 # Kinds of units that are appliances whose doors or cooks need room beside a corner.
 APPLIANCE_UNITS = ("range", "hob", "dishwasher", "oven", "microwave", "fridge")
@@ -173,7 +170,6 @@ def _corner_distances(facts: KitchenFacts, run: PlacedRun) -> Iterator[tuple[str
 
 
 # Frontage -------------------------------------------------------------------------------------------------------------
-# Measure the free worktop beside appliances, along the fronts of a run.
 
 # Panels and strips between an appliance and its worktop, metres.
 STRIP = 0.13
@@ -322,7 +318,6 @@ def shared_landing(facts: KitchenFacts) -> float | None:
 
 
 # Work triangle --------------------------------------------------------------------------------------------------------
-# Measure the work triangle of sink, cooktop and refrigerator, and the obstacles on it.
 
 TALL = 1.5  # metres
 FULL_DEPTH = 0.5
@@ -436,7 +431,6 @@ def _across(one: Fixture, other: Fixture) -> bool:
 
 
 # Doorways -------------------------------------------------------------------------------------------------------------
-# Find narrow doorways, and doors that swing into appliances or into each other.
 
 
 def doorways_are_wide_enough(subject: DesignSubject, limit: float) -> Measurement:
@@ -511,7 +505,6 @@ def _share_height(bottom1: float, top1: float, bottom2: float, top2: float) -> b
 
 
 # Aisles ---------------------------------------------------------------------------------------------------------------
-# Find aisles that are too narrow to work or to walk in.
 
 NO_AISLE = {
     AisleKind.WORK: "no two fronts face each other",

@@ -18,9 +18,6 @@ from casa_assets.model.kitchen.floor import Corners, Fixture, KitchenFacts, Park
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
 
-# Subject --------------------------------------------------------------------------------------------------------------
-# A kitchen as the checks of design, ways and tasks see it: its facts, and what is worked out of them once.
-
 
 @dataclass(frozen=True, eq=False)
 class DesignSubject:
@@ -51,7 +48,6 @@ class DesignSubject:
 
 
 # Summary --------------------------------------------------------------------------------------------------------------
-# Summarize a kitchen's floor for scene files: parking places, and tasks with their fixtures.
 
 
 def whereabouts(subject: DesignSubject) -> dict[str, Any]:
@@ -99,7 +95,6 @@ def _place(place: ParkingPlace | None) -> dict[str, Any] | None:
 
 
 # Reach ----------------------------------------------------------------------------------------------------------------
-# Find fixtures, doorways and tasks that are out of a robot's reach.
 
 
 def fixtures_are_reachable(subject: DesignSubject, limit: float) -> Measurement:

@@ -23,9 +23,6 @@ from casa_assets.model.kitchen.floor import (
 )
 from casa_assets.model.record import Record, Vec2, Vec3
 
-# Placing --------------------------------------------------------------------------------------------------------------
-# Sample boxes in zones and measure how many of them can be placed.
-
 ARM_REACH_M = 0.8  # from the front of the base, seen from above
 MIN_WORK_HEIGHT_M, MAX_WORK_HEIGHT_M = 0.3, 1.9
 ROUNDING_M = 1e-9
@@ -181,7 +178,6 @@ def _is_placed_well(box: WorldBox, zone: PlacingZone) -> bool:
 
 
 # Task view ------------------------------------------------------------------------------------------------------------
-# Reachable fixtures, free worktop beside them, zones to put things.
 
 BESIDE_M = 0.6  # beside a fixture, within which its worktop begins
 

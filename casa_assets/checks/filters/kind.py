@@ -14,6 +14,7 @@ from casa_assets.checks.check import (
     NO_COLLIDERS,
     NO_COMPILE,
     Measurement,
+    Unmeasured,
     at_least,
     at_most,
     is_loose_mesh,
@@ -33,11 +34,6 @@ from casa_assets.mesh.solid.solids import convex_hull, hull_volume, union
 from casa_assets.mesh.surface import signed_volume, solid_moments
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.registry.category import Affordance, Category, MatterFill, RestingPose
-
-# Kind -----------------------------------------------------------------------------------------------------------------
-
-# Cost -----------------------------------------------------------------------------------------------------------------
-# Find inertia that no such body has, and meshes or pictures that are slow to load (FLT).
 
 # Milliseconds that MuJoCo takes to load a thousand triangles, and a million pixels, as benchmarks/ingest/filters.py
 # measures them on one core. The time is estimated with them and not measured, so that it is the same on any machine.
@@ -82,7 +78,6 @@ def load_time_is_bounded(asset: Asset, limit: float) -> Measurement:
 
 
 # Graspable ------------------------------------------------------------------------------------------------------------
-# Find graspable objects that are too wide for a gripper and have no rim or handle (FLT).
 
 # Sites that say where a hand takes a thing; their x is what the fingers open to.
 GRASP = "grasp_"
@@ -109,7 +104,6 @@ def fits_a_gripper(package: Package, limit: float) -> Measurement:
 
 
 # Kind -----------------------------------------------------------------------------------------------------------------
-# Find objects of unknown category, or with proportions or an opening unlike their category (FLT).
 
 # The category of what nobody could name.
 UNKNOWN = "object"
@@ -130,8 +124,6 @@ def category_is_known(package: Package) -> Measurement:
 def proportions_fit_category(package: Package, limit: float) -> Measurement:
     """FLT008: least factor by which a side leaves the range of its category, at the best scale."""
     surface, category = welded_surface(package.asset), package.category
-    if isinstance(surface, Measurement):
-        return surface
     if category.id == UNKNOWN:
         return not_applicable("nobody says what it is, so no proportions are expected (FLT007)")
     size = np.ptp(surface.visibility.samples, axis=0)
@@ -143,8 +135,6 @@ def proportions_fit_category(package: Package, limit: float) -> Measurement:
 def vessel_is_open(package: Package, limit: float) -> Measurement:
     """FLT009: share of its hull in which a vessel, in its given pose, holds water."""
     surface, category = welded_surface(package.asset), package.category
-    if isinstance(surface, Measurement):
-        return surface
     if category.build is not MatterFill.VESSEL or not category.can(Affordance.CONTAINER):
         return not_applicable(f"a {category.id} is no open vessel")
     grid = voxelise(surface.points, surface.faces, CELLS)
@@ -197,8 +187,6 @@ class RestResult:
 def lies_still(package: Package, limit: float) -> Measurement:
     """FLT015: farthest that a corner still moves after the object was put down and has settled, metres."""
     rest = _rest_of(package)
-    if isinstance(rest, Measurement):
-        return rest
     message = f"{WATCH_S:g} s after it was put down a corner of it still goes {1000 * rest.drift_m:.1f} mm by itself"
     return at_most(rest.drift_m, limit, "scene.xml", f"{message}; correct its collision shapes")
 
@@ -209,8 +197,6 @@ def does_not_fall_over(package: Package, limit: float) -> Measurement:
     if category.upright is not RestingPose.STANDS:
         return not_applicable(f"a {category.id} does not stand by itself")
     rest = _rest_of(package)
-    if isinstance(rest, Measurement):
-        return rest
     message = f"tips over by {rest.tilt_deg:.0f} degrees when it is put down, though a {category.id} stands"
     return at_most(rest.tilt_deg, limit, "scene.xml", f"{message}; look at its pose and its foot")
 
@@ -218,8 +204,7 @@ def does_not_fall_over(package: Package, limit: float) -> Measurement:
 def stacks_on_another(package: Package, limit: float) -> Measurement:
     """FLT017: offset of a second object let down on the first, in parts of its width."""
     asset = package.asset
-    if not _is_free_mesh(asset):
-        return _not_a_free_mesh(asset)
+    _require_free_mesh(asset)
     if not package.category.can(Affordance.STACKABLE):
         return not_applicable(f"nobody stacks a {package.category.id}")
     if mujoco_load.load_mjcf(package.mjcf).error:
@@ -230,21 +215,18 @@ def stacks_on_another(package: Package, limit: float) -> Measurement:
     return Measurement(offset, () if offset <= limit and tilt <= MAX_STACK_TILT_DEG else problems)
 
 
-def _is_free_mesh(asset: Asset) -> bool:
-    return is_loose_mesh(asset) and asset.base is Base.FREE
+def _require_free_mesh(asset: Asset) -> None:
+    """Raises Unmeasured unless an asset is a loose mesh that is free to move."""
+    if not is_loose_mesh(asset) or asset.base is not Base.FREE:
+        raise Unmeasured(not_applicable("it is fixed in its place" if is_loose_mesh(asset) else NOT_LOOSE))
 
 
-def _not_a_free_mesh(asset: Asset) -> Measurement:
-    return not_applicable("it is fixed in its place" if is_loose_mesh(asset) else NOT_LOOSE)
-
-
-def _rest_of(package: Package) -> RestResult | Measurement:
-    """Motion of a loose mesh on the floor of its scene, or the result of a check that has none to look at."""
-    if not _is_free_mesh(package.asset):
-        return _not_a_free_mesh(package.asset)
+def _rest_of(package: Package) -> RestResult:
+    """Motion of a loose mesh on the floor of its scene. Raises Unmeasured where there is none."""
+    _require_free_mesh(package.asset)
     model = mujoco_load.load_mjcf(package.scene).model
     if model is None:
-        return not_run("scene.xml does not compile")
+        raise Unmeasured(not_run("scene.xml does not compile"))
     lower, upper = package.asset.bounds
     return _simulate_rest(model, (*map(float, lower), *map(float, upper)))
 

@@ -13,6 +13,7 @@ from scipy import ndimage
 from casa_assets.checks.check import (
     NO_VISUALS,
     Measurement,
+    Unmeasured,
     at_least,
     at_most,
     is_loose_mesh,
@@ -27,9 +28,6 @@ from casa_assets.mesh.visibility import Visibility, measure_visibility
 from casa_assets.model.asset.asset import Asset, Visual
 from casa_assets.model.asset.material import Material, Texture
 from casa_assets.model.registry.category import MatterFill, RestingPose
-
-# Welded surface -------------------------------------------------------------------------------------------------------
-# Weld the visible mesh of an ingested asset into one surface, and view it from all around.
 
 NOT_LOOSE = "it did not come as one loose mesh"
 
@@ -50,12 +48,14 @@ class WeldedSurface:
         return float(np.ptp(self.visibility.samples, axis=0).max())
 
 
-def welded_surface(asset: Asset) -> WeldedSurface | Measurement:
-    """The surface of a loose mesh, or the result of a filter that has none to look at."""
+def welded_surface(asset: Asset) -> WeldedSurface:
+    """The surface of a loose mesh. Raises Unmeasured for anything else."""
     if not is_loose_mesh(asset):
-        return not_applicable(NOT_LOOSE)
+        raise Unmeasured(not_applicable(NOT_LOOSE))
     surface = _weld_visuals(asset.root.visuals) if asset.root.visuals else None
-    return not_applicable(NO_VISUALS) if surface is None else surface
+    if surface is None:
+        raise Unmeasured(not_applicable(NO_VISUALS))
+    return surface
 
 
 @lru_cache(maxsize=4)
@@ -93,8 +93,6 @@ SIDES = ("the right", "behind", "above"), ("the left", "the front", "below")
 def surface_is_opaque(asset: Asset, limit: float) -> Measurement:
     """FLT001: share of what is seen from all around that shows backs of faces."""
     surface = welded_surface(asset)
-    if isinstance(surface, Measurement):
-        return surface
     share = float(surface.visibility.behind.mean())
     message = f"{share:.1%} of what is seen are backs of faces; close the holes, or give the walls a thickness"
     return at_most(share, limit, VISUALS, message)
@@ -103,8 +101,6 @@ def surface_is_opaque(asset: Asset, limit: float) -> Measurement:
 def no_side_is_missing(package: Package, limit: float) -> Measurement:
     """FLT002: share of the outline of a solid object that shows backs of faces, from the worst side."""
     surface, category = welded_surface(package.asset), package.category
-    if isinstance(surface, Measurement):
-        return surface
     if category.build not in (MatterFill.SOLID, MatterFill.FILLED):
         return not_applicable(f"a {category.id} may be hollow and open")
     worst = int(surface.visibility.behind.argmax())
@@ -118,8 +114,6 @@ def no_side_is_missing(package: Package, limit: float) -> Measurement:
 def winding_is_consistent(asset: Asset, limit: float) -> Measurement:
     """FLT003: share of the length of inner edges whose two faces wind against each other."""
     surface = welded_surface(asset)
-    if isinstance(surface, Measurement):
-        return surface
     ends, uses, balance = edge_counts(surface.faces)
     lengths = np.linalg.norm(surface.points[ends[:, 0]] - surface.points[ends[:, 1]], axis=1)
     inner = lengths[uses == 2].sum()
@@ -133,8 +127,6 @@ def winding_is_consistent(asset: Asset, limit: float) -> Measurement:
 def no_flat_cards(asset: Asset, limit: float) -> Measurement:
     """FLT004: share of what is seen that lies on flat sheets seen from both sides."""
     surface = welded_surface(asset)
-    if isinstance(surface, Measurement):
-        return surface
     seen = surface.visibility.front | surface.visibility.back
     component = surface.component[surface.visibility.face]
     cards = [k for k in np.flatnonzero(_flat_components(surface)) if _is_card(surface, component == k)]
@@ -146,8 +138,6 @@ def no_flat_cards(asset: Asset, limit: float) -> Measurement:
 def mesh_is_connected(asset: Asset, limit: float) -> Measurement:
     """FLT005: number of large parts that are separate from each other; a rigid object is one."""
     surface = welded_surface(asset)
-    if isinstance(surface, Measurement):
-        return surface
     samples = surface.visibility.samples
     at = np.floor((samples - samples.min(axis=0)) / (VOXEL * surface.longest)).astype(np.int64)
     occupied = np.zeros(at.max(axis=0) + 1, dtype=bool)
@@ -162,8 +152,6 @@ def mesh_is_connected(asset: Asset, limit: float) -> Measurement:
 def no_ground_plane(package: Package, limit: float) -> Measurement:
     """FLT006: factor by which the lowest layer is wider than all above it, where that is unusual."""
     surface, category = welded_surface(package.asset), package.category
-    if isinstance(surface, Measurement):
-        return surface
     if category.upright is not RestingPose.STANDS or category.fixed:
         return not_applicable(f"a {category.id} does not stand by itself")
     points = surface.visibility.samples
@@ -246,8 +234,6 @@ class ColorSamples:
 def is_not_too_dark(asset: Asset, limit: float) -> Measurement:
     """FLT010: mean luminance of what is seen in white light, 0..1; coal has 0.04."""
     colors = _own_colors(asset)
-    if isinstance(colors, Measurement):
-        return colors
     luminance = float((colors.linear @ LUMINANCE).mean())
     message = f"is black, it gives back {luminance:.2%} of the light; set the colours of its materials"
     return at_least(luminance, limit, "materials", message)
@@ -256,8 +242,6 @@ def is_not_too_dark(asset: Asset, limit: float) -> Measurement:
 def is_not_plain_grey(asset: Asset, limit: float) -> Measurement:
     """FLT011: largest distance of what is seen from one plain grey, as displayed, 0..1."""
     colors = _own_colors(asset)
-    if isinstance(colors, Measurement):
-        return colors
     displayed = srgb_from_linear_array(colors.linear)
     distance = float(np.percentile(np.abs(displayed - displayed.mean()).max(axis=1), 99))
     return at_least(distance, limit, "materials", "has one plain grey all over; bring its materials, or a picture")
@@ -266,9 +250,6 @@ def is_not_plain_grey(asset: Asset, limit: float) -> Measurement:
 def textures_are_sharp(asset: Asset, limit: float) -> Measurement:
     """FLT012: points of the pictures that can be resolved along the longest side; the median."""
     colors, surface = _color_samples(asset), welded_surface(asset)
-    if isinstance(colors, Measurement):
-        return colors
-    assert not isinstance(surface, Measurement), "colours are sampled from the surface"
     textured = (colors.edges_per_m > 0) & (colors.texels_per_m * surface.longest >= MIN_PIXELS)
     if textured.mean() < MIN_TEXTURED_SHARE:
         share = f"less than {MIN_TEXTURED_SHARE:.0%}"
@@ -283,18 +264,18 @@ def textures_are_sharp(asset: Asset, limit: float) -> Measurement:
     return at_least(points, limit, "materials", message)
 
 
-def _own_colors(asset: Asset) -> ColorSamples | Measurement:
-    """As `_color_samples`, if none of the materials is bare metal."""
+def _own_colors(asset: Asset) -> ColorSamples:
+    """As `_color_samples`. Raises Unmeasured where one of the materials is bare metal."""
     colors = _color_samples(asset)
-    if not isinstance(colors, Measurement) and any(m.metallic >= MIN_METALNESS for m in asset.materials):
-        return not_applicable(IS_METAL)
+    if any(m.metallic >= MIN_METALNESS for m in asset.materials):
+        raise Unmeasured(not_applicable(IS_METAL))
     return colors
 
 
-def _color_samples(asset: Asset) -> ColorSamples | Measurement:
-    """Colours of a loose mesh, or the result of a filter that has none to look at."""
-    surface = welded_surface(asset)
-    return surface if isinstance(surface, Measurement) else _sample_colors(asset.root.visuals, asset.materials)
+def _color_samples(asset: Asset) -> ColorSamples:
+    """Colours of a loose mesh. Raises Unmeasured for anything else."""
+    welded_surface(asset)
+    return _sample_colors(asset.root.visuals, asset.materials)
 
 
 @lru_cache(maxsize=2)

@@ -42,9 +42,6 @@ from casa_assets.model.asset.asset import Asset, Joint, JointKind
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Sphere
 from casa_assets.model.files import Files
 
-# Hand force -----------------------------------------------------------------------------------------------------------
-# Find joints that a hand of 20 N cannot move, that do not return, or that drift (KIN001 to KIN006, KIN010).
-
 # Nobody turns harder than this: the cap of 20 N*m on what 20 N do at a long lever.
 MAX_TORQUE_NM = 20.0
 MIN_LEVER_M = 0.005  # fingers are no finer
@@ -77,8 +74,6 @@ def starting_force_is_moderate(package: Package, limit: float, min_force_n: floa
     Doors and drawers are meant to take 5 N and more, so that they stay shut; a key or a roll may be lighter.
     """
     motion = motion_model_of(package)
-    if isinstance(motion, Measurement):
-        return motion
     problems, worst = [], 0.0
     data = mujoco.MjData(motion.contactless)
     for joint in package.asset.joints:
@@ -96,8 +91,6 @@ def starting_force_is_moderate(package: Package, limit: float, min_force_n: floa
 def keys_spring_back(package: Package, limit: float) -> Measurement:
     """KIN004: worst share of its stroke that a pressed key is away from rest 2 s after release."""
     motion, asset = motion_model_of(package), package.asset
-    if isinstance(motion, Measurement):
-        return motion
     shares = {}
     data = mujoco.MjData(motion.model)
     for joint in asset.joints:
@@ -116,8 +109,6 @@ def keys_spring_back(package: Package, limit: float) -> Measurement:
 def joints_rest_in_range(package: Package, limit: float) -> Measurement:
     """KIN010: how far a joint is outside its range once it has been left alone for 2 s, closed; rad or m."""
     motion, asset = motion_model_of(package), package.asset
-    if isinstance(motion, Measurement):
-        return motion
     data = mujoco.MjData(motion.model)
     set_joints(motion.model, data, {})
     mujoco.mj_step(motion.model, data, nstep=int(PUSH_S / STEP_S))
@@ -134,8 +125,6 @@ def joints_stay_put(package: Package, limit: float) -> Measurement:
     A short range counts as one of which `limit` is 1 mm or half a degree: stops are soft, and a light key yields.
     """
     motion, asset = motion_model_of(package), package.asset
-    if isinstance(motion, Measurement):
-        return motion
     problems, worst = [], 0.0
     data = mujoco.MjData(motion.model)
     poses: dict[str, dict[str, float]] = {"rest": {}}
@@ -173,8 +162,6 @@ def hand_effort(asset: Asset, joint: Joint) -> float:
 
 def _least_reach(package: Package, limit: float, contact: bool) -> Measurement:
     motion, asset = motion_model_of(package), package.asset
-    if isinstance(motion, Measurement):
-        return motion
     problems, least = [], 1.0
     data = mujoco.MjData(motion.model if contact else motion.contactless)
     for joint in asset.joints:
@@ -254,7 +241,6 @@ def _radius(asset: Asset, joint: Joint) -> float:
 
 
 # Joint travel ---------------------------------------------------------------------------------------------------------
-# Find joints of articulated meshes that do not reach all of their range (KIN009).
 
 # A contact counts where it is this much deeper than that of the same two shapes at rest. Our choice: what soft contacts
 # forgive.
@@ -359,7 +345,6 @@ def _depths(model: mujoco.MjModel, data: mujoco.MjData, moved: Mask) -> dict[tup
 
 
 # Clearance ------------------------------------------------------------------------------------------------------------
-# Find moving parts that run into other parts of the asset over their range (KIN005).
 
 # Step while another part stands open: only the two moved parts can meet in a new way. They are large, so that steps may
 # be wider than `sweep.STEP_M`.
@@ -369,8 +354,6 @@ PAIR_STEP_M = 0.025
 def moving_parts_keep_clear(package: Package, limit: float) -> Measurement:
     """KIN005: deepest contact of a part over any joint's range, alone and with each other joint open; metres."""
     motion = motion_model_of(package)
-    if isinstance(motion, Measurement):
-        return motion
     problems = []
     worst = 0.0
     for joint in package.asset.joints:

@@ -19,9 +19,6 @@ from casa_assets.core.behavior_interpreter import Stimulus
 from casa_assets.core.numeric import Floats
 from casa_assets.model.record import Vec2
 
-# Drop -----------------------------------------------------------------------------------------------------------------
-# Drop an asset on the floor of its `scene.xml` and record how it comes to rest.
-#
 # Ref: SimReady Foundation, FET003 base neutral simulation: from twice its height, at rest within 2 cm for 2 s inside 8
 # s.
 
@@ -115,7 +112,6 @@ def _depth(data: mujoco.MjData) -> float:
 
 
 # Operate --------------------------------------------------------------------------------------------------------------
-# Operate a written asset in MuJoCo with a fingertip: set joints, press keys, read what a runtime measures.
 
 # Radius of the fingertip, a sphere; how deep it is pressed into what it touches; height at which it waits; metres.
 TIP_RADIUS_M, PRESS_DEPTH_M, WAITING_HEIGHT_M = 0.004, 0.0003, 50.0

@@ -17,7 +17,7 @@ from casa_assets.checks.check import (
     NO_COMPILE,
     NO_JOINTS,
     NOT_BUILT,
-    Measurement,
+    Unmeasured,
     is_fixture_like,
     not_applicable,
     not_run,
@@ -165,8 +165,6 @@ def tilt_deg(rotation: Floats) -> float:
     """Angle between the z axis and where a (3, 3) rotation takes it, degrees."""
     return math.degrees(math.acos(min(1.0, max(-1.0, float(rotation[2, 2])))))
 
-
-# Sweep ----------------------------------------------------------------------------------------------------------------
 
 # How far the part of a joint that moves fastest goes between two poses. A corner that swings past an edge on an arm of
 # 0.6 m and meets it by half a millimetre does so over 49 mm of its way. Parts of 4 mm that slide past each other meet
@@ -369,14 +367,14 @@ class MotionModel:
         return int(self.model.joint(joint).id)
 
 
-def motion_model_of(package: Package) -> MotionModel | Measurement:
-    """The models of a built package with joints, or the result of a check that cannot have them."""
+def motion_model_of(package: Package) -> MotionModel:
+    """The models of a built package with joints. Raises Unmeasured for others."""
     if not is_fixture_like(package.asset):
-        return not_applicable(NOT_BUILT)
+        raise Unmeasured(not_applicable(NOT_BUILT))
     if not package.asset.joints:
-        return not_applicable(NO_JOINTS)
+        raise Unmeasured(not_applicable(NO_JOINTS))
     if mujoco_load.load_mjcf(package.mjcf).error:
-        return not_run(NO_COMPILE)
+        raise Unmeasured(not_run(NO_COMPILE))
     return _compile(package.mjcf, package.asset.digest)
 
 

@@ -33,11 +33,6 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.contract import Contract, KeyRule, Trial
 
-# Behaviour ------------------------------------------------------------------------------------------------------------
-
-# Reachable values -----------------------------------------------------------------------------------------------------
-# Find values of a behaviour that no sequence of moves, touches and waits can reach.
-
 TICK_S = 0.05
 # States of one group of variables that are looked at; sound behaviours have dozens.
 MOST = 4096

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from lxml import etree
 
-from casa_assets.checks.check import Measurement, Problem, count, not_applicable, not_run
+from casa_assets.checks.check import Measurement, Problem, Unmeasured, count, not_applicable, not_run
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers.mujoco_load import load_mjcf
 from casa_assets.core.numeric import Floats
@@ -31,8 +31,10 @@ from casa_assets.model.registry.contract import (
     SiteRule,
 )
 
-# Places as the loader reads them --------------------------------------------------------------------------------------
-
+# The arithmetic of the loader. Ref: RoboCasa v1.0, models/fixtures: Fixture takes the `pos` and `size` that are written
+# on a region's geom for a box on the fixture itself, whatever body the geom is in; get_reset_regions puts things on its
+# lower side, if that is within heights above the floor; anchor_offset is the `pos` of a site next to the body `object`,
+# under the same parent; Sink looks for `water` in its basins.
 PREFIX = "reg_"
 OUTER = "main"
 # Rounding of what nine written digits hold, and of sums of lengths.
@@ -151,10 +153,7 @@ def _beside_all(data: mujoco.MjData, regions: Mapping[str, ReadRegion], site: st
         yield f"model.xml/site/{site}", f"is above none of the regions {pattern!r} with the joints at zero"
 
 
-# Contract -------------------------------------------------------------------------------------------------------------
-
 # Contract names -------------------------------------------------------------------------------------------------------
-# Compare the requirements of a contract with an asset: what is missing or wrong.
 
 RuleCheck = Callable[[Asset, Requirements], list[Problem]]
 Rule = TypeVar("Rule", bound=NamePattern)
@@ -322,8 +321,6 @@ def _joint(asset: Asset, joint: Joint, rule: JointRule) -> Iterator[str]:
 
 
 # Contract paths -------------------------------------------------------------------------------------------------------
-# Find elements of a model.xml that the reference runtime would miss: literal paths, fixed depths.
-#
 # Ref: RoboCasa v0.2 and v1.0, models/fixtures: Stove.knob_joints and burner_sites, Sink.handle_joint and water_site,
 # CoffeeMachine; Fixture reads `ext_*` sites (v0.2) or `reg_*` geoms (v1.0); ranges are read from the element.
 
@@ -398,7 +395,6 @@ def _deep_elements(root: etree._Element, asset: Asset, needs: Requirements) -> I
 
 Bounds = npt.NDArray[np.float64]
 UNNAMED = "it names no contract: no runtime looks things of its kind up by name"
-NO_FILE = "model.xml is missing"
 # Rounding of what nine written digits hold, and of sums of lengths.
 SLACK_M = 1e-4
 # A threshold closer than this to an end of the range is met by chance: rad or m.
@@ -429,14 +425,12 @@ def links_and_joints_meet_contract(package: Package) -> Measurement:
 def sites_meet_contract(package: Package) -> Measurement:
     """CON002: number of sites that are missing or on another link than RoboCasa expects."""
     contract = _contract(package)
-    return count(missing_requirements(package.asset, contract, site_faults)) if contract else _no_contract(package)
+    return count(missing_requirements(package.asset, contract, site_faults))
 
 
 def colliders_and_visuals_meet_contract(package: Package) -> Measurement:
     """CON003: number of colliders, visuals and labels that are missing or would be mistaken."""
     contract, asset = _contract(package), package.asset
-    if contract is None:
-        return _no_contract(package)
     faults = missing_requirements(asset, contract, shapes)
     shown: list[Collider | Visual] = []
     for link in asset.links:
@@ -453,8 +447,6 @@ def colliders_and_visuals_meet_contract(package: Package) -> Measurement:
 def regions_meet_contract(package: Package, limit: float) -> Measurement:
     """CON004: largest distance that a region is off: `main` encloses what is seen, interiors lie in it; metres."""
     contract, asset = _contract(package), package.asset
-    if contract is None:
-        return _no_contract(package)
     faults = missing_requirements(asset, contract, regions)
     main = next((r for r in asset.regions if r.name == "main"), None)
     if main is None:
@@ -485,19 +477,13 @@ def regions_meet_contract(package: Package, limit: float) -> Measurement:
 
 def xml_paths_meet_contract(package: Package) -> Measurement:
     """CON005: number of elements that are not at the literal paths of model.xml where RoboCasa looks."""
-    contract = _contract(package)
-    if contract is None:
-        return _no_contract(package)
-    if not package.mjcf.is_file():
-        return not_run(NO_FILE)
-    return count(list(path_faults(package.mjcf, package.asset, contract)))
+    contract = _contract(package, with_file=True)
+    return count(path_faults(package.mjcf, package.asset, contract))
 
 
 def thresholds_meet_contract(package: Package) -> Measurement:
     """CON006: number of thresholds outside their joints' ranges, and of named poses with wrong joint positions."""
     contract, asset = _contract(package), package.asset
-    if contract is None:
-        return _no_contract(package)
     if not contract.thresholds and not contract.keyframes:
         return not_applicable("its contract names no threshold and no pose")
     faults = []
@@ -515,12 +501,7 @@ def thresholds_meet_contract(package: Package) -> Measurement:
 
 def places_meet_contract(package: Package) -> Measurement:
     """CON008: number of regions and sites of model.xml that are elsewhere for RoboCasa than in the model."""
-    contract = _contract(package)
-    if contract is None:
-        return _no_contract(package)
-    if not package.mjcf.is_file():
-        return not_run(NO_FILE)
-    return count(list(faults(package.mjcf, contract)))
+    return count(faults(package.mjcf, _contract(package, with_file=True)))
 
 
 def seen_bounds(asset: Asset, contract: Contract) -> Bounds | None:
@@ -537,16 +518,15 @@ def seen_bounds(asset: Asset, contract: Contract) -> Bounds | None:
     return np.array([cloud.min(axis=0), cloud.max(axis=0)])
 
 
-def _contract(package: Package) -> Contract | None:
+def _contract(package: Package, with_file: bool = False) -> Contract:
+    """The contract to compare with. Raises Unmeasured without one, or without the file that is asked for."""
+    contract, named = package.contract, package.asset.contract
     # An id that the registry does not know is the business of CON001 alone.
-    contract = package.contract
-    return contract if contract is not None and contract.id == package.asset.contract else None
-
-
-def _no_contract(package: Package) -> Measurement:
-    """Result if there is no contract to compare with, with the reason."""
-    named = package.asset.contract
-    return not_applicable(UNNAMED) if named is None else not_run(f"registry/contracts has no {named!r}")
+    if contract is None or contract.id != named:
+        raise Unmeasured(not_applicable(UNNAMED) if named is None else not_run(f"registry/contracts has no {named!r}"))
+    if with_file and not package.mjcf.is_file():
+        raise Unmeasured(not_run("model.xml is missing"))
+    return contract
 
 
 def _box(asset: Asset, region: Region) -> Bounds:

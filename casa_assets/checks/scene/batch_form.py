@@ -12,7 +12,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measurement, Problem, all_at_most, at_most, not_applicable, not_run
+from casa_assets.checks.check import Measurement, Problem, Unmeasured, all_at_most, at_most, not_applicable, not_run
 from casa_assets.checks.motion.joints import PUSH_S, hand_effort, push
 from casa_assets.checks.motion.simulation import START, altered, open_before, open_end, reset_to_start
 from casa_assets.checks.readers.mujoco_facts import free_bodies
@@ -24,9 +24,6 @@ from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.asset.asset import Asset, Base, Joint, Region
 from casa_assets.model.kitchen.scene import OPEN_POSE, PICTURE_PX, BatchScene, Placement
 from casa_assets.model.pose import Pose
-
-# Subject --------------------------------------------------------------------------------------------------------------
-# The batch form of a scene as MuJoCo has it, beside the light form that it is held against.
 
 BATCH_FILE = "scene_batch.xml"
 UNREADABLE = "MuJoCo cannot read scene_batch.xml (BAT001)"
@@ -49,19 +46,24 @@ class BatchSubject:
         """The light form compiled."""
         return load_asset_file(self.root / LIGHT_FILE)
 
-    @cached_property
-    def models(self) -> tuple[mujoco.MjModel, mujoco.MjModel] | None:
-        """The batch and the light form; None if either does not load."""
-        batch, light = self.batch.model, self.light.model
-        return None if batch is None or light is None else (batch, light)
+    @property
+    def model(self) -> mujoco.MjModel:
+        """The compiled batch form. Raises Unmeasured where it does not load."""
+        if self.batch.model is None:
+            raise Unmeasured(not_run(UNREADABLE))
+        return self.batch.model
+
+    @property
+    def models(self) -> tuple[mujoco.MjModel, mujoco.MjModel]:
+        """The batch and the light form. Raises Unmeasured if either does not load."""
+        if self.light.model is None:
+            raise Unmeasured(not_run(UNREADABLE))
+        return self.model, self.light.model
 
     @cached_property
     def colliding(self) -> Mask:
-        """(ngeom,) which geoms of the batch form touch anything. Raises ValueError where it does not load."""
-        model = self.batch.model
-        if model is None:
-            raise ValueError(self.batch.error)
-        return np.asarray((model.geom_contype | model.geom_conaffinity) != 0, dtype=bool)
+        """(ngeom,) which geoms of the batch form touch anything. Raises Unmeasured where it does not load."""
+        return np.asarray((self.model.geom_contype | self.model.geom_conaffinity) != 0, dtype=bool)
 
 
 @contextmanager
@@ -96,7 +98,6 @@ def pose_both(batch: mujoco.MjModel, light: mujoco.MjModel, key: str) -> tuple[m
 
 
 # Size -----------------------------------------------------------------------------------------------------------------
-# Count what a GPU engine pays for: primitives, pairs, degrees of freedom that are awake, constraint rows.
 
 PRIMITIVES = (
     mujoco.mjtGeom.mjGEOM_BOX,
@@ -148,8 +149,6 @@ def _problems(subject: BatchSubject, batch: mujoco.MjModel, light: mujoco.MjMode
 
 def collider_count_is_bounded(subject: BatchSubject, limit: float) -> Measurement:
     """BAT002: number of primitives that touch anything."""
-    if subject.batch.model is None:
-        return not_run(UNREADABLE)
     advice = "{:.0f} primitives that touch anything; lock more joints (`--joints`), or take things out"
     number = float(subject.colliding.sum())
     return at_most(number, limit, BATCH_FILE, advice.format(number))
@@ -157,17 +156,13 @@ def collider_count_is_bounded(subject: BatchSubject, limit: float) -> Measuremen
 
 def pair_count_is_bounded(subject: BatchSubject, limit: float) -> Measurement:
     """BAT003: number of pairs of geoms that an engine has to look at."""
-    if subject.batch.model is None:
-        return not_run(UNREADABLE)
-    number = float(candidate_pairs(subject.batch.model).sum())
+    number = float(candidate_pairs(subject.model).sum())
     return at_most(number, limit, BATCH_FILE, f"{number:.0f} candidate pairs; lock more joints, or take things out")
 
 
 def nothing_is_awake_at_rest(subject: BatchSubject, limit: float) -> Measurement:
     """BAT004: degrees of freedom that are awake, and constraint rows, once the scene has been left alone for 0.5 s."""
-    model = subject.batch.model
-    if model is None:
-        return not_run(UNREADABLE)
+    model = subject.model
     data = mujoco.MjData(model)
     reset_to_start(model, data)
     mujoco.mj_step(model, data, nstep=round(REST_S / model.opt.timestep))
@@ -196,41 +191,31 @@ def candidate_pairs(model: mujoco.MjModel) -> Mask:
 
 
 # Rest -----------------------------------------------------------------------------------------------------------------
-# Find things that stand in each other in the batch form, or do not stay where they stand.
 
 
 def no_penetration(subject: BatchSubject, limit: float) -> Measurement:
     """BAT005: deepest penetration at the start and after 1 s with nothing asleep, metres."""
-    settled = _settled(subject)
-    if settled is None:
-        return not_run(UNREADABLE)
-    return settled.deepest(limit, "in the batch form")
+    return _settled(subject).deepest(limit, "in the batch form")
 
 
 def loose_things_stay_put(subject: BatchSubject, limit: float) -> Measurement:
     """BAT006: largest distance that a free-standing object moves in 5 s with nothing asleep, metres."""
-    settled = _settled(subject)
-    return not_run(UNREADABLE) if settled is None else farthest(settled.drift, limit, " in the batch form", MAX_LISTED)
+    return farthest(_settled(subject).drift, limit, " in the batch form", MAX_LISTED)
 
 
 @lru_cache(maxsize=1)
-def _settled(subject: BatchSubject) -> Settled | None:
-    """Simulate the batch form for 5 s, once; None if it does not load."""
-    if subject.batch.model is None:
-        return None
-    with awake(subject.batch.model) as data:
+def _settled(subject: BatchSubject) -> Settled:
+    """Simulate the batch form for 5 s, once."""
+    with awake(subject.model) as data:
         return settle(data, subject.colliding)
 
 
 # Opening --------------------------------------------------------------------------------------------------------------
-# Find joints that a hand of 20 N does not open in the batch form as far as it has to.
 
 
 def joints_open_by_hand(subject: BatchSubject, limit: float) -> Measurement:
     """BAT009: least share of its range that a joint of a fixture covers within 2 s under 20 N at its grip."""
-    model = subject.batch.model
-    if model is None:
-        return not_run(UNREADABLE)
+    model = subject.model
     locked = {(ref.placement, ref.joint) for ref in subject.form.locked}
     shares, problems = list[float](), list[tuple[str, str]]()
     assets = subject.form.scene.asset_of
@@ -289,8 +274,6 @@ def surfaces_are_kept(subject: BatchSubject, limit: float) -> Measurement:
 
     As the kitchen begins and with all open that is not locked; the larger share of the two.
     """
-    if subject.models is None:
-        return not_run(UNREADABLE)
     batch, light = subject.models
     assets = subject.form.scene.asset_of
     floors = [name for name, asset in assets.items() if asset.labels.category == FLOOR]
@@ -345,8 +328,6 @@ def room_inside_is_kept(subject: BatchSubject, limit: float) -> Measurement:
 
     Points in the place of a part with a locked joint, and regions of things that are filled on purpose, do not count.
     """
-    if subject.models is None:
-        return not_run(UNREADABLE)
     batch, light = subject.models
     in_batch, in_light = pose_both(batch, light, START)
     # Geoms of the light form that each locked joint moves.

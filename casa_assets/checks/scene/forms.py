@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from pxr import Sdf, Tf, Usd
 
-from casa_assets.checks.check import Measurement, Problem, count, not_run
+from casa_assets.checks.check import Measurement, Problem, Unmeasured, count, not_run
 from casa_assets.checks.motion.simulation import reset_to_start
 from casa_assets.checks.package.facts import text
 from casa_assets.checks.package.parity import (
@@ -45,11 +45,6 @@ from casa_assets.model.asset.asset import Base
 from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.kitchen.scene import WORLD, Scene
 from casa_assets.model.record import Record, Vec3, Vec4
-
-# Light form -----------------------------------------------------------------------------------------------------------
-
-# Files ----------------------------------------------------------------------------------------------------------------
-# The files of a scene beside its `scene.xml`: USD, and the light form; each read once.
 
 USD_FILE, NESTED_FILE, LIGHT_FILE = "scene.usda", "scene_nested.usda", "scene_light.xml"
 
@@ -129,7 +124,6 @@ def _composed(path: Path) -> tuple[Usd.Stage | None, tuple[str, ...]]:
 
 
 # Light form -----------------------------------------------------------------------------------------------------------
-# Find differences in motion between the light form of a scene and the full one.
 
 # Fields of MjModel with a row per joint, dof or body that are the same in both forms.
 JOINT_FIELDS = ("jnt_type", "jnt_range", "jnt_axis", "jnt_pos", "jnt_stiffness")
@@ -159,27 +153,21 @@ def mechanism_is_the_same(files: SceneFiles) -> Measurement:
 
 def no_penetration_after_settling(files: SceneFiles, limit: float) -> Measurement:
     """SCN022: deepest penetration in the light form at the start and after 1 s, metres."""
-    settled = settled_scene(files)
-    if settled is None:
-        return not_run(UNREADABLE)
-    return settled.deepest(limit, "in the light form; see the shapes that stand for it there")
+    return settled_scene(files).deepest(limit, "in the light form; see the shapes that stand for it there")
 
 
 def loose_things_stay_put(files: SceneFiles, limit: float) -> Measurement:
     """SCN028: largest distance that a free-standing object moves in 5 s in the light form, metres."""
-    settled = settled_scene(files)
-    if settled is None:
-        return not_run(UNREADABLE)
     advice = " in the light form; the shapes that stand for it there do not stand"
-    return farthest(settled.drift, limit, advice, MAX_LISTED)
+    return farthest(settled_scene(files).drift, limit, advice, MAX_LISTED)
 
 
 @lru_cache(maxsize=1)
-def settled_scene(files: SceneFiles) -> Settled | None:
-    """Simulate the light form for 5 s, once; None if it does not load."""
+def settled_scene(files: SceneFiles) -> Settled:
+    """Simulate the light form for 5 s, once. Raises Unmeasured if it does not load."""
     model = files.light_form.model
     if model is None:
-        return None
+        raise Unmeasured(not_run(UNREADABLE))
     data = mujoco.MjData(model)
     reset_to_start(model, data)
     mujoco.mj_forward(model, data)

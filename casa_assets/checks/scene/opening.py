@@ -28,9 +28,6 @@ from casa_assets.core.hand_dynamics import PULL_N
 from casa_assets.core.numeric import Floats, Mask
 from casa_assets.model.asset.asset import JointKind
 
-# Opening --------------------------------------------------------------------------------------------------------------
-# Find joints that run into something over their range, alone or with each neighbour open.
-
 # How far the point that moves fastest goes between two poses. A corner that swings 1 mm deep past an edge on an arm of
 # 20 mm is in it for 12 mm of its way, on one of 0.6 m for 69 mm.
 STEP_M = 0.004
@@ -236,7 +233,6 @@ def only_pairs(model: mujoco.MjModel, moved: Mask, against: Mask) -> AbstractCon
 
 
 # Pulling --------------------------------------------------------------------------------------------------------------
-# Find joints that a hand of 20 N at the grip cannot open in the whole scene.
 
 # Joints whose parts come nearer to each other than this on their paths are not pulled at the same time.
 MIN_SEPARATION_M = 0.005

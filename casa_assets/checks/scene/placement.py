@@ -24,9 +24,6 @@ from casa_assets.checks.scene.subject import SceneSubject, boxes_meet
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.model.kitchen.scene import Camera
 
-# Support --------------------------------------------------------------------------------------------------------------
-# Nothing below, above or beside holds them.
-
 # Categories of placements.
 FLOOR, WALL, CEILING, RECESS = "floor", "wall", "ceiling", "recess"
 ROOM = (FLOOR, WALL, CEILING, RECESS)
@@ -132,7 +129,6 @@ class SupportTester:
 
 
 # Overlap --------------------------------------------------------------------------------------------------------------
-# Find fixed things that overlap; MuJoCo makes no contacts between them, so they are measured.
 
 
 def fixed_things_do_not_overlap(subject: SceneSubject, limit: float) -> Measurement:
@@ -167,7 +163,6 @@ def overlapping_pairs(subject: SceneSubject, limit: float) -> Iterator[tuple[int
 
 
 # Inside ---------------------------------------------------------------------------------------------------------------
-# Find things that reach outside the room: beyond walls, below the floor, above the ceiling.
 
 # How far handles and sills of doors and windows may stand out of the outer face of a wall, metres.
 ALLOWED_BESIDE_M = {"door": 0.08, "window": 0.08}

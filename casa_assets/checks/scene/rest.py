@@ -28,8 +28,6 @@ from casa_assets.model.files import Files
 from casa_assets.model.kitchen.scene import FREE_JOINT
 from casa_assets.model.pose import Pose
 
-# Rest -----------------------------------------------------------------------------------------------------------------
-
 SETTLED_S, SIMULATED_S = 1.0, 5.0
 MM_PER_M = 1000.0
 # Reasons why a check does not apply.

@@ -23,9 +23,6 @@ from casa_assets.model.kitchen.scene import FREE_JOINT, Placement, Scene
 
 T = TypeVar("T")
 
-# Contents -------------------------------------------------------------------------------------------------------------
-# Objects in drawers, on racks and in doors go along with them where joints are moved without dynamics.
-
 
 class Contents:
     """Objects of a scene by name, each with the body that holds it, and how it lies there in the state `qpos`."""
@@ -71,8 +68,6 @@ class Contents:
 
 
 # Stopwatch ------------------------------------------------------------------------------------------------------------
-# Measure how fast a scene loads and steps on this machine.
-#
 # Seconds are those of the clock, or of the processor where these are fewer: on a busy machine the clock goes on while
 # this process waits for its turn, and a scene is no slower for it.
 
@@ -103,7 +98,6 @@ def timed(call: Callable[[], T]) -> tuple[T, float]:
 
 
 # Subject --------------------------------------------------------------------------------------------------------------
-# Compiled once, with what every check asks of it.
 
 FILE = "scene.xml"
 

@@ -41,9 +41,6 @@ from casa_assets.model.kitchen.scene import (
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
-# Stage ----------------------------------------------------------------------------------------------------------------
-# Loose things, places for them, parking places.
-
 SCENE_JSON = "scene.json"
 FOOTPRINT = "robot_footprint"  # a body without contacts, whose distance to things is measured
 # Boxes that hold PandaOmron at rest, least and largest corner in the frame of the middle of its base, x ahead, m:
@@ -347,7 +344,6 @@ def _footprint() -> etree._Element:
 
 
 # Trial ----------------------------------------------------------------------------------------------------------------
-# Let a state settle, and measure what happens to it when nobody touches it.
 
 WATCHED_S, LOOK_S = 2.0, 0.1
 SETTLE_S = 4.0  # what still moves after that is given up

@@ -11,7 +11,7 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.addons.robots import certify as certifying
-from casa_assets.addons.robots.inverse_kinematics import TAKEN_M, Grip, pinches, presses
+from casa_assets.addons.robots.grips import TAKEN_M, Grip, pinches, presses
 from casa_assets.addons.robots.workspace import handle_of, leg_angles
 from casa_assets.checks.check import run
 from casa_assets.checks.robots import tasks_of
