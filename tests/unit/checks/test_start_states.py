@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
 
+from casa_assets.checks.check import run
 from casa_assets.checks.start_states import draw
 from casa_assets.checks.start_states.draw import draw_states
-from casa_assets.checks.start_states.stage import Stage, settle, watch
+from casa_assets.checks.start_states.stage import Stage, StatesSubject, settle, watch
 from casa_assets.errors import CasaError
+from casa_assets.model.issue import Report, Status
 from casa_assets.model.kitchen.scene import StartStates
+from tests.support.asset.examples import LIMITS, check_examples
 from tests.support.kitchen.start_stages import (
     AGAINST_THE_WORKTOP,
     BOX_M,
@@ -25,9 +31,15 @@ from tests.support.kitchen.start_stages import (
 DRAWER = f"{CUPBOARD}__drawer_slide"
 
 
+@cache
+def whole_stage() -> Stage:
+    with TemporaryDirectory() as root:
+        return Stage(scene_folder(Path(root)))
+
+
 @pytest.fixture(scope="module")
-def stage(tmp_path_factory: pytest.TempPathFactory) -> Stage:
-    return Stage(scene_folder(tmp_path_factory.mktemp("stage")))
+def stage() -> Stage:
+    return whole_stage()
 
 
 @pytest.fixture(scope="module")
@@ -101,38 +113,30 @@ def test_what_falls_does_not_stay_and_what_is_pressed_in_is_deep(stage: Stage) -
     assert settled[box.address + 2] == pytest.approx(TOP_M, abs=0.001)
 
 
-def test_what_never_comes_to_rest_is_refused(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_cannot_be_drawn_is_an_error(stage: Stage, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for asked, told in [
+        (wanted(things=4), "4 things were to be put somewhere in each state, and it has 3"),
+        (wanted(opened=2), "2 doors were to stand open, and it has 1"),
+    ]:
+        with pytest.raises(CasaError, match=told):
+            draw_states(stage, asked)
+    blocked = Stage(scene_folder(tmp_path, parked=AGAINST_THE_WORKTOP))
+    assert blocked.in_the_way(blocked.parking[0].at) == WORKTOP
+    with pytest.raises(CasaError, match="something stands where the robot parks"):
+        draw_states(blocked, wanted(count=1))
     monkeypatch.setattr(draw, "settle", lambda *_: None)
     with pytest.raises(CasaError, match=r"found in 40 draws of number 0: did not come to rest \(40\)"):
         draw_states(stage, wanted())
 
 
-def test_asking_for_too_much_is_an_error(subtests: pytest.Subtests, stage: Stage) -> None:
-    for asked, told in [
-        (wanted(things=4), "4 things were to be put somewhere in each state, and it has 3"),
-        (wanted(opened=2), "2 doors were to stand open, and it has 1"),
-    ]:
-        with subtests.test(asked=asked, told=told), pytest.raises(CasaError, match=told):
-            draw_states(stage, asked)
-
-
-def test_a_robot_without_room_is_an_error(tmp_path: Path) -> None:
-    blocked = Stage(scene_folder(tmp_path, parked=AGAINST_THE_WORKTOP))
-    assert blocked.in_the_way(blocked.parking[0].at) == WORKTOP
-    with pytest.raises(CasaError, match="something stands where the robot parks"):
-        draw_states(blocked, wanted(count=1))
-
-
-def test_of_a_stack_the_upper_thing_is_taken_first(tmp_path: Path) -> None:
+def test_of_a_stack_the_upper_thing_is_taken_first_and_none_is_left_in_the_air(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     stage = Stage(scene_folder(tmp_path, stacked=True))
     assert stage.on_top == {"thing_2": {"thing_3"}}
     states = draw_states(stage, wanted(count=6, things=1))
     assert {name for notes in states.notes for name in notes.placed} == {"thing_3", "thing_4"}
     assert "thing_2" in {name for notes in draw_states(stage, wanted(things=2)).notes for name in notes.placed}
-
-
-def test_what_would_leave_another_thing_in_the_air_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    stage = Stage(scene_folder(tmp_path, stacked=True))
     monkeypatch.setattr(draw, "STAYED_M", 0.0001)
     with pytest.raises(CasaError, match="a thing fell over or off"):
         draw_states(stage, wanted(count=1, things=1))
@@ -147,3 +151,62 @@ def test_a_folder_that_lacks_a_file_or_holds_nonsense_is_told(tmp_path: Path, na
     (folder / name).unlink()
     with pytest.raises(CasaError, match=f"{name}: is missing"):
         Stage(folder)
+
+
+@cache
+def sound() -> StartStates:
+    return draw_states(whole_stage(), wanted(count=2))
+
+
+def higher(metres: float) -> StartStates:
+    """The first box of the first state so much higher than it rests."""
+    rows = sound().qpos.copy()
+    box = next(joint for joint in sound().joints if joint.width == 7)
+    rows[0, box.address + 2] += metres
+    return sound().replace(qpos=rows)
+
+
+def parked(y: float) -> StartStates:
+    base = sound().base.copy()
+    base[0, 1] = y
+    return sound().replace(base=base)
+
+
+def twins(apart: float) -> StartStates:
+    """A second state that is the first one but for where the robot parks."""
+    base = np.repeat(sound().base[:1], 2, axis=0)
+    base[1, 0] += apart
+    return sound().replace(qpos=np.repeat(sound().qpos[:1], 2, axis=0), base=base)
+
+
+EXAMPLES: dict[str, tuple[Callable[[], StartStates], Callable[[], StartStates]]] = {
+    "STA001": (sound, lambda: sound().replace(scene_xml="0" * 64)),
+    "STA002": (lambda: higher(-0.0005), lambda: higher(-0.0015)),
+    "STA003": (lambda: higher(0.004), lambda: higher(0.006)),
+    "STA004": (lambda: parked(0.34), lambda: parked(0.36)),
+    "STA005": (lambda: twins(0.06), lambda: twins(0.04)),
+}
+
+
+def judged(states: StartStates) -> Report:
+    return run(StatesSubject(states, whole_stage()), "room", LIMITS)
+
+
+@pytest.mark.parametrize("code", EXAMPLES)
+def test_each_code_is_tripped_by_its_fault_alone(code: str) -> None:
+    check_examples(code, *(judged(make()) for make in EXAMPLES[code]))
+
+
+def test_the_state_at_fault_is_named() -> None:
+    (issue,) = judged(parked(0.5)).issues
+    assert (issue.pointer, issue.message) == ("states/0", "thing_0 stands in the robot; draw it again")
+
+
+def test_states_of_another_scene_are_not_simulated() -> None:
+    joints = tuple(j.replace(name=f"{j.name}_x") for j in sound().joints)
+    results = {r.code: r.status for r in judged(sound().replace(joints=joints)).results}
+    assert results == {
+        "STA001": Status.FAILED,
+        **dict.fromkeys(("STA002", "STA003", "STA004"), Status.NOT_RUN),
+        "STA005": Status.PASSED,
+    }

@@ -17,7 +17,7 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 from casa_assets.model.registry.contract import Contract
 from tests.support.asset.contract_fixtures import HIGH, block, burning, hob, oven, packed
-from tests.unit.checks.runtime.test_contract_checks import codes
+from tests.unit.checks.test_contract_checks import codes
 
 KNOWN = registry.load()
 ROWS = [check for check in TABLE if check.code.startswith("BEH")]
@@ -53,18 +53,15 @@ def deaf_to_the_door() -> Asset:
 def walled_in() -> Asset:
     """An oven whose start button lies in a recess that no finger fits."""
     plain = oven()
-    walls = tuple(
-        block(f"wall_{i}", size, at)
-        for i, (size, at) in enumerate(
-            [
-                ((0.005, 0.02, 0.04), (0.1825, -0.19, 0.05)),
-                ((0.005, 0.02, 0.04), (0.2175, -0.19, 0.05)),
-                ((0.04, 0.02, 0.005), (0.2, -0.19, 0.0375)),
-                ((0.04, 0.02, 0.005), (0.2, -0.19, 0.0625)),
-                ((0.026, 0.002, 0.018), (0.2, -0.192, 0.05)),
-            ]
-        )
+    sizes = ((0.005, 0.02, 0.04), (0.005, 0.02, 0.04), (0.04, 0.02, 0.005), (0.04, 0.02, 0.005), (0.026, 0.002, 0.018))
+    places = (
+        (0.1825, -0.19, 0.05),
+        (0.2175, -0.19, 0.05),
+        (0.2, -0.19, 0.0375),
+        (0.2, -0.19, 0.0625),
+        (0.2, -0.192, 0.05),
     )
+    walls = (block(f"wall_{i}", size, at) for i, (size, at) in enumerate(zip(sizes, places, strict=True)))
     root = plain.root.replace(colliders=(*plain.root.colliders, *walls))
     return plain.replace(links=(root, *plain.links[1:]))
 
@@ -95,21 +92,14 @@ def message(asset: Asset, folder: Path, contract: Contract | None = None) -> lis
     return [f"{issue.pointer}: {issue.message}" for issue in report.issues]
 
 
-class TestSays:
-    """What is wrong, and where, in words."""
-
-    def test_of_a_trial(self, tmp_path: Path) -> None:
-        found = message(deaf_to_the_door(), tmp_path)
-        assert found == ["trials/the_door_ends_it/1: after microjoint to 1 power is 'on', not 'off'"]
-
-    def test_of_a_threshold(self, tmp_path: Path) -> None:
-        found = message(hob().replace(behavior=burning(0.45, HIGH)), tmp_path)
-        assert [one for one in found if "0.45" in one and "burner_on 0.35" in one]
-
-    def test_of_a_pose(self, tmp_path: Path) -> None:
-        still = hob().keyframes[0]
-        found = message(hob().replace(keyframes=(still, still.replace(name="on"))), tmp_path)
-        assert found == ["keyframes/on: in this pose burner_left is 'off', not 'low|high'"]
+def test_says_what_is_wrong_and_where(tmp_path: Path) -> None:
+    found = message(deaf_to_the_door(), tmp_path)
+    assert found == ["trials/the_door_ends_it/1: after microjoint to 1 power is 'on', not 'off'"]
+    found = message(hob().replace(behavior=burning(0.45, HIGH)), tmp_path / "threshold")
+    assert [one for one in found if "0.45" in one and "burner_on 0.35" in one]
+    still = hob().keyframes[0]
+    found = message(hob().replace(keyframes=(still, still.replace(name="on"))), tmp_path / "pose")
+    assert found == ["keyframes/on: in this pose burner_left is 'off', not 'low|high'"]
 
 
 def walk(behavior: Behavior, acts: list[tuple[dict[str, float], set[str]]], dt: float = 0.05) -> list[str]:
@@ -130,14 +120,8 @@ class TestMachine:
         rules = (Rule(variable="power", from_values=("off",), to="on", when=(PRESS,)),)
         other = Rule(variable="power", from_values=("on",), to="off", when=(Condition(contact="stop"),))
         both = Behavior(variables=(SWITCH,), rules=(*rules, other))
-        assert walk(both, [IDLE, HELD, ({}, {"key", "stop"}), HELD, IDLE, HELD]) == [
-            "off",
-            "on",
-            "off",
-            "off",
-            "off",
-            "on",
-        ]
+        acts = [IDLE, HELD, ({}, {"key", "stop"}), HELD, IDLE, HELD]
+        assert walk(both, acts) == ["off", "on", "off", "off", "off", "on"]
 
     def test_both_ends_of_an_interval_count(self) -> None:
         rule = Rule(variable="power", to="on", when=(Condition(joint="knob", interval=(0.35, 1.0)),))
@@ -150,16 +134,13 @@ class TestMachine:
         machine = Behavior(variables=(SWITCH,), rules=(rule,))
         assert walk(machine, [HELD, HELD, IDLE, HELD, HELD, HELD]) == ["off"] * 5 + ["on"]
 
-    def test_all_rules_of_a_step_see_the_values_of_before(self) -> None:
+    def test_rules_of_a_step_see_the_values_of_before_and_the_first_of_a_variable_decides(self) -> None:
         lamp = Variable(name="lamp", values=("dark", "bright"), initial="dark")
-        first = Rule(variable="power", to="on", when=(Condition(contact="key"),))
-        then = Rule(variable="lamp", to="bright", when=(Condition(variable="power", equals="on"),))
-        for rules in ((first, then), (then, first)):
-            assert walk(Behavior(variables=(lamp, SWITCH), rules=rules), [HELD, HELD]) == ["dark", "bright"]
-
-    def test_the_first_rule_of_a_variable_decides(self) -> None:
         on = Rule(variable="power", to="on", when=(Condition(contact="key"),))
-        off = Rule(variable="power", to="off", when=(Condition(contact="key"),))
+        then = Rule(variable="lamp", to="bright", when=(Condition(variable="power", equals="on"),))
+        for rules in ((on, then), (then, on)):
+            assert walk(Behavior(variables=(lamp, SWITCH), rules=rules), [HELD, HELD]) == ["dark", "bright"]
+        off = on.replace(to="off")
         assert walk(Behavior(variables=(SWITCH,), rules=(on, off)), [HELD, HELD]) == ["on", "on"]
         assert walk(Behavior(variables=(SWITCH,), rules=(off, on)), [HELD, HELD]) == ["off", "off"]
 
@@ -186,20 +167,14 @@ class TestReachable:
         assert unreached(machine, {"knob": (0.0, 2.0)}) == []
 
 
-class TestOperated:
-    def test_a_fingertip_touches_one_key(self, tmp_path: Path) -> None:
-        model = operate.fingertip_model(packed(oven(), tmp_path))
-        assert model is not None
-        pressed = model.press({}, "stop_button")
-        assert pressed is not None
-        assert pressed.touched == {"stop_button"}
+def test_a_fingertip_touches_one_key(tmp_path: Path) -> None:
+    model = operate.fingertip_model(packed(oven(), tmp_path))
+    assert model is not None
+    pressed = model.press({}, "stop_button")
+    assert pressed is not None
+    assert pressed.touched == {"stop_button"}
 
-    def test_ways_go_from_zero(self, subtests: pytest.Subtests) -> None:
-        for span, way, at in [
-            ((-1.5, 0.0), 1.0, -1.5),
-            ((0.0, 2.0), 0.5, 1.0),
-            ((-0.7, 0.7), 1.0, 0.7),
-            ((-0.7, 0.7), -1.0, -0.7),
-        ]:
-            with subtests.test(span=span, way=way, at=at):
-                assert position(span, way) == pytest.approx(at)
+
+def test_ways_go_from_zero() -> None:
+    ways = [((-1.5, 0.0), 1.0), ((0.0, 2.0), 0.5), ((-0.7, 0.7), 1.0), ((-0.7, 0.7), -1.0)]
+    assert [position(span, way) for span, way in ways] == pytest.approx([-1.5, 1.0, 0.7, -0.7])

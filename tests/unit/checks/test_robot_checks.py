@@ -9,7 +9,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets import registry
 from casa_assets.addons.robots import certify as certifying
 from casa_assets.addons.robots.grips import TAKEN_M, Grip, pinches, presses
 from casa_assets.addons.robots.workspace import handle_of, leg_angles
@@ -19,8 +18,7 @@ from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.issue import Status
 from casa_assets.model.kitchen.robot import JointReach, Legs, Miss, RobotCertificate, SceneRobots
 from casa_assets.registry.tables import load_robot, robot_names
-
-LIMITS = registry.load().limits
+from tests.support.asset.examples import LIMITS, check_examples
 
 
 def certificate(reached: int, of: int, robot: str = "PandaOmron") -> SceneRobots:
@@ -41,29 +39,21 @@ def status(found: SceneRobots) -> tuple[Status, float | None]:
     return result.status, result.number
 
 
-@pytest.mark.parametrize("code", EXAMPLES)
-def test_good_is_silent_and_bad_trips(code: str) -> None:
-    good, bad = EXAMPLES[code]
-    assert run(good(), "l_small__coastal", LIMITS).issues == ()
-    assert {issue.code for issue in run(bad(), "l_small__coastal", LIMITS).issues} == {code}
-
-
-def test_each_joint_out_of_reach_is_named() -> None:
+def test_good_is_silent_and_each_joint_out_of_reach_is_named() -> None:
+    good, bad = (run(make(), "l_small__coastal", LIMITS) for make in EXAMPLES["ROB001"])
+    check_examples("ROB001", good, bad, parted=True)
     report = run(certificate(3, 5), "l_small__coastal", LIMITS)
     assert [issue.pointer for issue in report.issues] == ["doors_3/doors_3__doorhinge", "doors_4/doors_4__doorhinge"]
     assert not report.passed
 
 
-def test_status_where_there_is_nothing_to_reach_or_another_robot_was_tried() -> None:
+def test_status_where_there_is_nothing_to_reach_or_only_some_joints_or_another_robot_were_tried() -> None:
     assert status(certificate(0, 0)) == (Status.NOT_APPLICABLE, None)
     assert status(certificate(2, 2, "Tiago")) == (Status.NOT_RUN, None)
     assert status(certificate(2, 2)) == (Status.PASSED, 1.0)
-
-
-def test_a_certificate_of_some_joints_passes_no_judgement_on_the_kitchen() -> None:
-    found = certificate(1, 5).model_copy(update={"only": ("*drawer*",)})
-    assert status(found) == (Status.NOT_RUN, None)
-    assert not run(found, found.scene, LIMITS).passed
+    some = certificate(1, 5).model_copy(update={"only": ("*drawer*",)})
+    assert status(some) == (Status.NOT_RUN, None)
+    assert not run(some, some.scene, LIMITS).passed
 
 
 def test_the_reason_why_a_joint_is_not_reached_is_told() -> None:
@@ -126,15 +116,10 @@ def test_a_bar_is_held_across_its_length_and_a_hand_comes_from_the_front_first()
     assert all(abs(g.rotation[0, 0]) < 1e-9 and g.width == pytest.approx(0.012) for g in grasps)
     assert all(g.pivots for g in grasps)
     assert all(np.linalg.det(g.rotation) == pytest.approx(1.0) for g in grasps)
-
-
-def test_fingers_take_a_bar_near_its_front_so_that_their_tips_keep_clear_of_what_is_behind(
-    subtests: pytest.Subtests,
-) -> None:
+    # Near its front, so that the tips keep clear of what is behind.
     for depth in [0.003, 0.006, 0.017]:
-        with subtests.test(depth=depth):
-            grasp = pinches(box(0.08, depth, 0.006), 0.075, None)[0]
-            assert grasp.position[1] == pytest.approx(min(0.0, TAKEN_M - depth))
+        grasp = pinches(box(0.08, depth, 0.006), 0.075, None)[0]
+        assert grasp.position[1] == pytest.approx(min(0.0, TAKEN_M - depth)), depth
 
 
 def test_a_handle_is_its_grip_and_what_touches_it_on_the_same_body() -> None:
@@ -158,19 +143,15 @@ def test_what_is_wider_than_the_hand_is_held_by_its_edge_or_not_at_all() -> None
     assert pinches(box(0.1, 0.1, 0.1), 0.075, None) == []
 
 
-def test_a_hand_comes_to_a_knob_on_a_hob_from_above(subtests: pytest.Subtests) -> None:
-    """Whichever way its axis points, and however little it leans."""
+def test_a_hand_comes_to_a_knob_on_a_hob_from_above_and_presses_a_key_along_its_motion_first() -> None:
+    """Whichever way the knob's axis points, and however little it leans."""
     for sign in [1.0, -1.0]:
-        with subtests.test(sign=sign):
-            grasps = pinches(box(0.019, 0.019, 0.008), 0.075, sign * np.array((0.0, 1e-9, 1.0)))
-            assert grasps
-            assert all(grasp.rotation[2, 2] < -0.8 for grasp in grasps)
-
-
-def test_a_key_is_pressed_along_its_motion_first() -> None:
-    grasps = presses(box(0.02, 0.003, 0.01), np.array((0.0, 1.0, 0.0)))
-    assert grasps[0].rotation[:, 2] == pytest.approx((0.0, 1.0, 0.0))
-    assert all(g.position == pytest.approx((0.0, -0.003, 0.0)) and g.width == 0.0 for g in grasps)
+        grasps = pinches(box(0.019, 0.019, 0.008), 0.075, sign * np.array((0.0, 1e-9, 1.0)))
+        assert grasps
+        assert all(grasp.rotation[2, 2] < -0.8 for grasp in grasps)
+    pressed = presses(box(0.02, 0.003, 0.01), np.array((0.0, 1.0, 0.0)))
+    assert pressed[0].rotation[:, 2] == pytest.approx((0.0, 1.0, 0.0))
+    assert all(g.position == pytest.approx((0.0, -0.003, 0.0)) and g.width == 0.0 for g in pressed)
 
 
 def test_robots_of_the_registry_are_whole_and_an_unknown_one_is_named() -> None:
