@@ -7,7 +7,7 @@ AgCenter, kitchen guidelines (L...); trade sizes (D...); 2010 ADA Standards (A..
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -25,10 +25,68 @@ from casa_assets.model.record import Record
 FAR = 3.0  # metres behind a seat that are looked at
 
 
-def behind_seats(subject: DesignSubject) -> float | None:
-    """Metres free behind the seat that has least, from its back; open sides of the room do not bound it."""
-    found = [_free_behind(subject.facts, s) for s in subject.facts.with_role(Role.SEAT) if s.run]
-    return min(found, default=None)
+def _seats(facts: KitchenFacts) -> list[Fixture]:
+    return [seat for seat in facts.with_role(Role.SEAT) if seat.run]
+
+
+def _seat_widths(subject: DesignSubject) -> list[float]:
+    seats = _seats(subject.facts)
+    pairs = [(a.footprint, b.footprint) for a in seats for b in seats if a is not b and a.run == b.run]
+    return [math.dist(a.center, b.center) for a, b in pairs]
+
+
+def _sink_to_dishwasher(subject: DesignSubject) -> list[float]:
+    """Metres between the nearest edges of dishwasher and sink."""
+    washers, sinks = (
+        [
+            f.footprint.at(share * f.footprint.size[0], 0.0)
+            for f in subject.facts.with_role(role)
+            for share in (-0.5, 0.5)
+        ]
+        for role in (Role.DISHWASHER, Role.SINK)
+    )
+    gap = min((math.dist(edge, other) for edge in washers for other in sinks), default=None)
+    return [] if gap is None else [gap]
+
+
+def _hooded(subject: DesignSubject) -> list[float]:
+    """Share of cooktops that are under a hood."""
+    cooktops = subject.facts.with_role(*COOKTOPS)
+    covered = [c for c in cooktops if any(f.role is Role.HOOD for f in over(subject.facts, c))]
+    return [len(covered) / len(cooktops)] if cooktops else []
+
+
+def _cooktop_to_wall(subject: DesignSubject) -> list[float]:
+    found = []
+    for run in subject.facts.runs:
+        for unit in (u for u in run.units if u.kind in ("range", "hob")):
+            found += [unit.left] if run.left_end is RunEnd.WALL else []
+            found += [run.length - unit.right] if run.right_end is RunEnd.WALL else []
+    return found
+
+
+def _aisles_in_a_u(subject: DesignSubject) -> list[float]:
+    """Metres between fronts in the middle of three joined runs."""
+    facts = subject.facts
+    ends = {r.id: r.next_run for r in facts.runs}
+    trios = [(a, n) for a, b in ends.items() if b is not None and (n := ends.get(b)) is not None]
+    return [x.width for x in facts.aisles if any({x.first, x.second} == set(trio) for trio in trios)]
+
+
+def _lacking_floor(subject: DesignSubject) -> list[float]:
+    """Sinks and appliances without `CLEAR` floor before them."""
+    worked = subject.facts.with_role(Role.SINK, *APPLIANCES)
+    return [float(sum(not _has_floor(subject, f.name) for f in worked))] if worked else []
+
+
+def _knee_room(subject: DesignSubject) -> list[float]:
+    """Metres of the widest gap below a worktop."""
+    gaps = [u.right - u.left for r in subject.facts.runs for u in r.units if u.kind == "gap" and u.has_worktop]
+    return [max(gaps, default=0.0)]
+
+
+def _lowest(heights: list[float]) -> list[float]:
+    return [min(heights)] if heights else []
 
 
 def _free_behind(facts: KitchenFacts, seat: Fixture) -> float:
@@ -49,79 +107,9 @@ def _free_behind(facts: KitchenFacts, seat: Fixture) -> float:
     return free
 
 
-def seat_width(subject: DesignSubject) -> float | None:
-    """Metres from seat to seat, the least."""
-    seats = [s for s in subject.facts.with_role(Role.SEAT) if s.run]
-    pairs = [(a.footprint, b.footprint) for a in seats for b in seats if a is not b and a.run == b.run]
-    return min((math.dist(a.center, b.center) for a, b in pairs), default=None)
-
-
-def knee_depth(subject: DesignSubject) -> float | None:
-    """Metres that the worktop reaches out over those who sit at it, the least."""
-    runs = {s.run for s in subject.facts.with_role(Role.SEAT) if s.run}
-    return min((r.overhang for r in subject.facts.runs if r.id in runs), default=None)
-
-
-def sink_to_dishwasher(subject: DesignSubject) -> float | None:
-    """Metres between the nearest edges of dishwasher and sink."""
-    facts = subject.facts
-    washers, sinks = (
-        [f.footprint.at(share * f.footprint.size[0], 0.0) for f in facts.with_role(role) for share in (-0.5, 0.5)]
-        for role in (Role.DISHWASHER, Role.SINK)
-    )
-    return min((math.dist(edge, other) for edge in washers for other in sinks), default=None)
-
-
-def hoods(subject: DesignSubject) -> float | None:
-    """Cooktops under a hood, over all cooktops."""
-    cooktops = subject.facts.with_role(*COOKTOPS)
-    covered = [c for c in cooktops if any(f.role is Role.HOOD for f in over(subject.facts, c))]
-    return len(covered) / len(cooktops) if cooktops else None
-
-
-def microwave_high(subject: DesignSubject) -> float | None:
-    """Height of the foot of the highest microwave, metres."""
-    return max((f.bottom for f in subject.facts.with_role(Role.MICROWAVE)), default=None)
-
-
-def microwave_low(subject: DesignSubject) -> float | None:
-    """Height of the foot of the lowest microwave, metres."""
-    return min((f.bottom for f in subject.facts.with_role(Role.MICROWAVE)), default=None)
-
-
 def _above_worktop(subject: DesignSubject) -> list[float]:
     high = max((r.height for r in subject.facts.runs), default=0.92)
     return [f.bottom - high for f in subject.facts.with_role(Role.UPPER, Role.SHELF) if high < f.bottom < high + 0.7]
-
-
-def least_over_worktop(subject: DesignSubject) -> float | None:
-    """Metres between worktop and the lowest wall unit."""
-    return min(_above_worktop(subject), default=None)
-
-
-def most_over_worktop(subject: DesignSubject) -> float | None:
-    """Metres between worktop and the highest foot of a wall unit that begins over it."""
-    return max(_above_worktop(subject), default=None)
-
-
-def cooktop_to_wall(subject: DesignSubject) -> float | None:
-    """Metres between a cooktop and the wall at the end of its run, the least."""
-    found = []
-    for run in subject.facts.runs:
-        for unit in (u for u in run.units if u.kind in ("range", "hob")):
-            found += [unit.left] if run.left_end is RunEnd.WALL else []
-            found += [run.length - unit.right] if run.right_end is RunEnd.WALL else []
-    return min(found, default=None)
-
-
-def height_off(subject: DesignSubject) -> float | None:
-    """Metres by which worktops are off 36 inches, the most."""
-    return max((abs(r.height - 0.914) for r in subject.facts.runs), default=None)
-
-
-def least_depth(subject: DesignSubject) -> float | None:
-    """Metres of the shallowest worktop."""
-    return min((r.depth_before for r in subject.facts.runs), default=None)
 
 
 # Wheelchair access ----------------------------------------------------------------------------------------------------
@@ -129,26 +117,6 @@ def least_depth(subject: DesignSubject) -> float | None:
 
 CLEAR = (0.762, 1.219)  # metres of free floor at each place of work, either way round
 REACH = (0.381, 1.219)  # heights that a seated person reaches, metres
-
-
-def pass_aisle(subject: DesignSubject) -> float | None:
-    """Metres between fronts that face each other, the least; None if no fronts do."""
-    return min((a.width for a in subject.facts.aisles if a.kind is AisleKind.WORK), default=None)
-
-
-def u_aisle(subject: DesignSubject) -> float | None:
-    """Least metres between fronts in the middle of three joined runs, or None if no three runs join."""
-    facts = subject.facts
-    ends = {r.id: r.next_run for r in facts.runs}
-    trios = [(a, n) for a, b in ends.items() if b is not None and (n := ends.get(b)) is not None]
-    found = [x.width for x in facts.aisles if any({x.first, x.second} == set(trio) for trio in trios)]
-    return min(found, default=None)
-
-
-def lacking_floor(subject: DesignSubject) -> float | None:
-    """Sinks and appliances without that much free floor before them."""
-    worked = subject.facts.with_role(Role.SINK, *APPLIANCES)
-    return float(sum(not _has_floor(subject, f.name) for f in worked)) if worked else None
 
 
 def _has_floor(subject: DesignSubject, name: str) -> bool:
@@ -175,31 +143,13 @@ def _is_taken(subject: DesignSubject, foot: Footprint) -> bool:
     return False
 
 
-def lowest_worktop(subject: DesignSubject) -> float | None:
-    """Height of the lowest worktop or table, metres."""
-    heights = [r.height for r in subject.facts.runs] + [t.top for t in subject.facts.with_role(Role.TABLE)]
-    return min(heights, default=None)
-
-
-def sink_rim(subject: DesignSubject) -> float | None:
-    """Height of the lowest sink's rim, metres."""
-    heights = [r.height for f in subject.facts.with_role(Role.SINK) if (r := subject.facts.run(f.run)) is not None]
-    return min(heights, default=None)
-
-
-def knee_room(subject: DesignSubject) -> float | None:
-    """Metres of the widest gap below a worktop."""
-    gaps = [u.right - u.left for r in subject.facts.runs for u in r.units if u.kind == "gap" and u.has_worktop]
-    return max(gaps, default=0.0)
-
-
-def reached_grips(subject: DesignSubject) -> float | None:
+def _reached_grips(subject: DesignSubject) -> list[float]:
     """Share of all handles, knobs and keys that a seated person reaches."""
     grips = [j.grip_point[2] for f in subject.facts.fixtures for j in f.joints if j.grip_point is not None]
-    return sum(REACH[0] <= z <= REACH[1] for z in grips) / len(grips) if grips else None
+    return [sum(REACH[0] <= z <= REACH[1] for z in grips) / len(grips)] if grips else []
 
 
-def reached_shelves(subject: DesignSubject) -> float | None:
+def _reached_shelves(subject: DesignSubject) -> list[float]:
     """Share of shelves and drawers, by their area, whose floor a seated person reaches."""
     kept = (Role.CABINET, Role.DRAWERS, Role.UPPER, Role.SHELF, Role.PANTRY, Role.CORNER, Role.ISLAND, Role.SINK_BASE)
     found = [
@@ -209,28 +159,17 @@ def reached_shelves(subject: DesignSubject) -> float | None:
         if v.name not in ("main", "int")
     ]
     total = sum(area for area, _ in found)
-    return sum(area for area, good in found if good) / total if total else None
-
-
-def turning_circle(subject: DesignSubject) -> float | None:
-    """Metres across the widest free circle on the floor."""
-    floor = subject.floor
-    return 2.0 * float((floor.clear * floor.room).max())
-
-
-def clear_doorway(subject: DesignSubject) -> float | None:
-    """Metres of the narrowest doorway."""
-    return min((w.clear_width for w in subject.facts.openings if w.kind is not OpeningKind.WINDOW), default=None)
+    return [sum(area for area, good in found if good) / total] if total else []
 
 
 # Grade ----------------------------------------------------------------------------------------------------------------
 
-Measure = Callable[[DesignSubject], float | None]
+Measure = Callable[[DesignSubject], Sequence[float]]
 
 
 @dataclass(frozen=True)
 class Rule:
-    """An advisory rule; `most`: True if the number may be at most the limit. `measure`: None if it does not apply."""
+    """An advisory rule; `most`: the number may be at most the limit. Of what is measured the worst number counts."""
 
     id: str
     title: str
@@ -263,54 +202,70 @@ class Grade(Record):
 
 
 def _plain(measure: Callable[[KitchenFacts], float | None]) -> Measure:
-    return lambda subject: measure(subject.facts)
+    """A measure of facts that is one number, or None where the rule does not apply."""
+    return lambda subject: [] if (number := measure(subject.facts)) is None else [number]
 
 
+# fmt: off
 DESIGN: tuple[Rule, ...] = (
     Rule("N3a", "all three legs of the work triangle", 7.925, "m", True, _plain(rules.total)),
-    Rule("N3b_short", "shortest leg of the work triangle", 1.219, "m", False, _plain(rules.shortest)),
-    Rule("N3b_long", "longest leg of the work triangle", 2.743, "m", True, _plain(rules.longest)),
+    Rule("N3b_short", "shortest leg of the work triangle", 1.219, "m", False,
+         lambda s: [math.dist(*leg) for leg in rules.legs(s.facts)]),
+    Rule("N3b_long", "longest leg of the work triangle", 2.743, "m", True,
+         lambda s: [math.dist(*leg) for leg in rules.legs(s.facts)]),
     Rule("N3c", "part of a triangle leg across an island", 0.305, "m", True, _plain(rules.cut)),
     Rule("N4", "tall units between sink, cooktop and fridge", 0, "", True, _plain(rules.tall_between)),
     Rule("N5", "way from door to door through the work triangle", 0, "m", True, _plain(rules.crossed)),
-    Rule("N8", "free space behind seats", 0.813, "m", False, behind_seats),
-    Rule("N9_width", "width of a seat at the worktop", 0.6, "m", False, seat_width),
-    Rule("N9_knees", "knee space at the worktop", 0.381, "m", False, knee_depth),
+    Rule("N8", "free space behind seats", 0.813, "m", False,
+         lambda s: [_free_behind(s.facts, seat) for seat in _seats(s.facts)]),
+    Rule("N9_width", "width of a seat at the worktop", 0.6, "m", False, _seat_widths),
+    Rule("N9_knees", "knee space at the worktop", 0.381, "m", False,
+         lambda s: [r.overhang for r in s.facts.runs if r.id in {seat.run for seat in _seats(s.facts)}]),
     Rule("N10", "cooktop and fridge away from the sink", 0, "", True, _plain(rules.between_sink)),
     Rule("N11_long", "worktop on the wider side of the sink", 0.61, "m", False, _plain(rules.longer_sink_side)),
     Rule("N11_short", "worktop on the narrower side of the sink", 0.457, "m", False, _plain(rules.shorter_sink_side)),
     Rule("N12", "worktop for preparing food beside the sink", 0.914, "m", False, _plain(rules.longer_sink_side)),
-    Rule("N13", "distance from dishwasher to sink", 0.914, "m", True, sink_to_dishwasher),
+    Rule("N13", "distance from dishwasher to sink", 0.914, "m", True, _sink_to_dishwasher),
     Rule("N16", "worktop beside the refrigerator", 0.381, "m", False, _plain(rules.fridge_side)),
-    Rule("N17_long", "worktop on the wider side of cooktops", 0.381, "m", False, _plain(rules.longer_cook_side)),
-    Rule("N17_short", "worktop on the narrower side of cooktops", 0.305, "m", False, _plain(rules.shorter_cook_side)),
+    Rule("N17_long", "worktop on the wider side of cooktops", 0.381, "m", False,
+         lambda s: [max(sides) for _, sides in rules.landings(s.facts, *COOKTOPS)]),
+    Rule("N17_short", "worktop on the narrower side of cooktops", 0.305, "m", False,
+         lambda s: [min(sides) for _, sides in rules.landings(s.facts, *COOKTOPS)]),
     Rule("N17_behind", "worktop behind a cooktop in an island", 0.229, "m", False, _plain(rules.behind_cooktop)),
-    Rule("N19", "cooktops under a hood", 1, "", False, hoods),
-    Rule("N21_high", "height of the highest microwave", 1.372, "m", True, microwave_high),
-    Rule("N21_low", "height of the lowest microwave", 0.381, "m", False, microwave_low),
+    Rule("N19", "cooktops under a hood", 1, "", False, _hooded),
+    Rule("N21_high", "height of the highest microwave", 1.372, "m", True,
+         lambda s: [f.bottom for f in s.facts.with_role(Role.MICROWAVE)]),
+    Rule("N21_low", "height of the lowest microwave", 0.381, "m", False,
+         lambda s: [f.bottom for f in s.facts.with_role(Role.MICROWAVE)]),
     Rule("N22", "worktop beside the microwave", 0.381, "m", False, _plain(rules.microwave_side)),
     Rule("N23", "worktop beside wall ovens", 0.381, "m", False, _plain(rules.oven_side)),
     Rule("N24", "spare worktop where landing areas are shared", 0, "m", False, _plain(rules.shared_landing)),
     Rule("N25", "total length of worktop", 4.013, "m", False, _plain(rules.total_frontage)),
-    Rule("L1_least", "smallest gap between worktop and wall units", 0.381, "m", False, least_over_worktop),
+    Rule("L1_least", "smallest gap between worktop and wall units", 0.381, "m", False, _above_worktop),
     # 18 inches are 0.457 m; wall units hang at whole centimetres.
-    Rule("L1_most", "largest gap between worktop and wall units", 0.462, "m", True, most_over_worktop),
-    Rule("L3", "distance from cooktop to the end wall", 0.076, "m", False, cooktop_to_wall),
-    Rule("D1_height", "height of worktops, difference from 36 inches", 0.025, "m", True, height_off),
-    Rule("D1_depth", "depth of worktops", 0.61, "m", False, least_depth),
+    Rule("L1_most", "largest gap between worktop and wall units", 0.462, "m", True, _above_worktop),
+    Rule("L3", "distance from cooktop to the end wall", 0.076, "m", False, _cooktop_to_wall),
+    Rule("D1_height", "height of worktops, difference from 36 inches", 0.025, "m", True,
+         lambda s: [abs(r.height - 0.914) for r in s.facts.runs]),
+    Rule("D1_depth", "depth of worktops", 0.61, "m", False, lambda s: [r.depth_before for r in s.facts.runs]),
 )
 ACCESS: tuple[Rule, ...] = (
-    Rule("A1", "width of aisles", 1.015, "m", False, pass_aisle),
-    Rule("A2", "width of the aisle in a U", 1.525, "m", False, u_aisle),
-    Rule("A3", "sinks and appliances without clear floor in front", 0, "", True, lacking_floor),
-    Rule("A4", "lowest worktop", 0.865, "m", True, lowest_worktop),
-    Rule("A5", "rim of the sink", 0.865, "m", True, sink_rim),
-    Rule("A6", "knee space below a worktop", 0.762, "m", False, knee_room),
-    Rule("A7", "share of handles in reach", 0.5, "", False, reached_grips),
-    Rule("A8", "share of shelves in reach", 0.5, "", False, reached_shelves),
-    Rule("A10", "turning circle", 1.525, "m", False, turning_circle),
-    Rule("A11", "narrowest doorway", 0.815, "m", False, clear_doorway),
+    Rule("A1", "width of aisles", 1.015, "m", False,
+         lambda s: [a.width for a in s.facts.aisles if a.kind is AisleKind.WORK]),
+    Rule("A2", "width of the aisle in a U", 1.525, "m", False, _aisles_in_a_u),
+    Rule("A3", "sinks and appliances without clear floor in front", 0, "", True, _lacking_floor),
+    Rule("A4", "lowest worktop", 0.865, "m", True,
+         lambda s: _lowest([r.height for r in s.facts.runs] + [t.top for t in s.facts.with_role(Role.TABLE)])),
+    Rule("A5", "rim of the sink", 0.865, "m", True,
+         lambda s: _lowest([run.height for f in s.facts.with_role(Role.SINK) if (run := s.facts.run(f.run))])),
+    Rule("A6", "knee space below a worktop", 0.762, "m", False, _knee_room),
+    Rule("A7", "share of handles in reach", 0.5, "", False, _reached_grips),
+    Rule("A8", "share of shelves in reach", 0.5, "", False, _reached_shelves),
+    Rule("A10", "turning circle", 1.525, "m", False, lambda s: [2.0 * float((s.floor.clear * s.floor.room).max())]),
+    Rule("A11", "narrowest doorway", 0.815, "m", False,
+         lambda s: [w.clear_width for w in s.facts.openings if w.kind is not OpeningKind.WINDOW]),
 )
+# fmt: on
 # What small kitchens cannot keep; not counted where a plan says that it is compact.
 COMPACT = frozenset({"N3b_short", "N11_short", "N12", "N17_short", "N24", "N25"})
 
@@ -324,8 +279,8 @@ def grade(subject: DesignSubject) -> Grade:
 
 
 def _find(rule: Rule, subject: DesignSubject, waived: bool) -> Finding:
-    number = rule.measure(subject)
-    number = None if number is None else decimals(number, 4)
+    numbers = rule.measure(subject)
+    number = decimals((max if rule.most else min)(numbers), 4) if numbers else None
     passed = None if number is None else (number <= rule.limit if rule.most else number >= rule.limit)
     return Finding(
         rule=rule.id,

@@ -235,16 +235,6 @@ def shorter_sink_side(facts: KitchenFacts) -> float | None:
     return None if best is None else min(best)
 
 
-def longer_cook_side(facts: KitchenFacts) -> float | None:
-    """Metres of worktop at the better side of the cooktop that has least."""
-    return min((max(sides) for _, sides in landings(facts, *COOKTOPS)), default=None)
-
-
-def shorter_cook_side(facts: KitchenFacts) -> float | None:
-    """Metres of worktop at the other side of the cooktop that has least."""
-    return min((min(sides) for _, sides in landings(facts, *COOKTOPS)), default=None)
-
-
 def behind_cooktop(facts: KitchenFacts) -> float | None:
     """Metres of worktop behind cooktops in islands, the least; None if there are no such cooktops."""
     found = []
@@ -342,16 +332,6 @@ def legs(facts: KitchenFacts) -> list[tuple[Vec2, Vec2]]:
 def total(facts: KitchenFacts) -> float | None:
     """Metres round the triangle."""
     return sum(math.dist(a, b) for a, b in legs(facts)) if legs(facts) else None
-
-
-def shortest(facts: KitchenFacts) -> float | None:
-    """Metres of the shortest leg."""
-    return min((math.dist(a, b) for a, b in legs(facts)), default=None)
-
-
-def longest(facts: KitchenFacts) -> float | None:
-    """Metres of the longest leg."""
-    return max((math.dist(a, b) for a, b in legs(facts)), default=None)
 
 
 def cut(facts: KitchenFacts) -> float | None:
