@@ -75,19 +75,32 @@ def at_least(number: float, limit: float, pointer: str, message: str) -> Measure
     return Measurement(number, () if number >= limit else ((pointer, message),))
 
 
+Row = tuple[str, float, str]  # pointer, number, and what is wrong if the number is beyond the limit
+
+
+def worst_above(rows: Iterable[Row], limit: float, otherwise: str) -> Measurement:
+    """The largest number of some rows, with a problem for each that exceeds the limit; `otherwise`: without rows."""
+    found = list(rows)
+    return largest((number for _, number, _ in found), [(p, m) for p, number, m in found if number > limit], otherwise)
+
+
+def worst_below(rows: Iterable[Row], limit: float, otherwise: str) -> Measurement:
+    """The least number of some rows, with a problem for each below the limit; `otherwise`: without rows."""
+    found = list(rows)
+    return least((number for _, number, _ in found), [(p, m) for p, number, m in found if number < limit], otherwise)
+
+
 def all_at_most(numbers: Mapping[str, float], limit: float, message: str, otherwise: str) -> Measurement:
     """The largest of several numbers by pointer, with a problem for each that exceeds the limit.
 
     `message`: a format with one field for the number. `otherwise`: why the check does not apply without numbers.
     """
-    problems = tuple((pointer, message.format(number)) for pointer, number in numbers.items() if number > limit)
-    return largest(numbers.values(), problems, otherwise)
+    return worst_above(((pointer, n, message.format(n)) for pointer, n in numbers.items()), limit, otherwise)
 
 
 def all_at_least(numbers: Mapping[str, float], limit: float, message: str, otherwise: str) -> Measurement:
     """The least of several numbers, with a problem for each below the limit. Arguments are as for `all_at_most`."""
-    problems = tuple((pointer, message.format(number)) for pointer, number in numbers.items() if number < limit)
-    return least(numbers.values(), problems, otherwise)
+    return worst_below(((pointer, n, message.format(n)) for pointer, n in numbers.items()), limit, otherwise)
 
 
 def largest(numbers: Iterable[float], problems: Iterable[Problem], otherwise: str) -> Measurement:

@@ -179,6 +179,19 @@ _CONTENT = ("size", "worldbody", "contact", "custom", "keyframe")
 _SKY = "skybox"
 
 
+_LIGHT_FIELDS = (
+    *("pos", "dir", "ambient", "diffuse", "specular", "attenuation"),
+    *("cutoff", "exponent", "bulbradius"),
+)
+_GEOM_FIELDS = ("size", "pos", "quat", "friction", "solref", "solimp", "solmix", "margin", "gap")
+
+
+def _values(model: mujoco.MjModel, sort: str, number: int, fields: Sequence[str]) -> dict[str, Any]:
+    """Real numbers of one element of a model, by what MjSpec calls them."""
+    found = {field: getattr(model, f"{sort}_{field}")[number] for field in fields}
+    return {field: value if np.ndim(value) else float(value) for field, value in found.items()}
+
+
 class Kitchen(NamedTuple):
     """A batch form: its spec, compiled, and its structure."""
 
@@ -222,9 +235,7 @@ class SharedSpec:
         model, world = self._model, self.spec.worldbody
         for name in cameras:
             number = self._kitchen.cameras.get(name, 0)
-            camera = world.add_camera(
-                name=name, pos=model.cam_pos[number], quat=model.cam_quat[number], fovy=model.cam_fovy[number]
-            )
+            camera = world.add_camera(name=name, **_values(model, "cam", number, ("pos", "quat", "fovy")))
             if name in self._kitchen.cameras:
                 self.added["camera"][name] = camera
         for number in range(lights):
@@ -232,17 +243,9 @@ class SharedSpec:
             world.add_light(
                 name=f"light_{number}",
                 type=mujoco.mjtLightType(int(model.light_type[known])),
-                pos=model.light_pos[known],
-                dir=model.light_dir[known],
-                ambient=model.light_ambient[known],
-                diffuse=model.light_diffuse[known],
-                specular=model.light_specular[known],
-                attenuation=model.light_attenuation[known],
-                cutoff=float(model.light_cutoff[known]),
-                exponent=float(model.light_exponent[known]),
-                bulbradius=float(model.light_bulbradius[known]),
                 castshadow=bool(model.light_castshadow[known]),
                 active=number < model.nlight,
+                **_values(model, "light", known, _LIGHT_FIELDS),
             )
 
     def mount(self, robot: Robot) -> None:
@@ -273,15 +276,8 @@ class SharedSpec:
         """Pose and mass of a body as the kitchen has them."""
         model = self._model
         ipos = np.array(model.body_ipos[source])
-        return {
-            "pos": model.body_pos[source],
-            "quat": model.body_quat[source],
-            "mass": float(model.body_mass[source]),
-            "ipos": ipos if ipos.any() else ipos + OFF_FRAME_M,
-            "iquat": model.body_iquat[source],
-            "inertia": model.body_inertia[source],
-            "gravcomp": float(model.body_gravcomp[source]),
-        }
+        values = _values(model, "body", source, ("pos", "quat", "mass", "iquat", "inertia", "gravcomp"))
+        return {**values, "ipos": ipos if ipos.any() else ipos + OFF_FRAME_M}
 
     def _parked_frame(self, parent: Any) -> dict[str, Any]:
         """Pose and mass of a body that is not there: without weight, below the kitchen or above its parent."""
@@ -312,14 +308,10 @@ class SharedSpec:
             values |= {"ref": float(model.qpos0[address]), "springref": float(model.qpos_spring[address])}
         self.added["joint"][str(model.joint(source).name)] = body.add_joint(
             **values,
-            axis=model.jnt_axis[source],
-            pos=model.jnt_pos[source],
-            range=model.jnt_range[source],
-            margin=float(model.jnt_margin[source]),
+            **_values(model, "jnt", source, ("axis", "pos", "range", "margin")),
+            **_values(model, "dof", dof, ("frictionloss", "armature")),
             stiffness=[float(model.jnt_stiffness[source]), *map(float, model.jnt_stiffnesspoly[source])],
             damping=[float(model.dof_damping[dof]), *map(float, model.dof_dampingpoly[dof])],
-            frictionloss=float(model.dof_frictionloss[dof]),
-            armature=float(model.dof_armature[dof]),
             solref_limit=model.jnt_solref[source],
             solimp_limit=model.jnt_solimp[source],
             solref_friction=model.dof_solref[dof],
@@ -342,31 +334,14 @@ class SharedSpec:
                 self._add_site(body, site_kind, site, middle)
 
     def _add_geom(self, body: Any, kind: GeomKind, source: int | None, middle: Floats) -> None:
-        values: dict[str, Any] = {
-            "type": mujoco.mjtGeom(kind.shape),
-            "contype": kind.contype,
-            "conaffinity": kind.conaffinity,
-            "condim": kind.condim,
-            "priority": kind.priority,
-            "group": kind.group,
-            "mass": 0.0,
-        }
+        values = kind._asdict()
+        values |= {"type": mujoco.mjtGeom(values.pop("shape")), "mass": 0.0}
         if source is None:
             body.add_geom(**values, size=[PARKED_M] * 3, pos=middle)
             return
         model = self._model
         self.added["geom"][str(model.geom(source).name)] = body.add_geom(
-            **values,
-            size=model.geom_size[source],
-            pos=model.geom_pos[source],
-            quat=model.geom_quat[source],
-            friction=model.geom_friction[source],
-            solref=model.geom_solref[source],
-            solimp=model.geom_solimp[source],
-            solmix=float(model.geom_solmix[source]),
-            margin=float(model.geom_margin[source]),
-            gap=float(model.geom_gap[source]),
-            **self._look(source),
+            **values, **_values(model, "geom", source, _GEOM_FIELDS), **self._look(source)
         )
 
     def _look(self, source: int) -> dict[str, Any]:
@@ -383,7 +358,7 @@ class SharedSpec:
             return
         model = self._model
         self.added["site"][str(model.site(source).name)] = body.add_site(
-            **values, pos=model.site_pos[source], quat=model.site_quat[source], rgba=model.site_rgba[source]
+            **values, **_values(model, "site", source, ("pos", "quat", "rgba"))
         )
 
 

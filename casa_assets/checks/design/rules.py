@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Iterator
 
-from casa_assets.checks.check import Measurement, all_at_least, least, not_applicable
+from casa_assets.checks.check import Measurement, all_at_least, not_applicable, worst_below
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.mesh.outline import penetration_depth
 from casa_assets.mesh.planar import length_inside, outline_of
@@ -35,16 +35,15 @@ MIN_OVERLAP_M = 0.02  # by which something has to reach over a cooktop to be abo
 def dishwashers_have_standing_room(subject: DesignSubject, limit: float) -> Measurement:
     """NKB007: least distance of a dishwasher from a run at a right angle to it, metres."""
     # Ref: NKBA planning guideline 13: 21 inches.
-    facts, gaps = subject.facts, []
-    for run in facts.runs:
-        for unit in (u for u in run.units if u.kind == "dishwasher"):
-            gaps += [(unit.name, o.id, gap) for o in facts.runs for gap in _beside(run, unit.left, unit.right, o)]
-    problems = tuple(
-        (f"units/{name}", f"{gap:.3f} m to {other} at a right angle to it, {limit:g} wanted to stand in")
-        for name, other, gap in gaps
-        if gap < limit
+    runs = subject.facts.runs
+    washers = [(run, unit) for run in runs for unit in run.units if unit.kind == "dishwasher"]
+    gaps = (
+        (f"units/{unit.name}", gap, f"{gap:.3f} m to {other.id} at a right angle to it, {limit:g} wanted to stand in")
+        for run, unit in washers
+        for other in runs
+        for gap in _beside(run, unit.left, unit.right, other)
     )
-    return least((gap for _, _, gap in gaps), problems, "nothing stands at a right angle to a dishwasher")
+    return worst_below(gaps, limit, "nothing stands at a right angle to a dishwasher")
 
 
 def _beside(run: PlacedRun, left: float, right: float, other: PlacedRun) -> Iterator[float]:
@@ -81,18 +80,10 @@ def _clearance(subject: DesignSubject, limit: float, hoods: bool) -> Measurement
         above = sorted(over(subject.facts, cooktop), key=lambda f: f.bottom)
         # What hangs above a hood is shielded by it.
         exposed = above[:1] if hoods or (above and above[0].role is Role.HOOD) else above
-        gaps += [
-            (cooktop.name, f.name, round(f.bottom - _cooking_height(cooktop), 4))
-            for f in exposed
-            if (f.role is Role.HOOD) is hoods
-        ]
-    problems = tuple(
-        (f"fixtures/{name}", f"{other} hangs {gap:.3f} m over it, {limit:g} wanted")
-        for name, other, gap in gaps
-        if gap < limit
-    )
-    kind = "hood" if hoods else "cabinet or shelf"
-    return least((gap for _, _, gap in gaps), problems, f"no {kind} hangs over a cooktop")
+        for other in (f for f in exposed if (f.role is Role.HOOD) is hoods):
+            gap = round(other.bottom - _cooking_height(cooktop), 4)
+            gaps.append((f"fixtures/{cooktop.name}", gap, f"{other.name} hangs {gap:.3f} m over it, {limit:g} wanted"))
+    return worst_below(gaps, limit, f"no {'hood' if hoods else 'cabinet or shelf'} hangs over a cooktop")
 
 
 def _cooking_height(cooktop: Fixture) -> float:
@@ -150,11 +141,12 @@ def _length_before(wall: RoomWall, start: Vec2, end: Vec2, fixture: Fixture) -> 
 def appliances_keep_off_corners(subject: DesignSubject, limit: float) -> Measurement:
     """NKB011: least distance of an appliance from an inside corner of the worktops, metres."""
     # Ref: Louisiana State University AgCenter, kitchen guidelines: 15 inches, so that handles clear drawers.
-    gaps = [gap for run in subject.facts.runs for gap in _corner_distances(subject.facts, run)]
-    problems = tuple(
-        (f"units/{name}", f"{gap:.3f} m to the inside corner, {limit:g} wanted") for name, gap in gaps if gap < limit
+    gaps = (
+        (f"units/{name}", gap, f"{gap:.3f} m to the inside corner, {limit:g} wanted")
+        for run in subject.facts.runs
+        for name, gap in _corner_distances(subject.facts, run)
     )
-    return least((gap for _, gap in gaps), problems, "no appliance stands in a row with a corner")
+    return worst_below(gaps, limit, "no appliance stands in a row with a corner")
 
 
 def _corner_distances(facts: KitchenFacts, run: PlacedRun) -> Iterator[tuple[str, float]]:
@@ -514,10 +506,9 @@ def walkways_are_wide_enough(subject: DesignSubject, limit: float) -> Measuremen
 
 
 def _narrowest(subject: DesignSubject, limit: float, kind: AisleKind) -> Measurement:
-    aisles = [a for a in subject.facts.aisles if a.kind is kind]
-    problems = tuple(
-        (f"aisles/{a.first}", f"{a.width:.3f} m between {a.first} and {a.second}, {limit:g} wanted")
-        for a in aisles
-        if a.width < limit
+    aisles = (
+        (f"aisles/{a.first}", a.width, f"{a.width:.3f} m between {a.first} and {a.second}, {limit:g} wanted")
+        for a in subject.facts.aisles
+        if a.kind is kind
     )
-    return least((a.width for a in aisles), problems, NO_AISLE[kind])
+    return worst_below(aisles, limit, NO_AISLE[kind])
