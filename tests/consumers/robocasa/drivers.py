@@ -31,7 +31,6 @@ BASE = ("mobilebase0_joint_mobile_forward", "mobilebase0_joint_mobile_side", "mo
 
 
 def retreat(env: Any) -> None:
-    """Take the robot out of the room."""
     set_robot_to_position(env, np.array(AWAY))
 
 
@@ -72,7 +71,6 @@ def doors(fixture: Any) -> list[str]:
 
 
 def slid(env: Any, fixture: Any) -> Attempts:
-    """A rack, out or in, as the task asks."""
     retreat(env)
     level = {"rack_level": env.rack_level} if hasattr(env, "rack_level") else {}
     fixture.slide_rack(env, value=1.0 if env.should_pull else 0.0, **level)
@@ -80,12 +78,10 @@ def slid(env: Any, fixture: Any) -> Attempts:
 
 
 def knob(env: Any, angle: float) -> Attempts:
-    """The task's knob of a stove."""
     return turned(env, env.stove, f"knob_{env.knob}_joint", angle)
 
 
 def warmer(env: Any) -> Attempts:
-    """The other temperature of the water."""
     low, high = (0.70, 0.80) if env.target_temp_state == "hot" else (0.20, 0.30)
     retreat(env)
     env.sink.set_temp_state(env, env.rng, min_temp=low, max_temp=high)
@@ -93,14 +89,12 @@ def warmer(env: Any) -> Attempts:
 
 
 def adjusted(env: Any) -> Attempts:
-    """Another temperature of a toaster oven."""
     retreat(env)
     env.toaster_oven.set_temperature(env, env.initial_temp + (0.3 if env.should_increase else -0.3))
     yield
 
 
 def toasting(env: Any) -> Attempts:
-    """All levers of a toaster down."""
     retreat(env)
     for pair in env.toaster.get_state(env):
         env.toaster.set_lever(env, pair, 1.0)
@@ -108,7 +102,6 @@ def toasting(env: Any) -> Attempts:
 
 
 def pressed(env: Any, fixture: Any, key: str) -> Attempts:
-    """A key of a fixture, touched by the hand."""
     press(env, f"{fixture.naming_prefix}{key}")
     yield
 
@@ -180,7 +173,6 @@ def inside(env: Any, name: str, fixture: Any, *regions: str) -> Attempts:
 
 
 def on_counter(env: Any, thing: Any, counters: Any) -> Attempts:
-    """An object or a lid on one of some worktops."""
     from robocasa.utils.object_utils import get_pos_after_rel_offset
 
     boxes = []
@@ -209,7 +201,6 @@ def over(env: Any, name: str, below: str) -> Attempts:
 
 
 def at_site(env: Any, name: str, fixture: Any, site: str) -> Attempts:
-    """An object at a site of a fixture."""
     retreat(env)
     x, y, z = env.sim.data.get_site_xpos(f"{fixture.naming_prefix}{site}")
     for up in np.arange(-0.02, 0.04, 0.004):
@@ -218,12 +209,10 @@ def at_site(env: Any, name: str, fixture: Any, site: str) -> Attempts:
 
 
 def fridge_regions(env: Any, kind: str, **where: int) -> list[str]:
-    """Shelves or drawers of a refrigerator."""
     return list(env.fridge.get_reset_regions(env, compartment="fridge", reg_type=(kind), **where))
 
 
 def racks(env: Any, name: str, fixture: Any) -> Attempts:
-    """An object on the rack of the task, as far as it is pulled out."""
     retreat(env)
     (key,) = fixture.get_reset_regions(env, rack_level=env.rack_level)
     center = np.array(env.sim.data.get_geom_xpos(f"{fixture.naming_prefix}reg_{key}"))
@@ -233,12 +222,10 @@ def racks(env: Any, name: str, fixture: Any) -> Attempts:
 
 
 def lid_off(env: Any) -> Attempts:
-    """Lid of a blender on a worktop."""
     return on_counter(env, env.blender.blender_lid, _counters(env))
 
 
 def lid_on(env: Any) -> Attempts:
-    """Lid of a blender on its jug."""
     retreat(env)
     for up in np.arange(0.0, 0.03, 0.002):
         x, y, z = env.blender.get_lid_closed_pos(env)

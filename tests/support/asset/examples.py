@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
+from functools import partial
+from typing import TypeVar
 
 from casa_assets.checks.table import TABLE
 from casa_assets.model.issue import Report, Status
 from casa_assets.registry import load
 
+Value, Made = TypeVar("Value"), TypeVar("Made")
 LIMITS = load().limits
 ROWS = {check.code: check for check in TABLE}
+
+
+def between(make: Callable[[Value], Made], good: Value, bad: Value) -> tuple[Callable[[], Made], Callable[[], Made]]:
+    """Two examples that differ in one value, on either side of a limit."""
+    return partial(make, good), partial(make, bad)
 
 
 def check_examples(code: str, good: Report, bad: Report, along: Collection[str] = (), parted: bool = False) -> None:

@@ -27,13 +27,11 @@ PRESS = Condition(contact="key", begins=True)
 
 
 def behaving(asset: Asset, **changes: object) -> Asset:
-    """The asset with its behaviour changed."""
     assert asset.behavior is not None
     return asset.replace(behavior=asset.behavior.replace(**changes))
 
 
 def with_value(value: str) -> Asset:
-    """An oven that has one more value, which nothing sets."""
     power = SWITCH.replace(values=("off", "on", value))
     return behaving(oven(), variables=(power,))
 
@@ -44,7 +42,6 @@ def affecting(kind: EffectKind, target: str, **changes: object) -> Asset:
 
 
 def deaf_to_the_door() -> Asset:
-    """An oven that goes on while its door is open."""
     plain = oven()
     assert plain.behavior is not None
     return behaving(plain, rules=plain.behavior.rules[1:])
@@ -103,7 +100,6 @@ def test_says_what_is_wrong_and_where(tmp_path: Path) -> None:
 
 
 def walk(behavior: Behavior, acts: list[tuple[dict[str, float], set[str]]], dt: float = 0.05) -> list[str]:
-    """Value of the first variable after each step."""
     machine, found = start(behavior), []
     for joints, touched in acts:
         machine = step(machine, Stimulus(joints, frozenset(touched)), dt)

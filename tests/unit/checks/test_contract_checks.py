@@ -34,7 +34,6 @@ Make = Callable[[], Asset]
 
 
 def codes(asset: Asset, folder: Path, contract: Contract | None = None) -> set[str]:
-    """Codes of all rows on contracts and behaviours that find a fault."""
     return codes_of(packed(asset, folder, contract))
 
 
@@ -47,7 +46,6 @@ def codes_of(package: Package) -> set[str]:
 
 
 def door(asset: Asset, **changes: object) -> Asset:
-    """The first joint changed."""
     return asset.replace(joints=(asset.joints[0].replace(**changes), *asset.joints[1:]))
 
 
@@ -57,7 +55,6 @@ def without(asset: Asset, collider: str) -> Asset:
 
 
 def relabelled(asset: Asset, label: str | None) -> Asset:
-    """Every visual that had the label of a burner has another."""
     links = (
         k.replace(visuals=tuple(v.replace(label=label) if v.label == "burner" else v for v in k.visuals))
         for k in asset.links
@@ -66,7 +63,6 @@ def relabelled(asset: Asset, label: str | None) -> Asset:
 
 
 def nested() -> Asset:
-    """The knob is carried by a link that is carried by `object`."""
     plain = hob()
     knob = plain.link("knob_left")
     between = plain.root.replace(name="panel", parent="object", visuals=(), colliders=())
@@ -88,7 +84,6 @@ def shallow() -> Asset:
 
 
 def ajar_when_open() -> Asset:
-    """The pose `open` stands half open."""
     plain = oven()
     half = plain.keyframes[1].joints[0].replace(value=-0.8)
     return plain.replace(keyframes=(plain.keyframes[0], Keyframe(name="open", joints=(half,))))
@@ -137,7 +132,6 @@ EXAMPLES: dict[str, tuple[Make, object]] = {
 
 
 def read_at(rule: PlaceRule, folder: Path) -> list[str]:
-    """What is told of the places of the microwave oven where they are asked for by a rule."""
     package = packed(oven(), folder)
     assert package.contract is not None
     return [message for _, message in contract.faults(package.mjcf, package.contract.replace(places=(rule,)))]

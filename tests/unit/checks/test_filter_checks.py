@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,7 @@ from casa_assets.model.registry.category import Affordance, Category, MatterFill
 from tests.support.asset.asset_parts import box_inertial
 from tests.support.asset.assets import write_to
 from tests.support.asset.box_assets import plain_box
-from tests.support.asset.examples import LIMITS, check_examples
+from tests.support.asset.examples import LIMITS, between, check_examples
 from tests.support.hostile import untrusted_inputs as made
 
 ROWS = {check.code: check for check in TABLE if check.code.startswith("FLT") or check.code == "LIB004"}
@@ -62,7 +63,6 @@ def turning(factor: float) -> Made:
 
 
 def standing(lean: float) -> Made:
-    """Its balance is `lean` beside its middle."""
     return usual(made.loose(made.carton(), inertial=box_inertial(0.1, made.SIZE, (lean, 0.0, 0.06))))
 
 
@@ -105,27 +105,25 @@ def large() -> Made:
     return usual(made.painted(np.tile(made.checkers(64, 8), (64, 64, 1))))
 
 
+CARTON = partial(usual, made.loose(made.carton()))
 # Code -> what it is silent on, and what trips it.
 EXAMPLES: dict[str, tuple[Build_, Build_]] = {
-    "FLT001": (lambda: usual(made.loose(made.carton())), lambda: usual(made.loose(made.with_hole(0.04)))),
-    "FLT002": (
-        lambda: usual(made.loose(made.carton())),
-        lambda: usual(made.loose(made.without_side(made.carton(), (0, 0, -1)))),
-    ),
-    "FLT003": (lambda: usual(made.loose(made.carton())), lambda: usual(made.loose(made.mixed()))),
-    "FLT004": (lambda: usual(made.loose(made.carton())), lambda: usual(made.loose(*made.crossed_cards()))),
-    "FLT005": (lambda: parted(0.001), lambda: parted(0.03)),
-    "FLT006": (lambda: on_a_slab(0.07), lambda: on_a_slab(0.2)),
-    "FLT007": (lambda: usual(made.loose(made.carton())), lambda: usual(made.loose(made.carton(), kind="object"))),
-    "FLT008": (lambda: shaped(0.14), lambda: shaped(0.36)),
+    "FLT001": (CARTON, lambda: usual(made.loose(made.with_hole(0.04)))),
+    "FLT002": (CARTON, lambda: usual(made.loose(made.without_side(made.carton(), (0, 0, -1))))),
+    "FLT003": (CARTON, lambda: usual(made.loose(made.mixed()))),
+    "FLT004": (CARTON, lambda: usual(made.loose(*made.crossed_cards()))),
+    "FLT005": between(parted, 0.001, 0.03),
+    "FLT006": between(on_a_slab, 0.07, 0.2),
+    "FLT007": (CARTON, lambda: usual(made.loose(made.carton(), kind="object"))),
+    "FLT008": between(shaped, 0.14, 0.36),
     "FLT009": (vessel, lambda: vessel([(0.0, 0.09), (0.04, 0.09), (0.04, 0.0), (0.0, 0.0)])),
     "FLT010": (lambda: plain(made.BROWN), lambda: plain((0.004, 0.0, 0.0, 1.0))),
     "FLT011": (lambda: plain((0.5, 0.4, 0.5, 1.0)), lambda: plain((0.5, 0.5, 0.5, 1.0))),
     "FLT012": (lambda: usual(made.painted(made.checkers(64, 8))), lambda: usual(made.painted(made.checkers(8, 8)))),
     "FLT013": (lambda: usual(made.painted(made.checkers(64, 8))), large),
-    "FLT014": (lambda: turning(0.5), lambda: turning(0.2)),
-    "FLT015": (lambda: walking(0.0), lambda: walking(1.0)),
-    "FLT016": (lambda: standing(0.02), lambda: standing(0.035)),
+    "FLT014": between(turning, 0.5, 0.2),
+    "FLT015": between(walking, 0.0, 1.0),
+    "FLT016": between(standing, 0.02, 0.035),
     "FLT017": (lambda: heap((0.05, 0.05, 0.02)), lambda: heap((0.01, 0.01, 0.02))),
     "FLT018": (lambda: graspable(0.06, 0.06), lambda: graspable(0.0, 0.1)),
     "LIB004": (lambda: shelf(0.1, 0.11, 0.12, 0.13, 0.15), lambda: shelf(0.1, 0.11, 0.12, 0.13, 0.3)),

@@ -19,17 +19,14 @@ Build = Callable[[], LibraryView | ObjectCollection]
 
 
 def pair(most: float = 0.001, size: float = 1.0, colors: float = 0.0, kin: bool = True) -> ShapePair:
-    """A mug and another thing that lie this near to each other."""
     return ShapePair("mug_one", "mug_two", most, 2 * most, size, colors, kin)
 
 
 def named(rank: int, share: float = 0.4) -> CategoryRank:
-    """A mug that comes at this place among what it looks like."""
     return CategoryRank("mug_one", "mug", share, rank, (("cup", 0.3), ("bowl", 0.2), ("pot", 0.05)))
 
 
 def shelf(alike: float = 0.08, near: float = 0.95, rank: int = 1) -> LibraryView:
-    """Two assets, as different as these numbers say."""
     return LibraryView(2, (pair(alike),), (("mug_one", "mug_two", near),), (named(rank),))
 
 
@@ -48,7 +45,6 @@ def shape_of(sides: Sides) -> provenance.ShapeDescriptor:
 
 
 def member(category: str, number: int, sides: Sides, light: float) -> CollectedMember:
-    """A box of one lightness, CIELAB units."""
     tones = np.zeros((provenance.TONES, provenance.TONE_SHARES))
     tones[0] = light
     color = provenance.ColorHistogram(tones=tuple(float(t) for t in tones.ravel()), names=(), stated=True)
@@ -63,7 +59,6 @@ def kind(category: str, longest: float, light: float, count: int = MIN_MEMBERS) 
 
 
 def boxes(light: float = 90.0, length: float = 0.5, alike: dict[str, str] | None = None) -> ObjectCollection:
-    """Short dark boxes, and others that are as long and as light as these numbers say."""
     return ObjectCollection((*kind("bar", 0.1, 10.0), *kind("slab", length, light)), alike or {})
 
 

@@ -25,8 +25,6 @@ LIMITS = registry.load().limits
 
 
 class Noted(Mapping[str, float]):
-    """The limits, and which of them somebody asked for."""
-
     def __init__(self) -> None:
         self.read: set[str] = set()
 

@@ -53,7 +53,6 @@ def letters(height_px: int) -> Floats:
 def package(
     height_px: int = 16, ink: int = DARK, mesh: Mesh | None = None, width: float = 1.0, runs_upwards: bool = False
 ) -> ObjectMember:
-    """A carton with a label: `width` times as wide as is usual."""
     cover = letters(height_px).T if runs_upwards else letters(height_px)
     grey = np.where(cover > 0.5, ink, PALE).astype(np.uint8)
     picture = texture("label", np.stack([grey] * 3, axis=2))

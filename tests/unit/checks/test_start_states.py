@@ -17,7 +17,7 @@ from casa_assets.checks.start_states.stage import Stage, StatesSubject, settle, 
 from casa_assets.errors import CasaError
 from casa_assets.model.issue import Report, Status
 from casa_assets.model.kitchen.scene import StartStates
-from tests.support.asset.examples import LIMITS, check_examples
+from tests.support.asset.examples import LIMITS, between, check_examples
 from tests.support.kitchen.start_stages import (
     AGAINST_THE_WORKTOP,
     BOX_M,
@@ -159,7 +159,6 @@ def sound() -> StartStates:
 
 
 def higher(metres: float) -> StartStates:
-    """The first box of the first state so much higher than it rests."""
     rows = sound().qpos.copy()
     box = next(joint for joint in sound().joints if joint.width == 7)
     rows[0, box.address + 2] += metres
@@ -173,7 +172,6 @@ def parked(y: float) -> StartStates:
 
 
 def twins(apart: float) -> StartStates:
-    """A second state that is the first one but for where the robot parks."""
     base = np.repeat(sound().base[:1], 2, axis=0)
     base[1, 0] += apart
     return sound().replace(qpos=np.repeat(sound().qpos[:1], 2, axis=0), base=base)
@@ -181,10 +179,10 @@ def twins(apart: float) -> StartStates:
 
 EXAMPLES: dict[str, tuple[Callable[[], StartStates], Callable[[], StartStates]]] = {
     "STA001": (sound, lambda: sound().replace(scene_xml="0" * 64)),
-    "STA002": (lambda: higher(-0.0005), lambda: higher(-0.0015)),
-    "STA003": (lambda: higher(0.004), lambda: higher(0.006)),
-    "STA004": (lambda: parked(0.34), lambda: parked(0.36)),
-    "STA005": (lambda: twins(0.06), lambda: twins(0.04)),
+    "STA002": between(higher, -0.0005, -0.0015),
+    "STA003": between(higher, 0.004, 0.006),
+    "STA004": between(parked, 0.34, 0.36),
+    "STA005": between(twins, 0.06, 0.04),
 }
 
 

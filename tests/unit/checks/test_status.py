@@ -89,8 +89,6 @@ class TestReport:
 
 
 class TestChecks:
-    """The functions themselves, on things that have little to look at."""
-
     def test_a_mug_has_no_joints_to_pass(self, tmp_path: Path) -> None:
         found = statuses(written(rigid_mug(), tmp_path))
         assert {found[code] for code in ("AST015", "KIN001", "KIN005", "KIN009", "MJC009", "CON001", "BEH001")} == {

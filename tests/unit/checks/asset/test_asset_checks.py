@@ -17,7 +17,7 @@ from casa_assets.model.issue import Report
 from tests.support.asset import box_assets as made
 from tests.support.asset.asset_parts import box_inertial
 from tests.support.asset.assets import ball, category, microwave, textured_box
-from tests.support.asset.examples import LIMITS, check_examples
+from tests.support.asset.examples import LIMITS, between, check_examples
 from tests.support.asset.packages import written
 
 ROWS = {check.code: check for check in TABLE if check.code.startswith(("AST", "VIS"))}
@@ -25,30 +25,30 @@ Build = Callable[[], Asset]
 
 # Code -> what it is silent on, and what trips it alone.
 EXAMPLES: dict[str, tuple[Build, Build]] = {
-    "AST001": (lambda: made.plain_box((4.9, 1.0, 1.0)), lambda: made.plain_box((5.1, 1.0, 1.0))),
-    "AST002": (lambda: made.plain_box((0.2, 0.1, 0.0006)), lambda: made.plain_box((0.2, 0.1, 0.0004))),
-    "AST003": (lambda: made.as_dense_as(19.0), lambda: made.as_dense_as(21.0)),
-    "AST004": (lambda: made.as_dense_as(0.06), lambda: made.as_dense_as(0.04)),
-    "AST005": (lambda: made.sliced(32), lambda: made.sliced(33)),
-    "AST006": (lambda: made.cornered(64), lambda: made.cornered(72)),
-    "AST007": (lambda: made.dented(0.0), lambda: made.dented(2e-5)),
-    "AST008": (lambda: made.balanced_at(0.099), lambda: made.balanced_at(0.101)),
-    "AST009": (lambda: made.short_by(0.0039), lambda: made.short_by(0.0041)),
+    "AST001": between(made.plain_box, (4.9, 1.0, 1.0), (5.1, 1.0, 1.0)),
+    "AST002": between(made.plain_box, (0.2, 0.1, 0.0006), (0.2, 0.1, 0.0004)),
+    "AST003": between(made.as_dense_as, 19.0, 21.0),
+    "AST004": between(made.as_dense_as, 0.06, 0.04),
+    "AST005": between(made.sliced, 32, 33),
+    "AST006": between(made.cornered, 64, 72),
+    "AST007": between(made.dented, 0.0, 2e-5),
+    "AST008": between(made.balanced_at, 0.099, 0.101),
+    "AST009": between(made.short_by, 0.0039, 0.0041),
     "AST010": (lambda: made.plain_box(up=0.0009), lambda: made.plain_box(up=0.0011)),
-    "AST011": (lambda: made.licensed("CC0-1.0"), lambda: made.licensed("unknown")),
+    "AST011": between(made.licensed, "CC0-1.0", "unknown"),
     "AST012": (made.plain_box, made.touched),
     "AST013": (lambda: made.plain_box((0.3, 0.3, 0.3), 60.0), lambda: made.plain_box((0.3, 0.3, 0.3), 80.0)),
     "AST014": (lambda: made.plain_box((1.1, 0.3, 0.3), 20.0), lambda: made.plain_box((1.3, 0.3, 0.3), 20.0)),
     "AST015": (lambda: made.opening(0.0, 1.5, True), lambda: made.opening(-1.5, 1.5, True)),
-    "AST016": (lambda: made.gapped(0.002), lambda: made.gapped(0.1)),
-    "AST018": (lambda: made.plugged(0.02), lambda: made.plugged(0.04)),
+    "AST016": between(made.gapped, 0.002, 0.1),
+    "AST018": between(made.plugged, 0.02, 0.04),
     "VIS001": (textured_box, made.with_sliver),
     "VIS002": (lambda: made.shown(made.side()), lambda: made.shown(made.turned(made.side(), faces=False))),
     "VIS003": (lambda: made.lined(0.01), made.half_turned),
-    "VIS004": (lambda: made.finer_ball(600), lambda: made.finer_ball(700)),
+    "VIS004": between(made.finer_ball, 600, 700),
     "VIS005": (lambda: made.pictured(4), lambda: made.pictured(4, unwrapped=False)),
-    "VIS006": (lambda: made.pictured(2048), lambda: made.pictured(2049)),
-    "VIS007": (lambda: made.with_fin(4), lambda: made.with_fin(3)),
+    "VIS006": between(made.pictured, 2048, 2049),
+    "VIS007": between(made.with_fin, 4, 3),
     "VIS008": (lambda: made.shown(made.side(1), made.side(2)), lambda: made.shown(made.side(), made.side())),
 }
 

@@ -21,33 +21,12 @@ from casa_assets.model.pose import Pose
 from tests.support.asset import cupboard as made
 from tests.support.asset.articulated_assets import drawer_unit, microwave
 from tests.support.asset.asset_parts import box_inertial
-from tests.support.asset.examples import check_examples
+from tests.support.asset.examples import between, check_examples
 from tests.support.asset.packages import LIMITS, codes, judged, number, packed, written
 from tests.support.mesh.meshes import box_mesh
 
 OURS = ("AST017", "VIS009", "VIS010", "KIN", "HOL")
 Build = Callable[[], Asset]
-
-
-def pulled_back(stiffness: float) -> Asset:
-    """A spring draws its drawer shut."""
-    return made.joint_changed("drawer_slide", drive=Drive(stiffness=stiffness, damping=0.0, target=0.0))
-
-
-def rubbing(joint: str, force_n: float) -> Asset:
-    """That much friction in a joint."""
-    return made.joint_changed(joint, frictionloss=force_n)
-
-
-def tilted(angle: float) -> Asset:
-    """The hinge of its door leans to the right."""
-    return made.joint_changed("door_hinge", axis=(math.sin(angle), 0.0, math.cos(angle)))
-
-
-def stiff_oven(damping: float) -> Asset:
-    """A mesh taken apart; its door is damped so much."""
-    asset = microwave()
-    return asset.replace(joints=tuple(j.replace(damping=damping) for j in asset.joints))
 
 
 def pressed_against_a_soft_stop() -> Asset:
@@ -65,21 +44,28 @@ def framed_handle(gap: float) -> Asset:
 # Code -> what it is silent on, and what trips it alone.
 EXAMPLES: dict[str, tuple[Build, Build]] = {
     "AST017": (made.cupboard, lambda: made.with_mass_within(0.05)),
-    "VIS009": (lambda: made.pictured_at(1.01), lambda: made.pictured_at(1.03)),
-    "VIS010": (lambda: made.with_trim(0.0005), lambda: made.with_trim(0.0)),
-    "KIN001": (lambda: made.caught_by(-0.00005), lambda: made.caught_by(0.00045)),
+    "VIS009": between(made.pictured_at, 1.01, 1.03),
+    "VIS010": between(made.with_trim, 0.0005, 0.0),
+    "KIN001": between(made.caught_by, -0.00005, 0.00045),
     "KIN002": (made.cupboard, lambda: made.joint_changed("drawer_slide", damping=200.0)),
-    "KIN003": (lambda: rubbing("drawer_slide", 0.3), lambda: rubbing("drawer_slide", 0.1)),
-    "KIN004": (lambda: rubbing("key_press", 0.5), lambda: rubbing("key_press", 2.5)),
-    "KIN005": (lambda: made.with_pointer(0.06), lambda: made.with_pointer(0.16)),
-    "KIN006": (lambda: pulled_back(15.0), lambda: pulled_back(40.0)),
+    "KIN003": between(lambda n: made.joint_changed("drawer_slide", frictionloss=n), 0.3, 0.1),
+    "KIN004": between(lambda n: made.joint_changed("key_press", frictionloss=n), 0.5, 2.5),
+    "KIN005": between(made.with_pointer, 0.06, 0.16),
+    "KIN006": between(
+        lambda n: made.joint_changed("drawer_slide", drive=Drive(stiffness=n, damping=0.0, target=0.0)), 15.0, 40.0
+    ),
     "KIN007": (made.cupboard, lambda: made.joint_changed("drawer_slide", grip=None)),
-    "KIN008": (lambda: tilted(0.0), lambda: tilted(0.001)),
-    "KIN009": (microwave, lambda: stiff_oven(200.0)),
+    "KIN008": between(
+        lambda angle: made.joint_changed("door_hinge", axis=(math.sin(angle), 0.0, math.cos(angle))), 0.0, 0.001
+    ),
+    "KIN009": (
+        microwave,
+        lambda: microwave().replace(joints=tuple(j.replace(damping=200.0) for j in microwave().joints)),
+    ),
     "KIN010": (made.cupboard, pressed_against_a_soft_stop),
-    "KIN011": (lambda: framed_handle(0.015), lambda: framed_handle(0.009)),
+    "KIN011": between(framed_handle, 0.015, 0.009),
     "HOL001": (made.cupboard, lambda: made.filled_to(0.1)),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("code", EXAMPLES)

@@ -11,16 +11,11 @@ from casa_assets.checks.design.grade import grade
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.model.issue import Status
 from casa_assets.model.kitchen.floor import AisleKind, Fixture, Footprint, KitchenFacts, Role, SweptArea
-from tests.support.asset.examples import check_examples
+from tests.support.asset.examples import between, check_examples
 from tests.support.kitchen import reference_kitchen as made
 
 Build = Callable[[], KitchenFacts]
 ALONE = Footprint(center=(0.3, -2.4), size=(0.5, 0.3), yaw=math.pi / 2)
-
-
-def clear(width: float) -> KitchenFacts:
-    """A door that leaves so much clear."""
-    return made.kitchen().replace(openings=(made.WINDOW, made.DOOR.replace(clear_width=width)))
 
 
 def swung(reach: float) -> KitchenFacts:
@@ -31,7 +26,6 @@ def swung(reach: float) -> KitchenFacts:
 
 
 def crossing(reach: float) -> KitchenFacts:
-    """A dishwasher's flap that passes so far into the way of the range's."""
     facts = made.kitchen()
     washer = next(f for f in facts.fixtures if f.name == "dishwasher")
     (joint,) = washer.joints
@@ -40,21 +34,6 @@ def crossing(reach: float) -> KitchenFacts:
     swept = ((2.6, -1.9), (4.4, -1.9), (4.4, -1.27 + reach), (2.6, -1.27 + reach))
     moved = joint.replace(swept_area=joint.swept_area.replace(outline=swept))
     return made.changed(facts, "dishwasher", washer.replace(joints=(moved,)))
-
-
-def wide(kind: AisleKind, width: float, compact: bool = False) -> KitchenFacts:
-    """One aisle of a kind."""
-    return made.with_aisle(made.kitchen().replace(compact=compact), kind, width)
-
-
-def washer_at(gap: float) -> KitchenFacts:
-    """A dishwasher so far from the row at a right angle to it."""
-    return made.with_unit(made.kitchen(), "right", "dishwasher", 0.65 + gap, 1.95)
-
-
-def range_at(gap: float) -> KitchenFacts:
-    """A range so far from the inside corner."""
-    return made.with_unit(made.kitchen(), "main", "range", 2.45, 4.35 - gap)
 
 
 def hung(name: str, low: float) -> KitchenFacts:
@@ -67,13 +46,11 @@ def hung(name: str, low: float) -> KitchenFacts:
 
 
 def glazed(length: float) -> KitchenFacts:
-    """A window that opens, so far over the range."""
     way = made.WINDOW.replace(wall="back", start=(3.208 - length, 0.0), end=(4.2, 0.0))
     return made.kitchen().replace(openings=(way, made.DOOR))
 
 
 def tasteless(count: int) -> KitchenFacts:
-    """A kitchen that breaks some advice: high worktops, no hood, a microwave far up, a sink far from all else."""
     facts = made.kitchen()
     oven = next(f for f in facts.fixtures if f.name == "microwave")
     rows = tuple(r.replace(height=0.96, depth_before=0.6) for r in facts.runs[:2])
@@ -89,13 +66,11 @@ def tasteless(count: int) -> KitchenFacts:
 
 
 def shelf(*around: Fixture) -> KitchenFacts:
-    """A shelf that stands by itself on the floor, and what stands around it."""
     alone = Fixture(name="alone", role=Role.SHELF, category="open_shelf", footprint=ALONE, bottom=0.0, top=1.0)
     return made.with_more(made.kitchen(), alone, *around)
 
 
 def crate(long: float) -> Fixture:
-    """A crate on the floor before it, so long across its front."""
     return made.thing("crate", Role.ON_FLOOR, (0.9, -2.4), (0.5, long), 0.0, 0.3)
 
 
@@ -111,7 +86,6 @@ def flapped(out: float) -> KitchenFacts:
 
 
 def crowded(low: float) -> KitchenFacts:
-    """Boards over both rows' worktops at some height: on them, or over whatever is put there."""
     tops = [f for f in made.kitchen().fixtures if f.role is Role.WORKTOP]
     boards = [
         Fixture(
@@ -124,26 +98,28 @@ def crowded(low: float) -> KitchenFacts:
 
 COFFEE = ["coffee_press_button", "coffee_setup_mug", "coffee_serve_mug"]
 EXAMPLES: dict[str, tuple[Build, Build]] = {
-    "NKB001": (lambda: clear(0.814), lambda: clear(0.812)),
-    "NKB002": (lambda: swung(-0.01), lambda: swung(0.02)),
-    "NKB003": (lambda: crossing(-0.01), lambda: crossing(0.02)),
-    "NKB004": (lambda: wide(AisleKind.WORK, 1.07), lambda: wide(AisleKind.WORK, 1.06)),
-    "NKB005": (lambda: wide(AisleKind.WORK, 0.92, True), lambda: wide(AisleKind.WORK, 0.91, True)),
-    "NKB006": (lambda: wide(AisleKind.WALK, 0.92), lambda: wide(AisleKind.WALK, 0.91)),
-    "NKB007": (lambda: washer_at(0.54), lambda: washer_at(0.52)),
+    "NKB001": between(
+        lambda n: made.kitchen().replace(openings=(made.WINDOW, made.DOOR.replace(clear_width=n))), 0.814, 0.812
+    ),
+    "NKB002": between(swung, -0.01, 0.02),
+    "NKB003": between(crossing, -0.01, 0.02),
+    "NKB004": between(lambda n: made.with_aisle(made.kitchen(), AisleKind.WORK, n), 1.07, 1.06),
+    "NKB005": between(lambda n: made.with_aisle(made.kitchen().replace(compact=True), AisleKind.WORK, n), 0.92, 0.91),
+    "NKB006": between(lambda n: made.with_aisle(made.kitchen(), AisleKind.WALK, n), 0.92, 0.91),
+    "NKB007": between(lambda gap: made.with_unit(made.kitchen(), "right", "dishwasher", 0.65 + gap, 1.95), 0.54, 0.52),
     "NKB008": (lambda: hung("hood", 0.62), lambda: hung("hood", 0.6)),
     "NKB009": (lambda: hung("cabinet", 0.77), lambda: hung("cabinet", 0.75)),
-    "NKB010": (lambda: glazed(0.0), lambda: glazed(0.1)),
-    "NKB011": (lambda: range_at(0.39), lambda: range_at(0.37)),
-    "NKB012": (lambda: tasteless(1), lambda: tasteless(3)),
+    "NKB010": between(glazed, 0.0, 0.1),
+    "NKB011": between(lambda gap: made.with_unit(made.kitchen(), "main", "range", 2.45, 4.35 - gap), 0.39, 0.37),
+    "NKB012": between(tasteless, 1, 3),
     "NAV001": (lambda: shelf(crate(0.2)), lambda: shelf(crate(1.6))),
-    "NAV002": (lambda: flapped(0.4), lambda: flapped(3.6)),
+    "NAV002": between(flapped, 0.4, 3.6),
     "NAV003": (
         made.kitchen,
         lambda: made.with_more(made.kitchen(), made.thing("chest", Role.ON_FLOOR, (0.5, -3.3), (0.9, 1.3), 0.0, 0.5)),
     ),
     "TSK001": (made.kitchen, lambda: made.changed(made.kitchen(), "coffee_machine", None)),
-    "TSK002": (lambda: crowded(2.0), lambda: crowded(0.921)),
+    "TSK002": between(crowded, 2.0, 0.921),
 }
 
 

@@ -29,12 +29,10 @@ WORLD = "<worldbody>"
 
 
 def things() -> Scene:
-    """A crate that stands by its weight, and a cupboard."""
     return room((block("crate", (0.2, 0.2, 0.2), Base.FREE), at(1.0, -1.0, 0.0)), (cupboard(), at(0.0, 0.0, 0.0)))
 
 
 def forms(folder: Path) -> BatchSubject:
-    """Its files, the batch form among them."""
     scene = things()
     root = in_all_forms(scene, folder).scene_subject.root
     form = batch_form(light_scene(scene))
@@ -43,7 +41,6 @@ def forms(folder: Path) -> BatchSubject:
 
 
 def tampered(old: str, new: str) -> Make:
-    """The same with a text of the batch form replaced."""
 
     def make(folder: Path) -> BatchSubject:
         subject = forms(folder)
@@ -54,7 +51,6 @@ def tampered(old: str, new: str) -> Make:
 
 
 def geom(size: str, pos: str, bits: tuple[int, int] = (3, 0)) -> str:
-    """A box that stands still."""
     contype, conaffinity = bits
     return f'<geom type="box" size="{size}" pos="{pos}" contype="{contype}" conaffinity="{conaffinity}" group="2"/>'
 
@@ -71,13 +67,11 @@ def inside_crate(count: int) -> str:
 
 
 def sizes(awake_in_use: int) -> Make:
-    """What a simulation might say."""
     numbers = {"nconmax": 8, "njmax": 8, "nccdmax": 8, "nvmax": 8, "contacts": 1, "rows": 1, "convex_pairs": 1}
     return lambda _: EngineSizes(**numbers, awake=56, awake_in_use=awake_in_use, fixtures=1, mujoco_bytes=1)
 
 
 def many_pairs(folder: Path) -> BatchSubject:
-    """One hundred and forty primitives in a crate, and as many that it could touch."""
     subject = tampered(f"<geom {CRATE}", inside_crate(140))(folder)
     assert isinstance(subject, BatchSubject)
     tamper(subject.root / BATCH_FILE, (WORLD, WORLD + far(138)))
@@ -107,7 +101,6 @@ def test_bad_trips_its_code_alone(code: str, tmp_path: Path, silent: dict[Make, 
 
 @pytest.fixture(scope="module")
 def silent(tmp_path_factory: pytest.TempPathFactory) -> dict[Make, Report]:
-    """What is said of the good ones, each judged once."""
     made = {good for good, _ in EXAMPLES.values()}
     return {good: run(good(tmp_path_factory.mktemp("good")), "room", LIMITS) for good in made}
 

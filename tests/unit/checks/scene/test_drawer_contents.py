@@ -40,7 +40,6 @@ def test_drawer_opens_with_what_fits_in_it(height: float, resting: Resting | Non
 
 
 def resting(asset: Asset, where: Resting) -> Scene:
-    """A cupboard, and something that rests somewhere on it."""
     scene = room((cupboard(), at(0.0, 0.0, 0.0)), (asset.replace(id="small_cupboard"), at(1.5, 0.0, 0.0)))
     kept = tuple(p.replace(resting=where) if p.name == "thing_1" else p for p in scene.placements)
     return scene.replace(placements=kept)

@@ -29,13 +29,11 @@ LIGHT_BOX = 'name="thing_0__shape_0" type="box" size="0.1 0.1 0.1" pos="0 0 0.1"
 
 
 def things() -> Scene:
-    """A crate that stands by its weight, and a box with pictures."""
     crate = block("crate", (0.2, 0.2, 0.2), Base.FREE)
     return room((crate, at(0.0, 0.0, 0.0)), (textured_box(), at(0.5, 0.0, 0.0)))
 
 
 def forms(folder: Path) -> SceneFiles:
-    """Its files."""
     return in_all_forms(things(), folder)
 
 
@@ -53,7 +51,6 @@ def tampered(name: str, old: str, new: str) -> Make:
 
 
 def picture(*, black: float = 0.0, white: float = 0.0) -> Make:
-    """A grey picture with so much of it black or white."""
     shot = np.full((50, 50, 3), 128, dtype=np.uint8)
     flat = shot.reshape(-1, 3)
     flat[: round(black * len(flat))] = 4
@@ -62,7 +59,6 @@ def picture(*, black: float = 0.0, white: float = 0.0) -> Make:
 
 
 def speed(load_ms: float = 900.0, steps_per_s: float = 5000.0) -> Make:
-    """What a stopwatch might say."""
     return lambda _: MeasuredSpeed(load_ms, steps_per_s, 0.002)
 
 
@@ -87,7 +83,6 @@ EXAMPLES: dict[str, tuple[Make, Make]] = {
 
 @pytest.fixture(scope="module")
 def silent(tmp_path_factory: pytest.TempPathFactory) -> dict[Make, Report]:
-    """What is said of the good ones, each judged once."""
     made = {good for good, _ in EXAMPLES.values()}
     return {good: run(good(tmp_path_factory.mktemp("good")), "room", LIMITS) for good in made}
 
