@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from casa_assets.addons.batch import moving_parts
 from casa_assets.addons.batch.fit_primitives import (
     TOLERANCE_M,
     FitLimits,
@@ -21,18 +22,6 @@ from casa_assets.addons.batch.fit_primitives import (
     points_around,
     replaced,
     touched_colliders,
-)
-from casa_assets.addons.batch.moving_parts import (
-    EMPTY_SHARE,
-    PIECES_PER_GROUP,
-    WHOLE,
-    Inside,
-    LoosePart,
-    joint_word,
-    loose_parts,
-    meeting_links,
-    with_few_primitives,
-    with_plain_parts,
 )
 from casa_assets.core.numeric import Floats
 from casa_assets.mesh.solid.primitive import box_around, link_bounds, shape_bounds
@@ -98,12 +87,12 @@ def still_parts(place: Placement, form: Asset) -> list[StillPart]:
         touched = touched_colliders(form)
         kept = [c for c in link.colliders if c.name not in touched]
         colliders = _of_many_pieces(_of_one_hull_each(_without_slivers(kept)))
-        holds_nothing = not form.joints and all(region.name == WHOLE for region in form.regions)
+        holds_nothing = not form.joints and all(region.name == moving_parts.WHOLE for region in form.regions)
         if place.layer is Layer.THINGS and holds_nothing and len(colliders) >= MIN_PIECES:
             # A lamp, a clock, a curtain; a large one may have more primitives.
             lower, upper = box_around(np.array([shape_bounds(c.shape, c.pose) for c in colliders]))
             is_large = float((upper - lower)[:2].max()) >= LARGE_THING_M
-            limits = FitLimits(MOST_OF_LARGE_THING if is_large else MOST_OF_PLAIN_THING, EMPTY_SHARE)
+            limits = FitLimits(MOST_OF_LARGE_THING if is_large else MOST_OF_PLAIN_THING, moving_parts.EMPTY_SHARE)
             colliders = fitted_colliders(colliders, limits)
         world_from_link = place.pose @ form.asset_from_link(link.name)
         parts += [StillPart(place, c.replace(pose=world_from_link @ c.pose)) for c in colliders]
@@ -152,7 +141,7 @@ def _of_many_pieces(colliders: Sequence[Collider]) -> tuple[Collider, ...]:
         groups.setdefault(str(collider.label) if is_piece else collider.name, []).append(collider)
     found: list[Collider] = []
     for group in groups.values():
-        limits = FitLimits(max(1, len(group) // PIECES_PER_GROUP), EMPTY_SHARE)
+        limits = FitLimits(max(1, len(group) // moving_parts.PIECES_PER_GROUP), moving_parts.EMPTY_SHARE)
         found += fitted_colliders(group, limits) if len(group) >= MANY_PIECES else group
     return tuple(found)
 
@@ -301,7 +290,7 @@ class BatchForms:
         self._assets: dict[tuple[str, tuple[str, ...]], Asset] = {}
         self._still: dict[tuple[str, tuple[str, ...]], list[StillPart]] = {}
         # By the same, and what becomes of its inside: its form.
-        self._forms: dict[tuple[str, tuple[str, ...], Inside], Asset] = {}
+        self._forms: dict[tuple[str, tuple[str, ...], moving_parts.Inside], Asset] = {}
 
     def form(
         self,
@@ -325,16 +314,19 @@ class BatchForms:
             for place, asset in zip(scene.placements, whole, strict=True)
             for part in self._parts(place, asset, keys[place.name])
         ]
-        loose = loose_parts(scene.placements, whole)
-        fixed = [LoosePart(part.place.name, "", part.collider.shape, part.collider.pose, part.bounds) for part in still]
+        loose = moving_parts.loose_parts(scene.placements, whole)
+        fixed = [
+            moving_parts.LoosePart(part.place.name, "", part.collider.shape, part.collider.pose, part.bounds)
+            for part in still
+        ]
         forms = []
         for place, asset in zip(scene.placements, whole, strict=True):
-            inside = Inside.SOLID if place.name in filled else Inside.KEPT
-            key = (*keys[place.name], Inside.ONE_BLOCK if place.name in blocks else inside)
+            inside = moving_parts.Inside.SOLID if place.name in filled else moving_parts.Inside.KEPT
+            key = (*keys[place.name], moving_parts.Inside.ONE_BLOCK if place.name in blocks else inside)
             if key not in self._forms:
                 # A seat that becomes a block stands under a worktop, between its corbels.
                 is_block = place.name in filled and not asset.joints
-                few = with_few_primitives(place, asset, loose + fixed if is_block else loose, key[-1])
+                few = moving_parts.with_few_primitives(place, asset, loose + fixed if is_block else loose, key[-1])
                 self._forms[key] = _with_outer_region(few, asset)
             forms.append(self._forms[key])
         return BatchScene(
@@ -343,7 +335,7 @@ class BatchForms:
             world=tuple(merged_parts(still)),
             meeting=tuple(
                 tuple(PlacedLink(placement=where, link=link) for where, link in group)
-                for group in meeting_links(scene.placements, forms)
+                for group in moving_parts.meeting_links(scene.placements, forms)
             ),
             locked=tuple(PlacedJoint(placement=where, joint=joint) for where, joint in locked),
             filled=tuple(filled),
@@ -352,7 +344,7 @@ class BatchForms:
     def _asset(self, place: Placement, key: tuple[str, tuple[str, ...]]) -> Asset:
         """The asset of a placement with its joints locked."""
         if key not in self._assets:
-            plain = with_plain_parts(self._light_of[place.asset], key[1])
+            plain = moving_parts.with_plain_parts(self._light_of[place.asset], key[1])
             self._assets[key] = with_joints_locked(plain, key[1], joint_positions(place.joints))
         return self._assets[key]
 
@@ -430,7 +422,7 @@ def batch_within(
         (name, joint.name)
         for name, asset in assets.items()
         for joint in asset.joints
-        if joint_word(asset, joint) not in words
+        if moving_parts.joint_word(asset, joint) not in words
     ]
     steps, forms = list(_steps(assets, locked)), BatchForms(light)
 
@@ -478,7 +470,7 @@ def _steps(assets: Mapping[str, Asset], locked: Collection[Ref]) -> Iterator[_St
     }
 
     def of_words(name: str, *words: JointWord) -> list[Joint]:
-        return [joint for joint in left[name] if joint_word(assets[name], joint) in words]
+        return [joint for joint in left[name] if moving_parts.joint_word(assets[name], joint) in words]
 
     def given_up(name: str, joints: Collection[Joint], filled: bool = False) -> Iterator[_Step]:
         left[name] = [joint for joint in left[name] if joint not in joints]
@@ -490,11 +482,11 @@ def _steps(assets: Mapping[str, Asset], locked: Collection[Ref]) -> Iterator[_St
     for name in things:
         if assets[name].joints:
             small = of_words(name, JointWord.KNOBS, JointWord.BUTTONS)
-            yield from given_up(name, small, any(region.name != WHOLE for region in assets[name].regions))
+            yield from given_up(name, small, any(region.name != moving_parts.WHOLE for region in assets[name].regions))
     with_bins = []
     for name in fixtures:
         hinged = {joint.child for joint in left[name] if joint.kind is JointKind.HINGE}
-        if any(region.link in hinged and region.name != WHOLE for region in assets[name].regions):
+        if any(region.link in hinged and region.name != moving_parts.WHOLE for region in assets[name].regions):
             with_bins.append(name)
             yield _Step(filled=(name,))
     for name in fixtures:

@@ -19,18 +19,7 @@ from casa_assets.addons.robocasa.kitchens import translated
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.design.tasks import ATOMIC_TASKS
 from casa_assets.errors import CasaError, OutputError
-from casa_assets.export.forms import (
-    Outcome,
-    certified_asset,
-    check_apart,
-    check_replaceable,
-    export_in_parallel,
-    measures_of,
-    raise_faults,
-    replace_target,
-    staging,
-    why_left_out,
-)
+from casa_assets.export import forms
 from casa_assets.formats.mjcf.scene.kitchen import FILE as SCENE_XML
 from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest
@@ -54,7 +43,7 @@ from casa_assets.runs.outcome import writing
 
 
 @dataclass(frozen=True)
-class KitchenResult(Outcome):
+class KitchenResult(forms.Outcome):
     """Outcome of the export of one kitchen: RoboCasa's number of it, fixtures by class, atomic tasks, `measures_of`."""
 
     number: int = 0
@@ -71,7 +60,9 @@ def export_kitchens(
     A scene that fails, or has the number of an earlier one, has a message. `states`: folder of scenes' start states.
     """
     numbers: dict[int, str] = {}
-    for result in export_in_parallel(partial(export_kitchen, states=states), KitchenResult, recipes, staged, jobs):
+    for result in forms.export_in_parallel(
+        partial(export_kitchen, states=states), KitchenResult, recipes, staged, jobs
+    ):
         twin = result.id if result.message else numbers.setdefault(result.number, result.id)
         if twin == result.id:
             yield result
@@ -107,7 +98,7 @@ def export_kitchen(recipe: SceneRecipe, root: Path, cache: Path, states: Path | 
         kitchens.number_of(scene.id),
         dict(sorted(Counter(placed.type for placed in fixtures).items())),
         tasks,
-        measures_of(kitchen, scene),
+        forms.measures_of(kitchen, scene),
         credits=attribution.credits_of(scene),
     )
 
@@ -247,12 +238,12 @@ def export(
     if not _NAME.fullmatch(name):
         raise OutputError(str(out), f"{name!r} is no name of a registry; use small letters, digits and single _")
     if library is not None:
-        check_apart(out, library)
+        forms.check_apart(out, library)
     inside = {path.name for path in out.iterdir()} if out.is_dir() else set()
     groups = [group for group in (OBJECT_FILES, KITCHEN_FILES) if inside & group] or [OBJECT_FILES]
-    check_replaceable(out, COMMON_FILES.union(*groups), allowed=("__pycache__",))
+    forms.check_replaceable(out, COMMON_FILES.union(*groups), allowed=("__pycache__",))
     out = out.absolute()
-    with writing(out.parent), staging(out) as staged:
+    with writing(out.parent), forms.staging(out) as staged:
         run = _Export(staged, name, registry.load().categories, with_review)
         for folder in folders:
             yield replace(_export_asset(folder, run), total=len(folders))
@@ -262,18 +253,18 @@ def export(
         for result in export_kitchens(recipes, staged, jobs, states):
             built.append(result)
             yield replace(result, total=len(recipes))
-        raise_faults(built)
+        forms.raise_faults(built)
         run.kitchens |= {result.id: result for result in built if not result.message}
         if not run.kitchens and not run.instances:
             return
         _write_manifests(run, library)
-        replace_target(staged, out)
+        forms.replace_target(staged, out)
 
 
 def _export_asset(folder: Path, run: _Export) -> ExportResult:
-    asset = certified_asset(folder)
+    asset = forms.certified_asset(folder)
     category_id = asset.labels.category
-    if reason := why_left_out(folder, run.with_review):
+    if reason := forms.why_left_out(folder, run.with_review):
         return ExportResult(asset.id, category_id, message=reason)
     if asset.base is Base.FIXED or asset.contract is not None:
         return ExportResult(asset.id, category_id, message="is a fixture, which stands where a kitchen has it")

@@ -10,16 +10,7 @@ import numpy as np
 from PIL import Image
 from scipy import ndimage
 
-from casa_assets.checks.check import (
-    NO_VISUALS,
-    Measurement,
-    Unmeasured,
-    at_least,
-    at_most,
-    is_loose_mesh,
-    merged_mesh,
-    not_applicable,
-)
+from casa_assets.checks import check
 from casa_assets.checks.package.package import Package
 from casa_assets.core.numeric import Floats, Ints, Mask, linear_from_srgb_array, srgb_from_linear_array
 from casa_assets.mesh.surface import face_normals
@@ -50,17 +41,17 @@ class WeldedSurface:
 
 def welded_surface(asset: Asset) -> WeldedSurface:
     """The surface of a loose mesh. Raises Unmeasured for anything else."""
-    if not is_loose_mesh(asset):
-        raise Unmeasured(not_applicable(NOT_LOOSE))
+    if not check.is_loose_mesh(asset):
+        raise check.Unmeasured(check.not_applicable(NOT_LOOSE))
     surface = _weld_visuals(asset.root.visuals) if asset.root.visuals else None
     if surface is None:
-        raise Unmeasured(not_applicable(NO_VISUALS))
+        raise check.Unmeasured(check.not_applicable(check.NO_VISUALS))
     return surface
 
 
 @lru_cache(maxsize=4)
 def _weld_visuals(visuals: tuple[Visual, ...]) -> WeldedSurface | None:
-    vertices, faces = merged_mesh(visuals)
+    vertices, faces = check.merged_mesh(visuals)
     points, welded = weld(vertices)
     faces = welded[faces]
     _, areas = face_normals(points, faces)
@@ -90,41 +81,41 @@ VISUALS = "links/object/visuals"
 SIDES = ("the right", "behind", "above"), ("the left", "the front", "below")
 
 
-def surface_is_opaque(asset: Asset, limit: float) -> Measurement:
+def surface_is_opaque(asset: Asset, limit: float) -> check.Measurement:
     """FLT001: share of what is seen from all around that shows backs of faces."""
     surface = welded_surface(asset)
     share = float(surface.visibility.behind.mean())
     message = f"{share:.1%} of what is seen are backs of faces; close the holes, or give the walls a thickness"
-    return at_most(share, limit, VISUALS, message)
+    return check.at_most(share, limit, VISUALS, message)
 
 
-def no_side_is_missing(package: Package, limit: float) -> Measurement:
+def no_side_is_missing(package: Package, limit: float) -> check.Measurement:
     """FLT002: share of the outline of a solid object that shows backs of faces, from the worst side."""
     surface, category = welded_surface(package.asset), package.category
     if category.build not in (MatterFill.SOLID, MatterFill.FILLED):
-        return not_applicable(f"a {category.id} may be hollow and open")
+        return check.not_applicable(f"a {category.id} may be hollow and open")
     worst = int(surface.visibility.behind.argmax())
     share, toward = float(surface.visibility.behind[worst]), -surface.visibility.away[worst]
     axis = int(np.abs(toward).argmax())
     side = SIDES[0 if toward[axis] > 0 else 1][axis]
     message = f"seen from {side} {share:.0%} of it is an open hollow, and a {category.id} is full"
-    return at_most(share, limit, VISUALS, f"{message}; close that side")
+    return check.at_most(share, limit, VISUALS, f"{message}; close that side")
 
 
-def winding_is_consistent(asset: Asset, limit: float) -> Measurement:
+def winding_is_consistent(asset: Asset, limit: float) -> check.Measurement:
     """FLT003: share of the length of inner edges whose two faces wind against each other."""
     surface = welded_surface(asset)
     ends, uses, balance = edge_counts(surface.faces)
     lengths = np.linalg.norm(surface.points[ends[:, 0]] - surface.points[ends[:, 1]], axis=1)
     inner = lengths[uses == 2].sum()
     if inner <= 0:
-        return not_applicable("no two of its faces share an edge")
+        return check.not_applicable("no two of its faces share an edge")
     share = float(lengths[(uses == 2) & (balance != 0)].sum() / inner)
     message = f"neighbours face opposite ways along {share:.1%} of the edges; make the winding consistent"
-    return at_most(share, limit, VISUALS, message)
+    return check.at_most(share, limit, VISUALS, message)
 
 
-def no_flat_cards(asset: Asset, limit: float) -> Measurement:
+def no_flat_cards(asset: Asset, limit: float) -> check.Measurement:
     """FLT004: share of what is seen that lies on flat sheets seen from both sides."""
     surface = welded_surface(asset)
     seen = surface.visibility.front | surface.visibility.back
@@ -132,10 +123,10 @@ def no_flat_cards(asset: Asset, limit: float) -> Measurement:
     cards = [k for k in np.flatnonzero(_flat_components(surface)) if _is_card(surface, component == k)]
     share = float(np.isin(component[seen], cards).mean()) if seen.any() else 0.0
     message = f"{share:.0%} of what is seen are flat cards, which vanish from the side; model it in the round"
-    return at_most(share, limit, VISUALS, message)
+    return check.at_most(share, limit, VISUALS, message)
 
 
-def mesh_is_connected(asset: Asset, limit: float) -> Measurement:
+def mesh_is_connected(asset: Asset, limit: float) -> check.Measurement:
     """FLT005: number of large parts that are separate from each other; a rigid object is one."""
     surface = welded_surface(asset)
     samples = surface.visibility.samples
@@ -146,27 +137,27 @@ def mesh_is_connected(asset: Asset, limit: float) -> Measurement:
     boxes = ndimage.find_objects(label)
     parts = sum(max(s.stop - s.start for s in box) * VOXEL > LARGE_PART for box in boxes)
     message = f"{parts} large parts stand apart, though they move as one"
-    return at_most(float(parts), limit, VISUALS, f"{message}; give each object a file of its own, or join them")
+    return check.at_most(float(parts), limit, VISUALS, f"{message}; give each object a file of its own, or join them")
 
 
-def no_ground_plane(package: Package, limit: float) -> Measurement:
+def no_ground_plane(package: Package, limit: float) -> check.Measurement:
     """FLT006: factor by which the lowest layer is wider than all above it, where that is unusual."""
     surface, category = welded_surface(package.asset), package.category
     if category.upright is not RestingPose.STANDS or category.fixed:
-        return not_applicable(f"a {category.id} does not stand by itself")
+        return check.not_applicable(f"a {category.id} does not stand by itself")
     points = surface.visibility.samples
     height = points[:, 2] - points[:, 2].min()
     tallest = float(height.max())
     lowest, above = points[height <= GROUND_TOP * tallest], points[height >= OBJECT_BOTTOM * tallest]
     if not len(above) or not len(lowest):
-        return not_applicable("it is flat, with nothing above its lowest layer")
+        return check.not_applicable("it is flat, with nothing above its lowest layer")
     size = np.ptp(points, axis=0)
     x, y, z = (extent.typical for extent in category.extents)
     if category.id != "object" and float(size[:2].max()) / float(size[2]) <= BROADER_THAN_USUAL * max(x, y) / z:
-        return not_applicable(f"a {category.id} is usually as broad for its height")
+        return check.not_applicable(f"a {category.id} is usually as broad for its height")
     ratio = float((np.ptp(lowest[:, :2], axis=0) / np.maximum(np.ptp(above[:, :2], axis=0), 1e-9)).min())
     message = f"stands on a ground that is {ratio:.1f} times wider than itself; export it without"
-    return at_most(ratio, limit, VISUALS, message)
+    return check.at_most(ratio, limit, VISUALS, message)
 
 
 def _flat_components(surface: WeldedSurface) -> Mask:
@@ -231,44 +222,46 @@ class ColorSamples:
     edges_per_m: Floats
 
 
-def is_not_too_dark(asset: Asset, limit: float) -> Measurement:
+def is_not_too_dark(asset: Asset, limit: float) -> check.Measurement:
     """FLT010: mean luminance of what is seen in white light, 0..1; coal has 0.04."""
     colors = _own_colors(asset)
     luminance = float((colors.linear @ LUMINANCE).mean())
     message = f"is black, it gives back {luminance:.2%} of the light; set the colours of its materials"
-    return at_least(luminance, limit, "materials", message)
+    return check.at_least(luminance, limit, "materials", message)
 
 
-def is_not_plain_grey(asset: Asset, limit: float) -> Measurement:
+def is_not_plain_grey(asset: Asset, limit: float) -> check.Measurement:
     """FLT011: largest distance of what is seen from one plain grey, as displayed, 0..1."""
     colors = _own_colors(asset)
     displayed = srgb_from_linear_array(colors.linear)
     distance = float(np.percentile(np.abs(displayed - displayed.mean()).max(axis=1), 99))
-    return at_least(distance, limit, "materials", "has one plain grey all over; bring its materials, or a picture")
+    return check.at_least(
+        distance, limit, "materials", "has one plain grey all over; bring its materials, or a picture"
+    )
 
 
-def textures_are_sharp(asset: Asset, limit: float) -> Measurement:
+def textures_are_sharp(asset: Asset, limit: float) -> check.Measurement:
     """FLT012: points of the pictures that can be resolved along the longest side; the median."""
     colors, surface = _color_samples(asset), welded_surface(asset)
     textured = (colors.edges_per_m > 0) & (colors.texels_per_m * surface.longest >= MIN_PIXELS)
     if textured.mean() < MIN_TEXTURED_SHARE:
         share = f"less than {MIN_TEXTURED_SHARE:.0%}"
-        return not_applicable(f"{share} of what is seen shows a picture with sharp edges in it")
+        return check.not_applicable(f"{share} of what is seen shows a picture with sharp edges in it")
     luminance = srgb_from_linear_array(colors.linear[textured]) @ LUMINANCE
     if float(np.ptp(np.percentile(luminance, (2, 98)))) < MIN_CONTRAST:
-        return not_applicable("its pictures are one plain colour where they are seen")
+        return check.not_applicable("its pictures are one plain colour where they are seen")
     points = float(np.median(colors.edges_per_m[textured])) * surface.longest
     texels = float(np.median(colors.texels_per_m[textured])) * surface.longest
     fault = "is blurred" if texels > 2 * points else "is small"
     message = f"its picture {fault}: {points:.0f} points along the longest side can be told apart; bring a sharper one"
-    return at_least(points, limit, "materials", message)
+    return check.at_least(points, limit, "materials", message)
 
 
 def _own_colors(asset: Asset) -> ColorSamples:
     """As `_color_samples`. Raises Unmeasured where one of the materials is bare metal."""
     colors = _color_samples(asset)
     if any(m.metallic >= MIN_METALNESS for m in asset.materials):
-        raise Unmeasured(not_applicable(IS_METAL))
+        raise check.Unmeasured(check.not_applicable(IS_METAL))
     return colors
 
 

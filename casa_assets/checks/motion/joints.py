@@ -18,22 +18,7 @@ from casa_assets.checks.check import (
     not_applicable,
     not_run,
 )
-from casa_assets.checks.motion.simulation import (
-    STEP_S,
-    MotionModel,
-    Penetration,
-    box_around,
-    find_contacts,
-    geom_boxes,
-    lever_arm,
-    motion_model_of,
-    motion_spec,
-    moved_by,
-    open_before,
-    open_end,
-    set_joints,
-    sweep,
-)
+from casa_assets.checks.motion import simulation
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mujoco_load
 from casa_assets.core.hand_dynamics import PULL_N
@@ -73,7 +58,7 @@ def starting_force_is_moderate(package: Package, limit: float, min_force_n: floa
 
     Doors and drawers are meant to take 5 N and more, so that they stay shut; a key or a roll may be lighter.
     """
-    motion = motion_model_of(package)
+    motion = simulation.motion_model_of(package)
     problems, worst = [], 0.0
     data = mujoco.MjData(motion.contactless)
     for joint in package.asset.joints:
@@ -90,15 +75,15 @@ def starting_force_is_moderate(package: Package, limit: float, min_force_n: floa
 
 def keys_spring_back(package: Package, limit: float) -> Measurement:
     """KIN004: worst share of its stroke that a pressed key is away from rest 2 s after release."""
-    motion, asset = motion_model_of(package), package.asset
+    motion, asset = simulation.motion_model_of(package), package.asset
     shares = {}
     data = mujoco.MjData(motion.model)
     for joint in asset.joints:
         if not _is_sprung(asset, joint):
             continue
-        end = open_end(joint)
-        set_joints(motion.model, data, {**open_before(asset, joint), joint.name: end})
-        mujoco.mj_step(motion.model, data, nstep=int(PUSH_S / STEP_S))
+        end = simulation.open_end(joint)
+        simulation.set_joints(motion.model, data, {**simulation.open_before(asset, joint), joint.name: end})
+        mujoco.mj_step(motion.model, data, nstep=int(PUSH_S / simulation.STEP_S))
         # A light key that is held against its stop stands a little beyond it, which does not count as away from rest.
         away = max(0.0, float(data.qpos[motion.address[joint.name]]) / end) * abs(end)
         shares[f"joints/{joint.name}"] = away / (joint.range[1] - joint.range[0])
@@ -108,10 +93,10 @@ def keys_spring_back(package: Package, limit: float) -> Measurement:
 
 def joints_rest_in_range(package: Package, limit: float) -> Measurement:
     """KIN010: how far a joint is outside its range once it has been left alone for 2 s, closed; rad or m."""
-    motion, asset = motion_model_of(package), package.asset
+    motion, asset = simulation.motion_model_of(package), package.asset
     data = mujoco.MjData(motion.model)
-    set_joints(motion.model, data, {})
-    mujoco.mj_step(motion.model, data, nstep=int(PUSH_S / STEP_S))
+    simulation.set_joints(motion.model, data, {})
+    mujoco.mj_step(motion.model, data, nstep=int(PUSH_S / simulation.STEP_S))
     beyond = {}
     for joint in asset.joints:
         at, (low, high) = float(data.qpos[motion.address[joint.name]]), joint.range
@@ -124,15 +109,15 @@ def joints_stay_put(package: Package, limit: float) -> Measurement:
 
     A short range counts as one of which `limit` is 1 mm or half a degree: stops are soft, and a light key yields.
     """
-    motion, asset = motion_model_of(package), package.asset
+    motion, asset = simulation.motion_model_of(package), package.asset
     problems, worst = [], 0.0
     data = mujoco.MjData(motion.model)
     poses: dict[str, dict[str, float]] = {"rest": {}}
     poses |= {key.name: {at.joint: at.value for at in key.joints} for key in asset.keyframes if key.joints}
     for name, pose in poses.items():
-        set_joints(motion.model, data, pose)
+        simulation.set_joints(motion.model, data, pose)
         start = data.qpos.copy()
-        mujoco.mj_step(motion.model, data, nstep=int(DRIFT_S / STEP_S))
+        mujoco.mj_step(motion.model, data, nstep=int(DRIFT_S / simulation.STEP_S))
         for joint in asset.joints:
             if pose.get(joint.name) and _is_sprung(asset, joint):
                 continue  # it is meant to go back
@@ -154,14 +139,14 @@ def hand_effort(asset: Asset, joint: Joint) -> float:
     """
     if joint.kind is JointKind.SLIDE:
         return PULL_N
-    arm = lever_arm(asset, joint)
+    arm = simulation.lever_arm(asset, joint)
     if _grip_label(asset, joint) in KNOB_LABELS:
         arm = max(arm, _radius(asset, joint))
     return min(PULL_N * max(arm, MIN_LEVER_M), MAX_TORQUE_NM)
 
 
 def _least_reach(package: Package, limit: float, contact: bool) -> Measurement:
-    motion, asset = motion_model_of(package), package.asset
+    motion, asset = simulation.motion_model_of(package), package.asset
     problems, least = [], 1.0
     data = mujoco.MjData(motion.model if contact else motion.contactless)
     for joint in asset.joints:
@@ -182,13 +167,15 @@ def _least_reach(package: Package, limit: float, contact: bool) -> Measurement:
     return Measurement(least, tuple(problems))
 
 
-def _reach(motion: MotionModel, data: mujoco.MjData, asset: Asset, joint: Joint, opening: bool, enough: float) -> float:
+def _reach(
+    motion: simulation.MotionModel, data: mujoco.MjData, asset: Asset, joint: Joint, opening: bool, enough: float
+) -> float:
     """Share of its range that a joint covers, up to `enough`, under a steady push from one end, others left alone."""
     low, high = joint.range
-    end = open_end(joint)
+    end = simulation.open_end(joint)
     closed = low if end == high else high
     start, goal = (closed, end) if opening else (end, closed)
-    set_joints(data.model, data, {**open_before(asset, joint), joint.name: start})
+    simulation.set_joints(data.model, data, {**simulation.open_before(asset, joint), joint.name: start})
     data.qfrc_applied[motion.dof[joint.name]] = math.copysign(hand_effort(asset, joint), goal - start)
     return push(data, motion.address[joint.name], start, goal, enough)
 
@@ -204,12 +191,12 @@ def push(data: mujoco.MjData, address: int, start: float, goal: float, enough: f
     return best
 
 
-def starting_force(motion: MotionModel, data: mujoco.MjData, asset: Asset, joint: Joint) -> float:
+def starting_force(motion: simulation.MotionModel, data: mujoco.MjData, asset: Asset, joint: Joint) -> float:
     """Force at the grip that just starts a closed joint to open, N; negative where it opens by itself."""
-    set_joints(motion.contactless, data, open_before(asset, joint))
+    simulation.set_joints(motion.contactless, data, simulation.open_before(asset, joint))
     mujoco.mj_forward(motion.contactless, data)
     dof = motion.dof[joint.name]
-    sign = math.copysign(1.0, open_end(joint))
+    sign = math.copysign(1.0, simulation.open_end(joint))
     opening_force = sign * float(data.qfrc_passive[dof] - data.qfrc_bias[dof])
     arm = 1.0 if joint.kind is JointKind.SLIDE else hand_effort(asset, joint) / PULL_N
     return (joint.frictionloss - opening_force) / arm
@@ -294,7 +281,7 @@ def joint_travels(asset: Asset, model: Path | Files, pushed: bool = True) -> tup
 
     `pushed`: also move each by force; else `pushed_share` is as `free_share`.
     """
-    spec = motion_spec(model)
+    spec = simulation.motion_spec(model)
     as_written = spec.compile()
     for pair in list(spec.excludes):
         spec.delete(pair)
@@ -305,8 +292,8 @@ def joint_travels(asset: Asset, model: Path | Files, pushed: bool = True) -> tup
         free, blocked_by = _free_share(all_pairs, asset, joint)
         share = free
         if pushed:
-            data, end = mujoco.MjData(as_written), open_end(joint)
-            set_joints(as_written, data, open_before(asset, joint))
+            data, end = mujoco.MjData(as_written), simulation.open_end(joint)
+            simulation.set_joints(as_written, data, simulation.open_before(asset, joint))
             number = int(as_written.joint(joint.name).id)
             data.qfrc_applied[as_written.jnt_dofadr[number]] = math.copysign(hand_effort(asset, joint), end)
             share = push(data, int(as_written.jnt_qposadr[number]), 0.0, end, FULL_SHARE)
@@ -318,10 +305,10 @@ def _free_share(model: mujoco.MjModel, asset: Asset, joint: Joint) -> tuple[floa
     """Share of the range before the first contact that is not there at rest, and the name of the other body."""
     data = mujoco.MjData(model)
     joint_id = int(model.joint(joint.name).id)
-    moved = moved_by(model, joint_id)
-    set_joints(model, data, open_before(asset, joint))
+    moved = simulation.moved_by(model, joint_id)
+    simulation.set_joints(model, data, simulation.open_before(asset, joint))
     at_rest = _depths(model, data, moved)
-    end = open_end(joint)
+    end = simulation.open_end(joint)
     for i in range(1, POSES + 1):
         data.qpos[model.jnt_qposadr[joint_id]] = end * i / POSES
         for pair, depth in sorted(_depths(model, data, moved).items()):
@@ -333,7 +320,7 @@ def _free_share(model: mujoco.MjModel, asset: Asset, joint: Joint) -> tuple[floa
 
 def _depths(model: mujoco.MjModel, data: mujoco.MjData, moved: Mask) -> dict[tuple[int, int], float]:
     """Depth of each penetrating pair of a moved and another geom, metres, > 0."""
-    find_contacts(model, data)
+    simulation.find_contacts(model, data)
     geoms, distances = data.contact.geom, data.contact.dist
     bodies = model.geom_bodyid[geoms]
     counted = (moved[bodies[:, 0]] != moved[bodies[:, 1]]) & (distances < 0) & (bodies > 0).all(axis=1)
@@ -353,7 +340,7 @@ PAIR_STEP_M = 0.025
 
 def moving_parts_keep_clear(package: Package, limit: float) -> Measurement:
     """KIN005: deepest contact of a part over any joint's range, alone and with each other joint open; metres."""
-    motion = motion_model_of(package)
+    motion = simulation.motion_model_of(package)
     problems = []
     worst = 0.0
     for joint in package.asset.joints:
@@ -366,22 +353,22 @@ def moving_parts_keep_clear(package: Package, limit: float) -> Measurement:
     return Measurement(worst, tuple(problems))
 
 
-def _deepest_contact(motion: MotionModel, asset: Asset, joint: Joint) -> tuple[Penetration, str]:
+def _deepest_contact(motion: simulation.MotionModel, asset: Asset, joint: Joint) -> tuple[simulation.Penetration, str]:
     """The deepest contact over all sweeps of a joint, and the other joint that was open in it, or an empty name."""
     model, joint_id = motion.with_margins, motion.joint_id(joint.name)
     data = mujoco.MjData(model)
-    positions = open_before(asset, joint)
-    set_joints(model, data, positions)
-    moved, everything = moved_by(model, joint_id), np.ones(model.nbody, dtype=bool)
-    alone = sweep(model, data, joint_id, everything)
+    positions = simulation.open_before(asset, joint)
+    simulation.set_joints(model, data, positions)
+    moved, everything = simulation.moved_by(model, joint_id), np.ones(model.nbody, dtype=bool)
+    alone = simulation.sweep(model, data, joint_id, everything)
     worst, open_joint = alone.worst, ""
     for other in asset.joints:
-        before = open_before(asset, other)
+        before = simulation.open_before(asset, other)
         # What needs this joint open cannot be out while it moves.
         if other.name == joint.name or other.name in positions or joint.name in before:
             continue
-        moved_by_other = moved_by(model, motion.joint_id(other.name))
-        set_joints(model, data, {**positions, **before, other.name: open_end(other)})
+        moved_by_other = simulation.moved_by(model, motion.joint_id(other.name))
+        simulation.set_joints(model, data, {**positions, **before, other.name: simulation.open_end(other)})
         # What carries this joint along takes it away from the rest.
         if moved_by_other[model.jnt_bodyid[joint_id]]:
             continue
@@ -389,10 +376,12 @@ def _deepest_contact(motion: MotionModel, asset: Asset, joint: Joint) -> tuple[P
         carried = bool(moved[moved_by_other].any())
         if not carried:
             mujoco.mj_kinematics(model, data)
-            lower, upper = box_around(geom_boxes(model, data, np.flatnonzero(moved_by_other[model.geom_bodyid])))
+            lower, upper = simulation.box_around(
+                simulation.geom_boxes(model, data, np.flatnonzero(moved_by_other[model.geom_bodyid]))
+            )
             if (lower > alone.bounds[1]).any() or (upper < alone.bounds[0]).any():
                 continue
-        contact = sweep(model, data, joint_id, everything if carried else moved_by_other, PAIR_STEP_M).worst
+        contact = simulation.sweep(model, data, joint_id, everything if carried else moved_by_other, PAIR_STEP_M).worst
         if contact.depth > worst.depth:
             worst, open_joint = contact, other.name
     return worst, open_joint

@@ -13,15 +13,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import (
-    NO_COMPILE,
-    NO_JOINTS,
-    NOT_BUILT,
-    Unmeasured,
-    is_fixture_like,
-    not_applicable,
-    not_run,
-)
+from casa_assets.checks import check
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mujoco_facts, mujoco_load
 from casa_assets.core.numeric import Floats, Ints, Mask
@@ -369,12 +361,12 @@ class MotionModel:
 
 def motion_model_of(package: Package) -> MotionModel:
     """The models of a built package with joints. Raises Unmeasured for others."""
-    if not is_fixture_like(package.asset):
-        raise Unmeasured(not_applicable(NOT_BUILT))
+    if not check.is_fixture_like(package.asset):
+        raise check.Unmeasured(check.not_applicable(check.NOT_BUILT))
     if not package.asset.joints:
-        raise Unmeasured(not_applicable(NO_JOINTS))
+        raise check.Unmeasured(check.not_applicable(check.NO_JOINTS))
     if mujoco_load.load_mjcf(package.mjcf).error:
-        raise Unmeasured(not_run(NO_COMPILE))
+        raise check.Unmeasured(check.not_run(check.NO_COMPILE))
     return _compile(package.mjcf, package.asset.digest)
 
 

@@ -11,16 +11,7 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import (
-    NO_COMPILE,
-    NOT_BUILT,
-    Measurement,
-    Problem,
-    count,
-    is_fixture_like,
-    not_applicable,
-    not_run,
-)
+from casa_assets.checks import check
 from casa_assets.checks.motion import operate
 from casa_assets.checks.motion.simulation import STEP_S, collision_spec, find_contacts
 from casa_assets.checks.package.package import Package
@@ -168,42 +159,44 @@ TARGET_KINDS = {
 }
 
 
-def values_are_reachable(asset: Asset) -> Measurement:
+def values_are_reachable(asset: Asset) -> check.Measurement:
     """BEH001: number of values that moving joints and touching colliders cannot bring about."""
     if asset.behavior is None:
-        return not_applicable(NO_BEHAVIOR)
+        return check.not_applicable(NO_BEHAVIOR)
     missing = unreached(asset.behavior, {j.name: j.range for j in asset.joints})
-    return count((f"behavior/{name}", f"nothing that a robot can do makes it {value!r}") for name, value in missing)
+    return check.count(
+        (f"behavior/{name}", f"nothing that a robot can do makes it {value!r}") for name, value in missing
+    )
 
 
-def effects_are_visible(asset: Asset) -> Measurement:
+def effects_are_visible(asset: Asset) -> check.Measurement:
     """BEH002: number of effects without a target that can show them."""
     if asset.behavior is None:
-        return not_applicable(NO_BEHAVIOR)
+        return check.not_applicable(NO_BEHAVIOR)
     effects = enumerate(asset.behavior.effects)
-    return count((f"behavior/effects/{i}", message) for i, e in effects for message in _effect_faults(asset, e))
+    return check.count((f"behavior/effects/{i}", message) for i, e in effects for message in _effect_faults(asset, e))
 
 
-def behavior_meets_contract(package: Package) -> Measurement:
+def behavior_meets_contract(package: Package) -> check.Measurement:
     """BEH003: number of contract values and thresholds that the asset misses when operated in MuJoCo."""
     asset, contract = package.asset, package.contract
     if asset.contract is None:
-        return not_applicable("it names no contract that says how it behaves")
+        return check.not_applicable("it names no contract that says how it behaves")
     if contract is None or contract.id != asset.contract:
-        return not_run(f"registry/contracts has no {asset.contract!r}")
+        return check.not_run(f"registry/contracts has no {asset.contract!r}")
     faults = contract_names.missing_requirements(asset, contract, contract_names.variables)
     if asset.behavior is not None:
         faults += _thresholds(asset, asset.behavior, contract)
         wanted = any(key.values for key in contract.keyframes) or bool(contract.trials)
         model = operate.fingertip_model(package) if wanted else None
         if wanted and model is None:
-            return count(faults) if faults else not_run(NO_COMPILE)
+            return check.count(faults) if faults else check.not_run(check.NO_COMPILE)
         if model is not None:
             for key in contract.keyframes:
                 faults += _pose(model, asset, asset.behavior, key)
             for trial in contract.trials:
                 faults += _trial(model, asset, asset.behavior, trial)
-    return count(faults)
+    return check.count(faults)
 
 
 def _effect_faults(asset: Asset, effect: Effect) -> Iterator[str]:
@@ -228,7 +221,7 @@ def _effect_faults(asset: Asset, effect: Effect) -> Iterator[str]:
             yield f"shows {effect.target!r}, which is {extent:.4f} m large; nobody sees that"
 
 
-def _thresholds(asset: Asset, behavior: Behavior, contract: Contract) -> Iterator[Problem]:
+def _thresholds(asset: Asset, behavior: Behavior, contract: Contract) -> Iterator[check.Problem]:
     """Ends of intervals that are neither a threshold of the contract nor an end of the joint's range."""
     ranges = {j.name: j.range for j in asset.joints}
     for i, rule in enumerate(behavior.rules):
@@ -246,7 +239,7 @@ def _thresholds(asset: Asset, behavior: Behavior, contract: Contract) -> Iterato
                     yield f"behavior/rules/{i}", f"{changes}; RoboCasa's thresholds are {there}"
 
 
-def _pose(model: operate.FingertipModel, asset: Asset, behavior: Behavior, rule: KeyRule) -> Iterator[Problem]:
+def _pose(model: operate.FingertipModel, asset: Asset, behavior: Behavior, rule: KeyRule) -> Iterator[check.Problem]:
     key = next((k for k in asset.keyframes if k.name == rule.name), None)
     if key is None or not rule.values:
         return
@@ -256,7 +249,7 @@ def _pose(model: operate.FingertipModel, asset: Asset, behavior: Behavior, rule:
         yield f"keyframes/{rule.name}", f"in this pose {message}"
 
 
-def _trial(model: operate.FingertipModel, asset: Asset, behavior: Behavior, trial: Trial) -> Iterator[Problem]:
+def _trial(model: operate.FingertipModel, asset: Asset, behavior: Behavior, trial: Trial) -> Iterator[check.Problem]:
     """Differences from the trial; it ends with the first step that has some."""
     stands: dict[str, float] = {}
     state = _settle(start(behavior), model.measure(stands))
@@ -315,14 +308,16 @@ MAX_SPEED_M_S = 0.05
 MAX_PENETRATION_M = 1e-3
 
 
-def interiors_hold_a_ball(package: Package, limit: float) -> Measurement:
+def interiors_hold_a_ball(package: Package, limit: float) -> check.Measurement:
     """HOL001: farthest that a ball laid into a region comes to rest outside of it, metres."""
     asset = package.asset
     regions = [r for r in asset.regions if r.name not in OUTER_REGIONS]
-    if not regions or not is_fixture_like(asset):
-        return not_applicable("it has no region to put things into" if is_fixture_like(asset) else NOT_BUILT)
+    if not regions or not check.is_fixture_like(asset):
+        return check.not_applicable(
+            "it has no region to put things into" if check.is_fixture_like(asset) else check.NOT_BUILT
+        )
     if mujoco_load.load_mjcf(package.mjcf).error:
-        return not_run(NO_COMPILE)
+        return check.not_run(check.NO_COMPILE)
     model = _model_with_balls(package, regions)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -346,7 +341,7 @@ def interiors_hold_a_ball(package: Package, limit: float) -> Measurement:
             problems.append((pointer, f"a ball laid into it comes to lie {distance:.3f} m off its floor or sides"))
         elif speed > MAX_SPEED_M_S:
             problems.append((pointer, f"a ball laid into it still moves at {speed:.2f} m/s"))
-    return Measurement(worst, tuple(problems))
+    return check.Measurement(worst, tuple(problems))
 
 
 def _ball(region: Region) -> str:

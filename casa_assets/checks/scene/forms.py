@@ -18,16 +18,8 @@ from pxr import Sdf, Tf, Usd
 
 from casa_assets.checks.check import Measurement, Problem, Unmeasured, count, not_run
 from casa_assets.checks.motion.simulation import reset_to_start
+from casa_assets.checks.package import parity
 from casa_assets.checks.package.facts import text
-from casa_assets.checks.package.parity import (
-    LENGTH_TOLERANCE_M,
-    TOLERANCE,
-    asset_differences,
-    compare,
-    parameter_differences,
-    parameter_table,
-    table_differences,
-)
 from casa_assets.checks.package.usd import Diagnostics, validator_findings
 from casa_assets.checks.readers import scene_facts, urdf_facts, usd_facts
 from casa_assets.checks.readers.mujoco_facts import short_name
@@ -271,7 +263,7 @@ def _disagreements(
         return [("scene.xml", error)]
     problems = []
     if imported is not None:
-        rows = parameter_differences(parameter_table(mjcf), parameter_table(imported))
+        rows = parity.parameter_differences(parity.parameter_table(mjcf), parity.parameter_table(imported))
         problems += [row.problem for row in rows if row.exceeds(SCENE_TOLERANCE)]
     read, error = _read(lambda: scene_facts.SceneReading(stage))
     if read is None:
@@ -284,7 +276,7 @@ def _disagreements(
         if actual is None:
             problems.append((usd.name, error))
         else:
-            problems += compare(expected, actual, SCENE_TOLERANCE, SCENE_LENGTH_TOLERANCE_M)
+            problems += parity.compare(expected, actual, SCENE_TOLERANCE, SCENE_LENGTH_TOLERANCE_M)
     # What both readers of the USD find is reported once.
     return list(dict.fromkeys(problems))
 
@@ -431,7 +423,7 @@ def scene_differences(folder: Path, scene: Scene) -> list[Problem]:
     problems: list[Problem] = []
     for asset in scene.assets:
         file = f"{asset.id}.urdf"
-        problems += _below(file, asset_differences(folder / file, asset))
+        problems += _below(file, parity.asset_differences(folder / file, asset))
     try:
         problems += _below(FILE, _tree_differences(folder, scene))
         problems += _below(LIST, _list_differences(folder, scene))
@@ -450,10 +442,10 @@ def _tree_differences(folder: Path, scene: Scene) -> Iterator[Problem]:
             continue
         asset, tree = scene.asset_of[place.name], trees[place.name]
         aside = urdf_facts.beside(folder / f"{asset.id}.urdf")
-        yield from _below(place.name, table_differences(tree, folder, aside, asset, place.name + SEPARATOR))
+        yield from _below(place.name, parity.table_differences(tree, folder, aside, asset, place.name + SEPARATOR))
         root = next(link for link in tree if link.parent == WORLD)
         pose = place.pose @ asset.root.pose
-        yield from _below(place.name, compare(pose, root.pose, TOLERANCE, LENGTH_TOLERANCE_M))
+        yield from _below(place.name, parity.compare(pose, root.pose, parity.TOLERANCE, parity.LENGTH_TOLERANCE_M))
 
 
 def _by_placement(tree: tuple[UrdfLink, ...]) -> dict[str, tuple[UrdfLink, ...]]:
@@ -503,7 +495,7 @@ def _list_differences(folder: Path, scene: Scene) -> Iterator[Problem]:
                 quaternion=pose.quaternion,
             )
             actual = ListedFacts(**{name: rows[place.name][name] for name in ListedFacts.model_fields})
-            yield from _below(place.name, compare(expected, actual, TOLERANCE, LENGTH_TOLERANCE_M))
+            yield from _below(place.name, parity.compare(expected, actual, parity.TOLERANCE, parity.LENGTH_TOLERANCE_M))
 
 
 def _below(at: str, problems: Iterable[Problem]) -> Iterator[Problem]:

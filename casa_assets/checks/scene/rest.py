@@ -9,16 +9,7 @@ from functools import lru_cache
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import (
-    Measurement,
-    all_at_most,
-    at_least,
-    at_most,
-    count,
-    largest,
-    not_applicable,
-    not_run,
-)
+from casa_assets.checks import check
 from casa_assets.checks.motion.simulation import collision_spec, reset_to_start, simulation_warnings
 from casa_assets.checks.readers.mujoco_facts import free_bodies
 from casa_assets.checks.scene.subject import SceneSubject, all_pairs
@@ -62,39 +53,39 @@ class IdleRun:
     warnings: list[str]
 
 
-def scene_loads_without_warnings(subject: SceneSubject) -> Measurement:
+def scene_loads_without_warnings(subject: SceneSubject) -> check.Measurement:
     """SCN001: number of errors and warnings while MuJoCo reads the file and simulates 5 s."""
     error, warnings = subject.loaded.error, subject.loaded.warnings
     messages = [error] if error else [*warnings, *(f"simulating it: {w}" for w in idle_run(subject).warnings)]
-    return count((subject.mjcf.name, message) for message in messages)
+    return check.count((subject.mjcf.name, message) for message in messages)
 
 
-def no_penetration_at_start(subject: SceneSubject, limit: float) -> Measurement:
+def no_penetration_at_start(subject: SceneSubject, limit: float) -> check.Measurement:
     """SCN002: deepest penetration as the scene begins, metres."""
     when = "as the scene begins; move one of them, or shrink its shape"
     return _deepest(idle_run(subject).at_start, limit, when)
 
 
-def no_penetration_after_settling(subject: SceneSubject, limit: float) -> Measurement:
+def no_penetration_after_settling(subject: SceneSubject, limit: float) -> check.Measurement:
     """SCN003: deepest penetration after 1 s, metres."""
     when = f"after {SETTLED_S:g} s; it is pressed there by weight or a spring"
     return _deepest(idle_run(subject).settled, limit, when)
 
 
-def joints_stay_put(subject: SceneSubject, limit: float) -> Measurement:
+def joints_stay_put(subject: SceneSubject, limit: float) -> check.Measurement:
     """SCN004: largest share of its range that a joint moves in 5 s."""
     if not subject.joints:
-        return not_applicable(NO_JOINTS)
+        return check.not_applicable(NO_JOINTS)
     run, shares = idle_run(subject), {}
     for joint in subject.joints.values():
         low, high = joint.joint.range
         moved = abs(float(run.end[joint.address] - run.start[joint.address]))
         shares[f"joints/{joint.name}"] = moved / max(high - low, STILL[joint.joint.kind] / limit)
     message = f"drifts by {{:.1%}} of its range in {SIMULATED_S:g} s; see what touches it, or its friction and spring"
-    return all_at_most(shares, limit, message, NO_JOINTS)
+    return check.all_at_most(shares, limit, message, NO_JOINTS)
 
 
-def loose_things_stay_put(subject: SceneSubject, limit: float) -> Measurement:
+def loose_things_stay_put(subject: SceneSubject, limit: float) -> check.Measurement:
     """SCN011: largest distance that a free-standing object moves in 5 s, metres."""
     drift = idle_run(subject).drift
     return farthest(drift, limit, "; set it down where it stands firmly")
@@ -138,14 +129,14 @@ class Settled:
     depths: dict[tuple[str, str], float]
     drift: dict[str, float]
 
-    def deepest(self, limit: float, where: str) -> Measurement:
+    def deepest(self, limit: float, where: str) -> check.Measurement:
         """The deepest penetration, metres; `where`: end of the messages."""
         problems = [
             (f"geoms/{first}", f"is {depth * MM_PER_M:.2f} mm in {second} {where}")
             for (first, second), depth in sorted(self.depths.items())
             if depth > limit
         ]
-        return Measurement(max(self.depths.values(), default=0.0), tuple(problems[:MAX_LISTED]))
+        return check.Measurement(max(self.depths.values(), default=0.0), tuple(problems[:MAX_LISTED]))
 
 
 def settle(data: mujoco.MjData, counted: Mask | None = None) -> Settled:
@@ -165,7 +156,7 @@ def settle(data: mujoco.MjData, counted: Mask | None = None) -> Settled:
     return Settled(depths, drift)
 
 
-def farthest(drift: Mapping[str, float], limit: float, advice: str, listed: int | None = None) -> Measurement:
+def farthest(drift: Mapping[str, float], limit: float, advice: str, listed: int | None = None) -> check.Measurement:
     """The farthest that a free-standing thing moved in 5 s, metres; not applicable if there are none.
 
     `drift`: by placement. `advice`: end of the messages, of which `listed` are given at most.
@@ -175,13 +166,13 @@ def farthest(drift: Mapping[str, float], limit: float, advice: str, listed: int 
         for name, distance in drift.items()
         if distance > limit
     ]
-    return largest(drift.values(), problems[:listed], NO_FREE_THINGS)
+    return check.largest(drift.values(), problems[:listed], NO_FREE_THINGS)
 
 
-def _deepest(contacts: tuple[Penetration, ...], limit: float, when: str) -> Measurement:
+def _deepest(contacts: tuple[Penetration, ...], limit: float, when: str) -> check.Measurement:
     deep = [c for c in contacts if c.depth > limit]
     problems = [(f"geoms/{c.geom1}", f"is {c.depth * MM_PER_M:.2f} mm in {c.geom2} {when}") for c in deep[:MAX_LISTED]]
-    return Measurement(max((c.depth for c in contacts), default=0.0), tuple(problems))
+    return check.Measurement(max((c.depth for c in contacts), default=0.0), tuple(problems))
 
 
 # Budget ---------------------------------------------------------------------------------------------------------------
@@ -203,17 +194,17 @@ class MeasuredSpeed:
         return self.steps_per_s * self.timestep_s
 
 
-def body_count_is_bounded(subject: SceneSubject, limit: float) -> Measurement:
+def body_count_is_bounded(subject: SceneSubject, limit: float) -> check.Measurement:
     """SCN010: number of bodies of the model."""
     return _bounded_count(subject.model.nbody, limit, "bodies; merge links that never move against each other")
 
 
-def collider_count_is_bounded(subject: SceneSubject, limit: float) -> Measurement:
+def collider_count_is_bounded(subject: SceneSubject, limit: float) -> check.Measurement:
     """SCN012: number of collision shapes."""
     return _bounded_count(subject.model.ngeom, limit, "shapes that are touched; merge some, or leave a thing out")
 
 
-def degrees_of_freedom_are_bounded(subject: SceneSubject, limit: float) -> Measurement:
+def degrees_of_freedom_are_bounded(subject: SceneSubject, limit: float) -> check.Measurement:
     """SCN013: degrees of freedom of the kitchen, without those of objects that were put into it."""
     added = [place.name for place in subject.scene.objects]
     bodies = subject.model.body_rootid[subject.model.dof_bodyid]
@@ -221,22 +212,22 @@ def degrees_of_freedom_are_bounded(subject: SceneSubject, limit: float) -> Measu
     return _bounded_count(own, limit, "degrees of freedom; fix what nobody has to move")
 
 
-def hull_vertex_count_is_bounded(subject: SceneSubject, limit: float) -> Measurement:
+def hull_vertex_count_is_bounded(subject: SceneSubject, limit: float) -> check.Measurement:
     """SCN014: vertices of all collision hulls, counted for each time that a hull occurs in the scene."""
     model = subject.model
     hulls = model.geom_dataid[model.geom_type == mujoco.mjtGeom.mjGEOM_MESH]
     return _bounded_count(int(np.sum(model.mesh_vertnum[hulls])), limit, "vertices of hulls; use boxes and cylinders")
 
 
-def texture_memory_is_bounded(subject: SceneSubject, limit: float) -> Measurement:
+def texture_memory_is_bounded(subject: SceneSubject, limit: float) -> check.Measurement:
     """SCN015: megabytes of all pictures, decoded, without mipmaps."""
     model = subject.loaded.model
     if model is None:
-        return not_run("MuJoCo cannot read scene.xml")
+        return check.not_run("MuJoCo cannot read scene.xml")
     return _bounded_count(model.ntexdata / MEGABYTE, limit, "MB of pictures; share them, or make them smaller")
 
 
-def contact_count_is_bounded(subject: SceneSubject, limit: float) -> Measurement:
+def contact_count_is_bounded(subject: SceneSubject, limit: float) -> check.Measurement:
     """SCN016: pairs of shapes in contact at the start and after 1 s, the larger number."""
     run = idle_run(subject)
     return _bounded_count(
@@ -244,15 +235,15 @@ def contact_count_is_bounded(subject: SceneSubject, limit: float) -> Measurement
     )
 
 
-def load_time_is_bounded(speed: MeasuredSpeed, limit: float) -> Measurement:
+def load_time_is_bounded(speed: MeasuredSpeed, limit: float) -> check.Measurement:
     """SCN026: milliseconds to compile the whole scene with its pictures."""
     return _bounded_count(speed.load_ms, limit, "ms to load; fewer vertices and smaller pictures load faster")
 
 
-def simulation_is_fast_enough(speed: MeasuredSpeed, limit: float) -> Measurement:
+def simulation_is_fast_enough(speed: MeasuredSpeed, limit: float) -> check.Measurement:
     """SCN027: simulated seconds per second on one core, at rest."""
     message = f"simulates {speed.pace:.2f} s in a second; fewer shapes in contact, fewer joints"
-    return at_least(speed.pace, limit, "scene", message)
+    return check.at_least(speed.pace, limit, "scene", message)
 
 
 def scene_sizes(subject: SceneSubject) -> dict[str, float]:
@@ -273,8 +264,8 @@ def scene_sizes(subject: SceneSubject) -> dict[str, float]:
     }
 
 
-def _bounded_count(number: float, limit: float, noun: str) -> Measurement:
-    return at_most(float(number), limit, "scene", f"has {number:,.0f} {noun}")
+def _bounded_count(number: float, limit: float, noun: str) -> check.Measurement:
+    return check.at_most(float(number), limit, "scene", f"has {number:,.0f} {noun}")
 
 
 # Settling of objects --------------------------------------------------------------------------------------------------
