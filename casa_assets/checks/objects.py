@@ -405,7 +405,6 @@ def _places(members: list[CollectedMember]) -> Floats:
 
 
 def _nearest(places: Floats) -> Iterator[int]:
-    """Index of the nearest other point, of each point."""
     from scipy.spatial.distance import cdist
 
     for start in range(0, len(places), BLOCK):

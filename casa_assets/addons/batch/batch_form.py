@@ -93,7 +93,6 @@ def read_batch(folder: Path) -> BatchFile | None:
 
 
 def _judged(form: BatchScene, folder: Path, key: str) -> BatchFile:
-    """Check a written batch form and return the content of its batch.json."""
     records, subject = registry.load(), BatchSubject(form, folder)
     name = form.scene.id
     waived = records.waived(name)

@@ -73,12 +73,7 @@ class Engine(Protocol):
 
 
 # Name of an engine -> what to install for it.
-ENGINES = {
-    "mujoco": "mujoco",
-    "mujoco_warp": "mujoco-warp",
-    "mjx": "mujoco-mjx",
-    "newton": "newton mujoco-warp",
-}
+ENGINES = {"mujoco": "mujoco", "mujoco_warp": "mujoco-warp", "mjx": "mujoco-mjx", "newton": "newton mujoco-warp"}
 
 
 def engine_named(name: str) -> Callable[[Parts], Engine]:

@@ -342,14 +342,12 @@ class BatchForms:
         )
 
     def _asset(self, place: Placement, key: tuple[str, tuple[str, ...]]) -> Asset:
-        """The asset of a placement with its joints locked."""
         if key not in self._assets:
             plain = moving_parts.with_plain_parts(self._light_of[place.asset], key[1])
             self._assets[key] = with_joints_locked(plain, key[1], joint_positions(place.joints))
         return self._assets[key]
 
     def _parts(self, place: Placement, asset: Asset, key: tuple[str, tuple[str, ...]]) -> list[StillPart]:
-        """The parts of a placement that never move."""
         if key not in self._still:
             parts = still_parts(place, asset)
             # What is inside of a unit that cannot be opened need not be looked at in the whole room.
@@ -383,16 +381,8 @@ MAX_TRIES, NEAR_ENOUGH = 4, 10
 MANY_ALIKE = 3
 # Categories of fixtures of which the last one is locked, those first that a kitchen misses least.
 LAST_UNITS = (
-    "window",
-    "switch",
-    "door",
-    "hood",
-    "tall_cabinet",
-    "housing_cabinet",
-    "island_base",
-    "corner_cabinet",
-    "wall_cabinet",
-    "base_cabinet",
+    *("window", "switch", "door", "hood", "tall_cabinet", "housing_cabinet", "island_base"),
+    *("corner_cabinet", "wall_cabinet", "base_cabinet"),
 )
 
 

@@ -98,7 +98,6 @@ def meeting_links(placements: Sequence[Placement], forms: Sequence[Asset]) -> li
 
 
 def _near(swept: dict[Ref, Floats]) -> Iterator[tuple[Ref, Ref]]:
-    """Pairs of links whose boxes come near each other."""
     names, boxes = list(swept), np.array(list(swept.values())).reshape(-1, 2, 3)
     for i, name in enumerate(names):
         near = (boxes[i + 1 :, 0] <= boxes[i, 1] + NEAR_M).all(axis=1)

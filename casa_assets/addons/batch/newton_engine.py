@@ -76,7 +76,6 @@ class NewtonEngine:
 
 
 def _builder(text: str) -> Any:
-    """One kitchen, read from MJCF."""
     builder = newton.ModelBuilder()
     newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
     # Newton looks for contacts 0.1 m ahead by default, and there is no room in the buffers for so many.

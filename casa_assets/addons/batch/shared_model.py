@@ -273,7 +273,6 @@ class SharedSpec:
             self._add_tree(body, slot, child, tenant, bodies)
 
     def _frame(self, source: int) -> dict[str, Any]:
-        """Pose and mass of a body as the kitchen has them."""
         model = self._model
         ipos = np.array(model.body_ipos[source])
         values = _values(model, "body", source, ("pos", "quat", "mass", "iquat", "inertia", "gravcomp"))
@@ -289,7 +288,6 @@ class SharedSpec:
         return {"pos": pos, "mass": PARKED_KG, "ipos": [OFF_FRAME_M] * 3, "inertia": inertia, "gravcomp": 1.0}
 
     def _add_joint(self, body: Any, kind: JointKind, source: int | None) -> None:
-        """Add a joint of a body, as the kitchen has it or parked."""
         values: dict[str, Any] = {"type": mujoco.mjtJoint(kind.shape), "name": body.name}
         is_free = kind.shape == mujoco.mjtJoint.mjJNT_FREE
         if not is_free:
@@ -459,7 +457,6 @@ def share(
 
 
 def _read(spec: mujoco.MjSpec, cylinders: bool) -> Kitchen:
-    """A batch form, compiled."""
     for geom in () if cylinders else spec.geoms:
         if geom.type == mujoco.mjtGeom.mjGEOM_CYLINDER:
             radius, half = float(geom.size[0]), float(geom.size[1])

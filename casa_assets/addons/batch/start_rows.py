@@ -142,5 +142,4 @@ def _at_rest(shared: SharedModel, rows: StartRows) -> mujoco.MjData:
 
 
 def _rounded(number: float) -> int:
-    """Up to a multiple of eight."""
     return 8 * math.ceil(number / 8)

@@ -62,7 +62,6 @@ def write(asset: Asset, stood_up: bool = False) -> Files:
 
 
 def _gather(asset: Asset) -> shapes.Meshes:
-    """The mesh files of an asset in the folders that RoboCasa uses."""
     meshes = shapes.gather_meshes(asset)
     visual_paths = {meshes.of[v.name].path for link in asset.links for v in link.visuals}
     placed = {}
@@ -147,7 +146,6 @@ def thickened(asset: Asset) -> Asset:
 
 
 def _with_pyramid(mesh: Mesh) -> Mesh:
-    """A mesh with a pyramid added on the back of its largest face."""
     corners = mesh.vertices[mesh.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     doubled_areas = np.linalg.norm(normals, axis=1)
@@ -269,13 +267,7 @@ def _numbers_text(values: Iterable[float]) -> str:
 
 FOLDER = "objects"
 # Attributes of a category that a generation knows. Ref: robocasa v0.2 and v1.0, kitchen_object_utils.
-_FIRST = (
-    Affordance.GRASPABLE,
-    Affordance.WASHABLE,
-    Affordance.MICROWAVABLE,
-    Affordance.COOKABLE,
-    Affordance.FREEZABLE,
-)
+_FIRST = tuple(Affordance(use) for use in ("graspable", "washable", "microwavable", "cookable", "freezable"))
 ATTRIBUTES: Mapping[RobocasaRelease, tuple[Affordance, ...]] = {
     RobocasaRelease.V0_2: _FIRST,
     RobocasaRelease.V1_0: (*_FIRST, Affordance.FRIDGABLE, Affordance.DISHWASHABLE),

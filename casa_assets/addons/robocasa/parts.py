@@ -341,7 +341,6 @@ def _cut(link: Link, edge: float) -> tuple[Link, Link]:
 
 
 def _with_faces(mesh: Mesh, faces: npt.NDArray[np.int32]) -> Mesh:
-    """A mesh with some faces of another, and the vertices that they use."""
     used, numbers = np.unique(faces, return_inverse=True)
     return Mesh(
         vertices=mesh.vertices[used],

@@ -196,8 +196,6 @@ def report_tasks(results: Iterable[ExportResult]) -> TaskReport:
 
 @dataclass
 class _Export:
-    """State of one export: its staging folder, and the instances and kitchens written so far."""
-
     staged: Path
     registry: str
     categories: Mapping[str, Category]
@@ -305,7 +303,6 @@ def _row(asset: Asset, category: Category, path: str, split: Split, size: Vec3) 
 
 
 def _write_manifests(run: _Export, library: Path | None) -> None:
-    """Write tables, splits, the manifest, the credits, the scripts, and how to add all of it to a runtime."""
     manifest: dict[str, Any] = {"schema_version": 1, "registry": run.registry, "assets": run.rows}
     files: dict[str, bytes] = {}
     credit = ""

@@ -150,7 +150,6 @@ def read_certificate(folder: Path, key: str = "") -> SceneRobots | None:
 
 
 def _write(folder: Path, found: SceneRobots, report: Report) -> None:
-    """Write robots.json: the certificate, counts for each robot, and the verdict."""
     counts = {
         r.robot: {
             "joints": len(r.joints),

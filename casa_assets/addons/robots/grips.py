@@ -149,7 +149,6 @@ def _perpendicular(direction: Floats, wish: Floats) -> Floats:
 
 
 def _frame(come: Floats, close: Floats) -> Floats:
-    """Rotation whose x closes and whose z comes."""
     x = close - (close @ come) * come
     x = x / np.linalg.norm(x)
     return np.stack([x, np.cross(come, x), come], axis=1)

@@ -35,8 +35,6 @@ class Bounds:
 
 
 class _KeepClear(mink.Limit):
-    """Limit that keeps the robot at least `KEPT_M` away from everything near it."""
-
     def __init__(self, workspace: Workspace) -> None:
         self.workspace = workspace
 
@@ -276,6 +274,5 @@ def _spread_over_heights(workspace: Workspace, drawn: Floats, heights: Floats) -
 
 
 def _level(angle: float) -> Floats:
-    """Rotation about the upright axis."""
     c, s = math.cos(angle), math.sin(angle)
     return np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))

@@ -38,8 +38,6 @@ FOLLOWED_TRIES = 5  # ways of holding, with which opening is tried
 
 @dataclass(frozen=True)
 class _Held:
-    """A hand at a handle."""
-
     arm: Arm
     tip: str
     place: Vec3
@@ -76,7 +74,6 @@ class Bench:
         return best if best.reached else best.model_copy(update={"missed": self._why(task)})
 
     def _why(self, task: Task) -> Miss:
-        """Why no hand gets to a handle."""
         why = Miss.THICK
         for place in task.places:
             self._begin(task, place, self.robot.arms[0])
@@ -122,7 +119,6 @@ class Bench:
                 yield _Held(arm, seed.tip, place, grasp, q, bounds)
 
     def _begin(self, task: Task, place: Vec3, arm: Arm) -> None:
-        """The robot on its place, the kitchen as it is before the joint moves."""
         self._workspace.place(*place)
         self._workspace.open(_opened_to(self._workspace, task.behind))
         self._workspace.hold(arm.name, self._workspace.handle_of(task.grip))
@@ -171,7 +167,6 @@ class Bench:
         return True
 
     def _opened(self, task: Task, held: _Held, following: Following) -> JointReach:
-        """Move the joint to its end in steps, the hand on the handle."""
         workspace = self._workspace
         self._begin(task, held.place, held.arm)
         link = int(workspace.model.geom(task.grip).bodyid[0])
@@ -214,14 +209,12 @@ def _opened_to(workspace: Workspace, joint: str) -> dict[str, float]:
 
 
 def _steps(model: Any, joint: str) -> Floats:
-    """Positions of a joint after its rest up to its end."""
     end = _end(model, joint)
     size = STEP_RAD if model.joint(joint).type[0] == mujoco.mjtJoint.mjJNT_HINGE else STEP_M
     return np.linspace(0.0, end, max(2, math.ceil(abs(end) / size)) + 1)[1:]
 
 
 def _grip(workspace: Workspace, task: Task) -> Grip:
-    """The geom that is held as a box."""
     model, data = workspace.model, workspace.data
     geom = model.geom(task.grip).id
     turn = data.geom_xmat[geom].reshape(3, 3)

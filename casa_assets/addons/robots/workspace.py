@@ -85,7 +85,6 @@ def _joints_at_rest(robot: Robot) -> dict[str, float]:
 
 
 def _stand(robot: Robot, models: Path) -> Any:
-    """The robot's parts on three joints that move it over the floor."""
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     root = spec.worldbody.add_body(name=ROOT, mass=1.0, inertia=(1.0, 1.0, 1.0), explicitinertial=True)
@@ -355,7 +354,6 @@ class Workspace:
         return [(int(a), int(b), float(d)) for (a, b), d in zip(contact.geom, contact.dist, strict=True)]
 
     def _geoms_of(self, robot: Robot, names: tuple[str, ...]) -> tuple[int, ...]:
-        """Geoms of bodies of these names, and geoms that show meshes of these names."""
         found = []
         for i in range(self.model.ngeom):
             body = self.model.body(self.model.geom_bodyid[i]).name

@@ -262,7 +262,6 @@ def _touchable(asset: Asset) -> list[Link]:
 
 
 def _hulls(asset: Asset) -> Iterator[tuple[str, Hull]]:
-    """(pointer, hull) of every convex hull."""
     for pointer, _, collider in check.colliders_of(asset):
         if isinstance(collider.shape, Hull):
             yield pointer, collider.shape

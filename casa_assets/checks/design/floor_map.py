@@ -206,25 +206,9 @@ STEP_M = 0.05  # between the places that are tried to the left and right
 ASIDE_M = 0.3  # that the base may stand beside the width of a fixture
 LEAF_GAP_M = 0.04  # between the base and the side of an open leaf
 PARKED_ROLES = (
-    Role.SINK,
-    Role.RANGE,
-    Role.HOB,
-    Role.OVEN,
-    Role.MICROWAVE,
-    Role.HOOD,
-    Role.FRIDGE,
-    Role.DISHWASHER,
-    Role.COFFEE_MACHINE,
-    Role.TOASTER,
-    Role.CABINET,
-    Role.DRAWERS,
-    Role.SINK_BASE,
-    Role.CORNER,
-    Role.ISLAND,
-    Role.PANTRY,
-    Role.HOUSING,
-    Role.UPPER,
-    Role.SHELF,
+    *(Role.SINK, Role.RANGE, Role.HOB, Role.OVEN, Role.MICROWAVE, Role.HOOD, Role.FRIDGE, Role.DISHWASHER),
+    *(Role.COFFEE_MACHINE, Role.TOASTER, Role.CABINET, Role.DRAWERS, Role.SINK_BASE, Role.CORNER, Role.ISLAND),
+    *(Role.PANTRY, Role.HOUSING, Role.UPPER, Role.SHELF),
 )
 
 

@@ -467,7 +467,6 @@ def _appliance_leaves(facts: KitchenFacts) -> Iterator[Solid]:
 
 
 def _fixture(leaf: str) -> str:
-    """Fixture of a leaf."""
     return leaf.split("/", maxsplit=1)[0]
 
 

@@ -48,17 +48,8 @@ BOARD_M = 0.6  # width and depth of the worktop that a cutting board and what li
 _SLOTS = "(side[LR]_)?slot[LR]"  # regions of a toaster
 # Roles of fixtures that a drive may lead to, where a kitchen has one of them.
 DRIVE_GOALS = (
-    Role.COFFEE_MACHINE,
-    Role.TOASTER,
-    Role.RANGE,
-    Role.HOB,
-    Role.SHELF,
-    Role.MICROWAVE,
-    Role.SINK,
-    Role.HOOD,
-    Role.OVEN,
-    Role.FRIDGE,
-    Role.DISHWASHER,
+    *(Role.COFFEE_MACHINE, Role.TOASTER, Role.RANGE, Role.HOB, Role.SHELF, Role.MICROWAVE, Role.SINK, Role.HOOD),
+    *(Role.OVEN, Role.FRIDGE, Role.DISHWASHER),
 )
 
 
@@ -87,7 +78,6 @@ def _cabinet(view: TaskView) -> TaskFinding:
 
 
 def _sink(view: TaskView, size: BoxSizes) -> TaskFinding:
-    """Sinks with a basin, and the worktop next to them."""
     sinks = view.reached(Role.SINK)
     zones = tuple(z for f in sinks for z in view.inside(f, r"basin.*|int"))
     counter = view.counter(sinks)
@@ -101,7 +91,6 @@ def _sink(view: TaskView, size: BoxSizes) -> TaskFinding:
 
 
 def _microwaves(view: TaskView) -> TaskFinding:
-    """Microwaves with a door and a tray."""
     ovens = tuple(f for f in view.reached(Role.MICROWAVE) if f.joint("microjoint"))
     zones = tuple(z for f in ovens for z in view.inside(f, r"tray|int"))
     counter = view.counter(ovens)
@@ -127,7 +116,6 @@ def _burners(fixture: Fixture) -> list[tuple[str, str, str]]:
 
 
 def _stove(view: TaskView, counter_wanted: bool) -> TaskFinding:
-    """Ranges and hobs with a knob, a flame and a place for a pan."""
     stoves = tuple(f for f in view.reached(Role.RANGE, Role.HOB) if _burners(f))
     pans = tuple(view.at(f, place, 0.10) for f in stoves for _, _, place in _burners(f))
     counter = view.counter(stoves) if counter_wanted else ()
@@ -183,7 +171,6 @@ def _drawers(view: TaskView) -> TaskFinding:
 
 
 def _faucet(view: TaskView, joint: str) -> TaskFinding:
-    """Sinks whose tap has a joint of that name."""
     sinks = tuple(
         f for f in view.reached(Role.SINK) if f.joint(joint) is not None and "water" in {m.name for m in f.sites}
     )
@@ -208,7 +195,6 @@ def _pressed(view: TaskView, role: Role, button: str) -> TaskFinding:
 
 
 def _coffee(view: TaskView, put_down: bool) -> TaskFinding:
-    """Coffee machines with a start button and a place for a mug."""
     place = "receptacle_place_site"
     pressed = _pressed(view, Role.COFFEE_MACHINE, "start_button")
     found = tuple(f for f in pressed.fixtures if place in {m.name for m in f.sites})
@@ -225,7 +211,6 @@ def _coffee(view: TaskView, put_down: bool) -> TaskFinding:
 
 
 def _heated(view: TaskView, button: str) -> TaskFinding:
-    """Microwaves with a button of that name."""
     pressed, ovens = _pressed(view, Role.MICROWAVE, button), _microwaves(view)
     return TaskFinding(
         pressed.fixtures, pressed.joints, regions=ovens.regions, puts=ovens.puts[1:], wants=pressed.wants or ovens.wants

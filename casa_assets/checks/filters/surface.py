@@ -161,7 +161,6 @@ def no_ground_plane(package: Package, limit: float) -> check.Measurement:
 
 
 def _flat_components(surface: WeldedSurface) -> Mask:
-    """(C,) which components are flat."""
     components = int(surface.component.max()) + 1
     flat = np.zeros(components, dtype=bool)
     order = np.argsort(surface.component, kind="stable")
@@ -273,7 +272,6 @@ def _color_samples(asset: Asset) -> ColorSamples:
 
 @lru_cache(maxsize=2)
 def _sample_colors(visuals: tuple[Visual, ...], materials: tuple[Material, ...]) -> ColorSamples:
-    """Colours at points spread evenly over the area of the visuals."""
     by_id = {m.id: m for m in materials}
     areas = [float(_areas(v).sum()) for v in visuals]
     counts = [max(1, round(POINTS * area / sum(areas))) for area in areas]
@@ -282,7 +280,6 @@ def _sample_colors(visuals: tuple[Visual, ...], materials: tuple[Material, ...])
 
 
 def _sample_visual(visual: Visual, material: Material, count: int) -> tuple[Floats, Floats, Floats]:
-    """Columns of `ColorSamples` at points of one visual."""
     base, image, uv = np.array(material.base_color[:3]), material.base_color_texture, visual.mesh.uv
     if image is None or uv is None:
         return np.tile(base, (count, 1)), np.zeros(count), np.zeros(count)

@@ -209,7 +209,6 @@ def contacts_of_files(mjcf: Files) -> dict[str, tuple[Penetration, float]]:
 
 
 def _deepest_contacts(compiled: mujoco.MjModel) -> dict[str, Penetration]:
-    """Joint name -> deepest contact over its range."""
     model, texts = with_margins(compiled), mujoco_facts.texts(compiled)
     found: dict[str, Penetration] = {}
     data = mujoco.MjData(model)

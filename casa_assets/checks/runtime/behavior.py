@@ -345,7 +345,6 @@ def interiors_hold_a_ball(package: Package, limit: float) -> check.Measurement:
 
 
 def _ball(region: Region) -> str:
-    """Name of the ball of a region in the model."""
     return f"ball__{region.name}"
 
 
@@ -354,7 +353,6 @@ def _radius(region: Region) -> float:
 
 
 def _world_from_region(package: Package, region: Region) -> Pose:
-    """world_from_region with every joint at zero."""
     return package.asset.asset_from_link(region.link) @ region.pose
 
 

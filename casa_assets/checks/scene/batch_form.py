@@ -18,7 +18,7 @@ from casa_assets.checks.motion.simulation import START, altered, open_before, op
 from casa_assets.checks.readers.mujoco_facts import free_bodies
 from casa_assets.checks.readers.mujoco_load import Loaded, load_asset_file
 from casa_assets.checks.scene.forms import LIGHT_FILE
-from casa_assets.checks.scene.rest import Settled, farthest, settle
+from casa_assets.checks.scene.rest import Settled, deepest, farthest, settle
 from casa_assets.core.hand_dynamics import PULL_N
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.asset.asset import Asset, Base, Joint, Region
@@ -195,7 +195,7 @@ def candidate_pairs(model: mujoco.MjModel) -> Mask:
 
 def no_penetration(subject: BatchSubject, limit: float) -> Measurement:
     """BAT005: deepest penetration at the start and after 1 s with nothing asleep, metres."""
-    return _settled(subject).deepest(limit, "in the batch form")
+    return deepest(_settled(subject).depths, limit, "in the batch form")
 
 
 def loose_things_stay_put(subject: BatchSubject, limit: float) -> Measurement:

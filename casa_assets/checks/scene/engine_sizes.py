@@ -47,8 +47,6 @@ CONVEX_PAIRS = frozenset(
 
 @dataclass
 class _Most:
-    """The most that was counted so far."""
-
     contacts: int = 0
     rows: int = 0
     convex: int = 0
@@ -105,7 +103,6 @@ def engine_sizes(subject: BatchSubject) -> EngineSizes:
 
 
 def _with_margin(number: int) -> int:
-    """The number with the margin, up to a multiple of eight."""
     return 8 * math.ceil(max(number, 1) * MARGIN / 8)
 
 
@@ -211,7 +208,6 @@ def _convex_pairs(model: mujoco.MjModel) -> Ints:
 
 
 def _near(model: mujoco.MjModel, data: mujoco.MjData, pairs: Ints) -> int:
-    """Number of pairs of geoms the boxes around which overlap."""
     half = np.abs(data.geom_xmat.reshape(-1, 3, 3)) @ model.geom_aabb[:, 3:, None]
     middle = data.geom_xpos + np.einsum("gij,gj->gi", data.geom_xmat.reshape(-1, 3, 3), model.geom_aabb[:, :3])
     first, second = pairs.T

@@ -28,7 +28,7 @@ from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.scene_facts import SceneFacts
 from casa_assets.checks.readers.urdf_facts import UrdfLink
 from casa_assets.checks.readers.usd_facts import imported, missing_importer
-from casa_assets.checks.scene.rest import Settled, farthest, settle
+from casa_assets.checks.scene.rest import Settled, deepest, farthest, settle
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.simready.installed import NoVerdict, validator_python, validator_versions
 from casa_assets.checks.simready.rules import PROFILE, PROFILE_VERSION, Verdict
@@ -145,7 +145,7 @@ def mechanism_is_the_same(files: SceneFiles) -> Measurement:
 
 def no_penetration_after_settling(files: SceneFiles, limit: float) -> Measurement:
     """SCN022: deepest penetration in the light form at the start and after 1 s, metres."""
-    return settled_scene(files).deepest(limit, "in the light form; see the shapes that stand for it there")
+    return deepest(settled_scene(files).depths, limit, "in the light form; see the shapes that stand for it there")
 
 
 def loose_things_stay_put(files: SceneFiles, limit: float) -> Measurement:
@@ -282,7 +282,6 @@ def _disagreements(
 
 
 def _read(reader: Callable[[], Facts]) -> tuple[Facts | None, str]:
-    """Result of a reader, or the reason why it failed."""
     with quiet():
         try:
             return reader(), ""

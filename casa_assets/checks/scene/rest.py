@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -27,15 +27,7 @@ NO_JOINTS, NO_FREE_THINGS = "nothing in it has a joint", "nothing in it stands b
 STILL = {JointKind.SLIDE: 0.001, JointKind.HINGE: 0.0087}
 # A scene that explodes has one fault, not a thousand.
 MAX_LISTED = 20
-
-
-@dataclass(frozen=True)
-class Penetration:
-    """Two geoms in each other: their names and the depth, metres."""
-
-    geom1: str
-    geom2: str
-    depth: float
+Depths = Mapping[tuple[str, str], float]  # names of two geoms -> how deep they are in each other, metres
 
 
 @dataclass(frozen=True)
@@ -45,8 +37,8 @@ class IdleRun:
     `drift`: name of a free placement -> how far any of its shapes has gone, metres. `warnings`: of the simulator.
     """
 
-    at_start: tuple[Penetration, ...]
-    settled: tuple[Penetration, ...]
+    at_start: Depths
+    settled: Depths
     start: Floats
     end: Floats
     drift: dict[str, float]
@@ -63,13 +55,13 @@ def scene_loads_without_warnings(subject: SceneSubject) -> check.Measurement:
 def no_penetration_at_start(subject: SceneSubject, limit: float) -> check.Measurement:
     """SCN002: deepest penetration as the scene begins, metres."""
     when = "as the scene begins; move one of them, or shrink its shape"
-    return _deepest(idle_run(subject).at_start, limit, when)
+    return deepest(idle_run(subject).at_start, limit, when)
 
 
 def no_penetration_after_settling(subject: SceneSubject, limit: float) -> check.Measurement:
     """SCN003: deepest penetration after 1 s, metres."""
     when = f"after {SETTLED_S:g} s; it is pressed there by weight or a spring"
-    return _deepest(idle_run(subject).settled, limit, when)
+    return deepest(idle_run(subject).settled, limit, when)
 
 
 def joints_stay_put(subject: SceneSubject, limit: float) -> check.Measurement:
@@ -97,18 +89,18 @@ def idle_run(subject: SceneSubject) -> IdleRun:
     model, data = subject.model, mujoco.MjData(subject.model)
     reset_to_start(model, data)
     mujoco.mj_forward(model, data)
-    at_start, start = tuple(penetrations(subject, data)), data.qpos.copy()
+    at_start, start = penetrations(subject, data), data.qpos.copy()
     free = {p.name: subject.geoms_of[p.name] for p in subject.free}
     before = {name: data.geom_xpos[geoms].copy() for name, geoms in free.items()}
     mujoco.mj_step(model, data, nstep=round(SETTLED_S / model.opt.timestep))
-    settled = tuple(penetrations(subject, data))
+    settled = penetrations(subject, data)
     mujoco.mj_step(model, data, nstep=round((SIMULATED_S - SETTLED_S) / model.opt.timestep))
     drift = {n: float(np.linalg.norm(data.geom_xpos[g] - before[n], axis=1).max(initial=0)) for n, g in free.items()}
     return IdleRun(at_start, settled, start, data.qpos.copy(), drift, simulation_warnings(data))
 
 
-def penetrations(subject: SceneSubject, data: mujoco.MjData) -> Iterator[Penetration]:
-    """Contacts of all pairs of geoms in the present state, the deepest first; `data` is only read."""
+def penetrations(subject: SceneSubject, data: mujoco.MjData) -> Depths:
+    """Contacts of all pairs of geoms in the present state, near misses too, the deepest first; `data` is only read."""
     model, posed = subject.model, mujoco.MjData(subject.model)
     posed.qpos[:] = data.qpos
     with all_pairs(model):
@@ -118,25 +110,26 @@ def penetrations(subject: SceneSubject, data: mujoco.MjData) -> Iterator[Penetra
     for pair, distance in zip(posed.contact.geom.tolist(), posed.contact.dist.tolist(), strict=True):
         key = (min(pair), max(pair))
         depths[key] = max(depths.get(key, -1.0), -distance)
-    for (geom1, geom2), depth in sorted(depths.items(), key=lambda item: (-item[1], item[0])):
-        yield Penetration(subject.geom_name(geom1), subject.geom_name(geom2), depth)
+    ordered = sorted(depths.items(), key=lambda item: (-item[1], item[0]))
+    return {(subject.geom_name(first), subject.geom_name(second)): depth for (first, second), depth in ordered}
+
+
+def deepest(depths: Depths, limit: float, where: str) -> check.Measurement:
+    """The deepest of some penetrations, metres; `where`: end of the messages."""
+    problems = [
+        (f"geoms/{first}", f"is {depth * MM_PER_M:.2f} mm in {second} {where}")
+        for (first, second), depth in depths.items()
+        if depth > limit
+    ]
+    return check.Measurement(max(depths.values(), default=0.0), tuple(problems[:MAX_LISTED]))
 
 
 @dataclass(frozen=True)
 class Settled:
     """A form of a scene that was left alone: depths by names of two geoms, and drift by name of a body, metres."""
 
-    depths: dict[tuple[str, str], float]
+    depths: Depths
     drift: dict[str, float]
-
-    def deepest(self, limit: float, where: str) -> check.Measurement:
-        """The deepest penetration, metres; `where`: end of the messages."""
-        problems = [
-            (f"geoms/{first}", f"is {depth * MM_PER_M:.2f} mm in {second} {where}")
-            for (first, second), depth in sorted(self.depths.items())
-            if depth > limit
-        ]
-        return check.Measurement(max(self.depths.values(), default=0.0), tuple(problems[:MAX_LISTED]))
 
 
 def settle(data: mujoco.MjData, counted: Mask | None = None) -> Settled:
@@ -153,7 +146,7 @@ def settle(data: mujoco.MjData, counted: Mask | None = None) -> Settled:
         distances = np.where(counted, distances, 0.0)
     roots = model.body_rootid[model.geom_bodyid]
     drift = {str(model.body(b).name): float(distances[roots == b].max(initial=0.0)) for b in free_bodies(model)}
-    return Settled(depths, drift)
+    return Settled(dict(sorted(depths.items())), drift)
 
 
 def farthest(drift: Mapping[str, float], limit: float, advice: str, listed: int | None = None) -> check.Measurement:
@@ -167,12 +160,6 @@ def farthest(drift: Mapping[str, float], limit: float, advice: str, listed: int 
         if distance > limit
     ]
     return check.largest(drift.values(), problems[:listed], NO_FREE_THINGS)
-
-
-def _deepest(contacts: tuple[Penetration, ...], limit: float, when: str) -> check.Measurement:
-    deep = [c for c in contacts if c.depth > limit]
-    problems = [(f"geoms/{c.geom1}", f"is {c.depth * MM_PER_M:.2f} mm in {c.geom2} {when}") for c in deep[:MAX_LISTED]]
-    return check.Measurement(max((c.depth for c in contacts), default=0.0), tuple(problems))
 
 
 # Budget ---------------------------------------------------------------------------------------------------------------

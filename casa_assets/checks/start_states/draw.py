@@ -58,8 +58,6 @@ class Wanted:
 
 @dataclass
 class _Draft:
-    """A state that is being drawn."""
-
     qpos: Floats
     placed: dict[str, Place] = field(default_factory=dict)
     opened: tuple[str, ...] = ()
@@ -67,8 +65,6 @@ class _Draft:
 
 @dataclass(frozen=True)
 class _Drawn:
-    """A state that holds."""
-
     qpos: Floats
     parking: Parking
     notes: StateNotes
