@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.checks.check import Check, Measurement, largest, no_fault, not_applicable, not_run
+from casa_assets.checks.check import Check, Measurement, Row, no_fault, not_applicable, not_run, worst_above
 from casa_assets.model.issue import Severity
 
 # With fewer assets of a category nobody can tell which one is odd.
@@ -32,8 +32,7 @@ def sizes_fit_their_category(sizes: LibrarySizes, limit: float) -> Measurement:
     by_category: dict[str, list[tuple[str, float]]] = {}
     for name, category, longest in sizes.rows:
         by_category.setdefault(category, []).append((name, longest))
-    deviations: list[float] = []
-    problems = []
+    rows: list[Row] = []
     for category, members in sorted(by_category.items()):
         if len(members) < MIN_ASSETS:
             continue
@@ -41,11 +40,9 @@ def sizes_fit_their_category(sizes: LibrarySizes, limit: float) -> Measurement:
         middle = float(np.median(logs))
         scatter = max(SIGMA_PER_MAD * float(np.median(np.abs(logs - middle))), float(np.log(MIN_SCATTER)))
         for (name, longest), deviation in zip(members, np.abs(logs - middle) / scatter, strict=True):
-            deviations.append(float(deviation))
-            if deviation > limit:
-                message = f"is {longest:.3g} m long, and {np.exp(middle):.3g} m is usual for a {category} here"
-                problems.append((name, f"{message}; look at its unit and its category"))
-    return largest(deviations, problems, f"no category has {MIN_ASSETS} assets to compare")
+            message = f"is {longest:.3g} m long, and {np.exp(middle):.3g} m is usual for a {category} here"
+            rows.append((name, float(deviation), f"{message}; look at its unit and its category"))
+    return worst_above(rows, limit, f"no category has {MIN_ASSETS} assets to compare")
 
 
 # Duplicates -----------------------------------------------------------------------------------------------------------
@@ -146,13 +143,9 @@ def looks_match_categories(view: LibraryView, limit: float) -> Measurement:
     """LIB003: rank of an asset's own category among all that CLIP sees in it; the worst."""
     if view.unseen:
         return not_run(view.unseen)
-    compared = [one for one in view.seen if one.rank]
-    wrong = [one for one in compared if one.rank > limit]
-    problems = [
-        (one.asset, f"{in_words(one)}; look at the picture, and fix the category or leave it out") for one in wrong
-    ]
-    ranks = [float(one.rank) for one in compared]
-    return largest(ranks, tuple(problems), "no asset has a category to compare its picture with")
+    advice = "look at the picture, and fix the category or leave it out"
+    rows = ((one.asset, float(one.rank), f"{in_words(one)}; {advice}") for one in view.seen if one.rank)
+    return worst_above(rows, limit, "no asset has a category to compare its picture with")
 
 
 def in_words(one: CategoryRank) -> str:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from PIL import Image
 from scipy import ndimage
 
-from casa_assets.checks.check import Check, Measurement, all_at_least, at_most, largest, least, not_applicable
+from casa_assets.checks.check import Check, Measurement, all_at_least, at_most, least, not_applicable, worst_above
 from casa_assets.checks.library import SAME_COLORS, SAME_SIZE
 from casa_assets.core.numeric import Floats, Ints, linear_from_srgb_array
 from casa_assets.mesh.registration import descriptor_distances
@@ -67,14 +67,12 @@ def sides_fit_category(member: ObjectMember, limit: float) -> Measurement:
         return at_most(span.beyond(float(sides[-1])), limit, "bounds", message)
     ranges = category.extents
     lows, highs = (np.sort([getattr(side, end) for side in ranges]) for end in ("low", "high"))
-    factors, problems = [], []
+    rows = []
     for name, side, low, high in zip(SIDES, sides.tolist(), lows.tolist(), highs.tolist(), strict=True):
-        factor = max(low / side, side / high)
-        factors.append(factor)
-        if factor > limit:
-            usual = f"{100 * low:.3g} to {100 * high:.3g} cm are usual for a {category.id}"
-            problems.append(("bounds", f"its {name} side is {100 * side:.3g} cm; {usual}; change the numbers it is of"))
-    return largest(factors, problems, "it has no sides")
+        usual = f"{100 * low:.3g} to {100 * high:.3g} cm are usual for a {category.id}"
+        message = f"its {name} side is {100 * side:.3g} cm; {usual}; change the numbers it is of"
+        rows.append(("bounds", max(low / side, side / high), message))
+    return worst_above(rows, limit, "it has no sides")
 
 
 # Print size -----------------------------------------------------------------------------------------------------------

@@ -75,10 +75,8 @@ def open_rooms_stay_open(asset: Asset, limit: float) -> check.Measurement:
     shape_faces = np.concatenate([f + start for (_, f), start in zip(shapes, starts, strict=False)])
     shares = closed_shares(rooms, np.concatenate([p for p, _ in shapes]), shape_faces)
     message = "collision shapes fill or close off {:.0%} of an open room that takes {:.0%} of the hull; fit them again"
-    problems = [
-        (f"links/{link.name}/colliders", message.format(shares[k], rooms.shares[k])) for k in kept if shares[k] > limit
-    ]
-    return check.largest([shares[k] for k in kept], problems, NO_ROOM)
+    rows = ((f"links/{link.name}/colliders", shares[k], message.format(shares[k], rooms.shares[k])) for k in kept)
+    return check.worst_above(rows, limit, NO_ROOM)
 
 
 # Plausibility ---------------------------------------------------------------------------------------------------------
@@ -156,18 +154,13 @@ def hulls_are_convex(asset: Asset, limit: float) -> check.Measurement:
 
 def mass_lies_inside_colliders(asset: Asset, limit: float) -> check.Measurement:
     """AST008: farthest that the centre or spread of mass lies outside the collision shapes, metres."""
-    excesses, problems = [], []
+    rows: list[check.Row] = []
     for link in _touchable(asset):
         center, spread = _mass_outside(link)
-        excesses += [center, spread]
-        pointer = f"links/{link.name}/inertial"
-        if center > limit:
-            message = f"centre of mass is {center:.2g} m outside the collision shapes; measure it again"
-            problems.append((pointer, message))
-        if spread > limit:
-            message = f"inertia is that of a body {2 * spread:.2g} m longer; correct its unit or frame"
-            problems.append((pointer, message))
-    return check.largest(excesses, problems, check.NO_COLLIDERS)
+        off = f"centre of mass is {center:.2g} m outside the collision shapes; measure it again"
+        longer = f"inertia is that of a body {2 * spread:.2g} m longer; correct its unit or frame"
+        rows += [(f"links/{link.name}/inertial", *row) for row in ((center, off), (spread, longer))]
+    return check.worst_above(rows, limit, check.NO_COLLIDERS)
 
 
 def colliders_match_visual_bounds(asset: Asset, limit: float, ratio: float, built_m: float) -> check.Measurement:
@@ -244,16 +237,14 @@ def size_fits_category(package: Package, limit: float) -> check.Measurement:
 def joints_are_closed_at_zero(asset: Asset) -> check.Measurement:
     """AST015: distance of zero from the range of a joint, or from its ends where states name it, rad or m."""
     with_states = {s.joint for s in asset.states}
-    distances, problems = [], []
+    rows = []
     for joint in asset.joints:
         low, high = joint.range
         distance = min(abs(low), abs(high)) if joint.name in with_states else max(low, -high, 0.0)
-        distances.append(distance)
-        if distance > 0:
-            expected = "start or end at" if joint.name in with_states else "hold"
-            message = f"goes from {low:g} to {high:g}; it should {expected} zero, where it is closed"
-            problems.append((f"joints/{joint.name}/range", message))
-    return check.largest(distances, problems, check.NO_JOINTS)
+        expected = "start or end at" if joint.name in with_states else "hold"
+        message = f"goes from {low:g} to {high:g}; it should {expected} zero, where it is closed"
+        rows.append((f"joints/{joint.name}/range", distance, message))
+    return check.worst_above(rows, 0.0, check.NO_JOINTS)
 
 
 def _touchable(asset: Asset) -> list[Link]:

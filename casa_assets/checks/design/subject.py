@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw
 
-from casa_assets.checks.check import Measurement, count, least, not_applicable
+from casa_assets.checks.check import Measurement, count, not_applicable, worst_below
 from casa_assets.checks.design.floor_map import BASE_RADIUS_M, FloorMap, ParkingPlaces, find_parking, row_parts, stands
 from casa_assets.checks.design.task_view import Afforded, AtomicTask, TaskView
 from casa_assets.checks.design.tasks import afforded, atomic_tasks
@@ -148,10 +148,10 @@ def task_objects_find_room(subject: DesignSubject, limit: float) -> Measurement:
 
     `tasks_are_supported` reports tasks that lack something else.
     """
-    rates = [(t.task, t.rate, t.tightest) for t in subject.tasks if t.rate is not None]
     message = "of 200 things only {:.1%} found room within reach at {}; {:.0%} wanted: clear it, or make it larger"
-    problems = tuple((f"tasks/{task}", message.format(rate, at, limit)) for task, rate, at in rates if rate < limit)
-    return least((rate for _, rate, _ in rates), problems, "it has what it takes for no task (TSK001)")
+    rates = ((t, t.rate) for t in subject.tasks if t.rate is not None)
+    rows = ((f"tasks/{t.task}", rate, message.format(rate, t.tightest, limit)) for t, rate in rates)
+    return worst_below(rows, limit, "it has what it takes for no task (TSK001)")
 
 
 # Picture --------------------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from casa_assets.checks.design.floor_map import FloorMap, ParkingPlaces
 from casa_assets.checks.design.task_view import (
@@ -63,6 +63,16 @@ def _regions(zones: Sequence[PlacingZone]) -> tuple[str, ...]:
     return tuple(f"{zone.fixture}__{zone.region}" for zone in zones)
 
 
+def _held_inside(
+    view: TaskView, fixtures: tuple[Fixture, ...], pattern: str, sizes: tuple[BoxSizes, BoxSizes], wants: str
+) -> TaskFinding:
+    """Fixtures with regions that match, where things are put, from and to the worktop next to them."""
+    zones = tuple(z for f in fixtures for z in view.inside(f, pattern))
+    counter = view.counter(fixtures)
+    puts = (Placing(counter, sizes[0]), Placing(zones, sizes[1]))
+    return TaskFinding(fixtures, regions=_regions(zones), puts=puts, counter=counter, wants="" if zones else wants)
+
+
 def _cabinet(view: TaskView) -> TaskFinding:
     cabinets = _uppers(view, (1, 2))
     zones = tuple(z for f in cabinets for z in view.inside(f, r"level\d+|int"))
@@ -78,30 +88,13 @@ def _cabinet(view: TaskView) -> TaskFinding:
 
 
 def _sink(view: TaskView, size: BoxSizes) -> TaskFinding:
-    sinks = view.reached(Role.SINK)
-    zones = tuple(z for f in sinks for z in view.inside(f, r"basin.*|int"))
-    counter = view.counter(sinks)
-    return TaskFinding(
-        sinks,
-        regions=_regions(zones),
-        puts=(Placing(counter, size), Placing(zones, GRASPED)),
-        counter=counter,
-        wants="" if zones else "a sink with a basin",
-    )
+    return _held_inside(view, view.reached(Role.SINK), r"basin.*|int", (size, GRASPED), "a sink with a basin")
 
 
 def _microwaves(view: TaskView) -> TaskFinding:
     ovens = tuple(f for f in view.reached(Role.MICROWAVE) if f.joint("microjoint"))
-    zones = tuple(z for f in ovens for z in view.inside(f, r"tray|int"))
-    counter = view.counter(ovens)
-    return TaskFinding(
-        ovens,
-        joints=tuple(f"{f.name}__microjoint" for f in ovens),
-        regions=_regions(zones),
-        puts=(Placing(counter, PLATE), Placing(zones, PLATE)),
-        counter=counter,
-        wants="" if zones else "a microwave with a door and a tray",
-    )
+    found = _held_inside(view, ovens, r"tray|int", (PLATE, PLATE), "a microwave with a door and a tray")
+    return replace(found, joints=tuple(f"{f.name}__microjoint" for f in ovens))
 
 
 def _burners(fixture: Fixture) -> list[tuple[str, str, str]]:

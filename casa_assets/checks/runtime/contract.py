@@ -220,8 +220,7 @@ def shapes(asset: Asset, needs: Requirements) -> list[Problem]:
             for link, shape in found:
                 if not rule.matches(shape.name):
                     continue
-                if rule.link is not None and not re.fullmatch(rule.link, link):
-                    faults.append((f"{kind}/{shape.name}", f"is on link {link!r}, not on {rule.link!r}"))
+                faults += _on_link(f"{kind}/{shape.name}", rule.link, link)
                 if rule.label is not None and shape.label != rule.label:
                     faults.append((f"{kind}/{shape.name}", f"is labelled {shape.label!r}, not {rule.label!r}"))
     return faults
@@ -231,8 +230,7 @@ def regions(asset: Asset, needs: Requirements) -> list[Problem]:
     """Rules on regions: that they are there, and on which link."""
     faults = list(_counted("regions", needs.regions, [r.name for r in asset.regions]))
     for rule, region in _pairs(needs.regions, asset.regions):
-        if rule.link is not None and not re.fullmatch(rule.link, region.link):
-            faults.append((f"regions/{region.name}", f"is on link {region.link!r}, not on {rule.link!r}"))
+        faults += _on_link(f"regions/{region.name}", rule.link, region.link)
     return faults
 
 
@@ -242,8 +240,7 @@ def variables(asset: Asset, needs: Requirements) -> list[Problem]:
     faults = list(_counted("behavior/variables", needs.variables, [v.name for v in found]))
     for rule, variable in _pairs(needs.variables, found):
         missing = [v for v in rule.values if v not in variable.values]
-        if missing:
-            faults.append((f"behavior/variables/{variable.name}", f"has no value {missing[0]!r}"))
+        faults += [(f"behavior/variables/{variable.name}", f"has no value {value!r}") for value in missing[:1]]
     return faults
 
 
@@ -289,6 +286,12 @@ T = TypeVar("T", Link, Joint, Site, Region, Variable)
 def _pairs(rules: Iterable[Rule], things: Iterable[T]) -> list[tuple[Rule, T]]:
     listed = list(things)
     return [(rule, thing) for rule in rules for thing in listed if rule.matches(thing.name)]
+
+
+def _on_link(pointer: str, wanted: str | None, link: str) -> list[Problem]:
+    if wanted is None or re.fullmatch(wanted, link):
+        return []
+    return [(pointer, f"is on link {link!r}, not on {wanted!r}")]
 
 
 def _depth(pointer: str, rule: LinkRule | SiteRule, depth: int) -> list[Problem]:

@@ -12,7 +12,17 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measurement, Problem, Unmeasured, all_at_most, at_most, not_applicable, not_run
+from casa_assets.checks.check import (
+    Measurement,
+    Problem,
+    Row,
+    Unmeasured,
+    all_at_most,
+    at_most,
+    not_applicable,
+    not_run,
+    worst_below,
+)
 from casa_assets.checks.motion.joints import PUSH_S, hand_effort, push
 from casa_assets.checks.motion.simulation import START, altered, open_before, open_end, reset_to_start
 from casa_assets.checks.readers.mujoco_facts import free_bodies
@@ -217,7 +227,7 @@ def joints_open_by_hand(subject: BatchSubject, limit: float) -> Measurement:
     """BAT009: least share of its range that a joint of a fixture covers within 2 s under 20 N at its grip."""
     model = subject.model
     locked = {(ref.placement, ref.joint) for ref in subject.form.locked}
-    shares, problems = list[float](), list[tuple[str, str]]()
+    rows: list[Row] = []
     assets = subject.form.scene.asset_of
     for place in subject.form.scene.placements:
         asset = assets[place.name]
@@ -225,13 +235,9 @@ def joints_open_by_hand(subject: BatchSubject, limit: float) -> Measurement:
             if asset.base is not Base.FIXED or place.resting is not None or (place.name, joint.name) in locked:
                 continue
             share = _share(model, place.name, asset, joint, limit)
-            shares.append(share)
-            if share < limit:
-                message = f"goes {share:.0%} of its way under {PULL_N:g} N in {PUSH_S:g} s in the batch form"
-                problems.append((f"joints/{place.name}__{joint.name}", message))
-    if not shares:
-        return not_applicable("all joints of its fixtures are locked")
-    return Measurement(min(shares), tuple(problems))
+            message = f"goes {share:.0%} of its way under {PULL_N:g} N in {PUSH_S:g} s in the batch form"
+            rows.append((f"joints/{place.name}__{joint.name}", share, message))
+    return worst_below(rows, limit, "all joints of its fixtures are locked")
 
 
 def _share(model: mujoco.MjModel, place: str, asset: Asset, joint: Joint, enough: float) -> float:

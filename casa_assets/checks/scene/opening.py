@@ -11,7 +11,7 @@ from functools import lru_cache
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measurement, not_applicable
+from casa_assets.checks.check import Measurement, not_applicable, worst_below
 from casa_assets.checks.motion.joints import CHUNK_STEPS, PUSH_S, hand_effort
 from casa_assets.checks.motion.simulation import (
     altered,
@@ -255,16 +255,13 @@ def joints_open_by_hand(subject: SceneSubject, limit: float) -> Measurement:
     """
     if not subject.operated:
         return not_applicable(NO_JOINTS)
-    least, problems = 1.0, []
-    reached = pull_all(subject, limit)
+    rows, reached = [], pull_all(subject, limit)
     for name in subject.operated:
         share, blocked_by = reached[name]
-        least = min(least, share)
-        if share < limit:
-            advice = f"it meets {blocked_by}" if blocked_by else "ease its friction, damping or spring"
-            message = f"goes {share:.0%} of its way under {PULL_N:g} N in {PUSH_S:g} s; {advice}"
-            problems.append((f"joints/{name}", message))
-    return Measurement(least, tuple(problems))
+        advice = f"it meets {blocked_by}" if blocked_by else "ease its friction, damping or spring"
+        message = f"goes {share:.0%} of its way under {PULL_N:g} N in {PUSH_S:g} s; {advice}"
+        rows.append((f"joints/{name}", min(share, 1.0), message))
+    return worst_below(rows, limit, NO_JOINTS)
 
 
 def pull_all(subject: SceneSubject, enough: float) -> dict[str, tuple[float, str]]:
