@@ -10,7 +10,6 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.checks.check import run
-from casa_assets.checks.package.package import Package
 from casa_assets.checks.runtime import contract
 from casa_assets.checks.runtime.contract import axis_of, missing_requirements, opening, regions
 from casa_assets.checks.table import TABLE
@@ -34,10 +33,7 @@ Make = Callable[[], Asset]
 
 
 def codes(asset: Asset, folder: Path, contract: Contract | None = None) -> set[str]:
-    return codes_of(packed(asset, folder, contract))
-
-
-def codes_of(package: Package) -> set[str]:
+    package = packed(asset, folder, contract)
     found = [run(s, "subject", KNOWN.limits, table=ROWS) for s in (package.asset, package)]
     return {issue.code for report in found for issue in report.issues}
 
@@ -69,13 +65,9 @@ def nested() -> Asset:
     return plain.replace(links=(plain.root, between, knob.replace(parent="panel")))
 
 
-def region(asset: Asset, name: str, **changes: object) -> Asset:
-    return asset.replace(regions=tuple(r.replace(**changes) if r.name == name else r for r in asset.regions))
-
-
-def hob_site(name: str, **changes: object) -> Asset:
-    plain = hob()
-    return plain.replace(sites=tuple(s.replace(**changes) if s.name == name else s for s in plain.sites))
+def region(name: str, **changes: object) -> Asset:
+    plain = oven()
+    return plain.replace(regions=tuple(r.replace(**changes) if r.name == name else r for r in plain.regions))
 
 
 def shallow() -> Asset:
@@ -104,13 +96,13 @@ BAD: list[tuple[str, Make]] = [
     ("CON003", lambda: relabelled(hob(), "plate")),
     ("CON004", lambda: oven().replace(regions=tuple(r for r in oven().regions if r.name != "tray"))),
     ("CON004", lambda: oven().replace(regions=oven().regions[1:])),
-    ("CON004", lambda: region(oven(), "main", size=(0.4, 0.41, 0.3))),
-    ("CON004", lambda: region(oven(), "main", size=(0.7, 0.41, 0.3))),
-    ("CON004", lambda: region(oven(), "int", size=(0.36, 0.34, 0.4))),
+    ("CON004", lambda: region("main", size=(0.4, 0.41, 0.3))),
+    ("CON004", lambda: region("main", size=(0.7, 0.41, 0.3))),
+    ("CON004", lambda: region("int", size=(0.36, 0.34, 0.4))),
     ("CON006", ajar_when_open),
     ("CON006", lambda: oven().replace(keyframes=oven().keyframes[:1])),
     ("CON008", with_door_bin),
-    ("CON008", lambda: region(oven(), "tray", pose=Pose(position=(-0.04, 0.0, 0.2)))),
+    ("CON008", lambda: region("tray", pose=Pose(position=(-0.04, 0.0, 0.2)))),
 ]
 
 # Code -> old and new text of model.xml that trips it alone.
@@ -191,8 +183,9 @@ class TestBad:
 
     def test_what_is_nested_is_not_where_the_runtime_looks(self, tmp_path: Path) -> None:
         assert codes(nested(), tmp_path / "knob") == {"CON001", "CON005"}
-        place = hob_site("burner_left_place_site", link="knob_left")
-        assert codes(place, tmp_path / "site") == {"CON002", "CON005"}
+        turned = "burner_left_place_site"
+        sites = tuple(s.replace(link="knob_left") if s.name == turned else s for s in hob().sites)
+        assert codes(hob().replace(sites=sites), tmp_path / "site") == {"CON002", "CON005"}
 
     def test_a_threshold_out_of_range(self, tmp_path: Path) -> None:
         far = Threshold(name="burner_full", joint="knob_.*_joint", at=3.2)
@@ -221,11 +214,10 @@ class TestRules:
             Requirements(regions=tuple(RegionRule(name=n) for n in ns)) for ns in (("basin",), ("left", "right"))
         )
         asked = Contract(id="sink", title="Sink", one_of=(Alternatives(any_of=(one, two)),))
-        look = regions
-        assert missing_requirements(sink(("basin",)), asked, look) == []
-        assert missing_requirements(sink(("left", "right")), asked, look) == []
-        assert [pointer for pointer, _ in missing_requirements(sink(("left",)), asked, look)] == ["regions/basin"]
-        assert len(missing_requirements(sink(("bowl",)), asked, look)) == 1
+        found = [missing_requirements(sink(n), asked, regions) for n in (("basin",), ("left", "right"), ("left",))]
+        assert found[:2] == [[], []]
+        assert [pointer for pointer, _ in found[2]] == ["regions/basin"]
+        assert len(missing_requirements(sink(("bowl",)), asked, regions)) == 1
 
     def test_no_burner_at_all(self, tmp_path: Path) -> None:
         bare = hob().replace(links=hob().links[:1], joints=(), sites=(), behavior=None, keyframes=())

@@ -159,30 +159,22 @@ class TestTasks:
     def test_what_is_taken_out_takes_its_tasks_along(self, subtests: pytest.Subtests) -> None:
         before = {t.task for t in DesignSubject(kitchen()).atomic_tasks if t.fixtures}
         for name, lost, lost_now in [
-            ("upper_double", {"open_double_door", "close_double_door"}, set()),
+            ("upper_double", "open_double_door close_double_door", ""),
             (
                 "sink_basin",
-                {"pnp_counter_to_sink", "pnp_sink_to_counter", "turn_sink_spout"},
-                {"PickPlaceCounterToSink", "TurnOnSinkFaucet", "TurnSinkSpout"},
+                "pnp_counter_to_sink pnp_sink_to_counter turn_sink_spout",
+                "PickPlaceCounterToSink TurnOnSinkFaucet TurnSinkSpout",
             ),
-            (
-                "range",
-                {"turn_on_stove", "pnp_stove_to_counter"},
-                {"TurnOnStove", "LowerHeat", "PickPlaceStoveToCounter"},
-            ),
-            (
-                "microwave",
-                {"turn_on_microwave", "pnp_microwave_to_counter"},
-                {"TurnOnMicrowave", "PickPlaceMicrowaveToCounter"},
-            ),
+            ("range", "turn_on_stove pnp_stove_to_counter", "TurnOnStove LowerHeat PickPlaceStoveToCounter"),
+            ("microwave", "turn_on_microwave pnp_microwave_to_counter", "TurnOnMicrowave PickPlaceMicrowaveToCounter"),
         ]:
             with subtests.test(name=name):
                 subject = DesignSubject(changed(kitchen(), name, None))
                 found = {t.task for t in subject.tasks if t.wants}
-                assert lost <= found
+                assert set(lost.split()) <= found
                 assert "navigate_kitchen" not in found
                 after = {t.task for t in subject.atomic_tasks if t.fixtures}
-                assert lost_now <= before - after
+                assert set(lost_now.split()) <= before - after
                 assert "OpenDrawer" in after
 
     def test_drawer_wants_floor_beside_it(self) -> None:
