@@ -88,9 +88,8 @@ class ReachableSpace:
 
     def _mark(self, solid: Mask, shape: Shape, pose: Pose) -> None:
         """Mark the cells whose centres lie in a shape, with half a gap around it."""
-        reach = _radius(shape) + CLOSED_GAP_HALF_M
-        center = np.array(pose.position)
-        cells = self._cells(center - reach, center + reach)
+        lower, upper = shape_bounds(shape, pose)
+        cells = self._cells(lower - 2 * CLOSED_GAP_HALF_M, upper + 2 * CLOSED_GAP_HALF_M)
         grids = np.meshgrid(*(c[s] for c, s in zip(self._centers, cells, strict=True)), indexing="ij")
         points = pose.inverse().apply(np.stack([g.ravel() for g in grids], axis=1))
         solid[cells] |= is_inside(shape, points, CLOSED_GAP_HALF_M).reshape(grids[0].shape)
@@ -124,19 +123,6 @@ def is_inside(shape: Shape, points: Floats, margin: float = 0.0) -> Mask:
     if isinstance(shape, Capsule):
         beyond = points - np.clip(points, [0, 0, -shape.height / 2], [0, 0, shape.height / 2])
         return np.asarray(np.linalg.norm(beyond, axis=1) <= shape.radius + margin, dtype=bool)
-    raise ValueError(f"a {shape.kind} is no primitive")
-
-
-def _radius(shape: Shape) -> float:
-    """Radius of a ball around the origin that holds a primitive, metres."""
-    if isinstance(shape, Box):
-        return float(np.linalg.norm(shape.size)) / 2
-    if isinstance(shape, Sphere):
-        return shape.radius
-    if isinstance(shape, Cylinder):
-        return float(np.hypot(shape.radius, shape.height / 2))
-    if isinstance(shape, Capsule):
-        return shape.radius + shape.height / 2
     raise ValueError(f"a {shape.kind} is no primitive")
 
 

@@ -11,6 +11,7 @@ from casa_assets.checks.motion.simulation import grip_of
 from casa_assets.core.numeric import Floats
 from casa_assets.mesh.solid.deviation import distances_outside_hulls, surface_samples
 from casa_assets.mesh.solid.primitive import link_bounds, shape_bounds, tessellate
+from casa_assets.mesh.visibility import fibonacci_directions
 from casa_assets.model.asset.asset import Asset, Collider, Joint
 from casa_assets.model.asset.parts import MeshShape
 from casa_assets.model.pose import Pose
@@ -113,17 +114,7 @@ FREE_DISTANCE_M = 2e-4
 MAX_OFF_HULL_M = 0.001
 # A radius of gyration below this part of the limit is too small. Our choice.
 MIN_GYRATION_RATIO = 0.15
-
-
-def _fibonacci_sphere(count: int) -> Floats:
-    """(count, 3) unit vectors all around, evenly spread. Ref: Gonzalez 2010, the Fibonacci lattice."""
-    z = 1 - (2 * np.arange(count) + 1) / count
-    angle = np.pi * (3 - np.sqrt(5)) * np.arange(count)
-    radius = np.sqrt(1 - z * z)
-    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1)
-
-
-DIRECTIONS = _fibonacci_sphere(256)
+DIRECTIONS = fibonacci_directions(256)
 
 
 def grips_fit_a_gripper(asset: Asset, limit: float) -> check.Measurement:
