@@ -78,10 +78,14 @@ def at_least(number: float, limit: float, pointer: str, message: str) -> Measure
 Row = tuple[str, float, str]  # pointer, number, and what is wrong if the number is beyond the limit
 
 
-def worst_above(rows: Iterable[Row], limit: float, otherwise: str) -> Measurement:
-    """The largest number of some rows, with a problem for each that exceeds the limit; `otherwise`: without rows."""
+def worst_above(rows: Iterable[Row], limit: float, otherwise: str | None = None) -> Measurement:
+    """The largest number of some rows, with a problem for each that exceeds the limit; `otherwise`: without rows.
+
+    Without `otherwise`, 0 is the least that is measured, also without rows.
+    """
     found = list(rows)
-    return largest((number for _, number, _ in found), [(p, m) for p, number, m in found if number > limit], otherwise)
+    numbers = [*([0.0] if otherwise is None else []), *(number for _, number, _ in found)]
+    return largest(numbers, [(p, m) for p, number, m in found if number > limit], otherwise or "")
 
 
 def worst_below(rows: Iterable[Row], limit: float, otherwise: str) -> Measurement:

@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Iterator
 
-from casa_assets.checks.check import Measurement, all_at_least, not_applicable, worst_below
+from casa_assets.checks.check import Measurement, all_at_least, not_applicable, worst_above, worst_below
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.mesh.outline import penetration_depth
 from casa_assets.mesh.planar import length_inside, outline_of
@@ -108,16 +108,13 @@ def no_openable_window_over_cooktops(subject: DesignSubject, limit: float) -> Me
     windows = [w for w in subject.facts.openings if w.kind is OpeningKind.WINDOW and w.can_open]
     if not windows or not subject.facts.with_role(*COOKTOPS):
         return not_applicable("it has no cooktop" if windows else "none of its windows opens")
-    worst, problems = 0.0, []
-    walls = {w.id: w for w in subject.facts.walls}
+    rows, walls = [], {w.id: w for w in subject.facts.walls}
     for window in windows:
         for cooktop in subject.facts.with_role(*COOKTOPS):
             shared = _length_before(walls[window.wall], window.start, window.end, cooktop)
-            worst = max(worst, shared)
-            if shared > limit:
-                message = f"it stands under {window.id}, which opens, along {shared:.2f} m: move it, or fix the sash"
-                problems.append((f"fixtures/{cooktop.name}", message))
-    return Measurement(worst, tuple(problems))
+            message = f"it stands under {window.id}, which opens, along {shared:.2f} m: move it, or fix the sash"
+            rows.append((f"fixtures/{cooktop.name}", shared, message))
+    return worst_above(rows, limit)
 
 
 def _length_before(wall: RoomWall, start: Vec2, end: Vec2, fixture: Fixture) -> float:
@@ -423,34 +420,28 @@ def entry_doors_swing_freely(subject: DesignSubject, limit: float) -> Measuremen
     doors = [(o.id, o.swept_area) for o in subject.facts.openings if o.swept_area is not None]
     if not doors:
         return not_applicable("it has no door with a leaf")
-    worst, problems = 0.0, []
-    fixtures = subject.facts.with_role(*APPLIANCES)
+    rows, fixtures = [], subject.facts.with_role(*APPLIANCES)
     solids = [*((f.name, f.footprint.corners, f.bottom, f.top) for f in fixtures), *_appliance_leaves(subject.facts)]
     for door, leaf in doors:
         for name, outline, bottom, top in solids:
             if _share_height(leaf.bottom, leaf.top, bottom, top):
                 depth = penetration_depth(leaf.outline, outline)
-                worst = max(worst, depth)
-                if depth > limit:
-                    problems.append((f"openings/{door}", f"its leaf swings {depth:.3f} m into {name}"))
-    return Measurement(worst, tuple(problems))
+                rows.append((f"openings/{door}", depth, f"its leaf swings {depth:.3f} m into {name}"))
+    return worst_above(rows, limit)
 
 
 def appliance_doors_swing_apart(subject: DesignSubject, limit: float) -> Measurement:
     """NKB003: deepest overlap of the swings of two appliances' doors, seen from above; metres."""
     # Ref: NKBA planning guideline 2.
-    worst, problems = 0.0, []
-    leaves = list(_appliance_leaves(subject.facts))
+    rows, leaves = [], list(_appliance_leaves(subject.facts))
     if len({_fixture(name) for name, *_ in leaves}) < 2:
         return not_applicable("it has no two appliances that open")
     for (name, outline, bottom, top), (other, outline2, bottom2, top2) in itertools.combinations(leaves, 2):
         if _fixture(name) == _fixture(other) or not _share_height(bottom, top, bottom2, top2):
             continue
         depth = penetration_depth(outline, outline2)
-        worst = max(worst, depth)
-        if depth > limit:
-            problems.append((f"fixtures/{name}", f"its way crosses that of {other} by {depth:.3f} m"))
-    return Measurement(worst, tuple(problems))
+        rows.append((f"fixtures/{name}", depth, f"its way crosses that of {other} by {depth:.3f} m"))
+    return worst_above(rows, limit)
 
 
 # Name, outline seen from above, and heights of the lower and upper end, metres.

@@ -17,6 +17,7 @@ from casa_assets.checks.check import (
     is_from_family,
     not_applicable,
     not_run,
+    worst_above,
 )
 from casa_assets.checks.motion import simulation
 from casa_assets.checks.package.package import Package
@@ -110,8 +111,7 @@ def joints_stay_put(package: Package, limit: float) -> Measurement:
     A short range counts as one of which `limit` is 1 mm or half a degree: stops are soft, and a light key yields.
     """
     motion, asset = simulation.motion_model_of(package), package.asset
-    problems, worst = [], 0.0
-    data = mujoco.MjData(motion.model)
+    rows, data = [], mujoco.MjData(motion.model)
     poses: dict[str, dict[str, float]] = {"rest": {}}
     poses |= {key.name: {at.joint: at.value for at in key.joints} for key in asset.keyframes if key.joints}
     for name, pose in poses.items():
@@ -123,13 +123,10 @@ def joints_stay_put(package: Package, limit: float) -> Measurement:
                 continue  # it is meant to go back
             address = motion.address[joint.name]
             still = STILL_RAD if joint.kind is JointKind.HINGE else STILL_M
-            share = abs(float(data.qpos[address] - start[address])) / max(
-                joint.range[1] - joint.range[0], still / limit
-            )
-            worst = max(worst, share)
-            if share > limit:
-                problems.append((f"joints/{joint.name}", f"drifts by {share:.1%} of its range in 5 s ({name})"))
-    return Measurement(worst, tuple(problems))
+            span = max(joint.range[1] - joint.range[0], still / limit)
+            share = abs(float(data.qpos[address] - start[address])) / span
+            rows.append((f"joints/{joint.name}", share, f"drifts by {share:.1%} of its range in 5 s ({name})"))
+    return worst_above(rows, limit)
 
 
 def hand_effort(asset: Asset, joint: Joint) -> float:
@@ -341,16 +338,13 @@ PAIR_STEP_M = 0.025
 def moving_parts_keep_clear(package: Package, limit: float) -> Measurement:
     """KIN005: deepest contact of a part over any joint's range, alone and with each other joint open; metres."""
     motion = simulation.motion_model_of(package)
-    problems = []
-    worst = 0.0
+    rows = []
     for joint in package.asset.joints:
         contact, open_joint = _deepest_contact(motion, package.asset, joint)
-        worst = max(worst, contact.depth)
-        if contact.depth > limit:
-            while_open = f" while {open_joint} stands open" if open_joint else ""
-            sinks = f"{contact.geom1} sinks {contact.depth:.4f} m into {contact.geom2}{while_open}"
-            problems.append((f"joints/{joint.name}", f"{sinks}; make room between them"))
-    return Measurement(worst, tuple(problems))
+        while_open = f" while {open_joint} stands open" if open_joint else ""
+        sinks = f"{contact.geom1} sinks {contact.depth:.4f} m into {contact.geom2}{while_open}"
+        rows.append((f"joints/{joint.name}", contact.depth, f"{sinks}; make room between them"))
+    return worst_above(rows, limit)
 
 
 def _deepest_contact(motion: simulation.MotionModel, asset: Asset, joint: Joint) -> tuple[simulation.Penetration, str]:

@@ -11,7 +11,7 @@ from functools import lru_cache
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measurement, not_applicable, worst_below
+from casa_assets.checks.check import Measurement, not_applicable, worst_above, worst_below
 from casa_assets.checks.motion.joints import CHUNK_STEPS, PUSH_S, hand_effort
 from casa_assets.checks.motion.simulation import (
     altered,
@@ -75,16 +75,14 @@ def joints_open_without_collision(subject: SceneSubject, limit: float) -> Measur
     if not subject.operated:
         return not_applicable(NO_JOINTS)
     sweeper, paths = JointSweeper(subject, limit), paths_of(subject)
-    worst, problems = 0.0, []
+    rows = []
     for joint in subject.operated.values():
         for clash in _clashes(sweeper, joint, paths):
-            worst = max(worst, clash.depth)
-            if clash.depth > limit:
-                while_open = f" while {clash.open_joint} stands open" if clash.open_joint else ""
-                moved, other = subject.geom_name(clash.moved), subject.geom_name(clash.other)
-                way = f"from {clash.share:.0%} of its way {moved} runs up to {clash.depth * MM_PER_M:.1f} mm"
-                problems.append((f"joints/{joint.name}", f"{way} into {other}{while_open}"))
-    return Measurement(worst, tuple(problems))
+            while_open = f" while {clash.open_joint} stands open" if clash.open_joint else ""
+            moved, other = subject.geom_name(clash.moved), subject.geom_name(clash.other)
+            way = f"from {clash.share:.0%} of its way {moved} runs up to {clash.depth * MM_PER_M:.1f} mm"
+            rows.append((f"joints/{joint.name}", clash.depth, f"{way} into {other}{while_open}"))
+    return worst_above(rows, limit)
 
 
 @lru_cache(maxsize=1)

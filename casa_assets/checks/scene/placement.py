@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import ConvexHull
 
-from casa_assets.checks.check import Measurement, all_at_least, all_at_most, count, not_applicable, not_run
+from casa_assets.checks.check import Measurement, all_at_least, all_at_most, count, not_applicable, not_run, worst_above
 from casa_assets.checks.motion.simulation import (
     altered,
     box_around,
@@ -138,12 +138,11 @@ def fixed_things_do_not_overlap(subject: SceneSubject, limit: float) -> Measurem
         names = (subject.placement_of[geom1], subject.placement_of[geom2])
         if depth > worst.get(names, (0.0, 0, 0))[0]:
             worst[names] = (depth, geom1, geom2)
-    problems, deepest = [], 0.0
+    rows = []
     for names, (depth, geom1, geom2) in worst.items():
-        deepest = max(deepest, depth)
         overlap = f"{subject.geom_name(geom1)} is {depth * MM_PER_M:.1f} mm in {subject.geom_name(geom2)}"
-        problems.append((f"placements/{names[0]}", f"{overlap}; move one, or make it smaller"))
-    return Measurement(deepest, tuple(problems))
+        rows.append((f"placements/{names[0]}", depth, f"{overlap}; move one, or make it smaller"))
+    return worst_above(rows, limit)
 
 
 def overlapping_pairs(subject: SceneSubject, limit: float) -> Iterator[tuple[int, int, float]]:
@@ -181,7 +180,7 @@ def things_are_inside_room(subject: SceneSubject, limit: float) -> Measurement:
         for geom in subject.geoms_of[name]
     ]
     low, high = _heights(subject, categories)
-    worst, problems = 0.0, []
+    rows = []
     for name, category in categories.items():
         if category in ROOM:
             continue
@@ -196,11 +195,9 @@ def things_are_inside_room(subject: SceneSubject, limit: float) -> Measurement:
             "above the ceiling": points[:, 2].max() - high,
         }
         for where, distance in distances.items():
-            worst = max(worst, float(distance))
-            if distance > limit:
-                message = f"reaches {distance * MM_PER_M:.0f} mm {where}; move it in"
-                problems.append((f"placements/{name}", message))
-    return Measurement(worst, tuple(problems))
+            message = f"reaches {distance * MM_PER_M:.0f} mm {where}; move it in"
+            rows.append((f"placements/{name}", float(distance), message))
+    return worst_above(rows, limit)
 
 
 def _heights(subject: SceneSubject, categories: dict[str, str]) -> tuple[float, float]:
