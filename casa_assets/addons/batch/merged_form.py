@@ -9,20 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from casa_assets.addons.batch import fit_primitives as fit
 from casa_assets.addons.batch import moving_parts
-from casa_assets.addons.batch.fit_primitives import (
-    TOLERANCE_M,
-    FitLimits,
-    ReachableSpace,
-    box_between,
-    cover_boxes,
-    fit_primitives,
-    fitted_colliders,
-    is_aligned,
-    points_around,
-    replaced,
-    touched_colliders,
-)
 from casa_assets.core.numeric import Floats
 from casa_assets.mesh.solid.primitive import box_around, link_bounds, shape_bounds
 from casa_assets.model.asset.asset import Asset, Base, Collider, Joint, JointKind, Link, Region
@@ -75,7 +63,7 @@ class StillPart:
     @property
     def is_aligned(self) -> bool:
         """True for a box whose faces look along the axes of the world."""
-        return isinstance(self.collider.shape, Box) and is_aligned(self.collider.pose)
+        return isinstance(self.collider.shape, Box) and fit.is_aligned(self.collider.pose)
 
 
 def still_parts(place: Placement, form: Asset) -> list[StillPart]:
@@ -84,7 +72,7 @@ def still_parts(place: Placement, form: Asset) -> list[StillPart]:
     for link in form.links:
         if form.base is Base.FREE or form.is_moved(link.name):
             continue
-        touched = touched_colliders(form)
+        touched = fit.touched_colliders(form)
         kept = [c for c in link.colliders if c.name not in touched]
         colliders = _of_many_pieces(_of_one_hull_each(_without_slivers(kept)))
         holds_nothing = not form.joints and all(region.name == moving_parts.WHOLE for region in form.regions)
@@ -92,8 +80,8 @@ def still_parts(place: Placement, form: Asset) -> list[StillPart]:
             # A lamp, a clock, a curtain; a large one may have more primitives.
             lower, upper = box_around(np.array([shape_bounds(c.shape, c.pose) for c in colliders]))
             is_large = float((upper - lower)[:2].max()) >= LARGE_THING_M
-            limits = FitLimits(MOST_OF_LARGE_THING if is_large else MOST_OF_PLAIN_THING, moving_parts.EMPTY_SHARE)
-            colliders = fitted_colliders(colliders, limits)
+            limits = fit.FitLimits(MOST_OF_LARGE_THING if is_large else MOST_OF_PLAIN_THING, moving_parts.EMPTY_SHARE)
+            colliders = fit.fitted_colliders(colliders, limits)
         world_from_link = place.pose @ form.asset_from_link(link.name)
         parts += [StillPart(place, c.replace(pose=world_from_link @ c.pose)) for c in colliders]
     return parts
@@ -124,10 +112,10 @@ def _of_one_hull_each(colliders: Sequence[Collider]) -> tuple[Collider, ...]:
     found: list[Collider] = []
     for group in groups.values():
         if len(group) > 1:
-            fitted = fit_primitives([(c.shape, c.pose) for c in group], FitLimits(1, EMPTY_SHARE_OF_HULL))
+            fitted = fit.fit_primitives([(c.shape, c.pose) for c in group], fit.FitLimits(1, EMPTY_SHARE_OF_HULL))
             filled = sum(np.prod(_size(c.shape)) for c in group)
             if len(fitted) == 1 and 1 - filled / np.prod(_size(fitted[0].shape)) <= EMPTY_SHARE_OF_HULL:
-                found.append(replaced(group[0], fitted[0].shape, fitted[0].pose))
+                found.append(fit.replaced(group[0], fitted[0].shape, fitted[0].pose))
                 continue
         found += group
     return tuple(found)
@@ -141,8 +129,8 @@ def _of_many_pieces(colliders: Sequence[Collider]) -> tuple[Collider, ...]:
         groups.setdefault(str(collider.label) if is_piece else collider.name, []).append(collider)
     found: list[Collider] = []
     for group in groups.values():
-        limits = FitLimits(max(1, len(group) // moving_parts.PIECES_PER_GROUP), moving_parts.EMPTY_SHARE)
-        found += fitted_colliders(group, limits) if len(group) >= MANY_PIECES else group
+        limits = fit.FitLimits(max(1, len(group) // moving_parts.PIECES_PER_GROUP), moving_parts.EMPTY_SHARE)
+        found += fit.fitted_colliders(group, limits) if len(group) >= MANY_PIECES else group
     return tuple(found)
 
 
@@ -153,11 +141,13 @@ def exposed_parts(parts: Sequence[StillPart]) -> list[StillPart]:
         return list(parts)
     corners = np.array([part.bounds for part in aligned])
     askew = [part for part in parts if not part.is_aligned]
-    space = ReachableSpace(corners, points_around(corners), [(p.collider.shape, p.collider.pose) for p in askew])
+    space = fit.ReachableSpace(
+        corners, fit.points_around(corners), [(p.collider.shape, p.collider.pose) for p in askew]
+    )
     found = []
-    for cover in cover_boxes(space):
+    for cover in fit.cover_boxes(space):
         owner = aligned[cover.covered[0]]
-        found.append(StillPart(owner.place, replaced(owner.collider, *box_between(cover.corners))))
+        found.append(StillPart(owner.place, fit.replaced(owner.collider, *fit.box_between(cover.corners))))
     return [*found, *(part for part in askew if space.is_exposed(part.bounds[0], part.bounds[1]))]
 
 
@@ -166,13 +156,13 @@ def merged_parts(still: Sequence[StillPart]) -> list[WorldCollider]:
     aligned = [part for part in still if part.is_aligned]
     askew = [part for part in still if not part.is_aligned]
     corners = np.array([part.bounds for part in aligned])
-    space = ReachableSpace(corners, _seeds(still), [(part.collider.shape, part.collider.pose) for part in askew])
-    covers = cover_boxes(space)
+    space = fit.ReachableSpace(corners, _seeds(still), [(part.collider.shape, part.collider.pose) for part in askew])
+    covers = fit.cover_boxes(space)
     kept = _without_flat([cover.corners for cover in covers])
     found = []
     for k in kept:
         owner = aligned[covers[k].covered[0]]
-        found.append((owner, replaced(owner.collider, *box_between(covers[k].corners))))
+        found.append((owner, fit.replaced(owner.collider, *fit.box_between(covers[k].corners))))
     for part in askew:
         lower, upper = part.bounds
         if space.is_exposed(lower, upper) and not _is_flat(np.array([lower, upper]), corners):
@@ -215,7 +205,7 @@ def _is_flat(box: Floats, others: Floats) -> bool:
     """True where a strip, (2, 3) its corners, lies flat against the side or the bottom of one of (N, 2, 3) others."""
     if np.sort(box[1] - box[0])[1] > STRIP_M:
         return False
-    below, above = np.array([FLAT_M] * 3), np.array([FLAT_M, FLAT_M, 2 * TOLERANCE_M])
+    below, above = np.array([FLAT_M] * 3), np.array([FLAT_M, FLAT_M, 2 * fit.TOLERANCE_M])
     held = (others[:, 0] - below <= box[0]).all(axis=1) & (others[:, 1] + above >= box[1]).all(axis=1)
     return bool(held.any())
 
@@ -368,7 +358,7 @@ def _with_outer_region(form: Asset, whole: Asset) -> Asset:
     boxes = [found for found in bounds if found is not None]
     if not boxes:
         return form
-    box, pose = box_between(box_around(np.array(boxes)))
+    box, pose = fit.box_between(box_around(np.array(boxes)))
     return form.replace(regions=(*form.regions, Region(name=OUTER_REGIONS[0], pose=pose, size=box.size)))
 
 

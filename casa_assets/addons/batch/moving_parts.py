@@ -9,19 +9,7 @@ from itertools import combinations, product
 
 import numpy as np
 
-from casa_assets.addons.batch.fit_primitives import (
-    SIZE_STEP_M,
-    TOLERANCE_M,
-    FitLimits,
-    ReachableSpace,
-    box_between,
-    cover_boxes,
-    fitted_colliders,
-    is_aligned,
-    points_around,
-    replaced,
-    touched_colliders,
-)
+from casa_assets.addons.batch import fit_primitives as fit
 from casa_assets.core.numeric import Floats
 from casa_assets.mesh.solid.primitive import box_around, link_bounds, shape_bounds
 from casa_assets.model.asset.asset import Asset, Base, Collider, Exclusion, Joint, JointKind, Link, Region
@@ -161,7 +149,7 @@ def with_few_primitives(place: Placement, form: Asset, loose: Sequence[LoosePart
 
     `loose`: the primitives of loose things, and others that this one avoids. `inside`: of it, and of bins of doors.
     """
-    links, touched = [], touched_colliders(form)
+    links, touched = [], fit.touched_colliders(form)
     for link in form.links:
         if form.base is Base.FREE:
             colliders = _of_thing(place, form, link, loose, inside is not Inside.KEPT)
@@ -229,26 +217,26 @@ def _of_thing(
         if region.link == link.name and region.name != WHOLE and not is_filled
     ]
     corners = np.array(beside) if beside else None
-    touched = touched_colliders(form)
+    touched = fit.touched_colliders(form)
     kept = tuple(c for c in link.colliders if c.name in touched)
     others = [c for c in link.colliders if c.name not in touched]
     most = (MOST_OF_SOLID if form.joints else MOST_OF_SEAT) if is_filled else MOST_OF_THING
-    return (*fitted_colliders(others, FitLimits(most, EMPTY_SHARE, free, corners)), *kept)
+    return (*fit.fitted_colliders(others, fit.FitLimits(most, EMPTY_SHARE, free, corners)), *kept)
 
 
 def _of_moving_part(form: Asset, link: Link, inside: Inside) -> tuple[Collider, ...]:
     """The primitives of a door, a drawer or another part of a fixture: boxes become one where that takes no room."""
-    kept = {joint.grip for joint in form.joints} | touched_colliders(form)
-    apart = [c for c in link.colliders if c.name in kept or not isinstance(c.shape, Box) or not is_aligned(c.pose)]
+    kept = {joint.grip for joint in form.joints} | fit.touched_colliders(form)
+    apart = [c for c in link.colliders if c.name in kept or not isinstance(c.shape, Box) or not fit.is_aligned(c.pose)]
     boxes = [c for c in link.colliders if c not in apart]
     round_ = [c for c in apart if c.name not in kept]
     if len(round_) > 1:
-        limits = FitLimits(max(1, len(round_) // PIECES_PER_GROUP), EMPTY_SHARE_OF_PIECES)
-        apart = [*(c for c in apart if c.name in kept), *fitted_colliders(round_, limits)]
+        limits = fit.FitLimits(max(1, len(round_) // PIECES_PER_GROUP), EMPTY_SHARE_OF_PIECES)
+        apart = [*(c for c in apart if c.name in kept), *fit.fitted_colliders(round_, limits)]
     if len(boxes) > 1:
         corners = np.array([shape_bounds(c.shape, c.pose) for c in boxes])
-        space = ReachableSpace(corners, points_around(corners), [(c.shape, c.pose) for c in apart])
-        merged = [(cover.corners, cover.covered[0]) for cover in cover_boxes(space)]
+        space = fit.ReachableSpace(corners, fit.points_around(corners), [(c.shape, c.pose) for c in apart])
+        merged = [(cover.corners, cover.covered[0]) for cover in fit.cover_boxes(space)]
         joint = form.joint_of(link.name)
         if joint is None or joint.kind is JointKind.SLIDE:
             merged = _filled(_without_lining(merged), _regions(form, link.name), FILLED_M3)
@@ -262,13 +250,13 @@ def _of_moving_part(form: Asset, link: Link, inside: Inside) -> tuple[Collider, 
                 most_empty = BIN_M3 if inside is Inside.SOLID else np.inf
                 bins = _filled(bins, _other_links(form, link.name), most_empty)
             merged = [*leaf, *bins]
-        boxes = [replaced(boxes[i], *box_between(found)) for found, i in merged]
+        boxes = [fit.replaced(boxes[i], *fit.box_between(found)) for found, i in merged]
     return (*boxes, *apart)
 
 
 def with_plain_parts(asset: Asset, locked: Collection[str]) -> Asset:
     """The asset without the posts of handles; a locked part has no handle, and a locked drawer or rack is one block."""
-    touched = touched_colliders(asset)
+    touched = fit.touched_colliders(asset)
     grips = {joint.grip for joint in asset.joints} | touched
     moved_by_locked = {joint.child for joint in asset.joints if joint.name in locked}
     blocks = {
@@ -283,7 +271,7 @@ def with_plain_parts(asset: Asset, locked: Collection[str]) -> Asset:
         body = [c for c in colliders if c.name not in grips]
         if link.name in blocks and len(body) > 1:
             whole = box_around(np.array([shape_bounds(c.shape, c.pose) for c in body]))
-            colliders = [replaced(body[0], *box_between(whole)), *(c for c in colliders if c.name in grips)]
+            colliders = [fit.replaced(body[0], *fit.box_between(whole)), *(c for c in colliders if c.name in grips)]
         if link.name in moved_by_locked and asset.base is Base.FIXED:
             colliders = [c for c in colliders if c.label != HANDLE or c.name in touched] or colliders
         links.append(link.replace(colliders=tuple(colliders)))
@@ -314,14 +302,14 @@ def _without_lining(boxes: list[tuple[Floats, int]]) -> list[tuple[Floats, int]]
 def _lines(lining: Floats, front: Floats, axis: int) -> bool:
     """True where a thin box lies flat against a side of a front, across an axis, and covers most of it."""
     across = [other for other in range(3) if other != axis]
-    if (lining[0, across] < front[0, across] - TOLERANCE_M).any():
+    if (lining[0, across] < front[0, across] - fit.TOLERANCE_M).any():
         return False
-    if (lining[1, across] > front[1, across] + TOLERANCE_M).any():
+    if (lining[1, across] > front[1, across] + fit.TOLERANCE_M).any():
         return False
     thickness, of_front = (float(box[1, axis] - box[0, axis]) for box in (lining, front))
     if thickness > LINING_M or of_front > 3 * LINING_M:
         return False
-    if lining[0, axis] > front[1, axis] + TOLERANCE_M or lining[1, axis] < front[0, axis] - TOLERANCE_M:
+    if lining[0, axis] > front[1, axis] + fit.TOLERANCE_M or lining[1, axis] < front[0, axis] - fit.TOLERANCE_M:
         return False
     area, of_front_area = (float(np.prod(box[1, across] - box[0, across])) for box in (lining, front))
     return area > LINING_SHARE * of_front_area
@@ -355,7 +343,7 @@ def _other_links(form: Asset, link: str) -> Floats:
             link_from_other = link_from_asset @ form.asset_from_link(other.name)
             for collider in other.colliders:
                 lower, upper = shape_bounds(collider.shape, link_from_other @ collider.pose)
-                margin = np.minimum(TOLERANCE_M, REGION_SHARE * (upper - lower))
+                margin = np.minimum(fit.TOLERANCE_M, REGION_SHARE * (upper - lower))
                 found.append((lower + margin, upper - margin))
     return np.array(found).reshape(-1, 2, 3)
 
@@ -385,5 +373,5 @@ def _filled(boxes: list[tuple[Floats, int]], kept_free: Floats, most_empty: floa
 
 def _inner_space(region: Region) -> tuple[Shape, Pose]:
     """A region as a shape with its pose in its link, a little smaller on each side."""
-    x, y, z = (max(size - 2 * min(2 * TOLERANCE_M, REGION_SHARE * size), SIZE_STEP_M) for size in region.size)
+    x, y, z = (max(size - 2 * min(2 * fit.TOLERANCE_M, REGION_SHARE * size), fit.SIZE_STEP_M) for size in region.size)
     return (Box(size=(x, y, z)) if region.kind == "box" else Cylinder(radius=x / 2, height=z)), region.pose

@@ -12,17 +12,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import (
-    Measurement,
-    Problem,
-    Row,
-    Unmeasured,
-    all_at_most,
-    at_most,
-    not_applicable,
-    not_run,
-    worst_below,
-)
+from casa_assets.checks import check
 from casa_assets.checks.motion.joints import PUSH_S, hand_effort, push
 from casa_assets.checks.motion.simulation import START, altered, open_before, open_end, reset_to_start
 from casa_assets.checks.readers.mujoco_facts import free_bodies
@@ -60,14 +50,14 @@ class BatchSubject:
     def model(self) -> mujoco.MjModel:
         """The compiled batch form. Raises Unmeasured where it does not load."""
         if self.batch.model is None:
-            raise Unmeasured(not_run(UNREADABLE))
+            raise check.Unmeasured(check.not_run(UNREADABLE))
         return self.batch.model
 
     @property
     def models(self) -> tuple[mujoco.MjModel, mujoco.MjModel]:
         """The batch and the light form. Raises Unmeasured if either does not load."""
         if self.light.model is None:
-            raise Unmeasured(not_run(UNREADABLE))
+            raise check.Unmeasured(check.not_run(UNREADABLE))
         return self.model, self.light.model
 
     @cached_property
@@ -123,17 +113,17 @@ MAX_LISTED = 20
 REST_S = 0.5
 
 
-def batch_form_loads(subject: BatchSubject) -> Measurement:
+def batch_form_loads(subject: BatchSubject) -> check.Measurement:
     """BAT001: warnings, shapes that are no primitives, and joints that are others than in the light form."""
     if subject.batch.model is None:
-        return Measurement(1.0, ((BATCH_FILE, subject.batch.error),))
+        return check.Measurement(1.0, ((BATCH_FILE, subject.batch.error),))
     if subject.light.model is None:
-        return not_run("MuJoCo cannot read scene_light.xml, which the batch form is held against")
+        return check.not_run("MuJoCo cannot read scene_light.xml, which the batch form is held against")
     problems = list(_problems(subject, subject.batch.model, subject.light.model))
-    return Measurement(float(len(problems)), tuple(problems[:MAX_LISTED]))
+    return check.Measurement(float(len(problems)), tuple(problems[:MAX_LISTED]))
 
 
-def _problems(subject: BatchSubject, batch: mujoco.MjModel, light: mujoco.MjModel) -> Iterator[Problem]:
+def _problems(subject: BatchSubject, batch: mujoco.MjModel, light: mujoco.MjModel) -> Iterator[check.Problem]:
     for warning in subject.batch.warnings:
         yield BATCH_FILE, f"MuJoCo warns: {warning}"
     for geom in np.flatnonzero(subject.colliding & ~np.isin(batch.geom_type, PRIMITIVES)):
@@ -157,20 +147,22 @@ def _problems(subject: BatchSubject, batch: mujoco.MjModel, light: mujoco.MjMode
                 yield f"joints/{name}", f"has another {field} than in the light form"
 
 
-def collider_count_is_bounded(subject: BatchSubject, limit: float) -> Measurement:
+def collider_count_is_bounded(subject: BatchSubject, limit: float) -> check.Measurement:
     """BAT002: number of primitives that touch anything."""
     advice = "{:.0f} primitives that touch anything; lock more joints (`--joints`), or take things out"
     number = float(subject.colliding.sum())
-    return at_most(number, limit, BATCH_FILE, advice.format(number))
+    return check.at_most(number, limit, BATCH_FILE, advice.format(number))
 
 
-def pair_count_is_bounded(subject: BatchSubject, limit: float) -> Measurement:
+def pair_count_is_bounded(subject: BatchSubject, limit: float) -> check.Measurement:
     """BAT003: number of pairs of geoms that an engine has to look at."""
     number = float(candidate_pairs(subject.model).sum())
-    return at_most(number, limit, BATCH_FILE, f"{number:.0f} candidate pairs; lock more joints, or take things out")
+    return check.at_most(
+        number, limit, BATCH_FILE, f"{number:.0f} candidate pairs; lock more joints, or take things out"
+    )
 
 
-def nothing_is_awake_at_rest(subject: BatchSubject, limit: float) -> Measurement:
+def nothing_is_awake_at_rest(subject: BatchSubject, limit: float) -> check.Measurement:
     """BAT004: degrees of freedom that are awake, and constraint rows, once the scene has been left alone for 0.5 s."""
     model = subject.model
     data = mujoco.MjData(model)
@@ -178,7 +170,7 @@ def nothing_is_awake_at_rest(subject: BatchSubject, limit: float) -> Measurement
     mujoco.mj_step(model, data, nstep=round(REST_S / model.opt.timestep))
     number = float(data.nv_awake + data.nefc)
     message = f"{data.nv_awake} degrees of freedom are awake and there are {data.nefc} constraint rows at rest"
-    return at_most(number, limit, BATCH_FILE, f"{message}; look for what touches or moves there")
+    return check.at_most(number, limit, BATCH_FILE, f"{message}; look for what touches or moves there")
 
 
 def candidate_pairs(model: mujoco.MjModel) -> Mask:
@@ -203,12 +195,12 @@ def candidate_pairs(model: mujoco.MjModel) -> Mask:
 # Rest -----------------------------------------------------------------------------------------------------------------
 
 
-def no_penetration(subject: BatchSubject, limit: float) -> Measurement:
+def no_penetration(subject: BatchSubject, limit: float) -> check.Measurement:
     """BAT005: deepest penetration at the start and after 1 s with nothing asleep, metres."""
     return deepest(_settled(subject).depths, limit, "in the batch form")
 
 
-def loose_things_stay_put(subject: BatchSubject, limit: float) -> Measurement:
+def loose_things_stay_put(subject: BatchSubject, limit: float) -> check.Measurement:
     """BAT006: largest distance that a free-standing object moves in 5 s with nothing asleep, metres."""
     return farthest(_settled(subject).drift, limit, " in the batch form", MAX_LISTED)
 
@@ -223,11 +215,11 @@ def _settled(subject: BatchSubject) -> Settled:
 # Opening --------------------------------------------------------------------------------------------------------------
 
 
-def joints_open_by_hand(subject: BatchSubject, limit: float) -> Measurement:
+def joints_open_by_hand(subject: BatchSubject, limit: float) -> check.Measurement:
     """BAT009: least share of its range that a joint of a fixture covers within 2 s under 20 N at its grip."""
     model = subject.model
     locked = {(ref.placement, ref.joint) for ref in subject.form.locked}
-    rows: list[Row] = []
+    rows: list[check.Row] = []
     assets = subject.form.scene.asset_of
     for place in subject.form.scene.placements:
         asset = assets[place.name]
@@ -237,7 +229,7 @@ def joints_open_by_hand(subject: BatchSubject, limit: float) -> Measurement:
             share = _share(model, place.name, asset, joint, limit)
             message = f"goes {share:.0%} of its way under {PULL_N:g} N in {PUSH_S:g} s in the batch form"
             rows.append((f"joints/{place.name}__{joint.name}", share, message))
-    return worst_below(rows, limit, "all joints of its fixtures are locked")
+    return check.worst_below(rows, limit, "all joints of its fixtures are locked")
 
 
 def _share(model: mujoco.MjModel, place: str, asset: Asset, joint: Joint, enough: float) -> float:
@@ -275,7 +267,7 @@ WHOLE = "main"
 FLOOR = "floor"
 
 
-def surfaces_are_kept(subject: BatchSubject, limit: float) -> Measurement:
+def surfaces_are_kept(subject: BatchSubject, limit: float) -> check.Measurement:
     """BAT007: share of rays from points in the room that meet the batch form elsewhere than the light one, 0..1.
 
     As the kitchen begins and with all open that is not locked; the larger share of the two.
@@ -284,11 +276,11 @@ def surfaces_are_kept(subject: BatchSubject, limit: float) -> Measurement:
     assets = subject.form.scene.asset_of
     floors = [name for name, asset in assets.items() if asset.labels.category == FLOOR]
     if not floors:
-        return not_applicable("it has no floor to stand on")
+        return check.not_applicable("it has no floor to stand on")
     shares = {key: _share_off(batch, light, key, f"{floors[0]}__") for key in (START, OPEN_POSE)}
     message = "{:.1%} of rays meet it more than 5 mm nearer or farther than the light form"
     numbers = {f"{BATCH_FILE} {key}": share for key, share in shares.items()}
-    return all_at_most(numbers, limit, message, "it has no floor to stand on")
+    return check.all_at_most(numbers, limit, message, "it has no floor to stand on")
 
 
 def _share_off(batch: mujoco.MjModel, light: mujoco.MjModel, key: str, floor_name: str) -> float:
@@ -329,7 +321,7 @@ def _distances(model: mujoco.MjModel, data: mujoco.MjData, point: Floats, rays: 
     return np.where(found < 0, FARTHEST_M, np.minimum(found, FARTHEST_M))
 
 
-def room_inside_is_kept(subject: BatchSubject, limit: float) -> Measurement:
+def room_inside_is_kept(subject: BatchSubject, limit: float) -> check.Measurement:
     """BAT008: largest share of a region that is free in the light form and filled in the batch form, 0..1.
 
     Points in the place of a part with a locked joint, and regions of things that are filled on purpose, do not count.
@@ -350,9 +342,9 @@ def room_inside_is_kept(subject: BatchSubject, limit: float) -> Measurement:
         before, after = (_filled(*form, points, place.name) for form in ((light, in_light), (batch, in_batch)))
         shares[f"placements/{place.name}/{region.name}"] = float((after & ~before).mean())
     if not shares:
-        return not_applicable("it has no regions that stay open")
+        return check.not_applicable("it has no regions that stay open")
     message = "{:.0%} of it is filled in the batch form and free in the light one"
-    return all_at_most(shares, limit, message, "it has no regions that stay open")
+    return check.all_at_most(shares, limit, message, "it has no regions that stay open")
 
 
 def _kept_regions(subject: BatchSubject) -> Iterator[tuple[Placement, Asset, Region]]:

@@ -17,14 +17,7 @@ import numpy as np
 from lxml import etree
 
 from casa_assets.checks.check import Measurement, all_at_most, count, not_applicable, not_run
-from casa_assets.checks.motion.simulation import (
-    box_around,
-    geom_boxes,
-    reset_to_start,
-    simulation_warnings,
-    subtree,
-    vertices_of,
-)
+from casa_assets.checks.motion import simulation
 from casa_assets.checks.scene.subject import FILE, Contents, all_pairs, body_name, boxes_meet, collision_model
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
@@ -159,8 +152,8 @@ class Stage:
             name = row["name"]
             if row["mass_kg"] > HEAVIEST_KG:
                 continue
-            geoms = np.flatnonzero(subtree(model, int(model.body(name).id))[model.geom_bodyid])
-            low, high = box_around(geom_boxes(model, self.data, geoms))
+            geoms = np.flatnonzero(simulation.subtree(model, int(model.body(name).id))[model.geom_bodyid])
+            low, high = simulation.box_around(simulation.geom_boxes(model, self.data, geoms))
             if float((high - low).max()) > LARGEST_M:
                 continue
             address = int(model.joint(f"{name}__{FREE_JOINT}").qposadr[0])
@@ -261,7 +254,7 @@ class Stage:
 
     def show(self, qpos: Floats) -> None:
         """Put a state before MuJoCo, at rest, with the contacts that the scene makes in it."""
-        reset_to_start(self.model, self.data)
+        simulation.reset_to_start(self.model, self.data)
         self.data.qpos[:] = qpos
         self.data.qvel[:] = 0.0
         mujoco.mj_forward(self.model, self.data)
@@ -293,7 +286,10 @@ class Stage:
         data.mocap_pos[self._mocap] = (at[0], at[1], 0.0)
         data.mocap_quat[self._mocap] = (math.cos(at[2] / 2), 0.0, 0.0, math.sin(at[2] / 2))
         mujoco.mj_kinematics(model, data)
-        robot, boxes = geom_boxes(model, data, self._footprint), geom_boxes(model, data, self._solid)
+        robot, boxes = (
+            simulation.geom_boxes(model, data, self._footprint),
+            simulation.geom_boxes(model, data, self._solid),
+        )
         for part, near in zip(self._footprint.tolist(), boxes_meet(robot[:, None], boxes[None]), strict=True):
             for geom in self._solid[near].tolist():
                 if mujoco.mj_geomDistance(model, data, part, geom, 0.01, None) < 0.0:
@@ -305,7 +301,7 @@ class Stage:
         model, data, part = self.model, self._scratch, slice(thing.address, thing.address + FREE_WIDTH)
         data.qpos[part] = (0.0, 0.0, 0.0, *quaternion)
         mujoco.mj_kinematics(model, data)
-        points = np.concatenate([vertices_of(model, data, int(g)) for g in thing.geoms])
+        points = np.concatenate([simulation.vertices_of(model, data, int(g)) for g in thing.geoms])
         return np.array([points.min(axis=0), points.max(axis=0)])
 
     def carried(self, qpos: Floats, place: Place, point: Floats) -> Floats:
@@ -321,7 +317,7 @@ class Stage:
 
     def low_and_high(self, thing: LooseThing) -> Floats:
         """(2, 3) corners of the box around a thing in the present state, world frame, m."""
-        points = np.concatenate([vertices_of(self.model, self.data, int(g)) for g in thing.geoms])
+        points = np.concatenate([simulation.vertices_of(self.model, self.data, int(g)) for g in thing.geoms])
         return np.array([points.min(axis=0), points.max(axis=0)])
 
 
@@ -385,7 +381,7 @@ def watch(stage: Stage, qpos: Floats) -> Watched:
         mujoco.mj_step(model, data, nstep=steps)
         depth = max(depth, stage.depth())
         motion = max(motion, float(np.linalg.norm(stage.corners() - before, axis=1).max(initial=0.0)))
-    return Watched(depth, motion, tuple(simulation_warnings(data)))
+    return Watched(depth, motion, tuple(simulation.simulation_warnings(data)))
 
 
 # Verdict --------------------------------------------------------------------------------------------------------------
