@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, TypedDict, TypeVar, Unp
 import mujoco
 import numpy as np
 
+from casa_assets.addons.batch.batch_form import read_batch
 from casa_assets.addons.batch.engines import COMMON_SIZES, TRIAL_ROBOT_FREEDOMS, Engine, Parts, engine_named
 from casa_assets.addons.batch.shared_model import Robot, SharedModel, robot_of, share
 from casa_assets.addons.batch.start_rows import StartRows, awake_sizes, near_pairs, start_rows

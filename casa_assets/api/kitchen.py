@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Concatenate, Literal, ParamSpec, TypeVar
 
 import mujoco
 
+from casa_assets.addons.batch.batch_form import batch_of
 from casa_assets.api.behaviors import StartStates
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.core.system import cache_dir
@@ -22,6 +23,7 @@ from casa_assets.families.asset_store import AssetStore
 from casa_assets.formats.mjcf.scene import batch
 from casa_assets.formats.mjcf.scene import kitchen as mjcf
 from casa_assets.layouts.order.build_order import KitchenRequest as Resolved
+from casa_assets.layouts.order.request import KitchenRequest as Resolved
 from casa_assets.layouts.run.check import run_checks_on_scene
 from casa_assets.layouts.run.kept import is_drawn, is_whole
 from casa_assets.layouts.run.load_scene import FILES, SurfaceTextures, model_of, spec_of

@@ -1,20 +1,19 @@
-"""The row type of the table of checks, the result of a check function, and which assets a check applies to."""
+"""Checks: the row type of their table, the result of a check function, running rows, which assets a check fits."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats, Ints, significant
 from casa_assets.model.asset.asset import Asset, Collider, Link, Visual
 from casa_assets.model.asset.provenance import UNFOUND_PARTS
-from casa_assets.model.issue import Severity, Status
+from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
 from casa_assets.model.source import SourceKind
-
-# Check ----------------------------------------------------------------------------------------------------------------
-# The row type of the table of checks, and the result of a check function.
 
 # Where a fault is, as a path such as `links/door/colliders`, and what is wrong there.
 Problem = tuple[str, str]
@@ -22,15 +21,10 @@ Problem = tuple[str, str]
 
 @dataclass(frozen=True)
 class Measurement:
-    """Result of a check function: a number with its problems, or the reason why there is no number.
+    """Result of a check function: the (worst) number with its problems, or the reason why there is no number.
 
-    Attributes:
-        number: the measured value, the worst if there are several.
-        problems: one for each fault; empty if the subject passes.
-        status: NOT_APPLICABLE or NOT_RUN if nothing was measured, PASSED if there is no fault and no number to report;
-            None if the problems decide.
-        reason: why it does not apply or was not run.
-        waived: that it was not run is not held against the subject.
+    `status`: NOT_APPLICABLE or NOT_RUN if nothing was measured, PASSED if there is no fault and no number to report;
+    None if the problems decide. `waived`: that it was not run is not held against the subject.
     """
 
     number: float | None = None
@@ -59,13 +53,16 @@ def not_applicable(reason: str) -> Measurement:
 
 
 def not_run(reason: str, waived: bool = False) -> Measurement:
-    """The check applies, but could not look.
-
-    Args:
-        reason: a part of a sentence that says why.
-        waived: it is not held against the subject, as where an optional package is not installed.
-    """
+    """The check applies, but could not look. `reason`: part of a sentence. `waived`: as without an optional package."""
     return Measurement(status=Status.NOT_RUN, reason=reason, waived=waived)
+
+
+class Unmeasured(Exception):
+    """Ends a check that does not apply or could not look, from within what several checks share."""
+
+    def __init__(self, measurement: Measurement) -> None:
+        super().__init__(measurement.reason)
+        self.measurement = measurement
 
 
 def at_most(number: float, limit: float, pointer: str, message: str) -> Measurement:
@@ -78,22 +75,36 @@ def at_least(number: float, limit: float, pointer: str, message: str) -> Measure
     return Measurement(number, () if number >= limit else ((pointer, message),))
 
 
-def all_at_most(numbers: Mapping[str, float], limit: float, message: str, otherwise: str) -> Measurement:
-    """The largest of several numbers, with a problem for each that exceeds the limit.
+Row = tuple[str, float, str]  # pointer, number, and what is wrong if the number is beyond the limit
 
-    Args:
-        numbers: pointer -> number.
-        message: a format with one field for the number.
-        otherwise: reason why the check does not apply if there are no numbers.
+
+def worst_above(rows: Iterable[Row], limit: float, otherwise: str | None = None) -> Measurement:
+    """The largest number of some rows, with a problem for each that exceeds the limit; `otherwise`: without rows.
+
+    Without `otherwise`, 0 is the least that is measured, also without rows.
     """
-    problems = tuple((pointer, message.format(number)) for pointer, number in numbers.items() if number > limit)
-    return largest(numbers.values(), problems, otherwise)
+    found = list(rows)
+    numbers = [*([0.0] if otherwise is None else []), *(number for _, number, _ in found)]
+    return largest(numbers, [(p, m) for p, number, m in found if number > limit], otherwise or "")
+
+
+def worst_below(rows: Iterable[Row], limit: float, otherwise: str) -> Measurement:
+    """The least number of some rows, with a problem for each below the limit; `otherwise`: without rows."""
+    found = list(rows)
+    return least((number for _, number, _ in found), [(p, m) for p, number, m in found if number < limit], otherwise)
+
+
+def all_at_most(numbers: Mapping[str, float], limit: float, message: str, otherwise: str) -> Measurement:
+    """The largest of several numbers by pointer, with a problem for each that exceeds the limit.
+
+    `message`: a format with one field for the number. `otherwise`: why the check does not apply without numbers.
+    """
+    return worst_above(((pointer, n, message.format(n)) for pointer, n in numbers.items()), limit, otherwise)
 
 
 def all_at_least(numbers: Mapping[str, float], limit: float, message: str, otherwise: str) -> Measurement:
     """The least of several numbers, with a problem for each below the limit. Arguments are as for `all_at_most`."""
-    problems = tuple((pointer, message.format(number)) for pointer, number in numbers.items() if number < limit)
-    return least(numbers.values(), problems, otherwise)
+    return worst_below(((pointer, n, message.format(n)) for pointer, n in numbers.items()), limit, otherwise)
 
 
 def largest(numbers: Iterable[float], problems: Iterable[Problem], otherwise: str) -> Measurement:
@@ -125,15 +136,10 @@ class Check:
 
     Attributes:
         code: such as `AST002`; never reused.
-        title: two to six words that name what is tested.
         severity: an error keeps the asset out of the library; a warning is advice.
-        subject: type that the function takes.
-        function: measures a subject.
-        limit: key in registry/limits.yaml of the limit of the number, or None.
-        unit: of the number and the limit.
+        limit: key in registry/limits.yaml of the limit of the number, or None. others: keys of further limits.
         description: one sentence: what is measured, against which limit, and what to do if it fails. `{limit}` and
             `{mm}` (a thousand times the limit) are placeholders for the number, the keys of `others` for theirs.
-        others: keys of further limits.
     """
 
     code: str
@@ -149,7 +155,10 @@ class Check:
     def run(self, subject: object, limits: Mapping[str, float]) -> Measurement:
         """Call the function with its limits. Raises KeyError where `limits` lacks one."""
         keys = self.others if self.limit is None else (self.limit, *self.others)
-        return self.function(subject, *(limits[key] for key in keys))
+        try:
+            return self.function(subject, *(limits[key] for key in keys))
+        except Unmeasured as end:
+            return end.measurement
 
     def describe(self, limits: Mapping[str, float]) -> str:
         """The description with its numbers. Raises KeyError where `limits` lacks one."""
@@ -161,7 +170,6 @@ class Check:
 
 
 # Applicability --------------------------------------------------------------------------------------------------------
-# Which assets a check applies to, the reasons why it does not, and the parts of an asset with their pointers.
 
 # Reasons as reports give them.
 NOT_BUILT = "it came as a mesh, and built things alone are held to this"
@@ -214,3 +222,99 @@ def merged_mesh(visuals: Sequence[Visual]) -> tuple[Floats, Ints]:
     starts = np.cumsum([0, *(len(v.mesh.vertices) for v in visuals)])
     faces = np.concatenate([v.mesh.faces + s for v, s in zip(visuals, starts, strict=False)]).astype(np.int64)
     return np.concatenate([v.mesh.vertices for v in visuals]), faces
+
+
+# Run ------------------------------------------------------------------------------------------------------------------
+
+# What is waived where nothing is; shared and never written to.
+NO_WAIVERS: Mapping[str, str] = {}
+
+
+def run(
+    subject: object,
+    name: str,
+    limits: Mapping[str, float],
+    waived: Mapping[str, str] = NO_WAIVERS,
+    table: Iterable[Check] | None = None,
+) -> Report:
+    """Report, under a name, of every check whose subject type is that of `subject`.
+
+    Args:
+        waived: code -> reason of the checks that are not run on this subject; the report lists them as not run.
+        table: rows to run; None: all. The rows of libraries alone need neither MuJoCo nor USD, which take a second
+            to import.
+    Raises:
+        KeyError: a row names a limit that the registry does not have.
+    """
+    results: list[CheckResult] = []
+    issues: list[Issue] = []
+    for check in _rows(table):
+        if not isinstance(subject, check.subject):
+            continue
+        limit = None if check.limit is None else limits[check.limit]
+        if check.code in waived:
+            results.append(_result(check, not_run(waived[check.code], waived=True), limit))
+            continue
+        with _mujoco_warnings():
+            measured = check.run(subject, limits)
+        results.append(_result(check, measured, limit))
+        issues += [Issue(code=check.code, severity=check.severity, pointer=p, message=s) for p, s in measured.problems]
+    return Report(subject=name, results=tuple(results), issues=tuple(issues))
+
+
+def report_not_run(
+    kinds: tuple[type, ...],
+    name: str,
+    limits: Mapping[str, float],
+    reason: str,
+    waived: Mapping[str, str] = NO_WAIVERS,
+    table: Iterable[Check] | None = None,
+) -> Report:
+    """Report of checks of some types of subjects that could not be run, all for one reason (part of a sentence)."""
+    rows = [check for check in _rows(table) if check.subject in kinds]
+    results = tuple(
+        _result(
+            check,
+            not_run(waived.get(check.code, reason), waived=check.code in waived),
+            None if check.limit is None else limits[check.limit],
+        )
+        for check in rows
+    )
+    return Report(subject=name, results=results)
+
+
+def load_table() -> Iterable[Check]:
+    """Every check there is; the first call imports them all, which takes a quarter of a second."""
+    from casa_assets.checks.table import TABLE
+
+    return TABLE
+
+
+def _rows(table: Iterable[Check] | None) -> Iterable[Check]:
+    return load_table() if table is None else table
+
+
+def _mujoco_warnings() -> AbstractContextManager[object]:
+    """Listens to MuJoCo, whose warnings while it simulates or reads a file again would else be written to a log.
+
+    Where no row has imported MuJoCo, none will be warned by it.
+    """
+    if "mujoco" not in sys.modules:
+        return nullcontext()
+    from casa_assets.checks.readers.mujoco_load import native_warnings
+
+    return native_warnings()
+
+
+def _result(check: Check, measured: Measurement, limit: float | None) -> CheckResult:
+    return CheckResult(
+        code=check.code,
+        status=measured.status or (Status.FAILED if measured.problems else Status.PASSED),
+        severity=check.severity,
+        reason=measured.reason,
+        waived=measured.waived,
+        # More than six digits would carry the noise of the machine's arithmetic into the library.
+        number=None if measured.number is None else significant(measured.number, 6),
+        limit=limit,
+        unit=check.unit,
+    )

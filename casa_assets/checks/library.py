@@ -6,10 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.checks.check import Measurement, largest, no_fault, not_applicable, not_run
-
-# Size outliers --------------------------------------------------------------------------------------------------------
-# Find assets that are far larger or smaller than others of their category.
+from casa_assets.checks.check import Check, Measurement, Row, no_fault, not_applicable, not_run, worst_above
+from casa_assets.model.issue import Severity
 
 # With fewer assets of a category nobody can tell which one is odd.
 MIN_ASSETS = 5
@@ -21,11 +19,7 @@ SIGMA_PER_MAD = 1.4826
 
 @dataclass(frozen=True)
 class LibrarySizes:
-    """Sizes of the assets of a library, by category.
-
-    Attributes:
-        rows: (id, category, longest side in metres) of each.
-    """
+    """(id, category, longest side in metres) of the assets of a library."""
 
     rows: tuple[tuple[str, str, float], ...]
 
@@ -38,8 +32,7 @@ def sizes_fit_their_category(sizes: LibrarySizes, limit: float) -> Measurement:
     by_category: dict[str, list[tuple[str, float]]] = {}
     for name, category, longest in sizes.rows:
         by_category.setdefault(category, []).append((name, longest))
-    deviations: list[float] = []
-    problems = []
+    rows: list[Row] = []
     for category, members in sorted(by_category.items()):
         if len(members) < MIN_ASSETS:
             continue
@@ -47,15 +40,12 @@ def sizes_fit_their_category(sizes: LibrarySizes, limit: float) -> Measurement:
         middle = float(np.median(logs))
         scatter = max(SIGMA_PER_MAD * float(np.median(np.abs(logs - middle))), float(np.log(MIN_SCATTER)))
         for (name, longest), deviation in zip(members, np.abs(logs - middle) / scatter, strict=True):
-            deviations.append(float(deviation))
-            if deviation > limit:
-                message = f"is {longest:.3g} m long, and {np.exp(middle):.3g} m is usual for a {category} here"
-                problems.append((name, f"{message}; look at its unit and its category"))
-    return largest(deviations, problems, f"no category has {MIN_ASSETS} assets to compare")
+            message = f"is {longest:.3g} m long, and {np.exp(middle):.3g} m is usual for a {category} here"
+            rows.append((name, float(deviation), f"{message}; look at its unit and its category"))
+    return worst_above(rows, limit, f"no category has {MIN_ASSETS} assets to compare")
 
 
 # Duplicates -----------------------------------------------------------------------------------------------------------
-# Find duplicates in a library by shape or by look, and assets that do not look like their category.
 
 # Of two copies, the 99.5th percentile of the distance is at most so many times the limit for the 95th.
 EVERY_SHARE = 4.0
@@ -68,14 +58,10 @@ ALONE = "there are no two assets to compare"
 
 @dataclass(frozen=True)
 class ShapePair:
-    """Two assets of nearly one shape.
+    """Two assets of nearly one shape, in the order of the library.
 
-    Attributes:
-        one, other: their ids, in the order of the library.
-        p95, p995: 95th and 99.5th percentile of the distance from either surface to the other once they are
-            aligned, as a part of the radius.
-        size: of the other over the one. colors: how far their colours are apart, CIELAB units.
-        same_category: they are said to be the same kind of thing.
+    `p95`, `p995`: percentiles of the distance from either surface to the other once they are aligned, as a part of the
+    radius. `size`: of the other over the one. `colors`: how far their colours are apart, CIELAB units.
     """
 
     one: str
@@ -91,10 +77,7 @@ class ShapePair:
         return self.p95 <= limit and self.p995 <= EVERY_SHARE * limit
 
     def twins(self, limit: float) -> bool:
-        """One and the same thing: form and colours agree, and so does the size wherever sizes say anything.
-
-        Two names for one mesh give it two sizes where its file states none.
-        """
+        """One thing: form and colours agree, and the size too, unless two names for one mesh give it two sizes."""
         same_size = abs(self.size - 1) <= SAME_SIZE or not self.same_category
         return self.same_form(limit) and self.colors <= SAME_COLORS and same_size
 
@@ -103,10 +86,7 @@ class ShapePair:
 class CategoryRank:
     """Categories that a vision-language model sees in the pictures of an asset.
 
-    Attributes:
-        asset: its id. category: that it has.
-        share: of its category among all, 0..1. rank: of its category, 1 for the likeliest; 0: it has none to compare.
-        others: the likeliest other categories with their shares, best first.
+    `share`, `rank`: of its own category among all; rank 0: it has none to compare. `others`: the likeliest, best first.
     """
 
     asset: str
@@ -118,13 +98,9 @@ class CategoryRank:
 
 @dataclass(frozen=True)
 class LibraryView:
-    """The accepted assets of a library, as its checks see them.
+    """The accepted assets of a library: pairs of nearly one form, pairs with cosines near 1, what each looks like.
 
-    Attributes:
-        count: of them. alike: pairs of nearly one form.
-        looks: pairs of ids with the cosine between their pictures, those that are near 1.
-        seen: what each looks like.
-        unseen: why nobody looked at the pictures; empty where somebody did.
+    `unseen`: why nobody looked at the pictures; empty where somebody did.
     """
 
     count: int
@@ -167,13 +143,9 @@ def looks_match_categories(view: LibraryView, limit: float) -> Measurement:
     """LIB003: rank of an asset's own category among all that CLIP sees in it; the worst."""
     if view.unseen:
         return not_run(view.unseen)
-    compared = [one for one in view.seen if one.rank]
-    wrong = [one for one in compared if one.rank > limit]
-    problems = [
-        (one.asset, f"{in_words(one)}; look at the picture, and fix the category or leave it out") for one in wrong
-    ]
-    ranks = [float(one.rank) for one in compared]
-    return largest(ranks, tuple(problems), "no asset has a category to compare its picture with")
+    advice = "look at the picture, and fix the category or leave it out"
+    rows = ((one.asset, float(one.rank), f"{in_words(one)}; {advice}") for one in view.seen if one.rank)
+    return worst_above(rows, limit, "no asset has a category to compare its picture with")
 
 
 def in_words(one: CategoryRank) -> str:
@@ -182,3 +154,25 @@ def in_words(one: CategoryRank) -> str:
     if not one.rank:
         return f"looks like {named}; it has no category to compare with"
     return f"is called {one.category} ({one.share:.0%}, number {one.rank} of what it looks like); others: {named}"
+
+
+# Rows -----------------------------------------------------------------------------------------------------------------
+
+ERROR, WARNING = Severity.ERROR, Severity.WARNING
+
+# fmt: off
+ROWS: tuple[Check, ...] = (
+    Check("LIB001", "No duplicate shapes", WARNING, LibraryView, shapes_are_unique, "alike_form", "",
+          "No two assets have the same shape, which means that 95 % of each surface lies within {limit:g} radii of the "
+          "other; keep one of the two, or both if you want both."),
+    Check("LIB002", "No duplicate looks", WARNING, LibraryView, looks_are_unique, "alike_look", "",
+          "No two assets look alike to CLIP: the cosine of their pictures is below {limit:g}; keep one of them, or "
+          "both if you want both."),
+    Check("LIB003", "Looks like its category", WARNING, LibraryView, looks_match_categories, "look_rank", "",
+          "CLIP ranks an asset's category among its first {limit:g} names for the picture; correct the category, or "
+          "leave the asset out."),
+    Check("LIB004", "Size among its category", WARNING, LibrarySizes, sizes_fit_their_category, "size_off", "",
+          "The longest side is within {limit:g} robust deviations of the median of its category in the library; check "
+          "its unit and its category."),
+)
+# fmt: on

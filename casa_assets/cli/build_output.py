@@ -94,7 +94,7 @@ def print_numbers(results: list[SceneResult], out: Path, output: Output) -> None
 
 def print_robots(results: list[SceneResult], output: Output) -> None:
     """Print for each scene how many joints each robot reaches and opens."""
-    from casa_assets.addons.robots import read_certificate
+    from casa_assets.addons.robots.certify import read_certificate
 
     heads = ("reached", "followed", "of joints", "margin", "not parked")
     table = TextTable(("scene", "robot", *heads), right=heads)

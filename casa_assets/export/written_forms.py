@@ -9,7 +9,7 @@ from pathlib import Path, PurePosixPath
 
 from casa_assets.checks.check import Problem
 from casa_assets.checks.package.parity import asset_differences
-from casa_assets.checks.scene.formats.urdf import scene_differences
+from casa_assets.checks.scene.forms import scene_differences
 from casa_assets.errors import CasaError, PluginFailure, UnknownId
 from casa_assets.export.forms import ASSETS, SCENES, ExportResult, Form, certified_asset, measures_of
 from casa_assets.formats.gltf import EVERYTHING, SEEN_ALONE, Layers, asset_glb, scene_glb

@@ -29,6 +29,8 @@ from casa_assets.cache.store import Store
 from casa_assets.checks.objects.members import ObjectMember, PrintedLine
 from casa_assets.checks.run import load_table
 from casa_assets.checks.run import run as run_checks
+from casa_assets.checks.check import load_table
+from casa_assets.checks.check import run as run_checks
 from casa_assets.checks.simready.validator import load_rules
 from casa_assets.checks.table import objects
 from casa_assets.core.numeric import Floats, rng_for

@@ -20,6 +20,9 @@ from casa_assets.checks.objects.collection import CollectedMember, ObjectCollect
 from casa_assets.checks.run import run
 from casa_assets.checks.table import libraries
 from casa_assets.library import attribution, clip, review
+from casa_assets.checks.check import run
+from casa_assets.checks.library import ROWS, CategoryRank, LibrarySizes, LibraryView
+from casa_assets.checks.objects import CollectedMember, ObjectCollection
 from casa_assets.library import library as disk
 from casa_assets.library.clip import NO_WEIGHTS, ClipModel, image_embeddings, likenesses, similar_looking_pairs
 from casa_assets.library.entry import ROWS_NAME
@@ -33,7 +36,7 @@ NAME = "library.json"
 
 
 class LookRecord(Record):
-    """Result of comparing the pictures of one asset with all categories, see checks.library.duplicates.CategoryRank.
+    """Result of comparing the pictures of one asset with all categories, see checks.library.CategoryRank.
 
     Attributes:
         content: digest of the asset.
@@ -93,9 +96,9 @@ def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | N
     view = LibraryView(len(rows), alike, looks, seen, unseen)
     name, limits = "library", registry.load().limits
     sizes = LibrarySizes(tuple((row.id, row.category, row.longest) for row in rows))
-    report = run(view, name, limits, table=libraries.ROWS) + run(sizes, name, limits, table=libraries.ROWS)
+    report = run(view, name, limits, table=ROWS) + run(sizes, name, limits, table=ROWS)
     if members := object_rows(rows):
-        from casa_assets.checks.table import objects  # here, since few libraries hold generated objects
+        from casa_assets.checks import objects
 
         found = [CollectedMember(r.id, r.category, r.signature, r.extents) for r in members if r.signature is not None]
         report = report + run(ObjectCollection(tuple(found), look_alikes()), name, limits, table=objects.ROWS)

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from casa_assets.addons.batch.batch_form import BatchRequest, make_one, read_batch
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.scene_folders import BatchRequest, make_one, read_batch
 from tests.support.program.environments import found_by

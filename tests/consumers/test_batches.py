@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 import casa_assets as casa
+from casa_assets.addons.batch.batch_form import batch_of
 from casa_assets.formats.mjcf.scene.batch import write
 from casa_assets.layouts.run.scene_folders import batch_of
 from tests.support.kitchen.scenes import put

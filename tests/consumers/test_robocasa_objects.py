@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 
 from casa_assets import registry
-from casa_assets.addons.robocasa.writers.entries import ATTRIBUTES
-from casa_assets.addons.robocasa.writers.task_objects import TASK_DRAWS, missing_draws
+from casa_assets.addons.robocasa.objects import ATTRIBUTES, TASK_DRAWS, missing_draws
 from casa_assets.families.build import build_asset, family_of, object_requests, params_of
 from casa_assets.model.registry.contract import RobocasaRelease
 from tests.support.library.built_libraries import keep

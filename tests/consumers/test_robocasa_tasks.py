@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from casa_assets import registry
-from casa_assets.checks.design.robot.tasks import ATOMIC_TASKS
+from casa_assets.checks.design.tasks import ATOMIC_TASKS
 from casa_assets.model.asset.asset import Asset, Link, Visual
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.provenance import split_of

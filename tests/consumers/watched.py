@@ -104,7 +104,7 @@ WATCHED = {
     "test_robocasa_tasks.py": _ROBOCASA,
     "test_robots.py": Watched(
         ("robots",),
-        _package("checks/robots", "core/hand_dynamics.py", "addons/robots.py", "cli/verbs/scenes.py"),
+        _package("checks/robots.py", "core/hand_dynamics.py", "addons/robots", "cli/verbs/scenes.py"),
     ),
     "test_site.py": Watched(("docs",), ("docs", "mkdocs.yml")),
     "test_site_in_browser.py": Watched(("browser", "docs"), ("docs/hooks", "docs/stylesheets", "mkdocs.yml")),

@@ -39,7 +39,7 @@ BAD: dict[str, Tampering] = {
     "PAR004": edited("xformOp:translate = (0, 0, {0.01|0.0101})"),
 }
 
-# Code -> what it is silent on, and what is done to the package of it; tests/unit/checks/test_every_code.py reads it.
+# Code -> what it is silent on, and what is done to the package of it; tests/unit/checks/test_table.py reads it.
 EXAMPLES = {code: (drawer_unit, corrupt) for code, corrupt in BAD.items()}
 
 

@@ -13,8 +13,7 @@ from pxr import Usd
 from casa_assets.checks.package.parity import compare
 from casa_assets.checks.readers import scene_facts, usd_facts
 from casa_assets.checks.readers.scene_facts import SceneFacts, SceneReading
-from casa_assets.checks.scene.formats.light_form import SceneFiles
-from casa_assets.checks.scene.formats.parity import LENGTH_TOLERANCE_M, TOLERANCE, formats_agree
+from casa_assets.checks.scene.forms import SCENE_LENGTH_TOLERANCE_M, SCENE_TOLERANCE, SceneFiles, formats_agree
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.mesh.inertia import adjacent_links
 from casa_assets.model.asset.asset import Base, Exclusion
@@ -48,7 +47,7 @@ IN_NESTED = [
 def test_what_the_nested_layer_says_otherwise_is_found(text: str, cell: str, folder: Path) -> None:
     tamper(folder / "scene_nested.usda", edit(text))
     scene, nested = by_mujoco(folder / "scene.xml"), by_openusd(folder / "scene_nested.usda")
-    found = [where for where, _ in compare(scene, nested, TOLERANCE, LENGTH_TOLERANCE_M)]
+    found = [where for where, _ in compare(scene, nested, SCENE_TOLERANCE, SCENE_LENGTH_TOLERANCE_M)]
     assert any(where.startswith(cell) for where in found), found
 
 
@@ -182,9 +181,9 @@ def test_contacts_are_compared_too(folder: Path) -> None:
 def test_a_base_that_floats_in_one_format_is_found(folder: Path) -> None:
     found = by_mujoco(folder / "scene.xml")
     rows = tuple(p.replace(base=Base.FREE) if p.name == "oven" else p for p in found.placements)
-    assert [where for where, _ in compare(found, found.replace(placements=rows), TOLERANCE, LENGTH_TOLERANCE_M)] == [
-        "placements/oven/base"
-    ]
+    assert [
+        where for where, _ in compare(found, found.replace(placements=rows), SCENE_TOLERANCE, SCENE_LENGTH_TOLERANCE_M)
+    ] == ["placements/oven/base"]
 
 
 def test_a_thing_that_one_format_alone_holds_fast_is_found(folder: Path) -> None:

@@ -27,14 +27,10 @@ ITERATIONS = 20
 
 @dataclass(frozen=True)
 class Parts:
-    """Inputs from which an engine is made.
+    """Inputs from which an engine is made; models and texts are of the kitchens, all of one structure.
 
-    Attributes:
-        models: of the kitchens, all of one structure. texts: MJCF of each, empty if they have pictures.
-        kitchen_of_world: (worlds,) index of each world's kitchen.
-        sizes: nconmax, njmax, nccdmax and nvmax of a world, as in `batch.json`.
-        mounted: whether a robot is on a mocap body, which a reset moves. ctrl: (nu,) values that a reset sets.
-        device: name of it, such as `cuda:0` or `cpu`; None: the engine's own choice.
+    `kitchen_of_world`: (worlds,) index. `sizes`: nconmax, njmax, nccdmax and nvmax of a world. `mounted`: a robot is on
+    a mocap body, which a reset moves. `ctrl`: (nu,) values that a reset sets. `device`: such as `cuda:0`, None: any.
     """
 
     models: Sequence[mujoco.MjModel]
@@ -77,12 +73,7 @@ class Engine(Protocol):
 
 
 # Name of an engine -> what to install for it.
-ENGINES = {
-    "mujoco": "mujoco",
-    "mujoco_warp": "mujoco-warp",
-    "mjx": "mujoco-mjx",
-    "newton": "newton mujoco-warp",
-}
+ENGINES = {"mujoco": "mujoco", "mujoco_warp": "mujoco-warp", "mjx": "mujoco-mjx", "newton": "newton mujoco-warp"}
 
 
 def engine_named(name: str) -> Callable[[Parts], Engine]:
@@ -108,11 +99,7 @@ def engine_named(name: str) -> Callable[[Parts], Engine]:
 
 
 class MujocoEngine(Engine):
-    """Steps worlds with MuJoCo itself: one MjData each, stepped by as many threads as there are cores.
-
-    Attributes:
-        model: list with the model of each world. data: list with the state of each.
-    """
+    """Steps worlds with MuJoCo itself: one MjModel and MjData each, stepped by as many threads as there are cores."""
 
     def __init__(self, parts: Parts) -> None:
         self.model: list[mujoco.MjModel] = [parts.models[kitchen] for kitchen in parts.kitchen_of_world]

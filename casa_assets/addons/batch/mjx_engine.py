@@ -19,13 +19,7 @@ from casa_assets.errors import CasaError
 
 
 class MjxEngine(Engine):
-    """Steps worlds with MJX.
-
-    Attributes:
-        model: MJX's Model, with rows per world in `fields`; `axes` is what `jax.vmap` wants as its axes.
-        data: its Data, each array with a row per world.
-        fields: array in which kitchens differ -> (kitchens, ...).
-    """
+    """Steps worlds with MJX: `model` has rows per world in `fields`, `data` in each array; `jax.vmap` wants `axes`."""
 
     def __init__(self, parts: Parts) -> None:
         self._mounted, self._ctrl = parts.mounted, parts.ctrl

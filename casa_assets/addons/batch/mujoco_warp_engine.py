@@ -32,22 +32,14 @@ def bytes_of(*owners: Any) -> int:
 
 
 def assign_rows(array: Any, rows: Any, values: Floats | Ints) -> None:
-    """Write into some rows of an array on its device, from their first column on; other rows do not travel.
-
-    Args:
-        array: (N, M), of numbers or vectors. rows: (K,) warp array of ints. values: (K, up to M).
-    """
+    """Write (K, up to M) values into K rows of an (N, M) array on its device, from their first column on."""
     columns = wp.array(np.arange(values.shape[1]), dtype=int, device=array.device)
     found = wp.array(values, dtype=array.dtype, device=array.device)
     wp.copy(wp.indexedarray(array, [rows, columns]), found)
 
 
 class MujocoWarpEngine(Engine):
-    """Steps worlds with mujoco_warp, on a graphics card or on the processor.
-
-    Attributes:
-        model: mujoco_warp's Model; world w reads row `w % kitchens` of its arrays. data: its Data.
-    """
+    """Steps worlds with mujoco_warp, on a GPU or the processor; world w reads row `w % kitchens` of a model."""
 
     def __init__(self, parts: Parts) -> None:
         wp.init()

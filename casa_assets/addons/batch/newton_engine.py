@@ -19,11 +19,7 @@ _TO_NEWTON, _FROM_NEWTON = (1, 2, 3, 0), (3, 0, 1, 2)
 
 
 class NewtonEngine:
-    """Steps worlds with Newton, on a graphics card or on the processor.
-
-    Attributes:
-        model: Newton's Model. data: the State that the last step ended in. solver, control: of Newton.
-    """
+    """Steps worlds with Newton, on a GPU or the processor; `data` is the State that the last step ended in."""
 
     def __init__(self, parts: Parts) -> None:
         wp.init()
@@ -80,7 +76,6 @@ class NewtonEngine:
 
 
 def _builder(text: str) -> Any:
-    """One kitchen, read from MJCF."""
     builder = newton.ModelBuilder()
     newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
     # Newton looks for contacts 0.1 m ahead by default, and there is no room in the buffers for so many.

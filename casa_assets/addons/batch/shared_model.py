@@ -14,15 +14,18 @@ import numpy as np
 from lxml import etree
 from scipy.optimize import linear_sum_assignment
 
-from casa_assets.addons.batch.pictures import PaintedMaterial, add_materials, materials_of, plain_colors
 from casa_assets.addons.batch.structure import (
     BodyKind,
     GeomKind,
     JointKind,
+    PaintedMaterial,
     SiteKind,
     Structure,
     Unit,
     UnitKind,
+    add_materials,
+    materials_of,
+    plain_colors,
     structure_of,
 )
 from casa_assets.core.numeric import Floats
@@ -32,13 +35,10 @@ from casa_assets.model.kitchen.scene import FREE_WIDTH
 
 @dataclass(frozen=True)
 class Robot:
-    """A robot that is in every world of a batch.
+    """A robot that is in every world of a batch; `make` returns a new MjSpec of it.
 
-    Attributes:
-        make: returns a new MjSpec of it, called once for each kitchen.
-        qpos, ctrl: of its first keyframe; if there is no keyframe, qpos as built, and zeros for ctrl.
-        freedoms: degrees of freedom of all its joints.
-        floats: its base has a free joint, so that it is placed in the world and not on a body that a reset moves.
+    `qpos`, `ctrl`: of its first keyframe, else as built and zeros. `freedoms`: of all its joints. `floats`: its base
+    has a free joint, so that it is placed in the world and not on a body that a reset moves.
     """
 
     make: Callable[[], mujoco.MjSpec]
@@ -72,8 +72,6 @@ def robot_of(robot: str | Path | mujoco.MjSpec) -> Robot:
     qpos, ctrl = (model.key_qpos[0], model.key_ctrl[0]) if model.nkey else (model.qpos0, np.zeros(model.nu))
     return Robot(make, np.array(qpos), np.array(ctrl), int(model.nv), bool(len(free)))
 
-
-# Slots: the places of one structure that holds each of several --------------------------------------------------------
 
 Kind = TypeVar("Kind", bound=Hashable)
 
@@ -181,6 +179,19 @@ _CONTENT = ("size", "worldbody", "contact", "custom", "keyframe")
 _SKY = "skybox"
 
 
+_LIGHT_FIELDS = (
+    *("pos", "dir", "ambient", "diffuse", "specular", "attenuation"),
+    *("cutoff", "exponent", "bulbradius"),
+)
+_GEOM_FIELDS = ("size", "pos", "quat", "friction", "solref", "solimp", "solmix", "margin", "gap")
+
+
+def _values(model: mujoco.MjModel, sort: str, number: int, fields: Sequence[str]) -> dict[str, Any]:
+    """Real numbers of one element of a model, by what MjSpec calls them."""
+    found = {field: getattr(model, f"{sort}_{field}")[number] for field in fields}
+    return {field: value if np.ndim(value) else float(value) for field, value in found.items()}
+
+
 class Kitchen(NamedTuple):
     """A batch form: its spec, compiled, and its structure."""
 
@@ -195,18 +206,10 @@ class Kitchen(NamedTuple):
 
 
 class SharedSpec:
-    """Writes a kitchen into the shared structure.
-
-    Attributes:
-        spec: the MjSpec written so far. added: element type -> name in the kitchen -> the element added for it.
-    """
+    """Writes a kitchen into the shared structure; `added`: element type -> name in the kitchen -> its element."""
 
     def __init__(self, kitchen: Kitchen, materials: Mapping[str, PaintedMaterial] | None = None) -> None:
-        """Begins with a spec that holds nothing.
-
-        Args:
-            materials: of all kitchens, by name; None: what has a picture gets the mean colour of it.
-        """
+        """Begins with an empty spec. `materials`: of all kitchens, by name; None: pictures become their mean colour."""
         self.spec = _emptied(kitchen.spec)
         self._colors = plain_colors(kitchen.model) if materials is None else None
         add_materials(self.spec, (materials or {}).values())
@@ -232,9 +235,7 @@ class SharedSpec:
         model, world = self._model, self.spec.worldbody
         for name in cameras:
             number = self._kitchen.cameras.get(name, 0)
-            camera = world.add_camera(
-                name=name, pos=model.cam_pos[number], quat=model.cam_quat[number], fovy=model.cam_fovy[number]
-            )
+            camera = world.add_camera(name=name, **_values(model, "cam", number, ("pos", "quat", "fovy")))
             if name in self._kitchen.cameras:
                 self.added["camera"][name] = camera
         for number in range(lights):
@@ -242,17 +243,9 @@ class SharedSpec:
             world.add_light(
                 name=f"light_{number}",
                 type=mujoco.mjtLightType(int(model.light_type[known])),
-                pos=model.light_pos[known],
-                dir=model.light_dir[known],
-                ambient=model.light_ambient[known],
-                diffuse=model.light_diffuse[known],
-                specular=model.light_specular[known],
-                attenuation=model.light_attenuation[known],
-                cutoff=float(model.light_cutoff[known]),
-                exponent=float(model.light_exponent[known]),
-                bulbradius=float(model.light_bulbradius[known]),
                 castshadow=bool(model.light_castshadow[known]),
                 active=number < model.nlight,
+                **_values(model, "light", known, _LIGHT_FIELDS),
             )
 
     def mount(self, robot: Robot) -> None:
@@ -262,11 +255,7 @@ class SharedSpec:
         self.spec.attach(robot.make(), prefix=ROBOT_PREFIX, frame=below.add_frame())
 
     def _add_tree(self, parent: Any, slot: Slot, kind: BodyKind, tenant: Unit | None, bodies: list[Any]) -> None:
-        """Add a body and those that hang on it.
-
-        Args:
-            bodies: of the unit so far; those that are added come after them.
-        """
+        """Add a body and those that hang on it to the `bodies` of the unit."""
         place = len(bodies)
         source = None if tenant is None else tenant.bodies[place]
         word = "_".join(_WORDS[joint.shape] for joint in kind.joints)
@@ -284,18 +273,10 @@ class SharedSpec:
             self._add_tree(body, slot, child, tenant, bodies)
 
     def _frame(self, source: int) -> dict[str, Any]:
-        """Pose and mass of a body as the kitchen has them."""
         model = self._model
         ipos = np.array(model.body_ipos[source])
-        return {
-            "pos": model.body_pos[source],
-            "quat": model.body_quat[source],
-            "mass": float(model.body_mass[source]),
-            "ipos": ipos if ipos.any() else ipos + OFF_FRAME_M,
-            "iquat": model.body_iquat[source],
-            "inertia": model.body_inertia[source],
-            "gravcomp": float(model.body_gravcomp[source]),
-        }
+        values = _values(model, "body", source, ("pos", "quat", "mass", "iquat", "inertia", "gravcomp"))
+        return {**values, "ipos": ipos if ipos.any() else ipos + OFF_FRAME_M}
 
     def _parked_frame(self, parent: Any) -> dict[str, Any]:
         """Pose and mass of a body that is not there: without weight, below the kitchen or above its parent."""
@@ -307,7 +288,6 @@ class SharedSpec:
         return {"pos": pos, "mass": PARKED_KG, "ipos": [OFF_FRAME_M] * 3, "inertia": inertia, "gravcomp": 1.0}
 
     def _add_joint(self, body: Any, kind: JointKind, source: int | None) -> None:
-        """Add a joint of a body, as the kitchen has it or parked."""
         values: dict[str, Any] = {"type": mujoco.mjtJoint(kind.shape), "name": body.name}
         is_free = kind.shape == mujoco.mjtJoint.mjJNT_FREE
         if not is_free:
@@ -326,14 +306,10 @@ class SharedSpec:
             values |= {"ref": float(model.qpos0[address]), "springref": float(model.qpos_spring[address])}
         self.added["joint"][str(model.joint(source).name)] = body.add_joint(
             **values,
-            axis=model.jnt_axis[source],
-            pos=model.jnt_pos[source],
-            range=model.jnt_range[source],
-            margin=float(model.jnt_margin[source]),
+            **_values(model, "jnt", source, ("axis", "pos", "range", "margin")),
+            **_values(model, "dof", dof, ("frictionloss", "armature")),
             stiffness=[float(model.jnt_stiffness[source]), *map(float, model.jnt_stiffnesspoly[source])],
             damping=[float(model.dof_damping[dof]), *map(float, model.dof_dampingpoly[dof])],
-            frictionloss=float(model.dof_frictionloss[dof]),
-            armature=float(model.dof_armature[dof]),
             solref_limit=model.jnt_solref[source],
             solimp_limit=model.jnt_solimp[source],
             solref_friction=model.dof_solref[dof],
@@ -356,31 +332,14 @@ class SharedSpec:
                 self._add_site(body, site_kind, site, middle)
 
     def _add_geom(self, body: Any, kind: GeomKind, source: int | None, middle: Floats) -> None:
-        values: dict[str, Any] = {
-            "type": mujoco.mjtGeom(kind.shape),
-            "contype": kind.contype,
-            "conaffinity": kind.conaffinity,
-            "condim": kind.condim,
-            "priority": kind.priority,
-            "group": kind.group,
-            "mass": 0.0,
-        }
+        values = kind._asdict()
+        values |= {"type": mujoco.mjtGeom(values.pop("shape")), "mass": 0.0}
         if source is None:
             body.add_geom(**values, size=[PARKED_M] * 3, pos=middle)
             return
         model = self._model
         self.added["geom"][str(model.geom(source).name)] = body.add_geom(
-            **values,
-            size=model.geom_size[source],
-            pos=model.geom_pos[source],
-            quat=model.geom_quat[source],
-            friction=model.geom_friction[source],
-            solref=model.geom_solref[source],
-            solimp=model.geom_solimp[source],
-            solmix=float(model.geom_solmix[source]),
-            margin=float(model.geom_margin[source]),
-            gap=float(model.geom_gap[source]),
-            **self._look(source),
+            **values, **_values(model, "geom", source, _GEOM_FIELDS), **self._look(source)
         )
 
     def _look(self, source: int) -> dict[str, Any]:
@@ -397,7 +356,7 @@ class SharedSpec:
             return
         model = self._model
         self.added["site"][str(model.site(source).name)] = body.add_site(
-            **values, pos=model.site_pos[source], quat=model.site_quat[source], rgba=model.site_rgba[source]
+            **values, **_values(model, "site", source, ("pos", "quat", "rgba"))
         )
 
 
@@ -433,12 +392,9 @@ _SHORTCUTS = ("geom_sameframe", "body_sameframe", "site_sameframe")
 
 @dataclass(frozen=True)
 class SharedModel:
-    """A kitchen in a shared structure.
+    """A kitchen in a shared structure, compiled, with its MJCF (empty where it has pictures).
 
-    Attributes:
-        name: of the kitchen. model: compiled; its arrays have the shapes that they have for the other kitchens.
-        text: MJCF of it, empty where it has pictures. start: (nq,) positions of its joints as it begins.
-        bodies, joints, geoms, sites, cameras: name in the kitchen -> id in the model.
+    `start`: (nq,) positions as it begins. `bodies` ... `cameras`: name in the kitchen -> id in the model.
     """
 
     name: str
@@ -501,7 +457,6 @@ def share(
 
 
 def _read(spec: mujoco.MjSpec, cylinders: bool) -> Kitchen:
-    """A batch form, compiled."""
     for geom in () if cylinders else spec.geoms:
         if geom.type == mujoco.mjtGeom.mjGEOM_CYLINDER:
             radius, half = float(geom.size[0]), float(geom.size[1])

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from casa_assets.addons.batch.shared_model import SharedModel, addresses
-from casa_assets.checks.scene.batch.form import candidate_pairs
+from casa_assets.checks.scene.batch_form import candidate_pairs
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.model.kitchen.scene import StartStates
@@ -27,13 +27,10 @@ AS_BUILT = -1
 
 @dataclass(frozen=True)
 class StartRows:
-    """States at rest of one kitchen.
+    """States at rest of one kitchen: `qpos` (rows, nq), and `asleep` (rows, ntree) as MuJoCo's `tree_asleep`.
 
-    Attributes:
-        qpos: (rows, nq). asleep: (rows, ntree) as MuJoCo's `tree_asleep`, everything asleep.
-        base: (rows, 3) where the middle of a robot's base parks: x, y (m), yaw (rad).
-        states: (rows,) number of the start state that each was made of; -1: the kitchen as it is built.
-        refused: reason -> how many start states were left out.
+    `base`: (rows, 3) where a robot's base parks: x, y (m), yaw (rad). `states`: (rows,) number of the start state, -1:
+    as built. `refused`: reason -> how many start states were left out.
     """
 
     qpos: Floats
@@ -49,12 +46,9 @@ class StartRows:
 def start_rows(
     shared: SharedModel, states: StartStates | None, most: int, parks: Sequence[float] = (0.0, 0.0, 0.0)
 ) -> StartRows:
-    """Rows of a kitchen, `most` of them at most.
+    """At most `most` rows of a kitchen. Raises CasaError: nothing of it is at rest.
 
-    Args:
-        states: drawn ones; None or empty: the one row is the kitchen as it is built, in which a robot `parks` there.
-    Raises:
-        CasaError: nothing of it is at rest.
+    `states`: drawn ones; without any the one row is the kitchen as it is built, in which a robot `parks` there.
     """
     refused: Counter[str] = Counter()
     begun: list[tuple[int, Floats, Floats]] = []
@@ -148,5 +142,4 @@ def _at_rest(shared: SharedModel, rows: StartRows) -> mujoco.MjData:
 
 
 def _rounded(number: float) -> int:
-    """Up to a multiple of eight."""
     return 8 * math.ceil(number / 8)

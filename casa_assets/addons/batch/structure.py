@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
+from casa_assets.core.numeric import Floats, linear_from_srgb_array, srgb_from_linear
 from casa_assets.formats.mjcf.scene.batch import DEFAULT, FIRST_MEETING, LAST_MEETING, THINGS
 
 # Corners of the boxes around what a placement takes up, and of its inside: `scene.json` has them.
@@ -52,11 +54,7 @@ class BodyKind(NamedTuple):
 
 
 class UnitKind(NamedTuple):
-    """The same of two units.
-
-    Attributes:
-        trees: kinds of their roots. exclusions: pairs of its bodies that never collide, as positions in it.
-    """
+    """The same of two units: kinds of the roots of its trees, and which of its bodies, by position, never collide."""
 
     trees: tuple[BodyKind, ...]
     exclusions: tuple[tuple[int, int], ...]
@@ -64,11 +62,7 @@ class UnitKind(NamedTuple):
 
 @dataclass(frozen=True)
 class Unit:
-    """Trees of bodies of which some never collide with each other: mostly one tree alone, such as a door or a plate.
-
-    Attributes:
-        kind: what it shares with other units. bodies: their ids in the model, each after its parent.
-    """
+    """Trees of bodies of which some never collide, mostly one, such as a door. `bodies`: ids, parents first."""
 
     kind: UnitKind
     bodies: tuple[int, ...]
@@ -76,13 +70,7 @@ class Unit:
 
 @dataclass(frozen=True)
 class Structure:
-    """Structure of a model.
-
-    Attributes:
-        units: of what moves.
-        geoms: body -> kind -> its geoms that touch anything, largest first. Body 0 is the world.
-        sites: body -> kind -> its sites, but the corners of bounds.
-    """
+    """Units of what moves; body -> kind -> its geoms that touch, largest first, and its sites. Body 0 is the world."""
 
     units: tuple[Unit, ...]
     geoms: Mapping[int, Mapping[GeomKind, Sequence[int]]]
@@ -90,10 +78,9 @@ class Structure:
 
 
 def structure_of(model: mujoco.MjModel) -> Structure:
-    """Structure of a compiled batch form, in which everything that does not move is of the world.
+    """Structure of a compiled batch form; what does not move is of the world.
 
-    Raises:
-        ValueError: the model has tendons, equalities or bodies without joints, which batch forms do not have.
+    Raises ValueError: it has tendons, equalities or bodies without joints, which batch forms do not have.
     """
     for name in ("ntendon", "neq", "nu", "nflex", "npair"):
         if getattr(model, name):
@@ -164,3 +151,78 @@ def _units(model: mujoco.MjModel, geoms: Mapping[int, object]) -> Iterator[Unit]
         pairs = [pair for pair in pairs if max(pair) >= 0]
         exclusions = tuple(sorted((min(pair), max(pair)) for pair in pairs))
         yield Unit(UnitKind(tuple(sorted(kind(root) for root in roots)), exclusions), bodies)
+
+
+# Pictures -------------------------------------------------------------------------------------------------------------
+
+_COLOR = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
+
+
+class Picture(NamedTuple):
+    """A picture of a compiled model, (height, width, channels), by a name that is the same in all kitchens."""
+
+    name: str
+    pixels: NDArray[np.uint8]
+
+
+class PaintedMaterial(NamedTuple):
+    """Values of an MjsMaterial, equal in two kitchens if the material is the same, and its picture or None."""
+
+    values: Mapping[str, Any]
+    picture: Picture | None
+
+
+def materials_of(model: mujoco.MjModel) -> dict[str, PaintedMaterial]:
+    """Materials of a model by their names."""
+    found = {}
+    for number in range(model.nmat):
+        name, texture = str(model.material(number).name), int(model.mat_texid[number, _COLOR])
+        values = {
+            "name": name,
+            "rgba": model.mat_rgba[number],
+            "texrepeat": model.mat_texrepeat[number],
+            "texuniform": bool(model.mat_texuniform[number]),
+            **{
+                field: float(getattr(model, f"mat_{field}")[number])
+                for field in ("emission", "specular", "shininess", "metallic", "roughness")
+            },
+        }
+        picture = None if texture < 0 else Picture(str(model.tex(texture).name), _pixels(model, texture))
+        found[name] = PaintedMaterial(values, picture)
+    return found
+
+
+def add_materials(spec: mujoco.MjSpec, materials: Iterable[PaintedMaterial]) -> None:
+    """Add materials and their pictures to a spec that has none of them."""
+    known: set[str] = set()
+    for material in materials:
+        added = spec.add_material(**material.values)
+        if material.picture is None:
+            continue
+        name, pixels = material.picture
+        added.textures[_COLOR] = name
+        if name not in known:
+            height, width, channels = pixels.shape
+            texture = spec.add_texture(
+                name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=width, height=height, nchannel=channels
+            )
+            texture.data = pixels.tobytes()
+            known.add(name)
+
+
+def plain_colors(model: mujoco.MjModel) -> Floats:
+    """(ngeom, 4) colours of geoms as they look from far: those with a picture have its mean, as linear light."""
+    colors = np.array(model.geom_rgba, dtype=np.float64)
+    for number, material in enumerate(materials_of(model).values()):
+        color = np.array(material.values["rgba"], dtype=np.float64)
+        if material.picture is not None:
+            pixels = material.picture.pixels.reshape(-1, material.picture.pixels.shape[2])[:, :3] / 255
+            color[:3] *= [srgb_from_linear(float(value)) for value in linear_from_srgb_array(pixels).mean(axis=0)]
+        colors[model.geom_matid == number] = color
+    return colors
+
+
+def _pixels(model: mujoco.MjModel, texture: int) -> NDArray[np.uint8]:
+    shape = (int(model.tex_height[texture]), int(model.tex_width[texture]), int(model.tex_nchannel[texture]))
+    first = int(model.tex_adr[texture])
+    return np.array(model.tex_data[first : first + int(np.prod(shape))]).reshape(shape)

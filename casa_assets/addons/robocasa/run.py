@@ -14,24 +14,12 @@ from pathlib import Path
 from typing import Any
 
 from casa_assets import registry
-from casa_assets.addons.robocasa.writers import casa_kitchens, casa_objects, entries, model, task_objects
-from casa_assets.addons.robocasa.writers.kitchens import description, document
-from casa_assets.addons.robocasa.writers.kitchens.start_states import translated
-from casa_assets.checks.design.robot.tasks import ATOMIC_TASKS
+from casa_assets.addons.robocasa import casa_kitchens, casa_objects, kitchens, objects
+from casa_assets.addons.robocasa.kitchens import translated
 from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.checks.design.tasks import ATOMIC_TASKS
 from casa_assets.errors import CasaError, OutputError
-from casa_assets.export.forms import (
-    Outcome,
-    certified_asset,
-    check_apart,
-    check_replaceable,
-    export_in_parallel,
-    measures_of,
-    raise_faults,
-    replace_target,
-    staging,
-    why_left_out,
-)
+from casa_assets.export import forms
 from casa_assets.formats.mjcf.scene.kitchen import FILE as SCENE_XML
 from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.order.build_order import KitchenRequest
@@ -53,18 +41,10 @@ from casa_assets.projects import read_once
 from casa_assets.registry.families import object_names
 from casa_assets.runs.outcome import writing
 
-# Robocasa kitchens ----------------------------------------------------------------------------------------------------
-# Build scenes and write them as kitchens of a RoboCasa export, several at a time.
-
 
 @dataclass(frozen=True)
-class KitchenResult(Outcome):
-    """Outcome of the export of one kitchen.
-
-    Attributes:
-        number: by which RoboCasa knows it. fixtures: count by class. tasks: atomic tasks that it has the fixtures for.
-        measured: its mass and size, see `measures_of`.
-    """
+class KitchenResult(forms.Outcome):
+    """Outcome of the export of one kitchen: RoboCasa's number of it, fixtures by class, atomic tasks, `measures_of`."""
 
     number: int = 0
     fixtures: dict[str, int] = field(default_factory=dict)
@@ -75,39 +55,35 @@ class KitchenResult(Outcome):
 def export_kitchens(
     recipes: Sequence[SceneRecipe], staged: Path, jobs: int = 0, states: Path | None = None
 ) -> Iterator[KitchenResult]:
-    """Write each scene below a staging folder; yields one KitchenResult per scene as they are done.
+    """Write scenes below a staging folder, `jobs` at a time (0: one per core); yields results as they are done.
 
-    A scene that fails, or has the number of an earlier one, has a message and does not stop the others.
-
-    Args:
-        jobs: processes; 0 for one per core. states: folder of scenes whose start states are written, too.
+    A scene that fails, or has the number of an earlier one, has a message. `states`: folder of scenes' start states.
     """
     numbers: dict[int, str] = {}
-    for result in export_in_parallel(partial(export_kitchen, states=states), KitchenResult, recipes, staged, jobs):
+    for result in forms.export_in_parallel(
+        partial(export_kitchen, states=states), KitchenResult, recipes, staged, jobs
+    ):
         twin = result.id if result.message else numbers.setdefault(result.number, result.id)
         if twin == result.id:
             yield result
         else:
-            shutil.rmtree(staged / document.KITCHENS / result.id)
+            shutil.rmtree(staged / kitchens.KITCHENS / result.id)
             yield KitchenResult(result.id, message=f"has the same number as {twin}; export them into two folders")
 
 
 def export_kitchen(recipe: SceneRecipe, root: Path, cache: Path, states: Path | None = None) -> KitchenResult:
-    """Build one scene and write its files.
+    """Build one scene and write its files below `root`, with its start states where `states` is a folder of them.
 
-    Args:
-        root: folder of the export. cache: keeps built assets. states: folder of scenes with start states, or None.
-    Raises:
-        CasaError: the scene has no start states there, or those of another `scene.xml`.
+    Raises CasaError: the scene has no start states there, or those of another `scene.xml`.
     """
     kitchen, scene = build_scene(recipe, cache)
-    fixtures = description.fixtures_of(scene, classes())
+    fixtures = kitchens.fixtures_of(scene, classes())
     for placed in fixtures:
-        _write_fixture(root / document.FIXTURES / placed.folder, placed.centered)
-    folder = root / document.KITCHENS / scene.id
+        _write_fixture(root / kitchens.FIXTURES / placed.folder, placed.centered)
+    folder = root / kitchens.KITCHENS / scene.id
     folder.mkdir(parents=True)
     tasks = afforded_tasks(kitchen, scene)
-    disk.write_files(folder, document.write_kitchen(scene, fixtures, tasks))
+    disk.write_files(folder, kitchens.write_kitchen(scene, fixtures, tasks))
     if states is not None:
         drawn = states / scene.id
         found = read_states(drawn)
@@ -119,10 +95,10 @@ def export_kitchen(recipe: SceneRecipe, root: Path, cache: Path, states: Path | 
         write_states(folder, translated(found, scene, fixtures))
     return KitchenResult(
         scene.id,
-        description.number_of(scene.id),
+        kitchens.number_of(scene.id),
         dict(sorted(Counter(placed.type for placed in fixtures).items())),
         tasks,
-        measures_of(kitchen, scene),
+        forms.measures_of(kitchen, scene),
         credits=attribution.credits_of(scene),
     )
 
@@ -143,17 +119,17 @@ def classes() -> dict[str, str]:
 
 def _write_fixture(folder: Path, asset: Asset) -> None:
     """Write a fixture's files unless another kitchen has brought them; the folder appears by one rename."""
-    if (folder / document.MODEL).exists():
+    if (folder / kitchens.MODEL).exists():
         return
     draft = folder.with_name(f".{folder.name}.{os.getpid()}")
     folder.parent.mkdir(parents=True, exist_ok=True)
     shutil.rmtree(draft, ignore_errors=True)
-    disk.write_files(draft, document.write_fixture(asset))
+    disk.write_files(draft, kitchens.write_fixture(asset))
     try:
         draft.rename(folder)
     except OSError:
         shutil.rmtree(draft)
-        if not (folder / document.MODEL).exists():
+        if not (folder / kitchens.MODEL).exists():
             raise
 
 
@@ -168,8 +144,8 @@ SCRIPT, KITCHEN_SCRIPT = Path(casa_objects.__file__), Path(casa_kitchens.__file_
 # What every export has, what one with objects has and what one with kitchens has. A folder that holds such files, all
 # of one kind and nothing else, may be replaced.
 COMMON_FILES = frozenset({MANIFEST, README, attribution.NAME})
-OBJECT_FILES = frozenset({entries.FOLDER, SPLITS, SCRIPT.name, *map(entries.file_name, RobocasaRelease)})
-KITCHEN_FILES = frozenset({document.FIXTURES, document.KITCHENS, casa_kitchens.INDEX, KITCHEN_SCRIPT.name})
+OBJECT_FILES = frozenset({objects.FOLDER, SPLITS, SCRIPT.name, *map(objects.file_name, RobocasaRelease)})
+KITCHEN_FILES = frozenset({kitchens.FIXTURES, kitchens.KITCHENS, casa_kitchens.INDEX, KITCHEN_SCRIPT.name})
 SPLIT_RULE = (
     f"test where the first 8 hex digits of the sha256 of the source, as a number, are divisible by {TEST_SHARE};"
     " else train. They are the first 8 of the 10 at the end of an id. Of an object out of numbers the digest is that of"
@@ -179,12 +155,9 @@ SPLIT_RULE = (
 
 @dataclass(frozen=True)
 class ExportResult:
-    """Outcome of the export of one asset.
+    """Outcome of the export of one asset: path and size (x, y, z, m) of its model, or why it was left out.
 
-    Attributes:
-        id, category: of the asset. model: path of its model.xml below the export, empty if it was left out.
-        split: train or test. message: why it was left out. total: assets of the library.
-        size: along x, y and z, metres; None if it was left out.
+    `total`: assets of the library.
     """
 
     id: str
@@ -198,11 +171,9 @@ class ExportResult:
 
 @dataclass(frozen=True)
 class TaskReport:
-    """Which atomic tasks of RoboCasa v1.0 can be reset with the objects of an export, whichever of them it draws.
+    """Atomic tasks of RoboCasa v1.0 that can be reset with any objects of an export; else what they lack, in words.
 
-    Attributes:
-        can_be_reset: tasks. missing: each other task -> what it draws that no object suits, in words.
-        build: categories whose objects `casa-assets objects build` can make, one of each for what is missing.
+    `build`: categories whose objects `casa-assets objects build` can make, one of each for what is missing.
     """
 
     can_be_reset: tuple[str, ...]
@@ -214,24 +185,22 @@ def report_tasks(results: Iterable[ExportResult]) -> TaskReport:
     """Compare what was exported with what the tasks draw."""
     categories = registry.load().categories
     things = {(result.category, result.size) for result in results if result.size is not None}
-    missing = task_objects.missing_draws([(categories[name], size) for name, size in things])
+    missing = objects.missing_draws([(categories[name], size) for name, size in things])
     generated = [categories[name] for name in object_names() if name in categories]
     return TaskReport(
         tuple(sorted(set(ATOMIC_TASKS) - missing.keys())),
         {task: tuple(map(str, draws)) for task, draws in missing.items()},
-        task_objects.categories_for(missing, generated),
+        objects.categories_for(missing, generated),
     )
 
 
 @dataclass
 class _Export:
-    """State of one export: its staging folder, and the instances and kitchens written so far."""
-
     staged: Path
     registry: str
     categories: Mapping[str, Category]
     with_review: bool = False
-    instances: list[entries.Instance] = field(default_factory=list)
+    instances: list[objects.Instance] = field(default_factory=list)
     rows: list[dict[str, Any]] = field(default_factory=list)
     kitchens: dict[str, KitchenResult] = field(default_factory=dict)
 
@@ -267,12 +236,12 @@ def export(
     if not _NAME.fullmatch(name):
         raise OutputError(str(out), f"{name!r} is no name of a registry; use small letters, digits and single _")
     if library is not None:
-        check_apart(out, library)
+        forms.check_apart(out, library)
     inside = {path.name for path in out.iterdir()} if out.is_dir() else set()
     groups = [group for group in (OBJECT_FILES, KITCHEN_FILES) if inside & group] or [OBJECT_FILES]
-    check_replaceable(out, COMMON_FILES.union(*groups), allowed=("__pycache__",))
+    forms.check_replaceable(out, COMMON_FILES.union(*groups), allowed=("__pycache__",))
     out = out.absolute()
-    with writing(out.parent), staging(out) as staged:
+    with writing(out.parent), forms.staging(out) as staged:
         run = _Export(staged, name, registry.load().categories, with_review)
         for folder in folders:
             yield replace(_export_asset(folder, run), total=len(folders))
@@ -282,18 +251,18 @@ def export(
         for result in export_kitchens(recipes, staged, jobs, states):
             built.append(result)
             yield replace(result, total=len(recipes))
-        raise_faults(built)
+        forms.raise_faults(built)
         run.kitchens |= {result.id: result for result in built if not result.message}
         if not run.kitchens and not run.instances:
             return
         _write_manifests(run, library)
-        replace_target(staged, out)
+        forms.replace_target(staged, out)
 
 
 def _export_asset(folder: Path, run: _Export) -> ExportResult:
-    asset = certified_asset(folder)
+    asset = forms.certified_asset(folder)
     category_id = asset.labels.category
-    if reason := why_left_out(folder, run.with_review):
+    if reason := forms.why_left_out(folder, run.with_review):
         return ExportResult(asset.id, category_id, message=reason)
     if asset.base is Base.FIXED or asset.contract is not None:
         return ExportResult(asset.id, category_id, message="is a fixture, which stands where a kitchen has it")
@@ -301,10 +270,10 @@ def _export_asset(folder: Path, run: _Export) -> ExportResult:
         lacking = "is of a category that the registry of objects does not have"
         return ExportResult(asset.id, category_id, message=lacking)
     split = asset.labels.split or split_of(asset.provenance.sha256)
-    instance = entries.Instance(id=asset.id, category=category_id, split=split)
-    folder_inside = entries.instance_folder(instance, run.registry)
-    file = f"{folder_inside}/{model.FILE}"
-    disk.write_files(run.staged / folder_inside, model.write(asset, stood_up=category.upright is RestingPose.LIES))
+    instance = objects.Instance(id=asset.id, category=category_id, split=split)
+    folder_inside = objects.instance_folder(instance, run.registry)
+    file = f"{folder_inside}/{objects.FILE}"
+    disk.write_files(run.staged / folder_inside, objects.write(asset, stood_up=category.upright is RestingPose.LIES))
     low, high = asset.bounds
     x, y, z = (float(v) for v in high - low)
     run.instances.append(instance)
@@ -334,27 +303,26 @@ def _row(asset: Asset, category: Category, path: str, split: Split, size: Vec3) 
 
 
 def _write_manifests(run: _Export, library: Path | None) -> None:
-    """Write tables, splits, the manifest, the credits, the scripts, and how to add all of it to a runtime."""
     manifest: dict[str, Any] = {"schema_version": 1, "registry": run.registry, "assets": run.rows}
     files: dict[str, bytes] = {}
     credit = ""
     if library is not None:
         ids = {i.id for i in run.instances}
         credit = attribution.text([e for e in entries_of(disk.Library(library)) if e.accepted and e.id in ids])
-        tables = entries.category_tables(run.instances, run.categories, run.registry)
-        files |= {entries.file_name(g): entries.json_bytes(table) for g, table in tables.items()}
-        files[SPLITS] = entries.json_bytes({"rule": SPLIT_RULE, **_splits(run.instances)})
+        tables = objects.category_tables(run.instances, run.categories, run.registry)
+        files |= {objects.file_name(g): objects.json_bytes(table) for g, table in tables.items()}
+        files[SPLITS] = objects.json_bytes({"rule": SPLIT_RULE, **_splits(run.instances)})
         files[SCRIPT.name] = SCRIPT.read_bytes()
     if run.kitchens:
         numbers = {name: kitchen.number for name, kitchen in sorted(run.kitchens.items())}
         manifest["kitchens"] = [
             {"id": name, "number": number, "fixtures": run.kitchens[name].fixtures} for name, number in numbers.items()
         ]
-        files[casa_kitchens.INDEX] = entries.json_bytes({"schema_version": 1, "kitchens": numbers})
+        files[casa_kitchens.INDEX] = objects.json_bytes({"schema_version": 1, "kitchens": numbers})
         files[KITCHEN_SCRIPT.name] = KITCHEN_SCRIPT.read_bytes()
         found = (credit for kitchen in run.kitchens.values() for credit in kitchen.credits)
         credit += ("\n" if credit else "") + attribution.kitchens_text(run.kitchens, found)
-    files[MANIFEST] = entries.json_bytes(manifest)
+    files[MANIFEST] = objects.json_bytes(manifest)
     files[attribution.NAME] = credit.encode()
     parts = ([_readme_of_kitchens(run)] if run.kitchens else []) + ([_readme_of_objects(run)] if run.instances else [])
     files[README] = "\n".join(parts).encode("ascii")
@@ -362,7 +330,7 @@ def _write_manifests(run: _Export, library: Path | None) -> None:
         (run.staged / path).write_bytes(data)
 
 
-def _splits(instances: Sequence[entries.Instance]) -> Mapping[str, list[str]]:
+def _splits(instances: Sequence[objects.Instance]) -> Mapping[str, list[str]]:
     return {split.value: sorted(i.id for i in instances if i.split is split) for split in Split}
 
 
@@ -384,21 +352,21 @@ def _readme_of_kitchens(run: _Export) -> str:
                          has_renderer=False, use_camera_obs=False{objects})
     env.reset()
 
-`{document.FIXTURES}/`: a folder per fixture, named by its asset; kitchens share them.
-`{document.KITCHENS}/<id>/`: what stands where, sky, lights and cameras. `{casa_kitchens.INDEX}`: the number of each.
+`{kitchens.FIXTURES}/`: a folder per fixture, named by its asset; kitchens share them.
+`{kitchens.KITCHENS}/<id>/`: what stands where, sky, lights and cameras. `{casa_kitchens.INDEX}`: the number of each.
 """
 
 
 def _readme_of_objects(run: _Export) -> str:
     counts = {split: len(ids) for split, ids in _splits(run.instances).items()}
     kinds = len({i.category for i in run.instances})
-    names = ", ".join(f"`{name}`" for name in entries.registry_splits(run.registry))
+    names = ", ".join(f"`{name}`" for name in objects.registry_splits(run.registry))
     return f"""# Objects for RoboCasa
 
 {len(run.instances)} objects in {kinds} categories ({counts["train"]} train, {counts["test"]} test), for RoboCasa v0.2
 and v1.0.
 
-- `{entries.FOLDER}/{run.registry}/<category>/<id>/model.xml`: the object; `model_upright.xml`: the same stood up, where
+- `{objects.FOLDER}/{run.registry}/<category>/<id>/model.xml`: the object; `model_upright.xml`: the same stood up, where
   it usually lies. An id never changes and is no running number: nothing shifts when objects come or go.
 - `categories_v0_2.json`, `categories_v1_0.json`: entries of OBJ_CATEGORIES with the registries
   {names}.

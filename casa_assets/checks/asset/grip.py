@@ -6,29 +6,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from casa_assets.checks.check import (
-    NO_COLLIDERS,
-    NO_JOINTS,
-    NOT_BUILT,
-    Measurement,
-    all_at_least,
-    all_at_most,
-    colliders_of,
-    is_fixture_like,
-    is_from_family,
-    largest,
-    not_applicable,
-)
-from casa_assets.checks.motion.motion_model import grip_of
+from casa_assets.checks import check
+from casa_assets.checks.motion.simulation import grip_of
 from casa_assets.core.numeric import Floats
 from casa_assets.mesh.solid.deviation import distances_outside_hulls, surface_samples
 from casa_assets.mesh.solid.primitive import link_bounds, shape_bounds, tessellate
+from casa_assets.mesh.visibility import fibonacci_directions
 from casa_assets.model.asset.asset import Asset, Collider, Joint
 from casa_assets.model.asset.parts import MeshShape
 from casa_assets.model.pose import Pose
-
-# Finger room ----------------------------------------------------------------------------------------------------------
-# Find handles and knobs without room next to them for the two fingers of a gripper.
 
 # What two fingers close on; keys are pressed, and rims, trays and racks are pushed along.
 HELD_LABELS = frozenset({"handle", "pull", "knob", "lever"})
@@ -40,17 +26,17 @@ PLACES = (0.0, 0.5, -0.5, 0.95, -0.95)  # along a handle, as shares of half its 
 FREE_M = 1e-4  # distance from other parts at which a point lies free
 
 
-def fingers_have_room(asset: Asset, limit: float) -> Measurement:
+def fingers_have_room(asset: Asset, limit: float) -> check.Measurement:
     """KIN011: thickness of the fingers that find room on both sides of each handle and knob, metres; the least."""
-    if not is_from_family(asset):
-        return not_applicable(NOT_BUILT)
+    if not check.is_from_family(asset):
+        return check.not_applicable(check.NOT_BUILT)
     rooms = {}
     for joint in asset.joints:
         link, grip = grip_of(asset, joint)
         if grip is not None and grip.label in HELD_LABELS:
             rooms[f"joints/{joint.name}"] = _room(asset, joint, link, grip)
     message = "beside its grip, fingers of {:.3f} m at most find room on both sides; bring it out"
-    return all_at_least(rooms, limit, message, NO_JOINTS)
+    return check.all_at_least(rooms, limit, message, check.NO_JOINTS)
 
 
 def _room(asset: Asset, joint: Joint, link: str, grip: Collider) -> float:
@@ -76,7 +62,7 @@ def _others(asset: Asset, joint: Joint, grip: Collider, bounds: Floats) -> list[
     lower, upper = bounds[0] - FINGER_M, bounds[1] + FINGER_M
     door = asset.carried_by([j.child for j in asset.joints if j.name == joint.behind])
     found = []
-    for _, owner, collider in colliders_of(asset):
+    for _, owner, collider in check.colliders_of(asset):
         if collider is grip or isinstance(collider.shape, MeshShape) or owner.name in door:
             continue
         pose = asset.asset_from_link(owner.name) @ collider.pose
@@ -108,7 +94,6 @@ def _grasps(centre: Floats, half: Floats) -> Iterator[Floats]:
 
 
 # Grip -----------------------------------------------------------------------------------------------------------------
-# Find grips that do not fit a gripper, joints off the axes, and inertia unlike that of the shapes.
 
 # Labels of what a hand may take. A rim or a tray is held where a thing has no handle of its own.
 GRIP_LABELS = frozenset(
@@ -129,23 +114,13 @@ FREE_DISTANCE_M = 2e-4
 MAX_OFF_HULL_M = 0.001
 # A radius of gyration below this part of the limit is too small. Our choice.
 MIN_GYRATION_RATIO = 0.15
+DIRECTIONS = fibonacci_directions(256)
 
 
-def _fibonacci_sphere(count: int) -> Floats:
-    """(count, 3) unit vectors all around, evenly spread. Ref: Gonzalez 2010, the Fibonacci lattice."""
-    z = 1 - (2 * np.arange(count) + 1) / count
-    angle = np.pi * (3 - np.sqrt(5)) * np.arange(count)
-    radius = np.sqrt(1 - z * z)
-    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1)
-
-
-DIRECTIONS = _fibonacci_sphere(256)
-
-
-def grips_fit_a_gripper(asset: Asset, limit: float) -> Measurement:
+def grips_fit_a_gripper(asset: Asset, limit: float) -> check.Measurement:
     """KIN007: each joint has a labelled grip that is free and fits a gripper; metres of the widest."""
-    if not is_fixture_like(asset) or not asset.joints:
-        return not_applicable(NO_JOINTS if is_fixture_like(asset) else NOT_BUILT)
+    if not check.is_fixture_like(asset) or not asset.joints:
+        return check.not_applicable(check.NO_JOINTS if check.is_fixture_like(asset) else check.NOT_BUILT)
     problems, widest = [], 0.0
     for joint in asset.joints:
         link, grip = grip_of(asset, joint)
@@ -165,25 +140,27 @@ def grips_fit_a_gripper(asset: Asset, limit: float) -> Measurement:
                 fault = f"its grip {grip.name!r} is buried in other parts; bring it out"
         if fault:
             problems.append((f"joints/{joint.name}", fault))
-    return Measurement(widest, tuple(problems))
+    return check.Measurement(widest, tuple(problems))
 
 
-def joint_axes_are_aligned(asset: Asset, limit: float) -> Measurement:
+def joint_axes_are_aligned(asset: Asset, limit: float) -> check.Measurement:
     """KIN008: joint axes of built things lie along x, y or z; largest deviation, rad."""
-    if not is_fixture_like(asset) or not asset.joints:
-        return not_applicable(NO_JOINTS if is_fixture_like(asset) else NOT_BUILT)
+    if not check.is_fixture_like(asset) or not asset.joints:
+        return check.not_applicable(check.NO_JOINTS if check.is_fixture_like(asset) else check.NOT_BUILT)
     deviations = {}
     for joint in asset.joints:
         x, y, z = np.sort(np.abs(asset.asset_from_link(joint.child).rotation @ np.array(joint.axis)))
         # The arc cosine of a number near 1 would lose half of the digits.
         deviations[f"joints/{joint.name}"] = float(np.arctan2(np.hypot(x, y), z))
-    return all_at_most(deviations, limit, "its axis is {:.3g} rad off x, y or z; turn it straight", NO_JOINTS)
+    return check.all_at_most(
+        deviations, limit, "its axis is {:.3g} rad off x, y or z; turn it straight", check.NO_JOINTS
+    )
 
 
-def inertia_matches_colliders(asset: Asset, limit: float) -> Measurement:
+def inertia_matches_colliders(asset: Asset, limit: float) -> check.Measurement:
     """AST017: largest radius of gyration of a link over half the diagonal of its shapes."""
-    if not is_fixture_like(asset):
-        return not_applicable(NOT_BUILT)
+    if not check.is_fixture_like(asset):
+        return check.not_applicable(check.NOT_BUILT)
     problems, ratios = [], []
     for link in asset.links:
         bounds = link_bounds(link)
@@ -203,7 +180,7 @@ def inertia_matches_colliders(asset: Asset, limit: float) -> Measurement:
         outside = float((DIRECTIONS @ np.array(link.inertial.center_of_mass) - support).max())
         if outside > MAX_OFF_HULL_M:
             problems.append((pointer, f"centre of mass is {outside:.3f} m outside the hull of its shapes"))
-    return largest(ratios, problems, NO_COLLIDERS)
+    return check.largest(ratios, problems, check.NO_COLLIDERS)
 
 
 def _size_fault(grip: Collider, sides: list[float], limit: float) -> str:
@@ -223,7 +200,7 @@ def _free_share(asset: Asset, link: str, grip: Collider) -> float:
     points = surface_samples(*tessellate(grip.shape, asset_from_grip), SAMPLES)
     lower, upper = points.min(axis=0), points.max(axis=0)
     clouds = []
-    for _, other, collider in colliders_of(asset):
+    for _, other, collider in check.colliders_of(asset):
         pose = asset.asset_from_link(other.name) @ collider.pose
         bounds = shape_bounds(collider.shape, pose)
         is_apart = (bounds[0] > upper).any() or (bounds[1] < lower).any()

@@ -7,20 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.checks.check import (
-    NO_VISUALS,
-    NOT_BUILT,
-    Measurement,
-    all_at_least,
-    all_at_most,
-    at_most,
-    count,
-    is_from_family,
-    largest,
-    merged_mesh,
-    not_applicable,
-    visuals_of,
-)
+from casa_assets.checks import check
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.mesh.planar import counter_clockwise, signed_area
 from casa_assets.mesh.surface import backward_share, face_normals
@@ -28,9 +15,6 @@ from casa_assets.mesh.topology import inside_out_faces, weld
 from casa_assets.model.asset.asset import Asset, Link, Visual
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2
-
-# Texture scale --------------------------------------------------------------------------------------------------------
-# Find repeating textures that are not shown at their true size (VIS009).
 
 # Share of a mesh's area that has to be right: seams of a body that is turned or swept leave slivers.
 RIGHT_AREA_SHARE = 0.99
@@ -40,11 +24,11 @@ MIN_AREA_M2 = 1e-9
 TORN_STRETCH, TORN_AREA_M2 = 0.5, 1e-6
 
 
-def texture_scale_is_true(asset: Asset, limit: float) -> Measurement:
+def texture_scale_is_true(asset: Asset, limit: float) -> check.Measurement:
     """VIS009: worst deviation of the texture's scale from 1, over 99 % of a mesh's area."""
     tiles = {m.id: m.tile_m for m in asset.materials}
     stretches, problems = [], []
-    for pointer, _, visual in visuals_of(asset):
+    for pointer, _, visual in check.visuals_of(asset):
         tile = tiles[visual.material]
         if tile is None:
             continue
@@ -57,8 +41,8 @@ def texture_scale_is_true(asset: Asset, limit: float) -> Measurement:
             message = f"stretches its picture by {stretch:.1%}; texture coordinates are metres over tile"
             problems.append((pointer, message))
     if problems and not stretches:
-        return Measurement(problems=tuple(problems))
-    return largest(stretches, problems, "nothing of it shows a picture that repeats")
+        return check.Measurement(problems=tuple(problems))
+    return check.largest(stretches, problems, "nothing of it shows a picture that repeats")
 
 
 def _stretch(visual: Visual, tile: Vec2) -> float:
@@ -98,7 +82,6 @@ def _stretch(visual: Visual, tile: Vec2) -> float:
 
 
 # Coincident faces -----------------------------------------------------------------------------------------------------
-# Find coplanar faces of different materials in one place, which would flicker (VIS010).
 
 # Nearer than this a depth buffer cannot tell two faces of a kitchen apart. Faces that are set back by 0.2 mm pass.
 MIN_SEPARATION_M = 0.000199
@@ -110,12 +93,12 @@ MIN_FACE_M2 = 2e-7
 BIN_WIDTH, BIN_SHIFTS = 4, (0.137, 0.637)
 
 
-def coplanar_faces_do_not_overlap(asset: Asset, limit: float) -> Measurement:
+def coplanar_faces_do_not_overlap(asset: Asset, limit: float) -> check.Measurement:
     """VIS010: m^2 of the largest coplanar overlap of two meshes with different looks."""
-    if not is_from_family(asset):
-        return not_applicable(NOT_BUILT)
+    if not check.is_from_family(asset):
+        return check.not_applicable(check.NOT_BUILT)
     if not any(link.visuals for link in asset.links):
-        return not_applicable(NO_VISUALS)
+        return check.not_applicable(check.NO_VISUALS)
     faces = _faces(asset)
     overlaps: dict[tuple[int, int], float] = {}
     for a, b in _candidate_pairs(faces):
@@ -128,17 +111,14 @@ def coplanar_faces_do_not_overlap(asset: Asset, limit: float) -> Measurement:
         for (i, j), area in sorted(overlaps.items())
         if area > limit
     )
-    return Measurement(max(overlaps.values(), default=0.0), problems)
+    return check.Measurement(max(overlaps.values(), default=0.0), problems)
 
 
 @dataclass(frozen=True)
 class _Faces:
-    """All triangles in the asset frame.
+    """All triangles in the asset frame: (F, 3, 3) corners in metres, (F, 3) normals, (F,) numbers of visual and look.
 
-    Attributes:
-        corners: (F, 3, 3) metres. normals: (F, 3). visual: (F,) number of the visual. look: (F,) number of its
-            material, or a number unique to the visual if it has a picture: faces of one look may coincide.
-        pointers: of each visual.
+    Faces of one look may coincide; a visual with a picture has a look of its own. `pointers`: of each visual.
     """
 
     corners: Floats
@@ -152,7 +132,7 @@ def _faces(asset: Asset) -> _Faces:
     textured = {m.id for m in asset.materials if m.textures}
     triangles, looks = [], []
     pointers: list[str] = []
-    for pointer, link, visual in visuals_of(asset):
+    for pointer, link, visual in check.visuals_of(asset):
         points = asset.asset_from_link(link.name).apply(visual.mesh.vertices)
         triangles.append(points[visual.mesh.faces])
         pointers.append(pointer)
@@ -228,7 +208,6 @@ def _overlap_area(first: Floats, second: Floats, normal: Floats) -> float:
 
 
 # Visual ---------------------------------------------------------------------------------------------------------------
-# Find degenerate triangles, wrong normals, bad texture coordinates and oversized pictures (VIS).
 
 NO_PICTURES = "it shows no picture"
 MIN_VERTICES = 4  # Ref: MuJoCo refuses to compile a mesh of fewer.
@@ -236,21 +215,21 @@ NORMAL_LENGTH_TOLERANCE = 0.00674  # Ref: glTF-Validator, how far a normal's len
 SAME_VERTEX_M = 1e-6  # what float32 storage may move a vertex by, metres
 
 
-def triangles_have_area(asset: Asset) -> Measurement:
+def triangles_have_area(asset: Asset) -> check.Measurement:
     """VIS001: number of triangles without area."""
-    meshes = {pointer: visual.mesh for pointer, _, visual in visuals_of(asset)}
+    meshes = {pointer: visual.mesh for pointer, _, visual in check.visuals_of(asset)}
     areas = {pointer: face_normals(m.vertices, m.faces.astype(np.int64))[1] for pointer, m in meshes.items()}
     counts = {pointer: int((area <= 0).sum()) for pointer, area in areas.items()}
     if not counts:
-        return not_applicable(NO_VISUALS)
+        return check.not_applicable(check.NO_VISUALS)
     problems = tuple((p, f"{n} triangles have no area; leave them out") for p, n in counts.items() if n)
-    return Measurement(float(sum(counts.values())), problems)
+    return check.Measurement(float(sum(counts.values())), problems)
 
 
-def normals_face_outwards(asset: Asset, limit: float) -> Measurement:
+def normals_face_outwards(asset: Asset, limit: float) -> check.Measurement:
     """VIS002: share of a mesh's area whose normals point against its front."""
     shares, problems = [], []
-    for pointer, _, visual in visuals_of(asset):
+    for pointer, _, visual in check.visuals_of(asset):
         normals = visual.mesh.normals
         if normals is None:
             continue
@@ -261,39 +240,41 @@ def normals_face_outwards(asset: Asset, limit: float) -> Measurement:
         if share > limit:
             message = f"{share:.1%} of it has normals that look inwards; compute them from the triangles"
             problems.append((pointer, message))
-    return largest(shares, problems, "none of its meshes carries normals")
+    return check.largest(shares, problems, "none of its meshes carries normals")
 
 
-def closed_parts_wind_outwards(asset: Asset, limit: float) -> Measurement:
+def closed_parts_wind_outwards(asset: Asset, limit: float) -> check.Measurement:
     """VIS003: share of a link's surface on closed parts that wind inwards."""
     shares = {f"links/{link.name}/visuals": _inverted_share(link) for link in asset.links if link.visuals}
-    return all_at_most(shares, limit, "{:.1%} of the surface is inside out; turn those triangles", NO_VISUALS)
+    return check.all_at_most(
+        shares, limit, "{:.1%} of the surface is inside out; turn those triangles", check.NO_VISUALS
+    )
 
 
-def triangle_count_is_bounded(asset: Asset, limit: float) -> Measurement:
+def triangle_count_is_bounded(asset: Asset, limit: float) -> check.Measurement:
     """VIS004: number of visible triangles."""
-    triangles = sum(len(v.mesh.faces) for _, _, v in visuals_of(asset))
+    triangles = sum(len(v.mesh.faces) for _, _, v in check.visuals_of(asset))
     if not triangles:
-        return not_applicable(NO_VISUALS)
-    return at_most(float(triangles), limit, "", f"has {triangles} triangles; simplify it further")
+        return check.not_applicable(check.NO_VISUALS)
+    return check.at_most(float(triangles), limit, "", f"has {triangles} triangles; simplify it further")
 
 
-def textured_meshes_are_unwrapped(asset: Asset) -> Measurement:
+def textured_meshes_are_unwrapped(asset: Asset) -> check.Measurement:
     """VIS005: number of meshes with a picture but without usable texture coordinates."""
     textured = {m.id for m in asset.materials if m.textures}
-    visuals = [(pointer, v) for pointer, _, v in visuals_of(asset) if v.material in textured]
+    visuals = [(pointer, v) for pointer, _, v in check.visuals_of(asset) if v.material in textured]
     if not visuals:
-        return not_applicable(NO_PICTURES)
+        return check.not_applicable(NO_PICTURES)
     message = "shows a picture, but all its texture coordinates are missing or one point; unwrap it or drop the picture"
     problems = []
     for pointer, visual in visuals:
         uv = visual.mesh.uv
         if uv is None or not np.isfinite(uv).all() or not float(np.ptp(uv, axis=0).max(initial=0.0)) > 0:
             problems.append((pointer, message))
-    return count(problems)
+    return check.count(problems)
 
 
-def texture_size_is_bounded(asset: Asset, limit: float) -> Measurement:
+def texture_size_is_bounded(asset: Asset, limit: float) -> check.Measurement:
     """VIS006: longest side of a picture according to its file, pixels."""
     sides, problems = [], []
     for material in asset.materials:
@@ -306,27 +287,27 @@ def texture_size_is_bounded(asset: Asset, limit: float) -> Measurement:
                 problems.append((pointer, f"is {size[0]} x {size[1]} pixels, not as stated; read its size again"))
             if max(size) > limit:
                 problems.append((pointer, f"is {size[0]} x {size[1]} pixels; scale it down"))
-    return largest(sides, problems, NO_PICTURES)
+    return check.largest(sides, problems, NO_PICTURES)
 
 
-def meshes_have_enough_vertices(asset: Asset) -> Measurement:
+def meshes_have_enough_vertices(asset: Asset) -> check.Measurement:
     """VIS007: least number of vertices of a mesh."""
-    counts = {pointer: len(v.mesh.vertices) for pointer, _, v in visuals_of(asset)}
+    counts = {pointer: len(v.mesh.vertices) for pointer, _, v in check.visuals_of(asset)}
     message = f"has {{}} vertices, MuJoCo asks for {MIN_VERTICES}; join it to another mesh"
-    return all_at_least(counts, MIN_VERTICES, message, NO_VISUALS)
+    return check.all_at_least(counts, MIN_VERTICES, message, check.NO_VISUALS)
 
 
-def meshes_are_unique(asset: Asset) -> Measurement:
+def meshes_are_unique(asset: Asset) -> check.Measurement:
     """VIS008: number of meshes that lie exactly on another one."""
     if not any(link.visuals for link in asset.links):
-        return not_applicable(NO_VISUALS)
+        return check.not_applicable(check.NO_VISUALS)
     first: dict[bytes, str] = {}
     problems = []
-    for pointer, link, visual in visuals_of(asset):
+    for pointer, link, visual in check.visuals_of(asset):
         twin = first.setdefault(_triangle_key(visual, asset.asset_from_link(link.name)), pointer)
         if twin != pointer:
             problems.append((pointer, f"is the same mesh in the same place as {twin}; leave one out"))
-    return count(problems)
+    return check.count(problems)
 
 
 def _triangle_key(visual: Visual, pose: Pose) -> bytes:
@@ -341,7 +322,7 @@ def _triangle_key(visual: Visual, pose: Pose) -> bytes:
 
 def _inverted_share(link: Link) -> float:
     """Share of the area of a link on closed components of negative volume that are not the lining of another one."""
-    vertices, faces = merged_mesh(link.visuals)
+    vertices, faces = check.merged_mesh(link.visuals)
     points, welded = weld(vertices)
     faces = welded[faces]
     _, areas = face_normals(points, faces)

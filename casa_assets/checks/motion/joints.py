@@ -17,18 +17,9 @@ from casa_assets.checks.check import (
     is_from_family,
     not_applicable,
     not_run,
+    worst_above,
 )
-from casa_assets.checks.motion.motion_model import (
-    STEP_S,
-    MotionModel,
-    lever_arm,
-    motion_model_of,
-    motion_spec,
-    open_before,
-    open_end,
-)
-from casa_assets.checks.motion.simulation import box_around, find_contacts, geom_boxes, set_joints
-from casa_assets.checks.motion.sweep import Penetration, moved_by, sweep
+from casa_assets.checks.motion import simulation
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mujoco_load
 from casa_assets.core.hand_dynamics import PULL_N
@@ -36,9 +27,6 @@ from casa_assets.core.numeric import Mask
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Sphere
 from casa_assets.model.issue import Files
-
-# Hand force -----------------------------------------------------------------------------------------------------------
-# Find joints that a hand of 20 N cannot move, that do not return, or that drift (KIN001 to KIN006, KIN010).
 
 # Nobody turns harder than this: the cap of 20 N*m on what 20 N do at a long lever.
 MAX_TORQUE_NM = 20.0
@@ -71,9 +59,7 @@ def starting_force_is_moderate(package: Package, limit: float, min_force_n: floa
 
     Doors and drawers are meant to take 5 N and more, so that they stay shut; a key or a roll may be lighter.
     """
-    motion = motion_model_of(package)
-    if isinstance(motion, Measurement):
-        return motion
+    motion = simulation.motion_model_of(package)
     problems, worst = [], 0.0
     data = mujoco.MjData(motion.contactless)
     for joint in package.asset.joints:
@@ -90,17 +76,15 @@ def starting_force_is_moderate(package: Package, limit: float, min_force_n: floa
 
 def keys_spring_back(package: Package, limit: float) -> Measurement:
     """KIN004: worst share of its stroke that a pressed key is away from rest 2 s after release."""
-    motion, asset = motion_model_of(package), package.asset
-    if isinstance(motion, Measurement):
-        return motion
+    motion, asset = simulation.motion_model_of(package), package.asset
     shares = {}
     data = mujoco.MjData(motion.model)
     for joint in asset.joints:
         if not _is_sprung(asset, joint):
             continue
-        end = open_end(joint)
-        set_joints(motion.model, data, {**open_before(asset, joint), joint.name: end})
-        mujoco.mj_step(motion.model, data, nstep=int(PUSH_S / STEP_S))
+        end = simulation.open_end(joint)
+        simulation.set_joints(motion.model, data, {**simulation.open_before(asset, joint), joint.name: end})
+        mujoco.mj_step(motion.model, data, nstep=int(PUSH_S / simulation.STEP_S))
         # A light key that is held against its stop stands a little beyond it, which does not count as away from rest.
         away = max(0.0, float(data.qpos[motion.address[joint.name]]) / end) * abs(end)
         shares[f"joints/{joint.name}"] = away / (joint.range[1] - joint.range[0])
@@ -110,12 +94,10 @@ def keys_spring_back(package: Package, limit: float) -> Measurement:
 
 def joints_rest_in_range(package: Package, limit: float) -> Measurement:
     """KIN010: how far a joint is outside its range once it has been left alone for 2 s, closed; rad or m."""
-    motion, asset = motion_model_of(package), package.asset
-    if isinstance(motion, Measurement):
-        return motion
+    motion, asset = simulation.motion_model_of(package), package.asset
     data = mujoco.MjData(motion.model)
-    set_joints(motion.model, data, {})
-    mujoco.mj_step(motion.model, data, nstep=int(PUSH_S / STEP_S))
+    simulation.set_joints(motion.model, data, {})
+    mujoco.mj_step(motion.model, data, nstep=int(PUSH_S / simulation.STEP_S))
     beyond = {}
     for joint in asset.joints:
         at, (low, high) = float(data.qpos[motion.address[joint.name]]), joint.range
@@ -128,29 +110,23 @@ def joints_stay_put(package: Package, limit: float) -> Measurement:
 
     A short range counts as one of which `limit` is 1 mm or half a degree: stops are soft, and a light key yields.
     """
-    motion, asset = motion_model_of(package), package.asset
-    if isinstance(motion, Measurement):
-        return motion
-    problems, worst = [], 0.0
-    data = mujoco.MjData(motion.model)
+    motion, asset = simulation.motion_model_of(package), package.asset
+    rows, data = [], mujoco.MjData(motion.model)
     poses: dict[str, dict[str, float]] = {"rest": {}}
     poses |= {key.name: {at.joint: at.value for at in key.joints} for key in asset.keyframes if key.joints}
     for name, pose in poses.items():
-        set_joints(motion.model, data, pose)
+        simulation.set_joints(motion.model, data, pose)
         start = data.qpos.copy()
-        mujoco.mj_step(motion.model, data, nstep=int(DRIFT_S / STEP_S))
+        mujoco.mj_step(motion.model, data, nstep=int(DRIFT_S / simulation.STEP_S))
         for joint in asset.joints:
             if pose.get(joint.name) and _is_sprung(asset, joint):
                 continue  # it is meant to go back
             address = motion.address[joint.name]
             still = STILL_RAD if joint.kind is JointKind.HINGE else STILL_M
-            share = abs(float(data.qpos[address] - start[address])) / max(
-                joint.range[1] - joint.range[0], still / limit
-            )
-            worst = max(worst, share)
-            if share > limit:
-                problems.append((f"joints/{joint.name}", f"drifts by {share:.1%} of its range in 5 s ({name})"))
-    return Measurement(worst, tuple(problems))
+            span = max(joint.range[1] - joint.range[0], still / limit)
+            share = abs(float(data.qpos[address] - start[address])) / span
+            rows.append((f"joints/{joint.name}", share, f"drifts by {share:.1%} of its range in 5 s ({name})"))
+    return worst_above(rows, limit)
 
 
 def hand_effort(asset: Asset, joint: Joint) -> float:
@@ -160,16 +136,14 @@ def hand_effort(asset: Asset, joint: Joint) -> float:
     """
     if joint.kind is JointKind.SLIDE:
         return PULL_N
-    arm = lever_arm(asset, joint)
+    arm = simulation.lever_arm(asset, joint)
     if _grip_label(asset, joint) in KNOB_LABELS:
         arm = max(arm, _radius(asset, joint))
     return min(PULL_N * max(arm, MIN_LEVER_M), MAX_TORQUE_NM)
 
 
 def _least_reach(package: Package, limit: float, contact: bool) -> Measurement:
-    motion, asset = motion_model_of(package), package.asset
-    if isinstance(motion, Measurement):
-        return motion
+    motion, asset = simulation.motion_model_of(package), package.asset
     problems, least = [], 1.0
     data = mujoco.MjData(motion.model if contact else motion.contactless)
     for joint in asset.joints:
@@ -190,29 +164,21 @@ def _least_reach(package: Package, limit: float, contact: bool) -> Measurement:
     return Measurement(least, tuple(problems))
 
 
-def _reach(motion: MotionModel, data: mujoco.MjData, asset: Asset, joint: Joint, opening: bool, enough: float) -> float:
-    """Share of its range that a joint covers under a steady push from one end, all others left alone.
-
-    Args:
-        data: of `motion.model` or of `motion.contactless`.
-        opening: pushed towards its open end, else from there.
-        enough: share at which pushing ends.
-    """
+def _reach(
+    motion: simulation.MotionModel, data: mujoco.MjData, asset: Asset, joint: Joint, opening: bool, enough: float
+) -> float:
+    """Share of its range that a joint covers, up to `enough`, under a steady push from one end, others left alone."""
     low, high = joint.range
-    end = open_end(joint)
+    end = simulation.open_end(joint)
     closed = low if end == high else high
     start, goal = (closed, end) if opening else (end, closed)
-    set_joints(data.model, data, {**open_before(asset, joint), joint.name: start})
+    simulation.set_joints(data.model, data, {**simulation.open_before(asset, joint), joint.name: start})
     data.qfrc_applied[motion.dof[joint.name]] = math.copysign(hand_effort(asset, joint), goal - start)
     return push(data, motion.address[joint.name], start, goal, enough)
 
 
 def push(data: mujoco.MjData, address: int, start: float, goal: float, enough: float) -> float:
-    """Simulate for 2 s, or until a joint has covered `enough` of its way; the share that it covered.
-
-    Args:
-        data: with the force applied. address: of the joint in qpos. start, goal: positions, rad or m.
-    """
+    """Simulate a force for 2 s, or until a joint at `address` in qpos has covered `enough`; the share of its way."""
     best = 0.0
     for _ in range(round(PUSH_S / data.model.opt.timestep / CHUNK_STEPS)):
         mujoco.mj_step(data.model, data, nstep=CHUNK_STEPS)
@@ -222,12 +188,12 @@ def push(data: mujoco.MjData, address: int, start: float, goal: float, enough: f
     return best
 
 
-def starting_force(motion: MotionModel, data: mujoco.MjData, asset: Asset, joint: Joint) -> float:
+def starting_force(motion: simulation.MotionModel, data: mujoco.MjData, asset: Asset, joint: Joint) -> float:
     """Force at the grip that just starts a closed joint to open, N; negative where it opens by itself."""
-    set_joints(motion.contactless, data, open_before(asset, joint))
+    simulation.set_joints(motion.contactless, data, simulation.open_before(asset, joint))
     mujoco.mj_forward(motion.contactless, data)
     dof = motion.dof[joint.name]
-    sign = math.copysign(1.0, open_end(joint))
+    sign = math.copysign(1.0, simulation.open_end(joint))
     opening_force = sign * float(data.qfrc_passive[dof] - data.qfrc_bias[dof])
     arm = 1.0 if joint.kind is JointKind.SLIDE else hand_effort(asset, joint) / PULL_N
     return (joint.frictionloss - opening_force) / arm
@@ -259,7 +225,6 @@ def _radius(asset: Asset, joint: Joint) -> float:
 
 
 # Joint travel ---------------------------------------------------------------------------------------------------------
-# Find joints of articulated meshes that do not reach all of their range (KIN009).
 
 # A contact counts where it is this much deeper than that of the same two shapes at rest. Our choice: what soft contacts
 # forgive.
@@ -272,13 +237,9 @@ POSES = 48
 
 @dataclass(frozen=True)
 class JointTravel:
-    """Travel of one joint under a hand, and up to the first contact.
+    """Travel of one joint: share of its range before a contact is over 1 mm deeper than at rest, and with which body.
 
-    Attributes:
-        joint: its name.
-        free_share: share of its range before a contact is deeper than at rest by over 1 mm; 1 if no contact is.
-        blocked_by: name of the body that it then runs into, or empty.
-        pushed_share: share of its range to which 20 N take it in 2 s, with the model as the file is written.
+    `pushed_share`: share of its range to which 20 N take it in 2 s, with the model as the file is written.
     """
 
     joint: str
@@ -300,11 +261,7 @@ class JointTravel:
 
 
 def joints_reach_full_range(package: Package, limit: float) -> Measurement:
-    """KIN009: share of the joints that move over their full range under 20 N without collision.
-
-    Only for assets from meshes. Those that families build have to meet stricter limits, of the checks of reach and
-    clearance.
-    """
+    """KIN009: share of the joints of a mesh that move over their full range under 20 N without collision."""
     asset = package.asset
     if not asset.joints or is_from_family(asset):
         return not_applicable("it was built from numbers, and KIN001 holds it to more" if asset.joints else NO_JOINTS)
@@ -317,15 +274,11 @@ def joints_reach_full_range(package: Package, limit: float) -> Measurement:
 
 
 def joint_travels(asset: Asset, model: Path | Files, pushed: bool = True) -> tuple[JointTravel, ...]:
-    """Travel of every joint of an asset, in its order.
+    """Travel of every joint of an asset, in its order. Raises ValueError: MuJoCo cannot read the file.
 
-    Args:
-        model: MJCF of the asset: its `model.xml` on disk, or its package in memory.
-        pushed: also move each by force; else `pushed_share` is as `free_share`.
-    Raises:
-        ValueError: MuJoCo cannot read the file.
+    `pushed`: also move each by force; else `pushed_share` is as `free_share`.
     """
-    spec = motion_spec(model)
+    spec = simulation.motion_spec(model)
     as_written = spec.compile()
     for pair in list(spec.excludes):
         spec.delete(pair)
@@ -336,8 +289,8 @@ def joint_travels(asset: Asset, model: Path | Files, pushed: bool = True) -> tup
         free, blocked_by = _free_share(all_pairs, asset, joint)
         share = free
         if pushed:
-            data, end = mujoco.MjData(as_written), open_end(joint)
-            set_joints(as_written, data, open_before(asset, joint))
+            data, end = mujoco.MjData(as_written), simulation.open_end(joint)
+            simulation.set_joints(as_written, data, simulation.open_before(asset, joint))
             number = int(as_written.joint(joint.name).id)
             data.qfrc_applied[as_written.jnt_dofadr[number]] = math.copysign(hand_effort(asset, joint), end)
             share = push(data, int(as_written.jnt_qposadr[number]), 0.0, end, FULL_SHARE)
@@ -349,10 +302,10 @@ def _free_share(model: mujoco.MjModel, asset: Asset, joint: Joint) -> tuple[floa
     """Share of the range before the first contact that is not there at rest, and the name of the other body."""
     data = mujoco.MjData(model)
     joint_id = int(model.joint(joint.name).id)
-    moved = moved_by(model, joint_id)
-    set_joints(model, data, open_before(asset, joint))
+    moved = simulation.moved_by(model, joint_id)
+    simulation.set_joints(model, data, simulation.open_before(asset, joint))
     at_rest = _depths(model, data, moved)
-    end = open_end(joint)
+    end = simulation.open_end(joint)
     for i in range(1, POSES + 1):
         data.qpos[model.jnt_qposadr[joint_id]] = end * i / POSES
         for pair, depth in sorted(_depths(model, data, moved).items()):
@@ -364,7 +317,7 @@ def _free_share(model: mujoco.MjModel, asset: Asset, joint: Joint) -> tuple[floa
 
 def _depths(model: mujoco.MjModel, data: mujoco.MjData, moved: Mask) -> dict[tuple[int, int], float]:
     """Depth of each penetrating pair of a moved and another geom, metres, > 0."""
-    find_contacts(model, data)
+    simulation.find_contacts(model, data)
     geoms, distances = data.contact.geom, data.contact.dist
     bodies = model.geom_bodyid[geoms]
     counted = (moved[bodies[:, 0]] != moved[bodies[:, 1]]) & (distances < 0) & (bodies > 0).all(axis=1)
@@ -376,7 +329,6 @@ def _depths(model: mujoco.MjModel, data: mujoco.MjData, moved: Mask) -> dict[tup
 
 
 # Clearance ------------------------------------------------------------------------------------------------------------
-# Find moving parts that run into other parts of the asset over their range (KIN005).
 
 # Step while another part stands open: only the two moved parts can meet in a new way. They are large, so that steps may
 # be wider than `sweep.STEP_M`.
@@ -385,37 +337,32 @@ PAIR_STEP_M = 0.025
 
 def moving_parts_keep_clear(package: Package, limit: float) -> Measurement:
     """KIN005: deepest contact of a part over any joint's range, alone and with each other joint open; metres."""
-    motion = motion_model_of(package)
-    if isinstance(motion, Measurement):
-        return motion
-    problems = []
-    worst = 0.0
+    motion = simulation.motion_model_of(package)
+    rows = []
     for joint in package.asset.joints:
         contact, open_joint = _deepest_contact(motion, package.asset, joint)
-        worst = max(worst, contact.depth)
-        if contact.depth > limit:
-            while_open = f" while {open_joint} stands open" if open_joint else ""
-            sinks = f"{contact.geom1} sinks {contact.depth:.4f} m into {contact.geom2}{while_open}"
-            problems.append((f"joints/{joint.name}", f"{sinks}; make room between them"))
-    return Measurement(worst, tuple(problems))
+        while_open = f" while {open_joint} stands open" if open_joint else ""
+        sinks = f"{contact.geom1} sinks {contact.depth:.4f} m into {contact.geom2}{while_open}"
+        rows.append((f"joints/{joint.name}", contact.depth, f"{sinks}; make room between them"))
+    return worst_above(rows, limit)
 
 
-def _deepest_contact(motion: MotionModel, asset: Asset, joint: Joint) -> tuple[Penetration, str]:
+def _deepest_contact(motion: simulation.MotionModel, asset: Asset, joint: Joint) -> tuple[simulation.Penetration, str]:
     """The deepest contact over all sweeps of a joint, and the other joint that was open in it, or an empty name."""
     model, joint_id = motion.with_margins, motion.joint_id(joint.name)
     data = mujoco.MjData(model)
-    positions = open_before(asset, joint)
-    set_joints(model, data, positions)
-    moved, everything = moved_by(model, joint_id), np.ones(model.nbody, dtype=bool)
-    alone = sweep(model, data, joint_id, everything)
+    positions = simulation.open_before(asset, joint)
+    simulation.set_joints(model, data, positions)
+    moved, everything = simulation.moved_by(model, joint_id), np.ones(model.nbody, dtype=bool)
+    alone = simulation.sweep(model, data, joint_id, everything)
     worst, open_joint = alone.worst, ""
     for other in asset.joints:
-        before = open_before(asset, other)
+        before = simulation.open_before(asset, other)
         # What needs this joint open cannot be out while it moves.
         if other.name == joint.name or other.name in positions or joint.name in before:
             continue
-        moved_by_other = moved_by(model, motion.joint_id(other.name))
-        set_joints(model, data, {**positions, **before, other.name: open_end(other)})
+        moved_by_other = simulation.moved_by(model, motion.joint_id(other.name))
+        simulation.set_joints(model, data, {**positions, **before, other.name: simulation.open_end(other)})
         # What carries this joint along takes it away from the rest.
         if moved_by_other[model.jnt_bodyid[joint_id]]:
             continue
@@ -423,10 +370,12 @@ def _deepest_contact(motion: MotionModel, asset: Asset, joint: Joint) -> tuple[P
         carried = bool(moved[moved_by_other].any())
         if not carried:
             mujoco.mj_kinematics(model, data)
-            lower, upper = box_around(geom_boxes(model, data, np.flatnonzero(moved_by_other[model.geom_bodyid])))
+            lower, upper = simulation.box_around(
+                simulation.geom_boxes(model, data, np.flatnonzero(moved_by_other[model.geom_bodyid]))
+            )
             if (lower > alone.bounds[1]).any() or (upper < alone.bounds[0]).any():
                 continue
-        contact = sweep(model, data, joint_id, everything if carried else moved_by_other, PAIR_STEP_M).worst
+        contact = simulation.sweep(model, data, joint_id, everything if carried else moved_by_other, PAIR_STEP_M).worst
         if contact.depth > worst.depth:
             worst, open_joint = contact, other.name
     return worst, open_joint

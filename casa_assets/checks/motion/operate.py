@@ -19,9 +19,6 @@ from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.behavior import Stimulus
 from casa_assets.model.record import Vec2
 
-# Drop -----------------------------------------------------------------------------------------------------------------
-# Drop an asset on the floor of its `scene.xml` and record how it comes to rest.
-#
 # Ref: SimReady Foundation, FET003 base neutral simulation: from twice its height, at rest within 2 cm for 2 s inside 8
 # s.
 
@@ -32,12 +29,9 @@ CACHED_DROPS = 4
 
 @dataclass(frozen=True)
 class DropProtocol:
-    """Parameters of the drop test, from registry/limits.yaml.
+    """The drop test, from registry/limits.yaml: from `height_factor` times its height, metres, seconds.
 
-    Attributes:
-        height_factor: height of the drop over that of the asset. min_height_m: least height of the drop, metres.
-        rest_m: diameter of the ball in which its centre of mass stays while it rests. rest_s: for how long, seconds.
-        rate_hz: steps per second. duration_s: simulated time.
+    `rest_m`: diameter of the ball in which its centre of mass stays while it rests, for `rest_s`.
     """
 
     height_factor: float
@@ -50,15 +44,7 @@ class DropProtocol:
 
 @dataclass(frozen=True)
 class DropResult:
-    """Result of one drop test.
-
-    Attributes:
-        rest_s: when its rest began, seconds after the release; None if it did not come to rest in time.
-        deepest_m: deepest penetration at any moment.
-        rest_m: deepest penetration at the end, once at rest.
-        tilt_deg: angle between its up axis before and after.
-        warnings: of the simulator.
-    """
+    """One drop: when its rest began (None: not in time), deepest penetration ever and at the end, and tilt."""
 
     rest_s: float | None
     deepest_m: float
@@ -126,7 +112,6 @@ def _depth(data: mujoco.MjData) -> float:
 
 
 # Operate --------------------------------------------------------------------------------------------------------------
-# Operate a written asset in MuJoCo with a fingertip: set joints, press keys, read what a runtime measures.
 
 # Radius of the fingertip, a sphere; how deep it is pressed into what it touches; height at which it waits; metres.
 TIP_RADIUS_M, PRESS_DEPTH_M, WAITING_HEIGHT_M = 0.004, 0.0003, 50.0
@@ -138,12 +123,7 @@ TIP = "casa_fingertip"
 
 @dataclass(frozen=True)
 class FingertipModel:
-    """A model with a fingertip.
-
-    Attributes:
-        model: the asset, without what is only seen.
-        ranges: of its joints as the file says them, rad or m.
-    """
+    """An asset without what is only seen, with a fingertip, and the ranges of its joints, rad or m."""
 
     model: mujoco.MjModel
     ranges: Mapping[str, Vec2]

@@ -20,7 +20,7 @@ from casa_assets.checks.check import (
     not_applicable,
     not_run,
 )
-from casa_assets.checks.motion import sweep
+from casa_assets.checks.motion import simulation
 from casa_assets.checks.motion.operate import TUNNEL_M, DropProtocol, DropResult, drop_on_floor
 from casa_assets.checks.package import facts
 from casa_assets.checks.package.package import Package
@@ -238,7 +238,7 @@ def joints_move_without_collision(package: Package, limit: float) -> Measurement
     """MJC009: deepest contact between parts while each joint moves through its range, metres."""
     if not package.asset.joints:
         return not_applicable(NO_JOINTS)
-    depths = {f"joints/{name}": depth for name, depth in sweep.deepest_contacts(package.scene).items()}
+    depths = {f"joints/{name}": depth for name, depth in simulation.deepest_contacts(package.scene).items()}
     if not depths:
         return not_run("scene.xml does not compile")
     return all_at_most(depths, limit, "its part sinks {:.4f} m into another on the way", NO_JOINTS)

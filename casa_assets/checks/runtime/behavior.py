@@ -1,4 +1,4 @@
-"""Find behaviours with unreachable values, invisible effects, or that break their contract (BEH)."""
+"""Find behaviour that a runtime does not get: keys, states and interiors that hold a ball."""
 
 from __future__ import annotations
 
@@ -8,9 +8,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
-from casa_assets.checks.check import NO_COMPILE, Measurement, Problem, count, not_applicable, not_run
+import mujoco
+import numpy as np
+
+from casa_assets.checks import check
 from casa_assets.checks.motion import operate
+from casa_assets.checks.motion.simulation import STEP_S, collision_spec, find_contacts
 from casa_assets.checks.package.package import Package
+from casa_assets.checks.readers import mujoco_load
 from casa_assets.checks.runtime import contract as contract_names
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import (
@@ -22,11 +27,12 @@ from casa_assets.model.asset.behavior import (
     start_behavior,
     step_behavior,
 )
+from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus, start, step
+from casa_assets.model.asset.asset import Asset, Region
+from casa_assets.model.asset.behavior import Behavior, Effect, EffectKind
+from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.contract import Contract, KeyRule, Trial
-
-# Reachable values -----------------------------------------------------------------------------------------------------
-# Find values of a behaviour that no sequence of moves, touches and waits can reach.
 
 TICK_S = 0.05
 # States of one group of variables that are looked at; sound behaviours have dozens.
@@ -38,11 +44,7 @@ State = tuple[tuple[str, ...], tuple[float, ...], tuple[bool, ...]]
 class VariableGroup:
     """Variables whose rules depend on each other, with all inputs of these rules.
 
-    Attributes:
-        behavior: these variables and their rules.
-        joints, stands: names, and the positions worth trying of each.
-        contacts: names.
-        longest_s: longest time that a rule waits.
+    `stands`: positions worth trying of each joint. `longest_s`: longest time that a rule waits.
     """
 
     behavior: Behavior
@@ -53,11 +55,7 @@ class VariableGroup:
 
 
 def unreached(behavior: Behavior, ranges: Mapping[str, Vec2]) -> list[tuple[str, str]]:
-    """(variable, value) of every value that no sequence of moves, touches and waits brings about.
-
-    Args:
-        ranges: joint -> (low, high), rad or m.
-    """
+    """(variable, value) of all that no moves, touches and waits bring about; `ranges`: of joints, rad or m."""
     missing: list[tuple[str, str]] = []
     for group in _groups(behavior, ranges):
         missing += _search(group)
@@ -171,42 +169,44 @@ TARGET_KINDS = {
 }
 
 
-def values_are_reachable(asset: Asset) -> Measurement:
+def values_are_reachable(asset: Asset) -> check.Measurement:
     """BEH001: number of values that moving joints and touching colliders cannot bring about."""
     if asset.behavior is None:
-        return not_applicable(NO_BEHAVIOR)
+        return check.not_applicable(NO_BEHAVIOR)
     missing = unreached(asset.behavior, {j.name: j.range for j in asset.joints})
-    return count((f"behavior/{name}", f"nothing that a robot can do makes it {value!r}") for name, value in missing)
+    return check.count(
+        (f"behavior/{name}", f"nothing that a robot can do makes it {value!r}") for name, value in missing
+    )
 
 
-def effects_are_visible(asset: Asset) -> Measurement:
+def effects_are_visible(asset: Asset) -> check.Measurement:
     """BEH002: number of effects without a target that can show them."""
     if asset.behavior is None:
-        return not_applicable(NO_BEHAVIOR)
+        return check.not_applicable(NO_BEHAVIOR)
     effects = enumerate(asset.behavior.effects)
-    return count((f"behavior/effects/{i}", message) for i, e in effects for message in _effect_faults(asset, e))
+    return check.count((f"behavior/effects/{i}", message) for i, e in effects for message in _effect_faults(asset, e))
 
 
-def behavior_meets_contract(package: Package) -> Measurement:
+def behavior_meets_contract(package: Package) -> check.Measurement:
     """BEH003: number of contract values and thresholds that the asset misses when operated in MuJoCo."""
     asset, contract = package.asset, package.contract
     if asset.contract is None:
-        return not_applicable("it names no contract that says how it behaves")
+        return check.not_applicable("it names no contract that says how it behaves")
     if contract is None or contract.id != asset.contract:
-        return not_run(f"registry/contracts has no {asset.contract!r}")
+        return check.not_run(f"registry/contracts has no {asset.contract!r}")
     faults = contract_names.missing_requirements(asset, contract, contract_names.variables)
     if asset.behavior is not None:
         faults += _thresholds(asset, asset.behavior, contract)
         wanted = any(key.values for key in contract.keyframes) or bool(contract.trials)
         model = operate.fingertip_model(package) if wanted else None
         if wanted and model is None:
-            return count(faults) if faults else not_run(NO_COMPILE)
+            return check.count(faults) if faults else check.not_run(check.NO_COMPILE)
         if model is not None:
             for key in contract.keyframes:
                 faults += _pose(model, asset, asset.behavior, key)
             for trial in contract.trials:
                 faults += _trial(model, asset, asset.behavior, trial)
-    return count(faults)
+    return check.count(faults)
 
 
 def _effect_faults(asset: Asset, effect: Effect) -> Iterator[str]:
@@ -231,7 +231,7 @@ def _effect_faults(asset: Asset, effect: Effect) -> Iterator[str]:
             yield f"shows {effect.target!r}, which is {extent:.4f} m large; nobody sees that"
 
 
-def _thresholds(asset: Asset, behavior: Behavior, contract: Contract) -> Iterator[Problem]:
+def _thresholds(asset: Asset, behavior: Behavior, contract: Contract) -> Iterator[check.Problem]:
     """Ends of intervals that are neither a threshold of the contract nor an end of the joint's range."""
     ranges = {j.name: j.range for j in asset.joints}
     for i, rule in enumerate(behavior.rules):
@@ -249,7 +249,7 @@ def _thresholds(asset: Asset, behavior: Behavior, contract: Contract) -> Iterato
                     yield f"behavior/rules/{i}", f"{changes}; RoboCasa's thresholds are {there}"
 
 
-def _pose(model: operate.FingertipModel, asset: Asset, behavior: Behavior, rule: KeyRule) -> Iterator[Problem]:
+def _pose(model: operate.FingertipModel, asset: Asset, behavior: Behavior, rule: KeyRule) -> Iterator[check.Problem]:
     key = next((k for k in asset.keyframes if k.name == rule.name), None)
     if key is None or not rule.values:
         return
@@ -259,7 +259,7 @@ def _pose(model: operate.FingertipModel, asset: Asset, behavior: Behavior, rule:
         yield f"keyframes/{rule.name}", f"in this pose {message}"
 
 
-def _trial(model: operate.FingertipModel, asset: Asset, behavior: Behavior, trial: Trial) -> Iterator[Problem]:
+def _trial(model: operate.FingertipModel, asset: Asset, behavior: Behavior, trial: Trial) -> Iterator[check.Problem]:
     """Differences from the trial; it ends with the first step that has some."""
     stands: dict[str, float] = {}
     state = _settle(start_behavior(behavior), model.measure(stands))
@@ -305,3 +305,125 @@ def _differences(state: BehaviorState, wanted: Mapping[str, str]) -> Iterator[st
         for name, found in state.values.items():
             if re.fullmatch(pattern, name) and not re.fullmatch(value, found):
                 yield f"{name} is {found!r}, not {value!r}"
+
+
+# Hollow regions -------------------------------------------------------------------------------------------------------
+
+BALL_DIAMETER_M = 0.06
+BALL_SHARE = 0.8  # of the least side of a region that is narrower
+DROP_HEIGHT_M = 0.008
+SIMULATED_S = 1.5
+OUTER_REGIONS = frozenset({"main", "bbox"})
+MAX_SPEED_M_S = 0.05
+MAX_PENETRATION_M = 1e-3
+
+
+def interiors_hold_a_ball(package: Package, limit: float) -> check.Measurement:
+    """HOL001: farthest that a ball laid into a region comes to rest outside of it, metres."""
+    asset = package.asset
+    regions = [r for r in asset.regions if r.name not in OUTER_REGIONS]
+    if not regions or not check.is_fixture_like(asset):
+        return check.not_applicable(
+            "it has no region to put things into" if check.is_fixture_like(asset) else check.NOT_BUILT
+        )
+    if mujoco_load.load_mjcf(package.mjcf).error:
+        return check.not_run(check.NO_COMPILE)
+    model = _model_with_balls(package, regions)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    at_start = {r.name: _penetration(model, data, r) for r in regions}
+    blocked = _blocked_heights(package, model, regions)
+    mujoco.mj_step(model, data, nstep=int(SIMULATED_S / STEP_S))
+    problems, worst = [], 0.0
+    for region in regions:
+        pointer = f"regions/{region.name}"
+        if at_start[region.name] > MAX_PENETRATION_M:
+            problems.append((pointer, f"is not hollow: a ball of {2 * _radius(region):.3f} m does not fit in"))
+            continue
+        if region.name in blocked:
+            height = f"{blocked[region.name]:.3f} m above its floor"
+            problems.append((pointer, f"is filled {height}: a ball let down from its top does not pass"))
+            continue
+        distance = _distance_outside(data, region)
+        worst = max(worst, distance)
+        speed = float(np.linalg.norm(data.body(_ball(region)).cvel[3:]))
+        if distance > limit:
+            problems.append((pointer, f"a ball laid into it comes to lie {distance:.3f} m off its floor or sides"))
+        elif speed > MAX_SPEED_M_S:
+            problems.append((pointer, f"a ball laid into it still moves at {speed:.2f} m/s"))
+    return check.Measurement(worst, tuple(problems))
+
+
+def _ball(region: Region) -> str:
+    return f"ball__{region.name}"
+
+
+def _radius(region: Region) -> float:
+    return min(BALL_DIAMETER_M, BALL_SHARE * min(region.size[:2])) / 2
+
+
+def _world_from_region(package: Package, region: Region) -> Pose:
+    return package.asset.asset_from_link(region.link) @ region.pose
+
+
+def _model_with_balls(package: Package, regions: list[Region]) -> mujoco.MjModel:
+    """The asset with a ball just above the floor of each region; balls do not touch each other."""
+    spec = collision_spec(package.mjcf)
+    for key in list(spec.keys):
+        spec.delete(key)
+    spec.option.timestep = STEP_S
+    for region in regions:
+        radius = _radius(region)
+        center = np.array([[0.0, 0.0, -region.size[2] / 2 + radius + DROP_HEIGHT_M]])
+        body = spec.worldbody.add_body(name=_ball(region), pos=_world_from_region(package, region).apply(center)[0])
+        body.add_freejoint()
+        touch = {"contype": 0, "conaffinity": 1, "condim": 6, "friction": [0.6, 0.02, 0.01]}
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, radius, radius], mass=0.05, **touch)
+    return spec.compile()
+
+
+def _blocked_heights(package: Package, model: mujoco.MjModel, regions: list[Region]) -> dict[str, float]:
+    """Region name -> height above its floor at which a ball in its middle runs into something, metres."""
+    data = mujoco.MjData(model)
+    blocked: dict[str, float] = {}
+    heights = {r.name: _heights(r) for r in regions}
+    for k in range(max(len(column) for column in heights.values())):
+        present = {name: column[min(k, len(column) - 1)] for name, column in heights.items()}
+        for region in regions:
+            center = np.array([[0.0, 0.0, present[region.name] - region.size[2] / 2]])
+            start = model.jnt_qposadr[model.body_jntadr[model.body(_ball(region)).id]]
+            data.qpos[start : start + 3] = _world_from_region(package, region).apply(center)[0]
+        find_contacts(model, data)
+        for region in regions:
+            if _penetration(model, data, region) > MAX_PENETRATION_M:
+                blocked.setdefault(region.name, present[region.name])
+    return blocked
+
+
+def _heights(region: Region) -> list[float]:
+    """Heights above its floor of a ball on its way from the top of a region down, a radius apart at most, metres."""
+    radius = _radius(region)
+    low, high = radius + DROP_HEIGHT_M, region.size[2] - radius
+    if high <= low:
+        return [low]
+    return [float(height) for height in np.linspace(high, low, int(np.ceil((high - low) / radius)) + 1)]
+
+
+def _penetration(model: mujoco.MjModel, data: mujoco.MjData, region: Region) -> float:
+    """Depth at which the ball of a region is in something, metres."""
+    body = model.body(_ball(region)).id
+    return max([0.0, *(float(-c.dist) for c in data.contact[: data.ncon] if body in model.geom_bodyid[c.geom])])
+
+
+def _distance_outside(data: mujoco.MjData, region: Region) -> float:
+    """Distance of the ball at rest from the region: below or above its floor, or beyond its sides, metres."""
+    link = data.body(region.link)
+    local = link.xmat.reshape(3, 3).T @ (data.body(_ball(region)).xpos - link.xpos)
+    point = region.pose.rotation.T @ (local - np.array(region.pose.position))
+    half, radius = np.array(region.size) / 2, _radius(region)
+    floor = abs(float(point[2]) - radius + float(half[2]))
+    if region.kind == "cylinder":
+        sides = float(np.linalg.norm(point[:2])) - half[0]
+    else:
+        sides = float((np.abs(point[:2]) - half[:2]).max())
+    return float(max(floor, sides))

@@ -1,19 +1,22 @@
-"""Find names, paths, ranges and thresholds of a runtime's contract that an asset lacks (CON)."""
+"""Find fixtures that a runtime cannot operate: names, sites, regions and poses of its contract."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
+import mujoco
 import numpy as np
 import numpy.typing as npt
 from lxml import etree
 
-from casa_assets.checks.check import Measurement, Problem, count, not_applicable, not_run
+from casa_assets.checks.check import Measurement, Problem, Unmeasured, count, not_applicable, not_run
 from casa_assets.checks.package.package import Package
-from casa_assets.checks.runtime import loader_places
+from casa_assets.checks.readers.mujoco_load import load_mjcf
+from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.asset import Asset, Collider, Joint, Link, Region, Site, Visual
 from casa_assets.model.asset.behavior import Variable
 from casa_assets.model.registry.contract import (
@@ -23,12 +26,134 @@ from casa_assets.model.registry.contract import (
     LinkRule,
     NamePattern,
     OpeningSide,
+    PlaceRule,
     Requirements,
     SiteRule,
 )
 
+# The arithmetic of the loader. Ref: RoboCasa v1.0, models/fixtures: Fixture takes the `pos` and `size` that are written
+# on a region's geom for a box on the fixture itself, whatever body the geom is in; get_reset_regions puts things on its
+# lower side, if that is within heights above the floor; anchor_offset is the `pos` of a site next to the body `object`,
+# under the same parent; Sink looks for `water` in its basins.
+PREFIX = "reg_"
+OUTER = "main"
+# Rounding of what nine written digits hold, and of sums of lengths.
+PLACE_SLACK_M = 1e-4
+# A cube of this edge is put into the middle of a region, from this far above its lower side; where nothing is that
+# far below that side, it falls.
+CUBE_M, LIFT_M, MAX_FALL_M = 0.05, 0.015, 0.02
+
+
+@dataclass(frozen=True)
+class ReadRegion:
+    """A region as the loader reads it: its corners on the fixture, metres, and the body that its geom is in."""
+
+    lower: Floats
+    upper: Floats
+    body: str
+
+    @property
+    def middle(self) -> Floats:
+        """Its middle on the fixture, metres."""
+        return (self.lower + self.upper) / 2
+
+
+def faults(path: Path, contract: Contract) -> Iterator[Problem]:
+    """(pointer, message) of everything that the loader finds elsewhere than it is in the model, or not at all.
+
+    Reports nothing that other checks report: a file that does not compile (MJC001), without `object` (CON005), without
+    regions of a name (CON004).
+    """
+    model = load_mjcf(path).model
+    if model is None or mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "object") < 0:
+        return
+    root = etree.parse(str(path)).getroot()
+    regions = read_regions(root)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    origin = data.body("object").xpos
+    for name, region in regions.items():
+        off = float(np.linalg.norm(data.geom(PREFIX + name).xpos - origin - region.middle))
+        if off > PLACE_SLACK_M:
+            message = f"is {off:.4f} m from where RoboCasa takes it to be; its body's frame should be that of object"
+            yield f"model.xml/geom/{PREFIX}{name}", message
+    for rule in contract.places:
+        yield from _missing_places(model, data, regions, rule)
+    for name in contract.beside:
+        site = root.find(f"./worldbody/body/site[@name='{name}']")
+        if site is None or site.get("pos") is None:
+            yield f"model.xml/site/{name}", "is not at worldbody/body/site with a pos, where RoboCasa looks"
+    for site_name, pattern in contract.falls_into.items():
+        yield from _beside_all(data, regions, site_name, pattern)
+
+
+def read_regions(root: etree._Element) -> dict[str, ReadRegion]:
+    """Name without `reg_` -> region, of all geoms that the loader takes for regions."""
+    found = {}
+    for body in root.iter("body"):
+        for geom in body.findall("geom"):
+            name = geom.get("name", "")
+            if name.startswith(PREFIX):
+                middle, half = _numbers(geom, "pos"), _numbers(geom, "size")
+                if geom.get("type") == "cylinder":
+                    half = np.array([half[0], half[0], half[1]])
+                found[name.removeprefix(PREFIX)] = ReadRegion(middle - half, middle + half, body.get("name", ""))
+    return found
+
+
+def _numbers(element: etree._Element, attribute: str) -> Floats:
+    return np.array([float(n) for n in element.get(attribute, "").split()])
+
+
+def _missing_places(
+    model: mujoco.MjModel, data: mujoco.MjData, regions: Mapping[str, ReadRegion], rule: PlaceRule
+) -> Iterator[Problem]:
+    """Places that RoboCasa offers in too small a number, that move, or that have nothing under them."""
+    foot = float(regions[OUTER].lower[2]) if OUTER in regions else 0.0
+    top = float(regions[OUTER].upper[2]) if OUTER in regions else 0.0
+    stands = rule.stands_m - (top if rule.let_in else foot)
+    offered = 0
+    named = {name: region for name, region in regions.items() if re.fullmatch(rule.regions, name)}
+    for name, region in named.items():
+        if region.upper[2] - region.lower[2] < rule.min_height_m:
+            continue
+        pointer, height = f"model.xml/geom/{PREFIX}{name}", stands + float(region.lower[2])
+        if rule.fixed and region.body != "object":
+            yield pointer, f"is in the body {region.body!r}, which moves; RoboCasa takes it for a shelf"
+        if rule.heights_m is None or rule.heights_m[0] <= height <= rule.heights_m[1]:
+            offered += 1
+        if not _holds(model, data, region):
+            below = f"has nothing within {MAX_FALL_M:g} m below the middle of its lower side"
+            yield pointer, f"{below}; what is put there falls"
+    if named and offered < rule.min_count:
+        yield "model.xml/geom", f"{offered} regions {rule.regions!r} are where things are put, {rule.min_count} wanted"
+
+
+def _holds(model: mujoco.MjModel, data: mujoco.MjData, region: ReadRegion) -> bool:
+    """True if something is under a cube in the middle of a region's lower side."""
+    edge = min(CUBE_M, *(0.75 * (region.upper - region.lower)[:2]))
+    start = data.body("object").xpos + np.array([*region.middle[:2], region.lower[2] + LIFT_M])
+    groups, geom = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8), np.zeros(1, dtype=np.int32)
+    for x in np.linspace(-edge / 2, edge / 2, 5):
+        for y in np.linspace(-edge / 2, edge / 2, 5):
+            point = start + np.array([x, y, 0.0])
+            reach = mujoco.mj_ray(model, data, point, [0.0, 0.0, -1.0], groups, 1, -1, geom)
+            if 0.0 <= reach <= LIFT_M + MAX_FALL_M:
+                return True
+    return False
+
+
+def _beside_all(data: mujoco.MjData, regions: Mapping[str, ReadRegion], site: str, pattern: str) -> Iterator[Problem]:
+    if mujoco.mj_name2id(data.model, mujoco.mjtObj.mjOBJ_SITE, site) < 0:
+        yield f"model.xml/site/{site}", f"is missing; it has to be above one of the regions {pattern!r}"
+        return
+    at = (data.site(site).xpos - data.body("object").xpos)[:2]
+    into = [region for name, region in regions.items() if re.fullmatch(pattern, name)]
+    if not any((region.lower[:2] < at).all() and (at < region.upper[:2]).all() for region in into):
+        yield f"model.xml/site/{site}", f"is above none of the regions {pattern!r} with the joints at zero"
+
+
 # Contract names -------------------------------------------------------------------------------------------------------
-# Compare the requirements of a contract with an asset: what is missing or wrong.
 
 RuleCheck = Callable[[Asset, Requirements], list[Problem]]
 Rule = TypeVar("Rule", bound=NamePattern)
@@ -37,12 +162,7 @@ ROUNDING = 1e-6
 
 
 def missing_requirements(asset: Asset, contract: Contract, check: RuleCheck) -> list[Problem]:
-    """Problems of all requirements that apply to an asset.
-
-    Args:
-        check: finds the problems of one set of requirements. Of the sets of a choice the one counts that comes nearest
-            to being met.
-    """
+    """Problems that `check` finds of all requirements of an asset; of a choice, the nearest set."""
     problems = check(asset, contract)
     for choice in contract.one_of:
         nearest: list[Problem] = min([check(asset, needs) for needs in choice.any_of], key=len)
@@ -100,8 +220,7 @@ def shapes(asset: Asset, needs: Requirements) -> list[Problem]:
             for link, shape in found:
                 if not rule.matches(shape.name):
                     continue
-                if rule.link is not None and not re.fullmatch(rule.link, link):
-                    faults.append((f"{kind}/{shape.name}", f"is on link {link!r}, not on {rule.link!r}"))
+                faults += _on_link(f"{kind}/{shape.name}", rule.link, link)
                 if rule.label is not None and shape.label != rule.label:
                     faults.append((f"{kind}/{shape.name}", f"is labelled {shape.label!r}, not {rule.label!r}"))
     return faults
@@ -111,8 +230,7 @@ def regions(asset: Asset, needs: Requirements) -> list[Problem]:
     """Rules on regions: that they are there, and on which link."""
     faults = list(_counted("regions", needs.regions, [r.name for r in asset.regions]))
     for rule, region in _pairs(needs.regions, asset.regions):
-        if rule.link is not None and not re.fullmatch(rule.link, region.link):
-            faults.append((f"regions/{region.name}", f"is on link {region.link!r}, not on {rule.link!r}"))
+        faults += _on_link(f"regions/{region.name}", rule.link, region.link)
     return faults
 
 
@@ -122,8 +240,7 @@ def variables(asset: Asset, needs: Requirements) -> list[Problem]:
     faults = list(_counted("behavior/variables", needs.variables, [v.name for v in found]))
     for rule, variable in _pairs(needs.variables, found):
         missing = [v for v in rule.values if v not in variable.values]
-        if missing:
-            faults.append((f"behavior/variables/{variable.name}", f"has no value {missing[0]!r}"))
+        faults += [(f"behavior/variables/{variable.name}", f"has no value {value!r}") for value in missing[:1]]
     return faults
 
 
@@ -171,6 +288,12 @@ def _pairs(rules: Iterable[Rule], things: Iterable[T]) -> list[tuple[Rule, T]]:
     return [(rule, thing) for rule in rules for thing in listed if rule.matches(thing.name)]
 
 
+def _on_link(pointer: str, wanted: str | None, link: str) -> list[Problem]:
+    if wanted is None or re.fullmatch(wanted, link):
+        return []
+    return [(pointer, f"is on link {link!r}, not on {wanted!r}")]
+
+
 def _depth(pointer: str, rule: LinkRule | SiteRule, depth: int) -> list[Problem]:
     if rule.depth is None or rule.depth == depth:
         return []
@@ -201,8 +324,6 @@ def _joint(asset: Asset, joint: Joint, rule: JointRule) -> Iterator[str]:
 
 
 # Contract paths -------------------------------------------------------------------------------------------------------
-# Find elements of a model.xml that the reference runtime would miss: literal paths, fixed depths.
-#
 # Ref: RoboCasa v0.2 and v1.0, models/fixtures: Stove.knob_joints and burner_sites, Sink.handle_joint and water_site,
 # CoffeeMachine; Fixture reads `ext_*` sites (v0.2) or `reg_*` geoms (v1.0); ranges are read from the element.
 
@@ -212,10 +333,7 @@ TOUCHED = "0"  # group of what collides
 
 
 def path_faults(path: Path, asset: Asset, contract: Contract) -> Iterator[Problem]:
-    """(pointer, message) of everything that a runtime would not find.
-
-    The file is well-formed and compiles: see MJC001.
-    """
+    """(pointer, message) of everything that a runtime would not find in a file that compiles (MJC001)."""
     try:
         root = etree.parse(str(path)).getroot()
         body = root.find(OBJECT)
@@ -280,7 +398,6 @@ def _deep_elements(root: etree._Element, asset: Asset, needs: Requirements) -> I
 
 Bounds = npt.NDArray[np.float64]
 UNNAMED = "it names no contract: no runtime looks things of its kind up by name"
-NO_FILE = "model.xml is missing"
 # Rounding of what nine written digits hold, and of sums of lengths.
 SLACK_M = 1e-4
 # A threshold closer than this to an end of the range is met by chance: rad or m.
@@ -311,14 +428,12 @@ def links_and_joints_meet_contract(package: Package) -> Measurement:
 def sites_meet_contract(package: Package) -> Measurement:
     """CON002: number of sites that are missing or on another link than RoboCasa expects."""
     contract = _contract(package)
-    return count(missing_requirements(package.asset, contract, site_faults)) if contract else _no_contract(package)
+    return count(missing_requirements(package.asset, contract, site_faults))
 
 
 def colliders_and_visuals_meet_contract(package: Package) -> Measurement:
     """CON003: number of colliders, visuals and labels that are missing or would be mistaken."""
     contract, asset = _contract(package), package.asset
-    if contract is None:
-        return _no_contract(package)
     faults = missing_requirements(asset, contract, shapes)
     shown: list[Collider | Visual] = []
     for link in asset.links:
@@ -335,8 +450,6 @@ def colliders_and_visuals_meet_contract(package: Package) -> Measurement:
 def regions_meet_contract(package: Package, limit: float) -> Measurement:
     """CON004: largest distance that a region is off: `main` encloses what is seen, interiors lie in it; metres."""
     contract, asset = _contract(package), package.asset
-    if contract is None:
-        return _no_contract(package)
     faults = missing_requirements(asset, contract, regions)
     main = next((r for r in asset.regions if r.name == "main"), None)
     if main is None:
@@ -367,19 +480,13 @@ def regions_meet_contract(package: Package, limit: float) -> Measurement:
 
 def xml_paths_meet_contract(package: Package) -> Measurement:
     """CON005: number of elements that are not at the literal paths of model.xml where RoboCasa looks."""
-    contract = _contract(package)
-    if contract is None:
-        return _no_contract(package)
-    if not package.mjcf.is_file():
-        return not_run(NO_FILE)
-    return count(list(path_faults(package.mjcf, package.asset, contract)))
+    contract = _contract(package, with_file=True)
+    return count(path_faults(package.mjcf, package.asset, contract))
 
 
 def thresholds_meet_contract(package: Package) -> Measurement:
     """CON006: number of thresholds outside their joints' ranges, and of named poses with wrong joint positions."""
     contract, asset = _contract(package), package.asset
-    if contract is None:
-        return _no_contract(package)
     if not contract.thresholds and not contract.keyframes:
         return not_applicable("its contract names no threshold and no pose")
     faults = []
@@ -397,12 +504,7 @@ def thresholds_meet_contract(package: Package) -> Measurement:
 
 def places_meet_contract(package: Package) -> Measurement:
     """CON008: number of regions and sites of model.xml that are elsewhere for RoboCasa than in the model."""
-    contract = _contract(package)
-    if contract is None:
-        return _no_contract(package)
-    if not package.mjcf.is_file():
-        return not_run(NO_FILE)
-    return count(list(loader_places.faults(package.mjcf, contract)))
+    return count(faults(package.mjcf, _contract(package, with_file=True)))
 
 
 def seen_bounds(asset: Asset, contract: Contract) -> Bounds | None:
@@ -419,16 +521,15 @@ def seen_bounds(asset: Asset, contract: Contract) -> Bounds | None:
     return np.array([cloud.min(axis=0), cloud.max(axis=0)])
 
 
-def _contract(package: Package) -> Contract | None:
+def _contract(package: Package, with_file: bool = False) -> Contract:
+    """The contract to compare with. Raises Unmeasured without one, or without the file that is asked for."""
+    contract, named = package.contract, package.asset.contract
     # An id that the registry does not know is the business of CON001 alone.
-    contract = package.contract
-    return contract if contract is not None and contract.id == package.asset.contract else None
-
-
-def _no_contract(package: Package) -> Measurement:
-    """Result if there is no contract to compare with, with the reason."""
-    named = package.asset.contract
-    return not_applicable(UNNAMED) if named is None else not_run(f"registry/contracts has no {named!r}")
+    if contract is None or contract.id != named:
+        raise Unmeasured(not_applicable(UNNAMED) if named is None else not_run(f"registry/contracts has no {named!r}"))
+    if with_file and not package.mjcf.is_file():
+        raise Unmeasured(not_run("model.xml is missing"))
+    return contract
 
 
 def _box(asset: Asset, region: Region) -> Bounds:

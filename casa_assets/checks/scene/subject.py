@@ -14,8 +14,7 @@ import mujoco
 import numpy as np
 from lxml import etree
 
-from casa_assets.checks.motion.motion_model import open_before
-from casa_assets.checks.motion.simulation import altered, reset_to_start, subtree
+from casa_assets.checks.motion.simulation import altered, open_before, reset_to_start, subtree
 from casa_assets.checks.readers.mujoco_facts import ROOT_BODY
 from casa_assets.checks.readers.mujoco_load import Loaded, load_asset_file, native_warnings
 from casa_assets.core.numeric import Floats, Ints, Mask
@@ -24,17 +23,9 @@ from casa_assets.model.kitchen.scene import FREE_JOINT, Placement, Scene
 
 T = TypeVar("T")
 
-# Contents -------------------------------------------------------------------------------------------------------------
-# Objects in drawers, on racks and in doors go along with them where joints are moved without dynamics.
-
 
 class Contents:
-    """Objects of a scene that rest on bodies which joints move, and how each lies on its body.
-
-    Args:
-        held: name of each object, and of the body that holds it.
-        qpos: (nq,) a state in which each lies there.
-    """
+    """Objects of a scene by name, each with the body that holds it, and how it lies there in the state `qpos`."""
 
     def __init__(self, model: mujoco.MjModel, held: Iterable[tuple[str, str]], qpos: Floats) -> None:
         self.model = model
@@ -77,8 +68,6 @@ class Contents:
 
 
 # Stopwatch ------------------------------------------------------------------------------------------------------------
-# Measure how fast a scene loads and steps on this machine.
-#
 # Seconds are those of the clock, or of the processor where these are fewer: on a busy machine the clock goes on while
 # this process waits for its turn, and a scene is no slower for it.
 
@@ -109,20 +98,16 @@ def timed(call: Callable[[], T]) -> tuple[T, float]:
 
 
 # Subject --------------------------------------------------------------------------------------------------------------
-# Compiled once, with what every check asks of it.
 
 FILE = "scene.xml"
 
 
 @dataclass(frozen=True)
 class SceneJoint:
-    """A joint of a placement, as the model numbers it.
+    """A joint of a placement by its name and numbers in the model.
 
-    Attributes:
-        placement, asset, joint: that it belongs to. name: `<placement>__<joint>`.
-        id: in the model. address: in qpos. dof: in qvel.
-        moved: (nbody,) bodies that it moves, including objects in a drawer. geoms: colliders of those bodies.
-        before: joints of the same placement that have to be open, by name in the model: rad or m.
+    `moved`: (nbody,) bodies that it moves, including objects in a drawer. `geoms`: colliders of those bodies.
+    `before`: joints of the same placement that have to be open, by name in the model: rad or m.
     """
 
     placement: Placement
@@ -139,12 +124,9 @@ class SceneJoint:
 
 @dataclass(frozen=True, eq=False)
 class SceneSubject:
-    """A scene and the folder that holds its `scene.xml`.
+    """A scene and the folder that holds its `scene.xml`; a subject is equal to itself alone.
 
-    Values computed from the file are computed once, when a check first needs them; a subject is equal to itself alone.
-
-    Attributes:
-        scene: what the writer was given. root: its folder.
+    Values computed from the file are computed once, when a check first needs them.
     """
 
     scene: Scene
@@ -272,14 +254,10 @@ def body_name(placement: str, link: str) -> str:
 
 
 def collision_model(path: Path, *added: etree._Element) -> mujoco.MjModel:
-    """A scene file compiled without visuals.
+    """A scene file compiled without visuals, with bodies `added` to its world. ValueError: it does not compile.
 
     They are removed from the XML before MuJoCo reads it: deleting a thousand geoms from an MjSpec, as
-    `simulation.collision_spec` does for single assets, takes ten times as long as all else. Raises ValueError where it
-    does not compile.
-
-    Args:
-        added: bodies to put into its world besides.
+    `simulation.collision_spec` does for single assets, takes ten times as long as all else.
     """
     root = etree.parse(str(path)).getroot()
     for geom in [g for g in root.iter("geom") if g.get("contype") == "0" and g.get("conaffinity") == "0"]:

@@ -38,12 +38,7 @@ NO_ROOM, RESTLESS, LEFT, FELL, DEEP, MOVES, PARKED, WARNS = (
 
 @dataclass(frozen=True)
 class StateRequest:
-    """Number and kind of start states to draw for each kitchen.
-
-    Attributes:
-        count: of states. things: to put somewhere else in each. opened: doors and drawers that are open in each.
-        seed: of the draws.
-    """
+    """How many start states to draw for each kitchen, and in each: things to put elsewhere, doors to open."""
 
     count: int = 100
     things: int = 10
@@ -53,11 +48,7 @@ class StateRequest:
 
 @dataclass(frozen=True)
 class Wanted:
-    """Requirements that start states have to meet.
-
-    Attributes:
-        key: of all that they are made from. depth, motion: limits, m.
-    """
+    """A request with the key of all that the states are made from, and limits of depth and motion, m."""
 
     key: str
     request: StateRequest
@@ -67,8 +58,6 @@ class Wanted:
 
 @dataclass
 class _Draft:
-    """A state that is being drawn."""
-
     qpos: Floats
     placed: dict[str, Place] = field(default_factory=dict)
     opened: tuple[str, ...] = ()
@@ -76,8 +65,6 @@ class _Draft:
 
 @dataclass(frozen=True)
 class _Drawn:
-    """A state that holds."""
-
     qpos: Floats
     parking: Parking
     notes: StateNotes
@@ -88,8 +75,7 @@ class _Drawn:
 def draw_states(stage: Stage, wanted: Wanted) -> StartStates:
     """States of a kitchen, each by a separate generator: state 7 is the same however many are drawn.
 
-    Raises:
-        CasaError: the kitchen has too few things, places, doors or parking places, or a state was given up too often.
+    Raises CasaError: too few things, places, doors or parking places, or a state was given up too often.
     """
     _check(stage, wanted.request)
     refused: Counter[str] = Counter()
@@ -222,11 +208,7 @@ def _put(stage: Stage, draft: _Draft, thing: LooseThing, rng: np.random.Generato
 
 
 def _pose_in(stage: Stage, draft: _Draft, thing: LooseThing, place: Place, at: Floats, yaw: float) -> Floats | None:
-    """(7,) pose of a thing upright on the floor of a place; None if it does not fit.
-
-    Args:
-        at: (2,) from -1 to 1, position within the room that is left around it. yaw: rad.
-    """
+    """(7,) pose of a thing upright on a place, `at` (2,) -1..1 of the room left there; None if it does not fit."""
     spin, quaternion = np.array([math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]), np.zeros(4)
     mujoco.mju_mulQuat(quaternion, spin, thing.turned)
     local = stage.box_of(thing, quaternion)

@@ -1,4 +1,4 @@
-"""A written kitchen in MuJoCo, with what start states are drawn from, and trials whether a state stays at rest."""
+"""A kitchen in which start states are tried, and the checks of those that were written."""
 
 from __future__ import annotations
 
@@ -16,24 +16,23 @@ import mujoco
 import numpy as np
 from lxml import etree
 
-from casa_assets.checks.motion.simulation import (
-    box_around,
-    geom_boxes,
-    reset_to_start,
-    simulation_warnings,
-    subtree,
-    vertices_of,
-)
+from casa_assets.checks.check import Measurement, all_at_most, count, not_applicable, not_run
+from casa_assets.checks.motion import simulation
 from casa_assets.checks.scene.subject import FILE, Contents, all_pairs, body_name, boxes_meet, collision_model
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.model.asset.parts import JointKind
-from casa_assets.model.kitchen.scene import CLOSED_POSE, FREE_JOINT, FREE_WIDTH, OPEN_POSE, START_POSE, StateJoint
+from casa_assets.model.kitchen.scene import (
+    CLOSED_POSE,
+    FREE_JOINT,
+    FREE_WIDTH,
+    OPEN_POSE,
+    START_POSE,
+    StartStates,
+    StateJoint,
+)
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
-
-# Stage ----------------------------------------------------------------------------------------------------------------
-# Loose things, places for them, parking places.
 
 SCENE_JSON = "scene.json"
 FOOTPRINT = "robot_footprint"  # a body without contacts, whose distance to things is measured
@@ -68,12 +67,9 @@ PLACES: dict[Kind, tuple[tuple[str, ...], tuple[str, ...]]] = {
 
 @dataclass(frozen=True)
 class LooseThing:
-    """Something that a hand can put elsewhere.
+    """Something that a hand can put elsewhere, with the address of its free joint in qpos and its colliders.
 
-    Attributes:
-        name: of its placement. category: such as `apple`. address: of its free joint in qpos.
-        turned: (4,) quaternion of its root body when it is upright with its front to -y.
-        geoms: its colliders. kinds: of the places where it may be put.
+    `turned`: (4,) quaternion of its root body when upright with its front to -y. `kinds`: of the places for it.
     """
 
     name: str
@@ -86,12 +82,7 @@ class LooseThing:
 
 @dataclass(frozen=True)
 class Place:
-    """A box that things can be put into, on its floor.
-
-    Attributes:
-        name: `<fixture>/<region>`. kind: sort of it. pose: of its centre while all joints are at zero.
-        size: (3,) full, m. body: that carries it.
-    """
+    """A box, `<fixture>/<region>`, that things can be put into; `pose` of its centre with joints at zero; size in m."""
 
     name: str
     kind: Kind
@@ -161,8 +152,8 @@ class Stage:
             name = row["name"]
             if row["mass_kg"] > HEAVIEST_KG:
                 continue
-            geoms = np.flatnonzero(subtree(model, int(model.body(name).id))[model.geom_bodyid])
-            low, high = box_around(geom_boxes(model, self.data, geoms))
+            geoms = np.flatnonzero(simulation.subtree(model, int(model.body(name).id))[model.geom_bodyid])
+            low, high = simulation.box_around(simulation.geom_boxes(model, self.data, geoms))
             if float((high - low).max()) > LARGEST_M:
                 continue
             address = int(model.joint(f"{name}__{FREE_JOINT}").qposadr[0])
@@ -263,7 +254,7 @@ class Stage:
 
     def show(self, qpos: Floats) -> None:
         """Put a state before MuJoCo, at rest, with the contacts that the scene makes in it."""
-        reset_to_start(self.model, self.data)
+        simulation.reset_to_start(self.model, self.data)
         self.data.qpos[:] = qpos
         self.data.qvel[:] = 0.0
         mujoco.mj_forward(self.model, self.data)
@@ -295,7 +286,10 @@ class Stage:
         data.mocap_pos[self._mocap] = (at[0], at[1], 0.0)
         data.mocap_quat[self._mocap] = (math.cos(at[2] / 2), 0.0, 0.0, math.sin(at[2] / 2))
         mujoco.mj_kinematics(model, data)
-        robot, boxes = geom_boxes(model, data, self._footprint), geom_boxes(model, data, self._solid)
+        robot, boxes = (
+            simulation.geom_boxes(model, data, self._footprint),
+            simulation.geom_boxes(model, data, self._solid),
+        )
         for part, near in zip(self._footprint.tolist(), boxes_meet(robot[:, None], boxes[None]), strict=True):
             for geom in self._solid[near].tolist():
                 if mujoco.mj_geomDistance(model, data, part, geom, 0.01, None) < 0.0:
@@ -307,7 +301,7 @@ class Stage:
         model, data, part = self.model, self._scratch, slice(thing.address, thing.address + FREE_WIDTH)
         data.qpos[part] = (0.0, 0.0, 0.0, *quaternion)
         mujoco.mj_kinematics(model, data)
-        points = np.concatenate([vertices_of(model, data, int(g)) for g in thing.geoms])
+        points = np.concatenate([simulation.vertices_of(model, data, int(g)) for g in thing.geoms])
         return np.array([points.min(axis=0), points.max(axis=0)])
 
     def carried(self, qpos: Floats, place: Place, point: Floats) -> Floats:
@@ -323,7 +317,7 @@ class Stage:
 
     def low_and_high(self, thing: LooseThing) -> Floats:
         """(2, 3) corners of the box around a thing in the present state, world frame, m."""
-        points = np.concatenate([vertices_of(self.model, self.data, int(g)) for g in thing.geoms])
+        points = np.concatenate([simulation.vertices_of(self.model, self.data, int(g)) for g in thing.geoms])
         return np.array([points.min(axis=0), points.max(axis=0)])
 
 
@@ -346,7 +340,6 @@ def _footprint() -> etree._Element:
 
 
 # Trial ----------------------------------------------------------------------------------------------------------------
-# Let a state settle, and measure what happens to it when nobody touches it.
 
 WATCHED_S, LOOK_S = 2.0, 0.1
 SETTLE_S = 4.0  # what still moves after that is given up
@@ -355,12 +348,7 @@ STILL_M = 0.00005  # farthest that any corner goes in `LOOK_S` while a state cou
 
 @dataclass(frozen=True)
 class Watched:
-    """Behaviour of a state in 2 s of simulation.
-
-    Attributes:
-        depth: deepest contact at the start and at every look, m; at the start of all pairs, else as simulated.
-        motion: largest distance that any corner of a shape moved, m. warnings: of the simulator.
-    """
+    """Deepest contact (m; at the start of all pairs) and farthest motion of a corner (m) in 2 s of simulation."""
 
     depth: float
     motion: float
@@ -393,4 +381,97 @@ def watch(stage: Stage, qpos: Floats) -> Watched:
         mujoco.mj_step(model, data, nstep=steps)
         depth = max(depth, stage.depth())
         motion = max(motion, float(np.linalg.norm(stage.corners() - before, axis=1).max(initial=0.0)))
-    return Watched(depth, motion, tuple(simulation_warnings(data)))
+    return Watched(depth, motion, tuple(simulation.simulation_warnings(data)))
+
+
+# Verdict --------------------------------------------------------------------------------------------------------------
+
+MM_PER_M = 1000.0
+NO_STATES, OTHER_SCENE = "it holds no state", "they are of another scene.xml (STA001)"
+
+
+@dataclass(frozen=True, eq=False)
+class StatesSubject:
+    """Start states and the scene of the folder that holds them; a subject is equal to itself alone."""
+
+    states: StartStates
+    stage: Stage
+
+    @cached_property
+    def misfits(self) -> tuple[str, ...]:
+        """In what the states are not of this scene."""
+        found = []
+        if self.states.scene_xml != self.stage.digest:
+            found.append("were made for a scene.xml of other content")
+        if self.states.joints != self.stage.joints:
+            found.append("name joints or places in qpos that scene.xml does not have")
+        return tuple(found)
+
+    @cached_property
+    def watched(self) -> tuple[Watched, ...]:
+        """Behaviour of each state in 2 s in which nobody touches it, simulated again."""
+        return tuple(watch(self.stage, row) for row in self.rows)
+
+    @cached_property
+    def rows(self) -> Floats:
+        """(states, nq) as MuJoCo takes them."""
+        return self.states.qpos.astype(np.float64)
+
+
+def states_fit_their_scene(subject: StatesSubject) -> Measurement:
+    """STA001: number of ways in which the file does not fit scene.xml."""
+    return count(("start_states.npz", f"they {text}; draw them again") for text in subject.misfits)
+
+
+def states_have_no_deep_contact(subject: StatesSubject, limit: float) -> Measurement:
+    """STA002: deepest contact in any state at its start and in the 2 s after it, metres."""
+    if subject.misfits:
+        return not_run(OTHER_SCENE)
+    depths = {f"states/{k}": seen.depth * MM_PER_M for k, seen in enumerate(subject.watched)}
+    found = all_at_most(depths, limit * MM_PER_M, "shapes are {:.2f} mm in each other; draw it again", NO_STATES)
+    return _in_metres(found)
+
+
+def states_stay_put(subject: StatesSubject, limit: float) -> Measurement:
+    """STA003: farthest that anything moves in 2 s in any state, metres."""
+    if subject.misfits:
+        return not_run(OTHER_SCENE)
+    moved = {f"states/{k}": seen.motion * MM_PER_M for k, seen in enumerate(subject.watched)}
+    found = all_at_most(moved, limit * MM_PER_M, "something moves {:.1f} mm by itself; draw it again", NO_STATES)
+    return _in_metres(found)
+
+
+def states_leave_room_for_the_robot(subject: StatesSubject, limit: float) -> Measurement:
+    """STA004: number of states in which the robot, at its base pose, overlaps something."""
+    if subject.misfits:
+        return not_run(OTHER_SCENE)
+    if not len(subject.states):
+        return not_applicable(NO_STATES)
+    problems = []
+    for k, (row, base) in enumerate(zip(subject.rows, subject.states.base, strict=True)):
+        subject.stage.show(row)
+        thing = subject.stage.in_the_way(base.astype(np.float64))
+        if thing is not None:
+            problems.append((f"states/{k}", f"{thing} stands in the robot; draw it again"))
+    return count(problems, allowed=limit)
+
+
+def states_differ(subject: StatesSubject, limit: float) -> Measurement:
+    """STA005: farthest that joints, things and robot differ between the two states that are most alike, m or rad."""
+    if len(subject.states) < 2:
+        return not_applicable("it holds fewer than two states")
+    rows = np.concatenate([subject.rows, subject.states.base.astype(np.float64)], axis=1)
+    least, problems = np.inf, []
+    for k in range(1, len(rows)):
+        apart = np.abs(rows[:k] - rows[k]).max(axis=1)
+        twin = int(apart.argmin())
+        least = min(least, float(apart[twin]))
+        if apart[twin] < limit:
+            problems.append((f"states/{k}", f"is the same as state {twin} within {apart[twin]:.3f}; draw it again"))
+    return Measurement(float(least), tuple(problems))
+
+
+def _in_metres(found: Measurement) -> Measurement:
+    if found.number is None:
+        return found
+    return Measurement(found.number / MM_PER_M, found.problems)

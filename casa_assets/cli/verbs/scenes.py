@@ -297,7 +297,7 @@ def robots(
 
     Example:  casa-assets scenes robots l_small__coastal --robot PandaOmron
     """
-    from casa_assets.addons.robots import certify_all, find_robot_models
+    from casa_assets.addons.robots.certify import certify_all, find_robot_models
     from casa_assets.registry.tables import robot_names
 
     recipes = _recipes(scenes, all_, out)

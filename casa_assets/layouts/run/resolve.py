@@ -15,7 +15,7 @@ from casa_assets import registry
 from casa_assets.asset.family import Params
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.cache.cache_key import digest_of, key_of
-from casa_assets.checks.scene.motion.settling import Rest, come_to_rest
+from casa_assets.checks.scene.rest import Rest, come_to_rest
 from casa_assets.core.numeric import rng_for
 from casa_assets.errors import CasaError, PlanConflict, RegistryError, StyleConflict, UnknownId
 from casa_assets.families.asset_store import AssetStore

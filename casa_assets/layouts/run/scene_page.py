@@ -15,8 +15,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from casa_assets.cache.cache_key import key_of
-from casa_assets.checks.design.robot.task_view import Afforded
-from casa_assets.checks.design.rules.grade import Grade
+from casa_assets.checks.design.grade import Grade
+from casa_assets.checks.design.task_view import Afforded
 from casa_assets.core.system import kept_json
 from casa_assets.formats.gltf import EVERYTHING, scene_glb
 from casa_assets.layouts.run.scene_files import EYE_PICTURE, OVERVIEW, ROBOTS_JSON, SCENE_JSON, SHARED

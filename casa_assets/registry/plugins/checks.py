@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from casa_assets.checks.check import Check
-from casa_assets.checks.table.table import TABLE
+from casa_assets.checks.table import TABLE
 from casa_assets.projects import read_once
 from casa_assets.registry.plugins.guard import guarded
 from casa_assets.registry.plugins.load import added, load_plugins

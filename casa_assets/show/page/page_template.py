@@ -54,7 +54,7 @@ def explanations() -> dict[str, str]:
     known = recall("explanations")
     if isinstance(known, dict):
         return known
-    from casa_assets.checks.table.table import explained  # here, since it loads all checks
+    from casa_assets.checks.table import explained  # here, since it loads all checks
 
     found = explained(registry.load().limits)
     remember(found, "explanations")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from casa_assets import registry
-from casa_assets.checks.table.table import TABLE
+from casa_assets.checks.table import TABLE
 from casa_assets.model.issue import Severity
 from casa_assets.registry.plugins.checks import check_table, with_plugin_limits
 from casa_assets.textures import check as texture_check

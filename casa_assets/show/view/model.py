@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from casa_assets.addons.robots import read_certificate
-from casa_assets.checks.design.robot.floor_map import BASE_RADIUS_M
+from casa_assets.addons.robots.certify import read_certificate
+from casa_assets.checks.design.floor_map import BASE_RADIUS_M
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.errors import CasaError
 from casa_assets.families.asset_store import AssetStore

@@ -31,7 +31,6 @@ BASE = ("mobilebase0_joint_mobile_forward", "mobilebase0_joint_mobile_side", "mo
 
 
 def retreat(env: Any) -> None:
-    """Take the robot out of the room."""
     set_robot_to_position(env, np.array(AWAY))
 
 
@@ -51,19 +50,36 @@ def press(env: Any, geom: str) -> None:
 # Fixtures ------------------------------------------------------------------------------------------------------------
 
 
-def turned(env: Any, fixture: Any, joint: str, value: float) -> Attempts:
+def once(act: Callable[[Any], object]) -> Callable[[Any], Attempts]:
+    """One attempt, with the robot out of the room."""
+
+    def attempt(env: Any) -> Attempts:
+        retreat(env)
+        act(env)
+        yield
+
+    return attempt
+
+
+def turn(env: Any, fixture: Any, joint: str, value: float) -> None:
     """A joint of a fixture, by the name in its file, to a value in rad or m."""
-    retreat(env)
     env.sim.data.set_joint_qpos(f"{fixture.naming_prefix}{joint}", value)
-    yield
 
 
-def moved(env: Any, fixture: Any, joints: Any, share: float) -> Attempts:
+def move(env: Any, fixture: Any, joints: Any, share: float) -> None:
     """Joints of a fixture to a share of their range, as RoboCasa counts it."""
-    retreat(env)
     assert joints, f"{fixture.name} has no such joint"
     fixture.set_joint_state(env=env, min=share, max=share, joint_names=list(joints))
-    yield
+
+
+def slide(env: Any, fixture: Any) -> None:
+    level = {"rack_level": env.rack_level} if hasattr(env, "rack_level") else {}
+    fixture.slide_rack(env, value=1.0 if env.should_pull else 0.0, **level)
+
+
+def warm(env: Any) -> None:
+    low, high = (0.70, 0.80) if env.target_temp_state == "hot" else (0.20, 0.30)
+    env.sink.set_temp_state(env, env.rng, min_temp=low, max_temp=high)
 
 
 def doors(fixture: Any) -> list[str]:
@@ -71,44 +87,7 @@ def doors(fixture: Any) -> list[str]:
     return list(getattr(fixture, "_fridge_door_joint_names", None) or fixture.door_joint_names)
 
 
-def slid(env: Any, fixture: Any) -> Attempts:
-    """A rack, out or in, as the task asks."""
-    retreat(env)
-    level = {"rack_level": env.rack_level} if hasattr(env, "rack_level") else {}
-    fixture.slide_rack(env, value=1.0 if env.should_pull else 0.0, **level)
-    yield
-
-
-def knob(env: Any, angle: float) -> Attempts:
-    """The task's knob of a stove."""
-    return turned(env, env.stove, f"knob_{env.knob}_joint", angle)
-
-
-def warmer(env: Any) -> Attempts:
-    """The other temperature of the water."""
-    low, high = (0.70, 0.80) if env.target_temp_state == "hot" else (0.20, 0.30)
-    retreat(env)
-    env.sink.set_temp_state(env, env.rng, min_temp=low, max_temp=high)
-    yield
-
-
-def adjusted(env: Any) -> Attempts:
-    """Another temperature of a toaster oven."""
-    retreat(env)
-    env.toaster_oven.set_temperature(env, env.initial_temp + (0.3 if env.should_increase else -0.3))
-    yield
-
-
-def toasting(env: Any) -> Attempts:
-    """All levers of a toaster down."""
-    retreat(env)
-    for pair in env.toaster.get_state(env):
-        env.toaster.set_lever(env, pair, 1.0)
-    yield
-
-
 def pressed(env: Any, fixture: Any, key: str) -> Attempts:
-    """A key of a fixture, touched by the hand."""
     press(env, f"{fixture.naming_prefix}{key}")
     yield
 
@@ -180,7 +159,6 @@ def inside(env: Any, name: str, fixture: Any, *regions: str) -> Attempts:
 
 
 def on_counter(env: Any, thing: Any, counters: Any) -> Attempts:
-    """An object or a lid on one of some worktops."""
     from robocasa.utils.object_utils import get_pos_after_rel_offset
 
     boxes = []
@@ -209,7 +187,6 @@ def over(env: Any, name: str, below: str) -> Attempts:
 
 
 def at_site(env: Any, name: str, fixture: Any, site: str) -> Attempts:
-    """An object at a site of a fixture."""
     retreat(env)
     x, y, z = env.sim.data.get_site_xpos(f"{fixture.naming_prefix}{site}")
     for up in np.arange(-0.02, 0.04, 0.004):
@@ -218,12 +195,10 @@ def at_site(env: Any, name: str, fixture: Any, site: str) -> Attempts:
 
 
 def fridge_regions(env: Any, kind: str, **where: int) -> list[str]:
-    """Shelves or drawers of a refrigerator."""
     return list(env.fridge.get_reset_regions(env, compartment="fridge", reg_type=(kind), **where))
 
 
 def racks(env: Any, name: str, fixture: Any) -> Attempts:
-    """An object on the rack of the task, as far as it is pulled out."""
     retreat(env)
     (key,) = fixture.get_reset_regions(env, rack_level=env.rack_level)
     center = np.array(env.sim.data.get_geom_xpos(f"{fixture.naming_prefix}reg_{key}"))
@@ -233,12 +208,10 @@ def racks(env: Any, name: str, fixture: Any) -> Attempts:
 
 
 def lid_off(env: Any) -> Attempts:
-    """Lid of a blender on a worktop."""
     return on_counter(env, env.blender.blender_lid, _counters(env))
 
 
 def lid_on(env: Any) -> Attempts:
-    """Lid of a blender on its jug."""
     retreat(env)
     for up in np.arange(0.0, 0.03, 0.002):
         x, y, z = env.blender.get_lid_closed_pos(env)
@@ -250,11 +223,11 @@ def lid_on(env: Any) -> Attempts:
 
 
 def _doors(name: str, share: float) -> Callable[[Any], Attempts]:
-    return lambda env: moved(env, getattr(env, name), doors(getattr(env, name)), share)
+    return once(lambda env: move(env, getattr(env, name), doors(getattr(env, name)), share))
 
 
 def _joint(name: str, joint: str, share: float) -> Callable[[Any], Attempts]:
-    return lambda env: moved(env, getattr(env, name), [getattr(env, name)._joint_names[joint]], share)
+    return once(lambda env: move(env, getattr(env, name), [getattr(env, name)._joint_names[joint]], share))
 
 
 def _counters(env: Any) -> list[Any]:
@@ -268,29 +241,31 @@ DRIVERS: dict[str, Callable[[Any], Attempts]] = {
     ),
     "OpenToasterOvenDoor": _doors("toaster_oven", 0.95),
     "CloseToasterOvenDoor": _doors("toaster_oven", 0.0),
-    "OpenDrawer": lambda env: moved(env, env.drawer, env.drawer.door_joint_names, 1.0),
-    "CloseDrawer": lambda env: moved(env, env.drawer, env.drawer.door_joint_names, 0.0),
-    "SlideDishwasherRack": lambda env: slid(env, env.dishwasher),
-    "SlideOvenRack": lambda env: slid(env, env.oven),
-    "SlideToasterOvenRack": lambda env: slid(env, env.toaster_oven),
-    "OpenFridgeDrawer": lambda env: moved(env, env.fridge, env.fridge._get_drawer_joints("fridge", -1), 0.9),
-    "CloseFridgeDrawer": lambda env: moved(env, env.fridge, env.fridge._get_drawer_joints("fridge", -1), 0.0),
+    "OpenDrawer": once(lambda env: move(env, env.drawer, env.drawer.door_joint_names, 1.0)),
+    "CloseDrawer": once(lambda env: move(env, env.drawer, env.drawer.door_joint_names, 0.0)),
+    "SlideDishwasherRack": once(lambda env: slide(env, env.dishwasher)),
+    "SlideOvenRack": once(lambda env: slide(env, env.oven)),
+    "SlideToasterOvenRack": once(lambda env: slide(env, env.toaster_oven)),
+    "OpenFridgeDrawer": once(lambda env: move(env, env.fridge, env.fridge._get_drawer_joints("fridge", -1), 0.9)),
+    "CloseFridgeDrawer": once(lambda env: move(env, env.fridge, env.fridge._get_drawer_joints("fridge", -1), 0.0)),
     "PreheatOven": _joint("oven", "temperature", 0.6),
-    "AdjustToasterOvenTemperature": adjusted,
+    "AdjustToasterOvenTemperature": once(
+        lambda env: env.toaster_oven.set_temperature(env, env.initial_temp + (0.3 if env.should_increase else -0.3))
+    ),
     "TurnOnToasterOven": _joint("toaster_oven", "time", 0.6),
     "TurnOnElectricKettle": _joint("electric_kettle", "switch", 1.0),
     "CloseElectricKettleLid": _joint("electric_kettle", "lid", 0.0),
     "OpenElectricKettleLid": _joint("electric_kettle", "lid", 1.0),
     "OpenStandMixerHead": _joint("stand_mixer", "head", 1.0),
     "CloseStandMixerHead": _joint("stand_mixer", "head", 0.0),
-    "TurnOnStove": lambda env: knob(env, 1.2),
-    "TurnOffStove": lambda env: knob(env, 0.0),
-    "LowerHeat": lambda env: knob(env, 0.8),
-    "TurnOnSinkFaucet": lambda env: turned(env, env.sink, "handle_joint", 0.48),
-    "TurnOffSinkFaucet": lambda env: turned(env, env.sink, "handle_joint", 0.0),
-    "TurnSinkSpout": lambda env: turned(env, env.sink, "spout_joint", 0.65 if env.behavior == "right" else -0.65),
-    "AdjustWaterTemperature": warmer,
-    "TurnOnToaster": toasting,
+    "TurnOnStove": once(lambda env: turn(env, env.stove, f"knob_{env.knob}_joint", 1.2)),
+    "TurnOffStove": once(lambda env: turn(env, env.stove, f"knob_{env.knob}_joint", 0.0)),
+    "LowerHeat": once(lambda env: turn(env, env.stove, f"knob_{env.knob}_joint", 0.8)),
+    "TurnOnSinkFaucet": once(lambda env: turn(env, env.sink, "handle_joint", 0.48)),
+    "TurnOffSinkFaucet": once(lambda env: turn(env, env.sink, "handle_joint", 0.0)),
+    "TurnSinkSpout": once(lambda env: turn(env, env.sink, "spout_joint", 0.65 if env.behavior == "right" else -0.65)),
+    "AdjustWaterTemperature": once(warm),
+    "TurnOnToaster": once(lambda env: [env.toaster.set_lever(env, pair, 1.0) for pair in env.toaster.get_state(env)]),
     "StartCoffeeMachine": lambda env: pressed(env, env.coffee_machine, env.coffee_machine._start_button_names[0]),
     "TurnOnMicrowave": lambda env: pressed(env, env.microwave, "start_button"),
     "TurnOffMicrowave": lambda env: pressed(env, env.microwave, "stop_button"),

@@ -65,7 +65,6 @@ def default_of(kind: type, name: str) -> Any:
 
 
 def value(kind: type, node: ast.expr | None) -> Any:
-    """A literal, or the default of the attribute that is named."""
     if node is None:
         return None
     if isinstance(node, ast.Attribute) and ast.unparse(node.value) == "self":
@@ -74,7 +73,6 @@ def value(kind: type, node: ast.expr | None) -> Any:
 
 
 def wanted(kind: type) -> Iterator[dict[str, Any]]:
-    """Groups, exclusions and filters of each object that a task draws."""
     for row in dicts(kind):
         groups, exclude = value(kind, row.get("obj_groups")) or "all", value(kind, row.get("exclude_obj_groups"))
         filters = {name: True for name in FILTERS if name in row and value(kind, row[name]) is True}
@@ -94,7 +92,6 @@ def wanted(kind: type) -> Iterator[dict[str, Any]]:
 
 
 def draw(row: dict[str, Any], registry: str, draws: int) -> dict[str, Any]:
-    """The row with the categories that were drawn, or why there are none."""
     rng = np.random.default_rng(0)
     found: set[str] = set()
     error = ""
@@ -111,7 +108,6 @@ def draw(row: dict[str, Any], registry: str, draws: int) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Draw for every task from each registry of the export."""
     sys.path.insert(0, sys.argv[1])
     import casa_objects
 

@@ -37,8 +37,6 @@ PROBE = "probe_geom"
 
 
 class Bench:
-    """One fixture, cubes and a fingertip: what the classes take for the environment."""
-
     def __init__(self, fixture: Any, *others: Any) -> None:
         world = MujocoWorldBase()
         for each in (fixture, *others):
@@ -78,11 +76,9 @@ class Bench:
         self.fixture.update_state(self)
 
     def resize(self, k: int, edge: float) -> None:
-        """Changes the edge of a cube, metres."""
         self.model.geom(f"cube{k}_geom").size[:] = edge / 2
 
     def put(self, k: int, at: np.ndarray) -> None:
-        """Moves the middle of a cube, at rest."""
         self.data.joint(f"cube{k}_joint").qpos[:] = [*at, 1.0, 0.0, 0.0, 0.0]
         self.data.joint(f"cube{k}_joint").qvel[:] = 0.0
 
@@ -106,7 +102,6 @@ def _parked(k: int) -> list[float]:
 
 
 def operate(bench: Bench, kind: str) -> Iterator[str]:
-    """What does not answer as it should when doors, knobs and keys are worked."""
     fixture = bench.fixture
     if kind.startswith("Fridge"):
         yield from _fridge(bench)
@@ -166,7 +161,6 @@ def _pulled_drawers(bench: Bench) -> Iterator[str]:
 
 
 def _deepest(bench: Bench) -> float:
-    """How deep geoms of the fixture stand in each other, metres."""
     prefix = bench.fixture.naming_prefix
     depth = [0.0]
     for contact in bench.data.contact:
@@ -232,7 +226,6 @@ def _dishwasher(bench: Bench) -> Iterator[str]:
 
 
 def _press(bench: Bench, button: str, wanted: bool) -> Iterator[str]:
-    """What a key that is pressed does not turn on or off."""
     bench.touch(f"{bench.fixture.naming_prefix}{button}")
     bench.touch(None)
     if bench.fixture.get_state()["turned_on"] != wanted:
@@ -358,7 +351,6 @@ def places(bench: Bench, kind: str) -> Iterator[tuple[str, dict[str, Any], bool]
 
 
 def drop(bench: Bench, kind: str, pulled: bool) -> Iterator[str]:
-    """Reset regions that are empty, or that a cube does not stay in."""
     fixture = bench.fixture
     fixture_utils = sys.modules["robocasa.utils.object_utils"]
     if pulled:
@@ -410,7 +402,6 @@ def misplaced(bench: Bench) -> Iterator[str]:
 
 
 def made(row: dict[str, str], folder: Path, fixtures: Any) -> Bench:
-    """The fixture of a row, placed as a kitchen places it, with its lid where it has one."""
     kind, name = row["class"], row["name"]
     fixture = getattr(fixtures, kind)(xml=str(folder / row["folder"] / "model.xml"), name=name)
     low, height = fixture.bottom_offset[2], fixture.height
@@ -429,7 +420,6 @@ def made(row: dict[str, str], folder: Path, fixtures: Any) -> Bench:
 
 
 def tell(row: dict[str, str], folder: Path, fixtures: Any) -> dict[str, Any]:
-    """What is wrong with one fixture, and the warnings of its simulation."""
     bench = made(row, folder, fixtures)
     bench.sim.forward()
     wrong = [*misplaced(bench), *operate(bench, row["class"])]

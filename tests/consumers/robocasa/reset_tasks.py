@@ -42,7 +42,6 @@ def count_attempts() -> list[int]:
 
 
 def reset(env: Any) -> str:
-    """Reset once; what is wrong, or empty."""
     env.reset()
     if told := engine_warnings(env):
         return f"warnings: {told}"
@@ -50,7 +49,6 @@ def reset(env: Any) -> str:
 
 
 def run(job: dict[str, Any], kitchens: Any, attempts: list[int]) -> Iterator[dict[str, Any]]:
-    """A row for each reset."""
     env: Any = None
     seed = job["seed"]
     for number in range(job["resets"]):
@@ -73,7 +71,6 @@ def run(job: dict[str, Any], kitchens: Any, attempts: list[int]) -> Iterator[dic
 
 
 def main() -> None:
-    """Read the jobs and print a line for each reset."""
     jobs = json.loads(Path(sys.argv[2]).read_text(encoding="utf-8"))
     kitchens = registered(sys.argv[1])
     attempts = count_attempts()

@@ -35,7 +35,6 @@ MAX_SPEED_M_S, MAX_SPIN_RAD_S = 15.0, 150.0
 
 
 def why(error: Exception) -> str:
-    """An error in one line, with its place."""
     place = traceback.extract_tb(error.__traceback__)[-1]
     return f"{type(error).__name__}: {error} ({Path(place.filename).name}:{place.lineno})"
 
@@ -53,7 +52,6 @@ def registered(export: str) -> Any:
 
 
 def make(job: dict[str, Any], kitchens: Any) -> Any:
-    """The task's environment as a user would make it, in its `kitchen` or in one of its `kitchens`."""
     return robosuite.make(
         job["task"],
         robots="PandaOmron",
@@ -68,7 +66,6 @@ def make(job: dict[str, Any], kitchens: Any) -> Any:
 
 
 def touching(env: Any) -> str:
-    """What the robot touches, as `robot geom, other geom`; empty where it touches nothing."""
     model, data = env.sim.model, env.sim.data
     robot = {env.robots[0].robot_model.naming_prefix, "mobilebase0_", "gripper0_"}
     for contact in data.contact[: data.ncon]:
@@ -80,7 +77,6 @@ def touching(env: Any) -> str:
 
 
 def engine_warnings(env: Any) -> str:
-    """Warnings of the physics engine, with how often each came."""
     import mujoco
 
     found = env.sim.data.warning
@@ -88,7 +84,6 @@ def engine_warnings(env: Any) -> str:
 
 
 def drive(env: Any, task: str) -> str:
-    """Move to the goal; what is wrong, or empty."""
     if env._check_success():
         return "is at its goal after the reset"
     start = env.sim.get_state()
@@ -106,7 +101,6 @@ def drive(env: Any, task: str) -> str:
 
 
 def settle(env: Any) -> None:
-    """Let what was moved come to rest, the robot standing still."""
     for _ in range(SETTLE_STEPS):
         env.step(np.zeros(env.action_dim))
 
@@ -132,7 +126,6 @@ def roll(env: Any, seed: int) -> str:
 
 
 def run(job: dict[str, Any], kitchens: Any) -> dict[str, Any]:
-    """One row of the answer."""
     began = time.perf_counter()
     faults: list[str] = []
     answer: dict[str, Any] = {**job, "language": ""}
@@ -159,7 +152,6 @@ def run(job: dict[str, Any], kitchens: Any) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Read the jobs and print the answers."""
     jobs = json.loads(Path(sys.argv[2]).read_text(encoding="utf-8"))
     kitchens = registered(sys.argv[1])
     for job in jobs:

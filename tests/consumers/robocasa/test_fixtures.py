@@ -54,7 +54,6 @@ def written(name: str, root: Path, cache: Path) -> list[dict[str, str]]:
 
 
 def operated(rows: Sequence[dict[str, str]], root: Path) -> dict[str, Any]:
-    """What RoboCasa's classes make of fixtures."""
     classes = sorted({c for k in KNOWN.contracts.values() for c in k.read_by.get(RobocasaRelease.V1_0, ())})
     task = root / f"{rows[0]['name']}.json"
     task.write_text(json.dumps({"fixtures": rows, "classes": classes}), encoding="ascii")
@@ -63,7 +62,6 @@ def operated(rows: Sequence[dict[str, str]], root: Path) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def told(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
-    """What two processes of RoboCasa say, each of half of the fixtures."""
     root = tmp_path_factory.mktemp("robocasa_fixtures")
     with ProcessPoolExecutor(2) as workers:
         families = list(workers.map(partial(written, root=root, cache=cache), (*FAMILIES, LID)))

@@ -50,7 +50,6 @@ for begun in (1, "random"):
 
 @pytest.fixture(scope="module")
 def rows(tmp_path_factory: pytest.TempPathFactory) -> list[list[object]]:
-    """What the script says of an export with start states."""
     root = tmp_path_factory.mktemp("states")
     scenes, out = root / "scenes", root / "out"
     asked = ("--count", COUNT, "--objects", THINGS, "--jobs", 1)

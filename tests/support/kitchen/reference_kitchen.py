@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 from casa_assets import registry
+from casa_assets.checks.check import run
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.checks.run import run
 from casa_assets.mesh.planar import outline_of
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.issue import Report

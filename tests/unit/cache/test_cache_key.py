@@ -217,7 +217,7 @@ class TestImports:
         # RoboCasa runs there and loads RoboCasa's modules.
         assert loading == {
             "casa_assets",
-            "casa_assets.addons.robocasa.writers.casa_kitchens",
+            "casa_assets.addons.robocasa.casa_kitchens",
             "casa_assets.runs.server",
             "casa_assets.show.stills.renderer",
         }

@@ -8,11 +8,10 @@ import pytest
 from pydantic import ValidationError
 
 from casa_assets import registry
-from casa_assets.checks.check import Check, Measurement, no_fault, not_applicable, not_run
+from casa_assets.checks.check import Check, Measurement, no_fault, not_applicable, not_run, report_not_run, run
 from casa_assets.checks.package.package import Package
-from casa_assets.checks.run import report_not_run, run
-from casa_assets.checks.scene.views import PreviewImages
-from casa_assets.checks.table.table import TABLE
+from casa_assets.checks.scene.placement import PreviewImages
+from casa_assets.checks.table import TABLE
 from casa_assets.model.issue import CheckResult, Report, Severity, Status
 from tests.support.asset.assets import ball, rigid_mug
 from tests.support.asset.packages import not_run_here, written
@@ -35,39 +34,29 @@ def statuses(package: Package) -> dict[str, Status]:
     return {r.code: r.status for one in told for r in one.results}
 
 
-class TestMeasurement:
-    def test_silence_is_no_pass(self) -> None:
-        with pytest.raises(AssertionError, match="no_fault, not_applicable or not_run"):
-            Measurement()
-
-    def test_what_was_not_measured_has_no_number(self) -> None:
-        with pytest.raises(AssertionError):
-            Measurement(1.0, status=Status.NOT_RUN, reason="a tool is missing")
-
-    def test_a_result_says_why_it_is_none(self, subtests: pytest.Subtests) -> None:
-        for status in [Status.NOT_APPLICABLE, Status.NOT_RUN]:
-            with subtests.test(status=status), pytest.raises(ValidationError, match="reason"):
-                CheckResult(code="AST001", status=status)
+def test_silence_is_no_pass_and_what_was_not_measured_has_a_reason_and_no_number() -> None:
+    with pytest.raises(AssertionError, match="no_fault, not_applicable or not_run"):
+        Measurement()
+    with pytest.raises(AssertionError):
+        Measurement(1.0, status=Status.NOT_RUN, reason="a tool is missing")
+    for status in [Status.NOT_APPLICABLE, Status.NOT_RUN]:
+        with pytest.raises(ValidationError, match="reason"):
+            CheckResult(code="AST001", status=status)
 
 
 class TestReport:
-    def test_what_does_not_apply_keeps_nothing_out(self) -> None:
+    def test_what_does_not_apply_keeps_nothing_out_and_an_error_that_was_not_run_does(self) -> None:
         found = report(no_fault(), not_applicable("it has no joints"))
         assert found.passed
-        assert [(r.status, r.reason) for r in found.results] == [
-            (Status.PASSED, ""),
-            (Status.NOT_APPLICABLE, "it has no joints"),
-        ]
+        statuses = [(r.status, r.reason) for r in found.results]
+        assert statuses == [(Status.PASSED, ""), (Status.NOT_APPLICABLE, "it has no joints")]
         assert str(found.tally) == "1 of 1 that apply"
-
-    def test_an_error_that_was_not_run_keeps_it_out(self) -> None:
         found = report(no_fault(), not_run("the validator gave no verdict"))
         assert not found.passed
         assert [i.message for i in found.errors] == ["was not run: the validator gave no verdict"]
         assert found.issues == (), "what nobody found is no finding"
         assert str(found.tally) == "1 of 2 that apply, 1 not run"
-
-    def test_what_was_found_stands_for_what_it_kept_from_running(self) -> None:
+        # What was found stands for what it kept from running.
         found = report(Measurement(1.0, (("model.xml", "does not compile"),)), not_run("model.xml does not compile"))
         assert [i.message for i in found.errors] == ["does not compile"]
 
@@ -100,8 +89,6 @@ class TestReport:
 
 
 class TestChecks:
-    """The functions themselves, on things that have little to look at."""
-
     def test_a_mug_has_no_joints_to_pass(self, tmp_path: Path) -> None:
         found = statuses(written(rigid_mug(), tmp_path))
         assert {found[code] for code in ("AST015", "KIN001", "KIN005", "KIN009", "MJC009", "CON001", "BEH001")} == {

@@ -48,5 +48,5 @@ def test_every_file_that_is_named_exists() -> None:
 
 
 def test_a_file_that_does_not_exist_is_found() -> None:
-    assert missing("see `pipeline/nothing_here.py` and `checks/run.py`") == ["pipeline/nothing_here.py"]
+    assert missing("see `pipeline/nothing_here.py` and `checks/check.py`") == ["pipeline/nothing_here.py"]
     assert dead_links("[a](nothing.md#part), ![b](pictures/kit.jpg), [c](https://a.b)", "docs") == ["nothing.md"]

@@ -12,7 +12,7 @@ import pytest
 
 from casa_assets.addons.robocasa import run as robocasa
 from casa_assets.addons.robocasa import run as robocasa_kitchens
-from casa_assets.addons.robocasa.writers.kitchens.parts import box_region
+from casa_assets.addons.robocasa.parts import box_region
 from casa_assets.errors import BatchFault, CasaError
 from casa_assets.export import forms, written_forms
 from casa_assets.layouts.order.build_order import KitchenRequest
@@ -102,7 +102,7 @@ def test_two_kitchens_of_one_number_are_not_written_into_one_folder(
     monkeypatch.setattr(forms, "run_batch", in_this_process)
     monkeypatch.setattr(robocasa_kitchens, "build_scene", partial(built, errors={}))
     monkeypatch.setattr(robocasa_kitchens, "afforded_tasks", lambda *_: ("OpenDrawer",))
-    monkeypatch.setattr(robocasa_kitchens.description, "number_of", lambda scene_id: 1_000_000_007)
+    monkeypatch.setattr(robocasa_kitchens.kitchens, "number_of", lambda scene_id: 1_000_000_007)
     first, second = run("robocasa", [GOOD, BAD], tmp_path / "out")
     assert not first.message
     assert f"same number as {GOOD.scene_id}" in second.message

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from casa_assets.checks.package.parity import asset_differences
-from casa_assets.checks.scene.formats.urdf import scene_differences
+from casa_assets.checks.scene.forms import scene_differences
 from casa_assets.errors import OutputError, UnknownId
 from casa_assets.export import forms, written_forms
 from casa_assets.export.forms import ExportResult, export_assets, export_scenes

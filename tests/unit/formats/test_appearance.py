@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from casa_assets.addons.batch.merged_form import batch_form
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.formats.mjcf.scene import batch
-from casa_assets.mesh.merging.batch_form import batch_form
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material, Texture
 from casa_assets.model.issue import Files

@@ -15,7 +15,7 @@ import pytest
 from lxml import etree
 
 from casa_assets import registry
-from casa_assets.addons.robocasa.writers import casa_kitchens, casa_objects, entries, model, task_objects
+from casa_assets.addons.robocasa import casa_kitchens, casa_objects, objects
 from casa_assets.formats import mjcf
 from casa_assets.model.asset.asset import Asset, Joint, JointKind, Keyframe, Link
 from casa_assets.model.asset.provenance import Split
@@ -29,12 +29,12 @@ from tests.support.mesh.meshes import box_mesh
 EVERY = (rigid_mug, ball, textured_box, slice_of_bread)
 
 
-def parsed(asset: Asset, file: str = model.FILE) -> etree._Element:
-    return etree.fromstring(model.write(asset, stood_up=True).entries[file])
+def parsed(asset: Asset, file: str = objects.FILE) -> etree._Element:
+    return etree.fromstring(objects.write(asset, stood_up=True).entries[file])
 
 
-def compiled(asset: Asset, folder: Path, file: str = model.FILE) -> mujoco.MjModel:
-    return mujoco.MjModel.from_xml_path(str(write_to(model.write(asset, stood_up=True), folder) / file))
+def compiled(asset: Asset, folder: Path, file: str = objects.FILE) -> mujoco.MjModel:
+    return mujoco.MjModel.from_xml_path(str(write_to(objects.write(asset, stood_up=True), folder) / file))
 
 
 def seen(found: mujoco.MjModel) -> np.ndarray:
@@ -72,7 +72,7 @@ def test_lids_are_shut_for_good(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("build", EVERY)
 class TestModel:
-    @pytest.mark.parametrize("file", [model.FILE, model.UPRIGHT_FILE])
+    @pytest.mark.parametrize("file", [objects.FILE, objects.UPRIGHT_FILE])
     def test_is_laid_out_as_loaders_walk(self, build: Callable[[], Asset], file: str) -> None:
         root = parsed(build(), file)
         [outer] = root.findall("worldbody/body")
@@ -100,7 +100,7 @@ class TestModel:
             assert site.get("rgba").split()[3] == "0"
 
     def test_names_files_that_are_there(self, build: Callable[[], Asset]) -> None:
-        files = model.write(build(), stood_up=True).entries
+        files = objects.write(build(), stood_up=True).entries
         named = {e.get("file") for e in parsed(build()).iterfind("asset/*") if e.get("file")}
         assert {path for path in files if not path.endswith(".xml")} == named
         assert {path.split("/")[0] for path in named if path} <= {"visual", "collision"}
@@ -122,24 +122,26 @@ class TestModel:
         assert meanings <= {"legacy", "convex"}
 
     def test_same_asset_same_bytes(self, build: Callable[[], Asset]) -> None:
-        assert model.write(build(), stood_up=True).sums() == model.write(build(), stood_up=True).sums()
+        assert objects.write(build(), stood_up=True).sums() == objects.write(build(), stood_up=True).sums()
 
 
 class TestUpright:
     def test_a_slice_stands_on_its_edge(self, tmp_path: Path) -> None:
         asset = slice_of_bread()
-        lying, stood = compiled(asset, tmp_path), compiled(asset, tmp_path, model.UPRIGHT_FILE)
+        lying, stood = compiled(asset, tmp_path), compiled(asset, tmp_path, objects.UPRIGHT_FILE)
         x, y, z = asset.bounds[1] - asset.bounds[0]
         low, high = seen(stood)
         assert high - low == pytest.approx([z, x, y], abs=1e-6)
         assert low[2] == pytest.approx(-y / 2, abs=1e-6)
         assert (low + high)[:2] == pytest.approx([0, 0], abs=1e-6)
-        assert box_of(parsed(asset, model.UPRIGHT_FILE)) == pytest.approx([SLICE_SIZE[2], SLICE_SIZE[0], SLICE_SIZE[1]])
+        assert box_of(parsed(asset, objects.UPRIGHT_FILE)) == pytest.approx(
+            [SLICE_SIZE[2], SLICE_SIZE[0], SLICE_SIZE[1]]
+        )
         assert stood.body_mass.sum() == lying.body_mass.sum()
         assert sorted(stood.body_inertia[-1]) == pytest.approx(sorted(lying.body_inertia[-1]))
         data = mujoco.MjData(stood)
         mujoco.mj_forward(stood, data)
-        turn = model.turn_of(asset)
+        turn = objects.turn_of(asset)
         center = turn.apply(np.array([asset.root.inertial.center_of_mass]))[0]
         assert data.xipos[-1] == pytest.approx(center, abs=1e-6)
         spun = turn.rotation @ asset.root.inertial.tensor @ turn.rotation.T
@@ -151,7 +153,7 @@ class TestUpright:
         mesh = box_mesh(size, (0.0, 0.0, 0.005))
         asset = slice_of_bread()
         link = asset.root.replace(visuals=(asset.root.visuals[0].replace(mesh=mesh),))
-        turn = model.turn_of(asset.replace(links=(link,)))
+        turn = objects.turn_of(asset.replace(links=(link,)))
         corners = turn.apply(mesh.vertices)
         assert np.ptp(corners, axis=0) == pytest.approx([0.01, 0.02, 0.2])
         assert corners.min(axis=0) == pytest.approx([-0.005, -0.01, -0.1])
@@ -161,37 +163,37 @@ class TestUpright:
         tall = box_mesh((0.05, 0.06, 0.2), (0.0, 0.0, 0.1))
         link = asset.root.replace(visuals=(asset.root.visuals[0].replace(mesh=tall),))
         asset = asset.replace(links=(link,))
-        assert model.turn_of(asset) == Pose()
-        files = model.write(asset, stood_up=True).entries
-        assert etree.fromstring(files[model.FILE]).findall(".//geom[@quat]") == []
-        assert files[model.FILE] == files[model.UPRIGHT_FILE]
+        assert objects.turn_of(asset) == Pose()
+        files = objects.write(asset, stood_up=True).entries
+        assert etree.fromstring(files[objects.FILE]).findall(".//geom[@quat]") == []
+        assert files[objects.FILE] == files[objects.UPRIGHT_FILE]
 
 
 class TestThick:
     def test_a_flat_print_gets_a_point_behind_it(self) -> None:
         asset = slice_of_bread()
         crumb, ink = asset.root.visuals
-        assert [model.has_volume(v.mesh) for v in (crumb, ink)] == [True, False]
-        after = model.thickened(asset).root.visuals
+        assert [objects.has_volume(v.mesh) for v in (crumb, ink)] == [True, False]
+        after = objects.thickened(asset).root.visuals
         assert after[0] == crumb
-        assert model.has_volume(after[1].mesh)
+        assert objects.has_volume(after[1].mesh)
         assert len(after[1].mesh.faces) == len(ink.mesh.faces) + 3
         added = after[1].mesh.vertices[-1]
-        assert 0 < ink.mesh.vertices[0, 2] - added[2] <= model.MAX_DEPTH_M + 1e-12
+        assert 0 < ink.mesh.vertices[0, 2] - added[2] <= objects.MAX_DEPTH_M + 1e-12
         assert after[1].mesh.faces[: len(ink.mesh.faces)].tolist() == ink.mesh.faces.tolist()
 
 
 # ---- categories
 
 APPLE = [
-    entries.Instance(id="apple_00", category="apple", split=Split.TRAIN),
-    entries.Instance(id="apple_01", category="apple", split=Split.TEST),
+    objects.Instance(id="apple_00", category="apple", split=Split.TRAIN),
+    objects.Instance(id="apple_01", category="apple", split=Split.TEST),
 ]
-SHOE = entries.Instance(id="shoe_00", category="shoe", split=Split.TRAIN)
+SHOE = objects.Instance(id="shoe_00", category="shoe", split=Split.TRAIN)
 
 
-def tables(*instances: entries.Instance) -> dict[RobocasaRelease, dict[str, Any]]:
-    return entries.category_tables(instances, registry.load().categories, "casa")
+def tables(*instances: objects.Instance) -> dict[RobocasaRelease, dict[str, Any]]:
+    return objects.category_tables(instances, registry.load().categories, "casa")
 
 
 class TestEntries:
@@ -273,11 +275,11 @@ class SecondKind(FirstKind):
 @pytest.fixture
 def exported(tmp_path: Path) -> Path:
     for instance in (*APPLE, SHOE):
-        folder = tmp_path / entries.instance_folder(instance, "casa")
+        folder = tmp_path / objects.instance_folder(instance, "casa")
         folder.mkdir(parents=True)
-        (folder / model.FILE).touch()
+        (folder / objects.FILE).touch()
     for generation, table in tables(*APPLE, SHOE).items():
-        (tmp_path / entries.file_name(generation)).write_bytes(entries.json_bytes(table))
+        (tmp_path / objects.file_name(generation)).write_bytes(objects.json_bytes(table))
     return tmp_path
 
 
@@ -290,7 +292,7 @@ class TestFill:
         apple = categories["apple"]
         assert apple["objaverse"] == "theirs"
         found = {
-            name: [Path(p).parent.name for p in apple[name].mjcf_paths] for name in entries.registry_splits("casa")
+            name: [Path(p).parent.name for p in apple[name].mjcf_paths] for name in objects.registry_splits("casa")
         }
         # An object that is alone is there twice: RoboCasa's own splits take the first and the second half.
         halves = {"casa_train": ["apple_00"] * 2, "casa_test": ["apple_01"] * 2}
@@ -321,15 +323,15 @@ class TestTaskObjects:
     def test_categories_that_are_suggested_suit_all_that_is_missing(self) -> None:
         """Nothing is missing once a usual object of each is there."""
         categories = registry.load().categories
-        missing = task_objects.missing_draws(())
-        assert missing.keys() == task_objects.TASK_DRAWS.keys()
-        chosen = task_objects.categories_for(missing, [categories[name] for name in object_names()])
+        missing = objects.missing_draws(())
+        assert missing.keys() == objects.TASK_DRAWS.keys()
+        chosen = objects.categories_for(missing, [categories[name] for name in object_names()])
         assert len(chosen) < 25
         usual = [(categories[name], tuple(side.typical for side in categories[name].extents)) for name in chosen]
-        assert task_objects.missing_draws(usual) == {}
+        assert objects.missing_draws(usual) == {}
 
     def test_things_that_do_not_fit_do_not_count(self) -> None:
         """A tool that is higher than a drawer keeps RoboCasa looking for ever."""
         ladle, mug = (registry.load().categories[name] for name in ("ladle", "mug"))
-        assert "OpenDrawer" not in task_objects.missing_draws([(ladle, (0.3, 0.1, 0.08))])
-        assert "OpenDrawer" in task_objects.missing_draws([(ladle, (0.1, 0.1, 0.3)), (mug, (0.1, 0.1, 0.08))])
+        assert "OpenDrawer" not in objects.missing_draws([(ladle, (0.3, 0.1, 0.08))])
+        assert "OpenDrawer" in objects.missing_draws([(ladle, (0.1, 0.1, 0.3)), (mug, (0.1, 0.1, 0.08))])

@@ -14,9 +14,8 @@ import numpy as np
 import pytest
 from lxml import etree
 
+from casa_assets.addons.robocasa import casa_kitchens, kitchens, parts
 from casa_assets.addons.robocasa.run import classes
-from casa_assets.addons.robocasa.writers import casa_kitchens
-from casa_assets.addons.robocasa.writers.kitchens import description, document, parts
 from casa_assets.formats import mjcf
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.scene import Light, Placement, Scene
@@ -56,17 +55,17 @@ def centered(asset: Asset) -> Asset:
     return parts.moved(asset, np.array(parts.main_center(asset)))
 
 
-def fixtures() -> tuple[description.Placed, ...]:
-    return description.fixtures_of(kitchen(), classes())
+def fixtures() -> tuple[kitchens.Placed, ...]:
+    return kitchens.fixtures_of(kitchen(), classes())
 
 
 def told() -> dict[str, Any]:
-    return {row["name"]: row for row in description.describe(kitchen(), fixtures(), document.FIXTURES)["fixtures"]}
+    return {row["name"]: row for row in kitchens.describe(kitchen(), fixtures(), kitchens.FIXTURES)["fixtures"]}
 
 
 def positions(asset: Asset, folder: Path, opened: float) -> dict[str, np.ndarray]:
     """Name of each collider -> its place when every joint stands at this share of its range, asset frame, metres."""
-    model = mujoco.MjModel.from_xml_path(str(write_to(mjcf.write(asset), folder) / document.MODEL))
+    model = mujoco.MjModel.from_xml_path(str(write_to(mjcf.write(asset), folder) / kitchens.MODEL))
     data = mujoco.MjData(model)
     for index in range(model.njnt):
         low, high = model.jnt_range[index]
@@ -145,7 +144,7 @@ def test_what_is_told_of_a_kitchen() -> None:
     height = parts.main_region(preset(*COUNTER)).size[2]
     top = rows["counter_1"]["position"][2] + height / 2
     assert top == pytest.approx(TOP_M, abs=1e-6)
-    assert json.loads(document.write_kitchen(kitchen(), fixtures()).entries[description.FILE])["id"] == "test_room"
+    assert json.loads(kitchens.write_kitchen(kitchen(), fixtures()).entries[kitchens.FILE])["id"] == "test_room"
 
 
 def test_a_lid_keeps_its_frame_and_is_told_of_its_blender() -> None:
@@ -157,8 +156,8 @@ def test_a_lid_keeps_its_frame_and_is_told_of_its_blender() -> None:
         Placement(name="blender", asset=blender.id, pose=Pose()),
     )
     scene = Scene(id="test_room", assets=(lid, blender), placements=places)
-    items = description.fixtures_of(scene, classes())
-    rows = description.describe(scene, items, document.FIXTURES)["fixtures"]
+    items = kitchens.fixtures_of(scene, classes())
+    rows = kitchens.describe(scene, items, kitchens.FIXTURES)["fixtures"]
     assert [(row["name"], row["class"], row["lid_of"]) for row in rows] == [
         ("the_blender", "Blender", ""),
         ("the_blender_lid", "BlenderLid", "the_blender"),
@@ -174,7 +173,7 @@ def test_what_is_called_by_its_kind_gets_another_name() -> None:
     kettle = preset("kettle", "gooseneck_steel")
     places = tuple(Placement(name=name, asset=kettle.id, pose=Pose()) for name in ("kettle", "kettle_2"))
     scene = Scene(id="test_room", assets=(kettle,), placements=places)
-    assert [item.name for item in description.fixtures_of(scene, classes())] == ["the_kettle", "kettle_2"]
+    assert [item.name for item in kitchens.fixtures_of(scene, classes())] == ["the_kettle", "kettle_2"]
 
 
 def test_refrigerators_come_before_their_housings() -> None:
@@ -185,7 +184,7 @@ def test_refrigerators_come_before_their_housings() -> None:
         Placement(name="fridge", asset=fridge.id, pose=Pose()),
     )
     scene = Scene(id="test_room", assets=(housing, fridge), placements=places)
-    rows = description.describe(scene, description.fixtures_of(scene, classes()), document.FIXTURES)["fixtures"]
+    rows = kitchens.describe(scene, kitchens.fixtures_of(scene, classes()), kitchens.FIXTURES)["fixtures"]
     assert [row["class"] for row in rows][:2] == ["FridgeFrenchDoor", "HousingCabinet"]
 
 
@@ -204,7 +203,7 @@ def test_shelves_that_no_robot_gets_to_are_no_goal(aside: float, kind: str) -> N
             Placement(name="other", asset=counter.id, pose=turned),
         ),
     )
-    found = {item.name: item.type for item in description.fixtures_of(scene, classes())}
+    found = {item.name: item.type for item in kitchens.fixtures_of(scene, classes())}
     assert found == {"open": kind, "own": "Counter", "other": "Counter"}
 
 
@@ -212,20 +211,20 @@ def test_cameras_of_robosuite_look_into_the_room() -> None:
     shown = {}
     for name in ("room_ceiling", "room_floor"):
         asset = preset(name, min(family(name).presets))
-        root = etree.fromstring(document.write_fixture(centered(asset)).entries[document.MODEL])
+        root = etree.fromstring(kitchens.write_fixture(centered(asset)).entries[kitchens.MODEL])
         shown[name] = {geom.get("group") for geom in root.iter("geom") if geom.get("type") == "mesh"}
     assert shown == {"room_ceiling": {"4"}, "room_floor": {"1"}}
 
 
 def test_numbers_are_none_of_robocasa_and_never_change() -> None:
-    assert description.number_of("l_small__coastal") == 1124275273
-    assert all(description.number_of(name) >= 10**9 for name in ("a", "b"))
+    assert kitchens.number_of("l_small__coastal") == 1124275273
+    assert all(kitchens.number_of(name) >= 10**9 for name in ("a", "b"))
 
 
 def test_the_arena_has_the_lights_and_no_unknown_pairs() -> None:
     items = fixtures()
-    pairs = description.excluded_bodies(kitchen(), items)
-    root = etree.fromstring(document.arena(kitchen(), pairs))
+    pairs = kitchens.excluded_bodies(kitchen(), items)
+    root = etree.fromstring(kitchens.arena(kitchen(), pairs))
     assert [light.get("directional") for light in root.iter("light")] == ["true"]
     assert root.find(".//light").get("ambient")
     assert len(root.findall(".//exclude")) == len(pairs)
@@ -240,16 +239,16 @@ def test_before_a_deep_thing_no_place_is_told() -> None:
     [region] = [region for region in counter.regions if region.name.startswith("top")]
     (x, y, _), (width, depth, _) = region.pose.position, region.size
     left, front = x - width / 2, y - depth / 2
-    [whole] = description.free_surfaces(counter, [])
+    [whole] = kitchens.free_surfaces(counter, [])
     assert whole.size == pytest.approx(region.size)
     deep = ((left + 0.1, front + 0.2), (left + 0.5, front + depth))
-    [beside] = description.free_surfaces(counter, [deep])
+    [beside] = kitchens.free_surfaces(counter, [deep])
     assert beside.size[0] == pytest.approx(width - 0.5)
     assert beside.position[0] == pytest.approx(left + 0.5 + (width - 0.5) / 2)
     shallow = ((left + 0.1, front + 0.3), (left + 0.5, front + depth))
-    assert description.free_surfaces(counter, [shallow]) == (whole,)
+    assert kitchens.free_surfaces(counter, [shallow]) == (whole,)
     everywhere = ((left, front + 0.2), (left + width, front + depth))
-    assert description.free_surfaces(counter, [everywhere]) == (whole,)
+    assert kitchens.free_surfaces(counter, [everywhere]) == (whole,)
 
 
 @pytest.fixture

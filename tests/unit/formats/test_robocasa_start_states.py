@@ -13,10 +13,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from casa_assets.addons.robocasa import casa_kitchens, kitchens
+from casa_assets.addons.robocasa.kitchens import translated
 from casa_assets.addons.robocasa.run import classes
-from casa_assets.addons.robocasa.writers import casa_kitchens
-from casa_assets.addons.robocasa.writers.kitchens import description
-from casa_assets.addons.robocasa.writers.kitchens.start_states import translated
 from casa_assets.layouts.run.state_file import write_states
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.kitchen.scene import Placement, Scene, StartStates
@@ -80,7 +79,7 @@ def states() -> StartStates:
 
 @cache
 def in_robocasa() -> StartStates:
-    return translated(states(), scene(), description.fixtures_of(scene(), classes()))
+    return translated(states(), scene(), kitchens.fixtures_of(scene(), classes()))
 
 
 def test_joints_are_called_as_in_the_model_and_keep_their_numbers() -> None:
@@ -95,7 +94,7 @@ def test_what_is_loose_is_where_its_fixture_would_be() -> None:
     assert joint.name == "box_joint0"
     placements = tuple(p.replace(pose=MOVED) if p.name == "box" else p for p in scene().placements)
     for row, where in enumerate((scene(), scene().replace(placements=placements))):
-        wanted = next(item.pose for item in description.fixtures_of(where, classes()) if item.name == "box")
+        wanted = next(item.pose for item in kitchens.fixtures_of(where, classes()) if item.name == "box")
         found = in_robocasa().qpos[row, joint.address : joint.address + 7]
         assert found.tolist() == pytest.approx([*wanted.position, *wanted.quaternion], abs=1e-6)
 

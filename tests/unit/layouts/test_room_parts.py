@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from casa_assets.checks.readers import scene_facts
-from casa_assets.checks.scene.formats.light_form import SceneFiles
-from casa_assets.checks.scene.formats.parity import formats_agree
+from casa_assets.checks.scene.forms import SceneFiles, formats_agree
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.errors import RegistryError
 from casa_assets.layouts.compose import pose_at_spot

@@ -33,7 +33,6 @@ _PAINTED = ((FIRST, {"floor__floor": _TILES, "top__slab": _OAK}), (SECOND, {"flo
 
 
 def painted() -> list[str]:
-    """Both kitchens with pictures on what they have in common and on what they do not."""
     return [_with_pictures(text, shown) for text, shown in _PAINTED]
 
 
@@ -56,12 +55,10 @@ def _with_pictures(text: str, shown: Mapping[str, tuple[str, str]]) -> str:
 
 
 def specs() -> list[mujoco.MjSpec]:
-    """Both kitchens."""
     return [mujoco.MjSpec.from_string(text) for text in (FIRST, SECOND)]
 
 
 def folders(out: Path, has_pictures: bool = False) -> list[Path]:
-    """Folders of scenes with the batch forms of both."""
     found = []
     for name, text in zip(("first", "second"), painted() if has_pictures else (FIRST, SECOND), strict=True):
         (out / name).mkdir(parents=True)

@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.addons.batch.pictures import materials_of, plain_colors
 from casa_assets.addons.batch.shared_model import SharedModel, share
+from casa_assets.addons.batch.structure import materials_of, plain_colors
 from casa_assets.core.numeric import linear_from_srgb_array
 from tests.unit.addons.batch.small_kitchens import painted
 

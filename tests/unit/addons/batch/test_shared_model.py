@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from casa_assets.addons.batch.shared_model import SharedModel, addresses, robot_of, share
-from casa_assets.checks.scene.batch.form import candidate_pairs
+from casa_assets.checks.scene.batch_form import candidate_pairs
 from casa_assets.errors import CasaError
 from tests.unit.addons.batch.small_kitchens import DRIVING, FIRST, FLOATING, SECOND, specs
 
@@ -102,21 +102,15 @@ class TestEachKitchen:
         assert data.xpos[parked][:, 2].max() < -4
 
 
-def test_sites_of_tasks_are_kept_and_corners_of_bounds_are_not(shared: list[SharedModel]) -> None:
-    assert set(shared[0].sites) == {"corner__place_site"}
-    data = begun(shared[0].model, shared[0].start)
-    mujoco.mj_kinematics(shared[0].model, data)
-    assert data.site_xpos[shared[0].sites["corner__place_site"]] == pytest.approx([1.62, -0.52, 0.6])
-
-
-def test_a_light_that_a_kitchen_lacks_is_off(shared: list[SharedModel]) -> None:
-    assert [list(one.model.light_active) for one in shared] == [[True, False], [True, True]]
-    assert "at_sink" not in shared[0].cameras
-    assert shared[1].model.cam_pos[shared[1].cameras["at_sink"]] == pytest.approx([2, -2, 2])
-
-
-def test_a_start_is_that_of_the_keyframe_and_a_lid_never_meets_its_kettle(shared: list[SharedModel]) -> None:
-    one = shared[0]
+def test_sites_lights_and_starts_are_those_of_each_kitchen(shared: list[SharedModel]) -> None:
+    one, other = shared
+    assert set(one.sites) == {"corner__place_site"}, "corners of bounds are left out"
+    data = begun(one.model, one.start)
+    mujoco.mj_kinematics(one.model, data)
+    assert data.site_xpos[one.sites["corner__place_site"]] == pytest.approx([1.62, -0.52, 0.6])
+    assert [list(each.model.light_active) for each in shared] == [[True, False], [True, True]]
+    assert "at_sink" not in one.cameras
+    assert other.model.cam_pos[other.cameras["at_sink"]] == pytest.approx([2, -2, 2])
     pair = {one.geoms["kettle__body"], one.geoms["kettle__lid_plate"]}
     assert not any({int(a), int(b)} == pair for a, b in np.argwhere(candidate_pairs(one.model)))
     assert one.start[addresses(one.model, one.joints["corner__slide"])] == pytest.approx([-0.1])
@@ -131,14 +125,11 @@ def test_boxes_in_place_of_cylinders_are_as_high_and_as_large() -> None:
     assert 4 * width * depth == pytest.approx(np.pi * 0.08**2)
 
 
-def test_one_kitchen_alone_has_nothing_parked(alone: list[mujoco.MjModel]) -> None:
+def test_what_has_all_that_the_others_have_has_nothing_parked(alone: list[mujoco.MjModel]) -> None:
+    """So that nothing of it is without weight."""
     (one,) = share(specs()[:1])
     assert one.model.nbody == len(one.bodies) + 1
     assert one.model.ngeom == alone[0].ngeom
-
-
-def test_one_of_them_may_have_all_that_the_others_have() -> None:
-    """Nothing of it is parked, so that nothing of it is without weight."""
     whole, less = specs()[0], specs()[0]
     less.delete(less.body("plate"))
     less.keys[0].qpos = [0, -0.1, 1, -0.3, 0.92, 1, 0, 0, 0, 0]

@@ -8,15 +8,9 @@ import math
 import numpy as np
 import pytest
 
-from casa_assets.checks.design.robot.floor_map import (
-    BASE_RADIUS_M,
-    CELL_M,
-    GAP_M,
-    FloorMap,
-    find_parking,
-)
-from casa_assets.checks.design.robot.picture import FLOOR, REACHED, floor_picture
-from casa_assets.checks.design.robot.task_view import (
+from casa_assets.checks.design.floor_map import BASE_RADIUS_M, CELL_M, GAP_M, FloorMap, find_parking
+from casa_assets.checks.design.subject import FLOOR, REACHED, DesignSubject, floor_picture, whereabouts
+from casa_assets.checks.design.task_view import (
     BoxSizes,
     PlacingZone,
     WorldBox,
@@ -25,11 +19,10 @@ from casa_assets.checks.design.robot.task_view import (
     worktop_regions,
     worktops_near,
 )
-from casa_assets.checks.design.subject import DesignSubject, whereabouts
 from casa_assets.core.numeric import rng_for
 from casa_assets.mesh.outline import penetration_depth
 from casa_assets.mesh.planar import distance
-from casa_assets.model.kitchen.floor import FixtureRegion, Footprint, KitchenFacts, ParkingSide, Role, RoomWall
+from casa_assets.model.kitchen.floor import FixtureRegion, Footprint, ParkingSide, Role, RoomWall
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
 from tests.support.kitchen.reference_kitchen import DOOR, WALLS, changed, kitchen, thing, with_more
@@ -41,24 +34,15 @@ def moved(x: float, y: float) -> tuple[Vec2, ...]:
     return tuple((a + x, b + y) for a, b in SQUARE)
 
 
-def named(facts: KitchenFacts, name: str) -> Vec2:
-    return next(f for f in facts.fixtures if f.name == name).footprint.center
-
-
-class TestOutlines:
-    def test_overlap_is_the_way_that_parts_them(self, subtests: pytest.Subtests) -> None:
-        for x, deep in [(0.7, 0.3), (1.0, 0.0), (1.2, -0.2)]:
-            with subtests.test(x=x, deep=deep):
-                assert penetration_depth(SQUARE, moved(x, 0.1)) == pytest.approx(deep)
-
-    def test_turned_outlines_pass_at_their_corners(self) -> None:
-        """Their boxes overlap, they do not."""
-        edge = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
-        assert penetration_depth(edge, moved(0.6, 0.6)) == pytest.approx(-0.2 / math.sqrt(2))
-
-    def test_distance_is_nought_inside_and_round_corners(self) -> None:
-        points = np.array([(0.5, 0.5), (0.5, -0.3), (1.3, 1.4)])
-        assert distance(SQUARE, points) == pytest.approx([0.0, 0.3, 0.5])
+def test_outlines_part_and_keep_distance(subtests: pytest.Subtests) -> None:
+    for x, deep in [(0.7, 0.3), (1.0, 0.0), (1.2, -0.2)]:
+        with subtests.test(x=x, deep=deep):
+            assert penetration_depth(SQUARE, moved(x, 0.1)) == pytest.approx(deep)
+    # Turned outlines pass at their corners: their boxes overlap, they do not.
+    edge = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+    assert penetration_depth(edge, moved(0.6, 0.6)) == pytest.approx(-0.2 / math.sqrt(2))
+    points = np.array([(0.5, 0.5), (0.5, -0.3), (1.3, 1.4)])
+    assert distance(SQUARE, points) == pytest.approx([0.0, 0.3, 0.5])
 
 
 class TestFloor:
@@ -78,13 +62,10 @@ class TestFloor:
         assert not (floor.solid & floor.room).any()
         assert floor.holds(floor.solid, (2.05, 0.05))
 
-    def test_base_keeps_its_radius_from_what_stands(self) -> None:
-        floor = FloorMap(kitchen())
-        front = -0.65
-        assert floor.holds(floor.reached, (2.0, front - BASE_RADIUS_M - 2 * CELL_M))
-        assert not floor.holds(floor.free, (2.0, front - BASE_RADIUS_M + 2 * CELL_M))
-
-    def test_floor_that_is_cut_off_is_free_but_not_reached(self) -> None:
+    def test_floor_near_what_stands_is_taken_and_what_is_cut_off_is_not_reached(self) -> None:
+        near, front = FloorMap(kitchen()), -0.65
+        assert near.holds(near.reached, (2.0, front - BASE_RADIUS_M - 2 * CELL_M))
+        assert not near.holds(near.free, (2.0, front - BASE_RADIUS_M + 2 * CELL_M))
         bar = thing("bar", Role.ON_FLOOR, (2.5, -2.2), (5.0, 0.3), 0.0, 0.9)
         closed = tuple(w.replace(is_open=False) for w in kitchen().walls)
         floor = FloorMap(with_more(kitchen(), bar).replace(walls=closed))
@@ -92,12 +73,10 @@ class TestFloor:
         assert floor.holds(floor.free, (2.0, -1.3))
         assert not floor.holds(floor.reached, (2.0, -1.3))
 
-    def test_passage_is_driven_through_but_a_closed_door_is_not(self) -> None:
+    def test_what_the_base_passes(self, subtests: pytest.Subtests) -> None:
         for kind, passed in ((OpeningKind.PASSAGE, True), (OpeningKind.DOOR, False)):
             floor = FloorMap(kitchen().replace(openings=(DOOR.replace(kind=kind),)))
             assert floor.holds(floor.solid, (-0.05, -3.35)) is not passed
-
-    def test_rugs_and_what_hangs_are_passed(self, subtests: pytest.Subtests) -> None:
         for low, high, blocks in [(0.0, 0.02, False), (0.0, 0.2, True), (1.0, 1.4, False)]:
             with subtests.test(low=low, high=high, blocks=blocks):
                 floor = FloorMap(with_more(kitchen(), thing("rug", Role.ON_FLOOR, (2.5, -2.5), (0.8, 0.8), low, high)))
@@ -105,34 +84,20 @@ class TestFloor:
 
 
 class TestParking:
-    def test_base_stands_before_the_worktop_and_looks_at_the_fixture(self) -> None:
+    def test_base_stands_before_a_worktop_and_a_door_and_beside_a_flap(self) -> None:
         facts = kitchen()
-        place = find_parking(facts, FloorMap(facts)).shut["main_drawers"]
+        lots = find_parking(facts, FloorMap(facts))
+        place = lots.shut["main_drawers"]
         assert place is not None
         assert place.position == pytest.approx((2.1, -0.65 - GAP_M - BASE_RADIUS_M))
         assert place.yaw == pytest.approx(math.pi / 2, abs=1e-4)
         assert (place.side, place.offset) == (ParkingSide.FRONT, 0.0)
-
-    def test_base_stands_beside_a_flap_and_before_a_door(self) -> None:
-        facts = kitchen()
-        lots = find_parking(facts, FloorMap(facts))
         washer, fridge = lots.open["dishwasher", "door_joint"], lots.open["fridge", "door_joint"]
         assert washer is not None
         assert fridge is not None
         assert washer.side in (ParkingSide.LEFT, ParkingSide.RIGHT)
-        assert (
-            distance(
-                [
-                    p
-                    for f in facts.fixtures
-                    for j in f.joints
-                    if f.name == "dishwasher" and j.swept_area
-                    for p in j.swept_area.open_outline
-                ],
-                np.array([washer.position]),
-            )[0]
-            > BASE_RADIUS_M
-        )
+        (flap,) = (j.swept_area for f in facts.fixtures if f.name == "dishwasher" for j in f.joints if j.swept_area)
+        assert distance(flap.open_outline, np.array([washer.position]))[0] > BASE_RADIUS_M
         assert fridge.side is ParkingSide.FRONT
 
     def test_base_stands_behind_a_drawer_with_no_room_beside(self) -> None:
@@ -152,15 +117,11 @@ class TestPutting:
     def rate(self, zone: PlacingZone, side: float = 0.1, high: float = 0.1) -> float:
         return acceptance((zone,), BoxSizes(side, side, high, high), 200, rng_for(0, "test"))
 
-    def test_all_things_fit_on_an_empty_top_within_reach(self) -> None:
+    def test_share_that_finds_room_within_reach(self) -> None:
+        """With a box there: the middle of one of 0.1 m is drawn from 0.9 m, of which 0.5 m are blocked to it."""
         assert self.rate(self.zone()) == 1.0
-
-    def test_what_stands_there_takes_its_share(self) -> None:
-        """A box of 0.1 m on 1 m: its middle is drawn from 0.9 m, of which 0.5 m are blocked to it."""
         found = self.rate(self.zone(WorldBox(0.0, 0.0, 0.5, 0.5, 0.92, 1.2)))
         assert found == pytest.approx(1 - 0.5 / 0.9, abs=0.08)
-
-    def test_nothing_is_put_out_of_reach_or_height_or_where_it_does_not_fit(self) -> None:
         assert self.rate(self.zone(shoulder=(0.5, -0.9))) == 0.0
         assert self.rate(self.zone(), high=0.5) == 0.0
         assert self.rate(self.zone(), side=0.6) == 0.0
@@ -180,28 +141,41 @@ class TestPutting:
 
 
 class TestTasks:
-    def test_names_are_those_of_scene_files(self) -> None:
-        found = {t.task: t for t in DesignSubject(kitchen()).tasks}
+    def test_names_are_those_of_scene_files_and_of_robocasas_classes(self) -> None:
+        subject = DesignSubject(kitchen())
+        found = {t.task: t for t in subject.tasks}
         assert len(found) == 25
         assert found["open_drawer"].joints == ("main_drawers__drawer2_slidejoint", "main_drawers_2__drawer2_slidejoint")
-        assert found["turn_on_stove"].sites == (
-            "range__burner_on_front_left",
-            "range__burner_front_left_place_site",
-        )
+        assert found["turn_on_stove"].sites == ("range__burner_on_front_left", "range__burner_front_left_place_site")
         assert found["open_double_door"].fixtures == ("upper_double",)
         assert found["navigate_kitchen"].rate is None
+        atomic = {t.task: t for t in subject.atomic_tasks}
+        assert len(atomic) == 65
+        assert atomic["OpenDrawer"].fixtures == ("main_drawers", "main_drawers_2")
+        assert atomic["TurnOnStove"].fixtures == ("range",)
+        assert "a blender" in atomic["TurnOnBlender"].wants
+        assert atomic["TurnOnBlender"].fixtures == ()
 
-    def test_task_that_lacks_its_fixture_says_so(self, subtests: pytest.Subtests) -> None:
-        for name, lost in [
-            ("upper_double", {"open_double_door", "close_double_door"}),
-            ("sink_basin", {"pnp_counter_to_sink", "pnp_sink_to_counter", "turn_sink_spout"}),
-            ("range", {"turn_on_stove", "pnp_stove_to_counter"}),
-            ("microwave", {"turn_on_microwave", "pnp_microwave_to_counter"}),
+    def test_what_is_taken_out_takes_its_tasks_along(self, subtests: pytest.Subtests) -> None:
+        before = {t.task for t in DesignSubject(kitchen()).atomic_tasks if t.fixtures}
+        for name, lost, lost_now in [
+            ("upper_double", "open_double_door close_double_door", ""),
+            (
+                "sink_basin",
+                "pnp_counter_to_sink pnp_sink_to_counter turn_sink_spout",
+                "PickPlaceCounterToSink TurnOnSinkFaucet TurnSinkSpout",
+            ),
+            ("range", "turn_on_stove pnp_stove_to_counter", "TurnOnStove LowerHeat PickPlaceStoveToCounter"),
+            ("microwave", "turn_on_microwave pnp_microwave_to_counter", "TurnOnMicrowave PickPlaceMicrowaveToCounter"),
         ]:
-            with subtests.test(name=name, lost=lost):
-                found = {t.task for t in DesignSubject(changed(kitchen(), name, None)).tasks if t.wants}
-                assert lost <= found
+            with subtests.test(name=name):
+                subject = DesignSubject(changed(kitchen(), name, None))
+                found = {t.task for t in subject.tasks if t.wants}
+                assert set(lost.split()) <= found
                 assert "navigate_kitchen" not in found
+                after = {t.task for t in subject.atomic_tasks if t.fixtures}
+                assert set(lost_now.split()) <= before - after
+                assert "OpenDrawer" in after
 
     def test_drawer_wants_floor_beside_it(self) -> None:
         boxes = [
@@ -210,30 +184,6 @@ class TestTasks:
         found = {t.task: t for t in DesignSubject(with_more(kitchen(), *boxes)).tasks}
         assert found["open_drawer"].joints == ()
         assert "free floor" in found["open_drawer"].wants
-
-
-class TestAtomicTasks:
-    """Tasks of RoboCasa v1.0."""
-
-    def test_names_are_those_of_its_classes(self) -> None:
-        found = {t.task: t for t in DesignSubject(kitchen()).atomic_tasks}
-        assert len(found) == 65
-        assert found["OpenDrawer"].fixtures == ("main_drawers", "main_drawers_2")
-        assert found["TurnOnStove"].fixtures == ("range",)
-        assert "a blender" in found["TurnOnBlender"].wants
-        assert found["TurnOnBlender"].fixtures == ()
-
-    def test_what_is_taken_out_takes_its_tasks_along(self, subtests: pytest.Subtests) -> None:
-        for name, lost in [
-            ("sink_basin", {"PickPlaceCounterToSink", "TurnOnSinkFaucet", "TurnSinkSpout"}),
-            ("range", {"TurnOnStove", "LowerHeat", "PickPlaceStoveToCounter"}),
-            ("microwave", {"TurnOnMicrowave", "PickPlaceMicrowaveToCounter"}),
-        ]:
-            with subtests.test(name=name, lost=lost):
-                before = {t.task for t in DesignSubject(kitchen()).atomic_tasks if t.fixtures}
-                after = {t.task for t in DesignSubject(changed(kitchen(), name, None)).atomic_tasks if t.fixtures}
-                assert lost <= before - after
-                assert "OpenDrawer" in after
 
     @pytest.mark.parametrize(
         ("width", "depth", "is_afforded"), [(0.85, 0.65, False), (0.91, 0.65, True), (0.6, 0.7, True)]

@@ -8,10 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from casa_assets.checks.check import run
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.run import run
 from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.order.build_order import KitchenRequest
+from casa_assets.layouts.compose.floor_facts import facts_of
+from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import build_scene
 from casa_assets.mesh.outline import penetration_depth
@@ -32,14 +35,13 @@ def facts(built: tuple[KitchenRequest, Scene]) -> KitchenFacts:
     return facts_of(*built)
 
 
-def test_every_placement_is_a_fixture(built: tuple[KitchenRequest, Scene], facts: KitchenFacts) -> None:
+def test_every_placement_is_a_fixture_and_facts_repeat(
+    built: tuple[KitchenRequest, Scene], facts: KitchenFacts
+) -> None:
     assert [f.name for f in facts.fixtures] == [p.name for p in built[1].placements]
     for role in (Role.SINK, Role.FRIDGE, Role.DISHWASHER, Role.MICROWAVE, Role.COFFEE_MACHINE, Role.WORKTOP):
         assert facts.with_role(role), role
     assert facts.with_role(Role.RANGE, Role.HOB)
-
-
-def test_same_kitchen_same_facts(built: tuple[KitchenRequest, Scene], facts: KitchenFacts) -> None:
     assert facts_of(*built).to_json() == facts.to_json()
     assert KitchenFacts.from_json(facts.to_json()) == facts
 
@@ -81,18 +83,14 @@ def test_leaves_begin_at_their_fixture_and_reach_out_of_it(facts: KitchenFacts) 
     assert max(washer.footprint.to_local(p)[1] for p in flap.swept_area.open_outline) == pytest.approx(0.68, abs=0.12)
 
 
-def test_knobs_and_keys_have_no_leaf(facts: KitchenFacts) -> None:
+def test_knobs_and_keys_have_no_leaf_and_a_door_is_less_clear_than_its_hole(facts: KitchenFacts) -> None:
     small = [j for f in facts.fixtures for j in f.joints if j.name.startswith("knob") or "button" in j.name]
     assert small
     assert [j.name for j in small if j.swept_area is not None] == []
-
-
-def test_a_door_is_less_clear_than_its_hole_by_lining_and_leaf(facts: KitchenFacts) -> None:
     doors = [w for w in facts.openings if w.kind is OpeningKind.DOOR]
     assert doors
     for way in doors:
-        hole = math.dist(way.start, way.end)
-        assert 0.08 < hole - way.clear_width < 0.15
+        assert 0.08 < math.dist(way.start, way.end) - way.clear_width < 0.15
         assert way.swept_area is not None
 
 
@@ -104,8 +102,4 @@ def test_what_the_checks_say(facts: KitchenFacts) -> None:
     places = subject.parking.every
     assert {p.fixture for p in places} >= {f.name for f in facts.with_role(*APPLIANCES)}
     for place in places:
-        assert distance(facts.with_role(Role.SINK)[0].footprint.corners, _point(place.position))[0] > 0.3
-
-
-def _point(at: tuple[float, float]) -> np.ndarray:
-    return np.array([at])
+        assert distance(facts.with_role(Role.SINK)[0].footprint.corners, np.array([place.position]))[0] > 0.3

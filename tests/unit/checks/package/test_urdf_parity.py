@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from casa_assets.checks.package.parity import asset_differences
-from casa_assets.checks.scene.formats.urdf import scene_differences
+from casa_assets.checks.scene.forms import scene_differences
 from casa_assets.formats.urdf import document
 from tests.support.asset.assets import microwave, write_to
 from tests.support.kitchen.scenes import corner

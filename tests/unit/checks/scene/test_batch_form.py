@@ -7,22 +7,21 @@ from pathlib import Path
 
 import pytest
 
+from casa_assets.addons.batch.merged_form import batch_form
 from casa_assets.asset.lightweight import light_scene
-from casa_assets.checks.run import run
-from casa_assets.checks.scene.batch import engine_sizes as sizes_of_engines
-from casa_assets.checks.scene.batch.engine_sizes import engine_sizes
-from casa_assets.checks.scene.batch.form import BATCH_FILE, BatchSubject
-from casa_assets.checks.table.table import TABLE
+from casa_assets.checks.check import run
+from casa_assets.checks.scene import engine_sizes as sizes_of_engines
+from casa_assets.checks.scene.batch_form import BATCH_FILE, BatchSubject
+from casa_assets.checks.scene.engine_sizes import engine_sizes
 from casa_assets.formats.mjcf.scene import batch
-from casa_assets.mesh.merging.batch_form import batch_form
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import EngineSizes, Scene
 from tests.support.asset.cupboard import cupboard
+from tests.support.asset.examples import LIMITS, check_examples
 from tests.support.asset.packages import tamper
-from tests.support.kitchen.rooms import LIMITS, at, block, in_all_forms, room
+from tests.support.kitchen.rooms import at, block, in_all_forms, room
 
-ROWS = {check.code: check for check in TABLE if check.subject in (BatchSubject, EngineSizes)}
 # Makes what is judged, below a folder.
 Make = Callable[[Path], object]
 CRATE = 'name="thing_0__shape_0" type="box" size="0.1 0.1 0.1" pos="0 0 0.1"'
@@ -30,12 +29,10 @@ WORLD = "<worldbody>"
 
 
 def things() -> Scene:
-    """A crate that stands by its weight, and a cupboard."""
     return room((block("crate", (0.2, 0.2, 0.2), Base.FREE), at(1.0, -1.0, 0.0)), (cupboard(), at(0.0, 0.0, 0.0)))
 
 
 def forms(folder: Path) -> BatchSubject:
-    """Its files, the batch form among them."""
     scene = things()
     root = in_all_forms(scene, folder).scene_subject.root
     form = batch_form(light_scene(scene))
@@ -44,7 +41,6 @@ def forms(folder: Path) -> BatchSubject:
 
 
 def tampered(old: str, new: str) -> Make:
-    """The same with a text of the batch form replaced."""
 
     def make(folder: Path) -> BatchSubject:
         subject = forms(folder)
@@ -55,7 +51,6 @@ def tampered(old: str, new: str) -> Make:
 
 
 def geom(size: str, pos: str, bits: tuple[int, int] = (3, 0)) -> str:
-    """A box that stands still."""
     contype, conaffinity = bits
     return f'<geom type="box" size="{size}" pos="{pos}" contype="{contype}" conaffinity="{conaffinity}" group="2"/>'
 
@@ -72,13 +67,11 @@ def inside_crate(count: int) -> str:
 
 
 def sizes(awake_in_use: int) -> Make:
-    """What a simulation might say."""
     numbers = {"nconmax": 8, "njmax": 8, "nccdmax": 8, "nvmax": 8, "contacts": 1, "rows": 1, "convex_pairs": 1}
     return lambda _: EngineSizes(**numbers, awake=56, awake_in_use=awake_in_use, fixtures=1, mujoco_bytes=1)
 
 
 def many_pairs(folder: Path) -> BatchSubject:
-    """One hundred and forty primitives in a crate, and as many that it could touch."""
     subject = tampered(f"<geom {CRATE}", inside_crate(140))(folder)
     assert isinstance(subject, BatchSubject)
     tamper(subject.root / BATCH_FILE, (WORLD, WORLD + far(138)))
@@ -100,33 +93,28 @@ EXAMPLES: dict[str, tuple[Make, Make]] = {
 }
 
 
-def judged(make: Make, folder: Path) -> Report:
-    return run(make(folder), "room", LIMITS)
-
-
-@pytest.mark.parametrize("good", [forms, EXAMPLES["BAT010"][0]], ids=["files", "sizes"])
-def test_good_is_silent(good: Make, tmp_path: Path) -> None:
-    assert judged(good, tmp_path).issues == ()
-
-
 @pytest.mark.parametrize("code", EXAMPLES)
-def test_bad_trips_its_code_alone(code: str, tmp_path: Path) -> None:
-    report = judged(EXAMPLES[code][1], tmp_path)
-    assert {(issue.code, issue.severity) for issue in report.issues} == {(code, ROWS[code].severity)}
+def test_bad_trips_its_code_alone(code: str, tmp_path: Path, silent: dict[Make, Report]) -> None:
+    good, bad = EXAMPLES[code]
+    check_examples(code, silent[good], run(bad(tmp_path), "room", LIMITS))
 
 
-def test_a_file_that_is_not_there_is_said_once(tmp_path: Path) -> None:
-    subject = forms(tmp_path)
-    (subject.root / BATCH_FILE).unlink()
-    assert [issue.code for issue in run(subject, "room", LIMITS).issues] == ["BAT001"]
+@pytest.fixture(scope="module")
+def silent(tmp_path_factory: pytest.TempPathFactory) -> dict[Make, Report]:
+    made = {good for good, _ in EXAMPLES.values()}
+    return {good: run(good(tmp_path_factory.mktemp("good")), "room", LIMITS) for good in made}
 
 
-def test_a_large_picture_is_told_by_its_name(tmp_path: Path) -> None:
+def test_a_large_picture_is_told_by_its_name_and_a_file_that_is_not_there_once(tmp_path: Path) -> None:
     large = '<texture name="oak" type="2d" builtin="flat" rgb1="1 1 1" width="512" height="256"/>'
     shown = f'{large}<material name="oak" texture="oak"/></asset>'
     subject = tampered("</asset>", shown)(tmp_path)
     found = run(subject, "room", LIMITS).issues
     assert [(issue.code, issue.pointer) for issue in found] == [("BAT001", "textures/oak")]
+    assert isinstance(subject, BatchSubject)
+    (subject.root / BATCH_FILE).unlink()
+    lost = run(BatchSubject(subject.form, subject.root), "room", LIMITS)
+    assert [issue.code for issue in lost.issues] == ["BAT001"]
 
 
 def test_sizes_for_engines_are_found_with_a_margin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

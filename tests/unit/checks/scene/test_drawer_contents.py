@@ -7,10 +7,10 @@ from pathlib import Path
 import mujoco
 import pytest
 
-from casa_assets.checks.motion.simulation import reset_to_start
-from casa_assets.checks.scene.formats.parity import formats_agree
-from casa_assets.checks.scene.motion.opening import joints_open_without_collision
-from casa_assets.model.asset.asset import Base
+from casa_assets.checks.scene.forms import formats_agree
+from casa_assets.checks.scene.opening import joints_open_without_collision
+from casa_assets.core.numeric import Floats
+from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.kitchen.scene import Resting, Scene
 from tests.support.asset.cupboard import cupboard
 from tests.support.kitchen.rooms import at, block, in_all_forms, room, subject
@@ -39,42 +39,34 @@ def test_drawer_opens_with_what_fits_in_it(height: float, resting: Resting | Non
         assert "thing_1" in told[0]
 
 
-def test_it_is_in_the_open_drawer_of_the_open_pose(tmp_path: Path) -> None:
-    files = in_all_forms(filled(0.05), tmp_path)
+def resting(asset: Asset, where: Resting) -> Scene:
+    scene = room((cupboard(), at(0.0, 0.0, 0.0)), (asset.replace(id="small_cupboard"), at(1.5, 0.0, 0.0)))
+    kept = tuple(p.replace(resting=where) if p.name == "thing_1" else p for p in scene.placements)
+    return scene.replace(placements=kept)
+
+
+def moved(scene: Scene, folder: Path, body: str) -> tuple[Floats, mujoco.MjData]:
+    """How far a body is from its place as the scene begins in the pose `open`, which both formats have alike."""
+    files = in_all_forms(scene, folder)
     model = mujoco.MjModel.from_xml_path(str(files.scene_subject.mjcf))
-    data = mujoco.MjData(model)
-    reset_to_start(model, data)
-    mujoco.mj_kinematics(model, data)
-    before = data.body("thing_1").xpos.copy()
-    mujoco.mj_resetDataKeyframe(model, data, mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, "open"))
-    mujoco.mj_kinematics(model, data)
-    assert data.body("thing_1").xpos - before == pytest.approx([0.0, -0.28, 0.0], abs=1e-6)
+    data, places = mujoco.MjData(model), []
+    for pose in ("start", "open"):
+        mujoco.mj_resetDataKeyframe(model, data, model.key(pose).id)
+        mujoco.mj_kinematics(model, data)
+        places.append(data.body(body).xpos.copy())
     assert formats_agree(files, 0.0).problems == ()
+    return places[1] - places[0], data
+
+
+def test_it_is_in_the_open_drawer_of_the_open_pose_with_all_its_links(tmp_path: Path) -> None:
+    box, _ = moved(filled(0.05), tmp_path / "box", "thing_1")
+    assert box == pytest.approx([0.0, -0.28, 0.0], abs=1e-6)
+    jar = resting(cupboard().replace(base=Base.FREE), IN_DRAWER)
+    assert moved(jar, tmp_path / "jar", "thing_1__drawer")[0] == pytest.approx([0.0, -0.28, 0.0], abs=1e-6)
 
 
 def test_an_object_stays_closed_where_the_kitchen_is_open(tmp_path: Path) -> None:
-    scene = room((cupboard(), at(0.0, 0.0, 0.0)), (cupboard().replace(id="small_cupboard"), at(1.5, 0.0, 0.0)))
     on_top = Resting(placement="thing_0", link=cupboard().root.name, region="top")
-    kept = tuple(p.replace(resting=on_top) if p.name == "thing_1" else p for p in scene.placements)
-    files = in_all_forms(scene.replace(placements=kept), tmp_path)
-    model = mujoco.MjModel.from_xml_path(str(files.scene_subject.mjcf))
-    data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, "open"))
+    _, data = moved(resting(cupboard(), on_top), tmp_path, "thing_1")
     assert data.joint("thing_0__drawer_slide").qpos[0] > 0.2
     assert data.joint("thing_1__drawer_slide").qpos[0] == 0.0
-    assert formats_agree(files, 0.0).problems == ()
-
-
-def test_all_links_of_an_object_go_along_with_the_drawer(tmp_path: Path) -> None:
-    jar = cupboard().replace(id="small_cupboard", base=Base.FREE)
-    scene = room((cupboard(), at(0.0, 0.0, 0.0)), (jar, at(1.5, 0.0, 0.0)))
-    kept = tuple(p.replace(resting=IN_DRAWER) if p.name == "thing_1" else p for p in scene.placements)
-    files = in_all_forms(scene.replace(placements=kept), tmp_path)
-    model = mujoco.MjModel.from_xml_path(str(files.scene_subject.mjcf))
-    data, places = mujoco.MjData(model), {}
-    for pose in ("closed", "open"):
-        mujoco.mj_resetDataKeyframe(model, data, mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, pose))
-        mujoco.mj_kinematics(model, data)
-        places[pose] = data.body("thing_1__drawer").xpos.copy()
-    assert places["open"] - places["closed"] == pytest.approx([0.0, -0.28, 0.0], abs=1e-6)
-    assert formats_agree(files, 0.0).problems == ()

@@ -8,35 +8,32 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from casa_assets.checks.check import run
 from casa_assets.checks.readers.mujoco_load import native_warnings
-from casa_assets.checks.run import run
 from casa_assets.checks.scene import subject as scene_subject
-from casa_assets.checks.scene.formats.light_form import SceneFiles
-from casa_assets.checks.scene.motion.budget import MeasuredSpeed
-from casa_assets.checks.scene.views import PreviewImages
-from casa_assets.checks.table.table import TABLE
+from casa_assets.checks.scene.forms import SceneFiles
+from casa_assets.checks.scene.placement import PreviewImages
+from casa_assets.checks.scene.rest import MeasuredSpeed
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.issue import Report, Status
 from casa_assets.model.kitchen.scene import Scene
 from tests.support.asset.assets import textured_box
 from tests.support.asset.cupboard import cupboard
+from tests.support.asset.examples import LIMITS, check_examples
 from tests.support.asset.packages import not_run_here, tamper
-from tests.support.kitchen.rooms import LIMITS, at, block, in_all_forms, room, subject
+from tests.support.kitchen.rooms import at, block, in_all_forms, room, subject
 
-ROWS = {check.code: check for check in TABLE if check.subject in (SceneFiles, PreviewImages, MeasuredSpeed)}
 # Makes what is judged, below a folder.
 Make = Callable[[Path], object]
 LIGHT_BOX = 'name="thing_0__shape_0" type="box" size="0.1 0.1 0.1" pos="0 0 0.1"'
 
 
 def things() -> Scene:
-    """A crate that stands by its weight, and a box with pictures."""
     crate = block("crate", (0.2, 0.2, 0.2), Base.FREE)
     return room((crate, at(0.0, 0.0, 0.0)), (textured_box(), at(0.5, 0.0, 0.0)))
 
 
 def forms(folder: Path) -> SceneFiles:
-    """Its files."""
     return in_all_forms(things(), folder)
 
 
@@ -54,7 +51,6 @@ def tampered(name: str, old: str, new: str) -> Make:
 
 
 def picture(*, black: float = 0.0, white: float = 0.0) -> Make:
-    """A grey picture with so much of it black or white."""
     shot = np.full((50, 50, 3), 128, dtype=np.uint8)
     flat = shot.reshape(-1, 3)
     flat[: round(black * len(flat))] = 4
@@ -63,7 +59,6 @@ def picture(*, black: float = 0.0, white: float = 0.0) -> Make:
 
 
 def speed(load_ms: float = 900.0, steps_per_s: float = 5000.0) -> Make:
-    """What a stopwatch might say."""
     return lambda _: MeasuredSpeed(load_ms, steps_per_s, 0.002)
 
 
@@ -86,22 +81,20 @@ EXAMPLES: dict[str, tuple[Make, Make]] = {
 }
 
 
-def judged(make: Make, folder: Path) -> Report:
-    return run(make(folder), "room", LIMITS)
-
-
-def test_good_is_silent(tmp_path: Path) -> None:
-    """All of them at once: what is good for one is good for the others of its kind."""
+@pytest.fixture(scope="module")
+def silent(tmp_path_factory: pytest.TempPathFactory) -> dict[Make, Report]:
     made = {good for good, _ in EXAMPLES.values()}
-    for i, good in enumerate(sorted(made, key=id)):
-        assert judged(good, tmp_path / str(i)).issues == ()
+    return {good: run(good(tmp_path_factory.mktemp("good")), "room", LIMITS) for good in made}
 
 
 @pytest.mark.parametrize("code", EXAMPLES)
-def test_bad_trips_its_code_alone(code: str, tmp_path: Path) -> None:
-    report = judged(EXAMPLES[code][1], tmp_path)
-    assert {issue.code for issue in report.issues} == {code} - not_run_here()
-    assert all(issue.severity is ROWS[code].severity for issue in report.issues)
+def test_each_code_is_tripped_by_its_fault_alone(code: str, tmp_path: Path, silent: dict[Make, Report]) -> None:
+    good, bad = EXAMPLES[code]
+    report = run(bad(tmp_path), "room", LIMITS)
+    if code in not_run_here():
+        assert (silent[good].issues, report.issues) == ((), ())
+    else:
+        check_examples(code, silent[good], report)
 
 
 class TestForms:
@@ -113,14 +106,12 @@ class TestForms:
         assert [i.code for i in report.issues] == ["SCN018", "SCN021"]
         assert all(i.pointer in (files.usd.name, files.light.name) for i in report.issues)
 
-    def test_what_the_nested_layer_alone_says_is_found(self, tmp_path: Path) -> None:
-        files = in_all_forms(room((cupboard(), at(0.0, 0.0, 0.0))), tmp_path)
+    def test_each_cell_counts_and_so_does_what_the_nested_layer_alone_says(self, tmp_path: Path) -> None:
+        files = in_all_forms(room((cupboard(), at(0.0, 0.0, 0.0))), tmp_path / "nested")
         over = 'over "object"\n        {\n'
         tamper(files.nested, (over, f"{over}            float physics:mass = 77\n"))
         (issue,) = run(files, "room", LIMITS).issues
         assert (issue.code, issue.pointer) == ("SCN017", "nested/bodies/thing_0/mass")
-
-    def test_the_count_is_that_of_the_cells(self, tmp_path: Path) -> None:
         files = forms(tmp_path)
         changes = ('gravity="0 0 -9.81"', 'gravity="0 0 -9.7"'), ('data="wall_cabinet object"', 'data="drawer"')
         tamper(files.scene_subject.mjcf, *changes)
@@ -146,11 +137,10 @@ class TestForms:
         assert [s.split(";")[0] for s in message] == ["has 3 meshes", "has 1 materials with pictures"]
 
 
-class TestPictures:
-    def test_no_picture_is_no_pass(self) -> None:
-        report = run(PreviewImages({}), "room", LIMITS)
-        assert {(r.code, r.status) for r in report.results} == {(c, Status.NOT_RUN) for c in ("SCN024", "SCN025")}
-        assert not report.passed
+def test_no_picture_is_no_pass() -> None:
+    report = run(PreviewImages({}), "room", LIMITS)
+    assert {(r.code, r.status) for r in report.results} == {(c, Status.NOT_RUN) for c in ("SCN024", "SCN025")}
+    assert not report.passed
 
 
 class TestSpeed:

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from casa_assets.checks.motion.simulation import box_around, geom_boxes
-from casa_assets.checks.scene.motion import opening, rest
-from casa_assets.checks.scene.placement import support
+from casa_assets.checks.scene import opening, placement, rest
 from casa_assets.mesh.inertia import adjacent_links
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.parts import Box
@@ -43,16 +42,14 @@ class TestOpening:
         assert message.startswith("from 68% of its way thing_0__drawer")
         assert "thing_1__shape_0" in message
 
-    def test_neighbours_clash_only_while_one_is_open(self, tmp_path: Path) -> None:
-        found = clashes(room((cupboard(), at(0.0, 0.0, 0.0)), (cupboard(), at(0.6, -0.55, 0.0, TO_THE_LEFT))), tmp_path)
+    def test_neighbours_clash_only_while_one_is_open_and_not_side_by_side(self, tmp_path: Path) -> None:
+        box = cupboard()
+        found = clashes(room((box, at(0.0, 0.0, 0.0)), (box, at(0.6, -0.55, 0.0, TO_THE_LEFT))), tmp_path)
         assert found
         assert all("stands open" in message for _, message in found)
         assert {p.split("__")[0] for p, _ in found} == {"joints/thing_0", "joints/thing_1"}
-
-    @pytest.mark.parametrize("gap", [0.002, 0.5])
-    def test_side_by_side_they_open_freely(self, gap: float, tmp_path: Path) -> None:
-        box = cupboard()
-        assert clashes(room((box, at(0.0, 0.0, 0.0)), (box, at(0.6 + gap, 0.0, 0.0))), tmp_path) == []
+        for gap in (0.002, 0.5):
+            assert clashes(room((box, at(0.0, 0.0, 0.0)), (box, at(0.6 + gap, 0.0, 0.0))), tmp_path / f"{gap}") == []
 
     @pytest.mark.parametrize(("deep", "clash"), [(0.0005, False), (0.002, True)])
     def test_a_corner_that_brushes_past(self, deep: float, clash: bool, tmp_path: Path) -> None:
@@ -148,52 +145,38 @@ class TestPulling:
             assert sleeping[name][1] == met
 
 
-class TestOverlap:
-    def test_the_deepest_of_each_pair_is_told_once(self, tmp_path: Path) -> None:
-        box = cupboard()
-        found = support.fixed_things_do_not_overlap(
-            subject(room((box, at(0.0, 0.0, 0.0)), (box, at(0.59, 0.0, 0.0))), tmp_path), LIMIT
-        )
-        assert found.number == pytest.approx(0.01)
-        assert [p for p, _ in found.problems] == ["placements/thing_0"]
+def test_the_deepest_of_each_pair_is_told_once(tmp_path: Path) -> None:
+    pair = room((cupboard(), at(0.0, 0.0, 0.0)), (cupboard(), at(0.59, 0.0, 0.0)))
+    found = placement.fixed_things_do_not_overlap(subject(pair, tmp_path), LIMIT)
+    assert found.number == pytest.approx(0.01)
+    assert [p for p, _ in found.problems] == ["placements/thing_0"]
 
 
-class TestSupport:
-    WALL = block("wall", (2.0, 0.1, 2.5), kind="wall")
-    SHELF: Vec3 = (0.5, 0.2, 0.1)
-
-    def floating(self, things: tuple[tuple[Asset, Vec3], ...], folder: Path) -> list[str]:
-        scene = room(*((asset, at(*place)) for asset, place in things))
-        return [p for p, _ in support.fixed_things_are_supported(subject(scene, folder), 0.0).problems]
-
-    @pytest.mark.parametrize(("gap", "held"), [(0.0, True), (0.011, True), (0.013, False)])
-    def test_a_shelf_hangs_on_a_wall(self, gap: float, held: bool, tmp_path: Path) -> None:
-        shelf = block("shelf", self.SHELF, kind="open_shelf")
-        things = ((self.WALL, (0.0, 0.0, 0.0)), (shelf, (0.0, -0.15 - gap, 1.4)))
-        assert (self.floating(things, tmp_path) == []) == held
-
-    def test_a_base_cabinet_does_not_hang_on_a_wall(self, tmp_path: Path) -> None:
-        box = block("base", (0.5, 0.5, 0.8), kind="base_cabinet")
-        things = ((self.WALL, (0.0, 0.0, 0.0)), (box, (0.0, -0.3, 0.05)))
-        assert self.floating(things, tmp_path) == ["placements/thing_1"]
-
-    def test_what_stands_on_a_thing_that_stands(self, tmp_path: Path) -> None:
-        box = block("base", (0.5, 0.5, 0.8), kind="base_cabinet")
-        top = block("top", (0.6, 0.6, 0.03), kind="counter")
-        assert self.floating(((box, (0.0, 0.0, 0.0)), (top, (0.0, 0.0, 0.8005))), tmp_path) == []
-        assert self.floating(((box, (0.0, 0.0, 0.0)), (top, (0.0, 0.0, 0.81))), tmp_path) == ["placements/thing_1"]
-
-    def test_what_leans_at_a_side_is_held_only_where_that_is_its_way(self, tmp_path: Path) -> None:
-        box = block("base", (0.5, 0.5, 0.8), kind="base_cabinet")
-        for kind, held in (("filler", True), ("wall_cabinet", False)):
-            strip = block(kind, (0.05, 0.02, 0.6), kind=kind)
-            things = ((box, (0.0, 0.0, 0.0)), (strip, (0.2755, 0.0, 0.7)))
-            assert (self.floating(things, tmp_path / kind) == []) == held
-
-    def test_what_floating_things_hold_floats(self, tmp_path: Path) -> None:
-        box = block("upper", (0.5, 0.5, 0.3))
-        things = ((box, (0.0, 0.0, 1.0)), (box, (0.0, 0.0, 1.3)))
-        assert self.floating(things, tmp_path) == ["placements/thing_0", "placements/thing_1"]
+def test_what_holds_a_fixed_thing(tmp_path: Path, subtests: pytest.Subtests) -> None:
+    wall = block("wall", (2.0, 0.1, 2.5), kind="wall")
+    base = block("base", (0.5, 0.5, 0.8), kind="base_cabinet")
+    top = block("top", (0.6, 0.6, 0.03), kind="counter")
+    shelf = block("shelf", (0.5, 0.2, 0.1), kind="open_shelf")
+    upper = block("upper", (0.5, 0.5, 0.3))
+    strips = {kind: block(kind, (0.05, 0.02, 0.6), kind=kind) for kind in ("filler", "wall_cabinet")}
+    ground = (0.0, 0.0, 0.0)
+    cases: list[tuple[str, tuple[tuple[Asset, Vec3], ...], list[str]]] = [
+        *(
+            (f"a shelf {gap} m from a wall", ((wall, ground), (shelf, (0.0, -0.15 - gap, 1.4))), floats)
+            for gap, floats in ((0.0, []), (0.011, []), (0.013, ["thing_1"]))
+        ),
+        ("a base cabinet does not hang", ((wall, ground), (base, (0.0, -0.3, 0.05))), ["thing_1"]),
+        ("a worktop on what stands", ((base, ground), (top, (0.0, 0.0, 0.8005))), []),
+        ("a worktop over it", ((base, ground), (top, (0.0, 0.0, 0.81))), ["thing_1"]),
+        ("a strip at a side", ((base, ground), (strips["filler"], (0.2755, 0.0, 0.7))), []),
+        ("a cupboard at a side", ((base, ground), (strips["wall_cabinet"], (0.2755, 0.0, 0.7))), ["thing_1"]),
+        ("on what floats", ((upper, (0.0, 0.0, 1.0)), (upper, (0.0, 0.0, 1.3))), ["thing_0", "thing_1"]),
+    ]
+    for number, (name, things, floats) in enumerate(cases):
+        with subtests.test(name=name):
+            scene = subject(room(*((asset, at(*place)) for asset, place in things)), tmp_path / str(number))
+            found = placement.fixed_things_are_supported(scene, 0.0).problems
+            assert [pointer for pointer, _ in found] == [f"placements/{one}" for one in floats]
 
 
 class TestSubject:

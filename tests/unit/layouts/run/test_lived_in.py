@@ -8,6 +8,9 @@ from pathlib import Path
 import pytest
 
 from casa_assets.checks.scene.motion.settling import come_to_rest
+import casa_assets as casa
+from casa_assets.checks.scene.rest import come_to_rest
+from casa_assets.errors import CasaError
 from casa_assets.formats.mjcf.scene.kitchen import write
 from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.order.build_order import KitchenRequest

@@ -6,17 +6,17 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.asset.lightweight import light_scene
-from casa_assets.checks.scene.batch.form import candidate_pairs
-from casa_assets.formats.mjcf.scene import batch
-from casa_assets.mesh.merging.batch_form import (
+from casa_assets.addons.batch.merged_form import (
     NEAR_ENOUGH,
     BatchForms,
     batch_form,
     batch_within,
     with_joints_locked,
 )
-from casa_assets.mesh.merging.moving_parts import joint_word, meeting_links
+from casa_assets.addons.batch.moving_parts import joint_word, meeting_links
+from casa_assets.asset.lightweight import light_scene
+from casa_assets.checks.scene.batch_form import candidate_pairs
+from casa_assets.formats.mjcf.scene import batch
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.asset.parts import Box
 from casa_assets.model.kitchen.choices import JointWord

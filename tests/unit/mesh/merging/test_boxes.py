@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from casa_assets.addons.batch.fit_primitives import TOLERANCE_M, ReachableSpace, cover_boxes, points_around
 from casa_assets.core.numeric import Floats
-from casa_assets.mesh.merging.fit_primitives import points_around
-from casa_assets.mesh.merging.reachable_space import TOLERANCE_M, ReachableSpace, cover_boxes
 from casa_assets.model.asset.parts import Box
 from casa_assets.model.pose import Pose
 

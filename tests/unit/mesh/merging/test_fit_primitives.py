@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from casa_assets.mesh.merging.fit_primitives import FitLimits, fit_primitives
+from casa_assets.addons.batch.fit_primitives import FitLimits, fit_primitives
 from casa_assets.mesh.solid.primitive import shape_bounds
 from casa_assets.model.asset.parts import Box, Cylinder, Shape
 from casa_assets.model.pose import Pose

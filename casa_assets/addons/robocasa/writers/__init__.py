@@ -1,1 +1,0 @@
-"""Assets -> a folder of objects that RoboCasa's kitchens sample from: models, categories, and how to add them."""

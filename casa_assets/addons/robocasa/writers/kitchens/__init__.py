@@ -1,1 +1,0 @@
-"""Scenes -> fixtures, arenas and descriptions of kitchens that RoboCasa's classes operate."""

@@ -1,1 +1,0 @@
-"""Checks of the placements of a scene: inside the room, supported, not overlapping."""

@@ -1,1 +1,0 @@
-"""Rows of all checks by subject; `table.py` puts them together."""
