@@ -21,7 +21,7 @@ from casa_assets.core.optional_packages import require
 from casa_assets.core.process_name import replace_file
 from casa_assets.core.system import kept_json
 from casa_assets.errors import CasaError
-from casa_assets.formats.mjcf.scene.kitchen import FILE
+from casa_assets.formats.mjcf.kitchen import FILE
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.layouts.run.scene_files import ROBOTS_JSON, SCENE_JSON
 from casa_assets.layouts.run.scene_folders import run_recipes, scene_key, work_on_built

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 import casa_assets as casa
-from casa_assets.formats.mjcf.scene.batch import write
+from casa_assets.formats.mjcf.batch import write
 from casa_assets.layouts.run.batch_form import batch_of
 from tests.support.kitchen.scenes import put
 from tests.support.library.libraries import ROOT

@@ -13,8 +13,8 @@ import pytest
 from casa_assets.checks.readers import asset_facts, urdf_facts
 from casa_assets.core.numeric import Floats
 from casa_assets.core.system import cache_dir
-from casa_assets.export.forms import SCENES
-from casa_assets.formats.urdf import document
+from casa_assets.export import SCENES
+from casa_assets.formats import urdf
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import build_scene
 from casa_assets.model.asset.asset import Asset, Base
@@ -109,7 +109,7 @@ def assets(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     paths = {}
     for build in ASSETS:
         asset = build()
-        paths[build.__name__] = write_to(document.write(asset), folder / build.__name__) / f"{asset.id}.urdf"
+        paths[build.__name__] = write_to(urdf.write(asset), folder / build.__name__) / f"{asset.id}.urdf"
     found = told(*paths.values())
     return {name: found[str(path)] for name, path in paths.items()}
 
@@ -127,7 +127,7 @@ def scenes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Scene, P
     root = tmp_path_factory.mktemp("out") / "out" / "urdf_kitchens" / SCENES
     found = {}
     for scene in (corner(), whole):
-        found[scene.id] = scene, write_to(document.write_scene(scene), root / scene.id) / document.FILE
+        found[scene.id] = scene, write_to(urdf.write_scene(scene), root / scene.id) / urdf.FILE
     return found
 
 

@@ -20,7 +20,7 @@ from casa_assets.addons.robocasa.writers.kitchens.start_states import translated
 from casa_assets.checks.design.robot.tasks import ATOMIC_TASKS
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.errors import CasaError, OutputError
-from casa_assets.export.forms import (
+from casa_assets.export import (
     Outcome,
     certified_asset,
     check_apart,
@@ -32,7 +32,7 @@ from casa_assets.export.forms import (
     staging,
     why_left_out,
 )
-from casa_assets.formats.mjcf.scene.kitchen import FILE as SCENE_XML
+from casa_assets.formats.mjcf.kitchen import FILE as SCENE_XML
 from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.kept import is_whole

@@ -25,13 +25,15 @@ from casa_assets.formats.read.guarded_xml import (
     text_of,
 )
 from casa_assets.formats.read.materials import Images, ImageUse, linear_from_srgb
-from casa_assets.formats.read.polygons import cut_whole, fan, strip
 from casa_assets.formats.read.raw_parts import (
     ReadPart,
     check_face_count,
+    cut_whole,
+    fan,
     merged_corners,
     raw_model,
     rgba,
+    strip,
     transformed,
     turn,
 )

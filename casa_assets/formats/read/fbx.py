@@ -13,8 +13,15 @@ from casa_assets.core.numeric import Floats
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.formats import Format, Reference, Role
 from casa_assets.formats.read.materials import Look, Materials, linear_from_srgb
-from casa_assets.formats.read.polygons import cut_polygons, part_of_corners
-from casa_assets.formats.read.raw_parts import ReadPart, check_face_count, raw_model, rgba, transformed
+from casa_assets.formats.read.raw_parts import (
+    ReadPart,
+    check_face_count,
+    cut_polygons,
+    part_of_corners,
+    raw_model,
+    rgba,
+    transformed,
+)
 from casa_assets.formats.read.text import Notes, printable
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.asset.material import Material

@@ -21,8 +21,15 @@ from casa_assets.formats.read.gltf_document import (
     unpack,
 )
 from casa_assets.formats.read.materials import Images, ImageUse, rgba_of_linear
-from casa_assets.formats.read.polygons import fan, strip
-from casa_assets.formats.read.raw_parts import ReadPart, check_face_count, raw_model, transformed, used_vertices
+from casa_assets.formats.read.raw_parts import (
+    ReadPart,
+    check_face_count,
+    fan,
+    raw_model,
+    strip,
+    transformed,
+    used_vertices,
+)
 from casa_assets.formats.read.text import Notes, UniqueNames, printable
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.asset.material import ColorSpace, Material, Texture

@@ -14,8 +14,7 @@ from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.formats import Format, Reference, Role
 from casa_assets.formats.read.materials import Images, ImageUse, Pixels, linear_from_srgb, roughness_of_shininess
-from casa_assets.formats.read.polygons import triangulate
-from casa_assets.formats.read.raw_parts import ReadPart, check_face_count, merged_corners, raw_model, rgba
+from casa_assets.formats.read.raw_parts import ReadPart, check_face_count, merged_corners, raw_model, rgba, triangulate
 from casa_assets.formats.read.text import Notes, UniqueNames, decode, normalize_text, numbers, parsed_numbers, printable
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.asset.material import ColorSpace, Material, Texture

@@ -18,8 +18,19 @@ from casa_assets.formats.read.formats import Format, Reference, Role
 from casa_assets.formats.read.gltf_document import data_uri
 from casa_assets.formats.read.guarded_xml import Element, local_name, number_of, parse_xml
 from casa_assets.formats.read.materials import Look, Materials, linear_from_srgb, roughness_of_shininess
-from casa_assets.formats.read.polygons import cut_polygons, fan, part_of_corners, strip
-from casa_assets.formats.read.raw_parts import Bytes, ReadPart, check_face_count, raw_model, rgba, transformed, turn
+from casa_assets.formats.read.raw_parts import (
+    Bytes,
+    ReadPart,
+    check_face_count,
+    cut_polygons,
+    fan,
+    part_of_corners,
+    raw_model,
+    rgba,
+    strip,
+    transformed,
+    turn,
+)
 from casa_assets.formats.read.text import Notes, decode, printable
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Bundle, RawModel, Up

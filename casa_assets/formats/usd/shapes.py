@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade, Vt
 
-from casa_assets.formats.mujoco_values import VIEWER_GROUPS, contact_dimensions, site_group
 from casa_assets.formats.usd import joint, number
+from casa_assets.formats.values import VIEWER_GROUPS, contact_dimensions, site_group
 from casa_assets.mesh import surface
 from casa_assets.model.asset.asset import Asset, Collider, Link, Region, Site
 from casa_assets.model.asset.material import ColorSpace, Material, Substance, Texture

@@ -11,7 +11,7 @@ from casa_assets.cache.store import Store
 from casa_assets.checks.run import load_table
 from casa_assets.checks.simready.validator import load_rules
 from casa_assets.errors import CasaError, OutputError, PluginFailure, RegistryError, Rejected
-from casa_assets.formats.read.dispatch import warm as warm_readers
+from casa_assets.formats.read import warm as warm_readers
 from casa_assets.ingest.load import load
 from casa_assets.ingest.run.job import Job, stage_refusal
 from casa_assets.ingest.run.stages import build_asset, stage_functions

@@ -30,7 +30,7 @@ from casa_assets.checks.start_states.stage import Stage
 from casa_assets.checks.start_states.verdict import StatesSubject
 from casa_assets.checks.table.table import UNLOADED, run_scene
 from casa_assets.core.system import cache_for
-from casa_assets.formats.mjcf.scene.kitchen import FILE
+from casa_assets.formats.mjcf.kitchen import FILE
 from casa_assets.layouts.run import scene_folders
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.layouts.run.resolve import build_scene

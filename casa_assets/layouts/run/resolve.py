@@ -22,7 +22,7 @@ from casa_assets.families.asset_store import AssetStore
 from casa_assets.families.build import FamilyRequest, asset_key, family_of
 from casa_assets.families.build import params_of as member_params_of
 from casa_assets.families.finishes import available_finishes
-from casa_assets.formats.mjcf.scene.kitchen import write
+from casa_assets.formats.mjcf.kitchen import write
 from casa_assets.layouts.compose.compose import compose
 from casa_assets.layouts.compose.scatter_props import scatter_props
 from casa_assets.layouts.lived_in.put_objects import MEMBERS, PutGroup, put_objects, rounded_pose

@@ -24,8 +24,8 @@ from casa_assets.core.system import cache_for
 from casa_assets.errors import CasaError
 from casa_assets.families.asset_store import AssetStore
 from casa_assets.formats.mjcf import document
-from casa_assets.formats.mjcf.scene import kitchen as mjcf
-from casa_assets.formats.usd.scene import kitchen as usd
+from casa_assets.formats.mjcf import kitchen as mjcf
+from casa_assets.formats.usd import kitchen as usd
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.kept import is_drawn, is_whole, picture_key, written_key
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult

@@ -17,7 +17,7 @@ from casa_assets.families.build import family_of, params_of
 from casa_assets.families.finishes import available_finishes
 from casa_assets.formats.gltf import EVERYTHING, asset_glb, scene_glb
 from casa_assets.formats.mjcf import document
-from casa_assets.formats.mjcf.scene.kitchen import FILE, write
+from casa_assets.formats.mjcf.kitchen import FILE, write
 from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.load_scene import model_of

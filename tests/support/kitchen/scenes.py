@@ -9,8 +9,8 @@ from pathlib import Path
 
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.checks.readers import asset_facts
-from casa_assets.formats.mjcf.scene import kitchen as mjcf
-from casa_assets.formats.usd.scene import kitchen as usd
+from casa_assets.formats.mjcf import kitchen as mjcf
+from casa_assets.formats.usd import kitchen as usd
 from casa_assets.mesh.inertia import ready_to_simulate
 from casa_assets.model.asset.asset import Base, JointValue, Keyframe
 from casa_assets.model.files import Files

@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
+from casa_assets import export
 from casa_assets.addons.robocasa import run as robocasa
 from casa_assets.addons.robocasa import run as robocasa_kitchens
 from casa_assets.addons.robocasa.writers.kitchens.parts import box_region
 from casa_assets.errors import BatchFault, CasaError
-from casa_assets.export import forms, written_forms
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import resolve
@@ -27,7 +27,7 @@ from tests.support.library.libraries import casa
 
 GOOD, BAD, LOST = (SceneRecipe(plan, "rustic") for plan in ("l_small", "galley", "u_small"))
 # Where each form looks up what builds a kitchen.
-MODULES = {"urdf": written_forms, "glb": written_forms, "robocasa": robocasa_kitchens}
+MODULES = {"urdf": export, "glb": export, "robocasa": robocasa_kitchens}
 
 
 def built(recipe: SceneRecipe, cache: Path, errors: dict[SceneRecipe, Exception]) -> tuple[KitchenRequest, Scene]:
@@ -47,14 +47,14 @@ def in_this_process(work: Any, recipes: list[SceneRecipe], *_: Any) -> Iterator[
 
 def run(kind: str, recipes: list[SceneRecipe], out: Path) -> list[Any]:
     if kind != "robocasa":
-        chosen = written_forms.URDF if kind == "urdf" else written_forms.glb_form()
-        return list(forms.export_scenes(chosen, [recipe.scene_id for recipe in recipes], out))
+        chosen = export.URDF if kind == "urdf" else export.glb_form()
+        return list(export.export_scenes(chosen, [recipe.scene_id for recipe in recipes], out))
     return list(robocasa.export(None, out, recipes=recipes))
 
 
 @pytest.fixture(params=sorted(MODULES))
 def kind(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    monkeypatch.setattr(forms, "run_batch", in_this_process)
+    monkeypatch.setattr(export, "run_batch", in_this_process)
     monkeypatch.setattr(robocasa_kitchens, "afforded_tasks", lambda *_: ("OpenDrawer",))
     return str(request.param)
 
@@ -99,7 +99,7 @@ def test_a_fault_of_the_program_is_raised_once_all_are_done(
 def test_two_kitchens_of_one_number_are_not_written_into_one_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(forms, "run_batch", in_this_process)
+    monkeypatch.setattr(export, "run_batch", in_this_process)
     monkeypatch.setattr(robocasa_kitchens, "build_scene", partial(built, errors={}))
     monkeypatch.setattr(robocasa_kitchens, "afforded_tasks", lambda *_: ("OpenDrawer",))
     monkeypatch.setattr(robocasa_kitchens.description, "number_of", lambda scene_id: 1_000_000_007)
@@ -121,7 +121,7 @@ class TestStartStates:
 
     @pytest.fixture(autouse=True)
     def _quick(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(forms, "run_batch", in_this_process)
+        monkeypatch.setattr(export, "run_batch", in_this_process)
         monkeypatch.setattr(robocasa_kitchens, "afforded_tasks", lambda *_: ("OpenDrawer",))
         monkeypatch.setattr(robocasa_kitchens, "build_scene", partial(built, errors={}))
         monkeypatch.setattr(robocasa_kitchens, "is_whole", lambda *_: True)

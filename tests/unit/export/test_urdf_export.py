@@ -9,12 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from casa_assets import export
 from casa_assets.checks.package.parity import asset_differences
 from casa_assets.checks.scene.formats.urdf import scene_differences
 from casa_assets.errors import OutputError, UnknownId
-from casa_assets.export import forms, written_forms
-from casa_assets.export.forms import ExportResult, export_assets, export_scenes
-from casa_assets.export.written_forms import URDF
+from casa_assets.export import URDF, ExportResult, export_assets, export_scenes
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import resolve
@@ -102,9 +101,9 @@ def built(recipe: SceneRecipe, cache: Path) -> tuple[KitchenRequest, Scene]:
 
 
 def test_a_kitchen_is_written_and_compared(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(written_forms, "build_scene", built)
+    monkeypatch.setattr(export, "build_scene", built)
     recipe = SceneRecipe("l_small", "coastal")
-    result = written_forms.export_scene(recipe, tmp_path, tmp_path / "cache")
+    result = export.export_scene(recipe, tmp_path, tmp_path / "cache")
     folder = (tmp_path / result.file).parent
     assert result.facts["placements"] == len(corner().placements)
     assert scene_differences(folder, corner().replace(id=recipe.scene_id)) == []
@@ -117,8 +116,8 @@ def in_this_process(work: Callable[[SceneRecipe], ExportResult], recipes: list[S
 
 
 def test_who_made_the_assets_of_kitchens_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(written_forms, "build_scene", built)
-    monkeypatch.setattr(forms, "run_batch", in_this_process)
+    monkeypatch.setattr(export, "build_scene", built)
+    monkeypatch.setattr(export, "run_batch", in_this_process)
     ids = ["l_small__coastal", "l_small__rustic"]
     assert [one.id for one in export_scenes(URDF, ids, tmp_path / "out", 1)] == ids
     assert {path.name for path in (tmp_path / "out").iterdir()} == {

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from casa_assets.asset.lightweight import light_scene
-from casa_assets.formats.mjcf.scene import batch
+from casa_assets.formats.mjcf import batch
 from casa_assets.mesh.merging.batch_form import batch_form
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material, Texture

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from casa_assets.asset.lightweight import light_scene
-from casa_assets.formats.mjcf.scene import kitchen as mjcf
-from casa_assets.formats.usd.scene import kitchen as usd
+from casa_assets.formats.mjcf import kitchen as mjcf
+from casa_assets.formats.usd import kitchen as usd
 from casa_assets.mesh.inertia import ADJACENT_M, adjacent_links, drop_unfelt_products
 from casa_assets.model.asset.asset import Asset, Base, Inertial
 from casa_assets.model.kitchen.scene import Scene

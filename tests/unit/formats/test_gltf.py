@@ -14,9 +14,7 @@ import pytest
 import trimesh
 from PIL import Image
 
-from casa_assets.formats.gltf import EVERYTHING, asset_glb, scene_glb
-from casa_assets.formats.gltf.document import STEPS
-from casa_assets.formats.gltf.mesh import encoded
+from casa_assets.formats.gltf import EVERYTHING, STEPS, asset_glb, encoded, scene_glb
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
 from casa_assets.model.asset.material import Material, Texture

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from pxr import Usd, UsdPhysics
 
-from casa_assets.formats.usd.scene import isaac_lab
-from casa_assets.formats.usd.scene.kitchen import write
+from casa_assets.formats.usd import isaac_lab
+from casa_assets.formats.usd.kitchen import write
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.kitchen.scene import Scene

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 from lxml import etree
 
-from casa_assets.formats.mjcf import document
-from casa_assets.formats.mjcf.scene import kitchen
-from casa_assets.formats.mjcf.scene.kitchen import FOLDER, write
-from casa_assets.formats.mujoco_values import ROBOSUITE_GROUPS
+from casa_assets.formats.mjcf import document, kitchen
+from casa_assets.formats.mjcf.kitchen import FOLDER, write
+from casa_assets.formats.values import ROBOSUITE_GROUPS
 from casa_assets.layouts.compose.cameras import look_at
 from casa_assets.mesh.inertia import adjacent_links
 from casa_assets.model.kitchen.scene import OUTER_FACE, Camera, Placement, Scene

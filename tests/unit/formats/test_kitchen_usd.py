@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdPhysics, UsdValidation
 
 from casa_assets.checks.package.usd import UNAVAILABLE
-from casa_assets.formats.mjcf.scene import kitchen
-from casa_assets.formats.usd.scene.kitchen import REFERENCE_M, pose_looking_along, scene_text, write
+from casa_assets.formats.mjcf import kitchen
+from casa_assets.formats.usd.kitchen import REFERENCE_M, pose_looking_along, scene_text, write
 from casa_assets.model.kitchen.scene import Scene
 from tests.support.kitchen.scenes import body, corner, expected, put
 

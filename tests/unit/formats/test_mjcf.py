@@ -11,6 +11,7 @@ from lxml import etree
 
 from casa_assets.formats.mjcf import shapes, write
 from casa_assets.formats.mjcf.document import full_inertia
+from casa_assets.formats.values import numbers
 from casa_assets.model.asset.asset import Asset, Inertial, Region
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
@@ -212,7 +213,7 @@ class TestInertial:
             t = turn @ np.diag([a, b, a + b]) @ turn.T
             entries = (t[0, 0], t[1, 1], t[2, 2], t[0, 1], t[0, 2], t[1, 2])
             inertial = Inertial(mass=1.0, center_of_mass=(0.0, 0.0, 0.0), inertia=entries)
-            xx, yy, zz, xy, xz, yz = (float(n) for n in shapes.numbers(full_inertia(inertial)).split())
+            xx, yy, zz, xy, xz, yz = (float(n) for n in numbers(full_inertia(inertial)).split())
             low, middle, high = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
             assert low + middle >= high
             np.testing.assert_allclose([xx, yy, zz, xy, xz, yz], entries, atol=1e-7 * np.trace(t))
@@ -245,7 +246,7 @@ class TestScene:
 
 class TestBytes:
     def test_numbers(self) -> None:
-        assert shapes.numbers([-0.0, 1.0, 0.1 + 0.2, -1e-12, 1 / 3]) == "0 1 0.3 -1e-12 0.333333333"
+        assert numbers([-0.0, 1.0, 0.1 + 0.2, -1e-12, 1 / 3]) == "0 1 0.3 -1e-12 0.333333333"
 
     def test_paths_are_relative_and_named_files_exist(self, subtests: pytest.Subtests) -> None:
         for build in EVERY:

@@ -7,7 +7,7 @@ from pathlib import Path
 from pxr import Sdf, Usd, UsdPhysics
 
 from casa_assets.formats.usd import document
-from casa_assets.formats.usd.scene.kitchen import write
+from casa_assets.formats.usd.kitchen import write
 from tests.support.asset.articulated_assets import drawer_unit
 from tests.support.asset.assets import rigid_mug
 from tests.support.asset.packages import written

@@ -15,8 +15,8 @@ from lxml import etree
 from casa_assets.checks.package.parity import asset_differences
 from casa_assets.checks.readers import asset_facts, urdf_facts
 from casa_assets.core.numeric import about_axis
-from casa_assets.formats.urdf import document
-from casa_assets.formats.urdf.document import roll_pitch_yaw
+from casa_assets.formats import urdf
+from casa_assets.formats.urdf import roll_pitch_yaw
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.pose import Pose
 from tests.support.asset.articulated_assets import grill
@@ -27,7 +27,7 @@ ASSETS = [*EVERY, grill]
 
 def put(asset: Asset, folder: Path) -> Path:
     """Path of its URDF in a folder."""
-    return write_to(document.write(asset), folder) / f"{asset.id}.urdf"
+    return write_to(urdf.write(asset), folder) / f"{asset.id}.urdf"
 
 
 @pytest.mark.parametrize("build", ASSETS)
@@ -38,7 +38,7 @@ def test_what_is_read_back_is_the_asset(build: Callable[[], Asset], tmp_path: Pa
 def test_the_same_asset_is_the_same_bytes(subtests: pytest.Subtests) -> None:
     for build in ASSETS:
         with subtests.test(build=build.__name__):
-            assert document.write(build()).entries == document.write(build()).entries
+            assert urdf.write(build()).entries == urdf.write(build()).entries
 
 
 @pytest.mark.parametrize("build", ASSETS)
@@ -64,7 +64,7 @@ def test_mujoco_reads_the_same_masses_joints_and_places(build: Callable[[], Asse
 
 def test_the_frame_of_a_door_stands_on_its_axis() -> None:
     asset = microwave()
-    root = etree.fromstring(document.write(asset).entries[f"{asset.id}.urdf"])
+    root = etree.fromstring(urdf.write(asset).entries[f"{asset.id}.urdf"])
     (joint,) = asset.joints
     expected = asset.asset_from_link("door").apply(np.array([joint.anchor]))[0]
     origin = root.find("joint/origin")
@@ -74,7 +74,7 @@ def test_the_frame_of_a_door_stands_on_its_axis() -> None:
 
 def test_a_capsule_is_a_cylinder_with_round_ends() -> None:
     asset = rigid_mug()
-    root = etree.fromstring(document.write(asset).entries[f"{asset.id}.urdf"])
+    root = etree.fromstring(urdf.write(asset).entries[f"{asset.id}.urdf"])
     shapes = {shape.get("name"): shape.find("geometry")[0].tag for shape in root.iter("collision")}
     assert {tag for name, tag in shapes.items() if name.startswith("grip")} <= {"cylinder", "sphere", "mesh"}
     for name in [name for name in shapes if name.endswith("__end0")]:
@@ -84,7 +84,7 @@ def test_a_capsule_is_a_cylinder_with_round_ends() -> None:
 
 def test_what_urdf_cannot_say_is_beside_it() -> None:
     asset = drawer_unit()
-    aside = json.loads(document.write(asset).entries[f"{asset.id}.json"])
+    aside = json.loads(urdf.write(asset).entries[f"{asset.id}.json"])
     driven = next(joint for joint in asset.joints if joint.drive is not None)
     assert driven.drive is not None
     assert aside["joints"][driven.name]["spring"] == {
@@ -95,7 +95,7 @@ def test_what_urdf_cannot_say_is_beside_it() -> None:
 
 
 def test_pictures_come_with_the_meshes_that_show_them() -> None:
-    entries = document.write(ball()).entries
+    entries = urdf.write(ball()).entries
     named = {
         line.split()[1]
         for path, data in entries.items()

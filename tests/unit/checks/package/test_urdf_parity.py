@@ -10,7 +10,7 @@ import pytest
 
 from casa_assets.checks.package.parity import asset_differences
 from casa_assets.checks.scene.formats.urdf import scene_differences
-from casa_assets.formats.urdf import document
+from casa_assets.formats import urdf
 from tests.support.asset.assets import microwave, write_to
 from tests.support.kitchen.scenes import corner
 
@@ -45,7 +45,7 @@ def test_a_changed_urdf_is_told(subtests: pytest.Subtests, tmp_path_factory: pyt
         with subtests.test(old=old, new=new, cell=cell):
             tmp_path = tmp_path_factory.mktemp("case")
             asset = microwave()
-            path = write_to(document.write(asset), tmp_path) / f"{asset.id}.urdf"
+            path = write_to(urdf.write(asset), tmp_path) / f"{asset.id}.urdf"
             assert asset_differences(path, asset) == []
             text = path.read_text()
             assert old in text
@@ -58,7 +58,7 @@ def test_a_changed_json_is_told(subtests: pytest.Subtests, tmp_path_factory: pyt
         with subtests.test(place=place, value=value, cell=cell):
             tmp_path = tmp_path_factory.mktemp("case")
             asset = microwave()
-            path = write_to(document.write(asset), tmp_path) / f"{asset.id}.urdf"
+            path = write_to(urdf.write(asset), tmp_path) / f"{asset.id}.urdf"
             aside = json.loads(path.with_suffix(".json").read_text())
             at = aside
             for key in place[:-1]:
@@ -73,14 +73,14 @@ def test_a_file_that_is_missing_is_told(subtests: pytest.Subtests, tmp_path_fact
         with subtests.test(suffix=suffix):
             tmp_path = tmp_path_factory.mktemp("case")
             asset = microwave()
-            path = write_to(document.write(asset), tmp_path) / f"{asset.id}.urdf"
+            path = write_to(urdf.write(asset), tmp_path) / f"{asset.id}.urdf"
             min(tmp_path.rglob(f"*{suffix}")).unlink()
             (problem,) = asset_differences(path, asset)
             assert "cannot be read" in problem[1]
 
 
 def test_a_scene_is_what_was_written(tmp_path: Path) -> None:
-    assert scene_differences(write_to(document.write_scene(corner()), tmp_path), corner()) == []
+    assert scene_differences(write_to(urdf.write_scene(corner()), tmp_path), corner()) == []
 
 
 @pytest.mark.parametrize(
@@ -92,20 +92,20 @@ def test_a_scene_is_what_was_written(tmp_path: Path) -> None:
     ],
 )
 def test_a_changed_scene_is_told(pattern: str, new: str, cell: str, tmp_path: Path) -> None:
-    folder = write_to(document.write_scene(corner()), tmp_path)
-    text = (folder / document.FILE).read_text()
+    folder = write_to(urdf.write_scene(corner()), tmp_path)
+    text = (folder / urdf.FILE).read_text()
     changed, count = re.subn(pattern, new, text, count=1, flags=re.DOTALL)
     assert count == 1
-    (folder / document.FILE).write_text(changed)
+    (folder / urdf.FILE).write_text(changed)
     assert any(pointer.startswith(cell) for pointer, _ in scene_differences(folder, corner()))
 
 
 def test_a_changed_list_is_told(tmp_path: Path) -> None:
-    folder = write_to(document.write_scene(corner()), tmp_path)
-    listed = json.loads((folder / document.LIST).read_text())
+    folder = write_to(urdf.write_scene(corner()), tmp_path)
+    listed = json.loads((folder / urdf.LIST).read_text())
     listed["placements"][0]["joints"] = {"microjoint": -0.5}
     listed["placements"][6]["position"][2] += 0.01
     del listed["placements"][-1]
-    (folder / document.LIST).write_text(json.dumps(listed))
+    (folder / urdf.LIST).write_text(json.dumps(listed))
     pointers = [pointer for pointer, _ in scene_differences(folder, corner())]
     assert pointers == ["scene.json/placements", "scene.json/oven/joints", "scene.json/mug/position"]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from casa_assets.formats.read.obj import map_file
-from casa_assets.formats.read.polygons import triangulate
+from casa_assets.formats.read.raw_parts import triangulate
 from casa_assets.model import rejection_codes
 from tests.support.mesh.mesh_files import OBJ_TRIANGLE, QUARTERS, codes_of, load_bytes, png, refusal, texel
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from casa_assets.cache import store
-from casa_assets.formats.mjcf.scene import kitchen as mjcf
-from casa_assets.formats.usd.scene import isaac_lab
-from casa_assets.formats.usd.scene import kitchen as usd
+from casa_assets.formats.mjcf import kitchen as mjcf
+from casa_assets.formats.usd import isaac_lab
+from casa_assets.formats.usd import kitchen as usd
 from casa_assets.layouts.run import kept
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.scene_files import LIGHT_FILE, OVERVIEW, SCENE_JSON, WRITTEN

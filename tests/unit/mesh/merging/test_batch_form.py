@@ -8,7 +8,7 @@ import pytest
 
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.checks.scene.batch.form import candidate_pairs
-from casa_assets.formats.mjcf.scene import batch
+from casa_assets.formats.mjcf import batch
 from casa_assets.mesh.merging.batch_form import (
     NEAR_ENOUGH,
     BatchForms,

@@ -11,9 +11,8 @@ from casa_assets.addons.robocasa.writers import entries
 from casa_assets.addons.robocasa.writers.kitchens import description
 from casa_assets.addons.robocasa.writers.kitchens.description import Placed
 from casa_assets.formats import mjcf
-from casa_assets.formats.mjcf import shapes
-from casa_assets.formats.mjcf.scene import kitchen
-from casa_assets.formats.mujoco_values import ROBOSUITE_GROUPS, VIEWER_GROUPS
+from casa_assets.formats.mjcf import kitchen
+from casa_assets.formats.values import ROBOSUITE_GROUPS, VIEWER_GROUPS, numbers
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.files import Files
 from casa_assets.model.kitchen.scene import Scene
@@ -74,7 +73,7 @@ def arena(scene: Scene, exclusions: Iterable[tuple[str, str]]) -> bytes:
     if light is None:
         down = {"name": "ambient", "dir": "0 0 -1", "diffuse": "0 0 0", "specular": "0 0 0", "castshadow": "false"}
         light = etree.SubElement(world, "light", down)
-    light.set("ambient", shapes.numbers(scene.ambient))
+    light.set("ambient", numbers(scene.ambient))
     pairs = etree.SubElement(root, "contact")
     for first, second in exclusions:
         etree.SubElement(pairs, "exclude", {"name": f"{first}__{second}", "body1": first, "body2": second})

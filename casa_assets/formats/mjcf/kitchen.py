@@ -16,7 +16,7 @@ from casa_assets.core.numeric import Floats
 from casa_assets.formats.mjcf import document, shapes
 from casa_assets.formats.mjcf.document import BodyContext
 from casa_assets.formats.mjcf.shapes import Meshes, MeshFile, MeshUse, collision_bounds
-from casa_assets.formats.mujoco_values import VIEWER_GROUPS, Groups
+from casa_assets.formats.values import VIEWER_GROUPS, Groups, number, numbers, srgb
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.material import Material, Texture
 from casa_assets.model.files import Files
@@ -149,19 +149,19 @@ def add_frame(root: etree._Element, scene: Scene) -> None:
     """`<statistic>` and `<visual>`: first view, rendering options and ambient light."""
     first = _first_view(scene)
     extent = first.distance / FREE_CAMERA_EXTENTS
-    frame = {"center": shapes.numbers(first.target), "extent": shapes.number(extent), "meansize": "0.3"}
+    frame = {"center": numbers(first.target), "extent": number(extent), "meansize": "0.3"}
     etree.SubElement(root, "statistic", frame)
     view = etree.SubElement(root, "visual")
-    angles = {"azimuth": shapes.number(first.azimuth_deg), "elevation": shapes.number(first.elevation_deg)}
-    etree.SubElement(view, "global", {**angles, "fovy": shapes.number(first.fov_y_deg), **OFFSCREEN_SIZE})
+    angles = {"azimuth": number(first.azimuth_deg), "elevation": number(first.elevation_deg)}
+    etree.SubElement(view, "global", {**angles, "fovy": number(first.fov_y_deg), **OFFSCREEN_SIZE})
     etree.SubElement(view, "quality", {"shadowsize": "4096", "offsamples": "4"})
-    ambient = {"ambient": shapes.numbers(scene.ambient), "diffuse": "0 0 0", "specular": "0 0 0"}
+    ambient = {"ambient": numbers(scene.ambient), "diffuse": "0 0 0", "specular": "0 0 0"}
     etree.SubElement(view, "headlight", ambient)
-    near, far = shapes.number(NEAR_M / extent), shapes.number(FAR_M / extent)
-    shadows = {"shadowclip": shapes.number(SHADOW_REACH * first.reach / extent), "shadowscale": "0.8"}
+    near, far = number(NEAR_M / extent), number(FAR_M / extent)
+    shadows = {"shadowclip": number(SHADOW_REACH * first.reach / extent), "shadowscale": "0.8"}
     etree.SubElement(view, "map", {"znear": near, "zfar": far, **shadows})
     if scene.sky is not None:
-        etree.SubElement(view, "rgba", {"haze": f"{shapes.srgb(scene.sky.horizon)} 1"})
+        etree.SubElement(view, "rgba", {"haze": f"{srgb(scene.sky.horizon)} 1"})
 
 
 def _first_view(scene: Scene) -> FirstView:
@@ -183,7 +183,7 @@ def add_sky(assets: etree._Element, scene: Scene) -> None:
     """Add the skybox below `<asset>` if the scene has a sky."""
     if scene.sky is None:
         return
-    colors = {"rgb1": shapes.srgb(scene.sky.zenith), "rgb2": shapes.srgb(scene.sky.horizon)}
+    colors = {"rgb1": srgb(scene.sky.zenith), "rgb2": srgb(scene.sky.horizon)}
     sky = {"name": "sky", "type": "skybox", "builtin": "gradient", **colors, "width": "256", "height": "1536"}
     etree.SubElement(assets, "texture", sky)
 
@@ -193,7 +193,7 @@ def add_lights_and_cameras(world: etree._Element, scene: Scene) -> None:
     for light in scene.lights:
         etree.SubElement(world, "light", _light(light))
     for camera in scene.cameras:
-        lens = {"name": camera.name, **shapes.place(camera.pose), "fovy": shapes.number(camera.fov_y_deg)}
+        lens = {"name": camera.name, **shapes.place(camera.pose), "fovy": number(camera.fov_y_deg)}
         etree.SubElement(world, "camera", lens)
 
 
@@ -216,20 +216,20 @@ def _light(light: Light) -> dict[str, str]:
         "name": light.name,
         # `type`, which says the same, is newer than MuJoCo 3.3.1.
         "directional": "true" if light.kind is LightKind.DIRECTIONAL else "false",
-        "pos": shapes.numbers(light.position),
-        "dir": shapes.numbers(d / length for d in light.direction),
+        "pos": numbers(light.position),
+        "dir": numbers(d / length for d in light.direction),
         # Linear, unlike other colours: MuJoCo adds up light without converting it from sRGB.
-        "diffuse": shapes.numbers(light.color),
-        "specular": shapes.numbers(SPECULAR_SHARE * c for c in light.color),
+        "diffuse": numbers(light.color),
+        "specular": numbers(SPECULAR_SHARE * c for c in light.color),
         "castshadow": "true" if light.castshadow else "false",
-        "bulbradius": shapes.number(light.radius),
+        "bulbradius": number(light.radius),
     }
     if light.kind is LightKind.DIRECTIONAL:
         return attributes
-    attributes["attenuation"] = shapes.numbers(light.attenuation)
+    attributes["attenuation"] = numbers(light.attenuation)
     if light.kind is LightKind.SPOT:
-        exponent = shapes.number(MAX_SPOT_EXPONENT * light.softness)
-        return attributes | {"cutoff": shapes.number(light.cone_deg), "exponent": exponent}
+        exponent = number(MAX_SPOT_EXPONENT * light.softness)
+        return attributes | {"cutoff": number(light.cone_deg), "exponent": exponent}
     return attributes | {"cutoff": ALL_SIDES_DEG, "exponent": "0"}
 
 
@@ -269,7 +269,7 @@ def write(scene: Scene | LightScene, shared: str = "../assets", groups: Groups =
 
 def light_colors(asset: Asset, light: Asset) -> dict[str, str]:
     """Collider of a light form -> `rgba`, three digits: colour of the full asset's visuals at that collider."""
-    known = {name: shapes.numbers(round(c, 3) for c in color) for name, color in collider_colors(asset).items()}
+    known = {name: numbers(round(c, 3) for c in color) for name, color in collider_colors(asset).items()}
     names = [collider.name for link in light.links for collider in link.colliders]
     return {name: known[name] if name in known else known[LightScene.collider_of(name)] for name in names}
 
@@ -303,7 +303,7 @@ def _document(
         # What never moves becomes one body with the world, and MuJoCo computes about half as many poses per step.
         compiler["fusestatic"] = "true"
     etree.SubElement(root, "compiler", compiler)
-    option = {"timestep": "0.002", "integrator": "implicitfast", "gravity": shapes.numbers(scene.gravity)}
+    option = {"timestep": "0.002", "integrator": "implicitfast", "gravity": numbers(scene.gravity)}
     # Several contacts between a pair of meshes, so that what stands does not rock. MuJoCo 4 does so by default.
     etree.SubElement(etree.SubElement(root, "option", option), "flag", {"multiccd": "enable"})
     add_frame(root, scene)
@@ -381,4 +381,4 @@ def add_poses(root: etree._Element, scene: Scene, contexts: list[BodyContext]) -
             values += [*free_joint, *(positions[name].get(joint, 0.0) for joint in joints)]
     block = etree.SubElement(root, "keyframe")
     for name, values in qpos.items():
-        etree.SubElement(block, "key", {"name": name, **({"qpos": shapes.numbers(values)} if values else {})})
+        etree.SubElement(block, "key", {"name": name, **({"qpos": numbers(values)} if values else {})})

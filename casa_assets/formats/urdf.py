@@ -1,4 +1,8 @@
-"""Asset -> URDF with its meshes and a JSON of what URDF cannot say; Scene -> scene.urdf and scene.json."""
+"""Asset -> URDF with its meshes and a JSON of what URDF cannot say; Scene -> scene.urdf and scene.json.
+
+In URDF the axis of a joint passes through the origin of the link that it moves. So the frame of a URDF link is at the
+anchor of its joint, and the content of the link is shifted accordingly; if the anchor is zero, both frames are equal.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +17,9 @@ from lxml import etree
 
 from casa_assets.formats.mjcf import shapes
 from casa_assets.formats.mjcf.document import full_inertia
-from casa_assets.formats.mjcf.scene.kitchen import world_from_root
-from casa_assets.formats.mjcf.shapes import MESHES, MeshUse, mesh_uses, numbers, obj_text
-from casa_assets.formats.mjcf.shapes import number as text
+from casa_assets.formats.mjcf.kitchen import world_from_root
+from casa_assets.formats.mjcf.shapes import MESHES, MeshUse, mesh_uses, obj_text
+from casa_assets.formats.values import number, numbers, rounded, srgb
 from casa_assets.model.asset.asset import Asset, Base, Collider, Joint, JointKind, Link, Region, Site
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Sphere, joint_positions
@@ -33,7 +37,7 @@ GIMBAL_LOCK = 1e-12
 
 def add_origin(element: etree._Element, pose: Pose) -> None:
     """`<origin>` of parent_from_element below `element`."""
-    attributes = {"xyz": shapes.numbers(pose.position), "rpy": shapes.numbers(roll_pitch_yaw(pose))}
+    attributes = {"xyz": numbers(pose.position), "rpy": numbers(roll_pitch_yaw(pose))}
     etree.SubElement(element, "origin", attributes)
 
 
@@ -67,11 +71,11 @@ def mtl_text(material: Material) -> bytes:
     """MTL text: colour and emitted light as display values, opacity, roughness and metallic, and the picture."""
     lines = [
         f"newmtl {material.id}",
-        f"Kd {shapes.srgb(material.base_color[:3])}",
-        f"Ke {shapes.srgb([material.glow * c for c in material.base_color[:3]])}",
-        f"d {shapes.number(material.base_color[3])}",
-        f"Pr {shapes.number(material.roughness)}",
-        f"Pm {shapes.number(material.metallic)}",
+        f"Kd {srgb(material.base_color[:3])}",
+        f"Ke {srgb([material.glow * c for c in material.base_color[:3]])}",
+        f"d {number(material.base_color[3])}",
+        f"Pr {number(material.roughness)}",
+        f"Pm {number(material.metallic)}",
     ]
     if material.base_color_texture is not None:
         lines.append(f"map_Kd {material.base_color_texture.file_name}")
@@ -154,8 +158,8 @@ def _size(shape: Box | Sphere | Cylinder) -> dict[str, str]:
     if isinstance(shape, Box):
         return {"size": numbers(shape.size)}
     if isinstance(shape, Sphere):
-        return {"radius": text(shape.radius)}
-    return {"radius": text(shape.radius), "length": text(shape.height)}
+        return {"radius": number(shape.radius)}
+    return {"radius": number(shape.radius), "length": number(shape.height)}
 
 
 # Joint ----------------------------------------------------------------------------------------------------------------
@@ -192,8 +196,8 @@ def add_joint(
     low, high = joint.range
     damping = joint.damping + (joint.drive.damping if joint.drive else 0.0)
     etree.SubElement(element, "axis", {"xyz": numbers(joint.axis)})
-    etree.SubElement(element, "limit", {"lower": text(low), "upper": text(high), **NO_BOUND})
-    etree.SubElement(element, "dynamics", {"damping": text(damping), "friction": text(joint.frictionloss)})
+    etree.SubElement(element, "limit", {"lower": number(low), "upper": number(high), **NO_BOUND})
+    etree.SubElement(element, "dynamics", {"damping": number(damping), "friction": number(joint.frictionloss)})
 
 
 # Body -----------------------------------------------------------------------------------------------------------------
@@ -262,8 +266,8 @@ def _add_link(robot: etree._Element, link: Link, context: BodyContext) -> None:
     element = etree.SubElement(robot, "link", {"name": context.link_name(link.name)})
     inertial = etree.SubElement(element, "inertial")
     add_origin(inertial, urdf_from_link @ Pose(position=link.inertial.center_of_mass))
-    etree.SubElement(inertial, "mass", {"value": text(link.inertial.mass)})
-    etree.SubElement(inertial, "inertia", dict(zip(INERTIA, map(text, full_inertia(link.inertial)), strict=True)))
+    etree.SubElement(inertial, "mass", {"value": number(link.inertial.mass)})
+    etree.SubElement(inertial, "inertia", dict(zip(INERTIA, map(number, full_inertia(link.inertial)), strict=True)))
     for shown in link.visuals:
         visual = etree.SubElement(element, "visual", {"name": context.prefix + shown.name})
         add_origin(visual, urdf_from_link)
@@ -271,7 +275,7 @@ def _add_link(robot: etree._Element, link: Link, context: BodyContext) -> None:
         look = looks[shown.material]
         if look.base_color_texture is None:
             plain = etree.SubElement(visual, "material", {"name": mtl_name(look).removesuffix(".mtl")})
-            etree.SubElement(plain, "color", {"rgba": shapes.srgb(look.base_color)})
+            etree.SubElement(plain, "color", {"rgba": srgb(look.base_color)})
     for shape in link.colliders:
         add_colliders(element, shape, context.meshes, urdf_from_link, context.prefix)
 
@@ -318,11 +322,6 @@ def facts_beside(asset: Asset, urdf: str) -> dict[str, Any]:
 def pose_values(value: Pose) -> dict[str, list[float]]:
     """Position in metres, quaternion (w, x, y, z), nine digits."""
     return {"position": rounded(value.position), "quaternion": rounded(value.quaternion)}
-
-
-def rounded(values: tuple[float, ...]) -> list[float]:
-    """Numbers with nine digits, as in the URDF."""
-    return [float(shapes.number(value)) for value in values]
 
 
 def _joint(joint: Joint) -> dict[str, Any]:

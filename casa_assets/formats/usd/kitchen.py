@@ -8,9 +8,8 @@ from collections.abc import Callable
 import numpy as np
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdLux, UsdPhysics
 
-from casa_assets.formats.usd import document, number
+from casa_assets.formats.usd import document, isaac_lab, number
 from casa_assets.formats.usd.joint import BASE_TO_WORLD, SCOPE
-from casa_assets.formats.usd.scene import isaac_lab
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.files import Files
