@@ -25,7 +25,7 @@ from benchmarks.ingest.judging.spoilt import WAYS
 from casa_assets import registry
 from casa_assets.checks.check import Check
 from casa_assets.checks.filters.kind import FACES_MS, PIXELS_MS, UNKNOWN, misfit
-from casa_assets.checks.package.package import Package
+from casa_assets.checks.package import Package
 from casa_assets.checks.table.table import TABLE
 from casa_assets.library.library import Library, read_asset
 from casa_assets.model.asset.asset import Asset

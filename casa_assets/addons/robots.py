@@ -14,7 +14,7 @@ from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.cache.cache_key import digest_of, key_of
-from casa_assets.checks.readers.mujoco_load import native_warnings
+from casa_assets.checks.readers.mujoco_facts import native_warnings
 from casa_assets.checks.robots.tasks import tasks_of
 from casa_assets.checks.run import run
 from casa_assets.core.optional_packages import require

@@ -31,7 +31,7 @@ from casa_assets.cache.code_index import (
     target,
     versions_of_package,
 )
-from casa_assets.checks.simready.installed import versions_elsewhere
+from casa_assets.checks.simready_python import versions_elsewhere
 from casa_assets.core.system import keep_json, kept_json
 from casa_assets.projects import data_root, project_folder, read_once
 from casa_assets.registry.layered import stated_in
@@ -219,7 +219,7 @@ def _source(module: str) -> str:
 # What reaches this module runs the checks of plug-ins.
 CHECKS_OF_PLUGINS = f"{PACKAGE}.registry.plugins.checks"
 # What reaches this module validates by SimReady, in another Python where this one has no SimReady.
-RULES_OF_SIMREADY = f"{PACKAGE}.checks.simready.rules"
+RULES_OF_SIMREADY = f"{PACKAGE}.checks.simready"
 # A function, class or module, or the name of one such as `casa_assets.ingest.run.worker:work`; what is named is
 # not imported.
 CodeRef = Callable[..., Any] | ModuleType | str

@@ -15,9 +15,9 @@ from casa_assets import registry
 from casa_assets.asset.family import Params, Supplies
 from casa_assets.asset.kit.assemble import Family, assemble
 from casa_assets.cache.cache_key import digest_of, key_of, modules_holding, versions_of
+from casa_assets.checks import simready
 from casa_assets.checks.run import load_table
 from casa_assets.checks.run import run as run_checks
-from casa_assets.checks.simready.validator import load_rules
 from casa_assets.core.numeric import rng_for
 from casa_assets.core.system import cache_for
 from casa_assets.errors import UnknownId
@@ -352,7 +352,7 @@ def _compared(
 def warm() -> None:
     """Load what every worker needs, once for all of them; nothing here may draw."""
     registry.load()
-    load_rules()
+    simready.warm()
     load_table()
     available_finishes()
     object_names()

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from casa_assets.checks.readers import asset_facts, urdf_facts
+from casa_assets.checks.readers import urdf_facts
+from casa_assets.checks.readers.facts import asset_facts
 from casa_assets.core.numeric import Floats
 from casa_assets.core.system import cache_dir
 from casa_assets.export import SCENES
@@ -46,7 +47,7 @@ class Expected:
         """Add an asset, or a placement of it; its root stands at the origin unless it is placed."""
         middle = tuple(JointValue(joint=j.name, value=sum(j.range) / 2) for j in asset.joints)
         posed = asset.replace(keyframes=(Keyframe(name="middle", joints=middle),))
-        facts = urdf_facts.on_joint_axes(asset_facts.facts(posed))
+        facts = urdf_facts.on_joint_axes(asset_facts(posed))
         for body in facts.bodies:
             self.bodies[_link_name(body.name, placement)] = body
             if body.joint is not None:

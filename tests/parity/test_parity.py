@@ -11,8 +11,8 @@ import pytest
 from pxr import Usd, UsdGeom, UsdPhysics
 
 from casa_assets.checks.package import parity
-from casa_assets.checks.package.facts import AssetFacts
-from casa_assets.checks.readers import asset_facts, mujoco_facts, usd_facts
+from casa_assets.checks.readers import mujoco_facts, usd_facts
+from casa_assets.checks.readers.facts import AssetFacts, asset_facts
 from casa_assets.model.asset.asset import Asset, Base
 from tests.support.asset.articulated_assets import grill
 from tests.support.asset.assets import EVERY, drawer_unit, microwave, textured_box
@@ -65,7 +65,7 @@ def test_both_sides_of_a_joint_are_read(tmp_path: Path) -> None:
 def test_every_reader_of_every_file_says_what_the_asset_says(make: Callable[[], Asset], tmp_path: Path) -> None:
     asset = make()
     package = written(asset, tmp_path)
-    truth = asset_facts.facts(asset)
+    truth = asset_facts(asset)
     assert len(package.usd_files) == (2 if len(asset.links) > 1 else 1)
     readings = [read(path) for path in package.usd_files for read in USD_READERS]
     for found in (mujoco_facts.facts(package.mjcf), *readings):
@@ -89,7 +89,7 @@ def test_free_articulation(tmp_path: Path) -> None:
 
 
 def test_compare_points_at_what_differs() -> None:
-    facts = asset_facts.facts(drawer_unit())
+    facts = asset_facts(drawer_unit())
     (knob,) = [b for b in facts.bodies if b.name == "knob"]
     others = tuple(b for b in facts.bodies if b.name != "knob")
     heavier = facts.replace(bodies=(*others, knob.replace(mass=knob.mass * 1.001)))
@@ -101,7 +101,7 @@ def test_compare_points_at_what_differs() -> None:
 
 
 def test_travel_of_a_slide_is_a_length() -> None:
-    facts = asset_facts.facts(drawer_unit())
+    facts = asset_facts(drawer_unit())
     (drawer,) = [b for b in facts.bodies if b.name == "drawer"]
     assert drawer.joint is not None
     longer = drawer.replace(joint=drawer.joint.replace(range=(0.0, 0.280005)))
@@ -166,7 +166,7 @@ def test_another_picture_is_found(tmp_path: Path) -> None:
     (picture,) = (package.root / "textures").iterdir()
     picture.rename(picture.with_name("print_other.png"))
     tamper(package.mjcf, (picture.name, "print_other.png"))
-    truth, found = asset_facts.facts(textured_box()), mujoco_facts.facts(package.mjcf)
+    truth, found = asset_facts(textured_box()), mujoco_facts.facts(package.mjcf)
     assert [where for where, _ in parity.compare(truth, found, RELATIVE, LENGTH)] == ["looks/carton/picture"]
 
 
@@ -209,4 +209,4 @@ def test_bodies_of_a_variant_stand_where_mujoco_puts_them(file: int, key: str, t
 
 
 def _cells(found: AssetFacts) -> list[str]:
-    return [where for where, _ in parity.compare(asset_facts.facts(grill()), found, RELATIVE, LENGTH)]
+    return [where for where, _ in parity.compare(asset_facts(grill()), found, RELATIVE, LENGTH)]

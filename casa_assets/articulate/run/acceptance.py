@@ -8,7 +8,7 @@ from pathlib import Path
 from casa_assets.articulate.decisions import axis_word
 from casa_assets.articulate.plan import Articulation, plan_confidence, weakest_part
 from casa_assets.articulate.run.decisions import DECISIONS_NAME
-from casa_assets.checks.package.package import Package
+from casa_assets.checks.package import Package
 from casa_assets.checks.run import run
 from casa_assets.checks.table.table import TABLE
 from casa_assets.model.asset.asset import Asset

@@ -25,7 +25,7 @@ from casa_assets.checks.check import (
     not_applicable,
     not_run,
 )
-from casa_assets.checks.package.package import Package
+from casa_assets.checks.package import Package
 from casa_assets.core.numeric import Floats
 from casa_assets.mesh.grid.voxels import closed_shares, open_rooms
 from casa_assets.mesh.solid.deviation import distances_outside_hulls, surface_samples

@@ -15,7 +15,7 @@ from casa_assets.checks.check import (
     not_run,
 )
 from casa_assets.checks.filters.surface import NOT_LOOSE, welded_surface
-from casa_assets.checks.package.package import Package
+from casa_assets.checks.package import Package
 from casa_assets.core.numeric import Floats
 from casa_assets.mesh.grid.voxels import fillable_volume, voxelise
 from casa_assets.mesh.solid.primitive import tessellate

@@ -13,8 +13,8 @@ import numpy as np
 from casa_assets.checks.check import NO_COMPILE, Measurement, at_most, is_loose_mesh, not_applicable, not_run
 from casa_assets.checks.filters.surface import NOT_LOOSE
 from casa_assets.checks.motion.simulation import collision_spec, tilt_deg
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.readers import mujoco_load
+from casa_assets.checks.package import Package
+from casa_assets.checks.readers import mujoco_facts
 from casa_assets.checks.readers.mujoco_facts import free_bodies
 from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.asset import Asset, Base
@@ -77,7 +77,7 @@ def stacks_on_another(package: Package, limit: float) -> Measurement:
         return _not_a_free_mesh(asset)
     if not package.category.can(Affordance.STACKABLE):
         return not_applicable(f"nobody stacks a {package.category.id}")
-    if mujoco_load.load_mjcf(package.mjcf).error:
+    if mujoco_facts.load_mjcf(package.mjcf).error:
         return not_run(NO_COMPILE)
     offset, tilt = _stack(package.mjcf, np.ptp(asset.bounds, axis=0))
     message = f"another one put on it ends {offset:.2f} widths off its middle, tilted by {tilt:.0f} degrees"
@@ -97,7 +97,7 @@ def _rest_of(package: Package) -> RestResult | Measurement:
     """Motion of a loose mesh on the floor of its scene, or the result of a check that has none to look at."""
     if not _is_free_mesh(package.asset):
         return _not_a_free_mesh(package.asset)
-    model = mujoco_load.load_mjcf(package.scene).model
+    model = mujoco_facts.load_mjcf(package.scene).model
     if model is None:
         return not_run("scene.xml does not compile")
     lower, upper = package.asset.bounds

@@ -9,7 +9,7 @@ import numpy as np
 from scipy import ndimage
 
 from casa_assets.checks.check import NO_VISUALS, Measurement, at_most, is_loose_mesh, merged_mesh, not_applicable
-from casa_assets.checks.package.package import Package
+from casa_assets.checks.package import Package
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.surface import face_normals
 from casa_assets.mesh.topology import edge_counts, face_components, weld

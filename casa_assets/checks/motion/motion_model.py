@@ -20,8 +20,8 @@ from casa_assets.checks.check import (
 )
 from casa_assets.checks.motion.simulation import collision_spec
 from casa_assets.checks.motion.sweep import with_margins
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.readers import mujoco_load
+from casa_assets.checks.package import Package
+from casa_assets.checks.readers import mujoco_facts
 from casa_assets.core.numeric import Floats
 from casa_assets.mesh.solid.primitive import shape_bounds
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind
@@ -61,7 +61,7 @@ def motion_model_of(package: Package) -> MotionModel | Measurement:
         return not_applicable(NOT_BUILT)
     if not package.asset.joints:
         return not_applicable(NO_JOINTS)
-    if mujoco_load.load_mjcf(package.mjcf).error:
+    if mujoco_facts.load_mjcf(package.mjcf).error:
         return not_run(NO_COMPILE)
     return _compile(package.mjcf, package.asset.digest)
 

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.motion.simulation import altered, box_around, collision_spec, find_contacts, geom_boxes, subtree
-from casa_assets.checks.readers import mujoco_facts, mujoco_load
+from casa_assets.checks.readers import mujoco_facts
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.files import Files
 
@@ -50,7 +50,7 @@ def deepest_contacts(scene: Path) -> dict[str, float]:
     Those that the file names as standing before a joint are open. Contacts that the model excludes do not count, nor do
     those with the floor. Empty where the scene does not compile.
     """
-    loaded = mujoco_load.load_mjcf(scene).model
+    loaded = mujoco_facts.load_mjcf(scene).model
     found = {} if loaded is None else _deepest_contacts(loaded)
     return {joint: max(0.0, contact.depth) for joint, contact in found.items()}
 

@@ -11,10 +11,18 @@ import numpy as np
 from pxr import Tf
 
 from casa_assets.checks.check import Measurement, Problem, not_run
-from casa_assets.checks.package.facts import AssetFacts, Difference, differences, measured, relative
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.readers import asset_facts, mujoco_facts, mujoco_load, urdf_facts, usd_facts
-from casa_assets.checks.readers.mujoco_facts import FREE_JOINT, colliders_of, resistance, short_name
+from casa_assets.checks.package import Package
+from casa_assets.checks.readers import mujoco_facts, urdf_facts, usd_facts
+from casa_assets.checks.readers.facts import (
+    AssetFacts,
+    Difference,
+    asset_facts,
+    differences,
+    measured,
+    relative,
+    short_name,
+)
+from casa_assets.checks.readers.mujoco_facts import FREE_JOINT, colliders_of, resistance
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.urdf_facts import UrdfLink
 from casa_assets.core.numeric import Floats
@@ -76,7 +84,7 @@ def contact_parameters_agree(package: Package, limit: float) -> Measurement:
     """PAR003: largest relative difference of contact and joint parameters."""
     if missing := usd_facts.missing_importer():
         return not_run(missing, waived=True)
-    mjcf = mujoco_load.load_mjcf(package.mjcf).model if package.mjcf.is_file() else None
+    mjcf = mujoco_facts.load_mjcf(package.mjcf).model if package.mjcf.is_file() else None
     rows: list[Difference] = []
     for path in package.usd_files:
         usd = _read_quietly(lambda path: usd_facts.imported(path).model, path)
@@ -167,7 +175,7 @@ def table_differences(
     Raises:
         ValueError, KeyError, TypeError: the files do not say what a table needs.
     """
-    expected = urdf_facts.on_joint_axes(asset_facts.facts(asset))
+    expected = urdf_facts.on_joint_axes(asset_facts(asset))
     actual = urdf_facts.table(tree, folder, aside, prefix)
     problems = compare(expected, actual, TOLERANCE, LENGTH_TOLERANCE_M)
     # Names of visuals are compared with the looks.

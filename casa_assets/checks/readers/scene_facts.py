@@ -11,9 +11,18 @@ import mujoco
 import numpy as np
 from pxr import Usd, UsdGeom, UsdLux, UsdPhysics
 
-from casa_assets.checks.package.facts import AssetFacts, PoseFacts, ProgramTexts, Sorted
 from casa_assets.checks.readers import mujoco_facts, usd_facts
-from casa_assets.checks.readers.mujoco_facts import ROOT_BODY, facts_of_model, four, free_bodies, short_name, three
+from casa_assets.checks.readers.facts import (
+    ROOT_BODY,
+    AssetFacts,
+    PoseFacts,
+    ProgramTexts,
+    Sorted,
+    four,
+    short_name,
+    three,
+)
+from casa_assets.checks.readers.mujoco_facts import facts_of_model, free_bodies
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record, Vec3, Vec4

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from lxml import etree
 
-from casa_assets.checks.package.facts import (
+from casa_assets.checks.readers.facts import (
     CLOSED,
     OUTER,
     AssetFacts,
@@ -22,8 +22,12 @@ from casa_assets.checks.package.facts import (
     ProgramTexts,
     StateFacts,
     VisualFacts,
+    bounds_around,
+    frames_of,
+    pose_facts,
+    tensor_entries,
+    three,
 )
-from casa_assets.checks.readers.mujoco_facts import bounds_around, pose_facts, tensor_entries, three
 from casa_assets.core.numeric import Floats, about_axis, linear_from_srgb
 from casa_assets.mesh.solid.primitive import shape_bounds
 from casa_assets.model.asset.asset import Base, JointKind
@@ -131,7 +135,7 @@ def table(tree: tuple[UrdfLink, ...], folder: Path, aside: Json, prefix: str = "
         bodies=[_body(link, at_zero, folder, aside, prefix) for link in tree],
         places=[_place(item) for item in (*aside["sites"], *aside["regions"]) if item["name"] != OUTER],
         looks=[_look(visual, folder, prefix) for link in tree for visual in link.element.findall("visual")],
-        poses=[pose_facts(name, root_from_links(tree, values, prefix)) for name, values in named.items()],
+        poses=[pose_facts(n, frames_of(root_from_links(tree, values, prefix))) for n, values in named.items()],
     )
 
 

@@ -15,8 +15,9 @@ import mujoco
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade
 
-from casa_assets.checks.package.facts import (
+from casa_assets.checks.readers.facts import (
     OUTER,
+    ROOT_BODY,
     AssetFacts,
     BodyFacts,
     JointFacts,
@@ -25,21 +26,16 @@ from casa_assets.checks.package.facts import (
     ProgramTexts,
     StateFacts,
     VisualFacts,
-)
-from casa_assets.checks.readers.mujoco_facts import (
-    ROOT_BODY,
     bounds_around,
-    facts_of_model,
     four,
-    free_bodies,
     own_name,
-    pose_facts_of_many,
+    pose_facts,
     quaternions_of,
     short_name,
     tensor_entries,
     three,
 )
-from casa_assets.checks.readers.mujoco_load import Loaded, all_warnings
+from casa_assets.checks.readers.mujoco_facts import Loaded, all_warnings, facts_of_model, free_bodies
 from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.asset import Base, JointKind
 from casa_assets.model.pose import Pose
@@ -108,7 +104,7 @@ def poses(stage: Usd.Stage, scene: bool = False) -> list[PoseFacts]:
             cache = UsdGeom.XformCache()
             matrices = [cache.GetLocalToWorldTransform(stage.GetPrimAtPath(path)) for path in bodies]
             world_from = dict(zip(names, zip(*rigid_all(matrices), strict=True), strict=True))
-            found.append(pose_facts_of_many(name, world_from, None if scene else ROOT_BODY))
+            found.append(pose_facts(name, world_from, None if scene else ROOT_BODY))
         variants.ClearVariantSelection()
     return found
 

@@ -10,7 +10,7 @@ from itertools import pairwise
 
 from casa_assets.checks.check import NO_COMPILE, Measurement, Problem, count, not_applicable, not_run
 from casa_assets.checks.motion import operate
-from casa_assets.checks.package.package import Package
+from casa_assets.checks.package import Package
 from casa_assets.checks.runtime import contract as contract_names
 from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus, start, step
 from casa_assets.model.asset.asset import Asset

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from lxml import etree
 
 from casa_assets.checks.check import Measurement, Problem, count, not_applicable, not_run
-from casa_assets.checks.package.package import Package
+from casa_assets.checks.package import Package
 from casa_assets.checks.runtime import loader_places
 from casa_assets.model.asset.asset import Asset, Collider, Joint, Link, Region, Site, Visual
 from casa_assets.model.asset.behavior import Variable

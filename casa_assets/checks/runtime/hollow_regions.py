@@ -8,8 +8,8 @@ import numpy as np
 from casa_assets.checks.check import NO_COMPILE, NOT_BUILT, Measurement, is_fixture_like, not_applicable, not_run
 from casa_assets.checks.motion.motion_model import STEP_S
 from casa_assets.checks.motion.simulation import collision_spec, find_contacts
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.readers import mujoco_load
+from casa_assets.checks.package import Package
+from casa_assets.checks.readers import mujoco_facts
 from casa_assets.model.asset.asset import Region
 from casa_assets.model.pose import Pose
 
@@ -28,7 +28,7 @@ def interiors_hold_a_ball(package: Package, limit: float) -> Measurement:
     regions = [r for r in asset.regions if r.name not in OUTER_REGIONS]
     if not regions or not is_fixture_like(asset):
         return not_applicable("it has no region to put things into" if is_fixture_like(asset) else NOT_BUILT)
-    if mujoco_load.load_mjcf(package.mjcf).error:
+    if mujoco_facts.load_mjcf(package.mjcf).error:
         return not_run(NO_COMPILE)
     model = _model_with_balls(package, regions)
     data = mujoco.MjData(model)

@@ -18,7 +18,7 @@ import numpy as np
 from lxml import etree
 
 from casa_assets.checks.check import Problem
-from casa_assets.checks.readers.mujoco_load import load_mjcf
+from casa_assets.checks.readers.mujoco_facts import load_mjcf
 from casa_assets.core.numeric import Floats
 from casa_assets.model.registry.contract import Contract, PlaceRule
 

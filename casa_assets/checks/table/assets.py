@@ -6,8 +6,7 @@ from casa_assets.checks.asset import grip, plausibility, visual
 from casa_assets.checks.check import Check
 from casa_assets.checks.filters import colour, kind, stability, surface
 from casa_assets.checks.motion import joints
-from casa_assets.checks.package import mjcf, parity, usd
-from casa_assets.checks.package.package import Package
+from casa_assets.checks.package import Package, mjcf, parity, usd
 from casa_assets.checks.runtime import behavior, contract, hollow_regions
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Severity

@@ -8,8 +8,8 @@ from pathlib import Path
 from casa_assets import registry
 from casa_assets.cache.cache_key import versions_of
 from casa_assets.cache.store import Store
+from casa_assets.checks import simready
 from casa_assets.checks.run import load_table
-from casa_assets.checks.simready.validator import load_rules
 from casa_assets.errors import CasaError, OutputError, PluginFailure, RegistryError, Rejected
 from casa_assets.formats.read import warm as warm_readers
 from casa_assets.ingest.load import load
@@ -39,7 +39,7 @@ MAX_POSES = 3
 def warm() -> None:
     """Load what every worker needs, once for all of them; nothing here may draw."""
     registry.load()
-    load_rules()
+    simready.warm()
     load_table()
     warm_readers()
 

@@ -16,16 +16,16 @@ from PIL import Image
 
 from casa_assets import registry
 from casa_assets.cache.cache_key import digest_of, key_of
+from casa_assets.checks import simready
 from casa_assets.checks.design.robot.picture import floor_picture
 from casa_assets.checks.design.rules.grade import grade
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.checks.readers.mujoco_load import native_warnings
+from casa_assets.checks.readers.mujoco_facts import native_warnings
 from casa_assets.checks.run import load_table, report_not_run, run
 from casa_assets.checks.scene.formats.light_form import SceneFiles
 from casa_assets.checks.scene.motion.budget import MeasuredSpeed, scene_sizes
 from casa_assets.checks.scene.subject import SceneSubject, steps_per_second
 from casa_assets.checks.scene.views import Pixels, PreviewImages
-from casa_assets.checks.simready.validator import load_rules
 from casa_assets.checks.start_states.stage import Stage
 from casa_assets.checks.start_states.verdict import StatesSubject
 from casa_assets.checks.table.table import UNLOADED, run_scene
@@ -254,5 +254,5 @@ def check_all(
 def warm() -> None:
     """Load what every worker that checks scenes needs, once for all of them; nothing here may draw."""
     scene_folders.warm()
-    load_rules()
+    simready.warm()
     load_table()

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.cache.cache_key import digest_of, key_of
-from casa_assets.checks.readers.mujoco_load import native_warnings
+from casa_assets.checks.readers.mujoco_facts import native_warnings
 from casa_assets.checks.run import run
 from casa_assets.checks.start_states.draw import StateRequest, Wanted, draw_states
 from casa_assets.checks.start_states.stage import Stage

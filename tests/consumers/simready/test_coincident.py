@@ -33,9 +33,9 @@ def stage_of(
 
 def verdicts(stage: Usd.Stage) -> tuple[int, int]:
     """How much their rule finds, and ours."""
-    from tests.support.asset.simready_rules import coincident_meshes, registered
+    from tests.support.asset.simready_rules import registered, simready
 
-    swift = registered(coincident_meshes.REQUIREMENT)
+    swift = registered(simready.COINCIDENT)
     theirs = swift.__mro__[1]
     assert swift.__name__ == "CoincidentMeshes"
     assert theirs.__module__.startswith("simready.")
@@ -66,9 +66,9 @@ def test_both_find_the_same(stage: Usd.Stage, found: int) -> None:
 
 
 def test_the_rule_is_asked_only_where_it_could_find_something() -> None:
-    from casa_assets.checks.simready import coincident_meshes
+    from casa_assets.checks import simready
 
-    assert coincident_meshes.could_coincide(stage_of())
-    assert coincident_meshes.could_coincide(stage_of(hidden=True))
-    assert not coincident_meshes.could_coincide(stage_of(moved=(0.0, 0.0, 0.001)))
-    assert not coincident_meshes.could_coincide(stage_of(off=(1e-5, 0.0, 0.0)))
+    assert simready.could_coincide(stage_of())
+    assert simready.could_coincide(stage_of(hidden=True))
+    assert not simready.could_coincide(stage_of(moved=(0.0, 0.0, 0.001)))
+    assert not simready.could_coincide(stage_of(off=(1e-5, 0.0, 0.0)))

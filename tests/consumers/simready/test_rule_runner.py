@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from pxr import Ar, Usd, UsdGeom, UsdShade
 
-from casa_assets.checks.package.package import Package
+from casa_assets.checks.package import Package
 from casa_assets.checks.readers.quiet import quiet
-from casa_assets.checks.simready.rules import load_rules, validate
+from casa_assets.checks.simready import load_rules, validate
 from tests.support.asset.assets import microwave, rigid_mug
 from tests.support.asset.packages import tamper, written
 
@@ -44,14 +44,14 @@ def their_way(kit: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     def create(cls: Any, rules: Any, stats: Any, context: Any, *, processes: int = 0) -> Any:
         return plain(rules=rules, stats=stats, processes=processes, context=context)
 
-    monkeypatch.setattr(checker, kit.rule_runner.MAKE_RUNNER, classmethod(create))
-    monkeypatch.setattr(kit.rule_runner, "only_demanded", lambda without: nullcontext())
+    monkeypatch.setattr(checker, kit.simready.MAKE_RUNNER, classmethod(create))
+    monkeypatch.setattr(kit.simready, "only_demanded", lambda without: nullcontext())
 
 
 def test_each_rule_is_given_what_it_looks_at_in_order(kit: ModuleType, stage: Usd.Stage) -> None:
     """What a rule cannot bear is a finding of it."""
     looker, stager = kit.Looker(), kit.Stager()
-    with kit.rule_runner.DirectRunner([looker, stager], Ar.GetResolver().GetCurrentContext()) as runner:
+    with kit.simready.DirectRunner([looker, stager], Ar.GetResolver().GetCurrentContext()) as runner:
         for event in kit.events(stage):
             runner.append(event)
     assert looker.seen == ["a", "bad", "b"]
@@ -63,22 +63,22 @@ class TestDirectRunner:
     def test_a_rule_does_not_look_for_what_is_not_demanded(self, kit: ModuleType, stage: Usd.Stage) -> None:
         def found() -> list[str]:
             rule = kit.Two()
-            with kit.rule_runner.DirectRunner([rule], Ar.GetResolver().GetCurrentContext()) as runner:
+            with kit.simready.DirectRunner([rule], Ar.GetResolver().GetCurrentContext()) as runner:
                 runner.append(kit.Event(kit.Kind.PRIM, stage.GetPrimAtPath("/a")))
             return [issue.message for issue in rule.GetIssues()]
 
-        demanded = kit.rule_runner._demanded.set(frozenset({"com.nvidia.simready.VM.TEX.001"}))
+        demanded = kit.simready._demanded.set(frozenset({"com.nvidia.simready.VM.TEX.001"}))
         some = found()
-        kit.rule_runner._demanded.reset(demanded)
+        kit.simready._demanded.reset(demanded)
         assert some == ["size of a"]
         assert found() == ["size of a", "surface of a"], "where nobody says what is demanded"
 
     def test_many_events_are_run_in_batches(
         self, kit: ModuleType, stage: Usd.Stage, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr(kit.rule_runner, "BATCH", 2)
+        monkeypatch.setattr(kit.simready, "BATCH", 2)
         looker = kit.Looker()
-        runner = kit.rule_runner.DirectRunner([looker], Ar.GetResolver().GetCurrentContext())
+        runner = kit.simready.DirectRunner([looker], Ar.GetResolver().GetCurrentContext())
         for event in kit.events(stage)[2:5]:
             runner.append(event)
         assert looker.seen == ["a", "bad"]

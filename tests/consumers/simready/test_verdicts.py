@@ -8,11 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.checks.package import usd
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.simready import rules
-from casa_assets.checks.simready.installed import VARIABLE, versions_elsewhere
-from casa_assets.checks.simready.validator import validate_simready
+from casa_assets.checks import simready
+from casa_assets.checks.package import Package, usd
+from casa_assets.checks.simready import validate_simready
+from casa_assets.checks.simready_python import VARIABLE, versions_elsewhere
 from tests.support.asset.articulated_assets import drawer_unit
 from tests.support.asset.assets import microwave, rigid_mug
 from tests.support.asset.packages import Tampering, tamper, written
@@ -38,8 +37,8 @@ def test_verdict_is_that_of_the_command_line(corrupt: Tampering | None, tmp_path
     package = written(microwave(), tmp_path)
     if corrupt:
         corrupt(package)
-    command = [str(Path(sys.executable).with_name("simready-validate")), "--profile", rules.PROFILE]
-    command += ["--version", rules.PROFILE_VERSION, str(package.usd)]
+    command = [str(Path(sys.executable).with_name("simready-validate")), "--profile", simready.PROFILE]
+    command += ["--version", simready.PROFILE_VERSION, str(package.usd)]
     done = subprocess.run(command, capture_output=True, check=False, cwd=tmp_path)
     assert done.returncode in (0, 1)
     passes = usd.usd_meets_simready_profile(package).problems == ()

@@ -8,9 +8,9 @@ import usd_validation_nvidia
 from pxr import Usd
 from simready.validate import api as simready_api
 
-from casa_assets.checks.simready import coincident_meshes, rule_runner, rules
+from casa_assets.checks import simready
 
-__all__ = ["coincident_meshes", "rule_runner", "simready_api"]
+__all__ = ["simready", "simready_api"]
 
 Event, Kind = usd_validation_nvidia.ComplianceCheckerEvent, usd_validation_nvidia.ComplianceCheckerEventType
 Checker = usd_validation_nvidia.ComplianceChecker
@@ -61,6 +61,6 @@ def events(stage: Usd.Stage) -> list[Any]:
 
 def registered(requirement: str) -> Any:
     """The rule that is registered for a requirement."""
-    rules.load_rules()
+    simready.load_rules()
     registry = usd_validation_nvidia.RequirementsRegistry()
     return registry.get_validator(registry.find_requirement(requirement))

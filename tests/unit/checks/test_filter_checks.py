@@ -11,7 +11,7 @@ import pytest
 from casa_assets import registry
 from casa_assets.checks.filters.kind import misfit
 from casa_assets.checks.library import LibrarySizes
-from casa_assets.checks.package.package import Package
+from casa_assets.checks.package import Package
 from casa_assets.checks.run import run
 from casa_assets.checks.table.table import TABLE
 from casa_assets.formats.mjcf import write

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from casa_assets import registry
 from casa_assets.checks.check import Check, Measurement, no_fault, not_applicable, not_run
-from casa_assets.checks.package.package import Package
+from casa_assets.checks.package import Package
 from casa_assets.checks.run import report_not_run, run
 from casa_assets.checks.scene.views import PreviewImages
 from casa_assets.checks.table.table import TABLE

@@ -13,7 +13,8 @@ import pytest
 from lxml import etree
 
 from casa_assets.checks.package.parity import asset_differences
-from casa_assets.checks.readers import asset_facts, urdf_facts
+from casa_assets.checks.readers import urdf_facts
+from casa_assets.checks.readers.facts import asset_facts
 from casa_assets.core.numeric import about_axis
 from casa_assets.formats import urdf
 from casa_assets.formats.urdf import roll_pitch_yaw
@@ -50,7 +51,7 @@ def test_mujoco_reads_the_same_masses_joints_and_places(build: Callable[[], Asse
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    for body in urdf_facts.on_joint_axes(asset_facts.facts(asset)).bodies:
+    for body in urdf_facts.on_joint_axes(asset_facts(asset)).bodies:
         index = model.body(body.name).id
         assert model.body_mass[index] == pytest.approx(body.mass, rel=1e-6)
         assert data.xpos[index] == pytest.approx(body.position, abs=1e-6)

@@ -16,7 +16,7 @@ from casa_assets.checks.check import Measurement, Problem, at_most, not_applicab
 from casa_assets.checks.motion.joints import PUSH_S, hand_effort, push
 from casa_assets.checks.motion.motion_model import open_before, open_end
 from casa_assets.checks.motion.simulation import START, altered, reset_to_start
-from casa_assets.checks.readers.mujoco_load import Loaded, load_asset_file
+from casa_assets.checks.readers.mujoco_facts import Loaded, load_asset_file
 from casa_assets.checks.scene.formats.light_form import LIGHT_FILE
 from casa_assets.checks.scene.motion.rest import Settled, farthest, settle
 from casa_assets.core.hand_dynamics import PULL_N

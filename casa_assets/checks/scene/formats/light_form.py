@@ -15,7 +15,7 @@ from pxr import Tf, Usd
 from casa_assets.checks.check import Measurement, Problem, not_run
 from casa_assets.checks.motion.simulation import reset_to_start
 from casa_assets.checks.package.usd import Diagnostics
-from casa_assets.checks.readers.mujoco_load import Loaded, load_asset_file
+from casa_assets.checks.readers.mujoco_facts import Loaded, load_asset_file
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.usd_facts import imported
 from casa_assets.checks.scene.motion.rest import Settled, farthest, settle

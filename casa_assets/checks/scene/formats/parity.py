@@ -14,7 +14,7 @@ from pxr import Tf, Usd
 from casa_assets.checks.check import Measurement, Problem, count, not_run
 from casa_assets.checks.package.parity import compare, parameter_differences, parameter_table
 from casa_assets.checks.readers import scene_facts, usd_facts
-from casa_assets.checks.readers.mujoco_facts import short_name
+from casa_assets.checks.readers.facts import short_name
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.scene_facts import SceneFacts
 from casa_assets.checks.scene.formats.light_form import SceneFiles

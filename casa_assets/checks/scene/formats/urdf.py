@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from casa_assets.checks.check import Problem
-from casa_assets.checks.package.facts import text
 from casa_assets.checks.package.parity import (
     LENGTH_TOLERANCE_M,
     TOLERANCE,
@@ -17,6 +16,7 @@ from casa_assets.checks.package.parity import (
     table_differences,
 )
 from casa_assets.checks.readers import urdf_facts
+from casa_assets.checks.readers.facts import text
 from casa_assets.checks.readers.urdf_facts import UrdfLink
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.asset.parts import joint_positions

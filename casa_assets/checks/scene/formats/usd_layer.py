@@ -14,13 +14,12 @@ from pxr import Sdf, Usd
 
 from casa_assets.checks.check import Measurement, Problem, not_run
 from casa_assets.checks.package.usd import validator_findings
-from casa_assets.checks.readers.mujoco_load import Loaded
+from casa_assets.checks.readers.mujoco_facts import Loaded
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.usd_facts import missing_importer
 from casa_assets.checks.scene.formats.light_form import PassedLayers, SceneFiles
-from casa_assets.checks.simready.installed import NoVerdict, validator_python, validator_versions
-from casa_assets.checks.simready.rules import PROFILE, PROFILE_VERSION, Verdict
-from casa_assets.checks.simready.validator import validate_simready
+from casa_assets.checks.simready import PROFILE, PROFILE_VERSION, Verdict, validate_simready
+from casa_assets.checks.simready_python import NoVerdict, validator_python, validator_versions
 
 # Requirements on the package of one prop that is handed over by itself, which a scene is not.
 OF_SINGLE_PROPS = {

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.checks.package.package import Package
+from casa_assets.checks.package import Package
 from casa_assets.checks.run import run
 from casa_assets.checks.table.table import TABLE
 from casa_assets.model.asset.asset import Asset, Collider, State

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from casa_assets import registry
-from casa_assets.checks.package import facts
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.readers import asset_facts, mujoco_facts, mujoco_load
+from casa_assets.checks.package import Package
+from casa_assets.checks.readers import facts, mujoco_facts
+from casa_assets.checks.readers.facts import asset_facts
 from casa_assets.checks.run import run
 from casa_assets.checks.table.table import TABLE
 from casa_assets.formats.mjcf import write
@@ -169,36 +169,38 @@ class TestFacts:
     @pytest.mark.parametrize("file", ["model.xml", "scene.xml"])
     def test_file_agrees_with_the_asset(self, build: Callable[[], Asset], file: str, tmp_path: Path) -> None:
         package = packed(build(), tmp_path)
-        measured = facts.agree(asset_facts.facts(package.asset), mujoco_facts.facts(package.root / file), COLOR)
+        measured = facts.measured(
+            facts.differences(asset_facts(package.asset), mujoco_facts.facts(package.root / file)), COLOR
+        )
         assert measured.problems == ()
 
     def test_the_root_is_the_origin(self, tmp_path: Path) -> None:
         mug = rigid_mug()
         moved = mug.replace(links=(mug.root.replace(pose=Pose(position=(1.0, 2.0, 3.0))),))
         package = packed(moved, tmp_path)
-        for table in (asset_facts.facts(moved), mujoco_facts.facts(package.mjcf), mujoco_facts.facts(package.scene)):
+        for table in (asset_facts(moved), mujoco_facts.facts(package.mjcf), mujoco_facts.facts(package.scene)):
             assert table.bodies[0].position == (0.0, 0.0, 0.0)
 
 
 class TestAgreement:
     def test_number_is_the_largest_difference(self) -> None:
-        table = asset_facts.facts(microwave())
+        table = asset_facts(microwave())
         door = table.bodies[0]
         moved = table.replace(bodies=(door.replace(center_of_mass=(0.19, -0.01, 0.002)), table.bodies[1]))
-        measured = facts.agree(table, moved, 0.001)
+        measured = facts.measured(facts.differences(table, moved), 0.001)
         assert measured.number == pytest.approx(0.002)
         assert [pointer for pointer, _ in measured.problems] == ["bodies/door/center_of_mass"]
 
     def test_the_sign_of_a_quaternion_is_none(self) -> None:
-        table = asset_facts.facts(drawer_unit())
+        table = asset_facts(drawer_unit())
         flipped = tuple(b.replace(quaternion=tuple(-q for q in b.quaternion)) for b in table.bodies)
-        assert facts.agree(table, table.replace(bodies=flipped), 0.0).problems == ()
+        assert facts.measured(facts.differences(table, table.replace(bodies=flipped)), 0.0).problems == ()
 
 
 class TestLoad:
     def test_is_remembered_until_a_file_changes(self, tmp_path: Path) -> None:
         package = packed(ball(), tmp_path)
-        first = mujoco_load.load_mjcf(package.mjcf)
-        assert mujoco_load.load_mjcf(package.mjcf) is first
+        first = mujoco_facts.load_mjcf(package.mjcf)
+        assert mujoco_facts.load_mjcf(package.mjcf) is first
         tamper(package.mjcf, 'mass="0.17"', 'mass="0.175"')
-        assert mujoco_load.load_mjcf(package.mjcf) is not first
+        assert mujoco_facts.load_mjcf(package.mjcf) is not first

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.checks.readers.mujoco_facts import canonical, quaternions_of, rotations_of
+from casa_assets.checks.readers.facts import canonical, quaternions_of, rotations_of
 from casa_assets.model.pose import Pose
 
 HALF = np.sqrt(0.5)

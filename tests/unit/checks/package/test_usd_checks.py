@@ -10,9 +10,8 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from casa_assets.checks.package import usd
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.simready.validator import load_rules
+from casa_assets.checks.package import Package, usd
+from casa_assets.checks.simready import warm
 from casa_assets.model.asset.asset import Asset
 from tests.support.asset.articulated_assets import grill
 from tests.support.asset.assets import EVERY, rigid_mug, textured_box
@@ -99,7 +98,7 @@ def test_checks_leave_the_folder_alone(tmp_path: Path, monkeypatch: pytest.Monke
 def test_checks_run_in_a_forked_child(tmp_path: Path) -> None:
     """Twenty children of one warm parent: a lock or thread lost in the fork would hang some of them."""
     package = written(textured_box(), tmp_path)
-    load_rules()
+    warm()
     tripped(package, FILES)
     context = multiprocessing.get_context("fork")
     children = [context.Process(target=_child, args=(package,)) for _ in range(20)]

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from casa_assets import registry
-from casa_assets.checks.package.package import Package
+from casa_assets.checks.package import Package
 from casa_assets.checks.run import run
 from casa_assets.checks.runtime import loader_places
 from casa_assets.checks.runtime.contract import axis_of, missing_requirements, opening, regions

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.checks.readers.mujoco_load import native_warnings
+from casa_assets.checks.readers.mujoco_facts import native_warnings
 from casa_assets.checks.run import run
 from casa_assets.checks.scene import subject as scene_subject
 from casa_assets.checks.scene.formats.light_form import SceneFiles
