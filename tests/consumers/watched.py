@@ -62,7 +62,7 @@ _PAGES_IN_A_BROWSER = Watched(
         "articulate/run/review_page.py",
     ),
 )
-_MJCF = _package("formats/mjcf", "formats/mujoco_values.py", "model/asset", "model/kitchen")
+_MJCF = _package("formats/mjcf", "formats/values.py", "model/asset", "model/kitchen")
 _BATCHES = Watched(("engines",), (*_package("addons/batch", "layouts/run/batch_form.py", "checks/scene/batch"), *_MJCF))
 _CLUSTER = Watched(("ray",), _package("runs", "ingest/run"))
 _STORES = Watched(("stores",), _package("library", "runs/remote.py", "ingest/sources"))
@@ -109,7 +109,7 @@ WATCHED = {
     "test_store_sources.py": _STORES,
     "test_stores.py": _STORES,
     "test_urdf.py": Watched(
-        ("urdf",), (*_package("formats/urdf", "checks/readers/urdf_facts.py"), "docs/howto/use/urdf.md")
+        ("urdf",), (*_package("formats/urdf.py", "checks/readers/urdf_facts.py"), "docs/howto/use/urdf.md")
     ),
     "test_view_page.py": _PAGES_IN_A_BROWSER,
     "test_viewer.py": _PAGES_IN_A_BROWSER,

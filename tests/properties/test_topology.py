@@ -40,15 +40,6 @@ def test_weld_undoes_the_splitting_of_vertices(seed: int, count: int) -> None:
 
 
 @quick
-@given(seeds)
-def test_weld_keeps_what_lies_apart(seed: int) -> None:
-    points, _ = closed(seed, 40)
-    welded, place = weld(points)
-    assert (welded == points).all()
-    assert (place == np.arange(len(points))).all()
-
-
-@quick
 @given(seeds, st.integers(1, 6))
 def test_components_do_not_depend_on_the_order_of_faces(seed: int, count: int) -> None:
     points, faces = several(seed, count)
@@ -111,25 +102,6 @@ def test_voxels_find_the_volume(shape: Shape, exact: float, tilt: tuple[float, f
         assert (centers < points.max(axis=0) + grid.cell).all()
 
 
-def test_voxels_do_not_care_for_winding_and_triangulation() -> None:
-    points, faces = torus(48, 24)
-    whole = voxelise(points, faces)
-    turned = voxelise(points, np.where(np.arange(len(faces))[:, None] % 2, faces, faces[:, ::-1]))
-    assert (whole.solid == turned.solid).all()
-    exact = 2 * np.pi**2 * 0.1 * 0.03**2
-    assert whole.volume == pytest.approx(exact, rel=0.05)
-    corner = np.round((np.zeros(3) - whole.origin) / whole.cell).astype(int)
-    assert not whole.solid[tuple(corner)]  # the hole is open
-
-
-def test_needles_cost_no_memory() -> None:
-    draw = np.random.default_rng(0)
-    ends = draw.random((4000, 2, 3))
-    points = np.concatenate([ends, ends[:, 1:] + 1e-4], axis=1).reshape(-1, 3)
-    grid = voxelise(points, np.arange(len(points)).reshape(-1, 3), 96)
-    assert grid.skin.any()
-
-
 @quick
 @given(seeds, poses())
 def test_boundary_of_voxels_is_closed_and_holds_their_volume(seed: int, pose: Pose) -> None:
@@ -151,14 +123,6 @@ def test_overlap_counts_once(seed: int, shift: float) -> None:
     assert united is not None
     assert signed_volume(*solid) == pytest.approx(exact)
     assert signed_volume(*united) == pytest.approx(exact)
-
-
-def test_an_inner_wall_is_cut_out() -> None:
-    outer, inner = tessellate(Box(size=(1, 1, 1)), Pose()), tessellate(Box(size=(0.5, 0.5, 0.5)), Pose())
-    both = np.concatenate([outer[0], inner[0]]), np.concatenate([outer[1], inner[1][:, ::-1] + 8])
-    solid = closed_solid(*both)
-    assert solid is not None
-    assert signed_volume(*solid) == pytest.approx(0.875)
 
 
 def test_what_bounds_no_volume_is_no_solid() -> None:

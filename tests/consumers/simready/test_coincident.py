@@ -63,12 +63,3 @@ def verdicts(stage: Usd.Stage) -> tuple[int, int]:
 )
 def test_both_find_the_same(stage: Usd.Stage, found: int) -> None:
     assert verdicts(stage) == (found, found)
-
-
-def test_the_rule_is_asked_only_where_it_could_find_something() -> None:
-    from casa_assets.checks import simready
-
-    assert simready.could_coincide(stage_of())
-    assert simready.could_coincide(stage_of(hidden=True))
-    assert not simready.could_coincide(stage_of(moved=(0.0, 0.0, 0.001)))
-    assert not simready.could_coincide(stage_of(off=(1e-5, 0.0, 0.0)))

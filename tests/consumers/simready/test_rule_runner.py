@@ -73,18 +73,6 @@ class TestDirectRunner:
         assert some == ["size of a"]
         assert found() == ["size of a", "surface of a"], "where nobody says what is demanded"
 
-    def test_many_events_are_run_in_batches(
-        self, kit: ModuleType, stage: Usd.Stage, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        monkeypatch.setattr(kit.simready, "BATCH", 2)
-        looker = kit.Looker()
-        runner = kit.simready.DirectRunner([looker], Ar.GetResolver().GetCurrentContext())
-        for event in kit.events(stage)[2:5]:
-            runner.append(event)
-        assert looker.seen == ["a", "bad"]
-        runner.flush()
-        assert looker.seen == ["a", "bad", "b"]
-
 
 def unnamed(package: Package) -> None:
     tamper(package.usd, ('string author = "Casa"', 'string author = ""'))

@@ -23,7 +23,6 @@ from casa_assets.model.kitchen.scene import Placement, Scene, StartStates
 from casa_assets.model.pose import Pose
 from casa_assets.runs.limits import WorkerFailure
 from tests.support.asset.assets import rigid_mug
-from tests.support.library.libraries import casa
 
 GOOD, BAD, LOST = (SceneRecipe(plan, "rustic") for plan in ("l_small", "galley", "u_small"))
 # Where each form looks up what builds a kitchen.
@@ -76,14 +75,6 @@ def test_one_that_cannot_be_built_does_not_stop_the_others(
     assert not list((tmp_path / "out").glob(f"*/{BAD.scene_id}*"))
 
 
-def test_where_none_can_be_built_the_folder_stays_as_it_was(
-    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    fail_with(kind, CasaError("does not fit"), monkeypatch)
-    assert len(run(kind, [BAD], tmp_path / "out")) == 1
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_a_fault_of_the_program_is_raised_once_all_are_done(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -108,12 +99,6 @@ def test_two_kitchens_of_one_number_are_not_written_into_one_folder(
     assert f"same number as {GOOD.scene_id}" in second.message
     kept = json.loads((tmp_path / "out" / "kitchens.json").read_text())["kitchens"]
     assert kept == {GOOD.scene_id: 1_000_000_007}
-
-
-def test_a_kitchen_of_an_unknown_id_is_told_by_the_command(tmp_path: Path) -> None:
-    done = casa("export", "robocasa", "--scenes", "no_such__kitchen", "--out", tmp_path / "out")
-    assert done.returncode == 2
-    assert "no_such__kitchen" in done.stderr
 
 
 class TestStartStates:
@@ -164,12 +149,3 @@ class TestStartStates:
 
     def test_a_kitchen_without_them_is_refused(self, tmp_path: Path) -> None:
         assert "there are no start states" in self.export(tmp_path).message
-
-    def test_those_of_another_build_are_refused(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        folder = tmp_path / "scenes" / GOOD.scene_id
-        self.drawn(folder, "<mujoco/>")
-        monkeypatch.setattr(robocasa_kitchens, "is_whole", lambda *_: False)
-        assert "are of an older build of the scene" in self.export(tmp_path).message
-        monkeypatch.setattr(robocasa_kitchens, "is_whole", lambda *_: True)
-        (folder / "scene.xml").write_text("<mujoco> </mujoco>", encoding="ascii")
-        assert "are of an older build of the scene" in self.export(tmp_path).message

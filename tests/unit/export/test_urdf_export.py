@@ -11,8 +11,7 @@ import pytest
 
 from casa_assets import export
 from casa_assets.checks.package.parity import asset_differences
-from casa_assets.checks.scene.formats.urdf import scene_differences
-from casa_assets.errors import OutputError, UnknownId
+from casa_assets.errors import OutputError
 from casa_assets.export import URDF, ExportResult, export_assets, export_scenes
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.recipe import SceneRecipe
@@ -40,13 +39,6 @@ def test_every_asset_is_there_and_listed(library: Path, tmp_path: Path) -> None:
         assert rows[asset.id]["mass_kg"] == pytest.approx(asset.mass)
     assert {path.name for path in out.iterdir()} == {"assets", "urdf_export.json", "README.md", "ATTRIBUTION.md"}
     assert all(asset.id in (out / "ATTRIBUTION.md").read_text() for asset in loose_and_fixed())
-
-
-def test_one_asset_alone(library: Path, tmp_path: Path) -> None:
-    folder = library / "mug" / "mug_0123456789"
-    (one,) = export_assets(URDF, folder, tmp_path / "out")
-    assert (tmp_path / "out" / one.file).is_file()
-    assert [path.name for path in (tmp_path / "out" / "assets").iterdir()] == [folder.name]
 
 
 def test_the_same_library_gives_the_same_bytes(library: Path, tmp_path: Path) -> None:
@@ -100,16 +92,6 @@ def built(recipe: SceneRecipe, cache: Path) -> tuple[KitchenRequest, Scene]:
     return resolve(recipe), corner().replace(id=recipe.scene_id)
 
 
-def test_a_kitchen_is_written_and_compared(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(export, "build_scene", built)
-    recipe = SceneRecipe("l_small", "coastal")
-    result = export.export_scene(recipe, tmp_path, tmp_path / "cache")
-    folder = (tmp_path / result.file).parent
-    assert result.facts["placements"] == len(corner().placements)
-    assert scene_differences(folder, corner().replace(id=recipe.scene_id)) == []
-    assert not result.message
-
-
 def in_this_process(work: Callable[[SceneRecipe], ExportResult], recipes: list[SceneRecipe], *_: object) -> object:
     """As run_batch, one after the other."""
     return list(enumerate(map(work, recipes)))
@@ -132,9 +114,3 @@ def test_who_made_the_assets_of_kitchens_is_told(tmp_path: Path, monkeypatch: py
         assert f"## {asset.provenance.licence}" in lines
         assert asset.provenance.title in told[asset.id]
         assert f"by {asset.provenance.author}" in told[asset.id] or not asset.provenance.author
-
-
-def test_a_scene_that_does_not_exist(tmp_path: Path) -> None:
-    with pytest.raises(UnknownId):
-        list(export_scenes(URDF, ["no_such__kitchen"], tmp_path / "out"))
-    assert list(tmp_path.iterdir()) == []

@@ -84,15 +84,3 @@ def test_pictures_are_made_small_and_are_one_file_each() -> None:
     with Image.open(io.BytesIO(entries[paths[0]])) as image:
         assert image.size == (PICTURE_PX, round(PICTURE_PX * 2 / 3))
         assert image.getpixel((10, 10)) == (200, 200, 200)
-
-
-def test_small_pictures_stay_as_they_are() -> None:
-    small = grain(60, 40)
-    assert batch.write(form(small)).entries[f"assets/textures/{small.file_name}"] == small.png
-
-
-def test_a_picture_that_is_made_for_one_mesh_becomes_its_colour() -> None:
-    model = compiled(batch.write(form(grain(), tile=None)))
-    color = model.geom("thing_0__shape_0").rgba
-    assert 0.4 < color[0] < 0.7
-    assert color[3] == 1.0

@@ -66,12 +66,6 @@ def assert_same_pose(found: np.ndarray[Any, Any], expected: Pose) -> None:
     assert found == pytest.approx(expected.matrix, abs=2e-6)
 
 
-def test_the_same_asset_is_the_same_bytes(subtests: pytest.Subtests) -> None:
-    for build in ASSETS:
-        with subtests.test(build=build.__name__):
-            assert asset_glb(build(), EVERYTHING) == asset_glb(build(), EVERYTHING)
-
-
 @pytest.mark.parametrize("build", ASSETS)
 def test_our_reader_and_trimesh_see_what_the_asset_shows(build: Callable[[], Asset]) -> None:
     asset = build()
@@ -100,18 +94,6 @@ def test_links_stand_where_the_asset_has_them_in_every_named_pose(subtests: pyte
                 found = node_poses(document, positions)
                 for link in asset.links:
                     assert_same_pose(found[link.name], asset.asset_from_link(link.name, positions))
-
-
-def test_colliders_and_regions_are_there_only_where_they_are_asked_for() -> None:
-    asset = microwave()
-    plain, full = json_of(asset_glb(asset)), json_of(asset_glb(asset, EVERYTHING))
-
-    def layers(document: dict[str, Any]) -> list[str]:
-        return [node["extras"]["layer"] for node in document["nodes"] if "layer" in node.get("extras", {})]
-
-    assert set(layers(plain)) == {"visual"}
-    assert layers(full).count("collider") == sum(len(link.colliders) for link in asset.links)
-    assert layers(full).count("region") == len(asset.regions)
 
 
 @pytest.mark.parametrize("build", [drawer_unit, microwave, grill])

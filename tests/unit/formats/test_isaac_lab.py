@@ -129,18 +129,3 @@ def test_springs_are_aimed_at_where_they_rest(members: dict[str, Any]) -> None:
     rests = members["SPRING_RESTS"]
     assert aimed == {n: ([list(row.values())] * 2, list(range(len(row)))) for n, row in rests.items()}
     assert rests
-
-
-def test_names_of_python_and_of_isaac_lab_get_a_mark() -> None:
-    assert [isaac_lab.attribute(name) for name in ("oven", "pass", "kitchen", "robot")] == [
-        "oven",
-        "pass_",
-        "kitchen_",
-        "robot_",
-    ]
-
-
-def test_same_scene_is_same_bytes_and_says_that_it_was_not_run() -> None:
-    text = isaac_lab.scene_text(corner(), "scene.usda")
-    assert text == isaac_lab.scene_text(corner(), "scene.usda")
-    assert "Not run with Isaac Lab" in text

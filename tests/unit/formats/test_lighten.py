@@ -10,7 +10,6 @@ import numpy.typing as npt
 import pytest
 
 from casa_assets.asset.lightweight import inscribed_primitives, lighten
-from casa_assets.errors import DegenerateShape
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.mesh.solid.solids import convex_hull, hull_planes, hull_volume
 from casa_assets.model.asset.asset import Asset, Collider
@@ -85,11 +84,6 @@ def test_a_round_hull_is_a_cylinder_and_a_corner_is_not() -> None:
     assert all(isinstance(shape, Box) for shape in boxes)
 
 
-def test_a_flat_cloud_has_no_inside() -> None:
-    with pytest.raises(DegenerateShape):
-        inscribed_primitives(np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, 1.0, 0.0)]))
-
-
 @pytest.mark.parametrize("asset", [rigid_mug(), drawer_unit(), grill()])
 def test_an_asset_keeps_all_but_its_meshes(asset: Asset) -> None:
     light = lighten(asset)
@@ -106,27 +100,6 @@ def test_an_asset_keeps_all_but_its_meshes(asset: Asset) -> None:
         if not isinstance(item.shape, Hull | MeshShape):
             assert after[name] == item
     assert not any(isinstance(item.shape, Hull | MeshShape) for item in after.values())
-
-
-def test_walls_of_a_mug_leave_it_open() -> None:
-    for item in colliders(lighten(rigid_mug())).values():
-        corners, _ = tessellate(item.shape, item.pose)
-        rim = corners[corners[:, 2] > 0.02]
-        assert rim.size == 0 or np.hypot(rim[:, 0], rim[:, 1]).min() > 0.03
-
-
-def test_a_mesh_without_volume_holds_nothing_up() -> None:
-    mug = rigid_mug()
-    flat = Mesh(vertices=np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0)], dtype=np.float64), faces=np.array([(0, 1, 2)]))
-    sheet = Collider(name="sheet", shape=MeshShape(mesh=flat), substance="ceramic")
-    extended = mug.replace(links=(mug.root.replace(colliders=(*mug.root.colliders, sheet)),))
-    assert "sheet" not in colliders(lighten(extended))
-
-
-def test_names_of_further_boxes() -> None:
-    assert LightScene.collider_of("top_more_2") == "top"
-    assert LightScene.collider_of("two_more") == "two_more"
-    assert LightScene.collider_of("top_0") == "top_0"
 
 
 def colliders(asset: Asset) -> dict[str, Collider]:

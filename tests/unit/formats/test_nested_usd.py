@@ -9,7 +9,6 @@ from pxr import Sdf, Usd, UsdPhysics
 from casa_assets.formats.usd import document
 from casa_assets.formats.usd.kitchen import write
 from tests.support.asset.articulated_assets import drawer_unit
-from tests.support.asset.assets import rigid_mug
 from tests.support.asset.packages import written
 from tests.support.kitchen.scenes import corner, put
 
@@ -23,12 +22,6 @@ def test_bodies_lie_below_those_that_carry_them(tmp_path: Path) -> None:
     for joint in (UsdPhysics.Joint(p) for p in stage.Traverse() if p.IsA(UsdPhysics.Joint)):
         for end in (*joint.GetBody0Rel().GetTargets(), *joint.GetBody1Rel().GetTargets()):
             assert stage.GetPrimAtPath(end), f"{joint.GetPath()} names {end}, which is not there"
-
-
-def test_one_link_needs_no_second_layer(tmp_path: Path) -> None:
-    package = written(rigid_mug(), tmp_path)
-    assert package.usd_files == (package.usd,)
-    assert [path.name for path in package.root.rglob("*.usda")] == [package.usd.name]
 
 
 def test_each_placement_of_a_scene_is_nested(tmp_path: Path) -> None:

@@ -21,7 +21,6 @@ from casa_assets.model.asset.asset import Asset, Joint, JointKind, Keyframe, Lin
 from casa_assets.model.asset.provenance import Split
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.contract import RobocasaRelease
-from casa_assets.registry.objects import object_names
 from tests.support.asset.assets import ball, rigid_mug, textured_box, write_to
 from tests.support.library.built_libraries import SLICE_SIZE, slice_of_bread
 from tests.support.mesh.meshes import box_mesh
@@ -117,13 +116,6 @@ class TestModel:
         assert found.body_inertia == pytest.approx(other.body_inertia, rel=1e-6)
         assert found.body_ipos[-1] + half_height == pytest.approx(other.body_ipos[-1], abs=1e-8)
 
-    def test_says_no_word_that_older_mujoco_lacks(self, build: Callable[[], Asset]) -> None:
-        meanings = {m.get("inertia") for m in parsed(build()).iter("mesh")}
-        assert meanings <= {"legacy", "convex"}
-
-    def test_same_asset_same_bytes(self, build: Callable[[], Asset]) -> None:
-        assert model.write(build(), stood_up=True).sums() == model.write(build(), stood_up=True).sums()
-
 
 class TestUpright:
     def test_a_slice_stands_on_its_edge(self, tmp_path: Path) -> None:
@@ -145,16 +137,6 @@ class TestUpright:
         spun = turn.rotation @ asset.root.inertial.tensor @ turn.rotation.T
         axes = data.ximat[-1].reshape(3, 3)
         assert axes @ np.diag(stood.body_inertia[-1]) @ axes.T == pytest.approx(spun, abs=1e-9)
-
-    def test_a_slender_thing_stands_on_end(self) -> None:
-        size = (0.2, 0.02, 0.01)
-        mesh = box_mesh(size, (0.0, 0.0, 0.005))
-        asset = slice_of_bread()
-        link = asset.root.replace(visuals=(asset.root.visuals[0].replace(mesh=mesh),))
-        turn = model.turn_of(asset.replace(links=(link,)))
-        corners = turn.apply(mesh.vertices)
-        assert np.ptp(corners, axis=0) == pytest.approx([0.01, 0.02, 0.2])
-        assert corners.min(axis=0) == pytest.approx([-0.005, -0.01, -0.1])
 
     def test_what_stands_already_is_left(self) -> None:
         asset = slice_of_bread()
@@ -212,11 +194,6 @@ class TestEntries:
         assert entry["casa_train"]["exclude"] == ["apple_01"]
         assert entry["casa_test"]["exclude"] == ["apple_00"]
         assert type(entry["casa"]["scale"]) is float
-
-    def test_no_registry_is_empty(self) -> None:
-        entry = tables(APPLE[0])[RobocasaRelease.V0_2]["apple"]
-        assert "casa_train" in entry
-        assert "casa_test" not in entry
 
 
 class _Rows:
@@ -299,15 +276,6 @@ class TestFill:
         assert apple["casa"].graspable is True
         assert groups == {"all": ["apple"], "fruit": ["apple"], "shoe": ["shoe"]}
 
-    def test_a_new_category_joins_the_groups_of_its_types(self, kind: type, exported: Path) -> None:
-        groups: dict[str, list[str]] = {"all": []}
-        casa_objects.fill(kind, {}, groups, exported)
-        assert groups == {
-            "all": ["apple"],
-            **{name: ["apple"] for name in ("apple", "fruit", "food", "in_container")},
-            "shoe": ["shoe"],
-        }
-
 
 @pytest.mark.parametrize("script", [casa_objects, casa_kitchens])
 def test_what_is_copied_needs_nothing_of_ours(script: ModuleType) -> None:
@@ -318,16 +286,6 @@ def test_what_is_copied_needs_nothing_of_ours(script: ModuleType) -> None:
 
 
 class TestTaskObjects:
-    def test_categories_that_are_suggested_suit_all_that_is_missing(self) -> None:
-        """Nothing is missing once a usual object of each is there."""
-        categories = registry.load().categories
-        missing = task_objects.missing_draws(())
-        assert missing.keys() == task_objects.TASK_DRAWS.keys()
-        chosen = task_objects.categories_for(missing, [categories[name] for name in object_names()])
-        assert len(chosen) < 25
-        usual = [(categories[name], tuple(side.typical for side in categories[name].extents)) for name in chosen]
-        assert task_objects.missing_draws(usual) == {}
-
     def test_things_that_do_not_fit_do_not_count(self) -> None:
         """A tool that is higher than a drawer keeps RoboCasa looking for ever."""
         ladle, mug = (registry.load().categories[name] for name in ("ladle", "mug"))

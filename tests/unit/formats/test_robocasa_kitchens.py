@@ -21,7 +21,6 @@ from casa_assets.formats import mjcf
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.scene import Light, Placement, Scene
 from casa_assets.model.pose import Pose
-from casa_assets.registry.families import family
 from tests.support.asset.assets import write_to
 from tests.support.asset.family_members import preset
 from tests.support.kitchen.scenes import QUARTER
@@ -177,18 +176,6 @@ def test_what_is_called_by_its_kind_gets_another_name() -> None:
     assert [item.name for item in description.fixtures_of(scene, classes())] == ["the_kettle", "kettle_2"]
 
 
-def test_refrigerators_come_before_their_housings() -> None:
-    """RoboCasa takes the first fixture around a point for the one before which a robot stands."""
-    housing, fridge = preset("housing_fridge", "shaker_white"), preset("fridge_french_door", "steel")
-    places = (
-        Placement(name="housing", asset=housing.id, pose=Pose()),
-        Placement(name="fridge", asset=fridge.id, pose=Pose()),
-    )
-    scene = Scene(id="test_room", assets=(housing, fridge), placements=places)
-    rows = description.describe(scene, description.fixtures_of(scene, classes()), document.FIXTURES)["fixtures"]
-    assert [row["class"] for row in rows][:2] == ["FridgeFrenchDoor", "HousingCabinet"]
-
-
 @pytest.mark.parametrize(("aside", "kind"), [(0.9, "OpenCabinet"), (0.05, "Fixture")])
 def test_shelves_that_no_robot_gets_to_are_no_goal(aside: float, kind: str) -> None:
     """Another worktop stands out beside the shelves, as in the inner corner of an L."""
@@ -206,20 +193,6 @@ def test_shelves_that_no_robot_gets_to_are_no_goal(aside: float, kind: str) -> N
     )
     found = {item.name: item.type for item in description.fixtures_of(scene, classes())}
     assert found == {"open": kind, "own": "Counter", "other": "Counter"}
-
-
-def test_cameras_of_robosuite_look_into_the_room() -> None:
-    shown = {}
-    for name in ("room_ceiling", "room_floor"):
-        asset = preset(name, min(family(name).presets))
-        root = etree.fromstring(document.write_fixture(centered(asset)).entries[document.MODEL])
-        shown[name] = {geom.get("group") for geom in root.iter("geom") if geom.get("type") == "mesh"}
-    assert shown == {"room_ceiling": {"4"}, "room_floor": {"1"}}
-
-
-def test_numbers_are_none_of_robocasa_and_never_change() -> None:
-    assert description.number_of("l_small__coastal") == 1124275273
-    assert all(description.number_of(name) >= 10**9 for name in ("a", "b"))
 
 
 def test_the_arena_has_the_lights_and_no_unknown_pairs() -> None:
@@ -288,36 +261,3 @@ def test_register_touches_only_its_own_kitchens(tmp_path: Path, robocasa: tuple[
         casa_kitchens.unregister()
     assert (module.KitchenArena, module.EnvUtils.get_single_fixture_sampler, scenes.get_layout_path) == before
     assert casa_kitchens.ids() == ()
-
-
-class NewEnvironment:
-    """Takes what RoboCasa v1.0 gives, as robosuite's main branch does."""
-
-    def __init__(self, load_model_on_init: bool = True) -> None:
-        self.loads = load_model_on_init
-
-
-class NewTask:
-    def __init__(self, enable_multiccd: bool = False) -> None:
-        self.multiccd = enable_multiccd
-
-
-def new_factory(name: str, _: Any) -> str:
-    return "made" if name == "JOINT_VELOCITY_LEGACY" else ""
-
-
-def test_a_robosuite_that_has_what_robocasa_needs_stays_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    """That of PyPI is patched by tests/consumers/robocasa."""
-    found = {
-        "robosuite.environments.manipulation.manipulation_env": {"ManipulationEnv": NewEnvironment},
-        "robosuite.models.tasks": {"ManipulationTask": NewTask},
-        "robosuite.controllers.parts.controller_factory": {"mobile_base_controller_factory": new_factory},
-    }
-    for name, names in found.items():
-        module = ModuleType(name)
-        vars(module).update(names)
-        monkeypatch.setitem(sys.modules, name, module)
-    before = (NewEnvironment.__init__, NewTask.__init__)
-    assert casa_kitchens.patch_robosuite() == ()
-    assert (NewEnvironment.__init__, NewTask.__init__) == before
-    assert sys.modules["robosuite.controllers.parts.controller_factory"].mobile_base_controller_factory is new_factory

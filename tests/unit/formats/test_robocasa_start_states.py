@@ -180,14 +180,6 @@ def test_a_reset_puts_everything_where_it_was_and_parks_the_base(folder: Path) -
         casa_kitchens.reset_to(env, 2)
 
 
-def test_a_model_without_a_joint_of_the_states_is_refused(folder: Path) -> None:
-    env = environment()
-    (folder / "kitchen.json").write_text(json.dumps({"fixtures": []}), encoding="ascii")
-    env.sim.model = Model(mujoco.MjModel.from_xml_string("<mujoco/>"))
-    with pytest.raises(KeyError, match="its kitchen is of another export"):
-        casa_kitchens.reset_to(env, 0)
-
-
 def test_fixtures_begin_where_a_state_has_them(folder: Path) -> None:
     rows = json.loads((folder / "kitchen.json").read_text())["fixtures"]
     rng = np.random.default_rng(0)
@@ -200,13 +192,3 @@ def test_fixtures_begin_where_a_state_has_them(folder: Path) -> None:
     assert len({tuple(casa_kitchens._begun(rows, folder, rng)[0]["position"]) for _ in range(20)}) == 2
     casa_kitchens.begin_with(None)
     assert casa_kitchens._begun(rows, folder, rng) == rows
-
-
-def test_a_kitchen_without_states_says_so(folder: Path) -> None:
-    assert len(casa_kitchens.start_states(NAME)["qpos"]) == 2
-    casa_kitchens._states.clear()
-    (folder / casa_kitchens.STATES).unlink()
-    with pytest.raises(KeyError, match="exported without start states"):
-        casa_kitchens.start_states(NAME)
-    casa_kitchens.begin_with(0)
-    assert casa_kitchens._begun([], folder, None) == []

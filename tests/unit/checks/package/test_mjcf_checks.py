@@ -9,7 +9,7 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.checks.package import Package
-from casa_assets.checks.readers import facts, mujoco_facts
+from casa_assets.checks.readers import mujoco_facts
 from casa_assets.checks.readers.facts import asset_facts
 from casa_assets.checks.run import run
 from casa_assets.checks.table.table import TABLE
@@ -24,7 +24,6 @@ from tests.support.asset.assets import (
     ball,
     box_inertial,
     category,
-    drawer_unit,
     microwave,
     rigid_mug,
     textured_box,
@@ -33,8 +32,6 @@ from tests.support.asset.assets import (
 
 ROWS = [check for check in TABLE if check.code.startswith("MJC")]
 LIMITS = registry.load().limits
-# MuJoCo keeps colours as float32.
-COLOR = 2e-7
 
 
 def packed(asset: Asset, folder: Path) -> Package:
@@ -65,11 +62,6 @@ class TestGood:
         found = report(packed(build(), tmp_path))
         assert found.issues == ()
         assert [result.code for result in found.results] == [check.code for check in ROWS]
-
-    def test_what_is_built_in_is_not_dropped(self, tmp_path: Path) -> None:
-        numbers = {r.code: r.number for r in report(packed(microwave(), tmp_path)).results}
-        assert (numbers["MJC006"], numbers["MJC007"], numbers["MJC008"]) == (None, None, None)
-        assert numbers["MJC009"] == 0.0
 
 
 # Code -> asset, file, what stands there, what is put there instead.
@@ -143,11 +135,6 @@ class TestBad:
         next((package.root / "meshes").iterdir()).unlink()
         assert codes(report(package)) == {"MJC001"}
 
-    def test_a_path_that_leaves_the_folder(self, tmp_path: Path) -> None:
-        package = packed(ball(), tmp_path)
-        tamper(package.mjcf, 'file="meshes/', f'file="../{package.asset.id}/meshes/')
-        assert codes(report(package)) == {"MJC003"}
-
     def test_a_free_joint_in_the_model(self, tmp_path: Path) -> None:
         package = packed(ball(), tmp_path)
         # The loaders find `object` one body deep; a free joint is only legal at the top.
@@ -165,36 +152,12 @@ class TestBad:
 
 
 class TestFacts:
-    @pytest.mark.parametrize("build", [*EVERY, free_microwave, grill])
-    @pytest.mark.parametrize("file", ["model.xml", "scene.xml"])
-    def test_file_agrees_with_the_asset(self, build: Callable[[], Asset], file: str, tmp_path: Path) -> None:
-        package = packed(build(), tmp_path)
-        measured = facts.measured(
-            facts.differences(asset_facts(package.asset), mujoco_facts.facts(package.root / file)), COLOR
-        )
-        assert measured.problems == ()
-
     def test_the_root_is_the_origin(self, tmp_path: Path) -> None:
         mug = rigid_mug()
         moved = mug.replace(links=(mug.root.replace(pose=Pose(position=(1.0, 2.0, 3.0))),))
         package = packed(moved, tmp_path)
         for table in (asset_facts(moved), mujoco_facts.facts(package.mjcf), mujoco_facts.facts(package.scene)):
             assert table.bodies[0].position == (0.0, 0.0, 0.0)
-
-
-class TestAgreement:
-    def test_number_is_the_largest_difference(self) -> None:
-        table = asset_facts(microwave())
-        door = table.bodies[0]
-        moved = table.replace(bodies=(door.replace(center_of_mass=(0.19, -0.01, 0.002)), table.bodies[1]))
-        measured = facts.measured(facts.differences(table, moved), 0.001)
-        assert measured.number == pytest.approx(0.002)
-        assert [pointer for pointer, _ in measured.problems] == ["bodies/door/center_of_mass"]
-
-    def test_the_sign_of_a_quaternion_is_none(self) -> None:
-        table = asset_facts(drawer_unit())
-        flipped = tuple(b.replace(quaternion=tuple(-q for q in b.quaternion)) for b in table.bodies)
-        assert facts.measured(facts.differences(table, table.replace(bodies=flipped)), 0.0).problems == ()
 
 
 class TestLoad:

@@ -79,10 +79,6 @@ def test_a_file_that_is_missing_is_told(subtests: pytest.Subtests, tmp_path_fact
             assert "cannot be read" in problem[1]
 
 
-def test_a_scene_is_what_was_written(tmp_path: Path) -> None:
-    assert scene_differences(write_to(urdf.write_scene(corner()), tmp_path), corner()) == []
-
-
 @pytest.mark.parametrize(
     ("pattern", "new", "cell"),
     [

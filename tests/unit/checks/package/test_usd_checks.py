@@ -86,15 +86,6 @@ def test_checks_say_nothing_in_the_terminal(tmp_path: Path, capfd: pytest.Captur
     assert capfd.readouterr() == ("", "")
 
 
-def test_checks_leave_the_folder_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    package = written(textured_box(), tmp_path)
-    bounce(package)
-    before = sorted(tmp_path.rglob("*"))
-    tripped(package, FILES)
-    assert sorted(tmp_path.rglob("*")) == before
-
-
 def test_checks_run_in_a_forked_child(tmp_path: Path) -> None:
     """Twenty children of one warm parent: a lock or thread lost in the fork would hang some of them."""
     package = written(textured_box(), tmp_path)

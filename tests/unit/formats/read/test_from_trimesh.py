@@ -35,12 +35,6 @@ def square(material: PBRMaterial | SimpleMaterial) -> trimesh.Trimesh:
     return trimesh.Trimesh(vertices=points, faces=[(0, 1, 2), (0, 2, 3)], visual=visual, process=False)
 
 
-def test_units_are_those_that_trimesh_states() -> None:
-    for units, metres in (("mm", 0.001), ("inches", 0.0254), ("meters", 1.0), (None, None)):
-        found = raw_from_trimesh(box(units)).metres_per_unit
-        assert found == (None if metres is None else pytest.approx(metres)), units
-
-
 def test_what_is_refused_or_passed_over() -> None:
     few = {**LIMITS, "input_faces": 11}
     broken = trimesh.Trimesh(vertices=[(0, 0, 0), (1, 0, 0), (0, 1, 0)], faces=[(0, 1, 7)], process=False)

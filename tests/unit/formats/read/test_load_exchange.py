@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import socket
 import zipfile
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ import trimesh
 from casa_assets.ingest.sources import Refused, discover
 from casa_assets.model import rejection_codes
 from casa_assets.model.source import Up
-from tests.support.mesh.mesh_files import OBJ_TRIANGLE, load_bytes, refusal
+from tests.support.mesh.mesh_files import load_bytes, refusal
 
 MESH = (
     '<mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/><vertex x="0" y="1" z="0"/></vertices>'
@@ -158,11 +157,3 @@ def test_what_is_not_read_is_said(subtests: pytest.Subtests, tmp_path_factory: p
             assert isinstance(one, Refused)
             assert (one.path, one.code) == (name, rejection_codes.WRONG_TYPE)
             assert name in one.message
-
-
-def test_a_twin_that_is_read_speaks_for_it(tmp_path: Path) -> None:
-    for name in ("chair.fbx", "chair.blend", "index.json.gz", "notes.txt"):
-        (tmp_path / name).write_bytes(b"whatever")
-    (tmp_path / "chair.obj").write_text(OBJ_TRIANGLE)
-    (one,) = discover([tmp_path])
-    assert not isinstance(one, Refused)

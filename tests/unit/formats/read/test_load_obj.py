@@ -13,11 +13,6 @@ from casa_assets.model import rejection_codes
 from tests.support.mesh.mesh_files import OBJ_TRIANGLE, QUARTERS, codes_of, load_bytes, png, refusal, texel
 
 
-def test_declares_neither_unit_nor_axis() -> None:
-    model = load_bytes("x.obj", OBJ_TRIANGLE)
-    assert (model.metres_per_unit, model.up, model.format, model.notes) == (None, None, "obj", ())
-
-
 def test_spellings_of_the_same_triangle(subtests: pytest.Subtests) -> None:
     for text in [
         codecs.BOM_UTF8 + OBJ_TRIANGLE.replace("\n", "\r\n").replace(" ", "\t").encode(),
@@ -117,12 +112,6 @@ def test_unusable_files_are_refused(subtests: pytest.Subtests) -> None:
     ]:
         with subtests.test(text=text, code=code):
             assert refusal("x.obj", text) == code
-
-
-def test_commands_in_an_obj_are_ignored() -> None:
-    assert codes_of(load_bytes("x.obj", "csh touch x\ncall y.obj\n" + OBJ_TRIANGLE)) == {
-        rejection_codes.DIRECTIVE_IGNORED
-    }
 
 
 def test_concave_polygons_keep_their_area() -> None:

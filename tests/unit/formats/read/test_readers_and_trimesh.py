@@ -7,12 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from PIL import Image
-from trimesh.visual import TextureVisuals
-from trimesh.visual.material import PBRMaterial
 
-from tests.support.mesh.mesh_files import LIMITS, QUARTERS
-from tests.support.mesh.mesh_readings import Reading, differences, ours, theirs
+from tests.support.mesh.mesh_files import LIMITS
+from tests.support.mesh.mesh_readings import differences, ours, theirs
 
 EXAMPLES = Path(__file__).parents[4] / "examples" / "meshes"
 KINDS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".dae")
@@ -46,29 +43,6 @@ def test_what_trimesh_writes_is_read_alike(subtests: pytest.Subtests, tmp_path_f
             assert mine.area == pytest.approx(whole.area, rel=1e-4)
             found = differences(path, mine, theirs(path))
             assert [f for f in found if not f.startswith("materials")] == []
-
-
-def test_a_picture_is_found_by_both(tmp_path: Path) -> None:
-    picture = Image.fromarray(QUARTERS).resize((16, 8))
-    points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
-    visual = TextureVisuals(uv=[(0, 0), (1, 0), (1, 1), (0, 1)], material=PBRMaterial(baseColorTexture=picture))
-    trimesh.Trimesh(vertices=points, faces=[(0, 1, 2), (0, 2, 3)], visual=visual, process=False).export(
-        tmp_path / "a.glb"
-    )
-    mine = ours(tmp_path / "a.glb", ROOMY)
-    assert mine.pictures == ((16, 8),)
-    assert differences(tmp_path / "a.glb", mine, theirs(tmp_path / "a.glb")) == []
-
-
-def test_a_difference_is_found(tmp_path: Path) -> None:
-    mesh = trimesh.creation.box((1, 2, 3))
-    mesh.export(tmp_path / "a.stl")
-    right = ours(tmp_path / "a.stl", ROOMY)
-    soup = right.soup.copy()
-    soup[3, 0, 0] += 0.01
-    assert differences(tmp_path / "a.stl", right, Reading(soup, 1, (), False, False))
-    assert differences(tmp_path / "a.stl", right, Reading(right.soup[1:], 1, (), False, False))
-    assert differences(tmp_path / "a.stl", right, Reading(right.soup, 1, (), True, False)) == ["has_uv: False and True"]
 
 
 def test_a_scale_near_one_is_kept(tmp_path: Path) -> None:
