@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from pxr import Usd, UsdGeom, UsdPhysics, UsdShade
 
 from casa_assets.formats.usd import document
-from casa_assets.formats.usd.document import float32_moments, principal_axes
-from casa_assets.formats.usd.joint import axis_and_rotation
+from casa_assets.formats.usd.document import axis_and_rotation, float32_moments, principal_axes
 from casa_assets.formats.usd.shapes import face_normals
 from casa_assets.model.asset.asset import Base, Exclusion, Link
 from casa_assets.model.asset.parts import Mesh
