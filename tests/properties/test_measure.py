@@ -89,20 +89,6 @@ def test_shell_of_a_box_is_six_plates() -> None:
 
 
 @quick
-@given(seeds, seeds)
-def test_parallel_axes_sum_to_the_whole(seed: int, other: int) -> None:
-    one, two = closed(seed), closed(other)
-    far = (two[0] + 50.0, two[1])
-    both = np.concatenate([one[0], far[0]]), np.concatenate([one[1], far[1] + len(one[0])])
-    volume, center, inertia = solid_moments(*both)
-    parts = [solid_moments(*one), solid_moments(*far)]
-    assert volume == pytest.approx(sum(p[0] for p in parts))
-    assert center == pytest.approx(sum(p[0] * p[1] for p in parts) / volume)
-    wanted = sum(shifted_inertia(p[2], p[0], p[1] - center) for p in parts)
-    assert inertia == pytest.approx(wanted, rel=1e-7, abs=1e-9 * np.trace(wanted))
-
-
-@quick
 @given(seeds)
 def test_a_surface_goes_once_round_what_is_in_it(seed: int) -> None:
     points, faces = closed(seed)

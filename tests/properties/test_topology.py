@@ -70,18 +70,6 @@ def test_random_turns_are_undone(seed: int, count: int, holed: bool) -> None:
     assert abs(signed_volume(points, restored[label == 0])) > 0
 
 
-def test_winding_of_many_pieces_and_of_what_has_no_sides() -> None:
-    strip = np.array([[i, i + 1, i + 2] if i % 2 else [i + 1, i, i + 2] for i in range(9)])
-    moebius = np.concatenate([strip, [[9, 10, 1]], [[10, 0, 1]]]) % 11
-    out, turned = consistent_winding(moebius)
-    assert sorted(map(sorted, out.tolist())) == sorted(map(sorted, moebius.tolist()))
-    assert not turned[0]
-    for few in (np.empty((0, 3), dtype=np.int64), np.array([[0, 1, 2]])):
-        assert consistent_winding(few)[0] is few
-    twins = np.array([[0, 1, 2], [2, 1, 0]])
-    assert not consistent_winding(twins)[1].any()
-
-
 @pytest.mark.parametrize(
     ("shape", "exact"),
     [

@@ -17,7 +17,7 @@ from PIL import Image
 from casa_assets.formats.gltf import EVERYTHING, STEPS, asset_glb, encoded, scene_glb
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
-from casa_assets.model.asset.material import Material, Texture
+from casa_assets.model.asset.material import Texture
 from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.kitchen.scene import Resting
 from casa_assets.model.pose import Pose
@@ -127,20 +127,6 @@ def test_pictures_are_bounded_and_keep_their_alpha() -> None:
         assert (small.size, kind, mode) == ((512, 512), "image/jpeg", "OPAQUE")
     assert encoded(picture("cut", "RGBA", 64, (9, 9, 9, 255)), 512)[1:] == ("image/png", "MASK")
     assert encoded(picture("smoke", "RGBA", 64, (9, 9, 9, 128)), 512)[1:] == ("image/png", "BLEND")
-
-
-def test_a_material_is_written_as_it_is() -> None:
-    mug = rigid_mug()
-    look = Material(id="glass", base_color=(0.2, 0.4, 0.6, 0.3), metallic=0.25, roughness=0.125, glow=0.5)
-    links = tuple(
-        link.replace(visuals=tuple(visual.replace(material="glass") for visual in link.visuals)) for link in mug.links
-    )
-    (row,) = json_of(asset_glb(mug.replace(links=links, materials=(look,))))["materials"]
-    assert row["alphaMode"] == "BLEND"
-    assert row["emissiveFactor"] == pytest.approx([0.1, 0.2, 0.3])
-    surface = row["pbrMetallicRoughness"]
-    assert surface["baseColorFactor"] == pytest.approx(look.base_color)
-    assert (surface["metallicFactor"], surface["roughnessFactor"]) == (0.25, 0.125)
 
 
 def test_a_scene_has_each_mesh_once() -> None:

@@ -12,9 +12,7 @@ from pxr import Usd, UsdPhysics
 
 from casa_assets.formats.usd import isaac_lab
 from casa_assets.formats.usd.kitchen import write
-from casa_assets.model.asset.asset import Base
 from casa_assets.model.asset.parts import joint_positions
-from casa_assets.model.kitchen.scene import Scene
 from tests.support.kitchen.scenes import corner, put
 
 
@@ -68,16 +66,6 @@ def test_its_numbers_are_those_of_the_record(members: dict[str, Any]) -> None:
             assert (motor.stiffness[joint.name], motor.damping[joint.name]) == spring
             rests = members["SPRING_RESTS"].get(place.name, {})
             assert rests.get(joint.name) == (joint.drive.target if joint.drive else None)
-
-
-def test_what_moves_is_there_and_nothing_else(members: dict[str, Any]) -> None:
-    scene = corner()
-    found = {name for name, value in vars(members["KitchenSceneCfg"]).items() if isinstance(value, Config)}
-    assert found == {"kitchen", *(p.name for p in scene.placements if _moves(scene, p.name))}
-
-
-def _moves(scene: Scene, name: str) -> bool:
-    return bool(scene.asset_of[name].joints) or scene.asset_of[name].base is Base.FREE
 
 
 def test_the_usd_has_what_it_names(members: dict[str, Any]) -> None:

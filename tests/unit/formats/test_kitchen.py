@@ -39,10 +39,6 @@ def text(scene: Scene, weight: Weight = Weight.FULL) -> etree._Element:
     return etree.fromstring(write(in_form(scene, weight)).entries["scene.xml"])
 
 
-def named(root: etree._Element, path: str) -> list[str]:
-    return [str(e.get("name")) for e in root.findall(path)]
-
-
 @pytest.fixture(scope="module")
 def full(tmp_path_factory: pytest.TempPathFactory) -> mujoco.MjModel:
     return loaded(corner(), tmp_path_factory.mktemp("full"))
@@ -66,9 +62,6 @@ class TestPoses:
             assert data.body(name).xpos == pytest.approx(pose.position, abs=1e-8), name
             assert data.body(name).xmat.reshape(3, 3) == pytest.approx(pose.rotation, abs=1e-8), name
 
-    def test_an_empty_scene(self, tmp_path: Path) -> None:
-        assert loaded(Scene(id="void", assets=(), placements=()), tmp_path).nbody == 1
-
 
 class TestNames:
     def test_a_placement_is_the_single_asset_with_longer_names(self) -> None:
@@ -89,21 +82,6 @@ def _plain(element: etree._Element, prefix: str) -> dict[str, str]:
     attributes = {str(k): str(v) for k, v in element.attrib.items() if k not in ("mesh", "material")}
     assert attributes["name"].startswith(prefix)
     return attributes | {"name": attributes["name"].removeprefix(prefix)}
-
-
-class TestShared:
-    def test_each_thing_is_there_once(self) -> None:
-        root, files = text(corner()), write(corner()).entries
-        names = named(root, "asset/*")
-        assert len(names) == len(set(names))
-        meshes = {str(e.get("file")) for e in root.findall("asset/mesh")}
-        pictures = {str(e.get("file")) for e in root.findall("asset/texture[@file]")}
-        assert {f"../{p}" for p in files if p.startswith("assets/meshes")} == meshes
-        assert {f"../{p}" for p in files if p.startswith("assets/textures")} == pictures
-        assert len(pictures) == 1
-        # Two mugs have the hulls of one; both ovens and both grills have carcass panels of the same bytes.
-        assert len([m for m in named(root, "asset/mesh") if m.endswith("__convex")]) == 9
-        assert named(root, "asset/material").count("grill_0123456789__lamp") == 1
 
 
 class TestGroups:

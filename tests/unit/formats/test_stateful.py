@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import mujoco
 import numpy as np
 import pytest
@@ -12,7 +10,6 @@ from pxr import Usd
 
 from casa_assets.formats.mjcf import write
 from casa_assets.model.asset.asset import Asset, Base
-from casa_assets.model.asset.behavior import Behavior
 from casa_assets.model.pose import Pose
 from tests.support.asset.articulated_assets import grill
 from tests.support.asset.packages import stage_of
@@ -73,14 +70,6 @@ class TestUsdPoses:
         raised = asset.replace(links=(root, *asset.links[1:]))
         assert list(prim_of(raised, "object").GetAttribute("xformOp:translate").Get()) == [0.1, 0.0, 0.2]
         assert list(prim_of(raised, "rack").GetAttribute("xformOp:translate").Get()) == pytest.approx([0.06, 0.0, 0.3])
-
-
-class TestBehaviorFile:
-    def test_holds_the_machine_the_states_and_the_poses(self) -> None:
-        data = json.loads(write(grill()).entries["behavior.json"])
-        assert Behavior.model_validate(data["behavior"]) == grill().behavior
-        assert [key["name"] for key in data["keyframes"]] == ["closed", "on", "open"]
-        assert [state["name"] for state in data["states"]] == ["door_open", "door_closed"]
 
 
 def _position(asset: Asset, site: str) -> np.ndarray:

@@ -1,23 +1,24 @@
-"""The USD writer: what it writes is what the asset says, and the same bytes every time."""
+"""USD layers: what is written is what the asset says; the nested layer has a body below the one that carries it."""
 
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pxr import Usd, UsdGeom, UsdPhysics, UsdShade
+from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from casa_assets.formats.usd import document
 from casa_assets.formats.usd.document import axis_and_rotation, float32_moments, principal_axes
-from casa_assets.formats.usd.shapes import face_normals
-from casa_assets.model.asset.asset import Base, Exclusion, Link
-from casa_assets.model.asset.parts import Mesh
+from casa_assets.formats.usd.kitchen import write
+from casa_assets.model.asset.asset import Base
 from casa_assets.model.pose import Pose
 from tests.support.asset.assets import drawer_unit, microwave, rigid_mug, textured_box
-from tests.support.asset.packages import stage_of, thumbnail
+from tests.support.asset.packages import stage_of, written
+from tests.support.kitchen.scenes import corner, put
 
 AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 
@@ -26,17 +27,6 @@ def prim_of(stage: Usd.Stage, path: str) -> Usd.Prim:
     prim = stage.GetDefaultPrim().GetPrimAtPath(path)
     assert prim, path
     return prim
-
-
-class TestPackage:
-    def test_files(self) -> None:
-        asset = textured_box()
-        pictures = {f"usd/textures/{t.file_name}": t.png for t in asset.materials[0].textures}
-        layer, small = f"usd/{asset.id}.usda", f"usd/.thumbs/256x256/{asset.id}.usda.png"
-        entries = document.write(asset, thumbnail()).entries
-        assert set(entries) == {layer, small, *pictures}
-        assert entries[small] == thumbnail()
-        assert pictures.items() <= entries.items()
 
 
 class TestStage:
@@ -122,10 +112,6 @@ class TestVisuals:
         assert np.array(st_.Get()) == pytest.approx(mesh.uv)
         assert prim.GetSubdivisionSchemeAttr().Get() == "none"
 
-    def test_face_without_area_still_has_a_unit_normal(self) -> None:
-        mesh = Mesh(vertices=np.zeros((3, 3)), faces=np.array([[0, 1, 2]]))
-        assert face_normals(mesh).tolist() == [[0.0, 0.0, 1.0]]
-
     def test_textures_feed_the_surface(self) -> None:
         asset = textured_box()
         stage = stage_of(asset)
@@ -161,19 +147,25 @@ class TestJoints:
                     assert found == token
                     assert (Pose(quaternion=rotation).rotation @ np.array(AXES[token])).tolist() == [x, y, z]
 
-    def test_link_names_cannot_meet_the_writers_own(self) -> None:
-        asset = drawer_unit()
-        names = {"drawer": "visual", "knob": "materials"}
-        links = [asset.root, *(_renamed(k, names) for k in asset.links[1:])]
-        renamed = asset.replace(
-            links=tuple(links),
-            joints=tuple(j.replace(child="visual") for j in asset.joints),
-            exclusions=(Exclusion(first="materials", second="object"),),
-        )
-        names_found = [p.GetName() for p in stage_of(renamed).GetDefaultPrim().GetChildren()]
-        assert names_found == ["visualMaterials", "physicsMaterials", "object", "visual", "materials", "physicsJoints"]
+
+def test_bodies_lie_below_those_that_carry_them(tmp_path: Path) -> None:
+    package = written(drawer_unit(), tmp_path)
+    stage = Usd.Stage.Open(str(package.usd_files[1]))
+    root = stage.GetDefaultPrim().GetPath()
+    bodies = {str(p.GetPath().MakeRelativePath(root)) for p in stage.Traverse() if p.HasAPI(UsdPhysics.RigidBodyAPI)}
+    assert bodies == {"object", "object/drawer", "object/drawer/knob"}
+    for joint in (UsdPhysics.Joint(p) for p in stage.Traverse() if p.IsA(UsdPhysics.Joint)):
+        for end in (*joint.GetBody0Rel().GetTargets(), *joint.GetBody1Rel().GetTargets()):
+            assert stage.GetPrimAtPath(end), f"{joint.GetPath()} names {end}, which is not there"
 
 
-def _renamed(link: Link, names: dict[str, str]) -> Link:
-    parent = link.parent or ""
-    return link.replace(name=names[link.name], parent=names.get(parent, parent))
+def test_each_placement_of_a_scene_is_nested(tmp_path: Path) -> None:
+    folder = put(write(corner()), tmp_path, corner())
+    layer = Sdf.Layer.FindOrOpen(str(folder / "scene_nested.usda"))
+    assert len(layer.relocates) == sum(len(corner().asset_of[p.name].links) - 1 for p in corner().placements)
+    stage = Usd.Stage.Open(layer)
+    for place in corner().placements:
+        asset, root = corner().asset_of[place.name], Sdf.Path(f"/World/{place.name}")
+        for link in asset.links:
+            path = document.nested_path(root, asset, link.name)
+            assert stage.GetPrimAtPath(path).HasAPI(UsdPhysics.RigidBodyAPI), path

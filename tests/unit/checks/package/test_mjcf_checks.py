@@ -10,14 +10,12 @@ import pytest
 from casa_assets import registry
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mujoco_facts
-from casa_assets.checks.readers.facts import asset_facts
 from casa_assets.checks.run import run
 from casa_assets.checks.table.table import TABLE
 from casa_assets.formats.mjcf import write
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.parts import Box
 from casa_assets.model.issue import Report
-from casa_assets.model.pose import Pose
 from tests.support.asset.articulated_assets import grill
 from tests.support.asset.assets import (
     EVERY,
@@ -130,11 +128,6 @@ class TestBad:
         tamper(package.root / file, old, new)
         assert codes(report(package)) == {code}
 
-    def test_a_missing_mesh_does_not_compile(self, tmp_path: Path) -> None:
-        package = packed(ball(), tmp_path)
-        next((package.root / "meshes").iterdir()).unlink()
-        assert codes(report(package)) == {"MJC001"}
-
     def test_a_free_joint_in_the_model(self, tmp_path: Path) -> None:
         package = packed(ball(), tmp_path)
         # The loaders find `object` one body deep; a free joint is only legal at the top.
@@ -149,15 +142,6 @@ class TestBad:
         assert found.issues[0].pointer == "joints/microjoint"
         excluded = jammed.replace(exclusions=microwave().exclusions)
         assert codes(report(packed(excluded, tmp_path / "excluded"))) == set()
-
-
-class TestFacts:
-    def test_the_root_is_the_origin(self, tmp_path: Path) -> None:
-        mug = rigid_mug()
-        moved = mug.replace(links=(mug.root.replace(pose=Pose(position=(1.0, 2.0, 3.0))),))
-        package = packed(moved, tmp_path)
-        for table in (asset_facts(moved), mujoco_facts.facts(package.mjcf), mujoco_facts.facts(package.scene)):
-            assert table.bodies[0].position == (0.0, 0.0, 0.0)
 
 
 class TestLoad:

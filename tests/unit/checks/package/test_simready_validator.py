@@ -53,13 +53,6 @@ def test_without_it_an_asset_passes_and_a_check_was_not_run(tmp_path: Path) -> N
 
 
 @pytest.mark.usefixtures("absent")
-def test_without_it_a_kitchen_passes(tmp_path: Path) -> None:
-    report = run(in_all_forms(room((block("crate", (0.2, 0.2, 0.2)), at(0.0, 0.0, 0.0))), tmp_path), "room", LIMITS)
-    assert {r.code for r in report.results if r.status is Status.NOT_RUN} >= {"SCN020"}
-    assert report.passed
-
-
-@pytest.mark.usefixtures("absent")
 @pytest.mark.parametrize(("version", "told"), [((3, 12), "pip install"), ((3, 14), "casa-assets doctor")])
 def test_the_doctor_names_the_command(
     version: tuple[int, int], told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -59,15 +59,6 @@ def test_each_states_its_unit_and_axis_as_far_as_it_has_them() -> None:
     np.testing.assert_allclose(raw.parts[0].mesh.bounds, [[4.5, 5, 5.5], [5.5, 7, 8.5]])
 
 
-def test_3mf_copies_of_components() -> None:
-    inner = f'<object id="1">{MESH}</object>'
-    outer = '<object id="2"><components><component objectid="1"/>'
-    outer += '<component objectid="1" transform="1 0 0 0 1 0 0 0 1 3 0 0"/></components></object>'
-    raw = load_bytes("a.3mf", package(model(inner + outer, '<item objectid="2"/>', "inch")))
-    assert raw.metres_per_unit == pytest.approx(0.0254)
-    assert sorted(float(p.mesh.bounds[1, 0]) for p in raw.parts) == [1.0, 4.0]
-
-
 def test_hostile_text(subtests: pytest.Subtests) -> None:
     for name, data, code in [
         ("counts.off", "OFF\n1000000000 1000000000 0\n0 0 0\n", rejection_codes.EXCHANGE_UNREADABLE),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import math
 import struct
 
@@ -113,15 +112,6 @@ def test_alpha_follows_the_mode() -> None:
     assert channels == {"OPAQUE": 2, "BLEND": 6, "MASK": 6}  # PNG colour types: 2 RGB, 6 RGBA
 
 
-def test_an_invisible_material_is_made_opaque() -> None:
-    made = Gltf()
-    made.document["materials"] = [{"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 0]}}]
-    made.primitive["material"] = 0
-    model = load_bytes("x.glb", made.glb())
-    assert model.parts[0].material.base_color == (1.0, 0.0, 0.0, 1.0)
-    assert codes_of(model) == {rejection_codes.FULLY_TRANSPARENT}
-
-
 def test_rest_pose_of_a_rigged_mesh_comes_from_its_joints() -> None:
     made = Gltf()
     made.attributes["JOINTS_0"] = made.add(np.zeros((3, 4), dtype="u1"), "VEC4")
@@ -132,13 +122,6 @@ def test_rest_pose_of_a_rigged_mesh_comes_from_its_joints() -> None:
     model = load_bytes("x.glb", made.glb())
     assert model.parts[0].mesh.vertices[1].tolist() == [2, 0, 0]
     assert codes_of(model) == {rejection_codes.FEATURE_IGNORED}
-
-
-def test_text_gltf_with_data_uri_and_with_a_buffer_beside_it() -> None:
-    made = Gltf()
-    inside = "data:application/octet-stream;base64," + base64.b64encode(made.binary).decode()
-    for uri, files in ((inside, {}), ("my%20buffer.bin", {"my%20buffer.bin": made.binary})):
-        assert len(load_bytes("x.gltf", made.text(uri), **files).parts) == 1
 
 
 def test_nan_uv_and_missing_uv_are_remarked() -> None:

@@ -29,17 +29,6 @@ def test_spellings_of_the_same_triangle(subtests: pytest.Subtests) -> None:
             assert mesh.vertices[mesh.faces[0]].tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 
 
-def test_objects_and_materials_make_parts_in_order() -> None:
-    text = "v 0 0 0\nv 1 0 0\nv 0 1 0\no Lid\nusemtl a\nf 1 2 3\n"
-    text += "o pot\nf 1 2 3\nusemtl b\nf 3 2 1\no Lid\nusemtl a\nf 3 1 2\n"
-    parts = load_bytes("x.obj", text).parts
-    assert [(p.name, len(p.mesh.faces), p.material.id) for p in parts] == [
-        ("lid", 2, "a"),
-        ("pot", 1, "a"),
-        ("pot_2", 1, "b"),
-    ]
-
-
 def test_corners_with_other_uv_are_other_vertices_and_uv_count_from_the_lower_left() -> None:
     text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 2\nmtllib m.mtl\nusemtl m\n"
     text += "f 1/1/1 2/2/1 3/3/1\nf 2/2/1 4/2/1 3/2/1\n"
