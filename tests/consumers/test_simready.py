@@ -11,7 +11,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
-from pxr import Ar, Gf, Usd, UsdGeom, UsdShade
+from pxr import Gf, Usd, UsdGeom, UsdShade
 
 from casa_assets.checks import simready
 from casa_assets.checks.package import Package, usd
@@ -39,14 +39,6 @@ def kit() -> ModuleType:
 
 
 @pytest.fixture
-def stage() -> Usd.Stage:
-    found = Usd.Stage.CreateInMemory()
-    for name in ("a", "bad", "b"):
-        UsdGeom.Xform.Define(found, f"/{name}")
-    return found
-
-
-@pytest.fixture
 def their_way(kit: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     """Meanwhile SimReady runs as it does by itself."""
     load_rules()
@@ -57,32 +49,6 @@ def their_way(kit: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(checker, kit.simready.MAKE_RUNNER, classmethod(create))
     monkeypatch.setattr(kit.simready, "only_demanded", lambda without: nullcontext())
-
-
-def test_each_rule_is_given_what_it_looks_at_in_order(kit: ModuleType, stage: Usd.Stage) -> None:
-    """What a rule cannot bear is a finding of it."""
-    looker, stager = kit.Looker(), kit.Stager()
-    with kit.simready.DirectRunner([looker, stager], Ar.GetResolver().GetCurrentContext()) as runner:
-        for event in kit.events(stage):
-            runner.append(event)
-    assert looker.seen == ["a", "bad", "b"]
-    assert [issue.message for issue in looker.GetIssues()] == ["Uncaught error: too much"]
-    assert [issue.message for issue in stager.GetIssues()] == ["a stage"]
-
-
-class TestDirectRunner:
-    def test_a_rule_does_not_look_for_what_is_not_demanded(self, kit: ModuleType, stage: Usd.Stage) -> None:
-        def found() -> list[str]:
-            rule = kit.Two()
-            with kit.simready.DirectRunner([rule], Ar.GetResolver().GetCurrentContext()) as runner:
-                runner.append(kit.Event(kit.Kind.PRIM, stage.GetPrimAtPath("/a")))
-            return [issue.message for issue in rule.GetIssues()]
-
-        demanded = kit.simready._demanded.set(frozenset({"com.nvidia.simready.VM.TEX.001"}))
-        some = found()
-        kit.simready._demanded.reset(demanded)
-        assert some == ["size of a"]
-        assert found() == ["size of a", "surface of a"], "where nobody says what is demanded"
 
 
 def unnamed(package: Package) -> None:

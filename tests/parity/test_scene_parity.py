@@ -171,12 +171,3 @@ def test_contacts_are_compared_too(folder: Path) -> None:
     # Of the one sphere.
     tamper(folder / "scene.xml", ('condim="6"', 'condim="3"'))
     assert pointers(folder) == ["bodies/orange/contacts"]
-
-
-def test_a_thing_that_one_format_alone_holds_fast_is_found(folder: Path) -> None:
-    text = (folder / "scene.xml").read_text().replace('<freejoint name="orange__free"/>', "")
-    head, keys = text.split("<keyframe>")
-    # Without its seven numbers, which are x, y, z and a turn by nothing.
-    assert keys.count(" 0.6 0 1 1 0 0 0 ") == 3
-    (folder / "scene.xml").write_text(head + "<keyframe>" + keys.replace(" 0.6 0 1 1 0 0 0 ", " "))
-    assert pointers(folder) == ["placements/orange/base"]

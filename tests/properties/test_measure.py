@@ -9,7 +9,6 @@ from hypothesis import given
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.mesh.surface import (
     shell_moments,
-    shifted_inertia,
     solid_moments,
     winding_number,
 )
@@ -72,20 +71,6 @@ def test_sphere_and_cylinder_converge_to_the_formulas() -> None:
     assert (table > 0).all()  # inscribed surfaces are too small
     assert (table[-1] < 2e-3).all()
     assert (table[:-1] / table[1:] > 3.5).all()  # twice the steps, a quarter of the error
-
-
-def test_shell_of_a_box_is_six_plates() -> None:
-    x, y, z = 0.2, 0.3, 0.7
-    area, center, inertia = shell_moments(*tessellate(Box(size=(x, y, z)), Pose(position=(1, 2, 3))))
-    wanted = np.zeros((3, 3))
-    for axis, (u, v) in enumerate([(y, z), (z, x), (x, y)]):
-        sides = [x, y, z]
-        offset = np.eye(3)[axis] * sides[axis] / 2
-        sides[axis] = 0.0
-        wanted += 2 * shifted_inertia(box_inertia(*sides) * u * v, u * v, offset)
-    assert area == pytest.approx(2 * (x * y + y * z + z * x))
-    assert center == pytest.approx([1, 2, 3])
-    assert inertia == pytest.approx(wanted, abs=1e-12)
 
 
 @quick

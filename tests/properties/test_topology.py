@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from casa_assets.mesh.grid.voxels import boundary, voxelise
+from casa_assets.mesh.grid.voxels import voxelise
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.mesh.solid.solids import closed_solid, union
 from casa_assets.mesh.surface import signed_volume
 from casa_assets.mesh.topology import consistent_winding, face_components, is_closed, weld
 from casa_assets.model.asset.parts import Box, Cylinder, Shape, Sphere
 from casa_assets.model.pose import Pose
-from tests.properties.strategies import Floats, Ints, closed, poses, quick, seeds, torus
+from tests.properties.strategies import Floats, Ints, closed, quick, seeds, torus
 
 
 def several(seed: int, count: int) -> tuple[Floats, Ints]:
@@ -88,29 +88,6 @@ def test_voxels_find_the_volume(shape: Shape, exact: float, tilt: tuple[float, f
         centers = grid.origin + np.argwhere(grid.solid) * grid.cell
         assert (centers > points.min(axis=0) - grid.cell).all()
         assert (centers < points.max(axis=0) + grid.cell).all()
-
-
-@quick
-@given(seeds, poses())
-def test_boundary_of_voxels_is_closed_and_holds_their_volume(seed: int, pose: Pose) -> None:
-    points, faces = closed(seed, 16)
-    grid = voxelise(pose.apply(points), faces, 12)
-    corners, quads = boundary(grid)
-    assert signed_volume(corners, quads) == pytest.approx(grid.solid.sum() * grid.cell**3, rel=1e-9)
-
-
-@quick
-@given(seeds, st.floats(0.0, 1.5))
-def test_overlap_counts_once(seed: int, shift: float) -> None:
-    box = tessellate(Box(size=(1, 1, 1)), Pose())
-    moved = tessellate(Box(size=(1, 1, 1)), Pose(position=(shift, 0.25, 0.125)))
-    both = np.concatenate([box[0], moved[0]]), np.concatenate([box[1], moved[1] + len(box[0])])
-    exact = 2 - max(0.0, 1 - shift) * 0.75 * 0.875
-    solid, united = closed_solid(*both), union([box, moved])
-    assert solid is not None
-    assert united is not None
-    assert signed_volume(*solid) == pytest.approx(exact)
-    assert signed_volume(*united) == pytest.approx(exact)
 
 
 def test_what_bounds_no_volume_is_no_solid() -> None:

@@ -89,31 +89,3 @@ def test_the_usd_has_what_it_names(members: dict[str, Any]) -> None:
             p.GetName() for p in Usd.PrimRange(prim) if p.IsA(UsdPhysics.Joint) and not p.IsA(UsdPhysics.FixedJoint)
         ]
         assert sorted(entity.actuators["joints"].joint_names_expr) == sorted(moving)
-
-
-def test_springs_are_aimed_at_where_they_rest(members: dict[str, Any]) -> None:
-    """With a fixture that keeps what it is told, in two copies of the kitchen."""
-    aimed: dict[str, Any] = {}
-
-    class Fixture:
-        def __init__(self, name: str) -> None:
-            self.name = name
-
-        def find_joints(self, names: list[str], preserve_order: bool) -> tuple[list[int], list[str]]:
-            assert preserve_order
-            return list(range(len(names))), names
-
-        def set_joint_position_target(self, target: Any, joint_ids: list[int]) -> None:
-            aimed[self.name] = (target, joint_ids)
-
-    class Copies(dict[str, Fixture]):
-        num_envs, device = 2, "cpu"
-
-        def __missing__(self, name: str) -> Fixture:
-            return Fixture(name)
-
-    members["torch"].tensor = lambda rows, device: rows
-    members["hold_springs"](Copies())
-    rests = members["SPRING_RESTS"]
-    assert aimed == {n: ([list(row.values())] * 2, list(range(len(row)))) for n, row in rests.items()}
-    assert rests

@@ -165,11 +165,6 @@ class TestLight:
         # The free oven's parts keep the bits that a robot has, and so meet all else.
         assert meets("loose_oven__door", "wall")
 
-    def test_effects_on_what_is_gone_are_gone(self) -> None:
-        said = {str(e.get("name")): str(e.get("data")) for e in text(corner(), Weight.LIGHT).findall("custom/text")}
-        assert "heat_glow" in said["grill__behavior"]
-        assert "lamp_main" not in said["grill__behavior"]
-
 
 def test_a_scene_runs(full: mujoco.MjModel) -> None:
     """Free things fall, nothing explodes."""

@@ -15,7 +15,7 @@ from casa_assets.formats.mjcf import kitchen as mjcf
 from casa_assets.formats.usd import kitchen as usd
 from casa_assets.mesh.inertia import ADJACENT_M, adjacent_links, drop_unfelt_products
 from casa_assets.mesh.solid.primitive import tessellate
-from casa_assets.mesh.solid.solids import convex_hull, hull_planes, hull_volume
+from casa_assets.mesh.solid.solids import convex_hull, hull_planes
 from casa_assets.model.asset.asset import Asset, Collider, Inertial
 from casa_assets.model.asset.parts import Box, Cylinder, Hull, Mesh, MeshShape
 from casa_assets.model.kitchen.scene import LightScene, Scene
@@ -24,7 +24,6 @@ from tests.support.asset.articulated_assets import drawer_unit, grill
 from tests.support.asset.assets import rigid_mug
 from tests.support.asset.cupboard import cupboard, joint_changed
 from tests.support.kitchen.rooms import at, block, room
-from tests.support.mesh.meshes import box_mesh
 
 Floats = npt.NDArray[np.float64]
 TURNED = Pose(position=(0.3, -0.1, 0.2), quaternion=(math.cos(0.35), 0.1, math.sin(0.35), 0.2))
@@ -32,16 +31,6 @@ TURNED = Pose(position=(0.3, -0.1, 0.2), quaternion=(math.cos(0.35), 0.1, math.s
 
 def prism(outline: list[tuple[float, float]], height: float) -> Floats:
     return np.array([(x, y, z) for z in (0.0, height) for x, y in outline])
-
-
-def volume(shape: Box | Cylinder) -> float:
-    if isinstance(shape, Box):
-        return math.prod(shape.size)
-    return math.pi * shape.radius**2 * shape.height
-
-
-def filled(points: Floats) -> float:
-    return sum(volume(shape) for shape, _ in inscribed_primitives(points)) / hull_volume(points)
 
 
 ROD = prism([(0.05 * math.cos(t), 0.05 * math.sin(t)) for t in np.arange(24) * math.pi / 12], 0.6)
@@ -70,14 +59,6 @@ def test_boxes_of_one_hull_do_not_overlap(points: Floats) -> None:
         assert one.quaternion == other.quaternion
         gap = np.abs(one.rotation.T @ (np.array(one.position) - np.array(other.position)))
         assert (gap - (np.array(first.size) + np.array(second.size)) / 2).max() >= -1e-9
-
-
-def test_how_much_is_left() -> None:
-    assert filled(box_mesh((0.1, 0.2, 0.3), (0.0, 0.0, 0.0)).vertices) > 0.999
-    assert filled(PLATE) > 0.98
-    assert filled(ROD) > 0.95
-    assert filled(CORNER) > 0.85
-    assert filled(WEDGE) > 0.6
 
 
 def test_a_round_hull_is_a_cylinder_and_a_corner_is_not() -> None:

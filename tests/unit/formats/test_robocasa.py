@@ -133,20 +133,6 @@ class TestUpright:
         assert axes @ np.diag(stood.body_inertia[-1]) @ axes.T == pytest.approx(spun, abs=1e-9)
 
 
-class TestThick:
-    def test_a_flat_print_gets_a_point_behind_it(self) -> None:
-        asset = slice_of_bread()
-        crumb, ink = asset.root.visuals
-        assert [model.has_volume(v.mesh) for v in (crumb, ink)] == [True, False]
-        after = model.thickened(asset).root.visuals
-        assert after[0] == crumb
-        assert model.has_volume(after[1].mesh)
-        assert len(after[1].mesh.faces) == len(ink.mesh.faces) + 3
-        added = after[1].mesh.vertices[-1]
-        assert 0 < ink.mesh.vertices[0, 2] - added[2] <= model.MAX_DEPTH_M + 1e-12
-        assert after[1].mesh.faces[: len(ink.mesh.faces)].tolist() == ink.mesh.faces.tolist()
-
-
 # ---- categories
 
 APPLE = [

@@ -163,25 +163,6 @@ def test_a_lid_keeps_its_frame_and_is_told_of_its_blender() -> None:
     assert "int" in {region.name for region in below.centered.regions}
 
 
-@pytest.mark.parametrize(("aside", "kind"), [(0.9, "OpenCabinet"), (0.05, "Fixture")])
-def test_shelves_that_no_robot_gets_to_are_no_goal(aside: float, kind: str) -> None:
-    """Another worktop stands out beside the shelves, as in the inner corner of an L."""
-    shelf, counter = preset("open_shelf", "white_wall"), preset(*COUNTER)
-    (x, y, _), (width, depth, _) = parts.main_center(counter), parts.main_region(counter).size
-    turned = Pose(position=(x + aside + depth / 2, y - depth / 2 - width / 2, 0.9), quaternion=QUARTER)
-    scene = Scene(
-        id="test_room",
-        assets=(shelf, counter),
-        placements=(
-            Placement(name="open", asset=shelf.id, pose=Pose(position=(x, y, 1.4))),
-            Placement(name="own", asset=counter.id, pose=Pose(position=(0.0, 0.0, 0.9))),
-            Placement(name="other", asset=counter.id, pose=turned),
-        ),
-    )
-    found = {item.name: item.type for item in description.fixtures_of(scene, classes())}
-    assert found == {"open": kind, "own": "Counter", "other": "Counter"}
-
-
 def test_the_arena_has_the_lights_and_no_unknown_pairs() -> None:
     items = fixtures()
     pairs = description.excluded_bodies(kitchen(), items)
@@ -193,23 +174,6 @@ def test_the_arena_has_the_lights_and_no_unknown_pairs() -> None:
         f"{item.name}_{name}" for item in items for name in ("main", *(link.name for link in item.centered.links))
     }
     assert {body for pair in pairs for body in pair} <= bodies
-
-
-def test_before_a_deep_thing_no_place_is_told() -> None:
-    counter = centered(preset(*COUNTER))
-    [region] = [region for region in counter.regions if region.name.startswith("top")]
-    (x, y, _), (width, depth, _) = region.pose.position, region.size
-    left, front = x - width / 2, y - depth / 2
-    [whole] = description.free_surfaces(counter, [])
-    assert whole.size == pytest.approx(region.size)
-    deep = ((left + 0.1, front + 0.2), (left + 0.5, front + depth))
-    [beside] = description.free_surfaces(counter, [deep])
-    assert beside.size[0] == pytest.approx(width - 0.5)
-    assert beside.position[0] == pytest.approx(left + 0.5 + (width - 0.5) / 2)
-    shallow = ((left + 0.1, front + 0.3), (left + 0.5, front + depth))
-    assert description.free_surfaces(counter, [shallow]) == (whole,)
-    everywhere = ((left, front + 0.2), (left + width, front + depth))
-    assert description.free_surfaces(counter, [everywhere]) == (whole,)
 
 
 @pytest.fixture

@@ -41,19 +41,6 @@ class TestStage:
         assert Usd.ModelAPI(root).GetKind() == "component"
         assert UsdGeom.Xformable(root).GetOrderedXformOps() == []
 
-    def test_provenance_is_the_assets_own(self) -> None:
-        asset = microwave()
-        said = stage_of(asset).GetRootLayer().customLayerData["SimReady_Metadata"]
-        lower, upper = asset.bounds
-        assert said["author"] == asset.provenance.author
-        assert said["asset_license"] == asset.provenance.licence
-        assert said["source_file"] == asset.provenance.path
-        assert said["category"] == "microwave"
-        assert said["qcode"] == asset.labels.qcode.id
-        assert said["rigid_body_count"] == 2
-        assert said["mass"] == asset.mass
-        assert tuple(said["asset_extents"]) == pytest.approx(tuple(upper - lower), abs=1e-7)
-
 
 class TestBody:
     def test_articulation_root_is_the_base_body_wherever_a_joint_is(self, subtests: pytest.Subtests) -> None:

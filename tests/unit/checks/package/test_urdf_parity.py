@@ -11,7 +11,6 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from lxml import etree
 
 from casa_assets.checks.package.parity import asset_differences
 from casa_assets.checks.readers import urdf_facts
@@ -23,7 +22,7 @@ from casa_assets.formats.urdf import roll_pitch_yaw
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.pose import Pose
 from tests.support.asset.articulated_assets import grill
-from tests.support.asset.assets import EVERY, drawer_unit, microwave, rigid_mug, write_to
+from tests.support.asset.assets import EVERY, microwave, write_to
 from tests.support.kitchen.scenes import corner
 
 ASSETS = [*EVERY, grill]
@@ -58,28 +57,6 @@ def test_mujoco_reads_the_same_masses_joints_and_places(build: Callable[[], Asse
             assert joint.axis == pytest.approx(body.joint.axis, abs=1e-6)
             assert joint.damping[0] == pytest.approx(body.joint.resistance[2])
             assert joint.frictionloss[0] == pytest.approx(body.joint.resistance[3])
-
-
-def test_a_capsule_is_a_cylinder_with_round_ends() -> None:
-    asset = rigid_mug()
-    root = etree.fromstring(urdf.write(asset).entries[f"{asset.id}.urdf"])
-    shapes = {shape.get("name"): shape.find("geometry")[0].tag for shape in root.iter("collision")}
-    assert {tag for name, tag in shapes.items() if name.startswith("grip")} <= {"cylinder", "sphere", "mesh"}
-    for name in [name for name in shapes if name.endswith("__end0")]:
-        base = name.removesuffix("__end0")
-        assert (shapes[base], shapes[name], shapes[f"{base}__end1"]) == ("cylinder", "sphere", "sphere")
-
-
-def test_what_urdf_cannot_say_is_beside_it() -> None:
-    asset = drawer_unit()
-    aside = json.loads(urdf.write(asset).entries[f"{asset.id}.json"])
-    driven = next(joint for joint in asset.joints if joint.drive is not None)
-    assert driven.drive is not None
-    assert aside["joints"][driven.name]["spring"] == {
-        "stiffness": driven.drive.stiffness,
-        "rest": driven.drive.target,
-    }
-    assert {item["name"] for item in aside["regions"]} == {region.name for region in asset.regions}
 
 
 def test_roll_pitch_and_yaw_turn_as_the_pose_does(subtests: pytest.Subtests) -> None:
@@ -146,6 +123,10 @@ def test_a_changed_json_is_told(subtests: pytest.Subtests, tmp_path_factory: pyt
             at[place[-1]] = value
             path.with_suffix(".json").write_text(json.dumps(aside))
             assert cell in [pointer for pointer, _ in asset_differences(path, asset)]
+
+
+def test_a_scene_is_what_was_written(tmp_path: Path) -> None:
+    assert scene_differences(write_to(urdf.write_scene(corner()), tmp_path), corner()) == []
 
 
 @pytest.mark.parametrize(

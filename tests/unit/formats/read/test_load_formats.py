@@ -116,16 +116,6 @@ def test_usd_layers_of_the_folder_are_followed_and_no_others(tmp_path: Path) -> 
         assert error.value.code == codes.PATH_TRAVERSAL
 
 
-def test_shapes_of_vrml_are_closed(subtests: pytest.Subtests) -> None:
-    for solid in ["Box", "Cylinder", "Cone", "Sphere"]:
-        with subtests.test(solid=solid):
-            mesh = load_bytes("a.wrl", made.wrl(f"{solid} {{ }}")).parts[0].mesh
-            assert _volume(mesh.vertices, mesh.faces) > 1.0
-            assert np.allclose(np.ptp(mesh.vertices, axis=0), 2.0, atol=0.02)
-    used_twice = made.wrl() + "Transform { translation 1 0 0 children USE thing }"
-    assert len(load_bytes("a.wrl", used_twice).parts) == 2
-
-
 def test_a_blend_without_blender_says_how_to_install_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "a.blend").write_bytes(b"BLENDER-v300RENDH")
     monkeypatch.delenv(system.BLENDER_VARIABLE, raising=False)

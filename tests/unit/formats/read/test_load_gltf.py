@@ -124,20 +124,6 @@ def test_rest_pose_of_a_rigged_mesh_comes_from_its_joints() -> None:
     assert codes_of(model) == {rejection_codes.FEATURE_IGNORED}
 
 
-def test_nan_uv_and_missing_uv_are_remarked() -> None:
-    made = Gltf()
-    made.attributes["TEXCOORD_0"] = made.add(np.array([[np.nan, 0], [1, 0], [0, 1]], dtype="<f4"), "VEC2")
-    made.paint(png(QUARTERS))
-    model = load_bytes("x.glb", made.glb())
-    assert codes_of(model) == {rejection_codes.BAD_UV}
-    assert model.parts[0].mesh.uv is not None
-    assert model.parts[0].mesh.uv[0].tolist() == [0, 0]
-    del made.attributes["TEXCOORD_0"]
-    model = load_bytes("x.glb", made.glb())
-    assert codes_of(model) == {rejection_codes.TEXTURE_WITHOUT_UV}
-    assert model.parts[0].material.textures == ()
-
-
 def test_broken_containers_are_refused(subtests: pytest.Subtests) -> None:
     for cut, code in [
         (lambda d: d[:8], rejection_codes.TRUNCATED),

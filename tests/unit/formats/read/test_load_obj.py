@@ -83,12 +83,6 @@ def test_bad_faces_are_dropped_with_a_note() -> None:
         assert (len(model.parts[0].mesh.faces), codes_of(model)) == (1, {rejection_codes.FACE_DROPPED}), line
 
 
-def test_non_finite_vertices_cost_their_faces_or_the_input() -> None:
-    model = load_bytes("x.obj", OBJ_TRIANGLE + "v nan inf 0\nf 1 2 4\n")
-    assert (len(model.parts[0].mesh.faces), codes_of(model)) == (1, {rejection_codes.FACE_DROPPED})
-    assert refusal("x.obj", OBJ_TRIANGLE.replace("v 1 0 0", "v nan 0 0")) == rejection_codes.NON_FINITE
-
-
 def test_unusable_files_are_refused(subtests: pytest.Subtests) -> None:
     for text, code in [
         ("", rejection_codes.EMPTY_FILE),

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from casa_assets.formats.read.materials import Images, ImageUse
-from casa_assets.formats.read.text import Notes, UniqueNames, identifier
+from casa_assets.formats.read.text import Notes
 from casa_assets.model import rejection_codes
 from casa_assets.model.source import Up
 from tests.support.mesh.mesh_files import LIMITS, QUARTERS, load_bytes, png, refusal, texel
@@ -197,18 +197,3 @@ def test_large_pictures_are_refused_unseen_and_big_ones_scaled() -> None:
     assert scaled is not None
     assert (scaled.width_px, scaled.height_px) == (4096, 1)
     assert [n.code for n in notes.issues] == [rejection_codes.IMAGE_REFUSED, rejection_codes.IMAGE_DOWNSCALED]
-
-
-def test_any_text_becomes_an_id(subtests: pytest.Subtests) -> None:
-    for text in ["", "Ünïcødé 杯子", "3_x", "../../etc", 'a"\n<b>', "__", "x" * 500, "\u202eevil", "CupMesh"]:
-        with subtests.test(text=text):
-            names = UniqueNames()
-            made = [names.unique(text, "part") for _ in range(3)]
-            assert len(set(made)) == 3
-            for name in made:
-                assert name[0].isalpha()
-                assert name.replace("_", "a").isalnum()
-                assert name.isascii()
-                assert "__" not in name
-                assert not name.endswith("_")
-            assert identifier("CupMesh", "part") == "cup_mesh"
