@@ -40,7 +40,6 @@ from casa_assets.runs.limits import WorkerFailure
 from casa_assets.runs.outcome import writing
 
 # Certified ------------------------------------------------------------------------------------------------------------
-# Read an asset of a library for an export: every file as it was when it was checked.
 
 # What a person does with an asset that an export leaves out.
 DECIDE = "accept or correct it in review.csv of the library and run ingest again, or give --with-review"
@@ -67,10 +66,6 @@ def certified_asset(folder: Path) -> Asset:
     if (asset := disk.read_asset(folder)).id != folder.name:
         raise OutputError(str(folder / disk.CERTIFICATE), f"holds the asset {asset.id!r}; move it to such a folder")
     return asset
-
-
-# Faults ---------------------------------------------------------------------------------------------------------------
-# Tell the faults of the program among the outcomes of an export.
 
 
 @dataclass(frozen=True)
@@ -159,9 +154,6 @@ def replace_target(staged: Path, out: Path) -> None:
         raise
     shutil.rmtree(older, ignore_errors=True)
 
-
-# Form -----------------------------------------------------------------------------------------------------------------
-# Each a file by itself, listed, and put in place whole.
 
 README = "README.md"
 ASSETS, SCENES = "assets", "scenes"
@@ -329,7 +321,6 @@ def _exported(
 
 
 # Scenes ---------------------------------------------------------------------------------------------------------------
-# Export kitchens several at a time: one that fails is told, and the others go on.
 
 R = TypeVar("R", bound=Outcome)
 # Writes a kitchen below the root of an export, with a folder that keeps built assets.
@@ -377,7 +368,6 @@ def export_one(recipe: SceneRecipe, export: Export[R], kind: type[R], root: Path
 
 
 # Gltf -----------------------------------------------------------------------------------------------------------------
-# GLB as a form of export: one file for each asset or kitchen, to look at in other programs and on web pages.
 
 
 def glb_form(with_layers: bool = False) -> Form:
@@ -425,7 +415,6 @@ _GLB_READMES = {
 }
 
 # Urdf -----------------------------------------------------------------------------------------------------------------
-# URDF as a form of export: written, read back, compared.
 
 # Differences that a row names before it says how many more there are.
 MAX_LISTED = 3
@@ -481,9 +470,6 @@ pose of the list.
 {_URDF_ABOUT}""",
 }
 URDF = Form("urdf", _URDF_READMES, export_asset, export_scene)
-
-# By plugin ------------------------------------------------------------------------------------------------------------
-# A form of export that a plug-in writes.
 
 TRACES = "traces"
 

@@ -141,7 +141,6 @@ def answer(path: str, *without: str) -> None:
 
 
 # Rules ----------------------------------------------------------------------------------------------------------------
-# SimReady's rules in this process.
 
 
 def validate(path: Path, without: frozenset[str] = frozenset()) -> Verdict | None:

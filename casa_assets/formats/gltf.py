@@ -106,10 +106,6 @@ def glb(document: dict[str, Any], binary: Binary) -> bytes:
     return struct.pack("<III", MAGIC, VERSION, 12 + len(chunks)) + chunks
 
 
-# Number ---------------------------------------------------------------------------------------------------------------
-# Numbers and poses as glTF has them.
-
-
 def placed(pose: Pose) -> dict[str, Any]:
     """`translation` (metres) and `rotation` (x, y, z, w) of a node; empty for the identity."""
     w, x, y, z = pose.quaternion
@@ -317,7 +313,6 @@ def _with_normals(mesh: Mesh) -> tuple[Mesh, Floats]:
 
 
 # Layer ----------------------------------------------------------------------------------------------------------------
-# Colliders and regions of a link -> separate nodes, each in a layer that a viewer shows or hides.
 
 STEPS = 24  # corners of a circle
 
@@ -404,7 +399,6 @@ def _unit(shape: Shape) -> tuple[Shape, Vec3]:
 
 
 # Body -----------------------------------------------------------------------------------------------------------------
-# Links of an asset -> nodes below each other, with their joints, visuals, colliders and regions.
 
 
 @dataclass
@@ -557,9 +551,6 @@ def values(positions: Mapping[str, float], prefix: str = "") -> dict[str, float]
     """Name of a joint in the file -> position, rad or m."""
     return {prefix + name: rounded([at])[0] for name, at in positions.items()}
 
-
-# Scene ----------------------------------------------------------------------------------------------------------------
-# A node for each placement (below a moving link for objects that rest in a drawer), and the cameras.
 
 NEAR_M = 0.01
 

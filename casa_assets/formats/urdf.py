@@ -28,9 +28,6 @@ from casa_assets.model.kitchen.scene import WORLD, PlacedLink, Placement, Scene
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
-# Number ---------------------------------------------------------------------------------------------------------------
-# Pose -> `<origin>`: metres, and roll, pitch and yaw in radians.
-
 # Below this cosine of the pitch, roll and yaw turn about one axis; the roll is then zero.
 GIMBAL_LOCK = 1e-12
 
@@ -83,7 +80,6 @@ def mtl_text(material: Material) -> bytes:
 
 
 # Visual ---------------------------------------------------------------------------------------------------------------
-# Visual -> `<visual>` and its OBJ and MTL files; the mesh of a collider -> OBJ file without material.
 
 
 @dataclass(frozen=True)
@@ -163,7 +159,6 @@ def _size(shape: Box | Sphere | Cylinder) -> dict[str, str]:
 
 
 # Joint ----------------------------------------------------------------------------------------------------------------
-# Joint -> revolute or prismatic `<joint>` with limits, damping and dry friction; a rigid attachment -> a fixed one.
 
 KINDS = {JointKind.HINGE: "revolute", JointKind.SLIDE: "prismatic"}
 # URDF asks for the strength and the speed of a motor. Our joints have no motor, so neither bounds anything: N*m or N,
@@ -201,7 +196,6 @@ def add_joint(
 
 
 # Body -----------------------------------------------------------------------------------------------------------------
-# Link -> `<link>` with explicit mass properties, and the `<joint>` that ties it to the link that carries it.
 
 INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
@@ -355,10 +349,6 @@ def _place(asset: Asset, item: Site | Region) -> dict[str, Any]:
     inside = link_from_urdf(asset, item.link).inverse() @ item.pose
     size = [2 * item.radius] * 3 if item.size is None else list(item.size)
     return {"name": item.name, "link": item.link, "kind": item.kind, "size": size, **pose_values(inside)}
-
-
-# Document -------------------------------------------------------------------------------------------------------------
-# Asset -> `<id>.urdf`, `<id>.json` with data that URDF cannot represent, and the meshes and images of both.
 
 
 def write(asset: Asset) -> Files:

@@ -146,7 +146,6 @@ def _read_quietly(read: Callable[[Path], T], path: Path) -> T | None:
 
 
 # Urdf -----------------------------------------------------------------------------------------------------------------
-# Find differences between an asset and its URDF, read back from the files.
 
 # Of ratios, unit vectors and radians: a URDF has nine digits of a number.
 TOLERANCE = 1e-6

@@ -301,7 +301,6 @@ def pose_facts(name: str, frames: Mapping[str, Frame], root: str | None = None) 
 
 
 # Asset ----------------------------------------------------------------------------------------------------------------
-# The table of the asset itself: what every format has to say.
 
 
 def asset_facts(asset: Asset) -> AssetFacts:

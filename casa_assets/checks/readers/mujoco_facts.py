@@ -112,7 +112,6 @@ def all_warnings() -> Iterator[list[str]]:
 
 
 # Model ----------------------------------------------------------------------------------------------------------------
-# Compiled model -> fact table, whichever format the model was loaded from.
 
 COLOR = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
 KINDS = {
@@ -342,10 +341,6 @@ def _poses(model: mujoco.MjModel, scene: bool) -> list[PoseFacts]:
             name, dict(zip((name for name, _ in links), frames, strict=True)), None if scene else root
         )
     return list(found.values())
-
-
-# File -----------------------------------------------------------------------------------------------------------------
-# MJCF of an asset -> fact table, by way of the model that MuJoCo compiles from it.
 
 
 def facts(path: Path) -> AssetFacts:

@@ -28,7 +28,6 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record, Vec3, Vec4
 
 # Facts ----------------------------------------------------------------------------------------------------------------
-# Fact table of a scene, which both formats are reduced to.
 
 
 class PlacementFacts(Record):

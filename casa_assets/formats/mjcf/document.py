@@ -138,10 +138,6 @@ def full_inertia(inertial: Inertial) -> list[float]:
     return [*diagonal, *inertial.inertia[3:]]
 
 
-# Contact --------------------------------------------------------------------------------------------------------------
-# Exclusion -> `<exclude>` between two bodies.
-
-
 def add_exclusion(contact: etree._Element, exclusion: Exclusion, context: BodyContext) -> None:
     """`<exclude>` below `<contact>`; `context` gives the bodies their names."""
     first, second = context.body_name(exclusion.first), context.body_name(exclusion.second)
@@ -175,7 +171,6 @@ def exclude_from_world(body: etree._Element, is_moved: bool = False) -> None:
 
 
 # Keyframe -------------------------------------------------------------------------------------------------------------
-# Keyframe -> `<key>`: every joint of the document in its order.
 
 
 def add_keyframes(root: etree._Element, asset: Asset, free_joint: tuple[float, ...] = ()) -> None:
@@ -265,7 +260,6 @@ def behavior_file(asset: Asset) -> bytes:
 
 
 # Stage ----------------------------------------------------------------------------------------------------------------
-# Asset -> scene.xml: the asset on a floor under a soft light, for viewing and drop tests.
 
 # Pale floor, pale sky: neutral for any colour of object.
 SKY = {
@@ -351,10 +345,6 @@ def _center_and_diagonal(asset: Asset) -> tuple[npt.NDArray[np.float64], float]:
 def _lift(asset: Asset) -> float:
     """Height by which to raise the asset so that its lowest collider touches z = 0, metres."""
     return -float(shapes.collision_bounds(asset)[0, 2])
-
-
-# Document -------------------------------------------------------------------------------------------------------------
-# Asset -> model.xml, scene.xml and the meshes and images that they name.
 
 
 def write(asset: Asset, groups: Groups = ROBOSUITE_GROUPS) -> Files:

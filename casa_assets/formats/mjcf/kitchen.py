@@ -109,7 +109,6 @@ def _meshes(asset: Asset) -> Meshes:
 
 
 # Room -----------------------------------------------------------------------------------------------------------------
-# Scene -> view settings, sky, lights and cameras.
 
 # Clipping distances: a camera at a wrist sees the fingers, and what lies beyond a window is not cut off.
 NEAR_M, FAR_M = 0.015, 60.0

@@ -117,7 +117,6 @@ def _stem(image: Texture) -> str:
 
 
 # Visual ---------------------------------------------------------------------------------------------------------------
-# Visual -> geom that is only drawn, without mass and contacts; mesh -> OBJ file and `<mesh>` element.
 
 MESHES = "meshes"
 
@@ -227,7 +226,6 @@ def obj_text(mesh: Mesh, bare: bool = False) -> bytes:
 
 
 # Collider -------------------------------------------------------------------------------------------------------------
-# Collider -> geom that touches; its mass is in the body's `<inertial>`.
 
 COLOR = "0.2 0.6 0.9 0.4"
 

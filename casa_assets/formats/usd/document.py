@@ -144,7 +144,6 @@ def _define_behavior(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:
 
 
 # Body -----------------------------------------------------------------------------------------------------------------
-# Link -> rigid body prim with explicit mass properties.
 
 JACOBI_SWEEPS = 16  # Jacobi on 3x3 converges quadratically; six sweeps reach the last bit
 
@@ -215,7 +214,6 @@ def float32_moments(moments: Vec3) -> Vec3:
 
 
 # Joint ----------------------------------------------------------------------------------------------------------------
-# Joint -> revolute, prismatic or fixed joint prim.
 
 # camelCase, which no joint or link id is.
 JOINTS = "physicsJoints"
@@ -322,7 +320,6 @@ def _set_dynamics(prim: Usd.Prim, joint: Joint, is_hinge: bool) -> None:
 
 
 # Keyframe -------------------------------------------------------------------------------------------------------------
-# Keyframe -> variant of the root prim: link poses and joint states.
 
 VARIANT_SET = "pose"
 XFORM_OPS = ("xformOp:translate", "xformOp:orient")

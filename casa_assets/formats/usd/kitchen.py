@@ -30,7 +30,6 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
 # Placement ------------------------------------------------------------------------------------------------------------
-# Pose of a placement -> overrides of the links and joints of the asset that it refers to.
 
 
 def set_joints(layer: Sdf.Layer, root: Sdf.Path, asset: Asset, positions: dict[str, float]) -> None:
@@ -67,7 +66,6 @@ def fix_base(layer: Sdf.Layer, root: Sdf.Path, world: Sdf.Path, world_from_base:
 
 
 # Lights and cameras ---------------------------------------------------------------------------------------------------
-# Lights and cameras of a scene -> UsdLux and UsdGeom.Camera.
 
 # camelCase, which no placement is.
 AMBIENT = "ambientLight"

@@ -90,7 +90,6 @@ def attach_label(prim: Usd.Prim, taxonomy: str, labels: Sequence[str]) -> None:
 
 
 # Material -------------------------------------------------------------------------------------------------------------
-# Material -> UsdPreviewSurface; substance -> physics material.
 
 # Names of scopes; camelCase, which no link id is.
 SURFACES = "visualMaterials"
@@ -336,7 +335,6 @@ def _set_collision(prim: Usd.Prim, collider: Collider) -> None:
 
 
 # Site -----------------------------------------------------------------------------------------------------------------
-# Site and region -> guide gprims that physics ignores and MuJoCo reads as sites.
 
 
 def define_sites(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
