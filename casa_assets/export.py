@@ -404,14 +404,8 @@ Binary glTF 2.0: metres, y up, pictures of at most 512 pixels. It is for looking
 and nothing collides. Every link is a node that can be moved; its `extras` say about which axis and how far.
 """
 _GLB_READMES = {
-    ASSETS: f"""# Assets as GLB
-
-`{ASSETS}/<id>.glb`; `glb_export.json` lists them.
-{_GLB_ABOUT}""",
-    SCENES: f"""# Kitchens as GLB
-
-`{SCENES}/<id>.glb`; `glb_export.json` lists them.
-{_GLB_ABOUT}""",
+    part: f"# {title} as GLB\n\n`{part}/<id>.glb`; `glb_export.json` lists them.\n{_GLB_ABOUT}"
+    for part, title in ((ASSETS, "Assets"), (SCENES, "Kitchens"))
 }
 
 # Urdf -----------------------------------------------------------------------------------------------------------------

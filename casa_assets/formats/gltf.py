@@ -401,21 +401,6 @@ def _unit(shape: Shape) -> tuple[Shape, Vec3]:
 # Body -----------------------------------------------------------------------------------------------------------------
 
 
-@dataclass
-class Nodes:
-    """Nodes as glTF lists them."""
-
-    rows: list[dict[str, Any]] = field(default_factory=list)
-
-    def add(self, row: dict[str, Any], below: int | None = None) -> int:
-        """Add a node as a child of the node `below`, and return its index."""
-        self.rows.append(row)
-        index = len(self.rows) - 1
-        if below is not None:
-            self.rows[below].setdefault("children", []).append(index)
-        return index
-
-
 @dataclass(frozen=True)
 class Copy:
     """One copy of an asset in a document.
@@ -432,7 +417,7 @@ class Copy:
     positions: Mapping[str, float] = field(default_factory=dict)
 
 
-def add_nodes(nodes: Nodes, meshes: Meshes, copy: Copy, below: int, wanted: Layers) -> dict[str, int]:
+def add_nodes(document: Document, copy: Copy, below: int, wanted: Layers) -> dict[str, int]:
     """Add a node for each link below the node `below`; return link name -> index of its node."""
     asset = copy.asset
     looks = {material.id: material for material in asset.materials}
@@ -444,10 +429,10 @@ def add_nodes(nodes: Nodes, meshes: Meshes, copy: Copy, below: int, wanted: Laye
             extras["joint"] = joint_facts(asset, moved_by, copy)
         pose = asset.parent_from_link(link.name, copy.positions)
         row = {"name": copy.prefix + link.name, "extras": extras, **placed(pose)}
-        found[link.name] = nodes.add(row, below if link.parent is None else found[link.parent])
-        _add_visuals(nodes, meshes, link, looks, copy, found[link.name])
-        for part in layer_nodes(link, asset.regions, meshes, wanted):
-            nodes.add({**part, "name": f"{copy.prefix}{link.name}/{part['name']}"}, found[link.name])
+        found[link.name] = document.add(row, below if link.parent is None else found[link.parent])
+        _add_visuals(document, link, looks, copy, found[link.name])
+        for part in layer_nodes(link, asset.regions, document.meshes, wanted):
+            document.add({**part, "name": f"{copy.prefix}{link.name}/{part['name']}"}, found[link.name])
     return found
 
 
@@ -466,19 +451,19 @@ def joint_facts(asset: Asset, joint: Joint, copy: Copy) -> dict[str, Any]:
     }
 
 
-def _add_visuals(nodes: Nodes, meshes: Meshes, link: Link, looks: dict[str, Any], copy: Copy, below: int) -> None:
+def _add_visuals(document: Document, link: Link, looks: dict[str, Any], copy: Copy, below: int) -> None:
     """Add one node for the visuals of a link, and another for faces that look out of the room."""
     groups: dict[LayerName, list[Visual]] = {}
     for visual in link.visuals:
         group = LayerName.OUTSIDE if visual.label == OUTER_FACE else copy.layer
         groups.setdefault(group, []).append(visual)
     for group, visuals in groups.items():
-        mesh = meshes.of_visuals(visuals, looks)
+        mesh = document.meshes.of_visuals(visuals, looks)
         if mesh is not None:
             labels = sorted({v.label for v in visuals if v.label is not None})
             extras = {"layer": group.value, **({"labels": labels} if labels else {})}
             name = f"{copy.prefix}{link.name}/{group.value}"
-            nodes.add({"name": name, "mesh": mesh, "extras": extras}, below)
+            document.add({"name": name, "mesh": mesh, "extras": extras}, below)
 
 
 # Document -------------------------------------------------------------------------------------------------------------
@@ -511,10 +496,18 @@ class Document:
         """Start with the root node; `kind`: `asset` or `scene`; `picture_px`: maximum pixels along a picture's side."""
         self.binary = Binary()
         self.meshes = Meshes(self.binary, Materials(self.binary, picture_px))
-        self.nodes = Nodes()
+        self.nodes: list[dict[str, Any]] = []
         self.extras: dict[str, Any] = {"casa_assets": EXTRAS_VERSION, "id": name, "kind": kind}
-        self.root = self.nodes.add({"name": name, "extras": self.extras, **placed(Y_UP)})
+        self.root = self.add({"name": name, "extras": self.extras, **placed(Y_UP)})
         self.cameras: list[dict[str, Any]] = []
+
+    def add(self, row: dict[str, Any], below: int | None = None) -> int:
+        """Add a node as a child of the node `below`, and return its index."""
+        self.nodes.append(row)
+        index = len(self.nodes) - 1
+        if below is not None:
+            self.nodes[below].setdefault("children", []).append(index)
+        return index
 
     def bytes(self) -> bytes:
         """Return the file."""
@@ -522,7 +515,7 @@ class Document:
             "asset": {"version": "2.0", "generator": "casa-assets"},
             "scene": 0,
             "scenes": [{"name": self.extras["id"], "nodes": [self.root]}],
-            "nodes": self.nodes.rows,
+            "nodes": self.nodes,
             **({"meshes": self.meshes.rows} if self.meshes.rows else {}),
             **({"cameras": self.cameras} if self.cameras else {}),
             **self.meshes.materials.document(),
@@ -543,7 +536,7 @@ def asset_glb(asset: Asset, layers: Layers = SEEN_ALONE, picture_px: int = PICTU
     document.extras["poses"] = {key.name: values(joint_positions(key.joints)) for key in asset.keyframes}
     document.extras["category"] = asset.labels.category
     start = joint_positions(asset.keyframes[0].joints) if asset.keyframes else {}
-    add_nodes(document.nodes, document.meshes, Copy(asset, positions=start), document.root, layers)
+    add_nodes(document, Copy(asset, positions=start), document.root, layers)
     return document.bytes()
 
 
@@ -578,7 +571,7 @@ def scene_glb(scene: Scene, layers: Layers = SEEN_ALONE, picture_px: int = PICTU
         lens = {"yfov": rounded([math.radians(camera.fov_y_deg)])[0], "znear": NEAR_M}
         document.cameras.append({"name": camera.name, "type": "perspective", "perspective": lens})
         seen = {"camera": len(document.cameras) - 1, **placed(camera.pose)}
-        document.nodes.add({"name": f"camera/{camera.name}", **seen}, document.root)
+        document.add({"name": f"camera/{camera.name}", **seen}, document.root)
     return document.bytes()
 
 
@@ -601,10 +594,10 @@ def _add(
         below, pose = links[holder.name][rest.link], carrier.inverse() @ place.pose
     extras = {"name": place.name, "asset": asset.id, "category": asset.labels.category, "layer": place.layer.value}
     row: dict[str, Any] = {"name": place.name, "extras": {"placement": extras}, **placed(pose)}
-    node = document.nodes.add(row, below)
+    node = document.add(row, below)
     shown = LayerName.CEILING if place.layer is Layer.CEILING else LayerName.VISUAL
     copy = Copy(asset, f"{place.name}/", shown, joint_positions(place.joints))
-    links[place.name] = add_nodes(document.nodes, document.meshes, copy, node, layers)
+    links[place.name] = add_nodes(document, copy, node, layers)
 
 
 def _poses(scene: Scene) -> dict[str, dict[str, float]]:

@@ -200,33 +200,10 @@ def add_joint(
 INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
-@dataclass(frozen=True)
-class BodyContext:
-    """Data that all links of an asset share in a document.
-
-    Attributes:
-        asset: asset whose links are written.
-        meshes: its mesh files.
-        placement: name of the copy in a document that holds several: the name of its root link, and with `__` the
-            prefix of all other names. None to keep the names unchanged.
-    """
-
-    asset: Asset
-    meshes: Meshes
-    placement: str | None = None
-
-    @property
-    def prefix(self) -> str:
-        """Prefix of all names except that of the root link."""
-        return "" if self.placement is None else f"{self.placement}__"
-
-    def link_name(self, link: str) -> str:
-        """Name of a link in the document."""
-        return link if self.placement is None else link_name(self.asset, link, self.placement)
-
-
-def link_name(asset: Asset, link: str, placement: str) -> str:
-    """Name of a link of a placement: the root has the name of the placement."""
+def link_name(asset: Asset, link: str, placement: str = "") -> str:
+    """Name of a link; of a placement the root has its name, and the others begin with it."""
+    if not placement:
+        return link
     return placement if link == asset.root.name else f"{placement}__{link}"
 
 
@@ -236,42 +213,41 @@ def link_from_urdf(asset: Asset, link: str) -> Pose:
     return Pose() if moved_by is None else Pose(position=moved_by.anchor)
 
 
-def add_links(robot: etree._Element, context: BodyContext) -> None:
-    """Add every `<link>` of an asset below `<robot>`, parents first, each non-root link followed by its `<joint>`."""
-    asset = context.asset
+def add_links(robot: etree._Element, asset: Asset, meshes: Meshes, placement: str = "") -> None:
+    """Add every `<link>` of an asset below `<robot>`, parents first, each non-root link followed by its `<joint>`.
+
+    Args:
+        placement: name of the copy in a document that holds several, which begins all names in it.
+    """
+    prefix = f"{placement}__" if placement else ""
     for link in asset.links:
-        _add_link(robot, link, context)
+        name = link_name(asset, link.name, placement)
+        _add_link(etree.SubElement(robot, "link", {"name": name}), link, asset, meshes, prefix)
         if link.parent is not None:
-            parent_urdf = link_from_urdf(asset, link.parent).inverse()
-            add_joint(
-                robot,
-                asset.joint_of(link.name),
-                context.link_name(link.parent),
-                context.link_name(link.name),
-                parent_urdf @ link.pose @ link_from_urdf(asset, link.name),
-                context.prefix,
-            )
+            parent_from_link = link_from_urdf(asset, link.parent).inverse() @ link.pose
+            pose = parent_from_link @ link_from_urdf(asset, link.name)
+            parent = link_name(asset, link.parent, placement)
+            add_joint(robot, asset.joint_of(link.name), parent, name, pose, prefix)
 
 
-def _add_link(robot: etree._Element, link: Link, context: BodyContext) -> None:
-    """`<link>`: mass, visuals, colliders."""
-    looks = {item.id: item for item in context.asset.materials}
-    urdf_from_link = link_from_urdf(context.asset, link.name).inverse()
-    element = etree.SubElement(robot, "link", {"name": context.link_name(link.name)})
+def _add_link(element: etree._Element, link: Link, asset: Asset, meshes: Meshes, prefix: str) -> None:
+    """Mass, visuals and colliders of a `<link>`."""
+    looks = {item.id: item for item in asset.materials}
+    urdf_from_link = link_from_urdf(asset, link.name).inverse()
     inertial = etree.SubElement(element, "inertial")
     add_origin(inertial, urdf_from_link @ Pose(position=link.inertial.center_of_mass))
     etree.SubElement(inertial, "mass", {"value": number(link.inertial.mass)})
     etree.SubElement(inertial, "inertia", dict(zip(INERTIA, map(number, full_inertia(link.inertial)), strict=True)))
     for shown in link.visuals:
-        visual = etree.SubElement(element, "visual", {"name": context.prefix + shown.name})
+        visual = etree.SubElement(element, "visual", {"name": prefix + shown.name})
         add_origin(visual, urdf_from_link)
-        add_mesh(visual, context.meshes.of[shown.name])
+        add_mesh(visual, meshes.of[shown.name])
         look = looks[shown.material]
         if look.base_color_texture is None:
             plain = etree.SubElement(visual, "material", {"name": mtl_name(look).removesuffix(".mtl")})
             etree.SubElement(plain, "color", {"rgba": srgb(look.base_color)})
     for shape in link.colliders:
-        add_colliders(element, shape, context.meshes, urdf_from_link, context.prefix)
+        add_colliders(element, shape, meshes, urdf_from_link, prefix)
 
 
 # Label ----------------------------------------------------------------------------------------------------------------
@@ -365,7 +341,7 @@ def write(asset: Asset) -> Files:
 def texts(asset: Asset, meshes: Meshes) -> dict[str, bytes]:
     """`<id>.urdf` and `<id>.json`, which are in the same folder as the folders of the meshes."""
     root = robot(asset.id)
-    add_links(root, BodyContext(asset, meshes))
+    add_links(root, asset, meshes)
     return {
         urdf_name(asset.id): document_text(root),
         f"{asset.id}.json": json_text(facts_beside(asset, urdf_name(asset.id))),
@@ -420,7 +396,7 @@ def _document(scene: Scene, meshes: dict[str, Meshes]) -> bytes:
     for place in scene.placements:
         asset = scene.asset_of[place.name]
         if asset.base is Base.FIXED:
-            add_links(root, BodyContext(asset, meshes[asset.id], place.name))
+            add_links(root, asset, meshes[asset.id], place.name)
             add_joint(root, None, WORLD, place.name, world_from_root(place, asset))
     return document_text(root)
 
