@@ -15,7 +15,7 @@ from PIL import Image
 
 from casa_assets.asset.shown_materials import ShownMaterials, mean_color, open_sides
 from casa_assets.core.numeric import Floats, Mask
-from casa_assets.formats.mjcf import document, kitchen, shapes
+from casa_assets.formats.mjcf import document, shapes
 from casa_assets.formats.mjcf.document import BodyContext
 from casa_assets.formats.mjcf.kitchen import (
     SceneResources,
@@ -23,6 +23,7 @@ from casa_assets.formats.mjcf.kitchen import (
     add_poses,
     add_shared_resources,
     add_texts,
+    begin_document,
     light_colors,
     scene_bounds,
 )
@@ -209,16 +210,7 @@ def write(batch: BatchScene, sleeps: bool = True, shared: str = "../assets") -> 
         `scene_batch.xml`, and the pictures of the shared folder as `assets/textures/<name>_<hash>.png`.
     """
     scene = batch.scene
-    root = etree.Element("mujoco", {"model": scene.id})
-    etree.SubElement(root, "compiler", {"angle": "radian", "autolimits": "true", "fusestatic": "true"})
-    option = {"timestep": "0.002", "integrator": "implicitfast", "gravity": numbers(scene.gravity)}
-    flags = {"multiccd": "enable", **({"sleep": "enable"} if sleeps else {})}
-    etree.SubElement(etree.SubElement(root, "option", option), "flag", flags)
-    kitchen.add_frame(root, scene)
-    assets = etree.SubElement(root, "asset")
-    kitchen.add_sky(assets, scene)
-    world = etree.SubElement(root, "worldbody")
-    kitchen.add_lights_and_cameras(world, scene)
+    root, assets, world = begin_document(scene, is_fused=True, **({"sleep": "enable"} if sleeps else {}))
     full = {asset.id: asset for asset in scene.assets}
     appearance = Appearance(batch)
     _add_world(world, batch, full, appearance)

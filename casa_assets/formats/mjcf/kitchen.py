@@ -144,7 +144,7 @@ class FirstView:
     fov_y_deg: float
 
 
-def add_frame(root: etree._Element, scene: Scene) -> None:
+def _add_frame(root: etree._Element, scene: Scene) -> None:
     """`<statistic>` and `<visual>`: first view, rendering options and ambient light."""
     first = _first_view(scene)
     extent = first.distance / FREE_CAMERA_EXTENTS
@@ -296,21 +296,8 @@ def _context(
 def _document(
     scene: Scene, contexts: list[BodyContext], shared_files: SceneResources, folder: str, is_light: bool
 ) -> bytes:
-    root = etree.Element("mujoco", {"model": scene.id})
-    compiler = {"angle": "radian", "autolimits": "true"}
-    if is_light:
-        # What never moves becomes one body with the world, and MuJoCo computes about half as many poses per step.
-        compiler["fusestatic"] = "true"
-    etree.SubElement(root, "compiler", compiler)
-    option = {"timestep": "0.002", "integrator": "implicitfast", "gravity": numbers(scene.gravity)}
-    # Several contacts between a pair of meshes, so that what stands does not rock. MuJoCo 4 does so by default.
-    etree.SubElement(etree.SubElement(root, "option", option), "flag", {"multiccd": "enable"})
-    add_frame(root, scene)
-    assets = etree.SubElement(root, "asset")
-    add_sky(assets, scene)
+    root, assets, world = begin_document(scene, is_fused=is_light)
     add_shared_resources(assets, shared_files, folder)
-    world = etree.SubElement(root, "worldbody")
-    add_lights_and_cameras(world, scene)
     for place, context in zip(scene.placements, contexts, strict=True):
         root_body = add_placement(world, place, context)
         if is_light and context.asset.base is Base.FIXED:
@@ -319,6 +306,27 @@ def _document(
     add_texts(root, scene, contexts)
     add_poses(root, scene, contexts)
     return etree.tostring(root, encoding="us-ascii", pretty_print=True)
+
+
+def begin_document(scene: Scene, is_fused: bool, **flags: str) -> tuple[etree._Element, etree._Element, etree._Element]:
+    """Root, `<asset>` and `<worldbody>` of a scene's document, with its sky, lights and cameras.
+
+    Args:
+        is_fused: what never moves becomes one body with the world, and MuJoCo computes about half as many poses per
+            step. flags: of `<flag>`, besides several contacts between a pair of meshes, so that what stands does not
+            rock, which MuJoCo 4 has by default.
+    """
+    root = etree.Element("mujoco", {"model": scene.id})
+    fused = {"fusestatic": "true"} if is_fused else {}
+    etree.SubElement(root, "compiler", {"angle": "radian", "autolimits": "true", **fused})
+    option = {"timestep": "0.002", "integrator": "implicitfast", "gravity": numbers(scene.gravity)}
+    etree.SubElement(etree.SubElement(root, "option", option), "flag", {"multiccd": "enable", **flags})
+    _add_frame(root, scene)
+    assets = etree.SubElement(root, "asset")
+    add_sky(assets, scene)
+    world = etree.SubElement(root, "worldbody")
+    add_lights_and_cameras(world, scene)
+    return root, assets, world
 
 
 def world_from_root(place: Placement, asset: Asset) -> Pose:
