@@ -140,22 +140,6 @@ def test_a_scene_has_each_mesh_once() -> None:
     assert doubled["buffers"] == document["buffers"]
 
 
-def test_links_of_a_scene_stand_where_it_has_them() -> None:
-    scene = corner()
-    document = json_of(scene_glb(scene))
-    poses = document["nodes"][0]["extras"]["poses"]
-    assert {"start", "closed", "open"} <= set(poses)
-    found, assets = node_poses(document, poses["start"]), scene.asset_of
-    for place in scene.placements:
-        for link in assets[place.name].links:
-            at = joint_positions(place.joints)
-            expected = place.pose @ assets[place.name].asset_from_link(link.name, at)
-            assert_same_pose(found[f"{place.name}/{link.name}"], expected)
-    assert {node["name"] for node in document["nodes"] if "camera" in node} == {
-        f"camera/{camera.name}" for camera in scene.cameras
-    }
-
-
 def test_what_lies_in_a_drawer_goes_along_with_it() -> None:
     unit, mug = drawer_unit(), rigid_mug()
     joint = unit.joints[0]

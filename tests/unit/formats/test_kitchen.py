@@ -13,8 +13,7 @@ from lxml import etree
 from casa_assets.formats.mjcf import document
 from casa_assets.formats.mjcf.kitchen import write
 from casa_assets.formats.values import ROBOSUITE_GROUPS
-from casa_assets.layouts.compose.cameras import look_at
-from casa_assets.model.kitchen.scene import OUTER_FACE, Camera, Placement, Scene
+from casa_assets.model.kitchen.scene import OUTER_FACE, Placement, Scene
 from tests.support.asset.assets import textured_box
 from tests.support.kitchen.scenes import Weight, corner, expected, in_form, put
 
@@ -85,16 +84,6 @@ def _plain(element: etree._Element, prefix: str) -> dict[str, str]:
 
 
 class TestGroups:
-    def test_a_key_hides_the_ceiling(self, full: mujoco.MjModel) -> None:
-        def groups(name: str) -> set[int]:
-            start, count = int(full.body(name).geomadr[0]), int(full.body(name).geomnum[0])
-            seen = [g for g in range(start, start + count) if not full.geom_contype[g] and full.geom_rgba[g, 3] > 0]
-            return {int(full.geom_group[g]) for g in seen}
-
-        assert groups("ceiling") == {4}
-        assert groups("wall") == {2}
-        assert groups("grill") == {2}
-
     @pytest.mark.parametrize("weight", list(Weight))
     @pytest.mark.parametrize("robosuite", [False, True])
     def test_cameras_with_nothing_set_show_what_is_seen_alone(
@@ -118,24 +107,6 @@ class TestGroups:
         scene = Scene(id="one", assets=(wall,), placements=(Placement(name="wall", asset=wall.id),))
         found = {str(e.get("name")): e.get("group") for e in text(scene).iter("geom")}
         assert (found[f"wall__{front.name}"], found["wall__back"]) == ("2", "4")
-
-
-class TestFirstView:
-    def test_is_that_of_the_overview(self, tmp_path: Path) -> None:
-        eye = look_at((2.0, -4.0, 3.5), (0.3, 0.2, 1.0))
-        scene = corner().replace(cameras=(Camera(name="overview", pose=eye, fov_y_deg=47.0),))
-        model = loaded(scene, tmp_path)
-        data = mujoco.MjData(model)
-        mujoco.mj_forward(model, data)
-        lens = mujoco.MjvCamera()
-        mujoco.mjv_defaultFreeCamera(model, lens)
-        drawn = mujoco.MjvScene(model, 2000)
-        mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), None, lens, mujoco.mjtCatBit.mjCAT_ALL, drawn)
-        left, right = drawn.camera
-        assert (left.pos + right.pos) / 2 == pytest.approx(eye.position, abs=0.01)
-        assert left.forward == pytest.approx(-eye.rotation[:, 2], abs=1e-3)
-        assert left.up == pytest.approx(eye.rotation[:, 1], abs=1e-3)
-        assert model.vis.global_.fovy == 47
 
 
 class TestLight:

@@ -11,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdPhysics
 
-from casa_assets.formats.mjcf import kitchen
 from casa_assets.formats.usd.kitchen import REFERENCE_M, pose_looking_along, write
 from tests.support.kitchen.scenes import body, corner, expected, put
 
@@ -63,15 +62,6 @@ class TestPoses:
 
 
 class TestStructure:
-    def test_each_asset_is_written_once_and_pictures_are_those_of_the_mjcf(self) -> None:
-        files = write(corner()).entries
-        layers = [p for p in files if p.startswith("assets/usd/")]
-        assert layers == sorted(f"assets/usd/{a.id}/{a.id}.usda" for a in corner().assets)
-        pictures = {p: d for p, d in files.items() if p.startswith("assets/textures/")}
-        assert len(pictures) == 3
-        shared = {p: d for p, d in kitchen.write(corner()).entries.items() if p.startswith("assets/textures/")}
-        assert shared.items() <= pictures.items()
-
     def test_bases_hang_on_the_world_where_they_are_placed(self, stage: Usd.Stage) -> None:
         joint = UsdPhysics.Joint(stage.GetPrimAtPath("/World/unit/physicsJoints/baseToWorld"))
         assert joint.GetBody0Rel().GetTargets() == ["/World"]

@@ -89,15 +89,6 @@ class TestModel:
             assert {"pos", "size", "rgba", "type"} <= set(region.keys())
             assert "quat" not in region.keys()  # noqa: SIM118  not a mapping
 
-    def test_a_vessel_has_a_place_of_its_liquid(self, build: Callable[[], Asset]) -> None:
-        """Tasks color the site `liquid` of cups and pans, and fail where there is none."""
-        asset = build()
-        sites = parsed(asset).findall("worldbody/body/body/site[@name='liquid']")
-        assert len(sites) == (asset.labels.category == "mug")
-        for site in sites:
-            assert float(site.get("size").split()[1]) * 2 < np.ptp(asset.bounds[:, 2])
-            assert site.get("rgba").split()[3] == "0"
-
     def test_weighs_and_measures_what_the_asset_does(self, build: Callable[[], Asset], tmp_path: Path) -> None:
         asset = build()
         found = compiled(asset, tmp_path)

@@ -142,27 +142,6 @@ def test_what_is_told_of_a_kitchen() -> None:
     assert json.loads(document.write_kitchen(kitchen(), fixtures()).entries[description.FILE])["id"] == "test_room"
 
 
-def test_a_lid_keeps_its_frame_and_is_told_of_its_blender() -> None:
-    """RoboCasa compares the frame of the lid with a site of the blender."""
-    blender, lid = preset("blender", "steel_dial"), preset("blender_lid", "steel_dial")
-    site = next(site for site in blender.sites if site.name == "lid_site")
-    places = (
-        Placement(name="blender_lid", asset=lid.id, pose=site.pose),
-        Placement(name="blender", asset=blender.id, pose=Pose()),
-    )
-    scene = Scene(id="test_room", assets=(lid, blender), placements=places)
-    items = description.fixtures_of(scene, classes())
-    rows = description.describe(scene, items, document.FIXTURES)["fixtures"]
-    assert [(row["name"], row["class"], row["lid_of"]) for row in rows] == [
-        ("the_blender", "Blender", ""),
-        ("the_blender_lid", "BlenderLid", "the_blender"),
-    ]
-    below = next(item for item in items if item.type == "Blender")
-    anchor = next(site for site in below.centered.sites if site.name == "lid_site")
-    assert rows[1]["position"] == pytest.approx((below.pose @ anchor.pose).position, abs=1e-9)
-    assert "int" in {region.name for region in below.centered.regions}
-
-
 def test_the_arena_has_the_lights_and_no_unknown_pairs() -> None:
     items = fixtures()
     pairs = description.excluded_bodies(kitchen(), items)

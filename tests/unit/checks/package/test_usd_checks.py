@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from casa_assets.checks.package import Package, usd
+from casa_assets.checks.package import Package
 from casa_assets.checks.simready import warm
 from casa_assets.model.asset.asset import Asset
 from tests.support.asset.articulated_assets import grill
-from tests.support.asset.assets import EVERY, rigid_mug, textured_box
-from tests.support.asset.packages import Tampering, not_run_here, tamper, thumbnail, tripped, written
+from tests.support.asset.assets import EVERY, textured_box
+from tests.support.asset.packages import Tampering, not_run_here, tamper, tripped, written
 
 FILES = ("USD", "PAR")
 
@@ -69,13 +69,6 @@ def test_bad_example_trips_its_code_alone(code: str, tmp_path: Path) -> None:
     package = written(textured_box(), tmp_path)
     BAD[code](package)
     assert tripped(package, FILES) == {code} - not_run_here()
-
-
-def test_thumbnail_of_the_wrong_size(tmp_path: Path) -> None:
-    package = written(rigid_mug(), tmp_path)
-    small = package.usd.parent / ".thumbs/256x256" / f"{package.usd.name}.png"
-    Image.open(io.BytesIO(thumbnail())).resize((64, 64)).save(small)
-    assert [where for where, _ in usd.usd_pictures_are_png(package).problems] == ["thumbnail"]
 
 
 def test_checks_say_nothing_in_the_terminal(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import trimesh
 
-from casa_assets.ingest.sources import Refused, discover
 from casa_assets.model import rejection_codes
 from casa_assets.model.source import Up
 from tests.support.mesh.mesh_files import load_bytes, refusal
@@ -137,14 +136,3 @@ def test_nothing_is_fetched(monkeypatch: pytest.MonkeyPatch) -> None:
         '<object id="1"><components><component objectid="9" path="http://example.com/a.model"/></components></object>'
     )
     assert refusal("a.3mf", package(model(other, '<item objectid="1"/>'))) == rejection_codes.NO_GEOMETRY
-
-
-def test_what_is_not_read_is_said(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
-    for name in ("a.max", "a.lwo", "a.7z", "a.rar", "a.obj.gz", "a.STEP"):
-        with subtests.test(name=name):
-            tmp_path = tmp_path_factory.mktemp("case")
-            (tmp_path / name).write_bytes(b"whatever")
-            (one,) = discover([tmp_path])
-            assert isinstance(one, Refused)
-            assert (one.path, one.code) == (name, rejection_codes.WRONG_TYPE)
-            assert name in one.message
