@@ -64,3 +64,12 @@ def test_a_picture_repeats_by_its_true_size() -> None:
     times = model.mat_texrepeat[material] * model.geom_size[geom][:2]
     assert times == pytest.approx([1.2 / 0.3, 0.6 / 0.2])
     assert model.geom_size[geom][2] == pytest.approx(0.01), "the side with the picture is the top of the box"
+
+
+def test_the_box_is_where_it_was() -> None:
+    shown = compiled(batch.write(form(grain())))
+    plain = compiled(batch.write(form(grain(), tile=None)))
+    assert plain.nmat == 0
+    name = "thing_0__shape_0"
+    assert not np.allclose(shown.geom(name).size, plain.geom(name).size)
+    assert corners(shown, shown.geom(name).id) == corners(plain, plain.geom(name).id)

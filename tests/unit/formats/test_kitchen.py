@@ -84,21 +84,6 @@ def _plain(element: etree._Element, prefix: str) -> dict[str, str]:
 
 
 class TestGroups:
-    @pytest.mark.parametrize("weight", list(Weight))
-    @pytest.mark.parametrize("robosuite", [False, True])
-    def test_cameras_with_nothing_set_show_what_is_seen_alone(
-        self, weight: Weight, robosuite: bool, tmp_path: Path
-    ) -> None:
-        """A camera of robosuite hides group 0 besides. Nobody shows the ceiling, so that one looks in from above."""
-        model = loaded(corner(), tmp_path, weight)
-        shown = mujoco.MjvOption().geomgroup.astype(bool)
-        shown[0] &= not robosuite
-        for geom in range(model.ngeom):
-            name = model.geom(geom).name
-            is_seen = "__reg_" not in name and (weight is Weight.LIGHT or not model.geom_contype[geom])
-            is_seen &= not name.startswith("ceiling__")
-            assert shown[model.geom_group[geom]] == is_seen, name
-
     def test_faces_that_look_out_of_the_room_are_hidden(self) -> None:
         box = textured_box()
         front, link = box.root.visuals[0].replace(label=None), box.root

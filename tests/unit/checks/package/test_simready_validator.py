@@ -9,7 +9,6 @@ import pytest
 from casa_assets.checks import simready, simready_python
 from casa_assets.checks.readers import usd_facts
 from casa_assets.checks.run import run
-from casa_assets.cli import doctor
 from casa_assets.model.issue import CheckResult, Report, Status
 from casa_assets.registry import load
 from tests.support.asset.assets import rigid_mug
@@ -50,18 +49,6 @@ def test_without_it_an_asset_passes_and_a_check_was_not_run(tmp_path: Path) -> N
     assert "SimReady's validator is not installed" in result.reason
     assert report.passed
     assert report.tally.not_run >= 1
-
-
-@pytest.mark.usefixtures("absent")
-@pytest.mark.parametrize(("version", "told"), [((3, 12), "pip install"), ((3, 14), "casa-assets doctor")])
-def test_the_doctor_names_the_command(
-    version: tuple[int, int], told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(simready_python.sys, "version_info", (*version, 0))
-    (finding,) = (f for f in doctor.findings(tmp_path) if f.subject == "SimReady validator")
-    assert (finding.ok, finding.needed) == (False, False)
-    assert told in finding.message
-    assert "pip install" in finding.fix
 
 
 @pytest.mark.parametrize(
