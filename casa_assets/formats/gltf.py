@@ -379,23 +379,18 @@ def layer_nodes(link: Link, regions: tuple[Region, ...], meshes: Meshes, wanted:
 
 def _shown(shape: Shape, pose: Pose, meshes: Meshes, material: int) -> dict[str, Any]:
     """Mesh, pose and scale of a shape: primitives share one mesh of unit size, scaled by their nodes."""
-    unit, scale = _unit(shape)
-    points, faces = tessellate(unit, Pose(), STEPS)
+    scale: Vec3 = (1.0, 1.0, 1.0)
+    if isinstance(shape, Box):
+        shape, scale = Box(size=(1.0, 1.0, 1.0)), shape.size
+    elif isinstance(shape, Sphere):
+        shape, scale = Sphere(radius=1.0), (shape.radius, shape.radius, shape.radius)
+    elif isinstance(shape, Cylinder):
+        shape, scale = Cylinder(radius=1.0, height=1.0), (shape.radius, shape.radius, shape.height)
+    points, faces = tessellate(shape, Pose(), STEPS)
     used = np.unique(faces)
     mesh = meshes.bare(points[used], np.searchsorted(used, faces), material)
     sized = {} if scale == (1.0, 1.0, 1.0) else {"scale": rounded(scale)}
     return {"mesh": mesh, **placed(pose), **sized}
-
-
-def _unit(shape: Shape) -> tuple[Shape, Vec3]:
-    """A shape of unit size, and the scale that turns it into the given one."""
-    if isinstance(shape, Box):
-        return Box(size=(1.0, 1.0, 1.0)), shape.size
-    if isinstance(shape, Sphere):
-        return Sphere(radius=1.0), (shape.radius, shape.radius, shape.radius)
-    if isinstance(shape, Cylinder):
-        return Cylinder(radius=1.0, height=1.0), (shape.radius, shape.radius, shape.height)
-    return shape, (1.0, 1.0, 1.0)
 
 
 # Body -----------------------------------------------------------------------------------------------------------------

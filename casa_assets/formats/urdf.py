@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,7 +21,7 @@ from casa_assets.formats.mjcf.shapes import MESHES, MeshUse, mesh_uses, obj_text
 from casa_assets.formats.values import number, numbers, rounded, srgb
 from casa_assets.model.asset.asset import Asset, Base, Collider, Joint, JointKind, Link, Region, Site
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Sphere, joint_positions
+from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Shape, Sphere, joint_positions
 from casa_assets.model.files import Files
 from casa_assets.model.kitchen.scene import WORLD, PlacedLink, Placement, Scene
 from casa_assets.model.pose import Pose
@@ -130,32 +129,26 @@ def add_colliders(
     link: etree._Element, collider: Collider, meshes: Meshes, urdf_from_link: Pose, prefix: str = ""
 ) -> None:
     """Every `<collision>` of a collider below `<link>`; their names begin with `prefix`."""
-    for name, shape, pose in _elements(collider):
+    shape, pose = collider.shape, collider.pose
+    elements: list[tuple[str, Shape, Pose]] = [(collider.name, shape, pose)]
+    if isinstance(shape, Capsule):
+        elements = [(collider.name, Cylinder(radius=shape.radius, height=shape.height), pose)]
+        for end, z in enumerate((-shape.height / 2, shape.height / 2)):
+            ball, at = Sphere(radius=shape.radius), pose @ Pose(position=(0.0, 0.0, z))
+            elements.append((f"{collider.name}{END_MARK}{end}", ball, at))
+    for name, part, link_from_part in elements:
         element = etree.SubElement(link, "collision", {"name": prefix + name})
-        add_origin(element, urdf_from_link @ pose)
-        if isinstance(shape, Box | Sphere | Cylinder):
-            etree.SubElement(etree.SubElement(element, "geometry"), shape.kind, _size(shape))
+        add_origin(element, urdf_from_link @ link_from_part)
+        if isinstance(part, Box):
+            size = {"size": numbers(part.size)}
+        elif isinstance(part, Sphere):
+            size = {"radius": number(part.radius)}
+        elif isinstance(part, Cylinder):
+            size = {"radius": number(part.radius), "length": number(part.height)}
         else:
             add_mesh(element, meshes.of[collider.name])
-
-
-def _elements(collider: Collider) -> Iterator[tuple[str, Box | Sphere | Cylinder | None, Pose]]:
-    """Yield (name, primitive or None for a mesh, link_from_shape) of each element that represents a collider."""
-    shape, pose = collider.shape, collider.pose
-    if isinstance(shape, Capsule):
-        yield collider.name, Cylinder(radius=shape.radius, height=shape.height), pose
-        for end, z in enumerate((-shape.height / 2, shape.height / 2)):
-            yield f"{collider.name}{END_MARK}{end}", Sphere(radius=shape.radius), pose @ Pose(position=(0.0, 0.0, z))
-    else:
-        yield collider.name, shape if isinstance(shape, Box | Sphere | Cylinder) else None, pose
-
-
-def _size(shape: Box | Sphere | Cylinder) -> dict[str, str]:
-    if isinstance(shape, Box):
-        return {"size": numbers(shape.size)}
-    if isinstance(shape, Sphere):
-        return {"radius": number(shape.radius)}
-    return {"radius": number(shape.radius), "length": number(shape.height)}
+            continue
+        etree.SubElement(etree.SubElement(element, "geometry"), part.kind, size)
 
 
 # Joint ----------------------------------------------------------------------------------------------------------------

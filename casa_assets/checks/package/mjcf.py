@@ -77,7 +77,6 @@ def _broken(element: etree._Element, rules: tuple[Rule, ...]) -> Iterator[Proble
 
 
 def _tree_faults(root: etree._Element) -> Iterator[Problem]:
-    """Faults of the nesting of bodies."""
     outer = root.findall("worldbody/*")
     bodies = root.findall("worldbody/body/body")
     if [(b.tag, b.get("name")) for b in outer] != [("body", None)]:

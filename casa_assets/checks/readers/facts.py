@@ -36,12 +36,8 @@ OUTER = "bbox"
 CLOSED = "closed"
 
 
-def _sorted(rows: Iterable[Any]) -> tuple[Any, ...]:
-    return tuple(sorted(rows, key=lambda row: getattr(row, "name", row)))
-
-
 # A table sorts its rows, records by name.
-Sorted = BeforeValidator(_sorted)
+Sorted = BeforeValidator(lambda rows: tuple(sorted(rows, key=lambda row: getattr(row, "name", row))))
 Pairs = Annotated[tuple[tuple[str, str], ...], Sorted]
 
 

@@ -300,7 +300,6 @@ def _look(visual: etree._Element, folder: Path, prefix: str) -> VisualFacts:
 
 
 def _lines(file: Path) -> list[str]:
-    """Lines of an OBJ or MTL file."""
     try:
         return file.read_text(encoding="ascii").splitlines()
     except OSError as error:

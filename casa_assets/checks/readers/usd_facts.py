@@ -211,7 +211,6 @@ def _surface(prim: Usd.Prim, material: UsdShade.Material) -> tuple[Vec4, Vec3, s
 
 
 def _node(shader: UsdShade.Shader, name: str) -> UsdShade.Shader | None:
-    """The texture that feeds an input."""
     port = shader.GetInput(name)
     if not port or not port.HasConnectedSource():
         return None
@@ -299,7 +298,6 @@ def pxr_facts(path: Path) -> AssetFacts:
 
 
 def _whole(table: AssetFacts, stage: Usd.Stage) -> AssetFacts:
-    """The table with poses and words."""
     return table.replace(poses=poses(stage), words=words(stage.GetDefaultPrim()))
 
 

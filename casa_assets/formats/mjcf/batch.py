@@ -259,7 +259,6 @@ def _paint(geom: etree._Element, look: Look) -> None:
 
 
 def _add_world(world: etree._Element, batch: BatchScene, assets: Mapping[str, Asset], appearance: Appearance) -> None:
-    """Add everything that never moves to the world body."""
     places = {place.name: place for place in batch.scene.placements}
     for item, look in zip(batch.world, appearance.world, strict=True):
         place = places[item.placement]

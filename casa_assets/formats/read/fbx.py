@@ -89,8 +89,6 @@ def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
 
 
 class _Reader:
-    """Reads the meshes of one scene."""
-
     def __init__(self, files: Mapping[str, bytes], limits: Mapping[str, float], notes: Notes, name: str) -> None:
         self._files, self._limits, self._notes, self._name = files, limits, notes, name
         self._materials = Materials(limits, notes)
@@ -172,7 +170,6 @@ def _file_name(texture: Any) -> str:
 
 
 def _matrix(columns: Any) -> Floats:
-    """(4, 4) of the four columns that ufbx has."""
     out = np.eye(4)
     out[:3, :] = np.array([tuple(column) for column in columns], dtype=np.float64).T
     return out

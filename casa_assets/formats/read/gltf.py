@@ -258,8 +258,6 @@ def _index(value: object, node: JsonObject) -> int:
 
 
 class _Reader:
-    """Reads the placed meshes of one document."""
-
     def __init__(self, bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> None:
         self._limits, self._notes, self._name = limits, notes, printable(bundle.main)
         self.document, binary = open_document(bundle.files[bundle.main], self._name)

@@ -60,18 +60,6 @@ Raw = npt.NDArray[np.generic]
 T = TypeVar("T", Json, list[object], str)
 
 
-def _parse(text: bytes, name: str) -> Json:
-    """The JSON object of a glTF. Raises Rejected BAD_JSON where it is cut, garbled, too deep, or not an object."""
-    try:
-        value = json.loads(text.removeprefix(b"\xef\xbb\xbf").rstrip(b"\0 \t\r\n"))
-    except (ValueError, RecursionError) as error:
-        message = f"{name}: the JSON cannot be read ({printable(str(error), 80)}); fetch or export the file again"
-        raise Rejected(codes.BAD_JSON, message) from error
-    if not isinstance(value, dict):
-        raise Rejected(codes.BAD_JSON, f"{name}: the JSON is not an object; this is no glTF")
-    return value
-
-
 @dataclass(frozen=True)
 class JsonObject:
     """A JSON object with its place, such as `meshes/0/primitives/2`.
@@ -182,7 +170,14 @@ def open_document(data: bytes, name: str) -> tuple[JsonObject, bytes | None]:
         text, binary = _chunks(data, name)
     else:
         text, binary = data, None
-    document = JsonObject(_parse(text, name), "")
+    try:
+        value = json.loads(text.removeprefix(b"\xef\xbb\xbf").rstrip(b"\0 \t\r\n"))
+    except (ValueError, RecursionError) as error:
+        message = f"{name}: the JSON cannot be read ({printable(str(error), 80)}); fetch or export the file again"
+        raise Rejected(codes.BAD_JSON, message) from error
+    if not isinstance(value, dict):
+        raise Rejected(codes.BAD_JSON, f"{name}: the JSON is not an object; this is no glTF")
+    document = JsonObject(value, "")
     version = document.child("asset").value.get("version", "2.0")
     if not isinstance(version, str) or not version.startswith("2"):
         raise Rejected(codes.UNSUPPORTED_VERSION, f"{name}: glTF version {str(version)[:8]!r}; only 2.x can be read")

@@ -427,7 +427,6 @@ def _colors(vertices: Floats, notes: Notes) -> npt.NDArray[np.uint8] | None:
 
 
 def _materials(bundle: Bundle, lines: ObjLines, limits: Mapping[str, float], notes: Notes) -> dict[str, Material]:
-    """Material of every name that a group uses."""
     entries: dict[str, MtlEntry] = {}
     libraries: dict[str, None] = {}
     for library in lines.libraries:

@@ -221,7 +221,6 @@ def _table(
 
 
 def _slow_binary_rows(data: bytes, at: int, element: Element, order: str, name: str) -> tuple[Table, int]:
-    """Row by row, for lists of varying length."""
     values: list[list[float]] = [[] for _ in element.properties]
     counts: list[list[int]] = [[] for _ in element.properties]
     # numpy's letters of these types are those of struct

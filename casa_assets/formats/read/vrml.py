@@ -295,8 +295,6 @@ def nodes_of_text(data: bytes, name: str) -> list[Node]:
 
 
 class _Words:
-    """Reads nodes word by word."""
-
     def __init__(self, text: str, name: str) -> None:
         self._words = (w.group() for w in _WORD.finditer(text))
         self._next = ""
@@ -363,7 +361,6 @@ class _Words:
         return node
 
     def _field(self, node: Node, field: str, depth: int) -> None:
-        """One field: words, or nodes."""
         if self._next == "[":
             self._take()
             words: list[str] = []
@@ -501,8 +498,6 @@ def _matrix(node: Node) -> Floats:
 
 
 class _Reader:
-    """Reads the shapes of one scene."""
-
     def __init__(self, files: Mapping[str, bytes], limits: Mapping[str, float], notes: Notes, name: str) -> None:
         self._files, self._limits, self._notes, self._name = files, limits, notes, name
         self._materials = Materials(limits, notes)

@@ -209,7 +209,6 @@ def _filter_pair(layer: Sdf.Layer, first: Sdf.Path, second: Sdf.Path) -> None:
 
 
 def _define(stage: Usd.Stage, scene: Scene) -> None:
-    """Define everything that refers to no other layer."""
     root = UsdGeom.Xform.Define(stage, WORLD).GetPrim()
     document.set_stage(stage, root)
     Usd.ModelAPI(root).SetKind(Kind.Tokens.assembly)
