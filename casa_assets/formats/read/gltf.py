@@ -17,7 +17,6 @@ from casa_assets.formats.read.gltf_document import (
     data_uri,
     dropped_extensions,
     open_document,
-    unpack,
 )
 from casa_assets.formats.read.materials import Images, ImageUse, rgba_of_linear
 from casa_assets.formats.read.raw_parts import (
@@ -372,7 +371,7 @@ class _Reader:
         if not attributes.has("POSITION"):
             self._notes.add(codes.FEATURE_IGNORED, primitive.place, "a primitive without POSITION; left out")
             return None
-        unpack(primitive, self._accessors)
+        self._accessors.unpack(primitive)
         if primitive.array("targets"):
             self._notes.add(codes.FEATURE_IGNORED, "meshes", "morph targets are left out; the rest shape is read")
         count = self._accessors.count(attributes.count("POSITION"))

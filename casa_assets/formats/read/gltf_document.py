@@ -351,21 +351,45 @@ class Accessors:
             raise Rejected(codes.BAD_SCHEMA, message)
         return values
 
-    def is_stored(self, index: int) -> bool:
-        """True where the bytes of an accessor lie in a buffer view, or were handed over."""
-        return index in self._arrays or self._document.pick(index, "accessors").has("bufferView")
-
-    def check_count(self, index: int) -> None:
-        """Raises Rejected TOO_LARGE where an accessor claims more elements than any input may have."""
-        accessor = self._document.pick(index, "accessors")
-        self._check_element_count(accessor.count("count"), accessor)
-
-    def supply(self, index: int, array: Raw) -> None:
-        """Provide the (count, width) elements of an accessor whose data a mesh compression extension has decoded.
+    def unpack(self, primitive: JsonObject) -> None:
+        """Decode a primitive that is compressed by Draco, for the accessors that it names; others are left as they are.
 
         Raises:
-            Rejected: LENGTH_MISMATCH if the accessor claims another shape.
+            Rejected: TRUNCATED where the bytes are no Draco mesh, LENGTH_MISMATCH where it holds other counts than the
+                accessors claim, TOO_LARGE, and what buffer views are refused for.
         """
+        extension, attributes = primitive.child("extensions").child(_DRACO), primitive.child("attributes")
+        if not extension.value or self._is_stored(attributes.count("POSITION")):
+            return
+        ids = extension.child("attributes")
+        if not ids.has("POSITION"):
+            raise ids.fail("POSITION", "an attribute of the Draco data")
+        wanted = {key: attributes.count(key) for key in ids.value if attributes.has(key)}
+        # The claims are checked before anything is decoded; a mesh that holds more is refused by its own counts below.
+        for index in (*wanted.values(), *([primitive.count("indices")] if primitive.has("indices") else [])):
+            accessor = self._document.pick(index, "accessors")
+            self._check_element_count(accessor.count("count"), accessor)
+        try:
+            mesh = DracoPy.decode(self.view_bytes(extension.count("bufferView")))
+        except (ValueError, TypeError, RuntimeError, DracoPy.FileTypeException) as error:
+            message = f"glTF {extension.place}: the Draco data is broken; fetch or export the file again"
+            raise Rejected(codes.TRUNCATED, message) from error
+        faces = getattr(mesh, "faces", None)
+        if faces is None:
+            raise Rejected(codes.NO_FACES, f"glTF {extension.place}: Draco points without faces; export a surface")
+        if primitive.has("indices"):
+            self._supply(primitive.count("indices"), np.asarray(faces).reshape(-1, 1))
+        data = {one["unique_id"]: one["data"] for one in mesh.attributes}
+        for key, index in wanted.items():
+            array = data.get(ids.count(key))
+            if array is None:
+                raise ids.fail(key, "an attribute of the Draco data")
+            self._supply(index, np.asarray(array).reshape(len(array), -1))
+
+    def _is_stored(self, index: int) -> bool:
+        return index in self._arrays or self._document.pick(index, "accessors").has("bufferView")
+
+    def _supply(self, index: int, array: Raw) -> None:
         accessor = self._document.pick(index, "accessors")
         shape = (accessor.count("count"), self._layout(accessor)[1])
         if array.shape != shape:
@@ -489,38 +513,3 @@ class Accessors:
                 raise Rejected(codes.LENGTH_MISMATCH, message)
             self._buffers[index] = data
         return self._buffers[index]
-
-
-def unpack(primitive: JsonObject, accessors: Accessors) -> None:
-    """Decode a compressed primitive and hand its arrays to the accessors that it names; others are left as they are.
-
-    Raises:
-        Rejected: TRUNCATED where the bytes are no Draco mesh, LENGTH_MISMATCH where it holds other counts than the
-            accessors claim, TOO_LARGE, and what buffer views are refused for.
-    """
-    extension, attributes = primitive.child("extensions").child(_DRACO), primitive.child("attributes")
-    if not extension.value or accessors.is_stored(attributes.count("POSITION")):
-        return
-    ids = extension.child("attributes")
-    if not ids.has("POSITION"):
-        raise ids.fail("POSITION", "an attribute of the Draco data")
-    wanted = {key: attributes.count(key) for key in ids.value if attributes.has(key)}
-    # The claims are checked before anything is decoded; a mesh that holds more is refused by its own counts below.
-    for index in (*wanted.values(), *([primitive.count("indices")] if primitive.has("indices") else [])):
-        accessors.check_count(index)
-    try:
-        mesh = DracoPy.decode(accessors.view_bytes(extension.count("bufferView")))
-    except (ValueError, TypeError, RuntimeError, DracoPy.FileTypeException) as error:
-        message = f"glTF {extension.place}: the Draco data is broken; fetch or export the file again"
-        raise Rejected(codes.TRUNCATED, message) from error
-    faces = getattr(mesh, "faces", None)
-    if faces is None:
-        raise Rejected(codes.NO_FACES, f"glTF {extension.place}: Draco points without faces; export a surface")
-    if primitive.has("indices"):
-        accessors.supply(primitive.count("indices"), np.asarray(faces).reshape(-1, 1))
-    data = {one["unique_id"]: one["data"] for one in mesh.attributes}
-    for key, index in wanted.items():
-        array = data.get(ids.count(key))
-        if array is None:
-            raise ids.fail(key, "an attribute of the Draco data")
-        accessors.supply(index, np.asarray(array).reshape(len(array), -1))
