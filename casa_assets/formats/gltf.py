@@ -10,7 +10,7 @@ import io
 import json
 import math
 import struct
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -43,6 +43,22 @@ ALIGNMENT = 4
 TYPE_OF_WIDTH = {1: "SCALAR", 2: "VEC2", 3: "VEC3"}
 
 
+class Rows(list[dict[str, Any]]):
+    """Rows as glTF lists them, each once."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._index: dict[object, int] = {}
+
+    def put(self, key: object, make: Callable[[], dict[str, Any]]) -> int:
+        """Index of the row of a key, which is made where there is none."""
+        if key not in self._index:
+            row = make()
+            self._index[key] = len(self)
+            self.append(row)
+        return self._index[key]
+
+
 @dataclass
 class Binary:
     """The binary chunk while it is being built.
@@ -53,21 +69,20 @@ class Binary:
     """
 
     data: bytearray = field(default_factory=bytearray)
-    views: list[dict[str, Any]] = field(default_factory=list)
-    accessors: list[dict[str, Any]] = field(default_factory=list)
-    _view_of: dict[bytes, int] = field(default_factory=dict)
-    _accessor_of: dict[tuple[int, str, int, int, bool], int] = field(default_factory=dict)
+    views: Rows = field(default_factory=Rows)
+    accessors: Rows = field(default_factory=Rows)
 
     def view(self, content: bytes, target: int | None = None) -> int:
         """Index of the buffer view of some bytes; `target`: kind of the vertex data, None for a picture."""
-        key = hashlib.sha256(f"{target} ".encode() + content).digest()
-        if key not in self._view_of:
+
+        def row() -> dict[str, Any]:
             self.data += bytes(-len(self.data) % ALIGNMENT)
-            row: dict[str, Any] = {"buffer": 0, "byteOffset": len(self.data), "byteLength": len(content)}
-            self.views.append(row if target is None else {**row, "target": target})
+            start = len(self.data)
             self.data += content
-            self._view_of[key] = len(self.views) - 1
-        return self._view_of[key]
+            kind = {} if target is None else {"target": target}
+            return {"buffer": 0, "byteOffset": start, "byteLength": len(content), **kind}
+
+        return self.views.put(hashlib.sha256(f"{target} ".encode() + content).digest(), row)
 
     def vectors(self, rows: npt.NDArray[np.float64], with_bounds: bool = False) -> int:
         """Index of the accessor of (N, 2) or (N, 3) numbers, rounded to float32; `with_bounds`: for positions."""
@@ -86,11 +101,8 @@ class Binary:
         return self._accessor(self.view(content, ELEMENT_ARRAY_BUFFER), row, False)
 
     def _accessor(self, view: int, row: dict[str, Any], with_bounds: bool) -> int:
-        key = (view, str(row["type"]), int(row["componentType"]), int(row["count"]), with_bounds)
-        if key not in self._accessor_of:
-            self.accessors.append({"bufferView": view, **row})
-            self._accessor_of[key] = len(self.accessors) - 1
-        return self._accessor_of[key]
+        key = (view, row["type"], row["componentType"], row["count"], with_bounds)
+        return self.accessors.put(key, lambda: {"bufferView": view, **row})
 
 
 def glb(document: dict[str, Any], binary: Binary) -> bytes:
@@ -141,20 +153,19 @@ class Materials:
 
     binary: Binary
     picture_px: int
-    rows: list[dict[str, Any]] = field(default_factory=list)
-    images: list[dict[str, Any]] = field(default_factory=list)
-    _index: dict[str, int] = field(default_factory=dict)
-    _image_of: dict[str, tuple[int, str]] = field(default_factory=dict)
+    rows: Rows = field(default_factory=Rows)
+    images: Rows = field(default_factory=Rows)
+    _mode_of: dict[str, str] = field(default_factory=dict)
 
     def index(self, material: Material) -> int:
         """Index of a material."""
-        return self._add(material.digest, lambda: self._row(material))
+        return self.rows.put(material.digest, lambda: self._row(material))
 
     def plain(self, name: str, color: Sequence[float]) -> int:
         """Index of a rough material of one linear RGBA colour, seen from both sides."""
         pbr = {"baseColorFactor": rounded(color), "metallicFactor": 0.0, "roughnessFactor": 0.9}
         mode = {} if color[3] >= 1.0 else {"alphaMode": "BLEND"}
-        return self._add(name, lambda: {"name": name, "pbrMetallicRoughness": pbr, "doubleSided": True, **mode})
+        return self.rows.put(name, lambda: {"name": name, "pbrMetallicRoughness": pbr, "doubleSided": True, **mode})
 
     def document(self) -> dict[str, Any]:
         """Members of the glTF document."""
@@ -163,12 +174,6 @@ class Materials:
             textures = [{"sampler": 0, "source": i} for i in range(len(self.images))]
             found |= {"images": self.images, "textures": textures, "samplers": [SAMPLER]}
         return found
-
-    def _add(self, key: str, make: Any) -> int:
-        if key not in self._index:
-            self.rows.append(make())
-            self._index[key] = len(self.rows) - 1
-        return self._index[key]
 
     def _row(self, material: Material) -> dict[str, Any]:
         pbr: dict[str, Any] = {
@@ -196,19 +201,18 @@ class Materials:
     def _texture(self, texture: Texture) -> tuple[dict[str, int], str]:
         """Reference to a picture, and the alpha mode that it requires."""
         key = f"{texture.file_name} {texture.color_space.value}"
-        if key not in self._image_of:
+
+        def row() -> dict[str, Any]:
             # Kitchens of a style have the same pictures.
             place = f"{key} {self.picture_px}"
             if place not in _KEPT:
                 if len(_KEPT) >= _MOST_KEPT:
                     _KEPT.clear()
                 _KEPT[place] = encoded(texture, self.picture_px)
-            content, kind, mode = _KEPT[place]
-            view = self.binary.view(content)
-            self.images.append({"bufferView": view, "mimeType": kind, "name": texture.name})
-            self._image_of[key] = len(self.images) - 1, mode
-        index, mode = self._image_of[key]
-        return {"index": index}, mode
+            content, kind, self._mode_of[key] = _KEPT[place]
+            return {"bufferView": self.binary.view(content), "mimeType": kind, "name": texture.name}
+
+        return {"index": self.images.put(key, row)}, self._mode_of[key]
 
 
 def encoded(texture: Texture, most_px: int) -> tuple[bytes, str, str]:
@@ -246,8 +250,7 @@ class Meshes:
 
     binary: Binary
     materials: Materials
-    rows: list[dict[str, Any]] = field(default_factory=list)
-    _index: dict[str, int] = field(default_factory=dict)
+    rows: Rows = field(default_factory=Rows)
 
     def of_visuals(self, visuals: Sequence[Visual], looks: dict[str, Material]) -> int | None:
         """Index of the mesh of some visuals of one link, or None if they have no faces."""
@@ -256,11 +259,14 @@ class Meshes:
             joined = _joined([visual.mesh for visual in visuals if visual.material == material])
             if joined is not None:
                 primitives.append(self._primitive(*joined, self.materials.index(looks[material])))
-        return self._add({"primitives": primitives}) if primitives else None
+        return self._mesh(primitives) if primitives else None
 
     def bare(self, points: Floats, faces: Ints, material: int) -> int:
         """Index of a mesh of one material without normals, which viewers draw faceted."""
-        return self._add({"primitives": [self._primitive(points, None, None, faces, material)]})
+        return self._mesh([self._primitive(points, None, None, faces, material)])
+
+    def _mesh(self, primitives: list[dict[str, Any]]) -> int:
+        return self.rows.put(repr(primitives), lambda: {"primitives": primitives})
 
     def _primitive(
         self, points: Floats, normals: Floats | None, uv: Floats | None, faces: Ints, material: int
@@ -271,13 +277,6 @@ class Meshes:
         if uv is not None:
             attributes["TEXCOORD_0"] = self.binary.vectors(uv)
         return {"attributes": attributes, "indices": self.binary.indices(faces), "material": material}
-
-    def _add(self, row: dict[str, Any]) -> int:
-        key = repr(row)
-        if key not in self._index:
-            self.rows.append(row)
-            self._index[key] = len(self.rows) - 1
-        return self._index[key]
 
 
 def _joined(meshes: Sequence[Mesh]) -> tuple[Floats, Floats, Floats | None, Ints] | None:
