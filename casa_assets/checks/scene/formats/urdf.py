@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 from pathlib import Path
 
 from casa_assets.checks.check import Problem
@@ -16,15 +15,15 @@ from casa_assets.checks.package.parity import (
     table_differences,
 )
 from casa_assets.checks.readers import urdf_facts
-from casa_assets.checks.readers.facts import text
-from casa_assets.checks.readers.urdf_facts import UrdfLink
+from casa_assets.checks.readers.facts import four, text, three
+from casa_assets.checks.readers.urdf_facts import UrdfAsset
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.asset.parts import joint_positions
-from casa_assets.model.kitchen.scene import WORLD, Scene
+from casa_assets.model.kitchen.scene import Scene
+from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record, Vec3, Vec4
 
 FILE, LIST = "scene.urdf", "scene.json"
-SEPARATOR = "__"
 
 
 def scene_differences(folder: Path, scene: Scene) -> list[Problem]:
@@ -47,33 +46,18 @@ def scene_differences(folder: Path, scene: Scene) -> list[Problem]:
 
 def _tree_differences(folder: Path, scene: Scene) -> Iterator[Problem]:
     """Differences of the fixed placements, one by one."""
-    trees = _by_placement(urdf_facts.links(folder / FILE))
+    read = urdf_facts.read(folder / FILE)
+    roots = {read.model.body(i).name: i for i in range(1, read.model.nbody) if not read.model.body_parentid[i]}
     fixed = [place for place in scene.placements if scene.asset_of[place.name].base is Base.FIXED]
-    yield from (row.problem for row in text("placements", sorted(place.name for place in fixed), sorted(trees)))
+    yield from (row.problem for row in text("placements", sorted(place.name for place in fixed), sorted(roots)))
     for place in fixed:
-        if place.name not in trees:
+        if place.name not in roots:
             continue
-        asset, tree = scene.asset_of[place.name], trees[place.name]
+        asset, body = scene.asset_of[place.name], roots[place.name]
         aside = urdf_facts.beside(folder / f"{asset.id}.urdf")
-        yield from _below(place.name, table_differences(tree, folder, aside, asset, place.name + SEPARATOR))
-        root = next(link for link in tree if link.parent == WORLD)
-        pose = place.pose @ asset.root.pose
-        yield from _below(place.name, compare(pose, root.pose, TOLERANCE, LENGTH_TOLERANCE_M))
-
-
-def _by_placement(tree: tuple[UrdfLink, ...]) -> dict[str, tuple[UrdfLink, ...]]:
-    """Links of each placement under the names that they have in the asset, the root tied to the world."""
-    found: dict[str, list[UrdfLink]] = {}
-    for link in tree:
-        if link.name != WORLD:
-            placement = link.name.split(SEPARATOR)[0]
-            name, parent = (_name_in_asset(name, placement) for name in (link.name, link.parent))
-            found.setdefault(placement, []).append(replace(link, name=name, parent=parent))
-    return {placement: tuple(links) for placement, links in found.items()}
-
-
-def _name_in_asset(name: str, placement: str) -> str:
-    return urdf_facts.ROOT if name == placement else name.removeprefix(placement + SEPARATOR)
+        yield from _below(place.name, table_differences(UrdfAsset(read, aside, place.name), asset))
+        found = Pose(position=three(read.model.body_pos[body]), quaternion=four(read.model.body_quat[body]))
+        yield from _below(place.name, compare(place.pose @ asset.root.pose, found, TOLERANCE, LENGTH_TOLERANCE_M))
 
 
 class ListedFacts(Record):

@@ -1,4 +1,4 @@
-"""URDF means what the asset means, MuJoCo, which reads it too, agrees, and what says otherwise is told cell by cell."""
+"""URDF means what the asset means, and what says otherwise is told cell by cell."""
 
 from __future__ import annotations
 
@@ -8,13 +8,10 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-import mujoco
 import numpy as np
 import pytest
 
 from casa_assets.checks.package.parity import asset_differences
-from casa_assets.checks.readers import urdf_facts
-from casa_assets.checks.readers.facts import asset_facts
 from casa_assets.checks.scene.formats.urdf import scene_differences
 from casa_assets.core.numeric import about_axis
 from casa_assets.formats import urdf
@@ -36,27 +33,6 @@ def put(asset: Asset, folder: Path) -> Path:
 @pytest.mark.parametrize("build", ASSETS)
 def test_what_is_read_back_is_the_asset(build: Callable[[], Asset], tmp_path: Path) -> None:
     assert asset_differences(put(build(), tmp_path), build()) == []
-
-
-@pytest.mark.parametrize("build", ASSETS)
-def test_mujoco_reads_the_same_masses_joints_and_places(build: Callable[[], Asset], tmp_path: Path) -> None:
-    asset = build()
-    spec = mujoco.MjSpec.from_file(str(put(asset, tmp_path)))
-    for mesh in spec.meshes:
-        mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # flat prints have no volume
-    model = spec.compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    for body in urdf_facts.on_joint_axes(asset_facts(asset)).bodies:
-        index = model.body(body.name).id
-        assert model.body_mass[index] == pytest.approx(body.mass, rel=1e-6)
-        assert data.xpos[index] == pytest.approx(body.position, abs=1e-6)
-        if body.joint is not None:
-            joint = model.joint(body.joint.name)
-            assert joint.range == pytest.approx(body.joint.range, abs=1e-6)
-            assert joint.axis == pytest.approx(body.joint.axis, abs=1e-6)
-            assert joint.damping[0] == pytest.approx(body.joint.resistance[2])
-            assert joint.frictionloss[0] == pytest.approx(body.joint.resistance[3])
 
 
 def test_roll_pitch_and_yaw_turn_as_the_pose_does(subtests: pytest.Subtests) -> None:
@@ -134,7 +110,7 @@ def test_a_scene_is_what_was_written(tmp_path: Path) -> None:
     [
         (r'(<child link="oven"/>\s*<origin xyz=")1 ', r"\g<1>1.01 ", "scene.urdf/oven/position"),
         (r'(<child link="unit"/>\s*<origin xyz="[^"]*" rpy="[^"]*) [^ "]*"', r'\g<1> 0"', "scene.urdf/unit/quaternion"),
-        (r'(<joint name="grill__knob_joint".*?upper=")', r"\g<1>-", "scene.urdf/grill/"),
+        (r'(<joint name="grill__knob_joint".*?upper=")', r"\g<1>9", "scene.urdf/grill/"),
     ],
 )
 def test_a_changed_scene_is_told(pattern: str, new: str, cell: str, tmp_path: Path) -> None:
