@@ -1,4 +1,4 @@
-"""An asset together with the folder that it was written to: the subject of every check on files."""
+"""Checks of the written files, and their subject: an asset together with the folder that it was written to."""
 
 from __future__ import annotations
 

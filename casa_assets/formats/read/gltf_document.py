@@ -33,14 +33,8 @@ _MESHOPT = ("KHR_meshopt_compression", "EXT_meshopt_compression")
 # What may be required and still be read rightly, or ignored without harm to shape and colour.
 READABLE = frozenset(
     {
-        "KHR_texture_transform",
-        "KHR_mesh_quantization",
-        _DRACO,
-        "KHR_texture_basisu",
-        "EXT_texture_webp",
-        "KHR_lights_punctual",
-        "EXT_mesh_gpu_instancing",
-        *_MESHOPT,
+        *("KHR_texture_transform", "KHR_mesh_quantization", "KHR_texture_basisu", "EXT_texture_webp"),
+        *("KHR_lights_punctual", "EXT_mesh_gpu_instancing", _DRACO, *_MESHOPT),
     }
 )
 # What is read in full; others that a file uses are told.
@@ -253,8 +247,15 @@ def decompressed(extension: JsonObject, data: bytes, max_bytes: int) -> bytes:
             f"glTF {extension.place}: claims {count * stride} bytes, more than {max_bytes}; simplify the mesh first"
         )
         raise Rejected(codes.TOO_LARGE, message)
+    kind = (extension.text("filter") if mode == "ATTRIBUTES" else "") or "NONE"
     if mode == "ATTRIBUTES":
-        _check_attributes(extension, stride)
+        if stride % 4:
+            raise extension.fail("byteStride", "a multiple of 4")
+        if kind not in _FILTERS:
+            raise _unknown(extension, "filter", kind)
+        strides = _FILTERS[kind][1]
+        if strides is not None and stride not in strides:
+            raise extension.fail("byteStride", f"one of {strides} for the filter {kind}")
     elif mode in ("TRIANGLES", "INDICES"):
         if stride not in (2, 4):
             raise extension.fail("byteStride", "2 or 4")
@@ -268,7 +269,7 @@ def decompressed(extension: JsonObject, data: bytes, max_bytes: int) -> bytes:
     try:
         if mode == "ATTRIBUTES":
             out = decoder.decode_vertex_buffer(count, stride, data, dtype=np.dtype(f"V{stride}"))
-            if function := _FILTERS[extension.text("filter") or "NONE"][0]:
+            if function := _FILTERS[kind][0]:
                 # The binding declares no argument types for filters: numbers have to be of their C types already.
                 out = getattr(decoder, function)(out.view(np.uint8), ctypes.c_size_t(count), ctypes.c_size_t(stride))
             return bytes(out.tobytes())
@@ -278,17 +279,6 @@ def decompressed(extension: JsonObject, data: bytes, max_bytes: int) -> bytes:
     except (RuntimeError, ValueError) as error:
         message = f"glTF {extension.place}: the compressed data is broken; fetch or export the file again"
         raise Rejected(codes.TRUNCATED, message) from error
-
-
-def _check_attributes(extension: JsonObject, stride: int) -> None:
-    if stride % 4:
-        raise extension.fail("byteStride", "a multiple of 4")
-    name = extension.text("filter") or "NONE"
-    if name not in _FILTERS:
-        raise _unknown(extension, "filter", name)
-    strides = _FILTERS[name][1]
-    if strides is not None and stride not in strides:
-        raise extension.fail("byteStride", f"one of {strides} for the filter {name}")
 
 
 def _decoder(extension: JsonObject) -> ModuleType:
