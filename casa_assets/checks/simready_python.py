@@ -46,11 +46,7 @@ class NoVerdict(Exception):
 
 
 def validator_python() -> str:
-    """Path of another Python that has the validator; empty where this one is used.
-
-    Raises:
-        NoVerdict: neither has it.
-    """
+    """Path of another Python that has the validator; empty where this one is used. Raises NoVerdict: neither has it."""
     named = os.environ.get(VARIABLE, "")
     if named:
         if not _has_validator(_versions_in(named)):

@@ -350,11 +350,7 @@ REGION_COLOR = (0.05, 0.65, 0.30, 0.22)
 
 
 def layer_nodes(link: Link, regions: tuple[Region, ...], meshes: Meshes, wanted: Layers) -> Iterator[dict[str, Any]]:
-    """Yield a node for each collider and region of a link, if they are wanted.
-
-    Args:
-        regions: all regions of the asset.
-    """
+    """Yield a node for each collider and region of a link, if they are wanted; `regions`: all regions of the asset."""
     if wanted.colliders:
         for number, collider in enumerate(link.colliders):
             turn = number % len(COLLIDER_COLORS)
