@@ -45,8 +45,7 @@ SMOKE = (
     "tests/unit/cli/test_help.py",
     "tests/unit/runs/remote/test_stored_run.py",
     "tests/unit/show/reports/test_home.py",
-    "tests/unit/export/test_scene_exports.py",
-    "tests/unit/export/test_urdf_export.py",
+    "tests/unit/export/test_exports.py",
     "tests/unit/test_examples.py",
 )
 

@@ -27,6 +27,8 @@ from casa_assets.checks.check import Check
 from casa_assets.checks.filters.kind import FACES_MS, PIXELS_MS, UNKNOWN, misfit
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.table import TABLE
+from casa_assets.checks.package import Package
+from casa_assets.checks.table.table import TABLE
 from casa_assets.library.library import Library, read_asset
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.registry.category import Category

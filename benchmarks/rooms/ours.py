@@ -24,8 +24,8 @@ def main() -> None:
     begin = time.perf_counter()
     from casa_assets.asset.lightweight import light_scene
     from casa_assets.families.asset_store import AssetStore
-    from casa_assets.formats.mjcf.scene import kitchen as mjcf
-    from casa_assets.formats.usd.scene import kitchen as usd
+    from casa_assets.formats.mjcf import kitchen as mjcf
+    from casa_assets.formats.usd import kitchen as usd
     from casa_assets.layouts.run.recipe import SceneRecipe
     from casa_assets.layouts.run.resolve import build_scene, resolve
     from casa_assets.library.library import Library

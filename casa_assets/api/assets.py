@@ -19,7 +19,7 @@ from casa_assets.families.asset_store import AssetStore
 from casa_assets.families.build import FamilyRequest
 from casa_assets.families.build import params_of as drawn
 from casa_assets.formats import mjcf
-from casa_assets.formats.mujoco_values import VIEWER_GROUPS
+from casa_assets.formats.values import VIEWER_GROUPS
 from casa_assets.layouts.run.load_scene import model_of
 from casa_assets.layouts.run.resolve import checked_params, params_of
 from casa_assets.layouts.run.scene_files import SCENE_JSON

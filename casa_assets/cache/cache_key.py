@@ -31,7 +31,7 @@ from casa_assets.cache.code_index import (
     target,
     versions_of_package,
 )
-from casa_assets.checks.simready.installed import versions_elsewhere
+from casa_assets.checks.simready_python import versions_elsewhere
 from casa_assets.core.system import keep_json, kept_json
 from casa_assets.projects import data_root, project_folder, read_once
 from casa_assets.registry.plugins.load import load_plugins

@@ -15,8 +15,8 @@ from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from casa_assets.checks.simready.installed import EXTRA as SIMREADY
-from casa_assets.checks.simready.installed import (
+from casa_assets.checks.simready_python import EXTRA as SIMREADY
+from casa_assets.checks.simready_python import (
     NEEDED,
     NEWEST_PYTHON,
     NoVerdict,

@@ -34,6 +34,8 @@ from casa_assets.checks.check import run as run_checks
 from casa_assets.checks.simready.validator import load_rules
 from casa_assets.checks.table import objects
 from casa_assets.core.numeric import Floats, rng_for
+from casa_assets.checks import simready
+from casa_assets.core.numeric import rng_for
 from casa_assets.core.system import cache_for
 from casa_assets.errors import UnknownId
 from casa_assets.kitchenware.catalog import MODELS
@@ -369,7 +371,7 @@ def _compared(
 def warm() -> None:
     """Load what every worker needs, once for all of them; nothing here may draw."""
     registry.load()
-    load_rules()
+    simready.warm()
     load_table()
     available_finishes()
     object_names()

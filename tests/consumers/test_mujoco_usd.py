@@ -9,7 +9,7 @@ import pytest
 
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.usd_facts import imported
-from casa_assets.formats.usd.scene.kitchen import write
+from casa_assets.formats.usd.kitchen import write
 from tests.support.asset.articulated_assets import grill
 from tests.support.asset.assets import textured_box
 from tests.support.asset.packages import written

@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from casa_assets.checks.readers import asset_facts, urdf_facts
+from casa_assets.checks.readers import urdf_facts
+from casa_assets.checks.readers.facts import asset_facts
 from casa_assets.core.numeric import Floats
 from casa_assets.core.system import cache_dir
-from casa_assets.export.forms import SCENES
-from casa_assets.formats.urdf import document
+from casa_assets.export import SCENES
+from casa_assets.formats import urdf
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import build_scene
 from casa_assets.model.asset.asset import Asset, Base
@@ -46,7 +47,7 @@ class Expected:
         """Add an asset, or a placement of it; its root stands at the origin unless it is placed."""
         middle = tuple(JointValue(joint=j.name, value=sum(j.range) / 2) for j in asset.joints)
         posed = asset.replace(keyframes=(Keyframe(name="middle", joints=middle),))
-        facts = urdf_facts.on_joint_axes(asset_facts.facts(posed))
+        facts = urdf_facts.on_joint_axes(asset_facts(posed))
         for body in facts.bodies:
             self.bodies[_link_name(body.name, placement)] = body
             if body.joint is not None:
@@ -109,7 +110,7 @@ def assets(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     paths = {}
     for build in ASSETS:
         asset = build()
-        paths[build.__name__] = write_to(document.write(asset), folder / build.__name__) / f"{asset.id}.urdf"
+        paths[build.__name__] = write_to(urdf.write(asset), folder / build.__name__) / f"{asset.id}.urdf"
     found = told(*paths.values())
     return {name: found[str(path)] for name, path in paths.items()}
 
@@ -127,7 +128,7 @@ def scenes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Scene, P
     root = tmp_path_factory.mktemp("out") / "out" / "urdf_kitchens" / SCENES
     found = {}
     for scene in (corner(), whole):
-        found[scene.id] = scene, write_to(document.write_scene(scene), root / scene.id) / document.FILE
+        found[scene.id] = scene, write_to(urdf.write_scene(scene), root / scene.id) / urdf.FILE
     return found
 
 

@@ -111,7 +111,7 @@ WATCHED = {
     "test_store_sources.py": _STORES,
     "test_stores.py": _STORES,
     "test_urdf.py": Watched(
-        ("urdf",), (*_package("formats/urdf", "checks/readers/urdf_facts.py"), "docs/howto/use/urdf.md")
+        ("urdf",), (*_package("formats/urdf.py", "checks/readers/urdf_facts.py"), "docs/howto/use/urdf.md")
     ),
     "test_view_page.py": _PAGES_IN_A_BROWSER,
     "test_viewer.py": _PAGES_IN_A_BROWSER,

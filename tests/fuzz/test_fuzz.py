@@ -37,12 +37,6 @@ def test_a_mutant_is_read_or_rejected(name: str, rng: Random) -> None:
         assert all(np.isfinite(part.mesh.vertices).all() for part in model.parts)
 
 
-def test_the_same_number_makes_the_same_case() -> None:
-    assert case(7, 11) == case(7, 11)
-    assert case(7, 11) != case(7, 12)
-    assert case(7, 11) != case(8, 11)
-
-
 @pytest.mark.slow
 def test_two_seconds_of_fuzzing_find_nothing(tmp_path: Path) -> None:
     result = Result()

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import Rejected
-from casa_assets.formats.read import polygons
+from casa_assets.formats.read import raw_parts
 from casa_assets.formats.read.formats import sniff
 from casa_assets.ingest.run.run import Options, ingest
 from casa_assets.ingest.sources import Found, Refused, collect, discover, places
@@ -153,11 +153,11 @@ def test_ear_clipping_has_a_budget() -> None:
     angles = np.linspace(0, 2 * np.pi, 1000, endpoint=False)
     reach = np.where(np.arange(1000) % 2, 1.0, 0.5)
     star = np.column_stack((reach * np.cos(angles), reach * np.sin(angles), np.zeros(1000)))
-    most, polygons.MAX_TESTS = polygons.MAX_TESTS, 5000
+    most, raw_parts.MAX_TESTS = raw_parts.MAX_TESTS, 5000
     try:
-        triangles, _, fanned = polygons.triangulate(np.tile(star, (8, 1, 1)))
+        triangles, _, fanned = raw_parts.triangulate(np.tile(star, (8, 1, 1)))
     finally:
-        polygons.MAX_TESTS = most
+        raw_parts.MAX_TESTS = most
     assert len(triangles) == 8 * 998
     assert 0 < fanned < 8
 

@@ -1,4 +1,4 @@
-"""A polygon of very many corners costs memory in proportion to its corners, in every format that has polygons."""
+"""A polygon of very many corners costs memory in proportion to its corners, in every format that has raw_parts."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import Rejected
-from casa_assets.formats.read import load, polygons
+from casa_assets.formats.read import load, raw_parts
 from casa_assets.formats.read import obj as obj_reader
 from casa_assets.ingest.gaps import MAX_PAIRS, _within
 from casa_assets.model import rejection_codes
@@ -100,7 +100,7 @@ def test_triangles_are_counted_before_they_are_made(suffix: str, monkeypatch: py
     def never(points: object) -> object:
         raise MemoryError("triangles were made")
 
-    for module in (obj_reader, polygons):
+    for module in (obj_reader, raw_parts):
         monkeypatch.setattr(module, "triangulate", never)
     name = f"a.{suffix}"
     with pytest.raises(Rejected, match="999 triangles, more than 500") as error:

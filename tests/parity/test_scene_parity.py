@@ -16,7 +16,7 @@ from casa_assets.checks.readers.scene_facts import SceneFacts, SceneReading
 from casa_assets.checks.scene.forms import SCENE_LENGTH_TOLERANCE_M, SCENE_TOLERANCE, SceneFiles, formats_agree
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.mesh.inertia import adjacent_links
-from casa_assets.model.asset.asset import Base, Exclusion
+from casa_assets.model.asset.asset import Exclusion
 from casa_assets.model.kitchen.scene import Placement, Scene
 from tests.support.asset.packages import edit, tamper
 from tests.support.kitchen.scenes import body, corner, expected, written
@@ -165,31 +165,8 @@ def test_what_scene_usda_says_otherwise_is_found(text: str, cell: str, folder: P
     assert cell in pointers(folder)
 
 
-def test_an_edit_of_a_shared_layer_is_found_in_each_copy(folder: Path) -> None:
-    layer = folder.parent / "assets/usd/mug_0123456789/mug_0123456789.usda"
-    tamper(layer, ("float physics:mass = 0.3", "float physics:mass = 0.31"))
-    assert {"bodies/mug/mass", "bodies/tilted_mug/mass"} <= set(pointers(folder))
-
-
 @BY_MUJOCO
 def test_contacts_are_compared_too(folder: Path) -> None:
     # Of the one sphere.
     tamper(folder / "scene.xml", ('condim="6"', 'condim="3"'))
     assert pointers(folder) == ["bodies/orange/contacts"]
-
-
-def test_a_base_that_floats_in_one_format_is_found(folder: Path) -> None:
-    found = by_mujoco(folder / "scene.xml")
-    rows = tuple(p.replace(base=Base.FREE) if p.name == "oven" else p for p in found.placements)
-    assert [
-        where for where, _ in compare(found, found.replace(placements=rows), SCENE_TOLERANCE, SCENE_LENGTH_TOLERANCE_M)
-    ] == ["placements/oven/base"]
-
-
-def test_a_thing_that_one_format_alone_holds_fast_is_found(folder: Path) -> None:
-    text = (folder / "scene.xml").read_text().replace('<freejoint name="orange__free"/>', "")
-    head, keys = text.split("<keyframe>")
-    # Without its seven numbers, which are x, y, z and a turn by nothing.
-    assert keys.count(" 0.6 0 1 1 0 0 0 ") == 3
-    (folder / "scene.xml").write_text(head + "<keyframe>" + keys.replace(" 0.6 0 1 1 0 0 0 ", " "))
-    assert pointers(folder) == ["placements/orange/base"]

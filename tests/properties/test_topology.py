@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from casa_assets.mesh.grid.voxels import voxelise
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.mesh.solid.solids import closed_solid, union
 from casa_assets.mesh.surface import signed_volume
@@ -14,7 +15,7 @@ from casa_assets.mesh.topology import consistent_winding, face_components, is_cl
 from casa_assets.mesh.voxels import boundary, voxelise
 from casa_assets.model.asset.parts import Box, Cylinder, Shape, Sphere
 from casa_assets.model.pose import Pose
-from tests.properties.strategies import Floats, Ints, closed, poses, quick, seeds, torus
+from tests.properties.strategies import Floats, Ints, closed, quick, seeds, torus
 
 
 def several(seed: int, count: int) -> tuple[Floats, Ints]:
@@ -37,15 +38,6 @@ def test_weld_undoes_the_splitting_of_vertices(seed: int, count: int) -> None:
     assert len(welded) == len(points)
     assert np.abs(welded[place] - split).max() <= 1e-6 * np.ptp(points)
     assert is_closed(place.reshape(-1, 3))
-
-
-@quick
-@given(seeds)
-def test_weld_keeps_what_lies_apart(seed: int) -> None:
-    points, _ = closed(seed, 40)
-    welded, place = weld(points)
-    assert (welded == points).all()
-    assert (place == np.arange(len(points))).all()
 
 
 @quick
@@ -79,18 +71,6 @@ def test_random_turns_are_undone(seed: int, count: int, holed: bool) -> None:
     assert abs(signed_volume(points, restored[label == 0])) > 0
 
 
-def test_winding_of_many_pieces_and_of_what_has_no_sides() -> None:
-    strip = np.array([[i, i + 1, i + 2] if i % 2 else [i + 1, i, i + 2] for i in range(9)])
-    moebius = np.concatenate([strip, [[9, 10, 1]], [[10, 0, 1]]]) % 11
-    out, turned = consistent_winding(moebius)
-    assert sorted(map(sorted, out.tolist())) == sorted(map(sorted, moebius.tolist()))
-    assert not turned[0]
-    for few in (np.empty((0, 3), dtype=np.int64), np.array([[0, 1, 2]])):
-        assert consistent_winding(few)[0] is few
-    twins = np.array([[0, 1, 2], [2, 1, 0]])
-    assert not consistent_winding(twins)[1].any()
-
-
 @pytest.mark.parametrize(
     ("shape", "exact"),
     [
@@ -109,56 +89,6 @@ def test_voxels_find_the_volume(shape: Shape, exact: float, tilt: tuple[float, f
         centers = grid.origin + np.argwhere(grid.solid) * grid.cell
         assert (centers > points.min(axis=0) - grid.cell).all()
         assert (centers < points.max(axis=0) + grid.cell).all()
-
-
-def test_voxels_do_not_care_for_winding_and_triangulation() -> None:
-    points, faces = torus(48, 24)
-    whole = voxelise(points, faces)
-    turned = voxelise(points, np.where(np.arange(len(faces))[:, None] % 2, faces, faces[:, ::-1]))
-    assert (whole.solid == turned.solid).all()
-    exact = 2 * np.pi**2 * 0.1 * 0.03**2
-    assert whole.volume == pytest.approx(exact, rel=0.05)
-    corner = np.round((np.zeros(3) - whole.origin) / whole.cell).astype(int)
-    assert not whole.solid[tuple(corner)]  # the hole is open
-
-
-def test_needles_cost_no_memory() -> None:
-    draw = np.random.default_rng(0)
-    ends = draw.random((4000, 2, 3))
-    points = np.concatenate([ends, ends[:, 1:] + 1e-4], axis=1).reshape(-1, 3)
-    grid = voxelise(points, np.arange(len(points)).reshape(-1, 3), 96)
-    assert grid.skin.any()
-
-
-@quick
-@given(seeds, poses())
-def test_boundary_of_voxels_is_closed_and_holds_their_volume(seed: int, pose: Pose) -> None:
-    points, faces = closed(seed, 16)
-    grid = voxelise(pose.apply(points), faces, 12)
-    corners, quads = boundary(grid)
-    assert signed_volume(corners, quads) == pytest.approx(grid.solid.sum() * grid.cell**3, rel=1e-9)
-
-
-@quick
-@given(seeds, st.floats(0.0, 1.5))
-def test_overlap_counts_once(seed: int, shift: float) -> None:
-    box = tessellate(Box(size=(1, 1, 1)), Pose())
-    moved = tessellate(Box(size=(1, 1, 1)), Pose(position=(shift, 0.25, 0.125)))
-    both = np.concatenate([box[0], moved[0]]), np.concatenate([box[1], moved[1] + len(box[0])])
-    exact = 2 - max(0.0, 1 - shift) * 0.75 * 0.875
-    solid, united = closed_solid(*both), union([box, moved])
-    assert solid is not None
-    assert united is not None
-    assert signed_volume(*solid) == pytest.approx(exact)
-    assert signed_volume(*united) == pytest.approx(exact)
-
-
-def test_an_inner_wall_is_cut_out() -> None:
-    outer, inner = tessellate(Box(size=(1, 1, 1)), Pose()), tessellate(Box(size=(0.5, 0.5, 0.5)), Pose())
-    both = np.concatenate([outer[0], inner[0]]), np.concatenate([outer[1], inner[1][:, ::-1] + 8])
-    solid = closed_solid(*both)
-    assert solid is not None
-    assert signed_volume(*solid) == pytest.approx(0.875)
 
 
 def test_what_bounds_no_volume_is_no_solid() -> None:

@@ -21,7 +21,7 @@ from casa_assets.checks.scene.engine_sizes import engine_sizes
 from casa_assets.core.process_name import replace_file
 from casa_assets.core.system import cache_for
 from casa_assets.families.asset_store import AssetStore
-from casa_assets.formats.mjcf.scene import batch
+from casa_assets.formats.mjcf import batch
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.layouts.run.resolve import build_scene
 from casa_assets.layouts.run.scene_files import BATCH_FILE, BATCH_JSON

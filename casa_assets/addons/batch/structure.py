@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from casa_assets.core.numeric import Floats, linear_from_srgb_array, srgb_from_linear
 from casa_assets.formats.mjcf.scene.batch import DEFAULT, FIRST_MEETING, LAST_MEETING, THINGS
+from casa_assets.formats.mjcf.batch import DEFAULT, FIRST_MEETING, LAST_MEETING, THINGS
 
 # Corners of the boxes around what a placement takes up, and of its inside: `scene.json` has them.
 _BOUNDS = ("__ext_p0", "__ext_px", "__ext_py", "__ext_pz", "__int_p0", "__int_px", "__int_py", "__int_pz")

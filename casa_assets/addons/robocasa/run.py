@@ -23,6 +23,21 @@ from casa_assets.export import forms
 from casa_assets.formats.mjcf.scene.kitchen import FILE as SCENE_XML
 from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.order.build_order import KitchenRequest
+from casa_assets.export import (
+    Outcome,
+    certified_asset,
+    check_apart,
+    check_replaceable,
+    export_in_parallel,
+    measures_of,
+    raise_faults,
+    replace_target,
+    staging,
+    why_left_out,
+)
+from casa_assets.formats.mjcf.kitchen import FILE as SCENE_XML
+from casa_assets.layouts.compose.floor_facts import facts_of
+from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.kept import is_whole
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import build_scene

@@ -16,6 +16,7 @@ from casa_assets.articulate.run.decisions import DECISIONS_NAME
 from casa_assets.checks.motion.joints import JointTravel, joint_travels
 from casa_assets.checks.motion.sweep import Penetration, contacts_of_files
 from casa_assets.checks.package.package import Package
+from casa_assets.checks.package import Package
 from casa_assets.checks.run import run
 from casa_assets.checks.table.table import TABLE
 from casa_assets.errors import Rejected

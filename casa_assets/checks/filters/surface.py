@@ -12,6 +12,8 @@ from scipy import ndimage
 
 from casa_assets.checks import check
 from casa_assets.checks.package.package import Package
+from casa_assets.checks.check import NO_VISUALS, Measurement, at_most, is_loose_mesh, merged_mesh, not_applicable
+from casa_assets.checks.package import Package
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.solid.deviation import Visibility, measure_visibility
 from casa_assets.core.numeric import Floats, Ints, Mask, linear_from_srgb_array, srgb_from_linear_array

@@ -22,6 +22,19 @@ from casa_assets.checks.check import (
 from casa_assets.checks.motion import simulation
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mujoco_load
+from casa_assets.checks.motion.motion_model import (
+    STEP_S,
+    MotionModel,
+    lever_arm,
+    motion_model_of,
+    motion_spec,
+    open_before,
+    open_end,
+)
+from casa_assets.checks.motion.simulation import box_around, find_contacts, geom_boxes, set_joints
+from casa_assets.checks.motion.sweep import Penetration, moved_by, sweep
+from casa_assets.checks.package import Package
+from casa_assets.checks.readers import mujoco_facts
 from casa_assets.core.hand_dynamics import PULL_N
 from casa_assets.core.numeric import Mask
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
@@ -265,7 +278,7 @@ def joints_reach_full_range(package: Package, limit: float) -> Measurement:
     asset = package.asset
     if not asset.joints or is_from_family(asset):
         return not_applicable("it was built from numbers, and KIN001 holds it to more" if asset.joints else NO_JOINTS)
-    if mujoco_load.load_mjcf(package.mjcf).error:
+    if mujoco_facts.load_mjcf(package.mjcf).error:
         return not_run(NO_COMPILE)
     travels = joint_travels(asset, package.mjcf)
     share = sum(t.is_full for t in travels) / len(travels)

@@ -15,6 +15,11 @@ from casa_assets.checks.motion.simulation import collision_spec, simulation_warn
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mujoco_load
 from casa_assets.checks.readers.mujoco_facts import free_bodies, rotations_of, shape_bounds
+from casa_assets.checks.package import Package
+from casa_assets.checks.readers import mujoco_facts
+from casa_assets.checks.readers.facts import rotations_of
+from casa_assets.checks.readers.mujoco_facts import free_bodies, shape_bounds
+from casa_assets.core.behavior_interpreter import Stimulus
 from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.behavior import Stimulus
 from casa_assets.model.record import Vec2
@@ -55,7 +60,7 @@ class DropResult:
 
 def drop_on_floor(scene: Path, protocol: DropProtocol) -> DropResult | None:
     """Drop the free body of a scene; None if the scene does not compile or has no free body."""
-    model = mujoco_load.load_mjcf(scene).model
+    model = mujoco_facts.load_mjcf(scene).model
     bodies = [] if model is None else free_bodies(model)
     return _drop(model, bodies[0], protocol) if bodies else None
 
@@ -181,7 +186,7 @@ class FingertipModel:
 
 def fingertip_model(package: Package) -> FingertipModel | None:
     """The model of a package; None if it does not compile, which MJC001 reports."""
-    if mujoco_load.load_mjcf(package.mjcf).error:
+    if mujoco_facts.load_mjcf(package.mjcf).error:
         return None
     return _compile(package.mjcf, package.asset.digest)
 

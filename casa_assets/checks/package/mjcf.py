@@ -22,9 +22,9 @@ from casa_assets.checks.check import (
 )
 from casa_assets.checks.motion import simulation
 from casa_assets.checks.motion.operate import TUNNEL_M, DropProtocol, DropResult, drop_on_floor
-from casa_assets.checks.package import facts
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.readers import asset_facts, mujoco_facts, mujoco_load
+from casa_assets.checks.package import Package
+from casa_assets.checks.readers import mujoco_facts
+from casa_assets.checks.readers.facts import asset_facts, differences, measured
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.registry.category import RestingPose
 
@@ -77,7 +77,6 @@ def _broken(element: etree._Element, rules: tuple[Rule, ...]) -> Iterator[Proble
 
 
 def _tree_faults(root: etree._Element) -> Iterator[Problem]:
-    """Faults of the nesting of bodies."""
     outer = root.findall("worldbody/*")
     bodies = root.findall("worldbody/body/body")
     if [(b.tag, b.get("name")) for b in outer] != [("body", None)]:
@@ -153,7 +152,7 @@ NEVER_RESTED = "it never came to rest"
 
 def mjcf_compiles(package: Package) -> Measurement:
     """MJC001: number of files that do not compile."""
-    errors = {path.name: mujoco_load.load_mjcf(path).error for path in (package.mjcf, package.scene)}
+    errors = {path.name: mujoco_facts.load_mjcf(path).error for path in (package.mjcf, package.scene)}
     return count((name, f"does not compile: {error}") for name, error in errors.items() if error)
 
 
@@ -162,7 +161,7 @@ def mjcf_compiles_without_warnings(package: Package) -> Measurement:
     paths = _compiling(package)
     if not paths:
         return not_run(NEITHER_COMPILES)
-    return count((path.name, text) for path in paths for text in mujoco_load.load_mjcf(path).warnings)
+    return count((path.name, text) for path in paths for text in mujoco_facts.load_mjcf(path).warnings)
 
 
 def mjcf_follows_conventions(package: Package) -> Measurement:
@@ -185,7 +184,7 @@ def mjcf_equals_record(package: Package, limit: float) -> Measurement:
     paths = _compiling(package)
     if not paths:
         return not_run(NEITHER_COMPILES)
-    expected = asset_facts.facts(package.asset)
+    expected = asset_facts(package.asset)
     worst, problems = 0.0, []
     for path in paths:
         try:
@@ -193,7 +192,7 @@ def mjcf_equals_record(package: Package, limit: float) -> Measurement:
         except ValueError as error:
             problems.append((path.name, str(error)))
             continue
-        compared = facts.agree(expected, actual, limit)
+        compared = measured(differences(expected, actual), limit)
         worst = max(worst, compared.number or 0.0)
         problems += [(f"{path.name}/{pointer}", message) for pointer, message in compared.problems]
     return Measurement(worst, tuple(problems))
@@ -245,7 +244,7 @@ def joints_move_without_collision(package: Package, limit: float) -> Measurement
 
 
 def _compiling(package: Package) -> list[Path]:
-    return [path for path in (package.mjcf, package.scene) if not mujoco_load.load_mjcf(path).error]
+    return [path for path in (package.mjcf, package.scene) if not mujoco_facts.load_mjcf(path).error]
 
 
 def _drop(package: Package, protocol: DropProtocol) -> DropResult | Measurement:

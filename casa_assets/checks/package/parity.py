@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
@@ -11,12 +11,20 @@ import numpy as np
 from pxr import Tf
 
 from casa_assets.checks.check import Measurement, Problem, not_run
-from casa_assets.checks.package.facts import AssetFacts, Difference, differences, measured, relative
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.readers import asset_facts, mujoco_facts, mujoco_load, urdf_facts, usd_facts
-from casa_assets.checks.readers.mujoco_facts import FREE_JOINT, colliders_of, resistance, short_name
+from casa_assets.checks.package import Package
+from casa_assets.checks.readers import mujoco_facts, urdf_facts, usd_facts
+from casa_assets.checks.readers.facts import (
+    AssetFacts,
+    Difference,
+    asset_facts,
+    differences,
+    measured,
+    relative,
+    short_name,
+)
+from casa_assets.checks.readers.mujoco_facts import FREE_JOINT, colliders_of, resistance
 from casa_assets.checks.readers.quiet import quiet
-from casa_assets.checks.readers.urdf_facts import UrdfLink
+from casa_assets.checks.readers.urdf_facts import UrdfAsset
 from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.record import Record
@@ -76,7 +84,7 @@ def contact_parameters_agree(package: Package, limit: float) -> Measurement:
     """PAR003: largest relative difference of contact and joint parameters."""
     if missing := usd_facts.missing_importer():
         return not_run(missing, waived=True)
-    mjcf = mujoco_load.load_mjcf(package.mjcf).model if package.mjcf.is_file() else None
+    mjcf = mujoco_facts.load_mjcf(package.mjcf).model if package.mjcf.is_file() else None
     rows: list[Difference] = []
     for path in package.usd_files:
         usd = _read_quietly(lambda path: usd_facts.imported(path).model, path)
@@ -138,7 +146,6 @@ def _read_quietly(read: Callable[[Path], T], path: Path) -> T | None:
 
 
 # Urdf -----------------------------------------------------------------------------------------------------------------
-# Find differences between an asset and its URDF, read back from the files.
 
 # Of ratios, unit vectors and radians: a URDF has nine digits of a number.
 TOLERANCE = 1e-6
@@ -152,26 +159,21 @@ def asset_differences(path: Path, asset: Asset) -> list[Problem]:
         path: of the URDF; the JSON and the folders that it names are in the same folder.
     """
     try:
-        return table_differences(urdf_facts.links(path), path.parent, urdf_facts.beside(path), asset)
+        return table_differences(UrdfAsset(urdf_facts.read(path), urdf_facts.beside(path)), asset)
     except (ValueError, KeyError, TypeError) as error:
         return [(path.name, f"cannot be read: {' '.join(str(error).split())}")]
 
 
-def table_differences(
-    tree: tuple[UrdfLink, ...], folder: Path, aside: Mapping[str, object], asset: Asset, prefix: str = ""
-) -> list[Problem]:
-    """Differences between the links of one asset and the asset: the table of facts, and the bounds of each visual.
+def table_differences(written: UrdfAsset, asset: Asset) -> list[Problem]:
+    """Differences between a written asset and the asset: the table of facts, and the bounds of each visual.
 
-    Args:
-        tree, folder, aside, prefix: see `urdf_facts.table`.
     Raises:
         ValueError, KeyError, TypeError: the files do not say what a table needs.
     """
-    expected = urdf_facts.on_joint_axes(asset_facts.facts(asset))
-    actual = urdf_facts.table(tree, folder, aside, prefix)
-    problems = compare(expected, actual, TOLERANCE, LENGTH_TOLERANCE_M)
+    expected = urdf_facts.on_joint_axes(asset_facts(asset))
+    problems = compare(expected, written.table(), TOLERANCE, LENGTH_TOLERANCE_M)
     # Names of visuals are compared with the looks.
-    found = urdf_facts.visual_bounds(tree, folder, prefix)
+    found = written.visual_bounds()
     for link in asset.links:
         joint = asset.joint_of(link.name)
         anchor = np.array(joint.anchor if joint else (0.0, 0.0, 0.0))

@@ -12,12 +12,11 @@ from PIL import Image
 from pxr import Tf, Usd, UsdShade, UsdUtils, UsdValidation
 
 from casa_assets.checks.check import Measurement, Problem, count, not_run
-from casa_assets.checks.package.package import Package
+from casa_assets.checks.package import Package
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.usd_facts import imported, missing_importer
-from casa_assets.checks.simready.installed import NoVerdict
-from casa_assets.checks.simready.rules import PROFILE, PROFILE_VERSION
-from casa_assets.checks.simready.validator import validate_simready
+from casa_assets.checks.simready import PROFILE, PROFILE_VERSION, validate_simready
+from casa_assets.checks.simready_python import NoVerdict
 
 UNREADABLE = "the USD file does not open"
 THUMBNAIL_PX = (256, 256)

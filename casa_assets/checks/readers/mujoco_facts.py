@@ -1,18 +1,21 @@
-"""Reduce a compiled MuJoCo model, and the MJCF of an asset, to the table of facts that formats are compared by."""
+"""MJCF file -> compiled model with every warning; compiled model -> the table of facts that formats are compared by."""
 
 from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Mapping, Sequence
-from functools import cache
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache, lru_cache
 from pathlib import Path, PurePosixPath
 from typing import Any, Literal
 
 import mujoco
 import numpy as np
 
-from casa_assets.checks.package.facts import (
+from casa_assets.checks.readers.facts import (
     CLOSED,
     OUTER,
     AssetFacts,
@@ -23,110 +26,94 @@ from casa_assets.checks.package.facts import (
     ProgramTexts,
     StateFacts,
     VisualFacts,
+    bounds_around,
+    canonical,
+    four,
+    own_name,
+    pose_facts,
+    rotations_of,
+    short_name,
+    tensor_entries,
+    three,
 )
-from casa_assets.checks.readers import mujoco_load
 from casa_assets.core.numeric import Floats, linear_from_srgb
 from casa_assets.model.asset.asset import Base, JointKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3, Vec4
 
-# Rotations ------------------------------------------------------------------------------------------------------------
-# Rotations of many things at once, with the same digits as `Pose` has of one.
-#
-# A kitchen has some thousand bodies and shapes, and a record of each costs more time than all that is computed of it.
+# Load -----------------------------------------------------------------------------------------------------------------
+# MJCF file -> compiled model with every warning, compiled once however many checks ask.
 
-# As `Pose` has it: unit quaternions are left alone.
-OFF_UNIT = 1e-12
+# Models kept at once: an asset's model and its scene, for a few assets.
+KEPT = 8
 
 
-def canonical(quaternions: Floats) -> Floats:
-    """(N, 4) quaternions (w, x, y, z) of length 1, w >= 0; where w is 0 the first that is not 0 is positive."""
-    found = np.array(quaternions, dtype=np.float64).reshape(-1, 4)
-    for row in np.flatnonzero(np.abs(np.linalg.norm(found, axis=1) - 1.0) > OFF_UNIT):
-        found[row] /= np.linalg.norm(found[row])
-    first = found[np.arange(len(found)), np.argmax(found != 0.0, axis=1)]
-    found[first < 0.0] *= -1.0
-    unsigned: Floats = found + 0.0  # turns -0.0 into 0.0
-    return unsigned
+@dataclass(frozen=True)
+class Loaded:
+    """Outcome of compiling a file.
 
-
-def rotations_of(quaternions: Floats) -> Floats:
-    """(N, 3, 3) rotation matrices of (N, 4) quaternions (w, x, y, z)."""
-    w, x, y, z = canonical(quaternions).T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    found: Floats = np.moveaxis(np.array(rows), 2, 0)
-    return np.ascontiguousarray(found)
-
-
-def quaternions_of(rotations: Floats) -> Floats:
-    """(N, 4) quaternions (w, x, y, z) of (N, 3, 3) rotation matrices, w >= 0.
-
-    Raises:
-        ValueError: one is not a rotation.
+    Attributes:
+        model: compiled; shared by all callers, so copy before changing it. None if the file does not compile.
+        error: MuJoCo's message, empty if it compiles.
+        warnings: each once, in the order in which they came.
     """
-    r = rotations
-    skew = np.abs(r @ r.transpose(0, 2, 1) - np.eye(3)).max(initial=0.0)
-    if skew > 1e-6 or (np.linalg.det(r) < 0).any():
-        raise ValueError("matrix is not a proper rotation")
-    # Ref: Shepperd 1978, the branch with the largest divisor.
-    trace = r[:, 0, 0] + r[:, 1, 1] + r[:, 2, 2]
-    branch = np.argmax(np.stack([trace, r[:, 0, 0], r[:, 1, 1], r[:, 2, 2]], axis=1), axis=1)
-    v = np.stack([1 + trace, r[:, 2, 1] - r[:, 1, 2], r[:, 0, 2] - r[:, 2, 0], r[:, 1, 0] - r[:, 0, 1]], axis=1)
-    for i in (1, 2, 3):
-        at = np.flatnonzero(branch == i)
-        a, b, c = i - 1, i % 3, (i + 1) % 3
-        m = r[at]
-        v[at, 0] = m[:, c, b] - m[:, b, c]
-        v[at, 1 + a] = 1 + m[:, a, a] - m[:, b, b] - m[:, c, c]
-        v[at, 1 + b] = m[:, b, a] + m[:, a, b]
-        v[at, 1 + c] = m[:, c, a] + m[:, a, c]
-    # Of each row by itself: a sum over an axis may differ from it in the last digit.
-    lengths = np.array([np.linalg.norm(row) for row in v]).reshape(-1, 1)
-    return canonical(v / lengths)
+
+    model: mujoco.MjModel | None
+    error: str
+    warnings: tuple[str, ...]
 
 
-# Mujoco looks ---------------------------------------------------------------------------------------------------------
-# Compiled MuJoCo model -> what its visuals look like.
+def load_mjcf(path: Path) -> Loaded:
+    """Compile an MJCF file; again only if it, or a file in the `meshes` or `textures` next to it, has changed."""
+    found = [path, *(f for folder in ("meshes", "textures") for f in sorted((path.parent / folder).glob("*")))]
+    stats = [(f.name, f.stat()) for f in found if f.exists()]
+    return _load(path, tuple((name, stat.st_mtime_ns, stat.st_size) for name, stat in stats))
+
+
+@lru_cache(maxsize=KEPT)
+def _load(path: Path, state: tuple[tuple[str, int, int], ...]) -> Loaded:
+    return load_asset_file(path)
+
+
+def load_asset_file(path: Path) -> Loaded:
+    """Compiles any file that MuJoCo reads, without remembering it."""
+    with all_warnings() as said:
+        try:
+            model, error = mujoco.MjModel.from_xml_path(str(path)), ""
+        except ValueError as problem:
+            model, error = None, " ".join(str(problem).split())
+    return Loaded(model, error, tuple(dict.fromkeys(said)))
+
+
+@contextmanager
+def native_warnings() -> Iterator[list[str]]:
+    """Collect MuJoCo's own warnings within the block, through its callback.
+
+    Without a listener it prints its warnings, and writes a log into the working folder.
+    """
+    said: list[str] = []
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(said.append)
+    try:
+        yield said
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+@contextmanager
+def all_warnings() -> Iterator[list[str]]:
+    """Collect MuJoCo's own warnings and Python's, a line each, once the block has ended."""
+    with native_warnings() as said, warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            yield said
+        finally:
+            said[:] = [" ".join(s.split()) for s in (*said, *(str(w.message) for w in caught))]
+
+
+# Model ----------------------------------------------------------------------------------------------------------------
 
 COLOR = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
-
-
-def looks(model: mujoco.MjModel) -> list[VisualFacts]:
-    """Named geoms that have a material and touch nothing; what hangs on the world is left out."""
-    collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-    seen = np.flatnonzero(~collides & (model.geom_matid >= 0) & (model.geom_bodyid != 0)).tolist()
-    surfaces = cache(lambda material: _surface(model, material))
-    named = [(model.geom(geom).name, surfaces(int(model.geom_matid[geom]))) for geom in seen]
-    return [
-        VisualFacts(name=name, color=color, light=light, picture=picture)
-        for name, (color, light, picture) in named
-        if name
-    ]
-
-
-def _surface(model: mujoco.MjModel, material: int) -> tuple[Vec4, Vec3, str]:
-    """Colour, light that it gives off and picture of a material, as `VisualFacts` has them."""
-    color = linear(model.mat_rgba[material])
-    glow = float(model.mat_emission[material])
-    light = (glow * color[0], glow * color[1], glow * color[2])
-    texture = int(model.mat_texid[material][COLOR])
-    picture = "" if texture < 0 else _string(bytes(model.paths), int(model.tex_pathadr[texture]))
-    return color, light, PurePosixPath(picture).name
-
-
-def linear(rgba: Floats) -> Vec4:
-    """Display colour -> linear, alpha as it is."""
-    red, green, blue, alpha = (float(n) for n in rgba)
-    return linear_from_srgb(red), linear_from_srgb(green), linear_from_srgb(blue), alpha
-
-
-# Mujoco facts ---------------------------------------------------------------------------------------------------------
-# Compiled MuJoCo model -> fact table, whichever format the model was loaded from.
-
 KINDS = {
     int(mujoco.mjtJoint.mjJNT_HINGE): JointKind.HINGE,
     int(mujoco.mjtJoint.mjJNT_SLIDE): JointKind.SLIDE,
@@ -141,8 +128,6 @@ PLACES: dict[int, Literal["sphere", "box", "cylinder"]] = {
 REGION = "reg_"
 # Sites that MJCF repeats a region by, for robocasa v0.2.
 CORNER = re.compile(r"(ext|int)_p[0xyz]")
-# The prim that holds the placements of a scene (no asset is called so), and the root link of an asset.
-WORLD, ROOT_BODY = "World", "object"
 
 
 def facts_of_model(model: mujoco.MjModel, *, base: Base, words: ProgramTexts, scene: bool = False) -> AssetFacts:
@@ -155,7 +140,7 @@ def facts_of_model(model: mujoco.MjModel, *, base: Base, words: ProgramTexts, sc
         words: texts that a compiled model does not contain.
         scene: whether the model holds many placements; then its poses are world_from_body.
     Raises:
-        ValueError: a joint is neither free, hinge nor slide.
+        ValueError: a joint is neither free, hinge nor slide, or a place neither sphere, box nor cylinder.
     """
     # World pose of each body at qpos0, the root at the origin; parents have lower indices.
     at_rest, turns = [Pose()], rotations_of(model.geom_quat)
@@ -171,133 +156,9 @@ def facts_of_model(model: mujoco.MjModel, *, base: Base, words: ProgramTexts, sc
         words=words,
         bodies=[_body(model, b, at_rest[b], turns) for b in range(model.nbody) if _is_link(model, b)],
         places=_places(model),
-        looks=looks(model),
+        looks=_looks(model),
         poses=_poses(model, scene),
     )
-
-
-def _places(model: mujoco.MjModel) -> list[PlaceFacts]:
-    """Sites of links and geoms called `reg_...`, without what MJCF derives from them or from colliders.
-
-    Raises:
-        ValueError: one is neither sphere, box nor cylinder.
-    """
-    found = []
-    for site in map(model.site, range(model.nsite)):
-        name = short_name(site.name)
-        if _is_link(model, int(site.bodyid[0])) and not CORNER.fullmatch(own_name(name)):
-            found.append(_place(model, name, site, linear(site.rgba)))
-    for geom in map(model.geom, range(model.ngeom)):
-        own = own_name(geom.name)
-        if own.startswith(REGION) and _is_link(model, int(geom.bodyid[0])):
-            name = geom.name.removesuffix(own) + own.removeprefix(REGION)
-            found.append(_place(model, name, geom, None))
-    return [place for place in found if own_name(place.name) != OUTER]
-
-
-def _poses(model: mujoco.MjModel, scene: bool) -> list[PoseFacts]:
-    """Poses of the bodies at each keyframe, and at zero as `closed`; empty if there are no keyframes."""
-    if not model.nkey:
-        return []
-    links = sorted((short_name(model.body(b).name), b) for b in range(model.nbody) if _is_link(model, b))
-    bodies = [b for _, b in links]
-    root = next(name for name, b in links if not _is_link(model, int(model.body_parentid[b])))
-    data = mujoco.MjData(model)
-    found = {}
-    for key in range(-1, model.nkey):
-        if key < 0:
-            mujoco.mj_resetData(model, data)
-        else:
-            mujoco.mj_resetDataKeyframe(model, data, key)
-        mujoco.mj_kinematics(model, data)
-        name = CLOSED if key < 0 else model.key(key).name
-        poses = zip((data.xpos[bodies] + 0.0).tolist(), canonical(data.xquat[bodies]).tolist(), strict=True)
-        world_from = dict(zip((name for name, _ in links), poses, strict=True))
-        found[name] = pose_facts_of_many(name, world_from, None if scene else root)
-    return list(found.values())
-
-
-def pose_facts(name: str, poses: Mapping[str, Pose]) -> PoseFacts:
-    """Facts of a named pose. `poses`: name of a body -> root_from_body."""
-    return pose_facts_of_many(name, {body: (pose.position, pose.quaternion) for body, pose in poses.items()}, None)
-
-
-def pose_facts_of_many(
-    name: str, world_from: Mapping[str, tuple[Sequence[float], Sequence[float]]], root: str | None
-) -> PoseFacts:
-    """Facts of a named pose.
-
-    Args:
-        world_from: name of a body -> its position and quaternion as `Pose` has it.
-        root: the body in whose frame they are returned; None: the world frame.
-    """
-    if root is not None:
-        poses = {body: Pose(position=at, quaternion=turn) for body, (at, turn) in world_from.items()}
-        root_from_world = poses[root].inverse()
-        return pose_facts(name, {body: root_from_world @ pose for body, pose in poses.items()})
-    bodies = sorted(world_from)
-    positions, quaternions = ([world_from[body][i] for body in bodies] for i in (0, 1))
-    return PoseFacts(name=name, bodies=bodies, positions=positions, quaternions=quaternions)
-
-
-def free_bodies(model: mujoco.MjModel) -> list[int]:
-    """Bodies that float, in the order of their joints."""
-    return [int(body) for body in model.jnt_bodyid[model.jnt_type == FREE_JOINT]]
-
-
-def short_name(name: str) -> str:
-    """`/mug_0123456789/object` -> `object`: names that come from USD are prim paths.
-
-    In a scene they are called as in MJCF: `/World/cup/object` -> `cup`, `/World/cup/object/sites/fill` -> `cup__fill`.
-    """
-    parts = name.split("/")
-    if len(parts) < 4 or parts[1] != WORLD:
-        return parts[-1]
-    return parts[2] if parts[3:] == [ROOT_BODY] else f"{parts[2]}__{parts[-1]}"
-
-
-def own_name(name: str) -> str:
-    """`cup__fill` -> `fill`: a name within its placement."""
-    return name.rsplit("__", 1)[-1]
-
-
-def shape_bounds(model: mujoco.MjModel, geom: int, rotation: Floats) -> Floats:
-    """(2, 3) corners of the box around a geom, body frame, metres; exact for every kind of shape.
-
-    Args:
-        rotation: (3, 3) body_from_geom.
-    """
-    kind, size, centre = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom], model.geom_pos[geom]
-    if kind == mujoco.mjtGeom.mjGEOM_MESH:
-        mesh = int(model.geom_dataid[geom])
-        start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
-        points = model.mesh_vert[start : start + count].astype(np.float64) @ rotation.T + centre
-        return np.array([points.min(axis=0), points.max(axis=0)])
-    if kind == mujoco.mjtGeom.mjGEOM_BOX:
-        half = np.abs(rotation) @ size
-    elif kind == mujoco.mjtGeom.mjGEOM_SPHERE:
-        half = np.full(3, size[0])
-    elif kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
-        half = np.abs(rotation[:, 2]) * size[1] + size[0]
-    elif kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
-        half = np.abs(rotation[:, 2]) * size[1] + size[0] * np.sqrt(np.clip(1 - rotation[:, 2] ** 2, 0, 1))
-    else:
-        raise ValueError(f"geom {model.geom(geom).name!r} is a {kind.name}, which no asset has")
-    return np.array([centre - half, centre + half])
-
-
-def colliders_of(model: mujoco.MjModel, body: int) -> list[int]:
-    """Geoms of a body that can touch anything."""
-    start = int(model.body_geomadr[body])
-    geoms = range(start, start + int(model.body_geomnum[body]))
-    return [g for g in geoms if model.geom_contype[g] or model.geom_conaffinity[g]]
-
-
-def bounds_around(boxes: Sequence[Floats]) -> tuple[Vec3, Vec3]:
-    """Lower and upper corner of the box around (2, 3) boxes; zeros if there are no boxes."""
-    if not boxes:
-        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    return three(np.min([box[0] for box in boxes], axis=0)), three(np.max([box[1] for box in boxes], axis=0))
 
 
 def _is_link(model: mujoco.MjModel, body: int) -> bool:
@@ -325,12 +186,6 @@ def _body(model: mujoco.MjModel, body: int, pose: Pose, turns: Floats) -> BodyFa
         frictions={three(model.geom_friction[g]) for g in geoms},
         joint=_joint(model, body),
     )
-
-
-def tensor_entries(tensor: Floats) -> tuple[float, float, float, float, float, float]:
-    """(xx, yy, zz, xy, xz, yz) of a symmetric (3, 3) tensor."""
-    xx, yy, zz, xy, xz, yz = (float(tensor[at]) for at in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
-    return xx, yy, zz, xy, xz, yz
 
 
 def _joint(model: mujoco.MjModel, body: int) -> JointFacts | None:
@@ -365,6 +220,58 @@ def resistance(model: mujoco.MjModel, joint: int) -> tuple[float, float, float, 
     )
 
 
+def free_bodies(model: mujoco.MjModel) -> list[int]:
+    """Bodies that float, in the order of their joints."""
+    return [int(body) for body in model.jnt_bodyid[model.jnt_type == FREE_JOINT]]
+
+
+def colliders_of(model: mujoco.MjModel, body: int) -> list[int]:
+    """Geoms of a body that can touch anything."""
+    start = int(model.body_geomadr[body])
+    geoms = range(start, start + int(model.body_geomnum[body]))
+    return [g for g in geoms if model.geom_contype[g] or model.geom_conaffinity[g]]
+
+
+def shape_bounds(model: mujoco.MjModel, geom: int, rotation: Floats) -> Floats:
+    """(2, 3) corners of the box around a geom, body frame, metres; exact for every kind of shape.
+
+    Args:
+        rotation: (3, 3) body_from_geom.
+    """
+    kind, size, centre = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom], model.geom_pos[geom]
+    if kind == mujoco.mjtGeom.mjGEOM_MESH:
+        mesh = int(model.geom_dataid[geom])
+        start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+        points = model.mesh_vert[start : start + count].astype(np.float64) @ rotation.T + centre
+        return np.array([points.min(axis=0), points.max(axis=0)])
+    if kind == mujoco.mjtGeom.mjGEOM_BOX:
+        half = np.abs(rotation) @ size
+    elif kind == mujoco.mjtGeom.mjGEOM_SPHERE:
+        half = np.full(3, size[0])
+    elif kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
+        half = np.abs(rotation[:, 2]) * size[1] + size[0]
+    elif kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        half = np.abs(rotation[:, 2]) * size[1] + size[0] * np.sqrt(np.clip(1 - rotation[:, 2] ** 2, 0, 1))
+    else:
+        raise ValueError(f"geom {model.geom(geom).name!r} is a {kind.name}, which no asset has")
+    return np.array([centre - half, centre + half])
+
+
+def _places(model: mujoco.MjModel) -> list[PlaceFacts]:
+    """Sites of links and geoms called `reg_...`, without what MJCF derives from them or from colliders."""
+    found = []
+    for site in map(model.site, range(model.nsite)):
+        name = short_name(site.name)
+        if _is_link(model, int(site.bodyid[0])) and not CORNER.fullmatch(own_name(name)):
+            found.append(_place(model, name, site, linear(site.rgba)))
+    for geom in map(model.geom, range(model.ngeom)):
+        own = own_name(geom.name)
+        if own.startswith(REGION) and _is_link(model, int(geom.bodyid[0])):
+            name = geom.name.removesuffix(own) + own.removeprefix(REGION)
+            found.append(_place(model, name, geom, None))
+    return [place for place in found if own_name(place.name) != OUTER]
+
+
 def _place(model: mujoco.MjModel, name: str, item: Any, color: Vec4 | None) -> PlaceFacts:
     """A site or geom of a model; `item` is the view of it."""
     kind = PLACES.get(int(item.type[0]))
@@ -384,20 +291,56 @@ def _place(model: mujoco.MjModel, name: str, item: Any, color: Vec4 | None) -> P
     )
 
 
-def three(values: Sequence[float] | Floats) -> Vec3:
-    """Three numbers as floats of Python."""
-    x, y, z = (float(v) for v in values)
-    return x, y, z
+def _looks(model: mujoco.MjModel) -> list[VisualFacts]:
+    """Named geoms that have a material and touch nothing; what hangs on the world is left out."""
+    collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    seen = np.flatnonzero(~collides & (model.geom_matid >= 0) & (model.geom_bodyid != 0)).tolist()
+    surfaces = cache(lambda material: _surface(model, material))
+    named = [(model.geom(geom).name, surfaces(int(model.geom_matid[geom]))) for geom in seen]
+    return [
+        VisualFacts(name=name, color=color, light=light, picture=picture)
+        for name, (color, light, picture) in named
+        if name
+    ]
 
 
-def four(values: Sequence[float] | Floats) -> Vec4:
-    """Four numbers as floats of Python."""
-    w, x, y, z = (float(v) for v in values)
-    return w, x, y, z
+def _surface(model: mujoco.MjModel, material: int) -> tuple[Vec4, Vec3, str]:
+    """Colour, light that it gives off and picture of a material, as `VisualFacts` has them."""
+    color = linear(model.mat_rgba[material])
+    glow = float(model.mat_emission[material])
+    light = (glow * color[0], glow * color[1], glow * color[2])
+    texture = int(model.mat_texid[material][COLOR])
+    picture = "" if texture < 0 else _string(bytes(model.paths), int(model.tex_pathadr[texture]))
+    return color, light, PurePosixPath(picture).name
 
 
-# Mjcf facts -----------------------------------------------------------------------------------------------------------
-# MJCF file -> fact table, by way of the model that MuJoCo compiles from it.
+def linear(rgba: Floats) -> Vec4:
+    """Display colour -> linear, alpha as it is."""
+    red, green, blue, alpha = (float(n) for n in rgba)
+    return linear_from_srgb(red), linear_from_srgb(green), linear_from_srgb(blue), alpha
+
+
+def _poses(model: mujoco.MjModel, scene: bool) -> list[PoseFacts]:
+    """Poses of the bodies at each keyframe, and at zero as `closed`; empty if there are no keyframes."""
+    if not model.nkey:
+        return []
+    links = sorted((short_name(model.body(b).name), b) for b in range(model.nbody) if _is_link(model, b))
+    bodies = [b for _, b in links]
+    root = next(name for name, b in links if not _is_link(model, int(model.body_parentid[b])))
+    data = mujoco.MjData(model)
+    found = {}
+    for key in range(-1, model.nkey):
+        if key < 0:
+            mujoco.mj_resetData(model, data)
+        else:
+            mujoco.mj_resetDataKeyframe(model, data, key)
+        mujoco.mj_kinematics(model, data)
+        name = CLOSED if key < 0 else model.key(key).name
+        frames = zip((data.xpos[bodies] + 0.0).tolist(), canonical(data.xquat[bodies]).tolist(), strict=True)
+        found[name] = pose_facts(
+            name, dict(zip((name for name, _ in links), frames, strict=True)), None if scene else root
+        )
+    return list(found.values())
 
 
 def facts(path: Path) -> AssetFacts:
@@ -408,7 +351,7 @@ def facts(path: Path) -> AssetFacts:
     Raises:
         ValueError: the file does not compile, or does not say what its base is.
     """
-    loaded = mujoco_load.load_mjcf(path)
+    loaded = load_mjcf(path)
     if loaded.model is None:
         raise ValueError(f"{path.name} does not compile: {loaded.error}")
     model = loaded.model

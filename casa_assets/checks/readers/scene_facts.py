@@ -11,15 +11,23 @@ import mujoco
 import numpy as np
 from pxr import Usd, UsdGeom, UsdLux, UsdPhysics
 
-from casa_assets.checks.package.facts import AssetFacts, PoseFacts, ProgramTexts, Sorted
 from casa_assets.checks.readers import mujoco_facts, usd_facts
-from casa_assets.checks.readers.mujoco_facts import ROOT_BODY, facts_of_model, four, free_bodies, short_name, three
+from casa_assets.checks.readers.facts import (
+    ROOT_BODY,
+    AssetFacts,
+    PoseFacts,
+    ProgramTexts,
+    Sorted,
+    four,
+    short_name,
+    three,
+)
+from casa_assets.checks.readers.mujoco_facts import facts_of_model, free_bodies
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record, Vec3, Vec4
 
 # Facts ----------------------------------------------------------------------------------------------------------------
-# Fact table of a scene, which both formats are reduced to.
 
 
 class PlacementFacts(Record):
@@ -193,17 +201,12 @@ class SceneReading(usd_facts.StageReading):
         return {prim.GetName(): usd_facts.words(prim) for prim in found if prim.GetPrimAtPath(ROOT_BODY)}
 
     @cached_property
-    def cameras(self) -> list[CameraFacts]:
-        """Cameras of the scene."""
-        cache = UsdGeom.XformCache()
-        return [_usd_camera(prim, cache) for prim in self.stage.Traverse() if prim.IsA(UsdGeom.Camera)]
-
-    @cached_property
-    def lights(self) -> list[LightFacts]:
-        """Distant lights and balls; the dome belongs to all of the scene."""
-        cache = UsdGeom.XformCache()
+    def lights_and_cameras(self) -> tuple[list[LightFacts], list[CameraFacts]]:
+        """Distant lights and balls (the dome belongs to all of the scene), and cameras."""
+        cache, prims = UsdGeom.XformCache(), list(self.stage.Traverse())
         kinds = (UsdLux.DistantLight, UsdLux.SphereLight)
-        return [_usd_light(prim, cache) for prim in self.stage.Traverse() if any(map(prim.IsA, kinds))]
+        lights = [_usd_light(prim, cache) for prim in prims if any(map(prim.IsA, kinds))]
+        return lights, [_usd_camera(prim, cache) for prim in prims if prim.IsA(UsdGeom.Camera)]
 
     def table(self, things: AssetFacts, gravity: Vec3, roots: dict[str, Pose], welded: Collection[str]) -> SceneFacts:
         """Table of the scene.
@@ -216,6 +219,7 @@ class SceneReading(usd_facts.StageReading):
             ValueError: physics knows nothing of a placement.
         """
         placements = []
+        lights, cameras = self.lights_and_cameras
         for prim in self.stage.GetDefaultPrim().GetChildren():
             name = prim.GetName()
             if name not in self.words:
@@ -236,8 +240,8 @@ class SceneReading(usd_facts.StageReading):
         return SceneFacts(
             gravity=gravity,
             placements=placements,
-            cameras=self.cameras,
-            lights=self.lights,
+            cameras=cameras,
+            lights=lights,
             things=things.replace(base=Base.FIXED, poses=self.poses),
         )
 

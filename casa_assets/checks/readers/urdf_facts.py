@@ -1,83 +1,79 @@
-"""URDF and the JSON that goes with it -> fact table, read without the writer."""
+"""URDF, as MuJoCo compiles it, and the JSON that goes with it -> fact table, read without the writer."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
 from lxml import etree
 
-from casa_assets.checks.package.facts import (
+from casa_assets.checks.readers.facts import (
     CLOSED,
     OUTER,
+    ROOT_BODY,
     AssetFacts,
     BodyFacts,
-    JointFacts,
     PlaceFacts,
+    PoseFacts,
     ProgramTexts,
     StateFacts,
     VisualFacts,
+    canonical,
+    pose_facts,
+    rotations_of,
+    three,
 )
-from casa_assets.checks.readers.mujoco_facts import bounds_around, pose_facts, tensor_entries, three
-from casa_assets.core.numeric import Floats, about_axis, linear_from_srgb
-from casa_assets.mesh.solid.primitive import shape_bounds
-from casa_assets.model.asset.asset import Base, JointKind
+from casa_assets.checks.readers.mujoco_facts import colliders_of, facts_of_model, native_warnings, shape_bounds
+from casa_assets.core.numeric import Floats, linear_from_srgb
+from casa_assets.model.asset.asset import Base
 from casa_assets.model.asset.behavior import Behavior
-from casa_assets.model.asset.parts import Box, Cylinder, Sphere
 from casa_assets.model.pose import Pose
 
-KINDS = {"revolute": JointKind.HINGE, "prismatic": JointKind.SLIDE}
 # In the name of a sphere at the end of a capsule, which is no collider of its own.
 CAPSULE_END = "__end"
-ROOT = "object"
 Json = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
-class UrdfLink:
-    """A link of a URDF with the joint that ties it to its parent.
+class UrdfReading:
+    """A URDF of one asset, or of many placements.
 
     Attributes:
-        parent: name, empty if no joint has it as child. joint: its `<joint>`, None if it has no joint.
-        element: its `<link>`.
+        model: that MuJoCo compiles from it. robot: its root element. folder: it is in, with the files that it names.
     """
 
-    name: str
-    parent: str
-    element: etree._Element
-    joint: etree._Element | None
+    model: mujoco.MjModel
+    robot: etree._Element
+    folder: Path
 
-    @property
-    def pose(self) -> Pose:
-        """parent_from_link at zero."""
-        return Pose() if self.joint is None else origin(self.joint)
+    @cached_property
+    def bodies(self) -> tuple[BodyFacts, ...]:
+        """Rows of all bodies, as the model has them."""
+        return facts_of_model(self.model, base=Base.FIXED, words=ProgramTexts()).bodies
 
-    @property
-    def is_moved(self) -> bool:
-        """True if the joint moves it."""
-        return self.joint is not None and self.joint.get("type") in KINDS
-
-    def motion(self, value: float) -> Pose:
-        """Pose of the link in its own frame at zero, at a joint position in rad or m."""
-        assert self.joint is not None
-        axis = np.array(_numbers(_child(self.joint, "axis"), "xyz"))
-        if self.joint.get("type") == "prismatic":
-            return Pose(position=three(axis * value))
-        return Pose.from_matrix(about_axis(axis, value))
+    @cached_property
+    def turns(self) -> Floats:
+        """(ngeom, 3, 3) body_from_geom."""
+        return rotations_of(self.model.geom_quat)
 
 
-def facts(path: Path) -> AssetFacts:
-    """The table of a URDF of one asset, in the frames of its links, whose origins are on the axes of their joints.
-
-    Raises:
-        ValueError: the URDF, the JSON that goes with it or a mesh file cannot be read, or lacks what a table needs.
-    """
-    return table(links(path), path.parent, beside(path))
+def read(path: Path) -> UrdfReading:
+    """Read a URDF. Raises ValueError where it, or a mesh that it names, cannot be read."""
+    try:
+        robot = etree.fromstring(path.read_bytes(), etree.XMLParser(resolve_entities=False, no_network=True))
+    except (OSError, etree.XMLSyntaxError) as error:
+        raise ValueError(f"{path.name} cannot be read: {error}") from error
+    with native_warnings():
+        spec = mujoco.MjSpec.from_file(str(path))
+        for mesh in spec.meshes:
+            mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # flat and open meshes load too
+        return UrdfReading(spec.compile(), robot, path.parent)
 
 
 def beside(path: Path) -> Json:
@@ -89,50 +85,96 @@ def beside(path: Path) -> Json:
     return dict(data)
 
 
-def links(path: Path) -> tuple[UrdfLink, ...]:
-    """Every link of a URDF, in the order of the document.
+@dataclass(frozen=True)
+class UrdfAsset:
+    """One asset of a URDF, in the frames of its links, whose origins are on the axes of their joints.
 
-    Raises:
-        ValueError: it is no URDF, a joint names a link that is not there, or the links are not one tree.
+    Attributes:
+        aside: the JSON that goes with it.
+        placement: name of the copy where the URDF holds many, which begins all names in it. The table has them without.
     """
-    try:
-        root = etree.fromstring(path.read_bytes(), etree.XMLParser(resolve_entities=False, no_network=True))
-    except (OSError, etree.XMLSyntaxError) as error:
-        raise ValueError(f"{path.name} cannot be read: {error}") from error
-    by_child = {_child(joint, "child").get("link"): joint for joint in root.findall("joint")}
-    found = []
-    for element in root.findall("link"):
-        name = element.get("name", "")
-        joint = by_child.get(name)
-        parent = "" if joint is None else _child(joint, "parent").get("link", "")
-        found.append(UrdfLink(name, parent, element, joint))
-    names = {link.name for link in found}
-    lost = sorted(link.parent for link in found if link.parent and link.parent not in names)
-    roots, joints = sum(link.joint is None for link in found), len(root.findall("joint"))
-    if len(names) != len(found) or lost or roots != 1 or joints != len(found) - 1:
-        what = f"a joint hangs on {lost[0]!r}, which is no link" if lost else "its links are not one tree"
-        raise ValueError(f"{path.name}: {what}")
-    return tuple(found)
 
+    read: UrdfReading
+    aside: Json
+    placement: str = ""
 
-def table(tree: tuple[UrdfLink, ...], folder: Path, aside: Json, prefix: str = "") -> AssetFacts:
-    """The table of links that belong to one asset, including the root.
+    @property
+    def _prefix(self) -> str:
+        return f"{self.placement}__" if self.placement else ""
 
-    Args:
-        tree: links of the asset, whose root is called `object`. folder: of the URDF. aside: the JSON that goes with it.
-        prefix: begins the names of its joints, visuals and colliders, which the table has without it.
-    """
-    named = {CLOSED: {}, **aside["keyframes"]} if aside["keyframes"] else {}
-    at_zero = root_from_links(tree)
-    return AssetFacts(
-        base=Base(aside["base"]),
-        exclusions=aside["exclusions"],
-        words=_words(aside),
-        bodies=[_body(link, at_zero, folder, aside, prefix) for link in tree],
-        places=[_place(item) for item in (*aside["sites"], *aside["regions"]) if item["name"] != OUTER],
-        looks=[_look(visual, folder, prefix) for link in tree for visual in link.element.findall("visual")],
-        poses=[pose_facts(name, root_from_links(tree, values, prefix)) for name, values in named.items()],
-    )
+    @cached_property
+    def _bodies(self) -> dict[str, BodyFacts]:
+        """Name in the URDF -> row."""
+        rows = self.read.bodies
+        return {b.name: b for b in rows if b.name == self.placement or b.name.startswith(self._prefix)}
+
+    def _plain(self, name: str) -> str:
+        return ROOT_BODY if name == self.placement else name.removeprefix(self._prefix)
+
+    @cached_property
+    def _visuals(self) -> list[etree._Element]:
+        links = [link for link in self.read.robot.findall("link") if link.get("name") in self._bodies]
+        return [visual for link in links for visual in link.findall("visual")]
+
+    def table(self) -> AssetFacts:
+        """The table of the asset.
+
+        Raises:
+            ValueError, KeyError: the JSON or an MTL file cannot be read, or lacks what a table needs.
+        """
+        aside = self.aside
+        named = {CLOSED: {}, **aside["keyframes"]} if aside["keyframes"] else {}
+        return AssetFacts(
+            base=Base(aside["base"]),
+            exclusions=aside["exclusions"],
+            words=_words(aside),
+            bodies=[self._body(body) for body in self._bodies.values()],
+            places=[_place(item) for item in (*aside["sites"], *aside["regions"]) if item["name"] != OUTER],
+            looks=[_look(visual, self.read.folder, self._prefix) for visual in self._visuals],
+            poses=[self._pose(name, values) for name, values in named.items()],
+        )
+
+    def _body(self, body: BodyFacts) -> BodyFacts:
+        """The row with what the JSON says of friction, springs and armature."""
+        model, prefix = self.read.model, self._prefix
+        geoms = [model.geom(geom).name.removeprefix(prefix) for geom in colliders_of(model, model.body(body.name).id)]
+        colliders = [name for name in geoms if CAPSULE_END not in name]
+        matters = [self.aside["colliders"][name] for name in colliders]
+        joint = body.joint
+        if joint is not None:
+            name = joint.name.removeprefix(prefix)
+            said = self.aside["joints"][name]
+            spring = said["spring"] or {"stiffness": 0.0, "rest": 0.0}
+            _, _, damping, friction, _ = joint.resistance
+            resistance = (spring["stiffness"], spring["rest"], damping, friction, said["armature"])
+            joint = joint.replace(name=name, resistance=resistance)
+        return body.replace(
+            name=self._plain(body.name),
+            parent=self._plain(body.parent) if body.parent in self._bodies else "",
+            colliders=len(colliders),
+            frictions={(m["dynamic_friction"], m["torsional_friction"], m["rolling_friction"]) for m in matters},
+            joint=joint,
+        )
+
+    def _pose(self, name: str, values: Mapping[str, float]) -> PoseFacts:
+        """Poses of the links at joint positions, rad or m; joints that are not named are at zero."""
+        data = mujoco.MjData(self.read.model)
+        for joint, value in values.items():
+            data.joint(self._prefix + joint).qpos[0] = value
+        mujoco.mj_kinematics(self.read.model, data)
+        frames = {
+            self._plain(body): (data.body(body).xpos.tolist(), canonical(data.body(body).xquat)[0].tolist())
+            for body in self._bodies
+        }
+        return pose_facts(name, frames, ROOT_BODY)
+
+    def visual_bounds(self) -> dict[str, Floats]:
+        """(2, 3) corners of each visual in the frame of its link, metres."""
+        model, found = self.read.model, {}
+        for name in (visual.get("name", "") for visual in self._visuals):
+            geom = model.geom(name).id
+            found[name.removeprefix(self._prefix)] = shape_bounds(model, geom, self.read.turns[geom])
+        return found
 
 
 def on_joint_axes(asset: AssetFacts) -> AssetFacts:
@@ -161,97 +203,6 @@ def on_joint_axes(asset: AssetFacts) -> AssetFacts:
         poses.append(pose.replace(positions=[by_body[body].position for body in pose.bodies]))
     places = [p.replace(position=three(np.array(p.position) - anchors[p.body])) for p in asset.places]
     return asset.replace(bodies=bodies, places=places, poses=poses)
-
-
-def root_from_links(
-    tree: tuple[UrdfLink, ...], values: Mapping[str, float] | None = None, prefix: str = ""
-) -> dict[str, Pose]:
-    """Pose of each link in the frame of the root, by name.
-
-    Args:
-        values: joint name without `prefix` -> position, rad or m; those not named are at zero.
-    """
-    by_name = {link.name: link for link in tree}
-
-    @cache
-    def pose_of(name: str) -> Pose:
-        link = by_name[name]
-        if link.parent not in by_name:
-            return Pose()
-        pose = pose_of(link.parent) @ link.pose
-        value = (values or {}).get(_joint_name(link, prefix), 0.0)
-        return pose @ link.motion(value) if link.is_moved and value else pose
-
-    return {name: pose_of(name) for name in by_name}
-
-
-def visual_bounds(tree: tuple[UrdfLink, ...], folder: Path, prefix: str = "") -> dict[str, Floats]:
-    """(2, 3) corners of each visual in the frame of its link, metres, by its name without `prefix`."""
-    return {
-        visual.get("name", "").removeprefix(prefix): _bounds(visual, folder)
-        for link in tree
-        for visual in link.element.findall("visual")
-    }
-
-
-def origin(element: etree._Element) -> Pose:
-    """Pose of an `<origin>`: roll, pitch and yaw turn about the fixed axes, one after the other."""
-    found = element.find("origin")
-    if found is None:
-        return Pose()
-    roll, pitch, yaw = _numbers(found, "rpy", "0 0 0")
-    turns = [about_axis(np.eye(3)[i], angle) for i, angle in enumerate((roll, pitch, yaw))]
-    turned = Pose.from_matrix(turns[2] @ turns[1] @ turns[0])
-    return turned.replace(position=three(np.array(_numbers(found, "xyz", "0 0 0"))))
-
-
-def _body(link: UrdfLink, at_zero: Mapping[str, Pose], folder: Path, aside: Json, prefix: str) -> BodyFacts:
-    """Row of a link. `at_zero`: poses of all links of the asset."""
-    own, pose = link.parent not in at_zero, at_zero[link.name]
-    inertial = _child(link.element, "inertial")
-    frame, moments = origin(inertial), _child(inertial, "inertia")
-    xx, yy, zz, xy, xz, yz = (_number(moments, name) for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
-    tensor = frame.rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ frame.rotation.T
-    shapes = link.element.findall("collision")
-    lower, upper = bounds_around([_bounds(shape, folder) for shape in shapes])
-    names = [shape.get("name", "").removeprefix(prefix) for shape in shapes]
-    colliders = [name for name in names if CAPSULE_END not in name]
-    matters = [aside["colliders"][name] for name in colliders]
-    return BodyFacts(
-        name=link.name,
-        parent="" if own else link.parent,
-        colliders=len(colliders),
-        position=pose.position,
-        center_of_mass=frame.position,
-        lower=lower,
-        upper=upper,
-        quaternion=pose.quaternion,
-        mass=_number(_child(inertial, "mass"), "value"),
-        inertia=tensor_entries(tensor),
-        frictions={(m["dynamic_friction"], m["torsional_friction"], m["rolling_friction"]) for m in matters},
-        joint=None if own or not link.is_moved else _joint(link, aside, prefix),
-    )
-
-
-def _joint_name(link: UrdfLink, prefix: str) -> str:
-    return "" if link.joint is None else link.joint.get("name", "").removeprefix(prefix)
-
-
-def _joint(link: UrdfLink, aside: Json, prefix: str) -> JointFacts:
-    assert link.joint is not None
-    name = _joint_name(link, prefix)
-    said = aside["joints"][name]
-    spring = said["spring"] or {"stiffness": 0.0, "rest": 0.0}
-    limit, dynamics = _child(link.joint, "limit"), _child(link.joint, "dynamics")
-    damping, friction = _number(dynamics, "damping"), _number(dynamics, "friction")
-    return JointFacts(
-        name=name,
-        kind=KINDS[link.joint.get("type", "")],
-        axis=three(np.array(_numbers(_child(link.joint, "axis"), "xyz"))),
-        anchor=(0.0, 0.0, 0.0),
-        range=(_number(limit, "lower"), _number(limit, "upper")),
-        resistance=(spring["stiffness"], spring["rest"], damping, friction, said["armature"]),
-    )
 
 
 def _place(item: Json) -> PlaceFacts:
@@ -296,29 +247,10 @@ def _look(visual: etree._Element, folder: Path, prefix: str) -> VisualFacts:
 
 
 def _lines(file: Path) -> list[str]:
-    """Lines of an OBJ or MTL file."""
     try:
         return file.read_text(encoding="ascii").splitlines()
     except OSError as error:
         raise ValueError(f"{file.name} cannot be read: {error.strerror}") from error
-
-
-def _bounds(element: etree._Element, folder: Path) -> Floats:
-    """(2, 3) corners of a visual or collider in the frame of its link."""
-    shape, pose = _child(element, "geometry")[0], origin(element)
-    if shape.tag == "box":
-        x, y, z = _numbers(shape, "size")
-        return shape_bounds(Box(size=(x, y, z)), pose)
-    if shape.tag == "sphere":
-        return shape_bounds(Sphere(radius=_number(shape, "radius")), pose)
-    if shape.tag == "cylinder":
-        return shape_bounds(Cylinder(radius=_number(shape, "radius"), height=_number(shape, "length")), pose)
-    obj = folder / shape.get("filename", "")
-    rows = [line[2:].split() for line in _lines(obj) if line.startswith("v ")]
-    if not rows:
-        raise ValueError(f"{obj.name} has no points")
-    points = pose.apply(np.array(rows, dtype=np.float64))
-    return np.array([points.min(axis=0), points.max(axis=0)])
 
 
 def _words(aside: Json) -> ProgramTexts:
@@ -343,11 +275,6 @@ def _child(element: etree._Element, tag: str) -> etree._Element:
     if found is None:
         raise ValueError(f"<{element.tag} name={element.get('name')!r}> has no <{tag}>")
     return found
-
-
-def _number(element: etree._Element, name: str) -> float:
-    (value,) = _numbers(element, name)
-    return value
 
 
 def _numbers(element: etree._Element, name: str, default: str = "") -> list[float]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from importlib.util import find_spec
 from pathlib import Path, PurePosixPath
@@ -15,8 +14,9 @@ import mujoco
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade
 
-from casa_assets.checks.package.facts import (
+from casa_assets.checks.readers.facts import (
     OUTER,
+    ROOT_BODY,
     AssetFacts,
     BodyFacts,
     JointFacts,
@@ -25,21 +25,16 @@ from casa_assets.checks.package.facts import (
     ProgramTexts,
     StateFacts,
     VisualFacts,
-)
-from casa_assets.checks.readers.mujoco_facts import (
-    ROOT_BODY,
     bounds_around,
-    facts_of_model,
     four,
-    free_bodies,
     own_name,
-    pose_facts_of_many,
+    pose_facts,
     quaternions_of,
     short_name,
     tensor_entries,
     three,
 )
-from casa_assets.checks.readers.mujoco_load import Loaded, all_warnings
+from casa_assets.checks.readers.mujoco_facts import Loaded, all_warnings, facts_of_model, free_bodies
 from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.asset import Base, JointKind
 from casa_assets.model.pose import Pose
@@ -108,7 +103,7 @@ def poses(stage: Usd.Stage, scene: bool = False) -> list[PoseFacts]:
             cache = UsdGeom.XformCache()
             matrices = [cache.GetLocalToWorldTransform(stage.GetPrimAtPath(path)) for path in bodies]
             world_from = dict(zip(names, zip(*rigid_all(matrices), strict=True), strict=True))
-            found.append(pose_facts_of_many(name, world_from, None if scene else ROOT_BODY))
+            found.append(pose_facts(name, world_from, None if scene else ROOT_BODY))
         variants.ClearVariantSelection()
     return found
 
@@ -215,7 +210,6 @@ def _surface(prim: Usd.Prim, material: UsdShade.Material) -> tuple[Vec4, Vec3, s
 
 
 def _node(shader: UsdShade.Shader, name: str) -> UsdShade.Shader | None:
-    """The texture that feeds an input."""
     port = shader.GetInput(name)
     if not port or not port.HasConnectedSource():
         return None
@@ -303,7 +297,6 @@ def pxr_facts(path: Path) -> AssetFacts:
 
 
 def _whole(table: AssetFacts, stage: Usd.Stage) -> AssetFacts:
-    """The table with poses and words."""
     return table.replace(poses=poses(stage), words=words(stage.GetDefaultPrim()))
 
 
@@ -367,65 +360,63 @@ def facts_of_stage(read: StageReading) -> tuple[AssetFacts, dict[str, Pose]]:
         nearest = next((path for path in reversed(shape.GetPath().GetPrefixes()) if path in below), None)
         if nearest is not None:
             below[nearest].append(shape)
-    joints = {**mounts, **movers}
-    bodies = _Bodies(stage, joints, UsdGeom.XformCache(), _frictions(shapes))
+    joints, cache, frictions = {**mounts, **movers}, UsdGeom.XformCache(), _frictions(shapes)
     filtered = [(short_name(str(p)), short_name(str(o))) for p, d in links.items() for o in d.filteredCollisions]
     welded = {short_name(str(b)): _body1_in_body0(d) for b, d in mounts.items() if d.body0.isEmpty and b in links}
     table = AssetFacts(
         base=Base.FIXED if welded else Base.FREE,
         exclusions=filtered,
         words=ProgramTexts(),
-        bodies=[bodies.row(path, below[path], movers.get(path)) for path in links],
+        bodies=[
+            _body(stage.GetPrimAtPath(path), below[path], joints, movers.get(path), cache, frictions) for path in links
+        ],
         places=read.places,
         looks=read.looks,
     )
     return table, welded
 
 
-@dataclass(frozen=True)
-class _Bodies:
-    """Rows of the bodies of a stage.
+def _body(
+    prim: Usd.Prim,
+    shapes: list[Usd.Prim],
+    joints: dict[Sdf.Path, UsdPhysics.JointDesc],
+    mover: UsdPhysics.JointDesc | None,
+    cache: UsdGeom.XformCache,
+    frictions: dict[Usd.Prim, Vec3],
+) -> BodyFacts:
+    """Row of a body.
 
-    Attributes:
-        joints: path of a body -> the joint that ties it to its parent or the world.
-        frictions: of each collider.
+    Args:
+        shapes: its colliders. joints: path of a body -> the joint that ties it to its parent or the world. mover: the
+            joint that moves it. frictions: of each collider.
     """
+    path, mass = prim.GetPath(), UsdPhysics.MassAPI(prim)
+    axes = _pose(Gf.Vec3f(0), mass.GetPrincipalAxesAttr().Get()).rotation
+    body_from_world = cache.GetLocalToWorldTransform(prim).GetInverse()
+    lower, upper = bounds_around([_bounds(s, cache.GetLocalToWorldTransform(s) * body_from_world) for s in shapes])
+    pose, up = _world_from(joints, path), joints.get(path)
+    return BodyFacts(
+        name=short_name(str(path)),
+        parent=short_name(str(up.body0)) if up is not None and not up.body0.isEmpty else "",
+        colliders=len(shapes),
+        position=pose.position,
+        center_of_mass=three(mass.GetCenterOfMassAttr().Get()),
+        lower=lower,
+        upper=upper,
+        quaternion=pose.quaternion,
+        mass=float(mass.GetMassAttr().Get()),
+        inertia=tensor_entries(axes @ np.diag(three(mass.GetDiagonalInertiaAttr().Get())) @ axes.T),
+        frictions={frictions[shape] for shape in shapes},
+        joint=None if mover is None else _joint(mover, prim.GetStage().GetPrimAtPath(mover.primPath)),
+    )
 
-    stage: Usd.Stage
-    joints: dict[Sdf.Path, UsdPhysics.JointDesc]
-    cache: UsdGeom.XformCache
-    frictions: dict[Usd.Prim, Vec3]
 
-    def row(self, path: Sdf.Path, shapes: list[Usd.Prim], mover: UsdPhysics.JointDesc | None) -> BodyFacts:
-        """Row of a body. `shapes`: its colliders. `mover`: the joint that moves it."""
-        prim = self.stage.GetPrimAtPath(path)
-        mass = UsdPhysics.MassAPI(prim)
-        axes = _pose(Gf.Vec3f(0), mass.GetPrincipalAxesAttr().Get()).rotation
-        body_from_world = self.cache.GetLocalToWorldTransform(prim).GetInverse()
-        boxes = [_bounds(s, self.cache.GetLocalToWorldTransform(s) * body_from_world) for s in shapes]
-        lower, upper = bounds_around(boxes)
-        pose, up = self._world_from(path), self.joints.get(path)
-        return BodyFacts(
-            name=short_name(str(path)),
-            parent=short_name(str(up.body0)) if up is not None and not up.body0.isEmpty else "",
-            colliders=len(shapes),
-            position=pose.position,
-            center_of_mass=three(mass.GetCenterOfMassAttr().Get()),
-            lower=lower,
-            upper=upper,
-            quaternion=pose.quaternion,
-            mass=float(mass.GetMassAttr().Get()),
-            inertia=tensor_entries(axes @ np.diag(three(mass.GetDiagonalInertiaAttr().Get())) @ axes.T),
-            frictions={self.frictions[shape] for shape in shapes},
-            joint=None if mover is None else _joint(mover, self.stage.GetPrimAtPath(mover.primPath)),
-        )
-
-    def _world_from(self, path: Sdf.Path) -> Pose:
-        """Pose that the joint frames demand, every joint at zero and the root at the origin."""
-        joint = self.joints.get(path)
-        if joint is None or joint.body0.isEmpty:
-            return Pose()
-        return self._world_from(joint.body0) @ _body1_in_body0(joint)
+def _world_from(joints: dict[Sdf.Path, UsdPhysics.JointDesc], path: Sdf.Path) -> Pose:
+    """Pose that the joint frames demand, every joint at zero and the root at the origin."""
+    joint = joints.get(path)
+    if joint is None or joint.body0.isEmpty:
+        return Pose()
+    return _world_from(joints, joint.body0) @ _body1_in_body0(joint)
 
 
 def _body1_in_body0(joint: UsdPhysics.JointDesc) -> Pose:

@@ -16,6 +16,7 @@ from casa_assets.checks.motion import operate
 from casa_assets.checks.motion.simulation import STEP_S, collision_spec, find_contacts
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mujoco_load
+from casa_assets.checks.package import Package
 from casa_assets.checks.runtime import contract as contract_names
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import (

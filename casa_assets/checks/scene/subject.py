@@ -17,6 +17,10 @@ from lxml import etree
 from casa_assets.checks.motion.simulation import altered, open_before, reset_to_start, subtree
 from casa_assets.checks.readers.mujoco_facts import ROOT_BODY
 from casa_assets.checks.readers.mujoco_load import Loaded, load_asset_file, native_warnings
+from casa_assets.checks.motion.motion_model import open_before
+from casa_assets.checks.motion.simulation import altered, reset_to_start, subtree
+from casa_assets.checks.readers.facts import ROOT_BODY
+from casa_assets.checks.readers.mujoco_facts import Loaded, load_asset_file, native_warnings
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.asset.asset import Asset, Base, Joint
 from casa_assets.model.kitchen.scene import FREE_JOINT, Placement, Scene

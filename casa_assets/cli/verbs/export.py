@@ -20,7 +20,7 @@ from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at
 if TYPE_CHECKING:
     from casa_assets.addons.robocasa.run import ExportResult as ExportedObject
     from casa_assets.addons.robocasa.run import KitchenResult, TaskReport
-    from casa_assets.export.forms import ExportResult, Form
+    from casa_assets.export import ExportResult, Form
 
 ExportOut = Annotated[
     Path, typer.Option("--out", help=more(OUT_HELP, "a folder: missing, empty, or an earlier export."))
@@ -50,7 +50,7 @@ def export_as(
     Args:
         word: name of the form in a sentence.
     """
-    from casa_assets.export.forms import export_assets, export_scenes
+    from casa_assets.export import export_assets, export_scenes
 
     if (source is None) == (not scenes):
         raise typer.BadParameter("give either a library or an asset's folder, or --scenes")
@@ -151,7 +151,7 @@ def glb(
       casa-assets export glb --scenes l_small__coastal --out kitchens
       casa-assets export glb lib --out all --layers          # collision shapes
     """
-    from casa_assets.export.written_forms import glb_form
+    from casa_assets.export import glb_form
 
     export_as(glb_form(layers), "GLB", source, scenes or [], out, jobs, with_review, output)
 
@@ -175,7 +175,7 @@ def urdf(
       casa-assets export urdf --scenes 'l_small__*' --out kitchens
       casa-assets export urdf lib --out urdf --json > rows.jsonl
     """
-    from casa_assets.export.written_forms import URDF
+    from casa_assets.export import URDF
 
     export_as(URDF, "URDF", source, scenes or [], out, jobs, with_review, output)
 
@@ -194,7 +194,7 @@ def plugin(
 
     Example:  casa-assets export plugin blocks out/library --out out/blocks --plugins
     """
-    from casa_assets.export.written_forms import form_of
+    from casa_assets.export import form_of
 
     export_as(form_of(name), name, source, [], out, 1, with_review, output)
 

@@ -1,4 +1,4 @@
-"""Asset -> MJCF package: one module per concept, the same names as in the USD writer."""
+"""Assets, kitchens and their batch form -> MJCF; the same names as in the USD writer."""
 
 from casa_assets.formats.mjcf.document import write
 

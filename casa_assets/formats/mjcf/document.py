@@ -13,7 +13,7 @@ from lxml import etree
 
 from casa_assets.formats.mjcf import shapes
 from casa_assets.formats.mjcf.shapes import Meshes
-from casa_assets.formats.mujoco_values import ROBOSUITE_GROUPS, VIEWER_GROUPS, Groups
+from casa_assets.formats.values import ROBOSUITE_GROUPS, VIEWER_GROUPS, Groups, number, numbers
 from casa_assets.model.asset.asset import Asset, Base, Collider, Exclusion, Inertial, Joint, Link, Visual
 from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.issue import Files
@@ -30,23 +30,23 @@ def add_joint(body: etree._Element, joint: Joint, prefix: str = "") -> None:
     attributes = {
         "name": prefix + joint.name,
         "type": joint.kind.value,
-        "pos": shapes.numbers(joint.anchor),
-        "axis": shapes.numbers(joint.axis),
+        "pos": numbers(joint.anchor),
+        "axis": numbers(joint.axis),
         # Written although autolimits would do: consumers that merge models drop <compiler>.
         "limited": "true",
-        "range": shapes.numbers(joint.range),
-        "damping": shapes.number(joint.damping + (drive.damping if drive else 0.0)),
-        "frictionloss": shapes.number(joint.frictionloss),
-        "armature": shapes.number(joint.armature),
-        "solimplimit": shapes.numbers(joint.limit_impedance),
+        "range": numbers(joint.range),
+        "damping": number(joint.damping + (drive.damping if drive else 0.0)),
+        "frictionloss": number(joint.frictionloss),
+        "armature": number(joint.armature),
+        "solimplimit": numbers(joint.limit_impedance),
     }
     if joint.frictionloss:
-        attributes["solimpfriction"] = shapes.numbers(joint.friction_impedance)
+        attributes["solimpfriction"] = numbers(joint.friction_impedance)
     if drive:
         attributes |= {
-            "stiffness": shapes.number(drive.stiffness),
-            "springref": shapes.number(drive.target),
-            "margin": shapes.number(joint.limit_margin),
+            "stiffness": number(drive.stiffness),
+            "springref": number(drive.target),
+            "margin": number(joint.limit_margin),
         }
     etree.SubElement(body, "joint", attributes)
 
@@ -99,9 +99,9 @@ def add_body(parent: etree._Element, link: Link, context: BodyContext) -> etree.
     asset, prefix = context.asset, context.prefix
     body = etree.SubElement(parent, "body", {"name": context.body_name(link.name), **shapes.place(link.pose)})
     inertial = etree.SubElement(body, "inertial")
-    inertial.set("pos", shapes.numbers(link.inertial.center_of_mass))
-    inertial.set("mass", shapes.number(link.inertial.mass))
-    inertial.set("fullinertia", shapes.numbers(full_inertia(link.inertial)))
+    inertial.set("pos", numbers(link.inertial.center_of_mass))
+    inertial.set("mass", number(link.inertial.mass))
+    inertial.set("fullinertia", numbers(full_inertia(link.inertial)))
     link_joint = asset.joint_of(link.name)
     if link_joint is not None:
         add_joint(body, link_joint, prefix)
@@ -138,10 +138,6 @@ def full_inertia(inertial: Inertial) -> list[float]:
     return [*diagonal, *inertial.inertia[3:]]
 
 
-# Contact --------------------------------------------------------------------------------------------------------------
-# Exclusion -> `<exclude>` between two bodies.
-
-
 def add_exclusion(contact: etree._Element, exclusion: Exclusion, context: BodyContext) -> None:
     """`<exclude>` below `<contact>`; `context` gives the bodies their names."""
     first, second = context.body_name(exclusion.first), context.body_name(exclusion.second)
@@ -175,7 +171,6 @@ def exclude_from_world(body: etree._Element, is_moved: bool = False) -> None:
 
 
 # Keyframe -------------------------------------------------------------------------------------------------------------
-# Keyframe -> `<key>`: every joint of the document in its order.
 
 
 def add_keyframes(root: etree._Element, asset: Asset, free_joint: tuple[float, ...] = ()) -> None:
@@ -187,7 +182,7 @@ def add_keyframes(root: etree._Element, asset: Asset, free_joint: tuple[float, .
     for key in asset.keyframes:
         positions = joint_positions(key.joints)
         values = [*free_joint, *(positions.get(name, 0.0) for name in joints)]
-        etree.SubElement(block, "key", {"name": key.name, "qpos": shapes.numbers(values)})
+        etree.SubElement(block, "key", {"name": key.name, "qpos": numbers(values)})
 
 
 def joint_order(asset: Asset, link: str) -> list[str]:
@@ -229,7 +224,7 @@ def label_texts(asset: Asset, prefix: str = "") -> dict[str, str]:
     if asset.labels.portion is not None:
         found["portion"] = asset.labels.portion.value
     for state in asset.states:
-        found[f"state__{state.name}"] = f"{prefix}{state.joint} {state.value} {shapes.numbers(state.interval)}"
+        found[f"state__{state.name}"] = f"{prefix}{state.joint} {state.value} {numbers(state.interval)}"
     if asset.contract is not None:
         found["contract"] = asset.contract
     labelled = geoms_by_label(asset).items()
@@ -265,7 +260,6 @@ def behavior_file(asset: Asset) -> bytes:
 
 
 # Stage ----------------------------------------------------------------------------------------------------------------
-# Asset -> scene.xml: the asset on a floor under a soft light, for viewing and drop tests.
 
 # Pale floor, pale sky: neutral for any colour of object.
 SKY = {
@@ -293,7 +287,7 @@ LIGHTS = (
 def add_stage_frame(root: etree._Element, asset: Asset) -> None:
     """`<statistic>` and `<visual>`: initial view of the viewer, and its light."""
     center, diagonal = _center_and_diagonal(asset)
-    etree.SubElement(root, "statistic", {"center": shapes.numbers(center), "extent": shapes.number(diagonal)})
+    etree.SubElement(root, "statistic", {"center": numbers(center), "extent": number(diagonal)})
     view = etree.SubElement(root, "visual")
     angles = {"azimuth": "60", "elevation": "-22", "fovy": "40"}
     etree.SubElement(view, "global", {**angles, "offwidth": "1280", "offheight": "960"})
@@ -310,8 +304,8 @@ def add_stage(assets: etree._Element, world: etree._Element, asset: Asset) -> No
     center, diagonal = _center_and_diagonal(asset)
     for i, (direction, light) in enumerate(LIGHTS):
         # A directional light shines from everywhere, but its shadows are drawn from here: near means sharp.
-        position = shapes.numbers(center - LIGHT_DISTANCE * diagonal * np.array(direction))
-        placed = {"directional": "true", "pos": position, "dir": shapes.numbers(direction)}
+        position = numbers(center - LIGHT_DISTANCE * diagonal * np.array(direction))
+        placed = {"directional": "true", "pos": position, "dir": numbers(direction)}
         etree.SubElement(world, "light", {"name": f"scene__light_{i}", **placed, **light})
     # MuJoCo takes the larger of two frictions. The least of the asset's own lets each collider's value act.
     names = ("dynamic_friction", "torsional_friction", "rolling_friction")
@@ -320,7 +314,7 @@ def add_stage(assets: etree._Element, world: etree._Element, asset: Asset) -> No
     seen |= {"group": str(VIEWER_GROUPS.visuals), "mass": "0", "contype": "0", "conaffinity": "0"}
     etree.SubElement(world, "geom", seen)
     floor = {"name": "scene__floor", "group": str(VIEWER_GROUPS.colliders), **FLOOR_BOX}
-    floor |= {"contype": "1", "conaffinity": "1", "condim": "3", "friction": shapes.numbers(friction)}
+    floor |= {"contype": "1", "conaffinity": "1", "condim": "3", "friction": numbers(friction)}
     etree.SubElement(world, "geom", floor)
 
 
@@ -333,7 +327,7 @@ def add_object(world: etree._Element, context: BodyContext) -> tuple[float, ...]
     asset = context.asset
     object_body = add_body(world, asset.root, context)
     x, y, z = asset.root.pose.position
-    object_body.set("pos", shapes.numbers((x, y, z + _lift(asset))))
+    object_body.set("pos", numbers((x, y, z + _lift(asset))))
     if asset.base is Base.FREE:
         object_body.insert(0, etree.Element("freejoint", {"name": "scene__free"}))
         return (x, y, z + _lift(asset), *asset.root.pose.quaternion)
@@ -351,10 +345,6 @@ def _center_and_diagonal(asset: Asset) -> tuple[npt.NDArray[np.float64], float]:
 def _lift(asset: Asset) -> float:
     """Height by which to raise the asset so that its lowest collider touches z = 0, metres."""
     return -float(shapes.collision_bounds(asset)[0, 2])
-
-
-# Document -------------------------------------------------------------------------------------------------------------
-# Asset -> model.xml, scene.xml and the meshes and images that they name.
 
 
 def write(asset: Asset, groups: Groups = ROBOSUITE_GROUPS) -> Files:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import io
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -13,36 +12,13 @@ import numpy.typing as npt
 from lxml import etree
 from PIL import Image, ImageStat
 
-from casa_assets.core.numeric import srgb_from_linear
-from casa_assets.formats.mujoco_values import SITE_GROUP, contact_dimensions, site_group
+from casa_assets.formats.values import FORMAT, SITE_GROUP, contact_dimensions, number, numbers, site_group, srgb
 from casa_assets.mesh.solid.primitive import link_bounds
 from casa_assets.model.asset.asset import Asset, Collider, Region, Site, Visual
 from casa_assets.model.asset.material import Material, Substance, Texture
 from casa_assets.model.asset.parts import MAX_HULL_VERTICES, Box, Capsule, Cylinder, Hull, Mesh, MeshShape, Sphere
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
-
-# Number ---------------------------------------------------------------------------------------------------------------
-# Numbers -> text: nine significant digits, which hold a float32 exactly, and no minus before zero.
-
-# Enough to read a float32 back exactly. Ref: IEEE 754-2008, 5.12.2.
-FORMAT = "%.9g"
-
-
-def number(value: float) -> str:
-    """Text of one number."""
-    text = FORMAT % value
-    return "0" if text == "-0" else text
-
-
-def numbers(values: Iterable[float]) -> str:
-    """Text of several numbers, one space between them."""
-    return " ".join(number(float(v)) for v in values)
-
-
-def srgb(color: Sequence[float]) -> str:
-    """Text of a linear RGB or RGBA colour as display values; alpha stays as it is."""
-    return numbers((*(srgb_from_linear(c) for c in color[:3]), *color[3:]))
 
 
 def place(pose: Pose) -> dict[str, str]:
@@ -141,7 +117,6 @@ def _stem(image: Texture) -> str:
 
 
 # Visual ---------------------------------------------------------------------------------------------------------------
-# Visual -> geom that is only drawn, without mass and contacts; mesh -> OBJ file and `<mesh>` element.
 
 MESHES = "meshes"
 
@@ -251,7 +226,6 @@ def obj_text(mesh: Mesh, bare: bool = False) -> bytes:
 
 
 # Collider -------------------------------------------------------------------------------------------------------------
-# Collider -> geom that touches; its mass is in the body's `<inertial>`.
 
 COLOR = "0.2 0.6 0.9 0.4"
 

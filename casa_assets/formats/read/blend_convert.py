@@ -55,7 +55,6 @@ def _leave_out_foreign(notes: dict[str, str]) -> None:
 
 
 def _remark(notes: dict[str, str]) -> None:
-    """Add a note for everything that is left out or seen otherwise."""
     import bpy
 
     if any(thing.type == "ARMATURE" for thing in bpy.data.objects):

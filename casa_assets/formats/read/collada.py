@@ -25,13 +25,15 @@ from casa_assets.formats.read.guarded_xml import (
     text_of,
 )
 from casa_assets.formats.read.materials import Images, ImageUse, linear_from_srgb
-from casa_assets.formats.read.polygons import cut_whole, fan, strip
 from casa_assets.formats.read.raw_parts import (
     ReadPart,
     check_face_count,
+    cut_whole,
+    fan,
     merged_corners,
     raw_model,
     rgba,
+    strip,
     transformed,
     turn,
 )
@@ -76,12 +78,8 @@ def open_dae(data: bytes, name: str) -> Document:
     return Document(root, by_id)
 
 
-@dataclass(frozen=True)
-class Surface:
-    """A material and the texture coordinates symbol of its picture (empty where it has none)."""
-
-    material: Material
-    texcoord: str = ""
+# A material and the texture coordinates symbol of its picture (empty where it has none).
+Surface = tuple[Material, str]
 
 
 @dataclass
@@ -104,7 +102,7 @@ class Surfaces:
                 if key:
                     message = f"material {printable(key, 40)!r} is not described; a grey one is used"
                     self.notes.add(codes.MATERIAL_MISSING, key, message)
-                self._read[key] = Surface(Material(id=self.names.unique(key.removeprefix("#"), "material")))
+                self._read[key] = Material(id=self.names.unique(key.removeprefix("#"), "material")), ""
             else:
                 self._read[key] = self._surface(node)
         return self._read[key]
@@ -117,7 +115,7 @@ class Surfaces:
         shader = next(children(find_path(profile, "technique"), "phong", "lambert", "blinn", "constant"), None)
         if profile is None or shader is None:
             self.notes.add(codes.MATERIAL_MISSING, name, "a material without a common effect; a grey one is used")
-            return Surface(Material(id=self.names.unique(name, "material")))
+            return Material(id=self.names.unique(name, "material")), ""
         slot = self._color_slot(shader)
         file, texcoord = self._file(profile, find_path(slot, "texture"))
         transparent = find_path(shader, "transparent")
@@ -138,7 +136,7 @@ class Surfaces:
             roughness=self._roughness(shader, name),
             base_color_texture=texture,
         )
-        return Surface(material, texcoord if texture is not None else "")
+        return material, texcoord if texture is not None else ""
 
     def _color_slot(self, shader: Element) -> Element | None:
         """Diffuse, or what glows where the diffuse colour is black (unlit exports)."""
@@ -209,7 +207,7 @@ def image_file(image: Element | None) -> str:
     return text_of(inner if inner is not None else place)
 
 
-@dataclass(frozen=True)
+@dataclass
 class Primitive:
     """Triangles of one primitive, node frame not yet applied.
 
@@ -223,9 +221,9 @@ class Primitive:
     symbol: str
     vertices: Floats
     faces: Ints
-    normals: Floats | None
-    colors: npt.NDArray[np.uint8] | None
-    uvs: Mapping[int, Floats]
+    normals: Floats | None = None
+    colors: npt.NDArray[np.uint8] | None = None
+    uvs: dict[int, Floats] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -248,7 +246,8 @@ def _triangle_count(primitive: Element) -> int:
 
 def _piece(document: Document, primitive: Element, notes: Notes) -> Primitive | None:
     inputs = _inputs(document, primitive)
-    if not any(i.semantic == "POSITION" for i in inputs):
+    position = next((i for i in inputs if i.semantic == "POSITION"), None)
+    if position is None:
         return None
     stride = max(count_of(i, "offset", 0) for i in children(primitive, "input")) + 1
     corners, lengths = _corners(primitive, stride, notes)
@@ -257,36 +256,32 @@ def _piece(document: Document, primitive: Element, notes: Notes) -> Primitive | 
     for one in inputs:
         column = corners[:, one.offset]
         if len(column) and not 0 <= int(column.min()) <= int(column.max()) < len(one.table):
-            message = (
-                f"COLLADA <{local_name(primitive)}>: index {int(column.max())} of {len(one.table)} in {one.semantic}"
-            )
-            raise Rejected(codes.OUT_OF_BOUNDS, message + "; export the file again")
-    position = next(i for i in inputs if i.semantic == "POSITION")
-    picks = _triangles(position.table, corners[:, position.offset], lengths, notes)
-    if not len(picks):
-        return None
-    return _assembled(primitive.get("material", ""), inputs, corners[picks.reshape(-1)])
+            where = f"COLLADA <{local_name(primitive)}>: index {int(column.max())} of {len(one.table)}"
+            raise Rejected(codes.OUT_OF_BOUNDS, f"{where} in {one.semantic}; export the file again")
+    if dropped := int((lengths < 3).sum()):
+        notes.add(codes.FACE_DROPPED, "polygons", f"{dropped} faces with fewer than three corners were dropped")
+    starts = np.cumsum(lengths) - lengths
+    picks, _, fanned = cut_whole(position.table[:, :3], corners[:, position.offset], starts, lengths, lengths >= 3)
+    if fanned:
+        notes.add(codes.POLYGON_FAN, "polygons", f"{fanned} concave or crossed faces were cut as fans")
+    return _assembled(primitive.get("material", ""), inputs, corners[picks.reshape(-1)]) if len(picks) else None
 
 
 def _assembled(symbol: str, inputs: list[_Input], corners: Ints) -> Primitive:
-    offsets = sorted({i.offset for i in inputs})
-    first, faces = merged_corners([corners[:, o] for o in offsets])
+    first, faces = merged_corners([corners[:, o] for o in sorted({i.offset for i in inputs})])
     rows = corners[first]
-    normals: Floats | None = None
-    colors: npt.NDArray[np.uint8] | None = None
-    uvs: dict[int, Floats] = {}
-    vertices = np.zeros((0, 3))
+    found = Primitive(symbol, np.zeros((0, 3)), faces)
     for one in inputs:
         values = one.table[rows[:, one.offset]]
         if one.semantic == "POSITION":
-            vertices = values
+            found.vertices = values[:, :3]
         elif one.semantic == "NORMAL" and values.shape[1] >= 3:
-            normals = values[:, :3]
+            found.normals = values[:, :3]
         elif one.semantic == "TEXCOORD" and values.shape[1] >= 2:
-            uvs.setdefault(one.number, values[:, :2])
+            found.uvs.setdefault(one.number, values[:, :2])
         elif one.semantic == "COLOR" and values.shape[1] >= 3 and np.isfinite(values).all():
-            colors = rgba(values[:, :4] * 255.0)
-    return Primitive(symbol, vertices[:, :3], faces, normals, colors, uvs)
+            found.colors = rgba(values[:, :4] * 255.0)
+    return found
 
 
 def _inputs(document: Document, primitive: Element) -> list[_Input]:
@@ -345,18 +340,6 @@ def _corners(primitive: Element, stride: int, notes: Notes) -> tuple[Ints, Ints]
             lengths = lengths[: int(np.argmin(fits))]
         return whole[: int(lengths.sum())], lengths
     return whole[: len(whole) // 3 * 3], np.full(len(whole) // 3, 3, dtype=np.int64)
-
-
-def _triangles(points: Floats, corners: Ints, lengths: Ints, notes: Notes) -> Ints:
-    """(T, 3) corner rows of all polygons."""
-    dropped = int((lengths < 3).sum())
-    if dropped:
-        notes.add(codes.FACE_DROPPED, "polygons", f"{dropped} faces with fewer than three corners were dropped")
-    starts = np.cumsum(lengths) - lengths
-    picks, _, fanned = cut_whole(points[:, :3], corners, starts, lengths, lengths >= 3)
-    if fanned:
-        notes.add(codes.POLYGON_FAN, "polygons", f"{fanned} concave or crossed faces were cut as fans")
-    return picks
 
 
 @dataclass
@@ -421,11 +404,11 @@ class _Reader:
             binding = bound.get(primitive.symbol)
             # Files without bind_material name the material itself as the symbol.
             url = binding.get("target") if binding is not None else primitive.symbol and f"#{primitive.symbol}"
-            surface = self.surfaces.surface(url)
+            material, texcoord = self.surfaces.surface(url)
             vertices, normals, is_mirrored = transformed(primitive.vertices, primitive.normals, world)
             faces = primitive.faces[:, ::-1] if is_mirrored else primitive.faces
-            uv = _chosen_uv(primitive, surface, binding)
-            self.parts.append(ReadPart(name, vertices, faces, surface.material, uv, normals, primitive.colors))
+            uv = _chosen_uv(primitive, texcoord, binding)
+            self.parts.append(ReadPart(name, vertices, faces, material, uv, normals, primitive.colors))
         if not self._pieces[mesh]:
             inputs = children(find_path(mesh, "vertices"), "input")
             sources = [i.get("source") for i in inputs if i.get("semantic") == "POSITION"]
@@ -448,10 +431,10 @@ class _Reader:
         self.geometry(self.document.target(skin.get("source")), instance, world, label)
 
 
-def _chosen_uv(primitive: Primitive, surface: Surface, binding: Element | None) -> Floats | None:
+def _chosen_uv(primitive: Primitive, texcoord: str, binding: Element | None) -> Floats | None:
     """The set that the picture's texcoord symbol is bound to, else the first."""
     for binding_input in children(binding, "bind_vertex_input"):
-        if binding_input.get("semantic") == surface.texcoord and binding_input.get("input_set", "0").isdigit():
+        if binding_input.get("semantic") == texcoord and binding_input.get("input_set", "0").isdigit():
             wanted = int(binding_input.get("input_set", "0"))
             if wanted in primitive.uvs:
                 return primitive.uvs[wanted]

@@ -13,8 +13,15 @@ from casa_assets.core.numeric import Floats
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.formats import Format, Reference, Role
 from casa_assets.formats.read.materials import Look, Materials, linear_from_srgb
-from casa_assets.formats.read.polygons import cut_polygons, part_of_corners
-from casa_assets.formats.read.raw_parts import ReadPart, check_face_count, raw_model, rgba, transformed
+from casa_assets.formats.read.raw_parts import (
+    ReadPart,
+    check_face_count,
+    cut_polygons,
+    part_of_corners,
+    raw_model,
+    rgba,
+    transformed,
+)
 from casa_assets.formats.read.text import Notes, printable
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.asset.material import Material
@@ -82,8 +89,6 @@ def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
 
 
 class _Reader:
-    """Reads the meshes of one scene."""
-
     def __init__(self, files: Mapping[str, bytes], limits: Mapping[str, float], notes: Notes, name: str) -> None:
         self._files, self._limits, self._notes, self._name = files, limits, notes, name
         self._materials = Materials(limits, notes)
@@ -165,7 +170,6 @@ def _file_name(texture: Any) -> str:
 
 
 def _matrix(columns: Any) -> Floats:
-    """(4, 4) of the four columns that ufbx has."""
     out = np.eye(4)
     out[:3, :] = np.array([tuple(column) for column in columns], dtype=np.float64).T
     return out

@@ -115,8 +115,6 @@ def read_placed(
 
 
 class _Materials:
-    """Turns trimesh's materials into ours, each once."""
-
     def __init__(self, images: Images, notes: Notes) -> None:
         self._images, self._notes = images, notes
         self._names = UniqueNames()
@@ -156,11 +154,19 @@ class _Materials:
         rgb = color[:3] if source.is_linear else tuple(linear_from_srgb(c) for c in color[:3])
         if not source.is_linear and base_picture is not None:
             rgb = (1.0, 1.0, 1.0)  # as for OBJ: beside a picture the diffuse colour is a leftover as often as a tint
+        # What the kind of material means where it says nothing (glTF: 1).
+        metallic, roughness = source.metallic, source.roughness
+        if metallic is None:
+            metallic = 1.0 if source.is_linear and not _is_bare(source) else 0.0
+        if not source.is_linear:
+            roughness = roughness_of_shininess(source.shininess)
+        elif roughness is None:
+            roughness = 0.9 if _is_bare(source) else 1.0
         return Material(
             id=self._names.unique(name, "material"),
             base_color=(*rgb, opacity),
-            metallic=_metallic(source),
-            roughness=_roughness(source),
+            metallic=min(1.0, max(0.0, float(metallic))),
+            roughness=min(1.0, max(0.0, float(roughness))),
             base_color_texture=base_picture,
             metallic_roughness_texture=self._texture(source.images.get("rough"), f"{name}_rough", raw),
             normal_texture=self._texture(source.images.get("normal"), f"{name}_normal", raw),
@@ -176,21 +182,6 @@ class _Materials:
             data = stream.getvalue()
             self._encoded[key] = self._images.texture(f"{name}/{len(self._encoded)}", data, name, use)
         return self._encoded[key]
-
-
-def _metallic(source: TrimeshMaterial) -> float:
-    """Stated, or what the kind of material means where it says nothing (glTF: 1)."""
-    if source.metallic is None:
-        return 1.0 if source.is_linear and not _is_bare(source) else 0.0
-    return min(1.0, max(0.0, float(source.metallic)))
-
-
-def _roughness(source: TrimeshMaterial) -> float:
-    if not source.is_linear:
-        return roughness_of_shininess(source.shininess)
-    if source.roughness is None:
-        return 0.9 if _is_bare(source) else 1.0
-    return min(1.0, max(0.0, float(source.roughness)))
 
 
 def _is_bare(source: TrimeshMaterial) -> bool:

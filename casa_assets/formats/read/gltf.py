@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
@@ -18,11 +17,17 @@ from casa_assets.formats.read.gltf_document import (
     data_uri,
     dropped_extensions,
     open_document,
-    unpack,
 )
 from casa_assets.formats.read.materials import Images, ImageUse, rgba_of_linear
-from casa_assets.formats.read.polygons import fan, strip
-from casa_assets.formats.read.raw_parts import ReadPart, check_face_count, raw_model, transformed, used_vertices
+from casa_assets.formats.read.raw_parts import (
+    ReadPart,
+    check_face_count,
+    fan,
+    raw_model,
+    strip,
+    transformed,
+    used_vertices,
+)
 from casa_assets.formats.read.text import Notes, UniqueNames, printable
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
@@ -55,12 +60,8 @@ class Mapping2D:
         return np.column_stack((moved_u, 1.0 - moved_v))
 
 
-@dataclass(frozen=True)
-class Surface:
-    """A material and the mapping of its pictures (None if they have no mapping)."""
-
-    material: Material
-    mapping: Mapping2D | None = None
+# A material and the mapping of its pictures (None if they have no mapping).
+Surface = tuple[Material, Mapping2D | None]
 
 
 @dataclass
@@ -81,7 +82,7 @@ class Surfaces:
             if index is None:
                 # Ref: glTF 2.0, 3.9.6: the default material is white; here rough and not metallic
                 material = Material(id=self.names.unique("default", "material"), base_color=(1.0, 1.0, 1.0, 1.0))
-                self._read[index] = Surface(material)
+                self._read[index] = material, None
             else:
                 self._read[index] = self._surface(self.document.pick(index, "materials"))
         return self._read[index]
@@ -107,18 +108,16 @@ class Surfaces:
         normal_picture = self._picture(node.child("normalTexture"), f"{name}_normal", ImageUse(ColorSpace.RAW, "drop"))
         mapping, base, rough, normal = self._one_mapping(node.place, base_picture, rough_picture, normal_picture)
         metallic, roughness, r, g, b, a = (min(1.0, max(0.0, value)) for value in (metallic, roughness, *color))
-        return Surface(
-            Material(
-                id=self.names.unique(name, "material"),
-                base_color=(r, g, b, a),
-                metallic=metallic,
-                roughness=roughness,
-                base_color_texture=base,
-                metallic_roughness_texture=rough,
-                normal_texture=normal,
-            ),
-            mapping,
+        material = Material(
+            id=self.names.unique(name, "material"),
+            base_color=(r, g, b, a),
+            metallic=metallic,
+            roughness=roughness,
+            base_color_texture=base,
+            metallic_roughness_texture=rough,
+            normal_texture=normal,
         )
+        return material, mapping
 
     def _emissive(
         self, node: JsonObject, picture: JsonObject, color: tuple[float, ...]
@@ -220,62 +219,6 @@ class MeshInstance:
     copy_number: int = 0
 
 
-@dataclass(frozen=True)
-class SceneGraph:
-    """Placed meshes of the shown scene, and the world matrix of every node in it."""
-
-    placed: tuple[MeshInstance, ...]
-    world_from_node: dict[int, Floats]
-
-
-def read_graph(document: JsonObject, notes: Notes) -> SceneGraph:
-    """Walk the shown scene; fall back to all root nodes, then to bare meshes, each with a note. Raises Rejected."""
-    nodes = document.items("nodes")
-    if document.array("scenes"):
-        scene = document.pick(document.count("scene", 0), "scenes")
-        graph = _walk(document, nodes, [_index(value, scene) for value in scene.array("nodes")], notes)
-        if graph.placed or not document.array("meshes"):
-            return graph
-    message = "no mesh stands in the shown scene; all meshes of the file are used"
-    notes.add(codes.MESH_OUTSIDE_SCENE, "scenes", message)
-    children = {_index(child, node) for node in nodes for child in node.array("children")}
-    graph = _walk(document, nodes, [i for i in range(len(nodes)) if i not in children], notes)
-    if graph.placed:
-        return graph
-    if nodes and len(children) >= len(nodes):
-        message = "glTF nodes: every node has a parent, so they form a cycle; export it again"
-        raise Rejected(codes.BAD_SCENE_GRAPH, message)
-    bare = tuple(MeshInstance(None, i, np.eye(4)) for i in range(len(document.items("meshes"))))
-    return SceneGraph(bare, graph.world_from_node)
-
-
-def _walk(document: JsonObject, nodes: list[JsonObject], roots: list[int], notes: Notes) -> SceneGraph:
-    worlds: dict[int, Floats] = {}
-    placed: list[MeshInstance] = []
-    above: tuple[str, ...] = ()
-    stack = [(root, np.eye(4), above) for root in reversed(roots)]
-    meshes = len(document.array("meshes"))
-    while stack:
-        index, parent, above = stack.pop()
-        if index >= len(nodes):
-            raise Rejected(codes.OUT_OF_BOUNDS, f"glTF nodes: index {index} of {len(nodes)}; export the file again")
-        if index in worlds:
-            message = f"glTF nodes/{index}: reached twice (a cycle or a shared child); export the file again"
-            raise Rejected(codes.BAD_SCENE_GRAPH, message)
-        node = nodes[index]
-        with np.errstate(over="ignore", invalid="ignore"):
-            worlds[index] = parent @ local_matrix(node, notes)
-        # A chain of nodes may be as deep as the file is long: names of so many levels are kept and no more.
-        names = (*above, node.text("name") or f"node_{index}") if len(above) < MAX_NAMES else above
-        if node.has("mesh"):
-            mesh = node.count("mesh")
-            if mesh >= meshes:
-                raise Rejected(codes.OUT_OF_BOUNDS, f"glTF {node.place}/mesh: {mesh} of {meshes}; export it again")
-            placed.append(MeshInstance(index, mesh, worlds[index], names))
-        stack.extend((_index(child, node), worlds[index], names) for child in reversed(node.array("children")))
-    return SceneGraph(tuple(placed), worlds)
-
-
 def local_matrix(node: JsonObject, notes: Notes) -> Floats:
     """(4, 4) parent_from_node, file units."""
     if node.has("matrix"):
@@ -313,106 +256,105 @@ def _index(value: object, node: JsonObject) -> int:
     return value
 
 
-def with_instances(
-    document: JsonObject, accessors: Accessors, graph: SceneGraph, notes: Notes
-) -> tuple[SceneGraph, int]:
-    """The graph with a placed mesh for each copy that a node asks for, and how many these are in all.
-
-    Copies of a node are counted from 1. Of a file no more than `MAX_COPIES` are read, with a note.
-
-    Raises:
-        Rejected: codes of accessors.
-    """
-    placed: list[MeshInstance] = []
-    copies = left_out = 0
-    for one in graph.placed:
-        node = JsonObject({}, "") if one.node is None else document.pick(one.node, "nodes")
-        if not node.child("extensions").has(_INSTANCING):
-            placed.append(one)
-            continue
-        attributes = node.child("extensions").child(_INSTANCING).child("attributes")
-        columns = {
-            name: accessors.floats(attributes.count(name), (len(still),))
-            for name, still in _STILL
-            if attributes.has(name)
-        }
-        count = min((len(rows) for rows in columns.values()), default=0)
-        read = min(count, MAX_COPIES - copies)
-        left_out += count - read
-        copies += read
-        for i in range(read):
-            row = [columns[name][i].tolist() if name in columns else list(still) for name, still in _STILL]
-            placed.append(replace(one, world_from_mesh=one.world_from_mesh @ placing_matrix(*row), copy_number=i + 1))
-    if copies:
-        message = f"{copies} copies of meshes ({_INSTANCING}) are read as things of their own"
-        notes.add(codes.FEATURE_IGNORED, "nodes", message + (f"; {left_out} more are left out" if left_out else ""))
-    return (SceneGraph(tuple(placed), graph.world_from_node), copies) if copies else (graph, 0)
-
-
-def rest_vertices(
-    document: JsonObject,
-    accessors: Accessors,
-    graph: SceneGraph,
-    placed: MeshInstance,
-    attributes: JsonObject,
-    used: npt.NDArray[np.int64],
-    vertices: Floats,
-) -> Floats | None:
-    """(V, 3) vertices moved by their joints at rest, file frame; None if the mesh is not rigged, or not readably so.
-
-    Ref: glTF 2.0, 3.7.3: the node of a skinned mesh does not move it, its joints do.
-    """
-    if placed.node is None or not attributes.has("JOINTS_0") or not attributes.has("WEIGHTS_0"):
-        return None
-    node = document.pick(placed.node, "nodes")
-    if not node.has("skin"):
-        return None
-    matrices = _joint_matrices(document, accessors, graph, document.pick(node.count("skin"), "skins"))
-    joints = accessors.floats(attributes.count("JOINTS_0"), (4,))
-    weights = accessors.floats(attributes.count("WEIGHTS_0"), (4,))
-    if matrices is None or min(len(joints), len(weights)) <= int(used[-1]):
-        return None
-    joints, weights = joints[used].astype(np.int64), weights[used]
-    total = weights.sum(axis=1)
-    if not np.isfinite(weights).all() or (total <= 1e-6).any() or not 0 <= joints.min() <= joints.max() < len(matrices):
-        return None
-    weights = weights / total[:, None]
-    out = np.zeros_like(vertices)
-    for k in range(4):
-        m = matrices[joints[:, k]]
-        out += weights[:, k, None] * (np.einsum("vij,vj->vi", m[:, :3, :3], vertices) + m[:, :3, 3])
-    return out
-
-
-def _joint_matrices(document: JsonObject, accessors: Accessors, graph: SceneGraph, skin: JsonObject) -> Floats | None:
-    """(J, 4, 4) file_from_bind of every joint, or None if a joint is outside the scene."""
-    joints = [j for j in skin.array("joints") if isinstance(j, int) and j in graph.world_from_node]
-    if not joints or len(joints) != len(skin.array("joints")):
-        return None
-    worlds = np.array([graph.world_from_node[j] for j in joints])
-    if skin.has("inverseBindMatrices"):
-        inverse = accessors.floats(skin.count("inverseBindMatrices"), (16,))
-        if len(inverse) < len(joints):
-            return None
-        worlds = worlds @ inverse[: len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1)
-    return worlds if np.isfinite(worlds).all() else None
-
-
-@dataclass
 class _Reader:
-    document: JsonObject
-    accessors: Accessors
-    surfaces: Surfaces
-    graph: SceneGraph
-    limits: Mapping[str, float]
-    notes: Notes
-    name: str
-    faces: int = 0
+    def __init__(self, bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> None:
+        self._limits, self._notes, self._name = limits, notes, printable(bundle.main)
+        self.document, binary = open_document(bundle.files[bundle.main], self._name)
+        self._accessors = Accessors(self.document, binary, bundle.files, limits)
+        self._surfaces = Surfaces(self.document, self._accessors, bundle.files, Images(limits, notes), notes)
+        self._nodes = self.document.items("nodes")
+        self._world_from_node: dict[int, Floats] = {}
+        self._faces = 0
+        self.placed, self.copies = self._with_copies(self._placed())
+
+    def _placed(self) -> list[MeshInstance]:
+        """Meshes of the shown scene; else those of all root nodes, else all meshes bare, each with a note."""
+        nodes, document = self._nodes, self.document
+        if document.array("scenes"):
+            scene = document.pick(document.count("scene", 0), "scenes")
+            placed = self._walk([_index(value, scene) for value in scene.array("nodes")])
+            if placed or not document.array("meshes"):
+                return placed
+        message = "no mesh stands in the shown scene; all meshes of the file are used"
+        self._notes.add(codes.MESH_OUTSIDE_SCENE, "scenes", message)
+        children = {_index(child, node) for node in nodes for child in node.array("children")}
+        placed = self._walk([i for i in range(len(nodes)) if i not in children])
+        if placed:
+            return placed
+        if nodes and len(children) >= len(nodes):
+            message = "glTF nodes: every node has a parent, so they form a cycle; export it again"
+            raise Rejected(codes.BAD_SCENE_GRAPH, message)
+        return [MeshInstance(None, i, np.eye(4)) for i in range(len(document.items("meshes")))]
+
+    def _walk(self, roots: list[int]) -> list[MeshInstance]:
+        """Placed meshes below some nodes, and the world matrix of every node there."""
+        worlds = self._world_from_node = {}
+        placed: list[MeshInstance] = []
+        above: tuple[str, ...] = ()
+        stack = [(root, np.eye(4), above) for root in reversed(roots)]
+        meshes, count = len(self.document.array("meshes")), len(self._nodes)
+        while stack:
+            index, parent, above = stack.pop()
+            if index >= count:
+                raise Rejected(codes.OUT_OF_BOUNDS, f"glTF nodes: index {index} of {count}; export the file again")
+            if index in worlds:
+                message = f"glTF nodes/{index}: reached twice (a cycle or a shared child); export the file again"
+                raise Rejected(codes.BAD_SCENE_GRAPH, message)
+            node = self._nodes[index]
+            with np.errstate(over="ignore", invalid="ignore"):
+                worlds[index] = parent @ local_matrix(node, self._notes)
+            # A chain of nodes may be as deep as the file is long: names of so many levels are kept and no more.
+            names = (*above, node.text("name") or f"node_{index}") if len(above) < MAX_NAMES else above
+            if node.has("mesh"):
+                mesh = node.count("mesh")
+                if mesh >= meshes:
+                    raise Rejected(codes.OUT_OF_BOUNDS, f"glTF {node.place}/mesh: {mesh} of {meshes}; export it again")
+                placed.append(MeshInstance(index, mesh, worlds[index], names))
+            stack.extend((_index(child, node), worlds[index], names) for child in reversed(node.array("children")))
+        return placed
+
+    def _with_copies(self, graph: list[MeshInstance]) -> tuple[list[MeshInstance], int]:
+        """A placed mesh for each copy that a node asks for, counted from 1, and how many these are in all.
+
+        Of a file no more than `MAX_COPIES` are read, with a note.
+        """
+        placed: list[MeshInstance] = []
+        copies = left_out = 0
+        for one in graph:
+            node = JsonObject({}, "") if one.node is None else self.document.pick(one.node, "nodes")
+            if not node.child("extensions").has(_INSTANCING):
+                placed.append(one)
+                continue
+            attributes = node.child("extensions").child(_INSTANCING).child("attributes")
+            columns = {
+                name: self._accessors.floats(attributes.count(name), (len(still),))
+                for name, still in _STILL
+                if attributes.has(name)
+            }
+            count = min((len(rows) for rows in columns.values()), default=0)
+            read = min(count, MAX_COPIES - copies)
+            left_out += count - read
+            copies += read
+            for i in range(read):
+                row = [columns[name][i].tolist() if name in columns else list(still) for name, still in _STILL]
+                world = one.world_from_mesh @ placing_matrix(*row)
+                placed.append(replace(one, world_from_mesh=world, copy_number=i + 1))
+        if copies:
+            message = f"{copies} copies of meshes ({_INSTANCING}) are read as things of their own"
+            message += f"; {left_out} more are left out" if left_out else ""
+            self._notes.add(codes.FEATURE_IGNORED, "nodes", message)
+        return (placed, copies) if copies else (graph, 0)
+
+    def joints(self) -> int:
+        """Joints of the largest skin that moves a placed mesh."""
+        nodes = [self.document.pick(one.node, "nodes") for one in self.placed if one.node is not None]
+        skins = {node.count("skin") for node in nodes if node.has("skin")}
+        return max((len(self.document.pick(skin, "skins").array("joints")) for skin in skins), default=0)
 
     def parts(self) -> list[ReadPart]:
         """All triangles of all placed meshes."""
         out: list[ReadPart] = []
-        for placed in self.graph.placed:
+        for placed in self.placed:
             mesh = self.document.pick(placed.mesh, "meshes")
             label = mesh.text("name")
             if placed.node is not None:
@@ -427,80 +369,69 @@ class _Reader:
     def _primitive(self, primitive: JsonObject, placed: MeshInstance, label: str) -> ReadPart | None:
         attributes = primitive.child("attributes")
         if not attributes.has("POSITION"):
-            self.notes.add(codes.FEATURE_IGNORED, primitive.place, "a primitive without POSITION; left out")
+            self._notes.add(codes.FEATURE_IGNORED, primitive.place, "a primitive without POSITION; left out")
             return None
-        unpack(primitive, self.accessors)
+        self._accessors.unpack(primitive)
         if primitive.array("targets"):
-            self.notes.add(codes.FEATURE_IGNORED, "meshes", "morph targets are left out; the rest shape is read")
-        count = self.accessors.count(attributes.count("POSITION"))
+            self._notes.add(codes.FEATURE_IGNORED, "meshes", "morph targets are left out; the rest shape is read")
+        count = self._accessors.count(attributes.count("POSITION"))
         faces = self._triangles(primitive, count)
-        self.faces += len(faces)
-        check_face_count(self.faces, self.limits, self.name)
-        vertices = self.accessors.floats(attributes.count("POSITION"), (3,))
+        self._faces += len(faces)
+        check_face_count(self._faces, self._limits, self._name)
+        vertices = self._accessors.floats(attributes.count("POSITION"), (3,))
         if len(faces) == 0:
             # the vertices are only counted, for telling a point cloud from an empty file
-            return ReadPart(label, vertices[:1], faces, self.surfaces.surface(None).material)
-        return self._baked(primitive, placed, label, faces)
-
-    def _baked(self, primitive: JsonObject, placed: MeshInstance, label: str, faces: Ints) -> ReadPart:
-        attributes = primitive.child("attributes")
-        vertices = self.accessors.floats(attributes.count("POSITION"), (3,))
+            return ReadPart(label, vertices[:1], faces, self._surfaces.surface(None)[0])
         used, faces = used_vertices(faces, len(vertices))
         vertices = vertices[used]
         index = primitive.count("material") if primitive.has("material") else None
-        surface = self.surfaces.surface(index)
+        material, mapping = self._surfaces.surface(index)
         normals = self._attribute(attributes, "NORMAL", (3,), used)
-        skinned = rest_vertices(self.document, self.accessors, self.graph, placed, attributes, used, vertices)
+        skinned = self._rest_vertices(placed, attributes, used, vertices)
         if skinned is not None:
-            self.notes.add(codes.FEATURE_IGNORED, "skins", "a rigged mesh: read in its rest pose, without its rig")
+            self._notes.add(codes.FEATURE_IGNORED, "skins", "a rigged mesh: read in its rest pose, without its rig")
             vertices, normals, is_mirrored = skinned, None, False
         else:
             vertices, normals, is_mirrored = transformed(vertices, normals, placed.world_from_mesh)
-        uv = self._attribute(attributes, f"TEXCOORD_{surface.mapping.uv_set if surface.mapping else 0}", (2,), used)
+        uv = self._attribute(attributes, f"TEXCOORD_{mapping.uv_set if mapping else 0}", (2,), used)
         if uv is not None:
             with np.errstate(invalid="ignore", over="ignore"):
-                uv = surface.mapping.apply(uv) if surface.mapping else np.column_stack((uv[:, 0], 1.0 - uv[:, 1]))
+                uv = mapping.apply(uv) if mapping else np.column_stack((uv[:, 0], 1.0 - uv[:, 1]))
+        colors = self._attribute(attributes, "COLOR_0", (3, 4), used)
+        if colors is not None and not np.isfinite(colors).all():
+            self._notes.add(codes.BAD_COLOR, attributes.place, "vertex colours hold NaN; left out")
+            colors = None
         return ReadPart(
             name=label,
             vertices=vertices,
             faces=faces[:, ::-1] if is_mirrored else faces,
-            material=surface.material,
+            material=material,
             uv=uv,
             normals=normals,
-            colors=self._colors(attributes, used),
+            colors=None if colors is None else rgba_of_linear(colors),  # glTF vertex colours are linear
         )
 
     def _attribute(self, attributes: JsonObject, key: str, widths: tuple[int, ...], used: Ints) -> Floats | None:
         if not attributes.has(key):
             return None
-        values = self.accessors.floats(attributes.count(key), widths)
+        values = self._accessors.floats(attributes.count(key), widths)
         if len(values) <= int(used[-1]):
             message = f"{key} has {len(values)} rows, fewer than the vertices; left out"
-            self.notes.add(codes.BAD_VALUE, attributes.place, message)
+            self._notes.add(codes.BAD_VALUE, attributes.place, message)
             return None
         return values[used]
-
-    def _colors(self, attributes: JsonObject, used: Ints) -> npt.NDArray[np.uint8] | None:
-        """(V, 4) sRGB bytes; glTF vertex colours are linear."""
-        values = self._attribute(attributes, "COLOR_0", (3, 4), used)
-        if values is None:
-            return None
-        if not np.isfinite(values).all():
-            self.notes.add(codes.BAD_COLOR, attributes.place, "vertex colours hold NaN; left out")
-            return None
-        return rgba_of_linear(values)
 
     def _triangles(self, primitive: JsonObject, count: int) -> Ints:
         """(F, 3) indices into the vertices of the primitive."""
         mode = primitive.count("mode", _TRIANGLES)
         if mode not in (_TRIANGLES, _STRIP, _FAN):
-            self.notes.add(codes.FEATURE_IGNORED, primitive.place, "points or lines, not a surface; left out")
+            self._notes.add(codes.FEATURE_IGNORED, primitive.place, "points or lines, not a surface; left out")
             return np.zeros((0, 3), dtype=np.int64)
-        claimed = self.accessors.count(primitive.count("indices")) if primitive.has("indices") else count
-        check_face_count(claimed // 3 if mode == _TRIANGLES else claimed, self.limits, self.name)
+        claimed = self._accessors.count(primitive.count("indices")) if primitive.has("indices") else count
+        check_face_count(claimed // 3 if mode == _TRIANGLES else claimed, self._limits, self._name)
         if primitive.has("indices"):
             index = primitive.count("indices")
-            flat = self.accessors.integers(index)
+            flat = self._accessors.integers(index)
             if len(flat) and not 0 <= int(flat.min()) <= int(flat.max()) < count:
                 message = f"glTF accessors/{index}: vertex {int(flat.max())} of {count}; export the file again"
                 raise Rejected(codes.OUT_OF_BOUNDS, message)
@@ -515,6 +446,49 @@ class _Reader:
         is_face = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])
         return np.asarray(faces[is_face])
 
+    def _rest_vertices(
+        self, placed: MeshInstance, attributes: JsonObject, used: Ints, vertices: Floats
+    ) -> Floats | None:
+        """(V, 3) vertices moved by their joints at rest, file frame; None if the mesh is not rigged, or not readably.
+
+        Ref: glTF 2.0, 3.7.3: the node of a skinned mesh does not move it, its joints do.
+        """
+        if placed.node is None or not attributes.has("JOINTS_0") or not attributes.has("WEIGHTS_0"):
+            return None
+        node = self.document.pick(placed.node, "nodes")
+        if not node.has("skin"):
+            return None
+        matrices = self._joint_matrices(self.document.pick(node.count("skin"), "skins"))
+        joints = self._accessors.floats(attributes.count("JOINTS_0"), (4,))
+        weights = self._accessors.floats(attributes.count("WEIGHTS_0"), (4,))
+        if matrices is None or min(len(joints), len(weights)) <= int(used[-1]):
+            return None
+        joints, weights = joints[used].astype(np.int64), weights[used]
+        total = weights.sum(axis=1)
+        is_weighted = np.isfinite(weights).all() and not (total <= 1e-6).any()
+        if not is_weighted or not 0 <= joints.min() <= joints.max() < len(matrices):
+            return None
+        weights = weights / total[:, None]
+        out = np.zeros_like(vertices)
+        for k in range(4):
+            m = matrices[joints[:, k]]
+            out += weights[:, k, None] * (np.einsum("vij,vj->vi", m[:, :3, :3], vertices) + m[:, :3, 3])
+        return out
+
+    def _joint_matrices(self, skin: JsonObject) -> Floats | None:
+        """(J, 4, 4) file_from_bind of every joint, or None if a joint is outside the scene."""
+        worlds_of = self._world_from_node
+        joints = [j for j in skin.array("joints") if isinstance(j, int) and j in worlds_of]
+        if not joints or len(joints) != len(skin.array("joints")):
+            return None
+        worlds = np.array([worlds_of[j] for j in joints])
+        if skin.has("inverseBindMatrices"):
+            inverse = self._accessors.floats(skin.count("inverseBindMatrices"), (16,))
+            if len(inverse) < len(joints):
+                return None
+            worlds = worlds @ inverse[: len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1)
+        return worlds if np.isfinite(worlds).all() else None
+
 
 def references(data: bytes, name: str) -> list[Reference]:
     """Buffers and pictures that are separate files. Raises Rejected as `open_document`."""
@@ -525,20 +499,11 @@ def references(data: bytes, name: str) -> list[Reference]:
 
 def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
     """RawModel of a GLB or glTF: metres, y up, as the specification has it."""
-    name = printable(bundle.main)
-    data = bundle.files[bundle.main]
-    document, binary = open_document(data, name)
-    accessors = Accessors(document, binary, bundle.files, limits)
-    surfaces = Surfaces(document, accessors, bundle.files, Images(limits, notes), notes)
-    graph, instances = with_instances(document, accessors, read_graph(document, notes), notes)
-    for extension in dropped_extensions(document):
+    reader = _Reader(bundle, limits, notes)
+    for extension in dropped_extensions(reader.document):
         notes.add(codes.FEATURE_IGNORED, printable(extension, 60), "a glTF extension that is not taken over; left out")
-    if document.array("animations"):
+    if reader.document.array("animations"):
         notes.add(codes.FEATURE_IGNORED, "animations", "animations are left out; the rest pose is read")
-    nodes = [document.pick(placed.node, "nodes") for placed in graph.placed if placed.node is not None]
-    reader = _Reader(document, accessors, surfaces, graph, limits, notes, name)
-    found = Format.GLB if data.startswith(b"glTF") else Format.GLTF
-    skins = {node.count("skin") for node in nodes if node.has("skin")}
-    # of the largest skin that moves a placed mesh
-    joints = max((len(document.pick(skin, "skins").array("joints")) for skin in skins), default=0)
-    return raw_model(reader.parts(), notes, name, found, 1.0, Up.Y, joints, instances)
+    found = Format.GLB if bundle.files[bundle.main].startswith(b"glTF") else Format.GLTF
+    joints = reader.joints()
+    return raw_model(reader.parts(), notes, printable(bundle.main), found, 1.0, Up.Y, joints, reader.copies)

@@ -33,14 +33,8 @@ _MESHOPT = ("KHR_meshopt_compression", "EXT_meshopt_compression")
 # What may be required and still be read rightly, or ignored without harm to shape and colour.
 READABLE = frozenset(
     {
-        "KHR_texture_transform",
-        "KHR_mesh_quantization",
-        _DRACO,
-        "KHR_texture_basisu",
-        "EXT_texture_webp",
-        "KHR_lights_punctual",
-        "EXT_mesh_gpu_instancing",
-        *_MESHOPT,
+        *("KHR_texture_transform", "KHR_mesh_quantization", "KHR_texture_basisu", "EXT_texture_webp"),
+        *("KHR_lights_punctual", "EXT_mesh_gpu_instancing", _DRACO, *_MESHOPT),
     }
 )
 # What is read in full; others that a file uses are told.
@@ -58,18 +52,6 @@ _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 Raw = npt.NDArray[np.generic]
 T = TypeVar("T", Json, list[object], str)
-
-
-def _parse(text: bytes, name: str) -> Json:
-    """The JSON object of a glTF. Raises Rejected BAD_JSON where it is cut, garbled, too deep, or not an object."""
-    try:
-        value = json.loads(text.removeprefix(b"\xef\xbb\xbf").rstrip(b"\0 \t\r\n"))
-    except (ValueError, RecursionError) as error:
-        message = f"{name}: the JSON cannot be read ({printable(str(error), 80)}); fetch or export the file again"
-        raise Rejected(codes.BAD_JSON, message) from error
-    if not isinstance(value, dict):
-        raise Rejected(codes.BAD_JSON, f"{name}: the JSON is not an object; this is no glTF")
-    return value
 
 
 @dataclass(frozen=True)
@@ -182,7 +164,14 @@ def open_document(data: bytes, name: str) -> tuple[JsonObject, bytes | None]:
         text, binary = _chunks(data, name)
     else:
         text, binary = data, None
-    document = JsonObject(_parse(text, name), "")
+    try:
+        value = json.loads(text.removeprefix(b"\xef\xbb\xbf").rstrip(b"\0 \t\r\n"))
+    except (ValueError, RecursionError) as error:
+        message = f"{name}: the JSON cannot be read ({printable(str(error), 80)}); fetch or export the file again"
+        raise Rejected(codes.BAD_JSON, message) from error
+    if not isinstance(value, dict):
+        raise Rejected(codes.BAD_JSON, f"{name}: the JSON is not an object; this is no glTF")
+    document = JsonObject(value, "")
     version = document.child("asset").value.get("version", "2.0")
     if not isinstance(version, str) or not version.startswith("2"):
         raise Rejected(codes.UNSUPPORTED_VERSION, f"{name}: glTF version {str(version)[:8]!r}; only 2.x can be read")
@@ -258,8 +247,15 @@ def decompressed(extension: JsonObject, data: bytes, max_bytes: int) -> bytes:
             f"glTF {extension.place}: claims {count * stride} bytes, more than {max_bytes}; simplify the mesh first"
         )
         raise Rejected(codes.TOO_LARGE, message)
+    kind = (extension.text("filter") if mode == "ATTRIBUTES" else "") or "NONE"
     if mode == "ATTRIBUTES":
-        _check_attributes(extension, stride)
+        if stride % 4:
+            raise extension.fail("byteStride", "a multiple of 4")
+        if kind not in _FILTERS:
+            raise _unknown(extension, "filter", kind)
+        strides = _FILTERS[kind][1]
+        if strides is not None and stride not in strides:
+            raise extension.fail("byteStride", f"one of {strides} for the filter {kind}")
     elif mode in ("TRIANGLES", "INDICES"):
         if stride not in (2, 4):
             raise extension.fail("byteStride", "2 or 4")
@@ -273,7 +269,7 @@ def decompressed(extension: JsonObject, data: bytes, max_bytes: int) -> bytes:
     try:
         if mode == "ATTRIBUTES":
             out = decoder.decode_vertex_buffer(count, stride, data, dtype=np.dtype(f"V{stride}"))
-            if function := _FILTERS[extension.text("filter") or "NONE"][0]:
+            if function := _FILTERS[kind][0]:
                 # The binding declares no argument types for filters: numbers have to be of their C types already.
                 out = getattr(decoder, function)(out.view(np.uint8), ctypes.c_size_t(count), ctypes.c_size_t(stride))
             return bytes(out.tobytes())
@@ -283,17 +279,6 @@ def decompressed(extension: JsonObject, data: bytes, max_bytes: int) -> bytes:
     except (RuntimeError, ValueError) as error:
         message = f"glTF {extension.place}: the compressed data is broken; fetch or export the file again"
         raise Rejected(codes.TRUNCATED, message) from error
-
-
-def _check_attributes(extension: JsonObject, stride: int) -> None:
-    if stride % 4:
-        raise extension.fail("byteStride", "a multiple of 4")
-    name = extension.text("filter") or "NONE"
-    if name not in _FILTERS:
-        raise _unknown(extension, "filter", name)
-    strides = _FILTERS[name][1]
-    if strides is not None and stride not in strides:
-        raise extension.fail("byteStride", f"one of {strides} for the filter {name}")
 
 
 def _decoder(extension: JsonObject) -> ModuleType:
@@ -356,21 +341,45 @@ class Accessors:
             raise Rejected(codes.BAD_SCHEMA, message)
         return values
 
-    def is_stored(self, index: int) -> bool:
-        """True where the bytes of an accessor lie in a buffer view, or were handed over."""
-        return index in self._arrays or self._document.pick(index, "accessors").has("bufferView")
-
-    def check_count(self, index: int) -> None:
-        """Raises Rejected TOO_LARGE where an accessor claims more elements than any input may have."""
-        accessor = self._document.pick(index, "accessors")
-        self._check_element_count(accessor.count("count"), accessor)
-
-    def supply(self, index: int, array: Raw) -> None:
-        """Provide the (count, width) elements of an accessor whose data a mesh compression extension has decoded.
+    def unpack(self, primitive: JsonObject) -> None:
+        """Decode a primitive that is compressed by Draco, for the accessors that it names; others are left as they are.
 
         Raises:
-            Rejected: LENGTH_MISMATCH if the accessor claims another shape.
+            Rejected: TRUNCATED where the bytes are no Draco mesh, LENGTH_MISMATCH where it holds other counts than the
+                accessors claim, TOO_LARGE, and what buffer views are refused for.
         """
+        extension, attributes = primitive.child("extensions").child(_DRACO), primitive.child("attributes")
+        if not extension.value or self._is_stored(attributes.count("POSITION")):
+            return
+        ids = extension.child("attributes")
+        if not ids.has("POSITION"):
+            raise ids.fail("POSITION", "an attribute of the Draco data")
+        wanted = {key: attributes.count(key) for key in ids.value if attributes.has(key)}
+        # The claims are checked before anything is decoded; a mesh that holds more is refused by its own counts below.
+        for index in (*wanted.values(), *([primitive.count("indices")] if primitive.has("indices") else [])):
+            accessor = self._document.pick(index, "accessors")
+            self._check_element_count(accessor.count("count"), accessor)
+        try:
+            mesh = DracoPy.decode(self.view_bytes(extension.count("bufferView")))
+        except (ValueError, TypeError, RuntimeError, DracoPy.FileTypeException) as error:
+            message = f"glTF {extension.place}: the Draco data is broken; fetch or export the file again"
+            raise Rejected(codes.TRUNCATED, message) from error
+        faces = getattr(mesh, "faces", None)
+        if faces is None:
+            raise Rejected(codes.NO_FACES, f"glTF {extension.place}: Draco points without faces; export a surface")
+        if primitive.has("indices"):
+            self._supply(primitive.count("indices"), np.asarray(faces).reshape(-1, 1))
+        data = {one["unique_id"]: one["data"] for one in mesh.attributes}
+        for key, index in wanted.items():
+            array = data.get(ids.count(key))
+            if array is None:
+                raise ids.fail(key, "an attribute of the Draco data")
+            self._supply(index, np.asarray(array).reshape(len(array), -1))
+
+    def _is_stored(self, index: int) -> bool:
+        return index in self._arrays or self._document.pick(index, "accessors").has("bufferView")
+
+    def _supply(self, index: int, array: Raw) -> None:
         accessor = self._document.pick(index, "accessors")
         shape = (accessor.count("count"), self._layout(accessor)[1])
         if array.shape != shape:
@@ -494,38 +503,3 @@ class Accessors:
                 raise Rejected(codes.LENGTH_MISMATCH, message)
             self._buffers[index] = data
         return self._buffers[index]
-
-
-def unpack(primitive: JsonObject, accessors: Accessors) -> None:
-    """Decode a compressed primitive and hand its arrays to the accessors that it names; others are left as they are.
-
-    Raises:
-        Rejected: TRUNCATED where the bytes are no Draco mesh, LENGTH_MISMATCH where it holds other counts than the
-            accessors claim, TOO_LARGE, and what buffer views are refused for.
-    """
-    extension, attributes = primitive.child("extensions").child(_DRACO), primitive.child("attributes")
-    if not extension.value or accessors.is_stored(attributes.count("POSITION")):
-        return
-    ids = extension.child("attributes")
-    if not ids.has("POSITION"):
-        raise ids.fail("POSITION", "an attribute of the Draco data")
-    wanted = {key: attributes.count(key) for key in ids.value if attributes.has(key)}
-    # The claims are checked before anything is decoded; a mesh that holds more is refused by its own counts below.
-    for index in (*wanted.values(), *([primitive.count("indices")] if primitive.has("indices") else [])):
-        accessors.check_count(index)
-    try:
-        mesh = DracoPy.decode(accessors.view_bytes(extension.count("bufferView")))
-    except (ValueError, TypeError, RuntimeError, DracoPy.FileTypeException) as error:
-        message = f"glTF {extension.place}: the Draco data is broken; fetch or export the file again"
-        raise Rejected(codes.TRUNCATED, message) from error
-    faces = getattr(mesh, "faces", None)
-    if faces is None:
-        raise Rejected(codes.NO_FACES, f"glTF {extension.place}: Draco points without faces; export a surface")
-    if primitive.has("indices"):
-        accessors.supply(primitive.count("indices"), np.asarray(faces).reshape(-1, 1))
-    data = {one["unique_id"]: one["data"] for one in mesh.attributes}
-    for key, index in wanted.items():
-        array = data.get(ids.count(key))
-        if array is None:
-            raise ids.fail(key, "an attribute of the Draco data")
-        accessors.supply(index, np.asarray(array).reshape(len(array), -1))

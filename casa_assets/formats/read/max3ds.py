@@ -38,8 +38,6 @@ class _Mesh:
 
 
 class _Chunks:
-    """Walks the chunks of one file."""
-
     def __init__(self, data: bytes, name: str) -> None:
         self.data, self.name = data, name
         self._count = 0
@@ -160,7 +158,6 @@ def _look(chunks: _Chunks, start: int, end: int) -> tuple[Look, str]:
 
 
 def _color(chunks: _Chunks, start: int, end: int) -> tuple[float, float, float] | None:
-    """Linear RGB of a colour chunk."""
     for kind, first, last in chunks.inside(start, end):
         if kind in (_RGB_BYTES, _RGB_BYTES_LINEAR) and last - first >= 3:
             r, g, b = (linear_from_srgb(c / 255.0) for c in chunks.data[first : first + 3])

@@ -13,9 +13,9 @@ import numpy.typing as npt
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.formats import Format, Reference, Role
+from casa_assets.formats.read.guarded_xml import number_of
 from casa_assets.formats.read.materials import Images, ImageUse, Pixels, linear_from_srgb, roughness_of_shininess
-from casa_assets.formats.read.polygons import triangulate
-from casa_assets.formats.read.raw_parts import ReadPart, check_face_count, merged_corners, raw_model, rgba
+from casa_assets.formats.read.raw_parts import ReadPart, check_face_count, merged_corners, raw_model, rgba, triangulate
 from casa_assets.formats.read.text import Notes, UniqueNames, decode, normalize_text, numbers, parsed_numbers, printable
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
@@ -37,22 +37,17 @@ class MtlEntry:
     """One `newmtl` block.
 
     Attributes:
-        color: Kd, sRGB display values in 0..1.
-        alpha: d, or 1 - Tr; has_alpha: it came from d.
-        shininess: Ns, or None.
-        specular: greatest channel of Ks, or None.
-        roughness, metallic: Pr, Pm of the PBR extension, or None.
+        values: keyword in lower case -> its numbers. Kd and Ks are display values in 0..1, Pr and Pm roughness and
+            metallic of the PBR extension.
         maps: keyword in lower case -> file name as written.
     """
 
-    color: tuple[float, float, float] = (0.8, 0.8, 0.8)
-    alpha: float = 1.0
-    has_alpha: bool = False
-    shininess: float | None = None
-    specular: float | None = None
-    roughness: float | None = None
-    metallic: float | None = None
+    values: dict[str, list[float]] = field(default_factory=dict)
     maps: dict[str, str] = field(default_factory=dict)
+
+    def first(self, key: str) -> float | None:
+        """First number of a keyword, None if it is not given."""
+        return self.values[key][0] if key in self.values else None
 
 
 def map_file(arguments: str) -> str:
@@ -66,18 +61,11 @@ def map_file(arguments: str) -> str:
         rest = after.strip()
         for index in range(max_arguments):
             value, _, after = rest.partition(" ")
-            if not after.strip() or (word.lower() in ("-o", "-s", "-t", "-mm") and index > 0 and not _is_number(value)):
+            is_optional = word.lower() in ("-o", "-s", "-t", "-mm") and index > 0
+            if not after.strip() or (is_optional and math.isnan(number_of(value)) and value.lower() != "nan"):
                 break
             rest = after.strip()
     return rest.strip('"')
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def statements(data: bytes, name: str) -> list[tuple[str, str]]:
@@ -100,35 +88,15 @@ def parse_mtl(data: bytes, name: str, notes: Notes) -> dict[str, MtlEntry]:
         elif key in MAPS:
             entry.maps[key] = map_file(rest)
         elif key in ("kd", "ks", "d", "tr", "ns", "pr", "pm"):
-            _set_value(entry, key, rest, name, notes)
+            try:
+                values = [float(word) for word in rest.split()[:3] if not word.startswith("-halo")]
+            except ValueError:
+                values = []
+            if values and all(math.isfinite(v) for v in values):
+                entry.values[key] = values
+            else:
+                notes.add(codes.BAD_VALUE, f"{name}/{key}", f"{key} {printable(rest, 40)!r} is not a number; ignored")
     return out
-
-
-def _set_value(entry: MtlEntry, key: str, rest: str, name: str, notes: Notes) -> None:
-    try:
-        values = [float(word) for word in rest.split()[:3] if not word.startswith("-halo")]
-    except ValueError:
-        values = []
-    if not values or not all(math.isfinite(v) for v in values):
-        notes.add(codes.BAD_VALUE, f"{name}/{key}", f"{key} {printable(rest, 40)!r} is not a number; ignored")
-        return
-    first = values[0]
-    if key == "kd":
-        r, g, b = values if len(values) == 3 else (first, first, first)
-        entry.color = (r, g, b)
-    elif key == "ks":
-        entry.specular = max(values)
-    elif key == "d":
-        entry.alpha, entry.has_alpha = first, True
-    elif key == "tr":
-        # files with both disagree about what Tr means; d has one meaning only
-        entry.alpha = entry.alpha if entry.has_alpha else 1.0 - first
-    elif key == "ns":
-        entry.shininess = first
-    elif key == "pr":
-        entry.roughness = first
-    else:
-        entry.metallic = first
 
 
 @dataclass
@@ -146,20 +114,25 @@ class Materials:
         data = self.files.get(file)
         color_map = None if data is None else self.images.texture(file, data, f"{name}_color", ImageUse())
         # With a picture, Kd is a leftover of the exporter as often as a tint: the picture is shown as it is.
-        r, g, b = (1.0, 1.0, 1.0) if color_map else tuple(linear_from_srgb(c) for c in entry.color)
-        alpha = min(1.0, max(0.0, entry.alpha))
+        color = entry.values.get("kd", [0.8, 0.8, 0.8])
+        color = color if len(color) == 3 else color[:1] * 3
+        r, g, b = (1.0, 1.0, 1.0) if color_map else tuple(linear_from_srgb(c) for c in color)
+        # Files with both disagree about what Tr means; d has one meaning only.
+        alpha = entry.first("d")
+        alpha = min(1.0, max(0.0, 1.0 - (entry.first("tr") or 0.0) if alpha is None else alpha))
         if alpha == 0.0:
             self.notes.add(codes.FULLY_TRANSPARENT, name, "d 0 (or Tr 1) would hide it; made opaque")
             alpha = 1.0
         rough_map, has_rough, has_metal = self._rough_map(entry, name)
-        roughness = roughness_of_shininess(entry.shininess, entry.specular)
-        if entry.roughness is not None:
-            roughness = min(1.0, max(0.0, entry.roughness))
+        specular = max(entry.values["ks"]) if "ks" in entry.values else None
+        roughness = entry.first("pr")
+        if roughness is None:
+            roughness = roughness_of_shininess(entry.first("ns"), specular)
         return Material(
             id=self.names.unique(name, "material"),
             base_color=(r, g, b, alpha),
-            metallic=1.0 if has_metal else min(1.0, max(0.0, entry.metallic or 0.0)),
-            roughness=1.0 if has_rough else roughness,
+            metallic=1.0 if has_metal else min(1.0, max(0.0, entry.first("pm") or 0.0)),
+            roughness=1.0 if has_rough else min(1.0, max(0.0, roughness)),
             base_color_texture=color_map,
             metallic_roughness_texture=rough_map,
             normal_texture=self._normal_map(entry, name),
@@ -333,21 +306,6 @@ def corner_indices(bucket: FaceBucket) -> Ints:
     return out
 
 
-@dataclass(frozen=True)
-class _Triangles:
-    """Corners of all triangles in file order, 0-based; -1 where a corner has none.
-
-    Attributes:
-        v, vt, vn: (T, 3).
-        group: (T,) number of (object, material).
-    """
-
-    v: Ints
-    vt: Ints
-    vn: Ints
-    group: Ints
-
-
 def references(data: bytes, name: str) -> list[Reference]:
     """Material files, as written."""
     found = re.findall(rb"^[ \t]*mtllib[ \t]+([^\n]+)", normalize_text(data, name), re.MULTILINE)
@@ -370,24 +328,28 @@ def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
     uvs = numbers(lines.vt, 1, 2, "vt")
     normals = numbers(lines.vn, 3, 3, "vn")
     triangles = _triangles(lines, vertices[:, :3], (len(uvs), len(normals)), name, notes)
-    check_face_count(len(triangles.v), limits, name)
-    if not len(triangles.v):
+    check_face_count(len(triangles[0]), limits, name)
+    corners, groups = triangles
+    if not len(corners):
         bare = ReadPart("part", vertices[:, :3], np.zeros((0, 3), dtype=np.int64), Material(id="none"))
         return raw_model([bare], notes, name, Format.OBJ)
     materials = _materials(bundle, lines, limits, notes)
     colors = _colors(vertices, notes)
     parts = []
     for number, (object_name, material) in enumerate(lines.groups):
-        rows = np.flatnonzero(triangles.group == number)
-        if len(rows):
-            part = _read_part(triangles, rows, vertices[:, :3], uvs, normals, colors, materials[material])
-            part.name = object_name or material or "part"
+        used = corners[groups == number].reshape(-1, 3)
+        if len(used):
+            name_of_part = object_name or material or "part"
+            part = _read_part(name_of_part, used, vertices[:, :3], uvs, normals, colors, materials[material])
             part.nodes = (object_name,) if object_name else ()
             parts.append(part)
     return raw_model(parts, notes, name, Format.OBJ)
 
 
-def _triangles(lines: ObjLines, vertices: Floats, others: tuple[int, int], name: str, notes: Notes) -> _Triangles:
+def _triangles(
+    lines: ObjLines, vertices: Floats, others: tuple[int, int], name: str, notes: Notes
+) -> tuple[Ints, Ints]:
+    """(T, 3, 3) v, vt, vn of the corners of all triangles in file order, 0-based, -1 for none; (T,) group of each."""
     sizes = (len(vertices), *others)
     found: list[tuple[Ints, Ints, Ints]] = []
     bad = lines.bad_faces
@@ -422,29 +384,27 @@ def _triangles(lines: ObjLines, vertices: Floats, others: tuple[int, int], name:
         message = f"{fanned} concave or crossed faces were cut as fans; triangulate them first"
         notes.add(codes.POLYGON_FAN, "f", message)
     if not count:
-        none = np.zeros((0, 3), dtype=np.int64)
-        return _Triangles(none, none, none, np.zeros(0, dtype=np.int64))
+        return np.zeros((0, 3, 3), dtype=np.int64), np.zeros(0, dtype=np.int64)
     every_tri, every_order, every_group = (np.concatenate([f[i] for f in found]) for i in range(3))
     sort = np.argsort(every_order, kind="stable")
-    every_tri = every_tri[sort]
-    return _Triangles(every_tri[:, :, 0], every_tri[:, :, 1], every_tri[:, :, 2], every_group[sort])
+    return every_tri[sort], every_group[sort]
 
 
 def _read_part(
-    triangles: _Triangles,
-    rows: Ints,
+    name: str,
+    corners: Ints,
     vertices: Floats,
     uvs: Floats,
     normals: Floats,
     colors: npt.NDArray[np.uint8] | None,
     material: Material,
 ) -> ReadPart:
-    """Corners with the same (v, vt, vn) become one vertex."""
-    v, vt, vn = (a[rows].reshape(-1) for a in (triangles.v, triangles.vt, triangles.vn))
+    """Corners, (C, 3), with the same (v, vt, vn) become one vertex."""
+    v, vt, vn = corners.T
     has_uv, has_normals = bool((vt >= 0).any()), bool((vn >= 0).all())
     first, faces = merged_corners([v, *([vt] if has_uv else []), *([vn] if has_normals else [])])
     return ReadPart(
-        name="",
+        name=name,
         vertices=vertices[v[first]],
         faces=faces,
         material=material,
@@ -467,7 +427,6 @@ def _colors(vertices: Floats, notes: Notes) -> npt.NDArray[np.uint8] | None:
 
 
 def _materials(bundle: Bundle, lines: ObjLines, limits: Mapping[str, float], notes: Notes) -> dict[str, Material]:
-    """Material of every name that a group uses."""
     entries: dict[str, MtlEntry] = {}
     libraries: dict[str, None] = {}
     for library in lines.libraries:

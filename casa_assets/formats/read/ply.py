@@ -14,8 +14,7 @@ from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.formats import Format, Reference, Role
 from casa_assets.formats.read.materials import Images, ImageUse
-from casa_assets.formats.read.polygons import cut_whole
-from casa_assets.formats.read.raw_parts import ReadPart, check_face_count, raw_model, rgba
+from casa_assets.formats.read.raw_parts import ReadPart, check_face_count, cut_whole, raw_model, rgba
 from casa_assets.formats.read.text import Notes, decode, printable
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.asset.material import Material
@@ -222,7 +221,6 @@ def _table(
 
 
 def _slow_binary_rows(data: bytes, at: int, element: Element, order: str, name: str) -> tuple[Table, int]:
-    """Row by row, for lists of varying length."""
     values: list[list[float]] = [[] for _ in element.properties]
     counts: list[list[int]] = [[] for _ in element.properties]
     # numpy's letters of these types are those of struct

@@ -50,7 +50,6 @@ def _binary(data: bytes, limits: Mapping[str, float], name: str) -> ReadPart:
 
 
 def _text(data: bytes, limits: Mapping[str, float], name: str) -> list[ReadPart]:
-    """One part per `solid`, corners in threes."""
     solids: list[tuple[str, list[bytes]]] = []
     for line in data.split(b"\n"):
         words = line.split(None, 1)

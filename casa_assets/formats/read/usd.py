@@ -25,8 +25,15 @@ from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.formats import PACKED_FAULTS, Format, Reference, Role
 from casa_assets.formats.read.materials import Look, Materials, rgba_of_linear
-from casa_assets.formats.read.polygons import cut_polygons, part_of_corners
-from casa_assets.formats.read.raw_parts import Bytes, ReadPart, check_face_count, raw_model, transformed
+from casa_assets.formats.read.raw_parts import (
+    Bytes,
+    ReadPart,
+    check_face_count,
+    cut_polygons,
+    part_of_corners,
+    raw_model,
+    transformed,
+)
 from casa_assets.formats.read.text import Notes, printable
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.asset.material import Material
@@ -307,7 +314,6 @@ def _display_look(prim: Usd.Prim, is_colored: bool) -> Look:
 
 
 def _source(shader: UsdShade.Shader, entry: str) -> UsdShade.Shader | None:
-    """Shader that feeds an input, or None."""
     connected = shader.GetInput(entry)
     sources = connected.GetConnectedSources()[0] if connected else []
     if not sources:
@@ -405,8 +411,6 @@ def _prims(stage: Usd.Stage, notes: Notes, name: str) -> Iterator[UsdGeom.Mesh]:
 
 
 class _Reader:
-    """Reads the meshes of one stage."""
-
     def __init__(
         self, members: Mapping[str, bytes], folder: str, limits: Mapping[str, float], notes: Notes, name: str
     ) -> None:
@@ -436,7 +440,13 @@ class _Reader:
         if mesh.GetPointsAttr().GetNumTimeSamples() > 1:
             self._notes.add(codes.FEATURE_IGNORED, "animation", "moving points are left out; the first pose is read")
         world = np.array(UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(at), dtype=np.float64).T
-        normals = self._normals(mesh, points, corners, counts)
+        normals = named_values(prim, "normals", 3, corners, counts)
+        if normals is None:
+            attribute = _array(mesh.GetNormalsAttr().Get(at), 3)
+            if len(attribute) == len(corners) and len(corners):
+                normals = attribute
+            elif len(attribute) == len(points) and len(points) and int(corners.max(initial=0)) < len(points):
+                normals = attribute[np.maximum(corners, 0)]
         points, moved, is_mirrored = transformed(points, normals, world)
         if is_mirrored != (mesh.GetOrientationAttr().Get(at) == UsdGeom.Tokens.leftHanded):
             triangles = triangles[:, ::-1]
@@ -444,16 +454,6 @@ class _Reader:
         for material, uv_name, chosen in self._by_material(mesh, owner, len(counts), colors is not None):
             uv = named_values(prim, uv_name, 2, corners, counts)
             yield part_of_corners(label, points, corners, triangles[chosen], material, uv, moved, colors)
-
-    def _normals(self, mesh: UsdGeom.Mesh, points: Floats, corners: Ints, counts: Ints) -> Floats | None:
-        found = named_values(mesh.GetPrim(), "normals", 3, corners, counts)
-        if found is None:
-            attribute = _array(mesh.GetNormalsAttr().Get(Usd.TimeCode.EarliestTime()), 3)
-            if len(attribute) == len(corners) and len(corners):
-                found = attribute
-            elif len(attribute) == len(points) and len(points) and int(corners.max(initial=0)) < len(points):
-                found = attribute[np.maximum(corners, 0)]
-        return found
 
     def _colors(self, mesh: UsdGeom.Mesh, corners: Ints, counts: Ints) -> Bytes | None:
         primvar = UsdGeom.PrimvarsAPI(mesh.GetPrim()).GetPrimvar("displayColor")

@@ -18,8 +18,19 @@ from casa_assets.formats.read.formats import Format, Reference, Role
 from casa_assets.formats.read.gltf_document import data_uri
 from casa_assets.formats.read.guarded_xml import Element, local_name, number_of, parse_xml
 from casa_assets.formats.read.materials import Look, Materials, linear_from_srgb, roughness_of_shininess
-from casa_assets.formats.read.polygons import cut_polygons, fan, part_of_corners, strip
-from casa_assets.formats.read.raw_parts import Bytes, ReadPart, check_face_count, raw_model, rgba, transformed, turn
+from casa_assets.formats.read.raw_parts import (
+    Bytes,
+    ReadPart,
+    check_face_count,
+    cut_polygons,
+    fan,
+    part_of_corners,
+    raw_model,
+    rgba,
+    strip,
+    transformed,
+    turn,
+)
 from casa_assets.formats.read.text import Notes, decode, printable
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Bundle, RawModel, Up
@@ -28,6 +39,7 @@ from casa_assets.model.source import Bundle, RawModel, Up
 DEEPEST = 150
 # Sides of a round shape; a choice.
 SIDES = 32
+SOLIDS = ("Box", "Cylinder", "Cone", "Sphere")
 LEFT_OUT: Mapping[str, str] = {
     "Extrusion": "an extrusion without a mesh; convert it to one",
     "ElevationGrid": "a relief without a mesh; convert it to one",
@@ -130,9 +142,7 @@ def faces_of(node: Node) -> Faces | None:
         corners = index[: len(index) // size * size]
         counts = np.full(len(corners) // size, size)
         return _indexed(node, corners, counts, np.arange(len(corners)), is_plain=True)
-    if node.kind in _SOLIDS:
-        return _SOLIDS[node.kind](node)
-    return None
+    return _solid(node) if node.kind in SOLIDS else None
 
 
 def _points(node: Node) -> Floats:
@@ -208,15 +218,22 @@ _SETS: Mapping[str, tuple[int, Callable[[int], Ints] | None, str]] = {
 }
 
 
-def _box(node: Node) -> Faces:
-    size = node.vector("size", (2.0, 2.0, 2.0))
-    points = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]) * size
-    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    return Faces(points, np.array(quads).reshape(-1), np.full(6, 4))
-
-
-def _turned(profile: list[tuple[float, float]]) -> Faces:
-    """A profile of (radius, height), from the top down, turned about y; where a radius is 0 the end is closed."""
+def _solid(node: Node) -> Faces:
+    """A box, or a profile of (radius, height), from the top down, turned about y; closed where a radius is 0."""
+    if node.kind == "Box":
+        size = node.vector("size", (2.0, 2.0, 2.0))
+        points = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]) * size
+        quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+        return Faces(points, np.array(quads).reshape(-1), np.full(6, 4))
+    is_cone = node.kind == "Cone"
+    r, h = node.number("bottomRadius" if is_cone else "radius", 1.0), node.number("height", 2.0) / 2
+    if node.kind == "Sphere":
+        steps = [math.pi * k / (SIDES // 2) for k in range(SIDES // 2 + 1)]
+        profile = [(r * math.sin(a), r * math.cos(a)) for a in steps]
+    else:
+        top = [(0.0, h)] if is_cone or node.flag("top", default=True) else []
+        bottom = [(0.0, -h)] if node.flag("bottom", default=True) else []
+        profile = [*top, *([] if is_cone else [(r, h)]), (r, -h), *bottom]
     angle = np.arange(SIDES) * (2.0 * math.pi / SIDES)
     rings = [np.column_stack((r * np.sin(angle), np.full(SIDES, h), r * np.cos(angle))) for r, h in profile]
     quads = []
@@ -225,34 +242,6 @@ def _turned(profile: list[tuple[float, float]]) -> Faces:
             a, b = ring * SIDES + side, ring * SIDES + (side + 1) % SIDES
             quads.append((a, a + SIDES, b + SIDES, b))
     return Faces(np.concatenate(rings), np.array(quads).reshape(-1), np.full(len(quads), 4))
-
-
-def _cylinder(node: Node) -> Faces:
-    r, h = node.number("radius", 1.0), node.number("height", 2.0) / 2
-    ends = (
-        ([(0.0, h)] if node.flag("top", default=True) else []),
-        ([(0.0, -h)] if node.flag("bottom", default=True) else []),
-    )
-    return _turned([*ends[0], (r, h), (r, -h), *ends[1]])
-
-
-def _cone(node: Node) -> Faces:
-    r, h = node.number("bottomRadius", 1.0), node.number("height", 2.0) / 2
-    return _turned([(0.0, h), (r, -h), *([(0.0, -h)] if node.flag("bottom", default=True) else [])])
-
-
-def _sphere(node: Node) -> Faces:
-    r = node.number("radius", 1.0)
-    steps = [math.pi * k / (SIDES // 2) for k in range(SIDES // 2 + 1)]
-    return _turned([(r * math.sin(a), r * math.cos(a)) for a in steps])
-
-
-_SOLIDS: Mapping[str, Callable[[Node], Faces]] = {
-    "Box": _box,
-    "Cylinder": _cylinder,
-    "Cone": _cone,
-    "Sphere": _sphere,
-}
 
 
 _WORD = re.compile(r'"(?:[^"\\]|\\.)*"|[\[\]{}]|[^\s,"\[\]{}#]+|#[^\n]*')
@@ -306,8 +295,6 @@ def nodes_of_text(data: bytes, name: str) -> list[Node]:
 
 
 class _Words:
-    """Reads nodes word by word."""
-
     def __init__(self, text: str, name: str) -> None:
         self._words = (w.group() for w in _WORD.finditer(text))
         self._next = ""
@@ -374,7 +361,6 @@ class _Words:
         return node
 
     def _field(self, node: Node, field: str, depth: int) -> None:
-        """One field: words, or nodes."""
         if self._next == "[":
             self._take()
             words: list[str] = []
@@ -512,8 +498,6 @@ def _matrix(node: Node) -> Floats:
 
 
 class _Reader:
-    """Reads the shapes of one scene."""
-
     def __init__(self, files: Mapping[str, bytes], limits: Mapping[str, float], notes: Notes, name: str) -> None:
         self._files, self._limits, self._notes, self._name = files, limits, notes, name
         self._materials = Materials(limits, notes)

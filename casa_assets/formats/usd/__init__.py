@@ -1,1 +1,1 @@
-"""Asset -> USD package: one module per concept, the same names as in the MJCF writer."""
+"""Assets and kitchens -> USD; the same names as in the MJCF writer."""

@@ -7,117 +7,164 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 import numpy.typing as npt
-from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdPhysics
+from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdPhysics, Vt
 
-from casa_assets.formats.usd import number, shapes
-from casa_assets.formats.usd.joint import SCOPE, attach_labels, define_behavior, define_joints
-from casa_assets.formats.usd.shapes import MaterialPrims
-from casa_assets.model.asset.asset import Asset, Base, Joint, JointKind, Link
+from casa_assets.formats.usd import shapes
+from casa_assets.formats.usd.shapes import apply, attach_label, place, quatd, quatf, vec3d, vec3f
+from casa_assets.model.asset.asset import Asset, Base, Drive, Joint, JointKind, Link
 from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.scene import CLOSED_POSE, Scene, key_positions
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec3
+from casa_assets.model.record import Vec3, Vec4
 
-# Contact --------------------------------------------------------------------------------------------------------------
+# Package --------------------------------------------------------------------------------------------------------------
+# <id>/
+#   usd/<id>.usda
+#   usd/nested/<id>.usda         the same with bodies below the bodies that carry them, if there are several
+#   usd/textures/                the pictures; model.xml may refer to them here
+#   usd/.thumbs/256x256/<id>.usda.png
+#
+# /<id>                          kind component, labels
+#   /visualMaterials /physicsMaterials /physicsJoints
+#   /object                      rigid body, base of the articulation if there are joints
+#     /visual /collision /sites
+#   /door                        rigid body, a sibling of `object`: bodies are connected by joints, not by paths
+
+USD_FOLDER = "usd"
+TEXTURES = "textures"  # inside the folder of the layer: SimReady refuses paths with `..`
+# In the folder of the flat layer of an asset, where SimReady allows no second layer.
+NESTED_FOLDER = "nested"
+# The day on which this writer's output last changed, not the day of the run, which would make two runs over the same
+# asset differ. Change it whenever the bytes that the writer makes change.
+WRITER_DATE = "2026-11-22"
+WRITER_VERSION = "1"
+UNKNOWN = "unknown"  # SimReady refuses an empty string
+# Positions of the joints of an asset, by the name of a pose.
+Poses = Mapping[str, Mapping[str, float]]
 
 
-def filter_pair(layer: Sdf.Layer, first: Sdf.Path, second: Sdf.Path) -> None:
-    """Filter the contacts of two bodies of referenced assets, in addition to the assets' own filters."""
-    spec = Sdf.CreatePrimInLayer(layer, first)
-    if not spec.HasInfo("apiSchemas"):
-        spec.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=["PhysicsFilteredPairsAPI"]))
-    path = first.AppendProperty("physics:filteredPairs")
-    pairs = layer.GetRelationshipAtPath(path) or Sdf.RelationshipSpec(spec, "physics:filteredPairs", custom=False)
-    pairs.targetPathList.prependedItems = [*pairs.targetPathList.prependedItems, second]
+def write(asset: Asset, thumbnail: bytes) -> Files:
+    """Return the USD package of an asset, paths relative to the asset's folder.
 
-
-# Keyframe -------------------------------------------------------------------------------------------------------------
-# Keyframe -> variant of the root prim: link poses and joint states.
-
-VARIANT_SET = "pose"
-XFORM_OPS = ("xformOp:translate", "xformOp:orient")
-
-
-def define_poses(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:
-    """Add the variant set `pose`, with `closed` selected; the layer itself has the joints at zero.
-
-    A variant is weaker than opinions of the layer outside of it, so poses of links that move are only set in variants.
+    Args:
+        thumbnail: PNG, 256 x 256, of the asset.
+    Returns:
+        `usd/<id>.usda`, its thumbnail, `usd/textures/<file name>` for every picture that the layer refers to, and
+        `usd/nested/<id>.usda` if there are several links.
     """
-    if not asset.keyframes:
-        return
-    variants = root.GetVariantSets().AddVariantSet(VARIANT_SET)
-    poses = {CLOSED_POSE: {}, **{key.name: joint_positions(key.joints) for key in asset.keyframes}}
-    moving, scope = [link.name for link in asset.links if asset.is_moved(link.name)], root.GetPath().AppendChild(SCOPE)
-    # Outside of the variants: xform ops without values, and the schema of joint states.
-    for link in moving:
-        xform = UsdGeom.Xformable(stage.GetPrimAtPath(root.GetPath().AppendChild(link)))
-        xform.ClearXformOpOrder()
-        for op in XFORM_OPS:
-            xform.GetPrim().RemoveProperty(op)
-        xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble)
-        xform.AddOrientOp(UsdGeom.XformOp.PrecisionDouble)
+    name = f"{asset.id}.usda"
+    entries = {
+        f"{USD_FOLDER}/{name}": layer_text(asset).encode("utf-8"),
+        f"{USD_FOLDER}/.thumbs/256x256/{name}.png": thumbnail,
+    }
+    if len(asset.links) > 1:
+        root = Sdf.Path.absoluteRootPath.AppendChild(asset.id)
+        nested = _nested_text(root, f"../{name}", [(root, asset, _named_poses(asset))])
+        entries[f"{USD_FOLDER}/{NESTED_FOLDER}/{name}"] = nested.encode("utf-8")
+    for look in asset.materials:
+        entries |= {f"{USD_FOLDER}/{TEXTURES}/{t.file_name}": t.png for t in look.textures}
+    return Files.of(entries)
+
+
+def layer_text(asset: Asset, textures: str = f"./{TEXTURES}") -> str:
+    """Return the root layer as usda text: the same asset gives the same text, whatever was written before.
+
+    Args:
+        textures: path from the layer to the folder of the pictures.
+    """
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    stage = Usd.Stage.Open(layer)
+    root = UsdGeom.Xform.Define(stage, Sdf.Path.absoluteRootPath.AppendChild(asset.id)).GetPrim()
+    path = root.GetPath()
+    set_stage(stage, root)
+    model = Usd.ModelAPI(root)
+    model.SetKind(Kind.Tokens.component)
+    model.SetAssetName(asset.id)
+    model.SetAssetIdentifier(Sdf.AssetPath(f"./{asset.id}.usda"))
+    model.SetAssetVersion(WRITER_VERSION)
+    layer.customLayerData = {"SimReady_Metadata": _provenance(asset)}
+    # Classes from the category upwards, the Wikidata item, and the portion of a cut object.
+    attach_label(root, "class", asset.labels.classes)
+    attach_label(root, "wikidata_qcode", [asset.labels.qcode.id])
+    if asset.labels.portion is not None:
+        attach_label(root, "portion", [asset.labels.portion.value])
+    shapes.define_materials(stage, path, asset, textures)
+    for link in asset.links:
+        _define_body(stage, path, asset, link)
+    _define_joints(stage, path, asset)
+    shapes.define_sites(stage, path, asset)
+    for pair in asset.exclusions:
+        api = UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath(path.AppendChild(pair.first)))
+        api.CreateFilteredPairsRel().AddTarget(path.AppendChild(pair.second))
+    _define_behavior(stage, root, asset)
+    _define_poses(stage, root, asset)
+    text: str = layer.ExportToString()
+    return text
+
+
+def set_stage(stage: Usd.Stage, root: Usd.Prim) -> None:
+    """Set z up, metres, kilograms, and `root` as the default prim."""
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    UsdPhysics.SetStageKilogramsPerUnit(stage, 1.0)
+    stage.SetDefaultPrim(root)
+
+
+def _provenance(asset: Asset) -> dict[str, object]:
+    """The fields that SimReady asks for. Ref: SimReady Foundation requirement SR.004."""
+    lower, upper = asset.bounds
+    provenance = asset.provenance
+    return {
+        "asset_name": asset.id,
+        "asset_type": "prop",
+        "category": asset.labels.category,
+        "author": provenance.author or UNKNOWN,
+        "asset_license": provenance.licence or UNKNOWN,
+        "source_file": provenance.path,
+        "usd_date_generated": WRITER_DATE,
+        "qcode": asset.labels.qcode.id,
+        "rigid_body_count": len(asset.links),
+        "asset_extents": Gf.Vec3f(*(float(n) for n in upper - lower)),
+        "mass": asset.mass,
+    }
+
+
+def _define_behavior(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:
+    """`casa:behavior` (JSON) and `casa:contract` on the root, `casa:grip` and `casa:behind` on joints."""
+    behavior = None if asset.behavior is None else asset.behavior.to_json()
+    texts = [(root, "contract", asset.contract), (root, "behavior", behavior)]
     for joint in asset.joints:
-        stage.GetPrimAtPath(scope.AppendChild(joint.name)).AddAppliedSchema(state_schema(joint))
-    for name, positions in poses.items():
-        variants.AddVariant(name)
-        variants.SetVariantSelection(name)
-        with variants.GetVariantEditContext():
-            for link in moving:
-                prim = stage.OverridePrim(root.GetPath().AppendChild(link))
-                pose = asset.asset_from_link(link, positions)
-                prim.GetAttribute(XFORM_OPS[0]).Set(number.vec3d(pose.position))
-                prim.GetAttribute(XFORM_OPS[1]).Set(number.quatd(pose.quaternion))
-            for joint in asset.joints:
-                prim = stage.OverridePrim(scope.AppendChild(joint.name))
-                name, position = state_attribute(joint), state_position(joint, positions.get(joint.name, 0.0))
-                prim.CreateAttribute(name, Sdf.ValueTypeNames.Float, custom=False).Set(position)
-    variants.SetVariantSelection(CLOSED_POSE)
-
-
-def state_schema(joint: Joint) -> str:
-    """Applied schema of the joint state that PhysX reads. Ref: PhysxSchema, PhysicsJointStateAPI."""
-    return f"PhysicsJointStateAPI:{_axis(joint)}"
-
-
-def state_attribute(joint: Joint) -> str:
-    """Attribute of the position in that schema."""
-    return f"state:{_axis(joint)}:physics:position"
-
-
-def state_position(joint: Joint, position: float) -> float:
-    """Joint position (rad or m) in the units of that schema: degrees or metres."""
-    return math.degrees(position) if joint.kind is JointKind.HINGE else position
-
-
-def _axis(joint: Joint) -> str:
-    return "angular" if joint.kind is JointKind.HINGE else "linear"
+        prim = stage.GetPrimAtPath(root.GetPath().AppendChild(JOINTS).AppendChild(joint.name))
+        texts += [(prim, "grip", joint.grip), (prim, "behind", joint.behind)]
+    for prim, name, value in texts:
+        if value is not None:
+            attribute = f"casa:{name}", Sdf.ValueTypeNames.String, True, Sdf.VariabilityUniform
+            prim.CreateAttribute(*attribute).Set(value)
 
 
 # Body -----------------------------------------------------------------------------------------------------------------
-# Link -> rigid body prim with explicit mass properties.
 
 JACOBI_SWEEPS = 16  # Jacobi on 3x3 converges quadratically; six sweeps reach the last bit
 
 
-def define_body(stage: Usd.Stage, path: Sdf.Path, asset: Asset, link: Link, materials: MaterialPrims) -> Usd.Prim:
-    """Body prim at `path` with its visuals and colliders. Bodies are siblings, so the pose is asset_from_link."""
-    prim = UsdGeom.Xform.Define(stage, path).GetPrim()
-    number.place(prim, asset.asset_from_link(link.name))
+def _define_body(stage: Usd.Stage, root: Sdf.Path, asset: Asset, link: Link) -> None:
+    """Body prim with its visuals and colliders. Bodies are siblings, so the pose is asset_from_link."""
+    prim = UsdGeom.Xform.Define(stage, root.AppendChild(link.name)).GetPrim()
+    place(prim, asset.asset_from_link(link.name))
     UsdPhysics.RigidBodyAPI.Apply(prim)
     moments, axes = principal_axes(link.inertial.tensor)
     mass = UsdPhysics.MassAPI.Apply(prim)
     mass.CreateMassAttr(link.inertial.mass)
-    mass.CreateCenterOfMassAttr(number.vec3f(link.inertial.center_of_mass))
-    mass.CreateDiagonalInertiaAttr(number.vec3f(float32_moments(moments)))
-    mass.CreatePrincipalAxesAttr(number.quatf(axes.quaternion))
+    mass.CreateCenterOfMassAttr(vec3f(link.inertial.center_of_mass))
+    mass.CreateDiagonalInertiaAttr(vec3f(float32_moments(moments)))
+    mass.CreatePrincipalAxesAttr(quatf(axes.quaternion))
     if link is asset.root and (len(asset.links) > 1 or asset.base is Base.FIXED):
         # Newton refuses joints, even fixed ones, outside an articulation. Only on the base body do SimReady, MuJoCo and
         # Newton all accept its root.
         UsdPhysics.ArticulationRootAPI.Apply(prim)
-    shapes.define_visuals(stage, path, link, materials)
-    shapes.define_colliders(stage, path, link, materials)
-    return prim
+    shapes.define_visuals(stage, root, link)
+    shapes.define_colliders(stage, root, link)
 
 
 def principal_axes(tensor: npt.NDArray[np.float64]) -> tuple[Vec3, Pose]:
@@ -166,6 +213,172 @@ def float32_moments(moments: Vec3) -> Vec3:
     return x, y, z
 
 
+# Joint ----------------------------------------------------------------------------------------------------------------
+
+# camelCase, which no joint or link id is.
+JOINTS = "physicsJoints"
+BASE_TO_WORLD = "baseToWorld"
+
+X, Y, Z = UsdGeom.Tokens.x, UsdGeom.Tokens.y, UsdGeom.Tokens.z
+# USD joints move along X, Y or Z of the joint frame. Directions that need no rounding: token, child_from_joint.
+EXACT_AXES: dict[Vec3, tuple[str, Vec4]] = {
+    (1.0, 0.0, 0.0): (X, (1.0, 0.0, 0.0, 0.0)),
+    (0.0, 1.0, 0.0): (Y, (1.0, 0.0, 0.0, 0.0)),
+    (0.0, 0.0, 1.0): (Z, (1.0, 0.0, 0.0, 0.0)),
+    (-1.0, 0.0, 0.0): (X, (0.0, 0.0, 0.0, 1.0)),
+    (0.0, -1.0, 0.0): (Y, (0.0, 1.0, 0.0, 0.0)),
+    (0.0, 0.0, -1.0): (Z, (0.0, 1.0, 0.0, 0.0)),
+}
+
+
+def _define_joints(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
+    """Joints of the asset below `<root>/physicsJoints`; links without a joint are fixed to their parent."""
+    if len(asset.links) == 1 and asset.base is Base.FREE:
+        return
+    scope = UsdGeom.Scope.Define(stage, root.AppendChild(JOINTS)).GetPath()
+    if asset.base is Base.FIXED:
+        # To the asset's own root prim: an end without a target is at the origin of the stage, and PhysX would pull a
+        # base that is placed elsewhere back to it.
+        held = UsdPhysics.FixedJoint.Define(stage, scope.AppendChild(BASE_TO_WORLD))
+        _attach(held, root, root.AppendChild(asset.root.name), asset.root.pose, Pose())
+    for link in asset.links[1:]:
+        assert link.parent is not None
+        parent, child = root.AppendChild(link.parent), root.AppendChild(link.name)
+        joint = asset.joint_of(link.name)
+        if joint is None:
+            mount = UsdPhysics.FixedJoint.Define(stage, scope.AppendChild(f"{link.name}Mount"))
+            _attach(mount, parent, child, link.pose, Pose())
+            continue
+        is_hinge = joint.kind is JointKind.HINGE
+        schema = UsdPhysics.RevoluteJoint if is_hinge else UsdPhysics.PrismaticJoint
+        moving = schema.Define(stage, scope.AppendChild(joint.name))
+        token, rotation = axis_and_rotation(joint.axis)
+        moving.CreateAxisAttr(token)
+        low, high = (math.degrees(n) if is_hinge else n for n in joint.range)
+        moving.CreateLowerLimitAttr(low)
+        moving.CreateUpperLimitAttr(high)
+        _attach(moving, parent, child, link.pose, Pose(position=joint.anchor, quaternion=rotation))
+        _set_dynamics(moving.GetPrim(), joint, is_hinge)
+        # Named states: fractions of the way from closed (0) to open (1).
+        states = [state for state in asset.states if state.joint == joint.name]
+        if states:
+            named = {s.name: {"value": s.value, "from": s.interval[0], "to": s.interval[1]} for s in states}
+            moving.GetPrim().SetCustomDataByKey("states", named)
+
+
+def axis_and_rotation(axis: Vec3) -> tuple[str, Vec4]:
+    """Axis token and child_from_joint rotation that turns the token's axis onto a unit vector.
+
+    For any direction other than the six exact ones, the token is Z and the rotation is the shortest arc.
+    """
+    if axis in EXACT_AXES:
+        return EXACT_AXES[axis]
+    x, y, z = axis
+    if z < -1.0 + 1e-12:  # the arc has no plane of its own; the axis is -z to rounding
+        return EXACT_AXES[(0.0, 0.0, -1.0)]
+    quaternion = np.array([1.0 + z, -y, x, 0.0])
+    w, i, j, k = (float(n) for n in quaternion / math.sqrt(float(quaternion @ quaternion)))
+    return Z, (w, i, j, k)
+
+
+def _attach(
+    joint: UsdPhysics.Joint, parent: Sdf.Path, child: Sdf.Path, parent_from_child: Pose, child_from_joint: Pose
+) -> None:
+    joint.CreateBody0Rel().SetTargets([parent])
+    joint.CreateBody1Rel().SetTargets([child])
+    parent_from_joint = parent_from_child @ child_from_joint
+    joint.CreateLocalPos0Attr(vec3f(parent_from_joint.position))
+    joint.CreateLocalRot0Attr(quatf(parent_from_joint.quaternion))
+    joint.CreateLocalPos1Attr(vec3f(child_from_joint.position))
+    joint.CreateLocalRot1Attr(quatf(child_from_joint.quaternion))
+
+
+def _set_dynamics(prim: Usd.Prim, joint: Joint, is_hinge: bool) -> None:
+    """Friction, damping, armature and drive: a spring as PhysX and Newton read it, and one of the joint for MuJoCo."""
+    per_unit = math.pi / 180 if is_hinge else 1.0
+    drive = joint.drive or Drive(stiffness=0.0, damping=0.0)
+    if joint.drive is not None:
+        api = UsdPhysics.DriveAPI.Apply(prim, "angular" if is_hinge else "linear")
+        api.CreateTypeAttr(UsdPhysics.Tokens.force)
+        api.CreateStiffnessAttr(drive.stiffness * per_unit)
+        api.CreateDampingAttr(drive.damping * per_unit)
+        api.CreateTargetPositionAttr(drive.target / per_unit)
+    newton = {
+        "newton:armature": joint.armature,
+        "newton:damping": (joint.damping + drive.damping) * per_unit,
+        "newton:friction": joint.frictionloss,
+    }
+    apply(prim, "NewtonJointAPI", newton)
+    mjc: dict[str, object] = {"mjc:solimplimit": Vt.DoubleArray(joint.limit_impedance)}
+    if joint.frictionloss:
+        mjc["mjc:solimpfriction"] = Vt.DoubleArray(joint.friction_impedance)
+    if joint.drive is not None:
+        mjc["mjc:stiffness"] = drive.stiffness
+        mjc["mjc:springref"] = drive.target / per_unit
+        mjc["mjc:margin"] = joint.limit_margin
+    apply(prim, "MjcJointAPI", mjc)
+
+
+# Keyframe -------------------------------------------------------------------------------------------------------------
+
+VARIANT_SET = "pose"
+XFORM_OPS = ("xformOp:translate", "xformOp:orient")
+
+
+def _define_poses(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:
+    """Add the variant set `pose`, with `closed` selected; the layer itself has the joints at zero.
+
+    A variant is weaker than opinions of the layer outside of it, so poses of links that move are only set in variants.
+    """
+    poses = _named_poses(asset)
+    if not poses:
+        return
+    variants = root.GetVariantSets().AddVariantSet(VARIANT_SET)
+    moving, scope = [link.name for link in asset.links if asset.is_moved(link.name)], root.GetPath().AppendChild(JOINTS)
+    # Outside of the variants: xform ops without values, and the schema of joint states.
+    for link in moving:
+        xform = UsdGeom.Xformable(stage.GetPrimAtPath(root.GetPath().AppendChild(link)))
+        xform.ClearXformOpOrder()
+        for op in XFORM_OPS:
+            xform.GetPrim().RemoveProperty(op)
+        xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble)
+        xform.AddOrientOp(UsdGeom.XformOp.PrecisionDouble)
+    for joint in asset.joints:
+        stage.GetPrimAtPath(scope.AppendChild(joint.name)).AddAppliedSchema(joint_state(joint, 0.0)[0])
+    for name, positions in poses.items():
+        variants.AddVariant(name)
+        variants.SetVariantSelection(name)
+        with variants.GetVariantEditContext():
+            for link in moving:
+                prim = stage.OverridePrim(root.GetPath().AppendChild(link))
+                pose = asset.asset_from_link(link, positions)
+                prim.GetAttribute(XFORM_OPS[0]).Set(vec3d(pose.position))
+                prim.GetAttribute(XFORM_OPS[1]).Set(quatd(pose.quaternion))
+            for joint in asset.joints:
+                prim = stage.OverridePrim(scope.AppendChild(joint.name))
+                _, attribute, position = joint_state(joint, positions.get(joint.name, 0.0))
+                prim.CreateAttribute(attribute, Sdf.ValueTypeNames.Float, custom=False).Set(position)
+    variants.SetVariantSelection(CLOSED_POSE)
+
+
+def _named_poses(asset: Asset) -> Poses:
+    """Positions of joints in each named pose, `closed` among them if there are any."""
+    if not asset.keyframes:
+        return {}
+    return {CLOSED_POSE: {}, **{key.name: joint_positions(key.joints) for key in asset.keyframes}}
+
+
+def joint_state(joint: Joint, position: float) -> tuple[str, str, float]:
+    """Applied schema of the joint state that PhysX reads, its attribute, and a position (rad or m) as it has it.
+
+    Ref: PhysxSchema, PhysicsJointStateAPI: degrees or metres.
+    """
+    is_hinge = joint.kind is JointKind.HINGE
+    axis = "angular" if is_hinge else "linear"
+    value = math.degrees(position) if is_hinge else position
+    return f"PhysicsJointStateAPI:{axis}", f"state:{axis}:physics:position", value
+
+
 # Nested ---------------------------------------------------------------------------------------------------------------
 # Asset or scene -> a second layer, in which every body is below the body that carries it.
 #
@@ -176,37 +389,16 @@ def float32_moments(moments: Vec3) -> Vec3:
 #
 # Needs OpenUSD 25.11: older versions do not parse bodies below bodies.
 
-# In the folder of the flat layer of an asset, where SimReady allows no second layer.
-NESTED_FOLDER = "nested"
-# Positions of the joints of an asset, by the name of a pose.
-Poses = Mapping[str, Mapping[str, float]]
 
-
-def asset_text(asset: Asset) -> str:
-    """Return the nested layer of an asset with several links as usda text, for `FOLDER` next to the flat layer."""
-    root = Sdf.Path.absoluteRootPath.AppendChild(asset.id)
-    layer = _layer(root, f"../{asset.id}.usda")
-    poses: Poses = {CLOSED_POSE: {}, **{key.name: joint_positions(key.joints) for key in asset.keyframes}}
-    _nest(layer, root, [(root, asset, poses if asset.keyframes else {})])
-    text: str = layer.ExportToString()
-    return text
-
-
-def scene_text(scene: Scene, flat: str, world: str) -> str:
+def nested_scene_text(scene: Scene, flat: str, world: str) -> str:
     """Return the nested layer of a scene as usda text, for the folder of its flat layer.
 
     Args:
-        scene: the scene of the flat layer.
-        flat: file name of the flat layer.
-        world: name of the prim that contains everything.
+        flat: file name of the flat layer. world: name of the prim that contains everything.
     """
-    root = Sdf.Path.absoluteRootPath.AppendChild(world)
-    layer = _layer(root, f"./{flat}")
-    assets = scene.asset_of
+    root, assets = Sdf.Path.absoluteRootPath.AppendChild(world), scene.asset_of
     copies = [(root.AppendChild(p.name), assets[p.name], key_positions(p, assets[p.name])) for p in scene.placements]
-    _nest(layer, root, copies)
-    text: str = layer.ExportToString()
-    return text
+    return _nested_text(root, f"./{flat}", copies)
 
 
 def nested_path(root: Sdf.Path, asset: Asset, link: str) -> Sdf.Path:
@@ -215,26 +407,21 @@ def nested_path(root: Sdf.Path, asset: Asset, link: str) -> Sdf.Path:
     return (root if parent is None else nested_path(root, asset, parent)).AppendChild(link)
 
 
-def _layer(root: Sdf.Path, flat: str) -> Sdf.Layer:
-    """A layer whose default prim refers to that of the flat one, in the same units and axes."""
+def _nested_text(root: Sdf.Path, flat: str, copies: Iterable[tuple[Sdf.Path, Asset, Poses]]) -> str:
+    """A layer that relocates the links of assets below the links that carry them, and sets their poses there.
+
+    Args:
+        root: its default prim, which refers to that of the flat layer and has the variants of poses.
+        flat: path of the flat layer.
+        copies: prim of an asset, the asset, its named poses.
+    """
     layer = Sdf.Layer.CreateAnonymous(".usda")
-    prim = Sdf.CreatePrimInLayer(layer, root)
-    prim.specifier, prim.typeName = Sdf.SpecifierDef, "Xform"
-    prim.referenceList.prependedItems = [Sdf.Reference(flat)]
+    top = Sdf.CreatePrimInLayer(layer, root)
+    top.specifier, top.typeName = Sdf.SpecifierDef, "Xform"
+    top.referenceList.prependedItems = [Sdf.Reference(flat)]
     layer.defaultPrim = root.name
     for name, value in (("upAxis", "Z"), ("metersPerUnit", 1.0), ("kilogramsPerUnit", 1.0)):
         layer.pseudoRoot.SetInfo(name, value)
-    return layer
-
-
-def _nest(layer: Sdf.Layer, root: Sdf.Path, copies: Iterable[tuple[Sdf.Path, Asset, Poses]]) -> None:
-    """Relocate the links of assets below the links that carry them, and set their poses there.
-
-    Args:
-        layer: layer that refers to the flat one.
-        root: the prim that has the variants of poses.
-        copies: prim of an asset, the asset, its named poses.
-    """
     moves = []
     for prim, asset, poses in copies:
         for link in asset.links[1:]:
@@ -250,6 +437,8 @@ def _nest(layer: Sdf.Layer, root: Sdf.Path, copies: Iterable[tuple[Sdf.Path, Ass
                 spec = Sdf.CreatePrimInLayer(layer, path.ReplacePrefix(root, variant))
                 write_pose(spec, asset.parent_from_link(link.name, positions))
     layer.relocates = moves
+    text: str = layer.ExportToString()
+    return text
 
 
 def _variant(layer: Sdf.Layer, root: Sdf.Path, pose: str) -> Sdf.Path:
@@ -267,118 +456,11 @@ def _variant(layer: Sdf.Layer, root: Sdf.Path, pose: str) -> Sdf.Path:
 def write_pose(spec: Sdf.PrimSpec, pose: Pose) -> None:
     """Write parent_from_prim over that of a layer below."""
     translate, orient = XFORM_OPS
-    Sdf.AttributeSpec(spec, translate, Sdf.ValueTypeNames.Double3).default = number.vec3d(pose.position)
-    Sdf.AttributeSpec(spec, orient, Sdf.ValueTypeNames.Quatd).default = number.quatd(pose.quaternion)
+    Sdf.AttributeSpec(spec, translate, Sdf.ValueTypeNames.Double3).default = vec3d(pose.position)
+    Sdf.AttributeSpec(spec, orient, Sdf.ValueTypeNames.Quatd).default = quatd(pose.quaternion)
 
 
 def write_ops(spec: Sdf.PrimSpec) -> None:
     """Write the order of the xform ops: where the pose in the layer below is the identity, it has none."""
     order = Sdf.AttributeSpec(spec, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform)
     order.default = list(XFORM_OPS)
-
-
-# Document -------------------------------------------------------------------------------------------------------------
-# <id>/
-#   usd/<id>.usda
-#   usd/nested/<id>.usda         the same with bodies below the bodies that carry them, if there are several
-#   usd/textures/                the pictures; model.xml may refer to them here
-#   usd/.thumbs/256x256/<id>.usda.png
-#
-# /<id>                          kind component, labels
-#   /visualMaterials /physicsMaterials /physicsJoints
-#   /object                      rigid body, base of the articulation if there are joints
-#     /visual /collision /sites
-#   /door                        rigid body, a sibling of `object`: bodies are connected by joints, not by paths
-
-USD_FOLDER = "usd"
-TEXTURES = "textures"  # inside the folder of the layer: SimReady refuses paths with `..`
-# The day on which this writer's output last changed, not the day of the run, which would make two runs over the same
-# asset differ. Change it whenever the bytes that the writer makes change.
-WRITER_DATE = "2026-11-22"
-WRITER_VERSION = "1"
-UNKNOWN = "unknown"  # SimReady refuses an empty string
-
-
-def write(asset: Asset, thumbnail: bytes) -> Files:
-    """Return the USD package of an asset, paths relative to the asset's folder.
-
-    Args:
-        asset: the asset.
-        thumbnail: PNG, 256 x 256, of the asset.
-    Returns:
-        `usd/<id>.usda`, its thumbnail, `usd/textures/<file name>` for every picture that the layer refers to, and
-        `usd/nested/<id>.usda` if there are several links.
-    """
-    name = f"{asset.id}.usda"
-    entries = {
-        f"{USD_FOLDER}/{name}": layer_text(asset).encode("utf-8"),
-        f"{USD_FOLDER}/.thumbs/256x256/{name}.png": thumbnail,
-    }
-    if len(asset.links) > 1:
-        entries[f"{USD_FOLDER}/{NESTED_FOLDER}/{name}"] = asset_text(asset).encode("utf-8")
-    for look in asset.materials:
-        entries |= {f"{USD_FOLDER}/{TEXTURES}/{t.file_name}": t.png for t in look.textures}
-    return Files.of(entries)
-
-
-def layer_text(asset: Asset, textures: str = f"./{TEXTURES}") -> str:
-    """Return the root layer as usda text: the same asset gives the same text, whatever was written before.
-
-    Args:
-        asset: the asset.
-        textures: path from the layer to the folder of the pictures.
-    """
-    layer = Sdf.Layer.CreateAnonymous(".usda")
-    stage = Usd.Stage.Open(layer)
-    root = UsdGeom.Xform.Define(stage, Sdf.Path.absoluteRootPath.AppendChild(asset.id)).GetPrim()
-    path = root.GetPath()
-    set_stage(stage, root)
-    model = Usd.ModelAPI(root)
-    model.SetKind(Kind.Tokens.component)
-    model.SetAssetName(asset.id)
-    model.SetAssetIdentifier(Sdf.AssetPath(f"./{asset.id}.usda"))
-    model.SetAssetVersion(WRITER_VERSION)
-    layer.customLayerData = {"SimReady_Metadata": _provenance(asset)}
-    attach_labels(root, asset)
-    materials = shapes.define_materials(stage, path, asset, textures)
-    for link in asset.links:
-        define_body(stage, path.AppendChild(link.name), asset, link, materials)
-    define_joints(stage, path, asset)
-    shapes.define_sites(stage, path, asset)
-    for pair in asset.exclusions:
-        api = UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath(path.AppendChild(pair.first)))
-        api.CreateFilteredPairsRel().AddTarget(path.AppendChild(pair.second))
-    define_behavior(stage, root, asset)
-    define_poses(stage, root, asset)
-    text: str = layer.ExportToString()
-    return text
-
-
-def set_stage(stage: Usd.Stage, root: Usd.Prim) -> None:
-    """Set z up, metres, kilograms, and `root` as the default prim."""
-    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
-    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
-    UsdPhysics.SetStageKilogramsPerUnit(stage, 1.0)
-    stage.SetDefaultPrim(root)
-
-
-def _provenance(asset: Asset) -> dict[str, object]:
-    """The fields that SimReady asks for, with the asset's own values.
-
-    Ref: SimReady Foundation requirement SR.004.
-    """
-    lower, upper = asset.bounds
-    provenance = asset.provenance
-    return {
-        "asset_name": asset.id,
-        "asset_type": "prop",
-        "category": asset.labels.category,
-        "author": provenance.author or UNKNOWN,
-        "asset_license": provenance.licence or UNKNOWN,
-        "source_file": provenance.path,
-        "usd_date_generated": WRITER_DATE,
-        "qcode": asset.labels.qcode.id,
-        "rigid_body_count": len(asset.links),
-        "asset_extents": Gf.Vec3f(*(float(n) for n in upper - lower)),
-        "mass": asset.mass,
-    }

@@ -27,6 +27,15 @@ from casa_assets.checks.scene.rest import MeasuredSpeed, scene_sizes
 from casa_assets.checks.scene.subject import SceneSubject, steps_per_second
 from casa_assets.checks.simready.validator import load_rules
 from casa_assets.checks.start_states.draw import StateRequest, Wanted, draw_states
+from casa_assets.checks import simready
+from casa_assets.checks.design.robot.picture import floor_picture
+from casa_assets.checks.design.rules.grade import grade
+from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.checks.readers.mujoco_facts import native_warnings
+from casa_assets.checks.run import load_table, report_not_run, run
+from casa_assets.checks.scene.formats.light_form import SceneFiles
+from casa_assets.checks.scene.motion.budget import MeasuredSpeed, scene_sizes
+from casa_assets.checks.scene.views import Pixels, PreviewImages
 from casa_assets.checks.start_states.stage import Stage
 from casa_assets.checks.start_states.verdict import StatesSubject
 from casa_assets.checks.table.table import UNLOADED, run_scene
@@ -35,6 +44,7 @@ from casa_assets.checks.table import UNLOADED, run_scene
 from casa_assets.core.system import cache_for
 from casa_assets.errors import CasaError
 from casa_assets.formats.mjcf.scene.kitchen import FILE
+from casa_assets.formats.mjcf.kitchen import FILE
 from casa_assets.layouts.run import scene_folders
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.layouts.run.resolve import build_scene
@@ -259,7 +269,7 @@ def check_all(
 def warm() -> None:
     """Load what every worker that checks scenes needs, once for all of them; nothing here may draw."""
     scene_folders.warm()
-    load_rules()
+    simready.warm()
     load_table()
 
 

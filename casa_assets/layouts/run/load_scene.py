@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from casa_assets.errors import CasaError, UnknownId
-from casa_assets.formats.mjcf.scene.kitchen import FILE
+from casa_assets.formats.mjcf.kitchen import FILE
 from casa_assets.layouts.run.resolve import ordered_surfaces
 from casa_assets.layouts.run.scene_files import BATCH_FILE, LIGHT_FILE
 from casa_assets.model.asset.material import Material

@@ -20,9 +20,9 @@ from pathlib import Path, PurePosixPath
 
 from casa_assets.core.system import replace_file
 from casa_assets.errors import BatchFault, CasaError, OutputError
-from casa_assets.formats.mjcf.scene import kitchen as mjcf
-from casa_assets.formats.usd.scene import isaac_lab
-from casa_assets.formats.usd.scene import kitchen as usd
+from casa_assets.formats.mjcf import kitchen as mjcf
+from casa_assets.formats.usd import isaac_lab
+from casa_assets.formats.usd import kitchen as usd
 from casa_assets.layouts.run.recipe import recipe_of
 from casa_assets.layouts.run.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED, START_STATES
 from casa_assets.layouts.run.scene_folders import BuildOptions, build_all, is_current

@@ -10,8 +10,8 @@ from lxml import etree
 
 from casa_assets.core.system import replace_file
 from casa_assets.errors import OutputError, UnknownId
-from casa_assets.formats.mjcf.scene import kitchen as mjcf
-from casa_assets.formats.usd.scene import kitchen as usd
+from casa_assets.formats.mjcf import kitchen as mjcf
+from casa_assets.formats.usd import kitchen as usd
 from casa_assets.layouts.run.scene_files import SCENE_JSON
 from casa_assets.library.entry_files import checked_model
 from casa_assets.library.library import Library

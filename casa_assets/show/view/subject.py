@@ -11,7 +11,7 @@ from pathlib import Path
 from casa_assets.core.system import cache_dir, cache_for
 from casa_assets.errors import CasaError, OutputError, UnknownId
 from casa_assets.families.build import FamilyRequest, params_of
-from casa_assets.formats.mjcf.scene.kitchen import FILE as SCENE_XML
+from casa_assets.formats.mjcf.kitchen import FILE as SCENE_XML
 from casa_assets.formats.read.formats import SUFFIXES
 from casa_assets.layouts.run.recipe import SceneRecipe, recipe_of
 from casa_assets.layouts.run.scene_files import SCENE_JSON

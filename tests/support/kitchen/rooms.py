@@ -13,6 +13,9 @@ from casa_assets.checks.scene.subject import FILE, SceneSubject
 from casa_assets.checks.table import run_scene
 from casa_assets.formats.mjcf.scene import kitchen as mjcf
 from casa_assets.formats.usd.scene import kitchen as usd
+from casa_assets.checks.table.table import run_scene
+from casa_assets.formats.mjcf import kitchen as mjcf
+from casa_assets.formats.usd import kitchen as usd
 from casa_assets.mesh.inertia import ready_to_simulate
 from casa_assets.model.asset.asset import Asset, Base, Collider, Link, Visual
 from casa_assets.model.asset.material import Material

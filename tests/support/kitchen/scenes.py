@@ -8,9 +8,9 @@ from functools import cache
 from pathlib import Path
 
 from casa_assets.asset.lightweight import light_scene
-from casa_assets.checks.readers import asset_facts
-from casa_assets.formats.mjcf.scene import kitchen as mjcf
-from casa_assets.formats.usd.scene import kitchen as usd
+from casa_assets.checks.readers.facts import asset_facts
+from casa_assets.formats.mjcf import kitchen as mjcf
+from casa_assets.formats.usd import kitchen as usd
 from casa_assets.mesh.inertia import ready_to_simulate
 from casa_assets.model.asset.asset import Base, JointValue, Keyframe
 from casa_assets.model.issue import Files
@@ -113,7 +113,7 @@ def expected(scene: Scene, key: str) -> dict[str, Pose]:
         keys = {k.name: k for k in asset.keyframes}
         chosen = {**known, **keys}.get(key, known["closed"]) if key != "start" else start
         posed = asset.replace(keyframes=(chosen.replace(name="asked"),))
-        (asked,) = (p for p in asset_facts.facts(posed).poses if p.name == "asked")
+        (asked,) = (p for p in asset_facts(posed).poses if p.name == "asked")
         world_from_root = place.pose @ asset.root.pose
         for link, position, quaternion in zip(asked.bodies, asked.positions, asked.quaternions, strict=True):
             found[body(place.name, link)] = world_from_root @ Pose(position=position, quaternion=quaternion)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from casa_assets.checks.start_states.draw import StateRequest, Wanted
-from casa_assets.formats.mjcf.scene import kitchen
+from casa_assets.formats.mjcf import kitchen
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.kitchen.scene import Scene
 from tests.support.asset.cupboard import cupboard

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import io
 import itertools
 
 import mujoco
 import numpy as np
 import pytest
-from PIL import Image
 
 from casa_assets.addons.batch.merged_form import batch_form
 from casa_assets.asset.lightweight import light_scene
@@ -17,6 +15,10 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material, Texture
 from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.scene import PICTURE_PX, BatchScene
+from casa_assets.formats.mjcf import batch
+from casa_assets.mesh.merging.batch_form import batch_form
+from casa_assets.model.files import Files
+from casa_assets.model.kitchen.scene import BatchScene
 from casa_assets.model.record import Vec3
 from tests.support.kitchen.rooms import at, block, room
 from tests.support.mesh.meshes import texture
@@ -75,24 +77,3 @@ def test_the_box_is_where_it_was() -> None:
     name = "thing_0__shape_0"
     assert not np.allclose(shown.geom(name).size, plain.geom(name).size)
     assert corners(shown, shown.geom(name).id) == corners(plain, plain.geom(name).id)
-
-
-def test_pictures_are_made_small_and_are_one_file_each() -> None:
-    entries = batch.write(form(grain())).entries
-    paths = [path for path in entries if path.startswith("assets/textures/grain_")]
-    assert len(paths) == 1
-    with Image.open(io.BytesIO(entries[paths[0]])) as image:
-        assert image.size == (PICTURE_PX, round(PICTURE_PX * 2 / 3))
-        assert image.getpixel((10, 10)) == (200, 200, 200)
-
-
-def test_small_pictures_stay_as_they_are() -> None:
-    small = grain(60, 40)
-    assert batch.write(form(small)).entries[f"assets/textures/{small.file_name}"] == small.png
-
-
-def test_a_picture_that_is_made_for_one_mesh_becomes_its_colour() -> None:
-    model = compiled(batch.write(form(grain(), tile=None)))
-    color = model.geom("thing_0__shape_0").rgba
-    assert 0.4 < color[0] < 0.7
-    assert color[3] == 1.0

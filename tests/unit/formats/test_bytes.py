@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).parents[3]
 KITCHEN = (
     "from tests.support.kitchen.scenes import Weight, corner, in_form; "
-    "from casa_assets.formats.mjcf.scene.kitchen import write"
+    "from casa_assets.formats.mjcf.kitchen import write"
 )
 # Imports, and an expression of what is written.
 WRITERS = {
@@ -27,7 +27,7 @@ WRITERS = {
     "scene mjcf": (KITCHEN, "write(in_form(corner(), Weight.FULL)).sums()"),
     "light scene mjcf": (KITCHEN, "write(in_form(corner(), Weight.LIGHT)).sums()"),
     "scene usd": (
-        "from casa_assets.formats.usd.scene.kitchen import write; from tests.support.kitchen.scenes import corner",
+        "from casa_assets.formats.usd.kitchen import write; from tests.support.kitchen.scenes import corner",
         "write(corner()).sums()",
     ),
 }

@@ -14,12 +14,10 @@ import pytest
 import trimesh
 from PIL import Image
 
-from casa_assets.formats.gltf import EVERYTHING, asset_glb, scene_glb
-from casa_assets.formats.gltf.document import STEPS
-from casa_assets.formats.gltf.mesh import encoded
+from casa_assets.formats.gltf import EVERYTHING, STEPS, asset_glb, encoded, scene_glb
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
-from casa_assets.model.asset.material import Material, Texture
+from casa_assets.model.asset.material import Texture
 from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.kitchen.scene import Resting
 from casa_assets.model.pose import Pose
@@ -68,12 +66,6 @@ def assert_same_pose(found: np.ndarray[Any, Any], expected: Pose) -> None:
     assert found == pytest.approx(expected.matrix, abs=2e-6)
 
 
-def test_the_same_asset_is_the_same_bytes(subtests: pytest.Subtests) -> None:
-    for build in ASSETS:
-        with subtests.test(build=build.__name__):
-            assert asset_glb(build(), EVERYTHING) == asset_glb(build(), EVERYTHING)
-
-
 @pytest.mark.parametrize("build", ASSETS)
 def test_our_reader_and_trimesh_see_what_the_asset_shows(build: Callable[[], Asset]) -> None:
     asset = build()
@@ -102,18 +94,6 @@ def test_links_stand_where_the_asset_has_them_in_every_named_pose(subtests: pyte
                 found = node_poses(document, positions)
                 for link in asset.links:
                     assert_same_pose(found[link.name], asset.asset_from_link(link.name, positions))
-
-
-def test_colliders_and_regions_are_there_only_where_they_are_asked_for() -> None:
-    asset = microwave()
-    plain, full = json_of(asset_glb(asset)), json_of(asset_glb(asset, EVERYTHING))
-
-    def layers(document: dict[str, Any]) -> list[str]:
-        return [node["extras"]["layer"] for node in document["nodes"] if "layer" in node.get("extras", {})]
-
-    assert set(layers(plain)) == {"visual"}
-    assert layers(full).count("collider") == sum(len(link.colliders) for link in asset.links)
-    assert layers(full).count("region") == len(asset.regions)
 
 
 @pytest.mark.parametrize("build", [drawer_unit, microwave, grill])
@@ -149,20 +129,6 @@ def test_pictures_are_bounded_and_keep_their_alpha() -> None:
     assert encoded(picture("smoke", "RGBA", 64, (9, 9, 9, 128)), 512)[1:] == ("image/png", "BLEND")
 
 
-def test_a_material_is_written_as_it_is() -> None:
-    mug = rigid_mug()
-    look = Material(id="glass", base_color=(0.2, 0.4, 0.6, 0.3), metallic=0.25, roughness=0.125, glow=0.5)
-    links = tuple(
-        link.replace(visuals=tuple(visual.replace(material="glass") for visual in link.visuals)) for link in mug.links
-    )
-    (row,) = json_of(asset_glb(mug.replace(links=links, materials=(look,))))["materials"]
-    assert row["alphaMode"] == "BLEND"
-    assert row["emissiveFactor"] == pytest.approx([0.1, 0.2, 0.3])
-    surface = row["pbrMetallicRoughness"]
-    assert surface["baseColorFactor"] == pytest.approx(look.base_color)
-    assert (surface["metallicFactor"], surface["roughnessFactor"]) == (0.25, 0.125)
-
-
 def test_a_scene_has_each_mesh_once() -> None:
     scene = corner()
     document = json_of(scene_glb(scene, EVERYTHING))
@@ -172,22 +138,6 @@ def test_a_scene_has_each_mesh_once() -> None:
     assert len(doubled["nodes"]) > len(document["nodes"])
     assert doubled["meshes"] == document["meshes"]
     assert doubled["buffers"] == document["buffers"]
-
-
-def test_links_of_a_scene_stand_where_it_has_them() -> None:
-    scene = corner()
-    document = json_of(scene_glb(scene))
-    poses = document["nodes"][0]["extras"]["poses"]
-    assert {"start", "closed", "open"} <= set(poses)
-    found, assets = node_poses(document, poses["start"]), scene.asset_of
-    for place in scene.placements:
-        for link in assets[place.name].links:
-            at = joint_positions(place.joints)
-            expected = place.pose @ assets[place.name].asset_from_link(link.name, at)
-            assert_same_pose(found[f"{place.name}/{link.name}"], expected)
-    assert {node["name"] for node in document["nodes"] if "camera" in node} == {
-        f"camera/{camera.name}" for camera in scene.cameras
-    }
 
 
 def test_what_lies_in_a_drawer_goes_along_with_it() -> None:

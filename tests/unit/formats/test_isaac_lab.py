@@ -8,13 +8,10 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
-from pxr import Usd, UsdPhysics
 
-from casa_assets.formats.usd.scene import isaac_lab
-from casa_assets.formats.usd.scene.kitchen import write
-from casa_assets.model.asset.asset import Base
+from casa_assets.formats.usd import isaac_lab
+from casa_assets.formats.usd.kitchen import write
 from casa_assets.model.asset.parts import joint_positions
-from casa_assets.model.kitchen.scene import Scene
 from tests.support.kitchen.scenes import corner, put
 
 
@@ -68,79 +65,3 @@ def test_its_numbers_are_those_of_the_record(members: dict[str, Any]) -> None:
             assert (motor.stiffness[joint.name], motor.damping[joint.name]) == spring
             rests = members["SPRING_RESTS"].get(place.name, {})
             assert rests.get(joint.name) == (joint.drive.target if joint.drive else None)
-
-
-def test_what_moves_is_there_and_nothing_else(members: dict[str, Any]) -> None:
-    scene = corner()
-    found = {name for name, value in vars(members["KitchenSceneCfg"]).items() if isinstance(value, Config)}
-    assert found == {"kitchen", *(p.name for p in scene.placements if _moves(scene, p.name))}
-
-
-def _moves(scene: Scene, name: str) -> bool:
-    return bool(scene.asset_of[name].joints) or scene.asset_of[name].base is Base.FREE
-
-
-def test_the_usd_has_what_it_names(members: dict[str, Any]) -> None:
-    """Prims of fixtures with one root of an articulation and the joints, and bodies of loose things."""
-    kitchen = members["KitchenSceneCfg"]
-    layer = Path(kitchen.kitchen.spawn.usd_path)
-    assert layer.parent == Path(members["__file__"]).parent
-    stage = Usd.Stage.Open(str(layer))
-    world = stage.GetDefaultPrim()
-    for variants, chosen in kitchen.kitchen.spawn.variants.items():
-        assert chosen in world.GetVariantSet(variants).GetVariantNames()
-    for entity in (e for e in vars(kitchen).values() if isinstance(e, Config) and e.spawn is None):
-        assert entity.prim_path.startswith("{ENV_REGEX_NS}/Kitchen/")
-        prim = world.GetPrimAtPath(entity.prim_path.removeprefix("{ENV_REGEX_NS}/Kitchen/"))
-        if not hasattr(entity, "actuators"):
-            assert prim.HasAPI(UsdPhysics.RigidBodyAPI)
-            continue
-        roots = [p for p in Usd.PrimRange(prim) if p.HasAPI(UsdPhysics.ArticulationRootAPI)]
-        assert len(roots) == 1, entity.prim_path
-        moving = [
-            p.GetName() for p in Usd.PrimRange(prim) if p.IsA(UsdPhysics.Joint) and not p.IsA(UsdPhysics.FixedJoint)
-        ]
-        assert sorted(entity.actuators["joints"].joint_names_expr) == sorted(moving)
-
-
-def test_springs_are_aimed_at_where_they_rest(members: dict[str, Any]) -> None:
-    """With a fixture that keeps what it is told, in two copies of the kitchen."""
-    aimed: dict[str, Any] = {}
-
-    class Fixture:
-        def __init__(self, name: str) -> None:
-            self.name = name
-
-        def find_joints(self, names: list[str], preserve_order: bool) -> tuple[list[int], list[str]]:
-            assert preserve_order
-            return list(range(len(names))), names
-
-        def set_joint_position_target(self, target: Any, joint_ids: list[int]) -> None:
-            aimed[self.name] = (target, joint_ids)
-
-    class Copies(dict[str, Fixture]):
-        num_envs, device = 2, "cpu"
-
-        def __missing__(self, name: str) -> Fixture:
-            return Fixture(name)
-
-    members["torch"].tensor = lambda rows, device: rows
-    members["hold_springs"](Copies())
-    rests = members["SPRING_RESTS"]
-    assert aimed == {n: ([list(row.values())] * 2, list(range(len(row)))) for n, row in rests.items()}
-    assert rests
-
-
-def test_names_of_python_and_of_isaac_lab_get_a_mark() -> None:
-    assert [isaac_lab.attribute(name) for name in ("oven", "pass", "kitchen", "robot")] == [
-        "oven",
-        "pass_",
-        "kitchen_",
-        "robot_",
-    ]
-
-
-def test_same_scene_is_same_bytes_and_says_that_it_was_not_run() -> None:
-    text = isaac_lab.scene_text(corner(), "scene.usda")
-    assert text == isaac_lab.scene_text(corner(), "scene.usda")
-    assert "Not run with Isaac Lab" in text

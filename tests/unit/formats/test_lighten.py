@@ -1,25 +1,29 @@
-"""Assets without meshes: primitives that stay inside of what they stand for."""
+"""The light form and what is built in: primitives inside of what they stand for, inertia, pairs that are left out."""
 
 from __future__ import annotations
 
 import itertools
 import math
 
+import mujoco
 import numpy as np
 import numpy.typing as npt
 import pytest
 
-from casa_assets.asset.lightweight import inscribed_primitives, lighten
-from casa_assets.errors import DegenerateShape
+from casa_assets.asset.lightweight import inscribed_primitives, light_scene, lighten
+from casa_assets.formats.mjcf import kitchen as mjcf
+from casa_assets.formats.usd import kitchen as usd
+from casa_assets.mesh.inertia import ADJACENT_M, adjacent_links, drop_unfelt_products
 from casa_assets.mesh.solid.primitive import tessellate
-from casa_assets.mesh.solid.solids import convex_hull, hull_planes, hull_volume
-from casa_assets.model.asset.asset import Asset, Collider
-from casa_assets.model.asset.parts import Box, Cylinder, Hull, Mesh, MeshShape
-from casa_assets.model.kitchen.scene import LightScene
+from casa_assets.mesh.solid.solids import hull_planes
+from casa_assets.model.asset.asset import Asset, Collider, Inertial
+from casa_assets.model.asset.parts import Box, Cylinder, Hull, MeshShape
+from casa_assets.model.kitchen.scene import LightScene, Scene
 from casa_assets.model.pose import Pose
 from tests.support.asset.articulated_assets import drawer_unit, grill
 from tests.support.asset.assets import rigid_mug
-from tests.support.mesh.meshes import box_mesh
+from tests.support.asset.cupboard import cupboard, joint_changed
+from tests.support.kitchen.rooms import at, block, room
 
 Floats = npt.NDArray[np.float64]
 TURNED = Pose(position=(0.3, -0.1, 0.2), quaternion=(math.cos(0.35), 0.1, math.sin(0.35), 0.2))
@@ -27,16 +31,6 @@ TURNED = Pose(position=(0.3, -0.1, 0.2), quaternion=(math.cos(0.35), 0.1, math.s
 
 def prism(outline: list[tuple[float, float]], height: float) -> Floats:
     return np.array([(x, y, z) for z in (0.0, height) for x, y in outline])
-
-
-def volume(shape: Box | Cylinder) -> float:
-    if isinstance(shape, Box):
-        return math.prod(shape.size)
-    return math.pi * shape.radius**2 * shape.height
-
-
-def filled(points: Floats) -> float:
-    return sum(volume(shape) for shape, _ in inscribed_primitives(points)) / hull_volume(points)
 
 
 ROD = prism([(0.05 * math.cos(t), 0.05 * math.sin(t)) for t in np.arange(24) * math.pi / 12], 0.6)
@@ -67,14 +61,6 @@ def test_boxes_of_one_hull_do_not_overlap(points: Floats) -> None:
         assert (gap - (np.array(first.size) + np.array(second.size)) / 2).max() >= -1e-9
 
 
-def test_how_much_is_left() -> None:
-    assert filled(box_mesh((0.1, 0.2, 0.3), (0.0, 0.0, 0.0)).vertices) > 0.999
-    assert filled(PLATE) > 0.98
-    assert filled(ROD) > 0.95
-    assert filled(CORNER) > 0.85
-    assert filled(WEDGE) > 0.6
-
-
 def test_a_round_hull_is_a_cylinder_and_a_corner_is_not() -> None:
     ((rod, pose),) = inscribed_primitives(TURNED.apply(ROD))
     assert isinstance(rod, Cylinder)
@@ -83,11 +69,6 @@ def test_a_round_hull_is_a_cylinder_and_a_corner_is_not() -> None:
     boxes = [shape for shape, _ in inscribed_primitives(CORNER)]
     assert len(boxes) > 1
     assert all(isinstance(shape, Box) for shape in boxes)
-
-
-def test_a_flat_cloud_has_no_inside() -> None:
-    with pytest.raises(DegenerateShape):
-        inscribed_primitives(np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, 1.0, 0.0)]))
 
 
 @pytest.mark.parametrize("asset", [rigid_mug(), drawer_unit(), grill()])
@@ -108,43 +89,77 @@ def test_an_asset_keeps_all_but_its_meshes(asset: Asset) -> None:
     assert not any(isinstance(item.shape, Hull | MeshShape) for item in after.values())
 
 
-def test_walls_of_a_mug_leave_it_open() -> None:
-    for item in colliders(lighten(rigid_mug())).values():
-        corners, _ = tessellate(item.shape, item.pose)
-        rim = corners[corners[:, 2] > 0.02]
-        assert rim.size == 0 or np.hypot(rim[:, 0], rim[:, 1]).min() > 0.03
-
-
-def test_a_mesh_without_volume_holds_nothing_up() -> None:
-    mug = rigid_mug()
-    flat = Mesh(vertices=np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0)], dtype=np.float64), faces=np.array([(0, 1, 2)]))
-    sheet = Collider(name="sheet", shape=MeshShape(mesh=flat), substance="ceramic")
-    extended = mug.replace(links=(mug.root.replace(colliders=(*mug.root.colliders, sheet)),))
-    assert "sheet" not in colliders(lighten(extended))
-
-
-def test_names_of_further_boxes() -> None:
-    assert LightScene.collider_of("top_more_2") == "top"
-    assert LightScene.collider_of("two_more") == "two_more"
-    assert LightScene.collider_of("top_0") == "top_0"
-
-
 def colliders(asset: Asset) -> dict[str, Collider]:
     return {item.name: item for link in asset.links for item in link.colliders}
 
 
-def test_what_leans_keeps_the_foot_that_it_stands_on() -> None:
-    # A block whose sides lean over its base, as a knife block's do.
-    low = [(x, y, 0.0) for x in (-0.05, 0.05) for y in (-0.08, 0.08)]
-    high = [(x, y + 0.09, 0.2) for x, y, _ in low]
-    points, faces = convex_hull(np.array(low + high))
-    block = Collider(name="block", shape=Hull(mesh=Mesh(vertices=points, faces=faces)), substance="ceramic")
-    asset = rigid_mug()
-    leaning = asset.replace(links=(asset.root.replace(colliders=(block,)),))
-    feet = []
-    for item in colliders(lighten(leaning)).values():
-        corners, _ = tessellate(item.shape, item.pose)
-        assert corners[:, 2].min() > -1e-6
-        flat = corners[corners[:, 2] < 1e-4]
-        feet.append(float(np.prod(np.ptp(flat[:, :2], axis=0))) if len(flat) >= 4 else 0.0)
-    assert max(feet) > 0.8 * 0.1 * 0.16
+# A tensor about axes that lean by some ten degrees, kg*m^2.
+LEANS = Inertial(mass=4.0, center_of_mass=(0.2, -0.01, 0.03), inertia=(0.3, 0.25, 0.2, 0.02, -0.03, 0.01))
+
+
+def leaning(asset: Asset) -> Asset:
+    """The asset with that tensor on every link."""
+    return asset.replace(links=tuple(link.replace(inertial=LEANS) for link in asset.links))
+
+
+def products(asset: Asset) -> dict[str, bool]:
+    """Link -> whether its inertia leans."""
+    return {link.name: any(link.inertial.inertia[3:]) for link in asset.links}
+
+
+def resistance(scene: Scene) -> np.ndarray:
+    """(nv, nv) inertia against all joints of a scene, those of its assets as they are."""
+    model = mujoco.MjModel.from_xml_string(mjcf.write(light_scene(scene)).entries[mjcf.FILE].decode())
+    data = mujoco.MjData(model)
+    rng = np.random.default_rng(5)
+    low, high = model.jnt_range.T
+    data.qpos[:] = low + (high - low) * rng.random(model.njnt)
+    mujoco.mj_forward(model, data)
+    full = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, full)
+    return full
+
+
+class TestFelt:
+    def test_what_stands_and_what_turns_about_its_own_axis_is_straight(self) -> None:
+        assert products(drop_unfelt_products(leaning(cupboard()))) == dict.fromkeys(products(cupboard()), False)
+
+    def test_an_axis_that_leans_itself_keeps_the_tensor(self) -> None:
+        leant = leaning(joint_changed("knob_turn", axis=(0.0, math.cos(0.2), math.sin(0.2))))
+        assert products(drop_unfelt_products(leant)) == {**dict.fromkeys(products(leant), False), "knob": True}
+
+    def test_what_turns_on_what_turns_keeps_the_tensor(self) -> None:
+        whole = leaning(cupboard())
+        links = tuple(k.replace(parent="door") if k.name == "knob" else k for k in whole.links)
+        assert products(drop_unfelt_products(whole.replace(links=links)))["knob"]
+
+    def test_no_joint_can_tell(self) -> None:
+        scene = room((leaning(cupboard()), at(0.0, 0.0, 0.0)))
+        found = resistance(scene)
+        leant = scene.replace(assets=tuple(a if a.id != cupboard().id else leaning(a) for a in scene.assets))
+        assert leant != scene
+        assert found == pytest.approx(resistance(leant), rel=1e-9, abs=1e-12)
+        assert np.linalg.matrix_rank(found) == len(cupboard().joints)
+
+
+class TestBeside:
+    def test_a_cupboard_is_beside_itself_and_what_is_near(self) -> None:
+        wide = block("near", (0.6, 0.05, 0.7))
+        gap = 0.257 + 0.025  # from the middle of what stands before it to the bar of the drawer
+        for more, near in ((ADJACENT_M - 0.001, True), (ADJACENT_M + 0.02, False)):
+            scene = room((cupboard(), at(0.0, 0.0, 0.0)), (wide, at(0.0, -gap - more, 0.0)))
+            pairs = {(f"{a.placement}/{a.link}", b.placement) for a, b in adjacent_links(scene)}
+            assert {p for p in pairs if p[1] == "thing_0"} == {
+                (f"thing_0/{joint.child}", "thing_0") for joint in cupboard().joints
+            }
+            assert (("thing_0/drawer", "thing_1") in pairs) == near
+
+    def test_both_formats_leave_out_these_pairs(self) -> None:
+        scene = room((cupboard(), at(0.0, 0.0, 0.0)), (cupboard(), at(0.6, 0.0, 0.0)))
+        count = len(adjacent_links(scene))
+        assert count > len(cupboard().joints) * 2
+        assert mjcf.write(scene).entries[mjcf.FILE].count(b"<exclude ") == count
+        layer = usd.write(scene).entries[usd.FILE].decode()
+        targets = [line for line in layer.splitlines() if line.strip().startswith("</World/") and "/object>" in line]
+        assert layer.count("PhysicsFilteredPairsAPI") == 2 * len(cupboard().joints)
+        assert len(targets) + layer.count("physics:filteredPairs = </World/") >= count

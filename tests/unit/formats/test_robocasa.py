@@ -5,8 +5,9 @@ from __future__ import annotations
 import ast
 import sys
 from collections.abc import Callable
+from inspect import Parameter, Signature
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import mujoco
@@ -24,7 +25,6 @@ from casa_assets.model.registry.contract import RobocasaRelease
 from casa_assets.registry.families import object_names
 from tests.support.asset.assets import ball, rigid_mug, textured_box, write_to
 from tests.support.library.built_libraries import SLICE_SIZE, slice_of_bread
-from tests.support.mesh.meshes import box_mesh
 
 EVERY = (rigid_mug, ball, textured_box, slice_of_bread)
 
@@ -90,21 +90,6 @@ class TestModel:
             assert {"pos", "size", "rgba", "type"} <= set(region.keys())
             assert "quat" not in region.keys()  # noqa: SIM118  not a mapping
 
-    def test_a_vessel_has_a_place_of_its_liquid(self, build: Callable[[], Asset]) -> None:
-        """Tasks color the site `liquid` of cups and pans, and fail where there is none."""
-        asset = build()
-        sites = parsed(asset).findall("worldbody/body/body/site[@name='liquid']")
-        assert len(sites) == (asset.labels.category == "mug")
-        for site in sites:
-            assert float(site.get("size").split()[1]) * 2 < np.ptp(asset.bounds[:, 2])
-            assert site.get("rgba").split()[3] == "0"
-
-    def test_names_files_that_are_there(self, build: Callable[[], Asset]) -> None:
-        files = objects.write(build(), stood_up=True).entries
-        named = {e.get("file") for e in parsed(build()).iterfind("asset/*") if e.get("file")}
-        assert {path for path in files if not path.endswith(".xml")} == named
-        assert {path.split("/")[0] for path in named if path} <= {"visual", "collision"}
-
     def test_weighs_and_measures_what_the_asset_does(self, build: Callable[[], Asset], tmp_path: Path) -> None:
         asset = build()
         found = compiled(asset, tmp_path)
@@ -116,13 +101,6 @@ class TestModel:
         other = mujoco.MjModel.from_xml_path(str(library / "model.xml"))
         assert found.body_inertia == pytest.approx(other.body_inertia, rel=1e-6)
         assert found.body_ipos[-1] + half_height == pytest.approx(other.body_ipos[-1], abs=1e-8)
-
-    def test_says_no_word_that_older_mujoco_lacks(self, build: Callable[[], Asset]) -> None:
-        meanings = {m.get("inertia") for m in parsed(build()).iter("mesh")}
-        assert meanings <= {"legacy", "convex"}
-
-    def test_same_asset_same_bytes(self, build: Callable[[], Asset]) -> None:
-        assert objects.write(build(), stood_up=True).sums() == objects.write(build(), stood_up=True).sums()
 
 
 class TestUpright:
@@ -147,40 +125,6 @@ class TestUpright:
         spun = turn.rotation @ asset.root.inertial.tensor @ turn.rotation.T
         axes = data.ximat[-1].reshape(3, 3)
         assert axes @ np.diag(stood.body_inertia[-1]) @ axes.T == pytest.approx(spun, abs=1e-9)
-
-    def test_a_slender_thing_stands_on_end(self) -> None:
-        size = (0.2, 0.02, 0.01)
-        mesh = box_mesh(size, (0.0, 0.0, 0.005))
-        asset = slice_of_bread()
-        link = asset.root.replace(visuals=(asset.root.visuals[0].replace(mesh=mesh),))
-        turn = objects.turn_of(asset.replace(links=(link,)))
-        corners = turn.apply(mesh.vertices)
-        assert np.ptp(corners, axis=0) == pytest.approx([0.01, 0.02, 0.2])
-        assert corners.min(axis=0) == pytest.approx([-0.005, -0.01, -0.1])
-
-    def test_what_stands_already_is_left(self) -> None:
-        asset = slice_of_bread()
-        tall = box_mesh((0.05, 0.06, 0.2), (0.0, 0.0, 0.1))
-        link = asset.root.replace(visuals=(asset.root.visuals[0].replace(mesh=tall),))
-        asset = asset.replace(links=(link,))
-        assert objects.turn_of(asset) == Pose()
-        files = objects.write(asset, stood_up=True).entries
-        assert etree.fromstring(files[objects.FILE]).findall(".//geom[@quat]") == []
-        assert files[objects.FILE] == files[objects.UPRIGHT_FILE]
-
-
-class TestThick:
-    def test_a_flat_print_gets_a_point_behind_it(self) -> None:
-        asset = slice_of_bread()
-        crumb, ink = asset.root.visuals
-        assert [objects.has_volume(v.mesh) for v in (crumb, ink)] == [True, False]
-        after = objects.thickened(asset).root.visuals
-        assert after[0] == crumb
-        assert objects.has_volume(after[1].mesh)
-        assert len(after[1].mesh.faces) == len(ink.mesh.faces) + 3
-        added = after[1].mesh.vertices[-1]
-        assert 0 < ink.mesh.vertices[0, 2] - added[2] <= objects.MAX_DEPTH_M + 1e-12
-        assert after[1].mesh.faces[: len(ink.mesh.faces)].tolist() == ink.mesh.faces.tolist()
 
 
 # ---- categories
@@ -208,68 +152,21 @@ class TestEntries:
         }
         assert first["types"] == second["types"] == ["fruit"]
 
-    def test_splits_leave_out_the_other_side(self) -> None:
-        entry = tables(*APPLE)[RobocasaRelease.V1_0]["apple"]
-        assert entry["casa"] == {"model_folders": ["casa/apple"], "exclude": [], "scale": 1.0}
-        assert entry["casa_train"]["exclude"] == ["apple_01"]
-        assert entry["casa_test"]["exclude"] == ["apple_00"]
-        assert type(entry["casa"]["scale"]) is float
 
-    def test_no_registry_is_empty(self) -> None:
-        entry = tables(APPLE[0])[RobocasaRelease.V0_2]["apple"]
-        assert "casa_train" in entry
-        assert "casa_test" not in entry
+FIRST_FLAGS = ("graspable", "washable", "microwavable", "cookable", "freezable")
 
 
-class _Rows:
-    """Stands in for a runtime's class of a category: keeps what it is given and looks for models."""
+def kind_of(*flags: str) -> Any:
+    """In place of a runtime's class of a category with these attributes: keeps what it is given, looks for models."""
 
-    def _fill(self, name: str, types: Any, model_folders: list[str], exclude: list[str], scale: float) -> None:
-        self.name, self.types, self.scale = name, types, scale
-        found = [p for folder in model_folders for p in Path("elsewhere", folder).glob("*/model.xml")]
-        self.mjcf_paths = [str(p) for p in found if p.parent.name not in exclude] * 2
+    def make(name: str, types: Any, **given: Any) -> Any:
+        assert given.keys() == {"model_folders", "exclude", "scale", *flags}
+        found = [p for folder in given["model_folders"] for p in Path("elsewhere", folder).glob("*/model.xml")]
+        kept = [str(p) for p in found if p.parent.name not in given["exclude"]] * 2
+        return SimpleNamespace(types=types, graspable=given["graspable"], mjcf_paths=kept)
 
-
-class FirstKind(_Rows):
-    """With the attributes of v0.2."""
-
-    def __init__(
-        self,
-        name: str,
-        types: Any,
-        model_folders: list[str],
-        exclude: list[str],
-        scale: float,
-        graspable: bool = False,
-        washable: bool = False,
-        microwavable: bool = False,
-        cookable: bool = False,
-        freezable: bool = False,
-    ) -> None:
-        self._fill(name, types, model_folders, exclude, scale)
-        self.graspable = graspable
-
-
-class SecondKind(FirstKind):
-    """With those of v1.0 as well."""
-
-    def __init__(
-        self,
-        name: str,
-        types: Any,
-        model_folders: list[str],
-        exclude: list[str],
-        scale: float,
-        graspable: bool = False,
-        washable: bool = False,
-        microwavable: bool = False,
-        cookable: bool = False,
-        freezable: bool = False,
-        fridgable: bool = False,
-        dishwashable: bool = False,
-    ) -> None:
-        super().__init__(name, types, model_folders, exclude, scale, graspable)
-        self.fridgable = fridgable
+    make.__signature__ = Signature([Parameter(flag, Parameter.KEYWORD_ONLY) for flag in flags])  # type: ignore[attr-defined]
+    return make
 
 
 @pytest.fixture
@@ -283,32 +180,20 @@ def exported(tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("kind", [FirstKind, SecondKind])
-class TestFill:
-    def test_every_registry_finds_its_instances(self, kind: type, exported: Path) -> None:
-        categories: dict[str, Any] = {"apple": {"objaverse": "theirs"}}
-        groups: dict[str, list[str]] = {"all": ["apple"], "fruit": ["apple"]}
-        assert casa_objects.fill(kind, categories, groups, exported) == ("casa", "casa_test", "casa_train")
-        apple = categories["apple"]
-        assert apple["objaverse"] == "theirs"
-        found = {
-            name: [Path(p).parent.name for p in apple[name].mjcf_paths] for name in objects.registry_splits("casa")
-        }
-        # An object that is alone is there twice: RoboCasa's own splits take the first and the second half.
-        halves = {"casa_train": ["apple_00"] * 2, "casa_test": ["apple_01"] * 2}
-        assert found == {"casa": ["apple_00", "apple_01"], **halves}
-        assert apple["casa"].types == ("fruit",)
-        assert apple["casa"].graspable is True
-        assert groups == {"all": ["apple"], "fruit": ["apple"], "shoe": ["shoe"]}
-
-    def test_a_new_category_joins_the_groups_of_its_types(self, kind: type, exported: Path) -> None:
-        groups: dict[str, list[str]] = {"all": []}
-        casa_objects.fill(kind, {}, groups, exported)
-        assert groups == {
-            "all": ["apple"],
-            **{name: ["apple"] for name in ("apple", "fruit", "food", "in_container")},
-            "shoe": ["shoe"],
-        }
+@pytest.mark.parametrize("kind", [kind_of(*FIRST_FLAGS), kind_of(*FIRST_FLAGS, "fridgable", "dishwashable")])
+def test_every_registry_finds_its_instances(kind: Any, exported: Path) -> None:
+    categories: dict[str, Any] = {"apple": {"objaverse": "theirs"}}
+    groups: dict[str, list[str]] = {"all": ["apple"], "fruit": ["apple"]}
+    assert casa_objects.fill(kind, categories, groups, exported) == ("casa", "casa_test", "casa_train")
+    apple = categories["apple"]
+    assert apple["objaverse"] == "theirs"
+    found = {name: [Path(p).parent.name for p in apple[name].mjcf_paths] for name in entries.registry_splits("casa")}
+    # An object that is alone is there twice: RoboCasa's own splits take the first and the second half.
+    halves = {"casa_train": ["apple_00"] * 2, "casa_test": ["apple_01"] * 2}
+    assert found == {"casa": ["apple_00", "apple_01"], **halves}
+    assert apple["casa"].types == ("fruit",)
+    assert apple["casa"].graspable is True
+    assert groups == {"all": ["apple"], "fruit": ["apple"], "shoe": ["shoe"]}
 
 
 @pytest.mark.parametrize("script", [casa_objects, casa_kitchens])
@@ -320,16 +205,6 @@ def test_what_is_copied_needs_nothing_of_ours(script: ModuleType) -> None:
 
 
 class TestTaskObjects:
-    def test_categories_that_are_suggested_suit_all_that_is_missing(self) -> None:
-        """Nothing is missing once a usual object of each is there."""
-        categories = registry.load().categories
-        missing = objects.missing_draws(())
-        assert missing.keys() == objects.TASK_DRAWS.keys()
-        chosen = objects.categories_for(missing, [categories[name] for name in object_names()])
-        assert len(chosen) < 25
-        usual = [(categories[name], tuple(side.typical for side in categories[name].extents)) for name in chosen]
-        assert objects.missing_draws(usual) == {}
-
     def test_things_that_do_not_fit_do_not_count(self) -> None:
         """A tool that is higher than a drawer keeps RoboCasa looking for ever."""
         ladle, mug = (registry.load().categories[name] for name in ("ladle", "mug"))

@@ -1,9 +1,10 @@
-"""Kitchens for RoboCasa: how assets become fixtures, where their frames are, what is told of them, registration."""
+"""Kitchens for RoboCasa: fixtures, frames, what is told of them, registration; and their start states."""
 
 from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -16,13 +17,17 @@ from lxml import etree
 
 from casa_assets.addons.robocasa import casa_kitchens, kitchens, parts
 from casa_assets.addons.robocasa.run import classes
+from casa_assets.addons.robocasa.writers import casa_kitchens
+from casa_assets.addons.robocasa.writers.kitchens import description, document, parts
+from casa_assets.addons.robocasa.writers.kitchens.start_states import translated
 from casa_assets.formats import mjcf
-from casa_assets.model.asset.asset import Asset
-from casa_assets.model.kitchen.scene import Light, Placement, Scene
+from casa_assets.layouts.run.state_file import write_states
+from casa_assets.model.asset.asset import Asset, Base
+from casa_assets.model.kitchen.scene import Light, Placement, Scene, StartStates
 from casa_assets.model.pose import Pose
-from casa_assets.registry.families import family
 from tests.support.asset.assets import write_to
 from tests.support.asset.family_members import preset
+from tests.support.kitchen.rooms import at, block
 from tests.support.kitchen.scenes import QUARTER
 
 UNIT, CORNER, COUNTER, OVEN = (
@@ -101,15 +106,6 @@ def test_each_drawer_is_a_fixture_with_the_names_of_robocasa() -> None:
     assert len({round(height, 3) for height in heights}) == 4
 
 
-def test_frames_lie_in_the_middle_of_main() -> None:
-    for item in fixtures():
-        assert parts.main_center(item.centered) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
-        for link in item.centered.links:
-            place = item.centered.asset_from_link(link.name)
-            if max(abs(q) for q in place.quaternion[1:]) <= parts.MAX_TURN:
-                assert place.position == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
-
-
 @pytest.mark.parametrize("which", ["left", "right"])
 def test_an_l_shaped_worktop_becomes_two_that_face_the_room(which: str) -> None:
     whole = preset("counter_corner", which)
@@ -147,80 +143,6 @@ def test_what_is_told_of_a_kitchen() -> None:
     assert json.loads(kitchens.write_kitchen(kitchen(), fixtures()).entries[kitchens.FILE])["id"] == "test_room"
 
 
-def test_a_lid_keeps_its_frame_and_is_told_of_its_blender() -> None:
-    """RoboCasa compares the frame of the lid with a site of the blender."""
-    blender, lid = preset("blender", "steel_dial"), preset("blender_lid", "steel_dial")
-    site = next(site for site in blender.sites if site.name == "lid_site")
-    places = (
-        Placement(name="blender_lid", asset=lid.id, pose=site.pose),
-        Placement(name="blender", asset=blender.id, pose=Pose()),
-    )
-    scene = Scene(id="test_room", assets=(lid, blender), placements=places)
-    items = kitchens.fixtures_of(scene, classes())
-    rows = kitchens.describe(scene, items, kitchens.FIXTURES)["fixtures"]
-    assert [(row["name"], row["class"], row["lid_of"]) for row in rows] == [
-        ("the_blender", "Blender", ""),
-        ("the_blender_lid", "BlenderLid", "the_blender"),
-    ]
-    below = next(item for item in items if item.type == "Blender")
-    anchor = next(site for site in below.centered.sites if site.name == "lid_site")
-    assert rows[1]["position"] == pytest.approx((below.pose @ anchor.pose).position, abs=1e-9)
-    assert "int" in {region.name for region in below.centered.regions}
-
-
-def test_what_is_called_by_its_kind_gets_another_name() -> None:
-    """LowerHeat calls an object of its own `kettle`."""
-    kettle = preset("kettle", "gooseneck_steel")
-    places = tuple(Placement(name=name, asset=kettle.id, pose=Pose()) for name in ("kettle", "kettle_2"))
-    scene = Scene(id="test_room", assets=(kettle,), placements=places)
-    assert [item.name for item in kitchens.fixtures_of(scene, classes())] == ["the_kettle", "kettle_2"]
-
-
-def test_refrigerators_come_before_their_housings() -> None:
-    """RoboCasa takes the first fixture around a point for the one before which a robot stands."""
-    housing, fridge = preset("housing_fridge", "shaker_white"), preset("fridge_french_door", "steel")
-    places = (
-        Placement(name="housing", asset=housing.id, pose=Pose()),
-        Placement(name="fridge", asset=fridge.id, pose=Pose()),
-    )
-    scene = Scene(id="test_room", assets=(housing, fridge), placements=places)
-    rows = kitchens.describe(scene, kitchens.fixtures_of(scene, classes()), kitchens.FIXTURES)["fixtures"]
-    assert [row["class"] for row in rows][:2] == ["FridgeFrenchDoor", "HousingCabinet"]
-
-
-@pytest.mark.parametrize(("aside", "kind"), [(0.9, "OpenCabinet"), (0.05, "Fixture")])
-def test_shelves_that_no_robot_gets_to_are_no_goal(aside: float, kind: str) -> None:
-    """Another worktop stands out beside the shelves, as in the inner corner of an L."""
-    shelf, counter = preset("open_shelf", "white_wall"), preset(*COUNTER)
-    (x, y, _), (width, depth, _) = parts.main_center(counter), parts.main_region(counter).size
-    turned = Pose(position=(x + aside + depth / 2, y - depth / 2 - width / 2, 0.9), quaternion=QUARTER)
-    scene = Scene(
-        id="test_room",
-        assets=(shelf, counter),
-        placements=(
-            Placement(name="open", asset=shelf.id, pose=Pose(position=(x, y, 1.4))),
-            Placement(name="own", asset=counter.id, pose=Pose(position=(0.0, 0.0, 0.9))),
-            Placement(name="other", asset=counter.id, pose=turned),
-        ),
-    )
-    found = {item.name: item.type for item in kitchens.fixtures_of(scene, classes())}
-    assert found == {"open": kind, "own": "Counter", "other": "Counter"}
-
-
-def test_cameras_of_robosuite_look_into_the_room() -> None:
-    shown = {}
-    for name in ("room_ceiling", "room_floor"):
-        asset = preset(name, min(family(name).presets))
-        root = etree.fromstring(kitchens.write_fixture(centered(asset)).entries[kitchens.MODEL])
-        shown[name] = {geom.get("group") for geom in root.iter("geom") if geom.get("type") == "mesh"}
-    assert shown == {"room_ceiling": {"4"}, "room_floor": {"1"}}
-
-
-def test_numbers_are_none_of_robocasa_and_never_change() -> None:
-    assert kitchens.number_of("l_small__coastal") == 1124275273
-    assert all(kitchens.number_of(name) >= 10**9 for name in ("a", "b"))
-
-
 def test_the_arena_has_the_lights_and_no_unknown_pairs() -> None:
     items = fixtures()
     pairs = kitchens.excluded_bodies(kitchen(), items)
@@ -232,23 +154,6 @@ def test_the_arena_has_the_lights_and_no_unknown_pairs() -> None:
         f"{item.name}_{name}" for item in items for name in ("main", *(link.name for link in item.centered.links))
     }
     assert {body for pair in pairs for body in pair} <= bodies
-
-
-def test_before_a_deep_thing_no_place_is_told() -> None:
-    counter = centered(preset(*COUNTER))
-    [region] = [region for region in counter.regions if region.name.startswith("top")]
-    (x, y, _), (width, depth, _) = region.pose.position, region.size
-    left, front = x - width / 2, y - depth / 2
-    [whole] = kitchens.free_surfaces(counter, [])
-    assert whole.size == pytest.approx(region.size)
-    deep = ((left + 0.1, front + 0.2), (left + 0.5, front + depth))
-    [beside] = kitchens.free_surfaces(counter, [deep])
-    assert beside.size[0] == pytest.approx(width - 0.5)
-    assert beside.position[0] == pytest.approx(left + 0.5 + (width - 0.5) / 2)
-    shallow = ((left + 0.1, front + 0.3), (left + 0.5, front + depth))
-    assert kitchens.free_surfaces(counter, [shallow]) == (whole,)
-    everywhere = ((left, front + 0.2), (left + width, front + depth))
-    assert kitchens.free_surfaces(counter, [everywhere]) == (whole,)
 
 
 @pytest.fixture
@@ -289,34 +194,163 @@ def test_register_touches_only_its_own_kitchens(tmp_path: Path, robocasa: tuple[
     assert casa_kitchens.ids() == ()
 
 
-class NewEnvironment:
-    """Takes what RoboCasa v1.0 gives, as robosuite's main branch does."""
-
-    def __init__(self, load_model_on_init: bool = True) -> None:
-        self.loads = load_model_on_init
+NAME, NUMBER = "test_room", 1_000_000_007
+DRAWER, DIAL = "stack_1__drawer1_slidejoint", "kettle__lid_joint"
+MOVED = Pose(position=(0.3, 0.4, 1.2), quaternion=(0.6, 0.0, 0.8, 0.0))
 
 
-class NewTask:
-    def __init__(self, enable_multiccd: bool = False) -> None:
-        self.multiccd = enable_multiccd
+@cache
+def scene() -> Scene:
+    """A stack of drawers, a loose box whose frame is at its foot, and a loose kettle, which RoboCasa fixes."""
+    unit, kettle = preset("drawer_stack", "navy_cups_four"), preset("kettle", "gooseneck_steel")
+    box = block("box", (0.1, 0.06, 0.08), Base.FREE)
+    return Scene(
+        id=NAME,
+        assets=(unit, box, kettle),
+        placements=(
+            Placement(name="stack_1", asset=unit.id, pose=Pose(position=(1.0, 2.0, 0.0), quaternion=QUARTER)),
+            Placement(name="box", asset=box.id, pose=at(0.1, 0.2, 0.9)),
+            Placement(name="kettle", asset=kettle.id, pose=at(0.5, 0.2, 0.9)),
+        ),
+    )
 
 
-def new_factory(name: str, _: Any) -> str:
-    return "made" if name == "JOINT_VELOCITY_LEGACY" else ""
+def states() -> StartStates:
+    """Two: the second has a drawer open and the box elsewhere."""
+    names = [*(f"stack_1__drawer{k}_slidejoint" for k in range(4)), "box__free", "kettle__free"]
+    joints, address = [], 0
+    for name in names:
+        width = 7 if name.endswith("__free") else 1
+        joints.append({"name": name, "address": address, "width": width})
+        address += width
+    rows = np.zeros((2, address))
+    rows[:, 4:11] = (0.1, 0.2, 0.9, 1.0, 0.0, 0.0, 0.0)
+    rows[:, 11:18] = (0.5, 0.2, 0.9, 1.0, 0.0, 0.0, 0.0)
+    rows[1, 1] = 0.25
+    rows[1, 4:11] = (*MOVED.position, *MOVED.quaternion)
+    return StartStates.model_validate(
+        {
+            "key": "k",
+            "scene": NAME,
+            "scene_xml": "0" * 64,
+            "mujoco": "4.0.0",
+            "seed": 0,
+            "limits": (0.001, 0.005),
+            "envelope": [],
+            "joints": joints,
+            "notes": [{"placed": {}, "parked": "box"}] * 2,
+            "qpos": rows,
+            "base": [[1.0, 2.0, 0.0], [0.5, -1.0, 2.5]],
+            "depth": [0.0] * 2,
+            "motion": [0.0] * 2,
+        }
+    )
 
 
-def test_a_robosuite_that_has_what_robocasa_needs_stays_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    """That of PyPI is patched by tests/consumers/robocasa."""
-    found = {
-        "robosuite.environments.manipulation.manipulation_env": {"ManipulationEnv": NewEnvironment},
-        "robosuite.models.tasks": {"ManipulationTask": NewTask},
-        "robosuite.controllers.parts.controller_factory": {"mobile_base_controller_factory": new_factory},
-    }
-    for name, names in found.items():
-        module = ModuleType(name)
-        vars(module).update(names)
-        monkeypatch.setitem(sys.modules, name, module)
-    before = (NewEnvironment.__init__, NewTask.__init__)
-    assert casa_kitchens.patch_robosuite() == ()
-    assert (NewEnvironment.__init__, NewTask.__init__) == before
-    assert sys.modules["robosuite.controllers.parts.controller_factory"].mobile_base_controller_factory is new_factory
+@cache
+def in_robocasa() -> StartStates:
+    return translated(states(), scene(), description.fixtures_of(scene(), classes()))
+
+
+def test_what_is_loose_is_where_its_fixture_would_be() -> None:
+    (joint,) = (joint for joint in in_robocasa().joints if joint.width == 7)
+    assert joint.name == "box_joint0"
+    placements = tuple(p.replace(pose=MOVED) if p.name == "box" else p for p in scene().placements)
+    for row, where in enumerate((scene(), scene().replace(placements=placements))):
+        wanted = next(item.pose for item in description.fixtures_of(where, classes()) if item.name == "box")
+        found = in_robocasa().qpos[row, joint.address : joint.address + 7]
+        assert found.tolist() == pytest.approx([*wanted.position, *wanted.quaternion], abs=1e-6)
+
+
+class Model:
+    """What robosuite adds to an MjModel, as far as it is used."""
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self._model = model
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._model, name)
+
+    def joint_id2name(self, number: int) -> str:
+        return str(self._model.joint(number).name)
+
+    def joint_name2id(self, name: str) -> int:
+        return int(self._model.joint(name).id)
+
+
+class Data:
+    """The same for an MjData."""
+
+    def __init__(self, data: mujoco.MjData) -> None:
+        self.qpos, self.qvel, self.body_xpos, self.body_xmat = data.qpos, data.qvel, data.xpos, data.xmat
+
+
+def environment() -> Any:
+    """A model with the joints of the states behind those of a base that turns about a point behind its frame."""
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><worldbody>
+        <body name="root" pos="10 10 0" euler="0 0 90"><body name="base">
+          <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
+          <joint name="mobilebase0_joint_mobile_forward" type="slide" axis="1 0 0" pos="-0.21 0 0"/>
+          <joint name="mobilebase0_joint_mobile_side" type="slide" axis="0 1 0" pos="-0.21 0 0"/>
+          <joint name="mobilebase0_joint_mobile_yaw" axis="0 0 1" pos="-0.21 0 0"/>
+          <site name="axis" pos="-0.21 0 0"/></body></body>
+        <body name="box"><freejoint name="box_joint0"/><geom size="0.1"/></body>"""
+        + "".join(
+            f'<body><joint name="unit_1_drawer{k}_slidejoint" type="slide"/><geom size="0.1"/></body>' for k in range(4)
+        )
+        + "</worldbody></mujoco>"
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    sim = SimpleNamespace(model=Model(model), data=Data(data), forward=lambda: mujoco.mj_kinematics(model, data))
+    return SimpleNamespace(sim=sim, layout_id=NUMBER, raw=(model, data))
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A kitchen that is registered, with its start states."""
+    place = tmp_path / NAME
+    place.mkdir()
+    rows = [
+        {"name": "box", "lid_of": "", "position": [0.1, 0.2, 0.94], "quaternion": [1, 0, 0, 0], "is_standing": False}
+    ]
+    (place / "kitchen.json").write_text(json.dumps({"fixtures": rows}), encoding="ascii")
+    monkeypatch.setitem(casa_kitchens._kitchens, NUMBER, place)
+    monkeypatch.setitem(casa_kitchens._numbers, NAME, NUMBER)
+    write_states(place, in_robocasa())
+    yield place
+    casa_kitchens.begin_with(None)
+    casa_kitchens._states.clear()
+
+
+def test_a_reset_puts_everything_where_it_was_and_parks_the_base(folder: Path) -> None:
+    env = environment()
+    _, data = env.raw
+    data.qvel[:] = 1.0
+    casa_kitchens.reset_to(env, 1)
+    assert data.joint("unit_1_drawer1_slidejoint").qpos[0] == pytest.approx(0.25)
+    assert data.joint("box_joint0").qpos[:2].tolist() != [0.0, 0.0]
+    assert data.body("base").xpos[:2].tolist() == pytest.approx([0.5, -1.0])
+    ahead = data.body("base").xmat.reshape(3, 3)[:2, 0]
+    assert ahead.tolist() == pytest.approx([np.cos(2.5), np.sin(2.5)])
+    assert not data.qvel.any()
+    casa_kitchens.reset_to(env, 0, parks=False)
+    assert data.joint("unit_1_drawer1_slidejoint").qpos[0] == 0.0
+    assert data.body("base").xpos[:2].tolist() == pytest.approx([0.5, -1.0])
+    with pytest.raises(IndexError):
+        casa_kitchens.reset_to(env, 2)
+
+
+def test_fixtures_begin_where_a_state_has_them(folder: Path) -> None:
+    rows = json.loads((folder / "kitchen.json").read_text())["fixtures"]
+    rng = np.random.default_rng(0)
+    assert casa_kitchens._begun(rows, folder, rng) == rows
+    casa_kitchens.begin_with(1)
+    (row,) = casa_kitchens._begun(rows, folder, rng)
+    assert row["is_standing"]
+    assert row["position"][0] == pytest.approx(MOVED.position[0] + 0.04 * 0.96, abs=1e-3)
+    casa_kitchens.begin_with("random")
+    assert len({tuple(casa_kitchens._begun(rows, folder, rng)[0]["position"]) for _ in range(20)}) == 2
+    casa_kitchens.begin_with(None)
+    assert casa_kitchens._begun(rows, folder, rng) == rows

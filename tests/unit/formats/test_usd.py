@@ -1,25 +1,24 @@
-"""The USD writer: what it writes is what the asset says, and the same bytes every time."""
+"""USD layers: what is written is what the asset says; the nested layer has a body below the one that carries it."""
 
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pxr import Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade
+from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from casa_assets.formats.usd import document
-from casa_assets.formats.usd.document import float32_moments, principal_axes
-from casa_assets.formats.usd.joint import axis_and_rotation
-from casa_assets.formats.usd.shapes import face_normals
-from casa_assets.model.asset.asset import Base, Exclusion, Link
-from casa_assets.model.asset.parts import Mesh
+from casa_assets.formats.usd.document import axis_and_rotation, float32_moments, principal_axes
+from casa_assets.formats.usd.kitchen import write
+from casa_assets.model.asset.asset import Base
 from casa_assets.model.pose import Pose
 from tests.support.asset.assets import drawer_unit, microwave, rigid_mug, textured_box
-from tests.support.asset.packages import stage_of, thumbnail
-from tests.support.mesh.meshes import box_mesh
+from tests.support.asset.packages import stage_of, written
+from tests.support.kitchen.scenes import corner, put
 
 AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 
@@ -28,17 +27,6 @@ def prim_of(stage: Usd.Stage, path: str) -> Usd.Prim:
     prim = stage.GetDefaultPrim().GetPrimAtPath(path)
     assert prim, path
     return prim
-
-
-class TestPackage:
-    def test_files(self) -> None:
-        asset = textured_box()
-        pictures = {f"usd/textures/{t.file_name}": t.png for t in asset.materials[0].textures}
-        layer, small = f"usd/{asset.id}.usda", f"usd/.thumbs/256x256/{asset.id}.usda.png"
-        entries = document.write(asset, thumbnail()).entries
-        assert set(entries) == {layer, small, *pictures}
-        assert entries[small] == thumbnail()
-        assert pictures.items() <= entries.items()
 
 
 class TestStage:
@@ -52,28 +40,6 @@ class TestStage:
         assert root.GetName() == asset.id
         assert Usd.ModelAPI(root).GetKind() == "component"
         assert UsdGeom.Xformable(root).GetOrderedXformOps() == []
-
-    def test_provenance_is_the_assets_own(self) -> None:
-        asset = microwave()
-        said = stage_of(asset).GetRootLayer().customLayerData["SimReady_Metadata"]
-        lower, upper = asset.bounds
-        assert said["author"] == asset.provenance.author
-        assert said["asset_license"] == asset.provenance.licence
-        assert said["source_file"] == asset.provenance.path
-        assert said["category"] == "microwave"
-        assert said["qcode"] == asset.labels.qcode.id
-        assert said["rigid_body_count"] == 2
-        assert said["mass"] == asset.mass
-        assert tuple(said["asset_extents"]) == pytest.approx(tuple(upper - lower), abs=1e-7)
-
-    def test_labels(self) -> None:
-        root = stage_of(rigid_mug()).GetDefaultPrim()
-        assert list(UsdSemantics.LabelsAPI(root, "class").GetLabelsAttr().Get()) == ["mug", "drinkware", "tableware"]
-        assert list(UsdSemantics.LabelsAPI(root, "wikidata_qcode").GetLabelsAttr().Get()) == ["Q386215"]
-        stage = stage_of(microwave())
-        materials = [p for p in stage.Traverse() if p.IsA(UsdShade.Material)]
-        assert len(materials) == 3
-        assert all(UsdSemantics.LabelsAPI(p, "material").GetLabelsAttr().Get() for p in materials)
 
 
 class TestBody:
@@ -105,11 +71,6 @@ class TestBody:
         assert a + b >= c
         assert np.abs(np.array(float32_moments(values)) - values).max() <= 2e-7 * c
 
-    def test_diagonal_tensor_keeps_its_axes(self) -> None:
-        values, axes = principal_axes(np.diag([3.0, 1.0, 2.0]))
-        assert values == (3.0, 1.0, 2.0)
-        assert axes == Pose()
-
 
 class TestColliders:
     def test_they_are_guides_with_friction_for_every_reader(self) -> None:
@@ -124,11 +85,6 @@ class TestColliders:
                 assert physics.GetStaticFrictionAttr().Get() == pytest.approx(0.6)
                 assert not physics.GetRestitutionAttr().HasAuthoredValue()
 
-    def test_hulls_say_so(self) -> None:
-        hull = prim_of(stage_of(rigid_mug()), "object/collision/wall_0")
-        assert UsdPhysics.MeshCollisionAPI(hull).GetApproximationAttr().Get() == "convexHull"
-        assert hull.GetAttribute("newton:maxHullVertices").Get() == 64
-
 
 class TestVisuals:
     def test_mesh_is_written_as_it_is(self) -> None:
@@ -142,16 +98,6 @@ class TestVisuals:
         st_ = UsdGeom.PrimvarsAPI(prim).GetPrimvar("st")
         assert np.array(st_.Get()) == pytest.approx(mesh.uv)
         assert prim.GetSubdivisionSchemeAttr().Get() == "none"
-
-    def test_without_normals_each_face_has_its_own(self) -> None:
-        mesh = box_mesh((1.0, 1.0, 1.0), (0.0, 0.0, 0.0), shared=True)
-        centres = mesh.vertices[mesh.faces].mean(axis=1)
-        assert ((face_normals(mesh) * centres).sum(axis=1) > 0).all()
-        assert np.linalg.norm(face_normals(mesh), axis=1) == pytest.approx(1.0)
-
-    def test_face_without_area_still_has_a_unit_normal(self) -> None:
-        mesh = Mesh(vertices=np.zeros((3, 3)), faces=np.array([[0, 1, 2]]))
-        assert face_normals(mesh).tolist() == [[0.0, 0.0, 1.0]]
 
     def test_textures_feed_the_surface(self) -> None:
         asset = textured_box()
@@ -179,36 +125,25 @@ class TestJoints:
         token, rotation = axis_and_rotation((x, y, z))
         assert Pose(quaternion=rotation).rotation @ np.array(AXES[token]) == pytest.approx((x, y, z), abs=1e-9)
 
-    def test_principal_axes_are_exact(self, subtests: pytest.Subtests) -> None:
-        for token in "XYZ":
-            for sign in [1.0, -1.0]:
-                with subtests.test(sign=sign, token=token):
-                    x, y, z = (sign * n + 0.0 for n in AXES[token])
-                    found, rotation = axis_and_rotation((x, y, z))
-                    assert found == token
-                    assert (Pose(quaternion=rotation).rotation @ np.array(AXES[token])).tolist() == [x, y, z]
 
-    def test_base_hangs_on_the_root_prim_where_it_is_fixed(self) -> None:
-        stage = stage_of(microwave(Base.FIXED))
-        joint = UsdPhysics.Joint(prim_of(stage, "physicsJoints/baseToWorld"))
-        assert joint.GetBody0Rel().GetTargets() == [stage.GetDefaultPrim().GetPath()]
-        assert [p.name for p in joint.GetBody1Rel().GetTargets()] == ["object"]
-        free = stage_of(microwave(Base.FREE))
-        assert not free.GetDefaultPrim().GetPrimAtPath("physicsJoints/baseToWorld")
-
-    def test_link_names_cannot_meet_the_writers_own(self) -> None:
-        asset = drawer_unit()
-        names = {"drawer": "visual", "knob": "materials"}
-        links = [asset.root, *(_renamed(k, names) for k in asset.links[1:])]
-        renamed = asset.replace(
-            links=tuple(links),
-            joints=tuple(j.replace(child="visual") for j in asset.joints),
-            exclusions=(Exclusion(first="materials", second="object"),),
-        )
-        names_found = [p.GetName() for p in stage_of(renamed).GetDefaultPrim().GetChildren()]
-        assert names_found == ["visualMaterials", "physicsMaterials", "object", "visual", "materials", "physicsJoints"]
+def test_bodies_lie_below_those_that_carry_them(tmp_path: Path) -> None:
+    package = written(drawer_unit(), tmp_path)
+    stage = Usd.Stage.Open(str(package.usd_files[1]))
+    root = stage.GetDefaultPrim().GetPath()
+    bodies = {str(p.GetPath().MakeRelativePath(root)) for p in stage.Traverse() if p.HasAPI(UsdPhysics.RigidBodyAPI)}
+    assert bodies == {"object", "object/drawer", "object/drawer/knob"}
+    for joint in (UsdPhysics.Joint(p) for p in stage.Traverse() if p.IsA(UsdPhysics.Joint)):
+        for end in (*joint.GetBody0Rel().GetTargets(), *joint.GetBody1Rel().GetTargets()):
+            assert stage.GetPrimAtPath(end), f"{joint.GetPath()} names {end}, which is not there"
 
 
-def _renamed(link: Link, names: dict[str, str]) -> Link:
-    parent = link.parent or ""
-    return link.replace(name=names[link.name], parent=names.get(parent, parent))
+def test_each_placement_of_a_scene_is_nested(tmp_path: Path) -> None:
+    folder = put(write(corner()), tmp_path, corner())
+    layer = Sdf.Layer.FindOrOpen(str(folder / "scene_nested.usda"))
+    assert len(layer.relocates) == sum(len(corner().asset_of[p.name].links) - 1 for p in corner().placements)
+    stage = Usd.Stage.Open(layer)
+    for place in corner().placements:
+        asset, root = corner().asset_of[place.name], Sdf.Path(f"/World/{place.name}")
+        for link in asset.links:
+            path = document.nested_path(root, asset, link.name)
+            assert stage.GetPrimAtPath(path).HasAPI(UsdPhysics.RigidBodyAPI), path

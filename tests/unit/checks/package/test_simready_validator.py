@@ -10,6 +10,8 @@ from casa_assets.checks.check import run
 from casa_assets.checks.readers import usd_facts
 from casa_assets.checks.simready import installed, validator
 from casa_assets.cli import doctor
+from casa_assets.checks import simready, simready_python
+from casa_assets.checks.run import run
 from casa_assets.model.issue import CheckResult, Report, Status
 from casa_assets.registry import load
 from tests.support.asset.assets import rigid_mug
@@ -22,18 +24,18 @@ VERSIONS = '{"simready-validate": "1", "simready-foundation-tier-core": "1"}'
 @pytest.fixture
 def absent(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """No Python of this machine has the validator."""
-    monkeypatch.delenv(installed.VARIABLE, raising=False)
+    monkeypatch.delenv(simready_python.VARIABLE, raising=False)
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
-    monkeypatch.setattr(installed, "_versions_here", dict)
-    monkeypatch.setattr(installed, "_CHECKOUT", tmp_path)
+    monkeypatch.setattr(simready_python, "_versions_here", dict)
+    monkeypatch.setattr(simready_python, "_CHECKOUT", tmp_path)
 
 
 def python_that(does: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Name a program as the validator's Python: it says that it has the packages, and `does` something with files."""
     program = folder / "python"
-    program.write_text(f"#!/bin/sh\ncase $3 in versions) echo '{VERSIONS}' ;; *) {does} ;; esac\n")
+    program.write_text(f"#!/bin/sh\ncase $4 in simready-validate) echo '{VERSIONS}' ;; *) {does} ;; esac\n")
     program.chmod(0o755)
-    monkeypatch.setenv(installed.VARIABLE, str(program))
+    monkeypatch.setenv(simready_python.VARIABLE, str(program))
 
 
 def judged(folder: Path) -> tuple[Report, CheckResult]:
@@ -52,25 +54,6 @@ def test_without_it_an_asset_passes_and_a_check_was_not_run(tmp_path: Path) -> N
     assert report.tally.not_run >= 1
 
 
-@pytest.mark.usefixtures("absent")
-def test_without_it_a_kitchen_passes(tmp_path: Path) -> None:
-    report = run(in_all_forms(room((block("crate", (0.2, 0.2, 0.2)), at(0.0, 0.0, 0.0))), tmp_path), "room", LIMITS)
-    assert {r.code for r in report.results if r.status is Status.NOT_RUN} >= {"SCN020"}
-    assert report.passed
-
-
-@pytest.mark.usefixtures("absent")
-@pytest.mark.parametrize(("version", "told"), [((3, 12), "pip install"), ((3, 14), "casa-assets doctor")])
-def test_the_doctor_names_the_command(
-    version: tuple[int, int], told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(installed.sys, "version_info", (*version, 0))
-    (finding,) = (f for f in doctor.findings(tmp_path) if f.subject == "SimReady validator")
-    assert (finding.ok, finding.needed) == (False, False)
-    assert told in finding.message
-    assert "pip install" in finding.fix
-
-
 @pytest.mark.parametrize(
     ("does", "reason"),
     [
@@ -85,7 +68,7 @@ def test_a_validator_that_fails_on_a_file_keeps_it_out(
     does: str, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     python_that(does, tmp_path, monkeypatch)
-    monkeypatch.setattr(validator, "CHILD_LIMIT_S", 0.5 if "sleep" in does else 60.0)
+    monkeypatch.setattr(simready, "CHILD_LIMIT_S", 0.5 if "sleep" in does else 60.0)
     report, result = judged(tmp_path)
     assert (result.status, result.waived) == (Status.NOT_RUN, False)
     assert reason in result.reason

@@ -10,13 +10,12 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from casa_assets.checks.package import usd
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.simready.validator import load_rules
+from casa_assets.checks.package import Package
+from casa_assets.checks.simready import warm
 from casa_assets.model.asset.asset import Asset
 from tests.support.asset.articulated_assets import grill
-from tests.support.asset.assets import EVERY, rigid_mug, textured_box
-from tests.support.asset.packages import Tampering, not_run_here, tamper, thumbnail, tripped, written
+from tests.support.asset.assets import EVERY, textured_box
+from tests.support.asset.packages import Tampering, not_run_here, tamper, tripped, written
 
 FILES = ("USD", "PAR")
 
@@ -72,13 +71,6 @@ def test_bad_example_trips_its_code_alone(code: str, tmp_path: Path) -> None:
     assert tripped(package, FILES) == {code} - not_run_here()
 
 
-def test_thumbnail_of_the_wrong_size(tmp_path: Path) -> None:
-    package = written(rigid_mug(), tmp_path)
-    small = package.usd.parent / ".thumbs/256x256" / f"{package.usd.name}.png"
-    Image.open(io.BytesIO(thumbnail())).resize((64, 64)).save(small)
-    assert [where for where, _ in usd.usd_pictures_are_png(package).problems] == ["thumbnail"]
-
-
 def test_checks_say_nothing_in_the_terminal(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     good, bad = written(textured_box(), tmp_path / "good"), written(textured_box(), tmp_path / "bad")
     cut_in_half(bad)
@@ -87,19 +79,10 @@ def test_checks_say_nothing_in_the_terminal(tmp_path: Path, capfd: pytest.Captur
     assert capfd.readouterr() == ("", "")
 
 
-def test_checks_leave_the_folder_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    package = written(textured_box(), tmp_path)
-    bounce(package)
-    before = sorted(tmp_path.rglob("*"))
-    tripped(package, FILES)
-    assert sorted(tmp_path.rglob("*")) == before
-
-
 def test_checks_run_in_a_forked_child(tmp_path: Path) -> None:
     """Twenty children of one warm parent: a lock or thread lost in the fork would hang some of them."""
     package = written(textured_box(), tmp_path)
-    load_rules()
+    warm()
     tripped(package, FILES)
     context = multiprocessing.get_context("fork")
     children = [context.Process(target=_child, args=(package,)) for _ in range(20)]

@@ -1,6 +1,8 @@
-"""trimesh meshes and scenes as raw models: places, units, looks, and a digest that says what they hold."""
+"""trimesh: its meshes and scenes as raw models, and what it reads of files that our readers read too."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +20,7 @@ from casa_assets.mesh.trimesh_exchange import to_trimesh
 from casa_assets.model import rejection_codes
 from casa_assets.model.source import Up
 from tests.support.mesh.mesh_files import LIMITS, QUARTERS
+from tests.support.mesh.mesh_readings import differences, ours, theirs
 from tests.support.mesh.raw_models import brief
 
 
@@ -33,12 +36,6 @@ def square(material: PBRMaterial | SimpleMaterial) -> trimesh.Trimesh:
     points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
     visual = TextureVisuals(uv=[(0, 0), (1, 0), (1, 1), (0, 1)], material=material)
     return trimesh.Trimesh(vertices=points, faces=[(0, 1, 2), (0, 2, 3)], visual=visual, process=False)
-
-
-def test_units_are_those_that_trimesh_states() -> None:
-    for units, metres in (("mm", 0.001), ("inches", 0.0254), ("meters", 1.0), (None, None)):
-        found = raw_from_trimesh(box(units)).metres_per_unit
-        assert found == (None if metres is None else pytest.approx(metres)), units
 
 
 def test_what_is_refused_or_passed_over() -> None:
@@ -91,19 +88,6 @@ def test_pbr_pictures_and_factors() -> None:
     assert part.material.base_color[0] == pytest.approx(0.503, abs=0.001)
 
 
-def test_colours_of_vertices_and_faces() -> None:
-    mesh = box()
-    mesh.visual.vertex_colors = np.tile([10, 20, 30, 255], (8, 1))
-    (part,) = raw_from_trimesh(mesh).parts
-    assert part.mesh.colors is not None
-    assert part.mesh.colors[0].tolist() == [10, 20, 30, 255]
-    mesh = box()
-    mesh.visual.face_colors = np.array([[i, 0, 0, 255] for i in range(12)], dtype=np.uint8)
-    (part,) = raw_from_trimesh(mesh).parts
-    assert part.mesh.colors is not None
-    assert part.mesh.colors[part.mesh.faces][:, :, 0].tolist() == [[i] * 3 for i in range(12)]
-
-
 def test_the_digest_is_of_the_content() -> None:
     mesh = box("mm")
     first = bundle_from_trimesh(mesh).sha256
@@ -124,3 +108,37 @@ def test_the_stages_take_it_like_a_file() -> None:
     np.testing.assert_allclose(again.bounds, asset.bounds, atol=1e-6)
     assert again.mass == pytest.approx(asset.mass, rel=1e-3)
     assert len(clean(raw_from_trimesh(mesh)).parts) == 1
+
+
+EXAMPLES = Path(__file__).parents[4] / "examples" / "meshes"
+KINDS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".dae")
+# The banana is cut short on purpose: it shows what a refusal looks like.
+NAMES = sorted(p.name for p in EXAMPLES.iterdir() if p.suffix in KINDS and p.stem != "banana")
+ROOMY = {**LIMITS, "input_texture_px": 4096.0, "input_texture_pixels": 1e7}
+
+
+def test_examples(subtests: pytest.Subtests) -> None:
+    for name in NAMES:
+        with subtests.test(name=name):
+            path = EXAMPLES / name
+            assert differences(path, ours(path, ROOMY), theirs(path)) == []
+
+
+def test_what_trimesh_writes_is_read_alike(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
+    for kind in ["glb", "obj", "ply", "stl", "dae", "off"]:
+        with subtests.test(kind=kind):
+            tmp_path = tmp_path_factory.mktemp("case")
+            scene = trimesh.Scene()
+            turn = trimesh.transformations.rotation_matrix(0.7, (1, 2, 3), (0.1, 0, 0))
+            scene.add_geometry(trimesh.creation.torus(1.0, 0.2), node_name="ring", transform=turn)
+            scene.add_geometry(
+                trimesh.creation.box((0.5, 1, 2)), node_name="block", transform=np.diag([1.0, 2.0, 3.0, 1.0])
+            )
+            whole = scene.to_mesh()
+            path = tmp_path / f"made.{kind}"
+            (scene if kind == "glb" else whole).export(path)
+            mine = ours(path, ROOMY)
+            assert len(mine.soup) == len(whole.faces)
+            assert mine.area == pytest.approx(whole.area, rel=1e-4)
+            found = differences(path, mine, theirs(path))
+            assert [f for f in found if not f.startswith("materials")] == []

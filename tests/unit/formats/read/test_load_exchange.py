@@ -5,16 +5,14 @@ from __future__ import annotations
 import io
 import socket
 import zipfile
-from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 
-from casa_assets.ingest.sources import Refused, discover
 from casa_assets.model import rejection_codes
 from casa_assets.model.source import Up
-from tests.support.mesh.mesh_files import OBJ_TRIANGLE, load_bytes, refusal
+from tests.support.mesh.mesh_files import load_bytes, refusal
 
 MESH = (
     '<mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/><vertex x="0" y="1" z="0"/></vertices>'
@@ -58,15 +56,6 @@ def test_each_states_its_unit_and_axis_as_far_as_it_has_them() -> None:
     raw = load_bytes("part.3mf", scene.export(file_type="3mf"))
     assert (raw.format, raw.up, raw.metres_per_unit) == ("threemf", Up.Z, pytest.approx(0.001))
     np.testing.assert_allclose(raw.parts[0].mesh.bounds, [[4.5, 5, 5.5], [5.5, 7, 8.5]])
-
-
-def test_3mf_copies_of_components() -> None:
-    inner = f'<object id="1">{MESH}</object>'
-    outer = '<object id="2"><components><component objectid="1"/>'
-    outer += '<component objectid="1" transform="1 0 0 0 1 0 0 0 1 3 0 0"/></components></object>'
-    raw = load_bytes("a.3mf", package(model(inner + outer, '<item objectid="2"/>', "inch")))
-    assert raw.metres_per_unit == pytest.approx(0.0254)
-    assert sorted(float(p.mesh.bounds[1, 0]) for p in raw.parts) == [1.0, 4.0]
 
 
 def test_hostile_text(subtests: pytest.Subtests) -> None:
@@ -147,22 +136,3 @@ def test_nothing_is_fetched(monkeypatch: pytest.MonkeyPatch) -> None:
         '<object id="1"><components><component objectid="9" path="http://example.com/a.model"/></components></object>'
     )
     assert refusal("a.3mf", package(model(other, '<item objectid="1"/>'))) == rejection_codes.NO_GEOMETRY
-
-
-def test_what_is_not_read_is_said(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
-    for name in ("a.max", "a.lwo", "a.7z", "a.rar", "a.obj.gz", "a.STEP"):
-        with subtests.test(name=name):
-            tmp_path = tmp_path_factory.mktemp("case")
-            (tmp_path / name).write_bytes(b"whatever")
-            (one,) = discover([tmp_path])
-            assert isinstance(one, Refused)
-            assert (one.path, one.code) == (name, rejection_codes.WRONG_TYPE)
-            assert name in one.message
-
-
-def test_a_twin_that_is_read_speaks_for_it(tmp_path: Path) -> None:
-    for name in ("chair.fbx", "chair.blend", "index.json.gz", "notes.txt"):
-        (tmp_path / name).write_bytes(b"whatever")
-    (tmp_path / "chair.obj").write_text(OBJ_TRIANGLE)
-    (one,) = discover([tmp_path])
-    assert not isinstance(one, Refused)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +11,11 @@ from casa_assets.core import system
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.formats.read import load
-from casa_assets.ingest.sources import Found, Refused, collect, discover
+from casa_assets.ingest.sources import Found, collect, discover
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import RawModel, Up
 from tests.support.mesh import format_files as made
-from tests.support.mesh.mesh_files import LIMITS, OBJ_TRIANGLE, QUARTERS, codes_of, load_bytes, load_path, png, refusal
+from tests.support.mesh.mesh_files import LIMITS, QUARTERS, codes_of, load_bytes, load_path, png, refusal
 
 PICTURE = {"a.png": png(QUARTERS)}
 # Format -> file, metres per unit, up, and the length of its sides in metres along x, y, z of the file.
@@ -115,43 +114,6 @@ def test_usd_layers_of_the_folder_are_followed_and_no_others(tmp_path: Path) -> 
         with pytest.raises(Rejected) as error:
             collect(found[f"sub/{name}.usda"], LIMITS)
         assert error.value.code == codes.PATH_TRAVERSAL
-
-
-def test_shapes_of_vrml_are_closed(subtests: pytest.Subtests) -> None:
-    for solid in ["Box", "Cylinder", "Cone", "Sphere"]:
-        with subtests.test(solid=solid):
-            mesh = load_bytes("a.wrl", made.wrl(f"{solid} {{ }}")).parts[0].mesh
-            assert _volume(mesh.vertices, mesh.faces) > 1.0
-            assert np.allclose(np.ptp(mesh.vertices, axis=0), 2.0, atol=0.02)
-    used_twice = made.wrl() + "Transform { translation 1 0 0 children USE thing }"
-    assert len(load_bytes("a.wrl", used_twice).parts) == 2
-
-
-def test_members_of_archives_are_inputs_with_their_companions(tmp_path: Path) -> None:
-    obj = (OBJ_TRIANGLE.replace("f ", "vt 0 0\nusemtl m\nf ") + "mtllib a.mtl\n").encode()
-    files = {"x/a.obj": obj, "x/a.mtl": b"newmtl m\nKd 1 0 0\n", "x/notes.txt": b"", "b.max": b"whatever"}
-    (tmp_path / "things.zip").write_bytes(made.zipped(**files))
-    (tmp_path / "things.tar.gz").write_bytes(made.tarred(**files))
-    others: Counter[str] = Counter()
-    found = list(discover([tmp_path], others))
-    assert [one.path if isinstance(one, Refused) else one.source.path for one in found] == [
-        f"things.{suffix}!{member}" for suffix in ("tar.gz", "zip") for member in ("b.max", "x/a.obj")
-    ]
-    assert +others == {"materials": 2, "texts": 2}
-    for one in found:
-        if isinstance(one, Found):
-            model = load(collect(one, LIMITS), LIMITS)
-            assert model.parts[0].material.base_color[:3] == (1.0, 0.0, 0.0)
-
-
-def test_every_file_is_counted(tmp_path: Path) -> None:
-    for name in ("a.png", "b.JPG", "a.mtl", "x.bin", "read.me", "NOTES", ".hidden", "chair.blend", "chair.obj", "q.7z"):
-        (tmp_path / name).write_bytes(OBJ_TRIANGLE.encode())
-    others: Counter[str] = Counter()
-    found = list(discover([tmp_path], others))
-    assert len(found) + others.total() == 10
-    assert others["pictures"] == 2
-    assert others["other forms of a mesh beside it"] == 1
 
 
 def test_a_blend_without_blender_says_how_to_install_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

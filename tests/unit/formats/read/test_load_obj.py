@@ -8,14 +8,9 @@ import numpy as np
 import pytest
 
 from casa_assets.formats.read.obj import map_file
-from casa_assets.formats.read.polygons import triangulate
+from casa_assets.formats.read.raw_parts import triangulate
 from casa_assets.model import rejection_codes
 from tests.support.mesh.mesh_files import OBJ_TRIANGLE, QUARTERS, codes_of, load_bytes, png, refusal, texel
-
-
-def test_declares_neither_unit_nor_axis() -> None:
-    model = load_bytes("x.obj", OBJ_TRIANGLE)
-    assert (model.metres_per_unit, model.up, model.format, model.notes) == (None, None, "obj", ())
 
 
 def test_spellings_of_the_same_triangle(subtests: pytest.Subtests) -> None:
@@ -32,17 +27,6 @@ def test_spellings_of_the_same_triangle(subtests: pytest.Subtests) -> None:
         with subtests.test(text=text):
             mesh = load_bytes("x.obj", text).parts[0].mesh
             assert mesh.vertices[mesh.faces[0]].tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
-
-
-def test_objects_and_materials_make_parts_in_order() -> None:
-    text = "v 0 0 0\nv 1 0 0\nv 0 1 0\no Lid\nusemtl a\nf 1 2 3\n"
-    text += "o pot\nf 1 2 3\nusemtl b\nf 3 2 1\no Lid\nusemtl a\nf 3 1 2\n"
-    parts = load_bytes("x.obj", text).parts
-    assert [(p.name, len(p.mesh.faces), p.material.id) for p in parts] == [
-        ("lid", 2, "a"),
-        ("pot", 1, "a"),
-        ("pot_2", 1, "b"),
-    ]
 
 
 def test_corners_with_other_uv_are_other_vertices_and_uv_count_from_the_lower_left() -> None:
@@ -99,12 +83,6 @@ def test_bad_faces_are_dropped_with_a_note() -> None:
         assert (len(model.parts[0].mesh.faces), codes_of(model)) == (1, {rejection_codes.FACE_DROPPED}), line
 
 
-def test_non_finite_vertices_cost_their_faces_or_the_input() -> None:
-    model = load_bytes("x.obj", OBJ_TRIANGLE + "v nan inf 0\nf 1 2 4\n")
-    assert (len(model.parts[0].mesh.faces), codes_of(model)) == (1, {rejection_codes.FACE_DROPPED})
-    assert refusal("x.obj", OBJ_TRIANGLE.replace("v 1 0 0", "v nan 0 0")) == rejection_codes.NON_FINITE
-
-
 def test_unusable_files_are_refused(subtests: pytest.Subtests) -> None:
     for text, code in [
         ("", rejection_codes.EMPTY_FILE),
@@ -117,12 +95,6 @@ def test_unusable_files_are_refused(subtests: pytest.Subtests) -> None:
     ]:
         with subtests.test(text=text, code=code):
             assert refusal("x.obj", text) == code
-
-
-def test_commands_in_an_obj_are_ignored() -> None:
-    assert codes_of(load_bytes("x.obj", "csh touch x\ncall y.obj\n" + OBJ_TRIANGLE)) == {
-        rejection_codes.DIRECTIVE_IGNORED
-    }
 
 
 def test_concave_polygons_keep_their_area() -> None:

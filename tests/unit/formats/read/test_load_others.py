@@ -10,10 +10,10 @@ import pytest
 from PIL import Image
 
 from casa_assets.formats.read.materials import Images, ImageUse
-from casa_assets.formats.read.text import MAX_NOTES, Notes, UniqueNames, identifier
+from casa_assets.formats.read.text import Notes
 from casa_assets.model import rejection_codes
 from casa_assets.model.source import Up
-from tests.support.mesh.mesh_files import LIMITS, QUARTERS, codes_of, load_bytes, png, refusal, texel
+from tests.support.mesh.mesh_files import LIMITS, QUARTERS, load_bytes, png, refusal, texel
 
 PLY_HEAD = "ply\nformat {} 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n{}"
 PLY_FACES = "element face {}\nproperty list uchar int vertex_indices\n{}end_header\n"
@@ -197,28 +197,3 @@ def test_large_pictures_are_refused_unseen_and_big_ones_scaled() -> None:
     assert scaled is not None
     assert (scaled.width_px, scaled.height_px) == (4096, 1)
     assert [n.code for n in notes.issues] == [rejection_codes.IMAGE_REFUSED, rejection_codes.IMAGE_DOWNSCALED]
-
-
-def test_notes_are_few_and_clean() -> None:
-    assert rejection_codes.TYPE_BY_CONTENT in codes_of(load_bytes("x.stl", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"))
-    notes = Notes()
-    for i in range(100):
-        notes.add(rejection_codes.BAD_VALUE, f"p{i}", "a\x00b\u202ec" + "x" * 1000)
-    assert len(notes.issues) == MAX_NOTES + 1
-    assert notes.issues[0].message.startswith("a?b?c")
-    assert notes.issues[-1].code == rejection_codes.MORE_NOTES
-
-
-def test_any_text_becomes_an_id(subtests: pytest.Subtests) -> None:
-    for text in ["", "Ünïcødé 杯子", "3_x", "../../etc", 'a"\n<b>', "__", "x" * 500, "\u202eevil", "CupMesh"]:
-        with subtests.test(text=text):
-            names = UniqueNames()
-            made = [names.unique(text, "part") for _ in range(3)]
-            assert len(set(made)) == 3
-            for name in made:
-                assert name[0].isalpha()
-                assert name.replace("_", "a").isalnum()
-                assert name.isascii()
-                assert "__" not in name
-                assert not name.endswith("_")
-            assert identifier("CupMesh", "part") == "cup_mesh"

@@ -78,13 +78,6 @@ def test_draco_that_is_broken_is_refused() -> None:
     assert refusal("a.glb", made.glb()) in (codes.NO_FACES, codes.TRUNCATED)
 
 
-def test_an_extension_that_is_dropped_is_told() -> None:
-    made = Gltf()
-    made.document["extensionsUsed"] = ["KHR_texture_transform", "KHR_materials_clearcoat", "X_y"]
-    told = [note.pointer for note in load_bytes("a.glb", made.glb()).notes if note.code == codes.FEATURE_IGNORED]
-    assert told == ["KHR_materials_clearcoat", "X_y"]
-
-
 @pytest.mark.parametrize("picture", [UASTC, ETC1S])
 def test_a_ktx2_picture_is_read(picture: bytes) -> None:
     made = Gltf()

@@ -14,6 +14,9 @@ from casa_assets.errors import CasaError
 from casa_assets.formats.mjcf.scene.kitchen import write
 from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.order.build_order import KitchenRequest
+from casa_assets.formats.mjcf.kitchen import write
+from casa_assets.layouts.compose.floor_facts import facts_of
+from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import bare, build_scene, kitchen_key
 from casa_assets.layouts.run.scene_json import describe

@@ -185,7 +185,7 @@ class TestNothingIsPutInPlace:
         def broken(*_: object, **__: object) -> None:
             raise OSError("no space left")
 
-        monkeypatch.setattr("casa_assets.formats.usd.scene.kitchen.write", broken)
+        monkeypatch.setattr("casa_assets.formats.usd.kitchen.write", broken)
         done = scene_folders.build_one(RECIPE, tmp_path, drawn=False)
         assert "no space left" in done.message
         assert files_below(tmp_path) == []

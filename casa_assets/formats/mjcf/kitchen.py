@@ -16,7 +16,7 @@ from casa_assets.core.numeric import Floats
 from casa_assets.formats.mjcf import document, shapes
 from casa_assets.formats.mjcf.document import BodyContext
 from casa_assets.formats.mjcf.shapes import Meshes, MeshFile, MeshUse, collision_bounds
-from casa_assets.formats.mujoco_values import VIEWER_GROUPS, Groups
+from casa_assets.formats.values import VIEWER_GROUPS, Groups, number, numbers, srgb
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.material import Material, Texture
 from casa_assets.model.issue import Files
@@ -109,7 +109,6 @@ def _meshes(asset: Asset) -> Meshes:
 
 
 # Room -----------------------------------------------------------------------------------------------------------------
-# Scene -> view settings, sky, lights and cameras.
 
 # Clipping distances: a camera at a wrist sees the fingers, and what lies beyond a window is not cut off.
 NEAR_M, FAR_M = 0.015, 60.0
@@ -145,23 +144,23 @@ class FirstView:
     fov_y_deg: float
 
 
-def add_frame(root: etree._Element, scene: Scene) -> None:
+def _add_frame(root: etree._Element, scene: Scene) -> None:
     """`<statistic>` and `<visual>`: first view, rendering options and ambient light."""
     first = _first_view(scene)
     extent = first.distance / FREE_CAMERA_EXTENTS
-    frame = {"center": shapes.numbers(first.target), "extent": shapes.number(extent), "meansize": "0.3"}
+    frame = {"center": numbers(first.target), "extent": number(extent), "meansize": "0.3"}
     etree.SubElement(root, "statistic", frame)
     view = etree.SubElement(root, "visual")
-    angles = {"azimuth": shapes.number(first.azimuth_deg), "elevation": shapes.number(first.elevation_deg)}
-    etree.SubElement(view, "global", {**angles, "fovy": shapes.number(first.fov_y_deg), **OFFSCREEN_SIZE})
+    angles = {"azimuth": number(first.azimuth_deg), "elevation": number(first.elevation_deg)}
+    etree.SubElement(view, "global", {**angles, "fovy": number(first.fov_y_deg), **OFFSCREEN_SIZE})
     etree.SubElement(view, "quality", {"shadowsize": "4096", "offsamples": "4"})
-    ambient = {"ambient": shapes.numbers(scene.ambient), "diffuse": "0 0 0", "specular": "0 0 0"}
+    ambient = {"ambient": numbers(scene.ambient), "diffuse": "0 0 0", "specular": "0 0 0"}
     etree.SubElement(view, "headlight", ambient)
-    near, far = shapes.number(NEAR_M / extent), shapes.number(FAR_M / extent)
-    shadows = {"shadowclip": shapes.number(SHADOW_REACH * first.reach / extent), "shadowscale": "0.8"}
+    near, far = number(NEAR_M / extent), number(FAR_M / extent)
+    shadows = {"shadowclip": number(SHADOW_REACH * first.reach / extent), "shadowscale": "0.8"}
     etree.SubElement(view, "map", {"znear": near, "zfar": far, **shadows})
     if scene.sky is not None:
-        etree.SubElement(view, "rgba", {"haze": f"{shapes.srgb(scene.sky.horizon)} 1"})
+        etree.SubElement(view, "rgba", {"haze": f"{srgb(scene.sky.horizon)} 1"})
 
 
 def _first_view(scene: Scene) -> FirstView:
@@ -183,7 +182,7 @@ def add_sky(assets: etree._Element, scene: Scene) -> None:
     """Add the skybox below `<asset>` if the scene has a sky."""
     if scene.sky is None:
         return
-    colors = {"rgb1": shapes.srgb(scene.sky.zenith), "rgb2": shapes.srgb(scene.sky.horizon)}
+    colors = {"rgb1": srgb(scene.sky.zenith), "rgb2": srgb(scene.sky.horizon)}
     sky = {"name": "sky", "type": "skybox", "builtin": "gradient", **colors, "width": "256", "height": "1536"}
     etree.SubElement(assets, "texture", sky)
 
@@ -193,7 +192,7 @@ def add_lights_and_cameras(world: etree._Element, scene: Scene) -> None:
     for light in scene.lights:
         etree.SubElement(world, "light", _light(light))
     for camera in scene.cameras:
-        lens = {"name": camera.name, **shapes.place(camera.pose), "fovy": shapes.number(camera.fov_y_deg)}
+        lens = {"name": camera.name, **shapes.place(camera.pose), "fovy": number(camera.fov_y_deg)}
         etree.SubElement(world, "camera", lens)
 
 
@@ -216,20 +215,20 @@ def _light(light: Light) -> dict[str, str]:
         "name": light.name,
         # `type`, which says the same, is newer than MuJoCo 3.3.1.
         "directional": "true" if light.kind is LightKind.DIRECTIONAL else "false",
-        "pos": shapes.numbers(light.position),
-        "dir": shapes.numbers(d / length for d in light.direction),
+        "pos": numbers(light.position),
+        "dir": numbers(d / length for d in light.direction),
         # Linear, unlike other colours: MuJoCo adds up light without converting it from sRGB.
-        "diffuse": shapes.numbers(light.color),
-        "specular": shapes.numbers(SPECULAR_SHARE * c for c in light.color),
+        "diffuse": numbers(light.color),
+        "specular": numbers(SPECULAR_SHARE * c for c in light.color),
         "castshadow": "true" if light.castshadow else "false",
-        "bulbradius": shapes.number(light.radius),
+        "bulbradius": number(light.radius),
     }
     if light.kind is LightKind.DIRECTIONAL:
         return attributes
-    attributes["attenuation"] = shapes.numbers(light.attenuation)
+    attributes["attenuation"] = numbers(light.attenuation)
     if light.kind is LightKind.SPOT:
-        exponent = shapes.number(MAX_SPOT_EXPONENT * light.softness)
-        return attributes | {"cutoff": shapes.number(light.cone_deg), "exponent": exponent}
+        exponent = number(MAX_SPOT_EXPONENT * light.softness)
+        return attributes | {"cutoff": number(light.cone_deg), "exponent": exponent}
     return attributes | {"cutoff": ALL_SIDES_DEG, "exponent": "0"}
 
 
@@ -269,7 +268,7 @@ def write(scene: Scene | LightScene, shared: str = "../assets", groups: Groups =
 
 def light_colors(asset: Asset, light: Asset) -> dict[str, str]:
     """Collider of a light form -> `rgba`, three digits: colour of the full asset's visuals at that collider."""
-    known = {name: shapes.numbers(round(c, 3) for c in color) for name, color in collider_colors(asset).items()}
+    known = {name: numbers(round(c, 3) for c in color) for name, color in collider_colors(asset).items()}
     names = [collider.name for link in light.links for collider in link.colliders]
     return {name: known[name] if name in known else known[LightScene.collider_of(name)] for name in names}
 
@@ -297,21 +296,8 @@ def _context(
 def _document(
     scene: Scene, contexts: list[BodyContext], shared_files: SceneResources, folder: str, is_light: bool
 ) -> bytes:
-    root = etree.Element("mujoco", {"model": scene.id})
-    compiler = {"angle": "radian", "autolimits": "true"}
-    if is_light:
-        # What never moves becomes one body with the world, and MuJoCo computes about half as many poses per step.
-        compiler["fusestatic"] = "true"
-    etree.SubElement(root, "compiler", compiler)
-    option = {"timestep": "0.002", "integrator": "implicitfast", "gravity": shapes.numbers(scene.gravity)}
-    # Several contacts between a pair of meshes, so that what stands does not rock. MuJoCo 4 does so by default.
-    etree.SubElement(etree.SubElement(root, "option", option), "flag", {"multiccd": "enable"})
-    add_frame(root, scene)
-    assets = etree.SubElement(root, "asset")
-    add_sky(assets, scene)
+    root, assets, world = begin_document(scene, is_fused=is_light)
     add_shared_resources(assets, shared_files, folder)
-    world = etree.SubElement(root, "worldbody")
-    add_lights_and_cameras(world, scene)
     for place, context in zip(scene.placements, contexts, strict=True):
         root_body = add_placement(world, place, context)
         if is_light and context.asset.base is Base.FIXED:
@@ -320,6 +306,27 @@ def _document(
     add_texts(root, scene, contexts)
     add_poses(root, scene, contexts)
     return etree.tostring(root, encoding="us-ascii", pretty_print=True)
+
+
+def begin_document(scene: Scene, is_fused: bool, **flags: str) -> tuple[etree._Element, etree._Element, etree._Element]:
+    """Root, `<asset>` and `<worldbody>` of a scene's document, with its sky, lights and cameras.
+
+    Args:
+        is_fused: what never moves becomes one body with the world, and MuJoCo computes about half as many poses per
+            step. flags: of `<flag>`, besides several contacts between a pair of meshes, so that what stands does not
+            rock, which MuJoCo 4 has by default.
+    """
+    root = etree.Element("mujoco", {"model": scene.id})
+    fused = {"fusestatic": "true"} if is_fused else {}
+    etree.SubElement(root, "compiler", {"angle": "radian", "autolimits": "true", **fused})
+    option = {"timestep": "0.002", "integrator": "implicitfast", "gravity": numbers(scene.gravity)}
+    etree.SubElement(etree.SubElement(root, "option", option), "flag", {"multiccd": "enable", **flags})
+    _add_frame(root, scene)
+    assets = etree.SubElement(root, "asset")
+    add_sky(assets, scene)
+    world = etree.SubElement(root, "worldbody")
+    add_lights_and_cameras(world, scene)
+    return root, assets, world
 
 
 def world_from_root(place: Placement, asset: Asset) -> Pose:
@@ -381,4 +388,4 @@ def add_poses(root: etree._Element, scene: Scene, contexts: list[BodyContext]) -
             values += [*free_joint, *(positions[name].get(joint, 0.0) for joint in joints)]
     block = etree.SubElement(root, "keyframe")
     for name, values in qpos.items():
-        etree.SubElement(block, "key", {"name": name, **({"qpos": shapes.numbers(values)} if values else {})})
+        etree.SubElement(block, "key", {"name": name, **({"qpos": numbers(values)} if values else {})})

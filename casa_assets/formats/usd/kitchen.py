@@ -8,9 +8,8 @@ from collections.abc import Callable
 import numpy as np
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdLux, UsdPhysics
 
-from casa_assets.formats.usd import document, number
-from casa_assets.formats.usd.joint import BASE_TO_WORLD, SCOPE
-from casa_assets.formats.usd.scene import isaac_lab
+from casa_assets.formats.usd import document, isaac_lab, shapes
+from casa_assets.formats.usd.document import BASE_TO_WORLD, JOINTS
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.issue import Files
@@ -31,33 +30,25 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
 # Placement ------------------------------------------------------------------------------------------------------------
-# Pose of a placement -> overrides of the links and joints of the asset that it refers to.
-
-
-def variant(asset: Asset, pose: str) -> str | None:
-    """Return the asset's variant that is nearest to a pose of the scene, or None if it has no variants."""
-    if not asset.keyframes:
-        return None
-    return pose if pose in {key.name for key in asset.keyframes} and pose != START_POSE else CLOSED_POSE
-
-
-def set_pose(spec: Sdf.PrimSpec, pose: Pose) -> None:
-    """Override the pose of a link in the frame of its asset."""
-    document.write_pose(spec, pose)
-    document.write_ops(spec)
 
 
 def set_joints(layer: Sdf.Layer, root: Sdf.Path, asset: Asset, positions: dict[str, float]) -> None:
     """Override link poses and joint states below `root`; `positions` in rad or m, joints not named are at zero."""
     for link in asset.links:
         if asset.is_moved(link.name):
-            spec = Sdf.CreatePrimInLayer(layer, root.AppendChild(link.name))
-            set_pose(spec, asset.asset_from_link(link.name, positions))
+            _set_pose(layer, root.AppendChild(link.name), asset.asset_from_link(link.name, positions))
     for joint in asset.joints:
-        spec = Sdf.CreatePrimInLayer(layer, root.AppendChild(SCOPE).AppendChild(joint.name))
-        spec.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=[document.state_schema(joint)]))
-        position = document.state_position(joint, positions.get(joint.name, 0.0))
-        Sdf.AttributeSpec(spec, document.state_attribute(joint), Sdf.ValueTypeNames.Float).default = position
+        spec = Sdf.CreatePrimInLayer(layer, root.AppendChild(JOINTS).AppendChild(joint.name))
+        schema, attribute, position = document.joint_state(joint, positions.get(joint.name, 0.0))
+        spec.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=[schema]))
+        Sdf.AttributeSpec(spec, attribute, Sdf.ValueTypeNames.Float).default = position
+
+
+def _set_pose(layer: Sdf.Layer, path: Sdf.Path, pose: Pose) -> None:
+    """Override the pose of a link in the frame of its asset."""
+    spec = Sdf.CreatePrimInLayer(layer, path)
+    document.write_pose(spec, pose)
+    document.write_ops(spec)
 
 
 def fix_base(layer: Sdf.Layer, root: Sdf.Path, world: Sdf.Path, world_from_base: Pose) -> None:
@@ -66,16 +57,15 @@ def fix_base(layer: Sdf.Layer, root: Sdf.Path, world: Sdf.Path, world_from_base:
     An asset by itself fixes its base to its own root prim. In a scene that prim is not the default prim of the stage,
     so MuJoCo would not treat it as the world and would let the base float.
     """
-    spec = Sdf.CreatePrimInLayer(layer, root.AppendChild(SCOPE).AppendChild(BASE_TO_WORLD))
+    spec = Sdf.CreatePrimInLayer(layer, root.AppendChild(JOINTS).AppendChild(BASE_TO_WORLD))
     Sdf.RelationshipSpec(spec, "physics:body0", custom=False).targetPathList.explicitItems = [world]
     kinds = Sdf.ValueTypeNames
-    position, rotation = number.vec3f(world_from_base.position), number.quatf(world_from_base.quaternion)
+    position, rotation = shapes.vec3f(world_from_base.position), shapes.quatf(world_from_base.quaternion)
     Sdf.AttributeSpec(spec, "physics:localPos0", kinds.Point3f).default = position
     Sdf.AttributeSpec(spec, "physics:localRot0", kinds.Quatf).default = rotation
 
 
 # Lights and cameras ---------------------------------------------------------------------------------------------------
-# Lights and cameras of a scene -> UsdLux and UsdGeom.Camera.
 
 # camelCase, which no placement is.
 AMBIENT = "ambientLight"
@@ -101,7 +91,7 @@ def define_lights_and_cameras(stage: Usd.Stage, world: Sdf.Path, scene: Scene) -
         prim.CreateHorizontalApertureAttr(SENSOR_WIDTH_MM)
         prim.CreateFocalLengthAttr(SENSOR_HEIGHT_MM / 2 / math.tan(math.radians(camera.fov_y_deg) / 2))
         prim.CreateClippingRangeAttr(Gf.Vec2f(*CLIPPING_RANGE_M))
-        number.place(prim.GetPrim(), camera.pose)
+        shapes.place(prim.GetPrim(), camera.pose)
 
 
 def _light(stage: Usd.Stage, path: Sdf.Path, light: Light) -> None:
@@ -119,7 +109,7 @@ def _light(stage: Usd.Stage, path: Sdf.Path, light: Light) -> None:
         attenuation = 1.0 / (a + b * REFERENCE_M + c * REFERENCE_M**2)
         lamp.CreateIntensityAttr(4.0 * math.pi * REFERENCE_M**2 * attenuation)
         lamp.CreateRadiusAttr(light.radius)
-        lamp.CreateExtentAttr(number.points(np.array([[-light.radius] * 3, [light.radius] * 3])))
+        lamp.CreateExtentAttr(shapes.points(np.array([[-light.radius] * 3, [light.radius] * 3])))
     lamp.CreateNormalizeAttr(True)
     lamp.CreateColorAttr(Gf.Vec3f(*light.color))
     if light.kind is LightKind.SPOT:
@@ -128,7 +118,7 @@ def _light(stage: Usd.Stage, path: Sdf.Path, light: Light) -> None:
         shaping.CreateShapingConeSoftnessAttr(light.softness)
     UsdLux.ShadowAPI.Apply(lamp.GetPrim()).CreateShadowEnableAttr(light.castshadow)
     turned = pose_looking_along(light.direction)
-    number.place(lamp.GetPrim(), turned.replace(position=light.position))
+    shapes.place(lamp.GetPrim(), turned.replace(position=light.position))
 
 
 def pose_looking_along(direction: Vec3) -> Pose:
@@ -175,7 +165,7 @@ def write(
     """
     entries = {
         FILE: scene_text(scene, shared).encode("utf-8"),
-        NESTED_FILE: document.scene_text(scene, FILE, WORLD.name).encode("utf-8"),
+        NESTED_FILE: document.nested_scene_text(scene, FILE, WORLD.name).encode("utf-8"),
         isaac_lab.FILE: isaac_lab.scene_text(scene, FILE).encode("utf-8"),
     }
     for asset in scene.assets:
@@ -200,7 +190,7 @@ def scene_text(scene: Scene, shared: str = "../assets") -> str:
             fix_base(layer, spec.path, WORLD, place.pose @ asset.root.pose)
     for pair in scene.exclusions:
         first, second = (WORLD.AppendChild(end.placement).AppendChild(end.link) for end in pair)
-        document.filter_pair(layer, first, second)
+        _filter_pair(layer, first, second)
     _add_pose_variants(layer, scene)
     for kind in (Layer.ROOM, Layer.CEILING):
         _add_visibility_variants(layer, kind.value, [place for place in scene.placements if place.layer is kind])
@@ -208,8 +198,17 @@ def scene_text(scene: Scene, shared: str = "../assets") -> str:
     return text
 
 
+def _filter_pair(layer: Sdf.Layer, first: Sdf.Path, second: Sdf.Path) -> None:
+    """Filter the contacts of two bodies of referenced assets, in addition to the assets' own filters."""
+    spec = Sdf.CreatePrimInLayer(layer, first)
+    if not spec.HasInfo("apiSchemas"):
+        spec.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=["PhysicsFilteredPairsAPI"]))
+    path = first.AppendProperty("physics:filteredPairs")
+    pairs = layer.GetRelationshipAtPath(path) or Sdf.RelationshipSpec(spec, "physics:filteredPairs", custom=False)
+    pairs.targetPathList.prependedItems = [*pairs.targetPathList.prependedItems, second]
+
+
 def _define(stage: Usd.Stage, scene: Scene) -> None:
-    """Define everything that refers to no other layer."""
     root = UsdGeom.Xform.Define(stage, WORLD).GetPrim()
     document.set_stage(stage, root)
     Usd.ModelAPI(root).SetKind(Kind.Tokens.assembly)
@@ -221,7 +220,7 @@ def _define(stage: Usd.Stage, scene: Scene) -> None:
     define_lights_and_cameras(stage, WORLD, scene)
     for place in scene.placements:
         prim = UsdGeom.Xform.Define(stage, WORLD.AppendChild(place.name)).GetPrim()
-        number.place(prim, place.pose)
+        shapes.place(prim, place.pose)
         prim.CreateAttribute(LAYER, Sdf.ValueTypeNames.Token, True, Sdf.VariabilityUniform).Set(place.layer.value)
 
 
@@ -243,11 +242,14 @@ def _add_pose_variants(layer: Sdf.Layer, scene: Scene) -> None:
                 path, shift = _over(layer, variants, pose, place).path, place.pose.inverse() @ carried
                 positions = key_positions(place, asset)[pose]
                 for link in asset.links:
-                    spec = Sdf.CreatePrimInLayer(layer, path.AppendChild(link.name))
-                    set_pose(spec, shift @ asset.asset_from_link(link.name, positions))
-            own = variant(asset, own_pose(place, pose))
-            if own is not None:
-                _over(layer, variants, pose, place).variantSelections[document.VARIANT_SET] = own
+                    _set_pose(layer, path.AppendChild(link.name), shift @ asset.asset_from_link(link.name, positions))
+            if asset.keyframes:
+                # Its variant that is nearest to the pose.
+                own = own_pose(place, pose)
+                is_there = own in {key.name for key in asset.keyframes} and own != START_POSE
+                _over(layer, variants, pose, place).variantSelections[document.VARIANT_SET] = (
+                    own if is_there else CLOSED_POSE
+                )
             # The start pose, if it differs from the closed one, is stronger than a variant of the asset.
             positions = joint_positions(place.joints)
             closed = next((joint_positions(key.joints) for key in asset.keyframes if key.name == CLOSED_POSE), {})

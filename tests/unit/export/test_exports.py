@@ -1,8 +1,9 @@
-"""Kitchens that fail while several are exported: each is told, the others are written, and faults end with exit 3."""
+"""Exports: a library or a kitchen becomes files whole or not at all; those that fail are told, the others written."""
 
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -10,24 +11,122 @@ from typing import Any
 
 import pytest
 
+from casa_assets import export
 from casa_assets.addons.robocasa import run as robocasa
 from casa_assets.addons.robocasa import run as robocasa_kitchens
 from casa_assets.addons.robocasa.parts import box_region
 from casa_assets.errors import BatchFault, CasaError
 from casa_assets.export import forms, written_forms
 from casa_assets.layouts.order.build_order import KitchenRequest
+from casa_assets.addons.robocasa.writers.kitchens.parts import box_region
+from casa_assets.checks.package.parity import asset_differences
+from casa_assets.errors import BatchFault, CasaError, OutputError
+from casa_assets.export import URDF, export_assets, export_scenes
+from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import resolve
 from casa_assets.layouts.run.state_file import digest_of_file, read_states, write_states
+from casa_assets.library import library as disk
 from casa_assets.model.kitchen.scene import Placement, Scene, StartStates
 from casa_assets.model.pose import Pose
 from casa_assets.runs.limits import WorkerFailure
 from tests.support.asset.assets import rigid_mug
-from tests.support.library.libraries import casa
+from tests.support.kitchen.scenes import corner
+from tests.support.library.built_libraries import keep, loose_and_fixed
+from tests.support.library.libraries import differences, tree
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return keep(tmp_path_factory.mktemp("library") / "lib", loose_and_fixed())
+
+
+def test_every_asset_is_there_and_listed(library: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    done = list(export_assets(URDF, library, out))
+    assert sorted(one.id for one in done) == sorted(asset.id for asset in loose_and_fixed())
+    assert all(one.total == len(done) for one in done)
+    rows = {row["id"]: row for row in json.loads((out / "urdf_export.json").read_text())["assets"]}
+    for asset in loose_and_fixed():
+        assert asset_differences(out / rows[asset.id]["urdf"], asset) == []
+        assert rows[asset.id]["mass_kg"] == pytest.approx(asset.mass)
+    assert {path.name for path in out.iterdir()} == {"assets", "urdf_export.json", "README.md", "ATTRIBUTION.md"}
+    assert all(asset.id in (out / "ATTRIBUTION.md").read_text() for asset in loose_and_fixed())
+
+
+def test_the_same_library_gives_the_same_bytes(library: Path, tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        list(export_assets(URDF, library, tmp_path / name))
+    assert differences(tmp_path / "a", tmp_path / "b") == []
+
+
+def test_a_changed_file_stops_it_and_the_earlier_export_stays(library: Path, tmp_path: Path) -> None:
+    copy, out = Path(shutil.copytree(library, tmp_path / "lib")), tmp_path / "out"
+    list(export_assets(URDF, copy, out))
+    before = tree(out)
+    (copy / "mug" / "mug_0123456789" / "model.xml").write_text("<mujoco/>")
+    with pytest.raises(OutputError, match=r"model\.xml: was changed"):
+        list(export_assets(URDF, copy, out))
+    assert tree(out) == before
+
+
+def test_what_is_not_an_export_is_left_alone(library: Path, tmp_path: Path) -> None:
+    (tmp_path / "photos").mkdir()
+    (tmp_path / "photos" / "cat.png").write_bytes(b"cat")
+    with pytest.raises(OutputError, match="neither empty nor an earlier export"):
+        list(export_assets(URDF, library, tmp_path / "photos"))
+    with pytest.raises(OutputError, match="one inside the other"):
+        list(export_assets(URDF, library, library / "urdf"))
+    with pytest.raises(OutputError, match="holds no accepted asset"):
+        list(export_assets(URDF, tmp_path / "photos", tmp_path / "out"))
+
+
+def test_an_asset_that_reads_back_otherwise_is_refused(
+    library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A writer that puts the door elsewhere: that asset is left out, and why is told."""
+    write = disk.write_files
+
+    def spoil(folder: Path, files: object) -> None:
+        write(folder, files)  # type: ignore[arg-type]
+        for path in folder.glob("microwave*.urdf"):
+            path.write_text(path.read_text().replace('xyz="-0.24 ', 'xyz="-0.25 '))
+
+    monkeypatch.setattr(disk, "write_files", spoil)
+    done = {one.id: one for one in export_assets(URDF, library, tmp_path / "out")}
+    refused = done["microwave_0123456789"]
+    assert refused.file == ""
+    assert "bodies/door/position" in refused.message
+    assert not (tmp_path / "out" / "assets" / "microwave_0123456789").exists()
+    assert sum(bool(one.file) for one in done.values()) == len(done) - 1
+
+
+def built_corner(recipe: SceneRecipe, cache: Path) -> tuple[KitchenRequest, Scene]:
+    return resolve(recipe), corner().replace(id=recipe.scene_id)
+
+
+def test_who_made_the_assets_of_kitchens_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(export, "build_scene", built_corner)
+    monkeypatch.setattr(export, "run_batch", in_this_process)
+    ids = ["l_small__coastal", "l_small__rustic"]
+    assert [one.id for one in export_scenes(URDF, ids, tmp_path / "out", 1)] == ids
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        *("scenes", "urdf_export.json", "README.md", "ATTRIBUTION.md")
+    }
+    lines = (tmp_path / "out" / "ATTRIBUTION.md").read_text().splitlines()
+    assert all(f"`{name}`" in lines[2] for name in ids)
+    told = {line.split("`")[1]: line for line in lines if line.startswith("- ")}
+    assert told.keys() == {asset.id for asset in corner().assets}
+    assert sum(line.startswith("- ") for line in lines) == len(told)
+    for asset in corner().assets:
+        assert f"## {asset.provenance.licence}" in lines
+        assert asset.provenance.title in told[asset.id]
+        assert f"by {asset.provenance.author}" in told[asset.id] or not asset.provenance.author
+
 
 GOOD, BAD, LOST = (SceneRecipe(plan, "rustic") for plan in ("l_small", "galley", "u_small"))
 # Where each form looks up what builds a kitchen.
-MODULES = {"urdf": written_forms, "glb": written_forms, "robocasa": robocasa_kitchens}
+MODULES = {"urdf": export, "glb": export, "robocasa": robocasa_kitchens}
 
 
 def built(recipe: SceneRecipe, cache: Path, errors: dict[SceneRecipe, Exception]) -> tuple[KitchenRequest, Scene]:
@@ -47,14 +146,14 @@ def in_this_process(work: Any, recipes: list[SceneRecipe], *_: Any) -> Iterator[
 
 def run(kind: str, recipes: list[SceneRecipe], out: Path) -> list[Any]:
     if kind != "robocasa":
-        chosen = written_forms.URDF if kind == "urdf" else written_forms.glb_form()
-        return list(forms.export_scenes(chosen, [recipe.scene_id for recipe in recipes], out))
+        chosen = export.URDF if kind == "urdf" else export.glb_form()
+        return list(export.export_scenes(chosen, [recipe.scene_id for recipe in recipes], out))
     return list(robocasa.export(None, out, recipes=recipes))
 
 
 @pytest.fixture(params=sorted(MODULES))
 def kind(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    monkeypatch.setattr(forms, "run_batch", in_this_process)
+    monkeypatch.setattr(export, "run_batch", in_this_process)
     monkeypatch.setattr(robocasa_kitchens, "afforded_tasks", lambda *_: ("OpenDrawer",))
     return str(request.param)
 
@@ -76,14 +175,6 @@ def test_one_that_cannot_be_built_does_not_stop_the_others(
     assert not list((tmp_path / "out").glob(f"*/{BAD.scene_id}*"))
 
 
-def test_where_none_can_be_built_the_folder_stays_as_it_was(
-    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    fail_with(kind, CasaError("does not fit"), monkeypatch)
-    assert len(run(kind, [BAD], tmp_path / "out")) == 1
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_a_fault_of_the_program_is_raised_once_all_are_done(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -96,32 +187,12 @@ def test_a_fault_of_the_program_is_raised_once_all_are_done(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_two_kitchens_of_one_number_are_not_written_into_one_folder(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(forms, "run_batch", in_this_process)
-    monkeypatch.setattr(robocasa_kitchens, "build_scene", partial(built, errors={}))
-    monkeypatch.setattr(robocasa_kitchens, "afforded_tasks", lambda *_: ("OpenDrawer",))
-    monkeypatch.setattr(robocasa_kitchens.kitchens, "number_of", lambda scene_id: 1_000_000_007)
-    first, second = run("robocasa", [GOOD, BAD], tmp_path / "out")
-    assert not first.message
-    assert f"same number as {GOOD.scene_id}" in second.message
-    kept = json.loads((tmp_path / "out" / "kitchens.json").read_text())["kitchens"]
-    assert kept == {GOOD.scene_id: 1_000_000_007}
-
-
-def test_a_kitchen_of_an_unknown_id_is_told_by_the_command(tmp_path: Path) -> None:
-    done = casa("export", "robocasa", "--scenes", "no_such__kitchen", "--out", tmp_path / "out")
-    assert done.returncode == 2
-    assert "no_such__kitchen" in done.stderr
-
-
 class TestStartStates:
     """`--states`: what was drawn for the scene that is exported goes along, and nothing else."""
 
     @pytest.fixture(autouse=True)
     def _quick(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(forms, "run_batch", in_this_process)
+        monkeypatch.setattr(export, "run_batch", in_this_process)
         monkeypatch.setattr(robocasa_kitchens, "afforded_tasks", lambda *_: ("OpenDrawer",))
         monkeypatch.setattr(robocasa_kitchens, "build_scene", partial(built, errors={}))
         monkeypatch.setattr(robocasa_kitchens, "is_whole", lambda *_: True)
@@ -161,15 +232,3 @@ class TestStartStates:
         found = read_states(tmp_path / "out" / "kitchens" / GOOD.scene_id)
         assert [joint.name for joint in found.joints] == ["the_mug_joint0"]
         assert len(found) == 2
-
-    def test_a_kitchen_without_them_is_refused(self, tmp_path: Path) -> None:
-        assert "there are no start states" in self.export(tmp_path).message
-
-    def test_those_of_another_build_are_refused(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        folder = tmp_path / "scenes" / GOOD.scene_id
-        self.drawn(folder, "<mujoco/>")
-        monkeypatch.setattr(robocasa_kitchens, "is_whole", lambda *_: False)
-        assert "are of an older build of the scene" in self.export(tmp_path).message
-        monkeypatch.setattr(robocasa_kitchens, "is_whole", lambda *_: True)
-        (folder / "scene.xml").write_text("<mujoco> </mujoco>", encoding="ascii")
-        assert "are of an older build of the scene" in self.export(tmp_path).message

@@ -11,9 +11,9 @@ import shlex
 import subprocess
 import sys
 from functools import cache
+from importlib.metadata import distributions
 from pathlib import Path
 
-from casa_assets.checks.simready import child
 from casa_assets.projects import user_environment
 
 EXTRA = "simready"
@@ -21,8 +21,15 @@ EXTRA = "simready"
 VARIABLE = "CASA_SIMREADY_PYTHON"
 NEWEST_PYTHON = (3, 12)  # simready-foundation-tier-core stops there
 NEEDED = ("simready-validate", "simready-foundation-tier-core")
+# Packages that decide a verdict.
+DECIDING = (*NEEDED, "usd-validation-nvidia", "usd-core")
+# Prints {name: version} of the packages that are its arguments, as far as they are installed.
+_PROBE = (
+    "import importlib.metadata as m, json, sys\n"
+    "print(json.dumps({n: d.version for n in sys.argv[1:] for d in list(m.distributions(name=n))[:1]}))"
+)
 _PROBE_LIMIT_S = 60.0
-_CHECKOUT = Path(__file__).parents[3]
+_CHECKOUT = Path(__file__).parents[2]
 _PYTHON = Path("bin", "python")
 
 
@@ -39,11 +46,7 @@ class NoVerdict(Exception):
 
 
 def validator_python() -> str:
-    """Path of another Python that has the validator; empty where this one is used.
-
-    Raises:
-        NoVerdict: neither has it.
-    """
+    """Path of another Python that has the validator; empty where this one is used. Raises NoVerdict: neither has it."""
     named = os.environ.get(VARIABLE, "")
     if named:
         if not _has_validator(_versions_in(named)):
@@ -92,7 +95,7 @@ def _has_validator(versions: dict[str, str]) -> bool:
 
 @cache
 def _versions_here() -> dict[str, str]:
-    return child.versions()
+    return {name: found.version for name in DECIDING for found in list(distributions(name=name))[:1]}
 
 
 @cache
@@ -101,13 +104,15 @@ def _versions_in(python: str) -> dict[str, str]:
     if not os.access(python, os.X_OK):
         return {}
     try:
-        done = run_child(python, ["versions"], _PROBE_LIMIT_S)
+        done = run_program(python, _PROBE, DECIDING, _PROBE_LIMIT_S)
         return dict(json.loads(done.stdout)) if done.returncode == 0 else {}
     except (OSError, ValueError, subprocess.TimeoutExpired):
         return {}
 
 
-def run_child(python: str, arguments: list[str], limit_s: float) -> subprocess.CompletedProcess[bytes]:
-    """Run `child.py` with another Python. Raises OSError, subprocess.TimeoutExpired."""
-    command = [python, "-I", str(Path(child.__file__)), *arguments]
+def run_program(
+    python: str, program: str, arguments: tuple[str, ...], limit_s: float
+) -> subprocess.CompletedProcess[bytes]:
+    """Run the text of a program by another Python. Raises OSError, subprocess.TimeoutExpired."""
+    command = [python, "-I", "-c", program, *arguments]
     return subprocess.run(command, capture_output=True, timeout=limit_s, check=False)

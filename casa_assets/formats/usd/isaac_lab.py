@@ -132,7 +132,6 @@ def attribute(placement: str) -> str:
 
 
 def _fixture(place: Placement, asset: Asset) -> Iterator[str]:
-    """A fixture with its joints."""
     pos, rot = _stands(place.pose @ asset.root.pose)
     yield f'    {attribute(place.name)} = _fixture(\n        "{place.name}",\n'
     yield f"        {pos},\n        {rot},\n        joints={{\n"

@@ -1,11 +1,39 @@
-"""Values that MuJoCo reads from both formats: groups of geoms and sites, and contact dimensions."""
+"""What the writers of all formats agree on: numbers as text, and MuJoCo's groups and contact dimensions."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from casa_assets.core.numeric import srgb_from_linear
 from casa_assets.model.asset.asset import Site
 from casa_assets.model.asset.parts import Shape, Sphere
+
+# Numbers -> text: nine significant digits, which hold a float32 exactly, and no minus before zero.
+
+# Enough to read a float32 back exactly. Ref: IEEE 754-2008, 5.12.2.
+FORMAT = "%.9g"
+
+
+def number(value: float) -> str:
+    """Text of one number."""
+    text = FORMAT % value
+    return "0" if text == "-0" else text
+
+
+def numbers(values: Iterable[float]) -> str:
+    """Text of several numbers, one space between them."""
+    return " ".join(number(float(v)) for v in values)
+
+
+def srgb(color: Sequence[float]) -> str:
+    """Text of a linear RGB or RGBA colour as display values; alpha stays as it is."""
+    return numbers((*(srgb_from_linear(c) for c in color[:3]), *color[3:]))
+
+
+def rounded(values: Iterable[float]) -> list[float]:
+    """Numbers with the same nine digits."""
+    return [float(number(value)) for value in values]
 
 
 @dataclass(frozen=True)

@@ -17,18 +17,18 @@ from casa_assets.asset.shown_materials import ShownMaterials, mean_color, open_s
 from casa_assets.core.numeric import Floats, Mask
 from casa_assets.formats.mjcf import document, shapes
 from casa_assets.formats.mjcf.document import BodyContext
-from casa_assets.formats.mjcf.scene import kitchen
-from casa_assets.formats.mjcf.scene.kitchen import (
+from casa_assets.formats.mjcf.kitchen import (
     SceneResources,
     add_placement,
     add_poses,
     add_shared_resources,
     add_texts,
+    begin_document,
     light_colors,
     scene_bounds,
 )
 from casa_assets.formats.mjcf.shapes import Meshes
-from casa_assets.formats.mujoco_values import VIEWER_GROUPS
+from casa_assets.formats.values import VIEWER_GROUPS, numbers
 from casa_assets.model.asset.asset import Asset, Base, Collider
 from casa_assets.model.asset.material import Material, Texture
 from casa_assets.model.asset.parts import Box, Shape, joint_positions
@@ -100,7 +100,7 @@ class Appearance:
             assert tile is not None, "only pictures that repeat are shown"
             # MuJoCo counts how often a picture is there on half of the length of a box.
             element.set("texuniform", "true")
-            element.set("texrepeat", shapes.numbers(2 / side for side in tile))
+            element.set("texrepeat", numbers(2 / side for side in tile))
 
     def _look(self, asset: str, collider: Collider, shown: ShownMaterials, is_open: Mask) -> Look:
         found = shown.on(collider.shape, collider.pose, is_open)
@@ -108,7 +108,7 @@ class Appearance:
             return Look(collider, {"rgba": self._mean(asset, collider.name)})
         picture = found.material.base_color_texture
         if found.turn is None or picture is None or not isinstance(collider.shape, Box):
-            return Look(collider, {"rgba": shapes.numbers(round(c, 3) for c in mean_color(found.material))})
+            return Look(collider, {"rgba": numbers(round(c, 3) for c in mean_color(found.material))})
         small = found.material.replace(base_color_texture=_reduced(picture))
         name = f"{small.id}_{small.digest[:12]}"
         self._materials[name] = small
@@ -210,16 +210,7 @@ def write(batch: BatchScene, sleeps: bool = True, shared: str = "../assets") -> 
         `scene_batch.xml`, and the pictures of the shared folder as `assets/textures/<name>_<hash>.png`.
     """
     scene = batch.scene
-    root = etree.Element("mujoco", {"model": scene.id})
-    etree.SubElement(root, "compiler", {"angle": "radian", "autolimits": "true", "fusestatic": "true"})
-    option = {"timestep": "0.002", "integrator": "implicitfast", "gravity": shapes.numbers(scene.gravity)}
-    flags = {"multiccd": "enable", **({"sleep": "enable"} if sleeps else {})}
-    etree.SubElement(etree.SubElement(root, "option", option), "flag", flags)
-    kitchen.add_frame(root, scene)
-    assets = etree.SubElement(root, "asset")
-    kitchen.add_sky(assets, scene)
-    world = etree.SubElement(root, "worldbody")
-    kitchen.add_lights_and_cameras(world, scene)
+    root, assets, world = begin_document(scene, is_fused=True, **({"sleep": "enable"} if sleeps else {}))
     full = {asset.id: asset for asset in scene.assets}
     appearance = Appearance(batch)
     _add_world(world, batch, full, appearance)
@@ -268,7 +259,6 @@ def _paint(geom: etree._Element, look: Look) -> None:
 
 
 def _add_world(world: etree._Element, batch: BatchScene, assets: Mapping[str, Asset], appearance: Appearance) -> None:
-    """Add everything that never moves to the world body."""
     places = {place.name: place for place in batch.scene.placements}
     for item, look in zip(batch.world, appearance.world, strict=True):
         place = places[item.placement]

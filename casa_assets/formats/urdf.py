@@ -1,11 +1,14 @@
-"""Asset -> URDF with its meshes and a JSON of what URDF cannot say; Scene -> scene.urdf and scene.json."""
+"""Asset -> URDF with its meshes and a JSON of what URDF cannot say; Scene -> scene.urdf and scene.json.
+
+In URDF the axis of a joint passes through the origin of the link that it moves. So the frame of a URDF link is at the
+anchor of its joint, and the content of the link is shifted accordingly; if the anchor is zero, both frames are equal.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,19 +16,18 @@ from lxml import etree
 
 from casa_assets.formats.mjcf import shapes
 from casa_assets.formats.mjcf.document import full_inertia
-from casa_assets.formats.mjcf.scene.kitchen import world_from_root
-from casa_assets.formats.mjcf.shapes import MESHES, MeshUse, mesh_uses, numbers, obj_text
-from casa_assets.formats.mjcf.shapes import number as text
+from casa_assets.formats.mjcf.kitchen import world_from_root
+from casa_assets.formats.mjcf.shapes import MESHES, MeshUse, mesh_uses, obj_text
+from casa_assets.formats.values import number, numbers, rounded, srgb
 from casa_assets.model.asset.asset import Asset, Base, Collider, Joint, JointKind, Link, Region, Site
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Sphere, joint_positions
 from casa_assets.model.issue import Files
+from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Shape, Sphere, joint_positions
+from casa_assets.model.files import Files
 from casa_assets.model.kitchen.scene import WORLD, PlacedLink, Placement, Scene
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
-
-# Number ---------------------------------------------------------------------------------------------------------------
-# Pose -> `<origin>`: metres, and roll, pitch and yaw in radians.
 
 # Below this cosine of the pitch, roll and yaw turn about one axis; the roll is then zero.
 GIMBAL_LOCK = 1e-12
@@ -33,7 +35,7 @@ GIMBAL_LOCK = 1e-12
 
 def add_origin(element: etree._Element, pose: Pose) -> None:
     """`<origin>` of parent_from_element below `element`."""
-    attributes = {"xyz": shapes.numbers(pose.position), "rpy": shapes.numbers(roll_pitch_yaw(pose))}
+    attributes = {"xyz": numbers(pose.position), "rpy": numbers(roll_pitch_yaw(pose))}
     etree.SubElement(element, "origin", attributes)
 
 
@@ -67,11 +69,11 @@ def mtl_text(material: Material) -> bytes:
     """MTL text: colour and emitted light as display values, opacity, roughness and metallic, and the picture."""
     lines = [
         f"newmtl {material.id}",
-        f"Kd {shapes.srgb(material.base_color[:3])}",
-        f"Ke {shapes.srgb([material.glow * c for c in material.base_color[:3]])}",
-        f"d {shapes.number(material.base_color[3])}",
-        f"Pr {shapes.number(material.roughness)}",
-        f"Pm {shapes.number(material.metallic)}",
+        f"Kd {srgb(material.base_color[:3])}",
+        f"Ke {srgb([material.glow * c for c in material.base_color[:3]])}",
+        f"d {number(material.base_color[3])}",
+        f"Pr {number(material.roughness)}",
+        f"Pm {number(material.metallic)}",
     ]
     if material.base_color_texture is not None:
         lines.append(f"map_Kd {material.base_color_texture.file_name}")
@@ -79,7 +81,6 @@ def mtl_text(material: Material) -> bytes:
 
 
 # Visual ---------------------------------------------------------------------------------------------------------------
-# Visual -> `<visual>` and its OBJ and MTL files; the mesh of a collider -> OBJ file without material.
 
 
 @dataclass(frozen=True)
@@ -130,36 +131,29 @@ def add_colliders(
     link: etree._Element, collider: Collider, meshes: Meshes, urdf_from_link: Pose, prefix: str = ""
 ) -> None:
     """Every `<collision>` of a collider below `<link>`; their names begin with `prefix`."""
-    for name, shape, pose in _elements(collider):
+    shape, pose = collider.shape, collider.pose
+    elements: list[tuple[str, Shape, Pose]] = [(collider.name, shape, pose)]
+    if isinstance(shape, Capsule):
+        elements = [(collider.name, Cylinder(radius=shape.radius, height=shape.height), pose)]
+        for end, z in enumerate((-shape.height / 2, shape.height / 2)):
+            ball, at = Sphere(radius=shape.radius), pose @ Pose(position=(0.0, 0.0, z))
+            elements.append((f"{collider.name}{END_MARK}{end}", ball, at))
+    for name, part, link_from_part in elements:
         element = etree.SubElement(link, "collision", {"name": prefix + name})
-        add_origin(element, urdf_from_link @ pose)
-        if isinstance(shape, Box | Sphere | Cylinder):
-            etree.SubElement(etree.SubElement(element, "geometry"), shape.kind, _size(shape))
+        add_origin(element, urdf_from_link @ link_from_part)
+        if isinstance(part, Box):
+            size = {"size": numbers(part.size)}
+        elif isinstance(part, Sphere):
+            size = {"radius": number(part.radius)}
+        elif isinstance(part, Cylinder):
+            size = {"radius": number(part.radius), "length": number(part.height)}
         else:
             add_mesh(element, meshes.of[collider.name])
-
-
-def _elements(collider: Collider) -> Iterator[tuple[str, Box | Sphere | Cylinder | None, Pose]]:
-    """Yield (name, primitive or None for a mesh, link_from_shape) of each element that represents a collider."""
-    shape, pose = collider.shape, collider.pose
-    if isinstance(shape, Capsule):
-        yield collider.name, Cylinder(radius=shape.radius, height=shape.height), pose
-        for end, z in enumerate((-shape.height / 2, shape.height / 2)):
-            yield f"{collider.name}{END_MARK}{end}", Sphere(radius=shape.radius), pose @ Pose(position=(0.0, 0.0, z))
-    else:
-        yield collider.name, shape if isinstance(shape, Box | Sphere | Cylinder) else None, pose
-
-
-def _size(shape: Box | Sphere | Cylinder) -> dict[str, str]:
-    if isinstance(shape, Box):
-        return {"size": numbers(shape.size)}
-    if isinstance(shape, Sphere):
-        return {"radius": text(shape.radius)}
-    return {"radius": text(shape.radius), "length": text(shape.height)}
+            continue
+        etree.SubElement(etree.SubElement(element, "geometry"), part.kind, size)
 
 
 # Joint ----------------------------------------------------------------------------------------------------------------
-# Joint -> revolute or prismatic `<joint>` with limits, damping and dry friction; a rigid attachment -> a fixed one.
 
 KINDS = {JointKind.HINGE: "revolute", JointKind.SLIDE: "prismatic"}
 # URDF asks for the strength and the speed of a motor. Our joints have no motor, so neither bounds anything: N*m or N,
@@ -192,43 +186,19 @@ def add_joint(
     low, high = joint.range
     damping = joint.damping + (joint.drive.damping if joint.drive else 0.0)
     etree.SubElement(element, "axis", {"xyz": numbers(joint.axis)})
-    etree.SubElement(element, "limit", {"lower": text(low), "upper": text(high), **NO_BOUND})
-    etree.SubElement(element, "dynamics", {"damping": text(damping), "friction": text(joint.frictionloss)})
+    etree.SubElement(element, "limit", {"lower": number(low), "upper": number(high), **NO_BOUND})
+    etree.SubElement(element, "dynamics", {"damping": number(damping), "friction": number(joint.frictionloss)})
 
 
 # Body -----------------------------------------------------------------------------------------------------------------
-# Link -> `<link>` with explicit mass properties, and the `<joint>` that ties it to the link that carries it.
 
 INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
-@dataclass(frozen=True)
-class BodyContext:
-    """Data that all links of an asset share in a document.
-
-    Attributes:
-        asset: asset whose links are written.
-        meshes: its mesh files.
-        placement: name of the copy in a document that holds several: the name of its root link, and with `__` the
-            prefix of all other names. None to keep the names unchanged.
-    """
-
-    asset: Asset
-    meshes: Meshes
-    placement: str | None = None
-
-    @property
-    def prefix(self) -> str:
-        """Prefix of all names except that of the root link."""
-        return "" if self.placement is None else f"{self.placement}__"
-
-    def link_name(self, link: str) -> str:
-        """Name of a link in the document."""
-        return link if self.placement is None else link_name(self.asset, link, self.placement)
-
-
-def link_name(asset: Asset, link: str, placement: str) -> str:
-    """Name of a link of a placement: the root has the name of the placement."""
+def link_name(asset: Asset, link: str, placement: str = "") -> str:
+    """Name of a link; of a placement the root has its name, and the others begin with it."""
+    if not placement:
+        return link
     return placement if link == asset.root.name else f"{placement}__{link}"
 
 
@@ -238,42 +208,41 @@ def link_from_urdf(asset: Asset, link: str) -> Pose:
     return Pose() if moved_by is None else Pose(position=moved_by.anchor)
 
 
-def add_links(robot: etree._Element, context: BodyContext) -> None:
-    """Add every `<link>` of an asset below `<robot>`, parents first, each non-root link followed by its `<joint>`."""
-    asset = context.asset
+def add_links(robot: etree._Element, asset: Asset, meshes: Meshes, placement: str = "") -> None:
+    """Add every `<link>` of an asset below `<robot>`, parents first, each non-root link followed by its `<joint>`.
+
+    Args:
+        placement: name of the copy in a document that holds several, which begins all names in it.
+    """
+    prefix = f"{placement}__" if placement else ""
     for link in asset.links:
-        _add_link(robot, link, context)
+        name = link_name(asset, link.name, placement)
+        _add_link(etree.SubElement(robot, "link", {"name": name}), link, asset, meshes, prefix)
         if link.parent is not None:
-            parent_urdf = link_from_urdf(asset, link.parent).inverse()
-            add_joint(
-                robot,
-                asset.joint_of(link.name),
-                context.link_name(link.parent),
-                context.link_name(link.name),
-                parent_urdf @ link.pose @ link_from_urdf(asset, link.name),
-                context.prefix,
-            )
+            parent_from_link = link_from_urdf(asset, link.parent).inverse() @ link.pose
+            pose = parent_from_link @ link_from_urdf(asset, link.name)
+            parent = link_name(asset, link.parent, placement)
+            add_joint(robot, asset.joint_of(link.name), parent, name, pose, prefix)
 
 
-def _add_link(robot: etree._Element, link: Link, context: BodyContext) -> None:
-    """`<link>`: mass, visuals, colliders."""
-    looks = {item.id: item for item in context.asset.materials}
-    urdf_from_link = link_from_urdf(context.asset, link.name).inverse()
-    element = etree.SubElement(robot, "link", {"name": context.link_name(link.name)})
+def _add_link(element: etree._Element, link: Link, asset: Asset, meshes: Meshes, prefix: str) -> None:
+    """Mass, visuals and colliders of a `<link>`."""
+    looks = {item.id: item for item in asset.materials}
+    urdf_from_link = link_from_urdf(asset, link.name).inverse()
     inertial = etree.SubElement(element, "inertial")
     add_origin(inertial, urdf_from_link @ Pose(position=link.inertial.center_of_mass))
-    etree.SubElement(inertial, "mass", {"value": text(link.inertial.mass)})
-    etree.SubElement(inertial, "inertia", dict(zip(INERTIA, map(text, full_inertia(link.inertial)), strict=True)))
+    etree.SubElement(inertial, "mass", {"value": number(link.inertial.mass)})
+    etree.SubElement(inertial, "inertia", dict(zip(INERTIA, map(number, full_inertia(link.inertial)), strict=True)))
     for shown in link.visuals:
-        visual = etree.SubElement(element, "visual", {"name": context.prefix + shown.name})
+        visual = etree.SubElement(element, "visual", {"name": prefix + shown.name})
         add_origin(visual, urdf_from_link)
-        add_mesh(visual, context.meshes.of[shown.name])
+        add_mesh(visual, meshes.of[shown.name])
         look = looks[shown.material]
         if look.base_color_texture is None:
             plain = etree.SubElement(visual, "material", {"name": mtl_name(look).removesuffix(".mtl")})
-            etree.SubElement(plain, "color", {"rgba": shapes.srgb(look.base_color)})
+            etree.SubElement(plain, "color", {"rgba": srgb(look.base_color)})
     for shape in link.colliders:
-        add_colliders(element, shape, context.meshes, urdf_from_link, context.prefix)
+        add_colliders(element, shape, meshes, urdf_from_link, prefix)
 
 
 # Label ----------------------------------------------------------------------------------------------------------------
@@ -320,11 +289,6 @@ def pose_values(value: Pose) -> dict[str, list[float]]:
     return {"position": rounded(value.position), "quaternion": rounded(value.quaternion)}
 
 
-def rounded(values: tuple[float, ...]) -> list[float]:
-    """Numbers with nine digits, as in the URDF."""
-    return [float(shapes.number(value)) for value in values]
-
-
 def _joint(joint: Joint) -> dict[str, Any]:
     """Armature, stiffness of dry friction, spring, collider that a hand takes hold of, joint that opens first."""
     return {
@@ -358,10 +322,6 @@ def _place(asset: Asset, item: Site | Region) -> dict[str, Any]:
     return {"name": item.name, "link": item.link, "kind": item.kind, "size": size, **pose_values(inside)}
 
 
-# Document -------------------------------------------------------------------------------------------------------------
-# Asset -> `<id>.urdf`, `<id>.json` with data that URDF cannot represent, and the meshes and images of both.
-
-
 def write(asset: Asset) -> Files:
     """Return the URDF package of an asset; the same asset gives the same bytes.
 
@@ -376,7 +336,7 @@ def write(asset: Asset) -> Files:
 def texts(asset: Asset, meshes: Meshes) -> dict[str, bytes]:
     """`<id>.urdf` and `<id>.json`, which are in the same folder as the folders of the meshes."""
     root = robot(asset.id)
-    add_links(root, BodyContext(asset, meshes))
+    add_links(root, asset, meshes)
     return {
         urdf_name(asset.id): document_text(root),
         f"{asset.id}.json": json_text(facts_beside(asset, urdf_name(asset.id))),
@@ -431,7 +391,7 @@ def _document(scene: Scene, meshes: dict[str, Meshes]) -> bytes:
     for place in scene.placements:
         asset = scene.asset_of[place.name]
         if asset.base is Base.FIXED:
-            add_links(root, BodyContext(asset, meshes[asset.id], place.name))
+            add_links(root, asset, meshes[asset.id], place.name)
             add_joint(root, None, WORLD, place.name, world_from_root(place, asset))
     return document_text(root)
 

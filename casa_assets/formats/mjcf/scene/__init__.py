@@ -1,1 +1,0 @@
-"""Scene -> MJCF: the kitchen, its lights and cameras, and the files that scenes share."""
