@@ -12,7 +12,7 @@ from PIL import Image
 from casa_assets.core.system import BLENDER_VARIABLE
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.scene_folders import BuildOptions, build_all
-from casa_assets.show.stills.photoreal.render import Still, StillSettings, asset_still, picture_faults, scene_stills
+from casa_assets.show.stills.photoreal import Still, StillSettings, asset_still, picture_faults, scene_stills
 from tests.support.program.environments import python_of
 
 pytestmark = pytest.mark.consumers

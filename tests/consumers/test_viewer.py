@@ -21,8 +21,8 @@ from casa_assets.layouts.run.resolve import build_scene
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.show.page import page_template
-from casa_assets.show.page.model_files import ModelFiles, put_model, put_viewer, viewer_script
 from casa_assets.show.page.page_models import models_of, write_models
+from casa_assets.show.page.page_template import ModelFiles, put_model, put_viewer, viewer_script
 from casa_assets.show.reports import catalogue
 from casa_assets.show.reports.catalogue import DrawnCategory
 from casa_assets.show.reports.library_page import write

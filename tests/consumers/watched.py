@@ -67,7 +67,7 @@ _BATCHES = Watched(("engines",), (*_package("addons/batch", "layouts/run/batch_f
 _CLUSTER = Watched(("ray",), _package("runs", "ingest/run"))
 _STORES = Watched(("stores",), _package("library", "runs/remote.py", "ingest/sources"))
 
-_OWN = Watched((), _package("cli/project_runs.py", "cli/project", "projects.py", "registry"))
+_OWN = Watched((), _package("cli/verbs/project.py", "cli/starter", "projects.py", "registry"))
 _ROBOCASA = Watched(
     ("robocasa",),
     _package("checks/design/robot", "core/robocasa.py", "addons/robocasa/writers", "addons/robocasa/run.py"),

@@ -50,8 +50,7 @@ from casa_assets.projects import read_once
 from casa_assets.runs.asset_package import WRITING, certify, check_package, write_package
 from casa_assets.runs.outcome import Outcome, RunAborted, first_error, writing
 from casa_assets.show.stills.renderer import NoRenderer
-from casa_assets.show.stills.still import CannotDraw, render_model
-from casa_assets.show.stills.strip import MovingJoint, joint_strip
+from casa_assets.show.stills.still import CannotDraw, MovingJoint, joint_strip, render_model
 
 if TYPE_CHECKING:
     from casa_assets.library.library import Library

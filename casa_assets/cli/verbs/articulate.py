@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from casa_assets.cli.ingest_output import (
+from casa_assets.cli.batch_output import (
     MOST_LISTED,
     counts_of,
     counts_text,

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from casa_assets.cli.group import LIMITS
-from casa_assets.cli.ingest_output import (
+from casa_assets.cli.batch_output import (
     end,
     look,
     no_mesh_found,
@@ -22,6 +21,7 @@ from casa_assets.cli.ingest_output import (
     print_others,
     print_summary,
 )
+from casa_assets.cli.group import LIMITS
 from casa_assets.cli.options import (
     CLIP_HELP,
     Category,
@@ -41,7 +41,7 @@ from casa_assets.errors import CasaError
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
-    from casa_assets.cli.ingest_output import Sending
+    from casa_assets.cli.batch_output import Sending
     from casa_assets.ingest.run.run import Options
     from casa_assets.ingest.run.shards.record import Shard
     from casa_assets.ingest.sources.places import StoreRoot

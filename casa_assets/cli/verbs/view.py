@@ -97,7 +97,7 @@ def _draw_stills(
 ) -> None:
     from casa_assets.runs.outcome import writing
     from casa_assets.show.reports.pictures import draw_stills
-    from casa_assets.show.stills.photoreal.render import StillSettings
+    from casa_assets.show.stills.photoreal import StillSettings
 
     first: Path | None = None
     with writing(out):
@@ -149,7 +149,7 @@ def view(
       casa-assets view l_small__coastal --pose open
       casa-assets view out/library/mug/mug_0123456789 --web
     """
-    from casa_assets.api.viewing import has_screen
+    from casa_assets.api.assets import has_screen
     from casa_assets.show.view.subject import LIBRARIES, find
 
     subject = find(what, scenes_folder, LIBRARIES if library is None else (library,))
@@ -167,7 +167,7 @@ def view(
 
 def _show(subject: Subject, pose: str) -> None:
     """MuJoCo's viewer, until its window is closed."""
-    from casa_assets.api.viewing import show_model
+    from casa_assets.api.assets import show_model
     from casa_assets.show.stills.live_viewer import require_screen
     from casa_assets.show.view.model import mujoco_model
     from casa_assets.show.view.subject import cache_of
@@ -189,8 +189,8 @@ def _show(subject: Subject, pose: str) -> None:
 
 def _serve(subject: Subject, pose: str, port: int, browser: bool) -> None:
     """The page, until Ctrl-C."""
-    from casa_assets.api.viewing import serving
-    from casa_assets.show.local_server import open_in_browser
+    from casa_assets.api.assets import serving
+    from casa_assets.show.view.server import open_in_browser
 
     with serving(subject, pose, port) as server:
         _tell_where(subject, server)

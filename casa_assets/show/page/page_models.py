@@ -14,7 +14,7 @@ from casa_assets.formats.gltf import EVERYTHING, asset_glb
 from casa_assets.library import library as disk
 from casa_assets.runs.batch import run_batch
 from casa_assets.runs.limits import WorkerFailure
-from casa_assets.show.page.model_files import SUFFIX, ModelFiles, put_model, put_viewer, viewer_name
+from casa_assets.show.page.page_template import SUFFIX, ModelFiles, put_model, put_viewer, viewer_name
 
 MADE_BY = "made_by.txt"
 WORKER_BYTES = 1_000_000_000  # of memory, that reading an asset and writing its model may take

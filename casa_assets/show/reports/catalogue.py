@@ -28,8 +28,7 @@ from casa_assets.registry.families import family, family_names
 from casa_assets.registry.objects import object_family, object_files, object_names
 from casa_assets.runs.batch import run_batch
 from casa_assets.runs.limits import WorkerFailure
-from casa_assets.show.page.model_files import ModelFiles, put_model, put_viewer
-from casa_assets.show.page.page_template import render_template
+from casa_assets.show.page.page_template import ModelFiles, put_model, put_viewer, render_template
 from casa_assets.show.stills.still import poses, render
 from casa_assets.show.stills.studio import View
 from casa_assets.textures.run.check import shots

@@ -16,7 +16,7 @@ from casa_assets.layouts.run.scene_files import SCENE_JSON
 from casa_assets.library.entry_files import checked_model
 from casa_assets.library.library import Library
 from casa_assets.runs.outcome import writing
-from casa_assets.show.stills.photoreal.render import Still, StillSettings, asset_still, scene_stills
+from casa_assets.show.stills.photoreal import Still, StillSettings, asset_still, scene_stills
 from casa_assets.show.stills.pictures import SheetCell, contact_sheets
 from casa_assets.show.stills.still import render, render_turntable
 from casa_assets.show.stills.studio import View

@@ -21,20 +21,24 @@ import numpy as np
 
 from casa_assets.core.numeric import Floats
 from casa_assets.show.stills import pictures, renderer
-from casa_assets.show.stills.photoreal.views import View
+from casa_assets.show.stills.photoreal import View
 from casa_assets.show.stills.pictures import Pixels
 from casa_assets.show.stills.renderer import Bounds, CameraFrustum, one_group, set_quality
 from casa_assets.show.stills.room_light import (
+    OPAQUE,
     Beam,
     Patch,
     Room,
+    Surfaces,
     beams,
     close_open_sides,
+    draw_shadow_map,
+    draw_surfaces,
     grey_sections,
     light_on,
+    plain_scene,
     shade,
 )
-from casa_assets.show.stills.room_surfaces import OPAQUE, Surfaces, draw_shadow_map, draw_surfaces, plain_scene
 from casa_assets.show.stills.still import CannotDraw, set_keyframe
 
 _Light = list[list[Beam]]  # of each drawing

@@ -21,7 +21,7 @@ import numpy as np
 
 from casa_assets.core.numeric import Floats, Singles
 from casa_assets.errors import CasaError
-from casa_assets.show.stills.backends import BACKENDS, MUJOCO_GL, chosen_backend, install_line, why_not
+from casa_assets.show.stills import BACKENDS, MUJOCO_GL, chosen_backend, install_line, why_not
 from casa_assets.show.stills.pictures import Pixels
 
 # What importing or opening a backend raises where its library is missing or finds no device.

@@ -17,12 +17,13 @@ import re
 import sys
 import time
 import traceback
+import webbrowser
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from html import unescape
 from http import HTTPStatus
-from http.server import ThreadingHTTPServer
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path, PurePosixPath
 from threading import Lock, Thread
 from typing import Any, ClassVar
@@ -36,12 +37,45 @@ from casa_assets.layouts.run.resolve import draw_surfaces, ordered_surfaces, res
 from casa_assets.layouts.run.scene_files import SHARED
 from casa_assets.library.entry_files import file_inside
 from casa_assets.model.kitchen.choices import Surface
-from casa_assets.show.local_server import HOST, LocalHandler
-from casa_assets.show.page.model_files import viewer_script
-from casa_assets.show.page.page_template import render_template
-from casa_assets.show.view import machines
-from casa_assets.show.view.model import REPORT, Model, ShowProgress, to_json, with_style
+from casa_assets.show.page.page_template import render_template, viewer_script
+from casa_assets.show.view.model import REPORT, Model, ShowProgress, parse_step, step_machine, to_json, with_style
 from casa_assets.show.view.subject import Kitchen, Subject
+
+HOST = "127.0.0.1"
+
+
+def open_in_browser(address: str) -> None:
+    """Open a page that is about to be served. A text browser waits for the page, so this does not wait for it."""
+    Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+
+
+class LocalHandler(BaseHTTPRequestHandler):
+    """Answers that no browser keeps.
+
+    Attributes:
+        headers_of_all: name -> value of headers that each answer of a server has besides.
+    """
+
+    protocol_version = "HTTP/1.1"
+    headers_of_all: ClassVar[dict[str, str]]
+
+    def send(self, status: HTTPStatus, kind: str, body: bytes) -> None:
+        """Send an answer whole; `kind`: its media type."""
+        self.send_response(status)
+        for name, value in {
+            "Content-Type": kind,
+            "Content-Length": str(len(body)),
+            "Cache-Control": "no-store",
+            "X-Content-Type-Options": "nosniff",
+            **self.headers_of_all,
+        }.items():
+            self.send_header(name, value)
+        self.end_headers()
+        self.wfile.write(body)
+
+    def log_message(self, format: str, *args: object) -> None:  # noqa: A002  the name of the base class
+        """Say nothing: the terminal belongs to the command."""
+
 
 SSH_PORT = "22"
 MAX_BODY_BYTES = 100_000
@@ -203,7 +237,7 @@ class _Handler(LocalHandler):
         "Cross-Origin-Resource-Policy": "same-origin",
     }
 
-    def do_GET(self) -> None:  # noqa: N802  the name of the base class
+    def do_GET(self) -> None:
         """The page; `progress/ID`, `model/ID.glb`, `facts/ID`, `report/ID/FILE`."""
         if not self._is_for_us():
             self._refuse(HTTPStatus.FORBIDDEN, "this server answers its own page on this machine alone")
@@ -229,7 +263,7 @@ class _Handler(LocalHandler):
         else:
             self._refuse(HTTPStatus.NOT_FOUND, "there is no such page")
 
-    def do_POST(self) -> None:  # noqa: N802  the name of the base class
+    def do_POST(self) -> None:
         """`step/ID`: one step of a state machine. `order`: another style, or other surfaces, of the kitchen."""
         length, origin = self.headers.get("Content-Length", ""), self.headers.get("Origin")
         # What is posted has to be JSON from this page; a form of another page can send no JSON without asking.
@@ -298,10 +332,10 @@ class _Handler(LocalHandler):
 
     def _step(self, model_id: str, data: bytes) -> dict[str, Any]:
         found = self.server.workshop.model(model_id)
-        said = machines.parse(data)
+        said = parse_step(data)
         if found is None or said.placement not in found.behaviors:
             raise CasaError(f"{model_id} has no state machine {said.placement!r}")
-        return machines.step(found.behaviors[said.placement], said)
+        return step_machine(found.behaviors[said.placement], said)
 
     def _order(self, data: bytes) -> str:
         """Start to build another kitchen of the same plan; returns its id. Raises CasaError where it cannot be."""

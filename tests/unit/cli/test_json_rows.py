@@ -15,7 +15,7 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from casa_assets.cli.main import app
-from casa_assets.cli.project.starter import write_starter
+from casa_assets.cli.verbs.project import write_starter
 from casa_assets.ingest.sources import objaverse
 from casa_assets.layouts.run import batch_form, check, scene_folders
 from casa_assets.layouts.run.recipe import SceneResult

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import typer
 
-from casa_assets.cli import build_output
+from casa_assets.cli import batch_output as build_output
 from casa_assets.cli.output import Output
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.library.library import Library

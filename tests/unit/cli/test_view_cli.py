@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 import casa_assets as casa
-from casa_assets.api import viewing
+from casa_assets.api import assets as viewing
 from casa_assets.cli.main import app
 from casa_assets.show.stills import live_viewer
 from tests.support.library.libraries import command

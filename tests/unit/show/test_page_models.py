@@ -10,8 +10,8 @@ import pytest
 from lxml import html
 
 from casa_assets.library.library import Library
-from casa_assets.show.page.model_files import viewer_name
 from casa_assets.show.page.page_models import MADE_BY, folder_of, models_of, write_models
+from casa_assets.show.page.page_template import viewer_name
 from casa_assets.show.reports.library_page import write
 from tests.support.library.built_libraries import keep, loose_and_fixed
 from tests.support.library.libraries import casa_here

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from casa_assets.formats.gltf import asset_glb
 from casa_assets.show import page as viewer
-from casa_assets.show.page.model_files import model_script, put_model, put_viewer, viewer_script
+from casa_assets.show.page.page_template import model_script, put_model, put_viewer, viewer_script
 from tests.support.asset.assets import rigid_mug
 
 BUNDLE = Path(viewer.__file__).parent / "bundle"

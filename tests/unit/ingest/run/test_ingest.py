@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 import typer
 
-from casa_assets.cli.ingest_output import end
+from casa_assets.cli.batch_output import end
 from casa_assets.errors import CasaError, OutputError, UnknownId
 from casa_assets.ingest.run.answers import WorkerAnswers
 from casa_assets.ingest.run.inputs import discover_inputs

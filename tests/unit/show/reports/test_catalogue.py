@@ -10,7 +10,7 @@ from lxml import html
 from casa_assets import registry
 from casa_assets.errors import UnknownId
 from casa_assets.families.build import FamilyRequest
-from casa_assets.show.page.model_files import ModelFiles
+from casa_assets.show.page.page_template import ModelFiles
 from casa_assets.show.reports.catalogue import SOURCES, DrawnCategory, page, wanted
 
 APPLE = DrawnCategory("apple", "objects/apple.webp", (0.15, 0.21), (0.071, 0.08), (900, 1100), (1, 3))

@@ -12,7 +12,7 @@ import pytest
 
 from casa_assets.show.stills import kitchen
 from casa_assets.show.stills.kitchen import PictureSettings
-from casa_assets.show.stills.photoreal.views import View
+from casa_assets.show.stills.photoreal import View
 
 FRAME = PictureSettings(160, 120, passes=4, shadow_px=256)
 # A room of 4 x 4 x 2.5 m without a front wall; its left wall has a window. A box stands on the floor, and a wall unit

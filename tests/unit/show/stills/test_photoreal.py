@@ -16,8 +16,17 @@ from casa_assets.cli.main import app
 from casa_assets.core import system
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.show.reports import pictures
-from casa_assets.show.stills.photoreal.render import NoPathTracer, StillSettings, picture_faults, scene_stills
-from casa_assets.show.stills.photoreal.views import BEYOND_M, EYE_M, View, eye_view, sun_direction
+from casa_assets.show.stills.photoreal import (
+    BEYOND_M,
+    EYE_M,
+    NoPathTracer,
+    StillSettings,
+    View,
+    eye_view,
+    picture_faults,
+    scene_stills,
+    sun_direction,
+)
 
 WIDE = 16 / 9
 OVERVIEW = {"name": "overview", "fov_y_deg": 50.0, "position": [2.0, -9.0, 6.0], "quaternion": [0.86, 0.5, 0.0, 0.0]}

@@ -10,7 +10,7 @@ import pytest
 from casa_assets.errors import CasaError
 from casa_assets.model.asset.asset import Asset
 from casa_assets.registry.families import family
-from casa_assets.show.view import machines
+from casa_assets.show.view import model as machines
 from tests.support.asset.family_members import preset
 
 

@@ -14,7 +14,7 @@ from casa_assets.errors import CasaError
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import draw_surfaces
 from casa_assets.model.kitchen.choices import Surface
-from casa_assets.show.page.model_files import viewer_name, viewer_script
+from casa_assets.show.page.page_template import viewer_name, viewer_script
 from casa_assets.show.view import server as view_server
 from casa_assets.show.view.model import Model, ShowProgress, build_command, make
 from casa_assets.show.view.server import KEPT, ViewServer, tunnel_line
