@@ -10,7 +10,7 @@ from PIL import Image
 
 from casa_assets.families.build import FamilyRequest
 from casa_assets.model.registry.rows import Surface
-from casa_assets.show import review as review_page
+from casa_assets.show.view import review as review_page
 from casa_assets.show.page import page_models
 from casa_assets.show.reports import catalogue, home, kitchens, library_page
 from casa_assets.show.reports.catalogue import MemberPictures

@@ -161,7 +161,7 @@ def review(
     """
     from casa_assets.errors import OutputError
     from casa_assets.runs.outcome import writing
-    from casa_assets.show.review import ARTICULATED, ReviewServer
+    from casa_assets.show.view.review import ARTICULATED, ReviewServer
     from casa_assets.show.view.server import open_in_browser
 
     console = Console(soft_wrap=True, highlight=False)

@@ -9,7 +9,7 @@ from http.client import HTTPConnection
 from threading import Thread
 from typing import Any
 
-from casa_assets.show.review import ReviewServer
+from casa_assets.show.view.review import ReviewServer
 from casa_assets.show.view.server import HOST, Maker, ViewServer, Workshop
 from casa_assets.show.view.subject import Subject
 

@@ -17,7 +17,7 @@ from casa_assets.layouts.run.recipe import SceneResult
 from casa_assets.library import library as disk
 from casa_assets.library.library import Library
 from casa_assets.model.issue import Status
-from casa_assets.show.review import ReviewServer
+from casa_assets.show.view.review import ReviewServer
 from casa_assets.show.view.model import make
 from casa_assets.show.view.subject import cache_of, find
 from tests.support.library.libraries import BOXES, box_obj, differences, entries_of, no_workers

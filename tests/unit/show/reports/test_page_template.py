@@ -12,7 +12,7 @@ from casa_assets.articulate.run import review_page
 from casa_assets.cache import cache_key
 from casa_assets.cache.cache_key import reach
 from casa_assets.library.library import Library
-from casa_assets.show import review
+from casa_assets.show.view import review
 from casa_assets.show.page import kitchen_report, page_template
 from casa_assets.show.page.page_template import Words
 from casa_assets.show.reports import catalogue, findings, home, kitchens, library_page
