@@ -10,18 +10,17 @@ from PIL import Image
 
 from casa_assets.families.build import FamilyRequest
 from casa_assets.model.registry.rows import Surface
-from casa_assets.show.view import review as review_page
 from casa_assets.show.page import page_models
 from casa_assets.show.reports import catalogue, home, kitchens, library_page
-from casa_assets.show.reports.catalogue import MemberPictures
+from casa_assets.show.reports.catalogue import member_row
+from casa_assets.show.view import review as review_page
 from tests.consumers.test_review_keys import reviewed_page
 from tests.support.library.built_libraries import keep
 from tests.support.program.browser import Browser, Page
 from tests.unit.library.test_alike import FIRST, LARGE, OTHER
 from tests.unit.show.reports.test_catalogue import APPLE
 from tests.unit.show.reports.test_kitchen_pages import kitchen_page, scene
-from tests.unit.show.reports.test_library_page import entry
-from tests.unit.show.reports.test_reject_page import CASES, refused
+from tests.unit.show.reports.test_library_page import CASES, entry, refused
 
 pytestmark = pytest.mark.consumers
 ROWS = "#list .id"
@@ -89,7 +88,7 @@ def kinds(library: Path, rooms: Path, tmp_path_factory: pytest.TempPathFactory) 
     folder = tmp_path_factory.mktemp("kinds")
     shutil.copytree(library.parent, folder / "library")
     shots = ("closed.webp", "open.webp", "on.webp")
-    preset = MemberPictures(FamilyRequest("hob", preset="gas"), shots, 9.5, (0.5, 0.5, 0.1))
+    preset = member_row(FamilyRequest("hob", preset="gas"), shots, 9.5, (0.5, 0.5, 0.1))
     explained = {"NKB004": "Work aisle: Fronts that face each other are at least 1.067 m apart; move the rows apart."}
     pages = {
         "kitchen": kitchen_page(explained),

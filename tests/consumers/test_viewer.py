@@ -24,7 +24,7 @@ from casa_assets.show.page import page_template
 from casa_assets.show.page.page_models import models_of, write_models
 from casa_assets.show.page.page_template import ModelFiles, put_model, put_viewer, viewer_script
 from casa_assets.show.reports import catalogue
-from casa_assets.show.reports.catalogue import DrawnCategory
+from casa_assets.show.reports.catalogue import category_row
 from casa_assets.show.reports.library_page import write
 from tests.support.asset.articulated_assets import grill
 from tests.support.asset.assets import EVERY, microwave
@@ -212,7 +212,7 @@ def test_a_member_of_a_catalogue_in_a_dialog(browser: Browser, tmp_path: Path) -
     asset = grill()
     script = f"models/{put_model(tmp_path / 'models', 'apple_0', asset_glb(asset, EVERYTHING))}"
     model = ModelFiles("apple_0", script, f"models/{put_viewer(tmp_path / 'models')}")
-    row = DrawnCategory("apple", "objects/apple.webp", (0.15,), (0.071,), (900,), (1,), (model,))
+    row = category_row("apple", "objects/apple.webp", (0.15,), (0.071,), (900,), (1,), (model,))
     (tmp_path / "index.html").write_text(catalogue.page([], [row], {}), encoding="utf-8")
     (tmp_path / "objects").mkdir()
     Image.new("RGB", (144, 144), (180, 40, 30)).save(tmp_path / "objects" / "apple.webp")

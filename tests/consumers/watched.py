@@ -96,7 +96,9 @@ WATCHED = {
     "test_notebook.py": Watched((), ("docs/quickstart.ipynb", "casa_assets/api", "casa_assets/__init__.py")),
     "test_old_mujoco.py": Watched(("mujoco331", "mujoco337"), _MJCF),
     "test_pages_of_many.py": _PAGES_IN_A_BROWSER,
-    "test_photoreal.py": Watched(("blender",), _package("core/system.py", "show/stills/photoreal.py", "show/stills/blender")),
+    "test_photoreal.py": Watched(
+        ("blender",), _package("core/system.py", "show/stills/photoreal.py", "show/stills/blender")
+    ),
     "test_review_keys.py": _PAGES_IN_A_BROWSER,
     "test_robocasa_tasks.py": _ROBOCASA,
     "test_robots.py": Watched(

@@ -21,7 +21,7 @@ from casa_assets.core.numeric import linear_from_srgb, srgb_from_hex
 from tests.consumers.own.results import TELLING, Checked, by_code, certified, only_entry, told_by
 from tests.support.library.libraries import box_obj
 from tests.support.program.documents import saved
-from tests.support.program.installed import Environment
+from tests.support.program.environments import Environment
 
 pytestmark = pytest.mark.consumers
 WHOLE, LIKE = "studio__harbour__s3", "nook__ours"  # kitchens of a plan and a style that state all, that are like others

@@ -16,7 +16,7 @@ import casa_assets
 from casa_assets.projects import data_root
 from tests.consumers.own.results import TELLING, Checked, certified, only_entry, told_by
 from tests.support.library.libraries import box_obj
-from tests.support.program.installed import Environment
+from tests.support.program.environments import Environment
 
 pytestmark = pytest.mark.consumers
 MESH = "cereal_beside_banana"  # by the words of the package a thing that is called so is a banana

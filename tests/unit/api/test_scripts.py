@@ -123,21 +123,6 @@ def test_mesh_in_memory(tmp_path: Path) -> None:
     assert second.startswith("SRC")
 
 
-def test_rejected(tmp_path: Path) -> None:
-    (tmp_path / "hole.obj").write_text("o nothing\n", encoding="utf-8")
-    code = f"""
-        import casa_assets as casa
-
-        done = casa.ingest({str(tmp_path / "hole.obj")!r})
-        print(done.accepted, done.asset, done.rejection.code)
-        done = casa.articulate({str(MUG)!r})
-        print(done.accepted, done.asset, done.rejection.code)
-    """
-    first, second = here(code, tmp_path).splitlines()
-    assert first.startswith("False None ")
-    assert second == "False None ART001"
-
-
 def test_articulate(tmp_path: Path) -> None:
     code = f"""
         import casa_assets as casa

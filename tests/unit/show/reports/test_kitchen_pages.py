@@ -118,14 +118,6 @@ def scene(out: Path, plan: str, style: str, **changed: Any) -> Path:
     return folder
 
 
-def test_a_scene_is_told_by_what_one_looks_for(tmp_path: Path) -> None:
-    scene(tmp_path, "galley", "rustic")
-    (card,) = kitchens.read_cards(tmp_path)
-    assert (card.families, card.tasks, card.surfaces, card.floor_m2) == (("hob",), ("open_drawer",), ("oak",), 12.0)
-    (row,) = rows_of(kitchens.index_page([card], "Kitchens"))
-    assert (row["plan"], row["style"], row["verdict"], row["joints"]) == ("galley", "rustic", "not checked", 1)
-
-
 def test_scenes_that_have_not_changed_are_not_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     first, second = scene(tmp_path, "galley", "rustic"), scene(tmp_path, "galley", "coastal")
     before = kitchens.read_cards(tmp_path)
@@ -146,21 +138,6 @@ def test_scenes_that_have_not_changed_are_not_read_again(tmp_path: Path, monkeyp
     shutil.rmtree(second)
     (again,) = kitchens.read_cards(tmp_path)
     assert (again.pictures, read) == (("overview.png",), [first.name])
-
-
-def test_the_sheet_shows_some_of_many_from_all_over_the_list() -> None:
-    cards = [
-        kitchens.SceneCard(SceneRow(f"plan_{i:04}", "p", "s"), 1, 1, pictures=("overview.png",) if i % 2 else ())
-        for i in range(1000)
-    ]
-    shown = [card.row.id for card in kitchens.on_sheet(cards)]
-    assert len(set(shown)) == len(shown) == kitchens.SHOWN_OF_MORE
-    assert shown == sorted(shown)
-    assert all(int(name[-1]) % 2 for name in shown), "those that have pictures"
-    assert shown[0] < "plan_0020"
-    assert shown[-1] > "plan_0980"
-    few = cards[: kitchens.MAX_ON_SHEET]
-    assert kitchens.on_sheet(few) == few
 
 
 def test_diversity_is_told_where_it_was_measured(tmp_path: Path) -> None:

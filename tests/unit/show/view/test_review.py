@@ -16,7 +16,7 @@ from casa_assets.show.view.review import ReviewServer
 from tests.support.library.libraries import BOXES, box_obj
 from tests.support.library.server_requests import ask
 
-pytestmark = pytest.mark.content("code", "show.review", keep=0)
+pytestmark = pytest.mark.content("code", "show.view", keep=0)
 
 
 def run(folder: Path) -> list[str]:
