@@ -330,7 +330,7 @@ def print_counts(done: Sequence[Done], kept: int, output: Output) -> int:
     codes: Counter[str] = Counter()
     for one in done:
         codes[one.code] += one.count * bool(one.code)
-    print_codes(+codes, output)
+    _print_codes(+codes, output)
     counts = counts_of(done)
     there = f" ({kept} {'was' if kept == 1 else 'were'} there already)" if kept else ""
     output.styled(f"{pluralize(sum(counts), 'input')}: {counts_text(*counts)}{there}")
@@ -344,7 +344,7 @@ def look(done: Sequence[Done], output: Output) -> None:
     output.look(*[one.folder for one in done if one.folder and one.decision is not Decision.REJECTED][:1])
 
 
-def end(done: Sequence[Done], names: Sequence[str]) -> None:
+def end_inputs(done: Sequence[Done], names: Sequence[str]) -> None:
     """End with exit 3 after a fault of the program, 1 after a rejection, 4 where a person has to decide.
 
     Args:
@@ -361,7 +361,7 @@ def end(done: Sequence[Done], names: Sequence[str]) -> None:
         raise typer.Exit(4)
 
 
-def print_codes(codes: Counter[str], output: Output) -> None:
+def _print_codes(codes: Counter[str], output: Output) -> None:
     """Print how many inputs were rejected for each reason, and what to do about it."""
     from casa_assets import registry
 

@@ -14,7 +14,7 @@ from casa_assets.cli.batch_output import (
     MOST_LISTED,
     counts_of,
     counts_text,
-    end,
+    end_inputs,
     look,
     no_mesh_found,
     print_counts,
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Mapping, Sequence
 
     from casa_assets.articulate.decisions import Decisions
-    from casa_assets.articulate.run.batch import RequestMaker
     from casa_assets.articulate.run.run import ArticulateOutcome
     from casa_assets.ingest.sources.found import Found
     from casa_assets.model.record import Vec3
@@ -95,6 +94,8 @@ def articulate(
       casa-assets articulate microwave.obj --preview --report
       casa-assets articulate ~/appliances --jobs 8 --review
     """
+    from casa_assets.articulate.run import review_page
+    from casa_assets.articulate.run.batch import articulate as run
     from casa_assets.articulate.run.build import ArticulateRequest
 
     if clip_weights:
@@ -109,40 +110,23 @@ def articulate(
         return ArticulateRequest(Path(found.source.place), out, *common, *flags, found)
 
     options = {"--category": category, "--up": up, "--front": front, "--size-m": size_m, "--clip-weights": clip_weights}
-    command = _review_command(sources, out, options, complete) if review else ""
-    _articulate(sources, out, request_for, reviewed, workers, command, report or output.verbose, output)
-
-
-def _articulate(
-    sources: list[Path],
-    out: Path,
-    request_for: RequestMaker,
-    reviewed: Mapping[str, Decisions],
-    jobs: Workers,
-    review_command: str,
-    report: bool,
-    output: Output,
-) -> None:
-    """Run, print what became of every input, write the review page where its command is given, and exit."""
-    from casa_assets.articulate.run import review_page
-    from casa_assets.articulate.run.batch import articulate as run
-
     others: Counter[str] = Counter()
-
-    def start(show_work: Callable[[Sequence[str]], None]) -> Generator[ArticulateOutcome]:
-        return run(sources, out, request_for, jobs, others, show_work, reviewed)
-
-    outcomes = _follow(start, output, report)
+    outcomes = _follow(
+        lambda show_work: run(sources, out, request_for, workers, others, show_work, reviewed),
+        output,
+        report or output.verbose,
+    )
     print_others(+others, output)
     if not outcomes:
         raise no_mesh_found(sources)
     if len(outcomes) > 1 and not output.as_json:
         in_review = print_counts(outcomes, sum(outcome.count for outcome in outcomes if outcome.kept), output)
         print_review(in_review, False, out, output)
-    if review_command:
-        output.line(str(review_page.write(out, outcomes, review_command)))
+    if review:
+        command = _review_command(sources, out, options, complete)
+        output.line(str(review_page.write(out, outcomes, command)))
     look(outcomes, output)
-    end(outcomes, [str(outcome.mesh) for outcome in outcomes])
+    end_inputs(outcomes, [str(outcome.mesh) for outcome in outcomes])
 
 
 def _follow(
@@ -295,26 +279,13 @@ def _table(outcome: ArticulateOutcome) -> TextTable:
         joint = part.joint
         how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
         way = outcome.travels.get(part.name)
-        goes = (
-            ""
-            if way is None
-            else "all"
-            if way.is_full
-            else f"{min(way.free_share, way.pushed_share):.0%} {way.blocked_by}"
-        )
-        table.add(
-            part.name, part.parent or "body", how, goes, f"{part.confidence:.0%}", part.full_reason, joint.runner_up
-        )
+        goes = "all" if way is not None and way.is_full else ""
+        if way is not None and not way.is_full:
+            goes = f"{min(way.free_share, way.pushed_share):.0%} {way.blocked_by}"
+        sure = f"{part.confidence:.0%}"
+        table.add(part.name, part.parent or "body", how, goes, sure, part.full_reason, joint.runner_up)
     for cavity in outcome.articulation.cavities:
         if cavity.built or cavity.in_doubt:
-            mark = "+" if cavity.built else "no"
-            table.add(
-                f"{mark} {cavity.interior.value}",
-                cavity.parts[0],
-                "",
-                "",
-                f"{cavity.confidence:.0%}",
-                cavity.reason,
-                "",
-            )
+            name = f"{'+' if cavity.built else 'no'} {cavity.interior.value}"
+            table.add(name, cavity.parts[0], "", "", f"{cavity.confidence:.0%}", cavity.reason, "")
     return table

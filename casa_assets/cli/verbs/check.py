@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from casa_assets.cli.doctor import Finding
     from casa_assets.model.registry.category import Category, SizeRange
-    from casa_assets.show.reports.checks_page import CodeFacts
 
 
 @shared
@@ -88,7 +87,7 @@ def doctor(
     for finding in found:
         output.row({"id": finding.subject, "verdict": _verdict(finding), **finding.model_dump(mode="json")})
     if not output.as_json:
-        _print(found, output)
+        _print_findings(found, output)
     if missing:
         output.wrong(f"Needed and missing: {', '.join(finding.subject for finding in missing)}.")
         raise typer.Exit(1)
@@ -99,39 +98,32 @@ def _verdict(finding: Finding) -> str:
     return "passed" if finding.ok else "failed" if finding.needed else "note"
 
 
-def _print(found: Sequence[Finding], output: Output) -> None:
+def _print_findings(found: Sequence[Finding], output: Output) -> None:
     """Print what is wrong, then what else there is to say; optional packages and those that are here on a line each."""
+    draws = any(f.ok for f in found if f.subject.startswith(RENDERER))
     wrong = [finding for finding in found if finding.needed and not finding.ok]
     rest = [finding for finding in found if finding not in wrong]
-    notes = [finding for finding in rest if not finding.ok]
+    packages = [finding for finding in rest if finding.subject.startswith(PACKAGE)]
     for finding in wrong:
-        _print_line(finding, output)
+        _print_finding(finding, output)
     if output.verbose:
         for finding in rest:
-            _print_line(finding, output)
+            _print_finding(finding, output)
         return
-    packages = [finding for finding in rest if finding.subject.startswith(PACKAGE)]
-    for finding in notes:
-        if finding not in packages and not _is_noise(finding, found):
-            _print_line(finding, output)
-    names = [finding.subject.removeprefix(PACKAGE) for finding in packages if not finding.ok]
-    if names:
+    # Where one renderer draws, nothing is to be said of single ones.
+    shown = [f for f in rest if f not in packages and not (draws and f.subject.startswith(RENDERER))]
+    for finding in (one for one in shown if not one.ok):
+        _print_finding(finding, output)
+    if names := [finding.subject.removeprefix(PACKAGE) for finding in packages if not finding.ok]:
         words = f"optional, not installed or of another version: {', '.join(names)}; --verbose says more"
         output.console.print(_line("note", "yellow", "packages", words), soft_wrap=True, highlight=False)
-    here = sum(finding.ok for finding in packages)
-    if here:
+    if here := sum(finding.ok for finding in packages):
         output.console.print(_line("ok", "green", "packages", f"{here} are here"), highlight=False)
-    for finding in rest:
-        if finding.ok and finding not in packages and not _is_noise(finding, found):
-            _print_line(finding, output)
+    for finding in (one for one in shown if one.ok):
+        _print_finding(finding, output)
 
 
-def _is_noise(finding: Finding, found: Sequence[Finding]) -> bool:
-    """True for single renderers where there is one that draws."""
-    return finding.subject.startswith(RENDERER) and any(f.ok for f in found if f.subject.startswith(RENDERER))
-
-
-def _print_line(finding: Finding, output: Output) -> None:
+def _print_finding(finding: Finding, output: Output) -> None:
     mark = ("ok", "green") if finding.ok else ("MISSING", "bold red") if finding.needed else ("note", "yellow")
     fix = f"; run: {finding.fix}" if finding.fix and not finding.ok else ""
     line = _line(*mark, finding.subject.removeprefix(PACKAGE), f"{finding.message}{fix}")
@@ -230,31 +222,21 @@ def checks(
     for facts in found:
         row = asdict(facts)
         output.row({"id": row.pop("code"), **row})
-    if not json_:
-        _print_each(found, output) if wanted else _print_table(found, output)
-
-
-def _print_each(found: list[CodeFacts], output: Output) -> None:
-    """Print what each code means, line by line."""
-    for facts in found:
-        output.line(f"{facts.code}  {facts.title}")
-        lines = {"severity": EFFECTS[facts.severity], "looks at": facts.subject, "limit": _limit(facts)}
-        for name, words in lines.items():
-            if words:
-                output.line(f"  {name + ':':10} {words}")
-        output.line(f"  {facts.about}")
-
-
-def _print_table(found: list[CodeFacts], output: Output) -> None:
+    if json_:
+        return
     about = "what is tested, and what to do"
     table = TextTable(("code", "title", "severity", "limit", about), sentences=("title", about))
     for facts in found:
-        table.add(facts.code, facts.title, facts.severity, _limit(facts), facts.about)
+        limit = "" if facts.limit is None else f"{facts.limit:g} {facts.unit}".strip()
+        if not wanted:
+            table.add(facts.code, facts.title, facts.severity, limit, facts.about)
+            continue
+        output.line(f"{facts.code}  {facts.title}")
+        for name, words in {"severity": EFFECTS[facts.severity], "looks at": facts.subject, "limit": limit}.items():
+            if words:
+                output.line(f"  {name + ':':10} {words}")
+        output.line(f"  {facts.about}")
     table.print(output.console)
-
-
-def _limit(facts: CodeFacts) -> str:
-    return "" if facts.limit is None else f"{facts.limit:g} {facts.unit}".strip()
 
 
 def schemas(
@@ -303,7 +285,7 @@ def list_categories(json_: AsJson = False) -> None:
         row = _row(category, builders.get(category.id, ()))
         output.row(row)
         usual = (f"{category.longest_m.typical:g}", f"{category.mass_kg.typical:g}")
-        table.add_from(category.id, category.parent, *usual, ", ".join(row["built_by"]), row["from"])
+        table.add(category.id, category.parent, *usual, ", ".join(row["built_by"]), row["from"])
     if not json_:
         table.print(output.console)
         output.line(pluralize(len(table.rows), "category"))

@@ -63,7 +63,7 @@ def list_families(json_: AsJson = False) -> None:
             added = plugin_families().get(member.name)
             source = f"plug-in {added[0].plugin.name}" if added else origin_of_row(f"families/{member.name}.yaml")
             output.row({"id": member.name, "group": group, "title": member.title, "presets": presets, "from": source})
-            table.add_from(member.name, group, member.title, ", ".join(presets), source)
+            table.add(member.name, group, member.title, ", ".join(presets), source)
     if not json_:
         table.print(output.console)
         output.line(pluralize(len(table.rows), "family"))
@@ -214,7 +214,7 @@ def list_objects(json_: AsJson = False) -> None:
             source = origin_of_row(f"objects/{group}.yaml", name)
             facts = {"group": group, "form": member.form, "about": about, "from": source}
             output.row({"id": name, "category": name, **facts})
-            table.add_from(name, group, member.form or "", about, source)
+            table.add(name, group, member.form or "", about, source)
     if not json_:
         table.print(output.console)
         output.line(pluralize(len(table.rows), "category"))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from casa_assets.cli.batch_output import (
-    end,
+    end_inputs,
     look,
     no_mesh_found,
     on_store,
@@ -39,8 +38,6 @@ from casa_assets.cli.output import Output
 from casa_assets.errors import CasaError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator
-
     from casa_assets.cli.batch_output import Sending
     from casa_assets.ingest.run.run import Options
     from casa_assets.ingest.run.shards.record import Shard
@@ -131,27 +128,33 @@ def ingest(
     from casa_assets.ingest.run.inputs import roots_of
     from casa_assets.ingest.run.run import Options
 
-    memory_bytes, guards = int(memory * 1e9), _guards(max_size, max_faces, max_texture, max_pixels)
-    codes = _codes(retry), _codes(retry_only)
-    options = Options(
-        library, category, workers, timeout, memory_bytes, guards, clip_weights, keep_duplicates, split, *codes, dry_run
-    )
-    roots, refused = roots_of(sources, library)
-    options = replace(options, shard=_shard(shard), refused=refused, force=force)
     if dry_run and explain:
         raise typer.BadParameter("--dry-run keeps no guesses; name another --library and leave --dry-run out")
     if dry_run and store:
         raise typer.BadParameter("does not go with --dry-run", param_hint="--store")
-    _ingest(roots, options, output, explain, store)
-
-
-def _ingest(sources: list[Path | StoreRoot], options: Options, output: Output, explain: bool, store: str) -> None:
-    """Run once, print what became of the inputs, and end with the exit code for it."""
-    with on_store(store, options.library, output) as sending:
-        events = _run_once(sources, options, output, explain, sending)
-    if not options.dry_run:
+    roots, refused = roots_of(sources, library)
+    options = Options(
+        library,
+        category,
+        workers,
+        seconds=timeout,
+        memory_bytes=int(memory * 1e9),
+        guards=_guards(max_size, max_faces, max_texture, max_pixels),
+        weights=clip_weights,
+        keep_duplicates=keep_duplicates,
+        split=split,
+        again=_codes(retry),
+        only=_codes(retry_only),
+        dry_run=dry_run,
+        shard=_shard(shard),
+        refused=refused,
+        force=force,
+    )
+    with on_store(store, library, output) as sending:
+        events = _run_once(roots, options, output, explain, sending)
+    if not dry_run:
         look(events, output)
-    end(events, [event.path for event in events])
+    end_inputs(events, [event.path for event in events])
 
 
 def _run_once(
@@ -163,10 +166,9 @@ def _run_once(
 
     others: Counter[str] = Counter()
 
-    def start(show_work: Callable[[str], None] | None) -> Generator[Event]:
-        return sending(run(sources, options, others=others, show_work=show_work))
-
-    events = print_events(start, output, options.dry_run)
+    events = print_events(
+        lambda show_work: sending(run(sources, options, others=others, show_work=show_work)), output, options.dry_run
+    )
     print_others(+others, output)
     if not events and options.only:
         output.line(f"nothing is rejected with, or in review for, {', '.join(sorted(options.only))}")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
-from casa_assets.cli.batch_output import end, look, print_changes, print_events, print_summary, waiting
+from casa_assets.cli.batch_output import end_inputs, look, print_changes, print_events, print_summary, waiting
 from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.options import (
     CLIP_HELP,
@@ -27,11 +27,8 @@ from casa_assets.cli.options import (
 from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at, pluralize, terminal_safe
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator
-
     from casa_assets.library.analysis.search import Found, SearchHit
     from casa_assets.library.library import Library as LibraryFolder
-    from casa_assets.runs.outcome import Event
     from casa_assets.show.page.page_models import PageModels
     from casa_assets.show.reports.gate import Condition
     from casa_assets.show.reports.library_page import WrittenReport
@@ -72,17 +69,14 @@ def merge(
     """
     from casa_assets.ingest.run.shards.merge import merge as run
 
-    def start(_: Callable[[str], None] | None) -> Generator[Event]:
-        return run(shards, library, partial, clip_weights)
-
-    events = print_events(start, output)
+    events = print_events(lambda _: run(shards, library, partial, clip_weights), output)
     if not events:
         output.line(f"no inputs in {', '.join(terminal_safe(str(shard)) for shard in shards)}")
         return
     if not output.as_json:
         print_summary(events, library, output)
     look(events, output)
-    end(events, [event.path for event in events])
+    end_inputs(events, [event.path for event in events])
 
 
 @app.command(cls=Verb)
@@ -315,7 +309,7 @@ def report(
     """
     from casa_assets.runs.outcome import writing
     from casa_assets.show.reports.gate import parse
-    from casa_assets.show.reports.library_page import CiFiles, write
+    from casa_assets.show.reports.library_page import write
 
     if out is not None and out.suffix.lower() != ".html":
         raise typer.BadParameter(f"{out} is no page: name a file that ends in .html", param_hint="--out")
@@ -330,7 +324,7 @@ def report(
     _compare_all(library_at(library), clip_weights)
     with writing(target.parent):
         models = _write_models(library, target, output) if in_3d else None
-        written = write(library, target, baseline, conditions, models, CiFiles(junit, sarif))
+        written = write(library, target, baseline, conditions, models, junit, sarif)
     _print_written(written, library, output)
 
 

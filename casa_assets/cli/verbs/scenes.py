@@ -89,13 +89,13 @@ def list_scenes(json_: AsJson = False) -> None:
         bounds = {k: [p.low, p.high] for k, p in plan.parameters.items()}
         output.row({"kind": "plan", "id": name, "title": plan.title, "lengths": bounds, "from": source})
         words = ", ".join(f"{k} {low:g} to {high:g}" for k, (low, high) in bounds.items())
-        plans.add_from(name, plan.title, words, source)
+        plans.add(name, plan.title, words, source)
     styles = TextTable(("style", "what", *from_column()), sentences=("what",))
     for name in style_names():
         style, document = load_style(name)
         source = origin(document.file)
         output.row({"kind": "style", "id": name, "title": style.title, "about": style.description, "from": source})
-        styles.add_from(name, style.description, source)
+        styles.add(name, style.description, source)
     if json_:
         return
     plans.print(output.console)

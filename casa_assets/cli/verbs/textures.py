@@ -50,7 +50,7 @@ def list_textures(surfaces: Sets = None, json_: AsJson = False) -> None:
         source = origin_of(recipe)
         output.row({**row, "size": list(recipe.tile_m), "from": source})
         size = f"{recipe.tile_m[0]:g} x {recipe.tile_m[1]:g}"
-        table.add_from(_group(recipe), recipe.id, recipe.kind, size, recipe.substance, source)
+        table.add(_group(recipe), recipe.id, recipe.kind, size, recipe.substance, source)
     if not json_:
         table.print(output.console)
         output.line(pluralize(len(table.rows), "recipe"))

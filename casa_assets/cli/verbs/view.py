@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 import os
 import signal
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -70,44 +69,30 @@ def preview(
       casa-assets preview out/scenes/l_small__coastal --photoreal
     """
     from casa_assets.runs.outcome import writing
-    from casa_assets.show.reports.pictures import draw
+    from casa_assets.show.reports.pictures import draw, draw_stills
+    from casa_assets.show.stills.photoreal import StillSettings
 
-    if photoreal:
-        if colliders or turntable:
-            raise typer.BadParameter("--photoreal draws neither --colliders nor a --turntable")
-        _draw_stills(assets, out, width_px, pose, camera or (), output)
-        return
-    if camera:
+    if photoreal and (colliders or turntable):
+        raise typer.BadParameter("--photoreal draws neither --colliders nor a --turntable")
+    if camera and not photoreal:
         raise typer.BadParameter("is for stills of kitchens: give --photoreal too", param_hint="--camera")
     if pose and turntable:
         raise typer.BadParameter("a --turntable shows joints at zero", param_hint="--pose")
+    if photoreal:
+        frame = StillSettings(width_px, width_px * 9 // 16)
+        drawn = draw_stills(assets, out, frame, pose, camera or ())
+        lacking = "nothing found; name folders that hold a model.xml or a scene.json"
+    else:
+        drawn = draw(assets, out, width_px, colliders, turntable, pose)
+        lacking = "no asset found; name folders that hold a model.xml"
     first: Path | None = None
     with writing(out):
-        for picture in draw(assets, out, width_px, colliders, turntable, pose):
-            first = first or picture.asset
-            output.made(picture.title, out, measures_at(picture.asset), picture=str(picture.path))
+        for picture in drawn:
+            first = first or picture.subject
+            output.made(picture.title, out, measures_at(picture.subject), picture=str(picture.path))
             output.line(str(picture.path))
     if first is None:
-        raise CasaError("no asset found; name folders that hold a model.xml")
-    output.look(first)
-
-
-def _draw_stills(
-    targets: list[Path], out: Path, width_px: int, pose: str, cameras: Sequence[str], output: Output
-) -> None:
-    from casa_assets.runs.outcome import writing
-    from casa_assets.show.reports.pictures import draw_stills
-    from casa_assets.show.stills.photoreal import StillSettings
-
-    first: Path | None = None
-    with writing(out):
-        for written in draw_stills(targets, out, StillSettings(width_px, width_px * 9 // 16), pose, cameras):
-            first = first or written.subject
-            name = written.subject.resolve().name
-            output.made(name, out, measures_at(written.subject), picture=str(written.path))
-            output.line(str(written.path))
-    if first is None:
-        raise CasaError("nothing found; name folders that hold a model.xml or a scene.json")
+        raise CasaError(lacking)
     output.look(first)
 
 

@@ -33,13 +33,14 @@ from casa_assets.model.issue import CheckResult, Decision, Issue, Report, Severi
 from casa_assets.runs.outcome import writing
 from casa_assets.show.page.page_models import PageModels
 from casa_assets.show.page.page_template import MAX_ROWS, Words, all_words, relative_link, render_template
+from casa_assets.show.reports import gate
 from casa_assets.show.reports.findings import (
+    UNITS,
     Change,
     Compared,
     Difference,
     Findings,
     PriorFit,
-    Quantity,
     Totals,
     by_verdict,
     codes_of,
@@ -51,7 +52,7 @@ from casa_assets.show.reports.findings import (
     read_run,
     reasons,
 )
-from casa_assets.show.reports.gate import Condition, Outcome, junit, sarif
+from casa_assets.show.reports.gate import Condition, Outcome
 
 MAX_WHOLE = 400
 NO_SECTION = Markup()
@@ -59,23 +60,11 @@ MAX_LISTED = 200  # findings of one check on the library as a whole, inputs of o
 # A code of advice that at least this share of so many assets have tells nothing of one of them.
 COMMON_SHARE, COMMON_FROM = 0.75, 8
 MAX_OUTLIERS = 8  # of one category and quantity that are named on the page; report.json names all
-CHANGES = (Change.WORSE, Change.BETTER, Change.APPEARED, Change.GONE)  # in the order in which they are shown
 # Status of a check -> what the script of the page knows it by; a failed warning is advice.
 STATUS_NUMBERS = {Status.FAILED: 0, Status.PASSED: 1, Status.NOT_APPLICABLE: 2, Status.NOT_RUN: 3}
 ADVICE_NUMBER = 4
 # Files of an asset that the page links to, relative to its folder.
 FILES = (("MJCF", "model.xml"), ("scene", "scene.xml"), ("USD", "usd/{id}.usda"), ("certificate", CERTIFICATE))
-
-
-@dataclass(frozen=True)
-class CiFiles:
-    """Files for continuous integration that are written in addition to a report; None for those not requested."""
-
-    junit: Path | None = None
-    sarif: Path | None = None
-
-
-NO_CI_FILES = CiFiles()
 
 
 @dataclass(frozen=True)
@@ -93,13 +82,15 @@ def write(
     baseline: Path | None = None,
     conditions: Sequence[Condition] = (),
     models: PageModels | None = None,
-    ci_files: CiFiles = NO_CI_FILES,
+    junit: Path | None = None,
+    sarif: Path | None = None,
 ) -> WrittenReport:
     """Write the page for the library at `root` to `target`, and a JSON file of that name next to it.
 
     Args:
         target: the page, `<name>.html`. baseline: report.json or library of an earlier run.
         models: where the page finds the models of its assets; None: without models.
+        junit, sarif: files for continuous integration; None: they are not written.
     Raises:
         OutputError: an entry of the library is damaged, the page cannot be written, or there is no such earlier run.
     """
@@ -116,10 +107,10 @@ def write(
         links = {name: link_before(before, standing, target) for name, standing in changed if standing is not None}
     page, json_path = render(found, words, rows, links, models), target.with_suffix(".json")
     texts = {target: page, json_path: json.dumps(content(found, words), sort_keys=True, indent=1) + "\n"}
-    if ci_files.junit is not None:
-        texts[ci_files.junit] = junit(found)
-    if ci_files.sarif is not None:
-        texts[ci_files.sarif] = sarif(found, words)
+    if junit is not None:
+        texts[junit] = gate.junit(found)
+    if sarif is not None:
+        texts[sarif] = gate.sarif(found, words)
     for path, text in texts.items():
         with writing(path.parent):
             replace_file(path, text.encode())
@@ -190,12 +181,12 @@ def _fit(fit: PriorFit) -> dict[str, Any]:
     low, high = (f"{significant(value, 3):.10g}" for value in (fit.usual.low, fit.usual.high))
     return {
         "name": fit.name,
-        "quantity": fit.quantity.value,
-        "usual": f"{low} to {high} {fit.quantity.unit}",
+        "quantity": fit.quantity,
+        "usual": f"{low} to {high} {UNITS[fit.quantity]}",
         "count": fit.count,
         "outlying": len(fit.outliers),
         "outliers": [
-            {"id": o.id, "times": f"{o.factor:.3g} times {'over' if o.is_over else 'under'}"}
+            {"id": o.id, "times": f"{o.factor:.3g} times {'over' if o.over else 'under'}"}
             for o in fit.outliers[:MAX_OUTLIERS]
         ],
     }
@@ -241,16 +232,10 @@ def _tiles(totals: Totals, shown: Mapping[str, int]) -> list[dict[str, str]]:
 def _changes(compared: Compared, links: Mapping[str, str]) -> dict[str, Any]:
     """Return the changes since an earlier run, as the template shows them."""
     kinds = []
-    for change in CHANGES:
+    for change in Change:
         members = [one for one in compared.differences if one.change is change]
-        kinds.append(
-            {
-                "change": change.value,
-                "title": change.value.capitalize(),
-                "count": len(members),
-                "rows": [_change(one, links.get(one.id, "")) for one in members[:MAX_LISTED]],
-            }
-        )
+        rows = [_change(one, links.get(one.id, "")) for one in members[:MAX_LISTED]]
+        kinds.append({"change": change, "title": change.capitalize(), "count": len(members), "rows": rows})
     return {"name": compared.name, "kinds": kinds}
 
 
@@ -309,7 +294,7 @@ def listed(found: Findings, words: Words) -> list[Entry]:
     if len(found.entries) <= MAX_ROWS:
         return list(found.entries)
     quiet = quiet_codes(found.entries, words)
-    odd = {name for quantity in Quantity for name in outlying(found.fits, quantity)}
+    odd = {name for quantity in UNITS for name in outlying(found.fits, quantity)}
 
     def rank(entry: Entry) -> int:
         """As the script of the page orders its rows."""
@@ -338,7 +323,7 @@ class RowContext:
 
     @cached_property
     def odd(self) -> dict[str, frozenset[str]]:  # noqa: D102  see the class
-        return {quantity.value: frozenset(outlying(self.found.fits, quantity)) for quantity in Quantity}
+        return {quantity: frozenset(outlying(self.found.fits, quantity)) for quantity in UNITS}
 
     @cached_property
     def changes(self) -> dict[str, str]:  # noqa: D102  see the class

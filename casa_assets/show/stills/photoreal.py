@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 from PIL import Image
-from scipy.ndimage import median_filter, rank_filter
 
 from casa_assets.core import system
 from casa_assets.core.numeric import Floats, Mask
@@ -85,15 +84,6 @@ class _Fixtures:
     front: Floats
     worth: Floats
     room_m: Floats
-
-
-def named_view(scene: Mapping[str, Any], name: str, aspect: float) -> View | None:
-    """A camera of a scene's scene.json, for pictures of `aspect` (width over height); None if it has no such camera."""
-    for camera in scene["cameras"]:
-        if camera["name"] == name:
-            half = math.tan(math.radians(camera["fov_y_deg"]) / 2) * aspect
-            return View(name, tuple(camera["position"]), tuple(camera["quaternion"]), 2 * math.atan(half))
-    return None
 
 
 def eye_view(scene: Mapping[str, Any], name: str, aspect: float, beyond_m: float = 0.0) -> View:
@@ -443,7 +433,7 @@ def scene_stills(
     frame = settings or StillSettings()
     told = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
     aspect = frame.width_px / frame.height_px
-    views = [_view(told, name, frame) for name in cameras or (EYE, CUTAWAY)]
+    views = [_view(told, name, aspect) for name in cameras or (EYE, CUTAWAY)]
     # Views from above look into the room without its ceiling, which is a choice that holds for a whole process.
     for above in (False, True):
         chosen = [view for view in views if (view.name in (*ABOVE, CUTAWAY)) == above]
@@ -460,19 +450,20 @@ def scene_stills(
             yield from _run(job, chosen, frame)
 
 
-def _view(told: Mapping[str, Any], name: str, frame: StillSettings) -> View:
-    aspect = frame.width_px / frame.height_px
+def _view(told: Mapping[str, Any], name: str, aspect: float) -> View:
+    """The view that is called so, for pictures of `aspect` (width over height). Raises NoPathTracer."""
     if name == EYE:
         return eye_view(told, name, aspect, BEYOND_M)
-    view = named_view(told, "overview" if name == CUTAWAY else name, aspect)
-    if view is None:
+    camera = next((c for c in told["cameras"] if c["name"] == ("overview" if name == CUTAWAY else name)), None)
+    if camera is None:
         names = [EYE, CUTAWAY, *(c["name"] for c in told["cameras"])]
         raise NoPathTracer(f"there is no camera {name!r}; there are {', '.join(names)}")
+    position, quaternion = tuple(camera["position"]), tuple(camera["quaternion"])
     if name == CUTAWAY:
-        low, high = told["room"]["bounds"]
-        corners = tuple((x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2]))
-        return View(name, view.position, view.quaternion, CUTAWAY_FOV_X_RAD, fit=corners)
-    return view
+        corners = tuple(product(*zip(*told["room"]["bounds"], strict=True)))
+        return View(name, position, quaternion, CUTAWAY_FOV_X_RAD, fit=corners)
+    half = math.tan(math.radians(camera["fov_y_deg"]) / 2) * aspect
+    return View(name, position, quaternion, 2 * math.atan(half))
 
 
 def asset_still(usd: Path, settings: StillSettings | None = None, pose: str = "") -> Still:
@@ -510,29 +501,3 @@ def _run(job: Mapping[str, Any], views: Sequence[View], frame: StillSettings) ->
         for view in json.loads(told.read_text(encoding="utf-8"))["views"]:
             pixels = np.asarray(Image.open(io.BytesIO((folder / f"{view['name']}.png").read_bytes())).convert("RGB"))
             yield Still(view["name"], pixels, float(view["seconds"]))
-
-
-BLACK = 2  # 8-bit value; the tone curve gives anything that some light reaches more
-FIREFLY_STEP = 100  # 8-bit brightness of a pixel above all but one of its 24 neighbours, and above their median
-
-
-@dataclass(frozen=True)
-class PictureFaults:
-    """Numbers of pixels that no light has reached, and that are far brighter than all that is round them."""
-
-    black: int
-    fireflies: int
-
-    def __bool__(self) -> bool:
-        """True if there are any."""
-        return bool(self.black or self.fireflies)
-
-
-def picture_faults(pixels: Pixels) -> PictureFaults:
-    """Count the faults of a (height, width, 3) picture."""
-    brightest = pixels.max(axis=2).astype(np.int16)
-    black = int((brightest < BLACK).sum())
-    # The third brightest of 5 x 5: a firefly and its fringe are two of them.
-    others, middle = rank_filter(brightest, rank=-3, size=5), median_filter(brightest, size=5)
-    firefly = (brightest - others > FIREFLY_STEP) & (brightest - middle > FIREFLY_STEP)
-    return PictureFaults(black, int(firefly.sum()))

@@ -20,7 +20,7 @@ import traceback
 import webbrowser
 from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 from html import unescape
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -92,31 +92,23 @@ ABANDONED_S = 5.0
 Maker = Callable[[Subject, ShowProgress], Model]
 
 
-@dataclass(frozen=True)
-class Progress:
-    """Progress of a model.
+class _Job:
+    """A model that was ordered. Written by the thread that makes it, read by all.
 
     Attributes:
-        doing: the present step, in words. done, of: how much of it is done; both 0 if unknown.
-        seconds: since it was ordered. error: why it cannot be made; empty if nothing went wrong.
+        step: what is being done, in words, how much of it is done, and of how many; 0 where that is not known.
+        error: why it cannot be made; empty if nothing went wrong. took: seconds, once the model is there.
     """
-
-    doing: str = "waiting for another"
-    done: int = 0
-    of: int = 0
-    seconds: float = 0.0
-    error: str = ""
-    is_ready: bool = False
-
-
-class _Job:
-    """A model that was ordered. Written by the thread that makes it, read by all."""
 
     def __init__(self, subject: Subject) -> None:
         self.subject = subject
         self.begin = self.asked = time.monotonic()
-        self.progress = Progress()
+        self.step, self.error, self.took = ("waiting for another", 0, 0), "", 0.0
         self.model: Model | None = None
+
+    @property
+    def is_over(self) -> bool:
+        return self.model is not None or bool(self.error)
 
 
 class Workshop:
@@ -135,24 +127,24 @@ class Workshop:
         """Start to make a model unless it is ready or being made; return its id. Failed models are tried again."""
         with self._lock:
             job = self._jobs.get(subject.id)
-            if job is None or job.progress.error:
+            if job is None or job.error:
                 job = self._jobs[subject.id] = _Job(subject)
                 # Ends with the program, whatever it is doing: nothing half-made is left, see Store.
                 Thread(target=self._work, args=(job,), daemon=True).start()
             self._jobs.move_to_end(subject.id)
-            done = [name for name, one in self._jobs.items() if one.model is not None or one.progress.error]
+            done = [name for name, one in self._jobs.items() if one.is_over]
             for name in done[: max(0, len(done) - KEPT)]:
                 del self._jobs[name]
         return subject.id
 
-    def progress(self, model_id: str) -> Progress | None:
-        """Return the progress of a model, or None if it was not ordered or was discarded."""
-        job = self._find(model_id)
-        if job is None:
+    def progress(self, model_id: str) -> dict[str, Any] | None:
+        """Return the progress of a model as the page reads it, or None if it was not ordered or was discarded."""
+        if (job := self._find(model_id)) is None:
             return None
-        if job.progress.is_ready or job.progress.error:
-            return job.progress
-        return Progress(job.progress.doing, job.progress.done, job.progress.of, time.monotonic() - job.begin)
+        doing, done, of = job.step
+        seconds = job.took or time.monotonic() - job.begin
+        facts = {"doing": doing, "done": done, "of": of, "seconds": seconds, "error": job.error}
+        return {**facts, "is_ready": job.model is not None}
 
     def model(self, model_id: str) -> Model | None:
         """A model that is ready, or None."""
@@ -175,21 +167,21 @@ class Workshop:
 
     def _work(self, job: _Job) -> None:
         def show_progress(doing: str, done: int, of: int) -> None:
-            job.progress = Progress(doing, done, of)
+            job.step = doing, done, of
 
         with self._bench:
             if self._is_abandoned(job):
                 return
             try:
-                job.model = self._make(job.subject, show_progress)
+                model = self._make(job.subject, show_progress)
             except CasaError as error:
-                job.progress = Progress(error=str(error))
+                job.error = str(error)
             except Exception:  # noqa: BLE001  a thread has nobody above it: the page and the terminal tell of the fault
                 traceback.print_exc()
-                job.progress = Progress(error="a fault of the program; the terminal shows where")
+                job.error = "a fault of the program; the terminal shows where"
             else:
-                seconds = time.monotonic() - job.begin
-                job.progress = Progress("ready", seconds=seconds, is_ready=True)
+                job.took, job.step = time.monotonic() - job.begin, ("ready", 0, 0)
+                job.model = model
 
     def _is_abandoned(self, job: _Job) -> bool:
         """Forget a model that waited for its turn until no page asked for it any more; True where that is so."""
@@ -243,7 +235,6 @@ class _Handler(LocalHandler):
             self._refuse(HTTPStatus.FORBIDDEN, "this server answers its own page on this machine alone")
             return
         what, _, rest = unquote(urlsplit(self.path).path).removeprefix("/").partition("/")
-        answers: dict[str, Callable[[str], None]] = {"progress": self._progress, "report": self._report}
         if (what, rest) == ("", ""):
             text = page(self.server.order_first(), self.server.pose)
             self.send(HTTPStatus.OK, "text/html; charset=utf-8", text.encode())
@@ -258,8 +249,8 @@ class _Handler(LocalHandler):
                 self.send(HTTPStatus.OK, "model/gltf-binary", model.glb)
             else:
                 self.send(HTTPStatus.OK, JSON, to_json(model.facts))
-        elif what in answers and rest:
-            answers[what](rest)
+        elif what in ("progress", "report") and rest:
+            (self._progress if what == "progress" else self._report)(rest)
         else:
             self._refuse(HTTPStatus.NOT_FOUND, "there is no such page")
 
@@ -304,7 +295,7 @@ class _Handler(LocalHandler):
         if found is None:
             self._refuse(HTTPStatus.NOT_FOUND, f"{model_id} is not kept; load the page again")
         else:
-            self._send_json(asdict(found))
+            self._send_json(found)
 
     def _report(self, rest: str) -> None:
         """Send the report of a scene or asset, a file of its folder that the report uses, or the viewer.

@@ -309,7 +309,7 @@ def wait_until_over(workshop: Workshop, model_id: str) -> None:
     end = time.monotonic() + PATIENCE_S
     while time.monotonic() < end:
         job = workshop._jobs.get(model_id)
-        if job is None or job.model is not None or job.progress.error:
+        if job is None or job.is_over:
             return
         time.sleep(0.01)
     raise AssertionError(f"{model_id} is not done")
