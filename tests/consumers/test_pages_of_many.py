@@ -188,14 +188,6 @@ def test_a_row_opens_by_a_click_and_in_3d(browser: Browser, library: Path) -> No
     assert page.texts("#detail-title") != []  # the key closed the model alone
 
 
-def test_what_changed_leads_to_its_row(browser: Browser, library: Path) -> None:
-    page = browser.open(f"{library.absolute().as_uri()}#tab=changes")
-    page.wait("#panel-changes")
-    page.click(f'#panel-changes a[href="#{LARGE.id}"]')
-    page.wait("#detail")
-    assert page.texts("#detail-title") == [LARGE.id]
-
-
 def test_a_page_of_many_shows_the_pictures_of_the_library(
     browser: Browser, library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -224,16 +216,6 @@ def test_a_kitchen_is_found_among_many(browser: Browser, rooms: Path, width: int
     assert address(page) == "#q=oak+ebony&id=galley__rustic"
     page.assert_clean()
     assert page.fits
-
-
-def test_filters_of_kitchens_count_what_they_would_leave(browser: Browser, rooms: Path) -> None:
-    page = opened(browser, rooms, "#plan=galley")
-    page.wait("text=201 of 601")
-    assert page.texts('#facets button[data-place="plan=l_small"] .number') == ["200"]
-    assert page.texts('#facets button[data-place="task=open_drawer"] .number') == ["201"]
-    page.click('#facets button[data-place="plan=l_small"]')
-    page.wait("text=401 of 601")
-    assert address(page) == "#plan=galley&plan=l_small"
 
 
 def test_the_page_about_a_folder_is_clean(browser: Browser, library: Path, tmp_path: Path) -> None:

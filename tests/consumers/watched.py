@@ -81,7 +81,6 @@ WATCHED = {
     "own/test_rows.py": _OWN,
     "robocasa/test_fixtures.py": _ROBOCASA,
     "robocasa/test_start_states.py": _ROBOCASA,
-    "test_batch_forms.py": _BATCHES,
     "test_batches.py": _BATCHES,
     "test_blend_files.py": Watched(
         ("blender",), _package("core/system.py", "formats/read/blend.py", "formats/read/blend_convert.py")
@@ -105,8 +104,7 @@ WATCHED = {
         ("robots",),
         _package("checks/robots", "core/hand_dynamics.py", "addons/robots.py", "cli/verbs/scenes.py"),
     ),
-    "test_site.py": Watched(("docs",), ("docs", "mkdocs.yml")),
-    "test_site_in_browser.py": Watched(("browser", "docs"), ("docs/hooks", "docs/stylesheets", "mkdocs.yml")),
+    "test_site.py": Watched(("browser", "docs"), ("docs", "mkdocs.yml")),
     "test_store_sources.py": _STORES,
     "test_stores.py": _STORES,
     "test_urdf.py": Watched(

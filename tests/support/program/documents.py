@@ -21,7 +21,7 @@ REASONS = frozenset(
         "needs files of your own",
         "needs Blender",  # tests/consumers/blender_kitchen.py does what docs/howto/use/blender.md tells
         "needs Isaac Lab",  # nothing runs it; tests compile isaac_lab.py and compare its numbers
-        "needs mujoco_warp",  # tests/consumers/warp_kitchen.py does what docs/howto/use/batch.md tells
+        "needs mujoco_warp",  # tests/consumers/batch_worlds.py does what docs/howto/use/batch.md tells
         "needs Newton",  # tests/consumers/newton_kitchen.py does what docs/howto/use/newton.md tells
         "needs RoboCasa",  # tests/consumers/robocasa/test_open_drawer.py runs docs/howto/use/robocasa.md
         "needs weights of CLIP",
