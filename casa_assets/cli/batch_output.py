@@ -185,7 +185,6 @@ def follow_and_list(
 
 
 def _robot_rows(folder: Path) -> Iterator[Sequence[object]]:
-    """How many joints each robot reaches and opens."""
     from casa_assets.addons.robots import read_certificate
 
     if (found := read_certificate(folder)) is not None:
@@ -195,7 +194,6 @@ def _robot_rows(folder: Path) -> Iterator[Sequence[object]]:
 
 
 def _state_rows(folder: Path) -> Iterator[Sequence[object]]:
-    """The start states: how many, the deepest contact, the farthest motion, what was refused."""
     from casa_assets.layouts.run.scene_files import START_STATES
     from casa_assets.layouts.run.state_file import read_states
 
@@ -206,7 +204,6 @@ def _state_rows(folder: Path) -> Iterator[Sequence[object]]:
 
 
 def _batch_rows(folder: Path) -> Iterator[Sequence[object]]:
-    """The size of the batch form, and what an engine has to allocate for it."""
     from casa_assets.layouts.run.batch_form import read_batch
 
     if (found := read_batch(folder)) is not None:
@@ -236,7 +233,6 @@ BATCHES = SceneTable(
 
 
 def _scene_row(result: SceneResult) -> dict[str, Any]:
-    """The row that `--json` prints for a scene."""
     verdict = "failed" if not result.passed else "made" if result.report is None else "passed"
     return {
         "id": result.recipe.scene_id,
@@ -362,7 +358,6 @@ def end_inputs(done: Sequence[Done], names: Sequence[str]) -> None:
 
 
 def _print_codes(codes: Counter[str], output: Output) -> None:
-    """Print how many inputs were rejected for each reason, and what to do about it."""
     from casa_assets import registry
 
     if not codes:
@@ -463,7 +458,6 @@ def _print_event(event: Event, output: Output, dry_run: bool) -> None:
 
 
 def _json_row(event: Event, dry_run: bool) -> dict[str, object]:
-    """The row that `--json` prints for an input."""
     return {
         "status": event.decision.value,
         "verdict": event.decision.value,
@@ -510,7 +504,6 @@ def print_summary(events: list[Event], library: Path, output: Output, explain: b
 
 
 def _print_library_checks(library: Path, output: Output, max_lines: int = 6) -> None:
-    """Lines about the checks of all assets of the library together."""
     from casa_assets.library.analysis.library_report import read_library_report
     from casa_assets.model.issue import Status
 

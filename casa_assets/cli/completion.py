@@ -34,7 +34,6 @@ def _layers() -> tuple[Path, ...]:
 
 
 def _paths_in(pattern: str) -> list[Path]:
-    """Files of the registry, and of the project in use."""
     return sorted(path for layer in _layers() for path in layer.glob(pattern))
 
 
@@ -43,14 +42,12 @@ def _files(folder: str) -> list[str]:
 
 
 def _rows(*patterns: str) -> list[str]:
-    """Keys on the top level of YAML files."""
     paths = [path for pattern in patterns for path in _paths_in(pattern)]
     lines = (line for path in paths for line in path.read_text(encoding="utf-8").splitlines())
     return sorted({found[1] for line in lines if (found := _ROW.match(line))})
 
 
 def _pictures() -> Iterator[str]:
-    """Ids of the pictures of the packs of the project in use."""
     for path in _paths_in("textures/*/pack.json"):
         try:
             yield from (picture["id"] for picture in json.loads(path.read_text(encoding="utf-8"))["pictures"])
@@ -127,7 +124,6 @@ def _assets_of(place: Path, incomplete: str) -> list[str]:
 
 
 def _folders(place: Path) -> list[Path]:
-    """Folders directly in a folder, by name; empty if it does not exist."""
     try:
         with os.scandir(place) as found:
             return sorted(Path(one.path) for one in found if one.is_dir())

@@ -109,7 +109,6 @@ class Finding(Record):
 
 
 def _note(subject: str, ok: bool, message: str, fix: str = "") -> Finding:
-    """A finding about what is not needed."""
     return Finding(subject=subject, ok=ok, needed=False, message=message, fix="" if ok else fix)
 
 
@@ -141,7 +140,6 @@ def findings(output: Path) -> tuple[Finding, ...]:
 
 
 def _plugins() -> Iterator[Finding]:
-    """The plug-ins in use, and the code of the project that does not run."""
     try:
         loaded, left_out = load_plugins(), ignored_files()
     except CasaError as error:
@@ -226,7 +224,6 @@ def _packages() -> Iterator[Finding]:
 
 
 def _simready() -> Finding:
-    """Which Python has the optional validator of SimReady."""
     try:
         python = validator_python()
     except NoVerdict as missing:
@@ -238,7 +235,6 @@ def _simready() -> Finding:
 
 
 def _version(name: str) -> str | None:
-    """Version of a distribution, or None if it is not installed."""
     try:
         return importlib.metadata.version(name)
     except importlib.metadata.PackageNotFoundError:

@@ -56,7 +56,6 @@ def command_pages() -> dict[str, str]:
 
 
 def _commands(command: Any, path: str) -> Iterator[tuple[str, Any]]:
-    """A verb and the verbs below it, each with the words that call it."""
     yield path, command
     if isinstance(command, TyperGroup):
         for name, inner in command.commands.items():

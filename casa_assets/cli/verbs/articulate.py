@@ -162,7 +162,6 @@ def _follow(
 
 
 def _json_row(outcome: ArticulateOutcome) -> dict[str, object]:
-    """The row that `--json` prints for an outcome."""
     has_asset = outcome.folder is not None and not outcome.code
     return {
         "status": outcome.decision.value,
@@ -187,7 +186,6 @@ def _json_row(outcome: ArticulateOutcome) -> dict[str, object]:
 
 
 def _progress_text(outcomes: Sequence[ArticulateOutcome], names: Sequence[str]) -> str:
-    """Return the text of the progress bar: what became of the meshes so far, and what is being worked on."""
     shown = ", ".join(safe(Path(name).name) for name in names[:MAX_NAMES])
     more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
     return f"{counts_text(*counts_of(outcomes))}; at work on {shown}{more}"
@@ -231,7 +229,6 @@ def _axis(word: str, option: str) -> Vec3 | None:
 
 
 def _print_outcome(outcome: ArticulateOutcome, output: Output) -> None:
-    """Print one line for the outcome of a mesh, and one for each warning."""
     name = safe(outcome.mesh.name)
     if outcome.reason_kept:
         output.styled(f"[yellow]kept[/] {name}: {safe(outcome.reason_kept)}")
@@ -267,7 +264,6 @@ def _print_outcome(outcome: ArticulateOutcome, output: Output) -> None:
 
 
 def _table(outcome: ArticulateOutcome) -> TextTable:
-    """Return the table of all parts with confidence and runner-up, for --report."""
     assert outcome.articulation is not None
     frame = outcome.articulation.frame
     title = f"{outcome.category}; size: {outcome.size}; frame: {frame.confidence:.0%} sure ({frame.reason})" + (

@@ -316,7 +316,6 @@ def show(
 
 
 def _all() -> Mapping[str, Category]:
-    """Categories of objects, then those of fixtures, by id."""
     from casa_assets import registry
 
     known = registry.load()
@@ -337,7 +336,6 @@ def _builders() -> dict[str, tuple[str, ...]]:
 
 
 def _row(category: Category, builders: tuple[str, ...]) -> dict[str, Any]:
-    """The row that `--json` prints for a category."""
     from casa_assets import registry
     from casa_assets.registry.layered import origin_of_row
     from casa_assets.registry.tables import look_alikes
@@ -375,7 +373,6 @@ def _range(span: SizeRange) -> list[float]:
 
 
 def _print_category(row: dict[str, Any], output: Output) -> None:
-    """Print a category line by line."""
     size = " x ".join(f"{value:.3g}" for value in row["size"])
     low, _, high = row["longest"]
     light, _, heavy = row["mass_range"]

@@ -263,7 +263,6 @@ def robocasa(
 def _watch(
     running: Generator[ExportedObject | KitchenResult, None, None], output: Output
 ) -> tuple[list[ExportedObject], list[KitchenResult]]:
-    """Let an export run to its end under a bar; its objects and its kitchens."""
     from casa_assets.addons.robocasa.run import KitchenResult
 
     results: list[ExportedObject] = []
@@ -285,7 +284,6 @@ def _watch(
 def _print_json(
     results: list[ExportedObject], kitchens: list[KitchenResult], out: Path, known: dict[str, Path], output: Output
 ) -> None:
-    """A line for each object, then one for each kitchen."""
     for result in results:
         row = {name: value for name, value in vars(result).items() if name != "total"} | measures_in(known, result.id)
         status = "exported" if result.model else "left_out"

@@ -160,7 +160,6 @@ def ingest(
 def _run_once(
     sources: list[Path | StoreRoot], options: Options, output: Output, explain: bool, sending: Sending
 ) -> list[Event]:
-    """Run once, and print what became of the inputs."""
     from casa_assets.ingest.run.run import ingest as run
     from casa_assets.ingest.run.shards.record import NAME as SHARD_RECORD
 
@@ -186,7 +185,6 @@ def _run_once(
 
 
 def _codes(words: list[str] | None) -> frozenset[str]:
-    """Codes of rejections and subjects of review that a user named."""
     from casa_assets.library.review import SUBJECTS
 
     for word in words or ():
@@ -196,7 +194,6 @@ def _codes(words: list[str] | None) -> frozenset[str]:
 
 
 def _shard(words: str) -> Shard | None:
-    """The shard that a user named."""
     from casa_assets.ingest.run.shards.record import Shard
 
     try:

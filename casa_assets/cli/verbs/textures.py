@@ -234,7 +234,6 @@ def ingest(
 
 
 def _is_given(ctx: typer.Context, name: str) -> bool:
-    """True if the user gave an option a value."""
     source = ctx.get_parameter_source(name)
     return source is not None and source.name != "DEFAULT"
 
@@ -267,5 +266,4 @@ def _verdict(report: Report) -> str:
 
 
 def _group(recipe: TextureRecipe) -> str:
-    """The surface of a recipe, or `objects`."""
     return "objects" if recipe.surface is None else recipe.surface.value

@@ -151,7 +151,6 @@ def view(
 
 
 def _show(subject: Subject, pose: str) -> None:
-    """MuJoCo's viewer, until its window is closed."""
     from casa_assets.api.assets import show_model
     from casa_assets.show.stills.live_viewer import require_screen
     from casa_assets.show.view.model import mujoco_model
@@ -173,7 +172,6 @@ def _show(subject: Subject, pose: str) -> None:
 
 
 def _serve(subject: Subject, pose: str, port: int, browser: bool) -> None:
-    """The page, until Ctrl-C."""
     from casa_assets.api.assets import serving
     from casa_assets.show.view.server import open_in_browser
 

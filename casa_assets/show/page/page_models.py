@@ -96,7 +96,6 @@ def _empty_unless_made_by(key: str, folder: Path) -> None:
 
 
 def _write_model(path: Path, folder: Path) -> str:
-    """The model of the asset in a folder of a library."""
     asset = disk.read_asset(path)
     return put_model(folder, asset.id, asset_glb(asset, EVERYTHING))
 

@@ -147,7 +147,6 @@ def member_row(
 
 
 def _draw_objects(name: str, out: Path, viewer: str) -> dict[str, Any]:
-    """The first members of a category, their pictures side by side in one file."""
     members = draw_members(name, cache_for(out), OBJECT_MEMBERS, 0, OBJECT_PX, out / MODELS if viewer else None)
     whole = [member for member in members if member.is_whole] or members
     path = f"{OBJECTS}/{name}.webp"

@@ -177,7 +177,6 @@ def quiet_codes(entries: Sequence[Entry], words: Words) -> frozenset[str]:
 
 
 def _fit(fit: PriorFit) -> dict[str, Any]:
-    """A row of the table of sizes and masses against the usual ones."""
     low, high = (f"{significant(value, 3):.10g}" for value in (fit.usual.low, fit.usual.high))
     return {
         "name": fit.name,
@@ -193,7 +192,6 @@ def _fit(fit: PriorFit) -> dict[str, Any]:
 
 
 def _counted(key: str, groups: Mapping[str, Mapping[Decision, int]]) -> list[dict[str, Any]]:
-    """Counts by verdict of categories or sources, with links to what is counted."""
     return [{**row, "link": f"#{urlencode({key: row['name']})}"} for row in by_verdict(groups)]
 
 
@@ -230,7 +228,6 @@ def _tiles(totals: Totals, shown: Mapping[str, int]) -> list[dict[str, str]]:
 
 
 def _changes(compared: Compared, links: Mapping[str, str]) -> dict[str, Any]:
-    """Return the changes since an earlier run, as the template shows them."""
     kinds = []
     for change in Change:
         members = [one for one in compared.differences if one.change is change]
@@ -366,7 +363,6 @@ def row_of(entry: Entry, context: RowContext) -> dict[str, Any]:
 
 
 def _details(entry: Entry, context: RowContext) -> dict[str, Any]:
-    """Return what the page shows of an entry when its row is opened."""
     is_left_out = {Status.PASSED, Status.NOT_APPLICABLE} if context.is_brief else set()
     shown = [result for result in entry.results if result.status not in is_left_out]
     results = [[r.code, _status_number(r), _short(r.number), _short(r.limit), r.unit, r.reason] for r in shown]

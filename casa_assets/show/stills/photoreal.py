@@ -483,7 +483,6 @@ def asset_still(usd: Path, settings: StillSettings | None = None, pose: str = ""
 
 
 def _run(job: Mapping[str, Any], views: Sequence[View], frame: StillSettings) -> Iterator[Still]:
-    """Draw views in one process of Blender."""
     program = system.find_blender()
     if not program:
         raise NoPathTracer(f"stills by a path tracer need Blender, {system.how_to_install()}")

@@ -165,7 +165,6 @@ def _keep_groups(spec: Any, groups: tuple[int, ...], paint: tuple[float, ...] | 
 
 
 def _color(i: int) -> tuple[float, float, float]:
-    """The i-th of colours that differ well from their neighbours."""
     hue, saturation, brightness = (_FIRST_HUE + i * _HUE_STEP) % 1.0, (0.75, 0.55)[i % 2], (0.95, 0.85)[i // 2 % 2]
     return colorsys.hsv_to_rgb(hue, saturation, brightness)
 
@@ -214,7 +213,6 @@ def _swept(points: Floats) -> Floats:
 
 
 def _webp(frames: list[pictures.Pixels], milliseconds: int) -> bytes:
-    """Animated WebP, always with the same options."""
     first, *rest = [Image.fromarray(f) for f in frames]
     out = io.BytesIO()
     first.save(
@@ -489,7 +487,6 @@ def _painted(model: Any, data: Any, names: Sequence[str]) -> bytes:
 
 
 def _with_axes(picture: Pixels, camera: Camera, model: Any, data: Any, names: Sequence[str]) -> bytes:
-    """An arrow along each joint's axis, numbered as the parts are listed."""
     image = Image.fromarray(picture)
     pen = ImageDraw.Draw(image)
     font = ImageFont.load_default(12)

@@ -214,7 +214,6 @@ def _mean_of_drawings(
 
 
 def _set_lights(scene: Any, i: int, passes: int, viewer: float) -> None:
-    """Set the lights of an MjvScene for drawing `i` of `passes`."""
     key, sky, bounce = scene.lights[0], scene.lights[1 : 1 + _SKY_LIGHTS], scene.lights[1 + _SKY_LIGHTS : scene.nlight]
     spread, turn = _KEY_SOFTNESS * math.sqrt((i + 0.5) / passes), 2.0 * math.pi * GOLDEN * i
     azimuth = viewer + _KEY_ASIDE + spread * math.cos(turn)
@@ -234,7 +233,6 @@ def _set_lights(scene: Any, i: int, passes: int, viewer: float) -> None:
 
 
 def _set_light(light: Any, azimuth: float, elevation: float, diffuse: float, specular: float, casts: bool) -> None:
-    """Make an MjvLight come from there, world frame."""
     flat = math.cos(elevation)
     light.dir = [-flat * math.cos(azimuth), -flat * math.sin(azimuth), -math.sin(elevation)]
     light.ambient, light.diffuse, light.specular = [0.0] * 3, [diffuse] * 3, [specular] * 3

@@ -372,7 +372,6 @@ def mujoco_model(subject: Subject, cache: Path, show_progress: ShowProgress) -> 
 
 
 def _source(subject: Subject, cache: Path, show_progress: ShowProgress) -> Path | Files:
-    """The file on the disk, or files in memory."""
     if isinstance(subject, ModelFile):
         return subject.path
     if isinstance(subject, AssetFolder):

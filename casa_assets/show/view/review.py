@@ -72,8 +72,6 @@ class ReviewServer(ThreadingHTTPServer):
 
 
 class _Handler(LocalHandler):
-    """Answers for the page, its pictures, and what is decided."""
-
     server: ReviewServer
     headers_of_all: ClassVar[dict[str, str]] = {"Referrer-Policy": "no-referrer"}
 

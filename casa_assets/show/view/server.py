@@ -157,7 +157,6 @@ class Workshop:
         return None if job is None else job.subject
 
     def _find(self, model_id: str) -> _Job | None:
-        """Return the job of a model and mark it as just used; None if it does not exist or was discarded."""
         with self._lock:
             job = self._jobs.get(model_id)
             if job is not None:
@@ -221,8 +220,6 @@ class ViewServer(ThreadingHTTPServer):
 
 
 class _Handler(LocalHandler):
-    """Answers for the page, models, facts, reports, orders of other kitchens, and steps of state machines."""
-
     server: ViewServer
     headers_of_all: ClassVar[dict[str, str]] = {
         "Referrer-Policy": "same-origin",

@@ -28,7 +28,7 @@ REASONS = frozenset(
         "installs a package",  # tests/consumers/own/test_plugins.py builds it, installs it and uses it
         "needs yourdfpy or SAPIEN",  # tests/consumers/test_urdf.py runs them
         "runs for minutes",
-        "runs until it is stopped",  # tests/unit/cli/test_view_cli.py runs what docs/howto/use/view.md shows
+        "runs until it is stopped",  # tests/unit/cli/test_kitchen_verbs.py runs what docs/howto/use/view.md shows
     }
 )
 # Languages that are run, read, or are no code.
