@@ -209,7 +209,7 @@ def _packages() -> Iterator[Finding]:
     """Whether distributions are installed, in the pinned versions; those of extras are optional."""
     pinned = _pinned()
     optional = {_name(line): extra for extra, lines in extras().items() if extra != SIMREADY for line in lines}
-    for name, extra in (*((name, "") for name in _requirements()), *optional.items()):
+    for name, extra in (*((name, "") for name in sorted(set(map(_name, requirements())))), *optional.items()):
         subject, version, fix = f"package {name}", _version(name), _fix_packages([name])
         if version is None and extra:
             message = f"not installed, optional: the extra '{extra}' brings it"
@@ -239,11 +239,6 @@ def _version(name: str) -> str | None:
         return importlib.metadata.version(name)
     except importlib.metadata.PackageNotFoundError:
         return None
-
-
-def _requirements() -> tuple[str, ...]:
-    """Normalised names of the distributions that ours needs, sorted."""
-    return tuple(sorted({_name(line) for line in requirements()}))
 
 
 def _pinned() -> dict[str, str]:

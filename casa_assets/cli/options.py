@@ -40,21 +40,17 @@ def source(text: str) -> str:
     """A source as a user names it: a path that is there, or the address of a store. Raises typer.BadParameter."""
     from casa_assets.ingest.sources.places import is_url
 
-    if not is_url(text) and not _is_of_plugin(text):
+    is_address = is_url(text)
+    if ":" in text and not is_address:  # plug-ins are not looked for otherwise
+        from casa_assets.ingest.run.inputs import is_of_plugin
+
+        is_address = is_of_plugin(text)
+    if not is_address:
         if not os.path.exists(text):  # noqa: PTH110
             raise typer.BadParameter(f"Path {text!r} does not exist.")
         if not os.access(text, os.R_OK):
             raise typer.BadParameter(f"Path {text!r} is not readable.")
     return text
-
-
-def _is_of_plugin(text: str) -> bool:
-    """True for an address with the scheme of a plug-in; plug-ins are only looked for if the text has a colon."""
-    if ":" not in text:
-        return False
-    from casa_assets.ingest.run.inputs import is_of_plugin
-
-    return is_of_plugin(text)
 
 
 def more(help_: str, tail: str) -> str:

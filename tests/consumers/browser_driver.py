@@ -1,4 +1,4 @@
-"""Drive Chromium by Playwright: one command with its arguments a line on standard input, one answer a line on standard output, both JSON.
+"""Drive Chromium by Playwright: a line of JSON on standard input calls a method, one on standard output is its answer.
 
 Runs in the environment of tests/consumers/environments/browser.txt; tests use it by
 `tests.support.program.browser.Browser`.

@@ -219,7 +219,8 @@ def ingest(
         first = error.errors()[0]
         option = "--" + str(first["loc"][0]).removesuffix("_m")
         raise typer.BadParameter(first["msg"].removeprefix("Input "), param_hint=option) from None
-    if (project := project_folder()) is not None and not _is_given(ctx, "library"):
+    given = ctx.get_parameter_source("library")
+    if (project := project_folder()) is not None and (given is None or given.name == "DEFAULT"):
         library = project
     with writing(library):
         report = ingest_pack(source, PackOptions(library=library, pack=pack, flags=description))
@@ -231,11 +232,6 @@ def ingest(
         output.look_at_file(report.folder / report.pack.pictures[0].files[0])
     if report.pack.refused:
         raise typer.Exit(1)
-
-
-def _is_given(ctx: typer.Context, name: str) -> bool:
-    source = ctx.get_parameter_source(name)
-    return source is not None and source.name != "DEFAULT"
 
 
 def _print_pack(pack: Pack, folder: Path, output: Output) -> None:

@@ -39,7 +39,6 @@ from casa_assets.model.files import Files
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.kitchen.robot import Following
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
 from casa_assets.registry.kitchens import load_plan, load_style, style_names
 from casa_assets.show.view.subject import AssetFolder, Kitchen, Loaded, Member, ModelFile, Subject
@@ -151,12 +150,9 @@ def _target(asset: Asset, name: str) -> dict[str, Any]:
     place = next(place for place in places if place.name == name)
     size = [2 * place.radius] * 3 if isinstance(place, Site) and place.size is None else list(place.size or ())
     kind = "site" if isinstance(place, Site) else "region"
-    return {"is": kind, "link": place.link, "shape": place.kind, "size": size, **_pose(place.pose)}
-
-
-def _pose(pose: Pose) -> dict[str, Any]:
-    """`quaternion` is (w, x, y, z)."""
-    return {"position": _rounded(pose.position), "quaternion": _rounded(pose.quaternion)}
+    position, quaternion = _rounded(place.pose.position), _rounded(place.pose.quaternion)  # (w, x, y, z)
+    pose = {"position": position, "quaternion": quaternion}
+    return {"is": kind, "link": place.link, "shape": place.kind, "size": size, **pose}
 
 
 def _rounded(numbers: Any) -> list[float]:

@@ -1,4 +1,4 @@
-"""Each kind of thing that a project may hold works with the installed wheel, by command and from Python.
+"""Each kind of thing that a project may hold works with the installed wheel.
 
 A user begins in an empty folder, writes a project with what the pages of the documents show and rows of their own, and
 ends with kitchens and assets that have passed every check. Each test looks for the mark of one kind of thing in them.
@@ -18,7 +18,7 @@ import pytest
 from PIL import Image
 
 from casa_assets.core.numeric import linear_from_srgb, srgb_from_hex
-from tests.consumers.own.results import TELLING, Checked, by_code, certified, only_entry, told_by
+from tests.consumers.own.results import Checked, by_code, certified, only_entry
 from tests.support.library.libraries import box_obj
 from tests.support.program.documents import saved
 from tests.support.program.environments import Environment
@@ -66,17 +66,6 @@ counter: {face: slabs_stone}
 room: {wall: plaster_harbour, floor: stall_waves}
 models: {kettle: kettle/ours, fruit_bowl: {preset: tea_tray/oak, width: 0.3}, jar: 'library:%s'}
 """
-SCRIPT = f"""{TELLING}
-project = casa.Project(".", plugins=True)
-for kitchen in (project.kitchen("studio", "harbour", seed=3), project.kitchen("nook", "ours")):
-    tell(kitchen.id, kitchen.check(), kitchen.facts)
-with project:
-    done = casa.ingest("meshes/muesli_packet.obj")
-    tell_asset("mesh", done.asset, done.report)
-    tell_asset("object", casa.build("enamel_mug"))
-    tell_asset("member", casa.build("kettle", "ours"))
-end()
-"""
 
 
 @dataclass(frozen=True)
@@ -117,17 +106,10 @@ def project(user: Environment, tmp_path_factory: pytest.TempPathFactory) -> Path
     return folder
 
 
-# The same rows are read by both ways: a release tries Python with all of them.
-@pytest.fixture(scope="module", params=["command", pytest.param("python", marks=pytest.mark.certify)])
-def made(request: pytest.FixtureRequest, project: Path, user: Environment) -> Made:
-    """What is made with the project: by command, and from Python."""
-    if request.param == "command":
-        return Made(project, _made_by_command(project))
-    return Made(project, told_by(user, project, SCRIPT))
-
-
-def _made_by_command(project: Path) -> dict[str, Checked]:
-    found = {}
+@pytest.fixture(scope="module")
+def made(project: Path) -> Made:
+    """What `make` has made with the project."""
+    found: dict[str, Checked] = {}
     for name in (WHOLE, LIKE):
         folder = project / "out" / "scenes" / name
         facts, report = (
@@ -138,7 +120,7 @@ def _made_by_command(project: Path) -> dict[str, Checked]:
     for name, place in libraries.items():
         library, _, category = place.partition("/")
         found[name] = certified(only_entry(project / "out" / library, category))
-    return found
+    return Made(project, found)
 
 
 def called(user: Environment, *words: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:

@@ -1,4 +1,4 @@
-"""Each kind of row that a project lays over the package's works with the installed wheel, by command and from Python.
+"""Each kind of row that a project lays over the package's works with the installed wheel, by command.
 
 Here are the kinds that decide what one asset is; those of kitchens are in test_projects.py. A kind is a row of KINDS:
 files of the project, the thing that is made with them, and the mark that they leave on it.

@@ -68,17 +68,8 @@ def test_types_are_real(tmp_path: Path) -> None:
     sample = tmp_path / "sample.py"
     sample.write_text(
         """
-from pathlib import Path
 import casa_assets as casa
 
-kitchen: casa.Kitchen = casa.kitchen("galley", "rustic", seed=1, surfaces="random")
-written: Path = kitchen.write("out")
-asset: casa.Asset = casa.build("microwave", "steel", width=0.6)
-report: casa.Report = asset.check()
-done: casa.Ingested = casa.ingest("mug.obj", category="mug")
-why: casa.Rejection | None = done.rejection
-names: list[str] = [plan.name for plan in casa.plans().values()]
-folder: Path = casa.cache_dir()
 for entry in casa.Library("lib"):
     reveal_type(entry.id)
 reveal_type(casa.batch(["galley__rustic"], engine="mujoco").engine)
@@ -133,11 +124,7 @@ class TestCacheDir:
 class TestCatalogue:
     def test_what_exists(self) -> None:
         assert casa.plans()["galley"].bounds["width"] == casa.Bounds(3.0, 3.6)
-        assert casa.plans()["galley"].defaults["width"] == 3.2
-        assert casa.styles()["rustic"].description
-        microwave = casa.families()["microwave"]
-        assert microwave.bounds["width"] == casa.Bounds(0.44, 0.77)
-        assert "steel" in microwave.presets
+        assert casa.families()["microwave"].bounds["width"] == casa.Bounds(0.44, 0.77)
         assert "brick_red_running" in casa.surfaces()["wall"]
 
     def test_wrong_words(self) -> None:

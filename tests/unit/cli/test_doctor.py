@@ -90,7 +90,7 @@ def test_machine_that_cannot_draw(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 @of_machine
 def test_package_that_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(doctor, "_requirements", lambda: ("numpy", "not-there"))
+    monkeypatch.setattr(doctor, "requirements", lambda: ("numpy", "not-there"))
     monkeypatch.setattr(doctor, "NATIVE_MODULES", {"numpy": "numpy", "not_there": "not-there"})
     found = doctor.findings(tmp_path)
     assert only(found, "package numpy").needed

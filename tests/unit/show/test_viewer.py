@@ -82,40 +82,24 @@ def test_every_asset_has_a_model_that_is_made_once(library: Path) -> None:
 
 
 @of_reports
-def test_the_model_of_an_asset_that_was_written_again_is_made_again(library: Path) -> None:
-    page = library / "report.html"
+def test_models_follow_their_assets_and_the_code(library: Path) -> None:
+    page, models = library / "report.html", folder_of(library / "report.html")
     list(write_models(library, page, jobs=1))
-    corrected = next(Library(library).accepted())
-    model = folder_of(page) / f"{corrected.name}.glb.js"
-    before = model.read_bytes()
-    model.write_bytes(b"as it was")
+    corrected, gone = list(Library(library).accepted())[:2]
+    before = {path.name: path.read_bytes() for path in models.iterdir()}
+    (models / f"{corrected.name}.glb.js").write_bytes(b"as it was")
     (corrected / "asset.json").touch()
     list(write_models(library, page, jobs=1))
-    assert model.read_bytes() == before
-
-
-@of_reports
-def test_models_of_other_code_are_made_again(library: Path) -> None:
-    page = library / "report.html"
-    list(write_models(library, page, jobs=1))
-    models = folder_of(page)
-    before = {path.name: path.read_bytes() for path in models.iterdir()}
+    assert {path.name: path.read_bytes() for path in models.iterdir()} == before, "an asset was written again"
     (models / MADE_BY).write_text("another version", encoding="utf-8")
     (models / "viewer_0.js").write_text("of another version", encoding="utf-8")
     for path in models.glob("*.glb.js"):
         path.write_bytes(b"of another version")
     list(write_models(library, page, jobs=1))
-    assert {path.name: path.read_bytes() for path in models.iterdir()} == before
-
-
-@of_reports
-def test_the_model_of_an_asset_that_is_gone_goes(library: Path) -> None:
-    page = library / "report.html"
-    list(write_models(library, page, jobs=1))
-    gone = next(Library(library).accepted())
+    assert {path.name: path.read_bytes() for path in models.iterdir()} == before, "other code had made them"
     shutil.rmtree(gone)
     list(write_models(library, page, jobs=1))
-    assert not (folder_of(page) / f"{gone.name}.glb.js").exists()
+    assert not (models / f"{gone.name}.glb.js").exists()
 
 
 @of_reports
