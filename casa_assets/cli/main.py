@@ -20,13 +20,12 @@ from typer.models import CommandInfo
 from casa_assets import __version__
 from casa_assets.cli.group import Group, Verb, print_error
 from casa_assets.cli.supervise import SIGNALS, StopRequested, supervised, unblock
-from casa_assets.cli.verbs.articulate import articulate
 from casa_assets.cli.verbs.check import categories, check, checks, doctor, review, schemas
 from casa_assets.cli.verbs.export import app as export
 from casa_assets.cli.verbs.families import families, objects
-from casa_assets.cli.verbs.ingest import fetch, ingest
 from casa_assets.cli.verbs.library import app as library
 from casa_assets.cli.verbs.library import find, report
+from casa_assets.cli.verbs.meshes import articulate, fetch, ingest
 from casa_assets.cli.verbs.project import init, make
 from casa_assets.cli.verbs.scenes import app as scenes
 from casa_assets.cli.verbs.textures import app as textures

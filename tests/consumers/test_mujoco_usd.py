@@ -7,14 +7,11 @@ from pathlib import Path
 import mujoco
 import pytest
 
-from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.usd_facts import imported
-from casa_assets.formats.usd.scene.kitchen import write
 from tests.support.asset.articulated_assets import grill
 from tests.support.asset.assets import textured_box
 from tests.support.asset.packages import written
 from tests.support.kitchen.rooms import at, in_all_forms, room
-from tests.support.kitchen.scenes import corner, put
 
 pytestmark = pytest.mark.consumers
 
@@ -47,16 +44,3 @@ def test_a_picture_that_many_materials_name_is_read_once(tmp_path: Path) -> None
     assert (model.tex_width[one], model.tex_height[one]) == (16, 16)
     assert model.ntex > 2
     assert sorted(model.tex_width[model.tex_width > 1].tolist()) == [8, 16]
-
-
-def test_a_whole_scene_is_imported(tmp_path: Path) -> None:
-    """Where its bodies are, tests/parity/test_scene_parity.py says."""
-    folder = put(write(corner()), tmp_path, corner())
-    with quiet():
-        found = imported(folder / "scene.usda")
-    assert (found.error, found.warnings) == ("", ())
-    model = found.model
-    assert model is not None
-    free = {model.body(int(b)).name for b, t in zip(model.jnt_bodyid, model.jnt_type, strict=True) if t == 0}
-    names = ("loose_oven", "mug", "tilted_mug", "orange", "wall", "ceiling")
-    assert free == {f"/World/{name}/object" for name in names}

@@ -12,6 +12,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from pydantic import TypeAdapter
+
 from casa_assets import registry
 from casa_assets.core.numeric import significant
 from casa_assets.errors import OutputError
@@ -373,17 +375,7 @@ def _run_of_report(path: Path) -> Run:
         if form != SCHEMA_VERSION:
             message = f"is a report of schema version {form}, and this program reads {SCHEMA_VERSION}; "
             raise OutputError(str(path), f"{message}give the library of that run, or make its report again")
-        standings = [
-            Standing(
-                str(row["id"]),
-                str(row["category"]),
-                str(row["path"]),
-                Decision(row["verdict"]),
-                tuple(map(str, row["codes"])),
-                str(row["source_path"]),
-            )
-            for row in data["entries"]
-        ]
+        standings = TypeAdapter(tuple[Standing, ...]).validate_python(data["entries"])
         name, root = str(data["library"]), path.parent / str(data["root"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         message = f"is no report of a library ({error}); give the {REPORT} that `casa-assets report` wrote"
