@@ -10,9 +10,8 @@ from __future__ import annotations
 import base64
 import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
@@ -99,8 +98,8 @@ def write(
     entries = sorted(table.entries, key=lambda e: (not e.accepted, e.category if e.accepted else e.source_path, e.id))
     found, words = findings_of(root, target, entries, before, conditions), all_words()
     is_brief, shown = len(found.entries) > MAX_WHOLE, listed(found, words)
-    context = RowContext(found, words, None if is_brief else table.thumbnails(shown), is_brief)
-    rows = [row_of(entry, context) for entry in table.with_results(shown)]
+    pictures = None if is_brief else table.thumbnails(shown)
+    rows = rows_of(table.with_results(shown), found, words, pictures, is_brief)
     links = {}
     if before is not None and found.compared is not None:
         changed = ((one.id, one.before) for one in found.compared.differences)
@@ -127,7 +126,7 @@ def render(
     """The page; the same findings give the same page.
 
     Args:
-        rows: see `row_of`; of the entries that the page lists. links: id -> path to what an earlier run has of it.
+        rows: see `rows_of`; of the entries that the page lists. links: id -> path to what an earlier run has of it.
         models: where the models of its assets are.
     """
     whole, totals = found.whole, found.totals
@@ -303,38 +302,42 @@ def listed(found: Findings, words: Words) -> list[Entry]:
     return [found.entries[place] for place in sorted(chosen)]
 
 
-@dataclass(frozen=True)
-class RowContext:
-    """Data that rows of the page need in addition to their entries.
+def rows_of(
+    entries: Iterable[Entry],
+    found: Findings,
+    words: Words,
+    pictures: Mapping[str, bytes] | None = None,
+    is_brief: bool = False,
+) -> list[dict[str, Any]]:
+    """Return rows as the script of the page reads them; size in centimetres, mass in kg, None for a rejected input.
 
-    Attributes:
-        found, words: of the report. pictures: small ones by `Entry.path`; None: the page shows those in the library.
-        odd: quantity -> ids of assets outside the usual range. changes: id -> change compared with an earlier run.
+    docs/reference/report.md explains the keys.
+
+    Args:
+        entries: with the results of their checks. found, words: of the report.
+        pictures: small ones by `Entry.path`; None: the page shows those in the library.
         is_brief: leave out checks that passed or do not apply.
     """
+    odd = {quantity: frozenset(outlying(found.fits, quantity)) for quantity in UNITS}
+    differences = found.compared.differences if found.compared else ()
+    changes = {one.now.id: one.change.value for one in differences if one.now is not None}
+    rows = []
+    for entry in entries:
+        row = _row(entry, found.root) | {
+            "outlier": [name for name, ids in odd.items() if entry.id in ids],
+            "change": changes.get(entry.id, ""),
+            "more": _details(entry, found, words, is_brief),
+        }
+        if pictures is not None:
+            webp = pictures.get(entry.path, b"")
+            row["thumb"] = f"data:image/webp;base64,{base64.b64encode(webp).decode('ascii')}" if webp else ""
+        rows.append(row)
+    return rows
 
-    found: Findings
-    words: Words
-    pictures: Mapping[str, bytes] | None = None
-    is_brief: bool = False
 
-    @cached_property
-    def odd(self) -> dict[str, frozenset[str]]:  # noqa: D102  see the class
-        return {quantity: frozenset(outlying(self.found.fits, quantity)) for quantity in UNITS}
-
-    @cached_property
-    def changes(self) -> dict[str, str]:  # noqa: D102  see the class
-        differences = self.found.compared.differences if self.found.compared else ()
-        return {one.now.id: one.change.value for one in differences if one.now is not None}
-
-
-def row_of(entry: Entry, context: RowContext) -> dict[str, Any]:
-    """Return a row as the script of the page reads it; size in centimetres, mass in kg, None for a rejected input.
-
-    `entry` has the results of its checks. docs/reference/report.md explains the keys.
-    """
-    summary, root = entry.summary, context.found.root
-    row = {
+def _row(entry: Entry, root: str) -> dict[str, Any]:
+    summary = entry.summary
+    return {
         "id": entry.id,
         "verdict": entry.decision.value,
         "category": entry.category,
@@ -351,27 +354,20 @@ def row_of(entry: Entry, context: RowContext) -> dict[str, Any]:
         "applying": entry.checks.applying,
         "codes": list(codes_of(entry)),
         "decide": sorted(set(entry.to_decide)),
-        "outlier": [name for name, ids in context.odd.items() if entry.id in ids],
-        "change": context.changes.get(entry.id, ""),
         "folder": relative_link(entry.path if root == "." else f"{root}/{entry.path}"),
-        "more": _details(entry, context),
     }
-    if context.pictures is not None:
-        webp = context.pictures.get(entry.path, b"")
-        row["thumb"] = f"data:image/webp;base64,{base64.b64encode(webp).decode('ascii')}" if webp else ""
-    return row
 
 
-def _details(entry: Entry, context: RowContext) -> dict[str, Any]:
-    is_left_out = {Status.PASSED, Status.NOT_APPLICABLE} if context.is_brief else set()
+def _details(entry: Entry, found: Findings, words: Words, is_brief: bool) -> dict[str, Any]:
+    is_left_out = {Status.PASSED, Status.NOT_APPLICABLE} if is_brief else set()
     shown = [result for result in entry.results if result.status not in is_left_out]
     results = [[r.code, _status_number(r), _short(r.number), _short(r.limit), r.unit, r.reason] for r in shown]
     if entry.decision is Decision.REJECTED:
-        reason, fix = context.words.reason_and_fix(entry)
+        reason, fix = words.reason_and_fix(entry)
         # Refused rows of a manifest share one file and have no folder.
         files = [] if entry.path.endswith(f"/{ROWS}") else [["reason", relative_link(REFUSAL)]]
         return {"results": results, "reason": reason, "fix": fix, "files": files}
-    seen = context.found.whole.seen.get(entry.id) if context.found.whole else None
+    seen = found.whole.seen.get(entry.id) if found.whole else None
     return {
         "results": results,
         "hull": entry.summary.hull_vertices if entry.summary else 0,

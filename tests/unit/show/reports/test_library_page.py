@@ -27,7 +27,7 @@ from casa_assets.show.reports import findings as told_of
 from casa_assets.show.reports import library_page
 from casa_assets.show.reports.findings import Findings, compare, standing_of
 from casa_assets.show.reports.gate import judge, parse
-from casa_assets.show.reports.library_page import RowContext, render_library_section
+from casa_assets.show.reports.library_page import render_library_section, rows_of
 from tests.support.library.built_libraries import keep
 from tests.unit.library.test_alike import FIRST, OTHER
 
@@ -82,11 +82,7 @@ def findings(entries: Sequence[Entry], before: Sequence[Entry] | None = None, *c
 
 
 def render(found: Findings, words: Words = WORDS, links: dict[str, str] | None = None) -> str:
-    return library_page.render(found, words, [row_of(one, found, words) for one in found.entries], links)
-
-
-def row_of(one: Entry, found: Findings | None = None, words: Words = WORDS, is_brief: bool = False) -> dict[str, Any]:
-    return library_page.row_of(one, RowContext(found or findings([one]), words, is_brief=is_brief))
+    return library_page.render(found, words, rows_of(found.entries, found, words), links)
 
 
 def page(text: str) -> lxml.html.HtmlElement:
@@ -197,7 +193,10 @@ def test_of_many_inputs_the_page_has_what_did_not_pass(tmp_path: Path, monkeypat
     assert [row.pop("thumb")[:15] for row in whole] == ["data:image/webp"] * 2
     monkeypatch.setattr(library_page, "MAX_WHOLE", 1)
     assert data(library_page.write(root, root / "report.html").page.read_text(encoding="utf-8"))["rows"] == whole
-    told, shown = (row_of(entry(), is_brief=is_brief)["more"]["results"] for is_brief in (False, True))
+    told, shown = (
+        rows_of([entry()], findings([entry()]), WORDS, None, is_brief)[0]["more"]["results"]
+        for is_brief in (False, True)
+    )
     assert shown == [result for result in told if result[0] in ("AST002", "AST003", "USD003")]
 
 
@@ -206,8 +205,7 @@ def test_a_page_of_2500_inputs_stays_below_ten_megabytes() -> None:
     one = dataclasses.replace(entry(warned=True), uri=f"https://example.org/{'a' * 80}")
     one = dataclasses.replace(one, results=(*one.results, *(passed,) * 70), guesses=one.guesses * 6)
     found = findings([dataclasses.replace(one, id=f"mug_{i:010}", path=f"mug/mug_{i:010}") for i in range(2500)])
-    context = RowContext(found, WORDS, is_brief=True)
-    text = library_page.render(found, WORDS, [library_page.row_of(each, context) for each in found.entries])
+    text = library_page.render(found, WORDS, rows_of(found.entries, found, WORDS, None, is_brief=True))
     assert 1_000_000 < len(text.encode()) < 10_000_000
 
 
