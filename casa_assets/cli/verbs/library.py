@@ -315,9 +315,10 @@ def report(
         raise typer.BadParameter(f"{out} is no page: name a file that ends in .html", param_hint="--out")
     conditions: list[Condition] = []
     if fail_on:
-        from casa_assets.show.reports.checks_page import codes  # here, since it loads all checks
+        from casa_assets.show.reports.checks_page import every_code  # here, since it loads all checks
 
-        conditions = [parse(text, codes()) for text in fail_on]
+        known = every_code()
+        conditions = [parse(text, known) for text in fail_on]
     if baseline is None and any(one.needs_baseline for one in conditions):
         raise typer.BadParameter("compares with an earlier run; give one with --baseline", param_hint="--fail-on")
     target = out or library / "report.html"

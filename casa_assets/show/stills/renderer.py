@@ -231,16 +231,3 @@ def set_quality(visual: Any, width_px: int, height_px: int, shadow_px: int) -> N
     visual.headlight.active = 0
     visual.global_.offwidth, visual.global_.offheight = width_px, height_px
     visual.quality.offsamples, visual.quality.shadowsize = 0, shadow_px
-
-
-@contextmanager
-def drawing_ids(canvas: Canvas) -> Iterator[None]:
-    """While it lasts, a drawing shows the number of each thing instead of its colour."""
-    flags = (mujoco.mjtRndFlag.mjRND_SEGMENT, mujoco.mjtRndFlag.mjRND_IDCOLOR)
-    for flag in flags:
-        canvas.scene.flags[flag] = 1
-    try:
-        yield
-    finally:
-        for flag in flags:
-            canvas.scene.flags[flag] = 0

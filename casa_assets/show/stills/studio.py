@@ -18,7 +18,7 @@ from PIL import Image, ImageFilter
 from casa_assets.core.numeric import Floats, Mask
 from casa_assets.show.stills import pictures, renderer
 from casa_assets.show.stills.pictures import Pixels
-from casa_assets.show.stills.renderer import GOLDEN, PLASTIC, CameraFrustum, drawing_ids, one_group, set_quality
+from casa_assets.show.stills.renderer import GOLDEN, PLASTIC, CameraFrustum, one_group, set_quality
 
 
 @dataclass(frozen=True)
@@ -267,8 +267,9 @@ def _ball() -> Floats:
 
 def _background(canvas: renderer.Canvas, floor: int) -> Mask:
     """(size_px, size_px) where nothing but floor is seen, clear of the asset's edges."""
-    with drawing_ids(canvas):
-        floor_id = next(g.segid + 1 for g in canvas.scene.geoms[: canvas.scene.ngeom] if g.objid == floor)
-        ids = canvas.draw().astype(np.int32) @ np.array([1, 256, 65536])
+    for flag in (mujoco.mjtRndFlag.mjRND_SEGMENT, mujoco.mjtRndFlag.mjRND_IDCOLOR):
+        canvas.scene.flags[flag] = 1  # a drawing shows the number of each thing instead of its colour
+    floor_id = next(g.segid + 1 for g in canvas.scene.geoms[: canvas.scene.ngeom] if g.objid == floor)
+    ids = canvas.draw().astype(np.int32) @ np.array([1, 256, 65536])
     floor_only = Image.fromarray(np.where(ids == floor_id, 255, 0).astype(np.uint8))
     return np.asarray(floor_only.filter(ImageFilter.MinFilter(5))) > 0
