@@ -76,12 +76,8 @@ def kitchens(ctx: typer.Context, incomplete: str) -> list[str]:
     """Ids of kitchens: every plan in every style, and those that are already in the folder of scenes."""
     place = ctx.params.get("scenes_folder") or ctx.params.get("out") or SCENES
     ids = {f"{plan}__{style}" for plan in _files("plans") for style in _files("styles")}
-    return _starting(incomplete, sorted({*ids, *built_kitchens(Path(place))}))
-
-
-def built_kitchens(place: Path) -> list[str]:
-    """Ids of the kitchens in a folder, sorted."""
-    return sorted(path.parent.name for path in place.glob("*__*/scene.json"))
+    built = {path.parent.name for path in Path(place).glob("*__*/scene.json")}
+    return _starting(incomplete, sorted(ids | built))
 
 
 def presets(ctx: typer.Context, incomplete: str) -> list[str]:

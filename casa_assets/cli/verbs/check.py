@@ -85,17 +85,14 @@ def doctor(
     found = findings(out)
     missing = [finding for finding in found if finding.needed and not finding.ok]
     for finding in found:
-        output.row({"id": finding.subject, "verdict": _verdict(finding), **finding.model_dump(mode="json")})
+        verdict = "passed" if finding.ok else "failed" if finding.needed else "note"
+        output.row({"id": finding.subject, "verdict": verdict, **finding.model_dump(mode="json")})
     if not output.as_json:
         _print_findings(found, output)
     if missing:
         output.wrong(f"Needed and missing: {', '.join(finding.subject for finding in missing)}.")
         raise typer.Exit(1)
     output.line("Everything that is needed is here.")
-
-
-def _verdict(finding: Finding) -> str:
-    return "passed" if finding.ok else "failed" if finding.needed else "note"
 
 
 def _print_findings(found: Sequence[Finding], output: Output) -> None:
