@@ -115,18 +115,6 @@ def test_a_kind_of_row_leaves_its_mark(made: Mapping[str, Checked], kind: str) -
     assert KINDS[kind].leaves_mark(made[KINDS[kind].thing])
 
 
-def test_all_runs_are_made_from_python(user: Environment, project: Path) -> None:
-    script = project / "make.py"
-    script.write_text(
-        "import casa_assets as casa\n"
-        "for run in casa.Project('.').make():\n    print(run.passed, run.command.split()[1], len(run.rows))\n",
-        encoding="utf-8",
-    )
-    done = user.python(script, cwd=project)
-    told = ["True objects 1", "True families 1", "True families 1", "True ingest 1"]
-    assert done.stdout.splitlines() == told, done.stderr
-
-
 def test_a_contract_asks_for_more(user: Environment, tmp_path: Path) -> None:
     """A runtime of the user's own wants a region of clocks that ours do not have: a check tells."""
     (tmp_path / "casa.yaml").write_text("name: rows\n", encoding="utf-8")
