@@ -10,6 +10,7 @@ import json
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from pathlib import Path
 
 import typer
@@ -65,7 +66,7 @@ def _completing(names: Callable[[], Iterable[str]]) -> Callable[[str], list[str]
 
 
 plans, styles, families, robots = (
-    _completing(lambda folder=folder: _files(folder)) for folder in ("plans", "styles", "families", "robots")
+    _completing(partial(_files, folder)) for folder in ("plans", "styles", "families", "robots")
 )
 categories = _completing(lambda: _rows("categories.yaml"))
 objects = _completing(lambda: _rows("objects/*.yaml"))
