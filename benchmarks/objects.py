@@ -23,8 +23,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-from casa_assets.cli.build_output import print_member
 from casa_assets.cli.output import Output, TextTable
+from casa_assets.cli.verbs.families import print_member
 from casa_assets.core.system import CACHE_VARIABLE as CACHE
 from casa_assets.families.build import FamilyResult, build_all, object_requests
 from casa_assets.ingest.run.run import Options, ingest

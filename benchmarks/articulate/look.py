@@ -22,7 +22,7 @@ from casa_assets.articulate.plan import Articulation
 from casa_assets.articulate.segment.orthographic import render_depth
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.mesh.surface import face_normals
-from casa_assets.show.stills.strip import part_color
+from casa_assets.show.stills.still import part_color
 
 # Size of a view and of the words above it, pixels.
 VIEW_PX, GAP_PX, HEAD_PX = 230, 10, 18

@@ -1,16 +1,20 @@
-"""Assets one at a time: built from numbers, opened, loaded into MuJoCo, written, checked; poses in which they rest."""
+"""Assets one at a time: built from numbers, opened, written, checked, shown; poses in which they rest."""
 
 from __future__ import annotations
 
 import json
+import os
+import sys
 import tempfile
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
 
+from casa_assets.api.behaviors import Behaviors
 from casa_assets.api.kitchen import Detail, Kitchen
 from casa_assets.core.numeric import Floats
 from casa_assets.core.system import cache_dir
@@ -34,6 +38,10 @@ from casa_assets.model.pose import Pose
 from casa_assets.registry.families import family, family_names, object_family, object_names
 from casa_assets.runs.asset_package import check_package, write_package
 from casa_assets.runs.outcome import writing
+
+if TYPE_CHECKING:
+    from casa_assets.show.view.server import ViewServer
+    from casa_assets.show.view.subject import Subject
 
 # Build and open -------------------------------------------------------------------------------------------------------
 
@@ -144,10 +152,9 @@ def check_folder(folder: Path) -> Report:
 
 def show(asset: Asset, pose: str, web: bool) -> None:
     """See `Asset.show`."""
-    from casa_assets.api import viewing
     from casa_assets.show.view.subject import Loaded
 
-    viewing.show(Loaded(asset), pose, web)
+    show_subject(Loaded(asset), pose, web)
 
 
 # Stable poses ---------------------------------------------------------------------------------------------------------
@@ -203,3 +210,64 @@ def _set_down(rotation: Floats, points: Floats, center: Floats) -> Pose:
     matrix[:2, 3] = -(rotation @ center)[:2]
     matrix[2, 3] = -float((points @ rotation[2]).min())
     return Pose.from_matrix(matrix)
+
+
+# Viewing --------------------------------------------------------------------------------------------------------------
+# Assets and kitchens in MuJoCo's viewer, or on a page in the browser.
+
+
+def has_screen() -> bool:
+    """True if windows can be opened."""
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def show_subject(subject: Subject, pose: str, web: bool) -> None:
+    """Show a subject in MuJoCo's viewer, or on a page without a screen or with `web`, until the user ends it."""
+    from casa_assets.show.view.model import mujoco_model
+    from casa_assets.show.view.server import open_in_browser
+    from casa_assets.show.view.subject import cache_of
+
+    if not web and has_screen():
+        show_model(mujoco_model(subject, cache_of(subject), lambda *_: None), pose, subject.id)
+        return
+    with serving(subject, pose) as server, suppress(KeyboardInterrupt):
+        sys.stderr.write(f"{subject.id} is shown at {server.address}; Ctrl-C ends it\n")
+        if not os.environ.get("SSH_CONNECTION"):
+            open_in_browser(server.address)
+        server.serve_forever()
+
+
+def show_model(model: Any, pose: str, name: str) -> None:
+    """Show a compiled model in MuJoCo's viewer, with its state machines, until its window is closed."""
+    from casa_assets.show.stills.live_viewer import Glow
+    from casa_assets.show.stills.live_viewer import show as open_viewer
+
+    behaviors, glow = Behaviors(model), Glow(model)
+
+    def each_frame(_: Any, data: Any) -> None:
+        if data.time == 0.0:
+            behaviors.reset(data)
+        else:
+            behaviors.update(data)
+        glow.show(behaviors.effects)
+
+    open_viewer(model, pose, name, each_frame)
+
+
+def serving(subject: Subject, pose: str, port: int = 0) -> ViewServer:
+    """Return a server of the page of a subject; 0: any port that is free.
+
+    Raises:
+        CasaError: there is no record that a page can be made from. OutputError: the port cannot be used.
+    """
+    from casa_assets.show.view.model import asset_of, make
+    from casa_assets.show.view.server import ViewServer, Workshop
+    from casa_assets.show.view.subject import ModelFile, cache_of
+
+    cache = cache_of(subject)
+    if isinstance(subject, ModelFile):
+        asset_of(subject, cache)
+    try:
+        return ViewServer(subject, Workshop(lambda wanted, tell: make(wanted, cache, tell)), pose, port)
+    except (OSError, OverflowError) as error:
+        raise OutputError(f"port {port}", f"cannot be used: {error}; leave --port out for one that is free") from error

@@ -255,5 +255,4 @@ class Behaviors:
 
 
 def _fixture(prefix: str) -> str:
-    """Name of the fixture that a prefix belongs to."""
     return prefix.rstrip("_") or _ALONE

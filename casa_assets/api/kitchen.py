@@ -214,11 +214,11 @@ class Kitchen:
             pose: keyframe to begin in, such as `open`.
             web: serve a page for the browser even if there is a screen for MuJoCo's viewer.
         """
-        from casa_assets.api.viewing import show
+        from casa_assets.api.assets import show_subject
         from casa_assets.show.view import subject
 
         place = SCENES_FOLDER if self.folder is None else self.folder.absolute().parent
-        show(subject.Kitchen(self.recipe, place, is_named_by_path=self.folder is not None), pose, web)
+        show_subject(subject.Kitchen(self.recipe, place, is_named_by_path=self.folder is not None), pose, web)
 
     @_in_its_project
     def _source(self) -> Path | Files:

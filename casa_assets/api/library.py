@@ -206,7 +206,6 @@ class Library:
 
 
 def _result(event: Event) -> IngestResult:
-    """Convert an event of a run to its public record."""
     if not event.was_rejected:
         status: Literal["accepted", "review"] = "review" if event.is_in_review else "accepted"
         return IngestResult(

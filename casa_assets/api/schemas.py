@@ -164,7 +164,6 @@ def _write_choices_short(definitions: Schema) -> None:
 
 
 def _without(record: Schema, field: str) -> Schema:
-    """A schema of a record without one of its fields."""
     copy = {**record, "properties": {k: v for k, v in record["properties"].items() if k != field}}
     copy["required"] = [k for k in record.get("required", []) if k != field]
     return copy

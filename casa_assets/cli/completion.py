@@ -9,45 +9,76 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from pathlib import Path
 
 import typer
 
 from casa_assets.projects import VARIABLE, data_root, find_project, layers
 
-_ROW = re.compile(r"([A-Za-z][\w-]*):")
-_PRESET = re.compile(r"  ([A-Za-z][\w-]*):")
+_ROW, _INNER_ROW = re.compile(r"([A-Za-z][\w-]*):"), re.compile(r"  ([A-Za-z][\w-]*):")
 LIBRARY, ARTICULATED, SCENES = Path("out/library"), Path("out/articulated"), Path("out/scenes")
 REJECTED = "rejected"
 MOST_ASSETS = 200  # of so many, the folders of their categories are offered first
 
 
-def plans(incomplete: str) -> list[str]:
-    """Ids of floor plans."""
-    return _starting(incomplete, _files("plans"))
+def _starting(incomplete: str, names: Iterable[str]) -> list[str]:
+    return list(dict.fromkeys(name for name in names if name.startswith(incomplete)))
 
 
-def styles(incomplete: str) -> list[str]:
-    """Ids of styles."""
-    return _starting(incomplete, _files("styles"))
+def _layers() -> tuple[Path, ...]:
+    """Folders of registry files. No verb has been called yet, so that a project is looked for here."""
+    if not os.environ.get(VARIABLE) and (found := find_project(Path())) is not None:
+        return (data_root(), found)
+    return layers()
+
+
+def _paths_in(pattern: str) -> list[Path]:
+    return sorted(path for layer in _layers() for path in layer.glob(pattern))
+
+
+def _files(folder: str) -> list[str]:
+    return sorted({path.stem for path in _paths_in(f"{folder}/*.yaml")})
+
+
+def _rows(*patterns: str) -> list[str]:
+    paths = [path for pattern in patterns for path in _paths_in(pattern)]
+    lines = (line for path in paths for line in path.read_text(encoding="utf-8").splitlines())
+    return sorted({found[1] for line in lines if (found := _ROW.match(line))})
+
+
+def _pictures() -> Iterator[str]:
+    for path in _paths_in("textures/*/pack.json"):
+        try:
+            yield from (picture["id"] for picture in json.loads(path.read_text(encoding="utf-8"))["pictures"])
+        except (OSError, ValueError, TypeError, KeyError):
+            continue  # a verb tells what is wrong with it
+
+
+def _completing(names: Callable[[], Iterable[str]]) -> Callable[[str], list[str]]:
+    """Return what Typer calls with the beginning of a name."""
+
+    def complete(incomplete: str) -> list[str]:
+        return _starting(incomplete, names())
+
+    return complete
+
+
+plans, styles, families, robots = (
+    _completing(partial(_files, folder)) for folder in ("plans", "styles", "families", "robots")
+)
+categories = _completing(lambda: _rows("categories.yaml"))
+objects = _completing(lambda: _rows("objects/*.yaml"))
+textures = _completing(lambda: sorted({*_rows("textures/*.yaml", "skins/*.yaml"), *_pictures()}))
 
 
 def kitchens(ctx: typer.Context, incomplete: str) -> list[str]:
     """Ids of kitchens: every plan in every style, and those that are already in the folder of scenes."""
     place = ctx.params.get("scenes_folder") or ctx.params.get("out") or SCENES
     ids = {f"{plan}__{style}" for plan in _files("plans") for style in _files("styles")}
-    return _starting(incomplete, sorted({*ids, *built_kitchens(Path(place))}))
-
-
-def built_kitchens(place: Path) -> list[str]:
-    """Ids of the kitchens in a folder, sorted."""
-    return sorted(path.parent.name for path in place.glob("*__*/scene.json"))
-
-
-def families(incomplete: str) -> list[str]:
-    """Names of parametric families."""
-    return _starting(incomplete, _files("families"))
+    built = {path.parent.name for path in Path(place).glob("*__*/scene.json")}
+    return _starting(incomplete, sorted(ids | built))
 
 
 def presets(ctx: typer.Context, incomplete: str) -> list[str]:
@@ -55,28 +86,17 @@ def presets(ctx: typer.Context, incomplete: str) -> list[str]:
     known = _files("families")
     # While an option waits for its value, the words before it are not bound to arguments yet.
     named = [word for word in ctx.params.get("names") or ctx.args if word in known]
-    names = named or known
-    return _starting(incomplete, sorted({preset for name in names for preset in _presets(name)}))
+    return _starting(incomplete, sorted({preset for name in named or known for preset in _presets(name)}))
 
 
-def categories(incomplete: str) -> list[str]:
-    """Ids of categories of things."""
-    return _starting(incomplete, sorted({name for layer in _layers() for name in _rows(layer / "categories.yaml")}))
-
-
-def objects(incomplete: str) -> list[str]:
-    """Ids of the categories of which there are objects."""
-    return _starting(incomplete, sorted(_rows_of_folder("objects")))
-
-
-def textures(incomplete: str) -> list[str]:
-    """Ids of textures."""
-    return _starting(incomplete, sorted({*_rows_of_folder("textures"), *_rows_of_folder("skins"), *_pictures()}))
-
-
-def robots(incomplete: str) -> list[str]:
-    """Names of robots."""
-    return _starting(incomplete, _files("robots"))
+def _presets(family: str) -> Iterator[str]:
+    for path in _paths_in(f"families/{family}.yaml"):
+        inside = False
+        for line in path.read_text(encoding="utf-8").splitlines():
+            if found := _ROW.match(line):
+                inside = found[1] == "presets"
+            elif inside and (preset := _INNER_ROW.match(line)):
+                yield preset[1]
 
 
 def assets(incomplete: str) -> list[str]:
@@ -101,7 +121,6 @@ def _assets_of(place: Path, incomplete: str) -> list[str]:
 
 
 def _folders(place: Path) -> list[Path]:
-    """Folders directly in a folder, by name; empty if it does not exist."""
     try:
         with os.scandir(place) as found:
             return sorted(Path(one.path) for one in found if one.is_dir())
@@ -109,66 +128,13 @@ def _folders(place: Path) -> list[Path]:
         return []
 
 
+def _paths(incomplete: str) -> list[str]:
+    """Files and folders in the folder that a path begins with; folders end with a slash."""
+    folder = Path(incomplete) if incomplete.endswith("/") else Path(incomplete).parent
+    names = (path.as_posix() + "/" * path.is_dir() for path in (folder.iterdir() if folder.is_dir() else ()))
+    return sorted(name for name in names if name.startswith(incomplete))
+
+
 def things(ctx: typer.Context, incomplete: str) -> list[str]:
     """Assets of libraries by path, and kitchens by id."""
     return [*assets(incomplete), *kitchens(ctx, incomplete)]
-
-
-def _starting(incomplete: str, names: Iterable[str]) -> list[str]:
-    return list(dict.fromkeys(name for name in names if name.startswith(incomplete)))
-
-
-def _files(folder: str) -> list[str]:
-    return sorted({path.stem for path in _paths_in(folder)})
-
-
-def _paths_in(folder: str) -> list[Path]:
-    """YAML files in a folder of the registry, and of the project in use."""
-    return sorted(path for layer in _layers() for path in (layer / folder).glob("*.yaml"))
-
-
-def _layers() -> tuple[Path, ...]:
-    """Folders of registry files. No verb has been called yet, so that a project is looked for here."""
-    if not os.environ.get(VARIABLE) and (found := find_project(Path())) is not None:
-        return (data_root(), found)
-    return layers()
-
-
-def _rows(path: Path) -> Iterator[str]:
-    """Keys on the top level of a YAML file."""
-    for line in path.read_text(encoding="utf-8").splitlines() if path.is_file() else ():
-        if found := _ROW.match(line):
-            yield found[1]
-
-
-def _rows_of_folder(folder: str) -> Iterator[str]:
-    for path in _paths_in(folder):
-        yield from _rows(path)
-
-
-def _pictures() -> Iterator[str]:
-    """Ids of the pictures of the packs of the project in use."""
-    for path in sorted(path for layer in _layers() for path in layer.glob("textures/*/pack.json")):
-        try:
-            yield from (picture["id"] for picture in json.loads(path.read_text(encoding="utf-8"))["pictures"])
-        except (OSError, ValueError, TypeError, KeyError):
-            continue  # a verb tells what is wrong with it
-
-
-def _presets(family: str) -> Iterator[str]:
-    for path in (layer / "families" / f"{family}.yaml" for layer in _layers()):
-        inside = False
-        for line in path.read_text(encoding="utf-8").splitlines() if path.is_file() else ():
-            if found := _ROW.match(line):
-                inside = found[1] == "presets"
-            elif inside and (preset := _PRESET.match(line)):
-                yield preset[1]
-
-
-def _paths(incomplete: str) -> list[str]:
-    """Files and folders in the folder that a path begins with; folders end with a slash."""
-    folder, start = Path(incomplete).parent if not incomplete.endswith("/") else Path(incomplete), incomplete
-    if not folder.is_dir():
-        return []
-    names = (path.as_posix() + ("/" if path.is_dir() else "") for path in folder.iterdir())
-    return sorted(name for name in names if name.startswith(start))

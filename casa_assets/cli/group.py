@@ -172,7 +172,6 @@ def _command_sections(command: Any, ctx: Any) -> Iterator[tuple[str, list[tuple[
 
 
 def _definitions(rows: Iterable[tuple[str, str]], width: int) -> list[str]:
-    """Names on the left and what is said of each on the right."""
     rows = list(rows)
     column = min(max(len(name) for name, _ in rows), NAMES_WIDTH) + 2 * len(INDENT)
     lines: list[str] = []
@@ -209,8 +208,6 @@ _SUGGESTED = re.compile(r"\. Did you mean (.*)\?")
 
 
 class _Helped:
-    """Help in our form."""
-
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help."""
         formatter.write(help_text(self, ctx, formatter.width))

@@ -20,23 +20,18 @@ from typer.models import CommandInfo
 from casa_assets import __version__
 from casa_assets.cli.group import Group, Verb, print_error
 from casa_assets.cli.supervise import SIGNALS, StopRequested, supervised, unblock
-from casa_assets.cli.verbs.articulate import articulate
-from casa_assets.cli.verbs.check import check, doctor, review
+from casa_assets.cli.verbs.check import categories, check, checks, doctor, review, schemas
 from casa_assets.cli.verbs.export import app as export
-from casa_assets.cli.verbs.facts import app as categories
-from casa_assets.cli.verbs.facts import checks, schemas
-from casa_assets.cli.verbs.families import app as families
-from casa_assets.cli.verbs.find import find
-from casa_assets.cli.verbs.ingest import fetch, ingest
+from casa_assets.cli.verbs.families import families, objects
 from casa_assets.cli.verbs.library import app as library
-from casa_assets.cli.verbs.objects import app as objects
+from casa_assets.cli.verbs.library import find, report
+from casa_assets.cli.verbs.meshes import articulate, fetch, ingest
 from casa_assets.cli.verbs.project import init, make
-from casa_assets.cli.verbs.report import report
 from casa_assets.cli.verbs.scenes import app as scenes
 from casa_assets.cli.verbs.textures import app as textures
 from casa_assets.cli.verbs.view import preview, view
 from casa_assets.errors import BatchFault, CasaError
-from casa_assets.show.stills.backends import keep_from_mujoco
+from casa_assets.show.stills import keep_from_mujoco
 
 EXIT_MISUSE, EXIT_FAULT, EXIT_SIGNAL_BASE = 2, 3, 128
 # What a file, a folder or a disk refuses, and no fault of the program: rights, room, or a name that cannot be.

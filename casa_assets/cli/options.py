@@ -40,21 +40,17 @@ def source(text: str) -> str:
     """A source as a user names it: a path that is there, or the address of a store. Raises typer.BadParameter."""
     from casa_assets.ingest.sources.places import is_url
 
-    if not is_url(text) and not _is_of_plugin(text):
+    is_address = is_url(text)
+    if ":" in text and not is_address:  # plug-ins are not looked for otherwise
+        from casa_assets.ingest.run.inputs import is_of_plugin
+
+        is_address = is_of_plugin(text)
+    if not is_address:
         if not os.path.exists(text):  # noqa: PTH110
             raise typer.BadParameter(f"Path {text!r} does not exist.")
         if not os.access(text, os.R_OK):
             raise typer.BadParameter(f"Path {text!r} is not readable.")
     return text
-
-
-def _is_of_plugin(text: str) -> bool:
-    """True for an address with the scheme of a plug-in; plug-ins are only looked for if the text has a colon."""
-    if ":" not in text:
-        return False
-    from casa_assets.ingest.run.inputs import is_of_plugin
-
-    return is_of_plugin(text)
 
 
 def more(help_: str, tail: str) -> str:
@@ -76,17 +72,14 @@ def folder_of_library(folder: Path) -> Path:
 OUT_HELP = "Where to write."
 LIBRARY_HELP = "Folder of the library."
 WIDTH_HELP = "Width of each picture in pixels."
-JOBS_HELP = "Number of parallel workers; 0: one per core."
 SEED_HELP = "Random seed."
 OBJECTS_HELP = "Number of loose objects."
 COUNT_HELP = "Number of each."
-MOST_HELP = "Largest number."
 ALL_HELP = "All of them."
 CLIP_HELP = "Weights of CLIP: a file, a folder, or a name such as ViT-B-32/laion2b_s34b_b79k."
 SCENES_HELP = "Ids of kitchens or globs, such as 'l_*__coastal'."
 IN_3D_HELP = "Write models that the page shows in 3D."
 FORCE_HELP = "Do it again even if nothing has changed."
-REVIEW_HELP = "Include assets that are in review."
 
 Out = Annotated[
     Path, typer.Option("--out", metavar="DIR", help=more(OUT_HELP, "folders are made where they are missing."))
@@ -103,7 +96,7 @@ ScenesFolder = Annotated[
 
 WidthPx = Annotated[int, typer.Option("--width-px", help=WIDTH_HELP, min=64, max=4096)]
 SizeM = Annotated[float, typer.Option("--size-m", help="Longest side in metres; 0: by unit and category.", min=0)]
-Jobs = Annotated[int, typer.Option("--jobs", help=JOBS_HELP, min=0)]
+Jobs = Annotated[int, typer.Option("--jobs", help="Number of parallel workers; 0: one per core.", min=0)]
 Engine = Annotated[
     EngineName,
     typer.Option("--engine", help="Where jobs run: on this machine, or on a Ray cluster.", rich_help_panel=CLUSTER),
@@ -118,7 +111,7 @@ Address = Annotated[
     ),
 ]
 Seed = Annotated[int, typer.Option("--seed", help=SEED_HELP, min=0)]
-Most = Annotated[int, typer.Option("--most", help=MOST_HELP, min=1)]
+Most = Annotated[int, typer.Option("--most", help="Largest number.", min=1)]
 All = Annotated[bool, typer.Option("--all", help=ALL_HELP)]
 Samples = Annotated[int, typer.Option("--samples", help="Number of random members of each.", min=0)]
 Force = Annotated[bool, typer.Option("--force", help=FORCE_HELP)]
@@ -148,7 +141,7 @@ Category = Annotated[
 Kitchens = Annotated[
     list[str] | None, typer.Option("--scenes", metavar="ID", help=SCENES_HELP, autocompletion=completion.kitchens)
 ]
-WithReview = Annotated[bool, typer.Option("--with-review", help=REVIEW_HELP)]
+WithReview = Annotated[bool, typer.Option("--with-review", help="Include assets that are in review.")]
 Port = Annotated[int, typer.Option("--port", help="Port on this machine; 0: any that is free.", min=0, max=65535)]
 Browser = Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")]
 Photoreal = Annotated[

@@ -203,12 +203,12 @@ class TextTable:
     rows: list[tuple[Text, ...]] = field(default_factory=list)
 
     def add(self, *cells: str | Text) -> None:
-        """Add a row, a cell for each column. A string may hold what a user typed: it is not read as markup."""
-        self.rows.append(tuple(cell if isinstance(cell, Text) else Text(cell.replace("\n", " ")) for cell in cells))
+        """Add a row, a cell for each column; further ones, such as that of `from_column`, are left out.
 
-    def add_from(self, *cells: str | Text) -> None:
-        """Add a row whose last cell says where it comes from; that cell is only shown if a project is in use."""
-        self.add(*cells[: len(self.columns)])
+        A string may hold what a user typed: it is not read as markup.
+        """
+        texts = (cell if isinstance(cell, Text) else Text(cell.replace("\n", " ")) for cell in cells)
+        self.rows.append(tuple(texts)[: len(self.columns)])
 
     def print(self, console: Console) -> None:
         """Print the table; nothing where it has no rows."""

@@ -43,27 +43,19 @@ def command_pages() -> dict[str, str]:
     counts = Counter(_line(option) for command in commands for option in _parameters(command, "option"))
     common = {line for line, count in counts.items() if count >= MANY}
     usual = {line for line, count in counts.items() if count > 0.75 * len(commands)}
-    rows = [
-        f"| [{name}]({_path(name)}) | {help_parts(verb.help or '')[0][0].replace('<', '&lt;')} |"
-        for name, verb in verbs.items()
-    ]
-    lines = [HEAD, "| command | |", "|---|---|", *rows]
+    lines = [HEAD, "| command | |", "|---|---|"]
+    pages = {}
+    for name, verb in verbs.items():
+        about = help_parts(verb.help or "")[0][0].replace("<", "&lt;")
+        lines.append(f"| [{name}](commands/{name}.md) | {about} |")
+        sections = [line for path, one in _commands(verb, name) for line in _section(path, one, common, usual)]
+        pages[f"commands/{name}.md"] = "\n".join(sections).rstrip("\n") + "\n"
     lines += ["", "## Options of nearly every command", "", *sorted(usual)]
     lines += ["", "## Options of many commands", "", *sorted(common - usual)]
-    pages = {"commands.md": "\n".join(lines) + "\n"}
-    for name, verb in verbs.items():
-        lines = [line for path, one in _commands(verb, name) for line in _section(path, one, common, usual)]
-        pages[_path(name)] = "\n".join(lines).rstrip("\n") + "\n"
-    return pages
-
-
-def _path(verb: str) -> str:
-    """Of a verb's page."""
-    return f"commands/{verb}.md"
+    return {"commands.md": "\n".join(lines) + "\n", **pages}
 
 
 def _commands(command: Any, path: str) -> Iterator[tuple[str, Any]]:
-    """A verb and the verbs below it, each with the words that call it."""
     yield path, command
     if isinstance(command, TyperGroup):
         for name, inner in command.commands.items():
@@ -77,7 +69,10 @@ def _parameters(command: Any, kind: str) -> list[Any]:
 
 def _section(path: str, command: Any, common: set[str], usual: set[str]) -> list[str]:
     title = f"{'##' if ' ' in path else '#'} casa-assets {path}\n"
-    lines = [title, *_help(command.help or "")]
+    prose, examples = help_parts(command.help or "")
+    said = (_EXIT_CODES.sub("", paragraph).strip().replace("<", "&lt;") for paragraph in prose)
+    lines = [title, *(f"{paragraph}\n" for paragraph in said if paragraph)]
+    lines += ["```text", *(line.strip() for line in examples), "```\n"] if examples else []
     if isinstance(command, TyperGroup):
         return lines
     options = [_line(p) for p in _parameters(command, "option")]
@@ -85,14 +80,6 @@ def _section(path: str, command: Any, common: set[str], usual: set[str]) -> list
     also = [line.removeprefix("- ").split(":")[0] for line in options if line in common - usual]
     link = "[options of many commands](../commands.md#options-of-many-commands)"
     return [*lines, *own, *([f"- {', '.join(also)}: {link}."] if also else []), ""]
-
-
-def _help(text: str) -> list[str]:
-    """Paragraphs of a help text without what exit codes mean; example calls are kept together in one block."""
-    prose, examples = help_parts(text)
-    said = (_EXIT_CODES.sub("", paragraph).strip().replace("<", "&lt;") for paragraph in prose)
-    block = ["```text", *(line.strip() for line in examples), "```\n"]
-    return [*(f"{paragraph}\n" for paragraph in said if paragraph), *(block if examples else ())]
 
 
 def _line(parameter: Any) -> str:

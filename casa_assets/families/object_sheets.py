@@ -13,7 +13,7 @@ from casa_assets.formats import mjcf
 from casa_assets.formats.gltf import EVERYTHING, asset_glb
 from casa_assets.library import library as disk
 from casa_assets.model.record import Vec3
-from casa_assets.show.page.model_files import put_model
+from casa_assets.show.page.page_template import put_model
 from casa_assets.show.stills.pictures import SheetCell, contact_sheet
 from casa_assets.show.stills.still import poses, render
 from casa_assets.show.stills.studio import View

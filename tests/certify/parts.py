@@ -29,7 +29,7 @@ LONG = {
     "robocasa": ("all atomic tasks of RoboCasa, fixtures by its classes", ("test_robocasa_tasks.py", "robocasa")),
     "engines": (
         "ten kitchens in mujoco_warp, Newton and MJX, each held against MuJoCo",
-        ("test_batch_forms.py", "test_batches.py"),
+        ("test_batches.py",),
     ),
     "robots": ("all robots in whole kitchens", ("test_robots.py",)),
     "clusters": (

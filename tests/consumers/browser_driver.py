@@ -1,4 +1,4 @@
-"""Drive Chromium by Playwright: one command a line on standard input, one answer a line on standard output, both JSON.
+"""Drive Chromium by Playwright: a line of JSON on standard input calls a method, one on standard output is its answer.
 
 Runs in the environment of tests/consumers/environments/browser.txt; tests use it by
 `tests.support.program.browser.Browser`.
@@ -51,7 +51,7 @@ class Driver:
     def evaluate(self, script: str) -> Any:
         return self.page.evaluate(script)
 
-    def wait(self, selector: str, timeout_s: float) -> None:
+    def wait(self, selector: str, timeout_s: float = 60.0) -> None:
         self.page.locator(selector).first.wait_for(timeout=timeout_s * 1000)
 
     def pause(self, seconds: float) -> None:
@@ -80,24 +80,21 @@ class Driver:
     def fill(self, selector: str, value: str) -> None:
         self.page.locator(selector).first.fill(value)
 
-    def press(self, key: str, selector: str) -> None:
+    def press(self, key: str, selector: str = "") -> None:
         if selector:
             self.page.locator(selector).first.press(key)
         else:
             self.page.keyboard.press(key)
 
-    def screenshot(self, path: str) -> None:
-        self.page.screenshot(path=path, timeout=120_000)
-
-    def violations(self, impacts: list[str]) -> list[dict[str, Any]]:
-        """What axe-core finds of these impacts: rule, impact, help, elements."""
+    def violations(self) -> list[dict[str, Any]]:
+        """What axe-core finds seriously wrong for people who use a keyboard or a screen reader."""
         # By the protocol and not as a script element, which the policy of a page may refuse.
         self.page.evaluate(f"() => {{ {self.axe} }}")
         found = self.page.evaluate("() => axe.run(document)")
         return [
             {"id": v["id"], "impact": v["impact"], "help": v["help"], "nodes": [n["html"][:200] for n in v["nodes"]]}
             for v in found["violations"]
-            if v["impact"] in impacts
+            if v["impact"] in ("serious", "critical")
         ]
 
 
@@ -108,9 +105,9 @@ def main() -> None:
         chromium = playwright.chromium.launch(executable_path=program, args=list(ARGUMENTS))
         driver = Driver(chromium, Path(axe).read_text(encoding="utf-8"))
         for line in sys.stdin:
-            asked = json.loads(line)
+            do, *words = json.loads(line)
             try:
-                answer = {"value": getattr(driver, asked.pop("do"))(**asked)}
+                answer = {"value": getattr(driver, do)(*words)}
             except Error as error:
                 answer = {"error": str(error)}
             print(json.dumps(answer), flush=True)

@@ -14,7 +14,7 @@ from tests.support.library.libraries import made_once
 from tests.support.library.object_stores import Server
 from tests.support.program.browser import Browser
 from tests.support.program.documents import ROOT, blocks, shell
-from tests.support.program.installed import Environment, build_wheel, install
+from tests.support.program.environments import Environment, build_wheel, install
 
 HERE = Path(__file__).parent
 # The first command of README.md, whose library all pages after it take for granted.

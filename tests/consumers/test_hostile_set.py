@@ -132,25 +132,17 @@ def test_two_million_faces_within_the_limits(tmp_path: Path, watch: Watch) -> No
     assert (said.accepted and "MSH015" in said.warnings) or said.code == "SRC015", told(said)
 
 
-@pytest.fixture(scope="module")
-def at_once(hostile: HostileSet) -> tuple[int, list[Said], str]:
-    """The whole set, links and odd names included, in one run: exit code, what was said of each, the last lines."""
+def test_the_whole_set_in_one_run_ends_as_any_other(hostile: HostileSet) -> None:
+    """Links, odd names and rows that name other files of the set are among it: each file has its outcome.
+
+    As the index says, or turned away as a copy of another file of the set.
+    """
     library = hostile.work / "library_at_once"
     done = casa("ingest", hostile.root / "files", "--library", library, "--json", "--jobs", 2, *OPTIONS)
-    return done.returncode, [Said.of(row) for row in input_rows(done.stdout)], done.stderr[-2000:]
-
-
-def test_the_whole_set_in_one_run_ends_as_any_other(at_once: tuple[int, list[Said], str]) -> None:
-    """Rows that name other files of the set, with a category of their own, are among it."""
-    code, said, last = at_once
-    assert code in (0, 1), last
-    assert "Traceback" not in last
+    assert done.returncode in (0, 1), done.stderr[-2000:]
+    assert "Traceback" not in done.stderr[-2000:]
+    said = [Said.of(row) for row in input_rows(done.stdout)]
     assert not [told(one) for one in said if one.code.startswith("RUN") and one.code not in TWINS]
-
-
-def test_every_file_of_the_one_run_has_its_outcome(hostile: HostileSet, at_once: tuple[int, list[Said], str]) -> None:
-    """As the index says, or turned away as a copy of another file of the set."""
-    _, said, _ = at_once
     of: dict[str, list[Said]] = {}
     for one in said:
         of.setdefault(one.path, []).append(one)

@@ -10,18 +10,17 @@ from PIL import Image
 
 from casa_assets.families.build import FamilyRequest
 from casa_assets.model.registry.rows import Surface
-from casa_assets.show import review as review_page
 from casa_assets.show.page import page_models
 from casa_assets.show.reports import catalogue, home, kitchens, library_page
-from casa_assets.show.reports.catalogue import MemberPictures
+from casa_assets.show.reports.catalogue import member_row
+from casa_assets.show.view import review as review_page
 from tests.consumers.test_review_keys import reviewed_page
 from tests.support.library.built_libraries import keep
 from tests.support.program.browser import Browser, Page
 from tests.unit.library.test_alike import FIRST, LARGE, OTHER
 from tests.unit.show.reports.test_catalogue import APPLE
 from tests.unit.show.reports.test_kitchen_pages import kitchen_page, scene
-from tests.unit.show.reports.test_library_page import entry
-from tests.unit.show.reports.test_reject_page import CASES, refused
+from tests.unit.show.reports.test_library_page import CASES, entry, refused
 
 pytestmark = pytest.mark.consumers
 ROWS = "#list .id"
@@ -89,7 +88,7 @@ def kinds(library: Path, rooms: Path, tmp_path_factory: pytest.TempPathFactory) 
     folder = tmp_path_factory.mktemp("kinds")
     shutil.copytree(library.parent, folder / "library")
     shots = ("closed.webp", "open.webp", "on.webp")
-    preset = MemberPictures(FamilyRequest("hob", preset="gas"), shots, 9.5, (0.5, 0.5, 0.1))
+    preset = member_row(FamilyRequest("hob", preset="gas"), shots, 9.5, (0.5, 0.5, 0.1))
     explained = {"NKB004": "Work aisle: Fronts that face each other are at least 1.067 m apart; move the rows apart."}
     pages = {
         "kitchen": kitchen_page(explained),
@@ -189,14 +188,6 @@ def test_a_row_opens_by_a_click_and_in_3d(browser: Browser, library: Path) -> No
     assert page.texts("#detail-title") != []  # the key closed the model alone
 
 
-def test_what_changed_leads_to_its_row(browser: Browser, library: Path) -> None:
-    page = browser.open(f"{library.absolute().as_uri()}#tab=changes")
-    page.wait("#panel-changes")
-    page.click(f'#panel-changes a[href="#{LARGE.id}"]')
-    page.wait("#detail")
-    assert page.texts("#detail-title") == [LARGE.id]
-
-
 def test_a_page_of_many_shows_the_pictures_of_the_library(
     browser: Browser, library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -225,16 +216,6 @@ def test_a_kitchen_is_found_among_many(browser: Browser, rooms: Path, width: int
     assert address(page) == "#q=oak+ebony&id=galley__rustic"
     page.assert_clean()
     assert page.fits
-
-
-def test_filters_of_kitchens_count_what_they_would_leave(browser: Browser, rooms: Path) -> None:
-    page = opened(browser, rooms, "#plan=galley")
-    page.wait("text=201 of 601")
-    assert page.texts('#facets button[data-place="plan=l_small"] .number') == ["200"]
-    assert page.texts('#facets button[data-place="task=open_drawer"] .number') == ["201"]
-    page.click('#facets button[data-place="plan=l_small"]')
-    page.wait("text=401 of 601")
-    assert address(page) == "#plan=galley&plan=l_small"
 
 
 def test_the_page_about_a_folder_is_clean(browser: Browser, library: Path, tmp_path: Path) -> None:

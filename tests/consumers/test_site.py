@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from lxml import html
 
+from tests.support.program.browser import Browser
 from tests.support.program.documents import ROOT, pages
 
 pytestmark = pytest.mark.consumers
@@ -72,14 +73,6 @@ def test_what_pages_load_is_there(site: Path) -> None:
             assert path.startswith("data:") or (page.parent / path).exists(), f"{page}: {address}"
 
 
-def test_the_search_needs_no_server(site: Path) -> None:
-    """Its index is a script that a page opened from a folder may load, and so is what stands in for a worker."""
-    text = (site / "search" / "search_index.js").read_text(encoding="utf-8")
-    assert text.startswith("var __index = ")
-    assert "Quaternions" in text
-    assert "IFrameWorker" in (site / "assets" / "iframe-worker" / "shim.js").read_text(encoding="utf-8")
-
-
 def test_every_page_is_in_the_site(site: Path) -> None:
     written = [page for page in pages() if page.startswith("docs/")]
     assert len(written) > 20
@@ -103,11 +96,17 @@ def test_a_dead_link_is_an_error(tmp_path: Path) -> None:
     assert "nowhere.md" in done.stdout + done.stderr
 
 
-def test_what_is_loaded_from_elsewhere_is_found(tmp_path: Path) -> None:
-    page = tmp_path / "page.html"
-    page.write_text(
-        '<link rel="stylesheet" href="//fonts.example/a.css"><style>b {background: url(https://x.example/b.png)}</style>'
-        '<img src="here.png"><a href="https://read.example">read</a>',
-        encoding="utf-8",
-    )
-    assert [a for a in loaded(page) if ELSEWHERE.match(a)] == ["//fonts.example/a.css", "https://x.example/b.png"]
+@pytest.mark.parametrize("dark", [False, True])
+def test_it_is_searched_without_a_server(site: Path, browser: Browser, dark: bool) -> None:
+    page = browser.open(site / "index.html", dark=dark)
+    page.click("input.md-search__input")
+    page.wait("text=Type to start searching")  # the index is read
+    page.fill("input.md-search__input", "parking place")
+    page.press("End", "input.md-search__input")  # it searches when a key is let go
+    page.wait(".md-search-result__item a")
+    found = page.evaluate("[...document.querySelectorAll('.md-search-result__item a')].map(a => a.href)")
+    assert any("scene_json.html" in address for address in found), found
+    page.click(".md-search-result__item a")
+    page.wait("h1")
+    assert page.errors == []
+    assert page.strange_requests == []

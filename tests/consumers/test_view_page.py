@@ -107,12 +107,6 @@ def test_another_style_takes_its_place_with_the_doors_as_they_stood(browser: Bro
     page.assert_clean()
 
 
-def test_a_phone_in_the_dark(browser: Browser, microwave: ViewServer) -> None:
-    page = shown(browser, microwave, width=390, height=844, dark=True, touch=True)
-    assert page.fits
-    page.assert_clean()
-
-
 def test_what_goes_wrong_is_told_on_the_page(browser: Browser, tmp_path: Path, cache: Path) -> None:
     from casa_assets.show.view.subject import AssetFolder
 

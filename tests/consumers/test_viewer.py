@@ -13,23 +13,18 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from casa_assets.core.system import cache_dir
 from casa_assets.formats.gltf import EVERYTHING, asset_glb, scene_glb
 from casa_assets.layouts.run.check import check_one
 from casa_assets.layouts.run.recipe import SceneRecipe
-from casa_assets.layouts.run.resolve import build_scene
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.show.page import page_template
-from casa_assets.show.page.model_files import ModelFiles, put_model, put_viewer, viewer_script
-from casa_assets.show.page.page_models import models_of, write_models
+from casa_assets.show.page.page_template import ModelFiles, put_model, put_viewer, viewer_script
 from casa_assets.show.reports import catalogue
-from casa_assets.show.reports.catalogue import DrawnCategory
-from casa_assets.show.reports.library_page import write
+from casa_assets.show.reports.catalogue import category_row
 from tests.support.asset.articulated_assets import grill
 from tests.support.asset.assets import EVERY, microwave
 from tests.support.kitchen.scenes import corner
-from tests.support.library.built_libraries import keep, loose_and_fixed
 from tests.support.program.browser import HOME, Browser, Page
 
 pytestmark = pytest.mark.consumers
@@ -166,15 +161,6 @@ def test_a_phone_in_the_dark(browser: Browser, oven_page: Path) -> None:
     page.assert_clean()
 
 
-def test_labels_follow_and_go(browser: Browser, oven_page: Path) -> None:
-    page = opened(browser, oven_page)
-    page.evaluate("window.undo = shown.addLabels([{ text: 'here', position: [0, 0, 0.1] }]), shown.redraw()")
-    page.wait("text=here")
-    assert page.evaluate("undo(), document.querySelectorAll('.cv-label').length") == 0
-    page.evaluate("window.undo = shown.addDiscs([{ position: [0, 0, 0], radius: 0.3, color: '#1f6feb' }])")
-    page.assert_clean()
-
-
 def test_what_cannot_be_loaded_is_told(browser: Browser, oven_page: Path, tmp_path: Path) -> None:
     page = browser.open(page_of(tmp_path, "gone", b"glTF"))
     (tmp_path / "gone.glb.js").unlink()
@@ -203,16 +189,11 @@ def test_the_page_of_a_kitchen(browser: Browser, tmp_path: Path) -> None:
     page.assert_clean()
 
 
-def test_a_whole_kitchen_is_bounded_in_size() -> None:
-    _, scene = build_scene(SceneRecipe("one_wall_small", "coastal"), cache_dir())
-    assert len(scene_glb(scene, EVERYTHING)) < 10_000_000
-
-
 def test_a_member_of_a_catalogue_in_a_dialog(browser: Browser, tmp_path: Path) -> None:
     asset = grill()
     script = f"models/{put_model(tmp_path / 'models', 'apple_0', asset_glb(asset, EVERYTHING))}"
     model = ModelFiles("apple_0", script, f"models/{put_viewer(tmp_path / 'models')}")
-    row = DrawnCategory("apple", "objects/apple.webp", (0.15,), (0.071,), (900,), (1,), (model,))
+    row = category_row("apple", "objects/apple.webp", (0.15,), (0.071,), (900,), (1,), (model,))
     (tmp_path / "index.html").write_text(catalogue.page([], [row], {}), encoding="utf-8")
     (tmp_path / "objects").mkdir()
     Image.new("RGB", (144, 144), (180, 40, 30)).save(tmp_path / "objects" / "apple.webp")
@@ -224,18 +205,6 @@ def test_a_member_of_a_catalogue_in_a_dialog(browser: Browser, tmp_path: Path) -
     page.pause(0.5)
     assert page.evaluate("document.querySelectorAll('dialog').length") == 0
     assert page.evaluate("document.activeElement.dataset.name") == "apple_0"
-    page.assert_clean()
-
-
-def test_an_asset_of_a_library(browser: Browser, tmp_path: Path) -> None:
-    library = keep(tmp_path / "lib", loose_and_fixed())
-    target = library / "report.html"
-    list(write_models(library, target, jobs=1))
-    write(library, target, models=models_of(target))
-    page = browser.open(f"{target.as_uri()}#id=microwave_0123456789")
-    page.click('role=button[name="Open in 3D"]')
-    page.wait(f"dialog {READY}")
-    assert page.texts("dialog .cv-joint label") == ["Door"]
     page.assert_clean()
 
 

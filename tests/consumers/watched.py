@@ -56,7 +56,6 @@ _PAGES_IN_A_BROWSER = Watched(
     ("browser",),
     _package(
         "show/reports",
-        "show/review.py",
         "show/view",
         "show/page",
         "articulate/run/review_page.py",
@@ -69,7 +68,7 @@ _BATCHES = Watched(
 _CLUSTER = Watched(("ray",), _package("runs", "ingest/run"))
 _STORES = Watched(("stores",), _package("library", "runs/remote.py", "ingest/sources"))
 
-_OWN = Watched((), _package("cli/project_runs.py", "cli/project", "projects.py", "registry"))
+_OWN = Watched((), _package("cli/verbs/project.py", "cli/starter", "projects.py", "registry"))
 _ROBOCASA = Watched(
     ("robocasa",),
     _package("checks/design/robot", "model/registry/contract.py", "addons/robocasa/writers", "addons/robocasa/run.py"),
@@ -84,7 +83,6 @@ WATCHED = {
     "own/test_rows.py": _OWN,
     "robocasa/test_fixtures.py": _ROBOCASA,
     "robocasa/test_start_states.py": _ROBOCASA,
-    "test_batch_forms.py": _BATCHES,
     "test_batches.py": _BATCHES,
     "test_blend_files.py": Watched(
         ("blender",), _package("core/system.py", "formats/read/blend.py", "formats/read/blend_convert.py")
@@ -99,15 +97,16 @@ WATCHED = {
     "test_notebook.py": Watched((), ("docs/quickstart.ipynb", "casa_assets/api", "casa_assets/__init__.py")),
     "test_old_mujoco.py": Watched(("mujoco331", "mujoco337"), _MJCF),
     "test_pages_of_many.py": _PAGES_IN_A_BROWSER,
-    "test_photoreal.py": Watched(("blender",), _package("core/system.py", "show/stills/photoreal")),
+    "test_photoreal.py": Watched(
+        ("blender",), _package("core/system.py", "show/stills/photoreal.py", "show/stills/blender")
+    ),
     "test_review_keys.py": _PAGES_IN_A_BROWSER,
     "test_robocasa_tasks.py": _ROBOCASA,
     "test_robots.py": Watched(
         ("robots",),
         _package("checks/robots.py", "core/hand_dynamics.py", "addons/robots", "cli/verbs/scenes.py"),
     ),
-    "test_site.py": Watched(("docs",), ("docs", "mkdocs.yml")),
-    "test_site_in_browser.py": Watched(("browser", "docs"), ("docs/hooks", "docs/stylesheets", "mkdocs.yml")),
+    "test_site.py": Watched(("browser", "docs"), ("docs", "mkdocs.yml")),
     "test_store_sources.py": _STORES,
     "test_stores.py": _STORES,
     "test_urdf.py": Watched(

@@ -1,22 +1,26 @@
-"""casa-assets check, doctor, review: what assets fail, what this machine lacks, what a person has to decide."""
+"""casa-assets check, checks, doctor, review, categories, schemas: what fails, what is missing, what is known."""
 
 from __future__ import annotations
 
+import json
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.text import Text
 
 from casa_assets.cli import completion
-from casa_assets.cli.options import LIBRARY_HELP, OUT_HELP, Browser, Port, library_at, more, shared
-from casa_assets.cli.output import Output, measures_at, pluralize
+from casa_assets.cli.group import Verb, group_of
+from casa_assets.cli.options import LIBRARY_HELP, OUT_HELP, AsJson, Browser, Port, library_at, more, shared
+from casa_assets.cli.output import Output, TextTable, from_column, measures_at, pluralize
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from casa_assets.cli.doctor import Finding
+    from casa_assets.model.registry.category import Category, SizeRange
 
 
 @shared
@@ -81,52 +85,42 @@ def doctor(
     found = findings(out)
     missing = [finding for finding in found if finding.needed and not finding.ok]
     for finding in found:
-        output.row({"id": finding.subject, "verdict": _verdict(finding), **finding.model_dump(mode="json")})
+        verdict = "passed" if finding.ok else "failed" if finding.needed else "note"
+        output.row({"id": finding.subject, "verdict": verdict, **finding.model_dump(mode="json")})
     if not output.as_json:
-        _print(found, output)
+        _print_findings(found, output)
     if missing:
         output.wrong(f"Needed and missing: {', '.join(finding.subject for finding in missing)}.")
         raise typer.Exit(1)
     output.line("Everything that is needed is here.")
 
 
-def _verdict(finding: Finding) -> str:
-    return "passed" if finding.ok else "failed" if finding.needed else "note"
-
-
-def _print(found: Sequence[Finding], output: Output) -> None:
+def _print_findings(found: Sequence[Finding], output: Output) -> None:
     """Print what is wrong, then what else there is to say; optional packages and those that are here on a line each."""
+    draws = any(f.ok for f in found if f.subject.startswith(RENDERER))
     wrong = [finding for finding in found if finding.needed and not finding.ok]
     rest = [finding for finding in found if finding not in wrong]
-    notes = [finding for finding in rest if not finding.ok]
+    packages = [finding for finding in rest if finding.subject.startswith(PACKAGE)]
     for finding in wrong:
-        _print_line(finding, output)
+        _print_finding(finding, output)
     if output.verbose:
         for finding in rest:
-            _print_line(finding, output)
+            _print_finding(finding, output)
         return
-    packages = [finding for finding in rest if finding.subject.startswith(PACKAGE)]
-    for finding in notes:
-        if finding not in packages and not _is_noise(finding, found):
-            _print_line(finding, output)
-    names = [finding.subject.removeprefix(PACKAGE) for finding in packages if not finding.ok]
-    if names:
+    # Where one renderer draws, nothing is to be said of single ones.
+    shown = [f for f in rest if f not in packages and not (draws and f.subject.startswith(RENDERER))]
+    for finding in (one for one in shown if not one.ok):
+        _print_finding(finding, output)
+    if names := [finding.subject.removeprefix(PACKAGE) for finding in packages if not finding.ok]:
         words = f"optional, not installed or of another version: {', '.join(names)}; --verbose says more"
         output.console.print(_line("note", "yellow", "packages", words), soft_wrap=True, highlight=False)
-    here = sum(finding.ok for finding in packages)
-    if here:
+    if here := sum(finding.ok for finding in packages):
         output.console.print(_line("ok", "green", "packages", f"{here} are here"), highlight=False)
-    for finding in rest:
-        if finding.ok and finding not in packages and not _is_noise(finding, found):
-            _print_line(finding, output)
+    for finding in (one for one in shown if one.ok):
+        _print_finding(finding, output)
 
 
-def _is_noise(finding: Finding, found: Sequence[Finding]) -> bool:
-    """True for single renderers where there is one that draws."""
-    return finding.subject.startswith(RENDERER) and any(f.ok for f in found if f.subject.startswith(RENDERER))
-
-
-def _print_line(finding: Finding, output: Output) -> None:
+def _print_finding(finding: Finding, output: Output) -> None:
     mark = ("ok", "green") if finding.ok else ("MISSING", "bold red") if finding.needed else ("note", "yellow")
     fix = f"; run: {finding.fix}" if finding.fix and not finding.ok else ""
     line = _line(*mark, finding.subject.removeprefix(PACKAGE), f"{finding.message}{fix}")
@@ -156,8 +150,8 @@ def review(
     """
     from casa_assets.errors import OutputError
     from casa_assets.runs.outcome import writing
-    from casa_assets.show.local_server import open_in_browser
-    from casa_assets.show.review import ARTICULATED, ReviewServer
+    from casa_assets.show.view.review import ARTICULATED, ReviewServer
+    from casa_assets.show.view.server import open_in_browser
 
     console = Console(soft_wrap=True, highlight=False)
     place = library_at(library)
@@ -181,3 +175,217 @@ def review(
             for page in pages if browser else ():
                 open_in_browser(page)
             server.serve_forever()
+
+
+# What becomes of a subject for which a check fails.
+EFFECTS = {
+    "error": "error: what fails is kept out of the library",
+    "warning": "warning: advice that is kept with the asset",
+    "rejection": "rejection: the input was not taken",
+}
+
+
+def checks(
+    codes: Annotated[
+        list[str] | None, typer.Argument(help="Codes of reports, such as USD002; none: all checks.")
+    ] = None,
+    as_markdown: Annotated[
+        bool, typer.Option("--markdown", help="Print Markdown, as in docs/reference/checks.md.")
+    ] = False,
+    json_: AsJson = False,
+) -> None:
+    """List every check, or explain codes of a report: what is tested, its limit, and what to do when it fails.
+
+    Exit 0 when it is printed, 2 when there is no such code.
+
+    Examples:
+
+      casa-assets checks
+      casa-assets checks USD002 FLT005
+    """
+    from casa_assets.errors import UnknownId
+    from casa_assets.show.reports.checks_page import check_facts, checks_markdown, every_code
+
+    if as_markdown:
+        typer.echo(checks_markdown(), nl=False)
+        return
+    known = every_code() if codes else {}
+    wanted = [code.upper() for code in codes or ()]
+    for code in wanted:
+        if code not in known:
+            raise UnknownId("code", code, known, "`casa-assets checks` lists them")
+    output = Output(json_)
+    found = [known[code] for code in wanted] or list(check_facts())
+    for facts in found:
+        row = asdict(facts)
+        output.row({"id": row.pop("code"), **row})
+    if json_:
+        return
+    about = "what is tested, and what to do"
+    table = TextTable(("code", "title", "severity", "limit", about), sentences=("title", about))
+    for facts in found:
+        limit = "" if facts.limit is None else f"{facts.limit:g} {facts.unit}".strip()
+        if not wanted:
+            table.add(facts.code, facts.title, facts.severity, limit, facts.about)
+            continue
+        output.line(f"{facts.code}  {facts.title}")
+        for name, words in {"severity": EFFECTS[facts.severity], "looks at": facts.subject, "limit": limit}.items():
+            if words:
+                output.line(f"  {name + ':':10} {words}")
+        output.line(f"  {facts.about}")
+    table.print(output.console)
+
+
+def schemas(
+    name: Annotated[
+        str,
+        typer.Argument(
+            help="scene, scene_report, asset, behavior, plan or style; none: list them.", show_default=False
+        ),
+    ] = "",
+    json_: AsJson = False,
+) -> None:
+    """Print the JSON Schema of scene.json, asset.json, behavior.json, the report.json of a kitchen, a plan or a style.
+
+    With --json each is one line, with the file that it describes. Exit 0 when it is printed, 2 when there is no schema
+    of this name.
+
+    Example: casa-assets schemas scene > scene.schema.json
+    """
+    from casa_assets.api.schemas import SCHEMAS, schema_text, title_of
+
+    output = Output(json_)
+    for known in (name,) if name else SCHEMAS:
+        text = schema_text(known)  # raises UnknownId
+        output.row({"id": known, "file": title_of(known), "schema": json.loads(text)})
+        if not json_:
+            typer.echo(text if name else known, nl=not name)
+
+
+categories = group_of(
+    "categories", "Categories of things: usual size and mass, substance, other names, what builds them: list, show."
+)
+
+
+@categories.command("list", cls=Verb)
+def list_categories(json_: AsJson = False) -> None:
+    """List every category with its class, usual size and mass, and what builds it.
+
+    First those that `ingest` assigns to meshes, then those of fixtures, which families build. Exit 0.
+
+    Example:  casa-assets categories list
+    """
+    output, builders = Output(json_), _builders()
+    heads = ("longest, m", "mass, kg")
+    table = TextTable(("category", "class", *heads, "built by", *from_column()), right=heads, sentences=("built by",))
+    for category in _all().values():
+        row = _row(category, builders.get(category.id, ()))
+        output.row(row)
+        usual = (f"{category.longest_m.typical:g}", f"{category.mass_kg.typical:g}")
+        table.add(category.id, category.parent, *usual, ", ".join(row["built_by"]), row["from"])
+    if not json_:
+        table.print(output.console)
+        output.line(pluralize(len(table.rows), "category"))
+
+
+@categories.command(cls=Verb)
+def show(
+    names: Annotated[list[str], typer.Argument(help="Ids of categories.", autocompletion=completion.categories)],
+    json_: AsJson = False,
+) -> None:
+    """Print what is known of categories: usual size and mass, substance, other names, what builds them.
+
+    Exit 0 when there are such categories, 2 when there are not.
+
+    Example:  casa-assets categories show mug microwave
+    """
+    from casa_assets.errors import UnknownId
+
+    output, known, builders = Output(json_), _all(), _builders()
+    for name in names:
+        if name not in known:
+            raise UnknownId("category", name, known)
+    for name in names:
+        row = _row(known[name], builders.get(name, ()))
+        output.row(row)
+        if not json_:
+            _print_category(row, output)
+
+
+def _all() -> Mapping[str, Category]:
+    from casa_assets import registry
+
+    known = registry.load()
+    return {**known.categories, **known.fixtures}
+
+
+def _builders() -> dict[str, tuple[str, ...]]:
+    """Category -> commands that build one: of families, and of objects by their form."""
+    from casa_assets.registry.families import families
+    from casa_assets.registry.objects import object_names
+
+    found: dict[str, tuple[str, ...]] = {}
+    for made in families().values():
+        found[made.category] = (*found.get(made.category, ()), f"families build {made.name}")
+    for name in object_names():
+        found[name] = (*found.get(name, ()), f"objects build {name}")
+    return found
+
+
+def _row(category: Category, builders: tuple[str, ...]) -> dict[str, Any]:
+    from casa_assets import registry
+    from casa_assets.registry.layered import origin_of_row
+    from casa_assets.registry.tables import look_alikes
+
+    table = "categories.yaml" if category.id in registry.load().categories else "fixtures.yaml"
+    kinds = look_alikes()
+    kind = kinds.get(category.id)
+    size = category.extents
+    return {
+        "id": category.id,
+        "class": category.parent,
+        "classes": [name for name in registry.load().classes_of(category) if name != category.id],
+        "size": [side.typical for side in size],
+        "size_low": [side.low for side in size],
+        "size_high": [side.high for side in size],
+        "longest": _range(category.longest_m),
+        "mass": category.mass_kg.typical,
+        "mass_range": _range(category.mass_kg),
+        "substance": category.substance,
+        "build": category.build.value,
+        "rests": category.upright.value,
+        "fixed": category.fixed,
+        "affords": [use.value for use in category.affords],
+        "aliases": list(category.aliases),
+        "lvis": list(category.lvis),
+        "looks_like": sorted(name for name, other in kinds.items() if kind and other == kind and name != category.id),
+        "basis": {"size": category.basis.size.value, "mass": category.basis.mass.value},
+        "built_by": list(builders),
+        "from": origin_of_row(table, category.id),
+    }
+
+
+def _range(span: SizeRange) -> list[float]:
+    return [span.low, span.typical, span.high]
+
+
+def _print_category(row: dict[str, Any], output: Output) -> None:
+    size = " x ".join(f"{value:.3g}" for value in row["size"])
+    low, _, high = row["longest"]
+    light, _, heavy = row["mass_range"]
+    lines = {
+        "class": " > ".join(row["classes"]),
+        "size": f"{size} m, as it rests; longest side {low:g} to {high:g} m ({row['basis']['size']})",
+        "mass": f"{row['mass']:g} kg; {light:g} to {heavy:g} kg ({row['basis']['mass']})",
+        "substance": f"{row['substance']}, {row['build']}",
+        "rests": row["rests"] + (", fixed to the building" if row["fixed"] else ""),
+        "affords": ", ".join(row["affords"]),
+        "other names": ", ".join(row["aliases"]),
+        "looks like": ", ".join(row["looks_like"]),
+        "built by": ", ".join(f"casa-assets {command}" for command in row["built_by"]),
+        "from": row["from"] if from_column() else "",
+    }
+    output.line(row["id"])
+    for name, words in lines.items():
+        if words:
+            output.line(f"  {name + ':':12} {words}")

@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.markup import escape
 
 from casa_assets.cli import completion
 from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.options import LIBRARY_HELP, OUT_HELP, Jobs, Kitchens, WithReview, more, shared
-from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at, pluralize, terminal_safe
+from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at, pluralize, safe, terminal_safe
 
 if TYPE_CHECKING:
     from casa_assets.addons.robocasa.run import ExportResult as ExportedObject
@@ -58,19 +57,12 @@ def export_as(
         rows = export_assets(form, source, out, with_review)
     else:
         rows = export_scenes(form, scenes, out, jobs)
-    results: list[ExportResult] = []
-    with bar(output.console) as progress, closing(rows) as running:
-        task = progress.add_task("reading", total=None)
-        for result in running:
-            results.append(result)
-            progress.update(
-                task, total=result.total, completed=len(results), description=escape(terminal_safe(result.id))
-            )
+    results = _ended(rows, output)
     known = folders_by_id(source) if output.as_json and source is not None else {}
     for result in results:
         measured = {name: result.facts[name] for name in measures(None) if name in result.facts}
         row = {"id": result.id, form.name: result.file, "message": result.message}
-        row |= measured or measures_in(known, result.id)
+        row |= measured or measures_at(known.get(result.id))
         status = "exported" if result.file else "left_out" if result.is_left_out else "refused"
         output.row({"status": status, "verdict": status, "folder": str(out) if result.file else "", **row})
     if not output.as_json:
@@ -78,6 +70,19 @@ def export_as(
         look([result.id for result in results if result.file], source, output)
     if not all(result.file or result.is_left_out for result in results):
         raise typer.Exit(1)
+
+
+def _ended(running: Generator[Any, None, None], output: Output) -> list[Any]:
+    """Let an export run to its end under a bar, which counts results of each kind; all of them."""
+    results: list[Any] = []
+    counts: Counter[type] = Counter()
+    with bar(output.console) as progress, closing(running):
+        task = progress.add_task("reading", total=None)
+        for result in running:
+            results.append(result)
+            counts[type(result)] += 1
+            progress.update(task, total=result.total, completed=counts[type(result)], description=safe(result.id))
+    return results
 
 
 def look(ids: Sequence[str], source: Path | None, output: Output) -> None:
@@ -107,12 +112,7 @@ def folders_by_id(source: Path) -> dict[str, Path]:
     return {folder.name: folder for folder in Library(source).accepted()}
 
 
-def measures_in(known: dict[str, Path], asset_id: str) -> dict[str, Any]:
-    """Mass and size of an asset; null if it is not among those known."""
-    return measures_at(known[asset_id]) if asset_id in known else measures(None)
-
-
-def _print_results(results: list[ExportResult], out: Path, what: str, word: str, output: Output) -> None:
+def _print_results(results: Sequence[ExportResult], out: Path, what: str, word: str, output: Output) -> None:
     for result in results:
         if result.file:
             output.detail(f"exported {terminal_safe(result.id)}: {result.file}")
@@ -239,13 +239,15 @@ def robocasa(
       casa-assets export robocasa lib --out ours --json > rows.jsonl
       casa-assets export robocasa lib --scenes 'l_small__*' --out ours
     """
-    from casa_assets.addons.robocasa.run import export, report_tasks
+    from casa_assets.addons.robocasa.run import KitchenResult, export, report_tasks
     from casa_assets.layouts.run.recipe import recipes_named
 
     if source is None and not scenes:
         raise typer.BadParameter("give a library, --scenes, or both")
     recipes = recipes_named(scenes or [], states or SCENES)
-    results, kitchens = _watch(export(source, out, registry, recipes, jobs, with_review, states), output)
+    done = _ended(export(source, out, registry, recipes, jobs, with_review, states), output)
+    kitchens = [result for result in done if isinstance(result, KitchenResult)]
+    results = [result for result in done if not isinstance(result, KitchenResult)]
     _print_json(results, kitchens, out, folders_by_id(source) if output.as_json and source else {}, output)
     if not output.as_json:
         _print_objects(results, out, output)
@@ -260,34 +262,12 @@ def robocasa(
         raise typer.Exit(1)
 
 
-def _watch(
-    running: Generator[ExportedObject | KitchenResult, None, None], output: Output
-) -> tuple[list[ExportedObject], list[KitchenResult]]:
-    """Let an export run to its end under a bar; its objects and its kitchens."""
-    from casa_assets.addons.robocasa.run import KitchenResult
-
-    results: list[ExportedObject] = []
-    kitchens: list[KitchenResult] = []
-    with bar(output.console) as progress, closing(running):
-        task = progress.add_task("reading", total=None)
-        for result in running:
-            done: list[ExportedObject] | list[KitchenResult]
-            if isinstance(result, KitchenResult):
-                kitchens.append(result)
-                done = kitchens
-            else:
-                results.append(result)
-                done = results
-            progress.update(task, total=result.total, completed=len(done), description=escape(terminal_safe(result.id)))
-    return results, kitchens
-
-
 def _print_json(
     results: list[ExportedObject], kitchens: list[KitchenResult], out: Path, known: dict[str, Path], output: Output
 ) -> None:
-    """A line for each object, then one for each kitchen."""
     for result in results:
-        row = {name: value for name, value in vars(result).items() if name != "total"} | measures_in(known, result.id)
+        row = {**vars(result), **measures_at(known.get(result.id))}
+        del row["total"]
         status = "exported" if result.model else "left_out"
         output.row({"status": status, "verdict": status, "folder": str(out) if result.model else "", **row})
     for kitchen in kitchens:
@@ -296,16 +276,8 @@ def _print_json(
             output.row({**refused, **measures(None), "id": kitchen.id, "message": kitchen.message})
         else:
             written = {"status": "exported_kitchen", "verdict": "exported", "folder": str(out)}
-            output.row(
-                {
-                    **written,
-                    **kitchen.measured,
-                    "id": kitchen.id,
-                    "number": kitchen.number,
-                    "fixtures": kitchen.fixtures,
-                    "tasks": list(kitchen.tasks),
-                }
-            )
+            facts = {name: getattr(kitchen, name) for name in ("id", "number", "fixtures", "tasks")}
+            output.row({**written, **kitchen.measured, **facts})
 
 
 def _print_kitchens(kitchens: list[KitchenResult], out: Path, output: Output) -> None:
@@ -367,7 +339,5 @@ def _print_objects(results: list[ExportedObject], out: Path, output: Output, max
 app = group_of("export", "Libraries and kitchens in the form that another program reads.")
 
 
-app.command(cls=Verb)(glb)
-app.command(cls=Verb)(robocasa)
-app.command(cls=Verb)(urdf)
-app.command(cls=Verb)(plugin)
+for verb in (glb, robocasa, urdf, plugin):
+    app.command(cls=Verb)(verb)

@@ -1,4 +1,4 @@
-"""casa-assets families: list, show and build parametric fixtures."""
+"""casa-assets families, objects: list, show and build parametric fixtures and loose objects; the catalogue."""
 
 from __future__ import annotations
 
@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from casa_assets.cli import completion
-from casa_assets.cli.build_output import end, follow_members, print_member, print_members
+from casa_assets.cli.batch_output import end_builds, print_problems, seconds_of
 from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.options import (
+    ALL_HELP,
+    COUNT_HELP,
+    WIDTH_HELP,
     All,
     AsJson,
     In3d,
@@ -22,18 +25,25 @@ from casa_assets.cli.options import (
     Seed,
     WidthPx,
     Workers,
+    more,
     shared,
 )
-from casa_assets.cli.output import Output, TextTable, from_column, pluralize, working_on
+from casa_assets.cli.output import Output, TextTable, from_column, issue_rows, measures_at, pluralize, working_on
 
 if TYPE_CHECKING:
-    from casa_assets.families.build import FamilyResult
+    from collections.abc import Iterable, Mapping, Sequence
 
-app = group_of("families", "Parametric cabinets, counters, appliances and small things: list, show, build, catalogue.")
+    from casa_assets.families.build import FamilyRequest, FamilyResult
+    from casa_assets.model.issue import Report
+
+families = group_of(
+    "families", "Parametric cabinets, counters, appliances and small things: list, show, build, catalogue."
+)
 HELP = "Families."
+MAX_TOLD = 12  # problems of one check of all members that are printed; the library keeps all of them
 
 
-@app.command("list", cls=Verb)
+@families.command("list", cls=Verb)
 def list_families(json_: AsJson = False) -> None:
     """List every family with its presets.
 
@@ -53,13 +63,13 @@ def list_families(json_: AsJson = False) -> None:
             added = plugin_families().get(member.name)
             source = f"plug-in {added[0].plugin.name}" if added else origin_of_row(f"families/{member.name}.yaml")
             output.row({"id": member.name, "group": group, "title": member.title, "presets": presets, "from": source})
-            table.add_from(member.name, group, member.title, ", ".join(presets), source)
+            table.add(member.name, group, member.title, ", ".join(presets), source)
     if not json_:
         table.print(output.console)
         output.line(pluralize(len(table.rows), "family"))
 
 
-@app.command(cls=Verb)
+@families.command(cls=Verb)
 @shared
 def show(
     output: Output,
@@ -107,10 +117,10 @@ def show(
             stem = request.title.replace("/", "_").replace("#", "n")
             for path in pictures(Path(result.folder), out, stem, width_px) if result.folder else ():
                 output.line(f"  {path}")
-    end(results, output)
+    end_builds(results, output)
 
 
-@app.command(cls=Verb)
+@families.command(cls=Verb)
 @shared
 def build(
     output: Output,
@@ -139,12 +149,10 @@ def build(
     if not names and not all_:
         raise typer.BadParameter("name families, or give --all")
     requests = requests_for([] if all_ else names or [], samples, seed, presets or not samples)
-    results = follow_members(build_all(requests, library, workers, pictures), requests, output)
-    print_members(results, output)
-    end(results, output)
+    end_builds(_follow(build_all(requests, library, workers, pictures), requests, output), output)
 
 
-@app.command(cls=Verb)
+@families.command(cls=Verb)
 @shared
 def catalogue(
     output: Output,
@@ -180,3 +188,163 @@ def catalogue(
     output.made("catalogue", out, page=last, count=len(titles))
     output.line(f"Catalogue: {last}")
     output.look_at_file(Path(last))
+
+
+objects = group_of("objects", "Loose objects, generated: food, tableware, packages; list, show, build.")
+Names = Annotated[list[str], typer.Argument(help="Categories.", autocompletion=completion.objects)]
+
+
+@objects.command("list", cls=Verb)
+def list_objects(json_: AsJson = False) -> None:
+    """List every category of which objects can be generated.
+
+    Exit 0.
+
+    Example:  casa-assets objects list
+    """
+    from casa_assets.registry.layered import origin_of_row
+    from casa_assets.registry.objects import object_family, object_files
+
+    output = Output(json_)
+    table = TextTable(("category", "group", "form", "about", *from_column()), sentences=("about",))
+    for group, names in object_files().items():
+        for name in names:
+            member = object_family(name)
+            about = member.description
+            source = origin_of_row(f"objects/{group}.yaml", name)
+            facts = {"group": group, "form": member.form, "about": about, "from": source}
+            output.row({"id": name, "category": name, **facts})
+            table.add(name, group, member.form or "", about, source)
+    if not json_:
+        table.print(output.console)
+        output.line(pluralize(len(table.rows), "category"))
+
+
+@objects.command("show", cls=Verb)
+@shared
+def show_objects(
+    output: Output,
+    names: Names,
+    out: Out = Path("out/objects/sheets"),
+    count: Annotated[int, typer.Option(min=1, max=400, help=COUNT_HELP)] = 16,
+    seed: Seed = 0,
+    width_px: Annotated[int, typer.Option(min=64, max=1024, help=WIDTH_HELP)] = 224,
+) -> None:
+    """Draw the first members of categories, on one sheet for each; nothing is checked.
+
+    Exit 0 when all were drawn, 2 on misuse.
+
+    Example:  casa-assets objects show apple banana --out /tmp/look
+    """
+    from casa_assets.families.object_sheets import write_sheet
+    from casa_assets.registry.objects import object_family
+    from casa_assets.runs.outcome import writing
+
+    for name in names:
+        object_family(name)  # raises UnknownId before anything is made
+    with writing(out), working_on(output.console, "drawing", names) as done:
+        out.mkdir(parents=True, exist_ok=True)
+        for name in names:
+            path = write_sheet(name, out, count, seed, width_px)
+            done(name)
+            output.made(name, out, picture=str(path), count=count)
+            output.line(str(path))
+    output.look(names[0])
+
+
+@objects.command("build", cls=Verb)
+@shared
+def build_objects(
+    output: Output,
+    names: Annotated[list[str] | None, typer.Argument(help="Categories.", autocompletion=completion.objects)] = None,
+    all_: Annotated[bool, typer.Option("--all", help=more(ALL_HELP, "every category."))] = False,
+    count: Annotated[int, typer.Option(min=1, max=4000, help=COUNT_HELP)] = 17,
+    seed: Seed = 0,
+    library: LibraryOut = Path("out/objects"),
+    workers: Workers = 0,
+) -> None:
+    """Build members into a library, as MJCF and USD, and run every check.
+
+    What the library has already stays as it is; killed and run again, it does what is missing. Exit 0 when all pass, 1
+    when some do not, 2 on misuse.
+
+    Example:  casa-assets objects build --all --count 17 --library out/objects
+    """
+    from casa_assets.checks.table.objects import ROWS
+    from casa_assets.families.build import build_all, object_requests
+    from casa_assets.library.analysis.library_report import read_library_report
+
+    if not names and not all_:
+        raise typer.BadParameter("name categories, or give --all")
+    requests = object_requests([] if all_ else names or [], count, seed)
+    results = _follow(build_all(requests, library, workers, drawn=False), requests, output)
+    if (whole := read_library_report(library)) is not None:
+        _print_together(whole.report, {row.code: row.title for row in ROWS}, output)
+    output.next_command("report", "--library", library)
+    end_builds(results, output)
+
+
+def _follow(running: Iterable[FamilyResult], requests: Sequence[FamilyRequest], output: Output) -> list[FamilyResult]:
+    """Print each member that failed, and as JSON or in many words each, as it is done; then medians; returns all."""
+    from casa_assets.families.build import summary
+
+    results: list[FamilyResult] = []
+    with working_on(output.console, "building", [request.title for request in requests]) as done:
+        for result in running:
+            results.append(result)
+            done(result.request.title)
+            print_member(result, output)
+    names = ("family", "passed", "of", "build s", "write s", "draw s", "check s", "CPU s", "MB")
+    table = TextTable(names, right=names[1:], title="median per member")
+    for row in summary(results):
+        table.add(*row)
+    table.print(output.console)
+    if kept := sum(result.is_kept for result in results):
+        output.line(f"{kept} of {len(results)} were there already and stay as they are")
+    return results
+
+
+def print_member(result: FamilyResult, output: Output, always: bool = False) -> None:
+    """Print whether a member passed, how long it took, and every issue.
+
+    Args:
+        always: also of a member that passed, where the user did not ask for more words.
+    """
+    row = {
+        "member": result.request.title,
+        "id": result.asset_id,
+        "folder": result.folder,
+        "verdict": "passed" if result.passed else "failed",
+        **measures_at(result.folder if result.passed else None),
+        "passed": result.passed,
+        "kept": result.is_kept,
+        "message": result.message,
+        "issues": issue_rows(result.problems),
+        **seconds_of(result, 4),
+        "cpu_s": round(result.cpu_s, 4),
+        "bytes": result.size_bytes,
+    }
+    output.row(row)
+    if result.passed and not (always or output.verbose):
+        return
+    mark = "[green]passed[/]" if result.passed else "[red]failed[/]"
+    seconds = f"build {result.build_s:.2f} s, write {result.write_s:.2f} s, check {result.check_s:.2f} s"
+    where = f" {result.asset_id} ({seconds}, {result.size_bytes / 1e6:.2f} MB)" if result.asset_id else ""
+    output.styled(f"{mark} [bold]{result.request.title}[/]{where}", is_wrong=not result.passed)
+    print_problems(result, output)
+
+
+def _print_together(report: Report, titles: Mapping[str, str], output: Output) -> None:
+    """Print what the checks of all members together found, the first few problems of each.
+
+    Args:
+        report: of a library. titles: code -> title of the checks to print.
+    """
+    for result in (one for one in report.results if one.code in titles):
+        number = result.reason if result.number is None else f"{result.number:.3g} (limit {result.limit:g})"
+        output.line(f"{result.code} {titles[result.code]}: {result.status.value}, {number}")
+        found = [issue for issue in report.issues if issue.code == result.code]
+        for issue in found if output.verbose else found[:MAX_TOLD]:
+            output.line(f"  {issue.pointer}: {issue.message}")
+        if len(found) > MAX_TOLD and not output.verbose:
+            output.line(f"  and {len(found) - MAX_TOLD} more, in library.json")

@@ -1,4 +1,4 @@
-"""casa-assets scenes: new, list, build, check, sample, preview, pack, robots, states, batch; verbs of plans."""
+"""casa-assets scenes: kitchens built, checked, drawn and packed; plans checked, mended and fitted to a room."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from casa_assets.cli import build_output, completion
+from casa_assets.cli import batch_output, completion
 from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.options import (
     COUNT_HELP,
@@ -34,18 +34,19 @@ from casa_assets.cli.options import (
     more,
     shared,
 )
-from casa_assets.cli.output import Output, TextTable, from_column, measures_at
-from casa_assets.cli.verbs.plans import check_plan, fit
+from casa_assets.cli.output import Output, TextTable, from_column, measures_at, pluralize
 from casa_assets.model.kitchen.choices import JointWord, Surface
 
 if TYPE_CHECKING:
+    from casa_assets.layouts.check_plan.check import PlanCheck
     from casa_assets.layouts.run.recipe import SceneRecipe
     from casa_assets.runs.pool import Workers
 
 app = group_of("scenes", "Whole kitchens, a floor plan in a style: new, build, check, preview, pack and more.")
 OUT, PACKS = Path("out/scenes"), Path("out/packs")
-STYLE = "coastal"  # of a new kitchen, where none is named
+STYLE, TRIED_STYLE = "coastal", "modern_1"  # of a new kitchen, and of a plan that is tried, where none is named
 STYLE_TEXTURES = "style"  # --textures: those of the style
+STYLE_HELP = "Name of a style, see `scenes list`."
 NAMED = f"{SCENES_HELP[:-1]}, or 'l_*__coastal__o40' with 40 objects."
 MAX_OBJECTS = 60
 PASSES = 6
@@ -80,24 +81,21 @@ def list_scenes(json_: AsJson = False) -> None:
     from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names
     from casa_assets.registry.read import origin
 
-    output = Output(json_)
-    plans = TextTable(
-        ("plan", "what", "lengths that may vary, m", *from_column()), sentences=("what", "lengths that may vary, m")
-    )
+    output, lengths = Output(json_), "lengths that may vary, m"
+    plans = TextTable(("plan", "what", lengths, *from_column()), sentences=("what", lengths))
     for name in plan_names():
         plan, document = load_plan(name)
         source = origin(document.file)
         bounds = {k: [p.low, p.high] for k, p in plan.parameters.items()}
         output.row({"kind": "plan", "id": name, "title": plan.title, "lengths": bounds, "from": source})
-        lengths = ", ".join(f"{k} {low:g} to {high:g}" for k, (low, high) in bounds.items())
-        plans.add_from(name, plan.title, lengths, source)
+        words = ", ".join(f"{k} {low:g} to {high:g}" for k, (low, high) in bounds.items())
+        plans.add(name, plan.title, words, source)
     styles = TextTable(("style", "what", *from_column()), sentences=("what",))
     for name in style_names():
         style, document = load_style(name)
         source = origin(document.file)
-        about = style.description
-        output.row({"kind": "style", "id": name, "title": style.title, "about": about, "from": source})
-        styles.add_from(name, about, source)
+        output.row({"kind": "style", "id": name, "title": style.title, "about": style.description, "from": source})
+        styles.add(name, style.description, source)
     if json_:
         return
     plans.print(output.console)
@@ -145,9 +143,9 @@ def _build(
         from casa_assets.layouts.run.scene_folders import BuildOptions, build_all
 
         done = build_all(recipes, out, jobs, BuildOptions(drawn, at_eye_level, force))
-    results = build_output.follow(done, recipes, "building", output)
-    build_output.write_reports(results, out, output)
-    build_output.end(results, output)
+    results = batch_output.follow(done, recipes, "building", output)
+    batch_output.write_reports(results, out, output)
+    batch_output.end_builds(results, output)
 
 
 @app.command(cls=Verb)
@@ -174,11 +172,11 @@ def check(
 
     recipes = _recipes(scenes, all_, out)
     done = check_all(recipes, out, workers, force, drawn=pictures, in_3d=in_3d, at_eye_level=at_eye_level)
-    results = build_output.follow(done, recipes, "checking", output)
+    results = batch_output.follow(done, recipes, "checking", output)
     if not output.as_json:
-        build_output.print_numbers(results, out, output)
-    build_output.write_reports(results, out, output)
-    build_output.end(results, output)
+        batch_output.print_numbers(results, out, output)
+    batch_output.write_reports(results, out, output)
+    batch_output.end_builds(results, output)
 
 
 @app.command(cls=Verb)
@@ -205,10 +203,10 @@ def sample(
 
     recipes = draw_recipes(count, seed, objects)
     done = sample_all(recipes, out, workers, drawn=pictures, in_3d=in_3d)
-    results = build_output.follow(done, recipes, "drawing", output, lean=True)
-    build_output.print_sample(results, recipes, seed, out, output)
-    build_output.write_reports(results, out, output)
-    build_output.end(results, output, one_is_enough=True)
+    results = batch_output.follow(done, recipes, "drawing", output, lean=True)
+    batch_output.print_sample(results, recipes, seed, out, output)
+    batch_output.write_reports(results, out, output)
+    batch_output.end_builds(results, output, one_is_enough=True)
 
 
 @app.command(cls=Verb)
@@ -246,7 +244,7 @@ def preview(
     from casa_assets.runs.outcome import writing
     from casa_assets.show.reports.pictures import draw_scene
     from casa_assets.show.stills.kitchen import PictureSettings
-    from casa_assets.show.stills.photoreal.render import StillSettings
+    from casa_assets.show.stills.photoreal import StillSettings
 
     if photoreal and passes is not None:
         raise typer.BadParameter("is for pictures without --photoreal", param_hint="--passes")
@@ -302,10 +300,7 @@ def robots(
 
     recipes = _recipes(scenes, all_, out)
     done = certify_all(recipes, out, robot or robot_names(), models or find_robot_models(), jobs, force, joint or ())
-    results = build_output.follow(done, recipes, "reaching", output)
-    if not output.as_json:
-        build_output.print_robots(results, output)
-    build_output.end(results, output)
+    batch_output.follow_and_list(done, recipes, "reaching", batch_output.ROBOTS, output)
 
 
 @app.command(cls=Verb)
@@ -334,10 +329,7 @@ def states(
 
     recipes = _recipes(scenes, all_, out)
     done = draw_all(recipes, out, StateRequest(count, objects, doors, seed), jobs, force)
-    results = build_output.follow(done, recipes, "drawing", output)
-    if not output.as_json:
-        build_output.print_states(results, output)
-    build_output.end(results, output)
+    batch_output.follow_and_list(done, recipes, "drawing", batch_output.STATES, output)
 
 
 @app.command(cls=Verb)
@@ -369,10 +361,7 @@ def batch(
     recipes = _recipes(scenes, all_, out)
     request = BatchRequest(tuple(joints or JointWord), primitives or None)
     done = make_all(recipes, out, request, workers, force)
-    results = build_output.follow(done, recipes, "merging", output)
-    if not output.as_json:
-        build_output.print_batch_forms(results, output)
-    build_output.end(results, output)
+    batch_output.follow_and_list(done, recipes, "merging", batch_output.BATCHES, output)
 
 
 @app.command(cls=Verb)
@@ -399,31 +388,135 @@ def pack(
 
     if zip_ == usdz:
         raise typer.BadParameter("give one of --zip and --usdz")
-    kind = PackKind.ZIP if zip_ else PackKind.USDZ
-    done = pack_scene(scene, scenes_folder, kind, _pack_file(out or PACKS, scene, kind.value))
-    facts: dict[str, Any] = {
-        "kind": kind.value,
-        "files": done.files,
-        "bytes": done.size,
-        "sha256": done.sha256,
-        "built": done.built,
-    }
+    kind, target = PackKind.ZIP if zip_ else PackKind.USDZ, out or PACKS
+    if target == PACKS or target.is_dir():
+        target /= f"{scene}.{kind.value}"
+    elif target.suffix.lower() != f".{kind.value}":  # by which other programs go
+        target = target.with_name(f"{target.name}.{kind.value}")
+    done = pack_scene(scene, scenes_folder, kind, target)
+    facts: dict[str, Any] = {"kind": kind.value, "files": done.files, "bytes": done.size, "sha256": done.sha256}
     measured = measures_at(scenes_folder / done.scene_id)
-    output.made(done.scene_id, done.file.parent, measured, file=str(done.file), **facts)
+    output.made(done.scene_id, done.file.parent, measured, file=str(done.file), built=done.built, **facts)
     output.line(f"{done.file}: {done.files} files, {done.size / 1e6:.1f} MB")
     elsewhere = () if scenes_folder == OUT else ("--scenes-folder", scenes_folder)
     output.look(done.scene_id, *elsewhere)
 
 
-def _pack_file(out: Path, scene: str, suffix: str) -> Path:
-    """The file to write: other programs go by its suffix, so it always has the one of its kind."""
-    if out == PACKS or out.is_dir():
-        return out / f"{scene}.{suffix}"
-    return out if out.suffix.lower() == f".{suffix}" else out.with_name(f"{out.name}.{suffix}")
+def plan_file(named: Path) -> Path:
+    """The file of a plan that a user names: by its path, or as `scenes list` does. Raises UnknownId."""
+    from casa_assets.errors import UnknownId
+    from casa_assets.registry.kitchens import PLANS, plan_names
+    from casa_assets.registry.layered import stated_in
+
+    if named.is_file():
+        return named
+    if str(named) not in plan_names():
+        raise UnknownId("plan or file", str(named), plan_names(), "`casa-assets scenes list` names the plans")
+    return stated_in(f"{PLANS}/{named}.yaml")[-1]
 
 
-app.command("check-plan", cls=Verb)(check_plan)
-app.command(cls=Verb)(fit)
+PlanFile = Annotated[
+    Path,
+    typer.Argument(
+        help="A plan: a YAML file, or the name of one, see `scenes list`.",
+        callback=plan_file,
+        autocompletion=completion.plans,
+    ),
+]
+TriedStyle = Annotated[
+    str,
+    typer.Option("--style", help=more(STYLE_HELP, "the plan is tried with it."), autocompletion=completion.styles),
+]
+OutFile = Annotated[
+    Path | None, typer.Option("--out", help=more(OUT_HELP, "a YAML file that is not there yet."), dir_okay=False)
+]
+
+
+@app.command("check-plan", cls=Verb)
+@shared
+def check_plan(
+    output: Output,
+    file: PlanFile,
+    style: TriedStyle = TRIED_STYLE,
+    fix: Annotated[bool, typer.Option("--fix", help="Write the corrected plan to --out.")] = False,
+    out: OutFile = None,
+) -> None:
+    """Check a plan without building it: every fault with its line, and the nearest correction.
+
+    Make corrections in the order in which they are printed. --json has them as edits: op, pointer, old and new
+    value. Exit 0 when the plan fits, 1 when it has faults, 2 on misuse.
+
+    Example:  casa-assets scenes check-plan studio.yaml --fix --out studio_2.yaml
+    """
+    from casa_assets.layouts.check_plan.check import check_plan as check
+    from casa_assets.registry.edit import read_plan_text, write_new
+    from casa_assets.registry.kitchens import load_style
+
+    if fix != (out is not None):
+        raise typer.BadParameter("--fix and --out go together: name a file for the corrected plan")
+    found = check(read_plan_text(file), str(file), load_style(style)[0])
+    row = {"id": file.stem, "verdict": "fits" if found.fits else "faulty", "file": str(file), "style": style}
+    output.row({**row, "mended": found.mended, "faults": [told.facts for told in found.faults]})
+    if not output.as_json:
+        _print_faults(found, file, output)
+    if out is not None and found.mended:
+        write_new(out, found.text)
+        output.line(f"{out}: {pluralize(len(found.faults), 'correction')} made")
+    if not found.fits:
+        raise typer.Exit(1)
+
+
+def _print_faults(found: PlanCheck, file: Path, output: Output) -> None:
+    for told in found.faults:
+        pointer = ".".join(map(str, told.fault.pointer)) or "(top)"
+        output.wrong(f"{told.file}:{told.line}: {pointer}: expected {told.fault.expected}, got {told.fault.got}")
+        output.wrong(f"    correction: {told.fault.mend.sentence if told.fault.mend else 'none was found'}")
+    if found.fits:
+        output.line(f"{file}: fits")
+        return
+    after = "with these corrections it fits" if found.mended else "what has no correction has to be rewritten"
+    output.wrong(f"{pluralize(len(found.faults), 'fault')}; {after}")
+
+
+@app.command(cls=Verb)
+@shared
+def fit(
+    output: Output,
+    file: PlanFile,
+    width: Annotated[float, typer.Option(help="Of the room, along its back wall, metres.", min=1.5, max=20)],
+    depth: Annotated[
+        float, typer.Option(help="Of the room, from its back wall to its front, metres.", min=1.5, max=20)
+    ],
+    style: TriedStyle = TRIED_STYLE,
+    out: OutFile = None,
+) -> None:
+    """Fit a plan to a room of another size: move walls and openings, then narrow or take out what does not fit.
+
+    Shelves, fillers and doors go before drawers; sink, cooker and refrigerator stay. Prints each change, and the plan
+    where no --out names a file. Exit 0 when the plan fits, 1 when the room is too small (the least room that is
+    not is printed), 2 on misuse.
+
+    Example:  casa-assets scenes fit studio.yaml --width 4.2 --depth 3.1 --out small.yaml
+    """
+    from casa_assets.layouts.check_plan.fit import DoesNotFit, fit_plan
+    from casa_assets.registry.edit import read_plan_text, write_new
+    from casa_assets.registry.kitchens import load_style
+
+    row = {"id": file.stem, "file": str(file), "style": style, "width": width, "depth": depth}
+    try:
+        fitted = fit_plan(read_plan_text(file), str(file), load_style(style)[0], width, depth)
+    except DoesNotFit as error:
+        output.row({**row, "verdict": "refused", "reason": error.reason, "least": error.least})
+        output.wrong(str(error))
+        raise typer.Exit(1) from None
+    output.row({**row, "verdict": "fits", "changes": fitted.changes, "plan": fitted.text})
+    for change in () if output.as_json else fitted.changes:
+        output.line(f"# {change}")
+    if out is not None:
+        write_new(out, fitted.text)
+        output.line(f"{out}: {pluralize(len(fitted.changes), 'change')}")
+    elif not output.as_json:
+        typer.echo(fitted.text, nl=False)
 
 
 @app.command("new", cls=Verb)
@@ -431,9 +524,7 @@ app.command(cls=Verb)(fit)
 def new(
     output: Output,
     plan: Annotated[str, typer.Argument(help="Name of a plan, see `scenes list`.", autocompletion=completion.plans)],
-    style: Annotated[
-        str, typer.Option(help="Name of a style, see `scenes list`.", autocompletion=completion.styles)
-    ] = STYLE,
+    style: Annotated[str, typer.Option(help=STYLE_HELP, autocompletion=completion.styles)] = STYLE,
     seed: Annotated[
         int | None,
         typer.Option(min=0, help=more(SEED_HELP, "of the lengths of the plan, else they have their defaults.")),
@@ -479,32 +570,27 @@ def new(
     if textures != STYLE_TEXTURES or model:
         from casa_assets.layouts.run.resolve import draw_surfaces, ordered_models, ordered_surfaces
 
-        surfaces = draw_surfaces(seed or 0) if textures == "random" else ordered_surfaces(_pairs(textures))
-        recipe = replace(recipe, surfaces=surfaces, models=ordered_models(_roles(model or [])))
+        surfaces = draw_surfaces(seed or 0) if textures == "random" else ordered_surfaces(_surfaces(textures))
+        recipe = replace(recipe, surfaces=surfaces, models=ordered_models(_models(model or [])))
     _build([recipe], out, 1, output)
 
 
-def _roles(texts: list[str]) -> list[tuple[str, str]]:
+def _models(texts: list[str]) -> list[tuple[str, str]]:
     """`range=range/pro_six` as pairs."""
-    pairs = []
-    for text in texts:
-        role, _, name = text.partition("=")
-        if not role or not name:
+    pairs = [tuple(text.split("=", 1)) for text in texts]
+    for text, pair in zip(texts, pairs, strict=True):
+        if len(pair) < 2 or not all(pair):
             raise typer.BadParameter(f"{text!r}: write ROLE=FAMILY/PRESET or ROLE=library:ID", param_hint="--model")
-        pairs.append((role, name))
-    return pairs
+    return [(role, name) for role, name in pairs]
 
 
-def _pairs(text: str) -> list[tuple[Surface, str]]:
+def _surfaces(text: str) -> list[tuple[Surface, str]]:
     """`wall=ID,floor=ID` as pairs."""
-    if text == STYLE_TEXTURES:
-        return []
     pairs = []
-    for part in text.split(","):
+    for part in text.split(",") if text != STYLE_TEXTURES else ():
         surface, _, name = part.partition("=")
         if surface not in list(Surface) or not name:
-            raise typer.BadParameter(
-                f"{part!r}: write wall=ID, floor=ID, counter=ID or cabinet=ID", param_hint="--textures"
-            )
+            message = f"{part!r}: write wall=ID, floor=ID, counter=ID or cabinet=ID"
+            raise typer.BadParameter(message, param_hint="--textures")
         pairs.append((Surface(surface), name))
     return pairs

@@ -50,7 +50,7 @@ def list_textures(surfaces: Sets = None, json_: AsJson = False) -> None:
         source = origin_of(recipe)
         output.row({**row, "size": list(recipe.tile_m), "from": source})
         size = f"{recipe.tile_m[0]:g} x {recipe.tile_m[1]:g}"
-        table.add_from(_group(recipe), recipe.id, recipe.kind, size, recipe.substance, source)
+        table.add(_group(recipe), recipe.id, recipe.kind, size, recipe.substance, source)
     if not json_:
         table.print(output.console)
         output.line(pluralize(len(table.rows), "recipe"))
@@ -219,7 +219,8 @@ def ingest(
         first = error.errors()[0]
         option = "--" + str(first["loc"][0]).removesuffix("_m")
         raise typer.BadParameter(first["msg"].removeprefix("Input "), param_hint=option) from None
-    if (project := project_folder()) is not None and not _is_given(ctx, "library"):
+    given = ctx.get_parameter_source("library")
+    if (project := project_folder()) is not None and (given is None or given.name == "DEFAULT"):
         library = project
     with writing(library):
         report = ingest_pack(source, PackOptions(library=library, pack=pack, flags=description))
@@ -231,12 +232,6 @@ def ingest(
         output.look_at_file(report.folder / report.pack.pictures[0].files[0])
     if report.pack.refused:
         raise typer.Exit(1)
-
-
-def _is_given(ctx: typer.Context, name: str) -> bool:
-    """True if the user gave an option a value."""
-    source = ctx.get_parameter_source(name)
-    return source is not None and source.name != "DEFAULT"
 
 
 def _print_pack(pack: Pack, folder: Path, output: Output) -> None:
@@ -267,5 +262,4 @@ def _verdict(report: Report) -> str:
 
 
 def _group(recipe: TextureRecipe) -> str:
-    """The surface of a recipe, or `objects`."""
     return "objects" if recipe.surface is None else recipe.surface.value

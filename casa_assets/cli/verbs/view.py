@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 import os
 import signal
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -70,44 +69,30 @@ def preview(
       casa-assets preview out/scenes/l_small__coastal --photoreal
     """
     from casa_assets.runs.outcome import writing
-    from casa_assets.show.reports.pictures import draw
+    from casa_assets.show.reports.pictures import draw, draw_stills
+    from casa_assets.show.stills.photoreal import StillSettings
 
-    if photoreal:
-        if colliders or turntable:
-            raise typer.BadParameter("--photoreal draws neither --colliders nor a --turntable")
-        _draw_stills(assets, out, width_px, pose, camera or (), output)
-        return
-    if camera:
+    if photoreal and (colliders or turntable):
+        raise typer.BadParameter("--photoreal draws neither --colliders nor a --turntable")
+    if camera and not photoreal:
         raise typer.BadParameter("is for stills of kitchens: give --photoreal too", param_hint="--camera")
     if pose and turntable:
         raise typer.BadParameter("a --turntable shows joints at zero", param_hint="--pose")
+    if photoreal:
+        frame = StillSettings(width_px, width_px * 9 // 16)
+        drawn = draw_stills(assets, out, frame, pose, camera or ())
+        lacking = "nothing found; name folders that hold a model.xml or a scene.json"
+    else:
+        drawn = draw(assets, out, width_px, colliders, turntable, pose)
+        lacking = "no asset found; name folders that hold a model.xml"
     first: Path | None = None
     with writing(out):
-        for picture in draw(assets, out, width_px, colliders, turntable, pose):
-            first = first or picture.asset
-            output.made(picture.title, out, measures_at(picture.asset), picture=str(picture.path))
+        for picture in drawn:
+            first = first or picture.subject
+            output.made(picture.title, out, measures_at(picture.subject), picture=str(picture.path))
             output.line(str(picture.path))
     if first is None:
-        raise CasaError("no asset found; name folders that hold a model.xml")
-    output.look(first)
-
-
-def _draw_stills(
-    targets: list[Path], out: Path, width_px: int, pose: str, cameras: Sequence[str], output: Output
-) -> None:
-    from casa_assets.runs.outcome import writing
-    from casa_assets.show.reports.pictures import draw_stills
-    from casa_assets.show.stills.photoreal.render import StillSettings
-
-    first: Path | None = None
-    with writing(out):
-        for written in draw_stills(targets, out, StillSettings(width_px, width_px * 9 // 16), pose, cameras):
-            first = first or written.subject
-            name = written.subject.resolve().name
-            output.made(name, out, measures_at(written.subject), picture=str(written.path))
-            output.line(str(written.path))
-    if first is None:
-        raise CasaError("nothing found; name folders that hold a model.xml or a scene.json")
+        raise CasaError(lacking)
     output.look(first)
 
 
@@ -149,7 +134,7 @@ def view(
       casa-assets view l_small__coastal --pose open
       casa-assets view out/library/mug/mug_0123456789 --web
     """
-    from casa_assets.api.viewing import has_screen
+    from casa_assets.api.assets import has_screen
     from casa_assets.show.view.subject import LIBRARIES, find
 
     subject = find(what, scenes_folder, LIBRARIES if library is None else (library,))
@@ -166,8 +151,7 @@ def view(
 
 
 def _show(subject: Subject, pose: str) -> None:
-    """MuJoCo's viewer, until its window is closed."""
-    from casa_assets.api.viewing import show_model
+    from casa_assets.api.assets import show_model
     from casa_assets.show.stills.live_viewer import require_screen
     from casa_assets.show.view.model import mujoco_model
     from casa_assets.show.view.subject import cache_of
@@ -188,9 +172,8 @@ def _show(subject: Subject, pose: str) -> None:
 
 
 def _serve(subject: Subject, pose: str, port: int, browser: bool) -> None:
-    """The page, until Ctrl-C."""
-    from casa_assets.api.viewing import serving
-    from casa_assets.show.local_server import open_in_browser
+    from casa_assets.api.assets import serving
+    from casa_assets.show.view.server import open_in_browser
 
     with serving(subject, pose, port) as server:
         _tell_where(subject, server)

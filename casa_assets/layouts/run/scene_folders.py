@@ -65,7 +65,7 @@ from casa_assets.runs.outcome import writing
 from casa_assets.runs.pool import Step, Workers
 from casa_assets.show.stills import kitchen as room
 from casa_assets.show.stills import pictures
-from casa_assets.show.stills.photoreal.views import EYE, eye_view
+from casa_assets.show.stills.photoreal import EYE, eye_view
 from casa_assets.textures.run.recipes import every_recipe
 
 OVERVIEW_FRAME = room.PictureSettings(passes=4, directions=6, shadow_px=512)

@@ -25,8 +25,7 @@ from casa_assets.model.kitchen.floor import ParkingPlace
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.record import Record, Sha256
 from casa_assets.show.page.kitchen_report import page
-from casa_assets.show.page.model_files import SUFFIX, ModelFiles, put_model, put_viewer
-from casa_assets.show.page.page_template import explanations
+from casa_assets.show.page.page_template import SUFFIX, ModelFiles, explanations, put_model, put_viewer
 
 REPORT, PAGE = "report.json", "report.html"
 

@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 
 from casa_assets.core.numeric import significant
 from casa_assets.model.issue import CheckResult, Severity, Status, tally
-from casa_assets.show.page.model_files import ModelFiles
-from casa_assets.show.page.page_template import render_template
+from casa_assets.show.page.page_template import ModelFiles, render_template
 
 
 class Marked(NamedTuple):

@@ -14,7 +14,7 @@ from casa_assets.formats.gltf import EVERYTHING, asset_glb
 from casa_assets.library import library as disk
 from casa_assets.runs.engine import run_batch
 from casa_assets.runs.limits import WorkerFailure
-from casa_assets.show.page.model_files import SUFFIX, ModelFiles, put_model, put_viewer, viewer_name
+from casa_assets.show.page.page_template import SUFFIX, ModelFiles, put_model, put_viewer, viewer_name
 
 MADE_BY = "made_by.txt"
 WORKER_BYTES = 1_000_000_000  # of memory, that reading an asset and writing its model may take
@@ -96,7 +96,6 @@ def _empty_unless_made_by(key: str, folder: Path) -> None:
 
 
 def _write_model(path: Path, folder: Path) -> str:
-    """The model of the asset in a folder of a library."""
     asset = disk.read_asset(path)
     return put_model(folder, asset.id, asset_glb(asset, EVERYTHING))
 

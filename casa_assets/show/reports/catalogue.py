@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import io
 import tempfile
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from statistics import median
@@ -30,8 +29,7 @@ from casa_assets.runs.engine import run_batch
 from casa_assets.registry.families import family, family_names, object_family, object_files, object_names
 from casa_assets.runs.batch import run_batch
 from casa_assets.runs.limits import WorkerFailure
-from casa_assets.show.page.model_files import ModelFiles, put_model, put_viewer
-from casa_assets.show.page.page_template import render_template
+from casa_assets.show.page.page_template import ModelFiles, put_model, put_viewer, render_template
 from casa_assets.show.stills.still import poses, render
 from casa_assets.show.stills.studio import View
 from casa_assets.textures.run.check import shots
@@ -49,40 +47,6 @@ SOURCES = {
     NumberBasis.PORTION: "portion weights of food composition tables (class of USDA FoodData Central)",
     NumberBasis.REFERENCE: "the reference runtime (RoboCasa)",
 }
-
-
-@dataclass(frozen=True)
-class MemberPictures:
-    """A preset of a family with its picture files, relative to the page: closed first, then each named pose.
-
-    Attributes:
-        model: files that show it in 3D; None without a 3D model.
-    """
-
-    request: FamilyRequest
-    pictures: tuple[str, ...]
-    mass: float
-    size: tuple[float, float, float]
-    model: ModelFiles | None = None
-
-
-@dataclass(frozen=True)
-class DrawnCategory:
-    """A category of objects with its first members, whose pictures are side by side in one file.
-
-    Attributes:
-        strip: path of that file relative to the page.
-        masses, sides: kg, and metres of the longest side, of the whole members; of all members if no member is whole.
-        faces, shapes: of each member. models: files that show each in 3D; empty without 3D models.
-    """
-
-    name: str
-    strip: str
-    masses: tuple[float, ...]
-    sides: tuple[float, ...]
-    faces: tuple[int, ...]
-    shapes: tuple[int, ...]
-    models: tuple[ModelFiles, ...] = ()
 
 
 def wanted(names: Sequence[str] = ()) -> list[FamilyRequest | str]:
@@ -115,7 +79,7 @@ def make(
     for folder in (FAMILIES, OBJECTS, TEXTURES):
         (out / folder).mkdir(parents=True, exist_ok=True)
     work = partial(_draw, out=out, viewer=f"{MODELS}/{put_viewer(out / MODELS)}" if in_3d else "")
-    drawn: dict[int, MemberPictures | DrawnCategory] = {}
+    drawn: dict[int, dict[str, Any]] = {}
     faults: dict[str, str] = {}
     for number, answer in run_batch(work, requests, out, jobs, warm, WORKER_BYTES):
         title = title_of(requests[number])
@@ -124,7 +88,6 @@ def make(
         else:
             drawn[number] = answer
         yield title
-    found = [drawn[number] for number in sorted(drawn)]
     shown: dict[Surface, list[str]] = {}
     for surface, rows in recipes().items() if swatches else ():
         shown[surface] = []
@@ -132,9 +95,11 @@ def make(
             (out / TEXTURES / f"{shot.title}.webp").write_bytes(_webp(_opened(shot.png)))
             shown[surface].append(shot.title)
         yield f"{len(rows)} textures of {surface.value}s"
-    members = [one for one in found if isinstance(one, MemberPictures)]
-    text = page(members, [one for one in found if isinstance(one, DrawnCategory)], shown)
-    (out / PAGE).write_text(text, encoding="utf-8")
+    members, categories = (
+        [drawn[number] for number in sorted(drawn) if isinstance(requests[number], kind)]
+        for kind in (FamilyRequest, str)
+    )
+    (out / PAGE).write_text(page(members, categories, shown), encoding="utf-8")
     yield f"{out / PAGE}"
     if faults:
         raise BatchFault(faults, "\n".join(faults.values()))
@@ -145,7 +110,7 @@ def title_of(request: FamilyRequest | str) -> str:
     return request if isinstance(request, str) else request.title
 
 
-def _draw(request: FamilyRequest | str, out: Path, viewer: str) -> MemberPictures | DrawnCategory:
+def _draw(request: FamilyRequest | str, out: Path, viewer: str) -> dict[str, Any]:
     """Draw one of `wanted`, a preset in all its poses; `viewer`: its path below `out`, empty if there are no models."""
     if isinstance(request, str):
         return _draw_objects(request, out, viewer)
@@ -160,14 +125,30 @@ def _draw(request: FamilyRequest | str, out: Path, viewer: str) -> MemberPicture
             png = render(model, View(size_px=PICTURE_PX, passes=14), False, pose)
             (out / path).write_bytes(_webp(_opened(png)))
             paths.append(path)
-    x, y, z = (float(v) for v in asset.bounds[1] - asset.bounds[0])
     script = put_model(out / MODELS, name, asset_glb(asset, EVERYTHING)) if viewer else ""
     files = ModelFiles(name, f"{MODELS}/{script}", viewer) if script else None
-    return MemberPictures(request, tuple(paths), asset.mass, (x, y, z), files)
+    return member_row(request, paths, asset.mass, (asset.bounds[1] - asset.bounds[0]).tolist(), files)
 
 
-def _draw_objects(name: str, out: Path, viewer: str) -> DrawnCategory:
-    """The first members of a category, their pictures side by side in one file."""
+def member_row(
+    request: FamilyRequest, pictures: Sequence[str], mass: float, size: Sequence[float], model: ModelFiles | None = None
+) -> dict[str, Any]:
+    """A preset of a family as the page shows it.
+
+    Args:
+        pictures: files, relative to the page: closed first, then each named pose. model: files that show it in 3D.
+    """
+    sides = " x ".join(f"{side:.2f}" for side in size)
+    return {
+        "family": request.family,
+        "pictures": pictures,
+        "caption": f"{request.preset}, {sides}, {mass:.3g} kg",
+        "model": model,
+        "title": f"{family(request.family).title}, {request.preset.replace('_', ' ')}",
+    }
+
+
+def _draw_objects(name: str, out: Path, viewer: str) -> dict[str, Any]:
     members = draw_members(name, cache_for(out), OBJECT_MEMBERS, 0, OBJECT_PX, out / MODELS if viewer else None)
     whole = [member for member in members if member.is_whole] or members
     path = f"{OBJECTS}/{name}.webp"
@@ -175,15 +156,60 @@ def _draw_objects(name: str, out: Path, viewer: str) -> DrawnCategory:
     for place, member in enumerate(members):
         strip.paste(_opened(member.picture), (OBJECT_PX * place, 0))
     (out / path).write_bytes(_webp(strip))
-    return DrawnCategory(
+    return category_row(
         name,
         path,
-        tuple(member.mass for member in whole),
-        tuple(max(member.sides) for member in whole),
-        tuple(member.faces for member in members),
-        tuple(member.shapes for member in members),
-        tuple(ModelFiles(f"{name}_{m.index}", f"{MODELS}/{m.model}", viewer) for m in members if m.model),
+        [member.mass for member in whole],
+        [max(member.sides) for member in whole],
+        [member.faces for member in members],
+        [member.shapes for member in members],
+        [ModelFiles(f"{name}_{m.index}", f"{MODELS}/{m.model}", viewer) for m in members if m.model],
     )
+
+
+def category_row(
+    name: str,
+    strip: str,
+    masses: Sequence[float],
+    sides: Sequence[float],
+    faces: Sequence[int],
+    shapes: Sequence[int],
+    models: Sequence[ModelFiles] = (),
+) -> dict[str, Any]:
+    """A category of objects as the page shows it.
+
+    Args:
+        strip: file with the pictures of its first members side by side, relative to the page.
+        masses, sides: kg, and metres of the longest side, of the whole members; of all members if no member is whole.
+        faces, shapes: of each member. models: files that show each in 3D.
+    """
+    made, usual = object_family(name), registry.load().categories[name]
+    group = next(group for group, names in object_files().items() if name in names)
+    uses = [use.value for use in usual.affords]
+    return {
+        "name": name,
+        "title": made.title,
+        "group": group,
+        "form": made.form,
+        "about": made.description,
+        "strip": strip,
+        "models": models,
+        "count": len(faces),
+        "rows": [
+            ("longest side, cm", *_compared(sides, usual.longest_m, 100), SOURCES[usual.basis.size]),
+            ("mass, g", *_compared(masses, usual.mass_kg, 1000), SOURCES[usual.basis.mass]),
+        ],
+        "counts": f"{median(faces):.0f} faces, {median(shapes):.0f} collision shapes (medians)",
+        "uses": ", ".join(uses),
+        "words": " ".join((name, made.title, group, made.form, *usual.aliases, *uses)).lower(),
+    }
+
+
+def _compared(values: Sequence[float], usual: SizeRange, factor: float) -> tuple[str, str]:
+    """The least and the largest of several values in another unit, and the usual ones."""
+    numbers = (min(values), max(values), usual.low, usual.high, usual.typical)
+    least, largest, low, high, typical = (f"{significant(factor * number, 3):.12g}" for number in numbers)
+    return f"{least} to {largest}", f"{low} to {high}, typically {typical}"
 
 
 def _opened(png: bytes) -> Image.Image:
@@ -198,61 +224,24 @@ def _webp(image: Image.Image) -> bytes:
 
 
 def page(
-    members: Sequence[MemberPictures], categories: Sequence[DrawnCategory], swatches: dict[Surface, list[str]]
+    members: Sequence[Mapping[str, Any]],
+    categories: Sequence[Mapping[str, Any]],
+    swatches: Mapping[Surface, Sequence[str]],
 ) -> str:
-    """HTML of the page. `swatches`: ids of the textures of each surface."""
-    by_family: dict[str, list[dict[str, Any]]] = {}
-    for member in members:
-        by_family.setdefault(member.request.family, []).append(_member(member))
-    group_of = {name: group for group, names in object_files().items() for name in names}
+    """HTML of the page, of `member_row`s and `category_row`s. `swatches`: ids of the textures of each surface."""
+    names = dict.fromkeys(member["family"] for member in members)
     return render_template(
         "catalogue/catalogue.html",
         title="Catalogue",
-        families=[{"name": n, "title": family(n).title, "members": shown} for n, shown in by_family.items()],
+        families=[
+            {"name": n, "title": family(n).title, "members": [one for one in members if one["family"] == n]}
+            for n in names
+        ],
         member_count=len(members),
-        categories=[_category(row, group_of[row.name]) for row in categories],
+        categories=categories,
         texture_count=sum(map(len, swatches.values())),
         surfaces=[{"name": surface.value, "textures": names} for surface, names in swatches.items()],
         swatch_m=f"{SWATCH_M:g}",
         swatch_px=SWATCH_PX,
         object_px=OBJECT_PX,
     )
-
-
-def _member(member: MemberPictures) -> dict[str, Any]:
-    size = " x ".join(f"{v:.2f}" for v in member.size)
-    return {
-        "pictures": member.pictures,
-        "caption": f"{member.request.preset}, {size}, {member.mass:.3g} kg",
-        "model": member.model,
-        "title": f"{family(member.request.family).title}, {member.request.preset.replace('_', ' ')}",
-    }
-
-
-def _category(row: DrawnCategory, group: str) -> dict[str, Any]:
-    made, usual = object_family(row.name), registry.load().categories[row.name]
-    uses = [use.value for use in usual.affords]
-    return {
-        "name": row.name,
-        "title": made.title,
-        "group": group,
-        "form": made.form,
-        "about": made.description,
-        "strip": row.strip,
-        "models": row.models,
-        "count": len(row.faces),
-        "rows": [
-            ("longest side, cm", *_compared(row.sides, usual.longest_m, 100), SOURCES[usual.basis.size]),
-            ("mass, g", *_compared(row.masses, usual.mass_kg, 1000), SOURCES[usual.basis.mass]),
-        ],
-        "counts": f"{median(row.faces):.0f} faces, {median(row.shapes):.0f} collision shapes (medians)",
-        "uses": ", ".join(uses),
-        "words": " ".join((row.name, made.title, group, made.form, *usual.aliases, *uses)).lower(),
-    }
-
-
-def _compared(values: Sequence[float], usual: SizeRange, factor: float) -> tuple[str, str]:
-    """The least and the largest of several values in another unit, and the usual ones."""
-    numbers = (min(values), max(values), usual.low, usual.high, usual.typical)
-    least, largest, low, high, typical = (f"{significant(factor * number, 3):.12g}" for number in numbers)
-    return f"{least} to {largest}", f"{low} to {high}, typically {typical}"

@@ -120,9 +120,3 @@ def checks_markdown() -> str:
     lines += ["", "## Why a picture is left out of a pack", "", "| code | what to do |", "|---|---|"]
     lines += [f"| {one.code} | {one.about} |" for one in _pictures()]
     return "\n".join(lines) + "\n"
-
-
-def codes() -> frozenset[str]:
-    """Every code that the page explains."""
-    own = {row.code for row in TABLE}
-    return frozenset(own | {one.code for one in (*_rejections(), *_textures(), *_pictures())})

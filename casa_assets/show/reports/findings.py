@@ -6,11 +6,13 @@ import json
 import os
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
 from typing import Any
+
+from pydantic import TypeAdapter
 
 from casa_assets import registry
 from casa_assets.core.numeric import significant
@@ -26,6 +28,7 @@ from casa_assets.model.registry.category import Category, Portion, SizeRange
 from casa_assets.show.page.page_template import Words
 from casa_assets.show.reports.gate import Condition, Outcome, judge
 
+UNITS = {"size": "m", "mass": "kg"}  # of quantities that are compared with the registry: longest side, mass
 # From the worst to the best.
 RANKS = (Decision.REJECTED, Decision.REVIEW, Decision.ACCEPTED)
 REPORT = "report.json"
@@ -35,34 +38,26 @@ SCHEMA_VERSION = 1
 TOLERANCE = 1.001
 
 
-class Quantity(StrEnum):
-    """Quantities that are compared with the registry: the longest side in metres, the mass in kilograms."""
-
-    SIZE = "size"
-    MASS = "mass"
-
-    @property
-    def unit(self) -> str:
-        """Of its values."""
-        return "m" if self is Quantity.SIZE else "kg"
-
-
 @dataclass(frozen=True)
 class Outlier:
-    """An asset outside the usual range; `factor`: how many times over the highest, or under the lowest usual value."""
+    """An asset outside the usual range. factor: how many times `over` the highest, or under the lowest usual value."""
 
     id: str
     value: float
     factor: float
-    is_over: bool
+    over: bool
 
 
 @dataclass(frozen=True)
 class PriorFit:
-    """The assets of one category, or of a portion of it, against its usual range; the farthest outliers first."""
+    """The assets of one category, or of a portion of it, against its usual range; the farthest outliers first.
 
-    name: str  # such as `mug`, or `apple, half`
-    quantity: Quantity
+    Attributes:
+        name: such as `mug`, or `apple, half`. quantity: see UNITS.
+    """
+
+    name: str
+    quantity: str
     usual: SizeRange
     count: int
     outliers: tuple[Outlier, ...]
@@ -84,8 +79,8 @@ def fits(entries: Iterable[Entry], categories: Mapping[str, Category]) -> list[P
         title = f"{name}, {portion}" if portion else name
         sizes = {entry.id: max(entry.summary.extents) if entry.summary else 0.0 for entry in members}
         masses = {entry.id: entry.summary.mass if entry.summary else 0.0 for entry in members}
-        found.append(PriorFit(title, Quantity.SIZE, usual.longest_m, len(members), _outliers(sizes, usual.longest_m)))
-        found.append(PriorFit(title, Quantity.MASS, usual.mass_kg, len(members), _outliers(masses, usual.mass_kg)))
+        found.append(PriorFit(title, "size", usual.longest_m, len(members), _outliers(sizes, usual.longest_m)))
+        found.append(PriorFit(title, "mass", usual.mass_kg, len(members), _outliers(masses, usual.mass_kg)))
     return sorted(found, key=lambda fit: (-len(fit.outliers), -fit.count, fit.name, fit.quantity))
 
 
@@ -98,9 +93,9 @@ def _outliers(values: Mapping[str, float], usual: SizeRange) -> tuple[Outlier, .
     return tuple(sorted(found, key=lambda one: (-one.factor, one.id)))
 
 
-def outlying(found: Iterable[PriorFit], quantity: Quantity) -> list[str]:
+def outlying(found: Iterable[PriorFit], quantity: str) -> list[str]:
     """Ids of all outliers of a quantity, sorted."""
-    return sorted(outlier.id for fit in found if fit.quantity is quantity for outlier in fit.outliers)
+    return sorted(outlier.id for fit in found if fit.quantity == quantity for outlier in fit.outliers)
 
 
 def codes_of(entry: Entry) -> tuple[str, ...]:
@@ -111,10 +106,10 @@ def codes_of(entry: Entry) -> tuple[str, ...]:
 
 
 class Change(StrEnum):
-    """Change of an input compared with the earlier run. An unchanged input has no value here."""
+    """Change of an input since the earlier run, in the order in which they are listed; of no change there is none."""
 
-    BETTER = "better"
     WORSE = "worse"
+    BETTER = "better"
     APPEARED = "appeared"
     GONE = "gone"
 
@@ -270,8 +265,7 @@ def counts(totals: Totals, fits: Sequence[PriorFit], compared: Compared | None) 
         **{decision.value: totals.verdicts[decision] for decision in Decision},
         "advice": totals.advised,
         "not-run": totals.checks.not_run,
-        "size-outliers": len(outlying(fits, Quantity.SIZE)),
-        "mass-outliers": len(outlying(fits, Quantity.MASS)),
+        **{f"{quantity}-outliers": len(outlying(fits, quantity)) for quantity in UNITS},
     }
     return found | (compared.counts if compared else {})
 
@@ -305,38 +299,30 @@ def content(found: Findings, words: Words) -> dict[str, Any]:
         "priors": [
             {
                 "category": fit.name,
-                "quantity": fit.quantity.value,
-                "unit": fit.quantity.unit,
+                "quantity": fit.quantity,
+                "unit": UNITS[fit.quantity],
                 "usual": [fit.usual.low, fit.usual.typical, fit.usual.high],
                 "count": fit.count,
-                "outliers": [
-                    {"id": one.id, "value": one.value, "factor": one.factor, "over": one.is_over}
-                    for one in fit.outliers
-                ],
+                "outliers": list(map(asdict, fit.outliers)),
             }
             for fit in found.fits
         ],
         "library_checks": found.whole.report.model_dump(mode="json") if found.whole else None,
-        "baseline": found.compared
-        and {
-            "library": found.compared.name,
-            "counts": found.compared.counts,
-            "differences": [
-                {
-                    "change": one.change.value,
-                    "id": one.id,
-                    "before": one.before.in_words if one.before else None,
-                    "now": one.now.in_words if one.now else None,
-                }
-                for one in found.compared.differences
-            ],
-        },
+        "baseline": _baseline(found.compared) if found.compared else None,
         "conditions": [
             {"condition": one.condition.text, "measured": significant(one.measured, 6), "holds": one.holds}
             for one in found.outcomes
         ],
         "entries": list(map(_entry, found.entries)),
     }
+
+
+def _baseline(compared: Compared) -> dict[str, Any]:
+    differences = []
+    for one in compared.differences:
+        before, now = (standing.in_words if standing else None for standing in (one.before, one.now))
+        differences.append({"change": one.change.value, "id": one.id, "before": before, "now": now})
+    return {"library": compared.name, "counts": compared.counts, "differences": differences}
 
 
 def _entry(entry: Entry) -> dict[str, Any]:
@@ -351,21 +337,15 @@ def _entry(entry: Entry) -> dict[str, Any]:
         "path": entry.path,
         "size_m": list(entry.summary.extents) if entry.summary else None,
         "mass_kg": entry.summary.mass if entry.summary else None,
-        "checks": {
-            "passed": entry.checks.passed,
-            "applying": entry.checks.applying,
-            "not_run": entry.checks.not_run,
-            "advice": entry.checks.advice,
-        },
+        "checks": {name: getattr(entry.checks, name) for name in ("passed", "applying", "not_run", "advice")},
     }
 
 
 def standing_of(entry: Entry) -> Standing:
     """The standing of an entry of a library."""
     codes = {entry.code} if not entry.accepted else {issue.code for issue in entry.warnings}
-    return Standing(
-        entry.id, entry.category, entry.path, entry.decision, tuple(sorted(codes - {""})), entry.source_path
-    )
+    found = tuple(sorted(codes - {""}))
+    return Standing(entry.id, entry.category, entry.path, entry.decision, found, entry.source_path)
 
 
 def read_run(place: Path) -> Run:
@@ -385,8 +365,7 @@ def read_run(place: Path) -> Run:
 
 
 def _run(name: str, root: Path, page: Path, standings: Iterable[Standing]) -> Run:
-    ordered = tuple(sorted(standings, key=lambda one: one.id))
-    return Run(name, root, page if page.is_file() else None, ordered)
+    return Run(name, root, page if page.is_file() else None, tuple(sorted(standings, key=lambda one: one.id)))
 
 
 def _run_of_report(path: Path) -> Run:
@@ -396,17 +375,7 @@ def _run_of_report(path: Path) -> Run:
         if form != SCHEMA_VERSION:
             message = f"is a report of schema version {form}, and this program reads {SCHEMA_VERSION}; "
             raise OutputError(str(path), f"{message}give the library of that run, or make its report again")
-        standings = [
-            Standing(
-                str(row["id"]),
-                str(row["category"]),
-                str(row["path"]),
-                Decision(row["verdict"]),
-                tuple(map(str, row["codes"])),
-                str(row["source_path"]),
-            )
-            for row in data["entries"]
-        ]
+        standings = TypeAdapter(tuple[Standing, ...]).validate_python(data["entries"])
         name, root = str(data["library"]), path.parent / str(data["root"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         message = f"is no report of a library ({error}); give the {REPORT} that `casa-assets report` wrote"
@@ -422,13 +391,9 @@ def compare(before: Iterable[Standing], now: Iterable[Standing]) -> list[Differe
     with advice that it did not have; and better the other way round. Another reason for a rejection changes nothing.
     """
     old, new = _by_input(before), _by_input(now)
-    found = []
-    for key in old.keys() | new.keys():
-        change = _change(old.get(key), new.get(key))
-        if change is not None:
-            found.append(Difference(change, old.get(key), new.get(key)))
-    order = [Change.WORSE, Change.BETTER, Change.APPEARED, Change.GONE]
-    return sorted(found, key=lambda one: (order.index(one.change), one.id))
+    pairs = [(old.get(key), new.get(key)) for key in old.keys() | new.keys()]
+    found = [Difference(change, *pair) for pair in pairs if (change := _change(*pair)) is not None]
+    return sorted(found, key=lambda one: (list(Change).index(one.change), one.id))
 
 
 def _by_input(standings: Iterable[Standing]) -> dict[str, Standing]:

@@ -10,9 +10,8 @@ from __future__ import annotations
 import base64
 import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
@@ -33,13 +32,14 @@ from casa_assets.model.issue import CheckResult, Decision, Issue, Report, Severi
 from casa_assets.runs.outcome import writing
 from casa_assets.show.page.page_models import PageModels
 from casa_assets.show.page.page_template import MAX_ROWS, Words, all_words, relative_link, render_template
+from casa_assets.show.reports import gate
 from casa_assets.show.reports.findings import (
+    UNITS,
     Change,
     Compared,
     Difference,
     Findings,
     PriorFit,
-    Quantity,
     Totals,
     by_verdict,
     codes_of,
@@ -51,7 +51,7 @@ from casa_assets.show.reports.findings import (
     read_run,
     reasons,
 )
-from casa_assets.show.reports.gate import Condition, Outcome, junit, sarif
+from casa_assets.show.reports.gate import Condition, Outcome
 
 MAX_WHOLE = 400
 NO_SECTION = Markup()
@@ -59,23 +59,11 @@ MAX_LISTED = 200  # findings of one check on the library as a whole, inputs of o
 # A code of advice that at least this share of so many assets have tells nothing of one of them.
 COMMON_SHARE, COMMON_FROM = 0.75, 8
 MAX_OUTLIERS = 8  # of one category and quantity that are named on the page; report.json names all
-CHANGES = (Change.WORSE, Change.BETTER, Change.APPEARED, Change.GONE)  # in the order in which they are shown
 # Status of a check -> what the script of the page knows it by; a failed warning is advice.
 STATUS_NUMBERS = {Status.FAILED: 0, Status.PASSED: 1, Status.NOT_APPLICABLE: 2, Status.NOT_RUN: 3}
 ADVICE_NUMBER = 4
 # Files of an asset that the page links to, relative to its folder.
 FILES = (("MJCF", "model.xml"), ("scene", "scene.xml"), ("USD", "usd/{id}.usda"), ("certificate", CERTIFICATE))
-
-
-@dataclass(frozen=True)
-class CiFiles:
-    """Files for continuous integration that are written in addition to a report; None for those not requested."""
-
-    junit: Path | None = None
-    sarif: Path | None = None
-
-
-NO_CI_FILES = CiFiles()
 
 
 @dataclass(frozen=True)
@@ -93,13 +81,15 @@ def write(
     baseline: Path | None = None,
     conditions: Sequence[Condition] = (),
     models: PageModels | None = None,
-    ci_files: CiFiles = NO_CI_FILES,
+    junit: Path | None = None,
+    sarif: Path | None = None,
 ) -> WrittenReport:
     """Write the page for the library at `root` to `target`, and a JSON file of that name next to it.
 
     Args:
         target: the page, `<name>.html`. baseline: report.json or library of an earlier run.
         models: where the page finds the models of its assets; None: without models.
+        junit, sarif: files for continuous integration; None: they are not written.
     Raises:
         OutputError: an entry of the library is damaged, the page cannot be written, or there is no such earlier run.
     """
@@ -108,18 +98,18 @@ def write(
     entries = sorted(table.entries, key=lambda e: (not e.accepted, e.category if e.accepted else e.source_path, e.id))
     found, words = findings_of(root, target, entries, before, conditions), all_words()
     is_brief, shown = len(found.entries) > MAX_WHOLE, listed(found, words)
-    context = RowContext(found, words, None if is_brief else table.thumbnails(shown), is_brief)
-    rows = [row_of(entry, context) for entry in table.with_results(shown)]
+    pictures = None if is_brief else table.thumbnails(shown)
+    rows = rows_of(table.with_results(shown), found, words, pictures, is_brief)
     links = {}
     if before is not None and found.compared is not None:
         changed = ((one.id, one.before) for one in found.compared.differences)
         links = {name: link_before(before, standing, target) for name, standing in changed if standing is not None}
     page, json_path = render(found, words, rows, links, models), target.with_suffix(".json")
     texts = {target: page, json_path: json.dumps(content(found, words), sort_keys=True, indent=1) + "\n"}
-    if ci_files.junit is not None:
-        texts[ci_files.junit] = junit(found)
-    if ci_files.sarif is not None:
-        texts[ci_files.sarif] = sarif(found, words)
+    if junit is not None:
+        texts[junit] = gate.junit(found)
+    if sarif is not None:
+        texts[sarif] = gate.sarif(found, words)
     for path, text in texts.items():
         with writing(path.parent):
             replace_file(path, text.encode())
@@ -136,7 +126,7 @@ def render(
     """The page; the same findings give the same page.
 
     Args:
-        rows: see `row_of`; of the entries that the page lists. links: id -> path to what an earlier run has of it.
+        rows: see `rows_of`; of the entries that the page lists. links: id -> path to what an earlier run has of it.
         models: where the models of its assets are.
     """
     whole, totals = found.whole, found.totals
@@ -186,23 +176,21 @@ def quiet_codes(entries: Sequence[Entry], words: Words) -> frozenset[str]:
 
 
 def _fit(fit: PriorFit) -> dict[str, Any]:
-    """A row of the table of sizes and masses against the usual ones."""
     low, high = (f"{significant(value, 3):.10g}" for value in (fit.usual.low, fit.usual.high))
     return {
         "name": fit.name,
-        "quantity": fit.quantity.value,
-        "usual": f"{low} to {high} {fit.quantity.unit}",
+        "quantity": fit.quantity,
+        "usual": f"{low} to {high} {UNITS[fit.quantity]}",
         "count": fit.count,
         "outlying": len(fit.outliers),
         "outliers": [
-            {"id": o.id, "times": f"{o.factor:.3g} times {'over' if o.is_over else 'under'}"}
+            {"id": o.id, "times": f"{o.factor:.3g} times {'over' if o.over else 'under'}"}
             for o in fit.outliers[:MAX_OUTLIERS]
         ],
     }
 
 
 def _counted(key: str, groups: Mapping[str, Mapping[Decision, int]]) -> list[dict[str, Any]]:
-    """Counts by verdict of categories or sources, with links to what is counted."""
     return [{**row, "link": f"#{urlencode({key: row['name']})}"} for row in by_verdict(groups)]
 
 
@@ -239,18 +227,11 @@ def _tiles(totals: Totals, shown: Mapping[str, int]) -> list[dict[str, str]]:
 
 
 def _changes(compared: Compared, links: Mapping[str, str]) -> dict[str, Any]:
-    """Return the changes since an earlier run, as the template shows them."""
     kinds = []
-    for change in CHANGES:
+    for change in Change:
         members = [one for one in compared.differences if one.change is change]
-        kinds.append(
-            {
-                "change": change.value,
-                "title": change.value.capitalize(),
-                "count": len(members),
-                "rows": [_change(one, links.get(one.id, "")) for one in members[:MAX_LISTED]],
-            }
-        )
+        rows = [_change(one, links.get(one.id, "")) for one in members[:MAX_LISTED]]
+        kinds.append({"change": change, "title": change.capitalize(), "count": len(members), "rows": rows})
     return {"name": compared.name, "kinds": kinds}
 
 
@@ -309,7 +290,7 @@ def listed(found: Findings, words: Words) -> list[Entry]:
     if len(found.entries) <= MAX_ROWS:
         return list(found.entries)
     quiet = quiet_codes(found.entries, words)
-    odd = {name for quantity in Quantity for name in outlying(found.fits, quantity)}
+    odd = {name for quantity in UNITS for name in outlying(found.fits, quantity)}
 
     def rank(entry: Entry) -> int:
         """As the script of the page orders its rows."""
@@ -321,38 +302,42 @@ def listed(found: Findings, words: Words) -> list[Entry]:
     return [found.entries[place] for place in sorted(chosen)]
 
 
-@dataclass(frozen=True)
-class RowContext:
-    """Data that rows of the page need in addition to their entries.
+def rows_of(
+    entries: Iterable[Entry],
+    found: Findings,
+    words: Words,
+    pictures: Mapping[str, bytes] | None = None,
+    is_brief: bool = False,
+) -> list[dict[str, Any]]:
+    """Return rows as the script of the page reads them; size in centimetres, mass in kg, None for a rejected input.
 
-    Attributes:
-        found, words: of the report. pictures: small ones by `Entry.path`; None: the page shows those in the library.
-        odd: quantity -> ids of assets outside the usual range. changes: id -> change compared with an earlier run.
+    docs/reference/report.md explains the keys.
+
+    Args:
+        entries: with the results of their checks. found, words: of the report.
+        pictures: small ones by `Entry.path`; None: the page shows those in the library.
         is_brief: leave out checks that passed or do not apply.
     """
+    odd = {quantity: frozenset(outlying(found.fits, quantity)) for quantity in UNITS}
+    differences = found.compared.differences if found.compared else ()
+    changes = {one.now.id: one.change.value for one in differences if one.now is not None}
+    rows = []
+    for entry in entries:
+        row = _row(entry, found.root) | {
+            "outlier": [name for name, ids in odd.items() if entry.id in ids],
+            "change": changes.get(entry.id, ""),
+            "more": _details(entry, found, words, is_brief),
+        }
+        if pictures is not None:
+            webp = pictures.get(entry.path, b"")
+            row["thumb"] = f"data:image/webp;base64,{base64.b64encode(webp).decode('ascii')}" if webp else ""
+        rows.append(row)
+    return rows
 
-    found: Findings
-    words: Words
-    pictures: Mapping[str, bytes] | None = None
-    is_brief: bool = False
 
-    @cached_property
-    def odd(self) -> dict[str, frozenset[str]]:  # noqa: D102  see the class
-        return {quantity.value: frozenset(outlying(self.found.fits, quantity)) for quantity in Quantity}
-
-    @cached_property
-    def changes(self) -> dict[str, str]:  # noqa: D102  see the class
-        differences = self.found.compared.differences if self.found.compared else ()
-        return {one.now.id: one.change.value for one in differences if one.now is not None}
-
-
-def row_of(entry: Entry, context: RowContext) -> dict[str, Any]:
-    """Return a row as the script of the page reads it; size in centimetres, mass in kg, None for a rejected input.
-
-    `entry` has the results of its checks. docs/reference/report.md explains the keys.
-    """
-    summary, root = entry.summary, context.found.root
-    row = {
+def _row(entry: Entry, root: str) -> dict[str, Any]:
+    summary = entry.summary
+    return {
         "id": entry.id,
         "verdict": entry.decision.value,
         "category": entry.category,
@@ -369,28 +354,20 @@ def row_of(entry: Entry, context: RowContext) -> dict[str, Any]:
         "applying": entry.checks.applying,
         "codes": list(codes_of(entry)),
         "decide": sorted(set(entry.to_decide)),
-        "outlier": [name for name, ids in context.odd.items() if entry.id in ids],
-        "change": context.changes.get(entry.id, ""),
         "folder": relative_link(entry.path if root == "." else f"{root}/{entry.path}"),
-        "more": _details(entry, context),
     }
-    if context.pictures is not None:
-        webp = context.pictures.get(entry.path, b"")
-        row["thumb"] = f"data:image/webp;base64,{base64.b64encode(webp).decode('ascii')}" if webp else ""
-    return row
 
 
-def _details(entry: Entry, context: RowContext) -> dict[str, Any]:
-    """Return what the page shows of an entry when its row is opened."""
-    is_left_out = {Status.PASSED, Status.NOT_APPLICABLE} if context.is_brief else set()
+def _details(entry: Entry, found: Findings, words: Words, is_brief: bool) -> dict[str, Any]:
+    is_left_out = {Status.PASSED, Status.NOT_APPLICABLE} if is_brief else set()
     shown = [result for result in entry.results if result.status not in is_left_out]
     results = [[r.code, _status_number(r), _short(r.number), _short(r.limit), r.unit, r.reason] for r in shown]
     if entry.decision is Decision.REJECTED:
-        reason, fix = context.words.reason_and_fix(entry)
+        reason, fix = words.reason_and_fix(entry)
         # Refused rows of a manifest share one file and have no folder.
         files = [] if entry.path.endswith(f"/{ROWS}") else [["reason", relative_link(REFUSAL)]]
         return {"results": results, "reason": reason, "fix": fix, "files": files}
-    seen = context.found.whole.seen.get(entry.id) if context.found.whole else None
+    seen = found.whole.seen.get(entry.id) if found.whole else None
     return {
         "results": results,
         "hull": entry.summary.hull_vertices if entry.summary else 0,

@@ -16,7 +16,7 @@ from casa_assets.layouts.run.scene_files import SCENE_JSON
 from casa_assets.library.entry_files import checked_model
 from casa_assets.library.library import Library
 from casa_assets.runs.outcome import writing
-from casa_assets.show.stills.photoreal.render import Still, StillSettings, asset_still, scene_stills
+from casa_assets.show.stills.photoreal import StillSettings, asset_still, scene_stills
 from casa_assets.show.stills.pictures import SheetCell, contact_sheets
 from casa_assets.show.stills.still import render, render_turntable
 from casa_assets.show.stills.studio import View
@@ -24,20 +24,11 @@ from casa_assets.show.stills.studio import View
 
 @dataclass(frozen=True)
 class Picture:
-    """A written picture file, what it shows, and the folder of the asset; None for a sheet of many."""
+    """A written picture file, what it shows, and the folder of the asset or kitchen; None for a sheet of many."""
 
     path: Path
     title: str
-    asset: Path | None = None
-
-
-@dataclass(frozen=True)
-class WrittenStill:
-    """A picture file, the still in it, and the folder of the asset or kitchen."""
-
-    path: Path
-    still: Still
-    subject: Path
+    subject: Path | None = None
 
 
 def draw(
@@ -97,7 +88,7 @@ def draw_stills(
     settings: StillSettings,
     pose: str = "",
     cameras: Sequence[str] = (),
-) -> Iterator[WrittenStill]:
+) -> Iterator[Picture]:
     """Write path-traced stills of each target.
 
     Args:
@@ -111,21 +102,21 @@ def draw_stills(
     for target in targets:
         if is_scene(target):
             _check_pose(target / mjcf.FILE, pose)
+            name = target.resolve().name
             for still in scene_stills(target, cameras, settings, pose or "start"):
-                path = output / f"{target.resolve().name}_{still.name}.png"
-                yield WrittenStill(_put(path, still.png), still, target)
+                yield Picture(_put(output / f"{name}_{still.name}.png", still.png), name, target)
             continue
         for model in models([target]):
-            folder = model.parent
-            layer = folder / "usd" / f"{folder.resolve().name}.usda"
+            folder, name = model.parent, model.parent.resolve().name
+            layer = folder / "usd" / f"{name}.usda"
             _check_pose(model, pose)
             if not layer.is_file():
                 raise OutputError(str(layer), "is missing; stills are drawn from the USD of an asset, make it again")
-            name, still = f"{layer.stem}_{pose}" if pose else layer.stem, asset_still(layer, settings, pose)
-            yield WrittenStill(_put(output / f"{name}.png", still.png), still, folder)
+            png = asset_still(layer, settings, pose).png
+            yield Picture(_put(output / f"{'_'.join(filter(None, (name, pose)))}.png", png), name, folder)
 
 
-def draw_scene(folder: Path, settings: StillSettings, pose: str, cameras: Sequence[str] = ()) -> Iterator[WrittenStill]:
+def draw_scene(folder: Path, settings: StillSettings, pose: str, cameras: Sequence[str] = ()) -> Iterator[Picture]:
     """Write stills of a kitchen into its folder.
 
     They are named `photoreal_<camera>.png`, or `photoreal_<camera>_<pose>.png` for a pose other than `start`.
@@ -136,7 +127,7 @@ def draw_scene(folder: Path, settings: StillSettings, pose: str, cameras: Sequen
     _check_pose(folder / mjcf.FILE, pose)
     for still in scene_stills(folder, cameras, settings, pose):
         name = still.name if pose == "start" else f"{still.name}_{pose}"
-        yield WrittenStill(_put(folder / f"photoreal_{name}.png", still.png), still, folder)
+        yield Picture(_put(folder / f"photoreal_{name}.png", still.png), folder.name, folder)
 
 
 def _check_pose(model: Path, pose: str) -> None:

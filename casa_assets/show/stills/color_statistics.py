@@ -93,7 +93,6 @@ def _names(lab: Floats) -> tuple[tuple[str, float], ...]:
 
 
 def _name(light: float, a: float, b: float) -> str:
-    """A plain word for a colour."""
     chroma, hue = float(np.hypot(a, b)), float(np.degrees(np.arctan2(b, a)) % 360.0)
     if light < BLACK_LIGHT and chroma < 2 * GREY_CHROMA:
         return "black"

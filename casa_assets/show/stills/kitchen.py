@@ -1,7 +1,7 @@
 """Render a kitchen's `scene.xml` through its own cameras, as by day with the lamps on.
 
-MuJoCo draws what each camera sees, and what each direction of the light sees (`room_surfaces.py`); `room_light.py`
-lights the one by the other. Each picture is the mean of a few drawings that are moved by a part of a pixel and lit from
+MuJoCo draws what each camera sees, and what each direction of the light sees; `room_light.py` lights the one by the
+other. Each picture is the mean of a few drawings that are moved by a part of a pixel and lit from
 other directions (docs/explanation/libraries.md says why MuJoCo's own lights are not used).
 """
 
@@ -21,20 +21,24 @@ import numpy as np
 
 from casa_assets.core.numeric import Floats
 from casa_assets.show.stills import pictures, renderer
-from casa_assets.show.stills.photoreal.views import View
+from casa_assets.show.stills.photoreal import View
 from casa_assets.show.stills.pictures import Pixels
 from casa_assets.show.stills.renderer import Bounds, CameraFrustum, one_group, set_quality
 from casa_assets.show.stills.room_light import (
+    OPAQUE,
     Beam,
     Patch,
     Room,
+    Surfaces,
     beams,
     close_open_sides,
+    draw_shadow_map,
+    draw_surfaces,
     grey_sections,
     light_on,
+    plain_scene,
     shade,
 )
-from casa_assets.show.stills.room_surfaces import OPAQUE, Surfaces, draw_shadow_map, draw_surfaces, plain_scene
 from casa_assets.show.stills.still import CannotDraw, set_keyframe
 
 _Light = list[list[Beam]]  # of each drawing
@@ -183,7 +187,6 @@ def _groups_restored(model: Any) -> Iterator[Any]:
 
 
 def _hide_walls_before(model: Any, data: Any, eye: Floats) -> None:
-    """Hide walls that are between the eye and the room, and everything that hangs on them."""
     for wall in range(1, model.nbody):
         if not model.body(wall).name.startswith(_WALL_PREFIX):
             continue
@@ -229,7 +232,6 @@ def room_of(model: Any, data: Any, bounds: Bounds) -> Room:
 
 
 def _bounds(model: Any, data: Any) -> Bounds:
-    """Bounds of all that is seen."""
     boxes = _boxes(model, data, np.flatnonzero(model.geom_group == _VISUAL_GROUP))
     if not len(boxes):
         raise CannotDraw("nothing in the scene is visible")
@@ -251,6 +253,5 @@ def _is_shell(name: str) -> bool:
 
 
 def _is_clear(model: Any, geom: int) -> bool:
-    """True if a geom is seen through."""
     material = int(model.geom_matid[geom])
     return float((model.mat_rgba[material] if material >= 0 else model.geom_rgba[geom])[3]) < OPAQUE

@@ -56,8 +56,9 @@ def show(model: Any, pose: str = "", name: str = "the model", each_frame: EachFr
                 if wanted[0]:
                     start()
                     wanted[0] = False
-                if running[0]:
-                    _catch_up(model, data, begin)
+                end = data.time + FRAME_S  # one frame, or as much of it as the machine manages in that time
+                while running[0] and data.time < end and time.perf_counter() - begin < MAX_CATCH_UP_S:
+                    mujoco.mj_step(model, data)
                 if each_frame is not None:
                     each_frame(model, data)
             handle.sync()
@@ -98,13 +99,6 @@ def shown_groups(model: Any) -> list[int]:
     used = {int(group) for group in model.geom_group}
     hidden = {0} if 1 in used and 0 in used else set()
     return [int(group < 3 and group not in hidden) for group in range(mujoco.mjNGROUP)]
-
-
-def _catch_up(model: Any, data: Any, begin: float) -> None:
-    """Simulate one frame, or as much of it as the machine manages in that time."""
-    end = data.time + FRAME_S
-    while data.time < end and time.perf_counter() - begin < MAX_CATCH_UP_S:
-        mujoco.mj_step(model, data)
 
 
 # What an effect of these kinds acts on changes its look; heat, cold and turning are not seen in a still picture.

@@ -151,7 +151,6 @@ def _fitted(png: bytes, width_px: int, height_px: int) -> Image.Image:
 
 
 def _cut(text: str, font_px: int, width_px: int) -> str:
-    """As much of the text as fits, on one line, with an ellipsis where some is missing."""
     font = ImageFont.load_default(font_px)
     line = " ".join(text.split())[:200]
     if font.getlength(line) <= width_px:

@@ -21,7 +21,7 @@ import numpy as np
 
 from casa_assets.core.numeric import Floats, Singles
 from casa_assets.errors import CasaError
-from casa_assets.show.stills.backends import BACKENDS, MUJOCO_GL, chosen_backend, install_line, why_not
+from casa_assets.show.stills import BACKENDS, MUJOCO_GL, chosen_backend, install_line, why_not
 from casa_assets.show.stills.pictures import Pixels
 
 # What importing or opening a backend raises where its library is missing or finds no device.
@@ -231,16 +231,3 @@ def set_quality(visual: Any, width_px: int, height_px: int, shadow_px: int) -> N
     visual.headlight.active = 0
     visual.global_.offwidth, visual.global_.offheight = width_px, height_px
     visual.quality.offsamples, visual.quality.shadowsize = 0, shadow_px
-
-
-@contextmanager
-def drawing_ids(canvas: Canvas) -> Iterator[None]:
-    """While it lasts, a drawing shows the number of each thing instead of its colour."""
-    flags = (mujoco.mjtRndFlag.mjRND_SEGMENT, mujoco.mjtRndFlag.mjRND_IDCOLOR)
-    for flag in flags:
-        canvas.scene.flags[flag] = 1
-    try:
-        yield
-    finally:
-        for flag in flags:
-            canvas.scene.flags[flag] = 0

@@ -18,7 +18,7 @@ from PIL import Image, ImageFilter
 from casa_assets.core.numeric import Floats, Mask
 from casa_assets.show.stills import pictures, renderer
 from casa_assets.show.stills.pictures import Pixels
-from casa_assets.show.stills.renderer import GOLDEN, PLASTIC, CameraFrustum, drawing_ids, one_group, set_quality
+from casa_assets.show.stills.renderer import GOLDEN, PLASTIC, CameraFrustum, one_group, set_quality
 
 
 @dataclass(frozen=True)
@@ -214,7 +214,6 @@ def _mean_of_drawings(
 
 
 def _set_lights(scene: Any, i: int, passes: int, viewer: float) -> None:
-    """Set the lights of an MjvScene for drawing `i` of `passes`."""
     key, sky, bounce = scene.lights[0], scene.lights[1 : 1 + _SKY_LIGHTS], scene.lights[1 + _SKY_LIGHTS : scene.nlight]
     spread, turn = _KEY_SOFTNESS * math.sqrt((i + 0.5) / passes), 2.0 * math.pi * GOLDEN * i
     azimuth = viewer + _KEY_ASIDE + spread * math.cos(turn)
@@ -234,7 +233,6 @@ def _set_lights(scene: Any, i: int, passes: int, viewer: float) -> None:
 
 
 def _set_light(light: Any, azimuth: float, elevation: float, diffuse: float, specular: float, casts: bool) -> None:
-    """Make an MjvLight come from there, world frame."""
     flat = math.cos(elevation)
     light.dir = [-flat * math.cos(azimuth), -flat * math.sin(azimuth), -math.sin(elevation)]
     light.ambient, light.diffuse, light.specular = [0.0] * 3, [diffuse] * 3, [specular] * 3
@@ -269,8 +267,9 @@ def _ball() -> Floats:
 
 def _background(canvas: renderer.Canvas, floor: int) -> Mask:
     """(size_px, size_px) where nothing but floor is seen, clear of the asset's edges."""
-    with drawing_ids(canvas):
-        floor_id = next(g.segid + 1 for g in canvas.scene.geoms[: canvas.scene.ngeom] if g.objid == floor)
-        ids = canvas.draw().astype(np.int32) @ np.array([1, 256, 65536])
+    for flag in (mujoco.mjtRndFlag.mjRND_SEGMENT, mujoco.mjtRndFlag.mjRND_IDCOLOR):
+        canvas.scene.flags[flag] = 1  # a drawing shows the number of each thing instead of its colour
+    floor_id = next(g.segid + 1 for g in canvas.scene.geoms[: canvas.scene.ngeom] if g.objid == floor)
+    ids = canvas.draw().astype(np.int32) @ np.array([1, 256, 65536])
     floor_only = Image.fromarray(np.where(ids == floor_id, 255, 0).astype(np.uint8))
     return np.asarray(floor_only.filter(ImageFilter.MinFilter(5))) > 0

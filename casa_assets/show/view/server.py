@@ -17,12 +17,13 @@ import re
 import sys
 import time
 import traceback
+import webbrowser
 from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 from html import unescape
 from http import HTTPStatus
-from http.server import ThreadingHTTPServer
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path, PurePosixPath
 from threading import Lock, Thread
 from typing import Any, ClassVar
@@ -36,12 +37,45 @@ from casa_assets.layouts.run.resolve import draw_surfaces, ordered_surfaces, res
 from casa_assets.layouts.run.scene_files import SHARED
 from casa_assets.library.entry_files import file_inside
 from casa_assets.model.kitchen.choices import Surface
-from casa_assets.show.local_server import HOST, LocalHandler
-from casa_assets.show.page.model_files import viewer_script
-from casa_assets.show.page.page_template import render_template
-from casa_assets.show.view import machines
-from casa_assets.show.view.model import REPORT, Model, ShowProgress, to_json, with_style
+from casa_assets.show.page.page_template import render_template, viewer_script
+from casa_assets.show.view.model import REPORT, Model, ShowProgress, parse_step, step_machine, to_json, with_style
 from casa_assets.show.view.subject import Kitchen, Subject
+
+HOST = "127.0.0.1"
+
+
+def open_in_browser(address: str) -> None:
+    """Open a page that is about to be served. A text browser waits for the page, so this does not wait for it."""
+    Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+
+
+class LocalHandler(BaseHTTPRequestHandler):
+    """Answers that no browser keeps.
+
+    Attributes:
+        headers_of_all: name -> value of headers that each answer of a server has besides.
+    """
+
+    protocol_version = "HTTP/1.1"
+    headers_of_all: ClassVar[dict[str, str]]
+
+    def send(self, status: HTTPStatus, kind: str, body: bytes) -> None:
+        """Send an answer whole; `kind`: its media type."""
+        self.send_response(status)
+        for name, value in {
+            "Content-Type": kind,
+            "Content-Length": str(len(body)),
+            "Cache-Control": "no-store",
+            "X-Content-Type-Options": "nosniff",
+            **self.headers_of_all,
+        }.items():
+            self.send_header(name, value)
+        self.end_headers()
+        self.wfile.write(body)
+
+    def log_message(self, format: str, *args: object) -> None:  # noqa: A002  the name of the base class
+        """Say nothing: the terminal belongs to the command."""
+
 
 SSH_PORT = "22"
 MAX_BODY_BYTES = 100_000
@@ -58,31 +92,23 @@ ABANDONED_S = 5.0
 Maker = Callable[[Subject, ShowProgress], Model]
 
 
-@dataclass(frozen=True)
-class Progress:
-    """Progress of a model.
+class _Job:
+    """A model that was ordered. Written by the thread that makes it, read by all.
 
     Attributes:
-        doing: the present step, in words. done, of: how much of it is done; both 0 if unknown.
-        seconds: since it was ordered. error: why it cannot be made; empty if nothing went wrong.
+        step: what is being done, in words, how much of it is done, and of how many; 0 where that is not known.
+        error: why it cannot be made; empty if nothing went wrong. took: seconds, once the model is there.
     """
-
-    doing: str = "waiting for another"
-    done: int = 0
-    of: int = 0
-    seconds: float = 0.0
-    error: str = ""
-    is_ready: bool = False
-
-
-class _Job:
-    """A model that was ordered. Written by the thread that makes it, read by all."""
 
     def __init__(self, subject: Subject) -> None:
         self.subject = subject
         self.begin = self.asked = time.monotonic()
-        self.progress = Progress()
+        self.step, self.error, self.took = ("waiting for another", 0, 0), "", 0.0
         self.model: Model | None = None
+
+    @property
+    def is_over(self) -> bool:
+        return self.model is not None or bool(self.error)
 
 
 class Workshop:
@@ -101,24 +127,24 @@ class Workshop:
         """Start to make a model unless it is ready or being made; return its id. Failed models are tried again."""
         with self._lock:
             job = self._jobs.get(subject.id)
-            if job is None or job.progress.error:
+            if job is None or job.error:
                 job = self._jobs[subject.id] = _Job(subject)
                 # Ends with the program, whatever it is doing: nothing half-made is left, see Store.
                 Thread(target=self._work, args=(job,), daemon=True).start()
             self._jobs.move_to_end(subject.id)
-            done = [name for name, one in self._jobs.items() if one.model is not None or one.progress.error]
+            done = [name for name, one in self._jobs.items() if one.is_over]
             for name in done[: max(0, len(done) - KEPT)]:
                 del self._jobs[name]
         return subject.id
 
-    def progress(self, model_id: str) -> Progress | None:
-        """Return the progress of a model, or None if it was not ordered or was discarded."""
-        job = self._find(model_id)
-        if job is None:
+    def progress(self, model_id: str) -> dict[str, Any] | None:
+        """Return the progress of a model as the page reads it, or None if it was not ordered or was discarded."""
+        if (job := self._find(model_id)) is None:
             return None
-        if job.progress.is_ready or job.progress.error:
-            return job.progress
-        return Progress(job.progress.doing, job.progress.done, job.progress.of, time.monotonic() - job.begin)
+        doing, done, of = job.step
+        seconds = job.took or time.monotonic() - job.begin
+        facts = {"doing": doing, "done": done, "of": of, "seconds": seconds, "error": job.error}
+        return {**facts, "is_ready": job.model is not None}
 
     def model(self, model_id: str) -> Model | None:
         """A model that is ready, or None."""
@@ -131,7 +157,6 @@ class Workshop:
         return None if job is None else job.subject
 
     def _find(self, model_id: str) -> _Job | None:
-        """Return the job of a model and mark it as just used; None if it does not exist or was discarded."""
         with self._lock:
             job = self._jobs.get(model_id)
             if job is not None:
@@ -141,21 +166,21 @@ class Workshop:
 
     def _work(self, job: _Job) -> None:
         def show_progress(doing: str, done: int, of: int) -> None:
-            job.progress = Progress(doing, done, of)
+            job.step = doing, done, of
 
         with self._bench:
             if self._is_abandoned(job):
                 return
             try:
-                job.model = self._make(job.subject, show_progress)
+                model = self._make(job.subject, show_progress)
             except CasaError as error:
-                job.progress = Progress(error=str(error))
+                job.error = str(error)
             except Exception:  # noqa: BLE001  a thread has nobody above it: the page and the terminal tell of the fault
                 traceback.print_exc()
-                job.progress = Progress(error="a fault of the program; the terminal shows where")
+                job.error = "a fault of the program; the terminal shows where"
             else:
-                seconds = time.monotonic() - job.begin
-                job.progress = Progress("ready", seconds=seconds, is_ready=True)
+                job.took, job.step = time.monotonic() - job.begin, ("ready", 0, 0)
+                job.model = model
 
     def _is_abandoned(self, job: _Job) -> bool:
         """Forget a model that waited for its turn until no page asked for it any more; True where that is so."""
@@ -195,21 +220,18 @@ class ViewServer(ThreadingHTTPServer):
 
 
 class _Handler(LocalHandler):
-    """Answers for the page, models, facts, reports, orders of other kitchens, and steps of state machines."""
-
     server: ViewServer
     headers_of_all: ClassVar[dict[str, str]] = {
         "Referrer-Policy": "same-origin",
         "Cross-Origin-Resource-Policy": "same-origin",
     }
 
-    def do_GET(self) -> None:  # noqa: N802  the name of the base class
+    def do_GET(self) -> None:
         """The page; `progress/ID`, `model/ID.glb`, `facts/ID`, `report/ID/FILE`."""
         if not self._is_for_us():
             self._refuse(HTTPStatus.FORBIDDEN, "this server answers its own page on this machine alone")
             return
         what, _, rest = unquote(urlsplit(self.path).path).removeprefix("/").partition("/")
-        answers: dict[str, Callable[[str], None]] = {"progress": self._progress, "report": self._report}
         if (what, rest) == ("", ""):
             text = page(self.server.order_first(), self.server.pose)
             self.send(HTTPStatus.OK, "text/html; charset=utf-8", text.encode())
@@ -224,12 +246,12 @@ class _Handler(LocalHandler):
                 self.send(HTTPStatus.OK, "model/gltf-binary", model.glb)
             else:
                 self.send(HTTPStatus.OK, JSON, to_json(model.facts))
-        elif what in answers and rest:
-            answers[what](rest)
+        elif what in ("progress", "report") and rest:
+            (self._progress if what == "progress" else self._report)(rest)
         else:
             self._refuse(HTTPStatus.NOT_FOUND, "there is no such page")
 
-    def do_POST(self) -> None:  # noqa: N802  the name of the base class
+    def do_POST(self) -> None:
         """`step/ID`: one step of a state machine. `order`: another style, or other surfaces, of the kitchen."""
         length, origin = self.headers.get("Content-Length", ""), self.headers.get("Origin")
         # What is posted has to be JSON from this page; a form of another page can send no JSON without asking.
@@ -270,7 +292,7 @@ class _Handler(LocalHandler):
         if found is None:
             self._refuse(HTTPStatus.NOT_FOUND, f"{model_id} is not kept; load the page again")
         else:
-            self._send_json(asdict(found))
+            self._send_json(found)
 
     def _report(self, rest: str) -> None:
         """Send the report of a scene or asset, a file of its folder that the report uses, or the viewer.
@@ -298,10 +320,10 @@ class _Handler(LocalHandler):
 
     def _step(self, model_id: str, data: bytes) -> dict[str, Any]:
         found = self.server.workshop.model(model_id)
-        said = machines.parse(data)
+        said = parse_step(data)
         if found is None or said.placement not in found.behaviors:
             raise CasaError(f"{model_id} has no state machine {said.placement!r}")
-        return machines.step(found.behaviors[said.placement], said)
+        return step_machine(found.behaviors[said.placement], said)
 
     def _order(self, data: bytes) -> str:
         """Start to build another kitchen of the same plan; returns its id. Raises CasaError where it cannot be."""

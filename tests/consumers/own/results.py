@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tests.support.program.installed import Environment
+from tests.support.program.environments import Environment
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ import pytest
 
 from tests.consumers.own.results import TELLING, Checked, certified, only_entry, told_by
 from tests.support.program.documents import saved
-from tests.support.program.installed import Environment, build_wheel, install
+from tests.support.program.environments import Environment, build_wheel, install
 
 pytestmark = pytest.mark.consumers
 ROWS = {"casa.yaml": "name: ours\n", "families/tea_tray.yaml": "presets:\n  waved: {face: stall_waves}\n"}

@@ -1,4 +1,4 @@
-"""Each kind of thing that a project may hold works with the installed wheel, by command and from Python.
+"""Each kind of thing that a project may hold works with the installed wheel.
 
 A user begins in an empty folder, writes a project with what the pages of the documents show and rows of their own, and
 ends with kitchens and assets that have passed every check. Each test looks for the mark of one kind of thing in them.
@@ -18,10 +18,10 @@ import pytest
 from PIL import Image
 
 from casa_assets.core.numeric import linear_from_srgb, srgb_from_hex
-from tests.consumers.own.results import TELLING, Checked, by_code, certified, only_entry, told_by
+from tests.consumers.own.results import Checked, by_code, certified, only_entry
 from tests.support.library.libraries import box_obj
 from tests.support.program.documents import saved
-from tests.support.program.installed import Environment
+from tests.support.program.environments import Environment
 
 pytestmark = pytest.mark.consumers
 WHOLE, LIKE = "studio__harbour__s3", "nook__ours"  # kitchens of a plan and a style that state all, that are like others
@@ -66,17 +66,6 @@ counter: {face: slabs_stone}
 room: {wall: plaster_harbour, floor: stall_waves}
 models: {kettle: kettle/ours, fruit_bowl: {preset: tea_tray/oak, width: 0.3}, jar: 'library:%s'}
 """
-SCRIPT = f"""{TELLING}
-project = casa.Project(".", plugins=True)
-for kitchen in (project.kitchen("studio", "harbour", seed=3), project.kitchen("nook", "ours")):
-    tell(kitchen.id, kitchen.check(), kitchen.facts)
-with project:
-    done = casa.ingest("meshes/muesli_packet.obj")
-    tell_asset("mesh", done.asset, done.report)
-    tell_asset("object", casa.build("enamel_mug"))
-    tell_asset("member", casa.build("kettle", "ours"))
-end()
-"""
 
 
 @dataclass(frozen=True)
@@ -86,19 +75,9 @@ class Made:
     project: Path
     checked: Mapping[str, Checked]
 
-    @property
-    def whole(self) -> Checked:
-        """The kitchen of a plan and a style that state all."""
-        return self.checked[WHOLE]
-
-    @property
-    def like(self) -> Checked:
-        """The kitchen of a plan and a style that are like others."""
-        return self.checked[LIKE]
-
     def fixture(self, name: str) -> Mapping[str, str]:
         """What stands in the second kitchen under a name."""
-        (found,) = (one for one in self.like.facts["fixtures"] if one["name"] == name)
+        (found,) = (one for one in self.checked[LIKE].facts["fixtures"] if one["name"] == name)
         return dict(found)
 
 
@@ -127,17 +106,10 @@ def project(user: Environment, tmp_path_factory: pytest.TempPathFactory) -> Path
     return folder
 
 
-# The same rows are read by both ways: a release tries Python with all of them.
-@pytest.fixture(scope="module", params=["command", pytest.param("python", marks=pytest.mark.certify)])
-def made(request: pytest.FixtureRequest, project: Path, user: Environment) -> Made:
-    """What is made with the project: by command, and from Python."""
-    if request.param == "command":
-        return Made(project, _made_by_command(project))
-    return Made(project, told_by(user, project, SCRIPT))
-
-
-def _made_by_command(project: Path) -> dict[str, Checked]:
-    found = {}
+@pytest.fixture(scope="module")
+def made(project: Path) -> Made:
+    """What `make` has made with the project."""
+    found: dict[str, Checked] = {}
     for name in (WHOLE, LIKE):
         folder = project / "out" / "scenes" / name
         facts, report = (
@@ -148,7 +120,7 @@ def _made_by_command(project: Path) -> dict[str, Checked]:
     for name, place in libraries.items():
         library, _, category = place.partition("/")
         found[name] = certified(only_entry(project / "out" / library, category))
-    return found
+    return Made(project, found)
 
 
 def called(user: Environment, *words: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
@@ -183,7 +155,7 @@ def test_all_has_passed_its_checks(made: Made) -> None:
 
 def test_rows_of_a_kitchen_that_states_all(made: Made) -> None:
     """A plan, a style, habits."""
-    facts = made.whole.facts
+    facts = made.checked[WHOLE].facts
     assert 5.9 <= facts["parameters"]["width"] <= 6.4
     assert {"sink", "main_range", "main_fridge", "toaster"} <= {f["name"] for f in facts["fixtures"]}
     assert facts["surfaces"]["cabinet"] == "paint_powder_blue"
@@ -194,7 +166,7 @@ def test_rows_of_a_kitchen_that_states_all(made: Made) -> None:
 
 def test_rows_of_a_kitchen_that_is_like_another(made: Made) -> None:
     """A plan and a style that are like others, recipes of textures, a pack of pictures."""
-    facts = made.like.facts
+    facts = made.checked[LIKE].facts
     assert facts["parameters"]["width"] == 6.2
     assert {"main_range", "toaster", "jar"} <= {f["name"] for f in facts["fixtures"]}
     assert made.fixture("main_range")["preset"] == "black_steel"
@@ -220,10 +192,10 @@ def test_rows_of_assets(made: Made) -> None:
 
 def test_limits_and_waivers(made: Made) -> None:
     assert made.checked["mesh"].results["AST005"]["limit"] == 31
-    assert made.like.results["SCN010"]["limit"] == 399
-    waived = made.like.results["SCN026"]
+    assert made.checked[LIKE].results["SCN010"]["limit"] == 399
+    waived = made.checked[LIKE].results["SCN026"]
     assert (waived["waived"], waived["reason"]) == (True, "Our machine is slow.")
-    assert not made.whole.results["SCN026"]["waived"]
+    assert not made.checked[WHOLE].results["SCN026"]["waived"]
 
 
 def test_what_was_made_and_has_not_changed_is_kept(project: Path, user: Environment) -> None:
@@ -232,17 +204,14 @@ def test_what_was_made_and_has_not_changed_is_kept(project: Path, user: Environm
     assert {row["id"]: row["kept"] for row in rows if row["id"] in (WHOLE, LIKE)} == {WHOLE: True, LIKE: True}
 
 
-@pytest.mark.parametrize("way", ["command", "python"])
-def test_a_word_that_is_wrong_is_told_with_its_line(project: Path, user: Environment, way: str) -> None:
-    plan, script = project / "plans" / "studio.yaml", project / "script.py"
+def test_a_word_that_is_wrong_is_told_with_its_line(project: Path, user: Environment) -> None:
+    plan = project / "plans" / "studio.yaml"
     text = plan.read_text(encoding="utf-8")
     plan.write_text(text.replace("- dishwasher", "- dishwahser"), encoding="utf-8")
-    script.write_text('import casa_assets as casa\ncasa.Project(".", plugins=True).kitchen("studio", "harbour")\n')
     try:
-        words = ("scenes", "new", "studio", "--style", "harbour", "--plugins")
-        done = user.casa(*words, cwd=project) if way == "command" else user.python(script, cwd=project)
+        done = user.casa("scenes", "new", "studio", "--style", "harbour", "--plugins", cwd=project)
     finally:
         plan.write_text(text, encoding="utf-8")
-    assert done.returncode == (2 if way == "command" else 1)
+    assert done.returncode == 2
     line = text[: text.index("- dishwasher")].count("\n") + 1
     assert re.search(rf"{project}/plans/studio\.yaml:{line}: runs\.main\.base\.3", done.stderr)

@@ -1,4 +1,4 @@
-"""Each kind of row that a project lays over the package's works with the installed wheel, by command and from Python.
+"""Each kind of row that a project lays over the package's works with the installed wheel, by command.
 
 Here are the kinds that decide what one asset is; those of kitchens are in test_projects.py. A kind is a row of KINDS:
 files of the project, the thing that is made with them, and the mark that they leave on it.
@@ -14,9 +14,9 @@ import pytest
 
 import casa_assets
 from casa_assets.projects import data_root
-from tests.consumers.own.results import TELLING, Checked, certified, only_entry, told_by
+from tests.consumers.own.results import Checked, certified, only_entry
 from tests.support.library.libraries import box_obj
-from tests.support.program.installed import Environment
+from tests.support.program.environments import Environment
 
 pytestmark = pytest.mark.consumers
 MESH = "cereal_beside_banana"  # by the words of the package a thing that is called so is a banana
@@ -26,15 +26,6 @@ runs:
   - families show: {{names: [base_cabinet], preset: [ours], out: out/base_cabinet}}
   - families show: {{names: [kettle], preset: [jug_steel], out: out/kettle}}
   - ingest: {{sources: [meshes/{MESH}.obj], library: out/mesh, jobs: 1}}
-"""
-SCRIPT = f"""{TELLING}
-with casa.Project("."):
-    tell_asset("mug", casa.build("mug"))
-    tell_asset("base_cabinet", casa.build("base_cabinet", "ours"))
-    tell_asset("kettle", casa.build("kettle", "jug_steel"))
-    done = casa.ingest("meshes/{MESH}.obj")
-    tell_asset("mesh", done.asset, done.report)
-end()
 """
 CATEGORIES = {"mug": "mug", "base_cabinet": "base_cabinet", "kettle": "kettle", "mesh": "cereal"}
 SKIN = """skin_ours: {kind: skin, seed: 330, tile_m: [0.28, 0.22], substance: ceramic,
@@ -106,15 +97,12 @@ def project(user: Environment, tmp_path_factory: pytest.TempPathFactory) -> Path
     return folder
 
 
-# The same rows are read by both ways: a release tries Python with all of them.
-@pytest.fixture(scope="module", params=["command", pytest.param("python", marks=pytest.mark.certify)])
-def made(request: pytest.FixtureRequest, project: Path, user: Environment) -> Mapping[str, Checked]:
-    """What is made with the project, by the names of KINDS: by command, and from Python."""
-    if request.param == "command":
-        done = user.casa("make", cwd=project)
-        assert done.returncode == 0, f"{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
-        return {name: certified(only_entry(project / "out" / name, "*")) for name in CATEGORIES}
-    return told_by(user, project, SCRIPT)
+@pytest.fixture(scope="module")
+def made(project: Path, user: Environment) -> Mapping[str, Checked]:
+    """What `make` makes with the project, by the names of KINDS."""
+    done = user.casa("make", cwd=project)
+    assert done.returncode == 0, f"{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
+    return {name: certified(only_entry(project / "out" / name, "*")) for name in CATEGORIES}
 
 
 def test_all_has_passed_its_checks(made: Mapping[str, Checked]) -> None:
@@ -127,38 +115,15 @@ def test_a_kind_of_row_leaves_its_mark(made: Mapping[str, Checked], kind: str) -
     assert KINDS[kind].leaves_mark(made[KINDS[kind].thing])
 
 
-def test_all_runs_are_made_from_python(user: Environment, project: Path) -> None:
-    script = project / "make.py"
-    script.write_text(
-        "import casa_assets as casa\n"
-        "for run in casa.Project('.').make():\n    print(run.passed, run.command.split()[1], len(run.rows))\n",
-        encoding="utf-8",
-    )
-    done = user.python(script, cwd=project)
-    told = ["True objects 1", "True families 1", "True families 1", "True ingest 1"]
-    assert done.stdout.splitlines() == told, done.stderr
-
-
-@pytest.mark.parametrize("way", ["command", "python"])
-def test_a_contract_asks_for_more(user: Environment, tmp_path: Path, way: str) -> None:
+def test_a_contract_asks_for_more(user: Environment, tmp_path: Path) -> None:
     """A runtime of the user's own wants a region of clocks that ours do not have: a check tells."""
     (tmp_path / "casa.yaml").write_text("name: rows\n", encoding="utf-8")
     (tmp_path / "contracts").mkdir()
     (tmp_path / "contracts" / "clock.yaml").write_text("regions: [main, dial_front]\n", encoding="utf-8")
-    if way == "command":
-        done = user.casa("families", "show", "wall_clock", "--preset", "square", "--out", "out", cwd=tmp_path)
-        assert done.returncode == 1
-        told = done.stdout + done.stderr
-    else:
-        script = tmp_path / "script.py"
-        script.write_text(
-            'import casa_assets as casa\nwith casa.Project("."):\n'
-            '    print(casa.build("wall_clock", "square").check().issues)\n',
-            encoding="utf-8",
-        )
-        told = user.python(script, cwd=tmp_path).stdout
-    assert "CON004" in told
-    assert "dial_front" in told
+    done = user.casa("families", "show", "wall_clock", "--preset", "square", "--out", "out", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "CON004" in done.stdout + done.stderr
+    assert "dial_front" in done.stdout + done.stderr
 
 
 def test_a_robot(user: Environment, tmp_path: Path) -> None:

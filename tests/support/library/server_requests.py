@@ -9,9 +9,8 @@ from http.client import HTTPConnection
 from threading import Thread
 from typing import Any
 
-from casa_assets.show.local_server import HOST
-from casa_assets.show.review import ReviewServer
-from casa_assets.show.view.server import Maker, ViewServer, Workshop
+from casa_assets.show.view.review import ReviewServer
+from casa_assets.show.view.server import HOST, Maker, ViewServer, Workshop
 from casa_assets.show.view.subject import Subject
 
 

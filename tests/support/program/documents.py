@@ -21,14 +21,14 @@ REASONS = frozenset(
         "needs files of your own",
         "needs Blender",  # tests/consumers/blender_kitchen.py does what docs/howto/use/blender.md tells
         "needs Isaac Lab",  # nothing runs it; tests compile isaac_lab.py and compare its numbers
-        "needs mujoco_warp",  # tests/consumers/warp_kitchen.py does what docs/howto/use/batch.md tells
+        "needs mujoco_warp",  # tests/consumers/batch_worlds.py does what docs/howto/use/batch.md tells
         "needs Newton",  # tests/consumers/newton_kitchen.py does what docs/howto/use/newton.md tells
         "needs RoboCasa",  # tests/consumers/robocasa/test_open_drawer.py runs docs/howto/use/robocasa.md
         "needs weights of CLIP",
         "installs a package",  # tests/consumers/own/test_plugins.py builds it, installs it and uses it
         "needs yourdfpy or SAPIEN",  # tests/consumers/test_urdf.py runs them
         "runs for minutes",
-        "runs until it is stopped",  # tests/unit/cli/test_view_cli.py runs what docs/howto/use/view.md shows
+        "runs until it is stopped",  # tests/unit/cli/test_kitchen_verbs.py runs what docs/howto/use/view.md shows
     }
 )
 # Languages that are run, read, or are no code.

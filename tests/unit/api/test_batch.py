@@ -60,13 +60,6 @@ def test_a_reset_touches_no_other_world(scenes: list[Path]) -> None:
     assert not batch.qvel[[1, 3]].any()
 
 
-def test_what_differs_from_kitchen_to_kitchen_is_told(scenes: list[Path]) -> None:
-    fields = casa.batch(scenes, engine="mujoco").fields
-    assert {"geom_size", "geom_rgba", "body_mass", "jnt_range"} <= set(fields)
-    assert fields["geom_rgba"].shape[0] == 2
-    assert casa.batch(scenes[:1], engine="mujoco", worlds=3).fields == {}
-
-
 def test_pictures_of_all_kitchens_are_in_each(tmp_path: Path) -> None:
     batch = casa.batch(folders(tmp_path, has_pictures=True), engine="mujoco", textures=True)
     assert set(batch.fields) >= {"geom_matid", "geom_size"}
@@ -122,15 +115,6 @@ class TestRobot:
             assert data.ctrl == pytest.approx([-0.4])
             assert model.actuator("robot_lift").id == 0
 
-    def test_a_robot_with_many_joints_gets_room_for_them(self, scenes: list[Path]) -> None:
-        """The trials had one of nine joints."""
-        alone = casa.batch(scenes, engine="mujoco").sizes
-        small = casa.batch(scenes, engine="mujoco", robot=mujoco.MjSpec.from_string(DRIVING)).sizes
-        large = casa.batch(scenes, engine="mujoco", robot=chain(12)).sizes
-        assert small == alone
-        assert large == {**alone, "nvmax": alone["nvmax"] + 3}
-        assert casa.batch(scenes, engine="mujoco", robot=chain(12), sizes={"nvmax": 56}).sizes["nvmax"] == 56
-
     def test_in_a_kitchen_that_is_nowhere_on_disk(self, tmp_path: Path, monkeypatch: Any) -> None:
         """As on the first day: an id, and no folder of scenes."""
         monkeypatch.chdir(tmp_path)
@@ -147,30 +131,8 @@ class TestRobot:
             casa.batch(found, engine="mujoco", robot=mujoco.MjSpec.from_string(DRIVING))
         assert len(casa.batch(found, engine="mujoco")) == 2
 
-    def test_not_with_newton(self, scenes: list[Path], monkeypatch: Any) -> None:
-        monkeypatch.setattr("casa_assets.api.batch.engine_named", lambda _: None)
-        with pytest.raises(casa.CasaError, match=r"a robot is added with newton\.ModelBuilder"):
-            casa.batch(scenes, engine="newton", robot=mujoco.MjSpec.from_string(DRIVING))
-        with pytest.raises(casa.CasaError, match="in plain colours; leave textures out"):
-            casa.batch(scenes, engine="newton", textures=True)
-
-
-def chain(joints: int) -> mujoco.MjSpec:
-    """An arm of so many links."""
-    spec = mujoco.MjSpec()
-    body = spec.worldbody
-    for number in range(joints):
-        body = body.add_body(name=f"link_{number}", pos=[0.0, 0.0, 0.1])
-        body.add_joint(name=f"joint_{number}", type=mujoco.mjtJoint.mjJNT_HINGE, damping=[1.0, 0.0, 0.0])
-        body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.02, 0.0, 0.0])
-    return spec
-
 
 class TestErrors:
-    def test_another_engine(self, scenes: list[Path]) -> None:
-        with pytest.raises(casa.UnknownId, match="mujoco_warp"):
-            casa.batch(scenes, engine="mujocowarp")  # type: ignore[call-overload]
-
     def test_an_engine_that_is_not_installed(self, scenes: list[Path], monkeypatch: Any) -> None:
         real = builtins.__import__
 
@@ -189,8 +151,3 @@ class TestErrors:
             said = f"{worlds} worlds of {len(kitchens)} kitchens"
             with subtests.test(said), pytest.raises(casa.CasaError, match=said):
                 casa.batch(kitchens, engine="mujoco", worlds=worlds)
-
-    def test_a_joint_that_is_not_there(self, scenes: list[Path]) -> None:
-        first = casa.batch(scenes[:1], engine="mujoco").kitchens[0]
-        with pytest.raises(casa.CasaError, match=r"first: its batch form has no joint 'left__hinge'; batch\.json"):
-            first.address("left__hinge")

@@ -10,6 +10,7 @@ import pytest
 import casa_assets as casa
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.formats.mjcf import kitchen, write
+from casa_assets.formats.mjcf.scene import kitchen
 from casa_assets.layouts.run.load_scene import spec_of
 from casa_assets.mesh.inertia import ready_to_simulate
 from casa_assets.model.asset.behavior import Behavior, Condition, Rule, Variable
@@ -90,13 +91,6 @@ class TestPress:
         assert list(bench.behaviors.effects) == ["oven_2"]
         assert [e.target for e in bench.behaviors.effects["oven_2"]] == ["int"]
 
-    def test_a_key_does_nothing_while_the_door_is_open(self, light: bool) -> None:
-        bench = Bench(light)
-        bench.turn("oven__microjoint", -1.0)
-        bench.tick()
-        bench.press(0.0)
-        assert bench.tick()["oven"]["power"] == "off"
-
     def test_the_door_ends_it(self, light: bool) -> None:
         bench = Bench(light)
         bench.press(0.0)
@@ -127,13 +121,6 @@ class TestStates:
                 bench.turn("oven__microjoint", angle)
                 assert bench.behaviors.states(bench.data)["oven"]["microjoint"] == state
 
-    def test_what_there_is(self) -> None:
-        assert Bench().behaviors.values == {
-            "hob": {"burner_left": ("off", "low", "high")},
-            "oven": {"power": ("off", "on"), "microjoint": ("closed", "open")},
-            "oven_2": {"power": ("off", "on"), "microjoint": ("closed", "open")},
-        }
-
     def test_names_of_a_merged_model(self) -> None:
         bench = Bench(prefix="left_")
         assert sorted(bench.behaviors.values) == ["left_hob", "left_oven", "left_oven_2"]
@@ -145,14 +132,6 @@ class TestStates:
 
 
 class TestOneAsset:
-    def test_it_is_called_object(self) -> None:
-        files = write(oven().replace(states=STATES))
-        rest = {path: data for path, data in files.entries.items() if path != "model.xml"}
-        spec = mujoco.MjSpec.from_string(files.entries["model.xml"].decode(), assets=rest)
-        model = spec.compile()
-        behaviors = casa.Behaviors(model)
-        assert behaviors.reset(mujoco.MjData(model)) == {"object": {"power": "off", "microjoint": "closed"}}
-
     def test_its_own_parts_do_not_press_its_keys(self) -> None:
         text = """
         <mujoco><custom><text name="behavior" data='{json}'/></custom><worldbody>
@@ -201,8 +180,3 @@ class TestTime:
         mujoco.mj_resetData(bench.model, bench.data)
         with pytest.raises(casa.CasaError, match="reset"):
             bench.behaviors.update(bench.data)
-
-    def test_a_text_without_its_joint_is_told(self) -> None:
-        model = '<mujoco><custom><text name="a__state__door_open" data="a__door open 0.9 1"/></custom></mujoco>'
-        with pytest.raises(casa.CasaError, match="a__door"):
-            casa.Behaviors(mujoco.MjModel.from_xml_string(model))

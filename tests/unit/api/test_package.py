@@ -12,7 +12,6 @@ import pytest
 import casa_assets as casa
 from casa_assets.core.system import cache_dir, max_cache_bytes
 from casa_assets.ext import arrays, checks, families, plugins, records, solids, textures
-from casa_assets.registry.families import family as family_of
 
 ROOT = Path(__file__).parents[3]
 EVERY_NAME = Path(__file__).with_name("every_name.py")
@@ -69,17 +68,8 @@ def test_types_are_real(tmp_path: Path) -> None:
     sample = tmp_path / "sample.py"
     sample.write_text(
         """
-from pathlib import Path
 import casa_assets as casa
 
-kitchen: casa.Kitchen = casa.kitchen("galley", "rustic", seed=1, surfaces="random")
-written: Path = kitchen.write("out")
-asset: casa.Asset = casa.build("microwave", "steel", width=0.6)
-report: casa.Report = asset.check()
-done: casa.Ingested = casa.ingest("mug.obj", category="mug")
-why: casa.Rejection | None = done.rejection
-names: list[str] = [plan.name for plan in casa.plans().values()]
-folder: Path = casa.cache_dir()
 for entry in casa.Library("lib"):
     reveal_type(entry.id)
 reveal_type(casa.batch(["galley__rustic"], engine="mujoco").engine)
@@ -120,17 +110,6 @@ class TestCacheDir:
         assert cache_dir() == tmp_path / "mine"
         assert not cache_dir().exists()
 
-    def test_else_the_folder_of_the_platform(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-        monkeypatch.delenv("CASA_ASSETS_CACHE", raising=False)
-        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-        assert cache_dir() == tmp_path / "casa-assets"
-        monkeypatch.delenv("XDG_CACHE_HOME")
-        assert cache_dir() == Path.home() / ".cache" / "casa-assets"
-
-    def test_relative_one_is_made_absolute(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setenv("CASA_ASSETS_CACHE", "some/where")
-        assert cache_dir().is_absolute()
-
     def test_size(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.delenv("CASA_ASSETS_CACHE_GB", raising=False)
         assert max_cache_bytes() == 4_000_000_000
@@ -145,28 +124,8 @@ class TestCacheDir:
 class TestCatalogue:
     def test_what_exists(self) -> None:
         assert casa.plans()["galley"].bounds["width"] == casa.Bounds(3.0, 3.6)
-        assert casa.plans()["galley"].defaults["width"] == 3.2
-        assert casa.styles()["rustic"].description
-        microwave = casa.families()["microwave"]
-        assert microwave.bounds["width"] == casa.Bounds(0.44, 0.77)
-        assert "steel" in microwave.presets
+        assert casa.families()["microwave"].bounds["width"] == casa.Bounds(0.44, 0.77)
         assert "brick_red_running" in casa.surfaces()["wall"]
-
-    def test_every_preset_is_within_its_bounds(self) -> None:
-        counted = 0
-        for family in casa.families().values():
-            for preset in family.presets:
-                numbers = family_of(family.name).presets[preset]
-                for name, bounds in family.bounds.items():
-                    value = numbers
-                    for part in name.split("."):
-                        value = getattr(value, part, None)
-                    if value is None:
-                        continue
-                    counted += 1
-                    assert bounds.low is None or value >= bounds.low
-                    assert bounds.high is None or value <= bounds.high
-        assert counted > 1000
 
     def test_wrong_words(self) -> None:
         with pytest.raises(casa.UnknownId, match="rustic"):

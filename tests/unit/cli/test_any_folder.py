@@ -17,8 +17,8 @@ from casa_assets.layouts.run.recipe import SceneResult
 from casa_assets.library import library as disk
 from casa_assets.library.library import Library
 from casa_assets.model.issue import Status
-from casa_assets.show.review import ReviewServer
 from casa_assets.show.view.model import make
+from casa_assets.show.view.review import ReviewServer
 from casa_assets.show.view.subject import cache_of, find
 from tests.support.library.libraries import BOXES, box_obj, differences, entries_of, no_workers
 from tests.support.library.server_requests import ask as ask_view
@@ -61,11 +61,6 @@ def run(*words: str, code: int | None = 0) -> str:
     assert code is None or done.exit_code == code, f"{done.output}{done.exception!r}"
     assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
     return done.output
-
-
-def test_the_path_is_a_hard_one(place: Path) -> None:
-    assert len(str(place)) > 220
-    assert len(place.name.encode()) >= 200
 
 
 def test_meshes_become_what_they_become_elsewhere(place: Path, boxes: Path) -> None:

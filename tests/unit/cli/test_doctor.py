@@ -1,16 +1,19 @@
-"""`doctor` prints what the machine has; its exit code says whether something needed is missing."""
+"""The doctor says what is missing and how to fix it; a child that crashes or hangs does not take it in."""
 
 from __future__ import annotations
 
-import json
+import os
+from pathlib import Path
 
 import pytest
 import typer
 from typer.testing import CliRunner
 
-from casa_assets.cli.doctor import Finding, _renderers
+from casa_assets.cli import doctor
+from casa_assets.cli.doctor import Finding
 from casa_assets.cli.verbs import check as verb
 
+of_machine = pytest.mark.content("code", "cli.doctor", keep=0)
 GOOD = Finding(subject="python", ok=True, message="3.11")
 NOTE = Finding(subject="disk", ok=False, needed=False, message="1 GiB free")
 PACKAGES = tuple(Finding(subject=f"package {name}", ok=True, message="1.0") for name in ("numpy", "scipy"))
@@ -51,24 +54,56 @@ def test_a_line_for_each_thing_and_no_noise(monkeypatch: pytest.MonkeyPatch) -> 
 def test_a_library_that_is_missing_and_not_needed_is_told_in_words() -> None:
     """PyOpenGL raises an AttributeError there, which says nothing to anybody."""
     raised = "AttributeError: 'NoneType' object has no attribute 'glGetError'"
-    told = {finding.subject: finding for finding in _renderers((("egl", True, "llvmpipe"), ("osmesa", False, raised)))}
+    told = {
+        finding.subject: finding
+        for finding in doctor._renderers((("egl", True, "llvmpipe"), ("osmesa", False, raised)))
+    }
     assert told["renderer osmesa"].message == "its library is not installed (libosmesa6); not needed, for egl draws"
     assert told["rendering"].ok
 
 
-def test_quiet_tells_what_is_missing_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert run(monkeypatch, (GOOD, NOTE), "--quiet") == (0, "")
-    code, output = run(monkeypatch, (GOOD, NOTE, BAD), "--quiet")
-    assert code == 1
-    assert [line.split()[0] for line in output.splitlines()] == ["MISSING", "Needed"]
+def only(found: tuple[Finding, ...], subject: str) -> Finding:
+    [finding] = [finding for finding in found if finding.subject == subject]
+    return finding
 
 
-@pytest.mark.parametrize("found", [(GOOD, NOTE), (GOOD, BAD)])
-def test_json(monkeypatch: pytest.MonkeyPatch, found: tuple[Finding, ...]) -> None:
-    monkeypatch.setattr("casa_assets.cli.doctor.findings", lambda output: found)
-    app = typer.Typer()
-    app.command()(verb.doctor)
-    result = CliRunner().invoke(app, ["--json"])
-    rows = [json.loads(line) for line in result.stdout.splitlines()]
-    assert [row["subject"] for row in rows] == [finding.subject for finding in found]
-    assert result.exit_code == int(not all(row["ok"] or not row["needed"] for row in rows))
+@of_machine
+def test_the_output_folder_is_not_made_and_none_is_possible_below_a_file(tmp_path: Path) -> None:
+    assert only(doctor.findings(tmp_path / "a" / "b"), "output folder").ok
+    assert not (tmp_path / "a").exists()
+    (tmp_path / "file").write_text("")
+    finding = only(doctor.findings(tmp_path / "file" / "out"), "output folder")
+    assert (finding.ok, finding.needed, bool(finding.fix)) == (False, True, True)
+
+
+@of_machine
+def test_machine_that_cannot_draw(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # No vendor library behind libEGL is what a machine without Mesa looks like.
+    monkeypatch.setenv("__EGL_VENDOR_LIBRARY_FILENAMES", os.devnull)
+    monkeypatch.setattr(doctor, "RENDERERS", ("egl",))
+    assert doctor.renderer() is None
+    finding = only(doctor.findings(tmp_path), "rendering")
+    assert not finding.ok
+    assert finding.needed
+    assert finding.fix == "sudo apt-get install -y libegl1 libgl1 libgl1-mesa-dri"
+
+
+@of_machine
+def test_package_that_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor, "requirements", lambda: ("numpy", "not-there"))
+    monkeypatch.setattr(doctor, "NATIVE_MODULES", {"numpy": "numpy", "not_there": "not-there"})
+    found = doctor.findings(tmp_path)
+    assert only(found, "package numpy").needed
+    missing = only(found, "package not-there")
+    assert (missing.ok, missing.needed, missing.message) == (False, True, "not installed")
+    assert missing.fix
+    assert only(found, "native modules").message == "not-there: ModuleNotFoundError: No module named 'not_there'"
+
+
+@of_machine
+def test_child_that_hangs_or_dies(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor, "CHILD_LIMIT_S", 0.5)
+    assert doctor._child("import time; time.sleep(60)") == (False, "no answer within 0.5 s")
+    monkeypatch.setattr(doctor, "CHILD_LIMIT_S", 60.0)
+    assert doctor._child("import os; os.abort()")[0] is False
+    assert doctor._child("raise SystemExit('gone')") == (False, "gone")

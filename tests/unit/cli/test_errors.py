@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -11,27 +13,32 @@ from typer.testing import CliRunner
 
 from casa_assets import registry
 from casa_assets.cli.main import app
-from casa_assets.errors import CasaError, UnknownId
+from casa_assets.errors import CasaError
+from tests.support.library.built_libraries import keep, loose_and_fixed
 from tests.support.library.libraries import called as casa
 
 
-def test_wrong_use_is_one_line_and_the_place_of_the_help(
-    subtests: pytest.Subtests,
-) -> None:
+def test_wrong_use_is_one_line_and_the_place_of_the_help(subtests: pytest.Subtests) -> None:
     for words, told in [
         ("scenes new l_small --seed -3", "--seed: -3 is less than 0"),
         ("preview . --width-px 5000", "--width-px: 5000 is not from 64 to 4096"),
         ("scenes sample many", "COUNT: 'many' is no whole number"),
         ("scenes fit u_small --width wide --depth 2", "--width: 'wide' is no number"),
         ("textures list --set walls", "--set: 'walls' is none of wall, floor, counter, cabinet; did you mean wall?"),
+        ("textures ingest . --tile -1 1 --library /dev/null/x", "--tile: "),
         ("scenes new", "PLAN is missing"),
+        ("ingest", "SOURCES is missing"),
         ("ingest nowhere", "SOURCES: path 'nowhere' does not exist"),
+        ("ingest . --library s3://bucket/library", "--library: s3:// is the address of a store"),
+        ("ingest . --store /dev/null/store --dry-run", "--store: does not go with --dry-run"),
         ("report --library nowhere", "--library: folder 'nowhere' does not exist"),
         ("report --libary x", "no such option: --libary; did you mean --library?"),
         ("ingst", "no such command 'ingst'; did you mean ingest"),
         ("schemas scene plan", "too many words: plan"),
         ("scenes pack l_small__coastal", "give one of --zip and --usdz"),
         ("ingest . --engine local --address auto", "--address: is of a Ray cluster; add --engine ray"),
+        ("find --library .", "QUERY: there are no words to look for"),
+        ("export urdf --out /dev/null/out", "give either a library or an asset's folder, or --scenes"),
     ]:
         with subtests.test(words=words):
             done = CliRunner().invoke(app, words.split())
@@ -63,45 +70,87 @@ def test_codes_of_reports_are_explained() -> None:
         assert words in done.stdout
 
 
-# Paths below a file that is no folder are refused for root as well.
-NO_PLACE = "/dev/null/place"
+NO_PLACE = "/dev/null/place"  # a path below a file that is no folder is refused for root as well
 
 
-def test_a_name_like_no_other_is_told_what_there_is() -> None:
-    assert str(UnknownId("plan", "zzz", ["galley", "l_small"])) == "unknown plan 'zzz'; there are galley, l_small"
-    assert str(UnknownId("plan", "galey", ["galley"])).endswith("did you mean galley?")
-    assert str(UnknownId("plan", "zzz", [])).endswith("there are none")
-    assert str(UnknownId("plan", "zzz", map(str, range(100, 109)))).endswith("and 3 more")
+@pytest.fixture
+def places(tmp_path: Path) -> dict[str, Path]:
+    """Small inputs by the words that stand for them; nothing may appear in `empty` or `new`."""
+    found = {name: tmp_path / name for name in ("empty", "taken", "new")} | {"file": tmp_path / "box.obj"}
+    for name in ("empty", "taken"):
+        found[name].mkdir()
+    (found["taken"] / "a").touch()
+    found["file"].write_text("v 0 0 0\n", encoding="ascii")
+    found["mjcf"] = tmp_path / "robot.xml"
+    found["mjcf"].write_text("<mujoco><worldbody/></mujoco>", encoding="utf-8")
+    return {**found, "library": keep(tmp_path / "library", loose_and_fixed())}
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["textures", "make", "oak_natural_plank", "--out", NO_PLACE, "--width-px", "64"], "cannot be written to"),
-        (["families", "show", "microwave", "--preset", "stel", "--out", NO_PLACE], "did you mean steel?"),
-        (["report", "--library", "{empty}"], "is no library"),
-        (["report", "--library", "{empty}", "--out", "report.json"], "name a file that ends in .html"),
-        (["preview", "{file}"], "is no MJCF"),
-        (["articulate", "{empty}"], "no mesh found"),
-        (["ingest", "{empty}", "--library", "{empty}/library"], "no mesh found in"),
-        (["articulate", "{file}", "--up", "sideways"], "--up"),
-        (["articulate", "{file}", "--decisions", "{empty}"], "--decisions"),
-        (["scenes", "preview", "l_small__coastal", "--out", "{empty}"], "casa-assets scenes build l_small__coastal"),
-        (["preview", "{empty}"], "no asset found"),
-    ],
-)
-def test_misuse_is_told_in_a_line_and_leaves_nothing(arguments: list[str], message: str, tmp_path: Path) -> None:
-    empty, file = tmp_path / "empty", tmp_path / "box.obj"
-    empty.mkdir()
-    file.write_text("v 0 0 0\n", encoding="ascii")
-    done = casa(*(a.format(empty=empty, file=file) for a in arguments))
-    assert done.returncode == 2, done.stderr
-    assert message in done.stderr
+def test_misuse_is_told_in_a_line_and_leaves_nothing(places: dict[str, Path], subtests: pytest.Subtests) -> None:
+    for words, message in (
+        (f"textures make oak_natural_plank --out {NO_PLACE} --width-px 64", "cannot be written to"),
+        (f"families show microwave --preset stel --out {NO_PLACE}", "did you mean steel?"),
+        ("report --library {empty}", "is no library"),
+        ("report --library {empty} --out report.json", "name a file that ends in .html"),
+        ("preview {file}", "is no MJCF"),
+        ("preview {empty}", "no asset found"),
+        ("view {mjcf} --web", "leave --web out"),
+        ("articulate {empty}", "no mesh found"),
+        ("articulate {file} --up sideways", "--up"),
+        ("articulate {file} --decisions {empty}", "--decisions"),
+        ("scenes preview l_small__coastal --out {empty}", "casa-assets scenes build l_small__coastal"),
+        ("ingest {empty} --library {new}", "no mesh found in"),
+        ("ingest {file} --category cuting_board --library {new}", "did you mean cutting_board"),
+        ("ingest {file} --library {file}", "cannot be written to"),
+        (f"ingest {{file}} --library {NO_PLACE}", "cannot be written to"),
+        ("find mug --library {library} --clip-weights nowhere.pt", "nowhere.pt: there are no weights of CLIP"),
+        ("find mug --library {library} --where size=3", "size is compared with"),
+        ("find mug --library {library} --clip-weights x --where size<3", "leave --clip-weights out"),
+        ("find mug --library {empty}", "is no library"),
+        ("export robocasa {empty} --out {new}", "holds no accepted asset"),
+        ("export robocasa {library} --out {taken}", "neither empty nor an earlier export"),
+        ("export robocasa {library} --out {new} --registry No", "no name of a registry"),
+        ("export urdf {library} --scenes l_small__coastal --out {new}", "give either a library"),
+        ("export urdf --scenes l_smal__coastal --out {new}", "l_small__coastal"),
+        ("export urdf {empty} --jobs 2 --out {new}", "holds no accepted asset"),
+        ("library push {library} https://someone:secret@example.org/lib", "https://example.org/lib: is no store"),
+        ("library push {library} simplecache::s3://bucket/lib", "is no store that can be written to"),
+        ("library push {library} nothing://bucket/lib", "nothing://bucket/lib: is no address of a store"),
+    ):
+        with subtests.test(words):
+            done = casa(*(word.format(**places) for word in words.split()))
+            assert done.returncode == 2, done.stderr
+            assert message in " ".join(done.stderr.split())
+            assert not any(word in done.stderr for word in ("Traceback", "secret"))
+            assert list(places["empty"].iterdir()) == []
+            assert not (places["new"] / "assets").exists()
+
+
+WITHOUT_PYARROW = """
+import importlib.util, sys
+
+find_spec = importlib.util.find_spec
+importlib.util.find_spec = lambda name, *more: None if name == "pyarrow" else find_spec(name, *more)
+from casa_assets.cli.main import main
+
+main()
+"""
+
+
+def test_what_is_optional_and_missing_is_told_before_the_work(tmp_path: Path) -> None:
+    (tmp_path / "library" / ".casa").mkdir(parents=True)
+    words = ["library", "index", str(tmp_path / "library"), "--out", str(tmp_path / "tables")]
+    command = [sys.executable, "-c", WITHOUT_PYARROW, *words]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "extra 'parquet'" in done.stderr
+    assert "-m pip install" in done.stderr
     assert "Traceback" not in done.stderr
-    assert list(empty.iterdir()) == []
+    assert not (tmp_path / "tables").exists()
 
 
 def test_the_help_of_ingest_shows_the_limits_of_the_registry(subtests: pytest.Subtests) -> None:
+    command = typer.main.get_command(app).commands["ingest"]  # type: ignore[attr-defined]
     for option, limit, unit in [
         ("timeout", "input_seconds", 1),
         ("memory", "input_memory_bytes", 1e9),
@@ -111,7 +160,6 @@ def test_the_help_of_ingest_shows_the_limits_of_the_registry(subtests: pytest.Su
         ("max_pixels", "input_texture_pixels", 1e6),
     ]:
         with subtests.test(option=option, limit=limit, unit=unit):
-            command = typer.main.get_command(app).commands["ingest"]  # type: ignore[attr-defined]
             told = re.search(r"; ([\d.]+) by default\.$", next(p.help for p in command.params if p.name == option))
             assert told
             assert float(told[1]) == registry.load().limits[limit] / unit

@@ -1,15 +1,14 @@
-"""A fault of the program in one item of a batch: its trace is told, the others go on, and the run ends with exit 3."""
+"""Faults of the program and of the machine: a bug in one item is exit 3, a full disk is exit 2 in every verb."""
 
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from casa_assets.asset.family import Params
-from casa_assets.errors import CasaError
 from casa_assets.families import build as families
 from casa_assets.families.asset_store import AssetStore
 from casa_assets.ingest.run import steps as worker
@@ -18,6 +17,10 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.runs.engine import attempt
 from tests.support.library.libraries import BOXES, box_obj, called
+from casa_assets.ingest.run import worker
+from tests.support.library.libraries import BOXES, box_obj, called, limited
+from tests.unit.articulate.blocks import microwave
+from tests.unit.articulate.test_assemble import obj
 
 
 @pytest.fixture
@@ -61,20 +64,38 @@ def test_of_an_input(tmp_path: Path) -> None:
     assert "AssertionError: a carton without a lid" in said["milk_carton.obj"]["message"]
 
 
-@pytest.mark.parametrize(("error", "is_fault"), [(CasaError("too wide"), False), (ValueError("too wide"), True)])
-def test_who_is_to_blame(error: Exception, is_fault: bool, tmp_path: Path) -> None:
-    def fail() -> tuple[str, bool]:
-        raise error
+# The system's limit on the size of a file stands for a disk that is full.
+VERBS = [
+    "textures make oak_natural_plank --out {out}",
+    "report --library {library} --out {out}/report.html",
+    "families build microwave --library {out}",
+    "families show microwave --preset steel --no-check --out {out}",
+    "families catalogue vase --no-swatches --out {out}",
+    "textures sheet oak_natural_plank --out {out}",
+    "scenes build one_wall_small__coastal --out {out}",
+    "scenes check one_wall_small__coastal --out {out}",
+    "scenes sample 1 --no-pictures --out {out}",
+    "articulate {microwave} --up +z --front=-y --library {out}",
+    "preview {library} --out {out}",
+    "library index {library} --out {out}/tables",
+    "export robocasa {library} --out {out}",
+]
 
-    message, told = attempt(fail, lambda text, fault: (text, fault), tmp_path)
-    assert told == is_fault
-    assert message == "too wide" or (is_fault and message.startswith("Traceback"))
 
-
-def test_a_value_error_of_a_builder_is_no_mistake_of_the_user(tmp_path: Path) -> None:
-    class Broken(AssetStore):
-        def built(self, found: object, params: Params) -> Asset:
-            raise ValueError("a box needs a positive size")
-
-    with pytest.raises(ValueError, match="positive size"):
-        resolve.build_choice("sink", PresetChoice(preset="vase/white_tulips"), Broken(tmp_path))
+# A folder of files, and one file; workers that meet a full disk are in test_library_verbs.py.
+@pytest.mark.slow
+@pytest.mark.representatives(2)
+@pytest.mark.parametrize("verb", VERBS)
+def test_a_full_disk_is_exit_2_and_names_the_folder(verb: str, boxes: Path, tmp_path: Path) -> None:
+    out, copy = tmp_path / "out", tmp_path / "library"
+    out.mkdir()
+    shutil.copytree(boxes / "library", copy)
+    mesh = obj(tmp_path / "microwave.obj", *microwave()[:2])
+    words = verb.format(out=out, library=copy, microwave=mesh).split()
+    done = limited(1, *words)
+    assert done.returncode == 2, done.stdout + done.stderr
+    lines = done.stderr.strip().splitlines()
+    assert len(lines) == 1, done.stderr
+    assert lines[0].startswith("error: ")
+    assert str(tmp_path) in lines[0]
+    assert "cannot be written" in lines[0]

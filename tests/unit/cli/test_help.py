@@ -1,16 +1,29 @@
-"""Help at 80 columns: whole words, whole examples, and no types of Python."""
+"""Help, reference and completion: whole words and examples, the pages of docs/, the names that the registry has."""
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
+import sys
 import textwrap
 from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import typer
 
+from casa_assets import registry
+from casa_assets.cli import completion
 from casa_assets.cli.group import help_text
 from casa_assets.cli.main import app, narrowed
+from casa_assets.cli.reference import command_pages
+from casa_assets.registry.families import family_names
+from casa_assets.registry.kitchens import plan_names, style_names
+from casa_assets.registry.objects import object_names
+from casa_assets.registry.tables import robot_names
+from tests.support.program.documents import ROOT
 
 WIDTH = 78  # of 80 columns, as Typer counts them
 
@@ -31,12 +44,6 @@ def text_of(path: str, width: int = WIDTH) -> str:
     return re.sub("\x1b\\[[0-9;]*m", "", help_text(command, typer.Context(command, info_name=path), width))
 
 
-def blocks(text: str) -> dict[str, str]:
-    """Heading of a section -> its lines."""
-    parts = re.split(r"^(\w[\w ]*):$", text, flags=re.MULTILINE)
-    return dict(zip(parts[1::2], parts[2::2], strict=True))
-
-
 def cut_of(path: str) -> list[str]:
     """What of the help of a command is too wide, cut off or left out at 80 columns."""
     text = text_of(path)
@@ -52,19 +59,6 @@ def cut_of(path: str) -> list[str]:
 
 def test_80_columns_show_whole_words_and_whole_examples() -> None:
     assert {path: found for path in ALL if (found := cut_of(path))} == {}
-
-
-def narrow(path: str) -> list[str]:
-    """Sections of the help of a command whose text has fewer than 35 columns."""
-    columns = {
-        title: max((len(found[0]) for line in lines.splitlines() if (found := re.match(" +", line))), default=2)
-        for title, lines in blocks(text_of(path)).items()
-    }
-    return [title for title, column in columns.items() if WIDTH - column < 35 and not title.startswith("Example")]
-
-
-def test_the_text_of_an_option_has_35_columns_and_more() -> None:
-    assert {path: titles for path in ALL if (titles := narrow(path))} == {}
 
 
 def test_a_command_alone_has_the_same_help_as_among_all() -> None:
@@ -83,3 +77,76 @@ def test_words_that_name_no_command_are_looked_for_among_all() -> None:
         assert narrowed(app, words) is app or words[:1] == ["scenes"]
     scenes = typer.main.get_command(narrowed(app, ["scenes", "nwe"])).commands["scenes"]  # type: ignore[attr-defined]
     assert "new" in scenes.commands
+
+
+REFERENCE = ROOT / "docs" / "reference"
+
+
+def test_pages_are_up_to_date() -> None:
+    found = [REFERENCE / "commands.md", *REFERENCE.glob("commands/*.md")]
+    written = {path.relative_to(REFERENCE).as_posix(): path.read_text(encoding="utf-8") for path in found}
+    assert written == command_pages(), "run ./dev docs"
+
+
+def context(**params: Any) -> Any:
+    return SimpleNamespace(params=params, args=[])
+
+
+def test_names_are_those_of_the_registry() -> None:
+    assert completion.plans("") == list(plan_names())
+    assert completion.styles("") == list(style_names())
+    assert completion.families("") == sorted(family_names())
+    assert completion.categories("") == sorted(registry.load().categories)
+    assert completion.objects("") == sorted(object_names())
+    assert completion.robots("") == sorted(robot_names())
+
+
+def test_kitchens_are_every_plan_in_every_style_and_what_is_built(tmp_path: Path) -> None:
+    built = tmp_path / "galley__rustic__s7__t5c1d2e3f"
+    built.mkdir()
+    (built / "scene.json").write_text("{}", encoding="utf-8")
+    names = completion.kitchens(context(out=tmp_path), "galley__r")
+    assert names == ["galley__rustic", built.name]
+    assert len(completion.kitchens(context(out=tmp_path / "none"), "")) == len(plan_names()) * len(style_names())
+
+
+def test_assets_are_those_of_the_libraries_in_their_usual_places(tmp_path: Path, monkeypatch: Any) -> None:
+    folder = tmp_path / "out" / "library" / "mug" / "mug_0a1b2c3d4e"
+    folder.mkdir(parents=True)
+    (folder / "asset.json").write_text("{}", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert completion.assets("out/library/mug/m") == [f"out/library/mug/{folder.name}{end}" for end in ("", "/")]
+
+
+def complete(*words: str) -> list[str]:
+    """What a shell is offered behind some words, the last of which is begun."""
+    environment = {
+        **os.environ,
+        "_CASA_ASSETS_COMPLETE": "complete_bash",
+        "COMP_WORDS": " ".join(["casa-assets", *words]),
+        "COMP_CWORD": str(len(words)),
+    }
+    code = "import sys; sys.argv = ['casa-assets']; from casa_assets.cli.main import app; app(prog_name='casa-assets')"
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
+    assert done.stderr == ""
+    return done.stdout.split()
+
+
+def test_a_shell_is_offered_names() -> None:
+    assert "l_small__coastal" in complete("scenes", "build", "l_small__c")
+    assert complete("scenes", "new", "gal") == ["galley"]
+    assert complete("scenes", "new", "galley", "--style", "rust") == ["rustic"]
+    assert complete("families", "show", "microwave", "--preset", "ste") == ["steel"]
+    assert "apple" in complete("objects", "build", "app")
+    assert complete("categories", "show", "mug") == ["mug"]
+    assert complete("textures", "make", "brick_red_r") == ["brick_red_running"]
+    assert "mug" in complete("ingest", "x.obj", "--category", "mug")
+
+
+def test_completion_imports_nothing_heavy() -> None:
+    code = (
+        "import sys; from casa_assets.cli import completion as c; c.categories('m'); c.textures('o'); c.plans('');"
+        "print(sorted({'numpy', 'pydantic', 'yaml', 'scipy', 'mujoco', 'casa_assets.registry'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from casa_assets.addons.batch import batch_form
 from casa_assets.cli.main import app
-from casa_assets.cli.project.starter import write_starter
+from casa_assets.cli.verbs.project import write_starter
 from casa_assets.ingest.sources import objaverse
 from casa_assets.layouts.run import check, sample, scene_folders
 from casa_assets.layouts.run import check, scene_folders

@@ -15,8 +15,7 @@ import casa_assets as casa
 from casa_assets.api.schemas import SCHEMAS, schema_text
 from casa_assets.cli.main import app
 from casa_assets.layouts.run.recipe import SceneResult
-from casa_assets.model.written_formats import BehaviorFile
-from tests.support.program.documents import ROOT, blocks
+from tests.support.program.documents import ROOT
 
 
 def faults(name: str, data: Any) -> list[str]:
@@ -65,13 +64,6 @@ def test_a_kitchen_and_its_report(checked_kitchen: tuple[Path, SceneResult]) -> 
     assert any("parking" in fault for fault in faults("scene", broken))
 
 
-def test_a_kitchen_in_memory_that_is_lived_in() -> None:
-    kitchen = casa.kitchen("one_wall_small", "coastal", objects=1)
-    facts = json.loads(json.dumps(kitchen.facts))
-    assert facts["objects"]
-    assert faults("scene", facts) == []
-
-
 def test_assets(boxes: Path, tmp_path: Path) -> None:
     ingested = sorted((boxes / "library").glob("*/*/asset.json"))
     assert ingested
@@ -82,10 +74,3 @@ def test_assets(boxes: Path, tmp_path: Path) -> None:
     broken = content(built)
     broken["asset"]["links"][0]["visuals"][0]["mesh"] = "box.obj"
     assert any("mesh" in fault for fault in faults("asset", broken))
-
-
-def test_the_example_of_a_behaviour() -> None:
-    (example,) = (b for b in blocks("docs/reference/behavior_json.md") if b.language == "json")
-    data = json.loads(example.code)
-    assert faults("behavior", data) == []
-    BehaviorFile.model_validate(data)

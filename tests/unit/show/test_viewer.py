@@ -1,4 +1,4 @@
-"""The viewer of pages: its bundle is that of its sources, and a model comes out of its script file as it went in."""
+"""The viewer of pages: its bundle is that of its sources; models come out of their files, and are made once."""
 
 from __future__ import annotations
 
@@ -7,12 +7,20 @@ import gzip
 import hashlib
 import json
 import re
+import shutil
 from pathlib import Path
 
+import pytest
+from lxml import html
+
 from casa_assets.formats.gltf import asset_glb
+from casa_assets.library.library import Library
 from casa_assets.show import page as viewer
-from casa_assets.show.page.model_files import model_script, put_model, put_viewer, viewer_script
+from casa_assets.show.page.page_models import MADE_BY, folder_of, models_of, write_models
+from casa_assets.show.page.page_template import model_script, viewer_name, viewer_script
+from casa_assets.show.reports.library_page import write
 from tests.support.asset.assets import rigid_mug
+from tests.support.library.built_libraries import keep, loose_and_fixed
 
 BUNDLE = Path(viewer.__file__).parent / "bundle"
 
@@ -35,13 +43,6 @@ def test_the_lock_names_no_registry() -> None:
         assert packages[f"node_modules/{name}"]["integrity"]
 
 
-def test_the_licence_of_what_is_inside_lies_beside_it() -> None:
-    version = json.loads((BUNDLE / "package.json").read_text(encoding="utf-8"))["dependencies"]["three"]
-    text = (BUNDLE / "LICENSES.txt").read_text(encoding="utf-8")
-    assert f"three.js {version}" in text
-    assert "MIT License" in text
-
-
 def test_the_bundle_names_no_address_that_it_would_load() -> None:
     """Namespaces of XML are names and not loaded; three.js names its own pages in warnings."""
     found = set(re.findall(rb"https?://[^\s\"'`)]+", viewer_script()))
@@ -59,15 +60,61 @@ def test_a_model_comes_out_as_it_went_in() -> None:
     assert gzip.decompress(base64.b64decode(match[1])) == glb
 
 
-def test_the_viewer_is_written_once(tmp_path: Path) -> None:
-    name = put_viewer(tmp_path / "assets")
-    written = tmp_path / "assets" / name
-    assert written.read_bytes() == viewer_script()
-    assert hashlib.sha256(viewer_script()).hexdigest()[:12] in name
-    before = written.stat().st_mtime_ns
-    assert put_viewer(tmp_path / "assets") == name
-    assert written.stat().st_mtime_ns == before
-    written.write_bytes(b"half")
-    put_viewer(tmp_path / "assets")
-    assert written.read_bytes() == viewer_script()
-    assert put_model(tmp_path, "mug", b"glTF") == "mug.glb.js"
+of_reports = pytest.mark.content("code", "show.reports", keep=0)
+
+
+@pytest.fixture
+def library(tmp_path: Path) -> Path:
+    return keep(tmp_path / "lib", loose_and_fixed())
+
+
+@of_reports
+def test_every_asset_has_a_model_that_is_made_once(library: Path) -> None:
+    page = library / "report.html"
+    names = {folder.name for folder in Library(library).accepted()}
+    told = list(write_models(library, page, jobs=1))
+    assert told == [(done, len(names)) for done in range(len(names) + 1)]
+    models = folder_of(page)
+    assert {path.name for path in models.iterdir()} == {MADE_BY, viewer_name(), *(f"{name}.glb.js" for name in names)}
+    before = {path.name: path.stat().st_mtime_ns for path in models.iterdir()}
+    assert list(write_models(library, page, jobs=1)) == [(len(names), len(names))]
+    assert {path.name: path.stat().st_mtime_ns for path in models.iterdir()} == before
+
+
+@of_reports
+def test_models_follow_their_assets_and_the_code(library: Path) -> None:
+    page, models = library / "report.html", folder_of(library / "report.html")
+    list(write_models(library, page, jobs=1))
+    corrected, gone = list(Library(library).accepted())[:2]
+    before = {path.name: path.read_bytes() for path in models.iterdir()}
+    (models / f"{corrected.name}.glb.js").write_bytes(b"as it was")
+    (corrected / "asset.json").touch()
+    list(write_models(library, page, jobs=1))
+    assert {path.name: path.read_bytes() for path in models.iterdir()} == before, "an asset was written again"
+    (models / MADE_BY).write_text("another version", encoding="utf-8")
+    (models / "viewer_0.js").write_text("of another version", encoding="utf-8")
+    for path in models.glob("*.glb.js"):
+        path.write_bytes(b"of another version")
+    list(write_models(library, page, jobs=1))
+    assert {path.name: path.read_bytes() for path in models.iterdir()} == before, "other code had made them"
+    shutil.rmtree(gone)
+    list(write_models(library, page, jobs=1))
+    assert not (models / f"{gone.name}.glb.js").exists()
+
+
+@of_reports
+def test_the_page_is_told_where_they_are(library: Path) -> None:
+    page = library / "report.html"
+
+    def data() -> dict[str, object]:
+        (text,) = html.fromstring(page.read_text(encoding="utf-8")).xpath("//script[@id='data']/text()")
+        found: dict[str, object] = json.loads(text)
+        return found
+
+    write(library, page)
+    assert data()["models"] is None
+    assert "popUpModel" not in page.read_text(encoding="utf-8")
+    write(library, page, models=models_of(page))
+    viewer = f"./report_models/{viewer_name()}"
+    assert data()["models"] == {"folder": "./report_models", "suffix": ".glb.js", "viewer": viewer}
+    assert "popUpModel" in page.read_text(encoding="utf-8")

@@ -20,7 +20,7 @@ from casa_assets.formats import mjcf
 from casa_assets.library import library as disk
 from casa_assets.model.source import Word
 from casa_assets.runs.outcome import RunAborted
-from casa_assets.show.stills.strip import CELL_PX
+from casa_assets.show.stills.still import CELL_PX
 from tests.unit.articulate.blocks import Part, box, carcass, microwave, together
 from tests.unit.articulate.test_assemble import obj
 

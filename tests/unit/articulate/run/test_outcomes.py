@@ -16,6 +16,8 @@ from casa_assets.articulate.run.build import ArticulateRequest, build, with_over
 from casa_assets.articulate.run.decisions import DECISIONS_NAME, read_decisions
 from casa_assets.articulate.run.steps import ArticulateOutcome, articulate_one
 from casa_assets.cli.ingest_output import end
+from casa_assets.articulate.run.run import ArticulateOutcome, articulate_one
+from casa_assets.cli.batch_output import end_inputs
 from casa_assets.library import library as disk
 from casa_assets.library import review
 from casa_assets.library.entry_table import EntryTable
@@ -113,13 +115,13 @@ def _never_right() -> Curve:
 def test_the_exit_code_tells_review_from_rejection(tmp_path: Path) -> None:
     bad = ArticulateOutcome(tmp_path, code="ART001", message="no moving part found")
     with pytest.raises(typer.Exit) as ended:
-        end([bad], ["bad"])
+        end_inputs([bad], ["bad"])
     assert ended.value.exit_code == 1
     kept = ArticulateOutcome(tmp_path, tmp_path, kept=True, reason_kept="it has 15 moving parts, the new result has 0")
     with pytest.raises(typer.Exit) as ended:
-        end([kept], ["kept"])
+        end_inputs([kept], ["kept"])
     assert ended.value.exit_code == 4
-    end([], [])
+    end_inputs([], [])
 
 
 @pytest.mark.representatives(2)

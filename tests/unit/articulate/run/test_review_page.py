@@ -18,7 +18,7 @@ from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.library import library as disk
 from casa_assets.library.decisions import decided, read_review
 from casa_assets.model.asset.parts import JointKind
-from casa_assets.show.review import ReviewServer
+from casa_assets.show.view.review import ReviewServer
 from tests.support.library.server_requests import ask
 from tests.unit.articulate.blocks import drawers, microwave
 from tests.unit.articulate.test_assemble import obj

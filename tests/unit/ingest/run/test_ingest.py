@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 import typer
 
-from casa_assets.cli.ingest_output import end
+from casa_assets.cli.batch_output import end_inputs
 from casa_assets.errors import CasaError, OutputError, UnknownId
 from casa_assets.ingest.run.inputs import discover_inputs
 from casa_assets.ingest.run.job import Job, WorkerAnswers
@@ -107,7 +107,7 @@ def test_an_accepted_asset_is_kept_where_the_new_result_is_worse(copy: Path, mon
     )
     assert event.folder == library / CARTON
     with pytest.raises(typer.Exit) as ended:
-        end([event], ["carton"])
+        end_inputs([event], ["carton"])
     assert ended.value.exit_code == 4
     (again,) = run(copy / "in", library)
     assert (again.kind, again.reason_kept) == ("kept", event.reason_kept)

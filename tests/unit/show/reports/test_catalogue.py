@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-import pytest
 from lxml import html
 
 from casa_assets import registry
-from casa_assets.errors import UnknownId
-from casa_assets.families.build import FamilyRequest
-from casa_assets.show.page.model_files import ModelFiles
-from casa_assets.show.reports.catalogue import SOURCES, DrawnCategory, page, wanted
+from casa_assets.show.page.page_template import ModelFiles
+from casa_assets.show.reports.catalogue import SOURCES, category_row, page
 
-APPLE = DrawnCategory("apple", "objects/apple.webp", (0.15, 0.21), (0.071, 0.08), (900, 1100), (1, 3))
-MUG = DrawnCategory("mug", "objects/mug.webp", (0.3,), (0.12,), (2000,), (8,))
+APPLE = category_row("apple", "objects/apple.webp", (0.15, 0.21), (0.071, 0.08), (900, 1100), (1, 3))
+MUG = category_row("mug", "objects/mug.webp", (0.3,), (0.12,), (2000,), (8,))
 
 
 def articles() -> dict[str, html.HtmlElement]:
@@ -35,29 +30,11 @@ def test_sizes_and_masses_stand_beside_the_usual_ones_with_their_source() -> Non
     assert (image.get("loading"), image.get("src")) == ("lazy", "./objects/apple.webp")
 
 
-def test_a_category_is_found_by_name_group_form_and_use() -> None:
-    words = {name: article.get("data-words") for name, article in articles().items()}
-    for word in ("apple", "fruit", "produce", "washable"):
-        assert word in words["apple"]
-    assert "fruit" not in words["mug"]
-    assert "container" in words["mug"]
-
-
 def test_members_that_have_a_model_have_a_button_that_shows_it() -> None:
     assert articles()["apple"].xpath(".//button") == []
     files = tuple(ModelFiles(f"mug_{i}", f"models/mug_{i}.glb.js", "models/viewer.js") for i in range(2))
-    tree = html.document_fromstring(page([], [replace(MUG, models=files)], {}))
+    tree = html.document_fromstring(page([], [{**MUG, "models": files}], {}))
     buttons = tree.xpath("//article//button")
     assert [b.get("data-model") for b in buttons] == ["./models/mug_0.glb.js", "./models/mug_1.glb.js"]
     assert [b.get("aria-label") for b in buttons] == ["mug 1 in 3D", "mug 2 in 3D"]
     assert {b.get("data-viewer") for b in buttons} == {"./models/viewer.js"}
-
-
-def test_names_are_of_families_and_of_categories_of_objects() -> None:
-    found = wanted(["apple", "microwave"])
-    presets = [one for one in found if isinstance(one, FamilyRequest)]
-    assert {one.family for one in presets} == {"microwave"}
-    assert found == [*presets, "apple"]
-    assert set(found) < set(wanted())
-    with pytest.raises(UnknownId, match="microwave"):
-        wanted(["microwav"])

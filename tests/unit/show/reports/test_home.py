@@ -12,7 +12,7 @@ from casa_assets.show.reports.library_page import write as write_report
 from tests.support.library.built_libraries import keep
 from tests.unit.library.test_alike import FIRST, OTHER
 from tests.unit.show.reports.test_kitchen_pages import scene
-from tests.unit.show.reports.test_reject_page import refused
+from tests.unit.show.reports.test_library_page import refused
 
 
 def page(out: Path) -> html.HtmlElement:
@@ -37,35 +37,6 @@ def test_what_stands_there_is_shown_with_links_to_its_pages(tmp_path: Path) -> N
     assert "was rejected: FLT005" in text
     assert "Give each object a file of its own." in text
     assert "casa-assets scenes check galley__rustic" in text
-
-
-def test_kitchens_with_most_joints_come_first_and_large(tmp_path: Path) -> None:
-    for number, plan in enumerate(("galley", "g_large", "g_small", "l_small")):
-        folder = scene(tmp_path / "scenes", plan, "rustic")
-        facts = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
-        facts["fixtures"][0]["joints"] = ["hinge"] * (number + 5)
-        (folder / "scene.json").write_text(json.dumps(facts), encoding="utf-8")
-        (folder / "eye_open.png").write_bytes(b"png")
-    tree = page(tmp_path)
-    shown = [link.rpartition("#")[2] for link in tree.xpath("//a[contains(@class, 'kitchen')]/@href")]
-    assert shown == ["l_small__rustic", "g_small__rustic", "g_large__rustic", "galley__rustic"]
-    large = [link.rpartition("#")[2] for link in tree.xpath("//a[contains(@class, 'large')]/@href")]
-    assert large == shown[:2]
-    assert "not checked yet" in tree.xpath("//section/header")[0].text_content()
-
-
-def test_where_every_kitchen_is_checked_nothing_says_otherwise(tmp_path: Path) -> None:
-    for plan in ("galley", "l_small"):
-        folder = scene(tmp_path / "scenes", plan, "rustic")
-        (folder / "eye_open.png").write_bytes(b"png")
-    report = {"subject": "galley__rustic", "results": [], "issues": [], "passed": True, "tasks": []}
-    (tmp_path / "scenes" / "galley__rustic" / "report.json").write_text(json.dumps(report), encoding="utf-8")
-    assert "casa-assets scenes check l_small__rustic" in page(tmp_path).text_content()
-    (tmp_path / "scenes" / "l_small__rustic" / "report.json").write_text(json.dumps(report), encoding="utf-8")
-    text = page(tmp_path).text_content()
-    assert "casa-assets scenes check" not in text
-    assert "not checked" not in text
-    assert text.count("; passed") == 2
 
 
 def test_what_was_articulated_is_told_with_its_joints(tmp_path: Path) -> None:

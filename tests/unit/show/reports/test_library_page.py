@@ -14,17 +14,20 @@ import pytest
 from PIL import Image
 
 from casa_assets import registry
+from casa_assets.library import entry_files
+from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry
-from casa_assets.library.entry_files import thumbnail_of
+from casa_assets.library.identity import Producer
 from casa_assets.library.library import Summary
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status, tally
-from casa_assets.show.page.page_template import Words, relative_link
+from casa_assets.model.source import Source, SourceKind
+from casa_assets.show.page.page_template import DEFAULT_ADVICE, Words, relative_link
 from casa_assets.show.reports import findings as told_of
 from casa_assets.show.reports import library_page
 from casa_assets.show.reports.findings import Findings, compare, standing_of
 from casa_assets.show.reports.gate import judge, parse
-from casa_assets.show.reports.library_page import RowContext, render_library_section
+from casa_assets.show.reports.library_page import render_library_section, rows_of
 from tests.support.library.built_libraries import keep
 from tests.unit.library.test_alike import FIRST, OTHER
 
@@ -79,11 +82,7 @@ def findings(entries: Sequence[Entry], before: Sequence[Entry] | None = None, *c
 
 
 def render(found: Findings, words: Words = WORDS, links: dict[str, str] | None = None) -> str:
-    return library_page.render(found, words, [row_of(one, found, words) for one in found.entries], links)
-
-
-def row_of(one: Entry, found: Findings | None = None, words: Words = WORDS, is_brief: bool = False) -> dict[str, Any]:
-    return library_page.row_of(one, RowContext(found or findings([one]), words, is_brief=is_brief))
+    return library_page.render(found, words, rows_of(found.entries, found, words), links)
 
 
 def page(text: str) -> lxml.html.HtmlElement:
@@ -110,17 +109,6 @@ def test_the_numbers_at_the_top() -> None:
     assert data(empty)["rows"] == []
 
 
-def test_a_row_has_what_the_list_shows() -> None:
-    heavy = entry(mass=30.0, warned=True)
-    found = dataclasses.replace(findings([heavy], [entry()]), root="..")
-    row = row_of(heavy, found)
-    assert (row["verdict"], row["size"], row["mass"]) == ("accepted", [8.0, 10.0, 9.55], 30.0)
-    assert (row["codes"], row["outlier"], row["change"]) == (["GEO004"], ["mass"], "worse")
-    assert row["folder"] == "./../mug/mug_0000000001"
-    refused = row_of(reject())
-    assert (refused["verdict"], refused["size"], refused["codes"]) == ("rejected", None, ["SRC003"])
-
-
 def test_a_mark_that_nearly_all_assets_have_is_no_mark() -> None:
     def with_advice(number: int, *codes: str) -> Entry:
         issues = tuple(Issue(code=code, severity=Severity.WARNING, message="why") for code in codes)
@@ -135,15 +123,6 @@ def test_a_mark_that_nearly_all_assets_have_is_no_mark() -> None:
     assert "8 others have routine notes" in text
     # Of a few assets all may have the same that has to be looked at.
     assert data(render(findings([with_advice(i, common) for i in range(5)])))["quiet"] == []
-
-
-def test_details_tell_advice_from_failure() -> None:
-    found = row_of(entry(word="why"))["more"]
-    numbers = {"AST001": 1, "AST002": 0, "AST003": library_page.ADVICE_NUMBER, "KIN001": 2, "USD003": 3}
-    assert {row[0]: row[1] for row in found["results"]} == numbers
-    assert found["results"][0] == ["AST001", 1, 0.123457, 1.0, "m", ""]
-    assert found["files"][0] == ["MJCF", "./model.xml"]
-    assert found["guesses"] == [["scale", "why", 0.8, "why"]]
 
 
 def test_hostile_text_stays_text() -> None:
@@ -172,16 +151,6 @@ def test_nothing_is_fetched() -> None:
     for script in tree.xpath("//script[not(@type)]"):
         for word in ("innerHTML", "outerHTML", "insertAdjacentHTML", "document.write", "eval(", "fetch(", "XMLHttp"):
             assert word not in script.text_content()
-
-
-def test_every_id_is_unique_and_every_control_has_a_name() -> None:
-    tree = page(render(findings([entry(), reject()], [entry()])))
-    ids = tree.xpath("//@id")
-    assert len(ids) == len(set(ids))
-    for name in tree.xpath("//@aria-labelledby | //@aria-controls"):
-        assert name in ids
-    assert all(b.text_content().strip() or b.get("aria-label") for b in tree.xpath("//button"))
-    assert all(i.getparent().tag == "label" for i in tree.xpath("//input | //select"))
 
 
 def test_what_changed_is_told_with_links_to_both_runs() -> None:
@@ -224,21 +193,11 @@ def test_of_many_inputs_the_page_has_what_did_not_pass(tmp_path: Path, monkeypat
     assert [row.pop("thumb")[:15] for row in whole] == ["data:image/webp"] * 2
     monkeypatch.setattr(library_page, "MAX_WHOLE", 1)
     assert data(library_page.write(root, root / "report.html").page.read_text(encoding="utf-8"))["rows"] == whole
-    told, shown = (row_of(entry(), is_brief=is_brief)["more"]["results"] for is_brief in (False, True))
+    told, shown = (
+        rows_of([entry()], findings([entry()]), WORDS, None, is_brief)[0]["more"]["results"]
+        for is_brief in (False, True)
+    )
     assert shown == [result for result in told if result[0] in ("AST002", "AST003", "USD003")]
-
-
-def test_of_very_many_inputs_those_to_look_at_first_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
-    plain = [entry(f"mug_{i:010}") for i in range(9)]
-    advised, odd, refused = entry("mug_0000000010", warned=True), entry("mug_0000000011", 30.0), reject()
-    found = findings([*plain, advised, odd, refused])
-    assert library_page.listed(found, WORDS) == list(found.entries)
-    for most, shown in ((3, [advised, odd, refused]), (4, [plain[0], advised, odd, refused])):
-        monkeypatch.setattr(library_page, "MAX_ROWS", most)
-        assert library_page.listed(found, WORDS) == shown
-    text = library_page.render(found, WORDS, [row_of(refused, found)])
-    assert "The list has 1 of 12 inputs" in text
-    assert "The list has" not in render(found)
 
 
 def test_a_page_of_2500_inputs_stays_below_ten_megabytes() -> None:
@@ -246,18 +205,8 @@ def test_a_page_of_2500_inputs_stays_below_ten_megabytes() -> None:
     one = dataclasses.replace(entry(warned=True), uri=f"https://example.org/{'a' * 80}")
     one = dataclasses.replace(one, results=(*one.results, *(passed,) * 70), guesses=one.guesses * 6)
     found = findings([dataclasses.replace(one, id=f"mug_{i:010}", path=f"mug/mug_{i:010}") for i in range(2500)])
-    context = RowContext(found, WORDS, is_brief=True)
-    text = library_page.render(found, WORDS, [library_page.row_of(each, context) for each in found.entries])
+    text = library_page.render(found, WORDS, rows_of(found.entries, found, WORDS, None, is_brief=True))
     assert 1_000_000 < len(text.encode()) < 10_000_000
-
-
-def test_three_thousand_pictures_fit(tmp_path: Path) -> None:
-    assert thumbnail_of(tmp_path) == b""
-    # Noise is the worst there is, a mug on paper takes a fifth of it.
-    Image.effect_noise((512, 512), 40).convert("RGB").save(tmp_path / "preview.png")
-    assert len(thumbnail_of(tmp_path)) < 22_000
-    Image.new("RGB", (300, 300), (180, 30, 30)).save(tmp_path / "preview.png")
-    assert 0 < len(thumbnail_of(tmp_path)) < 1_500
 
 
 def test_what_is_said_of_the_library_as_a_whole_is_text() -> None:
@@ -274,3 +223,43 @@ def test_what_is_said_of_the_library_as_a_whole_is_text() -> None:
     assert [e.text for e in found.xpath(".//em")] == ["1 found", "passed", "not run: no weights"]
     assert found.xpath(".//script | .//img") == []
     assert render_library_section(None, {}) == render_library_section(Report(subject="library"), {}) == ""
+
+
+CASES = [
+    ("FLT005", "links/object/visuals: 2 large parts stand apart; give each object a file of its own, or join them"),
+    ("FLT010", "materials: is black"),
+    ("MSH002", "all faces lie in one plane; a thing that is handled needs a thickness"),
+]
+
+
+def refused(root: Path, code: str, message: str) -> None:
+    folder = disk.Library(root).refusal_folder(f"mug_{code.lower()}0000")
+    folder.mkdir(parents=True)
+    source = Source(kind=SourceKind.FOLDER, path=f"{code}.glb")
+    words = {"id": folder.name, "code": code, "message": message, "category": "mug", "source": source}
+    keys = {"producer": Producer.INGEST, "cache_key": "0" * 64, "sha256": "0" * 64}
+    disk.write_refusal(folder, disk.Refusal.model_validate({**words, **keys}))
+    Image.new("RGB", (32, 32), (200, 30, 30)).save(folder / entry_files.PICTURE)
+
+
+@pytest.fixture(scope="module")
+def rejects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
+    root = tmp_path_factory.mktemp("library")
+    for code, message in CASES:
+        refused(root, code, message)
+    rows = data(library_page.write(root, root / "report.html").page.read_text(encoding="utf-8"))["rows"]
+    return {row["codes"][0]: {**row["more"], "thumb": row["thumb"]} for row in rows}
+
+
+def test_every_reject_has_a_picture_a_reason_and_what_to_do(rejects: dict[str, dict[str, Any]]) -> None:
+    assert rejects.keys() == {code for code, _ in CASES}
+    for row in rejects.values():
+        assert row["thumb"].startswith("data:image/webp")
+        assert row["reason"]
+        assert row["fix"].endswith(".")
+    # What a check says is parted into fault and remedy; a stage has its own words.
+    assert rejects["FLT005"]["reason"] == "links/object/visuals: 2 large parts stand apart."
+    assert rejects["FLT005"]["fix"] == "Give each object a file of its own, or join them."
+    assert rejects["FLT010"]["fix"] == DEFAULT_ADVICE
+    assert rejects["MSH002"]["reason"] == CASES[2][1]
+    assert rejects["MSH002"]["fix"].startswith("Give the model a thickness")

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import dataclasses
+import re
 from pathlib import Path
 
-import jinja2
 import pytest
 from lxml import html
 
 from casa_assets.articulate.run import review_page
 from casa_assets.cache import cache_key
 from casa_assets.cache.cache_key import reach
+from casa_assets.library import attribution
+from casa_assets.library.entry import Entry
 from casa_assets.library.library import Library
-from casa_assets.show import review
 from casa_assets.show.page import kitchen_report, page_template
 from casa_assets.show.page.page_template import Words
 from casa_assets.show.reports import catalogue, findings, home, kitchens, library_page
-from casa_assets.show.view import server
+from casa_assets.show.view import review, server
 
 FOLDER = Path(page_template.__file__).parent / page_template.FOLDER
 HOSTILE = "<script>alert(1)</script>"
@@ -32,7 +34,7 @@ PAGES = {
     "view/page.html": server,
 }
 FRAME = {"frame/base.html", "frame/base.css", "frame/document.css"}
-APPLE = catalogue.DrawnCategory("apple", HOSTILE, (0.15, 0.2), (0.07, 0.08), (900, 1000), (1, 1))
+APPLE = catalogue.category_row("apple", HOSTILE, (0.15, 0.2), (0.07, 0.08), (900, 1000), (1, 1))
 
 
 def pages() -> dict[str, str]:
@@ -76,6 +78,42 @@ def test_a_changed_template_makes_a_page_anew() -> None:
     assert {path.relative_to(FOLDER).as_posix() for path in FOLDER.rglob("*") if path.is_file()} == known
 
 
-def test_a_value_that_is_not_given_is_an_error() -> None:
-    with pytest.raises(jinja2.UndefinedError):
-        page_template.render_template("kitchens/index.html", title="Kitchens")
+OF_STRANGERS = (
+    "![](https://evil.example/t.png)",
+    "[free](javascript:alert(1))",
+    "<img src=x onerror=alert(1)>",
+    "<https://evil.example>",
+    "a | b |\n| --- | --- |",
+    "x\n\n# heading\n\n- item",
+    "`code` **bold** _it_ ~~gone~~",
+    "https://evil.example www.evil.example a@evil.example",
+    "&lt;b&gt; \u202e \x1b[31m",
+    "back\\slash \\[x](y)",
+)
+FIELDS = ("title", "author", "licence", "generator", "uri", "source_path", "id")
+
+
+def entry(**changes: str) -> Entry:
+    words = {f.name: "" for f in dataclasses.fields(Entry)}
+    words |= {"id": "mug_0123456789", "category": "mug", "sha256": "ab" * 32, "licence": "CC0-1.0", **changes}
+    return Entry(**{**words, "accepted": True, "summary": None, "warnings": (), "results": (), "guesses": ()})  # type: ignore[arg-type]
+
+
+def unescaped(line: str) -> str:
+    """A line without its code spans and without what is escaped: what Markdown would act on."""
+    return re.sub(r"\\.", "", re.sub(r"`[^`]*`", "", line))
+
+
+def test_no_field_is_markup(subtests: pytest.Subtests) -> None:
+    for words in OF_STRANGERS:
+        for field in FIELDS:
+            with subtests.test(field=field, words=words):
+                lines = attribution.text([entry(**{field: words})]).splitlines()
+                (line,) = [one for one in lines if one.startswith("- ")]
+                headings = [one for one in lines if one.startswith("#")]
+                assert len(headings) == 2
+                for one in (line.removeprefix("- "), headings[1].removeprefix("## ")):
+                    assert not set(unescaped(one)) & set("<>[]|*_~`&!#@\\"), one
+                    assert "://" not in unescaped(one)
+                    assert "www." not in unescaped(one)
+                    assert one.isprintable()

@@ -19,7 +19,6 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Effect, EffectKind
 from casa_assets.show.stills import live_viewer
 from casa_assets.show.stills.live_viewer import Glow
-from casa_assets.show.stills.still import CannotDraw
 from tests.support.asset.family_members import preset
 
 OPEN = 1.0  # rad or m of a door that is well open
@@ -90,24 +89,11 @@ def test_space_stops_the_time_and_backspace_goes_back(monkeypatch: pytest.Monkey
     assert fifth < fourth + live_viewer.FRAME_S / 2
 
 
-def test_a_pose_that_is_not_there_is_told(monkeypatch: pytest.MonkeyPatch, microwave: Asset) -> None:
-    with pytest.raises(CannotDraw, match="'ajar'; there are closed, open"):
-        opened(monkeypatch, model_of(document.write(microwave)), [0], pose="ajar")
-
-
 def test_without_a_window_the_page_is_advised(monkeypatch: pytest.MonkeyPatch, microwave: Asset) -> None:
     monkeypatch.setenv("DISPLAY", ":77")  # there is no such screen, as after a session by ssh that has ended
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     with pytest.raises(CasaError, match=r"display.*; --web shows a page instead"):
         live_viewer.show(model_of(document.write(microwave)))
-
-
-def test_what_only_collides_is_hidden(subtests: pytest.Subtests) -> None:
-    for groups, shown in [((0, 1), [0, 1, 1]), ((2, 3), [1, 1, 1]), ((0,), [1, 1, 1])]:
-        with subtests.test(groups=groups, shown=shown):
-            geoms = "".join(f'<geom size=".1" group="{group}"/>' for group in groups)
-            model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody><body>{geoms}</body></worldbody></mujoco>")
-            assert live_viewer.shown_groups(model) == [*shown, 0, 0, 0]
 
 
 def test_what_acts_glows_until_it_does_no_longer(microwave: Asset) -> None:

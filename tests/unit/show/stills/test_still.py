@@ -1,4 +1,4 @@
-"""Pictures of assets: something is seen, in the middle, from the front, and always the same."""
+"""Pictures of assets and raw models: something is seen, in the middle, from the front, always the same; sheets."""
 
 from __future__ import annotations
 
@@ -16,9 +16,13 @@ from casa_assets.errors import CasaError
 from casa_assets.formats import mjcf
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material
+from casa_assets.model.asset.parts import Mesh
+from casa_assets.model.source import RawModel, RawPart, Up
 from casa_assets.show.stills import renderer, still
-from casa_assets.show.stills.studio import View, fit
+from casa_assets.show.stills.pictures import SheetCell, contact_sheet
+from casa_assets.show.stills.studio import View
 from tests.support.asset.assets import ball, drawer_unit, rigid_mug, textured_box, write_to
+from tests.support.mesh.meshes import box_mesh, texture
 
 QUICK = View(size_px=160, passes=8)
 
@@ -60,14 +64,6 @@ def test_something_is_seen_in_the_middle_and_fills_the_frame(make: type, tmp_pat
     assert 0.72 <= max(right - left, bottom - top) <= 0.88
     assert left + right == pytest.approx(1.0, abs=0.04)
     assert top + bottom == pytest.approx(1.0, abs=0.04)
-
-
-def test_the_floor_is_nearly_white_and_the_thing_throws_a_shadow(tmp_path: Path) -> None:
-    seen = pixels(still.render(write_to(mjcf.write(rigid_mug()), tmp_path) / "model.xml", QUICK))
-    corners = np.array([seen[2, 2], seen[2, -3]])
-    assert corners.min() > 225.0
-    floor = seen[np.ptp(seen, axis=2) < 4.0]
-    assert floor.min() < 190.0
 
 
 def test_the_front_is_seen_which_faces_minus_y(tmp_path: Path) -> None:
@@ -133,17 +129,6 @@ def test_the_turntable_turns_once(box: Path) -> None:
     assert all(np.abs(a - b).mean() > 1.0 for a, b in itertools.pairwise(frames))
 
 
-@pytest.mark.parametrize("size", [(1.0, 1.0, 1.0), (0.001, 0.2, 0.01), (3.0, 0.02, 2.0)])
-def test_the_fit_is_tight_and_centred_for_any_shape(size: tuple[float, float, float]) -> None:
-    grid = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * size
-    view = View(fill=0.7)
-    x, y, depth = fit(grid, view).project(grid)
-    assert max(np.ptp(x), np.ptp(y)) / 2.0 == pytest.approx(0.7, rel=0.02)
-    assert x.max() == pytest.approx(-x.min(), abs=1e-6)
-    assert y.max() == pytest.approx(-y.min(), abs=1e-6)
-    assert depth.min() > 0.0
-
-
 @pytest.fixture
 def no_context(monkeypatch: pytest.MonkeyPatch) -> None:
     """As if this process had not drawn, and could not."""
@@ -166,3 +151,127 @@ def test_without_opengl_the_error_says_what_to_install(box: Path, monkeypatch: p
     with pytest.raises(CasaError, match=r"apt-get install -y libosmesa6.*leave MUJOCO_GL=osmesa out") as error:
         still.render(box, QUICK)
     assert "egl: " not in str(error.value)
+
+
+_SIDES = (slice(-1), slice(1, None))
+SMALL = View(size_px=128, passes=6)
+RED = Material(id="red", base_color=(0.7, 0.05, 0.05, 1.0))
+BLUE = Material(id="blue", base_color=(0.05, 0.05, 0.7, 1.0))
+
+
+def part(mesh: Mesh, material: Material = RED) -> RawPart:
+    return RawPart(name="part", mesh=mesh, material=material)
+
+
+def square(corners: list[tuple[float, float, float]]) -> Mesh:
+    return Mesh(vertices=np.array(corners), faces=np.array([[0, 1, 2], [0, 2, 3]]))
+
+
+def colored(png: bytes) -> float:
+    """Fraction of the picture that is not grey."""
+    with Image.open(io.BytesIO(png)) as opened:
+        return float((np.ptp(np.asarray(opened.convert("RGB"), dtype=float), axis=2) > 30.0).mean())
+
+
+FLAT = square([(0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1)])
+SHAPES = {
+    "box": box_mesh((1.0, 2.0, 3.0), (100.0, 0.0, 0.0)),
+    "huge": box_mesh((1e6, 1e6, 1e6), (0.0, 0.0, 0.0)),
+    "tiny": box_mesh((1e-6, 1e-6, 2e-6), (0.0, 0.0, 0.0)),
+    "flat": FLAT,
+    "one triangle": Mesh(vertices=np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1.0]]), faces=np.array([[0, 1, 2]])),
+    "inside out": Mesh(vertices=FLAT.vertices, faces=FLAT.faces[:, ::-1]),
+    "with empty faces": Mesh(vertices=FLAT.vertices, faces=np.vstack([FLAT.faces, [[0, 0, 1], [2, 2, 2]]])),
+}
+
+
+def test_any_mesh_gives_a_picture(subtests: pytest.Subtests) -> None:
+    for name in sorted(SHAPES):
+        with subtests.test(name=name):
+            assert colored(still.render_mesh([part(SHAPES[name])], Up.Z, SMALL)) > 0.10
+
+
+def test_no_triangle_is_an_error() -> None:
+    empty = Mesh(vertices=np.zeros((3, 3)), faces=np.zeros((0, 3), dtype=np.int32))
+    with pytest.raises(CasaError, match="no triangle"):
+        still.render_mesh([part(empty)], Up.Z, SMALL)
+
+
+def test_up_axis_of_the_file_is_respected_and_the_bytes_repeat() -> None:
+    # Red above blue along y, as glTF stands things up.
+    parts = (part(box_mesh((1, 1, 1), (0, 1, 0))), part(box_mesh((1, 1, 1), (0, 0, 0)), BLUE))
+    model = RawModel(parts=parts, up=Up.Y, format="glb")
+    png = still.render_model(model, SMALL)
+    assert still.render_model(model, SMALL) == png
+    with Image.open(io.BytesIO(png)) as opened:
+        red, _, blue = np.asarray(opened.convert("RGB"), dtype=float).transpose(2, 0, 1)
+    rows = [np.flatnonzero((a - b > 40.0).any(axis=1)).mean() for a, b in ((red, blue), (blue, red))]
+    assert rows[0] < rows[1]
+
+
+def test_an_image_has_its_first_row_at_the_top() -> None:
+    image = np.zeros((8, 8, 3), dtype=np.uint8)
+    image[:4, :, 0], image[4:, :, 2] = 220, 220
+    material = Material(id="image", base_color=(1, 1, 1, 1), base_color_texture=texture("image", image))
+    mesh = Mesh(vertices=FLAT.vertices, faces=FLAT.faces, uv=np.array([[0, 0], [1, 0], [1, 1], [0, 1]]))
+    png = still.render_mesh([part(mesh, material)], Up.Z, SMALL)
+    with Image.open(io.BytesIO(png)) as opened:
+        red, _, blue = np.asarray(opened.convert("RGB"), dtype=float).transpose(2, 0, 1)
+    assert (
+        np.flatnonzero((red - blue > 60.0).any(axis=1)).mean() < np.flatnonzero((blue - red > 60.0).any(axis=1)).mean()
+    )
+
+
+def test_the_many_faces_of_a_mesh_are_drawn_as_a_coarse_one_would_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    x, z = np.meshgrid(np.linspace(0, 1, 64), np.linspace(0, 1, 64))
+    at = np.arange(64 * 64).reshape(64, 64)
+    a, b, c, d = (at[rows, columns].ravel() for rows in (slice(-1), slice(1, None)) for columns in _SIDES)
+    faces = np.concatenate([np.stack([a, b, d], axis=1), np.stack([a, d, c], axis=1)])
+    vertices = np.stack([x, 0.1 * np.sin(6 * x), z], axis=2).reshape(-1, 3)
+    shades = np.stack([255 * x, 200 * z, 0 * x, 0 * x + 255], axis=2).reshape(-1, 4).astype(np.uint8)
+    fine = part(Mesh(vertices=vertices, faces=faces, colors=shades), Material(id="white", base_color=(1, 1, 1, 1)))
+    monkeypatch.setattr(still, "_GRID_STEPS", 24)
+    pictures = []
+    for most in (150_000, 1000):
+        monkeypatch.setattr(still, "_MANY_FACES", most)
+        with Image.open(io.BytesIO(still.render_mesh([fine], Up.Z, SMALL))) as opened:
+            pictures.append(np.asarray(opened.convert("RGB"), dtype=float))
+    assert 0.0 < np.abs(pictures[0] - pictures[1]).mean() < 4.0
+
+
+def shot(color: tuple[int, int, int], title: str = "mug_0123456789") -> SheetCell:
+    out = io.BytesIO()
+    Image.new("RGB", (32, 32), color).save(out, "PNG")
+    return SheetCell(title, "8 x 8 x 10 cm", out.getvalue())
+
+
+def opened(png: bytes) -> Image.Image:
+    return Image.open(io.BytesIO(png)).convert("RGB")
+
+
+def test_every_picture_is_there_and_the_bytes_repeat() -> None:
+    colors = [(200, 40, 40), (40, 200, 40), (40, 40, 200)]
+    png = contact_sheet([shot(c) for c in colors], "Three", columns=2, cell_px=64)
+    assert contact_sheet([shot(c) for c in colors], "Three", columns=2, cell_px=64) == png
+    seen = np.asarray(opened(png)).reshape(-1, 3)
+    for color in colors:
+        assert np.count_nonzero((seen == color).all(axis=1)) == 64 * 64
+
+
+def test_a_picture_of_another_shape_fills_its_cell_and_loses_paper() -> None:
+    paper = Image.new("RGB", (120, 90), (244, 244, 244))
+    paper.paste((200, 40, 40), (50, 30, 80, 50))
+    out = io.BytesIO()
+    paper.save(out, "PNG")
+    sheet = opened(contact_sheet([SheetCell("room", "", out.getvalue())], "One", cell_px=150, height_px=100))
+    red = (np.asarray(sheet) == (200, 40, 40)).all(axis=2)
+    assert np.ptp(np.flatnonzero(red.any(axis=0))) > 0.85 * 150
+    assert np.ptp(np.flatnonzero(red.any(axis=1))) > 0.85 * 100
+
+
+def test_long_and_strange_captions_are_cut_to_the_cell() -> None:
+    plain = opened(contact_sheet([shot((9, 9, 9))], "x", cell_px=64))
+    strange = opened(contact_sheet([shot((9, 9, 9), "W" * 5000 + "\n\u202e\x00\U0001f600")], "x", cell_px=64))
+    assert strange.size == plain.size
+    right = np.asarray(strange)[:, 12 + 64 + 1 :]
+    assert (right[60:] == 255).all()

@@ -8,7 +8,7 @@ import pytest
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material
 from casa_assets.show.stills.color_statistics import color_distance, color_histogram
-from tests.support.asset.assets import ball, rigid_mug, textured_box
+from tests.support.asset.assets import ball, textured_box
 from tests.support.mesh.meshes import texture
 
 
@@ -61,11 +61,3 @@ def test_another_print_is_farther_than_another_order_of_the_same() -> None:
     other = printed((0, 0, 255), (255, 255, 255))
     assert color_distance(color_histogram(one), color_histogram(same)) < 1.0
     assert color_distance(color_histogram(one), color_histogram(other)) > 10.0
-
-
-def test_what_nobody_gave_a_look_is_told() -> None:
-    assert not color_histogram(painted(0.9, 0.9, 0.9)).stated
-    assert not color_histogram(painted(1.0, 1.0, 1.0)).stated
-    assert color_histogram(painted(0.3, 0.3, 0.3)).stated
-    assert color_histogram(painted(0.9, 0.8, 0.8)).stated
-    assert color_histogram(rigid_mug()) == color_histogram(rigid_mug())

@@ -1,4 +1,4 @@
-"""The server of `casa-assets view`: what it serves, to whom, and what it does not."""
+"""The server of `casa-assets view`: what it serves, to whom, and what it does not; steps of state machines."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import json
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import pytest
@@ -13,12 +14,15 @@ import pytest
 from casa_assets.errors import CasaError
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import draw_surfaces
+from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.choices import Surface
-from casa_assets.show.page.model_files import viewer_name, viewer_script
+from casa_assets.show.page.page_template import viewer_name, viewer_script
+from casa_assets.show.view import model as machines
 from casa_assets.show.view import server as view_server
 from casa_assets.show.view.model import Model, ShowProgress, build_command, make
-from casa_assets.show.view.server import KEPT, ViewServer, tunnel_line
+from casa_assets.show.view.server import KEPT, ViewServer, Workshop
 from casa_assets.show.view.subject import Kitchen, Subject, find
+from tests.support.asset.family_members import preset
 from tests.support.library.server_requests import ask, serving
 
 pytestmark = pytest.mark.content("code", "show.view", keep=0)
@@ -86,7 +90,11 @@ def test_serves_the_page_the_model_and_what_is_known_of_it(microwave: ViewServer
     assert (status, glb[:4]) == (200, b"glTF")
     facts = of_json(ask(microwave, "facts/microwave%2Fsteel"))
     assert facts["kind"] == "asset"
-    assert [machine["placement"] for machine in facts["machines"]] == [""]
+    (machine,) = facts["machines"]
+    assert (machine["placement"], machine["targets"]["int"]["is"]) == ("", "region")
+    assert {"name": "start_button", "joint": "start_button_joint"} in machine["contacts"]
+    lamp = machine["targets"]["lamp_visual"]
+    assert max(max(face) for face in lamp["faces"]) == len(lamp["points"]) - 1
     assert {"node": "door", "text": "door"} in facts["labels"]
     assert facts["report"] is False
     assert ask(microwave, "order", {"of": "microwave/steel", "style": "rustic"})[0] == 400, "an asset has no styles"
@@ -123,14 +131,6 @@ def test_takes_orders_of_its_own_page_alone(kitchen: ViewServer) -> None:
     assert ask(kitchen, "order", order, Content_Type="text/plain")[0] == 403
     assert ask(kitchen, "progress/galley__rustic")[0] == 404
     assert of_json(ask(kitchen, "order", order)) == {"id": "galley__rustic"}
-
-
-def test_another_style_is_built_and_what_goes_wrong_is_told(kitchen: ViewServer) -> None:
-    assert of_json(ask(kitchen, "order", {"of": "galley__coastal", "style": "rustic"})) == {"id": "galley__rustic"}
-    assert wait_for(kitchen, "galley__rustic")["error"] == "there is no rustic wood today"
-    made = of_json(ask(kitchen, "order", {"of": "galley__coastal", "style": "industrial"}))["id"]
-    assert made == "galley__industrial"
-    assert wait_for(kitchen, made)["is_ready"]
 
 
 def test_surfaces_are_swapped_and_put_back(kitchen: ViewServer) -> None:
@@ -198,28 +198,12 @@ def test_long_and_unmeasured_words_are_not_read(kitchen: ViewServer, monkeypatch
     assert ask(kitchen, "order", {"of": "x"}, Content_Length="\xb2")[0] == 400
 
 
-def test_the_tunnel_is_told_over_ssh_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("SSH_CONNECTION", raising=False)
-    assert tunnel_line(4000) == ""
-    monkeypatch.setenv("SSH_CONNECTION", "10.0.0.2 50000 10.0.0.9 22")
-    monkeypatch.setenv("USER", "ada")
-    assert tunnel_line(4000) == "ssh -N -L 4000:127.0.0.1:4000 ada@10.0.0.9"
-    monkeypatch.setenv("SSH_CONNECTION", "10.0.0.2 50000 10.0.0.9 2222")
-    assert tunnel_line(4000) == "ssh -N -p 2222 -L 4000:127.0.0.1:4000 ada@10.0.0.9"
-
-
 def test_the_command_that_writes_a_kitchen(subtests: pytest.Subtests) -> None:
     for recipe, command in [
         (SceneRecipe("galley", "rustic"), "casa-assets scenes build galley__rustic"),
-        (SceneRecipe("galley", "rustic", objects=40), "casa-assets scenes build galley__rustic__o40"),
-        (SceneRecipe("galley", "rustic", mixed=True), "casa-assets scenes new galley --style rustic --mixed"),
         (
-            SceneRecipe("galley", "rustic", 7, draw_surfaces(7)),
-            "casa-assets scenes new galley --style rustic --seed 7 --textures random",
-        ),
-        (
-            SceneRecipe("galley", "rustic", 7, closed=True),
-            "casa-assets scenes new galley --style rustic --seed 7 --closed",
+            SceneRecipe("galley", "rustic", 7, draw_surfaces(7), mixed=True, closed=True),
+            "casa-assets scenes new galley --style rustic --seed 7 --textures random --mixed --closed",
         ),
         (
             SceneRecipe("galley", "rustic", None, ((Surface.WALL, "oak"),), objects=9, objects_seed=2),
@@ -228,3 +212,101 @@ def test_the_command_that_writes_a_kitchen(subtests: pytest.Subtests) -> None:
     ]:
         with subtests.test(recipe=recipe, command=command):
             assert build_command(recipe) == command
+
+
+def stepped(asset: Asset, state: dict[str, Any], **said: Any) -> dict[str, Any]:
+    """The answer to a page that sends the last state back."""
+    assert asset.behavior is not None
+    kept = {name: state[name] for name in ("values", "before", "held_s") if name in state}
+    sent = machines.parse_step(json.dumps({**kept, **said}).encode())
+    answer: dict[str, Any] = json.loads(json.dumps(machines.step_machine(asset.behavior, sent)))
+    return answer
+
+
+def test_time_alone_ends_what_runs_for_a_while() -> None:
+    machine = preset("coffee_machine", "espresso_steel")
+    on = stepped(machine, stepped(machine, {}), touched=["start_button"], dt_s=0.1)
+    assert on["values"]["power"] == "on"
+    state = stepped(machine, on, dt_s=0.5)
+    assert state["waits"]
+    done = stepped(machine, state, dt_s=30.0)
+    assert done["values"]["power"] == "off"
+    assert not stepped(machine, done, dt_s=0.5)["waits"]
+
+
+def test_what_is_no_step_is_told(subtests: pytest.Subtests) -> None:
+    for said, what in [
+        (b"no json", "no step of a state machine"),
+        (b'{"joints": {"a": "far"}}', "joints.a"),
+        (b'{"command": "rm"}', "command"),
+        (b'{"dt_s": "NaN"}', "dt_s"),
+    ]:
+        with subtests.test(said=said, what=what), pytest.raises(CasaError, match=what):
+            machines.parse_step(said)
+
+
+def test_a_state_that_the_machine_cannot_be_in_is_refused() -> None:
+    microwave = preset("microwave", "steel")
+    begin = stepped(microwave, {})
+    for wrong in (
+        {"values": {"power": "melted", "lamp": "off"}},
+        {"values": {"power": "on"}},
+        {"held_s": [0.0]},
+        {"before": [[True]] * len(begin["held_s"])},
+    ):
+        with pytest.raises(CasaError):
+            stepped(microwave, {**begin, **wrong})
+
+
+def kitchen_of(seed: int) -> Kitchen:
+    return Kitchen(SceneRecipe("galley", "coastal", seed), Path())
+
+
+def wait_until_over(workshop: Workshop, model_id: str) -> None:
+    """Until a model is ready, has failed, or is forgotten; without asking for it, which would keep it."""
+    end = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end:
+        job = workshop._jobs.get(model_id)
+        if job is None or job.is_over:
+            return
+        time.sleep(0.01)
+    raise AssertionError(f"{model_id} is not done")
+
+
+def test_what_waited_until_no_page_asked_for_it_is_not_begun(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(view_server, "ABANDONED_S", 0.2)
+    made: list[str] = []
+    is_begun, may_end = Event(), Event()
+
+    def make(wanted: Subject, tell: ShowProgress) -> Model:
+        made.append(wanted.id)
+        is_begun.set()
+        assert may_end.wait(PATIENCE_S)
+        return Model(wanted.id, b"", {}, {}, None)
+
+    workshop = Workshop(make)
+    first, left, wanted = (workshop.order(kitchen_of(seed)) for seed in range(3))
+    assert is_begun.wait(PATIENCE_S)
+    for _ in range(4):
+        time.sleep(0.1)
+        assert workshop.progress(wanted) is not None
+    may_end.set()
+    for name in (first, left, wanted):
+        wait_until_over(workshop, name)
+    assert made == [first, wanted]
+    assert workshop.progress(left) is None
+    assert workshop.model(wanted) is not None
+
+
+def test_what_failed_is_forgotten_like_the_others() -> None:
+    def fail(_: Subject, tell: ShowProgress) -> Model:
+        raise CasaError("there is no wood")
+
+    workshop = Workshop(fail)
+    names = []
+    for seed in range(KEPT + 3):
+        names.append(workshop.order(kitchen_of(seed)))
+        wait_until_over(workshop, names[-1])
+    workshop.order(kitchen_of(99))
+    assert workshop.progress(names[0]) is None
+    assert workshop.progress(names[-1]) is not None

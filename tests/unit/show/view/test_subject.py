@@ -9,7 +9,7 @@ import pytest
 from casa_assets.errors import OutputError, UnknownId
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.library.library import Library
-from casa_assets.show.view.subject import AssetFolder, Kitchen, Member, ModelFile, cache_of, find
+from casa_assets.show.view.subject import AssetFolder, Kitchen, Member, ModelFile, find
 
 KITCHEN = "one_wall_small__coastal"
 
@@ -63,14 +63,6 @@ def test_a_scene_of_no_recipe_is_left_to_mujoco(tmp_path: Path) -> None:
     assert (found.path, "barn__baroque" in found.why) == (folder / "scene.xml", True)
 
 
-def test_an_mjcf_of_somebody_else(tmp_path: Path) -> None:
-    path = tmp_path / "robot.xml"
-    path.write_text("<mujoco/>", encoding="utf-8")
-    assert find(str(path), tmp_path, ()) == ModelFile(path)
-    path.rename(tmp_path / "model.xml")
-    assert find(str(tmp_path), tmp_path, ()) == ModelFile(tmp_path / "model.xml")
-
-
 @pytest.mark.parametrize(
     ("name", "title"),
     [
@@ -117,12 +109,3 @@ def test_a_path_that_shows_nothing_says_what_to_do(tmp_path: Path) -> None:
     (tmp_path / KITCHEN / "scene.json").write_text("{}", encoding="utf-8")
     with pytest.raises(OutputError, match=rf"is a folder of scenes; name one of them: {KITCHEN}"):
         find(str(tmp_path), tmp_path, ())
-
-
-def test_a_kitchen_uses_the_cache_that_writing_it_uses(
-    cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    kitchen = Kitchen(SceneRecipe("galley", "rustic"), tmp_path)
-    assert cache_of(kitchen) == cache
-    monkeypatch.setenv("CASA_ASSETS_CACHE", "/dev/null/cache")
-    assert cache_of(kitchen) == tmp_path / ".casa" / "cache"

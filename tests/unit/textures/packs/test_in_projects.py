@@ -70,7 +70,7 @@ def test_pictures_stand_beside_recipes(ingested: Ingested, tmp_path: Path) -> No
     assert "slates_stone_01" in casa.surfaces()["floor"]
     assert "slates_stone_01" not in casa.surfaces()["wall"]
     assert completion.textures("slates_") == ["slates_stone_00", "slates_stone_01"]
-    assert "texture packs: textures/slates" in doctor._project()[0].message
+    assert "texture packs: textures/slates" in next(doctor._project()).message
     use_project(None)
     assert "slates_stone_01" not in casa.surfaces()["floor"]
     with pytest.raises(UnknownId):

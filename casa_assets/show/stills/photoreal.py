@@ -1,19 +1,26 @@
-"""Viewpoint of a kitchen photographer, and a sun whose patches of light lie where the camera sees them.
-
-The photographer is at eye level, at the point that shows most of the kitchen and where no wall fills the view.
-"""
+"""Path-traced stills of a kitchen's or an asset's USD, by Blender's Cycles in a separate process; their viewpoints."""
 
 from __future__ import annotations
 
+import io
+import json
 import math
+import subprocess
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
+from casa_assets.core import system
 from casa_assets.core.numeric import Floats, Mask
+from casa_assets.errors import CasaError
+from casa_assets.show.stills import pictures
+from casa_assets.show.stills.pictures import Pixels
 
 EYE = "eye"  # the view that `eye_view` finds
 EYE_M = 1.45
@@ -77,15 +84,6 @@ class _Fixtures:
     front: Floats
     worth: Floats
     room_m: Floats
-
-
-def named_view(scene: Mapping[str, Any], name: str, aspect: float) -> View | None:
-    """A camera of a scene's scene.json, for pictures of `aspect` (width over height); None if it has no such camera."""
-    for camera in scene["cameras"]:
-        if camera["name"] == name:
-            half = math.tan(math.radians(camera["fov_y_deg"]) / 2) * aspect
-            return View(name, tuple(camera["position"]), tuple(camera["quaternion"]), 2 * math.atan(half))
-    return None
 
 
 def eye_view(scene: Mapping[str, Any], name: str, aspect: float, beyond_m: float = 0.0) -> View:
@@ -378,3 +376,127 @@ def _in_view(places: Floats, view: View, aspect: float, low: Floats, high: Float
     eyes = np.repeat(np.array(view.position)[None], len(places), axis=0)
     hidden = (_entries(eyes, offset, low, high) < 0.98).any(axis=1)
     return np.asarray(inside & ~hidden)
+
+
+CUTAWAY = "cutaway"  # a view that every kitchen has beside its own cameras, as it has EYE
+CUTAWAY_FOV_X_RAD = math.radians(45.0)
+ASSET_FOV_X_RAD, ASSET_AZIMUTH_DEG, ASSET_ELEVATION_DEG = math.radians(26.0), 32.0, 20.0
+ASSET_SAMPLES = 4  # times those of a room: the plain floor of a studio shows noise that a room hides
+ABOVE = ("overview", "above")  # cameras of a scene that look in from above
+_SCRIPT = Path(__file__).with_name("blender") / "main.py"
+
+
+class NoPathTracer(CasaError):
+    """There is no Blender, or it failed; the message says what to do."""
+
+
+@dataclass(frozen=True)
+class StillSettings:
+    """Size of a still in pixels, and what it costs.
+
+    Attributes:
+        samples: paths of each pixel of a room, at most; ASSET_SAMPLES times as many of an asset. threads: of the
+            renderer; the picture does not depend on the machine's number of cores. seed: of the paths.
+    """
+
+    width_px: int = 960
+    height_px: int = 540
+    samples: int = 20
+    threads: int = 2
+    seed: int = 1
+
+
+@dataclass(frozen=True)
+class Still:
+    """One picture: its name, (height, width, 3) pixels, and the wall seconds that it took."""
+
+    name: str
+    pixels: Pixels
+    seconds: float
+
+    @property
+    def png(self) -> bytes:
+        """Encoded, without a date."""
+        return pictures.png(self.pixels)
+
+
+def scene_stills(
+    folder: Path, cameras: Sequence[str] = (), settings: StillSettings | None = None, pose: str = "closed"
+) -> Iterator[Still]:
+    """Stills of a kitchen in its folder, through its own cameras, `eye` or `cutaway`; by default the last two.
+
+    Args:
+        folder: holds scene.usda and scene.json. pose: of the variant set `pose`.
+    Raises:
+        NoPathTracer: see the class; also if there is no such camera.
+    """
+    frame = settings or StillSettings()
+    told = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
+    aspect = frame.width_px / frame.height_px
+    views = [_view(told, name, aspect) for name in cameras or (EYE, CUTAWAY)]
+    # Views from above look into the room without its ceiling, which is a choice that holds for a whole process.
+    for above in (False, True):
+        chosen = [view for view in views if (view.name in (*ABOVE, CUTAWAY)) == above]
+        if chosen:
+            job = {
+                "usd": (folder / "scene.usda").resolve().as_posix(),
+                "root": "World",
+                "variants": {"pose": pose, "ceiling": "hidden" if above else "shown"},
+                "room": told["room"],
+                "beyond_m": BEYOND_M,
+                "sun": None if above else sun_direction(told, eye_view(told, EYE, aspect, BEYOND_M), aspect),
+                "kind": "cutaway" if above else "room",
+            }
+            yield from _run(job, chosen, frame)
+
+
+def _view(told: Mapping[str, Any], name: str, aspect: float) -> View:
+    """The view that is called so, for pictures of `aspect` (width over height). Raises NoPathTracer."""
+    if name == EYE:
+        return eye_view(told, name, aspect, BEYOND_M)
+    camera = next((c for c in told["cameras"] if c["name"] == ("overview" if name == CUTAWAY else name)), None)
+    if camera is None:
+        names = [EYE, CUTAWAY, *(c["name"] for c in told["cameras"])]
+        raise NoPathTracer(f"there is no camera {name!r}; there are {', '.join(names)}")
+    position, quaternion = tuple(camera["position"]), tuple(camera["quaternion"])
+    if name == CUTAWAY:
+        corners = tuple(product(*zip(*told["room"]["bounds"], strict=True)))
+        return View(name, position, quaternion, CUTAWAY_FOV_X_RAD, fit=corners)
+    half = math.tan(math.radians(camera["fov_y_deg"]) / 2) * aspect
+    return View(name, position, quaternion, 2 * math.atan(half))
+
+
+def asset_still(usd: Path, settings: StillSettings | None = None, pose: str = "") -> Still:
+    """Still of an asset on a studio's floor, seen from the front and a little from its right and above.
+
+    Args:
+        usd: `usd/<id>.usda` of its folder. pose: of the variant set `pose`; empty: as the file says.
+    """
+    turn, tilt = math.radians(ASSET_AZIMUTH_DEG) / 2, math.radians(90 - ASSET_ELEVATION_DEG) / 2
+    c, s, up, down = math.cos(turn), math.sin(turn), math.cos(tilt), math.sin(tilt)
+    view = View(usd.stem, (0.0, 0.0, 0.0), (c * up, c * down, s * down, s * up), ASSET_FOV_X_RAD, fit=())
+    variants = {"pose": pose} if pose else {}
+    job = {"usd": usd.resolve().as_posix(), "root": usd.stem, "variants": variants, "kind": "asset"}
+    frame = settings or StillSettings()
+    (still,) = _run(job, [view], replace(frame, samples=ASSET_SAMPLES * frame.samples))
+    return still
+
+
+def _run(job: Mapping[str, Any], views: Sequence[View], frame: StillSettings) -> Iterator[Still]:
+    program = system.find_blender()
+    if not program:
+        raise NoPathTracer(f"stills by a path tracer need Blender, {system.how_to_install()}")
+    with tempfile.TemporaryDirectory(prefix="casa_photoreal_") as place:
+        folder = Path(place)
+        text = json.dumps({**job, **asdict(frame), "views": [asdict(view) for view in views]})
+        (folder / "job.json").write_text(text, encoding="utf-8")
+        line, around = system.command(program, _SCRIPT, str(folder)), system.environment(folder)
+        done = subprocess.run(line, cwd=folder, env=around, capture_output=True, check=False)
+        told = folder / "told.json"
+        if done.returncode or not told.is_file():
+            words = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
+            why = words[0] if words else f"it ended with {done.returncode}"
+            raise NoPathTracer(f"Blender ({program}) failed: {why}")
+        for view in json.loads(told.read_text(encoding="utf-8"))["views"]:
+            pixels = np.asarray(Image.open(io.BytesIO((folder / f"{view['name']}.png").read_bytes())).convert("RGB"))
+            yield Still(view["name"], pixels, float(view["seconds"]))

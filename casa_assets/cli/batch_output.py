@@ -1,16 +1,18 @@
-"""Output of commands that bring inputs into a library or copy one: each input, tables, counts and the exit code."""
+"""Output of commands that work on many inputs: each as it is done, tables, counts, the exit code."""
 
 from __future__ import annotations
 
 import shlex
 import time
 from collections import Counter
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
+from rich.text import Text
 
 from casa_assets.cli.output import (
     Output,
@@ -18,23 +20,264 @@ from casa_assets.cli.output import (
     bar,
     issue_rows,
     measures,
+    measures_at,
     pluralize,
     safe,
     safe_message,
     terminal_safe,
+    working_on,
 )
 from casa_assets.errors import BatchFault, CasaError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator
-
-    from casa_assets.articulate.run.steps import ArticulateOutcome
+    from casa_assets.articulate.run.run import ArticulateOutcome
+    from casa_assets.families.build import FamilyResult
+    from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
     from casa_assets.library.entry import Entry
     from casa_assets.model.issue import Decision
     from casa_assets.runs.outcome import Event
     from casa_assets.runs.remote import Change
 
+    Built = SceneResult | FamilyResult
     Done = Event | ArticulateOutcome
+
+NARROW_COLUMNS = 5  # columns of numbers that a terminal shows that has no room for all of them
+MAX_LISTED = 20  # draws that are told one by one at the end
+EXAMPLE_CHARACTERS = 160  # of what was said of a refused draw
+WIDE_TERMINAL = 140  # characters that the whole table takes
+
+
+def follow(
+    running: Iterator[SceneResult], recipes: Sequence[SceneRecipe], word: str, output: Output, lean: bool = False
+) -> list[SceneResult]:
+    """Print a line for each scene as it is done; returns all of them.
+
+    Args:
+        word: what is done with them, for the bar.
+        lean: drop the reports of scenes that passed, which are on disk: thousands would fill the memory.
+    """
+    results: list[SceneResult] = []
+    with working_on(output.console, word, [recipe.scene_id for recipe in recipes]) as done:
+        for result in running:
+            results.append(replace(result, report=None) if lean and result.passed else result)
+            done(result.recipe.scene_id)
+            if output.as_json:
+                output.row(_scene_row(result))
+            _print_scene(result, output)
+    return results
+
+
+def end_builds(results: Sequence[Built], output: Output, one_is_enough: bool = False) -> None:
+    """Print the command that shows the first that was made, and end with exit 1 where one failed, or where all did.
+
+    Raises BatchFault after faults of the program.
+    """
+    output.look(*[result.folder for result in results if result.passed][:1])
+    if faults := [result for result in results if result.is_fault]:
+        raise BatchFault(one.recipe.scene_id if hasattr(one, "recipe") else one.request.title for one in faults)
+    if not (any if one_is_enough else all)(result.passed for result in results):
+        raise typer.Exit(1)
+
+
+def write_reports(results: list[SceneResult], out: Path, output: Output) -> None:
+    """Write page, contact sheet and table of the folder; print where they are and how many scenes were made."""
+    from casa_assets.runs.outcome import writing
+    from casa_assets.show.reports import kitchens
+
+    with writing(out):
+        page, picture = kitchens.write(out)
+    made = sum(r.passed for r in results)
+    kept = sum(r.kept for r in results)
+    output.line(f"{made} of {pluralize(len(results), 'scene')} in {out} ({kept} unchanged)")
+    for name, path in (("Pictures", picture), ("Page", page), ("Numbers", out / kitchens.SUMMARY)):
+        output.line(f"{name + ':':9} {path}")
+
+
+def print_numbers(results: list[SceneResult], out: Path, output: Output) -> None:
+    """Print numbers of the scenes of this run, as far as they are in the folder, and their sum."""
+    from casa_assets.show.reports.kitchens import COLUMNS, cells, read_rows, sentence
+
+    mine = {r.recipe.scene_id for r in results if r.folder}
+    found = [row for row in read_rows(out) if row.id in mine]
+    if not found:
+        return
+    is_wide = not output.console.is_terminal or output.console.width >= WIDE_TERMINAL
+    heads = [heading for heading, _, _ in COLUMNS[: None if is_wide else NARROW_COLUMNS]]
+    table = TextTable(("scene", "verdict", *heads), sentences=("verdict",), right=heads)
+    for row in found:
+        verdict = Text(row.verdict, style="green" if row.passed else "red")
+        table.add(row.id, verdict, *cells(row)[: len(heads)])
+    table.print(output.console)
+    output.line(sentence(found))
+
+
+def print_sample(
+    results: list[SceneResult], recipes: Sequence[SceneRecipe], seed: int, out: Path, output: Output
+) -> None:
+    """Print what became of draws, and write rejected.json and diversity.json.
+
+    Tables show why some were refused, how diverse those are that passed, and what a kitchen cost.
+    """
+    from casa_assets.layouts.run.sampling import run
+    from casa_assets.layouts.run.sampling.draws import (
+        diversity_of_recipes,
+        diversity_of_reference,
+        table_rows,
+        write_diversity,
+    )
+    from casa_assets.runs.outcome import writing
+
+    passed = {r.recipe.scene_id for r in results if r.passed}
+    drawn = diversity_of_recipes(recipe for recipe in recipes if recipe.scene_id in passed)
+    reference = diversity_of_reference()
+    with writing(out):
+        rejected = run.write_rejected(out, seed, recipes, results)
+        measured = write_diversity(out, drawn, reference)
+    if len(results) <= MAX_LISTED:
+        print_numbers(results, out, output)
+    why = TextTable(("refused for", "plan", "style", "draws", "such as"), sentences=("such as",), right=("draws",))
+    for row in run.refusals(results):
+        why.add(row.reason, row.plan, row.style, str(row.count), row.example[:EXAMPLE_CHARACTERS])
+    why.print(output.console)
+    heads = (f"these {len(passed)}", f"the {reference.kitchens} of plan x style")
+    told = TextTable(("diversity", *heads), right=heads, title="Evenness from 0 to 1, distances from 0 to 1")
+    for cells in table_rows(drawn, reference)[1:]:
+        told.add(*cells)
+    told.print(output.console)
+    cost = run.cost_of(results)
+    steps = ", ".join(f"{step} {seconds:.1f}" for step, seconds in cost.steps.items())
+    output.line(f"{cost.total:.1f} core-seconds per kitchen ({steps}), the mean of {pluralize(cost.kitchens, 'draw')}")
+    share = f"{len(passed) / len(results):.1%}" if results else "none"
+    output.line(
+        f"{len(passed)} of {pluralize(len(results), 'draw')} passed ({share}); why the others did not: {rejected}"
+    )
+    output.line(f"Diversity: {measured}")
+
+
+@dataclass(frozen=True)
+class SceneTable:
+    """Rows about each scene of a run.
+
+    Attributes:
+        heads: of the columns behind the id. words: heads of those that are no numbers. note: a line below.
+        rows_of: cells, from the folder of a scene.
+    """
+
+    heads: tuple[str, ...]
+    words: tuple[str, ...]
+    note: str
+    rows_of: Callable[[Path], Iterable[Sequence[object]]]
+
+
+def follow_and_list(
+    running: Iterator[SceneResult], recipes: Sequence[SceneRecipe], word: str, told: SceneTable, output: Output
+) -> None:
+    """Print a line for each scene as it is done, then a table about all, and end as `end_builds` does."""
+    results = follow(running, recipes, word, output)
+    table = TextTable(("scene", *told.heads), told.words, [name for name in told.heads if name not in told.words])
+    for result in results if not output.as_json else ():
+        for row in told.rows_of(Path(result.folder)) if result.folder and result.report is not None else ():
+            table.add(result.recipe.scene_id, *map(str, row))
+    table.print(output.console)
+    if table.rows and told.note:
+        output.line(told.note)
+    end_builds(results, output)
+
+
+def _robot_rows(folder: Path) -> Iterator[Sequence[object]]:
+    from casa_assets.addons.robots import read_certificate
+
+    if (found := read_certificate(folder)) is not None:
+        for robot in found.robots:
+            numbers = robot.reached, robot.followed, len(robot.joints), robot.margin
+            yield robot.robot, *numbers, len(found.without_parking)
+
+
+def _state_rows(folder: Path) -> Iterator[Sequence[object]]:
+    from casa_assets.layouts.run.scene_files import START_STATES
+    from casa_assets.layouts.run.state_file import read_states
+
+    found, size = read_states(folder), (folder / START_STATES).stat().st_size
+    refused = ", ".join(f"{reason}: {count}" for reason, count in found.refused.items()) or "none"
+    deepest, farthest = (f"{1000 * lengths.max():.2f}" for lengths in (found.depth, found.motion))
+    yield len(found), deepest, farthest, f"{size / 1000:.0f}", refused
+
+
+def _batch_rows(folder: Path) -> Iterator[Sequence[object]]:
+    from casa_assets.layouts.run.batch_form import read_batch
+
+    if (found := read_batch(folder)) is not None:
+        needs = found.engine
+        numbers = found.colliders, found.pairs, len(found.joints), len(found.locked), needs.awake_in_use
+        yield *numbers, needs.nconmax, needs.njmax, needs.nccdmax, needs.nvmax
+
+
+ROBOTS = SceneTable(
+    ("robot", "reached", "followed", "of joints", "margin", "not parked"),
+    ("robot",),
+    "margin: the median; not parked: joints of fixtures that have no parking place",
+    _robot_rows,
+)
+STATES = SceneTable(
+    ("states", "deepest mm", "moved mm", "kB", "draws given up"),
+    ("draws given up",),
+    "deepest: of all contacts; moved: the farthest that a thing goes on moving",
+    _state_rows,
+)
+BATCHES = SceneTable(
+    ("colliders", "pairs", "joints", "locked", "awake in use", "nconmax", "njmax", "nccdmax", "nvmax"),
+    (),
+    "",
+    _batch_rows,
+)
+
+
+def _scene_row(result: SceneResult) -> dict[str, Any]:
+    verdict = "failed" if not result.passed else "made" if result.report is None else "passed"
+    return {
+        "id": result.recipe.scene_id,
+        "folder": result.folder,
+        "verdict": verdict,
+        **measures_at(result.folder),
+        "passed": result.passed,
+        "kept": result.kept,
+        "message": result.message,
+        "issues": issue_rows(result.problems),
+        **seconds_of(result, 3),
+        "cpu_s": result.cpu_s,
+        **result.counts,
+    }
+
+
+def seconds_of(result: Built, digits: int) -> dict[str, float]:
+    """Wall-clock seconds of each step."""
+    return {name: round(getattr(result, name), digits) for name in ("build_s", "write_s", "draw_s", "check_s")}
+
+
+def print_problems(result: Built, output: Output) -> None:
+    """Print why something was not made, and what checks found."""
+    say = output.line if result.passed else output.wrong
+    for line in (result.message, *(f"  {i.code} {i.pointer}: {i.message}" for i in result.problems)):
+        if line:
+            say(line)
+
+
+def _print_scene(result: SceneResult, output: Output) -> None:
+    scene = result.recipe.scene_id
+    if result.kept and result.passed:
+        output.styled(f"[green]kept[/] [bold]{scene}[/]")
+        return
+    mark = "[red]failed[/]" if not result.passed else "[green]made[/]" if result.report is None else "[green]passed[/]"
+    seconds = f"build {result.build_s:.1f} s, write {result.write_s:.1f} s, draw {result.draw_s:.1f} s"
+    if result.report is not None:
+        seconds += f", check {result.check_s:.1f} s"
+    output.styled(f"{mark} [bold]{scene}[/] ({seconds})", is_wrong=not result.passed)
+    print_problems(result, output)
+    for check in result.report.results if output.verbose and result.report else ():
+        number = check.reason if check.number is None else f"{check.number:.4g} {check.unit}".rstrip()
+        limit = "" if check.limit is None else f" (limit {check.limit:.4g})"
+        output.detail(f"  {check.code} {check.status.value}: {number}{limit}")
+
 
 KINDS = (
     ".glb, .gltf, .obj, .ply, .stl, .dae, .fbx, .usd, .usdz, .x3d, .wrl, .3ds, .blend, an archive of them, "
@@ -83,7 +326,7 @@ def print_counts(done: Sequence[Done], kept: int, output: Output) -> int:
     codes: Counter[str] = Counter()
     for one in done:
         codes[one.code] += one.count * bool(one.code)
-    print_codes(+codes, output)
+    _print_codes(+codes, output)
     counts = counts_of(done)
     there = f" ({kept} {'was' if kept == 1 else 'were'} there already)" if kept else ""
     output.styled(f"{pluralize(sum(counts), 'input')}: {counts_text(*counts)}{there}")
@@ -97,7 +340,7 @@ def look(done: Sequence[Done], output: Output) -> None:
     output.look(*[one.folder for one in done if one.folder and one.decision is not Decision.REJECTED][:1])
 
 
-def end(done: Sequence[Done], names: Sequence[str]) -> None:
+def end_inputs(done: Sequence[Done], names: Sequence[str]) -> None:
     """End with exit 3 after a fault of the program, 1 after a rejection, 4 where a person has to decide.
 
     Args:
@@ -114,8 +357,7 @@ def end(done: Sequence[Done], names: Sequence[str]) -> None:
         raise typer.Exit(4)
 
 
-def print_codes(codes: Counter[str], output: Output) -> None:
-    """Print how many inputs were rejected for each reason, and what to do about it."""
+def _print_codes(codes: Counter[str], output: Output) -> None:
     from casa_assets import registry
 
     if not codes:
@@ -216,7 +458,6 @@ def _print_event(event: Event, output: Output, dry_run: bool) -> None:
 
 
 def _json_row(event: Event, dry_run: bool) -> dict[str, object]:
-    """The row that `--json` prints for an input."""
     return {
         "status": event.decision.value,
         "verdict": event.decision.value,
@@ -263,8 +504,7 @@ def print_summary(events: list[Event], library: Path, output: Output, explain: b
 
 
 def _print_library_checks(library: Path, output: Output, max_lines: int = 6) -> None:
-    """Lines about the checks of all assets of the library together."""
-    from casa_assets.library.library_report import read_library_report
+    from casa_assets.library.analysis.library_report import read_library_report
     from casa_assets.model.issue import Status
 
     library_report = read_library_report(library)

@@ -12,11 +12,11 @@ from casa_assets.ingest.run.run import Options, ingest
 from casa_assets.library.entry import entries
 from casa_assets.library.library import Library
 from casa_assets.library.review import read_overrides
-from casa_assets.show.review import ReviewServer
+from casa_assets.show.view.review import ReviewServer
 from tests.support.library.libraries import BOXES, box_obj
 from tests.support.library.server_requests import ask
 
-pytestmark = pytest.mark.content("code", "show.review", keep=0)
+pytestmark = pytest.mark.content("code", "show.view", keep=0)
 
 
 def run(folder: Path) -> list[str]:

@@ -32,10 +32,9 @@ from casa_assets.library.entry import Entry, entries
 from casa_assets.library.entry_files import PICTURE, file_inside, picture_of
 from casa_assets.library.library import Producer
 from casa_assets.model.source import UpAxis
-from casa_assets.show.local_server import HOST, LocalHandler
-from casa_assets.show.page.model_files import SUFFIX, model_script, viewer_name, viewer_script
 from casa_assets.show.page.page_models import PageModels
-from casa_assets.show.page.page_template import render_template
+from casa_assets.show.page.page_template import SUFFIX, model_script, render_template, viewer_name, viewer_script
+from casa_assets.show.view.server import HOST, LocalHandler
 
 # What is decided about all parts of one mesh is longer than what is decided about a whole one.
 MAX_BODY_BYTES = 100_000
@@ -73,8 +72,6 @@ class ReviewServer(ThreadingHTTPServer):
 
 
 class _Handler(LocalHandler):
-    """Answers for the page, its pictures, and what is decided."""
-
     server: ReviewServer
     headers_of_all: ClassVar[dict[str, str]] = {"Referrer-Policy": "no-referrer"}
 

@@ -1,1 +1,0 @@
-"""The starter of a project, which `casa-assets init` copies."""
