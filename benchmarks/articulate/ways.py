@@ -22,8 +22,8 @@ from typing import Any
 
 from benchmarks.articulate.confidence import confidence_row
 from benchmarks.articulate.scoring.score import frame_is_right, load_score, prediction
-from casa_assets.articulate.choose_plan import best_score, candidate_plans, needed_advantage, plan_score
-from casa_assets.articulate.frame.axes import guess_frame
+from casa_assets.articulate.frame import guess_frame
+from casa_assets.articulate.infer import best_score, candidate_plans, needed_advantage, plan_score
 from casa_assets.articulate.run.build import load_models
 from casa_assets.articulate.segment.segmentations import Segmentation
 from casa_assets.articulate.segment.welded_mesh import weld_triangles

@@ -22,10 +22,10 @@ import numpy as np
 from scipy.optimize import minimize
 
 from benchmarks.train.frame_members import Bools, Floats, Ints, Mesh, changed, merged, panel, seen, table
-from casa_assets.articulate.frame.axes import MAX_SCORED, PRIOR_UP
-from casa_assets.articulate.frame.score_candidate import SCORE_NAMES, score_candidate
-from casa_assets.articulate.frame.side_views import FEATURES, frame_features, hidden_area, measure_side, side_facing
-from casa_assets.articulate.segment.fragments import FRONT, SIDES, TOP, MeasuredFragments
+from casa_assets.articulate.frame import MAX_SCORED, PRIOR_UP, SCORE_NAMES, score_candidate
+from casa_assets.articulate.segment.fragments import MeasuredFragments
+from casa_assets.articulate.segment.orthographic import FRONT, SIDES, TOP
+from casa_assets.articulate.side_views import FEATURES, frame_features, hidden_area, measure_side, side_facing
 from casa_assets.families.build import FamilyRequest, build_asset, params_of
 from casa_assets.registry.families import family
 

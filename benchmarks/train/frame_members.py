@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.articulate.frame.axes import FRAME_IMAGE_PX, given_frame
+from casa_assets.articulate.frame import FRAME_IMAGE_PX, given_frame
 from casa_assets.articulate.segment.fragments import MeasuredFragments, measure_fragments
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.mesh.grid.voxels import boundary, voxelise

@@ -27,7 +27,7 @@ from sklearn.ensemble import ExtraTreesClassifier
 
 from benchmarks.articulate.scoring.score import load_score, truth, unpacked
 from benchmarks.train.forest_file import write_forest
-from casa_assets.articulate.frame.axes import given_frame
+from casa_assets.articulate.frame import given_frame
 from casa_assets.articulate.fronts.front_hypotheses import (
     CONTEXT,
     FEATURES,
@@ -38,8 +38,7 @@ from casa_assets.articulate.fronts.front_hypotheses import (
     propose_fronts,
 )
 from casa_assets.articulate.fronts.relief import find_front_rectangles, merge_stairs
-from casa_assets.articulate.segment.creases import SideRelief, measure_relief
-from casa_assets.articulate.segment.fragments import FRONT
+from casa_assets.articulate.segment.orthographic import FRONT, SideRelief, measure_relief
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 
 Floats = npt.NDArray[np.float64]

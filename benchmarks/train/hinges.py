@@ -26,11 +26,9 @@ import numpy as np
 from scipy.optimize import minimize
 
 from benchmarks.articulate.scoring.score import load_score, truth
-from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.frame.category import kind_named, kinds_known
-from casa_assets.articulate.fronts.fronts import select_opening_panels
-from casa_assets.articulate.infer import PartCollector, look_at_front, traits_of_views
-from casa_assets.articulate.joints.front_features import (
+from casa_assets.articulate.category import kind_named, kinds_known
+from casa_assets.articulate.frame import given_frame
+from casa_assets.articulate.front_features import (
     DRAWER_FEATURES,
     EDGE_FEATURES,
     EDGES,
@@ -40,7 +38,9 @@ from casa_assets.articulate.joints.front_features import (
     edge_shares,
     view_fronts,
 )
-from casa_assets.articulate.joints.joints import kind_log_odds
+from casa_assets.articulate.fronts.fronts import select_opening_panels
+from casa_assets.articulate.infer import PartCollector, look_at_front, traits_of_views
+from casa_assets.articulate.joints import kind_log_odds
 from casa_assets.articulate.plan import HingeEdge
 from casa_assets.articulate.segment.fragments import measure_fragments, render_sides
 from casa_assets.articulate.segment.segmentations import segmentations

@@ -88,7 +88,7 @@ WATCHED = {
         ("blender",), _package("core/system.py", "formats/read/blend.py", "formats/read/blend_convert.py")
     ),
     "test_clip.py": Watched(
-        ("clip",), _package("library/analysis/clip.py", "library/analysis", "articulate/frame/category.py")
+        ("clip",), _package("library/analysis/clip.py", "library/analysis", "articulate/category.py")
     ),
     "test_kitchens.py": Watched(
         ("blender", "mujoco331", "mujoco337", "newton", "robosuite"), (*_MJCF, *_package("formats/usd"))

@@ -21,8 +21,8 @@ import numpy as np
 from benchmarks.articulate.cases.families import write_cases
 from benchmarks.articulate.cases.pose import AXES, turned
 from benchmarks.articulate.scoring.prediction import part_row
-from casa_assets.articulate.choose_plan import choose_plan
-from casa_assets.articulate.frame.axes import given_frame, guess_frame
+from casa_assets.articulate.frame import given_frame, guess_frame
+from casa_assets.articulate.infer import choose_plan
 from casa_assets.articulate.plan import Articulation, Frame, Models
 from casa_assets.articulate.run.build import ArticulateRequest, build, load_models
 from casa_assets.articulate.run.repairs import limit_ranges

@@ -18,10 +18,11 @@ from benchmarks.articulate.cases.plain.draw import draw
 from benchmarks.train.control_cases.scenes import KEY, KNOB, NEITHER, draw_scene
 from casa_assets.articulate.controls.classify import control_features
 from casa_assets.articulate.controls.controls import Control, find_controls
-from casa_assets.articulate.controls.levers_and_switches import find_levers
-from casa_assets.articulate.frame.axes import given_frame
+from casa_assets.articulate.controls.levers_and_buttons import find_levers
+from casa_assets.articulate.frame import given_frame
 from casa_assets.articulate.fronts.panels import find_panels
-from casa_assets.articulate.segment.fragments import FRONT, TOP, MeasuredFragments, measure_fragments, render_sides
+from casa_assets.articulate.segment.fragments import MeasuredFragments, measure_fragments, render_sides
+from casa_assets.articulate.segment.orthographic import FRONT, TOP
 from casa_assets.articulate.segment.segmentations import segmentations
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import weld_triangles

@@ -10,8 +10,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from casa_assets.articulate.plan import PartKind
-from casa_assets.articulate.segment.fragments import SIDES, MeasuredFragments, corners_from_side
-from casa_assets.articulate.segment.orthographic import DepthImage, outline_area
+from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.orthographic import SIDES, DepthImage, outline_area
 from casa_assets.core.numeric import Floats, Ints, Mask
 
 # Controls -------------------------------------------------------------------------------------------------------------

@@ -10,7 +10,6 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from casa_assets.articulate.fronts.front_hypotheses import find_fronts
-from casa_assets.articulate.fronts.moves_with_front import find_drawer_box
 from casa_assets.articulate.fronts.relief import (
     FLAT_MARGIN,
     FrontRectangle,
@@ -20,11 +19,24 @@ from casa_assets.articulate.fronts.relief import (
     merge_stairs,
     rectangle_corners,
 )
+from casa_assets.articulate.interior.inner_parts import find_drawer_box
 from casa_assets.articulate.plan import Models
-from casa_assets.articulate.segment.creases import BACKGROUND_DEPTH, SideRelief, dilate, measure_relief
 from casa_assets.articulate.segment.cutting import CutPlane
-from casa_assets.articulate.segment.fragments import BACK, BOTTOM, FRONT, LEFT, RIGHT, SIDES, TOP
-from casa_assets.articulate.segment.orthographic import DepthImage, render_depth
+from casa_assets.articulate.segment.orthographic import (
+    BACK,
+    BACKGROUND_DEPTH,
+    BOTTOM,
+    FRONT,
+    LEFT,
+    RIGHT,
+    SIDES,
+    TOP,
+    DepthImage,
+    SideRelief,
+    dilate,
+    measure_relief,
+    render_depth,
+)
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints, Mask
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from casa_assets.articulate.frame.axes import given_frame
+from casa_assets.articulate.frame import given_frame
 from casa_assets.articulate.infer import articulate_fragments
 from casa_assets.articulate.plan import Articulation, Frame
 from casa_assets.articulate.segment.fragments import measure_fragments

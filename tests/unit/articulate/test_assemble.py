@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.assemble import MAX_DENSITY_KG_M3
-from casa_assets.articulate.colliders.build_colliders import build_colliders
-from casa_assets.articulate.frame.axes import metres_per_unit
+from casa_assets.articulate.build_colliders import build_colliders
+from casa_assets.articulate.frame import metres_per_unit
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.run.build import ArticulateRequest, build
 from casa_assets.articulate.segment.welded_mesh import weld_triangles

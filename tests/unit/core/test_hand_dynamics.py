@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from casa_assets.articulate.joints.joints import build_joint
+from casa_assets.articulate.joints import build_joint
 from casa_assets.articulate.plan import JointPlan, PartKind, PartPlan
 from casa_assets.asset.family import Params
 from casa_assets.asset.kit.assemble import assemble

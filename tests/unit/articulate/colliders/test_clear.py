@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.colliders.clearance import CLEARANCE_M, LinkSolid, clear_moving_parts
-from casa_assets.articulate.colliders.link_shapes import box_cloud, convex_clouds
+from casa_assets.articulate.link_shapes import CLEARANCE_M, LinkSolid, box_cloud, clear_moving_parts, convex_clouds
 from tests.unit.articulate.blocks import carcass, together
 
 

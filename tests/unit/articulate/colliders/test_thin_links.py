@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.assemble import drop_empty_links
-from casa_assets.articulate.colliders.link_shapes import MIN_THICKNESS_M, fit_shape
+from casa_assets.articulate.link_shapes import MIN_THICKNESS_M, fit_shape
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from casa_assets.model.asset.parts import Hull, JointKind

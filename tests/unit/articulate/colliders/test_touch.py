@@ -5,9 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.colliders.build_colliders import GRIP_WIDTH_M, add_edge_grip
-from casa_assets.articulate.colliders.clearance import LinkSolid, clear_moving_parts, is_empty_region
-from casa_assets.articulate.colliders.link_shapes import box_cloud, convex_clouds, hull_closes_opening, is_frame
+from casa_assets.articulate.build_colliders import GRIP_WIDTH_M, add_edge_grip
+from casa_assets.articulate.link_shapes import (
+    LinkSolid,
+    box_cloud,
+    clear_moving_parts,
+    convex_clouds,
+    hull_closes_opening,
+    is_empty_region,
+    is_frame,
+)
 from casa_assets.articulate.plan import PartKind
 from tests.unit.articulate.blocks import box, disc, together
 

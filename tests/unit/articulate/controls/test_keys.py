@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.articulate.controls.controls import Control
-from casa_assets.articulate.controls.round_controls import drop_burner_caps, find_burners, find_single_button
+from casa_assets.articulate.controls.levers_and_buttons import drop_burner_caps, find_single_button
+from casa_assets.articulate.interior.regions import find_burners
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.segment.fragments import measure_fragments
 from casa_assets.model.asset.parts import Mesh

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.controls.controls import find_controls
-from casa_assets.articulate.controls.levers_and_switches import Lever, find_levers
+from casa_assets.articulate.controls.levers_and_buttons import Lever, find_levers
 from casa_assets.articulate.plan import PartKind
-from casa_assets.articulate.segment.fragments import FRONT, measure_fragments
+from casa_assets.articulate.segment.fragments import measure_fragments
+from casa_assets.articulate.segment.orthographic import FRONT
 from tests.unit.articulate.blocks import Floats, Part, box, carcass, disc, together
 from tests.unit.articulate.fragmented import found_in, in_its_frame
 

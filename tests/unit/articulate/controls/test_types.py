@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from casa_assets.articulate.choose_plan import choose_plan
 from casa_assets.articulate.controls.classify import check_forest, classify_with_dials, decided
 from casa_assets.articulate.controls.controls import Control, group_controls
+from casa_assets.articulate.infer import choose_plan
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.run.build import load_models
 from casa_assets.core.forest import forest_from_dict

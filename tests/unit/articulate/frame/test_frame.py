@@ -7,8 +7,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from casa_assets.articulate.frame.axes import align_walls, given_frame, guess_frame
-from casa_assets.articulate.segment.fragments import SIDES
+from casa_assets.articulate.frame import align_walls, given_frame, guess_frame
+from casa_assets.articulate.segment.orthographic import SIDES
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from tests.unit.articulate.blocks import Floats, Ints, box, carcass, disc, drawers, microwave, together
 

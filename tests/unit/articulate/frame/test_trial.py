@@ -7,10 +7,17 @@ from itertools import product
 import numpy as np
 import pytest
 
-from casa_assets.articulate.frame.axes import CANDIDATES, candidate_probabilities
-from casa_assets.articulate.frame.score_candidate import SCORE_NAMES, candidate_axes, rotate_fragments, score_candidate
-from casa_assets.articulate.frame.side_views import measure_side
-from casa_assets.articulate.segment.fragments import FRONT, LEFT, SIDES, TOP, MeasuredFragments, measure_fragments
+from casa_assets.articulate.frame import (
+    CANDIDATES,
+    SCORE_NAMES,
+    candidate_axes,
+    candidate_probabilities,
+    rotate_fragments,
+    score_candidate,
+)
+from casa_assets.articulate.segment.fragments import MeasuredFragments, measure_fragments
+from casa_assets.articulate.segment.orthographic import FRONT, LEFT, SIDES, TOP
+from casa_assets.articulate.side_views import measure_side
 from tests.unit.articulate.blocks import Part, box, drawers, microwave, together
 from tests.unit.articulate.fragmented import in_its_frame
 

@@ -7,9 +7,8 @@ import pytest
 
 from casa_assets.articulate.fronts.panels import find_panels
 from casa_assets.articulate.fronts.relief import FrontRectangle, merge_stairs
-from casa_assets.articulate.segment.creases import SideRelief
 from casa_assets.articulate.segment.fragments import MeasuredFragments, measure_fragments
-from casa_assets.articulate.segment.orthographic import DepthImage
+from casa_assets.articulate.segment.orthographic import DepthImage, SideRelief
 from tests.unit.articulate.blocks import Floats, Part, box, together
 from tests.unit.articulate.fragmented import in_its_frame
 

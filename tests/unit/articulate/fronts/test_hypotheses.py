@@ -3,10 +3,9 @@
 import numpy as np
 
 from casa_assets.articulate.fronts.front_hypotheses import FrontHypotheses, choose_fronts, propose_fronts
-from casa_assets.articulate.fronts.moves_with_front import find_drawer_box
 from casa_assets.articulate.fronts.relief import LINE_MEASURES, FrontRectangle, find_lines, line_table, seam_maps
-from casa_assets.articulate.segment.creases import measure_relief
-from casa_assets.articulate.segment.fragments import FRONT, SIDES
+from casa_assets.articulate.interior.inner_parts import find_drawer_box
+from casa_assets.articulate.segment.orthographic import FRONT, SIDES, measure_relief
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.articulate.choose_plan import best_score, needed_advantage
+from casa_assets.articulate.infer import best_score, needed_advantage
 from casa_assets.articulate.segment.segmentations import Segmentation, find_flat_sheets, segmentations, split_at_holes
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from tests.unit.articulate.blocks import box

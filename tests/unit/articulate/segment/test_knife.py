@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.segment.cutting import CutPlane, cut_triangles
-from casa_assets.articulate.segment.fragments import FRONT, TOP
+from casa_assets.articulate.segment.orthographic import FRONT, TOP
 from casa_assets.mesh.surface import face_normals
 from casa_assets.mesh.topology import is_closed
 from tests.unit.articulate.blocks import box

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.segment import orthographic
-from casa_assets.articulate.segment.fragments import BACK, FRONT, LEFT, SIDES, TOP
-from casa_assets.articulate.segment.orthographic import render_depth
+from casa_assets.articulate.segment.orthographic import BACK, FRONT, LEFT, SIDES, TOP, render_depth
 from tests.unit.articulate.blocks import box, together
 
 

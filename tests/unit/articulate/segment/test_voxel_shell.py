@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.controls.controls import find_controls, group_controls
-from casa_assets.articulate.frame.axes import given_frame
+from casa_assets.articulate.frame import given_frame
 from casa_assets.articulate.fronts.front_hypotheses import find_fronts
 from casa_assets.articulate.run.build import load_models
-from casa_assets.articulate.segment.creases import measure_relief
-from casa_assets.articulate.segment.fragments import FRONT, measure_fragments
+from casa_assets.articulate.segment.fragments import measure_fragments
+from casa_assets.articulate.segment.orthographic import FRONT, measure_relief
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from casa_assets.mesh.grid.voxels import boundary, voxelise

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.articulate.frame.category import (
+from casa_assets.articulate.category import (
     KIND_NAMES,
     KIND_TRAITS,
     ControlPlacement,

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.controls.round_controls import Burner
+from casa_assets.articulate.interior.regions import Burner
+from casa_assets.articulate.part_names import PlacedPart, RuntimeName, runtime_names
 from casa_assets.articulate.plan import HingeEdge, JointPlan, PartKind, PartPlan
-from casa_assets.articulate.semantics.part_names import PlacedPart, RuntimeName, runtime_names
 from casa_assets.model.asset.parts import JointKind
 
 NONE = np.empty(0, dtype=np.int64)

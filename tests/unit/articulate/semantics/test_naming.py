@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from casa_assets.articulate.part_names import rename_for_runtime
 from casa_assets.articulate.run.build import ArticulateRequest, build
-from casa_assets.articulate.semantics.part_names import rename_for_runtime
 from tests.unit.articulate.blocks import box, carcass, drawers, microwave, together
 from tests.unit.articulate.test_assemble import obj
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.controls.round_controls import burner_faces, find_burners
-from casa_assets.articulate.interior.niches import find_cup_niche, find_toaster_slots
 from casa_assets.articulate.interior.regions import (
+    burner_faces,
+    find_burners,
+    find_cup_niche,
+    find_toaster_slots,
     floor_collider,
     region_below_racks,
     region_bounds,
@@ -15,7 +17,7 @@ from casa_assets.articulate.interior.regions import (
     region_over_rack,
     split_by_shelves,
 )
-from casa_assets.articulate.semantics.annotate_for_runtime import annotate_for_runtime, contract_for
+from casa_assets.articulate.runtime_semantics import annotate_for_runtime, contract_for
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region
 from casa_assets.model.asset.parts import Box, Mesh, Visual
 from casa_assets.model.pose import Pose

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from casa_assets.articulate.semantics.state_machines import behavior_for
+from casa_assets.articulate.runtime_semantics import behavior_for
 from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus, start, step
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region, Site
 from casa_assets.model.asset.parts import Box

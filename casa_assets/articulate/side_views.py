@@ -9,9 +9,9 @@ import numpy as np
 from scipy import ndimage
 from scipy.spatial import ConvexHull
 
-from casa_assets.articulate.frame.category import ControlPlacement, shape_likelihood
-from casa_assets.articulate.segment.fragments import SIDES, MeasuredFragments, corners_from_side
-from casa_assets.articulate.segment.orthographic import DepthImage
+from casa_assets.articulate.category import ControlPlacement, shape_likelihood
+from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.orthographic import SIDES, DepthImage
 from casa_assets.core.numeric import Floats, Mask
 
 # Side views -----------------------------------------------------------------------------------------------------------

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.articulate.fronts.panels import Panel
-from casa_assets.articulate.joints.front_features import (
+from casa_assets.articulate.front_features import (
     DRAWER_FEATURES,
     DRAWER_TABLE,
     DRAWER_WEIGHTS,
@@ -25,8 +24,10 @@ from casa_assets.articulate.joints.front_features import (
     edge_features,
     edge_shares,
 )
+from casa_assets.articulate.fronts.panels import Panel
 from casa_assets.articulate.plan import HingeEdge, PartKind, PartPlan, round7
-from casa_assets.articulate.segment.fragments import FRONT, MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.orthographic import FRONT
 from casa_assets.core import hand_dynamics
 from casa_assets.core.hand_dynamics import START_N
 from casa_assets.core.numeric import Floats

@@ -1,4 +1,4 @@
-"""Find levers that run in a slot, and the rockers, toggles and dimmer knobs of wall switches."""
+"""Find levers, wall switches and single buttons, and tell burner caps from knobs."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.articulate.controls.controls import Control, has_round_outline
+from casa_assets.articulate.controls.controls import Control, find_controls, has_round_outline
+from casa_assets.articulate.fronts.panels import find_panels
 from casa_assets.articulate.plan import JointPlan, PartKind, to_vec3
-from casa_assets.articulate.segment.fragments import FRONT, SIDES, MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.orthographic import FRONT, SIDES
 from casa_assets.core.numeric import Floats, Mask
 from casa_assets.model.asset.parts import JointKind
 
@@ -264,3 +266,74 @@ def _part(
     reason = "a stick that stands out of a thin plate" if is_toggle else "it lies in the middle of a thin plate"
     joint = JointPlan(kind=JointKind.HINGE, axis=(1.0, 0.0, 0.0), anchor=foot, range=(-angle, angle))
     return PartKind.LEVER, group, joint.replace(confidence=SWITCH_CONFIDENCE, reason=reason)
+
+
+# Round controls -------------------------------------------------------------------------------------------------------
+# Tell round buttons from other round things: the single button on a front, and burner caps on a top.
+
+# Width of a single button, diagonals (a ring around a button is wider than a button), its least protrusion, and its
+# most by its width.
+MAX_BUTTON_WIDTH, MIN_BUTTON_PROTRUSION, MAX_PROTRUSION_BY_WIDTH = 0.22, 0.004, 0.6
+
+# Burner caps are surrounded by slim arms that bear pans: fewest arms, their length to width, and their distance from
+# the cap by its width. The knobs of an object are alike: from so many knobs on its front on, a round control of another
+# width on the top is none.
+MIN_PAN_SUPPORT_ARMS, MIN_ARM_RATIO, MAX_ARM_GAP_BY_WIDTH, MIN_FRONT_KNOBS, KNOB_WIDTH_TOLERANCE = 3, 4.0, 0.5, 2, 0.25
+
+
+def drop_burner_caps(over: Sequence[Control], top: Sequence[Control], front: Sequence[Control]) -> list[Control]:
+    """Return the round things on the top that may be knobs without the caps of burners.
+
+    All controls of the top and of the front are looked at.
+    """
+    knobs = [float(c.across.max()) for c in front if c.is_round and c.protrusion >= MIN_BUTTON_PROTRUSION]
+    usual = float(np.median(knobs)) if len(knobs) >= MIN_FRONT_KNOBS else 0.0
+    alike = [c for c in over if not usual or abs(float(c.across.max()) - usual) <= KNOB_WIDTH_TOLERANCE * usual]
+    found = []
+    for cap in alike:
+        away = [bar.middle - cap.middle for bar in top if _is_arm(cap, bar)]
+        ways = {int(np.round(np.arctan2(y, x) / (np.pi / 2))) % 4 for x, y in away}  # right, up, left, down
+        if len(ways) < MIN_PAN_SUPPORT_ARMS:
+            found.append(cap)
+    return found
+
+
+def _is_arm(cap: Control, bar: Control) -> bool:
+    """Return whether something slim begins at the rim of a cap, or nearly."""
+    if bar.long < MIN_ARM_RATIO:
+        return False
+    middle = cap.middle
+    nearest = np.clip(middle, bar.lower[:2], bar.upper[:2])
+    away = float(np.linalg.norm(nearest - middle)) / float(cap.across.max())
+    return 0.0 < away <= 0.5 + MAX_ARM_GAP_BY_WIDTH
+
+
+def find_single_button(measured: MeasuredFragments) -> Control | None:
+    """Return what is round on a front, where there is one such thing and no more."""
+    found = [c for c in find_controls(measured, FRONT, []) if c.is_round]
+    taken = {f for c in found for f in c.fragments}
+    for panel in find_panels(measured):
+        across = (panel.upper - panel.lower)[:2]
+        own = sorted(panel.members)
+        if (
+            taken.isdisjoint(own)
+            and float(across.max()) <= MAX_BUTTON_WIDTH
+            and has_round_outline(measured, FRONT, own, across)
+        ):
+            found.append(Control(own, panel.lower, panel.upper, float(panel.upper[2] - panel.lower[2]), True))
+    standing = [
+        c for c in found if MIN_BUTTON_PROTRUSION <= c.protrusion <= MAX_PROTRUSION_BY_WIDTH * float(c.across.max())
+    ]
+    return standing[0] if len(standing) == 1 else None
+
+
+def button_joint(key: Control, way: float) -> JointPlan:
+    """Return the joint of a push button, with a travel of `way` diagonals at most."""
+    return JointPlan(
+        kind=JointKind.SLIDE,
+        axis=to_vec3(SIDES[FRONT][2]),
+        anchor=to_vec3((key.lower + key.upper) / 2 @ SIDES[FRONT]),
+        range=(0.0, min(way, 0.5 * key.protrusion)),
+        confidence=0.45,
+        reason="round, and all that stands out of its front",
+    )

@@ -12,7 +12,8 @@ from casa_assets.articulate.controls.controls import Control
 from casa_assets.articulate.fronts.fronts import box_depth
 from casa_assets.articulate.fronts.panels import Panel
 from casa_assets.articulate.plan import HingeEdge
-from casa_assets.articulate.segment.fragments import FRONT, MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.orthographic import FRONT
 from casa_assets.core.numeric import Floats
 
 # Kind habits ----------------------------------------------------------------------------------------------------------

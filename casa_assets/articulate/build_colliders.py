@@ -7,14 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.articulate.colliders.clearance import LinkSolid, clear_moving_parts, overlap, subtract_box
-from casa_assets.articulate.colliders.link_shapes import (
+from casa_assets.articulate.link_shapes import (
+    LinkSolid,
     box_cloud,
+    clear_moving_parts,
     convex_clouds,
     fit_shape,
     hull_closes_opening,
     is_frame,
+    overlap,
     snap_to_box,
+    subtract_box,
 )
 from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
