@@ -21,7 +21,7 @@ from casa_assets.model.registry.category import SizeRange
 
 # Score of a candidate -------------------------------------------------------------------------------------------------
 
-# Scores of a candidate by the parts that it would have, and their weights in its log odds. Ref: as WEIGHTS in axes.py.
+# Scores of a candidate by the parts that it would have, and their weights in its log odds. Ref: as WEIGHTS.
 SCORE_WEIGHTS: Mapping[str, float] = {
     "front_coverage": 1.071,
     "doors": 0.0,
@@ -284,7 +284,7 @@ def _largest(normals: Floats, weight: Floats) -> list[Floats]:
 # Align its walls with the axes, then score the twenty-four candidates.
 
 # Weight of each feature in the log odds of a candidate; features whose weight came out as zero are left out. Ref:
-# conditional logit over members of this project's own families, merged into one mesh each (benchmarks/train/frame.py).
+# conditional logit over members of this project's own families, merged into one mesh each (commit 7b3921e3).
 WEIGHTS: Mapping[str, float] = {
     "front_detail": 9.51,
     "back_detail": -3.106,
