@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.articulate.confidence import confidence_row
-from benchmarks.articulate.scoring.score import frame_is_right, load_score, prediction
+from benchmarks.articulate.score import frame_is_right, load_score, prediction
 from casa_assets.articulate.frame import guess_frame
 from casa_assets.articulate.infer import best_score, candidate_plans, needed_advantage, plan_score
 from casa_assets.articulate.run.build import load_models

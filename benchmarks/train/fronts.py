@@ -25,8 +25,8 @@ import numpy as np
 import numpy.typing as npt
 from sklearn.ensemble import ExtraTreesClassifier
 
-from benchmarks.articulate.scoring.score import load_score, truth, unpacked
-from benchmarks.train.forest_file import write_forest
+from benchmarks.articulate.score import load_score, truth, unpacked
+from benchmarks.train.controls import write_forest
 from casa_assets.articulate.frame import given_frame
 from casa_assets.articulate.fronts.front_hypotheses import (
     CONTEXT,

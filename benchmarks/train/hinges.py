@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
-from benchmarks.articulate.scoring.score import load_score, truth
+from benchmarks.articulate.score import load_score, truth
 from casa_assets.articulate.category import kind_named, kinds_known
 from casa_assets.articulate.frame import given_frame
 from casa_assets.articulate.front_features import (

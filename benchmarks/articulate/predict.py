@@ -25,8 +25,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from benchmarks.articulate.cases.labelled import read_obj
-from benchmarks.articulate.scoring.prediction import part_row
+from benchmarks.articulate.labelled import read_obj
+from benchmarks.articulate.score import part_row
 from casa_assets.articulate.run.build import ArticulateRequest, ArticulateResult, build
 from casa_assets.articulate.run.run import publish_result
 from casa_assets.core.numeric import Floats, Ints

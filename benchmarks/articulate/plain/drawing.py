@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from benchmarks.articulate.cases.labelled import LabelledMesh
-from benchmarks.articulate.cases.plain.solids import (
+from benchmarks.articulate.labelled import LabelledMesh
+from benchmarks.articulate.plain.solids import (
     Place,
     Surface,
     box,
@@ -113,7 +113,7 @@ class Drawing:
         part = np.concatenate([np.full(len(self.pieces[i][0][1]), self.pieces[i][1]) for i in order])
         truth = {"name": name, "category": self.category, "up": "+Z", "front": self.front, "metric": True}
         whole = {**truth, "source": {"repo": "plain"}, "parts": self.rows, "welded": {}, "fused": {}}
-        return LabelledMesh(points, faces, part.astype(np.int64), np.zeros(len(faces), dtype=bool), whole)
+        return LabelledMesh(points, faces, part.astype(np.int64), whole)
 
     def uniform(self, low: float, high: float) -> float:
         """A number between two."""
@@ -352,14 +352,6 @@ def add_knob(d: Drawing, place: Place, u: float, v: float, radius: float, high: 
         return hole
     turn = d.uniform(0.0, np.pi) if d.chance(0.4) else np.pi / 2
     ahead, beside = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
-    bar = np.array([u, v]) + radius * np.array(
-        [
-            0.9 * ahead - 0.2 * beside,
-            0.9 * ahead + 0.2 * beside,
-            -0.9 * ahead + 0.2 * beside,
-            -0.9 * ahead - 0.2 * beside,
-        ]
-    )
     if shape == "bar":
         ends = [(0.9, -0.2), (0.9, 0.2), (-0.9, 0.2), (-0.9, -0.2)]
         bar = np.array([u, v]) + radius * np.array([a * ahead + b * beside for a, b in ends])

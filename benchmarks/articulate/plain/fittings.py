@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from benchmarks.articulate.cases.plain.drawing import (
+from benchmarks.articulate.plain.drawing import (
     Drawing,
     add_keypad,
     add_knob,
@@ -15,7 +15,7 @@ from benchmarks.articulate.cases.plain.drawing import (
     bent_tube,
     stamp,
 )
-from benchmarks.articulate.cases.plain.solids import (
+from benchmarks.articulate.plain.solids import (
     Place,
     box,
     ellipse,

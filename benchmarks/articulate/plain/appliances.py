@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from benchmarks.articulate.cases.plain.drawing import (
+from benchmarks.articulate.plain.drawing import (
     Drawing,
     Rect,
     add_body,
@@ -19,7 +19,7 @@ from benchmarks.articulate.cases.plain.drawing import (
     add_knobs,
     add_marks,
 )
-from benchmarks.articulate.cases.plain.solids import (
+from benchmarks.articulate.plain.solids import (
     Place,
     box,
     ellipse,

@@ -1,24 +1,19 @@
 """Static appliances drawn from this project's own families, as cases of the articulation benchmark's form.
 
-Each is one mesh without groups or names: `input` (the parts' surfaces, one after the other), `welded` (vertices within
-1e-4 of the diagonal merged), `fused` (what is seen from outside of a grid of cubes); with the joints that the family
-gave it as ground truth. Used by `./dev bench articulate --families`.
+Each is one mesh without groups or names, with the joints that the family gave it as ground truth.
 """
 
 from __future__ import annotations
 
 import functools
-import json
 import tempfile
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from benchmarks.articulate.cases.fuse import fused
-from benchmarks.articulate.cases.labelled import LabelledMesh, write_case
+from benchmarks.articulate.labelled import LabelledMesh
 from casa_assets.articulate.segment.fragments import corners_of_labels
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.core.numeric import Floats, Ints, Mask
@@ -35,9 +30,6 @@ MORE = (
     *("corner_cabinet_blind", "corner_cabinet_diagonal", "housing_oven", "housing_microwave", "window", "door"),
     *("switch", "hood", "blender"),
 )
-EACH = 2
-# Members that nothing else draws: the frame was trained on seed 0.
-SEED = 7001
 # What a label of a link's shapes says of its type, the first that fits.
 TYPES = {
     "door": "door",
@@ -78,22 +70,10 @@ PULLED_COS = 0.9
 KEYS, KEY_M = "panel", 0.05
 
 
-def write_cases(folder: Path, names: Sequence[str] = FAMILIES, each: int = EACH) -> Path:
-    """Write the cases below a folder; returns the folder of the cases."""
-    cases = folder / "cases"
-    for name in names:
-        for i in range(each):
-            mesh, shell = fused(family_case(name, SEED, i))
-            write_case(cases / f"{name}_{i}", mesh, shell, welded=1e-4)
-    rows = [{"name": p.name, "tags": ["core", "proc"]} for p in sorted(cases.iterdir()) if p.is_dir()]
-    (cases / "index.json").write_text(json.dumps({"cases": rows}), encoding="utf-8")
-    return cases
-
-
 def family_case(name: str, seed: int, index: int) -> LabelledMesh:
     """A member of a family as one mesh, with the parts that its joints move."""
     asset = build_asset(family(name), params_of(FamilyRequest(name, seed=seed, index=index)), Path(_cache().name))
-    points, faces, owner, handle = _merged(asset)
+    points, faces, owner = _merged(asset)
     parts: list[dict[str, Any]] = []
     for joint in asset.joints:
         number = [k.name for k in asset.links].index(joint.child)
@@ -110,7 +90,7 @@ def family_case(name: str, seed: int, index: int) -> LabelledMesh:
         "source": {"repo": "families"},
         "parts": parts,
     }
-    return LabelledMesh(points, faces, owner, handle, truth)
+    return LabelledMesh(points, faces, owner, truth)
 
 
 @functools.cache
@@ -119,14 +99,14 @@ def _cache() -> tempfile.TemporaryDirectory[str]:
     return tempfile.TemporaryDirectory()
 
 
-def _merged(asset: Asset) -> tuple[Floats, Ints, Ints, Mask]:
-    """All that is seen as one mesh: vertices, faces, and of each face its link and whether it is labelled a handle.
+def _merged(asset: Asset) -> tuple[Floats, Ints, Ints]:
+    """All that is seen as one mesh: vertices, faces, and of each face its link.
 
     A face of a link without a joint is its parent's. What is not scored (UNSCORED, of a link that has other things
     too, or no joint) counts on from the last link.
     """
     names = [k.name for k in asset.links]
-    points, faces, owner, handle, start, more = [], [], [], [], 0, len(asset.links)
+    points, faces, owner, start, more = [], [], [], 0, len(asset.links)
     for link in asset.links:
         carrier = link
         while carrier.parent is not None and asset.joint_of(carrier.name) is None:
@@ -139,10 +119,9 @@ def _merged(asset: Asset) -> tuple[Floats, Ints, Ints, Mask]:
             loose = visual.label in UNSCORED and (joint is None or _kind(asset, link.name) != TYPES.get(visual.label))
             free = _small(visual.mesh.vertices, visual.mesh.faces) & (visual.label == KEYS) | loose
             owner.append(np.where(free, more, names.index(carrier.name)))
-            handle.append(np.full(len(visual.mesh.faces), visual.label == "handle") & ~free)
             more += bool(free.any())
             start += len(visual.mesh.vertices)
-    return np.concatenate(points), np.concatenate(faces), np.concatenate(owner), np.concatenate(handle)
+    return np.concatenate(points), np.concatenate(faces), np.concatenate(owner)
 
 
 def _part(asset: Asset, joint: Joint, number: int) -> dict[str, Any]:
