@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from benchmarks.ingest.judging.distance import Surface
+from benchmarks.ingest.collision_fit import Surface
 from casa_assets import registry
 from casa_assets.errors import Rejected
 from casa_assets.formats.read import load
@@ -21,36 +21,9 @@ from casa_assets.ingest.run.survey import find_category
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
-from casa_assets.mesh.solid.solids import closed_solid
-from casa_assets.mesh.surface import signed_volume
 from casa_assets.mesh.topology import weld
-from casa_assets.model.registry.category import Category, MatterFill
+from casa_assets.model.registry.category import Category
 from casa_assets.model.source import Bundle
-
-
-@dataclass(frozen=True)
-class Input:
-    """One input.
-
-    Attributes:
-        path: as its source names it. category: what it is taken for.
-        mesh: cleaned, z up, metres, standing in the middle of the ground, or None.
-        volume: m^3 where the mesh is closed. density: kg/m^3 of its substance.
-        full: it is matter all through (solid or with walls), so that volume times density is its mass.
-    """
-
-    path: str
-    category: str
-    mesh: Surface | None = None
-    volume: float | None = None
-    density: float = 1000.0
-    full: bool = False
-
-
-def gather(folder: Path, every: int, categories: Mapping[str, str]) -> list[Input]:
-    """Every input, or every n-th one, in a fixed order; `categories` are ids by path, as the pipeline found them."""
-    found = [f for f in discover([folder]) if isinstance(f, Found)]
-    return [_read(f, categories.get(f.source.path, registry.FALLBACK)) for f in found[::every]]
 
 
 @dataclass(frozen=True)
@@ -103,38 +76,6 @@ def brief(found: Found, bundle: Bundle, category: Category) -> BuildContext:
         substance=known.substances[category.substance],
         limits=dict(known.limits),
     )
-
-
-def _read(found: Found, name: str) -> Input:
-    known = registry.load()
-    path, category = found.source.path, known.category(name)
-    try:
-        bundle = collect(found, known.limits)
-        draft = clean(load(bundle, known.limits), category)
-        told = brief(found, bundle, category)
-        steps = {stage.name: stage.function for stage in STAGES}
-        moved = steps["scale"](steps["orient"](draft, told), told)
-        final = steps["simplify"](moved, told)
-    except Rejected:
-        return Input(path, name)
-    points, faces = _standing(moved, final)
-    solid = closed_solid(points, faces)
-    return Input(
-        path,
-        name,
-        (points, faces),
-        None if solid is None else signed_volume(*solid),
-        known.substances[category.substance].density,
-        category.build in (MatterFill.SOLID, MatterFill.VESSEL),
-    )
-
-
-def _standing(moved: Draft, final: Draft) -> Surface:
-    """The full mesh, shifted as the asset is: by the bounds of what is written."""
-    seen = final.surface.vertices
-    low, high = seen.min(axis=0), seen.max(axis=0)
-    vertices, faces = moved.surface.vertices, moved.surface.faces
-    return _welded(vertices - np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]]), faces)
 
 
 def _welded(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> Surface:
