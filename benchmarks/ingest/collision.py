@@ -1,20 +1,18 @@
 """Collision shapes of ingest against CoACD as obj2mjcf 0.0.25 calls it and V-HACD, on the same meshes, in the same run.
 
-    ./dev bench ingest_collision [folders of meshes] [--limit 20] [--every 6] [--only mug bowl] [--unknown]
-                                 [--peers coacd=4 vhacd=20] [--fresh]
+    ./dev bench ingest_collision [folders of meshes] [--limit 20] [--every 6] [--only mug bowl]
+                                 [--peers coacd=4 vhacd=20]
 
-Writes out/bench/ingest_collision.json and .md after each input, and prints the latter at the end: a page for each
-folder. A run skips the inputs that are in the JSON already (--fresh: none). All tools get the mesh as our stages leave
-it before collision: clean, upright, metres. One input at a time, each in a process; seconds are those of the processor,
-children included, so that a busy machine changes nothing. Ours includes deciding that one shape is enough, making open
-meshes solid and measuring the result. CoACD runs as obj2mjcf calls it. With --unknown every input has no known kind.
+Writes out/bench/ingest_collision.json and .md, and prints the latter: a page for each folder. All tools get the mesh as
+our stages leave it before collision: clean, upright, metres. One input at a time, each in a process; seconds are those
+of the processor, children included, so that a busy machine changes nothing. Ours includes deciding that one shape is
+enough, making open meshes solid and measuring the result. CoACD runs as obj2mjcf calls it.
 """
 
 from __future__ import annotations
 
 import argparse
 import itertools
-import json
 import multiprocessing
 import os
 import platform
@@ -29,8 +27,7 @@ import numpy as np
 
 from benchmarks.ingest import peer_coacd
 from benchmarks.ingest.collision_fit import Truth, fit, truth
-from benchmarks.ingest.inputs import Prepared, dump, prepared
-from casa_assets import registry
+from benchmarks.ingest.inputs import Prepared, prepared, publish
 from casa_assets.core.numeric import Floats
 from casa_assets.errors import CasaError
 from casa_assets.ingest.collision.collide import collide
@@ -218,8 +215,8 @@ def _placed(clouds: Sequence[Floats]) -> list[PlacedShape]:
     return [PlacedShape.model_construct(shape=shape, pose=Pose()) for shape in shapes]
 
 
-def judged(item: Prepared, names: Sequence[str], cpu_s: int) -> Iterator[tuple[Row, list[PlacedShape]]]:
-    """Every tool on an input, and its shapes, as each is done: a process's peak of memory never goes down again."""
+def judged(item: Prepared, names: Sequence[str], cpu_s: int) -> Iterator[Row]:
+    """Every tool on an input, as each is done: a process's peak of memory never goes down again."""
     full = item.category.build in (MatterFill.SOLID, MatterFill.FILLED)
     of = truth(item.mesh, full)
     for name in names:
@@ -231,7 +228,7 @@ def judged(item: Prepared, names: Sequence[str], cpu_s: int) -> Iterator[tuple[R
             shapes, message = [], str(error)
         seconds = _cpu() - before
         base = Row(item.path, item.category.id, item.category.build.value, title, round(seconds, 2))
-        yield _row(base, shapes, of, message), shapes
+        yield _row(base, shapes, of, message)
 
 
 def _row(base: Row, shapes: list[PlacedShape], of: Truth, message: str) -> Row:
@@ -258,13 +255,13 @@ def _cpu() -> float:
 
 def _child(item: Prepared, names: Sequence[str], cpu_s: int, answer: Connection) -> None:
     rows = []
-    for row, shapes in judged(item, names, cpu_s):
+    for row in judged(item, names, cpu_s):
         own, others = (resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-        rows.append((Row(**{**asdict(row), "memory_mb": max(own, others) // 1024}), shapes))
+        rows.append(replace(row, memory_mb=max(own, others) // 1024))
     answer.send(rows)
 
 
-def apart(item: Prepared, names: Sequence[str], cpu_s: int) -> list[tuple[Row, list[PlacedShape]]]:
+def apart(item: Prepared, names: Sequence[str], cpu_s: int) -> list[Row]:
     """`judged` in a process of its own; what kills it is said in the rows."""
     here, there = multiprocessing.Pipe(duplex=False)
     child = multiprocessing.Process(target=_child, args=(item, names, cpu_s, there))
@@ -272,7 +269,7 @@ def apart(item: Prepared, names: Sequence[str], cpu_s: int) -> list[tuple[Row, l
     there.close()
     try:
         if here.poll(DEATH_S):
-            rows: list[tuple[Row, list[PlacedShape]]] = here.recv()
+            rows: list[Row] = here.recv()
             return rows
         message = f"still running after {DEATH_S} s"
         child.kill()
@@ -281,62 +278,38 @@ def apart(item: Prepared, names: Sequence[str], cpu_s: int) -> list[tuple[Row, l
     finally:
         child.join()
     base = (item.path, item.category.id, item.category.build.value)
-    return [(Row(*base, TOOLS[name][0], 0.0, message=f"{message} ({child.exitcode})"), []) for name in names]
+    return [Row(*base, TOOLS[name][0], 0.0, message=f"{message} ({child.exitcode})") for name in names]
 
 
 def main() -> None:
     """Parse, run, write, print."""
-    given = _options()
-    most = dict(_counted(word) for word in given.peers)
-    path = given.out / "ingest_collision.json"
-    old = json.loads(path.read_text(encoding="utf-8")) if path.exists() and not given.fresh else {"rows": []}
-    rows = [Row(**row) for row in old["rows"]]
-    for folder in given.folders:
-        label = f"{folder.as_posix()}{' as unknown kinds' if given.unknown else ''}"
-        inputs = prepared(folder, given.every, given.only, ROUNDS)
-        for number, item in enumerate(itertools.islice(inputs, given.limit)):
-            taken = replace(item, category=registry.load().category(registry.FALLBACK)) if given.unknown else item
-            done = {r.tool for r in rows if (r.folder, r.path) == (label, item.path)}
-            wanted = ["ours", *(n for n, count in most.items() if number < count)]
-            names = [n for n in wanted if TOOLS[n][0] not in done]
-            for row, _ in apart(taken, names, given.cpu) if names else []:
-                rows.append(replace(row, folder=label))
-                print(
-                    f"{row.path}: {row.tool}: {row.seconds:.1f} s, {row.shapes} shapes, IoU {row.iou} {row.message}",
-                    flush=True,
-                )
-            _write(given.out, rows)
-    print(_write(given.out, rows))
-
-
-def _options() -> argparse.Namespace:
-    """The options of a run."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folders", type=Path, nargs="*", default=[Path("examples/meshes")], help="meshes")
     parser.add_argument("--every", type=int, default=1, help="only every n-th input")
     parser.add_argument("--limit", type=int, default=None, help="only so many inputs of each folder")
     parser.add_argument("--only", nargs="*", default=[], help="only inputs of these categories")
-    parser.add_argument("--unknown", action="store_true", help="take every input for something of no known kind")
     parser.add_argument("--peers", nargs="*", default=["coacd", "vhacd"], help="others; NAME=8: on the first 8 inputs")
     parser.add_argument("--cpu", type=int, default=120, help="CPU seconds for a peer on one input")
     parser.add_argument("--out", type=Path, default=Path("out/bench"), help="where results go")
-    parser.add_argument("--fresh", action="store_true", help="do all anew, whatever an earlier run has done")
-    return parser.parse_args()
+    given = parser.parse_args()
+    most = dict(_counted(word) for word in given.peers)
+    rows: list[Row] = []
+    for folder in given.folders:
+        inputs = prepared(folder, given.every, given.only, ROUNDS)
+        for number, item in enumerate(itertools.islice(inputs, given.limit)):
+            names = ["ours", *(n for n, count in most.items() if number < count)]
+            for row in apart(item, names, given.cpu):
+                rows.append(replace(row, folder=folder.as_posix()))
+                print(f"{row.path}: {row.tool}: {row.seconds:.1f} s, {row.shapes} shapes, IoU {row.iou} {row.message}")
+    folders = dict.fromkeys(r.folder for r in rows)
+    text = "\n".join(report([r for r in rows if r.folder == folder], folder) for folder in folders)
+    publish(given.out / "ingest_collision", [asdict(r) for r in rows], text)
 
 
 def _counted(word: str) -> tuple[str, float]:
     """Name and number of inputs of a word such as coacd=4; raises KeyError for a tool that there is not."""
     name, _, count = word.partition("=")
     return name if name in TOOLS else TOOLS[name][0], float(count or "inf")
-
-
-def _write(out: Path, rows: Sequence[Row]) -> str:
-    """The files of a run; the page of each folder, one after the other."""
-    dump(out / "ingest_collision.json", {"rows": [asdict(r) for r in rows]})
-    folders = dict.fromkeys(r.folder for r in rows)
-    text = "\n".join(report([r for r in rows if r.folder == folder], folder) for folder in folders)
-    (out / "ingest_collision.md").write_text(text, encoding="utf-8")
-    return text
 
 
 if __name__ == "__main__":

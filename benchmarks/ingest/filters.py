@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from benchmarks.ingest.inputs import dump
+from benchmarks.ingest.inputs import publish
 from casa_assets import registry
 from casa_assets.checks.check import Check
 from casa_assets.checks.filters.kind import FACES_MS, PIXELS_MS, UNKNOWN, misfit
@@ -366,10 +366,8 @@ def main() -> None:
         "spoilt": {name: {"tried": s.tried, "missed": s.missed} for name, s in spoilt.items()},
         "load_ms": loads,
     }
-    dump(given.out / "ingest_filters.json", rows)
     text = table(given.library.name, count, sound, spoilt, [list(pair) for pair in loads])
-    (given.out / "ingest_filters.md").write_text(text, encoding="utf-8")
-    print(text)
+    publish(given.out / "ingest_filters", rows, text)
 
 
 if __name__ == "__main__":

@@ -86,7 +86,9 @@ def _welded(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> 
     return points, ids[area > 0]
 
 
-def dump(path: Path, data: object) -> None:
-    """JSON that a person can read."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(data, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+def publish(stem: Path, data: object, text: str) -> None:
+    """Write the rows of a run as JSON and its page as Markdown, and print the latter."""
+    stem.parent.mkdir(parents=True, exist_ok=True)
+    stem.with_suffix(".json").write_text(json.dumps(data, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+    stem.with_suffix(".md").write_text(text, encoding="utf-8")
+    print(text)

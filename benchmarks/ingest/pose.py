@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from benchmarks.ingest.inputs import brief, dump
+from benchmarks.ingest.inputs import brief, publish
 from casa_assets import registry
 from casa_assets.core.numeric import Floats
 from casa_assets.errors import CasaError
@@ -381,10 +381,7 @@ def main() -> None:
             continue
         rows.append(row)
         print(f"{path}: {row.longest_m:.3g} m (true {row.true_m}), {row.up} {row.grade} {row.copies}", flush=True)
-    dump(given.out / "ingest_pose.json", [asdict(r) for r in rows])
-    text = report(rows)
-    (given.out / "ingest_pose.md").write_text(text, encoding="utf-8")
-    print(text)
+    publish(given.out / "ingest_pose", [asdict(r) for r in rows], report(rows))
 
 
 if __name__ == "__main__":

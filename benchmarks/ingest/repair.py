@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from benchmarks.ingest.inputs import dump
+from benchmarks.ingest.inputs import publish
 from casa_assets import registry
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
@@ -378,10 +378,7 @@ def main() -> None:
             rows.append(row)
             by_set.setdefault(folder.name, []).append(row)
             print(f"{row.path}: {' '.join(row.notes) or row.refused or 'sound'} {row.seconds:.2f} s", flush=True)
-    dump(given.out / "ingest_repair.json", [asdict(r) for r in rows])
-    text = report(by_set)
-    (given.out / "ingest_repair.md").write_text(text, encoding="utf-8")
-    print(text)
+    publish(given.out / "ingest_repair", [asdict(r) for r in rows], report(by_set))
 
 
 if __name__ == "__main__":

@@ -96,7 +96,7 @@ _VOCABULARY = Vocabulary.of(
 RARE_TRAIT = 0.03
 Shapes = tuple[Extent, ...]
 # Usual proportions of each kind, and how often it has each trait; see `FORM_TRAITS` and `_traits`. Set from what makers
-# list; benchmarks/train/hinges.py prints how often the likeliest kind is right.
+# list.
 _KINDS = """
 microwave: 1 x 0.75 x 0.58, 1 x 0.85 x 0.52; fronts 0.03, door 0.95, buttons 0.6, knobs 0.3, keys 0.5, turntable 0.5,
   beside 0.7, folds 0.15, wide 0.7, covers 0.85
