@@ -63,7 +63,7 @@ def chosen(case: Case) -> dict[str, Any]:
 
 
 def chosen_with(case: Case, least: float, advantage: float) -> dict[str, Any]:
-    """The plan that the tool would take with other constants of choose_plan.py."""
+    """The plan that the tool would take with other constants of infer.py."""
     scores = [plan_score([part[0] for part in p["sure"]["parts"]], least) for p in case["plans"]]
     return dict(case["plans"][best_score(scores, advantage)])
 

@@ -14,7 +14,7 @@ from casa_assets.articulate.segment.fragments import MeasuredFragments, measure_
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES, DepthImage
 from casa_assets.articulate.segment.segmentations import segmentations
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
-from casa_assets.articulate.side_views import FEATURES, frame_features, hidden_area, measure_side
+from casa_assets.articulate.side_views import frame_features, hidden_area, measure_side
 from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.registry.category import SizeRange
@@ -395,9 +395,11 @@ def candidate_probabilities(
     """
     sides = [measure_side(measured, i) for i in range(len(SIDES))]
     inside = hidden_area(measured)
-    rows = [FEATURES.index(name) for name in WEIGHTS]
     weights = np.array(list(WEIGHTS.values()))
-    scores = {c: float(weights @ frame_features(measured, sides, *c, inside)[rows]) + log_prior[c] for c in log_prior}
+    scores = {}
+    for candidate, prior in log_prior.items():
+        features = frame_features(measured, sides, *candidate, inside)
+        scores[candidate] = float(weights @ np.array([features[name] for name in WEIGHTS])) + prior
     ranked = sorted(scores, key=lambda k: (-round(scores[k], 9), k))
     probabilities = _probabilities(scores)
     likely = [c for c in ranked[:MAX_SCORED] if scores[c] > scores[ranked[0]] - MAX_LOG_ODDS_BEHIND]

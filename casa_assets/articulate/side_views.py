@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -229,34 +229,14 @@ def _rings(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats)
 # Evidence -------------------------------------------------------------------------------------------------------------
 # Compute features for the probability that one side of an object is its front and another its top.
 
-_EACH = ("front", "back", "top", "bottom", "sides")
-# Features of a candidate, in the order in which `frame_features` computes them. `sides` stands for the mean of the left
-# and the right side; the fields of SideView say how each side is measured.
-_SIDE_FEATURES = (
-    "detail",  # share that this side has of the detail of all six sides
-    "juts",  # SideView.juts
-    "knobs",  # log(1 + number of knobs)
-    "bars",  # log(1 + number of bars)
-    "panels",  # SideView.panels
-    "stands",  # SideView.protruding_share
-)
-FEATURES = (
-    *(f"{side}_{what}" for what in _SIDE_FEATURES for side in _EACH),
-    "symmetry",  # front and back ends less alike than the other two, mean over top, bottom, left and right
-    "front_level",  # how much more alike the left and right ends of the front are than its top and bottom
-    "support",  # SideView.support of the bottom
-    "shape",  # log likelihood of the proportions, given where the controls are (shape_likelihood)
-    "inside_upright",  # share of the surface that no side shows and that faces front or back
-    "bars_high",  # mean height of level bars on the front, from its middle, as a share of its height
-    "knobs_high",  # the same of its knobs, 0 if they are below the middle
-    "top_rings",  # SideView.rings of the top
-    "top_slots",  # SideView.slots of the top
-    "knobs_near",  # mean offset of knobs on the top towards the front, as a share of the depth
-    "mass_height",  # mean height of the surface, from the middle, as a share of the height
-    "back_plain",  # 1 if the back has less than half as much detail as the front, else 0
-    "bottom_legs",  # by how much SideView.support of the bottom exceeds its SideView.filled
-    "top_legs",  # the same of the top
-)
+# What counts of a side, beside its share of the detail of all six.
+SIDE_MEASURES: Mapping[str, Callable[[SideView], float]] = {
+    "juts": lambda s: s.juts,
+    "knobs": lambda s: float(np.log1p(min(sum(b.is_knob for b in s.blobs), 12))),
+    "bars": lambda s: float(np.log1p(min(sum(b.is_bar for b in s.blobs), 6))),
+    "panels": lambda s: s.panels,
+    "stands": lambda s: s.protruding_share,
+}
 # Controls whose mean offset from the middle of the front, by its size, is larger than this are at its side or top; one
 # offset exceeds the other by the margin.
 CONTROLS_OFF_CENTRE, CONTROLS_MARGIN = 0.2, 0.05
@@ -269,8 +249,8 @@ def side_facing(direction: Floats) -> int:
 
 def frame_features(
     measured: MeasuredFragments, sides: Sequence[SideView], front: int, top: int, inside: Floats
-) -> Floats:
-    """Return the (len(FEATURES),) features of the hypothesis that these sides are the front and the top."""
+) -> dict[str, float]:
+    """Return the features, by name, of the hypothesis that these sides are the front and the top."""
     back, bottom = front ^ 1, top ^ 1
     up, out = -SIDES[top][2], -SIDES[front][2]
     across = np.cross(up, out)
@@ -282,35 +262,36 @@ def frame_features(
     bars = [_offset(b, front, across, up) for b in front_view.blobs if b.is_bar and _is_level(b, front, up)]
     top_knobs = [_offset(b, top, across, out) for b in sides[top].blobs if b.is_knob]
     total = max(sum(s.detail for s in sides), 1e-9)
-    rows = ((front,), (back,), (top,), (bottom,), (left, right))
-
-    def each(number: Callable[[SideView], float]) -> list[float]:
-        return [float(np.mean([number(sides[i]) for i in r])) for r in rows]
-
     rise = ((measured.lower + measured.upper) / 2 - (lower + upper) / 2) @ up / max(height, 1e-9)
-    return np.array(
-        [
-            *(d / total for d in each(lambda s: s.detail)),
-            *each(lambda s: s.juts),
-            *each(lambda s: float(np.log1p(min(sum(b.is_knob for b in s.blobs), 12)))),
-            *each(lambda s: float(np.log1p(min(sum(b.is_bar for b in s.blobs), 6)))),
-            *each(lambda s: s.panels),
-            *each(lambda s: s.protruding_share),
-            float(np.mean([-_symmetry(sides[i], i, out) for i in (top, bottom, left, right)])),
-            _symmetry(front_view, front, across),
-            sides[bottom].support,
-            shape_likelihood((width, depth, height), _control_placement(knobs)),
-            float(inside @ np.abs(out)),
-            _mean(bars),
-            max(_mean(knobs), 0.0),
-            sides[top].rings,
-            sides[top].slots,
-            _mean(top_knobs),
-            float((rise * measured.area).sum() / max(float(measured.area.sum()), 1e-12)),
-            float(sides[back].detail < 0.5 * front_view.detail),
-            *(max(sides[i].support - sides[i].filled, 0.0) for i in (bottom, top)),
-        ]
-    )
+    # Left and right count together.
+    places = {"front": (front,), "back": (back,), "top": (top,), "bottom": (bottom,), "sides": (left, right)}
+    return {
+        "front_detail": front_view.detail / total,
+        "back_detail": sides[back].detail / total,
+        **{
+            f"{place}_{name}": float(np.mean([measure(sides[i]) for i in indices]))
+            for name, measure in SIDE_MEASURES.items()
+            for place, indices in places.items()
+        },
+        # Front and back ends less alike than the other two, mean over top, bottom, left and right.
+        "symmetry": float(np.mean([-_symmetry(sides[i], i, out) for i in (top, bottom, left, right)])),
+        # How much more alike the left and right ends of the front are than its top and bottom.
+        "front_level": _symmetry(front_view, front, across),
+        "support": sides[bottom].support,
+        "shape": shape_likelihood((width, depth, height), _control_placement(knobs)),
+        # Share of the surface that no side shows and that faces front or back.
+        "inside_upright": float(inside @ np.abs(out)),
+        # Mean height of level bars and of knobs on the front, from its middle, as a share of its height.
+        "bars_high": _mean(bars),
+        "knobs_high": max(_mean(knobs), 0.0),
+        "top_rings": sides[top].rings,
+        "top_slots": sides[top].slots,
+        # Mean offset of knobs on the top towards the front, as a share of the depth.
+        "knobs_near": _mean(top_knobs),
+        "mass_height": float((rise * measured.area).sum() / max(float(measured.area.sum()), 1e-12)),
+        "back_plain": float(sides[back].detail < 0.5 * front_view.detail),
+        "bottom_legs": max(sides[bottom].support - sides[bottom].filled, 0.0),
+    }
 
 
 def hidden_area(measured: MeasuredFragments) -> Floats:

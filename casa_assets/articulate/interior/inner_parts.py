@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from casa_assets.articulate.fronts.panels import Panel
@@ -18,7 +16,7 @@ from casa_assets.articulate.segment.orthographic import BOTTOM, FRONT, LEFT, RIG
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.solid.deviation import samples_with_faces
-from casa_assets.mesh.topology import face_components
+from casa_assets.mesh.topology import connected_groups, face_components
 from casa_assets.model.asset.parts import JointKind
 
 # Pieces in the way ----------------------------------------------------------------------------------------------------
@@ -374,7 +372,7 @@ def group_touching(lower: Floats, upper: Floats, rows: list[int], gap: float = 0
         return []
     a, b = lower[rows], upper[rows]
     meet = ((a[:, None] <= b[None] + gap) & (a[None] <= b[:, None] + gap)).all(axis=2)
-    _, label = connected_components(coo_matrix(meet), directed=False)
+    label = connected_groups(len(rows), *np.nonzero(meet))
     return [[r for r, k in zip(rows, label.tolist(), strict=True) if k == n] for n in range(int(label.max()) + 1)]
 
 

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.articulate.plan import round_mm, round_mm_vec3
@@ -17,6 +15,7 @@ from casa_assets.articulate.segment.orthographic import FRONT, SIDES, TOP, Depth
 from casa_assets.core.numeric import Floats, Mask
 from casa_assets.mesh.solid.deviation import surface_samples
 from casa_assets.mesh.solid.primitive import tessellate
+from casa_assets.mesh.topology import connected_groups
 from casa_assets.model.asset.asset import Asset, Region
 from casa_assets.model.asset.parts import Box, Link, Mesh
 from casa_assets.model.pose import Pose
@@ -522,11 +521,9 @@ def _discs(mesh: Mesh) -> list[tuple[float, float, float, float]]:
     faces = same[np.asarray(mesh.faces, dtype=np.int64)]
     count = int(same.max()) + 1
     ends = np.concatenate([faces[:, :2], faces[:, 1:]])
-    link = coo_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count))
-    number, label = connected_components(link, directed=False)
-    of = label[same]
+    of = connected_groups(count, *ends.T)[same]
     order = np.argsort(of, kind="stable")
-    pieces = np.split(order, np.cumsum(np.bincount(of, minlength=number))[:-1])
+    pieces = np.split(order, np.cumsum(np.bincount(of))[:-1])
     out = []
     for piece in pieces:
         points = vertices[piece]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from casa_assets.articulate.frame import given_frame
 from casa_assets.articulate.infer import articulate_fragments
 from casa_assets.articulate.plan import Articulation, Frame
-from casa_assets.articulate.segment.fragments import measure_fragments
+from casa_assets.articulate.segment.fragments import PIXELS, MeasuredFragments, measure_fragments
 from casa_assets.articulate.segment.shell_segments import Fragmentation, fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from tests.unit.articulate.blocks import Floats, Ints, Part, together
@@ -24,6 +24,12 @@ def in_its_frame(vertices: Floats, faces: Ints, tint: Ints | None = None) -> tup
     mesh = weld_triangles(vertices, faces, tint)
     frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
     return mesh.in_frame(frame), frame
+
+
+def pieces_in(*parts: Part, tint: Ints | None = None, pixels: int = PIXELS) -> MeasuredFragments:
+    """The pieces of solids whose up is z and whose front faces -y."""
+    placed, _ = in_its_frame(*together(*parts)[:2], tint)
+    return measure_fragments(placed, placed.fragment_labels, pixels)
 
 
 def found_on(vertices: Floats, faces: Ints, tint: Ints | None = None, category: str = "") -> Articulation:

@@ -1,4 +1,4 @@
-"""From the bytes of a file to an Asset: links where the mesh has parts, in metres, closed at zero."""
+"""From the bytes of a file to an Asset: a link to each part, in metres, closed at zero, named for runtimes."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
-from casa_assets.articulate.assemble import MAX_DENSITY_KG_M3
+from casa_assets.articulate.assemble import MAX_DENSITY_KG_M3, SHEET_GAP_M, drawn_faces
 from casa_assets.articulate.build_colliders import build_colliders
 from casa_assets.articulate.frame import metres_per_unit
+from casa_assets.articulate.part_names import rename_for_runtime
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.run.build import ArticulateRequest, build
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
@@ -152,3 +154,67 @@ def test_units_make_a_thing_of_its_usual_size(subtests: pytest.Subtests) -> None
         with subtests.test(longest=longest, stated=stated, unit=unit):
             span = SizeRange(low=0.43, typical=0.52, high=0.8)
             assert metres_per_unit(longest, stated, span)[0] == pytest.approx(unit)
+
+
+def test_the_second_side_is_told_and_a_copy_is_left_out() -> None:
+    sheet = np.array([[0, 1, 2], [0, 2, 3]])
+    faces = np.concatenate([sheet, sheet[:, ::-1], sheet[:, [1, 2, 0]]])
+    front, second = drawn_faces(faces)
+    assert front.tolist() == [True, True, False, False, False, False]
+    assert second.tolist() == [False, False, True, True, False, False]
+
+
+def test_no_two_faces_of_a_link_coincide(tmp_path: Path) -> None:
+    vertices, faces, _ = microwave()
+    mesh = obj(tmp_path / "double.obj", vertices, np.concatenate([faces, faces[:, ::-1], faces[:4]]))
+    asset = build(ArticulateRequest(mesh, tmp_path, category="microwave", up=GIVEN["up"], front=GIVEN["front"])).asset
+    count = 0
+    for link in asset.links:
+        middles = np.concatenate([v.mesh.vertices[v.mesh.faces].mean(axis=1) for v in link.visuals])
+        gap, _ = cKDTree(middles).query(middles, k=2)
+        assert gap[:, 1].min() > 0.7 * SHEET_GAP_M
+        count += len(middles)
+    assert count >= 2 * len(faces), "both sides stay"
+    assert np.abs(np.ptp(asset.bounds, axis=0) - [0.5, 0.43, 0.3]).max() <= 2 * SHEET_GAP_M + 1e-6
+
+
+AXES = {"up": (0.0, 0.0, 1.0), "front": (0.0, -1.0, 0.0)}
+
+
+def test_a_microwave_has_its_microjoint(tmp_path: Path) -> None:
+    built = build(ArticulateRequest(obj(tmp_path / "m.obj", *microwave()[:2]), tmp_path, category="microwave", **AXES))
+    asset, joints = rename_for_runtime(built.asset, built.articulation, "microwave")
+    joint = asset.joint_of("door")
+    assert joint is not None
+    assert joint.name == joints["door_0"] == "microjoint"
+    assert joint.axis == pytest.approx((0.0, 0.0, 1.0))
+    assert joint.range == pytest.approx((-np.pi / 2, 0.0), abs=1e-5)
+    assert joint.grip == "door_handle_main"
+    assert {s.name for s in asset.states} == {"microjoint_closed", "microjoint_open"}
+    main = next(r for r in asset.regions if r.name == "main")
+    # The handle, the knob and the buttons stand out of the region by which it is placed.
+    assert main.size == pytest.approx((0.5, 0.4, 0.3), abs=1e-3)
+    assert joints["knob_0"] == "knob_0_joint"
+
+
+def test_two_doors_are_those_of_a_fridge_and_its_freezer(tmp_path: Path) -> None:
+    parts = [
+        *carcass(0.6, 0.6, 1.8),
+        box((0.002, -0.05, 0.002), (0.598, 0.0, 1.2)),
+        box((0.54, -0.09, 0.4), (0.555, -0.05, 0.9)),
+        box((0.002, -0.05, 1.21), (0.598, 0.0, 1.798)),
+        box((0.54, -0.09, 1.3), (0.555, -0.05, 1.7)),
+    ]
+    built = build(
+        ArticulateRequest(obj(tmp_path / "f.obj", *together(*parts)[:2]), tmp_path, category="refrigerator", **AXES)
+    )
+    asset, joints = rename_for_runtime(built.asset, built.articulation, "refrigerator")
+    assert sorted(joints.values()) == ["freezer_door_joint", "fridge_door_joint"]
+    assert asset.asset_from_link("freezer_door").position[2] > asset.asset_from_link("fridge_door").position[2]
+
+
+def test_a_thing_of_no_known_kind_keeps_its_names(tmp_path: Path) -> None:
+    built = build(ArticulateRequest(obj(tmp_path / "x.obj", *drawers()[:2]), tmp_path, **AXES))
+    asset, joints = rename_for_runtime(built.asset, built.articulation, "object")
+    assert sorted(joints.values()) == ["drawer_0_joint", "drawer_1_joint"]
+    assert asset.joints == built.asset.joints

@@ -1,4 +1,4 @@
-"""What a door opens onto: cavities that a mesh has stay, and those that it lacks are built within its skin."""
+"""What a door opens onto: cavities that are found or built, what slides behind a door, and what goes with a front."""
 
 from __future__ import annotations
 
@@ -8,20 +8,25 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.decisions import CavityDecision, Decisions
+from casa_assets.articulate.interior.cavities import find_cavities
 from casa_assets.articulate.interior.hollow_out import hollow_out
-from casa_assets.articulate.plan import Articulation, Frame, InteriorKind, PartKind
+from casa_assets.articulate.interior.inner_parts import _is_lining, with_pieces_in_the_way
+from casa_assets.articulate.plan import Articulation, Frame, HingeEdge, InteriorKind, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.run.build import ArticulateRequest, ArticulateResult, build
 from casa_assets.articulate.run.decisions import read_decisions, text
 from casa_assets.articulate.segment.orthographic import cross_rays
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
+from casa_assets.articulate.segment.shell_segments import fragment_mesh
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from casa_assets.checks.motion.joints import joint_travels
 from casa_assets.errors import Rejected
 from casa_assets.formats import mjcf
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.model.asset.material import Material
+from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.asset.parts import Mesh as Triangles
 from casa_assets.model.source import RawModel, RawPart
-from tests.unit.articulate.blocks import Floats, Ints, Part, box, microwave, together
+from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, microwave, together
+from tests.unit.articulate.fragmented import articulate_fragmentation, in_its_frame, pieces_in
 from tests.unit.articulate.test_assemble import obj
 
 pytestmark = pytest.mark.content("code", "articulate", keep=0)
@@ -217,3 +222,139 @@ def test_a_cavity_is_fixed_in_a_line(tmp_path: Path) -> None:
     assert region.size == pytest.approx((0.2, 0.2, 0.2), abs=1e-4)
     with pytest.raises(Rejected, match=r"ART002.*door_7"):
         said(CavityDecision(build=True), "door_7")
+
+
+def turned_in(part: Part) -> Part:
+    """A box that is seen from inside."""
+    return part[0], part[1][:, ::-1]
+
+
+def test_two_doors_that_meet_close_one_room() -> None:
+    left = [box((0.0, -0.03, 0.0), (0.298, -0.001, 0.8)), box((0.26, -0.07, 0.3), (0.275, -0.03, 0.5))]
+    right = [box((0.302, -0.03, 0.0), (0.6, -0.001, 0.8)), box((0.325, -0.07, 0.3), (0.34, -0.03, 0.5))]
+    mesh, found = _inferred(*block(*left, *right)[:2])
+    (room,) = find_cavities(mesh, found, "base_cabinet")
+    assert len(room.parts) == 2
+    cavities = find_cavities(mesh, found, "refrigerator")
+    assert [len(r.parts) for r in cavities] == [1, 1]
+
+
+def _inferred(vertices: Floats, faces: Ints) -> tuple[WeldedMesh, Articulation]:
+    placed, frame = in_its_frame(vertices, faces)
+    return placed, articulate_fragmentation(fragment_mesh(placed), frame.replace(metres=1.0))
+
+
+def test_an_inside_out_mesh_is_measured_as_the_same() -> None:
+    parts = [*carcass(0.6, 0.6, 0.8), *door()]
+    right, wrong = (
+        find_cavities(*_inferred(*together(*p)[:2]), "base_cabinet") for p in (parts, map(turned_in, parts))
+    )
+    assert [r.built for r in right] == [r.built for r in wrong] == [False]
+
+
+def by_hand(edges: dict[int, HingeEdge], *parts: Part) -> tuple[WeldedMesh, Articulation]:
+    """Solids of which some are doors, without anything being guessed: place in `parts` -> edge of its hinge."""
+    vertices, faces, owner = together(*parts)
+    placed, frame = in_its_frame(vertices, faces)
+    joint = JointPlan(kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), anchor=(0.0, 0.0, 0.0), range=(0.0, 1.5))
+    doors = [
+        PartPlan(
+            name=f"door_{i}",
+            kind=PartKind.DOOR,
+            faces=np.flatnonzero(owner == i),
+            grip=np.empty(0, dtype=np.int64),
+            joint=joint.replace(edge=edge),
+        )
+        for i, edge in edges.items()
+    ]
+    return placed, Articulation(frame=frame.replace(metres=1.0), parts=tuple(doors))
+
+
+BLOCK = box((0.0, 0.0, 0.0), (0.6, 0.6, 0.8))
+
+
+def test_behind_a_round_door_the_front_stays_whole() -> None:
+    mesh, found = by_hand({1: HingeEdge.LEFT}, BLOCK, disc((0.3, -0.03, 0.4), 0.25, 0.029, 48))
+    (room,) = find_cavities(mesh, found, "washing_machine")
+    assert room.cut is not None
+    assert room.fronts == ()
+    scale, middle = found.frame.scale, np.array(found.frame.origin)
+    corners = [np.array([room.cut[i][0], room.cut[j][2]]) / scale + middle[[0, 2]] for i in (0, 1) for j in (0, 1)]
+    assert all(float(np.linalg.norm(c - (0.3, 0.4))) < 0.25 for c in corners)
+
+
+def test_a_room_keeps_off_what_tapers_towards_the_back() -> None:
+    points, faces = BLOCK
+    tapered = points.copy()
+    back = tapered[:, 1] > 0.5
+    tapered[back, 2] = 0.2 + 0.5 * tapered[back, 2]
+    mesh, found = by_hand({1: HingeEdge.LEFT}, (tapered, faces), box((0.0, -0.03, 0.0), (0.6, -0.001, 0.8)))
+    (room,) = find_cavities(mesh, found, "")
+    skin = mesh.faces[: len(faces)]
+    for x, z in ((room.outer[i][0], room.outer[k][2]) for i in (0, 1) for k in (0, 1)):
+        up = cross_rays(mesh.points, skin, 2, np.array([[x, room.outer[1][1]]]))
+        assert float(up.first()[0]) < z < float(up.last()[0])
+
+
+@pytest.mark.parametrize(("back", "is_lining"), [(0.48, True), (0.44, False)])
+def test_a_plate_that_meets_both_sides_and_the_back_is_lining(back: float, is_lining: bool) -> None:
+    measured = pieces_in(*carcass(0.6, 0.5, 0.4), box((0.0205, 0.03, 0.1), (0.5795, back - 0.0005, 0.105)))
+    assert _is_lining(measured, [int(measured.label[-1])]) is is_lining
+
+
+DRAWER_FRONT, DRAWER_BACK = box((0.01, -0.02, 0.01), (0.49, 0.0, 0.29)), box((0.03, 0.4, 0.04), (0.47, 0.42, 0.2))
+DRAWER_SIDES = [box((x, 0.01, 0.04), (x + 0.02, 0.39, 0.2)) for x in (0.03, 0.45)]
+HANDLE = box((0.2, -0.06, 0.14), (0.3, -0.021, 0.16))
+# Between the two side walls, over the back of the drawer and under the edge of its front.
+RAIL = box((0.02, 0.005, 0.25), (0.48, 0.06, 0.27))
+
+
+SLIDES = JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=(0.25, 0.0, 0.15), range=(0.0, 0.3))
+SWINGS = JointPlan(
+    kind=JointKind.HINGE, axis=(0.0, 0.0, -1.0), anchor=(0.01, 0.0, 0.15), range=(0.0, 1.5), edge=HingeEdge.LEFT
+)
+
+
+def _carried(
+    *loose: Part, sheets: tuple[Part, Part] = (DRAWER_FRONT, DRAWER_BACK), joint: JointPlan = SLIDES, taken: int = 0
+) -> list[bool]:
+    """Build a drawer or a door of two sheets in a carcass; return which of some pieces of the body it carries.
+
+    Args:
+        taken: faces of the first piece that it has before.
+    """
+    vertices, faces, owner = together(*carcass(0.5, 0.5, 0.3), *sheets, *loose)
+    mesh = weld_triangles(vertices, faces)
+    own: Ints = np.flatnonzero((owner == 5) | (owner == 6))
+    own = np.concatenate([own, np.flatnonzero(owner == 7)[:taken]])
+    kind = PartKind.DRAWER if joint is SLIDES else PartKind.DOOR
+    part = PartPlan(name="front_0", kind=kind, faces=own, grip=own[:0], joint=joint)
+    frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0, metres=1.0)
+    (found,) = with_pieces_in_the_way(Articulation(frame=frame, parts=(part,)), mesh).parts
+    carried = np.isin(np.arange(len(faces)), found.faces)
+    assert carried[own].all()
+    assert not carried[owner < 5].any(), "walls of the body stay"
+    return [bool(carried[owner == 7 + i].all()) for i in range(len(loose))]
+
+
+def test_sides_of_a_box_and_a_handle_go_with_their_drawer() -> None:
+    assert _carried(*DRAWER_SIDES, HANDLE) == [True, True, True]
+
+
+def test_what_a_drawer_has_not_taken_of_a_piece_goes_with_it_too() -> None:
+    assert _carried(*DRAWER_SIDES, taken=4) == [True, True]
+
+
+def test_a_rail_that_the_box_passes_under_stays() -> None:
+    assert _carried(RAIL) == [False]
+
+
+def test_what_is_between_the_sheets_of_a_door_goes_with_it_and_the_room_behind_it_stays() -> None:
+    inner = box((0.01, 0.02, 0.01), (0.49, 0.03, 0.29))
+    core = box((0.1, 0.005, 0.1), (0.4, 0.015, 0.2))
+    assert _carried(core, *DRAWER_SIDES, HANDLE, sheets=(DRAWER_FRONT, inner), joint=SWINGS) == [
+        True,
+        False,
+        False,
+        True,
+    ]
