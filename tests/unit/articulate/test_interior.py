@@ -11,7 +11,7 @@ from casa_assets.articulate.decisions import CavityDecision, Decisions
 from casa_assets.articulate.interior.cavities import find_cavities
 from casa_assets.articulate.interior.hollow_out import hollow_out
 from casa_assets.articulate.interior.inner_parts import _is_lining, with_pieces_in_the_way
-from casa_assets.articulate.plan import Articulation, Frame, HingeEdge, InteriorKind, JointPlan, PartKind, PartPlan
+from casa_assets.articulate.plan import Articulation, HingeEdge, InteriorKind, JointPlan, PartKind
 from casa_assets.articulate.run.build import ArticulateRequest, ArticulateResult, build
 from casa_assets.articulate.run.decisions import read_decisions, text
 from casa_assets.articulate.segment.orthographic import cross_rays
@@ -26,7 +26,14 @@ from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.asset.parts import Mesh as Triangles
 from casa_assets.model.source import RawModel, RawPart
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, microwave, together
-from tests.unit.articulate.fragmented import articulate_fragmentation, in_its_frame, pieces_in
+from tests.unit.articulate.fragmented import (
+    AS_IT_IS,
+    articulate_fragmentation,
+    in_its_frame,
+    pieces_in,
+    plan_of,
+    slides,
+)
 from tests.unit.articulate.test_assemble import obj
 
 pytestmark = pytest.mark.content("code", "articulate", keep=0)
@@ -177,9 +184,8 @@ def test_a_drawer_front_before_a_block_gets_a_box_that_slides(tmp_path: Path) ->
 
 def test_what_is_carved_is_gone_and_the_rest_is_whole() -> None:
     points, faces, _ = together(box((-0.4, -0.4, -0.4), (0.4, 0.4, 0.4)))
-    frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0)
     raw = RawPart(name="a", mesh=Triangles(vertices=points, faces=faces.astype(np.int32)), material=Material(id="a"))
-    mesh, found = weld_triangles(points, faces), Articulation(frame=frame)
+    mesh, found = weld_triangles(points, faces), Articulation(frame=AS_IT_IS)
     model = RawModel(parts=(raw,), format="obj")
     hole = (-0.2, -1.0, -0.2), (0.2, 0.1, 0.2)
     after, placed, _ = hollow_out(model, mesh, found, [hole])
@@ -257,16 +263,10 @@ def by_hand(edges: dict[int, HingeEdge], *parts: Part) -> tuple[WeldedMesh, Arti
     vertices, faces, owner = together(*parts)
     placed, frame = in_its_frame(vertices, faces)
     joint = JointPlan(kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), anchor=(0.0, 0.0, 0.0), range=(0.0, 1.5))
-    doors = [
-        PartPlan(
-            name=f"door_{i}",
-            kind=PartKind.DOOR,
-            faces=np.flatnonzero(owner == i),
-            grip=np.empty(0, dtype=np.int64),
-            joint=joint.replace(edge=edge),
-        )
+    doors = (
+        plan_of(f"door_{i}", PartKind.DOOR, np.flatnonzero(owner == i), joint.replace(edge=edge))
         for i, edge in edges.items()
-    ]
+    )
     return placed, Articulation(frame=frame.replace(metres=1.0), parts=tuple(doors))
 
 
@@ -309,7 +309,7 @@ HANDLE = box((0.2, -0.06, 0.14), (0.3, -0.021, 0.16))
 RAIL = box((0.02, 0.005, 0.25), (0.48, 0.06, 0.27))
 
 
-SLIDES = JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=(0.25, 0.0, 0.15), range=(0.0, 0.3))
+SLIDES = slides((0.25, 0.0, 0.15))
 SWINGS = JointPlan(
     kind=JointKind.HINGE, axis=(0.0, 0.0, -1.0), anchor=(0.01, 0.0, 0.15), range=(0.0, 1.5), edge=HingeEdge.LEFT
 )
@@ -328,9 +328,8 @@ def _carried(
     own: Ints = np.flatnonzero((owner == 5) | (owner == 6))
     own = np.concatenate([own, np.flatnonzero(owner == 7)[:taken]])
     kind = PartKind.DRAWER if joint is SLIDES else PartKind.DOOR
-    part = PartPlan(name="front_0", kind=kind, faces=own, grip=own[:0], joint=joint)
-    frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0, metres=1.0)
-    (found,) = with_pieces_in_the_way(Articulation(frame=frame, parts=(part,)), mesh).parts
+    part = plan_of("front_0", kind, own, joint)
+    (found,) = with_pieces_in_the_way(Articulation(frame=AS_IT_IS, parts=(part,)), mesh).parts
     carried = np.isin(np.arange(len(faces)), found.faces)
     assert carried[own].all()
     assert not carried[owner < 5].any(), "walls of the body stay"

@@ -20,10 +20,11 @@ from casa_assets.articulate.link_shapes import (
     is_empty_region,
     is_frame,
 )
-from casa_assets.articulate.plan import Articulation, Frame, JointPlan, PartKind, PartPlan
+from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
-from casa_assets.model.asset.parts import Hull, JointKind
+from casa_assets.model.asset.parts import Hull
 from tests.unit.articulate.blocks import Floats, box, carcass, disc, together
+from tests.unit.articulate.fragmented import AS_IT_IS, plan_of, slides
 
 
 def cloud(low: tuple[float, float, float], high: tuple[float, float, float]) -> np.ndarray:
@@ -103,15 +104,12 @@ def test_a_tilted_sheet_has_a_shape_with_a_volume(subtests: pytest.Subtests) -> 
 
 
 def _part(name: str, faces: list[int], parent: str = "") -> PartPlan:
-    rows = np.array(faces, dtype=np.int64)
-    joint = JointPlan(kind=JointKind.HINGE, axis=(0, 0, 1), anchor=(0, 0, 0), range=(0, 1))
-    return PartPlan(name=name, kind=PartKind.DOOR, parent=parent, faces=rows, grip=rows[:0], joint=joint)
+    return plan_of(name, PartKind.DOOR, np.array(faces, dtype=np.int64), slides((0.0, 0.0, 0.0)), parent)
 
 
 def _plan(*parts: PartPlan) -> tuple[Articulation, WeldedMesh]:
     vertices, faces, _ = together(box((0, 0, 0), (1, 1, 1)), box((2, 0, 0), (3, 3, 3)))
-    frame = Frame(rotation=np.eye(3), origin=(0, 0, 0), scale=1.0)
-    return Articulation(frame=frame, parts=parts), weld_triangles(vertices, faces)
+    return Articulation(frame=AS_IT_IS, parts=parts), weld_triangles(vertices, faces)
 
 
 def test_a_part_without_faces_is_no_part_and_what_it_carried_stays() -> None:

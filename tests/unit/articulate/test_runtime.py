@@ -21,7 +21,7 @@ from casa_assets.articulate.interior.regions import (
     split_by_shelves,
 )
 from casa_assets.articulate.part_names import PlacedPart, RuntimeName, runtime_names
-from casa_assets.articulate.plan import HingeEdge, JointPlan, PartKind, PartPlan
+from casa_assets.articulate.plan import HingeEdge, JointPlan, PartKind
 from casa_assets.articulate.runtime_semantics import annotate_for_runtime, behavior_for, contract_for
 from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus, start, step
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region, Site
@@ -31,8 +31,8 @@ from casa_assets.model.record import Vec2, Vec3
 from tests.support.asset.articulated_assets import microwave
 from tests.support.asset.asset_parts import box_inertial
 from tests.unit.articulate.blocks import Part, box, disc, together
+from tests.unit.articulate.fragmented import plan_of
 
-NONE = np.empty(0, dtype=np.int64)
 SLIDES = frozenset({PartKind.DRAWER, PartKind.BUTTON, PartKind.TRAY})
 
 
@@ -54,8 +54,7 @@ def at(
         endless=kind is PartKind.TRAY and hinged,
         edge=edge,
     )
-    part = PartPlan(name=name, kind=kind, faces=NONE, grip=NONE, joint=joint)
-    return PlacedPart(part, np.array(middle), np.array(size))
+    return PlacedPart(plan_of(name, kind, np.empty(0, dtype=np.int64), joint), np.array(middle), np.array(size))
 
 
 def joints(places: list[PlacedPart], category: str, burners: tuple[Burner, ...] = ()) -> dict[str, str]:
