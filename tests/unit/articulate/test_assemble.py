@@ -70,13 +70,8 @@ def test_the_body_keeps_its_cavity(tmp_path: Path) -> None:
     asset = build(wish(obj(tmp_path / "mw.obj", vertices, faces), tmp_path)).asset
     middle = np.array([0.0, 0.0, 0.15])
     for collider in asset.root.colliders:
-        size = getattr(collider.shape, "size", None)
-        if size is None:
-            points = collider.pose.apply(collider.shape.mesh.vertices)  # type: ignore[union-attr]
-            low, high = points.min(axis=0), points.max(axis=0)
-        else:
-            low, high = (np.array(collider.pose.position) + s * np.array(size) / 2 for s in (-1, 1))
-        assert not ((low < middle) & (middle < high)).all(), collider.name
+        points = tessellate(collider.shape, collider.pose)[0]
+        assert not ((points.min(axis=0) < middle) & (middle < points.max(axis=0))).all(), collider.name
 
 
 def test_parts_of_a_file_that_wind_inwards_are_written_outwards(tmp_path: Path) -> None:
