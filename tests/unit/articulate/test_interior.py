@@ -47,10 +47,9 @@ def block(*fronts: Part) -> Mesh:
     return together(box((0.0, 0.0, 0.0), (0.6, 0.6, 0.8)), *fronts)
 
 
-def door(low: float = 0.0, high: float = 0.8) -> list[Part]:
-    """A leaf over the whole front between two heights, with an upright handle at its right."""
-    middle = (low + high) / 2
-    return [box((0.0, -0.03, low), (0.6, -0.001, high)), box((0.54, -0.07, middle - 0.1), (0.56, -0.03, middle + 0.1))]
+def door() -> list[Part]:
+    """A leaf over the whole front, with an upright handle at its right."""
+    return [box((0.0, -0.03, 0.0), (0.6, -0.001, 0.8)), box((0.54, -0.07, 0.3), (0.56, -0.03, 0.5))]
 
 
 def front(low: float, high: float) -> list[Part]:
@@ -63,30 +62,19 @@ def made(
     mesh: Mesh, folder: Path, category: str, decisions: Decisions | None = None, complete: bool = True
 ) -> ArticulateResult:
     """A mesh through everything, its axes given; once where nothing is decided."""
-    if decisions is not None:
-        return _made(mesh, folder, category, decisions, complete)
     key = mesh[0].tobytes(), mesh[1].tobytes(), category, complete
-    if key not in MADE:
-        MADE[key] = _made(mesh, folder, category, Decisions(), complete)
-    return MADE[key]
-
-
-def _made(mesh: Mesh, folder: Path, category: str, decisions: Decisions, complete: bool) -> ArticulateResult:
-    path = obj(folder / "thing.obj", mesh[0], mesh[1])
-    axes = (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)
-    return build(ArticulateRequest(path, folder, category, *axes, decisions=decisions, complete=complete))
+    if decisions is None and key in MADE:
+        return MADE[key]
+    path, axes = obj(folder / "thing.obj", mesh[0], mesh[1]), ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0))
+    wish = ArticulateRequest(path, folder, category, *axes, decisions=decisions or Decisions(), complete=complete)
+    built = build(wish)
+    return built if decisions is not None else MADE.setdefault(key, built)
 
 
 def reach(built: ArticulateResult, spot: tuple[float, float]) -> float:
     """How far behind the front one can put something at a place (x, z) with the door open, metres."""
-    points: list[Floats] = []
-    tris: list[Ints] = []
-    for link in (k for k in built.asset.links if k.name == "object"):
-        for collider in link.colliders:
-            p, f = tessellate(collider.shape, collider.pose)
-            tris.append(f + sum([len(q) for q in points]))
-            points.append(p)
-    line = cross_rays(np.concatenate(points), np.concatenate(tris), 1, np.array([spot]))
+    points, faces, _ = together(*(tessellate(c.shape, c.pose) for c in built.asset.root.colliders))
+    line = cross_rays(points, faces, 1, np.array([spot]))
     return float(line.first()[0] - built.asset.bounds[0][1])
 
 
@@ -205,10 +193,9 @@ def test_a_sidecar_with_cavities_makes_the_same_asset(tmp_path: Path) -> None:
     decisions = read_decisions(path)
     assert decisions.cavities["door_0"].build is True
     assert made(block(*door()), tmp_path, "wall_oven", decisions).asset.digest == first.asset.digest
-    former = (
-        path.read_text(encoding="utf-8").replace("\ncavities:", "\nrooms:").replace("    interior:", "    filling:")
-    )
-    assert former != path.read_text(encoding="utf-8")
+    now = path.read_text(encoding="utf-8")
+    former = now.replace("\ncavities:", "\nrooms:").replace("    interior:", "    filling:")
+    assert former != now
     path.write_text(former, encoding="utf-8")
     assert read_decisions(path) == decisions, "the keys of older files are read"
     bare = made(block(*door()), tmp_path, "wall_oven", complete=False)
