@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 
 import manifold3d
@@ -33,15 +34,11 @@ from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import JointKind, Mesh
 from casa_assets.model.source import RawModel, RawPart
 from tests.support.mesh.meshes import box_mesh
-from tests.unit.articulate.blocks import Part, box, disc, drawers, microwave, together
+from tests.unit.articulate.blocks import Floats, Ints, Part, box, disc, drawers, microwave, together
 from tests.unit.articulate.fragmented import articulate_fragmentation, in_its_frame
 
+Solids = tuple[Floats, Ints, Ints]
 pytestmark = pytest.mark.content("code", "articulate", keep=0)
-
-
-def pure(label: np.ndarray, owner: np.ndarray) -> bool:
-    """No fragment holds faces of two parts."""
-    return all(len(set(owner[label == k].tolist())) == 1 for k in range(int(label.max()) + 1))
 
 
 def test_boxes_that_share_a_face_stay_two_fragments() -> None:
@@ -52,30 +49,15 @@ def test_boxes_that_share_a_face_stay_two_fragments() -> None:
     assert label.tolist() == owner.tolist()
 
 
-def test_no_fragment_straddles_parts_and_none_is_split(subtests: pytest.Subtests) -> None:
-    for make in [microwave, drawers]:
-        with subtests.test(make=make.__name__):
-            vertices, faces, owner = make()  # type: ignore[operator]
-            label = weld_triangles(vertices, faces).fragment_labels
-            assert pure(label, owner)
-            assert int(label.max()) == int(owner.max())
-
-
-def test_the_order_of_faces_does_not_matter() -> None:
-    vertices, faces, owner = drawers()
+@pytest.mark.parametrize("make", [microwave, drawers])
+def test_each_part_is_a_fragment_whatever_the_order_and_if_all_is_written_twice(make: Callable[[], Solids]) -> None:
+    vertices, faces, owner = make()
     order = np.random.default_rng(1).permutation(len(faces))
-    label = weld_triangles(vertices, faces[order]).fragment_labels
-    assert pure(label, owner[order])
-    assert int(label.max()) == int(owner.max())
-
-
-def test_a_sheet_that_is_written_twice_is_one_fragment() -> None:
-    vertices, faces, owner = microwave()
-    both = np.concatenate([faces, faces[:, [0, 2, 1]]])
-    label = weld_triangles(vertices, both).fragment_labels
-    assert label[: len(faces)].tolist() == label[len(faces) :].tolist()
-    assert pure(label, np.tile(owner, 2))
-    assert int(label.max()) == int(owner.max())
+    twice = np.concatenate([faces, faces[:, [0, 2, 1]]])
+    for rows, own in ((faces, owner), (faces[order], owner[order]), (twice, np.tile(owner, 2))):
+        label = weld_triangles(vertices, rows).fragment_labels
+        pairs = set(zip(label.tolist(), own.tolist(), strict=True))
+        assert len(pairs) == int(label.max()) + 1 == int(owner.max()) + 1
 
 
 def test_a_frame_turns_normals_and_scales_areas() -> None:
