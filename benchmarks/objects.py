@@ -3,7 +3,6 @@
     ./dev bench objects                                   4 members of each category
     ./dev bench objects --count 17 --library out/objects  as many as a full library has of each, and keep them
     ./dev bench objects --category apple mug --jobs 1     some, on one core
-    ./dev bench objects --meshes examples/meshes          a folder of meshes is ingested beside, to compare
 
 Seconds are wall time of one member in its process: `build` is numbers to Asset with its pictures painted or taken from
 the cache, `write` both formats, `draw` the thumbnail, `check` every check; CPU is the processor time of all of it.
@@ -27,8 +26,7 @@ from casa_assets.cli.output import Output, TextTable
 from casa_assets.cli.verbs.families import print_member
 from casa_assets.core.system import CACHE_VARIABLE as CACHE
 from casa_assets.families.build import FamilyResult, build_all, object_requests
-from casa_assets.ingest.run.run import Options, ingest
-from casa_assets.library.library import Library, read_certificate
+from casa_assets.library.library import read_certificate
 
 MEGABYTE = 1e6
 
@@ -75,28 +73,6 @@ def totals(costs: list[Cost], wall_s: float) -> str:
     )
 
 
-def ingested(folder: Path, out: Path, jobs: int) -> str:
-    """The same numbers of a folder of meshes that is ingested into an empty library, one line."""
-    begin = time.monotonic()
-    for _ in ingest([folder], Options(library=out, jobs=jobs)):
-        pass
-    wall_s = time.monotonic() - begin
-    folders = list(Library(out).accepted())
-    summaries = [read_certificate(entry).summary for entry in folders]
-    sizes = [size_of(entry) for entry in folders]
-    faces, shapes = [s.faces for s in summaries], [s.colliders for s in summaries]
-    return (
-        f"{folder}: {len(folders)} meshes ingested in {wall_s:.0f} s of wall time, {60 * len(folders) / wall_s:.0f} a "
-        f"minute; medians: {median(faces):.0f} faces, {median(shapes):.0f} shapes (at most {max(shapes)}), "
-        f"{median(sizes) / MEGABYTE:.2f} MB"
-    )
-
-
-def size_of(folder: Path) -> int:
-    """Bytes of all files below a folder."""
-    return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
-
-
 def main() -> int:
     """Build, print, and say whether all passed."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -104,7 +80,6 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=4, help="members of each")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=0)
-    parser.add_argument("--meshes", type=Path, help="a folder of meshes to ingest beside")
     parser.add_argument("--library", type=Path, help="a folder that does not exist yet, for the members to stay in")
     options = parser.parse_args()
     if options.library and options.library.exists():
@@ -121,7 +96,6 @@ def main() -> int:
         for result in wrong:
             print_member(result, output)
         costs = [cost_of(r) for r in results if r.passed and not r.is_kept]
-        beside = ingested(options.meshes, Path(folder) / "ingested", options.jobs) if options.meshes else ""
     steps = ("build s", "write s", "draw s", "check s", "CPU s")
     heads = ("passed", *steps, "faces", "shapes", "most", "MB")
     table = TextTable(("category", *heads), right=heads)
@@ -131,8 +105,6 @@ def main() -> int:
         table.add(*row("all", costs))
         table.print(output.console)
         output.line(totals(costs, wall_s))
-    if beside:
-        output.line(beside)
     return 1 if wrong else 0
 
 

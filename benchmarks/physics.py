@@ -2,7 +2,6 @@
 
     ./dev bench physics                                      three of ours, and the peer's six templates
     ./dev bench physics u_large__rustic --no-peer
-    ./dev bench physics --before earlier.json                what an earlier run found stands in brackets
 
 For each form (full, light, batch): primitives and meshes that touch, pairs of them that could meet (candidate pairs, as
 mujoco_warp counts them), degrees of freedom, contacts and constraint rows at rest; then times real time of one core
@@ -19,7 +18,6 @@ import os
 import tempfile
 import time
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -57,15 +55,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="*", default=DEFAULT, help="ids of ours")
     parser.add_argument("--no-peer", action="store_true")
-    parser.add_argument("--before", type=Path, help="physics.json of an earlier run")
     options = parser.parse_args()
-    before = {} if options.before is None else _rows_of(options.before)
     print(f"{machine()}, MuJoCo {mujoco.__version__}; times real time with {DROPPED} things dropped in\n")
     print(f"| kitchen | {' | '.join(COLUMNS)} |\n|{'---|' * (len(COLUMNS) + 1)}")
     rows: list[Row] = []
     for row in _measured(options.scenes, not options.no_peer):
         rows.append(row)
-        print(f"| {row['kitchen']} | {' | '.join(_cells(row, before.get(row['kitchen'])))} |", flush=True)
+        cells = [form.format(row[column]) for column, form in COLUMNS.items()]
+        print(f"| {row['kitchen']} | {' | '.join(cells)} |", flush=True)
     OUT.mkdir(parents=True, exist_ok=True)
     text = json.dumps({"machine": machine(), "rows": rows}, indent=1)
     (OUT / "physics.json").write_text(text + "\n", encoding="utf-8")
@@ -114,16 +111,6 @@ def _rolled(model: mujoco.MjModel, first: mujoco.MjData) -> float:
     begin = time.perf_counter()
     rollout.rollout(model, threads, states, nstep=steps)
     return len(states) * steps * measure.STEP_S / (time.perf_counter() - begin)
-
-
-def _rows_of(file: Path) -> dict[str, Row]:
-    """Kitchen -> row of an earlier run."""
-    return {row["kitchen"]: row for row in json.loads(file.read_text(encoding="utf-8"))["rows"]}
-
-
-def _cells(row: Row, before: Row | None) -> Iterator[str]:
-    for column, form in COLUMNS.items():
-        yield form.format(row[column]) + ("" if before is None else f" ({form.format(before[column])})")
 
 
 if __name__ == "__main__":

@@ -1,12 +1,11 @@
-"""How an ingest run spreads: one worker against two, Ray against the pool of this machine.
+"""How an ingest run spreads: one worker against two.
 
     ./dev bench scale                     30 inputs made of the sample meshes, eleven runs, half an hour
     ./dev bench scale --inputs FOLDER     meshes of one's own
     ./dev bench scale --copies 5          so many of each sample, each a little larger than the one before
     ./dev bench scale --rounds 1          each run once instead of twice; the faster of two is what is compared
 
-Prints seconds of each run, the efficiency of two workers, and what Ray costs beside the local pool (where it is
-installed).
+Prints seconds of each run, and the efficiency of two workers.
 
 Efficiency compares two workers on two cores with one worker on one core: a worker that has two cores to itself uses
 some of the second, since drawing and reading USD run threads. Cores share memory and caches, and those of a virtual
@@ -17,7 +16,6 @@ each other, one core each. Idle cores, please.
 from __future__ import annotations
 
 import argparse
-import importlib.util
 import multiprocessing
 import os
 import shutil
@@ -33,7 +31,6 @@ import trimesh
 
 from casa_assets.ingest.run.run import Options, ingest
 from casa_assets.runs.outcome import Event
-from casa_assets.runs.pool import RayCluster, Workers
 
 SAMPLES = Path(__file__).parents[1] / "examples" / "meshes"
 SUFFIXES = {".glb", ".obj", ".ply", ".stl", ".gltf"}
@@ -70,9 +67,7 @@ def main() -> None:
     given = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="casa-scale-") as folder:
         inputs = given.inputs or scaled_samples(Path(folder), given.copies)
-        kinds: dict[str, Workers] = {ONE_CORE: 1, "local, 1 worker": 1, "local, 2 workers": 2}
-        if importlib.util.find_spec("ray") is not None:
-            kinds |= {"Ray, 1 worker": RayCluster(most=1), "Ray, 2 workers": RayCluster(most=2)}
+        kinds: dict[str, int] = {ONE_CORE: 1, "local, 1 worker": 1, "local, 2 workers": 2}
         first_run(inputs, Path(folder))
         runs: dict[str, Run] = {}
         print(f"{'run':18} {'inputs':>7}" + "".join(f"{head:>13}" for head in HEADS))
@@ -91,7 +86,6 @@ def main() -> None:
     print(f"other core: two of these cores do {bound:.2f} of twice what one does, whatever runs on them;")
     print(f"efficiency of two workers, of what these cores can do: {efficiency / bound:.2f}")
     print(f"beside one worker that may use both cores: {single.seconds / double.seconds / 2:.2f}")
-    print_engines(runs)
 
 
 def first_run(inputs: Path, folder: Path) -> None:
@@ -100,14 +94,6 @@ def first_run(inputs: Path, folder: Path) -> None:
     only.mkdir()
     shutil.copy(min(inputs.iterdir()), only)
     run(only, folder / "library first", 1)
-
-
-def print_engines(runs: dict[str, Run]) -> None:
-    """Compare Ray with the local pool."""
-    for word in ("1 worker", "2 workers"):
-        if f"Ray, {word}" in runs:
-            slower = runs[f"Ray, {word}"].seconds / runs[f"local, {word}"].seconds - 1
-            print(f"Ray beside the local pool, {word}: {100 * slower:+.0f} %")
 
 
 @contextmanager
@@ -157,7 +143,7 @@ def scaled_samples(folder: Path, copies: int) -> Path:
     return inputs
 
 
-def run(inputs: Path, library: Path, workers: Workers) -> Run:
+def run(inputs: Path, library: Path, workers: int) -> Run:
     """Ingest into a fresh library."""
     begin, before = time.perf_counter(), time.process_time()
     first: list[float] = []

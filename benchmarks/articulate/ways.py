@@ -21,9 +21,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.articulate.confidence import confidence_row
-from benchmarks.articulate.scoring.score import frame_is_right, load_score, prediction
-from casa_assets.articulate.choose_plan import best_score, candidate_plans, needed_advantage, plan_score
-from casa_assets.articulate.frame.axes import guess_frame
+from benchmarks.articulate.score import frame_is_right, load_score, prediction
+from casa_assets.articulate.frame import guess_frame
+from casa_assets.articulate.infer import best_score, candidate_plans, needed_advantage, plan_score
 from casa_assets.articulate.run.build import load_models
 from casa_assets.articulate.segment.segmentations import Segmentation
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
@@ -63,7 +63,7 @@ def chosen(case: Case) -> dict[str, Any]:
 
 
 def chosen_with(case: Case, least: float, advantage: float) -> dict[str, Any]:
-    """The plan that the tool would take with other constants of choose_plan.py."""
+    """The plan that the tool would take with other constants of infer.py."""
     scores = [plan_score([part[0] for part in p["sure"]["parts"]], least) for p in case["plans"]]
     return dict(case["plans"][best_score(scores, advantage)])
 

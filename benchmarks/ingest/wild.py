@@ -16,13 +16,13 @@ from __future__ import annotations
 import argparse
 import csv
 import itertools
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.ingest.inputs import publish
 from casa_assets import registry
 from casa_assets.ingest.run.run import Options, ingest
 from casa_assets.ingest.up_axis import UP_ROTATIONS
@@ -218,12 +218,8 @@ def main() -> None:
     parser.add_argument("--library", type=Path, default=OUT / "ingest_wild")
     options = parser.parse_args()
     found = {f.name: list(rows_of(f, options.library / f.name, options.jobs)) for f in options.folders}
-    OUT.mkdir(parents=True, exist_ok=True)
     as_json = {name: [asdict(row) for row in rows] for name, rows in found.items()}
-    (OUT / "ingest_wild.json").write_text(json.dumps(as_json, indent=1) + "\n", encoding="utf-8")
-    text = report(found)
-    (OUT / "ingest_wild.md").write_text(text, encoding="utf-8")
-    print(text)
+    publish(OUT / "ingest_wild", as_json, report(found))
 
 
 if __name__ == "__main__":

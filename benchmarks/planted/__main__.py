@@ -22,10 +22,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from benchmarks.planted.copies import copy_clean, name_of
-from benchmarks.planted.faults import FAULTS, Fault, mistakes, read_faults
-from benchmarks.planted.tables import APPLIES_NOT, Results, line_of, summary
-from benchmarks.planted.trial import Bench, Verdict
+from benchmarks.planted.faults import FAULTS, Fault, copy_clean, mistakes, name_of, read_faults
+from benchmarks.planted.trial import APPLIES_NOT, Bench, Results, Verdict, line_of, summary
 from tests.selection import Imports, reaching
 
 ROOT = Path(__file__).parents[2]

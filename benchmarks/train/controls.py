@@ -14,34 +14,210 @@ from __future__ import annotations
 
 import argparse
 import json
+import pickle
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from sklearn.ensemble import ExtraTreesClassifier
 
-from benchmarks.articulate.cases.plain.draw import KINDS
-from benchmarks.articulate.scoring.score import load_score, unpacked
-from benchmarks.train.control_cases.samples import (
-    SKIP,
-    Samples,
-    cached,
-    case_samples,
-    drawn_samples,
-    fused_scene_samples,
-    scene_samples,
+from benchmarks.articulate.draw import KINDS, draw
+from benchmarks.articulate.labelled import AXES, LabelledMesh, fused
+from benchmarks.articulate.score import load_score, unpacked
+from benchmarks.train.control_scenes import KEY, KNOB, NEITHER, draw_scene
+from casa_assets.articulate.controls.classify import (
+    CONTROL_CLASSES,
+    CONTROL_FEATURES,
+    control_features,
+    decided,
+    pooled,
 )
-from benchmarks.train.control_cases.scenes import KEY, KNOB, NEITHER
-from benchmarks.train.forest_file import write_forest
-from casa_assets.articulate.controls.classify import CONTROL_CLASSES, CONTROL_FEATURES, decided, pooled
-from casa_assets.articulate.controls.controls import classify_control
+from casa_assets.articulate.controls.controls import Control, classify_control, find_controls
+from casa_assets.articulate.controls.levers_and_buttons import find_levers
+from casa_assets.articulate.frame import given_frame
+from casa_assets.articulate.fronts.panels import find_panels
 from casa_assets.articulate.plan import PartKind
+from casa_assets.articulate.segment.fragments import MeasuredFragments, measure_fragments, render_sides
+from casa_assets.articulate.segment.orthographic import FRONT, TOP
+from casa_assets.articulate.segment.segmentations import segmentations
+from casa_assets.articulate.segment.shell_segments import fragment_mesh
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
+from casa_assets.core.numeric import Floats, Ints, Mask
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
+# Samples --------------------------------------------------------------------------------------------------------------
+
+# A control has a type where at least this share of its surface is of that type; of less nothing is learned.
+MIN_SHARE = 0.6
+# A part whose type is not scored teaches nothing, but for these, which are seen on the top and never turned or pressed.
+# Least cosine between the axis of a control and the direction out of the side that it is on.
+MIN_ALONG = 0.7
+SKIP, NO_CONTROLS = -1, frozenset({"burner", "wheel"})
+
+
+@dataclass
+class Samples:
+    """The controls of one side of one object.
+
+    Attributes:
+        features: (N, K). types: (N,) NEITHER, KNOB, KEY, or SKIP. groups: (N,) number of the group within the side.
+        source: who made the object: nothing of a source is learned where it is judged.
+    """
+
+    name: str
+    source: str
+    features: Floats
+    types: Ints
+    groups: Ints
+    controls: list[Control]
+
+
+def samples_of(
+    name: str, source: str, measured: MeasuredFragments, face_types: Mapping[int, Ints]
+) -> Iterator[Samples]:
+    """Look at the front and the top of an object.
+
+    Args:
+        face_types: by side, the (F,) types of faces: what is turned or pressed from there.
+    """
+    panels = find_panels(measured)
+    rectangles = [(p.lower[:2], p.upper[:2]) for p in panels]
+    front = find_controls(measured, FRONT, [f for p in panels for f in p.members])
+    levers, front = find_levers(measured, front)
+    gone = [f for v in levers for f in v.control.fragments]
+    for side, controls, plates in ((FRONT, front, rectangles), (TOP, find_controls(measured, TOP, gone), [])):
+        if not controls:
+            continue
+        features, groups = control_features(measured, side, controls, plates)
+        number = np.zeros(len(controls), dtype=np.int64)
+        for k, group in enumerate(groups):
+            number[list(group.members)] = k
+        types = np.array([_type(measured, c, face_types[side]) for c in controls])
+        yield Samples(f"{name}.{side}", source, features, types, number, list(controls))
+
+
+def _type(measured: MeasuredFragments, control: Control, face_types: Ints) -> int:
+    faces = measured.faces_of(control.fragments)
+    area = measured.mesh.areas[faces]
+    for kind in (NEITHER, KNOB, KEY):
+        if area[face_types[faces] == kind].sum() >= MIN_SHARE * area.sum():
+            return kind
+    return SKIP
+
+
+def scene_samples(seed: int, index: int) -> list[Samples]:
+    """The controls of a drawn scene."""
+    kind, points, faces, labels = draw_scene(seed, index)
+    mesh = weld_triangles(points, faces)
+    mesh = mesh.in_frame(given_frame(mesh, (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)))
+    right, wrong = (TOP, FRONT) if kind == "hob" else (FRONT, TOP)
+    sides = {right: labels, wrong: np.full_like(labels, NEITHER)}
+    return list(samples_of(f"{kind}_{index}", "scenes", measure_fragments(mesh, mesh.fragment_labels), sides))
+
+
+def fused_scene_samples(seed: int, index: int) -> list[Samples]:
+    """The controls of a drawn scene as one shell of cubes."""
+    kind, points, faces, labels = draw_scene(seed, index)
+    parts = [{"id": KNOB, "type": "knob", "scored": True}, {"id": KEY, "type": "button", "scored": True}]
+    for part in parts:
+        part["joint"] = {"axis": [0.0, 0.0, 1.0] if kind == "hob" else [0.0, 1.0, 0.0]}
+    truth = {"name": f"{kind}_{index}.fused", "up": "+Z", "front": "-Y", "parts": parts}
+    shell = fused(LabelledMesh(points, faces, labels, truth))[1]
+    return _labelled("scenes", truth, shell.points, shell.faces, shell.part)
+
+
+def drawn_samples(kind: str, seed: int, index: int, as_shell: bool = False) -> list[Samples]:
+    """The controls of a plain drawing, whose bodies, doors and interiors are more like real ones.
+
+    Args:
+        as_shell: as one shell of cubes.
+    """
+    mesh = draw(kind, seed, index)
+    if as_shell:
+        mesh = fused(mesh)[1]
+        mesh.truth["name"] = f"{mesh.truth['name']}.fused"
+    return _labelled("drawn", mesh.truth, mesh.points, mesh.faces, mesh.part)
+
+
+def case_samples(score: ModuleType, name: str, source: str, variant: str) -> list[Samples]:
+    """The controls of a case of the benchmark, in its true frame."""
+    case: Any = score.Case(f"{score.CASES}/{name}", variant)
+    truth = {**case.J, "name": f"{name}.{variant}", "parts": case.parts}
+    return _labelled(source, truth, case.V, case.F, case.lab)
+
+
+def _labelled(source: str, truth: dict[str, Any], points: Floats, faces: Ints, part: Ints) -> list[Samples]:
+    """The controls of a mesh in its true frame, split in each way.
+
+    Args:
+        truth: as in gt.json. part: (F,) identifier of the part of each face.
+    """
+    mesh = weld_triangles(points, faces)
+    up, front = (AXES[axis] if isinstance(axis, str) else axis for axis in (truth["up"], truth.get("front") or "-Y"))
+    frame = given_frame(mesh, up, front)
+    placed = mesh.in_frame(frame)
+    sides = {}
+    for side, along in ((FRONT, 1), (TOP, 2)):
+        table = {p["id"]: _part_type(p, frame.rotation[along]) for p in truth["parts"]}
+        sides[side] = np.array([table.get(int(k), NEITHER) for k in part])
+    images = render_sides(placed)
+    found = []
+    for way, split in segmentations(placed).items():
+        pieces = fragment_mesh(placed, split)
+        measured = measure_fragments(placed, pieces.labels, images=images)
+        found += samples_of(f"{truth['name']}.{way}", source, measured, sides)
+    return found
+
+
+def _part_type(part: dict[str, Any], outward: Floats) -> int:
+    """What a part is from a side: what is turned or pressed along another direction is no control of it."""
+    kind = {"knob": KNOB, "button": KEY}.get(part["type"], NEITHER)
+    if not part["scored"] and part["type"] not in NO_CONTROLS:
+        return SKIP
+    axis = np.array((part.get("joint") or {}).get("axis") or outward, dtype=np.float64)
+    along = abs(float(axis @ outward)) / max(float(np.linalg.norm(axis)), 1e-9)
+    return kind if along >= MIN_ALONG else NEITHER
+
+
+# Files ----------------------------------------------------------------------------------------------------------------
+
+LEARNED = Path(__file__).parents[2] / "registry" / "learned"
+
+
+def cached(path: Path, make: Callable[[], list[Samples]]) -> list[Samples]:
+    """What `make` gives, stored in a file."""
+    if not path.exists():
+        found = make()
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(pickle.dumps(found))
+        return found
+    return list(pickle.loads(path.read_bytes()))
+
+
+def write_forest(name: str, forest: ExtraTreesClassifier, features: Sequence[str], classes: Sequence[str]) -> None:
+    """Write registry/learned/<name>.json, a tree on each line, as casa_assets.core.forest reads it."""
+    head = {"features": list(features), "classes": list(classes)}
+    trees = ",\n".join(json.dumps(list(_nodes(e.tree_)), separators=(",", ":")) for e in forest.estimators_)
+    path = LEARNED / f"{name}.json"
+    path.write_text(f'{json.dumps(head, indent=1)[:-2]},\n "trees": [\n{trees}\n]}}\n', encoding="utf-8")
+    print(f"{path.name}: {path.stat().st_size / 1024:.0f} KiB")
+
+
+def _nodes(tree: Any) -> Iterator[list[Any]]:
+    for k in range(tree.node_count):
+        if tree.children_left[k] < 0:
+            share = tree.value[k, 0] / tree.value[k, 0].sum()
+            yield [[round(100 * float(p)) for p in share]]
+        else:
+            threshold = float(f"{tree.threshold[k]:.4g}")
+            yield [int(tree.feature[k]), threshold, int(tree.children_left[k]), int(tree.children_right[k])]
+
+
+# Learn ----------------------------------------------------------------------------------------------------------------
 
 SEED, FOLDS = 4, 5
 # So many of the scenes and drawings are also learned from as shells, which take far longer to measure.
@@ -79,7 +255,7 @@ class Table:
         seen: dict[int, int] = {}
         for i in order:
             place[i] = seen[int(self.group[i])] = seen.get(int(self.group[i]), -1) + 1
-        self.learnable: Bools = (self.types != SKIP) & (place < MOST_OF_GROUP)
+        self.learnable: Mask = (self.types != SKIP) & (place < MOST_OF_GROUP)
         self.weight = self._weights()
 
     def leave_out_doubtful(self, chances: Floats) -> None:
@@ -100,7 +276,7 @@ class Table:
             weight[rows] = share * (own & self.learnable).sum() / max(rows.sum(), 1)
         return weight
 
-    def learn(self, rows: Bools) -> ExtraTreesClassifier:
+    def learn(self, rows: Mask) -> ExtraTreesClassifier:
         """A forest that these rows teach."""
         rows = rows & self.learnable
         forest = ExtraTreesClassifier(
@@ -137,12 +313,12 @@ def tell(table: Table, chances: Floats) -> None:
     shown = [*np.unique(table.source), "all of the benchmark"]
     for name in shown:
         of = ~np.isin(table.source, OWN) if name == shown[-1] else table.source == name
-        for fused in (False, True):
+        for as_shell in (False, True):
             for top in (False, True):
-                rows = of & (table.types != SKIP) & (table.fused == fused) & (table.on_top == top)
+                rows = of & (table.types != SKIP) & (table.fused == as_shell) & (table.on_top == top)
                 if rows.any():
                     counts = " ".join(_counts(table.types[rows], found[rows]) for found in (table.rule, best))
-                    title = f"{name}{' fused' if fused else ''}"
+                    title = f"{name}{' fused' if as_shell else ''}"
                     print(f"{title:28s} {'top' if top else 'front':6s} {rows.sum():8d} {counts}")
     own = np.isin(table.source, OWN)
     for name, of in (("benchmark", ~own), ("scenes and own", own)):
@@ -164,59 +340,33 @@ def _counts(true: Ints, found: Ints) -> str:
 
 
 def gathered(keep: Path, bench: Path, own: Sequence[Path], scenes: int, drawings: int) -> list[Samples]:
-    """All samples: of scenes, of the benchmark, and of own families.
+    """All samples: of scenes and drawings, some of them as one shell of cubes too, of the benchmark, and of own cases.
 
     Args:
         keep: folder that stores them. bench, own: folders with an index.json. drawings: of each kind.
     """
 
-    def drawn_scenes() -> list[Samples]:
-        return [s for i in range(scenes) for s in scene_samples(SEED, i)]
-
-    def cases(folder: Path, variant: str, own: bool) -> list[Samples]:
+    def cases(folder: Path, variant: str, is_own: bool) -> list[Samples]:
         score = load_score(folder)
         rows = json.loads((folder / "index.json").read_text(encoding="utf-8"))["cases"]
-        return [s for r in rows for s in case_samples(score, r["name"], "own" if own else r["origin"], variant)]
+        return [s for r in rows for s in case_samples(score, r["name"], "own" if is_own else r["origin"], variant)]
 
-    found = list(cached(keep / f"scenes_{scenes}.pickle", drawn_scenes))
-    plain = [(kind, i) for kind in KINDS for i in range(drawings)]
-    found += cached(
-        keep / f"drawn_{drawings}.pickle", lambda: [s for kind, i in plain for s in drawn_samples(kind, SEED, i)]
-    )
-    found += shells(keep, round(SHARE_OF_SHELLS * scenes), round(SHARE_OF_SHELLS * drawings))
+    def drawn(count: int, as_shell: bool) -> list[Samples]:
+        return [s for kind in KINDS for i in range(count) for s in drawn_samples(kind, SEED, i, as_shell)]
+
+    shells, drawn_shells = (round(SHARE_OF_SHELLS * count) for count in (scenes, drawings))
+    makers: dict[str, Callable[[], list[Samples]]] = {
+        f"scenes_{scenes}": lambda: [s for i in range(scenes) for s in scene_samples(SEED, i)],
+        f"drawn_{drawings}": lambda: drawn(drawings, False),
+        f"fused_scenes_{shells}": lambda: [s for i in range(shells) for s in fused_scene_samples(SEED, i)],
+        f"fused_drawn_{drawn_shells}": lambda: drawn(drawn_shells, True),
+    }
     for variant in ("input", "fused"):
-        found += cached(keep / f"bench_{variant}.pickle", lambda v=variant: cases(bench, v, False))
+        makers[f"bench_{variant}"] = partial(cases, bench, variant, False)
     for folder in own:
         for variant in ("input", "fused"):
-            stored = keep / f"own_{'_'.join(folder.parts[-3:])}_{variant}.pickle"
-            found += cached(stored, lambda f=folder, v=variant: cases(f, v, True))
-    return found
-
-
-def shells(keep: Path, scenes: int, drawings: int) -> list[Samples]:
-    """The samples of scenes and of plain drawings as one shell of cubes each.
-
-    Args:
-        keep: folder that stores them. drawings: of each kind.
-    """
-    plain = [(kind, i) for kind in KINDS for i in range(drawings)]
-    found: list[Samples] = cached(
-        keep / f"fused_scenes_{scenes}.pickle", lambda: [s for i in range(scenes) for s in fused_scene_samples(SEED, i)]
-    )
-    return found + cached(
-        keep / f"fused_drawn_{drawings}.pickle",
-        lambda: [s for kind, i in plain for s in drawn_samples(kind, SEED, i, as_shell=True)],
-    )
-
-
-def fitted(samples: Sequence[Samples], verbose: bool = False) -> ExtraTreesClassifier:
-    """The forest that samples teach, without those whose labels are doubtful; it may print how it does out of fold."""
-    table = Table(samples)
-    chances = table.told()
-    if verbose:
-        tell(table, chances)
-    table.leave_out_doubtful(chances)
-    return table.learn(np.ones(len(table.types), dtype=bool))
+            makers[f"own_{'_'.join(folder.parts[-3:])}_{variant}"] = partial(cases, folder, variant, True)
+    return [s for name, make in makers.items() for s in cached(keep / f"{name}.pickle", make)]
 
 
 def main() -> None:
@@ -230,9 +380,13 @@ def main() -> None:
     parser.add_argument("--write", action="store_true")
     args = parser.parse_args()
     bench = unpacked(args.bench or args.keep)
-    forest = fitted(gathered(args.keep, bench, args.cases, args.scenes, args.drawings), verbose=True)
+    table = Table(gathered(args.keep, bench, args.cases, args.scenes, args.drawings))
+    chances = table.told()
+    tell(table, chances)
     if args.write:
-        write_forest("controls", forest, CONTROL_FEATURES, CONTROL_CLASSES)
+        table.leave_out_doubtful(chances)
+        every = np.ones(len(table.types), dtype=bool)
+        write_forest("controls", table.learn(every), CONTROL_FEATURES, CONTROL_CLASSES)
 
 
 if __name__ == "__main__":

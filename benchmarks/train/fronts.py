@@ -25,9 +25,9 @@ import numpy as np
 import numpy.typing as npt
 from sklearn.ensemble import ExtraTreesClassifier
 
-from benchmarks.articulate.scoring.score import load_score, truth, unpacked
-from benchmarks.train.forest_file import write_forest
-from casa_assets.articulate.frame.axes import given_frame
+from benchmarks.articulate.score import load_score, truth, unpacked
+from benchmarks.train.controls import write_forest
+from casa_assets.articulate.frame import given_frame
 from casa_assets.articulate.fronts.front_hypotheses import (
     CONTEXT,
     FEATURES,
@@ -38,8 +38,7 @@ from casa_assets.articulate.fronts.front_hypotheses import (
     propose_fronts,
 )
 from casa_assets.articulate.fronts.relief import find_front_rectangles, merge_stairs
-from casa_assets.articulate.segment.creases import SideRelief, measure_relief
-from casa_assets.articulate.segment.fragments import FRONT
+from casa_assets.articulate.segment.orthographic import FRONT, SideRelief, measure_relief
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 
 Floats = npt.NDArray[np.float64]
@@ -178,7 +177,7 @@ class Tally:
         self.counts = {m: np.zeros(3, dtype=int) for m in MARGINS}
         self.confidences: list[tuple[float, bool]] = []
 
-    def add(self, sample: Sample, score: Floats, verbose: bool) -> None:
+    def add(self, sample: Sample, score: Floats) -> None:
         """Count one case."""
         for margin in MARGINS:
             chosen = choose_fronts(sample.hypotheses, score, margin)
@@ -190,8 +189,6 @@ class Tally:
                     self.confidences.append((float(1 / (1 + np.exp(-score[k]))), bool(good)))
             missed, extra = len(sample.agreement) - len(used), len(chosen) - len(used)
             self.counts[margin] += [len(used), extra, missed]
-            if verbose and margin == MARGINS[1] and (missed or extra):
-                print(f"  {sample.name}: found {len(used)} extra {extra} missed {missed}")
 
     def tell(self, name: str) -> None:
         """Print a line."""
@@ -203,7 +200,7 @@ class Tally:
         print(f"{name:34s} {'  '.join(cells)}", flush=True)
 
 
-def judge(samples: Sequence[Sample], verbose: bool) -> None:
+def judge(samples: Sequence[Sample]) -> None:
     """Leave out one source after the other, and kinds of our own drawings by thirds."""
     everything = {True: Tally(), False: Tally()}
     for source in sorted({s.source for s in samples}):
@@ -217,8 +214,8 @@ def judge(samples: Sequence[Sample], verbose: bool) -> None:
             alone, together = both(rest)
             for sample in (s for s in inside if s.kind in fold):
                 score = told(together, with_context(sample, alone))
-                tally.add(sample, score, verbose)
-                everything[own].add(sample, score, False)
+                tally.add(sample, score)
+                everything[own].add(sample, score)
         tally.tell(source)
     for own, tally in everything.items():
         tally.tell("ALL OWN" if own else "ALL BENCH")
@@ -255,15 +252,12 @@ def main() -> None:
     parser.add_argument("--cases", type=Path, nargs="*", default=[], help="Folders that hold cases/.")
     parser.add_argument("--keep", type=Path, required=True)
     parser.add_argument("--write", action="store_true")
-    parser.add_argument("--no-judge", action="store_true")
-    parser.add_argument("--verbose", action="store_true")
     args = parser.parse_args()
     args.keep.mkdir(parents=True, exist_ok=True)
     samples = gathered(unpacked(args.bench or args.keep), args.keep, False)
     samples += [s for folder in args.cases for s in gathered(folder / "cases", args.keep, True)]
     samples = [s for s in samples if len(s.hypotheses.rows)]
-    if not args.no_judge:
-        judge(samples, args.verbose)
+    judge(samples)
     if args.write:
         alone, together = both(samples)
         write_forest("fronts_alone", alone, FEATURES, CLASSES)

@@ -1,14 +1,13 @@
 """Weights of the hinge edge of a door, and of a front being a drawer, learned from labelled cases.
 
-    ./dev bench train_hinges CASES... [--variant input fused] [--kinds]
+    ./dev bench train_hinges CASES... [--variant input fused]
 
 CASES are folders of cases in the form of the articulation benchmark (with `index.json`): its open cases, those of
-`benchmarks/articulate/draw.py` (each manner is a folder). Each front that the tool finds in the true frame
+`benchmarks/articulate/draw.py` (each set is a folder). Each front that the tool finds in the true frame
 and that is a door or drawer of the ground truth (surfaces overlap by half) teaches a conditional logit over four edges,
-and a logistic regression; what the kind of the thing makes likely (joints/kind_habits.py) is given, once with the kind
-stated and once guessed by form. Prints the weights of EDGE_TABLE and DRAWER_TABLE of casa_assets/articulate/joints/
+and a logistic regression; what the kind of the thing makes likely is given, once with the kind
+stated and once guessed by form. Prints the weights of EDGE_TABLE and DRAWER_TABLE of casa_assets/articulate/
 front_features.py, and how many are right: fitted, and with the source of each case (`origin` or `source`) left out.
-`--kinds` prints how often the likeliest kind by form is right, by category.
 """
 
 from __future__ import annotations
@@ -25,12 +24,10 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
-from benchmarks.articulate.scoring.score import load_score, truth
-from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.frame.category import kind_named, kinds_known
-from casa_assets.articulate.fronts.fronts import select_opening_panels
-from casa_assets.articulate.infer import PartCollector, look_at_front, traits_of_views
-from casa_assets.articulate.joints.front_features import (
+from benchmarks.articulate.score import load_score, truth
+from casa_assets.articulate.category import kind_named, kinds_known
+from casa_assets.articulate.frame import given_frame
+from casa_assets.articulate.front_features import (
     DRAWER_FEATURES,
     EDGE_FEATURES,
     EDGES,
@@ -40,7 +37,9 @@ from casa_assets.articulate.joints.front_features import (
     edge_shares,
     view_fronts,
 )
-from casa_assets.articulate.joints.joints import kind_log_odds
+from casa_assets.articulate.fronts.fronts import select_opening_panels
+from casa_assets.articulate.infer import PartCollector, look_at_front, traits_of_views
+from casa_assets.articulate.joints import kind_log_odds
 from casa_assets.articulate.plan import HingeEdge
 from casa_assets.articulate.segment.fragments import measure_fragments, render_sides
 from casa_assets.articulate.segment.segmentations import segmentations
@@ -105,15 +104,14 @@ def true_edge(part: Mapping[str, Any], rotation: Floats) -> HingeEdge:
     return HingeEdge.BOTTOM if origin[2] < middle[2] else HingeEdge.TOP
 
 
-def fronts_of(case: Any, row: Mapping[str, Any]) -> tuple[list[Front], Mapping[str, float]]:
-    """Return the fronts of a case that teach, and the probabilities of its kinds by form, as the first way to split."""
+def fronts_of(case: Any, row: Mapping[str, Any]) -> list[Front]:
+    """Return the fronts of a case that teach."""
     mesh = weld_triangles(case.V, case.F)
     up, front = truth(case)
     frame = given_frame(mesh, up, front or (0, -1, 0))
     placed = mesh.in_frame(frame)
     images = render_sides(placed)
     found: list[Front] = []
-    guesses = []
     for labels in segmentations(placed).values():
         split = fragment_mesh(placed, labels)
         collector = PartCollector(measure_fragments(placed, split.labels, images=images), split.fronts)
@@ -126,8 +124,7 @@ def fronts_of(case: Any, row: Mapping[str, Any]) -> tuple[list[Front], Mapping[s
         x, y, z = (float(v) for v in np.ptp(measured.mesh.points, axis=0))
         named = kind_named([row["category"].replace("_", " ")])
         fits = kind_log_odds(views)
-        guesses.append(kinds_known((x, y, z), traits, fits, ""))
-        kinds = kinds_known((x, y, z), traits, fits, named.id if named else ""), guesses[-1]
+        kinds = tuple(kinds_known((x, y, z), traits, fits, kind) for kind in (named.id if named else "", ""))
         for view in views:
             own = np.zeros(len(case.F), dtype=bool)
             own[measured.faces_of(view.panel.everything)] = True
@@ -140,7 +137,7 @@ def fronts_of(case: Any, row: Mapping[str, Any]) -> tuple[list[Front], Mapping[s
             edge = None if slides else true_edge(part, frame.rotation)
             source = str(row.get("origin") or row["source"]["repo"])
             found.append(Front(row["name"], source, kinds, edge_features(view), drawer_features(view), slides, edge))
-    return found, guesses[0]
+    return found
 
 
 def _matching(case: Any, own: Mask) -> Mapping[str, Any] | None:
@@ -246,26 +243,17 @@ def report(title: str, fronts: Sequence[Front], fit: Any, right: Any) -> Floats:
     return weights
 
 
-def gathered(folders: Sequence[Path], variants: Sequence[str]) -> tuple[list[Front], list[tuple[str, str, float]]]:
-    """The fronts of folders of cases that teach; and of each case its category, the likeliest kind, how likely."""
+def gathered(folders: Sequence[Path], variants: Sequence[str]) -> list[Front]:
+    """The fronts of folders of cases that teach."""
     fronts: list[Front] = []
-    guesses: list[tuple[str, str, float]] = []
     for folder in folders:
         score = load_score(folder)
         for row in json.loads((folder / "index.json").read_text())["cases"]:
             truth_ = json.loads((folder / row["name"] / "gt.json").read_text())
             row = {"category": truth_["category"]} | row
             for variant in variants:
-                found, kinds = fronts_of(score.Case(str(folder / row["name"]), variant), row)
-                fronts += found
-                best = max(kinds, key=lambda k: kinds[k])
-                guesses.append((row["category"], best, kinds[best]))
-    return fronts, guesses
-
-
-def _table(names: Sequence[str], weights: Floats) -> dict[str, float]:
-    """Weights by name, but for those that are nearly zero."""
-    return {n: float(f"{w:.3g}") for n, w in zip(names, weights, strict=True) if abs(w) > 1e-3}
+                fronts += fronts_of(score.Case(str(folder / row["name"]), variant), row)
+    return fronts
 
 
 def main() -> None:
@@ -273,13 +261,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("cases", nargs="+", type=Path)
     parser.add_argument("--variant", nargs="+", default=["input", "fused"])
-    parser.add_argument("--kinds", action="store_true")
     args = parser.parse_args()
-    fronts, guesses = gathered(args.cases, args.variant)
-    if args.kinds:
-        for category in sorted({c for c, _, _ in guesses}):
-            found = Counter(k for c, k, _ in guesses if c == category)
-            print(f"# {category}: {', '.join(f'{k} {n}' for k, n in found.most_common())}")
+    fronts = gathered(args.cases, args.variant)
     edges = report("hinge edge", [f for f in fronts if f.edge is not None], fit_edges, edges_right)
     drawers = report("drawer or door", fronts, fit_drawers, drawers_right)
     for title, names, weights in (
@@ -287,7 +270,8 @@ def main() -> None:
         ("DRAWER_TABLE", DRAWER_FEATURES, drawers),
     ):
         print(title)
-        print("\n".join(f'    "{n}": {w},' for n, w in _table(names, weights).items()))
+        shown = [(n, w) for n, w in zip(names, weights, strict=True) if abs(w) > 1e-3]
+        print("\n".join(f'    "{n}": {float(f"{w:.3g}")},' for n, w in shown))
 
 
 if __name__ == "__main__":

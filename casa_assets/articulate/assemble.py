@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.articulate.colliders.build_colliders import build_colliders, part_label
-from casa_assets.articulate.joints.joints import build_joint, open_closed_states
+from casa_assets.articulate.build_colliders import build_colliders, part_label
+from casa_assets.articulate.joints import build_joint, open_closed_states
 from casa_assets.articulate.plan import ADDED_MESH_NAMES, Articulation, PartPlan, StorageSpace, round7, round7_vec3
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints, Mask

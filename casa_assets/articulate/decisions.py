@@ -9,10 +9,10 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import AliasChoices, Field, model_validator
 
+from casa_assets.articulate import joints
 from casa_assets.articulate.fronts.panels import Panel
-from casa_assets.articulate.joints import joints
 from casa_assets.articulate.plan import Articulation, HingeEdge, InteriorKind, JointPlan, PartKind, PartPlan, to_vec3
-from casa_assets.articulate.segment.fragments import FRONT, SIDES, TOP
+from casa_assets.articulate.segment.orthographic import FRONT, SIDES, TOP
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats
 from casa_assets.errors import CasaError, UnknownId

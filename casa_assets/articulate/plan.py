@@ -252,7 +252,7 @@ class Articulation(Record):
     """A mesh split into moving parts; what belongs to no part is the body.
 
     Attributes:
-        traits: what the form of its fronts says of its kind; names of FORM_TRAITS (frame/kind.py).
+        traits: what the form of its fronts says of its kind; names of FORM_TRAITS (category.py).
         cavities: what the fronts close. added: what was built in them, with the spaces that it leaves.
         signs: where no part was found, what speaks for some all the same, in words.
     """

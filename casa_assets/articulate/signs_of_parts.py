@@ -10,18 +10,12 @@ from itertools import combinations
 
 import numpy as np
 
+from casa_assets.articulate.category import KIND_TRAITS
 from casa_assets.articulate.controls.controls import find_controls
-from casa_assets.articulate.frame.category import KIND_TRAITS
 from casa_assets.articulate.fronts.front_hypotheses import find_fronts
 from casa_assets.articulate.fronts.relief import is_handle
 from casa_assets.articulate.plan import Models
-from casa_assets.articulate.segment.creases import measure_relief
 from casa_assets.articulate.segment.fragments import (
-    BACK,
-    FRONT,
-    LEFT,
-    RIGHT,
-    TOP,
     Axis,
     MeasuredFragments,
     Piece,
@@ -30,6 +24,7 @@ from casa_assets.articulate.segment.fragments import (
     piece_graph,
     render_sides,
 )
+from casa_assets.articulate.segment.orthographic import BACK, FRONT, LEFT, RIGHT, TOP, measure_relief
 from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, boxiness
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats

@@ -112,7 +112,7 @@ def row_of(manifest: disk.Manifest) -> AssetRow:
 
 # Pairs ----------------------------------------------------------------------------------------------------------------
 
-# Shapes whose descriptors differ by more than this are not registered, see benchmarks/ingest/duplicates.py.
+# Shapes whose descriptors differ by more than this are not registered.
 MAX_DESCRIPTOR_DISTANCE = 0.035
 REGISTRATION = "casa_assets.mesh.registration"
 # Numbers of a point of the index, and by how much those of similar descriptors may differ, with something for the last

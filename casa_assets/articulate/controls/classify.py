@@ -16,8 +16,8 @@ from casa_assets.articulate.controls.controls import (
     group_controls,
 )
 from casa_assets.articulate.plan import PartKind
-from casa_assets.articulate.segment.fragments import SIDES, TOP, MeasuredFragments, corners_from_side
-from casa_assets.articulate.segment.orthographic import outline_area
+from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.orthographic import SIDES, TOP, outline_area
 from casa_assets.core.forest import Forest
 from casa_assets.core.numeric import Floats, Ints, Mask
 

@@ -6,13 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from casa_assets.articulate.plan import PartKind
-from casa_assets.articulate.segment.fragments import SIDES, MeasuredFragments, corners_from_side
-from casa_assets.articulate.segment.orthographic import DepthImage, outline_area
+from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.orthographic import SIDES, DepthImage, outline_area
 from casa_assets.core.numeric import Floats, Ints, Mask
+from casa_assets.mesh.topology import connected_groups
 
 # Controls -------------------------------------------------------------------------------------------------------------
 # Compact things that protrude from a side, such as knobs, buttons and pulls.
@@ -320,7 +319,7 @@ def group_controls(controls: Sequence[Control], cell: float = 0.0) -> list[Contr
     distance = np.linalg.norm(away, axis=2)
     in_line = (away <= SAME_LINE_SHARE * np.maximum(size[:, None, :2], size[None, :, :2])).any(axis=2)
     near = distance <= np.where(in_line, MAX_ROW_PITCH, MAX_PAD_PITCH) * larger
-    _, label = connected_components(coo_matrix(alike & near), directed=False)
+    label = connected_groups(len(controls), *np.nonzero(alike & near))
     return [_group(np.flatnonzero(label == k), controls, middle, size) for k in range(int(label.max()) + 1)]
 
 

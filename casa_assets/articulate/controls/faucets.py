@@ -15,10 +15,7 @@ import numpy as np
 from casa_assets.articulate.controls.controls import MIN_STICK_RATIO
 from casa_assets.articulate.plan import JointPlan, PartKind, to_vec3
 from casa_assets.articulate.segment.fragments import (
-    FRONT,
-    LEFT,
     STRAIGHT_COS,
-    TOP,
     TOUCH_DISTANCE,
     Axis,
     MeasuredFragments,
@@ -26,6 +23,7 @@ from casa_assets.articulate.segment.fragments import (
     PieceGraph,
     piece_graph,
 )
+from casa_assets.articulate.segment.orthographic import FRONT, LEFT, TOP
 from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.parts import JointKind
 

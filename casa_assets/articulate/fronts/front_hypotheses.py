@@ -19,8 +19,7 @@ from casa_assets.articulate.fronts.relief import (
     merge_stairs,
     seam_maps,
 )
-from casa_assets.articulate.segment.creases import BACKGROUND_DEPTH, Protrusion, SideRelief
-from casa_assets.articulate.segment.fragments import SIDES
+from casa_assets.articulate.segment.orthographic import BACKGROUND_DEPTH, SIDES, Protrusion, SideRelief
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.forest import Forest
 from casa_assets.core.numeric import Floats, Ints, Mask

@@ -12,15 +12,15 @@ import numpy.typing as npt
 from scipy.ndimage import find_objects, label, maximum_filter1d, uniform_filter1d
 
 from casa_assets.articulate.fronts.pull_partition import Item, part_between_pulls
-from casa_assets.articulate.segment.creases import (
+from casa_assets.articulate.segment.orthographic import (
     BACKGROUND_DEPTH,
     MIN_DEPTH_STEP,
+    SIDES,
     Protrusion,
     SideRelief,
     dilate,
     edge_lines,
 )
-from casa_assets.articulate.segment.fragments import SIDES
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints, Mask
 

@@ -9,7 +9,7 @@ import numpy as np
 from casa_assets.articulate.decisions import GIVEN_REASON, LENGTH_TOLERANCE_M, CavityDecision, Decisions
 from casa_assets.articulate.plan import Articulation, Cavity, Frame, InteriorKind, to_vec3
 from casa_assets.articulate.segment.cutting import CutPlane, cut_triangles
-from casa_assets.articulate.segment.fragments import FRONT
+from casa_assets.articulate.segment.orthographic import FRONT
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model
 from casa_assets.core.numeric import Ints
 from casa_assets.errors import UnknownId

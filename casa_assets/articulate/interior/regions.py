@@ -1,17 +1,26 @@
-"""Refine the storage regions of an articulated asset: split at shelves, moved above racks, with their floors."""
+"""Find the places of an asset that things stand in or on: regions, niches and slots, and burners."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
 from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.articulate.plan import round_mm, round_mm_vec3
-from casa_assets.core.numeric import Floats
+from casa_assets.articulate.segment.orthographic import FRONT, SIDES, TOP, DepthImage, outline_area, render_depth
+from casa_assets.core.numeric import Floats, Mask
 from casa_assets.mesh.solid.deviation import surface_samples
 from casa_assets.mesh.solid.primitive import tessellate
+from casa_assets.mesh.topology import connected_groups
 from casa_assets.model.asset.asset import Asset, Region
-from casa_assets.model.asset.parts import Link
+from casa_assets.model.asset.parts import Box, Link, Mesh
 from casa_assets.model.pose import Pose
+
+# Regions --------------------------------------------------------------------------------------------------------------
 
 Bounds = tuple[Floats, Floats]
 
@@ -306,3 +315,240 @@ def link_label(asset: Asset, link: str) -> str:
 def _holds(box: Bounds, point: Floats) -> bool:
     """Return whether a point is in the plan of a box and not above it."""
     return bool((point[:2] >= box[0][:2]).all() and (point[:2] <= box[1][:2]).all() and point[2] <= box[1][2])
+
+
+# Niches ---------------------------------------------------------------------------------------------------------------
+
+PIXELS = 192
+# Height that a cup needs, and depth of its niche as a share of the machine.
+MIN_CUP_HEIGHT_M, MIN_NICHE_DEPTH_SHARE = 0.055, 0.15
+# Depth of a slot as a share of the height, its width, and its length to width.
+MIN_SLOT_DEPTH_SHARE, SLOT_WIDTH_M, MIN_SLOT_RATIO = 0.2, (0.015, 0.06), 2.0
+
+
+@dataclass(frozen=True)
+class Niche:
+    """A free box that is open to one side; metres, asset frame."""
+
+    lower: tuple[float, float, float]
+    upper: tuple[float, float, float]
+
+    @property
+    def middle(self) -> Floats:
+        """Return its (3,) middle, metres."""
+        return np.asarray((np.array(self.lower) + np.array(self.upper)) / 2)
+
+    @property
+    def size(self) -> Floats:
+        """Return its (3,) size, metres."""
+        return np.asarray(np.array(self.upper) - np.array(self.lower))
+
+
+def find_cup_niche(asset: Asset) -> Niche | None:
+    """Return the niche under the spout of a coffee machine, open to its front, or None; a cup goes on its floor.
+
+    A machine without a drip tray pours onto the surface that it is placed on.
+    """
+    points, faces = _body(asset)
+    image = render_depth(points, faces, SIDES[FRONT], PIXELS)
+    deep = float(np.ptp(points[:, 1]))
+    back = np.where(np.isfinite(image.depth), image.depth, deep)
+    inner = back >= MIN_NICHE_DEPTH_SHARE * deep
+    # What is open above is no place under something.
+    under = inner & _above(~inner)
+    floored = under & np.flip(_above(np.flip(~inner, 0)), 0)
+    best = _largest(floored, image) or _largest(under, image)
+    return None if best is None else _box(image, points, back, best)
+
+
+def _largest(places: Mask, image: DepthImage) -> tuple[int, int, int, int] | None:
+    """Return the rows and columns of the largest region that a cup fits into."""
+    best: tuple[float, int, int, int, int] | None = None
+    label, _ = ndimage.label(places)
+    for number, place in enumerate(ndimage.find_objects(label), start=1):
+        mask = label[place] == number
+        a, b = place[0].start, place[0].stop
+        c, d = place[1].start, place[1].stop
+        tall, wide = (b - a) * image.pixel, (d - c) * image.pixel
+        if tall < MIN_CUP_HEIGHT_M or wide < MIN_CUP_HEIGHT_M or mask.mean() < 0.6:
+            continue
+        size = float(mask.sum())
+        if best is None or size > best[0]:
+            best = (size, a, b, c, d)
+    return None if best is None else best[1:]
+
+
+def find_toaster_slots(asset: Asset) -> list[Niche]:
+    """Return long narrow niches that are open above, sorted from the left, or from the front where they lie across."""
+    points, faces = _body(asset)
+    image = render_depth(points, faces, SIDES[TOP], PIXELS)
+    lower, upper = points.min(axis=0), points.max(axis=0)
+    tall = float(upper[2] - lower[2])
+    deep = np.isfinite(image.depth) & (image.depth >= MIN_SLOT_DEPTH_SHARE * tall)
+    label, _ = ndimage.label(deep)
+    out = []
+    for number, place in enumerate(ndimage.find_objects(label), start=1):
+        mask = label[place] == number
+        a, b = place[0].start, place[0].stop
+        c, d = place[1].start, place[1].stop
+        sides = sorted(((b - a) * image.pixel, (d - c) * image.pixel))
+        edge = c == 0 or a == 0 or d == deep.shape[1] or b == deep.shape[0]
+        if (
+            edge
+            or not SLOT_WIDTH_M[0] <= sides[0] <= SLOT_WIDTH_M[1]
+            or sides[1] < MIN_SLOT_RATIO * sides[0]
+            or mask.mean() < 0.8
+        ):
+            continue
+        floor = float(upper[2]) - float(np.median(image.depth[place][mask]))
+        # Row 0 is the far side.
+        y1, y0 = (float(image.lower[1]) + (deep.shape[0] - r) * image.pixel for r in (a, b))
+        x0, x1 = (float(image.lower[0]) + k * image.pixel for k in (c, d))
+        px = image.pixel
+        out.append(Niche(round_mm_vec3((x0 + px, y0 + px, floor)), round_mm_vec3((x1 - px, y1 - px, upper[2]))))
+    along = bool(out) and float(out[0].size[1]) >= float(out[0].size[0])
+    return sorted(out, key=lambda h: h.lower[0] if along else h.lower[1])
+
+
+def niche_floor(niche: Niche, thick: float = 0.003) -> tuple[Box, Pose]:
+    """Return a thin board whose top is the floor of a niche."""
+    x, y, _ = (float(v) for v in niche.size)
+    at = niche.middle
+    return Box(size=(round_mm(x), round_mm(y), thick)), Pose(
+        position=round_mm_vec3((at[0], at[1], niche.lower[2] - thick / 2))
+    )
+
+
+def _above(solid: Mask) -> Mask:
+    """Mark pixels with something solid anywhere above in the same column."""
+    return np.maximum.accumulate(solid, axis=0)
+
+
+def _box(image: DepthImage, points: Floats, back: Floats, span: tuple[int, int, int, int]) -> Niche:
+    """Return the niche at a range of pixels."""
+    a, b, c, d = span
+    rows = back.shape[0]
+    front = float(points[:, 1].min())
+    x0, x1 = (float(image.lower[0]) + k * image.pixel for k in (c, d))
+    z1, z0 = (float(image.lower[1]) + (rows - r) * image.pixel for r in (a, b))
+    far = front + float(np.median(back[a:b, c:d]))
+    # It begins where what stands under it does.
+    near = front + float(np.median(back[b + 1, c:d])) if b + 1 < rows else front
+    return Niche(round_mm_vec3((x0, min(near, far - 0.02), z0)), round_mm_vec3((x1, far, z1)))
+
+
+def _body(asset: Asset) -> tuple[Floats, npt.NDArray[np.int64]]:
+    """Return (P, 3) points and (F, 3) faces of the visible body, metres."""
+    meshes = [v.mesh for v in asset.root.visuals]
+    starts = np.cumsum([0, *(len(m.vertices) for m in meshes[:-1])])
+    faces = [np.asarray(m.faces, dtype=np.int64) + s for m, s in zip(meshes, starts, strict=True)]
+    return np.concatenate([m.vertices for m in meshes]), np.concatenate(faces)
+
+
+# Burners --------------------------------------------------------------------------------------------------------------
+# Find the burners of a hob or range: round discs on its top, each named by its place.
+
+# Diameters of burners and rings, metres: from the cap of a simmer burner to the ring of a large zone.
+MIN_DIAMETER_M, MAX_DIAMETER_M = 0.035, 0.34
+# The smallest burner is at least this share of the largest.
+MIN_SIZE_OF_LARGEST = 0.3
+# Burners lie within this of the median level of the discs; higher ones are guards at the back.
+MAX_LEVEL_DIFFERENCE_M = 0.09
+# Outline of a disc: its sides differ by at most this share (that of a hexagon), its area from that of its ellipse by
+# the second.
+MAX_SIDE_DIFFERENCE, ROUNDNESS_TOLERANCE = 0.16, 0.09
+# A burner within this share of the span from the middle of rows or columns is in the middle one.
+MIDDLE_SHARE = 0.2
+PLACES = frozenset(
+    {"rear_left", "rear_center", "rear_right", "front_left", "front_center", "front_right", "center", "left", "right"}
+)
+
+
+@dataclass(frozen=True)
+class Burner:
+    """A burner: its place, the middle of its top and its radius; metres, asset frame."""
+
+    loc: str
+    middle: tuple[float, float, float]
+    radius: float
+
+
+def find_burners(asset: Asset) -> tuple[Burner, ...]:
+    """Return the burners on the top of the body; empty if fewer than two are found or their places are ambiguous."""
+    found: list[tuple[float, float, float, float]] = []
+    discs = [d for v in asset.root.visuals for d in _discs(v.mesh)]
+    for disc in sorted(discs, key=lambda d: (-round(d[3], 5), d[0], d[1])):
+        # Of discs that lie above each other the widest, so that none is within another.
+        if all(np.hypot(disc[0] - o[0], disc[1] - o[1]) > 0.8 * (o[3] + 0.5 * disc[3]) for o in found):
+            found.append(disc)
+    if not found:
+        return ()
+    top = float(np.median([z for _, _, z, _ in found]))
+    found = [f for f in found if abs(f[2] - top) <= MAX_LEVEL_DIFFERENCE_M]
+    if not found:
+        return ()
+    widest = max(r for _, _, _, r in found)
+    found = sorted(f for f in found if f[3] >= MIN_SIZE_OF_LARGEST * widest)
+    points = np.concatenate([v.mesh.vertices for v in asset.root.visuals])
+    burners = []
+    columns, rows = _thirds([f[0] for f in found]), _thirds([f[1] for f in found])
+    for (x, y, z, r), column, row in zip(found, columns, rows, strict=True):
+        words = [w for w in (("front", "", "rear")[row], ("left", "center", "right")[column]) if w]
+        near = np.linalg.norm(points[:, :2] - (x, y), axis=1) <= 0.9 * r
+        upper = points[near & (points[:, 2] <= top + MAX_LEVEL_DIFFERENCE_M), 2]
+        level = float(upper.max()) if len(upper) else z  # of a mere ring the rim
+        burners.append(Burner("_".join(words), round_mm_vec3((x, y, level)), round_mm(r)))
+    names = [b.loc for b in burners]
+    if len(burners) < 2 or len(set(names)) < len(names) or not set(names) <= PLACES:
+        return ()
+    return tuple(burners)
+
+
+def burner_faces(mesh: Mesh, burner: Burner, below: float = 0.03) -> Mask:
+    """Mark the (F,) faces of a mesh of the body that belong to a burner: those within its circle near its top."""
+    corners = mesh.vertices[mesh.faces]
+    away = np.linalg.norm(corners[..., :2] - np.array(burner.middle[:2]), axis=2)
+    near = (away <= 1.06 * burner.radius).all(axis=1)
+    return np.asarray(near & (np.abs(corners[..., 2] - burner.middle[2]) <= below).all(axis=1))
+
+
+def _discs(mesh: Mesh) -> list[tuple[float, float, float, float]]:
+    """Return the middle, top and radius of connected pieces of a mesh whose outline from above is a circle."""
+    vertices = np.asarray(mesh.vertices)
+    grid = np.round(vertices / 1e-5).astype(np.int64)
+    _, same = np.unique(grid, axis=0, return_inverse=True)
+    same = same.reshape(-1)
+    faces = same[np.asarray(mesh.faces, dtype=np.int64)]
+    count = int(same.max()) + 1
+    ends = np.concatenate([faces[:, :2], faces[:, 1:]])
+    of = connected_groups(count, *ends.T)[same]
+    order = np.argsort(of, kind="stable")
+    pieces = np.split(order, np.cumsum(np.bincount(of))[:-1])
+    out = []
+    for piece in pieces:
+        points = vertices[piece]
+        if len(points) < 8:
+            continue
+        lower, upper = points.min(axis=0), points.max(axis=0)
+        wide = (upper - lower)[:2]
+        if (
+            not MIN_DIAMETER_M <= wide.max() <= MAX_DIAMETER_M
+            or wide.max() - wide.min() > MAX_SIDE_DIFFERENCE * wide.max()
+            or upper[2] - lower[2] > 0.6 * wide.max()
+        ):
+            continue
+        # The outline of a circle, or of a polygon with six corners or more.
+        if abs(outline_area(points[:, :2]) / (np.pi / 4 * float(np.prod(wide))) - 1.0) > ROUNDNESS_TOLERANCE:
+            continue
+        middle = (lower + upper) / 2
+        out.append((float(middle[0]), float(middle[1]), float(upper[2]), float(wide.max()) / 2))
+    return out
+
+
+def _thirds(values: Sequence[float]) -> list[int]:
+    """Sort values into 0, 1 or 2: low, middle, high; all in the middle where they do not differ."""
+    lower, upper = min(values), max(values)
+    if upper - lower < MIN_DIAMETER_M:
+        return [1] * len(values)
+    share = [(v - lower) / (upper - lower) - 0.5 for v in values]
+    return [1 if abs(s) < MIDDLE_SHARE else 0 if s < 0 else 2 for s in share]

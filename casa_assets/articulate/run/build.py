@@ -11,20 +11,20 @@ import numpy as np
 
 from casa_assets import registry
 from casa_assets.articulate.assemble import AssetSpec, assemble, drop_empty_links
-from casa_assets.articulate.choose_plan import choose_plan
+from casa_assets.articulate.category import kind_by_parts, kind_named
 from casa_assets.articulate.controls.classify import check_forest
 from casa_assets.articulate.decisions import GIVEN_REASON, Decisions, apply_decisions, axis_word, parse_direction
-from casa_assets.articulate.frame.axes import guess_frame, metres_per_unit
-from casa_assets.articulate.frame.category import kind_by_parts, kind_named
+from casa_assets.articulate.frame import guess_frame, metres_per_unit
 from casa_assets.articulate.fronts.front_hypotheses import check_front_forest
+from casa_assets.articulate.infer import choose_plan
 from casa_assets.articulate.interior.inner_parts import with_pieces_in_the_way
+from casa_assets.articulate.part_names import rename_for_runtime
 from casa_assets.articulate.plan import CERTAIN, Articulation, Frame, JointPlan, Models, calibrate_parts
 from casa_assets.articulate.run.interiors import add_interiors
-from casa_assets.articulate.segment.fragments import TOP
+from casa_assets.articulate.segment.orthographic import TOP
 from casa_assets.articulate.segment.segmentations import cut_shell_parts
 from casa_assets.articulate.segment.shell_segments import Fragmentation
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model
-from casa_assets.articulate.semantics.part_names import rename_for_runtime
 from casa_assets.articulate.signs_of_parts import signs_of_parts
 from casa_assets.errors import CasaError, Rejected, UnknownId
 from casa_assets.ingest.sources.bundle import collect

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from casa_assets import registry
+from casa_assets.articulate import joints
 from casa_assets.articulate.decisions import GIVEN_REASON, Decisions
 from casa_assets.articulate.interior.cavities import find_cavities
 from casa_assets.articulate.interior.hollow_out import apply_cavity_decisions, hollow_out
-from casa_assets.articulate.joints import joints
 from casa_assets.articulate.plan import (
     ADDED_MESH_NAMES,
     AddedGeometry,

@@ -17,8 +17,8 @@ from types import MappingProxyType
 
 from casa_assets import registry
 from casa_assets.articulate.assemble import assemble
-from casa_assets.articulate.choose_plan import choose_plan
-from casa_assets.articulate.frame.axes import guess_frame
+from casa_assets.articulate.frame import guess_frame
+from casa_assets.articulate.infer import choose_plan
 from casa_assets.articulate.plan import Articulation, PartKind
 from casa_assets.articulate.run import decisions
 from casa_assets.articulate.run.acceptance import doubts, explanation, unmet_checks, without_contract

@@ -9,7 +9,11 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-from casa_assets.articulate.segment.orthographic import DepthImage, render_depth
+from casa_assets.articulate.segment.orthographic import (
+    SIDES,
+    DepthImage,
+    render_depth,
+)
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.mesh.solid.deviation import samples_with_faces
@@ -17,20 +21,6 @@ from casa_assets.mesh.solid.deviation import samples_with_faces
 # Fragment measures ----------------------------------------------------------------------------------------------------
 # Measure each fragment of a mesh: bounding box, surface area, and the area that is visible from each of six sides.
 
-# Axes of the six sides in the order front, back, left, right, top, bottom: rows are right, up, and the viewing
-# direction.
-SIDES = np.array(
-    [
-        [[1, 0, 0], [0, 0, 1], [0, 1, 0]],
-        [[-1, 0, 0], [0, 0, 1], [0, -1, 0]],
-        [[0, -1, 0], [0, 0, 1], [1, 0, 0]],
-        [[0, 1, 0], [0, 0, 1], [-1, 0, 0]],
-        [[1, 0, 0], [0, 1, 0], [0, 0, -1]],
-        [[1, 0, 0], [0, -1, 0], [0, 0, 1]],
-    ],
-    dtype=np.float64,
-)
-FRONT, BACK, LEFT, RIGHT, TOP, BOTTOM = range(6)
 PIXELS = 512
 
 

@@ -6,11 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from casa_assets.articulate.fronts.front_hypotheses import find_fronts
-from casa_assets.articulate.fronts.moves_with_front import find_drawer_box
 from casa_assets.articulate.fronts.relief import (
     FLAT_MARGIN,
     FrontRectangle,
@@ -20,13 +17,27 @@ from casa_assets.articulate.fronts.relief import (
     merge_stairs,
     rectangle_corners,
 )
+from casa_assets.articulate.interior.inner_parts import find_drawer_box
 from casa_assets.articulate.plan import Models
-from casa_assets.articulate.segment.creases import BACKGROUND_DEPTH, SideRelief, dilate, measure_relief
 from casa_assets.articulate.segment.cutting import CutPlane
-from casa_assets.articulate.segment.fragments import BACK, BOTTOM, FRONT, LEFT, RIGHT, SIDES, TOP
-from casa_assets.articulate.segment.orthographic import DepthImage, render_depth
+from casa_assets.articulate.segment.orthographic import (
+    BACK,
+    BACKGROUND_DEPTH,
+    BOTTOM,
+    FRONT,
+    LEFT,
+    RIGHT,
+    SIDES,
+    TOP,
+    DepthImage,
+    SideRelief,
+    dilate,
+    measure_relief,
+    render_depth,
+)
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints, Mask
+from casa_assets.mesh.topology import connected_groups
 
 # Known fronts ---------------------------------------------------------------------------------------------------------
 # Fragments of a one-piece shell that segmentation has already found to be fronts, with their probabilities.
@@ -362,10 +373,8 @@ def _connected_groups(mesh: WeldedMesh, rows: Ints) -> list[Ints]:
     used, local = np.unique(mesh.faces[rows], return_inverse=True)
     local = local.reshape(-1, 3)
     ends = np.concatenate([local[:, [0, 1]], local[:, [1, 2]]])
-    graph = coo_matrix((np.ones(len(ends), dtype=np.int8), (ends[:, 0], ends[:, 1])), shape=(len(used), len(used)))
-    count, of_point = connected_components(graph, directed=False)
-    of_face = of_point[local[:, 0]]
-    return [rows[of_face == k] for k in range(count) if (of_face == k).sum() >= 12]
+    of_face = connected_groups(len(used), *ends.T)[local[:, 0]]
+    return [rows[of_face == k] for k in range(int(of_face.max()) + 1) if (of_face == k).sum() >= 12]
 
 
 def _may_open(mesh: WeldedMesh, front: SideRelief, rectangle: FrontRectangle, depth: float) -> bool:

@@ -225,13 +225,8 @@ def _first_duplicates(faces: Ints) -> Ints:
     start = np.argmin(faces, axis=1)
     rows = np.arange(len(faces))
     turned = np.stack([faces[rows, (start + k) % 3] for k in range(3)], axis=1)
-    order = np.lexsort((rows, turned[:, 2], turned[:, 1], turned[:, 0]))
-    new = np.ones(len(faces), dtype=bool)
-    new[1:] = (turned[order][1:] != turned[order][:-1]).any(axis=1)
-    first = order[np.flatnonzero(new)]
-    duplicate = np.empty(len(faces), dtype=np.int64)
-    duplicate[order] = first[np.cumsum(new) - 1]
-    return duplicate
+    first, place = merge_rows(turned)
+    return first[place]
 
 
 def _adjacent_faces(mesh: WeldedMesh, index: Ints) -> tuple[Ints, Ints]:

@@ -39,6 +39,13 @@ def disc(middle: tuple[float, float, float], radius: float, depth: float, sides:
     return points, np.array(faces, dtype=np.int64)
 
 
+def lattice(rows: int, columns: int) -> Ints:
+    """The faces between points that lie in rows."""
+    a = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
+    lower, upper = np.stack([a, a + 1, a + columns], 1), np.stack([a + 1, a + columns + 1, a + columns], 1)
+    return np.concatenate([lower, upper])
+
+
 def together(*parts: Part) -> tuple[Floats, Ints, Ints]:
     """Vertices, faces, and the part of each face."""
     starts = np.cumsum([0, *(len(p[0]) for p in parts[:-1])])

@@ -1,4 +1,4 @@
-"""From the bytes of a file to an Asset: links where the mesh has parts, in metres, closed at zero."""
+"""From the bytes of a file to an Asset: a link to each part, in metres, closed at zero, named for runtimes."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
-from casa_assets.articulate.assemble import MAX_DENSITY_KG_M3
-from casa_assets.articulate.colliders.build_colliders import build_colliders
-from casa_assets.articulate.frame.axes import metres_per_unit
-from casa_assets.articulate.plan import Articulation, Frame, JointPlan, PartKind, PartPlan
+from casa_assets.articulate.assemble import MAX_DENSITY_KG_M3, SHEET_GAP_M, drawn_faces
+from casa_assets.articulate.build_colliders import build_colliders
+from casa_assets.articulate.frame import metres_per_unit
+from casa_assets.articulate.part_names import rename_for_runtime
+from casa_assets.articulate.plan import Articulation, PartKind
 from casa_assets.articulate.run.build import ArticulateRequest, build
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.errors import Rejected
@@ -22,10 +24,9 @@ from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import SizeRange
 from tests.unit.articulate.blocks import Floats, Ints, box, carcass, drawers, microwave, together
+from tests.unit.articulate.fragmented import AS_IT_IS, plan_of, slides
 
 pytestmark = pytest.mark.content("code", "articulate", keep=0)
-
-GIVEN = {"up": (0.0, 0.0, 1.0), "front": (0.0, -1.0, 0.0)}
 
 
 def obj(path: Path, vertices: Floats, faces: Ints) -> Path:
@@ -36,9 +37,9 @@ def obj(path: Path, vertices: Floats, faces: Ints) -> Path:
     return path
 
 
-def wish(mesh: Path, out: Path) -> ArticulateRequest:
+def wish(mesh: Path, out: Path, category: str = "microwave") -> ArticulateRequest:
     """With the axes given."""
-    return ArticulateRequest(mesh, out, category="microwave", up=GIVEN["up"], front=GIVEN["front"])
+    return ArticulateRequest(mesh, out, category=category, up=(0.0, 0.0, 1.0), front=(0.0, -1.0, 0.0))
 
 
 def test_a_microwave_becomes_an_asset_that_opens(tmp_path: Path) -> None:
@@ -69,13 +70,8 @@ def test_the_body_keeps_its_cavity(tmp_path: Path) -> None:
     asset = build(wish(obj(tmp_path / "mw.obj", vertices, faces), tmp_path)).asset
     middle = np.array([0.0, 0.0, 0.15])
     for collider in asset.root.colliders:
-        size = getattr(collider.shape, "size", None)
-        if size is None:
-            points = collider.pose.apply(collider.shape.mesh.vertices)  # type: ignore[union-attr]
-            low, high = points.min(axis=0), points.max(axis=0)
-        else:
-            low, high = (np.array(collider.pose.position) + s * np.array(size) / 2 for s in (-1, 1))
-        assert not ((low < middle) & (middle < high)).all(), collider.name
+        points = tessellate(collider.shape, collider.pose)[0]
+        assert not ((points.min(axis=0) < middle) & (middle < points.max(axis=0))).all(), collider.name
 
 
 def test_parts_of_a_file_that_wind_inwards_are_written_outwards(tmp_path: Path) -> None:
@@ -98,13 +94,9 @@ def test_a_drawer_behind_the_front_of_another_waits_for_it() -> None:
     vertices, faces, owner = together(*carcass(1.0, 0.5, 0.4), front, tub, inner, beside)
     mesh = weld_triangles(vertices, faces)
     rows = [np.flatnonzero((owner == 5) | (owner == 6)), np.flatnonzero(owner == 7), np.flatnonzero(owner == 8)]
-    joint = JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=(0.25, 0.2, 0.1), range=(0.0, 0.3))
-    parts = tuple(
-        PartPlan(name=f"drawer_{i}", kind=PartKind.DRAWER, faces=own, grip=own[:0], joint=joint)
-        for i, own in enumerate(rows)
-    )
-    frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0, metres=1.0)
-    found = build_colliders(vertices, mesh, Articulation(frame=frame, parts=parts), "steel")
+    joint = slides((0.25, 0.2, 0.1))
+    parts = tuple(plan_of(f"drawer_{i}", PartKind.DRAWER, own, joint) for i, own in enumerate(rows))
+    found = build_colliders(vertices, mesh, Articulation(frame=AS_IT_IS, parts=parts), "steel")
     assert [link.blocking_part for link in found] == [None, None, 0, None]
 
 
@@ -113,26 +105,22 @@ def test_a_rack_of_wires_is_touched_as_a_basket() -> None:
     wires += [box((0.0, y, z), (0.503, y + 0.003, z + 0.003)) for y in (0.0, 0.397) for z in (0.04, 0.08, 0.12)]
     vertices, faces, _ = together(*wires)
     mesh = weld_triangles(vertices, faces)
-    joint = JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=(0.25, 0.2, 0.06), range=(0.0, 0.3))
-    every = np.arange(len(faces))
-    rack = PartPlan(name="rack", kind=PartKind.TRAY, faces=every, grip=every, joint=joint)
-    frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0, metres=1.0)
-    found = build_colliders(vertices, mesh, Articulation(frame=frame, parts=(rack,)), "steel")[1]
+    joint, every = slides((0.25, 0.2, 0.06)), np.arange(len(faces))
+    rack = plan_of("rack", PartKind.TRAY, every, joint).replace(grip=every)
+    found = build_colliders(vertices, mesh, Articulation(frame=AS_IT_IS, parts=(rack,)), "steel")[1]
     assert {c.label for c in found.colliders} == {"rack"}
     assert len(found.colliders) <= 12
     # One finds a floor in its middle, and no lid.
     shapes = [c.pose.apply(tessellate(c.shape, Pose())[0]) + np.array(joint.anchor) for c in found.colliders]
-    over = [
-        p for p in shapes if (p[:, :2].min(axis=0) < (0.25, 0.2)).all() and (p[:, :2].max(axis=0) > (0.25, 0.2)).all()
-    ]
-    assert len(over) == 1
-    assert over[0][:, 2].max() < 0.05
+    at = (0.25, 0.2)
+    (over,) = (p[:, 2] for p in shapes if ((p.min(axis=0)[:2] < at) & (p.max(axis=0)[:2] > at)).all())
+    assert over.max() < 0.05
 
 
 def test_a_bare_cube_is_refused(tmp_path: Path) -> None:
     vertices, faces, _ = together(box((0, 0, 0), (1, 1, 1)))
     with pytest.raises(Rejected, match="no moving part found"):
-        build(replace(wish(obj(tmp_path / "cube.obj", vertices, faces), tmp_path), category=""))
+        build(wish(obj(tmp_path / "cube.obj", vertices, faces), tmp_path, ""))
 
 
 def test_the_same_file_gives_the_same_asset(tmp_path: Path) -> None:
@@ -152,3 +140,62 @@ def test_units_make_a_thing_of_its_usual_size(subtests: pytest.Subtests) -> None
         with subtests.test(longest=longest, stated=stated, unit=unit):
             span = SizeRange(low=0.43, typical=0.52, high=0.8)
             assert metres_per_unit(longest, stated, span)[0] == pytest.approx(unit)
+
+
+def test_the_second_side_is_told_and_a_copy_is_left_out() -> None:
+    sheet = np.array([[0, 1, 2], [0, 2, 3]])
+    faces = np.concatenate([sheet, sheet[:, ::-1], sheet[:, [1, 2, 0]]])
+    front, second = drawn_faces(faces)
+    assert front.tolist() == [True, True, False, False, False, False]
+    assert second.tolist() == [False, False, True, True, False, False]
+
+
+def test_no_two_faces_of_a_link_coincide(tmp_path: Path) -> None:
+    vertices, faces, _ = microwave()
+    mesh = obj(tmp_path / "double.obj", vertices, np.concatenate([faces, faces[:, ::-1], faces[:4]]))
+    asset = build(wish(mesh, tmp_path)).asset
+    count = 0
+    for link in asset.links:
+        middles = np.concatenate([v.mesh.vertices[v.mesh.faces].mean(axis=1) for v in link.visuals])
+        gap, _ = cKDTree(middles).query(middles, k=2)
+        assert gap[:, 1].min() > 0.7 * SHEET_GAP_M
+        count += len(middles)
+    assert count >= 2 * len(faces), "both sides stay"
+    assert np.abs(np.ptp(asset.bounds, axis=0) - [0.5, 0.43, 0.3]).max() <= 2 * SHEET_GAP_M + 1e-6
+
+
+def test_a_microwave_has_its_microjoint(tmp_path: Path) -> None:
+    built = build(wish(obj(tmp_path / "m.obj", *microwave()[:2]), tmp_path))
+    asset, joints = rename_for_runtime(built.asset, built.articulation, "microwave")
+    joint = asset.joint_of("door")
+    assert joint is not None
+    assert joint.name == joints["door_0"] == "microjoint"
+    assert joint.axis == pytest.approx((0.0, 0.0, 1.0))
+    assert joint.range == pytest.approx((-np.pi / 2, 0.0), abs=1e-5)
+    assert joint.grip == "door_handle_main"
+    assert {s.name for s in asset.states} == {"microjoint_closed", "microjoint_open"}
+    main = next(r for r in asset.regions if r.name == "main")
+    # The handle, the knob and the buttons stand out of the region by which it is placed.
+    assert main.size == pytest.approx((0.5, 0.4, 0.3), abs=1e-3)
+    assert joints["knob_0"] == "knob_0_joint"
+
+
+def test_two_doors_are_those_of_a_fridge_and_its_freezer(tmp_path: Path) -> None:
+    parts = [
+        *carcass(0.6, 0.6, 1.8),
+        box((0.002, -0.05, 0.002), (0.598, 0.0, 1.2)),
+        box((0.54, -0.09, 0.4), (0.555, -0.05, 0.9)),
+        box((0.002, -0.05, 1.21), (0.598, 0.0, 1.798)),
+        box((0.54, -0.09, 1.3), (0.555, -0.05, 1.7)),
+    ]
+    built = build(wish(obj(tmp_path / "f.obj", *together(*parts)[:2]), tmp_path, "refrigerator"))
+    asset, joints = rename_for_runtime(built.asset, built.articulation, "refrigerator")
+    assert sorted(joints.values()) == ["freezer_door_joint", "fridge_door_joint"]
+    assert asset.asset_from_link("freezer_door").position[2] > asset.asset_from_link("fridge_door").position[2]
+
+
+def test_a_thing_of_no_known_kind_keeps_its_names(tmp_path: Path) -> None:
+    built = build(wish(obj(tmp_path / "x.obj", *drawers()[:2]), tmp_path, ""))
+    asset, joints = rename_for_runtime(built.asset, built.articulation, "object")
+    assert sorted(joints.values()) == ["drawer_0_joint", "drawer_1_joint"]
+    assert asset.joints == built.asset.joints

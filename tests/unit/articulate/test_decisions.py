@@ -13,7 +13,7 @@ from casa_assets.articulate.plan import HingeEdge, PartKind
 from casa_assets.articulate.run.build import ArticulateRequest, ArticulateResult, build
 from casa_assets.articulate.run.decisions import read_decisions, text
 from casa_assets.errors import RegistryError, Rejected
-from casa_assets.model.asset.parts import JointKind
+from casa_assets.model.asset.parts import Joint, JointKind
 from casa_assets.model.source import Word
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import obj
@@ -35,11 +35,15 @@ def one(name: str, decision: PartDecision) -> Decisions:
     return Decisions(parts={name: decision})
 
 
+def joint_of(built: ArticulateResult, name: str) -> Joint:
+    joint = built.asset.joint_of(name)
+    assert joint is not None
+    return joint
+
+
 def test_a_hinge_is_fixed_in_a_line(mesh: Path) -> None:
     built = made(mesh, one("door_0", PartDecision(hinge=HingeEdge.BOTTOM)))
-    joint = built.asset.joint_of("door_0")
-    assert joint is not None
-    assert joint.axis == pytest.approx((1.0, 0.0, 0.0))
+    assert joint_of(built, "door_0").axis == pytest.approx((1.0, 0.0, 0.0))
     at = built.asset.asset_from_link("door_0").position
     assert at[2] == pytest.approx(0.0, abs=1e-6)
     door = next(p for p in built.articulation.parts if p.name == "door_0")
@@ -47,25 +51,19 @@ def test_a_hinge_is_fixed_in_a_line(mesh: Path) -> None:
     assert door.joint.confidence == 1.0
 
 
-def test_a_sidecar_given_back_unchanged_makes_the_same_asset(mesh: Path, tmp_path: Path) -> None:
-    wish = ArticulateRequest(mesh, tmp_path)
-    first = build(wish)
-    path = tmp_path / "d.yaml"
-    path.write_text(text(first, Decisions()), encoding="utf-8")
-    again = build(ArticulateRequest(mesh, tmp_path, decisions=read_decisions(path)))
-    assert again.asset.digest == first.asset.digest
+MANY = Decisions(
+    decision=Word.ACCEPT,
+    parts={
+        "door_0": PartDecision(flip=True),
+        "knob_0": PartDecision(remove=True),
+        "button_0": PartDecision(merge="button_1"),
+        "mine": PartDecision(kind=PartKind.LEVER, box_m=((0.15, -0.3, 0.15), (0.19, -0.14, 0.19)), axis="-y"),
+    },
+)
 
 
-def test_a_sidecar_repeats_what_was_decided(mesh: Path, tmp_path: Path) -> None:
-    decisions = Decisions(
-        decision=Word.ACCEPT,
-        parts={
-            "door_0": PartDecision(flip=True),
-            "knob_0": PartDecision(remove=True),
-            "button_0": PartDecision(merge="button_1"),
-            "mine": PartDecision(kind=PartKind.LEVER, box_m=((0.15, -0.3, 0.15), (0.19, -0.14, 0.19)), axis="-y"),
-        },
-    )
+@pytest.mark.parametrize("decisions", [Decisions(), MANY], ids=["none", "many"])
+def test_a_sidecar_repeats_what_was_decided(mesh: Path, tmp_path: Path, decisions: Decisions) -> None:
     first = build(ArticulateRequest(mesh, tmp_path, decisions=decisions))
     path = tmp_path / "d.yaml"
     path.write_text(text(first, decisions), encoding="utf-8")
@@ -110,8 +108,7 @@ def test_a_part_that_was_missed_is_given_by_a_box(mesh: Path) -> None:
     lever = next(p for p in built.articulation.parts if p.name == "my_lever")
     assert lever.faces.tolist() == knob.faces.tolist()
     assert all(p.kind is not PartKind.KNOB for p in built.articulation.parts)
-    joint = built.asset.joint_of("my_lever")
-    assert joint is not None
+    joint = joint_of(built, "my_lever")
     assert joint.axis == (0.0, -1.0, 0.0)
     assert joint.range[1] == pytest.approx(math.radians(40), abs=1e-5)
 
@@ -124,9 +121,7 @@ def test_kind_range_and_carrier_are_changed(mesh: Path) -> None:
         }
     )
     built = made(mesh, decisions)
-    door, knob = built.asset.joint_of("door_0"), built.asset.joint_of("knob_0")
-    assert door is not None
-    assert knob is not None
+    door, knob = joint_of(built, "door_0"), joint_of(built, "knob_0")
     assert door.kind is JointKind.SLIDE
     assert door.axis == (0.0, -1.0, 0.0)
     assert door.range == pytest.approx((0.0, 0.2))

@@ -6,10 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.planted.copies import copy_linked
-from benchmarks.planted.faults import Fault, mistakes, read_faults
-from benchmarks.planted.tables import Results, summary
-from benchmarks.planted.trial import Bench, Failure, Verdict
+from benchmarks.planted.faults import Fault, copy_linked, mistakes, read_faults
+from benchmarks.planted.trial import Bench, Failure, Results, Verdict, summary
 from tests.selection import Imports, Reaching, reaching
 
 ROOT = Path(__file__).parents[3]

@@ -1,1 +1,0 @@
-"""What is found in cases of the articulation benchmark, and how score.py grades it."""

@@ -1,1 +1,0 @@
-"""What the benchmarks measure with: the same ruler for every tool."""

@@ -1,0 +1,230 @@
+"""Up, front, the turn and the kind of things that stand anywhere in their files."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from casa_assets import registry
+from casa_assets.articulate.category import (
+    KIND_NAMES,
+    KIND_TRAITS,
+    ControlPlacement,
+    kind_by_parts,
+    kind_named,
+    shape_likelihood,
+)
+from casa_assets.articulate.frame import (
+    CANDIDATES,
+    SCORE_NAMES,
+    align_walls,
+    candidate_axes,
+    candidate_probabilities,
+    given_frame,
+    guess_frame,
+    rotate_fragments,
+    score_candidate,
+)
+from casa_assets.articulate.plan import Articulation
+from casa_assets.articulate.segment.fragments import MeasuredFragments, measure_fragments
+from casa_assets.articulate.segment.orthographic import FRONT, LEFT, SIDES, TOP
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
+from casa_assets.articulate.side_views import measure_side
+from tests.unit.articulate.blocks import Floats, Ints, box, carcass, disc, drawers, microwave, together
+from tests.unit.articulate.fragmented import found_on, pieces_in
+
+pytestmark = pytest.mark.content("code", "articulate", keep=0)
+
+
+UP, FACING = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
+Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+
+
+def yaw(degrees: float) -> Floats:
+    """A turn about z."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
+
+
+def oven() -> tuple[Floats, Ints, Ints]:
+    """A range: a door with a level bar at its top, four knobs above it, and feet."""
+    return together(
+        *carcass(0.6, 0.6, 0.85),
+        box((0.01, -0.03, 0.12), (0.59, 0.0, 0.66)),
+        box((0.06, -0.08, 0.6), (0.54, -0.06, 0.62)),
+        box((0.06, -0.06, 0.6), (0.08, -0.03, 0.62)),
+        box((0.52, -0.06, 0.6), (0.54, -0.03, 0.62)),
+        *(disc((x, -0.04, 0.75), 0.025, 0.04) for x in (0.12, 0.24, 0.36, 0.48)),
+        *(box((x, y, -0.03), (x + 0.04, y + 0.04, 0.0)) for x in (0.02, 0.54) for y in (0.02, 0.54)),
+    )
+
+
+THINGS = {"drawers": drawers, "microwave": microwave, "oven": oven}
+
+
+def turned(name: str, rotation: Floats, scale: float = 1.0) -> WeldedMesh:
+    """One of THINGS in another pose, with other units, moved."""
+    vertices, faces, _ = THINGS[name]()
+    return weld_triangles(vertices @ rotation.T * scale + np.array([3.0, -2.0, 7.0]) * scale, faces)
+
+
+def test_the_front_is_found_from_any_side(subtests: pytest.Subtests) -> None:
+    poses = ((0.0, np.eye(3)), (90.0, Y_UP), (180.0, np.eye(3)), (-27.0, Y_UP), (33.3, np.eye(3)))
+    for name, (degrees, stands) in product(("drawers", "oven"), poses):
+        with subtests.test(name=name, degrees=degrees, stands=stands):
+            rotation = stands @ yaw(degrees)
+            found = guess_frame(turned(name, rotation, 100.0))
+            assert found.rotation[2] == pytest.approx(rotation @ UP, abs=2e-3)
+            assert found.rotation[1] == pytest.approx(-rotation @ FACING, abs=2e-3)
+            assert 0.0 < found.confidence <= 1.0
+            assert found.runner_up
+
+
+@pytest.mark.parametrize("degrees", [0.0, 2.0, 41.0])
+def test_the_thing_fills_its_box(degrees: float) -> None:
+    mesh = turned("microwave", yaw(degrees), 10.0)
+    frame = guess_frame(mesh, up=UP.tolist(), front=(yaw(degrees) @ FACING).tolist())
+    placed = mesh.in_frame(frame)
+    low, high = placed.points.min(axis=0), placed.points.max(axis=0)
+    assert np.linalg.norm(high - low) == pytest.approx(1.0)
+    assert (low + high) / 2 == pytest.approx(np.zeros(3), abs=1e-9)
+    size = np.array([0.5, 0.43, 0.3])
+    assert high - low == pytest.approx(size / np.linalg.norm(size), abs=2e-3)
+    assert frame.to_file(placed.points) == pytest.approx(mesh.points, abs=1e-9)
+
+
+@pytest.mark.representatives(2)
+@pytest.mark.parametrize("face", [3, 4, 0, 1, 2, 5])
+def test_what_the_user_says_holds(face: int) -> None:
+    mesh = turned("drawers", np.eye(3))
+    front = -SIDES[face][2]
+    for up in (-SIDES[k][2] for k in range(6) if k // 2 != face // 2):
+        found = guess_frame(mesh, up=up.tolist(), front=front.tolist())
+        assert found.rotation == pytest.approx(given_frame(mesh, up.tolist(), front.tolist()).rotation)
+        assert found.reason == "given"
+    assert guess_frame(mesh, front=front.tolist()).rotation[1] == pytest.approx(-front)
+    assert guess_frame(mesh, up=front.tolist()).rotation[2] == pytest.approx(front)
+
+
+def test_the_word_of_the_file_counts() -> None:
+    cube = weld_triangles(*together(box((0, 0, 0), (1, 1, 1)))[:2])
+    for side in range(6):
+        assert guess_frame(cube, stated=side).rotation[2] == pytest.approx(-SIDES[side][2])
+
+
+def test_walls_are_laid_along_the_axes(subtests: pytest.Subtests) -> None:
+    for stands in [np.eye(3), Y_UP, Y_UP.T @ yaw(31.0) @ Y_UP @ yaw(12.0)]:
+        for degrees in [0.3, 7.0, 45.0, 80.0]:
+            with subtests.test(degrees=degrees, stands=stands):
+                rotation = stands @ yaw(degrees)
+                found = align_walls(turned("oven", rotation))
+                assert np.linalg.det(found) == pytest.approx(1.0)
+                together_ = np.abs(found @ rotation)
+                assert together_.max(axis=1) == pytest.approx(np.ones(3), abs=1e-4 if degrees > 2 else 1e-3)
+
+
+PIXELS = 128
+
+
+def whole(name: str) -> MeasuredFragments:
+    """The pieces of one of THINGS, which stands as it should."""
+    return pieces_in(THINGS[name]()[:2], pixels=PIXELS)
+
+
+def test_turned_pieces_are_as_if_measured_there(subtests: pytest.Subtests) -> None:
+    for front, top in [p for p in product(range(6), repeat=2) if p[0] // 2 != p[1] // 2]:
+        with subtests.test(front=front, top=top):
+            pieces = whole("microwave")
+            found = rotate_fragments(pieces, front, top)
+            rotation = candidate_axes(front, top)
+            assert np.linalg.det(rotation) == pytest.approx(1.0)
+            assert rotation @ SIDES[front][2] == pytest.approx(SIDES[FRONT][2])
+            assert rotation @ SIDES[top][2] == pytest.approx(SIDES[TOP][2])
+            anew = measure_fragments(found.mesh, found.label, PIXELS)
+            assert found.lower == pytest.approx(anew.lower)
+            assert found.upper == pytest.approx(anew.upper)
+            assert found.visible_area == pytest.approx(anew.visible_area, abs=0.1 * anew.visible_area.max())
+            for old, new in zip(found.depth_images, anew.depth_images, strict=True):
+                assert old.face.shape == new.face.shape
+                assert old.lower == pytest.approx(new.lower, abs=1.1 * new.pixel)
+                both = np.isfinite(old.depth) & np.isfinite(new.depth)
+                assert float((np.abs(old.depth[both] - new.depth[both]) < 1e-3).mean()) > 0.9
+
+
+def test_a_candidate_upside_down_or_sideways_finds_less() -> None:
+    pieces = whole("drawers")
+    right = dict(zip(SCORE_NAMES, score_candidate(pieces, FRONT, TOP), strict=True))
+    aside = dict(zip(SCORE_NAMES, score_candidate(pieces, LEFT, TOP), strict=True))
+    assert right["drawers"] == pytest.approx(np.log1p(2))
+    assert right["front_coverage"] > 0.8
+    assert right["no_parts"] == 0.0
+    assert aside["drawers"] == 0.0
+    assert aside["no_parts"] == 1.0
+
+
+def test_another_material_in_the_same_plane_is_detail() -> None:
+    # The windows lie a hair before the box, so that they are what is seen.
+    windows = [box((0.05, -1e-4, 0.05), (0.3, 0.0099, 0.25)), box((0.4, -1e-4, 0.05), (0.5, 0.0099, 0.1))]
+    parts = [box((0, 0, 0), (0.6, 0.4, 0.3)), *windows]
+    for colours in (np.zeros(3, dtype=np.int64), np.arange(3)):
+        detail = measure_side(pieces_in(*parts, tint=np.repeat(colours, 12), pixels=PIXELS), FRONT).detail
+        assert detail > 0.02 if colours.any() else detail == 0.0
+
+
+def test_shares_sum_to_one_and_what_is_known_counts() -> None:
+    pieces = whole("drawers")
+    even = candidate_probabilities(pieces, dict.fromkeys(CANDIDATES, 0.0))
+    assert sum(even.values()) == pytest.approx(1.0)
+    assert max(even, key=lambda c: even[c]) == (FRONT, TOP)
+    told = candidate_probabilities(pieces, {c: 0.0 if c == (LEFT, TOP) else -50.0 for c in CANDIDATES})
+    assert max(told, key=lambda c: told[c]) == (LEFT, TOP)
+    assert candidate_probabilities(pieces, {(LEFT, TOP): 0.0}) == {(LEFT, TOP): 1.0}
+
+
+def test_whole_words_name_a_kind(subtests: pytest.Subtests) -> None:
+    for hint, kind in [
+        ("kitchenMicrowave", "microwave"),
+        ("kitchen-stove_02", "range"),
+        ("Fridge freezer", "refrigerator"),
+        ("oven", "wall_oven"),
+        ("toaster oven", "toaster_oven"),
+        ("coffee_maker", "coffee_machine"),
+        ("electric kettle", "kettle"),
+        ("orange", None),
+        ("strange", None),
+        ("mesh_0042", None),
+    ]:
+        with subtests.test(hint=hint, kind=kind):
+            found = kind_named([hint])
+            assert (found.id if found else None) == kind
+
+
+def test_every_kind_is_a_fixture_of_the_registry() -> None:
+    fixtures = registry.load().fixtures
+    assert set(KIND_NAMES) <= set(fixtures)
+    assert set(KIND_TRAITS) <= set(fixtures)
+
+
+def test_usual_proportions_are_likelier_upright() -> None:
+    upright, sideways = (1.0, 0.76, 0.57), (0.57, 0.76, 1.0)
+    assert shape_likelihood(upright, ControlPlacement.ASIDE) > shape_likelihood(sideways, ControlPlacement.ABOVE) + 1.0
+    assert shape_likelihood((0.42, 0.4, 1.0), ControlPlacement.NONE) > shape_likelihood(
+        (1.0, 0.4, 0.42), ControlPlacement.NONE
+    )
+    assert shape_likelihood((2.0, 1.5, 1.16), ControlPlacement.NONE) == pytest.approx(
+        shape_likelihood((1.0, 0.75, 0.58), ControlPlacement.NONE)
+    )
+
+
+@pytest.mark.parametrize(("make", "kind"), [(drawers, "drawer_stack"), (microwave, "microwave")])
+def test_parts_and_proportions_tell_the_kind(make: object, kind: str) -> None:
+    assert callable(make)
+    vertices, faces, _ = make()
+    found = found_on(vertices, faces)
+    x, y, z = (float(v) for v in np.ptp(vertices, axis=0))
+    guessed, confidence = kind_by_parts((x, y, z), found)
+    assert guessed == kind
+    assert 0.2 < confidence <= 0.6
+    assert kind_by_parts((x, y, z), Articulation(frame=found.frame)) == ("", 0.0)

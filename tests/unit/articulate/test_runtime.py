@@ -1,0 +1,485 @@
+"""What runtimes look for: names, places such as burners and slots, contracts, and state machines."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from casa_assets.articulate.interior.regions import (
+    Burner,
+    burner_faces,
+    find_burners,
+    find_cup_niche,
+    find_toaster_slots,
+    floor_collider,
+    region_below_racks,
+    region_bounds,
+    region_in_drawer,
+    region_over_rack,
+    split_by_shelves,
+)
+from casa_assets.articulate.part_names import PlacedPart, RuntimeName, runtime_names
+from casa_assets.articulate.plan import HingeEdge, JointPlan, PartKind
+from casa_assets.articulate.runtime_semantics import annotate_for_runtime, behavior_for, contract_for
+from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus, start, step
+from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region, Site
+from casa_assets.model.asset.parts import Box, Mesh, Visual
+from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec2, Vec3
+from tests.support.asset.articulated_assets import microwave
+from tests.support.asset.asset_parts import box_inertial
+from tests.unit.articulate.blocks import Part, box, disc, together
+from tests.unit.articulate.fragmented import plan_of
+
+SLIDES = frozenset({PartKind.DRAWER, PartKind.BUTTON, PartKind.TRAY})
+
+
+def at(
+    name: str,
+    kind: PartKind,
+    middle: Vec3,
+    size: Vec3 = (0.02, 0.02, 0.02),
+    edge: HingeEdge | None = None,
+    turns: bool | None = None,
+) -> PlacedPart:
+    """A part of a kind with its middle there."""
+    hinged = kind not in SLIDES if turns is None else turns
+    joint = JointPlan(
+        kind=JointKind.HINGE if hinged else JointKind.SLIDE,
+        axis=(0.0, 0.0, 1.0),
+        anchor=middle,
+        range=(0.0, 1.0),
+        endless=kind is PartKind.TRAY and hinged,
+        edge=edge,
+    )
+    return PlacedPart(plan_of(name, kind, np.empty(0, dtype=np.int64), joint), np.array(middle), np.array(size))
+
+
+def joints(places: list[PlacedPart], category: str, burners: tuple[Burner, ...] = ()) -> dict[str, str]:
+    return {part: name.joint for part, name in runtime_names(places, category, burners).items()}
+
+
+def test_the_lowest_keys_of_a_microwave_stop_and_start_it() -> None:
+    keys = [(0.40, 0.2), (0.44, 0.2), (0.40, 0.16), (0.44, 0.16)]
+    places = [at(f"b{i}", PartKind.BUTTON, (x, -0.2, z)) for i, (x, z) in enumerate(keys)]
+    places += [at("door_0", PartKind.DOOR, (0, -0.2, 0.2), edge=HingeEdge.LEFT)]
+    places += [at("disc", PartKind.TRAY, (0, 0, 0.05), turns=True)]
+    assert runtime_names(places, "microwave") == {
+        "b3": RuntimeName("start_button", "start_button_joint", "start_button"),
+        "b2": RuntimeName("stop_button", "stop_button_joint", "stop_button"),
+        "door_0": RuntimeName("door", "microjoint"),
+        "disc": RuntimeName("tray", "tray_joint", "tray"),
+    }
+
+
+BURNERS = tuple(
+    Burner(f"{row}_{side}", (x, y, 0.9), 0.08)
+    for row, y in (("front", -0.1), ("rear", 0.2))
+    for side, x in (("left", -0.2), ("right", 0.2))
+)
+
+
+def test_knobs_in_a_row_or_a_column_belong_to_the_burners_of_their_side() -> None:
+    row = [at(f"k{i}", PartKind.KNOB, (x, -0.35, 0.8)) for i, x in enumerate((-0.3, -0.2, 0.2, 0.3))]
+    column = [at(f"k{i}", PartKind.KNOB, (0.35, y, 0.9)) for i, y in enumerate((-0.2, -0.1, 0.1, 0.2))]
+    for places, wanted in (
+        (row, ("front_left", "rear_left", "rear_right", "front_right")),
+        (column, ("front_right", "front_left", "rear_right", "rear_left")),
+    ):
+        assert joints(places, "hob", BURNERS) == {f"k{i}": f"knob_{w}_joint" for i, w in enumerate(wanted)}
+
+
+def test_the_knob_in_the_middle_of_a_range_is_that_of_its_oven() -> None:
+    row = [at(f"k{i}", PartKind.KNOB, (x, -0.35, 0.8)) for i, x in enumerate((-0.3, -0.2, 0.0, 0.2, 0.3))]
+    found = joints([*row, at("door_0", PartKind.DOOR, (0, -0.3, 0.4), edge=HingeEdge.BOTTOM)], "range", BURNERS)
+    assert found["k2"] == "knob_temp_joint"
+    assert found["k0"] == "knob_front_left_joint"
+    assert found["k4"] == "knob_front_right_joint"
+    assert found["door_0"] == "door_joint"
+    # A hob has no oven: one knob more than burners means that a burner was not found.
+    assert joints(row, "hob", BURNERS) == {}
+    assert joints(row[:3], "hob", BURNERS) == {}
+
+
+def test_knobs_of_ovens_from_above(subtests: pytest.Subtests) -> None:
+    for category, knobs, wanted in [
+        ("wall_oven", 2, ["temp", "time"]),
+        ("toaster_oven", 3, ["temp", "function", "time"]),
+        ("wall_oven", 1, []),
+        ("wall_oven", 5, []),
+    ]:
+        with subtests.test(category=category, knobs=knobs, wanted=wanted):
+            places = [at(f"k{i}", PartKind.KNOB, (0.2, -0.2, 0.3 - 0.05 * i)) for i in range(knobs)]
+            assert list(joints(places, category).values()) == [f"knob_{w}_joint" for w in wanted]
+
+
+def test_doors_of_cabinets_by_the_side_that_they_hinge_on() -> None:
+    left, right = (
+        at(e.value, PartKind.DOOR, (x, -0.3, 0.5), edge=e) for e, x in ((HingeEdge.LEFT, -0.2), (HingeEdge.RIGHT, 0.2))
+    )
+    assert joints([left, right], "base_cabinet") == {"left": "leftdoorhinge", "right": "rightdoorhinge"}
+    assert joints([right], "wall_cabinet") == {"right": "doorhinge"}
+    more = at("more", PartKind.DOOR, (0.6, -0.3, 0.5), edge=HingeEdge.LEFT)
+    found = joints([left, right, more], "tall_cabinet")
+    assert found == {"left": "unit0_leftdoorhinge", "right": "rightdoorhinge", "more": "unit1_leftdoorhinge"}
+    flap = at("flap", PartKind.DOOR, (0.0, -0.3, 0.5), edge=HingeEdge.TOP)
+    assert joints([flap], "wall_cabinet") == {}
+
+
+def test_toaster_coffee_machine_and_kettle() -> None:
+    lever = at("l", PartKind.LEVER, (0, -0.15, 0.15), turns=False)
+    keys = [at("high", PartKind.BUTTON, (0.05, -0.15, 0.1)), at("low", PartKind.BUTTON, (0.05, -0.15, 0.05))]
+    found = runtime_names([lever, *keys, at("k", PartKind.KNOB, (0, -0.15, 0.05))], "toaster")
+    assert found["l"] == RuntimeName("lever", "lever_joint")
+    assert found["low"] == RuntimeName("button_cancel", "button_cancel_joint", "button_cancel")
+    assert found["k"].joint == "knob_doneness_joint"
+    wide = at("wide", PartKind.BUTTON, (0, -0.1, 0.3), size=(0.05, 0.01, 0.03))
+    assert joints([*keys, wide], "coffee_machine") == {"wide": "start_button_joint"}
+    lid = at("lid", PartKind.LID, (0, 0, 0.2))
+    assert joints([lid, *keys], "kettle") == {"lid": "lid_joint", "low": "switch_joint", "high": "button_lid_joint"}
+
+
+def test_spout_and_handles_of_a_faucet() -> None:
+    spout = at("s", PartKind.SPOUT, (0, 0, 0.3))
+    handles = [at("right", PartKind.LEVER, (0.1, 0, 0.1)), at("left", PartKind.LEVER, (-0.1, 0, 0.1))]
+    wanted = {"s": "spout_joint", "right": "handle_joint", "left": "handle_temp_joint"}
+    assert joints([spout, *handles], "sink") == wanted
+
+
+BARE = {"states": (), "exclusions": (), "keyframes": (), "behavior": None, "sites": ()}
+Boards = dict[str, tuple[Vec3, Vec3]]
+CARCASS: Boards = {
+    "left": ((-0.3, -0.3, 0.0), (-0.28, 0.3, 0.8)),
+    "right": ((0.28, -0.3, 0.0), (0.3, 0.3, 0.8)),
+    "floor": ((-0.28, -0.3, 0.0), (0.28, 0.3, 0.02)),
+    "roof": ((-0.28, -0.3, 0.78), (0.28, 0.3, 0.8)),
+    "back": ((-0.28, 0.28, 0.02), (0.28, 0.3, 0.78)),
+}
+
+
+def mesh(*parts: Part) -> Mesh:
+    vertices, faces, _ = together(*parts)
+    return Mesh(vertices=vertices, faces=faces)
+
+
+def shape(name: str, low: Vec3, high: Vec3) -> Collider:
+    a, b = np.array(low), np.array(high)
+    x, y, z = (a + b) / 2
+    size = tuple(float(s) for s in b - a)
+    return Collider(name=name, shape=Box(size=size), substance="steel", pose=Pose(position=(x, y, z)))
+
+
+def link(name: str, boards: Boards, parent: str | None = "object", label: str | None = None) -> Link:
+    """A link of boards that are seen and touched alike."""
+    seen = mesh(*(box(*b) for b in boards.values()))
+    return Link(
+        name=name,
+        parent=parent,
+        inertial=box_inertial(1.0, (0.3, 0.3, 0.3), (0.0, 0.0, 0.0)),
+        visuals=(Visual(name=f"{name}_visual", mesh=seen, material="enamel", label=label),),
+        colliders=tuple(shape(f"{name}_{n}", *b) for n, b in boards.items()),
+    )
+
+
+def thing(*links: Link, slides: tuple[str, ...] = (), regions: tuple[Region, ...] = ()) -> Asset:
+    joints = tuple(
+        Joint(name=f"{n}_joint", child=n, kind=JointKind.SLIDE, axis=(0.0, 1.0, 0.0), range=(-0.3, 0.0)) for n in slides
+    )
+    return microwave().replace(links=links, joints=joints, regions=regions, **BARE)
+
+
+def region(low: Vec3, high: Vec3, name: str = "room") -> Region:
+    a, b = np.array(low), np.array(high)
+    x, y, z = (a + b) / 2
+    return Region(name=name, pose=Pose(position=(x, y, z)), size=tuple(float(s) for s in b - a))
+
+
+def upright(part: Part) -> Part:
+    """A disc that stands on its rim, laid flat: its front is its top."""
+    points, faces = part
+    return np.stack([points[:, 0], points[:, 2], -points[:, 1]], axis=1), faces
+
+
+def hob(places: list[tuple[float, float, float]]) -> Asset:
+    rings = [upright(disc((x, -0.05, y), r, 0.004)) for x, y, r in places]
+    root = link("object", {"plate": ((-0.3, -0.25, 0.0), (0.3, 0.25, 0.045))}, None)
+    body = mesh(box((-0.3, -0.25, 0.0), (0.3, 0.25, 0.045)), *rings)
+    return thing(root.replace(visuals=(root.visuals[0].replace(mesh=body),)))
+
+
+FOUR = [(-0.15, -0.12, 0.09), (-0.15, 0.12, 0.07), (0.15, -0.12, 0.07), (0.15, 0.12, 0.09)]
+# Two of them are at the front, on the left.
+CROWDED = [*((x, y, 0.04) for x, y, _ in FOUR), (-0.12, -0.05, 0.03)]
+
+
+class TestBurners:
+    def test_each_is_named_by_its_place(self) -> None:
+        found = {b.loc: b for b in find_burners(hob(FOUR))}
+        assert set(found) == {"front_left", "rear_left", "front_right", "rear_right"}
+        assert found["front_left"].middle == pytest.approx((-0.15, -0.12, 0.05), abs=1e-3)
+        assert found["front_left"].radius == pytest.approx(0.09, abs=2e-3)
+
+    def test_a_place_may_be_the_centre_and_rings_in_each_other_are_one(self) -> None:
+        assert "center" in {b.loc for b in find_burners(hob([*FOUR, (0.0, 0.0, 0.05)]))}
+        assert len(find_burners(hob([*FOUR, (-0.15, -0.12, 0.05)]))) == 4
+        assert [b.loc for b in find_burners(hob([(-0.15, 0.0, 0.09), (0.15, 0.0, 0.09)]))] == ["left", "right"]
+
+    def test_none_where_their_places_cannot_be_told(self, subtests: pytest.Subtests) -> None:
+        for places in [[], FOUR[:1], CROWDED]:
+            with subtests.test(places=places):
+                assert find_burners(hob(places)) == ()
+
+    def test_what_is_seen_of_one_is_within_its_circle(self) -> None:
+        asset = hob(FOUR)
+        burner = find_burners(asset)[0]
+        own = burner_faces(asset.root.visuals[0].mesh, burner)
+        assert own.sum() == 4 * 24
+
+    def test_a_knob_gives_its_burner_a_flame(self) -> None:
+        asset = hob(FOUR)
+        knob = link("knob_front_left", {"dial": ((-0.22, -0.24, 0.045), (-0.2, -0.22, 0.06))}, label="knob")
+        turns = Joint(name="knob_front_left_joint", child=knob.name, kind=JointKind.HINGE, axis=(0, 0, 1), range=(0, 5))
+        asset = asset.replace(links=(asset.root, knob), joints=(turns,))
+        ready = annotate_for_runtime(asset, "hob", find_burners(asset))
+        assert [s.name for s in ready.sites] == ["burner_on_front_left", "burner_front_left_place_site"]
+        assert [v.label for v in ready.root.visuals] == ["burner", None]
+        assert sum(len(v.mesh.faces) for v in ready.root.visuals) == len(asset.root.visuals[0].mesh.faces)
+        assert ready.contract == "stovetop"
+        assert [k.name for k in ready.keyframes] == ["closed", "on"]
+        assert ready.behavior is not None
+
+
+class TestRooms:
+    def test_shelves_and_boards_part_a_room(self) -> None:
+        boards = {
+            **CARCASS,
+            "shelf": ((-0.28, -0.28, 0.4), (0.28, 0.28, 0.418)),
+            "middle": ((-0.01, -0.28, 0.02), (0.01, 0.28, 0.78)),
+        }
+        asset = thing(link("object", boards, None))
+        found = split_by_shelves(asset, region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.779)))
+        boxes = [tuple(np.round(np.concatenate(region_bounds(asset, r))[[0, 3, 2, 5]], 3)) for r in found]
+        assert len(found) == 4
+        assert boxes[0] == pytest.approx((-0.279, -0.012, 0.02, 0.398), abs=4e-3)
+        assert boxes[3] == pytest.approx((0.012, 0.279, 0.418, 0.777), abs=4e-3)
+
+    def test_an_empty_room_stays_whole(self) -> None:
+        asset = thing(link("object", CARCASS, None))
+        (found,) = split_by_shelves(asset, region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.779)))
+        low, high = region_bounds(asset, found)
+        assert low == pytest.approx([-0.279, -0.27, 0.02], abs=2e-3)
+        assert high == pytest.approx([0.279, 0.27, 0.777], abs=2e-3)
+
+    def test_a_room_found_in_a_thick_post_is_sought_behind_the_doors(self) -> None:
+        boards = {**CARCASS, "post": ((-0.04, -0.3, 0.02), (0.04, 0.28, 0.78))}
+        doors = [
+            link("leftdoor", {"a": ((-0.3, -0.32, 0.0), (-0.001, -0.301, 0.8))}, label="door"),
+            link("rightdoor", {"a": ((0.001, -0.32, 0.0), (0.3, -0.301, 0.8))}, label="door"),
+        ]
+        asset = thing(link("object", boards, None), *doors, slides=("leftdoor", "rightdoor"))
+        found = split_by_shelves(asset, region((-0.04, -0.27, 0.3), (0.04, 0.27, 0.5)))
+        ends = [(region_bounds(asset, r)[0][0], region_bounds(asset, r)[1][0]) for r in found]
+        assert ends == [pytest.approx((-0.278, -0.042), abs=3e-3), pytest.approx((0.042, 0.278), abs=3e-3)]
+        assert region_bounds(asset, found[0])[0][2] == pytest.approx(0.02, abs=1e-3)
+
+    def test_what_is_over_a_rack_moves_with_it(self) -> None:
+        rack = {"floor": ((-0.25, -0.25, 0.3), (0.25, 0.25, 0.31)), "rim": ((-0.25, -0.25, 0.31), (0.25, -0.24, 0.4))}
+        asset = thing(link("object", CARCASS, None), link("rack0", rack, label="rack"), slides=("rack0",))
+        room = region_over_rack(asset, "rack0", [region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.4))])
+        assert room is not None
+        assert room.link == "rack0"
+        low, high = region_bounds(asset, room)
+        assert (low[2], high[2]) == pytest.approx((0.31, 0.39), abs=1e-3)
+        below = region_below_racks(asset, region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.779)))
+        assert below is not None
+        assert region_bounds(asset, below)[1][2] == pytest.approx(0.29, abs=1e-3)
+        assert region_below_racks(asset, region((-0.279, -0.27, 0.26), (0.279, 0.27, 0.779))) is None
+
+    def test_nothing_lies_over_a_rack_that_is_a_wire(self) -> None:
+        wire = {"wire": ((-0.0003, -0.0003, 0.3), (0.0003, 0.0003, 0.302))}
+        asset = thing(link("object", CARCASS, None), link("rack0", wire, label="rack"), slides=("rack0",))
+        assert region_over_rack(asset, "rack0", [region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.4))]) is None
+
+    def test_a_drawer_holds_what_lies_on_its_floor(self) -> None:
+        tub = {
+            "floor": ((-0.2, -0.25, 0.3), (0.2, 0.2, 0.31)),
+            "left": ((-0.2, -0.25, 0.31), (-0.19, 0.2, 0.42)),
+            "front": ((-0.25, -0.27, 0.28), (0.25, -0.25, 0.45)),
+        }
+        asset = thing(link("object", CARCASS, None), link("drawer", tub, label="drawer"), slides=("drawer",))
+        room = region_in_drawer(asset, "drawer")
+        assert room is not None
+        assert region_bounds(asset, room)[0][2] == pytest.approx(0.31, abs=1e-3)
+        solid = {"block": ((-0.2, -0.25, 0.3), (0.2, 0.2, 0.45))}
+        asset = thing(link("object", CARCASS, None), link("drawer", solid, label="drawer"), slides=("drawer",))
+        assert region_in_drawer(asset, "drawer") is None
+
+    def test_the_floor_of_a_microwave_is_its_tray(self) -> None:
+        asset = thing(link("object", CARCASS, None))
+        room = region((-0.279, -0.27, 0.02), (0.279, 0.27, 0.779), "door_0_int")
+        assert floor_collider(asset, room) == "object_floor"
+        ready = annotate_for_runtime(
+            asset.replace(regions=(region((-0.3, -0.3, 0), (0.3, 0.3, 0.8), "main"), room)), "microwave"
+        )
+        assert "tray" in [c.name for c in ready.root.colliders]
+        assert {"main", "int", "tray"} == {r.name for r in ready.regions}
+
+
+class TestHollows:
+    def test_a_cup_stands_under_what_pours(self) -> None:
+        machine = {
+            "back": ((-0.1, 0.0, 0.0), (0.1, 0.15, 0.35)),
+            "head": ((-0.1, -0.15, 0.22), (0.1, 0.0, 0.35)),
+            "foot": ((-0.1, -0.15, 0.0), (0.1, 0.0, 0.03)),
+            "left": ((-0.1, -0.15, 0.03), (-0.09, 0.0, 0.22)),
+            "right": ((0.09, -0.15, 0.03), (0.1, 0.0, 0.22)),
+        }
+        place = find_cup_niche(thing(link("object", machine, None)))
+        assert place is not None
+        assert place.lower[2] == pytest.approx(0.03, abs=3e-3)
+        assert place.upper[2] == pytest.approx(0.22, abs=3e-3)
+        assert place.middle[0] == pytest.approx(0.0, abs=3e-3)
+        assert -0.15 <= place.middle[1] <= 0.0
+        assert find_cup_niche(thing(link("object", {"block": machine["back"]}, None))) is None
+
+    def test_slots_are_long_and_narrow_and_deep(self) -> None:
+        walls = {
+            "floor": ((-0.15, -0.09, 0.0), (0.15, 0.09, 0.03)),
+            "front": ((-0.15, -0.09, 0.03), (0.15, -0.06, 0.2)),
+            "middle": ((-0.15, -0.02, 0.03), (0.15, 0.02, 0.2)),
+            "back": ((-0.15, 0.06, 0.03), (0.15, 0.09, 0.2)),
+            "left": ((-0.15, -0.06, 0.03), (-0.08, 0.06, 0.2)),
+            "right": ((0.08, -0.06, 0.03), (0.15, 0.06, 0.2)),
+        }
+        asset = thing(link("object", walls, None))
+        found = find_toaster_slots(asset)
+        assert [h.middle[1] for h in found] == pytest.approx([-0.04, 0.04], abs=3e-3)
+        assert [h.lower[2] for h in found] == pytest.approx([0.03, 0.03], abs=3e-3)
+        ready = annotate_for_runtime(asset, "toaster")
+        assert {"slotL", "slotR"} <= {r.name for r in ready.regions}
+        assert {"slotL_floor", "slotR_floor"} <= {c.name for c in ready.root.colliders}
+        assert find_toaster_slots(thing(link("object", CARCASS, None))) == []
+
+
+def test_a_contract_is_aimed_at_by_what_opens(subtests: pytest.Subtests) -> None:
+    for names, category, contract in [
+        (("leftdoorhinge", "rightdoorhinge"), "base_cabinet", "hinge_cabinet"),
+        (("doorhinge", "slidejoint"), "wall_cabinet", "single_cabinet"),
+        (("drawer0_slidejoint", "drawer1_slidejoint"), "drawer_stack", "drawer"),
+        ((), "wall_cabinet", None),
+        (("fridge_left_door_joint", "fridge_right_door_joint"), "refrigerator", "fridge_french_door"),
+        (("microjoint",), "microwave", "microwave"),
+        (("knob_0_joint",), "blender", None),
+    ]:
+        with subtests.test(names=names, category=category, contract=contract):
+            links = [link("object", CARCASS, None)]
+            links += [link(f"part{i}", {"a": CARCASS["left"]}) for i in range(len(names))]
+            joints = tuple(
+                Joint(name=n, child=f"part{i}", kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), range=(0.0, 1.5))
+                for i, n in enumerate(names)
+            )
+            assert contract_for(thing(*links).replace(joints=joints), category) == contract
+
+
+SMALL = (0.02, 0.02, 0.02)
+
+
+def operated(joints: dict[str, Vec2], keys: tuple[str, ...] = (), sites: tuple[str, ...] = ()) -> Asset:
+    """A body with a link to each joint and a collider to each key."""
+    plain = microwave()
+    boxes = tuple(Collider(name=k, shape=Box(size=SMALL), substance="steel") for k in keys)
+    links = [plain.root.replace(colliders=(*plain.root.colliders, *boxes))]
+    moved = []
+    for name, span in joints.items():
+        child = name.removesuffix("_joint") or "part"
+        grip = Collider(name=f"{child}_main", shape=Box(size=SMALL), substance="steel")
+        inertial = box_inertial(0.1, SMALL, (0.0, 0.0, 0.0))
+        links.append(Link(name=child, parent="object", inertial=inertial, colliders=(grip,)))
+        moved.append(Joint(name=name, child=child, kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), range=span))
+    regions = (Region(name="int", size=SMALL), Region(name="fridge_shelf0", size=SMALL))
+    bare = BARE | {"sites": tuple(Site(name=s) for s in sites)}
+    return plain.replace(links=tuple(links), joints=tuple(moved), regions=regions, **bare)
+
+
+class Run:
+    """A machine that is operated step by step."""
+
+    def __init__(self, asset: Asset, category: str) -> None:
+        behavior = behavior_for(asset, category)
+        assert behavior is not None
+        self.machine: BehaviorState = start(behavior)
+        self.joints = {j.name: 0.0 for j in asset.joints}
+        self.go()
+
+    def go(self, touched: str = "", steps: int = 3, **moved: float) -> dict[str, str]:
+        self.joints |= moved
+        for _ in range(steps):
+            self.machine = step(self.machine, Stimulus(self.joints, frozenset([touched] if touched else [])), 0.05)
+        return dict(self.machine.values)
+
+
+def test_a_microwave_heats_while_it_is_shut() -> None:
+    run = Run(operated({"microjoint": (-1.57, 0.0)}, ("start_button", "stop_button")), "microwave")
+    assert run.go() == {"power": "off"}
+    assert run.go("start_button") == {"power": "on"}
+    assert [(e.kind.value, e.target) for e in run.machine.effects] == [("heat", "int")]
+    run.go()
+    assert run.go("stop_button") == {"power": "off"}
+    run.go()
+    run.go("start_button")
+    assert run.go(microjoint=-0.4) == {"power": "off"}
+    assert run.go("start_button") == {"power": "off"}
+
+
+def test_a_knob_turns_its_burner_low_and_high() -> None:
+    joints = {"knob_left_joint": (0.0, 5.24), "knob_right_joint": (0.0, 5.24)}
+    run = Run(operated(joints, sites=("burner_on_left", "burner_on_right")), "hob")
+    assert run.go(knob_left_joint=0.3) == {"burner_left": "off", "burner_right": "off"}
+    assert run.go(knob_left_joint=0.5)["burner_left"] == "low"
+    assert run.go(knob_left_joint=math.radians(100)) == {"burner_left": "high", "burner_right": "off"}
+    assert {e.target for e in run.machine.effects} == {"burner_on_left"}
+    assert run.go(knob_left_joint=0.0)["burner_left"] == "off"
+
+
+@pytest.mark.parametrize("far", [-1.57, 1.57])
+def test_a_fridge_lights_while_one_of_its_doors_is_open(far: float) -> None:
+    span = (min(far, 0.0), max(far, 0.0))
+    doors = {"fridge_left_door_joint": span, "fridge_right_door_joint": span, "freezer_door_joint": span}
+    run = Run(operated(doors, sites=("lamp",)), "refrigerator")
+    assert run.go() == {"light": "off"}
+    assert run.go(freezer_door_joint=far) == {"light": "off"}
+    assert run.go(fridge_right_door_joint=far) == {"light": "on"}
+    assert run.go(fridge_right_door_joint=0.002 * far) == {"light": "off"}
+
+
+def test_the_lever_of_a_toaster_switches_it_on_and_its_key_off() -> None:
+    run = Run(operated({"lever_joint": (-0.05, 0.0)}, ("button_cancel",)), "toaster")
+    assert run.go(lever_joint=-0.03) == {"power": "off"}
+    assert run.go(lever_joint=-0.05) == {"power": "on"}
+    assert run.go("button_cancel") == {"power": "off"}
+    run.go(lever_joint=0.0)
+    assert run.go(lever_joint=-0.05) == {"power": "on"}
+    assert run.go(lever_joint=0.0) == {"power": "off"}
+
+
+def test_a_coffee_machine_pours_and_stops_by_itself() -> None:
+    run = Run(operated({}, ("start_button",), ("coffee_liquid",)), "coffee_machine")
+    assert run.go("start_button") == {"power": "on"}
+    assert {e.kind.value for e in run.machine.effects} == {"show", "flow"}
+    assert run.go(steps=200) == {"power": "on"}
+    assert run.go(steps=320) == {"power": "off"}
+
+
+def test_water_runs_by_how_far_the_handle_is_turned() -> None:
+    run = Run(operated({"handle_joint": (0.0, 1.57), "handle_temp_joint": (-1.0, 1.0)}, sites=("water",)), "sink")
+    assert run.go(handle_joint=0.3) == {"water": "off", "temperature": "cold"}
+    assert run.go(handle_joint=0.6, handle_temp_joint=0.9) == {"water": "low", "temperature": "hot"}
+    assert run.go(handle_joint=1.4)["water"] == "high"
+
+
+def test_what_has_no_controls_has_no_states() -> None:
+    assert behavior_for(operated({"microjoint": (-1.57, 0.0)}), "microwave") is None
+    assert behavior_for(operated({"knob_left_joint": (0.0, 5.0)}), "hob") is None
+    assert behavior_for(operated({"doorhinge": (-1.57, 0.0)}), "base_cabinet") is None

@@ -1,0 +1,420 @@
+"""Meshes are welded, drawn, split into fragments, and cut where all is one shell."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import manifold3d
+import numpy as np
+import pytest
+
+from casa_assets.articulate.controls.controls import find_controls, group_controls
+from casa_assets.articulate.fronts.front_hypotheses import find_fronts
+from casa_assets.articulate.infer import best_score, needed_advantage
+from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind
+from casa_assets.articulate.run.build import load_models
+from casa_assets.articulate.segment import orthographic
+from casa_assets.articulate.segment.cutting import CutPlane, cut_triangles
+from casa_assets.articulate.segment.fragments import measure_fragments
+from casa_assets.articulate.segment.orthographic import BACK, FRONT, LEFT, SIDES, TOP, measure_relief, render_depth
+from casa_assets.articulate.segment.segmentations import (
+    Segmentation,
+    cut_shell_parts,
+    find_flat_sheets,
+    segmentations,
+    split_at_holes,
+)
+from casa_assets.articulate.segment.shell_segments import Fragmentation, fragment_mesh
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model, weld_triangles
+from casa_assets.mesh.grid.voxels import boundary, voxelise
+from casa_assets.mesh.surface import face_normals
+from casa_assets.mesh.topology import is_closed
+from casa_assets.model.asset.material import Material
+from casa_assets.model.asset.parts import JointKind, Mesh
+from casa_assets.model.source import RawModel, RawPart
+from tests.support.mesh.meshes import box_mesh
+from tests.unit.articulate.blocks import Floats, Ints, Part, box, disc, drawers, microwave, together
+from tests.unit.articulate.fragmented import articulate_fragmentation, in_its_frame
+
+Solids = tuple[Floats, Ints, Ints]
+pytestmark = pytest.mark.content("code", "articulate", keep=0)
+
+
+def test_boxes_that_share_a_face_stay_two_fragments() -> None:
+    vertices, faces, owner = together(box((0, 0, 0), (1, 1, 1)), box((1, 0, 0), (2, 1, 1)))
+    mesh = weld_triangles(vertices, faces)
+    assert len(mesh.points) == 12
+    label = mesh.fragment_labels
+    assert label.tolist() == owner.tolist()
+
+
+@pytest.mark.parametrize("make", [microwave, drawers])
+def test_each_part_is_a_fragment_whatever_the_order_and_if_all_is_written_twice(make: Callable[[], Solids]) -> None:
+    vertices, faces, owner = make()
+    order = np.random.default_rng(1).permutation(len(faces))
+    twice = np.concatenate([faces, faces[:, [0, 2, 1]]])
+    for rows, own in ((faces, owner), (faces[order], owner[order]), (twice, np.tile(owner, 2))):
+        label = weld_triangles(vertices, rows).fragment_labels
+        pairs = set(zip(label.tolist(), own.tolist(), strict=True))
+        assert len(pairs) == int(label.max()) + 1 == int(owner.max()) + 1
+
+
+def test_a_frame_turns_normals_and_scales_areas() -> None:
+    vertices, faces, _ = together(box((0, 0, 0), (1, 2, 3)))
+    mesh = weld_triangles(vertices, faces)
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    placed = mesh.transformed(turn, np.array([0.5, 1.0, 1.5]), 2.0)
+    assert np.ptp(placed.points, axis=0) == pytest.approx([4.0, 2.0, 6.0])
+    assert placed.areas.sum() == pytest.approx(4 * mesh.areas.sum())
+    corners = placed.points[placed.faces]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert np.einsum("ij,ij->i", cross, placed.normals).min() > 0
+
+
+def open_box(lower: tuple[float, float, float], upper: tuple[float, float, float], side: int, sign: int) -> tuple:
+    """A box without the faces that look along `sign` times the axis `side`."""
+    vertices, faces = box(lower, upper)[:2]
+    corners = vertices[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return vertices, faces[normals[:, side] * sign <= 0.0]
+
+
+def test_pieces_that_were_pulled_out_of_the_body_stay_apart() -> None:
+    body = open_box((0, 0, 0), (1, 1, 1), 1, -1)
+    door = open_box((0, -0.1, 0), (1, 0, 1), 1, 1)
+    vertices, faces, owner = together(body, door)
+    mesh = weld_triangles(vertices, faces)
+    found = segmentations(mesh)
+    assert int(found[Segmentation.WELDED].max()) == 0
+    assert found[Segmentation.PIECES].tolist() == owner.tolist()
+
+
+def test_a_file_whose_pieces_are_its_welded_fragments_has_one_way() -> None:
+    assert list(segmentations(weld_triangles(*drawers()[:2]))) == [Segmentation.WELDED]
+
+
+def test_creases_of_solids_that_are_there_on_both_sides_are_those_of_one_side() -> None:
+    parts = [box((k / 3, 0.1 * k, 0.07), (k / 3 + 0.21, 0.1 * k + 0.33, 0.7)) for k in range(9)]
+    vertices, faces, owner = together(*parts)
+    vertices = vertices @ np.linalg.qr(np.arange(9.0).reshape(3, 3) ** 2 + np.eye(3))[0]
+    doubled = np.concatenate([faces, faces[:, ::-1]])
+    found = segmentations(weld_triangles(vertices, doubled))
+    assert Segmentation.CREASES not in found
+    assert found[Segmentation.WELDED].tolist() == [*owner.tolist(), *owner.tolist()]
+
+
+def test_vertices_that_are_copied_for_their_normals_join_a_piece() -> None:
+    one, two = box_mesh((1, 1, 1), (0, 0, 0)), box_mesh((1, 1, 1), (3, 0, 0))
+    both = Mesh(
+        vertices=np.concatenate([one.vertices, two.vertices]),
+        faces=np.concatenate([one.faces, two.faces + len(one.vertices)]),
+        uv=np.concatenate([one.uv, two.uv]),
+        normals=np.concatenate([one.normals, two.normals]),
+    )
+    model = RawModel(parts=(RawPart(name="a", mesh=both, material=Material(id="m")),), format="glb")
+    assert np.unique(weld_model(model).piece_index).tolist() == [0, 1]
+
+
+def test_nodes_of_a_file_are_a_way_to_split_it() -> None:
+    parts = tuple(
+        RawPart(
+            name=f"p{i}", mesh=box_mesh((1, 1, 1), (i // 2, 0, i)), material=Material(id="m"), nodes=(f"n{i // 2}",)
+        )
+        for i in range(6)
+    )
+    found = segmentations(weld_model(RawModel(parts=parts, format="glb")))
+    assert int(found[Segmentation.NODES].max()) == 2
+
+
+# The corners of a square hole in the sheet that looks along -y, and those of the sheet.
+INNER = [(0.3, 0.0, 0.3), (0.7, 0.0, 0.3), (0.7, 0.0, 0.7), (0.3, 0.0, 0.7)]
+OUTER = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.0, 1.0), (0.0, 0.0, 1.0)]
+
+
+def pulled_out(height: float) -> tuple[WeldedMesh, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
+    """A box whose front has a hole, out of which a block stands; and which faces are those of the block."""
+    points, faces = box((0, 0, 0), (1, 1, 1))[:2]
+    corners = points[faces]
+    body = [c for c in corners if not (c[:, 1] == 0.0).all()]
+    outer, inner = np.array(OUTER), np.array(INNER)
+    raised = inner - (0.0, height, 0.0)
+    ring = [(outer[k], outer[(k + 1) % 4], inner[(k + 1) % 4]) for k in range(4)]
+    ring += [(outer[k], inner[(k + 1) % 4], inner[k]) for k in range(4)]
+    wall = [(inner[k], inner[(k + 1) % 4], raised[(k + 1) % 4]) for k in range(4)]
+    wall += [(inner[k], raised[(k + 1) % 4], raised[k]) for k in range(4)]
+    block = [*wall, (raised[0], raised[1], raised[2]), (raised[0], raised[2], raised[3])]
+    triangles = np.array([*body, *ring, *block])
+    is_block = np.arange(len(triangles)) >= len(body) + len(ring)
+    return weld_triangles(triangles.reshape(-1, 3), np.arange(triangles.size // 3).reshape(-1, 3)), is_block
+
+
+def test_what_stands_out_of_a_hole_of_a_flat_sheet_is_a_fragment() -> None:
+    mesh, is_block = pulled_out(0.1)
+    assert int(mesh.fragment_labels.max()) == 0
+    sheets = find_flat_sheets(mesh)
+    assert np.flatnonzero(sheets.has_hole[sheets.sheet]).tolist() == list(range(10, 18))
+    split = split_at_holes(mesh, sheets)
+    assert len(np.unique(split)) == 2
+    assert len(np.unique(split[is_block])) == 1
+
+
+def test_what_stands_out_at_a_concave_crease_is_a_fragment() -> None:
+    mesh, is_block = pulled_out(0.1)
+    labels = segmentations(mesh)[Segmentation.CREASES]
+    assert len(set(labels[is_block].tolist())) == 1
+    assert set(labels[is_block].tolist()).isdisjoint(labels[~is_block].tolist())
+    inset, is_block = pulled_out(-0.1)  # its rim is convex, and only its floor meets its walls at a concave crease
+    assert len(set(segmentations(inset)[Segmentation.CREASES][is_block].tolist())) == 2
+
+
+def test_a_block_without_a_hole_stays_whole() -> None:
+    points, faces = box((0, 0, 0), (1, 2, 3))[:2]
+    mesh = weld_triangles(points, faces)
+    assert not find_flat_sheets(mesh).rims.size
+    assert list(segmentations(mesh)) == [Segmentation.WELDED]
+
+
+def test_another_plan_is_taken_where_it_is_clearly_better_than_the_first() -> None:
+    assert best_score([1.0, 1.4]) == 0
+    assert best_score([1.0, 1.7, 1.6]) == 1
+    assert best_score([0.0]) == 0
+    # Over a plan without any part a part that is rather sure is enough.
+    assert best_score([0.0, 0.3], needed_advantage(0)) == 1
+    assert best_score([0.1, 0.4], needed_advantage(1)) == 0
+
+
+def test_a_box_fills_its_rectangle_from_every_side() -> None:
+    vertices, faces, _ = together(box((0, 0, 0), (2, 1, 4)))
+    for side, (width, height) in ((FRONT, (32, 64)), (LEFT, (16, 64)), (TOP, (64, 32))):
+        picture = render_depth(vertices, faces, SIDES[side], 64)
+        assert picture.face.shape == (height, width)
+        assert (picture.face >= 0).all()
+        assert picture.depth == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_nearer_thing_is_seen_and_the_other_from_behind() -> None:
+    vertices, faces, owner = together(box((0, 0, 0), (1, 0.1, 1)), box((0, 0.5, 0), (1, 0.6, 1)))
+    assert set(owner[render_depth(vertices, faces, SIDES[FRONT], 32).face.ravel()].tolist()) == {0}
+    assert set(owner[render_depth(vertices, faces, SIDES[BACK], 32).face.ravel()].tolist()) == {1}
+
+
+def test_two_triangles_cover_a_pixel_grid_once() -> None:
+    """Neighbouring triangles leave no hole, at any angle."""
+    for angle in np.linspace(0, np.pi, 7):
+        c, s = np.cos(angle), np.sin(angle)
+        square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1.0]]) @ np.array([[c, s], [-s, c]])
+        vertices = np.stack([square[:, 0], np.zeros(4), square[:, 1]], axis=1)
+        picture = render_depth(vertices, np.array([[0, 1, 2], [0, 2, 3]]), SIDES[FRONT], 128)
+        area = float((picture.face >= 0).sum()) * picture.pixel**2
+        assert area == pytest.approx(4.0, rel=0.02)
+
+
+def test_the_picture_does_not_depend_on_how_much_is_written_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    vertices, faces, _ = together(box((0, 0, 0), (2, 1, 4)), box((0.3, -0.4, 1.1), (1.1, 0.2, 2.7)))
+    turn = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
+    whole = render_depth(vertices @ turn.T, faces, SIDES[FRONT], 64)
+    monkeypatch.setattr(orthographic, "CHUNK", 150)
+    parted = render_depth(vertices @ turn.T, faces, SIDES[FRONT], 64)
+    assert (whole.face == parted.face).all()
+    assert (whole.depth == parted.depth).all()
+
+
+def shell_of(*parts: Part) -> WeldedMesh:
+    """The skin of a grid of cubes around solids, in its frame."""
+    return in_its_frame(*boundary(voxelise(*together(*parts)[:2], 112)))[0]
+
+
+def test_the_skin_of_a_grid_tells_the_edge_of_its_cubes() -> None:
+    mesh = weld_triangles(*boundary(voxelise(*box((0, 0, 0), (0.56, 0.3, 0.4)), 112)))
+    assert mesh.cell == pytest.approx(0.56 / 112)
+
+
+def test_knobs_on_the_wall_behind_a_range_are_round_and_one_group() -> None:
+    body = [box((0, 0, 0), (0.76, 0.65, 0.9)), box((0, 0.58, 0.9), (0.76, 0.65, 1.1))]
+    knobs = [disc((x, 0.555, 1.01), 0.024, 0.03) for x in (0.1, 0.193, 0.555, 0.65)]
+    mesh = shell_of(*body, *knobs)
+    controls = find_controls(measure_fragments(mesh, fragment_mesh(mesh).labels), FRONT, [])
+    assert [c.is_round for c in controls] == [True] * 4
+    assert [len(g.members) for g in group_controls(controls, mesh.cell)] == [4]
+
+
+def test_knobs_between_slots_stand_out_of_their_ground() -> None:
+    strips = [(0.0, 0.10), (0.112, 0.20), (0.212, 0.312)]
+    plate = [box((a, 0, 0), (b, 0.03, 0.2)) for a, b in strips]
+    body = box((0, 0.03, -0.02), (0.312, 0.3, 0.22))
+    rims = [box((0, 0, -0.02), (0.312, 0.03, 0.0)), box((0, 0, 0.2), (0.312, 0.03, 0.22))]
+    knobs = [disc((x, -0.02, 0.05), 0.018, 0.02) for x in (0.05, 0.156, 0.262)]
+    mesh, frame = in_its_frame(*together(*plate, body, *rims, *knobs)[:2])
+    relief = measure_relief(mesh, FRONT)
+    width = 0.036 * frame.scale
+    assert [b for b in relief.blobs if np.allclose(b.upper - b.lower, width, atol=0.004)] == list(relief.blobs)
+    assert len(relief.blobs) == 3
+
+
+def test_a_drawer_over_doors_is_a_front_by_its_pull_alone() -> None:
+    body = [box((0, 0, 0.1), (0.6, 0.55, 0.87)), box((0, 0.06, 0), (0.6, 0.55, 0.1))]
+    frames = [box((a, -0.012, 0.1), (a + 0.3, 0, 0.16)) for a in (0.0, 0.3)]
+    frames += [box((a, -0.012, 0.68), (a + 0.3, 0, 0.71)) for a in (0.0, 0.3)]
+    frames += [box((a, -0.012, 0.1), (a + 0.045, 0, 0.71)) for a in (0.0, 0.255, 0.3, 0.555)]
+    drawer = box((0, -0.012, 0.71), (0.6, 0, 0.87))
+    pulls = [disc((x, -0.037, z), 0.014, 0.025) for x, z in ((0.3, 0.79), (0.275, 0.65), (0.325, 0.65))]
+    mesh = shell_of(*body, *frames, drawer, *pulls)
+    forests = load_models().front_forests
+    assert forests is not None
+    found = find_fronts(mesh, measure_relief(mesh, FRONT), FRONT, forests)
+    assert len(found) == 3
+    assert found[0][0].columns[0] < 10
+    assert found[0][0].rows[1] == found[1][0].rows[0]
+
+
+WIDE = np.full(3, 10.0)
+
+
+def test_a_box_cut_across_stays_closed_and_keeps_its_surface() -> None:
+    points, faces = box((0, 0, 0), (1, 1, 1))
+    done = cut_triangles(points, faces, [CutPlane(FRONT, 0, 0.3, -WIDE, WIDE), CutPlane(TOP, 1, 0.6, -WIDE, WIDE)])
+    after = done.interpolate(points)
+    assert is_closed(done.faces)
+    assert face_normals(after, done.faces)[1].sum() == pytest.approx(6.0)
+    for axis, at in ((0, 0.3), (1, 0.6)):
+        along = after[done.faces][:, :, axis]
+        assert ((along.max(axis=1) <= at + 1e-12) | (along.min(axis=1) >= at - 1e-12)).all()
+
+
+def test_what_hangs_on_points_is_carried_along_the_edges() -> None:
+    points, faces = box((0, 0, 0), (1, 2, 3))
+    done = cut_triangles(points, faces, [CutPlane(FRONT, 2, 0.7, -WIDE, WIDE), CutPlane(FRONT, 0, 0.2, -WIDE, WIDE)])
+    linear = np.array([[1.0, 2.0], [0.5, -1.0], [3.0, 0.25]])
+    assert np.allclose(done.interpolate(points @ linear), done.interpolate(points) @ linear)
+
+
+def test_a_blade_cuts_within_its_limits_alone() -> None:
+    points, faces = box((0, 0, 0), (1, 1, 1))
+    low, high = np.array([0.0, 0.0, -0.1]), np.array([1.0, 1.0, 0.1])
+    done = cut_triangles(points, faces, [CutPlane(FRONT, 0, 0.5, low, high)])
+    after = done.interpolate(points)
+    fresh = after[len(points) :]
+    assert len(fresh)
+    assert (fresh[:, 1] <= 0.1 + 1e-5).all()
+    assert is_closed(done.faces)
+
+
+Shape = tuple[np.ndarray, np.ndarray]
+
+
+def fused(*parts: Shape) -> Shape:
+    """The outer surface of solids, as one."""
+    solids = []
+    for points, faces in parts:
+        mesh = manifold3d.Mesh(vert_properties=points.astype(np.float32), tri_verts=faces.astype(np.uint32))
+        mesh.merge()
+        solids.append(manifold3d.Manifold(mesh))
+    solid = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add).refine_to_length(0.03)
+    out = solid.to_mesh()
+    return np.asarray(out.vert_properties, dtype=np.float64)[:, :3], np.asarray(out.tri_verts, dtype=np.int64)
+
+
+@cache
+def oven() -> Shape:
+    """A body; before it a panel with a knob, and below it a door with a level bar; all one surface."""
+    return fused(
+        box((0.0, 0.0, 0.0), (0.6, 0.55, 0.8)),
+        box((0.0, -0.03, 0.0), (0.6, 0.01, 0.64)),
+        box((0.05, -0.075, 0.55), (0.55, -0.055, 0.575)),
+        box((0.08, -0.06, 0.555), (0.1, -0.02, 0.57)),
+        box((0.5, -0.06, 0.555), (0.52, -0.02, 0.57)),
+        box((0.0, -0.03, 0.655), (0.6, 0.01, 0.8)),
+        disc((0.3, -0.06, 0.73), 0.03, 0.04),
+    )
+
+
+def placed_of(shape: Shape) -> tuple[Fragmentation, Articulation]:
+    """The fragments of a shape with z up and its front to -y, in the frame; and what is found on them."""
+    placed, frame = in_its_frame(*shape)
+    fragments = fragment_mesh(placed)
+    return fragments, articulate_fragmentation(fragments, frame)
+
+
+def model_of(shape: Shape) -> RawModel:
+    """A file with one part, whose texture coordinates are x and z."""
+    points, faces = shape
+    mesh = Mesh(vertices=points, faces=faces.astype(np.int32), uv=points[:, [0, 2]].copy())
+    return RawModel(parts=(RawPart(name="all", mesh=mesh, material=Material(id="paint")),), format="obj")
+
+
+def test_a_fused_oven_has_a_door_that_folds_down_and_a_knob() -> None:
+    _, found = placed_of(oven())
+    assert sorted(p.kind for p in found.parts) == [PartKind.DOOR, PartKind.KNOB]
+    door = next(p for p in found.parts if p.kind is PartKind.DOOR)
+    assert door.joint.kind is JointKind.HINGE
+    assert door.joint.edge is HingeEdge.BOTTOM
+    assert len(door.grip)
+
+
+def test_a_drawer_over_two_doors_without_a_seam_ends_as_far_below_its_handle_as_it_begins_above() -> None:
+    solids = [box((0.0, 0.0, 0.0), (0.6, 0.55, 0.8)), box((0.0, -0.03, 0.0), (0.6, 0.01, 0.8))]
+    solids += [box((0.2, -0.075, 0.69), (0.4, -0.055, 0.71))]
+    solids += [box((x, -0.075, 0.25), (x + 0.02, -0.055, 0.4)) for x in (0.25, 0.33)]
+    feet = ((0.22, 0.7), (0.38, 0.7), (0.26, 0.27), (0.26, 0.38), (0.34, 0.27), (0.34, 0.38))
+    solids += [box((x - 0.006, -0.06, z - 0.006), (x + 0.006, -0.02, z + 0.006)) for x, z in feet]
+    placed, found = placed_of(fused(*solids))
+    assert len(found.parts) == 3
+    unit = float(np.linalg.norm([0.6, 0.625, 0.8]))
+    drawer = max(found.parts, key=lambda p: float(placed.mesh.points[placed.mesh.faces[p.faces]][..., 2].mean()))
+    middles = placed.mesh.points[placed.mesh.faces[drawer.faces]].mean(axis=1)
+    assert float(middles[:, 2].min()) * unit + 0.4 == pytest.approx(0.6, abs=0.04)
+
+
+def test_knobs_in_a_row_are_controls_and_split_nothing() -> None:
+    body = [box((0.0, 0.0, 0.0), (0.6, 0.55, 0.8)), box((0.0, -0.03, 0.0), (0.6, 0.01, 0.8))]
+    _, found = placed_of(fused(*body, *(disc((x, -0.06, 0.7), 0.02, 0.04) for x in (0.15, 0.3, 0.45))))
+    assert not [p for p in found.parts if p.kind in (PartKind.DOOR, PartKind.DRAWER)]
+
+
+def test_cut_parts_are_closed_and_so_is_the_body() -> None:
+    placed, found = placed_of(oven())
+    _, mesh, parts = cut_shell_parts(model_of(oven()), placed, found)
+    owner = np.full(len(mesh.faces), -1)
+    for i, part in enumerate(parts.parts):
+        owner[part.faces] = i
+    for i in range(-1, len(parts.parts)):
+        rows = np.flatnonzero((owner == i) & (mesh.areas > 0))
+        corners = mesh.faces[rows]
+        ends = np.sort(np.concatenate([corners[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
+        # Pockets of two cuts may touch in a line: there four faces meet.
+        assert (np.unique(ends, axis=0, return_counts=True)[1] % 2 == 0).all(), i
+
+
+def test_a_cut_keeps_surface_volume_and_texture() -> None:
+    placed, found = placed_of(oven())
+    model, mesh, _ = cut_shell_parts(model_of(oven()), placed, found)
+    cut_mesh, caps = model.parts[0].mesh, model.parts[1].mesh
+    assert cut_mesh.uv is not None
+    assert np.allclose(cut_mesh.uv, cut_mesh.vertices[:, [0, 2]], atol=1e-9)
+    assert caps.uv is not None
+    own = len(cut_mesh.faces)
+    assert mesh.areas[:own].sum() == pytest.approx(placed.mesh.areas.sum(), rel=1e-6)
+    assert len(mesh.faces) == own + len(caps.faces)
+    corners = caps.vertices[caps.faces]
+    volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum()
+    assert volume == pytest.approx(0, abs=1e-9)
+
+
+def test_nothing_is_invented_on_a_plain_body() -> None:
+    _, found = placed_of(fused(box((0, 0, 0), (0.6, 0.5, 0.8))))
+    assert not found.parts
+    _, found = placed_of(fused(box((0, 0, 0), (0.6, 0.5, 0.8)), box((0.1, 0.1, 0.79), (0.5, 0.4, 0.9))))
+    assert not found.parts
+
+
+def test_a_shell_with_nothing_to_cut_out_of_it_stays_whole() -> None:
+    """What moves may stand on it as it is: the stick of a tap."""
+    plain = fused(box((0, 0, 0), (0.6, 0.5, 0.8)))
+    placed, found = placed_of(plain)
+    shell = placed.shell
+    assert shell is not None
+    assert not (*shell.fronts, *shell.front.blobs, *shell.top.blobs)
+    stick = placed_of(oven())[1].parts[0].replace(faces=np.array([0, 1]))
+    model = model_of(plain)
+    assert cut_shell_parts(model, placed, found.replace(parts=(stick,)))[0] is model
