@@ -17,15 +17,13 @@ from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.cache.code_index import PACKAGE
 from casa_assets.checks.check import Problem
 from casa_assets.checks.package.parity import asset_differences
-from casa_assets.checks.scene.formats.urdf import scene_differences
+from casa_assets.checks.scene.forms import scene_differences
 from casa_assets.core.system import cache_for
-from casa_assets.errors import BatchFault, OutputError
-from casa_assets.formats.urdf.document import json_text
-from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.errors import BatchFault, CasaError, OutputError, PluginFailure, UnknownId
 from casa_assets.formats import urdf
 from casa_assets.formats.gltf import EVERYTHING, SEEN_ALONE, Layers, asset_glb, scene_glb
 from casa_assets.formats.urdf import json_text
+from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.kept import remembered_kitchen_key
 from casa_assets.layouts.run.recipe import SceneRecipe, recipes_named
@@ -35,11 +33,10 @@ from casa_assets.library import attribution
 from casa_assets.library import library as disk
 from casa_assets.library.entry import entry_at
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.scene import Layer, Scene
-from casa_assets.runs.engine import attempt, run_batch
 from casa_assets.registry.plugins.guard import exporters, guarded
-from casa_assets.runs.batch import attempt, run_batch
+from casa_assets.runs.engine import attempt, run_batch
 from casa_assets.runs.limits import WorkerFailure
 from casa_assets.runs.outcome import writing
 

@@ -12,9 +12,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from casa_assets.core.numeric import Floats, Ints
-from casa_assets.mesh.grid.voxels import boundary, voxelise
 from casa_assets.mesh.solid.deviation import surface_samples
 from casa_assets.mesh.surface import face_normals
+from casa_assets.mesh.voxels import boundary, voxelise
 
 # Axes of a file by their names.
 AXES = {"+X": (1, 0, 0), "-X": (-1, 0, 0), "+Y": (0, 1, 0), "-Y": (0, -1, 0), "+Z": (0, 0, 1), "-Z": (0, 0, -1)}

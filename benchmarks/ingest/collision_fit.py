@@ -11,9 +11,7 @@ import numpy.typing as npt
 from scipy import ndimage
 from scipy.spatial import ConvexHull, cKDTree
 
-from benchmarks.ingest.judging import distance
 from casa_assets.core.numeric import Floats, Ints
-from casa_assets.mesh.grid.voxels import Grid, OpenRooms, closed_shares, fillable_volume, open_rooms, voxelise
 from casa_assets.mesh.solid.solids import closed_solid, convex_hull, hull_volume, union
 from casa_assets.mesh.voxels import Grid, OpenRooms, closed_shares, fillable_volume, open_rooms, voxelise
 

@@ -35,9 +35,9 @@ from casa_assets.ingest.run.survey import find_category
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
+from casa_assets.mesh.solid.deviation import measure_visibility
 from casa_assets.mesh.surface import face_normals
 from casa_assets.mesh.topology import edge_counts, face_components, weld
-from casa_assets.mesh.visibility import measure_visibility
 from casa_assets.model.source import RawModel
 
 # Soundness ------------------------------------------------------------------------------------------------------------

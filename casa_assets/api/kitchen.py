@@ -20,11 +20,9 @@ from casa_assets.asset.lightweight import light_scene
 from casa_assets.core.system import cache_dir
 from casa_assets.errors import CasaError, OutputError, UnknownId
 from casa_assets.families.asset_store import AssetStore
-from casa_assets.formats.mjcf.scene import batch
-from casa_assets.formats.mjcf.scene import kitchen as mjcf
-from casa_assets.layouts.order.build_order import KitchenRequest as Resolved
 from casa_assets.formats.mjcf import batch
 from casa_assets.formats.mjcf import kitchen as mjcf
+from casa_assets.layouts.order.build_order import KitchenRequest as Resolved
 from casa_assets.layouts.order.request import KitchenRequest as Resolved
 from casa_assets.layouts.run.check import run_checks_on_scene
 from casa_assets.layouts.run.kept import is_drawn, is_whole

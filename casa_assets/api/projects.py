@@ -28,8 +28,6 @@ from casa_assets.projects import (
 )
 from casa_assets.runs.outcome import writing
 from casa_assets.textures.pack_entry import PictureDescription
-from casa_assets.textures.run.packs.ingest import PackOptions, PackReport, ingest_pack
-from casa_assets.textures.packs.entry import PictureDescription
 from casa_assets.textures.run.packs import PackOptions, PackReport, ingest_pack
 
 P = ParamSpec("P")

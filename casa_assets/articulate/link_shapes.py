@@ -13,9 +13,9 @@ from casa_assets.articulate.plan import round7, to_vec3
 from casa_assets.articulate.segment.orthographic import outline_area, render_depth
 from casa_assets.core.numeric import Floats, Ints, Mask, about_axis
 from casa_assets.errors import DegenerateShape
-from casa_assets.mesh.grid.voxels import Grid, voxelise
 from casa_assets.mesh.solid.deviation import surface_samples
 from casa_assets.mesh.solid.solids import hull_planes, hull_volume, small_hull
+from casa_assets.mesh.voxels import Grid, voxelise
 from casa_assets.model.asset.parts import Box, Hull, Mesh, Shape
 from casa_assets.model.pose import Pose
 

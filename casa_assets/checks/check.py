@@ -301,7 +301,7 @@ def _mujoco_warnings() -> AbstractContextManager[object]:
     """
     if "mujoco" not in sys.modules:
         return nullcontext()
-    from casa_assets.checks.readers.mujoco_load import native_warnings
+    from casa_assets.checks.readers.mujoco_facts import native_warnings
 
     return native_warnings()
 

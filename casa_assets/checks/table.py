@@ -11,8 +11,7 @@ from casa_assets.checks.design import grade, rules, subject
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.filters import kind, surface
 from casa_assets.checks.motion import joints
-from casa_assets.checks.package import mjcf, parity, usd
-from casa_assets.checks.package.package import Package
+from casa_assets.checks.package import Package, mjcf, parity, usd
 from casa_assets.checks.robots import joints_are_reached
 from casa_assets.checks.runtime import behavior, contract
 from casa_assets.checks.scene import batch_form, engine_sizes, forms, opening, placement, rest

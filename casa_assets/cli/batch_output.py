@@ -118,13 +118,8 @@ def print_sample(
 
     Tables show why some were refused, how diverse those are that passed, and what a kitchen cost.
     """
-    from casa_assets.layouts.run.sampling import run
-    from casa_assets.layouts.run.sampling.draws import (
-        diversity_of_recipes,
-        diversity_of_reference,
-        table_rows,
-        write_diversity,
-    )
+    from casa_assets.layouts.run import sample as run
+    from casa_assets.layouts.run.draws import diversity_of_recipes, diversity_of_reference, table_rows, write_diversity
     from casa_assets.runs.outcome import writing
 
     passed = {r.recipe.scene_id for r in results if r.passed}
@@ -185,7 +180,7 @@ def follow_and_list(
 
 
 def _robot_rows(folder: Path) -> Iterator[Sequence[object]]:
-    from casa_assets.addons.robots import read_certificate
+    from casa_assets.addons.robots.certify import read_certificate
 
     if (found := read_certificate(folder)) is not None:
         for robot in found.robots:
@@ -204,7 +199,7 @@ def _state_rows(folder: Path) -> Iterator[Sequence[object]]:
 
 
 def _batch_rows(folder: Path) -> Iterator[Sequence[object]]:
-    from casa_assets.layouts.run.batch_form import read_batch
+    from casa_assets.layouts.run.scene_folders import read_batch
 
     if (found := read_batch(folder)) is not None:
         needs = found.engine
@@ -504,7 +499,7 @@ def print_summary(events: list[Event], library: Path, output: Output, explain: b
 
 
 def _print_library_checks(library: Path, output: Output, max_lines: int = 6) -> None:
-    from casa_assets.library.analysis.library_report import read_library_report
+    from casa_assets.library.library_report import read_library_report
     from casa_assets.model.issue import Status
 
     library_report = read_library_report(library)

@@ -32,7 +32,6 @@ from casa_assets.registry.load import load
 from casa_assets.registry.plugins import ignored_files, load_plugins
 from casa_assets.registry.project_files import files_of
 from casa_assets.registry.read import load_project
-from casa_assets.show.stills.backends import BACKENDS, install_line, why_not
 from casa_assets.show.stills import BACKENDS, install_line, why_not
 
 ROOT = Path(__file__).parents[2]  # of a checkout

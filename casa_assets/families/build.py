@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 import base64
 import io
 import json
 import math
+import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -23,25 +23,18 @@ from casa_assets import registry
 from casa_assets.asset.assemble import Family, assemble
 from casa_assets.asset.family import Params, Supplies
 from casa_assets.cache.cache_key import digest_of, key_of, versions_of
-from casa_assets.asset.kit.assemble import Family, assemble
-from casa_assets.cache.cache_key import digest_of, key_of, modules_holding, versions_of
 from casa_assets.cache.store import Store
-from casa_assets.checks.objects.members import ObjectMember, PrintedLine
-from casa_assets.checks.run import load_table
-from casa_assets.checks.run import run as run_checks
+from casa_assets.checks import simready
 from casa_assets.checks.check import load_table
 from casa_assets.checks.check import run as run_checks
-from casa_assets.checks.simready.validator import load_rules
+from casa_assets.checks.objects import ObjectMember, PrintedLine
 from casa_assets.checks.table import objects
 from casa_assets.core.numeric import Floats, rng_for
-from casa_assets.checks import simready
-from casa_assets.core.numeric import rng_for
 from casa_assets.core.system import cache_for
 from casa_assets.errors import UnknownId
 from casa_assets.kitchenware.catalog import MODELS
 from casa_assets.kitchenware.objects import FORMS
-from casa_assets.kitchenware.textures.objects.label import LABEL, Label
-from casa_assets.kitchenware.textures.objects.printed_lines import lines_in_picture
+from casa_assets.kitchenware.textures.label import LABEL, Label, lines_in_picture
 from casa_assets.library import library as disk
 from casa_assets.library.entry_table import EntryTable
 from casa_assets.library.library import Identity, Producer

@@ -21,10 +21,8 @@ from casa_assets.formats.mjcf.shapes import MESHES, MeshUse, mesh_uses, obj_text
 from casa_assets.formats.values import number, numbers, rounded, srgb
 from casa_assets.model.asset.asset import Asset, Base, Collider, Joint, JointKind, Link, Region, Site
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Sphere, joint_positions
-from casa_assets.model.issue import Files
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Shape, Sphere, joint_positions
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.scene import WORLD, PlacedLink, Placement, Scene
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3

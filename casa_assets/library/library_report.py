@@ -15,14 +15,10 @@ from pydantic import Field, ValidationError
 from casa_assets import registry
 from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.cache.store import Store
-from casa_assets.checks.library import CategoryRank, LibrarySizes, LibraryView
-from casa_assets.checks.objects.collection import CollectedMember, ObjectCollection
-from casa_assets.checks.run import run
-from casa_assets.checks.table import libraries
-from casa_assets.library import attribution, clip, review
 from casa_assets.checks.check import run
 from casa_assets.checks.library import ROWS, CategoryRank, LibrarySizes, LibraryView
 from casa_assets.checks.objects import CollectedMember, ObjectCollection
+from casa_assets.library import attribution, clip, review
 from casa_assets.library import library as disk
 from casa_assets.library.clip import NO_WEIGHTS, ClipModel, image_embeddings, likenesses, similar_looking_pairs
 from casa_assets.library.entry import ROWS_NAME

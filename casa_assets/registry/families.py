@@ -13,8 +13,6 @@ from pydantic import Field
 
 from casa_assets.asset.assemble import Family
 from casa_assets.asset.family import AvailableFinishes, Params, is_finish
-from casa_assets.asset.sampling import read_sample_rules
-from casa_assets.asset.kit.assemble import Family
 from casa_assets.asset.sampling import read_fixed, read_sample_rules
 from casa_assets.errors import CasaError, RegistryError, UnknownId
 from casa_assets.kitchenware.catalog import GROUPS, MODELS

@@ -61,7 +61,7 @@ _PAGES_IN_A_BROWSER = Watched(
         "articulate/run/review_page.py",
     ),
 )
-_MJCF = _package("formats/mjcf", "formats/mujoco_values.py", "model/asset", "model/kitchen")
+_MJCF = _package("formats/mjcf", "formats/values.py", "model/asset", "model/kitchen")
 _BATCHES = Watched(
     ("engines",), (*_package("addons/batch", "layouts/run/scene_folders.py", "checks/scene/batch"), *_MJCF)
 )
@@ -88,7 +88,7 @@ WATCHED = {
         ("blender",), _package("core/system.py", "formats/read/blend.py", "formats/read/blend_convert.py")
     ),
     "test_clip.py": Watched(
-        ("clip",), _package("library/clip.py", "library/library_report.py", "articulate/frame/category.py")
+        ("clip",), _package("library/clip.py", "library/library_report.py", "articulate/category.py")
     ),
     "test_kitchens.py": Watched(
         ("blender", "mujoco331", "mujoco337", "newton", "robosuite"), (*_MJCF, *_package("formats/usd"))

@@ -7,12 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from casa_assets.mesh.grid.voxels import voxelise
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.mesh.solid.solids import closed_solid, union
 from casa_assets.mesh.surface import signed_volume
 from casa_assets.mesh.topology import consistent_winding, face_components, is_closed, weld
-from casa_assets.mesh.voxels import boundary, voxelise
+from casa_assets.mesh.voxels import voxelise
 from casa_assets.model.asset.parts import Box, Cylinder, Shape, Sphere
 from casa_assets.model.pose import Pose
 from tests.properties.strategies import Floats, Ints, closed, quick, seeds, torus

@@ -18,8 +18,7 @@ from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.checks.check import run
 from casa_assets.checks.scene.batch_form import BatchSubject, candidate_pairs
 from casa_assets.checks.scene.engine_sizes import engine_sizes
-from casa_assets.core.process_name import replace_file
-from casa_assets.core.system import cache_for
+from casa_assets.core.system import cache_for, replace_file
 from casa_assets.families.asset_store import AssetStore
 from casa_assets.formats.mjcf import batch
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult

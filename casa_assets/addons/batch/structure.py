@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from casa_assets.core.numeric import Floats, linear_from_srgb_array, srgb_from_linear
-from casa_assets.formats.mjcf.scene.batch import DEFAULT, FIRST_MEETING, LAST_MEETING, THINGS
 from casa_assets.formats.mjcf.batch import DEFAULT, FIRST_MEETING, LAST_MEETING, THINGS
 
 # Corners of the boxes around what a placement takes up, and of its inside: `scene.json` has them.

@@ -12,19 +12,14 @@ from typing import Any
 import numpy as np
 from lxml import etree
 
-from casa_assets.addons.robocasa.writers.kitchens import parts
-from casa_assets.addons.robocasa.writers.kitchens.parts import Part
-from casa_assets.core.numeric import decimals
 from casa_assets.addons.robocasa import objects, parts
 from casa_assets.addons.robocasa.parts import Part
 from casa_assets.core.numeric import Floats, decimals
-from casa_assets.core.robocasa import MIN_SURFACE_M, PLATE_DEPTH_M, SHELF_HEIGHTS_M
 from casa_assets.formats import mjcf
-from casa_assets.formats.mjcf import shapes
-from casa_assets.formats.mjcf.scene import kitchen
-from casa_assets.formats.mujoco_values import ROBOSUITE_GROUPS, VIEWER_GROUPS
+from casa_assets.formats.mjcf import kitchen, shapes
+from casa_assets.formats.values import ROBOSUITE_GROUPS, VIEWER_GROUPS
 from casa_assets.model.asset.asset import Asset, Base, Region
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.scene import FREE_JOINT, Layer, Placement, Scene, StartStates, StateJoint
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3

@@ -13,30 +13,16 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from casa_assets import export as forms
 from casa_assets import registry
 from casa_assets.addons.robocasa import casa_kitchens, casa_objects, kitchens, objects
 from casa_assets.addons.robocasa.kitchens import translated
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.design.tasks import ATOMIC_TASKS
 from casa_assets.errors import CasaError, OutputError
-from casa_assets.export import forms
-from casa_assets.formats.mjcf.scene.kitchen import FILE as SCENE_XML
+from casa_assets.formats.mjcf.kitchen import FILE as SCENE_XML
 from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.order.build_order import KitchenRequest
-from casa_assets.export import (
-    Outcome,
-    certified_asset,
-    check_apart,
-    check_replaceable,
-    export_in_parallel,
-    measures_of,
-    raise_faults,
-    replace_target,
-    staging,
-    why_left_out,
-)
-from casa_assets.formats.mjcf.kitchen import FILE as SCENE_XML
-from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.kept import is_whole
 from casa_assets.layouts.run.recipe import SceneRecipe

@@ -15,15 +15,9 @@ from pathlib import Path
 from casa_assets import registry
 from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.checks.check import run
-from casa_assets.checks.readers.mujoco_load import native_warnings
 from casa_assets.checks.readers.mujoco_facts import native_warnings
-from casa_assets.checks.robots.tasks import tasks_of
-from casa_assets.checks.run import run
-from casa_assets.core.system import kept_json, replace_file, require
 from casa_assets.checks.robots import tasks_of
-from casa_assets.core.optional_packages import require
-from casa_assets.core.process_name import replace_file
-from casa_assets.core.system import kept_json
+from casa_assets.core.system import kept_json, replace_file, require
 from casa_assets.errors import CasaError
 from casa_assets.formats.mjcf.kitchen import FILE
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult

@@ -13,19 +13,15 @@ from casa_assets.articulate.decisions import axis_word, hinge_at_face
 from casa_assets.articulate.plan import Articulation, plan_confidence, weakest_part
 from casa_assets.articulate.run.build import ArticulateResult
 from casa_assets.articulate.run.decisions import DECISIONS_NAME
+from casa_assets.checks.check import run
 from casa_assets.checks.motion.joints import JointTravel, joint_travels
-from casa_assets.checks.motion.sweep import Penetration, contacts_of_files
-from casa_assets.checks.package.package import Package
+from casa_assets.checks.motion.simulation import Penetration, contacts_of_files
 from casa_assets.checks.package import Package
-from casa_assets.checks.run import run
-from casa_assets.checks.table.table import TABLE
+from casa_assets.checks.table import TABLE
 from casa_assets.errors import Rejected
 from casa_assets.formats import mjcf
 from casa_assets.model.asset.asset import Asset, Exclusion
 from casa_assets.model.asset.parts import JointKind
-from casa_assets.checks.check import run
-from casa_assets.checks.table import TABLE
-from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.issue import REVIEW_CODE, Issue, Report, Severity
 from casa_assets.model.record import Vec3

@@ -31,8 +31,6 @@ from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.things import load
-from casa_assets.library.analysis.clip import NO_WEIGHTS, classify_by_look, load_scorer
-from casa_assets.library.identity import Identity, Producer
 from casa_assets.library.clip import NO_WEIGHTS, classify_by_look, load_scorer
 from casa_assets.library.library import Identity, Producer
 from casa_assets.library.review import REJECTED_CODE

@@ -31,11 +31,8 @@ from casa_assets.asset.asset_builder import ROOT, AssetBuilder, JointBuilder, Li
 from casa_assets.asset.family import Supplies
 from casa_assets.asset.solid import solid_mesh
 from casa_assets.core.numeric import Ints
-from casa_assets.families import finishes as palette
 from casa_assets.kitchenware.parts import interiors
 from casa_assets.kitchenware.parts.interiors import Interior
-from casa_assets.kitchenware.parts.carcass import interiors
-from casa_assets.kitchenware.parts.carcass.interiors import Interior
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.model.asset.parts import JointKind, Mesh
 from casa_assets.model.asset.provenance import Labels

@@ -16,34 +16,6 @@ from pathlib import Path
 from types import MappingProxyType
 
 from casa_assets import registry
-from casa_assets.articulate.assemble import assemble
-from casa_assets.articulate.frame import guess_frame
-from casa_assets.articulate.infer import choose_plan
-from casa_assets.articulate.plan import Articulation, PartKind
-from casa_assets.articulate.run import decisions
-from casa_assets.articulate.run.acceptance import doubts, explanation, unmet_checks, without_contract
-from casa_assets.articulate.run.build import ArticulateRequest, ArticulateResult, build, find_input
-from casa_assets.articulate.run.interiors import add_interiors
-from casa_assets.articulate.run.repairs import limit_ranges, mend
-from casa_assets.cache.cache_key import CodeRef, digest_of, key_of, versions_of
-from casa_assets.cache.store import Store
-from casa_assets.checks.motion.joints import JointTravel, joint_travels
-from casa_assets.core.system import process_name
-from casa_assets.errors import CasaError, Rejected
-from casa_assets.formats import mjcf
-from casa_assets.ingest.run.resume import (
-    NOTHING_KNOWN,
-    AcceptedAsset,
-    NewResult,
-    cached_outcome,
-    find_accepted,
-    reason_to_keep,
-    remember,
-    remembered,
-)
-from casa_assets.ingest.run.resume import RETRIED_CODES as RETRIED_BY_INGEST
-from casa_assets.ingest.sources.bundle import collect
-from casa_assets.ingest.things import load
 from casa_assets.articulate.decisions import Decisions
 from casa_assets.articulate.run.build import ArticulateRequest, with_override
 from casa_assets.articulate.run.steps import (
@@ -68,7 +40,10 @@ from casa_assets.library.entry import is_below
 from casa_assets.library.entry_table import EntryTable
 from casa_assets.library.library import Producer
 from casa_assets.model.source import NO_OVERRIDE
-from casa_assets.runs.engine import InputRun, open_library
+from casa_assets.runs.engine import (
+    InputRun,
+    open_library,
+)
 from casa_assets.runs.limits import Limits, WorkerFailure
 from casa_assets.runs.outcome import FAILURE_CODES, Event, RunAborted
 from casa_assets.runs.pool import Engine, Workers, open_engine

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 from casa_assets import registry
 from casa_assets.articulate.assemble import assemble
-from casa_assets.articulate.choose_plan import choose_plan
-from casa_assets.articulate.frame.axes import guess_frame
+from casa_assets.articulate.frame import guess_frame
+from casa_assets.articulate.infer import choose_plan
 from casa_assets.articulate.plan import Articulation, PartKind
 from casa_assets.articulate.run import decisions
 from casa_assets.articulate.run.acceptance import (
@@ -29,11 +29,11 @@ from casa_assets.articulate.run.interiors import add_interiors
 from casa_assets.cache.cache_key import CodeRef, digest_of, key_of, versions_of
 from casa_assets.cache.store import Store
 from casa_assets.checks.motion.joints import JointTravel, joint_travels
-from casa_assets.core.process_name import process_name
+from casa_assets.core.system import process_name
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.formats import mjcf
-from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
+from casa_assets.ingest.things import load
 from casa_assets.library import library as disk
 from casa_assets.library.clip import weights_digest
 from casa_assets.library.entry import Entry
@@ -47,8 +47,7 @@ from casa_assets.runs.engine import NOTHING_KNOWN, KeptAsset, NewResult, cached_
 from casa_assets.runs.engine import RETRIED_CODES as RETRIED_BY_INGEST
 from casa_assets.runs.outcome import Outcome, RunAborted, first_error, writing
 from casa_assets.show.stills.renderer import NoRenderer
-from casa_assets.show.stills.still import CannotDraw, render_model
-from casa_assets.show.stills.strip import MovingJoint, joint_strip
+from casa_assets.show.stills.still import CannotDraw, MovingJoint, joint_strip, render_model
 
 if TYPE_CHECKING:
     from casa_assets.library.library import Library

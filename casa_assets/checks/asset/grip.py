@@ -9,9 +9,8 @@ import numpy as np
 from casa_assets.checks import check
 from casa_assets.checks.motion.simulation import grip_of
 from casa_assets.core.numeric import Floats
-from casa_assets.mesh.solid.deviation import distances_outside_hulls, surface_samples
+from casa_assets.mesh.solid.deviation import distances_outside_hulls, fibonacci_directions, surface_samples
 from casa_assets.mesh.solid.primitive import link_bounds, shape_bounds, tessellate
-from casa_assets.mesh.visibility import fibonacci_directions
 from casa_assets.model.asset.asset import Asset, Collider, Joint
 from casa_assets.model.asset.parts import MeshShape
 from casa_assets.model.pose import Pose

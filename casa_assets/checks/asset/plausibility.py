@@ -8,25 +8,6 @@ from functools import lru_cache
 import numpy as np
 
 from casa_assets.checks import check
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.check import (
-    NO_COLLIDERS,
-    NO_JOINTS,
-    NO_VISUALS,
-    Measurement,
-    all_at_least,
-    all_at_most,
-    at_most,
-    colliders_of,
-    count,
-    is_from_family,
-    is_loose_mesh,
-    largest,
-    merged_mesh,
-    no_fault,
-    not_applicable,
-    not_run,
-)
 from casa_assets.checks.package import Package
 from casa_assets.core.numeric import Floats
 from casa_assets.mesh.solid.deviation import distances_outside_hulls, surface_samples

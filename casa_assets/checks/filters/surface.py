@@ -11,12 +11,9 @@ from PIL import Image
 from scipy import ndimage
 
 from casa_assets.checks import check
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.check import NO_VISUALS, Measurement, at_most, is_loose_mesh, merged_mesh, not_applicable
 from casa_assets.checks.package import Package
-from casa_assets.core.numeric import Floats, Ints, Mask
-from casa_assets.mesh.solid.deviation import Visibility, measure_visibility
 from casa_assets.core.numeric import Floats, Ints, Mask, linear_from_srgb_array, srgb_from_linear_array
+from casa_assets.mesh.solid.deviation import Visibility, measure_visibility
 from casa_assets.mesh.surface import face_normals
 from casa_assets.mesh.topology import edge_counts, face_components, weld
 from casa_assets.model.asset.asset import Asset, Visual

@@ -20,19 +20,6 @@ from casa_assets.checks.check import (
     worst_above,
 )
 from casa_assets.checks.motion import simulation
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.readers import mujoco_load
-from casa_assets.checks.motion.motion_model import (
-    STEP_S,
-    MotionModel,
-    lever_arm,
-    motion_model_of,
-    motion_spec,
-    open_before,
-    open_end,
-)
-from casa_assets.checks.motion.simulation import box_around, find_contacts, geom_boxes, set_joints
-from casa_assets.checks.motion.sweep import Penetration, moved_by, sweep
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mujoco_facts
 from casa_assets.core.hand_dynamics import PULL_N

@@ -14,13 +14,13 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks import check
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.readers import mujoco_facts, mujoco_load
+from casa_assets.checks.package import Package
+from casa_assets.checks.readers import mujoco_facts
+from casa_assets.checks.readers import mujoco_facts as mujoco_load
 from casa_assets.core.numeric import Floats, Ints, Mask
-from casa_assets.model.issue import Files
 from casa_assets.mesh.solid.primitive import shape_bounds
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 from casa_assets.model.pose import Pose
 
 # Key of a scene as it begins.

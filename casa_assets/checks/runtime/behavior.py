@@ -14,11 +14,10 @@ import numpy as np
 from casa_assets.checks import check
 from casa_assets.checks.motion import operate
 from casa_assets.checks.motion.simulation import STEP_S, collision_spec, find_contacts
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.readers import mujoco_load
 from casa_assets.checks.package import Package
+from casa_assets.checks.readers import mujoco_facts as mujoco_load
 from casa_assets.checks.runtime import contract as contract_names
-from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.asset import Asset, Region
 from casa_assets.model.asset.behavior import (
     Behavior,
     BehaviorState,
@@ -28,9 +27,6 @@ from casa_assets.model.asset.behavior import (
     start_behavior,
     step_behavior,
 )
-from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus, start, step
-from casa_assets.model.asset.asset import Asset, Region
-from casa_assets.model.asset.behavior import Behavior, Effect, EffectKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.contract import Contract, KeyRule, Trial

@@ -14,12 +14,9 @@ import numpy.typing as npt
 from lxml import etree
 
 from casa_assets.checks.check import Measurement, Problem, Unmeasured, count, not_applicable, not_run
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.readers.mujoco_load import load_mjcf
-from casa_assets.core.numeric import Floats
-from casa_assets.checks.check import Measurement, Problem, count, not_applicable, not_run
 from casa_assets.checks.package import Package
-from casa_assets.checks.runtime import loader_places
+from casa_assets.checks.readers.mujoco_facts import load_mjcf
+from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.asset import Asset, Collider, Joint, Link, Region, Site, Visual
 from casa_assets.model.asset.behavior import Variable
 from casa_assets.model.registry.contract import (

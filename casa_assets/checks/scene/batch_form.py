@@ -15,8 +15,7 @@ import numpy as np
 from casa_assets.checks import check
 from casa_assets.checks.motion.joints import PUSH_S, hand_effort, push
 from casa_assets.checks.motion.simulation import START, altered, open_before, open_end, reset_to_start
-from casa_assets.checks.readers.mujoco_facts import free_bodies
-from casa_assets.checks.readers.mujoco_load import Loaded, load_asset_file
+from casa_assets.checks.readers.mujoco_facts import Loaded, free_bodies, load_asset_file
 from casa_assets.checks.scene.forms import LIGHT_FILE
 from casa_assets.checks.scene.rest import Settled, deepest, farthest, settle
 from casa_assets.core.hand_dynamics import PULL_N

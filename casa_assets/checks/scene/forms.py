@@ -19,20 +19,18 @@ from pxr import Sdf, Tf, Usd
 from casa_assets.checks.check import Measurement, Problem, Unmeasured, count, not_run
 from casa_assets.checks.motion.simulation import reset_to_start
 from casa_assets.checks.package import parity
-from casa_assets.checks.package.facts import text
 from casa_assets.checks.package.usd import Diagnostics, validator_findings
 from casa_assets.checks.readers import scene_facts, urdf_facts, usd_facts
-from casa_assets.checks.readers.mujoco_facts import short_name
-from casa_assets.checks.readers.mujoco_load import Loaded, load_asset_file
+from casa_assets.checks.readers.facts import text
+from casa_assets.checks.readers.mujoco_facts import Loaded, load_asset_file, short_name
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.scene_facts import SceneFacts
 from casa_assets.checks.readers.urdf_facts import UrdfLink
 from casa_assets.checks.readers.usd_facts import imported, missing_importer
 from casa_assets.checks.scene.rest import Settled, deepest, farthest, settle
 from casa_assets.checks.scene.subject import SceneSubject
-from casa_assets.checks.simready.installed import NoVerdict, validator_python, validator_versions
-from casa_assets.checks.simready.rules import PROFILE, PROFILE_VERSION, Verdict
-from casa_assets.checks.simready.validator import validate_simready
+from casa_assets.checks.simready import PROFILE, PROFILE_VERSION, Verdict, validate_simready
+from casa_assets.checks.simready_python import NoVerdict, validator_python, validator_versions
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.kitchen.scene import WORLD, Scene

@@ -15,7 +15,7 @@ from casa_assets.checks.readers.mujoco_facts import free_bodies
 from casa_assets.checks.scene.subject import SceneSubject, all_pairs
 from casa_assets.core.numeric import Floats, Mask
 from casa_assets.model.asset.asset import JointKind
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.scene import FREE_JOINT
 from casa_assets.model.pose import Pose
 

@@ -15,10 +15,6 @@ import numpy as np
 from lxml import etree
 
 from casa_assets.checks.motion.simulation import altered, open_before, reset_to_start, subtree
-from casa_assets.checks.readers.mujoco_facts import ROOT_BODY
-from casa_assets.checks.readers.mujoco_load import Loaded, load_asset_file, native_warnings
-from casa_assets.checks.motion.motion_model import open_before
-from casa_assets.checks.motion.simulation import altered, reset_to_start, subtree
 from casa_assets.checks.readers.facts import ROOT_BODY
 from casa_assets.checks.readers.mujoco_facts import Loaded, load_asset_file, native_warnings
 from casa_assets.core.numeric import Floats, Ints, Mask

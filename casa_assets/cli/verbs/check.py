@@ -321,8 +321,7 @@ def _all() -> Mapping[str, Category]:
 
 def _builders() -> dict[str, tuple[str, ...]]:
     """Category -> commands that build one: of families, and of objects by their form."""
-    from casa_assets.registry.families import families
-    from casa_assets.registry.objects import object_names
+    from casa_assets.registry.families import families, object_names
 
     found: dict[str, tuple[str, ...]] = {}
     for made in families().values():
@@ -334,7 +333,7 @@ def _builders() -> dict[str, tuple[str, ...]]:
 
 def _row(category: Category, builders: tuple[str, ...]) -> dict[str, Any]:
     from casa_assets import registry
-    from casa_assets.registry.layered import origin_of_row
+    from casa_assets.registry.read import origin_of_row
     from casa_assets.registry.tables import look_alikes
 
     table = "categories.yaml" if category.id in registry.load().categories else "fixtures.yaml"

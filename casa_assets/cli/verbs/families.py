@@ -202,8 +202,8 @@ def list_objects(json_: AsJson = False) -> None:
 
     Example:  casa-assets objects list
     """
-    from casa_assets.registry.layered import origin_of_row
-    from casa_assets.registry.objects import object_family, object_files
+    from casa_assets.registry.families import object_family, object_files
+    from casa_assets.registry.read import origin_of_row
 
     output = Output(json_)
     table = TextTable(("category", "group", "form", "about", *from_column()), sentences=("about",))
@@ -237,7 +237,7 @@ def show_objects(
     Example:  casa-assets objects show apple banana --out /tmp/look
     """
     from casa_assets.families.object_sheets import write_sheet
-    from casa_assets.registry.objects import object_family
+    from casa_assets.registry.families import object_family
     from casa_assets.runs.outcome import writing
 
     for name in names:
@@ -270,9 +270,9 @@ def build_objects(
 
     Example:  casa-assets objects build --all --count 17 --library out/objects
     """
-    from casa_assets.checks.table.objects import ROWS
+    from casa_assets.checks.table import ROWS
     from casa_assets.families.build import build_all, object_requests
-    from casa_assets.library.analysis.library_report import read_library_report
+    from casa_assets.library.library_report import read_library_report
 
     if not names and not all_:
         raise typer.BadParameter("name categories, or give --all")

@@ -27,8 +27,8 @@ from casa_assets.cli.options import (
 from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at, pluralize, terminal_safe
 
 if TYPE_CHECKING:
-    from casa_assets.library.analysis.search import Found, SearchHit
     from casa_assets.library.library import Library as LibraryFolder
+    from casa_assets.library.search import Found, SearchHit
     from casa_assets.show.page.page_models import PageModels
     from casa_assets.show.reports.gate import Condition
     from casa_assets.show.reports.library_page import WrittenReport
@@ -205,8 +205,7 @@ def find(
       casa-assets find --where category=mug,cup --where 'size<=0.12' --json
       casa-assets find --where reason=FLT005 --most 100
     """
-    from casa_assets.library.analysis.search import entries_that, search_entries
-    from casa_assets.library.table.conditions import parse, with_default
+    from casa_assets.library.search import entries_that, parse, search_entries, with_default
 
     conditions = [parse(text) for text in where or ()]
     has_words = bool(query.strip())
@@ -227,16 +226,15 @@ def find(
 
 def _unnamed(library: Path) -> str:
     """How many assets words cannot find because nobody knows their category; empty for none."""
-    from casa_assets.library.analysis.search import entries_that
-    from casa_assets.library.table.conditions import parse
+    from casa_assets.library.search import entries_that, parse
 
     count = sum(1 for _ in entries_that(library_at(library), [parse("decide=category")]))
     return f"; {pluralize(count, 'asset')} in review without a category: casa-assets review {library}" if count else ""
 
 
 def _by_picture(query: str, library: Path, clip_weights: str, most: int) -> Found:
-    from casa_assets.library.analysis.clip import load_clip
-    from casa_assets.library.analysis.search import Found, search_by_picture
+    from casa_assets.library.clip import load_clip
+    from casa_assets.library.search import Found, search_by_picture
 
     hits = search_by_picture(query, library_at(library), load_clip(clip_weights), most)
     return Found(hits, len(hits))
@@ -348,9 +346,9 @@ def _print_written(written: WrittenReport, library: Path, output: Output) -> Non
 
 def _compare_all(library: LibraryFolder, clip_weights: str) -> None:
     """Run the checks of all assets together, where they never ran, or where CLIP is to look at the pictures first."""
-    from casa_assets.library.analysis import library_report
-    from casa_assets.library.analysis.clip import load_clip
-    from casa_assets.library.table.entry_table import EntryTable
+    from casa_assets.library import library_report
+    from casa_assets.library.clip import load_clip
+    from casa_assets.library.entry_table import EntryTable
     from casa_assets.runs.outcome import writing
 
     if clip_weights or library_report.read_library_report(library.root) is None:

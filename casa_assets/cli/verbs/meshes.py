@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from casa_assets.articulate.decisions import Decisions
     from casa_assets.articulate.run.run import ArticulateOutcome
     from casa_assets.ingest.run.run import Options
-    from casa_assets.ingest.run.shards.record import Shard
+    from casa_assets.ingest.run.shards import Shard
     from casa_assets.ingest.sources.found import Found
     from casa_assets.ingest.sources.places import StoreRoot
     from casa_assets.model.record import Vec3
@@ -171,7 +171,7 @@ def _run_once(
     sources: list[Path | StoreRoot], options: Options, output: Output, explain: bool, sending: batch_output.Sending
 ) -> list[Event]:
     from casa_assets.ingest.run.run import ingest as run
-    from casa_assets.ingest.run.shards.record import NAME as SHARD_RECORD
+    from casa_assets.ingest.run.shards import NAME as SHARD_RECORD
 
     others: Counter[str] = Counter()
 
@@ -204,7 +204,7 @@ def _codes(words: list[str] | None) -> frozenset[str]:
 
 
 def _shard(words: str) -> Shard | None:
-    from casa_assets.ingest.run.shards.record import Shard
+    from casa_assets.ingest.run.shards import Shard
 
     try:
         return Shard.parse(words) if words else None
@@ -301,8 +301,8 @@ def articulate(
       casa-assets articulate ~/appliances --jobs 8 --review
     """
     from casa_assets.articulate.run import review_page
-    from casa_assets.articulate.run.batch import articulate as run
     from casa_assets.articulate.run.build import ArticulateRequest
+    from casa_assets.articulate.run.run import articulate as run
 
     if clip_weights:
         from casa_assets.library.clip import require_weights

@@ -93,7 +93,7 @@ def make(
     Example:  casa-assets make --project my_kitchens
     """
     from casa_assets.cli.main import app
-    from casa_assets.registry.layered import load_project
+    from casa_assets.registry.read import load_project
 
     found = load_project()
     if found is None:

@@ -406,7 +406,7 @@ def plan_file(named: Path) -> Path:
     """The file of a plan that a user names: by its path, or as `scenes list` does. Raises UnknownId."""
     from casa_assets.errors import UnknownId
     from casa_assets.registry.kitchens import PLANS, plan_names
-    from casa_assets.registry.layered import stated_in
+    from casa_assets.registry.read import stated_in
 
     if named.is_file():
         return named
@@ -449,7 +449,7 @@ def check_plan(
     Example:  casa-assets scenes check-plan studio.yaml --fix --out studio_2.yaml
     """
     from casa_assets.layouts.check_plan.check import check_plan as check
-    from casa_assets.registry.edit import read_plan_text, write_new
+    from casa_assets.layouts.check_plan.edit import read_plan_text, write_new
     from casa_assets.registry.kitchens import load_style
 
     if fix != (out is not None):
@@ -498,8 +498,8 @@ def fit(
 
     Example:  casa-assets scenes fit studio.yaml --width 4.2 --depth 3.1 --out small.yaml
     """
-    from casa_assets.layouts.check_plan.fit import DoesNotFit, fit_plan
-    from casa_assets.registry.edit import read_plan_text, write_new
+    from casa_assets.layouts.check_plan.check import DoesNotFit, fit_plan
+    from casa_assets.layouts.check_plan.edit import read_plan_text, write_new
     from casa_assets.registry.kitchens import load_style
 
     row = {"id": file.stem, "file": str(file), "style": style, "width": width, "depth": depth}

@@ -209,7 +209,7 @@ def ingest(
     from casa_assets.projects import project_folder
     from casa_assets.runs.outcome import writing
     from casa_assets.textures.pack_entry import PictureDescription
-    from casa_assets.textures.run.packs.ingest import PackOptions, ingest_pack
+    from casa_assets.textures.run.packs import PackOptions, ingest_pack
 
     try:
         description = PictureDescription(

@@ -13,20 +13,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from casa_assets import registry
-from casa_assets.core.optional_packages import require
-from casa_assets.core.process_name import process_name
-from casa_assets.core.system import cache_for
+from casa_assets.core.system import cache_for, process_name, require
 from casa_assets.errors import PluginFailure, Rejected
 from casa_assets.ingest.run.survey import Survey, find_category
-from casa_assets.core.system import cache_for, process_name, require
-from casa_assets.errors import OutputError, PluginFailure
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.places import StoreRoot, root_of, utf8_escaped
 from casa_assets.ingest.sources.stores import folder_of
-from casa_assets.library import library as disk
-from casa_assets.library.identity import Identity, Producer
-from casa_assets.ingest.sources.places import StoreRoot, folder_of, root_of, utf8_escaped
 from casa_assets.library.library import Library
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Report

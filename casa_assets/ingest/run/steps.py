@@ -11,10 +11,10 @@ from typing import Any
 from casa_assets import registry
 from casa_assets.cache.cache_key import digest_of, key_of, versions_of
 from casa_assets.cache.store import Store
-from casa_assets.checks.run import load_table
-from casa_assets.checks.simready.validator import load_rules
+from casa_assets.checks.check import load_table
+from casa_assets.checks.simready import load_rules
 from casa_assets.errors import CasaError, OutputError, PluginFailure, RegistryError, Rejected
-from casa_assets.formats.read.dispatch import warm as warm_readers
+from casa_assets.formats.read import warm as warm_readers
 from casa_assets.ingest.assemble import assemble, grasp
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.collision.collide import collide
@@ -26,11 +26,9 @@ from casa_assets.ingest.run.job import Job, limits_in_key, stage_refusal
 from casa_assets.ingest.run.survey import Survey
 from casa_assets.ingest.scale import scale
 from casa_assets.ingest.simplify import simplify
+from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.texture import add_back_faces, texture
 from casa_assets.ingest.things import guess_of_things, load
-from casa_assets.ingest.size.scale import scale
-from casa_assets.ingest.sources.bundle import collect
-from casa_assets.ingest.things.signs import guess_of_things
 from casa_assets.library import library as disk
 from casa_assets.library.library import Producer
 from casa_assets.library.review import NAME, REJECTED_CODE, doubtful_guesses

@@ -111,9 +111,7 @@ def things_held(job: tuple[Found, Mapping[str, float]]) -> HeldThings | None:
     objects.
     """
     # Here, since most runs take nothing apart, and this loads slowly.
-    from casa_assets.ingest.load import load
-    from casa_assets.ingest.things.signs import guess_of_things
-    from casa_assets.ingest.things.split import things_of
+    from casa_assets.ingest.things import guess_of_things, load, things_of
 
     found, limits = job
     known = registry.load()

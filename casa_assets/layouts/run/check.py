@@ -17,33 +17,20 @@ from PIL import Image
 
 from casa_assets import registry
 from casa_assets.cache.cache_key import digest_of, key_of
+from casa_assets.checks import simready
 from casa_assets.checks.check import load_table, report_not_run, run
 from casa_assets.checks.design.grade import grade
 from casa_assets.checks.design.subject import DesignSubject, floor_picture
-from casa_assets.checks.readers.mujoco_load import native_warnings
+from casa_assets.checks.readers.mujoco_facts import native_warnings
 from casa_assets.checks.scene.forms import SceneFiles
 from casa_assets.checks.scene.placement import Pixels, PreviewImages
 from casa_assets.checks.scene.rest import MeasuredSpeed, scene_sizes
 from casa_assets.checks.scene.subject import SceneSubject, steps_per_second
-from casa_assets.checks.simready.validator import load_rules
 from casa_assets.checks.start_states.draw import StateRequest, Wanted, draw_states
-from casa_assets.checks import simready
-from casa_assets.checks.design.robot.picture import floor_picture
-from casa_assets.checks.design.rules.grade import grade
-from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.checks.readers.mujoco_facts import native_warnings
-from casa_assets.checks.run import load_table, report_not_run, run
-from casa_assets.checks.scene.formats.light_form import SceneFiles
-from casa_assets.checks.scene.motion.budget import MeasuredSpeed, scene_sizes
-from casa_assets.checks.scene.views import Pixels, PreviewImages
-from casa_assets.checks.start_states.stage import Stage
-from casa_assets.checks.start_states.verdict import StatesSubject
-from casa_assets.checks.table.table import UNLOADED, run_scene
 from casa_assets.checks.start_states.stage import Stage, StatesSubject
 from casa_assets.checks.table import UNLOADED, run_scene
 from casa_assets.core.system import cache_for
 from casa_assets.errors import CasaError
-from casa_assets.formats.mjcf.scene.kitchen import FILE
 from casa_assets.formats.mjcf.kitchen import FILE
 from casa_assets.layouts.run import scene_folders
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult

@@ -14,7 +14,6 @@ from pydantic import TypeAdapter
 
 from casa_assets.core.numeric import Floats, Ints, rng_for
 from casa_assets.core.system import kept_json
-from casa_assets.families.finishes import available_finishes
 from casa_assets.layouts.run.mix import kinds_of_fronts, models_of_roles
 from casa_assets.layouts.run.recipe import SceneRecipe, all_recipes
 from casa_assets.layouts.run.resolve import draw_surfaces, resolve

@@ -21,17 +21,10 @@ from casa_assets.errors import CasaError, PlanConflict, RegistryError, StyleConf
 from casa_assets.families.asset_store import AssetStore
 from casa_assets.families.build import FamilyRequest, asset_key, family_of
 from casa_assets.families.build import params_of as member_params_of
-from casa_assets.formats.mjcf.scene.kitchen import write
+from casa_assets.formats.mjcf.kitchen import write
 from casa_assets.layouts.compose import compose, scatter_props
 from casa_assets.layouts.lived_in import MEMBERS, PutGroup, put_objects, rounded_pose
 from casa_assets.layouts.order.build_order import KitchenRequest
-from casa_assets.layouts.order.request import request_kitchen
-from casa_assets.families.finishes import available_finishes
-from casa_assets.formats.mjcf.kitchen import write
-from casa_assets.layouts.compose.compose import compose
-from casa_assets.layouts.compose.scatter_props import scatter_props
-from casa_assets.layouts.lived_in.put_objects import MEMBERS, PutGroup, put_objects, rounded_pose
-from casa_assets.layouts.lived_in.spaces import find_spaces
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.layouts.run.kept import remember_kitchen_key, remembered_kitchen_key
 from casa_assets.layouts.run.library_assets import LibraryPresets, placed_asset, placed_key

@@ -21,22 +21,20 @@ from typing import Any
 from pydantic import ValidationError
 
 from casa_assets import registry
+from casa_assets.addons.batch.merged_form import batch_within
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.cache.cache_key import digest_of, key_of
+from casa_assets.checks.check import run
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.checks.run import run
-from casa_assets.checks.scene.batch.engine_sizes import engine_sizes
-from casa_assets.checks.scene.batch.form import BatchSubject, candidate_pairs
+from casa_assets.checks.scene.batch_form import BatchSubject, candidate_pairs
+from casa_assets.checks.scene.engine_sizes import engine_sizes
 from casa_assets.core.system import cache_for, replace_file
 from casa_assets.errors import CasaError
 from casa_assets.families.asset_store import AssetStore
-from casa_assets.formats.mjcf import document
-from casa_assets.formats.mjcf.scene import batch
-from casa_assets.formats.mjcf.scene import kitchen as mjcf
-from casa_assets.formats.usd.scene import kitchen as usd
-from casa_assets.layouts.order.build_order import KitchenRequest
+from casa_assets.formats.mjcf import batch, document
 from casa_assets.formats.mjcf import kitchen as mjcf
 from casa_assets.formats.usd import kitchen as usd
+from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.kept import is_drawn, is_whole, picture_key, written_key
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
@@ -52,7 +50,6 @@ from casa_assets.layouts.run.scene_files import (
 )
 from casa_assets.layouts.run.scene_json import describe, design_of
 from casa_assets.library import library as disk
-from casa_assets.mesh.merging.batch_form import batch_within
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Files, Report
 from casa_assets.model.kitchen.choices import JointWord

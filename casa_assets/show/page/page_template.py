@@ -19,7 +19,7 @@ from markupsafe import Markup
 
 from casa_assets import registry
 from casa_assets.cache.store import recall, remember
-from casa_assets.core.process_name import process_name
+from casa_assets.core.system import process_name
 from casa_assets.model.registry.rows import Rejection
 
 if TYPE_CHECKING:

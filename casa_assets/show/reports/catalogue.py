@@ -23,11 +23,8 @@ from casa_assets.formats.gltf import EVERYTHING, asset_glb
 from casa_assets.library.library import write_files
 from casa_assets.model.registry.category import NumberBasis, SizeRange
 from casa_assets.model.registry.rows import Surface
-from casa_assets.registry.families import family, family_names
-from casa_assets.registry.objects import object_family, object_files, object_names
-from casa_assets.runs.engine import run_batch
 from casa_assets.registry.families import family, family_names, object_family, object_files, object_names
-from casa_assets.runs.batch import run_batch
+from casa_assets.runs.engine import run_batch
 from casa_assets.runs.limits import WorkerFailure
 from casa_assets.show.page.page_template import ModelFiles, put_model, put_viewer, render_template
 from casa_assets.show.stills.still import poses, render

@@ -8,26 +8,20 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from casa_assets.addons.robots.certify import read_certificate
-from casa_assets.checks.design.floor_map import BASE_RADIUS_M
 from pydantic import ConfigDict, Field, ValidationError
 
-from casa_assets.addons.robots import read_certificate
-from casa_assets.checks.design.robot.floor_map import BASE_RADIUS_M
+from casa_assets.addons.robots.certify import read_certificate
+from casa_assets.checks.design.floor_map import BASE_RADIUS_M
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.core import behavior_interpreter
-from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus
 from casa_assets.core.numeric import decimals
 from casa_assets.errors import CasaError
 from casa_assets.families.asset_store import AssetStore
 from casa_assets.families.build import family_of, params_of
 from casa_assets.formats.gltf import EVERYTHING, asset_glb, scene_glb
 from casa_assets.formats.mjcf import document
-from casa_assets.formats.mjcf.scene.kitchen import FILE, write
+from casa_assets.formats.mjcf.kitchen import FILE, write
 from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.order.build_order import KitchenRequest
-from casa_assets.formats.mjcf.kitchen import FILE, write
-from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.load_scene import model_of
 from casa_assets.layouts.run.recipe import SceneRecipe
@@ -36,11 +30,11 @@ from casa_assets.layouts.run.scene_files import SCENE_JSON, SHARED
 from casa_assets.layouts.run.scene_folders import is_current
 from casa_assets.library import library as disk
 from casa_assets.library.entry_files import checked_model
+from casa_assets.model.asset import behavior as behavior_interpreter
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.behavior import Behavior
-from casa_assets.model.issue import Files
+from casa_assets.model.asset.behavior import Behavior, BehaviorState, Stimulus
 from casa_assets.model.asset.parts import Region, Site
-from casa_assets.model.files import Files
+from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.kitchen.robot import Following
 from casa_assets.model.kitchen.scene import Scene

@@ -16,16 +16,15 @@ from casa_assets.cache.store import Store
 from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected
 from casa_assets.library.library import Library, file_digests, write_files
 from casa_assets.model.asset.material import Substance
-from casa_assets.model.files import Files
-from casa_assets.model.issue import Report
+from casa_assets.model.issue import Files, Report
 from casa_assets.model.record import Record, Vec2
 from casa_assets.model.registry.rows import Finish, Surface
 from casa_assets.projects import SETTINGS, project_folder, read_again
 from casa_assets.show.stills.pictures import SheetCell, contact_sheet
+from casa_assets.textures import pack_pictures as derive
 from casa_assets.textures.check import check_pictures, pictures_of
 from casa_assets.textures.distance import NEARLY_ALIKE, TextureDescriptor, closest_pairs, describe_texture
-from casa_assets.textures.packs import pictures as derive
-from casa_assets.textures.packs.entry import (
+from casa_assets.textures.pack_entry import (
     MAX_FILE_BYTES,
     UNKNOWN,
     MapRole,

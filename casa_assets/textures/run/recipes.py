@@ -16,8 +16,6 @@ from casa_assets.asset.family import AvailableFinishes
 from casa_assets.cache.cache_key import digest_of, key_of, modules_holding
 from casa_assets.cache.store import Store
 from casa_assets.core.numeric import linear_from_srgb, srgb_from_hex
-from casa_assets.core.process_name import is_worker
-from casa_assets.core.system import max_cache_bytes
 from casa_assets.core.system import is_worker, max_cache_bytes
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.kitchenware import textures as kinds
@@ -28,13 +26,12 @@ from casa_assets.model.registry.document import Document
 from casa_assets.model.registry.rows import Finish, Plain, Surface, TextureRecipe
 from casa_assets.projects import in_use, project_folder, read_once, using
 from casa_assets.registry.families import look_samplers
-from casa_assets.registry.layered import load_project, names_in, origin_of_row, read_table_file
 from casa_assets.registry.plugins import or_of_ignored
 from casa_assets.registry.plugins.textures import plugin_kinds, texture_kinds
 from casa_assets.registry.read import load_project, names_in, origin_of_row, read_table_file
 from casa_assets.textures.canvas import Layers
 from casa_assets.textures.finish import finish
-from casa_assets.textures.packs.entry import Pack
+from casa_assets.textures.pack_entry import Pack
 from casa_assets.textures.run.pictures import (
     KIND,
     PACK,

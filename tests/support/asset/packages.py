@@ -12,14 +12,10 @@ from PIL import Image
 from pxr import Sdf, Usd
 
 from casa_assets.checks.check import run
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.readers.usd_facts import missing_importer
-from casa_assets.checks.simready.installed import NoVerdict, validator_python
-from casa_assets.checks.table import TABLE
 from casa_assets.checks.package import Package
-from casa_assets.checks.run import run
+from casa_assets.checks.readers.usd_facts import missing_importer
 from casa_assets.checks.simready_python import NoVerdict, validator_python
-from casa_assets.checks.table.table import TABLE
+from casa_assets.checks.table import TABLE
 from casa_assets.formats.mjcf import document as mjcf
 from casa_assets.formats.usd import document as usd
 from casa_assets.model.asset.asset import Asset

@@ -11,9 +11,6 @@ from casa_assets.asset.lightweight import light_scene
 from casa_assets.checks.scene.forms import LIGHT_FILE, SceneFiles
 from casa_assets.checks.scene.subject import FILE, SceneSubject
 from casa_assets.checks.table import run_scene
-from casa_assets.formats.mjcf.scene import kitchen as mjcf
-from casa_assets.formats.usd.scene import kitchen as usd
-from casa_assets.checks.table.table import run_scene
 from casa_assets.formats.mjcf import kitchen as mjcf
 from casa_assets.formats.usd import kitchen as usd
 from casa_assets.mesh.inertia import ready_to_simulate

@@ -9,8 +9,7 @@ import pytest
 
 import casa_assets as casa
 from casa_assets.asset.lightweight import light_scene
-from casa_assets.formats.mjcf import kitchen, write
-from casa_assets.formats.mjcf.scene import kitchen
+from casa_assets.formats.mjcf import kitchen
 from casa_assets.layouts.run.load_scene import spec_of
 from casa_assets.mesh.inertia import ready_to_simulate
 from casa_assets.model.asset.behavior import Behavior, Condition, Rule, Variable

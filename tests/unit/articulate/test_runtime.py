@@ -23,8 +23,8 @@ from casa_assets.articulate.interior.regions import (
 from casa_assets.articulate.part_names import PlacedPart, RuntimeName, runtime_names
 from casa_assets.articulate.plan import HingeEdge, JointPlan, PartKind
 from casa_assets.articulate.runtime_semantics import annotate_for_runtime, behavior_for, contract_for
-from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus, start, step
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region, Site
+from casa_assets.model.asset.behavior import BehaviorState, Stimulus, start, step
 from casa_assets.model.asset.parts import Box, Mesh, Visual
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3

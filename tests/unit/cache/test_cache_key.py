@@ -225,7 +225,7 @@ class TestImports:
     def test_types_alone_are_left_out_and_imports_inside_functions_are_not(self) -> None:
         found = reach("casa_assets.layouts.run.scene_json")
         assert "casa_assets.layouts.run.resolve" not in found.modules, "imported under TYPE_CHECKING"
-        assert "casa_assets.articulate.run.steps" in reach("casa_assets.cli.verbs.articulate:articulate").modules
+        assert "casa_assets.articulate.run.steps" in reach("casa_assets.cli.verbs.meshes:articulate").modules
         assert "casa_assets.ingest.run.steps" in reach("casa_assets.ingest.run.job:WorkerAnswers").modules, (
             "named in text"
         )

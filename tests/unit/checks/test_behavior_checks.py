@@ -11,9 +11,7 @@ from casa_assets import registry
 from casa_assets.checks.check import run
 from casa_assets.checks.motion import operate
 from casa_assets.checks.runtime.behavior import position, unreached
-from casa_assets.checks.table.table import TABLE
 from casa_assets.checks.table import TABLE
-from casa_assets.core.behavior_interpreter import Stimulus, start, step
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import (
     Behavior,

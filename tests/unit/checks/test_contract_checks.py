@@ -11,9 +11,6 @@ import pytest
 from casa_assets import registry
 from casa_assets.checks.check import run
 from casa_assets.checks.runtime import contract
-from casa_assets.checks.package import Package
-from casa_assets.checks.run import run
-from casa_assets.checks.runtime import loader_places
 from casa_assets.checks.runtime.contract import axis_of, missing_requirements, opening, regions
 from casa_assets.checks.table import TABLE
 from casa_assets.model.asset.asset import Asset, JointKind, Keyframe, Region

@@ -12,11 +12,8 @@ import pytest
 from casa_assets.checks.check import run
 from casa_assets.checks.filters.kind import misfit
 from casa_assets.checks.library import LibrarySizes
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.table import TABLE
 from casa_assets.checks.package import Package
-from casa_assets.checks.run import run
-from casa_assets.checks.table.table import TABLE
+from casa_assets.checks.table import TABLE
 from casa_assets.formats.mjcf import write
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material

@@ -9,14 +9,9 @@ from pydantic import ValidationError
 
 from casa_assets import registry
 from casa_assets.checks.check import Check, Measurement, no_fault, not_applicable, not_run, report_not_run, run
-from casa_assets.checks.package.package import Package
+from casa_assets.checks.package import Package
 from casa_assets.checks.scene.placement import PreviewImages
 from casa_assets.checks.table import TABLE
-from casa_assets.checks.check import Check, Measurement, no_fault, not_applicable, not_run
-from casa_assets.checks.package import Package
-from casa_assets.checks.run import report_not_run, run
-from casa_assets.checks.scene.views import PreviewImages
-from casa_assets.checks.table.table import TABLE
 from casa_assets.model.issue import CheckResult, Report, Severity, Status
 from tests.support.asset.assets import ball, rigid_mug
 from tests.support.asset.packages import not_run_here, written

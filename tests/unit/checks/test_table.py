@@ -22,12 +22,9 @@ from typing import Any
 from casa_assets import registry
 from casa_assets.checks.check import Check, Measurement, run
 from casa_assets.checks.table import TABLE
-from casa_assets.show.reports.checks_page import checks_markdown, codes
+from casa_assets.show.reports.checks_page import checks_markdown, every_code
 from casa_assets.textures.check import SET_CHECKS
 from casa_assets.textures.check import TABLE as TEXTURES
-from casa_assets.checks.check import Check
-from casa_assets.checks.table.table import TABLE
-from casa_assets.show.reports.checks_page import checks_markdown, every_code
 
 ROOT = Path(__file__).parents[3]
 KNOWN = registry.load()

@@ -10,14 +10,7 @@ from typing import Any
 import pytest
 
 from casa_assets.families import build as families
-from casa_assets.families.asset_store import AssetStore
 from casa_assets.ingest.run import steps as worker
-from casa_assets.layouts.run import resolve
-from casa_assets.model.asset.asset import Asset
-from casa_assets.model.kitchen.style import PresetChoice
-from casa_assets.runs.engine import attempt
-from tests.support.library.libraries import BOXES, box_obj, called
-from casa_assets.ingest.run import worker
 from tests.support.library.libraries import BOXES, box_obj, called, limited
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import obj

@@ -19,9 +19,8 @@ from casa_assets.cli import completion
 from casa_assets.cli.group import help_text
 from casa_assets.cli.main import app, narrowed
 from casa_assets.cli.reference import command_pages
-from casa_assets.registry.families import family_names
+from casa_assets.registry.families import family_names, object_names
 from casa_assets.registry.kitchens import plan_names, style_names
-from casa_assets.registry.objects import object_names
 from casa_assets.registry.tables import robot_names
 from tests.support.program.documents import ROOT
 

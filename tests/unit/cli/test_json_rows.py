@@ -14,12 +14,10 @@ import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
-from casa_assets.addons.batch import batch_form
 from casa_assets.cli.main import app
 from casa_assets.cli.verbs.project import write_starter
 from casa_assets.ingest.sources import objaverse
 from casa_assets.layouts.run import check, sample, scene_folders
-from casa_assets.layouts.run import check, scene_folders
 from casa_assets.layouts.run.recipe import SceneResult
 from casa_assets.library.library import Library
 from casa_assets.projects import NO_PROJECT, PLUGINS, VARIABLE, data_root

@@ -22,8 +22,8 @@ from casa_assets import registry
 from casa_assets.cli.main import app
 from casa_assets.errors import UnknownId
 from casa_assets.layouts.run import check
+from casa_assets.layouts.run import sample as run
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
-from casa_assets.layouts.run.sampling import run
 from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.show.stills import live_viewer
 from casa_assets.textures.run import check as texture_check

@@ -14,12 +14,9 @@ from typer.testing import CliRunner
 
 from casa_assets import registry
 from casa_assets.cli.main import app
-from casa_assets.cli.output import Output
-from casa_assets.registry.families import families, object_names
 from casa_assets.cli.output import Output, TextTable
 from casa_assets.library.library import Library
-from casa_assets.registry.families import families
-from casa_assets.registry.objects import object_names
+from casa_assets.registry.families import families, object_names
 from casa_assets.show.view.subject import AssetFolder, find
 from tests.support.library.libraries import called as casa
 

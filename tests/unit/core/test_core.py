@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from casa_assets.articulate.joints.joints import build_joint
+from casa_assets.articulate.joints import build_joint
 from casa_assets.articulate.plan import JointPlan, PartKind, PartPlan
+from casa_assets.asset.assemble import assemble
+from casa_assets.asset.asset_builder import ROOT, AssetBuilder
+from casa_assets.asset.blocks import box
 from casa_assets.asset.family import Params
-from casa_assets.asset.kit.assemble import assemble
-from casa_assets.asset.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.asset.kit.solids.blocks import box
 from casa_assets.cli import doctor
 from casa_assets.core import hand_dynamics, numeric, system
 from casa_assets.core.numeric import about_axis, decimals, significant

@@ -15,13 +15,10 @@ from casa_assets import export
 from casa_assets.addons.robocasa import run as robocasa
 from casa_assets.addons.robocasa import run as robocasa_kitchens
 from casa_assets.addons.robocasa.parts import box_region
-from casa_assets.errors import BatchFault, CasaError
-from casa_assets.export import forms, written_forms
-from casa_assets.layouts.order.build_order import KitchenRequest
-from casa_assets.addons.robocasa.writers.kitchens.parts import box_region
 from casa_assets.checks.package.parity import asset_differences
 from casa_assets.errors import BatchFault, CasaError, OutputError
 from casa_assets.export import URDF, export_assets, export_scenes
+from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import resolve

@@ -11,8 +11,6 @@ import numpy as np
 import pytest
 
 from casa_assets.addons.robocasa.run import ExportResult, export
-from casa_assets.families.build import FamilyResult, build_all, build_asset, family_of, object_requests, params_of
-from casa_assets.families.objects import PROPORTION_STEP, shape_digest
 from casa_assets.families.build import (
     PROPORTION_STEP,
     FamilyResult,

@@ -17,17 +17,13 @@ from casa_assets.core.numeric import rng_for
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.families.build import object_requests
 from casa_assets.kitchenware.objects import FORMS
-from casa_assets.kitchenware.objects.closed_surface import bent, lobed, smooth_profile, turned
-from casa_assets.kitchenware.textures.food import Skin, paint_skin
 from casa_assets.mesh.surface import solid_moments
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.provenance import Labels
 from casa_assets.model.registry.document import Document
 from casa_assets.model.registry.rows import Finish
-from casa_assets.registry.objects import object_family, object_names
 from casa_assets.registry.families import object_family, object_names
-from casa_assets.textures.canvas import Canvas
 from casa_assets.textures.run.recipes import every_recipe
 from tests.support.asset.family_members import available, known
 

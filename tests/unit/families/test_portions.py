@@ -10,18 +10,11 @@ from pydantic import ValidationError
 
 from casa_assets.core.numeric import rng_for
 from casa_assets.formats.mjcf import document
-from casa_assets.kitchenware.objects.closed_surface import smooth_profile, turned
-from casa_assets.kitchenware.objects.cutting import across, along, cut, sector, shell
-from casa_assets.kitchenware.objects.grown.produce import Face, Produce, head_leaves, rest_tilt
-from casa_assets.kitchenware.textures.food import Section, paint_section
 from casa_assets.kitchenware.objects.closed_surface import across, along, cut, sector, shell, smooth_profile, turned
 from casa_assets.kitchenware.objects.produce import Face, Produce, rest_tilt
 from casa_assets.model.registry.category import Portion
-from casa_assets.registry.objects import object_family
-from tests.support.asset.family_members import available
 from casa_assets.registry.families import object_family
-from casa_assets.textures.canvas import Canvas
-from tests.support.asset.family_members import available, known
+from tests.support.asset.family_members import available
 from tests.unit.families.test_objects import is_closed, supplies
 
 pytestmark = pytest.mark.content("code", "families", keep=0)

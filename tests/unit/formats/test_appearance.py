@@ -10,14 +10,10 @@ import pytest
 
 from casa_assets.addons.batch.merged_form import batch_form
 from casa_assets.asset.lightweight import light_scene
-from casa_assets.formats.mjcf.scene import batch
+from casa_assets.formats.mjcf import batch
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material, Texture
 from casa_assets.model.issue import Files
-from casa_assets.model.kitchen.scene import PICTURE_PX, BatchScene
-from casa_assets.formats.mjcf import batch
-from casa_assets.mesh.merging.batch_form import batch_form
-from casa_assets.model.files import Files
 from casa_assets.model.kitchen.scene import BatchScene
 from casa_assets.model.record import Vec3
 from tests.support.kitchen.rooms import at, block, room

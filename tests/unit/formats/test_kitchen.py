@@ -11,14 +11,6 @@ import pytest
 from lxml import etree
 
 from casa_assets.formats.mjcf import document
-from casa_assets.formats.mjcf.scene import kitchen
-from casa_assets.formats.mjcf.scene.kitchen import FOLDER, write
-from casa_assets.formats.mujoco_values import ROBOSUITE_GROUPS
-from casa_assets.layouts.compose import look_at
-from casa_assets.mesh.inertia import adjacent_links
-from casa_assets.model.kitchen.scene import OUTER_FACE, Camera, Placement, Scene
-from tests.support.asset.assets import microwave, textured_box
-from tests.support.kitchen.scenes import Weight, body, corner, expected, in_form, put
 from casa_assets.formats.mjcf.kitchen import write
 from casa_assets.formats.values import ROBOSUITE_GROUPS
 from casa_assets.model.kitchen.scene import OUTER_FACE, Placement, Scene

@@ -22,7 +22,6 @@ from casa_assets.model.asset.asset import Asset, Joint, JointKind, Keyframe, Lin
 from casa_assets.model.asset.provenance import Split
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.contract import RobocasaRelease
-from casa_assets.registry.families import object_names
 from tests.support.asset.assets import ball, rigid_mug, textured_box, write_to
 from tests.support.library.built_libraries import SLICE_SIZE, slice_of_bread
 

@@ -16,10 +16,9 @@ import pytest
 from lxml import etree
 
 from casa_assets.addons.robocasa import casa_kitchens, kitchens, parts
+from casa_assets.addons.robocasa import kitchens as description
+from casa_assets.addons.robocasa.kitchens import translated
 from casa_assets.addons.robocasa.run import classes
-from casa_assets.addons.robocasa.writers import casa_kitchens
-from casa_assets.addons.robocasa.writers.kitchens import description, document, parts
-from casa_assets.addons.robocasa.writers.kitchens.start_states import translated
 from casa_assets.formats import mjcf
 from casa_assets.layouts.run.state_file import write_states
 from casa_assets.model.asset.asset import Asset, Base

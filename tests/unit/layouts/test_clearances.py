@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 
 from casa_assets.kitchenware.parts.handles import HandleKind, handle_reach
-from casa_assets.layouts.compose.floor_facts import facts_of
-from casa_assets.kitchenware.parts.hardware.handles import HandleKind, handle_reach
 from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.plan.clearances import HANDLES_M, Leaf, find_aisles, leaves_of
 from casa_assets.layouts.plan.style_models import StyleModels

@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 from casa_assets.errors import CasaError, PlanConflict, UnknownId
-from casa_assets.families.finishes import plain
-from casa_assets.kitchenware.fixtures.worktops import CORBEL_REACH, CORBEL_WIDTH
 from casa_assets.kitchenware.catalog import MODELS
-from casa_assets.kitchenware.fixtures.counters.counters import CORBEL_REACH, CORBEL_WIDTH
+from casa_assets.kitchenware.fixtures.worktops import CORBEL_REACH, CORBEL_WIDTH
 from casa_assets.layouts.check_plan.edit import flow_text
 from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.order.request import request_kitchen

@@ -9,8 +9,6 @@ import pytest
 import casa_assets as casa
 from casa_assets import registry
 from casa_assets.cache.cache_key import key_of
-from casa_assets.errors import CasaError, RegistryError
-from casa_assets.layouts.run.resolve import preset_params
 from casa_assets.errors import RegistryError
 from casa_assets.model.registry.document import Document
 from casa_assets.projects import VARIABLE, environment, project_folder, use_project
@@ -19,7 +17,6 @@ from casa_assets.registry.kitchens import load_plan, load_style, style_names
 from casa_assets.registry.read import origin_of_row, read_document
 from casa_assets.runs.limits import Limits
 from casa_assets.runs.pool import Pool
-from casa_assets.textures.run.recipes import available_finishes, find_recipe, origin_of, plain
 from tests.support.program.projects import Project
 
 

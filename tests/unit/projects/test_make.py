@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 import casa_assets
-from casa_assets.cli.verbs.project import name_of
 from casa_assets.errors import CasaError
 from tests.support.library.libraries import ROOT
 from tests.support.library.libraries import called as casa

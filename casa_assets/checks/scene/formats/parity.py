@@ -17,7 +17,7 @@ from casa_assets.checks.readers import scene_facts, usd_facts
 from casa_assets.checks.readers.facts import short_name
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.scene_facts import SceneFacts
-from casa_assets.checks.scene.formats.light_form import SceneFiles
+from casa_assets.checks.scene.forms import SceneFiles
 
 Facts = TypeVar("Facts")
 

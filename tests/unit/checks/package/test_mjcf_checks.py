@@ -9,14 +9,9 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.checks.check import run
-from casa_assets.checks.package import facts
-from casa_assets.checks.package.package import Package
-from casa_assets.checks.readers import asset_facts, mujoco_facts, mujoco_load
-from casa_assets.checks.table import TABLE
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mujoco_facts
-from casa_assets.checks.run import run
-from casa_assets.checks.table.table import TABLE
+from casa_assets.checks.table import TABLE
 from casa_assets.formats.mjcf import write
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.parts import Box

@@ -6,12 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from casa_assets.checks import simready, simready_python
 from casa_assets.checks.check import run
 from casa_assets.checks.readers import usd_facts
-from casa_assets.checks.simready import installed, validator
-from casa_assets.cli import doctor
-from casa_assets.checks import simready, simready_python
-from casa_assets.checks.run import run
 from casa_assets.model.issue import CheckResult, Report, Status
 from casa_assets.registry import load
 from tests.support.asset.assets import rigid_mug

@@ -13,9 +13,6 @@ import pytest
 
 from casa_assets.checks.package.parity import asset_differences
 from casa_assets.checks.scene.forms import scene_differences
-from casa_assets.formats.urdf import document
-from tests.support.asset.assets import microwave, write_to
-from casa_assets.checks.scene.formats.urdf import scene_differences
 from casa_assets.core.numeric import about_axis
 from casa_assets.formats import urdf
 from casa_assets.formats.urdf import roll_pitch_yaw

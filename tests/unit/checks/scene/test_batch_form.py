@@ -13,14 +13,7 @@ from casa_assets.checks.check import run
 from casa_assets.checks.scene import engine_sizes as sizes_of_engines
 from casa_assets.checks.scene.batch_form import BATCH_FILE, BatchSubject
 from casa_assets.checks.scene.engine_sizes import engine_sizes
-from casa_assets.formats.mjcf.scene import batch
-from casa_assets.checks.run import run
-from casa_assets.checks.scene.batch import engine_sizes as sizes_of_engines
-from casa_assets.checks.scene.batch.engine_sizes import engine_sizes
-from casa_assets.checks.scene.batch.form import BATCH_FILE, BatchSubject
-from casa_assets.checks.table.table import TABLE
 from casa_assets.formats.mjcf import batch
-from casa_assets.mesh.merging.batch_form import batch_form
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import EngineSizes, Scene

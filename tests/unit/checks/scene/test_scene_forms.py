@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 
 from casa_assets.checks.check import run
-from casa_assets.checks.readers.mujoco_load import native_warnings
 from casa_assets.checks.readers.mujoco_facts import native_warnings
-from casa_assets.checks.run import run
 from casa_assets.checks.scene import subject as scene_subject
 from casa_assets.checks.scene.forms import SceneFiles
 from casa_assets.checks.scene.placement import PreviewImages

@@ -18,10 +18,7 @@ from casa_assets.ingest.run.inputs import LIBRARY_FILES, discover_inputs
 from casa_assets.ingest.run.survey import state_of
 from casa_assets.ingest.sources import Found, Refused, collect, discover, stores
 from casa_assets.ingest.sources.places import StoreRoot, hide_secrets, root_of
-from casa_assets.library import attribution
-from casa_assets.library.analysis import library_report
 from casa_assets.library import attribution, library_report
-from casa_assets.library.entry import is_below
 from casa_assets.model import rejection_codes as codes
 from tests.support.library.source_stores import PROTOCOL, TrialSystem, put, web_server
 from tests.support.mesh.format_files import tarred, zipped

@@ -17,9 +17,9 @@ import pytest
 import casa_assets
 from casa_assets.cache import store
 from casa_assets.errors import CasaError, UnknownId
-from casa_assets.formats.mjcf.scene import kitchen as mjcf
-from casa_assets.formats.usd.scene import isaac_lab
-from casa_assets.formats.usd.scene import kitchen as usd
+from casa_assets.formats.mjcf import kitchen as mjcf
+from casa_assets.formats.usd import isaac_lab
+from casa_assets.formats.usd import kitchen as usd
 from casa_assets.layouts.run import kept, resolve, scene_folders
 from casa_assets.layouts.run.recipe import SceneRecipe, all_recipes, recipe_of, recipes_matching, recipes_named
 from casa_assets.layouts.run.scene_files import LIGHT_FILE, OVERVIEW, SCENE_JSON, WRITTEN

@@ -7,15 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.checks.scene.motion.settling import come_to_rest
-import casa_assets as casa
 from casa_assets.checks.scene.rest import come_to_rest
-from casa_assets.errors import CasaError
-from casa_assets.formats.mjcf.scene.kitchen import write
+from casa_assets.formats.mjcf.kitchen import write
 from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.order.build_order import KitchenRequest
-from casa_assets.formats.mjcf.kitchen import write
-from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import bare, build_scene, kitchen_key

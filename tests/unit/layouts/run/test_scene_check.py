@@ -14,10 +14,7 @@ from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.scene.forms import SceneFiles
 from casa_assets.checks.scene.placement import PreviewImages
 from casa_assets.checks.scene.subject import SceneSubject
-from casa_assets.checks.scene.views import PreviewImages
-from casa_assets.checks.table.table import TABLE
 from casa_assets.checks.table import TABLE
-from casa_assets.core.system import cache_dir
 from casa_assets.errors import PlanConflict
 from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.run import check, scene_folders, scene_page

@@ -16,7 +16,7 @@ from casa_assets.addons.batch.merged_form import (
 from casa_assets.addons.batch.moving_parts import joint_word, meeting_links
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.checks.scene.batch_form import candidate_pairs
-from casa_assets.formats.mjcf.scene import batch
+from casa_assets.formats.mjcf import batch
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.asset.parts import Box
 from casa_assets.model.kitchen.choices import JointWord

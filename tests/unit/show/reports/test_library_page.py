@@ -17,8 +17,7 @@ from casa_assets import registry
 from casa_assets.library import entry_files
 from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry
-from casa_assets.library.identity import Producer
-from casa_assets.library.library import Summary
+from casa_assets.library.library import Producer, Summary
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status, tally
 from casa_assets.model.source import Source, SourceKind

@@ -18,19 +18,11 @@ import casa_assets as casa
 from casa_assets.cli import completion, doctor
 from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
 from casa_assets.layouts.run import pack as scene_pack
-from casa_assets.layouts.run.resolve import draw_surfaces
-from casa_assets.layouts.run.sampling.draws import draw_recipes
 from casa_assets.layouts.run.draws import draw_recipes
-from casa_assets.layouts.run.recipe import SceneRecipe
-from casa_assets.layouts.run.resolve import draw_surfaces, resolve
+from casa_assets.layouts.run.resolve import draw_surfaces
 from casa_assets.model.registry.rows import Surface
 from casa_assets.projects import use_project
 from casa_assets.textures.pack_entry import PictureDescription
-from casa_assets.textures.run.check import check_one
-from casa_assets.textures.run.packs import pictures as pack_files
-from casa_assets.textures.run.packs.ingest import PackOptions, PackReport, ingest_pack
-from casa_assets.textures.run.recipes import find_recipe, finish_of, origin_of, recipes
-from casa_assets.textures.packs.entry import PictureDescription
 from casa_assets.textures.run import pictures as pack_files
 from casa_assets.textures.run.packs import PackOptions, PackReport, ingest_pack
 from casa_assets.textures.run.recipes import find_recipe, finish_of, finishes, finishes_key, origin_of, recipes

@@ -17,14 +17,9 @@ from casa_assets.errors import CasaError, RegistryError
 from casa_assets.library.library import file_digests
 from casa_assets.model.registry.rows import Surface
 from casa_assets.textures.check import seam
-from casa_assets.textures.pack_entry import REMEDIES, PictureDescription, PictureRejection, slug, unique_ids
-from casa_assets.textures.pack_pictures import GivenMaps, decode, layers, tile
-from casa_assets.textures.run.packs.ingest import PackOptions, PackReport, ingest_pack
-from casa_assets.textures.run.packs.pictures import load_pack
-from casa_assets.textures.packs.entry import REMEDIES, PictureDescription, PictureRejection
-from casa_assets.textures.packs.pictures import GivenMaps, decode, tile
+from casa_assets.textures.pack_entry import REMEDIES, PictureDescription, PictureRejection
+from casa_assets.textures.pack_pictures import GivenMaps, decode, tile
 from casa_assets.textures.run.packs import PackOptions, PackReport, ingest_pack
-from casa_assets.textures.seam import seam
 from tests.support.library.pictures import encoded, pixels
 
 pytestmark = [

@@ -21,9 +21,7 @@ from casa_assets.textures.pack_entry import (
     PictureDescription,
     PictureRejection,
 )
-from casa_assets.textures.pack_pictures import GivenMaps, decode, decode_map, finish_of_tile, pixels_of, png, tile
-from casa_assets.textures.run.packs.ingest import PackOptions, ingest_pack
-from casa_assets.textures.packs.pictures import decode, decode_map
+from casa_assets.textures.pack_pictures import decode, decode_map
 from casa_assets.textures.run.packs import PackOptions, ingest_pack
 from tests.support.library.pictures import deep_png, encoded, pixels, relief, tiff, tiling
 
