@@ -24,7 +24,6 @@ from casa_assets.formats import urdf
 from casa_assets.formats.gltf import EVERYTHING, SEEN_ALONE, Layers, asset_glb, scene_glb
 from casa_assets.formats.urdf import json_text
 from casa_assets.layouts.order.build_order import KitchenRequest
-from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.kept import remembered_kitchen_key
 from casa_assets.layouts.run.recipe import SceneRecipe, recipes_named
 from casa_assets.layouts.run.resolve import build_scene, kitchen_key, warm

@@ -20,7 +20,6 @@ from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.layouts.run.load_scene import FILES
 from casa_assets.layouts.run.scene_files import SCENE_JSON, START_STATES
-from casa_assets.layouts.run.scene_folders import read_batch
 from casa_assets.layouts.run.state_file import read_current_states
 
 if TYPE_CHECKING:

@@ -23,14 +23,13 @@ from casa_assets.families.asset_store import AssetStore
 from casa_assets.formats.mjcf import batch
 from casa_assets.formats.mjcf import kitchen as mjcf
 from casa_assets.layouts.order.build_order import KitchenRequest as Resolved
-from casa_assets.layouts.order.request import KitchenRequest as Resolved
 from casa_assets.layouts.run.check import run_checks_on_scene
 from casa_assets.layouts.run.kept import is_drawn, is_whole
 from casa_assets.layouts.run.load_scene import FILES, SurfaceTextures, model_of, spec_of
 from casa_assets.layouts.run.recipe import SceneRecipe, recipe_of
 from casa_assets.layouts.run.resolve import build_scene, draw_surfaces, ordered_models, ordered_surfaces, resolve
 from casa_assets.layouts.run.scene_files import SCENE_JSON, START_STATES
-from casa_assets.layouts.run.scene_folders import BuildOptions, batch_of, publish_scene, scene_key
+from casa_assets.layouts.run.scene_folders import BuildOptions, publish_scene, scene_key
 from casa_assets.layouts.run.scene_json import describe, design_of, surface_finishes
 from casa_assets.layouts.run.state_file import read_current_states
 from casa_assets.library import library as disk

@@ -15,7 +15,6 @@ import pytest
 import casa_assets as casa
 from casa_assets.addons.batch.batch_form import batch_of
 from casa_assets.formats.mjcf.batch import write
-from casa_assets.layouts.run.scene_folders import batch_of
 from tests.support.kitchen.scenes import put
 from tests.support.library.libraries import ROOT
 from tests.support.program.environments import CONSUMERS, python_of

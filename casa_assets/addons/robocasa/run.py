@@ -23,7 +23,6 @@ from casa_assets.errors import CasaError, OutputError
 from casa_assets.formats.mjcf.kitchen import FILE as SCENE_XML
 from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.order.build_order import KitchenRequest
-from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.kept import is_whole
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import build_scene

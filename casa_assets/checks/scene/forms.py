@@ -6,7 +6,7 @@ import hashlib
 import json
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
@@ -21,11 +21,11 @@ from casa_assets.checks.motion.simulation import reset_to_start
 from casa_assets.checks.package import parity
 from casa_assets.checks.package.usd import Diagnostics, validator_findings
 from casa_assets.checks.readers import scene_facts, urdf_facts, usd_facts
-from casa_assets.checks.readers.facts import text
+from casa_assets.checks.readers.facts import four, text, three
 from casa_assets.checks.readers.mujoco_facts import Loaded, load_asset_file, short_name
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.scene_facts import SceneFacts
-from casa_assets.checks.readers.urdf_facts import UrdfLink
+from casa_assets.checks.readers.urdf_facts import UrdfAsset
 from casa_assets.checks.readers.usd_facts import imported, missing_importer
 from casa_assets.checks.scene.rest import Settled, deepest, farthest, settle
 from casa_assets.checks.scene.subject import SceneSubject
@@ -33,7 +33,8 @@ from casa_assets.checks.simready import PROFILE, PROFILE_VERSION, Verdict, valid
 from casa_assets.checks.simready_python import NoVerdict, validator_python, validator_versions
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.asset.parts import joint_positions
-from casa_assets.model.kitchen.scene import WORLD, Scene
+from casa_assets.model.kitchen.scene import Scene
+from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record, Vec3, Vec4
 
 USD_FILE, NESTED_FILE, LIGHT_FILE = "scene.usda", "scene_nested.usda", "scene_light.xml"
@@ -412,7 +413,6 @@ def _count(problems: list[Problem]) -> Measurement:
 # URDF -----------------------------------------------------------------------------------------------------------------
 
 FILE, LIST = "scene.urdf", "scene.json"
-SEPARATOR = "__"
 
 
 def scene_differences(folder: Path, scene: Scene) -> list[Problem]:
@@ -431,33 +431,19 @@ def scene_differences(folder: Path, scene: Scene) -> list[Problem]:
 
 def _tree_differences(folder: Path, scene: Scene) -> Iterator[Problem]:
     """Differences of the fixed placements, one by one."""
-    trees = _by_placement(urdf_facts.links(folder / FILE))
+    read = urdf_facts.read(folder / FILE)
+    roots = {read.model.body(i).name: i for i in range(1, read.model.nbody) if not read.model.body_parentid[i]}
     fixed = [place for place in scene.placements if scene.asset_of[place.name].base is Base.FIXED]
-    yield from (row.problem for row in text("placements", sorted(place.name for place in fixed), sorted(trees)))
+    yield from (row.problem for row in text("placements", sorted(place.name for place in fixed), sorted(roots)))
     for place in fixed:
-        if place.name not in trees:
+        if place.name not in roots:
             continue
-        asset, tree = scene.asset_of[place.name], trees[place.name]
+        asset, body = scene.asset_of[place.name], roots[place.name]
         aside = urdf_facts.beside(folder / f"{asset.id}.urdf")
-        yield from _below(place.name, parity.table_differences(tree, folder, aside, asset, place.name + SEPARATOR))
-        root = next(link for link in tree if link.parent == WORLD)
-        pose = place.pose @ asset.root.pose
-        yield from _below(place.name, parity.compare(pose, root.pose, parity.TOLERANCE, parity.LENGTH_TOLERANCE_M))
-
-
-def _by_placement(tree: tuple[UrdfLink, ...]) -> dict[str, tuple[UrdfLink, ...]]:
-    """Links of each placement under the names that they have in the asset, the root tied to the world."""
-    found: dict[str, list[UrdfLink]] = {}
-    for link in tree:
-        if link.name != WORLD:
-            placement = link.name.split(SEPARATOR)[0]
-            name, parent = (_name_in_asset(name, placement) for name in (link.name, link.parent))
-            found.setdefault(placement, []).append(replace(link, name=name, parent=parent))
-    return {placement: tuple(links) for placement, links in found.items()}
-
-
-def _name_in_asset(name: str, placement: str) -> str:
-    return urdf_facts.ROOT if name == placement else name.removeprefix(placement + SEPARATOR)
+        yield from _below(place.name, parity.table_differences(UrdfAsset(read, aside, place.name), asset))
+        found = Pose(position=three(read.model.body_pos[body]), quaternion=four(read.model.body_quat[body]))
+        expected = place.pose @ asset.root.pose
+        yield from _below(place.name, parity.compare(expected, found, parity.TOLERANCE, parity.LENGTH_TOLERANCE_M))
 
 
 class ListedFacts(Record):

@@ -25,7 +25,7 @@ from casa_assets.formats.mjcf.kitchen import write
 from casa_assets.layouts.compose import compose, scatter_props
 from casa_assets.layouts.lived_in import MEMBERS, PutGroup, put_objects, rounded_pose
 from casa_assets.layouts.order.build_order import KitchenRequest
-from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
+from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.run.kept import remember_kitchen_key, remembered_kitchen_key
 from casa_assets.layouts.run.library_assets import LibraryPresets, placed_asset, placed_key
 from casa_assets.layouts.run.mix import goes_together, is_wooden, mixed_style, models_of_roles

@@ -35,7 +35,6 @@ from casa_assets.formats.mjcf import batch, document
 from casa_assets.formats.mjcf import kitchen as mjcf
 from casa_assets.formats.usd import kitchen as usd
 from casa_assets.layouts.order.build_order import KitchenRequest
-from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.kept import is_drawn, is_whole, picture_key, written_key
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.layouts.run.resolve import build_scene, kitchen_key, preset_params

@@ -22,7 +22,6 @@ from casa_assets.formats.mjcf import document
 from casa_assets.formats.mjcf.kitchen import FILE, write
 from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.order.build_order import KitchenRequest
-from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.load_scene import model_of
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import build_choice, build_scene, draw_surfaces, resolve

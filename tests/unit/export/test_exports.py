@@ -19,7 +19,6 @@ from casa_assets.checks.package.parity import asset_differences
 from casa_assets.errors import BatchFault, CasaError, OutputError
 from casa_assets.export import URDF, export_assets, export_scenes
 from casa_assets.layouts.order.build_order import KitchenRequest
-from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import resolve
 from casa_assets.layouts.run.state_file import digest_of_file, read_states, write_states

@@ -186,7 +186,7 @@ def test_every_registry_finds_its_instances(kind: Any, exported: Path) -> None:
     assert casa_objects.fill(kind, categories, groups, exported) == ("casa", "casa_test", "casa_train")
     apple = categories["apple"]
     assert apple["objaverse"] == "theirs"
-    found = {name: [Path(p).parent.name for p in apple[name].mjcf_paths] for name in entries.registry_splits("casa")}
+    found = {name: [Path(p).parent.name for p in apple[name].mjcf_paths] for name in objects.registry_splits("casa")}
     # An object that is alone is there twice: RoboCasa's own splits take the first and the second half.
     halves = {"casa_train": ["apple_00"] * 2, "casa_test": ["apple_01"] * 2}
     assert found == {"casa": ["apple_00", "apple_01"], **halves}

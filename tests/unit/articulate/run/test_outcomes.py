@@ -14,7 +14,6 @@ from casa_assets.articulate.run import steps as running
 from casa_assets.articulate.run.acceptance import doubts
 from casa_assets.articulate.run.build import ArticulateRequest, build, with_override
 from casa_assets.articulate.run.decisions import DECISIONS_NAME, read_decisions
-from casa_assets.articulate.run.run import ArticulateOutcome, articulate_one
 from casa_assets.articulate.run.steps import ArticulateOutcome, articulate_one
 from casa_assets.cli.batch_output import end_inputs
 from casa_assets.library import library as disk

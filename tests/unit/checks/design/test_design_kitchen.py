@@ -12,7 +12,6 @@ from casa_assets.checks.check import run
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.order.build_order import KitchenRequest
-from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import build_scene
 from casa_assets.mesh.outline import penetration_depth

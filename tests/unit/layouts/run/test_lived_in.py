@@ -11,7 +11,6 @@ from casa_assets.checks.scene.rest import come_to_rest
 from casa_assets.formats.mjcf.kitchen import write
 from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.order.build_order import KitchenRequest
-from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import bare, build_scene, kitchen_key
 from casa_assets.layouts.run.scene_json import describe
