@@ -30,7 +30,7 @@ from casa_assets.cli.output import (
 from casa_assets.errors import BatchFault, CasaError
 
 if TYPE_CHECKING:
-    from casa_assets.articulate.run.run import ArticulateOutcome
+    from casa_assets.articulate.run.steps import ArticulateOutcome
     from casa_assets.families.build import FamilyResult
     from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
     from casa_assets.library.entry import Entry

@@ -24,11 +24,10 @@ from casa_assets.asset.assemble import Family, assemble
 from casa_assets.asset.family import Params, Supplies
 from casa_assets.cache.cache_key import digest_of, key_of, versions_of
 from casa_assets.cache.store import Store
-from casa_assets.checks import simready
+from casa_assets.checks import objects, simready
 from casa_assets.checks.check import load_table
 from casa_assets.checks.check import run as run_checks
 from casa_assets.checks.objects import ObjectMember, PrintedLine
-from casa_assets.checks.table import objects
 from casa_assets.core.numeric import Floats, rng_for
 from casa_assets.core.system import cache_for
 from casa_assets.errors import UnknownId

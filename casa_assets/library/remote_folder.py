@@ -105,7 +105,8 @@ class RemoteFolder:
         if protocol == "s3":
             require("s3fs", "stores", f"{shown}: a library on a store")
         # Many files are on their way at once, so the parts of one are not: it would be asked for its size first.
-        options: dict[str, Any] = {"file": {"auto_mkdir": True}, "s3": {"max_concurrency": 1}}.get(protocol, {})
+        by_protocol: dict[str, dict[str, Any]] = {"file": {"auto_mkdir": True}, "s3": {"max_concurrency": 1}}
+        options = by_protocol.get(protocol, {})
         try:
             system, path = open_system(url, **options)
         except ImportError as error:

@@ -16,8 +16,8 @@ from casa_assets.addons.robocasa import objects, parts
 from casa_assets.addons.robocasa.parts import Part
 from casa_assets.core.numeric import Floats, decimals
 from casa_assets.formats import mjcf
-from casa_assets.formats.mjcf import kitchen, shapes
-from casa_assets.formats.values import ROBOSUITE_GROUPS, VIEWER_GROUPS
+from casa_assets.formats.mjcf import kitchen
+from casa_assets.formats.values import ROBOSUITE_GROUPS, VIEWER_GROUPS, numbers
 from casa_assets.model.asset.asset import Asset, Base, Region
 from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.scene import FREE_JOINT, Layer, Placement, Scene, StartStates, StateJoint
@@ -413,7 +413,7 @@ def arena(scene: Scene, exclusions: Iterable[tuple[str, str]]) -> bytes:
     if light is None:
         down = {"name": "ambient", "dir": "0 0 -1", "diffuse": "0 0 0", "specular": "0 0 0", "castshadow": "false"}
         light = etree.SubElement(world, "light", down)
-    light.set("ambient", shapes.numbers(scene.ambient))
+    light.set("ambient", numbers(scene.ambient))
     pairs = etree.SubElement(root, "contact")
     for first, second in exclusions:
         etree.SubElement(pairs, "exclude", {"name": f"{first}__{second}", "body1": first, "body2": second})

@@ -20,7 +20,7 @@ from lxml import etree
 from casa_assets.addons.robocasa.casa_objects import GROUPS
 from casa_assets.addons.robocasa.parts import moved
 from casa_assets.formats.mjcf import document, shapes
-from casa_assets.formats.values import ROBOSUITE_GROUPS
+from casa_assets.formats.values import ROBOSUITE_GROUPS, numbers
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.asset.provenance import Split
@@ -98,7 +98,7 @@ def _document(asset: Asset, meshes: shapes.Meshes) -> etree._Element:
         # Tasks colour the site `liquid` of a vessel: an upright cylinder inside it, invisible until then.
         lower, upper = asset.bounds
         radius, half_height = LIQUID_SHARE * min(upper[:2] - lower[:2]) / 2, LIQUID_SHARE * (upper[2] - lower[2]) / 2
-        at, size = shapes.numbers((0.0, 0.0, (lower[2] + upper[2]) / 2)), shapes.numbers((radius, half_height))
+        at, size = numbers((0.0, 0.0, (lower[2] + upper[2]) / 2)), numbers((radius, half_height))
         attributes = {"name": "liquid", "type": "cylinder", "pos": at, "size": size, "rgba": "0 0 0 0"}
         etree.SubElement(root_body, "site", attributes)
     document.add_labels(root, asset)
@@ -252,12 +252,12 @@ def _turn_inertial(element: etree._Element, turn: Pose) -> None:
     rotated = np.rint(turn.rotation) @ tensor @ np.rint(turn.rotation).T  # a quarter turn only changes places and signs
     element.set("pos", _numbers_text(turn.apply(np.array([_numbers(element, "pos", "0 0 0")]))[0]))
     inertia = (rotated[0, 0], rotated[1, 1], rotated[2, 2], rotated[0, 1], rotated[0, 2], rotated[1, 2])
-    element.set("fullinertia", shapes.numbers(inertia))
+    element.set("fullinertia", numbers(inertia))
 
 
 def _numbers_text(values: Iterable[float]) -> str:
     """Text with twelve decimals: a quarter turn must not leave rounding errors such as 1e-17."""
-    return shapes.numbers(round(float(value), 12) for value in values)
+    return numbers(round(float(value), 12) for value in values)
 
 
 # Entries --------------------------------------------------------------------------------------------------------------

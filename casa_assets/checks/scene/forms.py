@@ -21,8 +21,8 @@ from casa_assets.checks.motion.simulation import reset_to_start
 from casa_assets.checks.package import parity
 from casa_assets.checks.package.usd import Diagnostics, validator_findings
 from casa_assets.checks.readers import scene_facts, urdf_facts, usd_facts
-from casa_assets.checks.readers.facts import four, text, three
-from casa_assets.checks.readers.mujoco_facts import Loaded, load_asset_file, short_name
+from casa_assets.checks.readers.facts import four, short_name, text, three
+from casa_assets.checks.readers.mujoco_facts import Loaded, load_asset_file
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.scene_facts import SceneFacts
 from casa_assets.checks.readers.urdf_facts import UrdfAsset

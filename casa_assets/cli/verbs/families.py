@@ -270,7 +270,7 @@ def build_objects(
 
     Example:  casa-assets objects build --all --count 17 --library out/objects
     """
-    from casa_assets.checks.table import ROWS
+    from casa_assets.checks.objects import ROWS
     from casa_assets.families.build import build_all, object_requests
     from casa_assets.library.library_report import read_library_report
 

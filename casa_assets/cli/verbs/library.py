@@ -205,9 +205,9 @@ def find(
       casa-assets find --where category=mug,cup --where 'size<=0.12' --json
       casa-assets find --where reason=FLT005 --most 100
     """
-    from casa_assets.library.search import entries_that, parse, search_entries, with_default
+    from casa_assets.library.search import entries_that, parse_condition, search_entries, with_default
 
-    conditions = [parse(text) for text in where or ()]
+    conditions = [parse_condition(text) for text in where or ()]
     has_words = bool(query.strip())
     if not has_words and (clip_weights or not conditions):
         raise typer.BadParameter("there are no words to look for", param_hint="QUERY")
@@ -228,7 +228,7 @@ def _unnamed(library: Path) -> str:
     """How many assets words cannot find because nobody knows their category; empty for none."""
     from casa_assets.library.search import entries_that, parse
 
-    count = sum(1 for _ in entries_that(library_at(library), [parse("decide=category")]))
+    count = sum(1 for _ in entries_that(library_at(library), [parse_condition("decide=category")]))
     return f"; {pluralize(count, 'asset')} in review without a category: casa-assets review {library}" if count else ""
 
 

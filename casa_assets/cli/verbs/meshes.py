@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Mapping, Sequence
 
     from casa_assets.articulate.decisions import Decisions
-    from casa_assets.articulate.run.run import ArticulateOutcome
+    from casa_assets.articulate.run.steps import ArticulateOutcome
     from casa_assets.ingest.run.run import Options
     from casa_assets.ingest.run.shards import Shard
     from casa_assets.ingest.sources.found import Found

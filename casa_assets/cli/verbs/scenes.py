@@ -467,10 +467,10 @@ def check_plan(
 
 
 def _print_faults(found: PlanCheck, file: Path, output: Output) -> None:
-    for told in found.faults:
-        pointer = ".".join(map(str, told.fault.pointer)) or "(top)"
-        output.wrong(f"{told.file}:{told.line}: {pointer}: expected {told.fault.expected}, got {told.fault.got}")
-        output.wrong(f"    correction: {told.fault.mend.sentence if told.fault.mend else 'none was found'}")
+    for fault in found.faults:
+        pointer = ".".join(map(str, fault.pointer)) or "(top)"
+        output.wrong(f"{fault.file}:{fault.line}: {pointer}: expected {fault.expected}, got {fault.got}")
+        output.wrong(f"    correction: {fault.mend.sentence if fault.mend else 'none was found'}")
     if found.fits:
         output.line(f"{file}: fits")
         return

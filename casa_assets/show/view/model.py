@@ -29,9 +29,8 @@ from casa_assets.layouts.run.scene_files import SCENE_JSON, SHARED
 from casa_assets.layouts.run.scene_folders import is_current
 from casa_assets.library import library as disk
 from casa_assets.library.entry_files import checked_model
-from casa_assets.model.asset import behavior as behavior_interpreter
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.behavior import Behavior, BehaviorState, Stimulus
+from casa_assets.model.asset.behavior import Behavior, BehaviorState, Stimulus, start_behavior, step_behavior
 from casa_assets.model.asset.parts import Region, Site
 from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.choices import Surface
@@ -88,7 +87,7 @@ def step_machine(behavior: Behavior, said: Step) -> dict[str, Any]:
     Raises:
         CasaError: a state that this machine cannot be in, or a joint that is no number.
     """
-    state = behavior_interpreter.start(behavior)
+    state = start_behavior(behavior)
     if said.values:
         known = {variable.name: variable.values for variable in behavior.variables}
         if set(said.values) != set(known) or any(value not in known[name] for name, value in said.values.items()):
@@ -101,7 +100,7 @@ def step_machine(behavior: Behavior, said: Step) -> dict[str, Any]:
             raise CasaError(f"{said.placement or 'the asset'}: the state has not the rules of this machine")
     joints = {name: said.joints.get(name, 0.0) for name in behavior.joints}
     seconds = min(max(said.dt_s, 0.0), MAX_STEP_S)
-    after = behavior_interpreter.step(state, Stimulus(joints, frozenset(said.touched)), seconds)
+    after = step_behavior(state, Stimulus(joints, frozenset(said.touched)), seconds)
     waits = any(rule.after_s and held for rule, held in zip(behavior.rules, after.held_s, strict=True))
     return {
         "values": dict(after.values),
