@@ -23,8 +23,6 @@ from casa_assets.core.system import cache_for
 from casa_assets.errors import UnknownId
 from casa_assets.families.finishes import available_finishes, finishes, finishes_key
 from casa_assets.families.objects import check_member, complete
-from casa_assets.kitchenware.catalog import MODELS
-from casa_assets.kitchenware.objects import FORMS
 from casa_assets.library import library as disk
 from casa_assets.library.analysis.derived_files import write_reports
 from casa_assets.library.identity import Identity, Producer
@@ -36,8 +34,8 @@ from casa_assets.model.registry.category import Category
 from casa_assets.projects import read_once
 from casa_assets.registry.families import family, family_names
 from casa_assets.registry.objects import object_family, object_names
-from casa_assets.registry.plugins import LoadedPlugin
-from casa_assets.registry.plugins.families import plugin_families, plugin_forms
+from casa_assets.registry.plugins import CONTENT, LoadedPlugin
+from casa_assets.registry.plugins.families import FORMS, MODELS, plugin_families, plugin_forms
 from casa_assets.registry.plugins.guard import guarded
 from casa_assets.runs.asset_package import (
     PREVIEW,
@@ -54,8 +52,6 @@ from casa_assets.runs.pool import Workers
 from casa_assets.show.stills.studio import View
 from casa_assets.textures.run.recipes import skins
 
-# The package that the code of all families is below.
-FAMILIES_PACKAGE = "casa_assets.kitchenware"
 WORKER_BYTES = 1_500_000_000  # of memory, that building and checking a member may take
 # A picture for the thumbnail alone.
 PREVIEW_VIEW = View(size_px=THUMBNAIL_PX, passes=8)
@@ -201,7 +197,7 @@ def _plugin(name: str, form: str) -> LoadedPlugin | None:
 
 def _modules(name: str, form: str) -> tuple[ModuleType, ...]:
     """The modules that hold the code of a family, or of the form of objects, whatever their category."""
-    return modules_holding(FORMS[form] if form else MODELS[name], FAMILIES_PACKAGE)
+    return modules_holding(FORMS[form] if form else MODELS[name], CONTENT)
 
 
 def labels_of(member_family: Family[Any]) -> Labels:

@@ -16,12 +16,10 @@ from casa_assets import registry
 from casa_assets.asset.family import Params
 from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.cache.store import Store
-from casa_assets.checks.objects.members import ObjectMember, PrintedLine
+from casa_assets.checks.objects.members import ObjectMember
 from casa_assets.checks.run import run
 from casa_assets.checks.table import objects
 from casa_assets.core.numeric import Floats
-from casa_assets.kitchenware.textures.objects.label import LABEL, Label
-from casa_assets.kitchenware.textures.objects.printed_lines import lines_in_picture
 from casa_assets.mesh.grasps import choose_grasps, grasp_site
 from casa_assets.mesh.topology import weld
 from casa_assets.model.asset.asset import Asset
@@ -29,6 +27,8 @@ from casa_assets.model.asset.parts import Grasp
 from casa_assets.model.asset.provenance import split_of
 from casa_assets.model.issue import Report
 from casa_assets.model.registry.category import Category
+from casa_assets.registry.plugins.textures import texture_kinds
+from casa_assets.textures.canvas import PrintedLine
 from casa_assets.textures.run.recipes import skins
 
 # Loose objects --------------------------------------------------------------------------------------------------------
@@ -93,12 +93,13 @@ def printed_lines(asset: Asset, cache: Path) -> dict[str, tuple[PrintedLine, ...
     found = {}
     for material in asset.materials:
         recipe, picture = skins().get(material.id), material.base_color_texture
-        if recipe is not None and recipe.kind == LABEL.name and picture is not None:
+        kind = None if recipe is None else texture_kinds().get(recipe.kind)
+        if recipe is not None and picture is not None and kind is not None and kind.printed_lines is not None:
             store, size = Store(cache / "printed_lines", is_optional=True), (picture.height_px, picture.width_px)
-            key = digest_of("printed_lines", key_of(lines_in_picture), recipe.digest, size)
+            key = digest_of("printed_lines", key_of(kind.printed_lines), recipe.digest, size)
             kept = store.get(key)
             if kept is None:
-                made = lines_in_picture(Label.from_json(recipe.params), size)
+                made = kind.printed_lines(kind.params.from_json(recipe.params), size)
                 rows = [
                     {"text": x.text, "runs_upwards": x.runs_upwards, "png": _png(np.asarray(x.cover))} for x in made
                 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from casa_assets.ext.families import Family
+from casa_assets.ext.families import Family, Params
 from casa_assets.kitchenware.fixtures.cabinets import cabinets, corner_cabinets, housings, island_base
 from casa_assets.kitchenware.fixtures.cold import dishwasher, fridges
 from casa_assets.kitchenware.fixtures.cooking import hob, hood, microwave, toaster_oven, wall_oven
@@ -26,6 +26,8 @@ from casa_assets.kitchenware.fixtures.room import floors, room_ceiling, room_wal
 from casa_assets.kitchenware.fixtures.small import blender, coffee_machine, kettle, stand_mixer, toaster
 from casa_assets.kitchenware.fixtures.trim import shelves, trim
 from casa_assets.kitchenware.fixtures.wall_decor import clock, picture_frame, spice_rack, utensil_rack
+from casa_assets.kitchenware.parts.appliance.front import ApplianceLook
+from casa_assets.kitchenware.parts.fronts.fronts import CabinetLook
 
 GROUPS: dict[str, tuple[Family[Any], ...]] = {
     "cabinets": (
@@ -117,3 +119,6 @@ GROUPS: dict[str, tuple[Family[Any], ...]] = {
     ),
 }
 MODELS: dict[str, Family[Any]] = {model.name: model for models in GROUPS.values() for model in models}
+# Records of looks that members of several families share; `cabinet` has named ones in registry/looks.yaml, and each has
+# its rules in registry/look_rules.yaml.
+LOOKS: dict[str, type[Params]] = {"cabinet": CabinetLook, "appliance": ApplianceLook}

@@ -26,7 +26,7 @@ FOLDER = "objects"
 class ObjectRow(Record):
     """A row of a file of registry/objects/, under the id of a category in registry/categories.yaml."""
 
-    form: Id = Field(description="name of a form, kitchenware/objects/")
+    form: Id = Field(description="name of a form")
     about: str = Field(description="what members there are, one sentence")
     sample: dict[str, Any] = Field(
         description="field -> the rule by which a member's value is drawn (`asset/sampling.py`)"

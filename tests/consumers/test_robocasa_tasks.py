@@ -78,7 +78,9 @@ def _made(name: str, digest: str, is_vessel: bool) -> Asset:
                 visuals=tuple(
                     Visual(name=f"body_{k}", mesh=box_mesh(*box), material="paint") for k, box in enumerate(boxes)
                 ),
-                colliders=tuple(box_collider(f"body_{k}_hull", sides, center) for k, (sides, center) in enumerate(boxes)),
+                colliders=tuple(
+                    box_collider(f"body_{k}_hull", sides, center) for k, (sides, center) in enumerate(boxes)
+                ),
             ),
         ),
         materials=(Material(id="paint", base_color=_color(name)),),

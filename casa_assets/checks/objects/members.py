@@ -19,24 +19,10 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.registry.category import Category
+from casa_assets.textures.canvas import PrintedLine
 
 # Member ---------------------------------------------------------------------------------------------------------------
 # A member of a category of objects, with what is printed on it: the subject of the checks on each.
-
-
-@dataclass(frozen=True)
-class PrintedLine:
-    """A line of letters in the picture of a material.
-
-    Attributes:
-        text: as it is written.
-        cover: (H, W) share of each pixel of the picture that its letters cover, 0..1; row 0 is the upper edge.
-        runs_upwards: its baseline runs upwards in the picture.
-    """
-
-    text: str
-    cover: Floats
-    runs_upwards: bool
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,6 @@ from PIL import Image
 
 from casa_assets import registry
 from casa_assets.core.numeric import rng_for
-from casa_assets.kitchenware.textures.make import make
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.issue import Status
 from casa_assets.model.registry.rows import Surface
@@ -19,7 +18,7 @@ from casa_assets.textures import canvas
 from casa_assets.textures.check import TABLE, Pictures, check_pictures, check_set, pictures_of
 from casa_assets.textures.distance import TextureDescriptor, describe_texture
 from casa_assets.textures.finish import finish, normals, swatch
-from casa_assets.textures.run.recipes import recipes
+from casa_assets.textures.run.recipes import layers_of, recipes
 
 LIMITS = registry.load().limits
 STONE = Substance(id="stone", density=2600, static_friction=0.6, dynamic_friction=0.5)
@@ -123,7 +122,7 @@ def test_a_set_is_full_and_varied() -> None:
 
 def test_finish_of_a_recipe_decodes_to_what_was_painted() -> None:
     recipe = recipes()[Surface.WALL]["subway_white_bevel"]
-    layers = make(recipe, 128)
+    layers = layers_of(recipe, 128)
     pictures = pictures_of(finish(recipe.id, recipe.tile_m, layers, STONE))
     np.testing.assert_allclose(pictures.base / 255, layers.albedo, atol=0.003)
     rows, columns = (n // 2 for n in layers.roughness.shape)
@@ -144,7 +143,7 @@ def test_normals_have_the_slope_of_the_relief_in_metres() -> None:
 
 
 def test_a_finish_without_a_tile_is_refused() -> None:
-    made = finish("x", (1.0, 1.0), make(recipes()[Surface.WALL]["tin_ceiling_white"], 64), STONE)
+    made = finish("x", (1.0, 1.0), layers_of(recipes()[Surface.WALL]["tin_ceiling_white"], 64), STONE)
     bare = made.replace(material=made.material.replace(normal_texture=None))
     with pytest.raises(ValueError, match="lacks"):
         pictures_of(bare)
@@ -152,7 +151,7 @@ def test_a_finish_without_a_tile_is_refused() -> None:
 
 def test_png_bytes_are_the_same_each_time_and_hold_no_metadata() -> None:
     recipe = recipes()[Surface.FLOOR]["oak_natural_plank"]
-    one, two = (finish("x", recipe.tile_m, make(recipe, 64), STONE) for _ in range(2))
+    one, two = (finish("x", recipe.tile_m, layers_of(recipe, 64), STONE) for _ in range(2))
     assert one.digest == two.digest
     for texture in one.material.textures:
         with Image.open(io.BytesIO(texture.png)) as image:

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from casa_assets.core.numeric import rng_for
-from casa_assets.kitchenware.textures.make import make
 from casa_assets.model.registry.rows import Surface, TextureRecipe
 from casa_assets.textures import canvas
 from casa_assets.textures.canvas import Map
@@ -19,7 +18,7 @@ from casa_assets.textures.distance import (
     oklab,
     pairwise,
 )
-from casa_assets.textures.run.recipes import recipes
+from casa_assets.textures.run.recipes import layers_of, recipes
 
 TILE = (0.8, 0.8)
 
@@ -96,7 +95,7 @@ def test_oklab_of_known_colours() -> None:
 
 
 def look(recipe: TextureRecipe) -> TextureDescriptor:
-    picture = make(recipe, 128)
+    picture = layers_of(recipe, 128)
     return describe_texture(picture.albedo, recipe.tile_m, picture.roughness, picture.height_m)
 
 

@@ -4,6 +4,6 @@ from __future__ import annotations
 
 from casa_assets.ext.textures import TextureKind
 from casa_assets.kitchenware.textures.objects.food import SECTION, SKIN
-from casa_assets.kitchenware.textures.objects.label import LABEL
+from casa_assets.kitchenware.textures.objects.printed_lines import LABEL
 
 KINDS: tuple[TextureKind, ...] = (SKIN, LABEL, SECTION)

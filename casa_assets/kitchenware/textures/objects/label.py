@@ -17,7 +17,7 @@ from pydantic import Field, model_validator
 
 from casa_assets.ext.arrays import linear_from_srgb_array
 from casa_assets.ext.records import HexColor, Id, Record
-from casa_assets.ext.textures import Canvas, Layers, Share, TextureKind, rgb
+from casa_assets.ext.textures import Canvas, Layers, Share, rgb
 from casa_assets.kitchenware.textures.objects.motifs import MOTIFS, Pen, star
 
 # Letters are drawn this many pixels high and then fitted; a picture is drawn this many times larger than it is kept.
@@ -661,5 +661,3 @@ ROUND: Mapping[Layout, Callable[[Image.Image, Label, Area, Area], None]] = {
         *(_round_upright, _round_burst, _round_block),
     )
 }
-
-LABEL = TextureKind("label", Label, paint)
