@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -11,8 +11,9 @@ import numpy.typing as npt
 from pydantic import Field
 from scipy import ndimage
 
-from casa_assets.core.numeric import srgb_from_hex
+from casa_assets.core.numeric import rng_for, srgb_from_hex
 from casa_assets.model.record import Vec2
+from casa_assets.model.registry.rows import TextureRecipe
 
 NoiseMap = npt.NDArray[np.float32]
 Size = tuple[int, int]
@@ -269,6 +270,23 @@ def stratified(count: int, rng: np.random.Generator) -> Map:
 
 # Kind -----------------------------------------------------------------------------------------------------------------
 
+SIZE_PX = 1024  # of the longer side of a picture
+
+
+@dataclass(frozen=True)
+class PrintedLine:
+    """A line of letters in the picture of a material.
+
+    Attributes:
+        text: as it is written.
+        cover: (H, W) share of each pixel of the picture that its letters cover, 0..1; row 0 is the upper edge.
+        runs_upwards: its baseline runs upwards in the picture.
+    """
+
+    text: str
+    cover: Map
+    runs_upwards: bool
+
 
 @dataclass(frozen=True)
 class TextureKind:
@@ -279,8 +297,19 @@ class TextureKind:
         params: Record type of what a recipe may set.
         paint: (params, canvas, rng) -> Layers. The picture repeats without a seam in both directions, and depends on
             the numbers and the generator alone: another size in pixels shows the same design.
+        printed_lines: (params, size of the picture) -> its lines of letters, which a check tries to read.
     """
 
     name: str
     params: Any
     paint: Callable[[Any, Canvas, np.random.Generator], Layers]
+    printed_lines: Callable[[Any, Size], Sequence[PrintedLine]] | None = None
+
+
+def paint(kind: TextureKind, recipe: TextureRecipe, size_px: int = SIZE_PX) -> Layers:
+    """Paint a recipe of a kind; the longer side has `size_px` pixels."""
+    width, height = recipe.tile_m
+    longest = max(width, height)
+    size = (max(8, round(size_px * height / longest)), max(8, round(size_px * width / longest)))
+    params = kind.params.from_json(recipe.params)
+    return kind.paint(params, Canvas(size, recipe.tile_m), rng_for(recipe.seed, f"textures/{recipe.kind}"))

@@ -1,4 +1,4 @@
-"""Kinds of textures that plug-ins add."""
+"""Kinds of textures: those of this package, and those that plug-ins add."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from casa_assets.projects import read_once
 from casa_assets.registry.plugins.guard import guarded
 from casa_assets.registry.plugins.load import LoadedPlugin, added
 from casa_assets.textures.canvas import TextureKind
+
+__all__ = ["KINDS", "plugin_kinds", "texture_kinds"]
 
 
 @read_once
