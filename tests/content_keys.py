@@ -38,14 +38,13 @@ from casa_assets import registry
 from casa_assets.asset.assemble import Family
 from casa_assets.cache.cache_key import SHOWN, digest_of, reach
 from casa_assets.cache.code_index import PACKAGE, is_ours, package_files, package_root, scan, target
-from casa_assets.kitchenware.catalog import MODELS
-from casa_assets.kitchenware.objects import FORMS
-from casa_assets.kitchenware.textures.make import kind_of
 from casa_assets.model.registry.category import Category
 from casa_assets.model.registry.rows import Surface
 from casa_assets.projects import read_once
 from casa_assets.registry.families import LOOK_RULES, family, family_names, object_family, object_files, object_names
 from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names
+from casa_assets.registry.plugins.families import FORMS, MODELS
+from casa_assets.registry.plugins.textures import texture_kinds
 from casa_assets.registry.read import read_table_file
 from casa_assets.textures.run.recipes import every_recipe, find_recipe, recipes
 
@@ -67,7 +66,7 @@ MAKERS = tuple(
 JUDGES = (f"{PACKAGE}.textures.distance", f"{PACKAGE}.textures.check")
 # What every member of a family, or of a form of objects, goes through.
 MEMBERS_PASS = (f"{PACKAGE}.asset.assemble", f"{PACKAGE}.asset.sampling")
-PAINTS = f"{PACKAGE}.kitchenware.textures.make"
+PAINTS = f"{PACKAGE}.textures.canvas"
 ORDERS_KITCHENS = f"{PACKAGE}.layouts.order.request"
 
 
@@ -98,7 +97,7 @@ def _object(name: str) -> str:
 def _texture(name: str) -> str:
     """The code of a recipe's kind, and the recipe."""
     recipe = find_recipe(name)
-    kind = kind_of(recipe.kind)
+    kind = texture_kinds()[recipe.kind]
     return digest_of(_code((kind.params.__module__, kind.paint.__module__)), module_digest(PAINTS), recipe.digest)
 
 

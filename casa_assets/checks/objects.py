@@ -25,18 +25,7 @@ from casa_assets.model.asset.provenance import Signature
 from casa_assets.model.issue import Severity
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
-
-
-@dataclass(frozen=True)
-class PrintedLine:
-    """A line of letters in the picture of a material; `runs_upwards`: its baseline does.
-
-    `cover`: (H, W) share of each pixel that its letters cover, 0..1; row 0 is the upper edge.
-    """
-
-    text: str
-    cover: Floats
-    runs_upwards: bool
+from casa_assets.textures.canvas import PrintedLine
 
 
 @dataclass(frozen=True, eq=False)

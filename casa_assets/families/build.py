@@ -27,13 +27,10 @@ from casa_assets.cache.store import Store
 from casa_assets.checks import objects, simready
 from casa_assets.checks.check import load_table
 from casa_assets.checks.check import run as run_checks
-from casa_assets.checks.objects import ObjectMember, PrintedLine
+from casa_assets.checks.objects import ObjectMember
 from casa_assets.core.numeric import Floats, rng_for
 from casa_assets.core.system import cache_for
 from casa_assets.errors import UnknownId
-from casa_assets.kitchenware.catalog import MODELS
-from casa_assets.kitchenware.objects import FORMS
-from casa_assets.kitchenware.textures.label import LABEL, Label, lines_in_picture
 from casa_assets.library import library as disk
 from casa_assets.library.entry_table import EntryTable
 from casa_assets.library.library import Identity, Producer
@@ -48,8 +45,9 @@ from casa_assets.model.registry.category import Category
 from casa_assets.projects import read_once
 from casa_assets.registry.families import family, family_names, object_family, object_names
 from casa_assets.registry.plugins import LoadedPlugin
-from casa_assets.registry.plugins.families import plugin_families, plugin_forms
+from casa_assets.registry.plugins.families import FORMS, MODELS, plugin_families, plugin_forms
 from casa_assets.registry.plugins.guard import guarded
+from casa_assets.registry.plugins.textures import texture_kinds
 from casa_assets.runs.asset_package import (
     PREVIEW,
     THUMBNAIL_PX,
@@ -63,6 +61,7 @@ from casa_assets.runs.limits import WorkerFailure
 from casa_assets.runs.outcome import writing
 from casa_assets.runs.pool import Workers
 from casa_assets.show.stills.studio import View
+from casa_assets.textures.canvas import PrintedLine
 from casa_assets.textures.run.recipes import available_finishes, finishes, finishes_key, skins
 
 WORKER_BYTES = 1_500_000_000  # of memory, that building and checking a member may take
@@ -429,12 +428,13 @@ def printed_lines(asset: Asset, cache: Path) -> dict[str, tuple[PrintedLine, ...
     found = {}
     for material in asset.materials:
         recipe, picture = skins().get(material.id), material.base_color_texture
-        if recipe is not None and recipe.kind == LABEL.name and picture is not None:
+        kind = None if recipe is None else texture_kinds().get(recipe.kind)
+        if recipe is not None and picture is not None and kind is not None and kind.printed_lines is not None:
             store, size = Store(cache / "printed_lines", is_optional=True), (picture.height_px, picture.width_px)
-            key = digest_of("printed_lines", key_of(lines_in_picture), recipe.digest, size)
+            key = digest_of("printed_lines", key_of(kind.printed_lines), recipe.digest, size)
             kept = store.get(key)
             if kept is None:
-                made = lines_in_picture(Label.from_json(recipe.params), size)
+                made = kind.printed_lines(kind.params.from_json(recipe.params), size)
                 rows = [
                     {"text": x.text, "runs_upwards": x.runs_upwards, "png": _png(np.asarray(x.cover))} for x in made
                 ]

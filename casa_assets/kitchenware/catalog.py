@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from casa_assets.ext.families import Family
+from casa_assets.ext.families import Family, Params
 from casa_assets.ext.records import Base
 from casa_assets.kitchenware.fixtures import (
     boards,
@@ -34,7 +34,9 @@ from casa_assets.kitchenware.fixtures import (
     wall_racks,
     worktops,
 )
+from casa_assets.kitchenware.parts.appliance import ApplianceLook
 from casa_assets.kitchenware.parts.carcass import build_housing
+from casa_assets.kitchenware.parts.fronts import CabinetLook
 
 FREE = Base.FREE
 
@@ -141,3 +143,6 @@ GROUPS: dict[str, tuple[Family[Any], ...]] = {
 }
 # fmt: on
 MODELS: dict[str, Family[Any]] = {model.name: model for models in GROUPS.values() for model in models}
+# Records of looks that members of several families share; `cabinet` has named ones in registry/looks.yaml, and each has
+# its rules in registry/look_rules.yaml.
+LOOKS: dict[str, type[Params]] = {"cabinet": CabinetLook, "appliance": ApplianceLook}

@@ -15,20 +15,17 @@ from casa_assets.asset.assemble import Family
 from casa_assets.asset.family import AvailableFinishes, Params, is_finish
 from casa_assets.asset.sampling import read_fixed, read_sample_rules
 from casa_assets.errors import CasaError, RegistryError, UnknownId
-from casa_assets.kitchenware.catalog import GROUPS, MODELS
-from casa_assets.kitchenware.parts.appliance import ApplianceLook
-from casa_assets.kitchenware.parts.fronts import CabinetLook
 from casa_assets.model.record import Id, Record
 from casa_assets.model.registry.document import Document, KeyPath, expected_one_of
 from casa_assets.projects import read_once
 from casa_assets.registry import load, read_record
 from casa_assets.registry.plugins import or_of_ignored
-from casa_assets.registry.plugins.families import forms, plugin_families
+from casa_assets.registry.plugins.families import GROUPS, LOOKS, MODELS, forms, plugin_families
 from casa_assets.registry.read import names_in, read_table_file
 
 FOLDER = "families"
 PLUGIN_GROUP = "plug-ins"  # of families that plug-ins add
-LOOKS = "looks.yaml"
+NAMED_LOOKS = "looks.yaml"
 LOOK_RULES = "look_rules.yaml"
 OBJECTS = "objects"
 
@@ -199,13 +196,13 @@ def _preset(model: Family[Any], name: str, row: Any, document: Document) -> Para
         row = dict(row)
         for key, value in row.items():
             field = model.params.model_fields.get(key)
-            if isinstance(value, str) and field is not None and field.annotation is CabinetLook:
+            if isinstance(value, str) and field is not None and field.annotation is LOOKS["cabinet"]:
                 row[key] = _look(value, document, (*at, key))
     made: Params = read_record(model.params, row, document, at)
     return made
 
 
-def _look(name: str, document: Document, at: KeyPath) -> CabinetLook:
+def _look(name: str, document: Document, at: KeyPath) -> Params:
     named = looks()
     if name not in named:
         raise document.fault(at, expected_one_of(tuple(named), name), repr(name))
@@ -213,13 +210,13 @@ def _look(name: str, document: Document, at: KeyPath) -> CabinetLook:
 
 
 @read_once
-def looks() -> Mapping[str, CabinetLook]:
+def looks() -> Mapping[str, Params]:
     """The named looks of cabinets: kind of front, handle, finishes. Raises RegistryError."""
-    document = read_table_file(LOOKS)
+    document = read_table_file(NAMED_LOOKS)
     if not isinstance(document.value, dict):
         raise document.fault((), "a mapping of names to looks", type(document.value).__name__)
     return MappingProxyType(
-        {name: read_record(CabinetLook, row, document, (name,)) for name, row in document.value.items()}
+        {name: read_record(LOOKS["cabinet"], row, document, (name,)) for name, row in document.value.items()}
     )
 
 
@@ -228,16 +225,13 @@ def look_samplers() -> Mapping[type[Params], Callable[[np.random.Generator, Avai
     """How a look of each type is drawn. Raises RegistryError."""
     document = read_table_file(LOOK_RULES)
     rules = read_record(LookRules, document.value, document, ())
-    return {
-        CabinetLook: read_sample_rules(CabinetLook, rules.cabinet, document, ("cabinet",)),
-        ApplianceLook: read_sample_rules(ApplianceLook, rules.appliance, document, ("appliance",)),
-    }
+    return {look: read_sample_rules(look, getattr(rules, name), document, (name,)) for name, look in LOOKS.items()}
 
 
 class ObjectRow(Record):
     """A row of a file of registry/objects/, under the id of a category in registry/categories.yaml."""
 
-    form: Id = Field(description="name of a form, kitchenware/objects/")
+    form: Id = Field(description="name of a form")
     about: str = Field(description="what members there are, one sentence")
     sample: dict[str, Any] = Field(
         description="field -> the rule by which a member's value is drawn (`asset/sampling.py`)"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -31,13 +31,12 @@ from casa_assets.asset.asset_builder import ROOT, AssetBuilder, JointBuilder, Li
 from casa_assets.asset.family import Supplies
 from casa_assets.asset.solid import solid_mesh
 from casa_assets.core.numeric import Ints
-from casa_assets.kitchenware.parts import interiors
-from casa_assets.kitchenware.parts.interiors import Interior
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.model.asset.parts import JointKind, Mesh
 from casa_assets.model.asset.provenance import Labels
 from casa_assets.model.record import Vec3
 from casa_assets.model.source import RawModel, RawPart
+from casa_assets.registry.plugins.interiors import FURNISHERS, Interior, add_drawer_box, add_walls
 from casa_assets.textures.run.recipes import plain
 
 # Finish of the walls of an interior, and of the boxes of drawers beside it.
@@ -54,14 +53,6 @@ BOX_FINISHES: Mapping[InteriorKind, str] = {
     InteriorKind.OVEN: "enamel_charcoal",
     InteriorKind.REFRIGERATOR: "plastic_white",
     InteriorKind.DISHWASHER: "stainless_brushed",
-}
-# Functions that add the shelves, racks or turntable of an interior.
-FURNISHERS: Mapping[InteriorKind, Callable[[AssetBuilder, Interior], None]] = {
-    InteriorKind.OVEN: interiors.furnish_oven,
-    InteriorKind.MICROWAVE: interiors.furnish_microwave,
-    InteriorKind.REFRIGERATOR: interiors.furnish_refrigerator,
-    InteriorKind.DISHWASHER: interiors.furnish_dishwasher,
-    InteriorKind.CABINET: interiors.furnish_cabinet,
 }
 # Gap beside a door that stands open at a right angle, on top of the thickness by which it narrows the mouth.
 DOOR_CLEARANCE_M = 0.012
@@ -138,16 +129,16 @@ def _build_interior(
     links_before = list(builder.links)
     if part.kind is PartKind.DRAWER:
         if cavity.cut is not None:
-            interiors.add_walls(builder, interior, LINER_FINISHES[InteriorKind.PLAIN])
+            add_walls(builder, interior, LINER_FINISHES[InteriorKind.PLAIN])
         builder.link(part.name)
         # As the first cavity that is not a drawer.
         others = (r.interior for r in articulation.cavities if r.interior is not InteriorKind.DRAWER)
         finish = BOX_FINISHES.get(next(others, InteriorKind.DRAWER), LINER_FINISHES[InteriorKind.DRAWER])
-        depth = interiors.add_drawer_box(builder, part.name, interior, finish) / metres
+        depth = add_drawer_box(builder, part.name, interior, finish) / metres
         articulation = _limit_travel(articulation, part, depth)
     else:
         if cavity.wall:
-            interiors.add_walls(builder, interior, LINER_FINISHES[cavity.interior])
+            add_walls(builder, interior, LINER_FINISHES[cavity.interior])
         if cavity.furnish and cavity.interior in FURNISHERS:
             FURNISHERS[cavity.interior](builder, interior)
     work.interior.setdefault(ROOT, cavity.interior)

@@ -226,7 +226,7 @@ def find(
 
 def _unnamed(library: Path) -> str:
     """How many assets words cannot find because nobody knows their category; empty for none."""
-    from casa_assets.library.search import entries_that, parse
+    from casa_assets.library.search import entries_that, parse_condition
 
     count = sum(1 for _ in entries_that(library_at(library), [parse_condition("decide=category")]))
     return f"; {pluralize(count, 'asset')} in review without a category: casa-assets review {library}" if count else ""

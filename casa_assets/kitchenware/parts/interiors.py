@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from casa_assets.ext.records import Vec2, Vec3
@@ -226,3 +227,13 @@ def add_drawer_box(builder: AssetBuilder, link: str, interior: Interior, finish:
         builder.add(link, board(lower, upper, 0.0005), finish, "drawer", grain=grain, density=0.0)
     builder.region(f"{interior.name}_int", (x0 + side, y0 + side, z0 + base), (x1 - side, y1 - side, z1), link=link)
     return y1 - y0
+
+
+# Functions that add the shelves, racks or turntable of an interior, by the kind of interior.
+FURNISHERS: Mapping[str, Callable[[AssetBuilder, Interior], None]] = {
+    "oven": furnish_oven,
+    "microwave": furnish_microwave,
+    "refrigerator": furnish_refrigerator,
+    "dishwasher": furnish_dishwasher,
+    "cabinet": furnish_cabinet,
+}

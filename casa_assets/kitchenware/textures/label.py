@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import StrEnum
 from typing import Annotated
 
@@ -18,7 +18,7 @@ from pydantic import Field, model_validator
 from scipy import ndimage
 
 from casa_assets.ext.records import HexColor, Id, Record
-from casa_assets.ext.textures import Canvas, Layers, Map, Share, TextureKind, rgb
+from casa_assets.ext.textures import Canvas, Layers, PrintedLine, Share, TextureKind, rgb
 from casa_assets.kitchenware.textures.label_drawing import (
     BLACK,
     MOTIFS,
@@ -531,8 +531,6 @@ ROUND: Mapping[Layout, Callable[[Image.Image, Label, Area, Area], None]] = {
     )
 }
 
-LABEL = TextureKind("label", Label, paint)
-
 
 # A pixel belongs to a line where leaving the line out changes it by more than this, sRGB 0..255.
 CHANGED = 24
@@ -541,16 +539,7 @@ SAME_COLOR = 40
 BLANK = " "
 
 
-@dataclass(frozen=True)
-class LineInPicture:
-    """A line of letters on the front of a label."""
-
-    text: str  # as it is written
-    cover: Map  # (H, W) share of each pixel that its letters cover, 0..1; row 0 is the upper edge
-    runs_upwards: bool  # its baseline runs upwards
-
-
-def lines_in_picture(p: Label, size_px: tuple[int, int]) -> tuple[LineInPicture, ...]:
+def lines_in_picture(p: Label, size_px: tuple[int, int]) -> tuple[PrintedLine, ...]:
     """The brand and the first word of a label where they are seen, what is painted over them left out.
 
     `size_px`: (H, W) of the picture.
@@ -564,7 +553,7 @@ def lines_in_picture(p: Label, size_px: tuple[int, int]) -> tuple[LineInPicture,
         letters = _letters(whole, np.asarray(front(rest, size_px)[0], dtype=np.int16))
         rows, columns = size_px
         cover = letters.reshape(rows, FINER, columns, FINER).mean(axis=(1, 3), dtype=np.float32)
-        found.append(LineInPicture(text, cover, p.layout is Layout.UPRIGHT))
+        found.append(PrintedLine(text, cover, p.layout is Layout.UPRIGHT))
     return tuple(found)
 
 
@@ -578,3 +567,6 @@ def _letters(whole: npt.NDArray[np.int16], blank: npt.NDArray[np.int16]) -> npt.
         deepest = np.unravel_index(int(ndimage.distance_transform_edt(within)[1:-1, 1:-1].argmax()), colors.shape[:2])
         letters[box] = changed[box] & (np.abs(colors - colors[deepest]).max(axis=2) <= SAME_COLOR)
     return letters
+
+
+LABEL = TextureKind("label", Label, paint, lines_in_picture)

@@ -1,4 +1,4 @@
-"""Families and forms of objects that plug-ins add."""
+"""Families and forms of objects: those of this package, and those that plug-ins add."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ from types import MappingProxyType
 from typing import Any
 
 from casa_assets.asset.assemble import Family
-from casa_assets.kitchenware.catalog import MODELS
+from casa_assets.kitchenware.catalog import GROUPS, LOOKS, MODELS
 from casa_assets.kitchenware.objects import FORMS
 from casa_assets.projects import read_once
 from casa_assets.registry.plugins.guard import guarded
 from casa_assets.registry.plugins.load import LoadedPlugin, added
+
+__all__ = ["FORMS", "GROUPS", "LOOKS", "MODELS", "forms", "plugin_families", "plugin_forms"]
 
 
 @read_once

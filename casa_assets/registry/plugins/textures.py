@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from casa_assets.kitchenware.textures.make import KINDS
+from casa_assets.kitchenware.textures.kinds import KINDS
 from casa_assets.projects import read_once
 from casa_assets.registry.plugins.guard import guarded
 from casa_assets.registry.plugins.load import LoadedPlugin, added

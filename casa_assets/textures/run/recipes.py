@@ -18,18 +18,16 @@ from casa_assets.cache.store import Store
 from casa_assets.core.numeric import linear_from_srgb, srgb_from_hex
 from casa_assets.core.system import is_worker, max_cache_bytes
 from casa_assets.errors import RegistryError, UnknownId
-from casa_assets.kitchenware import textures as kinds
-from casa_assets.kitchenware.textures.make import SIZE_PX, kind_of, paint
 from casa_assets.model.asset.material import Material, Substance
 from casa_assets.model.record import Vec4
 from casa_assets.model.registry.document import Document
 from casa_assets.model.registry.rows import Finish, Plain, Surface, TextureRecipe
 from casa_assets.projects import in_use, project_folder, read_once, using
 from casa_assets.registry.families import look_samplers
-from casa_assets.registry.plugins import or_of_ignored
+from casa_assets.registry.plugins import CONTENT, or_of_ignored
 from casa_assets.registry.plugins.textures import plugin_kinds, texture_kinds
 from casa_assets.registry.read import load_project, names_in, origin_of_row, read_table_file
-from casa_assets.textures.canvas import Layers
+from casa_assets.textures.canvas import SIZE_PX, Layers, paint
 from casa_assets.textures.finish import finish
 from casa_assets.textures.pack_entry import Pack
 from casa_assets.textures.run.pictures import (
@@ -241,7 +239,7 @@ def _code_key(kind: str) -> str:
         return key_of(finish_of_picture)
     if kind in plugin_kinds():
         return digest_of("plug-in", plugin_kinds()[kind][0].digest, key_of(paint, finish))
-    return key_of(*modules_holding(kind_of(kind), kinds.__name__), paint, finish)
+    return key_of(*modules_holding(texture_kinds()[kind], CONTENT), paint, finish)
 
 
 def finish_of(recipe: TextureRecipe, cache: Path, size_px: int | None = None) -> Finish:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from PIL import Image
 
 from casa_assets.core.numeric import rng_for
-from casa_assets.kitchenware.textures.make import KINDS
+from casa_assets.kitchenware.textures.kinds import KINDS
 from casa_assets.textures.canvas import Canvas, Layers, fbm
 
 Pixels = npt.NDArray[np.uint8]

@@ -11,7 +11,6 @@ from PIL import Image
 
 from casa_assets import registry
 from casa_assets.core.numeric import rng_for
-from casa_assets.kitchenware.textures.make import make
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.issue import Status
 from casa_assets.model.registry.rows import Surface, TextureRecipe
@@ -26,7 +25,7 @@ from casa_assets.textures.distance import (
     distance,
 )
 from casa_assets.textures.finish import finish, normals, swatch
-from casa_assets.textures.run.recipes import recipes
+from casa_assets.textures.run.recipes import layers_of, recipes
 
 LIMITS = registry.load().limits
 STONE = Substance(id="stone", density=2600, static_friction=0.6, dynamic_friction=0.5)
@@ -142,7 +141,7 @@ def test_normals_have_the_slope_of_the_relief_in_metres() -> None:
 
 def test_png_bytes_are_the_same_each_time_and_hold_no_metadata() -> None:
     recipe = recipes()[Surface.FLOOR]["oak_natural_plank"]
-    one, two = (finish("x", recipe.tile_m, make(recipe, 64), STONE) for _ in range(2))
+    one, two = (finish("x", recipe.tile_m, layers_of(recipe, 64), STONE) for _ in range(2))
     assert one.digest == two.digest
     for texture in one.material.textures:
         with Image.open(io.BytesIO(texture.png)) as image:
@@ -230,7 +229,7 @@ def seen(albedo: Map) -> TextureDescriptor:
 
 
 def look(recipe: TextureRecipe) -> TextureDescriptor:
-    picture = make(recipe, 128)
+    picture = layers_of(recipe, 128)
     return describe_texture(picture.albedo, recipe.tile_m, picture.roughness, picture.height_m)
 
 

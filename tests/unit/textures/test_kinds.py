@@ -15,8 +15,8 @@ from casa_assets.kitchenware.textures import stone as slabs
 from casa_assets.kitchenware.textures.covering import REPEATS, PaperRepeat
 from casa_assets.kitchenware.textures.floors import Encaustic
 from casa_assets.kitchenware.textures.fronts import PaintCoat, PaintedFront
+from casa_assets.kitchenware.textures.kinds import COUNTERS, FLOORS, FRONTS, WALLS
 from casa_assets.kitchenware.textures.label import Label, Layout, front, lines_in_picture
-from casa_assets.kitchenware.textures.make import COUNTERS, FLOORS, FRONTS, WALLS, make
 from casa_assets.kitchenware.textures.motif import DESIGNS, TileDesign
 from casa_assets.model.registry.rows import Surface, TextureRecipe
 from casa_assets.textures.canvas import Canvas, TextureKind, rgb
@@ -24,7 +24,7 @@ from casa_assets.textures.check import seam
 from casa_assets.textures.distance import oklab
 from casa_assets.textures.laying import Laying, LayingPattern
 from casa_assets.textures.pieces import Joint
-from casa_assets.textures.run.recipes import recipes
+from casa_assets.textures.run.recipes import layers_of, recipes
 from tests.support.library.pictures import painted, runs, steps
 
 pytestmark = pytest.mark.content("code", "textures", keep=0)
@@ -61,7 +61,7 @@ def test_there_are_a_hundred_of_each_and_every_kind_is_used() -> None:
 @pytest.mark.content("texture", "{name}", keep=12)
 @pytest.mark.parametrize(("surface", "name"), ROWS)
 def test_every_one_is_sound(surface: Surface, name: str) -> None:
-    made, (darkest, highest) = make(SETS[surface][name], 128), BOUNDS[surface]
+    made, (darkest, highest) = layers_of(SETS[surface][name], 128), BOUNDS[surface]
     assert seam(made.albedo).worst < 2.0
     assert made.albedo.dtype == made.height_m.dtype == made.roughness.dtype == np.float32
     assert made.albedo.shape == (*made.height_m.shape, 3)
@@ -76,7 +76,11 @@ def test_same_seed_same_bytes_and_another_seed_another_picture(subtests: pytest.
     for kind in PAINTED:
         with subtests.test(kind=kind.name):
             recipe = of_kind(kind)
-            one, same, other = make(recipe, 64), make(recipe, 64), make(recipe.replace(seed=recipe.seed + 1), 64)
+            one, same, other = (
+                layers_of(recipe, 64),
+                layers_of(recipe, 64),
+                layers_of(recipe.replace(seed=recipe.seed + 1), 64),
+            )
             for plane in ("albedo", "height_m", "roughness"):
                 assert getattr(one, plane).tobytes() == getattr(same, plane).tobytes()
             assert (one.albedo != other.albedo).any() or (one.height_m != other.height_m).any()
@@ -86,7 +90,7 @@ def test_a_coarse_picture_shows_the_same_design(subtests: pytest.Subtests) -> No
     for kind in PAINTED:
         with subtests.test(kind=kind.name):
             recipe = of_kind(kind)
-            fine, coarse = make(recipe, 512).albedo.mean(axis=2), make(recipe, 256).albedo.mean(axis=2)
+            fine, coarse = layers_of(recipe, 512).albedo.mean(axis=2), layers_of(recipe, 256).albedo.mean(axis=2)
             step = [n // 32 for n in coarse.shape]
             rows, columns = step[0] * 32, step[1] * 32
             small = coarse[:rows, :columns].reshape(32, step[0], 32, step[1]).mean(axis=(1, 3))
@@ -100,11 +104,11 @@ def test_wood_of_cabinets_stands_upright_and_paint_is_muted(subtests: pytest.Sub
     for name, recipe in SETS[Surface.CABINET].items():
         with subtests.test(name=name):
             if recipe.kind == "veneer":
-                light = make(recipe, 256).albedo.mean(axis=2)
+                light = layers_of(recipe, 256).albedo.mean(axis=2)
                 across, along = (float(np.abs(np.diff(light, axis=axis)).mean()) for axis in (1, 0))
                 assert across > (0.3 if name in FIGURED else 1.1) * along
             elif recipe.kind == "painted_front":
-                lab = oklab(make(recipe, 64).albedo).mean(axis=(0, 1))
+                lab = oklab(layers_of(recipe, 64).albedo).mean(axis=(0, 1))
                 assert np.hypot(lab[1], lab[2]) < 0.125
 
 
