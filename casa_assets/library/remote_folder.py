@@ -106,9 +106,9 @@ class RemoteFolder:
         if protocol == "s3":
             require("s3fs", "stores", f"{shown}: a library on a store")
         # Many files are on their way at once, so the parts of one are not: it would be asked for its size first.
-        options: dict[str, Any] = {"file": {"auto_mkdir": True}, "s3": {"max_concurrency": 1}}.get(protocol, {})
+        every: dict[str, dict[str, Any]] = {"file": {"auto_mkdir": True}, "s3": {"max_concurrency": 1}}
         try:
-            system, path = open_system(url, **options)
+            system, path = open_system(url, **every.get(protocol, {}))
         except ImportError as error:
             raise OutputError(shown, f"needs a package that is not installed: {error}") from error
         except (ValueError, TypeError, KeyError) as error:
