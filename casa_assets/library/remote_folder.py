@@ -100,7 +100,7 @@ class RemoteFolder:
         """
         shown = hide_secrets(url)
         require("fsspec", "stores", f"{shown}: a library on a store")
-        protocol = url.partition("::")[0].partition("://")[0] if "://" in url or "::" in url else "file"
+        protocol = url.partition("://")[0] if "://" in url else "file"
         if "::" in url or protocol in ("http", "https"):
             raise OutputError(shown, "is no store that can be written to; give an address such as s3://bucket/lib")
         if protocol == "s3":
