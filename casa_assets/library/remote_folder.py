@@ -99,16 +99,15 @@ class RemoteFolder:
         """
         shown = hide_secrets(url)
         require("fsspec", "stores", f"{shown}: a library on a store")
-        protocol = url.partition("::")[0].partition("://")[0] if "://" in url or "::" in url else "file"
+        protocol = url.partition("://")[0] if "://" in url else "file"
         if "::" in url or protocol in ("http", "https"):
             raise OutputError(shown, "is no store that can be written to; give an address such as s3://bucket/lib")
         if protocol == "s3":
             require("s3fs", "stores", f"{shown}: a library on a store")
         # Many files are on their way at once, so the parts of one are not: it would be asked for its size first.
-        by_protocol: dict[str, dict[str, Any]] = {"file": {"auto_mkdir": True}, "s3": {"max_concurrency": 1}}
-        options = by_protocol.get(protocol, {})
+        every: dict[str, dict[str, Any]] = {"file": {"auto_mkdir": True}, "s3": {"max_concurrency": 1}}
         try:
-            system, path = open_system(url, **options)
+            system, path = open_system(url, **every.get(protocol, {}))
         except ImportError as error:
             raise OutputError(shown, f"needs a package that is not installed: {error}") from error
         except (ValueError, TypeError, KeyError) as error:

@@ -21,7 +21,8 @@ from casa_assets.ingest.collision.components import (
 )
 from casa_assets.ingest.collision.fit import FOOT_M, CollideParams, FitErrors, fit_reference, measure_fit, on_flat_foot
 from casa_assets.ingest.collision.rings import RAYS, WallProfile
-from casa_assets.ingest.collision.solid_proxy import CELLS, SurfaceKind, solid_proxy, without_windows
+from casa_assets.ingest.collision.solid_proxy import CELLS, solid_proxy, without_windows
+from casa_assets.ingest.components import SurfaceKind
 from casa_assets.ingest.draft import Draft, PlacedShape
 from casa_assets.mesh.solid.deviation import distances_outside_hulls
 from casa_assets.mesh.solid.primitive import shape_bounds, tessellate
