@@ -154,19 +154,19 @@ def filled_to(height: float) -> Asset:
 
 def pictured_at(scale: float, part: slice = slice(None)) -> Asset:
     """The picture on its door, or on some of its corners, is shown at that scale."""
-    kit.seen = cupboard().link("door").visuals
-    mesh = kit.seen[0].mesh
+    shown = cupboard().link("door").visuals
+    mesh = shown[0].mesh
     assert mesh.uv is not None
     uv = mesh.uv.copy()
     uv[part] *= scale
-    return link_changed("door", visuals=(kit.seen[0].replace(mesh=mesh.replace(uv=uv)), *kit.seen[1:]))
+    return link_changed("door", visuals=(shown[0].replace(mesh=mesh.replace(uv=uv)), *shown[1:]))
 
 
 def with_trim(proud: float, material: str = "brass") -> Asset:
     """A strip of metal let into the front of its door stands out by so much, metres."""
     strip = box_mesh((0.4, 0.01, 0.02), (0.27, -0.018 - proud + 0.005, 0.1))
-    kit.seen = cupboard().link("door").visuals
-    return link_changed("door", visuals=(*kit.seen, Visual(name="strip", mesh=metric(strip), material=material)))
+    shown = cupboard().link("door").visuals
+    return link_changed("door", visuals=(*shown, Visual(name="strip", mesh=metric(strip), material=material)))
 
 
 def metric(mesh: Mesh) -> Mesh:
