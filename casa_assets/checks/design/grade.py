@@ -193,7 +193,11 @@ class Finding(Record):
 
 
 class Grade(Record):
-    """All findings; scores are 0..100, the share of the rules that apply and are kept."""
+    """All findings.
+
+    Attributes:
+        score: 0..100, share of the rules that apply and are kept. access_score: the same of the access profile.
+    """
 
     score: float
     access_score: float

@@ -183,10 +183,15 @@ BESIDE_M = 0.6  # beside a fixture, within which its worktop begins
 
 
 class Afforded(Record):
-    """What a kitchen offers for a task of v0.2, names as `<fixture>__<name>`; `wants`: what is missing, if anything.
+    """Fixtures, joints, sites and regions that a kitchen offers for a task.
 
-    `counter_m2`: free worktop beside; `floor_m2`: floor around parking places that the base can reach. `rate`: share of
-    random boxes that could be placed, the least over all that the task places, in the regions `tightest`.
+    Attributes:
+        number, task: of the table. fixtures, joints, sites, regions: that it can be done with, `<fixture>__<name>`.
+        counter_m2: free worktop next to them. floor_m2: floor around their parking places that the base can reach.
+        rate: share of random boxes that could be placed, the least over all that the task places; None if it places
+            nothing.
+        tightest: regions with that least share.
+        wants: what is missing, empty if nothing is.
     """
 
     number: int
