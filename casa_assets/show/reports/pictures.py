@@ -47,7 +47,7 @@ def draw(
         size_px: width and height. colliders: show the collision shapes.
         turntable: also an animated picture of each. pose: keyframe of the pictures; empty: joints at zero.
     Raises:
-        OutputError: a picture cannot be written, or a file is no MJCF. CannotDraw, NoRenderer: see preview.still.
+        OutputError: a picture cannot be written, or a file is no MJCF. CannotDraw, NoRenderer: as `still.render`.
     """
     shots: list[SheetCell] = []
     for model in models(targets):
@@ -97,7 +97,7 @@ def draw_stills(
         pose: of the variant set of the USD; empty: as it is. cameras: of kitchens; `eye` and `cutaway` otherwise.
     Raises:
         OutputError: a picture cannot be written, or there is no USD. UnknownId: there is no such pose.
-        NoPathTracer: see preview.photoreal.render.
+        NoPathTracer: there is no Blender, or it failed.
     """
     for target in targets:
         if is_scene(target):
