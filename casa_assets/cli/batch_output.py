@@ -199,7 +199,7 @@ def _state_rows(folder: Path) -> Iterator[Sequence[object]]:
 
 
 def _batch_rows(folder: Path) -> Iterator[Sequence[object]]:
-    from casa_assets.layouts.run.scene_folders import read_batch
+    from casa_assets.addons.batch.batch_form import read_batch
 
     if (found := read_batch(folder)) is not None:
         needs = found.engine

@@ -356,7 +356,7 @@ def batch(
 
     Example:  casa-assets scenes batch l_small__coastal --joints doors --joints drawers
     """
-    from casa_assets.layouts.run.scene_folders import BatchRequest, make_all
+    from casa_assets.addons.batch.batch_form import BatchRequest, make_all
 
     recipes = _recipes(scenes, all_, out)
     request = BatchRequest(tuple(joints or JointWord), primitives or None)

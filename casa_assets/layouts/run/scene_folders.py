@@ -14,24 +14,16 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from casa_assets import registry
-from casa_assets.addons.batch.merged_form import batch_within
 from casa_assets.asset.lightweight import light_scene
-from casa_assets.cache.cache_key import digest_of, key_of
-from casa_assets.checks.check import run
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.checks.scene.batch_form import BatchSubject, candidate_pairs
-from casa_assets.checks.scene.engine_sizes import engine_sizes
 from casa_assets.core.system import cache_for, replace_file
 from casa_assets.errors import CasaError
 from casa_assets.families.asset_store import AssetStore
-from casa_assets.formats.mjcf import batch, document
+from casa_assets.formats.mjcf import document
 from casa_assets.formats.mjcf import kitchen as mjcf
 from casa_assets.formats.usd import kitchen as usd
 from casa_assets.layouts.order.build_order import KitchenRequest
@@ -39,8 +31,6 @@ from casa_assets.layouts.run.kept import is_drawn, is_whole, picture_key, writte
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.layouts.run.resolve import build_scene, kitchen_key, preset_params
 from casa_assets.layouts.run.scene_files import (
-    BATCH_FILE,
-    BATCH_JSON,
     BEHAVIOR,
     LIGHT_FILE,
     OVERVIEW,
@@ -51,9 +41,8 @@ from casa_assets.layouts.run.scene_json import describe, design_of
 from casa_assets.library import library as disk
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Files, Report
-from casa_assets.model.kitchen.choices import JointWord
-from casa_assets.model.kitchen.scene import BatchScene, EngineSizes, Scene
-from casa_assets.model.written_formats import BatchFile, SceneFile
+from casa_assets.model.kitchen.scene import Scene
+from casa_assets.model.written_formats import SceneFile
 from casa_assets.registry.habits import load_habits
 from casa_assets.runs.engine import attempt, run_batch
 from casa_assets.runs.limits import StepClock, WorkerFailure
@@ -319,108 +308,3 @@ def run_recipes(
 def remove_scene(out: Path, scene_id: str) -> None:
     """Remove one scene; what it shares stays."""
     shutil.rmtree(out / scene_id, ignore_errors=True)
-
-
-@dataclass(frozen=True)
-class BatchRequest:
-    """Options of a batch form: which joints and how many collision primitives it keeps.
-
-    Attributes:
-        words: kinds of joints that are kept, as far as there is room for them.
-        primitives: maximum number of primitives that can touch anything; None: as many as check BAT002 allows.
-    """
-
-    words: tuple[JointWord, ...] = tuple(JointWord)
-    primitives: int | None = None
-
-
-def make_all(
-    recipes: Sequence[SceneRecipe], out: Path, request: BatchRequest, jobs: Workers = 0, force: bool = False
-) -> Iterator[SceneResult]:
-    """Yield batch forms of scenes as `run_recipes` does. `force`: even where nothing has changed."""
-    return run_recipes(partial(make_one, out=out, request=request, force=force), recipes, out, jobs)
-
-
-def make_one(recipe: SceneRecipe, out: Path, request: BatchRequest, force: bool = False) -> SceneResult:
-    """The batch form of one scene, which is built where it is missing; the report is that of the batch form alone."""
-
-    def make(built: SceneResult, folder: Path) -> SceneResult:
-        key = batch_key(recipe, request)
-        kept = None if force else read_batch(folder)
-        if kept is not None and kept.key == key and (folder / BATCH_FILE).is_file():
-            return replace(built, report=kept.report, kept=True)
-        begin = time.perf_counter()
-        _, scene = build_scene(recipe, cache_for(out))
-        form = batch_of(scene, cache_for(out), request)
-        _write(form, folder)
-        written = time.perf_counter()
-        judged = _judged(form, folder, key)
-        replace_file(folder / BATCH_JSON, (judged.model_dump_json(indent=1) + "\n").encode())
-        done = time.perf_counter()
-        return replace(built, report=judged.report, kept=False, write_s=written - begin, check_s=done - written)
-
-    return work_on_built(recipe, out, make)
-
-
-def batch_of(scene: Scene, cache: Path, request: BatchRequest | None = None) -> BatchScene:
-    """The batch form of a composed scene. `cache`: folder that keeps light forms of assets."""
-    asked = request or BatchRequest()
-    limits = registry.load().limits
-    most = int(limits["batch_shapes"]) if asked.primitives is None else asked.primitives
-    store = AssetStore(cache)
-    form = batch_within(light_scene(scene, store.lightened), most, asked.words, int(limits["batch_pairs"]))
-    store.tidy()
-    return form
-
-
-def batch_key(recipe: SceneRecipe, request: BatchRequest) -> str:
-    """Key of a batch form: the scene's files, what was asked for, and all that makes and judges it."""
-    return digest_of("batch", scene_key(recipe), repr(request), version("mujoco"), key_of(make_one, batch_within))
-
-
-def read_batch(folder: Path) -> BatchFile | None:
-    """Return the content of a scene's batch.json, or None if it is missing, damaged or of another version."""
-    try:
-        return BatchFile.model_validate_json((folder / BATCH_JSON).read_bytes())
-    except (OSError, ValidationError):
-        return None
-
-
-def _judged(form: BatchScene, folder: Path, key: str) -> BatchFile:
-    """Check a written batch form and return the content of its batch.json."""
-    records, subject = registry.load(), BatchSubject(form, folder)
-    name = form.scene.id
-    waived = records.waived(name)
-    report = run(subject, name, records.limits, waived)
-    model = subject.batch.model
-    if model is None:
-        sizes = EngineSizes.model_validate(dict.fromkeys(EngineSizes.model_fields, 0))
-    else:
-        sizes = engine_sizes(subject)
-        report += run(sizes, name, records.limits, waived)
-    return BatchFile(
-        id=name,
-        key=key,
-        joints=tuple(
-            f"{place.name}__{joint.name}"
-            for place, asset in zip(form.scene.placements, form.forms, strict=True)
-            for joint in asset.joints
-        ),
-        locked=tuple(f"{ref.placement}__{ref.joint}" for ref in form.locked),
-        filled=form.filled,
-        colliders=form.collider_count,
-        pairs=0 if model is None else int(candidate_pairs(model).sum()),
-        freedoms=0 if model is None else int(model.nv),
-        engine=sizes,
-        report=report,
-    )
-
-
-def _write(form: BatchScene, folder: Path) -> None:
-    """Write scene_batch.xml, after the pictures that are not yet in the folder that scenes share."""
-    entries = dict(batch.write(form).entries)
-    text = entries.pop(BATCH_FILE)
-    for path, data in entries.items():
-        if not (folder.parent / path).exists():
-            replace_file(folder.parent / path, data)
-    replace_file(folder / BATCH_FILE, text)
