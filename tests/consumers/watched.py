@@ -63,7 +63,7 @@ _PAGES_IN_A_BROWSER = Watched(
 )
 _MJCF = _package("formats/mjcf", "formats/values.py", "model/asset", "model/kitchen")
 _BATCHES = Watched(
-    ("engines",), (*_package("addons/batch", "layouts/run/scene_folders.py", "checks/scene/batch"), *_MJCF)
+    ("engines",), (*_package("addons/batch", "checks/scene/batch_form.py", "checks/scene/engine_sizes.py"), *_MJCF)
 )
 _CLUSTER = Watched(("ray",), _package("runs", "ingest/run"))
 _STORES = Watched(("stores",), _package("library", "runs/remote.py", "ingest/sources"))
@@ -71,7 +71,7 @@ _STORES = Watched(("stores",), _package("library", "runs/remote.py", "ingest/sou
 _OWN = Watched((), _package("cli/verbs/project.py", "cli/starter", "projects.py", "registry"))
 _ROBOCASA = Watched(
     ("robocasa",),
-    _package("checks/design/robot", "model/registry/contract.py", "addons/robocasa/writers", "addons/robocasa/run.py"),
+    _package("checks/design", "model/registry/contract.py", "addons/robocasa"),
 )
 
 # By path relative to this folder.

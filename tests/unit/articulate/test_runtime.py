@@ -24,7 +24,7 @@ from casa_assets.articulate.part_names import PlacedPart, RuntimeName, runtime_n
 from casa_assets.articulate.plan import HingeEdge, JointPlan, PartKind
 from casa_assets.articulate.runtime_semantics import annotate_for_runtime, behavior_for, contract_for
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region, Site
-from casa_assets.model.asset.behavior import BehaviorState, Stimulus, start, step
+from casa_assets.model.asset.behavior import BehaviorState, Stimulus, start_behavior, step_behavior
 from casa_assets.model.asset.parts import Box, Mesh, Visual
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
@@ -409,14 +409,15 @@ class Run:
     def __init__(self, asset: Asset, category: str) -> None:
         behavior = behavior_for(asset, category)
         assert behavior is not None
-        self.machine: BehaviorState = start(behavior)
+        self.machine: BehaviorState = start_behavior(behavior)
         self.joints = {j.name: 0.0 for j in asset.joints}
         self.go()
 
     def go(self, touched: str = "", steps: int = 3, **moved: float) -> dict[str, str]:
         self.joints |= moved
         for _ in range(steps):
-            self.machine = step(self.machine, Stimulus(self.joints, frozenset([touched] if touched else [])), 0.05)
+            stimulus = Stimulus(self.joints, frozenset([touched] if touched else []))
+            self.machine = step_behavior(self.machine, stimulus, 0.05)
         return dict(self.machine.values)
 
 

@@ -21,8 +21,8 @@ from casa_assets.model.asset.behavior import (
     Rule,
     Stimulus,
     Variable,
-    start,
-    step,
+    start_behavior,
+    step_behavior,
 )
 from casa_assets.model.registry.contract import Contract
 from tests.support.asset.contract_fixtures import HIGH, block, burning, hob, oven, packed
@@ -109,9 +109,9 @@ def test_says_what_is_wrong_and_where(tmp_path: Path) -> None:
 
 
 def walk(behavior: Behavior, acts: list[tuple[dict[str, float], set[str]]], dt: float = 0.05) -> list[str]:
-    machine, found = start(behavior), []
+    machine, found = start_behavior(behavior), []
     for joints, touched in acts:
-        machine = step(machine, Stimulus(joints, frozenset(touched)), dt)
+        machine = step_behavior(machine, Stimulus(joints, frozenset(touched)), dt)
         found.append(machine.values[behavior.variables[0].name])
     return found
 
