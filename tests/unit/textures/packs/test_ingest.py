@@ -23,7 +23,7 @@ from casa_assets.textures.run.packs import PackOptions, PackReport, ingest_pack
 from tests.support.library.pictures import encoded, pixels
 
 pytestmark = [
-    pytest.mark.content("code", "textures.packs", keep=0),
+    pytest.mark.content("code", "textures", keep=0),
     pytest.mark.content("code", "textures.run", keep=0),
 ]
 
