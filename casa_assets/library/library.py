@@ -211,9 +211,13 @@ class Certificate(Record):
     """Certificate of an asset: the part of asset.json besides the asset itself.
 
     Attributes:
+        schema_version: of this file.
+        asset_digest: of the Asset record, canonical.
+        producer: what made the asset.
         cache_key: digest of everything that decided the result besides the source.
         versions: stages of the producer with their keys, and the packages that they use.
         report: every check that applies to this subject, with its number or why it did not apply or was not run.
+        summary: numbers for tables.
         files: path -> sha256 of everything in the folder but asset.json.
         signature: compared with those of other assets; None if the asset has no visible geometry.
     """
