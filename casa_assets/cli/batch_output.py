@@ -119,7 +119,8 @@ def print_sample(
     Tables show why some were refused, how diverse those are that passed, and what a kitchen cost.
     """
     from casa_assets.layouts.run import sample as run
-    from casa_assets.layouts.run.draws import diversity_of_recipes, diversity_of_reference, table_rows, write_diversity
+    from casa_assets.layouts.run.diversity import table_rows, write_diversity
+    from casa_assets.layouts.run.draws import diversity_of_recipes, diversity_of_reference
     from casa_assets.runs.outcome import writing
 
     passed = {r.recipe.scene_id for r in results if r.passed}

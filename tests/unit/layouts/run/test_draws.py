@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from casa_assets.layouts.run import draws, sample
-from casa_assets.layouts.run.draws import Choices, Traits, diversity_of, draw_recipes, evenness
+from casa_assets.layouts.run.diversity import Choices, Traits, diversity_of, evenness
+from casa_assets.layouts.run.draws import draw_recipes
 from casa_assets.layouts.run.mix import goes_together, mixed_style
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.layouts.run.resolve import draw_surfaces, with_finishes

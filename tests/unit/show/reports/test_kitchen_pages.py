@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from lxml import html
 
-from casa_assets.layouts.run.draws import Choices, Traits, diversity_of, write_diversity
+from casa_assets.layouts.run.diversity import Choices, Traits, diversity_of, write_diversity
 from casa_assets.show.page import kitchen_report
 from casa_assets.show.reports import kitchens
 from casa_assets.show.reports.kitchens import SceneRow
