@@ -319,11 +319,17 @@ def _of_upper(draft: Draft, run: Run) -> Iterator[Mend]:
 
 
 def _of_fixed(draft: Draft, run: Run, name: str) -> Iterator[Mend]:
-    """A wall unit over another that reaches beyond its place: narrower, without what is before it, or none of it."""
+    """A wall unit over another that reaches beyond its place: in its order, narrower, or something less."""
     line, below = draft.lines()[run.id], _below(draft, draft.lines()[run.id])
     row, k = (*draft.row("runs", run.id), "upper"), next(k for k, u in enumerate(run.upper) if u.id == name)
-    unit = run.upper[k]
-    before = [j for j in range(k) if run.upper[j].over in below]
+    unit, units = run.upper[k], draft.at(row)
+    fixed = [j for j, u in enumerate(run.upper) if u.over in below]
+    wanted = sorted(fixed, key=lambda j: below[str(run.upper[j].over)].middle)
+    if wanted != fixed:
+        order = dict(zip(fixed, wanted, strict=True))
+        moved = [units[order.get(j, j)] for j in range(len(units))]
+        yield Mend("Write wall units in the order of what is below them.", (Edit.put(row, moved),))
+    before = [j for j in fixed if j < k]
     start = max([line.left.upper_length, *(_span(run.upper[j], below, draft.models)[1] for j in before)])
     middle, end = below[str(unit.over)].middle, line.length - line.right.upper_length
     for j in before:

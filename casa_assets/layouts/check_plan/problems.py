@@ -230,7 +230,7 @@ def _openings(draft: Draft) -> Iterator[Problem]:
             yield Problem(name, "a door or passage that people walk through", f"{hole.top:g} m high", mends=[mend])
         elif beside is not None or _is_blocked(draft, hole):
             got = f"{hole.left:.2f} to {hole.right:.2f} m, where {f'{beside.opening.id} is' if beside else 'units are'}"
-            yield Problem(name, "a place on a wall where nothing else is", got)
+            yield Problem(name, "a place on a wall where nothing else is", got, mends=[*_gap_over(draft, hole)])
 
 
 def _is_blocked(draft: Draft, hole: WallHole) -> bool:
@@ -244,6 +244,18 @@ def _is_blocked(draft: Draft, hole: WallHole) -> bool:
         for bottom, top, beside in parts
         for left, right in draft.stretches(hole.wall, bottom, top, hole.is_niche)
     )
+
+
+def _gap_over(draft: Draft, hole: WallHole) -> Iterator[Mend]:
+    """A gap in the row of wall units over the unit that a window is over."""
+    over = hole.opening.over
+    run = next((r for r in draft.plan.runs if any(u.id == over for u in r.base)), None)
+    if not hole.is_window or run is None or not run.upper or any(u.over == over for u in run.upper):
+        return
+    reach = (hole.right - hole.left) / 2 + max(SILL_BESIDE_M, draft.beside_casing(hole.top, True)) + 0.001
+    gap = {"gap": {"over": over, "width": math.ceil(100 * 2 * reach) / 100}}
+    edit = Edit.insert((*draft.row("runs", run.id), "upper", _index_over(draft, run, str(over))), gap)
+    yield Mend(f"Leave a gap in the wall units of {run.id} over {over}.", (edit,))
 
 
 def _index_over(draft: Draft, run: Run, name: str) -> int:

@@ -1,7 +1,7 @@
 """Faults in the statements of a plan: values that its records reject, unknown names, walls that do not close.
 
-A correction is offered if a known name is similar, if a number is a little beyond a bound, and if another length of a
-wall closes the room. All other faults are reported with what was expected.
+A correction is offered if a known name is similar, if a number is a little beyond a bound, and if another order or
+length of walls closes the room. All other faults are reported with what was expected.
 """
 
 from __future__ import annotations
@@ -42,7 +42,10 @@ LENGTH_KEYS = {
 }  # fmt: skip
 AT_WALLS = ("openings", "columns", "tables", "wall_items", "floor_items")  # tables whose rows have a wall
 CORNERS = ("left_corner", "right_corner", "left_filler", "right_filler")
-MIN_WALL_M, MAX_WALL_M = 0.3, 20.0
+# Of the usual names of four walls, clockwise from the back left corner.
+HEADINGS = {"back": Heading.RIGHT, "right": Heading.FRONT, "front": Heading.LEFT, "left": Heading.BACK}
+OPPOSITE = {a: b for pair in AXES for a, b in (pair, pair[::-1])}
+MIN_WALL_M, MAX_WALL_M, USUAL_WALL_M = 0.3, 20.0, 1.0
 
 
 def record_faults(plan: Any, stem: str) -> list[Fault]:
@@ -145,11 +148,11 @@ def _unknown_word(at: KeyPath, got: Any, word: str, known: list[str]) -> Fault:
 
 
 def name_faults(draft: Draft) -> list[Fault]:
-    """Return names of walls, runs, units, parameters and roles that do not exist.
+    """Return names of walls, runs, units, parameters and roles that do not exist, and names that are used twice.
 
     An item over or on a missing unit, such as one that was removed for lack of room, is removed too.
     """
-    found = [*_uppers_at_no_wall(draft), *_no_roles(draft)]
+    found = [*_orders_of_runs(draft), *_same_names(draft), *_no_roles(draft)]
     for at, got, known, least in _references(draft):
         if got is not None and got not in known:
             near = nearest(got, known, least)
@@ -231,12 +234,24 @@ def _unit_like(got: str, units: Mapping[str, str]) -> str | None:
     return next((name for name, its in units.items() if its == kind), None) or nearest(got, units, NEAR_KIND)
 
 
-def _uppers_at_no_wall(draft: Draft) -> Iterator[Fault]:
-    for run in draft.plan.runs:
-        if run.upper and (run.faces or run.joins):
-            at = (*draft.row("runs", run.id), "upper")
+def _orders_of_runs(draft: Draft) -> Iterator[Fault]:
+    """Yield runs that precede the run they depend on, and wall units over a run that is not at a wall."""
+    names = [r.id for r in draft.plan.runs]
+    for n, run in enumerate(draft.plan.runs):
+        placed, at, rows = run.faces or run.joins, draft.row("runs", run.id), draft.raw["runs"]
+        if placed is None:
+            continue
+        if placed.run in names[n + 1 :]:
+            if isinstance(rows, dict):
+                order: Any = {**{k: v for k, v in rows.items() if k != run.id}, run.id: rows[run.id]}
+            else:
+                order = [*rows[:n], *rows[n + 1 :], rows[n]]
+            mend = Mend(f"Write {run.id!r} behind {placed.run!r}.", (Edit.put(("runs",), order),))
+            yield Fault(at, "a run that stands before it in the file", repr(placed.run), mend)
+        if run.upper:
             expected = f"no wall units over {run.id}, which stands at no wall"
-            yield Fault(at, expected, f"{len(run.upper)} of them", Mend.take_out(at, f"'upper' of {run.id}"))
+            mend = Mend.take_out((*at, "upper"), f"'upper' of {run.id}")
+            yield Fault((*at, "upper"), expected, f"{len(run.upper)} of them", mend)
 
 
 def _no_roles(draft: Draft) -> Iterator[Fault]:
@@ -245,23 +260,85 @@ def _no_roles(draft: Draft) -> Iterator[Fault]:
     for k, item in enumerate(draft.plan.worktop_items):
         if item.model is None and item.id not in draft.style.models:
             near = nearest(item.id, sorted(set(draft.style.models) - taken), NEAR_ROLE)
-            rows = draft.raw["worktop_items"]
-            at: KeyPath = ("worktop_items", k if isinstance(rows, list) else list(rows)[k])
-            edit = Edit.put((*at, "id"), near) if isinstance(rows, list) else Edit.rename(at, near or "")
-            mend = Mend(f"Call it {near!r}.", (edit,)) if near else None
-            yield Fault(at, expected_one_of(sorted(draft.style.models), item.id), repr(item.id), mend)
+            at, mend = _called(draft, "worktop_items", k, near or "")
+            yield Fault(at, expected_one_of(sorted(draft.style.models), item.id), repr(item.id), mend if near else None)
+
+
+def _called(draft: Draft, table: str, k: int, name: str) -> tuple[KeyPath, Mend]:
+    """Where a row of a table is, and the mend that gives it another id."""
+    rows = draft.raw[table]
+    at: KeyPath = (table, k if isinstance(rows, list) else list(rows)[k])
+    edit = Edit.put((*at, "id"), name) if isinstance(rows, list) else Edit.rename(at, name)
+    return at, Mend(f"Call it {name!r}.", (edit,))
+
+
+def _same_names(draft: Draft) -> Iterator[Fault]:
+    """Two things of one name."""
+    seen: set[str] = set()
+    for run in draft.plan.runs:
+        for row, units in (("base", run.base), ("upper", run.upper)):
+            for k, unit in enumerate(units):
+                if unit.id in seen:
+                    at, new = draft.unit(run.id, row, k), _free(unit.id, seen)
+                    mend = Mend(f"Call it {new!r}.", (draft.in_unit(at, "id", new),))
+                    yield Fault(at, "a name of its own", repr(unit.id), mend)
+                seen.add(unit.id)
+    for table in (*AT_WALLS, "worktop_items"):
+        for k, name in enumerate(row.id for row in getattr(draft.plan, table)):
+            if name in seen:
+                at, mend = _called(draft, table, k, _free(name, seen))
+                # The name of a thing on a worktop is its role, which there is once.
+                mend = Mend("Take it out.", (Edit.remove(at),)) if table == "worktop_items" else mend
+                yield Fault(at, "a name of its own", repr(name), mend)
+            seen.add(name)
+
+
+def _free(name: str, taken: set[str]) -> str:
+    return next(new for n in range(2, len(taken) + 3) if (new := f"{name}_{n}") not in taken)
 
 
 def wall_faults(draft: Draft) -> list[Fault]:
     """Return the faults in the outline of a room; turns first, since lengths depend on them."""
     walls = draft.plan.walls
-    turns = corner_turns(walls)
-    if all(is_corner(turn) for turn in turns) and round(sum(turns), 6) == 360.0:
+    if _goes_round(walls):
         return [*_lengths(draft)]
     expected = "walls that go round clockwise once, seen from above, such as right, front, left, back"
     if any(w.is_aslant for w in walls):
         expected += ", by a right angle at each corner or by less to the right"
-    return [Fault(("walls",), expected, ", ".join(f"{w.id}: {w.heading}" for w in walls))]
+    order, mend = next((o for o in _orders(walls) if _goes_round(o)), None), None
+    if order is not None:
+        mend = Mend(f"Write them as {_said(order)}.", (Edit.put(("walls",), _rows(draft.raw["walls"], order)),))
+    return [Fault(("walls",), expected, _said(walls), mend)]
+
+
+def _said(walls: Sequence[Wall]) -> str:
+    return ", ".join(f"{w.id}: {flow_text(w.heading)}" for w in walls)
+
+
+def _goes_round(walls: Sequence[Wall]) -> bool:
+    turns = corner_turns(walls)
+    return all(is_corner(turn) for turn in turns) and round(sum(turns), 6) == 360.0
+
+
+def _orders(walls: Sequence[Wall]) -> Iterator[list[Wall]]:
+    """The walls in orders and with headings that might be meant, the likeliest first."""
+    sides = {w.id: w for w in walls}
+    if sides.keys() == HEADINGS.keys():
+        yield [sides[side].replace(heading=heading) for side, heading in HEADINGS.items()]
+    headings = [OPPOSITE[h] if isinstance(h := w.heading, Heading) else (h + 180.0) % 360.0 for w in walls]
+    back = [w.replace(heading=heading) for w, heading in zip(walls, headings, strict=True)][::-1]
+    first = next((k for k, w in enumerate(back) if w.heading is Heading.RIGHT), 0)
+    yield [*back[first:], *back[:first]]
+    if len(walls) == len(HEADINGS):
+        yield [w.replace(heading=heading) for w, heading in zip(walls, HEADINGS.values(), strict=True)]
+
+
+def _rows(rows: Any, order: Sequence[Wall]) -> Any:
+    """The rows of walls in another order, with other headings, in the form that they are written in."""
+    headings = {w.id: w.heading.value if isinstance(w.heading, Heading) else w.heading for w in order}
+    by_id = rows if isinstance(rows, dict) else {row["id"]: row for row in rows}
+    new = {name: {**by_id[name], "heading": heading} for name, heading in headings.items()}
+    return new if isinstance(rows, dict) else [*new.values()]
 
 
 def _lengths(draft: Draft) -> Iterator[Fault]:
@@ -269,7 +346,8 @@ def _lengths(draft: Draft) -> Iterator[Fault]:
     aslant = next((w for w in draft.plan.walls if w.is_aslant and w.length is None), None)
     if aslant is not None:
         at = (*draft.row("walls", aslant.id), "length")
-        yield Fault(at, "a length, since it stands aslant", "none")
+        mend = Mend(f"Write `length: {USUAL_WALL_M}`.", (Edit.put(at, USUAL_WALL_M),))
+        yield Fault(at, "a length, since it stands aslant", "none", mend)
         return
     known = {w.id: draft.plan.length(w.length, draft.plan.defaults) for w in draft.plan.walls if w.length is not None}
     for headings in AXES:
