@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from casa_assets.model.asset.material import PrintedLine
 from casa_assets.textures import wood
 from casa_assets.textures.canvas import (
     Canvas,
     Layers,
     Map,
-    PrintedLine,
     Share,
     TextureKind,
     blend,

@@ -38,6 +38,7 @@ from casa_assets.library.library_report import write_reports
 from casa_assets.mesh.grasps import choose_grasps, grasp_site
 from casa_assets.mesh.topology import weld
 from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.material import PrintedLine
 from casa_assets.model.asset.parts import Grasp
 from casa_assets.model.asset.provenance import Labels, split_of
 from casa_assets.model.issue import Issue, Report
@@ -61,7 +62,6 @@ from casa_assets.runs.limits import WorkerFailure
 from casa_assets.runs.outcome import writing
 from casa_assets.runs.pool import Workers
 from casa_assets.show.stills.studio import View
-from casa_assets.textures.canvas import PrintedLine
 from casa_assets.textures.run.recipes import available_finishes, finishes, finishes_key, skins
 
 WORKER_BYTES = 1_500_000_000  # of memory, that building and checking a member may take

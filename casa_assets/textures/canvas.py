@@ -12,6 +12,7 @@ from pydantic import Field
 from scipy import ndimage
 
 from casa_assets.core.numeric import rng_for, srgb_from_hex
+from casa_assets.model.asset.material import PrintedLine
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.rows import TextureRecipe
 
@@ -271,21 +272,6 @@ def stratified(count: int, rng: np.random.Generator) -> Map:
 # Kind -----------------------------------------------------------------------------------------------------------------
 
 SIZE_PX = 1024  # of the longer side of a picture
-
-
-@dataclass(frozen=True)
-class PrintedLine:
-    """A line of letters in the picture of a material.
-
-    Attributes:
-        text: as it is written.
-        cover: (H, W) share of each pixel of the picture that its letters cover, 0..1; row 0 is the upper edge.
-        runs_upwards: its baseline runs upwards in the picture.
-    """
-
-    text: str
-    cover: Map
-    runs_upwards: bool
 
 
 @dataclass(frozen=True)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import hashlib
+from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
+import numpy as np
+import numpy.typing as npt
 from pydantic import Field, field_validator, model_validator
 
 from casa_assets.model.record import Id, Record, Vec4
@@ -131,3 +134,18 @@ class Substance(Record):
     rolling_friction: Positive = 0.0001
     metallic: Unit = 0.0
     roughness: Unit = 0.6
+
+
+@dataclass(frozen=True)
+class PrintedLine:
+    """A line of letters in the picture of a material.
+
+    Attributes:
+        text: as it is written.
+        cover: (H, W) share of each pixel of the picture that its letters cover, 0..1; row 0 is the upper edge.
+        runs_upwards: its baseline runs upwards in the picture.
+    """
+
+    text: str
+    cover: npt.NDArray[np.floating[Any]]
+    runs_upwards: bool

@@ -14,6 +14,7 @@ import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
+from casa_assets.addons.batch import batch_form
 from casa_assets.cli.main import app
 from casa_assets.cli.verbs.project import write_starter
 from casa_assets.ingest.sources import objaverse
@@ -147,7 +148,7 @@ def quick(monkeypatch: pytest.MonkeyPatch, checked_kitchen: tuple[Path, SceneRes
         return iter([checked_kitchen[1]])
 
     monkeypatch.setattr(sample, "sample_all", drawn)
-    monkeypatch.setattr(scene_folders, "make_all", drawn)
+    monkeypatch.setattr(batch_form, "make_all", drawn)
     with no_workers():
         yield
 
