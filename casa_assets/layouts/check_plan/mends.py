@@ -27,7 +27,7 @@ from casa_assets.layouts.plan.runs import RunLine, UnitSlot, base_slots, other_s
 from casa_assets.layouts.plan.standard_sizes import WidthRange, share_widths
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.floor import RunEnd
-from casa_assets.model.kitchen.plan import BaseKind, BaseUnit, OpeningKind, Plan, Run, UpperKind, UpperUnit
+from casa_assets.model.kitchen.plan import MOST_SEATS, BaseKind, BaseUnit, OpeningKind, Plan, Run, UpperKind, UpperUnit
 from casa_assets.model.registry.document import KeyPath
 
 # What is raised where edits make no plan, since what they name is no longer there.
@@ -133,9 +133,13 @@ def _mends_of_conflict(draft: Draft, conflict: PlanConflict) -> Iterator[Mend]:
         row, said = _written(draft, at[:-1]), "Take out 'model': the style's stands there, if it has one."
         yield Mend(said, (draft.without(row, "model") if table == "runs" else Edit.remove((*row, "model")),))
     elif table == "seats":
-        yield from _of_seats(plan)
+        yield from _of_seats(plan, at)
     elif table == "openings":
         yield from _of_hole(draft, name)
+    elif table == "slopes" and len(at) == 2 and wanted is not None:  # too low over something
+        yield Mend.write(at, knee=math.ceil(100 * wanted + 0.5) / 100)
+    elif table == "corners" and at[2:] == ("runs",):
+        yield Mend.write(at[:2], runs=[*plan.corners[int(name)].runs[::-1]])
     elif table == "runs" and name:
         run = next(r for r in plan.runs if r.id == name)
         if at[2:] == ("base",):
@@ -150,8 +154,14 @@ def _mends_of_conflict(draft: Draft, conflict: PlanConflict) -> Iterator[Mend]:
         yield Mend.take_out(_written(draft, at[:2]), f"{name} of {table}")
 
 
-def _of_seats(plan: Plan) -> Iterator[Mend]:
-    """Of too many seats the most stay that have room."""
+def _of_seats(plan: Plan, at: KeyPath) -> Iterator[Mend]:
+    """Of too many seats the most stay that have room; two rows at a run are one."""
+    if len(at) == 2:
+        second = plan.seats[int(at[1])]
+        k, first = next((k, row) for k, row in enumerate(plan.seats) if row.run == second.run)
+        count = min(first.count + second.count, MOST_SEATS)
+        said = f"Write `count: {count}` for {first.run}, and take out the second row."
+        yield Mend(said, (Edit.put(("seats", k, "count"), count), Edit.remove(at)))
     for k, seats in enumerate(plan.seats):
         yield from (Mend.write(("seats", k), count=count) for count in range(seats.count - 1, 0, -1))
         yield Mend.take_out(("seats", k), f"the seats at {seats.run}")
@@ -394,7 +404,7 @@ def _mends(draft: Draft, problem: Problem) -> Iterator[Mend]:
             yield from _of_item(draft, name)
         for table in ("tables", "columns", "wall_items", "floor_items"):
             if any(row.id == name for row in getattr(plan, table)):
-                yield Mend(f"Take out {name}.", (*_without(plan, name), Edit.remove(draft.row(table, name))))
+                yield from _of_thing(draft, table, name)
     for name in units:
         yield from _of_unit(draft, problem, name)
     lines = {draft.kitchen.slot(n).line.id if n in units else n for n in names}
@@ -448,6 +458,13 @@ def _of_item(draft: Draft, name: str) -> Iterator[Mend]:
     others.sort(key=lambda s: (s.name in taken, s.line is not before.line, abs(s.middle - before.middle)))
     yield from (Mend.write(at, name, on=slot.name) for slot in others)
     yield Mend.take_out(at, name)
+
+
+def _of_thing(draft: Draft, table: str, name: str) -> Iterator[Mend]:
+    """A table, a column or a thing on a wall or the floor: with fewer chairs, or none of it."""
+    at, chairs = draft.row(table, name), next((t.chairs for t in draft.plan.tables if t.id == name), 0)
+    yield from (Mend.write(at, name, chairs=fewer) for fewer in range(chairs - 2, 1, -2))
+    yield Mend(f"Take out {name}.", (*_without(draft.plan, name), Edit.remove(at)))
 
 
 def _without(plan: Plan, name: str) -> Iterator[Edit]:

@@ -268,7 +268,10 @@ def _entries(draft: Draft) -> Iterator[Problem]:
     """A room that nobody gets into: all its walls are closed, and no door or passage leads in."""
     walls = draft.kitchen.room.walls
     if not any(w.open for w in walls) and all(h.is_window or h.is_niche for h in draft.kitchen.holes):
-        yield Problem("walls", "a door, a passage or an `open` wall, by which one gets in", "none of them")
+        taken = {run.on for run in draft.plan.runs} | {h.wall.id for h in draft.kitchen.holes}
+        mends = [Mend.write(draft.row("walls", w.id), w.id, open=True) for w in walls if w.id not in taken]
+        expected = "a door, a passage or an `open` wall, by which one gets in"
+        yield Problem("walls", expected, "none of them", mends=mends)
 
 
 def _hoods(draft: Draft) -> Iterator[Problem]:
@@ -282,6 +285,10 @@ def _hoods(draft: Draft) -> Iterator[Problem]:
         new = draft.with_item(at, hood, _index_over(draft, run, slot.name))
         said = f"Add `- hood: {{over: {slot.name}}}` to the wall units of {run.id}."
         mends = [Mend(said, (new if own < 0 else Edit.put((*at, own), hood),))]
+        idle = next((k for k, u in enumerate(run.upper) if u.kind is UpperKind.HOOD and u.over is None), None)
+        if idle is not None:
+            edit = draft.in_unit((*at, idle), "over", slot.name)
+            mends.insert(0, Mend(f"Write `over: {slot.name}`.", (edit,)))
         yield Problem(slot.name, f"a hood over {slot.name}", "none", mends=mends, pointer=at)
     for name in (h.name for h in hoods if h.kind is UpperKind.HOOD and not any(h in hs for hs in over.values())):
         yield Problem(name, f"a cooker under {name}", "none")

@@ -246,6 +246,45 @@ def test_what_would_fail_is_told_with_a_mend_that_works(subtests: pytest.Subtest
             assert {kind for kind in ("sink", "range", "fridge", "dishwasher") if kind in before} <= kinds
 
 
+TABLE = "tables:\n  dinner: {wall: left, at: 1.6, from_wall: 1.0, chairs: 6}\n"
+SEATS = FACING + "    overhang: 0.3\nseats:\n  - {run: island, count: 1}\n  - {run: island, count: 1}\n"
+# Texts of plans, the first fault (line, pointer, sentence of its mend), and the values that its edits replace.
+OTHERS = [
+    (LARGE.replace(", open: true", "") + ONE_ROW, (2, "walls", "Write `open: true` for right."), (None,)),
+    (LARGE + ONE_ROW + TABLE, (14, "tables.dinner", "Write `chairs: 4` for dinner."), (6,)),
+    (
+        LARGE + ONE_ROW + SEATS,
+        (19, "seats.1", "Write `count: 2` for island, and take out the second row."),
+        (1, {"run": "island", "count": 1}),
+    ),
+    (
+        LARGE + ONE_ROW + "slopes:\n  - {wall: back, knee: 1.8, pitch_deg: 30}\n",
+        (14, "slopes.0", "Write `knee: 2.28`."),
+        (1.8,),
+    ),
+    (
+        LARGE + L_SHAPED.replace("[main, right]", "[right, main]"),
+        (18, "corners.0.runs", "Write `runs: [main, right]`."),
+        (["right", "main"],),
+    ),
+    (
+        LARGE + ONE_ROW.replace("hood: {over: main_range}", "hood: 0.9"),
+        (11, "runs.main.upper", "Write `over: main_range`."),
+        (0.9,),
+    ),
+]
+
+
+def test_parts_of_a_plan_are_changed_rather_than_taken_out(subtests: pytest.Subtests) -> None:
+    for text, first, old in OTHERS:
+        with subtests.test(sentence=first[2]):
+            found = checked(text)
+            assert told(found)[0] == first
+            assert (found.faults[0].file, found.faults[0].old) == ("studio.yaml", old)
+            assert found.mended, told(found)
+            assert checked(found.text).fits
+
+
 def test_a_ceiling_is_over_the_cornice_and_one_that_is_too_high_is_as_high_as_it_can_be() -> None:
     row = ONE_ROW + "      - doors: [0.35, 0.9]\n"
     for height, mended in ((2.3, "height: 2.34"), (3.9, "height: 3.4")):
