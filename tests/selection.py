@@ -4,7 +4,7 @@ A test file reaches what it imports, what that imports, and so on: `import` stat
 under TYPE_CHECKING; modules named in text, such as `"casa_assets.ingest.run.steps:work"`; and what the fixtures
 of a conftest.py import that the test file names. Its distance to a file is the number of steps on the shortest way.
 
-    ordered = reaching(Imports(root), ["casa_assets/formats/mjcf/joints.py"])
+    ordered = reaching(Imports(root), ["casa_assets/formats/mjcf/document.py"])
 
 Tests that start the program reach all of it, and come after those that import what was changed. Nothing is imported:
 files are read as text, so that any checkout can be asked about.

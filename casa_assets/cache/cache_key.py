@@ -215,7 +215,7 @@ def _source(module: str) -> str:
 # What reaches this module runs the checks of plug-ins.
 CHECKS_OF_PLUGINS = f"{PACKAGE}.registry.plugins.checks"
 # What reaches this module validates by SimReady, in another Python where this one has no SimReady.
-RULES_OF_SIMREADY = f"{PACKAGE}.checks.simready.rules"
+RULES_OF_SIMREADY = f"{PACKAGE}.checks.simready"
 # A function, class or module, or the name of one such as `casa_assets.ingest.run.steps:work`; what is named is
 # not imported.
 CodeRef = Callable[..., Any] | ModuleType | str

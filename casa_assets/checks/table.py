@@ -1,4 +1,4 @@
-"""All checks: one literal row each, by subject; docs/reference/checks.md is printed from them."""
+"""All checks: rows of assets and scenes, with those of objects.py and library.py; `./dev docs` prints a page of them."""
 
 from __future__ import annotations
 

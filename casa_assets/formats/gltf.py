@@ -1,6 +1,6 @@
 """Asset or Scene -> one binary glTF file (GLB) for viewing: visuals, and on request colliders and regions.
 
-A GLB has no physics. What a viewer needs to move the parts is in the `extras` of its nodes: see the table below.
+A GLB has no physics. What a viewer needs to move the parts is in the `extras` of its nodes: see the table in this file.
 """
 
 from __future__ import annotations

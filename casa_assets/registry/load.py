@@ -52,7 +52,7 @@ FILES = (
     "words",
 )
 CONTRACTS = "contracts"
-LEARNED = "learned"  # folder of what scripts have learned, read by learned.py
+LEARNED = "learned"  # folder of what scripts have learned, read below
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
     <category>/<id>/asset.json, rejected/<id>/reject.json    the manifest of an entry; without it there is no entry
     library.json  ATTRIBUTION.md  rejected/rows.jsonl ...    the books: what is not in the folder of an entry
-    .casa/writers/<name>.json                                whoever writes (remote_folder.py)
+    .casa/writers/<name>.json                                whoever writes (library/remote_folder.py)
     .casa/unfinished.json                                    a run that writes has not ended: books may be older
 
 An object appears whole, but an entry has many. So its manifest is sent last and removed first: a reader who lists

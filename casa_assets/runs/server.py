@@ -1,6 +1,6 @@
 """Fork server of the workers: it has imported the heavy libraries once, so that a worker costs little.
 
-`main` is run by workers.pool in a separate process. They talk over one socket in whole messages, pickled tuples:
+`main` is run by runs/pool.py in a separate process. They talk over one socket in whole messages, pickled tuples:
 
     pool -> server   ("call", function)  ("fork", number, limits) with the worker's end of a socket
     server -> pool   ("ready", function)  ("failed", function, why)  ("started", number)

@@ -1,1 +1,1 @@
-"""Pictures, pages, views and exports for people."""
+"""Pictures, pages and views for people."""

@@ -1,1 +1,1 @@
-"""Cavities behind fronts: those that the mesh has, and those that have to be built."""
+"""Behind fronts: cavities that the mesh has or that are built, lids, racks, drawer boxes, regions and burners."""

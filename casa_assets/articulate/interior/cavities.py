@@ -432,7 +432,7 @@ MIN_WALLS = 3
 MIN_BOX_DEPTH_SHARE = 0.25
 # Two doors meet if their gap is at most this, diagonals, and their heights overlap by this share.
 MAX_DOOR_GAP, MIN_HEIGHT_OVERLAP = 0.025, 0.9
-# Thickness of the walls that are built around a cavity, metres. Ref: insulation and boards as in families/parts.
+# Thickness of the walls that are built around a cavity, metres. Ref: insulation and boards as in kitchenware/parts.
 WALL_M = {
     InteriorKind.OVEN: 0.036,
     InteriorKind.MICROWAVE: 0.018,

@@ -1,4 +1,4 @@
-"""Build the interiors that a mesh lacks behind its fronts, from parts of the kit, as triangles of the same model."""
+"""Build the interiors that a mesh lacks behind its fronts, from parts of kitchenware/, as triangles of the model."""
 
 from __future__ import annotations
 

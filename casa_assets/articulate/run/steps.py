@@ -1,4 +1,4 @@
-"""Articulate one static mesh into a library; runs in a separate child process (see `batch.py`)."""
+"""Articulate one static mesh into a library; runs in a separate child process (see `run.py` beside it)."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ def load(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
 
 
 def _program(name: str) -> str:
-    """Path of a Blender, or of a Python with bpy: see `core.blender`. Raises Rejected NEEDS_BLENDER."""
+    """Path of a Blender, or of a Python with bpy: see `core.system.find_blender`. Raises Rejected NEEDS_BLENDER."""
     program = system.find_blender()
     if not program:
         message = f"{name}: a Blender file is read by Blender, {system.how_to_install()}"

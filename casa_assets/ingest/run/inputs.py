@@ -85,7 +85,7 @@ def fetch(address: str, library: Path) -> Path | Refused:
 
 # Discover inputs ------------------------------------------------------------------------------------------------------
 
-# Names of library/library_report.py and reports/attribution.py: every library has both. By value, as another
+# Names of library/library_report.py and library/attribution.py: every library has both. By value, as another
 # report changes nothing about what is found.
 LIBRARY_FILES = ("library.json", "ATTRIBUTION.md")
 

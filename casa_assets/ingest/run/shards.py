@@ -86,7 +86,7 @@ class ShardHeader(Record):
 
     Attributes:
         index, count: of the shard. is_complete: its run has ended; else what follows is missing.
-        category, split, keep_duplicates, limits: of the run, see `ingest.run.Options`; all limits by their names.
+        category, split, keep_duplicates, limits: of the run, see `ingest.run.run.Options`; all limits by their names.
         cache_key: of the run. made_by: key of the code that discovers and surveys inputs.
         roots: absolute paths and addresses of the sources.
         inputs: how many all shards have together; rows of manifests that were refused count as inputs.
@@ -116,7 +116,7 @@ class ShardHeader(Record):
 
 
 class SurveyRecord(Record):
-    """Survey of an input, see `ingest.survey.Survey`; where it could not be read, code and message say why."""
+    """Survey of an input, see `ingest.run.survey.Survey`; where it could not be read, code and message say why."""
 
     sha256: Sha256 | Literal[""] = ""
     category: str = ""

@@ -131,7 +131,7 @@ EDGE_REACH = 0.024  # metres that an edge pull stands out before the face
 
 HandleKind = StrEnum("HandleKind", "BAR BOXED BOW CUP KNOB RING STRAP TEE LEATHER EDGE_PULL FINGER_GROOVE")
 
-# Handles that are one with an edge of the front; `fronts.doors` and `fronts.drawers` put them there.
+# Handles that are one with an edge of the front; `doors.py` puts them there.
 EDGE_HANDLES = (HandleKind.EDGE_PULL, HandleKind.FINGER_GROOVE)
 # Handles that are as wide as high, or always lie across.
 LEVEL_HANDLES = (HandleKind.CUP, HandleKind.RING, HandleKind.KNOB)

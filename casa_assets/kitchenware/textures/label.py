@@ -80,7 +80,7 @@ class Label(Record):
     ink: HexColor = Field("#2a2522", description="of words; illegible letters turn light or dark")
     accent: HexColor = Field("#a5281f", description="of bands, frames and the brand")
     brand_ink: HexColor | None = Field(None, description="None: the choice of the layout")
-    motif: Id | None = Field(None, description="a drawing of `motifs.MOTIFS`")
+    motif: Id | None = Field(None, description="name of a drawing in label_drawing.py")
     motif_colors: tuple[HexColor, ...] = Field((), description="replace those of the drawing")
     front: float = Field(0.36, ge=0.15, le=1, description="share of the width that the front takes")
     side: float = Field(0.0, ge=0, le=0.4, description="share of each of the two sides next to the front; 0: round")

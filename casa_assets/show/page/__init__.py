@@ -1,1 +1,1 @@
-"""The 3D viewer of pages: its bundle of JavaScript, and the files through which a page shows a model."""
+"""Parts of pages: templates, the report of a kitchen, the 3D viewer, and the files with which a page shows a model."""

@@ -1,1 +1,1 @@
-"""Reports made from a library's entries: index, attribution, HTML pages; and the documentation of checks."""
+"""Reports made from a library's entries and from kitchens, as HTML and JSON; and the documentation of checks."""

@@ -1,7 +1,7 @@
 """Serve the pages of review to the browser of the person at this machine, and write what is decided to review.csv.
 
 One page shows one asset after the other, with what was guessed and why, and keys to decide; the other is that of the
-articulated meshes (`articulate/review_page.py`), whose 3D models are made from the entries when they are asked for.
+articulated meshes (`articulate/run/review_page.py`), whose 3D models are made from the entries when they are asked for.
 
 Only this machine can connect, and only with the address that the command prints: it holds a random word, so that no
 other page in the same browser can decide anything.

@@ -230,6 +230,13 @@ class TestImports:
             "named in text"
         )
 
+    def test_the_versions_of_a_validator_in_another_python_count(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        # A module that was merged into another took its name along unseen once, and the versions with it.
+        assert {cache_key.CHECKS_OF_PLUGINS, cache_key.RULES_OF_SIMREADY} <= set(package_files().sources)
+        monkeypatch.setattr(cache_key, "versions_elsewhere", lambda: {"simready-validate": "9.9"})
+        assert reach("casa_assets.checks.package.usd").versions["simready-validate"] == "9.9"
+        assert "simready-validate" not in reach("casa_assets.formats.usd.document").versions
+
 
 class TestRegistry:
     def test_every_file_is_read_by_a_module_that_names_it(self) -> None:
