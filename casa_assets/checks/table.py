@@ -1,4 +1,4 @@
-"""All checks: rows of assets and scenes, with those of objects.py and library.py; `./dev docs` prints a page of them."""
+"""All checks: rows of assets and scenes, with those of objects.py and library.py; `./dev docs` prints them."""
 
 from __future__ import annotations
 
