@@ -14,11 +14,11 @@ from casa_assets.checks.motion import joints
 from casa_assets.checks.package import Package, mjcf, parity, usd
 from casa_assets.checks.robots import joints_are_reached
 from casa_assets.checks.runtime import behavior, contract
-from casa_assets.checks.scene import batch_form, engine_sizes, forms, opening, placement, rest
+from casa_assets.checks.scene import batch_form, budget, engine_sizes, forms, opening, placement, rest
 from casa_assets.checks.scene.batch_form import BatchSubject
+from casa_assets.checks.scene.budget import MeasuredSpeed
 from casa_assets.checks.scene.forms import SceneFiles
 from casa_assets.checks.scene.placement import PreviewImages
-from casa_assets.checks.scene.rest import MeasuredSpeed
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.start_states import stage
 from casa_assets.checks.start_states.stage import StatesSubject
@@ -329,22 +329,22 @@ SCENE_ROWS: tuple[Check, ...] = (
           "not); set it on what carries it."),
     Check("SCN009", "Inside the room", ERROR, SceneSubject, placement.things_are_inside_room, "scene_outside_m", "m",
           "Nothing reaches more than {mm:g} mm beyond floor, walls and ceiling; move it in."),
-    Check("SCN010", "Number of bodies", ERROR, SceneSubject, rest.body_count_is_bounded, "scene_bodies", "",
+    Check("SCN010", "Number of bodies", ERROR, SceneSubject, budget.body_count_is_bounded, "scene_bodies", "",
           "The model has at most {limit:g} bodies; merge links that never move against each other."),
     Check("SCN011", "Loose things stay put", ERROR, SceneSubject, rest.loose_things_stay_put, "scene_drift_m", "m",
           "Nothing that stands by its weight moves by more than {mm:g} mm in 5 s; set it down where it stands firmly."),
-    Check("SCN012", "Number of colliders", ERROR, SceneSubject, rest.collider_count_is_bounded, "scene_shapes", "",
+    Check("SCN012", "Number of colliders", ERROR, SceneSubject, budget.collider_count_is_bounded, "scene_shapes", "",
           "The model has at most {limit:g} collision shapes; merge some, or leave a thing out."),
-    Check("SCN013", "Degrees of freedom", ERROR, SceneSubject, rest.degrees_of_freedom_are_bounded, "scene_freedoms",
+    Check("SCN013", "Degrees of freedom", ERROR, SceneSubject, budget.degrees_of_freedom_are_bounded, "scene_freedoms",
           "",
           "The kitchen has at most {limit:g} degrees of freedom, those of objects (`scenes new --objects`) not "
           "counted, because solver time grows with their number; fix what nobody has to move."),
-    Check("SCN014", "Hull vertices", ERROR, SceneSubject, rest.hull_vertex_count_is_bounded, "scene_vertices", "",
+    Check("SCN014", "Hull vertices", ERROR, SceneSubject, budget.hull_vertex_count_is_bounded, "scene_vertices", "",
           "The collision hulls have at most {limit:g} vertices in all, counted per instance; use boxes and cylinders."),
-    Check("SCN015", "Texture memory", ERROR, SceneSubject, rest.texture_memory_is_bounded, "scene_pictures_mb", "MB",
+    Check("SCN015", "Texture memory", ERROR, SceneSubject, budget.texture_memory_is_bounded, "scene_pictures_mb", "MB",
           "All pictures take at most {limit:g} MB decoded, so that one GPU holds many scenes; share pictures, or scale "
           "them down."),
-    Check("SCN016", "Contacts at rest", ERROR, SceneSubject, rest.contact_count_is_bounded, "scene_contacts", "",
+    Check("SCN016", "Contacts at rest", ERROR, SceneSubject, budget.contact_count_is_bounded, "scene_contacts", "",
           "At most {limit:g} pairs of shapes touch while nothing moves, because each costs time in every step; set "
           "things down on fewer feet."),
     Check("SCN017", "MJCF equals USD", ERROR, SceneFiles, forms.formats_agree, "scene_disagreements", "",
@@ -375,10 +375,10 @@ SCENE_ROWS: tuple[Check, ...] = (
     Check("SCN025", "No burnt-out pictures", ERROR, PreviewImages, placement.previews_are_not_burnt_out, "scene_white",
           "",
           "At most {limit:.0%} of each preview is pure white; lower the light, or choose a darker finish."),
-    Check("SCN026", "Load time", WARNING, MeasuredSpeed, rest.load_time_is_bounded, "scene_load_ms", "ms",
+    Check("SCN026", "Load time", WARNING, MeasuredSpeed, budget.load_time_is_bounded, "scene_load_ms", "ms",
           "MuJoCo compiles the scene within {limit:g} ms on the machine of the check; use fewer vertices and smaller "
           "pictures."),
-    Check("SCN027", "Simulation speed", WARNING, MeasuredSpeed, rest.simulation_is_fast_enough, "scene_pace", "",
+    Check("SCN027", "Simulation speed", WARNING, MeasuredSpeed, budget.simulation_is_fast_enough, "scene_pace", "",
           "At rest, one core simulates at least {limit:g} s of the scene per second; use fewer contacts and joints."),
     Check("SCN028", "Light form: things stay put", ERROR, SceneFiles, forms.loose_things_stay_put, "scene_drift_m", "m",
           "In the light form nothing that stands by its weight moves by more than {mm:g} mm in 5 s; correct the "

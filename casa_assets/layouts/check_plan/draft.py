@@ -12,7 +12,7 @@ from casa_assets.layouts.check_plan.edit import Edit, edited_value, value_at
 from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.order.room_shell import CASING_WIDTH_M
-from casa_assets.layouts.order.worktops import CORNICE_DEPTH_M, FLAT_PROFILE
+from casa_assets.layouts.order.trim import CORNICE_DEPTH_M, FLAT_PROFILE
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.clearances import Leaf, leaves_of
 from casa_assets.layouts.plan.room import WallHole, WallLine, build_room

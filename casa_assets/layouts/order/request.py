@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from casa_assets.errors import PlanConflict
-from casa_assets.layouts.order import furnish, worktops
+from casa_assets.layouts.order import furnish, trim, worktops
 from casa_assets.layouts.order.build_order import BuildOrder, KitchenRequest
 from casa_assets.layouts.order.cabinets import order_unit
 from casa_assets.layouts.order.room_shell import (
@@ -18,11 +18,8 @@ from casa_assets.layouts.order.room_shell import (
     order_shell,
     order_skirting,
 )
-from casa_assets.layouts.order.worktops import (
-    CORNICE_HEIGHT_M,
-    WORKTOP_BREAKS,
-    is_hood_under_cabinet,
-)
+from casa_assets.layouts.order.trim import CORNICE_HEIGHT_M, is_hood_under_cabinet
+from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import build_room
 from casa_assets.layouts.plan.runs import CornerPart, RunLine, UnitSlot, base_slots, place_runs, upper_slots
@@ -179,9 +176,9 @@ def request_kitchen(
     worktops.order_back_panels(order)
     order.seats = furnish.seat_places(plan, lines)
     worktops.order_worktops(order)
-    worktops.order_backsplash(order)
-    worktops.order_cornices(order)
-    worktops.order_curtains(order)
+    trim.order_backsplash(order)
+    trim.order_cornices(order)
+    trim.order_curtains(order)
     order_skirting(order)
     furnish.order_worktop_items(order)
     furnish.order_seats(order)
