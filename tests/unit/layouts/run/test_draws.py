@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.layouts.run import draws, sample
+from casa_assets.layouts.run import diversity, draws, sample
 from casa_assets.layouts.run.diversity import Choices, Traits, diversity_of, evenness
 from casa_assets.layouts.run.draws import draw_recipes
 from casa_assets.layouts.run.mix import goes_together, mixed_style
@@ -154,11 +154,11 @@ class TestDiversity:
 
     def test_what_is_written_is_read_back(self, tmp_path: Path) -> None:
         drawn, reference = diversity_of([ONE], POSSIBLE), diversity_of([ONE, replace(ONE, id="b")], POSSIBLE)
-        draws.write_diversity(tmp_path, drawn, reference)
-        assert draws.read_diversity(tmp_path) == (drawn, reference)
-        (tmp_path / draws.DIVERSITY).write_text("{", encoding="utf-8")
-        assert draws.read_diversity(tmp_path) is None
-        rows = draws.table_rows(drawn, reference)
+        diversity.write_diversity(tmp_path, drawn, reference)
+        assert diversity.read_diversity(tmp_path) == (drawn, reference)
+        (tmp_path / diversity.DIVERSITY).write_text("{", encoding="utf-8")
+        assert diversity.read_diversity(tmp_path) is None
+        rows = diversity.table_rows(drawn, reference)
         assert rows[0] == ("kitchens", "1", "2")
         assert ("plans", "", "0.00") in rows
 
