@@ -11,6 +11,7 @@ import json
 import os
 import re
 import subprocess
+import sys
 import tempfile
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
@@ -28,6 +29,7 @@ from pxr import Ar, Usd, UsdGeom
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.simready_python import NEEDED, NoVerdict, run_program, validator_python
 from casa_assets.core.numeric import Floats
+from casa_assets.errors import CasaError
 
 if TYPE_CHECKING:
     from usd_validation_nvidia import BaseRuleChecker, ComplianceChecker, ComplianceCheckerEvent
@@ -169,7 +171,7 @@ def validate(path: Path, without: frozenset[str] = frozenset()) -> Verdict | Non
 
 @cache
 def load_rules() -> None:
-    """Register the rules of SimReady, once per process (a second with their import). Raises ImportError."""
+    """Register the rules of SimReady, once per process (a second with their import). Raises ImportError, CasaError."""
     # `simready.validate.initialize` takes out all rules that were registered and registers them again, which takes
     # longer than all else; so the tier's plug-in, which does nothing but import them, is kept from registering them.
     # To find tests of the tier, which nobody runs here, it would read the list of files of every installed package.
@@ -379,6 +381,11 @@ def _compare_meshes_swiftly() -> None:
 
     rules = RequirementsRegistry()
     requirement = rules.find_requirement(COINCIDENT)
+    if requirement is None:
+        raise CasaError(
+            f"SimReady's rules did not load; a file that is called like one of its modules, such as usd.py, may be in "
+            f"{sys.path[0] or Path.cwd()}: rename it"
+        )
     theirs = rules.get_validator(requirement)
 
     def check_stage(rule: BaseRuleChecker, stage: Usd.Stage) -> None:

@@ -177,6 +177,15 @@ def test_verdict_is_that_of_the_command_line(corrupt: Tampering | None, tmp_path
     assert passes == (done.returncode == 0) == (corrupt is None)
 
 
+def test_a_file_of_the_user_that_hides_one_of_its_modules_is_named(tmp_path: Path) -> None:
+    (tmp_path / "usd.py").write_text("raise OSError\n")
+    script = tmp_path / "look.py"
+    script.write_text("from casa_assets.checks.simready import load_rules\nload_rules()\n")
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False)
+    assert "CasaError" in done.stderr
+    assert f"usd.py, may be in {tmp_path}: rename it" in done.stderr
+
+
 @pytest.mark.parametrize(
     "above", ["Küche 空 1", "-x", "CON", f"{LONG}/{LONG}"], ids=["words", "dash", "reserved", "long"]
 )
