@@ -6,8 +6,10 @@ import shutil
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
+from xdist.scheduler import LoadScopeScheduling
 
 from tests.consumers.watched import PAGES, WATCHED, changed
 from tests.support.library.libraries import made_once
@@ -26,9 +28,25 @@ MAKE = next(line for block in blocks("README.md") for line in block.commands if 
 FIRST, LAST = "test_documents.py", "test_robocasa_tasks.py"
 
 
+class ByFile(LoadScopeScheduling):
+    """Every file but the pages is run by one process, so that what its module sets up is made once.
+
+    xdist's own groups, `--dist loadgroup`, are lost in pytest 9.2, which no longer takes names of tests from plug-ins.
+    """
+
+    def _split_scope(self, nodeid: str) -> str:
+        file = nodeid.partition("::")[0]
+        return nodeid if file.endswith(FIRST) else file
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> ByFile | None:
+    """Hand out the tests of `./dev consumers` by file."""
+    return ByFile(config, log) if config.getvalue("dist") == "loadgroup" else None
+
+
 @pytest.hookimpl(tryfirst=True)  # before -m is looked at
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the pages first, and the file that needs no company last; keep every other file in one process.
+    """Put the pages first, and the file that needs no company last.
 
     What watches nothing that has changed is left to `./dev certify`, see watched.py.
     """
@@ -36,8 +54,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     here = [item for item in items if item.path.is_relative_to(HERE)]  # pytest gives all that it found
     new = changed() if here else frozenset[str]()
     for item in here:
-        if item.path.name != FIRST:
-            item.add_marker(pytest.mark.xdist_group(item.path.relative_to(ROOT).as_posix()))
         if not is_run(item, new):
             item.add_marker(pytest.mark.certify)
 

@@ -12,7 +12,7 @@ import mujoco
 import pytest
 
 from casa_assets.checks.readers.usd_facts import imported
-from casa_assets.formats.usd.kitchen import write
+from casa_assets.formats.mjcf import write
 from tests.support.asset.articulated_assets import grill
 from tests.support.asset.assets import textured_box, write_to
 from tests.support.asset.packages import written
