@@ -10,13 +10,12 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-import numpy.typing as npt
 from PIL import Image
 from scipy import ndimage
 
 from casa_assets.checks.check import Check, Measurement, all_at_least, at_most, least, not_applicable, worst_above
 from casa_assets.checks.library import SAME_COLORS, SAME_SIZE
-from casa_assets.core.numeric import Floats, Ints, linear_from_srgb_array
+from casa_assets.core.numeric import Floats, Ints, Mask, linear_from_srgb_array
 from casa_assets.mesh.registration import descriptor_distances
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material, PrintedLine
@@ -65,7 +64,6 @@ def sides_fit_category(member: ObjectMember, limit: float) -> Measurement:
 
 # Print size -----------------------------------------------------------------------------------------------------------
 
-Mask = npt.NDArray[np.bool_]
 
 # A pixel belongs to a letter where it is covered by this share of what the best one is; strokes may be thinner than a
 # pixel. What is near such a pixel is the ground that the letter is read on.

@@ -1,4 +1,4 @@
-"""Which joints of a kitchen a robot reaches and opens."""
+"""Find the joints of a kitchen that a robot reaches and opens."""
 
 from __future__ import annotations
 

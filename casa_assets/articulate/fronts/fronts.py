@@ -522,9 +522,9 @@ def select_opening_panels(
     whole = upper.max(axis=0) - lower.min(axis=0)
     gripped = [p for p in panels if p.grips]
     boxed = [p for p in panels if p.box or p.upper[2] - p.lower[2] > 0.34 * whole[2]]
-    confidence = {id(p) for p in [*gripped, *boxed]}
+    has_grip_or_box = {id(p) for p in [*gripped, *boxed]}
     boxy = boxiness(measured.mesh, measured.depth_images) >= MIN_BOXINESS
-    least = min((p.width * p.height for p in panels if id(p) in confidence), default=0.0)
+    least = min((p.width * p.height for p in panels if id(p) in has_grip_or_box), default=0.0)
     out: list[tuple[Panel, float, str]] = []
     for p in panels:
         foot = p.width * p.height
@@ -552,12 +552,12 @@ def select_opening_panels(
             out.append((p, 0.95, "has a handle"))
         elif p.grips and foot >= 0.25 * whole[0] * whole[1]:
             out.append((p, 0.9, "has a handle, and is large"))
-        elif id(p) in confidence:
+        elif id(p) in has_grip_or_box:
             out.append((p, 0.8, "has a box behind it"))
         elif (
             strip
             or (p.controls and foot < 0.4 * whole[0] * whole[1])
-            or (confidence and foot < 0.6 * least)
+            or (has_grip_or_box and foot < 0.6 * least)
             or (gripped and foot < 0.35 * max(q.width * q.height for q in gripped))
         ) or _is_key_pad(p, whole):
             continue

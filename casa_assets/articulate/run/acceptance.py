@@ -1,4 +1,4 @@
-"""What is done to a built asset until it is accepted: ranges limited, errors of checks mended, its contract, doubts."""
+"""Accept a built asset: limit ranges of joints, mend what checks find, test its contract, list open decisions."""
 
 from __future__ import annotations
 
