@@ -11,8 +11,8 @@ from typing import Any
 from casa_assets import registry
 from casa_assets.cache.cache_key import digest_of, key_of, versions_of
 from casa_assets.cache.store import Store
+from casa_assets.checks import simready
 from casa_assets.checks.check import load_table
-from casa_assets.checks.simready import load_rules
 from casa_assets.errors import CasaError, OutputError, PluginFailure, RegistryError, Rejected
 from casa_assets.formats.read import warm as warm_readers
 from casa_assets.ingest.assemble import assemble, grasp
@@ -253,7 +253,7 @@ MAX_POSES = 3
 def warm() -> None:
     """Load what every worker needs, once for all of them; nothing here may draw."""
     registry.load()
-    load_rules()
+    simready.warm()
     load_table()
     warm_readers()
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -9,6 +11,9 @@ import pytest
 from casa_assets.checks import simready, simready_python
 from casa_assets.checks.check import run
 from casa_assets.checks.readers import usd_facts
+from casa_assets.families import build
+from casa_assets.ingest.run import steps
+from casa_assets.layouts.run import check
 from casa_assets.model.issue import CheckResult, Report, Status
 from casa_assets.registry import load
 from tests.support.asset.assets import rigid_mug
@@ -49,6 +54,17 @@ def test_without_it_an_asset_passes_and_a_check_was_not_run(tmp_path: Path) -> N
     assert "SimReady's validator is not installed" in result.reason
     assert report.passed
     assert report.tally.not_run >= 1
+
+
+@pytest.mark.usefixtures("absent")
+@pytest.mark.parametrize("warm", [steps.warm, build.warm, check.warm])
+def test_without_it_workers_start(warm: Callable[[], None], monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("simready", "simready.validate"):
+        monkeypatch.setitem(sys.modules, name, None)  # cannot be imported
+    simready.load_rules.cache_clear()
+    with pytest.raises(ImportError):
+        simready.load_rules()
+    warm()
 
 
 @pytest.mark.parametrize(
