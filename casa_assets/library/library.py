@@ -176,15 +176,6 @@ LOCK = "lock"
 R = TypeVar("R", bound=Record)
 # Arguments of renameat2: paths relative to the working folder; exchange two names. Ref: rename(2), linux/fcntl.h.
 AT_FDCWD, RENAME_EXCHANGE = -100, 2
-# Fields that had another name in entries of schema version 1: anywhere, and in the signature.
-_NAMES_SINCE_1 = {"says": "message", "because": "reason"}
-_SIGNATURE_NAMES_SINCE_1 = {
-    "form": "shape",
-    "tint": "color",
-    "pairs": "pair_distances",
-    "reach": "center_distances",
-    "axes": "axis_spread",
-}
 _ADVICE = "remove its folder and run again"
 
 
@@ -515,7 +506,7 @@ def read_manifest(folder: Path) -> Manifest:
 
 
 def _certificate(folder: Path, data: Mapping[str, Any]) -> Certificate:
-    return _record(Certificate, folder / CERTIFICATE, _upgraded(_section(folder, data, "certificate"), folder))
+    return _record(Certificate, folder / CERTIFICATE, _section(folder, data, "certificate"))
 
 
 def find_summary(folder: Path) -> Summary | None:
@@ -539,7 +530,7 @@ def read_asset(folder: Path) -> Asset:
 
 def read_refusal(folder: Path) -> Refusal:
     """Read the record of a rejected input. Raises OutputError where the file is damaged."""
-    return _record(Refusal, folder / REFUSAL, _upgraded(_json(folder / REFUSAL), folder))
+    return _record(Refusal, folder / REFUSAL, _json(folder / REFUSAL))
 
 
 def _section(folder: Path, data: Mapping[str, Any], name: str) -> dict[str, Any]:
@@ -547,16 +538,6 @@ def _section(folder: Path, data: Mapping[str, Any], name: str) -> dict[str, Any]
     if not isinstance(section, dict):
         raise OutputError(str(folder / CERTIFICATE), f"holds no {name!r}; {_ADVICE}")
     return section
-
-
-def _upgraded(data: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Convert an entry of schema version 1, which named no producer, to version 2."""
-    if data.get("schema_version") != 1:
-        return data
-    by_file = {"decisions.yaml": Producer.ARTICULATE, "params.json": Producer.FAMILY}
-    producer = next((p for name, p in by_file.items() if (folder / name).exists()), Producer.INGEST)
-    kept = {name: value for name, value in data.items() if name != "recipe"}
-    return {**kept, "schema_version": 2, "producer": producer.value, "cache_key": data.get("recipe", "")}
 
 
 def _record(kind: type[R], path: Path, data: dict[str, Any]) -> R:
@@ -581,14 +562,4 @@ def _json(path: Path) -> dict[str, Any]:
         raise OutputError(str(path), f"cannot be read: {error}; {_ADVICE}") from error
     if not isinstance(data, dict):
         raise OutputError(str(path), f"is not a JSON object; {_ADVICE}")
-    version = data.get("certificate", data)
-    is_first = isinstance(version, dict) and version.get("schema_version") == 1
-    return dict(_renamed(data, _NAMES_SINCE_1)) if is_first else data
-
-
-def _renamed(data: Any, names: Mapping[str, str]) -> Any:
-    """Data of schema version 1 with the field names of version 2."""
-    if isinstance(data, dict):
-        inner = {"signature": {**names, **_SIGNATURE_NAMES_SINCE_1}}
-        return {names.get(name, name): _renamed(value, inner.get(name, names)) for name, value in data.items()}
-    return [_renamed(value, names) for value in data] if isinstance(data, list) else data
+    return data

@@ -54,7 +54,7 @@ class LibraryReport(Record):
             their cosine.
     """
 
-    schema_version: Literal[1, 2] = 2
+    schema_version: Literal[2] = 2
     report: Report
     weights: str = ""
     seen: Annotated[dict[str, LookRecord], Field(default_factory=dict)]

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import PurePosixPath
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
 from pydantic import Field, StringConstraints, field_validator, model_validator
 
@@ -156,15 +156,6 @@ class Report(Record):
     results: tuple[CheckResult, ...] = ()
     issues: tuple[Issue, ...] = ()
 
-    @model_validator(mode="before")
-    @classmethod
-    def _of_schema_1(cls, data: Any) -> Any:
-        """Read reports of schema version 1, whose results have `passed` in place of `status`."""
-        if not isinstance(data, dict) or not any("passed" in r for r in data.get("results", ()) if isinstance(r, dict)):
-            return data
-        warned = {i["code"] for i in data.get("issues", ()) if i["severity"] == Severity.WARNING}
-        return {**data, "results": [_current_result(r, warned) for r in data["results"]]}
-
     @property
     def errors(self) -> tuple[Issue, ...]:
         """Errors that keep the subject out of the library; if no check failed, the error checks that were not run.
@@ -199,17 +190,6 @@ class Report(Record):
     def __add__(self, other: Report) -> Report:
         """Both reports about the same subject, in order."""
         return Report(subject=self.subject, results=self.results + other.results, issues=self.issues + other.issues)
-
-
-def _current_result(old: dict[str, Any], warned: set[str]) -> dict[str, Any]:
-    """Convert a result of schema version 1; one that passed without a number becomes one that did not apply."""
-    kept = {key: value for key, value in old.items() if key != "passed"}
-    if not old["passed"]:
-        severity = Severity.WARNING if old["code"] in warned else Severity.ERROR
-        return {**kept, "status": Status.FAILED, "severity": severity}
-    if old.get("number") is None:
-        return {**kept, "status": Status.NOT_APPLICABLE, "reason": "an earlier version told no number"}
-    return {**kept, "status": Status.PASSED}
 
 
 class Files(Record):

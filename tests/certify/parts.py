@@ -34,9 +34,7 @@ LONG = {
     "robots": ("all robots in whole kitchens", ("test_robots.py",)),
     "clusters": (
         "whole sets of meshes on one machine, in shards and on clusters that lose a machine",
-        tuple(
-            f"cluster/test_{name}.py" for name in ("faults", "leading_machine", "losses", "small_disk", "whole_sets")
-        ),
+        tuple(f"cluster/test_{name}.py" for name in ("faults", "losses", "whole_sets")),
     ),
     "soak": ("two hours on a cluster with faults at random", ("cluster/test_soak.py",)),
 }

@@ -76,46 +76,29 @@ def test_content_that_is_not_recorded_runs() -> None:
 
 
 @pytest.mark.usefixtures("forgotten")
-def test_a_change_of_one_family_makes_its_rows_run(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_change_of_one_family_or_of_what_several_reach_makes_their_rows_run(monkeypatch: pytest.MonkeyPatch) -> None:
     before, real = keys(), content_keys.module_digest
     _forget()
     monkeypatch.setattr(content_keys, "module_digest", lambda name: "new" if name == MICROWAVE else real(name))
     assert {name for name, key in keys().items() if key != before[name]} == {"family/microwave"}
     left = ids(content_keys.unchanged(rows(keep=0), before))
     assert left == [name for name in ids(rows()) if not name.startswith("microwave")]
-
-
-@pytest.mark.usefixtures("forgotten")
-def test_a_change_of_what_several_reach_changes_them(monkeypatch: pytest.MonkeyPatch) -> None:
-    before, real = keys(), content_keys.module_digest
     _forget()
-    changed = "casa_assets.asset.assemble"
-    monkeypatch.setattr(content_keys, "module_digest", lambda name: "new" if name == changed else real(name))
+    all_reach = "casa_assets.asset.assemble"
+    monkeypatch.setattr(content_keys, "module_digest", lambda name: "new" if name == all_reach else real(name))
     found = {name for name, key in keys().items() if key != before[name]}
     assert found == {*(f"family/{name}" for name in FAMILIES), "object/apple"}
 
 
 @pytest.mark.usefixtures("forgotten")
-@pytest.mark.parametrize(
-    ("changed", "differs"),
-    [
-        ("casa_assets.ingest.collision.plane_splits", True),
-        ("casa_assets.mesh.topology", True),  # it imports that
-        ("casa_assets.show.reports.kitchens", False),
-    ],
-)
-def test_the_key_of_a_package_is_that_of_its_code_and_of_what_it_imports(
-    changed: str, differs: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_key_of_a_package_is_that_of_its_code_and_of_what_it_imports(monkeypatch: pytest.MonkeyPatch) -> None:
     before, real = content_keys.subject_key("code/ingest.collision"), content_keys.module_digest
-    _forget()
-    monkeypatch.setattr(content_keys, "module_digest", lambda name: "new" if name == changed else real(name))
-    assert (content_keys.subject_key("code/ingest.collision") != before) == differs
-
-
-def test_a_package_that_is_not_there_is_told() -> None:
-    with pytest.raises(LookupError, match=r"no package casa_assets\.ingest\.colision"):
-        content_keys.subject_key("code/ingest.colision")
+    own, imported, other = "ingest.collision.plane_splits", "mesh.topology", "show.reports.kitchens"
+    for changed, differs in ((own, True), (imported, True), (other, False)):
+        _forget()
+        module = f"casa_assets.{changed}"
+        monkeypatch.setattr(content_keys, "module_digest", lambda name, at=module: "new" if name == at else real(name))
+        assert (content_keys.subject_key("code/ingest.collision") != before) == differs, changed
 
 
 def test_a_row_of_the_registry_changes_its_subject_alone(project: Project) -> None:

@@ -18,31 +18,25 @@ def test_what_is_recorded_is_left_out_and_what_differs_is_run() -> None:
     other = {**keys, "test_urdf.py": "0", "docs/howto/use/glb.md": "0"}
     del other["test_clip.py"]
     assert watched.changed(other) == {"test_urdf.py", "docs/howto/use/glb.md", "test_clip.py"}
-
-
-def test_only_environments_of_what_changed_are_needed() -> None:
     assert watched.environments(["test_urdf.py", "docs/howto/use/glb.md"]) == sorted([*watched.ALWAYS, "urdf"])
 
 
-@pytest.mark.parametrize("place", ["file", "folder", "new file"])
-def test_a_key_changes_with_what_is_watched(place: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    folder = tmp_path / "package"
-    folder.mkdir()
-    (folder / "module.py").write_text("x = 1\n")
-    monkeypatch.setitem(watched.WATCHED, "test_urdf.py", watched.Watched(("urdf",), (str(folder),)))
-    watched._digest.cache_clear()
-    before = watched.key_of("test_urdf.py")
-    watched._digest.cache_clear()
-    assert watched.key_of("test_urdf.py") == before
-    if place == "file":
-        (folder / "module.py").write_text("x = 2\n")
-    elif place == "folder":
-        (folder / "module.py").rename(folder / "other.py")
-    else:
-        (folder / "more.txt").write_text("")
-    watched._digest.cache_clear()
-    assert watched.key_of("test_urdf.py") != before
-    watched._digest.cache_clear()
+def test_a_key_changes_with_what_is_watched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    module = tmp_path / "module.py"
+    monkeypatch.setitem(watched.WATCHED, "test_urdf.py", watched.Watched(("urdf",), (str(tmp_path),)))
+    keys = []
+    for change in (
+        lambda: module.write_text("x = 1\n"),
+        lambda: module.write_text("x = 2\n"),
+        lambda: module.rename(tmp_path / "other.py"),
+        (tmp_path / "more.txt").touch,
+    ):
+        change()
+        watched._digest.cache_clear()
+        keys.append(watched.key_of("test_urdf.py"))
+        watched._digest.cache_clear()
+        assert watched.key_of("test_urdf.py") == keys[-1]
+    assert len(set(keys)) == 4
 
 
 def test_a_script_that_a_test_names_is_part_of_its_key() -> None:

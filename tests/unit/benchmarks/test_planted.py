@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.planted.faults import Fault, copy_linked, mistakes, read_faults
+from benchmarks.planted.faults import Fault, mistakes, read_faults
 from benchmarks.planted.trial import Bench, Failure, Results, Verdict, summary
 from tests.selection import Imports, Reaching, reaching
 
@@ -61,26 +61,16 @@ def test_fault_that_does_not_apply_or_does_not_compile_is_told(checkout: Path) -
 
 
 def test_tests_are_ordered_by_steps_and_those_of_the_program_are_last(checkout: Path) -> None:
-    assert reaching(Imports(checkout), [FAULT.file]) == [
+    imports = Imports(checkout)
+    assert reaching(imports, ["tests/unit/test_deep.py"]) == [Reaching("tests/unit/test_deep.py", 0)]
+    assert reaching(imports, ["registry/limits.yaml"]) == [Reaching("tests/unit/test_limits.py", 0)]
+    assert {test.path for test in reaching(imports, ["tests/conftest.py"])} == set(imports.tests)
+    assert reaching(imports, [FAULT.file]) == [
         Reaching("tests/unit/test_deep.py", 1),
         Reaching("tests/unit/test_fixture.py", 2),
         Reaching("tests/unit/test_helper.py", 2),
         Reaching("tests/unit/test_program.py", None),
     ]
-
-
-def test_changed_test_conftest_and_data_stand_for_tests(checkout: Path) -> None:
-    imports = Imports(checkout)
-    assert reaching(imports, ["tests/unit/test_deep.py"]) == [Reaching("tests/unit/test_deep.py", 0)]
-    assert reaching(imports, ["registry/limits.yaml"]) == [Reaching("tests/unit/test_limits.py", 0)]
-    assert {test.path for test in reaching(imports, ["tests/conftest.py"])} == set(imports.tests)
-
-
-def test_copy_shares_all_files_but_the_edited_one(checkout: Path, tmp_path: Path) -> None:
-    copy = copy_linked(checkout, tmp_path / "copy", FAULT)
-    assert "side + side" in (copy / FAULT.file).read_text()
-    assert "side * side" in (checkout / FAULT.file).read_text()
-    assert (copy / "tests/shapes.py").samefile(checkout / "tests/shapes.py")
 
 
 def test_run_names_the_test_that_fails_due_to_the_fault(checkout: Path, tmp_path: Path) -> None:

@@ -72,21 +72,6 @@ class TestReport:
         assert {r.code: r.status for r in found.results} == {"SCN024": Status.NOT_RUN, "SCN025": Status.NOT_RUN}
         assert not found.passed
 
-    def test_reports_of_older_libraries_are_read(self) -> None:
-        old = {
-            "subject": "mug",
-            "results": [
-                {"code": "AST001", "passed": True, "number": 0.1, "limit": 5.0, "unit": "m"},
-                {"code": "AST014", "passed": False, "number": 2.0, "limit": 1.2, "unit": ""},
-                {"code": "KIN001", "passed": True, "number": None, "limit": 0.95, "unit": ""},
-            ],
-            "issues": [{"code": "AST014", "severity": "warning", "pointer": "bounds", "message": "is too long"}],
-        }
-        read = Report.model_validate(old)
-        assert [r.status for r in read.results] == [Status.PASSED, Status.FAILED, Status.NOT_APPLICABLE]
-        assert read.results[1].severity is Severity.WARNING
-        assert Report.model_validate(read.model_dump(mode="json")) == read
-
 
 class TestChecks:
     def test_a_mug_has_no_joints_to_pass(self, tmp_path: Path) -> None:

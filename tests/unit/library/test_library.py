@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import pytest
@@ -17,11 +16,9 @@ from casa_assets.library.library import (
     Library,
     Producer,
     Refusal,
-    Summary,
     identity_of,
     read_refusal,
 )
-from casa_assets.model.asset.provenance import CENTER_SHARES, PAIR_SHARES, TONE_SHARES, TONES
 from casa_assets.model.issue import Decision
 from casa_assets.model.source import Source, SourceKind
 from casa_assets.runs.engine import NewResult
@@ -142,42 +139,6 @@ class TestPublish:
         monkeypatch.setattr(Path, "rename", lambda self, target: renamed.append(self))
         assert read_refusal(publish(library, message="new")).message == "new"
         assert renamed == [], "two renames would leave a moment without an entry"
-
-
-@pytest.mark.parametrize(
-    ("beside", "producer"),
-    [("", Producer.INGEST), ("decisions.yaml", Producer.ARTICULATE), ("params.json", Producer.FAMILY)],
-)
-def test_an_entry_of_the_first_schema_is_still_read(library: Library, beside: str, producer: Producer) -> None:
-    target = publish(library)
-    stored = json.loads((target / disk.REFUSAL).read_text(encoding="utf-8"))
-    old = {**{k: v for k, v in stored.items() if k not in ("producer", "cache_key")}, "schema_version": 1}
-    old |= {"recipe": "r", "says": old.pop("message")}
-    (target / disk.REFUSAL).write_text(json.dumps(old), encoding="utf-8")
-    if beside:
-        (target / beside).touch()
-    read = read_refusal(target)
-    assert (read.producer, read.cache_key, read.message) == (producer, "r", stored["message"])
-
-
-def test_a_signature_of_the_first_schema_is_still_read(tmp_path: Path) -> None:
-    shape = {"radius": 0.1, "pairs": [1.0] * PAIR_SHARES, "reach": [2.0] * CENTER_SHARES, "axes": [3.0, 2.0, 1.0]}
-    color = {"tones": [0.5] * TONES * TONE_SHARES, "names": [["red", 1.0]], "stated": True}
-    certificate = {
-        "schema_version": 1,
-        "asset_digest": "d",
-        "recipe": "r",
-        "versions": {},
-        "files": {},
-        "report": {"subject": "mug"},
-        "summary": {**dict.fromkeys(Summary.model_fields, 1), "extents": [1, 1, 1]},
-        "signature": {"form": shape, "tint": color},
-    }
-    (tmp_path / disk.CERTIFICATE).write_text(json.dumps({"asset": {}, "certificate": certificate}), encoding="utf-8")
-    read = disk.read_certificate(tmp_path).signature
-    assert read is not None
-    assert (read.shape.pair_distances[0], read.shape.center_distances[0], read.shape.axis_spread) == (1, 2, (3, 2, 1))
-    assert read.color.names == (("red", 1.0),)
 
 
 def test_a_worse_result_replaces_nothing(subtests: pytest.Subtests) -> None:
