@@ -17,8 +17,7 @@ from casa_assets.layouts.compose import AssetOutlines, box_of
 from casa_assets.layouts.plan.style_models import NO_LIBRARY
 from casa_assets.library.library import Library, read_asset, read_certificate
 from casa_assets.mesh.planar import stands_by_itself
-from casa_assets.model.asset.asset import Asset, Base, Joint, JointKind, JointValue
-from casa_assets.model.asset.provenance import Guess
+from casa_assets.model.asset.asset import Asset, Base, Guess, Joint, JointKind, JointValue
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.projects import SETTINGS, project_folder, read_once
 from casa_assets.registry.read import load_project

@@ -1,4 +1,4 @@
-"""Find and import plug-ins: those of installed packages, and those of a project whose code may run.
+"""Find, import and guard plug-ins: those of installed packages, and those of a project whose code may run.
 
 A package is installed by the user, which says that its code may run. A project may be somebody else's folder: its
 `plugins/*.py` run where the user asks for it (`--plugins`), or has listed the project in their own configuration.
@@ -12,19 +12,21 @@ import inspect
 import re
 import sys
 import traceback
-from collections.abc import Callable, Container, Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
-from casa_assets.errors import CasaError
+from casa_assets.errors import CasaError, PluginFailure
 from casa_assets.ext.plugins import Exporter, Plugin, Source
 from casa_assets.projects import PluginUse, plugin_use, project_folder, read_once, user_settings
 from casa_assets.registry.project_files import CODE
 from casa_assets.registry.read import read_document
 
+P = ParamSpec("P")
+R = TypeVar("R")
 T = TypeVar("T")
 
 PACKAGE = "casa-assets"
@@ -94,6 +96,33 @@ def added(
             if name_of(thing) in known:
                 refuse_taken(one, kind, name_of(thing))
             yield one, thing
+
+
+def guarded(one: LoadedPlugin, what: str, function: Callable[P, R]) -> Callable[P, R]:
+    """The same function, but with its errors raised as PluginFailure; CasaError and MemoryError pass unchanged."""
+
+    def call(*args: P.args, **kwargs: P.kwargs) -> R:
+        try:
+            return function(*args, **kwargs)
+        except (CasaError, MemoryError):
+            raise
+        except Exception as error:
+            message = f"{what}: {type(error).__name__}: {error}"
+            raise PluginFailure(one.plugin.name, message, traceback.format_exc()) from error
+
+    return call
+
+
+@read_once
+def sources() -> Mapping[str, tuple[LoadedPlugin, Source]]:
+    """Sources of meshes by the scheme of their addresses, each with its plug-in."""
+    return {source.scheme: (one, source) for one in load_plugins() for source in one.plugin.sources}
+
+
+@read_once
+def exporters() -> Mapping[str, tuple[LoadedPlugin, Exporter]]:
+    """Exporters by name, each with its plug-in."""
+    return {exporter.name: (one, exporter) for one in load_plugins() for exporter in one.plugin.exporters}
 
 
 def ignored_files() -> tuple[Path, ...]:

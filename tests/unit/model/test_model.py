@@ -13,10 +13,22 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from casa_assets.model.asset.asset import Drive, Inertial, Joint, JointKind, Region, Site
+from casa_assets.model.asset.asset import (
+    TEST_SHARE,
+    Drive,
+    Guess,
+    Inertial,
+    Joint,
+    JointKind,
+    Labels,
+    Provenance,
+    Region,
+    Site,
+    Split,
+    split_of,
+)
 from casa_assets.model.asset.material import Material, Substance, Texture
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Mesh, MeshShape, Sphere
-from casa_assets.model.asset.provenance import TEST_SHARE, Guess, Labels, Provenance, Split, split_of
 from casa_assets.model.issue import CheckResult, Files, Issue, Report, Severity, Status
 from casa_assets.model.kitchen.scene import Camera, JointValue, Light, Placement, Scene, Sky
 from casa_assets.model.pose import Pose

@@ -9,13 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.layouts.run import diversity, draws, sample
+from casa_assets.layouts.run import diversity, sample
 from casa_assets.layouts.run.diversity import Choices, Traits, diversity_of, evenness
-from casa_assets.layouts.run.draws import draw_recipes
 from casa_assets.layouts.run.mix import goes_together, mixed_style
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.layouts.run.resolve import draw_surfaces, with_finishes
-from casa_assets.layouts.run.sample import RefusalRow
+from casa_assets.layouts.run.sample import RefusalRow, draw_recipes
 from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.kitchen.style import Style
@@ -31,11 +30,11 @@ def style(name: str) -> Style:
 
 class TestRecipes:
     def test_the_same_seed_draws_the_same(self) -> None:
-        many = draws.draw_recipes(60, 5)
-        assert many == draws.draw_recipes(60, 5)
-        assert many[:20] == draws.draw_recipes(20, 5)
-        assert many != draws.draw_recipes(60, 6)
-        with_objects = draws.draw_recipes(20, 5, objects=10)
+        many = draw_recipes(60, 5)
+        assert many == draw_recipes(60, 5)
+        assert many[:20] == draw_recipes(20, 5)
+        assert many != draw_recipes(60, 6)
+        with_objects = draw_recipes(20, 5, objects=10)
         assert [replace(one, objects=0, objects_seed=0) for one in with_objects] == many[:20]
         assert len({one.objects_seed for one in with_objects if one.objects == 10}) == 20
 
@@ -164,14 +163,14 @@ class TestDiversity:
 
 
 def test_traits_are_those_of_the_kitchen() -> None:
-    told = draws.traits_of(SceneRecipe("one_wall_small", "coastal"))
+    told = sample.traits_of(SceneRecipe("one_wall_small", "coastal"))
     assert (told.plan, told.style, told.fronts) == ("one_wall_small", "coastal", "shaker, boxed")
     finishes = {"wall": "shiplap_white", "floor": "cement_coastal_black", "counter": "marble_carrara"}
     assert told.surfaces == {**finishes, "cabinet": "paint_navy"}
     assert told.fixtures["fridge"] == "fridge_french_door/steel"
     assert set(told.lengths) == {"width", "depth"}
     assert all(0.0 <= share <= 1.0 for share in told.lengths.values())
-    possible = draws.choices()
+    possible = sample.choices()
     assert (possible.plans, possible.styles) == (len(plan_names()), len(style_names()))
     assert set(possible.surfaces.values()) == {100}
     assert (possible.fixtures["fridge"], possible.fixtures["floor_plant"]) == (12, 2)

@@ -17,9 +17,8 @@ from pathlib import Path
 import pytest
 
 from casa_assets.layouts.run import check, sample
-from casa_assets.layouts.run.draws import draw_recipes
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
-from casa_assets.layouts.run.sample import FOLDER
+from casa_assets.layouts.run.sample import FOLDER, draw_recipes
 from casa_assets.model.issue import Issue, Report, Severity
 from tests.support.library.libraries import ROOT, command
 
@@ -79,10 +78,10 @@ if any(word in ("casa_assets.cli.main",) or "runs.server" in word for word in sy
     check.check_and_report = judge
     check.kept_report = lambda folder, key: verdict(folder.name) if (folder / "report.json").is_file() else None
     check._shown_in_place = lambda done, *_: done
-    from casa_assets.layouts.run import draws
-    possible = draws.Choices(1, 1, 1, dict.fromkeys(("wall", "floor", "counter", "cabinet"), 1), {})
-    draws.diversity_of_recipes = lambda recipes: draws.diversity_of([], possible)
-    draws.diversity_of_reference = lambda: draws.diversity_of([], possible)
+    from casa_assets.layouts.run import sample
+    possible = sample.Choices(1, 1, 1, dict.fromkeys(("wall", "floor", "counter", "cabinet"), 1), {})
+    sample.diversity_of_recipes = lambda recipes: sample.diversity_of([], possible)
+    sample.diversity_of_reference = lambda: sample.diversity_of([], possible)
     from casa_assets.show.reports import kitchens
     kitchens.write = lambda out, heading="": (out / "index.html", out / "contact_sheet.png")
     kitchens.read_rows = lambda out: []
