@@ -1,17 +1,4 @@
-"""Error classes. Everything that the package raises on purpose descends from CasaError.
-
-CasaError
-+-- RegistryError      a file under registry/ is wrong: file, line, pointer, expected, got
-+-- UnknownId          a name that does not exist: kind, wanted, nearest names that do
-+-- Rejected           an input that a stage cannot accept: code, message
-|   +-- DegenerateShape   points that span no volume (code GEO001)
-+-- OutputError        the output folder cannot be used: path, message
-+-- PluginFailure      code of a plug-in has failed: plug-in, message, trace
-+-- PlanConflict       a plan and a style cannot be made into a kitchen: plan, pointer, expected, got
-+-- StyleConflict      a style names a model that does not suit its role: style, pointer, expected, got
-
-BatchFault is not in the tree: some items of a batch failed because of a bug in the program; the others are done.
-"""
+"""Error classes: all that the package raises on purpose, below CasaError, and BatchFault for its own mistakes."""
 
 from __future__ import annotations
 

@@ -112,10 +112,10 @@ def carry(moment: float, way: float) -> Spring:
     return Spring(_tidy(stiffness), _tidy(-math.copysign(SHUT * moment / stiffness, way)))
 
 
-# What every key under a fingertip is like.
-KEY = Feel(damping=2.0, frictionloss=0.05, armature=0.02)
-
-
 def _tidy(value: float) -> float:
     """Round to three significant digits, since more would be numerical noise."""
     return significant(value, 3)
+
+
+# Of every key under a fingertip.
+KEY = Feel(damping=2.0, frictionloss=0.05, armature=0.02)

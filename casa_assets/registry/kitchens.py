@@ -13,12 +13,12 @@ from casa_assets.model.kitchen.style import Mixing, Style
 from casa_assets.model.record import Record
 from casa_assets.model.registry.document import Document, expected_one_of
 from casa_assets.projects import project_folder, read_once
-from casa_assets.registry import read_document
 from casa_assets.registry.read import names_in, read_record, read_table_file, read_topmost, stated_in
 
 R = TypeVar("R", bound=Record)
 PLANS, STYLES = "plans", "styles"
 MODELS, PRESET = "models", "preset"  # keys of a style, and of a model in it
+MIXING_FILE = "mixing.yaml"
 LIKE = "like"  # key of a plan or a style: the name of one from which it differs by what else it states
 
 
@@ -46,12 +46,6 @@ def load_style(name: str) -> tuple[Style, Document]:
     return _load(Style, STYLES, "style", name)
 
 
-def read_plan(path: Path) -> tuple[Plan, Document]:
-    """A plan from any file; its id is the stem of the name. Raises RegistryError."""
-    document = read_document(path)
-    return read_record(Plan, document.value, document, (), id=path.stem), document
-
-
 def _load(kind: type[R], folder: str, noun: str, name: str) -> tuple[R, Document]:
     if name not in names_in(folder):
         raise UnknownId(noun, name, names_in(folder))
@@ -74,15 +68,13 @@ def _document(
         raise RegistryError(document.file, 1, "", f"a {noun}", type(document.value).__name__)
     if document.file in {one.file for one in seen}:
         raise seen[-1].fault((LIKE,), f"a {noun} that is not like this one", repr(name))
-    return document if LIKE not in document.value else _laid_over_like(document, folder, noun, name, seen)
+    return document if LIKE not in document.value else laid_over_like(document, name, folder, noun, seen)
 
 
-def laid_over_like(document: Document, name: str) -> Document:
-    """The document of a plan that is `like` another, laid over that one. Raises RegistryError."""
-    return _laid_over_like(document, PLANS, "plan", name, ())
-
-
-def _laid_over_like(document: Document, folder: str, noun: str, name: str, seen: tuple[Document, ...]) -> Document:
+def laid_over_like(
+    document: Document, name: str, folder: str = PLANS, noun: str = "plan", seen: tuple[Document, ...] = ()
+) -> Document:
+    """The document of a plan or a style that is `like` another, laid over that one. Raises RegistryError."""
     base, known = str(document.value[LIKE]), names_in(folder)
     if base not in known:
         raise document.fault((LIKE,), expected_one_of(known, base), repr(base))
@@ -107,9 +99,6 @@ def _without_replaced(lower: Document, upper: Document) -> Document:
     files = {path: file for path, file in lower.files.items() if path[:2] not in replaced}
     value = {**lower.value, MODELS: kept}
     return replace(lower, value=value, lines=MappingProxyType(lines), files=MappingProxyType(files))
-
-
-MIXING_FILE = "mixing.yaml"
 
 
 @read_once

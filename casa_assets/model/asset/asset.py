@@ -20,13 +20,19 @@ from pydantic import Field, model_validator
 from casa_assets.model.asset.behavior import Behavior
 from casa_assets.model.asset.material import Material, Substance
 from casa_assets.model.asset.parts import (
+    Collider,
+    Drive,
     Exclusion,
+    Inertial,
     Joint,
+    JointKind,
+    JointValue,
     Keyframe,
     Link,
     Region,
     Site,
     State,
+    Visual,
 )
 from casa_assets.model.issue import Report
 from casa_assets.model.pose import Pose
@@ -36,6 +42,11 @@ from casa_assets.model.registry.category import Portion, QCode
 if TYPE_CHECKING:
     import mujoco
     import trimesh
+
+__all__ = [
+    "Asset", "Base", "Collider", "Drive", "Exclusion", "Inertial", "Joint", "JointKind", "JointValue", "Keyframe",
+    "Labels", "Link", "Provenance", "Region", "Site", "State", "Visual",
+]  # fmt: skip
 
 Confidence = Annotated[float, Field(ge=0.0, le=1.0)]
 TEST_SHARE = 5  # one in so many inputs is kept for testing
@@ -240,12 +251,10 @@ class Asset(Record):
                 if not low - 1e-9 <= at.value <= high + 1e-9:
                     raise ValueError(f"keyframe {key.name!r}: {at.joint} = {at.value} is outside {low}..{high}")
         if self.behavior:
-            sites = [s.name for s in self.sites]
             _check_ids("joint", list(self.behavior.joints), list(ranges))
             _check_ids("collider", list(self.behavior.contacts), colliders)
-            _check_ids(
-                "site, visual or region", list(self.behavior.targets), sites + visuals + [r.name for r in self.regions]
-            )
+            known = [*(s.name for s in self.sites), *visuals, *(r.name for r in self.regions)]
+            _check_ids("site, visual or region", [e.target for e in self.behavior.effects], known)
         _check_ids("material", [v.material for k in self.links for v in k.visuals], [m.id for m in self.materials])
         _check_ids("substance", [c.substance for k in self.links for c in k.colliders], [s.id for s in self.substances])
         return self
