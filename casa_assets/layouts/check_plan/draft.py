@@ -11,7 +11,7 @@ from typing import Any
 from casa_assets.layouts.check_plan.edit import Edit, edited_value, value_at
 from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.order.request import request_kitchen
-from casa_assets.layouts.order.room_shell import CASING_WIDTH_M
+from casa_assets.layouts.order.room_shell import CASING_WIDTH_M, casing_width
 from casa_assets.layouts.order.trim import CORNICE_DEPTH_M, FLAT_PROFILE
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.clearances import Leaf, leaves_of
@@ -193,7 +193,7 @@ class Draft:
             return ()
         left, right = min(s.left for s in row) + inset, max(s.right for s in row) - inset
         back, front = (0.0 if line.at_wall else -line.run.overhang) + inset, line.depth - inset
-        return tuple(line.frame.at(u, v)[:2] for u, v in ((left, back), (right, back), (right, front), (left, front)))
+        return line.frame.rectangle(left, right, back, front)
 
     def pointer(self, name: str) -> KeyPath:
         """Where a part of that name is written; its run for a unit that the layout adds."""
@@ -219,8 +219,7 @@ class Draft:
 
     def casing_of(self, is_window: bool) -> float:
         """Width of the casing of the style's windows, or of its doors, metres."""
-        role, models = "window" if is_window else "door", self.models
-        return float(models.for_role(role).params.get("casing", CASING_WIDTH_M)) if models.has(role) else CASING_WIDTH_M
+        return casing_width(self.models, "window" if is_window else "door")
 
     def beside_casing(self, top: float, is_window: bool) -> float:
         """Return the width to keep free at each side of an opening that reaches up to `top`, in metres.

@@ -34,7 +34,7 @@ from casa_assets.layouts.plan.runs import UnitSlot
 from casa_assets.layouts.plan.style_models import APPLIANCE_ROLES
 from casa_assets.mesh.outline import penetration_depth
 from casa_assets.model.kitchen.floor import AisleKind, RoomWall, RunEnd
-from casa_assets.model.kitchen.plan import COOKERS, TALL, BaseKind, BaseUnit, Run, UpperKind
+from casa_assets.model.kitchen.plan import COOKERS, TALL, BaseKind, Run, UpperKind
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.projects import read_once
@@ -399,11 +399,8 @@ def _overlaps(draft: Draft) -> Iterator[Problem]:
 
 
 def _outline(slot: UnitSlot) -> tuple[Vec2, ...]:
-    back, front = -slot.recess, slot.depth - slot.recess
-    stands_free = isinstance(slot.unit, BaseUnit) and slot.kind is BaseKind.FRIDGE and not slot.unit.housing
-    air = standard_sizes.FRIDGE_SIDE if stands_free else 0.0
-    left, right = slot.left + air, slot.right - air
-    return tuple(slot.line.frame.at(u, v)[:2] for u, v in ((left, back), (right, back), (right, front), (left, front)))
+    air = standard_sizes.FRIDGE_SIDE if slot.stands_free else 0.0
+    return slot.line.frame.rectangle(slot.left + air, slot.right - air, -slot.recess, slot.depth - slot.recess)
 
 
 def _seats(draft: Draft) -> Iterator[Problem]:
@@ -551,9 +548,8 @@ def _inscribed(square: Sequence[Vec2]) -> tuple[Vec2, ...]:
 
 
 def _sill(hole: WallHole) -> Part:
-    left, right = hole.left - SILL_BESIDE_M, hole.right + SILL_BESIDE_M
-    ends = ((left, 0.0), (right, 0.0), (right, SILL_M), (left, SILL_M))
-    return Part(tuple(hole.wall.frame.at(u, v)[:2] for u, v in ends), hole.bottom - SILL_UNDER_M, hole.bottom)
+    outline = hole.wall.frame.rectangle(hole.left - SILL_BESIDE_M, hole.right + SILL_BESIDE_M, 0.0, SILL_M)
+    return Part(outline, hole.bottom - SILL_UNDER_M, hole.bottom)
 
 
 def _swings(draft: Draft) -> Iterator[Problem]:

@@ -74,8 +74,7 @@ def _bodies(order: BuildOrder) -> Iterator[tuple[str, tuple[Vec2, ...]]]:
             has_worktop = not slot.is_upper and slot.top <= standard_sizes.WORKTOP_HEIGHT
             front = slot.depth + (standard_sizes.WORKTOP_OVERHANG if has_worktop else 0.0) - slot.recess
             back = -slot.recess - (0.0 if slot.is_upper else slot.line.depth_behind)
-            ends = ((slot.left, back), (slot.right, back), (slot.right, front), (slot.left, front))
-            yield slot.name, tuple(slot.line.frame.at(u, v)[:2] for u, v in ends)
+            yield slot.name, slot.line.frame.rectangle(slot.left, slot.right, back, front)
     for name, table in order.tables.items():
         yield name, table.outline
 

@@ -244,8 +244,7 @@ class _Place:
 
     def box(self, left: float, right: float, near: float, far: float, bottom: float, top: float) -> Part:
         """The box between two places along the run, two distances in front of the front and two heights, metres."""
-        frame, v0, v1 = self.slot.line.frame, self.front + near, self.front + far
-        outline = tuple(frame.at(u, v)[:2] for u, v in ((left, v0), (right, v0), (right, v1), (left, v1)))
+        outline = self.slot.line.frame.rectangle(left, right, self.front + near, self.front + far)
         return Part(outline, bottom, top)
 
     def leaf(self, way: Sequence[Part], stands: Sequence[Part]) -> Leaf:

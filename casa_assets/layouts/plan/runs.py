@@ -130,6 +130,11 @@ class UnitSlot:
         """True if it hangs on the wall."""
         return self.bottom > 1.0
 
+    @property
+    def stands_free(self) -> bool:
+        """True for a refrigerator without panels at its sides, which needs air beside it."""
+        return isinstance(self.unit, BaseUnit) and _stands_free((self.unit,))
+
 
 def base_slots(plan: Plan, line: RunLine, models: StyleModels) -> tuple[UnitSlot, ...]:
     """The units on the floor from left to right, with corners and strips. Raises PlanConflict where they do not fit."""
@@ -199,7 +204,7 @@ def _strip_widths(plan: Plan, line: RunLine, rest: float) -> tuple[float, float]
 
 
 def _stands_free(units: tuple[BaseUnit, ...]) -> bool:
-    """True if a unit needs air next to it instead of a strip: a freestanding refrigerator."""
+    """True if one needs air next to it instead of a strip: a freestanding refrigerator."""
     return any(u.kind is BaseKind.FRIDGE and not u.housing for u in units)
 
 

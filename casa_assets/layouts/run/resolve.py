@@ -17,7 +17,7 @@ from casa_assets.asset.lightweight import light_scene
 from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.checks.scene.rest import Rest, come_to_rest
 from casa_assets.core.numeric import rng_for
-from casa_assets.errors import CasaError, PlanConflict, RegistryError, StyleConflict, UnknownId
+from casa_assets.errors import CasaError, PlanConflict, StyleConflict, UnknownId
 from casa_assets.families.asset_store import AssetStore
 from casa_assets.families.build import FamilyRequest, asset_key, family_of
 from casa_assets.families.build import params_of as member_params_of
@@ -37,7 +37,6 @@ from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.kitchen.style import LIBRARY, PresetChoice, Style
-from casa_assets.model.registry.document import Document
 from casa_assets.model.registry.rows import Arrangement
 from casa_assets.projects import read_once
 from casa_assets.registry import kitchens
@@ -316,7 +315,7 @@ def resolve(recipe: SceneRecipe) -> KitchenRequest:
                 raise CasaError(f"model of {error.pointer[-1]}: expected {error.expected}, got {error.got}") from error
             raise style_document.fault(error.pointer, error.expected, error.got) from error
     assert failed is not None
-    raise error_with_line(failed, document)
+    raise document.fault(failed.pointer, failed.expected, failed.got)
 
 
 def with_finishes(style: Style, surfaces: Mapping[Surface, str], mixed: bool = False) -> Style:
@@ -349,11 +348,6 @@ def _is_behind_panels(choice: PresetChoice) -> bool:
     params = preset_params().get(choice.family, {}).get(choice.name, {})
     look = merge_nested(params, choice.params).get(LOOK)
     return isinstance(look, Mapping) and look.get("form") == PANEL
-
-
-def error_with_line(error: PlanConflict, document: Document) -> RegistryError:
-    """A misfit as an error of the plan's file, with the line."""
-    return document.fault(error.pointer, error.expected, error.got)
 
 
 def params_of(choice: PresetChoice) -> Params:

@@ -14,7 +14,7 @@ from casa_assets.errors import PlanConflict
 from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
-from casa_assets.layouts.run.resolve import error_with_line, preset_params
+from casa_assets.layouts.run.resolve import preset_params
 from casa_assets.mesh.outline import penetration_depth
 from casa_assets.model.kitchen.plan import BaseKind, Plan
 from casa_assets.registry.kitchens import load_plan, load_style
@@ -50,9 +50,9 @@ class Rect:
 
 def rect(line: RunLine, left: float, right: float, back: float, front: float) -> Rect:
     """What lies between two places along a run and two distances from its line."""
-    points = [line.frame.at(u, v)[:2] for u, v in ((left, back), (right, back), (right, front), (left, front))]
+    points = line.frame.rectangle(left, right, back, front)
     xs, ys = zip(*points, strict=True)
-    return Rect(min(xs), min(ys), max(xs), max(ys), () if line.frame.is_aligned else tuple(points))
+    return Rect(min(xs), min(ys), max(xs), max(ys), () if line.frame.is_aligned else points)
 
 
 def slot_rect(slot: UnitSlot) -> Rect:
@@ -84,7 +84,7 @@ def kitchen_of(text: str, folder: Path, given: Mapping[str, float] | None = None
     try:
         return request_kitchen(plan, load_style(style)[0], preset_params(), given)
     except PlanConflict as error:
-        raise error_with_line(error, pages) from None
+        raise pages.fault(error.pointer, error.expected, error.got) from None
 
 
 def extremes(plan: Plan) -> Iterator[dict[str, float]]:
