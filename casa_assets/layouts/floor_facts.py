@@ -199,8 +199,8 @@ def _yaw(pose: Pose) -> float:
 
 
 def _at(pose: Pose, point: Vec3) -> Vec3:
-    x, y, z = pose.apply(np.array([point]))[0]
-    return (_rounded(x), _rounded(y), _rounded(z))
+    x, y, z = map(_rounded, pose.apply(np.array([point]))[0])
+    return (x, y, z)
 
 
 def _rounded(value: float) -> float:

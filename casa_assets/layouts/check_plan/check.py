@@ -24,6 +24,7 @@ from casa_assets.layouts.check_plan.edit import (
     edited,
     edited_value,
     flow_text,
+    put,
     spelt,
     value_at,
 )
@@ -177,7 +178,7 @@ def edited_text(text: str, file: str, edit: Edit) -> str:
     is_own = edit.kind is EditKind.INSERT or value_at(own, edit.pointer[:-1]) is not None
     steps = [edit] if is_own else []
     if isinstance(top, str) and top in whole:
-        steps.append(Edit.put((top,), whole[top]))
+        steps.append(put((top,), whole[top]))
     for step in steps:
         try:
             after = edited(text, step)
@@ -308,9 +309,9 @@ def _resized(draft: Draft, size: Size, wanted: Size) -> list[tuple[Edit, str]]:
             value = round(new if abs(now - old) < 1e-3 else now * new / old, 3)
             if isinstance(wall.length, str):
                 three, name = [value, value, value], wall.length
-                edit = Edit.put(("parameters", name), three)
+                edit = put(("parameters", name), three)
                 out.setdefault(f"parameter {name}", (edit, f"Write {name}: {flow_text(three)}."))
             else:
-                edit = Edit.put((*draft.row("walls", wall.id), "length"), value)
+                edit = put((*draft.row("walls", wall.id), "length"), value)
                 out[wall.id] = (edit, f"Write `length: {value:g}` for {wall.id}.")
     return list(out.values())

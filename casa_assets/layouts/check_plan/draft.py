@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from casa_assets.layouts.check_plan.edit import Edit, edited_value, value_at
+from casa_assets.layouts.check_plan.edit import Edit, edited_value, insert, put, remove, value_at
 from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.order.room_shell import CASING_WIDTH_M, casing_width
@@ -127,30 +127,30 @@ class Draft:
         """Set a field of a unit that is written `- doors`, `- doors: 0.6` or `- doors: {width: 0.6}`."""
         unit = self.at(at)
         if not isinstance(unit, dict):
-            return Edit.put(at, {unit: value if key == "width" else {key: value}})
+            return put(at, {unit: value if key == "width" else {key: value}})
         kind, inner = next(iter(unit.items()))
         if len(unit) > 1:  # with all its fields in full
-            return Edit.put((*at, key), value)
+            return put((*at, key), value)
         if isinstance(inner, dict):
-            return Edit.put((*at, kind, key), value)
+            return put((*at, kind, key), value)
         both = {key: value} if inner is None else {"width": inner, key: value}
-        return Edit.put((*at, kind), value if key == "width" else both)
+        return put((*at, kind), value if key == "width" else both)
 
     def without(self, at: KeyPath, key: str) -> Edit:
         """Take a field of a unit out that it has, such as its width, so that it has its usual one."""
         unit = self.at(at)
         kind, inner = next(iter(unit.items()))
         if len(unit) > 1:
-            return Edit.remove((*at, key))
+            return remove((*at, key))
         is_one = not isinstance(inner, dict) or len(inner) == 1
-        return Edit.put(at, kind) if is_one else Edit.remove((*at, kind, key))
+        return put(at, kind) if is_one else remove((*at, kind, key))
 
     def with_item(self, at: KeyPath, item: Any, index: int | None = None) -> Edit:
         """Put an item into a list that may not be there yet, at its end or before the one of a number."""
         items = self.at(at)
         if not isinstance(items, list) or not items:
-            return Edit.put(at, [item])
-        return Edit.insert((*at, len(items) if index is None else index), item)
+            return put(at, [item])
+        return insert((*at, len(items) if index is None else index), item)
 
     @cached_property
     def models(self) -> StyleModels:

@@ -23,7 +23,7 @@ from casa_assets.layouts.check_plan.draft import (
     Draft,
     bounds_of,
 )
-from casa_assets.layouts.check_plan.edit import Edit, Fault, Mend, flow_text
+from casa_assets.layouts.check_plan.edit import Fault, Mend, flow_text, insert, put
 from casa_assets.layouts.order.furnish import worktop_width
 from casa_assets.layouts.order.request import placed_run
 from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
@@ -254,7 +254,7 @@ def _gap_over(draft: Draft, hole: WallHole) -> Iterator[Mend]:
         return
     reach = (hole.right - hole.left) / 2 + max(SILL_BESIDE_M, draft.beside_casing(hole.top, True)) + 0.001
     gap = {"gap": {"over": over, "width": math.ceil(100 * 2 * reach) / 100}}
-    edit = Edit.insert((*draft.row("runs", run.id), "upper", _index_over(draft, run, str(over))), gap)
+    edit = insert((*draft.row("runs", run.id), "upper", _index_over(draft, run, str(over))), gap)
     yield Mend(f"Leave a gap in the wall units of {run.id} over {over}.", (edit,))
 
 
@@ -284,7 +284,7 @@ def _hoods(draft: Draft) -> Iterator[Problem]:
         own, hood = next((k for k, u in enumerate(run.upper) if u.over == slot.name), -1), {"hood": {"over": slot.name}}
         new = draft.with_item(at, hood, _index_over(draft, run, slot.name))
         said = f"Add `- hood: {{over: {slot.name}}}` to the wall units of {run.id}."
-        mends = [Mend(said, (new if own < 0 else Edit.put((*at, own), hood),))]
+        mends = [Mend(said, (new if own < 0 else put((*at, own), hood),))]
         idle = next((k for k, u in enumerate(run.upper) if u.kind is UpperKind.HOOD and u.over is None), None)
         if idle is not None:
             edit = draft.in_unit((*at, idle), "over", slot.name)

@@ -171,7 +171,7 @@ def _of_size(role: str, rule: RoleRule, place: Place, library: Mapping[str, Mapp
     of_kind = (name for name in library if name != but and category_of(name) in rule.categories)
     fitting = [name for name in islice(of_kind, MAX_READ) if _scale(library[name], rule, place) is not None]
     return (
-        f"a {role} that can be scaled evenly to {text} m{_there_are(fitting)}; make it anew with `--front` or `--up` "
+        f"a {role} that can be scaled evenly to {text} m{_there_are(fitting)}; make it again with `--front` or `--up` "
         f"where it is turned the wrong way, or state other sizes for {role} in the project's roles.yaml"
     )
 

@@ -67,6 +67,10 @@ from casa_assets.runs.limits import StepClock
 from casa_assets.runs.pool import Workers
 from casa_assets.show.stills import kitchen as room
 
+FLOOR_MAP = "floor_map.png"
+# Enough to see whether a camera shows something, by its shares of black and white pixels.
+CHECK_FRAME = room.PictureSettings(240, 180, passes=1, shadow_px=256)
+
 
 class PassedLayers:
     """Digests of layers of assets that passed SimReady's rules, an empty file for each in a folder of the cache."""
@@ -85,11 +89,6 @@ class PassedLayers:
             with suppress(OSError):  # a cache that cannot be written to: the layer is looked at again
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.touch()
-
-
-FLOOR_MAP = "floor_map.png"
-# Enough to tell whether a camera shows something, by its shares of black and white pixels.
-CHECK_FRAME = room.PictureSettings(240, 180, passes=1, shadow_px=256)
 
 
 def check_one(
@@ -286,13 +285,10 @@ def draw_one(recipe: SceneRecipe, out: Path, request: StateRequest, force: bool 
 
 def draw_now(recipe: SceneRecipe, folder: Path, request: StateRequest) -> tuple[StartStates, Stage]:
     """Draw start states of a scene that was built, and write them into its folder. Raises as `draw_states` does."""
-    stage = Stage(folder)
+    stage, limits = Stage(folder), registry.load().limits
+    wanted = Wanted(states_key(recipe, request), request, limits["state_contact_m"], limits["state_motion_m"])
     with native_warnings():
-        limits = registry.load().limits
-        states = draw_states(
-            stage, Wanted(states_key(recipe, request), request, limits["state_contact_m"], limits["state_motion_m"])
-        )
-    write_states(folder, states)
+        write_states(folder, draw_states(stage, wanted))
     return read_states(folder), stage
 
 

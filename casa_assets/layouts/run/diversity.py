@@ -1,4 +1,18 @@
-"""Measure how diverse kitchens are by their traits, write it, read it, and lay it out as a table."""
+"""Measure how diverse kitchens are: how evenly their traits are spread, and how far each is from its nearest.
+
+Evenness of a trait is its Shannon entropy over that of an even spread, 0 to 1. An even spread is one over all values
+that the trait can have, or over as many as there are kitchens, whichever is less: six kitchens cannot show a hundred
+floors. It is 0 where all kitchens are alike in that.
+
+The distance of two kitchens is the sum of these parts, 0 to 1; docs/howto/kitchens/sample.md explains it:
+
+    plan      0.20  where the plans are others
+    lengths   0.15  mean difference of the lengths, each as a share of its range; all of it where the plans are others
+    style     0.10  where the styles are others
+    surfaces  0.25  share of wall, floor, worktops and cabinets with other finishes
+    fronts    0.05  where the fronts or handles of the cabinets are others
+    fixtures  0.25  share of the roles of either with another model in the other, or with none
+"""
 
 from __future__ import annotations
 
@@ -16,27 +30,12 @@ from casa_assets.core.numeric import Floats, Ints
 from casa_assets.core.system import kept_json
 from casa_assets.model.kitchen.choices import Surface
 
-# How diverse kitchens are: how evenly their traits are spread, and how far each is from the one most like it.
-#
-# Evenness of a trait is its Shannon entropy over that of an even spread, 0 to 1. An even spread is one over all values
-# that the trait can have, or over as many as there are kitchens, whichever is less: six kitchens cannot show a hundred
-# floors. It is 0 where all kitchens are alike in that.
-#
-# The distance of two kitchens is the sum of these parts, 0 to 1; docs/howto/kitchens/sample.md explains it:
-#
-#     plan      0.20  where the plans are others
-#     lengths   0.15  mean difference of the lengths, each as a share of its range; all of it where the plans are others
-#     style     0.10  where the styles are others
-#     surfaces  0.25  share of wall, floor, worktops and cabinets with other finishes
-#     fronts    0.05  where the fronts or handles of the cabinets are others
-#     fixtures  0.25  share of the roles of either with another model in the other, or with none
-
 DIVERSITY = "diversity.json"
 PLAN, LENGTHS, STYLE, SURFACES, FRONTS, FIXTURES = 0.20, 0.15, 0.10, 0.25, 0.05, 0.25
 # Two kitchens below this distance are near duplicates: of one plan, and alike in most of the rest.
 NEAR = 0.2
-# Floor areas are counted in steps of so many square metres, from the first to the last bound; what is beyond a bound is
-# counted in the step beside it.
+# Floor areas are counted in steps of this many square metres, from the first to the last bound; what is beyond a bound
+# is counted in the step beside it.
 STEP_M2, SMALLEST_M2, LARGEST_M2 = 3.0, 9.0, 45.0
 ABSENT = -1
 

@@ -1,4 +1,4 @@
-"""Tell that a kitchen is there as today's code would make it, without loading what makes it.
+"""Find a kitchen that is there as today's code would make it, without loading what makes it.
 
 To work out the key of a kitchen, all families, plans and styles are loaded, which takes seconds. So the key is
 remembered in the cache folder, as long as no file of the program, its registry or the project changes.

@@ -93,7 +93,7 @@ def library_asset(name: str) -> Asset:
     folder = folders[name]
     asset = read_asset(folder)
     if asset.digest != read_certificate(folder).asset_digest:
-        message = "is not what was checked: it was changed by hand, or made by another version; make it anew"
+        message = "is not what was checked: it was changed by hand, or made by another version; make it again"
         raise OutputError(str(folder), message)
     return asset
 

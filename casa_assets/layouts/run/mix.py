@@ -25,9 +25,8 @@ from casa_assets.textures.run.recipes import find_recipe
 
 COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 # Parts of recipes whose colours cover little of the picture.
-SMALL_PARTS = frozenset(
-    {"joint", "grout", "pore", "heart", "undercoat", "bare_color", "veins", "specks", "body", "stain"}
-)
+SMALL_PARTS = {"joint", "grout", "pore", "heart", "undercoat", "bare_color", "veins", "specks", "body", "stain"}
+GROUPS = ("base", "upper", "tall", "island")  # of cabinets
 
 
 @dataclass(frozen=True)
@@ -82,9 +81,6 @@ def _colors(value: Any, name: str = "") -> Iterator[str]:
             yield from _colors(inner, name)
     elif isinstance(value, str) and COLOR.fullmatch(value):
         yield value
-
-
-GROUPS = ("base", "upper", "tall", "island")  # of cabinets
 
 
 def mixed_style(style: Style, seed: int, turn: int = 0) -> Style:

@@ -155,8 +155,8 @@ def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> SceneRecipe:
     hidden += [("m" + fields["models"], "models", "models={'range': ...}")] if has_models else []
     digests = " and ".join(f"'{digits}' is a digest of its {name}" for digits, name, _ in hidden)
     raise CasaError(
-        f"{scene_id}: {digests}; which they are cannot be told from that, and no scene of this id stands in {where}. "
-        f"Give the folder that it stands in, or make it anew with "
+        f"{scene_id}: {digests}; which they are cannot be read from that, and no scene of this id is in {where}. "
+        f"Give the folder that it is in, or make it again with "
         f"casa_assets.kitchen({plan!r}, {style!r}, seed={seed}, {', '.join(option for *_, option in hidden)})"
     )
 

@@ -11,7 +11,6 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from casa_assets import registry
 from casa_assets.asset.family import Params
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.cache.cache_key import digest_of, key_of
@@ -62,6 +61,12 @@ ROLLING = (Arrangement.HEAP, Arrangement.LOOSE, Arrangement.LENGTHWISE)
 STILL_S, MAX_DEPTH_M = 5.0, 0.0004
 MAX_DRIFT_M = {FULL: 0.0025, LIGHT: 0.004}
 MAX_STILL_RUNS = 4
+# Draws of a plan's lengths are made again where one does not fit together, up to this number of times.
+MAX_LENGTH_DRAWS = 20
+MAX_FINISH_DRAWS = 50  # of finishes, after which those that were drawn last are taken
+LENGTHS_PER_MIX = 5  # of these draws, before a mixed kitchen is mixed again
+# Field of an appliance's numbers, and what its form is called there, where a cabinet front hangs on it.
+LOOK, PANEL = "look", "panel"
 
 
 def put_into(scene: Scene, count: int, seed: int, store: AssetStore) -> Scene:
@@ -203,19 +208,6 @@ def _has_settled(rests: dict[str, Rest], group: PutGroup, number: int) -> bool:
 def _is_still(runs: dict[str, dict[str, Rest]], group: PutGroup, number: int) -> bool:
     found = {form: rests[group.placements[number].name] for form, rests in runs.items()}
     return all(rest.moved <= MAX_DRIFT_M[form] and rest.depth <= MAX_DEPTH_M for form, rest in found.items())
-
-
-# Draws of a plan's lengths are made anew where one does not fit together; so often, then the seed is given up.
-MAX_LENGTH_DRAWS = 20
-MAX_FINISH_DRAWS = 50  # of finishes, after which those that were drawn last are taken
-LENGTHS_PER_MIX = 5  # of these draws, before a mixed kitchen is mixed anew
-# Field of an appliance's numbers, and what its form is called there, where a cabinet front hangs on it.
-LOOK, PANEL = "look", "panel"
-
-
-def warm() -> None:
-    """Load what every worker that builds scenes needs, once for all of them."""
-    registry.load()
 
 
 @read_once

@@ -30,13 +30,7 @@ from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.run.kept import is_drawn, is_whole, picture_key, written_key
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.layouts.run.resolve import build_scene, kitchen_key, preset_params
-from casa_assets.layouts.run.scene_files import (
-    BEHAVIOR,
-    LIGHT_FILE,
-    OVERVIEW,
-    SCENE_JSON,
-    SHARED,
-)
+from casa_assets.layouts.run.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
 from casa_assets.layouts.run.scene_json import describe, design_of
 from casa_assets.library import library as disk
 from casa_assets.model.asset.asset import Asset

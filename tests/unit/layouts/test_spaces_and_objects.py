@@ -147,7 +147,7 @@ class TestSpaces:
             placements=(Placement(name="table", asset=table.id), standing),
         )
         (space,) = find_spaces(scene, {"table": SpaceKind(assets=("carton",), regions=("top",))})
-        assert space.name == "table/top"
+        assert (space.placement, space.region) == ("table", "top")
         assert space.taken == (pytest.approx((0.4, -0.25, 1.4, 0.25)),)
 
 
