@@ -50,74 +50,43 @@ def test_every_class_of_the_runtime_has_a_contract() -> None:
     assert set(CLASSES.split()) - KNOWN.contracts.keys() == set()
 
 
-class TestEach:
-    def test_asks_for_its_outer_size(self, subtests: pytest.Subtests) -> None:
-        for contract in CONTRACTS:
-            with subtests.test(contract=contract.id):
-                assert [r.min_count for r in contract.regions if r.matches("main")] == [1]
-
-    @pytest.mark.content("code", "families", keep=0)
-    def test_keys_and_trials_speak_of_what_is_asked_for(self, subtests: pytest.Subtests) -> None:
-        """A trial that presses, moves or expects what no rule asks for would pass on anything."""
-        for contract in CONTRACTS:
-            with subtests.test(contract=contract.id):
-                sets = needs_of(contract)
-                names = {
-                    "press": [r.name for n in sets for r in n.colliders],
-                    "move": [r.name for n in sets for r in n.joints],
-                    "then": [r.name for n in sets for r in n.variables],
-                }
-                used = {"press": [], "move": [], "then": []}  # type: dict[str, list[str]]
-                for trial in contract.trials:
-                    assert any(step.expect for step in trial.steps), f"{trial.name} expects nothing"
-                    for step in trial.steps:
-                        used["press"] += [step.press] if step.press else []
-                        used["move"] += step.move
-                        used["then"] += step.expect
-                for key in contract.keyframes:
-                    used["move"] += key.joint_shares
-                    used["then"] += key.values
-                for kind, patterns in used.items():
-                    for pattern in patterns:
-                        assert any(fits(pattern, name) for name in names[kind]), f"{kind} {pattern!r}"
-
-    def test_values_that_are_expected_are_asked_for(self, subtests: pytest.Subtests) -> None:
-        for contract in CONTRACTS:
-            with subtests.test(contract=contract.id):
-                rules = [r for n in needs_of(contract) for r in n.variables]
-                values = {v for r in rules for v in r.values}
-                expected = [v for t in contract.trials for s in t.steps for v in s.expect.values()]
-                expected += [v for k in contract.keyframes for v in k.values.values()]
-                assert {one for v in expected for one in v.split("|")} <= values
-
-    @pytest.mark.content("code", "families", keep=0)
-    def test_what_is_asked_for_is_not_forbidden(self, subtests: pytest.Subtests) -> None:
-        for contract in CONTRACTS:
-            with subtests.test(contract=contract.id):
-                for needs in needs_of(contract):
-                    for rule in needs.joints:
-                        assert not any(re.fullmatch(p, sample(rule.name)) for p in contract.forbidden_joints), rule.name
-                    for shape in needs.colliders:
-                        assert not any(re.fullmatch(p, sample(shape.name)) for p in contract.forbidden_geoms), (
-                            shape.name
-                        )
-
-    def test_thresholds_have_a_joint(self, subtests: pytest.Subtests) -> None:
-        for contract in CONTRACTS:
-            with subtests.test(contract=contract.id):
-                joints = [r.name for n in needs_of(contract) for r in n.joints]
+@pytest.mark.content("code", "families", keep=0)
+def test_each_holds_together(subtests: pytest.Subtests) -> None:
+    """A trial that presses, moves or expects what no rule asks for would pass on anything."""
+    for contract in CONTRACTS:
+        with subtests.test(contract=contract.id):
+            assert [r.min_count for r in contract.regions if r.matches("main")] == [1]
+            sets = needs_of(contract)
+            names = {
+                "press": [r.name for n in sets for r in n.colliders],
+                "move": [r.name for n in sets for r in n.joints],
+                "then": [r.name for n in sets for r in n.variables],
+            }
+            used: dict[str, list[str]] = {"press": [], "move": [t.joint for t in contract.thresholds], "then": []}
+            expected = [v for key in contract.keyframes for v in key.values.values()]
+            for trial in contract.trials:
+                assert any(step.expect for step in trial.steps), f"{trial.name} expects nothing"
+                for step in trial.steps:
+                    used["press"] += [step.press] if step.press else []
+                    used["move"] += step.move
+                    used["then"] += step.expect
+                    expected += step.expect.values()
+            for key in contract.keyframes:
+                used["move"] += key.joint_shares
+                used["then"] += key.values
+            for kind, patterns in used.items():
+                for pattern in patterns:
+                    assert any(fits(pattern, name) for name in names[kind]), f"{kind} {pattern!r}"
+            values = {v for n in sets for r in n.variables for v in r.values}
+            assert {one for v in expected for one in v.split("|")} <= values
+            forbidden = [(n, p) for n in names["move"] for p in contract.forbidden_joints]
+            forbidden += [(n, p) for n in names["press"] for p in contract.forbidden_geoms]
+            assert not [name for name, pattern in forbidden if re.fullmatch(pattern, sample(name))]
+            for rule in (r for n in sets for r in n.joints if r.reach):
+                assert rule.reach is not None
                 for threshold in contract.thresholds:
-                    assert any(fits(threshold.joint, joint) for joint in joints), threshold
-
-    def test_asked_ranges_reach_its_thresholds(self, subtests: pytest.Subtests) -> None:
-        """What keeps the rules on range keeps the thresholds too."""
-        for contract in CONTRACTS:
-            with subtests.test(contract=contract.id):
-                for rule in (r for n in needs_of(contract) for r in n.joints if r.reach):
-                    assert rule.reach is not None
-                    for threshold in contract.thresholds:
-                        if threshold.at is not None and fits(threshold.joint, rule.name):
-                            assert rule.reach[0] < threshold.at < rule.reach[1]
+                    if threshold.at is not None and fits(threshold.joint, rule.name):
+                        assert rule.reach[0] < threshold.at < rule.reach[1], "its range reaches the threshold"
 
 
 def positions(contract: str) -> dict[str, Threshold]:

@@ -16,39 +16,32 @@ from pydantic import ValidationError
 from casa_assets.model.asset.asset import (
     TEST_SHARE,
     Drive,
-    Guess,
     Inertial,
     Joint,
     JointKind,
-    Labels,
-    Provenance,
     Region,
     Site,
     Split,
     split_of,
 )
-from casa_assets.model.asset.material import Material, Substance, Texture
-from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Mesh, MeshShape, Sphere
+from casa_assets.model.asset.material import Material, Texture
+from casa_assets.model.asset.parts import Hull, Mesh
 from casa_assets.model.issue import CheckResult, Files, Issue, Report, Severity, Status
-from casa_assets.model.kitchen.scene import Camera, JointValue, Light, Placement, Scene, Sky
+from casa_assets.model.kitchen.scene import Camera, JointValue, Light, Placement, Scene
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
 from casa_assets.model.registry.category import (
     Category,
-    Certainty,
-    QCode,
     SizeRange,
 )
 from casa_assets.model.registry.contract import (
     NamePattern,
-    Step,
     Threshold,
 )
 from casa_assets.model.source import Bundle, RawModel, RawPart, Source, SourceKind, Up
-from tests.support.asset.assets import PROVENANCE, ball, category, drawer_unit, microwave, rigid_mug, textured_box
+from tests.support.asset.assets import PROVENANCE, category, drawer_unit, microwave, rigid_mug, textured_box
 from tests.support.mesh.meshes import box_mesh, texture
 
-BOX = box_mesh((0.1, 0.2, 0.3), (0.0, 0.0, 0.15))
 CORNERS = box_mesh((0.1, 0.2, 0.3), (0.0, 0.0, 0.15), shared=True)
 CHECKER = texture("checker", np.arange(48, dtype=np.uint8).reshape(4, 4, 3))
 
@@ -83,46 +76,30 @@ ISSUE = Issue(code="AST002", severity=Severity.WARNING, pointer="links/object", 
 RAW = RawPart(name="Körper 1", mesh=colored_mesh(), material=Material(id="m", base_color_texture=CHECKER))
 RECORDS: list[Record] = [
     rigid_mug(),
-    ball(),
     textured_box(),
-    microwave(),
     drawer_unit(),
     kitchen(),
-    BOX,
     CORNERS,
     colored_mesh(),
     Mesh(vertices=np.empty((0, 3)), faces=np.empty((0, 3))),
     Pose(position=(0.1, 1e-300, 3e17), quaternion=(0.1, -0.7, 0.3, 0.2)),
-    Box(size=(0.1, 0.2, 0.3)),
-    Sphere(radius=0.1),
-    Cylinder(radius=0.1, height=1 / 3),
-    Capsule(radius=0.1, height=1e-9),
     Hull(mesh=CORNERS),
-    MeshShape(mesh=BOX),
     CHECKER,
     Material(id="glass", base_color=(0.1, 0.2, 0.3, 0.4), normal_texture=CHECKER),
-    Substance(id="steel", density=7800.0, static_friction=0.6, dynamic_friction=0.4),
-    Drive(stiffness=1.0, damping=0.0, target=-0.5),
     category(rigid_mug()),
-    ISSUE,
     CheckResult(code="AST002", status=Status.FAILED, number=0.1 + 0.2, limit=1e-5, unit="kg"),
     Report(subject="mug", results=(CheckResult(code="AST001", status=Status.PASSED),), issues=(ISSUE,)),
-    Guess(subject="scale", value="0.01", confidence=0.3, reason="usual size"),
     PROVENANCE,
-    Labels(category="mug", classes=("mug",), qcode=QCode(id="Q1", label="x", certainty=Certainty.LIKELY)),
     Files(entries={"b/c.bin": bytes(range(256)), "a.txt": b""}),
     Source(kind=SourceKind.OBJAVERSE, path="a b/ü.glb", uid="u", hints=("mug", "Tasse")),
     Bundle(main="a.obj", files={"a.obj": b"\x00\xff", "a.mtl": b"x"}, notes=(ISSUE,)),
-    RAW,
     RawModel(parts=(RAW,), metres_per_unit=0.0254, up=Up.Y, format="glb", notes=(ISSUE,)),
 ]
 
 
 def test_json_reads_back_as_the_same_record() -> None:
     back = [(record, type(record).from_json(record.to_json())) for record in RECORDS]
-    assert [
-        a for a, b in back if a != b or a.to_json() != b.to_json() or a.digest != b.digest or hash(a) != hash(b)
-    ] == []
+    assert [a for a, b in back if a != b or a.to_json() != b.to_json() or hash(a) != hash(b)] == []
 
 
 class TestDigest:
@@ -163,9 +140,9 @@ class TestDigest:
 class TestFrozen:
     def test_fields_and_arrays_cannot_be_changed(self) -> None:
         with pytest.raises(ValidationError):
-            BOX.uv = None  # type: ignore[misc]
+            CORNERS.uv = None  # type: ignore[misc]
         with pytest.raises(ValueError, match="read-only"):
-            BOX.vertices[0, 0] = 1.0
+            CORNERS.vertices[0, 0] = 1.0
 
     def test_replace_validates_and_has_a_digest_of_its_own(self) -> None:
         mug = rigid_mug()
@@ -173,12 +150,9 @@ class TestFrozen:
         other = mug.replace(id="mug_9876543210")
         assert other.digest != before
         assert other.replace(id=mug.id) == mug
-        with pytest.raises(ValidationError):
-            mug.replace(id="Not An Id")
-        with pytest.raises(ValidationError):
-            mug.replace(materials=())
-        with pytest.raises(ValidationError):
-            mug.replace(colour="red")
+        for changes in ({"id": "Not An Id"}, {"materials": ()}, {"colour": "red"}):
+            with pytest.raises(ValidationError):
+                mug.replace(**changes)
 
 
 GOOD_ID = ["a", "mug", "mug_2", "a1_b2_c3", "x" * 96]
@@ -220,10 +194,6 @@ def mug(changes: dict[str, Any]) -> Category:
     return Category.model_validate({**row, "shape": (1.0, 0.5, 0.25), **changes})
 
 
-def spans(*typical: float) -> list[dict[str, float]]:
-    return [{"low": 0.9 * t, "typical": t, "high": 1.1 * t} for t in typical]
-
-
 def twice(field: str) -> Record:
     asset = next(one for one in (OVEN, DRAWERS, MUG) if getattr(one, field))
     items = getattr(asset, field)
@@ -234,11 +204,7 @@ def twice(field: str) -> Record:
 REFUSED: list[tuple[Callable[[Any], Any], list[Any], str | None]] = [
     (lambda name: Site(name=name), BAD_ID, None),
     (lambda path: Files(entries={path: b""}), BAD_PATH, None),
-    (
-        twice,
-        ["joints", "sites", "regions", "materials", "substances", "links"],
-        "twice",
-    ),
+    (twice, ["joints", "sites", "regions", "materials", "substances", "links"], "twice"),
     (lambda region: MUG.replace(regions=(region,)), [Region(name=MUG.sites[0].name, size=(1, 1, 1))], "twice"),
     (
         lambda twin: MUG.replace(links=(LINK.replace(colliders=(twin,)),)),
@@ -284,28 +250,11 @@ REFUSED: list[tuple[Callable[[Any], Any], list[Any], str | None]] = [
     (hull, [3, 65], "4 to 64"),
     (lambda numbers: Pose(quaternion=numbers), [(0, 0, 0, 0), (1e-12, 0, 0, 0), (NAN, 0, 0, 1), (1, 0, 0)], None),
     (lambda names: Files(entries=dict.fromkeys(names, b"")), [("Mug.obj", "mug.OBJ")], "differ only in case"),
-    (
-        lambda span: SizeRange(low=span[0], typical=span[1], high=span[2]),
-        [(2, 1, 3), (1, 3, 2), (0, 1, 2), (-1, 1, 2)],
-        None,
-    ),
-    (lambda color: Material(id="m", base_color=color), [(0.0, 0.0, 1.1, 1.0)], None),
-    (lambda size: Box(size=size), [(1.0, 0.0, 1.0)], None),
-    (lambda radius: Sphere(radius=radius), [-1.0], None),
+    (lambda ends: SizeRange.model_validate(list(ends)), [(2, 1, 3), (1, 3, 2), (0, 1, 2), (1, 2)], None),
     (lambda data: Texture(name="t", png=data, width_px=1, height_px=1), [b"GIF89a"], "PNG"),
-    (lambda digest: Provenance(source="folder", path="", sha256=digest), ["0" * 63], None),
-    (lambda code: Issue(code=code, severity=Severity.ERROR, message=""), ["A1"], None),
-    (lambda color: Sky(zenith=color), [(0.0, 0.0, 1.5)], None),
     (
         lambda changes: LAMP.replace(**changes),
-        [
-            {"direction": (0.0, 0.0, 0.0)},
-            {"color": (-1.0, 0.0, 0.0)},
-            {"attenuation": (0.0, 0.0, 0.0)},
-            {"radius": 0.0},
-            {"cone_deg": 91.0},
-            {"softness": 1.1},
-        ],
+        [{"direction": (0.0, 0.0, 0.0)}, {"color": (-1.0, 0.0, 0.0)}, {"attenuation": (0.0, 0.0, 0.0)}],
         None,
     ),
     (
@@ -324,17 +273,14 @@ REFUSED: list[tuple[Callable[[Any], Any], list[Any], str | None]] = [
         ],
         None,
     ),
-    (lambda sizes: mug({"size_m": sizes}), [spans(0.2, 0.15, 0.3)], "longest_m"),
-    (lambda sizes: mug({"size_m": sizes}), [spans(0.2, 0.15)], "size_m"),
+    (lambda sizes: mug({"size_m": sizes}), [[[0.9 * t, t, 1.1 * t] for t in (0.2, 0.15, 0.3)]], "longest_m"),
     (lambda words: mug({"affords": words}), [["washable", "washable"]], "twice"),
-    (lambda name: NamePattern(name=name), ["(open", "[a-", "*", ""], None),
-    (lambda ends: NamePattern(name="door", min_count=ends[0], max_count=ends[1]), [(2, 1)], "cannot both hold"),
+    (lambda name: NamePattern(name=name), ["(open", "*", ""], None),
     (
         lambda places: Threshold(name="on", joint="knob", **places),
         [{}, {"at": 0.4, "share": 0.5}],
         "at a position or at a share",
     ),
-    (lambda share: Step(move={"door": share}), [1.1], None),  # no farther than the ends
 ]
 
 
