@@ -202,36 +202,23 @@ BAR = ASLANT.replace("runs:\n", "runs:\n  bar:\n    on: cut\n    base: [{drawers
 TOO_HIGH = "{kind: niche, wall: left, at: 2.0, height: 2.4, sill: 0.5, depth: 0.3}"
 # What is written behind the plan, and what is said of it.
 REFUSED = [
-    (
-        "  i:\n    faces: {run: main, side: back}\n    base: [island]\n",
-        "tiny.yaml:.*side.*front, since that run stands",
-    ),
+    ("  i:\n    faces: {run: main, side: back}\n    base: [island]\n", "tiny.yaml:.*side.*front, since that run"),
     ("columns:\n  post: {wall: back, at: 2.0}\n", "a place apart from main_"),
     ("columns:\n  post: {wall: back, at: 9.0, from_wall: 3.0}\n", "a place inside the room"),
-    ("columns:\n  post: {wall: nowhere, at: 1.0}\n", "one of back, right, front, left"),
     ("openings:\n  o: {kind: niche, wall: left, at: 2.0}\n", "a niche needs a `depth`"),
-    ("openings:\n  o: {kind: window, wall: left, at: 2.0, depth: 0.3}\n", "only a niche has a `depth`"),
-    (
-        "openings:\n  o: {kind: window, wall: left, at: 2.0, closet: {}}\n",
-        "only a door or a passage leads to a `closet`",
-    ),
     (f"openings:\n  o: {TOO_HIGH}\n", "a hole inside 6.40 x 2.70 m"),
     ("slopes:\n  - {wall: back, knee: 1.5, pitch_deg: 40}\n", r"a ceiling of at least \d.\d+ m over main_"),
     ("slopes:\n  - {wall: left, knee: 1.0, pitch_deg: 15}\n", "a slope that reaches at most 5.20 m into the room"),
-    ("slopes:\n  - {wall: left, knee: 2.65}\n", "less than 2.6 m"),
     (SLOPE + "  - {wall: front, knee: 1.5, pitch_deg: 45}\n", "beside which no other slope begins"),
 ]
 REFUSED_ASLANT = [
-    (
-        ASLANT.replace("heading: 45", "heading: 135"),
-        "at a right angle to the next, or one that turns to the right by less",
-    ),
+    (ASLANT.replace("heading: 45", "heading: 135"), "at a right angle to the next, or one that turns"),
     (ASLANT.replace("heading: 45, length: 1.5", "heading: 45"), "a length, since it stands aslant"),
     (BAR + "corners:\n  - {runs: [main, bar], base: dead}\n", "runs that meet at a right angle"),
 ]
 
 
-def test_what_cannot_be_built_is_told(tmp_path: Path, subtests: pytest.Subtests) -> None:
+def test_what_cannot_be_built_is_refused(tmp_path: Path, subtests: pytest.Subtests) -> None:
     for text, said in [*((PLAN + more, said) for more, said in REFUSED), *REFUSED_ASLANT]:
         text = text.replace("on: back", "on: back\n    start: 1.0") if "wall: front, knee" in text else text
         with subtests.test(said=said), pytest.raises(RegistryError, match=said):

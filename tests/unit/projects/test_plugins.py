@@ -23,6 +23,8 @@ from tests.support.library.libraries import called, no_workers
 from tests.support.program.plugin_code import PLUGIN, PROJECT
 from tests.support.program.projects import Project
 
+IMPORT = "from casa_assets.ext.plugins import Plugin\n"
+
 
 @pytest.fixture(autouse=True)
 def no_plugins_after(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
@@ -85,14 +87,8 @@ class TestImport:
         [
             ("import nothing_of_that_name\n", r"shout\.py: cannot be imported[\s\S]*nothing_of_that_name"),
             ("PLUGIN = 3\n", r"shout\.py: PLUGIN is no casa_assets\.Plugin but int"),
-            (
-                "from casa_assets.ext.plugins import Plugin\nPLUGIN = Plugin('Big', '1')\n",
-                r"plug-in 'Big': expected a name as",
-            ),
-            (
-                "from casa_assets.ext.plugins import Plugin\nPLUGIN = Plugin('a', '1', sources=(3,))\n",
-                r"source 3 lacks",
-            ),
+            (f"{IMPORT}PLUGIN = Plugin('Big', '1')\n", r"plug-in 'Big': expected a name as"),
+            (f"{IMPORT}PLUGIN = Plugin('a', '1', sources=(3,))\n", r"source 3 lacks"),
             (PLUGIN.replace('"plinth"', '"microwave"'), r"family 'microwave': a family of that name is there already"),
             (PLUGIN.replace('"depot"', '"s3"'), r"source 's3': expected a name as .* none of a store"),
             (PLUGIN.replace('"TST001"', '"AST001"'), r"check 'AST001': a check of that name is there already"),
@@ -105,9 +101,7 @@ class TestImport:
             (check_table(), family_names())
 
     def test_a_module_may_import_another_beside_it(self, project: Project) -> None:
-        text = (
-            "from names_of_ours import NAME\nfrom casa_assets.ext.plugins import Plugin\nPLUGIN = Plugin(NAME, '1')\n"
-        )
+        text = f"from names_of_ours import NAME\n{IMPORT}PLUGIN = Plugin(NAME, '1')\n"
         project({"plugins/shout.py": text, "plugins/names_of_ours.py": "NAME = 'aloud'\n"})
         choose_plugins(PluginUse.ALL)
         assert [one.plugin.name for one in load_plugins()] == ["aloud"]

@@ -79,24 +79,16 @@ def test_faults_of_several_kinds_are_told_in_one_call_with_their_lines() -> None
     assert found.text.splitlines()[:2] == text.splitlines()[:2]
 
 
-OPENINGS = """openings:
-  door: {kind: door, wall: left, at: 2.4, width: 0.93, height: 2.04}
-  window: {kind: window, wall: back, at: 3.2, sill: 1.2}
-"""
-ISLAND = "  island:\n    faces: {run: main, aisle: 1.2}\n    base: [drawers: 0.9, doors: 0.9]\n"
 CORNER = "  left:\n    on: left\n    start: 1.2\n    base: [drawers]\n"
 HOOD = "    upper:\n      - hood: {over: main_range}\n"
 # What is written in place of what in the plan, and how the mend of that begins.
 FAULTY = [
-    ("over: main_range", "over: rnage", "Write `over: main_range`."),
     ("on: back", "on: bakc", "Write `on: back`."),
-    ("heading: front", "heading: frnt", "Write front."),
     ("length: 4.6, open", "lenght: 4.6, open", "Call 'lenght' 'length'."),
     ("title: Studio\n", "title: Studio\nheight: 4\n", "Write 3.4."),
     (HOOD, "", "Add `- hood: {over: main_range}` to the wall units of main."),
     ("- doors: [0.4, 0.9]", "- doors: 1.9", "Write main_filler [0.03, 0.12], main_doors [0.985"),
     ("      - doors: [0.4, 0.9]\n", "", "Write main_drawers"),
-    ("length: 3.0}", "length: 3.5}", "Write `length: 3.5` for left."),
     (HOOD, HOOD + CORNER, "Add the corner {runs: [left, main], base: blind}."),
 ]
 
@@ -108,12 +100,6 @@ def test_a_fault_has_the_nearest_mend(subtests: pytest.Subtests) -> None:
             assert any(said.startswith(sentence) for _, _, said in told(found)), told(found)
             assert found.mended, told(found)
             assert checked(found.text).fits
-
-
-def test_doors_and_windows_move_out_of_the_way() -> None:
-    found = checked(ROOM + OPENINGS + ROW)
-    assert found.mended, told(found)
-    assert {pointer for _, pointer, _ in told(found)} == {"openings.door", "openings.window"}
 
 
 def test_a_plan_like_another_states_its_mends_itself() -> None:
@@ -128,17 +114,12 @@ def test_a_plan_like_another_states_its_mends_itself() -> None:
     ("old", "new", "line", "pointer", "expected"),
     [
         ("title: Studio", "Sorry, I cannot draw kitchens.", 2, "", "YAML"),
-        ("length: 3.0}", "length: 3.0", 5, "", "YAML"),
-        ("    on: back", "\ton: back", 9, "", "YAML"),
         ("length: 3.0}", "length: 310cm}", 4, "walls.right.length", "a number without a unit (lengths in metres)"),
         ("length: 3.0}", "length: 310}", 4, "walls.right.length", "less than or equal to 20"),
-        ("on: back", "on: north", 9, "runs.main.on", "one of back, right, front, left"),
         ("- sink\n", "- washbasin\n", 13, "runs.main.base.2", "one of doors, drawers, sink"),
-        ("- sink\n", "- sink: {size: 3}\n", 13, "runs.main.base.2.sink.size", "one of id, width"),
         ("- range", "- range: {over: main_sink}", 15, "runs.main.base.4.range.over", "'oven', or another one of id"),
         ("walls:\n", "walls:\n  x: '{a}'\n", 3, "walls.x", "a mapping of keys to values"),
         ("title: Studio\n", "", 1, "title", "'title', which is missing"),
-        ("base: # from", "units: # from", 10, "runs.main.units", "one of id, on, faces"),
     ],
 )
 def test_what_nothing_is_near_to_is_told_with_line_and_what_was_expected(
@@ -261,11 +242,6 @@ OTHERS = [
         LARGE + ONE_ROW + "slopes:\n  - {wall: back, knee: 1.8, pitch_deg: 30}\n",
         (14, "slopes.0", "Write `knee: 2.28`."),
         (1.8,),
-    ),
-    (
-        LARGE + L_SHAPED.replace("[main, right]", "[right, main]"),
-        (18, "corners.0.runs", "Write `runs: [main, right]`."),
-        (["right", "main"],),
     ),
     (
         LARGE + ONE_ROW.replace("hood: {over: main_range}", "hood: 0.9"),

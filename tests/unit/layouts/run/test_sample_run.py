@@ -171,7 +171,10 @@ class TestStopped:
         rejected = json.loads((runs.folder / "one" / "rejected.json").read_text(encoding="utf-8"))
         assert rejected["drawn"] == rejected["tried"] == COUNT
         assert 0 < rejected["passed"] < COUNT
+        assert rejected["pass_rate"] == round(rejected["passed"] / COUNT, 4)
         assert {row["reason"] for row in rejected["reasons"]} == {"SCN005"}
+        assert {issue["code"] for row in rejected["rejected"] for issue in row["issues"]} == {"SCN005"}
+        assert len(rejected["rejected"]) == COUNT - rejected["passed"]
 
     def test_a_draw_that_kills_its_process_leaves_the_others_alone(self, runs: Runs) -> None:
         deadly = draw_recipes(COUNT, 3)[4].scene_id
