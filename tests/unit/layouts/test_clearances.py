@@ -10,7 +10,7 @@ import pytest
 
 from casa_assets.kitchenware.parts.handles import HandleKind, handle_reach
 from casa_assets.layouts.floor_facts import facts_of
-from casa_assets.layouts.plan.clearances import HANDLES_M, Leaf, find_aisles, leaves_of
+from casa_assets.layouts.plan.clearances import HANDLES_M, Leaf, Part, find_aisles, leaves_of
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import build_scene, preset_params
@@ -71,6 +71,12 @@ def test_open_leaves_lie_where_they_were_foreseen(
         assert apart < BEYOND_M, (fixture.name, joint.name, apart)
         count += 1
     assert count >= 20
+
+
+def test_a_door_meets_the_handle_of_a_wall_unit_that_is_shut() -> None:
+    near, far = (Part(((x, 0.0), (x + 1.0, 0.0), (x + 1.0, 1.0), (x, 1.0)), 0.0, 1.0) for x in (0.0, 0.6))
+    opened, shut = Leaf("a", "main", (near,), (near,)), Leaf("b", "side", (far,), (), shut=(far,))
+    assert opened.depth_in(shut) == pytest.approx(0.4)
 
 
 UNITS = (unit("a", "doors", 0.0, 1.0), unit("b", "doors", 1.0, 2.0))

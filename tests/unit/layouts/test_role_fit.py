@@ -61,6 +61,7 @@ def test_what_is_too_large_is_scaled_until_its_cooktop_is_as_high_as_the_worktop
     assert choice.params == {"scale": pytest.approx(0.5166, abs=1e-4)}
     assert params["level"] == pytest.approx(0.93, abs=2e-4)
     assert params["width"] == pytest.approx(0.62, abs=2e-4)
+    assert params["sweep"] == pytest.approx(0.05166, abs=1e-5)
 
 
 def test_a_unit_of_a_stated_width_is_filled_or_its_model_is_refused() -> None:
