@@ -94,8 +94,7 @@ def unusable(cache: Path) -> str:
 def max_cache_bytes() -> int:
     """Bytes that painted textures and built assets of one cache may take together.
 
-    Raises:
-        CasaError: the environment variable CASA_ASSETS_CACHE_GB is no number of gigabytes.
+    Raises CasaError: the environment variable CASA_ASSETS_CACHE_GB is no number of gigabytes.
     """
     stated = os.environ.get(SIZE_VARIABLE) or str(DEFAULT_GB)
     try:
@@ -220,11 +219,8 @@ def install_command(extra: str) -> str:
 def require(module: str, extra: str, purpose: str) -> None:
     """Check that an optional module is installed, without importing it.
 
-    Args:
-        module: name of a module on the top level. extra: the extra that brings it.
-        purpose: what needs it, as the beginning of a sentence.
-    Raises:
-        CasaError: it is not installed; names the extra and the command.
+    `module`: name of a module on the top level. `extra`: the extra that brings it. `purpose`: what needs it, as the
+    beginning of a sentence. Raises CasaError: it is not installed; names the extra and the command.
     """
     if importlib.util.find_spec(module) is None:
         message = f"{purpose} needs {module}, which is not installed; the extra '{extra}' brings it"

@@ -70,9 +70,8 @@ def family_names() -> tuple[str, ...]:
 def family(name: str) -> Family[Any]:
     """A family with its presets.
 
-    Raises:
-        UnknownId: no family has that name; the error names the nearest that exist.
-        RegistryError: registry/families/<name>.yaml has values that the family's Params do not accept.
+    Raises UnknownId: no family has that name; the error names the nearest that exist. RegistryError:
+    registry/families/<name>.yaml has values that the family's Params do not accept.
     """
     if name in MODELS:
         return read_family(MODELS[name], read_table_file(f"{FOLDER}/{name}.yaml"))
@@ -292,11 +291,5 @@ def _object_family(name: str, document: Document) -> Family[Any]:
     fixed = read_fixed(form.params, row.fixed, document, (name, "fixed"))
     rules = read_sample_rules(form.params, row.sample, document, (name, "sample"), fixed)
     return replace(
-        form,
-        name=name,
-        sample=rules,
-        title=name.replace("_", " "),
-        category=name,
-        description=row.about,
-        form=row.form,
+        form, name=name, sample=rules, title=name.replace("_", " "), category=name, description=row.about, form=row.form
     )

@@ -35,8 +35,7 @@ def style_names() -> tuple[str, ...]:
 def load_plan(name: str) -> tuple[Plan, Document]:
     """A plan and the document that it was read from, which has the line numbers of its parts.
 
-    Raises:
-        UnknownId: no plan has that name. RegistryError: its file is not a valid plan.
+    Raises UnknownId: no plan has that name. RegistryError: its file is not a valid plan.
     """
     return _load(Plan, PLANS, "plan", name)
 
@@ -58,10 +57,8 @@ def _document(
 ) -> Document:
     """A plan or a style as its file states it, laid over the one that it is `like`.
 
-    One that is `like` its own name is laid over that of the package.
-
-    Args:
-        below: a layer; the file is looked for in the layers below it. seen: documents that are laid over it.
+    One that is `like` its own name is laid over that of the package. `below`: a layer; the file is looked for in the
+    layers below it. `seen`: documents that are laid over it.
     """
     document = read_topmost(f"{folder}/{name}.yaml", below)
     if not isinstance(document.value, dict):

@@ -212,8 +212,7 @@ def load_limits(root: Path | None = None) -> Mapping[str, Limit]:
 def load(root: Path | None = None) -> Registry:
     """Read and check every file. Raises RegistryError.
 
-    Args:
-        root: the only folder to read; None reads the package's and, over it, that of the project in use.
+    `root`: the only folder to read; None reads the package's and, over it, that of the project in use.
     """
     if root is None:
         load_project()

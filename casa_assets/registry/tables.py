@@ -60,10 +60,8 @@ class LookAlikes(Record):
 def look_alikes(root: Path | None = None) -> Mapping[str, str]:
     """Category -> name of the kind that it is to the eye, of those that share one.
 
-    Args:
-        root: the only folder to read; None reads the package's and the project's.
-    Raises:
-        RegistryError: a row names a category that there is not, or that another row has.
+    `root`: the only folder to read; None reads the package's and the project's. Raises RegistryError: a row names a
+    category that there is not, or that another row has.
     """
     document = read_table_file(LOOK_ALIKES_FILE, root)
     known = load(root).categories

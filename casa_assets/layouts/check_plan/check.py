@@ -72,9 +72,8 @@ class PlanCheck:
 def check_plan(text: str, file: str, style: Style, fixed_walls: bool = False) -> PlanCheck:
     """Check the text of a plan. Raises RegistryError or UnknownId where a file that it needs is wrong, not for its own.
 
-    Args:
-        file: its name, whose stem is the plan's id.
-        style: that it is tried with. fixed_walls: where doors clash or an aisle is narrow, the room is not made larger.
+    `file`: its name, whose stem is the plan's id. `style`: that it is tried with. `fixed_walls`: where doors clash or
+    an aisle is narrow, the room is not made larger.
     """
     told: list[Fault] = []
     now, seen = text, {text}
@@ -232,11 +231,9 @@ class DoesNotFit(CasaError):
 def fit_plan(text: str, file: str, style: Style, width: float, depth: float) -> FittedPlan:
     """The plan with walls of another size and with what fits between them.
 
-    Args:
-        file: name of the file; the plan may be like another. style: that it is tried with.
-        width, depth: of the room, along x and y, metres.
-    Raises:
-        DoesNotFit: nothing that keeps its sink, cooker and refrigerator fits. CasaError: the plan has faults.
+    `file`: name of the file; the plan may be like another. `style`: that it is tried with. `width`, `depth`: of the
+    room, along x and y, metres. Raises DoesNotFit: nothing that keeps its sink, cooker and refrigerator fits.
+    CasaError: the plan has faults.
     """
     look = f"look at it with `casa-assets scenes check-plan {shlex.quote(str(file))}`"
     before = check_plan(text, file, style)

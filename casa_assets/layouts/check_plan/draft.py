@@ -91,9 +91,8 @@ class Draft:
     def after(self, edits: Sequence[Edit]) -> Draft:
         """Return the plan after edits.
 
-        Raises:
-            ValidationError: the result is not a valid plan.
-            KeyError, IndexError, TypeError: an edit's pointer does not fit the plan.
+        Raises ValidationError: the result is not a valid plan. KeyError, IndexError, TypeError: an edit's pointer does
+        not fit the plan.
         """
         value = self.raw
         for edit in edits:

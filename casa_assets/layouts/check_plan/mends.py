@@ -253,10 +253,8 @@ def shrunk(
 ) -> Changes | None:
     """Return changes after which the minimum widths of units fit into `available`, or None if no changes achieve it.
 
-    Units are narrowed first. Then they are removed, the least important first.
-
-    Args:
-        keep_last: minimum number of units that remain. kept: units that are not removed.
+    Units are narrowed first. Then they are removed, the least important first. `keep_last`: minimum number of units
+    that remain. `kept`: units that are not removed.
     """
     floors = [min(s.minimum, LEAST.get(str(u.kind), s.minimum)) for u, s in zip(units, spans, strict=True)]
     stay = list(range(len(units)))
@@ -358,8 +356,7 @@ def _of_fixed(draft: Draft, run: Run, name: str) -> Iterator[Mend]:
 def problem_faults(draft: Draft, fixed_walls: bool = False) -> list[Fault]:
     """The first problem of a kitchen with its mend, which may be that of others; all of them where it has none.
 
-    Args:
-        fixed_walls: no mend changes lengths of walls.
+    `fixed_walls`: no mend changes lengths of walls.
     """
     group, problems = problems_of(draft)
     if not problems:

@@ -62,8 +62,7 @@ MIN_WALL_M, MAX_WALL_M, USUAL_WALL_M = 0.3, 20.0, 1.0
 def record_faults(plan: Any, stem: str) -> list[Fault]:
     """Return the values that the records of plans reject, each value once, in the order of the file.
 
-    Args:
-        plan: value of the file. stem: the plan's id.
+    `plan`: value of the file. `stem`: the plan's id.
     """
     if not isinstance(plan, dict):
         return [Fault((), "the keys of a plan: title, walls, runs and others", type(plan).__name__)]

@@ -148,10 +148,8 @@ def request_kitchen(
 ) -> KitchenRequest:
     """Resolve a plan and a style; closed: open walls are built too; roles: which assets of libraries suit which.
 
-    Raises:
-        PlanConflict: the plan does not fit together.
-        StyleConflict: the style names an asset of a library that does not suit its role.
-        UnknownId: the style lacks a model, or names one that does not exist.
+    Raises PlanConflict: the plan does not fit together. StyleConflict: the style names an asset of a library that does
+    not suit its role. UnknownId: the style lacks a model, or names one that does not exist.
     """
     lengths = {**plan.defaults, **(given or {})}
     for name in lengths.keys() - plan.parameters.keys():

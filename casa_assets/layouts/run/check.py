@@ -103,12 +103,9 @@ def check_one(
 ) -> SceneResult:
     """Build a scene where it is missing or outdated, and run every check on it; `report.json` keeps the verdict.
 
-    A scene that has not changed since it was checked is not checked again.
-
-    Args:
-        force: check it again. strict: what does not pass is not put in place.
-        drawn: with an overview; the check of what cameras see draws its own, small, and keeps none.
-        in_3d: with a model that the page shows in 3D, about 4 MB. frame, at_eye_level: see BuildOptions.
+    A scene that has not changed since it was checked is not checked again. `force`: check it again. `strict`: what does
+    not pass is not put in place. `drawn`: with an overview; the check of what cameras see draws its own, small, and
+    keeps none. `in_3d`: with a model that the page shows in 3D, about 4 MB. `frame`, `at_eye_level`: see BuildOptions.
     """
     judge = partial(check_and_report, in_3d=in_3d, passed=PassedLayers(cache_for(out)))
     options = BuildOptions(drawn, at_eye_level, judge=judge, strict=strict, frame=frame)

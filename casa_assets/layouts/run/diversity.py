@@ -132,8 +132,7 @@ def diversity_of(found: Sequence[Traits], possible: Choices) -> Diversity:
 def evenness(values: Sequence[Hashable], possible: int) -> float | None:
     """Return the entropy of values divided by that of an even spread; None for fewer than two values or kitchens.
 
-    Args:
-        values: of one trait, one for each kitchen that has it. possible: number of values to choose from.
+    `values`: of one trait, one for each kitchen that has it. `possible`: number of values to choose from.
     """
     counts = Counter(values)
     most = min(max(possible, len(counts)), len(values))

@@ -28,8 +28,7 @@ DRAWN_BY = "casa_assets.layouts.run.scene_folders:draw_cameras"
 def kept_scene(recipe: SceneRecipe, out: Path, drawn: bool) -> SceneResult | None:
     """The scene that an earlier run made, if that is known to be current without loading anything; else None.
 
-    Args:
-        out: folder of the scenes. drawn: it has to have an overview.
+    `out`: folder of the scenes. `drawn`: it has to have an overview.
     """
     known, folder = remembered_kitchen_key(recipe), out / recipe.scene_id
     if not known or not is_whole(folder, key := written_key(known)) or (drawn and not is_drawn(folder, key)):

@@ -83,9 +83,8 @@ def _sizes(name: str) -> Mapping[str, Any]:
 def library_asset(name: str) -> Asset:
     """Return the asset with that id, as it is in its library.
 
-    Raises:
-        UnknownId: no library has this id; names the nearest ones.
-        OutputError: the asset cannot be read, or differs from the one that was checked when it was made.
+    Raises UnknownId: no library has this id; names the nearest ones. OutputError: the asset cannot be read, or differs
+    from the one that was checked when it was made.
     """
     folders = _folders()
     if name not in folders:
@@ -181,8 +180,7 @@ def _mass(asset: Asset, scale: float) -> float:
 def _folders() -> Mapping[str, Path]:
     """Folder of each accepted asset, by id, sorted; of two libraries with one id the first counts.
 
-    Raises:
-        RegistryError: a library that casa.yaml names is not there.
+    Raises RegistryError: a library that casa.yaml names is not there.
     """
     loaded, place = load_project(), project_folder()
     if loaded is None or place is None:

@@ -118,8 +118,7 @@ def kinds_of_fronts() -> tuple[tuple[str | None, str | None], ...]:
 def _models(style: Style, seed: int, turn: int, parts: Mapping[str, Style]) -> Mapping[str, PresetChoice]:
     """The models of a mixed style: the roles of the style itself, suite by suite and else one by one.
 
-    Args:
-        parts: name of a part -> style that it comes from; a suite of that name comes from it too.
+    `parts`: name of a part -> style that it comes from; a suite of that name comes from it too.
     """
     suites = dict(load_mixing().suites)
     in_suites = {role for roles in suites.values() for role in roles}

@@ -208,10 +208,8 @@ def recipes_matching(patterns: Sequence[str]) -> list[SceneRecipe]:
 def recipes_named(names: Sequence[str], out: Path) -> list[SceneRecipe]:
     """Return scenes by globs of plain ids, with or without objects (`l_*__coastal__o40`), or by complete ids.
 
-    Args:
-        out: folder of scenes, searched for finishes that an id holds only as a digest.
-    Raises:
-        UnknownId: a glob matches nothing, or an id names no plan or style. CasaError: see `recipe_of`.
+    `out`: folder of scenes, searched for finishes that an id holds only as a digest. Raises UnknownId: a glob matches
+    nothing, or an id names no plan or style. CasaError: see `recipe_of`.
     """
     found: list[SceneRecipe] = []
     for name in names:

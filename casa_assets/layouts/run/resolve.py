@@ -134,8 +134,7 @@ def with_groups(scene: Scene, groups: Sequence[PutGroup], objects: ObjectMembers
 def at_rest(scene: Scene, groups: Sequence[PutGroup], objects: ObjectMembers) -> tuple[PutGroup, ...]:
     """The groups that stay where they are put, each object where it came to rest, in the full and in the light form.
 
-    Args:
-        scene: without them.
+    `scene`: without them.
     """
     rests = _simulate(scene, groups, objects, FULL, SETTLE_S)
     assets = objects.assets
@@ -234,8 +233,7 @@ def ordered_surfaces(surfaces: Iterable[tuple[Surface, str]]) -> tuple[tuple[Sur
 def ordered_models(models: Iterable[tuple[str, str]]) -> tuple[tuple[str, str], ...]:
     """Models of roles, sorted by role, each a text such as `range/pro_six` or `library:<id>`.
 
-    Raises:
-        UnknownId: no style has such a role. CasaError: a text names no model.
+    Raises UnknownId: no style has such a role. CasaError: a text names no model.
     """
     roles, picked = models_of_roles(), dict(models)
     for role, name in picked.items():
@@ -278,9 +276,8 @@ def draw_lengths(plan: Plan, seed: int, turn: int = 0) -> dict[str, float]:
 def resolve(recipe: SceneRecipe) -> KitchenRequest:
     """The kitchen of a recipe.
 
-    Raises:
-        RegistryError: with file and line, where the plan does not fit together, or a model does not suit its role.
-        UnknownId: no such plan, style or model. CasaError: a model that the recipe names suits nothing.
+    Raises RegistryError: with file and line, where the plan does not fit together, or a model does not suit its role.
+    UnknownId: no such plan, style or model. CasaError: a model that the recipe names suits nothing.
     """
     plan, document = kitchens.load_plan(recipe.plan)
     style, style_document = kitchens.load_style(recipe.style)
@@ -422,8 +419,7 @@ def compose_kitchen(
 ) -> tuple[KitchenRequest, Scene]:
     """The scene of a kitchen, once everything in it is built, and the kitchen with the props that found a place.
 
-    Args:
-        assets: by name of what is wanted. props: what may be put on worktops and shelves. seed: draws their places.
+    `assets`: by name of what is wanted. `props`: what may be put on worktops and shelves. `seed`: draws their places.
     """
     added = scatter_props(kitchen, assets, props, seed)
     kitchen = replace(kitchen, items=(*kitchen.items, *(wanted for wanted, _ in added)))

@@ -44,10 +44,8 @@ FAULT, MISFIT = "fault of the program", "cannot be built"
 def draw_recipes(count: int, seed: int, objects: int = 0) -> list[SceneRecipe]:
     """Draw `count` different recipes. With the same seed, a longer list begins with the shorter one.
 
-    Every draw has a separate random stream, so that it does not depend on which process works on it.
-
-    Args:
-        objects: number of loose objects in each; which ones, and their places, are drawn with the lengths of its plan.
+    Every draw has a separate random stream, so that it does not depend on which process works on it. `objects`: number
+    of loose objects in each; which ones, and their places, are drawn with the lengths of its plan.
     """
     plans, styles = plan_names(), style_names()
     found: dict[str, SceneRecipe] = {}
@@ -159,10 +157,8 @@ def sample_all(
 ) -> Iterator[SceneResult]:
     """Yield draws as `run_recipes` does; only kitchens that pass every check are put into the folder.
 
-    A draw that fails, for whatever reason, does not stop the others.
-
-    Args:
-        drawn: with an overview. in_3d: with a model for the page, about 4 MB each.
+    A draw that fails, for whatever reason, does not stop the others. `drawn`: with an overview. `in_3d`: with a model
+    for the page, about 4 MB each.
     """
     work = partial(sample_one, out=out, drawn=drawn, in_3d=in_3d)
     return run_recipes(work, recipes, out, jobs, f"{check.__name__}:warm", goes_on=True)

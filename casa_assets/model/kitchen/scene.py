@@ -352,9 +352,8 @@ def carried_pose(
 ) -> Pose | None:
     """Return world_from_asset of an object in a named pose, or None if it is in its start pose.
 
-    Args:
-        place: placement of the object; one without a support stays in place.
-        placements, assets: of the scene, by name of the placement.
+    `place`: placement of the object; one without a support stays in place. `placements`, `assets`: of the scene, by
+    name of the placement.
     """
     rest = place.resting
     if rest is None:

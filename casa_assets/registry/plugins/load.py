@@ -62,8 +62,7 @@ class LoadedPlugin:
 def load_plugins() -> tuple[LoadedPlugin, ...]:
     """All plug-ins in use, by name.
 
-    Raises:
-        CasaError: one cannot be imported, offers what is no such thing, or a name that is taken.
+    Raises CasaError: one cannot be imported, offers what is no such thing, or a name that is taken.
     """
     if plugin_use() is PluginUse.NONE:
         return ()

@@ -50,9 +50,7 @@ def test_handles_stand_out_as_far_as_is_said() -> None:
 
 
 @pytest.mark.representatives(1)
-def test_open_leaves_lie_where_they_were_foreseen(
-    built: tuple[KitchenFacts, tuple[Leaf, ...]],
-) -> None:
+def test_open_leaves_lie_where_they_were_foreseen(built: tuple[KitchenFacts, tuple[Leaf, ...]]) -> None:
     facts, leaves = built
     count = 0
     for fixture, joint in opened(facts):

@@ -17,15 +17,7 @@ from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.run.resolve import preset_params
 from casa_assets.model.kitchen.plan import BaseKind, UpperKind
 from casa_assets.registry.kitchens import load_plan, plan_names, style_names
-from tests.support.kitchen.plan_geometry import (
-    PLAY,
-    STYLE,
-    boxes,
-    draws,
-    extremes,
-    floor_row,
-    made,
-)
+from tests.support.kitchen.plan_geometry import PLAY, STYLE, boxes, draws, extremes, floor_row, made
 
 PLANS = plan_names()
 COOKERS = (BaseKind.RANGE, BaseKind.HOB)

@@ -141,11 +141,7 @@ class TestSpaces:
         box = plain_box((1.0, 0.5, 0.1))
         table = box.replace(id="table_0123456789", base=Base.FIXED, regions=(TOP,))
         standing = Placement(name="box", asset=box.id, pose=Pose(position=(0.9, 0.0, 0.1)))
-        scene = Scene(
-            id="corner",
-            assets=(box, table),
-            placements=(Placement(name="table", asset=table.id), standing),
-        )
+        scene = Scene(id="corner", assets=(box, table), placements=(Placement(name="table", asset=table.id), standing))
         (space,) = find_spaces(scene, {"table": SpaceKind(assets=("carton",), regions=("top",))})
         assert (space.placement, space.region) == ("table", "top")
         assert space.taken == (pytest.approx((0.4, -0.25, 1.4, 0.25)),)

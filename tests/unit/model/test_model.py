@@ -13,31 +13,15 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from casa_assets.model.asset.asset import (
-    TEST_SHARE,
-    Drive,
-    Inertial,
-    Joint,
-    JointKind,
-    Region,
-    Site,
-    Split,
-    split_of,
-)
+from casa_assets.model.asset.asset import TEST_SHARE, Drive, Inertial, Joint, JointKind, Region, Site, Split, split_of
 from casa_assets.model.asset.material import Material, Texture
 from casa_assets.model.asset.parts import Hull, Mesh
 from casa_assets.model.issue import CheckResult, Files, Issue, Report, Severity, Status
 from casa_assets.model.kitchen.scene import Camera, JointValue, Light, Placement, Scene
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
-from casa_assets.model.registry.category import (
-    Category,
-    SizeRange,
-)
-from casa_assets.model.registry.contract import (
-    NamePattern,
-    Threshold,
-)
+from casa_assets.model.registry.category import Category, SizeRange
+from casa_assets.model.registry.contract import NamePattern, Threshold
 from casa_assets.model.source import Bundle, RawModel, RawPart, Source, SourceKind, Up
 from tests.support.asset.assets import PROVENANCE, category, drawer_unit, microwave, rigid_mug, textured_box
 from tests.support.mesh.meshes import box_mesh, texture
