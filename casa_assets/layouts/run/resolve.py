@@ -209,6 +209,11 @@ def _is_still(runs: dict[str, dict[str, Rest]], group: PutGroup, number: int) ->
     return all(rest.moved <= MAX_DRIFT_M[form] and rest.depth <= MAX_DEPTH_M for form, rest in found.items())
 
 
+def warm() -> None:
+    """Load what every worker that builds scenes needs, once for all of them."""
+    registry.load()
+
+
 @read_once
 def preset_params() -> Mapping[str, Mapping[str, Mapping[str, Any]]]:
     """Numbers of all presets of all families, and of the assets of libraries."""
