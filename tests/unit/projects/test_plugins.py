@@ -61,7 +61,7 @@ class TestTrust:
         with pytest.raises(RegistryError, match=r"or what testing\.py adds, which does not run .* got 'square'"):
             casa.build("coaster")
 
-    def test_it_runs_where_the_caller_says_so(self, project: Project) -> None:
+    def test_it_runs_where_the_caller_or_the_users_own_configuration_says_so(self, project: Project) -> None:
         folder = project(PROJECT)
         assert "plinth" not in family_names()
         with casa.Project(folder, plugins=True) as opened:
@@ -70,9 +70,6 @@ class TestTrust:
             assert ignored_files() == ()
         assert list(opened.plugins()) == ["testing"]
         assert "plinth" not in family_names()
-
-    def test_it_runs_where_the_users_own_configuration_names_the_project(self, project: Project) -> None:
-        folder = project(PROJECT)
         user_settings().parent.mkdir(parents=True)
         user_settings().write_text(f"trusted_projects: [{folder}]\n", encoding="utf-8")
         use_project(folder)

@@ -134,18 +134,6 @@ class TestLoader:
         with pytest.raises(CasaError, match=f"casa-assets scenes batch {SCENE} .* writes it"):
             casa_assets.Kitchen(out / SCENE, "batch").to_mjmodel()
 
-    def test_trimesh_has_everything_where_the_model_has_it(self, out: Path) -> None:
-        kitchen = in_memory()
-        model = kitchen.to_mjmodel()
-        data = mujoco.MjData(model)
-        mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
-        mujoco.mj_forward(model, data)
-        graph = kitchen.to_trimesh("collision").graph
-        for placement in kitchen.scene.placements:
-            if kitchen.scene.asset_of[placement.name].joints:
-                pose, _ = graph[f"{placement.name}__object"]
-                np.testing.assert_allclose(pose[:3, 3], data.body(placement.name).xpos, atol=1e-5)
-
     def test_what_is_at_rest_may_sleep(self, out: Path) -> None:
         sleep, kitchen = int(mujoco.mjtEnableBit.mjENBL_SLEEP), casa_assets.Kitchen(out / SCENE, "light")
         model = kitchen.to_mjmodel(sleep=True)
