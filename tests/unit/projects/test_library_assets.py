@@ -99,7 +99,7 @@ WRONG = (
     (
         "styles/ours.yaml",
         "like: modern_1\nmodels: {sink: 'library:TOASTER'}\n",
-        r"ours\.yaml:2: models\.sink: expected a",
+        r"ours\.yaml:2: models\.sink: expected",
     ),
     ("styles/ours.yaml", "like: modern_1\nmodels: {toaster: 'library:TOASTER'}\n", ""),
     ("casa.yaml", "name: ours\nlibraries: [libb]\n", r"casa\.yaml:2: libraries\.0: expected a folder"),
