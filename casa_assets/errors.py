@@ -43,13 +43,13 @@ def _nearest(wanted: str, names: list[str], count: int = 3) -> tuple[str, ...]:
     return tuple(name for name in names if near and near[0] in words[name])[:count]
 
 
-def _some(names: list[str], listed_by: str, count: int = 6, most: int = 12) -> str:
-    """Text that lists the names; for more than `most` names, how to list them, or only their number."""
+def _some(names: list[str], listed_by: str) -> str:
+    """Text that lists the names; for more than 12 names, how to list them, or only their number."""
     if not names:
         return listed_by or "there are none"
-    if len(names) > most:
+    if len(names) > 12:
         return listed_by or f"{len(names)} names are known"
-    return f"there are {', '.join(names[:count])}" + (f" and {len(names) - count} more" if len(names) > count else "")
+    return f"there are {', '.join(names[:6])}" + (f" and {len(names) - 6} more" if len(names) > 6 else "")
 
 
 class Rejected(CasaError):

@@ -18,16 +18,14 @@ from casa_assets.projects import read_once
 from casa_assets.registry.load import load
 from casa_assets.registry.read import names_in, read_record, read_table, read_table_file, read_topmost
 
-ROLES_FILE = "roles.yaml"
+ROLES_FILE, LOOK_ALIKES_FILE = "roles.yaml", "look_alikes.yaml"
+ROBOTS = "robots"
 
 
 @read_once
 def load_roles() -> Mapping[str, RoleRule]:
     """Rules of the roles by id, those of the project over those of the package. Raises RegistryError."""
     return read_table(RoleRule, read_table_file(ROLES_FILE))
-
-
-ROBOTS = "robots"
 
 
 def robot_names() -> tuple[str, ...]:
@@ -43,9 +41,6 @@ def load_robot(name: str) -> Robot:
     if not isinstance(document.value, dict):
         raise RegistryError(document.file, 1, "", "a robot", type(document.value).__name__)
     return read_record(Robot, document.value, document, (), id=name)
-
-
-LOOK_ALIKES_FILE = "look_alikes.yaml"
 
 
 class LookAlikes(Record):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from casa_assets.layouts.check_plan.edit import Edit, edited_value, insert, put, remove, value_at
+from casa_assets.layouts.check_plan.edit import Edit, Mend, edited_value, flow_text, insert, put, remove, value_at
 from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.order.room_shell import CASING_WIDTH_M, casing_width
@@ -134,6 +134,10 @@ class Draft:
             return put((*at, kind, key), value)
         both = {key: value} if inner is None else {"width": inner, key: value}
         return put((*at, kind), value if key == "width" else both)
+
+    def unit_with(self, at: KeyPath, name: str, key: str, value: Any) -> Mend:
+        """The mend that sets a field of a unit called `name`."""
+        return Mend(f"Write `{key}: {flow_text(value)}` for {name}.", (self.in_unit(at, key, value),))
 
     def without(self, at: KeyPath, key: str) -> Edit:
         """Take a field of a unit out that it has, such as its width, so that it has its usual one."""

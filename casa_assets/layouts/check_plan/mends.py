@@ -195,7 +195,7 @@ def _of_hole(draft: Draft, name: str) -> Iterator[Mend]:
 def _of_base(draft: Draft, run: Run) -> Iterator[Mend]:
     line, units = draft.lines()[run.id], run.base
     spans = [standard_sizes.base_span(u, draft.models) for u in units]
-    available = round(line.length - line.left.base_length - line.right.base_length - room_at_walls(line), 4)
+    available = round(line.length - line.left.base_length - line.right.base_length - sum(room_at_walls(line)), 4)
     if share_widths(spans, available) is None:
         # What opens away from a corner stays, so that what comes next does not run into the other row.
         ends = ((line.left, 0), (line.right, len(units) - 1))
@@ -347,7 +347,7 @@ def _of_fixed(draft: Draft, run: Run, name: str) -> Iterator[Mend]:
     room, is_hood = round(2 * min(middle - start, end - middle), 3), unit.kind is UpperKind.HOOD
     for width in HOOD_WIDTHS_M if is_hood else (room,):
         if LEAST_UPPER_M <= width <= room:
-            yield Mend(f"Write `width: {width:g}` for {name}.", (draft.in_unit((*row, k), "width", width),))
+            yield draft.unit_with((*row, k), name, "width", width)
     for j in before[-1:] if is_hood else ():
         yield Mend.take_out((*row, j), f"{run.upper[j].id}, which is where the hood goes")
     yield Mend.take_out((*row, k), name)
@@ -482,11 +482,10 @@ def _of_unit(draft: Draft, problem: Problem, name: str) -> Iterator[Mend]:
     units: Sequence[BaseUnit | UpperUnit] = line.run.base if row == "base" else line.run.upper
     unit, rows = units[k], list(draft.at(at[:-1]))
     if unit.hinge is not None:
-        hinge = other_side(unit.hinge).value
-        yield Mend(f"Write `hinge: {hinge}` for {name}.", (draft.in_unit(at, "hinge", hinge),))
+        yield draft.unit_with(at, name, "hinge", other_side(unit.hinge).value)
     if isinstance(unit, UpperUnit) and unit.kind is UpperKind.HOOD:
         for width in (w for w in HOOD_WIDTHS_M if w < draft.kitchen.slot(name).width):
-            yield Mend(f"Write `width: {width:g}` for {name}.", (draft.in_unit(at, "width", width),))
+            yield draft.unit_with(at, name, "width", width)
         k = next((i for i, u in enumerate(line.run.base) if u.id == unit.over), -1)
         if k >= 0:
             yield from _exchanged(draft, line, k)

@@ -82,8 +82,9 @@ def beams_of(kitchen: KitchenRequest) -> BeamGrid | None:
     )
     for grids, reach in ((usual, None), (every, None), (every, CHIMNEY_WIDTH_M)):
         for grid in grids:
-            hoods, columns = _hoods(slots, grid.along_x, reach), _columns(room, grid.along_x)
-            if not any(grid.crosses(*ends) for ends in (*hoods, *columns)):
+            columns = [[corner[1 if grid.along_x else 0] for corner in placed.outline] for placed in room.columns]
+            ends = [*_hoods(slots, grid.along_x, reach), *((min(us), max(us)) for us in columns)]
+            if not any(grid.crosses(*span) for span in ends):
                 return grid
     return usual[0]
 
@@ -102,13 +103,6 @@ def _hoods(slots: Mapping[str, Sequence[UnitSlot]], along_x: bool, wide: float |
         middle, half = (slot.left + slot.right) / 2, (slot.right - slot.left) / 2
         half = half if wide is None else min(half, wide / 2)
         ends = [slot.line.frame.at(u, v)[axis] for u in (middle - half, middle + half) for v in (0.0, HOOD_DEPTH_M)]
-        yield min(ends), max(ends)
-
-
-def _columns(room: Room, along_x: bool) -> Iterator[Vec2]:
-    """From where to where columns reach across the beams, metres."""
-    for placed in room.columns:
-        ends = [corner[1 if along_x else 0] for corner in placed.outline]
         yield min(ends), max(ends)
 
 

@@ -77,12 +77,7 @@ def traits_of(recipe: SceneRecipe) -> Traits:
             for name, p in kitchen.plan.parameters.items()
         },
         floor_m2=(x1 - x0) * (y1 - y0),
-        surfaces={
-            Surface.WALL.value: style.room.wall,
-            Surface.FLOOR.value: style.room.floor,
-            Surface.COUNTER.value: style.counter.face,
-            Surface.CABINET.value: base.face or "",
-        },
+        surfaces=style.surfaces,
         fronts=f"{base.front}, {base.handle}",
         fixtures={item.role: item.choice.preset for item in kitchen.items if item.role in style.models},
     )
