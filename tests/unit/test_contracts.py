@@ -106,7 +106,6 @@ def test_thresholds_are_those_of_the_runtime() -> None:
 
 @pytest.fixture
 def copy(tmp_path: Path) -> Path:
-    """A registry of one's own to break."""
     root = tmp_path / "registry"
     shutil.copytree(registry.data_root(), root)
     return root

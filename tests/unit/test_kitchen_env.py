@@ -17,7 +17,6 @@ RUN = Path(__file__).with_name("kitchen_env_run.py")
 
 @pytest.fixture(scope="module")
 def found() -> dict[str, Any]:
-    """What `kitchen_env_run.py` printed."""
     backend = os.environ.get("MUJOCO_GL", "egl")
     environment = {**os.environ, "MUJOCO_GL": backend, "PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])}
     done = subprocess.run(

@@ -36,7 +36,6 @@ class Rect:
 
     @property
     def corners(self) -> tuple[tuple[float, float], ...]:
-        """Its corners, in order."""
         return self.aslant or ((self.x0, self.y0), (self.x1, self.y0), (self.x1, self.y1), (self.x0, self.y1))
 
     def gap(self, other: Rect) -> float:
@@ -49,29 +48,24 @@ class Rect:
 
 
 def rect(line: RunLine, left: float, right: float, back: float, front: float) -> Rect:
-    """What lies between two places along a run and two distances from its line."""
     points = line.frame.rectangle(left, right, back, front)
     xs, ys = zip(*points, strict=True)
     return Rect(min(xs), min(ys), max(xs), max(ys), () if line.frame.is_aligned else points)
 
 
 def slot_rect(slot: UnitSlot) -> Rect:
-    """What a unit takes up, without its worktop."""
     return rect(slot.line, slot.left, slot.right, 0.0, slot.depth)
 
 
 def boxes(kitchen: KitchenRequest) -> list[tuple[UnitSlot, Rect]]:
-    """All units, on the floor and on the wall."""
     return [(s, slot_rect(s)) for row in kitchen.slots.values() for s in row if s.kind is not BaseKind.GAP]
 
 
 def floor_row(kitchen: KitchenRequest, line: RunLine) -> list[UnitSlot]:
-    """Units of a run that stand on the floor, from left to right."""
     return [s for s in kitchen.slots[line.id] if not s.is_upper]
 
 
 def made(name: str, given: Mapping[str, float] | None = None, style: str = STYLE) -> KitchenRequest:
-    """A plan in metres."""
     return request_kitchen(load_plan(name)[0], load_style(style)[0], preset_params(), given)
 
 
@@ -96,7 +90,6 @@ def extremes(plan: Plan) -> Iterator[dict[str, float]]:
 
 
 def draws(plan: Plan, count: int) -> Iterator[dict[str, float]]:
-    """Lengths within their bounds."""
     rng = np.random.default_rng(20)
     for _ in range(count):
         yield {name: round(float(rng.uniform(p.low, p.high)), 3) for name, p in plan.parameters.items()}

@@ -109,7 +109,6 @@ def built(kind: JointKind) -> Asset:
 
 
 def found(asset: Asset) -> Joint:
-    """The joint that articulation gives the same link."""
     (joint,) = asset.joints
     kind = PartKind.DOOR if joint.kind is JointKind.HINGE else PartKind.DRAWER
     plan = JointPlan(kind=joint.kind, axis=joint.axis, anchor=joint.anchor, range=joint.range)

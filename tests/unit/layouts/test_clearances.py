@@ -27,14 +27,12 @@ RECIPES = (SceneRecipe("l_small", "coastal"), SceneRecipe("u_large", "modern_1")
 
 @pytest.fixture(scope="module", params=RECIPES, ids=lambda recipe: recipe.scene_id)
 def built(request: pytest.FixtureRequest, cache: Path) -> tuple[KitchenFacts, tuple[Leaf, ...]]:
-    """Facts of a built kitchen, and the leaves that were foreseen of it."""
     kitchen, scene = build_scene(request.param, cache)
     models = StyleModels(kitchen.style, preset_params(), load_roles(), kitchen.plan.height)
     return facts_of(kitchen, scene), leaves_of(kitchen.slots, kitchen.holes, models)
 
 
 def opened(facts: KitchenFacts) -> list[tuple[Fixture, FixtureJoint]]:
-    """Joints of units that open by themselves."""
     return [
         (fixture, joint)
         for fixture in facts.fixtures

@@ -58,7 +58,6 @@ def test_beams_keep_clear_of_a_hood_that_the_usual_number_would_meet(style: str,
 
 
 def kitchen(style: str) -> KitchenRequest:
-    """A plan with a blender alone on its worktops."""
     plan, _ = load_plan("one_wall_small")
     item = WorktopItem(id="blender", on=plan.worktop_items[0].on, at=0.5)
     return request_kitchen(plan.replace(worktop_items=(item,)), load_style(style)[0], preset_params())

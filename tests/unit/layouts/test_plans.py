@@ -31,18 +31,15 @@ def row(plan: str) -> Any:
 
 @pytest.fixture(scope="module", params=list(map(row, PLANS)))
 def kitchens(request: pytest.FixtureRequest) -> list[KitchenRequest]:
-    """A plan in all its sizes."""
     plan, _ = load_plan(request.param)
     return [made(request.param, given) for given in (*extremes(plan), *draws(plan, 20))]
 
 
 def message(kitchen: KitchenRequest, *more: object) -> str:
-    """What to look at."""
     return f"{kitchen.plan.id} {dict(kitchen.parameters)}: {' '.join(map(str, more))}"
 
 
 def of_kind(kitchen: KitchenRequest, *kinds: BaseKind | UpperKind) -> list[UnitSlot]:
-    """All units of some kinds."""
     return [s for row in kitchen.slots.values() for s in row if s.kind in kinds]
 
 

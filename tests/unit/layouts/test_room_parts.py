@@ -132,6 +132,8 @@ class TestNiches:
         shell = place(kitchen, "recess_cold")
         assert shell[:, 1].min() == pytest.approx(0.0, abs=1e-6)
         assert shell[:, 1].max() == pytest.approx(0.4 + 0.12, abs=1e-6)
+        post = f"{{wall: back, at: {slot.middle:.3f}, from_wall: 0.5, width: 0.1, depth: 0.1}}"
+        assert kitchen_of(f"{text}{self.NICHE}columns:\n  post: {post}\n", tmp_path).room.columns, "it stands before it"
 
     def test_a_seat_has_its_window_in_its_back(self, tmp_path: Path) -> None:
         text = PLAN + (

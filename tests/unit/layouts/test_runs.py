@@ -43,7 +43,6 @@ corners:
 
 
 def line_of(text: str, part: str) -> int:
-    """Number of the first line that has a part, from 1."""
     return next(n for n, line in enumerate(text.splitlines(), 1) if part in line)
 
 

@@ -39,7 +39,6 @@ pytestmark = pytest.mark.content("code", "layouts.run", keep=0)
 
 
 def make_toaster(folder: Path) -> None:
-    """A library of one toaster."""
     with no_workers():
         (done,) = build_all([FamilyRequest("toaster", preset="long_navy_brass")], folder, 1, drawn=False)
     assert done.passed

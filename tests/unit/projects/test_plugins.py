@@ -38,7 +38,6 @@ def no_plugins_after(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterato
 
 @pytest.fixture
 def allowed(project: Project) -> Path:
-    """A project whose plug-ins run."""
     folder = project(PROJECT)
     choose_plugins(PluginUse.ALL)
     return folder

@@ -43,7 +43,6 @@ def text_of(name: str) -> str:
 
 
 def fitted_kitchen(text: str, name: str, room: tuple[float, float]) -> KitchenRequest:
-    """The kitchen of a plan in a room, in which it is found to fit."""
     fitted = fit_plan(text, f"{name}.yaml", load_style(STYLE)[0], *room)
     assert fitted.changes
     found = check_plan(fitted.text, f"{name}.yaml", load_style(STYLE)[0])

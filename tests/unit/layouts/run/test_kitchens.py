@@ -33,7 +33,6 @@ SCENE = f"{PLAN}__{STYLE}"
 
 @pytest.fixture(scope="module")
 def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with one built scene."""
     folder = tmp_path_factory.mktemp("scenes") / "out"
     made = scene_folders.build_one(SceneRecipe(PLAN, STYLE), folder, drawn=False)
     assert made.passed, made.message

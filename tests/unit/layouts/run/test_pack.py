@@ -28,13 +28,11 @@ ENTRY_HEADER = 30
 
 @pytest.fixture(scope="module")
 def zipped(checked_kitchen: Checked, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A ZIP of the kitchen."""
     return pack_scene(SCENE, checked_kitchen[0], PackKind.ZIP, tmp_path_factory.mktemp("zip") / "kitchen.zip").file
 
 
 @pytest.fixture(scope="module")
 def usdz(checked_kitchen: Checked, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A USDZ of the kitchen, in a folder of its own."""
     return pack_scene(SCENE, checked_kitchen[0], PackKind.USDZ, tmp_path_factory.mktemp("usdz") / "kitchen.usdz").file
 
 

@@ -45,13 +45,11 @@ def copy(checked_kitchen: Checked, tmp_path: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def composed(cache: Path) -> tuple[KitchenRequest, Scene]:
-    """What the recipe gives."""
     return build_scene(RECIPE, cache)
 
 
 @pytest.fixture
 def at_hand(composed: tuple[KitchenRequest, Scene], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nobody has to build it again."""
     for module in (scene_folders, check):
         monkeypatch.setattr(module, "build_scene", lambda recipe, cache: composed)
 
@@ -152,7 +150,6 @@ class TestVerdict:
 
 
 def refuse(recipe: SceneRecipe, scene: Scene, design: DesignSubject, folder: Path) -> Report:
-    """A judge that nobody pleases."""
     assert (folder / "scene.xml").is_file()
     assert (folder.parent / "assets").is_dir()
     return Report(subject=scene.id, issues=(OUTSIDE,))

@@ -36,7 +36,6 @@ ROBOT = """<mujoco model="robot"><worldbody><body name="base" pos="0 0 0.4">
 
 @pytest.fixture(scope="module")
 def drawn(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, StartStates]:
-    """A scene folder with start states in it, and what was written."""
     folder = scene_folder(tmp_path_factory.mktemp("drawn"))
     states = draw_states(Stage(folder), wanted(count=3))
     write_states(folder, states)
@@ -45,7 +44,6 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, StartStates]:
 
 @pytest.fixture
 def copy(drawn: tuple[Path, StartStates], tmp_path: Path) -> Path:
-    """A folder of that kind, to be damaged."""
     return Path(shutil.copytree(drawn[0].parent, tmp_path / "scenes")) / "room"
 
 
