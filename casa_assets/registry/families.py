@@ -196,16 +196,11 @@ def _preset(model: Family[Any], name: str, row: Any, document: Document) -> Para
         for key, value in row.items():
             field = model.params.model_fields.get(key)
             if isinstance(value, str) and field is not None and field.annotation is LOOKS["cabinet"]:
-                row[key] = _look(value, document, (*at, key))
+                if value not in looks():
+                    raise document.fault((*at, key), expected_one_of(tuple(looks()), value), repr(value))
+                row[key] = looks()[value]
     made: Params = read_record(model.params, row, document, at)
     return made
-
-
-def _look(name: str, document: Document, at: KeyPath) -> Params:
-    named = looks()
-    if name not in named:
-        raise document.fault(at, expected_one_of(tuple(named), name), repr(name))
-    return named[name]
 
 
 @read_once
@@ -214,9 +209,8 @@ def looks() -> Mapping[str, Params]:
     document = read_table_file(NAMED_LOOKS)
     if not isinstance(document.value, dict):
         raise document.fault((), "a mapping of names to looks", type(document.value).__name__)
-    return MappingProxyType(
-        {name: read_record(LOOKS["cabinet"], row, document, (name,)) for name, row in document.value.items()}
-    )
+    rows = document.value.items()
+    return MappingProxyType({name: read_record(LOOKS["cabinet"], row, document, (name,)) for name, row in rows})
 
 
 @read_once

@@ -25,7 +25,7 @@ from casa_assets.layouts.check_plan.draft import (
 )
 from casa_assets.layouts.check_plan.edit import Fault, Mend, flow_text, insert, put
 from casa_assets.layouts.order.furnish import worktop_width
-from casa_assets.layouts.order.request import placed_run
+from casa_assets.layouts.order.request import placed_run, placed_wall
 from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.clearances import Part, door_width_clear, find_aisles, fronts_of
@@ -33,7 +33,7 @@ from casa_assets.layouts.plan.room import WallHole
 from casa_assets.layouts.plan.runs import UnitSlot
 from casa_assets.layouts.plan.style_models import APPLIANCE_ROLES
 from casa_assets.mesh.outline import penetration_depth
-from casa_assets.model.kitchen.floor import AisleKind, RoomWall, RunEnd
+from casa_assets.model.kitchen.floor import AisleKind, RunEnd
 from casa_assets.model.kitchen.plan import COOKERS, TALL, BaseKind, Run, UpperKind
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.document import KeyPath
@@ -367,10 +367,7 @@ def _aisles(draft: Draft) -> Iterator[Problem]:
     kitchen, room = draft.kitchen, draft.kitchen.room
     fronts = fronts_of(kitchen.slots, draft.models)
     runs = [placed_run(line, kitchen.slots[name], fronts) for name, line in kitchen.lines.items()]
-    walls = [
-        RoomWall(id=w.id, start=w.frame.at(0.0, 0.0)[:2], end=w.frame.at(w.length, 0.0)[:2], is_open=w.open)
-        for w in room.walls
-    ]
+    walls = [placed_wall(w, is_open=w.open) for w in room.walls]
     work = limits()["compact_aisle_m" if draft.plan.compact else "work_aisle_m"]
     for aisle in find_aisles(runs, walls, room.outline, {c.column.id: c.outline for c in room.columns}):
         least = work if aisle.kind is AisleKind.WORK else limits()["walkway_m"]

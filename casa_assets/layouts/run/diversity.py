@@ -19,7 +19,7 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -151,10 +151,8 @@ def _size_step(floor_m2: float) -> int:
 def _neighbours(found: Sequence[Traits]) -> Neighbours:
     if len(found) < 2:
         return Neighbours(None, None, 0, None)
-    table = _Table(found)
     nearest, which = np.empty(len(found)), np.empty(len(found), dtype=int)
-    for i in range(len(found)):
-        row = table.distances_from(i)
+    for i, row in enumerate(_distances(found)):
         row[i] = np.inf
         which[i] = int(row.argmin())
         nearest[i] = row[which[i]]
@@ -167,44 +165,32 @@ def _neighbours(found: Sequence[Traits]) -> Neighbours:
     )
 
 
-class _Table:
-    """Traits of kitchens as arrays with a row for each, so that the distances of thousands take seconds.
-
-    Attributes:
-        plan, style, fronts: (N,) name numbers. surfaces: (N, 4). fixtures: (N, roles), ABSENT if there is no fixture.
-        lengths: (N, lengths of all plans), NaN if a plan has no such length.
-    """
-
-    def __init__(self, found: Sequence[Traits]) -> None:
-        roles = sorted({role for t in found for role in t.fixtures})
-        lengths = sorted({(t.plan, name) for t in found for name in t.lengths})
-        self.plan = _numbered([t.plan for t in found])
-        self.style = _numbered([t.style for t in found])
-        self.fronts = _numbered([t.fronts for t in found])
-        self.surfaces = np.stack([_numbered([t.surfaces.get(s.value) for t in found]) for s in Surface], axis=1)
-        columns = [_numbered([t.fixtures.get(role) for t in found]) for role in roles]
-        self.fixtures = np.stack(columns, axis=1) if columns else np.empty((len(found), 0), dtype=np.int64)
-        self.lengths = np.array(
-            [[t.lengths.get(name, np.nan) if t.plan == plan else np.nan for plan, name in lengths] for t in found]
-        ).reshape(len(found), len(lengths))
-
-    def distances_from(self, i: int) -> Floats:
-        """(N,) distances of all kitchens from one of them."""
-        is_other_plan = self.plan != self.plan[i]
-        gaps = np.abs(self.lengths - self.lengths[i])
+def _distances(found: Sequence[Traits]) -> Iterator[Floats]:
+    """Of each kitchen in turn, its (N,) distances from all; those of thousands take seconds."""
+    roles = sorted({role for t in found for role in t.fixtures})
+    names = sorted({(t.plan, name) for t in found for name in t.lengths})
+    plan, style, fronts = (_numbered([getattr(t, name) for t in found]) for name in ("plan", "style", "fronts"))
+    surfaces = np.stack([_numbered([t.surfaces.get(s.value) for t in found]) for s in Surface], axis=1)
+    columns = [_numbered([t.fixtures.get(role) for t in found]) for role in roles]
+    fixtures = np.stack(columns, axis=1) if columns else np.empty((len(found), 0), dtype=np.int64)
+    # NaN where a plan has no such length.
+    rows = [[t.lengths.get(name, np.nan) if t.plan == of else np.nan for of, name in names] for t in found]
+    lengths = np.array(rows).reshape(len(found), len(names))
+    for i in range(len(found)):
+        is_other_plan = plan != plan[i]
+        gaps = np.abs(lengths - lengths[i])
         counted = np.isfinite(gaps)
-        lengths = np.where(counted, gaps, 0.0).sum(axis=1) / np.maximum(counted.sum(axis=1), 1)
-        has = (self.fixtures != ABSENT) | (self.fixtures[i] != ABSENT)
-        others = (self.fixtures != self.fixtures[i]) & has
-        total: Floats = (
+        mean_gap = np.where(counted, gaps, 0.0).sum(axis=1) / np.maximum(counted.sum(axis=1), 1)
+        has = (fixtures != ABSENT) | (fixtures[i] != ABSENT)
+        others = (fixtures != fixtures[i]) & has
+        yield (
             PLAN * is_other_plan
-            + LENGTHS * np.where(is_other_plan, 1.0, lengths)
-            + STYLE * (self.style != self.style[i])
-            + SURFACES * (self.surfaces != self.surfaces[i]).mean(axis=1)
-            + FRONTS * (self.fronts != self.fronts[i])
+            + LENGTHS * np.where(is_other_plan, 1.0, mean_gap)
+            + STYLE * (style != style[i])
+            + SURFACES * (surfaces != surfaces[i]).mean(axis=1)
+            + FRONTS * (fronts != fronts[i])
             + FIXTURES * others.sum(axis=1) / np.maximum(has.sum(axis=1), 1)
         )
-        return total
 
 
 def _numbered(values: Sequence[str | None]) -> Ints:
