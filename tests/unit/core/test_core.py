@@ -148,3 +148,6 @@ def test_a_spring_carries_what_falls_open_and_holds_it_shut() -> None:
         spring, sign = hand_dynamics.carry(8.0, way), math.copysign(1.0, way)
         assert 0.94 * 8.0 <= spring.stiffness * (way - spring.rest) * sign <= 8.1
         assert spring.stiffness * -spring.rest * sign == pytest.approx(0.06 * 8.0, rel=0.02)
+    button = hand_dynamics.press(0.003, full_n=5.5, preload_n=2.2)
+    forces = [button.stiffness * (button.rest - at) for at in (0.0, 0.003)]
+    assert forces == pytest.approx([-2.2, -5.5], rel=0.01), "it is pushed out"

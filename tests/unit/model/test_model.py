@@ -277,6 +277,11 @@ def test_what_is_no_sound_record_is_refused(subtests: pytest.Subtests) -> None:
 def test_what_is_at_the_edge_is_taken() -> None:
     assert [Site(name=name).name for name in GOOD_ID] == GOOD_ID
     assert OVEN.replace() == OVEN
+    tip = OVEN.links[-1].replace(name="tip", parent=JOINT.child, visuals=(), colliders=())
+    assert OVEN.replace(links=(*OVEN.links, tip)).is_moved("tip")
+    for turn in ((0.1, 0.9, 0.3, 0.2), (0.1, 0.2, 0.9, 0.3), (0.1, 0.3, 0.2, 0.9), (0.9, 0.1, 0.2, 0.3)):
+        pose = Pose(position=(1.0, 2.0, 3.0), quaternion=turn)
+        assert Pose.from_matrix(pose.matrix).quaternion == pytest.approx(pose.quaternion)
     flat = inertial(inertia=(1, 1, 2, 0, 0, 0))
     assert np.linalg.eigvalsh(flat.tensor) == pytest.approx([1, 1, 2])
     joint = hinge(axis=(1, 2, 2))

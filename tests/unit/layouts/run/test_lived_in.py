@@ -11,6 +11,7 @@ from casa_assets.checks.scene.rest import come_to_rest
 from casa_assets.formats.mjcf.kitchen import write
 from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.order.build_order import KitchenRequest
+from casa_assets.layouts.run import resolve
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import bare, build_scene, kitchen_key
 from casa_assets.layouts.run.scene_json import describe
@@ -51,6 +52,14 @@ def test_same_recipe_same_scene(cache: Path, lived_in: tuple[KitchenRequest, Sce
     assert build_scene(LIVED_IN, cache)[1] == lived_in[1]
     assert kitchen_key(LIVED_IN) != kitchen_key(PLAIN)
     assert kitchen_key(LIVED_IN) != kitchen_key(replace(LIVED_IN, objects_seed=1))
+
+
+def test_the_key_of_objects_has_the_keys_of_all_that_may_be_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = resolve.objects_key(COUNT, 0)
+    monkeypatch.setattr(resolve, "asset_key", lambda *_: "of another version")
+    resolve._members_key.cache_clear()
+    assert resolve.objects_key(COUNT, 0) != before
+    resolve._members_key.cache_clear()
 
 
 def test_facts_list_the_objects_and_what_holds_them(lived_in: tuple[KitchenRequest, Scene]) -> None:
