@@ -1,4 +1,4 @@
-"""What the machine offers: processes, files, the cache folder, optional packages, an installed Blender."""
+"""The machine: processes, files, the cache folder, optional packages, an installed Blender."""
 
 from __future__ import annotations
 

@@ -58,8 +58,8 @@ SET_DOWN_GAP_M = 0.0008  # over the surface
 MIN_STRETCH_M, STRETCH_PER_PROP_M = 0.5, 0.9
 MAX_ON_WORKTOPS, MAX_ON_SHELVES, MAX_PER_SHELF = 5, 5, 2
 MAX_TRIES = 24
-# The worktop beside these appliances stays free, for what is put in and taken out, and beside all that stands on it and
-# has something to be moved, for the hand that does it.
+# The worktop beside these appliances stays free, for what is put in and taken out, and beside all things on it that
+# have something to be moved, for the hand that does it.
 APPLIANCES = ("range", "hob", "microwave", "coffee_machine", "toaster_oven", "blender", "stand_mixer")
 FREE_BESIDE_M = 0.36
 RANDOM_LANE = "scene/props"

@@ -220,7 +220,7 @@ def _solid_boxes(place: Placement, outlines: AssetOutlines) -> Floats:
 
 
 def taken_by(space: Space, boxes: Floats) -> tuple[Rect, ...]:
-    """What (N, 2, 3) boxes of the world take of a space, each where it reaches into it."""
+    """Rectangles that (N, 2, 3) boxes of the world take of a space, each where it reaches into it."""
     if not len(boxes):
         return ()
     corners = np.where(CUBE > 0, boxes[:, 1, None], boxes[:, 0, None])

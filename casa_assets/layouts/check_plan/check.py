@@ -75,7 +75,7 @@ def check_plan(text: str, file: str, style: Style, fixed_walls: bool = False) ->
     `file`: its name, whose stem is the plan's id. `style`: that it is tried with. `fixed_walls`: where doors clash or
     an aisle is narrow, the room is not made larger.
     """
-    told: list[Fault] = []
+    reported: list[Fault] = []
     now, seen = text, {text}
     stage, faults, kitchen = find_faults(now, file, style, fixed_walls)
     while faults:
@@ -88,12 +88,12 @@ def check_plan(text: str, file: str, style: Style, fixed_walls: bool = False) ->
             if stage >= CONFLICTS or left[0] > stage or (left[0] == stage and len(left[1]) < len(faults)):
                 break
         else:
-            told += [_told(replace(fault, mend=None), text, now, file) for fault in faults]
-            return PlanCheck(tuple(told), now, None)
-        told += [_told(fault, text, now, file) for fault in made]
+            reported += [_located(replace(fault, mend=None), text, now, file) for fault in faults]
+            return PlanCheck(tuple(reported), now, None)
+        reported += [_located(fault, text, now, file) for fault in made]
         seen.add(after)
         now, (stage, faults, kitchen) = after, left
-    return PlanCheck(tuple(told), now, kitchen)
+    return PlanCheck(tuple(reported), now, kitchen)
 
 
 def find_faults(
@@ -188,7 +188,7 @@ def edited_text(text: str, file: str, edit: Edit) -> str:
     return block_text(whole)
 
 
-def _told(fault: Fault, first: str, now: str, file: str) -> Fault:
+def _located(fault: Fault, first: str, now: str, file: str) -> Fault:
     """A fault with its line in the text that was given, which earlier mends have changed."""
     edits, line = fault.mend.edits if fault.mend else (), fault.line
     old: tuple[Any, ...] = (None,) * len(edits)

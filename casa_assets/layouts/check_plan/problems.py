@@ -116,13 +116,13 @@ def problems_of(draft: Draft) -> tuple[int, list[Problem]]:
 
 def _widths(draft: Draft) -> Iterator[Problem]:
     """Units that are narrower or wider than their appliance, or than can be built."""
-    told: set[str] = set()
+    reported: set[str] = set()
     for slot in draft.slots:
         place, unit = draft.place(slot.name), slot.unit
         span = None if unit is None or unit.width is None else _span_of_model(draft, unit)
         if span is None or place is None or span[0] - 0.0015 <= slot.width <= span[1] + WIDER_THAN_MODEL_M:
             continue
-        told.add(slot.name)
+        reported.add(slot.name)
         edit = draft.without(draft.unit(*place), "width")
         mend = Mend(f"Take the width of {slot.name} out: it follows from its model.", (edit,))
         expected = f"{span[0]:g} to {span[1]:g} m, by the style's model"
@@ -130,11 +130,11 @@ def _widths(draft: Draft) -> Iterator[Problem]:
     for item in draft.kitchen.items:
         bounds, width = bounds_of(item.choice.family, "width"), item.choice.params.get("width")
         name, at = item.unit or "", draft.place(item.unit or "")
-        if bounds is None or width is None or name in told or (at is None and item.role != "island"):
+        if bounds is None or width is None or name in reported or (at is None and item.role != "island"):
             continue
         least = LEAST_ISLAND_M if item.choice.family == "island_base" else bounds[0]
         if not least - 1e-6 <= width <= bounds[1] + 1e-6:
-            told.add(name)
+            reported.add(name)
             said, usual = f"Write {flow_text([least, bounds[1]])} for {name}.", [least, bounds[1]]
             mends = [Mend(said, (draft.in_unit(draft.unit(*at), "width", usual),))] if at else []
             expected = f"a width from {least:g} to {bounds[1]:g} m"
@@ -349,7 +349,7 @@ def _lamps(draft: Draft) -> Iterator[Problem]:
 
 
 def _tasks(draft: Draft) -> Iterator[Problem]:
-    """What `all_tasks` asks for (TSK001) that the plan has none of; it may have that key from the one it is like."""
+    """Things that `all_tasks` asks for (TSK001) and the plan lacks; it may have that key from the one it is like."""
     kinds = {s.kind.value for s in draft.slots} | {item.id for item in draft.plan.worktop_items}
     doors = [s.width for s in draft.slots if s.is_upper and s.kind in (UpperKind.DOORS, UpperKind.GLASS)]
     needed = {"sink": ("sink",), "cooker": ("range", "hob"), "drawers": ("drawers", "island")}
@@ -526,13 +526,13 @@ def _at_things(draft: Draft) -> Iterator[Problem]:
     outlines = {n: _inscribed(t.outline) if is_round else t.outline for n, t in kitchen.tables.items()}
     things += [(name, Part(outline, 0.0, TABLE_M)) for name, outline in outlines.items()]
     things += [(h.opening.id, _sill(h)) for h in kitchen.holes if h.is_window]
-    told: set[tuple[str, str]] = set()
+    reported: set[tuple[str, str]] = set()
     for leaf, (name, thing) in itertools.product(draft.leaves, things):
-        if leaf.owner == name or (leaf.run and leaf.run == lines.get(name)) or (leaf.owner, name) in told:
+        if leaf.owner == name or (leaf.run and leaf.run == lines.get(name)) or (leaf.owner, name) in reported:
             continue
         depth = leaf.depth_in_thing(thing)
         if depth > limits()["scene_clash_m"] + PLAY_M:
-            told.add((leaf.owner, name))
+            reported.add((leaf.owner, name))
             expected, got = f"room to open {leaf.owner} before {name}", f"it runs {depth:.2f} m into it"
             yield Problem(leaf.owner, expected, got, depth, [name])
 
@@ -554,21 +554,21 @@ def _swings(draft: Draft) -> Iterator[Problem]:
 
     Those of one run keep to their own widths.
     """
-    told: set[frozenset[str]] = set()
+    reported: set[frozenset[str]] = set()
     for one, other in itertools.combinations(draft.leaves, 2):
         owners = frozenset((one.owner, other.owner))
         is_one_row = one.run == other.run and bool(one.run) and one.keeps_width and other.keeps_width
-        if len(owners) < 2 or is_one_row or owners in told:
+        if len(owners) < 2 or is_one_row or owners in reported:
             continue
         depth, moved, still = max((a.depth_in(b), a.owner, b.owner) for a, b in ((one, other), (other, one)))
         # The ways of two appliances, and of one and a door of the room, may not even cross (NKBA guideline 2).
         are_apart = (one.of_appliance or not one.run) and (other.of_appliance or not other.run)
         if depth > limits()["scene_clash_m"] + PLAY_M:
-            told.add(owners)
+            reported.add(owners)
             expected, got = f"room to open {moved} while {still} is open", f"they overlap by {depth:.2f} m"
             yield Problem(moved, expected, got, depth, [still])
         elif are_apart and (crossing := one.crossing(other)) > limits()["swing_m"] + PLAY_M:
-            told.add(owners)
+            reported.add(owners)
             expected, got = f"ways of {one.owner} and {other.owner} apart", f"they cross by {crossing:.2f} m"
             yield Problem(one.owner, expected, got, crossing, [other.owner])
 

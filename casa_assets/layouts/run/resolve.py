@@ -11,6 +11,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from casa_assets import registry
 from casa_assets.asset.family import Params
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.cache.cache_key import digest_of, key_of

@@ -165,7 +165,7 @@ def sample_one(recipe: SceneRecipe, out: Path, drawn: bool = True, in_3d: bool =
     try:
         key = check.verdict_key(recipe)
     except CasaError:
-        key = ""  # it cannot be resolved, which `check_one` tells again and which costs little
+        key = ""  # it cannot be resolved, which `check_one` says again and which costs little
     record = read_draw(out, recipe, key) if key else None
     if record is not None and not record.passed:
         report = Report(subject=record.id, issues=record.issues) if record.issues else None

@@ -49,7 +49,7 @@ __all__ = [
 ]  # fmt: skip
 
 Confidence = Annotated[float, Field(ge=0.0, le=1.0)]
-TEST_SHARE = 5  # one in so many inputs is kept for testing
+TEST_SHARE = 5  # one in this many inputs is kept for testing
 # Subject of the guess on an asset that probably has moving parts, none of which was found.
 UNFOUND_PARTS = "moving_parts"
 # Numbers per distribution: each is the mean of an equal share of the sorted values (a quantile function).
