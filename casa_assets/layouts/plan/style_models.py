@@ -20,7 +20,7 @@ from casa_assets.model.registry.rows import RoleRule
 
 SIDES = ("width", "depth", "height")
 SCALE_DIGITS = 4
-# Of the assets of the libraries whose category suits a role, this many are read and this many named where one does not fit.
+# Of the libraries' assets whose category suits a role, this many are read, and this many named where one doesn't fit.
 MAX_READ, MAX_NAMED = 20, 4
 # A place of a stated width that would stay emptier than this beside its appliance is refused, metres.
 MAX_GAP_M = 0.03
