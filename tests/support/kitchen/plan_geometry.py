@@ -53,12 +53,9 @@ def rect(line: RunLine, left: float, right: float, back: float, front: float) ->
     return Rect(min(xs), min(ys), max(xs), max(ys), () if line.frame.is_aligned else points)
 
 
-def slot_rect(slot: UnitSlot) -> Rect:
-    return rect(slot.line, slot.left, slot.right, 0.0, slot.depth)
-
-
 def boxes(kitchen: KitchenRequest) -> list[tuple[UnitSlot, Rect]]:
-    return [(s, slot_rect(s)) for row in kitchen.slots.values() for s in row if s.kind is not BaseKind.GAP]
+    units = [s for row in kitchen.slots.values() for s in row if s.kind is not BaseKind.GAP]
+    return [(s, rect(s.line, s.left, s.right, 0.0, s.depth)) for s in units]
 
 
 def floor_row(kitchen: KitchenRequest, line: RunLine) -> list[UnitSlot]:
@@ -85,8 +82,7 @@ def extremes(plan: Plan) -> Iterator[dict[str, float]]:
     """A plan's own lengths, then all of their least and greatest ones together."""
     yield {}
     ends = [[(name, p.low), (name, p.high)] for name, p in plan.parameters.items()]
-    for picked in itertools.product(*ends):
-        yield dict(picked)
+    yield from map(dict, itertools.product(*ends))
 
 
 def draws(plan: Plan, count: int) -> Iterator[dict[str, float]]:

@@ -18,7 +18,6 @@ from casa_assets.asset.assemble import assemble
 from casa_assets.asset.asset_builder import ROOT, AssetBuilder
 from casa_assets.asset.blocks import box
 from casa_assets.asset.family import Params
-from casa_assets.cli import doctor
 from casa_assets.core import hand_dynamics, numeric, system
 from casa_assets.core.numeric import about_axis, decimals, significant
 from casa_assets.errors import CasaError
@@ -52,20 +51,6 @@ def test_what_is_not_installed_is_an_error_that_names_the_extra() -> None:
     system.require("numpy", "parquet", "A table")
     with pytest.raises(CasaError, match=r"A table needs no_such_module.*extra 'parquet'.*pip install"):
         system.require("no_such_module", "parquet", "A table")
-
-
-def test_doctor_looks_at_every_extra_and_needs_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    def version(name: str) -> str:
-        if name == "pyarrow":
-            raise importlib.metadata.PackageNotFoundError(name)
-        return "1.0"
-
-    monkeypatch.setattr(importlib.metadata, "version", version)
-    found = {finding.subject: finding for finding in doctor._packages()}
-    assert {"package pyarrow", "package objaverse", "package open-clip-torch"} <= set(found)
-    missing = found["package pyarrow"]
-    assert (missing.ok, missing.needed) == (False, False)
-    assert missing.fix == system.install_command("parquet")
 
 
 def test_there_and_back() -> None:

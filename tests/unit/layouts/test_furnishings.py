@@ -57,14 +57,10 @@ def test_beams_keep_clear_of_a_hood_that_the_usual_number_would_meet(style: str,
     assert not beams.crosses(min(ends), max(ends))
 
 
-def kitchen(style: str) -> KitchenRequest:
+def test_the_lid_lies_on_the_jar() -> None:
     plan, _ = load_plan("one_wall_small")
     item = WorktopItem(id="blender", on=plan.worktop_items[0].on, at=0.5)
-    return request_kitchen(plan.replace(worktop_items=(item,)), load_style(style)[0], preset_params())
-
-
-def test_the_lid_lies_on_the_jar() -> None:
-    wanted = kitchen("coastal")
+    wanted = request_kitchen(plan.replace(worktop_items=(item,)), load_style("coastal")[0], preset_params())
     kept = tuple(item for item in wanted.items if item.name.startswith("blender"))
     assets = {item.name: made(item.choice.family, params_of(item.choice)) for item in kept}
     scene = compose(replace(wanted, items=kept), assets, "a")

@@ -57,33 +57,33 @@ def test_nothing_is_foreseen_to_fail_at_any_size(kitchens: list[KitchenRequest])
                 assert kitchen.room.contains(near_x, near_y), message(kitchen, slot.name, x, y)
 
 
-class TestContent:
-    @pytest.mark.content("plan", "{name}")
-    @pytest.mark.content("style", "all")
-    @pytest.mark.parametrize("name", PLANS)
-    def test_a_hand_gets_to_the_keys_of_a_microwave_beside_a_tall_unit(self, name: str) -> None:
-        for style in style_names():
-            kitchen = made(name, style=style)
-            width = StyleModels(kitchen.style, preset_params()).for_role("microwave").length("width")
-            for item in (i for i in kitchen.items if i.role == "microwave" and kitchen.slot(i.unit).top < 1.0):
-                row = floor_row(kitchen, kitchen.slot(item.unit).line)
-                right = item.spot.u + width / 2
-                tall = [s.left - right for s in row if s.top > 1.0 and s.left >= right]
-                assert min(tall, default=1.0) >= 0.12, message(kitchen, style, tall)
+@pytest.mark.content("plan", "{name}")
+@pytest.mark.content("style", "all")
+@pytest.mark.parametrize("name", PLANS)
+def test_a_hand_gets_to_the_keys_of_a_microwave_beside_a_tall_unit(name: str) -> None:
+    for style in style_names():
+        kitchen = made(name, style=style)
+        width = StyleModels(kitchen.style, preset_params()).for_role("microwave").length("width")
+        for item in (i for i in kitchen.items if i.role == "microwave" and kitchen.slot(i.unit).top < 1.0):
+            row = floor_row(kitchen, kitchen.slot(item.unit).line)
+            right = item.spot.u + width / 2
+            tall = [s.left - right for s in row if s.top > 1.0 and s.left >= right]
+            assert min(tall, default=1.0) >= 0.12, message(kitchen, style, tall)
 
-    @pytest.mark.content("plan", "{name}", keep=6)
-    @pytest.mark.content("style", "{style}")
-    @pytest.mark.parametrize("style", style_names())
-    @pytest.mark.parametrize("name", PLANS)
-    def test_fits_every_style(self, name: str, style: str) -> None:
-        plan, _ = load_plan(name)
-        for given in extremes(plan):
-            kitchen = made(name, given, style)
-            assert of_kind(kitchen, *COOKERS)
-            assert not list(_crowded(kitchen)), message(kitchen, *_crowded(kitchen))
-            for (one, a), (other, b) in itertools.combinations(boxes(kitchen), 2):
-                if min(one.top, other.top) - max(one.bottom, other.bottom) > PLAY:
-                    assert a.gap(b) > -PLAY, message(kitchen, one.name, other.name, a.gap(b))
+
+@pytest.mark.content("plan", "{name}", keep=6)
+@pytest.mark.content("style", "{style}")
+@pytest.mark.parametrize("style", style_names())
+@pytest.mark.parametrize("name", PLANS)
+def test_fits_every_style(name: str, style: str) -> None:
+    plan, _ = load_plan(name)
+    for given in extremes(plan):
+        kitchen = made(name, given, style)
+        assert of_kind(kitchen, *COOKERS)
+        assert not list(_crowded(kitchen)), message(kitchen, *_crowded(kitchen))
+        for (one, a), (other, b) in itertools.combinations(boxes(kitchen), 2):
+            if min(one.top, other.top) - max(one.bottom, other.bottom) > PLAY:
+                assert a.gap(b) > -PLAY, message(kitchen, one.name, other.name, a.gap(b))
 
 
 def _crowded(kitchen: KitchenRequest) -> Iterator[str]:

@@ -25,30 +25,30 @@ def document(path: Path, text: str) -> Document:
     return read_document(path)
 
 
-class TestOverlaid:
-    def test_faults_name_the_file_and_the_line_that_state_it(self, tmp_path: Path) -> None:
-        lower = document(tmp_path / "a.yaml", "mug: {mass: [1, 2, 3], size: {x: 1, y: 2}}\ncup: {mass: 4}\n")
-        upper = document(tmp_path / "b.yaml", "mug:\n  mass: [5]\n  size: {y: 7}\nbowl: {mass: 6}\n")
-        cases: list[tuple[tuple[str | int, ...], str]] = [
-            (("mug", "mass", 0), "b.yaml:2"),
-            (("mug", "mass", 2), "b.yaml:2"),
-            (("mug", "size", "x"), "a.yaml:1"),
-            (("mug", "size", "y"), "b.yaml:3"),
-            (("mug", "colour"), "a.yaml:1"),
-            (("cup", "mass"), "a.yaml:2"),
-            (("bowl", "size"), "b.yaml:4"),
-        ]
-        for path, expected in cases:
-            assert str(lower.overlaid(upper).fault(path, "a", "b")).startswith(f"{expected}: ")
+def test_faults_name_the_file_and_the_line_that_state_it(tmp_path: Path) -> None:
+    lower = document(tmp_path / "a.yaml", "mug: {mass: [1, 2, 3], size: {x: 1, y: 2}}\ncup: {mass: 4}\n")
+    upper = document(tmp_path / "b.yaml", "mug:\n  mass: [5]\n  size: {y: 7}\nbowl: {mass: 6}\n")
+    cases: list[tuple[tuple[str | int, ...], str]] = [
+        (("mug", "mass", 0), "b.yaml:2"),
+        (("mug", "mass", 2), "b.yaml:2"),
+        (("mug", "size", "x"), "a.yaml:1"),
+        (("mug", "size", "y"), "b.yaml:3"),
+        (("mug", "colour"), "a.yaml:1"),
+        (("cup", "mass"), "a.yaml:2"),
+        (("bowl", "size"), "b.yaml:4"),
+    ]
+    for path, expected in cases:
+        assert str(lower.overlaid(upper).fault(path, "a", "b")).startswith(f"{expected}: ")
 
-    def test_lists_on_the_top_follow_each_other(self, tmp_path: Path) -> None:
-        lower = document(tmp_path / "a.yaml", "- {code: A}\n- {code: B}\n")
-        upper = document(tmp_path / "b.yaml", "# ours\n- {code: C}\n")
-        joined = lower.overlaid(upper)
-        assert lower.overlaid(document(tmp_path / "c.yaml", "# nothing yet\n")) == lower
-        assert [row["code"] for row in joined.value] == ["A", "B", "C"]
-        assert str(joined.fault((2, "code"), "a", "b")).startswith("b.yaml:2: ")
-        assert str(joined.fault((1, "code"), "a", "b")).startswith("a.yaml:2: ")
+
+def test_lists_on_the_top_follow_each_other(tmp_path: Path) -> None:
+    lower = document(tmp_path / "a.yaml", "- {code: A}\n- {code: B}\n")
+    upper = document(tmp_path / "b.yaml", "# ours\n- {code: C}\n")
+    joined = lower.overlaid(upper)
+    assert lower.overlaid(document(tmp_path / "c.yaml", "# nothing yet\n")) == lower
+    assert [row["code"] for row in joined.value] == ["A", "B", "C"]
+    assert str(joined.fault((2, "code"), "a", "b")).startswith("b.yaml:2: ")
+    assert str(joined.fault((1, "code"), "a", "b")).startswith("a.yaml:2: ")
 
 
 class TestTables:
@@ -182,16 +182,15 @@ class TestProject:
         assert str(told.value).startswith(f"{folder}/")
 
 
-class TestCacheKeys:
-    def test_a_key_takes_in_what_the_project_states_of_what_the_code_reads(self, project: Project) -> None:
-        habits, load = "casa_assets.registry.habits:load_habits", "casa_assets.registry.load:load"
-        before = key_of(habits), key_of(load)
-        project({})
-        assert (key_of(habits), key_of(load)) == before
-        project({"habits.yaml": "# ours\n"})
-        assert key_of(habits) != before[0]
-        assert key_of(load) == before[1]
-        project({"categories.yaml": "mug: {mass_kg: [0.2, 0.3, 0.6]}\n"})
-        assert key_of(load) != before[1]
-        use_project(None)
-        assert (key_of(habits), key_of(load)) == before
+def test_a_key_takes_in_what_the_project_states_of_what_the_code_reads(project: Project) -> None:
+    habits, load = "casa_assets.registry.habits:load_habits", "casa_assets.registry.load:load"
+    before = key_of(habits), key_of(load)
+    project({})
+    assert (key_of(habits), key_of(load)) == before
+    project({"habits.yaml": "# ours\n"})
+    assert key_of(habits) != before[0]
+    assert key_of(load) == before[1]
+    project({"categories.yaml": "mug: {mass_kg: [0.2, 0.3, 0.6]}\n"})
+    assert key_of(load) != before[1]
+    use_project(None)
+    assert (key_of(habits), key_of(load)) == before

@@ -164,17 +164,16 @@ def test_traits_are_those_of_the_kitchen() -> None:
     assert (possible.fixtures["fridge"], possible.fixtures["floor_plant"]) == (12, 2)
 
 
-def report(*codes: str) -> Report:
-    found = [Issue(code=code, severity=Severity.ERROR, pointer="a/b", message=f"{code} is wrong") for code in codes]
-    return Report(subject="x", issues=tuple(found))
-
-
 def test_refusals_are_counted_by_reason_plan_and_style() -> None:
     galley, wall = SceneRecipe("galley", "rustic", 1), SceneRecipe("one_wall_small", "rustic", 1)
+    doors, outside = (
+        Issue(code=code, severity=Severity.ERROR, pointer="a/b", message=f"{code} is wrong")
+        for code in ("SCN005", "SCN009")
+    )
     done = [
         SceneResult(galley, "somewhere"),
-        SceneResult(galley, report=report("SCN005", "SCN005", "SCN009")),
-        SceneResult(SceneRecipe("galley", "rustic", 2), report=report("SCN005")),
+        SceneResult(galley, report=Report(subject="x", issues=(doors, doors, outside))),
+        SceneResult(SceneRecipe("galley", "rustic", 2), report=Report(subject="x", issues=(doors,))),
         SceneResult(wall, message="the run main is too long"),
         SceneResult(wall, message="Traceback ...\nValueError: what", is_fault=True),
     ]

@@ -108,10 +108,6 @@ class TestScene:
         assert across < model.vis.map.shadowclip * model.stat.extent
 
 
-def in_memory(detail: casa_assets.Detail = "full") -> casa_assets.Kitchen:
-    return casa_assets.kitchen(SCENE, detail=detail)
-
-
 class TestLoader:
     def test_details(self, out: Path) -> None:
         loaded = casa_assets.load(out / SCENE)
@@ -121,12 +117,12 @@ class TestLoader:
         assert light.ntexdata < full.ntexdata
         assert full.nq == light.nq
         assert loaded.with_detail("light").to_mjmodel().ngeom == light.ngeom
-        memory = in_memory().to_mjmodel()
+        memory = casa_assets.kitchen(SCENE).to_mjmodel()
         for name in ("body_pos", "body_mass", "geom_pos", "mesh_vert", "tex_data", "key_qpos", "jnt_range"):
             np.testing.assert_array_equal(getattr(full, name), getattr(memory, name), err_msg=name)
 
     def test_the_batch_form_needs_no_file(self, out: Path) -> None:
-        light, model = in_memory("light").to_mjmodel(), in_memory("batch").to_mjmodel()
+        light, model = (casa_assets.kitchen(SCENE, detail=form).to_mjmodel() for form in ("light", "batch"))
         touching, of_light = (int(((m.geom_contype | m.geom_conaffinity) != 0).sum()) for m in (model, light))
         assert touching <= 300 < of_light
         assert {model.key(number).name for number in range(model.nkey)} == {"start", "closed", "open"}

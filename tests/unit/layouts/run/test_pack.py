@@ -72,31 +72,31 @@ def test_a_zip_says_the_same_where_nothing_else_is(unpacked: Path, checked_kitch
     compile((unpacked / "isaac_lab.py").read_text(encoding="utf-8"), "isaac_lab.py", "exec")
 
 
-class TestUsdz:
-    def test_opens_with_all_that_it_names(self, usdz: Path, checked_kitchen: Checked) -> None:
-        stage = Usd.Stage.Open(str(usdz))
-        assert stage.GetCompositionErrors() == []
-        assert facts(stage) == facts(Usd.Stage.Open(str(checked_kitchen[0] / SCENE / "scene.usda")))
-        nested = Usd.Stage.Open(f"{usdz}[scene_nested.usda]")
-        assert nested.GetPrimAtPath("/World/main_dishwasher/object/door")
-        layers, pictures, unresolved = UsdUtils.ComputeAllDependencies(str(usdz))
-        assert (unresolved, bool(pictures)) == ([], True)
-        assert all(layer.realPath.startswith(str(usdz)) for layer in layers)
-        assert all(str(picture).startswith(f"{usdz}[") for picture in pictures)
+def test_a_usdz_opens_with_all_that_it_names(usdz: Path, checked_kitchen: Checked) -> None:
+    stage = Usd.Stage.Open(str(usdz))
+    assert stage.GetCompositionErrors() == []
+    assert facts(stage) == facts(Usd.Stage.Open(str(checked_kitchen[0] / SCENE / "scene.usda")))
+    nested = Usd.Stage.Open(f"{usdz}[scene_nested.usda]")
+    assert nested.GetPrimAtPath("/World/main_dishwasher/object/door")
+    layers, pictures, unresolved = UsdUtils.ComputeAllDependencies(str(usdz))
+    assert (unresolved, bool(pictures)) == ([], True)
+    assert all(layer.realPath.startswith(str(usdz)) for layer in layers)
+    assert all(str(picture).startswith(f"{usdz}[") for picture in pictures)
 
-    def test_is_stored_plainly_at_multiples_of_64_bytes(self, usdz: Path) -> None:
-        assert validator_findings(Usd.Stage.Open(str(usdz))) == []
-        data = usdz.read_bytes()
-        with zipfile.ZipFile(usdz) as archive:
-            entries = archive.infolist()
-        assert entries[0].filename == "scene.usda"
-        for entry in entries:
-            head = entry.header_offset
-            name, extra = (int.from_bytes(data[head + i : head + i + 2], "little") for i in (26, 28))
-            begin = head + ENTRY_HEADER + name + extra
-            assert begin % ALIGNMENT == 0, entry.filename
-            assert entry.compress_type == zipfile.ZIP_STORED
-            assert entry.compress_size == entry.file_size
+
+def test_a_usdz_is_stored_plainly_at_multiples_of_64_bytes(usdz: Path) -> None:
+    assert validator_findings(Usd.Stage.Open(str(usdz))) == []
+    data = usdz.read_bytes()
+    with zipfile.ZipFile(usdz) as archive:
+        entries = archive.infolist()
+    assert entries[0].filename == "scene.usda"
+    for entry in entries:
+        head = entry.header_offset
+        name, extra = (int.from_bytes(data[head + i : head + i + 2], "little") for i in (26, 28))
+        begin = head + ENTRY_HEADER + name + extra
+        assert begin % ALIGNMENT == 0, entry.filename
+        assert entry.compress_type == zipfile.ZIP_STORED
+        assert entry.compress_size == entry.file_size
 
 
 class TestPack:

@@ -47,43 +47,43 @@ def copy(drawn: tuple[Path, StartStates], tmp_path: Path) -> Path:
     return Path(shutil.copytree(drawn[0].parent, tmp_path / "scenes")) / "room"
 
 
-class TestFile:
-    def test_reads_back_what_was_written(self, drawn: tuple[Path, StartStates], tmp_path: Path) -> None:
-        folder, states = drawn
-        assert read_states(folder) == states
-        with np.load(folder / START_STATES, allow_pickle=False) as found:  # as others read it
-            assert found["qpos"].tobytes() == states.qpos.tobytes()
-        assert write_states(tmp_path, states).read_bytes() == (folder / START_STATES).read_bytes()
-        with zipfile.ZipFile(folder / START_STATES) as archive:
-            assert {member.date_time for member in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
+def test_reads_back_what_was_written(drawn: tuple[Path, StartStates], tmp_path: Path) -> None:
+    folder, states = drawn
+    assert read_states(folder) == states
+    with np.load(folder / START_STATES, allow_pickle=False) as found:  # as others read it
+        assert found["qpos"].tobytes() == states.qpos.tobytes()
+    assert write_states(tmp_path, states).read_bytes() == (folder / START_STATES).read_bytes()
+    with zipfile.ZipFile(folder / START_STATES) as archive:
+        assert {member.date_time for member in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
 
-    def test_what_is_damaged_or_huge_is_refused(self, copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        path, data = copy / START_STATES, (copy / START_STATES).read_bytes()
-        for damaged, message in (
-            (b"", "cannot be read"),
-            (b"no archive at all", "cannot be read"),
-            (data[: len(data) // 2], "cannot be read"),
-            (data.replace(b"base.npy", b"bass.npy"), "base"),
-        ):
-            path.write_bytes(damaged)
-            with pytest.raises(CasaError, match=message):
-                read_states(copy)
-        path.write_bytes(data)
-        with monkeypatch.context() as patch:
-            patch.setattr(state_file, "LARGEST_BYTES", 100)
-            with pytest.raises(CasaError, match="more than 100"):
-                read_states(copy)
-        with np.load(path) as found:
-            arrays = {name: found[name] for name in found.files}
-        for changed, message in (
-            ({"notes": []}, "as many rows"),
-            ({"joints": []}, "joints follow each other"),
-            ({"format": 2}, "format"),
-        ):
-            header = json.dumps({**json.loads(bytes(arrays["header"])), **changed})
-            np.savez(path, **{**arrays, "header": np.frombuffer(header.encode(), dtype=np.uint8)})
-            with pytest.raises(CasaError, match=message):
-                read_states(copy)
+
+def test_what_is_damaged_or_huge_is_refused(copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, data = copy / START_STATES, (copy / START_STATES).read_bytes()
+    for damaged, message in (
+        (b"", "cannot be read"),
+        (b"no archive at all", "cannot be read"),
+        (data[: len(data) // 2], "cannot be read"),
+        (data.replace(b"base.npy", b"bass.npy"), "base"),
+    ):
+        path.write_bytes(damaged)
+        with pytest.raises(CasaError, match=message):
+            read_states(copy)
+    path.write_bytes(data)
+    with monkeypatch.context() as patch:
+        patch.setattr(state_file, "LARGEST_BYTES", 100)
+        with pytest.raises(CasaError, match="more than 100"):
+            read_states(copy)
+    with np.load(path) as found:
+        arrays = {name: found[name] for name in found.files}
+    for changed, message in (
+        ({"notes": []}, "as many rows"),
+        ({"joints": []}, "joints follow each other"),
+        ({"format": 2}, "format"),
+    ):
+        header = json.dumps({**json.loads(bytes(arrays["header"])), **changed})
+        np.savez(path, **{**arrays, "header": np.frombuffer(header.encode(), dtype=np.uint8)})
+        with pytest.raises(CasaError, match=message):
+            read_states(copy)
 
 
 class TestLoader:
