@@ -279,13 +279,13 @@ def order_lamps(order: BuildOrder) -> None:
             if room.ceiling_at(x, y) < room.height:
                 expected = "a row under the level part of the ceiling, where lamps hang"
                 raise PlanConflict(plan.id, ("lamps", n), expected, f"{lamps.over}, under a slope")
-            if lamps.over is None and any(math.hypot(x - a, y - b) < LAMP_FROM_ISLAND_M for a, b in placed):
-                continue
             # Doors of wall units and tall ones open before a run.
             before = [(n.frame, (0.0, n.length), (0.0, n.depth + WIDEST_DOOR_M)) for n in lines.values()]
-            if lamps.over is None and is_low and any(_is_in(*place, x, y, size / 2) for place in before):
-                continue
-            if lamps.over is None and any(_is_at_hood(slot, x, y, size / 2 + LAMP_FROM_HOOD_M) for slot in hoods):
+            if lamps.over is None and (
+                any(math.hypot(x - a, y - b) < LAMP_FROM_ISLAND_M for a, b in placed)
+                or (is_low and any(_is_in(*place, x, y, size / 2) for place in before))
+                or any(_is_at_hood(slot, x, y, size / 2 + LAMP_FROM_HOOD_M) for slot in hoods)
+            ):
                 continue
             placed.append((x, y))
             # A long lamp hangs along the table below it, or along the beams; over a run they go its way already.
