@@ -13,7 +13,7 @@ from casa_assets.model.kitchen.style import Mixing, Style
 from casa_assets.model.record import Record
 from casa_assets.model.registry.document import Document, expected_one_of
 from casa_assets.projects import project_folder, read_once
-from casa_assets.registry.read import names_in, read_record, read_table_file, read_topmost, stated_in
+from casa_assets.registry.read import names_in, read_document, read_record, read_table_file, read_topmost, stated_in
 
 R = TypeVar("R", bound=Record)
 PLANS, STYLES = "plans", "styles"
@@ -43,6 +43,12 @@ def load_plan(name: str) -> tuple[Plan, Document]:
 def load_style(name: str) -> tuple[Style, Document]:
     """A style and its document. Raises UnknownId, RegistryError."""
     return _load(Style, STYLES, "style", name)
+
+
+def read_plan(path: Path) -> tuple[Plan, Document]:
+    """A plan from any file; its id is the stem of the name. Raises RegistryError."""
+    document = read_document(path)
+    return read_record(Plan, document.value, document, (), id=path.stem), document
 
 
 def _load(kind: type[R], folder: str, noun: str, name: str) -> tuple[R, Document]:

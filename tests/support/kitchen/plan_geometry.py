@@ -17,8 +17,7 @@ from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.run.resolve import preset_params
 from casa_assets.mesh.outline import penetration_depth
 from casa_assets.model.kitchen.plan import BaseKind, Plan
-from casa_assets.registry.kitchens import load_plan, load_style
-from casa_assets.registry.read import read_document, read_record
+from casa_assets.registry.kitchens import load_plan, load_style, read_plan
 
 PLAY = 0.0015  # metres
 STYLE = "coastal"
@@ -70,8 +69,7 @@ def kitchen_of(text: str, folder: Path, given: Mapping[str, float] | None = None
     """A plan as written, in a style. Raises RegistryError as a run does."""
     path = folder / "tiny.yaml"
     path.write_text(text)
-    pages = read_document(path)
-    plan = read_record(Plan, pages.value, pages, (), id=path.stem)
+    plan, pages = read_plan(path)
     try:
         return request_kitchen(plan, load_style(style)[0], preset_params(), given)
     except PlanConflict as error:
