@@ -161,12 +161,16 @@ class TestScaledToTheirPlaces:
         notes = {guess.subject: guess.value for guess in asset.provenance.guesses}
         assert "of its size in the library" in notes["size_in_the_kitchen"]
         assert notes["asset_in_the_library"] == microwave().id
-        (row,) = describe(SceneRecipe("one_wall_small", "ours"), kitchen, scene)["credits"]
+        facts = describe(SceneRecipe("one_wall_small", "ours"), kitchen, scene)
+        (row,) = facts["credits"]
         made = microwave().provenance
         assert (row["asset"], row["licence"], row["sha256"]) == (asset.id, made.licence, made.sha256)
         (fixture,) = (one for one in facts_of(kitchen, scene).fixtures if one.name == "microwave")
         assert fixture.role is Role.MICROWAVE
         assert fixture.bottom == pytest.approx(0.92, abs=0.002)
+        (front,) = (region for region in fixture.regions if region.is_moving)
+        (stated,) = (one["regions"][front.name] for one in facts["fixtures"] if one["name"] == "microwave")
+        assert stated["position"][:2] == pytest.approx(front.footprint.center, abs=1e-4), "its link stands apart"
 
     def test_roles_of_a_project_say_what_suits(self, library: Path) -> None:
         plan = library / "plans" / "wrong.yaml"
