@@ -135,6 +135,11 @@ class Behavior(Record):
         """Names of the colliders that conditions depend on."""
         return tuple(c.contact for r in self.rules for c in r.when if c.contact)
 
+    @property
+    def targets(self) -> tuple[str, ...]:
+        """Names of the targets of effects."""
+        return tuple(e.target for e in self.effects)
+
 
 @dataclass(frozen=True)
 class Stimulus:
