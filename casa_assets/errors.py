@@ -1,17 +1,4 @@
-"""Error classes. Everything that the package raises on purpose descends from CasaError.
-
-CasaError
-+-- RegistryError      a file under registry/ is wrong: file, line, pointer, expected, got
-+-- UnknownId          a name that does not exist: kind, wanted, nearest names that do
-+-- Rejected           an input that a stage cannot accept: code, message
-|   +-- DegenerateShape   points that span no volume (code GEO001)
-+-- OutputError        the output folder cannot be used: path, message
-+-- PluginFailure      code of a plug-in has failed: plug-in, message, trace
-+-- PlanConflict       a plan and a style cannot be made into a kitchen: plan, pointer, expected, got
-+-- StyleConflict      a style names a model that does not suit its role: style, pointer, expected, got
-
-BatchFault is not in the tree: some items of a batch failed because of a bug in the program; the others are done.
-"""
+"""Error classes: all that the package raises on purpose, below CasaError, and BatchFault for its own mistakes."""
 
 from __future__ import annotations
 
@@ -56,13 +43,13 @@ def _nearest(wanted: str, names: list[str], count: int = 3) -> tuple[str, ...]:
     return tuple(name for name in names if near and near[0] in words[name])[:count]
 
 
-def _some(names: list[str], listed_by: str, count: int = 6, most: int = 12) -> str:
-    """Text that lists the names; for more than `most` names, how to list them, or only their number."""
+def _some(names: list[str], listed_by: str) -> str:
+    """Text that lists the names; for more than 12 names, how to list them, or only their number."""
     if not names:
         return listed_by or "there are none"
-    if len(names) > most:
+    if len(names) > 12:
         return listed_by or f"{len(names)} names are known"
-    return f"there are {', '.join(names[:count])}" + (f" and {len(names) - count} more" if len(names) > count else "")
+    return f"there are {', '.join(names[:6])}" + (f" and {len(names) - 6} more" if len(names) > 6 else "")
 
 
 class Rejected(CasaError):

@@ -34,7 +34,7 @@ from casa_assets.library.entry import entry_at
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.scene import Layer, Scene
-from casa_assets.registry.plugins.guard import exporters, guarded
+from casa_assets.registry.plugins.load import exporters, guarded
 from casa_assets.runs.engine import attempt, run_batch
 from casa_assets.runs.limits import WorkerFailure
 from casa_assets.runs.outcome import writing

@@ -137,8 +137,7 @@ def folder_of_project(folder: str | Path) -> Path:
 def use_project(folder: str | Path | None) -> None:
     """Make this process, and those that it starts, use a project, or no project. Its files are read again.
 
-    Raises:
-        CasaError: the folder has no `casa.yaml`.
+    Raises CasaError: the folder has no `casa.yaml`.
     """
     os.environ[VARIABLE] = NO_PROJECT if folder is None else str(folder_of_project(folder))
     read_again()

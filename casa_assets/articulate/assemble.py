@@ -17,10 +17,20 @@ from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.mesh.solid.solids import hull_volume
 from casa_assets.mesh.surface import shell_moments, with_normals
 from casa_assets.mesh.topology import inside_out_faces, merge_rows, weld
-from casa_assets.model.asset.asset import Asset, Base, Exclusion, Inertial, Link, Visual
+from casa_assets.model.asset.asset import (
+    UNFOUND_PARTS,
+    Asset,
+    Base,
+    Exclusion,
+    Guess,
+    Inertial,
+    Labels,
+    Link,
+    Provenance,
+    Visual,
+)
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.asset.parts import Mesh, Region
-from casa_assets.model.asset.provenance import UNFOUND_PARTS, Guess, Labels, Provenance
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Category
 from casa_assets.model.source import RawModel

@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from casa_assets.core.forest import Forest
 from casa_assets.core.numeric import Floats, significant
+from casa_assets.model.asset.asset import Confidence
 from casa_assets.model.asset.parts import JointKind
-from casa_assets.model.asset.provenance import Confidence
 from casa_assets.model.record import ArrayOf, Id, Record, Vec2, Vec3
 from casa_assets.model.registry.rows import ConfidenceModel
 

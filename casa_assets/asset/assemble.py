@@ -13,10 +13,9 @@ from casa_assets.asset.family import AvailableFinishes, P, Params, Supplies, pic
 from casa_assets.asset.solid import solid_mesh
 from casa_assets.core import hand_dynamics
 from casa_assets.core.numeric import Floats, significant
-from casa_assets.model.asset.asset import Asset, Base, Drive, Inertial, Joint, JointKind, Region, Visual
+from casa_assets.model.asset.asset import Asset, Base, Drive, Inertial, Joint, JointKind, Provenance, Region, Visual
 from casa_assets.model.asset.asset import Link as AssetLink
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Link, Mesh, MeshShape, Shape, Sphere
-from casa_assets.model.asset.provenance import Provenance
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 

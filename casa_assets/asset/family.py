@@ -11,7 +11,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import to_jsonable_python
 
 from casa_assets.errors import UnknownId
-from casa_assets.model.asset.provenance import Labels
+from casa_assets.model.asset.asset import Labels
 from casa_assets.model.record import Id, Record
 from casa_assets.model.registry.rows import Finish, Surface
 

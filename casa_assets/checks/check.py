@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from casa_assets.core.numeric import Floats, Ints, significant
-from casa_assets.model.asset.asset import Asset, Collider, Link, Visual
-from casa_assets.model.asset.provenance import UNFOUND_PARTS
+from casa_assets.model.asset.asset import UNFOUND_PARTS, Asset, Collider, Link, Visual
 from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
 from casa_assets.model.source import SourceKind
 

@@ -17,10 +17,9 @@ from casa_assets.checks.check import Check, Measurement, all_at_least, at_most, 
 from casa_assets.checks.library import SAME_COLORS, SAME_SIZE
 from casa_assets.core.numeric import Floats, Ints, Mask, linear_from_srgb_array
 from casa_assets.mesh.registration import descriptor_distances
-from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.asset import Asset, Signature
 from casa_assets.model.asset.material import Material, PrintedLine
 from casa_assets.model.asset.parts import Mesh
-from casa_assets.model.asset.provenance import Signature
 from casa_assets.model.issue import Severity
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category

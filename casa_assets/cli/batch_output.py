@@ -120,7 +120,7 @@ def print_sample(
     """
     from casa_assets.layouts.run import sample as run
     from casa_assets.layouts.run.diversity import table_rows, write_diversity
-    from casa_assets.layouts.run.draws import diversity_of_recipes, diversity_of_reference
+    from casa_assets.layouts.run.sample import diversity_of_recipes, diversity_of_reference
     from casa_assets.runs.outcome import writing
 
     passed = {r.recipe.scene_id for r in results if r.passed}

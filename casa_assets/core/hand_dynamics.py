@@ -104,18 +104,17 @@ def press(stroke: float, full_n: float, preload_n: float, sign: float = 1.0) -> 
 def carry(moment: float, way: float) -> Spring:
     """Spring of a door or flap that would fall open: it carries most of the weight, and holds the door shut.
 
-    Args:
-        moment: moment of its weight about the hinge when open, N*m, > 0.
-        way: angle from shut to open, rad, with the sign of the opening rotation.
+    `moment`: moment of its weight about the hinge when open, N*m, > 0. `way`: angle from shut to open, rad, with the
+    sign of the opening rotation.
     """
     stiffness = CARRIED * moment / abs(way)
     return Spring(_tidy(stiffness), _tidy(-math.copysign(SHUT * moment / stiffness, way)))
 
 
-# What every key under a fingertip is like.
-KEY = Feel(damping=2.0, frictionloss=0.05, armature=0.02)
-
-
 def _tidy(value: float) -> float:
     """Round to three significant digits, since more would be numerical noise."""
     return significant(value, 3)
+
+
+# Of every key under a fingertip.
+KEY = Feel(damping=2.0, frictionloss=0.05, armature=0.02)

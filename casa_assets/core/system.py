@@ -1,4 +1,4 @@
-"""What the machine offers: processes, files, the cache folder, optional packages, an installed Blender."""
+"""The machine: processes, files, the cache folder, optional packages, an installed Blender."""
 
 from __future__ import annotations
 
@@ -22,28 +22,30 @@ import platformdirs
 from casa_assets.errors import CasaError
 from casa_assets.projects import user_environment
 
-# Limit the resources of this process, such as a child that runs a library which may hang or exhaust memory.
 # Environment variable that the fork server of workers sets for them.
 WORKER = "CASA_ASSETS_WORKER"
-DISTRIBUTION = "casa-assets"
-FOR_DEVELOPERS = "dev"
-_SOURCE = Path(__file__).parents[2]
-_EXTRA = re.compile(r""";.*\bextra\s*==\s*["']([\w.-]+)["']""")  # as metadata name the extra of a requirement
-
-
-def lower_limit(kind: int, soft: int, hard: int) -> None:
-    """Lower a resource limit of this process, such as `resource.RLIMIT_AS` (bytes); a lower one is kept."""
-    stands = resource.getrlimit(kind)[1]
-    ceiling = hard if stands == resource.RLIM_INFINITY else min(hard, stands)
-    resource.setrlimit(kind, (min(soft, ceiling), ceiling))
-
-
 CACHE_VARIABLE = "CASA_ASSETS_CACHE"
 SIZE_VARIABLE = "CASA_ASSETS_CACHE_GB"
 # Room for each of the 400 textures (1.2 MB) in four versions, and for 25,000 built assets (40 kB).
 DEFAULT_GB = 4.0
 # A cache on a disk with less free space is not used. The picture of one texture takes about 1 MB.
 MIN_FREE_BYTES = 100_000_000
+# Names the program `blender`, or a Python that has the module bpy.
+BLENDER_VARIABLE = "CASA_BLENDER"
+# Blender as a module conflicts with this package's numpy and is there for one version of Python: it lives by itself.
+_MODULE = "bpy==5.0.1"
+DISTRIBUTION = "casa-assets"
+FOR_DEVELOPERS = "dev"
+_SOURCE = Path(__file__).parents[2]
+_CHECKOUT = _SOURCE / ".venv-blender" / "bin" / "python"
+_EXTRA = re.compile(r""";.*\bextra\s*==\s*["']([\w.-]+)["']""")  # as metadata name the extra of a requirement
+
+
+def lower_limit(kind: int, soft: int, hard: int) -> None:
+    """Lower a resource limit of this process, such as `resource.RLIMIT_AS` (bytes); a lower one is kept."""
+    now = resource.getrlimit(kind)[1]
+    ceiling = hard if now == resource.RLIM_INFINITY else min(hard, now)
+    resource.setrlimit(kind, (min(soft, ceiling), ceiling))
 
 
 def cache_dir() -> Path:
@@ -92,8 +94,7 @@ def unusable(cache: Path) -> str:
 def max_cache_bytes() -> int:
     """Bytes that painted textures and built assets of one cache may take together.
 
-    Raises:
-        CasaError: the environment variable CASA_ASSETS_CACHE_GB is no number of gigabytes.
+    Raises CasaError: the environment variable CASA_ASSETS_CACHE_GB is no number of gigabytes.
     """
     stated = os.environ.get(SIZE_VARIABLE) or str(DEFAULT_GB)
     try:
@@ -115,19 +116,8 @@ def kept_json(path: Path) -> Any:
 
 def keep_json(path: Path, value: Any) -> None:
     """Write a value to a file atomically; write nothing if the cache is not writable or the value is not JSON."""
-    draft = path.with_name(f".{path.name}.{os.getpid()}")
     with suppress(OSError, TypeError):
-        text = json.dumps(value)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        draft.write_text(text, encoding="utf-8")
-        draft.replace(path)
-
-
-# Names the program `blender`, or a Python that has the module bpy.
-BLENDER_VARIABLE = "CASA_BLENDER"
-# Blender as a module conflicts with this package's numpy and is there for one version of Python: it lives by itself.
-_MODULE = "bpy==5.0.1"
-_CHECKOUT = Path(__file__).parents[2] / ".venv-blender" / "bin" / "python"
+        replace_file(path, json.dumps(value).encode())
 
 
 def find_blender() -> str:
@@ -208,10 +198,9 @@ def extras() -> dict[str, tuple[str, ...]]:
     found: dict[str, tuple[str, ...]] = {}
     if project is not None:
         found = {name: tuple(lines) for name, lines in project["optional-dependencies"].items()}
-    else:
-        for line in importlib.metadata.requires(DISTRIBUTION) or []:
-            if named := _EXTRA.search(line):
-                found[named[1]] = (*found.get(named[1], ()), line.partition(";")[0].strip())
+    for line in (importlib.metadata.requires(DISTRIBUTION) or []) if project is None else []:
+        if named := _EXTRA.search(line):
+            found[named[1]] = (*found.get(named[1], ()), line.partition(";")[0].strip())
     return {name: found[name] for name in sorted(found) if name != FOR_DEVELOPERS}
 
 
@@ -230,11 +219,8 @@ def install_command(extra: str) -> str:
 def require(module: str, extra: str, purpose: str) -> None:
     """Check that an optional module is installed, without importing it.
 
-    Args:
-        module: name of a module on the top level. extra: the extra that brings it.
-        purpose: what needs it, as the beginning of a sentence.
-    Raises:
-        CasaError: it is not installed; names the extra and the command.
+    `module`: name of a module on the top level. `extra`: the extra that brings it. `purpose`: what needs it, as the
+    beginning of a sentence. Raises CasaError: it is not installed; names the extra and the command.
     """
     if importlib.util.find_spec(module) is None:
         message = f"{purpose} needs {module}, which is not installed; the extra '{extra}' brings it"

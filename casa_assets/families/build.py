@@ -37,17 +37,16 @@ from casa_assets.library.library import Identity, Producer
 from casa_assets.library.library_report import write_reports
 from casa_assets.mesh.grasps import choose_grasps, grasp_site
 from casa_assets.mesh.topology import weld
-from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.asset import Asset, Labels, split_of
 from casa_assets.model.asset.material import PrintedLine
 from casa_assets.model.asset.parts import Grasp
-from casa_assets.model.asset.provenance import Labels, split_of
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.registry.category import Category
 from casa_assets.projects import read_once
 from casa_assets.registry.families import family, family_names, object_family, object_names
 from casa_assets.registry.plugins import LoadedPlugin
 from casa_assets.registry.plugins.families import FORMS, MODELS, plugin_families, plugin_forms
-from casa_assets.registry.plugins.guard import guarded
+from casa_assets.registry.plugins.load import guarded
 from casa_assets.registry.plugins.textures import texture_kinds
 from casa_assets.runs.asset_package import (
     PREVIEW,

@@ -13,10 +13,9 @@ from casa_assets.mesh.grasps import choose_grasps, grasp_site
 from casa_assets.mesh.solid.primitive import shape_bounds
 from casa_assets.mesh.solid.solids import convex_hull
 from casa_assets.mesh.surface import with_normals
-from casa_assets.model.asset.asset import Asset, Base, Collider, Link, Region, Visual
+from casa_assets.model.asset.asset import Asset, Base, Collider, Labels, Link, Region, Visual, split_of
 from casa_assets.model.asset.material import Material, Substance
 from casa_assets.model.asset.parts import Box, Hull, Mesh, MeshShape, Shape
-from casa_assets.model.asset.provenance import Labels, split_of
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Category
 from casa_assets.model.source import Source

@@ -12,9 +12,8 @@ from pydantic import Field
 
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.mesh.topology import weld
-from casa_assets.model.asset.asset import Inertial
+from casa_assets.model.asset.asset import Guess, Inertial
 from casa_assets.model.asset.parts import Grasp, Hull, Mesh, Shape
-from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.issue import Issue, Severity
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record

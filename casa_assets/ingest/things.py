@@ -23,7 +23,7 @@ from casa_assets.mesh.solid.deviation import samples_with_faces
 from casa_assets.mesh.surface import face_normals
 from casa_assets.mesh.topology import connected_groups
 from casa_assets.model import rejection_codes as codes
-from casa_assets.model.asset.provenance import Guess
+from casa_assets.model.asset.asset import Guess
 from casa_assets.model.registry.category import Category, Vocabulary, VocabularyMatch, singulars, split_words
 from casa_assets.model.registry.rows import OtherThingsWords
 from casa_assets.model.source import Bundle, RawModel, RawPart, Source, Up

@@ -27,7 +27,11 @@ from casa_assets.model.record import Vec2, Vec3
 
 HINGE_POSES = 10  # sampled poses of a hinge; the outline of a 90 degree arc is within 0.3 % of its radius
 MIN_REACH_M = 0.06  # a part that reaches out less is a knob, a key or a rack that stays in its fixture
-_CUBE = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) - 0.5
+# Corners of a cube of side 1 around the origin.
+CUBE = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) - 0.5
+MAIN_REGION = "main"
+LID_SITE, LID_GAP_M = "lid_site", 0.0001
+MAX_LAMPS = 3  # that are lights of the scene; more cost time and wash out the picture
 FOV_DEG = 50.0
 ASPECT = 4 / 3  # width over height of the overview
 FRAME_FILL = 0.95  # share of the overview that the room fills
@@ -47,7 +51,6 @@ WORKPLACES = {
     BaseKind.ISLAND: "island",
 }
 Bounds = npt.NDArray[np.float64]  # (2, 3) lower and upper corner, metres, frame of the room
-
 MIN_GAP_M = 0.025  # between props
 WALL_GAP_M = 0.05
 SET_DOWN_GAP_M = 0.0008  # over the surface
@@ -55,8 +58,8 @@ SET_DOWN_GAP_M = 0.0008  # over the surface
 MIN_STRETCH_M, STRETCH_PER_PROP_M = 0.5, 0.9
 MAX_ON_WORKTOPS, MAX_ON_SHELVES, MAX_PER_SHELF = 5, 5, 2
 MAX_TRIES = 24
-# The worktop beside these appliances stays free, for what is put in and taken out, and beside all that stands on it and
-# has something to be moved, for the hand that does it.
+# The worktop beside these appliances stays free, for what is put in and taken out, and beside all things on it that
+# have something to be moved, for the hand that does it.
 APPLIANCES = ("range", "hob", "microwave", "coffee_machine", "toaster_oven", "blender", "stand_mixer")
 FREE_BESIDE_M = 0.36
 RANDOM_LANE = "scene/props"
@@ -67,9 +70,7 @@ class AssetOutlines:
 
     def __init__(self, asset: Asset) -> None:
         self.asset = asset
-        self.poses: dict[str, Pose] = {}
-        for link in asset.links:
-            self.poses[link.name] = link.pose if link.parent is None else self.poses[link.parent] @ link.pose
+        self.poses = {link.name: asset.asset_from_link(link.name) for link in asset.links}
         self.points = {k.name: self.poses[k.name].apply(_points(k)) for k in asset.links}
 
     def grip_point(self, joint: Joint) -> Vec3 | None:
@@ -82,10 +83,8 @@ class AssetOutlines:
 
     def swept_points(self, joint: Joint) -> Floats:
         """(S, N, 3) points of everything that a joint moves, from closed to open, asset frame, metres."""
-        links = [joint.child]
-        for link in self.asset.links:
-            links += [link.name] if link.parent in links else []
-        closed = np.concatenate([self.points[name] for name in links])
+        moved = self.asset.carried_by([joint.child])
+        closed = np.concatenate([points for name, points in self.points.items() if name in moved])
         lower, upper = joint.range
         opened = upper if abs(upper) >= abs(lower) else lower
         pose = self.poses[joint.child]
@@ -136,13 +135,13 @@ def _points(link: Link) -> Floats:
         if isinstance(shape, Hull | MeshShape):
             points = np.asarray(shape.mesh.vertices)
         elif isinstance(shape, Box):
-            points = _CUBE * np.array(shape.size)
+            points = CUBE * np.array(shape.size)
         elif isinstance(shape, Sphere):
-            points = _CUBE * (2 * shape.radius)
+            points = CUBE * (2 * shape.radius)
         else:
             assert isinstance(shape, Cylinder | Capsule)
             height = shape.height + (2 * shape.radius if isinstance(shape, Capsule) else 0.0)
-            points = _CUBE * np.array([2 * shape.radius, 2 * shape.radius, height])
+            points = CUBE * np.array([2 * shape.radius, 2 * shape.radius, height])
         out.append(collider.pose.apply(points))
     return np.concatenate(out)
 
@@ -158,10 +157,7 @@ def box_around(points: Floats) -> Floats:
 
 def box_in_world(world_from_frame: Pose, box: Floats) -> Floats:
     """(2, 3) bounds in the world of a (2, 3) box given in another frame."""
-    return box_around(world_from_frame.apply(np.where(_CUBE > 0, box[1], box[0])))
-
-
-MAX_LAMPS = 3  # that are lights of the scene; more cost time and wash out the picture
+    return box_around(world_from_frame.apply(np.where(CUBE > 0, box[1], box[0])))
 
 
 def lights(kitchen: KitchenRequest) -> tuple[Light, ...]:
@@ -219,10 +215,6 @@ def blackbody(kelvin: float) -> Vec3:
 
 def _scaled(color: Vec3, factor: float) -> Vec3:
     return (round(color[0] * factor, 5), round(color[1] * factor, 5), round(color[2] * factor, 5))
-
-
-MAIN_REGION = "main"
-LID_SITE, LID_GAP_M = "lid_site", 0.0001
 
 
 def compose(kitchen: KitchenRequest, assets: Mapping[str, Asset], scene_id: str) -> Scene:
@@ -436,7 +428,6 @@ def _vec3(values: np.ndarray | Vec3) -> Vec3:
 class SupportSurface:
     """A worktop or shelf board: pose of the centre of its upper face in the room, size, and free height, metres."""
 
-    name: str
     pose: Pose
     width: float
     depth: float
@@ -502,7 +493,7 @@ def _surfaces(kitchen: KitchenRequest, assets: Mapping[str, Asset]) -> Iterator[
             if not is_shelf and (width < MIN_STRETCH_M or depth < 0.4):
                 continue
             low = pose @ asset.root.pose @ region.pose @ Pose(position=(0.0, 0.0, -height / 2))
-            yield SupportSurface(f"{item.name}/{region.name}", low, width, depth, height, is_shelf)
+            yield SupportSurface(low, width, depth, height, is_shelf)
 
 
 def _put(
@@ -548,7 +539,7 @@ def _spot(surface: SupportSurface, x: float, y: float, turn: float) -> Spot:
     return Spot(frame, 0.0, 0.0, round(pz, 5), turn, DepthReference.MIDDLE)
 
 
-def _half_extents(asset: Asset, turn: float) -> npt.NDArray[np.float64]:
+def _half_extents(asset: Asset, turn: float) -> Floats:
     """Half the width and depth of the bounds of an asset that is turned by degrees."""
     low, high = asset.bounds
     w, d = np.maximum(np.abs(low[:2]), np.abs(high[:2]))

@@ -10,7 +10,7 @@ import numpy as np
 from casa_assets.core.numeric import decimals
 from casa_assets.layouts.compose import AssetOutlines, box_of, door_leaf_widths
 from casa_assets.layouts.order.build_order import KitchenRequest, OrderItem
-from casa_assets.layouts.order.request import placed_run
+from casa_assets.layouts.order.request import placed_run, placed_wall
 from casa_assets.layouts.plan.clearances import find_aisles
 from casa_assets.layouts.plan.room import WallHole
 from casa_assets.model.asset.asset import Asset, Base
@@ -22,7 +22,6 @@ from casa_assets.model.kitchen.floor import (
     Footprint,
     KitchenFacts,
     Role,
-    RoomWall,
     WallOpening,
 )
 from casa_assets.model.kitchen.plan import OpeningKind
@@ -54,15 +53,7 @@ def facts_of(kitchen: KitchenRequest, scene: Scene) -> KitchenFacts:
     outlines = {a.id: AssetOutlines(a) for a in scene.assets if a.id in kept}
     fixtures = tuple(_fixture(p, assets[p.name], items[p.name], outlines) for p in ordered)
     by_name = {f.name: f for f in fixtures}
-    walls = tuple(
-        RoomWall(
-            id=w.id,
-            start=w.frame.at(0.0, 0.0)[:2],
-            end=w.frame.at(w.length, 0.0)[:2],
-            is_open=f"wall_{w.id}" not in items,
-        )
-        for w in kitchen.room.walls
-    )
+    walls = tuple(placed_wall(w, is_open=f"wall_{w.id}" not in items) for w in kitchen.room.walls)
     fronts = _fronts(kitchen, fixtures)
     rows = tuple(placed_run(line, kitchen.slots[name], fronts) for name, line in kitchen.lines.items())
     outline = kitchen.room.outline
@@ -199,8 +190,8 @@ def _yaw(pose: Pose) -> float:
 
 
 def _at(pose: Pose, point: Vec3) -> Vec3:
-    x, y, z = pose.apply(np.array([point]))[0]
-    return (_rounded(x), _rounded(y), _rounded(z))
+    x, y, z = map(_rounded, pose.apply(np.array([point]))[0])
+    return (x, y, z)
 
 
 def _rounded(value: float) -> float:

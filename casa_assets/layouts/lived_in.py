@@ -223,22 +223,15 @@ class PutGroup:
 
 
 @dataclass
-class _Room:
-    """A space while it is being filled, with the theme of its objects."""
-
-    space: Space
-    theme: str = ""
-
-
-@dataclass
 class _Draw:
     habits: Habits
-    rooms: list[_Room]
+    spaces: Sequence[Space]
     member: Callable[[str, int], Asset]
     rng: np.random.Generator
     boxes: list[Floats] = field(default_factory=list)  # of the world, around the groups that found a place
     silhouettes: dict[str, Silhouette] = field(default_factory=dict)
     names: Counter[str] = field(default_factory=Counter)  # highest number that an object of a category has had
+    themes: dict[tuple[str, str], str] = field(default_factory=dict)  # of the objects in a closed space
 
     def silhouette(self, asset: Asset) -> Silhouette:
         if asset.id not in self.silhouettes:
@@ -257,10 +250,13 @@ class _Draw:
             name, _, number = place.name.removeprefix("object_").rpartition("_")
             self.names[name] = max(self.names[name], int(number))
         rest = group.placements[0].resting
-        for room in self.rooms:
-            if rest and (room.space.placement, room.space.region) == (rest.placement, rest.region):
-                is_open = all(self.habits.spaces[kind].is_open for kind in room.space.kinds)
-                room.theme = "" if is_open else self.habits.habits[group.habit].theme
+        for space in self.spaces:
+            if rest and (space.placement, space.region) == (rest.placement, rest.region):
+                is_open = all(self.habits.spaces[kind].is_open for kind in space.kinds)
+                self.themes[space.placement, space.region] = "" if is_open else self.habits.habits[group.habit].theme
+
+    def theme(self, space: Space) -> str:
+        return self.themes.get((space.placement, space.region), "")
 
 
 def put_objects(
@@ -275,7 +271,7 @@ def put_objects(
 
     `member`: category and number -> the object, always the same. `already`: groups that are there.
     """
-    draw = _Draw(habits, [_Room(space) for space in spaces], member, rng)
+    draw = _Draw(habits, spaces, member, rng)
     for group in already:
         draw.note(group)
     times = Counter(group.habit for group in already)
@@ -318,12 +314,13 @@ def _put_group(draw: _Draw, name: str, habit: Habit, left: int) -> PutGroup | No
     assets += alike or [_member(draw, habit.objects) for _ in range(number)]
     kind = _pick(habit.spaces, rng)
     for tried in (kind, *(k for k in sorted(habit.spaces) if k != kind)):
-        rooms = [r for r in draw.rooms if tried in r.space.kinds and r.theme in ("", habit.theme)]
+        rooms = [s for s in draw.spaces if tried in s.kinds and draw.theme(s) in ("", habit.theme)]
         if not rooms:
             continue
         space_kind = draw.habits.spaces[tried]
-        ease = [1.0 if r.space.pose.position[2] <= EASY_REACH_M else HARD_REACH_WEIGHT for r in rooms]
-        weights = np.array([e * (space_kind.together if r.theme else 1.0) for e, r in zip(ease, rooms, strict=True)])
+        ease = [1.0 if s.pose.position[2] <= EASY_REACH_M else HARD_REACH_WEIGHT for s in rooms]
+        together = [space_kind.together if draw.theme(s) else 1.0 for s in rooms]
+        weights = np.array([e * t for e, t in zip(ease, together, strict=True)])
         order = rng.choice(len(rooms), size=len(rooms), replace=False, p=weights / weights.sum())
         for index in order:
             room = rooms[int(index)]
@@ -346,11 +343,10 @@ def _member(draw: _Draw, categories: Mapping[str, float]) -> Asset:
 
 
 def _free_spot(
-    room: _Room, kind: SpaceKind, group: Group, boxes: Sequence[Floats], rng: np.random.Generator
+    space: Space, kind: SpaceKind, group: Group, boxes: Sequence[Floats], rng: np.random.Generator
 ) -> tuple[float, float] | None:
     """Middle of a free place for a group, in the frame of the space, clear of (2, 3) boxes in the world; or None."""
-    space, gap = room.space, kind.gap_m
-    width, depth, height = space.size
+    gap, (width, depth, height) = kind.gap_m, space.size
     half_x, half_y = group.size[0] / 2, group.size[1] / 2
     taken = [*space.taken, *taken_by(space, np.array(boxes))]
     if group.size[2] > height - HEAD_ROOM_M:
@@ -383,17 +379,15 @@ def _overlap(a: Rect, b: Rect) -> bool:
 
 
 def _set_down(
-    draw: _Draw, name: str, room: _Room, assets: Sequence[Asset], group: Group, spot: tuple[float, float]
+    draw: _Draw, name: str, space: Space, assets: Sequence[Asset], group: Group, spot: tuple[float, float]
 ) -> PutGroup:
-    (x, y), space, (width, depth, height) = spot, room.space, group.size
+    (x, y), (width, depth, height) = spot, group.size
     box = np.array([(x - width / 2, y - depth / 2, 0.0), (x + width / 2, y + depth / 2, height)])
     frame = space.pose @ Pose(position=(x, y, 0.0))
     rest = Resting(placement=space.placement, link=space.link, region=space.region)
+    placed = [(draw.new_name(a.labels.category), a.id, pose) for a, pose in zip(assets, group.poses, strict=True)]
     placements = tuple(
-        Placement(
-            name=draw.new_name(asset.labels.category), asset=asset.id, pose=rounded_pose(frame @ pose), resting=rest
-        )
-        for asset, pose in zip(assets, group.poses, strict=True)
+        Placement(name=own, asset=asset, pose=rounded_pose(frame @ pose), resting=rest) for own, asset, pose in placed
     )
     put = PutGroup(name, placements, box_in_world(space.pose, box))
     draw.note(put)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from casa_assets.core.numeric import Floats, Mask
-from casa_assets.layouts.compose import AssetOutlines, box_around, box_in_world
+from casa_assets.layouts.compose import CUBE, AssetOutlines, box_around, box_in_world
 from casa_assets.mesh.solid.solids import hull_planes
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, MeshShape, Region, Shape, Sphere
@@ -24,8 +24,18 @@ CELL_SLACK_M = 0.0006
 LONG_SHARE, OFF_SHARE = 1.15, 0.04
 # Regions of a rack that take one plate each.
 SLOT = "slot_"
+# A cooking zone or the tray of a coffee machine is a site: so much room is about it, width, depth and height, metres.
+SITE_SIZE_M = (0.2, 0.2, 0.25)
+UPRIGHT_COSINE = 0.9999
+# What begins this little above a floor stands on it.
+FLOOR_SLACK_M = 0.004
+# A thing whose joints move it through less than this is no door: a knob, a key.
+MIN_SWEEP_M = 0.03
+_NOTHING = np.empty((0, 2, 3))
+FREE_CELL_M = 0.01
+THING_M, THING_GAP_M = 0.1, 0.02
+Rect = tuple[float, float, float, float]  # x0, y0, x1, y1 in the frame of a space, metres
 _ROUND = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-_CUBE = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) - 0.5
 
 
 @dataclass(frozen=True)
@@ -87,7 +97,7 @@ def silhouette(asset: Asset) -> Silhouette:
     for cloud in clouds:
         _raster(hull_planes(cloud), x, y, low, high)
     slots = [r for r in asset.regions if r.name.startswith(SLOT)]
-    corners = [asset.asset_from_link(r.link).apply(r.pose.apply(_CUBE * np.array(r.size))) for r in slots]
+    corners = [asset.asset_from_link(r.link).apply(r.pose.apply(CUBE * np.array(r.size))) for r in slots]
     return Silhouette(box, low, high, np.array([box_around(c) for c in corners]).reshape(-1, 2, 3))
 
 
@@ -96,7 +106,7 @@ def outline_points(shape: Shape) -> Floats:
     if isinstance(shape, Hull | MeshShape):
         return np.asarray(shape.mesh.vertices)
     if isinstance(shape, Box):
-        points: Floats = _CUBE * np.array(shape.size)
+        points: Floats = CUBE * np.array(shape.size)
         return points
     ring = np.stack([np.cos(_ROUND), np.sin(_ROUND)], axis=1)
     if isinstance(shape, Cylinder):
@@ -124,19 +134,6 @@ def _raster(planes: Floats, x: Floats, y: Floats, low: Floats, high: Floats) -> 
     high[inside] = np.maximum(high[inside], top[inside])
 
 
-Rect = tuple[float, float, float, float]  # x0, y0, x1, y1 in the frame of a space, metres
-
-# A cooking zone or the tray of a coffee machine is a site: so much room is about it, width, depth and height, metres.
-SITE_SIZE_M = (0.2, 0.2, 0.25)
-UPRIGHT_COSINE = 0.9999
-# What begins this little above a floor stands on it.
-FLOOR_SLACK_M = 0.004
-# A thing whose joints move it through less than this is no door: a knob, a key.
-MIN_SWEEP_M = 0.03
-_NOTHING = np.empty((0, 2, 3))
-_SPACE_CUBE = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
-
-
 @dataclass(frozen=True)
 class Space:
     """A region of an object in a kitchen in which other objects can be placed.
@@ -161,11 +158,6 @@ class Space:
     is_moving: bool = False
     is_site: bool = False
     taken: tuple[Rect, ...] = ()
-
-    @property
-    def name(self) -> str:
-        """`<placement>/<region>`."""
-        return f"{self.placement}/{self.region}"
 
 
 def find_spaces(scene: Scene, kinds: Mapping[str, SpaceKind]) -> tuple[Space, ...]:
@@ -228,20 +220,16 @@ def _solid_boxes(place: Placement, outlines: AssetOutlines) -> Floats:
 
 
 def taken_by(space: Space, boxes: Floats) -> tuple[Rect, ...]:
-    """What (N, 2, 3) boxes of the world take of a space, each where it reaches into it."""
+    """Rectangles that (N, 2, 3) boxes of the world take of a space, each where it reaches into it."""
     if not len(boxes):
         return ()
-    corners = np.where(_SPACE_CUBE, boxes[:, 1, None], boxes[:, 0, None])
+    corners = np.where(CUBE > 0, boxes[:, 1, None], boxes[:, 0, None])
     local = space.pose.inverse().apply(corners.reshape(-1, 3)).reshape(-1, 8, 3)
     low, high, half = local.min(axis=1), local.max(axis=1), np.array(space.size) / 2
     reaches = (low[:, 2] < space.size[2]) & (high[:, 2] > FLOOR_SLACK_M)
     reaches &= (low[:, :2] < half[:2]).all(axis=1) & (high[:, :2] > -half[:2]).all(axis=1)
     rects = np.concatenate([low[:, :2], high[:, :2]], axis=1)[reaches].tolist()
     return tuple((x0, y0, x1, y1) for x0, y0, x1, y1 in rects)
-
-
-FREE_CELL_M = 0.01
-THING_M, THING_GAP_M = 0.1, 0.02
 
 
 def free_cells(space: Space) -> Mask:

@@ -25,7 +25,7 @@ from casa_assets.ingest.sources.stores import folder_of
 from casa_assets.library import library as disk
 from casa_assets.library.entry_files import file_inside
 from casa_assets.library.library import REJECTED, Library, Producer
-from casa_assets.model.asset.provenance import Guess, Provenance
+from casa_assets.model.asset.asset import Guess, Provenance
 from casa_assets.model.issue import CheckResult, Decision, Issue, Severity, Tally, subjects_to_decide
 from casa_assets.model.record import Record
 from casa_assets.model.source import SourceKind

@@ -30,7 +30,7 @@ from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry, entry_at, entry_of, row_entries
 from casa_assets.library.entry_files import PICTURE, thumbnail_of
 from casa_assets.library.pairs import AssetRow, ShapeIndex, measure_pair, nearby_pairs, read_row, row_of
-from casa_assets.model.asset.provenance import ColorHistogram, Guess, ShapeDescriptor, Signature
+from casa_assets.model.asset.asset import ColorHistogram, Guess, ShapeDescriptor, Signature
 from casa_assets.model.issue import CheckResult, Issue, Severity, Tally
 from casa_assets.model.record import Record
 

@@ -38,9 +38,8 @@ from casa_assets.core.system import process_name
 from casa_assets.errors import OutputError
 from casa_assets.formats.mjcf import shapes
 from casa_assets.library.entry_files import PICTURE, file_inside
-from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.asset import Asset, Signature
 from casa_assets.model.asset.parts import Mesh
-from casa_assets.model.asset.provenance import Signature
 from casa_assets.model.issue import Files, Report
 from casa_assets.model.record import Record
 from casa_assets.model.source import Source

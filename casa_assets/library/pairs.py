@@ -20,8 +20,7 @@ from casa_assets.errors import DegenerateShape
 from casa_assets.library import library as disk
 from casa_assets.library.library import Producer
 from casa_assets.mesh.registration import descriptor_distance, shape_descriptor
-from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.provenance import CENTER_SHARES, PAIR_SHARES, ShapeDescriptor, Signature
+from casa_assets.model.asset.asset import CENTER_SHARES, PAIR_SHARES, Asset, ShapeDescriptor, Signature
 from casa_assets.model.record import Vec3
 from casa_assets.show.stills.color_statistics import color_distance, color_histogram
 

@@ -19,7 +19,7 @@ from casa_assets import registry
 from casa_assets.errors import OutputError, UnknownId
 from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry
-from casa_assets.model.asset.provenance import Guess
+from casa_assets.model.asset.asset import Guess
 from casa_assets.model.issue import ASKED_CODE, REVIEW_CODE, Issue, Severity
 from casa_assets.model.source import UserOverride
 

@@ -14,7 +14,7 @@ from casa_assets.core.numeric import Floats, Ints, decimals, significant
 from casa_assets.errors import DegenerateShape
 from casa_assets.mesh.solid.deviation import samples_with_faces, surface_samples
 from casa_assets.mesh.surface import face_normals, shell_moments
-from casa_assets.model.asset.provenance import CENTER_SHARES, PAIR_SHARES, ShapeDescriptor
+from casa_assets.model.asset.asset import CENTER_SHARES, PAIR_SHARES, ShapeDescriptor
 
 # Places on a surface whose distances to each other are measured: a million pairs.
 SURFACE_SAMPLES = 1500

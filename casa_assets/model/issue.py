@@ -1,4 +1,4 @@
-"""What is written and said of a subject: its files, issues, results of checks with their numbers, and the report."""
+"""The files of a subject, its issues, the results of checks with their numbers, and the report of all."""
 
 from __future__ import annotations
 

@@ -9,9 +9,9 @@ from typing import Annotated
 
 from pydantic import Field
 
+from casa_assets.model.asset.asset import Guess, Provenance, place_of
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
-from casa_assets.model.asset.provenance import Guess, Provenance, place_of
 from casa_assets.model.issue import Issue
 from casa_assets.model.record import BriefRecord, Id, Record
 

@@ -70,9 +70,8 @@ def family_names() -> tuple[str, ...]:
 def family(name: str) -> Family[Any]:
     """A family with its presets.
 
-    Raises:
-        UnknownId: no family has that name; the error names the nearest that exist.
-        RegistryError: registry/families/<name>.yaml has values that the family's Params do not accept.
+    Raises UnknownId: no family has that name; the error names the nearest that exist. RegistryError:
+    registry/families/<name>.yaml has values that the family's Params do not accept.
     """
     if name in MODELS:
         return read_family(MODELS[name], read_table_file(f"{FOLDER}/{name}.yaml"))
@@ -197,16 +196,11 @@ def _preset(model: Family[Any], name: str, row: Any, document: Document) -> Para
         for key, value in row.items():
             field = model.params.model_fields.get(key)
             if isinstance(value, str) and field is not None and field.annotation is LOOKS["cabinet"]:
-                row[key] = _look(value, document, (*at, key))
+                if value not in looks():
+                    raise document.fault((*at, key), expected_one_of(tuple(looks()), value), repr(value))
+                row[key] = looks()[value]
     made: Params = read_record(model.params, row, document, at)
     return made
-
-
-def _look(name: str, document: Document, at: KeyPath) -> Params:
-    named = looks()
-    if name not in named:
-        raise document.fault(at, expected_one_of(tuple(named), name), repr(name))
-    return named[name]
 
 
 @read_once
@@ -215,9 +209,8 @@ def looks() -> Mapping[str, Params]:
     document = read_table_file(NAMED_LOOKS)
     if not isinstance(document.value, dict):
         raise document.fault((), "a mapping of names to looks", type(document.value).__name__)
-    return MappingProxyType(
-        {name: read_record(LOOKS["cabinet"], row, document, (name,)) for name, row in document.value.items()}
-    )
+    rows = document.value.items()
+    return MappingProxyType({name: read_record(LOOKS["cabinet"], row, document, (name,)) for name, row in rows})
 
 
 @read_once
@@ -292,11 +285,5 @@ def _object_family(name: str, document: Document) -> Family[Any]:
     fixed = read_fixed(form.params, row.fixed, document, (name, "fixed"))
     rules = read_sample_rules(form.params, row.sample, document, (name, "sample"), fixed)
     return replace(
-        form,
-        name=name,
-        sample=rules,
-        title=name.replace("_", " "),
-        category=name,
-        description=row.about,
-        form=row.form,
+        form, name=name, sample=rules, title=name.replace("_", " "), category=name, description=row.about, form=row.form
     )

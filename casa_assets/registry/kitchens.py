@@ -13,12 +13,12 @@ from casa_assets.model.kitchen.style import Mixing, Style
 from casa_assets.model.record import Record
 from casa_assets.model.registry.document import Document, expected_one_of
 from casa_assets.projects import project_folder, read_once
-from casa_assets.registry import read_document
-from casa_assets.registry.read import names_in, read_record, read_table_file, read_topmost, stated_in
+from casa_assets.registry.read import names_in, read_document, read_record, read_table_file, read_topmost, stated_in
 
 R = TypeVar("R", bound=Record)
 PLANS, STYLES = "plans", "styles"
 MODELS, PRESET = "models", "preset"  # keys of a style, and of a model in it
+MIXING_FILE = "mixing.yaml"
 LIKE = "like"  # key of a plan or a style: the name of one from which it differs by what else it states
 
 
@@ -35,8 +35,7 @@ def style_names() -> tuple[str, ...]:
 def load_plan(name: str) -> tuple[Plan, Document]:
     """A plan and the document that it was read from, which has the line numbers of its parts.
 
-    Raises:
-        UnknownId: no plan has that name. RegistryError: its file is not a valid plan.
+    Raises UnknownId: no plan has that name. RegistryError: its file is not a valid plan.
     """
     return _load(Plan, PLANS, "plan", name)
 
@@ -64,25 +63,21 @@ def _document(
 ) -> Document:
     """A plan or a style as its file states it, laid over the one that it is `like`.
 
-    One that is `like` its own name is laid over that of the package.
-
-    Args:
-        below: a layer; the file is looked for in the layers below it. seen: documents that are laid over it.
+    One that is `like` its own name is laid over that of the package. `below`: a layer; the file is looked for in the
+    layers below it. `seen`: documents that are laid over it.
     """
     document = read_topmost(f"{folder}/{name}.yaml", below)
     if not isinstance(document.value, dict):
         raise RegistryError(document.file, 1, "", f"a {noun}", type(document.value).__name__)
     if document.file in {one.file for one in seen}:
         raise seen[-1].fault((LIKE,), f"a {noun} that is not like this one", repr(name))
-    return document if LIKE not in document.value else _laid_over_like(document, folder, noun, name, seen)
+    return document if LIKE not in document.value else laid_over_like(document, name, folder, noun, seen)
 
 
-def laid_over_like(document: Document, name: str) -> Document:
-    """The document of a plan that is `like` another, laid over that one. Raises RegistryError."""
-    return _laid_over_like(document, PLANS, "plan", name, ())
-
-
-def _laid_over_like(document: Document, folder: str, noun: str, name: str, seen: tuple[Document, ...]) -> Document:
+def laid_over_like(
+    document: Document, name: str, folder: str = PLANS, noun: str = "plan", seen: tuple[Document, ...] = ()
+) -> Document:
+    """The document of a plan or a style that is `like` another, laid over that one. Raises RegistryError."""
     base, known = str(document.value[LIKE]), names_in(folder)
     if base not in known:
         raise document.fault((LIKE,), expected_one_of(known, base), repr(base))
@@ -107,9 +102,6 @@ def _without_replaced(lower: Document, upper: Document) -> Document:
     files = {path: file for path, file in lower.files.items() if path[:2] not in replaced}
     value = {**lower.value, MODELS: kept}
     return replace(lower, value=value, lines=MappingProxyType(lines), files=MappingProxyType(files))
-
-
-MIXING_FILE = "mixing.yaml"
 
 
 @read_once

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
 from casa_assets.core.forest import Forest, forest_from_dict
 from casa_assets.errors import RegistryError, UnknownId
@@ -139,31 +138,15 @@ def read_classes(document: Document) -> dict[str, TaxonomyClass]:
     return {name: read(name, ()) for name in rows}
 
 
-def read_span(value: Any, document: Document, path: KeyPath) -> Any:
-    """The fields of a span from its short form, a list of three; anything else as it is."""
-    if not isinstance(value, list):
-        return value
-    if len(value) != 3:
-        raise document.fault(path, "[low, typical, high]", repr(value))
-    return dict(zip(("low", "typical", "high"), value, strict=True))
-
-
 def read_categories(
     document: Document, classes: Mapping[str, TaxonomyClass], substances: Mapping[str, Substance]
 ) -> dict[str, Category]:
-    """The categories; short forms (a list of three for a span, no Q-code) filled in, names checked."""
+    """The categories, with the Q-code of their class where they have none; names are checked."""
     if not isinstance(document.value, dict):
         raise document.fault((), "a mapping of ids to rows", type(document.value).__name__)
     categories: dict[str, Category] = {}
     for name, stated in document.value.items():
         row = dict(stated) if isinstance(stated, dict) else stated
-        for field in ("longest_m", "mass_kg") if isinstance(row, dict) else ():
-            if isinstance(row.get(field), list):
-                row[field] = read_span(row[field], document, (name, field))
-        if isinstance(row, dict) and isinstance(row.get("size_m"), list):
-            row["size_m"] = [read_span(span, document, (name, "size_m", i)) for i, span in enumerate(row["size_m"])]
-        if isinstance(row, dict) and isinstance(row.get("portions"), dict):
-            row["portions"] = _read_portions(row["portions"], document, (name, "portions"))
         if isinstance(row, dict) and str(row.get("parent")) in classes:
             row.setdefault("qcode", classes[row["parent"]].qcode.replace(certainty=Certainty.PARENT))
         elif isinstance(row, dict) and "parent" in row:
@@ -174,15 +157,6 @@ def read_categories(
         if min(found.shape) <= 0 or max(found.shape) != 1:
             raise document.fault((name, "shape"), "extents in 0..1, the largest 1", repr(found.shape))
     return categories
-
-
-def _read_portions(stated: Mapping[str, Any], document: Document, path: KeyPath) -> dict[str, Any]:
-    return {
-        portion: {field: read_span(span, document, (*path, portion, field)) for field, span in ranges.items()}
-        if isinstance(ranges, dict)
-        else ranges
-        for portion, ranges in stated.items()
-    }
 
 
 def read_materials(document: Document, substances: Mapping[str, Substance]) -> dict[str, Plain]:
@@ -238,8 +212,7 @@ def load_limits(root: Path | None = None) -> Mapping[str, Limit]:
 def load(root: Path | None = None) -> Registry:
     """Read and check every file. Raises RegistryError.
 
-    Args:
-        root: the only folder to read; None reads the package's and, over it, that of the project in use.
+    `root`: the only folder to read; None reads the package's and, over it, that of the project in use.
     """
     if root is None:
         load_project()

@@ -33,8 +33,7 @@ R = TypeVar("R", bound=Record)
 def read_document(path: Path, name: str = "") -> Document:
     """Parse one file. Raises RegistryError where it is missing, no YAML, or has a key twice.
 
-    Args:
-        name: what messages call it; by default the name of the file without its folder.
+    `name`: what messages call it; by default the name of the file without its folder.
     """
     called = name or path.name
     try:
@@ -49,8 +48,7 @@ def read_document(path: Path, name: str = "") -> Document:
 def parse_document(text: str, called: str) -> Document:
     """The document that a text is. Raises RegistryError where it is no YAML, or has a key twice.
 
-    Args:
-        called: name of its file in messages.
+    `called`: name of its file in messages.
     """
     kept = cache_dir() / KEPT_IN / f"{hashlib.sha256(_parser_digest() + text.encode()).hexdigest()}.json"
     lines_kept = kept.with_suffix(".lines.json")
@@ -155,10 +153,8 @@ def read_table(kind: type[R], document: Document, key: str = "id") -> dict[str, 
 def read_table_file(name: str, root: Path | None = None) -> Document:
     """A table of all layers, such as `categories.yaml` or `families/hob.yaml`; a layer need not have it.
 
-    Args:
-        root: the only folder to read; None reads the package's and the project's.
-    Raises:
-        RegistryError: no layer has it, or one is no YAML.
+    `root`: the only folder to read; None reads the package's and the project's. Raises RegistryError: no layer has it,
+    or one is no YAML.
     """
     return _table(name) if root is None else _read(root / name, name, in_project=False)
 
@@ -166,8 +162,7 @@ def read_table_file(name: str, root: Path | None = None) -> Document:
 def read_topmost(name: str, below: Path | None = None) -> Document:
     """A file that is one thing, such as `plans/galley.yaml`, of the topmost layer that has it. Raises RegistryError.
 
-    Args:
-        below: a layer; only those below it are looked at.
+    `below`: a layer; only those below it are looked at.
     """
     folders = layers() if below is None else layers()[: layers().index(below)]
     found = [folder for folder in folders if (folder / name).is_file()] or [layers()[0]]
@@ -207,8 +202,7 @@ PACKAGE = "casa-assets"  # where what is of no project comes from
 def load_project() -> tuple[Project, Document] | None:
     """The project in use and its document; None if no project is in use.
 
-    Raises:
-        RegistryError: its `casa.yaml` is wrong, or a file has nearly the name of one that would be read.
+    Raises RegistryError: its `casa.yaml` is wrong, or a file has nearly the name of one that would be read.
     """
     folder = project_folder()
     if folder is None:

@@ -18,16 +18,14 @@ from casa_assets.projects import read_once
 from casa_assets.registry.load import load
 from casa_assets.registry.read import names_in, read_record, read_table, read_table_file, read_topmost
 
-ROLES_FILE = "roles.yaml"
+ROLES_FILE, LOOK_ALIKES_FILE = "roles.yaml", "look_alikes.yaml"
+ROBOTS = "robots"
 
 
 @read_once
 def load_roles() -> Mapping[str, RoleRule]:
     """Rules of the roles by id, those of the project over those of the package. Raises RegistryError."""
     return read_table(RoleRule, read_table_file(ROLES_FILE))
-
-
-ROBOTS = "robots"
 
 
 def robot_names() -> tuple[str, ...]:
@@ -45,9 +43,6 @@ def load_robot(name: str) -> Robot:
     return read_record(Robot, document.value, document, (), id=name)
 
 
-LOOK_ALIKES_FILE = "look_alikes.yaml"
-
-
 class LookAlikes(Record):
     """A row: categories that look the same, two at least, and why they do."""
 
@@ -60,10 +55,8 @@ class LookAlikes(Record):
 def look_alikes(root: Path | None = None) -> Mapping[str, str]:
     """Category -> name of the kind that it is to the eye, of those that share one.
 
-    Args:
-        root: the only folder to read; None reads the package's and the project's.
-    Raises:
-        RegistryError: a row names a category that there is not, or that another row has.
+    `root`: the only folder to read; None reads the package's and the project's. Raises RegistryError: a row names a
+    category that there is not, or that another row has.
     """
     document = read_table_file(LOOK_ALIKES_FILE, root)
     known = load(root).categories

@@ -57,26 +57,18 @@ def main_name(parameter: Any) -> str:
     return next(name for name in parameter.opts if name.startswith("--"))
 
 
-def test_an_option_is_of_one_type_everywhere() -> None:
+def test_options_are_of_one_type_say_what_they_do_and_every_verb_has_those_of_all() -> None:
     found: dict[str, dict[str, list[str]]] = defaultdict(lambda: defaultdict(list))
+    bare = []
     for path, command in VERBS.items():
         for option in options(command):
             found[main_name(option)][kind_of(option)].append(path)
-    assert {name: dict(meanings) for name, meanings in found.items() if len(meanings) > 1} == {}
-
-
-def test_every_option_says_what_it_does() -> None:
-    bare = [f"{path} {main_name(o)}" for path, command in VERBS.items() for o in options(command) if not o.help]
-    assert bare == []
-
-
-def test_every_verb_has_the_options_of_all_speaks_json_and_can_be_quiet() -> None:
-    bare = []
-    for path, command in VERBS.items():
+            bare += [] if option.help else [f"{path} {main_name(option)}"]
         names = {name for option in options(command) for name in option.opts}
         asked = () if path in SERVERS else LANGUAGE[:1] if path in LISTS else LANGUAGE
         if not isinstance(command, Verb) or not set(asked) <= names:
             bare.append(path)
+    assert {name: dict(meanings) for name, meanings in found.items() if len(meanings) > 1} == {}
     assert bare == []
 
 

@@ -14,9 +14,8 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.checks.design.tasks import ATOMIC_TASKS
-from casa_assets.model.asset.asset import Asset, Link, Visual
+from casa_assets.model.asset.asset import Asset, Link, Visual, split_of
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.provenance import split_of
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
 from tests.support.asset.asset_parts import CARDBOARD, PROVENANCE, box_collider, box_inertial, labels

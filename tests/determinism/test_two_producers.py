@@ -28,13 +28,11 @@ ORDERS = [("ingest", "articulate"), ("articulate", "ingest")]
 
 
 def in_staging(name: str) -> Moment:
-    """A file of the entry is in the staging folder."""
     come = is_staged(f"microwave_*/*/{name}")
     return lambda library, verb: come(library)
 
 
 def is_published(library: Path, verb: str) -> bool:
-    """The entry of the verb is in its place."""
     names = [path.parent.name for path in library.glob("microwave/*/asset.json")]
     return any(("articulated" in name) == (verb == "articulate") for name in names)
 

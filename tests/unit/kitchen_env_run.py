@@ -25,7 +25,6 @@ PULL = PRESS._replace(
 
 
 def warnings_of(env: KitchenEnv) -> list[str]:
-    """What gymnasium's checker complains of."""
     with warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("always")
         check_env(env)
@@ -33,7 +32,6 @@ def warnings_of(env: KitchenEnv) -> list[str]:
 
 
 def walk(env: KitchenEnv, seed: int) -> list[float]:
-    """All observations and rewards of twenty random actions."""
     env.action_space.seed(seed)
     observation, _ = env.reset(seed=seed)
     found = observation.tolist()
@@ -44,7 +42,6 @@ def walk(env: KitchenEnv, seed: int) -> list[float]:
 
 
 def press(env: KitchenEnv) -> dict[str, Any]:
-    """The finger goes straight at the button."""
     observation, info = env.reset(seed=3)
     found: dict[str, Any] = {"before": info["states"]["microwave"]["power"], "rewards": []}
     for _ in range(40):
@@ -79,7 +76,6 @@ def painted() -> dict[str, float]:
 
 
 def main() -> None:
-    """Run everything once."""
     gymnasium.register("Kitchen-v0", entry_point=KitchenEnv, max_episode_steps=200)
     made = gymnasium.make("Kitchen-v0", task=PRESS, detail="light", render_mode="rgb_array").unwrapped
     assert isinstance(made, KitchenEnv)

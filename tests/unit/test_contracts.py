@@ -12,7 +12,7 @@ from hypothesis import find, settings, strategies
 
 from casa_assets import registry
 from casa_assets.errors import RegistryError
-from casa_assets.model.registry.contract import Contract, Requirements, Threshold
+from casa_assets.model.registry.contract import Contract, Requirements
 
 KNOWN = registry.load()
 # What the reference runtime has classes for, by the names of ours.
@@ -50,94 +50,62 @@ def test_every_class_of_the_runtime_has_a_contract() -> None:
     assert set(CLASSES.split()) - KNOWN.contracts.keys() == set()
 
 
-class TestEach:
-    def test_asks_for_its_outer_size(self, subtests: pytest.Subtests) -> None:
-        for contract in CONTRACTS:
-            with subtests.test(contract=contract.id):
-                assert [r.min_count for r in contract.regions if r.matches("main")] == [1]
-
-    @pytest.mark.content("code", "families", keep=0)
-    def test_keys_and_trials_speak_of_what_is_asked_for(self, subtests: pytest.Subtests) -> None:
-        """A trial that presses, moves or expects what no rule asks for would pass on anything."""
-        for contract in CONTRACTS:
-            with subtests.test(contract=contract.id):
-                sets = needs_of(contract)
-                names = {
-                    "press": [r.name for n in sets for r in n.colliders],
-                    "move": [r.name for n in sets for r in n.joints],
-                    "then": [r.name for n in sets for r in n.variables],
-                }
-                used = {"press": [], "move": [], "then": []}  # type: dict[str, list[str]]
-                for trial in contract.trials:
-                    assert any(step.expect for step in trial.steps), f"{trial.name} expects nothing"
-                    for step in trial.steps:
-                        used["press"] += [step.press] if step.press else []
-                        used["move"] += step.move
-                        used["then"] += step.expect
-                for key in contract.keyframes:
-                    used["move"] += key.joint_shares
-                    used["then"] += key.values
-                for kind, patterns in used.items():
-                    for pattern in patterns:
-                        assert any(fits(pattern, name) for name in names[kind]), f"{kind} {pattern!r}"
-
-    def test_values_that_are_expected_are_asked_for(self, subtests: pytest.Subtests) -> None:
-        for contract in CONTRACTS:
-            with subtests.test(contract=contract.id):
-                rules = [r for n in needs_of(contract) for r in n.variables]
-                values = {v for r in rules for v in r.values}
-                expected = [v for t in contract.trials for s in t.steps for v in s.expect.values()]
-                expected += [v for k in contract.keyframes for v in k.values.values()]
-                assert {one for v in expected for one in v.split("|")} <= values
-
-    @pytest.mark.content("code", "families", keep=0)
-    def test_what_is_asked_for_is_not_forbidden(self, subtests: pytest.Subtests) -> None:
-        for contract in CONTRACTS:
-            with subtests.test(contract=contract.id):
-                for needs in needs_of(contract):
-                    for rule in needs.joints:
-                        assert not any(re.fullmatch(p, sample(rule.name)) for p in contract.forbidden_joints), rule.name
-                    for shape in needs.colliders:
-                        assert not any(re.fullmatch(p, sample(shape.name)) for p in contract.forbidden_geoms), (
-                            shape.name
-                        )
-
-    def test_thresholds_have_a_joint(self, subtests: pytest.Subtests) -> None:
-        for contract in CONTRACTS:
-            with subtests.test(contract=contract.id):
-                joints = [r.name for n in needs_of(contract) for r in n.joints]
+@pytest.mark.content("code", "families", keep=0)
+def test_each_holds_together(subtests: pytest.Subtests) -> None:
+    """A trial that presses, moves or expects what no rule asks for would pass on anything."""
+    for contract in CONTRACTS:
+        with subtests.test(contract=contract.id):
+            assert [r.min_count for r in contract.regions if r.matches("main")] == [1]
+            sets = needs_of(contract)
+            names = {
+                "press": [r.name for n in sets for r in n.colliders],
+                "move": [r.name for n in sets for r in n.joints],
+                "then": [r.name for n in sets for r in n.variables],
+            }
+            used: dict[str, list[str]] = {"press": [], "move": [t.joint for t in contract.thresholds], "then": []}
+            expected = [v for key in contract.keyframes for v in key.values.values()]
+            for trial in contract.trials:
+                assert any(step.expect for step in trial.steps), f"{trial.name} expects nothing"
+                for step in trial.steps:
+                    used["press"] += [step.press] if step.press else []
+                    used["move"] += step.move
+                    used["then"] += step.expect
+                    expected += step.expect.values()
+            for key in contract.keyframes:
+                used["move"] += key.joint_shares
+                used["then"] += key.values
+            for kind, patterns in used.items():
+                for pattern in patterns:
+                    assert any(fits(pattern, name) for name in names[kind]), f"{kind} {pattern!r}"
+            values = {v for n in sets for r in n.variables for v in r.values}
+            assert {one for v in expected for one in v.split("|")} <= values
+            forbidden = [(n, p) for n in names["move"] for p in contract.forbidden_joints]
+            forbidden += [(n, p) for n in names["press"] for p in contract.forbidden_geoms]
+            assert not [name for name, pattern in forbidden if re.fullmatch(pattern, sample(name))]
+            for rule in (r for n in sets for r in n.joints if r.reach):
+                assert rule.reach is not None
                 for threshold in contract.thresholds:
-                    assert any(fits(threshold.joint, joint) for joint in joints), threshold
-
-    def test_asked_ranges_reach_its_thresholds(self, subtests: pytest.Subtests) -> None:
-        """What keeps the rules on range keeps the thresholds too."""
-        for contract in CONTRACTS:
-            with subtests.test(contract=contract.id):
-                for rule in (r for n in needs_of(contract) for r in n.joints if r.reach):
-                    assert rule.reach is not None
-                    for threshold in contract.thresholds:
-                        if threshold.at is not None and fits(threshold.joint, rule.name):
-                            assert rule.reach[0] < threshold.at < rule.reach[1]
-
-
-def positions(contract: str) -> dict[str, Threshold]:
-    return {t.name: t for t in KNOWN.contracts[contract].thresholds}
+                    if threshold.at is not None and fits(threshold.joint, rule.name):
+                        assert rule.reach[0] < threshold.at < rule.reach[1], "its range reaches the threshold"
 
 
 def test_thresholds_are_those_of_the_runtime() -> None:
     """Ref: RoboCasa, Stove.update_state, Sink.get_handle_state, Microwave.is_open, ElectricKettle, Toaster."""
-    assert positions("stovetop")["burner_on"].at == 0.35
-    assert positions("stovetop") == positions("stove")
-    assert positions("sink")["flow_begins"].at == 0.40
-    assert positions("microwave")["closed"].share == 0.005
-    assert positions("microwave")["open"].share == 0.90
-    assert positions("electric_kettle")["switch_is_on"].share == 0.95
-    assert positions("toaster")["lever_down"].share == 0.90
+    found = {(name, t.name): (t.at, t.share) for name, contract in KNOWN.contracts.items() for t in contract.thresholds}
+    assert KNOWN.contracts["stovetop"].thresholds == KNOWN.contracts["stove"].thresholds
+    for key, expected in {
+        ("stovetop", "burner_on"): (0.35, None),
+        ("sink", "flow_begins"): (0.40, None),
+        ("microwave", "closed"): (None, 0.005),
+        ("microwave", "open"): (None, 0.90),
+        ("electric_kettle", "switch_is_on"): (None, 0.95),
+        ("toaster", "lever_down"): (None, 0.90),
+    }.items():
+        assert found[key] == expected, key
 
 
 @pytest.fixture
 def copy(tmp_path: Path) -> Path:
-    """A registry of one's own to break."""
     root = tmp_path / "registry"
     shutil.copytree(registry.data_root(), root)
     return root

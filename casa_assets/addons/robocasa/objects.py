@@ -21,9 +21,8 @@ from casa_assets.addons.robocasa.casa_objects import GROUPS
 from casa_assets.addons.robocasa.parts import moved
 from casa_assets.formats.mjcf import document, shapes
 from casa_assets.formats.values import ROBOSUITE_GROUPS, numbers
-from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.asset import Asset, Split
 from casa_assets.model.asset.parts import Mesh
-from casa_assets.model.asset.provenance import Split
 from casa_assets.model.issue import Files
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Id, Record, Vec3

@@ -31,8 +31,7 @@ from casa_assets.layouts.run.state_file import digest_of_file, read_states, writ
 from casa_assets.library import attribution
 from casa_assets.library import library as disk
 from casa_assets.library.entry import entries as entries_of
-from casa_assets.model.asset.asset import Asset, Base
-from casa_assets.model.asset.provenance import TEST_SHARE, Split, split_of
+from casa_assets.model.asset.asset import TEST_SHARE, Asset, Base, Split, split_of
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category, RestingPose

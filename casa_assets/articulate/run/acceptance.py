@@ -20,9 +20,8 @@ from casa_assets.checks.package import Package
 from casa_assets.checks.table import TABLE
 from casa_assets.errors import Rejected
 from casa_assets.formats import mjcf
-from casa_assets.model.asset.asset import Asset, Exclusion
+from casa_assets.model.asset.asset import Asset, Exclusion, Guess
 from casa_assets.model.asset.parts import JointKind
-from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.issue import REVIEW_CODE, Issue, Report, Severity
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category

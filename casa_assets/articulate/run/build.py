@@ -34,8 +34,7 @@ from casa_assets.ingest.things import load
 from casa_assets.library.clip import NO_WEIGHTS, classify_by_look, load_scorer
 from casa_assets.library.library import Identity, Producer
 from casa_assets.library.review import REJECTED_CODE
-from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.provenance import Guess
+from casa_assets.model.asset.asset import Asset, Guess
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
 from casa_assets.model.source import RawModel, Source, Up, UpAxis, UserOverride, Word

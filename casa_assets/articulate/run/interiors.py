@@ -32,8 +32,8 @@ from casa_assets.asset.family import Supplies
 from casa_assets.asset.solid import solid_mesh
 from casa_assets.core.numeric import Ints
 from casa_assets.mesh.solid.primitive import tessellate
+from casa_assets.model.asset.asset import Labels
 from casa_assets.model.asset.parts import JointKind, Mesh
-from casa_assets.model.asset.provenance import Labels
 from casa_assets.model.record import Vec3
 from casa_assets.model.source import RawModel, RawPart
 from casa_assets.registry.plugins.interiors import FURNISHERS, Interior, add_drawer_box, add_walls

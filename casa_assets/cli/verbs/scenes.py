@@ -198,8 +198,7 @@ def sample(
 
     Example:  casa-assets scenes sample 20 --seed 1 --objects 40
     """
-    from casa_assets.layouts.run.draws import draw_recipes
-    from casa_assets.layouts.run.sample import sample_all
+    from casa_assets.layouts.run.sample import draw_recipes, sample_all
 
     recipes = draw_recipes(count, seed, objects)
     done = sample_all(recipes, out, workers, drawn=pictures, in_3d=in_3d)

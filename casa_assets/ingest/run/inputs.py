@@ -24,7 +24,7 @@ from casa_assets.library.library import Library
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Report
 from casa_assets.model.source import Source, SourceKind, Up
-from casa_assets.registry.plugins.guard import guarded, sources
+from casa_assets.registry.plugins.load import guarded, sources
 from casa_assets.runs.outcome import keep_trace
 
 if TYPE_CHECKING:

@@ -32,9 +32,8 @@ from casa_assets.ingest.things import guess_of_things, load
 from casa_assets.library import library as disk
 from casa_assets.library.library import Producer
 from casa_assets.library.review import NAME, REJECTED_CODE, doubtful_guesses
-from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.asset import Asset, Guess
 from casa_assets.model.asset.material import Substance
-from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.issue import ASKED_CODE, REVIEW_CODE, Issue, Report
 from casa_assets.model.record import Record
 from casa_assets.model.registry.category import Category

@@ -24,6 +24,7 @@ from casa_assets.layouts.check_plan.edit import (
     edited,
     edited_value,
     flow_text,
+    put,
     spelt,
     value_at,
 )
@@ -71,11 +72,10 @@ class PlanCheck:
 def check_plan(text: str, file: str, style: Style, fixed_walls: bool = False) -> PlanCheck:
     """Check the text of a plan. Raises RegistryError or UnknownId where a file that it needs is wrong, not for its own.
 
-    Args:
-        file: its name, whose stem is the plan's id.
-        style: that it is tried with. fixed_walls: where doors clash or an aisle is narrow, the room is not made larger.
+    `file`: its name, whose stem is the plan's id. `style`: that it is tried with. `fixed_walls`: where doors clash or
+    an aisle is narrow, the room is not made larger.
     """
-    told: list[Fault] = []
+    reported: list[Fault] = []
     now, seen = text, {text}
     stage, faults, kitchen = find_faults(now, file, style, fixed_walls)
     while faults:
@@ -88,12 +88,12 @@ def check_plan(text: str, file: str, style: Style, fixed_walls: bool = False) ->
             if stage >= CONFLICTS or left[0] > stage or (left[0] == stage and len(left[1]) < len(faults)):
                 break
         else:
-            told += [_told(replace(fault, mend=None), text, now, file) for fault in faults]
-            return PlanCheck(tuple(told), now, None)
-        told += [_told(fault, text, now, file) for fault in made]
+            reported += [_located(replace(fault, mend=None), text, now, file) for fault in faults]
+            return PlanCheck(tuple(reported), now, None)
+        reported += [_located(fault, text, now, file) for fault in made]
         seen.add(after)
         now, (stage, faults, kitchen) = after, left
-    return PlanCheck(tuple(told), now, kitchen)
+    return PlanCheck(tuple(reported), now, kitchen)
 
 
 def find_faults(
@@ -177,7 +177,7 @@ def edited_text(text: str, file: str, edit: Edit) -> str:
     is_own = edit.kind is EditKind.INSERT or value_at(own, edit.pointer[:-1]) is not None
     steps = [edit] if is_own else []
     if isinstance(top, str) and top in whole:
-        steps.append(Edit.put((top,), whole[top]))
+        steps.append(put((top,), whole[top]))
     for step in steps:
         try:
             after = edited(text, step)
@@ -188,7 +188,7 @@ def edited_text(text: str, file: str, edit: Edit) -> str:
     return block_text(whole)
 
 
-def _told(fault: Fault, first: str, now: str, file: str) -> Fault:
+def _located(fault: Fault, first: str, now: str, file: str) -> Fault:
     """A fault with its line in the text that was given, which earlier mends have changed."""
     edits, line = fault.mend.edits if fault.mend else (), fault.line
     old: tuple[Any, ...] = (None,) * len(edits)
@@ -231,11 +231,9 @@ class DoesNotFit(CasaError):
 def fit_plan(text: str, file: str, style: Style, width: float, depth: float) -> FittedPlan:
     """The plan with walls of another size and with what fits between them.
 
-    Args:
-        file: name of the file; the plan may be like another. style: that it is tried with.
-        width, depth: of the room, along x and y, metres.
-    Raises:
-        DoesNotFit: nothing that keeps its sink, cooker and refrigerator fits. CasaError: the plan has faults.
+    `file`: name of the file; the plan may be like another. `style`: that it is tried with. `width`, `depth`: of the
+    room, along x and y, metres. Raises DoesNotFit: nothing that keeps its sink, cooker and refrigerator fits.
+    CasaError: the plan has faults.
     """
     look = f"look at it with `casa-assets scenes check-plan {shlex.quote(str(file))}`"
     before = check_plan(text, file, style)
@@ -308,9 +306,9 @@ def _resized(draft: Draft, size: Size, wanted: Size) -> list[tuple[Edit, str]]:
             value = round(new if abs(now - old) < 1e-3 else now * new / old, 3)
             if isinstance(wall.length, str):
                 three, name = [value, value, value], wall.length
-                edit = Edit.put(("parameters", name), three)
+                edit = put(("parameters", name), three)
                 out.setdefault(f"parameter {name}", (edit, f"Write {name}: {flow_text(three)}."))
             else:
-                edit = Edit.put((*draft.row("walls", wall.id), "length"), value)
+                edit = put((*draft.row("walls", wall.id), "length"), value)
                 out[wall.id] = (edit, f"Write `length: {value:g}` for {wall.id}.")
     return list(out.values())

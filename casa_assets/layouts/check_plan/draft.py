@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from casa_assets.layouts.check_plan.edit import Edit, edited_value, value_at
+from casa_assets.layouts.check_plan.edit import Edit, Mend, edited_value, flow_text, insert, put, remove, value_at
 from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.order.request import request_kitchen
-from casa_assets.layouts.order.room_shell import CASING_WIDTH_M
+from casa_assets.layouts.order.room_shell import CASING_WIDTH_M, casing_width
 from casa_assets.layouts.order.trim import CORNICE_DEPTH_M, FLAT_PROFILE
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.clearances import Leaf, leaves_of
@@ -91,9 +91,8 @@ class Draft:
     def after(self, edits: Sequence[Edit]) -> Draft:
         """Return the plan after edits.
 
-        Raises:
-            ValidationError: the result is not a valid plan.
-            KeyError, IndexError, TypeError: an edit's pointer does not fit the plan.
+        Raises ValidationError: the result is not a valid plan. KeyError, IndexError, TypeError: an edit's pointer does
+        not fit the plan.
         """
         value = self.raw
         for edit in edits:
@@ -127,30 +126,34 @@ class Draft:
         """Set a field of a unit that is written `- doors`, `- doors: 0.6` or `- doors: {width: 0.6}`."""
         unit = self.at(at)
         if not isinstance(unit, dict):
-            return Edit.put(at, {unit: value if key == "width" else {key: value}})
+            return put(at, {unit: value if key == "width" else {key: value}})
         kind, inner = next(iter(unit.items()))
         if len(unit) > 1:  # with all its fields in full
-            return Edit.put((*at, key), value)
+            return put((*at, key), value)
         if isinstance(inner, dict):
-            return Edit.put((*at, kind, key), value)
+            return put((*at, kind, key), value)
         both = {key: value} if inner is None else {"width": inner, key: value}
-        return Edit.put((*at, kind), value if key == "width" else both)
+        return put((*at, kind), value if key == "width" else both)
+
+    def unit_with(self, at: KeyPath, name: str, key: str, value: Any) -> Mend:
+        """The mend that sets a field of a unit called `name`."""
+        return Mend(f"Write `{key}: {flow_text(value)}` for {name}.", (self.in_unit(at, key, value),))
 
     def without(self, at: KeyPath, key: str) -> Edit:
         """Take a field of a unit out that it has, such as its width, so that it has its usual one."""
         unit = self.at(at)
         kind, inner = next(iter(unit.items()))
         if len(unit) > 1:
-            return Edit.remove((*at, key))
+            return remove((*at, key))
         is_one = not isinstance(inner, dict) or len(inner) == 1
-        return Edit.put(at, kind) if is_one else Edit.remove((*at, kind, key))
+        return put(at, kind) if is_one else remove((*at, kind, key))
 
     def with_item(self, at: KeyPath, item: Any, index: int | None = None) -> Edit:
         """Put an item into a list that may not be there yet, at its end or before the one of a number."""
         items = self.at(at)
         if not isinstance(items, list) or not items:
-            return Edit.put(at, [item])
-        return Edit.insert((*at, len(items) if index is None else index), item)
+            return put(at, [item])
+        return insert((*at, len(items) if index is None else index), item)
 
     @cached_property
     def models(self) -> StyleModels:
@@ -193,7 +196,7 @@ class Draft:
             return ()
         left, right = min(s.left for s in row) + inset, max(s.right for s in row) - inset
         back, front = (0.0 if line.at_wall else -line.run.overhang) + inset, line.depth - inset
-        return tuple(line.frame.at(u, v)[:2] for u, v in ((left, back), (right, back), (right, front), (left, front)))
+        return line.frame.rectangle(left, right, back, front)
 
     def pointer(self, name: str) -> KeyPath:
         """Where a part of that name is written; its run for a unit that the layout adds."""
@@ -219,8 +222,7 @@ class Draft:
 
     def casing_of(self, is_window: bool) -> float:
         """Width of the casing of the style's windows, or of its doors, metres."""
-        role, models = "window" if is_window else "door", self.models
-        return float(models.for_role(role).params.get("casing", CASING_WIDTH_M)) if models.has(role) else CASING_WIDTH_M
+        return casing_width(self.models, "window" if is_window else "door")
 
     def beside_casing(self, top: float, is_window: bool) -> float:
         """Return the width to keep free at each side of an opening that reaches up to `top`, in metres.

@@ -15,6 +15,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -31,12 +32,12 @@ NEAR = 0.6  # least similarity of a misspelt name, as difflib counts it
 
 
 class EditKind(StrEnum):
-    """Kind of an edit; see the class methods of `Edit`."""
+    """Kind of an edit; `put`, `rename`, `remove` and `insert` make one of each."""
 
-    REPLACE = "replace"
-    RENAME = "rename"
-    REMOVE = "remove"
-    INSERT = "insert"
+    REPLACE = "replace"  # a value is put at a pointer: a key that may be there already, or an item that is
+    RENAME = "rename"  # the last key of a pointer is called something else
+    REMOVE = "remove"  # a key with its value, or an item, is taken out
+    INSERT = "insert"  # an item is put into a list, before the one at a pointer
 
 
 @dataclass(frozen=True)
@@ -47,25 +48,8 @@ class Edit:
     pointer: KeyPath
     value: Any = None
 
-    @classmethod
-    def put(cls, pointer: KeyPath, value: Any) -> Edit:
-        """Put a value at a pointer: a key that may be there already, or an item that is."""
-        return cls(EditKind.REPLACE, pointer, value)
 
-    @classmethod
-    def rename(cls, pointer: KeyPath, name: str) -> Edit:
-        """Call the last key of a pointer something else."""
-        return cls(EditKind.RENAME, pointer, name)
-
-    @classmethod
-    def remove(cls, pointer: KeyPath) -> Edit:
-        """Take a key with its value, or an item, out."""
-        return cls(EditKind.REMOVE, pointer)
-
-    @classmethod
-    def insert(cls, pointer: KeyPath, item: Any) -> Edit:
-        """Put an item into a list, before the one at a pointer."""
-        return cls(EditKind.INSERT, pointer, item)
+put, rename, remove, insert = (partial(Edit, kind) for kind in EditKind)
 
 
 @dataclass(frozen=True)
@@ -79,13 +63,13 @@ class Mend:
     def write(cls, at: KeyPath, name: str = "", /, **values: Any) -> Mend:
         """Have keys written in the mapping at a pointer, which is that of something called `name`."""
         said = ", ".join(f"{key}: {flow_text(value)}" for key, value in values.items())
-        edits = tuple(Edit.put((*at, key), value) for key, value in values.items())
+        edits = tuple(put((*at, key), value) for key, value in values.items())
         return cls(f"Write `{said}` for {name}." if name else f"Write `{said}`.", edits)
 
     @classmethod
     def take_out(cls, at: KeyPath, name: str) -> Mend:
         """Have what is at a pointer taken out."""
-        return cls(f"Take out {name}.", (Edit.remove(at),))
+        return cls(f"Take out {name}.", (remove(at),))
 
 
 @dataclass(frozen=True)

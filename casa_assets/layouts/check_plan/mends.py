@@ -17,7 +17,7 @@ from pydantic import ValidationError
 
 from casa_assets.errors import CasaError, PlanConflict, UnknownId
 from casa_assets.layouts.check_plan.draft import FROM_END_M, WINDOW_FROM_END_M, Draft
-from casa_assets.layouts.check_plan.edit import Edit, Fault, Mend, flow_text
+from casa_assets.layouts.check_plan.edit import Edit, Fault, Mend, flow_text, insert, put, remove
 from casa_assets.layouts.check_plan.problems import Problem, has_worktop, passage, problems_of
 from casa_assets.layouts.check_plan.values import name_faults
 from casa_assets.layouts.order.build_order import KitchenRequest
@@ -131,7 +131,7 @@ def _mends_of_conflict(draft: Draft, conflict: PlanConflict) -> Iterator[Mend]:
         yield Mend.write((), height=wanted)
     elif at[-1:] == ("model",):
         row, said = _written(draft, at[:-1]), "Take out 'model': the style's stands there, if it has one."
-        yield Mend(said, (draft.without(row, "model") if table == "runs" else Edit.remove((*row, "model")),))
+        yield Mend(said, (draft.without(row, "model") if table == "runs" else remove((*row, "model")),))
     elif table == "seats":
         yield from _of_seats(plan, at)
     elif table == "openings":
@@ -148,7 +148,7 @@ def _mends_of_conflict(draft: Draft, conflict: PlanConflict) -> Iterator[Mend]:
             yield from _of_upper(draft, run) if len(at) == 3 else _of_fixed(draft, run, str(at[3]))
         else:
             keys = ("length",) if at[2:] == ("length",) else ("start", "end")
-            edits = tuple(Edit.remove((*draft.row("runs", name), key)) for key in keys if getattr(run, key))
+            edits = tuple(remove((*draft.row("runs", name), key)) for key in keys if getattr(run, key))
             yield Mend(f"Take out {' and '.join(map(repr, keys))} of {name}.", edits)
     if name and table not in ("runs", "walls"):
         yield Mend.take_out(_written(draft, at[:2]), f"{name} of {table}")
@@ -161,7 +161,7 @@ def _of_seats(plan: Plan, at: KeyPath) -> Iterator[Mend]:
         k, first = next((k, row) for k, row in enumerate(plan.seats) if row.run == second.run)
         count = min(first.count + second.count, MOST_SEATS)
         said = f"Write `count: {count}` for {first.run}, and take out the second row."
-        yield Mend(said, (Edit.put(("seats", k, "count"), count), Edit.remove(at)))
+        yield Mend(said, (put(("seats", k, "count"), count), remove(at)))
     for k, seats in enumerate(plan.seats):
         yield from (Mend.write(("seats", k), count=count) for count in range(seats.count - 1, 0, -1))
         yield Mend.take_out(("seats", k), f"the seats at {seats.run}")
@@ -195,7 +195,7 @@ def _of_hole(draft: Draft, name: str) -> Iterator[Mend]:
 def _of_base(draft: Draft, run: Run) -> Iterator[Mend]:
     line, units = draft.lines()[run.id], run.base
     spans = [standard_sizes.base_span(u, draft.models) for u in units]
-    available = round(line.length - line.left.base_length - line.right.base_length - room_at_walls(line), 4)
+    available = round(line.length - line.left.base_length - line.right.base_length - sum(room_at_walls(line)), 4)
     if share_widths(spans, available) is None:
         # What opens away from a corner stays, so that what comes next does not run into the other row.
         ends = ((line.left, 0), (line.right, len(units) - 1))
@@ -215,7 +215,7 @@ def _of_base(draft: Draft, run: Run) -> Iterator[Mend]:
     count = math.ceil(left / MOST_ADDED - 1e-3) if left > 0.24 else 0
     for _ in range(count):
         width = [LEAST_ADDED, round(max(left / count, LEAST_ADDED), 3)]
-        edits.append(Edit.insert(draft.unit(run.id, "base", tail), {"doors": width}))
+        edits.append(insert(draft.unit(run.id, "base", tail), {"doors": width}))
         said.append(f"Add `- doors: {flow_text(width)}`.")
     yield Mend(" ".join(said), tuple(edits))
 
@@ -230,9 +230,9 @@ def longer_walls(draft: Draft, line: RunLine, more: float, along: bool) -> Itera
     value = round(plan.length(name, plan.defaults) + more + 0.005, 2)
     if len(lengths) == 1 and isinstance(name, str):
         three = [value, value, round(max(value, plan.parameters[name].high + more), 2)]
-        yield Mend(f"Write {name}: {flow_text(three)}.", (Edit.put(("parameters", name), three),))
+        yield Mend(f"Write {name}: {flow_text(three)}.", (put(("parameters", name), three),))
     elif len(lengths) == 1:
-        edits = tuple(Edit.put((*draft.row("walls", w.id), "length"), value) for w in walls)
+        edits = tuple(put((*draft.row("walls", w.id), "length"), value) for w in walls)
         yield Mend(f"Write `length: {value:g}` for {' and '.join(w.id for w in walls)}.", edits)
 
 
@@ -245,7 +245,7 @@ def _changed(draft: Draft, run: str, row: str, units: Units, changes: Changes) -
     parts = [f"take out {taken}" if taken else "", f"write {narrow}" if narrow else ""]
     said = " and ".join(part for part in parts if part)
     edits = [draft.in_unit(draft.unit(run, row, k), "width", width) for k, width in widths.items()]
-    return Mend(f"{said[:1].upper()}{said[1:]}.", (*edits, *(Edit.remove(draft.unit(run, row, k)) for k in out)))
+    return Mend(f"{said[:1].upper()}{said[1:]}.", (*edits, *(remove(draft.unit(run, row, k)) for k in out)))
 
 
 def shrunk(
@@ -253,10 +253,8 @@ def shrunk(
 ) -> Changes | None:
     """Return changes after which the minimum widths of units fit into `available`, or None if no changes achieve it.
 
-    Units are narrowed first. Then they are removed, the least important first.
-
-    Args:
-        keep_last: minimum number of units that remain. kept: units that are not removed.
+    Units are narrowed first. Then they are removed, the least important first. `keep_last`: minimum number of units
+    that remain. `kept`: units that are not removed.
     """
     floors = [min(s.minimum, LEAST.get(str(u.kind), s.minimum)) for u, s in zip(units, spans, strict=True)]
     stay = list(range(len(units)))
@@ -338,7 +336,7 @@ def _of_fixed(draft: Draft, run: Run, name: str) -> Iterator[Mend]:
     if wanted != fixed:
         order = dict(zip(fixed, wanted, strict=True))
         moved = [units[order.get(j, j)] for j in range(len(units))]
-        yield Mend("Write wall units in the order of what is below them.", (Edit.put(row, moved),))
+        yield Mend("Write wall units in the order of what is below them.", (put(row, moved),))
     before = [j for j in fixed if j < k]
     start = max([line.left.upper_length, *(_span(run.upper[j], below, draft.models)[1] for j in before)])
     middle, end = below[str(unit.over)].middle, line.length - line.right.upper_length
@@ -349,7 +347,7 @@ def _of_fixed(draft: Draft, run: Run, name: str) -> Iterator[Mend]:
     room, is_hood = round(2 * min(middle - start, end - middle), 3), unit.kind is UpperKind.HOOD
     for width in HOOD_WIDTHS_M if is_hood else (room,):
         if LEAST_UPPER_M <= width <= room:
-            yield Mend(f"Write `width: {width:g}` for {name}.", (draft.in_unit((*row, k), "width", width),))
+            yield draft.unit_with((*row, k), name, "width", width)
     for j in before[-1:] if is_hood else ():
         yield Mend.take_out((*row, j), f"{run.upper[j].id}, which is where the hood goes")
     yield Mend.take_out((*row, k), name)
@@ -358,8 +356,7 @@ def _of_fixed(draft: Draft, run: Run, name: str) -> Iterator[Mend]:
 def problem_faults(draft: Draft, fixed_walls: bool = False) -> list[Fault]:
     """The first problem of a kitchen with its mend, which may be that of others; all of them where it has none.
 
-    Args:
-        fixed_walls: no mend changes lengths of walls.
+    `fixed_walls`: no mend changes lengths of walls.
     """
     group, problems = problems_of(draft)
     if not problems:
@@ -441,7 +438,7 @@ def _of_opening(draft: Draft, name: str) -> Iterator[Mend]:
             new: dict[str, str | float] = {"wall": wall.id, "at": u, "width": width}
             new = {k: v for k, v in new.items() if v != before[k]} | ({"hinge": hinge} if turned else {})
             mend = Mend.write(at, name, **new)
-            alone = (Edit.remove((*at, "over")),) if opening.over is not None else ()
+            alone = (remove((*at, "over")),) if opening.over is not None else ()
             yield replace(mend, edits=(*alone, *mend.edits))
     if is_door and opening.closet is None:
         yield passage(draft, name)
@@ -464,7 +461,7 @@ def _of_thing(draft: Draft, table: str, name: str) -> Iterator[Mend]:
     """A table, a column or a thing on a wall or the floor: with fewer chairs, or none of it."""
     at, chairs = draft.row(table, name), next((t.chairs for t in draft.plan.tables if t.id == name), 0)
     yield from (Mend.write(at, name, chairs=fewer) for fewer in range(chairs - 2, 1, -2))
-    yield Mend(f"Take out {name}.", (*_without(draft.plan, name), Edit.remove(at)))
+    yield Mend(f"Take out {name}.", (*_without(draft.plan, name), remove(at)))
 
 
 def _without(plan: Plan, name: str) -> Iterator[Edit]:
@@ -472,7 +469,7 @@ def _without(plan: Plan, name: str) -> Iterator[Edit]:
     for table, key in (("seats", "run"), ("corners", "runs"), ("lamps", "over")):
         found = [getattr(row, key) for row in getattr(plan, table)]
         rows = [one if isinstance(one, tuple) else (one,) for one in found]
-        yield from (Edit.remove((table, k)) for k in reversed(range(len(rows))) if name in rows[k])
+        yield from (remove((table, k)) for k in reversed(range(len(rows))) if name in rows[k])
 
 
 def _of_unit(draft: Draft, problem: Problem, name: str) -> Iterator[Mend]:
@@ -485,11 +482,10 @@ def _of_unit(draft: Draft, problem: Problem, name: str) -> Iterator[Mend]:
     units: Sequence[BaseUnit | UpperUnit] = line.run.base if row == "base" else line.run.upper
     unit, rows = units[k], list(draft.at(at[:-1]))
     if unit.hinge is not None:
-        hinge = other_side(unit.hinge).value
-        yield Mend(f"Write `hinge: {hinge}` for {name}.", (draft.in_unit(at, "hinge", hinge),))
+        yield draft.unit_with(at, name, "hinge", other_side(unit.hinge).value)
     if isinstance(unit, UpperUnit) and unit.kind is UpperKind.HOOD:
         for width in (w for w in HOOD_WIDTHS_M if w < draft.kitchen.slot(name).width):
-            yield Mend(f"Write `width: {width:g}` for {name}.", (draft.in_unit(at, "width", width),))
+            yield draft.unit_with(at, name, "width", width)
         k = next((i for i, u in enumerate(line.run.base) if u.id == unit.over), -1)
         if k >= 0:
             yield from _exchanged(draft, line, k)
@@ -500,16 +496,16 @@ def _of_unit(draft: Draft, problem: Problem, name: str) -> Iterator[Mend]:
         soft = [j for j, u in enumerate(units) if u.kind in ("doors", "glass")]
         if (end is not RunEnd.FREE and len(problem.owners) == 1) or end is RunEnd.WALL:
             said = f"Add `- filler: {flow_text(STRIP)}` to the {side} of {name}."
-            yield Mend(said, (Edit.insert((*at[:-1], beside), {"filler": STRIP}),))
+            yield Mend(said, (insert((*at[:-1], beside), {"filler": STRIP}),))
         for j in sorted(soft, key=lambda j: abs(j - k)):
             moved = [row for i, row in enumerate(rows) if i != j]
             moved.insert(min(index, len(moved)), {units[j].kind.value: door})
             said = f"Put {units[j].id} {flow_text(door)} at the {side} end of {run}."
-            yield Mend(said, (Edit.put(at[:-1], moved),))
+            yield Mend(said, (put(at[:-1], moved),))
         said = f"Add `- doors: {flow_text(door)}` at the {side} end of {run}."
-        yield Mend(said, (Edit.insert((*at[:-1], index), {"doors": door}),))
+        yield Mend(said, (insert((*at[:-1], index), {"doors": door}),))
     if unit.kind in (BaseKind.DRAWERS, BaseKind.DOORS, UpperKind.GLASS):
-        yield Mend(f"Write `doors: {flow_text(door)}` for {name}.", (Edit.put(at, {"doors": door}),))
+        yield Mend(f"Write `doors: {flow_text(door)}` for {name}.", (put(at, {"doors": door}),))
 
 
 def _exchanged(draft: Draft, line: RunLine, k: int) -> Iterator[Mend]:
@@ -520,10 +516,10 @@ def _exchanged(draft: Draft, line: RunLine, k: int) -> Iterator[Mend]:
     for i, j in sorted(pairs, key=lambda p: (abs(p[0] - p[1]), p)):
         rows = list(draft.at(at))
         rows[i], rows[j] = rows[j], rows[i]
-        yield Mend(f"Let {base[i].id} and {base[j].id} change places.", (Edit.put(at, rows),))
+        yield Mend(f"Let {base[i].id} and {base[j].id} change places.", (put(at, rows),))
     for index, side in ((k, "left"), (k + 1, "right")):
         said = f"Add `- doors: {flow_text(ONE_DOOR)}` to the {side} of {base[k].id}."
-        yield Mend(said, (Edit.insert((*at, index), {"doors": ONE_DOOR}),))
+        yield Mend(said, (insert((*at, index), {"doors": ONE_DOOR}),))
 
 
 def _of_run(draft: Draft, problem: Problem, line: RunLine) -> Iterator[Mend]:
@@ -539,7 +535,7 @@ def _of_run(draft: Draft, problem: Problem, line: RunLine) -> Iterator[Mend]:
                 value = round(draft.plan.length(getattr(run, key), draft.plan.defaults) + more, 2)
                 yield Mend.write(at, line.id, **{key: value})
     if not draft.plan.compact and "aisle" in problem.expected:
-        yield Mend("Add `compact: true`: aisles of a small kitchen are narrower.", (Edit.put(("compact",), True),))
+        yield Mend("Add `compact: true`: aisles of a small kitchen are narrower.", (put(("compact",), True),))
 
 
 def _smaller(draft: Draft, line: RunLine) -> Iterator[Mend]:
@@ -550,13 +546,13 @@ def _smaller(draft: Draft, line: RunLine) -> Iterator[Mend]:
             yield Mend.take_out((*at, "faces", key), f"{key!r} of {name}")
     if run.overhang:
         seats = [edit for edit in _without(draft.plan, name) if edit.pointer[0] == "seats"]
-        yield Mend(f"Take out the overhang and the seats of {name}.", (Edit.remove((*at, "overhang")), *seats))
-    shorter: tuple[Edit, ...] = (Edit.remove((*at, "length")),) if run.length is not None else ()
+        yield Mend(f"Take out the overhang and the seats of {name}.", (remove((*at, "overhang")), *seats))
+    shorter: tuple[Edit, ...] = (remove((*at, "length")),) if run.length is not None else ()
     for k, unit in reversed(list(enumerate(run.base))):
         there = draft.unit(name, "base", k)
         if unit.kind is BaseKind.ISLAND:
             for width in (round(line.length * share, 2) for share in (0.9, 0.8, 0.7, 0.6)):
                 yield Mend(f"Write `island: {width:g}`.", (draft.in_unit(there, "width", width),))
         elif unit.kind in SOFT and len(run.base) > 1:
-            yield Mend(f"Take out {unit.id}.", (Edit.remove(there), *shorter))
-    yield Mend(f"Take out the run {name}: there is no room for it.", (*_without(draft.plan, name), Edit.remove(at)))
+            yield Mend(f"Take out {unit.id}.", (remove(there), *shorter))
+    yield Mend(f"Take out the run {name}: there is no room for it.", (*_without(draft.plan, name), remove(at)))

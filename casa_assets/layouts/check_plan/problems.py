@@ -23,9 +23,9 @@ from casa_assets.layouts.check_plan.draft import (
     Draft,
     bounds_of,
 )
-from casa_assets.layouts.check_plan.edit import Edit, Fault, Mend, flow_text
+from casa_assets.layouts.check_plan.edit import Fault, Mend, flow_text, insert, put
 from casa_assets.layouts.order.furnish import worktop_width
-from casa_assets.layouts.order.request import placed_run
+from casa_assets.layouts.order.request import placed_run, placed_wall
 from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.clearances import Part, door_width_clear, find_aisles, fronts_of
@@ -33,8 +33,8 @@ from casa_assets.layouts.plan.room import WallHole
 from casa_assets.layouts.plan.runs import UnitSlot
 from casa_assets.layouts.plan.style_models import APPLIANCE_ROLES
 from casa_assets.mesh.outline import penetration_depth
-from casa_assets.model.kitchen.floor import AisleKind, RoomWall, RunEnd
-from casa_assets.model.kitchen.plan import COOKERS, TALL, BaseKind, BaseUnit, Run, UpperKind
+from casa_assets.model.kitchen.floor import AisleKind, RunEnd
+from casa_assets.model.kitchen.plan import COOKERS, TALL, BaseKind, Run, UpperKind
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.projects import read_once
@@ -116,13 +116,13 @@ def problems_of(draft: Draft) -> tuple[int, list[Problem]]:
 
 def _widths(draft: Draft) -> Iterator[Problem]:
     """Units that are narrower or wider than their appliance, or than can be built."""
-    told: set[str] = set()
+    reported: set[str] = set()
     for slot in draft.slots:
         place, unit = draft.place(slot.name), slot.unit
         span = None if unit is None or unit.width is None else _span_of_model(draft, unit)
         if span is None or place is None or span[0] - 0.0015 <= slot.width <= span[1] + WIDER_THAN_MODEL_M:
             continue
-        told.add(slot.name)
+        reported.add(slot.name)
         edit = draft.without(draft.unit(*place), "width")
         mend = Mend(f"Take the width of {slot.name} out: it follows from its model.", (edit,))
         expected = f"{span[0]:g} to {span[1]:g} m, by the style's model"
@@ -130,11 +130,11 @@ def _widths(draft: Draft) -> Iterator[Problem]:
     for item in draft.kitchen.items:
         bounds, width = bounds_of(item.choice.family, "width"), item.choice.params.get("width")
         name, at = item.unit or "", draft.place(item.unit or "")
-        if bounds is None or width is None or name in told or (at is None and item.role != "island"):
+        if bounds is None or width is None or name in reported or (at is None and item.role != "island"):
             continue
         least = LEAST_ISLAND_M if item.choice.family == "island_base" else bounds[0]
         if not least - 1e-6 <= width <= bounds[1] + 1e-6:
-            told.add(name)
+            reported.add(name)
             said, usual = f"Write {flow_text([least, bounds[1]])} for {name}.", [least, bounds[1]]
             mends = [Mend(said, (draft.in_unit(draft.unit(*at), "width", usual),))] if at else []
             expected = f"a width from {least:g} to {bounds[1]:g} m"
@@ -254,7 +254,7 @@ def _gap_over(draft: Draft, hole: WallHole) -> Iterator[Mend]:
         return
     reach = (hole.right - hole.left) / 2 + max(SILL_BESIDE_M, draft.beside_casing(hole.top, True)) + 0.001
     gap = {"gap": {"over": over, "width": math.ceil(100 * 2 * reach) / 100}}
-    edit = Edit.insert((*draft.row("runs", run.id), "upper", _index_over(draft, run, str(over))), gap)
+    edit = insert((*draft.row("runs", run.id), "upper", _index_over(draft, run, str(over))), gap)
     yield Mend(f"Leave a gap in the wall units of {run.id} over {over}.", (edit,))
 
 
@@ -284,7 +284,7 @@ def _hoods(draft: Draft) -> Iterator[Problem]:
         own, hood = next((k for k, u in enumerate(run.upper) if u.over == slot.name), -1), {"hood": {"over": slot.name}}
         new = draft.with_item(at, hood, _index_over(draft, run, slot.name))
         said = f"Add `- hood: {{over: {slot.name}}}` to the wall units of {run.id}."
-        mends = [Mend(said, (new if own < 0 else Edit.put((*at, own), hood),))]
+        mends = [Mend(said, (new if own < 0 else put((*at, own), hood),))]
         idle = next((k for k, u in enumerate(run.upper) if u.kind is UpperKind.HOOD and u.over is None), None)
         if idle is not None:
             edit = draft.in_unit((*at, idle), "over", slot.name)
@@ -349,7 +349,7 @@ def _lamps(draft: Draft) -> Iterator[Problem]:
 
 
 def _tasks(draft: Draft) -> Iterator[Problem]:
-    """What `all_tasks` asks for (TSK001) that the plan has none of; it may have that key from the one it is like."""
+    """Things that `all_tasks` asks for (TSK001) and the plan lacks; it may have that key from the one it is like."""
     kinds = {s.kind.value for s in draft.slots} | {item.id for item in draft.plan.worktop_items}
     doors = [s.width for s in draft.slots if s.is_upper and s.kind in (UpperKind.DOORS, UpperKind.GLASS)]
     needed = {"sink": ("sink",), "cooker": ("range", "hob"), "drawers": ("drawers", "island")}
@@ -367,10 +367,7 @@ def _aisles(draft: Draft) -> Iterator[Problem]:
     kitchen, room = draft.kitchen, draft.kitchen.room
     fronts = fronts_of(kitchen.slots, draft.models)
     runs = [placed_run(line, kitchen.slots[name], fronts) for name, line in kitchen.lines.items()]
-    walls = [
-        RoomWall(id=w.id, start=w.frame.at(0.0, 0.0)[:2], end=w.frame.at(w.length, 0.0)[:2], is_open=w.open)
-        for w in room.walls
-    ]
+    walls = [placed_wall(w, is_open=w.open) for w in room.walls]
     work = limits()["compact_aisle_m" if draft.plan.compact else "work_aisle_m"]
     for aisle in find_aisles(runs, walls, room.outline, {c.column.id: c.outline for c in room.columns}):
         least = work if aisle.kind is AisleKind.WORK else limits()["walkway_m"]
@@ -399,11 +396,8 @@ def _overlaps(draft: Draft) -> Iterator[Problem]:
 
 
 def _outline(slot: UnitSlot) -> tuple[Vec2, ...]:
-    back, front = -slot.recess, slot.depth - slot.recess
-    stands_free = isinstance(slot.unit, BaseUnit) and slot.kind is BaseKind.FRIDGE and not slot.unit.housing
-    air = standard_sizes.FRIDGE_SIDE if stands_free else 0.0
-    left, right = slot.left + air, slot.right - air
-    return tuple(slot.line.frame.at(u, v)[:2] for u, v in ((left, back), (right, back), (right, front), (left, front)))
+    air = standard_sizes.FRIDGE_SIDE if slot.stands_free else 0.0
+    return slot.line.frame.rectangle(slot.left + air, slot.right - air, -slot.recess, slot.depth - slot.recess)
 
 
 def _seats(draft: Draft) -> Iterator[Problem]:
@@ -532,13 +526,13 @@ def _at_things(draft: Draft) -> Iterator[Problem]:
     outlines = {n: _inscribed(t.outline) if is_round else t.outline for n, t in kitchen.tables.items()}
     things += [(name, Part(outline, 0.0, TABLE_M)) for name, outline in outlines.items()]
     things += [(h.opening.id, _sill(h)) for h in kitchen.holes if h.is_window]
-    told: set[tuple[str, str]] = set()
+    reported: set[tuple[str, str]] = set()
     for leaf, (name, thing) in itertools.product(draft.leaves, things):
-        if leaf.owner == name or (leaf.run and leaf.run == lines.get(name)) or (leaf.owner, name) in told:
+        if leaf.owner == name or (leaf.run and leaf.run == lines.get(name)) or (leaf.owner, name) in reported:
             continue
         depth = leaf.depth_in_thing(thing)
         if depth > limits()["scene_clash_m"] + PLAY_M:
-            told.add((leaf.owner, name))
+            reported.add((leaf.owner, name))
             expected, got = f"room to open {leaf.owner} before {name}", f"it runs {depth:.2f} m into it"
             yield Problem(leaf.owner, expected, got, depth, [name])
 
@@ -551,9 +545,8 @@ def _inscribed(square: Sequence[Vec2]) -> tuple[Vec2, ...]:
 
 
 def _sill(hole: WallHole) -> Part:
-    left, right = hole.left - SILL_BESIDE_M, hole.right + SILL_BESIDE_M
-    ends = ((left, 0.0), (right, 0.0), (right, SILL_M), (left, SILL_M))
-    return Part(tuple(hole.wall.frame.at(u, v)[:2] for u, v in ends), hole.bottom - SILL_UNDER_M, hole.bottom)
+    outline = hole.wall.frame.rectangle(hole.left - SILL_BESIDE_M, hole.right + SILL_BESIDE_M, 0.0, SILL_M)
+    return Part(outline, hole.bottom - SILL_UNDER_M, hole.bottom)
 
 
 def _swings(draft: Draft) -> Iterator[Problem]:
@@ -561,21 +554,21 @@ def _swings(draft: Draft) -> Iterator[Problem]:
 
     Those of one run keep to their own widths.
     """
-    told: set[frozenset[str]] = set()
+    reported: set[frozenset[str]] = set()
     for one, other in itertools.combinations(draft.leaves, 2):
         owners = frozenset((one.owner, other.owner))
         is_one_row = one.run == other.run and bool(one.run) and one.keeps_width and other.keeps_width
-        if len(owners) < 2 or is_one_row or owners in told:
+        if len(owners) < 2 or is_one_row or owners in reported:
             continue
         depth, moved, still = max((a.depth_in(b), a.owner, b.owner) for a, b in ((one, other), (other, one)))
         # The ways of two appliances, and of one and a door of the room, may not even cross (NKBA guideline 2).
         are_apart = (one.of_appliance or not one.run) and (other.of_appliance or not other.run)
         if depth > limits()["scene_clash_m"] + PLAY_M:
-            told.add(owners)
+            reported.add(owners)
             expected, got = f"room to open {moved} while {still} is open", f"they overlap by {depth:.2f} m"
             yield Problem(moved, expected, got, depth, [still])
         elif are_apart and (crossing := one.crossing(other)) > limits()["swing_m"] + PLAY_M:
-            told.add(owners)
+            reported.add(owners)
             expected, got = f"ways of {one.owner} and {other.owner} apart", f"they cross by {crossing:.2f} m"
             yield Problem(one.owner, expected, got, crossing, [other.owner])
 

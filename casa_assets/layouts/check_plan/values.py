@@ -13,7 +13,18 @@ from typing import Any
 from pydantic import ValidationError
 
 from casa_assets.layouts.check_plan.draft import Draft
-from casa_assets.layouts.check_plan.edit import NEAR, Edit, Fault, Mend, flow_text, nearest, spelt, value_at
+from casa_assets.layouts.check_plan.edit import (
+    NEAR,
+    Fault,
+    Mend,
+    flow_text,
+    nearest,
+    put,
+    remove,
+    rename,
+    spelt,
+    value_at,
+)
 from casa_assets.layouts.plan.room import AXES, corner_turns, is_corner, lengths_along
 from casa_assets.model.kitchen.plan import BaseKind, Heading, OpeningKind, Plan, Wall
 from casa_assets.model.registry.document import KeyPath, expected_one_of, fields_at
@@ -51,8 +62,7 @@ MIN_WALL_M, MAX_WALL_M, USUAL_WALL_M = 0.3, 20.0, 1.0
 def record_faults(plan: Any, stem: str) -> list[Fault]:
     """Return the values that the records of plans reject, each value once, in the order of the file.
 
-    Args:
-        plan: value of the file. stem: the plan's id.
+    `plan`: value of the file. `stem`: the plan's id.
     """
     if not isinstance(plan, dict):
         return [Fault((), "the keys of a plan: title, walls, runs and others", type(plan).__name__)]
@@ -116,7 +126,7 @@ def _fault(plan: dict[str, Any], at: KeyPath, errors: list[Any]) -> Fault:
     if kind in BOUNDS and isinstance(got, int | float):
         value = ctx[BOUNDS[kind][0]] + BOUNDS[kind][1]
         is_near = abs(got - value) <= MOST_BEYOND * max(abs(value), 1.0)
-        return Fault(at, said, f"{got:g}", Mend(f"Write {value:g}.", (Edit.put(at, value),)) if is_near else None)
+        return Fault(at, said, f"{got:g}", Mend(f"Write {value:g}.", (put(at, value),)) if is_near else None)
     if kind == "missing":
         return Fault(at, f"{at[-1]!r}, which is missing", "nothing")
     mend = None
@@ -124,7 +134,7 @@ def _fault(plan: dict[str, Any], at: KeyPath, errors: list[Any]) -> Fault:
         is_key = got is None and at[-1] == "id"  # the id is the key of the row
         at, got = (at[:-1], at[-2]) if is_key else (at, got)
         name = spelt(str(got))
-        edit = Edit.rename(at, name) if is_key else Edit.put(at, name)
+        edit = rename(at, name) if is_key else put(at, name)
         mend = Mend(f"Write {name}.", (edit,)) if name[:1].isalpha() else None
     known = EXPECTED.get(kind) or EXPECTED.get(kind.split("_")[0])
     return Fault(at, said if known is None else known.format(**ctx), flow_text(got)[:80], mend)
@@ -136,14 +146,14 @@ def _unknown_key(plan: dict[str, Any], at: KeyPath, loc: Sequence[str | int]) ->
     # A plan that is like another has all keys of that one beside its own.
     given = beside if isinstance(beside, dict) and len(at) > 1 else {}
     near = nearest(key, [name for name in known if name not in given], NEAR_KEY)
-    mend = None if near is None else Mend(f"Call {key!r} {near!r}.", (Edit.rename(at, near),))
+    mend = None if near is None else Mend(f"Call {key!r} {near!r}.", (rename(at, near),))
     return Fault(at, expected_one_of([*known, LIKE] if len(at) == 1 else known, key), repr(key), mend)
 
 
 def _unknown_word(at: KeyPath, got: Any, word: str, known: list[str]) -> Fault:
     near = nearest(word, known)
     is_key = at[-1] == word and got != word  # the kind of a unit that is written `- doors: 0.6`
-    edit = None if near is None else Edit.rename(at, near) if is_key else Edit.put(at, near)
+    edit = None if near is None else rename(at, near) if is_key else put(at, near)
     return Fault(at, expected_one_of(known, word), repr(word), Mend(f"Write {near}.", (edit,)) if edit else None)
 
 
@@ -156,7 +166,7 @@ def name_faults(draft: Draft) -> list[Fault]:
     for at, got, known, least in _references(draft):
         if got is not None and got not in known:
             near = nearest(got, known, least)
-            mend = Mend(_written(at, near), (Edit.put(at, near),)) if near else None
+            mend = Mend(_written(at, near), (put(at, near),)) if near else None
             found.append(Fault(at, expected_one_of(known, got), repr(got), mend))
     for at, name, got, units in _references_to_units(draft):
         if got is not None and got not in units:
@@ -165,7 +175,7 @@ def name_faults(draft: Draft) -> list[Fault]:
             if near is None:
                 mend = Mend.take_out(at, repr(name))
             else:
-                edit = draft.in_unit(at, key, near) if at[0] == "runs" else Edit.put(there, near)
+                edit = draft.in_unit(at, key, near) if at[0] == "runs" else put(there, near)
                 mend = Mend(_written(there, near), (edit,))
             known = [name for name, kind in units.items() if kind]
             found.append(Fault(there, expected_one_of(known, got), repr(got), mend))
@@ -246,7 +256,7 @@ def _orders_of_runs(draft: Draft) -> Iterator[Fault]:
                 order: Any = {**{k: v for k, v in rows.items() if k != run.id}, run.id: rows[run.id]}
             else:
                 order = [*rows[:n], *rows[n + 1 :], rows[n]]
-            mend = Mend(f"Write {run.id!r} behind {placed.run!r}.", (Edit.put(("runs",), order),))
+            mend = Mend(f"Write {run.id!r} behind {placed.run!r}.", (put(("runs",), order),))
             yield Fault(at, "a run that stands before it in the file", repr(placed.run), mend)
         if run.upper:
             expected = f"no wall units over {run.id}, which stands at no wall"
@@ -268,7 +278,7 @@ def _called(draft: Draft, table: str, k: int, name: str) -> tuple[KeyPath, Mend]
     """Where a row of a table is, and the mend that gives it another id."""
     rows = draft.raw[table]
     at: KeyPath = (table, k if isinstance(rows, list) else list(rows)[k])
-    edit = Edit.put((*at, "id"), name) if isinstance(rows, list) else Edit.rename(at, name)
+    edit = put((*at, "id"), name) if isinstance(rows, list) else rename(at, name)
     return at, Mend(f"Call it {name!r}.", (edit,))
 
 
@@ -288,7 +298,7 @@ def _same_names(draft: Draft) -> Iterator[Fault]:
             if name in seen:
                 at, mend = _called(draft, table, k, _free(name, seen))
                 # The name of a thing on a worktop is its role, which there is once.
-                mend = Mend("Take it out.", (Edit.remove(at),)) if table == "worktop_items" else mend
+                mend = Mend("Take it out.", (remove(at),)) if table == "worktop_items" else mend
                 yield Fault(at, "a name of its own", repr(name), mend)
             seen.add(name)
 
@@ -307,7 +317,7 @@ def wall_faults(draft: Draft) -> list[Fault]:
         expected += ", by a right angle at each corner or by less to the right"
     order, mend = next((o for o in _orders(walls) if _goes_round(o)), None), None
     if order is not None:
-        mend = Mend(f"Write them as {_said(order)}.", (Edit.put(("walls",), _rows(draft.raw["walls"], order)),))
+        mend = Mend(f"Write them as {_said(order)}.", (put(("walls",), _rows(draft.raw["walls"], order)),))
     return [Fault(("walls",), expected, _said(walls), mend)]
 
 
@@ -346,7 +356,7 @@ def _lengths(draft: Draft) -> Iterator[Fault]:
     aslant = next((w for w in draft.plan.walls if w.is_aslant and w.length is None), None)
     if aslant is not None:
         at = (*draft.row("walls", aslant.id), "length")
-        mend = Mend(f"Write `length: {USUAL_WALL_M}`.", (Edit.put(at, USUAL_WALL_M),))
+        mend = Mend(f"Write `length: {USUAL_WALL_M}`.", (put(at, USUAL_WALL_M),))
         yield Fault(at, "a length, since it stands aslant", "none", mend)
         return
     known = {w.id: draft.plan.length(w.length, draft.plan.defaults) for w in draft.plan.walls if w.length is not None}

@@ -78,11 +78,6 @@ class OrderItem:
     lid_of: str = ""
 
 
-def preset_with(preset: str, params: Mapping[str, Any] | None = None) -> PresetChoice:
-    """A preset of a family with some numbers changed."""
-    return PresetChoice(preset=preset, params=dict(params or {}))
-
-
 def numbered(stem: str, number: int) -> str:
     """Name of one of several items, counted from 0: the first has no number."""
     return stem if number == 0 else f"{stem}_{number + 1}"
@@ -169,8 +164,24 @@ class BuildOrder:
     tables: Mapping[str, PlacedTable] = field(default_factory=dict)
     items: list[OrderItem] = field(default_factory=list)
 
-    def add(self, item: OrderItem) -> None:
-        """Append. Raises ValueError where another item has that name, which is a bug of the layout."""
-        if any(i.name == item.name for i in self.items):
-            raise ValueError(f"two items are called {item.name!r}")
-        self.items.append(item)
+    def add(
+        self,
+        name: str,
+        role: str,
+        choice: PresetChoice | str,
+        spot: Spot,
+        params: Mapping[str, Any] | None = None,
+        *,
+        unit: str = "",
+        run: str = "",
+        layer: str = "things",
+        lid_of: str = "",
+    ) -> None:
+        """Append an item of a choice, or of a preset with some numbers changed.
+
+        Raises ValueError where another item has that name, which is a bug of the layout.
+        """
+        if any(item.name == name for item in self.items):
+            raise ValueError(f"two items are called {name!r}")
+        made = PresetChoice(preset=choice, params=dict(params or {})) if isinstance(choice, str) else choice
+        self.items.append(OrderItem(name, role, made, spot, unit, run, layer, lid_of))

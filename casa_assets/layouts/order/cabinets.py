@@ -5,14 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from casa_assets.layouts.order.build_order import (
-    BuildOrder,
-    DepthReference,
-    HeightReference,
-    OrderItem,
-    Spot,
-    preset_with,
-)
+from casa_assets.layouts.order.build_order import BuildOrder, DepthReference, HeightReference, Spot
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import CornerPart, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModel, StyleModels
@@ -83,15 +76,13 @@ def _add(
 ) -> None:
     """Order a choice, or a preset with some numbers changed, for a slot; at a `Spot` in it."""
     spot = Spot(slot.line.frame, slot.middle, v - slot.recess, slot.bottom if z is None else z, **at)
-    chosen = preset_with(choice, params) if isinstance(choice, str) else choice
-    order.add(OrderItem(name or slot.name, role, chosen, spot, slot.name, slot.line.id))
+    order.add(name or slot.name, role, choice, spot, params, unit=slot.name, run=slot.line.id)
 
 
 def _base(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     unit, group = slot.unit, group_of(slot)
     assert isinstance(unit, BaseUnit)
-    size = {"width": slot.width, "depth": slot.depth, "height": slot.top}
-    common = {**size, "look": front_look(models, group)}
+    common = {"width": slot.width, "depth": slot.depth, "height": slot.top, "look": front_look(models, group)}
     side = slot.hinge.value if slot.hinge else "left"
     if unit.kind is BaseKind.DRAWERS:
         shares = DRAWER_RATIOS[unit.drawers or 3]
@@ -116,8 +107,7 @@ def _base(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
         panel: dict[str, Any] = {"width": slot.depth, "height": slot.top, "thick": standard_sizes.END_PANEL}
         panel |= {"front": "slab", "face": face_of(models, group)}
         spot = Spot(slot.line.frame, slot.middle, slot.depth / 2, 0.0, 90.0, DepthReference.MIDDLE)
-        choice = preset_with("cabinet_panel/slab_oak", panel)
-        order.add(OrderItem(slot.name, "panel", choice, spot, slot.name, slot.line.id))
+        order.add(slot.name, "panel", "cabinet_panel/slab_oak", spot, panel, unit=slot.name, run=slot.line.id)
     elif unit.kind is BaseKind.RANGE:
         _add(order, slot, "range", models.for_unit(unit).choice, v=0.012)
     elif unit.kind is BaseKind.DISHWASHER:
@@ -142,7 +132,7 @@ def _filler(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     low = slot.bottom if upper else 0.1
     strip = {"width": slot.width, "height": round(slot.top - low, 4), "face": face_of(models, group), "kind": "plain"}
     spot = Spot(slot.line.frame, slot.middle, slot.depth, low, depth_reference=DepthReference.FRONT)
-    order.add(OrderItem(slot.name, "filler", preset_with("filler/white", strip), spot, slot.name, slot.line.id))
+    order.add(slot.name, "filler", "filler/white", spot, strip, unit=slot.name, run=slot.line.id)
 
 
 def _corner(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:

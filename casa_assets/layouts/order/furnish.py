@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 from casa_assets.errors import PlanConflict
 from casa_assets.layouts.order.build_order import (
@@ -13,13 +12,11 @@ from casa_assets.layouts.order.build_order import (
     BuildOrder,
     DepthReference,
     HeightReference,
-    OrderItem,
     PlacedTable,
     Spot,
     numbered,
-    preset_with,
 )
-from casa_assets.layouts.order.room_shell import door_casing, position_on_wall
+from casa_assets.layouts.order.room_shell import casing_width, position_on_wall
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import Room, WallFrame, resolve_length, wall_of
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
@@ -32,6 +29,33 @@ PLACE_WIDTH_M = 0.6  # along a table for each person; NKBA planning guideline 9
 TABLE_END_M, TABLE_LEAST_M, ROUND_PLACE_M = 0.2, 1.0, 0.22
 CHAIR_UNDER_TABLE_M = 0.05  # that a chair's seat reaches under the table
 CHAIR_REACH_M = 0.45  # that a chair stands out beside the table
+SEAT_SPACING_M = 0.6  # metres per person at a worktop; NKBA planning guideline 9
+SEAT_FROM_WALL_M = 0.45  # metres between a wall and the first place at a worktop that begins there
+WORKTOP_WIDTHS_M = {
+    "toaster": 0.4,
+    "kettle": 0.32,
+    "blender": 0.27,
+    "stand_mixer": 0.3,
+    "knife_block": 0.29,
+    "utensil_holder": 0.24,
+    "fruit_bowl": 0.36,
+    "paper_towel": 0.28,
+}
+SWITCH_WIDTH_M, GANG_M, SWITCH_FROM_CASING_M = 0.086, 0.046, 0.004  # of a plate, of each further switch in it; a gap
+ON_BACKSPLASH_M = 0.0105  # of what hangs on a backsplash from the wall
+LAMP_FROM_WALL_M = 0.6  # metres between a wall and a lamp of the room
+LAMP_FROM_COLUMN_M = 0.4  # metres between a column and a lamp of the room
+# Of the chimney of a hood, and what is between it and the shade of a lamp of the room, metres.
+CHIMNEY_WIDTH_M, CHIMNEY_DEPTH_M, LAMP_FROM_HOOD_M = 0.36, 0.32, 0.02
+MIN_LAMP_GAP_M = 0.2  # least metres between lamps over a run or a table
+LAMP_FROM_END_M = 0.2  # metres along a run at each of its ends over which no lamp of a row hangs
+THINGS_BELOW_M = 0.36  # metres over a worktop for what stands on it, below what hangs on the wall: most toaster ovens
+# What lamps of the room hang down from the ceiling at most, with a gap, and how far doors of cabinets open before them.
+LAMP_HEIGHT_M, WIDEST_DOOR_M = 0.25, 0.5
+LAMP_FROM_ISLAND_M = 0.75  # metres between an island and the lamps of the room
+Place = tuple[WallFrame, float, float]  # of a lamp: a frame, metres along it and away from it
+BLENDER, LID, LID_PARAMS = "blender", "blender_lid", ("jar", "jar_top")
+SET_DOWN_GAP_M = 0.0008  # metres over a worktop at which things are set down
 
 
 def order_tables(order: BuildOrder) -> dict[str, PlacedTable]:
@@ -67,8 +91,7 @@ def _order_table(order: BuildOrder, table: DiningTable, frame: WallFrame, at: Ve
         return (at[0] + a * along[0] + b * across[0], at[1] + a * along[1] + b * across[1])
 
     spot = Spot(frame, *at, 0.0005, table.turn_deg, DepthReference.MIDDLE)
-    choice = model.with_params(width=width, **({} if is_round else {"depth": depth}))
-    order.add(OrderItem(table.id, "table", choice, spot))
+    order.add(table.id, "table", model.with_params(width=width, **({} if is_round else {"depth": depth})), spot)
     chair = models.for_role("chair")
     reach = chair.length("depth") / 2 - CHAIR_UNDER_TABLE_M
     for k, (a, b, turn) in enumerate(_places(table.chairs, width, depth, is_round)):
@@ -76,7 +99,7 @@ def _order_table(order: BuildOrder, table: DiningTable, frame: WallFrame, at: Ve
         sine, cosine = math.sin(math.radians(turn)), math.cos(math.radians(turn))
         u, v = moved(a - reach * sine, b - reach * cosine)
         seat = Spot(frame, round(u, 5), round(v, 5), 0.0005, turn + table.turn_deg, DepthReference.MIDDLE)
-        order.add(OrderItem(f"{table.id}_chair_{k + 1}", "chair", chair.choice, seat))
+        order.add(f"{table.id}_chair_{k + 1}", "chair", chair.choice, seat)
     left = CHAIR_REACH_M if is_round or table.chairs % 2 else 0.0
     us = (-width / 2 - left, width / 2 + (CHAIR_REACH_M if is_round else 0.0))
     vs = (-depth / 2 - CHAIR_REACH_M, depth / 2 + CHAIR_REACH_M)
@@ -107,35 +130,6 @@ def places_over(table: PlacedTable, count: int) -> Sequence[tuple[WallFrame, flo
     return [(WallFrame(round(x + s * width * a, 5), round(y + s * width * b, 5), 0), 0.0, 0.0) for s in shares]
 
 
-SEAT_SPACING_M = 0.6  # metres per person at a worktop; NKBA planning guideline 9
-SEAT_FROM_WALL_M = 0.45  # metres between a wall and the first place at a worktop that begins there
-WORKTOP_WIDTHS_M = {
-    "toaster": 0.4,
-    "kettle": 0.32,
-    "blender": 0.27,
-    "stand_mixer": 0.3,
-    "knife_block": 0.29,
-    "utensil_holder": 0.24,
-    "fruit_bowl": 0.36,
-    "paper_towel": 0.28,
-}
-SWITCH_WIDTH_M, GANG_M, SWITCH_FROM_CASING_M = 0.086, 0.046, 0.004  # of a plate, of each further switch in it; a gap
-ON_BACKSPLASH_M = 0.0105  # of what hangs on a backsplash from the wall
-LAMP_FROM_WALL_M = 0.6  # metres between a wall and a lamp of the room
-LAMP_FROM_COLUMN_M = 0.4  # metres between a column and a lamp of the room
-# Of the chimney of a hood, and what is between it and the shade of a lamp of the room, metres.
-CHIMNEY_WIDTH_M, CHIMNEY_DEPTH_M, LAMP_FROM_HOOD_M = 0.36, 0.32, 0.02
-MIN_LAMP_GAP_M = 0.2  # least metres between lamps over a run or a table
-LAMP_FROM_END_M = 0.2  # metres along a run at each of its ends over which no lamp of a row hangs
-THINGS_BELOW_M = 0.36  # metres over a worktop for what stands on it, below what hangs on the wall: most toaster ovens
-# What lamps of the room hang down from the ceiling at most, with a gap, and how far doors of cabinets open before them.
-LAMP_HEIGHT_M, WIDEST_DOOR_M = 0.25, 0.5
-LAMP_FROM_ISLAND_M = 0.75  # metres between an island and the lamps of the room
-Place = tuple[WallFrame, float, float]  # of a lamp: a frame, metres along it and away from it
-BLENDER, LID, LID_PARAMS = "blender", "blender_lid", ("jar", "jar_top")
-SET_DOWN_GAP_M = 0.0008  # metres over a worktop at which things are set down
-
-
 def order_worktop_items(order: BuildOrder) -> None:
     """Order the items on worktops."""
     plan, models, slots = order.kitchen.plan, order.models, order.kitchen.slot_by_name
@@ -150,13 +144,13 @@ def order_worktop_items(order: BuildOrder) -> None:
         for item, u in zip(row, _side_by_side(slot, [s.at for s in row], widths), strict=True):
             choice = models.for_item(item).choice
             spot = Spot(slot.line.frame, u, item.back, standard_sizes.WORKTOP_HEIGHT + SET_DOWN_GAP_M, item.turn_deg)
-            order.add(OrderItem(item.id, models.role_of(item), choice, spot, slot.name, slot.line.id))
+            order.add(item.id, models.role_of(item), choice, spot, unit=slot.name, run=slot.line.id)
             if choice.family == BLENDER:
                 # Its lid: the preset of the same name, as wide as the mouth of its jar.
                 params = models.resolve(choice).params
                 fitting = {name: params[name] for name in LID_PARAMS if name in params}
-                lid = preset_with(f"{LID}/{choice.name}", fitting)
-                order.add(replace(order.items[-1], name=f"{item.id}_lid", role=LID, choice=lid, lid_of=item.id))
+                at = {"unit": slot.name, "run": slot.line.id, "lid_of": item.id}
+                order.add(f"{item.id}_lid", LID, f"{LID}/{choice.name}", spot, fitting, **at)
 
 
 def worktop_width(models: StyleModels, item: WorktopItem) -> float:
@@ -214,7 +208,7 @@ def order_seats(order: BuildOrder) -> None:
         for k, u in enumerate(places):
             # The back of the stool is away from the top, which reaches out behind the line of the run.
             spot = Spot(line.frame, u, -line.run.overhang - 0.12, 0.0005, 0.0, DepthReference.MIDDLE)
-            order.add(OrderItem(f"{run}_stool_{k + 1}", "stool", order.models.for_role("stool").choice, spot, "", run))
+            order.add(f"{run}_stool_{k + 1}", "stool", order.models.for_role("stool").choice, spot, run=run)
 
 
 def _free_interval(line: RunLine) -> tuple[float, float]:
@@ -239,7 +233,7 @@ def order_wall_items(order: BuildOrder) -> None:
         model = models.for_role(item.item)
         if not item.over and "gangs" in model.params:
             half = (SWITCH_WIDTH_M + GANG_M * (int(model.params["gangs"]) - 1)) / 2 + SWITCH_FROM_CASING_M
-            away = half + door_casing(models)
+            away = half + casing_width(models)
             # Moved as little as needed to be so far from doors.
             for hole in kitchen.holes:
                 is_door = hole.wall.id == wall.id and hole.bottom <= 0.0
@@ -258,7 +252,7 @@ def order_wall_items(order: BuildOrder) -> None:
             height_reference=HeightReference.MIDDLE,
             least_foot=standard_sizes.WORKTOP_HEIGHT + THINGS_BELOW_M if over_things else 0.0,
         )
-        order.add(OrderItem(item.id, item.item, model.choice, spot, item.over or ""))
+        order.add(item.id, item.item, model.choice, spot, unit=item.over or "")
 
 
 def order_lamps(order: BuildOrder) -> None:
@@ -285,13 +279,13 @@ def order_lamps(order: BuildOrder) -> None:
             if room.ceiling_at(x, y) < room.height:
                 expected = "a row under the level part of the ceiling, where lamps hang"
                 raise PlanConflict(plan.id, ("lamps", n), expected, f"{lamps.over}, under a slope")
-            if lamps.over is None and any(math.hypot(x - a, y - b) < LAMP_FROM_ISLAND_M for a, b in placed):
-                continue
             # Doors of wall units and tall ones open before a run.
             before = [(n.frame, (0.0, n.length), (0.0, n.depth + WIDEST_DOOR_M)) for n in lines.values()]
-            if lamps.over is None and is_low and any(_is_in(*place, x, y, size / 2) for place in before):
-                continue
-            if lamps.over is None and any(_is_at_hood(slot, x, y, size / 2 + LAMP_FROM_HOOD_M) for slot in hoods):
+            if lamps.over is None and (
+                any(math.hypot(x - a, y - b) < LAMP_FROM_ISLAND_M for a, b in placed)
+                or (is_low and any(_is_in(*place, x, y, size / 2) for place in before))
+                or any(_is_at_hood(slot, x, y, size / 2 + LAMP_FROM_HOOD_M) for slot in hoods)
+            ):
                 continue
             placed.append((x, y))
             # A long lamp hangs along the table below it, or along the beams; over a run they go its way already.
@@ -299,7 +293,7 @@ def order_lamps(order: BuildOrder) -> None:
             if isinstance(over, PlacedTable):
                 turn = round(math.degrees(math.atan2(over.direction[1], over.direction[0])), 3)
             spot = Spot(frame, u, v, room.height - 0.001, turn, DepthReference.MIDDLE, HeightReference.HEAD)
-            order.add(OrderItem(f"{stem}_{k + 1}", "lamp", choice, spot))
+            order.add(f"{stem}_{k + 1}", "lamp", choice, spot)
 
 
 def _row_of_lamps(over: RunLine | PlacedTable, count: int, size: float, beams: BeamGrid | None) -> list[Place]:
@@ -373,4 +367,4 @@ def order_floor_items(order: BuildOrder) -> None:
         u = resolve_length(plan, item.at, parameters, *at, "at")
         v = resolve_length(plan, item.from_wall, parameters, *at, "from_wall")
         spot = Spot(wall.frame, u, v, 0.0005, item.turn_deg, DepthReference.MIDDLE)
-        order.add(OrderItem(item.id, item.item, models.for_role(item.item).choice, spot))
+        order.add(item.id, item.item, models.for_role(item.item).choice, spot)

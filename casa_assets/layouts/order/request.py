@@ -7,25 +7,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from casa_assets.errors import PlanConflict
-from casa_assets.layouts.order import furnish, trim, worktops
+from casa_assets.layouts.order import furnish, room_shell, trim, worktops
 from casa_assets.layouts.order.build_order import BuildOrder, KitchenRequest
 from casa_assets.layouts.order.cabinets import order_unit
-from casa_assets.layouts.order.room_shell import (
-    HOOD_DEPTH_M,
-    beams_of,
-    find_holes,
-    in_niches,
-    order_shell,
-    order_skirting,
-)
+from casa_assets.layouts.order.room_shell import HOOD_DEPTH_M
 from casa_assets.layouts.order.trim import CORNICE_HEIGHT_M, is_hood_under_cabinet
 from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.room import build_room
+from casa_assets.layouts.plan.room import WallLine, build_room
 from casa_assets.layouts.plan.runs import CornerPart, RunLine, UnitSlot, base_slots, place_runs, upper_slots
 from casa_assets.layouts.plan.style_models import FamilyPresets, StyleModels, check_plan_models
 from casa_assets.mesh.outline import penetration_depth
-from casa_assets.model.kitchen.floor import PlacedRun, PlacedUnit, RunEnd
+from casa_assets.model.kitchen.floor import PlacedRun, PlacedUnit, RoomWall, RunEnd
 from casa_assets.model.kitchen.plan import BaseKind, BaseUnit, Plan, UpperKind
 from casa_assets.model.kitchen.style import Style
 from casa_assets.model.record import Vec2
@@ -74,8 +67,7 @@ def _bodies(order: BuildOrder) -> Iterator[tuple[str, tuple[Vec2, ...]]]:
             has_worktop = not slot.is_upper and slot.top <= standard_sizes.WORKTOP_HEIGHT
             front = slot.depth + (standard_sizes.WORKTOP_OVERHANG if has_worktop else 0.0) - slot.recess
             back = -slot.recess - (0.0 if slot.is_upper else slot.line.depth_behind)
-            ends = ((slot.left, back), (slot.right, back), (slot.right, front), (slot.left, front))
-            yield slot.name, tuple(slot.line.frame.at(u, v)[:2] for u, v in ends)
+            yield slot.name, slot.line.frame.rectangle(slot.left, slot.right, back, front)
     for name, table in order.tables.items():
         yield name, table.outline
 
@@ -91,6 +83,12 @@ def _height(slot: UnitSlot, models: StyleModels) -> float | None:
     is_high = abs(slot.top - standard_sizes.UPPER_TO) < 1e-3
     cornice = CORNICE_HEIGHT_M if is_high and models.style.cabinets.cornice is not None else 0.0
     return round(slot.top + cornice + PLAY_M, 4)
+
+
+def placed_wall(wall: WallLine, is_open: bool) -> RoomWall:
+    """The inner face of a wall."""
+    start, end = (wall.frame.at(u, 0.0)[:2] for u in (0.0, wall.length))
+    return RoomWall(id=wall.id, start=start, end=end, is_open=is_open)
 
 
 def placed_run(line: RunLine, slots: Sequence[UnitSlot], fronts: Mapping[str, float]) -> PlacedRun:
@@ -149,10 +147,8 @@ def request_kitchen(
 ) -> KitchenRequest:
     """Resolve a plan and a style; closed: open walls are built too; roles: which assets of libraries suit which.
 
-    Raises:
-        PlanConflict: the plan does not fit together.
-        StyleConflict: the style names an asset of a library that does not suit its role.
-        UnknownId: the style lacks a model, or names one that does not exist.
+    Raises PlanConflict: the plan does not fit together. StyleConflict: the style names an asset of a library that does
+    not suit its role. UnknownId: the style lacks a model, or names one that does not exist.
     """
     lengths = {**plan.defaults, **(given or {})}
     for name in lengths.keys() - plan.parameters.keys():
@@ -165,11 +161,11 @@ def request_kitchen(
     for name, line in lines.items():
         floor = base_slots(plan, line, models)
         slots[name] = (*floor, *upper_slots(plan, line, {s.name: s for s in floor}, models))
-    holes = find_holes(plan, room, lengths, {s.name: s for row in slots.values() for s in row})
-    slots = in_niches(slots, holes)
+    holes = room_shell.find_holes(plan, room, lengths, {s.name: s for row in slots.values() for s in row})
+    slots = room_shell.in_niches(slots, holes)
     order = BuildOrder(KitchenRequest(plan, style, lengths, room, holes, lines, slots, ()), models, closed)
-    order.beams = beams_of(order.kitchen)
-    order_shell(order)
+    order.beams = room_shell.beams_of(order.kitchen)
+    room_shell.order_shell(order)
     for slot in (s for row in slots.values() for s in row):
         ceiling = room.ceiling_over(slot.line.frame, (slot.left, slot.right), (0.0, HOOD_DEPTH_M))
         order_unit(order, slot, models, ceiling)
@@ -179,7 +175,7 @@ def request_kitchen(
     trim.order_backsplash(order)
     trim.order_cornices(order)
     trim.order_curtains(order)
-    order_skirting(order)
+    room_shell.order_skirting(order)
     furnish.order_worktop_items(order)
     furnish.order_seats(order)
     furnish.order_wall_items(order)

@@ -14,10 +14,8 @@ from casa_assets.layouts.order.build_order import (
     DepthReference,
     HeightReference,
     KitchenRequest,
-    OrderItem,
     Spot,
     numbered,
-    preset_with,
 )
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.clearances import DOOR_FRAME_M
@@ -26,7 +24,6 @@ from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.plan import (
     BaseKind,
-    BaseUnit,
     Closet,
     ColumnShape,
     OpeningKind,
@@ -35,7 +32,7 @@ from casa_assets.model.kitchen.plan import (
     UpperKind,
     WallItem,
 )
-from casa_assets.model.kitchen.style import PresetChoice, RoomStyle
+from casa_assets.model.kitchen.style import RoomStyle
 from casa_assets.model.record import Vec2
 
 BEAM_SPACING_M = 1.1  # metres from beam to beam
@@ -44,6 +41,26 @@ MAX_COUNT_CHANGE = 2  # more or fewer than usual, which look as good
 BEAM_HEIGHT_M, OVER_UNITS_M = 0.16, 0.08  # as the family of ceilings has it; of a cornice, with a gap
 HOOD_DEPTH_M = 0.55
 CHIMNEY_WIDTH_M = 0.5  # of most hoods, with a gap; only it reaches the ceiling
+CASING_WIDTH_M = 0.07
+SKIRTING_HEIGHT_M = 0.098  # fronts over a plinth of 0.1 m pass over it
+SKIRTING_DEPTH_M, WAINSCOT_DEPTH_M = 0.017, 0.034
+WAINSCOT_HEIGHT_M = 0.92  # as high as worktops
+# Units that open beside a wall, and so far before their fronts that a lining would be in their way.
+FLAPS, FRONTS = (BaseKind.RANGE, BaseKind.DISHWASHER), (
+    BaseKind.DOORS, BaseKind.DRAWERS, BaseKind.SINK, BaseKind.HOB, BaseKind.PANTRY, BaseKind.OVEN, BaseKind.MICROWAVE,
+    BaseKind.FRIDGE,
+)  # fmt: skip
+OPEN_BEFORE_M, FRIDGE_OPEN_BEFORE_M = 0.8, 1.1
+WALL_PLAY_M = 0.004  # gap between a wall and what is built into it
+MIN_LINING_M, LINING_PLAY_M = 0.3, 0.004  # of a piece of skirting or panelling; gap at its ends, both together
+NICHE_HEAD_M = 0.05  # by which a window in a niche may come nearer to its head than to a ceiling
+SLAB_M = 0.05  # thickness of the floor of a niche or closet
+CLOSET_HEIGHT_M = 2.5  # at most, of a closet
+# Shelves in a closet: their usual depth, height and greatest width, and what is free at their ends.
+LARDER_DEPTH_M, LARDER_HEIGHT_M, LARDER_MOST_M, LARDER_PLAY_M = 0.35, 2.0, 1.2, 0.003
+# A lever of a tap turns back to 0.027 m from the wall, at most so high above the floor that a window over this height
+# has its sill over it; the sill of a lower one stands out less.
+TAP_LEVERS_M, SILL_BEHIND_TAP_M = 1.08, 0.02
 
 
 def beams_of(kitchen: KitchenRequest) -> BeamGrid | None:
@@ -65,8 +82,9 @@ def beams_of(kitchen: KitchenRequest) -> BeamGrid | None:
     )
     for grids, reach in ((usual, None), (every, None), (every, CHIMNEY_WIDTH_M)):
         for grid in grids:
-            hoods, columns = _hoods(slots, grid.along_x, reach), _columns(room, grid.along_x)
-            if not any(grid.crosses(*ends) for ends in (*hoods, *columns)):
+            columns = [[corner[1 if grid.along_x else 0] for corner in placed.outline] for placed in room.columns]
+            ends = [*_hoods(slots, grid.along_x, reach), *((min(us), max(us)) for us in columns)]
+            if not any(grid.crosses(*span) for span in ends):
                 return grid
     return usual[0]
 
@@ -86,35 +104,6 @@ def _hoods(slots: Mapping[str, Sequence[UnitSlot]], along_x: bool, wide: float |
         half = half if wide is None else min(half, wide / 2)
         ends = [slot.line.frame.at(u, v)[axis] for u in (middle - half, middle + half) for v in (0.0, HOOD_DEPTH_M)]
         yield min(ends), max(ends)
-
-
-def _columns(room: Room, along_x: bool) -> Iterator[Vec2]:
-    """From where to where columns reach across the beams, metres."""
-    for placed in room.columns:
-        ends = [corner[1 if along_x else 0] for corner in placed.outline]
-        yield min(ends), max(ends)
-
-
-CASING_WIDTH_M = 0.07
-SKIRTING_HEIGHT_M = 0.098  # fronts over a plinth of 0.1 m pass over it
-SKIRTING_DEPTH_M, WAINSCOT_DEPTH_M = 0.017, 0.034
-WAINSCOT_HEIGHT_M = 0.92  # as high as worktops
-# Units that open beside a wall, and so far before their fronts that a lining would be in their way.
-FLAPS, FRONTS = (BaseKind.RANGE, BaseKind.DISHWASHER), (
-    BaseKind.DOORS, BaseKind.DRAWERS, BaseKind.SINK, BaseKind.HOB, BaseKind.PANTRY, BaseKind.OVEN, BaseKind.MICROWAVE,
-    BaseKind.FRIDGE,
-)  # fmt: skip
-OPEN_BEFORE_M, FRIDGE_OPEN_BEFORE_M = 0.8, 1.1
-WALL_PLAY_M = 0.004  # gap between a wall and what is built into it
-MIN_LINING_M, LINING_PLAY_M = 0.3, 0.004  # of a piece of skirting or panelling; gap at its ends, both together
-NICHE_HEAD_M = 0.05  # by which a window in a niche may come nearer to its head than to a ceiling
-SLAB_M = 0.05  # thickness of the floor of a niche or closet
-CLOSET_HEIGHT_M = 2.5  # at most, of a closet
-# Shelves in a closet: their usual depth, height and greatest width, and what is free at their ends.
-LARDER_DEPTH_M, LARDER_HEIGHT_M, LARDER_MOST_M, LARDER_PLAY_M = 0.35, 2.0, 1.2, 0.003
-# A lever of a tap turns back to 0.027 m from the wall, at most so high above the floor that a window over this height
-# has its sill over it; the sill of a lower one stands out less.
-TAP_LEVERS_M, SILL_BEHIND_TAP_M = 1.08, 0.02
 
 
 def find_holes(
@@ -165,10 +154,7 @@ def in_niches(slots: Mapping[str, Sequence[UnitSlot]], holes: Sequence[WallHole]
     niches = [h for h in holes if h.is_niche and h.bottom == 0.0]
 
     def recess(slot: UnitSlot) -> float:
-        unit = slot.unit
-        if not (isinstance(unit, BaseUnit) and unit.kind is BaseKind.FRIDGE and not unit.housing and slot.line.at_wall):
-            return 0.0
-        for hole in niches:
+        for hole in niches if slot.stands_free and slot.line.at_wall else ():
             start = hole.wall.frame.to_local(slot.line.frame.x, slot.line.frame.y)[0]
             left, right = slot.left + start, slot.right + start
             if hole.wall.id == slot.line.run.on and hole.left <= left + 1e-6 and right <= hole.right + 1e-6:
@@ -204,14 +190,14 @@ def order_shell(order: BuildOrder) -> None:
     boards = "y" if shell.turn_deg % 180 else "x"
     floor = {"outline": outline, "face": shell.floor, "boards": boards}
     spot = Spot(WallFrame(x0, y1, 0), (x1 - x0) / 2, 0.0, 0.0, height_reference=HeightReference.HEAD)
-    order.add(_room_part("floor", "floor", preset_with("room_floor/oak_boards", floor), spot))
+    order.add("floor", "floor", "room_floor/oak_boards", spot, floor, layer="room")
     _order_ceiling(order, room, shell)
     _order_columns(order, room, shell)
     for wall in room.walls:
         if wall.open and not order.closed:
             continue
         own_holes = [h for h in order.kitchen.holes if h.wall.id == wall.id]
-        order.add(_wall(order, wall, own_holes))
+        _order_wall(order, wall, own_holes)
         for hole in own_holes:
             _order_opening(order, hole)
 
@@ -224,14 +210,13 @@ def _order_ceiling(order: BuildOrder, room: Room, shell: RoomStyle) -> None:
     if beams is not None:
         ceiling["beams"] = {"count": beams.count, "run": "x" if beams.along_x else "y", "finish": shell.beams}
     top = Spot(WallFrame(x0, y1, 0), (x1 - x0) / 2, 0.0, room.height, height_reference=HeightReference.FOOT)
-    order.add(OrderItem("ceiling", "ceiling", preset_with("room_ceiling/white_plain", ceiling), top, layer="ceiling"))
+    order.add("ceiling", "ceiling", "room_ceiling/white_plain", top, ceiling, layer="ceiling")
     for k, slope in enumerate(room.slopes):
         length, wide = slope.wall.length, round(math.hypot(slope.run, room.height - slope.knee), 5)
         corners = [(0.0, 0.0), (length, 0.0), (length, wide), (0.0, wide)]
         sides = {"outline": corners, "boards": "x", "face": shell.ceiling, "trim": shell.trim}
         spot = Spot(slope.wall.frame, length / 2, 0.0, slope.knee, tilt_deg=slope.pitch_deg)
-        choice = preset_with("room_ceiling/white_plain", sides)
-        order.add(OrderItem(f"ceiling_slope_{k + 1}", "ceiling", choice, spot, layer="ceiling"))
+        order.add(f"ceiling_slope_{k + 1}", "ceiling", "room_ceiling/white_plain", spot, sides, layer="ceiling")
 
 
 def _order_columns(order: BuildOrder, room: Room, shell: RoomStyle) -> None:
@@ -247,7 +232,7 @@ def _order_columns(order: BuildOrder, room: Room, shell: RoomStyle) -> None:
             "trim": shell.trim,
         }
         spot = Spot(placed.frame, placed.u, placed.back, 0.0)
-        order.add(_room_part(column.id, "column", preset_with("room_column/plaster_square", params), spot))
+        order.add(column.id, "column", "room_column/plaster_square", spot, params, layer="room")
 
 
 def _order_opening(order: BuildOrder, hole: WallHole) -> None:
@@ -296,7 +281,7 @@ def _order_recess(
     front = 0.0 if hole.is_niche else -WALL_THICKNESS_M
     middle, foot = (hole.left + hole.right) / 2, round(hole.bottom - SLAB_M, 4)
     spot = Spot(hole.wall.frame, middle, front, foot, depth_reference=DepthReference.FRONT)
-    order.add(_room_part(f"recess_{hole.opening.id}", "recess", preset_with("room_recess/fridge_niche", params), spot))
+    order.add(f"recess_{hole.opening.id}", "recess", "room_recess/fridge_niche", spot, params, layer="room")
 
 
 def _order_closet(order: BuildOrder, hole: WallHole, closet: Closet) -> None:
@@ -322,15 +307,10 @@ def _order_closet(order: BuildOrder, hole: WallHole, closet: Closet) -> None:
         }
         u = (hole.left + hole.right) / 2 - closet.width / 2 + LARDER_PLAY_M + (k + 0.5) * width
         spot = Spot(hole.wall.frame, round(u, 5), -WALL_THICKNESS_M - closet.depth + 0.002, 0.0)
-        name = numbered(f"{hole.opening.id}_larder", k)
-        order.add(OrderItem(name, "larder", preset_with("open_shelf/pine_floor", params), spot))
+        order.add(numbered(f"{hole.opening.id}_larder", k), "larder", "open_shelf/pine_floor", spot, params)
 
 
-def _room_part(name: str, role: str, choice: PresetChoice, spot: Spot) -> OrderItem:
-    return OrderItem(name, role, choice, spot, layer="room")
-
-
-def _wall(order: BuildOrder, wall: WallLine, holes: Sequence[WallHole]) -> OrderItem:
+def _order_wall(order: BuildOrder, wall: WallLine, holes: Sequence[WallHole]) -> None:
     room = order.kitchen.room
     walls = room.walls
     after = walls[(walls.index(wall) + 1) % len(walls)]
@@ -354,7 +334,7 @@ def _wall(order: BuildOrder, wall: WallLine, holes: Sequence[WallHole]) -> Order
         if slope is not None:
             params[key] = {"knee": slope.knee, "run": slope.run}
     spot = Spot(wall.frame, length / 2, -WALL_THICKNESS_M, 0.0)
-    return _room_part(f"wall_{wall.id}", "wall", preset_with("room_wall/plaster_bare", params), spot)
+    order.add(f"wall_{wall.id}", "wall", "room_wall/plaster_bare", spot, params, layer="room")
 
 
 def _cut(hole: WallHole, bottom: float) -> dict[str, float]:
@@ -372,11 +352,11 @@ def _threshold(order: BuildOrder, hole: WallHole, face: str) -> None:
     """The floor in the thickness of the wall, of a niche where that begins."""
     wide = round(hole.right - hole.left, 4)
     outline = [(0.0, 0.0), (wide, 0.0), (wide, WALL_THICKNESS_M), (0.0, WALL_THICKNESS_M)]
-    choice = preset_with("room_floor/oak_boards", {"outline": outline, "face": face})
     low = hole.bottom if hole.is_niche else 0.0
     middle = (hole.left + hole.right) / 2
     spot = Spot(hole.wall.frame, middle, -WALL_THICKNESS_M, low, height_reference=HeightReference.HEAD)
-    order.add(_room_part(f"threshold_{hole.opening.id}", "floor", choice, spot))
+    params = {"outline": outline, "face": face}
+    order.add(f"threshold_{hole.opening.id}", "floor", "room_floor/oak_boards", spot, params, layer="room")
 
 
 def _order_window_or_door(order: BuildOrder, hole: WallHole, models: StyleModels) -> None:
@@ -397,8 +377,7 @@ def _order_window_or_door(order: BuildOrder, hole: WallHole, models: StyleModels
         params["hinge_right"] = opening.hinge.value == "right"
     middle, high = (hole.left + hole.right) / 2, round(hole.top + casing - WALL_PLAY_M / 2, 4)
     spot = Spot(hole.wall.frame, middle, -WALL_THICKNESS_M, high, height_reference=HeightReference.HEAD)
-    choice = PresetChoice(preset=model.choice.preset, params=params)
-    order.add(OrderItem(opening.id, role, choice, spot, layer="room"))
+    order.add(opening.id, role, model.choice.preset, spot, params, layer="room")
 
 
 def order_skirting(order: BuildOrder) -> None:
@@ -409,7 +388,7 @@ def order_skirting(order: BuildOrder) -> None:
     for wall in room.walls:
         if wall.open and not order.closed:
             continue
-        beside = door_casing(models)
+        beside = casing_width(models)
         own_holes = [h for h in kitchen.holes if h.wall.id == wall.id and h.bottom < high + CASING_WIDTH_M]
         occupied = [(h.left - beside, h.right + beside) for h in own_holes]
         occupied += _occupied_by_units(wall, kitchen)
@@ -422,22 +401,22 @@ def order_skirting(order: BuildOrder) -> None:
             if a - at - LINING_PLAY_M >= MIN_LINING_M:
                 k += 1
                 spot = Spot(wall.frame, (at + a) / 2, 0.0, 0.0)
-                lining = _lining(round(a - at - LINING_PLAY_M, 4), models.style.room)
-                order.add(_room_part(f"skirting_{wall.id}_{k}", "skirting", lining, spot))
+                preset, params = _lining(round(a - at - LINING_PLAY_M, 4), models.style.room)
+                order.add(f"skirting_{wall.id}_{k}", "skirting", preset, spot, params, layer="room")
             at = max(at, b)
 
 
-def _lining(length: float, shell: RoomStyle) -> PresetChoice:
+def _lining(length: float, shell: RoomStyle) -> tuple[str, dict[str, Any]]:
     if shell.wainscot:
-        panels = {"length": length, "height": WAINSCOT_HEIGHT_M, "panels": shell.wainscot, "face": shell.trim}
-        return preset_with("wall_panelling/white_flat", panels)
-    params = {"length": length, "height": SKIRTING_HEIGHT_M, "profile": shell.skirting, "face": shell.trim}
-    return preset_with("skirting/white_bevel", params)
+        panels = {"height": WAINSCOT_HEIGHT_M, "panels": shell.wainscot}
+        return "wall_panelling/white_flat", {"length": length, **panels, "face": shell.trim}
+    strip = {"height": SKIRTING_HEIGHT_M, "profile": shell.skirting}
+    return "skirting/white_bevel", {"length": length, **strip, "face": shell.trim}
 
 
-def door_casing(models: StyleModels) -> float:
-    """Distance by which a door's casing extends to the sides of its hole, metres."""
-    return float(models.for_role("door").params.get("casing", CASING_WIDTH_M)) if models.has("door") else CASING_WIDTH_M
+def casing_width(models: StyleModels, role: str = "door") -> float:
+    """Distance by which the casing of a door or a window extends to the sides of its hole, metres."""
+    return float(models.for_role(role).params.get("casing", CASING_WIDTH_M)) if models.has(role) else CASING_WIDTH_M
 
 
 def _occupied_by_units(wall: WallLine, kitchen: KitchenRequest) -> list[tuple[float, float]]:

@@ -5,15 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from casa_assets.layouts.order.build_order import (
-    BuildOrder,
-    DepthReference,
-    HeightReference,
-    OrderItem,
-    Spot,
-    numbered,
-    preset_with,
-)
+from casa_assets.layouts.order.build_order import BuildOrder, DepthReference, HeightReference, Spot, numbered
 from casa_assets.layouts.order.cabinets import face_of, is_under_cabinet
 from casa_assets.layouts.order.worktops import MAX_SLAB_M, PLAY_M
 from casa_assets.layouts.plan import standard_sizes
@@ -21,18 +13,24 @@ from casa_assets.layouts.plan.room import WallHole
 from casa_assets.layouts.plan.runs import CornerPart, RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.floor import RunEnd
-from casa_assets.model.kitchen.plan import (
-    TALL,
-    BaseKind,
-    BaseUnit,
-    CornerKind,
-    UpperKind,
-    UpperUnit,
-)
+from casa_assets.model.kitchen.plan import TALL, BaseKind, CornerKind, UpperKind, UpperUnit
 
 THICKNESS_M = 0.01
 SILL_OVERHANG_M = 0.02  # of a sill beside the casing, at each end
 MIN_PANEL_M = 0.3
+CORNICE_HEIGHT_M = 0.07
+CORNICE_DEPTH_M = 0.04  # projection before the fronts
+FLAT_PROFILE = "flat"  # the profile without projection
+NEAR_M = 0.012  # of two things that touch, but for play
+NO_RETURN_M = CORNICE_DEPTH_M + NEAR_M  # distance from a wall at which a return has no room
+BESIDE_M = 2 * CORNICE_DEPTH_M + NEAR_M  # gap that two returns do not go into
+SAME_ROW_M = BESIDE_M  # a cornice runs on over a smaller gap between units of one depth
+MIN_CORNICE_M = 0.4
+LONG_CURTAINS = ("drapes", "tied", "cafe")  # curtains that hang down to worktops and taps
+# Distance of a curtain's back from the wall: where the window has a casing, and where it has none.
+CURTAIN_FROM_WALL_M, CURTAIN_FROM_BARE_WALL_M = 0.0235, 0.004
+CURTAIN_ABOVE_HOLE_M = 0.05  # top of a curtain over that of the window
+VALANCE_HEIGHT_M = 0.3
 
 
 def order_backsplash(order: BuildOrder) -> None:
@@ -52,8 +50,7 @@ def order_backsplash(order: BuildOrder) -> None:
                 "face": splash.face,
             }
             spot = Spot(line.frame, (a + b) / 2, 0.0, standard_sizes.WORKTOP_HEIGHT + 5e-4)
-            panel = preset_with("backsplash/subway", params)
-            order.add(OrderItem(f"{name}_splash_{k + 1}", "backsplash", panel, spot, "", name))
+            order.add(f"{name}_splash_{k + 1}", "backsplash", "backsplash/subway", spot, params, run=name)
 
 
 def window_reach(models: StyleModels) -> float:
@@ -125,21 +122,6 @@ def _under_windows(
         yield at, b, full
 
 
-CORNICE_HEIGHT_M = 0.07
-CORNICE_DEPTH_M = 0.04  # projection before the fronts
-FLAT_PROFILE = "flat"  # the profile without projection
-NEAR_M = 0.012  # of two things that touch, but for play
-NO_RETURN_M = CORNICE_DEPTH_M + NEAR_M  # distance from a wall at which a return has no room
-BESIDE_M = 2 * CORNICE_DEPTH_M + NEAR_M  # gap that two returns do not go into
-SAME_ROW_M = BESIDE_M  # a cornice runs on over a smaller gap between units of one depth
-MIN_CORNICE_M = 0.4
-LONG_CURTAINS = ("drapes", "tied", "cafe")  # curtains that hang down to worktops and taps
-# Distance of a curtain's back from the wall: where the window has a casing, and where it has none.
-CURTAIN_FROM_WALL_M, CURTAIN_FROM_BARE_WALL_M = 0.0235, 0.004
-CURTAIN_ABOVE_HOLE_M = 0.05  # top of a curtain over that of the window
-VALANCE_HEIGHT_M = 0.3
-
-
 @dataclass(frozen=True)
 class CabinetRow:
     """Units side by side of one height and depth: left and right along their run, metres; whether they are tall."""
@@ -188,8 +170,7 @@ def order_cornices(order: BuildOrder) -> None:
             start, stop = begin - (projection if left else 0.0), end + (projection if right else 0.0)
             middle, out, high = (start + stop) / 2, row.depth + projection, standard_sizes.UPPER_TO + 5e-4
             spot = Spot(line.frame, middle, out, high, depth_reference=DepthReference.FRONT)
-            cornice = preset_with("cornice/white_crown", params)
-            order.add(OrderItem(numbered(f"{name}_cornice", k), "cornice", cornice, spot, "", name))
+            order.add(numbered(f"{name}_cornice", k), "cornice", "cornice/white_crown", spot, params, run=name)
 
 
 def find_rows(line: RunLine, slots: Sequence[UnitSlot], models: StyleModels) -> list[CabinetRow]:
@@ -215,10 +196,8 @@ def _cornice_cabinets(
             hood = is_hood_under_cabinet(slot, models)
             if hood or slot.kind in (UpperKind.DOORS, UpperKind.GLASS, CornerPart.BLIND, CornerPart.FILLER):
                 yield slot.left, slot.right, standard_sizes.UPPER_DEPTH, False
-        elif slot.kind in (*TALL, BaseKind.PANEL, BaseKind.FILLER, CornerPart.FILLER):
-            is_freestanding = isinstance(slot.unit, BaseUnit) and slot.kind is BaseKind.FRIDGE and not slot.unit.housing
-            if not is_freestanding:
-                yield slot.left, slot.right, line.depth, True
+        elif slot.kind in (*TALL, BaseKind.PANEL, BaseKind.FILLER, CornerPart.FILLER) and not slot.stands_free:
+            yield slot.left, slot.right, line.depth, True
 
 
 def is_hood_under_cabinet(slot: UnitSlot, models: StyleModels) -> bool:
@@ -257,9 +236,9 @@ def order_curtains(order: BuildOrder) -> None:
             continue
         if form == "valance":
             width, height = round(width - 0.1, 4), VALANCE_HEIGHT_M
-        choice = preset_with(model.choice.preset, {**model.choice.params, "width": width, "height": height})
         has_casing = float(models.for_role("window").params.get("casing", 0.0)) > 0
         v = CURTAIN_FROM_WALL_M if has_casing else CURTAIN_FROM_BARE_WALL_M
         middle, high = (hole.left + hole.right) / 2, hole.top + CURTAIN_ABOVE_HOLE_M
         spot = Spot(hole.wall.frame, middle, v, high, height_reference=HeightReference.HEAD)
-        order.add(OrderItem(f"{hole.opening.id}_curtain", "curtain", choice, spot))
+        params = {**model.choice.params, "width": width, "height": height}
+        order.add(f"{hole.opening.id}_curtain", "curtain", model.choice.preset, spot, params)

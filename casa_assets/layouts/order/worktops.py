@@ -8,27 +8,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from casa_assets.layouts.order.build_order import (
-    BuildOrder,
-    HeightReference,
-    OrderItem,
-    Spot,
-    numbered,
-    preset_with,
-)
+from casa_assets.layouts.order.build_order import BuildOrder, HeightReference, Spot, numbered
 from casa_assets.layouts.order.cabinets import front_look, group_of
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModel, StyleModels
 from casa_assets.model.kitchen.floor import RunEnd
-from casa_assets.model.kitchen.plan import (
-    TALL,
-    BaseKind,
-    BaseUnit,
-    RunCorner,
-    RunSide,
-)
-from casa_assets.model.kitchen.style import PresetChoice, WorktopStyle
+from casa_assets.model.kitchen.plan import TALL, BaseKind, BaseUnit, RunCorner, RunSide
+from casa_assets.model.kitchen.style import WorktopStyle
 
 MAX_SLAB_M = 3.9
 MIN_ARM_M, MIN_WIDTH_M = 0.72, 0.2  # of a corner worktop; of a part of a straight one that a seam ends
@@ -39,8 +26,6 @@ MIN_STRIP_M = 0.03  # of a worktop over a filler alone
 SINK_RIM_M = 0.004  # height of a drop-in sink's rim over the worktop
 SINK_BACK_M = 0.049  # between the wall and a sink; its front clears the rail of the cabinet below
 WORKTOP_BREAKS = (*TALL, BaseKind.RANGE, BaseKind.GAP)
-
-
 MAX_PANEL_M = 1.2  # metres of one panel
 FIELD_WIDTH_M = 0.5  # metres of one field of it
 PLAY_M = 0.0005
@@ -103,10 +88,10 @@ def order_worktops(order: BuildOrder) -> None:
             if slot.kind is BaseKind.SINK:
                 _sink(order, slot, models)
             elif slot.kind is BaseKind.HOB:
-                back = _hob_back(_model_of(slot, models).length("depth"))
+                model = _model_of(slot, models)
+                back = _hob_back(model.length("depth"))
                 spot = Spot(slot.line.frame, slot.middle, back, standard_sizes.WORKTOP_HEIGHT - 0.06)
-                choice = _model_of(slot, models).choice
-                order.add(OrderItem(f"{slot.name}_plate", "hob", choice, spot, slot.name, slot.line.id))
+                order.add(f"{slot.name}_plate", "hob", model.choice, spot, unit=slot.name, run=slot.line.id)
 
 
 def _corner_top(order: BuildOrder, corner: RunCorner, stretches: dict[str, list[WorktopStretch]]) -> None:
@@ -158,8 +143,7 @@ def _corner_top(order: BuildOrder, corner: RunCorner, stretches: dict[str, list[
     }
     u = round(first.length - arm_a / 2, 4)
     spot = Spot(first.frame, u, 0.0, standard_sizes.WORKTOP_HEIGHT - top.thickness)
-    name = f"{first.id}_{second.id}_top"
-    order.add(OrderItem(name, "counter", preset_with("counter_corner/right", params), spot, "", first.id))
+    order.add(f"{first.id}_{second.id}_top", "counter", "counter_corner/right", spot, params, run=first.id)
 
 
 def _arm(start: float, end: float, cutouts: list[float], is_shared: bool) -> float:
@@ -230,7 +214,7 @@ def _straight(order: BuildOrder, name: str, line: RunLine, slab: WorktopStretch)
             params["corbels"] = tuple(round(u - slab.left + over, 4) for u in _between(seats, slab))
         high = standard_sizes.WORKTOP_HEIGHT
         spot = Spot(line.frame, middle, -behind, high, height_reference=HeightReference.HEAD)
-        order.add(OrderItem(name, "island", preset_with("counter_island/plain", params), spot, "", line.id))
+        order.add(name, "island", "counter_island/plain", spot, params, run=line.id)
         return
     params = {
         **_slab_params(top),
@@ -242,7 +226,7 @@ def _straight(order: BuildOrder, name: str, line: RunLine, slab: WorktopStretch)
         "cutout": cutout,
     }
     spot = Spot(line.frame, middle, -behind, standard_sizes.WORKTOP_HEIGHT - top.thickness)
-    order.add(OrderItem(name, "counter", preset_with("counter/quartz_eased", params), spot, "", line.id))
+    order.add(name, "counter", "counter/quartz_eased", spot, params, run=line.id)
 
 
 def _between(seats: Sequence[float], slab: WorktopStretch) -> list[float]:
@@ -298,9 +282,8 @@ def _sink(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     model = _model_of(slot, models)
     top = standard_sizes.WORKTOP_HEIGHT + (SINK_RIM_M if model.params["mount"] == "drop_in" else 0.0)
     spot = Spot(slot.line.frame, slot.middle, SINK_BACK_M, top, height_reference=HeightReference.HEAD)
-    deck = worktop_of(models, slot.line).thickness
-    choice = PresetChoice(preset=model.choice.preset, params={**model.choice.params, "deck": deck})
-    order.add(OrderItem(f"{slot.name}_basin", "sink", choice, spot, slot.name, slot.line.id))
+    params = {**model.choice.params, "deck": worktop_of(models, slot.line).thickness}
+    order.add(f"{slot.name}_basin", "sink", model.choice.preset, spot, params, unit=slot.name, run=slot.line.id)
 
 
 def order_back_panels(order: BuildOrder) -> None:
@@ -325,5 +308,4 @@ def order_back_panels(order: BuildOrder) -> None:
         }
         for k in range(count):
             spot = Spot(line.frame, low + (k + 0.5) * width, -standard_sizes.END_PANEL - PLAY_M, 0.0, 180.0)
-            panel = preset_with("cabinet_panel/slab_oak", params)
-            order.add(OrderItem(numbered(f"{name}_back", k), "panel", panel, spot, "", name))
+            order.add(numbered(f"{name}_back", k), "panel", "cabinet_panel/slab_oak", spot, params, run=name)

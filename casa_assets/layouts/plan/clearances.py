@@ -158,17 +158,16 @@ def _of_slot(slot: UnitSlot, models: StyleModels) -> Iterator[Leaf]:
     front = round(slot.depth - slot.recess, 4)
     place = _Place(slot, front, _handle(models))
     unit = slot.unit
-    if slot.is_upper:
-        if slot.kind is CornerPart.DIAGONAL:
-            yield place.diagonal(slot.bottom, slot.top)
-        elif slot.kind in (UpperKind.DOORS, UpperKind.GLASS, CornerPart.BLIND):
+    if slot.kind is CornerPart.DIAGONAL:
+        yield place.diagonal(slot.bottom if slot.is_upper else PLINTH_M, slot.top)
+    elif slot.is_upper:
+        if slot.kind in (UpperKind.DOORS, UpperKind.GLASS, CornerPart.BLIND):
             yield from _doors(place, slot.bottom, slot.top)
         elif slot.kind is UpperKind.MICROWAVE:
-            yield from _doors(place.moved(HUNG_MICROWAVE_M), slot.bottom, slot.top)
+            further_out = replace(place, front=round(front + HUNG_MICROWAVE_M, 4))
+            yield from _doors(further_out, slot.bottom, slot.top)
     elif slot.kind is CornerPart.BLIND:
         yield from _doors(place, PLINTH_M, slot.top)
-    elif slot.kind is CornerPart.DIAGONAL:
-        yield place.diagonal(PLINTH_M, slot.top)
     elif slot.kind is BaseKind.DRAWERS:
         yield place.drawer(slot.left, slot.right, PLINTH_M, slot.top)
     elif slot.kind is BaseKind.ISLAND:
@@ -238,14 +237,9 @@ class _Place:
     front: float
     handle: float = 0.0
 
-    def moved(self, more: float) -> _Place:
-        """A front that lies further out, metres."""
-        return replace(self, front=round(self.front + more, 4))
-
     def box(self, left: float, right: float, near: float, far: float, bottom: float, top: float) -> Part:
         """The box between two places along the run, two distances in front of the front and two heights, metres."""
-        frame, v0, v1 = self.slot.line.frame, self.front + near, self.front + far
-        outline = tuple(frame.at(u, v)[:2] for u, v in ((left, v0), (right, v0), (right, v1), (left, v1)))
+        outline = self.slot.line.frame.rectangle(left, right, self.front + near, self.front + far)
         return Part(outline, bottom, top)
 
     def leaf(self, way: Sequence[Part], stands: Sequence[Part]) -> Leaf:

@@ -94,6 +94,11 @@ class WallFrame:
         """room_from_asset of something there that faces away from the line."""
         return Pose(position=self.at(u, v, z), quaternion=self.rotation)
 
+    def rectangle(self, left: float, right: float, back: float, front: float) -> tuple[Vec2, ...]:
+        """Corners (x, y) of what lies between two places along the line and two distances from it, metres."""
+        ends = ((left, back), (right, back), (right, front), (left, front))
+        return tuple(self.at(u, v)[:2] for u, v in ends)
+
     def offset(self, u: float, v: float = 0.0, turn: int = 0) -> WallFrame:
         """A frame whose left end is at (u, v), turned by quarter turns to the left."""
         x, y, _ = self.at(u, v)
@@ -235,8 +240,7 @@ class PlacedColumn:
     @property
     def outline(self) -> tuple[Vec2, ...]:
         """Corners (x, y) on the floor, metres."""
-        ends = ((self.left, self.back), (self.right, self.back), (self.right, self.front), (self.left, self.front))
-        return tuple(self.frame.at(u, v)[:2] for u, v in ends)
+        return self.frame.rectangle(self.left, self.right, self.back, self.front)
 
 
 @dataclass(frozen=True)

@@ -130,19 +130,24 @@ class UnitSlot:
         """True if it hangs on the wall."""
         return self.bottom > 1.0
 
+    @property
+    def stands_free(self) -> bool:
+        """True for a refrigerator without panels at its sides, which needs air beside it."""
+        return isinstance(self.unit, BaseUnit) and _stands_free((self.unit,))
+
 
 def base_slots(plan: Plan, line: RunLine, models: StyleModels) -> tuple[UnitSlot, ...]:
     """The units on the floor from left to right, with corners and strips. Raises PlanConflict where they do not fit."""
     units = line.run.base
     available = line.length - line.left.base_length - line.right.base_length
     spans = [standard_sizes.base_span(u, models) for u in units]
-    widths = share_widths(spans, available - room_at_walls(line))
+    least = room_at_walls(line)
+    most = available - sum(least)
+    widths = share_widths(spans, most)
     if widths is None:
         needed = f"at least {sum(s.minimum for s in spans):.3f} m ({describe_units(units, spans)})"
-        most = available - room_at_walls(line)
         raise PlanConflict(plan.id, ("runs", line.id, "base"), f"units that need at most {most:.3f} m", needed)
     rest = round(available - sum(widths), 3)
-    least = _from_walls(line)
     spare = round(rest - sum(least), 3)
     first, last = _strip_widths(plan, line, spare) if spare > 0.0 else (0.0, 0.0)
     first, last = round(first + least[0], 4), round(last + least[1], 4)
@@ -164,19 +169,14 @@ def base_slots(plan: Plan, line: RunLine, models: StyleModels) -> tuple[UnitSlot
     return (*slots, *corner_slots(line, RunSide.RIGHT, top))
 
 
-def room_at_walls(line: RunLine) -> float:
-    """Length of a run between refrigerators and the walls next to them, which the pulls of their doors need, metres."""
-    return sum(_from_walls(line))
-
-
-def _from_walls(line: RunLine) -> tuple[float, float]:
-    """The same at the left and at the right end."""
-
-    def least(end: LineEnd, units: tuple[BaseUnit, ...]) -> float:
-        is_beside = end.kind is RunEnd.WALL and any(unit.kind is BaseKind.FRIDGE for unit in units)
-        return FRIDGE_FROM_WALL_M if is_beside else 0.0
-
-    return least(line.left, line.run.base[:1]), least(line.right, line.run.base[-1:])
+def room_at_walls(line: RunLine) -> tuple[float, float]:
+    """Room that the pulls of refrigerators need from the walls beside the left and the right end of a run, metres."""
+    ends = ((line.left, line.run.base[:1]), (line.right, line.run.base[-1:]))
+    left, right = (
+        FRIDGE_FROM_WALL_M if end.kind is RunEnd.WALL and any(u.kind is BaseKind.FRIDGE for u in units) else 0.0
+        for end, units in ends
+    )
+    return left, right
 
 
 def describe_units(units: tuple[BaseUnit, ...] | tuple[UpperUnit, ...], spans: list[WidthRange]) -> str:
@@ -199,7 +199,7 @@ def _strip_widths(plan: Plan, line: RunLine, rest: float) -> tuple[float, float]
 
 
 def _stands_free(units: tuple[BaseUnit, ...]) -> bool:
-    """True if a unit needs air next to it instead of a strip: a freestanding refrigerator."""
+    """True if one needs air next to it instead of a strip: a freestanding refrigerator."""
     return any(u.kind is BaseKind.FRIDGE and not u.housing for u in units)
 
 
@@ -403,7 +403,11 @@ def _place_free(
     right: LineEnd,
 ) -> RunLine:
     at = ("runs", run.id)
-    length = _own_length(plan, run, parameters, models, left, right)
+    if run.length is not None:
+        length = resolve_length(plan, run.length, parameters, *at, "length")
+    else:
+        units = sum(standard_sizes.base_span(u, models).usual for u in run.base)
+        length = round(left.base_length + right.base_length + units, 3)
     other_id = run.faces.run if run.faces else run.joins.run if run.joins else ""
     if other_id not in lines:
         raise PlanConflict(plan.id, at, "a run that stands before it in the plan", repr(other_id))
@@ -432,15 +436,6 @@ def _place_free(
         return RunLine(run, frame, length, depth, left, right)
     back = standard_sizes.WORKTOP_DEPTH + away
     return RunLine(run, other.frame.offset(middle + length / 2, back, 2), length, depth, left, right)
-
-
-def _own_length(
-    plan: Plan, run: Run, parameters: Mapping[str, float], models: StyleModels, left: LineEnd, right: LineEnd
-) -> float:
-    if run.length is not None:
-        return resolve_length(plan, run.length, parameters, "runs", run.id, "length")
-    units = sum(standard_sizes.base_span(u, models).usual for u in run.base)
-    return round(left.base_length + right.base_length + units, 3)
 
 
 def _check_names(plan: Plan) -> None:

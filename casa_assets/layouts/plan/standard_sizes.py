@@ -86,24 +86,27 @@ WIDEST_SINGLE_DOOR, WIDEST_SINK_DOOR = 0.5, 0.549  # a wider cabinet, or a wider
 
 def base_span(unit: BaseUnit, models: StyleModels) -> WidthRange:
     """Least and greatest width of a unit on the floor."""
+    fixed = _stated_span(unit) or _span_of_model(unit, models)
+    return (
+        fixed
+        or {
+            BaseKind.DOORS: WidthRange(0.4, 0.9),
+            BaseKind.DRAWERS: WidthRange(0.4, 0.9),
+            BaseKind.SHELF: WidthRange(0.3, 0.6),
+            BaseKind.PANEL: WidthRange(END_PANEL, END_PANEL),
+            BaseKind.FILLER: WidthRange(0.03, 0.12),
+            BaseKind.GAP: WidthRange(0.3, 1.0),
+            BaseKind.ISLAND: WidthRange(1.4, 2.2),
+            BaseKind.PANTRY: WidthRange(0.45, 0.6),
+            BaseKind.MICROWAVE: WidthRange(0.6, 0.6),
+        }[unit.kind]
+    )
+
+
+def _stated_span(unit: BaseUnit | UpperUnit) -> WidthRange | None:
     if isinstance(unit.width, tuple):
         return WidthRange(*unit.width)
-    if unit.width is not None:
-        return WidthRange(unit.width, unit.width)
-    fixed = _span_of_model(unit, models)
-    if fixed is not None:
-        return fixed
-    return {
-        BaseKind.DOORS: WidthRange(0.4, 0.9),
-        BaseKind.DRAWERS: WidthRange(0.4, 0.9),
-        BaseKind.SHELF: WidthRange(0.3, 0.6),
-        BaseKind.PANEL: WidthRange(END_PANEL, END_PANEL),
-        BaseKind.FILLER: WidthRange(0.03, 0.12),
-        BaseKind.GAP: WidthRange(0.3, 1.0),
-        BaseKind.ISLAND: WidthRange(1.4, 2.2),
-        BaseKind.PANTRY: WidthRange(0.45, 0.6),
-        BaseKind.MICROWAVE: WidthRange(0.6, 0.6),
-    }[unit.kind]
+    return None if unit.width is None else WidthRange(unit.width, unit.width)
 
 
 def island_columns(width: float) -> tuple[str, ...]:
@@ -142,12 +145,8 @@ def _span_of_model(unit: BaseUnit, models: StyleModels) -> WidthRange | None:
 
 def upper_span(unit: UpperUnit, models: StyleModels) -> WidthRange:
     """Least and greatest width of a unit on the wall that is not centred over another."""
-    if isinstance(unit.width, tuple):
-        return WidthRange(*unit.width)
-    if unit.width is not None:
-        return WidthRange(unit.width, unit.width)
-    if unit.kind is UpperKind.MICROWAVE:
-        return WidthRange(0.6, 0.6)
+    if stated := _stated_span(unit):
+        return stated
     if unit.kind is UpperKind.HOOD:
         hood = models.for_unit(unit)
         # The ledge of a canopy stands out beside it.
@@ -160,4 +159,5 @@ def upper_span(unit: UpperUnit, models: StyleModels) -> WidthRange:
         UpperKind.BOARDS: WidthRange(0.5, 1.2),
         UpperKind.FILLER: WidthRange(0.03, 0.12),
         UpperKind.GAP: WidthRange(0.05, 2.0),
+        UpperKind.MICROWAVE: WidthRange(0.6, 0.6),
     }[unit.kind]

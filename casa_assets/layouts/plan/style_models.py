@@ -20,7 +20,7 @@ from casa_assets.model.registry.rows import RoleRule
 
 SIDES = ("width", "depth", "height")
 SCALE_DIGITS = 4
-# Of the assets of the libraries whose category suits a role, so many are read and so many named where one does not fit.
+# Of the libraries' assets whose category suits a role, this many are read, and this many named where one doesn't fit.
 MAX_READ, MAX_NAMED = 20, 4
 # A place of a stated width that would stay emptier than this beside its appliance is refused, metres.
 MAX_GAP_M = 0.03
@@ -42,7 +42,7 @@ APPLIANCE_ROLES: Mapping[BaseKind | UpperKind, str] = {
 }
 # Appliances between which and the cabinets beside them there are joints of some millimetres alone.
 FILLING = (BaseKind.RANGE, BaseKind.DISHWASHER, BaseKind.OVEN)
-ON_WORKTOP = "on_worktop"  # role of what a plan puts on a worktop under a name of its own
+ON_WORKTOP = "on_worktop"  # role of what a plan puts on a worktop under another name than that of a role
 # What to do where an asset of a library is asked for and no library is in use.
 NO_LIBRARY = (
     "no library is in use; name its folder under `libraries:` in casa.yaml of a project (`casa-assets init FOLDER` "
@@ -171,7 +171,7 @@ def _of_size(role: str, rule: RoleRule, place: Place, library: Mapping[str, Mapp
     of_kind = (name for name in library if name != but and category_of(name) in rule.categories)
     fitting = [name for name in islice(of_kind, MAX_READ) if _scale(library[name], rule, place) is not None]
     return (
-        f"a {role} that can be scaled evenly to {text} m{_there_are(fitting)}; make it anew with `--front` or `--up` "
+        f"a {role} that can be scaled evenly to {text} m{_there_are(fitting)}; make it again with `--front` or `--up` "
         f"where it is turned the wrong way, or state other sizes for {role} in the project's roles.yaml"
     )
 

@@ -67,6 +67,10 @@ from casa_assets.runs.limits import StepClock
 from casa_assets.runs.pool import Workers
 from casa_assets.show.stills import kitchen as room
 
+FLOOR_MAP = "floor_map.png"
+# Enough to see whether a camera shows something, by its shares of black and white pixels.
+CHECK_FRAME = room.PictureSettings(240, 180, passes=1, shadow_px=256)
+
 
 class PassedLayers:
     """Digests of layers of assets that passed SimReady's rules, an empty file for each in a folder of the cache."""
@@ -87,11 +91,6 @@ class PassedLayers:
                 path.touch()
 
 
-FLOOR_MAP = "floor_map.png"
-# Enough to tell whether a camera shows something, by its shares of black and white pixels.
-CHECK_FRAME = room.PictureSettings(240, 180, passes=1, shadow_px=256)
-
-
 def check_one(
     recipe: SceneRecipe,
     out: Path,
@@ -104,12 +103,9 @@ def check_one(
 ) -> SceneResult:
     """Build a scene where it is missing or outdated, and run every check on it; `report.json` keeps the verdict.
 
-    A scene that has not changed since it was checked is not checked again.
-
-    Args:
-        force: check it again. strict: what does not pass is not put in place.
-        drawn: with an overview; the check of what cameras see draws its own, small, and keeps none.
-        in_3d: with a model that the page shows in 3D, about 4 MB. frame, at_eye_level: see BuildOptions.
+    A scene that has not changed since it was checked is not checked again. `force`: check it again. `strict`: what does
+    not pass is not put in place. `drawn`: with an overview; the check of what cameras see draws its own, small, and
+    keeps none. `in_3d`: with a model that the page shows in 3D, about 4 MB. `frame`, `at_eye_level`: see BuildOptions.
     """
     judge = partial(check_and_report, in_3d=in_3d, passed=PassedLayers(cache_for(out)))
     options = BuildOptions(drawn, at_eye_level, judge=judge, strict=strict, frame=frame)
@@ -286,13 +282,10 @@ def draw_one(recipe: SceneRecipe, out: Path, request: StateRequest, force: bool 
 
 def draw_now(recipe: SceneRecipe, folder: Path, request: StateRequest) -> tuple[StartStates, Stage]:
     """Draw start states of a scene that was built, and write them into its folder. Raises as `draw_states` does."""
-    stage = Stage(folder)
+    stage, limits = Stage(folder), registry.load().limits
+    wanted = Wanted(states_key(recipe, request), request, limits["state_contact_m"], limits["state_motion_m"])
     with native_warnings():
-        limits = registry.load().limits
-        states = draw_states(
-            stage, Wanted(states_key(recipe, request), request, limits["state_contact_m"], limits["state_motion_m"])
-        )
-    write_states(folder, states)
+        write_states(folder, draw_states(stage, wanted))
     return read_states(folder), stage
 
 

@@ -1,11 +1,25 @@
-"""Measure how diverse kitchens are by their traits, write it, read it, and lay it out as a table."""
+"""Measure how diverse kitchens are: how evenly their traits are spread, and how far each is from its nearest.
+
+Evenness of a trait is its Shannon entropy over that of an even spread, 0 to 1. An even spread is one over all values
+that the trait can have, or over as many as there are kitchens, whichever is less: six kitchens cannot show a hundred
+floors. It is 0 where all kitchens are alike in that.
+
+The distance of two kitchens is the sum of these parts, 0 to 1; docs/howto/kitchens/sample.md explains it:
+
+    plan      0.20  where the plans are others
+    lengths   0.15  mean difference of the lengths, each as a share of its range; all of it where the plans are others
+    style     0.10  where the styles are others
+    surfaces  0.25  share of wall, floor, worktops and cabinets with other finishes
+    fronts    0.05  where the fronts or handles of the cabinets are others
+    fixtures  0.25  share of the roles of either with another model in the other, or with none
+"""
 
 from __future__ import annotations
 
 import json
 import math
 from collections import Counter
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -16,27 +30,12 @@ from casa_assets.core.numeric import Floats, Ints
 from casa_assets.core.system import kept_json
 from casa_assets.model.kitchen.choices import Surface
 
-# How diverse kitchens are: how evenly their traits are spread, and how far each is from the one most like it.
-#
-# Evenness of a trait is its Shannon entropy over that of an even spread, 0 to 1. An even spread is one over all values
-# that the trait can have, or over as many as there are kitchens, whichever is less: six kitchens cannot show a hundred
-# floors. It is 0 where all kitchens are alike in that.
-#
-# The distance of two kitchens is the sum of these parts, 0 to 1; docs/howto/kitchens/sample.md explains it:
-#
-#     plan      0.20  where the plans are others
-#     lengths   0.15  mean difference of the lengths, each as a share of its range; all of it where the plans are others
-#     style     0.10  where the styles are others
-#     surfaces  0.25  share of wall, floor, worktops and cabinets with other finishes
-#     fronts    0.05  where the fronts or handles of the cabinets are others
-#     fixtures  0.25  share of the roles of either with another model in the other, or with none
-
 DIVERSITY = "diversity.json"
 PLAN, LENGTHS, STYLE, SURFACES, FRONTS, FIXTURES = 0.20, 0.15, 0.10, 0.25, 0.05, 0.25
 # Two kitchens below this distance are near duplicates: of one plan, and alike in most of the rest.
 NEAR = 0.2
-# Floor areas are counted in steps of so many square metres, from the first to the last bound; what is beyond a bound is
-# counted in the step beside it.
+# Floor areas are counted in steps of this many square metres, from the first to the last bound; what is beyond a bound
+# is counted in the step beside it.
 STEP_M2, SMALLEST_M2, LARGEST_M2 = 3.0, 9.0, 45.0
 ABSENT = -1
 
@@ -133,8 +132,7 @@ def diversity_of(found: Sequence[Traits], possible: Choices) -> Diversity:
 def evenness(values: Sequence[Hashable], possible: int) -> float | None:
     """Return the entropy of values divided by that of an even spread; None for fewer than two values or kitchens.
 
-    Args:
-        values: of one trait, one for each kitchen that has it. possible: number of values to choose from.
+    `values`: of one trait, one for each kitchen that has it. `possible`: number of values to choose from.
     """
     counts = Counter(values)
     most = min(max(possible, len(counts)), len(values))
@@ -153,10 +151,8 @@ def _size_step(floor_m2: float) -> int:
 def _neighbours(found: Sequence[Traits]) -> Neighbours:
     if len(found) < 2:
         return Neighbours(None, None, 0, None)
-    table = _Table(found)
     nearest, which = np.empty(len(found)), np.empty(len(found), dtype=int)
-    for i in range(len(found)):
-        row = table.distances_from(i)
+    for i, row in enumerate(_distances(found)):
         row[i] = np.inf
         which[i] = int(row.argmin())
         nearest[i] = row[which[i]]
@@ -169,44 +165,32 @@ def _neighbours(found: Sequence[Traits]) -> Neighbours:
     )
 
 
-class _Table:
-    """Traits of kitchens as arrays with a row for each, so that the distances of thousands take seconds.
-
-    Attributes:
-        plan, style, fronts: (N,) name numbers. surfaces: (N, 4). fixtures: (N, roles), ABSENT if there is no fixture.
-        lengths: (N, lengths of all plans), NaN if a plan has no such length.
-    """
-
-    def __init__(self, found: Sequence[Traits]) -> None:
-        roles = sorted({role for t in found for role in t.fixtures})
-        lengths = sorted({(t.plan, name) for t in found for name in t.lengths})
-        self.plan = _numbered([t.plan for t in found])
-        self.style = _numbered([t.style for t in found])
-        self.fronts = _numbered([t.fronts for t in found])
-        self.surfaces = np.stack([_numbered([t.surfaces.get(s.value) for t in found]) for s in Surface], axis=1)
-        columns = [_numbered([t.fixtures.get(role) for t in found]) for role in roles]
-        self.fixtures = np.stack(columns, axis=1) if columns else np.empty((len(found), 0), dtype=np.int64)
-        self.lengths = np.array(
-            [[t.lengths.get(name, np.nan) if t.plan == plan else np.nan for plan, name in lengths] for t in found]
-        ).reshape(len(found), len(lengths))
-
-    def distances_from(self, i: int) -> Floats:
-        """(N,) distances of all kitchens from one of them."""
-        is_other_plan = self.plan != self.plan[i]
-        gaps = np.abs(self.lengths - self.lengths[i])
+def _distances(found: Sequence[Traits]) -> Iterator[Floats]:
+    """Of each kitchen in turn, its (N,) distances from all; those of thousands take seconds."""
+    roles = sorted({role for t in found for role in t.fixtures})
+    names = sorted({(t.plan, name) for t in found for name in t.lengths})
+    plan, style, fronts = (_numbered([getattr(t, name) for t in found]) for name in ("plan", "style", "fronts"))
+    surfaces = np.stack([_numbered([t.surfaces.get(s.value) for t in found]) for s in Surface], axis=1)
+    columns = [_numbered([t.fixtures.get(role) for t in found]) for role in roles]
+    fixtures = np.stack(columns, axis=1) if columns else np.empty((len(found), 0), dtype=np.int64)
+    # NaN where a plan has no such length.
+    rows = [[t.lengths.get(name, np.nan) if t.plan == of else np.nan for of, name in names] for t in found]
+    lengths = np.array(rows).reshape(len(found), len(names))
+    for i in range(len(found)):
+        is_other_plan = plan != plan[i]
+        gaps = np.abs(lengths - lengths[i])
         counted = np.isfinite(gaps)
-        lengths = np.where(counted, gaps, 0.0).sum(axis=1) / np.maximum(counted.sum(axis=1), 1)
-        has = (self.fixtures != ABSENT) | (self.fixtures[i] != ABSENT)
-        others = (self.fixtures != self.fixtures[i]) & has
-        total: Floats = (
+        mean_gap = np.where(counted, gaps, 0.0).sum(axis=1) / np.maximum(counted.sum(axis=1), 1)
+        has = (fixtures != ABSENT) | (fixtures[i] != ABSENT)
+        others = (fixtures != fixtures[i]) & has
+        yield (
             PLAN * is_other_plan
-            + LENGTHS * np.where(is_other_plan, 1.0, lengths)
-            + STYLE * (self.style != self.style[i])
-            + SURFACES * (self.surfaces != self.surfaces[i]).mean(axis=1)
-            + FRONTS * (self.fronts != self.fronts[i])
+            + LENGTHS * np.where(is_other_plan, 1.0, mean_gap)
+            + STYLE * (style != style[i])
+            + SURFACES * (surfaces != surfaces[i]).mean(axis=1)
+            + FRONTS * (fronts != fronts[i])
             + FIXTURES * others.sum(axis=1) / np.maximum(has.sum(axis=1), 1)
         )
-        return total
 
 
 def _numbered(values: Sequence[str | None]) -> Ints:

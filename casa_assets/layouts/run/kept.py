@@ -1,4 +1,4 @@
-"""Tell that a kitchen is there as today's code would make it, without loading what makes it.
+"""Find a kitchen that is there as today's code would make it, without loading what makes it.
 
 To work out the key of a kitchen, all families, plans and styles are loaded, which takes seconds. So the key is
 remembered in the cache folder, as long as no file of the program, its registry or the project changes.
@@ -28,8 +28,7 @@ DRAWN_BY = "casa_assets.layouts.run.scene_folders:draw_cameras"
 def kept_scene(recipe: SceneRecipe, out: Path, drawn: bool) -> SceneResult | None:
     """The scene that an earlier run made, if that is known to be current without loading anything; else None.
 
-    Args:
-        out: folder of the scenes. drawn: it has to have an overview.
+    `out`: folder of the scenes. `drawn`: it has to have an overview.
     """
     known, folder = remembered_kitchen_key(recipe), out / recipe.scene_id
     if not known or not is_whole(folder, key := written_key(known)) or (drawn and not is_drawn(folder, key)):

@@ -17,8 +17,7 @@ from casa_assets.layouts.compose import AssetOutlines, box_of
 from casa_assets.layouts.plan.style_models import NO_LIBRARY
 from casa_assets.library.library import Library, read_asset, read_certificate
 from casa_assets.mesh.planar import stands_by_itself
-from casa_assets.model.asset.asset import Asset, Base, Joint, JointKind, JointValue
-from casa_assets.model.asset.provenance import Guess
+from casa_assets.model.asset.asset import Asset, Base, Guess, Joint, JointKind, JointValue
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.projects import SETTINGS, project_folder, read_once
 from casa_assets.registry.read import load_project
@@ -84,9 +83,8 @@ def _sizes(name: str) -> Mapping[str, Any]:
 def library_asset(name: str) -> Asset:
     """Return the asset with that id, as it is in its library.
 
-    Raises:
-        UnknownId: no library has this id; names the nearest ones.
-        OutputError: the asset cannot be read, or differs from the one that was checked when it was made.
+    Raises UnknownId: no library has this id; names the nearest ones. OutputError: the asset cannot be read, or differs
+    from the one that was checked when it was made.
     """
     folders = _folders()
     if name not in folders:
@@ -94,7 +92,7 @@ def library_asset(name: str) -> Asset:
     folder = folders[name]
     asset = read_asset(folder)
     if asset.digest != read_certificate(folder).asset_digest:
-        message = "is not what was checked: it was changed by hand, or made by another version; make it anew"
+        message = "is not what was checked: it was changed by hand, or made by another version; make it again"
         raise OutputError(str(folder), message)
     return asset
 
@@ -182,8 +180,7 @@ def _mass(asset: Asset, scale: float) -> float:
 def _folders() -> Mapping[str, Path]:
     """Folder of each accepted asset, by id, sorted; of two libraries with one id the first counts.
 
-    Raises:
-        RegistryError: a library that casa.yaml names is not there.
+    Raises RegistryError: a library that casa.yaml names is not there.
     """
     loaded, place = load_project(), project_folder()
     if loaded is None or place is None:

@@ -25,9 +25,8 @@ from casa_assets.textures.run.recipes import find_recipe
 
 COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 # Parts of recipes whose colours cover little of the picture.
-SMALL_PARTS = frozenset(
-    {"joint", "grout", "pore", "heart", "undercoat", "bare_color", "veins", "specks", "body", "stain"}
-)
+SMALL_PARTS = {"joint", "grout", "pore", "heart", "undercoat", "bare_color", "veins", "specks", "body", "stain"}
+GROUPS = ("base", "upper", "tall", "island")  # of cabinets
 
 
 @dataclass(frozen=True)
@@ -84,9 +83,6 @@ def _colors(value: Any, name: str = "") -> Iterator[str]:
         yield value
 
 
-GROUPS = ("base", "upper", "tall", "island")  # of cabinets
-
-
 def mixed_style(style: Style, seed: int, turn: int = 0) -> Style:
     """Return a style with fronts, worktop edges, woodwork, models and props of other styles; its finishes stay.
 
@@ -122,8 +118,7 @@ def kinds_of_fronts() -> tuple[tuple[str | None, str | None], ...]:
 def _models(style: Style, seed: int, turn: int, parts: Mapping[str, Style]) -> Mapping[str, PresetChoice]:
     """The models of a mixed style: the roles of the style itself, suite by suite and else one by one.
 
-    Args:
-        parts: name of a part -> style that it comes from; a suite of that name comes from it too.
+    `parts`: name of a part -> style that it comes from; a suite of that name comes from it too.
     """
     suites = dict(load_mixing().suites)
     in_suites = {role for roles in suites.values() for role in roles}

@@ -73,11 +73,9 @@ class Pack:
 def pack_scene(scene_id: str, scenes: Path, kind: PackKind, out: Path) -> Pack:
     """Write a scene as one file; it is built in `scenes` first where it is not there or not of today.
 
-    Args:
-        scene_id: such as `l_small__coastal`. scenes: folder of scenes. out: the file; an older one is replaced.
-    Raises:
-        UnknownId: no such scene. OutputError: `out` or `scenes` cannot be written to, or a file of the scene is
-            missing. CasaError: the scene cannot be built. BatchFault: a fault of the program while it is built.
+    `scene_id`: such as `l_small__coastal`. `scenes`: folder of scenes. `out`: the file; an older one is replaced.
+    Raises UnknownId: no such scene. OutputError: `out` or `scenes` cannot be written to, or a file of the scene is
+    missing. CasaError: the scene cannot be built. BatchFault: a fault of the program while it is built.
     """
     if out.is_dir():
         raise OutputError(str(out), "is a folder; name a file")
@@ -100,10 +98,8 @@ def pack_scene(scene_id: str, scenes: Path, kind: PackKind, out: Path) -> Pack:
 def members_of(folder: Path) -> dict[str, bytes]:
     """Return the files of a pack by path: those of the scene, then those in the shared folder that they refer to.
 
-    Args:
-        folder: of a scene, with the folder of shared files next to it.
-    Raises:
-        OutputError: a file that the scene refers to is missing, or is outside of the two folders.
+    `folder`: of a scene, with the folder of shared files next to it. Raises OutputError: a file that the scene refers
+    to is missing, or is outside of the two folders.
     """
     own = [mjcf.FILE, LIGHT_FILE, usd.FILE, usd.NESTED_FILE, isaac_lab.FILE, SCENE_JSON]
     own += [name for name in (f"{OVERVIEW}.png", "report.json", START_STATES) if (folder / name).is_file()]

@@ -155,8 +155,8 @@ def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> SceneRecipe:
     hidden += [("m" + fields["models"], "models", "models={'range': ...}")] if has_models else []
     digests = " and ".join(f"'{digits}' is a digest of its {name}" for digits, name, _ in hidden)
     raise CasaError(
-        f"{scene_id}: {digests}; which they are cannot be told from that, and no scene of this id stands in {where}. "
-        f"Give the folder that it stands in, or make it anew with "
+        f"{scene_id}: {digests}; which they are cannot be read from that, and no scene of this id is in {where}. "
+        f"Give the folder that it is in, or make it again with "
         f"casa_assets.kitchen({plan!r}, {style!r}, seed={seed}, {', '.join(option for *_, option in hidden)})"
     )
 
@@ -208,10 +208,8 @@ def recipes_matching(patterns: Sequence[str]) -> list[SceneRecipe]:
 def recipes_named(names: Sequence[str], out: Path) -> list[SceneRecipe]:
     """Return scenes by globs of plain ids, with or without objects (`l_*__coastal__o40`), or by complete ids.
 
-    Args:
-        out: folder of scenes, searched for finishes that an id holds only as a digest.
-    Raises:
-        UnknownId: a glob matches nothing, or an id names no plan or style. CasaError: see `recipe_of`.
+    `out`: folder of scenes, searched for finishes that an id holds only as a digest. Raises UnknownId: a glob matches
+    nothing, or an id names no plan or style. CasaError: see `recipe_of`.
     """
     found: list[SceneRecipe] = []
     for name in names:

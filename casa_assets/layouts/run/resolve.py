@@ -17,7 +17,7 @@ from casa_assets.asset.lightweight import light_scene
 from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.checks.scene.rest import Rest, come_to_rest
 from casa_assets.core.numeric import rng_for
-from casa_assets.errors import CasaError, PlanConflict, RegistryError, StyleConflict, UnknownId
+from casa_assets.errors import CasaError, PlanConflict, StyleConflict, UnknownId
 from casa_assets.families.asset_store import AssetStore
 from casa_assets.families.build import FamilyRequest, asset_key, family_of
 from casa_assets.families.build import params_of as member_params_of
@@ -37,7 +37,6 @@ from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.kitchen.style import LIBRARY, PresetChoice, Style
-from casa_assets.model.registry.document import Document
 from casa_assets.model.registry.rows import Arrangement
 from casa_assets.projects import read_once
 from casa_assets.registry import kitchens
@@ -63,6 +62,12 @@ ROLLING = (Arrangement.HEAP, Arrangement.LOOSE, Arrangement.LENGTHWISE)
 STILL_S, MAX_DEPTH_M = 5.0, 0.0004
 MAX_DRIFT_M = {FULL: 0.0025, LIGHT: 0.004}
 MAX_STILL_RUNS = 4
+# Draws of a plan's lengths are made again where one does not fit together, up to this number of times.
+MAX_LENGTH_DRAWS = 20
+MAX_FINISH_DRAWS = 50  # of finishes, after which those that were drawn last are taken
+LENGTHS_PER_MIX = 5  # of these draws, before a mixed kitchen is mixed again
+# Field of an appliance's numbers, and what its form is called there, where a cabinet front hangs on it.
+LOOK, PANEL = "look", "panel"
 
 
 def put_into(scene: Scene, count: int, seed: int, store: AssetStore) -> Scene:
@@ -130,8 +135,7 @@ def with_groups(scene: Scene, groups: Sequence[PutGroup], objects: ObjectMembers
 def at_rest(scene: Scene, groups: Sequence[PutGroup], objects: ObjectMembers) -> tuple[PutGroup, ...]:
     """The groups that stay where they are put, each object where it came to rest, in the full and in the light form.
 
-    Args:
-        scene: without them.
+    `scene`: without them.
     """
     rests = _simulate(scene, groups, objects, FULL, SETTLE_S)
     assets = objects.assets
@@ -206,14 +210,6 @@ def _is_still(runs: dict[str, dict[str, Rest]], group: PutGroup, number: int) ->
     return all(rest.moved <= MAX_DRIFT_M[form] and rest.depth <= MAX_DEPTH_M for form, rest in found.items())
 
 
-# Draws of a plan's lengths are made anew where one does not fit together; so often, then the seed is given up.
-MAX_LENGTH_DRAWS = 20
-MAX_FINISH_DRAWS = 50  # of finishes, after which those that were drawn last are taken
-LENGTHS_PER_MIX = 5  # of these draws, before a mixed kitchen is mixed anew
-# Field of an appliance's numbers, and what its form is called there, where a cabinet front hangs on it.
-LOOK, PANEL = "look", "panel"
-
-
 def warm() -> None:
     """Load what every worker that builds scenes needs, once for all of them."""
     registry.load()
@@ -243,8 +239,7 @@ def ordered_surfaces(surfaces: Iterable[tuple[Surface, str]]) -> tuple[tuple[Sur
 def ordered_models(models: Iterable[tuple[str, str]]) -> tuple[tuple[str, str], ...]:
     """Models of roles, sorted by role, each a text such as `range/pro_six` or `library:<id>`.
 
-    Raises:
-        UnknownId: no style has such a role. CasaError: a text names no model.
+    Raises UnknownId: no style has such a role. CasaError: a text names no model.
     """
     roles, picked = models_of_roles(), dict(models)
     for role, name in picked.items():
@@ -287,9 +282,8 @@ def draw_lengths(plan: Plan, seed: int, turn: int = 0) -> dict[str, float]:
 def resolve(recipe: SceneRecipe) -> KitchenRequest:
     """The kitchen of a recipe.
 
-    Raises:
-        RegistryError: with file and line, where the plan does not fit together, or a model does not suit its role.
-        UnknownId: no such plan, style or model. CasaError: a model that the recipe names suits nothing.
+    Raises RegistryError: with file and line, where the plan does not fit together, or a model does not suit its role.
+    UnknownId: no such plan, style or model. CasaError: a model that the recipe names suits nothing.
     """
     plan, document = kitchens.load_plan(recipe.plan)
     style, style_document = kitchens.load_style(recipe.style)
@@ -316,7 +310,7 @@ def resolve(recipe: SceneRecipe) -> KitchenRequest:
                 raise CasaError(f"model of {error.pointer[-1]}: expected {error.expected}, got {error.got}") from error
             raise style_document.fault(error.pointer, error.expected, error.got) from error
     assert failed is not None
-    raise error_with_line(failed, document)
+    raise document.fault(failed.pointer, failed.expected, failed.got)
 
 
 def with_finishes(style: Style, surfaces: Mapping[Surface, str], mixed: bool = False) -> Style:
@@ -349,11 +343,6 @@ def _is_behind_panels(choice: PresetChoice) -> bool:
     params = preset_params().get(choice.family, {}).get(choice.name, {})
     look = merge_nested(params, choice.params).get(LOOK)
     return isinstance(look, Mapping) and look.get("form") == PANEL
-
-
-def error_with_line(error: PlanConflict, document: Document) -> RegistryError:
-    """A misfit as an error of the plan's file, with the line."""
-    return document.fault(error.pointer, error.expected, error.got)
 
 
 def params_of(choice: PresetChoice) -> Params:
@@ -436,8 +425,7 @@ def compose_kitchen(
 ) -> tuple[KitchenRequest, Scene]:
     """The scene of a kitchen, once everything in it is built, and the kitchen with the props that found a place.
 
-    Args:
-        assets: by name of what is wanted. props: what may be put on worktops and shelves. seed: draws their places.
+    `assets`: by name of what is wanted. `props`: what may be put on worktops and shelves. `seed`: draws their places.
     """
     added = scatter_props(kitchen, assets, props, seed)
     kitchen = replace(kitchen, items=(*kitchen.items, *(wanted for wanted, _ in added)))

@@ -1,10 +1,10 @@
-"""Make the kitchens that were drawn: in parallel, each once, from where an earlier run was stopped."""
+"""Draw kitchens at random, and make them: in parallel, each once, from where an earlier run was stopped."""
 
 from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -12,19 +12,97 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from casa_assets.core.numeric import rng_for
 from casa_assets.core.system import replace_file
 from casa_assets.errors import CasaError
 from casa_assets.layouts.run import check
-from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
+from casa_assets.layouts.run.diversity import Choices, Diversity, Traits, diversity_of
+from casa_assets.layouts.run.mix import kinds_of_fronts, models_of_roles
+from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult, all_recipes
+from casa_assets.layouts.run.resolve import draw_surfaces, resolve
 from casa_assets.layouts.run.scene_folders import BUILD, CHECK, DRAW, WRITE, run_recipes
 from casa_assets.library.library import Library
 from casa_assets.model.issue import Issue, Report
+from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.record import Record
+from casa_assets.registry.kitchens import plan_names, style_names
 from casa_assets.runs.limits import cpu_seconds
 from casa_assets.runs.pool import Workers
 from casa_assets.show.stills.kitchen import PictureSettings
+from casa_assets.textures.run.recipes import available_finishes
 
 FOLDER = "draws"
+MAX_SEED = 1_000_000  # seeds of kitchens are drawn below this, so that ids stay short
+# Of overviews, which are looked at by the dozen: about a quarter of the work of one that `scenes build` draws.
+FRAME = PictureSettings(640, 480, passes=2, shadow_px=512)
+REST = "rest"  # step of a draw: keys, publishing, what is loaded once per process
+REJECTED = "rejected.json"
+STEPS = (BUILD, WRITE, DRAW, CHECK, REST)
+FAULT, MISFIT = "fault of the program", "cannot be built"
+
+
+def draw_recipes(count: int, seed: int, objects: int = 0) -> list[SceneRecipe]:
+    """Draw `count` different recipes. With the same seed, a longer list begins with the shorter one.
+
+    Every draw has a separate random stream, so that it does not depend on which process works on it. `objects`: number
+    of loose objects in each; which ones, and their places, are drawn with the lengths of its plan.
+    """
+    plans, styles = plan_names(), style_names()
+    found: dict[str, SceneRecipe] = {}
+    number = 0
+    while len(found) < count:
+        rng = rng_for(seed, f"scenes/draw/{number}")
+        number += 1
+        plan, style = plans[int(rng.integers(len(plans)))], styles[int(rng.integers(len(styles)))]
+        own = int(rng.integers(MAX_SEED))
+        recipe = SceneRecipe(plan, style, own, draw_surfaces(own), mixed=True)
+        if objects:
+            recipe = replace(recipe, objects=objects, objects_seed=own)
+        found.setdefault(recipe.scene_id, recipe)  # one that was drawn before is drawn again, and counts once
+    return list(found.values())
+
+
+def traits_of(recipe: SceneRecipe) -> Traits:
+    """Traits of the kitchen of a recipe, which need not be built. Raises as `resolve` does."""
+    kitchen = resolve(recipe)
+    style = kitchen.style
+    (x0, y0), (x1, y1) = kitchen.room.bounds()
+    base = style.cabinets.base
+    return Traits(
+        id=recipe.scene_id,
+        plan=recipe.plan,
+        style=recipe.style,
+        lengths={
+            name: (kitchen.parameters[name] - p.low) / (p.high - p.low) if p.high > p.low else 0.0
+            for name, p in kitchen.plan.parameters.items()
+        },
+        floor_m2=(x1 - x0) * (y1 - y0),
+        surfaces=style.surfaces,
+        fronts=f"{base.front}, {base.handle}",
+        fixtures={item.role: item.choice.preset for item in kitchen.items if item.role in style.models},
+    )
+
+
+def diversity_of_recipes(recipes: Iterable[SceneRecipe]) -> Diversity:
+    """How diverse the kitchens of some recipes are, which need not be built. Raises as `resolve` does."""
+    return diversity_of([traits_of(recipe) for recipe in recipes], choices())
+
+
+def diversity_of_reference() -> Diversity:
+    """How diverse every plan in every style is, each as it is: what random kitchens are compared with."""
+    return diversity_of_recipes(all_recipes())
+
+
+def choices() -> Choices:
+    """How many values the traits can have, with the plans, styles and textures in use."""
+    models, finishes = models_of_roles(), available_finishes().surfaces
+    return Choices(
+        plans=len(plan_names()),
+        styles=len(style_names()),
+        fronts=len(kinds_of_fronts()),
+        surfaces={surface.value: len(finishes[surface]) for surface in Surface},
+        fixtures={role: len(names) for role, names in models.items()},
+    )
 
 
 class DrawRecord(Record):
@@ -69,20 +147,13 @@ def _path(out: Path, scene_id: str) -> Path:
     return Library(out).cache / FOLDER / f"{scene_id}.json"
 
 
-# Of overviews, which are looked at by the dozen: about a quarter of the work of one that `scenes build` draws.
-FRAME = PictureSettings(640, 480, passes=2, shadow_px=512)
-REST = "rest"  # step of a draw: keys, publishing, what is loaded once per process
-
-
 def sample_all(
     recipes: Sequence[SceneRecipe], out: Path, jobs: Workers = 0, drawn: bool = True, in_3d: bool = False
 ) -> Iterator[SceneResult]:
     """Yield draws as `run_recipes` does; only kitchens that pass every check are put into the folder.
 
-    A draw that fails, for whatever reason, does not stop the others.
-
-    Args:
-        drawn: with an overview. in_3d: with a model for the page, about 4 MB each.
+    A draw that fails, for whatever reason, does not stop the others. `drawn`: with an overview. `in_3d`: with a model
+    for the page, about 4 MB each.
     """
     work = partial(sample_one, out=out, drawn=drawn, in_3d=in_3d)
     return run_recipes(work, recipes, out, jobs, f"{check.__name__}:warm", goes_on=True)
@@ -94,7 +165,7 @@ def sample_one(recipe: SceneRecipe, out: Path, drawn: bool = True, in_3d: bool =
     try:
         key = check.verdict_key(recipe)
     except CasaError:
-        key = ""  # it cannot be resolved, which `check_one` tells again and which costs little
+        key = ""  # it cannot be resolved, which `check_one` says again and which costs little
     record = read_draw(out, recipe, key) if key else None
     if record is not None and not record.passed:
         report = Report(subject=record.id, issues=record.issues) if record.issues else None
@@ -107,11 +178,6 @@ def sample_one(recipe: SceneRecipe, out: Path, drawn: bool = True, in_3d: bool =
     if key and not done.is_fault:  # after a fault of the program the draw is made again
         keep_draw(out, done, key)
     return done
-
-
-REJECTED = "rejected.json"
-STEPS = (BUILD, WRITE, DRAW, CHECK, REST)
-FAULT, MISFIT = "fault of the program", "cannot be built"
 
 
 @dataclass(frozen=True)

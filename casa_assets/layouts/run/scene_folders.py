@@ -30,13 +30,7 @@ from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.run.kept import is_drawn, is_whole, picture_key, written_key
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.layouts.run.resolve import build_scene, kitchen_key, preset_params
-from casa_assets.layouts.run.scene_files import (
-    BEHAVIOR,
-    LIGHT_FILE,
-    OVERVIEW,
-    SCENE_JSON,
-    SHARED,
-)
+from casa_assets.layouts.run.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
 from casa_assets.layouts.run.scene_json import describe, design_of
 from casa_assets.library import library as disk
 from casa_assets.model.asset.asset import Asset
@@ -166,8 +160,7 @@ def publish_scene(
 ) -> SceneResult:
     """Write a composed scene into its folder of a library that is locked; draw and judge it as ordered.
 
-    Args:
-        key: of the recipe, for `scene.json`.
+    `key`: of the recipe, for `scene.json`.
     """
     clock, folder = StepClock(), library.stage(scene.id)
     try:
@@ -227,9 +220,8 @@ def write_scene(
 ) -> None:
     """Write the files of a scene into its empty folder, and those that scenes share into the shared folder.
 
-    Args:
-        root: folder under which the shared folder is written. facts: content of scene.json.
-        light_form: of an asset, see `lighten`. layer_text: of an asset, see `usd.write`.
+    `root`: folder under which the shared folder is written. `facts`: content of scene.json. `light_form`: of an asset,
+    see `lighten`. `layer_text`: of an asset, see `usd.write`.
     """
     behaviors = {f"{SHARED}/{BEHAVIOR}/{a.id}.json": document.behavior_file(a) for a in scene.assets if a.behavior}
     for files in (mjcf.write(scene), usd.write(scene, layer_text=layer_text), Files.of(behaviors)):
@@ -252,10 +244,8 @@ def draw_cameras(
 ) -> tuple[Path, ...]:
     """Draw a scene from each camera into its folder: `<camera>.png`, or `<camera>_<pose>.png` in another pose.
 
-    Args:
-        cameras: names, or `eye` for the view at eye level that shows most; empty: all cameras of the scene.
-    Raises:
-        CannotDraw, NoRenderer.
+    `cameras`: names, or `eye` for the view at eye level that shows most; empty: all cameras of the scene. Raises
+    CannotDraw, NoRenderer.
     """
     made = room.open_scene(folder / mjcf.FILE, frame, pose)
     facts = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8")) if EYE in cameras else {}
@@ -288,12 +278,9 @@ def run_recipes(
 ) -> Iterator[SceneResult]:
     """Run `work` on each recipe in `jobs` processes (0: one per core); yields results as they are done.
 
-    Args:
-        out: folder of the scenes, made where it is missing. warm: loads what every worker needs.
-        goes_on: a scene for which the memory does not suffice fails by itself, and the others are made.
-    Raises:
-        OutputError: the folder is held by another run or cannot be written.
-        CasaError: see run_batch.
+    `out`: folder of the scenes, made where it is missing. `warm`: loads what every worker needs. `goes_on`: a scene for
+    which the memory does not suffice fails by itself, and the others are made. Raises OutputError: the folder is held
+    by another run or cannot be written. CasaError: see run_batch.
     """
     place = disk.Library(out)
     with place.locked(), writing(out):

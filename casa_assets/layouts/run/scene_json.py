@@ -40,7 +40,6 @@ def describe(
     items = {w.name: w for w in kitchen.items}
     pictures = credits_of_pictures({material.id for asset in scene.assets for material in asset.materials})
     makers = _credits(kitchen, scene)
-    shell, style = kitchen.style.room, kitchen.style
     (x0, y0), (x1, y1) = kitchen.room.bounds()
     behind = {h.back.id: h.wall.id for h in kitchen.holes if h.back is not None}  # niche -> the wall that it is in
     return {
@@ -50,13 +49,8 @@ def describe(
         "style": recipe.style,
         "seed": recipe.seed,
         "parameters": dict(sorted(kitchen.parameters.items())),
-        "surfaces": {
-            "wall": shell.wall,
-            "floor": shell.floor,
-            "counter": style.counter.face,
-            "cabinet": style.cabinets.base.face,
-        },
-        "covers": surface_finishes(style),
+        "surfaces": kitchen.style.surfaces,
+        "covers": surface_finishes(kitchen.style),
         **({"models": dict(recipe.models)} if recipe.models else {}),
         **({"textures": pictures} if pictures else {}),
         **({"credits": makers} if makers else {}),
@@ -96,11 +90,7 @@ def _credits(kitchen: KitchenRequest, scene: Scene) -> list[dict[str, str]]:
         {
             "asset": asset,
             "title": made.title or made.path.rsplit("/", 1)[-1],
-            "licence": made.licence,
-            "author": made.author,
-            "uri": made.uri,
-            "generator": made.generator,
-            "sha256": made.sha256,
+            **{name: getattr(made, name) for name in ("licence", "author", "uri", "generator", "sha256")},
         }
         for asset, made in sorted(found.items())
     ]
@@ -108,15 +98,9 @@ def _credits(kitchen: KitchenRequest, scene: Scene) -> list[dict[str, str]]:
 
 def surface_finishes(style: Style) -> dict[str, list[str]]:
     """Finishes that each of the four surfaces is covered with; another choice takes the place of all of them."""
-    cabinets = style.cabinets
-    groups = (cabinets.base, cabinets.upper, cabinets.tall, cabinets.island)
-    found = {
-        Surface.WALL: [style.room.wall],
-        Surface.FLOOR: [style.room.floor],
-        Surface.COUNTER: [style.counter.face, style.island.face],
-        Surface.CABINET: [g.face for g in groups if g.face],
-    }
-    return {surface.value: sorted(set(names)) for surface, names in found.items()}
+    groups = (style.cabinets.upper, style.cabinets.tall, style.cabinets.island)
+    more = {Surface.COUNTER.value: [style.island.face], Surface.CABINET.value: [g.face for g in groups if g.face]}
+    return {surface: sorted({name, *more.get(surface, ())}) for surface, name in style.surfaces.items()}
 
 
 def _fixture(placement: Placement, asset: Asset, item: OrderItem) -> dict[str, Any]:
@@ -134,8 +118,7 @@ def _fixture(placement: Placement, asset: Asset, item: OrderItem) -> dict[str, A
             "name": f"{placement.name}__{j.name}",
             "kind": j.kind.value,
             "range": list(j.range),
-            "grip": f"{placement.name}__{j.grip}" if j.grip else None,
-            "behind": f"{placement.name}__{j.behind}" if j.behind else None,
+            **{key: part and f"{placement.name}__{part}" for key, part in (("grip", j.grip), ("behind", j.behind))},
         }
         for j in asset.joints
     }

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, field_validator, model_validator
 
-from casa_assets.model.record import Id, Record, Vec4
+from casa_assets.model.record import Id, Record
 
 Unit = Annotated[float, Field(ge=0.0, le=1.0)]
 Positive = Annotated[float, Field(gt=0.0)]
@@ -67,7 +67,7 @@ class Material(Record):
     """
 
     id: Id
-    base_color: Vec4 = (0.8, 0.8, 0.8, 1.0)
+    base_color: tuple[Unit, Unit, Unit, Unit] = (0.8, 0.8, 0.8, 1.0)
     metallic: Unit = 0.0
     roughness: Unit = 0.6
     base_color_texture: Texture | None = None
@@ -76,13 +76,6 @@ class Material(Record):
     tile_m: tuple[Positive, Positive] | None = None
     glow: Unit = 0.0
     substance: Id = "unknown"
-
-    @field_validator("base_color")
-    @classmethod
-    def _legal(cls, rgba: Vec4) -> Vec4:
-        if not all(0.0 <= c <= 1.0 for c in rgba):
-            raise ValueError(f"colour {rgba} is outside 0..1")
-        return rgba
 
     @property
     def textures(self) -> tuple[Texture, ...]:

@@ -15,6 +15,11 @@ from casa_assets.model.asset.material import Positive
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Colors, Faces, Id, MixedCaseId, Points, Record, Uvs, Vec2, Vec3, Vec4, Vec5
 
+# Ref: PhysX GPU convex limit; MuJoCo maxhullvert is set to the same number.
+MAX_HULL_VERTICES = 64
+NotNegative = Annotated[float, Field(ge=0.0)]
+Size = tuple[Positive, Positive, Positive]
+
 
 class Mesh(Record):
     """Triangles over shared vertices; counter-clockwise seen from outside.
@@ -53,22 +58,11 @@ class Mesh(Record):
         return Mesh(vertices=vertices, faces=self.faces, uv=self.uv, normals=normals, colors=self.colors)
 
 
-# Ref: PhysX GPU convex limit; MuJoCo maxhullvert is set to the same number.
-MAX_HULL_VERTICES = 64
-
-
 class Box(Record):
     """Box centred on the origin. `size` is the full size (x, y, z), metres."""
 
     kind: Literal["box"] = "box"
-    size: Vec3
-
-    @field_validator("size")
-    @classmethod
-    def _positive(cls, size: Vec3) -> Vec3:
-        if min(size) <= 0:
-            raise ValueError(f"box size {size} must be positive")
-        return size
+    size: Size
 
 
 class Sphere(Record):
@@ -131,15 +125,13 @@ class Site(Record):
     pose: Pose = Pose()
     kind: Literal["sphere", "box", "cylinder"] = "sphere"
     radius: Positive = 0.005
-    size: Vec3 | None = None
+    size: Size | None = None
     color: Vec4 = (1.0, 0.033, 0.033, 0.6)
 
     @model_validator(mode="after")
     def _sized(self) -> Self:
         if (self.kind == "sphere") != (self.size is None):
             raise ValueError(f"site {self.name!r}: a sphere has a radius, a box or cylinder a size")
-        if self.size is not None and min(self.size) <= 0:
-            raise ValueError(f"site {self.name!r}: size {self.size} must be positive")
         return self
 
 
@@ -150,14 +142,7 @@ class Region(Record):
     link: Id = "object"
     pose: Pose = Pose()
     kind: Literal["box", "cylinder"] = "box"
-    size: Vec3
-
-    @field_validator("size")
-    @classmethod
-    def _positive(cls, size: Vec3) -> Vec3:
-        if min(size) <= 0:
-            raise ValueError(f"region size {size} must be positive")
-        return size
+    size: Size
 
 
 class Inertial(Record):
@@ -230,9 +215,6 @@ class Link(Record):
     inertial: Inertial
     visuals: tuple[Visual, ...] = ()
     colliders: tuple[Collider, ...] = ()
-
-
-NotNegative = Annotated[float, Field(ge=0.0)]
 
 
 class JointKind(StrEnum):

@@ -1,4 +1,4 @@
-"""A resolved scene (assets and where they stand), its batch form, its named poses and its start states."""
+"""A resolved scene (assets and their places), its light and batch forms, its named poses and its start states."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field, StringConstraints, field_validator, model_validator
+from pydantic import Field, StringConstraints, model_validator
 
 from casa_assets.model.asset.asset import Asset, Base, Collider, JointValue
 from casa_assets.model.asset.material import Positive, Unit
-from casa_assets.model.asset.parts import joint_positions
+from casa_assets.model.asset.parts import NotNegative, joint_positions
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import ArrayOf, Id, MixedCaseId, Record, Sha256, Vec3
 
@@ -22,10 +22,18 @@ SceneId = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9]*(_{1,2}[a-z0
 FREE_JOINT, WORLD = "free", "world"
 # Named poses that every scene has: as it begins, everything closed, and open what has such a keyframe.
 START_POSE, CLOSED_POSE, OPEN_POSE = "start", "closed", "open"
-
-
 # Label of the faces of walls that look out of the room. Viewers leave them and the ceiling out, to look in.
 OUTER_FACE = "wall_outside"
+# Between the name of a collider and the number of a further primitive in its place.
+_PART = "_more_"
+# Pixels along the longer side of a picture: about 5 mm of a floor, and cameras of policies have some hundred.
+PICTURE_PX = 256
+FREE_WIDTH = 7  # numbers in qpos of a free joint: x, y, z, quaternion (w, x, y, z)
+ARRAYS = ("qpos", "base", "depth", "motion")  # of start states
+Brightness = tuple[NotNegative, NotNegative, NotNegative]
+Rows = Annotated[npt.NDArray[np.float32], ArrayOf("float32", (-1, -1))]
+Bases = Annotated[npt.NDArray[np.float32], ArrayOf("float32", (-1, 3))]
+Numbers = Annotated[npt.NDArray[np.float32], ArrayOf("float32", (-1,))]
 
 
 class Layer(StrEnum):
@@ -93,18 +101,17 @@ class Light(Record):
     kind: LightKind = LightKind.DIRECTIONAL
     position: Vec3
     direction: Vec3
-    color: Vec3 = (1.0, 1.0, 1.0)
+    color: Brightness = (1.0, 1.0, 1.0)
     castshadow: bool = True
-    attenuation: Vec3 = (1.0, 0.0, 0.0)
+    attenuation: Brightness = (1.0, 0.0, 0.0)
     radius: Positive = 0.05
     cone_deg: Annotated[float, Field(gt=0, le=90)] = 45.0
     softness: Unit = 0.5
 
     @model_validator(mode="after")
     def _shines(self) -> Self:
-        if min(self.color) < 0 or min(self.attenuation) < 0 or max(self.attenuation) == 0:
-            rule = "colour and attenuation are not negative, one of the latter positive"
-            raise ValueError(f"light {self.name!r}: {rule}")
+        if max(self.attenuation) == 0:
+            raise ValueError(f"light {self.name!r}: one number of its attenuation is positive")
         if float(np.linalg.norm(self.direction)) < 1e-9:
             raise ValueError(f"light {self.name!r} has no direction")
         return self
@@ -113,15 +120,8 @@ class Light(Record):
 class Sky(Record):
     """Background seen through windows and beyond open walls: linear RGB, 0..1, from overhead to the horizon."""
 
-    zenith: Vec3 = (0.36, 0.55, 0.8)
-    horizon: Vec3 = (0.85, 0.88, 0.9)
-
-    @field_validator("zenith", "horizon")
-    @classmethod
-    def _legal(cls, color: Vec3) -> Vec3:
-        if not all(0.0 <= c <= 1.0 for c in color):
-            raise ValueError(f"colour {color} is outside 0..1")
-        return color
+    zenith: tuple[Unit, Unit, Unit] = (0.36, 0.55, 0.8)
+    horizon: tuple[Unit, Unit, Unit] = (0.85, 0.88, 0.9)
 
 
 class PlacedLink(Record):
@@ -147,7 +147,7 @@ class Scene(Record):
     placements: tuple[Placement, ...]
     cameras: tuple[Camera, ...] = ()
     lights: tuple[Light, ...] = ()
-    ambient: Vec3 = (0.3, 0.3, 0.3)
+    ambient: Brightness = (0.3, 0.3, 0.3)
     sky: Sky | None = Sky()
     gravity: Vec3 = (0.0, 0.0, -9.81)
     exclusions: tuple[tuple[PlacedLink, PlacedLink], ...] = ()
@@ -171,8 +171,6 @@ class Scene(Record):
             raise ValueError("ids of assets and names of placements, cameras and lights must be distinct")
         if WORLD in names:
             raise ValueError(f"nothing in a scene is called {WORLD!r}")
-        if min(self.ambient) < 0:
-            raise ValueError(f"ambient light {self.ambient} must not be negative")
         for place in self.placements:
             if place.asset not in assets:
                 raise ValueError(f"placement {place.name!r}: no asset {place.asset!r}")
@@ -212,24 +210,16 @@ class LightScene(Record):
         return self
 
 
-# Between the name of a collider and the number of a further primitive that stands for it.
-_PART = "_more_"
-
-
 def _check_joints(place: Placement, asset: Asset) -> None:
-    joints = {j.name: j for j in asset.joints}
-    if FREE_JOINT in joints:
+    ranges = {j.name: j.range for j in asset.joints}
+    if FREE_JOINT in ranges:
         raise ValueError(f"asset {asset.id!r}: a joint called {FREE_JOINT!r} would be taken for that of its base")
     for at in place.joints:
-        if at.joint not in joints:
+        if at.joint not in ranges:
             raise ValueError(f"placement {place.name!r}: no joint {at.joint!r} in {place.asset!r}")
-        low, high = joints[at.joint].range
+        low, high = ranges[at.joint]
         if not low <= at.value <= high:
             raise ValueError(f"placement {place.name!r}: {at.joint} = {at.value} is outside {low}..{high}")
-
-
-# Pixels along the longer side of a picture: about 5 mm of a floor, and cameras of policies have some hundred.
-PICTURE_PX = 256
 
 
 class WorldCollider(Record):
@@ -362,9 +352,8 @@ def carried_pose(
 ) -> Pose | None:
     """Return world_from_asset of an object in a named pose, or None if it is in its start pose.
 
-    Args:
-        place: placement of the object; one without a support stays in place.
-        placements, assets: of the scene, by name of the placement.
+    `place`: placement of the object; one without a support stays in place. `placements`, `assets`: of the scene, by
+    name of the placement.
     """
     rest = place.resting
     if rest is None:
@@ -375,12 +364,6 @@ def carried_pose(
         return None
     at_start, now = (asset.asset_from_link(rest.link, positions[key]) for key in (START_POSE, name))
     return holder.pose @ now @ at_start.inverse() @ holder.pose.inverse() @ place.pose
-
-
-FREE_WIDTH = 7  # numbers in qpos of a free joint: x, y, z, quaternion (w, x, y, z)
-Rows = Annotated[npt.NDArray[np.float32], ArrayOf("float32", (-1, -1))]
-Bases = Annotated[npt.NDArray[np.float32], ArrayOf("float32", (-1, 3))]
-Numbers = Annotated[npt.NDArray[np.float32], ArrayOf("float32", (-1,))]
 
 
 class StateJoint(Record):
@@ -452,6 +435,3 @@ class StartStates(Record):
         if [joint.address for joint in self.joints] != ends[:-1] or self.qpos.shape[1] != ends[-1]:
             raise ValueError(f"joints follow each other and fill a row of {self.qpos.shape[1]} numbers")
         return self
-
-
-ARRAYS = ("qpos", "base", "depth", "motion")

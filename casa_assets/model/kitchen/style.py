@@ -186,13 +186,18 @@ class Style(Record):
     lamp_kelvin: Annotated[float, Field(ge=2000, le=7000)] = 3000.0
     daylight_kelvin: Annotated[float, Field(ge=3000, le=9000)] = 5800.0
 
+    @property
+    def surfaces(self) -> dict[str, str]:
+        """Main finish of each of the four surfaces."""
+        finishes = (self.room.wall, self.room.floor, self.counter.face, self.cabinets.base.face or "")
+        return dict(zip((surface.value for surface in Surface), finishes, strict=True))
+
     def with_surfaces(self, surfaces: Mapping[Surface, str]) -> Style:
         """Copy with other finishes of walls, floor, worktops and cabinets."""
         style = self
-        if name := surfaces.get(Surface.WALL):
-            style = style.replace(room=style.room.replace(wall=name))
-        if name := surfaces.get(Surface.FLOOR):
-            style = style.replace(room=style.room.replace(floor=name))
+        named = {key: name for key in (Surface.WALL, Surface.FLOOR) if (name := surfaces.get(key))}
+        if named:
+            style = style.replace(room=style.room.replace(**named))
         if name := surfaces.get(Surface.COUNTER):
             style = style.replace(counter=style.counter.replace(face=name), island=style.island.replace(face=name))
         if name := surfaces.get(Surface.CABINET):
@@ -245,5 +250,5 @@ class Mixing(Record):
         roles = [role for suite in self.suites.values() for role in suite]
         twice = sorted({role for role in roles if roles.count(role) > 1})
         if twice:
-            raise ValueError(f"{', '.join(twice)}: a role stands in one suite at most")
+            raise ValueError(f"{', '.join(twice)}: a role is in one suite at most")
         return self

@@ -7,13 +7,21 @@ import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Annotated, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
 from pydantic import Field, StringConstraints, model_validator
+from pydantic_core import PydanticCustomError
 
 from casa_assets.model.record import Id, Record, Vec3
 from casa_assets.model.registry.contract import RobocasaRelease
 
+# Id of the category of what has no other; not found by name, since many nodes are called so.
+FALLBACK = "object"
+# How far `size_m` and `longest_m` may differ, of the length: rounding to a millimetre and no more.
+SAME_SIZE = 0.02
+# A phrase about a thing becomes one about a picture of an asset of ours.
+# Ref: Radford et al. 2021, prompts of CLIP; the wording for renders is ours.
+PICTURE_PROMPTS = ("a photo of {}.", "a 3D render of {} on a plain background.", "{}, isolated.")
 LONGEST_PHRASE = 5  # words
 # How often what a text names in such a way is what the thing is; measured on names of files and titles, rounded down.
 IS_THE_ID, IS_A_NAME, HAS_A_PHRASE = 0.97, 0.93, 0.9
@@ -140,12 +148,6 @@ def singulars(word: str) -> list[str]:
     return forms
 
 
-# How far `size_m` and `longest_m` may differ, of the length: rounding to a millimetre and no more.
-SAME_SIZE = 0.02
-# Id of the category of what has no other; not found by name, since many nodes are called so.
-FALLBACK = "object"
-
-
 class Certainty(StrEnum):
     """Confidence of the registry in a Q-code."""
 
@@ -260,11 +262,18 @@ class QCode(Record):
 
 
 class SizeRange(Record):
-    """A range with a typical value, `low <= typical <= high`, all > 0."""
+    """A range with a typical value, `low <= typical <= high`, all > 0; it may be written `[low, typical, high]`."""
 
     low: Annotated[float, Field(gt=0)]
     typical: Annotated[float, Field(gt=0)]
     high: Annotated[float, Field(gt=0)]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _expand_shorthand(cls, value: Any) -> Any:
+        if isinstance(value, list) and len(value) != 3:
+            raise PydanticCustomError("span", "[low, typical, high]")
+        return dict(zip(("low", "typical", "high"), value, strict=True)) if isinstance(value, list) else value
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -364,11 +373,6 @@ class Category(Record):
     def can(self, use: Affordance) -> bool:
         """True if `use` is among the affordances."""
         return use in self.affords
-
-
-# A phrase about a thing becomes one about a picture of an asset of ours.
-# Ref: Radford et al. 2021, prompts of CLIP; the wording for renders is ours.
-PICTURE_PROMPTS = ("a photo of {}.", "a 3D render of {} on a plain background.", "{}, isolated.")
 
 
 def clip_prompts(category: Category) -> tuple[str, ...]:

@@ -25,7 +25,7 @@ PLATE_DEPTH_M = 0.25
 
 
 def _compiles(pattern: str) -> str:
-    # `{loc}` stands for a value of `for_each`.
+    # `{loc}` is replaced by a value of `for_each`.
     try:
         re.compile(re.sub(r"\{[a-z]+\}", "x", pattern))
     except re.error as error:

@@ -11,9 +11,8 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field, StringConstraints, model_validator
 
-from casa_assets.model.asset.asset import Base
+from casa_assets.model.asset.asset import Base, Confidence
 from casa_assets.model.asset.material import Material, Positive, Substance
-from casa_assets.model.asset.provenance import Confidence
 from casa_assets.model.issue import Code
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.record import Id, Record, Vec2

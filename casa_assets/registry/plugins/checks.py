@@ -8,8 +8,7 @@ from dataclasses import replace
 from casa_assets.checks.check import Check
 from casa_assets.checks.table import TABLE
 from casa_assets.projects import read_once
-from casa_assets.registry.plugins.guard import guarded
-from casa_assets.registry.plugins.load import added, load_plugins
+from casa_assets.registry.plugins.load import added, guarded, load_plugins
 
 
 @read_once

@@ -12,8 +12,7 @@ from casa_assets.asset.assemble import Family
 from casa_assets.kitchenware.catalog import GROUPS, LOOKS, MODELS
 from casa_assets.kitchenware.objects import FORMS
 from casa_assets.projects import read_once
-from casa_assets.registry.plugins.guard import guarded
-from casa_assets.registry.plugins.load import LoadedPlugin, added
+from casa_assets.registry.plugins.load import LoadedPlugin, added, guarded
 
 __all__ = ["FORMS", "GROUPS", "LOOKS", "MODELS", "forms", "plugin_families", "plugin_forms"]
 

@@ -1,4 +1,4 @@
-"""Find and import plug-ins: those of installed packages, and those of a project whose code may run.
+"""Find, import and guard plug-ins: those of installed packages, and those of a project whose code may run.
 
 A package is installed by the user, which says that its code may run. A project may be somebody else's folder: its
 `plugins/*.py` run where the user asks for it (`--plugins`), or has listed the project in their own configuration.
@@ -12,19 +12,21 @@ import inspect
 import re
 import sys
 import traceback
-from collections.abc import Callable, Container, Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
-from casa_assets.errors import CasaError
+from casa_assets.errors import CasaError, PluginFailure
 from casa_assets.ext.plugins import Exporter, Plugin, Source
 from casa_assets.projects import PluginUse, plugin_use, project_folder, read_once, user_settings
 from casa_assets.registry.project_files import CODE
 from casa_assets.registry.read import read_document
 
+P = ParamSpec("P")
+R = TypeVar("R")
 T = TypeVar("T")
 
 PACKAGE = "casa-assets"
@@ -60,8 +62,7 @@ class LoadedPlugin:
 def load_plugins() -> tuple[LoadedPlugin, ...]:
     """All plug-ins in use, by name.
 
-    Raises:
-        CasaError: one cannot be imported, offers what is no such thing, or a name that is taken.
+    Raises CasaError: one cannot be imported, offers what is no such thing, or a name that is taken.
     """
     if plugin_use() is PluginUse.NONE:
         return ()
@@ -69,31 +70,53 @@ def load_plugins() -> tuple[LoadedPlugin, ...]:
     taken: dict[tuple[str, str], str] = {}
     for one in found:
         for kind, name in (("plug-in", one.plugin.name), *_names(one.plugin)):
-            refuse_taken(one, kind, name, taken.get((kind, name), ""))
+            if (kind, name) in taken:
+                raise _taken(one, kind, name, taken[kind, name])
             taken[kind, name] = one.where
     return tuple(sorted(found, key=lambda one: one.plugin.name))
 
 
-def refuse_taken(one: LoadedPlugin, kind: str, name: str, owner: str = PACKAGE) -> None:
-    """Raise CasaError: a plug-in offers a thing under a name that another owner has; empty: nobody has it."""
-    if owner:
-        message = f"a {kind} of that name is there already, of {owner}; give it another name"
-        raise CasaError(f"{one.where}: {kind} {name!r}: {message}")
+def _taken(one: LoadedPlugin, kind: str, name: str, owner: str) -> CasaError:
+    message = f"a {kind} of that name is there already, of {owner}; give it another name"
+    return CasaError(f"{one.where}: {kind} {name!r}: {message}")
 
 
 def added(
     kind: str, things: Callable[[Plugin], Iterable[T]], name_of: Callable[[T], str], known: Container[str]
 ) -> Iterator[tuple[LoadedPlugin, T]]:
-    """Each thing of a kind that plug-ins add, with its plug-in. Raises CasaError where the package has its name.
-
-    Args:
-        known: names of the package.
-    """
+    """Each thing of a kind that plug-ins add, with its plug-in. Raises CasaError where it has a name of the package."""
     for one in load_plugins():
         for thing in things(one.plugin):
             if name_of(thing) in known:
-                refuse_taken(one, kind, name_of(thing))
+                raise _taken(one, kind, name_of(thing), PACKAGE)
             yield one, thing
+
+
+def guarded(one: LoadedPlugin, what: str, function: Callable[P, R]) -> Callable[P, R]:
+    """The same function, but with its errors raised as PluginFailure; CasaError and MemoryError pass unchanged."""
+
+    def call(*args: P.args, **kwargs: P.kwargs) -> R:
+        try:
+            return function(*args, **kwargs)
+        except (CasaError, MemoryError):
+            raise
+        except Exception as error:
+            message = f"{what}: {type(error).__name__}: {error}"
+            raise PluginFailure(one.plugin.name, message, traceback.format_exc()) from error
+
+    return call
+
+
+@read_once
+def sources() -> Mapping[str, tuple[LoadedPlugin, Source]]:
+    """Sources of meshes by the scheme of their addresses, each with its plug-in."""
+    return {source.scheme: (one, source) for one in load_plugins() for source in one.plugin.sources}
+
+
+@read_once
+def exporters() -> Mapping[str, tuple[LoadedPlugin, Exporter]]:
+    """Exporters by name, each with its plug-in."""
+    return {exporter.name: (one, exporter) for one in load_plugins() for exporter in one.plugin.exporters}
 
 
 def ignored_files() -> tuple[Path, ...]:
@@ -144,9 +167,9 @@ def _modules(project: Path) -> tuple[Path, ...]:
 
 def _may_run(project: Path) -> bool:
     """True where the user said so, or has listed the project. Raises RegistryError where the configuration is wrong."""
-    path = user_settings()
-    if plugin_use() is PluginUse.ALL or not path.is_file():
-        return plugin_use() is PluginUse.ALL
+    path, all_run = user_settings(), plugin_use() is PluginUse.ALL
+    if all_run or not path.is_file():
+        return all_run
     document = read_document(path, str(path))
     listed = document.value.get(TRUSTED, []) if isinstance(document.value, dict) else None
     if not isinstance(listed, list) or not all(isinstance(one, str) for one in listed):
@@ -186,12 +209,8 @@ def _checked(plugin: Any, where: str) -> Plugin:
     """A plug-in whose parts are what they should be. Raises CasaError."""
     if not isinstance(plugin, Plugin):
         raise CasaError(f"{where}: {OBJECT} is no casa_assets.Plugin but {type(plugin).__name__}")
-    parts = [
-        *(("source", one, Source) for one in plugin.sources),
-        *(("exporter", one, Exporter) for one in plugin.exporters),
-    ]
-    for kind, thing, expected in parts:
-        if not isinstance(thing, expected):
+    for kind, things, expected in (("source", plugin.sources, Source), ("exporter", plugin.exporters, Exporter)):
+        for thing in (one for one in things if not isinstance(one, expected)):
             raise CasaError(f"{where}: {kind} {thing!r} lacks what casa_assets.ext.plugins asks of it")
     for kind, name in (("plug-in", plugin.name), *_names(plugin)):
         pattern = {"check": _CODE, "source": _SCHEME}.get(kind, _NAME)

@@ -8,8 +8,7 @@ from types import MappingProxyType
 
 from casa_assets.kitchenware.textures.kinds import KINDS
 from casa_assets.projects import read_once
-from casa_assets.registry.plugins.guard import guarded
-from casa_assets.registry.plugins.load import LoadedPlugin, added
+from casa_assets.registry.plugins.load import LoadedPlugin, added, guarded
 from casa_assets.textures.canvas import TextureKind
 
 __all__ = ["KINDS", "plugin_kinds", "texture_kinds"]

@@ -11,9 +11,8 @@ from casa_assets.core.numeric import Floats, decimals, linear_from_srgb_array
 from casa_assets.mesh.registration import quantile_means
 from casa_assets.mesh.solid.deviation import barycentric_samples
 from casa_assets.mesh.surface import face_normals
-from casa_assets.model.asset.asset import Asset, Visual
+from casa_assets.model.asset.asset import TONE_SHARES, Asset, ColorHistogram, Visual
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.provenance import TONE_SHARES, ColorHistogram
 
 # Places on all surfaces together whose colour is looked up.
 PLACES = 6000

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from casa_assets.model.asset.asset import Collider, Inertial, Joint, JointKind, Visual
+from casa_assets.model.asset.asset import Collider, Inertial, Joint, JointKind, Labels, Provenance, Visual
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.asset.parts import Box, Shape
-from casa_assets.model.asset.provenance import Labels, Provenance
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 from casa_assets.model.registry.category import Certainty, QCode

@@ -22,9 +22,8 @@ from casa_assets.checks.runtime.contract import (
     variables,
 )
 from casa_assets.formats import mjcf
-from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.asset import Asset, Labels
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.provenance import Labels
 from casa_assets.model.registry.contract import Contract
 from casa_assets.model.registry.rows import Finish, Surface
 from casa_assets.registry.families import family, look_samplers

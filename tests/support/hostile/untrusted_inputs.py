@@ -7,10 +7,9 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.model.asset.asset import Asset, Inertial, Link, Site, Visual
+from casa_assets.model.asset.asset import Asset, Inertial, Link, Provenance, Site, Visual
 from casa_assets.model.asset.material import Material, Texture
 from casa_assets.model.asset.parts import Mesh
-from casa_assets.model.asset.provenance import Provenance
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Affordance, Category, MatterFill, RestingPose, SizeRange

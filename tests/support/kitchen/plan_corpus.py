@@ -16,7 +16,6 @@ FOLDER = Path(__file__).parents[2] / "unit" / "layouts" / "check_plan"
 
 @cache
 def plans() -> dict[str, str]:
-    """Name of a plan -> its text, by name."""
     files = {path.stem: path.read_text(encoding="utf-8") for path in (FOLDER / "corpus").glob("*.yaml")}
     made = {}
     for name, variants in read_document(FOLDER / "variants.yaml").value.items():

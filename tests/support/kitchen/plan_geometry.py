@@ -14,7 +14,7 @@ from casa_assets.errors import PlanConflict
 from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
-from casa_assets.layouts.run.resolve import error_with_line, preset_params
+from casa_assets.layouts.run.resolve import preset_params
 from casa_assets.mesh.outline import penetration_depth
 from casa_assets.model.kitchen.plan import BaseKind, Plan
 from casa_assets.registry.kitchens import load_plan, load_style, read_plan
@@ -35,7 +35,6 @@ class Rect:
 
     @property
     def corners(self) -> tuple[tuple[float, float], ...]:
-        """Its corners, in order."""
         return self.aslant or ((self.x0, self.y0), (self.x1, self.y0), (self.x1, self.y1), (self.x0, self.y1))
 
     def gap(self, other: Rect) -> float:
@@ -48,29 +47,21 @@ class Rect:
 
 
 def rect(line: RunLine, left: float, right: float, back: float, front: float) -> Rect:
-    """What lies between two places along a run and two distances from its line."""
-    points = [line.frame.at(u, v)[:2] for u, v in ((left, back), (right, back), (right, front), (left, front))]
+    points = line.frame.rectangle(left, right, back, front)
     xs, ys = zip(*points, strict=True)
-    return Rect(min(xs), min(ys), max(xs), max(ys), () if line.frame.is_aligned else tuple(points))
-
-
-def slot_rect(slot: UnitSlot) -> Rect:
-    """What a unit takes up, without its worktop."""
-    return rect(slot.line, slot.left, slot.right, 0.0, slot.depth)
+    return Rect(min(xs), min(ys), max(xs), max(ys), () if line.frame.is_aligned else points)
 
 
 def boxes(kitchen: KitchenRequest) -> list[tuple[UnitSlot, Rect]]:
-    """All units, on the floor and on the wall."""
-    return [(s, slot_rect(s)) for row in kitchen.slots.values() for s in row if s.kind is not BaseKind.GAP]
+    units = [s for row in kitchen.slots.values() for s in row if s.kind is not BaseKind.GAP]
+    return [(s, rect(s.line, s.left, s.right, 0.0, s.depth)) for s in units]
 
 
 def floor_row(kitchen: KitchenRequest, line: RunLine) -> list[UnitSlot]:
-    """Units of a run that stand on the floor, from left to right."""
     return [s for s in kitchen.slots[line.id] if not s.is_upper]
 
 
 def made(name: str, given: Mapping[str, float] | None = None, style: str = STYLE) -> KitchenRequest:
-    """A plan in metres."""
     return request_kitchen(load_plan(name)[0], load_style(style)[0], preset_params(), given)
 
 
@@ -82,19 +73,17 @@ def kitchen_of(text: str, folder: Path, given: Mapping[str, float] | None = None
     try:
         return request_kitchen(plan, load_style(style)[0], preset_params(), given)
     except PlanConflict as error:
-        raise error_with_line(error, pages) from None
+        raise pages.fault(error.pointer, error.expected, error.got) from None
 
 
 def extremes(plan: Plan) -> Iterator[dict[str, float]]:
     """A plan's own lengths, then all of their least and greatest ones together."""
     yield {}
     ends = [[(name, p.low), (name, p.high)] for name, p in plan.parameters.items()]
-    for picked in itertools.product(*ends):
-        yield dict(picked)
+    yield from map(dict, itertools.product(*ends))
 
 
 def draws(plan: Plan, count: int) -> Iterator[dict[str, float]]:
-    """Lengths within their bounds."""
     rng = np.random.default_rng(20)
     for _ in range(count):
         yield {name: round(float(rng.uniform(p.low, p.high)), 3) for name, p in plan.parameters.items()}

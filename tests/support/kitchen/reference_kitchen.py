@@ -45,7 +45,6 @@ def unit(name: str, kind: str, left: float, right: float, high: float = 0.89, fr
 
 
 def foot_in(row: PlacedRun, left: float, right: float, front: float, back: float = 0.0) -> Footprint:
-    """The foot of what stands there in a row, facing as its fronts do."""
     middle = row.at((left + right) / 2, (front + back) / 2)
     return Footprint(center=middle, size=(right - left, front - back), yaw=row.yaw)
 
@@ -56,7 +55,6 @@ def box(foot: Footprint, left: float, right: float, back: float, front: float) -
 
 
 def flap(foot: Footprint, name: str, out: float, low: float, high: float, slides: bool = False) -> FixtureJoint:
-    """A flap or drawer as wide as its foot, that comes out so far."""
     w = foot.size[0] / 2 - 0.01
     outline = box(foot, -w, w, 0.0, out)
     return FixtureJoint(
@@ -71,7 +69,6 @@ def flap(foot: Footprint, name: str, out: float, low: float, high: float, slides
 def door(
     foot: Footprint, name: str, left: float, right: float, low: float, high: float, hung_left: bool = True
 ) -> FixtureJoint:
-    """An upright door between two places along a foot's front, that opens by 90 degrees."""
     wide, at = right - left, left if hung_left else right
     way = 1.0 if hung_left else -1.0
     arc = [(at + way * wide * math.cos(a), wide * math.sin(a)) for a in (0.0, 0.4, 0.8, 1.2, math.pi / 2)]
@@ -93,7 +90,6 @@ def door(
 
 
 def volume(foot: Footprint, name: str, low: float, high: float, moves: bool = False) -> FixtureRegion:
-    """A region that fills a foot."""
     return FixtureRegion(name=name, footprint=foot, bottom=low, top=high, is_moving=moves)
 
 
@@ -143,12 +139,10 @@ DOOR = WallOpening(id="door", kind=OpeningKind.DOOR, wall="left", start=(0.0, -3
 def placed(
     name: str, role: Role, foot: Footprint, low: float, high: float, category: str = "thing", **more: Any
 ) -> Fixture:
-    """A fixture over its foot, between two heights."""
     return Fixture(name=name, role=role, category=category, footprint=foot, bottom=low, top=high, **more)
 
 
 def drawers(row: PlacedRun, left: float, right: float, name: str) -> Fixture:
-    """Three drawers of which the top one is worked with."""
     foot = foot_in(row, left, right, 0.6)
     slide = flap(foot, "drawer2_slidejoint", 0.5, 0.7, 0.87, slides=True)
     parts = {"joints": (slide,), "regions": (volume(foot, "drawer2_int", 0.74, 0.86, moves=True),)}
@@ -162,7 +156,6 @@ def cabinet(row: PlacedRun, left: float, right: float, name: str) -> Fixture:
 
 
 def upper(left: float, right: float, name: str, doors: int = 1, low: float = 1.38) -> Fixture:
-    """A wall cabinet over the long row."""
     foot, high = foot_in(MAIN, left, right, 0.35), low + 0.88
     w = foot.size[0] / 2
     leaves = [door(foot, "doorhinge", -w, w, low, high)]
@@ -174,7 +167,6 @@ def upper(left: float, right: float, name: str, doors: int = 1, low: float = 1.3
 
 
 def thing(name: str, role: Role, at: Vec2, size: Vec2, low: float, high: float) -> Fixture:
-    """Something loose that belongs to no row."""
     return placed(name, role, Footprint(center=at, size=size), low, high)
 
 
@@ -183,7 +175,6 @@ def turn(name: str, low: float, high: float) -> FixtureJoint:
 
 
 def appliances() -> tuple[Fixture, ...]:
-    """Refrigerator, range, dishwasher, hood, sink."""
     main, side = {"run": "main"}, {"run": "right"}
     fridge, stove = foot_in(MAIN, 0.02, 0.93, 0.77, 0.03), foot_in(MAIN, 2.452, 3.208, 0.67, 0.012)
     washer, basin = foot_in(SIDE, 1.352, 1.948, 0.6), foot_in(SIDE, 2.0, 2.8, 0.58, 0.06)
@@ -210,7 +201,6 @@ def appliances() -> tuple[Fixture, ...]:
 
 
 def on_top() -> tuple[Fixture, ...]:
-    """Microwave and coffee machine."""
     oven, coffee = foot_in(MAIN, 1.1, 1.6, 0.44, 0.06), foot_in(MAIN, 3.55, 3.8, 0.4, 0.06)
     tray = Footprint(center=oven.center, size=(0.3, 0.3), yaw=oven.yaw)
     keys = ("start_button", "stop_button")
@@ -231,7 +221,6 @@ def on_top() -> tuple[Fixture, ...]:
 
 
 def worktops() -> tuple[Fixture, ...]:
-    """What covers the two rows."""
     spans = [(MAIN, 0.95, 2.45), (MAIN, 3.21, 4.35), (SIDE, 0.0, 1.95), (SIDE, 2.85, 3.4)]
     feet = [(row.id, foot_in(row, left, right, 0.65)) for row, left, right in spans]
     return tuple(
@@ -268,7 +257,6 @@ def kitchen() -> KitchenFacts:
 
 
 def changed(facts: KitchenFacts, name: str, fixture: Fixture | None) -> KitchenFacts:
-    """Facts with a fixture in the place of another, or without it."""
     out = [f if f.name != name else fixture for f in facts.fixtures]
     return facts.replace(fixtures=tuple(f for f in out if f is not None))
 
@@ -278,7 +266,6 @@ def with_more(facts: KitchenFacts, *fixtures: Fixture) -> KitchenFacts:
 
 
 def with_unit(facts: KitchenFacts, row: str, name: str, left: float, right: float) -> KitchenFacts:
-    """Facts in which a unit of a row begins and ends elsewhere."""
     rows = []
     for r in facts.runs:
         units = [u.replace(left=left, right=right) if r.id == row and u.name == name else u for u in r.units]
@@ -291,5 +278,4 @@ def with_aisle(facts: KitchenFacts, kind: AisleKind, width: float) -> KitchenFac
 
 
 def judged(facts: KitchenFacts) -> Report:
-    """What all checks of a kitchen's facts say."""
     return run(DesignSubject(facts), facts.id, LIMITS)

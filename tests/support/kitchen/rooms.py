@@ -81,7 +81,6 @@ def room(*things: tuple[Asset, Pose], floor: Asset = FLOOR, gravity: float = 9.8
 
 
 def subject(scene: Scene, folder: Path, *changes: tuple[str, str]) -> SceneSubject:
-    """A scene as it is written below `folder`, and texts of its file replaced."""
     own = put(mjcf.write(scene), folder, scene)
     if changes:
         tamper(own / FILE, *changes)
@@ -89,7 +88,6 @@ def subject(scene: Scene, folder: Path, *changes: tuple[str, str]) -> SceneSubje
 
 
 def in_all_forms(scene: Scene, folder: Path) -> SceneFiles:
-    """A scene as it is written below `folder` in both formats and both weights."""
     own = put(mjcf.write(scene), folder, scene)
     put(usd.write(scene), folder, scene)
     (own / LIGHT_FILE).write_bytes(mjcf.write(light_scene(scene)).entries[FILE])
@@ -97,5 +95,4 @@ def in_all_forms(scene: Scene, folder: Path) -> SceneFiles:
 
 
 def judged(scene: Scene, folder: Path, *changes: tuple[str, str]) -> Report:
-    """What all checks of scenes say of it."""
     return run_scene(subject(scene, folder, *changes), LIMITS)

@@ -24,14 +24,11 @@ TILTED = (math.cos(0.3), math.sin(0.3), 0.0, 0.0)
 
 
 class Weight(StrEnum):
-    """The forms that a scene is written in."""
-
     FULL = "full"
     LIGHT = "light"
 
 
 def in_form(scene: Scene, weight: Weight) -> Scene | LightScene:
-    """What the MJCF writer is given for a form."""
     return scene if weight is Weight.FULL else light_scene(scene)
 
 
@@ -93,13 +90,11 @@ def put(files: Files, root: Path, scene: Scene) -> Path:
 
 
 def written(scene: Scene, root: Path) -> Path:
-    """Both formats of a scene below `root`; the folder of scene.xml and scene.usda."""
     put(usd.write(scene), root, scene)
     return put(mjcf.write(scene), root, scene)
 
 
 def body(place: str, link: str) -> str:
-    """Name of a link's body in scene.xml."""
     return place if link == "object" else f"{place}__{link}"
 
 

@@ -26,7 +26,6 @@ FIXTURE = {"base": "fixed", "contract": None, "mass_kg": 1.0, "joints": {}, "reg
 
 
 def wanted(count: int = 3, things: int = 2, opened: int = 0, seed: int = 0) -> Wanted:
-    """What is drawn, within the limits of the registry."""
     return Wanted("key", StateRequest(count, things, opened, seed), 0.001, 0.005)
 
 
@@ -68,7 +67,6 @@ def facts(boxes: int = 3, parked: Mapping[str, Any] = PARKED) -> dict[str, Any]:
 
 
 def scene_folder(root: Path, boxes: int = 3, parked: Mapping[str, Any] = PARKED, stacked: bool = False) -> Path:
-    """The small kitchen as `scenes build` writes one, without USD; its folder."""
     scene = small_kitchen(boxes, stacked)
     folder = put(kitchen.write(scene), root, scene)
     (folder / "scene.json").write_text(json.dumps(facts(boxes, parked)), encoding="utf-8")

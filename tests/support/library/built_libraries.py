@@ -14,10 +14,9 @@ from casa_assets.formats.usd.document import write as write_usd
 from casa_assets.library import library as disk
 from casa_assets.library.library import Producer
 from casa_assets.library.pairs import AssetRow, measure_pair, nearby_pairs
-from casa_assets.model.asset.asset import Asset, Link, Visual
+from casa_assets.model.asset.asset import Asset, Link, Visual, split_of
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
-from casa_assets.model.asset.provenance import split_of
 from casa_assets.model.issue import Report
 from casa_assets.runs.asset_package import certificate
 from tests.support.asset.asset_parts import CARDBOARD, PROVENANCE, box_collider, box_inertial, labels

@@ -11,7 +11,7 @@ import pytest
 from casa_assets.addons.robocasa.run import ExportResult, export
 from casa_assets.errors import OutputError
 from casa_assets.library import library as disk
-from casa_assets.model.asset.provenance import Split, split_of
+from casa_assets.model.asset.asset import Split, split_of
 from tests.support.library.built_libraries import TEST, TRAIN, keep, loose_and_fixed, slice_of_bread
 from tests.support.library.libraries import differences, tree
 

@@ -11,7 +11,7 @@ from casa_assets.checks.check import run
 from casa_assets.checks.library import CategoryRank, LibraryView, ShapePair
 from casa_assets.checks.library import in_words as looks_in_words
 from casa_assets.checks.objects import MIN_MEMBERS, CategoryConfusion, CollectedMember, ObjectCollection, in_words
-from casa_assets.model.asset import provenance
+from casa_assets.model.asset import asset as asset_records
 from casa_assets.model.issue import Status
 from tests.support.asset.examples import LIMITS, check_examples
 
@@ -33,23 +33,23 @@ def shelf(alike: float = 0.08, near: float = 0.95, rank: int = 1) -> LibraryView
 Sides = tuple[float, float, float]
 
 
-def shape_of(sides: Sides) -> provenance.ShapeDescriptor:
+def shape_of(sides: Sides) -> asset_records.ShapeDescriptor:
     """A descriptor that hangs on the sides alone; a real one takes a tenth of a second."""
     x, y, z = np.sqrt(np.array(sides) ** 2 / sum(side**2 for side in sides)).tolist()
-    return provenance.ShapeDescriptor(
+    return asset_records.ShapeDescriptor(
         radius=max(sides),
-        pair_distances=tuple(np.linspace(0.0, x, provenance.PAIR_SHARES).tolist()),
-        center_distances=tuple(np.linspace(z, x + y, provenance.CENTER_SHARES).tolist()),
+        pair_distances=tuple(np.linspace(0.0, x, asset_records.PAIR_SHARES).tolist()),
+        center_distances=tuple(np.linspace(z, x + y, asset_records.CENTER_SHARES).tolist()),
         axis_spread=(x, y, z),
     )
 
 
 def member(category: str, number: int, sides: Sides, light: float) -> CollectedMember:
-    tones = np.zeros((provenance.TONES, provenance.TONE_SHARES))
+    tones = np.zeros((asset_records.TONES, asset_records.TONE_SHARES))
     tones[0] = light
-    color = provenance.ColorHistogram(tones=tuple(float(t) for t in tones.ravel()), names=(), stated=True)
+    color = asset_records.ColorHistogram(tones=tuple(float(t) for t in tones.ravel()), names=(), stated=True)
     return CollectedMember(
-        f"{category}_{number}", category, provenance.Signature(shape=shape_of(sides), color=color), sides
+        f"{category}_{number}", category, asset_records.Signature(shape=shape_of(sides), color=color), sides
     )
 
 

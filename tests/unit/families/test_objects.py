@@ -18,9 +18,8 @@ from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.families.build import object_requests
 from casa_assets.kitchenware.objects import FORMS
 from casa_assets.mesh.surface import solid_moments
-from casa_assets.model.asset.asset import Asset, Base
+from casa_assets.model.asset.asset import Asset, Base, Labels
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.provenance import Labels
 from casa_assets.model.registry.document import Document
 from casa_assets.model.registry.rows import Finish
 from casa_assets.registry.families import object_family, object_names

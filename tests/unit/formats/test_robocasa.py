@@ -18,8 +18,7 @@ from lxml import etree
 from casa_assets import registry
 from casa_assets.addons.robocasa import casa_kitchens, casa_objects, objects
 from casa_assets.formats import mjcf
-from casa_assets.model.asset.asset import Asset, Joint, JointKind, Keyframe, Link
-from casa_assets.model.asset.provenance import Split
+from casa_assets.model.asset.asset import Asset, Joint, JointKind, Keyframe, Link, Split
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.contract import RobocasaRelease
 from tests.support.asset.assets import ball, rigid_mug, textured_box, write_to

@@ -13,10 +13,9 @@ from casa_assets.mesh.grasps import antipodal_grasps
 from casa_assets.mesh.solid.primitive import link_bounds
 from casa_assets.mesh.solid.solids import small_hull
 from casa_assets.mesh.surface import face_normals
-from casa_assets.model.asset.asset import Asset, Base, Inertial
+from casa_assets.model.asset.asset import Asset, Base, Inertial, split_of
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Box, Grasp, GraspFeature, Hull, Mesh
-from casa_assets.model.asset.provenance import split_of
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category, FrontRule, MatterFill

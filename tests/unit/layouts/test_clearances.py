@@ -10,7 +10,7 @@ import pytest
 
 from casa_assets.kitchenware.parts.handles import HandleKind, handle_reach
 from casa_assets.layouts.floor_facts import facts_of
-from casa_assets.layouts.plan.clearances import HANDLES_M, Leaf, find_aisles, leaves_of
+from casa_assets.layouts.plan.clearances import HANDLES_M, Leaf, Part, find_aisles, leaves_of
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import build_scene, preset_params
@@ -27,14 +27,12 @@ RECIPES = (SceneRecipe("l_small", "coastal"), SceneRecipe("u_large", "modern_1")
 
 @pytest.fixture(scope="module", params=RECIPES, ids=lambda recipe: recipe.scene_id)
 def built(request: pytest.FixtureRequest, cache: Path) -> tuple[KitchenFacts, tuple[Leaf, ...]]:
-    """Facts of a built kitchen, and the leaves that were foreseen of it."""
     kitchen, scene = build_scene(request.param, cache)
     models = StyleModels(kitchen.style, preset_params(), load_roles(), kitchen.plan.height)
     return facts_of(kitchen, scene), leaves_of(kitchen.slots, kitchen.holes, models)
 
 
 def opened(facts: KitchenFacts) -> list[tuple[Fixture, FixtureJoint]]:
-    """Joints of units that open by themselves."""
     return [
         (fixture, joint)
         for fixture in facts.fixtures
@@ -50,9 +48,7 @@ def test_handles_stand_out_as_far_as_is_said() -> None:
 
 
 @pytest.mark.representatives(1)
-def test_open_leaves_lie_where_they_were_foreseen(
-    built: tuple[KitchenFacts, tuple[Leaf, ...]],
-) -> None:
+def test_open_leaves_lie_where_they_were_foreseen(built: tuple[KitchenFacts, tuple[Leaf, ...]]) -> None:
     facts, leaves = built
     count = 0
     for fixture, joint in opened(facts):
@@ -71,6 +67,12 @@ def test_open_leaves_lie_where_they_were_foreseen(
         assert apart < BEYOND_M, (fixture.name, joint.name, apart)
         count += 1
     assert count >= 20
+
+
+def test_a_door_meets_the_handle_of_a_wall_unit_that_is_shut() -> None:
+    near, far = (Part(((x, 0.0), (x + 1.0, 0.0), (x + 1.0, 1.0), (x, 1.0)), 0.0, 1.0) for x in (0.0, 0.6))
+    opened, shut = Leaf("a", "main", (near,), (near,)), Leaf("b", "side", (far,), (), shut=(far,))
+    assert opened.depth_in(shut) == pytest.approx(0.4)
 
 
 UNITS = (unit("a", "doors", 0.0, 1.0), unit("b", "doors", 1.0, 2.0))

@@ -5,22 +5,18 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import replace
-from itertools import product
 
 import numpy as np
 import pytest
 
-from casa_assets.core.numeric import Floats
-from casa_assets.layouts.compose import compose, pose_at_spot, scatter_props
+from casa_assets.layouts.compose import box_in_world, compose, pose_at_spot, scatter_props
 from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.order.furnish import LAMP_FROM_ISLAND_M
 from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.order.room_shell import HOOD_DEPTH_M, beams_of
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import params_of, preset_params, resolve
-from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.plan import UpperKind, WorktopItem
-from casa_assets.model.pose import Pose
 from casa_assets.registry.kitchens import load_plan, load_style
 from tests.support.asset.family_members import made
 
@@ -46,9 +42,8 @@ def test_lamps_over_one_table_do_not_touch_though_beams_move_them(subtests: pyte
                 kitchen = drawn(plan, style, 8600)
                 places = [w.spot.frame.at(w.spot.u, w.spot.v)[:2] for w in kitchen.items if w.role == "lamp"]
                 assert len(places) > 1
-                assert (
-                    min(math.dist(a, b) for a, b in itertools.combinations(places, 2)) > 0.3
-                )  # 0.24 m wide, the least ones
+                # The least ones are 0.24 m wide.
+                assert min(math.dist(a, b) for a, b in itertools.combinations(places, 2)) > 0.3
 
 
 @pytest.mark.parametrize(("style", "seed"), [("rustic", 395138), ("farmhouse", 912812)])
@@ -62,15 +57,10 @@ def test_beams_keep_clear_of_a_hood_that_the_usual_number_would_meet(style: str,
     assert not beams.crosses(min(ends), max(ends))
 
 
-def kitchen(style: str) -> KitchenRequest:
-    """A plan with a blender alone on its worktops."""
+def test_the_lid_lies_on_the_jar() -> None:
     plan, _ = load_plan("one_wall_small")
     item = WorktopItem(id="blender", on=plan.worktop_items[0].on, at=0.5)
-    return request_kitchen(plan.replace(worktop_items=(item,)), load_style(style)[0], preset_params())
-
-
-def test_the_lid_lies_on_the_jar() -> None:
-    wanted = kitchen("coastal")
+    wanted = request_kitchen(plan.replace(worktop_items=(item,)), load_style("coastal")[0], preset_params())
     kept = tuple(item for item in wanted.items if item.name.startswith("blender"))
     assets = {item.name: made(item.choice.family, params_of(item.choice)) for item in kept}
     scene = compose(replace(wanted, items=kept), assets, "a")
@@ -93,17 +83,11 @@ def test_props_keep_away_from_what_is_operated_on_a_worktop() -> None:
     assets = {item.name: made(item.choice.family, params_of(item.choice)) for item in kept}
     (item,) = (i for i in kept if i.name == "toaster")
     props = [(choice, made(choice.family, params_of(choice))) for choice in style.props[:3]]
-    box = _bounds(assets["toaster"], pose_at_spot(assets["toaster"], item.spot))[:, :2]
+    box = box_in_world(pose_at_spot(assets["toaster"], item.spot), assets["toaster"].bounds)[:, :2]
     found = 0
     for seed in range(12):
         for prop, asset in scatter_props(replace(wanted, items=kept), assets, props, seed):
             found += 1
-            other = _bounds(asset, pose_at_spot(asset, prop.spot))[:, :2]
+            other = box_in_world(pose_at_spot(asset, prop.spot), asset.bounds)[:, :2]
             assert np.maximum(other[0] - box[1], box[0] - other[1]).max() >= 0.36
     assert found > 12
-
-
-def _bounds(asset: Asset, pose: Pose) -> Floats:
-    low, high = asset.bounds
-    points = pose.apply(np.array(list(product(*zip(low, high, strict=True)))))
-    return np.array([points.min(axis=0), points.max(axis=0)])

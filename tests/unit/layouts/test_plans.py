@@ -17,15 +17,7 @@ from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.run.resolve import preset_params
 from casa_assets.model.kitchen.plan import BaseKind, UpperKind
 from casa_assets.registry.kitchens import load_plan, plan_names, style_names
-from tests.support.kitchen.plan_geometry import (
-    PLAY,
-    STYLE,
-    boxes,
-    draws,
-    extremes,
-    floor_row,
-    made,
-)
+from tests.support.kitchen.plan_geometry import PLAY, STYLE, boxes, draws, extremes, floor_row, made
 
 PLANS = plan_names()
 COOKERS = (BaseKind.RANGE, BaseKind.HOB)
@@ -39,18 +31,15 @@ def row(plan: str) -> Any:
 
 @pytest.fixture(scope="module", params=list(map(row, PLANS)))
 def kitchens(request: pytest.FixtureRequest) -> list[KitchenRequest]:
-    """A plan in all its sizes."""
     plan, _ = load_plan(request.param)
     return [made(request.param, given) for given in (*extremes(plan), *draws(plan, 20))]
 
 
 def message(kitchen: KitchenRequest, *more: object) -> str:
-    """What to look at."""
     return f"{kitchen.plan.id} {dict(kitchen.parameters)}: {' '.join(map(str, more))}"
 
 
 def of_kind(kitchen: KitchenRequest, *kinds: BaseKind | UpperKind) -> list[UnitSlot]:
-    """All units of some kinds."""
     return [s for row in kitchen.slots.values() for s in row if s.kind in kinds]
 
 
@@ -68,33 +57,33 @@ def test_nothing_is_foreseen_to_fail_at_any_size(kitchens: list[KitchenRequest])
                 assert kitchen.room.contains(near_x, near_y), message(kitchen, slot.name, x, y)
 
 
-class TestContent:
-    @pytest.mark.content("plan", "{name}")
-    @pytest.mark.content("style", "all")
-    @pytest.mark.parametrize("name", PLANS)
-    def test_a_hand_gets_to_the_keys_of_a_microwave_beside_a_tall_unit(self, name: str) -> None:
-        for style in style_names():
-            kitchen = made(name, style=style)
-            width = StyleModels(kitchen.style, preset_params()).for_role("microwave").length("width")
-            for item in (i for i in kitchen.items if i.role == "microwave" and kitchen.slot(i.unit).top < 1.0):
-                row = floor_row(kitchen, kitchen.slot(item.unit).line)
-                right = item.spot.u + width / 2
-                tall = [s.left - right for s in row if s.top > 1.0 and s.left >= right]
-                assert min(tall, default=1.0) >= 0.12, message(kitchen, style, tall)
+@pytest.mark.content("plan", "{name}")
+@pytest.mark.content("style", "all")
+@pytest.mark.parametrize("name", PLANS)
+def test_a_hand_gets_to_the_keys_of_a_microwave_beside_a_tall_unit(name: str) -> None:
+    for style in style_names():
+        kitchen = made(name, style=style)
+        width = StyleModels(kitchen.style, preset_params()).for_role("microwave").length("width")
+        for item in (i for i in kitchen.items if i.role == "microwave" and kitchen.slot(i.unit).top < 1.0):
+            row = floor_row(kitchen, kitchen.slot(item.unit).line)
+            right = item.spot.u + width / 2
+            tall = [s.left - right for s in row if s.top > 1.0 and s.left >= right]
+            assert min(tall, default=1.0) >= 0.12, message(kitchen, style, tall)
 
-    @pytest.mark.content("plan", "{name}", keep=6)
-    @pytest.mark.content("style", "{style}")
-    @pytest.mark.parametrize("style", style_names())
-    @pytest.mark.parametrize("name", PLANS)
-    def test_fits_every_style(self, name: str, style: str) -> None:
-        plan, _ = load_plan(name)
-        for given in extremes(plan):
-            kitchen = made(name, given, style)
-            assert of_kind(kitchen, *COOKERS)
-            assert not list(_crowded(kitchen)), message(kitchen, *_crowded(kitchen))
-            for (one, a), (other, b) in itertools.combinations(boxes(kitchen), 2):
-                if min(one.top, other.top) - max(one.bottom, other.bottom) > PLAY:
-                    assert a.gap(b) > -PLAY, message(kitchen, one.name, other.name, a.gap(b))
+
+@pytest.mark.content("plan", "{name}", keep=6)
+@pytest.mark.content("style", "{style}")
+@pytest.mark.parametrize("style", style_names())
+@pytest.mark.parametrize("name", PLANS)
+def test_fits_every_style(name: str, style: str) -> None:
+    plan, _ = load_plan(name)
+    for given in extremes(plan):
+        kitchen = made(name, given, style)
+        assert of_kind(kitchen, *COOKERS)
+        assert not list(_crowded(kitchen)), message(kitchen, *_crowded(kitchen))
+        for (one, a), (other, b) in itertools.combinations(boxes(kitchen), 2):
+            if min(one.top, other.top) - max(one.bottom, other.bottom) > PLAY:
+                assert a.gap(b) > -PLAY, message(kitchen, one.name, other.name, a.gap(b))
 
 
 def _crowded(kitchen: KitchenRequest) -> Iterator[str]:

@@ -9,7 +9,7 @@ import pytest
 from casa_assets.errors import PlanConflict, StyleConflict
 from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.order.request import request_kitchen
-from casa_assets.layouts.plan.style_models import ModelMisfit, Place, fitted_choice
+from casa_assets.layouts.plan.style_models import ANYWHERE, ModelMisfit, Place, fitted_choice
 from casa_assets.layouts.run.resolve import preset_params
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.kitchen.plan import Plan
@@ -27,7 +27,6 @@ RULE = RoleRule(
     level=(0.9, 0.93),
     base=Base.FIXED,
 )
-ANYWHERE = Place({})
 
 
 def sizes(
@@ -62,6 +61,7 @@ def test_what_is_too_large_is_scaled_until_its_cooktop_is_as_high_as_the_worktop
     assert choice.params == {"scale": pytest.approx(0.5166, abs=1e-4)}
     assert params["level"] == pytest.approx(0.93, abs=2e-4)
     assert params["width"] == pytest.approx(0.62, abs=2e-4)
+    assert params["sweep"] == pytest.approx(0.05166, abs=1e-5)
 
 
 def test_a_unit_of_a_stated_width_is_filled_or_its_model_is_refused() -> None:
@@ -84,12 +84,7 @@ def test_what_does_not_suit_is_refused_with_what_does_and_how_to_change_it() -> 
     assert all(said in caught.value.expected for said in suits)
     assert "library:toaster" not in caught.value.expected
     assert caught.value.got == "library:microwave_0000000004, the category of which is microwave"
-
-
-def test_a_scale_of_ones_own_is_held_against_the_sizes() -> None:
-    choice, params = fit("range_0000000001", scale=1.1)
-    assert choice.params == {"scale": 1.1}
-    assert params["width"] == pytest.approx(0.66)
+    assert fit("range_0000000001", scale=1.1)[1]["width"] == pytest.approx(0.66)
     with pytest.raises(ModelMisfit, match=r"before it is scaled by 3"):
         fit("range_0000000001", scale=3)
 
@@ -100,10 +95,8 @@ def test_a_scale_of_ones_own_is_held_against_the_sizes() -> None:
         ("toaster_0000000005", Base.FIXED, None, {"base": "fixed"}),
         ("toaster_0000000005", Base.FIXED, "free", {}),
         ("toaster_0000000005", None, None, {}),
-        ("toaster_0000000005", Base.FREE, None, {}),
         # What does not stand by itself is fixed unless it is stated to be free.
         ("toaster_0000000006", Base.FREE, None, {"base": "fixed"}),
-        ("toaster_0000000006", Base.FREE, "free", {}),
     ],
 )
 def test_the_base_is_that_of_the_role_unless_one_is_stated(

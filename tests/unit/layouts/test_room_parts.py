@@ -71,51 +71,49 @@ def place(kitchen: KitchenRequest, name: str) -> np.ndarray:
     return np.asarray((pose_at_spot(asset, found.spot) @ asset.root.pose @ region.pose).apply(ends))
 
 
-class TestIslands:
-    def test_a_second_one_stands_behind_the_first(self, tmp_path: Path) -> None:
-        kitchen = kitchen_of(PLAN + ISLANDS, tmp_path)
-        first, second = kitchen.lines["island"], kitchen.lines["second"]
-        assert second.frame.turn_deg == first.frame.turn_deg
-        assert second.is_island
-        front = first.frame.to_local(*second.frame.at(0.0, second.depth + standard_sizes.WORKTOP_OVERHANG)[:2])[1]
-        assert -front - first.depth_behind == pytest.approx(1.1)
-        middle = first.frame.to_local(*second.frame.at(second.length / 2, 0.0)[:2])[0]
-        assert middle == pytest.approx(first.length / 2 + 0.2)
+def test_a_second_island_stands_behind_the_first(tmp_path: Path) -> None:
+    kitchen = kitchen_of(PLAN + ISLANDS, tmp_path)
+    first, second = kitchen.lines["island"], kitchen.lines["second"]
+    assert second.frame.turn_deg == first.frame.turn_deg
+    assert second.is_island
+    front = first.frame.to_local(*second.frame.at(0.0, second.depth + standard_sizes.WORKTOP_OVERHANG)[:2])[1]
+    assert -front - first.depth_behind == pytest.approx(1.1)
+    middle = first.frame.to_local(*second.frame.at(second.length / 2, 0.0)[:2])[0]
+    assert middle == pytest.approx(first.length / 2 + 0.2)
 
 
-class TestTables:
-    TABLE = "tables:\n  dining: {wall: left, at: 2.0, from_wall: 2.0, chairs: 5, turn_deg: 30}\n"
-
-    @pytest.mark.parametrize("style", ["coastal", "modern_1"])
-    def test_chairs_stand_round_it_and_face_it(self, tmp_path: Path, style: str) -> None:
-        kitchen = kitchen_of(PLAN + self.TABLE, tmp_path, style=style)
-        table = kitchen.tables["dining"]
-        chairs = [i for i in kitchen.items if i.role == "chair"]
-        assert len(chairs) == 5
-        for chair in chairs:
-            x, y, _ = chair.spot.frame.at(chair.spot.u, chair.spot.v)
-            turn = math.radians(chair.spot.frame.turn_deg + chair.spot.turn_deg)
-            looks = (math.sin(turn), -math.cos(turn))  # the front of an asset looks to -y
-            to_table = np.subtract(table.middle, (x, y))
-            assert float(to_table @ looks) > 0.3
-            assert contains_point(table.outline, (x, y))
+TABLE = "tables:\n  dining: {wall: left, at: 2.0, from_wall: 2.0, chairs: 5, turn_deg: 30}\n"
 
 
-class TestColumns:
-    def test_one_stands_at_a_wall_and_one_in_the_room(self, tmp_path: Path) -> None:
-        columns = (
-            "columns:\n  pier: {wall: left, at: 2.0, width: 0.4, depth: 0.25}\n"
-            "  post: {wall: back, at: 3.0, from_wall: 3.0, shape: round, width: 0.2}\n"
-        )
-        kitchen = kitchen_of(PLAN + columns, tmp_path)
-        pier, post = place(kitchen, "pier"), place(kitchen, "post")
-        assert pier[:, 0].min() == pytest.approx(0.0, abs=1e-6)
-        assert pier[:, 0].max() == pytest.approx(0.265, abs=1e-6)
-        assert pier[:, 1].mean() == pytest.approx(-4.4, abs=1e-6)
-        assert post[:, 1].max() == pytest.approx(-3.0, abs=1e-6)
-        assert pier[:, 2].max() == pytest.approx(2.7, abs=1e-6)
-        skirting = [i for i in kitchen.items if i.name.startswith("skirting_left")]
-        assert len(skirting) == 2
+@pytest.mark.parametrize("style", ["coastal", "modern_1"])
+def test_chairs_stand_round_a_table_and_face_it(tmp_path: Path, style: str) -> None:
+    kitchen = kitchen_of(PLAN + TABLE, tmp_path, style=style)
+    table = kitchen.tables["dining"]
+    chairs = [i for i in kitchen.items if i.role == "chair"]
+    assert len(chairs) == 5
+    for chair in chairs:
+        x, y, _ = chair.spot.frame.at(chair.spot.u, chair.spot.v)
+        turn = math.radians(chair.spot.frame.turn_deg + chair.spot.turn_deg)
+        looks = (math.sin(turn), -math.cos(turn))  # the front of an asset looks to -y
+        to_table = np.subtract(table.middle, (x, y))
+        assert float(to_table @ looks) > 0.3
+        assert contains_point(table.outline, (x, y))
+
+
+def test_a_column_stands_at_a_wall_and_one_in_the_room(tmp_path: Path) -> None:
+    columns = (
+        "columns:\n  pier: {wall: left, at: 2.0, width: 0.4, depth: 0.25}\n"
+        "  post: {wall: back, at: 3.0, from_wall: 3.0, shape: round, width: 0.2}\n"
+    )
+    kitchen = kitchen_of(PLAN + columns, tmp_path)
+    pier, post = place(kitchen, "pier"), place(kitchen, "post")
+    assert pier[:, 0].min() == pytest.approx(0.0, abs=1e-6)
+    assert pier[:, 0].max() == pytest.approx(0.265, abs=1e-6)
+    assert pier[:, 1].mean() == pytest.approx(-4.4, abs=1e-6)
+    assert post[:, 1].max() == pytest.approx(-3.0, abs=1e-6)
+    assert pier[:, 2].max() == pytest.approx(2.7, abs=1e-6)
+    skirting = [i for i in kitchen.items if i.name.startswith("skirting_left")]
+    assert len(skirting) == 2
 
 
 class TestNiches:
@@ -132,6 +130,8 @@ class TestNiches:
         shell = place(kitchen, "recess_cold")
         assert shell[:, 1].min() == pytest.approx(0.0, abs=1e-6)
         assert shell[:, 1].max() == pytest.approx(0.4 + 0.12, abs=1e-6)
+        post = f"{{wall: back, at: {slot.middle:.3f}, from_wall: 0.5, width: 0.1, depth: 0.1}}"
+        assert kitchen_of(f"{text}{self.NICHE}columns:\n  post: {post}\n", tmp_path).room.columns, "it stands before it"
 
     def test_a_seat_has_its_window_in_its_back(self, tmp_path: Path) -> None:
         text = PLAN + (
@@ -163,75 +163,61 @@ SLOPE = "slopes:\n  - {wall: left, knee: 1.5, pitch_deg: 45}\n"
 BACK_FROM = PLAN.replace("on: back", "on: back\n    start: 1.0")
 
 
-class TestSlopes:
-    def test_it_leads_from_the_knee_to_the_level_part(self, tmp_path: Path) -> None:
-        kitchen = kitchen_of(BACK_FROM + SLOPE, tmp_path)
-        low = place(kitchen, "ceiling_slope_1")
-        under = low[np.argsort(low[:, 2] + low[:, 0])]  # along the slope
-        assert under[:, 2].min() == pytest.approx(1.5, abs=1e-5)
-        level = place(kitchen, "ceiling")
-        assert level[:, 0].min() == pytest.approx(1.2, abs=1e-5)
-        assert item(kitchen, "wall_left").choice.params["height"] == 1.5
-        assert kitchen.room.ceiling_at(0.4, -2.0) == pytest.approx(1.9)
-        assert kitchen.room.ceiling_at(3.0, -2.0) == 2.7
-        edge = low[np.isclose(low[:, 0], 1.2, atol=1e-5)]
-        assert edge[:, 2].min() == pytest.approx(2.7, abs=1e-5)
+def test_a_slope_leads_from_the_knee_to_the_level_part(tmp_path: Path) -> None:
+    kitchen = kitchen_of(BACK_FROM + SLOPE, tmp_path)
+    low = place(kitchen, "ceiling_slope_1")
+    under = low[np.argsort(low[:, 2] + low[:, 0])]  # along the slope
+    assert under[:, 2].min() == pytest.approx(1.5, abs=1e-5)
+    level = place(kitchen, "ceiling")
+    assert level[:, 0].min() == pytest.approx(1.2, abs=1e-5)
+    assert item(kitchen, "wall_left").choice.params["height"] == 1.5
+    assert kitchen.room.ceiling_at(0.4, -2.0) == pytest.approx(1.9)
+    assert kitchen.room.ceiling_at(3.0, -2.0) == 2.7
+    edge = low[np.isclose(low[:, 0], 1.2, atol=1e-5)]
+    assert edge[:, 2].min() == pytest.approx(2.7, abs=1e-5)
 
 
-class TestAslant:
-    def test_the_walls_close(self, tmp_path: Path) -> None:
-        room = kitchen_of(ASLANT, tmp_path).room
-        share = 1.5 * math.sqrt(0.5)
-        lengths = {w.id: w.length for w in room.walls}
-        assert lengths["right"] == pytest.approx(6.4 - share, abs=1e-4)
-        assert lengths["front"] == pytest.approx(4.6 + share, abs=1e-4)
-        assert not room.contains(4.6 + share - 0.1, -0.1)
-        assert room.contains(4.6, -0.5)
+def test_walls_aslant_close(tmp_path: Path) -> None:
+    room = kitchen_of(ASLANT, tmp_path).room
+    share = 1.5 * math.sqrt(0.5)
+    lengths = {w.id: w.length for w in room.walls}
+    assert lengths["right"] == pytest.approx(6.4 - share, abs=1e-4)
+    assert lengths["front"] == pytest.approx(4.6 + share, abs=1e-4)
+    assert not room.contains(4.6 + share - 0.1, -0.1)
+    assert room.contains(4.6, -0.5)
 
-    def test_a_run_stands_at_it(self, tmp_path: Path) -> None:
-        text = ASLANT.replace("runs:\n", "runs:\n  bar:\n    on: cut\n    start: 0.4\n    base: [{drawers: 0.6}]\n")
-        kitchen = kitchen_of(text.replace("length: 4.6", "length: 5.2"), tmp_path)
-        corners = place(kitchen, "bar_drawers")
-        assert kitchen.lines["bar"].frame.more_deg == 45.0
-        frame = next(w.frame for w in kitchen.room.walls if w.id == "cut")
-        before = [frame.to_local(x, y)[1] for x, y, _ in corners]
-        assert (min(before), max(before)) == pytest.approx((0.0, standard_sizes.BASE_DEPTH), abs=1e-4)
+
+def test_a_run_stands_at_a_wall_aslant(tmp_path: Path) -> None:
+    text = ASLANT.replace("runs:\n", "runs:\n  bar:\n    on: cut\n    start: 0.4\n    base: [{drawers: 0.6}]\n")
+    kitchen = kitchen_of(text.replace("length: 4.6", "length: 5.2"), tmp_path)
+    corners = place(kitchen, "bar_drawers")
+    assert kitchen.lines["bar"].frame.more_deg == 45.0
+    frame = next(w.frame for w in kitchen.room.walls if w.id == "cut")
+    before = [frame.to_local(x, y)[1] for x, y, _ in corners]
+    assert (min(before), max(before)) == pytest.approx((0.0, standard_sizes.BASE_DEPTH), abs=1e-4)
 
 
 BAR = ASLANT.replace("runs:\n", "runs:\n  bar:\n    on: cut\n    base: [{drawers: 0.6}]\n")
 TOO_HIGH = "{kind: niche, wall: left, at: 2.0, height: 2.4, sill: 0.5, depth: 0.3}"
 # What is written behind the plan, and what is said of it.
 REFUSED = [
-    (
-        "  i:\n    faces: {run: main, side: back}\n    base: [island]\n",
-        "tiny.yaml:.*side.*front, since that run stands",
-    ),
+    ("  i:\n    faces: {run: main, side: back}\n    base: [island]\n", "tiny.yaml:.*side.*front, since that run"),
     ("columns:\n  post: {wall: back, at: 2.0}\n", "a place apart from main_"),
     ("columns:\n  post: {wall: back, at: 9.0, from_wall: 3.0}\n", "a place inside the room"),
-    ("columns:\n  post: {wall: nowhere, at: 1.0}\n", "one of back, right, front, left"),
     ("openings:\n  o: {kind: niche, wall: left, at: 2.0}\n", "a niche needs a `depth`"),
-    ("openings:\n  o: {kind: window, wall: left, at: 2.0, depth: 0.3}\n", "only a niche has a `depth`"),
-    (
-        "openings:\n  o: {kind: window, wall: left, at: 2.0, closet: {}}\n",
-        "only a door or a passage leads to a `closet`",
-    ),
     (f"openings:\n  o: {TOO_HIGH}\n", "a hole inside 6.40 x 2.70 m"),
     ("slopes:\n  - {wall: back, knee: 1.5, pitch_deg: 40}\n", r"a ceiling of at least \d.\d+ m over main_"),
     ("slopes:\n  - {wall: left, knee: 1.0, pitch_deg: 15}\n", "a slope that reaches at most 5.20 m into the room"),
-    ("slopes:\n  - {wall: left, knee: 2.65}\n", "less than 2.6 m"),
     (SLOPE + "  - {wall: front, knee: 1.5, pitch_deg: 45}\n", "beside which no other slope begins"),
 ]
 REFUSED_ASLANT = [
-    (
-        ASLANT.replace("heading: 45", "heading: 135"),
-        "at a right angle to the next, or one that turns to the right by less",
-    ),
+    (ASLANT.replace("heading: 45", "heading: 135"), "at a right angle to the next, or one that turns"),
     (ASLANT.replace("heading: 45, length: 1.5", "heading: 45"), "a length, since it stands aslant"),
     (BAR + "corners:\n  - {runs: [main, bar], base: dead}\n", "runs that meet at a right angle"),
 ]
 
 
-def test_what_cannot_be_built_is_told(tmp_path: Path, subtests: pytest.Subtests) -> None:
+def test_what_cannot_be_built_is_refused(tmp_path: Path, subtests: pytest.Subtests) -> None:
     for text, said in [*((PLAN + more, said) for more, said in REFUSED), *REFUSED_ASLANT]:
         text = text.replace("on: back", "on: back\n    start: 1.0") if "wall: front, knee" in text else text
         with subtests.test(said=said), pytest.raises(RegistryError, match=said):

@@ -21,8 +21,7 @@ from casa_assets.library.entry_table import NAME, EntryTable
 from casa_assets.library.library_report import write_reports
 from casa_assets.library.pairs import MAX_DESCRIPTOR_DISTANCE, ShapeIndex, nearby_pairs, read_rows
 from casa_assets.mesh.registration import descriptor_distance
-from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.provenance import ShapeDescriptor
+from casa_assets.model.asset.asset import Asset, ShapeDescriptor
 from casa_assets.model.issue import CheckResult, Status, tally
 from tests.support.library.built_libraries import keep, similar_pairs
 from tests.unit.library.test_alike import COPY, FIRST, LARGE, OTHER

@@ -13,30 +13,19 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from casa_assets.model.asset.asset import Drive, Inertial, Joint, JointKind, Region, Site
-from casa_assets.model.asset.material import Material, Substance, Texture
-from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Mesh, MeshShape, Sphere
-from casa_assets.model.asset.provenance import TEST_SHARE, Guess, Labels, Provenance, Split, split_of
+from casa_assets.model.asset.asset import TEST_SHARE, Drive, Inertial, Joint, JointKind, Region, Site, Split, split_of
+from casa_assets.model.asset.material import Material, Texture
+from casa_assets.model.asset.parts import Hull, Mesh
 from casa_assets.model.issue import CheckResult, Files, Issue, Report, Severity, Status
-from casa_assets.model.kitchen.scene import Camera, JointValue, Light, Placement, Scene, Sky
+from casa_assets.model.kitchen.scene import Camera, JointValue, Light, Placement, Scene
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
-from casa_assets.model.registry.category import (
-    Category,
-    Certainty,
-    QCode,
-    SizeRange,
-)
-from casa_assets.model.registry.contract import (
-    NamePattern,
-    Step,
-    Threshold,
-)
+from casa_assets.model.registry.category import Category, SizeRange
+from casa_assets.model.registry.contract import NamePattern, Threshold
 from casa_assets.model.source import Bundle, RawModel, RawPart, Source, SourceKind, Up
-from tests.support.asset.assets import PROVENANCE, ball, category, drawer_unit, microwave, rigid_mug, textured_box
+from tests.support.asset.assets import PROVENANCE, category, drawer_unit, microwave, rigid_mug, textured_box
 from tests.support.mesh.meshes import box_mesh, texture
 
-BOX = box_mesh((0.1, 0.2, 0.3), (0.0, 0.0, 0.15))
 CORNERS = box_mesh((0.1, 0.2, 0.3), (0.0, 0.0, 0.15), shared=True)
 CHECKER = texture("checker", np.arange(48, dtype=np.uint8).reshape(4, 4, 3))
 
@@ -71,46 +60,30 @@ ISSUE = Issue(code="AST002", severity=Severity.WARNING, pointer="links/object", 
 RAW = RawPart(name="Körper 1", mesh=colored_mesh(), material=Material(id="m", base_color_texture=CHECKER))
 RECORDS: list[Record] = [
     rigid_mug(),
-    ball(),
     textured_box(),
-    microwave(),
     drawer_unit(),
     kitchen(),
-    BOX,
     CORNERS,
     colored_mesh(),
     Mesh(vertices=np.empty((0, 3)), faces=np.empty((0, 3))),
     Pose(position=(0.1, 1e-300, 3e17), quaternion=(0.1, -0.7, 0.3, 0.2)),
-    Box(size=(0.1, 0.2, 0.3)),
-    Sphere(radius=0.1),
-    Cylinder(radius=0.1, height=1 / 3),
-    Capsule(radius=0.1, height=1e-9),
     Hull(mesh=CORNERS),
-    MeshShape(mesh=BOX),
     CHECKER,
     Material(id="glass", base_color=(0.1, 0.2, 0.3, 0.4), normal_texture=CHECKER),
-    Substance(id="steel", density=7800.0, static_friction=0.6, dynamic_friction=0.4),
-    Drive(stiffness=1.0, damping=0.0, target=-0.5),
     category(rigid_mug()),
-    ISSUE,
     CheckResult(code="AST002", status=Status.FAILED, number=0.1 + 0.2, limit=1e-5, unit="kg"),
     Report(subject="mug", results=(CheckResult(code="AST001", status=Status.PASSED),), issues=(ISSUE,)),
-    Guess(subject="scale", value="0.01", confidence=0.3, reason="usual size"),
     PROVENANCE,
-    Labels(category="mug", classes=("mug",), qcode=QCode(id="Q1", label="x", certainty=Certainty.LIKELY)),
     Files(entries={"b/c.bin": bytes(range(256)), "a.txt": b""}),
     Source(kind=SourceKind.OBJAVERSE, path="a b/ü.glb", uid="u", hints=("mug", "Tasse")),
     Bundle(main="a.obj", files={"a.obj": b"\x00\xff", "a.mtl": b"x"}, notes=(ISSUE,)),
-    RAW,
     RawModel(parts=(RAW,), metres_per_unit=0.0254, up=Up.Y, format="glb", notes=(ISSUE,)),
 ]
 
 
 def test_json_reads_back_as_the_same_record() -> None:
     back = [(record, type(record).from_json(record.to_json())) for record in RECORDS]
-    assert [
-        a for a, b in back if a != b or a.to_json() != b.to_json() or a.digest != b.digest or hash(a) != hash(b)
-    ] == []
+    assert [a for a, b in back if a != b or a.to_json() != b.to_json() or hash(a) != hash(b)] == []
 
 
 class TestDigest:
@@ -126,16 +99,15 @@ class TestDigest:
             )
             assert done.stdout.strip() == str([r.digest for r in RECORDS])
 
-    def test_does_not_see_how_numbers_lie_in_memory(self, subtests: pytest.Subtests) -> None:
+    def test_does_not_see_how_numbers_lie_in_memory(self) -> None:
+        plain = np.array([[0, 0, 0], [4, 0, 0], [0, 8, 0], [0, 0, 16]], dtype="<f8")
+        faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+        wanted = Mesh(vertices=plain, faces=faces).digest
         for dtype in ["<f8", ">f8", "<f4", ">f4", "<i4", ">i8"]:
-            with subtests.test(dtype=dtype):
-                plain = np.array([[0, 0, 0], [4, 0, 0], [0, 8, 0], [0, 0, 16]], dtype="<f8")
-                faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
-                wanted = Mesh(vertices=plain, faces=faces).digest
-                wide = np.zeros((8, 6), dtype=dtype)
-                wide[::2, ::2] = plain
-                for vertices in (plain.astype(dtype), np.asfortranarray(plain.astype(dtype)), wide[::2, ::2]):
-                    assert Mesh(vertices=vertices, faces=np.asfortranarray(faces.astype(">i8"))).digest == wanted
+            wide = np.zeros((8, 6), dtype=dtype)
+            wide[::2, ::2] = plain
+            for vertices in (plain.astype(dtype), np.asfortranarray(plain.astype(dtype)), wide[::2, ::2]):
+                assert Mesh(vertices=vertices, faces=np.asfortranarray(faces.astype(">i8"))).digest == wanted
 
     def test_minus_zero_is_zero(self) -> None:
         faces = [[0, 1, 2]]
@@ -148,25 +120,22 @@ class TestDigest:
         assert Drive(stiffness=-0.0, damping=0.0).to_json() == Drive(stiffness=0.0, damping=0.0).to_json()
 
 
-class TestFrozen:
-    def test_fields_and_arrays_cannot_be_changed(self) -> None:
-        with pytest.raises(ValidationError):
-            BOX.uv = None  # type: ignore[misc]
-        with pytest.raises(ValueError, match="read-only"):
-            BOX.vertices[0, 0] = 1.0
+def test_fields_and_arrays_cannot_be_changed() -> None:
+    with pytest.raises(ValidationError):
+        CORNERS.uv = None  # type: ignore[misc]
+    with pytest.raises(ValueError, match="read-only"):
+        CORNERS.vertices[0, 0] = 1.0
 
-    def test_replace_validates_and_has_a_digest_of_its_own(self) -> None:
-        mug = rigid_mug()
-        before = mug.digest
-        other = mug.replace(id="mug_9876543210")
-        assert other.digest != before
-        assert other.replace(id=mug.id) == mug
+
+def test_replace_validates_and_has_a_digest_of_its_own() -> None:
+    mug = rigid_mug()
+    before = mug.digest
+    other = mug.replace(id="mug_9876543210")
+    assert other.digest != before
+    assert other.replace(id=mug.id) == mug
+    for changes in ({"id": "Not An Id"}, {"materials": ()}, {"colour": "red"}):
         with pytest.raises(ValidationError):
-            mug.replace(id="Not An Id")
-        with pytest.raises(ValidationError):
-            mug.replace(materials=())
-        with pytest.raises(ValidationError):
-            mug.replace(colour="red")
+            mug.replace(**changes)
 
 
 GOOD_ID = ["a", "mug", "mug_2", "a1_b2_c3", "x" * 96]
@@ -199,17 +168,9 @@ def inertial(mass: float = 1.0, inertia: tuple[float, ...] = (1, 1, 1, 0, 0, 0))
     return Inertial(mass=mass, center_of_mass=(0, 0, 0), inertia=inertia)  # type: ignore[arg-type]
 
 
-def hull(count: int) -> Hull:
-    return Hull(mesh=Mesh(vertices=np.random.default_rng(0).random((count, 3)), faces=[[0, 1, 2]]))
-
-
 def mug(changes: dict[str, Any]) -> Category:
     row = category(rigid_mug()).model_dump(mode="json")
     return Category.model_validate({**row, "shape": (1.0, 0.5, 0.25), **changes})
-
-
-def spans(*typical: float) -> list[dict[str, float]]:
-    return [{"low": 0.9 * t, "typical": t, "high": 1.1 * t} for t in typical]
 
 
 def twice(field: str) -> Record:
@@ -222,11 +183,7 @@ def twice(field: str) -> Record:
 REFUSED: list[tuple[Callable[[Any], Any], list[Any], str | None]] = [
     (lambda name: Site(name=name), BAD_ID, None),
     (lambda path: Files(entries={path: b""}), BAD_PATH, None),
-    (
-        twice,
-        ["joints", "sites", "regions", "materials", "substances", "links"],
-        "twice",
-    ),
+    (twice, ["joints", "sites", "regions", "materials", "substances", "links"], "twice"),
     (lambda region: MUG.replace(regions=(region,)), [Region(name=MUG.sites[0].name, size=(1, 1, 1))], "twice"),
     (
         lambda twin: MUG.replace(links=(LINK.replace(colliders=(twin,)),)),
@@ -269,31 +226,14 @@ REFUSED: list[tuple[Callable[[Any], Any], list[Any], str | None]] = [
         [("uv", 2), ("normals", 3), ("colors", 4)],
         "rows for 3 vertices",
     ),
-    (hull, [3, 65], "4 to 64"),
+    (lambda count: Hull(mesh=mesh(vertices=np.random.default_rng(0).random((count, 3)))), [3, 65], "4 to 64"),
     (lambda numbers: Pose(quaternion=numbers), [(0, 0, 0, 0), (1e-12, 0, 0, 0), (NAN, 0, 0, 1), (1, 0, 0)], None),
     (lambda names: Files(entries=dict.fromkeys(names, b"")), [("Mug.obj", "mug.OBJ")], "differ only in case"),
-    (
-        lambda span: SizeRange(low=span[0], typical=span[1], high=span[2]),
-        [(2, 1, 3), (1, 3, 2), (0, 1, 2), (-1, 1, 2)],
-        None,
-    ),
-    (lambda color: Material(id="m", base_color=color), [(0.0, 0.0, 1.1, 1.0)], None),
-    (lambda size: Box(size=size), [(1.0, 0.0, 1.0)], None),
-    (lambda radius: Sphere(radius=radius), [-1.0], None),
+    (lambda ends: SizeRange.model_validate(list(ends)), [(2, 1, 3), (1, 3, 2), (0, 1, 2), (1, 2)], None),
     (lambda data: Texture(name="t", png=data, width_px=1, height_px=1), [b"GIF89a"], "PNG"),
-    (lambda digest: Provenance(source="folder", path="", sha256=digest), ["0" * 63], None),
-    (lambda code: Issue(code=code, severity=Severity.ERROR, message=""), ["A1"], None),
-    (lambda color: Sky(zenith=color), [(0.0, 0.0, 1.5)], None),
     (
         lambda changes: LAMP.replace(**changes),
-        [
-            {"direction": (0.0, 0.0, 0.0)},
-            {"color": (-1.0, 0.0, 0.0)},
-            {"attenuation": (0.0, 0.0, 0.0)},
-            {"radius": 0.0},
-            {"cone_deg": 91.0},
-            {"softness": 1.1},
-        ],
+        [{"direction": (0.0, 0.0, 0.0)}, {"color": (-1.0, 0.0, 0.0)}, {"attenuation": (0.0, 0.0, 0.0)}],
         None,
     ),
     (
@@ -312,17 +252,14 @@ REFUSED: list[tuple[Callable[[Any], Any], list[Any], str | None]] = [
         ],
         None,
     ),
-    (lambda sizes: mug({"size_m": sizes}), [spans(0.2, 0.15, 0.3)], "longest_m"),
-    (lambda sizes: mug({"size_m": sizes}), [spans(0.2, 0.15)], "size_m"),
+    (lambda sizes: mug({"size_m": sizes}), [[[0.9 * t, t, 1.1 * t] for t in (0.2, 0.15, 0.3)]], "longest_m"),
     (lambda words: mug({"affords": words}), [["washable", "washable"]], "twice"),
-    (lambda name: NamePattern(name=name), ["(open", "[a-", "*", ""], None),
-    (lambda ends: NamePattern(name="door", min_count=ends[0], max_count=ends[1]), [(2, 1)], "cannot both hold"),
+    (lambda name: NamePattern(name=name), ["(open", "*", ""], None),
     (
         lambda places: Threshold(name="on", joint="knob", **places),
         [{}, {"at": 0.4, "share": 0.5}],
         "at a position or at a share",
     ),
-    (lambda share: Step(move={"door": share}), [1.1], None),  # no farther than the ends
 ]
 
 
@@ -336,6 +273,11 @@ def test_what_is_no_sound_record_is_refused(subtests: pytest.Subtests) -> None:
 def test_what_is_at_the_edge_is_taken() -> None:
     assert [Site(name=name).name for name in GOOD_ID] == GOOD_ID
     assert OVEN.replace() == OVEN
+    tip = OVEN.links[-1].replace(name="tip", parent=JOINT.child, visuals=(), colliders=())
+    assert OVEN.replace(links=(*OVEN.links, tip)).is_moved("tip")
+    for turn in ((0.1, 0.9, 0.3, 0.2), (0.1, 0.2, 0.9, 0.3), (0.1, 0.3, 0.2, 0.9), (0.9, 0.1, 0.2, 0.3)):
+        pose = Pose(position=(1.0, 2.0, 3.0), quaternion=turn)
+        assert Pose.from_matrix(pose.matrix).quaternion == pytest.approx(pose.quaternion)
     flat = inertial(inertia=(1, 1, 2, 0, 0, 0))
     assert np.linalg.eigvalsh(flat.tensor) == pytest.approx([1, 1, 2])
     joint = hinge(axis=(1, 2, 2))
@@ -354,7 +296,7 @@ def test_a_split_is_told_from_the_digest() -> None:
         assert split_of(digits + "f" * 56) is split
 
 
-def test_a_share_counts_from_the_end_nearer_to_zero(subtests: pytest.Subtests) -> None:
+def test_a_share_counts_from_the_end_nearer_to_zero() -> None:
     for span, share, at in [
         ((0.0, 2.0), 0.9, 1.8),
         ((-1.5, 0.0), 0.9, -1.35),
@@ -362,6 +304,5 @@ def test_a_share_counts_from_the_end_nearer_to_zero(subtests: pytest.Subtests) -
         ((-0.8, 0.8), 0.5, 0.0),
         ((-0.8, 0.8), 0.25, -0.4),
     ]:
-        with subtests.test(span=span, share=share, at=at):
-            assert Threshold(name="x", joint="x", share=share).position(span) == pytest.approx(at)
+        assert Threshold(name="x", joint="x", share=share).position(span) == pytest.approx(at)
     assert Threshold(name="x", joint="x", at=0.35).position((0.0, 3.0)) == 0.35

@@ -25,31 +25,30 @@ def document(path: Path, text: str) -> Document:
     return read_document(path)
 
 
-class TestOverlaid:
-    def test_faults_name_the_file_and_the_line_that_state_it(self, subtests: pytest.Subtests, tmp_path: Path) -> None:
-        lower = document(tmp_path / "a.yaml", "mug: {mass: [1, 2, 3], size: {x: 1, y: 2}}\ncup: {mass: 4}\n")
-        upper = document(tmp_path / "b.yaml", "mug:\n  mass: [5]\n  size: {y: 7}\nbowl: {mass: 6}\n")
-        cases: list[tuple[tuple[str | int, ...], str]] = [
-            (("mug", "mass", 0), "b.yaml:2"),
-            (("mug", "mass", 2), "b.yaml:2"),
-            (("mug", "size", "x"), "a.yaml:1"),
-            (("mug", "size", "y"), "b.yaml:3"),
-            (("mug", "colour"), "a.yaml:1"),
-            (("cup", "mass"), "a.yaml:2"),
-            (("bowl", "size"), "b.yaml:4"),
-        ]
-        for path, expected in cases:
-            with subtests.test(path=path, expected=expected):
-                assert str(lower.overlaid(upper).fault(path, "a", "b")).startswith(f"{expected}: ")
+def test_faults_name_the_file_and_the_line_that_state_it(tmp_path: Path) -> None:
+    lower = document(tmp_path / "a.yaml", "mug: {mass: [1, 2, 3], size: {x: 1, y: 2}}\ncup: {mass: 4}\n")
+    upper = document(tmp_path / "b.yaml", "mug:\n  mass: [5]\n  size: {y: 7}\nbowl: {mass: 6}\n")
+    cases: list[tuple[tuple[str | int, ...], str]] = [
+        (("mug", "mass", 0), "b.yaml:2"),
+        (("mug", "mass", 2), "b.yaml:2"),
+        (("mug", "size", "x"), "a.yaml:1"),
+        (("mug", "size", "y"), "b.yaml:3"),
+        (("mug", "colour"), "a.yaml:1"),
+        (("cup", "mass"), "a.yaml:2"),
+        (("bowl", "size"), "b.yaml:4"),
+    ]
+    for path, expected in cases:
+        assert str(lower.overlaid(upper).fault(path, "a", "b")).startswith(f"{expected}: ")
 
-    def test_lists_on_the_top_follow_each_other(self, tmp_path: Path) -> None:
-        lower = document(tmp_path / "a.yaml", "- {code: A}\n- {code: B}\n")
-        upper = document(tmp_path / "b.yaml", "# ours\n- {code: C}\n")
-        joined = lower.overlaid(upper)
-        assert lower.overlaid(document(tmp_path / "c.yaml", "# nothing yet\n")) == lower
-        assert [row["code"] for row in joined.value] == ["A", "B", "C"]
-        assert str(joined.fault((2, "code"), "a", "b")).startswith("b.yaml:2: ")
-        assert str(joined.fault((1, "code"), "a", "b")).startswith("a.yaml:2: ")
+
+def test_lists_on_the_top_follow_each_other(tmp_path: Path) -> None:
+    lower = document(tmp_path / "a.yaml", "- {code: A}\n- {code: B}\n")
+    upper = document(tmp_path / "b.yaml", "# ours\n- {code: C}\n")
+    joined = lower.overlaid(upper)
+    assert lower.overlaid(document(tmp_path / "c.yaml", "# nothing yet\n")) == lower
+    assert [row["code"] for row in joined.value] == ["A", "B", "C"]
+    assert str(joined.fault((2, "code"), "a", "b")).startswith("b.yaml:2: ")
+    assert str(joined.fault((1, "code"), "a", "b")).startswith("a.yaml:2: ")
 
 
 class TestTables:
@@ -113,10 +112,8 @@ class TestPlansAndStyles:
         assert {"beach", "dunes"} <= set(style_names())
         assert load_style("dunes")[0].models["hob"].preset == "hob/induction"
         style, coastal = load_style("beach")[0], load_style("coastal")[0]
-        assert style.title == "Beach"
-        assert style.models["hob"].preset == "hob/induction"
-        assert style.models["range"] == coastal.models["range"]
-        assert style.cabinets == coastal.cabinets
+        assert (style.title, style.models["hob"].preset) == ("Beach", "hob/induction")
+        assert (style.models["range"], style.cabinets) == (coastal.models["range"], coastal.cabinets)
 
     def test_numbers_of_a_preset_are_none_of_the_preset_in_its_place(self, project: Project) -> None:
         folder = project(
@@ -168,22 +165,13 @@ class TestProject:
         [
             ({"styles/a.yaml": "like: costal\n"}, r"a\.yaml:1: like: expected 'coastal', or another one of"),
             ({"styles/a.yaml": "title: A\nlike: a\n"}, r"a\.yaml:2: like: expected a style that is not like this one"),
-            (
-                {"styles/a.yaml": "like: b\n", "styles/b.yaml": "like: a\n"},
-                r"b\.yaml:1: like: expected a style that is",
-            ),
+            ({"styles/a.yaml": "like: b\n", "styles/b.yaml": "like: a\n"}, r"b\.yaml:1: like: expected a style that"),
             ({"styles/a.yaml": "- 1\n"}, r"a\.yaml:1: \(top\): expected a style, got list"),
-            ({"styles/a.yaml": "like: coastal\nlamps: 3\n"}, r"a\.yaml:2: lamps: expected"),
             ({"casa.yaml": "nam: ours\n"}, r"casa\.yaml:1: nam: expected 'name'"),
-            ({"casa.yaml": "name: Our Kitchens\n"}, r"casa\.yaml:1: name: "),
             ({"casa.yaml": "name: ours\nruns:\n  - ingest: {a: 1}\n    find: {}\n"}, r"casa\.yaml:3: runs\.0"),
             ({"catgories.yaml": ""}, r"catgories\.yaml:1: \(top\): expected 'categories\.yaml'"),
             ({"plan/loft.yaml": ""}, r"plan:1: \(top\): expected 'plans'"),
-            ({"plugin/tea.py": ""}, r"plugin:1: \(top\): expected 'plugins'"),
-            (
-                {"textures/walls.yaml": ""},
-                r"walls\.yaml:1: \(top\): expected one of cabinet\.yaml, .* got 'walls\.yaml'",
-            ),
+            ({"textures/walls.yaml": ""}, r"walls\.yaml:1: \(top\): expected one of cabinet\.yaml, .* got 'walls"),
             ({"plans/loft.yml": ""}, r"plans/loft\.yml:1: \(top\): expected a name that ends in \.yaml, got"),
         ],
     )
@@ -194,16 +182,15 @@ class TestProject:
         assert str(told.value).startswith(f"{folder}/")
 
 
-class TestCacheKeys:
-    def test_a_key_takes_in_what_the_project_states_of_what_the_code_reads(self, project: Project) -> None:
-        habits, load = "casa_assets.registry.habits:load_habits", "casa_assets.registry.load:load"
-        before = key_of(habits), key_of(load)
-        project({})
-        assert (key_of(habits), key_of(load)) == before
-        project({"habits.yaml": "# ours\n"})
-        assert key_of(habits) != before[0]
-        assert key_of(load) == before[1]
-        project({"categories.yaml": "mug: {mass_kg: [0.2, 0.3, 0.6]}\n"})
-        assert key_of(load) != before[1]
-        use_project(None)
-        assert (key_of(habits), key_of(load)) == before
+def test_a_key_takes_in_what_the_project_states_of_what_the_code_reads(project: Project) -> None:
+    habits, load = "casa_assets.registry.habits:load_habits", "casa_assets.registry.load:load"
+    before = key_of(habits), key_of(load)
+    project({})
+    assert (key_of(habits), key_of(load)) == before
+    project({"habits.yaml": "# ours\n"})
+    assert key_of(habits) != before[0]
+    assert key_of(load) == before[1]
+    project({"categories.yaml": "mug: {mass_kg: [0.2, 0.3, 0.6]}\n"})
+    assert key_of(load) != before[1]
+    use_project(None)
+    assert (key_of(habits), key_of(load)) == before

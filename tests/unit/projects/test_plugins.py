@@ -23,6 +23,8 @@ from tests.support.library.libraries import called, no_workers
 from tests.support.program.plugin_code import PLUGIN, PROJECT
 from tests.support.program.projects import Project
 
+IMPORT = "from casa_assets.ext.plugins import Plugin\n"
+
 
 @pytest.fixture(autouse=True)
 def no_plugins_after(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
@@ -36,7 +38,6 @@ def no_plugins_after(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterato
 
 @pytest.fixture
 def allowed(project: Project) -> Path:
-    """A project whose plug-ins run."""
     folder = project(PROJECT)
     choose_plugins(PluginUse.ALL)
     return folder
@@ -59,7 +60,7 @@ class TestTrust:
         with pytest.raises(RegistryError, match=r"or what testing\.py adds, which does not run .* got 'square'"):
             casa.build("coaster")
 
-    def test_it_runs_where_the_caller_says_so(self, project: Project) -> None:
+    def test_it_runs_where_the_caller_or_the_users_own_configuration_says_so(self, project: Project) -> None:
         folder = project(PROJECT)
         assert "plinth" not in family_names()
         with casa.Project(folder, plugins=True) as opened:
@@ -68,9 +69,6 @@ class TestTrust:
             assert ignored_files() == ()
         assert list(opened.plugins()) == ["testing"]
         assert "plinth" not in family_names()
-
-    def test_it_runs_where_the_users_own_configuration_names_the_project(self, project: Project) -> None:
-        folder = project(PROJECT)
         user_settings().parent.mkdir(parents=True)
         user_settings().write_text(f"trusted_projects: [{folder}]\n", encoding="utf-8")
         use_project(folder)
@@ -79,38 +77,30 @@ class TestTrust:
         assert load_plugins() == ()
 
 
-class TestImport:
-    @pytest.mark.parametrize(
-        ("text", "message"),
-        [
-            ("import nothing_of_that_name\n", r"shout\.py: cannot be imported[\s\S]*nothing_of_that_name"),
-            ("PLUGIN = 3\n", r"shout\.py: PLUGIN is no casa_assets\.Plugin but int"),
-            (
-                "from casa_assets.ext.plugins import Plugin\nPLUGIN = Plugin('Big', '1')\n",
-                r"plug-in 'Big': expected a name as",
-            ),
-            (
-                "from casa_assets.ext.plugins import Plugin\nPLUGIN = Plugin('a', '1', sources=(3,))\n",
-                r"source 3 lacks",
-            ),
-            (PLUGIN.replace('"plinth"', '"microwave"'), r"family 'microwave': a family of that name is there already"),
-            (PLUGIN.replace('"depot"', '"s3"'), r"source 's3': expected a name as .* none of a store"),
-            (PLUGIN.replace('"TST001"', '"AST001"'), r"check 'AST001': a check of that name is there already"),
-        ],
-    )
-    def test_what_is_wrong_is_told_with_its_file(self, project: Project, text: str, message: str) -> None:
-        project({**PROJECT, "plugins/testing.py": "", "plugins/shout.py": text})
-        choose_plugins(PluginUse.ALL)
-        with pytest.raises(CasaError, match=message):
-            (check_table(), family_names())
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("import nothing_of_that_name\n", r"shout\.py: cannot be imported[\s\S]*nothing_of_that_name"),
+        ("PLUGIN = 3\n", r"shout\.py: PLUGIN is no casa_assets\.Plugin but int"),
+        (f"{IMPORT}PLUGIN = Plugin('Big', '1')\n", r"plug-in 'Big': expected a name as"),
+        (f"{IMPORT}PLUGIN = Plugin('a', '1', sources=(3,))\n", r"source 3 lacks"),
+        (PLUGIN.replace('"plinth"', '"microwave"'), r"family 'microwave': a family of that name is there already"),
+        (PLUGIN.replace('"depot"', '"s3"'), r"source 's3': expected a name as .* none of a store"),
+        (PLUGIN.replace('"TST001"', '"AST001"'), r"check 'AST001': a check of that name is there already"),
+    ],
+)
+def test_what_is_wrong_is_told_with_its_file(project: Project, text: str, message: str) -> None:
+    project({**PROJECT, "plugins/testing.py": "", "plugins/shout.py": text})
+    choose_plugins(PluginUse.ALL)
+    with pytest.raises(CasaError, match=message):
+        (check_table(), family_names())
 
-    def test_a_module_may_import_another_beside_it(self, project: Project) -> None:
-        text = (
-            "from names_of_ours import NAME\nfrom casa_assets.ext.plugins import Plugin\nPLUGIN = Plugin(NAME, '1')\n"
-        )
-        project({"plugins/shout.py": text, "plugins/names_of_ours.py": "NAME = 'aloud'\n"})
-        choose_plugins(PluginUse.ALL)
-        assert [one.plugin.name for one in load_plugins()] == ["aloud"]
+
+def test_a_module_may_import_another_beside_it(project: Project) -> None:
+    text = f"from names_of_ours import NAME\n{IMPORT}PLUGIN = Plugin(NAME, '1')\n"
+    project({"plugins/shout.py": text, "plugins/names_of_ours.py": "NAME = 'aloud'\n"})
+    choose_plugins(PluginUse.ALL)
+    assert [one.plugin.name for one in load_plugins()] == ["aloud"]
 
 
 class TestParts:
@@ -152,37 +142,35 @@ class TestParts:
         assert "TST001" in {result.code for result in read_certificate(entry).report.results}
 
 
-class TestKeys:
-    def test_code_of_a_plugin_is_part_of_what_it_makes_and_of_nothing_else(self, allowed: Path, tmp_path: Path) -> None:
-        checks, plain = "casa_assets.runs.asset_package:check_package", "casa_assets.registry.load:load"
-        before = (key_of(checks), key_of(plain), finish_key(find_recipe("chess")), finish_key(find_recipe("oak_ebony")))
-        path = allowed / "plugins" / "testing.py"
-        path.write_text(path.read_text(encoding="utf-8") + "\n# another word\n", encoding="utf-8")
-        use_project(allowed)
-        after = (key_of(checks), key_of(plain), finish_key(find_recipe("chess")), finish_key(find_recipe("oak_ebony")))
-        assert [a == b for a, b in zip(before, after, strict=True)] == [False, True, False, True]
+def test_code_of_a_plugin_is_part_of_what_it_makes_and_of_nothing_else(allowed: Path, tmp_path: Path) -> None:
+    checks, plain = "casa_assets.runs.asset_package:check_package", "casa_assets.registry.load:load"
+    before = (key_of(checks), key_of(plain), finish_key(find_recipe("chess")), finish_key(find_recipe("oak_ebony")))
+    path = allowed / "plugins" / "testing.py"
+    path.write_text(path.read_text(encoding="utf-8") + "\n# another word\n", encoding="utf-8")
+    use_project(allowed)
+    after = (key_of(checks), key_of(plain), finish_key(find_recipe("chess")), finish_key(find_recipe("oak_ebony")))
+    assert [a == b for a, b in zip(before, after, strict=True)] == [False, True, False, True]
 
 
-class TestCommands:
-    def test_from_a_folder_to_exported_files(self, tmp_path: Path, project: Project) -> None:
-        folder = project(PROJECT)
-        silent = run(folder, "families", "list", "--json")
-        assert '"plinth"' not in silent.stdout
-        assert "does not run; add --plugins if you trust it" in silent.stderr
-        rows = [json.loads(line) for line in run(folder, "families", "list", "--json", "--plugins").stdout.splitlines()]
-        (row,) = (row for row in rows if row["id"] == "plinth")
-        assert (row["from"], row["presets"]) == ("plug-in testing", ["oak", "unlucky", "wide"])
-        built = run(folder, "families", "build", "plinth", "--library", "lib", "--no-pictures", "--plugins")
-        assert built.returncode == 1, built.stderr
-        assert "thirteen brings bad luck" in built.stdout
-        wrong = run(folder, "export", "plugin", "bloks", "lib", "--out", "blocks", "--plugins")
-        assert wrong.returncode == 2
-        assert "did you mean blocks?" in wrong.stderr
-        done = run(folder, "export", "plugin", "blocks", "lib", "--out", "blocks", "--plugins")
-        assert done.returncode == 0, done.stderr
-        sizes = [json.loads(path.read_text(encoding="utf-8")) for path in (folder / "blocks").rglob("block.json")]
-        assert sorted(size["mass"] > 0 for size in sizes) == [True, True]
-        told = run(folder, "doctor", "--plugins").stdout
-        assert "plug-in testing" in told
-        assert "TST001" in run(folder, "checks", "--plugins").stdout
-        assert "TST001" not in run(folder, "checks", "--no-plugins").stdout
+def test_plugins_from_a_folder_to_exported_files(tmp_path: Path, project: Project) -> None:
+    folder = project(PROJECT)
+    silent = run(folder, "families", "list", "--json")
+    assert '"plinth"' not in silent.stdout
+    assert "does not run; add --plugins if you trust it" in silent.stderr
+    rows = [json.loads(line) for line in run(folder, "families", "list", "--json", "--plugins").stdout.splitlines()]
+    (row,) = (row for row in rows if row["id"] == "plinth")
+    assert (row["from"], row["presets"]) == ("plug-in testing", ["oak", "unlucky", "wide"])
+    built = run(folder, "families", "build", "plinth", "--library", "lib", "--no-pictures", "--plugins")
+    assert built.returncode == 1, built.stderr
+    assert "thirteen brings bad luck" in built.stdout
+    wrong = run(folder, "export", "plugin", "bloks", "lib", "--out", "blocks", "--plugins")
+    assert wrong.returncode == 2
+    assert "did you mean blocks?" in wrong.stderr
+    done = run(folder, "export", "plugin", "blocks", "lib", "--out", "blocks", "--plugins")
+    assert done.returncode == 0, done.stderr
+    sizes = [json.loads(path.read_text(encoding="utf-8")) for path in (folder / "blocks").rglob("block.json")]
+    assert sorted(size["mass"] > 0 for size in sizes) == [True, True]
+    told = run(folder, "doctor", "--plugins").stdout
+    assert "plug-in testing" in told
+    assert "TST001" in run(folder, "checks", "--plugins").stdout
+    assert "TST001" not in run(folder, "checks", "--no-plugins").stdout

@@ -12,9 +12,9 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest.things import guess_of_things, model_of_thing, things_of
 from casa_assets.library.review import DOUBTFUL
 from casa_assets.model import rejection_codes as codes
+from casa_assets.model.asset.asset import Guess
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
-from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.record import Vec3
 from casa_assets.model.source import Bundle, RawModel, RawPart, Source, SourceKind, Up
 from tests.support.mesh.mesh_files import Gltf, codes_of, load_bytes

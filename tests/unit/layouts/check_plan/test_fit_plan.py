@@ -43,7 +43,6 @@ def text_of(name: str) -> str:
 
 
 def fitted_kitchen(text: str, name: str, room: tuple[float, float]) -> KitchenRequest:
-    """The kitchen of a plan in a room, in which it is found to fit."""
     fitted = fit_plan(text, f"{name}.yaml", load_style(STYLE)[0], *room)
     assert fitted.changes
     found = check_plan(fitted.text, f"{name}.yaml", load_style(STYLE)[0])
@@ -65,23 +64,16 @@ def test_a_plan_in_a_room(name: str, room: tuple[float, float]) -> None:
     if name in REFUSED.get(room, ()):
         with pytest.raises(DoesNotFit) as refused:
             fit_plan(text, f"{name}.yaml", style, *room)
-        least = refused.value.least
-        assert least is not None
-        assert fit_plan(text, f"{name}.yaml", style, *least).changes
+        assert fit_plan(text, f"{name}.yaml", style, *refused.value.least).changes
         return
-    kitchen = fitted_kitchen(text, name, room)
-    kinds = {str(unit.kind) for unit in kitchen.plan.units.values()}
+    kinds = {str(unit.kind) for unit in fitted_kitchen(text, name, room).plan.units.values()}
     assert {"sink", "fridge"} <= kinds
     assert kinds & {"range", "hob"}
 
 
-def test_its_own_room_changes_nothing() -> None:
+def test_its_own_room_changes_nothing_and_a_plan_like_another_states_what_changes() -> None:
     fitted = fit_plan(text_of("galley"), "galley.yaml", load_style(STYLE)[0], 3.2, 5.6)
-    assert fitted.text == text_of("galley")
-    assert fitted.changes == ()
-
-
-def test_a_plan_that_is_like_another_states_what_changes() -> None:
+    assert (fitted.text, fitted.changes) == (text_of("galley"), ())
     fitted_kitchen("like: one_wall_small\ntitle: A shorter wall\n", "short", (5.4, 3.2))
 
 

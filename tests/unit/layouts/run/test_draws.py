@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from casa_assets.layouts.run import diversity, draws, sample
+from casa_assets.layouts.run import diversity, sample
 from casa_assets.layouts.run.diversity import Choices, Traits, diversity_of, evenness
-from casa_assets.layouts.run.draws import draw_recipes
 from casa_assets.layouts.run.mix import goes_together, mixed_style
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.layouts.run.resolve import draw_surfaces, with_finishes
-from casa_assets.layouts.run.sample import RefusalRow
+from casa_assets.layouts.run.sample import RefusalRow, draw_recipes
 from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.kitchen.style import Style
@@ -29,36 +27,31 @@ def style(name: str) -> Style:
     return load_style(name)[0]
 
 
-class TestRecipes:
-    def test_the_same_seed_draws_the_same(self) -> None:
-        many = draws.draw_recipes(60, 5)
-        assert many == draws.draw_recipes(60, 5)
-        assert many[:20] == draws.draw_recipes(20, 5)
-        assert many != draws.draw_recipes(60, 6)
-        with_objects = draws.draw_recipes(20, 5, objects=10)
-        assert [replace(one, objects=0, objects_seed=0) for one in with_objects] == many[:20]
-        assert len({one.objects_seed for one in with_objects if one.objects == 10}) == 20
+def test_the_same_seed_draws_the_same() -> None:
+    many = draw_recipes(60, 5)
+    assert many == draw_recipes(60, 5)
+    assert many[:20] == draw_recipes(20, 5)
+    assert many != draw_recipes(60, 6)
+    with_objects = draw_recipes(20, 5, objects=10)
+    assert [replace(one, objects=0, objects_seed=0) for one in with_objects] == many[:20]
+    assert len({one.objects_seed for one in with_objects if one.objects == 10}) == 20
 
 
-class TestFinishes:
-    def test_drawn_ones_go_together(self) -> None:
-        drawn = [draw_surfaces(seed) for seed in range(100)]
-        assert all(goes_together(name for _, name in surfaces) for surfaces in drawn)
-        assert len(set(drawn)) == 100
-
-    def test_what_goes_together(self, subtests: pytest.Subtests) -> None:
-        for changed, expected in [
-            ({}, True),
-            ({"wall": "paper_damask_taupe"}, True),
-            ({"wall": "paper_damask_taupe", "floor": "cement_coastal_black"}, False),
-            ({"cabinet": "oak_natural"}, True),
-            ({"cabinet": "oak_natural", "counter": "block_oak"}, False),
-            ({"wall": "zellige_cobalt", "floor": "oak_ebony", "counter": "soapstone_dark"}, False),
-            ({"wall": "zellige_emerald", "cabinet": "lacquer_burgundy_gloss"}, False),
-            ({"wall": "zellige_honey", "cabinet": "paint_navy"}, True),
-        ]:
-            with subtests.test(changed=changed, expected=expected):
-                assert goes_together({**CALM, **changed}.values()) is expected
+def test_finishes_that_are_drawn_go_together() -> None:
+    drawn = [draw_surfaces(seed) for seed in range(100)]
+    assert all(goes_together(name for _, name in surfaces) for surfaces in drawn)
+    assert len(set(drawn)) == 100
+    for changed, expected in [
+        ({}, True),
+        ({"wall": "paper_damask_taupe"}, True),
+        ({"wall": "paper_damask_taupe", "floor": "cement_coastal_black"}, False),
+        ({"cabinet": "oak_natural"}, True),
+        ({"cabinet": "oak_natural", "counter": "block_oak"}, False),
+        ({"wall": "zellige_cobalt", "floor": "oak_ebony", "counter": "soapstone_dark"}, False),
+        ({"wall": "zellige_emerald", "cabinet": "lacquer_burgundy_gloss"}, False),
+        ({"wall": "zellige_honey", "cabinet": "paint_navy"}, True),
+    ]:
+        assert goes_together({**CALM, **changed}.values()) is expected, changed
 
 
 class TestMixing:
@@ -142,52 +135,45 @@ def test_known_distances() -> None:
             assert diversity_of(pair, POSSIBLE).neighbours.least == pytest.approx(expected, abs=1e-4), changes
 
 
-class TestDiversity:
-    def test_nearest_neighbours_and_near_duplicates(self) -> None:
-        twin = replace(ONE, id="b", lengths={"width": 0.7, "depth": 0.5})
-        far = replace(ONE, id="c", style="rustic", surfaces=dict.fromkeys(SURFACES, "other"), plan="u_small")
-        told = diversity_of([ONE, far, twin], POSSIBLE).neighbours
-        assert told.closest == ("a", "b")
-        assert told.least == pytest.approx(0.15 * 0.1, abs=1e-4)
-        assert told.median == pytest.approx(0.15 * 0.1, abs=1e-4), "of a and b each other, of c either"
-        assert told.near == 2
-
-    def test_what_is_written_is_read_back(self, tmp_path: Path) -> None:
-        drawn, reference = diversity_of([ONE], POSSIBLE), diversity_of([ONE, replace(ONE, id="b")], POSSIBLE)
-        diversity.write_diversity(tmp_path, drawn, reference)
-        assert diversity.read_diversity(tmp_path) == (drawn, reference)
-        (tmp_path / diversity.DIVERSITY).write_text("{", encoding="utf-8")
-        assert diversity.read_diversity(tmp_path) is None
-        rows = diversity.table_rows(drawn, reference)
-        assert rows[0] == ("kitchens", "1", "2")
-        assert ("plans", "", "0.00") in rows
+def test_nearest_neighbours_are_found_written_and_read_back(tmp_path: Path) -> None:
+    twin = replace(ONE, id="b", lengths={"width": 0.7, "depth": 0.5})
+    far = replace(ONE, id="c", style="rustic", surfaces=dict.fromkeys(SURFACES, "other"), plan="u_small")
+    drawn, reference = diversity_of([ONE, far, twin], POSSIBLE), diversity_of([ONE], POSSIBLE)
+    told = drawn.neighbours
+    assert (told.closest, told.near) == (("a", "b"), 2)
+    assert told.least == pytest.approx(0.15 * 0.1, abs=1e-4)
+    assert told.median == pytest.approx(0.15 * 0.1, abs=1e-4), "of a and b each other, of c either"
+    diversity.write_diversity(tmp_path, drawn, reference)
+    assert diversity.read_diversity(tmp_path) == (drawn, reference)
+    (tmp_path / diversity.DIVERSITY).write_text("{", encoding="utf-8")
+    assert diversity.read_diversity(tmp_path) is None
+    assert diversity.table_rows(drawn, reference)[0] == ("kitchens", "3", "1")
 
 
 def test_traits_are_those_of_the_kitchen() -> None:
-    told = draws.traits_of(SceneRecipe("one_wall_small", "coastal"))
+    told = sample.traits_of(SceneRecipe("one_wall_small", "coastal"))
     assert (told.plan, told.style, told.fronts) == ("one_wall_small", "coastal", "shaker, boxed")
     finishes = {"wall": "shiplap_white", "floor": "cement_coastal_black", "counter": "marble_carrara"}
     assert told.surfaces == {**finishes, "cabinet": "paint_navy"}
     assert told.fixtures["fridge"] == "fridge_french_door/steel"
     assert set(told.lengths) == {"width", "depth"}
     assert all(0.0 <= share <= 1.0 for share in told.lengths.values())
-    possible = draws.choices()
+    possible = sample.choices()
     assert (possible.plans, possible.styles) == (len(plan_names()), len(style_names()))
     assert set(possible.surfaces.values()) == {100}
     assert (possible.fixtures["fridge"], possible.fixtures["floor_plant"]) == (12, 2)
 
 
-def report(*codes: str) -> Report:
-    found = [Issue(code=code, severity=Severity.ERROR, pointer="a/b", message=f"{code} is wrong") for code in codes]
-    return Report(subject="x", issues=tuple(found))
-
-
 def test_refusals_are_counted_by_reason_plan_and_style() -> None:
     galley, wall = SceneRecipe("galley", "rustic", 1), SceneRecipe("one_wall_small", "rustic", 1)
+    doors, outside = (
+        Issue(code=code, severity=Severity.ERROR, pointer="a/b", message=f"{code} is wrong")
+        for code in ("SCN005", "SCN009")
+    )
     done = [
         SceneResult(galley, "somewhere"),
-        SceneResult(galley, report=report("SCN005", "SCN005", "SCN009")),
-        SceneResult(SceneRecipe("galley", "rustic", 2), report=report("SCN005")),
+        SceneResult(galley, report=Report(subject="x", issues=(doors, doors, outside))),
+        SceneResult(SceneRecipe("galley", "rustic", 2), report=Report(subject="x", issues=(doors,))),
         SceneResult(wall, message="the run main is too long"),
         SceneResult(wall, message="Traceback ...\nValueError: what", is_fault=True),
     ]
@@ -197,22 +183,6 @@ def test_refusals_are_counted_by_reason_plan_and_style() -> None:
         RefusalRow("cannot be built", "one_wall_small", "rustic", 1, "the run main is too long"),
         RefusalRow("fault of the program", "one_wall_small", "rustic", 1, "ValueError: what"),
     ]
-    assert sample.refusals(done[:1]) == []
-
-
-def test_rejected_tells_the_reason_of_each(tmp_path: Path) -> None:
-    wanted = draw_recipes(3, 0)
-    done = [
-        SceneResult(wanted[2], message="the run main is too long"),
-        SceneResult(wanted[0], "somewhere"),
-        SceneResult(wanted[1], report=report("SCN009")),
-    ]
-    data = json.loads(sample.write_rejected(tmp_path, 0, wanted, done).read_text(encoding="utf-8"))
-    assert (data["drawn"], data["tried"], data["passed"], data["pass_rate"]) == (3, 3, 1, 0.3333)
-    assert [r["id"] for r in data["rejected"]] == [wanted[1].scene_id, wanted[2].scene_id]
-    assert data["rejected"][0]["issues"][0]["code"] == "SCN009"
-    assert data["rejected"][1]["message"] == "the run main is too long"
-    assert sorted(row["reason"] for row in data["reasons"]) == ["SCN009", "cannot be built"]
 
 
 def test_cost_is_the_mean_over_those_whose_cost_is_known() -> None:

@@ -11,6 +11,7 @@ from casa_assets.checks.scene.rest import come_to_rest
 from casa_assets.formats.mjcf.kitchen import write
 from casa_assets.layouts.floor_facts import facts_of
 from casa_assets.layouts.order.build_order import KitchenRequest
+from casa_assets.layouts.run import resolve
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import bare, build_scene, kitchen_key
 from casa_assets.layouts.run.scene_json import describe
@@ -33,22 +34,16 @@ def lived_in(cache: Path) -> tuple[KitchenRequest, Scene]:
     return build_scene(LIVED_IN, cache)
 
 
-def test_objects_change_nothing_else(
+def test_objects_are_at_rest_and_change_nothing_else(
     plain: tuple[KitchenRequest, Scene], lived_in: tuple[KitchenRequest, Scene]
 ) -> None:
     (kitchen, before), (same, after) = plain, lived_in
-    assert same == kitchen
+    assert (same, before.objects, after.exclusions) == (kitchen, (), before.exclusions)
     assert after.placements[: len(before.placements)] == before.placements
-    assert after.exclusions == before.exclusions
-    assert before.objects == ()
     assert facts_of(same, after).fixtures == facts_of(kitchen, before).fixtures
-
-
-def test_as_many_as_asked_for_are_at_rest(lived_in: tuple[KitchenRequest, Scene]) -> None:
-    scene = lived_in[1]
-    names = [place.name for place in scene.objects]
+    names = [place.name for place in after.objects]
     assert len(names) == COUNT
-    rests = come_to_rest(write(bare(scene), shared="assets"), names, 2.0)
+    rests = come_to_rest(write(bare(after), shared="assets"), names, 2.0)
     assert max(rest.moved for rest in rests.values()) <= 0.005
     assert max(rest.depth for rest in rests.values()) <= 0.001
 
@@ -57,6 +52,14 @@ def test_same_recipe_same_scene(cache: Path, lived_in: tuple[KitchenRequest, Sce
     assert build_scene(LIVED_IN, cache)[1] == lived_in[1]
     assert kitchen_key(LIVED_IN) != kitchen_key(PLAIN)
     assert kitchen_key(LIVED_IN) != kitchen_key(replace(LIVED_IN, objects_seed=1))
+
+
+def test_the_key_of_objects_has_the_keys_of_all_that_may_be_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = resolve.objects_key(COUNT, 0)
+    monkeypatch.setattr(resolve, "asset_key", lambda *_: "of another version")
+    resolve._members_key.cache_clear()
+    assert resolve.objects_key(COUNT, 0) != before
+    resolve._members_key.cache_clear()
 
 
 def test_facts_list_the_objects_and_what_holds_them(lived_in: tuple[KitchenRequest, Scene]) -> None:

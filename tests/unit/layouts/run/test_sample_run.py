@@ -16,11 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.layouts.run import check, sample
-from casa_assets.layouts.run.draws import draw_recipes
-from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
-from casa_assets.layouts.run.sample import FOLDER
-from casa_assets.model.issue import Issue, Report, Severity
+from casa_assets.layouts.run.sample import FOLDER, draw_recipes
 from tests.support.library.libraries import ROOT, command
 
 pytestmark = pytest.mark.content("code", "layouts.run", keep=0)
@@ -79,10 +75,10 @@ if any(word in ("casa_assets.cli.main",) or "runs.server" in word for word in sy
     check.check_and_report = judge
     check.kept_report = lambda folder, key: verdict(folder.name) if (folder / "report.json").is_file() else None
     check._shown_in_place = lambda done, *_: done
-    from casa_assets.layouts.run import draws
-    possible = draws.Choices(1, 1, 1, dict.fromkeys(("wall", "floor", "counter", "cabinet"), 1), {})
-    draws.diversity_of_recipes = lambda recipes: draws.diversity_of([], possible)
-    draws.diversity_of_reference = lambda: draws.diversity_of([], possible)
+    from casa_assets.layouts.run import sample
+    possible = sample.Choices(1, 1, 1, dict.fromkeys(("wall", "floor", "counter", "cabinet"), 1), {})
+    sample.diversity_of_recipes = lambda recipes: sample.diversity_of([], possible)
+    sample.diversity_of_reference = lambda: sample.diversity_of([], possible)
     from casa_assets.show.reports import kitchens
     kitchens.write = lambda out, heading="": (out / "index.html", out / "contact_sheet.png")
     kitchens.read_rows = lambda out: []
@@ -96,7 +92,6 @@ class Runs:
     folder: Path
 
     def start(self, out: str, jobs: int = 2, pause_s: float = 0.1, deadly: str = "") -> subprocess.Popen[str]:
-        """The program, at work."""
         (self.folder / "sitecustomize.py").write_text(STAND_INS, encoding="utf-8")
         environment = {
             **os.environ,
@@ -111,7 +106,6 @@ class Runs:
         )
 
     def finish(self, out: str, code: int = 0, jobs: int = 2, pause_s: float = 0.0, deadly: str = "") -> str:
-        """What a whole run prints."""
         started = self.start(out, jobs, pause_s, deadly)
         told, errors = started.communicate(timeout=300)
         assert started.returncode == code, errors
@@ -122,7 +116,6 @@ class Runs:
         return self.folder / f"{out}.log"
 
     def begun(self, out: str) -> list[str]:
-        """Ids of the stand-ins that were begun."""
         return self.log(out).read_text(encoding="utf-8").splitlines() if self.log(out).exists() else []
 
     def bytes_of(self, out: str) -> dict[str, bytes]:
@@ -166,13 +159,23 @@ class TestStopped:
         assert len(begun) <= COUNT + 4
         assert f"of {COUNT} draws passed" in told
 
-    def test_any_number_of_jobs_makes_the_same(self, runs: Runs, whole: Runs) -> None:
+    def test_any_number_of_jobs_makes_the_same_and_a_damaged_record_is_made_again(
+        self, runs: Runs, whole: Runs
+    ) -> None:
         runs.finish("one", jobs=1)
+        record = next((runs.folder / "one" / ".casa" / "cache" / FOLDER).iterdir())
+        record.write_text(record.read_text(encoding="utf-8")[:-9], encoding="utf-8")
+        (runs.folder / "one" / record.stem / "report.json").unlink(missing_ok=True)
+        runs.finish("one", jobs=1)
+        assert runs.begun("one").count(record.stem) == 2
         assert runs.bytes_of("one") == whole.bytes_of("whole")
         rejected = json.loads((runs.folder / "one" / "rejected.json").read_text(encoding="utf-8"))
         assert rejected["drawn"] == rejected["tried"] == COUNT
         assert 0 < rejected["passed"] < COUNT
+        assert rejected["pass_rate"] == round(rejected["passed"] / COUNT, 4)
         assert {row["reason"] for row in rejected["reasons"]} == {"SCN005"}
+        assert {issue["code"] for row in rejected["rejected"] for issue in row["issues"]} == {"SCN005"}
+        assert len(rejected["rejected"]) == COUNT - rejected["passed"]
 
     def test_a_draw_that_kills_its_process_leaves_the_others_alone(self, runs: Runs) -> None:
         deadly = draw_recipes(COUNT, 3)[4].scene_id
@@ -183,37 +186,3 @@ class TestStopped:
         assert [row["reason"] for row in rejected["reasons"]].count("fault of the program") == 1
         runs.finish("out")  # where nothing kills it, it is made, and nothing else is
         assert len(runs.begun("out")) == COUNT + 2, "it was tried twice before"
-
-
-class TestOneDraw:
-    RECIPE = SceneRecipe("galley", "rustic", 1)
-
-    @pytest.fixture(autouse=True)
-    def key(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(check, "verdict_key", lambda recipe: "a" * 64)
-
-    def sampled(self, monkeypatch: pytest.MonkeyPatch, out: Path, done: SceneResult | None) -> SceneResult:
-        """A draw, of which the checks make `done`; None: nobody may check it."""
-
-        def checked(*_: object, **options: object) -> SceneResult:
-            assert done is not None, "it is not to be made again"
-            assert options["strict"]
-            return done
-
-        monkeypatch.setattr(check, "check_one", checked)
-        return sample.sample_one(self.RECIPE, out)
-
-    def test_a_refusal_is_kept_with_its_reason_and_cost(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-        issue = Issue(code="SCN009", severity=Severity.ERROR, pointer="a", message="it is outside")
-        report = Report(subject=self.RECIPE.scene_id, issues=(issue,))
-        made = SceneResult(self.RECIPE, report=report, cpu_s={"check": 2.0})
-        first = self.sampled(monkeypatch, tmp_path, made)
-        assert set(first.cpu_s) == {"check", "rest"}
-        again = self.sampled(monkeypatch, tmp_path, None)
-        assert (again.kept, again.passed, again.problems, again.cpu_s) == (True, False, (issue,), first.cpu_s)
-        # A damaged record is none: it is made again, and of one that passes the cost is kept too.
-        (path,) = (tmp_path / ".casa" / "cache" / FOLDER).iterdir()
-        path.write_text(path.read_text(encoding="utf-8")[:-9], encoding="utf-8")
-        first = self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, "there", cpu_s={"check": 2.0}))
-        again = self.sampled(monkeypatch, tmp_path, SceneResult(self.RECIPE, "there", kept=True))
-        assert (first.passed, again.cpu_s) == (True, first.cpu_s)

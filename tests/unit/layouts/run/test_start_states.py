@@ -36,7 +36,6 @@ ROBOT = """<mujoco model="robot"><worldbody><body name="base" pos="0 0 0.4">
 
 @pytest.fixture(scope="module")
 def drawn(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, StartStates]:
-    """A scene folder with start states in it, and what was written."""
     folder = scene_folder(tmp_path_factory.mktemp("drawn"))
     states = draw_states(Stage(folder), wanted(count=3))
     write_states(folder, states)
@@ -45,50 +44,46 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, StartStates]:
 
 @pytest.fixture
 def copy(drawn: tuple[Path, StartStates], tmp_path: Path) -> Path:
-    """A folder of that kind, to be damaged."""
     return Path(shutil.copytree(drawn[0].parent, tmp_path / "scenes")) / "room"
 
 
-class TestFile:
-    def test_reads_back_what_was_written(self, drawn: tuple[Path, StartStates], tmp_path: Path) -> None:
-        folder, states = drawn
-        assert read_states(folder) == states
-        with np.load(folder / START_STATES, allow_pickle=False) as found:  # as others read it
-            header = json.loads(bytes(found["header"]))
-            assert found["qpos"].shape == (3, sum(joint["width"] for joint in header["joints"]))
-            assert found["qpos"].tobytes() == states.qpos.tobytes()
-        assert write_states(tmp_path, states).read_bytes() == (folder / START_STATES).read_bytes()
-        with zipfile.ZipFile(folder / START_STATES) as archive:
-            assert {member.date_time for member in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
+def test_reads_back_what_was_written(drawn: tuple[Path, StartStates], tmp_path: Path) -> None:
+    folder, states = drawn
+    assert read_states(folder) == states
+    with np.load(folder / START_STATES, allow_pickle=False) as found:  # as others read it
+        assert found["qpos"].tobytes() == states.qpos.tobytes()
+    assert write_states(tmp_path, states).read_bytes() == (folder / START_STATES).read_bytes()
+    with zipfile.ZipFile(folder / START_STATES) as archive:
+        assert {member.date_time for member in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
 
-    def test_what_is_damaged_or_huge_is_refused(self, copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        path, data = copy / START_STATES, (copy / START_STATES).read_bytes()
-        for damaged, message in (
-            (b"", "cannot be read"),
-            (b"no archive at all", "cannot be read"),
-            (data[: len(data) // 2], "cannot be read"),
-            (data.replace(b"base.npy", b"bass.npy"), "base"),
-        ):
-            path.write_bytes(damaged)
-            with pytest.raises(CasaError, match=message):
-                read_states(copy)
-        path.write_bytes(data)
-        monkeypatch.setattr(state_file, "LARGEST_BYTES", 100)
+
+def test_what_is_damaged_or_huge_is_refused(copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, data = copy / START_STATES, (copy / START_STATES).read_bytes()
+    for damaged, message in (
+        (b"", "cannot be read"),
+        (b"no archive at all", "cannot be read"),
+        (data[: len(data) // 2], "cannot be read"),
+        (data.replace(b"base.npy", b"bass.npy"), "base"),
+    ):
+        path.write_bytes(damaged)
+        with pytest.raises(CasaError, match=message):
+            read_states(copy)
+    path.write_bytes(data)
+    with monkeypatch.context() as patch:
+        patch.setattr(state_file, "LARGEST_BYTES", 100)
         with pytest.raises(CasaError, match="more than 100"):
             read_states(copy)
-
-    def test_a_header_that_contradicts_the_arrays_is_refused(self, copy: Path) -> None:
-        with np.load(copy / START_STATES) as found:
-            arrays = {name: found[name] for name in found.files}
-        for changed, message in (
-            ({"notes": []}, "as many rows"),
-            ({"joints": []}, "joints follow each other"),
-            ({"format": 2}, "format"),
-        ):
-            header = json.dumps({**json.loads(bytes(arrays["header"])), **changed})
-            np.savez(copy / START_STATES, **{**arrays, "header": np.frombuffer(header.encode(), dtype=np.uint8)})
-            with pytest.raises(CasaError, match=message):
-                read_states(copy)
+    with np.load(path) as found:
+        arrays = {name: found[name] for name in found.files}
+    for changed, message in (
+        ({"notes": []}, "as many rows"),
+        ({"joints": []}, "joints follow each other"),
+        ({"format": 2}, "format"),
+    ):
+        header = json.dumps({**json.loads(bytes(arrays["header"])), **changed})
+        np.savez(path, **{**arrays, "header": np.frombuffer(header.encode(), dtype=np.uint8)})
+        with pytest.raises(CasaError, match=message):
+            read_states(copy)
 
 
 class TestLoader:
@@ -123,12 +118,11 @@ class TestLoader:
             assert data.joint(joint.name).qpos.tolist() == pytest.approx(row.tolist())
         assert data.joint("first_lift").qpos[0] == data.joint("second_lift").qpos[0] == 0.7
 
-    def test_a_scene_that_they_are_not_of_is_refused(self, copy: Path) -> None:
+    def test_a_scene_that_they_are_not_of_or_that_was_changed_is_refused(self, copy: Path) -> None:
+        kitchen = casa.Kitchen(copy)
+        model = kitchen.to_mjmodel()
         with pytest.raises(CasaError, match=r"the model has no joint .* they are of the kitchen room"):
-            casa.Kitchen(copy).start_states(mujoco.MjModel.from_xml_string(ROBOT))
-
-    def test_a_scene_that_was_changed_is_refused(self, copy: Path) -> None:
-        model = casa.Kitchen(copy).to_mjmodel()
+            kitchen.start_states(mujoco.MjModel.from_xml_string(ROBOT))
         (copy / "scene.xml").write_text((copy / "scene.xml").read_text() + "\n")
         with pytest.raises(CasaError, match=r"for another scene\.xml .* draw them again"):
             casa.Kitchen(copy).start_states(model)
@@ -137,7 +131,7 @@ class TestLoader:
             casa.Kitchen(copy).start_states(model)
 
 
-def test_the_verb_draws_checks_and_keeps(checked_kitchen: Checked) -> None:
+def test_the_verb_draws_checks_and_keeps_or_says_what_a_kitchen_lacks(checked_kitchen: Checked) -> None:
     out, _ = checked_kitchen
     command = ["states", SCENE, "--objects", "0", "--count", "2", "--out", str(out), "--jobs", "1"]
     first = CliRunner().invoke(app, command)
@@ -154,10 +148,6 @@ def test_the_verb_draws_checks_and_keeps(checked_kitchen: Checked) -> None:
     forced = CliRunner().invoke(app, [*command, "--force"])
     assert forced.exit_code == 0, forced.output
     assert (out / SCENE / START_STATES).read_bytes() == written
-
-
-def test_the_verb_tells_what_a_kitchen_lacks(checked_kitchen: Checked) -> None:
-    out, _ = checked_kitchen
     done = CliRunner().invoke(app, ["states", SCENE, "--doors", "900", "--objects", "0", "--out", str(out), "--json"])
     assert done.exit_code == 1
     assert "900 doors were to stand open" in json.loads(done.stdout.splitlines()[0])["message"]

@@ -18,8 +18,8 @@ import casa_assets as casa
 from casa_assets.cli import completion, doctor
 from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
 from casa_assets.layouts.run import pack as scene_pack
-from casa_assets.layouts.run.draws import draw_recipes
 from casa_assets.layouts.run.resolve import draw_surfaces
+from casa_assets.layouts.run.sample import draw_recipes
 from casa_assets.model.registry.rows import Surface
 from casa_assets.projects import use_project
 from casa_assets.textures.pack_entry import PictureDescription
