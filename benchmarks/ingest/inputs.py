@@ -20,8 +20,8 @@ from casa_assets.ingest.run.steps import STAGES, BuildContext
 from casa_assets.ingest.run.survey import find_category
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
-from casa_assets.ingest.sources.found import Found
-from casa_assets.mesh.topology import weld
+from casa_assets.ingest.sources.places import Found
+from casa_assets.mesh.surface import weld
 from casa_assets.model.registry.category import Category
 from casa_assets.model.source import Bundle
 

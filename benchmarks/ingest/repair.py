@@ -34,10 +34,9 @@ from casa_assets.ingest.draft import Draft, merge_parts
 from casa_assets.ingest.run.survey import find_category
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
-from casa_assets.ingest.sources.found import Found
+from casa_assets.ingest.sources.places import Found
 from casa_assets.mesh.solid.deviation import measure_visibility
-from casa_assets.mesh.surface import face_normals
-from casa_assets.mesh.topology import edge_counts, face_components, weld
+from casa_assets.mesh.surface import edge_counts, face_components, face_normals, weld
 from casa_assets.model.source import RawModel
 
 # Soundness ------------------------------------------------------------------------------------------------------------

@@ -15,20 +15,21 @@ from casa_assets.ingest.components import (
     solidity,
     split_components,
 )
-from casa_assets.ingest.draft import Draft, Surface, warning
+from casa_assets.ingest.draft import Draft, Surface, keep_faces, submesh, warning
 from casa_assets.ingest.gaps import close_cracks, close_holes, close_missing_sides, split_t_junctions
-from casa_assets.ingest.texture import keep_faces, submesh
 from casa_assets.mesh.solid.deviation import measure_visibility
-from casa_assets.mesh.surface import backward_share, face_normals, winding_number
-from casa_assets.mesh.topology import (
+from casa_assets.mesh.surface import (
+    backward_share,
     closed_components,
     component_boxes,
     consistent_winding,
     edge_counts,
     face_components,
+    face_normals,
     faces_with,
     is_closed,
     manifold_patches,
+    winding_number,
 )
 from casa_assets.model.issue import Issue
 from casa_assets.model.registry.category import FALLBACK, Category, MatterFill

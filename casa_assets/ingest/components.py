@@ -14,8 +14,15 @@ from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.ingest.draft import warning
 from casa_assets.mesh.solid.deviation import measure_visibility, surface_samples
 from casa_assets.mesh.solid.solids import hull_volume
-from casa_assets.mesh.surface import face_normals, signed_volume, winding_number
-from casa_assets.mesh.topology import component_boxes, edge_counts, face_components, is_closed
+from casa_assets.mesh.surface import (
+    component_boxes,
+    edge_counts,
+    face_components,
+    face_normals,
+    is_closed,
+    signed_volume,
+    winding_number,
+)
 from casa_assets.mesh.voxels import Grid, voxelise
 from casa_assets.model.issue import Issue
 from casa_assets.model.registry.category import FALLBACK, Category

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.ingest.draft import Draft, Surface, warning
-from casa_assets.mesh.topology import connected_groups, directed_edges, edge_counts
+from casa_assets.mesh.surface import connected_groups, directed_edges, edge_counts
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.issue import Issue
 from casa_assets.model.source import RawPart

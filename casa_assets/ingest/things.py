@@ -17,11 +17,9 @@ from casa_assets.errors import Rejected
 from casa_assets.formats import read
 from casa_assets.formats.read.text import UniqueNames, printable
 from casa_assets.ingest.components import Components, box_gaps, split_components
-from casa_assets.ingest.draft import merge_parts, warning
-from casa_assets.ingest.texture import keep_faces
+from casa_assets.ingest.draft import keep_faces, merge_parts, warning
 from casa_assets.mesh.solid.deviation import samples_with_faces
-from casa_assets.mesh.surface import face_normals
-from casa_assets.mesh.topology import connected_groups
+from casa_assets.mesh.surface import connected_groups, face_normals
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.registry.category import Category, Vocabulary, VocabularyMatch, singulars, split_words

@@ -11,8 +11,14 @@ from casa_assets.errors import DegenerateShape
 from casa_assets.mesh.solid.deviation import distances_outside_hulls, surface_samples
 from casa_assets.mesh.solid.primitive import best_primitive, shape_bounds, tessellate
 from casa_assets.mesh.solid.solids import convex_hull, hull_planes, hull_volume, small_hull
-from casa_assets.mesh.surface import face_normals, shell_moments, signed_volume, solid_moments, winding_number
-from casa_assets.mesh.topology import is_closed
+from casa_assets.mesh.surface import (
+    face_normals,
+    is_closed,
+    shell_moments,
+    signed_volume,
+    solid_moments,
+    winding_number,
+)
 from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Mesh, Shape, Sphere
 from casa_assets.model.pose import Pose
 from tests.properties.strategies import Floats, Ints, closed, cloud, lengths, poses, quick, seeds, turn

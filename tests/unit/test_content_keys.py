@@ -100,7 +100,7 @@ def test_a_change_of_what_several_reach_changes_them(monkeypatch: pytest.MonkeyP
     ("changed", "differs"),
     [
         ("casa_assets.ingest.collision.plane_splits", True),
-        ("casa_assets.mesh.topology", True),  # it imports that
+        ("casa_assets.mesh.surface", True),  # it imports that
         ("casa_assets.show.reports.kitchens", False),
     ],
 )

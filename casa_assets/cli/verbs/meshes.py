@@ -50,8 +50,7 @@ if TYPE_CHECKING:
     from casa_assets.articulate.run.steps import ArticulateOutcome
     from casa_assets.ingest.run.run import Options
     from casa_assets.ingest.run.shards import Shard
-    from casa_assets.ingest.sources.found import Found
-    from casa_assets.ingest.sources.places import StoreRoot
+    from casa_assets.ingest.sources.places import Found, StoreRoot
     from casa_assets.model.record import Vec3
     from casa_assets.runs.outcome import Event
 

@@ -9,15 +9,7 @@ import numpy as np
 
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import DegenerateShape, Rejected
-from casa_assets.ingest.collision.components import (
-    Budget,
-    DecompositionFailed,
-    any_nested,
-    connected_parts,
-    decompose,
-    measure_part,
-    thickness,
-)
+from casa_assets.ingest.collision.decompose import Budget, DecompositionFailed, decompose
 from casa_assets.ingest.collision.fit import (
     SAMPLES,
     SOUND_SHARE,
@@ -38,7 +30,15 @@ from casa_assets.ingest.collision.plane_splits import (
     split_to_volume,
 )
 from casa_assets.ingest.collision.rings import cut_vessel
-from casa_assets.ingest.collision.solid_proxy import SolidProxy, solid_proxy, without_windows
+from casa_assets.ingest.collision.solid_proxy import (
+    SolidProxy,
+    any_nested,
+    connected_parts,
+    measure_part,
+    solid_proxy,
+    thickness,
+    without_windows,
+)
 from casa_assets.ingest.draft import Draft, PlacedShape, placed_hull, warning
 from casa_assets.mesh.solid.deviation import protrusion, surface_samples
 from casa_assets.mesh.solid.primitive import best_primitive, shape_bounds, tessellate
@@ -54,8 +54,7 @@ from casa_assets.mesh.solid.solids import (
     small_hull,
     surface_of,
 )
-from casa_assets.mesh.surface import solid_moments
-from casa_assets.mesh.topology import face_components
+from casa_assets.mesh.surface import face_components, solid_moments
 from casa_assets.mesh.voxels import NO_ROOMS, OpenRooms, open_rooms
 from casa_assets.model.asset.parts import Box, Cylinder, Hull
 from casa_assets.model.issue import REVIEW_CODE, Issue

@@ -23,8 +23,7 @@ from casa_assets.mesh.solid.solids import (
     surface_of,
     volume_of_hull,
 )
-from casa_assets.mesh.surface import face_normals
-from casa_assets.mesh.topology import connected_groups, directed_edges, edge_counts
+from casa_assets.mesh.surface import connected_groups, directed_edges, edge_counts, face_normals
 
 # With more pieces than these on one side that side is taken as one.
 MOST_PIECES = 24

@@ -17,9 +17,7 @@ from casa_assets.core.system import cache_for, process_name, require
 from casa_assets.errors import PluginFailure, Rejected
 from casa_assets.ingest.run.survey import Survey, find_category
 from casa_assets.ingest.sources.discover import discover
-from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.ingest.sources.places import StoreRoot, root_of, utf8_escaped
-from casa_assets.ingest.sources.stores import folder_of
+from casa_assets.ingest.sources.places import Found, Refused, StoreRoot, folder_of, root_of, utf8_escaped
 from casa_assets.library.library import Library
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Report

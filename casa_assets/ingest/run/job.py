@@ -10,7 +10,7 @@ from typing import Protocol
 from casa_assets.cache.cache_key import digest_of
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest.run.survey import HeldThings, Survey, SurveyAnswer, SurveyTable, things_held
-from casa_assets.ingest.sources.found import Found
+from casa_assets.ingest.sources.places import Found
 from casa_assets.library import library as disk
 from casa_assets.library.library import Producer
 from casa_assets.model.issue import Report

@@ -22,7 +22,7 @@ from casa_assets.ingest.run.shards import (
     read_record,
 )
 from casa_assets.ingest.run.survey import HeldThings, Survey, SurveyAnswer
-from casa_assets.ingest.sources.found import Found
+from casa_assets.ingest.sources.places import Found
 from casa_assets.library import clip, review
 from casa_assets.library import library as disk
 from casa_assets.library.entry import is_below

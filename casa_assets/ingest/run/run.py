@@ -33,8 +33,7 @@ from casa_assets.ingest.run.job import (
 from casa_assets.ingest.run.shards import Recorder, Shard, ShardHeader, check_is_no_shard, made_by
 from casa_assets.ingest.run.survey import HeldThings, Survey, SurveyTable, taken_apart
 from casa_assets.ingest.run.survey import warm as warm_survey
-from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.ingest.sources.places import StoreRoot
+from casa_assets.ingest.sources.places import Found, Refused, StoreRoot
 from casa_assets.library import clip, review
 from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry, is_below

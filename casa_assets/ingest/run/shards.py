@@ -16,8 +16,7 @@ from casa_assets.cache.cache_key import key_of
 from casa_assets.errors import CasaError, OutputError, Rejected
 from casa_assets.ingest.run.inputs import discover_inputs
 from casa_assets.ingest.run.survey import HeldThings, Survey, SurveyAnswer, survey, things_held
-from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.ingest.sources.places import utf8_escaped
+from casa_assets.ingest.sources.places import Found, Refused, utf8_escaped
 from casa_assets.library import library as disk
 from casa_assets.library.entry import MAX_FILES, OTHER_FILES, RefusedFile, RefusedRows
 from casa_assets.library.entry_files import file_inside

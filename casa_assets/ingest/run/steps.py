@@ -15,19 +15,17 @@ from casa_assets.checks import simready
 from casa_assets.checks.check import load_table
 from casa_assets.errors import CasaError, OutputError, PluginFailure, RegistryError, Rejected
 from casa_assets.formats.read import warm as warm_readers
-from casa_assets.ingest.assemble import assemble, grasp
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.collision.collide import collide
 from casa_assets.ingest.collision.fit import CollideParams
-from casa_assets.ingest.draft import Draft
+from casa_assets.ingest.draft import Draft, assemble, grasp
 from casa_assets.ingest.mass import mass
 from casa_assets.ingest.orient import orient
 from casa_assets.ingest.run.job import Job, limits_in_key, stage_refusal
 from casa_assets.ingest.run.survey import Survey
 from casa_assets.ingest.scale import scale
-from casa_assets.ingest.simplify import simplify
 from casa_assets.ingest.sources.bundle import collect
-from casa_assets.ingest.texture import add_back_faces, texture
+from casa_assets.ingest.texture import add_back_faces, simplify, texture
 from casa_assets.ingest.things import guess_of_things, load
 from casa_assets.library import library as disk
 from casa_assets.library.library import Producer

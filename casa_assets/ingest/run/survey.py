@@ -15,8 +15,7 @@ from casa_assets.cache.cache_key import key_of
 from casa_assets.core.system import keep_json, kept_json
 from casa_assets.errors import Rejected
 from casa_assets.ingest.sources.bundle import collect
-from casa_assets.ingest.sources.found import Found
-from casa_assets.ingest.sources.places import is_url
+from casa_assets.ingest.sources.places import Found, is_url
 from casa_assets.ingest.sources.stores import state_at
 from casa_assets.library.review import DOUBTFUL
 from casa_assets.model.registry.category import Category

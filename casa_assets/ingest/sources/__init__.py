@@ -4,6 +4,6 @@ from __future__ import annotations
 
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
-from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.ingest.sources.places import Found, Refused
 
 __all__ = ["Found", "Refused", "collect", "discover"]

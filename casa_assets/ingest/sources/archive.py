@@ -24,25 +24,22 @@ from typing import IO
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.formats import PACKED_FAULTS
 from casa_assets.formats.read.text import printable
-from casa_assets.ingest.sources.found import HIDDEN, Found, Package, Refused, kind_of_other, unread
 from casa_assets.ingest.sources.places import (
     ARCHIVE_SUFFIXES,
+    HIDDEN,
     Folder,
+    Found,
+    Package,
     Place,
+    Refused,
     archive_suffix,
+    kind_of_other,
     packed_place,
+    unique_hints,
+    unread,
     utf8_escaped,
 )
-from casa_assets.ingest.sources.rows import (
-    UniqueIds,
-    as_object,
-    check_types,
-    parse_json,
-    remarks,
-    safe_id,
-    source_of,
-    unique_hints,
-)
+from casa_assets.ingest.sources.rows import UniqueIds, as_object, check_types, parse_json, remarks, safe_id, source_of
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Source, SourceKind
 

@@ -14,10 +14,8 @@ from casa_assets.formats.read.formats import Format, Reference, Role, sniff
 from casa_assets.formats.read.obj import material_references
 from casa_assets.formats.read.text import Notes, printable
 from casa_assets.ingest.sources.archive import members_of
-from casa_assets.ingest.sources.found import Found
-from casa_assets.ingest.sources.places import Place
-from casa_assets.ingest.sources.stores import folder_of
-from casa_assets.ingest.sources.table import is_table, row_of_table
+from casa_assets.ingest.sources.places import Found, Place, folder_of, is_table
+from casa_assets.ingest.sources.table import row_of_table
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Bundle, RawModel
 

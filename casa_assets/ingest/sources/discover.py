@@ -15,11 +15,24 @@ from casa_assets.formats.read.formats import SUFFIXES, suffix_of
 from casa_assets.formats.read.text import printable
 from casa_assets.ingest.sources import objaverse
 from casa_assets.ingest.sources.archive import archived
-from casa_assets.ingest.sources.found import HIDDEN, Found, Package, Refused, kind_of_other, unread
-from casa_assets.ingest.sources.places import StoreRoot, archive_suffix, utf8_escaped
-from casa_assets.ingest.sources.rows import read_lines, read_list, unique_hints, words_of_path
-from casa_assets.ingest.sources.stores import DEEPEST_FOLDER, folder_of, list_all
-from casa_assets.ingest.sources.table import is_table, tabled
+from casa_assets.ingest.sources.places import (
+    HIDDEN,
+    Found,
+    Package,
+    Refused,
+    StoreRoot,
+    archive_suffix,
+    folder_of,
+    is_table,
+    kind_of_other,
+    unique_hints,
+    unread,
+    utf8_escaped,
+    words_of_path,
+)
+from casa_assets.ingest.sources.rows import read_lines, read_list
+from casa_assets.ingest.sources.stores import DEEPEST_FOLDER, list_all
+from casa_assets.ingest.sources.table import tabled
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Source, SourceKind
 

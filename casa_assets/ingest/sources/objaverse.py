@@ -12,17 +12,17 @@ from pathlib import Path
 
 from casa_assets.errors import CasaError, Rejected, UnknownId
 from casa_assets.formats.read.text import printable
-from casa_assets.ingest.sources.found import MAX_INDEX_BYTES, Found, Package, Refused
-from casa_assets.ingest.sources.places import Folder, utf8_escaped
-from casa_assets.ingest.sources.rows import (
-    parse_json,
-    safe_id,
-    spdx_id,
-    text_field,
-    text_list,
+from casa_assets.ingest.sources.places import (
+    MAX_INDEX_BYTES,
+    Folder,
+    Found,
+    Package,
+    Refused,
     unique_hints,
+    utf8_escaped,
     words_of_path,
 )
+from casa_assets.ingest.sources.rows import parse_json, safe_id, spdx_id, text_field, text_list
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Source, SourceKind
 

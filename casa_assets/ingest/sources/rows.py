@@ -8,7 +8,6 @@ from __future__ import annotations
 import codecs
 import json
 import math
-import posixpath
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -16,7 +15,7 @@ from itertools import starmap
 
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.text import Notes, printable
-from casa_assets.ingest.sources.found import Found, Package, Refused
+from casa_assets.ingest.sources.places import MAX_HINTS, Found, Package, Refused, unique_hints, words_of_path
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.issue import Issue
 from casa_assets.model.source import Source, SourceKind
@@ -24,7 +23,6 @@ from casa_assets.model.source import Source, SourceKind
 MAX_CHARACTERS = 2000
 # Three bytes of JSON can make an object of a hundred; 800,000 pairs, as Objaverse lists them, are the largest known.
 MAX_VALUES = 5_000_000
-MAX_HINTS = 40
 _SAFE_ID = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,127}")
 
 
@@ -64,22 +62,6 @@ def text_list(values: object) -> list[str]:
         text_field(v, "name") if isinstance(v, dict) else printable(v) if isinstance(v, str) else "" for v in values
     ]
     return [w for w in found[:MAX_HINTS] if w]
-
-
-def unique_hints(*groups: Iterable[str]) -> tuple[str, ...]:
-    """All words in order, each once, without empty ones and content hashes."""
-    out: dict[str, None] = {}
-    for group in groups:
-        for one in group:
-            text = one.strip()
-            if text and not re.fullmatch(r"[0-9a-f]{8,64}|\d+(-\d+)?", text):
-                out[text] = None
-    return tuple(out)[:MAX_HINTS]
-
-
-def words_of_path(path: str) -> list[str]:
-    """Stem of a POSIX path, then the folders around it from the inside out, which may name what it holds."""
-    return [posixpath.splitext(posixpath.basename(path))[0], *posixpath.dirname(path).split("/")[::-1]]
 
 
 class UniqueIds:

@@ -20,7 +20,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
-from pathlib import Path
 from threading import Thread
 from typing import IO, TYPE_CHECKING, Any, TypeVar
 from urllib.parse import quote, unquote, urlsplit
@@ -28,7 +27,7 @@ from urllib.parse import quote, unquote, urlsplit
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.formats.read.formats import PACKED_SUFFIXES, SUFFIXES, UNREAD_SUFFIXES, suffix_of
 from casa_assets.formats.read.text import printable
-from casa_assets.ingest.sources.places import DiskFolder, Entry, Folder, StoreRoot, archive_suffix, too_large
+from casa_assets.ingest.sources.places import Entry, Folder, StoreRoot, archive_suffix, too_large
 from casa_assets.model import rejection_codes as codes
 
 if TYPE_CHECKING:
@@ -503,6 +502,6 @@ def _put(folders: dict[str, dict[str, Info]], path: str, info: Info) -> None:
         _put(folders, folder, Info(is_folder=True))
 
 
-def folder_of(root: Path | StoreRoot, looked_at: set[str] | None = None) -> Folder:
-    """The folder that a root names; see DiskFolder for `looked_at`."""
-    return DiskFolder(root, looked_at) if isinstance(root, Path) else _StoreFolder(root, looked_at)
+def store_folder(root: StoreRoot, looked_at: set[str] | None = None) -> Folder:
+    """A folder on a store; see `folder_of`."""
+    return _StoreFolder(root, looked_at)

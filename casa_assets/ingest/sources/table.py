@@ -22,11 +22,23 @@ from casa_assets.errors import Rejected
 from casa_assets.formats.read.formats import SUFFIXES, suffix_of
 from casa_assets.formats.read.text import printable
 from casa_assets.ingest.sources.archive import SEEK_BLOCK
-from casa_assets.ingest.sources.found import MAX_INDEX_BYTES, Found, Package, Refused, kind_of_other, unread
-from casa_assets.ingest.sources.places import Folder, Place, packed_place
+from casa_assets.ingest.sources.places import (
+    MAX_HINTS,
+    MAX_INDEX_BYTES,
+    TABLE_SUFFIX,
+    Folder,
+    Found,
+    Package,
+    Place,
+    Refused,
+    folder_of,
+    kind_of_other,
+    packed_place,
+    unread,
+    words_of_path,
+)
 from casa_assets.ingest.sources.rows import (
     MAX_CHARACTERS,
-    MAX_HINTS,
     MAX_ROWS,
     TEXTS,
     UniqueIds,
@@ -34,15 +46,12 @@ from casa_assets.ingest.sources.rows import (
     parse_json,
     safe_id,
     source_of,
-    words_of_path,
 )
-from casa_assets.ingest.sources.stores import folder_of
 from casa_assets.model import rejection_codes as codes
 
 if TYPE_CHECKING:
     from pyarrow.parquet import ParquetFile
 
-SUFFIX = ".parquet"
 # Names that people give to columns of files, best first; a column may be called by its format, too.
 COLUMNS = (
     *("mesh", "model", "object", "asset"),
@@ -77,11 +86,6 @@ class MeshColumn:
         """See the class."""
         suffix = f".{self.name.lower()}"
         return suffix if suffix in SUFFIXES else ""
-
-
-def is_table(name: str) -> bool:
-    """True for the name of a table."""
-    return name.lower().endswith(SUFFIX) and len(name) > len(SUFFIX)
 
 
 def mesh_column(table: ParquetFile) -> MeshColumn | None:
@@ -331,7 +335,7 @@ def _rows(
             yield refused
         else:
             inner = next((str(row[column]) for column in PATHS if row.get(column)), "").replace("\\", "/")
-            around = [name[: -len(SUFFIX)], *package.prefix.rstrip("/").split("/")[::-1], package.root.name]
+            around = [name[: -len(TABLE_SUFFIX)], *package.prefix.rstrip("/").split("/")[::-1], package.root.name]
             source = source_of(row, path, uid, [*words_of_path(inner), *around])
             yield Found(package.root, main, source, archive=name, at=number)
 

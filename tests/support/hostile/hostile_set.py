@@ -16,8 +16,8 @@ from typing import Any
 
 from casa_assets import registry
 from casa_assets.formats.read.formats import SUFFIXES, suffix_of
-from casa_assets.ingest.sources.found import TWINS as OTHER_FORMS
-from casa_assets.ingest.sources.found import kind_of_other
+from casa_assets.ingest.sources.places import TWINS as OTHER_FORMS
+from casa_assets.ingest.sources.places import kind_of_other
 from tests.support.library.libraries import casa, input_rows
 
 # Words of the index for a reason to reject -> codes; where there are none, the code whose name is that word.

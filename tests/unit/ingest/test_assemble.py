@@ -7,8 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from casa_assets.ingest.assemble import assemble, grasp
-from casa_assets.ingest.draft import Draft, PlacedShape
+from casa_assets.ingest.draft import Draft, PlacedShape, assemble, grasp
 from casa_assets.mesh.grasps import antipodal_grasps
 from casa_assets.mesh.solid.primitive import link_bounds
 from casa_assets.mesh.solid.solids import small_hull

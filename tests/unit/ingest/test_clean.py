@@ -14,8 +14,7 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.components import intersecting_components
 from casa_assets.ingest.draft import Draft
-from casa_assets.mesh.surface import backward_share, signed_volume
-from casa_assets.mesh.topology import edge_counts, face_components, is_closed
+from casa_assets.mesh.surface import backward_share, edge_counts, face_components, is_closed, signed_volume
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel, RawPart

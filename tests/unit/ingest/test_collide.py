@@ -12,16 +12,10 @@ from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest.collision import collide as stage
 from casa_assets.ingest.collision.collide import STRATEGIES, collide
-from casa_assets.ingest.collision.components import (
-    Budget,
-    DecompositionFailed,
-    assemble_solid,
-    covers_surface,
-    decompose,
-)
+from casa_assets.ingest.collision.decompose import Budget, DecompositionFailed, decompose
 from casa_assets.ingest.collision.fit import FOOT_M, CollideParams, FitErrors, fit_reference, measure_fit, on_flat_foot
 from casa_assets.ingest.collision.rings import RAYS, WallProfile
-from casa_assets.ingest.collision.solid_proxy import CELLS, solid_proxy, without_windows
+from casa_assets.ingest.collision.solid_proxy import CELLS, assemble_solid, covers_surface, solid_proxy, without_windows
 from casa_assets.ingest.components import SurfaceKind
 from casa_assets.ingest.draft import Draft, PlacedShape
 from casa_assets.mesh.solid.deviation import distances_outside_hulls

@@ -12,8 +12,7 @@ from scipy.spatial import cKDTree
 
 from casa_assets import registry
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.simplify import simplified, simplify
-from casa_assets.ingest.texture import add_back_faces, painted, texture
+from casa_assets.ingest.texture import add_back_faces, painted, simplified, simplify, texture
 from casa_assets.mesh.solid.deviation import measure_visibility
 from casa_assets.mesh.surface import signed_volume
 from casa_assets.model.asset.material import Material, Texture

@@ -18,7 +18,7 @@ from casa_assets.errors import CasaError, OutputError, UnknownId
 from casa_assets.ingest.run.inputs import discover_inputs
 from casa_assets.ingest.run.job import Job, WorkerAnswers
 from casa_assets.ingest.run.run import Options, ingest, tally
-from casa_assets.ingest.sources.found import Found
+from casa_assets.ingest.sources.places import Found
 from casa_assets.library.entry import MAX_ROWS_PER_FILE, entries
 from casa_assets.library.library import Library, file_digests
 from casa_assets.model.issue import Decision

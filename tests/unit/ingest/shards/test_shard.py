@@ -14,7 +14,7 @@ from casa_assets.errors import CasaError
 from casa_assets.ingest.run import shards as record
 from casa_assets.ingest.run.inputs import discover_inputs
 from casa_assets.ingest.run.shards import Discovery, Shard, file_of, index_of
-from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.ingest.sources.places import Found, Refused
 from casa_assets.library import entry as refused_rows
 from casa_assets.library.entry import RefusedFile, RefusedRows
 from casa_assets.library.library import Library

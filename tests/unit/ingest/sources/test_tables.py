@@ -14,6 +14,7 @@ import pytest
 from casa_assets.errors import Rejected
 from casa_assets.formats.read import load
 from casa_assets.ingest.sources import collect, table
+from casa_assets.ingest.sources.places import is_table
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import SourceKind
 from tests.support.mesh.mesh_files import LIMITS, OBJ_TRIANGLE, inputs_of
@@ -127,4 +128,4 @@ def test_without_pyarrow_a_table_says_what_to_install(tmp_path: Path, monkeypatc
     with pytest.raises(Rejected, match="pip install") as refused:
         collect(one, LIMITS)
     assert refused.value.code == codes.NEEDS_PYARROW
-    assert table.is_table("a.PARQUET")
+    assert is_table("a.PARQUET")
