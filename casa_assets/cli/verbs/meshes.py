@@ -170,7 +170,7 @@ def _run_once(
     sources: list[Path | StoreRoot], options: Options, output: Output, explain: bool, sending: batch_output.Sending
 ) -> list[Event]:
     from casa_assets.ingest.run.run import ingest as run
-    from casa_assets.ingest.run.shards import NAME as SHARD_RECORD
+    from casa_assets.ingest.run.shards import SHARD_FILE
 
     others: Counter[str] = Counter()
 
@@ -181,7 +181,7 @@ def _run_once(
     if not events and options.only:
         output.line(f"nothing is rejected with, or in review for, {', '.join(sorted(options.only))}")
         return []
-    if not events and options.shard is not None and (options.dry_run or (options.library / SHARD_RECORD).is_file()):
+    if not events and options.shard is not None and (options.dry_run or (options.library / SHARD_FILE).is_file()):
         output.line(f"shard {options.shard} has none of the inputs")
         return []
     if not events:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.errors import OutputError
-from casa_assets.ingest.run.job import Job
+from casa_assets.ingest.run.inputs import HeldThings, Job, Survey, SurveyAnswer
 from casa_assets.ingest.run.run import Options, cache_key, ingest_inputs
 from casa_assets.ingest.run.shards import (
     ShardLine,
@@ -21,7 +21,6 @@ from casa_assets.ingest.run.shards import (
     made_by,
     read_record,
 )
-from casa_assets.ingest.run.survey import HeldThings, Survey, SurveyAnswer
 from casa_assets.ingest.sources.places import Found
 from casa_assets.library import clip, review
 from casa_assets.library import library as disk

@@ -14,8 +14,7 @@ from pydantic import Field, StringConstraints, ValidationError
 
 from casa_assets.cache.cache_key import key_of
 from casa_assets.errors import CasaError, OutputError, Rejected
-from casa_assets.ingest.run.inputs import discover_inputs
-from casa_assets.ingest.run.survey import HeldThings, Survey, SurveyAnswer, survey, things_held
+from casa_assets.ingest.run.inputs import HeldThings, Survey, SurveyAnswer, discover_inputs, survey, things_held
 from casa_assets.ingest.sources.places import Found, Refused, utf8_escaped
 from casa_assets.library import library as disk
 from casa_assets.library.entry import MAX_FILES, OTHER_FILES, RefusedFile, RefusedRows
@@ -75,7 +74,7 @@ def file_of(one: Found | Refused) -> str:
 # file. A run writes the first line when it begins and all of them, by one rename, when it ends: a shard whose run was
 # cut off is known by that. Results of the work on inputs are no part of it; they are the entries of the library.
 
-NAME = "shard.jsonl"
+SHARD_FILE = "shard.jsonl"
 Number = Annotated[int, Field(ge=0)]
 Code = Annotated[str, StringConstraints(pattern=r"^([A-Z]{3}[0-9]{3})?$")]
 
@@ -115,7 +114,7 @@ class ShardHeader(Record):
 
 
 class SurveyRecord(Record):
-    """Survey of an input, see `ingest.run.survey.Survey`; where it could not be read, code and message say why."""
+    """Survey of an input, see `ingest.run.inputs.Survey`; where it could not be read, code and message say why."""
 
     sha256: Sha256 | Literal[""] = ""
     category: str = ""
@@ -221,15 +220,15 @@ def write_record(library: disk.Library, header: ShardHeader, lines: Iterable[Sha
     ordered = sorted(lines, key=lambda line: line.number)
     rows = [header.replace(lines=len(ordered)).model_dump_json()]
     rows += [line.model_dump_json(exclude_defaults=True) for line in ordered]
-    library.write(NAME, "\n".join(rows) + "\n")
+    library.write(SHARD_FILE, "\n".join(rows) + "\n")
 
 
 def read_header(library: disk.Library) -> ShardHeader | None:
     """Return the first line of the file, or None if the library is no shard. Raises OutputError if it is damaged."""
-    path = library.root / NAME
+    path = library.root / SHARD_FILE
     if not os.path.lexists(path):
         return None
-    file_inside(path.parent, NAME, path, "the file itself")
+    file_inside(path.parent, SHARD_FILE, path, "the file itself")
     with path.open("rb") as lines:
         text = lines.readline()
     try:
@@ -244,10 +243,10 @@ def read_record(library: disk.Library, categories: Mapping[str, object]) -> Shar
 
     Raises OutputError: the library is no shard, its run has not ended, or the file is damaged.
     """
-    path = library.root / NAME
+    path = library.root / SHARD_FILE
     header = read_header(library)
     if header is None:
-        message = f"holds no {NAME}, so it is no shard; `casa-assets ingest SOURCES --shard i/n` makes them"
+        message = f"holds no {SHARD_FILE}, so it is no shard; `casa-assets ingest SOURCES --shard i/n` makes them"
         raise OutputError(str(library.root), message)
     if not header.is_complete:
         message = f"the run of shard {header.shard} has not ended; run the same command again, then merge"

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import posixpath
+import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from casa_assets import registry
 from casa_assets.cache.cache_key import digest_of, key_of, versions_of
@@ -21,10 +22,10 @@ from casa_assets.ingest.collision.fit import CollideParams
 from casa_assets.ingest.draft import Draft, assemble, grasp
 from casa_assets.ingest.mass import mass
 from casa_assets.ingest.orient import orient
-from casa_assets.ingest.run.job import Job, limits_in_key, stage_refusal
-from casa_assets.ingest.run.survey import Survey
+from casa_assets.ingest.run.inputs import Job, Survey, find_category, limits_in_key, source_of_mesh, stage_refusal
 from casa_assets.ingest.scale import scale
 from casa_assets.ingest.sources.bundle import collect
+from casa_assets.ingest.sources.places import Found
 from casa_assets.ingest.texture import add_back_faces, simplify, texture
 from casa_assets.ingest.things import guess_of_things, load
 from casa_assets.library import library as disk
@@ -36,11 +37,14 @@ from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.issue import ASKED_CODE, REVIEW_CODE, Issue, Report
 from casa_assets.model.record import Record
 from casa_assets.model.registry.category import Category
-from casa_assets.model.source import NO_OVERRIDE, Bundle, RawModel, Source, SourceKind, UserOverride, Word
+from casa_assets.model.source import NO_OVERRIDE, Bundle, RawModel, Source, SourceKind, Up, UserOverride, Word
 from casa_assets.runs.asset_package import WRITING, certify, check_package, write_package
 from casa_assets.runs.outcome import Outcome, RunAborted, first_error, keep_trace, writing
 from casa_assets.show.stills.renderer import NoRenderer, backend
 from casa_assets.show.stills.still import render_model
+
+if TYPE_CHECKING:
+    from casa_assets.mesh.trimesh_exchange import MeshOrScene
 
 
 class BuildContext(Record):
@@ -348,3 +352,20 @@ def _picture(bundle: Bundle, staged: Path, limits: Mapping[str, float]) -> bytes
         return render_model(load(bundle, limits))
     except CasaError:
         return None
+
+
+def ingest_mesh(mesh: MeshOrScene, name: str, category: str = "", up: Up | None = None) -> tuple[Asset, Report]:
+    """The asset of a mesh or scene, and the report of every check, errors too."""
+    from casa_assets.formats.read.from_trimesh import bundle_from_trimesh  # imports trimesh: half a second
+
+    source = source_of_mesh(name)
+    kind, confidence, reason = find_category(Found(Path(), name, source), category)
+    bundle = bundle_from_trimesh(mesh, name=name, up=up)
+    survey = Survey(bundle.sha256, kind.id, confidence, reason)
+    asset, notes = build_asset(bundle, survey, source, f"{kind.id}_{bundle.sha256[:10]}", registry.load().limits)
+    with tempfile.TemporaryDirectory(prefix="casa-assets-") as place:
+        folder = Path(place) / asset.id
+        folder.mkdir()
+        write_package(asset, folder)
+        checked = check_package(asset, folder)
+    return asset, Report(subject=asset.id, issues=notes) + checked

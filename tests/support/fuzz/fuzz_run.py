@@ -22,9 +22,8 @@ from casa_assets.errors import Rejected
 from casa_assets.formats.read import load
 from casa_assets.formats.read.formats import SUFFIXES
 from casa_assets.ingest.clean import clean
-from casa_assets.ingest.run.job import Job
+from casa_assets.ingest.run.inputs import Job, Survey, survey
 from casa_assets.ingest.run.steps import work
-from casa_assets.ingest.run.survey import Survey, survey
 from casa_assets.ingest.sources import Found, Refused, collect, discover
 from casa_assets.library import library as disk
 from casa_assets.runs.limits import Limits, WorkerFailure

@@ -15,8 +15,7 @@ import typer
 
 from casa_assets.cli.batch_output import end_inputs
 from casa_assets.errors import CasaError, OutputError, UnknownId
-from casa_assets.ingest.run.inputs import discover_inputs
-from casa_assets.ingest.run.job import Job, WorkerAnswers
+from casa_assets.ingest.run.inputs import Job, WorkerAnswers, discover_inputs
 from casa_assets.ingest.run.run import Options, ingest, tally
 from casa_assets.ingest.sources.places import Found
 from casa_assets.library.entry import MAX_ROWS_PER_FILE, entries

@@ -20,7 +20,7 @@ import pytest
 from casa_assets.errors import OutputError
 from casa_assets.ingest.run.merge import merge
 from casa_assets.ingest.run.run import Options, ingest
-from casa_assets.ingest.run.shards import NAME, Shard, index_of
+from casa_assets.ingest.run.shards import SHARD_FILE, Shard, index_of
 from casa_assets.library import library as disk
 from casa_assets.library import review
 from casa_assets.runs.outcome import Event
@@ -243,11 +243,11 @@ def bare(tmp_path_factory: pytest.TempPathFactory) -> Made:
 
 def edited(shard: Path, edit: Callable[[dict[str, Any]], None], line: int = 0) -> None:
     """Change a line of the record of a shard."""
-    lines = (shard / NAME).read_text(encoding="utf-8").splitlines()
+    lines = (shard / SHARD_FILE).read_text(encoding="utf-8").splitlines()
     said = json.loads(lines[line])
     edit(said)
     lines[line] = json.dumps(said)
-    (shard / NAME).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (shard / SHARD_FILE).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 @pytest.mark.parametrize(
@@ -319,9 +319,9 @@ def test_a_folder_stays_what_it_is(bare: Made, tmp_path: Path) -> None:
         run(tmp_path / "library", shard=Shard(1, 2))
     with pytest.raises(OutputError, match=r"holds no shard\.jsonl, so it is no shard"):
         list(merge([*shards, tmp_path / "library"], tmp_path / "another"))
-    before = (shards[0] / NAME).read_bytes()
+    before = (shards[0] / SHARD_FILE).read_bytes()
     assert {event.kind for event in run(shards[0], shard=Shard(1, 2), guards={"input_bytes": 1e9})} == {"kept"}
-    assert (shards[0] / NAME).read_bytes() != before, "limits may change; a merge compares them"
+    assert (shards[0] / SHARD_FILE).read_bytes() != before, "limits may change; a merge compares them"
 
 
 def test_a_shard_whose_run_was_cut_off_goes_on(bare: Made, tmp_path: Path) -> None:

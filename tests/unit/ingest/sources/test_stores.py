@@ -14,8 +14,7 @@ import pytest
 
 from casa_assets.cache import cache_key
 from casa_assets.errors import CasaError, Rejected
-from casa_assets.ingest.run.inputs import LIBRARY_FILES, discover_inputs
-from casa_assets.ingest.run.survey import state_of
+from casa_assets.ingest.run.inputs import LIBRARY_FILES, discover_inputs, state_of
 from casa_assets.ingest.sources import Found, Refused, collect, discover, stores
 from casa_assets.ingest.sources.places import StoreRoot, hide_secrets, root_of
 from casa_assets.library import attribution, library_report
