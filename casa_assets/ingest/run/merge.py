@@ -33,8 +33,6 @@ from casa_assets.model.issue import Severity
 from casa_assets.runs.engine import open_library
 from casa_assets.runs.outcome import Event, Outcome
 
-# Check shards ---------------------------------------------------------------------------------------------------------
-
 # What all shards of one run have in common, and what to say where they do not.
 COMMON = {
     "count": "is one of another number of shards",
@@ -89,7 +87,7 @@ def _check_complete(records: Sequence[ShardRecord], is_partial: bool) -> None:
 
 
 # Merge ----------------------------------------------------------------------------------------------------------------
-# A merge is such a run: the inputs come in the order of their discovery, the same bytes and copies are told in that
+# A merge is such a run: the inputs come in the order of their discovery, the same bytes and copies are found in that
 # order, entries are published one by one, and what the library holds from earlier runs counts. It differs in who
 # answers its questions: the records of the shards, and the entries that they made, which are linked or copied. No
 # input is read and no asset is built.
@@ -190,15 +188,15 @@ class ShardAnswers:
         if folder.parent.name == disk.REJECTED:
             refusal = disk.read_refusal(folder)
             _check_identity(folder, Identity(refusal.producer, refusal.sha256), wanted)
-            staged = _copy_refused(folder, self._library)
+            picture = {PICTURE: ""} if picture_of(folder) else {}
+            staged = _copied(folder, self._library, {disk.REFUSAL: "", **picture})
             return Outcome(False, refusal.code, refusal.message, staged=staged)
         manifest = disk.read_manifest(folder)
         _check_identity(folder, manifest.identity, wanted)
-        staged = _copy_accepted(folder, manifest.certificate, self._library)
+        staged = _copied(folder, self._library, {disk.CERTIFICATE: "", **manifest.certificate.files})
         warnings = tuple(i for i in manifest.certificate.report.issues if i.severity is Severity.WARNING)
-        # All that is asked about the entry from here on is told by what was read once.
-        manifest = replace(manifest, folder=staged)
-        return Outcome(True, warnings=warnings, staged=staged, manifest=manifest)
+        # What is asked about the entry from here on is answered by what was read once.
+        return Outcome(True, warnings=warnings, staged=staged, manifest=replace(manifest, folder=staged))
 
 
 def _check_identity(folder: Path, found: Identity | None, wanted: Identity) -> None:
@@ -206,35 +204,17 @@ def _check_identity(folder: Path, found: Identity | None, wanted: Identity) -> N
         raise OutputError(str(folder), "is not what was made of its input; remove it and run the shard again")
 
 
-# An entry of a shard is copied into the staging folder of the library, by hard links where the file system has them.
+def _copied(folder: Path, library: disk.Library, digests: Mapping[str, str]) -> Path:
+    """The copy of an entry in the staging folder, by hard links where the file system has them.
 
+    A file that is copied byte by byte is compared with its digest; one that is linked is not read.
 
-def _copy_accepted(folder: Path, certificate: disk.Certificate, library: disk.Library) -> Path:
-    """The staged copy of an accepted asset: what its certificate names, and nothing else.
-
-    A file that is copied byte by byte is compared with the digest in the certificate; one that is linked is not read.
-
+    Args:
+        digests: sha256 of the files by their path in the entry; empty where it is not known.
     Raises:
         OutputError: a file is missing, damaged, or no regular file inside the entry.
     """
     staged = library.stage(folder.name)
-    _copy(folder, staged, {disk.CERTIFICATE: "", **certificate.files})
-    return staged
-
-
-def _copy_refused(folder: Path, library: disk.Library) -> Path:
-    """The staged copy of a rejected input. Raises OutputError where a file of it is damaged or leads elsewhere."""
-    staged = library.stage(folder.name)
-    _copy(folder, staged, {disk.REFUSAL: "", **({PICTURE: ""} if picture_of(folder) else {})})
-    return staged
-
-
-def _copy(folder: Path, staged: Path, digests: Mapping[str, str]) -> None:
-    """Link or copy files of an entry.
-
-    Args:
-        digests: sha256 of the files by their path in the entry; empty where it is not known.
-    """
     for name, digest in digests.items():
         source = file_inside(folder, name, folder, "files")
         if source.is_symlink():  # within the entry: it becomes a file
@@ -250,3 +230,4 @@ def _copy(folder: Path, staged: Path, digests: Mapping[str, str]) -> None:
                 message = "is not what the certificate says; copy the shard again, or run it again"
                 raise OutputError(str(folder / name), message) from None
             target.write_bytes(data)
+    return staged

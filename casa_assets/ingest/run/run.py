@@ -40,7 +40,15 @@ from casa_assets.ingest.run.inputs import (
     warm_survey,
     with_overrides,
 )
-from casa_assets.ingest.run.shards import SHARD_FILE, Recorder, Shard, ShardHeader, check_is_no_shard, made_by
+from casa_assets.ingest.run.shards import (
+    SHARD_FILE,
+    Recorder,
+    Shard,
+    ShardHeader,
+    check_is_no_shard,
+    check_shard,
+    made_by,
+)
 from casa_assets.ingest.sources.places import Found, Refused, StoreRoot
 from casa_assets.library import clip, review
 from casa_assets.library import library as disk
@@ -202,7 +210,8 @@ def _recorder(
         made_by=made_by(),
         roots=tuple(str(root.absolute() if isinstance(root, Path) else root) for root in roots),
     )
-    return Recorder(table, header)
+    check_shard(table, header)
+    return Recorder(disk.Library(table.root), header)
 
 
 def cache_key(limits: Mapping[str, float], category: str = "") -> str:
@@ -228,7 +237,7 @@ def ingest_inputs(
     yield from run.refused_early()
     yield from run.over(answers.surveys(run.found), run.due)
     if recorder is not None:
-        recorder.note(run.held, run.surveys)
+        recorder.held, recorder.surveys = run.held, run.surveys
     results = run.results()
     if options.keeps_copies:
         yield from map(run.publish, results)
@@ -435,13 +444,14 @@ class Deduplicator:
     Args:
         limit: largest distance between the surfaces of copies, as a share of their radius.
         own: sha256 of the inputs of this run; their entries in the library are judged in the order of the inputs.
-        table: the entries of the library from before the run; None: they are read when they are asked for.
+        table: the entries of the library from before the run; None: they are read.
     """
 
     def __init__(
         self, library: disk.Library, limit: float, own: Set[str] = frozenset(), table: EntryTable | None = None
     ) -> None:
-        self._library, self._limit, self._own, self._table = library, limit, own, table
+        self._library, self._limit, self._own = library, limit, own
+        self._entries = table or EntryTable(library, skip_damaged=True)
         self._store = Store(library.cache)
         self._known: list[AssetRow] = []
         self._forms: ShapeIndex | None = None
@@ -550,10 +560,6 @@ class Deduplicator:
         """Digests of the assets of the library that are no copies."""
         copies = self._entries.twins(lambda pair: pair.twins(self._limit))
         return frozenset() if copies is None else frozenset(self._digests.values()) - copies
-
-    @cached_property
-    def _entries(self) -> EntryTable:
-        return self._table or EntryTable(self._library, skip_damaged=True)
 
     @cached_property
     def _digests(self) -> dict[Path, str]:

@@ -11,8 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from casa_assets.ingest.run.run import Options, ingest
-from casa_assets.ingest.run.shards import SHARD_FILE
-from casa_assets.ingest.run.shards import Shard
+from casa_assets.ingest.run.shards import SHARD_FILE, Shard
 from casa_assets.ingest.sources.places import root_of
 from tests.support.library.libraries import BOXES, box_obj
 from tests.support.library.sharded_inputs import public_differences
