@@ -39,6 +39,24 @@ from casa_assets.model.source import RawModel, RawPart
 MAX_BACKWARD_SHARE = 0.01
 # Normals within half a degree of the plane of their face count as backwards: rounding moves them to either side.
 LEAST_COSINE = 0.01
+# A face is degenerate if its area is below the square of this share of the longest side; a choice.
+MIN_HEIGHT = 1e-7
+# Reversed twins are dropped if without them this share of the edges has exactly two faces; a choice.
+MOSTLY_CLOSED_SHARE = 0.98
+# Meshes with a larger share, or number, of nonmanifold edges are built that way and are left as they are; choices.
+MAX_NONMANIFOLD_SHARE, MAX_NONMANIFOLD_EDGES = 0.005, 400
+# Cutting out faces may expose further nonmanifold edges, which are cut out in turn.
+MAX_ROUNDS = 3
+# A patch of more faces than these is meant: a leaf, a strap, a label that stands off.
+MAX_FIN_FACES = 2
+# Components that are tested for lying within one another, the largest first; a choice.
+MAX_NESTED = 64
+# An open component is too flat to have an outside if the volume of the cones to its centre, over area and length, is
+# below this: leaves of a fruit measure .02 to .03, a single-walled bowl .1.
+MIN_CURVATURE = 0.035
+# An open patch is turned if so many times more of its samples show only their back than only their front, and they are
+# at least this share of all and at least so many; choices.
+BACK_TO_FRONT_RATIO, MIN_BACK_SHARE, MIN_BACK_SAMPLES = 4.0, 0.3, 8
 
 
 def clean(model: RawModel, category: Category | None = None) -> Draft:
@@ -186,14 +204,6 @@ def _refuse_flat(cloud: Floats) -> None:
         raise Rejected("MSH002", "all faces lie in one plane or on one line; a thing that is handled needs a thickness")
 
 
-# Degenerate faces -----------------------------------------------------------------------------------------------------
-
-# A face is degenerate if its area is below the square of this share of the longest side; a choice.
-MIN_HEIGHT = 1e-7
-# Reversed twins are dropped if without them this share of the edges has exactly two faces; a choice.
-MOSTLY_CLOSED_SHARE = 0.98
-
-
 def valid_faces(vertices: Floats, faces: Ints, place: Ints) -> Mask:
     """(F,) True for faces to keep: with an area, each once; of faces and reversed twins one where that closes the mesh.
 
@@ -222,17 +232,6 @@ def _first_of_each(keys: Ints, mask: Mask) -> Mask:
         _, first = np.unique(keys[index], axis=0, return_index=True)
         is_first[index[first]] = True
     return is_first
-
-
-# Nonmanifold ----------------------------------------------------------------------------------------------------------
-
-# Meshes with a larger share, or number, of nonmanifold edges are built that way and are left as they are; choices.
-MAX_NONMANIFOLD_SHARE = 0.005
-MAX_NONMANIFOLD_EDGES = 400
-# Cutting out faces may expose further nonmanifold edges, which are cut out in turn.
-MAX_ROUNDS = 3
-# A patch of more faces than these is meant: a leaf, a strap, a label that stands off.
-MAX_FIN_FACES = 2
 
 
 def cut_nonmanifold_faces(draft: Draft) -> Draft:
@@ -288,20 +287,6 @@ def sheet_fins(ids: Ints) -> tuple[Mask, list[Issue]]:
     if count == 1:
         subject = "1 face that stood off a closed surface like a fin was"
     return is_fin, [warning("MSH046", "faces", f"{subject} taken away")]
-
-
-# Winding --------------------------------------------------------------------------------------------------------------
-
-# Components that are tested for lying within one another, the largest first; a choice.
-MAX_NESTED = 64
-# An open component is too flat to have an outside if the volume of the cones to its centre, over area and length, is
-# below this: leaves of a fruit measure .02 to .03, a single-walled bowl .1.
-MIN_CURVATURE = 0.035
-# An open patch is turned if so many times more of its samples show only their back than only their front, and they are
-# at least this share of all and at least so many; choices.
-BACK_TO_FRONT_RATIO = 4.0
-MIN_BACK_SHARE = 0.3
-MIN_BACK_SAMPLES = 8
 
 
 def orient_outward(surface: Surface) -> tuple[Ints, Mask]:

@@ -185,9 +185,6 @@ def grasp(draft: Draft, category: Category, opening_m: float) -> Draft:
     return draft.replace(grasps=choose_grasps(surface.points, surface.welded_faces, center, category, opening_m))
 
 
-# Assemble -------------------------------------------------------------------------------------------------------------
-
-
 def assemble(
     draft: Draft,
     asset_id: str,

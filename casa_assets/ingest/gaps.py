@@ -17,12 +17,30 @@ from casa_assets.model.issue import Issue
 from casa_assets.model.source import RawPart
 
 # Largest distance of a corner from the edge that it lies on, as a share of the longest side and of the edge; choices.
-MAX_OFF_SHARE = 2e-3
-MAX_OFF_EDGE_SHARE = 0.1
+MAX_OFF_SHARE, MAX_OFF_EDGE_SHARE = 2e-3, 0.1
 # Each round cuts a face along one of its edges.
 MAX_ROUNDS = 6
 # With more open edges than these the mesh is loose triangles and is left as it is.
 MAX_OPEN_EDGES = 20_000
+# Largest width of a crack, as a share of the longest side, and of the shortest edge at its ends; choices.
+MAX_WIDTH, MAX_WIDTH_OF_EDGE = 7e-3, 0.2
+# Points whose joining closes nothing are left out and the rest is tried again, so many times.
+ROUNDS = 4
+# More pairs of near points than this, each counted twice, are not tried: they would take gigabytes.
+MAX_PAIRS = 40_000_000
+# All numbers below are choices.
+# Largest side of the box around a small hole, as a share of the longest side of the mesh, and most edges of its rim.
+MAX_HOLE_WIDTH, MAX_EDGES = 0.03, 24
+# A rim of so many edges whose distances from its centre deviate by less than this share is round: drilled on purpose.
+MIN_ROUND_EDGES, ROUND_DEVIATION = 6, 0.1
+# A hole that was cut by a repair may be so many times wider, and with no more edges than these its rim may be bent.
+CUT_WIDER, FEW_EDGES = 3, 8
+# Distance, as a share of the largest width, below which a point of a rim is a corner that was cut out.
+SAME_POINT_SHARE = 1e-3
+# A side is missing where a rim lies in a plane, and all of the mesh behind it, to this share of the longest side.
+SIDE_SHARE = 0.04
+# Smallest cosine between a face of the fan and the mean normal: a fan must not fold.
+MIN_FAN_COSINE = 0.2
 
 
 @dataclass(frozen=True)
@@ -141,17 +159,6 @@ def _between(
     return mixed
 
 
-# Cracks ---------------------------------------------------------------------------------------------------------------
-
-# Largest width of a crack, as a share of the longest side, and of the shortest edge at its ends; choices.
-MAX_WIDTH = 7e-3
-MAX_WIDTH_OF_EDGE = 0.2
-# Points whose joining closes nothing are left out and the rest is tried again, so many times.
-ROUNDS = 4
-# More pairs of near points than this, each counted twice, are not tried: they would take gigabytes.
-MAX_PAIRS = 40_000_000
-
-
 def close_cracks(surface: Surface, keep: Mask) -> tuple[Floats, list[Issue]]:
     """Close cracks where that makes open edges meet; everything else stays in place.
 
@@ -250,26 +257,6 @@ def _useless_points(ids: Ints, cluster: Ints) -> Mask:
     is_folded = (a == b) | (b == c) | (c == a)
     is_harmful[merged_faces[is_folded].ravel()] = True
     return np.asarray(moved & (is_harmful[cluster] | ~is_useful[cluster]))
-
-
-# Holes ----------------------------------------------------------------------------------------------------------------
-
-# All numbers below are choices.
-# Largest side of the box around a small hole, as a share of the longest side of the mesh, and most edges of its rim.
-MAX_HOLE_WIDTH = 0.03
-MAX_EDGES = 24
-# A rim of so many edges whose distances from its centre deviate by less than this share is round: drilled on purpose.
-MIN_ROUND_EDGES = 6
-ROUND_DEVIATION = 0.1
-# A hole that was cut by a repair may be so many times wider, and with no more edges than these its rim may be bent.
-CUT_WIDER = 3
-FEW_EDGES = 8
-# Distance, as a share of the largest width, below which a point of a rim is a corner that was cut out.
-SAME_POINT_SHARE = 1e-3
-# A side is missing where a rim lies in a plane, and all of the mesh behind it, to this share of the longest side.
-SIDE_SHARE = 0.04
-# Smallest cosine between a face of the fan and the mean normal: a fan must not fold.
-MIN_FAN_COSINE = 0.2
 
 
 def close_holes(draft: Draft, cut: Floats | None = None) -> Draft:

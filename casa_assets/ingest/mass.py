@@ -76,6 +76,43 @@ UNSURE = 0.6
 FAR_OFF = 5.0
 
 EstimateMethod = Literal["matter", "hull", "shell", "usual"]
+# What rain would fill of the hull of a vessel, and what a solid thing fills of it; choices.
+VESSEL_SHARE, SOLID_SHARE = 0.15, 0.6
+SAMPLES = 16_000
+# Words in the names of materials and meshes, and the substance and density (kg/m^3) that they speak of; the densities
+# are those of registry/substances.yaml.
+SUBSTANCE_WORDS: Mapping[str, tuple[str, float]] = {
+    **dict.fromkeys(("wood", "wooden", "oak", "walnut", "pine", "plywood", "birch", "teak"), ("wood", 680.0)),
+    **dict.fromkeys(("metal", "steel", "iron", "chrome", "metallic"), ("steel", 7850.0)),
+    **dict.fromkeys(("aluminium", "aluminum"), ("aluminium", 2700.0)),
+    **dict.fromkeys(("brass", "gold", "bronze"), ("brass", 8500.0)),
+    "copper": ("copper", 8960.0),
+    "glass": ("glass", 2500.0),
+    **dict.fromkeys(("ceramic", "clay", "terracotta"), ("ceramic", 2300.0)),
+    "porcelain": ("porcelain", 2400.0),
+    **dict.fromkeys(("plastic", "abs", "pvc"), ("plastic", 930.0)),
+    "rubber": ("rubber", 1150.0),
+    "leather": ("leather", 900.0),
+    **dict.fromkeys(("fabric", "cloth", "textile", "cotton", "wool", "felt"), ("textile", 350.0)),
+    "cardboard": ("cardboard", 690.0),
+    "paper": ("paper", 800.0),
+    **dict.fromkeys(("stone", "marble", "granite", "concrete"), ("stone", 2650.0)),
+}
+# Metalness from which on a surface is that of metal.
+MIN_METALNESS = 0.5
+# Share of the surface that has to speak of one substance.
+MIN_SHARE = 0.5
+# Spreads (log) of an estimate by volume and by walls where the substance is read from a word; choices.
+VOLUME_SPREAD, WALLS_SPREAD = 0.5, 0.6
+# Nobody knows what it is; a substance helps.
+CONFIDENCE, CONFIDENCE_WITH_SUBSTANCE = 0.3, 0.4
+# Smallest over largest variance of a body whose inertia stays valid when it is rounded to nine digits.
+MIN_THICKNESS_RATIO = 1e-7
+# Largest difference between the boxes of a mesh and of its closed part, as a share of the longest side, for that part
+# to stand for all; a choice.
+SAME_BOX_SHARE = 0.02
+# Confidence below which there is a note; a choice.
+DOUBTFUL_CONFIDENCE = 0.65
 
 
 @dataclass(frozen=True)
@@ -243,9 +280,6 @@ def _disagreement(estimates: Sequence[Estimate]) -> float:
     return worst
 
 
-# Unknown kind ---------------------------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class SizeLaw:
     """kg = factor * (volume of the box around it, m^3) ** exponent; `spread` of the logarithm around that."""
@@ -261,36 +295,6 @@ SIZE_LAWS: Mapping[MatterFill, SizeLaw] = {
     MatterFill.VESSEL: SizeLaw(19.8, 0.620, 0.48),
     MatterFill.HOLLOW: SizeLaw(61.8, 0.822, 0.76),
 }
-# What rain would fill of the hull of a vessel, and what a solid thing fills of it; choices.
-VESSEL_SHARE, SOLID_SHARE = 0.15, 0.6
-SAMPLES = 16_000
-# Words in the names of materials and meshes, and the substance and density (kg/m^3) that they speak of; the densities
-# are those of registry/substances.yaml.
-SUBSTANCE_WORDS: Mapping[str, tuple[str, float]] = {
-    **dict.fromkeys(("wood", "wooden", "oak", "walnut", "pine", "plywood", "birch", "teak"), ("wood", 680.0)),
-    **dict.fromkeys(("metal", "steel", "iron", "chrome", "metallic"), ("steel", 7850.0)),
-    **dict.fromkeys(("aluminium", "aluminum"), ("aluminium", 2700.0)),
-    **dict.fromkeys(("brass", "gold", "bronze"), ("brass", 8500.0)),
-    "copper": ("copper", 8960.0),
-    "glass": ("glass", 2500.0),
-    **dict.fromkeys(("ceramic", "clay", "terracotta"), ("ceramic", 2300.0)),
-    "porcelain": ("porcelain", 2400.0),
-    **dict.fromkeys(("plastic", "abs", "pvc"), ("plastic", 930.0)),
-    "rubber": ("rubber", 1150.0),
-    "leather": ("leather", 900.0),
-    **dict.fromkeys(("fabric", "cloth", "textile", "cotton", "wool", "felt"), ("textile", 350.0)),
-    "cardboard": ("cardboard", 690.0),
-    "paper": ("paper", 800.0),
-    **dict.fromkeys(("stone", "marble", "granite", "concrete"), ("stone", 2650.0)),
-}
-# Metalness from which on a surface is that of metal.
-MIN_METALNESS = 0.5
-# Share of the surface that has to speak of one substance.
-MIN_SHARE = 0.5
-# Spreads (log) of an estimate by volume and by walls where the substance is read from a word; choices.
-VOLUME_SPREAD, WALLS_SPREAD = 0.5, 0.6
-# Nobody knows what it is; a substance helps.
-CONFIDENCE, CONFIDENCE_WITH_SUBSTANCE = 0.3, 0.4
 
 
 def form_of(points: Floats, faces: Ints, solid: tuple[Floats, Ints] | None) -> MatterFill:
@@ -349,17 +353,6 @@ def _by_substance(
     area = float(face_normals(points, faces)[1].sum()) / (2 if solid is not None else 1)
     message = f"{area * 1e4:.4g} cm^2 of {name} {1000 * wall_m:.2g} mm thick"
     return Estimate("shell", area * wall_m * density, WALLS_SPREAD, message)
-
-
-# Combine --------------------------------------------------------------------------------------------------------------
-
-# Smallest over largest variance of a body whose inertia stays valid when it is rounded to nine digits.
-MIN_THICKNESS_RATIO = 1e-7
-# Largest difference between the boxes of a mesh and of its closed part, as a share of the longest side, for that part
-# to stand for all; a choice.
-SAME_BOX_SHARE = 0.02
-# Confidence below which there is a note; a choice.
-DOUBTFUL_CONFIDENCE = 0.65
 
 
 def mass(

@@ -38,6 +38,20 @@ OVERRULE_ODDS = 1.5
 SAME_COSINE, TILT_ODDS = 0.966, 3.0
 # Candidates whose score without rain is so far behind the best one are dropped, nats; rain decides for vessels.
 HOPELESS_NATS, HOPELESS_NATS_VESSEL = 8.0, 16.0
+# Smaller turns are not made, so that meshes which lie along their axes stay as they are. A choice, as all numbers here.
+MIN_TURN_RAD = np.radians(3.0)
+# Distance from the axis, over the radius of the body, from which on a point belongs to a handle.
+HANDLE_REACH, SECTORS = 1.15, 36
+# An outline that fills this share of its bounding rectangle is rectangular.
+RECTANGLE_FILL = 0.87
+# Smallest ratio between the sides of the box around something round.
+ROUND_SIDE_RATIO = 0.85
+# The direction of a handle is that of a side of the outline if they differ by less than this.
+SNAP_ANGLE_RAD = np.radians(20.0)
+# Prior of the side that the face is on: -y, +x, +y, -x. glTF defines +z as the front, which is our -y; other formats
+# state nothing.
+STATED_FACE = (0.80, 0.06, 0.08, 0.06)
+SILENT_FACE = (0.46, 0.18, 0.18, 0.18)
 
 
 def orient(
@@ -146,23 +160,6 @@ def _about_z(angle: float) -> Floats:
     if abs(quarters - round(quarters)) < 1e-9:
         c, s = float(round(c)), float(round(s))
     return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]], dtype=np.float64)
-
-
-# Smaller turns are not made, so that meshes which lie along their axes stay as they are. A choice, as all numbers here.
-MIN_TURN_RAD = np.radians(3.0)
-# Distance from the axis, over the radius of the body, from which on a point belongs to a handle.
-HANDLE_REACH = 1.15
-SECTORS = 36
-# An outline that fills this share of its bounding rectangle is rectangular.
-RECTANGLE_FILL = 0.87
-# Smallest ratio between the sides of the box around something round.
-ROUND_SIDE_RATIO = 0.85
-# The direction of a handle is that of a side of the outline if they differ by less than this.
-SNAP_ANGLE_RAD = np.radians(20.0)
-# Prior of the side that the face is on: -y, +x, +y, -x. glTF defines +z as the front, which is our -y; other formats
-# state nothing.
-STATED_FACE = (0.80, 0.06, 0.08, 0.06)
-SILENT_FACE = (0.46, 0.18, 0.18, 0.18)
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,12 @@ TARGET_ERROR = 0.01
 # The same while every seam of the texture keeps its line. Where that would cost more, as it does with a texture of many
 # small pieces, points may also leave a seam; each side still keeps its own texture coordinates.
 SEAM_ERROR = 0.005
+# Share of the visible samples of a component that show its back, from which on it is a sheet; a choice.
+MIN_BACK_SHARE = 0.05
+# Pixels along the legs of a triangle's patch in a painted texture; the last one is margin. A choice.
+PATCH_PX = 6
+# Alpha up to which a surface is invisible; a choice.
+INVISIBLE = 0.02
 
 
 def simplify(draft: Draft, limit: int) -> Draft:
@@ -161,12 +167,6 @@ def _vertices_behind(corners: Ints, point: Ints, front: Ints, back: Ints) -> Int
     return found
 
 
-# Back faces ---------------------------------------------------------------------------------------------------------
-
-# Share of the visible samples of a component that show its back, from which on it is a sheet; a choice.
-MIN_BACK_SHARE = 0.05
-
-
 def add_back_faces(draft: Draft, category: Category, missing_share: float) -> Draft:
     """Add reversed copies of the faces of open components whose backs are visible, after all stages that measure.
 
@@ -216,14 +216,6 @@ def _with_backs(mesh: Mesh, rows: Mask) -> Mesh:
         uv=None if complete.uv is None else np.concatenate([complete.uv, complete.uv[used]]),
         normals=np.concatenate([complete.normals, -complete.normals[used]]),
     )
-
-
-# Texture --------------------------------------------------------------------------------------------------------------
-
-# Pixels along the legs of a triangle's patch in a painted texture; the last one is margin. A choice.
-PATCH_PX = 6
-# Alpha up to which a surface is invisible; a choice.
-INVISIBLE = 0.02
 
 
 def texture(draft: Draft, largest_px: int, substance: Substance) -> Draft:

@@ -27,9 +27,57 @@ from casa_assets.model.registry.rows import OtherThingsWords
 from casa_assets.model.source import Bundle, RawModel, RawPart, Source, Up
 
 # Surfaces nearer than this share of the longest side touch; a choice, above the distance of the samples.
-TOUCH_SHARE = 0.012
-SAMPLES = 40_000
-FEW_SAMPLES = 300
+TOUCH_SHARE, SAMPLES, FEW_SAMPLES = 0.012, 40_000, 300
+# All numbers are choices, fitted on sound meshes and on half of others. Sizes are shares of the
+# longest side of the whole.
+MAX_COMPONENTS = 4000
+# A group of pieces is a thing of its own where it is so large and touches no other one.
+LARGE_GROUP = 0.3
+# So are so many smaller ones whose middle lies beside the largest.
+SMALL_GROUP, MIN_SMALL = 0.05, 3
+# Sides of alike pieces differ by no more than this share; they are so large, and compact ones have no side shorter
+# than this share of the longest.
+ALIKE, ALIKE_SIZE, COMPACT = 0.06, 0.2, 0.65
+# Between the tops of legs and what rests on them is no more than this.
+LEG_SLACK = 0.03
+# Pieces that are all alike make up so much of the area.
+ALL_ALIKE = 0.85
+# A ground is so thin and covers so much of the floor plan; a thing on it is so large, and so high for its width.
+GROUND_THICKNESS, GROUND_COVER, ON_GROUND_SIZE, ON_GROUND_HEIGHT = 0.15, 0.6, 0.06, 0.6
+MIN_ON_GROUND = 5
+# Walls: this share of a component lies along three perpendicular planes, at the side of the box; it reaches
+# over so much of it. What spans so much of the room is a shelf of it and no thing in it.
+PLANAR, SIDE_DEPTH, SIDE_COVER, SPANNING, IN_ROOM_SIZE = 0.8, 0.03, 0.5, 0.8, 0.08
+MIN_IN_CORNER, MIN_IN_ROOM = 3, 12
+# Probabilities are choices, fitted like those above. A category told less sure than this is told by a weak word.
+ALWAYS, OTHER, PART, PLURAL, MANY_KINDS, OWN_KINDS = 0.65, 0.6, 0.65, 0.4, 0.7, 0.2
+WEAKLY_TOLD = 0.62
+# Nodes named after so many categories are several things.
+MIN_KINDS = 3
+_WHAT = {
+    "figures": "a person or an animal",
+    "places": "a place",
+    "shapes": "a shape to test with",
+    "outdoors": "something from outdoors",
+    "arms": "a weapon",
+}
+# What exporters and authors put behind a name, besides single letters.
+_ENDINGS = frozenset({"low", "high", "lod", "visual", "mesh", "model", "obj", "textured", "simple", "left", "right"})
+SUBJECT = "things"
+ONE = "one object"
+# Below this probability nothing is said.
+MIN_PROBABILITY = 0.25
+# Bones from which on a rig is that of a figure, and how probable that is; a choice.
+MIN_JOINTS, FIGURE = 5, 0.8
+MANY_COPIES = 0.95
+# A category whose name has one of these words is several things, and rightly so.
+COLLECTIVE = frozenset({"stack", "set", "bunch", "pack", "pile", "pair"})
+# Things that are taken out of one file, the largest first; a choice.
+MAX_THINGS = 256
+# A group of pieces smaller than this share of the largest thing belongs to the thing that is nearest; a choice.
+CRUMB = 0.06
+# Equal things differ by no more than this share of their size once one lies on the other.
+EQUAL = 1e-3
 
 
 class Contacts:
@@ -62,31 +110,6 @@ class Contacts:
         label = connected_groups(self.components.count, kept[:, 0], kept[:, 1])
         found = [np.flatnonzero(among & (label == k)) for k in np.unique(label[among])]
         return sorted(found, key=lambda rows: (-float(self.components.extents_of(rows).max()), int(rows[0])))
-
-
-# Signs ----------------------------------------------------------------------------------------------------------------
-
-# All numbers are choices, fitted on sound meshes and on half of others. Sizes are shares of the
-# longest side of the whole.
-MAX_COMPONENTS = 4000
-# A group of pieces is a thing of its own where it is so large and touches no other one.
-LARGE_GROUP = 0.3
-# So are so many smaller ones whose middle lies beside the largest.
-SMALL_GROUP, MIN_SMALL = 0.05, 3
-# Sides of alike pieces differ by no more than this share; they are so large, and compact ones have no side shorter
-# than this share of the longest.
-ALIKE, ALIKE_SIZE, COMPACT = 0.06, 0.2, 0.65
-# Between the tops of legs and what rests on them is no more than this.
-LEG_SLACK = 0.03
-# Pieces that are all alike make up so much of the area.
-ALL_ALIKE = 0.85
-# A ground is so thin and covers so much of the floor plan; a thing on it is so large, and so high for its width.
-GROUND_THICKNESS, GROUND_COVER, ON_GROUND_SIZE, ON_GROUND_HEIGHT = 0.15, 0.6, 0.06, 0.6
-MIN_ON_GROUND = 5
-# Walls: this share of a component lies along three perpendicular planes, at the side of the box; it reaches
-# over so much of it. What spans so much of the room is a shelf of it and no thing in it.
-PLANAR, SIDE_DEPTH, SIDE_COVER, SPANNING, IN_ROOM_SIZE = 0.8, 0.03, 0.5, 0.8, 0.08
-MIN_IN_CORNER, MIN_IN_ROOM = 3, 12
 
 
 class Sign(NamedTuple):
@@ -327,21 +350,6 @@ def components_of(model: RawModel) -> tuple[Components, Ints]:
 
 # Names ----------------------------------------------------------------------------------------------------------------
 
-# Probabilities are choices, fitted like those above. A category told less sure than this is told by a weak word.
-ALWAYS, OTHER, PART, PLURAL, MANY_KINDS, OWN_KINDS = 0.65, 0.6, 0.65, 0.4, 0.7, 0.2
-WEAKLY_TOLD = 0.62
-# Nodes named after so many categories are several things.
-MIN_KINDS = 3
-_WHAT = {
-    "figures": "a person or an animal",
-    "places": "a place",
-    "shapes": "a shape to test with",
-    "outdoors": "something from outdoors",
-    "arms": "a weapon",
-}
-# What exporters and authors put behind a name, besides single letters.
-_ENDINGS = frozenset({"low", "high", "lod", "visual", "mesh", "model", "obj", "textured", "simple", "left", "right"})
-
 
 def signs_of_words(source: Source, vocabulary: Vocabulary, words: OtherThingsWords) -> list[Sign]:
     """Signs in the name of the file, or of the node, and in the title; each kind of sign once."""
@@ -409,16 +417,6 @@ def _signs_of(
 
 # Guess ----------------------------------------------------------------------------------------------------------------
 
-SUBJECT = "things"
-ONE = "one object"
-# Below this probability nothing is said.
-MIN_PROBABILITY = 0.25
-# Bones from which on a rig is that of a figure, and how probable that is; a choice.
-MIN_JOINTS, FIGURE = 5, 0.8
-MANY_COPIES = 0.95
-# A category whose name has one of these words is several things, and rightly so.
-COLLECTIVE = frozenset({"stack", "set", "bunch", "pack", "pile", "pair"})
-
 
 def guess_of_things(
     model: RawModel, source: Source, category: Category, vocabulary: Vocabulary, words: OtherThingsWords
@@ -440,14 +438,6 @@ def guess_of_things(
     ordered = sorted(signs, key=lambda sign: -sign.probability)
     reason = "; ".join(sign.reason for sign in ordered)
     return Guess(subject=SUBJECT, value=ONE, confidence=round(alone, 2), reason=reason)
-
-
-# Things that are taken out of one file, the largest first; a choice.
-MAX_THINGS = 256
-# A group of pieces smaller than this share of the largest thing belongs to the thing that is nearest; a choice.
-CRUMB = 0.06
-# Equal things differ by no more than this share of their size once one lies on the other.
-EQUAL = 1e-3
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,22 @@ MAX_BUMP_M, MIN_WIDTH_M = 0.0015, 0.0008
 # Cosine between the two surfaces' normals: within the friction of rubber. Ref: friction 0.5 holds within 26 degrees.
 MAX_NORMAL_COSINE = -0.9
 # Directions round the closing one from which the hand may come; none from more than a little below level.
-APPROACHES = 8
-MIN_APPROACH_HEIGHT = -0.1
+APPROACHES, MIN_APPROACH_HEIGHT = 8, -0.1
+# All numbers below are choices.
+# Largest thickness of a rim, and largest distance from the top, metres.
+RIM_THICKNESS_M, RIM_DEPTH_M = 0.015, 0.035
+# A rim is grasped from above: smallest cosine between the approach and straight down, and largest sine between the
+# closing direction and the horizontal.
+MIN_DOWNWARD_COSINE, MAX_CLOSING_SINE = 0.7, 0.5
+# Largest thickness of a handle, metres.
+HANDLE_THICKNESS_M = 0.05
+# Horizontal distance from the centre of mass, as a share of the longer horizontal side, up to which a grasp is of the
+# body, and from which on a thin grasp of a vessel is of its handle.
+BODY_REACH_SHARE, HANDLE_DISTANCE_SHARE = 0.25, 0.45
+# Smallest width of a grasp of the body of a vessel, as a share of its shorter horizontal side.
+MIN_BODY_WIDTH_SHARE = 0.5
+# Side of the finger pads that a grasp is shown with, metres; a choice.
+PAD_M = 0.02
 
 
 @dataclass(frozen=True)
@@ -144,27 +158,6 @@ def _cross(a: Floats, b: Floats) -> Floats:
     """Cross product of two (3,) vectors, to the same bits as `numpy.cross`, in a tenth of its time."""
     (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
-
-
-# Hand grasps ----------------------------------------------------------------------------------------------------------
-
-# All numbers below are choices.
-# Largest thickness of a rim, and largest distance from the top, metres.
-RIM_THICKNESS_M, RIM_DEPTH_M = 0.015, 0.035
-# A rim is grasped from above: smallest cosine between the approach and straight down, and largest sine between the
-# closing direction and the horizontal.
-MIN_DOWNWARD_COSINE = 0.7
-MAX_CLOSING_SINE = 0.5
-# Largest thickness of a handle, metres.
-HANDLE_THICKNESS_M = 0.05
-# Horizontal distance from the centre of mass, as a share of the longer horizontal side, up to which a grasp is of the
-# body, and from which on a thin grasp of a vessel is of its handle.
-BODY_REACH_SHARE = 0.25
-HANDLE_DISTANCE_SHARE = 0.45
-# Smallest width of a grasp of the body of a vessel, as a share of its shorter horizontal side.
-MIN_BODY_WIDTH_SHARE = 0.5
-# Side of the finger pads that a grasp is shown with, metres; a choice.
-PAD_M = 0.02
 
 
 def choose_grasps(

@@ -18,6 +18,18 @@ from casa_assets.model.asset.provenance import CENTER_SHARES, PAIR_SHARES, Shape
 
 # Places on a surface whose distances to each other are measured: a million pairs.
 SURFACE_SAMPLES = 1500
+# Places that are looked up, that a first look takes, that a fit takes, and that are measured at the end.
+ALIGNMENT_SAMPLES, START_SAMPLES, FIT_SAMPLES, ERROR_SAMPLES = 8000, 100, 400, 1500
+# Spreads along two axes that differ by less than this share do not tell the axes apart.
+EQUAL_SPREAD_SHARE = 0.12
+# Turns that are tried: about one axis, and of all kinds.
+TURNS_ABOUT_AXIS, TURNS_ANY_AXIS = 36, 1000
+# Starts that are followed up, and steps of each.
+STARTS, STEPS = 6, 30
+# A place is measured to the planes of so many neighbours, where it is not farther aside than so many spacings.
+NEIGHBORS, MAX_ASIDE_SPACINGS = 4, 2.0
+# In fitting, places farther off than this many times the median pull no more than that.
+TRIM_MEDIANS = 3.0
 
 
 def shape_descriptor(points: Floats, faces: Ints) -> ShapeDescriptor:
@@ -86,22 +98,6 @@ def descriptor_distances(ones: Sequence[ShapeDescriptor], others: Sequence[Shape
 def _short(value: float) -> float:
     """Four digits: more would be noise of the places that were picked."""
     return decimals(value, 4)
-
-
-# Registration ---------------------------------------------------------------------------------------------------------
-
-# Places that are looked up, that a first look takes, that a fit takes, and that are measured at the end.
-ALIGNMENT_SAMPLES, START_SAMPLES, FIT_SAMPLES, ERROR_SAMPLES = 8000, 100, 400, 1500
-# Spreads along two axes that differ by less than this share do not tell the axes apart.
-EQUAL_SPREAD_SHARE = 0.12
-# Turns that are tried: about one axis, and of all kinds.
-TURNS_ABOUT_AXIS, TURNS_ANY_AXIS = 36, 1000
-# Starts that are followed up, and steps of each.
-STARTS, STEPS = 6, 30
-# A place is measured to the planes of so many neighbours, where it is not farther aside than so many spacings.
-NEIGHBORS, MAX_ASIDE_SPACINGS = 4, 2.0
-# In fitting, places farther off than this many times the median pull no more than that.
-TRIM_MEDIANS = 3.0
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,15 @@ from casa_assets.model.asset.parts import Mesh
 
 # Vertices closer than this part of the longest extent are one point. Float32 files carry about 1e-7.
 WELD_RELATIVE = 1e-6
+# A closed component is inside out where its volume is below this share of the cube of its longest side: one that is
+# flat has no inside, and rounding gives it either sign.
+MIN_NEGATIVE_VOLUME = 1e-9
+# Faces around tangled edges are taken out this many times, as each time may tear open some more.
+ROUNDS = 3
+# More torn edges than this share are no small damage.
+MAX_TORN_SHARE = 0.02
+# Ref: Blender's default auto-smooth angle.
+CREASE_DEG = 30.0
 
 
 def weld(vertices: Floats, relative: float = WELD_RELATIVE) -> tuple[Floats, Ints]:
@@ -171,13 +180,6 @@ def _turns(left: Ints, right: Ints, clash: Mask, count: int) -> Mask:
     return parity[:count]
 
 
-# Inside out -----------------------------------------------------------------------------------------------------------
-
-# A closed component is inside out where its volume is below this share of the cube of its longest side: one that is
-# flat has no inside, and rounding gives it either sign.
-MIN_NEGATIVE_VOLUME = 1e-9
-
-
 def inside_out_faces(points: Floats, faces: Ints) -> Mask:
     """(F,) True for faces on closed components of negative volume that are not the lining of another one."""
     if not len(faces):
@@ -206,14 +208,6 @@ def closed_components(faces: Ints, component: Ints, points: int) -> Mask:
     closed = np.ones(int(component.max()) + 1, dtype=bool)
     closed[of_point[ends[(uses != 2) | (balance != 0), 0]]] = False
     return closed
-
-
-# Hole filling ---------------------------------------------------------------------------------------------------------
-
-# Faces around tangled edges are taken out this many times, as each time may tear open some more.
-ROUNDS = 3
-# More torn edges than this share are no small damage.
-MAX_TORN_SHARE = 0.02
 
 
 def fill_holes(
@@ -310,9 +304,6 @@ def _around(third: dict[int, int], before: int, spot: int, count: int) -> int:
     return -1
 
 
-# Measures -------------------------------------------------------------------------------------------------------------
-
-
 def face_normals(points: Floats, faces: Ints) -> tuple[Floats, Floats]:
     """(F, 3) unit normals (zero where the face has no area) and (F,) areas in units squared."""
     corners = points[faces]
@@ -383,12 +374,6 @@ def shell_moments(points: Floats, faces: Ints) -> tuple[float, Floats, Floats]:
 def shifted_inertia(inertia: Floats, mass: float, offset: Floats) -> Floats:
     """(3, 3) inertia about a point at `offset` from the centre of mass (parallel axes), kg*m^2."""
     return inertia + mass * (float(offset @ offset) * np.eye(3) - np.outer(offset, offset))
-
-
-# Normals --------------------------------------------------------------------------------------------------------------
-
-# Ref: Blender's default auto-smooth angle.
-CREASE_DEG = 30.0
 
 
 def with_normals(mesh: Mesh, crease_deg: float = CREASE_DEG) -> Mesh:

@@ -14,8 +14,27 @@ from casa_assets.mesh.solid.solids import convex_hull
 from casa_assets.mesh.surface import face_normals
 
 # Points per side of a triangle at most, and points that are held in memory at once.
-MOST_STEPS = 4096
-SAMPLES_AT_ONCE = 1_000_000
+MOST_STEPS, SAMPLES_AT_ONCE = 4096, 1_000_000
+# All numbers below are choices.
+# Voxels along the longest side.
+CELLS = 64
+# Radius of the ball, in voxels: its diameter is 8 % of the longest side.
+BALL_CELLS = 2.5
+# Radius of the ball that looks for the same rooms between collision shapes; smaller, since these are a little thicker.
+SMALL_BALL_CELLS = 1.5
+# Room that lies so close to the surface, in voxels, is not counted: collision shapes may be off by as much.
+MARGIN_CELLS = 1.5
+# Rooms smaller than this share of the hull are not looked at. They matter where those that are enclosed take a larger
+# share together (the lid of a can that lies deep is a dent), and one that is not enclosed, as the bend of a banana or
+# what is around the stalk of an apple, from a still larger one on.
+MIN_ROOM_SHARE, MIN_ENCLOSED_SHARE, MIN_BEND_SHARE = 0.03, 0.08, 0.15
+# Samples on the surface that tell whether faces or their backs look into a room, and how far off it they look, in
+# voxels: just beyond those through which the surface passes.
+WALL_SAMPLES, LOOK_CELLS = 20_000, 2.0
+# Share of the walls of a room that have to show it their faces. Of walls thinner than the look, and of sheets that have
+# faces on both sides, it is about one half; of a gap in a surface nothing.
+FACING_SHARE = 0.25
+_NOWHERE = np.zeros((1, 1, 1), dtype=bool)
 
 
 @dataclass(frozen=True)
@@ -136,9 +155,6 @@ def boundary(grid: Grid) -> tuple[Floats, Ints]:
     return grid.origin + (keys - 0.5) * grid.cell, faces.astype(np.int64)
 
 
-# Fillable volume ------------------------------------------------------------------------------------------------------
-
-
 def fillable_volume(solid: Mask) -> Mask:
     """(X, Y, Z) empty voxels that are reached from outside and that water, which runs sideways and down, stays in.
 
@@ -158,34 +174,10 @@ def fillable_volume(solid: Mask) -> Mask:
     return np.asarray((air & reached & ~runs)[:, :, 1:-1])
 
 
-# Open room ------------------------------------------------------------------------------------------------------------
 # Find the open rooms of an object on a floor: the space that a ball rolling in from outside can reach.
 #
 # The inside of a mug, of a bowl, of a crate, the compartments of a shelf and the space under a table are open rooms. A
 # sealed box has none. Space that is open only below, and slits too narrow for the ball, do not count.
-
-# All numbers below are choices.
-# Voxels along the longest side.
-CELLS = 64
-# Radius of the ball, in voxels: its diameter is 8 % of the longest side.
-BALL_CELLS = 2.5
-# Radius of the ball that looks for the same rooms between collision shapes; smaller, since these are a little thicker.
-SMALL_BALL_CELLS = 1.5
-# Room that lies so close to the surface, in voxels, is not counted: collision shapes may be off by as much.
-MARGIN_CELLS = 1.5
-# Rooms smaller than this share of the hull are not looked at. They matter where those that are enclosed take a larger
-# share together (the lid of a can that lies deep is a dent), and one that is not enclosed, as the bend of a banana or
-# what is around the stalk of an apple, from a still larger one on.
-MIN_ROOM_SHARE = 0.03
-MIN_ENCLOSED_SHARE = 0.08
-MIN_BEND_SHARE = 0.15
-# Samples on the surface that tell whether faces or their backs look into a room, and how far off it they look, in
-# voxels: just beyond those through which the surface passes.
-WALL_SAMPLES = 20_000
-LOOK_CELLS = 2.0
-# Share of the walls of a room that have to show it their faces. Of walls thinner than the look, and of sheets that have
-# faces on both sides, it is about one half; of a gap in a surface nothing.
-FACING_SHARE = 0.25
 
 
 @dataclass(frozen=True)
@@ -226,7 +218,6 @@ class OpenRooms:
         return [k for k, share in enumerate(self.facing) if with_gaps or share >= FACING_SHARE]
 
 
-_NOWHERE = np.zeros((1, 1, 1), dtype=bool)
 NO_ROOMS = OpenRooms(Grid(np.zeros(3), 1.0, _NOWHERE, _NOWHERE), _NOWHERE.astype(np.int64), (), (), ())
 
 

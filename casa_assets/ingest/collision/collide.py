@@ -63,6 +63,41 @@ from casa_assets.model.registry.category import Category, MatterFill, RestingPos
 # Largest share of the surface that may stick out of the shapes; a little below the limit of the check, which samples
 # the finished mesh.
 MAX_BARE_SHARE = 0.04
+Decomposer = Callable[[str, Floats, Ints, Budget], list[Floats]]
+# All numbers below are choices.
+# Faces that CoACD is given; more of them hardly change the hulls and take much longer.
+COACD_FACES = 2000
+# With more faces than this after that, as lattices have, it takes minutes and is not tried.
+MAX_COACD_FACES = 4000
+# Faces that cutting by planes is given at most, as far as simplification reaches that.
+CUT_FACES = 2500
+# Share of the error bound that strategies aim at, and share that reducing the vertices of a hull may add.
+AIM_SHARE, REDUCE_SHARE = 0.8, 0.15
+# Share of the thickness of a wall that the chord of a sector may cut off.
+CHORD_SHARE = 0.4
+# One hull or primitive is tried for meshes that fill at least this share of their hull.
+ONE_HULL_FILL = 0.8
+# One shape is taken for something solid with a stalk if its largest error is at most so many times the bound, and for
+# something without a resting pose if it fills so much of its hull.
+STALK_ERROR, ROLLING_FILL = 2.0, 0.88
+# Volume by which hulls may be wrong, beyond a solid and short of it, as a share of its volume, before it is cut further
+# than the error bound asks for; and the number of parts at which that ends.
+EXCESS_SHARE, MAX_FINE_PARTS = 0.04, 24
+# Smallest share of a primitive that the hull has to fill: of one primitive for everything that is within the bound, of
+# one for packed goods (a can with its rims is a cylinder, a carton a box), and of one for a part.
+PRIMITIVE_FILL, PACKED_PRIMITIVE_FILL, PART_PRIMITIVE_FILL = 0.85, 0.89, 0.92
+# More than any primitive reaches: only hulls are made.
+NO_PRIMITIVE = 2.0
+# Cosine between straight down and the outward normal of the side that a box rests on.
+RESTING_SIDE_COSINE = 0.9
+# Windows are closed, and a general decomposition is tried, where the best normalized error so far is larger than this.
+WINDOWS_FROM_ERROR, COACD_FROM_ERROR, VHACD_FROM_ERROR = 2.5, 2.5, 3.0
+# Height of a hollow below the floor that may be filled, as a share of the longest side.
+FOOT_SHARE = 0.04
+# Error of the walls, over the bound, from which on that hollow may be filled. Shifting a wall outwards halves it.
+MAX_SHIFT_ERROR = 1.6
+# Hulls thinner than this, metres, are dropped.
+SPLINTER_M = 1e-5
 
 
 @dataclass(frozen=True)
@@ -189,51 +224,6 @@ def _is_full(category: Category, rooms: OpenRooms) -> bool:
 def _is_known(category: Category) -> bool:
     """True unless it is the class above all others, which says nothing of how a thing is filled or rests."""
     return category.id != category.parent
-
-
-Decomposer = Callable[[str, Floats, Ints, Budget], list[Floats]]
-
-# All numbers below are choices.
-# Faces that CoACD is given; more of them hardly change the hulls and take much longer.
-COACD_FACES = 2000
-# With more faces than this after that, as lattices have, it takes minutes and is not tried.
-MAX_COACD_FACES = 4000
-# Faces that cutting by planes is given at most, as far as simplification reaches that.
-CUT_FACES = 2500
-# Share of the error bound that strategies aim at, and share that reducing the vertices of a hull may add.
-AIM_SHARE = 0.8
-REDUCE_SHARE = 0.15
-# Share of the thickness of a wall that the chord of a sector may cut off.
-CHORD_SHARE = 0.4
-# One hull or primitive is tried for meshes that fill at least this share of their hull.
-ONE_HULL_FILL = 0.8
-# One shape is taken for something solid with a stalk if its largest error is at most so many times the bound, and for
-# something without a resting pose if it fills so much of its hull.
-STALK_ERROR = 2.0
-ROLLING_FILL = 0.88
-# Volume by which hulls may be wrong, beyond a solid and short of it, as a share of its volume, before it is cut further
-# than the error bound asks for; and the number of parts at which that ends.
-EXCESS_SHARE = 0.04
-MAX_FINE_PARTS = 24
-# Smallest share of a primitive that the hull has to fill: of one primitive for everything that is within the bound, of
-# one for packed goods (a can with its rims is a cylinder, a carton a box), and of one for a part.
-PRIMITIVE_FILL = 0.85
-PACKED_PRIMITIVE_FILL = 0.89
-PART_PRIMITIVE_FILL = 0.92
-# More than any primitive reaches: only hulls are made.
-NO_PRIMITIVE = 2.0
-# Cosine between straight down and the outward normal of the side that a box rests on.
-RESTING_SIDE_COSINE = 0.9
-# Windows are closed, and a general decomposition is tried, where the best normalized error so far is larger than this.
-WINDOWS_FROM_ERROR = 2.5
-COACD_FROM_ERROR = 2.5
-VHACD_FROM_ERROR = 3.0
-# Height of a hollow below the floor that may be filled, as a share of the longest side.
-FOOT_SHARE = 0.04
-# Error of the walls, over the bound, from which on that hollow may be filled. Shifting a wall outwards halves it.
-MAX_SHIFT_ERROR = 1.6
-# Hulls thinner than this, metres, are dropped.
-SPLINTER_M = 1e-5
 
 
 @dataclass(frozen=True)

@@ -38,6 +38,34 @@ from casa_assets.model.asset.parts import Box, Hull, Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
 
+# All numbers below are choices.
+# Points sampled on the mesh.
+SAMPLES = 4000
+# Largest distance of shapes from the surface for 95 % of it (at least P95_M), and for all of it; shares of the longest
+# side.
+P95_M, P95_RATIO, WORST_RATIO = 0.002, 0.015, 0.05
+# Voxels along the longest side of the grid in which the opening of a vessel is found. A smaller share of the hull than
+# MIN_OPENING_SHARE is no opening, and at most MAX_OPENING_POINTS voxels of it are tested.
+OPENING_CELLS, MIN_OPENING_SHARE, MAX_OPENING_POINTS = 64, 0.03, 4000
+# Voxels along the longest side of the grid that tells which parts of the surface can be touched: gaps narrower than a
+# voxel count as closed. A voxel is about as wide as P95_RATIO.
+REACH_CELLS = 66
+# Largest share of an opening that shapes may fill, and of an open room that they may fill or close off. The check of
+# the finished asset grants a room more.
+MAX_FILLED_SHARE, MAX_CLOSED_SHARE = 0.15, 0.2
+# Share of the bounds of the checks on bounding boxes and rooms that is used up at most, since these look at what is
+# written.
+SOUND_SHARE = 0.9
+# Height of the box, metres, and at most as a share of that of the thing. Hulls begin in its middle.
+FOOT_M, FOOT_RATIO = 0.001, 0.03
+# What is so little above the lowest point, as a share of the height of the foot, stands on the floor too.
+LEVEL_SHARE = 0.5
+# A foot is flat if its outline takes at least this share of the box around the thing, seen from above; and one, not
+# several legs, if matter with its hollows fills this share of the outline.
+MIN_OUTLINE_SHARE, MIN_FILLED_SHARE = 0.08, 0.8
+# Boxes are tried at so many angles over a quarter turn.
+ANGLES = 12
+
 
 class CollideParams(Record):
     """Limits of the stage.
@@ -64,33 +92,6 @@ class CollideParams(Record):
     def box_bound(self, longest: float) -> float:
         """How far the bounding box of the shapes may be from that of a mesh of this longest side, metres."""
         return max(self.box_m, self.box_ratio * longest)
-
-
-# Fit ------------------------------------------------------------------------------------------------------------------
-
-# All numbers below are choices.
-# Points sampled on the mesh.
-SAMPLES = 4000
-# Largest distance of shapes from the surface for 95 % of it (at least P95_M), and for all of it; shares of the longest
-# side.
-P95_M = 0.002
-P95_RATIO = 0.015
-WORST_RATIO = 0.05
-# Voxels along the longest side of the grid in which the opening of a vessel is found. A smaller share of the hull than
-# MIN_OPENING_SHARE is no opening, and at most MAX_OPENING_POINTS voxels of it are tested.
-OPENING_CELLS = 64
-MIN_OPENING_SHARE = 0.03
-MAX_OPENING_POINTS = 4000
-# Voxels along the longest side of the grid that tells which parts of the surface can be touched: gaps narrower than a
-# voxel count as closed. A voxel is about as wide as P95_RATIO.
-REACH_CELLS = 66
-# Largest share of an opening that shapes may fill, and of an open room that they may fill or close off. The check of
-# the finished asset grants a room more.
-MAX_FILLED_SHARE = 0.15
-MAX_CLOSED_SHARE = 0.2
-# Share of the bounds of the checks on bounding boxes and rooms that is used up at most, since these look at what is
-# written.
-SOUND_SHARE = 0.9
 
 
 @dataclass(frozen=True)
@@ -230,22 +231,6 @@ def describe_fit(clouds: Sequence[Floats], reference: FitReference, errors: FitE
     if reference.kept_rooms:
         words.append(f"at most {errors.closed_share:.0%} of an open room is closed")
     return ", ".join(words)
-
-
-# Foot -----------------------------------------------------------------------------------------------------------------
-
-# All numbers below are choices.
-# Height of the box, metres, and at most as a share of that of the thing. Hulls begin in its middle.
-FOOT_M = 0.001
-FOOT_RATIO = 0.03
-# What is so little above the lowest point, as a share of the height of the foot, stands on the floor too.
-LEVEL_SHARE = 0.5
-# A foot is flat if its outline takes at least this share of the box around the thing, seen from above; and one, not
-# several legs, if matter with its hollows fills this share of the outline.
-MIN_OUTLINE_SHARE = 0.08
-MIN_FILLED_SHARE = 0.8
-# Boxes are tried at so many angles over a quarter turn.
-ANGLES = 12
 
 
 def on_flat_foot(shapes: Sequence[PlacedShape], solid: Solid | None) -> tuple[PlacedShape, ...]:

@@ -20,10 +20,26 @@ from casa_assets.mesh.solid.solids import (
 from casa_assets.mesh.surface import face_normals
 
 # A face belongs to a turned surface where its normal misses the axis by less than this sine.
-AXIS_MISS_SINE = 0.17
-ROUNDS = 12
-ROWS = 60
-RAYS = 96
+AXIS_MISS_SINE, ROUNDS, ROWS, RAYS = 0.17, 12, 60, 96
+# A row is open, or solid, where this share of its rays says so; a choice.
+OPEN_RAY_SHARE = 0.6
+# A ring has at least this many sectors; a choice.
+MIN_SECTORS = 6
+# All numbers below are choices.
+# A vessel is round if the radii at one height differ by less than this share.
+ROUND_SPREAD = 0.05
+# Percentile of the outer radii at one height that is the radius of the body without handles.
+OUTLINE_PERCENTILE = 85
+# Errors are tried in steps, each so many times the one before.
+ERROR_GROWTH, MAX_STEPS = 1.2, 14
+# Parts below this share of the volume are crumbs of the cut.
+MIN_PART_SHARE = 1e-4
+# Parts that are kept for each handle.
+PARTS_PER_HANDLE = 6
+# Shares of the error that go to chords around the axis; two minus that goes to those along it.
+CHORD_ERROR_SHARES = (1.0, 0.6, 1.4)
+# Distance that the inner wall is set back, as a share of the error, and at most as a share of its thickness.
+SETBACK_SHARE, MAX_SETBACK_SHARE = 0.8, 0.6
 
 
 @dataclass(frozen=True)
@@ -121,14 +137,6 @@ def radius_spread(radii: Floats) -> float:
         return 1.0
     low, middle, high = np.percentile(known, [25, 50, 75])
     return float((high - low) / middle) if middle > 0 else 1.0
-
-
-# Ring slabs -----------------------------------------------------------------------------------------------------------
-
-# A row is open, or solid, where this share of its rays says so; a choice.
-OPEN_RAY_SHARE = 0.6
-# A ring has at least this many sectors; a choice.
-MIN_SECTORS = 6
 
 
 @dataclass(frozen=True)
@@ -259,27 +267,6 @@ def _bend(radii: Floats, step: float) -> float:
     gaps = gaps * (rise / np.hypot(rise, radii[-1] - radii[0]))  # across the chord
     known = np.sort(gaps[np.isfinite(gaps)])
     return float(known[(3 * len(known)) // 4]) if len(known) else 0.0
-
-
-# Ring sectors ---------------------------------------------------------------------------------------------------------
-
-# All numbers below are choices.
-# A vessel is round if the radii at one height differ by less than this share.
-ROUND_SPREAD = 0.05
-# Percentile of the outer radii at one height that is the radius of the body without handles.
-OUTLINE_PERCENTILE = 85
-# Errors are tried in steps, each so many times the one before.
-ERROR_GROWTH = 1.2
-MAX_STEPS = 14
-# Parts below this share of the volume are crumbs of the cut.
-MIN_PART_SHARE = 1e-4
-# Parts that are kept for each handle.
-PARTS_PER_HANDLE = 6
-# Shares of the error that go to chords around the axis; two minus that goes to those along it.
-CHORD_ERROR_SHARES = (1.0, 0.6, 1.4)
-# Distance that the inner wall is set back, as a share of the error, and at most as a share of its thickness.
-SETBACK_SHARE = 0.8
-MAX_SETBACK_SHARE = 0.6
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,56 @@ from casa_assets.mesh.voxels import Grid, voxelise
 
 # Thickness that a flat part is given, metres: about the thinnest that contacts hold.
 SHEET_M = 0.001
+# All numbers below are choices.
+# With more components than this assemble_solid gives up, and its caller makes the solid on a grid.
+MAX_COMPONENTS = 200
+# With more faces in sheets than this assemble_solid gives up as well.
+MAX_SHEET_FACES = 600
+# Thickness that a sheet is given where that is larger, as a share of the longest side.
+SHEET_RATIO = 0.008
+# A lid is accepted if the grid is filled at this share of its samples.
+FILLED_LID_SHARE = 0.9
+# A solid is a sheet with two faces if its mean wall thickness, 2 V / A (V its volume, A the area of its surface), is
+# less than this share of the longest side.
+FLAT_WALL_RATIO = 1e-3
+# Smallest share of the voxels enclosed by the surface that the solid has to cover.
+MIN_ENCLOSED_SHARE = 0.8
+# With fewer enclosed voxels than this they are not compared.
+FEW_VOXELS = 50
+# Samples on a surface.
+SAMPLES = 2000
+# Largest share of the samples that may lie far from the solid.
+MAX_FAR_SHARE = 0.01
+# A sample lies far from the solid if its distance is more than this share of the longest side.
+FAR_RATIO, MAX_SAMPLES = 0.012, 300_000
+# Cubes on either side of the surface in which distances are taken.
+BAND_CELLS = 2
+# How many cubes off the surface one looks whether there is matter: the skin of the grid ends before that.
+PROBE_CELLS = 1.8
+# Half the wall that a lone sheet gets, in cubes: the thinnest that the grid carries.
+SHEET_HALF_CELLS = 0.6
+# No vertex comes nearer to a corner of the grid than this share of an edge: slivers have no side.
+MIN_EDGE_SHARE = 0.05
+# Voxels along the longest side of the grid on which a broken surface is made solid; a choice, as all numbers here.
+CELLS = 72
+# A hole wider than this share of the longest side is an opening and is not filled.
+SMALL_HOLE = 0.05
+# The grid is compared with something solid only if the thinnest side of its bounding box has so many voxels.
+TELLING_CELLS = 12
+# A solid made on the grid is simplified within this share of a voxel, which leaves about a tenth of its faces.
+SMOOTH_CELLS = 0.3
+# A solid made on the grid reaches beyond the bounding box of the surface and is cut off there, unless less than this
+# share of it would be left.
+MIN_KEPT_SHARE = 0.7
+# A surface of which more than this share is sheets without a volume is an open sheet.
+MIN_SHEET_SHARE = 0.5
+# Radius of the ball, in voxels, that does not pass the windows of a lattice: its diameter is 8 % of the longest side.
+WINDOW_CELLS = 2.5
+# Windows take at least this share of the voxels of a lattice.
+MIN_WINDOW_SHARE = 0.1
+# Half the wall, in voxels, that is taken off a lattice, as the grid is that much too thick. The shortest way between
+# two voxels that the ball does not fill is .33 longer than its radius: with less than that no bar is lost.
+LATTICE_HALF_CELLS = 0.25
 
 
 @dataclass(frozen=True)
@@ -99,32 +149,6 @@ def any_nested(pieces: list[ConnectedPart]) -> bool:
         for i, (low, high, fill) in enumerate(boxes)
         for j, inner in enumerate(boxes)
     )
-
-
-# Component solids -----------------------------------------------------------------------------------------------------
-
-# All numbers below are choices.
-# With more components than this assemble_solid gives up, and its caller makes the solid on a grid.
-MAX_COMPONENTS = 200
-# With more faces in sheets than this assemble_solid gives up as well.
-MAX_SHEET_FACES = 600
-# Thickness that a sheet is given where that is larger, as a share of the longest side.
-SHEET_RATIO = 0.008
-# A lid is accepted if the grid is filled at this share of its samples.
-FILLED_LID_SHARE = 0.9
-# A solid is a sheet with two faces if its mean wall thickness, 2 V / A (V its volume, A the area of its surface), is
-# less than this share of the longest side.
-FLAT_WALL_RATIO = 1e-3
-# Smallest share of the voxels enclosed by the surface that the solid has to cover.
-MIN_ENCLOSED_SHARE = 0.8
-# With fewer enclosed voxels than this they are not compared.
-FEW_VOXELS = 50
-# Samples on a surface.
-SAMPLES = 2000
-# Largest share of the samples that may lie far from the solid.
-MAX_FAR_SHARE = 0.01
-# A sample lies far from the solid if its distance is more than this share of the longest side.
-FAR_RATIO = 0.012
 
 
 @dataclass(frozen=True)
@@ -238,17 +262,6 @@ def _plates(points: Floats, faces: Ints, thickness_m: float) -> list[Solid]:
     return plates
 
 
-# Signed distance field ------------------------------------------------------------------------------------------------
-
-MAX_SAMPLES = 300_000
-# Cubes on either side of the surface in which distances are taken.
-BAND_CELLS = 2
-# How many cubes off the surface one looks whether there is matter: the skin of the grid ends before that.
-PROBE_CELLS = 1.8
-# Half the wall that a lone sheet gets, in cubes: the thinnest that the grid carries.
-SHEET_HALF_CELLS = 0.6
-
-
 def signed_distance_field(points: Floats, faces: Ints, grid: Grid) -> Floats:
     """(X, Y, Z) signed distances at voxel centres, metres, positive within matter; coarse away from the surface.
 
@@ -276,12 +289,6 @@ def signed_distance_field(points: Floats, faces: Ints, grid: Grid) -> Floats:
     inner = np.zeros(field.shape, dtype=bool)
     inner[1:-1, 1:-1, 1:-1] = True
     return np.asarray(np.where(inner, field, np.minimum(field, -grid.cell / 2)))
-
-
-# Isosurface -----------------------------------------------------------------------------------------------------------
-
-# No vertex comes nearer to a corner of the grid than this share of an edge: slivers have no side.
-MIN_EDGE_SHARE = 0.05
 
 
 def isosurface(field: Floats, origin: Floats, cell: float) -> tuple[Floats, Ints]:
@@ -350,28 +357,6 @@ def _outward(points: Floats, faces: Ints, inner: Ints, outer: Ints, shape: tuple
     away = away - np.stack(np.unravel_index(inner, shape), axis=-1).mean(axis=1)
     wrong = np.einsum("ij,ij->i", np.cross(b - a, c - a), away) < 0
     return np.where(wrong[:, None], faces[:, ::-1], faces)
-
-
-# Voxels along the longest side of the grid on which a broken surface is made solid; a choice, as all numbers here.
-CELLS = 72
-# A hole wider than this share of the longest side is an opening and is not filled.
-SMALL_HOLE = 0.05
-# The grid is compared with something solid only if the thinnest side of its bounding box has so many voxels.
-TELLING_CELLS = 12
-# A solid made on the grid is simplified within this share of a voxel, which leaves about a tenth of its faces.
-SMOOTH_CELLS = 0.3
-# A solid made on the grid reaches beyond the bounding box of the surface and is cut off there, unless less than this
-# share of it would be left.
-MIN_KEPT_SHARE = 0.7
-# A surface of which more than this share is sheets without a volume is an open sheet.
-MIN_SHEET_SHARE = 0.5
-# Radius of the ball, in voxels, that does not pass the windows of a lattice: its diameter is 8 % of the longest side.
-WINDOW_CELLS = 2.5
-# Windows take at least this share of the voxels of a lattice.
-MIN_WINDOW_SHARE = 0.1
-# Half the wall, in voxels, that is taken off a lattice, as the grid is that much too thick. The shortest way between
-# two voxels that the ball does not fill is .33 longer than its radius: with less than that no bar is lost.
-LATTICE_HALF_CELLS = 0.25
 
 
 @dataclass(frozen=True)

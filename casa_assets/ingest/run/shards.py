@@ -26,9 +26,9 @@ from casa_assets.model.source import Source
 from casa_assets.runs.limits import WorkerFailure
 from casa_assets.runs.outcome import FAILURE_CODES
 
-# The first line of the record says which part of which run it is, each further one describes an input, or the refused
-# rows of a file. A run writes the first line when it begins and all of them, by one rename, when it ends: a shard whose
-# run was cut off is known by that. Results of the work on inputs are no part of it; they are the entries of the library.
+# The first line of the record says which part of which run it is, each further one describes an input, or refused
+# rows of a file. A run writes the first line when it begins and all of them, by one rename, when it ends: a shard
+# whose run was cut off is known by that. Results of the work on inputs are no part of it, but entries of the library.
 SHARD_FILE = "shard.jsonl"
 # Options that a shard keeps from its first run on. Limits and code may change: what they void is made again.
 LASTING = ("category", "split", "keep_duplicates")

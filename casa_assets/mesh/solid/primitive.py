@@ -52,9 +52,6 @@ def _outline(shape: Box | Sphere | Cylinder | Capsule, steps: int) -> Floats:
     return np.concatenate(domes)
 
 
-# Bounds ---------------------------------------------------------------------------------------------------------------
-
-
 def shape_bounds(shape: Shape, pose: Pose) -> Floats:
     """(2, 3) lower and upper corner of a shape, metres, in the frame that `pose` (frame_from_shape) leads to."""
     center, axis = np.array(pose.position), pose.rotation[:, 2]
@@ -83,9 +80,6 @@ def link_bounds(link: Link, pose: Pose | None = None) -> Floats | None:
 def box_around(boxes: Floats) -> Floats:
     """(2, 3) corners of the box around (N, 2, 3) boxes."""
     return np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
-
-
-# Primitive ------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,13 @@ Solid: TypeAlias = manifold3d.Manifold
 
 # With more pieces than these it is no longer worth the time to unite them.
 MOST_PIECES = 1000
+# What is so much above the lowest point, as a share of the longest side, is as low.
+LEVEL_SHARE = 1e-6
+# Where a solid has too many faces still, or a hull too many vertices, coarser tolerances are tried, each so many times
+# the one before; for a hull so many of them.
+TOLERANCE_GROWTH, TOLERANCE_STEPS = 1.5, 4
+# Largest factor by which a hull grows to make up for the vertices that it lacks.
+MAX_GROWTH = 1.05
 
 
 def solid_of(points: Floats, faces: Ints) -> Solid | None:
@@ -89,12 +96,6 @@ def intersection_volume(one: Surface, other: Surface) -> float:
     """Volume that two closed surfaces share, 0 where one of them is no solid."""
     a, b = solid_of(*one), solid_of(*other)
     return 0.0 if a is None or b is None else float((a ^ b).volume())
-
-
-# Hull -----------------------------------------------------------------------------------------------------------------
-
-# What is so much above the lowest point, as a share of the longest side, is as low.
-LEVEL_SHARE = 1e-6
 
 
 def convex_hull(points: Floats) -> tuple[Floats, Ints]:
@@ -195,16 +196,6 @@ def _standing(cloud: Floats, reach: float) -> list[int]:
     lowest = np.flatnonzero(cloud[:, 2] <= cloud[:, 2].min() + LEVEL_SHARE * reach)
     compass = np.array([(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1) if (x, y) != (0, 0)], dtype=np.float64)
     return sorted({int(lowest[(cloud[lowest, :2] @ d).round(9).argmax()]) for d in compass})
-
-
-# Cutting --------------------------------------------------------------------------------------------------------------
-
-# Where a solid has too many faces still, or a hull too many vertices, coarser tolerances are tried, each so many times
-# the one before; for a hull so many of them.
-TOLERANCE_GROWTH = 1.5
-TOLERANCE_STEPS = 4
-# Largest factor by which a hull grows to make up for the vertices that it lacks.
-MAX_GROWTH = 1.05
 
 
 def without_voids(solid: Solid) -> Solid:
