@@ -147,21 +147,16 @@ def _measured(draft: Draft, full: bool) -> Draft:
     points, faces = draft.surface.points, draft.surface.welded_faces
     found = solidity(points, faces, full)
     guesses = draft.guessed("solidity", found.kind.value, found.confidence, found.message)
-    notes = draft.noted(*_unsound(faces), *intersecting_components(points, faces))
-    return draft.replace(guesses=guesses, notes=notes)
-
-
-def _unsound(ids: Ints) -> list[Issue]:
-    """Notes on open and nonmanifold edges that are left."""
-    _, uses, _ = edge_counts(ids)
-    notes = []
+    _, uses, _ = edge_counts(faces)
+    unsound = []
     if (uses == 1).any():
         message = f"{int((uses == 1).sum())} edges have a face on one side only; the mesh is not watertight"
-        notes.append(warning("MSH022", "edges", message))
+        unsound.append(warning("MSH022", "edges", message))
     if (uses > 2).any():
         message = f"{int((uses > 2).sum())} edges are shared by more than two faces; the mesh is no manifold"
-        notes.append(warning("MSH023", "edges", message))
-    return notes
+        unsound.append(warning("MSH023", "edges", message))
+    notes = draft.noted(*unsound, *intersecting_components(points, faces))
+    return draft.replace(guesses=guesses, notes=notes)
 
 
 def _without_extras(surface: Surface, keep: Mask, category: Category | None) -> tuple[Mask, list[Issue]]:
@@ -282,9 +277,8 @@ def sheet_fins(ids: Ints) -> tuple[Mask, list[Issue]]:
     is_fin = small & stands & hangs
     if not is_fin.any() or is_fin.all() or (edge_counts(ids[~is_fin])[1] != 2).any():
         return none, []
-    count = int(is_fin.sum())
-    subject = f"{count} faces that stood off a closed surface like fins were"
-    if count == 1:
+    subject = f"{int(is_fin.sum())} faces that stood off a closed surface like fins were"
+    if is_fin.sum() == 1:
         subject = "1 face that stood off a closed surface like a fin was"
     return is_fin, [warning("MSH046", "faces", f"{subject} taken away")]
 

@@ -290,7 +290,11 @@ def solidity(points: Floats, faces: Ints, is_full: bool = False) -> Solidity:
     area, longest = float(face_normals(points, faces)[1].sum()), float(np.ptp(points, axis=0).max())
     visibility = measure_visibility(points, faces, VISIBILITY_SAMPLES)
     visible_share = float((visibility.front | visibility.back).mean())
-    outer_volume, cavity_volume = _volumes(points, faces)
+    # Of the components that face outwards, and of those that face inwards: the walls of sealed cavities.
+    corners = points[faces] - points.mean(axis=0)
+    cones = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+    volumes = np.bincount(face_components(faces, len(points)), weights=cones)
+    outer_volume, cavity_volume = float(volumes[volumes > 0].sum()), float(-volumes[volumes < 0].sum())
     is_closed = bool((edge_counts(faces)[2] == 0).all()) and outer_volume > cavity_volume
     volume = outer_volume - cavity_volume if is_closed else voxelise(points, faces).volume
     sealed_share = cavity_volume / outer_volume if is_closed else 0.0
@@ -305,15 +309,6 @@ def solidity(points: Floats, faces: Ints, is_full: bool = False) -> Solidity:
     else:
         kind = SurfaceKind.WALLED if hull_fill < MAX_WALLED_FILL and has_thin_walls else SurfaceKind.SOLID
     return Solidity(kind, hull_fill, wall_ratio, visible_share, sealed_share, is_closed)
-
-
-def _volumes(points: Floats, faces: Ints) -> tuple[float, float]:
-    """Volume of the components that face outwards, and of those that face inwards, the walls of sealed cavities."""
-    label = face_components(faces, len(points))
-    corners = points[faces] - points.mean(axis=0)
-    cones = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
-    volumes = np.bincount(label, weights=cones)
-    return float(volumes[volumes > 0].sum()), float(-volumes[volumes < 0].sum())
 
 
 def foreign_parts(components: Components, category: Category | None) -> tuple[Mask, list[Issue]]:

@@ -14,9 +14,9 @@ from pydantic import Field
 from casa_assets.core.numeric import Floats, Ints, Mask, seven_digits
 from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.mesh.grasps import choose_grasps, grasp_site
-from casa_assets.mesh.solid.primitive import shape_bounds
+from casa_assets.mesh.solid.primitive import box_around, shape_bounds
 from casa_assets.mesh.solid.solids import convex_hull
-from casa_assets.mesh.surface import weld, with_normals
+from casa_assets.mesh.surface import picked, weld, with_normals
 from casa_assets.model.asset.asset import Asset, Base, Collider, Inertial, Link, Region, Visual
 from casa_assets.model.asset.material import Material, Substance
 from casa_assets.model.asset.parts import Box, Grasp, Hull, Mesh, MeshShape, Shape
@@ -87,13 +87,8 @@ def merge_parts(parts: Sequence[RawPart]) -> Surface:
 def submesh(mesh: Mesh, faces: Ints, keep_normals: bool = True) -> Mesh:
     """The mesh with these (F, 3) faces of it alone, and the vertices that they use in the order that they had."""
     used, local = np.unique(faces, return_inverse=True)
-    return Mesh(
-        vertices=mesh.vertices[used],
-        faces=local.reshape(-1, 3),
-        uv=None if mesh.uv is None else mesh.uv[used],
-        normals=None if mesh.normals is None or not keep_normals else mesh.normals[used],
-        colors=None if mesh.colors is None else mesh.colors[used],
-    )
+    out = picked(mesh, used, local.reshape(-1, 3))
+    return out if keep_normals else out.replace(normals=None)
 
 
 def keep_faces(parts: Sequence[RawPart], keep: Mask) -> tuple[RawPart, ...]:
@@ -266,7 +261,6 @@ def _with_center(mesh: Mesh) -> Mesh:
 
 
 def _float32(values: Floats) -> Floats:
-    """The nearest float32 values."""
     return np.asarray(values, dtype=np.float32).astype(np.float64)
 
 
@@ -305,8 +299,7 @@ def _moved(placed: PlacedShape, shift: Floats) -> tuple[Shape, Pose]:
 
 def _bounding_region(colliders: tuple[Collider, ...]) -> Region:
     """The box around all collision shapes, by which RoboCasa places objects."""
-    boxes = np.array([shape_bounds(c.shape, c.pose) for c in colliders])
-    lower, upper = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+    lower, upper = box_around(np.array([shape_bounds(c.shape, c.pose) for c in colliders]))
     cx, cy, cz = (seven_digits(float(v)) for v in (lower + upper) / 2)
     sx, sy, sz = (seven_digits(float(v)) for v in upper - lower)
     return Region(name="bbox", pose=Pose(position=(cx, cy, cz)), size=(sx, sy, sz))

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.ingest.draft import Draft, Surface, warning
-from casa_assets.mesh.surface import connected_groups, directed_edges, edge_counts
+from casa_assets.mesh.surface import connected_groups, directed_edges, edge_counts, picked
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.issue import Issue
 from casa_assets.model.source import RawPart
@@ -370,10 +370,8 @@ def _fan_normal(rim: Floats) -> Floats | None:
     """Mean normal of the fan that closes a rim of (K, 3) points; None if the fan would fold."""
     fronts = _fronts(np.stack([rim, np.roll(rim, -1, axis=0)], axis=1), rim.mean(axis=0))
     mean = _mean_direction(fronts)
-    if mean is None:
-        return None
-    unfolded = bool((fronts @ mean > MIN_FAN_COSINE * np.linalg.norm(fronts, axis=1)).all())
-    return mean if unfolded else None
+    is_folded = mean is None or not (fronts @ mean > MIN_FAN_COSINE * np.linalg.norm(fronts, axis=1)).all()
+    return None if is_folded else mean
 
 
 def _with_fan(mesh: Mesh, edges: Ints, middle: Floats) -> Mesh:
@@ -418,18 +416,12 @@ def _mean_direction(vectors: Floats) -> Floats | None:
     """Unit vector along the sum of (K, 3) vectors; None if they cancel out."""
     total = vectors.sum(axis=0)
     length = float(np.linalg.norm(total))
-    if length <= 0:
-        return None
-    return np.asarray(total / length)
+    return np.asarray(total / length) if length > 0 else None
 
 
 def _with_copies(mesh: Mesh, vertices: Ints, normal: Floats) -> Mesh:
     """The mesh with copies of some vertices behind its own, all with one normal."""
     assert mesh.normals is not None
-    return Mesh(
-        vertices=np.vstack([mesh.vertices, mesh.vertices[vertices]]),
-        faces=mesh.faces,
-        uv=None if mesh.uv is None else np.vstack([mesh.uv, mesh.uv[vertices]]),
-        normals=np.vstack([mesh.normals, np.tile(normal, (len(vertices), 1))]),
-        colors=None if mesh.colors is None else np.vstack([mesh.colors, mesh.colors[vertices]]),
-    )
+    normals = np.vstack([mesh.normals, np.tile(normal, (len(vertices), 1))])
+    rows = np.concatenate([np.arange(len(mesh.vertices)), vertices])
+    return picked(mesh, rows, mesh.faces).replace(normals=normals)

@@ -175,7 +175,11 @@ class Facing:
 def facing(samples: Floats, category: Category, is_front_stated: bool) -> Facing:
     """Find the turn about z that brings the front of evenly spread points, z up, where the category has it."""
     if category.front is FrontRule.LENGTH:
-        return _lengthwise(samples)
+        angle, long, wide = smallest_rectangle(samples[:, :2])
+        ratio = long / max(wide, 1e-9)
+        confidence = float(np.clip(0.4 + 1.2 * np.log(ratio), 0.3, 0.98))
+        turn = _smallest_turn(-angle, np.pi)
+        return Facing(turn, "length along x", confidence, f"{ratio:.2g} times as long as wide")
     if category.front is FrontRule.HANDLE:
         return _handle(samples)
     if category.front is FrontRule.FACE:
@@ -194,14 +198,6 @@ def straightened(samples: Floats) -> float:
     angle, a, b = smallest_rectangle(samples[:, :2])
     area_as_is = float(np.ptp(samples[:, 0]) * np.ptp(samples[:, 1]))
     return _smallest_turn(-angle, np.pi / 2) if a * b < 0.92 * area_as_is else 0.0
-
-
-def _lengthwise(samples: Floats) -> Facing:
-    angle, long, wide = smallest_rectangle(samples[:, :2])
-    ratio = long / max(wide, 1e-9)
-    confidence = float(np.clip(0.4 + 1.2 * np.log(ratio), 0.3, 0.98))
-    turn = _smallest_turn(-angle, np.pi)
-    return Facing(turn, "length along x", confidence, f"{ratio:.2g} times as long as wide")
 
 
 def _body_circle(samples: Floats) -> tuple[Floats, float]:

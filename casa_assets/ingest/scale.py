@@ -35,22 +35,19 @@ _VOLUMES = {
 }
 # Standard deviations by which a word shifts the usual size; choices.
 _SHIFTS = {
-    "tiny": -1.5,
-    "mini": -1.3,
-    "miniature": -1.3,
-    "small": -0.8,
-    "little": -0.8,
-    "travel": -0.8,
-    "kids": -0.6,
-    "espresso": -1.2,
-    "demitasse": -1.2,
-    "large": 0.8,
-    "big": 0.8,
-    "family": 0.8,
-    "jumbo": 1.3,
-    "giant": 1.5,
-    "huge": 1.3,
-    "xl": 1.0,
+    word: shift
+    for shift, words in (
+        (-1.5, "tiny"),
+        (-1.3, "mini miniature"),
+        (-1.2, "espresso demitasse"),
+        (-0.8, "small little travel"),
+        (-0.6, "kids"),
+        (0.8, "large big family"),
+        (1.0, "xl"),
+        (1.3, "jumbo huge"),
+        (1.5, "giant"),
+    )
+    for word in words.split()
 }
 # Units that meshes are drawn in, metres.
 UNITS: dict[str, float] = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254}

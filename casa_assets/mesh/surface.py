@@ -86,14 +86,21 @@ def connected_groups(count: int, left: Ints, right: Ints) -> Ints:
 
 def manifold_patches(ids: Ints) -> Ints:
     """(F,) patch of each of (F, 3) faces, at least one: patches are joined over edges of exactly two faces."""
-    directed = np.sort(directed_edges(ids), axis=1)
-    owner = np.tile(np.arange(len(ids)), 3)
-    key = directed[:, 0] * (int(ids.max()) + 1) + directed[:, 1]
-    order = np.argsort(key, kind="stable")
-    key, owner = key[order], owner[order]
-    start = np.flatnonzero(np.r_[True, key[1:] != key[:-1]])
-    pair = start[np.diff(np.r_[start, len(key)]) == 2]
-    return connected_groups(len(ids), owner[pair], owner[pair + 1])
+    left, right, _ = _two_face_edges(ids)
+    return connected_groups(len(ids), left, right)
+
+
+def _two_face_edges(faces: Ints) -> tuple[Ints, Ints, Mask]:
+    """(E,) the two faces of each edge that has two, the first by number first; (E,) both run along it the same way."""
+    directed = directed_edges(faces)
+    owner = np.tile(np.arange(len(faces)), 3)
+    forward = directed[:, 0] < directed[:, 1]
+    ends = np.sort(directed, axis=1)
+    order = np.lexsort((owner, ends[:, 1], ends[:, 0]))
+    ends, owner, forward = ends[order], owner[order], forward[order]
+    start = np.flatnonzero(np.r_[True, (ends[1:] != ends[:-1]).any(axis=1)])
+    pair = start[np.diff(np.r_[start, len(ends)]) == 2]
+    return owner[pair], owner[pair + 1], forward[pair] == forward[pair + 1]
 
 
 def directed_edges(faces: Ints) -> Ints:
@@ -125,9 +132,7 @@ def is_closed(faces: Ints) -> bool:
 
 
 def consistent_winding(faces: Ints) -> tuple[Ints, Mask]:
-    """Turn faces so that neighbours over a two-face edge run against each other.
-
-    The first face of each connected patch keeps its direction.
+    """Turn faces so that neighbours over a two-face edge run against each other; the first of each patch stays.
 
     Returns (F, 3) faces; (F,) which were turned.
     """
@@ -135,18 +140,7 @@ def consistent_winding(faces: Ints) -> tuple[Ints, Mask]:
     turned = np.zeros(count, dtype=bool)
     if count < 2:
         return faces, turned
-    directed = directed_edges(faces)
-    owner = np.tile(np.arange(count), 3)
-    forward = directed[:, 0] < directed[:, 1]
-    ends = np.sort(directed, axis=1)
-    order = np.lexsort((owner, ends[:, 1], ends[:, 0]))
-    ends, owner, forward = ends[order], owner[order], forward[order]
-    same = (ends[1:] == ends[:-1]).all(axis=1)
-    start = np.flatnonzero(np.r_[True, ~same])
-    size = np.diff(np.r_[start, len(ends)])
-    pair = start[size == 2]
-    left, right = owner[pair], owner[pair + 1]
-    clash = forward[pair] == forward[pair + 1]
+    left, right, clash = _two_face_edges(faces)
     if not clash.any():
         return faces, turned
     # Two faces may share several edges: the first decides.
@@ -371,9 +365,11 @@ def shell_moments(points: Floats, faces: Ints) -> tuple[float, Floats, Floats]:
     return whole, center, np.trace(covariance) * np.eye(3) - covariance
 
 
-def shifted_inertia(inertia: Floats, mass: float, offset: Floats) -> Floats:
-    """(3, 3) inertia about a point at `offset` from the centre of mass (parallel axes), kg*m^2."""
-    return inertia + mass * (float(offset @ offset) * np.eye(3) - np.outer(offset, offset))
+def picked(mesh: Mesh, rows: Ints, faces: Ints) -> Mesh:
+    """A mesh of some vertices of a mesh, with their texture coordinates, normals and colours; `faces` are over these."""
+    columns = {name: getattr(mesh, name) for name in ("uv", "normals", "colors")}
+    kept = {name: None if values is None else values[rows] for name, values in columns.items()}
+    return Mesh(vertices=mesh.vertices[rows], faces=faces, **kept)
 
 
 def with_normals(mesh: Mesh, crease_deg: float = CREASE_DEG) -> Mesh:
@@ -389,14 +385,7 @@ def with_normals(mesh: Mesh, crease_deg: float = CREASE_DEG) -> Mesh:
     smooth = _corner_normals(corner_point, corner_face, normals, areas, np.cos(np.radians(crease_deg)))
     index = faces.ravel()
     first, vertex = merge_rows(np.column_stack([index, np.round(smooth, 4)]))
-    unit = smooth[first]
-    return Mesh(
-        vertices=mesh.vertices[index[first]],
-        faces=vertex.reshape(-1, 3),
-        uv=None if mesh.uv is None else mesh.uv[index[first]],
-        normals=unit,
-        colors=None if mesh.colors is None else mesh.colors[index[first]],
-    )
+    return picked(mesh, index[first], vertex.reshape(-1, 3)).replace(normals=smooth[first])
 
 
 def _corner_normals(

@@ -88,7 +88,6 @@ def skin_cells(points: Floats, faces: Ints, grid: Grid) -> Mask:
 
 
 def _skin(points: Floats, faces: Ints, origin: Floats, cell: float, shape: tuple[int, ...]) -> Mask:
-    """Cubes of a grid that a surface passes through."""
     skin = np.zeros(shape, dtype=bool)
     for samples in _samples(points, faces, cell * 0.5):
         at = np.clip(np.round((samples - origin) / cell).astype(int), 0, np.array(shape) - 1)
@@ -174,12 +173,6 @@ def fillable_volume(solid: Mask) -> Mask:
     return np.asarray((air & reached & ~runs)[:, :, 1:-1])
 
 
-# Find the open rooms of an object on a floor: the space that a ball rolling in from outside can reach.
-#
-# The inside of a mug, of a bowl, of a crate, the compartments of a shelf and the space under a table are open rooms. A
-# sealed box has none. Space that is open only below, and slits too narrow for the ball, do not count.
-
-
 @dataclass(frozen=True)
 class OpenRooms:
     """The open rooms of a surface, the largest first.
@@ -222,9 +215,11 @@ NO_ROOMS = OpenRooms(Grid(np.zeros(3), 1.0, _NOWHERE, _NOWHERE), _NOWHERE.astype
 
 
 def open_rooms(points: Floats, faces: Ints) -> OpenRooms:
-    """Find the rooms of a surface that a ball reaches from outside, within its hull.
+    """Find the rooms of a surface that a ball rolling in from outside can reach, within its hull.
 
-    `points`: all used, z up; the floor is at the lowest. Raises DegenerateShape: the points span no volume.
+    The inside of a mug, the compartments of a shelf and the space under a table are open rooms. A sealed box has none.
+    Space that is open only below, and slits too narrow for the ball, do not count. `points`: all used, z up; the floor
+    is at the lowest. Raises DegenerateShape: the points span no volume.
     """
     hull_points, hull_faces = convex_hull(points)
     grid = voxelise(points, faces, CELLS)
@@ -242,13 +237,18 @@ def open_rooms(points: Floats, faces: Ints) -> OpenRooms:
     number = np.zeros(count + 1, dtype=np.int64)
     number[order] = np.arange(len(order)) + 1
     rooms = number[whole]
+    samples, face = samples_with_faces(points, faces, WALL_SAMPLES)
+    look = LOOK_CELLS * grid.cell * face_normals(points, faces)[0][face]
+    seen = np.array(
+        [np.bincount(rooms[grid.cubes_at(at)], minlength=len(order) + 1) for at in (samples + look, samples - look)]
+    )
     bridged = np.bincount(rooms[voxelise(points, faces, CELLS, bridge=True).solid], minlength=len(order) + 1)
     return OpenRooms(
         grid,
         number[label],
         tuple(float(shares[k]) for k in order),
         tuple(float(v) for v in bridged[1:] / int(hull.sum())),
-        _facing(points, faces, grid, rooms, len(order)),
+        tuple(float(v) for v in (seen[0] / np.maximum(seen.sum(axis=0), 1))[1:]),
     )
 
 
@@ -278,13 +278,3 @@ def closed_shares(found: OpenRooms, points: Floats, faces: Ints) -> list[float]:
     matter = ndimage.binary_fill_holes(skin_cells(points, faces, found.grid))
     left = swept_by_ball(matter, SMALL_BALL_CELLS) & ~matter
     return [1.0 - float(left[found.rooms == k + 1].mean()) for k in range(len(found.shares))]
-
-
-def _facing(points: Floats, faces: Ints, grid: Grid, rooms: Ints, count: int) -> tuple[float, ...]:
-    """Share of the wall of each room that shows it its faces."""
-    samples, face = samples_with_faces(points, faces, WALL_SAMPLES)
-    look = LOOK_CELLS * grid.cell * face_normals(points, faces)[0][face]
-    seen = np.array(
-        [np.bincount(rooms[grid.cubes_at(at)], minlength=count + 1) for at in (samples + look, samples - look)]
-    )
-    return tuple(float(v) for v in (seen[0] / np.maximum(seen.sum(axis=0), 1))[1:])

@@ -414,11 +414,10 @@ STRATEGIES: tuple[tuple[Callable[[CollisionTask], tuple[list[PlacedShape], str]]
 
 def _hulls(groups: list[list[Solid]], task: CollisionTask) -> list[PlacedShape]:
     """A hull of few vertices, or the primitive that it is, around each group of solids."""
-    clouds = []
-    for group in groups:
-        volume_m3 = sum(float(solid.volume()) for solid in group)
-        clouds.append(hull_with_volume(task.reduced(hull_points(group)), volume_m3, task.reference.box))
-    return _primitives_or_hulls(clouds, task)
+    volumes_m3 = [sum(float(solid.volume()) for solid in group) for group in groups]
+    clouds = [task.reduced(hull_points(group)) for group in groups]
+    grown = [hull_with_volume(c, v, task.reference.box) for c, v in zip(clouds, volumes_m3, strict=True)]
+    return _primitives_or_hulls(grown, task)
 
 
 def clouds_of(shapes: tuple[PlacedShape, ...]) -> list[Floats]:
@@ -427,21 +426,22 @@ def clouds_of(shapes: tuple[PlacedShape, ...]) -> list[Floats]:
 
 
 def _primitives_or_hulls(clouds: list[Floats], task: CollisionTask) -> list[PlacedShape]:
-    thick_clouds = [cloud for cloud in clouds if thickness(cloud) > SPLINTER_M]
-    return [s for s in (_shape_or_none(cloud, task) for cloud in thick_clouds) if s is not None]
-
-
-def _shape_or_none(cloud: Floats, task: CollisionTask) -> PlacedShape | None:
-    """The primitive around a cloud if it fits as well as the hull, else the hull; None if the cloud has no volume."""
-    try:
-        placed = one_shape(cloud, task.params.replace(primitive_ratio=PART_PRIMITIVE_FILL))
-    except DegenerateShape:
-        return None
-    if isinstance(placed.shape, Hull):
-        return placed
-    [grown] = clouds_of((placed,))
-    error, of_hull = (normalized_error(c, task.reference.surface, task.aim) for c in (grown, cloud))
-    return placed if error <= max(1.0, of_hull) else one_shape(cloud, task.params.replace(primitive_ratio=NO_PRIMITIVE))
+    """Around each cloud with a volume the primitive if it fits as well as the hull, else the hull."""
+    shapes = []
+    for cloud in clouds:
+        if thickness(cloud) <= SPLINTER_M:
+            continue
+        try:
+            placed = one_shape(cloud, task.params.replace(primitive_ratio=PART_PRIMITIVE_FILL))
+        except DegenerateShape:
+            continue
+        if not isinstance(placed.shape, Hull):
+            [grown] = clouds_of((placed,))
+            error, of_hull = (normalized_error(c, task.reference.surface, task.aim) for c in (grown, cloud))
+            if error > max(1.0, of_hull):
+                placed = one_shape(cloud, task.params.replace(primitive_ratio=NO_PRIMITIVE))
+        shapes.append(placed)
+    return shapes
 
 
 def whole_shape(cloud: Floats, fill: float, is_packed: bool, params: CollideParams, samples: Floats) -> PlacedShape:

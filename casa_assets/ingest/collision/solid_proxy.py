@@ -87,6 +87,10 @@ MIN_WINDOW_SHARE = 0.1
 # two voxels that the ball does not fill is .33 longer than its radius: with less than that no bar is lost.
 LATTICE_HALF_CELLS = 0.25
 
+# The corners of each tetrahedron of a cube: ways from one corner to the opposite one, an axis at a time.
+STEPS = np.eye(3, dtype=np.int64)
+PATHS = [np.cumsum([STEPS[0] * 0, *STEPS[list(order)]], axis=0) for order in permutations(range(3))]
+
 
 @dataclass(frozen=True)
 class ConnectedPart:
@@ -221,7 +225,10 @@ def _component_solid(points: Floats, faces: Ints, grid: Grid, longest: float) ->
     solid = _solid_either_way(*filled, longest)
     if solid is None:
         return None
-    lids = _new_faces(filled[1], single_sided)
+    # Faces over three points that no face of the component has.
+    base = int(max(filled[1].max(), single_sided.max())) + 1
+    keys = [(np.sort(fs, axis=1) * np.array([base * base, base, 1])).sum(axis=1) for fs in (filled[1], single_sided)]
+    lids = filled[1][~np.isin(*keys)]
     is_filled = grid.solid[grid.cubes_at(surface_samples(filled[0], lids, SAMPLES))] if len(lids) else np.ones(1)
     return (solid, True) if float(is_filled.mean()) >= FILLED_LID_SHARE else None
 
@@ -234,13 +241,6 @@ def _solid_either_way(points: Floats, faces: Ints, longest: float) -> Solid | No
         if solid is not None and 2 * float(solid.volume()) >= FLAT_WALL_RATIO * longest * float(solid.surface_area()):
             return solid
     return None
-
-
-def _new_faces(faces: Ints, old: Ints) -> Ints:
-    """Faces whose three points, in any order, are not those of an old face."""
-    base = int(max(faces.max(), old.max())) + 1
-    keys = [(np.sort(f, axis=1) * np.array([base * base, base, 1])).sum(axis=1) for f in (faces, old)]
-    return faces[~np.isin(*keys)]
 
 
 def _unique_faces(faces: Ints) -> Ints:
@@ -307,7 +307,7 @@ def isosurface(field: Floats, origin: Floats, cell: float) -> tuple[Floats, Ints
     if not len(cubes):
         return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
     stride = np.array([shape[1] * shape[2], shape[2], 1])
-    tetrahedra = np.concatenate([(cubes[:, None] + path) @ stride for path in _paths()])
+    tetrahedra = np.concatenate([(cubes[:, None] + path) @ stride for path in PATHS])
     values = field.ravel()
     inner, outer = _crossed(tetrahedra, values > 0)
     ends = np.stack([np.minimum(inner, outer), np.maximum(inner, outer)], axis=-1).reshape(-1, 2)
@@ -318,18 +318,12 @@ def isosurface(field: Floats, origin: Floats, cell: float) -> tuple[Floats, Ints
     to = np.stack(np.unravel_index(second, field.shape), axis=1)
     points = origin + (at + share[:, None] * (to - at)) * cell
     faces = place.reshape(-1, 3)
-    return points, _outward(points, faces, inner, outer, field.shape)
-
-
-def _paths() -> list[Ints]:
-    """The four corners of each tetrahedron: ways from one corner of a cube to the opposite one, an axis at a time."""
-    out = []
-    for order in permutations(range(3)):
-        corners = [np.zeros(3, dtype=np.int64)]
-        for axis in order:
-            corners.append(corners[-1] + np.eye(3, dtype=np.int64)[axis])
-        out.append(np.array(corners))
-    return out
+    # Faces look from their inner ends to their outer ones.
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    away = np.stack(np.unravel_index(outer, field.shape), axis=-1).mean(axis=1)
+    away = away - np.stack(np.unravel_index(inner, field.shape), axis=-1).mean(axis=1)
+    wrong = np.einsum("ij,ij->i", np.cross(b - a, c - a), away) < 0
+    return points, np.where(wrong[:, None], faces[:, ::-1], faces)
 
 
 def _crossed(tetrahedra: Ints, within: Mask) -> tuple[Ints, Ints]:
@@ -348,15 +342,6 @@ def _crossed(tetrahedra: Ints, within: Mask) -> tuple[Ints, Ints]:
     inner = np.concatenate([np.stack([rows[:, a] for a, _ in pairs], axis=1) for rows, pairs in edges])
     outer = np.concatenate([np.stack([rows[:, b] for _, b in pairs], axis=1) for rows, pairs in edges])
     return inner, outer
-
-
-def _outward(points: Floats, faces: Ints, inner: Ints, outer: Ints, shape: tuple[int, ...]) -> Ints:
-    """The faces turned so that they look from their inner ends to their outer ones."""
-    a, b, c = (points[faces[:, k]] for k in range(3))
-    away = np.stack(np.unravel_index(outer, shape), axis=-1).mean(axis=1)
-    away = away - np.stack(np.unravel_index(inner, shape), axis=-1).mean(axis=1)
-    wrong = np.einsum("ij,ij->i", np.cross(b - a, c - a), away) < 0
-    return np.where(wrong[:, None], faces[:, ::-1], faces)
 
 
 @dataclass(frozen=True)

@@ -40,8 +40,8 @@ def solid_of(points: Floats, faces: Ints) -> Solid | None:
             tri_verts=np.array(faces, dtype=np.uint64, order="C"),
         )
     )
-    ok = solid.status() == manifold3d.Error.NoError and not solid.is_empty() and solid.volume() > 0
-    return solid if ok else None
+    is_sound = solid.status() == manifold3d.Error.NoError and not solid.is_empty() and solid.volume() > 0
+    return solid if is_sound else None
 
 
 def surface_of(solid: Solid) -> Surface:
