@@ -366,7 +366,7 @@ def shell_moments(points: Floats, faces: Ints) -> tuple[float, Floats, Floats]:
 
 
 def picked(mesh: Mesh, rows: Ints, faces: Ints) -> Mesh:
-    """A mesh of some vertices of a mesh, with their texture coordinates, normals and colours; `faces` are over these."""
+    """A mesh of some vertices of a mesh with their texture coordinates, normals and colours; faces are over these."""
     columns = {name: getattr(mesh, name) for name in ("uv", "normals", "colors")}
     kept = {name: None if values is None else values[rows] for name, values in columns.items()}
     return Mesh(vertices=mesh.vertices[rows], faces=faces, **kept)
