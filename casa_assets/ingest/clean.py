@@ -200,10 +200,7 @@ def _refuse_flat(cloud: Floats) -> None:
 
 
 def valid_faces(vertices: Floats, faces: Ints, place: Ints) -> Mask:
-    """(F,) True for faces to keep: with an area, each once; of faces and reversed twins one where that closes the mesh.
-
-    `place`: (V,) welded point of each vertex.
-    """
+    """(F,) faces with an area, each once; of reversed twins one where that closes the mesh; place: (V,) of weld."""
     ids = place[faces]
     _, area = face_normals(vertices, faces)
     extent = float(np.ptp(vertices, axis=0).max()) or 1.0
@@ -284,10 +281,7 @@ def sheet_fins(ids: Ints) -> tuple[Mask, list[Issue]]:
 
 
 def orient_outward(surface: Surface) -> tuple[Ints, Mask]:
-    """Turn faces so that each component winds one way, and outwards unless it is the inner wall of another.
-
-    Returns (F, 3) faces over the vertices of the surface; (F,) which were turned.
-    """
+    """(F, 3) faces, each component wound outwards unless it is the inner wall of another; (F,) which were turned."""
     ids, turned = consistent_winding(surface.welded_faces)
     points = np.zeros((int(ids.max()) + 1, 3))
     points[surface.welded_faces.ravel()] = surface.vertices[surface.faces.ravel()]
@@ -359,10 +353,7 @@ def _inside_out(points: Floats, ids: Ints, label: Ints, was_turned: Mask, is_ope
 
 
 def _back_to_front(points: Floats, ids: Ints, label: Ints, is_open: Mask) -> Mask:
-    """(F,) faces of open patches that show their back to the outside.
-
-    Patches are joined over edges of exactly two faces, since only those pass a direction on.
-    """
+    """(F,) faces of open patches, joined over edges of exactly two faces, that show their back to the outside."""
     none = np.zeros(len(ids), dtype=bool)
     if not is_open.any():
         return none

@@ -280,10 +280,7 @@ class Solidity:
 
 
 def solidity(points: Floats, faces: Ints, is_full: bool = False) -> Solidity:
-    """Measure a surface, welded, any unit, outward where it is closed.
-
-    `is_full`: known to be solid all through, so that walls inside it are faults.
-    """
+    """Measure a surface, welded, outward where it is closed; `is_full`: solid all through, inner walls are faults."""
     used, local = np.unique(faces, return_inverse=True)
     points, faces = points[used], local.reshape(-1, 3)
     hull = max(hull_volume(points), 1e-300)

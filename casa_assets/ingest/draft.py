@@ -44,8 +44,7 @@ def placed_hull(points: Floats, faces: Ints) -> PlacedShape:
 class Surface:
     """The triangles of all parts in one set, over the parts' own vertices and over welded points; arrays are read-only.
 
-    Attributes:
-        vertices: (V, 3) of all parts, one part after another. faces: (F, 3) indices into `vertices`.
+    `vertices`: (V, 3) of all parts, one part after another. `faces`: (F, 3) indices into `vertices`.
     """
 
     vertices: Floats
@@ -106,13 +105,9 @@ def keep_faces(parts: Sequence[RawPart], keep: Mask) -> tuple[RawPart, ...]:
 class Draft(Record):
     """State between two stages. Each stage returns a new one.
 
-    Attributes:
-        parts: meshes with materials; file units and axes until `orient` and `scale` have run, then metres, z up.
-        metres_per_unit, up, format: as read from the file, see RawModel.
-        guesses: decisions so far. notes: warnings so far.
-        colliders: from `collide` on.
-        inertial: from `mass` on; asset frame.
-        grasps: from `grasp` on.
+    `parts`: meshes with materials; file units and axes until `orient` and `scale` have run, then metres, z up.
+    `metres_per_unit`, `up`, `format`: as read from the file, see RawModel. `guesses`: decisions so far. `notes`:
+    warnings so far. `colliders`: from `collide` on. `inertial`: from `mass` on; asset frame. `grasps`: from `grasp` on.
     """
 
     parts: Annotated[tuple[RawPart, ...], Field(min_length=1)]

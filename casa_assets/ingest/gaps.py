@@ -53,10 +53,7 @@ class _Cut:
 
 
 def split_t_junctions(draft: Draft) -> Draft:
-    """Split faces whose open edge is met by shorter open edges, where all of it is met; a note says how many.
-
-    Texture coordinates, normals and colours of a new vertex are those of its place on the edge.
-    """
+    """Split faces whose open edge is met all along by shorter ones, with a note; new vertices are between its ends."""
     total = 0
     for _ in range(MAX_ROUNDS):
         cuts = _cuts(draft.surface)
@@ -160,10 +157,7 @@ def _between(
 
 
 def close_cracks(surface: Surface, keep: Mask) -> tuple[Floats, list[Issue]]:
-    """Close cracks where that makes open edges meet; everything else stays in place.
-
-    `keep`: (F,) faces that count. Returns (V, 3) vertices, some of them moved; a note where cracks were closed.
-    """
+    """(V, 3) vertices, some moved where that makes open edges meet, and a note if so; `keep`: (F,) faces that count."""
     vertices, place = surface.vertices, surface.point_of_vertex
     ids = surface.welded_faces[keep]
     edges, uses, _ = edge_counts(ids)
@@ -308,10 +302,7 @@ def _closed(draft: Draft, rims: list[Ints]) -> Draft:
 
 
 def boundary_loops(faces: Ints, place: Ints) -> list[Ints]:
-    """Boundary loops of a surface, against the direction of its faces; loops that branch are left out.
-
-    `place`: (V,) welded point of each vertex. Each loop: (K, 2) vertices, start and end of each edge.
-    """
+    """(K, 2) vertices of the edges of boundary loops that do not branch, against their faces; place: (V,) of weld."""
     edges = directed_edges(faces)
     edge_points, count = place[edges], int(place.max()) + 1
     forward, backward = edge_points[:, 0] * count + edge_points[:, 1], edge_points[:, 1] * count + edge_points[:, 0]

@@ -83,10 +83,7 @@ CAPACITY_SHARE = {MatterFill.VESSEL: 0.7, MatterFill.HOLLOW: 0.6, MatterFill.FIL
 
 @dataclass(frozen=True)
 class StatedSize:
-    """Size that titles and prompts state: lengths of any side, metres, capacities, m^3, and the phrases.
-
-    `shift`: in standard deviations of the usual size.
-    """
+    """Sizes in titles and prompts: lengths, m, capacities, m^3, `shift` in standard deviations, and the phrases."""
 
     lengths: tuple[float, ...] = ()
     volumes: tuple[float, ...] = ()
@@ -132,9 +129,8 @@ class SizePrior:
 class ScaleDecision:
     """Metres per unit, the name of the unit or method, confidence 0..1, and the reason.
 
-    Attributes:
-        category_confidence: in the category, once the size is weighed too; None if the size says nothing about it.
-        is_overruled: the file states another unit.
+    `category_confidence`: in the category, once the size is weighed too; None if the size says nothing about it.
+    `is_overruled`: the file states another unit.
     """
 
     factor: float
@@ -155,14 +151,10 @@ def scale(
 ) -> Draft:
     """Bring the parts to metres.
 
-    Args:
-        draft: z up, file units.
-        category: its extents are the prior, per axis.
-        size_slack: ratio > 1 by which a stated size may lie outside the usual range.
-        texts: titles and prompts, which may name a size. generated: from a text-to-3D generator.
-        override_size_m: longest side as a person decided it, metres; 0 where nobody did.
-    Raises:
-        Rejected: the size is not finite (MSH003).
+    `draft`: z up, file units. `category`: its extents are the prior, per axis. `size_slack`: ratio > 1 by which a
+    stated size may lie outside the usual range. `texts`: titles and prompts, which may name a size. `generated`: from a
+    text-to-3D generator. `override_size_m`: longest side as a person decided it, metres; 0 where nobody did. Raises
+    Rejected: the size is not finite (MSH003).
     """
     vertices = draft.surface.vertices
     extents = np.ptp(vertices, axis=0)

@@ -39,10 +39,7 @@ INVISIBLE = 0.02
 
 
 def simplify(draft: Draft, limit: int) -> Draft:
-    """Bring the number of faces down to about `limit`, each part by its share.
-
-    Points and texture coordinates of the result are points and texture coordinates of the parts.
-    """
+    """Bring faces down to about `limit`, each part by its share; points and texture coordinates are those of parts."""
     before = sum(len(p.mesh.faces) for p in draft.parts)
     if before <= limit:
         return draft
@@ -219,10 +216,7 @@ def _with_backs(mesh: Mesh, rows: Mask) -> Mesh:
 
 
 def texture(draft: Draft, largest_px: int, substance: Substance) -> Draft:
-    """Make the materials portable and merge the parts that share one; longer sides are scaled down to `largest_px`.
-
-    Metallic and roughness values of the substance are used if the file states none.
-    """
+    """Make materials portable, pictures no larger than `largest_px`, and parts of one look one; substance's shine."""
     notes = []
     parts = []
     for part in draft.parts:
@@ -256,10 +250,7 @@ def texture(draft: Draft, largest_px: int, substance: Substance) -> Draft:
 
 
 def painted(mesh: Mesh, material: Material) -> tuple[Mesh, Material]:
-    """Vertex colours as a texture: two triangles share a square patch, one in each corner of it.
-
-    The mesh gets three separate vertices per face.
-    """
+    """Vertex colours as a texture: two triangles share a square patch; each face gets three separate vertices."""
     assert mesh.colors is not None
     count = len(mesh.faces)
     columns = max(1, int(np.ceil(np.sqrt((count + 1) // 2))))

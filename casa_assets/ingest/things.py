@@ -120,10 +120,7 @@ class Sign(NamedTuple):
 
 
 def signs_of_form(model: RawModel) -> list[Sign]:
-    """Signs in the surfaces of a model; empty if it is one piece.
-
-    If it has too many pieces to compare, their number is the only sign.
-    """
+    """Signs in the surfaces of a model: none of one piece; of too many pieces to compare, their number alone."""
     if not any(len(part.mesh.faces) for part in model.parts):
         return []
     components, _ = components_of(model)
@@ -213,10 +210,7 @@ def _are_legs(components: Components, same: Ints, up: int) -> bool:
 
 
 def alike_pieces(components: Components) -> tuple[Ints, bool]:
-    """(K,) components of one form that are separate objects, and whether they make up the whole model.
-
-    If they do not, only compact ones count. Empty if there are no such components.
-    """
+    """(K,) separate components of one form, compact ones unless they are all there is; whether they are all."""
     spread, area = _spreads(components)
     longest = float(np.ptp(components.points, axis=0).max())
     for sample in np.argsort(-components.longest_side, kind="stable"):
@@ -597,9 +591,6 @@ def _are_equal(one: Sequence[RawPart], other: Sequence[RawPart]) -> bool:
 
 
 def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
-    """Read a mesh. Raises Rejected if the file cannot be read, or no longer holds the thing.
-
-    `limits`: by their names in registry/limits.yaml.
-    """
+    """Read a mesh; `limits`: as in registry/limits.yaml. Raises Rejected: unreadable, or the thing is not there."""
     model = read.load(bundle, limits)
     return model_of_thing(model, bundle.thing, printable(bundle.main)) if bundle.thing else model

@@ -80,10 +80,8 @@ FOOT_SHARE, MIN_FOOT_SHARE = 0.025, 0.01
 class SurfaceSample:
     """Samples and hull of a surface in file axes, scaled to a longest side of 1; origin at the hull's centre of mass.
 
-    Attributes:
-        samples: (N, 3) points spread evenly over the surface.
-        hull_points, hull_faces: (M, 3) and (F, 3), wound so that the normals point outward.
-        hull_volume: in the scaled units, cubed.
+    `samples`: (N, 3) points spread evenly over the surface. `hull_points`, `hull_faces`: (M, 3) and (F, 3), wound so
+    that the normals point outward. `hull_volume`: in the scaled units, cubed.
     """
 
     samples: Floats

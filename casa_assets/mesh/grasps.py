@@ -163,10 +163,7 @@ def _cross(a: Floats, b: Floats) -> Floats:
 def choose_grasps(
     points: Floats, faces: Ints, center_of_mass: Vec3, category: Category, opening_m: float
 ) -> tuple[Grasp, ...]:
-    """The best grasp of each kind that is possible; points: metres, z up, at rest; faces: welded, facing outwards.
-
-    Vessels have a rim; some categories have a handle; what is fixed is not grasped.
-    """
+    """The best grasp of each possible kind, none of what is fixed; points: metres, z up, at rest; faces: outward."""
     if category.fixed:
         return ()
     center = np.array(center_of_mass)
@@ -192,10 +189,7 @@ def choose_grasps(
 
 
 def grasp_site(grasp: Grasp, shift: Floats) -> Site:
-    """A box site `grasp_<feature>`: x along the closing direction, as long as the opening, z along the approach.
-
-    `shift`: (3,) is added to the centre, metres.
-    """
+    """A box site, moved by (3,) `shift`, metres: x along the closing direction, long as the opening, z the approach."""
     closing, approach = np.array(grasp.closing), np.array(grasp.approach)
     rotation = Rotation.from_matrix(np.stack([closing, np.cross(approach, closing), approach], axis=1))
     x, y, z, w = (seven_digits(float(v)) for v in rotation.as_quat(canonical=True))
@@ -206,10 +200,7 @@ def grasp_site(grasp: Grasp, shift: Floats) -> Site:
 
 
 def _feature_of(candidate: AntipodalGrasp, aside: float, top: float, category: Category) -> GraspFeature | None:
-    """Part that a grasp holds; None for the wall of a vessel below its rim.
-
-    `aside`: horizontal distance from the centre of mass over the longer side. `top`: height of the mesh, metres.
-    """
+    """Part that a grasp holds, None for a wall below the rim; `aside`: over the longer side, `top`: height, metres."""
     if category.build is MatterFill.VESSEL and candidate.width <= RIM_THICKNESS_M:
         is_at_top = candidate.center[2] >= top - RIM_DEPTH_M and -candidate.approach[2] >= MIN_DOWNWARD_COSINE
         if (

@@ -104,9 +104,8 @@ def _short(value: float) -> float:
 class SampledSurface:
     """A surface sampled for registration: centred, root mean square distance from the centre 1.
 
-    Attributes:
-        places, normals: (SURFACE_SAMPLES, 3). spacing: between two places.
-        axes: (3,) spread along the principal axes. frame: (3, 3) these axes as columns.
+    `places`, `normals`: (SURFACE_SAMPLES, 3). `spacing`: between two places. `axes`: (3,) spread along the principal
+    axes. `frame`: (3, 3) these axes as columns.
     """
 
     places: Floats

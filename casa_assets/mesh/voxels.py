@@ -177,12 +177,10 @@ def fillable_volume(solid: Mask) -> Mask:
 class OpenRooms:
     """The open rooms of a surface, the largest first.
 
-    Attributes:
-        grid: of the surface. rooms: (X, Y, Z) number of the room that a voxel belongs to, from 1 on; 0 outside of them.
-        shares: volume of each room over that of the hull, with what lies close to the walls.
-        enclosed: the same of what lies between two walls along at least two of the axes: of the inside of a mug or of
-            a compartment that is nearly all, of a bend little.
-        facing: share of the walls of each, 0..1, that show it their faces and not their backs.
+    `grid`: of the surface. `rooms`: (X, Y, Z) number of the room that a voxel belongs to, from 1 on; 0 outside of them.
+    `shares`: volume of each room over that of the hull, with what lies close to the walls. `enclosed`: the same of what
+    lies between two walls along at least two of the axes: of the inside of a mug or of a compartment that is nearly
+    all, of a bend little. `facing`: share of the walls of each, 0..1, that show it their faces and not their backs.
     """
 
     grid: Grid

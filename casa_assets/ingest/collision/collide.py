@@ -230,12 +230,10 @@ def _is_known(category: Category) -> bool:
 class CollisionTask:
     """Input of a strategy.
 
-    Attributes:
-        points, faces: (P, 3) welded, metres, and (F, 3).
-        is_full: solid all through, so that holes in the surface are closed. hull_fill: share of its hull, 0..1.
-        rests_any_way: it has no preferred resting pose. is_packed: goods in a can, a box and the like.
-        proxy: solid of the surface. reference: what shapes are measured against.
-        params: limits. decomposer: runs CoACD or V-HACD out of process.
+    `points`, `faces`: (P, 3) welded, metres, and (F, 3). `is_full`: solid all through, so that holes in the surface are
+    closed. `hull_fill`: share of its hull, 0..1. `rests_any_way`: it has no preferred resting pose. `is_packed`: goods
+    in a can, a box and the like. `proxy`: solid of the surface. `reference`: what shapes are measured against.
+    `params`: limits. `decomposer`: runs CoACD or V-HACD out of process.
     """
 
     points: Floats

@@ -20,11 +20,9 @@ from casa_assets.core.system import lower_limit
 class Budget:
     """Limits of a decomposition.
 
-    Attributes:
-        hulls: most hulls. hull_vertices: most vertices of each.
-        voxels: cubes that V-HACD works on.
-        threshold: CoACD's concavity threshold, 0..1 of the longest side.
-        cpu_s: CPU seconds (not wall: a busy machine must not change the outcome). memory_bytes: address space.
+    `hulls`: most hulls. `hull_vertices`: most vertices of each. `voxels`: cubes that V-HACD works on. `threshold`:
+    CoACD's concavity threshold, 0..1 of the longest side. `cpu_s`: CPU seconds (not wall: a busy machine must not
+    change the outcome). `memory_bytes`: address space.
     """
 
     hulls: int
@@ -40,10 +38,7 @@ class DecompositionFailed(Exception):
 
 
 def decompose(method: str, vertices: Floats, faces: Ints, budget: Budget) -> list[Floats]:
-    """Vertices of each hull, metres, by `coacd` (needs a closed manifold) or `vhacd` (takes any triangles).
-
-    Raises DecompositionFailed: exit code or signal of the child, and its last words.
-    """
+    """Vertices of each hull, metres, by `coacd` (of a closed manifold) or `vhacd`. Raises DecompositionFailed: why."""
     if not len(faces) or not np.isfinite(vertices).all() or not np.ptp(vertices, axis=0).max() > 0:
         raise DecompositionFailed(f"{method} was not tried: the mesh has no extent, or coordinates that are no numbers")
     lowest, extent = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())

@@ -70,14 +70,11 @@ ANGLES = 12
 class CollideParams(Record):
     """Limits of the stage.
 
-    Attributes:
-        hull_count: most shapes. hull_vertices: most vertices of a hull.
-        primitive_ratio: smallest share of a primitive that the hull has to fill.
-        hull_ratio: smallest share of the hull that the mesh has to fill for one shape.
-        error_m: distance from the shapes up to which the mesh counts as covered.
-        box_m, box_ratio: how far the boxes around shapes and mesh may be apart: metres, and where that is more a share
-            of the longest side (AST009).
-        closed_share: largest share of an open room that shapes may fill or close off (AST018).
+    `hull_count`: most shapes. `hull_vertices`: most vertices of a hull. `primitive_ratio`: smallest share of a
+    primitive that the hull has to fill. `hull_ratio`: smallest share of the hull that the mesh has to fill for one
+    shape. `error_m`: distance from the shapes up to which the mesh counts as covered. `box_m`, `box_ratio`: how far the
+    boxes around shapes and mesh may be apart: metres, and where that is more a share of the longest side (AST009).
+    `closed_share`: largest share of an open room that shapes may fill or close off (AST018).
     """
 
     hull_count: int = 32
@@ -98,12 +95,10 @@ class CollideParams(Record):
 class FitReference:
     """Reference that the collision shapes of a mesh are measured against.
 
-    Attributes:
-        solid: proxy of the mesh. surface: of that solid. samples: (N, 3) points on the mesh itself, metres.
-        box: (2, 3) lower and upper corner of the mesh.
-        opening_points: (M, 3) points in the opening of a vessel; empty if it has no opening.
-        bound: largest error that shapes may have.
-        rooms: open rooms of the mesh. kept_rooms: indices of those that shapes have to leave open.
+    `solid`: proxy of the mesh. `surface`: of that solid. `samples`: (N, 3) points on the mesh itself, metres. `box`:
+    (2, 3) lower and upper corner of the mesh. `opening_points`: (M, 3) points in the opening of a vessel; empty if it
+    has no opening. `bound`: largest error that shapes may have. `rooms`: open rooms of the mesh. `kept_rooms`: indices
+    of those that shapes have to leave open.
     """
 
     solid: Solid
@@ -120,12 +115,11 @@ class FitReference:
 class FitErrors:
     """Errors of collision shapes: deviations, share of the opening left open, and the largest error over its bound.
 
-    Attributes:
-        bare_share: share of the mesh that lies farther outside of the shapes than the limit `error_m`, 0..1.
-        open_share: share of the opening that is left open; None if the mesh has no opening.
-        closed_share: largest share of an open room that is filled or closed off; 0 if the mesh has no open room.
-        is_sound: the checks on bounding boxes and on open rooms will accept the shapes.
-        normalized_error: largest of all errors, each divided by its bound; 1 or less is good enough.
+    `bare_share`: share of the mesh that lies farther outside of the shapes than the limit `error_m`, 0..1.
+    `open_share`: share of the opening that is left open; None if the mesh has no opening. `closed_share`: largest share
+    of an open room that is filled or closed off; 0 if the mesh has no open room. `is_sound`: the checks on bounding
+    boxes and on open rooms will accept the shapes. `normalized_error`: largest of all errors, each divided by its
+    bound; 1 or less is good enough.
     """
 
     deviation: Deviation
@@ -144,10 +138,7 @@ def fit_reference(
     rooms: OpenRooms = NO_ROOMS,
     kept_rooms: Sequence[int] = (),
 ) -> FitReference:
-    """Prepare what all candidate shapes of a mesh, welded, metres, z up, are measured against.
-
-    `is_open`: openings of the mesh are meant, and not damage to something solid. For the others see FitReference.
-    """
+    """Prepare what shapes of a mesh, welded, metres, z up, are measured against; `is_open`: its openings are meant."""
     surface = _touchable(reference_surface(*surface_of(solid)), points, faces, not is_open)
     bound = ErrorBound(max(P95_M, P95_RATIO * surface.longest), WORST_RATIO * surface.longest)
     opening_points = _opening_points(points, faces) if is_open else np.zeros((0, 3))

@@ -70,10 +70,7 @@ class Plane:
 
 
 def split_hull_volume(points: Floats, edges: Ints, plane: Plane) -> tuple[float, int]:
-    """Volume of the hulls, m^3, and their number, if a plane cut the solid and every piece got one hull.
-
-    `points`, `edges`: of the closed surface, (P, 3), and (E, 2), each once.
-    """
+    """Volume of the hulls, m^3, and their number, if a plane cut a closed surface of (P, 3) points and (E, 2) edges."""
     above = points @ plane.normal - plane.offset
     side = above > 0
     if side.all() or not side.any():

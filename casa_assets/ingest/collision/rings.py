@@ -46,11 +46,9 @@ SETBACK_SHARE, MAX_SETBACK_SHARE = 0.8, 0.6
 class WallProfile:
     """Walls of a solid around an upright axis, at ROWS heights and RAYS angles.
 
-    Attributes:
-        center: (2,) x and y of the axis, metres.
-        heights: (H,) metres, ascending. step: between two, metres.
-        inner: (H, A) radius at which matter begins, 0 if the axis is in it, nan if there is no matter.
-        outer: (H, A) radius at which the first stretch of matter ends.
+    `center`: (2,) x and y of the axis, metres. `heights`: (H,) metres, ascending. `step`: between two, metres. `inner`:
+    (H, A) radius at which matter begins, 0 if the axis is in it, nan if there is no matter. `outer`: (H, A) radius at
+    which the first stretch of matter ends.
     """
 
     center: Floats
@@ -152,10 +150,9 @@ class Slab:
 class SlabCosts:
     """Errors of merging the rows from i to before j into one slab: (H, H + 1) arrays, metres.
 
-    Attributes:
-        bend: distance of the walls from their chords. filled_height: height of the opening that a hull would fill.
-        hollow_below: height of the hollow below the floor that a hull would fill. has_floor: the axis is in the solid.
-        radius: largest radius of the inner wall, times the sine of its steepness; 0 if there is no wall.
+    `bend`: distance of the walls from their chords. `filled_height`: height of the opening that a hull would fill.
+    `hollow_below`: height of the hollow below the floor that a hull would fill. `has_floor`: the axis is in the solid.
+    `radius`: largest radius of the inner wall, times the sine of its steepness; 0 if there is no wall.
     """
 
     bend: Floats
@@ -284,11 +281,9 @@ def cut_vessel(
 ) -> CutVessel | None:
     """A vessel as a floor, rings of sectors and handles; None if no such cut stays within `max_parts` parts.
 
-    Args:
-        solid: metres, z up, simplified.
-        min_error_m: smallest error of a hull that is tried.
-        hollow_error_m: error up to which a hollow below the floor stays hollow; with larger ones it may be filled.
-        foot_height_m: largest height of that hollow. max_parts: of floor and walls.
+    `solid`: metres, z up, simplified. `min_error_m`: smallest error of a hull that is tried. `hollow_error_m`: error up
+    to which a hollow below the floor stays hollow; with larger ones it may be filled. `foot_height_m`: largest height
+    of that hollow. `max_parts`: of floor and walls.
     """
     center, round_share = upright_axis(*surface_of(solid))
     profile = wall_profile(solid, center)

@@ -165,10 +165,7 @@ class AssembledSolid:
 
 
 def assemble_solid(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | None:
-    """Build the solid of a surface, wound any way, from its components; None if too many, or without a volume.
-
-    `grid`: voxels of the surface; a lid is put on an opening only where it is filled.
-    """
+    """The solid of a surface from its components, lids where the grid is filled; None if too many, or no volume."""
     longest = float(np.ptp(points, axis=0).max())
     components = split_components(points, faces, np.arange(len(points)))
     if components.count > MAX_COMPONENTS:
@@ -263,10 +260,7 @@ def _plates(points: Floats, faces: Ints, thickness_m: float) -> list[Solid]:
 
 
 def signed_distance_field(points: Floats, faces: Ints, grid: Grid) -> Floats:
-    """(X, Y, Z) signed distances at voxel centres, metres, positive within matter; coarse away from the surface.
-
-    The grid is of that surface, wound any way, open or not.
-    """
+    """(X, Y, Z) signed distances, metres, positive within matter, in the grid of a surface; coarse away from it."""
     normals, areas = face_normals(points, faces)
     count = int(min(MAX_SAMPLES, max(2000, 4 * areas.sum() / grid.cell**2)))
     samples, face = samples_with_faces(points, faces, count)
@@ -294,10 +288,9 @@ def signed_distance_field(points: Floats, faces: Ints, grid: Grid) -> Floats:
 def isosurface(field: Floats, origin: Floats, cell: float) -> tuple[Floats, Ints]:
     """Triangulate the border of all that is positive: a manifold of outward faces, empty if nothing is positive.
 
-    Args:
-        field: (X, Y, Z) at the corners of a grid; its border has to be negative, or the surface is cut open there.
-        origin: (3,) of the first corner. cell: distance between two, metres.
-    Ref: Kuhn's six tetrahedra of a cube; neighbouring cubes share their diagonals, so that no gap opens.
+    Ref: Kuhn's six tetrahedra of a cube; neighbouring cubes share their diagonals, so that no gap opens. `field`: (X,
+    Y, Z) at the corners of a grid; its border has to be negative, or the surface is cut open there. `origin`: (3,) of
+    the first corner. `cell`: distance between two, metres.
     """
     shape = np.array(field.shape)
     within = field > 0
@@ -348,10 +341,9 @@ def _crossed(tetrahedra: Ints, within: Mask) -> tuple[Ints, Ints]:
 class SolidProxy:
     """Solid that represents a surface.
 
-    Attributes:
-        solid: closed, outward, metres, without sealed cavities.
-        kind: of the surface. message: the measurements behind it and the steps that were taken, in words.
-        mean_wall_m: mean thickness, metres: twice the volume over the area.
+    `solid`: closed, outward, metres, without sealed cavities. `kind`: of the surface. `message`: the measurements
+    behind it and the steps that were taken, in words. `mean_wall_m`: mean thickness, metres: twice the volume over the
+    area.
     """
 
     solid: Solid
@@ -361,10 +353,7 @@ class SolidProxy:
 
 
 def solid_proxy(points: Floats, faces: Ints, is_full: bool) -> SolidProxy | None:
-    """Build the solid that represents a surface, welded, metres, or return None if no volume can be made of it.
-
-    `is_full`: known to be solid all through, so that openings and cavities are filled.
-    """
+    """The solid that represents a surface, welded, metres, or None; `is_full`: openings and cavities are filled."""
     longest = float(np.ptp(points, axis=0).max())
     area = float(face_normals(points, faces)[1].sum())
     grid = voxelise(points, faces, CELLS, bridge=is_full)
@@ -433,10 +422,7 @@ def _closed(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | None:
 
 
 def _classified(solid: Solid, raw: Solid | None, area: float, longest: float, steps: list[str]) -> SolidProxy:
-    """The proxy with its kind, which follows from the share of the hull filled, wall thickness and sealed volume.
-
-    `raw`: the solid before sealed cavities were filled; None if the surface does not bound a solid.
-    """
+    """The proxy with its kind; `raw`: the solid before sealed cavities were filled, None if the surface bounds none."""
     volume = float(solid.volume())
     hull_fill = volume / max(volume_of_hull([solid]), 1e-30)
     mean_wall_m = 2 * volume / float(face_normals(*surface_of(solid))[1].sum())

@@ -41,10 +41,7 @@ FAILED = "RUN009"
 
 
 def roots_of(words: Sequence[str | Path], library: Path) -> tuple[list[Path | StoreRoot], tuple[Refused, ...]]:
-    """Paths, addresses of stores, and folders of what plug-ins fetch; and the addresses at which a plug-in failed.
-
-    The library keeps the traces of plug-ins that fail.
-    """
+    """Paths, addresses, folders that plug-ins fetched; and addresses where one failed: the library keeps its trace."""
     roots: list[Path | StoreRoot] = []
     refused: list[Refused] = []
     for word in words:
@@ -143,10 +140,7 @@ def _as_text(source: Source) -> Source:
 def _is_output(
     place: Path, real_roots: Set[Path], named_files: Set[Path], own_library: Path, is_output: dict[str, bool]
 ) -> bool:
-    """True if a file is in our library, or in any library below a root (a root may be one).
-
-    `is_output`: takes up what is known of folders, by their path.
-    """
+    """True if a file is in our library, or in one below a root; `is_output`: takes up what is known of folders."""
     # Path would take longer than all the rest, and the real path of a folder is looked for once, not for each file.
     file = str(place)
     if named_files and (named := Path(os.path.realpath(file))) in named_files:
@@ -189,8 +183,7 @@ MESHES = "meshes"  # folder of the models that `stage_meshes` writes, within the
 class MeshInput:
     """A mesh in memory with what is known of it, for `Library.ingest`.
 
-    Attributes:
-        category: id of what it is, such as `mug`. up: axis that points up.
+    `category`: id of what it is, such as `mug`. `up`: axis that points up.
     """
 
     mesh: MeshOrScene
@@ -233,10 +226,7 @@ CONTRADICTED_CONFIDENCE = 0.4
 
 @dataclass(frozen=True)
 class Survey:
-    """Digest of an input and its category, with the confidence, 0..1, and the reason.
-
-    `looked_at`: files and folders that decided it, with their `state_of`.
-    """
+    """Digest and category of an input, confidence, 0..1, and reason; files and folders behind it, with `state_of`."""
 
     sha256: str
     category: str
@@ -358,10 +348,7 @@ MIN_AGE_NS = 50_000_000
 
 
 class SurveyTable:
-    """Surveys by input, in the cache folder; `requested`: category for all inputs, or empty.
-
-    Of the limits of the run those on the bytes of an input count.
-    """
+    """Surveys by input, in the cache folder; `requested`: category of all, or empty; the limit on bytes counts too."""
 
     def __init__(self, cache: Path, requested: str, limits: Mapping[str, float], read_only: bool = False) -> None:
         self._path, self._read_only = cache / SURVEYS, read_only
@@ -373,10 +360,7 @@ class SurveyTable:
         self._kept: dict[str, Any] = kept["surveys"] if is_ours else {}
 
     def survey(self, inputs: Sequence[Found], pool: Engine) -> Iterator[tuple[int, Survey | Rejected | WorkerFailure]]:
-        """Yield number and survey of every input, the known ones first; what is new is kept at the end.
-
-        The workers of the pool read what is new. Those surveys alone have `looked_at`.
-        """
+        """Yield number and survey of every input, the known ones first; workers read what is new, which is kept."""
         new: list[int] = []
         for number, one in enumerate(inputs):
             if (known := self.find(one)) is not None:
@@ -423,10 +407,7 @@ class SurveyTable:
 
 
 def _is_settled(state: str, newest_ns: int) -> bool:
-    """Return whether any later change would change a state: a file's last one was before a time, ns since 1970.
-
-    A store gives each object a tag or a time, or nothing that would change with it (`?`).
-    """
+    """True if any later change would change a state: the last was before a time, ns since 1970, or a store says so."""
     return not state or state.startswith("store ") or (state != "?" and int(state.split()[1]) < newest_ns)
 
 
@@ -453,12 +434,10 @@ class Job:
 class Result:
     """State of one input before its entry is published.
 
-    Attributes:
-        number: its place among the inputs of the run that could be read.
-        job: the input. outcome: the verdict of a worker, or of an earlier run.
-        folder: of an accepted asset: in the staging folder, or, if it was kept, in the library.
-        is_kept: the library holds this outcome already.
-        twin: folder, relative to the library, of the asset that it is a copy of; empty if it is no copy.
+    `number`: its place among the inputs of the run that could be read. `job`: the input. `outcome`: the verdict of a
+    worker, or of an earlier run. `folder`: of an accepted asset: in the staging folder, or, if it was kept, in the
+    library. `is_kept`: the library holds this outcome already. `twin`: folder, relative to the library, of the asset
+    that it is a copy of; empty if it is no copy.
     """
 
     number: int
@@ -477,10 +456,7 @@ def stage_refusal(
     picture: bytes | None = None,
     twin: str = "",
 ) -> Path:
-    """The finished entry of a rejected input, in the staging folder, with the report of the checks that ran.
-
-    `picture`: PNG of the input. `twin`: folder, relative to the library, of the asset that it is a copy of.
-    """
+    """The staged entry of a rejected input; `picture`: PNG of it. `twin`: folder of the asset that it is a copy of."""
     refusal = disk.Refusal(
         id=job.asset_id,
         code=error.code,
@@ -529,10 +505,7 @@ class Answers(Protocol):
 
 @dataclass(frozen=True)
 class WorkerAnswers:
-    """Answers of worker processes, which read the inputs and build the assets.
-
-    `show_work` is called with the path of each input that is begun to be worked on.
-    """
+    """Answers of workers, which read inputs and build assets; `show_work` is called with each path that is begun."""
 
     pool: Engine
     table: SurveyTable

@@ -207,12 +207,9 @@ def _check_identity(folder: Path, found: Identity | None, wanted: Identity) -> N
 def _copied(folder: Path, library: disk.Library, digests: Mapping[str, str]) -> Path:
     """The copy of an entry in the staging folder, by hard links where the file system has them.
 
-    A file that is copied byte by byte is compared with its digest; one that is linked is not read.
-
-    Args:
-        digests: sha256 of the files by their path in the entry; empty where it is not known.
-    Raises:
-        OutputError: a file is missing, damaged, or no regular file inside the entry.
+    A file that is copied byte by byte is compared with its digest; one that is linked is not read. `digests`: sha256 of
+    the files by their path in the entry; empty where it is not known. Raises OutputError: a file is missing, damaged,
+    or no regular file inside the entry.
     """
     staged = library.stage(folder.name)
     for name, digest in digests.items():

@@ -255,9 +255,8 @@ def ingest_inputs(
 class _IngestRun(InputRun[Survey]):
     """A run of ingest.
 
-    Attributes:
-        held: things in files that are taken apart, by the number of the file.
-        steps: inputs that could be read, in their order: a job to do, or an accepted asset that exists already.
+    `held`: things in files that are taken apart, by the number of the file. `steps`: inputs that could be read, in
+    their order: a job to do, or an accepted asset that exists already.
     """
 
     def __init__(
@@ -441,10 +440,9 @@ def tally(events: Sequence[Event]) -> Counter[str]:
 class Deduplicator:
     """Finds copies among the inputs of a run and in its library.
 
-    Args:
-        limit: largest distance between the surfaces of copies, as a share of their radius.
-        own: sha256 of the inputs of this run; their entries in the library are judged in the order of the inputs.
-        table: the entries of the library from before the run; None: they are read.
+    `limit`: largest distance between the surfaces of copies, as a share of their radius. `own`: sha256 of the inputs of
+    this run; their entries in the library are judged in the order of the inputs. `table`: the entries of the library
+    from before the run; None: they are read.
     """
 
     def __init__(
@@ -464,9 +462,8 @@ class Deduplicator:
     def publish(self, results: Iterable[Result], publish: Callable[[Result], Published]) -> Iterator[Published]:
         """Publish results, copies as rejections: rejections at once, accepted ones in the order of their inputs.
 
-        Args:
-            results: numbered from 0 without gaps, in any order. Results after a missing number are judged at the end.
-            publish: puts a result in its place, where later ones are compared with it; its answers are yielded.
+        `results`: numbered from 0 without gaps, in any order. Results after a missing number are judged at the end.
+        `publish`: puts a result in its place, where later ones are compared with it; its answers are yielded.
         """
         finished: dict[int, Result | None] = {}
         next_number = 0

@@ -138,11 +138,9 @@ class SurveyRecord(Record):
 class ShardLine(Record):
     """One input, or the refused rows of one file.
 
-    Attributes:
-        number: of the input among those of all shards, in the order of discovery; of a file, of its first refused row.
-        source: of an input. sha256, things: of a file that was taken apart, its digest and what it holds.
-        surveys: of the input, or of each thing.
-        refused: rows of a file; None of an input.
+    `number`: of the input among those of all shards, in the order of discovery; of a file, of its first refused row.
+    `source`: of an input. `sha256`, `things`: of a file that was taken apart, its digest and what it holds. `surveys`:
+    of the input, or of each thing. `refused`: rows of a file; None of an input.
     """
 
     number: Number
@@ -206,10 +204,7 @@ def read_header(library: disk.Library) -> ShardHeader | None:
 
 
 def read_record(library: disk.Library, categories: Mapping[str, object]) -> ShardRecord:
-    """Return the results of a shard's run; `categories`: all that exist, by id.
-
-    Raises OutputError: the library is no shard, its run has not ended, or the file is damaged.
-    """
+    """Results of a shard's run; `categories`: all, by id. Raises OutputError: no shard, not ended, or damaged."""
     path = library.root / SHARD_FILE
     header = read_header(library)
     if header is None:
@@ -265,10 +260,7 @@ def check_is_no_shard(library: disk.Library) -> None:
 
 
 def check_shard(table: EntryTable, header: ShardHeader) -> None:
-    """Check that a run of a shard may write to a library.
-
-    Raises OutputError: the library is no shard, or another one, or one of a run with other options.
-    """
+    """Check that a run of a shard may write there. Raises OutputError: no shard, another, or with other options."""
     root, before = str(table.root), read_header(disk.Library(table.root))
     if before is None:
         if any(entry.producer == Producer.INGEST.value for entry in table.entries):
@@ -284,9 +276,8 @@ def check_shard(table: EntryTable, header: ShardHeader) -> None:
 class Recorder:
     """Narrows a run to a shard and writes down what it finds out; its memory is bounded by the shard's own inputs.
 
-    Attributes:
-        count: inputs of all shards so far.
-        held, surveys: what files hold and what each input is, by its number; set by the run.
+    `count`: inputs of all shards so far. `held`, `surveys`: what files hold and what each input is, by its number; set
+    by the run.
     """
 
     def __init__(self, library: disk.Library, header: ShardHeader) -> None:

@@ -73,10 +73,7 @@ class BuildContext(Record):
 
 @dataclass(frozen=True)
 class Stage:
-    """One step of ingest: a pure function of the result of the stage before it and the context.
-
-    `keep`: the result, a Draft, is put into the store, under a key that is derived from the code up to here.
-    """
+    """A pure function of the result before it and the context; `keep`: the result, a Draft, is put into the store."""
 
     name: str
     function: Callable[[Any, BuildContext], Any]
@@ -174,10 +171,7 @@ def stage_key(stage: Stage) -> str:
 
 
 def run_stages(bundle: Bundle, context: BuildContext, store: Store | None = None) -> tuple[Asset, tuple[Issue, ...]]:
-    """An asset from a bundle, and the warnings on the way; `store`: keeps results of stages.
-
-    Raises Rejected: a stage cannot accept its input.
-    """
+    """An asset from a bundle, and the warnings on the way; `store`: keeps results of stages. Raises Rejected."""
     keys, start = _keys(context), 0
     result: Any = bundle
     for i in reversed(range(len(STAGES))):

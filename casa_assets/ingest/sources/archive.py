@@ -69,10 +69,8 @@ def _plain(path: str) -> str:
 class Member:
     """A regular file in an archive.
 
-    Attributes:
-        path: in the archive, POSIX. size: as the archive claims it.
-        at: byte of a tar at which its header begins, unpacked; -1 of a zip.
-        packed: bytes that it takes in the archive; of a tar, those of all.
+    `path`: in the archive, POSIX. `size`: as the archive claims it. `at`: byte of a tar at which its header begins,
+    unpacked; -1 of a zip. `packed`: bytes that it takes in the archive; of a tar, those of all.
     """
 
     path: str
@@ -115,8 +113,7 @@ class _Bounded:
 class Archive:
     """An archive in a folder.
 
-    Attributes:
-        path: of the file in the folder, POSIX.
+    `path`: of the file in the folder, POSIX.
     """
 
     path: str
@@ -187,10 +184,7 @@ class Archive:
                 packed_tar.members = []  # type: ignore[attr-defined]  # the library keeps all that it has seen
 
     def _content(self, path: str, most: int, at: int = 0) -> bytes | None:
-        """Bytes of a member, at most `most`; None if there is no such member.
-
-        `at`: of a tar, byte at which the header of the only member that is looked at begins.
-        """
+        """At most `most` bytes of a member, or None; `at`: byte of a tar at which the only header to look at begins."""
         if self._is_zip:
             with self._zip() as packed:
                 for info in packed.infolist():

@@ -28,12 +28,9 @@ _PICTURE_FOLDERS = ("", "textures", "texture", "images", "../textures", "../mate
 def collect(found: Found, limits: Mapping[str, float], looked_at: set[str] | None = None) -> Bundle:
     """Read an input.
 
-    Args:
-        found: what `discover` yielded.
-        limits: `input_bytes` is the most that all files together may hold.
-        looked_at: takes up the paths of all files and folders whose state decides what is read, missing ones too.
-    Raises:
-        Rejected: the main file or a glTF buffer is missing, refused, too large or of the wrong type.
+    `found`: what `discover` yielded. `limits`: `input_bytes` is the most that all files together may hold. `looked_at`:
+    takes up the paths of all files and folders whose state decides what is read, missing ones too. Raises Rejected: the
+    main file or a glTF buffer is missing, refused, too large or of the wrong type.
     """
     main, thing = posixpath.basename(found.main), found.source.node
     if found.is_model:
@@ -203,10 +200,7 @@ def _refusal(name: str) -> str | None:
 
 
 def place_of(found: Found, looked_at: set[str] | None = None) -> Place:
-    """Where an input and its companions lie.
-
-    `looked_at`: takes up the paths of all files and folders that are looked at from now on, missing ones too.
-    """
+    """Where an input and its companions lie; `looked_at`: takes up the paths of all that is looked at."""
     folder = folder_of(found.root, looked_at)
     if not found.archive:
         return folder

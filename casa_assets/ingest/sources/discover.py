@@ -40,13 +40,10 @@ from casa_assets.model.source import Source, SourceKind
 def discover(roots: Sequence[Path | StoreRoot], others: Counter[str] | None = None) -> Iterator[Found | Refused]:
     """All inputs under the roots; an input that several roots reach is yielded once.
 
-    Args:
-        roots: folders or files, as the user named them, on the disk or on stores.
-        others: counts the files that are no inputs, by what they are: pictures, materials, texts ...
-    Yields:
-        Found or Refused, sorted by path within a root; packages before the loose files of the same folder.
-    Raises:
-        CasaError: there is nothing at an address, or its store cannot be reached.
+    `roots`: folders or files, as the user named them, on the disk or on stores. `others`: counts the files that are no
+    inputs, by what they are: pictures, materials, texts ... Yields Found or Refused, sorted by path within a root;
+    packages before the loose files of the same folder. Raises CasaError: there is nothing at an address, or its store
+    cannot be reached.
     """
     found_keys: set[tuple[str, str]] = set()
     refused_digests: set[bytes] = set()
@@ -76,10 +73,7 @@ def discover(roots: Sequence[Path | StoreRoot], others: Counter[str] | None = No
 
 
 def _real_path(path: str, real_folders: dict[str, str]) -> str:
-    """The same as `os.path.realpath`, which looks at every folder above.
-
-    `real_folders`: takes up what is known of folders.
-    """
+    """As `os.path.realpath`, which looks at every folder above; `real_folders`: what is known of folders."""
     folder, name = os.path.split(path)
     if os.path.islink(path):  # noqa: PTH114
         return os.path.realpath(path)

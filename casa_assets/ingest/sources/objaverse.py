@@ -174,16 +174,11 @@ def _xl_row(package: Package, name: str, number: int, row: object) -> Found | Re
 def download(uids: Sequence[str], category: str, most: int, into: Path) -> Path:
     """Fetch objects by way of the `objaverse` package; what is there already is not fetched again.
 
-    Args:
-        uids: which objects; where empty, the first `most` of the LVIS `category`, by uid.
-        category: LVIS category, such as `Mug`; compared without case.
-        most: largest number of objects to fetch.
-        into: folder that gets `hf-objaverse-v1/`, laid out as that package lays out its cache.
-    Returns:
-        The package folder, to be given to `discover`.
-    Raises:
-        CasaError: the `objaverse` package is not installed, or the network cannot be reached.
-        UnknownId: no such LVIS category.
+    `uids`: which objects; where empty, the first `most` of the LVIS `category`, by uid. `category`: LVIS category, such
+    as `Mug`; compared without case. `most`: largest number of objects to fetch. `into`: folder that gets
+    `hf-objaverse-v1/`, laid out as that package lays out its cache. Returns the package folder, to be given to
+    `discover`. Raises CasaError: the `objaverse` package is not installed, or the network cannot be reached. Raises
+    UnknownId: no such LVIS category.
     """
     try:
         library = importlib.import_module("objaverse")

@@ -89,10 +89,7 @@ def check_file(path: str, root: Path) -> os.stat_result:
 
 
 def read_file(path: str, root: Path, max_bytes: float) -> bytes:
-    """Bytes of a regular file inside the root.
-
-    Raises Rejected: as `check_file`, and TOO_LARGE before anything is read.
-    """
+    """Bytes of a regular file inside the root. Raises Rejected as `check_file`; TOO_LARGE before anything is read."""
     name = printable(Path(utf8_escaped(path)).name)
     checked = check_file(path, root)
     size = checked.st_size
@@ -133,10 +130,8 @@ def is_url(text: str) -> bool:
 class StoreRoot:
     """A folder on a store, or a file that a user named.
 
-    Attributes:
-        base: URL as the user named it, with the user and password that it may contain.
-        query: of a web address, with its `?`; it is sent with every request below it. It may be a signature.
-        path: POSIX, relative to `base`.
+    `base`: URL as the user named it, with the user and password that it may contain. `query`: of a web address, with
+    its `?`; it is sent with every request below it. It may be a signature. `path`: POSIX, relative to `base`.
     """
 
     base: str = field(repr=False)
@@ -243,10 +238,7 @@ class Folder(Place):
 
     @abstractmethod
     def open(self, path: str, block: int) -> IO[bytes]:
-        """A file that was checked, to seek in; `block`: bytes that are fetched at once from a store.
-
-        Raises OSError, Rejected: also from its methods.
-        """
+        """A checked file, to seek in; `block`: bytes that a store gives at once. Raises OSError, Rejected."""
 
     @abstractmethod
     def identity(self, path: str) -> str:
@@ -257,9 +249,7 @@ class Folder(Place):
 class _DiskFolder(Folder):
     """A folder on the disk.
 
-    Attributes:
-        root: absolute.
-        looked_at: takes up the paths of all files and folders that are looked at, missing ones too.
+    `root`: absolute. `looked_at`: takes up the paths of all files and folders that are looked at, missing ones too.
     """
 
     root: Path
@@ -334,10 +324,7 @@ class _PackedPlace(Place):
 
 
 def packed_place(content: Callable[[str, float], bytes], names: Callable[[], Iterable[str]]) -> Place:
-    """Members of an archive, or the file of one row of a table; there are no links among them.
-
-    `content`: as `Place.read`. `names`: paths of all members; asked for only by meshes that refer to other files.
-    """
+    """Members of an archive, or a row of a table, without links; `content`: as `Place.read`, `names`: all paths."""
     return _PackedPlace(content, names)
 
 
@@ -379,10 +366,8 @@ class Found:
 class Refused:
     """An entry that is in the place of an input and cannot be used.
 
-    Attributes:
-        path: POSIX, relative to the folder that the user named; of a manifest row, the manifest.
-        code: of casa_assets.model.rejection_codes.
-        message: file, line or place, reason, and what to do.
+    `path`: POSIX, relative to the folder that the user named; of a manifest row, the manifest. `code`: of
+    casa_assets.model.rejection_codes. `message`: file, line or place, reason, and what to do.
     """
 
     path: str
@@ -446,9 +431,8 @@ MAX_INDEX_BYTES = 128 * 1024 * 1024
 class Package:
     """A folder that says something about the meshes in it.
 
-    Attributes:
-        root: the folder: absolute, or on a store.
-        prefix: the folder relative to what the user named, POSIX, empty or ending in `/`.
+    `root`: the folder: absolute, or on a store. `prefix`: the folder relative to what the user named, POSIX, empty or
+    ending in `/`.
     """
 
     root: Path | StoreRoot
@@ -473,10 +457,7 @@ class Package:
             raise Rejected(codes.BAD_NAME, f"{utf8_escaped(name)}: the name is not UTF-8; rename the file")
 
     def file(self, value: object, place: str) -> str:
-        """POSIX path, relative to the package, of a file that a row names; it exists and may be read.
-
-        Raises Rejected: BAD_ROW, PATH_TRAVERSAL, MISSING_FILE, LINK_OUTSIDE, NOT_A_FILE, UNREADABLE.
-        """
+        """POSIX path in the package of a file that a row names; it exists and may be read. Raises Rejected."""
         if not isinstance(value, str) or not value.strip() or "\0" in value:
             raise Rejected(codes.BAD_ROW, f"{place}: no usable file name ({printable(repr(value), 40)}); fix it")
         path = value.strip()

@@ -27,10 +27,7 @@ _SAFE_ID = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,127}")
 
 
 def parse_json(text: bytes | str, place: str) -> object:
-    """JSON value; NaN, infinities and endless integers are read as None.
-
-    Raises Rejected: BAD_ROW where it is broken, nested too deep, or holds more values than any index needs.
-    """
+    """JSON value; NaN, infinities and endless integers are None. Raises Rejected: BAD_ROW, also of too many values."""
     raw = text if isinstance(text, bytes) else text.encode("utf-8", "replace")
     if sum(raw.count(mark) for mark in (b",", b"[", b"{")) > MAX_VALUES:
         raise Rejected(codes.BAD_ROW, f"{place}: more than {MAX_VALUES} values; split the file")
@@ -88,10 +85,7 @@ def as_object(row: object, place: str) -> Mapping[str, object]:
 
 
 def safe_id(value: object, place: str) -> str:
-    """An id that is used for output names.
-
-    Raises Rejected: BAD_ROW where it is no text, BAD_ID where it could name a path.
-    """
+    """An id fit for names of output. Raises Rejected: BAD_ROW where it is no text, BAD_ID where it may be a path."""
     if not isinstance(value, str):
         raise Rejected(codes.BAD_ROW, f"{place}: id {printable(repr(value), 40)} is no text; fix it")
     if not _SAFE_ID.fullmatch(value) or ".." in value:

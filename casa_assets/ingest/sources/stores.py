@@ -57,8 +57,7 @@ _TIMES = ("LastModified", "last_modified", "Last-Modified", "mtime", "updated", 
 class Info:
     """A file or folder of a store.
 
-    Attributes:
-        size: bytes, as the store says; None if it does not. state: changes when it is written again; empty: unknown.
+    `size`: bytes, as the store says; None if it does not. `state`: changes when it is written again; empty: unknown.
     """
 
     is_folder: bool
@@ -120,8 +119,7 @@ def _within(seconds: float, call: Callable[[], T]) -> T:
 class _Store:
     """One store in this process: its client, and its answers about its objects. Paths are POSIX, from its root on.
 
-    Attributes:
-        listing: the names in each folder, once all of the store was listed.
+    `listing`: the names in each folder, once all of the store was listed.
     """
 
     def __init__(self, root: StoreRoot) -> None:
@@ -338,8 +336,7 @@ def state_at(address: str) -> str:
 class _StoreFolder(Folder):
     """A folder on a store. `looked_at` takes up the addresses of all objects that are looked at, missing ones too.
 
-    Raises:
-        CasaError: fsspec, or what it needs for the address, is not installed; from all methods.
+    Raises CasaError: fsspec, or what it needs for the address, is not installed; from all methods.
     """
 
     def __init__(self, root: StoreRoot, looked_at: set[str] | None = None) -> None:

@@ -68,9 +68,8 @@ BUFFER_BYTES = 1 << 20
 class MeshColumn:
     """Column that holds the files.
 
-    Attributes:
-        name: in the table. is_struct: its values have a field `bytes` and possibly a field `path`.
-        suffix: file suffix that its name implies, such as `.obj`; empty if it names no format.
+    `name`: in the table. `is_struct`: its values have a field `bytes` and possibly a field `path`. `suffix`: file
+    suffix that its name implies, such as `.obj`; empty if it names no format.
     """
 
     name: str
@@ -104,10 +103,7 @@ def mesh_column(table: ParquetFile) -> MeshColumn | None:
 
 @contextmanager
 def opened_table(folder: Folder, path: str) -> Iterator[ParquetFile]:
-    """A table, of which no more than its head is read.
-
-    Raises Rejected: NEEDS_PYARROW, BAD_ARCHIVE, TOO_LARGE, and what files are refused for; also from within.
-    """
+    """A table, of which no more than its head is read. Raises Rejected, also from within."""
     name = printable(posixpath.basename(path))
     try:
         # Not by `import`, for the reason that places._fsspec has.
@@ -134,10 +130,7 @@ def opened_table(folder: Folder, path: str) -> Iterator[ParquetFile]:
 
 
 def row_of_table(folder: Folder, path: str, main: str, row: int) -> Place:
-    """The file of one row, which is all that its mesh can refer to.
-
-    `path`: of the table in the folder. `main`: name of the row's file. `row`: its number, from 0.
-    """
+    """The file `main` of a row, from 0, of the table at a path; it is all that its mesh can refer to."""
 
     def read(name: str, max_bytes: float) -> bytes:
         if name != main:
@@ -254,10 +247,7 @@ MAX_LINE_BYTES = 1 << 20
 
 
 def tabled(package: Package, name: str, others: Counter[str], is_named: bool = False) -> Iterator[Found | Refused]:
-    """Inputs in one table; a table without a column of meshes is counted.
-
-    `is_named`: the user pointed at it, so that it has to hold meshes.
-    """
+    """Inputs in one table; one without a column of meshes is counted, or refused where the user pointed at it."""
     try:
         package.check_utf8(name)
         package.files.check(name)
@@ -341,10 +331,7 @@ def _rows(
 
 
 def _names(row: Mapping[str, Any], number: int, place: str, ids: UniqueIds) -> tuple[str, str]:
-    """The id that a row states, or nothing, and the name of its file without its suffix; both differ from all others.
-
-    `ids`: takes up the names.
-    """
+    """Id that a row states, or nothing, and the stem of its file, both unique; `ids`: takes up the names."""
     stated = next(((column, row[column]) for column in IDS if row.get(column) is not None), None)
     if stated is None:
         return "", f"{number:06}"

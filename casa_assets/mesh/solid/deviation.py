@@ -84,10 +84,9 @@ def inside_share(points: Floats, clouds: Sequence[Floats]) -> float:
 class ReferenceSurface:
     """A closed surface, sampled, that distances are measured to.
 
-    Attributes:
-        samples, normals: (N, 3) points spread over it and where they face. spacing: between two of them, metres.
-        longest: side of the box around it, metres.
-        probes: (M, 3) fewer points, of what can be touched, for how deep shapes bury it.
+    `samples`, `normals`: (N, 3) points spread over it and where they face. `spacing`: between two of them, metres.
+    `longest`: side of the box around it, metres. `probes`: (M, 3) fewer points, of what can be touched, for how deep
+    shapes bury it.
     """
 
     samples: Floats
@@ -208,11 +207,9 @@ def deviation(clouds: Sequence[Floats], of: ReferenceSurface, bare: Floats) -> D
 class Visibility:
     """Result of rendering a surface from all around.
 
-    Attributes:
-        samples: (N, 3) points evenly over the area. face: (N,) the face of each.
-        front, back: (N,) seen from its front, or with its back where no front lies as near, from some direction.
-        behind: (D,) share of the silhouette that shows backs of faces, by direction.
-        away: (D, 3) unit vectors, from the viewer to the thing.
+    `samples`: (N, 3) points evenly over the area. `face`: (N,) the face of each. `front`, `back`: (N,) seen from its
+    front, or with its back where no front lies as near, from some direction. `behind`: (D,) share of the silhouette
+    that shows backs of faces, by direction. `away`: (D, 3) unit vectors, from the viewer to the thing.
     """
 
     samples: Floats
