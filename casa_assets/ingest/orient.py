@@ -10,21 +10,8 @@ from scipy.spatial import ConvexHull
 
 from casa_assets.core.numeric import Floats
 from casa_assets.errors import DegenerateShape, Rejected
+from casa_assets.ingest import up_axis
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.up_axis import (
-    FOOT_SHARE,
-    UP_ROTATIONS,
-    SurfaceSample,
-    balance_score,
-    candidates,
-    doubts,
-    origin_evidence,
-    pose_score,
-    priors,
-    sample_surface,
-    smallest_rectangle,
-    stance,
-)
 from casa_assets.model.registry.category import FALLBACK, Category, FrontRule, MatterFill, RestingPose
 from casa_assets.model.source import NO_OVERRIDE, UserOverride
 
@@ -67,14 +54,14 @@ def orient(
     count here. `failed_ups`: ways up, named as in guesses, in which the object was built and fell over or did not fit.
     """
     try:
-        cloud = sample_surface(draft.surface.vertices, draft.surface.faces)
+        cloud = up_axis.sample_surface(draft.surface.vertices, draft.surface.faces)
     except DegenerateShape as error:
         raise Rejected("MSH002", "all faces lie in one plane or on one line; a thing needs a thickness") from error
     declared = "dae" if draft.format == "dae" and draft.up in ("y", "z") else "declared"
     prior_key = f"{declared}_{draft.up}" if draft.up else ("generated" if generated else draft.format)
     stated = f"the file states {draft.up} up" if draft.up else f"{draft.format} states no up axis"
     if override.up is not None:
-        name, rotation, confidence = override.up.value, UP_ROTATIONS[override.up.value], 1.0
+        name, rotation, confidence = override.up.value, up_axis.UP_ROTATIONS[override.up.value], 1.0
         reason = "a person decided"
     else:
         points = draft.surface.vertices
@@ -100,30 +87,32 @@ def orient(
 
 def _up_in_words(name: str, rotation: Floats) -> str:
     """A way up for a guess: the axis, or a direction in the axes of the file if it is not along an axis."""
-    return name if name in UP_ROTATIONS else " ".join(f"{v:.3f}" for v in rotation[2])
+    return name if name in up_axis.UP_ROTATIONS else " ".join(f"{v:.3f}" for v in rotation[2])
 
 
 def _best_candidate(
     points: Floats,
-    cloud: SurfaceSample,
+    cloud: up_axis.SurfaceSample,
     category: Category,
     prior_key: str,
     stated_up: str | None,
     failed_ups: Sequence[str],
 ) -> tuple[str, Floats, float]:
     """Name, rotation and confidence, 0..1, of the best candidate: the stated one unless another is far likelier."""
-    options = [one for one in candidates(cloud) if _up_in_words(*one) not in failed_ups]
+    options = [one for one in up_axis.candidates(cloud) if _up_in_words(*one) not in failed_ups]
     names, rotations = [name for name, _ in options], [rotation for _, rotation in options]
-    prior = priors(prior_key, names) + origin_evidence(points, names)
+    prior = up_axis.priors(prior_key, names) + up_axis.origin_evidence(points, names)
 
-    log = prior + np.array([pose_score(stance(cloud, r, with_rain=False), category) for r in rotations])
+    log = prior + np.array([up_axis.pose_score(up_axis.stance(cloud, r, with_rain=False), category) for r in rotations])
     if category.upright is not RestingPose.ANY or category.id == FALLBACK:
         margin = HOPELESS_NATS_VESSEL if category.build is MatterFill.VESSEL else HOPELESS_NATS
         kept = np.flatnonzero(log > log.max() - margin)
-        stances = [stance(cloud, rotations[k], with_rain=True) for k in kept]
+        stances = [up_axis.stance(cloud, rotations[k], with_rain=True) for k in kept]
         log = np.full(len(options), -np.inf)
-        log[kept] = prior[kept] + np.array([pose_score(s, category) for s in stances]) / doubts(stances, category)
-        log[kept] += [balance_score(s, category) for s in stances]
+        log[kept] = prior[kept] + np.array([up_axis.pose_score(s, category) for s in stances]) / up_axis.doubts(
+            stances, category
+        )
+        log[kept] += [up_axis.balance_score(s, category) for s in stances]
     share = np.exp(log - log.max())
     share /= share.sum()
     # A slight tilt leaves no doubt about the resting pose; a banana rests equally well on either side.
@@ -148,7 +137,7 @@ def _front(samples: Floats, category: Category, draft: Draft, name: str, overrid
         turned = f"turned by {override.turn_deg:g} degrees"
         return Facing(float(np.radians(override.turn_deg)), turned, 1.0, "a person decided")
     front = facing(samples, category, draft.up is not None and draft.format in ("glb", "gltf"))
-    if front.angle == 0 and name not in UP_ROTATIONS:
+    if front.angle == 0 and name not in up_axis.UP_ROTATIONS:
         return replace(front, angle=straightened(samples))
     return front
 
@@ -175,7 +164,7 @@ class Facing:
 def facing(samples: Floats, category: Category, is_front_stated: bool) -> Facing:
     """Find the turn about z that brings the front of evenly spread points, z up, where the category has it."""
     if category.front is FrontRule.LENGTH:
-        angle, long, wide = smallest_rectangle(samples[:, :2])
+        angle, long, wide = up_axis.smallest_rectangle(samples[:, :2])
         ratio = long / max(wide, 1e-9)
         confidence = float(np.clip(0.4 + 1.2 * np.log(ratio), 0.3, 0.98))
         turn = _smallest_turn(-angle, np.pi)
@@ -195,7 +184,7 @@ def _smallest_turn(angle: float, period: float) -> float:
 
 def straightened(samples: Floats) -> float:
     """Smallest turn about z that lays the outline along x and y; 0 if the box around it gets no smaller."""
-    angle, a, b = smallest_rectangle(samples[:, :2])
+    angle, a, b = up_axis.smallest_rectangle(samples[:, :2])
     area_as_is = float(np.ptp(samples[:, 0]) * np.ptp(samples[:, 1]))
     return _smallest_turn(-angle, np.pi / 2) if a * b < 0.92 * area_as_is else 0.0
 
@@ -205,7 +194,7 @@ def _body_circle(samples: Floats) -> tuple[Floats, float]:
     height = max(float(np.ptp(samples[:, 2])), 1e-9)
     level = (samples[:, 2] - samples[:, 2].min()) / height
     # Scans of flat objects are tilted a little.
-    foot_points = samples[level < max(FOOT_SHARE, 0.06, 0.035 / height)][:, :2]
+    foot_points = samples[level < max(up_axis.FOOT_SHARE, 0.06, 0.035 / height)][:, :2]
     lower, upper = foot_points.min(axis=0), foot_points.max(axis=0)
     middle = (lower + upper) / 2
     a, b = sorted(np.maximum(upper - lower, 1e-9))
@@ -255,7 +244,7 @@ def _handle(samples: Floats) -> Facing:
 
 def _snapped_to_outline(samples: Floats, direction: float) -> float:
     """A direction in plan, or that of the next side of the outline, so that rectangular pots lie along x and y."""
-    side_angle, long, wide = smallest_rectangle(samples[:, :2])
+    side_angle, long, wide = up_axis.smallest_rectangle(samples[:, :2])
     angle_to_side = (direction - side_angle + np.pi / 4) % (np.pi / 2) - np.pi / 4
     # The corners of a rectangular body reach out of the circle that it is measured by, so its direction is not used.
     is_square = float(ConvexHull(samples[:, :2]).volume) > RECTANGLE_FILL * long * wide

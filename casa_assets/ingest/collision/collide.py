@@ -40,20 +40,9 @@ from casa_assets.ingest.collision.solid_proxy import (
     without_windows,
 )
 from casa_assets.ingest.draft import Draft, PlacedShape, placed_hull, warning
+from casa_assets.mesh.solid import solids
 from casa_assets.mesh.solid.deviation import protrusion, surface_samples
 from casa_assets.mesh.solid.primitive import best_primitive, shape_bounds, tessellate
-from casa_assets.mesh.solid.solids import (
-    Solid,
-    convex_hull,
-    hull_points,
-    hull_volume,
-    hull_with_volume,
-    hull_within_tolerance,
-    simplified_solid,
-    simplify_solid,
-    small_hull,
-    surface_of,
-)
 from casa_assets.mesh.surface import face_components, solid_moments
 from casa_assets.mesh.voxels import NO_ROOMS, OpenRooms, open_rooms
 from casa_assets.model.asset.parts import Box, Cylinder, Hull
@@ -269,14 +258,14 @@ class CollisionTask:
 
     def reduced(self, cloud: Floats) -> Floats:
         """The vertices, (N, 3), of the hull around a cloud that a collision shape has."""
-        return hull_within_tolerance(cloud, self.params.hull_vertices, self.slack)
+        return solids.hull_within_tolerance(cloud, self.params.hull_vertices, self.slack)
 
 
 def _by_one(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     """One primitive or hull around everything, where it lies close enough."""
     if task.hull_fill < ONE_HULL_FILL:
         return [], ""
-    hull, _ = convex_hull(task.points)
+    hull, _ = solids.convex_hull(task.points)
     primitive = best_primitive(hull)
     if primitive is not None and primitive.ratio >= PRIMITIVE_FILL:
         placed = PlacedShape(shape=primitive.shape, pose=primitive.pose)
@@ -321,27 +310,27 @@ def _by_rings_of_tube(task: CollisionTask) -> tuple[list[PlacedShape], str]:
 def _rings(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     bound, surface = task.reference.bound, task.reference.surface
     min_error_m = min(CHORD_SHARE * task.proxy.mean_wall_m, AIM_SHARE * bound.p95)
-    solid = simplify_solid(task.proxy.solid, task.slack / 2)
+    solid = solids.simplify_solid(task.proxy.solid, task.slack / 2)
     foot_height_m = FOOT_SHARE * surface.longest
     vessel = cut_vessel(solid, min_error_m, MAX_SHIFT_ERROR * bound.p95, foot_height_m, task.part_count)
     if vessel is None:
         return [], ""
     max_wall_parts = task.part_count - len(vessel.floors)
     pieces = split_to_bound([*vessel.wall_parts, *vessel.handles], surface, bound, max_wall_parts)
-    floors = [task.reduced(hull_points([p])) for p in vessel.floors]
+    floors = [task.reduced(solids.hull_points([p])) for p in vessel.floors]
     walls = [_shifted_wall_hull(piece, task) for piece in pieces]
     return _primitives_or_hulls([*floors, *walls], task), vessel.message
 
 
-def _shifted_wall_hull(piece: Solid, task: CollisionTask) -> Floats:
+def _shifted_wall_hull(piece: solids.Solid, task: CollisionTask) -> Floats:
     """The hull around a part of a wall, shifted horizontally outwards where it fills much of the hollow side."""
-    cloud = task.reduced(hull_points([piece]))
+    cloud = task.reduced(solids.hull_points([piece]))
     excess = protrusion(cloud, task.reference.surface)
     error = float(np.percentile(excess, 95)) if len(excess) else 0.0
     if error <= task.aim.p95:
         return cloud
     # What the hull adds lies on the hollow side, so the centre of mass of the part lies outwards from that of the hull.
-    shift_direction = solid_moments(*surface_of(piece))[1] - solid_moments(*convex_hull(cloud))[1]
+    shift_direction = solid_moments(*solids.surface_of(piece))[1] - solid_moments(*solids.convex_hull(cloud))[1]
     length = float(np.hypot(shift_direction[0], shift_direction[1]))
     if length <= 0:
         return cloud
@@ -354,7 +343,7 @@ def _shifted_wall_hull(piece: Solid, task: CollisionTask) -> Floats:
 
 def _by_cuts(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     """Cut by planes where hulls would stick out most."""
-    solid = simplify_solid(task.proxy.solid, task.slack / 16, CUT_FACES, 2 * task.slack)
+    solid = solids.simplify_solid(task.proxy.solid, task.slack / 16, CUT_FACES, 2 * task.slack)
     pieces = split_to_bound([solid], task.reference.surface, task.aim, task.part_count)
     excess_m3 = EXCESS_SHARE * float(solid.volume())
     pieces = split_to_volume(pieces, excess_m3, max(MAX_FINE_PARTS, len(pieces)), task.aim.p95, task.reduced)
@@ -370,7 +359,7 @@ def _by_closed_windows(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     if proxy is None:
         return [], ""
     rooms, kept = task.reference.rooms, task.reference.kept_rooms
-    points, faces = surface_of(proxy.solid)
+    points, faces = solids.surface_of(proxy.solid)
     closed = replace(task, proxy=proxy, reference=fit_reference(points, faces, proxy.solid, True, rooms, kept))
     shapes, message = _rings(closed)
     if not shapes:
@@ -380,7 +369,7 @@ def _by_closed_windows(task: CollisionTask) -> tuple[list[PlacedShape], str]:
 
 def _by_coacd(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     """CoACD of a closed manifold; empty if it has too many connected components, since each gets a hull."""
-    solid = simplified_solid(*surface_of(task.proxy.solid), COACD_FACES)
+    solid = solids.simplified_solid(*solids.surface_of(task.proxy.solid), COACD_FACES)
     if solid is None or len(solid[1]) > MAX_COACD_FACES:
         return [], ""
     if len(np.unique(face_components(solid[1], len(solid[0])))) > task.params.hull_count:
@@ -410,11 +399,11 @@ STRATEGIES: tuple[tuple[Callable[[CollisionTask], tuple[list[PlacedShape], str]]
 )
 
 
-def _hulls(groups: list[list[Solid]], task: CollisionTask) -> list[PlacedShape]:
+def _hulls(groups: list[list[solids.Solid]], task: CollisionTask) -> list[PlacedShape]:
     """A hull of few vertices, or the primitive that it is, around each group of solids."""
     volumes_m3 = [sum(float(solid.volume()) for solid in group) for group in groups]
-    clouds = [task.reduced(hull_points(group)) for group in groups]
-    grown = [hull_with_volume(c, v, task.reference.box) for c, v in zip(clouds, volumes_m3, strict=True)]
+    clouds = [task.reduced(solids.hull_points(group)) for group in groups]
+    grown = [solids.hull_with_volume(c, v, task.reference.box) for c, v in zip(clouds, volumes_m3, strict=True)]
     return _primitives_or_hulls(grown, task)
 
 
@@ -462,9 +451,9 @@ def whole_shape(cloud: Floats, fill: float, is_packed: bool, params: CollidePara
 
 def _hull_of(cloud: Floats, fill: float, params: CollideParams) -> tuple[Floats, Ints]:
     """The hull of few vertices around a cloud, with as much volume as there is matter in the whole hull."""
-    points = small_hull(cloud, params.hull_vertices)[0]
+    points = solids.small_hull(cloud, params.hull_vertices)[0]
     box = np.array([cloud.min(axis=0), cloud.max(axis=0)])
-    return convex_hull(hull_with_volume(points, fill * hull_volume(cloud), box))
+    return solids.convex_hull(solids.hull_with_volume(points, fill * solids.hull_volume(cloud), box))
 
 
 def _with_sides_moved_in(placed: PlacedShape, box: Box, samples: Floats) -> PlacedShape:
@@ -488,8 +477,8 @@ def _with_sides_moved_in(placed: PlacedShape, box: Box, samples: Floats) -> Plac
 
 def one_shape(cloud: Floats, params: CollideParams) -> PlacedShape:
     """The primitive around a cloud where it fits tightly, else its hull of few vertices."""
-    hull, _ = convex_hull(cloud)
+    hull, _ = solids.convex_hull(cloud)
     primitive = best_primitive(hull) if params.primitive_ratio <= 1 else None
     if primitive is not None and primitive.ratio >= params.primitive_ratio:
         return PlacedShape(shape=primitive.shape, pose=primitive.pose)
-    return placed_hull(*small_hull(hull, params.hull_vertices))
+    return placed_hull(*solids.small_hull(hull, params.hull_vertices))

@@ -13,6 +13,7 @@ from casa_assets.errors import DegenerateShape
 from casa_assets.ingest.collision.plane_splits import ErrorBound
 from casa_assets.ingest.draft import PlacedShape
 from casa_assets.mesh.planar import outline_of
+from casa_assets.mesh.solid import solids
 from casa_assets.mesh.solid.deviation import (
     Deviation,
     ReferenceSurface,
@@ -23,15 +24,6 @@ from casa_assets.mesh.solid.deviation import (
     surface_samples,
 )
 from casa_assets.mesh.solid.primitive import shape_bounds
-from casa_assets.mesh.solid.solids import (
-    Solid,
-    convex_hull,
-    hull_volume,
-    intersection_volume,
-    section_contours,
-    surface_of,
-    union,
-)
 from casa_assets.mesh.surface import signed_volume
 from casa_assets.mesh.voxels import NO_ROOMS, OpenRooms, closed_shares, fillable_volume, voxelise
 from casa_assets.model.asset.parts import Box, Hull, Mesh
@@ -101,7 +93,7 @@ class FitReference:
     of those that shapes have to leave open.
     """
 
-    solid: Solid
+    solid: solids.Solid
     surface: ReferenceSurface
     samples: Floats
     box: Floats
@@ -133,13 +125,13 @@ class FitErrors:
 def fit_reference(
     points: Floats,
     faces: Ints,
-    solid: Solid,
+    solid: solids.Solid,
     is_open: bool,
     rooms: OpenRooms = NO_ROOMS,
     kept_rooms: Sequence[int] = (),
 ) -> FitReference:
     """Prepare what shapes of a mesh, welded, metres, z up, are measured against; `is_open`: its openings are meant."""
-    surface = _touchable(reference_surface(*surface_of(solid)), points, faces, not is_open)
+    surface = _touchable(reference_surface(*solids.surface_of(solid)), points, faces, not is_open)
     bound = ErrorBound(max(P95_M, P95_RATIO * surface.longest), WORST_RATIO * surface.longest)
     opening_points = _opening_points(points, faces) if is_open else np.zeros((0, 3))
     used = points[np.unique(faces)]
@@ -160,7 +152,7 @@ def _opening_points(points: Floats, faces: Ints) -> Floats:
     """(M, 3) evenly picked points of the volume that would hold water; empty if that volume is small."""
     grid = voxelise(points, faces, OPENING_CELLS)
     is_filled = fillable_volume(grid.solid)
-    if float(is_filled.sum()) * grid.cell**3 < MIN_OPENING_SHARE * hull_volume(points):
+    if float(is_filled.sum()) * grid.cell**3 < MIN_OPENING_SHARE * solids.hull_volume(points):
         return np.zeros((0, 3))
     places: Floats = grid.origin + np.argwhere(is_filled) * grid.cell
     return places[:: max(1, len(places) // MAX_OPENING_POINTS)]
@@ -196,7 +188,7 @@ def _closed_share(clouds: Sequence[Floats], reference: FitReference) -> float:
     """Largest share of a room that is to be kept which shapes fill or close off."""
     if not reference.kept_rooms:
         return 0.0
-    hulls = [convex_hull(cloud) for cloud in clouds]
+    hulls = [solids.convex_hull(cloud) for cloud in clouds]
     starts = np.cumsum([0, *(len(points) for points, _ in hulls)])
     faces = np.concatenate([faces + start for (_, faces), start in zip(hulls, starts, strict=False)])
     shares = closed_shares(reference.rooms, np.concatenate([points for points, _ in hulls]), faces)
@@ -205,10 +197,10 @@ def _closed_share(clouds: Sequence[Floats], reference: FitReference) -> float:
 
 def describe_fit(clouds: Sequence[Floats], reference: FitReference, errors: FitErrors) -> str:
     """The errors of the chosen shapes in words, for the report."""
-    united = union([convex_hull(cloud) for cloud in clouds])
+    united = solids.union([solids.convex_hull(cloud) for cloud in clouds])
     volume, overlap = 0.0, 0.0
     if united is not None:
-        volume, overlap = signed_volume(*united), intersection_volume(united, surface_of(reference.solid))
+        volume, overlap = signed_volume(*united), solids.intersection_volume(united, solids.surface_of(reference.solid))
     solid_volume = float(reference.solid.volume())
     mm = [1000 * v for v in astuple(errors.deviation)]
     iou = overlap / (volume + solid_volume - overlap)
@@ -224,7 +216,7 @@ def describe_fit(clouds: Sequence[Floats], reference: FitReference, errors: FitE
     return ", ".join(words)
 
 
-def on_flat_foot(shapes: Sequence[PlacedShape], solid: Solid | None) -> tuple[PlacedShape, ...]:
+def on_flat_foot(shapes: Sequence[PlacedShape], solid: solids.Solid | None) -> tuple[PlacedShape, ...]:
     """Shapes with a box added under hulls that rest on a flat foot, or the same shapes if no such box fits.
 
     MuJoCo 3.3 occasionally finds only a single corner of a hull in contact with a plane, so that the object rocks and
@@ -242,7 +234,7 @@ def on_flat_foot(shapes: Sequence[PlacedShape], solid: Solid | None) -> tuple[Pl
     foot = points[points[:, 2] <= lowest + LEVEL_SHARE * height, :2]
     filled_m2 = np.inf
     if solid is not None:  # its section just above the foot, with hollows filled
-        filled_m2 = sum(a for a in map(_area, section_contours(solid, lowest + height)) if a > 0)
+        filled_m2 = sum(a for a in map(_area, solids.section_contours(solid, lowest + height)) if a > 0)
     box = _box_within(foot, float(size[0] * size[1]), filled_m2, lowest, height)
     if box is None:
         return tuple(shapes)
@@ -300,7 +292,7 @@ def _raised(placed: PlacedShape, level: float) -> PlacedShape | None:
     points = placed.pose.apply(placed.shape.mesh.vertices)
     points[:, 2] = points[:, 2].clip(level)
     try:
-        vertices, faces = convex_hull(points)
+        vertices, faces = solids.convex_hull(points)
     except DegenerateShape:
         return None
     return PlacedShape(shape=Hull(mesh=Mesh(vertices=vertices, faces=faces)))

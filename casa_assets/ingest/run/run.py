@@ -22,6 +22,7 @@ from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.cache.store import Store
 from casa_assets.checks.library import SAME_SIZE, ShapePair
 from casa_assets.errors import OutputError, Rejected
+from casa_assets.ingest.run import shards
 from casa_assets.ingest.run.inputs import (
     WORK,
     Answers,
@@ -40,15 +41,6 @@ from casa_assets.ingest.run.inputs import (
     warm_survey,
     with_overrides,
 )
-from casa_assets.ingest.run.shards import (
-    SHARD_FILE,
-    Recorder,
-    Shard,
-    ShardHeader,
-    check_is_no_shard,
-    check_shard,
-    made_by,
-)
 from casa_assets.ingest.sources.places import Found, Refused, StoreRoot
 from casa_assets.library import clip, review
 from casa_assets.library import library as disk
@@ -60,17 +52,7 @@ from casa_assets.library.library_report import write_reports
 from casa_assets.library.pairs import AssetRow, ShapeIndex, measure_pair, row_of
 from casa_assets.model.issue import Report, subjects_to_decide
 from casa_assets.model.source import NO_OVERRIDE, UserOverride
-from casa_assets.runs.engine import (
-    NEAR_DUPLICATE_CODE,
-    RETRIED_CODES,
-    InputRun,
-    KeptAsset,
-    NewResult,
-    cached_outcome,
-    kept_before,
-    kept_instead,
-    open_library,
-)
+from casa_assets.runs import engine
 from casa_assets.runs.limits import Limits
 from casa_assets.runs.outcome import Event, Outcome
 from casa_assets.runs.pool import Workers, open_engine
@@ -112,7 +94,7 @@ class Options:
     again: frozenset[str] = frozenset()
     only: frozenset[str] = frozenset()
     dry_run: bool = False
-    shard: Shard | None = None
+    shard: shards.Shard | None = None
     refused: tuple[Refused, ...] = ()
     force: bool = False
 
@@ -164,7 +146,7 @@ def ingest(
         before = library = disk.Library(options.library)
         if options.dry_run:
             library = disk.Library(Path(stack.enter_context(TemporaryDirectory(prefix="casa-assets-"))))
-        open_library(library, stack)
+        engine.open_library(library, stack)
         every: Iterable[Found | Refused]
         every = chain([] if first is None else [first], inputs, stage_meshes(meshes, library.staging))
         table = EntryTable(before, skip_damaged=True, read_only=options.dry_run)
@@ -192,13 +174,13 @@ def ingest(
 
 def _recorder(
     library: disk.Library, table: EntryTable, roots: Sequence[Path | StoreRoot], options: Options
-) -> Recorder | None:
+) -> shards.Recorder | None:
     """Return the recorder that limits the run to its shard, or None for a run on all inputs. Raises OutputError."""
     if options.shard is None:
-        if os.path.lexists(library.root / SHARD_FILE):
-            check_is_no_shard(library)
+        if os.path.lexists(library.root / shards.SHARD_FILE):
+            shards.check_is_no_shard(library)
         return None
-    header = ShardHeader(
+    header = shards.ShardHeader(
         index=options.shard.index,
         count=options.shard.count,
         is_complete=False,
@@ -207,11 +189,11 @@ def _recorder(
         keep_duplicates=options.keep_duplicates,
         limits=dict(sorted(options.limits.items())),
         cache_key=cache_key(options.limits, options.category),
-        made_by=made_by(),
+        made_by=shards.made_by(),
         roots=tuple(str(root.absolute() if isinstance(root, Path) else root) for root in roots),
     )
-    check_shard(table, header)
-    return Recorder(disk.Library(table.root), header)
+    shards.check_shard(table, header)
+    return shards.Recorder(disk.Library(table.root), header)
 
 
 def cache_key(limits: Mapping[str, float], category: str = "") -> str:
@@ -226,7 +208,7 @@ def ingest_inputs(
     answers: Answers,
     options: Options,
     is_looked_at: Callable[[str], bool],
-    recorder: Recorder | None = None,
+    recorder: shards.Recorder | None = None,
 ) -> Generator[Event, None, None]:
     """Work on all inputs; yields an Event for each when it is done.
 
@@ -252,7 +234,7 @@ def ingest_inputs(
         run.refused_rows.write(is_looked_at)
 
 
-class _IngestRun(InputRun[Survey]):
+class _IngestRun(engine.InputRun[Survey]):
     """A run of ingest.
 
     `held`: things in files that are taken apart, by the number of the file. `steps`: inputs that could be read, in
@@ -294,17 +276,17 @@ class _IngestRun(InputRun[Survey]):
         asset_id = identity.asset_id(survey.category)
         entries = self.older.get(identity.suffix, ())
         key = with_overrides(self.cache_key, override)
-        found = cached_outcome(entries, asset_id, key, self.known)
+        found = engine.cached_outcome(entries, asset_id, key, self.known)
         job = Job(one, survey, asset_id, self.library.root, self.limits, key, override)
         if found is None and not self.options.replaces_accepted:
-            kept = kept_before(self.before, identity, key, entries)
+            kept = engine.kept_before(self.before, identity, key, entries)
             if kept is not None:
                 self.steps.append(self._kept_result(Result(len(self.steps), job, Outcome(True)), kept))
                 return
         is_redone = any(
             _is_redone(self.known.get(folder), self.options.again | self.options.only) for folder in entries
         )
-        is_wanted_copy = self.options.keeps_copies and found is not None and found[1].code == NEAR_DUPLICATE_CODE
+        is_wanted_copy = self.options.keeps_copies and found is not None and found[1].code == engine.NEAR_DUPLICATE_CODE
         if found is None or is_redone or self.options.force or is_wanted_copy:
             self.steps.append(job)
             return
@@ -332,13 +314,13 @@ class _IngestRun(InputRun[Survey]):
         """The accepted asset of the same input where that is better than a new result, else the result."""
         job, outcome = result.job, result.outcome
         identity = Identity(Producer.INGEST, job.survey.sha256)
-        kept = kept_instead(
+        kept = engine.kept_instead(
             self.library,
             identity,
             job.cache_key,
             self.older.get(identity.suffix, ()),
-            NewResult(outcome.decision, outcome.code, subjects_to_decide(outcome.warnings)),
-            RETRIED_CODES if self.library is self.before else None,
+            engine.NewResult(outcome.decision, outcome.code, subjects_to_decide(outcome.warnings)),
+            engine.RETRIED_CODES if self.library is self.before else None,
         )
         if kept is None:
             return result
@@ -346,7 +328,7 @@ class _IngestRun(InputRun[Survey]):
             shutil.rmtree(outcome.staged.parent)
         return self._kept_result(result, kept)
 
-    def _kept_result(self, result: Result, kept: KeptAsset) -> Result:
+    def _kept_result(self, result: Result, kept: engine.KeptAsset) -> Result:
         """The result of an input whose accepted asset is kept."""
         entry = self.known.get(kept.folder)
         outcome = Outcome(True, message=kept.reason, warnings=() if entry is None else entry.warnings)
@@ -514,7 +496,7 @@ class Deduplicator:
         size = "" if abs(pair.size - 1) <= SAME_SIZE else f", {pair.size:.2f} times as large"
         near = f"95 % of the surface within {100 * pair.p95:.1f} % of its radius"
         message = f"duplicate of {original.path} ({original.id}){size}: {near}, and the same colours; keep one of them"
-        outcome = Outcome(False, NEAR_DUPLICATE_CODE, message)
+        outcome = Outcome(False, engine.NEAR_DUPLICATE_CODE, message)
         twin = f"{original.folder.parent.name}/{original.folder.name}"
         return replace(result, outcome=outcome, is_kept=False, twin=twin)
 

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.formats import SUFFIXES, suffix_of
 from casa_assets.formats.read.text import printable
+from casa_assets.ingest.sources import rows
 from casa_assets.ingest.sources.archive import SEEK_BLOCK
 from casa_assets.ingest.sources.places import (
     MAX_HINTS,
@@ -36,16 +37,6 @@ from casa_assets.ingest.sources.places import (
     packed_place,
     unread,
     words_of_path,
-)
-from casa_assets.ingest.sources.rows import (
-    MAX_CHARACTERS,
-    MAX_ROWS,
-    TEXTS,
-    UniqueIds,
-    check_types,
-    parse_json,
-    safe_id,
-    source_of,
 )
 from casa_assets.model import rejection_codes as codes
 
@@ -212,7 +203,7 @@ def _columns(table: ParquetFile, column: MeshColumn) -> list[str]:
     """Columns that say something of meshes: texts, whole numbers of ids, lists of texts of tags."""
     types = importlib.import_module("pyarrow.types")
     found = []
-    texts = {*TEXTS, "url", "tags", *IDS, *PATHS, *FORMATS}
+    texts = {*rows.TEXTS, "url", "tags", *IDS, *PATHS, *FORMATS}
     for field in table.schema_arrow:
         kind, name = field.type, field.name
         is_text = types.is_string(kind) or types.is_large_string(kind)
@@ -232,9 +223,9 @@ def _row(values: dict[str, Any], column: MeshColumn) -> dict[str, Any]:
     out: dict[str, Any] = {}
     for name, value in values.items():
         if isinstance(value, str):
-            out[name] = value[: 2 * MAX_CHARACTERS]
+            out[name] = value[: 2 * rows.MAX_CHARACTERS]
         elif isinstance(value, list):
-            out[name] = [text[: 2 * MAX_CHARACTERS] for text in value[:MAX_HINTS] if isinstance(text, str)]
+            out[name] = [text[: 2 * rows.MAX_CHARACTERS] for text in value[:MAX_HINTS] if isinstance(text, str)]
         elif value is not None:
             out[name] = value
     return out
@@ -283,7 +274,7 @@ def _printed(package: Package, name: str) -> Iterator[dict[str, Any]]:
             left = MAX_INDEX_BYTES
             while line := child.stdout.readline(MAX_LINE_BYTES):
                 left -= len(line)
-                row = parse_json(line, printable(name)) if left >= 0 else None
+                row = rows.parse_json(line, printable(name)) if left >= 0 else None
                 if not isinstance(row, dict):
                     message = f"{printable(name)}: a table whose rows say more than {MAX_INDEX_BYTES} bytes; divide it"
                     raise Rejected(codes.TOO_LARGE, message)
@@ -301,16 +292,18 @@ def _printed(package: Package, name: str) -> Iterator[dict[str, Any]]:
 def _rows(
     package: Package, name: str, suffix: str, lines: Iterator[Mapping[str, Any]], others: Counter[str]
 ) -> Iterator[Found | Refused]:
-    ids = UniqueIds()
+    ids = rows.UniqueIds()
     for number, row in enumerate(lines):
         place = f"{printable(name)} row {number}"
-        if number >= MAX_ROWS:
-            message = f"{printable(name)}: more than {MAX_ROWS} rows, which is what a run holds in memory; divide it"
+        if number >= rows.MAX_ROWS:
+            message = (
+                f"{printable(name)}: more than {rows.MAX_ROWS} rows, which is what a run holds in memory; divide it"
+            )
             yield package.refuse(name, Rejected(codes.TOO_LARGE, message))
             return
         try:
             uid, key = _names(row, number, place, ids)
-            check_types(row, place)
+            rows.check_types(row, place)
         except Rejected as error:
             yield package.refuse(name, error)
             continue
@@ -326,18 +319,18 @@ def _rows(
         else:
             inner = next((str(row[column]) for column in PATHS if row.get(column)), "").replace("\\", "/")
             around = [name[: -len(TABLE_SUFFIX)], *package.prefix.rstrip("/").split("/")[::-1], package.root.name]
-            source = source_of(row, path, uid, [*words_of_path(inner), *around])
+            source = rows.source_of(row, path, uid, [*words_of_path(inner), *around])
             yield Found(package.root, main, source, archive=name, at=number)
 
 
-def _names(row: Mapping[str, Any], number: int, place: str, ids: UniqueIds) -> tuple[str, str]:
+def _names(row: Mapping[str, Any], number: int, place: str, ids: rows.UniqueIds) -> tuple[str, str]:
     """Id that a row states, or nothing, and the stem of its file, both unique; `ids`: takes up the names."""
     stated = next(((column, row[column]) for column in IDS if row.get(column) is not None), None)
     if stated is None:
         return "", f"{number:06}"
     column, value = stated
     try:
-        uid = safe_id(str(value) if type(value) is int else value, place)
+        uid = rows.safe_id(str(value) if type(value) is int else value, place)
     except Rejected:
         if column in ("__key__", "key"):
             return "", f"{number:06}"
