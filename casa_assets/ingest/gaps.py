@@ -68,7 +68,6 @@ def split_t_junctions(draft: Draft) -> Draft:
 
 
 def _cuts(surface: Surface) -> list[_Cut]:
-    """At most one cut of each face."""
     points, ids = surface.points, surface.welded_faces
     edge_points = np.stack([ids, np.roll(ids, -1, axis=1)], axis=2).reshape(-1, 2)
     edge_key = np.sort(edge_points, axis=1) @ np.array([len(points), 1])
@@ -287,7 +286,6 @@ def close_missing_sides(draft: Draft) -> Draft:
 
 
 def _closed(draft: Draft, rims: list[Ints]) -> Draft:
-    """The draft with a fan in each of the rims."""
     points, place = draft.surface.points, draft.surface.point_of_vertex
     parts = list(draft.parts)
     starts = np.cumsum([0] + [len(p.mesh.vertices) for p in parts])

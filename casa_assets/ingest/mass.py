@@ -172,7 +172,6 @@ def _by_volume(
 
 
 def _is_bulk(category: Category, substance: Substance) -> bool:
-    """True if the category determines the density."""
     return substance.id in BULK_DENSITY_SUBSTANCES - {"water_filled"} and category.build in OUTLINE_FILL
 
 

@@ -109,9 +109,8 @@ def _best_candidate(
         kept = np.flatnonzero(log > log.max() - margin)
         stances = [up_axis.stance(cloud, rotations[k], with_rain=True) for k in kept]
         log = np.full(len(options), -np.inf)
-        log[kept] = prior[kept] + np.array([up_axis.pose_score(s, category) for s in stances]) / up_axis.doubts(
-            stances, category
-        )
+        scores = np.array([up_axis.pose_score(s, category) for s in stances])
+        log[kept] = prior[kept] + scores / up_axis.doubts(stances, category)
         log[kept] += [up_axis.balance_score(s, category) for s in stances]
     share = np.exp(log - log.max())
     share /= share.sum()
@@ -122,7 +121,7 @@ def _best_candidate(
     together = is_same @ share
     group = is_same[int(np.argmax(together))]
     best = int(np.argmax(np.where(group, share, -1.0)))
-    stated = next((k for k, name in enumerate(names) if name == stated_up), best)
+    stated = names.index(stated_up) if stated_up in names else best
     if is_same[best, stated]:
         best = best if share[best] > TILT_ODDS * share[stated] else stated
     elif together[best] <= OVERRULE_ODDS * together[stated]:

@@ -18,6 +18,7 @@ from casa_assets.mesh.surface import (
     edge_counts,
     face_components,
     merge_rows,
+    picked,
     with_normals,
 )
 from casa_assets.model.asset.material import Material, Substance, Texture
@@ -113,12 +114,7 @@ def _ends(sequence: CollapseSequence, steps: int, corners: Ints, left: Mask) -> 
 def _mesh_of(mesh: Mesh, places: Ints, values: Ints) -> Mesh:
     """Faces of the given (F, 3) vertices, one of which gives the place of a corner and one everything else."""
     pairs, index = np.unique(np.stack([values.ravel(), places.ravel()], axis=1), axis=0, return_inverse=True)
-    of = {name: getattr(mesh, name) for name in ("uv", "normals", "colors")}
-    return Mesh(
-        vertices=mesh.vertices[pairs[:, 1]],
-        faces=index.reshape(-1, 3),
-        **{name: None if array is None else array[pairs[:, 0]] for name, array in of.items()},
-    )
+    return picked(mesh, pairs[:, 0], index.reshape(-1, 3)).replace(vertices=mesh.vertices[pairs[:, 1]])
 
 
 def _distinct(mesh: Mesh) -> tuple[Ints, dict[str, Floats], Ints]:
@@ -207,12 +203,9 @@ def _with_backs(mesh: Mesh, rows: Mask) -> Mesh:
     assert complete.normals is not None
     used, local = np.unique(complete.faces[rows], return_inverse=True)
     back_faces = local.reshape(-1, 3)[:, ::-1] + len(complete.vertices)
-    return Mesh(
-        vertices=np.concatenate([complete.vertices, complete.vertices[used]]),
-        faces=np.concatenate([complete.faces, back_faces]),
-        uv=None if complete.uv is None else np.concatenate([complete.uv, complete.uv[used]]),
-        normals=np.concatenate([complete.normals, -complete.normals[used]]),
-    )
+    rows_of_all = np.concatenate([np.arange(len(complete.vertices)), used])
+    out = picked(complete, rows_of_all, np.concatenate([complete.faces, back_faces]))
+    return out.replace(normals=np.concatenate([complete.normals, -complete.normals[used]]), colors=None)
 
 
 def texture(draft: Draft, largest_px: int, substance: Substance) -> Draft:
@@ -281,12 +274,7 @@ def painted(mesh: Mesh, material: Material) -> tuple[Mesh, Material]:
     image = np.clip(np.rint(canvas), 0, 255).astype(np.uint8)
     uv = np.stack([(corner_px[..., 0] + 0.5) / width, 1 - (corner_px[..., 1] + 0.5) / height], axis=-1)
     corner_vertices = mesh.faces.ravel()
-    out = Mesh(
-        vertices=mesh.vertices[corner_vertices],
-        faces=np.arange(3 * count).reshape(-1, 3),
-        uv=uv.reshape(-1, 2),
-        normals=None if mesh.normals is None else mesh.normals[corner_vertices],
-    )
+    out = picked(mesh, corner_vertices, np.arange(3 * count).reshape(-1, 3)).replace(uv=uv.reshape(-1, 2), colors=None)
     png = png_bytes(Image.fromarray(image if (image[..., 3] < 255).any() else image[..., :3]))
     texture_of_colors = Texture(name="painted", png=png, width_px=width, height_px=height)
     return out, material.replace(base_color_texture=texture_of_colors)
@@ -310,7 +298,6 @@ def png_bytes(image: Image.Image) -> bytes:
 
 
 def _tinted(base: tuple[float, float, float, float], color: npt.NDArray[np.uint8]) -> tuple[float, float, float, float]:
-    """Linear base colour times an sRGB vertex colour."""
     c = color.astype(np.float64) / 255
     linear = linear_from_srgb_array(c)
     r, g, b = (float(x * y) for x, y in zip(base[:3], linear[:3], strict=True))
@@ -318,12 +305,10 @@ def _tinted(base: tuple[float, float, float, float], color: npt.NDArray[np.uint8
 
 
 def _with_bounded_textures(material: Material, largest_px: int) -> Material:
-    changes = {}
-    for slot in ("base_color_texture", "metallic_roughness_texture", "normal_texture"):
-        picture = getattr(material, slot)
-        if picture is not None and max(picture.width_px, picture.height_px) > largest_px:
-            changes[slot] = _shrunk(picture, largest_px)
-    return material.replace(**changes) if changes else material
+    slots = ("base_color_texture", "metallic_roughness_texture", "normal_texture")
+    pictures = {slot: getattr(material, slot) for slot in slots}
+    large = {s: p for s, p in pictures.items() if p is not None and max(p.width_px, p.height_px) > largest_px}
+    return material.replace(**{slot: _shrunk(picture, largest_px) for slot, picture in large.items()})
 
 
 def _shrunk(image: Texture, largest_px: int) -> Texture:

@@ -27,7 +27,9 @@ from casa_assets.model.registry.rows import OtherThingsWords
 from casa_assets.model.source import Bundle, RawModel, RawPart, Source, Up
 
 # Surfaces nearer than this share of the longest side touch; a choice, above the distance of the samples.
-TOUCH_SHARE, SAMPLES, FEW_SAMPLES = 0.012, 40_000, 300
+TOUCH_SHARE = 0.012
+# Samples on all components; of one that has fewer than these, corners of its faces count too.
+SAMPLES, FEW_SAMPLES = 40_000, 300
 # All numbers are choices, fitted on sound meshes and on half of others. Sizes are shares of the
 # longest side of the whole.
 MAX_COMPONENTS = 4000
@@ -49,7 +51,7 @@ MIN_ON_GROUND = 5
 # over so much of it. What spans so much of the room is a shelf of it and no thing in it.
 PLANAR, SIDE_DEPTH, SIDE_COVER, SPANNING, IN_ROOM_SIZE = 0.8, 0.03, 0.5, 0.8, 0.08
 MIN_IN_CORNER, MIN_IN_ROOM = 3, 12
-# Probabilities are choices, fitted like those above. A category told less sure than this is told by a weak word.
+# Probabilities are choices, fitted like those above. A category that is less sure than this has a weak word.
 ALWAYS, OTHER, PART, PLURAL, MANY_KINDS, OWN_KINDS = 0.65, 0.6, 0.65, 0.4, 0.7, 0.2
 WEAKLY_TOLD = 0.62
 # Nodes named after so many categories are several things.
@@ -443,19 +445,11 @@ class Thing:
     count: int = 1
 
 
-@dataclass(frozen=True)
-class Things:
-    """The things of a file, the largest first, and how many more there are than are taken."""
-
-    taken: tuple[Thing, ...]
-    left_out: int = 0
-
-
-def things_of(model: RawModel) -> Things:
-    """The things of a model; one that is as the model where it cannot be taken apart."""
+def things_of(model: RawModel) -> list[Thing]:
+    """The things of a model, the largest first; one that is as the model where it cannot be taken apart."""
     components, owner = components_of(model)
     if components.count == 1 or components.count > MAX_COMPONENTS:
-        return Things((Thing(_name(model, np.arange(len(model.parts))), model.parts),))
+        return [Thing(_name(model, np.arange(len(model.parts))), model.parts)]
     label = _thing_of_component(model, components, owner)
     sizes = [float(components.extents_of(label == k).max()) for k in range(int(label.max()) + 1)]
     order = sorted(range(len(sizes)), key=lambda k: (-sizes[k], int(np.flatnonzero(label == k)[0])))
@@ -469,26 +463,26 @@ def things_of(model: RawModel) -> Things:
             found[twin] = Thing(found[twin].name, found[twin].parts, found[twin].count + 1)
         else:
             found.append(Thing(names.unique(_name(model, np.unique(owner[face_label == k])), "thing"), parts))
-    return Things(tuple(found[:MAX_THINGS]), max(0, len(found) - MAX_THINGS))
+    return found
 
 
 def model_of_thing(model: RawModel, name: str, file: str) -> RawModel:
     """One object of a model alone, with a note on where it is from. Raises Rejected: there is none of that name."""
     things = things_of(model)
-    thing = next((one for one in things.taken if one.name == name), None)
+    taken = things[:MAX_THINGS]
+    thing = next((one for one in taken if one.name == name), None)
     if thing is None:
         raise Rejected(codes.NO_GEOMETRY, f"{file}: holds nothing called {name!r}; run again with --split")
-    message = f"one of {len(things.taken)} different things in {file}"
+    message = f"one of {len(taken)} different things in {file}"
     if thing.count > 1:
         message += f"; there are {thing.count} equal ones"
-    if things.left_out:
-        message += f"; {things.left_out} more are left out, for more than {MAX_THINGS} are not taken"
+    if len(things) > MAX_THINGS:
+        message += f"; {len(things) - MAX_THINGS} more are left out, for more than {MAX_THINGS} are not taken"
     notes = (*model.notes, warning(codes.TAKEN_APART, name, message))
     return model.replace(parts=thing.parts, notes=notes, joints=0, instances=0)
 
 
 def _thing_of_component(model: RawModel, components: Components, owner: Ints) -> Ints:
-    """(N,) number of the thing that each component belongs to."""
     contacts = Contacts(components)
     whole = np.ptp(components.points, axis=0)
     is_under = np.any([grounds(components, up) for up in up_axes(model)], axis=0) | walls_of(components, whole)

@@ -185,7 +185,16 @@ def choose_grasps(
             best[feature] = (score, candidate)
     if category.front is not FrontRule.HANDLE and len(best) > 1:
         best.pop(GraspFeature.HANDLE, None)
-    return tuple(_record(feature, best[feature][1]) for feature in GraspFeature if feature in best)
+    return tuple(
+        Grasp(
+            feature=feature,
+            center=_rounded(one.center),
+            closing=_rounded(one.closing),
+            approach=_rounded(one.approach),
+            width=round(one.width, 5),
+        )
+        for feature, one in ((feature, best[feature][1]) for feature in GraspFeature if feature in best)
+    )
 
 
 def grasp_site(grasp: Grasp, shift: Floats) -> Site:
@@ -222,16 +231,6 @@ def _score(candidate: AntipodalGrasp, feature: GraspFeature, offset: Floats) -> 
         return 0.5 * steep - 2 * aside
     return 0.5 * steep + (
         aside + float(offset[0]) if feature is GraspFeature.HANDLE else 10 * float(candidate.center[2])
-    )
-
-
-def _record(feature: GraspFeature, candidate: AntipodalGrasp) -> Grasp:
-    return Grasp(
-        feature=feature,
-        center=_rounded(candidate.center),
-        closing=_rounded(candidate.closing),
-        approach=_rounded(candidate.approach),
-        width=round(candidate.width, 5),
     )
 
 

@@ -18,6 +18,8 @@ from casa_assets.model.asset.provenance import CENTER_SHARES, PAIR_SHARES, Shape
 
 # Places on a surface whose distances to each other are measured: a million pairs.
 SURFACE_SAMPLES = 1500
+# More digits of a descriptor would be noise of the places that were picked.
+DIGITS = 4
 # Places that are looked up, that a first look takes, that a fit takes, and that are measured at the end.
 ALIGNMENT_SAMPLES, START_SAMPLES, FIT_SAMPLES, ERROR_SAMPLES = 8000, 100, 400, 1500
 # Spreads along two axes that differ by less than this share do not tell the axes apart.
@@ -41,11 +43,12 @@ def shape_descriptor(points: Floats, faces: Ints) -> ShapeDescriptor:
     """
     center, radius, axes, _ = principal_spread(points, faces)
     places = (surface_samples(points, faces, SURFACE_SAMPLES) - center) / radius
-    x, y, z = (_short(float(side)) for side in axes / radius)
+    reach = np.linalg.norm(places, axis=1)
+    x, y, z = (decimals(float(side), DIGITS) for side in axes / radius)
     return ShapeDescriptor(
         radius=significant(radius, 6),
-        pair_distances=tuple(_short(v) for v in quantile_means(pdist(places), PAIR_SHARES)),
-        center_distances=tuple(_short(v) for v in quantile_means(np.linalg.norm(places, axis=1), CENTER_SHARES)),
+        pair_distances=tuple(decimals(v, DIGITS) for v in quantile_means(pdist(places), PAIR_SHARES)),
+        center_distances=tuple(decimals(v, DIGITS) for v in quantile_means(reach, CENTER_SHARES)),
         axis_spread=(x, y, z),
     )
 
@@ -93,11 +96,6 @@ def descriptor_distances(ones: Sequence[ShapeDescriptor], others: Sequence[Shape
     pairs = table("pair_distances", "cityblock") / PAIR_SHARES
     reach = table("center_distances", "cityblock") / CENTER_SHARES
     return np.maximum(np.maximum(pairs, reach), table("axis_spread", "chebyshev"))
-
-
-def _short(value: float) -> float:
-    """Four digits: more would be noise of the places that were picked."""
-    return decimals(value, 4)
 
 
 @dataclass(frozen=True)

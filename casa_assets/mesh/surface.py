@@ -365,7 +365,7 @@ def shell_moments(points: Floats, faces: Ints) -> tuple[float, Floats, Floats]:
     return whole, center, np.trace(covariance) * np.eye(3) - covariance
 
 
-def picked(mesh: Mesh, rows: Ints, faces: Ints) -> Mesh:
+def picked(mesh: Mesh, rows: npt.NDArray[np.integer[Any]], faces: npt.NDArray[np.integer[Any]]) -> Mesh:
     """A mesh of some vertices of a mesh with their texture coordinates, normals and colours; faces are over these."""
     columns = {name: getattr(mesh, name) for name in ("uv", "normals", "colors")}
     kept = {name: None if values is None else values[rows] for name, values in columns.items()}

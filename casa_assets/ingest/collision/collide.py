@@ -119,7 +119,7 @@ def collide(draft: Draft, category: Category, params: CollideParams, decomposer:
         raise Rejected("MSH004", "no collision shape with a volume fits; the mesh is a sheet or a line")
     notes: list[Issue] = []
     reason = f"the mesh fills {whole.hull_fill:.0%} of its hull"
-    is_one_shape = is_full and whole.hull_fill >= params.hull_ratio and not kept_rooms
+    is_one_shape = is_full and whole.hull_fill >= params.hull_volume_ratio and not kept_rooms
     proxy = None if is_one_shape else solid_proxy(points, faces, is_full)
     task, best = None, None
     if proxy is not None:
@@ -136,7 +136,7 @@ def collide(draft: Draft, category: Category, params: CollideParams, decomposer:
         name, confidence = "one shape: the mesh fills its hull", 1.0
     elif task is not None and best is not None:
         shapes, name, confidence = best.shapes, best.name, 1 / (1 + max(0.0, best.errors.normalized_error - 1))
-        if best.errors.closed_share > SOUND_SHARE * params.closed_share:
+        if best.errors.closed_share > SOUND_SHARE * params.room_closed:
             notes.append(_closed_room_note(best.errors.closed_share, best.name, params))
         reason += f"; {task.proxy.message}; {describe_fit(clouds_of(shapes), task.reference, best.errors)}"
     else:
@@ -291,7 +291,7 @@ def _by_one(task: CollisionTask) -> tuple[list[PlacedShape], str]:
 def _by_parts(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     """One shape for each connected part; empty if there is only one part, or if parts are not convex or are nested."""
     pieces = connected_parts(task.points, task.faces, task.params.hull_count)
-    if len(pieces) < 2 or any(p.hull_fill < task.params.hull_ratio for p in pieces) or any_nested(pieces):
+    if len(pieces) < 2 or any(p.hull_fill < task.params.hull_volume_ratio for p in pieces) or any_nested(pieces):
         return [], ""
     return [one_shape(p.points, task.params) for p in pieces], "one shape for each piece"
 
@@ -335,7 +335,7 @@ def _shifted_wall_hull(piece: solids.Solid, task: CollisionTask) -> Floats:
     if length <= 0:
         return cloud
     # Limited, so that contacts stay close to the visible wall.
-    shift = min(error / 2, max(task.params.error_m, task.aim.p95))
+    shift = min(error / 2, max(task.params.collider_error_m, task.aim.p95))
     moved: Floats = cloud + np.array([shift_direction[0], shift_direction[1], 0.0]) / length * shift
     before, after = (normalized_error(c, task.reference.surface, task.aim) for c in (cloud, moved))
     return moved if after < before else cloud
@@ -375,7 +375,7 @@ def _by_coacd(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     if len(np.unique(face_components(solid[1], len(solid[0])))) > task.params.hull_count:
         return [], ""
     # CoACD's surface error is about half the threshold times the longest side.
-    threshold = min(max(2 * task.params.error_m / task.reference.surface.longest, 0.03), 0.2)
+    threshold = min(max(2 * task.params.collider_error_m / task.reference.surface.longest, 0.03), 0.2)
     clouds = task.decomposer("coacd", *solid, replace(task.budget, threshold=threshold))
     return _primitives_or_hulls(clouds, task), "decomposed by CoACD"
 
@@ -419,14 +419,14 @@ def _primitives_or_hulls(clouds: list[Floats], task: CollisionTask) -> list[Plac
         if thickness(cloud) <= SPLINTER_M:
             continue
         try:
-            placed = one_shape(cloud, task.params.replace(primitive_ratio=PART_PRIMITIVE_FILL))
+            placed = one_shape(cloud, task.params.replace(primitive_volume_ratio=PART_PRIMITIVE_FILL))
         except DegenerateShape:
             continue
         if not isinstance(placed.shape, Hull):
             [grown] = clouds_of((placed,))
             error, of_hull = (normalized_error(c, task.reference.surface, task.aim) for c in (grown, cloud))
             if error > max(1.0, of_hull):
-                placed = one_shape(cloud, task.params.replace(primitive_ratio=NO_PRIMITIVE))
+                placed = one_shape(cloud, task.params.replace(primitive_volume_ratio=NO_PRIMITIVE))
         shapes.append(placed)
     return shapes
 
@@ -436,8 +436,10 @@ def whole_shape(cloud: Floats, fill: float, is_packed: bool, params: CollidePara
 
     `fill`: share of the hull that is matter, 0..1. `samples`: (N, 3) points spread over the surface, metres.
     """
-    min_ratio = min(params.primitive_ratio, PACKED_PRIMITIVE_FILL) if is_packed else params.primitive_ratio
-    placed = one_shape(cloud, params.replace(primitive_ratio=min_ratio))
+    min_ratio = (
+        min(params.primitive_volume_ratio, PACKED_PRIMITIVE_FILL) if is_packed else params.primitive_volume_ratio
+    )
+    placed = one_shape(cloud, params.replace(primitive_volume_ratio=min_ratio))
     if is_packed and isinstance(placed.shape, Box):
         placed = _with_sides_moved_in(placed, placed.shape, samples)
     # The corners of a box reach beyond rounded ones, and moved sides stay short of bulges: then a hull fits better.
@@ -478,7 +480,7 @@ def _with_sides_moved_in(placed: PlacedShape, box: Box, samples: Floats) -> Plac
 def one_shape(cloud: Floats, params: CollideParams) -> PlacedShape:
     """The primitive around a cloud where it fits tightly, else its hull of few vertices."""
     hull, _ = solids.convex_hull(cloud)
-    primitive = best_primitive(hull) if params.primitive_ratio <= 1 else None
-    if primitive is not None and primitive.ratio >= params.primitive_ratio:
+    primitive = best_primitive(hull) if params.primitive_volume_ratio <= 1 else None
+    if primitive is not None and primitive.ratio >= params.primitive_volume_ratio:
         return PlacedShape(shape=primitive.shape, pose=primitive.pose)
     return placed_hull(*solids.small_hull(hull, params.hull_vertices))

@@ -60,27 +60,28 @@ ANGLES = 12
 
 
 class CollideParams(Record):
-    """Limits of the stage.
+    """Limits of the stage, by their names in registry/limits.yaml.
 
-    `hull_count`: most shapes. `hull_vertices`: most vertices of a hull. `primitive_ratio`: smallest share of a
-    primitive that the hull has to fill. `hull_ratio`: smallest share of the hull that the mesh has to fill for one
-    shape. `error_m`: distance from the shapes up to which the mesh counts as covered. `box_m`, `box_ratio`: how far the
-    boxes around shapes and mesh may be apart: metres, and where that is more a share of the longest side (AST009).
-    `closed_share`: largest share of an open room that shapes may fill or close off (AST018).
+    `hull_count`: most shapes. `hull_vertices`: most vertices of a hull. `primitive_volume_ratio`: smallest share of a
+    primitive that the hull has to fill. `hull_volume_ratio`: smallest share of the hull that the mesh has to fill for
+    one shape. `collider_error_m`: distance from the shapes up to which the mesh counts as covered.
+    `collider_bounds_m`, `collider_bounds_ratio`: how far the boxes around shapes and mesh may be apart: metres, and
+    where that is more a share of the longest side (AST009). `room_closed`: largest share of an open room that shapes
+    may fill or close off (AST018).
     """
 
     hull_count: int = 32
     hull_vertices: int = 64
-    primitive_ratio: float = 0.95
-    hull_ratio: float = 0.95
-    error_m: float = 0.004
-    box_m: float = 0.004
-    box_ratio: float = 0.02
-    closed_share: float = 0.35
+    primitive_volume_ratio: float = 0.95
+    hull_volume_ratio: float = 0.95
+    collider_error_m: float = 0.004
+    collider_bounds_m: float = 0.004
+    collider_bounds_ratio: float = 0.02
+    room_closed: float = 0.35
 
     def box_bound(self, longest: float) -> float:
         """How far the bounding box of the shapes may be from that of a mesh of this longest side, metres."""
-        return max(self.box_m, self.box_ratio * longest)
+        return max(self.collider_bounds_m, self.collider_bounds_ratio * longest)
 
 
 @dataclass(frozen=True)
@@ -171,10 +172,10 @@ def measure_fit(clouds: Sequence[Floats], reference: FitReference, limits: Colli
         ratios.append((1 - open_share) / MAX_FILLED_SHARE)
     return FitErrors(
         off,
-        float((outside > limits.error_m).mean()),
+        float((outside > limits.collider_error_m).mean()),
         open_share,
         closed_share,
-        max(box_share, closed_share / limits.closed_share) <= SOUND_SHARE,
+        max(box_share, closed_share / limits.room_closed) <= SOUND_SHARE,
         round(max(ratios), 6),
     )
 

@@ -258,7 +258,6 @@ def _hull_error(solid: Solid, reduced: Callable[[Floats], Floats]) -> float:
 
 
 def _lack(cloud: Floats, reduced: Callable[[Floats], Floats]) -> float:
-    """Volume that a hull loses with its vertices, m^3."""
     few = reduced(cloud)
     return max(hull_volume(cloud) - hull_volume(few), 0.0) if len(few) < len(cloud) else 0.0
 

@@ -241,7 +241,6 @@ def _solid_either_way(points: Floats, faces: Ints, longest: float) -> Solid | No
 
 
 def _unique_faces(faces: Ints) -> Ints:
-    """Faces over the same three points once."""
     _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
     return faces[np.sort(first)]
 

@@ -42,15 +42,12 @@ FAILED = "RUN009"
 
 def roots_of(words: Sequence[str | Path], library: Path) -> tuple[list[Path | StoreRoot], tuple[Refused, ...]]:
     """Paths, addresses, folders that plug-ins fetched; and addresses where one failed: the library keeps its trace."""
-    roots: list[Path | StoreRoot] = []
-    refused: list[Refused] = []
-    for word in words:
-        one = word if isinstance(word, Path) else fetch(word, library) if is_of_plugin(word) else root_of(word)
-        if isinstance(one, Refused):
-            refused.append(one)
-        else:
-            roots.append(one)
-    return roots, tuple(refused)
+    every = [
+        word if isinstance(word, Path) else fetch(word, library) if is_of_plugin(word) else root_of(word)
+        for word in words
+    ]
+    refused = tuple(one for one in every if isinstance(one, Refused))
+    return [one for one in every if not isinstance(one, Refused)], refused
 
 
 def is_of_plugin(address: str) -> bool:
@@ -271,8 +268,7 @@ def find_category(found: Found, requested: str) -> tuple[Category, float, str]:
         return known.category(requested), 1.0, "given on the command line"
     source = found.source
     if source.node:  # The name and title of the file speak of all things in it together.
-        named = known.find_category([source.node])
-        if named is not None:
+        if (named := known.find_category([source.node])) is not None:
             return named
         return known.category(registry.FALLBACK), 0.1, f"{source.node!r} names no category that the registry knows"
     if source.category:
@@ -280,30 +276,29 @@ def find_category(found: Found, requested: str) -> tuple[Category, float, str]:
         if match is not None:
             return match[0], max(SAID_CONFIDENCE, match[1]), f"the source says {source.category!r}"
     match = known.find_category([*source.hints, source.title, source.prompt])
-    if match is not None and source.category:
+    if match is None:
+        return known.category(registry.FALLBACK), 0.1, "nothing names a category that the registry knows"
+    if source.category:
         reason = f"{match[2]}; the source says {source.category!r}, which the registry does not know"
         return match[0], min(CONTRADICTED_CONFIDENCE, match[1]), reason
-    if match is not None:
-        return match[0], match[1], match[2]
-    return known.category(registry.FALLBACK), 0.1, "nothing names a category that the registry knows"
+    return match
 
 
 @dataclass(frozen=True)
 class HeldThings:
-    """Names of the things that an input holds, and the digest of its files; a single thing has no name."""
+    """Names of the things that an input holds, and the digest of its files."""
 
     sha256: str
     names: tuple[str, ...]
 
 
 def things_held(job: tuple[Found, Mapping[str, float]]) -> HeldThings | None:
-    """Return the separate objects of an input, or None if it cannot be read, which the survey of the run reports.
+    """The separate objects of an input, or None: it cannot be read, which its survey reports, or it is one object.
 
-    None too if the input is more probably one object: the boards of a shelf and the legs of a table are not separate
-    objects.
+    The boards of a shelf and the legs of a table are not separate objects.
     """
     # Here, since most runs take nothing apart, and this loads slowly.
-    from casa_assets.ingest.things import guess_of_things, load, things_of
+    from casa_assets.ingest.things import MAX_THINGS, guess_of_things, load, things_of
 
     found, limits = job
     known = registry.load()
@@ -314,10 +309,10 @@ def things_held(job: tuple[Found, Mapping[str, float]]) -> HeldThings | None:
         guess = guess_of_things(model, found.source, category, known.vocabulary, known.other_things)
         if guess is None or guess.confidence >= DOUBTFUL:
             return None
-        taken = things_of(model).taken
+        taken = things_of(model)[:MAX_THINGS]
     except Rejected:
         return None
-    return HeldThings(bundle.sha256, tuple(thing.name for thing in taken) if len(taken) > 1 else ())
+    return HeldThings(bundle.sha256, tuple(thing.name for thing in taken)) if len(taken) > 1 else None
 
 
 def taken_apart(found: Sequence[Found], held: Mapping[int, HeldThings]) -> tuple[list[Found], list[str]]:
@@ -325,8 +320,7 @@ def taken_apart(found: Sequence[Found], held: Mapping[int, HeldThings]) -> tuple
     out: list[Found] = []
     digests: list[str] = []
     for number, one in enumerate(found):
-        answer = held.get(number)
-        if answer is None or not answer.names:
+        if (answer := held.get(number)) is None:
             out.append(one)
             continue
         digests.append(answer.sha256)

@@ -171,7 +171,6 @@ class ShardAnswers:
             yield number, self._staged(job, folder)
 
     def _folder(self, job: Job, keys: dict[str, str]) -> Path:
-        """Folder of the entry of an input in its shard."""
         root, path = self._made_in[job.survey.sha256].root, job.found.source.place
         places = (f"{job.survey.category}/{job.asset_id}", f"{disk.REJECTED}/{job.asset_id}")
         for place in places:

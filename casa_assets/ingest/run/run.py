@@ -329,7 +329,6 @@ class _IngestRun(engine.InputRun[Survey]):
         return self._kept_result(result, kept)
 
     def _kept_result(self, result: Result, kept: engine.KeptAsset) -> Result:
-        """The result of an input whose accepted asset is kept."""
         entry = self.known.get(kept.folder)
         outcome = Outcome(True, message=kept.reason, warnings=() if entry is None else entry.warnings)
         return replace(result, outcome=outcome, folder=kept.folder, is_kept=True)

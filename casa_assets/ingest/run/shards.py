@@ -328,8 +328,8 @@ class Recorder:
         """A line for each input; the surveys of its things follow one another."""
         begin = 0
         for place, (number, one) in enumerate(self._found):
-            held = self.held.get(place)
-            sha256, things = (held.sha256, held.names) if held is not None and held.names else ("", ())
+            held = self.held.get(place, HeldThings("", ()))
+            sha256, things = held.sha256, held.names
             end = begin + (len(things) or 1)
             surveys = tuple(SurveyRecord.of(self.surveys[i]) for i in range(begin, end))
             yield ShardLine(number=number, source=one.source, sha256=sha256, things=things, surveys=surveys)

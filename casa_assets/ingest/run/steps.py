@@ -118,16 +118,7 @@ def _texture(draft: Draft, context: BuildContext) -> Draft:
 
 
 def _collide(draft: Draft, context: BuildContext) -> Draft:
-    params = CollideParams(
-        hull_count=int(context.limits["hull_count"]),
-        hull_vertices=int(context.limits["hull_vertices"]),
-        primitive_ratio=context.limits["primitive_volume_ratio"],
-        hull_ratio=context.limits["hull_volume_ratio"],
-        error_m=context.limits["collider_error_m"],
-        box_m=context.limits["collider_bounds_m"],
-        box_ratio=context.limits["collider_bounds_ratio"],
-        closed_share=context.limits["room_closed"],
-    )
+    params = CollideParams(**{name: context.limits[name] for name in CollideParams.model_fields})
     return collide(draft, context.category, params)
 
 

@@ -39,7 +39,15 @@ from casa_assets.ingest.sources.places import (
     unread,
     utf8_escaped,
 )
-from casa_assets.ingest.sources.rows import UniqueIds, as_object, check_types, parse_json, remarks, safe_id, source_of
+from casa_assets.ingest.sources.rows import (
+    as_object,
+    check_types,
+    check_unique,
+    parse_json,
+    remarks,
+    safe_id,
+    source_of,
+)
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Source, SourceKind
 
@@ -87,25 +95,21 @@ class _Bounded:
         self._most = min(MAX_BYTES, max(SMALL_BYTES, MAX_RATIO * packed_size))
 
     def read(self, size: int) -> bytes:
-        """As of a file."""
         if not 0 <= size <= MAX_LIST_BYTES:
             raise tarfile.ReadError(f"a header of {size} bytes")
         return self.content(size)
 
     def content(self, size: int) -> bytes:
-        """As `read`, of any size."""
         if self._stream.tell() + size > self._most:
             raise tarfile.ReadError(f"it unpacks to over {MAX_RATIO} times its size")
         return self._stream.read(size)
 
     def seek(self, place: int) -> int:
-        """As of a file."""
         if place > self._most:
             raise tarfile.ReadError(f"it unpacks to over {MAX_RATIO} times its size")
         return self._stream.seek(place)
 
     def tell(self) -> int:
-        """As of a file."""
         return self._stream.tell()
 
 
@@ -164,7 +168,6 @@ class Archive:
         return data
 
     def _entries(self, texts: dict[str, bytes] | None) -> Iterator[Member]:
-        """Every regular file."""
         if self._is_zip:
             with self._zip() as packed:
                 for info in packed.infolist():
@@ -256,7 +259,7 @@ def members_of(folder: Folder, path: str, main: str, at: int) -> Place:
 
 
 def _described(
-    found: Found, package: Package, name: str, texts: Mapping[str, bytes], is_full: bool, ids: UniqueIds
+    found: Found, package: Package, name: str, texts: Mapping[str, bytes], is_full: bool, ids: dict[str, str]
 ) -> Found | Refused:
     """A mesh of a tar with the description in its JSON; unchanged if it has none; refused if the JSON is wrong.
 
@@ -278,12 +281,12 @@ def _described(
         row = as_object(parse_json(text.decode("utf-8-sig", "replace"), place), place)
         value = row.get("uid", row.get("id"))  # without one the key distinguishes samples
         uid = "" if value is None else safe_id(str(value) if type(value) is int else value, place)
-        ids.check(uid, place)
+        check_unique(uid, place, ids)
         check_types(row, place)
     except Rejected as error:
         return package.refuse(name, error)
     if uid:
-        ids.add(uid, place)
+        ids[uid] = place
     source = source_of(row, found.source.path, uid, found.source.hints)
     return replace(found, source=source, notes=remarks(place, row))
 
@@ -297,7 +300,7 @@ def archived(package: Package, name: str, others: Counter[str]) -> Iterator[Foun
     except Rejected as error:
         yield package.refuse(name, error)
         return
-    ids, is_full = UniqueIds(), sum(map(len, texts.values())) >= MAX_TEXTS_BYTES
+    ids, is_full = dict[str, str](), sum(map(len, texts.values())) >= MAX_TEXTS_BYTES
     in_folder: dict[str, set[str]] = {}
     for member in members:
         folder, base = posixpath.split(member.path)

@@ -61,20 +61,10 @@ def text_list(values: object) -> list[str]:
     return [w for w in found[:MAX_HINTS] if w]
 
 
-class UniqueIds:
-    """Ids of the rows of one file, which must differ, with the place of each."""
-
-    def __init__(self) -> None:
-        self._places: dict[str, str] = {}
-
-    def check(self, uid: str, place: str) -> None:
-        """Raises Rejected: DUPLICATE_ID if an earlier row has the id."""
-        if uid in self._places:
-            raise Rejected(codes.DUPLICATE_ID, f"{place}: id {uid!r} was used by {self._places[uid]}; rename one")
-
-    def add(self, uid: str, place: str) -> None:
-        """Take an id that was checked."""
-        self._places[uid] = place
+def check_unique(uid: str, place: str, ids: Mapping[str, str]) -> None:
+    """Raises Rejected: DUPLICATE_ID if an earlier row of the file has the id; `ids`: with the place of each."""
+    if uid in ids:
+        raise Rejected(codes.DUPLICATE_ID, f"{place}: id {uid!r} was used by {ids[uid]}; rename one")
 
 
 def as_object(row: object, place: str) -> Mapping[str, object]:
@@ -211,7 +201,7 @@ def read_lines(package: Package, name: str, is_named: bool) -> Iterator[Found | 
         return
     if not (is_named or name.lower() in NAMES or b'"file"' in data):
         return
-    ids = UniqueIds()
+    ids: dict[str, str] = {}
 
     def row(number: int, line: bytes) -> Found | Refused:
         place = f"{printable(name)} line {number}"
@@ -249,7 +239,7 @@ def read_list(package: Package, name: str, is_named: bool) -> Iterator[Found | R
             message = f"{name}: not a list of rows with `id` and `file`; fix it"
             yield package.refuse(name, Rejected(codes.BAD_MANIFEST, message))
         return
-    ids = UniqueIds()
+    ids: dict[str, str] = {}
 
     def read(number: int, row: object) -> Found | Refused:
         return _row(package, name, f"{name} row {number}", lambda: row, ids)
@@ -273,15 +263,15 @@ def _bounded(package: Package, name: str, rows: Iterator[Found | Refused]) -> It
         yield one
 
 
-def _row(package: Package, name: str, place: str, read: Callable[[], object], ids: UniqueIds) -> Found | Refused:
+def _row(package: Package, name: str, place: str, read: Callable[[], object], ids: dict[str, str]) -> Found | Refused:
     """One row of a manifest; refused with its place where anything in it is wrong."""
     try:
         row = as_object(read(), place)
         uid = safe_id(row.get("id"), place)
-        ids.check(uid, place)
+        check_unique(uid, place, ids)
         check_types(row, place)
         main = package.file(row.get("file"), place)
-        ids.add(uid, place)
+        ids[uid] = place
         source = source_of(row, main, uid, words_of_path(main))
         return replace(package.found(main, source), notes=remarks(place, row))
     except Rejected as error:

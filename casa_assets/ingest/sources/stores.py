@@ -320,7 +320,6 @@ _STORES: dict[tuple[int, str, str], _Store] = {}
 
 
 def _store(root: StoreRoot) -> _Store:
-    """The store of a root, whatever the path."""
     return _STORES.setdefault((os.getpid(), root.base, root.query), _Store(StoreRoot(root.base, root.query)))
 
 

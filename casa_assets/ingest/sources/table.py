@@ -292,14 +292,12 @@ def _printed(package: Package, name: str) -> Iterator[dict[str, Any]]:
 def _rows(
     package: Package, name: str, suffix: str, lines: Iterator[Mapping[str, Any]], others: Counter[str]
 ) -> Iterator[Found | Refused]:
-    ids = rows.UniqueIds()
+    ids: dict[str, str] = {}
     for number, row in enumerate(lines):
         place = f"{printable(name)} row {number}"
         if number >= rows.MAX_ROWS:
-            message = (
-                f"{printable(name)}: more than {rows.MAX_ROWS} rows, which is what a run holds in memory; divide it"
-            )
-            yield package.refuse(name, Rejected(codes.TOO_LARGE, message))
+            why = f"more than {rows.MAX_ROWS} rows, which is what a run holds in memory; divide it"
+            yield package.refuse(name, Rejected(codes.TOO_LARGE, f"{printable(name)}: {why}"))
             return
         try:
             uid, key = _names(row, number, place, ids)
@@ -323,7 +321,7 @@ def _rows(
             yield Found(package.root, main, source, archive=name, at=number)
 
 
-def _names(row: Mapping[str, Any], number: int, place: str, ids: rows.UniqueIds) -> tuple[str, str]:
+def _names(row: Mapping[str, Any], number: int, place: str, ids: dict[str, str]) -> tuple[str, str]:
     """Id that a row states, or nothing, and the stem of its file, both unique; `ids`: takes up the names."""
     stated = next(((column, row[column]) for column in IDS if row.get(column) is not None), None)
     if stated is None:
@@ -335,6 +333,6 @@ def _names(row: Mapping[str, Any], number: int, place: str, ids: rows.UniqueIds)
         if column in ("__key__", "key"):
             return "", f"{number:06}"
         raise
-    ids.check(uid, place)
-    ids.add(uid, place)
+    rows.check_unique(uid, place, ids)
+    ids[uid] = place
     return uid, uid

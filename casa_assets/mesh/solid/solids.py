@@ -51,7 +51,6 @@ def surface_of(solid: Solid) -> Surface:
 
 
 def _turned(solid: Solid) -> Solid:
-    """The solid turned inside out."""
     points, faces = surface_of(solid)
     return Solid(manifold3d.Mesh64(vert_properties=points, tri_verts=np.ascontiguousarray(faces[:, ::-1], np.uint64)))
 

@@ -8,7 +8,8 @@ import pytest
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.orient import UP_ROTATIONS, orient
+from casa_assets.ingest.orient import orient
+from casa_assets.ingest.up_axis import UP_ROTATIONS
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import Up, UpAxis, UserOverride
 from tests.support.mesh.meshes import box_mesh

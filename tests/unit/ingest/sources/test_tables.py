@@ -13,7 +13,7 @@ import pytest
 
 from casa_assets.errors import Rejected
 from casa_assets.formats.read import load
-from casa_assets.ingest.sources import table
+from casa_assets.ingest.sources import rows
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.places import is_table
 from casa_assets.model import rejection_codes as codes
@@ -115,7 +115,7 @@ def test_a_table_that_has_changed_meanwhile_gives_no_other_bytes(tmp_path: Path)
 
 
 def test_rows_beyond_what_a_run_holds_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(table, "MAX_ROWS", 3)
+    monkeypatch.setattr(rows, "MAX_ROWS", 3)
     write(tmp_path / "t.parquet", {"mesh": meshes(5)})
     found, refused = inputs_of(tmp_path)
     assert len(found) == 3
