@@ -14,7 +14,6 @@ from casa_assets.ingest.collision import collide as stage
 from casa_assets.ingest.collision.collide import STRATEGIES, collide
 from casa_assets.ingest.collision.decompose import Budget, DecompositionFailed, decompose
 from casa_assets.ingest.collision.fit import FOOT_M, CollideParams, FitErrors, fit_reference, measure_fit, on_flat_foot
-from casa_assets.ingest.collision.rings import RAYS, WallProfile
 from casa_assets.ingest.collision.solid_proxy import CELLS, assemble_solid, covers_surface, solid_proxy, without_windows
 from casa_assets.ingest.components import SurfaceKind
 from casa_assets.ingest.draft import Draft, PlacedShape
@@ -341,12 +340,6 @@ def test_a_fridge_with_a_handle_is_one_hull_only_where_that_is_near(depth: float
 def confidence(state: Draft) -> float:
     [guess] = [g for g in state.guesses if g.subject == "collision"]
     return guess.confidence
-
-
-def seen(inner: list[float]) -> WallProfile:
-    radii: Floats = np.repeat(np.array(inner, dtype=np.float64)[:, None], RAYS, axis=1)
-    heights: Floats = 0.01 * np.arange(len(inner), dtype=np.float64)
-    return WallProfile(np.zeros(2), heights, 0.01, radii, radii + 0.005)
 
 
 def test_a_thin_bowl_stays_within_the_bound_and_on_its_ground() -> None:

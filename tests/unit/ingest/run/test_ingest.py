@@ -21,7 +21,7 @@ from casa_assets.ingest.sources.places import Found
 from casa_assets.library.entry import MAX_ROWS_PER_FILE, entries
 from casa_assets.library.library import Library, file_digests
 from casa_assets.model.issue import Decision
-from casa_assets.runs.outcome import Event, Outcome, writing
+from casa_assets.runs.outcome import Event, Outcome
 from tests.support.library.libraries import BOXES, box_obj, differences, entries_of
 
 pytestmark = [
@@ -67,10 +67,8 @@ def edit(path: Path, **changes: object) -> None:
     path.write_text(json.dumps(data), encoding="utf-8")
 
 
-@pytest.mark.representatives(1)
-@pytest.mark.parametrize("text", ['{"asset": {}, "certificate": {}}', "", "{}"])
-def test_a_damaged_entry_is_made_anew(copy: Path, made: Path, text: str) -> None:
-    (copy / "library" / CARTON / "asset.json").write_text(text, encoding="utf-8")
+def test_a_damaged_entry_is_made_again(copy: Path, made: Path) -> None:
+    (copy / "library" / CARTON / "asset.json").write_text('{"asset": {}, "certificate": {}}', encoding="utf-8")
     with pytest.raises(OutputError, match=r"asset\.json"):
         list(entries(Library(copy / "library")))
     assert kinds(run(copy / "in", copy / "library")) == ["accepted"]
@@ -230,13 +228,6 @@ def test_a_machine_that_cannot_draw_is_told_at_once(tmp_path: Path, monkeypatch:
         run(write_box(tmp_path / "in"), tmp_path / "library")
     assert entries_of(tmp_path / "library") == []
     assert list((tmp_path / "library" / ".casa" / "staging").iterdir()) == []
-
-
-def test_what_the_disk_refuses_is_said_of_the_library(tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match="No such file"), writing(tmp_path / "library"):
-        (tmp_path / "library" / "gone" / "file").write_text("x", encoding="ascii")
-    with pytest.raises(FileNotFoundError), writing(tmp_path / "library"):
-        (tmp_path / "elsewhere").read_text(encoding="ascii")
 
 
 def test_a_copy_in_other_units_is_turned_away_unless_it_is_wanted(tmp_path: Path) -> None:

@@ -6,7 +6,6 @@ import gzip
 import json
 import pickle
 import time
-import zipfile
 from collections import Counter
 from pathlib import Path
 
@@ -257,19 +256,13 @@ def test_secrets_are_told_to_nobody(tmp_path: Path) -> None:
 
 
 def test_paths_and_addresses() -> None:
-    assert root_of("a/b.glb") == Path("a/b.glb")
-    assert root_of("C:/x") == Path("C:/x")
-    assert root_of("file:///a/b%20c") == Path("/a/b c")
+    assert [root_of(text) for text in ("a/b.glb", "C:/x", "file:///a/b%20c")] == list(
+        map(Path, ("a/b.glb", "C:/x", "/a/b c"))
+    )
     s3 = root_of("s3://bucket/a/b/")
     assert isinstance(s3, StoreRoot)
-    assert (str(s3), s3.name, str(s3 / "c" / "d"), (s3 / "c").name) == (
-        "s3://bucket/a/b",
-        "b",
-        "s3://bucket/a/b/c/d",
-        "c",
-    )
-    assert str(s3.parent) == "s3://bucket/a"
-    assert str((s3 / "c").parent) == "s3://bucket/a/b"
+    shown = [str(s3), s3.name, str(s3 / "c" / "d"), (s3 / "c").name, str(s3.parent), str((s3 / "c").parent)]
+    assert shown == ["s3://bucket/a/b", "b", "s3://bucket/a/b/c/d", "c", "s3://bucket/a", "s3://bucket/a/b"]
 
 
 def states(one: Found) -> dict[str, str]:
@@ -309,14 +302,6 @@ def test_a_library_on_a_store_is_no_source_below_a_root() -> None:
 
     assert paths(ROOT) == ["a.obj", "other/c.obj"]
     assert paths(f"{ROOT}/library") == ["near.obj", "mug/mug_1/meshes/b.obj"]
-
-
-def test_a_bomb_on_a_store_is_refused(tmp_path: Path) -> None:
-    with zipfile.ZipFile(tmp_path / "bomb.zip", "w", zipfile.ZIP_DEFLATED) as packed:
-        packed.writestr("a.obj", b"v 0 0 0\n" * 3_000_000)
-    (tmp_path / "slip.tar").write_bytes(gzip.decompress(tarred(**{"../../a.obj": OBJ})))
-    refused = list(discover([root_of(put(tmp_path))]))
-    assert [one.code for one in refused if isinstance(one, Refused)] == [codes.TOO_LARGE, codes.PATH_TRAVERSAL]
 
 
 def test_what_carries_bytes_takes_no_part_in_keys() -> None:

@@ -281,16 +281,13 @@ def test_what_does_not_belong_together_is_told(
     assert not (tmp_path / "library").exists()
 
 
-def test_all_shards_of_another_version_are_told(bare: Made, tmp_path: Path) -> None:
-    shards = copies(bare.shards, tmp_path)
+def test_sources_that_change_between_shards_are_told(bare: Made, tmp_path: Path) -> None:
+    shards, source = copies(bare.shards, tmp_path / "old"), tmp_path / "in"
     for shard in shards:
         edited(shard, lambda said: said.update(cache_key="0" * 64))
     with pytest.raises(OutputError, match="another version of casa-assets; merge with that one, or run all"):
         list(merge(shards, tmp_path / "library"))
-
-
-def test_sources_that_change_between_shards_are_told(bare: Made, tmp_path: Path) -> None:
-    shards, source = copies(bare.shards, tmp_path), tmp_path / "in"
+    shards = copies(bare.shards, tmp_path)
     shutil.copytree(bare.source, source)
     (source / "new.glb").write_bytes(b"glTF")
     list(ingest([source], Options(shards[1], jobs=1, shard=Shard(2, 2))))
