@@ -62,7 +62,7 @@ def test_a_finding_is_kept_with_its_seed(tmp_path: Path, monkeypatch: pytest.Mon
     kept = json.loads((folder / "finding.json").read_text(encoding="utf-8"))
     assert (kept["seed"], kept["number"]) == (3, one.number)
     assert "broken on purpose" in kept["message"]
-    assert all((folder / name).read_bytes() == data for name, data in case(3, one.number, only="stl")[1].items())
+    assert all((folder / name).read_bytes() == data for name, data in case(plan, one.number)[1].items())
 
 
 _BROKEN = """

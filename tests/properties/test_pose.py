@@ -23,8 +23,13 @@ def test_poses_are_a_group(a: Pose, b: Pose, c: Pose) -> None:
     assert gap((a @ b) @ c, a @ (b @ c)) < 100 * CLOSE
     assert gap(a @ a.inverse(), Pose()) < 100 * CLOSE
     assert gap(a.inverse() @ a, Pose()) < 100 * CLOSE
-    assert gap(Pose.from_matrix(a.matrix), a) < CLOSE
-    assert np.abs(np.array(Pose.from_matrix(a.matrix).quaternion) - a.quaternion).max() < 1e-7
+
+
+@quick
+@given(poses())
+def test_matrix_and_back(pose: Pose) -> None:
+    assert gap(Pose.from_matrix(pose.matrix), pose) < CLOSE
+    assert np.abs(np.array(Pose.from_matrix(pose.matrix).quaternion) - pose.quaternion).max() < 1e-7
 
 
 @quick

@@ -354,26 +354,8 @@ def test_a_thin_bowl_stays_within_the_bound_and_on_its_ground() -> None:
 
 
 def test_a_carton_that_bulges_is_one_box_between_its_bulges_and_its_edges() -> None:
-    flat = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
-    around = [(x, -1.0) for x in flat[:-1]] + [(1.0, y) for y in flat[:-1]]
-    around += [(x, 1.0) for x in flat[:0:-1]] + [(-1.0, y) for y in flat[:0:-1]]
-    rings = []
-    for z in flat:
-        bulge = 0.004 * (1 - z * z)
-        rings += [
-            (0.05 * x + bulge * (abs(x) == 1) * x, 0.03 * y + bulge * (abs(y) == 1) * y, 0.08 * z) for x, y in around
-        ]
-    count = len(around)
-    sides = [
-        face
-        for k in range(4)
-        for i in range(count)
-        for a, b in [(k * count + i, k * count + (i + 1) % count)]
-        for face in ((a, b, b + count), (a, b + count, a + count))
-    ]
-    ends = [(5 * count, (i + 1) % count, i) for i in range(count)]
-    ends += [(5 * count + 1, 4 * count + i, 4 * count + (i + 1) % count) for i in range(count)]
-    mesh = Mesh(vertices=[*rings, (0.0, 0.0, -0.08), (0.0, 0.0, 0.08)], faces=[*sides, *ends])
+    bulges = block((0.108, 0.036, 0.1)) + block((0.06, 0.068, 0.1))
+    mesh = mesh_of(block((0.1, 0.06, 0.16)) + bulges)
     [placed] = collide(draft(mesh), category("boxed_food"), PARAMS, never).colliders
     assert isinstance(placed.shape, Box)
     x, y, z = sorted(placed.shape.size)
