@@ -32,8 +32,7 @@ from casa_assets.formats.read import load
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.draft import Draft, merge_parts
 from casa_assets.ingest.run.inputs import find_category
-from casa_assets.ingest.sources.bundle import collect
-from casa_assets.ingest.sources.discover import discover
+from casa_assets.ingest.sources.discover import collect, discover
 from casa_assets.ingest.sources.places import Found
 from casa_assets.mesh.solid.deviation import measure_visibility
 from casa_assets.mesh.surface import edge_counts, face_components, face_normals, weld

@@ -75,7 +75,13 @@ def clean(model: RawModel, category: Category | None = None) -> Draft:
     draft = _wound_outward(draft)
     draft = _without_wrong_normals(draft)
     draft = cut_nonmanifold_faces(draft)
-    _refuse_flat(draft.surface.vertices)
+    cloud = draft.surface.vertices
+    if len(cloud) < 4:
+        spread = np.linalg.svd(cloud - cloud.mean(axis=0), compute_uv=False)
+    else:
+        spread = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(cloud.T))[::-1], 0))
+    if spread[0] <= 0 or spread[-1] < 1e-4 * spread[0]:
+        raise Rejected("MSH002", "all faces lie in one plane or on one line; a thing that is handled needs a thickness")
     is_full = category is not None and category.build in (MatterFill.SOLID, MatterFill.FILLED)
     if category is not None and is_full and category.id != FALLBACK:
         draft = close_missing_sides(draft)
@@ -84,7 +90,13 @@ def clean(model: RawModel, category: Category | None = None) -> Draft:
 
 def _without_bad_faces(draft: Draft, category: Category | None) -> Draft:
     """Leave out degenerate and duplicate faces and what is no part of the object; close cracks in the rest."""
-    surface = _without_unused(draft.surface)
+    surface = draft.surface
+    unused = np.ones(len(surface.vertices), dtype=bool)
+    unused[surface.faces.ravel()] = False
+    if unused.any():  # moved to one that is used: they must not coarsen the welding grid
+        surface = Surface(
+            np.where(unused[:, None], surface.vertices[surface.faces[0, 0]], surface.vertices), surface.faces
+        )
     keep = valid_faces(surface.vertices, surface.faces, surface.point_of_vertex)
     notes = []
     if not keep.all():
@@ -97,17 +109,6 @@ def _without_bad_faces(draft: Draft, category: Category | None) -> Draft:
     vertices, found = close_cracks(surface, keep)
     parts = _parts(draft, vertices, surface.faces, keep, np.zeros(len(keep), dtype=bool))
     return draft.replace(parts=parts, notes=draft.noted(*notes, *found))
-
-
-def _without_unused(surface: Surface) -> Surface:
-    """The surface with vertices that no face uses moved to one that is used: they must not coarsen the welding grid."""
-    unused = np.ones(len(surface.vertices), dtype=bool)
-    unused[surface.faces.ravel()] = False
-    if not unused.any():
-        return surface
-    vertices = surface.vertices.copy()
-    vertices[unused] = vertices[surface.faces[0, 0]]
-    return Surface(vertices, surface.faces)
 
 
 def _wound_outward(draft: Draft) -> Draft:
@@ -143,7 +144,6 @@ def _without_wrong_normals(draft: Draft) -> Draft:
 
 
 def _measured(draft: Draft, full: bool) -> Draft:
-    """The draft with its solidity, and notes on faults that are left."""
     points, faces = draft.surface.points, draft.surface.welded_faces
     found = solidity(points, faces, full)
     guesses = draft.guessed("solidity", found.kind.value, found.confidence, found.message)
@@ -188,15 +188,6 @@ def _parts(draft: Draft, vertices: Floats, faces: Ints, keep: Mask, turned: Mask
         start += face_count
         offset += vertex_count
     return tuple(out)
-
-
-def _refuse_flat(cloud: Floats) -> None:
-    if len(cloud) < 4:
-        spread = np.linalg.svd(cloud - cloud.mean(axis=0), compute_uv=False)
-    else:
-        spread = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(cloud.T))[::-1], 0))
-    if spread[0] <= 0 or spread[-1] < 1e-4 * spread[0]:
-        raise Rejected("MSH002", "all faces lie in one plane or on one line; a thing that is handled needs a thickness")
 
 
 def valid_faces(vertices: Floats, faces: Ints, place: Ints) -> Mask:

@@ -55,8 +55,7 @@ OPAQUE_ALPHA = 250
 # Colour types with alpha. Ref: PNG specification, 11.2.1; the colour type is the tenth byte of the header's data.
 PNG_TYPES_WITH_ALPHA = (4, 6)
 PNG_TYPE_OFFSET = 25
-# Share of the area that must be out of sight for the walls of an open surface, or of something solid, to be double; a
-# choice.
+# Share of the area that must be out of sight for the walls of an open surface, or of something solid, to be double.
 HIDDEN_AREA_SHARE = 0.25
 # Points of the surface whose visibility is measured.
 VISIBILITY_SAMPLES = 30_000
@@ -72,8 +71,7 @@ MAX_FOREIGN_COMPONENTS = 5000
 # A speck is smaller than this share of the largest component. It floats if its distance to the rest is larger than
 # SPECK_GAP of the largest component and SPECK_GAP_OF_OWN of its own size, so that crumbs and sprinkles stay.
 SPECK_SIZE, SPECK_GAP, SPECK_GAP_OF_OWN = 0.05, 0.03, 3.0
-# Specks nearer to each other than this share of their size are connected, as the links of a chain are. That is tested
-# for no more specks than these.
+# Specks nearer to each other than this share of their size are connected, as the links of a chain are; up to so many.
 LINK_GAP_SHARE, MAX_LINKED, SURFACE_SAMPLES = 0.25, 1500, 40_000
 # A ground plane is at least this many times wider than the rest, and at most this thick, as a share of its size.
 GROUND_WIDTH, GROUND_THICKNESS = 1.5, 1e-3
@@ -92,8 +90,7 @@ MAX_OFF_PLANE, MIN_BEND_MOMENT, MIN_MEAN_NORMAL, MIN_SHARE_BEHIND = 0.03, 0.1, 0
 STAND_THICKNESS, STAND_HULL_FILL, STAND_WIDTH, STAND_GAP = 0.15, 0.9, 1.2, 0.05
 # Without its stand the mesh is nearer to the usual proportions by this much, and this near; logarithms of ratios.
 MIN_IMPROVEMENT, MAX_PROPORTION_ERROR = 0.2, 0.7
-# Components this large and this far apart, as shares of the largest one, are separate objects. That is tested for no
-# more components than these.
+# Components this large and this far apart, as shares of the largest one, are separate objects; so many are tested.
 APART_SIZE, APART_GAP, MAX_APART = 0.3, 0.1, 64
 
 
@@ -186,7 +183,11 @@ def enclosed_parts(components: Components, see_through: Mask) -> tuple[Mask, lis
     glass[components.label[see_through]] = True
     if components.count == 1 or components.count > MAX_ENCLOSED:
         return is_sealed, []
-    within = _within_another(components) & ~glass
+    within = np.zeros(components.count, dtype=bool)  # whose box lies within that of a larger one
+    lower, upper = components.lower, components.upper
+    for outer in np.argsort(-components.longest_side, kind="stable")[:64]:
+        within |= (lower[outer] < lower).all(axis=1) & (upper < upper[outer]).all(axis=1)
+    within &= ~glass
     cavities, candidates = list[int](), list[int]()
     for k in map(int, np.flatnonzero(within)):
         points, faces = components.surface_of(k)
@@ -218,15 +219,6 @@ def is_transparent(part: RawPart) -> bool:
     colors = part.mesh.colors
     tinted = colors is not None and len(colors) > 0 and int(colors[:, 3].min()) < OPAQUE_ALPHA
     return painted or tinted or part.material.base_color[3] * 255 < OPAQUE_ALPHA
-
-
-def _within_another(components: Components) -> Mask:
-    """(N,) components whose box lies within that of a larger one."""
-    is_within = np.zeros(components.count, dtype=bool)
-    lower, upper = components.lower, components.upper
-    for outer in np.argsort(-components.longest_side, kind="stable")[:64]:
-        is_within |= (lower[outer] < lower).all(axis=1) & (upper < upper[outer]).all(axis=1)
-    return is_within
 
 
 def _is_sealed(points: Floats, faces: Ints, grid: Grid) -> bool:

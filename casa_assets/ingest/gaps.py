@@ -366,8 +366,7 @@ def _fan_normal(rim: Floats) -> Floats | None:
 def _with_fan(mesh: Mesh, edges: Ints, middle: Floats) -> Mesh:
     """The mesh with a face from each of the (K, 2) edges to a new vertex.
 
-    If a normal of the rim looks away from the new faces, as on a rim between two sides of an object, the new faces get
-    separate vertices and normals.
+    If a normal of the rim looks away from the new faces, as between two sides of an object, these get separate ones.
     """
     rim = edges.ravel()
     if mesh.normals is not None:
@@ -409,7 +408,6 @@ def _mean_direction(vectors: Floats) -> Floats | None:
 
 
 def _with_copies(mesh: Mesh, vertices: Ints, normal: Floats) -> Mesh:
-    """The mesh with copies of some vertices behind its own, all with one normal."""
     assert mesh.normals is not None
     normals = np.vstack([mesh.normals, np.tile(normal, (len(vertices), 1))])
     rows = np.concatenate([np.arange(len(mesh.vertices)), vertices])

@@ -52,8 +52,7 @@ WALL_THICKNESS_M: Mapping[str, float] = {
 # Substances whose density is the mean over the whole object, with the air in it. Of those but water that mean differs
 # by a factor of twenty (popcorn, a candy bar), so it is told from the usual size and mass of the category.
 BULK_DENSITY_SUBSTANCES = frozenset({"water_filled", "dry_goods", "electronics", "mixed", "sponge_foam", "unknown"})
-# Mass of such things over the volume to this power, a fit over the categories of the registry: a larger package or
-# machine holds more air.
+# Mass of such things over the volume to this power, a fit over the categories: what is larger holds more air.
 BULK_EXPONENT = 0.8
 # Spread of what is told by the volume of such things, from which on it is an estimate among others; a choice.
 VAGUE, SURE_OF_VAGUE = 0.5, 0.8
@@ -65,8 +64,7 @@ USUAL_COUNTS = 2
 SHELL_SHARE = 0.6
 # An open surface with more area than this, over that of its hull, has an inner and an outer wall; a choice.
 DOUBLE_WALL_AREA_RATIO = 1.25
-# Share of its hull that something solid fills, and the spread of that (log), which is larger for long and bent things;
-# choices.
+# Share of its hull that something solid fills, and the spread of that (log), larger for long and bent things.
 HULL_FILL, HULL_FILL_SPREAD, BENT_FILL_SPREAD = 0.9, 0.25, 0.6
 
 # How sure a mass is whose estimates differ by up to the agreed ratio to the power of the first number, and beyond.
@@ -108,8 +106,7 @@ VOLUME_SPREAD, WALLS_SPREAD = 0.5, 0.6
 CONFIDENCE, CONFIDENCE_WITH_SUBSTANCE = 0.3, 0.4
 # Smallest over largest variance of a body whose inertia stays valid when it is rounded to nine digits.
 MIN_THICKNESS_RATIO = 1e-7
-# Largest difference between the boxes of a mesh and of its closed part, as a share of the longest side, for that part
-# to stand for all; a choice.
+# Largest difference between the boxes of a mesh and of its closed part, as a share of the side, if it stands for all.
 SAME_BOX_SHARE = 0.02
 # Confidence below which there is a note; a choice.
 DOUBTFUL_CONFIDENCE = 0.65

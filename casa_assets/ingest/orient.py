@@ -17,8 +17,7 @@ from casa_assets.model.source import NO_OVERRIDE, UserOverride
 
 # Smallest confidence in a pose if the category rests in any pose.
 MIN_CONFIDENCE_ANY_POSE = 0.9
-# How many times more probable than the axis that the file states another way up has to be, beyond what the prior of the
-# stated axis says; a choice.
+# How many times more probable than the axis that the file states another way up has to be, beyond its prior; a choice.
 OVERRULE_ODDS = 1.5
 # Cosine of the angle (15 degrees) up to which two ways up are one; which of them is taken is the file's word, unless
 # another one is so many times as probable by itself; choices.
@@ -35,8 +34,7 @@ RECTANGLE_FILL = 0.87
 ROUND_SIDE_RATIO = 0.85
 # The direction of a handle is that of a side of the outline if they differ by less than this.
 SNAP_ANGLE_RAD = np.radians(20.0)
-# Prior of the side that the face is on: -y, +x, +y, -x. glTF defines +z as the front, which is our -y; other formats
-# state nothing.
+# Prior of the side that the face is on: -y, +x, +y, -x. glTF defines +z as the front, our -y; others nothing.
 STATED_FACE = (0.80, 0.06, 0.08, 0.06)
 SILENT_FACE = (0.46, 0.18, 0.18, 0.18)
 

@@ -68,8 +68,7 @@ HOUSEHOLD_M = (0.005, 3.0)
 ODD_SPREAD, ODD_SHARE = 0.35, 0.5
 # How many times likelier a size in metres is usual for a category if the thing is of it than if it is not; an estimate.
 SIZE_FITS_ODDS = 2.5
-# A usual size counts as right within this factor of the truth, which is how far things of most kinds differ; a choice,
-# as the numbers below.
+# A usual size counts as right within this factor of the truth, as far as most kinds differ; choices, as below.
 CORRECT_FACTOR = 1.7
 # Largest confidence of a size that comes from the category alone, since there are odd sizes in each.
 MAX_CONFIDENCE = 0.85

@@ -90,8 +90,7 @@ def _ends(sequence: CollapseSequence, steps: int, corners: Ints, left: Mask) -> 
     So of the vertices that a corner can be moved to along edges that have collapsed, without crossing a seam, it gets
     the one nearest to its new place.
 
-    `corners`: (F, 3) vertices of the faces at the beginning. `left`: (F,) faces that are left. Returns two times (G,
-    3), for the faces that are left.
+    `corners`: (F, 3) vertices of the faces at the beginning. `left`: (F,) faces left. Returns (G, 3) of those, twice.
     """
     _, roots, faces, moved = sequence.state(steps)
     places = moved.astype(np.int64)
@@ -223,7 +222,10 @@ def texture(draft: Draft, largest_px: int, substance: Substance) -> Draft:
                 mesh, material = painted(mesh, material)
                 notes.append(warning("MSH016", part.name, "vertex colours were painted into a texture"))
             else:
-                material = material.replace(base_color=_tinted(material.base_color, colors[0]))
+                *rgb, alpha = colors[0].astype(np.float64) / 255
+                linear = linear_from_srgb_array(np.array(rgb))
+                r, g, b = (float(x * y) for x, y in zip(material.base_color[:3], linear, strict=True))
+                material = material.replace(base_color=(r, g, b, float(material.base_color[3] * alpha)))
         if mesh.uv is None and material.textures:
             material = material.replace(base_color_texture=None, metallic_roughness_texture=None, normal_texture=None)
             message = "a texture without uv coordinates cannot be shown and was left out"
@@ -295,13 +297,6 @@ def png_bytes(image: Image.Image) -> bytes:
     out = io.BytesIO()
     image.save(out, format="PNG", optimize=False, compress_level=6)
     return out.getvalue()
-
-
-def _tinted(base: tuple[float, float, float, float], color: npt.NDArray[np.uint8]) -> tuple[float, float, float, float]:
-    c = color.astype(np.float64) / 255
-    linear = linear_from_srgb_array(c)
-    r, g, b = (float(x * y) for x, y in zip(base[:3], linear[:3], strict=True))
-    return (r, g, b, float(base[3] * c[3]))
 
 
 def _with_bounded_textures(material: Material, largest_px: int) -> Material:

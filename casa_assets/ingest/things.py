@@ -30,15 +30,13 @@ from casa_assets.model.source import Bundle, RawModel, RawPart, Source, Up
 TOUCH_SHARE = 0.012
 # Samples on all components; of one that has fewer than these, corners of its faces count too.
 SAMPLES, FEW_SAMPLES = 40_000, 300
-# All numbers are choices, fitted on sound meshes and on half of others. Sizes are shares of the
-# longest side of the whole.
+# All numbers are choices, fitted on sound meshes and on half of others; sizes are shares of the longest side.
 MAX_COMPONENTS = 4000
 # A group of pieces is a thing of its own where it is so large and touches no other one.
 LARGE_GROUP = 0.3
 # So are so many smaller ones whose middle lies beside the largest.
 SMALL_GROUP, MIN_SMALL = 0.05, 3
-# Sides of alike pieces differ by no more than this share; they are so large, and compact ones have no side shorter
-# than this share of the longest.
+# Sides of alike pieces differ by no more than this share; they are so large, and no side of compact ones is shorter.
 ALIKE, ALIKE_SIZE, COMPACT = 0.06, 0.2, 0.65
 # Between the tops of legs and what rests on them is no more than this.
 LEG_SLACK = 0.03

@@ -64,8 +64,7 @@ CELLS = 36
 DOUBTS_LIES, DOUBTS_VESSEL, DOUBTS_CLOSED_VESSEL, DOUBTS_OTHER = 1.5, 1.2, 2.0, 1.2
 DOUBTS = {MatterFill.FILLED: 2.0, MatterFill.HOLLOW: 1.5}
 # Log likelihood of a pose of something that stands, in which it would fall or has a foot of less than this share of
-# its outline: of 74 such meshes of ./dev bench ingest_pose none lies so in its file, while wrong ways up do in
-# a third.
+# its outline: of 74 such meshes of ./dev bench ingest_pose none lies so in its file, a third of wrong ways up do.
 FALLING_NATS, LEAST_FOOT = -4.0, 0.05
 # A vessel whose share of room, as `pose_score` counts it, is below this is a closed one; a choice.
 CLOSED_SHARE = 0.5

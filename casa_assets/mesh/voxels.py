@@ -15,8 +15,7 @@ from casa_assets.mesh.surface import face_normals
 
 # Points per side of a triangle at most, and points that are held in memory at once.
 MOST_STEPS, SAMPLES_AT_ONCE = 4096, 1_000_000
-# All numbers below are choices.
-# Voxels along the longest side.
+# All numbers below are choices. Voxels along the longest side.
 CELLS = 64
 # Radius of the ball, in voxels: its diameter is 8 % of the longest side.
 BALL_CELLS = 2.5

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -49,8 +50,7 @@ from casa_assets.model.asset.parts import Box, Cylinder, Hull
 from casa_assets.model.issue import REVIEW_CODE, Issue
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose
 
-# Largest share of the surface that may stick out of the shapes; a little below the limit of the check, which samples
-# the finished mesh.
+# Largest share of the surface that may stick out of the shapes; below the limit of the check of the finished mesh.
 MAX_BARE_SHARE = 0.04
 Decomposer = Callable[[str, Floats, Ints, Budget], list[Floats]]
 # All numbers below are choices.
@@ -89,18 +89,12 @@ MAX_SHIFT_ERROR = 1.6
 SPLINTER_M = 1e-5
 
 
-@dataclass(frozen=True)
-class Candidate:
+class Candidate(NamedTuple):
     """Collision shapes of one strategy, with its name and their error; a normalized error of 1 is the bound."""
 
     shapes: tuple[PlacedShape, ...]
     name: str
     errors: FitErrors
-
-    @property
-    def rank(self) -> tuple[bool, float]:
-        """Smaller is better: first what the checks accept, then the least error."""
-        return not self.errors.is_sound, self.errors.normalized_error
 
 
 def collide(draft: Draft, category: Category, params: CollideParams, decomposer: Decomposer = decompose) -> Draft:
@@ -172,7 +166,7 @@ def _best(task: CollisionTask, notes: list[Issue]) -> Candidate | None:
             continue
         except DegenerateShape:
             continue
-        if found.errors.bare_share <= MAX_BARE_SHARE and (best is None or found.rank < best.rank):
+        if found.errors.bare_share <= MAX_BARE_SHARE and (best is None or found.errors.rank < best.errors.rank):
             best = found
     return best
 
@@ -342,7 +336,6 @@ def _shifted_wall_hull(piece: solids.Solid, task: CollisionTask) -> Floats:
 
 
 def _by_cuts(task: CollisionTask) -> tuple[list[PlacedShape], str]:
-    """Cut by planes where hulls would stick out most."""
     solid = solids.simplify_solid(task.proxy.solid, task.slack / 16, CUT_FACES, 2 * task.slack)
     pieces = split_to_bound([solid], task.reference.surface, task.aim, task.part_count)
     excess_m3 = EXCESS_SHARE * float(solid.volume())

@@ -30,11 +30,9 @@ from casa_assets.model.asset.parts import Box, Hull, Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
 
-# All numbers below are choices.
-# Points sampled on the mesh.
+# All numbers below are choices. Points sampled on the mesh.
 SAMPLES = 4000
-# Largest distance of shapes from the surface for 95 % of it (at least P95_M), and for all of it; shares of the longest
-# side.
+# Largest distance of shapes from the surface for 95 % of it (at least P95_M), and for all of it; shares of its length.
 P95_M, P95_RATIO, WORST_RATIO = 0.002, 0.015, 0.05
 # Voxels along the longest side of the grid in which the opening of a vessel is found. A smaller share of the hull than
 # MIN_OPENING_SHARE is no opening, and at most MAX_OPENING_POINTS voxels of it are tested.
@@ -45,8 +43,7 @@ REACH_CELLS = 66
 # Largest share of an opening that shapes may fill, and of an open room that they may fill or close off. The check of
 # the finished asset grants a room more.
 MAX_FILLED_SHARE, MAX_CLOSED_SHARE = 0.15, 0.2
-# Share of the bounds of the checks on bounding boxes and rooms that is used up at most, since these look at what is
-# written.
+# Share of the bounds of the checks on bounding boxes and rooms that is used up at most: these look at files.
 SOUND_SHARE = 0.9
 # Height of the box, metres, and at most as a share of that of the thing. Hulls begin in its middle.
 FOOT_M, FOOT_RATIO = 0.001, 0.03
@@ -111,8 +108,7 @@ class FitErrors:
     `bare_share`: share of the mesh that lies farther outside of the shapes than the limit `error_m`, 0..1.
     `open_share`: share of the opening that is left open; None if the mesh has no opening. `closed_share`: largest share
     of an open room that is filled or closed off; 0 if the mesh has no open room. `is_sound`: the checks on bounding
-    boxes and on open rooms will accept the shapes. `normalized_error`: largest of all errors, each divided by its
-    bound; 1 or less is good enough.
+    boxes and on open rooms will accept the shapes. `normalized_error`: largest error over its bound, 1 is enough.
     """
 
     deviation: Deviation
@@ -121,6 +117,11 @@ class FitErrors:
     closed_share: float
     is_sound: bool
     normalized_error: float
+
+    @property
+    def rank(self) -> tuple[bool, float]:
+        """Smaller is better: first what the checks accept, then the least error."""
+        return not self.is_sound, self.normalized_error
 
 
 def fit_reference(
@@ -134,7 +135,13 @@ def fit_reference(
     """Prepare what shapes of a mesh, welded, metres, z up, are measured against; `is_open`: its openings are meant."""
     surface = _touchable(reference_surface(*solids.surface_of(solid)), points, faces, not is_open)
     bound = ErrorBound(max(P95_M, P95_RATIO * surface.longest), WORST_RATIO * surface.longest)
-    opening_points = _opening_points(points, faces) if is_open else np.zeros((0, 3))
+    opening_points = np.zeros((0, 3))
+    if is_open:  # the volume that would hold water
+        grid = voxelise(points, faces, OPENING_CELLS)
+        is_filled = fillable_volume(grid.solid)
+        if float(is_filled.sum()) * grid.cell**3 >= MIN_OPENING_SHARE * solids.hull_volume(points):
+            places: Floats = grid.origin + np.argwhere(is_filled) * grid.cell
+            opening_points = places[:: max(1, len(places) // MAX_OPENING_POINTS)]
     used = points[np.unique(faces)]
     box = np.stack([used.min(axis=0), used.max(axis=0)])
     samples = surface_samples(points, faces, SAMPLES)
@@ -147,16 +154,6 @@ def _touchable(surface: ReferenceSurface, points: Floats, faces: Ints, is_full: 
     outside = ndimage.binary_dilation(~grid.solid, np.ones((3, 3, 3), dtype=bool))
     is_reached = outside[grid.cubes_at(surface.probes)]
     return replace(surface, probes=surface.probes[is_reached]) if is_reached.any() else surface
-
-
-def _opening_points(points: Floats, faces: Ints) -> Floats:
-    """(M, 3) evenly picked points of the volume that would hold water; empty if that volume is small."""
-    grid = voxelise(points, faces, OPENING_CELLS)
-    is_filled = fillable_volume(grid.solid)
-    if float(is_filled.sum()) * grid.cell**3 < MIN_OPENING_SHARE * solids.hull_volume(points):
-        return np.zeros((0, 3))
-    places: Floats = grid.origin + np.argwhere(is_filled) * grid.cell
-    return places[:: max(1, len(places) // MAX_OPENING_POINTS)]
 
 
 def measure_fit(clouds: Sequence[Floats], reference: FitReference, limits: CollideParams) -> FitErrors:

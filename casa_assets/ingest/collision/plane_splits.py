@@ -54,8 +54,7 @@ MAX_LEFT_EXCESS = 0.9
 MAX_BLIND_CUTS = 2
 # Where the best plane gains less than this share of the hull, one through the middle of the longest way is taken.
 MIN_GAIN = 0.005
-# Share of the volume by which one part more has to make hulls better, where they are near enough, and which a merger of
-# two may cost at most.
+# Share of the volume by which one part more has to make hulls better, where they are near enough, or a merger may cost.
 PART_WORTH = 0.004
 # Share of the whole volume that a merger may always add.
 FREE_MERGE_COST = 1e-3

@@ -456,7 +456,6 @@ def _widened(solid: Solid, walls: WallProfile, gap: float) -> Solid:
 
 
 def _floors_and_sectors(solid: Solid, profile: WallProfile, plan: RingPlan) -> tuple[list[Solid], list[Solid]]:
-    """The floors, and the parts of the solid in every sector of the rings."""
     up = np.array([0.0, 0.0, 1.0])
     floors: list[Solid] = []
     wall_parts: list[Solid] = []

@@ -74,8 +74,7 @@ SMALL_HOLE = 0.05
 TELLING_CELLS = 12
 # A solid made on the grid is simplified within this share of a voxel, which leaves about a tenth of its faces.
 SMOOTH_CELLS = 0.3
-# A solid made on the grid reaches beyond the bounding box of the surface and is cut off there, unless less than this
-# share of it would be left.
+# A solid made on the grid reaches beyond the bounding box of the surface and is cut to it, if this share is left.
 MIN_KEPT_SHARE = 0.7
 # A surface of which more than this share is sheets without a volume is an open sheet.
 MIN_SHEET_SHARE = 0.5
@@ -341,8 +340,7 @@ class SolidProxy:
     """Solid that represents a surface.
 
     `solid`: closed, outward, metres, without sealed cavities. `kind`: of the surface. `message`: the measurements
-    behind it and the steps that were taken, in words. `mean_wall_m`: mean thickness, metres: twice the volume over the
-    area.
+    behind it and the steps that were taken, in words. `mean_wall_m`: twice the volume over the area.
     """
 
     solid: Solid

@@ -16,8 +16,7 @@ from casa_assets import registry
 from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.core.system import cache_for, keep_json, kept_json, process_name, require
 from casa_assets.errors import CasaError, PluginFailure, Rejected
-from casa_assets.ingest.sources.bundle import collect
-from casa_assets.ingest.sources.discover import discover
+from casa_assets.ingest.sources.discover import collect, discover
 from casa_assets.ingest.sources.places import Found, Refused, StoreRoot, folder_of, is_url, root_of, utf8_escaped
 from casa_assets.ingest.sources.stores import state_at
 from casa_assets.library import library as disk
@@ -89,9 +88,7 @@ LIBRARY_FILES = ("library.json", "ATTRIBUTION.md")
 
 
 def discover_inputs(
-    roots: Sequence[Path | StoreRoot],
-    library: Path,
-    others: Counter[str] | None = None,
+    roots: Sequence[Path | StoreRoot], library: Path, others: Counter[str] | None = None
 ) -> Iterator[Found | Refused]:
     """Inputs under the roots, files and folders, on the disk or on stores, in an order that no machine changes.
 

@@ -13,14 +13,7 @@ from casa_assets import registry
 from casa_assets.errors import OutputError
 from casa_assets.ingest.run.inputs import HeldThings, Job, Survey, SurveyAnswer
 from casa_assets.ingest.run.run import Options, cache_key, ingest_inputs
-from casa_assets.ingest.run.shards import (
-    ShardLine,
-    ShardRecord,
-    check_is_no_shard,
-    index_of,
-    made_by,
-    read_record,
-)
+from casa_assets.ingest.run.shards import ShardLine, ShardRecord, check_is_no_shard, index_of, made_by, read_record
 from casa_assets.ingest.sources.places import Found
 from casa_assets.library import clip, review
 from casa_assets.library import library as disk

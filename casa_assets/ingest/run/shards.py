@@ -85,8 +85,7 @@ class ShardHeader(Record):
         cache_key: of the run. made_by: key of the code that discovers and surveys inputs.
         roots: absolute paths and addresses of the sources.
         inputs: how many all shards have together; rows of manifests that were refused count as inputs.
-        inputs_digest: of what all of them are; the same in all shards of one run.
-        lines: how many follow.
+        inputs_digest: of what all of them are; the same in all shards. lines: how many follow.
     """
 
     schema_version: Literal[1] = 1
@@ -276,8 +275,7 @@ def check_shard(table: EntryTable, header: ShardHeader) -> None:
 class Recorder:
     """Narrows a run to a shard and writes down what it finds out; its memory is bounded by the shard's own inputs.
 
-    `count`: inputs of all shards so far. `held`, `surveys`: what files hold and what each input is, by its number; set
-    by the run.
+    `count`: inputs of all shards so far. `held`, `surveys`: what files hold and what each input is, by its number.
     """
 
     def __init__(self, library: disk.Library, header: ShardHeader) -> None:

@@ -24,7 +24,7 @@ from casa_assets.ingest.mass import mass
 from casa_assets.ingest.orient import orient
 from casa_assets.ingest.run.inputs import Job, Survey, find_category, limits_in_key, source_of_mesh, stage_refusal
 from casa_assets.ingest.scale import scale
-from casa_assets.ingest.sources.bundle import collect
+from casa_assets.ingest.sources.discover import collect
 from casa_assets.ingest.sources.places import Found
 from casa_assets.ingest.texture import add_back_faces, simplify, texture
 from casa_assets.ingest.things import guess_of_things, load

@@ -56,8 +56,7 @@ from casa_assets.model.source import Source, SourceKind
 MAX_MEMBERS = {"zip": 20_000, "tar": 100_000}
 MAX_LIST_BYTES = 4 << 20
 MAX_BYTES = 4 << 30
-# What a tar says of its own members, one JSON for each mesh; choices. The annotations of an object of Objaverse are
-# 10 kB.
+# What a tar says of its own members, one JSON for each mesh; choices. Those of Objaverse have 10 kB.
 MAX_TEXT_BYTES = 1 << 20
 MAX_TEXTS_BYTES = 64 << 20
 # Bytes that are fetched at once from a store: where all of an archive is read through, and where one member is.
@@ -211,7 +210,6 @@ class Archive:
 
     @contextmanager
     def _zip(self) -> Iterator[zipfile.ZipFile]:
-        """The zip, once the record at its end was looked at."""
         with self.folder.open(self.path, SEEK_BLOCK) as stream:
             self._check_list(stream)
             with zipfile.ZipFile(stream) as packed:
@@ -263,8 +261,7 @@ def _described(
 ) -> Found | Refused:
     """A mesh of a tar with the description in its JSON; unchanged if it has none; refused if the JSON is wrong.
 
-    `name`: of the tar. `texts`: content of its JSON members by their paths, see Archive.members; `is_full`: they take
-    all that they may.
+    `name`: of the tar. `texts`: content of its JSON members by their paths, see Archive; `is_full`: at their limit.
     """
     folder, base = posixpath.split(found.main)
     # under its name, or under its key

@@ -1,7 +1,6 @@
 """Inputs of ingest and where they are: in a folder on the disk or on a store, or in an archive or a table in one.
 
-All places are read by the same calls. Of an untrusted folder only regular files inside its root are read, and no more
-bytes than allowed.
+All places are read by the same calls. Of an untrusted folder only regular files inside its root are read, bounded.
 """
 
 from __future__ import annotations

@@ -86,8 +86,7 @@ def _fsspec() -> Any:
 def open_system(url: str, **options: Any) -> tuple[Any, str]:
     """The file system of fsspec for an address, and the path in it. Raises as `fsspec.core.url_to_fs`.
 
-    Nothing that was listed before counts, since others write too. Callers repeat requests, so botocore does not, whose
-    times would multiply.
+    Nothing that was listed before counts, since others write too. Callers repeat requests, so botocore does not.
     """
     options |= {"use_listings_cache": False, "skip_instance_cache": True}
     if re.match(r"s3a?://", url):
@@ -136,8 +135,7 @@ class _Store:
             # Bytes as they are: what a server packs would be unpacked without a bound.
             options = {"headers": {"Accept-Encoding": "identity"}, "client_kwargs": {"auto_decompress": False}}
         elif re.match(r"s3a?://", self.root.base):
-            # Servers that give the checksum of a whole object with a part of it (rclone) would be taken to give wrong
-            # bytes.
+            # Servers that give the checksum of a whole object with a part of it (rclone) would seem to be wrong.
             options["config_kwargs"] = {"connect_timeout": 10.0, "read_timeout": 50.0}
             os.environ.setdefault("AWS_RESPONSE_CHECKSUM_VALIDATION", "when_required")
         try:
@@ -242,8 +240,7 @@ class _Store:
             except (CasaError, MemoryError):
                 raise
             except Exception as error:  # noqa: BLE001  each client of a store raises classes of its own
-                # Errors are not chained: their words may hold passwords. fsspec calls any failure of a web server a
-                # missing file.
+                # Errors are not chained: their words may hold passwords. fsspec calls any web failure a missing file.
                 fault = (error.__cause__ if self.root.is_web else None) or error
                 status = getattr(fault, "status", 0)
                 if isinstance(fault, FileNotFoundError | NotADirectoryError) or status in (404, 410):

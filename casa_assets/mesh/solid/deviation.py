@@ -85,8 +85,7 @@ class ReferenceSurface:
     """A closed surface, sampled, that distances are measured to.
 
     `samples`, `normals`: (N, 3) points spread over it and where they face. `spacing`: between two of them, metres.
-    `longest`: side of the box around it, metres. `probes`: (M, 3) fewer points, of what can be touched, for how deep
-    shapes bury it.
+    `longest`: side of the box around it, metres. `probes`: (M, 3) fewer, of what can be touched and buried.
     """
 
     samples: Floats

@@ -273,8 +273,7 @@ def hull_with_volume(cloud: Floats, volume_m3: float, box: Floats) -> Floats:
     """(N, 3) vertices of a hull of few vertices, grown about its middle to a volume, but not out of a (2, 3) box, m.
 
     A hull with few vertices lies inside the shape that it approximates, and a round one loses up to a tenth of its
-    volume. Growing it puts its sides as far outside as they were inside, but no object on a floor sinks into it. A
-    larger hull stays as it is.
+    volume. Growing it puts its sides as far outside as they were inside, but no object on a floor sinks into it.
     """
     whole = manifold3d.Manifold.hull_points(np.ascontiguousarray(cloud, dtype=np.float64))
     volume = float(whole.volume())

@@ -25,8 +25,7 @@ from casa_assets.formats.read.formats import SUFFIXES
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.run.inputs import Job, Survey, survey
 from casa_assets.ingest.run.steps import work
-from casa_assets.ingest.sources.bundle import collect
-from casa_assets.ingest.sources.discover import discover
+from casa_assets.ingest.sources.discover import collect, discover
 from casa_assets.ingest.sources.places import Found, Refused
 from casa_assets.library import library as disk
 from casa_assets.runs.limits import Limits, WorkerFailure

@@ -16,8 +16,7 @@ import pytest
 from PIL import Image
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest.sources.bundle import collect
-from casa_assets.ingest.sources.discover import discover
+from casa_assets.ingest.sources.discover import collect, discover
 from casa_assets.ingest.sources.places import Found, Refused
 from casa_assets.ingest.things import load
 from casa_assets.model.source import Bundle, RawModel

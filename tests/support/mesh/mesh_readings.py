@@ -15,8 +15,7 @@ from scipy.spatial import cKDTree
 from casa_assets.core.numeric import srgb_from_linear
 from casa_assets.formats.read import load
 from casa_assets.formats.read.ply import read_header, read_tables
-from casa_assets.ingest.sources.bundle import collect
-from casa_assets.ingest.sources.discover import discover
+from casa_assets.ingest.sources.discover import collect, discover
 from casa_assets.ingest.sources.places import Found
 from casa_assets.mesh.trimesh_exchange import placed_meshes
 from casa_assets.model import rejection_codes

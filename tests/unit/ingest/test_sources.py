@@ -12,8 +12,7 @@ import pytest
 
 from casa_assets.errors import CasaError, Rejected, UnknownId
 from casa_assets.ingest.sources import objaverse
-from casa_assets.ingest.sources.bundle import collect
-from casa_assets.ingest.sources.discover import discover
+from casa_assets.ingest.sources.discover import collect, discover
 from casa_assets.ingest.sources.places import Found, Refused
 from casa_assets.ingest.sources.rows import spdx_id
 from casa_assets.model import rejection_codes

@@ -11,8 +11,7 @@ from casa_assets.core import system
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.formats.read import load
-from casa_assets.ingest.sources.bundle import collect
-from casa_assets.ingest.sources.discover import discover
+from casa_assets.ingest.sources.discover import collect, discover
 from casa_assets.ingest.sources.places import Found
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import RawModel, Up

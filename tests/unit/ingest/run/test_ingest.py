@@ -24,10 +24,7 @@ from casa_assets.model.issue import Decision
 from casa_assets.runs.outcome import Event, Outcome
 from tests.support.library.libraries import BOXES, box_obj, differences, entries_of
 
-pytestmark = [
-    pytest.mark.content("code", "ingest.run", keep=0),
-    pytest.mark.content("code", "library", keep=0),
-]
+pytestmark = [pytest.mark.content("code", "ingest.run", keep=0), pytest.mark.content("code", "library", keep=0)]
 
 CARTON = "milk/milk_265a5b2e46"
 

@@ -18,10 +18,7 @@ from tests.support.library.sharded_inputs import public_differences
 from tests.support.library.source_stores import web_server
 from tests.support.mesh.format_files import tarred
 
-pytestmark = [
-    pytest.mark.content("code", "ingest.sources", keep=0),
-    pytest.mark.content("code", "ingest.run", keep=0),
-]
+pytestmark = [pytest.mark.content("code", "ingest.sources", keep=0), pytest.mark.content("code", "ingest.run", keep=0)]
 
 # Refused without a mesh, refused once read, and refused for its form: nothing that takes long.
 SHEET = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"

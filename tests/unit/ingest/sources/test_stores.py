@@ -15,8 +15,7 @@ from casa_assets.cache import cache_key
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest.run.inputs import LIBRARY_FILES, discover_inputs, state_of
 from casa_assets.ingest.sources import stores
-from casa_assets.ingest.sources.bundle import collect
-from casa_assets.ingest.sources.discover import discover
+from casa_assets.ingest.sources.discover import collect, discover
 from casa_assets.ingest.sources.places import Found, Refused, StoreRoot, hide_secrets, root_of
 from casa_assets.library import attribution, library_report
 from casa_assets.model import rejection_codes as codes
