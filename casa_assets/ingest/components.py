@@ -96,10 +96,7 @@ APART_SIZE, APART_GAP, MAX_APART = 0.3, 0.1, 64
 
 @dataclass(frozen=True)
 class Components:
-    """Components of a welded surface, connected over shared points and numbered by their first face.
-
-    `label`: (F,) component of each face. `lower`, `upper`: (N, 3) corners of the boxes; `longest_side`: (N,) of each.
-    """
+    """Components of a welded surface, by first face: (F,) `label` of faces, (N, 3) corners and (N,) sides of boxes."""
 
     points: Floats
     faces: Ints

@@ -23,7 +23,7 @@ from casa_assets.model.asset.parts import Box, Grasp, Hull, Mesh, MeshShape, Sha
 from casa_assets.model.asset.provenance import Guess, Labels, split_of
 from casa_assets.model.issue import Issue, Severity
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Record
+from casa_assets.model.record import Record, Vec3
 from casa_assets.model.registry.category import Category
 from casa_assets.model.source import RawPart, Source
 
@@ -42,10 +42,7 @@ def placed_hull(points: Floats, faces: Ints) -> PlacedShape:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """The triangles of all parts in one set, over the parts' own vertices and over welded points; arrays are read-only.
-
-    `vertices`: (V, 3) of all parts, one part after another. `faces`: (F, 3) indices into `vertices`.
-    """
+    """Triangles of all parts: (V, 3) vertices, (F, 3) faces, and the same over welded points; arrays are read-only."""
 
     vertices: Floats
     faces: Ints
@@ -198,20 +195,27 @@ def assemble(
         Collider(name=f"object_collider_{i:03d}", shape=shape, pose=pose, substance=substance.id)
         for i, (shape, pose) in enumerate(_all_moved(draft.colliders, shift))
     )
-    x, y, z = (seven_digits(float(v)) for v in np.array(draft.inertial.center_of_mass) + shift)
-    inertial = draft.inertial.replace(center_of_mass=(x, y, z))
+    inertial = draft.inertial.replace(center_of_mass=_seven_digits(np.array(draft.inertial.center_of_mass) + shift))
     link = Link(name="object", inertial=inertial, visuals=visuals, colliders=colliders)
+    # The box around all collision shapes, by which RoboCasa places objects.
+    lower, upper = box_around(np.array([shape_bounds(c.shape, c.pose) for c in colliders]))
+    middle, size = _seven_digits((lower + upper) / 2), _seven_digits(upper - lower)
     return Asset(
         id=asset_id,
         base=Base.FIXED if category.fixed else Base.FREE,
         links=(link,),
         sites=tuple(grasp_site(grasp, shift) for grasp in draft.grasps),
-        regions=(_bounding_region(colliders),),
+        regions=(Region(name="bbox", pose=Pose(position=middle), size=size),),
         materials=materials,
         substances=(substance,),
         labels=Labels(category=category.id, classes=classes, qcode=category.qcode, split=split_of(sha256)),
         provenance=source.provenance(sha256, draft.guesses),
     )
+
+
+def _seven_digits(vector: Floats) -> Vec3:
+    x, y, z = (seven_digits(float(v)) for v in vector)
+    return x, y, z
 
 
 def _visuals(draft: Draft, shift: Floats, substance: Substance) -> tuple[tuple[Visual, ...], tuple[Material, ...]]:
@@ -283,18 +287,8 @@ def _moved(placed: PlacedShape, shift: Floats) -> tuple[Shape, Pose]:
             points, faces = convex_hull(points)
             return Hull(mesh=Mesh(vertices=points, faces=faces)), Pose()
         return MeshShape(mesh=Mesh(vertices=points, faces=shape.mesh.faces)), Pose()
-    position = tuple(seven_digits(float(v)) for v in np.array(pose.position) + shift)
     quaternion = tuple(seven_digits(q) for q in pose.quaternion)
-    pose = Pose(position=position, quaternion=quaternion)
+    pose = Pose(position=_seven_digits(np.array(pose.position) + shift), quaternion=quaternion)
     if isinstance(shape, Box):
-        x, y, z = (seven_digits(s) for s in shape.size)
-        return Box(size=(x, y, z)), pose
+        return Box(size=_seven_digits(np.array(shape.size))), pose
     return shape.replace(**{name: seven_digits(value) for name, value in shape if name != "kind"}), pose
-
-
-def _bounding_region(colliders: tuple[Collider, ...]) -> Region:
-    """The box around all collision shapes, by which RoboCasa places objects."""
-    lower, upper = box_around(np.array([shape_bounds(c.shape, c.pose) for c in colliders]))
-    cx, cy, cz = (seven_digits(float(v)) for v in (lower + upper) / 2)
-    sx, sy, sz = (seven_digits(float(v)) for v in upper - lower)
-    return Region(name="bbox", pose=Pose(position=(cx, cy, cz)), size=(sx, sy, sz))

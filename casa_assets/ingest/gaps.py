@@ -89,23 +89,18 @@ def _cuts(surface: Surface) -> list[_Cut]:
             continue
         a, b = edge_points[edge]
         reach = min(max_offset, MAX_OFF_EDGE_SHARE * float(length[row]))
-        on_edge = _points_on_edge(points, rim_points[nearby[row]], int(a), int(b), reach)
+        candidates, along = rim_points[nearby[row]], points[b] - points[a]
+        fraction = (points[candidates] - points[a]) @ along / max(float(along @ along), 1e-300)
+        distance = np.linalg.norm(points[candidates] - points[a] - fraction[:, None] * along, axis=1)
+        is_inner = (fraction > 0) & (fraction < 1) & (candidates != a) & (candidates != b)
+        is_on_edge = (distance <= reach) & is_inner
+        on_edge = candidates[is_on_edge][np.argsort(fraction[is_on_edge], kind="stable")]
         chain = np.array([a, *on_edge, b])
         parts = np.sort(np.stack([chain[:-1], chain[1:]], axis=1), axis=1) @ np.array([len(points), 1])
         if len(on_edge) and open_keys.issuperset(parts.tolist()):
             faces_cut.add(edge // 3)
             cuts.append(_Cut(edge // 3, edge % 3, points[on_edge]))
     return cuts
-
-
-def _points_on_edge(points: Floats, candidates: Ints, a: int, b: int, max_offset: float) -> Ints:
-    """Those of the candidates that lie on the edge from a to b, in that order."""
-    along = points[b] - points[a]
-    square = max(float(along @ along), 1e-300)
-    fraction = (points[candidates] - points[a]) @ along / square
-    distance = np.linalg.norm(points[candidates] - points[a] - fraction[:, None] * along, axis=1)
-    is_on_edge = (distance <= max_offset) & (fraction > 0) & (fraction < 1) & (candidates != a) & (candidates != b)
-    return np.asarray(candidates[is_on_edge][np.argsort(fraction[is_on_edge], kind="stable")])
 
 
 def _cut(parts: tuple[RawPart, ...], cuts: list[_Cut]) -> tuple[RawPart, ...]:

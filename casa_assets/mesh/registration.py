@@ -120,10 +120,7 @@ class SampledSurface:
 
 @dataclass(frozen=True)
 class Alignment:
-    """Best alignment of two surfaces, a rotation of the first, and what it leaves, relative to their radius.
-
-    `p95`, `p995`: percentiles of the distance from either surface to the other, the larger of both.
-    """
+    """Rotation of a surface, and percentiles of the distances that are left both ways, relative to the radius."""
 
     p95: float
     p995: float
@@ -171,7 +168,13 @@ def _candidates(one: SampledSurface, other: SampledSurface) -> Floats:
     x, y, z = (one.axes + other.axes) / 2
     first, second = y > (1 - EQUAL_SPREAD_SHARE) * x, z > (1 - EQUAL_SPREAD_SHARE) * y
     if first and second:
-        return np.asarray(Rotation.from_quat(_quaternions(TURNS_ANY_AXIS)).as_matrix())
+        # Spread evenly over all rotations. Ref: Alexa 2022, super-Fibonacci spirals.
+        share = (np.arange(TURNS_ANY_AXIS) + 0.5) / TURNS_ANY_AXIS
+        inner, outer = np.sqrt(share), np.sqrt(1 - share)
+        alpha = 2 * np.pi * (np.arange(TURNS_ANY_AXIS) + 0.5) / np.sqrt(2.0)
+        beta = 2 * np.pi * (np.arange(TURNS_ANY_AXIS) + 0.5) / 1.533751168755204288118041
+        rows = (inner * np.sin(alpha), inner * np.cos(alpha), outer * np.sin(beta), outer * np.cos(beta))
+        return np.asarray(Rotation.from_quat(np.stack(rows, axis=1)).as_matrix())
     flips = [np.diag(signs) for signs in ((1.0, 1, 1), (1.0, -1, -1), (-1.0, 1, -1), (-1.0, -1, 1))]
     within = [np.eye(3)]
     if first or second:
@@ -179,16 +182,6 @@ def _candidates(one: SampledSurface, other: SampledSurface) -> Floats:
         angles = np.arange(TURNS_ABOUT_AXIS) * 2 * np.pi / TURNS_ABOUT_AXIS
         within = list(Rotation.from_rotvec(angles[:, None] * axis).as_matrix())
     return np.array([other.frame @ flip @ turn @ one.frame.T for turn in within for flip in flips])
-
-
-def _quaternions(count: int) -> Floats:
-    """(count, 4) rotations spread evenly over all there are. Ref: Alexa 2022, super-Fibonacci spirals."""
-    share = (np.arange(count) + 0.5) / count
-    inner, outer = np.sqrt(share), np.sqrt(1 - share)
-    alpha = 2 * np.pi * (np.arange(count) + 0.5) / np.sqrt(2.0)
-    beta = 2 * np.pi * (np.arange(count) + 0.5) / 1.533751168755204288118041
-    rows = (inner * np.sin(alpha), inner * np.cos(alpha), outer * np.sin(beta), outer * np.cos(beta))
-    return np.stack(rows, axis=1)
 
 
 def _followed(places: Floats, turn: Floats, other: SampledSurface) -> tuple[Floats, Floats]:

@@ -26,10 +26,7 @@ CREASE_DEG = 30.0
 
 
 def weld(vertices: Floats, relative: float = WELD_RELATIVE) -> tuple[Floats, Ints]:
-    """Merge vertices that lie in one cell of a grid, whose cell size is a `relative` part of the longest extent.
-
-    Returns (P, 3) the first vertex of each cell, ordered by first use; (V,) index of each vertex's point.
-    """
+    """(P, 3) first vertex in each cell of a grid, a `relative` part of the extent, by first use; (V,) point of each."""
     extent = float(np.ptp(vertices, axis=0).max()) if len(vertices) else 0.0
     cell = max(extent * relative, 1e-30)
     keys = np.round((vertices - vertices.min(axis=0)) / cell).astype(np.int64) if len(vertices) else vertices
@@ -109,10 +106,7 @@ def directed_edges(faces: Ints) -> Ints:
 
 
 def edge_counts(faces: Ints) -> tuple[Ints, Ints, Ints]:
-    """Undirected edges of a face set.
-
-    Returns (E, 2) edges with ascending ends; (E,) how many faces use each; (E,) uses forward minus uses backward.
-    """
+    """(E, 2) undirected edges with ascending ends; (E,) faces that use each; (E,) uses forward minus backward."""
     directed = directed_edges(faces)
     forward = directed[:, 0] < directed[:, 1]
     ends = np.sort(directed, axis=1)
@@ -153,10 +147,7 @@ def consistent_winding(faces: Ints) -> tuple[Ints, Mask]:
 
 
 def _turns(left: Ints, right: Ints, clash: Mask, count: int) -> Mask:
-    """(F,) parity of the clashes on the way from each face to the first face of its patch.
-
-    `left`, `right`: (E,) neighbouring faces, each pair once. `clash`: (E,) they run the same way.
-    """
+    """(F,) parity of (E,) clashes between neighbours `left`, `right` on the way to the first face of the patch."""
     # One more node, joined to the first face of each patch, makes one tree of all patches.
     _, first = np.unique(connected_groups(count, left, right), return_index=True)
     ends = np.concatenate([left, first]), np.concatenate([right, np.full(len(first), count)])

@@ -74,15 +74,17 @@ def voxelise(points: Floats, faces: Ints, cells: int = 64, bridge: bool = False)
     skin = _skin(points, faces, origin, cell, tuple(shape))
     solid = ndimage.binary_fill_holes(skin)
     if bridge:
-        solid = ndimage.binary_fill_holes(solid | _between(skin))
+        votes = np.zeros(skin.shape, dtype=np.int8)
+        for axis in range(3):
+            ahead = np.maximum.accumulate(skin, axis=axis)
+            behind = np.flip(np.maximum.accumulate(np.flip(skin, axis), axis=axis), axis)
+            votes += (ahead & behind).astype(np.int8)
+        solid = ndimage.binary_fill_holes(solid | (votes >= 2))
     return Grid(origin, cell, solid, skin)
 
 
 def skin_cells(points: Floats, faces: Ints, grid: Grid) -> Mask:
-    """(X, Y, Z) cubes of a grid that another surface, (P, 3) points and (F, 3) faces, passes through.
-
-    Parts of the surface outside the grid are drawn onto its border.
-    """
+    """(X, Y, Z) cubes of a grid that another surface passes through; what is outside is drawn onto its border."""
     return _skin(points, faces, grid.origin, grid.cell, grid.solid.shape)
 
 
@@ -92,16 +94,6 @@ def _skin(points: Floats, faces: Ints, origin: Floats, cell: float, shape: tuple
         at = np.clip(np.round((samples - origin) / cell).astype(int), 0, np.array(shape) - 1)
         skin[at[:, 0], at[:, 1], at[:, 2]] = True
     return skin
-
-
-def _between(skin: Mask) -> Mask:
-    """Cubes with skin on both sides along at least two of the axes."""
-    votes = np.zeros(skin.shape, dtype=np.int8)
-    for axis in range(3):
-        ahead = np.maximum.accumulate(skin, axis=axis)
-        behind = np.flip(np.maximum.accumulate(np.flip(skin, axis), axis=axis), axis)
-        votes += (ahead & behind).astype(np.int8)
-    return votes >= 2
 
 
 def _samples(points: Floats, faces: Ints, spacing: float) -> Iterator[Floats]:
@@ -154,10 +146,7 @@ def boundary(grid: Grid) -> tuple[Floats, Ints]:
 
 
 def fillable_volume(solid: Mask) -> Mask:
-    """(X, Y, Z) empty voxels that are reached from outside and that water, which runs sideways and down, stays in.
-
-    `solid`: cubes of matter, z up, with air all around.
-    """
+    """(X, Y, Z) empty voxels in which water from outside stays, running sideways and down; `solid`: matter, z up."""
     air = np.pad(~solid, ((0, 0), (0, 0), (1, 1)), constant_values=True)
     runs = np.zeros_like(air)
     runs[:, :, 0] = True
@@ -250,10 +239,7 @@ def open_rooms(points: Floats, faces: Ints) -> OpenRooms:
 
 
 def swept_by_ball(matter: Mask, radius: float) -> Mask:
-    """(X, Y, Z) voxels swept by a ball that comes from above or the sides, but never below the lowest matter.
-
-    `matter`: z up, with air all around. `radius`: in voxels.
-    """
+    """(X, Y, Z) voxels that a ball, radius in voxels, sweeps from above or the sides, not below matter, z up."""
     rim = int(np.ceil(radius)) + 2
     levels = np.flatnonzero(matter.any(axis=(0, 1)))
     lowest = int(levels[0]) if len(levels) else 0

@@ -163,7 +163,13 @@ def measure_fit(clouds: Sequence[Floats], reference: FitReference, limits: Colli
     ratios = [error / most for error, most in zip(astuple(off), (bound.p95, bound.worst) * 3, strict=True)]
     open_share = None if not len(reference.opening_points) else 1 - inside_share(reference.opening_points, clouds)
     box_share = box_gap(np.concatenate(list(clouds)), reference.box) / limits.box_bound(reference.surface.longest)
-    closed_share = _closed_share(clouds, reference)
+    closed_share = 0.0
+    if reference.kept_rooms:
+        hulls = [solids.convex_hull(cloud) for cloud in clouds]
+        starts = np.cumsum([0, *(len(points) for points, _ in hulls)])
+        faces = np.concatenate([faces + start for (_, faces), start in zip(hulls, starts, strict=False)])
+        shares = closed_shares(reference.rooms, np.concatenate([points for points, _ in hulls]), faces)
+        closed_share = max(shares[k] for k in reference.kept_rooms)
     ratios += [box_share, closed_share / MAX_CLOSED_SHARE]
     if open_share is not None:
         ratios.append((1 - open_share) / MAX_FILLED_SHARE)
@@ -180,17 +186,6 @@ def measure_fit(clouds: Sequence[Floats], reference: FitReference, limits: Colli
 def box_gap(points: Floats, box: Floats) -> float:
     """Largest distance between a side of the bounding box of (N, 3) points and that of a (2, 3) box, metres."""
     return float(np.abs(np.stack([points.min(axis=0), points.max(axis=0)]) - box).max().round(6))
-
-
-def _closed_share(clouds: Sequence[Floats], reference: FitReference) -> float:
-    """Largest share of a room that is to be kept which shapes fill or close off."""
-    if not reference.kept_rooms:
-        return 0.0
-    hulls = [solids.convex_hull(cloud) for cloud in clouds]
-    starts = np.cumsum([0, *(len(points) for points, _ in hulls)])
-    faces = np.concatenate([faces + start for (_, faces), start in zip(hulls, starts, strict=False)])
-    shares = closed_shares(reference.rooms, np.concatenate([points for points, _ in hulls]), faces)
-    return max(shares[k] for k in reference.kept_rooms)
 
 
 def describe_fit(clouds: Sequence[Floats], reference: FitReference, errors: FitErrors) -> str:

@@ -175,10 +175,7 @@ MESHES = "meshes"  # folder of the models that `stage_meshes` writes, within the
 
 @dataclass(frozen=True)
 class MeshInput:
-    """A mesh in memory with what is known of it, for `Library.ingest`.
-
-    `category`: id of what it is, such as `mug`. `up`: axis that points up.
-    """
+    """A mesh in memory for `Library.ingest`, with its category, such as `mug`, and the axis that points up."""
 
     mesh: MeshOrScene
     name: str = "mesh"

@@ -42,10 +42,7 @@ MAX_NAMED = 8
 
 
 def check_shards(records: Sequence[ShardRecord], cache_key: str, is_partial: bool) -> None:
-    """Check that shards may be merged; `cache_key`: of a run of this program with their options.
-
-    Raises OutputError: they are not of one run, one is there twice or missing, or another version made them.
-    """
+    """Check that shards are of one run, and of this program: its `cache_key`. Raises OutputError: not so, or missing."""
     first = records[0]
     seen: dict[int, Path] = {}
     for record in records:
@@ -60,11 +57,7 @@ def check_shards(records: Sequence[ShardRecord], cache_key: str, is_partial: boo
     if (first.header.cache_key, first.header.made_by) != (cache_key, made_by()):
         message = "was made by another version of casa-assets; merge with that one, or run all shards again"
         raise OutputError(str(first.library.root), message)
-    _check_complete(records, is_partial)
-
-
-def _check_complete(records: Sequence[ShardRecord], is_partial: bool) -> None:
-    header, root = records[0].header, str(records[0].library.root)
+    header, root = first.header, str(first.library.root)
     missing = sorted(set(range(1, header.count + 1)) - {record.header.index for record in records})
     if missing and not is_partial:
         few = ", ".join(f"{index}/{header.count}" for index in missing[:MAX_NAMED])

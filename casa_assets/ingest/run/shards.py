@@ -38,10 +38,7 @@ Code = Annotated[str, StringConstraints(pattern=r"^([A-Z]{3}[0-9]{3})?$")]
 
 @dataclass(frozen=True)
 class Shard:
-    """One of the `count` parts that the inputs of a run are divided into; `index` is 1 to count.
-
-    Which inputs it has is decided by the names of their files alone, so that machines have nothing to agree on.
-    """
+    """Part `index`, from 1, of `count` of a run's inputs, by names of files alone: machines need not agree on it."""
 
     index: int
     count: int

@@ -114,10 +114,7 @@ class _Bounded:
 
 @dataclass(frozen=True)
 class Archive:
-    """An archive in a folder.
-
-    `path`: of the file in the folder, POSIX.
-    """
+    """An archive in a folder; `path`: of the file there, POSIX."""
 
     path: str
     folder: Folder

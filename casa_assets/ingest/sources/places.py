@@ -246,10 +246,7 @@ class Folder(Place):
 
 @dataclass(frozen=True)
 class _DiskFolder(Folder):
-    """A folder on the disk.
-
-    `root`: absolute. `looked_at`: takes up the paths of all files and folders that are looked at, missing ones too.
-    """
+    """A folder on the disk; `root`: absolute. `looked_at`: see `folder_of`."""
 
     root: Path
     looked_at: set[str] | None = None

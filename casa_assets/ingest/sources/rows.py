@@ -189,10 +189,7 @@ MAX_ROWS, MAX_BROKEN_ROWS = 250_000, 1000
 
 
 def read_lines(package: Package, name: str, is_named: bool) -> Iterator[Found | Refused]:
-    """Inputs of a `.jsonl` manifest; nothing where it is some other `.jsonl`.
-
-    `package`: folder of the manifest. `name`: its file name. `is_named`: the user pointed at it.
-    """
+    """Inputs of a `.jsonl` manifest; nothing of another `.jsonl`, unless `is_named`: the user pointed at it."""
     try:
         data = package.read(name)
     except Rejected as error:

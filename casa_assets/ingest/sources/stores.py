@@ -55,10 +55,7 @@ _TIMES = ("LastModified", "last_modified", "Last-Modified", "mtime", "updated", 
 
 @dataclass(frozen=True)
 class Info:
-    """A file or folder of a store.
-
-    `size`: bytes, as the store says; None if it does not. `state`: changes when it is written again; empty: unknown.
-    """
+    """A file or folder of a store; `size`: bytes, or None. `state`: changes when it is written again; empty: unknown."""
 
     is_folder: bool
     size: int | None = None
@@ -116,10 +113,7 @@ def _within(seconds: float, call: Callable[[], T]) -> T:
 
 
 class _Store:
-    """One store in this process: its client, and its answers about its objects. Paths are POSIX, from its root on.
-
-    `listing`: the names in each folder, once all of the store was listed.
-    """
+    """A store in this process: its client and answers, paths from its root on. `listing`: all names, once listed."""
 
     def __init__(self, root: StoreRoot) -> None:
         self.root = root
@@ -330,10 +324,7 @@ def state_at(address: str) -> str:
 
 
 class _StoreFolder(Folder):
-    """A folder on a store. `looked_at` takes up the addresses of all objects that are looked at, missing ones too.
-
-    Raises CasaError: fsspec, or what it needs for the address, is not installed; from all methods.
-    """
+    """A folder on a store; `looked_at`: see `folder_of`. Raises CasaError: what reads the address is not installed."""
 
     def __init__(self, root: StoreRoot, looked_at: set[str] | None = None) -> None:
         self._root, self._looked_at = root, looked_at
