@@ -42,7 +42,7 @@ MAX_NAMED = 8
 
 
 def check_shards(records: Sequence[ShardRecord], cache_key: str, is_partial: bool) -> None:
-    """Check that shards are of one run, and of this program: its `cache_key`. Raises OutputError: not so, or missing."""
+    """Check that shards are of one run, and of this program: its `cache_key`. Raises OutputError: not so, or lost."""
     first = records[0]
     seen: dict[int, Path] = {}
     for record in records:

@@ -55,7 +55,7 @@ _TIMES = ("LastModified", "last_modified", "Last-Modified", "mtime", "updated", 
 
 @dataclass(frozen=True)
 class Info:
-    """A file or folder of a store; `size`: bytes, or None. `state`: changes when it is written again; empty: unknown."""
+    """A file or folder of a store; `size`: bytes, or None. `state`: changes whenever it is written; empty: unknown."""
 
     is_folder: bool
     size: int | None = None
