@@ -54,15 +54,15 @@ MAX_NESTED = 64
 # An open component is too flat to have an outside if the volume of the cones to its centre, over area and length, is
 # below this: leaves of a fruit measure .02 to .03, a single-walled bowl .1.
 MIN_CURVATURE = 0.035
-# An open patch is turned if so many times more of its samples show only their back than only their front, and they are
-# at least this share of all and at least so many; choices.
+# An open patch is turned if this many times more of its samples show only their back than only their front, and they are
+# at least this share of all and at least this many; choices.
 BACK_TO_FRONT_RATIO, MIN_BACK_SHARE, MIN_BACK_SAMPLES = 4.0, 0.3, 8
 
 
 def clean(model: RawModel, category: Category | None = None) -> Draft:
     """Repair what can be repaired without changing the looks; a sound mesh stays as it is.
 
-    The proportions of the category distinguish a pedestal from a foot; its build tells whether the inside is solid.
+    The proportions of the category distinguish a pedestal from a foot; its build says whether the inside is solid.
     Raises Rejected: no faces are left (MSH001), or the remaining surface is flat (MSH002).
     """
     draft = Draft(
@@ -94,9 +94,8 @@ def _without_bad_faces(draft: Draft, category: Category | None) -> Draft:
     unused = np.ones(len(surface.vertices), dtype=bool)
     unused[surface.faces.ravel()] = False
     if unused.any():  # moved to one that is used: they must not coarsen the welding grid
-        surface = Surface(
-            np.where(unused[:, None], surface.vertices[surface.faces[0, 0]], surface.vertices), surface.faces
-        )
+        used = surface.vertices[surface.faces[0, 0]]
+        surface = Surface(np.where(unused[:, None], used, surface.vertices), surface.faces)
     keep = valid_faces(surface.vertices, surface.faces, surface.point_of_vertex)
     notes = []
     if not keep.all():

@@ -71,7 +71,7 @@ MAX_FOREIGN_COMPONENTS = 5000
 # A speck is smaller than this share of the largest component. It floats if its distance to the rest is larger than
 # SPECK_GAP of the largest component and SPECK_GAP_OF_OWN of its own size, so that crumbs and sprinkles stay.
 SPECK_SIZE, SPECK_GAP, SPECK_GAP_OF_OWN = 0.05, 0.03, 3.0
-# Specks nearer to each other than this share of their size are connected, as the links of a chain are; up to so many.
+# Specks nearer to each other than this share of their size are connected, as the links of a chain are; up to this many.
 LINK_GAP_SHARE, MAX_LINKED, SURFACE_SAMPLES = 0.25, 1500, 40_000
 # A ground plane is at least this many times wider than the rest, and at most this thick, as a share of its size.
 GROUND_WIDTH, GROUND_THICKNESS = 1.5, 1e-3
@@ -90,7 +90,7 @@ MAX_OFF_PLANE, MIN_BEND_MOMENT, MIN_MEAN_NORMAL, MIN_SHARE_BEHIND = 0.03, 0.1, 0
 STAND_THICKNESS, STAND_HULL_FILL, STAND_WIDTH, STAND_GAP = 0.15, 0.9, 1.2, 0.05
 # Without its stand the mesh is nearer to the usual proportions by this much, and this near; logarithms of ratios.
 MIN_IMPROVEMENT, MAX_PROPORTION_ERROR = 0.2, 0.7
-# Components this large and this far apart, as shares of the largest one, are separate objects; so many are tested.
+# Components this large and this far apart, as shares of the largest one, are separate objects; this many are tested.
 APART_SIZE, APART_GAP, MAX_APART = 0.3, 0.1, 64
 
 

@@ -24,16 +24,16 @@ MAX_ROUNDS = 6
 MAX_OPEN_EDGES = 20_000
 # Largest width of a crack, as a share of the longest side, and of the shortest edge at its ends; choices.
 MAX_WIDTH, MAX_WIDTH_OF_EDGE = 7e-3, 0.2
-# Points whose joining closes nothing are left out and the rest is tried again, so many times.
+# Points whose joining closes nothing are left out and the rest is tried again, this many times.
 ROUNDS = 4
 # More pairs of near points than this, each counted twice, are not tried: they would take gigabytes.
 MAX_PAIRS = 40_000_000
 # All numbers below are choices.
 # Largest side of the box around a small hole, as a share of the longest side of the mesh, and most edges of its rim.
 MAX_HOLE_WIDTH, MAX_EDGES = 0.03, 24
-# A rim of so many edges whose distances from its centre deviate by less than this share is round: drilled on purpose.
+# A rim of this many edges whose distances from its centre deviate by less than this share is round: drilled on purpose.
 MIN_ROUND_EDGES, ROUND_DEVIATION = 6, 0.1
-# A hole that was cut by a repair may be so many times wider, and with no more edges than these its rim may be bent.
+# A hole that was cut by a repair may be this many times wider, and with no more edges than these its rim may be bent.
 CUT_WIDER, FEW_EDGES = 3, 8
 # Distance, as a share of the largest width, below which a point of a rim is a corner that was cut out.
 SAME_POINT_SHARE = 1e-3
@@ -276,8 +276,8 @@ def close_missing_sides(draft: Draft) -> Draft:
     if not rims:
         return draft
     what = "a flat side that was missing was" if len(rims) == 1 else f"{len(rims)} flat sides that were missing were"
-    message = f"{what} closed; a thing of this kind is full"
-    return _closed(draft, rims).replace(notes=draft.noted(warning("MSH026", "sides", message)))
+    note = warning("MSH026", "sides", f"{what} closed; a thing of this kind is full")
+    return _closed(draft, rims).replace(notes=draft.noted(note))
 
 
 def _closed(draft: Draft, rims: list[Ints]) -> Draft:

@@ -50,11 +50,11 @@ WALL_THICKNESS_M: Mapping[str, float] = {
     "wood": 0.01,
 }
 # Substances whose density is the mean over the whole object, with the air in it. Of those but water that mean differs
-# by a factor of twenty (popcorn, a candy bar), so it is told from the usual size and mass of the category.
+# by a factor of twenty (popcorn, a candy bar), so it follows from the usual size and mass of the category.
 BULK_DENSITY_SUBSTANCES = frozenset({"water_filled", "dry_goods", "electronics", "mixed", "sponge_foam", "unknown"})
 # Mass of such things over the volume to this power, a fit over the categories: what is larger holds more air.
 BULK_EXPONENT = 0.8
-# Spread of what is told by the volume of such things, from which on it is an estimate among others; a choice.
+# Spread of the estimate by volume of such things, from which on it is an estimate among others; a choice.
 VAGUE, SURE_OF_VAGUE = 0.5, 0.8
 # Share of the box around a thing of its usual size that its outline fills; choices.
 OUTLINE_FILL = {MatterFill.FILLED: 0.85, MatterFill.SOLID: 0.6, MatterFill.HOLLOW: 0.7}

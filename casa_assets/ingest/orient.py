@@ -20,7 +20,7 @@ MIN_CONFIDENCE_ANY_POSE = 0.9
 # How many times more probable than the axis that the file states another way up has to be, beyond its prior; a choice.
 OVERRULE_ODDS = 1.5
 # Cosine of the angle (15 degrees) up to which two ways up are one; which of them is taken is the file's word, unless
-# another one is so many times as probable by itself; choices.
+# another one is this many times as probable by itself; choices.
 SAME_COSINE, TILT_ODDS = 0.966, 3.0
 # Candidates whose score without rain is so far behind the best one are dropped, nats; rain decides for vessels.
 HOPELESS_NATS, HOPELESS_NATS_VESSEL = 8.0, 16.0

@@ -238,8 +238,7 @@ def texture(draft: Draft, largest_px: int, substance: Substance) -> Draft:
             # Exporters leave glTF's defaults, fully metallic and fully rough, for materials that are neither.
             material = material.replace(metallic=substance.metallic, roughness=substance.roughness)
         material = _with_bounded_textures(material, largest_px)
-        uv = mesh.uv if material.textures else None
-        mesh = Mesh(vertices=mesh.vertices, faces=mesh.faces, uv=uv, normals=mesh.normals)
+        mesh = mesh.replace(uv=mesh.uv if material.textures else None, colors=None)
         parts.append(part.replace(mesh=mesh, material=material))
     return draft.replace(parts=_merged(parts), notes=draft.noted(*notes))
 

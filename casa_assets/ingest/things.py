@@ -1,4 +1,4 @@
-"""Tell one object from several things, a scene, a figure or a part; take a file apart into its things."""
+"""Distinguish one object from several things, a scene, a figure or a part; take a file apart into its things."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ TOUCH_SHARE = 0.012
 SAMPLES, FEW_SAMPLES = 40_000, 300
 # All numbers are choices, fitted on sound meshes and on half of others; sizes are shares of the longest side.
 MAX_COMPONENTS = 4000
-# A group of pieces is a thing of its own where it is so large and touches no other one.
+# A group of pieces is a separate thing where it is so large and touches no other one.
 LARGE_GROUP = 0.3
-# So are so many smaller ones whose middle lies beside the largest.
+# So are this many smaller ones whose middle lies beside the largest.
 SMALL_GROUP, MIN_SMALL = 0.05, 3
 # Sides of alike pieces differ by no more than this share; they are so large, and no side of compact ones is shorter.
 ALIKE, ALIKE_SIZE, COMPACT = 0.06, 0.2, 0.65
@@ -52,7 +52,7 @@ MIN_IN_CORNER, MIN_IN_ROOM = 3, 12
 # Probabilities are choices, fitted like those above. A category that is less sure than this has a weak word.
 ALWAYS, OTHER, PART, PLURAL, MANY_KINDS, OWN_KINDS = 0.65, 0.6, 0.65, 0.4, 0.7, 0.2
 WEAKLY_TOLD = 0.62
-# Nodes named after so many categories are several things.
+# Nodes named after this many categories are several things.
 MIN_KINDS = 3
 _WHAT = {
     "figures": "a person or an animal",
@@ -87,7 +87,7 @@ class Contacts:
         self.components = components
         reach = TOUCH_SHARE * float(np.ptp(components.points, axis=0).max())
         samples, face = samples_with_faces(components.points, components.faces, SAMPLES)
-        # A small component may have got few samples or none: corners of so many of its faces join them.
+        # A small component may have got few samples or none: corners of this many of its faces join them.
         few = np.bincount(components.label[face], minlength=components.count) < FEW_SAMPLES
         faces = np.bincount(components.label, minlength=components.count)
         by_label = np.argsort(components.label, kind="stable")
@@ -429,8 +429,7 @@ def guess_of_things(
     alone = math.prod(1 - sign.probability for sign in signs)
     if 1 - alone < MIN_PROBABILITY:
         return None
-    ordered = sorted(signs, key=lambda sign: -sign.probability)
-    reason = "; ".join(sign.reason for sign in ordered)
+    reason = "; ".join(sign.reason for sign in sorted(signs, key=lambda sign: -sign.probability))
     return Guess(subject=SUBJECT, value=ONE, confidence=round(alone, 2), reason=reason)
 
 

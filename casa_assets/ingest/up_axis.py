@@ -58,7 +58,7 @@ ORIGIN_SLACK, NATS_ON_ORIGIN = 0.01, 4.0
 MIDDLE_SLACK, NATS_AROUND_ORIGIN = 0.02, -0.7
 # Cells along the longest side of the height map that is filled with rain; a choice.
 CELLS = 36
-# What the score is divided by, so that a way up is right as often as it is told to be. For things that lie, that are
+# What the score is divided by, so that a way up is right as often as the score says. For things that lie, that are
 # full or hollow they were fitted on the meshes of ./dev bench ingest_pose, where scores overstate. A vessel
 # that holds nothing any way up has lost its best evidence.
 DOUBTS_LIES, DOUBTS_VESSEL, DOUBTS_CLOSED_VESSEL, DOUBTS_OTHER = 1.5, 1.2, 2.0, 1.2

@@ -22,13 +22,13 @@ SURFACE_SAMPLES = 1500
 DIGITS = 4
 # Places that are looked up, that a first look takes, that a fit takes, and that are measured at the end.
 ALIGNMENT_SAMPLES, START_SAMPLES, FIT_SAMPLES, ERROR_SAMPLES = 8000, 100, 400, 1500
-# Spreads along two axes that differ by less than this share do not tell the axes apart.
+# Spreads along two axes that differ by less than this share do not distinguish the axes.
 EQUAL_SPREAD_SHARE = 0.12
 # Turns that are tried: about one axis, and of all kinds.
 TURNS_ABOUT_AXIS, TURNS_ANY_AXIS = 36, 1000
 # Starts that are followed up, and steps of each.
 STARTS, STEPS = 6, 30
-# A place is measured to the planes of so many neighbours, where it is not farther aside than so many spacings.
+# A place is measured to the planes of this many neighbours, where it is not farther aside than this many spacings.
 NEIGHBORS, MAX_ASIDE_SPACINGS = 4, 2.0
 # In fitting, places farther off than this many times the median pull no more than that.
 TRIM_MEDIANS = 3.0

@@ -27,7 +27,7 @@ MARGIN_CELLS = 1.5
 # share together (the lid of a can that lies deep is a dent), and one that is not enclosed, as the bend of a banana or
 # what is around the stalk of an apple, from a still larger one on.
 MIN_ROOM_SHARE, MIN_ENCLOSED_SHARE, MIN_BEND_SHARE = 0.03, 0.08, 0.15
-# Samples on the surface that tell whether faces or their backs look into a room, and how far off it they look, in
+# Samples on the surface that show whether faces or their backs look into a room, and how far off it they look, in
 # voxels: just beyond those through which the surface passes.
 WALL_SAMPLES, LOOK_CELLS = 20_000, 2.0
 # Share of the walls of a room that have to show it their faces. Of walls thinner than the look, and of sheets that have

@@ -66,7 +66,7 @@ AIM_SHARE, REDUCE_SHARE = 0.8, 0.15
 CHORD_SHARE = 0.4
 # One hull or primitive is tried for meshes that fill at least this share of their hull.
 ONE_HULL_FILL = 0.8
-# One shape is taken for something solid with a stalk if its largest error is at most so many times the bound, and for
+# One shape is taken for something solid with a stalk if its largest error is at most this many times the bound, and for
 # something without a resting pose if it fills so much of its hull.
 STALK_ERROR, ROLLING_FILL = 2.0, 0.88
 # Volume by which hulls may be wrong, beyond a solid and short of it, as a share of its volume, before it is cut further

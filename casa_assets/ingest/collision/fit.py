@@ -37,7 +37,7 @@ P95_M, P95_RATIO, WORST_RATIO = 0.002, 0.015, 0.05
 # Voxels along the longest side of the grid in which the opening of a vessel is found. A smaller share of the hull than
 # MIN_OPENING_SHARE is no opening, and at most MAX_OPENING_POINTS voxels of it are tested.
 OPENING_CELLS, MIN_OPENING_SHARE, MAX_OPENING_POINTS = 64, 0.03, 4000
-# Voxels along the longest side of the grid that tells which parts of the surface can be touched: gaps narrower than a
+# Voxels along the longest side of the grid that shows which parts of the surface can be touched: gaps narrower than a
 # voxel count as closed. A voxel is about as wide as P95_RATIO.
 REACH_CELLS = 66
 # Largest share of an opening that shapes may fill, and of an open room that they may fill or close off. The check of
@@ -52,7 +52,7 @@ LEVEL_SHARE = 0.5
 # A foot is flat if its outline takes at least this share of the box around the thing, seen from above; and one, not
 # several legs, if matter with its hollows fills this share of the outline.
 MIN_OUTLINE_SHARE, MIN_FILLED_SHARE = 0.08, 0.8
-# Boxes are tried at so many angles over a quarter turn.
+# Boxes are tried at this many angles over a quarter turn.
 ANGLES = 12
 
 

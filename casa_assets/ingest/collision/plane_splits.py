@@ -50,7 +50,7 @@ MAX_LOOSE_PARTS = 8
 MAX_MERGE_TRIES = 60
 # Largest share of the volume that a hull holds beyond its part which may be left once that part was cut.
 MAX_LEFT_EXCESS = 0.9
-# A part is cut so many times in turn before it is said that cutting does not help: the first of a ring gains nothing.
+# A part is cut this many times in turn before it is said that cutting does not help: the first of a ring gains nothing.
 MAX_BLIND_CUTS = 2
 # Where the best plane gains less than this share of the hull, one through the middle of the longest way is taken.
 MIN_GAIN = 0.005

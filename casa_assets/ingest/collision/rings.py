@@ -30,7 +30,7 @@ MIN_SECTORS = 6
 ROUND_SPREAD = 0.05
 # Percentile of the outer radii at one height that is the radius of the body without handles.
 OUTLINE_PERCENTILE = 85
-# Errors are tried in steps, each so many times the one before.
+# Errors are tried in steps, each this many times the one before.
 ERROR_GROWTH, MAX_STEPS = 1.2, 14
 # Parts below this share of the volume are crumbs of the cut.
 MIN_PART_SHARE = 1e-4

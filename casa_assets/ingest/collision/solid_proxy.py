@@ -70,7 +70,7 @@ MIN_EDGE_SHARE = 0.05
 CELLS = 72
 # A hole wider than this share of the longest side is an opening and is not filled.
 SMALL_HOLE = 0.05
-# The grid is compared with something solid only if the thinnest side of its bounding box has so many voxels.
+# The grid is compared with something solid only if the thinnest side of its bounding box has this many voxels.
 TELLING_CELLS = 12
 # A solid made on the grid is simplified within this share of a voxel, which leaves about a tenth of its faces.
 SMOOTH_CELLS = 0.3

@@ -100,7 +100,7 @@ def discover_inputs(
     own_library = Path(os.path.realpath(library))
     real_roots = {Path(os.path.realpath(root)) for root in roots if isinstance(root, Path)}
     named_files = {root for root in real_roots if root.is_file()}
-    # What a manifest lists stands beside it or below.
+    # A manifest lists files beside it or below.
     real_roots |= {root.parent for root in named_files if root.suffix.lower() in (".json", ".jsonl")}
     is_output: dict[str, bool] = {}
     for found in discover(roots, others):
@@ -119,7 +119,7 @@ def discover_inputs(
 
 def _as_text(source: Source) -> Source:
     """The source's words as text that every file can hold."""
-    # That all of it is ASCII, as nearly always, is told at once.
+    # That all of it is ASCII, as nearly always, is found at once.
     if "".join(["".join(value) for value in vars(source).values()]).isascii():
         return source
     texts: dict[str, Any] = {
@@ -326,10 +326,8 @@ SurveyAnswer = Survey | Rejected | WorkerFailure
 
 
 # Survey table ---------------------------------------------------------------------------------------------------------
-# What earlier runs found out about inputs whose files have not changed since, so that they are not read again.
-#
-# It lies in the cache of the library, and deleting it costs time and nothing else.
-
+# What earlier runs found out about inputs whose files have not changed since, so that they are not read again. It lies
+# in the cache of the library, and deleting it costs time and nothing else.
 SURVEYS = "surveys"
 # A file that is younger than this when it is read may change again without a trace in its times, which come in steps.
 MIN_AGE_NS = 50_000_000
@@ -347,7 +345,7 @@ class SurveyTable:
         is_ours = isinstance(kept, dict) and kept.get("made_by") == self._made_by
         self._kept: dict[str, Any] = kept["surveys"] if is_ours else {}
 
-    def survey(self, inputs: Sequence[Found], pool: Engine) -> Iterator[tuple[int, Survey | Rejected | WorkerFailure]]:
+    def survey(self, inputs: Sequence[Found], pool: Engine) -> Iterator[tuple[int, SurveyAnswer]]:
         """Yield number and survey of every input, the known ones first; workers read what is new, which is kept."""
         new: list[int] = []
         for number, one in enumerate(inputs):

@@ -1,4 +1,9 @@
-"""Join the libraries of shards into the one that a single run over all inputs would have made."""
+"""Join the libraries of shards into the one that a single run over all inputs would have made.
+
+A merge is such a run: the inputs come in the order of their discovery, the same bytes and copies are found in that
+order, entries are published one by one, and what the library holds from earlier runs counts. It differs in who
+answers its questions: the records of the shards, and the entries that they made, which are linked or copied.
+"""
 
 from __future__ import annotations
 
@@ -70,13 +75,6 @@ def check_shards(records: Sequence[ShardRecord], cache_key: str, is_partial: boo
     count = sum(line.source is not None for line in lines)
     if count != len(numbers) or (not missing and count + rows != header.inputs):
         raise OutputError(root, f"the shards hold {count + rows} of {header.inputs} inputs; run all of them again")
-
-
-# Merge ----------------------------------------------------------------------------------------------------------------
-# A merge is such a run: the inputs come in the order of their discovery, the same bytes and copies are found in that
-# order, entries are published one by one, and what the library holds from earlier runs counts. It differs in who
-# answers its questions: the records of the shards, and the entries that they made, which are linked or copied. No
-# input is read and no asset is built.
 
 
 def merge(

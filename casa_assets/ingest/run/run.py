@@ -509,7 +509,7 @@ class Deduplicator:
             try:
                 pair = measure_pair(other, row, self._store)
             except OutputError:
-                continue  # damaged, or made anew in the meantime: it is no copy of anything
+                continue  # damaged, or made again in the meantime: it is no copy of anything
             if pair.twins(self._limit):
                 return other, pair
         return None

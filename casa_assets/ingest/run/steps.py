@@ -93,8 +93,8 @@ def _clean(model: RawModel, context: BuildContext) -> Draft:
     # What is cleaned away, such as a ground under several things, says whether it is one thing: that is asked first.
     guess = guess_of_things(model, context.source, context.category, known.vocabulary, known.other_things)
     draft = clean(model, context.category)
-    told = tuple(one for one in (context.kind, guess) if one is not None)
-    return draft.replace(guesses=(*told, *draft.guesses))
+    first = tuple(one for one in (context.kind, guess) if one is not None)
+    return draft.replace(guesses=(*first, *draft.guesses))
 
 
 def _orient(draft: Draft, context: BuildContext) -> Draft:
@@ -103,7 +103,7 @@ def _orient(draft: Draft, context: BuildContext) -> Draft:
 
 def _scale(draft: Draft, context: BuildContext) -> Draft:
     said = context.source
-    # The title and prompt of a file that was taken apart tell no size of one thing in it.
+    # The title and prompt of a file that was taken apart say no size of one thing in it.
     texts = [t for t in (said.title, said.prompt) if t and not said.node]
     slack = context.limits["size_slack"]
     return scale(draft, context.category, slack, texts, context.generated, context.override.size_m)
@@ -217,7 +217,7 @@ def build_asset(
 def _keys(context: BuildContext) -> list[str]:
     """Key of each stage's result: everything that came before is in it."""
     said = context.source
-    # Of the path only the name says something of the thing: an input that was moved is not made anew.
+    # Of the path only the name says something of the thing: an input that was moved is not made again.
     name = posixpath.basename(said.path)
     source = Source(kind=said.kind, path=name, title=said.title, prompt=said.prompt, node=said.node)
     key = context.replace(asset_id="", source=source, limits=limits_in_key(context.limits)).digest
@@ -286,8 +286,8 @@ def _work(job: Job) -> Outcome:
         certify(asset, report, staged, made_by)
         return Outcome(True, warnings=report.issues, staged=staged)
     except PluginFailure as error:
-        told = Rejected("RUN009", f"{error}; the trace: {keep_trace(error, library)}")
-        return Outcome(False, told.code, told.message, staged=stage_refusal(library, job, told, report))
+        failed = Rejected("RUN009", f"{error}; the trace: {keep_trace(error, library)}")
+        return Outcome(False, failed.code, failed.message, staged=stage_refusal(library, job, failed, report))
     except Rejected as error:
         picture = None if bundle is None else _picture(bundle, staged, job.limits)
         refused = stage_refusal(library, job, error, report, picture)

@@ -184,7 +184,7 @@ def download(uids: Sequence[str], category: str, most: int, into: Path) -> Path:
         library = importlib.import_module("objaverse")
     except ImportError as error:
         raise CasaError("downloading needs the `objaverse` package: pip install objaverse") from error
-    # the package has no other way to be told where to put things
+    # the package takes a folder in no other way
     cache = into.absolute() / "hf-objaverse-v1"
     library.__dict__.update(BASE_PATH=str(cache.parent), _VERSIONED_PATH=str(cache))
     try:

@@ -60,7 +60,7 @@ def check_file(path: str, root: Path) -> os.stat_result:
     is_link = False
     try:
         # Not the state of what a link leads to: a link that takes the place of a file later has another inode, which
-        # `read_file` tells. Path would take longer than all the rest.
+        # `read_file` notices. Path would take longer than all the rest.
         found = os.lstat(path)
         is_link = stat.S_ISLNK(found.st_mode)
         if is_link and not is_inside(path, root):
@@ -207,7 +207,6 @@ class Place(ABC):
 
     def is_inside(self, folder: str) -> bool:
         """True where a folder, links followed, does not leave the root; among most files there are no links."""
-        del folder
         return True
 
     @abstractmethod
@@ -274,7 +273,6 @@ class _DiskFolder(Folder):
         check_file(self._at(path), self.root)
 
     def open(self, path: str, block: int) -> IO[bytes]:
-        del block  # the disk needs no more than its own
         return open(self._at(path), "rb")  # noqa: PTH123
 
     def identity(self, path: str) -> str:

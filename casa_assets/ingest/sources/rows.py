@@ -183,7 +183,7 @@ def source_of(row: Mapping[str, object], path: str, uid: str, names: Iterable[st
 
 # Names that announce a manifest, whatever the state of its content.
 NAMES = frozenset({"manifest.jsonl", "manifest.json"})
-# A run keeps all of its inputs in memory, to tell the same bytes and to settle copies in their order: 2.3 kB for a row
+# A run keeps all of its inputs in memory, to find the same bytes and to settle copies in their order: 2.3 kB for a row
 # of a manifest, so 0.6 GB for this many. The work on them would take a core three weeks.
 MAX_ROWS, MAX_BROKEN_ROWS = 250_000, 1000
 

@@ -48,7 +48,7 @@ MAX_OBJECTS = 2_000_000
 FILE_SUFFIXES = SUFFIXES | UNREAD_SUFFIXES.keys() | PACKED_SUFFIXES | {".json", ".jsonl", ".parquet"}
 UNKNOWN = "?"  # state of an object of which the store says nothing that would change with it
 _LINK = re.compile(rb"""<a\s[^>]*?href\s*=\s*["']([^"']+)["']""", re.IGNORECASE)
-# What changes when an object is written anew, best first, by the names that the file systems give it.
+# What changes when an object is written again, best first, by the names that the file systems give it.
 _TAGS = ("ETag", "etag", "md5Hash", "content_md5", "Content-MD5", "checksum")
 _TIMES = ("LastModified", "last_modified", "Last-Modified", "mtime", "updated", "modified", "created")
 
@@ -233,7 +233,7 @@ class _Store:
                 return _within(seconds or REQUEST_S, call)
             except (CasaError, MemoryError):
                 raise
-            except Exception as error:  # noqa: BLE001  each client of a store raises classes of its own
+            except Exception as error:  # noqa: BLE001  each client of a store raises its own classes
                 # Errors are not chained: their words may hold passwords. fsspec calls any web failure a missing file.
                 fault = (error.__cause__ if self.root.is_web else None) or error
                 status = getattr(fault, "status", 0)
@@ -339,7 +339,7 @@ class _StoreFolder(Folder):
         data = bytearray()
         while size != 0 and len(data) <= most:
             start = len(data)
-            # One byte more than there should be, in the last request, tells an object that has grown.
+            # One byte more than there should be, in the last request, shows an object that has grown.
             end = most + 1 if size is None or most - start <= PIECE_BYTES else start + PIECE_BYTES
             data += self._store.part(whole, start, end, size)
             if len(data) < end:

@@ -18,10 +18,10 @@ HULL_SAMPLES = 400  # on each shape
 PROBES = 5000
 # What lies so little beyond another shape, as a part of the longest side, is the joint between two.
 JOINT_SHARE = 0.004
-# The normal of the nearest sample tells the distance where that sample is not farther aside than this many spacings.
+# The normal of the nearest sample gives the distance where that sample is not farther aside than this many spacings.
 MAX_ASIDE_SPACINGS, VOTERS = 3.0, 9
 # Points that are strewn, pixels along the longest side, and directions from which the pictures are taken besides those
-# along the axes: so many points fall into a pixel that next to no gap shows what lies behind.
+# along the axes: this many points fall into a pixel that next to no gap shows what lies behind.
 SAMPLES, PIXELS, DIRECTIONS = 60_000, 40, 24
 # Cosine to the line of sight below which a face is seen too much from its edge to say which side is seen.
 GRAZING_COSINE = 0.2
@@ -196,10 +196,11 @@ def deviation(clouds: Sequence[Floats], of: ReferenceSurface, bare: Floats) -> D
     reach = np.cumsum(weights[order])
     at = min(int(np.searchsorted(reach, 0.95 * reach[-1])), len(order) - 1) if len(order) else 0
     p95 = float(values[order][at]) if len(order) else 0.0
-    worst = float(values.max(initial=0.0))
     sunk = np.max([np.maximum(depths_within(of.probes, p), 0.0) for p in planes], axis=0)
     missed = float(np.percentile(bare, 95)), float(bare.max())
-    return Deviation(p95, worst, *missed, float(np.percentile(sunk, 95)), float(sunk.max(initial=0.0)))
+    return Deviation(
+        p95, float(values.max(initial=0.0)), *missed, float(np.percentile(sunk, 95)), float(sunk.max(initial=0.0))
+    )
 
 
 @dataclass(frozen=True)

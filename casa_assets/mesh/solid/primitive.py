@@ -72,8 +72,7 @@ def shape_bounds(shape: Shape, pose: Pose) -> Floats:
 
 def link_bounds(link: Link, pose: Pose | None = None) -> Floats | None:
     """(2, 3) corners of all colliders, metres, None without any; in link frame or that of `pose` (frame_from_link)."""
-    frame = pose or Pose()
-    corners = np.array([shape_bounds(c.shape, frame @ c.pose) for c in link.colliders])
+    corners = np.array([shape_bounds(c.shape, (pose or Pose()) @ c.pose) for c in link.colliders])
     return box_around(corners) if len(corners) else None
 
 
