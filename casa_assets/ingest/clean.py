@@ -54,8 +54,8 @@ MAX_NESTED = 64
 # An open component is too flat to have an outside if the volume of the cones to its centre, over area and length, is
 # below this: leaves of a fruit measure .02 to .03, a single-walled bowl .1.
 MIN_CURVATURE = 0.035
-# An open patch is turned if this many times more of its samples show only their back than only their front, and they are
-# at least this share of all and at least this many; choices.
+# An open patch is turned if this many times more of its samples show only their back than only their front, and they
+# are at least this share of all and at least this many; choices.
 BACK_TO_FRONT_RATIO, MIN_BACK_SHARE, MIN_BACK_SAMPLES = 4.0, 0.3, 8
 
 

@@ -22,8 +22,8 @@ Solid: TypeAlias = manifold3d.Manifold
 MOST_PIECES = 1000
 # What is so much above the lowest point, as a share of the longest side, is as low.
 LEVEL_SHARE = 1e-6
-# Where a solid has too many faces still, or a hull too many vertices, coarser tolerances are tried, each this many times
-# the one before; for a hull this many of them.
+# Where a solid has too many faces still, or a hull too many vertices, coarser tolerances are tried, each this many
+# times the one before; for a hull this many of them.
 TOLERANCE_GROWTH, TOLERANCE_STEPS = 1.5, 4
 # Largest factor by which a hull grows to make up for the vertices that it lacks.
 MAX_GROWTH = 1.05

@@ -48,21 +48,15 @@ def usda(points: str = "", head: str = "", inside: str = "") -> str:
     metersPerUnit = 0.01
     upAxis = "Z"
 )
-def Xform "thing" (
-    {head}
-)
+def Xform "thing" ({head})
 {{
     {inside}
-    def Mesh "box" (
-        prepend apiSchemas = ["MaterialBindingAPI"]
-    )
+    def Mesh "box" (prepend apiSchemas = ["MaterialBindingAPI"])
     {{
         int[] faceVertexCounts = [{", ".join("3" for _ in BOX.faces)}]
         int[] faceVertexIndices = [{corners}]
         point3f[] points = [{written}]
-        texCoord2f[] primvars:st = [{uv}] (
-            interpolation = "faceVarying"
-        )
+        texCoord2f[] primvars:st = [{uv}] (interpolation = "faceVarying")
         rel material:binding = </thing/paint>
     }}
     def Material "paint"
@@ -130,21 +124,15 @@ GlobalSettings:  {{
 }}
 Objects:  {{
     Geometry: 10, "Geometry::box", "Mesh" {{
-        Vertices: *{written.count(",") + 1} {{
-            a: {written}
-        }}
-        PolygonVertexIndex: *{corners.count(",") + 1} {{
-            a: {corners}
-        }}
+        Vertices: *{written.count(",") + 1} {{ a: {written} }}
+        PolygonVertexIndex: *{corners.count(",") + 1} {{ a: {corners} }}
         GeometryVersion: 124
         LayerElementUV: 0 {{
             Version: 101
             Name: "map"
             MappingInformationType: "ByPolygonVertex"
             ReferenceInformationType: "Direct"
-            UV: *{BOX.faces.size * 2} {{
-                a: {",".join("0,0,1,0,0,1" for _ in BOX.faces)}
-            }}
+            UV: *{BOX.faces.size * 2} {{ a: {",".join("0,0,1,0,0,1" for _ in BOX.faces)} }}
         }}
         Layer: 0 {{
             Version: 100
