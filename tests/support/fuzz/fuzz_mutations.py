@@ -62,8 +62,7 @@ VALUES: tuple[Any, ...] = (
 def mutate(data: bytes, suffix: str, rng: Random, others: tuple[bytes, ...] = ()) -> bytes:
     """The bytes of a file with one to eight faults.
 
-    Args:
-        suffix: of its format, without the dot. others: files that pieces may be taken from.
+    `suffix`: of its format, without the dot. `others`: files that pieces may be taken from.
     """
     out = bytearray(data)
     if suffix == "glb" and rng.random() < 0.6:

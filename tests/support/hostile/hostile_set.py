@@ -135,9 +135,8 @@ class Said:
 class Row:
     """A row of the index.
 
-    Attributes:
-        file: relative to the set. wanted: the outcome it expects, then the others that are right.
-        must_not: what may never happen. kind: its class.
+    `file`: relative to the set. `wanted`: the outcome it expects, then the others that are right. `must_not`: what may
+    never happen. `kind`: its class.
     """
 
     file: str
@@ -212,9 +211,8 @@ def told(said: Said) -> str:
 class HostileSet:
     """The set under a folder of our own, completed with links and odd names, and libraries made of it.
 
-    Args:
-        shared: the folder `bad`. work: an empty folder.
-        options: of every run of `ingest`. environment: of every run.
+    `shared`: the folder `bad`. `work`: an empty folder. `options`: of every run of `ingest`. `environment`: of every
+    run.
     """
 
     def __init__(self, shared: Path, work: Path, options: Sequence[str], environment: Mapping[str, str]) -> None:

@@ -29,12 +29,10 @@ Floats = npt.NDArray[np.float64]
 class Reading:
     """What a reader made of a file.
 
-    Attributes:
-        soup: (T, 3, 3) corners of all triangles as drawn, file units and axes.
-        materials: how many are used. pictures: size of each picture of base colours, sorted.
-        appearances: how many materials are left when those of one colour (in steps of 1/255) and picture count once.
-        has_uv, has_colors: whether any mesh has texture coordinates, or colours of vertices or faces.
-        notes: codes of our remarks; none of trimesh.
+    `soup`: (T, 3, 3) corners of all triangles as drawn, file units and axes. `materials`: how many are used.
+    `pictures`: size of each picture of base colours, sorted. `appearances`: how many materials are left when those of
+    one colour (in steps of 1/255) and picture count once. `has_uv`, `has_colors`: whether any mesh has texture
+    coordinates, or colours of vertices or faces. `notes`: codes of our remarks; none of trimesh.
     """
 
     soup: Floats
