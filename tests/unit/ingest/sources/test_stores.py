@@ -45,7 +45,7 @@ def make_tree(root: Path) -> Path:
         "b/a.mtl": b"newmtl m\nKd 1 0 0\nmap_Kd textures/%41.png\n",
         "b/textures/A.png": png(QUARTERS),
         "b/.hidden.obj": OBJ,
-        "a.glb": Gltf([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)], [0, 1, 2]).glb(),
+        "a.glb": Gltf().glb(),
         "c/chair.max": b"",
         "c/half.glb": b"glTF\x02\0\0\0\xff\0\0\0",
         "c/empty.obj": b"",
@@ -53,9 +53,7 @@ def make_tree(root: Path) -> Path:
         "robot/materials/arm.mtl": b"newmtl m\nKd 0 1 0\n",
         "deliveries/manifest.jsonl": b'{"id": "x", "file": "y.obj", "name": "Pan"}\n{"id": "z", "file": "../a.glb"}\n',
         "deliveries/y.obj": obj % 1,
-        "objaverse/glbs/000-1/" + uid + ".glb": Gltf(
-            [(0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (0.0, 1.0, 0.0)], [0, 1, 2]
-        ).glb(),
+        f"objaverse/glbs/000-1/{uid}.glb": Gltf([(0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (0.0, 1.0, 0.0)]).glb(),
         "objaverse/metadata/000-1.json.gz": gzip.compress(json.dumps({uid: {"name": "Cup"}}).encode(), mtime=0),
         "pack.zip": zipped(**{"x/q.obj": obj % 2, "deep/w.obj": WITH_MTL, "deep/a.mtl": b"newmtl m\nKd 0 0 1\n"}),
         "shard.tar": gzip.decompress(tarred(**{"1.json": b'{"name": "Mug"}', "1.obj": obj % 3, "2.obj": obj % 4})),
