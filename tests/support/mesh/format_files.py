@@ -59,18 +59,15 @@ def Xform "thing" ({head})
         texCoord2f[] primvars:st = [{uv}] (interpolation = "faceVarying")
         rel material:binding = </thing/paint>
     }}
-    def Material "paint"
-    {{
+    def Material "paint" {{
         token outputs:surface.connect = </thing/paint/look.outputs:surface>
-        def Shader "look"
-        {{
+        def Shader "look" {{
             uniform token info:id = "UsdPreviewSurface"
             color3f inputs:diffuseColor.connect = </thing/paint/picture.outputs:rgb>
             float inputs:roughness = 0.3
             token outputs:surface
         }}
-        def Shader "picture"
-        {{
+        def Shader "picture" {{
             uniform token info:id = "UsdUVTexture"
             asset inputs:file = @a.png@
             float3 outputs:rgb
@@ -106,12 +103,10 @@ def fbx(picture: bytes = b"", indices: str = "", points: str = "") -> bytes:
     written = points or ",".join(f"{v * 100:g}" for v in BOX.vertices.ravel())
     content = f'Content: , "{base64.b64encode(picture).decode()}"' if picture else ""
     return f"""; FBX 7.4.0 project file
-FBXHeaderExtension:  {{
-    FBXHeaderVersion: 1003
+FBXHeaderExtension:  {{ FBXHeaderVersion: 1003
     FBXVersion: 7400
 }}
 GlobalSettings:  {{
-    Version: 1000
     Properties70:  {{
         P: "UpAxis", "int", "Integer", "",1
         P: "UpAxisSign", "int", "Integer", "",1
@@ -126,34 +121,21 @@ Objects:  {{
     Geometry: 10, "Geometry::box", "Mesh" {{
         Vertices: *{written.count(",") + 1} {{ a: {written} }}
         PolygonVertexIndex: *{corners.count(",") + 1} {{ a: {corners} }}
-        GeometryVersion: 124
         LayerElementUV: 0 {{
-            Version: 101
             Name: "map"
             MappingInformationType: "ByPolygonVertex"
             ReferenceInformationType: "Direct"
             UV: *{BOX.faces.size * 2} {{ a: {",".join("0,0,1,0,0,1" for _ in BOX.faces)} }}
         }}
-        Layer: 0 {{
-            Version: 100
-            LayerElement:  {{
-                Type: "LayerElementUV"
-                TypedIndex: 0
-            }}
-        }}
+        Layer: 0 {{ LayerElement:  {{ Type: "LayerElementUV"
+            TypedIndex: 0 }} }}
     }}
     Model: 11, "Model::thing", "Mesh" {{
-        Version: 232
-        Properties70:  {{
-            P: "Lcl Translation", "Lcl Translation", "", "A",0,2,0
-        }}
+        Properties70:  {{ P: "Lcl Translation", "Lcl Translation", "", "A",0,2,0 }}
     }}
     Material: 12, "Material::paint", "" {{
-        Version: 102
         ShadingModel: "phong"
-        Properties70:  {{
-            P: "DiffuseColor", "Color", "", "A",0.5,0.2,0.1
-        }}
+        Properties70:  {{ P: "DiffuseColor", "Color", "", "A",0.5,0.2,0.1 }}
     }}
     Video: 14, "Video::picture", "Clip" {{
         Type: "Clip"
@@ -163,7 +145,6 @@ Objects:  {{
     }}
     Texture: 13, "Texture::picture", "" {{
         Type: "TextureVideoClip"
-        TextureName: "Texture::picture"
         FileName: "a.png"
         RelativeFilename: "a.png"
     }}
@@ -205,13 +186,11 @@ def wrl(geometry: str = "") -> str:
 # a box
 DEF place Transform {{
   translation 0 0.02 0
-  children [
-    DEF thing Shape {{
-      appearance Appearance {{ material Material {{ diffuseColor 0.5 0.2 0.1 transparency 0 }}
-                               texture ImageTexture {{ url "a.png" }} }}
-      geometry {made}
-    }}
-  ]
+  children [ DEF thing Shape {{
+    appearance Appearance {{ material Material {{ diffuseColor 0.5 0.2 0.1 transparency 0 }}
+                             texture ImageTexture {{ url "a.png" }} }}
+    geometry {made}
+  }} ]
 }}
 """
 
