@@ -62,19 +62,19 @@ def check_shards(records: Sequence[ShardRecord], cache_key: str, is_partial: boo
     if (first.header.cache_key, first.header.made_by) != (cache_key, made_by()):
         message = "was made by another version of casa-assets; merge with that one, or run all shards again"
         raise OutputError(str(first.library.root), message)
-    header, root = first.header, str(first.library.root)
+    header, place = first.header, str(first.library.root)
     missing = sorted(set(range(1, header.count + 1)) - {record.header.index for record in records})
     if missing and not is_partial:
         few = ", ".join(f"{index}/{header.count}" for index in missing[:MAX_NAMED])
         more = f" and {len(missing) - MAX_NAMED} more" if len(missing) > MAX_NAMED else ""
         message = f"is one of {header.count} shards, and these are missing: {few}{more}; name them too, or --partial"
-        raise OutputError(root, message)
+        raise OutputError(place, message)
     lines = [line for record in records for line in record.lines]
     numbers = {line.number for line in lines if line.source is not None}
     rows = sum(sum(line.refused.counts.values()) for line in lines if line.refused is not None)
     count = sum(line.source is not None for line in lines)
     if count != len(numbers) or (not missing and count + rows != header.inputs):
-        raise OutputError(root, f"the shards hold {count + rows} of {header.inputs} inputs; run all of them again")
+        raise OutputError(place, f"the shards hold {count + rows} of {header.inputs} inputs; run all of them again")
 
 
 def merge(
