@@ -21,10 +21,10 @@ from casa_assets import registry
 from casa_assets.core.numeric import Floats, Ints, about_axis
 from casa_assets.errors import Rejected
 from casa_assets.formats.read import load
-from casa_assets.ingest.sources import Found, collect, discover
+from casa_assets.ingest.sources.discover import collect, discover
+from casa_assets.ingest.sources.places import Found
 from casa_assets.mesh.solid.solids import hull_volume
-from casa_assets.mesh.surface import signed_volume, solid_moments
-from casa_assets.mesh.topology import consistent_winding, face_components, is_closed, weld
+from casa_assets.mesh.surface import consistent_winding, face_components, is_closed, signed_volume, solid_moments, weld
 
 # Relative to the size of the mesh, or to the value where that has no size.
 EQUAL = 1e-9

@@ -31,9 +31,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from casa_assets import registry
-from casa_assets.ingest.run.inputs import discover_inputs
-from casa_assets.ingest.run.survey import Survey, SurveyTable, survey
-from casa_assets.ingest.sources.found import Found
+from casa_assets.ingest.run.inputs import Survey, SurveyTable, discover_inputs, survey
+from casa_assets.ingest.sources.places import Found
 from casa_assets.library.library import DIGITS, Library
 from tests.support.library.libraries import BOXES, box_obj, casa
 

@@ -31,7 +31,7 @@ from benchmarks.ingest.inputs import Prepared, prepared, publish
 from casa_assets.core.numeric import Floats
 from casa_assets.errors import CasaError
 from casa_assets.ingest.collision.collide import collide
-from casa_assets.ingest.collision.components import Budget, DecompositionFailed, decompose
+from casa_assets.ingest.collision.decompose import Budget, DecompositionFailed, decompose
 from casa_assets.ingest.collision.fit import CollideParams
 from casa_assets.ingest.draft import PlacedShape
 from casa_assets.mesh.solid.primitive import tessellate

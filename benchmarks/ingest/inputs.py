@@ -16,12 +16,11 @@ from casa_assets.errors import Rejected
 from casa_assets.formats.read import load
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.draft import Draft
+from casa_assets.ingest.run.inputs import find_category
 from casa_assets.ingest.run.steps import STAGES, BuildContext
-from casa_assets.ingest.run.survey import find_category
-from casa_assets.ingest.sources.bundle import collect
-from casa_assets.ingest.sources.discover import discover
-from casa_assets.ingest.sources.found import Found
-from casa_assets.mesh.topology import weld
+from casa_assets.ingest.sources.discover import collect, discover
+from casa_assets.ingest.sources.places import Found
+from casa_assets.mesh.surface import weld
 from casa_assets.model.registry.category import Category
 from casa_assets.model.source import Bundle
 

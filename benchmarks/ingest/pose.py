@@ -28,11 +28,10 @@ from casa_assets.formats.read import load
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.mass import combine_estimates, estimate_masses
+from casa_assets.ingest.run.inputs import find_category
 from casa_assets.ingest.run.steps import MASS_AGREEMENT_RATIO, STAGES, BuildContext
-from casa_assets.ingest.run.survey import find_category
-from casa_assets.ingest.sources.bundle import collect
-from casa_assets.ingest.sources.discover import discover
-from casa_assets.ingest.sources.found import Found
+from casa_assets.ingest.sources.discover import collect, discover
+from casa_assets.ingest.sources.places import Found
 from casa_assets.ingest.up_axis import UP_ROTATIONS, outline_score, sample_surface
 from casa_assets.mesh.solid.solids import closed_solid
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose

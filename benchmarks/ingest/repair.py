@@ -31,13 +31,11 @@ from casa_assets.errors import Rejected
 from casa_assets.formats.read import load
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.draft import Draft, merge_parts
-from casa_assets.ingest.run.survey import find_category
-from casa_assets.ingest.sources.bundle import collect
-from casa_assets.ingest.sources.discover import discover
-from casa_assets.ingest.sources.found import Found
+from casa_assets.ingest.run.inputs import find_category
+from casa_assets.ingest.sources.discover import collect, discover
+from casa_assets.ingest.sources.places import Found
 from casa_assets.mesh.solid.deviation import measure_visibility
-from casa_assets.mesh.surface import face_normals
-from casa_assets.mesh.topology import edge_counts, face_components, weld
+from casa_assets.mesh.surface import edge_counts, face_components, face_normals, weld
 from casa_assets.model.source import RawModel
 
 # Soundness ------------------------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Literal
 
 from casa_assets.errors import CasaError, OutputError, Rejected, UnknownId
-from casa_assets.ingest.run.inputs import MeshInput, UpAxis, ingest_mesh, roots_of
+from casa_assets.ingest.run.inputs import MeshInput, UpAxis, roots_of
 from casa_assets.ingest.run.run import Options
 from casa_assets.ingest.run.run import ingest as run_ingest
 from casa_assets.ingest.sources.places import StoreRoot
@@ -295,6 +295,8 @@ def ingest(
 
 def _in_memory(mesh: MeshOrScene, category: str, name: str, up: Up | None) -> Ingested:
     try:
+        from casa_assets.ingest.run.steps import ingest_mesh  # loads renderer and validator
+
         asset, report = ingest_mesh(mesh, name, category, up)
     except Rejected as error:
         return Ingested(name, None, Rejection(error.code, error.message))

@@ -29,6 +29,8 @@ from casa_assets.model.asset.asset import (
     Provenance,
     Visual,
 )
+from casa_assets.mesh.surface import inside_out_faces, merge_rows, shell_moments, weld, with_normals
+from casa_assets.model.asset.asset import Asset, Base, Exclusion, Inertial, Link, Visual
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.asset.parts import Mesh, Region
 from casa_assets.model.pose import Pose

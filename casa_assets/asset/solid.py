@@ -10,8 +10,7 @@ import numpy as np
 
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.mesh.solid.solids import small_hull
-from casa_assets.mesh.surface import face_normals, solid_moments, with_normals
-from casa_assets.mesh.topology import merge_rows
+from casa_assets.mesh.surface import face_normals, merge_rows, solid_moments, with_normals
 from casa_assets.model.asset.parts import Box, Hull, Mesh, Shape
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3

@@ -15,20 +15,21 @@ from casa_assets.ingest.components import (
     solidity,
     split_components,
 )
-from casa_assets.ingest.draft import Draft, Surface, warning
+from casa_assets.ingest.draft import Draft, Surface, keep_faces, submesh, warning
 from casa_assets.ingest.gaps import close_cracks, close_holes, close_missing_sides, split_t_junctions
-from casa_assets.ingest.texture import keep_faces, submesh
 from casa_assets.mesh.solid.deviation import measure_visibility
-from casa_assets.mesh.surface import backward_share, face_normals, winding_number
-from casa_assets.mesh.topology import (
+from casa_assets.mesh.surface import (
+    backward_share,
     closed_components,
     component_boxes,
     consistent_winding,
     edge_counts,
     face_components,
+    face_normals,
     faces_with,
     is_closed,
     manifold_patches,
+    winding_number,
 )
 from casa_assets.model.issue import Issue
 from casa_assets.model.registry.category import FALLBACK, Category, MatterFill
@@ -38,12 +39,30 @@ from casa_assets.model.source import RawModel, RawPart
 MAX_BACKWARD_SHARE = 0.01
 # Normals within half a degree of the plane of their face count as backwards: rounding moves them to either side.
 LEAST_COSINE = 0.01
+# A face is degenerate if its area is below the square of this share of the longest side; a choice.
+MIN_HEIGHT = 1e-7
+# Reversed twins are dropped if without them this share of the edges has exactly two faces; a choice.
+MOSTLY_CLOSED_SHARE = 0.98
+# Meshes with a larger share, or number, of nonmanifold edges are built that way and are left as they are; choices.
+MAX_NONMANIFOLD_SHARE, MAX_NONMANIFOLD_EDGES = 0.005, 400
+# Cutting out faces may expose further nonmanifold edges, which are cut out in turn.
+MAX_ROUNDS = 3
+# A patch of more faces than these is meant: a leaf, a strap, a label that stands off.
+MAX_FIN_FACES = 2
+# Components that are tested for lying within one another, the largest first; a choice.
+MAX_NESTED = 64
+# An open component is too flat to have an outside if the volume of the cones to its centre, over area and length, is
+# below this: leaves of a fruit measure .02 to .03, a single-walled bowl .1.
+MIN_CURVATURE = 0.035
+# An open patch is turned if this many times more of its samples show only their back than only their front, and they
+# are at least this share of all and at least this many; choices.
+BACK_TO_FRONT_RATIO, MIN_BACK_SHARE, MIN_BACK_SAMPLES = 4.0, 0.3, 8
 
 
 def clean(model: RawModel, category: Category | None = None) -> Draft:
     """Repair what can be repaired without changing the looks; a sound mesh stays as it is.
 
-    The proportions of the category distinguish a pedestal from a foot; its build tells whether the inside is solid.
+    The proportions of the category distinguish a pedestal from a foot; its build says whether the inside is solid.
     Raises Rejected: no faces are left (MSH001), or the remaining surface is flat (MSH002).
     """
     draft = Draft(
@@ -56,7 +75,13 @@ def clean(model: RawModel, category: Category | None = None) -> Draft:
     draft = _wound_outward(draft)
     draft = _without_wrong_normals(draft)
     draft = cut_nonmanifold_faces(draft)
-    _refuse_flat(draft.surface.vertices)
+    cloud = draft.surface.vertices
+    if len(cloud) < 4:
+        spread = np.linalg.svd(cloud - cloud.mean(axis=0), compute_uv=False)
+    else:
+        spread = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(cloud.T))[::-1], 0))
+    if spread[0] <= 0 or spread[-1] < 1e-4 * spread[0]:
+        raise Rejected("MSH002", "all faces lie in one plane or on one line; a thing that is handled needs a thickness")
     is_full = category is not None and category.build in (MatterFill.SOLID, MatterFill.FILLED)
     if category is not None and is_full and category.id != FALLBACK:
         draft = close_missing_sides(draft)
@@ -65,7 +90,12 @@ def clean(model: RawModel, category: Category | None = None) -> Draft:
 
 def _without_bad_faces(draft: Draft, category: Category | None) -> Draft:
     """Leave out degenerate and duplicate faces and what is no part of the object; close cracks in the rest."""
-    surface = _without_unused(draft.surface)
+    surface = draft.surface
+    unused = np.ones(len(surface.vertices), dtype=bool)
+    unused[surface.faces.ravel()] = False
+    if unused.any():  # moved to one that is used: they must not coarsen the welding grid
+        used = surface.vertices[surface.faces[0, 0]]
+        surface = Surface(np.where(unused[:, None], used, surface.vertices), surface.faces)
     keep = valid_faces(surface.vertices, surface.faces, surface.point_of_vertex)
     notes = []
     if not keep.all():
@@ -78,17 +108,6 @@ def _without_bad_faces(draft: Draft, category: Category | None) -> Draft:
     vertices, found = close_cracks(surface, keep)
     parts = _parts(draft, vertices, surface.faces, keep, np.zeros(len(keep), dtype=bool))
     return draft.replace(parts=parts, notes=draft.noted(*notes, *found))
-
-
-def _without_unused(surface: Surface) -> Surface:
-    """The surface with vertices that no face uses moved to one that is used: they must not coarsen the welding grid."""
-    unused = np.ones(len(surface.vertices), dtype=bool)
-    unused[surface.faces.ravel()] = False
-    if not unused.any():
-        return surface
-    vertices = surface.vertices.copy()
-    vertices[unused] = vertices[surface.faces[0, 0]]
-    return Surface(vertices, surface.faces)
 
 
 def _wound_outward(draft: Draft) -> Draft:
@@ -124,25 +143,19 @@ def _without_wrong_normals(draft: Draft) -> Draft:
 
 
 def _measured(draft: Draft, full: bool) -> Draft:
-    """The draft with its solidity, and notes on faults that are left."""
     points, faces = draft.surface.points, draft.surface.welded_faces
     found = solidity(points, faces, full)
     guesses = draft.guessed("solidity", found.kind.value, found.confidence, found.message)
-    notes = draft.noted(*_unsound(faces), *intersecting_components(points, faces))
-    return draft.replace(guesses=guesses, notes=notes)
-
-
-def _unsound(ids: Ints) -> list[Issue]:
-    """Notes on open and nonmanifold edges that are left."""
-    _, uses, _ = edge_counts(ids)
-    notes = []
+    _, uses, _ = edge_counts(faces)
+    unsound = []
     if (uses == 1).any():
         message = f"{int((uses == 1).sum())} edges have a face on one side only; the mesh is not watertight"
-        notes.append(warning("MSH022", "edges", message))
+        unsound.append(warning("MSH022", "edges", message))
     if (uses > 2).any():
         message = f"{int((uses > 2).sum())} edges are shared by more than two faces; the mesh is no manifold"
-        notes.append(warning("MSH023", "edges", message))
-    return notes
+        unsound.append(warning("MSH023", "edges", message))
+    notes = draft.noted(*unsound, *intersecting_components(points, faces))
+    return draft.replace(guesses=guesses, notes=notes)
 
 
 def _without_extras(surface: Surface, keep: Mask, category: Category | None) -> tuple[Mask, list[Issue]]:
@@ -176,28 +189,8 @@ def _parts(draft: Draft, vertices: Floats, faces: Ints, keep: Mask, turned: Mask
     return tuple(out)
 
 
-def _refuse_flat(cloud: Floats) -> None:
-    if len(cloud) < 4:
-        spread = np.linalg.svd(cloud - cloud.mean(axis=0), compute_uv=False)
-    else:
-        spread = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(cloud.T))[::-1], 0))
-    if spread[0] <= 0 or spread[-1] < 1e-4 * spread[0]:
-        raise Rejected("MSH002", "all faces lie in one plane or on one line; a thing that is handled needs a thickness")
-
-
-# Degenerate faces -----------------------------------------------------------------------------------------------------
-
-# A face is degenerate if its area is below the square of this share of the longest side; a choice.
-MIN_HEIGHT = 1e-7
-# Reversed twins are dropped if without them this share of the edges has exactly two faces; a choice.
-MOSTLY_CLOSED_SHARE = 0.98
-
-
 def valid_faces(vertices: Floats, faces: Ints, place: Ints) -> Mask:
-    """(F,) True for faces to keep: with an area, each once; of faces and reversed twins one where that closes the mesh.
-
-    `place`: (V,) welded point of each vertex.
-    """
+    """(F,) faces with an area, each once; of reversed twins one where that closes the mesh; place: (V,) of weld."""
     ids = place[faces]
     _, area = face_normals(vertices, faces)
     extent = float(np.ptp(vertices, axis=0).max()) or 1.0
@@ -221,17 +214,6 @@ def _first_of_each(keys: Ints, mask: Mask) -> Mask:
         _, first = np.unique(keys[index], axis=0, return_index=True)
         is_first[index[first]] = True
     return is_first
-
-
-# Nonmanifold ----------------------------------------------------------------------------------------------------------
-
-# Meshes with a larger share, or number, of nonmanifold edges are built that way and are left as they are; choices.
-MAX_NONMANIFOLD_SHARE = 0.005
-MAX_NONMANIFOLD_EDGES = 400
-# Cutting out faces may expose further nonmanifold edges, which are cut out in turn.
-MAX_ROUNDS = 3
-# A patch of more faces than these is meant: a leaf, a strap, a label that stands off.
-MAX_FIN_FACES = 2
 
 
 def cut_nonmanifold_faces(draft: Draft) -> Draft:
@@ -282,32 +264,14 @@ def sheet_fins(ids: Ints) -> tuple[Mask, list[Issue]]:
     is_fin = small & stands & hangs
     if not is_fin.any() or is_fin.all() or (edge_counts(ids[~is_fin])[1] != 2).any():
         return none, []
-    count = int(is_fin.sum())
-    subject = f"{count} faces that stood off a closed surface like fins were"
-    if count == 1:
+    subject = f"{int(is_fin.sum())} faces that stood off a closed surface like fins were"
+    if is_fin.sum() == 1:
         subject = "1 face that stood off a closed surface like a fin was"
     return is_fin, [warning("MSH046", "faces", f"{subject} taken away")]
 
 
-# Winding --------------------------------------------------------------------------------------------------------------
-
-# Components that are tested for lying within one another, the largest first; a choice.
-MAX_NESTED = 64
-# An open component is too flat to have an outside if the volume of the cones to its centre, over area and length, is
-# below this: leaves of a fruit measure .02 to .03, a single-walled bowl .1.
-MIN_CURVATURE = 0.035
-# An open patch is turned if so many times more of its samples show only their back than only their front, and they are
-# at least this share of all and at least so many; choices.
-BACK_TO_FRONT_RATIO = 4.0
-MIN_BACK_SHARE = 0.3
-MIN_BACK_SAMPLES = 8
-
-
 def orient_outward(surface: Surface) -> tuple[Ints, Mask]:
-    """Turn faces so that each component winds one way, and outwards unless it is the inner wall of another.
-
-    Returns (F, 3) faces over the vertices of the surface; (F,) which were turned.
-    """
+    """(F, 3) faces, each component wound outwards unless it is the inner wall of another; (F,) which were turned."""
     ids, turned = consistent_winding(surface.welded_faces)
     points = np.zeros((int(ids.max()) + 1, 3))
     points[surface.welded_faces.ravel()] = surface.vertices[surface.faces.ravel()]
@@ -379,10 +343,7 @@ def _inside_out(points: Floats, ids: Ints, label: Ints, was_turned: Mask, is_ope
 
 
 def _back_to_front(points: Floats, ids: Ints, label: Ints, is_open: Mask) -> Mask:
-    """(F,) faces of open patches that show their back to the outside.
-
-    Patches are joined over edges of exactly two faces, since only those pass a direction on.
-    """
+    """(F,) faces of open patches, joined over edges of exactly two faces, that show their back to the outside."""
     none = np.zeros(len(ids), dtype=bool)
     if not is_open.any():
         return none

@@ -14,20 +14,89 @@ from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.ingest.draft import warning
 from casa_assets.mesh.solid.deviation import measure_visibility, surface_samples
 from casa_assets.mesh.solid.solids import hull_volume
-from casa_assets.mesh.surface import face_normals, signed_volume, winding_number
-from casa_assets.mesh.topology import component_boxes, edge_counts, face_components, is_closed
+from casa_assets.mesh.surface import (
+    component_boxes,
+    edge_counts,
+    face_components,
+    face_normals,
+    is_closed,
+    signed_volume,
+    winding_number,
+)
 from casa_assets.mesh.voxels import Grid, voxelise
 from casa_assets.model.issue import Issue
 from casa_assets.model.registry.category import FALLBACK, Category
 from casa_assets.model.source import RawPart
 
+# All numbers below are choices.
+# A component is of similar size to the largest one if its longest side is more than this share of that one's. A handle
+# that runs into the wall of a mug is smaller, so it does not count as another object.
+SIMILAR_SIZE = 0.8
+# With more components than this nothing is tested.
+MAX_COMPONENTS = 64
+# Most pairs that are tested, of those whose bounding boxes overlap.
+MAX_PAIRS = 6
+# With more faces than this nothing is tested.
+MAX_FACES = 40_000
+# The centres of about this many faces of a component are tested.
+SAMPLES = 200
+# Fewest of them that have to lie inside the other component, and also outside of it. If one mug is pushed half into
+# another, 3 % of its surface lies inside the other's walls, which are 4 mm thick.
+MIN_INSIDE = 2
+# Voxels along the longest side; holes smaller than a voxel count as closed. A choice.
+CELLS = 96
+# Points sampled on a component. All have to lie in filled voxels for it to be sealed up, and this share of them in
+# voxels that the surface does not pass through; choices.
+ENCLOSED_SAMPLES, MIN_INNER_SHARE = 256, 0.8
+# A mesh of more components is left as it is.
+MAX_ENCLOSED = 2000
+# Alpha, of 255, from which on a surface is opaque; a choice.
+OPAQUE_ALPHA = 250
+# Colour types with alpha. Ref: PNG specification, 11.2.1; the colour type is the tenth byte of the header's data.
+PNG_TYPES_WITH_ALPHA = (4, 6)
+PNG_TYPE_OFFSET = 25
+# Share of the area that must be out of sight for the walls of an open surface, or of something solid, to be double.
+HIDDEN_AREA_SHARE = 0.25
+# Points of the surface whose visibility is measured.
+VISIBILITY_SAMPLES = 30_000
+# Mean wall thickness over the longest side below which a surface is walled, and the share of its hull that a walled one
+# fills at most.
+# Ref: generated shells measure .011 to .023, a mug .040, a generated solid shaker .19 (filling .11 to .22, and .87).
+THIN_WALL_RATIO, MAX_WALLED_FILL = 0.06, 0.5
+# Volume added by filling sealed cavities, as a share of the filled solid, from which on a surface is double walled.
+MIN_SEALED_GROWTH = 0.25
+# Sizes are longest sides of bounding boxes.
+# A mesh of more components is left as it is.
+MAX_FOREIGN_COMPONENTS = 5000
+# A speck is smaller than this share of the largest component. It floats if its distance to the rest is larger than
+# SPECK_GAP of the largest component and SPECK_GAP_OF_OWN of its own size, so that crumbs and sprinkles stay.
+SPECK_SIZE, SPECK_GAP, SPECK_GAP_OF_OWN = 0.05, 0.03, 3.0
+# Specks nearer to each other than this share of their size are connected, as the links of a chain are; up to this many.
+LINK_GAP_SHARE, MAX_LINKED, SURFACE_SAMPLES = 0.25, 1500, 40_000
+# A ground plane is at least this many times wider than the rest, and at most this thick, as a share of its size.
+GROUND_WIDTH, GROUND_THICKNESS = 1.5, 1e-3
+# A sky dome is at least this many times larger than all that is in it, and fills this share of its hull.
+SKY_WIDTH, SKY_HULL_FILL = 5.0, 0.9
+# Tolerance of cosines between faces that are parallel or perpendicular.
+COSINE_TOLERANCE = 0.02
+# Several flat sheets are the walls of a room if they are this many times wider than the rest.
+ROOM_WIDTH = 2.5
+# A backdrop is an open sheet that is bent along one line. Its normals n lie in a plane across that line: largest mean
+# |n . line|, smallest second moment of the normals in that plane (.5 for a right angle of equal sides), and smallest
+# length of the mean normal. The rest of the mesh lies in front of this share of the sheet.
+MAX_OFF_PLANE, MIN_BEND_MOMENT, MIN_MEAN_NORMAL, MIN_SHARE_BEHIND = 0.03, 0.1, 0.5, 0.9
+# A stand is a slab: at most this thick, as a share of its width, filling this share of its hull, this many times wider
+# than the rest and no farther from it than this share of its size.
+STAND_THICKNESS, STAND_HULL_FILL, STAND_WIDTH, STAND_GAP = 0.15, 0.9, 1.2, 0.05
+# Without its stand the mesh is nearer to the usual proportions by this much, and this near; logarithms of ratios.
+MIN_IMPROVEMENT, MAX_PROPORTION_ERROR = 0.2, 0.7
+# Components this large and this far apart, as shares of the largest one, are separate objects; this many are tested.
+APART_SIZE, APART_GAP, MAX_APART = 0.3, 0.1, 64
+
 
 @dataclass(frozen=True)
 class Components:
-    """Components of a welded surface, connected over shared points and numbered by their first face.
-
-    `label`: (F,) component of each face. `lower`, `upper`: (N, 3) corners of the boxes; `longest_side`: (N,) of each.
-    """
+    """Components of a welded surface, by first face: (F,) `label` of faces, (N, 3) corners and (N,) sides of boxes."""
 
     points: Floats
     faces: Ints
@@ -72,25 +141,6 @@ def box_gaps(lower: Floats, upper: Floats) -> Floats:
     return np.asarray(np.linalg.norm(gaps, axis=2))
 
 
-# Intersecting components ----------------------------------------------------------------------------------------------
-
-# All numbers below are choices.
-# A component is of similar size to the largest one if its longest side is more than this share of that one's. A handle
-# that runs into the wall of a mug is smaller, so it does not count as another object.
-SIMILAR_SIZE = 0.8
-# With more components than this nothing is tested.
-MAX_COMPONENTS = 64
-# Most pairs that are tested, of those whose bounding boxes overlap.
-MAX_PAIRS = 6
-# With more faces than this nothing is tested.
-MAX_FACES = 40_000
-# The centres of about this many faces of a component are tested.
-SAMPLES = 200
-# Fewest of them that have to lie inside the other component, and also outside of it. If one mug is pushed half into
-# another, 3 % of its surface lies inside the other's walls, which are 4 mm thick.
-MIN_INSIDE = 2
-
-
 def intersecting_components(points: Floats, faces: Ints) -> list[Issue]:
     """One warning (MSH050) if components of similar size intersect, else an empty list; `points`: (V, 3), welded."""
     if not 0 < len(faces) <= MAX_FACES:
@@ -120,23 +170,6 @@ def _is_partly_inside(points: Floats, faces: Ints, container: Ints) -> bool:
     return MIN_INSIDE <= inside <= len(samples) - MIN_INSIDE
 
 
-# Enclosed parts -------------------------------------------------------------------------------------------------------
-
-# Voxels along the longest side; holes smaller than a voxel count as closed. A choice.
-CELLS = 96
-# Points sampled on a component. All have to lie in filled voxels for it to be sealed up, and this share of them in
-# voxels that the surface does not pass through; choices.
-ENCLOSED_SAMPLES = 256
-MIN_INNER_SHARE = 0.8
-# A mesh of more components is left as it is.
-MAX_ENCLOSED = 2000
-# Alpha, of 255, from which on a surface is opaque; a choice.
-OPAQUE_ALPHA = 250
-# Colour types with alpha. Ref: PNG specification, 11.2.1; the colour type is the tenth byte of the header's data.
-PNG_TYPES_WITH_ALPHA = (4, 6)
-PNG_TYPE_OFFSET = 25
-
-
 def enclosed_parts(components: Components, see_through: Mask) -> tuple[Mask, list[Issue]]:
     """(N,) True for components sealed up in others, of faces that cannot be seen through (F,), and notes on them.
 
@@ -147,7 +180,11 @@ def enclosed_parts(components: Components, see_through: Mask) -> tuple[Mask, lis
     glass[components.label[see_through]] = True
     if components.count == 1 or components.count > MAX_ENCLOSED:
         return is_sealed, []
-    within = _within_another(components) & ~glass
+    within = np.zeros(components.count, dtype=bool)  # whose box lies within that of a larger one
+    lower, upper = components.lower, components.upper
+    for outer in np.argsort(-components.longest_side, kind="stable")[:64]:
+        within |= (lower[outer] < lower).all(axis=1) & (upper < upper[outer]).all(axis=1)
+    within &= ~glass
     cavities, candidates = list[int](), list[int]()
     for k in map(int, np.flatnonzero(within)):
         points, faces = components.surface_of(k)
@@ -181,15 +218,6 @@ def is_transparent(part: RawPart) -> bool:
     return painted or tinted or part.material.base_color[3] * 255 < OPAQUE_ALPHA
 
 
-def _within_another(components: Components) -> Mask:
-    """(N,) components whose box lies within that of a larger one."""
-    is_within = np.zeros(components.count, dtype=bool)
-    lower, upper = components.lower, components.upper
-    for outer in np.argsort(-components.longest_side, kind="stable")[:64]:
-        is_within |= (lower[outer] < lower).all(axis=1) & (upper < upper[outer]).all(axis=1)
-    return is_within
-
-
 def _is_sealed(points: Floats, faces: Ints, grid: Grid) -> bool:
     """True if all of a component lies in filled voxels, and most of it in inner ones."""
     samples = np.concatenate([points, surface_samples(points, faces, ENCLOSED_SAMPLES)])
@@ -198,22 +226,6 @@ def _is_sealed(points: Floats, faces: Ints, grid: Grid) -> bool:
         return False
     index = tuple(cell.T)
     return bool(grid.solid[index].all() and (grid.solid & ~grid.skin)[index].mean() >= MIN_INNER_SHARE)
-
-
-# Solidity -------------------------------------------------------------------------------------------------------------
-
-# Share of the area that must be out of sight for the walls of an open surface, or of something solid, to be double; a
-# choice.
-HIDDEN_AREA_SHARE = 0.25
-# Points of the surface whose visibility is measured.
-VISIBILITY_SAMPLES = 30_000
-# Mean wall thickness over the longest side below which a surface is walled, and the share of its hull that a walled one
-# fills at most.
-# Ref: generated shells measure .011 to .023, a mug .040, a generated solid shaker .19 (filling .11 to .22, and .87).
-THIN_WALL_RATIO = 0.06
-MAX_WALLED_FILL = 0.5
-# Volume added by filling sealed cavities, as a share of the filled solid, from which on a surface is double walled.
-MIN_SEALED_GROWTH = 0.25
 
 
 class SurfaceKind(StrEnum):
@@ -257,17 +269,18 @@ class Solidity:
 
 
 def solidity(points: Floats, faces: Ints, is_full: bool = False) -> Solidity:
-    """Measure a surface, welded, any unit, outward where it is closed.
-
-    `is_full`: known to be solid all through, so that walls inside it are faults.
-    """
+    """Measure a surface, welded, outward where it is closed; `is_full`: solid all through, inner walls are faults."""
     used, local = np.unique(faces, return_inverse=True)
     points, faces = points[used], local.reshape(-1, 3)
     hull = max(hull_volume(points), 1e-300)
     area, longest = float(face_normals(points, faces)[1].sum()), float(np.ptp(points, axis=0).max())
     visibility = measure_visibility(points, faces, VISIBILITY_SAMPLES)
     visible_share = float((visibility.front | visibility.back).mean())
-    outer_volume, cavity_volume = _volumes(points, faces)
+    # Of the components that face outwards, and of those that face inwards: the walls of sealed cavities.
+    corners = points[faces] - points.mean(axis=0)
+    cones = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+    volumes = np.bincount(face_components(faces, len(points)), weights=cones)
+    outer_volume, cavity_volume = float(volumes[volumes > 0].sum()), float(-volumes[volumes < 0].sum())
     is_closed = bool((edge_counts(faces)[2] == 0).all()) and outer_volume > cavity_volume
     volume = outer_volume - cavity_volume if is_closed else voxelise(points, faces).volume
     sealed_share = cavity_volume / outer_volume if is_closed else 0.0
@@ -282,61 +295,6 @@ def solidity(points: Floats, faces: Ints, is_full: bool = False) -> Solidity:
     else:
         kind = SurfaceKind.WALLED if hull_fill < MAX_WALLED_FILL and has_thin_walls else SurfaceKind.SOLID
     return Solidity(kind, hull_fill, wall_ratio, visible_share, sealed_share, is_closed)
-
-
-def _volumes(points: Floats, faces: Ints) -> tuple[float, float]:
-    """Volume of the components that face outwards, and of those that face inwards, the walls of sealed cavities."""
-    label = face_components(faces, len(points))
-    corners = points[faces] - points.mean(axis=0)
-    cones = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
-    volumes = np.bincount(label, weights=cones)
-    return float(volumes[volumes > 0].sum()), float(-volumes[volumes < 0].sum())
-
-
-# All numbers below are choices. Sizes are longest sides of bounding boxes.
-# A mesh of more components is left as it is.
-MAX_FOREIGN_COMPONENTS = 5000
-# A speck is smaller than this share of the largest component. It floats if its distance to the rest is larger than
-# SPECK_GAP of the largest component and SPECK_GAP_OF_OWN of its own size, so that crumbs and sprinkles stay.
-SPECK_SIZE = 0.05
-SPECK_GAP = 0.03
-SPECK_GAP_OF_OWN = 3.0
-# Specks nearer to each other than this share of their size are connected, as the links of a chain are. That is tested
-# for no more specks than these.
-LINK_GAP_SHARE = 0.25
-MAX_LINKED = 1500
-SURFACE_SAMPLES = 40_000
-# A ground plane is at least this many times wider than the rest, and at most this thick, as a share of its size.
-GROUND_WIDTH = 1.5
-GROUND_THICKNESS = 1e-3
-# A sky dome is at least this many times larger than all that is in it, and fills this share of its hull.
-SKY_WIDTH = 5.0
-SKY_HULL_FILL = 0.9
-# Tolerance of cosines between faces that are parallel or perpendicular.
-COSINE_TOLERANCE = 0.02
-# Several flat sheets are the walls of a room if they are this many times wider than the rest.
-ROOM_WIDTH = 2.5
-# A backdrop is an open sheet that is bent along one line. Its normals n lie in a plane across that line: largest mean
-# |n . line|, smallest second moment of the normals in that plane (.5 for a right angle of equal sides), and smallest
-# length of the mean normal. The rest of the mesh lies in front of this share of the sheet.
-MAX_OFF_PLANE = 0.03
-MIN_BEND_MOMENT = 0.1
-MIN_MEAN_NORMAL = 0.5
-MIN_SHARE_BEHIND = 0.9
-# A stand is a slab: at most this thick, as a share of its width, filling this share of its hull, this many times wider
-# than the rest and no farther from it than this share of its size.
-STAND_THICKNESS = 0.15
-STAND_HULL_FILL = 0.9
-STAND_WIDTH = 1.2
-STAND_GAP = 0.05
-# Without its stand the mesh is nearer to the usual proportions by this much, and this near; logarithms of ratios.
-MIN_IMPROVEMENT = 0.2
-MAX_PROPORTION_ERROR = 0.7
-# Components this large and this far apart, as shares of the largest one, are separate objects. That is tested for no
-# more components than these.
-APART_SIZE = 0.3
-APART_GAP = 0.1
-MAX_APART = 64
 
 
 def foreign_parts(components: Components, category: Category | None) -> tuple[Mask, list[Issue]]:

@@ -11,18 +11,36 @@ from scipy.spatial import cKDTree
 
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.ingest.draft import Draft, Surface, warning
-from casa_assets.mesh.topology import connected_groups, directed_edges, edge_counts
+from casa_assets.mesh.surface import connected_groups, directed_edges, edge_counts, picked
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.issue import Issue
 from casa_assets.model.source import RawPart
 
 # Largest distance of a corner from the edge that it lies on, as a share of the longest side and of the edge; choices.
-MAX_OFF_SHARE = 2e-3
-MAX_OFF_EDGE_SHARE = 0.1
+MAX_OFF_SHARE, MAX_OFF_EDGE_SHARE = 2e-3, 0.1
 # Each round cuts a face along one of its edges.
 MAX_ROUNDS = 6
 # With more open edges than these the mesh is loose triangles and is left as it is.
 MAX_OPEN_EDGES = 20_000
+# Largest width of a crack, as a share of the longest side, and of the shortest edge at its ends; choices.
+MAX_WIDTH, MAX_WIDTH_OF_EDGE = 7e-3, 0.2
+# Points whose joining closes nothing are left out and the rest is tried again, this many times.
+ROUNDS = 4
+# More pairs of near points than this, each counted twice, are not tried: they would take gigabytes.
+MAX_PAIRS = 40_000_000
+# All numbers below are choices.
+# Largest side of the box around a small hole, as a share of the longest side of the mesh, and most edges of its rim.
+MAX_HOLE_WIDTH, MAX_EDGES = 0.03, 24
+# A rim of this many edges whose distances from its centre deviate by less than this share is round: drilled on purpose.
+MIN_ROUND_EDGES, ROUND_DEVIATION = 6, 0.1
+# A hole that was cut by a repair may be this many times wider, and with no more edges than these its rim may be bent.
+CUT_WIDER, FEW_EDGES = 3, 8
+# Distance, as a share of the largest width, below which a point of a rim is a corner that was cut out.
+SAME_POINT_SHARE = 1e-3
+# A side is missing where a rim lies in a plane, and all of the mesh behind it, to this share of the longest side.
+SIDE_SHARE = 0.04
+# Smallest cosine between a face of the fan and the mean normal: a fan must not fold.
+MIN_FAN_COSINE = 0.2
 
 
 @dataclass(frozen=True)
@@ -35,10 +53,7 @@ class _Cut:
 
 
 def split_t_junctions(draft: Draft) -> Draft:
-    """Split faces whose open edge is met by shorter open edges, where all of it is met; a note says how many.
-
-    Texture coordinates, normals and colours of a new vertex are those of its place on the edge.
-    """
+    """Split faces whose open edge is met all along by shorter ones, with a note; new vertices are between its ends."""
     total = 0
     for _ in range(MAX_ROUNDS):
         cuts = _cuts(draft.surface)
@@ -53,7 +68,6 @@ def split_t_junctions(draft: Draft) -> Draft:
 
 
 def _cuts(surface: Surface) -> list[_Cut]:
-    """At most one cut of each face."""
     points, ids = surface.points, surface.welded_faces
     edge_points = np.stack([ids, np.roll(ids, -1, axis=1)], axis=2).reshape(-1, 2)
     edge_key = np.sort(edge_points, axis=1) @ np.array([len(points), 1])
@@ -75,23 +89,18 @@ def _cuts(surface: Surface) -> list[_Cut]:
             continue
         a, b = edge_points[edge]
         reach = min(max_offset, MAX_OFF_EDGE_SHARE * float(length[row]))
-        on_edge = _points_on_edge(points, rim_points[nearby[row]], int(a), int(b), reach)
+        candidates, along = rim_points[nearby[row]], points[b] - points[a]
+        fraction = (points[candidates] - points[a]) @ along / max(float(along @ along), 1e-300)
+        distance = np.linalg.norm(points[candidates] - points[a] - fraction[:, None] * along, axis=1)
+        is_inner = (fraction > 0) & (fraction < 1) & (candidates != a) & (candidates != b)
+        is_on_edge = (distance <= reach) & is_inner
+        on_edge = candidates[is_on_edge][np.argsort(fraction[is_on_edge], kind="stable")]
         chain = np.array([a, *on_edge, b])
         parts = np.sort(np.stack([chain[:-1], chain[1:]], axis=1), axis=1) @ np.array([len(points), 1])
         if len(on_edge) and open_keys.issuperset(parts.tolist()):
             faces_cut.add(edge // 3)
             cuts.append(_Cut(edge // 3, edge % 3, points[on_edge]))
     return cuts
-
-
-def _points_on_edge(points: Floats, candidates: Ints, a: int, b: int, max_offset: float) -> Ints:
-    """Those of the candidates that lie on the edge from a to b, in that order."""
-    along = points[b] - points[a]
-    square = max(float(along @ along), 1e-300)
-    fraction = (points[candidates] - points[a]) @ along / square
-    distance = np.linalg.norm(points[candidates] - points[a] - fraction[:, None] * along, axis=1)
-    is_on_edge = (distance <= max_offset) & (fraction > 0) & (fraction < 1) & (candidates != a) & (candidates != b)
-    return np.asarray(candidates[is_on_edge][np.argsort(fraction[is_on_edge], kind="stable")])
 
 
 def _cut(parts: tuple[RawPart, ...], cuts: list[_Cut]) -> tuple[RawPart, ...]:
@@ -141,22 +150,8 @@ def _between(
     return mixed
 
 
-# Cracks ---------------------------------------------------------------------------------------------------------------
-
-# Largest width of a crack, as a share of the longest side, and of the shortest edge at its ends; choices.
-MAX_WIDTH = 7e-3
-MAX_WIDTH_OF_EDGE = 0.2
-# Points whose joining closes nothing are left out and the rest is tried again, so many times.
-ROUNDS = 4
-# More pairs of near points than this, each counted twice, are not tried: they would take gigabytes.
-MAX_PAIRS = 40_000_000
-
-
 def close_cracks(surface: Surface, keep: Mask) -> tuple[Floats, list[Issue]]:
-    """Close cracks where that makes open edges meet; everything else stays in place.
-
-    `keep`: (F,) faces that count. Returns (V, 3) vertices, some of them moved; a note where cracks were closed.
-    """
+    """(V, 3) vertices, some moved where that makes open edges meet, and a note if so; `keep`: (F,) faces that count."""
     vertices, place = surface.vertices, surface.point_of_vertex
     ids = surface.welded_faces[keep]
     edges, uses, _ = edge_counts(ids)
@@ -252,26 +247,6 @@ def _useless_points(ids: Ints, cluster: Ints) -> Mask:
     return np.asarray(moved & (is_harmful[cluster] | ~is_useful[cluster]))
 
 
-# Holes ----------------------------------------------------------------------------------------------------------------
-
-# All numbers below are choices.
-# Largest side of the box around a small hole, as a share of the longest side of the mesh, and most edges of its rim.
-MAX_HOLE_WIDTH = 0.03
-MAX_EDGES = 24
-# A rim of so many edges whose distances from its centre deviate by less than this share is round: drilled on purpose.
-MIN_ROUND_EDGES = 6
-ROUND_DEVIATION = 0.1
-# A hole that was cut by a repair may be so many times wider, and with no more edges than these its rim may be bent.
-CUT_WIDER = 3
-FEW_EDGES = 8
-# Distance, as a share of the largest width, below which a point of a rim is a corner that was cut out.
-SAME_POINT_SHARE = 1e-3
-# A side is missing where a rim lies in a plane, and all of the mesh behind it, to this share of the longest side.
-SIDE_SHARE = 0.04
-# Smallest cosine between a face of the fan and the mean normal: a fan must not fold.
-MIN_FAN_COSINE = 0.2
-
-
 def close_holes(draft: Draft, cut: Floats | None = None) -> Draft:
     """Close the small holes of the parts, with a note where there were some.
 
@@ -301,12 +276,11 @@ def close_missing_sides(draft: Draft) -> Draft:
     if not rims:
         return draft
     what = "a flat side that was missing was" if len(rims) == 1 else f"{len(rims)} flat sides that were missing were"
-    message = f"{what} closed; a thing of this kind is full"
-    return _closed(draft, rims).replace(notes=draft.noted(warning("MSH026", "sides", message)))
+    note = warning("MSH026", "sides", f"{what} closed; a thing of this kind is full")
+    return _closed(draft, rims).replace(notes=draft.noted(note))
 
 
 def _closed(draft: Draft, rims: list[Ints]) -> Draft:
-    """The draft with a fan in each of the rims."""
     points, place = draft.surface.points, draft.surface.point_of_vertex
     parts = list(draft.parts)
     starts = np.cumsum([0] + [len(p.mesh.vertices) for p in parts])
@@ -321,10 +295,7 @@ def _closed(draft: Draft, rims: list[Ints]) -> Draft:
 
 
 def boundary_loops(faces: Ints, place: Ints) -> list[Ints]:
-    """Boundary loops of a surface, against the direction of its faces; loops that branch are left out.
-
-    `place`: (V,) welded point of each vertex. Each loop: (K, 2) vertices, start and end of each edge.
-    """
+    """(K, 2) vertices of the edges of boundary loops that do not branch, against their faces; place: (V,) of weld."""
     edges = directed_edges(faces)
     edge_points, count = place[edges], int(place.max()) + 1
     forward, backward = edge_points[:, 0] * count + edge_points[:, 1], edge_points[:, 1] * count + edge_points[:, 0]
@@ -383,17 +354,14 @@ def _fan_normal(rim: Floats) -> Floats | None:
     """Mean normal of the fan that closes a rim of (K, 3) points; None if the fan would fold."""
     fronts = _fronts(np.stack([rim, np.roll(rim, -1, axis=0)], axis=1), rim.mean(axis=0))
     mean = _mean_direction(fronts)
-    if mean is None:
-        return None
-    unfolded = bool((fronts @ mean > MIN_FAN_COSINE * np.linalg.norm(fronts, axis=1)).all())
-    return mean if unfolded else None
+    is_folded = mean is None or not (fronts @ mean > MIN_FAN_COSINE * np.linalg.norm(fronts, axis=1)).all()
+    return None if is_folded else mean
 
 
 def _with_fan(mesh: Mesh, edges: Ints, middle: Floats) -> Mesh:
     """The mesh with a face from each of the (K, 2) edges to a new vertex.
 
-    If a normal of the rim looks away from the new faces, as on a rim between two sides of an object, the new faces get
-    separate vertices and normals.
+    If a normal of the rim looks away from the new faces, as between two sides of an object, these get separate ones.
     """
     rim = edges.ravel()
     if mesh.normals is not None:
@@ -431,18 +399,11 @@ def _mean_direction(vectors: Floats) -> Floats | None:
     """Unit vector along the sum of (K, 3) vectors; None if they cancel out."""
     total = vectors.sum(axis=0)
     length = float(np.linalg.norm(total))
-    if length <= 0:
-        return None
-    return np.asarray(total / length)
+    return np.asarray(total / length) if length > 0 else None
 
 
 def _with_copies(mesh: Mesh, vertices: Ints, normal: Floats) -> Mesh:
-    """The mesh with copies of some vertices behind its own, all with one normal."""
     assert mesh.normals is not None
-    return Mesh(
-        vertices=np.vstack([mesh.vertices, mesh.vertices[vertices]]),
-        faces=mesh.faces,
-        uv=None if mesh.uv is None else np.vstack([mesh.uv, mesh.uv[vertices]]),
-        normals=np.vstack([mesh.normals, np.tile(normal, (len(vertices), 1))]),
-        colors=None if mesh.colors is None else np.vstack([mesh.colors, mesh.colors[vertices]]),
-    )
+    normals = np.vstack([mesh.normals, np.tile(normal, (len(vertices), 1))])
+    rows = np.concatenate([np.arange(len(mesh.vertices)), vertices])
+    return picked(mesh, rows, mesh.faces).replace(normals=normals)

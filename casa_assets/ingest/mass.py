@@ -50,12 +50,11 @@ WALL_THICKNESS_M: Mapping[str, float] = {
     "wood": 0.01,
 }
 # Substances whose density is the mean over the whole object, with the air in it. Of those but water that mean differs
-# by a factor of twenty (popcorn, a candy bar), so it is told from the usual size and mass of the category.
+# by a factor of twenty (popcorn, a candy bar), so it follows from the usual size and mass of the category.
 BULK_DENSITY_SUBSTANCES = frozenset({"water_filled", "dry_goods", "electronics", "mixed", "sponge_foam", "unknown"})
-# Mass of such things over the volume to this power, a fit over the categories of the registry: a larger package or
-# machine holds more air.
+# Mass of such things over the volume to this power, a fit over the categories: what is larger holds more air.
 BULK_EXPONENT = 0.8
-# Spread of what is told by the volume of such things, from which on it is an estimate among others; a choice.
+# Spread of the estimate by volume of such things, from which on it is an estimate among others; a choice.
 VAGUE, SURE_OF_VAGUE = 0.5, 0.8
 # Share of the box around a thing of its usual size that its outline fills; choices.
 OUTLINE_FILL = {MatterFill.FILLED: 0.85, MatterFill.SOLID: 0.6, MatterFill.HOLLOW: 0.7}
@@ -65,8 +64,7 @@ USUAL_COUNTS = 2
 SHELL_SHARE = 0.6
 # An open surface with more area than this, over that of its hull, has an inner and an outer wall; a choice.
 DOUBLE_WALL_AREA_RATIO = 1.25
-# Share of its hull that something solid fills, and the spread of that (log), which is larger for long and bent things;
-# choices.
+# Share of its hull that something solid fills, and the spread of that (log), larger for long and bent things.
 HULL_FILL, HULL_FILL_SPREAD, BENT_FILL_SPREAD = 0.9, 0.25, 0.6
 
 # How sure a mass is whose estimates differ by up to the agreed ratio to the power of the first number, and beyond.
@@ -76,6 +74,42 @@ UNSURE = 0.6
 FAR_OFF = 5.0
 
 EstimateMethod = Literal["matter", "hull", "shell", "usual"]
+# What rain would fill of the hull of a vessel, and what a solid thing fills of it; choices.
+VESSEL_SHARE, SOLID_SHARE = 0.15, 0.6
+SAMPLES = 16_000
+# Words in the names of materials and meshes, and the substance and density (kg/m^3) that they speak of; the densities
+# are those of registry/substances.yaml.
+SUBSTANCE_WORDS: Mapping[str, tuple[str, float]] = {
+    **dict.fromkeys(("wood", "wooden", "oak", "walnut", "pine", "plywood", "birch", "teak"), ("wood", 680.0)),
+    **dict.fromkeys(("metal", "steel", "iron", "chrome", "metallic"), ("steel", 7850.0)),
+    **dict.fromkeys(("aluminium", "aluminum"), ("aluminium", 2700.0)),
+    **dict.fromkeys(("brass", "gold", "bronze"), ("brass", 8500.0)),
+    "copper": ("copper", 8960.0),
+    "glass": ("glass", 2500.0),
+    **dict.fromkeys(("ceramic", "clay", "terracotta"), ("ceramic", 2300.0)),
+    "porcelain": ("porcelain", 2400.0),
+    **dict.fromkeys(("plastic", "abs", "pvc"), ("plastic", 930.0)),
+    "rubber": ("rubber", 1150.0),
+    "leather": ("leather", 900.0),
+    **dict.fromkeys(("fabric", "cloth", "textile", "cotton", "wool", "felt"), ("textile", 350.0)),
+    "cardboard": ("cardboard", 690.0),
+    "paper": ("paper", 800.0),
+    **dict.fromkeys(("stone", "marble", "granite", "concrete"), ("stone", 2650.0)),
+}
+# Metalness from which on a surface is that of metal.
+MIN_METALNESS = 0.5
+# Share of the surface that has to speak of one substance.
+MIN_SHARE = 0.5
+# Spreads (log) of an estimate by volume and by walls where the substance is read from a word; choices.
+VOLUME_SPREAD, WALLS_SPREAD = 0.5, 0.6
+# Nobody knows what it is; a substance helps.
+CONFIDENCE, CONFIDENCE_WITH_SUBSTANCE = 0.3, 0.4
+# Smallest over largest variance of a body whose inertia stays valid when it is rounded to nine digits.
+MIN_THICKNESS_RATIO = 1e-7
+# Largest difference between the boxes of a mesh and of its closed part, as a share of the side, if it stands for all.
+SAME_BOX_SHARE = 0.02
+# Confidence below which there is a note; a choice.
+DOUBTFUL_CONFIDENCE = 0.65
 
 
 @dataclass(frozen=True)
@@ -135,7 +169,6 @@ def _by_volume(
 
 
 def _is_bulk(category: Category, substance: Substance) -> bool:
-    """True if the category determines the density."""
     return substance.id in BULK_DENSITY_SUBSTANCES - {"water_filled"} and category.build in OUTLINE_FILL
 
 
@@ -243,9 +276,6 @@ def _disagreement(estimates: Sequence[Estimate]) -> float:
     return worst
 
 
-# Unknown kind ---------------------------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class SizeLaw:
     """kg = factor * (volume of the box around it, m^3) ** exponent; `spread` of the logarithm around that."""
@@ -261,36 +291,6 @@ SIZE_LAWS: Mapping[MatterFill, SizeLaw] = {
     MatterFill.VESSEL: SizeLaw(19.8, 0.620, 0.48),
     MatterFill.HOLLOW: SizeLaw(61.8, 0.822, 0.76),
 }
-# What rain would fill of the hull of a vessel, and what a solid thing fills of it; choices.
-VESSEL_SHARE, SOLID_SHARE = 0.15, 0.6
-SAMPLES = 16_000
-# Words in the names of materials and meshes, and the substance and density (kg/m^3) that they speak of; the densities
-# are those of registry/substances.yaml.
-SUBSTANCE_WORDS: Mapping[str, tuple[str, float]] = {
-    **dict.fromkeys(("wood", "wooden", "oak", "walnut", "pine", "plywood", "birch", "teak"), ("wood", 680.0)),
-    **dict.fromkeys(("metal", "steel", "iron", "chrome", "metallic"), ("steel", 7850.0)),
-    **dict.fromkeys(("aluminium", "aluminum"), ("aluminium", 2700.0)),
-    **dict.fromkeys(("brass", "gold", "bronze"), ("brass", 8500.0)),
-    "copper": ("copper", 8960.0),
-    "glass": ("glass", 2500.0),
-    **dict.fromkeys(("ceramic", "clay", "terracotta"), ("ceramic", 2300.0)),
-    "porcelain": ("porcelain", 2400.0),
-    **dict.fromkeys(("plastic", "abs", "pvc"), ("plastic", 930.0)),
-    "rubber": ("rubber", 1150.0),
-    "leather": ("leather", 900.0),
-    **dict.fromkeys(("fabric", "cloth", "textile", "cotton", "wool", "felt"), ("textile", 350.0)),
-    "cardboard": ("cardboard", 690.0),
-    "paper": ("paper", 800.0),
-    **dict.fromkeys(("stone", "marble", "granite", "concrete"), ("stone", 2650.0)),
-}
-# Metalness from which on a surface is that of metal.
-MIN_METALNESS = 0.5
-# Share of the surface that has to speak of one substance.
-MIN_SHARE = 0.5
-# Spreads (log) of an estimate by volume and by walls where the substance is read from a word; choices.
-VOLUME_SPREAD, WALLS_SPREAD = 0.5, 0.6
-# Nobody knows what it is; a substance helps.
-CONFIDENCE, CONFIDENCE_WITH_SUBSTANCE = 0.3, 0.4
 
 
 def form_of(points: Floats, faces: Ints, solid: tuple[Floats, Ints] | None) -> MatterFill:
@@ -349,17 +349,6 @@ def _by_substance(
     area = float(face_normals(points, faces)[1].sum()) / (2 if solid is not None else 1)
     message = f"{area * 1e4:.4g} cm^2 of {name} {1000 * wall_m:.2g} mm thick"
     return Estimate("shell", area * wall_m * density, WALLS_SPREAD, message)
-
-
-# Combine --------------------------------------------------------------------------------------------------------------
-
-# Smallest over largest variance of a body whose inertia stays valid when it is rounded to nine digits.
-MIN_THICKNESS_RATIO = 1e-7
-# Largest difference between the boxes of a mesh and of its closed part, as a share of the longest side, for that part
-# to stand for all; a choice.
-SAME_BOX_SHARE = 0.02
-# Confidence below which there is a note; a choice.
-DOUBTFUL_CONFIDENCE = 0.65
 
 
 def mass(

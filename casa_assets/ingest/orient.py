@@ -10,34 +10,33 @@ from scipy.spatial import ConvexHull
 
 from casa_assets.core.numeric import Floats
 from casa_assets.errors import DegenerateShape, Rejected
+from casa_assets.ingest import up_axis
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.up_axis import (
-    FOOT_SHARE,
-    UP_ROTATIONS,
-    SurfaceSample,
-    balance_score,
-    candidates,
-    doubts,
-    origin_evidence,
-    pose_score,
-    priors,
-    sample_surface,
-    smallest_rectangle,
-    stance,
-)
 from casa_assets.model.registry.category import FALLBACK, Category, FrontRule, MatterFill, RestingPose
 from casa_assets.model.source import NO_OVERRIDE, UserOverride
 
 # Smallest confidence in a pose if the category rests in any pose.
 MIN_CONFIDENCE_ANY_POSE = 0.9
-# How many times more probable than the axis that the file states another way up has to be, beyond what the prior of the
-# stated axis says; a choice.
+# How many times more probable than the axis that the file states another way up has to be, beyond its prior; a choice.
 OVERRULE_ODDS = 1.5
 # Cosine of the angle (15 degrees) up to which two ways up are one; which of them is taken is the file's word, unless
-# another one is so many times as probable by itself; choices.
+# another one is this many times as probable by itself; choices.
 SAME_COSINE, TILT_ODDS = 0.966, 3.0
 # Candidates whose score without rain is so far behind the best one are dropped, nats; rain decides for vessels.
 HOPELESS_NATS, HOPELESS_NATS_VESSEL = 8.0, 16.0
+# Smaller turns are not made, so that meshes which lie along their axes stay as they are. A choice, as all numbers here.
+MIN_TURN_RAD = np.radians(3.0)
+# Distance from the axis, over the radius of the body, from which on a point belongs to a handle.
+HANDLE_REACH, SECTORS = 1.15, 36
+# An outline that fills this share of its bounding rectangle is rectangular.
+RECTANGLE_FILL = 0.87
+# Smallest ratio between the sides of the box around something round.
+ROUND_SIDE_RATIO = 0.85
+# The direction of a handle is that of a side of the outline if they differ by less than this.
+SNAP_ANGLE_RAD = np.radians(20.0)
+# Prior of the side that the face is on: -y, +x, +y, -x. glTF defines +z as the front, our -y; others nothing.
+STATED_FACE = (0.80, 0.06, 0.08, 0.06)
+SILENT_FACE = (0.46, 0.18, 0.18, 0.18)
 
 
 def orient(
@@ -53,14 +52,14 @@ def orient(
     count here. `failed_ups`: ways up, named as in guesses, in which the object was built and fell over or did not fit.
     """
     try:
-        cloud = sample_surface(draft.surface.vertices, draft.surface.faces)
+        cloud = up_axis.sample_surface(draft.surface.vertices, draft.surface.faces)
     except DegenerateShape as error:
         raise Rejected("MSH002", "all faces lie in one plane or on one line; a thing needs a thickness") from error
     declared = "dae" if draft.format == "dae" and draft.up in ("y", "z") else "declared"
     prior_key = f"{declared}_{draft.up}" if draft.up else ("generated" if generated else draft.format)
     stated = f"the file states {draft.up} up" if draft.up else f"{draft.format} states no up axis"
     if override.up is not None:
-        name, rotation, confidence = override.up.value, UP_ROTATIONS[override.up.value], 1.0
+        name, rotation, confidence = override.up.value, up_axis.UP_ROTATIONS[override.up.value], 1.0
         reason = "a person decided"
     else:
         points = draft.surface.vertices
@@ -86,30 +85,31 @@ def orient(
 
 def _up_in_words(name: str, rotation: Floats) -> str:
     """A way up for a guess: the axis, or a direction in the axes of the file if it is not along an axis."""
-    return name if name in UP_ROTATIONS else " ".join(f"{v:.3f}" for v in rotation[2])
+    return name if name in up_axis.UP_ROTATIONS else " ".join(f"{v:.3f}" for v in rotation[2])
 
 
 def _best_candidate(
     points: Floats,
-    cloud: SurfaceSample,
+    cloud: up_axis.SurfaceSample,
     category: Category,
     prior_key: str,
     stated_up: str | None,
     failed_ups: Sequence[str],
 ) -> tuple[str, Floats, float]:
     """Name, rotation and confidence, 0..1, of the best candidate: the stated one unless another is far likelier."""
-    options = [one for one in candidates(cloud) if _up_in_words(*one) not in failed_ups]
+    options = [one for one in up_axis.candidates(cloud) if _up_in_words(*one) not in failed_ups]
     names, rotations = [name for name, _ in options], [rotation for _, rotation in options]
-    prior = priors(prior_key, names) + origin_evidence(points, names)
+    prior = up_axis.priors(prior_key, names) + up_axis.origin_evidence(points, names)
 
-    log = prior + np.array([pose_score(stance(cloud, r, with_rain=False), category) for r in rotations])
+    log = prior + np.array([up_axis.pose_score(up_axis.stance(cloud, r, with_rain=False), category) for r in rotations])
     if category.upright is not RestingPose.ANY or category.id == FALLBACK:
         margin = HOPELESS_NATS_VESSEL if category.build is MatterFill.VESSEL else HOPELESS_NATS
         kept = np.flatnonzero(log > log.max() - margin)
-        stances = [stance(cloud, rotations[k], with_rain=True) for k in kept]
+        stances = [up_axis.stance(cloud, rotations[k], with_rain=True) for k in kept]
         log = np.full(len(options), -np.inf)
-        log[kept] = prior[kept] + np.array([pose_score(s, category) for s in stances]) / doubts(stances, category)
-        log[kept] += [balance_score(s, category) for s in stances]
+        scores = np.array([up_axis.pose_score(s, category) for s in stances])
+        log[kept] = prior[kept] + scores / up_axis.doubts(stances, category)
+        log[kept] += [up_axis.balance_score(s, category) for s in stances]
     share = np.exp(log - log.max())
     share /= share.sum()
     # A slight tilt leaves no doubt about the resting pose; a banana rests equally well on either side.
@@ -119,7 +119,7 @@ def _best_candidate(
     together = is_same @ share
     group = is_same[int(np.argmax(together))]
     best = int(np.argmax(np.where(group, share, -1.0)))
-    stated = next((k for k, name in enumerate(names) if name == stated_up), best)
+    stated = names.index(stated_up) if stated_up in names else best
     if is_same[best, stated]:
         best = best if share[best] > TILT_ODDS * share[stated] else stated
     elif together[best] <= OVERRULE_ODDS * together[stated]:
@@ -134,7 +134,7 @@ def _front(samples: Floats, category: Category, draft: Draft, name: str, overrid
         turned = f"turned by {override.turn_deg:g} degrees"
         return Facing(float(np.radians(override.turn_deg)), turned, 1.0, "a person decided")
     front = facing(samples, category, draft.up is not None and draft.format in ("glb", "gltf"))
-    if front.angle == 0 and name not in UP_ROTATIONS:
+    if front.angle == 0 and name not in up_axis.UP_ROTATIONS:
         return replace(front, angle=straightened(samples))
     return front
 
@@ -146,23 +146,6 @@ def _about_z(angle: float) -> Floats:
     if abs(quarters - round(quarters)) < 1e-9:
         c, s = float(round(c)), float(round(s))
     return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]], dtype=np.float64)
-
-
-# Smaller turns are not made, so that meshes which lie along their axes stay as they are. A choice, as all numbers here.
-MIN_TURN_RAD = np.radians(3.0)
-# Distance from the axis, over the radius of the body, from which on a point belongs to a handle.
-HANDLE_REACH = 1.15
-SECTORS = 36
-# An outline that fills this share of its bounding rectangle is rectangular.
-RECTANGLE_FILL = 0.87
-# Smallest ratio between the sides of the box around something round.
-ROUND_SIDE_RATIO = 0.85
-# The direction of a handle is that of a side of the outline if they differ by less than this.
-SNAP_ANGLE_RAD = np.radians(20.0)
-# Prior of the side that the face is on: -y, +x, +y, -x. glTF defines +z as the front, which is our -y; other formats
-# state nothing.
-STATED_FACE = (0.80, 0.06, 0.08, 0.06)
-SILENT_FACE = (0.46, 0.18, 0.18, 0.18)
 
 
 @dataclass(frozen=True)
@@ -178,7 +161,11 @@ class Facing:
 def facing(samples: Floats, category: Category, is_front_stated: bool) -> Facing:
     """Find the turn about z that brings the front of evenly spread points, z up, where the category has it."""
     if category.front is FrontRule.LENGTH:
-        return _lengthwise(samples)
+        angle, long, wide = up_axis.smallest_rectangle(samples[:, :2])
+        ratio = long / max(wide, 1e-9)
+        confidence = float(np.clip(0.4 + 1.2 * np.log(ratio), 0.3, 0.98))
+        turn = _smallest_turn(-angle, np.pi)
+        return Facing(turn, "length along x", confidence, f"{ratio:.2g} times as long as wide")
     if category.front is FrontRule.HANDLE:
         return _handle(samples)
     if category.front is FrontRule.FACE:
@@ -194,17 +181,9 @@ def _smallest_turn(angle: float, period: float) -> float:
 
 def straightened(samples: Floats) -> float:
     """Smallest turn about z that lays the outline along x and y; 0 if the box around it gets no smaller."""
-    angle, a, b = smallest_rectangle(samples[:, :2])
+    angle, a, b = up_axis.smallest_rectangle(samples[:, :2])
     area_as_is = float(np.ptp(samples[:, 0]) * np.ptp(samples[:, 1]))
     return _smallest_turn(-angle, np.pi / 2) if a * b < 0.92 * area_as_is else 0.0
-
-
-def _lengthwise(samples: Floats) -> Facing:
-    angle, long, wide = smallest_rectangle(samples[:, :2])
-    ratio = long / max(wide, 1e-9)
-    confidence = float(np.clip(0.4 + 1.2 * np.log(ratio), 0.3, 0.98))
-    turn = _smallest_turn(-angle, np.pi)
-    return Facing(turn, "length along x", confidence, f"{ratio:.2g} times as long as wide")
 
 
 def _body_circle(samples: Floats) -> tuple[Floats, float]:
@@ -212,7 +191,7 @@ def _body_circle(samples: Floats) -> tuple[Floats, float]:
     height = max(float(np.ptp(samples[:, 2])), 1e-9)
     level = (samples[:, 2] - samples[:, 2].min()) / height
     # Scans of flat objects are tilted a little.
-    foot_points = samples[level < max(FOOT_SHARE, 0.06, 0.035 / height)][:, :2]
+    foot_points = samples[level < max(up_axis.FOOT_SHARE, 0.06, 0.035 / height)][:, :2]
     lower, upper = foot_points.min(axis=0), foot_points.max(axis=0)
     middle = (lower + upper) / 2
     a, b = sorted(np.maximum(upper - lower, 1e-9))
@@ -262,7 +241,7 @@ def _handle(samples: Floats) -> Facing:
 
 def _snapped_to_outline(samples: Floats, direction: float) -> float:
     """A direction in plan, or that of the next side of the outline, so that rectangular pots lie along x and y."""
-    side_angle, long, wide = smallest_rectangle(samples[:, :2])
+    side_angle, long, wide = up_axis.smallest_rectangle(samples[:, :2])
     angle_to_side = (direction - side_angle + np.pi / 4) % (np.pi / 2) - np.pi / 4
     # The corners of a rectangular body reach out of the circle that it is measured by, so its direction is not used.
     is_square = float(ConvexHull(samples[:, :2]).volume) > RECTANGLE_FILL * long * wide

@@ -35,31 +35,54 @@ _VOLUMES = {
 }
 # Standard deviations by which a word shifts the usual size; choices.
 _SHIFTS = {
-    "tiny": -1.5,
-    "mini": -1.3,
-    "miniature": -1.3,
-    "small": -0.8,
-    "little": -0.8,
-    "travel": -0.8,
-    "kids": -0.6,
-    "espresso": -1.2,
-    "demitasse": -1.2,
-    "large": 0.8,
-    "big": 0.8,
-    "family": 0.8,
-    "jumbo": 1.3,
-    "giant": 1.5,
-    "huge": 1.3,
-    "xl": 1.0,
+    word: shift
+    for shift, words in (
+        (-1.5, "tiny"),
+        (-1.3, "mini miniature"),
+        (-1.2, "espresso demitasse"),
+        (-0.8, "small little travel"),
+        (-0.6, "kids"),
+        (0.8, "large big family"),
+        (1.0, "xl"),
+        (1.3, "jumbo huge"),
+        (1.5, "giant"),
+    )
+    for word in words.split()
 }
+# Units that meshes are drawn in, metres.
+UNITS: dict[str, float] = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254}
+# Prior of each unit if the format states none, if the stated one is implausible, and for generated meshes; estimates.
+# The rest is no unit at all: sculpted by eye, or normalised.
+UNIT_PRIOR_SILENT = {"metre": 0.40, "centimetre": 0.17, "millimetre": 0.20, "inch": 0.08}
+UNIT_PRIOR_WRONG = {"metre": 0.02, "centimetre": 0.25, "millimetre": 0.25, "inch": 0.12}
+UNIT_PRIOR_GENERATED = {"metre": 0.20, "centimetre": 0.02, "millimetre": 0.02, "inch": 0.01}
+# Scales without a unit are spread evenly over this range of logarithms: five decades.
+PRIOR_NATS = 11.5
+# A mesh whose longest side or diagonal is one of these, to a thousandth, was normalised.
+NORMALISED_LENGTHS = (0.5, 1.0, 2.0, 10.0, 100.0)
+# Share of the stated units that are right where they make a size that a thing of a house can have; an estimate.
+STATED_UNIT_RIGHT = 0.5
+# Sizes of things of a house, metres.
+HOUSEHOLD_M = (0.005, 3.0)
+# Spread (log) of how far odd things of a kind leave its range, and the share of things that are odd; choices.
+ODD_SPREAD, ODD_SHARE = 0.35, 0.5
+# How many times likelier a size in metres is usual for a category if the thing is of it than if it is not; an estimate.
+SIZE_FITS_ODDS = 2.5
+# A usual size counts as right within this factor of the truth, as far as most kinds differ; choices, as below.
+CORRECT_FACTOR = 1.7
+# Largest confidence of a size that comes from the category alone, since there are odd sizes in each.
+MAX_CONFIDENCE = 0.85
+# Largest confidence if the category is unknown.
+MAX_CONFIDENCE_UNKNOWN = 0.6
+# Spread (log) of the side that a stated length names, and of the size that a stated volume makes.
+LENGTH_SPREAD, VOLUME_SPREAD = 0.06, 0.12
+# Capacity over the volume of the hull.
+CAPACITY_SHARE = {MatterFill.VESSEL: 0.7, MatterFill.HOLLOW: 0.6, MatterFill.FILLED: 0.85, MatterFill.SOLID: 1.0}
 
 
 @dataclass(frozen=True)
 class StatedSize:
-    """Size that titles and prompts state: lengths of any side, metres, capacities, m^3, and the phrases.
-
-    `shift`: in standard deviations of the usual size.
-    """
+    """Sizes in titles and prompts: lengths, m, capacities, m^3, `shift` in standard deviations, and the phrases."""
 
     lengths: tuple[float, ...] = ()
     volumes: tuple[float, ...] = ()
@@ -92,40 +115,6 @@ def parse_size_phrases(texts: Sequence[str]) -> StatedSize:
     )
 
 
-# Scale ----------------------------------------------------------------------------------------------------------------
-
-# Units that meshes are drawn in, metres.
-UNITS: dict[str, float] = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254}
-# Prior of each unit if the format states none, if the stated one is implausible, and for generated meshes; estimates.
-# The rest is no unit at all: sculpted by eye, or normalised.
-UNIT_PRIOR_SILENT = {"metre": 0.40, "centimetre": 0.17, "millimetre": 0.20, "inch": 0.08}
-UNIT_PRIOR_WRONG = {"metre": 0.02, "centimetre": 0.25, "millimetre": 0.25, "inch": 0.12}
-UNIT_PRIOR_GENERATED = {"metre": 0.20, "centimetre": 0.02, "millimetre": 0.02, "inch": 0.01}
-# Scales without a unit are spread evenly over this range of logarithms: five decades.
-PRIOR_NATS = 11.5
-# A mesh whose longest side or diagonal is one of these, to a thousandth, was normalised.
-NORMALISED_LENGTHS = (0.5, 1.0, 2.0, 10.0, 100.0)
-# Share of the stated units that are right where they make a size that a thing of a house can have; an estimate.
-STATED_UNIT_RIGHT = 0.5
-# Sizes of things of a house, metres.
-HOUSEHOLD_M = (0.005, 3.0)
-# Spread (log) of how far odd things of a kind leave its range, and the share of things that are odd; choices.
-ODD_SPREAD, ODD_SHARE = 0.35, 0.5
-# How many times likelier a size in metres is usual for a category if the thing is of it than if it is not; an estimate.
-SIZE_FITS_ODDS = 2.5
-# A usual size counts as right within this factor of the truth, which is how far things of most kinds differ; a choice,
-# as the numbers below.
-CORRECT_FACTOR = 1.7
-# Largest confidence of a size that comes from the category alone, since there are odd sizes in each.
-MAX_CONFIDENCE = 0.85
-# Largest confidence if the category is unknown.
-MAX_CONFIDENCE_UNKNOWN = 0.6
-# Spread (log) of the side that a stated length names, and of the size that a stated volume makes.
-LENGTH_SPREAD, VOLUME_SPREAD = 0.06, 0.12
-# Capacity over the volume of the hull.
-CAPACITY_SHARE = {MatterFill.VESSEL: 0.7, MatterFill.HOLLOW: 0.6, MatterFill.FILLED: 0.85, MatterFill.SOLID: 1.0}
-
-
 @dataclass(frozen=True)
 class SizePrior:
     """Log-normal prior of metres per unit: mean and standard deviation of the logarithm, and its source in words."""
@@ -139,9 +128,8 @@ class SizePrior:
 class ScaleDecision:
     """Metres per unit, the name of the unit or method, confidence 0..1, and the reason.
 
-    Attributes:
-        category_confidence: in the category, once the size is weighed too; None if the size says nothing about it.
-        is_overruled: the file states another unit.
+    `category_confidence`: in the category, once the size is weighed too; None if the size says nothing about it.
+    `is_overruled`: the file states another unit.
     """
 
     factor: float
@@ -162,14 +150,10 @@ def scale(
 ) -> Draft:
     """Bring the parts to metres.
 
-    Args:
-        draft: z up, file units.
-        category: its extents are the prior, per axis.
-        size_slack: ratio > 1 by which a stated size may lie outside the usual range.
-        texts: titles and prompts, which may name a size. generated: from a text-to-3D generator.
-        override_size_m: longest side as a person decided it, metres; 0 where nobody did.
-    Raises:
-        Rejected: the size is not finite (MSH003).
+    `draft`: z up, file units. `category`: its extents are the prior, per axis. `size_slack`: ratio > 1 by which a
+    stated size may lie outside the usual range. `texts`: titles and prompts, which may name a size. `generated`: from a
+    text-to-3D generator. `override_size_m`: longest side as a person decided it, metres; 0 where nobody did. Raises
+    Rejected: the size is not finite (MSH003).
     """
     vertices = draft.surface.vertices
     extents = np.ptp(vertices, axis=0)

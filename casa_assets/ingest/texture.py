@@ -1,53 +1,162 @@
-"""Make materials portable: PNG of bounded size, vertex colours painted into textures, sheets seen from both sides."""
+"""Bring faces and pictures to a bounded size, and make materials portable; sheets are given backs."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
+from opengl_decimate import CollapseSequence, SimplifyOptions, collapse_sequence
 from PIL import Image
 
-from casa_assets.core.numeric import Ints, Mask, linear_from_srgb_array
+from casa_assets.core.numeric import Floats, Ints, Mask, linear_from_srgb_array
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.mesh.solid.deviation import Visibility, measure_visibility
-from casa_assets.mesh.surface import with_normals
-from casa_assets.mesh.topology import edge_counts, face_components
+from casa_assets.mesh.surface import (
+    connected_groups,
+    directed_edges,
+    edge_counts,
+    face_components,
+    merge_rows,
+    picked,
+    with_normals,
+)
 from casa_assets.model.asset.material import Material, Substance, Texture
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.registry.category import Category, MatterFill
 from casa_assets.model.source import RawPart
 
-
-def submesh(mesh: Mesh, faces: Ints, keep_normals: bool = True) -> Mesh:
-    """The mesh with these (F, 3) faces of it alone, and the vertices that they use in the order that they had."""
-    used, local = np.unique(faces, return_inverse=True)
-    return Mesh(
-        vertices=mesh.vertices[used],
-        faces=local.reshape(-1, 3),
-        uv=None if mesh.uv is None else mesh.uv[used],
-        normals=None if mesh.normals is None or not keep_normals else mesh.normals[used],
-        colors=None if mesh.colors is None else mesh.colors[used],
-    )
-
-
-def keep_faces(parts: Sequence[RawPart], keep: Mask) -> tuple[RawPart, ...]:
-    """The parts with the faces that are kept, (F,) over all of them; parts that lose all go, whole ones stay as is."""
-    out, start = [], 0
-    for part in parts:
-        rows = keep[start : start + len(part.mesh.faces)]
-        start += len(rows)
-        if rows.any():
-            mesh = part.mesh if rows.all() else submesh(part.mesh, part.mesh.faces[rows].astype(np.int64))
-            out.append(part.replace(mesh=mesh))
-    return tuple(out)
-
-
-# Add back faces -------------------------------------------------------------------------------------------------------
-
+# Largest error of the simplified surface, as a part of the mesh's extent.
+TARGET_ERROR = 0.01
+# The same while every seam of the texture keeps its line. Where that would cost more, as it does with a texture of many
+# small pieces, points may also leave a seam; each side still keeps its own texture coordinates.
+SEAM_ERROR = 0.005
 # Share of the visible samples of a component that show its back, from which on it is a sheet; a choice.
 MIN_BACK_SHARE = 0.05
+# Pixels along the legs of a triangle's patch in a painted texture; the last one is margin. A choice.
+PATCH_PX = 6
+# Alpha up to which a surface is invisible; a choice.
+INVISIBLE = 0.02
+
+
+def simplify(draft: Draft, limit: int) -> Draft:
+    """Bring faces down to about `limit`, each part by its share; points and texture coordinates are those of parts."""
+    before = sum(len(p.mesh.faces) for p in draft.parts)
+    if before <= limit:
+        return draft
+    parts = tuple(
+        p.replace(mesh=simplified(p.mesh, max(12, int(len(p.mesh.faces) * limit / before)))) for p in draft.parts
+    )
+    after = sum(len(p.mesh.faces) for p in parts)
+    note = warning("MSH015", "faces", f"simplified from {before} to {after} faces")
+    return draft.replace(parts=parts, notes=draft.noted(note))
+
+
+def simplified(mesh: Mesh, target: int) -> Mesh:
+    """The mesh with about `target` faces (more where the error bound forbids it), over points that it has."""
+    vertices, attributes, corners = _distinct(mesh)
+    front, back = _sides(merge_rows(attributes["POSITION"])[1][corners])
+    if not len(front):
+        return mesh
+    share = len(front) / (len(front) + np.count_nonzero(back >= 0))
+    sequence, steps = _collapses(attributes, corners[front], max(1, int(target * share)))
+    left = (sequence.removed_at < 0) | (sequence.removed_at >= steps)
+    places, values = _ends(sequence, steps, corners[front], left)
+    twin = back[left] >= 0
+    point = sequence.vertex_point.astype(np.int64)
+    behind = _vertices_behind(corners, point, front[back >= 0], back[back >= 0])
+    places = np.concatenate([places, behind[places[twin]][:, ::-1]])
+    values = np.concatenate([values, behind[values[twin]][:, ::-1]])
+    return _mesh_of(mesh, vertices[places], vertices[values])
+
+
+def _collapses(attributes: dict[str, Floats], corners: Ints, count: int) -> tuple[CollapseSequence, int]:
+    """Collapses of edges to one of their ends, and how many of them leave `count` faces or what the bound allows."""
+    ways = ((True, SEAM_ERROR), (False, TARGET_ERROR))
+    for lock_seams, bound in ways if "TEXCOORD_0" in attributes else ways[1:]:
+        options = SimplifyOptions(target_ratio=1.0, placement="endpoint", lock_seams=lock_seams)
+        sequence = collapse_sequence(attributes, corners.ravel(), options)
+        steps = sequence.steps_for(target_count=count, target_error=bound)
+        if sequence.triangles_after(steps) <= count:
+            break
+    return sequence, steps
+
+
+def _ends(sequence: CollapseSequence, steps: int, corners: Ints, left: Mask) -> tuple[Ints, Ints]:
+    """Vertices that give corners their place, and those that give them everything else.
+
+    The library gives a corner the vertex with the most similar texture coordinates at the place. Where pieces of the
+    texture lie close to each other, that may be one of another piece, and the face would show all that lies in between.
+    So of the vertices that a corner can be moved to along edges that have collapsed, without crossing a seam, it gets
+    the one nearest to its new place.
+
+    `corners`: (F, 3) vertices of the faces at the beginning. `left`: (F,) faces left. Returns (G, 3) of those, twice.
+    """
+    _, roots, faces, moved = sequence.state(steps)
+    places = moved.astype(np.int64)
+    if "TEXCOORD_0" not in sequence.attributes:
+        return places, places
+    at, point = sequence.attributes["POSITION"], sequence.vertex_point
+    _, side = merge_rows(np.column_stack([point, sequence.attributes["TEXCOORD_0"]]))
+    cluster = roots[point]
+    edges = directed_edges(corners)
+    edges = side[edges[cluster[edges[:, 0]] == cluster[edges[:, 1]]]]
+    reach = connected_groups(int(side.max()) + 1, edges[:, 0], edges[:, 1])[side]
+    end = np.zeros((len(roots), 3))
+    end[faces] = at[places]
+    order = np.lexsort((((at - end[cluster]) ** 2).sum(axis=1), reach))
+    nearest = order[np.flatnonzero(np.diff(reach[order], prepend=-1))][reach[corners[left]]]
+    values = np.where(side[places] == side[nearest], places, nearest)
+    return np.where(point[values] == point[places], values, places), values
+
+
+def _mesh_of(mesh: Mesh, places: Ints, values: Ints) -> Mesh:
+    """Faces of the given (F, 3) vertices, one of which gives the place of a corner and one everything else."""
+    pairs, index = np.unique(np.stack([values.ravel(), places.ravel()], axis=1), axis=0, return_inverse=True)
+    return picked(mesh, pairs[:, 0], index.reshape(-1, 3)).replace(vertices=mesh.vertices[pairs[:, 1]])
+
+
+def _distinct(mesh: Mesh) -> tuple[Ints, dict[str, Floats], Ints]:
+    """Vertices without those equal to an earlier one.
+
+    Returns:
+        (N,) vertices; their attributes as glTF names them, lengths as parts of the extent; (F, 3) corners over these.
+    """
+    used = mesh.vertices[mesh.faces]
+    low = used.min(axis=(0, 1))
+    extent = max(float((used.max(axis=(0, 1)) - low).max()), 1e-30)
+    places = np.round((mesh.vertices - low) / extent, 7)
+    carried = {"TEXCOORD_0": mesh.uv, "NORMAL": mesh.normals, "COLOR_0": mesh.colors}
+    values = {name: np.round(array.astype(np.float64), 6) for name, array in carried.items() if array is not None}
+    first, place = merge_rows(np.column_stack([places, *values.values()]))
+    attributes = {"POSITION": places[first]} | {name: array[first] for name, array in values.items()}
+    return first, attributes, place[mesh.faces.astype(np.int64)]
+
+
+def _sides(ids: Ints) -> tuple[Ints, Ints]:
+    """(N,) faces with three different points, each once, and the face behind each that looks the other way, or -1.
+
+    A sheet with faces in both directions has four faces at each edge, over which nothing could collapse.
+    """
+    ordered = np.sort(ids, axis=1)
+    rows = np.flatnonzero((ordered[:, 1:] != ordered[:, :-1]).all(axis=1))
+    first, place = merge_rows(ordered[rows].astype(np.float64))
+    after_lowest = (ids[rows].argmin(axis=1) + 1) % 3
+    forward = np.take_along_axis(ids[rows], after_lowest[:, None], axis=1)[:, 0] == ordered[rows, 1]
+    back = np.full(len(first), -1, dtype=np.int64)
+    reverse = np.flatnonzero(forward != forward[first][place])[::-1]  # of several the first is written last
+    back[place[reverse]] = rows[reverse]
+    return rows[first], back
+
+
+def _vertices_behind(corners: Ints, point: Ints, front: Ints, back: Ints) -> Ints:
+    """(N,) for each vertex, the vertex of a face behind at its place; the vertex itself if there is no such face."""
+    found = np.arange(len(point))
+    ahead, behind = (
+        np.take_along_axis(corners[rows], np.argsort(point[corners[rows]], axis=1), axis=1) for rows in (front, back)
+    )
+    found[ahead.ravel()[::-1]] = behind.ravel()[::-1]
+    return found
 
 
 def add_back_faces(draft: Draft, category: Category, missing_share: float) -> Draft:
@@ -93,27 +202,13 @@ def _with_backs(mesh: Mesh, rows: Mask) -> Mesh:
     assert complete.normals is not None
     used, local = np.unique(complete.faces[rows], return_inverse=True)
     back_faces = local.reshape(-1, 3)[:, ::-1] + len(complete.vertices)
-    return Mesh(
-        vertices=np.concatenate([complete.vertices, complete.vertices[used]]),
-        faces=np.concatenate([complete.faces, back_faces]),
-        uv=None if complete.uv is None else np.concatenate([complete.uv, complete.uv[used]]),
-        normals=np.concatenate([complete.normals, -complete.normals[used]]),
-    )
-
-
-# Texture --------------------------------------------------------------------------------------------------------------
-
-# Pixels along the legs of a triangle's patch in a painted texture; the last one is margin. A choice.
-PATCH_PX = 6
-# Alpha up to which a surface is invisible; a choice.
-INVISIBLE = 0.02
+    rows_of_all = np.concatenate([np.arange(len(complete.vertices)), used])
+    out = picked(complete, rows_of_all, np.concatenate([complete.faces, back_faces]))
+    return out.replace(normals=np.concatenate([complete.normals, -complete.normals[used]]), colors=None)
 
 
 def texture(draft: Draft, largest_px: int, substance: Substance) -> Draft:
-    """Make the materials portable and merge the parts that share one; longer sides are scaled down to `largest_px`.
-
-    Metallic and roughness values of the substance are used if the file states none.
-    """
+    """Make materials portable, pictures no larger than `largest_px`, and parts of one look one; substance's shine."""
     notes = []
     parts = []
     for part in draft.parts:
@@ -127,7 +222,10 @@ def texture(draft: Draft, largest_px: int, substance: Substance) -> Draft:
                 mesh, material = painted(mesh, material)
                 notes.append(warning("MSH016", part.name, "vertex colours were painted into a texture"))
             else:
-                material = material.replace(base_color=_tinted(material.base_color, colors[0]))
+                *rgb, alpha = colors[0].astype(np.float64) / 255
+                linear = linear_from_srgb_array(np.array(rgb))
+                r, g, b = (float(x * y) for x, y in zip(material.base_color[:3], linear, strict=True))
+                material = material.replace(base_color=(r, g, b, float(material.base_color[3] * alpha)))
         if mesh.uv is None and material.textures:
             material = material.replace(base_color_texture=None, metallic_roughness_texture=None, normal_texture=None)
             message = "a texture without uv coordinates cannot be shown and was left out"
@@ -140,17 +238,13 @@ def texture(draft: Draft, largest_px: int, substance: Substance) -> Draft:
             # Exporters leave glTF's defaults, fully metallic and fully rough, for materials that are neither.
             material = material.replace(metallic=substance.metallic, roughness=substance.roughness)
         material = _with_bounded_textures(material, largest_px)
-        uv = mesh.uv if material.textures else None
-        mesh = Mesh(vertices=mesh.vertices, faces=mesh.faces, uv=uv, normals=mesh.normals)
+        mesh = mesh.replace(uv=mesh.uv if material.textures else None, colors=None)
         parts.append(part.replace(mesh=mesh, material=material))
     return draft.replace(parts=_merged(parts), notes=draft.noted(*notes))
 
 
 def painted(mesh: Mesh, material: Material) -> tuple[Mesh, Material]:
-    """Vertex colours as a texture: two triangles share a square patch, one in each corner of it.
-
-    The mesh gets three separate vertices per face.
-    """
+    """Vertex colours as a texture: two triangles share a square patch; each face gets three separate vertices."""
     assert mesh.colors is not None
     count = len(mesh.faces)
     columns = max(1, int(np.ceil(np.sqrt((count + 1) // 2))))
@@ -181,12 +275,7 @@ def painted(mesh: Mesh, material: Material) -> tuple[Mesh, Material]:
     image = np.clip(np.rint(canvas), 0, 255).astype(np.uint8)
     uv = np.stack([(corner_px[..., 0] + 0.5) / width, 1 - (corner_px[..., 1] + 0.5) / height], axis=-1)
     corner_vertices = mesh.faces.ravel()
-    out = Mesh(
-        vertices=mesh.vertices[corner_vertices],
-        faces=np.arange(3 * count).reshape(-1, 3),
-        uv=uv.reshape(-1, 2),
-        normals=None if mesh.normals is None else mesh.normals[corner_vertices],
-    )
+    out = picked(mesh, corner_vertices, np.arange(3 * count).reshape(-1, 3)).replace(uv=uv.reshape(-1, 2), colors=None)
     png = png_bytes(Image.fromarray(image if (image[..., 3] < 255).any() else image[..., :3]))
     texture_of_colors = Texture(name="painted", png=png, width_px=width, height_px=height)
     return out, material.replace(base_color_texture=texture_of_colors)
@@ -209,21 +298,11 @@ def png_bytes(image: Image.Image) -> bytes:
     return out.getvalue()
 
 
-def _tinted(base: tuple[float, float, float, float], color: npt.NDArray[np.uint8]) -> tuple[float, float, float, float]:
-    """Linear base colour times an sRGB vertex colour."""
-    c = color.astype(np.float64) / 255
-    linear = linear_from_srgb_array(c)
-    r, g, b = (float(x * y) for x, y in zip(base[:3], linear[:3], strict=True))
-    return (r, g, b, float(base[3] * c[3]))
-
-
 def _with_bounded_textures(material: Material, largest_px: int) -> Material:
-    changes = {}
-    for slot in ("base_color_texture", "metallic_roughness_texture", "normal_texture"):
-        picture = getattr(material, slot)
-        if picture is not None and max(picture.width_px, picture.height_px) > largest_px:
-            changes[slot] = _shrunk(picture, largest_px)
-    return material.replace(**changes) if changes else material
+    slots = ("base_color_texture", "metallic_roughness_texture", "normal_texture")
+    pictures = {slot: getattr(material, slot) for slot in slots}
+    large = {s: p for s, p in pictures.items() if p is not None and max(p.width_px, p.height_px) > largest_px}
+    return material.replace(**{slot: _shrunk(picture, largest_px) for slot, picture in large.items()})
 
 
 def _shrunk(image: Texture, largest_px: int) -> Texture:

@@ -1,4 +1,4 @@
-"""Tell one object from several things, a scene, a figure or a part; take a file apart into its things."""
+"""Distinguish one object from several things, a scene, a figure or a part; take a file apart into its things."""
 
 from __future__ import annotations
 
@@ -17,11 +17,9 @@ from casa_assets.errors import Rejected
 from casa_assets.formats import read
 from casa_assets.formats.read.text import UniqueNames, printable
 from casa_assets.ingest.components import Components, box_gaps, split_components
-from casa_assets.ingest.draft import merge_parts, warning
-from casa_assets.ingest.texture import keep_faces
+from casa_assets.ingest.draft import keep_faces, merge_parts, warning
 from casa_assets.mesh.solid.deviation import samples_with_faces
-from casa_assets.mesh.surface import face_normals
-from casa_assets.mesh.topology import connected_groups
+from casa_assets.mesh.surface import connected_groups, face_normals
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.asset.asset import Guess
 from casa_assets.model.registry.category import Category, Vocabulary, VocabularyMatch, singulars, split_words
@@ -30,8 +28,56 @@ from casa_assets.model.source import Bundle, RawModel, RawPart, Source, Up
 
 # Surfaces nearer than this share of the longest side touch; a choice, above the distance of the samples.
 TOUCH_SHARE = 0.012
-SAMPLES = 40_000
-FEW_SAMPLES = 300
+# Samples on all components; of one that has fewer than these, corners of its faces count too.
+SAMPLES, FEW_SAMPLES = 40_000, 300
+# All numbers are choices, fitted on sound meshes and on half of others; sizes are shares of the longest side.
+MAX_COMPONENTS = 4000
+# A group of pieces is a separate thing where it is so large and touches no other one.
+LARGE_GROUP = 0.3
+# So are this many smaller ones whose middle lies beside the largest.
+SMALL_GROUP, MIN_SMALL = 0.05, 3
+# Sides of alike pieces differ by no more than this share; they are so large, and no side of compact ones is shorter.
+ALIKE, ALIKE_SIZE, COMPACT = 0.06, 0.2, 0.65
+# Between the tops of legs and what rests on them is no more than this.
+LEG_SLACK = 0.03
+# Pieces that are all alike make up so much of the area.
+ALL_ALIKE = 0.85
+# A ground is so thin and covers so much of the floor plan; a thing on it is so large, and so high for its width.
+GROUND_THICKNESS, GROUND_COVER, ON_GROUND_SIZE, ON_GROUND_HEIGHT = 0.15, 0.6, 0.06, 0.6
+MIN_ON_GROUND = 5
+# Walls: this share of a component lies along three perpendicular planes, at the side of the box; it reaches
+# over so much of it. What spans so much of the room is a shelf of it and no thing in it.
+PLANAR, SIDE_DEPTH, SIDE_COVER, SPANNING, IN_ROOM_SIZE = 0.8, 0.03, 0.5, 0.8, 0.08
+MIN_IN_CORNER, MIN_IN_ROOM = 3, 12
+# Probabilities are choices, fitted like those above. A category that is less sure than this has a weak word.
+ALWAYS, OTHER, PART, PLURAL, MANY_KINDS, OWN_KINDS = 0.65, 0.6, 0.65, 0.4, 0.7, 0.2
+WEAKLY_TOLD = 0.62
+# Nodes named after this many categories are several things.
+MIN_KINDS = 3
+_WHAT = {
+    "figures": "a person or an animal",
+    "places": "a place",
+    "shapes": "a shape to test with",
+    "outdoors": "something from outdoors",
+    "arms": "a weapon",
+}
+# What exporters and authors put behind a name, besides single letters.
+_ENDINGS = frozenset({"low", "high", "lod", "visual", "mesh", "model", "obj", "textured", "simple", "left", "right"})
+SUBJECT = "things"
+ONE = "one object"
+# Below this probability nothing is said.
+MIN_PROBABILITY = 0.25
+# Bones from which on a rig is that of a figure, and how probable that is; a choice.
+MIN_JOINTS, FIGURE = 5, 0.8
+MANY_COPIES = 0.95
+# A category whose name has one of these words is several things, and rightly so.
+COLLECTIVE = frozenset({"stack", "set", "bunch", "pack", "pile", "pair"})
+# Things that are taken out of one file, the largest first; a choice.
+MAX_THINGS = 256
+# A group of pieces smaller than this share of the largest thing belongs to the thing that is nearest; a choice.
+CRUMB = 0.06
+# Equal things differ by no more than this share of their size once one lies on the other.
+EQUAL = 1e-3
 
 
 class Contacts:
@@ -41,7 +87,7 @@ class Contacts:
         self.components = components
         reach = TOUCH_SHARE * float(np.ptp(components.points, axis=0).max())
         samples, face = samples_with_faces(components.points, components.faces, SAMPLES)
-        # A small component may have got few samples or none: corners of so many of its faces join them.
+        # A small component may have got few samples or none: corners of this many of its faces join them.
         few = np.bincount(components.label[face], minlength=components.count) < FEW_SAMPLES
         faces = np.bincount(components.label, minlength=components.count)
         by_label = np.argsort(components.label, kind="stable")
@@ -66,31 +112,6 @@ class Contacts:
         return sorted(found, key=lambda rows: (-float(self.components.extents_of(rows).max()), int(rows[0])))
 
 
-# Signs ----------------------------------------------------------------------------------------------------------------
-
-# All numbers are choices, fitted on sound meshes and on half of others. Sizes are shares of the
-# longest side of the whole.
-MAX_COMPONENTS = 4000
-# A group of pieces is a thing of its own where it is so large and touches no other one.
-LARGE_GROUP = 0.3
-# So are so many smaller ones whose middle lies beside the largest.
-SMALL_GROUP, MIN_SMALL = 0.05, 3
-# Sides of alike pieces differ by no more than this share; they are so large, and compact ones have no side shorter
-# than this share of the longest.
-ALIKE, ALIKE_SIZE, COMPACT = 0.06, 0.2, 0.65
-# Between the tops of legs and what rests on them is no more than this.
-LEG_SLACK = 0.03
-# Pieces that are all alike make up so much of the area.
-ALL_ALIKE = 0.85
-# A ground is so thin and covers so much of the floor plan; a thing on it is so large, and so high for its width.
-GROUND_THICKNESS, GROUND_COVER, ON_GROUND_SIZE, ON_GROUND_HEIGHT = 0.15, 0.6, 0.06, 0.6
-MIN_ON_GROUND = 5
-# Walls: this share of a component lies along three perpendicular planes, at the side of the box; it reaches
-# over so much of it. What spans so much of the room is a shelf of it and no thing in it.
-PLANAR, SIDE_DEPTH, SIDE_COVER, SPANNING, IN_ROOM_SIZE = 0.8, 0.03, 0.5, 0.8, 0.08
-MIN_IN_CORNER, MIN_IN_ROOM = 3, 12
-
-
 class Sign(NamedTuple):
     """Evidence against a single object: the probability, 0..1, that it is not one in this case, and the reason."""
 
@@ -99,10 +120,7 @@ class Sign(NamedTuple):
 
 
 def signs_of_form(model: RawModel) -> list[Sign]:
-    """Signs in the surfaces of a model; empty if it is one piece.
-
-    If it has too many pieces to compare, their number is the only sign.
-    """
+    """Signs in the surfaces of a model: none of one piece; of too many pieces to compare, their number alone."""
     if not any(len(part.mesh.faces) for part in model.parts):
         return []
     components, _ = components_of(model)
@@ -192,10 +210,7 @@ def _are_legs(components: Components, same: Ints, up: int) -> bool:
 
 
 def alike_pieces(components: Components) -> tuple[Ints, bool]:
-    """(K,) components of one form that are separate objects, and whether they make up the whole model.
-
-    If they do not, only compact ones count. Empty if there are no such components.
-    """
+    """(K,) separate components of one form, compact ones unless they are all there is; whether they are all."""
     spread, area = _spreads(components)
     longest = float(np.ptp(components.points, axis=0).max())
     for sample in np.argsort(-components.longest_side, kind="stable"):
@@ -329,21 +344,6 @@ def components_of(model: RawModel) -> tuple[Components, Ints]:
 
 # Names ----------------------------------------------------------------------------------------------------------------
 
-# Probabilities are choices, fitted like those above. A category told less sure than this is told by a weak word.
-ALWAYS, OTHER, PART, PLURAL, MANY_KINDS, OWN_KINDS = 0.65, 0.6, 0.65, 0.4, 0.7, 0.2
-WEAKLY_TOLD = 0.62
-# Nodes named after so many categories are several things.
-MIN_KINDS = 3
-_WHAT = {
-    "figures": "a person or an animal",
-    "places": "a place",
-    "shapes": "a shape to test with",
-    "outdoors": "something from outdoors",
-    "arms": "a weapon",
-}
-# What exporters and authors put behind a name, besides single letters.
-_ENDINGS = frozenset({"low", "high", "lod", "visual", "mesh", "model", "obj", "textured", "simple", "left", "right"})
-
 
 def signs_of_words(source: Source, vocabulary: Vocabulary, words: OtherThingsWords) -> list[Sign]:
     """Signs in the name of the file, or of the node, and in the title; each kind of sign once."""
@@ -411,16 +411,6 @@ def _signs_of(
 
 # Guess ----------------------------------------------------------------------------------------------------------------
 
-SUBJECT = "things"
-ONE = "one object"
-# Below this probability nothing is said.
-MIN_PROBABILITY = 0.25
-# Bones from which on a rig is that of a figure, and how probable that is; a choice.
-MIN_JOINTS, FIGURE = 5, 0.8
-MANY_COPIES = 0.95
-# A category whose name has one of these words is several things, and rightly so.
-COLLECTIVE = frozenset({"stack", "set", "bunch", "pack", "pile", "pair"})
-
 
 def guess_of_things(
     model: RawModel, source: Source, category: Category, vocabulary: Vocabulary, words: OtherThingsWords
@@ -439,17 +429,8 @@ def guess_of_things(
     alone = math.prod(1 - sign.probability for sign in signs)
     if 1 - alone < MIN_PROBABILITY:
         return None
-    ordered = sorted(signs, key=lambda sign: -sign.probability)
-    reason = "; ".join(sign.reason for sign in ordered)
+    reason = "; ".join(sign.reason for sign in sorted(signs, key=lambda sign: -sign.probability))
     return Guess(subject=SUBJECT, value=ONE, confidence=round(alone, 2), reason=reason)
-
-
-# Things that are taken out of one file, the largest first; a choice.
-MAX_THINGS = 256
-# A group of pieces smaller than this share of the largest thing belongs to the thing that is nearest; a choice.
-CRUMB = 0.06
-# Equal things differ by no more than this share of their size once one lies on the other.
-EQUAL = 1e-3
 
 
 @dataclass(frozen=True)
@@ -461,19 +442,11 @@ class Thing:
     count: int = 1
 
 
-@dataclass(frozen=True)
-class Things:
-    """The things of a file, the largest first, and how many more there are than are taken."""
-
-    taken: tuple[Thing, ...]
-    left_out: int = 0
-
-
-def things_of(model: RawModel) -> Things:
-    """The things of a model; one that is as the model where it cannot be taken apart."""
+def things_of(model: RawModel) -> list[Thing]:
+    """The things of a model, the largest first; one that is as the model where it cannot be taken apart."""
     components, owner = components_of(model)
     if components.count == 1 or components.count > MAX_COMPONENTS:
-        return Things((Thing(_name(model, np.arange(len(model.parts))), model.parts),))
+        return [Thing(_name(model, np.arange(len(model.parts))), model.parts)]
     label = _thing_of_component(model, components, owner)
     sizes = [float(components.extents_of(label == k).max()) for k in range(int(label.max()) + 1)]
     order = sorted(range(len(sizes)), key=lambda k: (-sizes[k], int(np.flatnonzero(label == k)[0])))
@@ -487,26 +460,26 @@ def things_of(model: RawModel) -> Things:
             found[twin] = Thing(found[twin].name, found[twin].parts, found[twin].count + 1)
         else:
             found.append(Thing(names.unique(_name(model, np.unique(owner[face_label == k])), "thing"), parts))
-    return Things(tuple(found[:MAX_THINGS]), max(0, len(found) - MAX_THINGS))
+    return found
 
 
 def model_of_thing(model: RawModel, name: str, file: str) -> RawModel:
     """One object of a model alone, with a note on where it is from. Raises Rejected: there is none of that name."""
     things = things_of(model)
-    thing = next((one for one in things.taken if one.name == name), None)
+    taken = things[:MAX_THINGS]
+    thing = next((one for one in taken if one.name == name), None)
     if thing is None:
         raise Rejected(codes.NO_GEOMETRY, f"{file}: holds nothing called {name!r}; run again with --split")
-    message = f"one of {len(things.taken)} different things in {file}"
+    message = f"one of {len(taken)} different things in {file}"
     if thing.count > 1:
         message += f"; there are {thing.count} equal ones"
-    if things.left_out:
-        message += f"; {things.left_out} more are left out, for more than {MAX_THINGS} are not taken"
+    if len(things) > MAX_THINGS:
+        message += f"; {len(things) - MAX_THINGS} more are left out, for more than {MAX_THINGS} are not taken"
     notes = (*model.notes, warning(codes.TAKEN_APART, name, message))
     return model.replace(parts=thing.parts, notes=notes, joints=0, instances=0)
 
 
 def _thing_of_component(model: RawModel, components: Components, owner: Ints) -> Ints:
-    """(N,) number of the thing that each component belongs to."""
     contacts = Contacts(components)
     whole = np.ptp(components.points, axis=0)
     is_under = np.any([grounds(components, up) for up in up_axes(model)], axis=0) | walls_of(components, whole)
@@ -609,9 +582,6 @@ def _are_equal(one: Sequence[RawPart], other: Sequence[RawPart]) -> bool:
 
 
 def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
-    """Read a mesh. Raises Rejected if the file cannot be read, or no longer holds the thing.
-
-    `limits`: by their names in registry/limits.yaml.
-    """
+    """Read a mesh; `limits`: as in registry/limits.yaml. Raises Rejected: unreadable, or the thing is not there."""
     model = read.load(bundle, limits)
     return model_of_thing(model, bundle.thing, printable(bundle.main)) if bundle.thing else model

@@ -18,16 +18,69 @@ from casa_assets.model.registry.category import FALLBACK, Category, MatterFill, 
 
 # Samples on a surface.
 SAMPLES = 16000
+# asset_from_file rotations by the file axis that becomes z. The first two are the usual conversions,
+# so that a glTF front (+z) becomes the asset front (-y).
+UP_ROTATIONS: dict[str, Floats] = {
+    "y": np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]], dtype=np.float64),
+    "z": np.eye(3),
+    "x": np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], dtype=np.float64),
+    "minus_y": np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]], dtype=np.float64),
+    "minus_z": np.array([[1, 0, 0], [0, -1, 0], [0, 0, -1]], dtype=np.float64),
+    "minus_x": np.array([[0, 1, 0], [0, 0, -1], [-1, 0, 0]], dtype=np.float64),
+}
+# Prior of each up axis by what the file states; estimates. The rest is shared by the other axes and directions. glTF
+# defines y as up, and most exporters obey; OBJ, PLY and STL leave it open. Upside down comes from a wrong sign in a
+# converter. No prior is so strong that the shape could not outweigh it.
+UP_PRIOR: dict[str, dict[str, float]] = {
+    "declared_y": {"y": 0.88, "z": 0.043, "minus_y": 0.03},
+    "declared_z": {"z": 0.88, "y": 0.04, "minus_z": 0.03},
+    # COLLADA's default is y up, which exporters leave as it is; others write the tag without turning the mesh.
+    "dae_y": {"y": 0.69, "z": 0.16, "minus_y": 0.05},
+    "dae_z": {"z": 0.72, "y": 0.13, "minus_z": 0.05},
+    "declared_x": {"x": 0.86, "y": 0.035, "z": 0.035, "minus_x": 0.03},
+    "obj": {"y": 0.44, "z": 0.40, "minus_y": 0.03, "minus_z": 0.03},
+    "stl": {"z": 0.73, "y": 0.12, "minus_z": 0.05},
+    "ply": {"z": 0.57, "y": 0.27, "minus_z": 0.04, "minus_y": 0.03},
+    "generated": {"y": 0.70, "z": 0.15, "minus_y": 0.05},
+    "unknown": {"y": 0.44, "z": 0.39, "minus_y": 0.03, "minus_z": 0.03},
+}
+# Directions closer than this count as equal; a choice.
+SAME_DIRECTION_RAD = np.radians(6.0)
+# Sides of the hull that are tried as feet, the largest first; a choice.
+MAX_FEET = 6
+# Prior of a direction that is no axis, relative to that of an axis that is not listed: modellers work along axes, while
+# scans lie in any direction. An estimate.
+OFF_AXIS_PRIOR = 0.4
+# Modellers put the origin on the floor under a thing: of 109 meshes of ./dev bench ingest_pose 46 have it at
+# the height of their lowest point, to this share of the longest side; along other axes, or at the top, hardly any have.
+ORIGIN_SLACK, NATS_ON_ORIGIN = 0.01, 4.0
+# A mesh that lies around its origin does so along most axes, which way up it may be.
+MIDDLE_SLACK, NATS_AROUND_ORIGIN = 0.02, -0.7
+# Cells along the longest side of the height map that is filled with rain; a choice.
+CELLS = 36
+# What the score is divided by, so that a way up is right as often as the score says. For things that lie, that are
+# full or hollow they were fitted on the meshes of ./dev bench ingest_pose, where scores overstate. A vessel
+# that holds nothing any way up has lost its best evidence.
+DOUBTS_LIES, DOUBTS_VESSEL, DOUBTS_CLOSED_VESSEL, DOUBTS_OTHER = 1.5, 1.2, 2.0, 1.2
+DOUBTS = {MatterFill.FILLED: 2.0, MatterFill.HOLLOW: 1.5}
+# Log likelihood of a pose of something that stands, in which it would fall or has a foot of less than this share of
+# its outline: of 74 such meshes of ./dev bench ingest_pose none lies so in its file, a third of wrong ways up do.
+FALLING_NATS, LEAST_FOOT = -4.0, 0.05
+# A vessel whose share of room, as `pose_score` counts it, is below this is a closed one; a choice.
+CLOSED_SHARE = 0.5
+# What room and foot say of a thing that nobody could name; fitted on the meshes of ./dev bench ingest_pose as
+# if they had no names: 90 of 98 are upright then.
+ROOM_NATS, FOOT_NATS = 1.5, 1.4
+# Points closer to the ground than this share of the height, or of the longest side, belong to the foot; choices.
+FOOT_SHARE, MIN_FOOT_SHARE = 0.025, 0.01
 
 
 @dataclass(frozen=True)
 class SurfaceSample:
     """Samples and hull of a surface in file axes, scaled to a longest side of 1; origin at the hull's centre of mass.
 
-    Attributes:
-        samples: (N, 3) points spread evenly over the surface.
-        hull_points, hull_faces: (M, 3) and (F, 3), wound so that the normals point outward.
-        hull_volume: in the scaled units, cubed.
+    `samples`: (N, 3) points spread evenly over the surface. `hull_points`, `hull_faces`: (M, 3) and (F, 3), wound so
+    that the normals point outward. `hull_volume`: in the scaled units, cubed.
     """
 
     samples: Floats
@@ -66,52 +119,6 @@ def smallest_rectangle(points: Floats) -> tuple[float, float, float]:
     if b > a * (1 + 1e-6):
         return (angle + np.pi / 2) % np.pi, b, a
     return angle % np.pi, a, b
-
-
-# Ups ------------------------------------------------------------------------------------------------------------------
-
-# asset_from_file rotations by the file axis that becomes z. The first two are the usual conversions,
-# so that a glTF front (+z) becomes the asset front (-y).
-UP_ROTATIONS: dict[str, Floats] = {
-    "y": np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]], dtype=np.float64),
-    "z": np.eye(3),
-    "x": np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], dtype=np.float64),
-    "minus_y": np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]], dtype=np.float64),
-    "minus_z": np.array([[1, 0, 0], [0, -1, 0], [0, 0, -1]], dtype=np.float64),
-    "minus_x": np.array([[0, 1, 0], [0, 0, -1], [-1, 0, 0]], dtype=np.float64),
-}
-
-# Prior of each up axis by what the file states; estimates. The rest is shared by the other axes and directions. glTF
-# defines y as up, and most exporters obey; OBJ, PLY and STL leave it open. Upside down comes from a wrong sign in a
-# converter. No prior is so strong that the shape could not outweigh it.
-UP_PRIOR: dict[str, dict[str, float]] = {
-    "declared_y": {"y": 0.88, "z": 0.043, "minus_y": 0.03},
-    "declared_z": {"z": 0.88, "y": 0.04, "minus_z": 0.03},
-    # COLLADA's default is y up, which exporters leave as it is; others write the tag without turning the mesh.
-    "dae_y": {"y": 0.69, "z": 0.16, "minus_y": 0.05},
-    "dae_z": {"z": 0.72, "y": 0.13, "minus_z": 0.05},
-    "declared_x": {"x": 0.86, "y": 0.035, "z": 0.035, "minus_x": 0.03},
-    "obj": {"y": 0.44, "z": 0.40, "minus_y": 0.03, "minus_z": 0.03},
-    "stl": {"z": 0.73, "y": 0.12, "minus_z": 0.05},
-    "ply": {"z": 0.57, "y": 0.27, "minus_z": 0.04, "minus_y": 0.03},
-    "generated": {"y": 0.70, "z": 0.15, "minus_y": 0.05},
-    "unknown": {"y": 0.44, "z": 0.39, "minus_y": 0.03, "minus_z": 0.03},
-}
-
-# Directions closer than this count as equal; a choice.
-SAME_DIRECTION_RAD = np.radians(6.0)
-# Sides of the hull that are tried as feet, the largest first; a choice.
-MAX_FEET = 6
-# Prior of a direction that is no axis, relative to that of an axis that is not listed: modellers work along axes, while
-# scans lie in any direction. An estimate.
-OFF_AXIS_PRIOR = 0.4
-
-
-# Modellers put the origin on the floor under a thing: of 109 meshes of ./dev bench ingest_pose 46 have it at
-# the height of their lowest point, to this share of the longest side; along other axes, or at the top, hardly any have.
-ORIGIN_SLACK, NATS_ON_ORIGIN = 0.01, 4.0
-# A mesh that lies around its origin does so along most axes, which way up it may be.
-MIDDLE_SLACK, NATS_AROUND_ORIGIN = 0.02, -0.7
 
 
 def origin_evidence(points: Floats, names: list[str]) -> Floats:
@@ -186,28 +193,6 @@ def rotation_to_z(up: Floats) -> Floats:
     axis, cosine = np.cross(a, b), float(a @ b)
     cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
     return np.asarray((np.eye(3) + cross + cross @ cross / (1 + cosine)) @ base)
-
-
-# Evidence -------------------------------------------------------------------------------------------------------------
-
-# Cells along the longest side of the height map that is filled with rain; a choice.
-CELLS = 36
-# What the score is divided by, so that a way up is right as often as it is told to be. For things that lie, that are
-# full or hollow they were fitted on the meshes of ./dev bench ingest_pose, where scores overstate. A vessel
-# that holds nothing any way up has lost its best evidence.
-DOUBTS_LIES, DOUBTS_VESSEL, DOUBTS_CLOSED_VESSEL, DOUBTS_OTHER = 1.5, 1.2, 2.0, 1.2
-DOUBTS = {MatterFill.FILLED: 2.0, MatterFill.HOLLOW: 1.5}
-# Log likelihood of a pose of something that stands, in which it would fall or has a foot of less than this share of
-# its outline: of 74 such meshes of ./dev bench ingest_pose none lies so in its file, while wrong ways up do in
-# a third.
-FALLING_NATS, LEAST_FOOT = -4.0, 0.05
-# A vessel whose share of room, as `pose_score` counts it, is below this is a closed one; a choice.
-CLOSED_SHARE = 0.5
-# What room and foot say of a thing that nobody could name; fitted on the meshes of ./dev bench ingest_pose as
-# if they had no names: 90 of 98 are upright then.
-ROOM_NATS, FOOT_NATS = 1.5, 1.4
-# Points closer to the ground than this share of the height, or of the longest side, belong to the foot; choices.
-FOOT_SHARE, MIN_FOOT_SHARE = 0.025, 0.01
 
 
 @dataclass(frozen=True)

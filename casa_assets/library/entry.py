@@ -19,9 +19,7 @@ from pydantic import ValidationError
 
 from casa_assets import registry
 from casa_assets.errors import OutputError
-from casa_assets.ingest.sources.found import Refused
-from casa_assets.ingest.sources.places import StoreRoot
-from casa_assets.ingest.sources.stores import folder_of
+from casa_assets.ingest.sources.places import Refused, StoreRoot, folder_of
 from casa_assets.library import library as disk
 from casa_assets.library.entry_files import file_inside
 from casa_assets.library.library import REJECTED, Library, Producer

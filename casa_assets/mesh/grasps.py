@@ -28,8 +28,22 @@ MAX_BUMP_M, MIN_WIDTH_M = 0.0015, 0.0008
 # Cosine between the two surfaces' normals: within the friction of rubber. Ref: friction 0.5 holds within 26 degrees.
 MAX_NORMAL_COSINE = -0.9
 # Directions round the closing one from which the hand may come; none from more than a little below level.
-APPROACHES = 8
-MIN_APPROACH_HEIGHT = -0.1
+APPROACHES, MIN_APPROACH_HEIGHT = 8, -0.1
+# All numbers below are choices.
+# Largest thickness of a rim, and largest distance from the top, metres.
+RIM_THICKNESS_M, RIM_DEPTH_M = 0.015, 0.035
+# A rim is grasped from above: smallest cosine between the approach and straight down, and largest sine between the
+# closing direction and the horizontal.
+MIN_DOWNWARD_COSINE, MAX_CLOSING_SINE = 0.7, 0.5
+# Largest thickness of a handle, metres.
+HANDLE_THICKNESS_M = 0.05
+# Horizontal distance from the centre of mass, as a share of the longer horizontal side, up to which a grasp is of the
+# body, and from which on a thin grasp of a vessel is of its handle.
+BODY_REACH_SHARE, HANDLE_DISTANCE_SHARE = 0.25, 0.45
+# Smallest width of a grasp of the body of a vessel, as a share of its shorter horizontal side.
+MIN_BODY_WIDTH_SHARE = 0.5
+# Side of the finger pads that a grasp is shown with, metres; a choice.
+PAD_M = 0.02
 
 
 @dataclass(frozen=True)
@@ -146,34 +160,10 @@ def _cross(a: Floats, b: Floats) -> Floats:
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
-# Hand grasps ----------------------------------------------------------------------------------------------------------
-
-# All numbers below are choices.
-# Largest thickness of a rim, and largest distance from the top, metres.
-RIM_THICKNESS_M, RIM_DEPTH_M = 0.015, 0.035
-# A rim is grasped from above: smallest cosine between the approach and straight down, and largest sine between the
-# closing direction and the horizontal.
-MIN_DOWNWARD_COSINE = 0.7
-MAX_CLOSING_SINE = 0.5
-# Largest thickness of a handle, metres.
-HANDLE_THICKNESS_M = 0.05
-# Horizontal distance from the centre of mass, as a share of the longer horizontal side, up to which a grasp is of the
-# body, and from which on a thin grasp of a vessel is of its handle.
-BODY_REACH_SHARE = 0.25
-HANDLE_DISTANCE_SHARE = 0.45
-# Smallest width of a grasp of the body of a vessel, as a share of its shorter horizontal side.
-MIN_BODY_WIDTH_SHARE = 0.5
-# Side of the finger pads that a grasp is shown with, metres; a choice.
-PAD_M = 0.02
-
-
 def choose_grasps(
     points: Floats, faces: Ints, center_of_mass: Vec3, category: Category, opening_m: float
 ) -> tuple[Grasp, ...]:
-    """The best grasp of each kind that is possible; points: metres, z up, at rest; faces: welded, facing outwards.
-
-    Vessels have a rim; some categories have a handle; what is fixed is not grasped.
-    """
+    """The best grasp of each possible kind, none of what is fixed; points: metres, z up, at rest; faces: outward."""
     if category.fixed:
         return ()
     center = np.array(center_of_mass)
@@ -195,14 +185,20 @@ def choose_grasps(
             best[feature] = (score, candidate)
     if category.front is not FrontRule.HANDLE and len(best) > 1:
         best.pop(GraspFeature.HANDLE, None)
-    return tuple(_record(feature, best[feature][1]) for feature in GraspFeature if feature in best)
+    return tuple(
+        Grasp(
+            feature=feature,
+            center=_rounded(one.center),
+            closing=_rounded(one.closing),
+            approach=_rounded(one.approach),
+            width=round(one.width, 5),
+        )
+        for feature, one in ((feature, best[feature][1]) for feature in GraspFeature if feature in best)
+    )
 
 
 def grasp_site(grasp: Grasp, shift: Floats) -> Site:
-    """A box site `grasp_<feature>`: x along the closing direction, as long as the opening, z along the approach.
-
-    `shift`: (3,) is added to the centre, metres.
-    """
+    """A box site, moved by (3,) `shift`, metres: x along the closing direction, long as the opening, z the approach."""
     closing, approach = np.array(grasp.closing), np.array(grasp.approach)
     rotation = Rotation.from_matrix(np.stack([closing, np.cross(approach, closing), approach], axis=1))
     x, y, z, w = (seven_digits(float(v)) for v in rotation.as_quat(canonical=True))
@@ -213,10 +209,7 @@ def grasp_site(grasp: Grasp, shift: Floats) -> Site:
 
 
 def _feature_of(candidate: AntipodalGrasp, aside: float, top: float, category: Category) -> GraspFeature | None:
-    """Part that a grasp holds; None for the wall of a vessel below its rim.
-
-    `aside`: horizontal distance from the centre of mass over the longer side. `top`: height of the mesh, metres.
-    """
+    """Part that a grasp holds, None for a wall below the rim; `aside`: over the longer side, `top`: height, metres."""
     if category.build is MatterFill.VESSEL and candidate.width <= RIM_THICKNESS_M:
         is_at_top = candidate.center[2] >= top - RIM_DEPTH_M and -candidate.approach[2] >= MIN_DOWNWARD_COSINE
         if (
@@ -238,16 +231,6 @@ def _score(candidate: AntipodalGrasp, feature: GraspFeature, offset: Floats) -> 
         return 0.5 * steep - 2 * aside
     return 0.5 * steep + (
         aside + float(offset[0]) if feature is GraspFeature.HANDLE else 10 * float(candidate.center[2])
-    )
-
-
-def _record(feature: GraspFeature, candidate: AntipodalGrasp) -> Grasp:
-    return Grasp(
-        feature=feature,
-        center=_rounded(candidate.center),
-        closing=_rounded(candidate.closing),
-        approach=_rounded(candidate.approach),
-        width=round(candidate.width, 5),
     )
 
 

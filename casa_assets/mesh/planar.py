@@ -10,6 +10,11 @@ from casa_assets.mesh.outline import Outline, edge_normals
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.model.asset.asset import Asset
 
+# What ends so near above the lowest point stands there, too, metres: a thing rocks by no more.
+LEVEL_M = 0.002
+# The middle of mass has to be so far inside of what it stands on, metres.
+MARGIN_M = 0.004
+
 
 def signed_area(outline: Floats) -> float:
     """Area within an outline, (N, 2) corners in order; negative where they go round clockwise."""
@@ -63,14 +68,6 @@ def length_inside(outline: Outline, start: tuple[float, float], end: tuple[float
         else:
             low = max(low, -here / step)
     return max(0.0, high - low) * float(np.linalg.norm(q - p))
-
-
-# Standing -------------------------------------------------------------------------------------------------------------
-
-# What ends so near above the lowest point stands there, too, metres: a thing rocks by no more.
-LEVEL_M = 0.002
-# The middle of mass has to be so far inside of what it stands on, metres.
-MARGIN_M = 0.004
 
 
 def stands_by_itself(asset: Asset) -> bool:

@@ -18,6 +18,20 @@ from casa_assets.model.asset.asset import CENTER_SHARES, PAIR_SHARES, ShapeDescr
 
 # Places on a surface whose distances to each other are measured: a million pairs.
 SURFACE_SAMPLES = 1500
+# More digits of a descriptor would be noise of the places that were picked.
+DIGITS = 4
+# Places that are looked up, that a first look takes, that a fit takes, and that are measured at the end.
+ALIGNMENT_SAMPLES, START_SAMPLES, FIT_SAMPLES, ERROR_SAMPLES = 8000, 100, 400, 1500
+# Spreads along two axes that differ by less than this share do not distinguish the axes.
+EQUAL_SPREAD_SHARE = 0.12
+# Turns that are tried: about one axis, and of all kinds.
+TURNS_ABOUT_AXIS, TURNS_ANY_AXIS = 36, 1000
+# Starts that are followed up, and steps of each.
+STARTS, STEPS = 6, 30
+# A place is measured to the planes of this many neighbours, where it is not farther aside than this many spacings.
+NEIGHBORS, MAX_ASIDE_SPACINGS = 4, 2.0
+# In fitting, places farther off than this many times the median pull no more than that.
+TRIM_MEDIANS = 3.0
 
 
 def shape_descriptor(points: Floats, faces: Ints) -> ShapeDescriptor:
@@ -29,11 +43,12 @@ def shape_descriptor(points: Floats, faces: Ints) -> ShapeDescriptor:
     """
     center, radius, axes, _ = principal_spread(points, faces)
     places = (surface_samples(points, faces, SURFACE_SAMPLES) - center) / radius
-    x, y, z = (_short(float(side)) for side in axes / radius)
+    reach = np.linalg.norm(places, axis=1)
+    x, y, z = (decimals(float(side), DIGITS) for side in axes / radius)
     return ShapeDescriptor(
         radius=significant(radius, 6),
-        pair_distances=tuple(_short(v) for v in quantile_means(pdist(places), PAIR_SHARES)),
-        center_distances=tuple(_short(v) for v in quantile_means(np.linalg.norm(places, axis=1), CENTER_SHARES)),
+        pair_distances=tuple(decimals(v, DIGITS) for v in quantile_means(pdist(places), PAIR_SHARES)),
+        center_distances=tuple(decimals(v, DIGITS) for v in quantile_means(reach, CENTER_SHARES)),
         axis_spread=(x, y, z),
     )
 
@@ -83,34 +98,12 @@ def descriptor_distances(ones: Sequence[ShapeDescriptor], others: Sequence[Shape
     return np.maximum(np.maximum(pairs, reach), table("axis_spread", "chebyshev"))
 
 
-def _short(value: float) -> float:
-    """Four digits: more would be noise of the places that were picked."""
-    return decimals(value, 4)
-
-
-# Registration ---------------------------------------------------------------------------------------------------------
-
-# Places that are looked up, that a first look takes, that a fit takes, and that are measured at the end.
-ALIGNMENT_SAMPLES, START_SAMPLES, FIT_SAMPLES, ERROR_SAMPLES = 8000, 100, 400, 1500
-# Spreads along two axes that differ by less than this share do not tell the axes apart.
-EQUAL_SPREAD_SHARE = 0.12
-# Turns that are tried: about one axis, and of all kinds.
-TURNS_ABOUT_AXIS, TURNS_ANY_AXIS = 36, 1000
-# Starts that are followed up, and steps of each.
-STARTS, STEPS = 6, 30
-# A place is measured to the planes of so many neighbours, where it is not farther aside than so many spacings.
-NEIGHBORS, MAX_ASIDE_SPACINGS = 4, 2.0
-# In fitting, places farther off than this many times the median pull no more than that.
-TRIM_MEDIANS = 3.0
-
-
 @dataclass(frozen=True)
 class SampledSurface:
     """A surface sampled for registration: centred, root mean square distance from the centre 1.
 
-    Attributes:
-        places, normals: (SURFACE_SAMPLES, 3). spacing: between two places.
-        axes: (3,) spread along the principal axes. frame: (3, 3) these axes as columns.
+    `places`, `normals`: (SURFACE_SAMPLES, 3). `spacing`: between two places. `axes`: (3,) spread along the principal
+    axes. `frame`: (3, 3) these axes as columns.
     """
 
     places: Floats
@@ -127,10 +120,7 @@ class SampledSurface:
 
 @dataclass(frozen=True)
 class Alignment:
-    """Best alignment of two surfaces, a rotation of the first, and what it leaves, relative to their radius.
-
-    `p95`, `p995`: percentiles of the distance from either surface to the other, the larger of both.
-    """
+    """Rotation of a surface, and percentiles of the distances that are left both ways, relative to the radius."""
 
     p95: float
     p995: float
@@ -178,7 +168,13 @@ def _candidates(one: SampledSurface, other: SampledSurface) -> Floats:
     x, y, z = (one.axes + other.axes) / 2
     first, second = y > (1 - EQUAL_SPREAD_SHARE) * x, z > (1 - EQUAL_SPREAD_SHARE) * y
     if first and second:
-        return np.asarray(Rotation.from_quat(_quaternions(TURNS_ANY_AXIS)).as_matrix())
+        # Spread evenly over all rotations. Ref: Alexa 2022, super-Fibonacci spirals.
+        share = (np.arange(TURNS_ANY_AXIS) + 0.5) / TURNS_ANY_AXIS
+        inner, outer = np.sqrt(share), np.sqrt(1 - share)
+        alpha = 2 * np.pi * (np.arange(TURNS_ANY_AXIS) + 0.5) / np.sqrt(2.0)
+        beta = 2 * np.pi * (np.arange(TURNS_ANY_AXIS) + 0.5) / 1.533751168755204288118041
+        rows = (inner * np.sin(alpha), inner * np.cos(alpha), outer * np.sin(beta), outer * np.cos(beta))
+        return np.asarray(Rotation.from_quat(np.stack(rows, axis=1)).as_matrix())
     flips = [np.diag(signs) for signs in ((1.0, 1, 1), (1.0, -1, -1), (-1.0, 1, -1), (-1.0, -1, 1))]
     within = [np.eye(3)]
     if first or second:
@@ -186,16 +182,6 @@ def _candidates(one: SampledSurface, other: SampledSurface) -> Floats:
         angles = np.arange(TURNS_ABOUT_AXIS) * 2 * np.pi / TURNS_ABOUT_AXIS
         within = list(Rotation.from_rotvec(angles[:, None] * axis).as_matrix())
     return np.array([other.frame @ flip @ turn @ one.frame.T for turn in within for flip in flips])
-
-
-def _quaternions(count: int) -> Floats:
-    """(count, 4) rotations spread evenly over all there are. Ref: Alexa 2022, super-Fibonacci spirals."""
-    share = (np.arange(count) + 0.5) / count
-    inner, outer = np.sqrt(share), np.sqrt(1 - share)
-    alpha = 2 * np.pi * (np.arange(count) + 0.5) / np.sqrt(2.0)
-    beta = 2 * np.pi * (np.arange(count) + 0.5) / 1.533751168755204288118041
-    rows = (inner * np.sin(alpha), inner * np.cos(alpha), outer * np.sin(beta), outer * np.cos(beta))
-    return np.stack(rows, axis=1)
 
 
 def _followed(places: Floats, turn: Floats, other: SampledSurface) -> tuple[Floats, Floats]:

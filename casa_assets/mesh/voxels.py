@@ -14,8 +14,26 @@ from casa_assets.mesh.solid.solids import convex_hull
 from casa_assets.mesh.surface import face_normals
 
 # Points per side of a triangle at most, and points that are held in memory at once.
-MOST_STEPS = 4096
-SAMPLES_AT_ONCE = 1_000_000
+MOST_STEPS, SAMPLES_AT_ONCE = 4096, 1_000_000
+# All numbers below are choices. Voxels along the longest side.
+CELLS = 64
+# Radius of the ball, in voxels: its diameter is 8 % of the longest side.
+BALL_CELLS = 2.5
+# Radius of the ball that looks for the same rooms between collision shapes; smaller, since these are a little thicker.
+SMALL_BALL_CELLS = 1.5
+# Room that lies so close to the surface, in voxels, is not counted: collision shapes may be off by as much.
+MARGIN_CELLS = 1.5
+# Rooms smaller than this share of the hull are not looked at. They matter where those that are enclosed take a larger
+# share together (the lid of a can that lies deep is a dent), and one that is not enclosed, as the bend of a banana or
+# what is around the stalk of an apple, from a still larger one on.
+MIN_ROOM_SHARE, MIN_ENCLOSED_SHARE, MIN_BEND_SHARE = 0.03, 0.08, 0.15
+# Samples on the surface that show whether faces or their backs look into a room, and how far off it they look, in
+# voxels: just beyond those through which the surface passes.
+WALL_SAMPLES, LOOK_CELLS = 20_000, 2.0
+# Share of the walls of a room that have to show it their faces. Of walls thinner than the look, and of sheets that have
+# faces on both sides, it is about one half; of a gap in a surface nothing.
+FACING_SHARE = 0.25
+_NOWHERE = np.zeros((1, 1, 1), dtype=bool)
 
 
 @dataclass(frozen=True)
@@ -56,35 +74,26 @@ def voxelise(points: Floats, faces: Ints, cells: int = 64, bridge: bool = False)
     skin = _skin(points, faces, origin, cell, tuple(shape))
     solid = ndimage.binary_fill_holes(skin)
     if bridge:
-        solid = ndimage.binary_fill_holes(solid | _between(skin))
+        votes = np.zeros(skin.shape, dtype=np.int8)
+        for axis in range(3):
+            ahead = np.maximum.accumulate(skin, axis=axis)
+            behind = np.flip(np.maximum.accumulate(np.flip(skin, axis), axis=axis), axis)
+            votes += (ahead & behind).astype(np.int8)
+        solid = ndimage.binary_fill_holes(solid | (votes >= 2))
     return Grid(origin, cell, solid, skin)
 
 
 def skin_cells(points: Floats, faces: Ints, grid: Grid) -> Mask:
-    """(X, Y, Z) cubes of a grid that another surface, (P, 3) points and (F, 3) faces, passes through.
-
-    Parts of the surface outside the grid are drawn onto its border.
-    """
+    """(X, Y, Z) cubes of a grid that another surface passes through; what is outside is drawn onto its border."""
     return _skin(points, faces, grid.origin, grid.cell, grid.solid.shape)
 
 
 def _skin(points: Floats, faces: Ints, origin: Floats, cell: float, shape: tuple[int, ...]) -> Mask:
-    """Cubes of a grid that a surface passes through."""
     skin = np.zeros(shape, dtype=bool)
     for samples in _samples(points, faces, cell * 0.5):
         at = np.clip(np.round((samples - origin) / cell).astype(int), 0, np.array(shape) - 1)
         skin[at[:, 0], at[:, 1], at[:, 2]] = True
     return skin
-
-
-def _between(skin: Mask) -> Mask:
-    """Cubes with skin on both sides along at least two of the axes."""
-    votes = np.zeros(skin.shape, dtype=np.int8)
-    for axis in range(3):
-        ahead = np.maximum.accumulate(skin, axis=axis)
-        behind = np.flip(np.maximum.accumulate(np.flip(skin, axis), axis=axis), axis)
-        votes += (ahead & behind).astype(np.int8)
-    return votes >= 2
 
 
 def _samples(points: Floats, faces: Ints, spacing: float) -> Iterator[Floats]:
@@ -136,14 +145,8 @@ def boundary(grid: Grid) -> tuple[Floats, Ints]:
     return grid.origin + (keys - 0.5) * grid.cell, faces.astype(np.int64)
 
 
-# Fillable volume ------------------------------------------------------------------------------------------------------
-
-
 def fillable_volume(solid: Mask) -> Mask:
-    """(X, Y, Z) empty voxels that are reached from outside and that water, which runs sideways and down, stays in.
-
-    `solid`: cubes of matter, z up, with air all around.
-    """
+    """(X, Y, Z) empty voxels in which water from outside stays, running sideways and down; `solid`: matter, z up."""
     air = np.pad(~solid, ((0, 0), (0, 0), (1, 1)), constant_values=True)
     runs = np.zeros_like(air)
     runs[:, :, 0] = True
@@ -158,46 +161,14 @@ def fillable_volume(solid: Mask) -> Mask:
     return np.asarray((air & reached & ~runs)[:, :, 1:-1])
 
 
-# Open room ------------------------------------------------------------------------------------------------------------
-# Find the open rooms of an object on a floor: the space that a ball rolling in from outside can reach.
-#
-# The inside of a mug, of a bowl, of a crate, the compartments of a shelf and the space under a table are open rooms. A
-# sealed box has none. Space that is open only below, and slits too narrow for the ball, do not count.
-
-# All numbers below are choices.
-# Voxels along the longest side.
-CELLS = 64
-# Radius of the ball, in voxels: its diameter is 8 % of the longest side.
-BALL_CELLS = 2.5
-# Radius of the ball that looks for the same rooms between collision shapes; smaller, since these are a little thicker.
-SMALL_BALL_CELLS = 1.5
-# Room that lies so close to the surface, in voxels, is not counted: collision shapes may be off by as much.
-MARGIN_CELLS = 1.5
-# Rooms smaller than this share of the hull are not looked at. They matter where those that are enclosed take a larger
-# share together (the lid of a can that lies deep is a dent), and one that is not enclosed, as the bend of a banana or
-# what is around the stalk of an apple, from a still larger one on.
-MIN_ROOM_SHARE = 0.03
-MIN_ENCLOSED_SHARE = 0.08
-MIN_BEND_SHARE = 0.15
-# Samples on the surface that tell whether faces or their backs look into a room, and how far off it they look, in
-# voxels: just beyond those through which the surface passes.
-WALL_SAMPLES = 20_000
-LOOK_CELLS = 2.0
-# Share of the walls of a room that have to show it their faces. Of walls thinner than the look, and of sheets that have
-# faces on both sides, it is about one half; of a gap in a surface nothing.
-FACING_SHARE = 0.25
-
-
 @dataclass(frozen=True)
 class OpenRooms:
     """The open rooms of a surface, the largest first.
 
-    Attributes:
-        grid: of the surface. rooms: (X, Y, Z) number of the room that a voxel belongs to, from 1 on; 0 outside of them.
-        shares: volume of each room over that of the hull, with what lies close to the walls.
-        enclosed: the same of what lies between two walls along at least two of the axes: of the inside of a mug or of
-            a compartment that is nearly all, of a bend little.
-        facing: share of the walls of each, 0..1, that show it their faces and not their backs.
+    `grid`: of the surface. `rooms`: (X, Y, Z) number of the room that a voxel belongs to, from 1 on; 0 outside of them.
+    `shares`: volume of each room over that of the hull, with what lies close to the walls. `enclosed`: the same of what
+    lies between two walls along at least two of the axes: of the inside of a mug or of a compartment that is nearly
+    all, of a bend little. `facing`: share of the walls of each, 0..1, that show it their faces and not their backs.
     """
 
     grid: Grid
@@ -226,14 +197,15 @@ class OpenRooms:
         return [k for k, share in enumerate(self.facing) if with_gaps or share >= FACING_SHARE]
 
 
-_NOWHERE = np.zeros((1, 1, 1), dtype=bool)
 NO_ROOMS = OpenRooms(Grid(np.zeros(3), 1.0, _NOWHERE, _NOWHERE), _NOWHERE.astype(np.int64), (), (), ())
 
 
 def open_rooms(points: Floats, faces: Ints) -> OpenRooms:
-    """Find the rooms of a surface that a ball reaches from outside, within its hull.
+    """Find the rooms of a surface that a ball rolling in from outside can reach, within its hull.
 
-    `points`: all used, z up; the floor is at the lowest. Raises DegenerateShape: the points span no volume.
+    The inside of a mug, the compartments of a shelf and the space under a table are open rooms. A sealed box has none.
+    Space that is open only below, and slits too narrow for the ball, do not count. `points`: all used, z up; the floor
+    is at the lowest. Raises DegenerateShape: the points span no volume.
     """
     hull_points, hull_faces = convex_hull(points)
     grid = voxelise(points, faces, CELLS)
@@ -251,21 +223,23 @@ def open_rooms(points: Floats, faces: Ints) -> OpenRooms:
     number = np.zeros(count + 1, dtype=np.int64)
     number[order] = np.arange(len(order)) + 1
     rooms = number[whole]
+    samples, face = samples_with_faces(points, faces, WALL_SAMPLES)
+    look = LOOK_CELLS * grid.cell * face_normals(points, faces)[0][face]
+    seen = np.array(
+        [np.bincount(rooms[grid.cubes_at(at)], minlength=len(order) + 1) for at in (samples + look, samples - look)]
+    )
     bridged = np.bincount(rooms[voxelise(points, faces, CELLS, bridge=True).solid], minlength=len(order) + 1)
     return OpenRooms(
         grid,
         number[label],
         tuple(float(shares[k]) for k in order),
         tuple(float(v) for v in bridged[1:] / int(hull.sum())),
-        _facing(points, faces, grid, rooms, len(order)),
+        tuple(float(v) for v in (seen[0] / np.maximum(seen.sum(axis=0), 1))[1:]),
     )
 
 
 def swept_by_ball(matter: Mask, radius: float) -> Mask:
-    """(X, Y, Z) voxels swept by a ball that comes from above or the sides, but never below the lowest matter.
-
-    `matter`: z up, with air all around. `radius`: in voxels.
-    """
+    """(X, Y, Z) voxels that a ball, radius in voxels, sweeps from above or the sides, not below matter, z up."""
     rim = int(np.ceil(radius)) + 2
     levels = np.flatnonzero(matter.any(axis=(0, 1)))
     lowest = int(levels[0]) if len(levels) else 0
@@ -287,13 +261,3 @@ def closed_shares(found: OpenRooms, points: Floats, faces: Ints) -> list[float]:
     matter = ndimage.binary_fill_holes(skin_cells(points, faces, found.grid))
     left = swept_by_ball(matter, SMALL_BALL_CELLS) & ~matter
     return [1.0 - float(left[found.rooms == k + 1].mean()) for k in range(len(found.shares))]
-
-
-def _facing(points: Floats, faces: Ints, grid: Grid, rooms: Ints, count: int) -> tuple[float, ...]:
-    """Share of the wall of each room that shows it its faces."""
-    samples, face = samples_with_faces(points, faces, WALL_SAMPLES)
-    look = LOOK_CELLS * grid.cell * face_normals(points, faces)[0][face]
-    seen = np.array(
-        [np.bincount(rooms[grid.cubes_at(at)], minlength=count + 1) for at in (samples + look, samples - look)]
-    )
-    return tuple(float(v) for v in (seen[0] / np.maximum(seen.sum(axis=0), 1))[1:])

@@ -35,7 +35,7 @@ from casa_assets.cache.cache_key import digest_of
 from casa_assets.cache.store import Store
 from casa_assets.core.system import cache_dir, cache_for, unusable
 from casa_assets.errors import CasaError, OutputError, PluginFailure, Rejected
-from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.ingest.sources.places import Found, Refused
 from casa_assets.library import library as disk
 from casa_assets.library import review
 from casa_assets.library.entry import Entry, RefusedRows, entry_at, remainder_message, row_id

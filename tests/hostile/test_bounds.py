@@ -16,7 +16,9 @@ from casa_assets.errors import Rejected
 from casa_assets.formats.read import raw_parts
 from casa_assets.formats.read.formats import sniff
 from casa_assets.ingest.run.run import Options, ingest
-from casa_assets.ingest.sources import Found, Refused, collect, discover, places
+from casa_assets.ingest.sources import places
+from casa_assets.ingest.sources.discover import collect, discover
+from casa_assets.ingest.sources.places import Found, Refused
 from casa_assets.ingest.sources.rows import MAX_BROKEN_ROWS
 from casa_assets.model import rejection_codes
 from casa_assets.runs.outcome import Event

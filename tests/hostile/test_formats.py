@@ -23,7 +23,8 @@ from casa_assets import registry
 from casa_assets.errors import Rejected
 from casa_assets.formats.read import load
 from casa_assets.ingest.clean import clean
-from casa_assets.ingest.sources import Found, Refused, collect, discover
+from casa_assets.ingest.sources.discover import collect, discover
+from casa_assets.ingest.sources.places import Found, Refused
 from casa_assets.model import rejection_codes as codes
 from tests.support.hostile.access_audit import Watch
 from tests.support.hostile.hostile_set import Said

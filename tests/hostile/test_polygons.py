@@ -28,7 +28,8 @@ from pathlib import Path
 from casa_assets import registry
 from casa_assets.ingest.clean import clean
 from casa_assets.formats.read import load
-from casa_assets.ingest.sources import collect, discover
+from casa_assets.ingest.sources.discover import collect
+from casa_assets.ingest.sources.discover import discover
 
 now = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
 most = now + int(sys.argv[2])

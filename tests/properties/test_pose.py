@@ -19,16 +19,10 @@ def gap(a: Pose, b: Pose) -> float:
 
 @quick
 @given(poses(), poses(), poses())
-def test_composition_is_associative(a: Pose, b: Pose, c: Pose) -> None:
+def test_poses_are_a_group(a: Pose, b: Pose, c: Pose) -> None:
     assert gap((a @ b) @ c, a @ (b @ c)) < 100 * CLOSE
-
-
-@quick
-@given(poses())
-def test_inverse_undoes_on_both_sides(pose: Pose) -> None:
-    assert gap(pose @ pose.inverse(), Pose()) < 100 * CLOSE
-    assert gap(pose.inverse() @ pose, Pose()) < 100 * CLOSE
-    assert gap(pose.inverse().inverse(), pose) < 100 * CLOSE
+    assert gap(a @ a.inverse(), Pose()) < 100 * CLOSE
+    assert gap(a.inverse() @ a, Pose()) < 100 * CLOSE
 
 
 @quick
@@ -40,16 +34,12 @@ def test_matrix_and_back(pose: Pose) -> None:
 
 @quick
 @given(quaternions())
-def test_rotation_is_that_of_another_library(quaternion: tuple[float, float, float, float]) -> None:
+def test_quaternions_are_of_unit_length_read_back_and_turn_as_those_of_another_library(
+    quaternion: tuple[float, float, float, float],
+) -> None:
     w, x, y, z = quaternion
-    theirs = Rotation.from_quat([x, y, z, w]).as_matrix()
-    assert np.abs(Pose(quaternion=quaternion).rotation - theirs).max() < CLOSE
-
-
-@quick
-@given(quaternions())
-def test_quaternion_is_of_unit_length_and_reads_back_bit_for_bit(quaternion: tuple[float, float, float, float]) -> None:
     pose = Pose(quaternion=quaternion)
+    assert np.abs(pose.rotation - Rotation.from_quat([x, y, z, w]).as_matrix()).max() < CLOSE
     assert abs(np.linalg.norm(pose.quaternion) - 1) < CLOSE
     assert pose.quaternion[0] >= 0
     assert Pose(quaternion=pose.quaternion).quaternion == pose.quaternion

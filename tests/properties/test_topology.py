@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.mesh.solid.solids import closed_solid, union
-from casa_assets.mesh.surface import signed_volume
-from casa_assets.mesh.topology import consistent_winding, face_components, is_closed, weld
+from casa_assets.mesh.surface import consistent_winding, face_components, is_closed, signed_volume, weld
 from casa_assets.mesh.voxels import voxelise
 from casa_assets.model.asset.parts import Box, Cylinder, Shape, Sphere
 from casa_assets.model.pose import Pose

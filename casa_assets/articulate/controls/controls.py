@@ -11,7 +11,7 @@ from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
 from casa_assets.articulate.segment.orthographic import SIDES, DepthImage, outline_area
 from casa_assets.core.numeric import Floats, Ints, Mask
-from casa_assets.mesh.topology import connected_groups
+from casa_assets.mesh.surface import connected_groups
 
 # Controls -------------------------------------------------------------------------------------------------------------
 # Compact things that protrude from a side, such as knobs, buttons and pulls.

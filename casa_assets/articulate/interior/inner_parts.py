@@ -16,7 +16,7 @@ from casa_assets.articulate.segment.orthographic import BOTTOM, FRONT, LEFT, RIG
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.solid.deviation import samples_with_faces
-from casa_assets.mesh.topology import connected_groups, face_components
+from casa_assets.mesh.surface import connected_groups, face_components
 from casa_assets.model.asset.parts import JointKind
 
 # Pieces in the way ----------------------------------------------------------------------------------------------------

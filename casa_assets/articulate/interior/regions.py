@@ -15,7 +15,7 @@ from casa_assets.articulate.segment.orthographic import FRONT, SIDES, TOP, Depth
 from casa_assets.core.numeric import Floats, Mask
 from casa_assets.mesh.solid.deviation import surface_samples
 from casa_assets.mesh.solid.primitive import tessellate
-from casa_assets.mesh.topology import connected_groups
+from casa_assets.mesh.surface import connected_groups
 from casa_assets.model.asset.asset import Asset, Region
 from casa_assets.model.asset.parts import Box, Link, Mesh
 from casa_assets.model.pose import Pose

@@ -32,7 +32,7 @@ from casa_assets.checks.motion.joints import JointTravel, joint_travels
 from casa_assets.core.system import process_name
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.formats import mjcf
-from casa_assets.ingest.sources.bundle import collect
+from casa_assets.ingest.sources.discover import collect
 from casa_assets.ingest.things import load
 from casa_assets.library import library as disk
 from casa_assets.library.clip import weights_digest

@@ -15,7 +15,7 @@ from casa_assets.articulate.segment.orthographic import FRONT, SIDES
 from casa_assets.articulate.segment.shell_segments import Fragmentation, FusedShell, shell_cut_planes, shell_zones
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_by_edges, weld_model
 from casa_assets.core.numeric import Ints, Mask
-from casa_assets.mesh.topology import connected_groups, merge_rows
+from casa_assets.mesh.surface import connected_groups, merge_rows
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel, RawPart
 

@@ -37,7 +37,7 @@ from casa_assets.articulate.segment.orthographic import (
 )
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints, Mask
-from casa_assets.mesh.topology import connected_groups
+from casa_assets.mesh.surface import connected_groups
 
 # Known fronts ---------------------------------------------------------------------------------------------------------
 # Fragments of a one-piece shell that segmentation has already found to be fronts, with their probabilities.

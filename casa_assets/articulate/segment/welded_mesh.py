@@ -15,8 +15,7 @@ import numpy as np
 
 from casa_assets.articulate.plan import Frame
 from casa_assets.core.numeric import Floats, Ints, Mask
-from casa_assets.mesh.surface import face_normals
-from casa_assets.mesh.topology import connected_groups, face_components, merge_rows, weld
+from casa_assets.mesh.surface import connected_groups, face_components, face_normals, merge_rows, weld
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel
 

@@ -13,8 +13,7 @@ from casa_assets.core.numeric import Floats
 from casa_assets.mesh.solid.deviation import distances_outside_hulls, surface_samples
 from casa_assets.mesh.solid.primitive import link_bounds, tessellate
 from casa_assets.mesh.solid.solids import union
-from casa_assets.mesh.surface import face_normals, signed_volume
-from casa_assets.mesh.topology import is_closed, weld
+from casa_assets.mesh.surface import face_normals, is_closed, signed_volume, weld
 from casa_assets.mesh.voxels import closed_shares, open_rooms
 from casa_assets.model.asset.asset import Asset, Base, Collider, Link
 from casa_assets.model.asset.parts import Hull

@@ -10,8 +10,7 @@ import numpy as np
 from casa_assets.checks import check
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.mesh.planar import counter_clockwise, signed_area
-from casa_assets.mesh.surface import backward_share, face_normals
-from casa_assets.mesh.topology import inside_out_faces, weld
+from casa_assets.mesh.surface import backward_share, face_normals, inside_out_faces, weld
 from casa_assets.model.asset.asset import Asset, Link, Visual
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2

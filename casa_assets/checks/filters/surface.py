@@ -14,8 +14,7 @@ from casa_assets.checks import check
 from casa_assets.checks.package import Package
 from casa_assets.core.numeric import Floats, Ints, Mask, linear_from_srgb_array, srgb_from_linear_array
 from casa_assets.mesh.solid.deviation import Visibility, measure_visibility
-from casa_assets.mesh.surface import face_normals
-from casa_assets.mesh.topology import edge_counts, face_components, weld
+from casa_assets.mesh.surface import edge_counts, face_components, face_normals, weld
 from casa_assets.model.asset.asset import Asset, Visual
 from casa_assets.model.asset.material import Material, Texture
 from casa_assets.model.registry.category import MatterFill, RestingPose

@@ -50,8 +50,7 @@ if TYPE_CHECKING:
     from casa_assets.articulate.run.steps import ArticulateOutcome
     from casa_assets.ingest.run.run import Options
     from casa_assets.ingest.run.shards import Shard
-    from casa_assets.ingest.sources.found import Found
-    from casa_assets.ingest.sources.places import StoreRoot
+    from casa_assets.ingest.sources.places import Found, StoreRoot
     from casa_assets.model.record import Vec3
     from casa_assets.runs.outcome import Event
 
@@ -171,7 +170,7 @@ def _run_once(
     sources: list[Path | StoreRoot], options: Options, output: Output, explain: bool, sending: batch_output.Sending
 ) -> list[Event]:
     from casa_assets.ingest.run.run import ingest as run
-    from casa_assets.ingest.run.shards import NAME as SHARD_RECORD
+    from casa_assets.ingest.run.shards import SHARD_FILE
 
     others: Counter[str] = Counter()
 
@@ -182,7 +181,7 @@ def _run_once(
     if not events and options.only:
         output.line(f"nothing is rejected with, or in review for, {', '.join(sorted(options.only))}")
         return []
-    if not events and options.shard is not None and (options.dry_run or (options.library / SHARD_RECORD).is_file()):
+    if not events and options.shard is not None and (options.dry_run or (options.library / SHARD_FILE).is_file()):
         output.line(f"shard {options.shard} has none of the inputs")
         return []
     if not events:

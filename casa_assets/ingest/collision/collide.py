@@ -4,20 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import DegenerateShape, Rejected
-from casa_assets.ingest.collision.components import (
-    Budget,
-    DecompositionFailed,
-    any_nested,
-    connected_parts,
-    decompose,
-    measure_part,
-    thickness,
-)
+from casa_assets.ingest.collision.decompose import Budget, DecompositionFailed, decompose
 from casa_assets.ingest.collision.fit import (
     SAMPLES,
     SOUND_SHARE,
@@ -38,46 +31,70 @@ from casa_assets.ingest.collision.plane_splits import (
     split_to_volume,
 )
 from casa_assets.ingest.collision.rings import cut_vessel
-from casa_assets.ingest.collision.solid_proxy import SolidProxy, solid_proxy, without_windows
+from casa_assets.ingest.collision.solid_proxy import (
+    SolidProxy,
+    any_nested,
+    connected_parts,
+    measure_part,
+    solid_proxy,
+    thickness,
+    without_windows,
+)
 from casa_assets.ingest.draft import Draft, PlacedShape, placed_hull, warning
+from casa_assets.mesh.solid import solids
 from casa_assets.mesh.solid.deviation import protrusion, surface_samples
 from casa_assets.mesh.solid.primitive import best_primitive, shape_bounds, tessellate
-from casa_assets.mesh.solid.solids import (
-    Solid,
-    convex_hull,
-    hull_points,
-    hull_volume,
-    hull_with_volume,
-    hull_within_tolerance,
-    simplified_solid,
-    simplify_solid,
-    small_hull,
-    surface_of,
-)
-from casa_assets.mesh.surface import solid_moments
-from casa_assets.mesh.topology import face_components
+from casa_assets.mesh.surface import face_components, solid_moments
 from casa_assets.mesh.voxels import NO_ROOMS, OpenRooms, open_rooms
 from casa_assets.model.asset.parts import Box, Cylinder, Hull
 from casa_assets.model.issue import REVIEW_CODE, Issue
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose
 
-# Largest share of the surface that may stick out of the shapes; a little below the limit of the check, which samples
-# the finished mesh.
+# Largest share of the surface that may stick out of the shapes; below the limit of the check of the finished mesh.
 MAX_BARE_SHARE = 0.04
+Decomposer = Callable[[str, Floats, Ints, Budget], list[Floats]]
+# All numbers below are choices.
+# Faces that CoACD is given; more of them hardly change the hulls and take much longer.
+COACD_FACES = 2000
+# With more faces than this after that, as lattices have, it takes minutes and is not tried.
+MAX_COACD_FACES = 4000
+# Faces that cutting by planes is given at most, as far as simplification reaches that.
+CUT_FACES = 2500
+# Share of the error bound that strategies aim at, and share that reducing the vertices of a hull may add.
+AIM_SHARE, REDUCE_SHARE = 0.8, 0.15
+# Share of the thickness of a wall that the chord of a sector may cut off.
+CHORD_SHARE = 0.4
+# One hull or primitive is tried for meshes that fill at least this share of their hull.
+ONE_HULL_FILL = 0.8
+# One shape is taken for something solid with a stalk if its largest error is at most this many times the bound, and for
+# something without a resting pose if it fills so much of its hull.
+STALK_ERROR, ROLLING_FILL = 2.0, 0.88
+# Volume by which hulls may be wrong, beyond a solid and short of it, as a share of its volume, before it is cut further
+# than the error bound asks for; and the number of parts at which that ends.
+EXCESS_SHARE, MAX_FINE_PARTS = 0.04, 24
+# Smallest share of a primitive that the hull has to fill: of one primitive for everything that is within the bound, of
+# one for packed goods (a can with its rims is a cylinder, a carton a box), and of one for a part.
+PRIMITIVE_FILL, PACKED_PRIMITIVE_FILL, PART_PRIMITIVE_FILL = 0.85, 0.89, 0.92
+# More than any primitive reaches: only hulls are made.
+NO_PRIMITIVE = 2.0
+# Cosine between straight down and the outward normal of the side that a box rests on.
+RESTING_SIDE_COSINE = 0.9
+# Windows are closed, and a general decomposition is tried, where the best normalized error so far is larger than this.
+WINDOWS_FROM_ERROR, COACD_FROM_ERROR, VHACD_FROM_ERROR = 2.5, 2.5, 3.0
+# Height of a hollow below the floor that may be filled, as a share of the longest side.
+FOOT_SHARE = 0.04
+# Error of the walls, over the bound, from which on that hollow may be filled. Shifting a wall outwards halves it.
+MAX_SHIFT_ERROR = 1.6
+# Hulls thinner than this, metres, are dropped.
+SPLINTER_M = 1e-5
 
 
-@dataclass(frozen=True)
-class Candidate:
+class Candidate(NamedTuple):
     """Collision shapes of one strategy, with its name and their error; a normalized error of 1 is the bound."""
 
     shapes: tuple[PlacedShape, ...]
     name: str
     errors: FitErrors
-
-    @property
-    def rank(self) -> tuple[bool, float]:
-        """Smaller is better: first what the checks accept, then the least error."""
-        return not self.errors.is_sound, self.errors.normalized_error
 
 
 def collide(draft: Draft, category: Category, params: CollideParams, decomposer: Decomposer = decompose) -> Draft:
@@ -96,7 +113,7 @@ def collide(draft: Draft, category: Category, params: CollideParams, decomposer:
         raise Rejected("MSH004", "no collision shape with a volume fits; the mesh is a sheet or a line")
     notes: list[Issue] = []
     reason = f"the mesh fills {whole.hull_fill:.0%} of its hull"
-    is_one_shape = is_full and whole.hull_fill >= params.hull_ratio and not kept_rooms
+    is_one_shape = is_full and whole.hull_fill >= params.hull_volume_ratio and not kept_rooms
     proxy = None if is_one_shape else solid_proxy(points, faces, is_full)
     task, best = None, None
     if proxy is not None:
@@ -113,7 +130,7 @@ def collide(draft: Draft, category: Category, params: CollideParams, decomposer:
         name, confidence = "one shape: the mesh fills its hull", 1.0
     elif task is not None and best is not None:
         shapes, name, confidence = best.shapes, best.name, 1 / (1 + max(0.0, best.errors.normalized_error - 1))
-        if best.errors.closed_share > SOUND_SHARE * params.closed_share:
+        if best.errors.closed_share > SOUND_SHARE * params.room_closed:
             notes.append(_closed_room_note(best.errors.closed_share, best.name, params))
         reason += f"; {task.proxy.message}; {describe_fit(clouds_of(shapes), task.reference, best.errors)}"
     else:
@@ -149,7 +166,7 @@ def _best(task: CollisionTask, notes: list[Issue]) -> Candidate | None:
             continue
         except DegenerateShape:
             continue
-        if found.errors.bare_share <= MAX_BARE_SHARE and (best is None or found.rank < best.rank):
+        if found.errors.bare_share <= MAX_BARE_SHARE and (best is None or found.errors.rank < best.errors.rank):
             best = found
     return best
 
@@ -192,61 +209,14 @@ def _is_known(category: Category) -> bool:
     return category.id != category.parent
 
 
-Decomposer = Callable[[str, Floats, Ints, Budget], list[Floats]]
-
-# All numbers below are choices.
-# Faces that CoACD is given; more of them hardly change the hulls and take much longer.
-COACD_FACES = 2000
-# With more faces than this after that, as lattices have, it takes minutes and is not tried.
-MAX_COACD_FACES = 4000
-# Faces that cutting by planes is given at most, as far as simplification reaches that.
-CUT_FACES = 2500
-# Share of the error bound that strategies aim at, and share that reducing the vertices of a hull may add.
-AIM_SHARE = 0.8
-REDUCE_SHARE = 0.15
-# Share of the thickness of a wall that the chord of a sector may cut off.
-CHORD_SHARE = 0.4
-# One hull or primitive is tried for meshes that fill at least this share of their hull.
-ONE_HULL_FILL = 0.8
-# One shape is taken for something solid with a stalk if its largest error is at most so many times the bound, and for
-# something without a resting pose if it fills so much of its hull.
-STALK_ERROR = 2.0
-ROLLING_FILL = 0.88
-# Volume by which hulls may be wrong, beyond a solid and short of it, as a share of its volume, before it is cut further
-# than the error bound asks for; and the number of parts at which that ends.
-EXCESS_SHARE = 0.04
-MAX_FINE_PARTS = 24
-# Smallest share of a primitive that the hull has to fill: of one primitive for everything that is within the bound, of
-# one for packed goods (a can with its rims is a cylinder, a carton a box), and of one for a part.
-PRIMITIVE_FILL = 0.85
-PACKED_PRIMITIVE_FILL = 0.89
-PART_PRIMITIVE_FILL = 0.92
-# More than any primitive reaches: only hulls are made.
-NO_PRIMITIVE = 2.0
-# Cosine between straight down and the outward normal of the side that a box rests on.
-RESTING_SIDE_COSINE = 0.9
-# Windows are closed, and a general decomposition is tried, where the best normalized error so far is larger than this.
-WINDOWS_FROM_ERROR = 2.5
-COACD_FROM_ERROR = 2.5
-VHACD_FROM_ERROR = 3.0
-# Height of a hollow below the floor that may be filled, as a share of the longest side.
-FOOT_SHARE = 0.04
-# Error of the walls, over the bound, from which on that hollow may be filled. Shifting a wall outwards halves it.
-MAX_SHIFT_ERROR = 1.6
-# Hulls thinner than this, metres, are dropped.
-SPLINTER_M = 1e-5
-
-
 @dataclass(frozen=True)
 class CollisionTask:
     """Input of a strategy.
 
-    Attributes:
-        points, faces: (P, 3) welded, metres, and (F, 3).
-        is_full: solid all through, so that holes in the surface are closed. hull_fill: share of its hull, 0..1.
-        rests_any_way: it has no preferred resting pose. is_packed: goods in a can, a box and the like.
-        proxy: solid of the surface. reference: what shapes are measured against.
-        params: limits. decomposer: runs CoACD or V-HACD out of process.
+    `points`, `faces`: (P, 3) welded, metres, and (F, 3). `is_full`: solid all through, so that holes in the surface are
+    closed. `hull_fill`: share of its hull, 0..1. `rests_any_way`: it has no preferred resting pose. `is_packed`: goods
+    in a can, a box and the like. `proxy`: solid of the surface. `reference`: what shapes are measured against.
+    `params`: limits. `decomposer`: runs CoACD or V-HACD out of process.
     """
 
     points: Floats
@@ -282,14 +252,14 @@ class CollisionTask:
 
     def reduced(self, cloud: Floats) -> Floats:
         """The vertices, (N, 3), of the hull around a cloud that a collision shape has."""
-        return hull_within_tolerance(cloud, self.params.hull_vertices, self.slack)
+        return solids.hull_within_tolerance(cloud, self.params.hull_vertices, self.slack)
 
 
 def _by_one(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     """One primitive or hull around everything, where it lies close enough."""
     if task.hull_fill < ONE_HULL_FILL:
         return [], ""
-    hull, _ = convex_hull(task.points)
+    hull, _ = solids.convex_hull(task.points)
     primitive = best_primitive(hull)
     if primitive is not None and primitive.ratio >= PRIMITIVE_FILL:
         placed = PlacedShape(shape=primitive.shape, pose=primitive.pose)
@@ -315,7 +285,7 @@ def _by_one(task: CollisionTask) -> tuple[list[PlacedShape], str]:
 def _by_parts(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     """One shape for each connected part; empty if there is only one part, or if parts are not convex or are nested."""
     pieces = connected_parts(task.points, task.faces, task.params.hull_count)
-    if len(pieces) < 2 or any(p.hull_fill < task.params.hull_ratio for p in pieces) or any_nested(pieces):
+    if len(pieces) < 2 or any(p.hull_fill < task.params.hull_volume_ratio for p in pieces) or any_nested(pieces):
         return [], ""
     return [one_shape(p.points, task.params) for p in pieces], "one shape for each piece"
 
@@ -334,40 +304,39 @@ def _by_rings_of_tube(task: CollisionTask) -> tuple[list[PlacedShape], str]:
 def _rings(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     bound, surface = task.reference.bound, task.reference.surface
     min_error_m = min(CHORD_SHARE * task.proxy.mean_wall_m, AIM_SHARE * bound.p95)
-    solid = simplify_solid(task.proxy.solid, task.slack / 2)
+    solid = solids.simplify_solid(task.proxy.solid, task.slack / 2)
     foot_height_m = FOOT_SHARE * surface.longest
     vessel = cut_vessel(solid, min_error_m, MAX_SHIFT_ERROR * bound.p95, foot_height_m, task.part_count)
     if vessel is None:
         return [], ""
     max_wall_parts = task.part_count - len(vessel.floors)
     pieces = split_to_bound([*vessel.wall_parts, *vessel.handles], surface, bound, max_wall_parts)
-    floors = [task.reduced(hull_points([p])) for p in vessel.floors]
+    floors = [task.reduced(solids.hull_points([p])) for p in vessel.floors]
     walls = [_shifted_wall_hull(piece, task) for piece in pieces]
     return _primitives_or_hulls([*floors, *walls], task), vessel.message
 
 
-def _shifted_wall_hull(piece: Solid, task: CollisionTask) -> Floats:
+def _shifted_wall_hull(piece: solids.Solid, task: CollisionTask) -> Floats:
     """The hull around a part of a wall, shifted horizontally outwards where it fills much of the hollow side."""
-    cloud = task.reduced(hull_points([piece]))
+    cloud = task.reduced(solids.hull_points([piece]))
     excess = protrusion(cloud, task.reference.surface)
     error = float(np.percentile(excess, 95)) if len(excess) else 0.0
     if error <= task.aim.p95:
         return cloud
     # What the hull adds lies on the hollow side, so the centre of mass of the part lies outwards from that of the hull.
-    shift_direction = solid_moments(*surface_of(piece))[1] - solid_moments(*convex_hull(cloud))[1]
+    shift_direction = solid_moments(*solids.surface_of(piece))[1] - solid_moments(*solids.convex_hull(cloud))[1]
     length = float(np.hypot(shift_direction[0], shift_direction[1]))
     if length <= 0:
         return cloud
     # Limited, so that contacts stay close to the visible wall.
-    shift = min(error / 2, max(task.params.error_m, task.aim.p95))
+    shift = min(error / 2, max(task.params.collider_error_m, task.aim.p95))
     moved: Floats = cloud + np.array([shift_direction[0], shift_direction[1], 0.0]) / length * shift
     before, after = (normalized_error(c, task.reference.surface, task.aim) for c in (cloud, moved))
     return moved if after < before else cloud
 
 
 def _by_cuts(task: CollisionTask) -> tuple[list[PlacedShape], str]:
-    """Cut by planes where hulls would stick out most."""
-    solid = simplify_solid(task.proxy.solid, task.slack / 16, CUT_FACES, 2 * task.slack)
+    solid = solids.simplify_solid(task.proxy.solid, task.slack / 16, CUT_FACES, 2 * task.slack)
     pieces = split_to_bound([solid], task.reference.surface, task.aim, task.part_count)
     excess_m3 = EXCESS_SHARE * float(solid.volume())
     pieces = split_to_volume(pieces, excess_m3, max(MAX_FINE_PARTS, len(pieces)), task.aim.p95, task.reduced)
@@ -383,7 +352,7 @@ def _by_closed_windows(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     if proxy is None:
         return [], ""
     rooms, kept = task.reference.rooms, task.reference.kept_rooms
-    points, faces = surface_of(proxy.solid)
+    points, faces = solids.surface_of(proxy.solid)
     closed = replace(task, proxy=proxy, reference=fit_reference(points, faces, proxy.solid, True, rooms, kept))
     shapes, message = _rings(closed)
     if not shapes:
@@ -393,13 +362,13 @@ def _by_closed_windows(task: CollisionTask) -> tuple[list[PlacedShape], str]:
 
 def _by_coacd(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     """CoACD of a closed manifold; empty if it has too many connected components, since each gets a hull."""
-    solid = simplified_solid(*surface_of(task.proxy.solid), COACD_FACES)
+    solid = solids.simplified_solid(*solids.surface_of(task.proxy.solid), COACD_FACES)
     if solid is None or len(solid[1]) > MAX_COACD_FACES:
         return [], ""
     if len(np.unique(face_components(solid[1], len(solid[0])))) > task.params.hull_count:
         return [], ""
     # CoACD's surface error is about half the threshold times the longest side.
-    threshold = min(max(2 * task.params.error_m / task.reference.surface.longest, 0.03), 0.2)
+    threshold = min(max(2 * task.params.collider_error_m / task.reference.surface.longest, 0.03), 0.2)
     clouds = task.decomposer("coacd", *solid, replace(task.budget, threshold=threshold))
     return _primitives_or_hulls(clouds, task), "decomposed by CoACD"
 
@@ -423,13 +392,12 @@ STRATEGIES: tuple[tuple[Callable[[CollisionTask], tuple[list[PlacedShape], str]]
 )
 
 
-def _hulls(groups: list[list[Solid]], task: CollisionTask) -> list[PlacedShape]:
+def _hulls(groups: list[list[solids.Solid]], task: CollisionTask) -> list[PlacedShape]:
     """A hull of few vertices, or the primitive that it is, around each group of solids."""
-    clouds = []
-    for group in groups:
-        volume_m3 = sum(float(solid.volume()) for solid in group)
-        clouds.append(hull_with_volume(task.reduced(hull_points(group)), volume_m3, task.reference.box))
-    return _primitives_or_hulls(clouds, task)
+    volumes_m3 = [sum(float(solid.volume()) for solid in group) for group in groups]
+    clouds = [task.reduced(solids.hull_points(group)) for group in groups]
+    grown = [solids.hull_with_volume(c, v, task.reference.box) for c, v in zip(clouds, volumes_m3, strict=True)]
+    return _primitives_or_hulls(grown, task)
 
 
 def clouds_of(shapes: tuple[PlacedShape, ...]) -> list[Floats]:
@@ -438,21 +406,22 @@ def clouds_of(shapes: tuple[PlacedShape, ...]) -> list[Floats]:
 
 
 def _primitives_or_hulls(clouds: list[Floats], task: CollisionTask) -> list[PlacedShape]:
-    thick_clouds = [cloud for cloud in clouds if thickness(cloud) > SPLINTER_M]
-    return [s for s in (_shape_or_none(cloud, task) for cloud in thick_clouds) if s is not None]
-
-
-def _shape_or_none(cloud: Floats, task: CollisionTask) -> PlacedShape | None:
-    """The primitive around a cloud if it fits as well as the hull, else the hull; None if the cloud has no volume."""
-    try:
-        placed = one_shape(cloud, task.params.replace(primitive_ratio=PART_PRIMITIVE_FILL))
-    except DegenerateShape:
-        return None
-    if isinstance(placed.shape, Hull):
-        return placed
-    [grown] = clouds_of((placed,))
-    error, of_hull = (normalized_error(c, task.reference.surface, task.aim) for c in (grown, cloud))
-    return placed if error <= max(1.0, of_hull) else one_shape(cloud, task.params.replace(primitive_ratio=NO_PRIMITIVE))
+    """Around each cloud with a volume the primitive if it fits as well as the hull, else the hull."""
+    shapes = []
+    for cloud in clouds:
+        if thickness(cloud) <= SPLINTER_M:
+            continue
+        try:
+            placed = one_shape(cloud, task.params.replace(primitive_volume_ratio=PART_PRIMITIVE_FILL))
+        except DegenerateShape:
+            continue
+        if not isinstance(placed.shape, Hull):
+            [grown] = clouds_of((placed,))
+            error, of_hull = (normalized_error(c, task.reference.surface, task.aim) for c in (grown, cloud))
+            if error > max(1.0, of_hull):
+                placed = one_shape(cloud, task.params.replace(primitive_volume_ratio=NO_PRIMITIVE))
+        shapes.append(placed)
+    return shapes
 
 
 def whole_shape(cloud: Floats, fill: float, is_packed: bool, params: CollideParams, samples: Floats) -> PlacedShape:
@@ -460,8 +429,10 @@ def whole_shape(cloud: Floats, fill: float, is_packed: bool, params: CollidePara
 
     `fill`: share of the hull that is matter, 0..1. `samples`: (N, 3) points spread over the surface, metres.
     """
-    min_ratio = min(params.primitive_ratio, PACKED_PRIMITIVE_FILL) if is_packed else params.primitive_ratio
-    placed = one_shape(cloud, params.replace(primitive_ratio=min_ratio))
+    min_ratio = (
+        min(params.primitive_volume_ratio, PACKED_PRIMITIVE_FILL) if is_packed else params.primitive_volume_ratio
+    )
+    placed = one_shape(cloud, params.replace(primitive_volume_ratio=min_ratio))
     if is_packed and isinstance(placed.shape, Box):
         placed = _with_sides_moved_in(placed, placed.shape, samples)
     # The corners of a box reach beyond rounded ones, and moved sides stay short of bulges: then a hull fits better.
@@ -475,9 +446,9 @@ def whole_shape(cloud: Floats, fill: float, is_packed: bool, params: CollidePara
 
 def _hull_of(cloud: Floats, fill: float, params: CollideParams) -> tuple[Floats, Ints]:
     """The hull of few vertices around a cloud, with as much volume as there is matter in the whole hull."""
-    points = small_hull(cloud, params.hull_vertices)[0]
+    points = solids.small_hull(cloud, params.hull_vertices)[0]
     box = np.array([cloud.min(axis=0), cloud.max(axis=0)])
-    return convex_hull(hull_with_volume(points, fill * hull_volume(cloud), box))
+    return solids.convex_hull(solids.hull_with_volume(points, fill * solids.hull_volume(cloud), box))
 
 
 def _with_sides_moved_in(placed: PlacedShape, box: Box, samples: Floats) -> PlacedShape:
@@ -501,8 +472,8 @@ def _with_sides_moved_in(placed: PlacedShape, box: Box, samples: Floats) -> Plac
 
 def one_shape(cloud: Floats, params: CollideParams) -> PlacedShape:
     """The primitive around a cloud where it fits tightly, else its hull of few vertices."""
-    hull, _ = convex_hull(cloud)
-    primitive = best_primitive(hull) if params.primitive_ratio <= 1 else None
-    if primitive is not None and primitive.ratio >= params.primitive_ratio:
+    hull, _ = solids.convex_hull(cloud)
+    primitive = best_primitive(hull) if params.primitive_volume_ratio <= 1 else None
+    if primitive is not None and primitive.ratio >= params.primitive_volume_ratio:
         return PlacedShape(shape=primitive.shape, pose=primitive.pose)
-    return placed_hull(*small_hull(hull, params.hull_vertices))
+    return placed_hull(*solids.small_hull(hull, params.hull_vertices))

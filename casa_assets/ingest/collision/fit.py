@@ -13,6 +13,7 @@ from casa_assets.errors import DegenerateShape
 from casa_assets.ingest.collision.plane_splits import ErrorBound
 from casa_assets.ingest.draft import PlacedShape
 from casa_assets.mesh.planar import outline_of
+from casa_assets.mesh.solid import solids
 from casa_assets.mesh.solid.deviation import (
     Deviation,
     ReferenceSurface,
@@ -23,89 +24,74 @@ from casa_assets.mesh.solid.deviation import (
     surface_samples,
 )
 from casa_assets.mesh.solid.primitive import shape_bounds
-from casa_assets.mesh.solid.solids import (
-    Solid,
-    convex_hull,
-    hull_volume,
-    intersection_volume,
-    section_contours,
-    surface_of,
-    union,
-)
 from casa_assets.mesh.surface import signed_volume
 from casa_assets.mesh.voxels import NO_ROOMS, OpenRooms, closed_shares, fillable_volume, voxelise
 from casa_assets.model.asset.parts import Box, Hull, Mesh
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
 
-
-class CollideParams(Record):
-    """Limits of the stage.
-
-    Attributes:
-        hull_count: most shapes. hull_vertices: most vertices of a hull.
-        primitive_ratio: smallest share of a primitive that the hull has to fill.
-        hull_ratio: smallest share of the hull that the mesh has to fill for one shape.
-        error_m: distance from the shapes up to which the mesh counts as covered.
-        box_m, box_ratio: how far the boxes around shapes and mesh may be apart: metres, and where that is more a share
-            of the longest side (AST009).
-        closed_share: largest share of an open room that shapes may fill or close off (AST018).
-    """
-
-    hull_count: int = 32
-    hull_vertices: int = 64
-    primitive_ratio: float = 0.95
-    hull_ratio: float = 0.95
-    error_m: float = 0.004
-    box_m: float = 0.004
-    box_ratio: float = 0.02
-    closed_share: float = 0.35
-
-    def box_bound(self, longest: float) -> float:
-        """How far the bounding box of the shapes may be from that of a mesh of this longest side, metres."""
-        return max(self.box_m, self.box_ratio * longest)
-
-
-# Fit ------------------------------------------------------------------------------------------------------------------
-
-# All numbers below are choices.
-# Points sampled on the mesh.
+# All numbers below are choices. Points sampled on the mesh.
 SAMPLES = 4000
-# Largest distance of shapes from the surface for 95 % of it (at least P95_M), and for all of it; shares of the longest
-# side.
-P95_M = 0.002
-P95_RATIO = 0.015
-WORST_RATIO = 0.05
+# Largest distance of shapes from the surface for 95 % of it (at least P95_M), and for all of it; shares of its length.
+P95_M, P95_RATIO, WORST_RATIO = 0.002, 0.015, 0.05
 # Voxels along the longest side of the grid in which the opening of a vessel is found. A smaller share of the hull than
 # MIN_OPENING_SHARE is no opening, and at most MAX_OPENING_POINTS voxels of it are tested.
-OPENING_CELLS = 64
-MIN_OPENING_SHARE = 0.03
-MAX_OPENING_POINTS = 4000
-# Voxels along the longest side of the grid that tells which parts of the surface can be touched: gaps narrower than a
+OPENING_CELLS, MIN_OPENING_SHARE, MAX_OPENING_POINTS = 64, 0.03, 4000
+# Voxels along the longest side of the grid that shows which parts of the surface can be touched: gaps narrower than a
 # voxel count as closed. A voxel is about as wide as P95_RATIO.
 REACH_CELLS = 66
 # Largest share of an opening that shapes may fill, and of an open room that they may fill or close off. The check of
 # the finished asset grants a room more.
-MAX_FILLED_SHARE = 0.15
-MAX_CLOSED_SHARE = 0.2
-# Share of the bounds of the checks on bounding boxes and rooms that is used up at most, since these look at what is
-# written.
+MAX_FILLED_SHARE, MAX_CLOSED_SHARE = 0.15, 0.2
+# Share of the bounds of the checks on bounding boxes and rooms that is used up at most: these look at files.
 SOUND_SHARE = 0.9
+# Height of the box, metres, and at most as a share of that of the thing. Hulls begin in its middle.
+FOOT_M, FOOT_RATIO = 0.001, 0.03
+# What is so little above the lowest point, as a share of the height of the foot, stands on the floor too.
+LEVEL_SHARE = 0.5
+# A foot is flat if its outline takes at least this share of the box around the thing, seen from above; and one, not
+# several legs, if matter with its hollows fills this share of the outline.
+MIN_OUTLINE_SHARE, MIN_FILLED_SHARE = 0.08, 0.8
+# Boxes are tried at this many angles over a quarter turn.
+ANGLES = 12
+
+
+class CollideParams(Record):
+    """Limits of the stage, by their names in registry/limits.yaml.
+
+    `hull_count`: most shapes. `hull_vertices`: most vertices of a hull. `primitive_volume_ratio`: smallest share of a
+    primitive that the hull has to fill. `hull_volume_ratio`: smallest share of the hull that the mesh has to fill for
+    one shape. `collider_error_m`: distance from the shapes up to which the mesh counts as covered.
+    `collider_bounds_m`, `collider_bounds_ratio`: how far the boxes around shapes and mesh may be apart: metres, and
+    where that is more a share of the longest side (AST009). `room_closed`: largest share of an open room that shapes
+    may fill or close off (AST018).
+    """
+
+    hull_count: int = 32
+    hull_vertices: int = 64
+    primitive_volume_ratio: float = 0.95
+    hull_volume_ratio: float = 0.95
+    collider_error_m: float = 0.004
+    collider_bounds_m: float = 0.004
+    collider_bounds_ratio: float = 0.02
+    room_closed: float = 0.35
+
+    def box_bound(self, longest: float) -> float:
+        """How far the bounding box of the shapes may be from that of a mesh of this longest side, metres."""
+        return max(self.collider_bounds_m, self.collider_bounds_ratio * longest)
 
 
 @dataclass(frozen=True)
 class FitReference:
     """Reference that the collision shapes of a mesh are measured against.
 
-    Attributes:
-        solid: proxy of the mesh. surface: of that solid. samples: (N, 3) points on the mesh itself, metres.
-        box: (2, 3) lower and upper corner of the mesh.
-        opening_points: (M, 3) points in the opening of a vessel; empty if it has no opening.
-        bound: largest error that shapes may have.
-        rooms: open rooms of the mesh. kept_rooms: indices of those that shapes have to leave open.
+    `solid`: proxy of the mesh. `surface`: of that solid. `samples`: (N, 3) points on the mesh itself, metres. `box`:
+    (2, 3) lower and upper corner of the mesh. `opening_points`: (M, 3) points in the opening of a vessel; empty if it
+    has no opening. `bound`: largest error that shapes may have. `rooms`: open rooms of the mesh. `kept_rooms`: indices
+    of those that shapes have to leave open.
     """
 
-    solid: Solid
+    solid: solids.Solid
     surface: ReferenceSurface
     samples: Floats
     box: Floats
@@ -119,12 +105,10 @@ class FitReference:
 class FitErrors:
     """Errors of collision shapes: deviations, share of the opening left open, and the largest error over its bound.
 
-    Attributes:
-        bare_share: share of the mesh that lies farther outside of the shapes than the limit `error_m`, 0..1.
-        open_share: share of the opening that is left open; None if the mesh has no opening.
-        closed_share: largest share of an open room that is filled or closed off; 0 if the mesh has no open room.
-        is_sound: the checks on bounding boxes and on open rooms will accept the shapes.
-        normalized_error: largest of all errors, each divided by its bound; 1 or less is good enough.
+    `bare_share`: share of the mesh that lies farther outside of the shapes than the limit `error_m`, 0..1.
+    `open_share`: share of the opening that is left open; None if the mesh has no opening. `closed_share`: largest share
+    of an open room that is filled or closed off; 0 if the mesh has no open room. `is_sound`: the checks on bounding
+    boxes and on open rooms will accept the shapes. `normalized_error`: largest error over its bound, 1 is enough.
     """
 
     deviation: Deviation
@@ -134,22 +118,30 @@ class FitErrors:
     is_sound: bool
     normalized_error: float
 
+    @property
+    def rank(self) -> tuple[bool, float]:
+        """Smaller is better: first what the checks accept, then the least error."""
+        return not self.is_sound, self.normalized_error
+
 
 def fit_reference(
     points: Floats,
     faces: Ints,
-    solid: Solid,
+    solid: solids.Solid,
     is_open: bool,
     rooms: OpenRooms = NO_ROOMS,
     kept_rooms: Sequence[int] = (),
 ) -> FitReference:
-    """Prepare what all candidate shapes of a mesh, welded, metres, z up, are measured against.
-
-    `is_open`: openings of the mesh are meant, and not damage to something solid. For the others see FitReference.
-    """
-    surface = _touchable(reference_surface(*surface_of(solid)), points, faces, not is_open)
+    """Prepare what shapes of a mesh, welded, metres, z up, are measured against; `is_open`: its openings are meant."""
+    surface = _touchable(reference_surface(*solids.surface_of(solid)), points, faces, not is_open)
     bound = ErrorBound(max(P95_M, P95_RATIO * surface.longest), WORST_RATIO * surface.longest)
-    opening_points = _opening_points(points, faces) if is_open else np.zeros((0, 3))
+    opening_points = np.zeros((0, 3))
+    if is_open:  # the volume that would hold water
+        grid = voxelise(points, faces, OPENING_CELLS)
+        is_filled = fillable_volume(grid.solid)
+        if float(is_filled.sum()) * grid.cell**3 >= MIN_OPENING_SHARE * solids.hull_volume(points):
+            places: Floats = grid.origin + np.argwhere(is_filled) * grid.cell
+            opening_points = places[:: max(1, len(places) // MAX_OPENING_POINTS)]
     used = points[np.unique(faces)]
     box = np.stack([used.min(axis=0), used.max(axis=0)])
     samples = surface_samples(points, faces, SAMPLES)
@@ -164,16 +156,6 @@ def _touchable(surface: ReferenceSurface, points: Floats, faces: Ints, is_full: 
     return replace(surface, probes=surface.probes[is_reached]) if is_reached.any() else surface
 
 
-def _opening_points(points: Floats, faces: Ints) -> Floats:
-    """(M, 3) evenly picked points of the volume that would hold water; empty if that volume is small."""
-    grid = voxelise(points, faces, OPENING_CELLS)
-    is_filled = fillable_volume(grid.solid)
-    if float(is_filled.sum()) * grid.cell**3 < MIN_OPENING_SHARE * hull_volume(points):
-        return np.zeros((0, 3))
-    places: Floats = grid.origin + np.argwhere(is_filled) * grid.cell
-    return places[:: max(1, len(places) // MAX_OPENING_POINTS)]
-
-
 def measure_fit(clouds: Sequence[Floats], reference: FitReference, limits: CollideParams) -> FitErrors:
     """Measure how well convex shapes approximate a mesh. Raises DegenerateShape: no clouds, or one without a volume."""
     outside = distances_outside_hulls(reference.samples, clouds).round(6)
@@ -181,16 +163,22 @@ def measure_fit(clouds: Sequence[Floats], reference: FitReference, limits: Colli
     ratios = [error / most for error, most in zip(astuple(off), (bound.p95, bound.worst) * 3, strict=True)]
     open_share = None if not len(reference.opening_points) else 1 - inside_share(reference.opening_points, clouds)
     box_share = box_gap(np.concatenate(list(clouds)), reference.box) / limits.box_bound(reference.surface.longest)
-    closed_share = _closed_share(clouds, reference)
+    closed_share = 0.0
+    if reference.kept_rooms:
+        hulls = [solids.convex_hull(cloud) for cloud in clouds]
+        starts = np.cumsum([0, *(len(points) for points, _ in hulls)])
+        faces = np.concatenate([faces + start for (_, faces), start in zip(hulls, starts, strict=False)])
+        shares = closed_shares(reference.rooms, np.concatenate([points for points, _ in hulls]), faces)
+        closed_share = max(shares[k] for k in reference.kept_rooms)
     ratios += [box_share, closed_share / MAX_CLOSED_SHARE]
     if open_share is not None:
         ratios.append((1 - open_share) / MAX_FILLED_SHARE)
     return FitErrors(
         off,
-        float((outside > limits.error_m).mean()),
+        float((outside > limits.collider_error_m).mean()),
         open_share,
         closed_share,
-        max(box_share, closed_share / limits.closed_share) <= SOUND_SHARE,
+        max(box_share, closed_share / limits.room_closed) <= SOUND_SHARE,
         round(max(ratios), 6),
     )
 
@@ -200,23 +188,12 @@ def box_gap(points: Floats, box: Floats) -> float:
     return float(np.abs(np.stack([points.min(axis=0), points.max(axis=0)]) - box).max().round(6))
 
 
-def _closed_share(clouds: Sequence[Floats], reference: FitReference) -> float:
-    """Largest share of a room that is to be kept which shapes fill or close off."""
-    if not reference.kept_rooms:
-        return 0.0
-    hulls = [convex_hull(cloud) for cloud in clouds]
-    starts = np.cumsum([0, *(len(points) for points, _ in hulls)])
-    faces = np.concatenate([faces + start for (_, faces), start in zip(hulls, starts, strict=False)])
-    shares = closed_shares(reference.rooms, np.concatenate([points for points, _ in hulls]), faces)
-    return max(shares[k] for k in reference.kept_rooms)
-
-
 def describe_fit(clouds: Sequence[Floats], reference: FitReference, errors: FitErrors) -> str:
     """The errors of the chosen shapes in words, for the report."""
-    united = union([convex_hull(cloud) for cloud in clouds])
+    united = solids.union([solids.convex_hull(cloud) for cloud in clouds])
     volume, overlap = 0.0, 0.0
     if united is not None:
-        volume, overlap = signed_volume(*united), intersection_volume(united, surface_of(reference.solid))
+        volume, overlap = signed_volume(*united), solids.intersection_volume(united, solids.surface_of(reference.solid))
     solid_volume = float(reference.solid.volume())
     mm = [1000 * v for v in astuple(errors.deviation)]
     iou = overlap / (volume + solid_volume - overlap)
@@ -232,23 +209,7 @@ def describe_fit(clouds: Sequence[Floats], reference: FitReference, errors: FitE
     return ", ".join(words)
 
 
-# Foot -----------------------------------------------------------------------------------------------------------------
-
-# All numbers below are choices.
-# Height of the box, metres, and at most as a share of that of the thing. Hulls begin in its middle.
-FOOT_M = 0.001
-FOOT_RATIO = 0.03
-# What is so little above the lowest point, as a share of the height of the foot, stands on the floor too.
-LEVEL_SHARE = 0.5
-# A foot is flat if its outline takes at least this share of the box around the thing, seen from above; and one, not
-# several legs, if matter with its hollows fills this share of the outline.
-MIN_OUTLINE_SHARE = 0.08
-MIN_FILLED_SHARE = 0.8
-# Boxes are tried at so many angles over a quarter turn.
-ANGLES = 12
-
-
-def on_flat_foot(shapes: Sequence[PlacedShape], solid: Solid | None) -> tuple[PlacedShape, ...]:
+def on_flat_foot(shapes: Sequence[PlacedShape], solid: solids.Solid | None) -> tuple[PlacedShape, ...]:
     """Shapes with a box added under hulls that rest on a flat foot, or the same shapes if no such box fits.
 
     MuJoCo 3.3 occasionally finds only a single corner of a hull in contact with a plane, so that the object rocks and
@@ -266,7 +227,7 @@ def on_flat_foot(shapes: Sequence[PlacedShape], solid: Solid | None) -> tuple[Pl
     foot = points[points[:, 2] <= lowest + LEVEL_SHARE * height, :2]
     filled_m2 = np.inf
     if solid is not None:  # its section just above the foot, with hollows filled
-        filled_m2 = sum(a for a in map(_area, section_contours(solid, lowest + height)) if a > 0)
+        filled_m2 = sum(a for a in map(_area, solids.section_contours(solid, lowest + height)) if a > 0)
     box = _box_within(foot, float(size[0] * size[1]), filled_m2, lowest, height)
     if box is None:
         return tuple(shapes)
@@ -324,7 +285,7 @@ def _raised(placed: PlacedShape, level: float) -> PlacedShape | None:
     points = placed.pose.apply(placed.shape.mesh.vertices)
     points[:, 2] = points[:, 2].clip(level)
     try:
-        vertices, faces = convex_hull(points)
+        vertices, faces = solids.convex_hull(points)
     except DegenerateShape:
         return None
     return PlacedShape(shape=Hull(mesh=Mesh(vertices=vertices, faces=faces)))

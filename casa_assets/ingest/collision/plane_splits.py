@@ -23,17 +23,41 @@ from casa_assets.mesh.solid.solids import (
     surface_of,
     volume_of_hull,
 )
-from casa_assets.mesh.surface import face_normals
-from casa_assets.mesh.topology import connected_groups, directed_edges, edge_counts
+from casa_assets.mesh.surface import connected_groups, directed_edges, edge_counts, face_normals
 
 # With more pieces than these on one side that side is taken as one.
 MOST_PIECES = 24
 # Steps in which normals and offsets (of the longest side) of faces at hollow edges are counted as one plane.
-NORMAL_STEP = 0.05
-OFFSET_STEP = 0.01
+NORMAL_STEP, OFFSET_STEP = 0.05, 0.01
 # An edge is hollow where its faces turn towards each other by more than this sine.
-CONCAVE_SINE = 0.3
-MIN_PIECE_SHARE = 1e-5
+CONCAVE_SINE, MIN_PIECE_SHARE = 0.3, 1e-5
+# All numbers below are choices.
+# Planes that are tried across each axis.
+OFFSETS = 7
+# Planes through concave edges that are tried besides.
+CONCAVE_PLANES = 8
+# The best planes are tried in turn until one leaves parts enough.
+MAX_TRIED_PLANES = 4
+# Shares of the spacing by which the best plane is moved, to see whether it gets better.
+OFFSET_REFINEMENTS = (0.5, 0.25)
+# Variances along two principal axes that differ by less than this share of the largest count as equal.
+DISTINCT_SPREAD_SHARE = 0.02
+# Parts smaller than this share of the volume are crumbs of the cut and are dropped.
+MIN_PART_SHARE = 1e-5
+# A solid of more components than this is cut without separating the components of each half.
+MAX_LOOSE_PARTS = 8
+# Pairs of parts for which one common hull is tried, the cheapest first.
+MAX_MERGE_TRIES = 60
+# Largest share of the volume that a hull holds beyond its part which may be left once that part was cut.
+MAX_LEFT_EXCESS = 0.9
+# A part is cut this many times in turn before it is said that cutting does not help: the first of a ring gains nothing.
+MAX_BLIND_CUTS = 2
+# Where the best plane gains less than this share of the hull, one through the middle of the longest way is taken.
+MIN_GAIN = 0.005
+# Share of the volume by which one part more has to make hulls better, where they are near enough, or a merger may cost.
+PART_WORTH = 0.004
+# Share of the whole volume that a merger may always add.
+FREE_MERGE_COST = 1e-3
 
 
 @dataclass(frozen=True)
@@ -45,10 +69,7 @@ class Plane:
 
 
 def split_hull_volume(points: Floats, edges: Ints, plane: Plane) -> tuple[float, int]:
-    """Volume of the hulls, m^3, and their number, if a plane cut the solid and every piece got one hull.
-
-    `points`, `edges`: of the closed surface, (P, 3), and (E, 2), each once.
-    """
+    """Volume of the hulls, m^3, and their number, if a plane cut a closed surface of (P, 3) points and (E, 2) edges."""
     above = points @ plane.normal - plane.offset
     side = above > 0
     if side.all() or not side.any():
@@ -125,36 +146,6 @@ def concave_edge_planes(points: Floats, faces: Ints, most: int) -> list[Plane]:
     total = np.bincount(kind.ravel(), weights=weight, minlength=len(kinds)).round(9)
     best = np.lexsort([np.arange(len(kinds)), -total])[:most]
     return [Plane(normal[first[k]].round(9), round(float(offset[first[k]]), 9)) for k in best]
-
-
-# All numbers below are choices.
-# Planes that are tried across each axis.
-OFFSETS = 7
-# Planes through concave edges that are tried besides.
-CONCAVE_PLANES = 8
-# The best planes are tried in turn until one leaves parts enough.
-MAX_TRIED_PLANES = 4
-# Shares of the spacing by which the best plane is moved, to see whether it gets better.
-OFFSET_REFINEMENTS = (0.5, 0.25)
-# Variances along two principal axes that differ by less than this share of the largest count as equal.
-DISTINCT_SPREAD_SHARE = 0.02
-# Parts smaller than this share of the volume are crumbs of the cut and are dropped.
-MIN_PART_SHARE = 1e-5
-# A solid of more components than this is cut without separating the components of each half.
-MAX_LOOSE_PARTS = 8
-# Pairs of parts for which one common hull is tried, the cheapest first.
-MAX_MERGE_TRIES = 60
-# Largest share of the volume that a hull holds beyond its part which may be left once that part was cut.
-MAX_LEFT_EXCESS = 0.9
-# A part is cut so many times in turn before it is said that cutting does not help: the first of a ring gains nothing.
-MAX_BLIND_CUTS = 2
-# Where the best plane gains less than this share of the hull, one through the middle of the longest way is taken.
-MIN_GAIN = 0.005
-# Share of the volume by which one part more has to make hulls better, where they are near enough, and which a merger of
-# two may cost at most.
-PART_WORTH = 0.004
-# Share of the whole volume that a merger may always add.
-FREE_MERGE_COST = 1e-3
 
 
 @dataclass(frozen=True)
@@ -266,7 +257,6 @@ def _hull_error(solid: Solid, reduced: Callable[[Floats], Floats]) -> float:
 
 
 def _lack(cloud: Floats, reduced: Callable[[Floats], Floats]) -> float:
-    """Volume that a hull loses with its vertices, m^3."""
     few = reduced(cloud)
     return max(hull_volume(cloud) - hull_volume(few), 0.0) if len(few) < len(cloud) else 0.0
 

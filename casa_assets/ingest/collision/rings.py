@@ -20,21 +20,35 @@ from casa_assets.mesh.solid.solids import (
 from casa_assets.mesh.surface import face_normals
 
 # A face belongs to a turned surface where its normal misses the axis by less than this sine.
-AXIS_MISS_SINE = 0.17
-ROUNDS = 12
-ROWS = 60
-RAYS = 96
+AXIS_MISS_SINE, ROUNDS, ROWS, RAYS = 0.17, 12, 60, 96
+# A row is open, or solid, where this share of its rays says so; a choice.
+OPEN_RAY_SHARE = 0.6
+# A ring has at least this many sectors; a choice.
+MIN_SECTORS = 6
+# All numbers below are choices.
+# A vessel is round if the radii at one height differ by less than this share.
+ROUND_SPREAD = 0.05
+# Percentile of the outer radii at one height that is the radius of the body without handles.
+OUTLINE_PERCENTILE = 85
+# Errors are tried in steps, each this many times the one before.
+ERROR_GROWTH, MAX_STEPS = 1.2, 14
+# Parts below this share of the volume are crumbs of the cut.
+MIN_PART_SHARE = 1e-4
+# Parts that are kept for each handle.
+PARTS_PER_HANDLE = 6
+# Shares of the error that go to chords around the axis; two minus that goes to those along it.
+CHORD_ERROR_SHARES = (1.0, 0.6, 1.4)
+# Distance that the inner wall is set back, as a share of the error, and at most as a share of its thickness.
+SETBACK_SHARE, MAX_SETBACK_SHARE = 0.8, 0.6
 
 
 @dataclass(frozen=True)
 class WallProfile:
     """Walls of a solid around an upright axis, at ROWS heights and RAYS angles.
 
-    Attributes:
-        center: (2,) x and y of the axis, metres.
-        heights: (H,) metres, ascending. step: between two, metres.
-        inner: (H, A) radius at which matter begins, 0 if the axis is in it, nan if there is no matter.
-        outer: (H, A) radius at which the first stretch of matter ends.
+    `center`: (2,) x and y of the axis, metres. `heights`: (H,) metres, ascending. `step`: between two, metres. `inner`:
+    (H, A) radius at which matter begins, 0 if the axis is in it, nan if there is no matter. `outer`: (H, A) radius at
+    which the first stretch of matter ends.
     """
 
     center: Floats
@@ -123,14 +137,6 @@ def radius_spread(radii: Floats) -> float:
     return float((high - low) / middle) if middle > 0 else 1.0
 
 
-# Ring slabs -----------------------------------------------------------------------------------------------------------
-
-# A row is open, or solid, where this share of its rays says so; a choice.
-OPEN_RAY_SHARE = 0.6
-# A ring has at least this many sectors; a choice.
-MIN_SECTORS = 6
-
-
 @dataclass(frozen=True)
 class Slab:
     """Rows from `first` to before `last` that become one ring of `sectors` (1: one part that is not cut)."""
@@ -144,10 +150,9 @@ class Slab:
 class SlabCosts:
     """Errors of merging the rows from i to before j into one slab: (H, H + 1) arrays, metres.
 
-    Attributes:
-        bend: distance of the walls from their chords. filled_height: height of the opening that a hull would fill.
-        hollow_below: height of the hollow below the floor that a hull would fill. has_floor: the axis is in the solid.
-        radius: largest radius of the inner wall, times the sine of its steepness; 0 if there is no wall.
+    `bend`: distance of the walls from their chords. `filled_height`: height of the opening that a hull would fill.
+    `hollow_below`: height of the hollow below the floor that a hull would fill. `has_floor`: the axis is in the solid.
+    `radius`: largest radius of the inner wall, times the sine of its steepness; 0 if there is no wall.
     """
 
     bend: Floats
@@ -261,27 +266,6 @@ def _bend(radii: Floats, step: float) -> float:
     return float(known[(3 * len(known)) // 4]) if len(known) else 0.0
 
 
-# Ring sectors ---------------------------------------------------------------------------------------------------------
-
-# All numbers below are choices.
-# A vessel is round if the radii at one height differ by less than this share.
-ROUND_SPREAD = 0.05
-# Percentile of the outer radii at one height that is the radius of the body without handles.
-OUTLINE_PERCENTILE = 85
-# Errors are tried in steps, each so many times the one before.
-ERROR_GROWTH = 1.2
-MAX_STEPS = 14
-# Parts below this share of the volume are crumbs of the cut.
-MIN_PART_SHARE = 1e-4
-# Parts that are kept for each handle.
-PARTS_PER_HANDLE = 6
-# Shares of the error that go to chords around the axis; two minus that goes to those along it.
-CHORD_ERROR_SHARES = (1.0, 0.6, 1.4)
-# Distance that the inner wall is set back, as a share of the error, and at most as a share of its thickness.
-SETBACK_SHARE = 0.8
-MAX_SETBACK_SHARE = 0.6
-
-
 @dataclass(frozen=True)
 class CutVessel:
     """An open vessel, cut: floors, each one part; nearly convex sectors of walls; handles and spouts; in words."""
@@ -297,11 +281,9 @@ def cut_vessel(
 ) -> CutVessel | None:
     """A vessel as a floor, rings of sectors and handles; None if no such cut stays within `max_parts` parts.
 
-    Args:
-        solid: metres, z up, simplified.
-        min_error_m: smallest error of a hull that is tried.
-        hollow_error_m: error up to which a hollow below the floor stays hollow; with larger ones it may be filled.
-        foot_height_m: largest height of that hollow. max_parts: of floor and walls.
+    `solid`: metres, z up, simplified. `min_error_m`: smallest error of a hull that is tried. `hollow_error_m`: error up
+    to which a hollow below the floor stays hollow; with larger ones it may be filled. `foot_height_m`: largest height
+    of that hollow. `max_parts`: of floor and walls.
     """
     center, round_share = upright_axis(*surface_of(solid))
     profile = wall_profile(solid, center)
@@ -474,7 +456,6 @@ def _widened(solid: Solid, walls: WallProfile, gap: float) -> Solid:
 
 
 def _floors_and_sectors(solid: Solid, profile: WallProfile, plan: RingPlan) -> tuple[list[Solid], list[Solid]]:
-    """The floors, and the parts of the solid in every sector of the rings."""
     up = np.array([0.0, 0.0, 1.0])
     floors: list[Solid] = []
     wall_parts: list[Solid] = []

@@ -1,4 +1,9 @@
-"""Join the libraries of shards into the one that a single run over all inputs would have made."""
+"""Join the libraries of shards into the one that a single run over all inputs would have made.
+
+A merge is such a run: the inputs come in the order of their discovery, the same bytes and copies are found in that
+order, entries are published one by one, and what the library holds from earlier runs counts. It differs in who
+answers its questions: the records of the shards, and the entries that they made, which are linked or copied.
+"""
 
 from __future__ import annotations
 
@@ -11,18 +16,10 @@ from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.errors import OutputError
-from casa_assets.ingest.run.job import Job
+from casa_assets.ingest.run.inputs import HeldThings, Job, Survey, SurveyAnswer
 from casa_assets.ingest.run.run import Options, cache_key, ingest_inputs
-from casa_assets.ingest.run.shards import (
-    ShardLine,
-    ShardRecord,
-    check_is_no_shard,
-    index_of,
-    made_by,
-    read_record,
-)
-from casa_assets.ingest.run.survey import HeldThings, Survey, SurveyAnswer
-from casa_assets.ingest.sources.found import Found
+from casa_assets.ingest.run.shards import ShardLine, ShardRecord, check_is_no_shard, index_of, made_by, read_record
+from casa_assets.ingest.sources.places import Found
 from casa_assets.library import clip, review
 from casa_assets.library import library as disk
 from casa_assets.library.entry import is_below
@@ -33,8 +30,6 @@ from casa_assets.library.library_report import write_reports
 from casa_assets.model.issue import Severity
 from casa_assets.runs.engine import open_library
 from casa_assets.runs.outcome import Event, Outcome
-
-# Check shards ---------------------------------------------------------------------------------------------------------
 
 # What all shards of one run have in common, and what to say where they do not.
 COMMON = {
@@ -52,10 +47,7 @@ MAX_NAMED = 8
 
 
 def check_shards(records: Sequence[ShardRecord], cache_key: str, is_partial: bool) -> None:
-    """Check that shards may be merged; `cache_key`: of a run of this program with their options.
-
-    Raises OutputError: they are not of one run, one is there twice or missing, or another version made them.
-    """
+    """Check that shards are of one run, and of this program: its `cache_key`. Raises OutputError: not so, or lost."""
     first = records[0]
     seen: dict[int, Path] = {}
     for record in records:
@@ -70,30 +62,19 @@ def check_shards(records: Sequence[ShardRecord], cache_key: str, is_partial: boo
     if (first.header.cache_key, first.header.made_by) != (cache_key, made_by()):
         message = "was made by another version of casa-assets; merge with that one, or run all shards again"
         raise OutputError(str(first.library.root), message)
-    _check_complete(records, is_partial)
-
-
-def _check_complete(records: Sequence[ShardRecord], is_partial: bool) -> None:
-    header, root = records[0].header, str(records[0].library.root)
+    header, place = first.header, str(first.library.root)
     missing = sorted(set(range(1, header.count + 1)) - {record.header.index for record in records})
     if missing and not is_partial:
         few = ", ".join(f"{index}/{header.count}" for index in missing[:MAX_NAMED])
         more = f" and {len(missing) - MAX_NAMED} more" if len(missing) > MAX_NAMED else ""
         message = f"is one of {header.count} shards, and these are missing: {few}{more}; name them too, or --partial"
-        raise OutputError(root, message)
+        raise OutputError(place, message)
     lines = [line for record in records for line in record.lines]
     numbers = {line.number for line in lines if line.source is not None}
     rows = sum(sum(line.refused.counts.values()) for line in lines if line.refused is not None)
     count = sum(line.source is not None for line in lines)
     if count != len(numbers) or (not missing and count + rows != header.inputs):
-        raise OutputError(root, f"the shards hold {count + rows} of {header.inputs} inputs; run all of them again")
-
-
-# Merge ----------------------------------------------------------------------------------------------------------------
-# A merge is such a run: the inputs come in the order of their discovery, the same bytes and copies are told in that
-# order, entries are published one by one, and what the library holds from earlier runs counts. It differs in who
-# answers its questions: the records of the shards, and the entries that they made, which are linked or copied. No
-# input is read and no asset is built.
+        raise OutputError(place, f"the shards hold {count + rows} of {header.inputs} inputs; run all of them again")
 
 
 def merge(
@@ -174,7 +155,6 @@ class ShardAnswers:
             yield number, self._staged(job, folder)
 
     def _folder(self, job: Job, keys: dict[str, str]) -> Path:
-        """Folder of the entry of an input in its shard."""
         root, path = self._made_in[job.survey.sha256].root, job.found.source.place
         places = (f"{job.survey.category}/{job.asset_id}", f"{disk.REJECTED}/{job.asset_id}")
         for place in places:
@@ -191,15 +171,15 @@ class ShardAnswers:
         if folder.parent.name == disk.REJECTED:
             refusal = disk.read_refusal(folder)
             _check_identity(folder, Identity(refusal.producer, refusal.sha256), wanted)
-            staged = _copy_refused(folder, self._library)
+            picture = {PICTURE: ""} if picture_of(folder) else {}
+            staged = _copied(folder, self._library, {disk.REFUSAL: "", **picture})
             return Outcome(False, refusal.code, refusal.message, staged=staged)
         manifest = disk.read_manifest(folder)
         _check_identity(folder, manifest.identity, wanted)
-        staged = _copy_accepted(folder, manifest.certificate, self._library)
+        staged = _copied(folder, self._library, {disk.CERTIFICATE: "", **manifest.certificate.files})
         warnings = tuple(i for i in manifest.certificate.report.issues if i.severity is Severity.WARNING)
-        # All that is asked about the entry from here on is told by what was read once.
-        manifest = replace(manifest, folder=staged)
-        return Outcome(True, warnings=warnings, staged=staged, manifest=manifest)
+        # What is asked about the entry from here on is answered by what was read once.
+        return Outcome(True, warnings=warnings, staged=staged, manifest=replace(manifest, folder=staged))
 
 
 def _check_identity(folder: Path, found: Identity | None, wanted: Identity) -> None:
@@ -207,35 +187,14 @@ def _check_identity(folder: Path, found: Identity | None, wanted: Identity) -> N
         raise OutputError(str(folder), "is not what was made of its input; remove it and run the shard again")
 
 
-# An entry of a shard is copied into the staging folder of the library, by hard links where the file system has them.
+def _copied(folder: Path, library: disk.Library, digests: Mapping[str, str]) -> Path:
+    """The copy of an entry in the staging folder, by hard links where the file system has them.
 
-
-def _copy_accepted(folder: Path, certificate: disk.Certificate, library: disk.Library) -> Path:
-    """The staged copy of an accepted asset: what its certificate names, and nothing else.
-
-    A file that is copied byte by byte is compared with the digest in the certificate; one that is linked is not read.
-
-    Raises:
-        OutputError: a file is missing, damaged, or no regular file inside the entry.
+    A file that is copied byte by byte is compared with its digest; one that is linked is not read. `digests`: sha256 of
+    the files by their path in the entry; empty where it is not known. Raises OutputError: a file is missing, damaged,
+    or no regular file inside the entry.
     """
     staged = library.stage(folder.name)
-    _copy(folder, staged, {disk.CERTIFICATE: "", **certificate.files})
-    return staged
-
-
-def _copy_refused(folder: Path, library: disk.Library) -> Path:
-    """The staged copy of a rejected input. Raises OutputError where a file of it is damaged or leads elsewhere."""
-    staged = library.stage(folder.name)
-    _copy(folder, staged, {disk.REFUSAL: "", **({PICTURE: ""} if picture_of(folder) else {})})
-    return staged
-
-
-def _copy(folder: Path, staged: Path, digests: Mapping[str, str]) -> None:
-    """Link or copy files of an entry.
-
-    Args:
-        digests: sha256 of the files by their path in the entry; empty where it is not known.
-    """
     for name, digest in digests.items():
         source = file_inside(folder, name, folder, "files")
         if source.is_symlink():  # within the entry: it becomes a file
@@ -251,3 +210,4 @@ def _copy(folder: Path, staged: Path, digests: Mapping[str, str]) -> None:
                 message = "is not what the certificate says; copy the shard again, or run it again"
                 raise OutputError(str(folder / name), message) from None
             target.write_bytes(data)
+    return staged

@@ -5,36 +5,43 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections import Counter
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TypeVar
 
 from casa_assets import registry
 from casa_assets.cache.cache_key import digest_of, key_of
-from casa_assets.errors import Rejected
-from casa_assets.ingest.run.deduplicator import Deduplicator
-from casa_assets.ingest.run.inputs import MeshInput, discover_inputs, stage_meshes
-from casa_assets.ingest.run.job import (
+from casa_assets.cache.store import Store
+from casa_assets.checks.library import SAME_SIZE, ShapePair
+from casa_assets.errors import OutputError, Rejected
+from casa_assets.ingest.run import shards
+from casa_assets.ingest.run.inputs import (
     WORK,
     Answers,
+    HeldThings,
     Job,
+    MeshInput,
     Result,
+    Survey,
+    SurveyTable,
     WorkerAnswers,
+    discover_inputs,
     limits_in_key,
+    stage_meshes,
     stage_refusal,
+    taken_apart,
+    warm_survey,
     with_overrides,
 )
-from casa_assets.ingest.run.shards import Recorder, Shard, ShardHeader, check_is_no_shard, made_by
-from casa_assets.ingest.run.survey import HeldThings, Survey, SurveyTable, taken_apart
-from casa_assets.ingest.run.survey import warm as warm_survey
-from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.ingest.sources.places import StoreRoot
+from casa_assets.ingest.sources.places import Found, Refused, StoreRoot
 from casa_assets.library import clip, review
 from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry, is_below
@@ -42,22 +49,15 @@ from casa_assets.library.entry_files import picture_of
 from casa_assets.library.entry_table import EntryTable
 from casa_assets.library.library import Identity, Producer
 from casa_assets.library.library_report import write_reports
+from casa_assets.library.pairs import AssetRow, ShapeIndex, measure_pair, row_of
 from casa_assets.model.issue import Report, subjects_to_decide
 from casa_assets.model.source import NO_OVERRIDE, UserOverride
-from casa_assets.runs.engine import (
-    NEAR_DUPLICATE_CODE,
-    RETRIED_CODES,
-    InputRun,
-    KeptAsset,
-    NewResult,
-    cached_outcome,
-    kept_before,
-    kept_instead,
-    open_library,
-)
+from casa_assets.runs import engine
 from casa_assets.runs.limits import Limits
 from casa_assets.runs.outcome import Event, Outcome
 from casa_assets.runs.pool import Workers, open_engine
+
+Published = TypeVar("Published")
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class Options:
     again: frozenset[str] = frozenset()
     only: frozenset[str] = frozenset()
     dry_run: bool = False
-    shard: Shard | None = None
+    shard: shards.Shard | None = None
     refused: tuple[Refused, ...] = ()
     force: bool = False
 
@@ -146,7 +146,7 @@ def ingest(
         before = library = disk.Library(options.library)
         if options.dry_run:
             library = disk.Library(Path(stack.enter_context(TemporaryDirectory(prefix="casa-assets-"))))
-        open_library(library, stack)
+        engine.open_library(library, stack)
         every: Iterable[Found | Refused]
         every = chain([] if first is None else [first], inputs, stage_meshes(meshes, library.staging))
         table = EntryTable(before, skip_damaged=True, read_only=options.dry_run)
@@ -174,12 +174,13 @@ def ingest(
 
 def _recorder(
     library: disk.Library, table: EntryTable, roots: Sequence[Path | StoreRoot], options: Options
-) -> Recorder | None:
+) -> shards.Recorder | None:
     """Return the recorder that limits the run to its shard, or None for a run on all inputs. Raises OutputError."""
     if options.shard is None:
-        check_is_no_shard(library)
+        if os.path.lexists(library.root / shards.SHARD_FILE):
+            shards.check_is_no_shard(library)
         return None
-    header = ShardHeader(
+    header = shards.ShardHeader(
         index=options.shard.index,
         count=options.shard.count,
         is_complete=False,
@@ -188,10 +189,11 @@ def _recorder(
         keep_duplicates=options.keep_duplicates,
         limits=dict(sorted(options.limits.items())),
         cache_key=cache_key(options.limits, options.category),
-        made_by=made_by(),
+        made_by=shards.made_by(),
         roots=tuple(str(root.absolute() if isinstance(root, Path) else root) for root in roots),
     )
-    return Recorder(table, header)
+    shards.check_shard(table, header)
+    return shards.Recorder(disk.Library(table.root), header)
 
 
 def cache_key(limits: Mapping[str, float], category: str = "") -> str:
@@ -206,7 +208,7 @@ def ingest_inputs(
     answers: Answers,
     options: Options,
     is_looked_at: Callable[[str], bool],
-    recorder: Recorder | None = None,
+    recorder: shards.Recorder | None = None,
 ) -> Generator[Event, None, None]:
     """Work on all inputs; yields an Event for each when it is done.
 
@@ -217,7 +219,7 @@ def ingest_inputs(
     yield from run.refused_early()
     yield from run.over(answers.surveys(run.found), run.due)
     if recorder is not None:
-        recorder.note(run.held, run.surveys)
+        recorder.held, recorder.surveys = run.held, run.surveys
     results = run.results()
     if options.keeps_copies:
         yield from map(run.publish, results)
@@ -232,12 +234,11 @@ def ingest_inputs(
         run.refused_rows.write(is_looked_at)
 
 
-class _IngestRun(InputRun[Survey]):
+class _IngestRun(engine.InputRun[Survey]):
     """A run of ingest.
 
-    Attributes:
-        held: things in files that are taken apart, by the number of the file.
-        steps: inputs that could be read, in their order: a job to do, or an accepted asset that exists already.
+    `held`: things in files that are taken apart, by the number of the file. `steps`: inputs that could be read, in
+    their order: a job to do, or an accepted asset that exists already.
     """
 
     def __init__(
@@ -275,17 +276,17 @@ class _IngestRun(InputRun[Survey]):
         asset_id = identity.asset_id(survey.category)
         entries = self.older.get(identity.suffix, ())
         key = with_overrides(self.cache_key, override)
-        found = cached_outcome(entries, asset_id, key, self.known)
+        found = engine.cached_outcome(entries, asset_id, key, self.known)
         job = Job(one, survey, asset_id, self.library.root, self.limits, key, override)
         if found is None and not self.options.replaces_accepted:
-            kept = kept_before(self.before, identity, key, entries)
+            kept = engine.kept_before(self.before, identity, key, entries)
             if kept is not None:
                 self.steps.append(self._kept_result(Result(len(self.steps), job, Outcome(True)), kept))
                 return
         is_redone = any(
             _is_redone(self.known.get(folder), self.options.again | self.options.only) for folder in entries
         )
-        is_wanted_copy = self.options.keeps_copies and found is not None and found[1].code == NEAR_DUPLICATE_CODE
+        is_wanted_copy = self.options.keeps_copies and found is not None and found[1].code == engine.NEAR_DUPLICATE_CODE
         if found is None or is_redone or self.options.force or is_wanted_copy:
             self.steps.append(job)
             return
@@ -313,13 +314,13 @@ class _IngestRun(InputRun[Survey]):
         """The accepted asset of the same input where that is better than a new result, else the result."""
         job, outcome = result.job, result.outcome
         identity = Identity(Producer.INGEST, job.survey.sha256)
-        kept = kept_instead(
+        kept = engine.kept_instead(
             self.library,
             identity,
             job.cache_key,
             self.older.get(identity.suffix, ()),
-            NewResult(outcome.decision, outcome.code, subjects_to_decide(outcome.warnings)),
-            RETRIED_CODES if self.library is self.before else None,
+            engine.NewResult(outcome.decision, outcome.code, subjects_to_decide(outcome.warnings)),
+            engine.RETRIED_CODES if self.library is self.before else None,
         )
         if kept is None:
             return result
@@ -327,8 +328,7 @@ class _IngestRun(InputRun[Survey]):
             shutil.rmtree(outcome.staged.parent)
         return self._kept_result(result, kept)
 
-    def _kept_result(self, result: Result, kept: KeptAsset) -> Result:
-        """The result of an input whose accepted asset is kept."""
+    def _kept_result(self, result: Result, kept: engine.KeptAsset) -> Result:
         entry = self.known.get(kept.folder)
         outcome = Outcome(True, message=kept.reason, warnings=() if entry is None else entry.warnings)
         return replace(result, outcome=outcome, folder=kept.folder, is_kept=True)
@@ -413,3 +413,137 @@ def tally(events: Sequence[Event]) -> Counter[str]:
         counts["kept"] += event.count * (event.kind == "kept")
         counts["all"] += event.count
     return counts
+
+
+# Copies ---------------------------------------------------------------------------------------------------------------
+
+
+class Deduplicator:
+    """Finds copies among the inputs of a run and in its library.
+
+    `limit`: largest distance between the surfaces of copies, as a share of their radius. `own`: sha256 of the inputs of
+    this run; their entries in the library are judged in the order of the inputs. `table`: the entries of the library
+    from before the run; None: they are read.
+    """
+
+    def __init__(
+        self, library: disk.Library, limit: float, own: Set[str] = frozenset(), table: EntryTable | None = None
+    ) -> None:
+        self._library, self._limit, self._own = library, limit, own
+        self._entries = table or EntryTable(library, skip_damaged=True)
+        self._store = Store(library.cache)
+        self._known: list[AssetRow] = []
+        self._forms: ShapeIndex | None = None
+        # Kept assets that are not among these yet.
+        self._deferred: list[Result] = []
+        # Of these, what this run made.
+        self._fresh: list[AssetRow] = []
+        self._fresh_forms = ShapeIndex()
+
+    def publish(self, results: Iterable[Result], publish: Callable[[Result], Published]) -> Iterator[Published]:
+        """Publish results, copies as rejections: rejections at once, accepted ones in the order of their inputs.
+
+        `results`: numbered from 0 without gaps, in any order. Results after a missing number are judged at the end.
+        `publish`: puts a result in its place, where later ones are compared with it; its answers are yielded.
+        """
+        finished: dict[int, Result | None] = {}
+        next_number = 0
+        for result in results:
+            if result.outcome.accepted:
+                finished[result.number] = result
+            else:
+                finished[result.number] = None
+                yield publish(result)
+            while next_number in finished:
+                if (ready := finished.pop(next_number)) is not None:
+                    yield publish(self._judged(ready))
+                next_number += 1
+        for number in sorted(finished):
+            if (ready := finished[number]) is not None:
+                yield publish(self._judged(ready))
+
+    def _judged(self, result: Result) -> Result:
+        """The result, or a rejection if it is a copy of an earlier asset."""
+        if result.folder is None:
+            return result
+        job = result.job
+        # An earlier run compared it with all others, and it is no copy of one of them. An asset with the form, size and
+        # colours of another one was kept on purpose, and is judged again.
+        is_settled = result.is_kept and self._digests.get(result.folder, "") in self._compared
+        if is_settled and not self._fresh:
+            self._deferred.append(result)  # there is nothing new that it could be a copy of
+            return result
+        row = self._rows.get(result.folder) if is_settled else None
+        if row is None:
+            row = row_of(result.outcome.manifest or disk.read_manifest(result.folder))
+        row = replace(row, category=job.survey.category, path=job.found.source.place)
+        if (signature := row.signature) is None:
+            return result
+        # What was compared by an earlier run and is no copy of anything can be one of what is new alone.
+        others = (self._fresh_forms, self._fresh) if is_settled else (self._all_forms(), self._known)
+        original_and_pair = self._original(row, *others)
+        if original_and_pair is None:
+            folder = row.folder if result.is_kept else self._library.folder(row.category, row.id)
+            row = replace(row, folder=folder)
+            self._all_forms()
+            self._take([row])
+            if not result.is_kept:
+                self._fresh_forms.add(signature.shape)
+                self._fresh.append(row)
+            return result
+        original, pair = original_and_pair
+        size = "" if abs(pair.size - 1) <= SAME_SIZE else f", {pair.size:.2f} times as large"
+        near = f"95 % of the surface within {100 * pair.p95:.1f} % of its radius"
+        message = f"duplicate of {original.path} ({original.id}){size}: {near}, and the same colours; keep one of them"
+        outcome = Outcome(False, engine.NEAR_DUPLICATE_CODE, message)
+        twin = f"{original.folder.parent.name}/{original.folder.name}"
+        return replace(result, outcome=outcome, is_kept=False, twin=twin)
+
+    def _original(
+        self, row: AssetRow, forms: ShapeIndex, others: Sequence[AssetRow]
+    ) -> tuple[AssetRow, ShapePair] | None:
+        """The first asset that this one is a copy of, and how near they are."""
+        assert row.signature is not None
+        for index in forms.near(row.signature.shape):
+            other = others[index]
+            try:
+                pair = measure_pair(other, row, self._store)
+            except OutputError:
+                continue  # damaged, or made again in the meantime: it is no copy of anything
+            if pair.twins(self._limit):
+                return other, pair
+        return None
+
+    def _all_forms(self) -> ShapeIndex:
+        """Forms that an input may be a copy of, at first those of the library from inputs outside this run."""
+        if self._forms is None:
+            self._forms = ShapeIndex()
+            self._take(row for row in self._entries.rows if row.sha256 not in self._own)
+        deferred, self._deferred = self._deferred, []
+        for result in deferred:
+            assert result.folder is not None
+            row = self._rows[result.folder]
+            self._take([replace(row, category=result.job.survey.category, path=result.job.found.source.place)])
+        return self._forms
+
+    def _take(self, rows: Iterable[AssetRow]) -> None:
+        assert self._forms is not None
+        for row in rows:
+            if row.signature is not None:
+                self._known.append(row)
+                self._forms.add(row.signature.shape)
+
+    @cached_property
+    def _compared(self) -> Set[str]:
+        """Digests of the assets of the library that are no copies."""
+        copies = self._entries.twins(lambda pair: pair.twins(self._limit))
+        return frozenset() if copies is None else frozenset(self._digests.values()) - copies
+
+    @cached_property
+    def _digests(self) -> dict[Path, str]:
+        root = self._entries.root
+        return {root / entry.path: entry.digest for entry in self._entries.entries if entry.accepted}
+
+    @cached_property
+    def _rows(self) -> dict[Path, AssetRow]:
+        return {row.folder: row for row in self._entries.rows}

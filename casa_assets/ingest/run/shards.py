@@ -14,10 +14,8 @@ from pydantic import Field, StringConstraints, ValidationError
 
 from casa_assets.cache.cache_key import key_of
 from casa_assets.errors import CasaError, OutputError, Rejected
-from casa_assets.ingest.run.inputs import discover_inputs
-from casa_assets.ingest.run.survey import HeldThings, Survey, SurveyAnswer, survey, things_held
-from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.ingest.sources.places import utf8_escaped
+from casa_assets.ingest.run.inputs import HeldThings, Survey, SurveyAnswer, discover_inputs, survey, things_held
+from casa_assets.ingest.sources.places import Found, Refused, utf8_escaped
 from casa_assets.library import library as disk
 from casa_assets.library.entry import MAX_FILES, OTHER_FILES, RefusedFile, RefusedRows
 from casa_assets.library.entry_files import file_inside
@@ -28,13 +26,19 @@ from casa_assets.model.source import Source
 from casa_assets.runs.limits import WorkerFailure
 from casa_assets.runs.outcome import FAILURE_CODES
 
-# Shard ----------------------------------------------------------------------------------------------------------------
-# Tell the inputs of a shard by the names of their files alone, so that machines have nothing to agree on.
+# The first line of the record says which part of which run it is, each further one describes an input, or refused
+# rows of a file. A run writes the first line when it begins and all of them, by one rename, when it ends: a shard
+# whose run was cut off is known by that. Results of the work on inputs are no part of it, but entries of the library.
+SHARD_FILE = "shard.jsonl"
+# Options that a shard keeps from its first run on. Limits and code may change: what they void is made again.
+LASTING = ("category", "split", "keep_duplicates")
+Number = Annotated[int, Field(ge=0)]
+Code = Annotated[str, StringConstraints(pattern=r"^([A-Z]{3}[0-9]{3})?$")]
 
 
 @dataclass(frozen=True)
 class Shard:
-    """One of the `count` parts that the inputs of a run are divided into; `index` is 1 to count."""
+    """Part `index`, from 1, of `count` of a run's inputs, by names of files alone: machines need not agree on it."""
 
     index: int
     count: int
@@ -69,18 +73,6 @@ def file_of(one: Found | Refused) -> str:
     return one.source.path.removesuffix(f"!{utf8_escaped(one.main)}") if one.archive else one.source.path
 
 
-# Record ---------------------------------------------------------------------------------------------------------------
-# shard.jsonl of a shard's library: what its run found out about its inputs, for a merge that reads none of them.
-#
-# The first line says which part of which run it is, each further one tells of an input, or of the refused rows of a
-# file. A run writes the first line when it begins and all of them, by one rename, when it ends: a shard whose run was
-# cut off is known by that. Results of the work on inputs are no part of it; they are the entries of the library.
-
-NAME = "shard.jsonl"
-Number = Annotated[int, Field(ge=0)]
-Code = Annotated[str, StringConstraints(pattern=r"^([A-Z]{3}[0-9]{3})?$")]
-
-
 class ShardHeader(Record):
     """First line of the file.
 
@@ -90,8 +82,7 @@ class ShardHeader(Record):
         cache_key: of the run. made_by: key of the code that discovers and surveys inputs.
         roots: absolute paths and addresses of the sources.
         inputs: how many all shards have together; rows of manifests that were refused count as inputs.
-        inputs_digest: of what all of them are; the same in all shards of one run.
-        lines: how many follow.
+        inputs_digest: of what all of them are; the same in all shards. lines: how many follow.
     """
 
     schema_version: Literal[1] = 1
@@ -116,7 +107,7 @@ class ShardHeader(Record):
 
 
 class SurveyRecord(Record):
-    """Survey of an input, see `ingest.run.survey.Survey`; where it could not be read, code and message say why."""
+    """Survey of an input, see `ingest.run.inputs.Survey`; where it could not be read, code and message say why."""
 
     sha256: Sha256 | Literal[""] = ""
     category: str = ""
@@ -124,6 +115,13 @@ class SurveyRecord(Record):
     reason: str = ""
     code: Code = ""
     message: str = ""
+
+    @classmethod
+    def of(cls, answer: SurveyAnswer) -> SurveyRecord:
+        """The record of a survey, or of the reason why there is none."""
+        if isinstance(answer, WorkerFailure):
+            return cls(code=FAILURE_CODES[answer.reason], message=answer.text)
+        return cls.model_validate(answer, from_attributes=True)
 
     @property
     def answer(self) -> Survey | Rejected:
@@ -136,11 +134,9 @@ class SurveyRecord(Record):
 class ShardLine(Record):
     """One input, or the refused rows of one file.
 
-    Attributes:
-        number: of the input among those of all shards, in the order of discovery; of a file, of its first refused row.
-        source: of an input. sha256, things: of a file that was taken apart, its digest and what it holds.
-        surveys: of the input, or of each thing.
-        refused: rows of a file; None of an input.
+    `number`: of the input among those of all shards, in the order of discovery; of a file, of its first refused row.
+    `source`: of an input. `sha256`, `things`: of a file that was taken apart, its digest and what it holds. `surveys`:
+    of the input, or of each thing. `refused`: rows of a file; None of an input.
     """
 
     number: Number
@@ -175,43 +171,6 @@ class ShardRecord:
     lines: Sequence[ShardLine]
 
 
-class Discovery:
-    """The inputs of a shard among all, as they are discovered; its memory is bounded by the shard's own."""
-
-    def __init__(self, library: disk.Library, shard: Shard) -> None:
-        self._shard, self._digest = shard, hashlib.sha256()
-        self._refused, self._first_refused = RefusedRows(library), dict[str, int]()
-        self.found: list[tuple[int, Found]] = []
-        self.count = 0
-
-    def own(self, inputs: Iterable[Found | Refused]) -> Iterator[Found | Refused]:
-        """The inputs of the shard, while all are counted."""
-        for number, one in enumerate(inputs):
-            self.count += 1
-            said = one.source.to_json() if isinstance(one, Found) else f"{one.path}\0{one.code}\0{one.message}"
-            self._digest.update(f"{said}\n".encode())
-            if not self._shard.has(one):
-                continue
-            if isinstance(one, Found):
-                self.found.append((number, one))
-            else:
-                self._refused.add(one)
-                if len(self._first_refused) < MAX_FILES:
-                    self._first_refused.setdefault(one.path, number)
-            yield one
-
-    @property
-    def digest(self) -> str:
-        """Digest of all inputs; of two runs it is the same where the sources are."""
-        return self._digest.hexdigest()
-
-    def refused(self) -> Iterator[ShardLine]:
-        """A line for each file with refused rows; what only counts comes last."""
-        for file in self._refused.files():
-            is_other = file.path == OTHER_FILES and file.path not in self._first_refused
-            yield ShardLine(number=self.count if is_other else self._first_refused[file.path], refused=file)
-
-
 def made_by() -> str:
     """Key of the code that decides which inputs there are and what each is."""
     return key_of(discover_inputs, survey, things_held, file_of, index_of)
@@ -222,15 +181,15 @@ def write_record(library: disk.Library, header: ShardHeader, lines: Iterable[Sha
     ordered = sorted(lines, key=lambda line: line.number)
     rows = [header.replace(lines=len(ordered)).model_dump_json()]
     rows += [line.model_dump_json(exclude_defaults=True) for line in ordered]
-    library.write(NAME, "\n".join(rows) + "\n")
+    library.write(SHARD_FILE, "\n".join(rows) + "\n")
 
 
 def read_header(library: disk.Library) -> ShardHeader | None:
     """Return the first line of the file, or None if the library is no shard. Raises OutputError if it is damaged."""
-    path = library.root / NAME
+    path = library.root / SHARD_FILE
     if not os.path.lexists(path):
         return None
-    file_inside(path.parent, NAME, path, "the file itself")
+    file_inside(path.parent, SHARD_FILE, path, "the file itself")
     with path.open("rb") as lines:
         text = lines.readline()
     try:
@@ -241,14 +200,11 @@ def read_header(library: disk.Library) -> ShardHeader | None:
 
 
 def read_record(library: disk.Library, categories: Mapping[str, object]) -> ShardRecord:
-    """Return the results of a shard's run; `categories`: all that exist, by id.
-
-    Raises OutputError: the library is no shard, its run has not ended, or the file is damaged.
-    """
-    path = library.root / NAME
+    """Results of a shard's run; `categories`: all, by id. Raises OutputError: no shard, not ended, or damaged."""
+    path = library.root / SHARD_FILE
     header = read_header(library)
     if header is None:
-        message = f"holds no {NAME}, so it is no shard; `casa-assets ingest SOURCES --shard i/n` makes them"
+        message = f"holds no {SHARD_FILE}, so it is no shard; `casa-assets ingest SOURCES --shard i/n` makes them"
         raise OutputError(str(library.root), message)
     if not header.is_complete:
         message = f"the run of shard {header.shard} has not ended; run the same command again, then merge"
@@ -292,12 +248,6 @@ def _first_fault(error: ValidationError) -> str:
     return f"{'.'.join(map(str, first['loc'])) or 'the line'}: {first['msg']}"
 
 
-# Recorder -------------------------------------------------------------------------------------------------------------
-
-# Options that a shard keeps from its first run on. Limits and code may change: what they void is made anew.
-LASTING = ("category", "split", "keep_duplicates")
-
-
 def check_is_no_shard(library: disk.Library) -> None:
     """Check that a run over all inputs may write to a library. Raises OutputError where it is a shard."""
     if (header := read_header(library)) is not None:
@@ -305,66 +255,77 @@ def check_is_no_shard(library: disk.Library) -> None:
         raise OutputError(str(library.root), message)
 
 
-class Recorder:
-    """Narrows a run to a shard and writes down what it finds out.
+def check_shard(table: EntryTable, header: ShardHeader) -> None:
+    """Check that a run of a shard may write there. Raises OutputError: no shard, another, or with other options."""
+    root, before = str(table.root), read_header(disk.Library(table.root))
+    if before is None:
+        if any(entry.producer == Producer.INGEST.value for entry in table.entries):
+            raise OutputError(root, f"holds a library that is no shard; name another folder for {header.shard}")
+    elif before.shard != header.shard:
+        raise OutputError(root, f"holds shard {before.shard}; name another folder for {header.shard}")
+    elif other := [name for name in LASTING if getattr(before, name) != getattr(header, name)]:
+        names = ", ".join(f"--{name.replace('_', '-')}" for name in other)
+        message = f"holds shard {before.shard} of a run with another {names}; give the same, or name another folder"
+        raise OutputError(root, message)
 
-    Raises OutputError: the library is no shard, or another one, or one of a run with other options.
+
+class Recorder:
+    """Narrows a run to a shard and writes down what it finds out; its memory is bounded by the shard's own inputs.
+
+    `count`: inputs of all shards so far. `held`, `surveys`: what files hold and what each input is, by its number.
     """
 
-    def __init__(self, table: EntryTable, header: ShardHeader) -> None:
-        self._library, self._header = disk.Library(table.root), header
-        self._check(table)
-        self._discovery = Discovery(self._library, header.shard)
-        self._held: Mapping[int, HeldThings] = {}
-        self._surveys: Mapping[int, SurveyAnswer] = {}
+    def __init__(self, library: disk.Library, header: ShardHeader) -> None:
+        self._library, self._header, self._digest = library, header, hashlib.sha256()
+        self._found: list[tuple[int, Found]] = []
+        self._refused, self._first_refused = RefusedRows(library), dict[str, int]()
+        self.count = 0
+        self.held: Mapping[int, HeldThings] = {}
+        self.surveys: Mapping[int, SurveyAnswer] = {}
 
     def begin(self) -> None:
         """Write down that the run has begun."""
         write_record(self._library, self._header)
 
     def own(self, inputs: Iterable[Found | Refused]) -> Iterator[Found | Refused]:
-        """The inputs of the shard."""
-        return self._discovery.own(inputs)
-
-    def note(self, held: Mapping[int, HeldThings], surveys: Mapping[int, SurveyAnswer]) -> None:
-        """Note what files hold and what each input is, by its number."""
-        self._held, self._surveys = held, surveys
+        """The inputs of the shard, while all are counted."""
+        for number, one in enumerate(inputs):
+            self.count += 1
+            said = one.source.to_json() if isinstance(one, Found) else f"{one.path}\0{one.code}\0{one.message}"
+            self._digest.update(f"{said}\n".encode())
+            if not self._header.shard.has(one):
+                continue
+            if isinstance(one, Found):
+                self._found.append((number, one))
+            else:
+                self._refused.add(one)
+                if len(self._first_refused) < MAX_FILES:
+                    self._first_refused.setdefault(one.path, number)
+            yield one
 
     def end(self) -> None:
-        """Write down all that was noted."""
-        known = self._discovery
-        header = self._header.replace(is_complete=True, inputs=known.count, inputs_digest=known.digest)
-        write_record(self._library, header, [*self._lines(), *known.refused()])
+        """Write down all that was found out."""
+        header = self._header.replace(is_complete=True, inputs=self.count, inputs_digest=self.digest)
+        write_record(self._library, header, [*self._lines(), *self.refused()])
 
-    def _check(self, table: EntryTable) -> None:
-        root, header, before = str(table.root), self._header, read_header(self._library)
-        if before is None:
-            if any(entry.producer == Producer.INGEST.value for entry in table.entries):
-                raise OutputError(root, f"holds a library that is no shard; name another folder for {header.shard}")
-        elif before.shard != header.shard:
-            raise OutputError(root, f"holds shard {before.shard}; name another folder for {header.shard}")
-        elif other := [name for name in LASTING if getattr(before, name) != getattr(header, name)]:
-            names = ", ".join(f"--{name.replace('_', '-')}" for name in other)
-            message = f"holds shard {before.shard} of a run with another {names}; give the same, or name another folder"
-            raise OutputError(root, message)
+    @property
+    def digest(self) -> str:
+        """Digest of the inputs of all shards; of two runs it is the same where the sources are."""
+        return self._digest.hexdigest()
+
+    def refused(self) -> Iterator[ShardLine]:
+        """A line for each file with refused rows; what only counts comes last."""
+        for file in self._refused.files():
+            is_other = file.path == OTHER_FILES and file.path not in self._first_refused
+            yield ShardLine(number=self.count if is_other else self._first_refused[file.path], refused=file)
 
     def _lines(self) -> Iterator[ShardLine]:
         """A line for each input; the surveys of its things follow one another."""
         begin = 0
-        for place, (number, one) in enumerate(self._discovery.found):
-            held = self._held.get(place)
-            sha256, things = (held.sha256, held.names) if held is not None and held.names else ("", ())
+        for place, (number, one) in enumerate(self._found):
+            held = self.held.get(place, HeldThings("", ()))
+            sha256, things = held.sha256, held.names
             end = begin + (len(things) or 1)
-            surveys = tuple(_record_of(self._surveys[i]) for i in range(begin, end))
+            surveys = tuple(SurveyRecord.of(self.surveys[i]) for i in range(begin, end))
             yield ShardLine(number=number, source=one.source, sha256=sha256, things=things, surveys=surveys)
             begin = end
-
-
-def _record_of(answer: SurveyAnswer) -> SurveyRecord:
-    if isinstance(answer, WorkerFailure):
-        return SurveyRecord(code=FAILURE_CODES[answer.reason], message=answer.text)
-    if isinstance(answer, Rejected):
-        return SurveyRecord(code=answer.code, message=answer.message)
-    return SurveyRecord(
-        sha256=answer.sha256, category=answer.category, confidence=answer.confidence, reason=answer.reason
-    )

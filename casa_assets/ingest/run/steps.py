@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import posixpath
+import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from casa_assets import registry
 from casa_assets.cache.cache_key import digest_of, key_of, versions_of
@@ -15,19 +16,17 @@ from casa_assets.checks import simready
 from casa_assets.checks.check import load_table
 from casa_assets.errors import CasaError, OutputError, PluginFailure, RegistryError, Rejected
 from casa_assets.formats.read import warm as warm_readers
-from casa_assets.ingest.assemble import assemble, grasp
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.collision.collide import collide
 from casa_assets.ingest.collision.fit import CollideParams
-from casa_assets.ingest.draft import Draft
+from casa_assets.ingest.draft import Draft, assemble, grasp
 from casa_assets.ingest.mass import mass
 from casa_assets.ingest.orient import orient
-from casa_assets.ingest.run.job import Job, limits_in_key, stage_refusal
-from casa_assets.ingest.run.survey import Survey
+from casa_assets.ingest.run.inputs import Job, Survey, find_category, limits_in_key, source_of_mesh, stage_refusal
 from casa_assets.ingest.scale import scale
-from casa_assets.ingest.simplify import simplify
-from casa_assets.ingest.sources.bundle import collect
-from casa_assets.ingest.texture import add_back_faces, texture
+from casa_assets.ingest.sources.discover import collect
+from casa_assets.ingest.sources.places import Found
+from casa_assets.ingest.texture import add_back_faces, simplify, texture
 from casa_assets.ingest.things import guess_of_things, load
 from casa_assets.library import library as disk
 from casa_assets.library.library import Producer
@@ -37,11 +36,14 @@ from casa_assets.model.asset.material import Substance
 from casa_assets.model.issue import ASKED_CODE, REVIEW_CODE, Issue, Report
 from casa_assets.model.record import Record
 from casa_assets.model.registry.category import Category
-from casa_assets.model.source import NO_OVERRIDE, Bundle, RawModel, Source, SourceKind, UserOverride, Word
+from casa_assets.model.source import NO_OVERRIDE, Bundle, RawModel, Source, SourceKind, Up, UserOverride, Word
 from casa_assets.runs.asset_package import WRITING, certify, check_package, write_package
 from casa_assets.runs.outcome import Outcome, RunAborted, first_error, keep_trace, writing
 from casa_assets.show.stills.renderer import NoRenderer, backend
 from casa_assets.show.stills.still import render_model
+
+if TYPE_CHECKING:
+    from casa_assets.mesh.trimesh_exchange import MeshOrScene
 
 
 class BuildContext(Record):
@@ -70,10 +72,7 @@ class BuildContext(Record):
 
 @dataclass(frozen=True)
 class Stage:
-    """One step of ingest: a pure function of the result of the stage before it and the context.
-
-    `keep`: the result, a Draft, is put into the store, under a key that is derived from the code up to here.
-    """
+    """A pure function of the result before it and the context; `keep`: the result, a Draft, is put into the store."""
 
     name: str
     function: Callable[[Any, BuildContext], Any]
@@ -93,8 +92,8 @@ def _clean(model: RawModel, context: BuildContext) -> Draft:
     # What is cleaned away, such as a ground under several things, says whether it is one thing: that is asked first.
     guess = guess_of_things(model, context.source, context.category, known.vocabulary, known.other_things)
     draft = clean(model, context.category)
-    told = tuple(one for one in (context.kind, guess) if one is not None)
-    return draft.replace(guesses=(*told, *draft.guesses))
+    first = tuple(one for one in (context.kind, guess) if one is not None)
+    return draft.replace(guesses=(*first, *draft.guesses))
 
 
 def _orient(draft: Draft, context: BuildContext) -> Draft:
@@ -103,7 +102,7 @@ def _orient(draft: Draft, context: BuildContext) -> Draft:
 
 def _scale(draft: Draft, context: BuildContext) -> Draft:
     said = context.source
-    # The title and prompt of a file that was taken apart tell no size of one thing in it.
+    # The title and prompt of a file that was taken apart say no size of one thing in it.
     texts = [t for t in (said.title, said.prompt) if t and not said.node]
     slack = context.limits["size_slack"]
     return scale(draft, context.category, slack, texts, context.generated, context.override.size_m)
@@ -118,16 +117,7 @@ def _texture(draft: Draft, context: BuildContext) -> Draft:
 
 
 def _collide(draft: Draft, context: BuildContext) -> Draft:
-    params = CollideParams(
-        hull_count=int(context.limits["hull_count"]),
-        hull_vertices=int(context.limits["hull_vertices"]),
-        primitive_ratio=context.limits["primitive_volume_ratio"],
-        hull_ratio=context.limits["hull_volume_ratio"],
-        error_m=context.limits["collider_error_m"],
-        box_m=context.limits["collider_bounds_m"],
-        box_ratio=context.limits["collider_bounds_ratio"],
-        closed_share=context.limits["room_closed"],
-    )
+    params = CollideParams(**{name: context.limits[name] for name in CollideParams.model_fields})
     return collide(draft, context.category, params)
 
 
@@ -171,10 +161,7 @@ def stage_key(stage: Stage) -> str:
 
 
 def run_stages(bundle: Bundle, context: BuildContext, store: Store | None = None) -> tuple[Asset, tuple[Issue, ...]]:
-    """An asset from a bundle, and the warnings on the way; `store`: keeps results of stages.
-
-    Raises Rejected: a stage cannot accept its input.
-    """
+    """An asset from a bundle, and the warnings on the way; `store`: keeps results of stages. Raises Rejected."""
     keys, start = _keys(context), 0
     result: Any = bundle
     for i in reversed(range(len(STAGES))):
@@ -229,7 +216,7 @@ def build_asset(
 def _keys(context: BuildContext) -> list[str]:
     """Key of each stage's result: everything that came before is in it."""
     said = context.source
-    # Of the path only the name says something of the thing: an input that was moved is not made anew.
+    # Of the path only the name says something of the thing: an input that was moved is not made again.
     name = posixpath.basename(said.path)
     source = Source(kind=said.kind, path=name, title=said.title, prompt=said.prompt, node=said.node)
     key = context.replace(asset_id="", source=source, limits=limits_in_key(context.limits)).digest
@@ -298,8 +285,8 @@ def _work(job: Job) -> Outcome:
         certify(asset, report, staged, made_by)
         return Outcome(True, warnings=report.issues, staged=staged)
     except PluginFailure as error:
-        told = Rejected("RUN009", f"{error}; the trace: {keep_trace(error, library)}")
-        return Outcome(False, told.code, told.message, staged=stage_refusal(library, job, told, report))
+        failed = Rejected("RUN009", f"{error}; the trace: {keep_trace(error, library)}")
+        return Outcome(False, failed.code, failed.message, staged=stage_refusal(library, job, failed, report))
     except Rejected as error:
         picture = None if bundle is None else _picture(bundle, staged, job.limits)
         refused = stage_refusal(library, job, error, report, picture)
@@ -349,3 +336,20 @@ def _picture(bundle: Bundle, staged: Path, limits: Mapping[str, float]) -> bytes
         return render_model(load(bundle, limits))
     except CasaError:
         return None
+
+
+def ingest_mesh(mesh: MeshOrScene, name: str, category: str = "", up: Up | None = None) -> tuple[Asset, Report]:
+    """The asset of a mesh or scene, and the report of every check, errors too."""
+    from casa_assets.formats.read.from_trimesh import bundle_from_trimesh  # imports trimesh: half a second
+
+    source = source_of_mesh(name)
+    kind, confidence, reason = find_category(Found(Path(), name, source), category)
+    bundle = bundle_from_trimesh(mesh, name=name, up=up)
+    survey = Survey(bundle.sha256, kind.id, confidence, reason)
+    asset, notes = build_asset(bundle, survey, source, f"{kind.id}_{bundle.sha256[:10]}", registry.load().limits)
+    with tempfile.TemporaryDirectory(prefix="casa-assets-") as place:
+        folder = Path(place) / asset.id
+        folder.mkdir()
+        write_package(asset, folder)
+        checked = check_package(asset, folder)
+    return asset, Report(subject=asset.id, issues=notes) + checked

@@ -24,24 +24,29 @@ from typing import IO
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.formats import PACKED_FAULTS
 from casa_assets.formats.read.text import printable
-from casa_assets.ingest.sources.found import HIDDEN, Found, Package, Refused, kind_of_other, unread
 from casa_assets.ingest.sources.places import (
     ARCHIVE_SUFFIXES,
+    HIDDEN,
     Folder,
+    Found,
+    Package,
     Place,
+    Refused,
     archive_suffix,
+    kind_of_other,
     packed_place,
+    unique_hints,
+    unread,
     utf8_escaped,
 )
 from casa_assets.ingest.sources.rows import (
-    UniqueIds,
     as_object,
     check_types,
+    check_unique,
     parse_json,
     remarks,
     safe_id,
     source_of,
-    unique_hints,
 )
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Source, SourceKind
@@ -51,8 +56,7 @@ from casa_assets.model.source import Source, SourceKind
 MAX_MEMBERS = {"zip": 20_000, "tar": 100_000}
 MAX_LIST_BYTES = 4 << 20
 MAX_BYTES = 4 << 30
-# What a tar says of its own members, one JSON for each mesh; choices. The annotations of an object of Objaverse are
-# 10 kB.
+# What a tar says of its own members, one JSON for each mesh; choices. Those of Objaverse have 10 kB.
 MAX_TEXT_BYTES = 1 << 20
 MAX_TEXTS_BYTES = 64 << 20
 # Bytes that are fetched at once from a store: where all of an archive is read through, and where one member is.
@@ -72,10 +76,8 @@ def _plain(path: str) -> str:
 class Member:
     """A regular file in an archive.
 
-    Attributes:
-        path: in the archive, POSIX. size: as the archive claims it.
-        at: byte of a tar at which its header begins, unpacked; -1 of a zip.
-        packed: bytes that it takes in the archive; of a tar, those of all.
+    `path`: in the archive, POSIX. `size`: as the archive claims it. `at`: byte of a tar at which its header begins,
+    unpacked; -1 of a zip. `packed`: bytes that it takes in the archive; of a tar, those of all.
     """
 
     path: str
@@ -92,35 +94,27 @@ class _Bounded:
         self._most = min(MAX_BYTES, max(SMALL_BYTES, MAX_RATIO * packed_size))
 
     def read(self, size: int) -> bytes:
-        """As of a file."""
         if not 0 <= size <= MAX_LIST_BYTES:
             raise tarfile.ReadError(f"a header of {size} bytes")
         return self.content(size)
 
     def content(self, size: int) -> bytes:
-        """As `read`, of any size."""
         if self._stream.tell() + size > self._most:
             raise tarfile.ReadError(f"it unpacks to over {MAX_RATIO} times its size")
         return self._stream.read(size)
 
     def seek(self, place: int) -> int:
-        """As of a file."""
         if place > self._most:
             raise tarfile.ReadError(f"it unpacks to over {MAX_RATIO} times its size")
         return self._stream.seek(place)
 
     def tell(self) -> int:
-        """As of a file."""
         return self._stream.tell()
 
 
 @dataclass(frozen=True)
 class Archive:
-    """An archive in a folder.
-
-    Attributes:
-        path: of the file in the folder, POSIX.
-    """
+    """An archive in a folder; `path`: of the file there, POSIX."""
 
     path: str
     folder: Folder
@@ -170,7 +164,6 @@ class Archive:
         return data
 
     def _entries(self, texts: dict[str, bytes] | None) -> Iterator[Member]:
-        """Every regular file."""
         if self._is_zip:
             with self._zip() as packed:
                 for info in packed.infolist():
@@ -190,10 +183,7 @@ class Archive:
                 packed_tar.members = []  # type: ignore[attr-defined]  # the library keeps all that it has seen
 
     def _content(self, path: str, most: int, at: int = 0) -> bytes | None:
-        """Bytes of a member, at most `most`; None if there is no such member.
-
-        `at`: of a tar, byte at which the header of the only member that is looked at begins.
-        """
+        """At most `most` bytes of a member, or None; `at`: byte of a tar at which the only header to look at begins."""
         if self._is_zip:
             with self._zip() as packed:
                 for info in packed.infolist():
@@ -217,7 +207,6 @@ class Archive:
 
     @contextmanager
     def _zip(self) -> Iterator[zipfile.ZipFile]:
-        """The zip, once the record at its end was looked at."""
         with self.folder.open(self.path, SEEK_BLOCK) as stream:
             self._check_list(stream)
             with zipfile.ZipFile(stream) as packed:
@@ -265,12 +254,11 @@ def members_of(folder: Folder, path: str, main: str, at: int) -> Place:
 
 
 def _described(
-    found: Found, package: Package, name: str, texts: Mapping[str, bytes], is_full: bool, ids: UniqueIds
+    found: Found, package: Package, name: str, texts: Mapping[str, bytes], is_full: bool, ids: dict[str, str]
 ) -> Found | Refused:
     """A mesh of a tar with the description in its JSON; unchanged if it has none; refused if the JSON is wrong.
 
-    `name`: of the tar. `texts`: content of its JSON members by their paths, see Archive.members; `is_full`: they take
-    all that they may.
+    `name`: of the tar. `texts`: content of its JSON members by their paths, see Archive; `is_full`: at their limit.
     """
     folder, base = posixpath.split(found.main)
     # under its name, or under its key
@@ -287,12 +275,12 @@ def _described(
         row = as_object(parse_json(text.decode("utf-8-sig", "replace"), place), place)
         value = row.get("uid", row.get("id"))  # without one the key distinguishes samples
         uid = "" if value is None else safe_id(str(value) if type(value) is int else value, place)
-        ids.check(uid, place)
+        check_unique(uid, place, ids)
         check_types(row, place)
     except Rejected as error:
         return package.refuse(name, error)
     if uid:
-        ids.add(uid, place)
+        ids[uid] = place
     source = source_of(row, found.source.path, uid, found.source.hints)
     return replace(found, source=source, notes=remarks(place, row))
 
@@ -306,7 +294,7 @@ def archived(package: Package, name: str, others: Counter[str]) -> Iterator[Foun
     except Rejected as error:
         yield package.refuse(name, error)
         return
-    ids, is_full = UniqueIds(), sum(map(len, texts.values())) >= MAX_TEXTS_BYTES
+    ids, is_full = dict[str, str](), sum(map(len, texts.values())) >= MAX_TEXTS_BYTES
     in_folder: dict[str, set[str]] = {}
     for member in members:
         folder, base = posixpath.split(member.path)

@@ -12,17 +12,17 @@ from pathlib import Path
 
 from casa_assets.errors import CasaError, Rejected, UnknownId
 from casa_assets.formats.read.text import printable
-from casa_assets.ingest.sources.found import MAX_INDEX_BYTES, Found, Package, Refused
-from casa_assets.ingest.sources.places import Folder, utf8_escaped
-from casa_assets.ingest.sources.rows import (
-    parse_json,
-    safe_id,
-    spdx_id,
-    text_field,
-    text_list,
+from casa_assets.ingest.sources.places import (
+    MAX_INDEX_BYTES,
+    Folder,
+    Found,
+    Package,
+    Refused,
     unique_hints,
+    utf8_escaped,
     words_of_path,
 )
+from casa_assets.ingest.sources.rows import parse_json, safe_id, spdx_id, text_field, text_list
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Source, SourceKind
 
@@ -174,22 +174,17 @@ def _xl_row(package: Package, name: str, number: int, row: object) -> Found | Re
 def download(uids: Sequence[str], category: str, most: int, into: Path) -> Path:
     """Fetch objects by way of the `objaverse` package; what is there already is not fetched again.
 
-    Args:
-        uids: which objects; where empty, the first `most` of the LVIS `category`, by uid.
-        category: LVIS category, such as `Mug`; compared without case.
-        most: largest number of objects to fetch.
-        into: folder that gets `hf-objaverse-v1/`, laid out as that package lays out its cache.
-    Returns:
-        The package folder, to be given to `discover`.
-    Raises:
-        CasaError: the `objaverse` package is not installed, or the network cannot be reached.
-        UnknownId: no such LVIS category.
+    `uids`: which objects; where empty, the first `most` of the LVIS `category`, by uid. `category`: LVIS category, such
+    as `Mug`; compared without case. `most`: largest number of objects to fetch. `into`: folder that gets
+    `hf-objaverse-v1/`, laid out as that package lays out its cache. Returns the package folder, to be given to
+    `discover`. Raises CasaError: the `objaverse` package is not installed, or the network cannot be reached. Raises
+    UnknownId: no such LVIS category.
     """
     try:
         library = importlib.import_module("objaverse")
     except ImportError as error:
         raise CasaError("downloading needs the `objaverse` package: pip install objaverse") from error
-    # the package has no other way to be told where to put things
+    # the package takes a folder in no other way
     cache = into.absolute() / "hf-objaverse-v1"
     library.__dict__.update(BASE_PATH=str(cache.parent), _VERSIONED_PATH=str(cache))
     try:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import codecs
 import json
 import math
-import posixpath
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -16,7 +15,7 @@ from itertools import starmap
 
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.text import Notes, printable
-from casa_assets.ingest.sources.found import Found, Package, Refused
+from casa_assets.ingest.sources.places import MAX_HINTS, Found, Package, Refused, unique_hints, words_of_path
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.issue import Issue
 from casa_assets.model.source import Source, SourceKind
@@ -24,15 +23,11 @@ from casa_assets.model.source import Source, SourceKind
 MAX_CHARACTERS = 2000
 # Three bytes of JSON can make an object of a hundred; 800,000 pairs, as Objaverse lists them, are the largest known.
 MAX_VALUES = 5_000_000
-MAX_HINTS = 40
 _SAFE_ID = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,127}")
 
 
 def parse_json(text: bytes | str, place: str) -> object:
-    """JSON value; NaN, infinities and endless integers are read as None.
-
-    Raises Rejected: BAD_ROW where it is broken, nested too deep, or holds more values than any index needs.
-    """
+    """JSON value; NaN, infinities and endless integers are None. Raises Rejected: BAD_ROW, also of too many values."""
     raw = text if isinstance(text, bytes) else text.encode("utf-8", "replace")
     if sum(raw.count(mark) for mark in (b",", b"[", b"{")) > MAX_VALUES:
         raise Rejected(codes.BAD_ROW, f"{place}: more than {MAX_VALUES} values; split the file")
@@ -66,36 +61,10 @@ def text_list(values: object) -> list[str]:
     return [w for w in found[:MAX_HINTS] if w]
 
 
-def unique_hints(*groups: Iterable[str]) -> tuple[str, ...]:
-    """All words in order, each once, without empty ones and content hashes."""
-    out: dict[str, None] = {}
-    for group in groups:
-        for one in group:
-            text = one.strip()
-            if text and not re.fullmatch(r"[0-9a-f]{8,64}|\d+(-\d+)?", text):
-                out[text] = None
-    return tuple(out)[:MAX_HINTS]
-
-
-def words_of_path(path: str) -> list[str]:
-    """Stem of a POSIX path, then the folders around it from the inside out, which may name what it holds."""
-    return [posixpath.splitext(posixpath.basename(path))[0], *posixpath.dirname(path).split("/")[::-1]]
-
-
-class UniqueIds:
-    """Ids of the rows of one file, which must differ, with the place of each."""
-
-    def __init__(self) -> None:
-        self._places: dict[str, str] = {}
-
-    def check(self, uid: str, place: str) -> None:
-        """Raises Rejected: DUPLICATE_ID if an earlier row has the id."""
-        if uid in self._places:
-            raise Rejected(codes.DUPLICATE_ID, f"{place}: id {uid!r} was used by {self._places[uid]}; rename one")
-
-    def add(self, uid: str, place: str) -> None:
-        """Take an id that was checked."""
-        self._places[uid] = place
+def check_unique(uid: str, place: str, ids: Mapping[str, str]) -> None:
+    """Raises Rejected: DUPLICATE_ID if an earlier row of the file has the id; `ids`: with the place of each."""
+    if uid in ids:
+        raise Rejected(codes.DUPLICATE_ID, f"{place}: id {uid!r} was used by {ids[uid]}; rename one")
 
 
 def as_object(row: object, place: str) -> Mapping[str, object]:
@@ -106,10 +75,7 @@ def as_object(row: object, place: str) -> Mapping[str, object]:
 
 
 def safe_id(value: object, place: str) -> str:
-    """An id that is used for output names.
-
-    Raises Rejected: BAD_ROW where it is no text, BAD_ID where it could name a path.
-    """
+    """An id fit for names of output. Raises Rejected: BAD_ROW where it is no text, BAD_ID where it may be a path."""
     if not isinstance(value, str):
         raise Rejected(codes.BAD_ROW, f"{place}: id {printable(repr(value), 40)} is no text; fix it")
     if not _SAFE_ID.fullmatch(value) or ".." in value:
@@ -217,18 +183,13 @@ def source_of(row: Mapping[str, object], path: str, uid: str, names: Iterable[st
 
 # Names that announce a manifest, whatever the state of its content.
 NAMES = frozenset({"manifest.jsonl", "manifest.json"})
-# A run keeps all of its inputs in memory, to tell the same bytes and to settle copies in their order: 2.3 kB for a row
+# A run keeps all of its inputs in memory, to find the same bytes and to settle copies in their order: 2.3 kB for a row
 # of a manifest, so 0.6 GB for this many. The work on them would take a core three weeks.
-MAX_ROWS = 250_000
-MAX_BROKEN_ROWS = 1000
+MAX_ROWS, MAX_BROKEN_ROWS = 250_000, 1000
 
 
 def read_lines(package: Package, name: str, is_named: bool) -> Iterator[Found | Refused]:
-    """Inputs of a `.jsonl` manifest; nothing where it is some other `.jsonl`.
-
-    `package`: folder of the manifest. `name`: its file name. `is_named`: the user pointed at it, so that it has to be a
-    manifest.
-    """
+    """Inputs of a `.jsonl` manifest; nothing of another `.jsonl`, unless `is_named`: the user pointed at it."""
     try:
         data = package.read(name)
     except Rejected as error:
@@ -236,7 +197,7 @@ def read_lines(package: Package, name: str, is_named: bool) -> Iterator[Found | 
         return
     if not (is_named or name.lower() in NAMES or b'"file"' in data):
         return
-    ids = UniqueIds()
+    ids: dict[str, str] = {}
 
     def row(number: int, line: bytes) -> Found | Refused:
         place = f"{printable(name)} line {number}"
@@ -274,7 +235,7 @@ def read_list(package: Package, name: str, is_named: bool) -> Iterator[Found | R
             message = f"{name}: not a list of rows with `id` and `file`; fix it"
             yield package.refuse(name, Rejected(codes.BAD_MANIFEST, message))
         return
-    ids = UniqueIds()
+    ids: dict[str, str] = {}
 
     def read(number: int, row: object) -> Found | Refused:
         return _row(package, name, f"{name} row {number}", lambda: row, ids)
@@ -298,15 +259,15 @@ def _bounded(package: Package, name: str, rows: Iterator[Found | Refused]) -> It
         yield one
 
 
-def _row(package: Package, name: str, place: str, read: Callable[[], object], ids: UniqueIds) -> Found | Refused:
+def _row(package: Package, name: str, place: str, read: Callable[[], object], ids: dict[str, str]) -> Found | Refused:
     """One row of a manifest; refused with its place where anything in it is wrong."""
     try:
         row = as_object(read(), place)
         uid = safe_id(row.get("id"), place)
-        ids.check(uid, place)
+        check_unique(uid, place, ids)
         check_types(row, place)
         main = package.file(row.get("file"), place)
-        ids.add(uid, place)
+        ids[uid] = place
         source = source_of(row, main, uid, words_of_path(main))
         return replace(package.found(main, source), notes=remarks(place, row))
     except Rejected as error:

@@ -20,7 +20,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
-from pathlib import Path
 from threading import Thread
 from typing import IO, TYPE_CHECKING, Any, TypeVar
 from urllib.parse import quote, unquote, urlsplit
@@ -28,7 +27,7 @@ from urllib.parse import quote, unquote, urlsplit
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.formats.read.formats import PACKED_SUFFIXES, SUFFIXES, UNREAD_SUFFIXES, suffix_of
 from casa_assets.formats.read.text import printable
-from casa_assets.ingest.sources.places import DiskFolder, Entry, Folder, StoreRoot, archive_suffix, too_large
+from casa_assets.ingest.sources.places import Entry, Folder, StoreRoot, archive_suffix, too_large
 from casa_assets.model import rejection_codes as codes
 
 if TYPE_CHECKING:
@@ -37,9 +36,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 # How often a request is made before its object is given up, and how long it and the pauses may take; choices. Together
 # they stay below the time after which a worker that does nothing is ended (runs/limits.py).
-TRIES = 3
-REQUEST_S = 60.0
-PAUSE_S = 0.5
+TRIES, REQUEST_S, PAUSE_S = 3, 60.0, 0.5
 # The listing of a whole bucket is one call of many requests: a thousand names in each, a fifth of a second.
 LISTING_S = 3600.0
 PIECE_BYTES = 16 << 20  # of one request
@@ -51,18 +48,14 @@ MAX_OBJECTS = 2_000_000
 FILE_SUFFIXES = SUFFIXES | UNREAD_SUFFIXES.keys() | PACKED_SUFFIXES | {".json", ".jsonl", ".parquet"}
 UNKNOWN = "?"  # state of an object of which the store says nothing that would change with it
 _LINK = re.compile(rb"""<a\s[^>]*?href\s*=\s*["']([^"']+)["']""", re.IGNORECASE)
-# What changes when an object is written anew, best first, by the names that the file systems give it.
+# What changes when an object is written again, best first, by the names that the file systems give it.
 _TAGS = ("ETag", "etag", "md5Hash", "content_md5", "Content-MD5", "checksum")
 _TIMES = ("LastModified", "last_modified", "Last-Modified", "mtime", "updated", "modified", "created")
 
 
 @dataclass(frozen=True)
 class Info:
-    """A file or folder of a store.
-
-    Attributes:
-        size: bytes, as the store says; None if it does not. state: changes when it is written again; empty: unknown.
-    """
+    """A file or folder of a store; `size`: bytes, or None. `state`: changes whenever it is written; empty: unknown."""
 
     is_folder: bool
     size: int | None = None
@@ -90,8 +83,7 @@ def _fsspec() -> Any:
 def open_system(url: str, **options: Any) -> tuple[Any, str]:
     """The file system of fsspec for an address, and the path in it. Raises as `fsspec.core.url_to_fs`.
 
-    Nothing that was listed before counts, since others write too. Callers repeat requests, so botocore does not, whose
-    times would multiply.
+    Nothing that was listed before counts, since others write too. Callers repeat requests, so botocore does not.
     """
     options |= {"use_listings_cache": False, "skip_instance_cache": True}
     if re.match(r"s3a?://", url):
@@ -121,11 +113,7 @@ def _within(seconds: float, call: Callable[[], T]) -> T:
 
 
 class _Store:
-    """One store in this process: its client, and its answers about its objects. Paths are POSIX, from its root on.
-
-    Attributes:
-        listing: the names in each folder, once all of the store was listed.
-    """
+    """A store in this process: its client and answers, paths from its root on. `listing`: all names, once listed."""
 
     def __init__(self, root: StoreRoot) -> None:
         self.root = root
@@ -141,8 +129,7 @@ class _Store:
             # Bytes as they are: what a server packs would be unpacked without a bound.
             options = {"headers": {"Accept-Encoding": "identity"}, "client_kwargs": {"auto_decompress": False}}
         elif re.match(r"s3a?://", self.root.base):
-            # Servers that give the checksum of a whole object with a part of it (rclone) would be taken to give wrong
-            # bytes.
+            # Servers that give the checksum of a whole object with a part of it (rclone) would seem to be wrong.
             options["config_kwargs"] = {"connect_timeout": 10.0, "read_timeout": 50.0}
             os.environ.setdefault("AWS_RESPONSE_CHECKSUM_VALIDATION", "when_required")
         try:
@@ -246,9 +233,8 @@ class _Store:
                 return _within(seconds or REQUEST_S, call)
             except (CasaError, MemoryError):
                 raise
-            except Exception as error:  # noqa: BLE001  each client of a store raises classes of its own
-                # Errors are not chained: their words may hold passwords. fsspec calls any failure of a web server a
-                # missing file.
+            except Exception as error:  # noqa: BLE001  each client of a store raises its own classes
+                # Errors are not chained: their words may hold passwords. fsspec calls any web failure a missing file.
                 fault = (error.__cause__ if self.root.is_web else None) or error
                 status = getattr(fault, "status", 0)
                 if isinstance(fault, FileNotFoundError | NotADirectoryError) or status in (404, 410):
@@ -325,7 +311,6 @@ _STORES: dict[tuple[int, str, str], _Store] = {}
 
 
 def _store(root: StoreRoot) -> _Store:
-    """The store of a root, whatever the path."""
     return _STORES.setdefault((os.getpid(), root.base, root.query), _Store(StoreRoot(root.base, root.query)))
 
 
@@ -339,11 +324,7 @@ def state_at(address: str) -> str:
 
 
 class _StoreFolder(Folder):
-    """A folder on a store. `looked_at` takes up the addresses of all objects that are looked at, missing ones too.
-
-    Raises:
-        CasaError: fsspec, or what it needs for the address, is not installed; from all methods.
-    """
+    """A folder on a store; `looked_at`: see `folder_of`. Raises CasaError: what reads the address is not installed."""
 
     def __init__(self, root: StoreRoot, looked_at: set[str] | None = None) -> None:
         self._root, self._looked_at = root, looked_at
@@ -358,7 +339,7 @@ class _StoreFolder(Folder):
         data = bytearray()
         while size != 0 and len(data) <= most:
             start = len(data)
-            # One byte more than there should be, in the last request, tells an object that has grown.
+            # One byte more than there should be, in the last request, shows an object that has grown.
             end = most + 1 if size is None or most - start <= PIECE_BYTES else start + PIECE_BYTES
             data += self._store.part(whole, start, end, size)
             if len(data) < end:
@@ -503,6 +484,6 @@ def _put(folders: dict[str, dict[str, Info]], path: str, info: Info) -> None:
         _put(folders, folder, Info(is_folder=True))
 
 
-def folder_of(root: Path | StoreRoot, looked_at: set[str] | None = None) -> Folder:
-    """The folder that a root names; see DiskFolder for `looked_at`."""
-    return DiskFolder(root, looked_at) if isinstance(root, Path) else _StoreFolder(root, looked_at)
+def store_folder(root: StoreRoot, looked_at: set[str] | None = None) -> Folder:
+    """A folder on a store; see `folder_of`."""
+    return _StoreFolder(root, looked_at)

@@ -21,28 +21,28 @@ from typing import TYPE_CHECKING, Any
 from casa_assets.errors import Rejected
 from casa_assets.formats.read.formats import SUFFIXES, suffix_of
 from casa_assets.formats.read.text import printable
+from casa_assets.ingest.sources import rows
 from casa_assets.ingest.sources.archive import SEEK_BLOCK
-from casa_assets.ingest.sources.found import MAX_INDEX_BYTES, Found, Package, Refused, kind_of_other, unread
-from casa_assets.ingest.sources.places import Folder, Place, packed_place
-from casa_assets.ingest.sources.rows import (
-    MAX_CHARACTERS,
+from casa_assets.ingest.sources.places import (
     MAX_HINTS,
-    MAX_ROWS,
-    TEXTS,
-    UniqueIds,
-    check_types,
-    parse_json,
-    safe_id,
-    source_of,
+    MAX_INDEX_BYTES,
+    TABLE_SUFFIX,
+    Folder,
+    Found,
+    Package,
+    Place,
+    Refused,
+    folder_of,
+    kind_of_other,
+    packed_place,
+    unread,
     words_of_path,
 )
-from casa_assets.ingest.sources.stores import folder_of
 from casa_assets.model import rejection_codes as codes
 
 if TYPE_CHECKING:
     from pyarrow.parquet import ParquetFile
 
-SUFFIX = ".parquet"
 # Names that people give to columns of files, best first; a column may be called by its format, too.
 COLUMNS = (
     *("mesh", "model", "object", "asset"),
@@ -59,9 +59,8 @@ BUFFER_BYTES = 1 << 20
 class MeshColumn:
     """Column that holds the files.
 
-    Attributes:
-        name: in the table. is_struct: its values have a field `bytes` and possibly a field `path`.
-        suffix: file suffix that its name implies, such as `.obj`; empty if it names no format.
+    `name`: in the table. `is_struct`: its values have a field `bytes` and possibly a field `path`. `suffix`: file
+    suffix that its name implies, such as `.obj`; empty if it names no format.
     """
 
     name: str
@@ -77,11 +76,6 @@ class MeshColumn:
         """See the class."""
         suffix = f".{self.name.lower()}"
         return suffix if suffix in SUFFIXES else ""
-
-
-def is_table(name: str) -> bool:
-    """True for the name of a table."""
-    return name.lower().endswith(SUFFIX) and len(name) > len(SUFFIX)
 
 
 def mesh_column(table: ParquetFile) -> MeshColumn | None:
@@ -100,10 +94,7 @@ def mesh_column(table: ParquetFile) -> MeshColumn | None:
 
 @contextmanager
 def opened_table(folder: Folder, path: str) -> Iterator[ParquetFile]:
-    """A table, of which no more than its head is read.
-
-    Raises Rejected: NEEDS_PYARROW, BAD_ARCHIVE, TOO_LARGE, and what files are refused for; also from within.
-    """
+    """A table, of which no more than its head is read. Raises Rejected, also from within."""
     name = printable(posixpath.basename(path))
     try:
         # Not by `import`, for the reason that places._fsspec has.
@@ -130,10 +121,7 @@ def opened_table(folder: Folder, path: str) -> Iterator[ParquetFile]:
 
 
 def row_of_table(folder: Folder, path: str, main: str, row: int) -> Place:
-    """The file of one row, which is all that its mesh can refer to.
-
-    `path`: of the table in the folder. `main`: name of the row's file. `row`: its number, from 0.
-    """
+    """The file `main` of a row, from 0, of the table at a path; it is all that its mesh can refer to."""
 
     def read(name: str, max_bytes: float) -> bytes:
         if name != main:
@@ -215,7 +203,7 @@ def _columns(table: ParquetFile, column: MeshColumn) -> list[str]:
     """Columns that say something of meshes: texts, whole numbers of ids, lists of texts of tags."""
     types = importlib.import_module("pyarrow.types")
     found = []
-    texts = {*TEXTS, "url", "tags", *IDS, *PATHS, *FORMATS}
+    texts = {*rows.TEXTS, "url", "tags", *IDS, *PATHS, *FORMATS}
     for field in table.schema_arrow:
         kind, name = field.type, field.name
         is_text = types.is_string(kind) or types.is_large_string(kind)
@@ -235,9 +223,9 @@ def _row(values: dict[str, Any], column: MeshColumn) -> dict[str, Any]:
     out: dict[str, Any] = {}
     for name, value in values.items():
         if isinstance(value, str):
-            out[name] = value[: 2 * MAX_CHARACTERS]
+            out[name] = value[: 2 * rows.MAX_CHARACTERS]
         elif isinstance(value, list):
-            out[name] = [text[: 2 * MAX_CHARACTERS] for text in value[:MAX_HINTS] if isinstance(text, str)]
+            out[name] = [text[: 2 * rows.MAX_CHARACTERS] for text in value[:MAX_HINTS] if isinstance(text, str)]
         elif value is not None:
             out[name] = value
     return out
@@ -250,10 +238,7 @@ MAX_LINE_BYTES = 1 << 20
 
 
 def tabled(package: Package, name: str, others: Counter[str], is_named: bool = False) -> Iterator[Found | Refused]:
-    """Inputs in one table; a table without a column of meshes is counted.
-
-    `is_named`: the user pointed at it, so that it has to hold meshes.
-    """
+    """Inputs in one table; one without a column of meshes is counted, or refused where the user pointed at it."""
     try:
         package.check_utf8(name)
         package.files.check(name)
@@ -289,7 +274,7 @@ def _printed(package: Package, name: str) -> Iterator[dict[str, Any]]:
             left = MAX_INDEX_BYTES
             while line := child.stdout.readline(MAX_LINE_BYTES):
                 left -= len(line)
-                row = parse_json(line, printable(name)) if left >= 0 else None
+                row = rows.parse_json(line, printable(name)) if left >= 0 else None
                 if not isinstance(row, dict):
                     message = f"{printable(name)}: a table whose rows say more than {MAX_INDEX_BYTES} bytes; divide it"
                     raise Rejected(codes.TOO_LARGE, message)
@@ -307,16 +292,16 @@ def _printed(package: Package, name: str) -> Iterator[dict[str, Any]]:
 def _rows(
     package: Package, name: str, suffix: str, lines: Iterator[Mapping[str, Any]], others: Counter[str]
 ) -> Iterator[Found | Refused]:
-    ids = UniqueIds()
+    ids: dict[str, str] = {}
     for number, row in enumerate(lines):
         place = f"{printable(name)} row {number}"
-        if number >= MAX_ROWS:
-            message = f"{printable(name)}: more than {MAX_ROWS} rows, which is what a run holds in memory; divide it"
-            yield package.refuse(name, Rejected(codes.TOO_LARGE, message))
+        if number >= rows.MAX_ROWS:
+            why = f"more than {rows.MAX_ROWS} rows, which is what a run holds in memory; divide it"
+            yield package.refuse(name, Rejected(codes.TOO_LARGE, f"{printable(name)}: {why}"))
             return
         try:
             uid, key = _names(row, number, place, ids)
-            check_types(row, place)
+            rows.check_types(row, place)
         except Rejected as error:
             yield package.refuse(name, error)
             continue
@@ -331,26 +316,23 @@ def _rows(
             yield refused
         else:
             inner = next((str(row[column]) for column in PATHS if row.get(column)), "").replace("\\", "/")
-            around = [name[: -len(SUFFIX)], *package.prefix.rstrip("/").split("/")[::-1], package.root.name]
-            source = source_of(row, path, uid, [*words_of_path(inner), *around])
+            around = [name[: -len(TABLE_SUFFIX)], *package.prefix.rstrip("/").split("/")[::-1], package.root.name]
+            source = rows.source_of(row, path, uid, [*words_of_path(inner), *around])
             yield Found(package.root, main, source, archive=name, at=number)
 
 
-def _names(row: Mapping[str, Any], number: int, place: str, ids: UniqueIds) -> tuple[str, str]:
-    """The id that a row states, or nothing, and the name of its file without its suffix; both differ from all others.
-
-    `ids`: takes up the names.
-    """
+def _names(row: Mapping[str, Any], number: int, place: str, ids: dict[str, str]) -> tuple[str, str]:
+    """Id that a row states, or nothing, and the stem of its file, both unique; `ids`: takes up the names."""
     stated = next(((column, row[column]) for column in IDS if row.get(column) is not None), None)
     if stated is None:
         return "", f"{number:06}"
     column, value = stated
     try:
-        uid = safe_id(str(value) if type(value) is int else value, place)
+        uid = rows.safe_id(str(value) if type(value) is int else value, place)
     except Rejected:
         if column in ("__key__", "key"):
             return "", f"{number:06}"
         raise
-    ids.check(uid, place)
-    ids.add(uid, place)
+    rows.check_unique(uid, place, ids)
+    ids[uid] = place
     return uid, uid

@@ -13,6 +13,21 @@ from casa_assets.errors import DegenerateShape
 from casa_assets.mesh.solid.solids import convex_hull, hull_planes
 from casa_assets.mesh.surface import face_normals
 
+SURFACE_SAMPLES = 20_000
+HULL_SAMPLES = 400  # on each shape
+PROBES = 5000
+# What lies so little beyond another shape, as a part of the longest side, is the joint between two.
+JOINT_SHARE = 0.004
+# The normal of the nearest sample gives the distance where that sample is not farther aside than this many spacings.
+MAX_ASIDE_SPACINGS, VOTERS = 3.0, 9
+# Points that are strewn, pixels along the longest side, and directions from which the pictures are taken besides those
+# along the axes: this many points fall into a pixel that next to no gap shows what lies behind.
+SAMPLES, PIXELS, DIRECTIONS = 60_000, 40, 24
+# Cosine to the line of sight below which a face is seen too much from its edge to say which side is seen.
+GRAZING_COSINE = 0.2
+# How much deeper than the nearest point of its pixel a point may lie and still be seen, in pixels.
+DEPTH_TOLERANCE_PX = 1.0
+
 
 def surface_samples(points: Floats, faces: Ints, count: int) -> Floats:
     """(count, 3) points spread evenly over the area, the same for the same surface."""
@@ -65,26 +80,12 @@ def inside_share(points: Floats, clouds: Sequence[Floats]) -> float:
     return float(is_inside.mean())
 
 
-# Deviation ------------------------------------------------------------------------------------------------------------
-
-SURFACE_SAMPLES = 20_000
-HULL_SAMPLES = 400  # on each shape
-PROBES = 5000
-# What lies so little beyond another shape, as a part of the longest side, is the joint between two.
-JOINT_SHARE = 0.004
-# The normal of the nearest sample tells the distance where that sample is not farther aside than this many spacings.
-MAX_ASIDE_SPACINGS = 3.0
-VOTERS = 9
-
-
 @dataclass(frozen=True)
 class ReferenceSurface:
     """A closed surface, sampled, that distances are measured to.
 
-    Attributes:
-        samples, normals: (N, 3) points spread over it and where they face. spacing: between two of them, metres.
-        longest: side of the box around it, metres.
-        probes: (M, 3) fewer points, of what can be touched, for how deep shapes bury it.
+    `samples`, `normals`: (N, 3) points spread over it and where they face. `spacing`: between two of them, metres.
+    `longest`: side of the box around it, metres. `probes`: (M, 3) fewer, of what can be touched and buried.
     """
 
     samples: Floats
@@ -195,32 +196,20 @@ def deviation(clouds: Sequence[Floats], of: ReferenceSurface, bare: Floats) -> D
     reach = np.cumsum(weights[order])
     at = min(int(np.searchsorted(reach, 0.95 * reach[-1])), len(order) - 1) if len(order) else 0
     p95 = float(values[order][at]) if len(order) else 0.0
-    worst = float(values.max(initial=0.0))
     sunk = np.max([np.maximum(depths_within(of.probes, p), 0.0) for p in planes], axis=0)
     missed = float(np.percentile(bare, 95)), float(bare.max())
-    return Deviation(p95, worst, *missed, float(np.percentile(sunk, 95)), float(sunk.max(initial=0.0)))
-
-
-# Points that are strewn, pixels along the longest side, and directions from which the pictures are taken besides those
-# along the axes: so many points fall into a pixel that next to no gap shows what lies behind.
-SAMPLES = 60_000
-PIXELS = 40
-DIRECTIONS = 24
-# Cosine to the line of sight below which a face is seen too much from its edge to say which side is seen.
-GRAZING_COSINE = 0.2
-# How much deeper than the nearest point of its pixel a point may lie and still be seen, in pixels.
-DEPTH_TOLERANCE_PX = 1.0
+    return Deviation(
+        p95, float(values.max(initial=0.0)), *missed, float(np.percentile(sunk, 95)), float(sunk.max(initial=0.0))
+    )
 
 
 @dataclass(frozen=True)
 class Visibility:
     """Result of rendering a surface from all around.
 
-    Attributes:
-        samples: (N, 3) points evenly over the area. face: (N,) the face of each.
-        front, back: (N,) seen from its front, or with its back where no front lies as near, from some direction.
-        behind: (D,) share of the silhouette that shows backs of faces, by direction.
-        away: (D, 3) unit vectors, from the viewer to the thing.
+    `samples`: (N, 3) points evenly over the area. `face`: (N,) the face of each. `front`, `back`: (N,) seen from its
+    front, or with its back where no front lies as near, from some direction. `behind`: (D,) share of the silhouette
+    that shows backs of faces, by direction. `away`: (D, 3) unit vectors, from the viewer to the thing.
     """
 
     samples: Floats

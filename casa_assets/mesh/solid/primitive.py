@@ -52,9 +52,6 @@ def _outline(shape: Box | Sphere | Cylinder | Capsule, steps: int) -> Floats:
     return np.concatenate(domes)
 
 
-# Bounds ---------------------------------------------------------------------------------------------------------------
-
-
 def shape_bounds(shape: Shape, pose: Pose) -> Floats:
     """(2, 3) lower and upper corner of a shape, metres, in the frame that `pose` (frame_from_shape) leads to."""
     center, axis = np.array(pose.position), pose.rotation[:, 2]
@@ -75,17 +72,13 @@ def shape_bounds(shape: Shape, pose: Pose) -> Floats:
 
 def link_bounds(link: Link, pose: Pose | None = None) -> Floats | None:
     """(2, 3) corners of all colliders, metres, None without any; in link frame or that of `pose` (frame_from_link)."""
-    frame = pose or Pose()
-    corners = np.array([shape_bounds(c.shape, frame @ c.pose) for c in link.colliders])
+    corners = np.array([shape_bounds(c.shape, (pose or Pose()) @ c.pose) for c in link.colliders])
     return box_around(corners) if len(corners) else None
 
 
 def box_around(boxes: Floats) -> Floats:
     """(2, 3) corners of the box around (N, 2, 3) boxes."""
     return np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
-
-
-# Primitive ------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

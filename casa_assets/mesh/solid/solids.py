@@ -20,6 +20,13 @@ Solid: TypeAlias = manifold3d.Manifold
 
 # With more pieces than these it is no longer worth the time to unite them.
 MOST_PIECES = 1000
+# What is so much above the lowest point, as a share of the longest side, is as low.
+LEVEL_SHARE = 1e-6
+# Where a solid has too many faces still, or a hull too many vertices, coarser tolerances are tried, each this many
+# times the one before; for a hull this many of them.
+TOLERANCE_GROWTH, TOLERANCE_STEPS = 1.5, 4
+# Largest factor by which a hull grows to make up for the vertices that it lacks.
+MAX_GROWTH = 1.05
 
 
 def solid_of(points: Floats, faces: Ints) -> Solid | None:
@@ -33,8 +40,8 @@ def solid_of(points: Floats, faces: Ints) -> Solid | None:
             tri_verts=np.array(faces, dtype=np.uint64, order="C"),
         )
     )
-    ok = solid.status() == manifold3d.Error.NoError and not solid.is_empty() and solid.volume() > 0
-    return solid if ok else None
+    is_sound = solid.status() == manifold3d.Error.NoError and not solid.is_empty() and solid.volume() > 0
+    return solid if is_sound else None
 
 
 def surface_of(solid: Solid) -> Surface:
@@ -44,7 +51,6 @@ def surface_of(solid: Solid) -> Surface:
 
 
 def _turned(solid: Solid) -> Solid:
-    """The solid turned inside out."""
     points, faces = surface_of(solid)
     return Solid(manifold3d.Mesh64(vert_properties=points, tri_verts=np.ascontiguousarray(faces[:, ::-1], np.uint64)))
 
@@ -89,12 +95,6 @@ def intersection_volume(one: Surface, other: Surface) -> float:
     """Volume that two closed surfaces share, 0 where one of them is no solid."""
     a, b = solid_of(*one), solid_of(*other)
     return 0.0 if a is None or b is None else float((a ^ b).volume())
-
-
-# Hull -----------------------------------------------------------------------------------------------------------------
-
-# What is so much above the lowest point, as a share of the longest side, is as low.
-LEVEL_SHARE = 1e-6
 
 
 def convex_hull(points: Floats) -> tuple[Floats, Ints]:
@@ -197,16 +197,6 @@ def _standing(cloud: Floats, reach: float) -> list[int]:
     return sorted({int(lowest[(cloud[lowest, :2] @ d).round(9).argmax()]) for d in compass})
 
 
-# Cutting --------------------------------------------------------------------------------------------------------------
-
-# Where a solid has too many faces still, or a hull too many vertices, coarser tolerances are tried, each so many times
-# the one before; for a hull so many of them.
-TOLERANCE_GROWTH = 1.5
-TOLERANCE_STEPS = 4
-# Largest factor by which a hull grows to make up for the vertices that it lacks.
-MAX_GROWTH = 1.05
-
-
 def without_voids(solid: Solid) -> Solid:
     """Fill the sealed voids of a solid: no contact ever gets there."""
     pieces = [p for p in solid.decompose() if p.volume() != 0]
@@ -283,8 +273,7 @@ def hull_with_volume(cloud: Floats, volume_m3: float, box: Floats) -> Floats:
     """(N, 3) vertices of a hull of few vertices, grown about its middle to a volume, but not out of a (2, 3) box, m.
 
     A hull with few vertices lies inside the shape that it approximates, and a round one loses up to a tenth of its
-    volume. Growing it puts its sides as far outside as they were inside, but no object on a floor sinks into it. A
-    larger hull stays as it is.
+    volume. Growing it puts its sides as far outside as they were inside, but no object on a floor sinks into it.
     """
     whole = manifold3d.Manifold.hull_points(np.ascontiguousarray(cloud, dtype=np.float64))
     volume = float(whole.volume())

@@ -62,8 +62,7 @@ VALUES: tuple[Any, ...] = (
 def mutate(data: bytes, suffix: str, rng: Random, others: tuple[bytes, ...] = ()) -> bytes:
     """The bytes of a file with one to eight faults.
 
-    Args:
-        suffix: of its format, without the dot. others: files that pieces may be taken from.
+    `suffix`: of its format, without the dot. `others`: files that pieces may be taken from.
     """
     out = bytearray(data)
     if suffix == "glb" and rng.random() < 0.6:
@@ -89,14 +88,12 @@ def _place(out: bytearray, rng: Random, length: int = 1) -> int:
     return rng.randrange(max(1, len(out) - length + 1))
 
 
-def _flip(out: bytearray, _: str, rng: Random) -> None:
-    if out:
-        out[_place(out, rng)] ^= 1 << rng.randrange(8)
-
-
 def _byte(out: bytearray, _: str, rng: Random) -> None:
+    """A bit flipped, or a byte exchanged."""
     if out:
-        out[_place(out, rng)] = rng.choice((0, 1, 0x20, 0x7F, 0x80, 0xFE, 0xFF, 0x0A))
+        at = _place(out, rng)
+        values = (0, 1, 0x20, 0x7F, 0x80, 0xFE, 0xFF, 0x0A)
+        out[at] = rng.choice(values) if rng.random() < 0.5 else out[at] ^ 1 << rng.randrange(8)
 
 
 def _whole(out: bytearray, _: str, rng: Random) -> None:
@@ -112,24 +109,17 @@ def _real(out: bytearray, _: str, rng: Random) -> None:
         out[at : at + 4] = struct.pack("<f", rng.choice(REAL))
 
 
-def _cut(out: bytearray, _: str, rng: Random) -> None:
-    at = _place(out, rng)
-    del out[at : at + rng.choice((1, 2, 4, 12, 50, 100, 1000, 100_000))]
-
-
-def _repeat(out: bytearray, _: str, rng: Random) -> None:
-    at = _place(out, rng)
-    piece = bytes(out[at : at + rng.choice((1, 4, 12, 50, 200))])
-    out[at:at] = piece * rng.choice((1, 2, 16, 300))
-
-
-def _insert(out: bytearray, suffix: str, rng: Random) -> None:
-    at = _place(out, rng)
-    out[at:at] = rng.choice((*WORDS.get(suffix, WORDS["zip"]), rng.randbytes(rng.choice((1, 4, 16, 64)))))
-
-
-def _truncate(out: bytearray, _: str, rng: Random) -> None:
-    del out[_place(out, rng) :]
+def _piece(out: bytearray, suffix: str, rng: Random) -> None:
+    """A piece cut out, repeated or put in, or the end cut off."""
+    at, kind = _place(out, rng), rng.randrange(4)
+    if kind == 0:
+        del out[at : at + rng.choice((1, 2, 4, 12, 50, 100, 1000, 100_000))]
+    elif kind == 1:
+        out[at:at] = bytes(out[at : at + rng.choice((1, 4, 12, 50, 200))]) * rng.choice((1, 2, 16, 300))
+    elif kind == 2:
+        out[at:at] = rng.choice((*WORDS.get(suffix, WORDS["zip"]), rng.randbytes(rng.choice((1, 4, 16, 64)))))
+    else:
+        del out[at:]
 
 
 def _number(out: bytearray, _: str, rng: Random) -> None:
@@ -168,7 +158,7 @@ def _splice(out: bytearray, other: bytes, rng: Random) -> None:
     out[_place(out, rng) :] = other[start : start + rng.choice((16, 200, 5000))]
 
 
-_BYTES: tuple[Change, ...] = (_flip, _byte, _whole, _whole, _real, _real, _cut, _repeat, _insert, _truncate)
+_BYTES: tuple[Change, ...] = (*(_byte, _whole, _real) * 2, *(_piece,) * 4)
 _TEXT: tuple[Change, ...] = (_number, _number, _line, _tag)
 
 

@@ -14,6 +14,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from random import Random
 
@@ -22,10 +23,10 @@ from casa_assets.errors import Rejected
 from casa_assets.formats.read import load
 from casa_assets.formats.read.formats import SUFFIXES
 from casa_assets.ingest.clean import clean
-from casa_assets.ingest.run.job import Job
+from casa_assets.ingest.run.inputs import Job, Survey, survey
 from casa_assets.ingest.run.steps import work
-from casa_assets.ingest.run.survey import Survey, survey
-from casa_assets.ingest.sources import Found, Refused, collect, discover
+from casa_assets.ingest.sources.discover import collect, discover
+from casa_assets.ingest.sources.places import Found, Refused
 from casa_assets.library import library as disk
 from casa_assets.runs.limits import Limits, WorkerFailure
 from casa_assets.runs.outcome import Outcome, RunAborted
@@ -42,9 +43,8 @@ _WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 class Finding:
     """Something that should not be.
 
-    Attributes:
-        number: of the case; with the seed of the run it makes the same files again.
-        kind: error, slow, large, escape, crash, hang or memory. message: what happened, with its trace.
+    `number`: of the case; with the seed of the run it makes the same files again. `kind`: error, slow, large, escape,
+    crash, hang or memory. `message`: what happened, with its trace.
     """
 
     number: int
@@ -53,19 +53,21 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Batch:
-    """Some cases in a row.
+class Plan:
+    """What to do.
 
-    Attributes:
-        seed: of the run. first, count: numbers of the cases. folder: for the files; `now` in it names the case.
-        seeds: folder of more files to start from, or empty. only: beginnings of names, with commas, or empty.
+    `seed`: all that follows hangs on it. `seconds`: how long. `folder`: empty, for files and findings. `wholes`: how
+    many of the sound cases of a batch go through everything, checks included. `seeds`: folder of more specimens, or
+    empty. `first`: number of the first case. `only`: beginnings of the names of the specimens that are mutated,
+    separated by commas; empty: all.
     """
 
     seed: int
-    first: int
-    count: int
+    seconds: float
     folder: Path
+    wholes: int = 0
     seeds: str = ""
+    first: int = 0
     only: str = ""
 
 
@@ -82,11 +84,11 @@ def warm() -> None:
     registry.load()
 
 
-def case(seed: int, number: int, seeds: str = "", only: str = "") -> tuple[str, Files]:
-    """Name of the specimen, and the files of a case, its main file first; `only`: of specimens whose names begin so."""
-    rng = Random(f"{seed}:{number}")
-    stock = _stock(seeds)
-    name = rng.choice(sorted(name for name in stock if name.startswith(tuple(only.split(",")))))
+def case(plan: Plan, number: int) -> tuple[str, Files]:
+    """Name of the specimen, and the files of a case, its main file first."""
+    rng = Random(f"{plan.seed}:{number}")
+    stock = _stock(plan.seeds)
+    name = rng.choice(sorted(name for name in stock if name.startswith(tuple(plan.only.split(",")))))
     files = dict(stock[name])
     victim = rng.choice([f for f in files if not f.endswith((".png", ".jpg"))])
     others = tuple(data for other in ("glb_rich", "obj", "dae", "stl_binary") for data in specimens()[other].values())
@@ -94,34 +96,35 @@ def case(seed: int, number: int, seeds: str = "", only: str = "") -> tuple[str, 
     return name, files
 
 
-_STOCKS: dict[str, dict[str, Files]] = {}
-
-
+@cache
 def _stock(seeds: str) -> dict[str, Files]:
     """Specimens, and the files of a folder that are small enough to be read thousands of times."""
-    if seeds not in _STOCKS:
-        stock = {**specimens(), **packed_specimens()}
-        for path in sorted(Path(seeds).rglob("*")) if seeds else ():
-            suffix = path.suffix.lower()
-            if suffix in SUFFIXES and path.is_file() and path.stat().st_size < 300_000:
-                stock[f"{path.stem}{suffix}"] = {f"a{suffix}": path.read_bytes()}
-        _STOCKS[seeds] = stock
-    return _STOCKS[seeds]
+    stock = {**specimens(), **packed_specimens()}
+    for path in sorted(Path(seeds).rglob("*")) if seeds else ():
+        suffix = path.suffix.lower()
+        if suffix in SUFFIXES and path.is_file() and path.stat().st_size < 300_000:
+            stock[f"{path.stem}{suffix}"] = {f"a{suffix}": path.read_bytes()}
+    return stock
 
 
-def read_batch(batch: Batch) -> Tally:
-    """Find, collect, read and clean every case; the number of the one under way is on disk, for whoever survives us."""
-    tally = Tally()
-    _stock(batch.seeds)  # read before the watch begins
-    escapes = _watch(batch.folder)
-    tempfile.tempdir = str(batch.folder)
-    now = os.open(batch.folder / "now", os.O_WRONLY | os.O_CREAT, 0o600)
-    for number in range(batch.first, batch.first + batch.count):
+def read_batch(job: tuple[Plan, int, int]) -> Tally:
+    """Find, collect, read and clean every case; the number of the one under way is on disk, for whoever survives us.
+
+    The job is the plan, the number of the first case, and how many there are.
+    """
+    plan, first, count = job
+    tally, folder = Tally(), plan.folder / "work"
+    _stock(plan.seeds)  # read before the watch begins
+    escapes = _watch(folder)
+    tempfile.tempdir = str(folder)
+    now = os.open(folder / "now", os.O_WRONLY | os.O_CREAT, 0o600)
+    for number in range(first, first + count):
         os.pwrite(now, f"{number:>20}".encode(), 0)
-        _, files = case(batch.seed, number, batch.seeds, batch.only)
+        _, files = case(plan, number)
         begin = time.process_time()
         try:
-            verdict = _read(batch.folder, files)
+            found = [_verdict(one) for one in discover([_put(files, folder / "in")])]
+            verdict = found[0] if found else "nothing"
         except Exception:  # noqa: BLE001  this is what is looked for
             tally.findings.append(Finding(number, "error", traceback.format_exc()[-4000:]))
             verdict = "error"
@@ -138,7 +141,7 @@ def read_batch(batch: Batch) -> Tally:
             escapes.clear()
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     if peak > LARGE_BYTES:
-        tally.findings.append(Finding(batch.first, "large", f"{peak} bytes in a batch of {batch.count} from here"))
+        tally.findings.append(Finding(first, "large", f"{peak} bytes in a batch of {count} from here"))
     return tally
 
 
@@ -149,11 +152,6 @@ def _put(files: Mapping[str, bytes], place: Path) -> Path:
     for name, data in files.items():
         (place / name).write_bytes(data)
     return place / next(iter(files))
-
-
-def _read(folder: Path, files: Mapping[str, bytes]) -> str:
-    verdicts = [_verdict(found) for found in discover([_put(files, folder / "in")])]
-    return verdicts[0] if verdicts else "nothing"
 
 
 def _verdict(found: Found | Refused) -> str:
@@ -190,14 +188,11 @@ def _watch(folder: Path) -> list[str]:
     return heard
 
 
-def whole(job: tuple[int, int, Path, str, str]) -> str:
-    """One case through all that `ingest` does to an input; `accepted` or a code.
-
-    Args:
-        job: seed, number, folder for files and library, folder of more specimens, beginning of their names.
-    """
-    seed, number, folder, seeds, only = job
-    _, files = case(seed, number, seeds, only)
+def whole(job: tuple[Plan, int]) -> str:
+    """A case, by its number, through all that `ingest` does to an input; `accepted` or a code."""
+    plan, number = job
+    folder = plan.folder / "whole"
+    _, files = case(plan, number)
     found = next(iter(discover([_put(files, folder / "in")])))
     assert isinstance(found, Found)
     limits = dict(registry.load().limits)
@@ -224,26 +219,6 @@ BATCH = 200
 READ_LIMITS = Limits(cpu_s=120, memory_bytes=2_000_000_000)
 WHOLE_LIMITS = Limits(cpu_s=300, memory_bytes=4_000_000_000)
 KINDS = {"timeout": "hang", "stuck": "hang", "memory": "memory", "signal": "crash", "killed": "crash", "error": "error"}
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What to do.
-
-    Attributes:
-        seed: all that follows hangs on it. seconds: how long. folder: empty, for files and findings.
-        wholes: how many of the sound cases of a batch go through everything, checks included.
-        seeds: folder of more specimens, or empty. first: number of the first case.
-        only: beginnings of the names of the specimens that are mutated, separated by commas; empty: all.
-    """
-
-    seed: int
-    seconds: float
-    folder: Path
-    wholes: int = 0
-    seeds: str = ""
-    first: int = 0
-    only: str = ""
 
 
 @dataclass
@@ -282,8 +257,7 @@ def _batch(pool: Pool, plan: Plan, first: int, count: int) -> Tally:
     """A batch; where its process died, the case that killed it is a finding and the rest goes on behind it."""
     total = Tally()
     while count > 0:
-        job = Batch(plan.seed, first, count, plan.folder / "work", plan.seeds, plan.only)
-        ((_, answer),) = pool.run("tests.support.fuzz.fuzz_run:read_batch", [job])
+        ((_, answer),) = pool.run("tests.support.fuzz.fuzz_run:read_batch", [(plan, first, count)])
         if isinstance(answer, Tally):
             total.verdicts.update(answer.verdicts)
             total.findings += answer.findings
@@ -300,9 +274,8 @@ def _batch(pool: Pool, plan: Plan, first: int, count: int) -> Tally:
 
 
 def _whole(pool: Pool, plan: Plan, number: int, result: Result) -> None:
-    folder = plan.folder / "whole"
-    shutil.rmtree(folder, ignore_errors=True)
-    ((_, answer),) = pool.run("tests.support.fuzz.fuzz_run:whole", [(plan.seed, number, folder, plan.seeds, plan.only)])
+    shutil.rmtree(plan.folder / "whole", ignore_errors=True)
+    ((_, answer),) = pool.run("tests.support.fuzz.fuzz_run:whole", [(plan, number)])
     result.wholes += 1
     if isinstance(answer, WorkerFailure):
         found = Finding(number, f"whole_{KINDS[answer.reason]}", f"{answer.message}\n{answer.trace}")
@@ -317,7 +290,7 @@ def _add(result: Result, findings: list[Finding], plan: Plan) -> None:
         result.findings.append(one)
         folder = plan.folder / "findings" / f"{one.kind}_{plan.seed}_{one.number}"
         folder.mkdir(parents=True, exist_ok=True)
-        specimen, files = case(plan.seed, one.number, plan.seeds, plan.only)
+        specimen, files = case(plan, one.number)
         for name, data in files.items():
             (folder / name).write_bytes(data)
         told = {"seed": plan.seed, "number": one.number, "specimen": specimen, "kind": one.kind, "message": one.message}

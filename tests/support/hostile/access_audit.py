@@ -71,8 +71,7 @@ _STARTS = frozenset({"subprocess.Popen", "os.system", "os.exec", "os.posix_spawn
 class Event:
     """Something that a process did.
 
-    Attributes:
-        kind: read, write, network or start. target: absolute path, address or command.
+    `kind`: read, write, network or start. `target`: absolute path, address or command.
     """
 
     kind: str
@@ -82,8 +81,7 @@ class Event:
 class Watch:
     """The audit hook of one or more runs.
 
-    Args:
-        folder: empty; gets the hook and its log.
+    `folder`: empty; gets the hook and its log.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -115,8 +113,7 @@ class Watch:
     def escapes(self, inputs: Sequence[Path], outputs: Sequence[Path]) -> list[Event]:
         """What went beyond reading inputs, writing outputs, the cache, and what Python and the program are made of.
 
-        Args:
-            inputs: folders that may be read. outputs: folders that may be read and written.
+        `inputs`: folders that may be read. `outputs`: folders that may be read and written.
         """
         made_of = [ROOT, Path(sys.prefix), Path(sys.base_prefix), self._log.parent, *map(Path, _SYSTEM)]
         readable = [os.path.realpath(p) for p in (*inputs, *outputs, *made_of, cache_dir())]

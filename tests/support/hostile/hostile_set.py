@@ -16,8 +16,8 @@ from typing import Any
 
 from casa_assets import registry
 from casa_assets.formats.read.formats import SUFFIXES, suffix_of
-from casa_assets.ingest.sources.found import TWINS as OTHER_FORMS
-from casa_assets.ingest.sources.found import kind_of_other
+from casa_assets.ingest.sources.places import TWINS as OTHER_FORMS
+from casa_assets.ingest.sources.places import kind_of_other
 from tests.support.library.libraries import casa, input_rows
 
 # Words of the index for a reason to reject -> codes; where there are none, the code whose name is that word.
@@ -36,79 +36,61 @@ REASONS: Mapping[str, tuple[str, ...]] = {
 # codes are things that are not done here.
 SILENT: tuple[str, ...] | None = None
 REMARKS: Mapping[str, tuple[str, ...] | None] = {
-    "BOM": SILENT,
-    "DTD not loaded": (),
-    "animation ignored": ("SRC056",),
-    "bad colours dropped": ("SRC053",),
-    "bad entries skipped and listed": ("MAN002",),
-    "bad face dropped, with warning": ("SRC052", "MSH010"),
-    "bad material value": ("SRC061",),
-    "bad rows skipped and listed": ("MAN002",),
-    "bad uv": ("SRC050",),
-    "bad values dropped, with warning": ("SRC052", "SRC061", "SRC054"),
-    "bad values ignored": ("SRC052", "SRC061", "SRC054", "MAN005"),
-    "base colour alpha": ("SRC059",),
-    "case mismatch": ("SRC044",),
-    "category unknown": ("REV001", "FLT007"),
-    "concave face triangulated as a fan": ("SRC060",),
-    "crumbs removed, with warning": ("MSH013",),
-    "decompressed under a size limit": (),
-    "degenerate faces removed": ("MSH010",),
-    "directives ignored": ("SRC055",),
-    "duplicate faces removed": ("MSH010",),
-    "entity not expanded": (),
-    "extreme aspect": (),
-    "face dropped, with warning": ("SRC052", "MSH010"),
-    "fin removed": ("MSH010", "MSH023", "MSH046"),
-    "floater removed, with warning": ("MSH013",),
-    "fully transparent": ("SRC059", "MSH018"),
-    "ground plane removed, with warning": ("MSH012",),
-    "header length ignored": ("SRC005",),
-    "hidden interior": ("MSH042", "MSH043"),
-    "identity, with warning": ("SRC058",),
-    "image converted": SILENT,
-    "interior removed": ("MSH042",),
-    "link out of the package not followed": ("SRC046",),
-    "many components": ("MSH024", "MSH013"),
-    "material missing": ("SRC042", "SRC065"),
-    "mesh not in the scene used": ("SRC057",),
-    "name sanitised": SILENT,
-    "near duplicate": ("RUN007",),
-    "non-manifold": ("MSH023",),
-    "normals recomputed": ("SRC054",),
-    "not watertight": ("MSH022",),
-    "NaN uv set to 0, with warning": ("SRC050",),
-    "opaque": ("SRC059", "MSH018"),
-    "off_category": ("FLT007", "FLT008", "REV001"),
-    "open shell": ("MSH022",),
-    "pose": ("REV001",),
-    "recentred": SILENT,
-    "recentred, precision lost": ("SRC066",),
-    "reference outside the package ignored": ("SRC041",),
-    "rescaled by category": ("MSH014",),
-    "reversed duplicates removed": ("MSH010",),
-    "self-intersecting": ("MSH050",),
-    "several objects": ("MSH024",),
-    "shape does not fit category": ("FLT008", "FLT009"),
-    "sheared": SILENT,
-    "skin ignored": ("SRC056",),
-    "sky sphere removed, with warning": ("MSH012",),
-    "stood upright": SILENT,
-    "texture downscaled": ("SRC049",),
-    "texture dropped": ("SRC047", "SRC048"),
-    "texture found by its base name": ("SRC043",),
-    "texture missing": ("SRC042",),
-    "texture missing, base colour used": ("SRC042",),
-    "texture refused (too large)": ("SRC047",),
-    "texture unreadable": ("SRC048",),
-    "texture without uv": ("SRC051", "MSH017"),
-    "thickened": ("MSH028",),
-    "type by content, not by name": ("SRC040",),
-    "unit/up axis converted": SILENT,
-    "unused vertex removed": SILENT,
-    "vertices merged": SILENT,
-    "winding flipped": ("MSH011",),
-    "winding made consistent": ("MSH011",),
+    words: tuple(codes.split()) if codes != "silent" else SILENT
+    for codes, every in {
+        "silent": "BOM|image converted|name sanitised|recentred|sheared|stood upright|unit/up axis converted|"
+        "unused vertex removed|vertices merged",
+        "": "DTD not loaded|decompressed under a size limit|entity not expanded|extreme aspect",
+        "SRC056": "animation ignored|skin ignored",
+        "SRC053": "bad colours dropped",
+        "MAN002": "bad entries skipped and listed|bad rows skipped and listed",
+        "SRC052 MSH010": "bad face dropped, with warning|face dropped, with warning",
+        "SRC061": "bad material value",
+        "SRC050": "bad uv|NaN uv set to 0, with warning",
+        "SRC052 SRC061 SRC054": "bad values dropped, with warning",
+        "SRC052 SRC061 SRC054 MAN005": "bad values ignored",
+        "SRC059": "base colour alpha",
+        "SRC044": "case mismatch",
+        "REV001 FLT007": "category unknown",
+        "SRC060": "concave face triangulated as a fan",
+        "MSH013": "crumbs removed, with warning|floater removed, with warning",
+        "MSH010": "degenerate faces removed|duplicate faces removed|reversed duplicates removed",
+        "SRC055": "directives ignored",
+        "MSH010 MSH023 MSH046": "fin removed",
+        "SRC059 MSH018": "fully transparent|opaque",
+        "MSH012": "ground plane removed, with warning|sky sphere removed, with warning",
+        "SRC005": "header length ignored",
+        "MSH042 MSH043": "hidden interior",
+        "SRC058": "identity, with warning",
+        "MSH042": "interior removed",
+        "SRC046": "link out of the package not followed",
+        "MSH024 MSH013": "many components",
+        "SRC042 SRC065": "material missing",
+        "SRC057": "mesh not in the scene used",
+        "RUN007": "near duplicate",
+        "MSH023": "non-manifold",
+        "SRC054": "normals recomputed",
+        "MSH022": "not watertight|open shell",
+        "FLT007 FLT008 REV001": "off_category",
+        "REV001": "pose",
+        "SRC066": "recentred, precision lost",
+        "SRC041": "reference outside the package ignored",
+        "MSH014": "rescaled by category",
+        "MSH050": "self-intersecting",
+        "MSH024": "several objects",
+        "FLT008 FLT009": "shape does not fit category",
+        "SRC049": "texture downscaled",
+        "SRC047 SRC048": "texture dropped",
+        "SRC043": "texture found by its base name",
+        "SRC042": "texture missing|texture missing, base colour used",
+        "SRC047": "texture refused (too large)",
+        "SRC048": "texture unreadable",
+        "SRC051 MSH017": "texture without uv",
+        "MSH028": "thickened",
+        "SRC040": "type by content, not by name",
+        "MSH011": "winding flipped|winding made consistent",
+    }.items()
+    for words in every.split("|")
 }
 TWINS = ("RUN006", "RUN007")
 # Files of which we expect something else than the index does: how what is said of them begins, and why.
@@ -153,9 +135,8 @@ class Said:
 class Row:
     """A row of the index.
 
-    Attributes:
-        file: relative to the set. wanted: the outcome it expects, then the others that are right.
-        must_not: what may never happen. kind: its class.
+    `file`: relative to the set. `wanted`: the outcome it expects, then the others that are right. `must_not`: what may
+    never happen. `kind`: its class.
     """
 
     file: str
@@ -230,9 +211,8 @@ def told(said: Said) -> str:
 class HostileSet:
     """The set under a folder of our own, completed with links and odd names, and libraries made of it.
 
-    Args:
-        shared: the folder `bad`. work: an empty folder.
-        options: of every run of `ingest`. environment: of every run.
+    `shared`: the folder `bad`. `work`: an empty folder. `options`: of every run of `ingest`. `environment`: of every
+    run.
     """
 
     def __init__(self, shared: Path, work: Path, options: Sequence[str], environment: Mapping[str, str]) -> None:

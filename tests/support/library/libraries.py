@@ -19,7 +19,7 @@ from typing import Any, Self
 from unittest.mock import patch
 
 from casa_assets.cli import main as program
-from casa_assets.ingest.run import survey
+from casa_assets.ingest.run import inputs
 from casa_assets.library import entry_table
 from casa_assets.model.record import Vec3
 from casa_assets.runs import pool
@@ -189,7 +189,7 @@ def tree(root: Path) -> dict[str, bytes | None]:
     return {
         path.relative_to(root).as_posix(): None if path.is_dir() else path.read_bytes()
         for path in sorted(root.rglob("*"))
-        if path.name not in (entry_table.NAME, survey.NAME)
+        if path.name not in (entry_table.NAME, inputs.SURVEYS)
     }
 
 

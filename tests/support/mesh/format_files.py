@@ -48,35 +48,26 @@ def usda(points: str = "", head: str = "", inside: str = "") -> str:
     metersPerUnit = 0.01
     upAxis = "Z"
 )
-def Xform "thing" (
-    {head}
-)
+def Xform "thing" ({head})
 {{
     {inside}
-    def Mesh "box" (
-        prepend apiSchemas = ["MaterialBindingAPI"]
-    )
+    def Mesh "box" (prepend apiSchemas = ["MaterialBindingAPI"])
     {{
         int[] faceVertexCounts = [{", ".join("3" for _ in BOX.faces)}]
         int[] faceVertexIndices = [{corners}]
         point3f[] points = [{written}]
-        texCoord2f[] primvars:st = [{uv}] (
-            interpolation = "faceVarying"
-        )
+        texCoord2f[] primvars:st = [{uv}] (interpolation = "faceVarying")
         rel material:binding = </thing/paint>
     }}
-    def Material "paint"
-    {{
+    def Material "paint" {{
         token outputs:surface.connect = </thing/paint/look.outputs:surface>
-        def Shader "look"
-        {{
+        def Shader "look" {{
             uniform token info:id = "UsdPreviewSurface"
             color3f inputs:diffuseColor.connect = </thing/paint/picture.outputs:rgb>
             float inputs:roughness = 0.3
             token outputs:surface
         }}
-        def Shader "picture"
-        {{
+        def Shader "picture" {{
             uniform token info:id = "UsdUVTexture"
             asset inputs:file = @a.png@
             float3 outputs:rgb
@@ -112,12 +103,10 @@ def fbx(picture: bytes = b"", indices: str = "", points: str = "") -> bytes:
     written = points or ",".join(f"{v * 100:g}" for v in BOX.vertices.ravel())
     content = f'Content: , "{base64.b64encode(picture).decode()}"' if picture else ""
     return f"""; FBX 7.4.0 project file
-FBXHeaderExtension:  {{
-    FBXHeaderVersion: 1003
+FBXHeaderExtension:  {{ FBXHeaderVersion: 1003
     FBXVersion: 7400
 }}
 GlobalSettings:  {{
-    Version: 1000
     Properties70:  {{
         P: "UpAxis", "int", "Integer", "",1
         P: "UpAxisSign", "int", "Integer", "",1
@@ -130,42 +119,23 @@ GlobalSettings:  {{
 }}
 Objects:  {{
     Geometry: 10, "Geometry::box", "Mesh" {{
-        Vertices: *{written.count(",") + 1} {{
-            a: {written}
-        }}
-        PolygonVertexIndex: *{corners.count(",") + 1} {{
-            a: {corners}
-        }}
-        GeometryVersion: 124
+        Vertices: *{written.count(",") + 1} {{ a: {written} }}
+        PolygonVertexIndex: *{corners.count(",") + 1} {{ a: {corners} }}
         LayerElementUV: 0 {{
-            Version: 101
             Name: "map"
             MappingInformationType: "ByPolygonVertex"
             ReferenceInformationType: "Direct"
-            UV: *{BOX.faces.size * 2} {{
-                a: {",".join("0,0,1,0,0,1" for _ in BOX.faces)}
-            }}
+            UV: *{BOX.faces.size * 2} {{ a: {",".join("0,0,1,0,0,1" for _ in BOX.faces)} }}
         }}
-        Layer: 0 {{
-            Version: 100
-            LayerElement:  {{
-                Type: "LayerElementUV"
-                TypedIndex: 0
-            }}
-        }}
+        Layer: 0 {{ LayerElement:  {{ Type: "LayerElementUV"
+            TypedIndex: 0 }} }}
     }}
     Model: 11, "Model::thing", "Mesh" {{
-        Version: 232
-        Properties70:  {{
-            P: "Lcl Translation", "Lcl Translation", "", "A",0,2,0
-        }}
+        Properties70:  {{ P: "Lcl Translation", "Lcl Translation", "", "A",0,2,0 }}
     }}
     Material: 12, "Material::paint", "" {{
-        Version: 102
         ShadingModel: "phong"
-        Properties70:  {{
-            P: "DiffuseColor", "Color", "", "A",0.5,0.2,0.1
-        }}
+        Properties70:  {{ P: "DiffuseColor", "Color", "", "A",0.5,0.2,0.1 }}
     }}
     Video: 14, "Video::picture", "Clip" {{
         Type: "Clip"
@@ -175,7 +145,6 @@ Objects:  {{
     }}
     Texture: 13, "Texture::picture", "" {{
         Type: "TextureVideoClip"
-        TextureName: "Texture::picture"
         FileName: "a.png"
         RelativeFilename: "a.png"
     }}
@@ -217,13 +186,11 @@ def wrl(geometry: str = "") -> str:
 # a box
 DEF place Transform {{
   translation 0 0.02 0
-  children [
-    DEF thing Shape {{
-      appearance Appearance {{ material Material {{ diffuseColor 0.5 0.2 0.1 transparency 0 }}
-                               texture ImageTexture {{ url "a.png" }} }}
-      geometry {made}
-    }}
-  ]
+  children [ DEF thing Shape {{
+    appearance Appearance {{ material Material {{ diffuseColor 0.5 0.2 0.1 transparency 0 }}
+                             texture ImageTexture {{ url "a.png" }} }}
+    geometry {made}
+  }} ]
 }}
 """
 

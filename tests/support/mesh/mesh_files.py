@@ -16,7 +16,8 @@ import pytest
 from PIL import Image
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest.sources import Found, Refused, collect, discover
+from casa_assets.ingest.sources.discover import collect, discover
+from casa_assets.ingest.sources.places import Found, Refused
 from casa_assets.ingest.things import load
 from casa_assets.model.source import Bundle, RawModel
 
@@ -132,9 +133,7 @@ def packed_view(data: bytes, stride: int, mode: str, count: int, **extra: object
 def squeezed(columns: Sequence[tuple[bytes, int, str, int]], name: str) -> Gltf:
     """A mesh whose positions and indices are compressed, with a fallback buffer that holds nothing.
 
-    Args:
-        columns: data, stride, mode and count of the positions, then of the indices.
-        name: the extension.
+    `columns`: data, stride, mode and count of the positions, then of the indices. `name`: the extension.
     """
     made = Gltf([(0.0, 0.0, 0.0)] * columns[0][3], [0] * columns[1][3])
     made.binary = b""

@@ -15,7 +15,8 @@ from scipy.spatial import cKDTree
 from casa_assets.core.numeric import srgb_from_linear
 from casa_assets.formats.read import load
 from casa_assets.formats.read.ply import read_header, read_tables
-from casa_assets.ingest.sources import Found, collect, discover
+from casa_assets.ingest.sources.discover import collect, discover
+from casa_assets.ingest.sources.places import Found
 from casa_assets.mesh.trimesh_exchange import placed_meshes
 from casa_assets.model import rejection_codes
 from casa_assets.model.asset.material import Material
@@ -28,12 +29,10 @@ Floats = npt.NDArray[np.float64]
 class Reading:
     """What a reader made of a file.
 
-    Attributes:
-        soup: (T, 3, 3) corners of all triangles as drawn, file units and axes.
-        materials: how many are used. pictures: size of each picture of base colours, sorted.
-        appearances: how many materials are left when those of one colour (in steps of 1/255) and picture count once.
-        has_uv, has_colors: whether any mesh has texture coordinates, or colours of vertices or faces.
-        notes: codes of our remarks; none of trimesh.
+    `soup`: (T, 3, 3) corners of all triangles as drawn, file units and axes. `materials`: how many are used.
+    `pictures`: size of each picture of base colours, sorted. `appearances`: how many materials are left when those of
+    one colour (in steps of 1/255) and picture count once. `has_uv`, `has_colors`: whether any mesh has texture
+    coordinates, or colours of vertices or faces. `notes`: codes of our remarks; none of trimesh.
     """
 
     soup: Floats

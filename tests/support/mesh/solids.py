@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from casa_assets.core.numeric import Floats, Ints
-from casa_assets.ingest.collision.components import Budget
+from casa_assets.ingest.collision.decompose import Budget
 from casa_assets.mesh.solid.solids import Solid, solid_of, surface_of
-from casa_assets.mesh.topology import weld
+from casa_assets.mesh.surface import weld
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.record import Vec3
 from tests.support.mesh.meshes import box_mesh

@@ -29,7 +29,7 @@ from casa_assets.projects import NO_PROJECT, VARIABLE
 from casa_assets.runs import pool
 
 OURS = "casa_assets."
-ALWAYS = ("casa_assets.ingest.run.survey:warm", "casa_assets.ingest.run.steps:warm")
+ALWAYS = ("casa_assets.ingest.run.inputs:warm_survey", "casa_assets.ingest.run.steps:warm")
 MESSAGE_BYTES = 65536
 CODE = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "

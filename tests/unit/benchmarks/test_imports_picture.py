@@ -20,7 +20,7 @@ def test_every_form_of_import_is_read() -> None:
         ["model", "registry"],
         ["model.asset.Asset"],
     ]
-    assert box_of("ingest.run.job") != box_of("ingest.clean") == box_of("articulate.infer")
+    assert box_of("ingest.run.inputs") != box_of("ingest.clean") == box_of("articulate.infer")
     assert box_of("errors") is None
 
 

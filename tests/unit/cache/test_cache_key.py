@@ -226,7 +226,7 @@ class TestImports:
         found = reach("casa_assets.layouts.run.scene_json")
         assert "casa_assets.layouts.run.resolve" not in found.modules, "imported under TYPE_CHECKING"
         assert "casa_assets.articulate.run.steps" in reach("casa_assets.cli.verbs.meshes:articulate").modules
-        assert "casa_assets.ingest.run.steps" in reach("casa_assets.ingest.run.job:WorkerAnswers").modules, (
+        assert "casa_assets.ingest.run.steps" in reach("casa_assets.ingest.run.inputs:WorkerAnswers").modules, (
             "named in text"
         )
 

@@ -34,7 +34,7 @@ if any(word in ("casa_assets.cli.main",) or "runs.server" in word for word in sy
 """
 VERBS = {
     "ingest {mesh} --library {out}": "ingest.run.steps:work",
-    "ingest {mesh} --library {out} --jobs 1": "ingest.run.survey:survey",
+    "ingest {mesh} --library {out} --jobs 1": "ingest.run.inputs:survey",
     "articulate {mesh} --library {out}": "articulate.run.steps:articulate_one",
     "families build microwave --library {out}": "families.build:build_one",
     "families show microwave --preset steel --out {out}": "families.build:build_one",
@@ -127,7 +127,7 @@ def test_ctrl_c_in_a_terminal_reaches_all_of_the_group(places: dict[str, Path]) 
 
 
 def test_nothing_is_left_of_a_program_that_is_killed(places: dict[str, Path]) -> None:
-    run = start("ingest {mesh} --library {out}", "ingest.run.survey:survey", places)
+    run = start("ingest {mesh} --library {out}", "ingest.run.inputs:survey", places)
     run.kill()
     run.communicate()
     begin = time.monotonic()

@@ -14,7 +14,7 @@ from casa_assets.asset.blocks import ball, board, box, lathe, rod
 from casa_assets.asset.family import FinishId, Params, Supplies
 from casa_assets.asset.solid import Solid, solid_mesh
 from casa_assets.asset.sweep import circle, inset_rings, loft, prism, rectangle, slab, tube
-from casa_assets.mesh.topology import is_closed
+from casa_assets.mesh.surface import is_closed
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Condition, Rule
 from casa_assets.model.asset.material import Material, Substance

@@ -43,8 +43,7 @@ from casa_assets.kitchenware.parts.room_outline import (
     room_slab,
     spans_inside,
 )
-from casa_assets.mesh.surface import face_normals
-from casa_assets.mesh.topology import is_closed, weld
+from casa_assets.mesh.surface import face_normals, is_closed, weld
 from casa_assets.model.asset.asset import Asset, Visual
 from casa_assets.model.asset.parts import Box
 from tests.support.asset.family_members import TILE_M, known, made

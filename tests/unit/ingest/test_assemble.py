@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 import pytest
 
-from casa_assets.ingest.assemble import assemble, grasp
-from casa_assets.ingest.draft import Draft, PlacedShape
+from casa_assets.ingest.draft import Draft, PlacedShape, assemble, grasp
 from casa_assets.mesh.grasps import antipodal_grasps
 from casa_assets.mesh.solid.primitive import link_bounds
 from casa_assets.mesh.solid.solids import small_hull
 from casa_assets.mesh.surface import face_normals
 from casa_assets.model.asset.asset import Asset, Base, Inertial, split_of
+from casa_assets.model.asset.asset import Asset, Inertial
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Box, Grasp, GraspFeature, Hull, Mesh
 from casa_assets.model.pose import Pose
@@ -104,22 +102,6 @@ class TestNumbers:
         )
         size = float(np.ptp(hull.mesh.vertices, axis=0).max())
         assert volumes.max() <= 1e-6 * size**3
-
-
-class TestWords:
-    def test_labels_and_provenance(self) -> None:
-        state = ready()
-        state = state.replace(guesses=state.guessed("scale", "1", 0.5, "reason"))
-        asset, told = finished(state, "mug"), brief("mug")
-        assert re.fullmatch(r"mug_[0-9a-f]{10}", asset.id)
-        assert asset.labels.category == "mug"
-        assert asset.labels.classes == told.classes
-        assert asset.labels.qcode == told.category.qcode
-        assert asset.labels.split is split_of("0" * 64)
-        assert (asset.provenance.path, asset.provenance.sha256) == ("mug.obj", "0" * 64)
-        assert asset.provenance.guesses == state.guesses
-        assert asset.base is Base.FREE
-        assert finished(ready(), "oven").base is (Base.FIXED if brief("oven").category.fixed else Base.FREE)
 
 
 OPENING = 0.08

@@ -10,12 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from casa_assets.core.numeric import Floats, Ints
-from casa_assets.errors import Rejected
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.components import intersecting_components
 from casa_assets.ingest.draft import Draft
-from casa_assets.mesh.surface import backward_share, signed_volume
-from casa_assets.mesh.topology import edge_counts, face_components, is_closed
+from casa_assets.mesh.surface import backward_share, edge_counts, face_components, is_closed, signed_volume
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel, RawPart
@@ -111,32 +109,6 @@ class TestWinding:
         away = corners.mean(axis=1) - [0, 0, 0.05]
         assert (np.einsum("ij,ij->i", normals, away) > 0).all()
         assert codes(draft.notes) == (["MSH011", "MSH022"] if inwards else ["MSH022"])
-
-
-class TestRefused:
-    @pytest.mark.parametrize(
-        ("points", "faces"),
-        [
-            (np.zeros((3, 3)), [[0, 1, 2]]),
-            ([[0, 0, 0], [1, 1, 1], [2, 2, 2]], [[0, 1, 2]]),
-            (np.full((3, 3), 5.0), [[0, 1, 2]]),
-            (BOX.vertices, np.empty((0, 3))),
-        ],
-    )
-    def test_without_area(self, points: Floats, faces: Ints) -> None:
-        with pytest.raises(Rejected) as error:
-            clean(raw(Mesh(vertices=points, faces=faces)))
-        assert error.value.code == "MSH001"
-
-    @pytest.mark.parametrize("tilt", [0.0, 0.7])
-    def test_flat(self, tilt: float) -> None:
-        grid = np.array([[x, y * np.cos(tilt), y * np.sin(tilt)] for x in range(4) for y in range(4)])
-        faces = [
-            f for i in range(3) for j in range(3) for k in [4 * i + j] for f in ((k, k + 1, k + 5), (k, k + 5, k + 4))
-        ]
-        with pytest.raises(Rejected) as error:
-            clean(raw(Mesh(vertices=grid, faces=faces)))
-        assert error.value.code == "MSH002"
 
 
 def test_thousands_of_pieces_take_no_minutes() -> None:

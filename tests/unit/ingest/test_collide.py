@@ -12,16 +12,9 @@ from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest.collision import collide as stage
 from casa_assets.ingest.collision.collide import STRATEGIES, collide
-from casa_assets.ingest.collision.components import (
-    Budget,
-    DecompositionFailed,
-    assemble_solid,
-    covers_surface,
-    decompose,
-)
+from casa_assets.ingest.collision.decompose import Budget, DecompositionFailed, decompose
 from casa_assets.ingest.collision.fit import FOOT_M, CollideParams, FitErrors, fit_reference, measure_fit, on_flat_foot
-from casa_assets.ingest.collision.rings import RAYS, WallProfile
-from casa_assets.ingest.collision.solid_proxy import CELLS, solid_proxy, without_windows
+from casa_assets.ingest.collision.solid_proxy import CELLS, assemble_solid, covers_surface, solid_proxy, without_windows
 from casa_assets.ingest.components import SurfaceKind
 from casa_assets.ingest.draft import Draft, PlacedShape
 from casa_assets.mesh.solid.deviation import distances_outside_hulls
@@ -349,12 +342,6 @@ def confidence(state: Draft) -> float:
     return guess.confidence
 
 
-def seen(inner: list[float]) -> WallProfile:
-    radii: Floats = np.repeat(np.array(inner, dtype=np.float64)[:, None], RAYS, axis=1)
-    heights: Floats = 0.01 * np.arange(len(inner), dtype=np.float64)
-    return WallProfile(np.zeros(2), heights, 0.01, radii, radii + 0.005)
-
-
 def test_a_thin_bowl_stays_within_the_bound_and_on_its_ground() -> None:
     angles = np.linspace(0.0, np.pi / 2.4, 12)
     outer = [(0.08 * float(np.sin(a)), 0.08 - 0.08 * float(np.cos(a))) for a in angles]
@@ -367,26 +354,8 @@ def test_a_thin_bowl_stays_within_the_bound_and_on_its_ground() -> None:
 
 
 def test_a_carton_that_bulges_is_one_box_between_its_bulges_and_its_edges() -> None:
-    flat = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
-    around = [(x, -1.0) for x in flat[:-1]] + [(1.0, y) for y in flat[:-1]]
-    around += [(x, 1.0) for x in flat[:0:-1]] + [(-1.0, y) for y in flat[:0:-1]]
-    rings = []
-    for z in flat:
-        bulge = 0.004 * (1 - z * z)
-        rings += [
-            (0.05 * x + bulge * (abs(x) == 1) * x, 0.03 * y + bulge * (abs(y) == 1) * y, 0.08 * z) for x, y in around
-        ]
-    count = len(around)
-    sides = [
-        face
-        for k in range(4)
-        for i in range(count)
-        for a, b in [(k * count + i, k * count + (i + 1) % count)]
-        for face in ((a, b, b + count), (a, b + count, a + count))
-    ]
-    ends = [(5 * count, (i + 1) % count, i) for i in range(count)]
-    ends += [(5 * count + 1, 4 * count + i, 4 * count + (i + 1) % count) for i in range(count)]
-    mesh = Mesh(vertices=[*rings, (0.0, 0.0, -0.08), (0.0, 0.0, 0.08)], faces=[*sides, *ends])
+    bulges = block((0.108, 0.036, 0.1)) + block((0.06, 0.068, 0.1))
+    mesh = mesh_of(block((0.1, 0.06, 0.16)) + bulges)
     [placed] = collide(draft(mesh), category("boxed_food"), PARAMS, never).colliders
     assert isinstance(placed.shape, Box)
     x, y, z = sorted(placed.shape.size)

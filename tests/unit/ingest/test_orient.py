@@ -8,7 +8,8 @@ import pytest
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.orient import UP_ROTATIONS, orient
+from casa_assets.ingest.orient import orient
+from casa_assets.ingest.up_axis import UP_ROTATIONS
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import Up, UpAxis, UserOverride
 from tests.support.mesh.meshes import box_mesh
@@ -127,10 +128,12 @@ def test_a_knife_lies_along_x(subtests: pytest.Subtests) -> None:
             assert z < y
 
 
-def test_the_wide_side_of_a_box_is_its_face() -> None:
-    box = box_mesh((0.06, 0.19, 0.3), (0, 0, 0), shared=True)
-    x, y, z = np.ptp(posed(box, np.eye(3), "cereal", up=None).surface.vertices, axis=0)
-    assert (x, y, z) == pytest.approx((0.19, 0.06, 0.3))
+def test_the_wide_side_with_most_relief_is_the_face() -> None:
+    knob = box_mesh((0.02, 0.04, 0.04), (0.04, 0.0, 0.05), shared=True)
+    box = joined(box_mesh((0.06, 0.19, 0.3), (0, 0, 0), shared=True), knob)
+    vertices = posed(box, np.eye(3), "cereal", up=None).surface.vertices
+    assert np.ptp(vertices[:-8], axis=0) == pytest.approx((0.19, 0.06, 0.3))
+    assert (vertices[-8:].mean(axis=0) - vertices[:-8].mean(axis=0))[1] == pytest.approx(-0.04)
 
 
 def test_a_ruling_is_obeyed_exactly() -> None:

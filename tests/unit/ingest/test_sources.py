@@ -11,7 +11,9 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import CasaError, Rejected, UnknownId
-from casa_assets.ingest.sources import Found, Refused, collect, discover, objaverse
+from casa_assets.ingest.sources import objaverse
+from casa_assets.ingest.sources.discover import collect, discover
+from casa_assets.ingest.sources.places import Found, Refused
 from casa_assets.ingest.sources.rows import spdx_id
 from casa_assets.model import rejection_codes
 from casa_assets.model.source import SourceKind
@@ -43,16 +45,8 @@ def only(root: Path) -> Refused:
 
 
 def test_folder_yields_meshes_only_sorted_and_with_hints(tmp_path: Path) -> None:
-    for name in (
-        "b/Tea Pot.OBJ",
-        "a.glb",
-        "b/x.mtl",
-        "b/x.png",
-        "README.md",
-        ".hidden/y.obj",
-        "__MACOSX/z.obj",
-        "b/p.json",
-    ):
+    others = "a.glb b/x.mtl b/x.png README.md .hidden/y.obj __MACOSX/z.obj b/p.json"
+    for name in ("b/Tea Pot.OBJ", *others.split()):
         write(tmp_path / name, OBJ_TRIANGLE)
     assert list(found(tmp_path)) == ["a.glb", "b/Tea Pot.OBJ"]
     source = found(tmp_path)["b/Tea Pot.OBJ"].source
@@ -66,9 +60,8 @@ def test_objaverse_package(tmp_path: Path) -> None:
     entry = {"name": "Old Mug", "license": "by-nc-sa", "tags": [{"name": "cup"}], "user": {"displayName": "An\nn"}}
     write(root / "annotations.json", {UID: {**entry, "uid": "../../etc", "uri": "https://x"}})
     write(root / "lvis-annotations.json", {"mug": [UID], "zebra": [UID]})
-    write(
-        root / "object-paths.json", {UID: f"glbs/000-041/{UID}.glb", "gone": "glbs/0/gone.glb", "evil": "../../x.glb"}
-    )
+    paths = {UID: f"glbs/000-041/{UID}.glb", "gone": "glbs/0/gone.glb", "evil": "../../x.glb"}
+    write(root / "object-paths.json", paths)
     write(root / "loose/spoon.stl", OBJ_TRIANGLE)
     inputs = found(tmp_path)
     assert list(inputs) == [f"objaverse/glbs/000-041/{UID}.glb", "objaverse/loose/spoon.stl"]
@@ -95,14 +88,8 @@ def test_objaverse_xl_list(tmp_path: Path) -> None:
 def test_text_to_3d_manifest_and_plain_manifest(tmp_path: Path) -> None:
     write(tmp_path / "t/a/model.glb", Gltf().glb())
     write(tmp_path / "p/toaster.obj", OBJ_TRIANGLE)
-    row = {
-        "id": "a1",
-        "prompt": "a red mug",
-        "category": "mug",
-        "generator": "G",
-        "file": "a/model.glb",
-        "license": "MIT",
-    }
+    row = {"id": "a1", "prompt": "a red mug", "category": "mug", "generator": "G", "license": "MIT"}
+    row["file"] = "a/model.glb"
     write(tmp_path / "t/manifest.jsonl", b"\xef\xbb\xbf" + json.dumps(row).encode() + b"\r\n\r\n")
     write(tmp_path / "p/list.json", [{"id": "t1", "name": "Toaster", "file": "toaster.obj", "category": "toaster"}])
     inputs = found(tmp_path)
@@ -163,14 +150,8 @@ def test_what_is_no_file_is_refused_and_never_opened(tmp_path: Path) -> None:
     (root / "f_loop").symlink_to(".")
     (root / "g_far").symlink_to(outside)
     write(Path(os.fsdecode(os.fsencode(root) + b"/h_\xff.glb")), b"x")
-    assert refusals(root) == [
-        rejection_codes.NOT_A_FILE,
-        rejection_codes.NOT_A_FILE,
-        rejection_codes.LINK_OUTSIDE,
-        rejection_codes.NOT_A_FILE,
-        rejection_codes.LINK_OUTSIDE,
-        rejection_codes.BAD_NAME,
-    ]
+    no_file, outside_link = rejection_codes.NOT_A_FILE, rejection_codes.LINK_OUTSIDE
+    assert refusals(root) == [no_file, no_file, outside_link, no_file, outside_link, rejection_codes.BAD_NAME]
     assert found(root) == {}
     assert only(root / "b_dir.glb").code == rejection_codes.NOT_A_FILE
     assert only(tmp_path / "nowhere").code == rejection_codes.MISSING_FILE

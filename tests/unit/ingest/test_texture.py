@@ -12,8 +12,7 @@ from scipy.spatial import cKDTree
 
 from casa_assets import registry
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.simplify import simplified, simplify
-from casa_assets.ingest.texture import add_back_faces, painted, texture
+from casa_assets.ingest.texture import add_back_faces, painted, simplified, simplify, texture
 from casa_assets.mesh.solid.deviation import measure_visibility
 from casa_assets.mesh.surface import signed_volume
 from casa_assets.model.asset.material import Material, Texture
@@ -75,15 +74,7 @@ class TestPainted:
                     assert (out.vertices[out.faces] == mesh.vertices[mesh.faces]).all()
                     channels = 4 if alpha is None else 3
                     corners = mesh.colors[mesh.faces][..., :channels].astype(float)
-                    for weights in (
-                        [1, 0, 0],
-                        [0, 1, 0],
-                        [0, 0, 1],
-                        [1 / 3] * 3,
-                        [0.5, 0.5, 0],
-                        [0, 0.5, 0.5],
-                        [0.5, 0, 0.5],
-                    ):
+                    for weights in (*np.eye(3), [1 / 3] * 3, *((1 - np.eye(3)) / 2)):
                         at = np.einsum("k,nkd->nd", weights, out.uv[out.faces])
                         wanted = np.einsum("k,nkd->nd", weights, corners)
                         assert np.abs(sampled(skin, at) - wanted).max() <= 1.0

@@ -16,10 +16,9 @@ from PIL import Image
 from casa_assets import registry
 from casa_assets.cache.store import Store
 from casa_assets.errors import Rejected
-from casa_assets.ingest.run.deduplicator import Deduplicator
-from casa_assets.ingest.run.job import Job, Result, stage_refusal
-from casa_assets.ingest.run.survey import Survey
-from casa_assets.ingest.sources.found import Found
+from casa_assets.ingest.run.inputs import Job, Result, Survey, stage_refusal
+from casa_assets.ingest.run.run import Deduplicator
+from casa_assets.ingest.sources.places import Found
 from casa_assets.library import library as disk
 from casa_assets.library import library_report
 from casa_assets.library.clip import VIEWS, ClipModel, image_embeddings

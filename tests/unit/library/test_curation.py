@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from casa_assets.ingest.run import survey as answers
+from casa_assets.ingest.run import inputs as answers
 from casa_assets.ingest.run.run import Options, ingest
 from casa_assets.library import library as disk
 from casa_assets.library.entry_table import EntryTable
@@ -158,6 +158,6 @@ def test_a_table_of_surveys_that_is_none_is_made_anew(tmp_path: Path) -> None:
     source.mkdir()
     (source / "milk_carton.obj").write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
     run(source, library)
-    (disk.Library(library).cache / answers.NAME).write_bytes(b"no table at all" * 100)
+    (disk.Library(library).cache / answers.SURVEYS).write_bytes(b"no table at all" * 100)
     (event,) = run(source, library)
     assert event.kind == "kept"

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.asset.scale_asset import level_of, scaled
+from casa_assets.asset.scale_asset import scaled
 from casa_assets.formats.mjcf.document import write
 from casa_assets.mesh.planar import stands_by_itself
 from casa_assets.model.asset.asset import Asset, Collider, JointKind
@@ -45,10 +45,6 @@ def test_mujoco_has_the_masses_and_inertias_of_a_scaled_body(asset: Asset) -> No
     assert large.body_pos == pytest.approx(FACTOR * small.body_pos, abs=1e-6)
 
 
-def test_the_level_face_of_a_box_is_its_top() -> None:
-    assert level_of(plain_box((0.6, 0.6, 0.9))) == pytest.approx(0.9)
-
-
 def _model(asset: Asset) -> mujoco.MjModel:
     files = dict(write(asset).entries)
     return mujoco.MjModel.from_xml_string(files["model.xml"].decode(), files)
@@ -71,12 +67,9 @@ def on_feet(*corners: tuple[float, float]) -> Asset:
     return touched(body, *feet)
 
 
-def test_a_box_and_a_fixture_stand() -> None:
+def test_a_box_a_fixture_and_four_feet_stand_and_one_or_two_at_a_side_do_not() -> None:
     assert stands_by_itself(plain_box())
     assert stands_by_itself(microwave())
-
-
-def test_four_feet_carry_and_one_or_two_at_a_side_do_not() -> None:
     assert stands_by_itself(on_feet((-0.09, -0.02), (0.09, -0.02), (-0.09, 0.02), (0.09, 0.02)))
     assert not stands_by_itself(on_feet((-0.09, 0.02)))
     assert not stands_by_itself(on_feet((-0.09, -0.02), (-0.09, 0.02)))

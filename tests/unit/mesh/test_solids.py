@@ -12,8 +12,7 @@ from casa_assets.ingest.collision.solid_proxy import isosurface
 from casa_assets.mesh.registration import align, descriptor_distance, sampled_surface, shape_descriptor
 from casa_assets.mesh.solid.deviation import deviation, excess, reference_surface
 from casa_assets.mesh.solid.solids import hull_volume, hull_within_tolerance, solid_of, surface_of
-from casa_assets.mesh.surface import signed_volume
-from casa_assets.mesh.topology import is_closed
+from casa_assets.mesh.surface import is_closed, signed_volume
 from casa_assets.mesh.voxels import closed_shares, open_rooms
 from casa_assets.model.record import Vec3
 from tests.support.mesh.meshes import box_mesh, lathe

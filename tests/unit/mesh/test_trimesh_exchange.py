@@ -9,7 +9,7 @@ import trimesh
 from casa_assets.formats.read.from_trimesh import raw_from_trimesh
 from casa_assets.mesh.trimesh_exchange import to_trimesh
 from casa_assets.model.asset.asset import Asset
-from tests.support.asset.assets import EVERY, drawer_unit, textured_box
+from tests.support.asset.assets import EVERY, textured_box
 
 
 def test_what_is_seen_lies_where_the_asset_has_it(subtests: pytest.Subtests) -> None:
@@ -26,14 +26,6 @@ def test_what_is_seen_lies_where_the_asset_has_it(subtests: pytest.Subtests) -> 
                 np.testing.assert_array_equal(mesh.faces, visual.mesh.faces)
                 if visual.mesh.normals is not None:
                     np.testing.assert_allclose(mesh.vertex_normals, visual.mesh.normals, atol=1e-12)
-
-
-def test_links_are_nodes_at_their_poses() -> None:
-    asset = drawer_unit()
-    scene = to_trimesh(asset)
-    for link in asset.links:
-        matrix, _ = scene.graph[link.name]
-        np.testing.assert_allclose(matrix, asset.asset_from_link(link.name).matrix, atol=1e-12)
 
 
 def test_what_is_touched_is_closed_and_convex(subtests: pytest.Subtests) -> None:

@@ -13,7 +13,7 @@ from casa_assets.articulate.run.run import RequestMaker, articulate
 from casa_assets.articulate.run.steps import ArticulateOutcome, entry_key, publish_refusal
 from casa_assets.errors import Rejected
 from casa_assets.ingest.sources.discover import discover
-from casa_assets.ingest.sources.found import Found
+from casa_assets.ingest.sources.places import Found
 from casa_assets.library import library as disk
 from casa_assets.runs.limits import Limits
 from tests.support.library.libraries import differences

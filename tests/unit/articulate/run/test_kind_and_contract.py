@@ -13,7 +13,7 @@ from casa_assets.articulate.run.acceptance import MAX_LISTED_FAULTS, unmet_check
 from casa_assets.articulate.run.build import NAMING_CONFIDENCE, guess_category
 from casa_assets.errors import UnknownId
 from casa_assets.ingest.sources.discover import discover
-from casa_assets.ingest.sources.found import Found
+from casa_assets.ingest.sources.places import Found
 from casa_assets.library.clip import NO_WEIGHTS
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.record import Vec3

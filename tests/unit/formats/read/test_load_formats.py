@@ -11,7 +11,8 @@ from casa_assets.core import system
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.formats.read import load
-from casa_assets.ingest.sources import Found, collect, discover
+from casa_assets.ingest.sources.discover import collect, discover
+from casa_assets.ingest.sources.places import Found
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import RawModel, Up
 from tests.support.mesh import format_files as made

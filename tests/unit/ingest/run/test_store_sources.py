@@ -11,18 +11,14 @@ import pyarrow.parquet as pq
 import pytest
 
 from casa_assets.ingest.run.run import Options, ingest
-from casa_assets.ingest.run.shards import NAME as SHARD_RECORD
-from casa_assets.ingest.run.shards import Shard
+from casa_assets.ingest.run.shards import SHARD_FILE, Shard
 from casa_assets.ingest.sources.places import root_of
 from tests.support.library.libraries import BOXES, box_obj
 from tests.support.library.sharded_inputs import public_differences
 from tests.support.library.source_stores import web_server
 from tests.support.mesh.format_files import tarred
 
-pytestmark = [
-    pytest.mark.content("code", "ingest.sources", keep=0),
-    pytest.mark.content("code", "ingest.run", keep=0),
-]
+pytestmark = [pytest.mark.content("code", "ingest.sources", keep=0), pytest.mark.content("code", "ingest.run", keep=0)]
 
 # Refused without a mesh, refused once read, and refused for its form: nothing that takes long.
 SHEET = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
@@ -55,7 +51,7 @@ def test_a_run_over_a_store_makes_the_library_of_the_disk(tmp_path: Path) -> Non
         assert {event.kind for event in again} == {"kept"}
         assert not any(line.startswith('"GET') and "sheet.obj" in line for line in log), "read although it is known"
         list(ingest(roots, Options(tmp_path / "shard", jobs=1, shard=Shard(1, 1000))))
-    assert url in (tmp_path / "shard" / SHARD_RECORD).read_text()
+    assert url in (tmp_path / "shard" / SHARD_FILE).read_text()
     for path in tmp_path.rglob("*"):
         if path.is_file() and not path.is_relative_to(tmp_path / "in"):
             data = path.read_bytes()

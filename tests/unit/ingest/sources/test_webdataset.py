@@ -13,7 +13,8 @@ from typing import Any
 import pytest
 
 from casa_assets.formats.read import load
-from casa_assets.ingest.sources import archive, collect
+from casa_assets.ingest.sources import archive
+from casa_assets.ingest.sources.discover import collect
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import SourceKind
 from tests.support.mesh.mesh_files import LIMITS, OBJ_TRIANGLE, inputs_of

@@ -137,7 +137,7 @@ def test_a_set_is_taken_apart_by_contact_and_named_by_its_nodes() -> None:
     things = things_of(
         model(*stool(0, "wooden_stool"), *stool(1.0, "metal_stool"), box((0.2, 0.2, 0.6), (2, 0, 0.3), "root", "bin"))
     )
-    assert [(one.name, len(one.parts), one.count) for one in things.taken] == [("bin", 1, 1), ("wooden_stool", 5, 2)]
+    assert [(one.name, len(one.parts), one.count) for one in things] == [("bin", 1, 1), ("wooden_stool", 5, 2)]
 
 
 def test_things_on_a_ground_are_told_from_it_and_crumbs_belong_to_the_nearest() -> None:
@@ -145,7 +145,7 @@ def test_things_on_a_ground_are_told_from_it_and_crumbs_belong_to_the_nearest() 
     crumb = box((0.01, 0.01, 0.01), (0.56, 0, 0.3), "root", "stool")
     chest = box((0.5, 0.3, 0.6), (-0.6, 0, 0.3), "root", "chest")
     things = things_of(model(ground, *stool(0.3), crumb, chest))
-    assert {one.name: len(one.parts) for one in things.taken} == {"floor": 1, "stool": 6, "chest": 1}
+    assert {one.name: len(one.parts) for one in things} == {"floor": 1, "stool": 6, "chest": 1}
 
 
 def test_mirrored_things_are_not_equal() -> None:
@@ -154,7 +154,7 @@ def test_mirrored_things_are_not_equal() -> None:
     turned = hook.with_vertices(hook.vertices * (-1.0, -1.0, 1.0) + (4.0, 0.0, 0.0))
     parts = [RawPart(name=f"p{i}", mesh=mesh, material=Material(id="m"), nodes=("root", f"hook_{i}"))
              for i, mesh in enumerate((hook, mirrored, turned))]  # fmt: skip
-    assert [(one.name, one.count) for one in things_of(model(*parts)).taken] == [("hook_0", 2), ("hook_1", 1)]
+    assert [(one.name, one.count) for one in things_of(model(*parts))] == [("hook_0", 2), ("hook_1", 1)]
 
 
 def test_a_thing_is_read_alone_and_its_id_hangs_on_file_and_node(tmp_path: Path) -> None:
@@ -190,5 +190,5 @@ def test_instances_are_expanded_and_are_several_things() -> None:
     assert lowest == [[0, 0, 0], [10, 0, 0], [20, 0, 0]]
     assert read.parts[0].mesh.vertices.max() == 2
     assert is_in_review(read)
-    (one,) = things_of(read).taken
+    (one,) = things_of(read)
     assert (one.name, one.count) == ("thing", 3)

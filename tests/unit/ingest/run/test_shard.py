@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from casa_assets.errors import CasaError
 from casa_assets.ingest.run import shards as record
 from casa_assets.ingest.run.inputs import discover_inputs
-from casa_assets.ingest.run.shards import Discovery, Shard, file_of, index_of
-from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.ingest.run.shards import Recorder, Shard, ShardHeader, file_of, index_of
+from casa_assets.ingest.sources.places import Found, Refused
 from casa_assets.library import entry as refused_rows
 from casa_assets.library.entry import RefusedFile, RefusedRows
 from casa_assets.library.library import Library
@@ -22,13 +22,13 @@ from casa_assets.model.source import Source, SourceKind
 from tests.support.library.sharded_inputs import make_sharded_inputs
 
 
-def test_what_is_no_shard_is_told(subtests: pytest.Subtests) -> None:
+def test_what_is_no_shard_is_refused(subtests: pytest.Subtests) -> None:
     for text in ["", "3", "0/4", "5/4", "-1/4", "1/0", "0/0", "1/4/2", "a/b", "1/4 ", "²/4"]:
         with subtests.test(text=text), pytest.raises(CasaError, match=r"i from 1 to n"):
             Shard.parse(text)
 
 
-def test_the_shard_of_a_file_is_told_by_its_path_alone() -> None:
+def test_the_shard_of_a_file_follows_from_its_path_alone() -> None:
     # Another number here would send every file of a user's shards elsewhere: what they have made would be made again.
     assert [index_of(f"meshes/{i}.glb", 16) for i in range(6)] == [14, 12, 12, 3, 14, 1]
     sizes = Counter(index_of(f"meshes/{i}.glb", 8) for i in range(8000))
@@ -86,12 +86,17 @@ def _of(library: Library, inputs: Sequence[Found | Refused]) -> list[RefusedFile
     return list(rows.files())
 
 
+def recorder(library: Library, index: int, count: int) -> Recorder:
+    words = {"category": "", "split": False, "keep_duplicates": False, "limits": {}, "cache_key": "", "made_by": ""}
+    return Recorder(library, ShardHeader(index=index, count=count, is_complete=False, roots=(), **words))
+
+
 def _put_together(library: Library, inputs: Sequence[Found | Refused], count: int) -> list[RefusedFile]:
     """The refused files of all shards, as a merge puts them together."""
     lines = []
     digests = set()
     for index in range(1, count + 1):
-        discovery = Discovery(library, Shard(index, count))
+        discovery = recorder(library, index, count)
         assert list(discovery.own(inputs)) == [one for one in inputs if Shard(index, count).has(one)]
         assert discovery.count == len(inputs)
         digests.add(discovery.digest)
@@ -103,7 +108,7 @@ def _put_together(library: Library, inputs: Sequence[Found | Refused], count: in
 
 def test_other_inputs_have_another_digest(tmp_path: Path) -> None:
     def digest(*inputs: Found | Refused) -> str:
-        discovery = Discovery(Library(tmp_path), Shard(1, 2))
+        discovery = recorder(Library(tmp_path), 1, 2)
         list(discovery.own(inputs))
         return discovery.digest
 
