@@ -15,7 +15,8 @@ from casa_assets.ext.arrays import Floats
 from casa_assets.ext.families import FinishId, Params
 from casa_assets.ext.records import Portion, Vec2
 from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, prism, tube
-from casa_assets.kitchenware.objects.bodies import (
+from casa_assets.kitchenware.objects.closed_surface import bumped, ellipsoid, lobed, sheet, smooth_profile, turned
+from casa_assets.kitchenware.objects.food import (
     CREASE,
     Piece,
     Surface,
@@ -33,7 +34,6 @@ from casa_assets.kitchenware.objects.bodies import (
     strewn,
     superellipse,
 )
-from casa_assets.kitchenware.objects.closed_surface import bumped, ellipsoid, lobed, sheet, smooth_profile, turned
 
 Metres = Annotated[float, Field(gt=0, le=0.6)]
 Thin = Annotated[float, Field(ge=0, le=0.08)]
