@@ -20,7 +20,6 @@ from casa_assets.model.asset.provenance import Provenance
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
-# Quantize -------------------------------------------------------------------------------------------------------------
 # Round the numbers of an asset so that runs on different machines nearly always write the same bytes.
 #
 # The vector unit of a processor, and even the alignment of an array in memory, changes the last bit of a product.
@@ -103,8 +102,6 @@ def _rounded_pose(pose: Pose) -> Pose:
     w, x, y, z = (round(q, QUATERNION_DECIMALS) + 0.0 for q in pose.quaternion)
     return Pose(position=_rounded_vec(pose.position), quaternion=(w, x, y, z))
 
-
-# Assemble -------------------------------------------------------------------------------------------------------------
 
 MASS_DIGITS = 7  # significant digits of masses, centres and moments; MJCF and USD both keep them
 
@@ -341,9 +338,6 @@ def _inertial(link: LinkBuilder) -> Inertial:
     x, y, z = (significant(v, MASS_DIGITS) for v in total.center)
     mass = significant(total.mass, MASS_DIGITS)
     return Inertial(mass=mass, center_of_mass=(x, y, z), inertia=(xx, yy, zz, xy, xz, yz))
-
-
-# Family ---------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

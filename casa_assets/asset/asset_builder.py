@@ -18,8 +18,6 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3, Vec4
 from casa_assets.model.registry.category import Portion
 
-# Mass properties ------------------------------------------------------------------------------------------------------
-
 
 @dataclass(frozen=True)
 class RigidMass:
@@ -49,9 +47,6 @@ def combine_masses(masses: list[RigidMass]) -> RigidMass:
         offset = m.center - center
         tensor += m.inertia + m.mass * (float(offset @ offset) * np.eye(3) - np.outer(offset, offset))
     return RigidMass(mass, center, tensor)
-
-
-# Behavior builder -----------------------------------------------------------------------------------------------------
 
 
 @dataclass
@@ -112,8 +107,6 @@ def negated(condition: Condition) -> Condition:
     """A condition that holds where the given one does not."""
     return condition.replace(negated=not condition.negated)
 
-
-# Asset builder --------------------------------------------------------------------------------------------------------
 
 ROOT = "object"
 
@@ -179,8 +172,6 @@ class AssetBuilder:
         self.behavior = BehaviorBuilder()
         self.contract: str | None = None
         self.portion: Portion | None = None
-
-    # Links and parts ------------------------------------------------------------------------------------------------
 
     def link(self, name: str, at: Vec3 | Pose = (0.0, 0.0, 0.0), parent: str = ROOT) -> str:
         """Add a link; `at` is parent_from_link. Returns its name. Raises ValueError where the name is taken."""
@@ -266,8 +257,6 @@ class AssetBuilder:
         inertia = np.diag([y * y + z * z, x * x + z * z, x * x + y * y]) * mass / 12
         self.links[link].masses.append(RigidMass(mass, np.array(at), inertia))
 
-    # Joints ---------------------------------------------------------------------------------------------------------
-
     def hinge(
         self,
         name: str,
@@ -321,8 +310,6 @@ class AssetBuilder:
         self.joints.append(
             JointBuilder(name, child, kind, axis, origin, span, grip, start_n, spring, 1.0, push_n, feel, behind)
         )
-
-    # Names ----------------------------------------------------------------------------------------------------------
 
     def site(self, name: str, at: Vec3 | Pose, link: str = ROOT, radius: float = 0.005) -> None:
         """Add a named point; `radius` in metres is the size it is shown with."""

@@ -17,8 +17,6 @@ from casa_assets.model.asset.parts import Box, Cylinder, Sphere
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 
-# Blocks ---------------------------------------------------------------------------------------------------------------
-
 EDGE_RADIUS = 0.0015  # metres, of the edges of boards; a choice
 
 
@@ -155,7 +153,6 @@ def ball(radius: float, steps: int = 12) -> Solid:
     return lathe(profile, segments=2 * steps).with_shapes((Sphere(radius=radius), Pose()), crease_deg=60.0)
 
 
-# Cells ----------------------------------------------------------------------------------------------------------------
 # Slabs of upright rectangles: a wall with openings, a floor round a corner; a grid of cells of which some are solid.
 #
 # All faces share the grid's points, so that no edge ends within another one and no crack shows.
@@ -302,9 +299,6 @@ def _lines(values: Sequence[float], lower: float, upper: float) -> Floats:
     return np.asarray(
         lines[(lines >= round(lower, LINE_DECIMALS)) & (lines <= round(upper, LINE_DECIMALS))], dtype=np.float64
     )
-
-
-# Boolean --------------------------------------------------------------------------------------------------------------
 
 
 def union(*solids: Solid) -> Solid:

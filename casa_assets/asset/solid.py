@@ -16,8 +16,6 @@ from casa_assets.model.asset.parts import Box, Hull, Mesh, Shape
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 
-# Solid ----------------------------------------------------------------------------------------------------------------
-
 Placed = tuple[Shape, Pose]
 
 FOOT = 0.008  # height of the box under a hull, m
@@ -162,8 +160,6 @@ def _mirrored(shape: Shape, at: Pose) -> Placed:
     return shape, mirror
 
 
-# Skin -----------------------------------------------------------------------------------------------------------------
-
 # Directions of faces that differ by less are laid flat together, so that a picture runs on from one to the next.
 SAME_DIRECTION = 1e-3
 
@@ -235,9 +231,6 @@ def _rounded(mesh: Mesh) -> Mesh:
         uv=None if mesh.uv is None else _single(mesh.uv),
         normals=normals,
     )
-
-
-# Anchor uv ------------------------------------------------------------------------------------------------------------
 
 
 def anchor_uv(solid: Solid, name: str, corner: Vec3, along: Vec3, face: Vec3) -> Solid:

@@ -16,8 +16,6 @@ from casa_assets.model.asset.parts import Box, Capsule, Shape
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 
-# Slab -----------------------------------------------------------------------------------------------------------------
-
 
 def slab(outline: Floats, profile: Sequence[Vec2], moulded: Sequence[bool], holes: Sequence[Floats] = ()) -> Solid:
     """A slab between two planes.
@@ -100,9 +98,6 @@ def arc(cx: float, cz: float, radius: float, start_deg: float, end_deg: float, s
     return [(cx + radius * math.cos(t), cz + radius * math.sin(t)) for t in turns]
 
 
-# Loft -----------------------------------------------------------------------------------------------------------------
-
-
 def loft(rings: Sequence[Floats], crease_deg: float = 40.0) -> Solid:
     """A closed skin over rings of equally many points; the first and last are closed by flat caps.
 
@@ -149,9 +144,6 @@ def _cap(ring: Floats) -> Ints:
     if signed_area(flat) < 0:
         return np.asarray((len(ring) - 1 - np.asarray(manifold3d.triangulate([flat[::-1]]), dtype=np.int64))[:, ::-1])
     return np.asarray(manifold3d.triangulate([flat]), dtype=np.int64)
-
-
-# Sweep ----------------------------------------------------------------------------------------------------------------
 
 
 def circle(radius: float, count: int = 16) -> Floats:
@@ -359,9 +351,6 @@ def mitred_frame(width: float, height: float, profile: Floats) -> Solid:
         faces += [cap, cap[:, ::-1] + n]
         sides.append(Solid(np.concatenate([a, b]), np.concatenate(faces).astype(np.int64)).oriented_outwards())
     return concatenate(sides)
-
-
-# Moulding -------------------------------------------------------------------------------------------------------------
 
 
 def room_moulding(loop: Floats, profile: Floats) -> Solid:

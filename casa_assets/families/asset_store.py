@@ -24,7 +24,6 @@ from casa_assets.families.build import asset_key, build_asset
 from casa_assets.formats.usd import document
 from casa_assets.model.asset.asset import Asset
 
-# Asset bytes ----------------------------------------------------------------------------------------------------------
 # Asset <-> bytes: JSON and plain arrays in one .npz. Reading it runs no code, whoever wrote it.
 
 # Stand in the JSON for an array (its kind, where it begins, its shape) and for a picture (the digest of its bytes); no
@@ -115,7 +114,6 @@ def unpack(data: bytes, key: str, picture: Callable[[str], bytes]) -> Asset:
     return Asset.model_validate(tree["record"])
 
 
-# Asset store ----------------------------------------------------------------------------------------------------------
 # <cache>/assets/{built,pictures,layers}/ by `families.build.asset_key` or content: a change of one family leaves others
 
 FOLDER = "assets"

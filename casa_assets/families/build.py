@@ -376,8 +376,6 @@ def warm() -> None:
     run_checks(None, "", {})  # of what no check is about: imports the table of checks
 
 
-# Loose objects --------------------------------------------------------------------------------------------------------
-
 # Two members have the same proportions where the logarithms of these fall into one step of this width: about a sixth.
 PROPORTION_STEP = 0.15
 
@@ -407,9 +405,6 @@ def _grasps(asset: Asset, category: Category, opening_m: float) -> tuple[Grasp, 
     points, point_of_vertex = weld(np.concatenate([mesh.vertices for mesh in parts]).astype(np.float64))
     faces = np.concatenate([mesh.faces.astype(np.int64) + start for mesh, start in zip(parts, starts, strict=True)])
     return choose_grasps(points, point_of_vertex[faces], root.inertial.center_of_mass, category, opening_m)
-
-
-# Member checks --------------------------------------------------------------------------------------------------------
 
 
 def check_member(asset: Asset, category: Category, cache: Path) -> Report:

@@ -111,8 +111,6 @@ def _fade(t: NoiseMap) -> NoiseMap:
     return np.asarray(t * t * t * (t * (t * 6 - 15) + 10), dtype=np.float32)
 
 
-# Canvas ---------------------------------------------------------------------------------------------------------------
-
 Map = npt.NDArray[np.floating[Any]]
 Share = Annotated[float, Field(ge=0, le=1)]
 
@@ -268,8 +266,6 @@ def stratified(count: int, rng: np.random.Generator) -> Map:
     """(count,) values in even steps from -1 to 1 in random order: no draw comes out higher than another on average."""
     return np.asarray(rng.permutation(np.linspace(-1.0, 1.0, count) if count > 1 else np.zeros(1)))
 
-
-# Kind -----------------------------------------------------------------------------------------------------------------
 
 SIZE_PX = 1024  # of the longer side of a picture
 

@@ -90,8 +90,6 @@ def _encoded(pixels: Pixels, level: int) -> bytes:
     return out.getvalue()
 
 
-# Swatch ---------------------------------------------------------------------------------------------------------------
-
 Array = npt.NDArray[np.floating[Any]]
 _LIGHT = np.array([-0.42, 0.52, 0.74]) / np.linalg.norm([-0.42, 0.52, 0.74])
 _AMBIENT = 0.42

@@ -14,28 +14,12 @@ from casa_assets.model.record import Record
 from casa_assets.textures.canvas import Canvas, blur
 from casa_assets.textures.pieces import Array, Outline, PieceMap, PlacedOutline, box, disc, polygon, raster, whole
 
-
-class LayingPattern(StrEnum):
-    """Shapes and bonds."""
-
-    RUNNING = "running"
-    PLANKS = "planks"
-    BASKET = "basket"
-    HERRINGBONE = "herringbone"
-    CHEVRON = "chevron"
-    ASHLAR = "ashlar"
-    PANEL = "panel"
-    HEXAGON = "hexagon"
-    PENNY = "penny"
-    PICKET = "picket"
-    DIAMOND = "diamond"
-    SCALE = "scale"
-    LANTERN = "lantern"
-    OCTAGON = "octagon"
-    STAR = "star"
-    CUBE = "cube"
-    FIELDSTONE = "fieldstone"
-    LEDGE = "ledge"
+# Shapes and bonds.
+LayingPattern = StrEnum(
+    "LayingPattern",
+    "RUNNING PLANKS BASKET HERRINGBONE CHEVRON ASHLAR PANEL HEXAGON PENNY PICKET DIAMOND SCALE LANTERN OCTAGON STAR "
+    "CUBE FIELDSTONE LEDGE",
+)
 
 
 class Laying(Record):
@@ -63,8 +47,6 @@ def lay(laying: Laying, canvas: Canvas, rng: np.random.Generator) -> PieceMap:
         return ledges(canvas, width, length, rng)
     return raster(_PLACES[laying.pattern](canvas.tile_m, laying, rng), canvas)
 
-
-# Bonds ----------------------------------------------------------------------------------------------------------------
 
 Size = tuple[float, float]
 _LEVEL = np.pi / 2  # a piece whose length runs along x
@@ -264,8 +246,6 @@ def _clipped(outline: Outline, dx: float, dy: float, angle: float, inner: float)
     return inside
 
 
-# Shapes ---------------------------------------------------------------------------------------------------------------
-
 _ROOT3 = float(np.sqrt(3.0))
 
 
@@ -382,9 +362,6 @@ def _honeycomb(tile_m: Size, width: float, outline: Outline, pitch: float, half_
         sort = (column - row // 2 - row) % 3  # no two neighbours alike where columns come in threes
         found.append(PlacedOutline(x, y, 0.0, width / 2, half_v, outline, sort))
     return found
-
-
-# Rubble ---------------------------------------------------------------------------------------------------------------
 
 
 def fieldstone(canvas: Canvas, width: float, height: float, rng: np.random.Generator) -> PieceMap:

@@ -7,7 +7,7 @@ import struct
 import warnings
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from PIL import Image, ImageOps, UnidentifiedImageError
 from pydantic import Field
 from scipy import ndimage
 
+from casa_assets.errors import Rejected
 from casa_assets.model.asset.material import ColorSpace, Substance
 from casa_assets.model.record import Record, Vec2
 from casa_assets.model.registry.rows import Finish, Surface
@@ -28,7 +29,6 @@ from casa_assets.textures.pack_entry import (
     MIN_SIDE_PX,
     MapRole,
     PictureRejection,
-    rejection_error,
 )
 
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF")
@@ -61,7 +61,7 @@ def decode(data: bytes) -> DecodedPicture:
     """
     found = _decoded(data)
     if float(np.abs(found.pixels - found.pixels.mean(axis=(0, 1))).mean()) * 255.0 < _BLANK / 2.0:
-        raise rejection_error(PictureRejection.BLANK, "shows one colour")
+        raise Rejected(PictureRejection.BLANK, "shows one colour")
     return found
 
 
@@ -95,9 +95,9 @@ def _decoded(data: bytes) -> DecodedPicture:
     except (UnidentifiedImageError, Image.DecompressionBombError) as error:
         large = isinstance(error, Image.DecompressionBombError)
         fault = PictureRejection.TOO_LARGE if large else PictureRejection.NOT_A_PICTURE
-        raise rejection_error(fault, "is far too large" if large else _unknown(data)) from None
+        raise Rejected(fault, "is far too large" if large else _unknown(data)) from None
     except (*_FAULTS, zlib.error) as error:
-        raise rejection_error(
+        raise Rejected(
             PictureRejection.BROKEN, f"cannot be decoded: {type(error).__name__}: {str(error)[:120]}"
         ) from None
     return DecodedPicture(pixels, prompt, notes)
@@ -116,19 +116,19 @@ def _check_tiff(image: Image.Image) -> None:
         return
     tags: Mapping[int, Any] = getattr(image, "tag_v2", {})
     if max(int(tags.get(side, 0)) for side in _TILE_SIDES) > MAX_SIDE_PX:
-        raise rejection_error(PictureRejection.TOO_LARGE, f"has tiles of over {MAX_SIDE_PX} pixels a side")
+        raise Rejected(PictureRejection.TOO_LARGE, f"has tiles of over {MAX_SIDE_PX} pixels a side")
     if image.mode == "I":  # 32 bits, or numbers below 0
-        raise rejection_error(PictureRejection.NOT_A_PICTURE, "is a TIFF file of integers that are not of 8 or 16 bits")
+        raise Rejected(PictureRejection.NOT_A_PICTURE, "is a TIFF file of integers that are not of 8 or 16 bits")
 
 
 def _check_size(width: int, height: int) -> None:
     size = f"{width} x {height} pixels"
     if max(width, height) > MAX_SIDE_PX:
-        raise rejection_error(PictureRejection.TOO_LARGE, f"{size}, over {MAX_SIDE_PX} a side")
+        raise Rejected(PictureRejection.TOO_LARGE, f"{size}, over {MAX_SIDE_PX} a side")
     if min(width, height) < MIN_SIDE_PX:
-        raise rejection_error(PictureRejection.TOO_SMALL, f"{size}, under {MIN_SIDE_PX} a side")
+        raise Rejected(PictureRejection.TOO_SMALL, f"{size}, under {MIN_SIDE_PX} a side")
     if max(width, height) > MAX_ASPECT * min(width, height):
-        raise rejection_error(PictureRejection.TOO_LONG, f"{size}, longer than {MAX_ASPECT:g} times its width")
+        raise Rejected(PictureRejection.TOO_LONG, f"{size}, longer than {MAX_ASPECT:g} times its width")
 
 
 def _rgb(image: Image.Image, kind: str) -> tuple[Floats, tuple[str, ...]]:
@@ -138,11 +138,11 @@ def _rgb(image: Image.Image, kind: str) -> tuple[Floats, tuple[str, ...]]:
         alpha = np.asarray(image.convert("RGBA"))[..., 3]
         if float(alpha.min()) < _OPAQUE:
             message = f"{np.mean(alpha < _OPAQUE):.1%} of it can be seen through"
-            raise rejection_error(PictureRejection.TRANSPARENT, message)
+            raise Rejected(PictureRejection.TRANSPARENT, message)
     if mode.startswith("I") or mode == "F":
         raw = np.asarray(image, dtype=np.float32)
         if not np.isfinite(raw).all():
-            raise rejection_error(PictureRejection.BROKEN, "holds values that are no numbers")
+            raise Rejected(PictureRejection.BROKEN, "holds values that are no numbers")
         grey = raw if mode == "F" else raw / np.float32(65535.0)  # a grey PNG of 16 bits has mode I;16 or I
         words = "floats" if mode == "F" else "16 bits"
         return np.repeat(grey[..., None], 3, axis=2), (f"grey of {words} in a {kind} file was read as such",)
@@ -158,8 +158,6 @@ def _prompt(image: Image.Image) -> str:
     return ""
 
 
-# Derive ---------------------------------------------------------------------------------------------------------------
-
 SIZE_PX = 1024
 # A border whose steps are this many times those inside is seen in a wall of copies. A repaired one has less.
 VISIBLE_SEAM = 1.5
@@ -173,43 +171,31 @@ HEIGHT = "height"  # the map that is kept with 16 bits
 _FLATTEST = 0.1  # least z of a normal: steeper ones have no slope that could be averaged
 
 
-@dataclass(frozen=True)
-class GivenMaps:
-    """Maps that come with a picture, float32 0..1; missing ones are None."""
-
-    normal: Floats | None = None  # (H, W, 3), y up
-    roughness: Floats | None = None  # (H, W, 1)
-    metalness: Floats | None = None  # (H, W, 1)
-    height: Floats | None = None  # (H, W, 1)
-
-    def named(self) -> dict[str, Floats]:
-        """Those that there are, by their names."""
-        found = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {name: planes for name, planes in found.items() if planes is not None}
-
-
 class TiledPicture(Record):
     """A picture made to tile, as it is stored."""
 
     base: bytes = Field(description="PNG of the colour")
-    maps: dict[str, bytes] = Field(description="name of a map of GivenMaps -> its PNG, of the same size")
+    maps: dict[str, bytes] = Field(description="name of a map -> its PNG, of the same size")
     width_px: int
     height_px: int
     kept: Vec2 = Field(description="share of the width and height of the source that it shows")
     seam_before: float = Field(description="worst border score")
     seam_after: float
     repaired: bool = Field(description="whether the border was repaired")
+    prompt: str = Field("", description="from its file")
+    notes: tuple[str, ...] = Field((), description="conversions that were made, maps that were left out")
 
 
-def tile(pixels: Floats, size_px: int = SIZE_PX, given: GivenMaps | None = None) -> TiledPicture:
+def tile(pixels: Floats, size_px: int = SIZE_PX, given: Mapping[str, Floats] | None = None) -> TiledPicture:
     """Scale down, repair the border where it is seen; the maps are cut as the colour is.
 
     Pictures that come with maps are of a library that makes them to repeat: a joint on their border is no fault.
 
     `pixels`: (H, W, 3) sRGB 0..1. `size_px`: longer side of the result; nothing is scaled up but a map that is smaller
-    than the colour. `given`: maps of the same surface, of any size. Raises Rejected: the border is still plain to see.
+    than the colour. `given`: name -> map of the same surface, (H, W, 3) normals, y up, or (H, W, 1), 0..1, of any size.
+    Raises Rejected: the border is still plain to see.
     """
-    maps = (given or GivenMaps()).named()
+    maps = given or {}
     small = scaled(pixels, size_px)
     before = seam(small).worst
     is_seen = before > VISIBLE_SEAM if maps else before > _REPAIR_SEAM or jump(small).worst > _REPAIR_JUMP
@@ -217,7 +203,7 @@ def tile(pixels: Floats, size_px: int = SIZE_PX, given: GivenMaps | None = None)
     whole = repair(planes, shown=3) if is_seen else planes
     after = seam(whole[..., :3]).worst
     if after > MAX_SEAM:
-        raise rejection_error(
+        raise Rejected(
             PictureRejection.SEAM, f"its border is {after:.1f} times as strong as the pattern, after its repair"
         )
     height, width = whole.shape[:2]

@@ -147,15 +147,9 @@ def whole(length_m: float, module_m: float, even: bool = False) -> tuple[int, fl
     return count, true
 
 
-# Joint ----------------------------------------------------------------------------------------------------------------
-
-
-class TileEdge(StrEnum):
-    """Profile of a piece at its rim."""
-
-    SQUARE = "square"  # broken by half a millimetre
-    BEVEL = "bevel"  # a straight slope
-    PILLOW = "pillow"  # a dome that falls off toward the rim
+# Profile of a piece at its rim: SQUARE broken by half a millimetre; BEVEL a straight slope; PILLOW a dome that falls
+# off toward the rim.
+TileEdge = StrEnum("TileEdge", "SQUARE BEVEL PILLOW")
 
 
 class Joint(Record):
@@ -219,9 +213,6 @@ def fill(face: Layers, joint: Joint, rim_m: Map, canvas: Canvas, rng: np.random.
         face.roughness + (joint.roughness - face.roughness) * share,
         face.metallic,
     )
-
-
-# Inlay ----------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

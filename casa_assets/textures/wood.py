@@ -30,22 +30,15 @@ from casa_assets.textures.canvas import (
 _JOINT_M = 0.001
 
 
-class SawCut(StrEnum):
-    """Cut of the board out of the log, which decides the figure on its face."""
-
-    FLAT = "flat"  # arches
-    QUARTER = "quarter"  # straight lines, and rays where the species has them
-    RIFT = "rift"  # straight lines, a little wider, no rays
-    ROTARY = "rotary"  # peeled: wide clouds and islands
+# Cut of the board out of the log, which decides the figure on its face: FLAT arches; QUARTER straight lines, and rays
+# where the species has them; RIFT straight lines, a little wider, no rays; ROTARY peeled: wide clouds and islands.
+SawCut = StrEnum("SawCut", "FLAT QUARTER RIFT ROTARY")
 
 
-class GrowthRings(StrEnum):
-    """Appearance of one growth ring from earlywood to latewood."""
-
-    RING_POROUS = "ring_porous"  # oak, ash: a row of large pores, then plain wood
-    CONIFER = "conifer"  # pine, larch: pale, darker, a sharp end
-    DIFFUSE = "diffuse"  # maple, beech: plain but for a thin line
-    BANDED = "banded"  # walnut, rosewood, zebrano: broad bands of pigment
+# Appearance of one growth ring from earlywood to latewood: RING_POROUS (oak, ash) a row of large pores, then plain
+# wood; CONIFER (pine, larch) pale, darker, a sharp end; DIFFUSE (maple, beech) plain but for a thin line; BANDED
+# (walnut, rosewood, zebrano) broad bands of pigment.
+GrowthRings = StrEnum("GrowthRings", "RING_POROUS CONIFER DIFFUSE BANDED")
 
 
 class WoodSpecies(Record):
@@ -249,8 +242,6 @@ def _knots(canvas: Canvas, x: Map, y: Map, species: WoodSpecies, rng: np.random.
         push = push - dx * np.exp(-reach)
     return dark, push.astype(np.float32)
 
-
-# Wood -----------------------------------------------------------------------------------------------------------------
 
 # Between the deepest pore and the face of a planed board. Ref: about the vessel diameter of open woods, 0.1 to 0.3 mm.
 _PORE_DEPTH_M = 0.00018

@@ -15,8 +15,6 @@ from casa_assets.ext.records import Vec2
 from casa_assets.ext.solids import Solid
 from casa_assets.kitchenware.parts.decor import GOLDEN_ANGLE
 
-# Surfaces -------------------------------------------------------------------------------------------------------------
-
 
 def run_along(line: Floats) -> Floats:
     """(N,) length of an open line from its first point to each of its (N, D) points."""
@@ -197,8 +195,6 @@ def wrapped(points: Floats, leaves: int, depth: float, rng: np.random.Generator)
     found: Floats = middle + (points - middle) * (1.0 + depth * raised[:, None])
     return found
 
-
-# Cutting --------------------------------------------------------------------------------------------------------------
 
 # A cut face is a plate of this thickness; a part of it stands out of the body, so that nothing of the body shows, m.
 PLATE, PROUD = 0.0006, 0.00025

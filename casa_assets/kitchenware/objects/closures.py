@@ -15,8 +15,6 @@ from casa_assets.ext.records import Vec2, Vec3
 from casa_assets.ext.solids import AssetBuilder, Solid, ball, box, circle, combine_masses, lathe, loft, prism, rod, tube
 from casa_assets.kitchenware.parts.decor import JarLid, jar
 
-# Opening --------------------------------------------------------------------------------------------------------------
-
 LID, LID_JOINT, LID_GRIP = "lid", "lid_joint", "lid_main"
 GRAVITY = 9.81
 # A lid stays where a hand lets go of it: its friction carries so many times its weight, and so much more, N. It is less
@@ -62,8 +60,6 @@ def _states(builder: AssetBuilder, end: float) -> None:
     builder.keyframe("closed")
     builder.keyframe("open", **{LID_JOINT: end})
 
-
-# Closures -------------------------------------------------------------------------------------------------------------
 
 AROUND = 28
 

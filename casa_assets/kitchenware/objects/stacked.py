@@ -145,9 +145,6 @@ def _toppings(p: Stacked, on: Solid, rng: np.random.Generator, steep: float = 0.
     return [(plain(piece), finishes[k % len(finishes)]) for k, piece in enumerate(pieces)]
 
 
-# Towers -------------------------------------------------------------------------------------------------------------
-
-
 def _tower(p: Stacked, rng: np.random.Generator) -> Composed:
     outline = outline_of_food(p.outline, p.length, p.width, p.square)
     parts: list[Part] = []
@@ -217,9 +214,6 @@ def _layer(p: Stacked, filling: Filling, outline: Floats, thickness: float, rng:
             disc = dome(outline, _FLAT, thickness, 9)
             wander = 1.0 + 0.04 * smooth_noise(disc.points[:, :2], 40.0, rng)
             return [replace(disc, points=disc.points * np.column_stack([wander, wander, np.ones(len(wander))]))]
-
-
-# Filled bread -------------------------------------------------------------------------------------------------------
 
 
 def _bun(p: Stacked, rng: np.random.Generator) -> Composed:
@@ -299,9 +293,6 @@ def _distance(solid: Solid, others: Sequence[Solid]) -> float:
     return min((float(np.linalg.norm(other.points.mean(axis=0) - middle)) for other in others), default=math.inf)
 
 
-# On a stick ---------------------------------------------------------------------------------------------------------
-
-
 def _skewer(p: Stacked, rng: np.random.Generator) -> Composed:
     spans = [_PIECES[f] for f in p.layers]
     total = sum(length for length, _, _ in spans)
@@ -349,9 +340,6 @@ def _on_stick(filling: Filling, size: float, wide: float, rng: np.random.Generat
         points[:, 2] += 0.35 * size * (1 - 8 * (points[:, 0] / wide) ** 2 / 2)
     flat = replace(flat, points=points - (0.0, 0.0, float(points[:, 2].mean())))
     return flat.rotated("y", math.pi / 2).rotated("x", spin)
-
-
-# Sweet things -------------------------------------------------------------------------------------------------------
 
 
 def _sector(radius: float, opening: float, inner: float = 0.0) -> Floats:
@@ -506,9 +494,6 @@ def _bar(p: Stacked, rng: np.random.Generator) -> Composed:
     parts: list[Part] = [(body, p.skin), (plain(stick), p.stick_finish)]
     parts = [(s.rotated("z", math.pi / 2), f) for s, f in parts]
     return Composed(parts, [[parts[0][0]], [parts[1][0]]], [])
-
-
-# Sushi --------------------------------------------------------------------------------------------------------------
 
 
 def _nigiri(p: Stacked, rng: np.random.Generator) -> Composed:

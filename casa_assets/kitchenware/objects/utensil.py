@@ -132,9 +132,6 @@ def _footing(points: np.ndarray[tuple[int, int], np.dtype[np.float64]], x: float
     return lower[0], lower[-1]
 
 
-# Parts that many have ----------------------------------------------------------------------------------------------
-
-
 def _grip(p: Utensil, z: float = 0.0) -> list[Part]:
     if p.grip is None or p.split >= 1:
         return []
@@ -191,9 +188,6 @@ def _fronts(p: Utensil) -> list[Part]:
     rest = _front(p, span=(max(p.tip - 0.05, 0.02), 1.0))
     tip = _front(p, thickness=p.tip_thickness, span=(0.0, p.tip))
     return [Part(rest, p.front_finish, "stem"), Part(tip, p.trim_finish, "head")]
-
-
-# Heads -------------------------------------------------------------------------------------------------------------
 
 
 def _bar(p: Utensil) -> list[Part]:

@@ -20,8 +20,6 @@ from casa_assets.ext.records import Vec2, Vec3, Vec5
 from casa_assets.ext.solids import Solid
 from casa_assets.kitchenware.objects.closed_surface import smooth_profile, turned
 
-# Swept bar ------------------------------------------------------------------------------------------------------------
-
 # Rings along a bar, and points round one.
 ALONG, AROUND = 40, 20
 # How much the turns of an outline draw its rings to them, against its length.
@@ -272,7 +270,6 @@ def corners(*places: tuple[Floats, Floats]) -> Floats:
     return np.stack([np.stack(place, axis=1) for place in places], axis=1)
 
 
-# Heads ----------------------------------------------------------------------------------------------------------------
 # All are built flat, the tip of the head at x = 0.
 
 

@@ -19,8 +19,6 @@ from casa_assets.kitchenware.objects.closed_surface import ellipsoid, run_along
 from casa_assets.kitchenware.objects.closures import LID_GRIP
 from casa_assets.kitchenware.objects.vessel_body import Plan, patched, surface
 
-# Fittings -------------------------------------------------------------------------------------------------------------
-
 
 def strap(
     path: Sequence[Vec3] | Floats,
@@ -195,8 +193,6 @@ def sieve_wires(outside: Floats, count: int, radius: float) -> Solid:
         found.append(rim_bead(ring, radius, 3, math.atan2(high[1] - low[1], high[0] - low[0])))
     return solids.concatenate([Solid(part.points, part.faces, crease_deg=80.0) for part in found])
 
-
-# Lids -----------------------------------------------------------------------------------------------------------------
 
 # Radius of the raised edge of a lid to drink through, metres.
 SIP_EDGE = 0.0028

@@ -216,8 +216,6 @@ REPEATS: dict[str, Callable[[Array, Array], Figures]] = {
 }
 
 
-# Paper ----------------------------------------------------------------------------------------------------------------
-
 Inks = Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=8)]
 
 
@@ -247,12 +245,9 @@ class FoliagePaper(Record):
     roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.8
 
 
-class PaperWeave(StrEnum):
-    """Cloth or fibre glued on the paper."""
-
-    GRASS = "grass"  # level blades of uneven thickness on fine upright threads
-    LINEN = "linen"
-    RAFFIA = "raffia"  # a basket weave of flat strips
+# Cloth or fibre glued on the paper: GRASS level blades of uneven thickness on fine upright threads; RAFFIA a basket
+# weave of flat strips.
+PaperWeave = StrEnum("PaperWeave", "GRASS LINEN RAFFIA")
 
 
 class WovenPaper(Record):
@@ -353,21 +348,11 @@ PRINTED = TextureKind("printed_paper", PrintedPaper, paint_printed)
 FOLIAGE = TextureKind("foliage_paper", FoliagePaper, paint_foliage)
 WOVEN = TextureKind("woven_paper", WovenPaper, paint_woven)
 
-# Plaster --------------------------------------------------------------------------------------------------------------
 
-
-class PlasterFinish(StrEnum):
-    """Tool or material of the plaster."""
-
-    ROLLER = "roller"  # orange peel of a paint roller
-    SAND = "sand"
-    SKIP_TROWEL = "skip_trowel"  # thin patches of mud with smooth ground between
-    VENETIAN = "venetian"  # many thin coats, polished: strokes that overlap
-    LIMEWASH = "limewash"  # brushed crosswise, cloudy
-    TADELAKT = "tadelakt"  # soaped lime, burnished with a stone
-    STUCCO = "stucco"  # thrown on
-    COMBED = "combed"  # level grooves
-    CLAY = "clay"  # earth with straw
+# Tool or material of the plaster: ROLLER orange peel of a paint roller; SKIP_TROWEL thin patches of mud with smooth
+# ground between; VENETIAN many thin coats, polished: strokes that overlap; LIMEWASH brushed crosswise, cloudy; TADELAKT
+# soaped lime, burnished with a stone; STUCCO thrown on; COMBED level grooves; CLAY earth with straw.
+PlasterFinish = StrEnum("PlasterFinish", "ROLLER SAND SKIP_TROWEL VENETIAN LIMEWASH TADELAKT STUCCO COMBED CLAY")
 
 
 class Plaster(Record):

@@ -52,16 +52,9 @@ from casa_assets.kitchenware.textures.stone import (
     paint_veined,
 )
 
-
-class ResilientSort(StrEnum):
-    """Material of the sheet."""
-
-    MARBLED = "marbled"  # linoleum: streaks of several colours, drawn along v
-    FLECKED = "flecked"  # crumbs of other colours in rubber
-    STUDDED = "studded"  # round studs
-    CORK = "cork"
-    WOVEN = "woven"  # vinyl yarns over and under
-    TREAD = "tread"  # raised bars in pairs, as on plate
+# Material of the sheet: MARBLED linoleum, streaks of several colours, drawn along v; FLECKED crumbs of other colours in
+# rubber; STUDDED round studs; WOVEN vinyl yarns over and under; TREAD raised bars in pairs, as on plate.
+ResilientSort = StrEnum("ResilientSort", "MARBLED FLECKED STUDDED CORK WOVEN TREAD")
 
 
 class ResilientFloor(Record):
@@ -209,7 +202,6 @@ _SORTS: dict[ResilientSort, Callable[[ResilientFloor, Canvas, np.random.Generato
 
 RESILIENT = TextureKind("resilient_floor", ResilientFloor, paint_resilient)
 
-# Timber ---------------------------------------------------------------------------------------------------------------
 
 _SLAB_LONG_M = 1.6
 _SHORTEST_SLAB_M = 0.12
@@ -331,9 +323,6 @@ TIMBER = TextureKind("timber", TimberFloor, paint_timber)
 END_GRAIN = TextureKind("end_grain_block", EndGrainFloor, paint_ends)
 
 
-# Encaustic ------------------------------------------------------------------------------------------------------------
-
-
 class Encaustic(Record):
     """Patterned tiles, all laid the same way."""
 
@@ -379,8 +368,6 @@ def paint_encaustic(params: Encaustic, canvas: Canvas, rng: np.random.Generator)
 
 
 ENCAUSTIC = TextureKind("cement_tile", Encaustic, paint_encaustic)
-
-# Stone ----------------------------------------------------------------------------------------------------------------
 
 
 class StoneTile(Record):

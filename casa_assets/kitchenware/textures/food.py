@@ -151,7 +151,6 @@ def _seeds(p: Section, right: Map, up: Map, places: Map, rng: np.random.Generato
 
 SECTION = TextureKind("section", Section, paint_section)
 
-# Skin -----------------------------------------------------------------------------------------------------------------
 
 Millimetres = Annotated[float, Field(ge=0, le=60)]
 

@@ -142,8 +142,6 @@ _FACES = {
 
 PRESSED = TextureKind("pressed_front", PressedFront, paint_board)
 
-# Painted --------------------------------------------------------------------------------------------------------------
-
 
 # Method of painting.
 PaintCoat = Literal["sprayed", "brushed", "chalk", "limewash"]
@@ -217,8 +215,6 @@ def _rubbed(worn: float, canvas: Canvas, rng: np.random.Generator) -> Map:
 
 
 PAINTED = TextureKind("painted_front", PaintedFront, paint_painted)
-
-# Veneer ---------------------------------------------------------------------------------------------------------------
 
 
 class Veneer(Record):

@@ -37,32 +37,16 @@ WORDS_OF_SMALL_PRINT = (
 )
 
 
-class Layout(StrEnum):
-    """How the front is composed."""
-
-    BAND = "band"  # the brand on a band that runs round
-    BADGE = "badge"  # an oval shield
-    PLATE = "plate"  # a plate with rounded corners
-    SPLIT = "split"  # two fields that meet in a wave
-    DIAGONAL = "diagonal"  # a slanted field and stripe
-    CLASSIC = "classic"  # a frame of two lines
-    STRIPES = "stripes"  # upright stripes beside a quiet field
-    MINIMAL = "minimal"  # much ground, little print
-    UPRIGHT = "upright"  # the brand runs upwards
-    BURST = "burst"  # rays out of the middle
-    BLOCK = "block"  # a field of colour above, a drawing below
-    RIBBON = "ribbon"  # the brand on a ribbon
+# How the front is composed: BAND the brand on a band that runs round; BADGE an oval shield; PLATE a plate with rounded
+# corners; SPLIT two fields that meet in a wave; DIAGONAL a slanted field and stripe; CLASSIC a frame of two lines;
+# STRIPES upright stripes beside a quiet field; MINIMAL much ground, little print; UPRIGHT the brand runs upwards; BURST
+# rays out of the middle; BLOCK a field of colour above, a drawing below; RIBBON the brand on a ribbon.
+Layout = StrEnum("Layout", "BAND BADGE PLATE SPLIT DIAGONAL CLASSIC STRIPES MINIMAL UPRIGHT BURST BLOCK RIBBON")
 
 
-class Pattern(StrEnum):
-    """Pattern on the ground of a label."""
-
-    NONE = "none"
-    DOTS = "dots"
-    CHECKS = "checks"  # as on a tablecloth
-    STRIPES = "stripes"
-    RINGS = "rings"  # level lines
-    FADE = "fade"  # from the first colour above to the second below
+# Pattern on the ground of a label: CHECKS as on a tablecloth; RINGS level lines; FADE from the first colour above to
+# the second below.
+Pattern = StrEnum("Pattern", "NONE DOTS CHECKS STRIPES RINGS FADE")
 
 
 class Label(Record):
@@ -182,9 +166,6 @@ def _small(image: Image.Image, p: Label, area: Area, ground: str) -> None:
     write(image, area, p.small, seen_on(ground, p.ink))
 
 
-# The ground and the back ----------------------------------------------------------------------------------------------
-
-
 def _strew(image: Image.Image, p: Label, inside: Area) -> None:
     """The pattern of the ground."""
     draw, color = ImageDraw.Draw(image), p.second
@@ -279,9 +260,6 @@ def _words_side(image: Image.Image, p: Label, area: Area, rng: np.random.Generat
     for k in range(6):
         chosen = " ".join(words[i] for i in rng.integers(0, len(words), 5))
         write(image, area.part(0.05, 0.44 + 0.095 * k, 0.95, 0.5 + 0.095 * k), chosen, seen_on(ground, p.ink))
-
-
-# Layouts --------------------------------------------------------------------------------------------------------------
 
 
 def _stack(image: Image.Image, p: Label, area: Area, ground: str, parts: str = "mbw", motif: float = 1.0) -> None:

@@ -149,8 +149,6 @@ def _end_maps(canvas: Canvas, species: WoodSpecies, radius: Map, angle: Map, rng
 STAVES = TextureKind("butcher_block", ButcherBlock, paint_staves)
 END_GRAIN = TextureKind("end_grain", EndGrain, paint_blocks)
 
-# Laid -----------------------------------------------------------------------------------------------------------------
-
 
 # How much lower the edge of a tile is than its middle.
 PILLOW_M = 0.0006
@@ -280,18 +278,10 @@ TILED = TextureKind("tiled_counter", TiledCounter, paint_tiles)
 GLAZED = TextureKind("glazed_lava", GlazedLava, paint_glaze)
 PRINTED = TextureKind("printed_laminate", PrintedLaminate, paint_print)
 
-# Metal ----------------------------------------------------------------------------------------------------------------
 
-
-class MetalTooling(StrEnum):
-    """Marks of the tool on the metal."""
-
-    ALONG = "along"  # brushed along u
-    UPRIGHT = "upright"  # brushed along v
-    ORBITAL = "orbital"  # many small arcs
-    TURNED = "turned"  # rows of overlapping round swirls
-    HAMMERED = "hammered"
-    ROLLED = "rolled"  # as it left the mill
+# Marks of the tool on the metal: ALONG brushed along u; UPRIGHT along v; ORBITAL many small arcs; TURNED rows of
+# overlapping round swirls; ROLLED as it left the mill.
+MetalTooling = StrEnum("MetalTooling", "ALONG UPRIGHT ORBITAL TURNED HAMMERED ROLLED")
 
 
 class SheetMetal(Record):

@@ -77,8 +77,6 @@ def ink(depth: Array, soft: float) -> Array:
     return np.asarray(np.clip(depth / max(soft, 1e-6) + 0.5, 0.0, 1.0))
 
 
-# Encaustic ------------------------------------------------------------------------------------------------------------
-
 # (depth of the figure, number of its colour)
 Figures = list[tuple[Array, int]]
 

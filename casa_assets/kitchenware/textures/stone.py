@@ -79,14 +79,8 @@ def voronoi_cells(
     return VoronoiCells(rows * columns, ids, near_m, second_m, best_x * np.float32(wide), best_y * scale)
 
 
-# Veined ---------------------------------------------------------------------------------------------------------------
-
-
-class VeinCourse(StrEnum):
-    """Course of the veins."""
-
-    FLOW = "flow"  # long lines side by side
-    NET = "net"  # between the pieces of a broken stone that has healed
+# Course of the veins: FLOW long lines side by side; NET between the pieces of a broken stone that has healed.
+VeinCourse = StrEnum("VeinCourse", "FLOW NET")
 
 
 class Vein(Record):
@@ -204,8 +198,6 @@ def _off(field: Map, size_m: float, canvas: Canvas) -> Map:
 
 VEINED = TextureKind("veined_stone", VeinedStone, paint_veined)
 
-# Flow -----------------------------------------------------------------------------------------------------------------
-
 
 class BandedStone(Record):
     """A slab of layered stone."""
@@ -275,7 +267,6 @@ def _pits(params: BandedStone, fold: Map, canvas: Canvas, rng: np.random.Generat
 
 BANDED = TextureKind("banded_stone", BandedStone, paint_flow)
 
-# Granite --------------------------------------------------------------------------------------------------------------
 
 Size = Annotated[float, Field(gt=0.0005, lt=0.5)]
 
@@ -377,8 +368,6 @@ def _scatter(speck: Speck, canvas: Canvas, swarm: Map, rng: np.random.Generator)
 
 
 GRANITE = TextureKind("granite", Granite, paint_granite)
-
-# Speckled -------------------------------------------------------------------------------------------------------------
 
 
 class ChipSize(Record):

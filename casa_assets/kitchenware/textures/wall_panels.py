@@ -31,12 +31,8 @@ from casa_assets.ext.textures import (
     whole,
 )
 
-
-class ColorAssignment(StrEnum):
-    """Assignment of colours to pieces."""
-
-    LOT = "lot"  # as often as the others, in no order
-    SORT = "sort"  # by its shape, orientation or place in the pattern
+# Colours of pieces: LOT each as often as the others, in no order; SORT by shape, orientation or place in the pattern.
+ColorAssignment = StrEnum("ColorAssignment", "LOT SORT")
 
 
 class CeramicTile(Record):
@@ -118,8 +114,6 @@ def _cracks(canvas: Canvas, rng: np.random.Generator) -> Map:
 
 CERAMIC = TextureKind("ceramic_tile", CeramicTile, paint_ceramic)
 
-# Clay -----------------------------------------------------------------------------------------------------------------
-
 
 class FiredClay(Record):
     """Bricks or unglazed tiles."""
@@ -187,8 +181,6 @@ def _coated(params: FiredClay, laid: Layers, rim_m: Map, grit: Map, canvas: Canv
 
 CLAY = TextureKind("fired_clay", FiredClay, paint_clay)
 
-# Stonework ------------------------------------------------------------------------------------------------------------
-
 
 class Stonework(Record):
     """A wall of stones."""
@@ -240,19 +232,10 @@ def paint_stonework(params: Stonework, canvas: Canvas, rng: np.random.Generator)
 STONEWORK = TextureKind("stonework", Stonework, paint_stonework)
 
 
-# Boards ---------------------------------------------------------------------------------------------------------------
-
-
-class BoardProfile(StrEnum):
-    """Profile of the edges of boards, and of the gap between two."""
-
-    BEAD = "bead"  # a half round with a groove on each side
-    SHIPLAP = "shiplap"  # square edges, an open shadow line
-    VEE = "vee"  # tongue and groove with broken edges
-    BATTEN = "batten"  # flat boards, a strip over each joint
-    SLAT = "slat"  # slim strips on a dark ground
-    FLUTED = "fluted"  # half rounds side by side
-    CHANNEL = "channel"  # wide flat grooves
+# Profile of the edges of boards, and of the gap between two: BEAD a half round with a groove on each side; SHIPLAP
+# square edges, an open shadow line; VEE tongue and groove with broken edges; BATTEN flat boards, a strip over each
+# joint; SLAT slim strips on a dark ground; FLUTED half rounds side by side; CHANNEL wide flat grooves.
+BoardProfile = StrEnum("BoardProfile", "BEAD SHIPLAP VEE BATTEN SLAT FLUTED CHANNEL")
 
 
 class PaintedBoards(Record):
@@ -346,15 +329,9 @@ def _profile(params: PaintedBoards, edge: Array, pitch: float, pixel: float) -> 
 
 BOARDS = TextureKind("painted_boards", PaintedBoards, paint_boards)
 
-# Cast -----------------------------------------------------------------------------------------------------------------
 
-
-class Formwork(StrEnum):
-    """Formwork of the concrete."""
-
-    SMOOTH = "smooth"
-    PANELS = "panels"  # large plates with joints and tie holes
-    BOARDS = "boards"  # rough boards that left their grain
+# Formwork of the concrete: PANELS large plates with joints and tie holes; BOARDS rough boards that left their grain.
+Formwork = StrEnum("Formwork", "SMOOTH PANELS BOARDS")
 
 
 class Concrete(Record):

@@ -23,8 +23,6 @@ from casa_assets.textures.distance import TextureDescriptor, describe_texture
 from casa_assets.textures.finish import swatch
 from casa_assets.textures.run.recipes import find_recipe, finish_of, layers_of, recipes
 
-# Sheet ----------------------------------------------------------------------------------------------------------------
-
 COLUMNS = 10
 PER_PAGE = 100
 
@@ -63,8 +61,6 @@ def _png(made: Finish, side_m: float, side_px: int) -> bytes:
     Image.fromarray(swatch(pictures, metallic, side_m, side_px), "RGB").save(out, "PNG", compress_level=6)
     return out.getvalue()
 
-
-# Check ----------------------------------------------------------------------------------------------------------------
 
 COMPARISON_PX = 256
 DEFAULT_JOBS = 2

@@ -36,7 +36,6 @@ from casa_assets.textures.pack_entry import (
     RejectedPicture,
     SimilarPair,
     group_maps,
-    rejection_error,
     rejection_row,
     slug,
     unique_ids,
@@ -45,7 +44,6 @@ from casa_assets.textures.pack_pictures import (
     SIZE_PX,
     SUFFIX_GROUPS,
     Floats,
-    GivenMaps,
     TiledPicture,
     decode,
     decode_map,
@@ -56,8 +54,6 @@ from casa_assets.textures.pack_pictures import (
 )
 from casa_assets.textures.run.pictures import FOLDER, PACK, pack_of
 from casa_assets.textures.run.recipes import every_recipe, origin_of
-
-# Sources --------------------------------------------------------------------------------------------------------------
 
 
 def list_files(folder: Path) -> list[str]:
@@ -72,17 +68,15 @@ def read_file(folder: Path, name: str) -> bytes:
     path = folder / name
     try:
         if not path.resolve(strict=True).is_relative_to(folder.resolve()):
-            raise rejection_error(PictureRejection.UNREADABLE, "is a link that leaves the folder")
+            raise Rejected(PictureRejection.UNREADABLE, "is a link that leaves the folder")
         if not path.is_file():
-            raise rejection_error(PictureRejection.UNREADABLE, "is no regular file")
+            raise Rejected(PictureRejection.UNREADABLE, "is no regular file")
         if path.stat().st_size > MAX_FILE_BYTES:
-            raise rejection_error(PictureRejection.TOO_LARGE, f"has over {MAX_FILE_BYTES // 2**20} MiB")
+            raise Rejected(PictureRejection.TOO_LARGE, f"has over {MAX_FILE_BYTES // 2**20} MiB")
         return path.read_bytes()
     except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle
-        raise rejection_error(PictureRejection.UNREADABLE, f"cannot be read: {error}") from None
+        raise Rejected(PictureRejection.UNREADABLE, f"cannot be read: {error}") from None
 
-
-# Survey ---------------------------------------------------------------------------------------------------------------
 
 MANIFESTS = ("pack.yaml", "pack.yml", "pack.json")
 _KEYS = ("pack", "defaults", "pictures")
@@ -115,14 +109,6 @@ class PackDescription:
     used: tuple[str, ...]  # files that are not pictures and were read
 
 
-class PreparedPicture(Record):
-    """The costly part of one picture, as the store keeps it: the tile, and what was learnt by decoding."""
-
-    tile: TiledPicture
-    prompt: str
-    notes: tuple[str, ...]
-
-
 @dataclass(frozen=True)
 class AcceptedPicture:
     """A picture that can be used."""
@@ -132,7 +118,7 @@ class AcceptedPicture:
     sha256: str  # of its bytes
     maps: Mapping[str, str]  # name of a map that it came with -> its file
     fields: PictureDescription
-    prepared: PreparedPicture
+    tile: TiledPicture
 
 
 def read_description(source: Path) -> PackDescription:
@@ -181,7 +167,7 @@ def survey(
     present = {name for files in materials for name in (*files.maps.values(), slug(files.name))}
     for name in (*description.rows, *description.faults):
         if name not in present and slug(name) not in present:
-            missing = rejection_error(PictureRejection.MISSING, "is named in pack.yaml and is not there")
+            missing = Rejected(PictureRejection.MISSING, "is named in pack.yaml and is not there")
             refusals.append(rejection_row(name, missing))
     read = {*description.used, *(path for files in materials for path in files.maps.values())}
     ignored = tuple(path for path in found if path not in read)
@@ -199,16 +185,16 @@ def _accepted(
     """A material that can be used. Raises Rejected."""
     source = files.maps.get(MapRole.COLOR)
     if source is None:
-        raise rejection_error(PictureRejection.NO_COLOR, f"{files.name} has {', '.join(files.maps)} and no colour")
+        raise Rejected(PictureRejection.NO_COLOR, f"{files.name} has {', '.join(files.maps)} and no colour")
     data = read_file(folder, source)
     digest = hashlib.sha256(data).hexdigest()
     if digest in by_bytes:
-        raise rejection_error(PictureRejection.DUPLICATE, f"holds the same bytes as {by_bytes[digest]}")
+        raise Rejected(PictureRejection.DUPLICATE, f"holds the same bytes as {by_bytes[digest]}")
     by_bytes[digest] = source
     fields = _picture_fields(files, description, options.flags)
-    prepared = _prepared(data, digest, files.maps, folder, options.size_px, store)
-    origins = {name: files.maps[MapRole(name)] for name in sorted(prepared.tile.maps)}
-    return AcceptedPicture(files.name, source, digest, origins, fields, prepared)
+    made = _tiled(data, digest, files.maps, folder, options.size_px, store)
+    origins = {name: files.maps[MapRole(name)] for name in sorted(made.maps)}
+    return AcceptedPicture(files.name, source, digest, origins, fields, made)
 
 
 def _picture_fields(
@@ -218,22 +204,20 @@ def _picture_fields(
     source = files.maps[MapRole.COLOR]
     keys = [key for key in (*description.rows, *description.faults) if key == source or slug(key) == slug(files.name)]
     if keys and keys[0] in description.faults:
-        raise rejection_error(PictureRejection.BAD_ROW, description.faults[keys[0]])
+        raise Rejected(PictureRejection.BAD_ROW, description.faults[keys[0]])
     row = description.rows[keys[0]] if keys else PictureDescription()
     fields = row.over(flags).over(description.defaults)
     missing = [name for name in ("surface", "tile_m", "licence") if getattr(fields, name) is None]
     if missing:
-        raise rejection_error(PictureRejection.NOT_DESCRIBED, f"nobody says its {', '.join(missing)}")
+        raise Rejected(PictureRejection.NOT_DESCRIBED, f"nobody says its {', '.join(missing)}")
     if (fields.substance or UNKNOWN) not in registry.load().substances:
-        raise rejection_error(
-            PictureRejection.BAD_ROW, f"{fields.substance!r} is no substance of registry/substances.yaml"
-        )
+        raise Rejected(PictureRejection.BAD_ROW, f"{fields.substance!r} is no substance of registry/substances.yaml")
     return fields
 
 
-def _prepared(
+def _tiled(
     data: bytes, digest: str, maps: Mapping[MapRole, str], folder: Path, size_px: int, store: Store
-) -> PreparedPicture:
+) -> TiledPicture:
     """The tile, from the store or made now: a run that was cut off goes on where it was."""
     read: dict[MapRole, bytes] = {}
     notes: list[str] = []
@@ -245,23 +229,24 @@ def _prepared(
         except Rejected as error:
             notes.append(_without(role, error))
     digests = {role.value: hashlib.sha256(found).hexdigest() for role, found in sorted(read.items())}
-    key = digest_of("texture_pack", key_of(decode, tile, _given, PreparedPicture), digest, digests, size_px)
+    key = digest_of("texture_pack", key_of(decode, tile, _given), digest, digests, size_px)
     if (kept := store.get(key)) is not None:
-        found = PreparedPicture.from_json(kept)
-        return found.replace(notes=(*found.notes, *notes))
-    decoded = decode(data)
-    small = scaled(decoded.pixels, size_px)
-    given, left_out = _given(read, small.shape[1] / small.shape[0], size_px)
-    made = PreparedPicture(tile=tile(small, size_px, given), prompt=decoded.prompt, notes=(*decoded.notes, *left_out))
-    store.put(key, made.to_json().encode())
+        made = TiledPicture.from_json(kept)
+    else:
+        decoded = decode(data)
+        small = scaled(decoded.pixels, size_px)
+        given, left_out = _given(read, small.shape[1] / small.shape[0], size_px)
+        made = tile(small, size_px, given).replace(prompt=decoded.prompt, notes=(*decoded.notes, *left_out))
+        store.put(key, made.to_json().encode())
     return made.replace(notes=(*made.notes, *notes))
 
 
-def _given(read: Mapping[MapRole, bytes], aspect: float, size_px: int) -> tuple[GivenMaps, tuple[str, ...]]:
-    """Maps by the bytes of their files, and notes on those that cannot be used.
+def _given(read: Mapping[MapRole, bytes], aspect: float, size_px: int) -> tuple[dict[str, Floats], tuple[str, ...]]:
+    """Maps by name, in the order of MapRole, and notes on those that cannot be used.
 
     Args:
-        aspect: width over height of the colour. size_px: longer side to which they are scaled down.
+        read: bytes of the files. aspect: width over height of the colour. size_px: longer side to which they are scaled
+            down.
     """
     planes: dict[MapRole, Floats] = {}
     notes: list[str] = []
@@ -269,12 +254,12 @@ def _given(read: Mapping[MapRole, bytes], aspect: float, size_px: int) -> tuple[
         try:
             pixels = decode_map(data, role)
             if abs(pixels.shape[1] / pixels.shape[0] / aspect - 1.0) > _SAME_ASPECT:
-                raise rejection_error(PictureRejection.TOO_LONG, "has another shape than the colour")
+                raise Rejected(PictureRejection.TOO_LONG, "has another shape than the colour")
             planes[role] = scaled(pixels, size_px)
         except Rejected as error:
             notes.append(_without(role, error))
-    single = {role.value: plane[..., :1] for role, plane in planes.items() if role is not MapRole.NORMAL}
-    return GivenMaps(normal=planes.get(MapRole.NORMAL), **single), tuple(notes)
+    ordered = [(role, planes[role]) for role in MapRole if role in planes]
+    return {r.value: p if r is MapRole.NORMAL else p[..., :1] for r, p in ordered}, tuple(notes)
 
 
 def _without(role: MapRole, error: Rejected) -> str:
@@ -387,7 +372,7 @@ def _keep_out_of_git(library: Library) -> None:
 
 def _picture(id_: str, accepted: AcceptedPicture) -> tuple[PackPicture, dict[str, bytes], TextureDescriptor]:
     """The record of a picture, its three files by name, and a descriptor to compare it with others by."""
-    fields, tile = accepted.fields, accepted.prepared.tile
+    fields, tile = accepted.fields, accepted.tile
     assert fields.surface is not None
     assert fields.tile_m is not None
     assert fields.licence is not None
@@ -400,7 +385,7 @@ def _picture(id_: str, accepted: AcceptedPicture) -> tuple[PackPicture, dict[str
     names = {"color": "base", "metallic_roughness": "roughness", "normal": "normal"}
     files = {f"{id_}_{names[t.name.removeprefix(f'{id_}_')]}.png": t.png for t in made.material.textures}
     paths = tuple(f"{id_}_{role}.png" for role in ("base", "normal", "roughness"))
-    notes = list(accepted.prepared.notes)
+    notes = list(tile.notes)
     if tile.repaired:
         notes.append(f"was cut to {tile.kept[0]:.0%} x {tile.kept[1]:.0%} and its border repaired")
     if base.width_px < tile.width_px:
@@ -419,7 +404,7 @@ def _picture(id_: str, accepted: AcceptedPicture) -> tuple[PackPicture, dict[str
         width_px=base.width_px,
         height_px=base.height_px,
         licence=fields.licence,
-        prompt=fields.prompt or accepted.prepared.prompt or UNKNOWN,
+        prompt=fields.prompt or tile.prompt or UNKNOWN,
         generator=fields.generator or UNKNOWN,
         author=fields.author or UNKNOWN,
         seam_before=tile.seam_before,

@@ -19,8 +19,6 @@ from casa_assets.textures.canvas import Layers
 from casa_assets.textures.finish import textured
 from casa_assets.textures.pack_entry import MAX_FILE_BYTES, MAX_SIDE_PX, FileName, Pack, PackPicture
 
-# Read -----------------------------------------------------------------------------------------------------------------
-
 # Folder of packs in a project or a library, and the file in each that says what it holds.
 FOLDER, PACK = "textures", "pack.json"
 
@@ -51,8 +49,6 @@ def credits_of_pictures(names: Collection[str]) -> list[dict[str, str]]:
         for name, p in sorted(found.items())
     ]
 
-
-# Pictures -------------------------------------------------------------------------------------------------------------
 
 # Kind of a recipe that is not painted, but is a picture of a pack.
 KIND = "picture"

@@ -1,4 +1,7 @@
-"""Finishes by id: plain ones from the registry, pictured ones from recipes or packs, painted ahead in threads."""
+"""Finishes by id: plain ones from the registry, pictured ones from recipes or packs, painted ahead in threads.
+
+What is painted is kept in the cache; the files of a picture of a pack are read in place.
+"""
 
 from __future__ import annotations
 
@@ -42,17 +45,15 @@ from casa_assets.textures.run.pictures import (
     resized_finish,
 )
 
-# Ahead ----------------------------------------------------------------------------------------------------------------
-# Paint the pictures of a kitchen in threads, while parts of it that need none of them, or have theirs, are built.
-#
-# Painting is work on large arrays, during which Python lets other threads run.
-
+FOLDER = "textures"  # of the registry, and within a cache
+SKINS = "skins"  # of the registry
+SKIN_PX = 384  # longer side of the picture of an object
+CACHE_SHARE = 0.5  # part of the bound of a cache that finishes may take
+# Pictures of a kitchen are painted in threads, while parts of it that need none of them, or have theirs, are built:
+# painting is work on large arrays, during which Python lets other threads run, and takes some 100 MB each.
+THREADS = 2
 # Paints one finish. What it raises is raised where the finish is asked for.
 Painting = Callable[[], Finish]
-# A painting takes some 100 MB meanwhile.
-THREADS = 2
-
-
 # Gives the paintings that have begun by their keys, once the first of them is missing.
 _BEGUN: ContextVar[Callable[[], Mapping[str, Future[Finish]]] | None] = ContextVar("paintings", default=None)
 
@@ -88,15 +89,6 @@ def painted(key: str, painting: Painting) -> Finish:
     begun = _BEGUN.get()
     future = None if begun is None else begun().get(key)
     return painting() if future is None else future.result()
-
-
-# Recipes --------------------------------------------------------------------------------------------------------------
-# What is painted is kept in the cache; the files of a picture are read where they stand.
-
-FOLDER = "textures"  # of the registry, and within a cache
-SKINS = "skins"  # of the registry
-SKIN_PX = 384  # longer side of the picture of an object
-CACHE_SHARE = 0.5  # part of the bound of a cache that finishes may take
 
 
 @read_once
