@@ -81,7 +81,12 @@ def inscribed_primitives(points: Floats) -> tuple[tuple[Box | Cylinder, Pose], .
     planes, volume = hull_planes(points), hull_volume(points)
     boxes: list[InscribedPrimitive] = []
     rods: list[InscribedPrimitive] = []
-    first, *others = _frames(points)
+    # Rotations (cloud from shape) worth trying: each axis of the cloud as z, then those of its covariance.
+    x, y, z = np.eye(3)
+    axes = [np.stack([x, y, z], axis=1), np.stack([y, z, x], axis=1), np.stack([z, x, y], axis=1)]
+    _, vectors = np.linalg.eigh(np.cov(points.T))
+    a, b, c = (v * np.sign(v[np.argmax(np.abs(v))]) for v in vectors.T)
+    first, *others = [*axes, np.stack([a, np.cross(c, a), c], axis=1), np.stack([b, np.cross(a, b), a], axis=1)]
     for frames in ([first], others):
         spans = [np.ptp(points @ frame, axis=0) / 2 for frame in frames]
         normals = [planes[:, :3] @ frame for frame in frames]
@@ -197,15 +202,6 @@ def _foot(pose: Pose, points: Floats, found: Sequence[tuple[Shape, Pose]]) -> tu
     shape, at = _rounded(upright)
     assert isinstance(shape, Box)
     return ((shape, pose.inverse() @ at),)
-
-
-def _frames(points: Floats) -> list[Floats]:
-    """Rotations (cloud from shape) worth trying: each axis of the cloud as z, then those of its covariance."""
-    x, y, z = np.eye(3)
-    axes = [np.stack([x, y, z], axis=1), np.stack([y, z, x], axis=1), np.stack([z, x, y], axis=1)]
-    _, vectors = np.linalg.eigh(np.cov(points.T))
-    a, b, c = (v * np.sign(v[np.argmax(np.abs(v))]) for v in vectors.T)
-    return [*axes, np.stack([a, np.cross(c, a), c], axis=1), np.stack([b, np.cross(a, b), a], axis=1)]
 
 
 class _Wanted(NamedTuple):

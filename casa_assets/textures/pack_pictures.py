@@ -252,7 +252,14 @@ def finish_of_tile(
     whole = finish(name, tile_m, Layers.of(painted.albedo, height, rough), substance)
     material = whole.material
     if "normal" in maps:
-        pixels = np.rint((_upright(maps["normal"]) * 0.5 + 0.5) * 255).astype(np.uint8)
+        # Unit normals of a map at half its size, upright on the mean: what repeats has no slope on the whole.
+        vectors = np.stack([halved(maps["normal"][..., axis]) for axis in range(3)], axis=2) * 2.0 - 1.0
+        slopes = vectors[..., :2] / np.maximum(vectors[..., 2:], _FLATTEST)
+        slopes -= slopes.mean(axis=(0, 1))
+        upright = np.concatenate([slopes, np.ones_like(slopes[..., :1])], axis=2)
+        pixels = np.rint(
+            (np.asarray(upright / np.linalg.norm(upright, axis=2, keepdims=True), dtype=np.float32) * 0.5 + 0.5) * 255
+        ).astype(np.uint8)
         material = material.replace(normal_texture=encode_texture(f"{name}_normal", pixels, ColorSpace.RAW))
     if "metalness" in maps:
         gloss = halved(np.clip(rough, 0.04, 1.0)), halved(maps["metalness"][..., 0])
@@ -269,18 +276,6 @@ def _detail(light: Floats) -> Floats:
     detail = light - ndimage.gaussian_filter(light, min(light.shape) / 24.0, mode="wrap")
     detail = ndimage.gaussian_filter(detail, 0.8, mode="wrap")
     return np.asarray(np.clip(detail / max(float(np.abs(detail).max()), 0.08), -1.0, 1.0), dtype=np.float32)
-
-
-def _upright(normal: Floats) -> Floats:
-    """Unit normals of a map at half its size, upright on the mean: what repeats has no slope on the whole.
-
-    `normal`: (H, W, 3) 0..1.
-    """
-    vectors = np.stack([halved(normal[..., axis]) for axis in range(3)], axis=2) * 2.0 - 1.0
-    slopes = vectors[..., :2] / np.maximum(vectors[..., 2:], _FLATTEST)
-    slopes -= slopes.mean(axis=(0, 1))
-    upright = np.concatenate([slopes, np.ones_like(slopes[..., :1])], axis=2)
-    return np.asarray(upright / np.linalg.norm(upright, axis=2, keepdims=True), dtype=np.float32)
 
 
 def scaled(pixels: Floats, size_px: int) -> Floats:

@@ -188,17 +188,13 @@ def _grid(p: Dough) -> Solid:
         steps = round(2 * reach / pitch)
         for k in range(1, steps):
             at = -reach + 2 * reach * k / steps
-            half = _chord(outline, axis, at) - 0.4 * bar
+            # Half the length of the outline across an axis at a place on it, metres.
+            near = np.argsort(np.abs(outline[:, axis] - at))
+            upper = [i for i in near if outline[i, 1 - axis] > 0][:2]
+            pairs = sorted((float(outline[i, axis]), float(outline[i, 1 - axis])) for i in upper)
+            half = float(np.interp(at, [x for x, _ in pairs], [y for _, y in pairs])) - 0.4 * bar
             if half < 0.5 * bar:
                 continue
             ends = [(at, -half), (at, half)] if axis == 0 else [(-half, at), (half, at)]
             parts.append(tube([(x, y, p.height / 2) for x, y in ends], section).without_colliders())
     return food.seen_from_above(replace(food.joined([food.plain(part) for part in parts]), crease_deg=40.0))
-
-
-def _chord(outline: Floats, axis: int, at: float) -> float:
-    """Half the length of the outline across an axis at a place on it, metres."""
-    near = np.argsort(np.abs(outline[:, axis] - at))
-    upper = [i for i in near if outline[i, 1 - axis] > 0][:2]
-    pairs = sorted((float(outline[i, axis]), float(outline[i, 1 - axis])) for i in upper)
-    return float(np.interp(at, [x for x, _ in pairs], [y for _, y in pairs]))

@@ -317,7 +317,10 @@ def open_shapes(
     wall = np.concatenate([[[profile.radius(start), start]], outside[outside[:, 1] > start + 1e-5]])
     line = _levels(wall, plan, min(levels, 3))
     thickness = max(THICK, float(np.linalg.norm(profile.inside[-1] - outside[-1])))
-    inner = line + thickness * _inwards(line)
+    # (N, 2) unit normals of a profile line that point to its inside.
+    way = np.gradient(line, axis=0) if len(line) > 2 else np.repeat(np.diff(line, axis=0), 2, axis=0)
+    way /= np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
+    inner = line + thickness * np.stack([-way[:, 1], way[:, 0]], axis=1)
     inner[:, 0] = np.maximum(inner[:, 0], 0.02 * plan.half_x)
     bulging = wall if _error(wall, line) > BULGE else wall[:0]
     over = max(0.0, bead - OVER)
@@ -423,10 +426,3 @@ def _polygon(plan: Plan, radius: float, z: float, ways: Floats) -> Floats:
         wide *= 0.3 + 0.7 * math.cos(math.pi / plan.facets)
     parts = [np.interp(ways, angle, ring[:, k], period=2 * np.pi) for k in range(3)]
     return np.stack([parts[0] * wide, parts[1] * wide, parts[2]], axis=1)
-
-
-def _inwards(line: Floats) -> Floats:
-    """(N, 2) unit normals of a profile line that point to its inside."""
-    way = np.gradient(line, axis=0) if len(line) > 2 else np.repeat(np.diff(line, axis=0), 2, axis=0)
-    way /= np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
-    return np.stack([-way[:, 1], way[:, 0]], axis=1)

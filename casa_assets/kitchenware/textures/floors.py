@@ -229,7 +229,23 @@ class TimberFloor(Record):
 def paint_timber(params: TimberFloor, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one field of boards."""
     pieces = lay(params.laying, canvas, rng)
-    face = _boards(params, pieces, canvas, rng)
+    # Boards cut from a few sawn faces, each at a different place of its face.
+    wide = 2.0 * float(pieces.half_m[:, 0].max())
+    slabs, roots = [], []
+    for n, cut in enumerate(params.saw_cuts):
+        # A flat-cut face has its heart in the middle and a joint at its border: boards keep clear of it.
+        room = max(_SHORTEST_SLAB_M, 1.35 * wide if cut is SawCut.FLAT else 2.5 * wide)
+        tile_m = (room, _SLAB_LONG_M * (1.0 + 0.11 * n))
+        slabs.append(Slab(wood.board(slab_canvas(canvas, tile_m), params.species, cut, params.palette, rng), tile_m))
+        roots.append(0.5 * room if cut is SawCut.FLAT else 0.0)
+    pick = rng.permutation(np.arange(pieces.count) % len(slabs))
+    rooms = np.array([s.tile_m[0] for s in slabs])[pick]
+    free = np.maximum(rooms - 2.0 * pieces.half_m[:, 0], 0.0) / 2.0
+    flat = np.array(roots)[pick]
+    stray = np.where(flat > 0, free, rooms / 2.0) * rng.uniform(-1.0, 1.0, pieces.count)
+    down = rng.permutation(np.arange(pieces.count)) * 0.6180339887 % 1.0 * _SLAB_LONG_M  # places that keep apart
+    mirrored = rng.permutation(np.arange(pieces.count) % 2) * 2.0 - 1.0
+    face = inlay(pieces, tuple(slabs), pick, flat + stray, down, mirrored)
     tone = pieces.read(stratified(pieces.count, rng))
     warm = pieces.read(stratified(pieces.count, rng))
     hue = np.stack([1.0 + 0.03 * params.warmth * warm, np.ones_like(warm), 1.0 - 0.07 * params.warmth * warm], axis=2)
@@ -252,26 +268,6 @@ def paint_timber(params: TimberFloor, canvas: Canvas, rng: np.random.Generator) 
         albedo = albedo * (1.0 - params.wear * (0.22 * dirt + 0.3 * rims))[..., None]
         roughness = roughness + 0.12 * params.wear * dirt
     return fill(Layers.of(albedo, height, roughness), params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
-
-
-def _boards(params: TimberFloor, pieces: PieceMap, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """Boards cut from a few sawn faces, each at a different place of its face."""
-    wide = 2.0 * float(pieces.half_m[:, 0].max())
-    slabs, roots = [], []
-    for n, cut in enumerate(params.saw_cuts):
-        # A flat-cut face has its heart in the middle and a joint at its border: boards keep clear of it.
-        room = max(_SHORTEST_SLAB_M, 1.35 * wide if cut is SawCut.FLAT else 2.5 * wide)
-        tile_m = (room, _SLAB_LONG_M * (1.0 + 0.11 * n))
-        slabs.append(Slab(wood.board(slab_canvas(canvas, tile_m), params.species, cut, params.palette, rng), tile_m))
-        roots.append(0.5 * room if cut is SawCut.FLAT else 0.0)
-    pick = rng.permutation(np.arange(pieces.count) % len(slabs))
-    rooms = np.array([s.tile_m[0] for s in slabs])[pick]
-    free = np.maximum(rooms - 2.0 * pieces.half_m[:, 0], 0.0) / 2.0
-    flat = np.array(roots)[pick]
-    stray = np.where(flat > 0, free, rooms / 2.0) * rng.uniform(-1.0, 1.0, pieces.count)
-    down = rng.permutation(np.arange(pieces.count)) * 0.6180339887 % 1.0 * _SLAB_LONG_M  # places that keep apart
-    mirrored = rng.permutation(np.arange(pieces.count) % 2) * 2.0 - 1.0
-    return inlay(pieces, tuple(slabs), pick, flat + stray, down, mirrored)
 
 
 class EndGrainFloor(Record):
@@ -297,7 +293,12 @@ def paint_ends(params: EndGrainFloor, canvas: Canvas, rng: np.random.Generator) 
     seen = np.float32(min(1.0, 0.5 * params.species.ring_m / canvas.pixel_m))
     ring = 0.4 + (smoothstep(0.2, 0.9, part) * (1.0 - smoothstep(0.94, 1.0, part)) - 0.4) * seen
     tone = pieces.read(stratified(pieces.count, rng))
-    check = _checks(pieces, pu, pv, canvas, rng)
+    # Mask 0..1: cracks that run out from the pith of some blocks.
+    bearing = np.arctan2(pieces.v_m - pv[pieces.owner], pieces.u_m - pu[pieces.owner])
+    crack = pieces.read(rng.uniform(-np.pi, np.pi, pieces.count))
+    has = pieces.read(rng.random(pieces.count) < 0.35)
+    off = np.abs(np.mod(bearing - crack + np.pi, 2 * np.pi) - np.pi + 0.02 * canvas.noise(0.03, 0.03, rng, 2))
+    check = np.asarray(has * np.clip(1.2 - off / 0.03, 0.0, 1.0), dtype=np.float32)
     light, dark = rgb(params.palette.light), rgb(params.palette.dark)
     fibre = canvas.resolved(0.002, 0.002) * canvas.noise(0.002, 0.002, rng)
     mix = np.clip(params.species.contrast * ring + 0.35 * params.variety * tone + 0.045 * fibre + 0.2, 0.0, 1.0)
@@ -308,15 +309,6 @@ def paint_ends(params: EndGrainFloor, canvas: Canvas, rng: np.random.Generator) 
         np.asarray(params.palette.roughness + 0.1 * ring + 0.2 * check, dtype=np.float32),
     )
     return fill(face, params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
-
-
-def _checks(pieces: PieceMap, pu: Map, pv: Map, canvas: Canvas, rng: np.random.Generator) -> Map:
-    """Mask 0..1: cracks that run out from the pith of some blocks."""
-    bearing = np.arctan2(pieces.v_m - pv[pieces.owner], pieces.u_m - pu[pieces.owner])
-    crack = pieces.read(rng.uniform(-np.pi, np.pi, pieces.count))
-    has = pieces.read(rng.random(pieces.count) < 0.35)
-    off = np.abs(np.mod(bearing - crack + np.pi, 2 * np.pi) - np.pi + 0.02 * canvas.noise(0.03, 0.03, rng, 2))
-    return np.asarray(has * np.clip(1.2 - off / 0.03, 0.0, 1.0), dtype=np.float32)
 
 
 TIMBER = TextureKind("timber", TimberFloor, paint_timber)

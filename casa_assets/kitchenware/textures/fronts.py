@@ -176,7 +176,11 @@ def paint_painted(params: PaintedFront, canvas: Canvas, rng: np.random.Generator
         thin = smoothstep(-0.2, 1.6, canvas.noise(0.25, 0.006, rng) + 0.6 * canvas.noise(0.5, 0.06, rng))
         albedo = blend(albedo, under, 0.42 * thin)
     if params.wear > 0:
-        bare = _rubbed(params.wear, canvas, rng)
+        # Mask 0..1: where the paint is gone: in streaks along the grain, in patches.
+        streaks = canvas.noise(0.07, 0.004, rng) + 0.8 * canvas.noise(0.02, 0.0022, rng)
+        patch = canvas.noise(0.3, 0.12, rng, 3)
+        edge = 3.0 - 2.2 * params.wear
+        bare = smoothstep(edge, edge + 0.5, streaks + 0.8 * patch)
         fibre = 1.0 + 0.07 * canvas.noise(0.08, 0.002, rng)
         albedo = blend(albedo, under * fibre[..., None], bare)
         height = height - 0.00008 * bare
@@ -204,14 +208,6 @@ def _coat(coat: PaintCoat, canvas: Canvas, rng: np.random.Generator) -> tuple[Ma
     lines = canvas.shifted(canvas.noise(0.28, 0.0017, rng), 0.003 * canvas.noise(0.4, 0.2, rng))
     broad = canvas.noise(0.45, 0.035, rng)
     return 0.007 * lines + 0.004 * broad + 0.004 * cloud, 0.000025 * lines, 0.025 * lines
-
-
-def _rubbed(worn: float, canvas: Canvas, rng: np.random.Generator) -> Map:
-    """Mask 0..1: where the paint is gone: in streaks along the grain, in patches."""
-    streaks = canvas.noise(0.07, 0.004, rng) + 0.8 * canvas.noise(0.02, 0.0022, rng)
-    patch = canvas.noise(0.3, 0.12, rng, 3)
-    edge = 3.0 - 2.2 * worn
-    return smoothstep(edge, edge + 0.5, streaks + 0.8 * patch)
 
 
 PAINTED = TextureKind("painted_front", PaintedFront, paint_painted)
@@ -248,22 +244,18 @@ def paint_veneer(params: Veneer, canvas: Canvas, rng: np.random.Generator) -> La
         albedo = albedo * (1.0 - 0.07 * params.saw_marks * np.maximum(lines, -0.6))[..., None]
         height = height - 0.00012 * params.saw_marks * np.maximum(lines, 0.0)
     if params.node_spacing_m > 0:
-        node = _nodes(params.node_spacing_m, canvas, grain.tone)
+        # Mask 0..1: a dark line across each strip, at another height in each.
+        _, y = canvas.axes()
+        pitch = canvas.tile_m[1] / max(1, round(canvas.tile_m[1] / params.node_spacing_m))
+        off = (np.mod(y / pitch + 7.3 * grain.tone, 1.0) - 0.5) * pitch
+        line = np.exp(-((off / 0.0022) ** 2)) + 0.35 * np.exp(-np.maximum(off, 0.0) / 0.012) * (off > 0)
+        node = np.clip(line, 0.0, 1.0).astype(np.float32)
         albedo = albedo * (1.0 - 0.2 * node)[..., None]
     if params.gap_m > 0:
         gap = line_coverage(grain.edge_m, params.gap_m, canvas.pixel_width_m)
         albedo = albedo * (1.0 - 0.75 * gap)[..., None]
         height = height - 0.002 * gap
     return Layers.of(albedo, height, roughness)
-
-
-def _nodes(distance_m: float, canvas: Canvas, tone: Map) -> Map:
-    """Mask 0..1: a dark line across each strip, at another height in each."""
-    _, y = canvas.axes()
-    pitch = canvas.tile_m[1] / max(1, round(canvas.tile_m[1] / distance_m))
-    off = (np.mod(y / pitch + 7.3 * tone, 1.0) - 0.5) * pitch
-    line = np.exp(-((off / 0.0022) ** 2)) + 0.35 * np.exp(-np.maximum(off, 0.0) / 0.012) * (off > 0)
-    return np.clip(line, 0.0, 1.0).astype(np.float32)
 
 
 VENEER = TextureKind("veneer", Veneer, paint_veneer)

@@ -65,7 +65,24 @@ def _glued(params: ButcherBlock, canvas: Canvas, rng: np.random.Generator) -> La
     """The worktop with its grain along v: every piece is read from another place of one sheet of wood."""
     plain = params.palette.replace(variety=0.0)
     face = wood.board(canvas, params.species, params.cut, plain, rng)
-    piece, edge_m, count = _pieces(canvas, params.stave_m, params.length_m, rng)
+    # Number of the piece, metres to its edge, count of pieces. Staves upright, ends at random heights.
+    x, y = canvas.axes()
+    columns = max(2, round(canvas.tile_m[0] / params.stave_m))
+    rows = max(1, round(canvas.tile_m[1] / params.length_m))
+    pitch = canvas.tile_m[0] / columns
+    column = np.minimum((x / pitch).astype(np.intp), columns - 1)
+    # Ends may not come to lie beside those of the next stave: golden steps keep them apart.
+    start = np.mod(np.arange(columns) * 0.618 + rng.uniform(0.0, 0.12, columns), 1.0) / rows
+    ends = np.sort(np.mod(start[:, None] + (np.arange(rows) + rng.uniform(-0.22, 0.22, (columns, rows))) / rows, 1.0))
+    at = np.mod(y / np.float32(canvas.tile_m[1]), 1.0)
+    row = np.zeros(canvas.size_px, dtype=np.intp)
+    off = np.full(canvas.size_px, np.inf, dtype=np.float32)
+    for n in range(rows if rows > 1 else 0):  # a stave as long as the picture has no ends
+        end = ends[:, n][column]
+        row = row + (at >= end)
+        off = np.minimum(off, np.abs(np.mod(at - end + 0.5, 1.0) - 0.5) * canvas.tile_m[1])
+    side = np.abs(np.mod(x / pitch + 0.5, 1.0) - 0.5) * pitch
+    piece, edge_m, count = np.mod(row, rows) + column * rows, np.minimum(off, side).astype(np.float32), rows * columns
     dx = rng.uniform(0.0, canvas.tile_m[0], count).astype(np.float32)[piece]
     dy = rng.uniform(0.0, canvas.tile_m[1], count).astype(np.float32)[piece]
     planes = (*np.moveaxis(face.albedo, 2, 0), face.height_m, face.roughness)
@@ -82,27 +99,6 @@ def _glued(params: ButcherBlock, canvas: Canvas, rng: np.random.Generator) -> La
     glue = line_coverage(edge_m, _GLUE_M, pixel)
     albedo = blend(albedo, rgb(params.palette.heart), 0.42 * glue)
     return Layers.of(albedo, moved[3] - 0.00004 * glue, moved[4] + 0.04 * glue)
-
-
-def _pieces(canvas: Canvas, stave_m: float, length_m: float, rng: np.random.Generator) -> tuple[Ids, Map, int]:
-    """Number of the piece, metres to its edge, count of pieces. Staves upright, ends at random heights."""
-    x, y = canvas.axes()
-    columns = max(2, round(canvas.tile_m[0] / stave_m))
-    rows = max(1, round(canvas.tile_m[1] / length_m))
-    pitch = canvas.tile_m[0] / columns
-    column = np.minimum((x / pitch).astype(np.intp), columns - 1)
-    # Ends may not come to lie beside those of the next stave: golden steps keep them apart.
-    start = np.mod(np.arange(columns) * 0.618 + rng.uniform(0.0, 0.12, columns), 1.0) / rows
-    ends = np.sort(np.mod(start[:, None] + (np.arange(rows) + rng.uniform(-0.22, 0.22, (columns, rows))) / rows, 1.0))
-    at = np.mod(y / np.float32(canvas.tile_m[1]), 1.0)
-    row = np.zeros(canvas.size_px, dtype=np.intp)
-    off = np.full(canvas.size_px, np.inf, dtype=np.float32)
-    for n in range(rows if rows > 1 else 0):  # a stave as long as the picture has no ends
-        end = ends[:, n][column]
-        row = row + (at >= end)
-        off = np.minimum(off, np.abs(np.mod(at - end + 0.5, 1.0) - 0.5) * canvas.tile_m[1])
-    side = np.abs(np.mod(x / pitch + 0.5, 1.0) - 0.5) * pitch
-    return np.mod(row, rows) + column * rows, np.minimum(off, side).astype(np.float32), rows * columns
 
 
 def paint_blocks(params: EndGrain, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -122,7 +118,14 @@ def paint_blocks(params: EndGrain, canvas: Canvas, rng: np.random.Generator) -> 
     dy = in_y - (far * np.sin(angle)).astype(np.float32)[block]
     lot = rng.uniform(0.0, canvas.tile_m[0], rows * columns).astype(np.float32)[block]
     radius = np.hypot(dx, dy) + lot + 0.0006 * canvas.noise(0.015, 0.015, rng)
-    grain = _end_maps(canvas, params.species, radius.astype(np.float32), np.arctan2(dy, dx), rng)
+    # Maps of wood seen from its end.
+    ring, early, zone = ring_maps(canvas, params.species, radius.astype(np.float32), rng)
+    dots = canvas.noise(0.0012, 0.0012, rng)
+    zero = np.zeros_like(ring)
+    rays = np.cos(np.arctan2(dy, dx) * 160.0).astype(np.float32)
+    fibre = 0.5 * canvas.noise(0.002, 0.002, rng) + 0.25 * rays
+    none = dict.fromkeys(("fleck", "dash", "sheen", "knot", "tone", "joint"), zero)
+    grain = GrainMaps(ring, early, fibre, zone, smoothstep(0.5, 1.6, dots), edge_m=zero + 1.0, **none)
     grain = replace(grain, tone=rng.uniform(-1.0, 1.0, rows * columns).astype(np.float32)[block])
     face = wood.finish_wood(grain, params.species, params.palette, canvas, rng)
     albedo = face.albedo
@@ -133,17 +136,6 @@ def paint_blocks(params: EndGrain, canvas: Canvas, rng: np.random.Generator) -> 
     glue = line_coverage(edge, _GLUE_M, canvas.pixel_width_m)
     albedo = blend(albedo, rgb(params.palette.heart), 0.5 * glue)
     return Layers.of(albedo, face.height_m - 0.00004 * glue, face.roughness + 0.04 * glue)
-
-
-def _end_maps(canvas: Canvas, species: WoodSpecies, radius: Map, angle: Map, rng: np.random.Generator) -> GrainMaps:
-    """Maps of wood seen from its end."""
-    ring, early, zone = ring_maps(canvas, species, radius, rng)
-    dots = canvas.noise(0.0012, 0.0012, rng)
-    zero = np.zeros_like(ring)
-    rays = np.cos(angle * 160.0).astype(np.float32)
-    fibre = 0.5 * canvas.noise(0.002, 0.002, rng) + 0.25 * rays
-    none = dict.fromkeys(("fleck", "dash", "sheen", "knot", "tone", "joint"), zero)
-    return GrainMaps(ring, early, fibre, zone, smoothstep(0.5, 1.6, dots), edge_m=zero + 1.0, **none)
 
 
 STAVES = TextureKind("butcher_block", ButcherBlock, paint_staves)
@@ -312,7 +304,12 @@ def paint_metal(params: SheetMetal, canvas: Canvas, rng: np.random.Generator) ->
         roughness = roughness + 0.25 * share
         height = height + 0.000004 * share
     if params.spots > 0:
-        mark = _spots(params.spots, canvas, rng)
+        # Mask 0..1: rings of glasses and dried drops.
+        drops = voronoi_cells(canvas, 0.11, rng, bend_m=0.004)
+        radius = 0.008 + 0.03 * drops.random_per_cell(rng)
+        ring = np.exp(-(((drops.near_m - radius) / 0.0018) ** 2)) + 0.3 * (drops.near_m < radius)
+        ring = ring * (drops.random_per_cell(rng) < params.spots) * (0.4 + 0.6 * drops.random_per_cell(rng))
+        mark = np.asarray(ring, dtype=np.float32)
         albedo = blend(albedo, rgb(params.patina_color), 0.45 * mark)
         roughness = roughness + 0.1 * mark
     return Layers.of(albedo, height, np.clip(roughness, 0.06, 1.0), params.metallic)
@@ -328,7 +325,15 @@ def _marks(params: SheetMetal, canvas: Canvas, rng: np.random.Generator) -> tupl
         lines = np.asarray(lines, dtype=np.float32)
         return 0.75 * lines, 0.000002 * lines, 0.8 * lines
     if tooling is MetalTooling.ORBITAL:
-        return _arcs(canvas, mark, rng)
+        # Scratches around many centres, laid over each other.
+        tone = np.zeros(canvas.size_px, dtype=np.float32)
+        for scale in (1.0, 0.7, 1.4):
+            swirls = voronoi_cells(canvas, mark * scale, rng, bend_m=0.15 * mark)
+            off = swirls.near_m + mark * 3.0 * swirls.random_per_cell(rng)
+            tone = tone + np.sin(off * 2.0 * np.pi / 0.0023) * (0.4 + 0.6 * swirls.random_per_cell(rng))
+            tone = tone + 0.6 * (swirls.random_per_cell(rng) - 0.5)
+        tone = 0.55 * tone + 0.4 * canvas.noise(0.0025, 0.0025, rng)
+        return tone, 0.0000015 * tone, 0.6 * tone
     if tooling is MetalTooling.TURNED:
         return _turned(canvas, mark, rng)
     if tooling is MetalTooling.HAMMERED:
@@ -338,18 +343,6 @@ def _marks(params: SheetMetal, canvas: Canvas, rng: np.random.Generator) -> tupl
         return 3.3 * (bowl - 0.15) + 0.4 * rim, 0.045 * mark * bowl, np.zeros_like(bowl)
     cloud, fine = canvas.noise(0.1, 0.2, rng, 4), canvas.noise(0.004, 0.03, rng)
     return 0.5 * cloud + 0.25 * fine, 0.000001 * fine, 0.6 * cloud
-
-
-def _arcs(canvas: Canvas, size_m: float, rng: np.random.Generator) -> tuple[Map, Map, Map]:
-    """Scratches around many centres, laid over each other."""
-    tone = np.zeros(canvas.size_px, dtype=np.float32)
-    for scale in (1.0, 0.7, 1.4):
-        swirls = voronoi_cells(canvas, size_m * scale, rng, bend_m=0.15 * size_m)
-        off = swirls.near_m + size_m * 3.0 * swirls.random_per_cell(rng)
-        tone = tone + np.sin(off * 2.0 * np.pi / 0.0023) * (0.4 + 0.6 * swirls.random_per_cell(rng))
-        tone = tone + 0.6 * (swirls.random_per_cell(rng) - 0.5)
-    tone = 0.55 * tone + 0.4 * canvas.noise(0.0025, 0.0025, rng)
-    return tone, 0.0000015 * tone, 0.6 * tone
 
 
 def _turned(canvas: Canvas, size_m: float, rng: np.random.Generator) -> tuple[Map, Map, Map]:
@@ -368,15 +361,6 @@ def _turned(canvas: Canvas, size_m: float, rng: np.random.Generator) -> tuple[Ma
             tone = np.where(off < 0.75, fan - 0.8 * smoothstep(0.68, 0.75, off), tone)
     tone = np.asarray(tone + 0.2 * canvas.noise(0.002, 0.002, rng), dtype=np.float32)
     return 1.3 * tone, 0.000002 * tone, 0.5 * tone
-
-
-def _spots(share: float, canvas: Canvas, rng: np.random.Generator) -> Map:
-    """Mask 0..1: rings of glasses and dried drops."""
-    drops = voronoi_cells(canvas, 0.11, rng, bend_m=0.004)
-    radius = 0.008 + 0.03 * drops.random_per_cell(rng)
-    ring = np.exp(-(((drops.near_m - radius) / 0.0018) ** 2)) + 0.3 * (drops.near_m < radius)
-    ring = ring * (drops.random_per_cell(rng) < share) * (0.4 + 0.6 * drops.random_per_cell(rng))
-    return np.asarray(ring, dtype=np.float32)
 
 
 METAL = TextureKind("sheet_metal", SheetMetal, paint_metal)

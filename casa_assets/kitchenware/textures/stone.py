@@ -223,7 +223,12 @@ def paint_flow(params: BandedStone, canvas: Canvas, rng: np.random.Generator) ->
     fold = params.fold_m * (canvas.noise(0.7 * size, size, rng) + 0.35 * canvas.noise(0.25 * size, 0.4 * size, rng, 3))
     depth = y + fold + params.shear * x * np.float32(canvas.tile_m[1] / canvas.tile_m[0])
     part = depth / np.float32(canvas.tile_m[1]) * params.layers + 0.03 * params.mottle * canvas.noise(0.06, 0.2, rng, 5)
-    albedo = _ramp(params.colors, part)
+    # (H, W, 3) colour at a place in the order of layers, smooth from one to the next.
+    table = rgb_table(params.colors)
+    at = np.mod(part, 1.0) * len(params.colors)
+    sharp = np.floor(at) + smoothstep(0.15, 0.85, at - np.floor(at))
+    planes = [ndimage.map_coordinates(plane, [sharp], order=1, mode="grid-wrap") for plane in table.T]
+    albedo = np.stack(planes, axis=-1).astype(np.float32)
     thread = canvas.noise(0.0045, 1.2, rng) + 0.7 * canvas.noise(0.016, 1.6, rng)
     thread = canvas.shifted(thread, np.zeros_like(x), depth - y)
     cloud = canvas.noise(0.25, 0.3, rng, 5)
@@ -244,15 +249,6 @@ def paint_flow(params: BandedStone, canvas: Canvas, rng: np.random.Generator) ->
         height = height - 0.0012 * pit
         roughness = roughness + 0.3 * pit
     return Layers.of(albedo, height, roughness)
-
-
-def _ramp(colors: tuple[str, ...], part: Map) -> Map:
-    """(H, W, 3) colour at a place in the order of layers, smooth from one to the next."""
-    table = rgb_table(colors)
-    at = np.mod(part, 1.0) * len(colors)
-    sharp = np.floor(at) + smoothstep(0.15, 0.85, at - np.floor(at))
-    planes = [ndimage.map_coordinates(plane, [sharp], order=1, mode="grid-wrap") for plane in table.T]
-    return np.stack(planes, axis=-1).astype(np.float32)
 
 
 def _pits(params: BandedStone, fold: Map, canvas: Canvas, rng: np.random.Generator) -> Map:
@@ -308,12 +304,30 @@ class Granite(Record):
 def paint_granite(params: Granite, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one slab."""
     swarm = streams(canvas, params.cloud_m, params.flow, params.shear, rng)
-    albedo = _mosaic(params, canvas, swarm, rng)
+    # (H, W, 3) crystals side by side; the swarm decides the odds of each mineral.
+    mosaic = voronoi_cells(canvas, params.grain_m, rng, bend_m=0.18 * params.grain_m)
+    # Crystals are as large as they like: a second mosaic of twice the size takes a third of the face.
+    coarse = voronoi_cells(canvas, 2.1 * params.grain_m, rng, bend_m=0.3 * params.grain_m)
+    large = coarse.random_per_cell(rng) < 0.35
+    lot = np.where(large, coarse.random_per_cell(rng), mosaic.random_per_cell(rng))
+    shade = np.where(large, coarse.random_per_cell(rng), mosaic.random_per_cell(rng)) - 0.5
+    weights = np.stack([m.share * np.exp(0.9 * m.cluster * swarm) for m in params.minerals])
+    edges = np.cumsum(weights / weights.sum(axis=0), axis=0)
+    pick = np.minimum((lot > edges).sum(axis=0), len(params.minerals) - 1)
+    colors = np.stack([rgb(m.color) for m in params.minerals])[pick]
+    spreads = np.array([m.spread for m in params.minerals], dtype=np.float32)[pick]
+    # Within a crystal the light changes a little: cleavage and what lies below the polish.
+    inside = 0.10 * canvas.noise(params.grain_m * 0.6, params.grain_m * 0.6, rng)
+    albedo = np.asarray(colors * (1.0 + spreads * (1.1 * shade + inside))[..., None], dtype=np.float32)
     if params.phenocryst_color is not None:
         albedo = _orbs(params, params.phenocryst_color, albedo, canvas, rng)
     rough = np.zeros(canvas.size_px, dtype=np.float32)
     for speck in params.specks:
-        mask = _scatter(speck, canvas, swarm, rng)
+        # Mask 0..1: crystals of one speck; the share is kept, whatever the swarms do.
+        grains = voronoi_cells(canvas, speck.size_m, rng, speck.stretch, bend_m=0.25 * speck.size_m)
+        odds = speck.share * np.exp(1.2 * speck.flock * swarm)
+        chosen = grains.random_per_cell(rng) < odds * speck.share / max(float(odds.mean()), 1e-6)
+        mask = np.asarray(chosen * smoothstep(0.0, 0.08, grains.border_m / speck.size_m), dtype=np.float32)
         albedo = blend(albedo, rgb(speck.color), mask)
         rough = np.maximum(rough, mask)
     cloud = canvas.noise(0.004, 0.004, rng)
@@ -328,24 +342,6 @@ def streams(canvas: Canvas, size_m: float, flow: float, shear: int, rng: np.rand
     return canvas.shifted(field, np.zeros_like(x), shear * x * np.float32(canvas.tile_m[1] / canvas.tile_m[0]) + wave)
 
 
-def _mosaic(params: Granite, canvas: Canvas, swarm: Map, rng: np.random.Generator) -> Map:
-    """(H, W, 3) crystals side by side; the swarm decides the odds of each mineral."""
-    mosaic = voronoi_cells(canvas, params.grain_m, rng, bend_m=0.18 * params.grain_m)
-    # Crystals are as large as they like: a second mosaic of twice the size takes a third of the face.
-    coarse = voronoi_cells(canvas, 2.1 * params.grain_m, rng, bend_m=0.3 * params.grain_m)
-    large = coarse.random_per_cell(rng) < 0.35
-    lot = np.where(large, coarse.random_per_cell(rng), mosaic.random_per_cell(rng))
-    shade = np.where(large, coarse.random_per_cell(rng), mosaic.random_per_cell(rng)) - 0.5
-    weights = np.stack([m.share * np.exp(0.9 * m.cluster * swarm) for m in params.minerals])
-    edges = np.cumsum(weights / weights.sum(axis=0), axis=0)
-    pick = np.minimum((lot > edges).sum(axis=0), len(params.minerals) - 1)
-    colors = np.stack([rgb(m.color) for m in params.minerals])[pick]
-    spreads = np.array([m.spread for m in params.minerals], dtype=np.float32)[pick]
-    # Within a crystal the light changes a little: cleavage and what lies below the polish.
-    inside = 0.10 * canvas.noise(params.grain_m * 0.6, params.grain_m * 0.6, rng)
-    return np.asarray(colors * (1.0 + spreads * (1.1 * shade + inside))[..., None], dtype=np.float32)
-
-
 def _orbs(params: Granite, color: str, albedo: Map, canvas: Canvas, rng: np.random.Generator) -> Map:
     """Round feldspars with a rim, packed as they grew."""
     orbs = voronoi_cells(canvas, params.phenocryst_m, rng, bend_m=0.10 * params.phenocryst_m)
@@ -357,14 +353,6 @@ def _orbs(params: Granite, color: str, albedo: Map, canvas: Canvas, rng: np.rand
     rim = smoothstep(-0.06, 0.0, edge) * (1.0 - smoothstep(0.03, 0.09, edge))
     albedo = blend(albedo, mixed, body)
     return np.asarray(blend(albedo, rgb(params.phenocryst_rim_color), 0.75 * rim), dtype=np.float32)
-
-
-def _scatter(speck: Speck, canvas: Canvas, swarm: Map, rng: np.random.Generator) -> Map:
-    """Mask 0..1: crystals of one speck; the share is kept, whatever the swarms do."""
-    grains = voronoi_cells(canvas, speck.size_m, rng, speck.stretch, bend_m=0.25 * speck.size_m)
-    odds = speck.share * np.exp(1.2 * speck.flock * swarm)
-    chosen = grains.random_per_cell(rng) < odds * speck.share / max(float(odds.mean()), 1e-6)
-    return np.asarray(chosen * smoothstep(0.0, 0.08, grains.border_m / speck.size_m), dtype=np.float32)
 
 
 GRANITE = TextureKind("granite", Granite, paint_granite)

@@ -144,7 +144,11 @@ def paint_clay(params: FiredClay, canvas: Canvas, rng: np.random.Generator) -> L
     shade = shade + params.mottle * 0.10 * cloud + 0.018 * grit
     albedo = rgb_table(params.colors)[number][pieces.owner] * shade[..., None]
     if params.kiln_marks > 0:
-        dark = _burnt(pieces, cloud, rng) * params.kiln_marks
+        # Mask 0..1: dark toward one end of some bricks, as they lay in the kiln.
+        lean = pieces.read(rng.normal(0.0, 1.0, pieces.count))
+        share = pieces.read(stratified(pieces.count, rng))
+        along = pieces.v_m / pieces.read(pieces.half_m[:, 1])
+        dark = smoothstep(0.6, 2.2, along * lean + 1.3 * share + 0.4 * cloud) * params.kiln_marks
         albedo = albedo * (1.0 - np.array([0.55, 0.5, 0.42], dtype=np.float32) * dark[..., None])
     proud = pieces.read(rng.normal(0.0, 1.0, pieces.count).clip(-2, 2) * params.protrusion_m)
     lumps = 0.5 * grit + 0.6 * cloud - 1.2 * smoothstep(1.6, 2.3, cloud + 0.5 * grit)
@@ -152,14 +156,6 @@ def paint_clay(params: FiredClay, canvas: Canvas, rng: np.random.Generator) -> L
     gloss = np.broadcast_to(np.float32(params.roughness), canvas.size_px) + np.float32(0.03) * cloud
     laid = fill(Layers.of(albedo, height, gloss), params.joint, rim_m, canvas, rng)
     return _coated(params, laid, rim_m, grit, canvas, rng) if params.coat_share > 0 else laid
-
-
-def _burnt(pieces: PieceMap, cloud: Map, rng: np.random.Generator) -> Map:
-    """Mask 0..1: dark toward one end of some bricks, as they lay in the kiln."""
-    lean = pieces.read(rng.normal(0.0, 1.0, pieces.count))
-    share = pieces.read(stratified(pieces.count, rng))
-    along = pieces.v_m / pieces.read(pieces.half_m[:, 1])
-    return smoothstep(0.6, 2.2, along * lean + 1.3 * share + 0.4 * cloud)
 
 
 def _coated(params: FiredClay, laid: Layers, rim_m: Map, grit: Map, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -355,7 +351,10 @@ def paint_concrete(params: Concrete, canvas: Canvas, rng: np.random.Generator) -
     arcs, dx, dy = canvas.noise(0.02, 0.24, rng, 2), canvas.noise(0.4, 0.4, rng), canvas.noise(0.4, 0.4, rng)
     arcs = canvas.shifted(arcs, 0.11 * dx, 0.11 * dy)
     share = 0.40 * params.cloudy * cloud + 0.06 * fine + 0.28 * params.trowel_marks * arcs
-    hole = _bubbles(params.holes, canvas, rng)
+    # Mask 0..1: round holes of a few millimetres that come in swarms.
+    dots = canvas.noise(0.009, 0.009, rng) + 0.45 * canvas.noise(0.2, 0.3, rng, 2)
+    edge = 3.4 - 1.3 * params.holes
+    hole = np.asarray(smoothstep(edge, edge + 0.25, dots) * (params.holes > 0), dtype=np.float32)
     height = 0.0001 * cloud + 0.00004 * fine - 0.0018 * hole
     dark = 0.42 * hole
     if params.formwork is Formwork.BOARDS:
@@ -367,13 +366,6 @@ def paint_concrete(params: Concrete, canvas: Canvas, rng: np.random.Generator) -
     albedo = blend(rgb(params.color), rgb(params.second), np.clip(share, -0.8, 1.2)) * (1.0 - dark)[..., None]
     rough = params.roughness + 0.05 * cloud * params.cloudy + 0.15 * (hole > 0.5) + 0.05 * params.trowel_marks * arcs
     return Layers.of(albedo, height, rough)
-
-
-def _bubbles(share: float, canvas: Canvas, rng: np.random.Generator) -> Map:
-    """Mask 0..1: round holes of a few millimetres that come in swarms."""
-    dots = canvas.noise(0.009, 0.009, rng) + 0.45 * canvas.noise(0.2, 0.3, rng, 2)
-    edge = 3.4 - 1.3 * share
-    return np.asarray(smoothstep(edge, edge + 0.25, dots) * (share > 0), dtype=np.float32)
 
 
 def _board_marks(

@@ -43,23 +43,19 @@ def shots(recipes: Sequence[TextureRecipe], cache: Path, side_m: float, side_px:
     for recipe in recipes:
         finish = finish_of(recipe, cache)
         size = f"{recipe.kind}, {recipe.tile_m[0]:g} x {recipe.tile_m[1]:g} m"
-        yield SheetCell(recipe.id, size, _png(finish, side_m, side_px))
+        pictures = pictures_of(finish)
+        texture = finish.material.metallic_roughness_texture
+        assert texture is not None
+        with Image.open(io.BytesIO(texture.png)) as image:
+            metallic = float(np.asarray(image.convert("RGB"))[..., 2].mean() / 255)
+        out = io.BytesIO()
+        Image.fromarray(swatch(pictures, metallic, side_m, side_px), "RGB").save(out, "PNG", compress_level=6)
+        yield SheetCell(recipe.id, size, out.getvalue())
 
 
 def pages(cells: Sequence[SheetCell], heading: str, side_px: int = 192) -> tuple[bytes, ...]:
     """PNG pages of ten by ten cells."""
     return contact_sheets(cells, heading, per_page=PER_PAGE, columns=COLUMNS, cell_px=side_px)
-
-
-def _png(made: Finish, side_m: float, side_px: int) -> bytes:
-    pictures = pictures_of(made)
-    texture = made.material.metallic_roughness_texture
-    assert texture is not None
-    with Image.open(io.BytesIO(texture.png)) as image:
-        metallic = float(np.asarray(image.convert("RGB"))[..., 2].mean() / 255)
-    out = io.BytesIO()
-    Image.fromarray(swatch(pictures, metallic, side_m, side_px), "RGB").save(out, "PNG", compress_level=6)
-    return out.getvalue()
 
 
 COMPARISON_PX = 256
