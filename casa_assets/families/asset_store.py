@@ -148,8 +148,7 @@ class AssetStore:
     def lightened(self, asset: Asset) -> Asset:
         """The light form of an asset, kept or made now: `lighten`, by what it depends on and not by the id."""
         bare, _ = pack(asset.model_dump(exclude=UNSEEN), "")
-        content = hashlib.sha256(bare).hexdigest()
-        return self._kept(_key("light", content, key_of(lighten)), lambda: lighten(asset))
+        return self._kept(_key("light", hashlib.sha256(bare).hexdigest(), key_of(lighten)), lambda: lighten(asset))
 
     def layer_text(self, asset: Asset, textures: str) -> str:
         """The USD layer of an asset, kept or written now: `document.layer_text`."""

@@ -143,14 +143,12 @@ def _closed(image: Picture, seen: int, ring: bool) -> Picture:
     `image`: (H, W, C). `seen`: number of the channels that decide. `ring`: the rows are already periodic, so the path
     has to end where it began.
     """
-    width = image.shape[1]
-    overlap = max(4, round(_OVERLAP * width))
+    overlap = max(4, round(_OVERLAP * image.shape[1]))
     start, length = _best_cut(image[..., :seen], overlap)
     kept = image[:, start : start + length].copy()
     over = image[:, start + length : start + length + overlap]
     path = _path(((over - kept[:, :overlap])[..., :seen] ** 2).sum(axis=2), ring)
-    feather = max(2.0, overlap / 20.0)
-    share = np.clip((np.arange(overlap)[None, :] - path[:, None]) / feather + 0.5, 0.0, 1.0)
+    share = np.clip((np.arange(overlap)[None, :] - path[:, None]) / max(2.0, overlap / 20.0) + 0.5, 0.0, 1.0)
     # The first column has to go on from the last one, and the last of the overlap into the picture.
     ramp = np.arange(overlap) / (overlap - 1.0)
     share = np.clip(share, np.maximum(0.0, 4.0 * ramp - 3.0), np.minimum(1.0, 4.0 * ramp))[..., None]
@@ -315,8 +313,7 @@ def _contrast(p: Pictures) -> float:
     """Standard deviation of the lightness; relief and changes of gloss count as far as they are seen."""
     light = oklab(p.base[::2, ::2] / np.float64(255))[..., 0]
     shade = p.normal[..., :2].std(axis=(0, 1)) / 127.5
-    gloss = float(p.rough.std() / 255)
-    return float(light.std() + 0.5 * np.hypot(shade[0], shade[1]) + 0.2 * gloss)
+    return float(light.std() + 0.5 * np.hypot(shade[0], shade[1]) + 0.2 * float(p.rough.std() / 255))
 
 
 def _length(p: Pictures) -> float:

@@ -110,8 +110,7 @@ def _lit(p: Pictures, metallic: float) -> Pixels:
     height, width = p.base.shape[:2]
     normal = _scaled(p.normal, width, height).astype(np.float32) / 127.5 - 1.0
     rough = np.clip(_scaled(p.rough, width, height).astype(np.float32) / 255, 0.08, 1.0)
-    base = p.base.astype(np.float32) / 255
-    linear = linear_from_srgb_array(base)
+    linear = linear_from_srgb_array(p.base.astype(np.float32) / 255)
     facing = np.clip(normal @ _LIGHT.astype(np.float32), 0.0, 1.0) / np.float32(_LIGHT[2])
     # The eye moves over the swatch a little, so that a gloss shows as a gleam in one part of it.
     y, x = np.mgrid[0:height, 0:width].astype(np.float32)
@@ -126,8 +125,7 @@ def _lit(p: Pictures, metallic: float) -> Pixels:
     tint = _F0 * (1.0 - metallic) + linear * metallic
     diffuse = linear * (1.0 - 0.75 * metallic) * (_AMBIENT + (1.0 - _AMBIENT) * facing)[..., None]
     color = np.clip(diffuse + 0.55 * tint * lobe[..., None] + 0.15 * metallic * linear, 0.0, 1.0)
-    shown = srgb_from_linear_array(color)
-    return np.asarray(np.rint(shown * 255).astype(np.uint8))
+    return np.asarray(np.rint(srgb_from_linear_array(color) * 255).astype(np.uint8))
 
 
 def _scaled(image: Pixels, width: int, height: int) -> Pixels:

@@ -119,8 +119,7 @@ def polygon(corners: Sequence[tuple[float, float]]) -> Outline:
     points = np.array(corners, dtype=np.float64)
     ahead = np.roll(points, -1, axis=0) - points
     normal = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1) / np.linalg.norm(ahead, axis=1)[:, None]
-    middle = points.mean(axis=0)
-    facing = np.sign(((middle - points) * normal).sum(axis=1))
+    facing = np.sign(((points.mean(axis=0) - points) * normal).sum(axis=1))
     normal = normal * facing[:, None]
     offset = (normal * points).sum(axis=1)
 
@@ -202,8 +201,7 @@ def fill(face: Layers, joint: Joint, rim_m: Map, canvas: Canvas, rng: np.random.
     """
     share = gap(joint, rim_m, canvas)
     sand = canvas.resolved(0.003, 0.003) * canvas.noise(0.003, 0.003, rng) + 0.5 * canvas.noise(0.012, 0.012, rng, 3)
-    stain = canvas.noise(0.3, 0.3, rng, 3)
-    shade = 1.0 + joint.coarseness * 0.06 * sand + 0.03 * stain
+    shade = 1.0 + joint.coarseness * 0.06 * sand + 0.03 * canvas.noise(0.3, 0.3, rng, 3)
     mortar = rgb(joint.color) * shade[..., None]
     height = face.height_m + profile(joint, rim_m)
     low = -joint.rim_drop_m - joint.depth_m + 0.0004 * joint.coarseness * sand

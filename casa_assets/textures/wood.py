@@ -214,8 +214,7 @@ def _flecks(canvas: Canvas, across: Map, rng: np.random.Generator) -> Map:
     lean = 0.05 * canvas.noise(0.05, 0.2, rng)
     rays = canvas.noise(0.006, 0.022, rng) + 0.7 * canvas.noise(0.0035, 0.009, rng)
     rays = canvas.shifted(rays, np.zeros_like(across), 0.12 * lean + 0.001 * canvas.noise(0.02, 0.006, rng))
-    patch = canvas.noise(0.35, 0.04, rng)
-    return _kept(smoothstep(0.7, 2.2, rays + 0.6 * patch), canvas.resolved(0.003, 0.01))
+    return _kept(smoothstep(0.7, 2.2, rays + 0.6 * canvas.noise(0.35, 0.04, rng)), canvas.resolved(0.003, 0.01))
 
 
 def _knots(canvas: Canvas, x: Map, y: Map, species: WoodSpecies, rng: np.random.Generator) -> tuple[Map, Map]:
@@ -288,8 +287,7 @@ def finish_wood(
     albedo = _toward(albedo, pore, 0.85 * open_pores)
     albedo = _toward(albedo, pore, 0.4 * species.pores * porous)
     albedo = _toward(albedo, pore, 0.45 * grain.dash * species.rays * (1.0 - (grain.fleck.max() > 0)))
-    fleck = np.clip(light * 1.05 + 0.02, 0.0, 1.0)
-    albedo = _toward(albedo, fleck, 0.6 * species.rays * grain.fleck)
+    albedo = _toward(albedo, np.clip(light * 1.05 + 0.02, 0.0, 1.0), 0.6 * species.rays * grain.fleck)
     albedo = _toward(albedo, heart, 0.85 * grain.knot)
     albedo = albedo * (1.0 - 0.22 * grain.joint)[..., None]
     relief = -_PORE_DEPTH_M * (1.0 + 2.0 * palette.brushed) * open_pores

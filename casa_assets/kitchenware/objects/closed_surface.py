@@ -139,8 +139,7 @@ def bumped(points: Floats, amount: float, waves: float, rng: np.random.Generator
         return points
     middle, size = (points.min(axis=0) + points.max(axis=0)) / 2, float(np.ptp(points, axis=0).max())
     away = points - middle
-    total = random_waves(away, waves, size, 7, rng)
-    found: Floats = middle + away * (1.0 + amount * total[:, None] / 3.0)
+    found: Floats = middle + away * (1.0 + amount * random_waves(away, waves, size, 7, rng)[:, None] / 3.0)
     return found
 
 

@@ -125,8 +125,7 @@ def _florets(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[So
     heads, branches = [], []
     top = p.stem
     for k in range(p.count):
-        t = (k + 0.5) / p.count
-        tilt, angle = 1.45 * math.sqrt(t), k * GOLDEN_ANGLE + float(rng.uniform(-0.2, 0.2))
+        tilt, angle = 1.45 * math.sqrt((k + 0.5) / p.count), k * GOLDEN_ANGLE + float(rng.uniform(-0.2, 0.2))
         way = np.array([math.sin(tilt) * math.cos(angle), math.sin(tilt) * math.sin(angle), math.cos(tilt)])
         size = np.array([p.width - p.piece, p.width - p.piece, 2 * (p.length - p.stem) - p.piece]) / 2
         at = np.array([0.0, 0.0, top]) + way * size

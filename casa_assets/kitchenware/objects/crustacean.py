@@ -95,8 +95,7 @@ def _shell(p: Crustacean, rng: np.random.Generator) -> Solid:
     """The shell of head and breast, from x = 0 to the tip of the head, its axis at half its height."""
     long = p.length * (1 - p.tail)
     body = long_body(SHELL, long, p.width, p.height, square=2.4, foot=0.75, around=22, along=17)
-    points = bumped(body.points, 0.015, 3.0, rng)
-    return replace(body, points=points).translated(long / 2, 0.0, p.height / 2)
+    return replace(body, points=bumped(body.points, 0.015, 3.0, rng)).translated(long / 2, 0.0, p.height / 2)
 
 
 def _on_tail(p: Crustacean, points: Floats) -> Floats:

@@ -314,8 +314,7 @@ def strewn(
     for face in rng.choice(len(share), size=6 * count, p=share / share.sum()):
         if len(out) == count:
             break
-        weights = rng.dirichlet(np.ones(3))
-        place = weights @ solid.points[solid.faces[face]]
+        place = rng.dirichlet(np.ones(3)) @ solid.points[solid.faces[face]]
         if float(np.linalg.norm((place[:2] - middle) / half_sides)) > within:
             continue
         if any(float(np.linalg.norm(place - other)) < apart * size for other in taken):

@@ -297,8 +297,7 @@ def paper_bag(p: Package) -> list[Part]:
     body = _bulged(rings, outline, p.bulge, np.minimum(2 * shares - 1, 0.55))
     steps = (0.1, 0.3, 0.55, 0.8, 1.0)
     top = [gathered(outline, half_x, half_y, p.edge, wall, p.height - p.fin, s) for s in steps]
-    rng = p.rng()
-    everything = dented(np.concatenate([body, np.stack(top)]), outline, p.dents, rng, 2.6)
+    everything = dented(np.concatenate([body, np.stack(top)]), outline, p.dents, p.rng(), 2.6)
     everything[-1] = top[-1]
     if p.fin > 0:
         everything = np.concatenate([everything, (top[-1] + (0.0, 0.0, p.fin))[None]])

@@ -198,8 +198,7 @@ def build(builder: AssetBuilder, p: Produce) -> None:
     if p.wrap_skin is not None and p.wraps:
         curve = smooth_profile([(float(r), float(z)) for r, z in profile], along)
         # The leaves clear the bumps of the head.
-        clear = 0.02 + p.bumps
-        sheets = head_leaves(curve, p.wraps, p.wrap_depth, p.wrap_ruffle, p.wrap_reach, clear, rng)
+        sheets = head_leaves(curve, p.wraps, p.wrap_depth, p.wrap_ruffle, p.wrap_reach, 0.02 + p.bumps, rng)
         leaves = concatenate(sheets)
         leaves = replace(leaves, points=_laid(leaves.points, p) - (0.0, 0.0, lowest))
         builder.add(ROOT, leaves.with_hull_collider(), p.wrap_skin, label="leaf", name="leaves", density="plant_leaf")

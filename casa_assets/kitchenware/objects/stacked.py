@@ -301,8 +301,7 @@ def _skewer(p: Stacked, rng: np.random.Generator) -> Composed:
     parts: list[Part] = []
     for number, (filling, (length, across, finish)) in enumerate(zip(p.layers, spans, strict=True)):
         size = scale * length * p.width
-        wide = across * p.width
-        piece = _on_stick(filling, size, wide, rng).translated(x=x + size / 2)
+        piece = _on_stick(filling, size, across * p.width, rng).translated(x=x + size / 2)
         points = piece.points.copy()
         # Flat where they lie; neighbours reach into each other, and two flats in one plane would flicker.
         points[:, 2] = np.maximum(points[:, 2], -0.42 * p.width + FLAT_STEP * (number % 2))

@@ -80,8 +80,7 @@ def _damask(u: Array, v: Array) -> Figures:
         leaves = np.maximum.reduce([lens(a, b, *place) for place in places])
         curl = np.minimum(ring(a, b, 0.155, 0.265, 0.045, 0.022), a - 0.12)
         dots = np.maximum(disc(a, b, 0.24, 0.13, 0.016), disc(a, b, 0.21, -0.24, 0.016))
-        crown = flower(a, b + 0.36, 8, 0.055, 0.35)
-        outer = np.maximum.reduce([body, leaves, curl, dots, crown])
+        outer = np.maximum.reduce([body, leaves, curl, dots, flower(a, b + 0.36, 8, 0.055, 0.35)])
         inner = np.maximum(np.minimum(slit, 1.0), disc(a, b, 0.0, -0.36, 0.016))
         return [(outer, 1), (inner, 0), (slit - 0.022, 1)]
 
@@ -286,8 +285,7 @@ def paint_printed(params: PrintedPaper, canvas: Canvas, rng: np.random.Generator
 
 def paint_foliage(params: FoliagePaper, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one stretch of paper."""
-    inks = rgb_table(params.inks)
-    albedo = scatter(canvas, params.growth, params.size_m, inks, rgb(params.ground), rng)
+    albedo = scatter(canvas, params.growth, params.size_m, rgb_table(params.inks), rgb(params.ground), rng)
     wash = 1.0 + 0.012 * canvas.noise(0.03, 0.03, rng, 4)
     flat = np.zeros(canvas.size_px, dtype=np.float32)
     return _paper(albedo * wash[..., None], flat, params.roughness + flat, canvas, rng)
@@ -409,8 +407,7 @@ def _venetian(canvas: Canvas, rng: np.random.Generator) -> _Parts:
         dx, dy = bend * canvas.noise(size, size, rng), 0.6 * bend * canvas.noise(0.8 * size, size, rng)
         total += canvas.shifted(np.asarray(stroke), dx, dy)
     cloud = standardize(total) + 0.7 * canvas.noise(0.5, 0.5, rng, 4)
-    streak = canvas.noise(0.02, 0.2, rng, 3)
-    share = 0.55 * cloud + 0.12 * streak
+    share = 0.55 * cloud + 0.12 * canvas.noise(0.02, 0.2, rng, 3)
     return share, np.asarray(0.00005 * cloud), -0.05 * np.clip(cloud, -1, 1)
 
 
@@ -437,8 +434,7 @@ def _stucco(canvas: Canvas, rng: np.random.Generator) -> _Parts:
     blobs = ridged(canvas.size_px, canvas.cells(0.03, 0.035), rng, 2) - 0.5
     lumps = np.abs(canvas.noise(0.022, 0.022, rng)) + 0.6 * np.abs(canvas.noise(0.011, 0.011, rng)) - 1.0
     mask = smoothstep(-0.7, 0.8, canvas.noise(0.08, 0.08, rng, 2))
-    body = mask * (lumps + blobs)
-    return 0.35 * lumps - 0.2, np.asarray(0.0022 * body + 0.0006 * lumps), 0.02 * lumps
+    return 0.35 * lumps - 0.2, np.asarray(0.0022 * (mask * (lumps + blobs)) + 0.0006 * lumps), 0.02 * lumps
 
 
 def _combed(canvas: Canvas, rng: np.random.Generator) -> _Parts:

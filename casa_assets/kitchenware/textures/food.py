@@ -102,8 +102,7 @@ def paint_section(p: Section, canvas: Canvas, rng: np.random.Generator) -> Layer
         mask = _seeds(p, right, up, places, rng)
         albedo = blend(albedo, rgb(p.seed_color), mask)
         height += 0.0005 * mask
-    grain = canvas.noise(0.0012, 0.0012, rng, 2)
-    height += 0.001 * p.relief_mm * grain
+    height += 0.001 * p.relief_mm * canvas.noise(0.0012, 0.0012, rng, 2)
     return Layers.of(albedo, height, np.clip(p.roughness + 0.05 * mottle, 0.05, 1.0))
 
 

@@ -53,8 +53,7 @@ _Parts = tuple[Map, Map, Map, Map]
 
 def _plain(params: PressedFront, canvas: Canvas, rng: np.random.Generator) -> _Parts:
     cloud = canvas.noise(0.5, 0.4, rng, 2)
-    fine = canvas.noise(0.003, 0.003, rng)
-    return 0.08 * cloud, 0.000001 * fine, 0.008 * cloud, np.ones_like(cloud)
+    return 0.08 * cloud, 0.000001 * canvas.noise(0.003, 0.003, rng), 0.008 * cloud, np.ones_like(cloud)
 
 
 def _linen(params: PressedFront, canvas: Canvas, rng: np.random.Generator) -> _Parts:
@@ -76,8 +75,7 @@ def _concrete(params: PressedFront, canvas: Canvas, rng: np.random.Generator) ->
 
 def _ribbed(params: PressedFront, canvas: Canvas, rng: np.random.Generator) -> _Parts:
     """Narrow V grooves with flat ground between them."""
-    off = canvas.groove_distance(params.pitch_m)
-    groove = np.clip(1.0 - off / 0.0022, 0.0, 1.0)
+    groove = np.clip(1.0 - canvas.groove_distance(params.pitch_m) / 0.0022, 0.0, 1.0)
     lines = canvas.noise(0.3, 0.0025, rng)
     return 0.12 * lines, -0.002 * groove, 0.01 * lines, 1.0 - 0.40 * groove + 0.0 * lines
 
@@ -181,8 +179,7 @@ def paint_painted(params: PaintedFront, canvas: Canvas, rng: np.random.Generator
         patch = canvas.noise(0.3, 0.12, rng, 3)
         edge = 3.0 - 2.2 * params.wear
         bare = smoothstep(edge, edge + 0.5, streaks + 0.8 * patch)
-        fibre = 1.0 + 0.07 * canvas.noise(0.08, 0.002, rng)
-        albedo = blend(albedo, under * fibre[..., None], bare)
+        albedo = blend(albedo, under * (1.0 + 0.07 * canvas.noise(0.08, 0.002, rng))[..., None], bare)
         height = height - 0.00008 * bare
         roughness = roughness + 0.12 * bare
     if params.groove_spacing_m > 0:
@@ -198,16 +195,14 @@ def _coat(coat: PaintCoat, canvas: Canvas, rng: np.random.Generator) -> tuple[Ma
     """Relative tone, height in metres and change of roughness that the tool leaves."""
     cloud = canvas.noise(0.5, 0.4, rng, 2)
     if coat == "sprayed":
-        peel = canvas.noise(0.004, 0.004, rng)
-        return 0.004 * cloud, 0.000004 * peel, 0.01 * cloud
+        return 0.004 * cloud, 0.000004 * canvas.noise(0.004, 0.004, rng), 0.01 * cloud
     if coat == "chalk":
         mottle = canvas.noise(0.08, 0.06, rng, 4)
         stroke = canvas.noise(0.12, 0.003, rng)
         return 0.010 * mottle + 0.007 * stroke, 0.00003 * stroke + 0.00001 * mottle, 0.03 * mottle
     # A brush leaves hair lines a hand long, and laps where one stroke ends on another.
     lines = canvas.shifted(canvas.noise(0.28, 0.0017, rng), 0.003 * canvas.noise(0.4, 0.2, rng))
-    broad = canvas.noise(0.45, 0.035, rng)
-    return 0.007 * lines + 0.004 * broad + 0.004 * cloud, 0.000025 * lines, 0.025 * lines
+    return 0.007 * lines + 0.004 * canvas.noise(0.45, 0.035, rng) + 0.004 * cloud, 0.000025 * lines, 0.025 * lines
 
 
 PAINTED = TextureKind("painted_front", PaintedFront, paint_painted)
@@ -249,8 +244,7 @@ def paint_veneer(params: Veneer, canvas: Canvas, rng: np.random.Generator) -> La
         pitch = canvas.tile_m[1] / max(1, round(canvas.tile_m[1] / params.node_spacing_m))
         off = (np.mod(y / pitch + 7.3 * grain.tone, 1.0) - 0.5) * pitch
         line = np.exp(-((off / 0.0022) ** 2)) + 0.35 * np.exp(-np.maximum(off, 0.0) / 0.012) * (off > 0)
-        node = np.clip(line, 0.0, 1.0).astype(np.float32)
-        albedo = albedo * (1.0 - 0.2 * node)[..., None]
+        albedo = albedo * (1.0 - 0.2 * np.clip(line, 0.0, 1.0).astype(np.float32))[..., None]
     if params.gap_m > 0:
         gap = line_coverage(grain.edge_m, params.gap_m, canvas.pixel_width_m)
         albedo = albedo * (1.0 - 0.75 * gap)[..., None]

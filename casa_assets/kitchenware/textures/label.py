@@ -110,8 +110,7 @@ def paint(p: Label, canvas: Canvas, rng: np.random.Generator) -> Layers:
     kept = image.resize((columns, rows), Image.Resampling.BOX)
     albedo = np.asarray(kept, dtype=np.float32) / 255.0
     cloud = canvas.noise(0.03, 0.03, rng, 2)
-    flat = np.zeros(canvas.size_px, dtype=np.float32)
-    return Layers.of(albedo, flat, p.roughness + 0.015 * cloud, p.metallic)
+    return Layers.of(albedo, np.zeros(canvas.size_px, dtype=np.float32), p.roughness + 0.015 * cloud, p.metallic)
 
 
 def front(p: Label, size_px: tuple[int, int]) -> tuple[Image.Image, Area, Area]:
@@ -476,8 +475,7 @@ def _block(image: Image.Image, p: Label, face: Area) -> None:
 
 def _ribbon(image: Image.Image, p: Label, face: Area) -> None:
     draw = ImageDraw.Draw(image)
-    ground = p.ground[0]
-    _motif(image, p, face.part(0.15, 0.05, 0.85, 0.36), ground)
+    _motif(image, p, face.part(0.15, 0.05, 0.85, 0.36), p.ground[0])
     ribbon = face.part(0.0, 0.4, 1.0, 0.62)
     left, top, right, bottom = ribbon.corners
     fold = 0.16 * ribbon.width

@@ -72,8 +72,7 @@ def _ratio(one: str, other: str) -> float:
 
 def letters(text: str, lettering: Lettering = "plain") -> Image.Image:
     """The mask of a line of letters without a margin; mode L."""
-    bold = {"bold": 5, "arched": 5, "slanted": 4, "outlined": 6, "wide": 3}
-    stroke = bold.get(lettering, 2)
+    stroke = {"bold": 5, "arched": 5, "slanted": 4, "outlined": 6, "wide": 3}.get(lettering, 2)
     gap = {"spaced": 0.35, "wide": 0.12, "narrow": -0.02}.get(lettering, 0.0) * LETTER_PX
     font = ImageFont.load_default(LETTER_PX)
     edges = [0.0]
@@ -171,8 +170,7 @@ class Pen:
 
     def line(self, points: Points, width: float, color: str) -> None:
         """A line of a width with round joints."""
-        pixels = max(1, round(width * self.size))
-        self.draw.line(self.at(points), fill=color, width=pixels, joint="curve")
+        self.draw.line(self.at(points), fill=color, width=max(1, round(width * self.size)), joint="curve")
         for x, y in (points[0], points[-1]):
             self.oval(x, y, width / 2, width / 2, color)
 

@@ -63,8 +63,7 @@ def paint_staves(params: ButcherBlock, canvas: Canvas, rng: np.random.Generator)
 
 def _glued(params: ButcherBlock, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """The worktop with its grain along v: every piece is read from another place of one sheet of wood."""
-    plain = params.palette.replace(variety=0.0)
-    face = wood.board(canvas, params.species, params.cut, plain, rng)
+    face = wood.board(canvas, params.species, params.cut, params.palette.replace(variety=0.0), rng)
     # Number of the piece, metres to its edge, count of pieces. Staves upright, ends at random heights.
     x, y = canvas.axes()
     columns = max(2, round(canvas.tile_m[0] / params.stave_m))

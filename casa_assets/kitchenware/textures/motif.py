@@ -110,8 +110,7 @@ def _coastal(u: Array, v: Array) -> Figures:
     petals = lens(np.abs(u), np.abs(v), 0.19, 0.19, np.pi / 4, 0.46, 0.17)
     corner = np.minimum(disc(np.abs(u), np.abs(v), 0.5, 0.5, 0.30), -disc(np.abs(u), np.abs(v), 0.36, 0.36, 0.13))
     side = diamond(a - 0.5, b, 0.13)
-    dots = disc(a, b, 0.30, 0.0, 0.035)
-    return [(petals, 1), (corner, 1), (side, 1), (dots, 1), (disc(u, v, 0, 0, 0.045), 0)]
+    return [(petals, 1), (corner, 1), (side, 1), (disc(a, b, 0.30, 0.0, 0.035), 1), (disc(u, v, 0, 0, 0.045), 0)]
 
 
 def _quatrefoil(u: Array, v: Array) -> Figures:
@@ -134,8 +133,7 @@ def _moroccan(u: Array, v: Array) -> Figures:
     band = 0.028 - np.abs(eight - 0.0)
     a, b = np.abs(u), np.abs(v)
     rays = np.minimum(0.028 - np.abs(a - b) / np.sqrt(2.0), -eight)
-    far = np.maximum(0.5 - a, 0.5 - b)
-    cross = np.minimum(0.028 - np.abs(np.minimum(0.5 - a, 0.5 - b) - 0.11), far - 0.05)
+    cross = np.minimum(0.028 - np.abs(np.minimum(0.5 - a, 0.5 - b) - 0.11), np.maximum(0.5 - a, 0.5 - b) - 0.05)
     core = star(u, v, 8, 0.17, 0.085)
     corner = diamond(a - 0.5, b - 0.5, 0.15)
     return [(eight, 1), (band, 0), (core, 2), (np.minimum(rays, 0.3 - corner), 3), (cross, 3), (corner, 2)]
@@ -162,8 +160,7 @@ def _compass(u: Array, v: Array) -> Figures:
 
 def _lace(u: Array, v: Array) -> Figures:
     a, b = np.abs(u), np.abs(v)
-    edge = flower(a - 0.5, b - 0.5, 16, 0.44, 0.10)
-    rim = 0.016 - np.abs(edge)
+    rim = 0.016 - np.abs(flower(a - 0.5, b - 0.5, 16, 0.44, 0.10))
     hearts = flower(u, v, 8, 0.17, 0.45)
     far, bearing = polar(u, v, 8)
     dots = disc(far * np.cos(bearing), far * np.sin(bearing), 0.235, 0.0, 0.024)
@@ -214,8 +211,7 @@ def _triangles(u: Array, v: Array) -> Figures:
     x, y = np.mod(u + 0.5, 0.5) - 0.25, np.mod(v + 0.5, 0.5) - 0.25
     flip = np.where((u > 0) ^ (v > 0), 1.0, -1.0)
     half = (x * flip + y) / np.sqrt(2.0)
-    one = np.where(v > 0, half, -half)
-    return [(one, 1), (np.minimum(diamond(u, v, 0.16), 1.0), 2)]
+    return [(np.where(v > 0, half, -half), 1), (np.minimum(diamond(u, v, 0.16), 1.0), 2)]
 
 
 def _fleur(u: Array, v: Array) -> Figures:
@@ -241,16 +237,14 @@ def _arcs(u: Array, v: Array) -> Figures:
     """Quarter rings about two corners."""
     far = np.minimum(np.hypot(u + 0.5, v + 0.5), np.hypot(u - 0.5, v - 0.5))
     rings = 0.058 - np.abs(np.mod(far, 0.20) - 0.10)
-    inside = 0.5 - far
-    return [(np.minimum(rings, inside), 1), (far - 0.5, 2)]
+    return [(np.minimum(rings, 0.5 - far), 1), (far - 0.5, 2)]
 
 
 def _waves(u: Array, v: Array) -> Figures:
     """Fans in rows, each row half a fan on."""
     found: Figures = []
     for dv in (-0.5, -0.25, 0.0, 0.25, 0.5, 0.75):
-        row = round(4 * dv) % 2
-        x = np.mod(u + 0.5 + 0.25 * row, 0.5) - 0.25
+        x = np.mod(u + 0.5 + 0.25 * (round(4 * dv) % 2), 0.5) - 0.25
         far = np.hypot(x, v - dv - 0.0)
         found += [(0.25 - far, 0), (0.235 - far, 1), (0.185 - far, 0), (0.135 - far, 2), (0.07 - far, 0)]
     return found
@@ -272,8 +266,7 @@ def _tulip(u: Array, v: Array) -> Figures:
     slit = lens(s, t, 0.44, 0.05, 0.25, 0.26, 0.05)
     stem = np.minimum(0.016 - t, 0.28 - s)
     leaf = lens(s, t, 0.20, 0.06, 0.75, 0.24, 0.07)
-    heart = star(u, v, 4, 0.15, 0.06)
-    return [(bud, 1), (slit, 0), (stem, 2), (leaf, 2), (heart, 2), (0.09 - s, 1)]
+    return [(bud, 1), (slit, 0), (stem, 2), (leaf, 2), (star(u, v, 4, 0.15, 0.06), 2), (0.09 - s, 1)]
 
 
 DESIGNS: dict[str, Callable[[Array, Array], Figures]] = {
@@ -404,8 +397,7 @@ def _blossom(u: Array, v: Array) -> list[tuple[Array, int]]:
 
 def _meadow(u: Array, v: Array) -> list[tuple[Array, int]]:
     """Grasses and umbels on one stem."""
-    bend = u - 0.16 * (0.5 - v) ** 2
-    stem = np.minimum(0.006 - np.abs(bend), np.minimum(0.5 - v, v + 0.34))
+    stem = np.minimum(0.006 - np.abs(u - 0.16 * (0.5 - v) ** 2), np.minimum(0.5 - v, v + 0.34))
     tops: list[Array] = []
     rays: list[Array] = []
     for k in range(7):

@@ -255,8 +255,7 @@ def _pits(params: BandedStone, fold: Map, canvas: Canvas, rng: np.random.Generat
     """Mask 0..1: holes longer than high that lie in rows."""
     x, _ = canvas.axes()
     holes = canvas.noise(0.006, 0.018, rng) + 0.5 * canvas.noise(0.003, 0.006, rng)
-    rows = canvas.noise(0.05, 0.9, rng)
-    field = canvas.shifted(holes + 0.8 * rows, np.zeros_like(x), fold)
+    field = canvas.shifted(holes + 0.8 * canvas.noise(0.05, 0.9, rng), np.zeros_like(x), fold)
     edge = 3.2 - 1.9 * params.pits
     return smoothstep(edge, edge + 0.45, field)
 

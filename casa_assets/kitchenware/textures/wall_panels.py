@@ -77,8 +77,7 @@ def paint_ceramic(params: CeramicTile, canvas: Canvas, rng: np.random.Generator)
         + 0.02 * glaze * params.glaze_pooling
         + 0.03 * params.variety * stratified(pieces.count, rng)[pieces.owner]
     )
-    face = Layers.of(albedo, height, gloss, params.metallic)
-    return fill(face, params.joint, rim_m, canvas, rng)
+    return fill(Layers.of(albedo, height, gloss, params.metallic), params.joint, rim_m, canvas, rng)
 
 
 def colors_of(deal: ColorAssignment, count: int, pieces: PieceMap, rng: np.random.Generator) -> npt.NDArray[np.int64]:

@@ -377,8 +377,7 @@ def _picture(id_: str, accepted: AcceptedPicture) -> tuple[PackPicture, dict[str
     assert fields.tile_m is not None
     assert fields.licence is not None
     size = (round(fields.tile_m[0] * tile.kept[0], 4), round(fields.tile_m[1] * tile.kept[1], 4))
-    known = registry.load()
-    substance = known.substances[fields.substance or UNKNOWN]
+    substance = registry.load().substances[fields.substance or UNKNOWN]
     made, checked = _finish(id_, tile, size, (fields.surface, fields.roughness), substance)
     base = made.material.base_color_texture
     assert base is not None
