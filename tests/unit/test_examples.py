@@ -30,11 +30,8 @@ def test_script_makes_the_committed_bytes(tmp_path: Path, hash_seed: str) -> Non
     assert [name for name in made if made[name] != committed[name]] == []
 
 
-def test_samples_are_small() -> None:
+def test_samples_are_small_and_the_readme_lists_each_once() -> None:
     assert sum(map(len, contents(EXAMPLES / "meshes").values())) < 1_500_000
-
-
-def test_readme_lists_every_sample_once() -> None:
     table = re.findall(r"^\| `([a-z_]+\.[a-z]+)`", (EXAMPLES / "README.md").read_text(encoding="utf-8"), re.MULTILINE)
     companions = {".mtl", ".bin", ".png", ".json"}
     mains = sorted(name for name in contents(EXAMPLES / "meshes") if Path(name).suffix not in companions)

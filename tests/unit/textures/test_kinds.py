@@ -9,28 +9,25 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from casa_assets.core.numeric import rng_for
 from casa_assets.kitchenware.textures import covering, laid, wall_panels
-from casa_assets.kitchenware.textures import stone as slabs
 from casa_assets.kitchenware.textures.covering import REPEATS, PaperRepeat
 from casa_assets.kitchenware.textures.floors import Encaustic
 from casa_assets.kitchenware.textures.fronts import PaintCoat, PaintedFront
-from casa_assets.kitchenware.textures.kinds import COUNTERS, FLOORS, FRONTS, WALLS
+from casa_assets.kitchenware.textures.kinds import KINDS
 from casa_assets.kitchenware.textures.label import Label, Layout, front, lines_in_picture
 from casa_assets.kitchenware.textures.motif import DESIGNS, TileDesign
-from casa_assets.model.registry.rows import Surface, TextureRecipe
-from casa_assets.textures.canvas import Canvas, TextureKind, rgb
+from casa_assets.model.registry.rows import Surface
+from casa_assets.textures.canvas import Canvas, rgb
 from casa_assets.textures.check import seam
 from casa_assets.textures.distance import oklab
 from casa_assets.textures.laying import Laying, LayingPattern
 from casa_assets.textures.pieces import Joint
-from casa_assets.textures.run.recipes import layers_of, recipes
+from casa_assets.textures.run.recipes import every_recipe, layers_of, recipes
 from tests.support.library.pictures import painted, runs, steps
 
 pytestmark = pytest.mark.content("code", "textures", keep=0)
 
 SETS = recipes()
-KINDS_OF = {Surface.WALL: WALLS, Surface.FLOOR: FLOORS, Surface.COUNTER: COUNTERS, Surface.CABINET: FRONTS}
 # Of each set: the lowest mean colour, and the highest relief, metres.
 BOUNDS = {
     Surface.WALL: (0.06, 0.06),
@@ -38,19 +35,17 @@ BOUNDS = {
     Surface.COUNTER: (0.03, 0.01),
     Surface.CABINET: (0.0, 0.012),
 }
-PAINTED = [kind for kinds in KINDS_OF.values() for kind in kinds]
 ROWS = [(surface, name) for surface, rows in SETS.items() for name in rows]
 FIGURED = ("maple_tiger", "eucalyptus_smoked", "birch_rotary", "douglas_fir", "elm_wild")
 
 
-def of_kind(kind: TextureKind) -> TextureRecipe:
-    return next(r for rows in SETS.values() for r in rows.values() if r.kind == kind.name)
+# One recipe of each kind that surfaces have.
+PAINTED = {recipe.kind: recipe for rows in SETS.values() for recipe in reversed(rows.values())}
 
 
 def test_there_are_a_hundred_of_each_and_every_kind_is_used() -> None:
-    for surface, kinds in KINDS_OF.items():
-        assert len(SETS[surface]) == 100
-        assert {kind.name for kind in kinds} <= {recipe.kind for recipe in SETS[surface].values()}
+    assert {len(rows) for rows in SETS.values()} == {100}
+    assert {recipe.kind for recipe in every_recipe().values()} == set(KINDS)
     fronts = [recipe.kind for recipe in SETS[Surface.CABINET].values()]
     assert fronts.count("veneer") == pytest.approx(45, abs=3)
     assert fronts.count("painted_front") == pytest.approx(35, abs=3)
@@ -73,23 +68,18 @@ def test_every_one_is_sound(surface: Surface, name: str) -> None:
 
 
 def test_same_seed_same_bytes_and_another_seed_another_picture(subtests: pytest.Subtests) -> None:
-    for kind in PAINTED:
-        with subtests.test(kind=kind.name):
-            recipe = of_kind(kind)
-            one, same, other = (
-                layers_of(recipe, 64),
-                layers_of(recipe, 64),
-                layers_of(recipe.replace(seed=recipe.seed + 1), 64),
-            )
+    for kind, recipe in PAINTED.items():
+        with subtests.test(kind=kind):
+            one, same = (layers_of(recipe, 64) for _ in range(2))
+            other = layers_of(recipe.replace(seed=recipe.seed + 1), 64)
             for plane in ("albedo", "height_m", "roughness"):
                 assert getattr(one, plane).tobytes() == getattr(same, plane).tobytes()
             assert (one.albedo != other.albedo).any() or (one.height_m != other.height_m).any()
 
 
 def test_a_coarse_picture_shows_the_same_design(subtests: pytest.Subtests) -> None:
-    for kind in PAINTED:
-        with subtests.test(kind=kind.name):
-            recipe = of_kind(kind)
+    for kind, recipe in PAINTED.items():
+        with subtests.test(kind=kind):
             fine, coarse = layers_of(recipe, 512).albedo.mean(axis=2), layers_of(recipe, 256).albedo.mean(axis=2)
             step = [n // 32 for n in coarse.shape]
             rows, columns = step[0] * 32, step[1] * 32
@@ -123,18 +113,6 @@ def test_paint_has_its_colour(coat: PaintCoat) -> None:
 
 
 WHITE, BLACK = "#ffffff", "#000000"
-
-
-def test_cells_have_their_size_and_close() -> None:
-    canvas = Canvas((200, 200), (0.5, 0.5))
-    found = slabs.voronoi_cells(canvas, 0.05, rng_for(1, "cells"))
-    assert found.count == 100
-    assert len(np.unique(found.id)) == 100
-    assert np.all(found.near_m <= found.second_m)
-    assert found.near_m == pytest.approx(np.hypot(found.dx_m, found.dy_m), abs=1e-5)
-    assert found.near_m.max() < 0.06
-    grid = found.id
-    assert np.mean(grid[:, 0] == grid[:, -1]) > 0.8  # the same cells on both sides of the border
 
 
 def test_tiles_and_joints_are_as_wide_as_stated() -> None:

@@ -88,7 +88,7 @@ def test_the_finish_is_what_stands_in_the_files(ingested: Ingested, tmp_path: Pa
     assert not (tmp_path / "cache").exists(), "the files of a pack are not kept a second time"
 
 
-def test_a_file_that_was_changed_is_told_and_a_new_pack_is_another_key(ingested: Ingested, tmp_path: Path) -> None:
+def test_a_file_that_was_changed_is_an_error_and_a_new_pack_is_another_key(ingested: Ingested, tmp_path: Path) -> None:
     report = ingested(1)
     name = report.pack.pictures[0].id
     key = finishes_key([name])
@@ -136,25 +136,25 @@ def test_from_python(project: Project, tmp_path: Path) -> None:
     """What the command line does: into the project in use, by ids that kitchens take at once; or into a folder."""
     pictures = write_pictures(tmp_path / "slates", 2)
     (pictures / "broken.png").write_bytes(b"no picture")
-    said = {"tile_m": (1.0, 1.0), "licence": "CC0-1.0", "substance": "stone"}
+    stated = {"tile_m": (1.0, 1.0), "licence": "CC0-1.0", "substance": "stone"}
     with pytest.raises(CasaError, match=r"casa\.Project\(folder\)\.ingest_textures\(\.\.\.\), or library=folder"):
-        casa.ingest_textures(pictures, surface="floor", **said)
+        casa.ingest_textures(pictures, surface="floor", **stated)
     ours = project({})
-    done = casa.ingest_textures(pictures, surface="floor", **said)
+    done = casa.ingest_textures(pictures, surface="floor", **stated)
     assert (done.folder, done.changed) == (ours / "textures" / "slates", True)
     assert [picture.id for picture in done.pack.pictures] == ["slates_stone_00", "slates_stone_01"]
     assert [(row.source, row.code) for row in done.pack.refused] == [("broken.png", "PCK002")]
     assert set(casa.surfaces()["floor"]) >= {"slates_stone_00", "slates_stone_01"}
-    assert not casa.ingest_textures(pictures, surface="floor", **said).changed
-    elsewhere = casa.ingest_textures(pictures, "other", surface="wall", library=tmp_path / "lib", **said)
+    assert not casa.ingest_textures(pictures, surface="floor", **stated).changed
+    elsewhere = casa.ingest_textures(pictures, "other", surface="wall", library=tmp_path / "lib", **stated)
     assert elsewhere.folder == tmp_path / "lib" / "textures" / "other"
     with pytest.raises(UnknownId, match="did you mean floor"):
-        casa.ingest_textures(pictures, surface="flor", **said)
+        casa.ingest_textures(pictures, surface="flor", **stated)
     with pytest.raises(CasaError, match=r"tile_m\.1: .*greater than 0, got -1"):
         casa.ingest_textures(pictures, surface="floor", tile_m=(1.0, -1.0))
 
 
-def test_a_damaged_pack_is_told_with_its_file(ingested: Ingested, tmp_path: Path) -> None:
+def test_a_damaged_pack_is_an_error_with_its_file(ingested: Ingested, tmp_path: Path) -> None:
     path = ingested().folder / "pack.json"
     for text in ("{}", "[", '{"id": "slates", "version": 3, "pictures": [{"files": ["../a.png"]}]}'):
         path.write_text(text, encoding="utf-8")
@@ -215,8 +215,8 @@ def test_from_an_empty_folder_to_a_checked_kitchen(tmp_path: Path) -> None:
     assert json.loads(checked.stdout.splitlines()[-1])["verdict"] == "passed"
     place = ours / "out" / "scenes" / row["id"]
     credit = {"licence": "CC0-1.0", "author": "unknown", "generator": "unknown"}
-    told = json.loads((place / "scene.json").read_text(encoding="utf-8"))["textures"]
-    assert told == [{"id": "plaster_stone_00", **credit}, {"id": "slates_stone_01", **credit}]
+    listed = json.loads((place / "scene.json").read_text(encoding="utf-8"))["textures"]
+    assert listed == [{"id": "plaster_stone_00", **credit}, {"id": "slates_stone_01", **credit}]
     assert "slates_stone_01" in scene_pack.members_of(place)["ATTRIBUTION.md"].decode()
     kitchen = casa.Project(ours).kitchen("one_wall_small", "slated", surfaces={"wall": "plaster_stone_00"})
     model = kitchen.to_mjmodel()
