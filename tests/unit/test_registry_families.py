@@ -89,7 +89,7 @@ def test_a_preset_is_the_defaults_and_what_its_row_states_and_a_look_is_named_or
     assert (caught.value.line, caught.value.pointer) == (5, "presets.blue.look")
 
 
-def test_a_fault_names_file_line_pointer_and_what_was_expected(subtests: pytest.Subtests, tmp_path: Path) -> None:
+def test_a_fault_names_file_line_pointer_and_what_was_expected(tmp_path: Path) -> None:
     for change, line, pointer, expected in [
         (("height: 0.28", "hight: 0.28"), 6, "presets.tall.hight", "'height', or another one of"),
         (("height: 0.28", "height: 28"), 6, "presets.tall.height", "less than or equal to 0.3"),
@@ -109,11 +109,10 @@ def test_a_fault_names_file_line_pointer_and_what_was_expected(subtests: pytest.
         (("shape: any", "shape: any\n  stems: {by: shape, bottle: 3}"), 9, "sample.stems", "also a rule for "),
         (("shape: any", "shape: any\n  stems: {by: shape, botle: 3, else: 4}"), 9, "sample.stems.botle", "'bottle'"),
     ]:
-        with subtests.test(change=change):
-            with pytest.raises(RegistryError) as caught:
-                read(tmp_path, GOOD.replace(*change))
-            assert (caught.value.file, caught.value.line, caught.value.pointer) == ("vase.yaml", line, pointer)
-            assert expected in caught.value.expected
+        with pytest.raises(RegistryError) as caught:
+            read(tmp_path, GOOD.replace(*change))
+        assert (caught.value.file, caught.value.line, caught.value.pointer) == ("vase.yaml", line, pointer)
+        assert expected in caught.value.expected
 
 
 RULES = """\

@@ -63,21 +63,17 @@ def is_closed(solid: Solid) -> bool:
 @pytest.mark.parametrize("name", object_names())
 def test_members_are_as_large_and_heavy_as_such_things_are_and_differ(name: str) -> None:
     assert len({params_of(name, i).digest for i in range(DRAWN)}) == DRAWN
-    limits, shapes = known().limits, set()
+    shapes = set()
+    heavier, longer = (known().limits[key] for key in ("mass_range_slack", "size_slack"))
     for index in range(BUILT):
         asset = member(name, index)
         assert asset.base is Base.FREE
         assert asset.id.startswith(f"{name}_")
         assert asset.labels.category == name
-        ranges, longest = (
-            known().categories[name].usual(asset.labels.portion),
-            float(np.ptp(asset.bounds, axis=0).max()),
-        )
-        for usual, value, slack in (
-            (ranges.mass_kg, asset.mass, limits["mass_range_slack"]),
-            (ranges.longest_m, longest, limits["size_slack"]),
-        ):
-            assert usual.low / slack <= value <= usual.high * slack
+        ranges = known().categories[name].usual(asset.labels.portion)
+        longest = float(np.ptp(asset.bounds, axis=0).max())
+        assert ranges.mass_kg.low / heavier <= asset.mass <= ranges.mass_kg.high * heavier
+        assert ranges.longest_m.low / longer <= longest <= ranges.longest_m.high * longer
         assert abs(float(asset.bounds[0, 2])) < 1e-6
         meshes = [visual.mesh for link in asset.links for visual in link.visuals]
         assert sum(len(mesh.faces) for mesh in meshes) <= MAX_FACES

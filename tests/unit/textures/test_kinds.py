@@ -67,39 +67,36 @@ def test_every_one_is_sound(surface: Surface, name: str) -> None:
     assert np.ptp(made.height_m) < highest
 
 
-def test_same_seed_same_bytes_and_another_seed_another_picture(subtests: pytest.Subtests) -> None:
+def test_same_seed_same_bytes_and_another_seed_another_picture() -> None:
     for kind, recipe in PAINTED.items():
-        with subtests.test(kind=kind):
-            one, same = (layers_of(recipe, 64) for _ in range(2))
-            other = layers_of(recipe.replace(seed=recipe.seed + 1), 64)
-            for plane in ("albedo", "height_m", "roughness"):
-                assert getattr(one, plane).tobytes() == getattr(same, plane).tobytes()
-            assert (one.albedo != other.albedo).any() or (one.height_m != other.height_m).any()
+        one, same = (layers_of(recipe, 64) for _ in range(2))
+        other = layers_of(recipe.replace(seed=recipe.seed + 1), 64)
+        for plane in ("albedo", "height_m", "roughness"):
+            assert getattr(one, plane).tobytes() == getattr(same, plane).tobytes(), kind
+        assert (one.albedo != other.albedo).any() or (one.height_m != other.height_m).any()
 
 
-def test_a_coarse_picture_shows_the_same_design(subtests: pytest.Subtests) -> None:
+def test_a_coarse_picture_shows_the_same_design() -> None:
     for kind, recipe in PAINTED.items():
-        with subtests.test(kind=kind):
-            fine, coarse = layers_of(recipe, 512).albedo.mean(axis=2), layers_of(recipe, 256).albedo.mean(axis=2)
-            step = [n // 32 for n in coarse.shape]
-            rows, columns = step[0] * 32, step[1] * 32
-            small = coarse[:rows, :columns].reshape(32, step[0], 32, step[1]).mean(axis=(1, 3))
-            fine = fine[: 2 * rows, : 2 * columns].reshape(32, 2 * step[0], 32, 2 * step[1]).mean(axis=(1, 3))
-            assert np.corrcoef(small.ravel(), fine.ravel())[0, 1] > 0.6  # threads finer than a pixel leave the rest
-            assert abs(float(small.mean() - fine.mean())) < 0.02
+        fine, coarse = layers_of(recipe, 512).albedo.mean(axis=2), layers_of(recipe, 256).albedo.mean(axis=2)
+        step = [n // 32 for n in coarse.shape]
+        rows, columns = step[0] * 32, step[1] * 32
+        small = coarse[:rows, :columns].reshape(32, step[0], 32, step[1]).mean(axis=(1, 3))
+        fine = fine[: 2 * rows, : 2 * columns].reshape(32, 2 * step[0], 32, 2 * step[1]).mean(axis=(1, 3))
+        assert np.corrcoef(small.ravel(), fine.ravel())[0, 1] > 0.6, kind  # threads finer than a pixel leave the rest
+        assert abs(float(small.mean() - fine.mean())) < 0.02
 
 
-def test_wood_of_cabinets_stands_upright_and_paint_is_muted(subtests: pytest.Subtests) -> None:
+def test_wood_of_cabinets_stands_upright_and_paint_is_muted() -> None:
     """Nothing garish: less than half of the chroma of a signal red. Ref: Oklab chroma of #ff0000, 0.26."""
     for name, recipe in SETS[Surface.CABINET].items():
-        with subtests.test(name=name):
-            if recipe.kind == "veneer":
-                light = layers_of(recipe, 256).albedo.mean(axis=2)
-                across, along = (float(np.abs(np.diff(light, axis=axis)).mean()) for axis in (1, 0))
-                assert across > (0.3 if name in FIGURED else 1.1) * along
-            elif recipe.kind == "painted_front":
-                lab = oklab(layers_of(recipe, 64).albedo).mean(axis=(0, 1))
-                assert np.hypot(lab[1], lab[2]) < 0.125
+        if recipe.kind == "veneer":
+            light = layers_of(recipe, 256).albedo.mean(axis=2)
+            across, along = (float(np.abs(np.diff(light, axis=axis)).mean()) for axis in (1, 0))
+            assert across > (0.3 if name in FIGURED else 1.1) * along, name
+        elif recipe.kind == "painted_front":
+            lab = oklab(layers_of(recipe, 64).albedo).mean(axis=(0, 1))
+            assert np.hypot(lab[1], lab[2]) < 0.125, name
 
 
 @pytest.mark.parametrize("coat", ["sprayed", "brushed", "chalk"])
@@ -127,19 +124,18 @@ def test_tiles_and_joints_are_as_wide_as_stated() -> None:
     assert made.roughness[joint].min() > 0.7 > 0.3 > made.roughness[~joint].mean()
 
 
-def test_metal_tiles_and_shows_its_tool(subtests: pytest.Subtests) -> None:
+def test_metal_tiles_and_shows_its_tool() -> None:
     for tooling in list(laid.MetalTooling):
-        with subtests.test(tooling=tooling):
-            made = painted(laid.SheetMetal(color="#b0b0b0", patina_color="#707070", tooling=tooling, mark_m=0.03), "m")
-            assert seam(made.albedo).worst < 1.6
-            assert made.metallic == 1.0
-            across, along = steps(made.albedo[..., 0])
-            if tooling in (laid.MetalTooling.ALONG, laid.MetalTooling.ROLLED):
-                assert along > 3 * across
-            elif tooling is laid.MetalTooling.UPRIGHT:
-                assert across > 3 * along
-            else:
-                assert 0.3 < along / across < 3.5
+        made = painted(laid.SheetMetal(color="#b0b0b0", patina_color="#707070", tooling=tooling, mark_m=0.03), "m")
+        assert seam(made.albedo).worst < 1.6
+        assert made.metallic == 1.0
+        across, along = steps(made.albedo[..., 0])
+        if tooling in (laid.MetalTooling.ALONG, laid.MetalTooling.ROLLED):
+            assert along > 3 * across
+        elif tooling is laid.MetalTooling.UPRIGHT:
+            assert across > 3 * along
+        else:
+            assert 0.3 < along / across < 3.5
 
 
 GROUT = Joint(color=BLACK, width_m=0.006, coarseness=0.0, rim_drop_m=0.0)
@@ -157,32 +153,30 @@ def test_subway_tiles_are_as_large_as_stated() -> None:
     assert float(1.0 - light.mean()) == pytest.approx(1 - (0.069 / 0.075) * (0.144 / 0.15), abs=0.01)
 
 
-def test_designs_use_all_their_inks_and_go_on_over_the_joint(subtests: pytest.Subtests) -> None:
+def test_designs_use_all_their_inks_and_go_on_over_the_joint() -> None:
     for design in get_args(TileDesign):
-        with subtests.test(design=design):
-            inks = 1 + max(number for _, number in DESIGNS[design](np.zeros((1, 1)), np.zeros((1, 1))))
-            colors = ("#ffffff", "#ff0000", "#00ff00", "#0000ff")[:inks]
-            params = Encaustic(design=design, colors=colors, wear=0, bleed=0, variety=0, joint=Joint(width_m=0))
-            made = painted(params, "e", Canvas((128, 128), (0.4, 0.4))).albedo
-            for color in colors[1:]:
-                wanted = np.array([int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)])
-                assert (np.abs(made - wanted).max(axis=2) < 0.3).mean() > 0.005
-            np.testing.assert_allclose(made[:64, :64], made[64:, 64:], atol=0.35)  # the same tile, mottled
-            if design != "arcs":  # its rings end at the edge of the tile
-                assert seam(made).worst < 2.0
+        inks = 1 + max(number for _, number in DESIGNS[design](np.zeros((1, 1)), np.zeros((1, 1))))
+        colors = ("#ffffff", "#ff0000", "#00ff00", "#0000ff")[:inks]
+        params = Encaustic(design=design, colors=colors, wear=0, bleed=0, variety=0, joint=Joint(width_m=0))
+        made = painted(params, "e", Canvas((128, 128), (0.4, 0.4))).albedo
+        for color in colors[1:]:
+            wanted = np.array([int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)])
+            assert (np.abs(made - wanted).max(axis=2) < 0.3).mean() > 0.005
+        np.testing.assert_allclose(made[:64, :64], made[64:, 64:], atol=0.35)  # the same tile, mottled
+        if design != "arcs":  # its rings end at the edge of the tile
+            assert seam(made).worst < 2.0
 
 
-def test_repeats_of_paper_are_as_large_as_stated_and_close(subtests: pytest.Subtests) -> None:
+def test_repeats_of_paper_are_as_large_as_stated_and_close() -> None:
     for repeat in get_args(PaperRepeat):
-        with subtests.test(repeat=repeat):
-            u = (np.arange(200) + 0.5) / 200 - 0.5
-            for depth, _ in REPEATS[repeat](u[None, :] + 0 * u[:, None], u[:, None] + 0 * u[None, :]):
-                assert depth.shape == (200, 200)
-            params = covering.PrintedPaper(ground=WHITE, inks=(BLACK,), repeat=repeat, width_m=0.2, height_m=0.2)
-            light = painted(params, "r", Canvas((256, 256), (0.4, 0.4))).albedo[..., 0]
-            np.testing.assert_allclose(light[:128, :128], light[128:, 128:], atol=0.45)
-            assert seam(light).worst < 2.0
-            assert 0.02 < float(1 - light.mean()) < 0.8
+        u = (np.arange(200) + 0.5) / 200 - 0.5
+        for depth, _ in REPEATS[repeat](u[None, :] + 0 * u[:, None], u[:, None] + 0 * u[None, :]):
+            assert depth.shape == (200, 200)
+        params = covering.PrintedPaper(ground=WHITE, inks=(BLACK,), repeat=repeat, width_m=0.2, height_m=0.2)
+        light = painted(params, "r", Canvas((256, 256), (0.4, 0.4))).albedo[..., 0]
+        np.testing.assert_allclose(light[:128, :128], light[128:, 128:], atol=0.45)
+        assert seam(light).worst < 2.0
+        assert 0.02 < float(1 - light.mean()) < 0.8, repeat
 
 
 SIZE = (120, 240)
