@@ -55,7 +55,7 @@ class Cluster(Params):
 
 def build(builder: AssetBuilder, p: Cluster) -> None:
     """Build the asset: it rests on z = 0."""
-    rng = np.random.Generator(np.random.PCG64(p.seed))
+    rng = p.rng()
     pieces, stems = _BUILDS[p.build](p, rng)
     blades = _leaves(p, rng)
     lowest = min(float(s.points[:, 2].min()) for s in (*pieces, *stems, *blades))

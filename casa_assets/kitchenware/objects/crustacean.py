@@ -59,7 +59,7 @@ class Crustacean(Params):
 
 def build(builder: AssetBuilder, p: Crustacean) -> None:
     """Build the asset: it rests on z = 0."""
-    rng = np.random.Generator(np.random.PCG64(p.seed))
+    rng = p.rng()
     shell, tail, fan = _shell(p, rng), _tail(p), _fan(p)
     claws, limbs, bands = [], [*_legs(p), *_feelers(p, rng)], []
     larger = 1 if rng.random() < 0.5 else -1

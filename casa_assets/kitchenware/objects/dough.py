@@ -10,7 +10,6 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from casa_assets.ext.arrays import Floats
 from casa_assets.ext.families import FinishId, Params
 from casa_assets.ext.records import Portion, Vec2
 from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, box, tube
@@ -93,7 +92,7 @@ class Dough(Params):
 def build(builder: AssetBuilder, p: Dough) -> None:
     """Build the asset: it rests on z = 0."""
     builder.portion = Portion.PIECE if p.cut < 1 else p.portion
-    rng = np.random.Generator(np.random.PCG64(p.seed))
+    rng = p.rng()
     level = 0.0
     for k in range(p.count):
         body, crumb = _body(p, rng)

@@ -99,10 +99,6 @@ class Package(Params):
             raise ValueError(f"a carton without a spout that stands is expected to open, got a {self.shape}")
         return self
 
-    def rng(self) -> np.random.Generator:
-        """The generator of what is random in its form."""
-        return np.random.Generator(np.random.PCG64(self.seed))
-
 
 # Collision shapes of an open carton's walls are so thick, metres; its lid turns so far, rad.
 WALL, LID_SWING = 0.002, 1.9

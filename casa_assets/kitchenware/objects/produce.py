@@ -176,7 +176,7 @@ class Produce(Params):
 
 def build(builder: AssetBuilder, p: Produce) -> None:
     """Build the asset: it rests on z = 0."""
-    rng = np.random.Generator(np.random.PCG64(p.seed))
+    rng = p.rng()
     profile = np.array(p.profile) * (p.width / 2, p.length)
     around, along = FINE if p.lobes >= MANY_LOBES or (p.wraps and p.wrap_skin is None) else COARSE
     body = turned(smooth_profile([(float(r), float(z)) for r, z in profile], along), around)

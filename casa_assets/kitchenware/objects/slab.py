@@ -91,7 +91,7 @@ class SlabFood(Params):
 def build(builder: AssetBuilder, p: SlabFood) -> None:
     """Build the asset: it rests on z = 0."""
     builder.portion = Portion.PIECE if p.cut_at < 1 else None
-    rng = np.random.Generator(np.random.PCG64(p.seed))
+    rng = p.rng()
     body, face = _body(p, rng)
     low = float(body.points[:, 2].min())
     body = body.translated(z=-low)

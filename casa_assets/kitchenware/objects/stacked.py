@@ -126,7 +126,7 @@ def build(builder: AssetBuilder, p: Stacked) -> None:
     """Build the asset: it rests on z = 0."""
     if p.opening < 360:
         builder.portion = Portion.PIECE if p.opening > 180 else Portion.WEDGE
-    rng = np.random.Generator(np.random.PCG64(p.seed))
+    rng = p.rng()
     made = _BUILDERS[p.build](p, rng)
     low = min(float(s.points[:, 2].min()) for group in made.hulls for s in group)
     for parts, density in ((made.parts, p.density), (made.light, 0.0)):

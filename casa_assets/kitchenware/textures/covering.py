@@ -28,15 +28,12 @@ from casa_assets.ext.textures import (
 from casa_assets.kitchenware.textures.motif import (
     Array,
     FoliageKind,
-    diamond,
     disc,
     flower,
     ink,
     lens,
-    polar,
     ring,
     scatter,
-    star,
 )
 
 # (depth of the figure in units of the width, number of its ink from 1)
@@ -44,21 +41,7 @@ Figures = list[tuple[Array, int]]
 
 
 # Design of one repeat.
-PaperRepeat = Literal[
-    "damask",
-    "stripe",
-    "trellis",
-    "ogee",
-    "fans",
-    "gingham",
-    "scallop",
-    "dots",
-    "chevron",
-    "sprig",
-    "sunburst",
-    "key",
-    "arches",
-]
+PaperRepeat = Literal["damask", "stripe", "trellis", "ogee", "fans", "gingham", "scallop", "dots", "sprig", "arches"]
 
 
 def _half_drop(u: Array, v: Array, draw: Callable[[Array, Array], Figures]) -> Figures:
@@ -150,11 +133,6 @@ def _dots(u: Array, v: Array) -> Figures:
     return [(np.maximum(disc(u, v, 0, 0, 0.14), disc(a, b, 0.5, 0.5, 0.14)), 1)]
 
 
-def _chevron(u: Array, v: Array) -> Figures:
-    rise = np.mod(v + 0.5 * np.abs(u) + 0.5, 0.5) - 0.25
-    return [((0.13 - np.abs(rise)) * 0.9, 1), (0.012 - np.abs(np.abs(rise) - 0.19), 2)]
-
-
 def _sprig(u: Array, v: Array) -> Figures:
     """A small flower on a stem, half dropped."""
 
@@ -167,30 +145,6 @@ def _sprig(u: Array, v: Array) -> Figures:
         return [(np.maximum(stem, leaves), 1), (np.maximum(bloom, bud), 2), (disc(x, y, 0.0, -0.13, 0.032), 3)]
 
     return _half_drop(u, v, sprig)
-
-
-def _sunburst(u: Array, v: Array) -> Figures:
-    """Rays from the middle of every square."""
-    far, bearing = polar(u, v, 24)
-    ray = np.minimum(0.030 * far / 0.5 - np.abs(far * np.sin(bearing)), np.minimum(far - 0.13, 0.44 - far))
-    short = star(u, v, 12, 0.16, 0.09)
-    corner = diamond(np.abs(u) - 0.5, np.abs(v) - 0.5, 0.09)
-    return [(ray, 1), (short, 2), (corner, 2)]
-
-
-def _key(u: Array, v: Array) -> Figures:
-    """A meander: one line that turns in and out, between two straight ones."""
-    half = 0.045
-
-    def bar(x0: float, y0: float, x1: float, y1: float) -> Array:
-        dx = np.maximum(np.maximum(x0 - u, u - x1), 0.0)
-        dy = np.maximum(np.maximum(y0 - v, v - y1), 0.0)
-        return np.asarray(half - np.maximum(dx, dy))
-
-    bars = [(-0.5, 0.27, -0.36, 0.27), (-0.36, -0.27, -0.36, 0.27), (-0.36, -0.27, 0.27, -0.27)]
-    bars += [(0.27, -0.27, 0.27, 0.09), (-0.09, 0.09, 0.27, 0.09), (-0.09, -0.09, -0.09, 0.09)]
-    bars += [(-0.18, 0.27, 0.5, 0.27), (-0.18, -0.09, -0.18, 0.27)]
-    return [(np.maximum.reduce([bar(*ends) for ends in bars]), 1), (0.02 - np.abs(np.abs(v) - 0.45) + 0.0 * u, 2)]
 
 
 def _arches(u: Array, v: Array) -> Figures:
@@ -208,10 +162,7 @@ def _arches(u: Array, v: Array) -> Figures:
 
 REPEATS: dict[str, Callable[[Array, Array], Figures]] = {
     maker.__name__.removeprefix("_"): maker
-    for maker in (
-        *(_damask, _stripe, _trellis, _ogee, _fans, _gingham, _scallop, _dots, _chevron),
-        *(_sprig, _sunburst, _key, _arches),
-    )
+    for maker in (_damask, _stripe, _trellis, _ogee, _fans, _gingham, _scallop, _dots, _sprig, _arches)
 }
 
 

@@ -18,7 +18,6 @@ from casa_assets.ext.textures import (
     Laying,
     LayingPattern,
     Map,
-    PieceMap,
     SawCut,
     Share,
     Slab,

@@ -72,7 +72,6 @@ class Label(Record):
     back: bool = Field(True, description="barcode, facts and small print at the back, or on the sides")
     lower: float = Field(0.0, ge=0, le=0.45, description="share of the height that stays ground, as a flap")
     upper: float = Field(0.0, ge=0, le=0.45, description="the same at the upper end")
-    trim: HexColor | None = Field(None, description="of narrow bands along both rims")
     metallic: Share = 0.0
     roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.5
 
@@ -103,10 +102,6 @@ def paint(p: Label, canvas: Canvas, rng: np.random.Generator) -> Layers:
         image = ImageChops.offset(image, wide - wide // 2, 0)
     if p.back:
         image = _backs(image, p, inside, rng, others)
-    if p.trim is not None:
-        draw, band = ImageDraw.Draw(image), 0.03 * inside.height
-        draw.rectangle((0, inside.y, wide, inside.y + band), fill=p.trim)
-        draw.rectangle((0, inside.y + inside.height - band, wide, inside.y + inside.height), fill=p.trim)
     kept = image.resize((columns, rows), Image.Resampling.BOX)
     albedo = np.asarray(kept, dtype=np.float32) / 255.0
     cloud = canvas.noise(0.03, 0.03, rng, 2)

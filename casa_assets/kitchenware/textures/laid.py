@@ -170,7 +170,7 @@ class GlazedLava(Record):
 
 
 # Patterns of printed laminate.
-LaminatePattern = Literal["boomerang", "cracked_ice", "flecks", "terrazzo"]
+LaminatePattern = Literal["boomerang", "cracked_ice", "flecks"]
 
 
 class PrintedLaminate(Record):
@@ -257,12 +257,9 @@ def _figures(params: PrintedLaminate, ink: int, canvas: Canvas, rng: np.random.G
         bar = np.where(np.abs(u) < 0.34, bar, 1.0)
         line = np.clip(1.2 - (np.abs(bar) - 0.012) / max(soft, 0.012), 0.0, 1.0)
         return np.asarray(line * (places.random_per_cell(rng) < 0.8))
-    if params.pattern == "flecks":
-        slim = np.maximum(np.abs(u) / 0.30, np.abs(v) / 0.035)
-        fleck = np.clip((1.0 - slim) / max(soft / 0.035, 0.2) + 0.5, 0.0, 1.0)
-        return np.asarray(fleck * (places.random_per_cell(rng) < 0.55))
-    chip = places.border_m / size - 0.05 - 0.15 * places.random_per_cell(rng)
-    return np.asarray(np.clip(chip / soft, 0.0, 1.0) * (places.random_per_cell(rng) < 0.3), dtype=np.float32)
+    slim = np.maximum(np.abs(u) / 0.30, np.abs(v) / 0.035)
+    fleck = np.clip((1.0 - slim) / max(soft / 0.035, 0.2) + 0.5, 0.0, 1.0)
+    return np.asarray(fleck * (places.random_per_cell(rng) < 0.55))
 
 
 TILED = TextureKind("tiled_counter", TiledCounter, paint_tiles)
@@ -270,9 +267,9 @@ GLAZED = TextureKind("glazed_lava", GlazedLava, paint_glaze)
 PRINTED = TextureKind("printed_laminate", PrintedLaminate, paint_print)
 
 
-# Marks of the tool on the metal: ALONG brushed along u; UPRIGHT along v; ORBITAL many small arcs; TURNED rows of
-# overlapping round swirls; ROLLED as it left the mill.
-MetalTooling = StrEnum("MetalTooling", "ALONG UPRIGHT ORBITAL TURNED HAMMERED ROLLED")
+# Marks of the tool on the metal: ALONG brushed along u; UPRIGHT along v; ORBITAL many small arcs; ROLLED as it left the
+# mill.
+MetalTooling = StrEnum("MetalTooling", "ALONG UPRIGHT ORBITAL HAMMERED ROLLED")
 
 
 class SheetMetal(Record):
@@ -333,8 +330,6 @@ def _marks(params: SheetMetal, canvas: Canvas, rng: np.random.Generator) -> tupl
             tone = tone + 0.6 * (swirls.random_per_cell(rng) - 0.5)
         tone = 0.55 * tone + 0.4 * canvas.noise(0.0025, 0.0025, rng)
         return tone, 0.0000015 * tone, 0.6 * tone
-    if tooling is MetalTooling.TURNED:
-        return _turned(canvas, mark, rng)
     if tooling is MetalTooling.HAMMERED:
         dents = voronoi_cells(canvas, mark, rng, bend_m=0.05 * mark)
         bowl = np.minimum(dents.near_m / mark, 0.62) ** 2
@@ -342,24 +337,6 @@ def _marks(params: SheetMetal, canvas: Canvas, rng: np.random.Generator) -> tupl
         return 3.3 * (bowl - 0.15) + 0.4 * rim, 0.045 * mark * bowl, np.zeros_like(bowl)
     cloud, fine = canvas.noise(0.1, 0.2, rng, 4), canvas.noise(0.004, 0.03, rng)
     return 0.5 * cloud + 0.25 * fine, 0.000001 * fine, 0.6 * cloud
-
-
-def _turned(canvas: Canvas, size_m: float, rng: np.random.Generator) -> tuple[Map, Map, Map]:
-    """Engine turning: each round lies half over the one before it, with a fan of light on it."""
-    x, y = canvas.axes()
-    columns, rows = (max(2, round(t / size_m)) for t in canvas.tile_m)
-    u = np.mod(x * columns / canvas.tile_m[0], 1.0)
-    v = np.mod(y * rows / canvas.tile_m[1], 1.0)
-    tone = np.zeros(canvas.size_px, dtype=np.float32)
-    # The later round hides the earlier: of those that reach a point the one furthest down and right is on top.
-    for step_y in (-1.0, 0.0, 1.0):
-        for step_x in (-1.0, 0.0, 1.0):
-            dx, dy = np.broadcast_arrays(u - 0.5 - step_x, v - 0.5 - step_y)
-            off = np.hypot(dx, dy)
-            fan = 0.8 * np.cos(2.0 * np.arctan2(dy, dx)) + 0.35 * np.sin(off * 70.0)
-            tone = np.where(off < 0.75, fan - 0.8 * smoothstep(0.68, 0.75, off), tone)
-    tone = np.asarray(tone + 0.2 * canvas.noise(0.002, 0.002, rng), dtype=np.float32)
-    return 1.3 * tone, 0.000002 * tone, 0.5 * tone
 
 
 METAL = TextureKind("sheet_metal", SheetMetal, paint_metal)

@@ -49,7 +49,6 @@ class CeramicTile(Record):
     body: HexColor = Field("#cdb8a0", description="colour of the clay under the glaze")
     tilt: float = Field(0.002, ge=0, le=0.05, description="standard deviation of the slope of a piece, metres a metre")
     wave_m: float = Field(0.00003, ge=0, le=0.001, description="height of the waves in the glaze")
-    crackle: Share = Field(0.0, description="how plain the net of fine cracks is")
     rib_count: int = Field(0, ge=0, le=16, description="relief lines along each piece; 0: none")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.14
     metallic: Share = 0.0
@@ -69,8 +68,6 @@ def paint_ceramic(params: CeramicTile, canvas: Canvas, rng: np.random.Generator)
         thin = np.exp(-np.maximum(rim_m, 0.0) / 0.0025) + 0.35 * smoothstep(0.9, 2.4, glaze)
         share = params.glaze_pooling * np.clip(0.55 * thin, 0.0, 0.7)
         albedo = blend(albedo, rgb(params.body) * albedo**0.4, share)
-    if params.crackle > 0:
-        albedo = albedo * (1.0 - 0.16 * params.crackle * _cracks(canvas, rng))[..., None]
     height = _relief(params, pieces, glaze, rng)
     gloss = (
         params.roughness
@@ -102,13 +99,6 @@ def _relief(params: CeramicTile, pieces: PieceMap, glaze: Map, rng: np.random.Ge
         across = pieces.u_m / pieces.read(pieces.half_m[:, 0])
         height = height + 0.0022 * np.abs(np.sin(np.pi / 2 * params.rib_count * (across + 1.0)))
     return np.asarray(height, dtype=np.float32)
-
-
-def _cracks(canvas: Canvas, rng: np.random.Generator) -> Map:
-    """Mask 0..1: a net of hair lines."""
-    lines = np.minimum(np.abs(canvas.noise(0.02, 0.02, rng, 2)), np.abs(canvas.noise(0.035, 0.035, rng, 2)))
-    wide = 0.05 * max(1.0, canvas.pixel_m / 0.001)
-    return np.asarray(np.clip(1.3 - lines / wide, 0.0, 1.0) / max(1.0, canvas.pixel_m / 0.001), dtype=np.float32)
 
 
 CERAMIC = TextureKind("ceramic_tile", CeramicTile, paint_ceramic)
@@ -228,16 +218,15 @@ STONEWORK = TextureKind("stonework", Stonework, paint_stonework)
 
 
 # Profile of the edges of boards, and of the gap between two: BEAD a half round with a groove on each side; SHIPLAP
-# square edges, an open shadow line; VEE tongue and groove with broken edges; BATTEN flat boards, a strip over each
-# joint; SLAT slim strips on a dark ground; FLUTED half rounds side by side; CHANNEL wide flat grooves.
-BoardProfile = StrEnum("BoardProfile", "BEAD SHIPLAP VEE BATTEN SLAT FLUTED CHANNEL")
+# square edges, an open shadow line; VEE tongue and groove with broken edges; BATTEN flat boards, a strip over each joint.
+BoardProfile = StrEnum("BoardProfile", "BEAD SHIPLAP VEE BATTEN")
 
 
 class PaintedBoards(Record):
     """A panelled wall that is painted."""
 
     color: HexColor = Field(description="of the paint")
-    ground: HexColor = Field("#242220", description="between slats")
+    ground: HexColor = Field("#242220", description="seen in open joints")
     profile: BoardProfile = Field(description="of the edges")
     pitch_m: float = Field(0.1, gt=0.01, le=1, description="from board to board")
     gap_m: float = Field(0.004, gt=0.001, le=0.2, description="width of groove, batten or opening")
@@ -263,7 +252,7 @@ def _upright(params: PaintedBoards, canvas: Canvas, rng: np.random.Generator) ->
     board = np.minimum((x / pitch).astype(np.intp), count - 1)
     off = np.abs(np.mod(x / pitch, 1.0) - 0.5) * pitch  # 0 in the middle of a board
     edge = pitch / 2 - off
-    height, groove, open_ = _profile(params, edge, pitch, canvas.pixel_width_m)
+    height, groove, open_ = _profile(params, edge, canvas.pixel_width_m)
     lines = canvas.noise(0.5, 0.004, rng) + 0.6 * canvas.noise(0.9, 0.012, rng)
     drop = rng.random(count).astype(np.float32)[board] * np.float32(canvas.tile_m[1])
     lines = canvas.shifted(lines, np.zeros_like(x), drop)
@@ -284,7 +273,7 @@ def _upright(params: PaintedBoards, canvas: Canvas, rng: np.random.Generator) ->
     return Layers.of(albedo, relief, rough)
 
 
-def _profile(params: PaintedBoards, edge: Array, pitch: float, pixel: float) -> tuple[Array, Array, Array]:
+def _profile(params: PaintedBoards, edge: Array, pixel: float) -> tuple[Array, Array, Array]:
     """Height in metres, shade of grooves 0..1, and openings 0..1, over the distance from the joint (1, W)."""
     gap, depth = params.gap_m, params.depth_m
     none = np.zeros_like(edge)
@@ -305,21 +294,10 @@ def _profile(params: PaintedBoards, edge: Array, pitch: float, pixel: float) -> 
         case BoardProfile.VEE:
             broken: Array = np.clip(1.0 - edge / (gap / 2), 0, 1)
             return -depth * broken, 0.30 * broken + 0.45 * band(0.0008), none
-        case BoardProfile.BATTEN:
+        case _:
             strip = band(gap / 2)
             shadow = np.clip(band(gap / 2 + 0.0015) - strip, 0, 1)
             return depth * strip, 0.55 * shadow, none
-        case BoardProfile.SLAT:
-            line = band(gap / 2)
-            rise: Array = np.minimum(np.maximum(edge - gap / 2, 0) / 0.0015, 1)
-            return -depth * line + 0.0008 * (rise - 1), 0.2 * line, line
-        case BoardProfile.FLUTED:
-            across: Array = np.clip(1.0 - edge / (pitch / 2), 0, 1)
-            crest: Array = np.sqrt(np.clip(1.0 - across**2, 0, 1))
-            return depth * crest, 0.5 * (1 - crest), none
-        case _:
-            slope: Array = np.clip((gap / 2 + 0.003 - edge) / 0.003, 0, 1)
-            return -depth * slope, 0.18 * slope, none
 
 
 BOARDS = TextureKind("painted_boards", PaintedBoards, paint_boards)
