@@ -49,14 +49,7 @@ from casa_assets.registry.plugins import LoadedPlugin
 from casa_assets.registry.plugins.families import FORMS, MODELS, plugin_families, plugin_forms
 from casa_assets.registry.plugins.guard import guarded
 from casa_assets.registry.plugins.textures import texture_kinds
-from casa_assets.runs.asset_package import (
-    PREVIEW,
-    THUMBNAIL_PX,
-    WRITING,
-    certificate,
-    check_package,
-    write_package,
-)
+from casa_assets.runs import asset_package
 from casa_assets.runs.engine import attempt, run_batch
 from casa_assets.runs.limits import WorkerFailure
 from casa_assets.runs.outcome import writing
@@ -66,7 +59,7 @@ from casa_assets.textures.run.recipes import available_finishes, finishes, finis
 
 WORKER_BYTES = 1_500_000_000  # of memory, that building and checking a member may take
 # A picture for the thumbnail alone.
-PREVIEW_VIEW = View(size_px=THUMBNAIL_PX, passes=8)
+PREVIEW_VIEW = View(size_px=asset_package.THUMBNAIL_PX, passes=8)
 
 
 @dataclass(frozen=True)
@@ -251,11 +244,11 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
     asset = build_asset(member_family, params, cache_for(library.root))
     built = time.perf_counter()
     staged = library.stage(asset.id)
-    drawn_s = write_package(asset, staged, PREVIEW if drawn else PREVIEW_VIEW)
+    drawn_s = asset_package.write_package(asset, staged, asset_package.PREVIEW if drawn else PREVIEW_VIEW)
     (staged / "params.json").write_text(params.to_json() + "\n", encoding="utf-8")
     report, written = Report(subject=asset.id), time.perf_counter()
     if checked:
-        report = check_package(asset, staged, category_of_family(member_family))
+        report = asset_package.check_package(asset, staged, category_of_family(member_family))
         if request.is_object:
             report = report + check_member(asset, category_of_family(member_family), cache_for(library.root))
     checked_s = time.perf_counter() - written
@@ -265,11 +258,11 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
         # Producer, cache key and versions for the certificate of a member.
         owner = _plugin(member_family.name, member_family.form)
         if owner is None:
-            versions = versions_of({"family": modules_of(member_family), **WRITING})
+            versions = versions_of({"family": modules_of(member_family), **asset_package.WRITING})
         else:
-            versions = {**versions_of(WRITING), f"plugin:{owner.plugin.name}": owner.version}
+            versions = {**versions_of(asset_package.WRITING), f"plugin:{owner.plugin.name}": owner.version}
         made_by = disk.MadeBy(Producer.FAMILY, _entry_key(member_family, params, drawn), versions)
-        disk.write_certificate(staged, asset, certificate(asset, report, staged, made_by))
+        disk.write_certificate(staged, asset, asset_package.certificate(asset, report, staged, made_by))
         library.publish(staged, target)
     return FamilyResult(
         request,
@@ -287,13 +280,13 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
 
 def _entry_key(member_family: Family[Any], params: Params, drawn: bool) -> str:
     """Key of a member's entry in a library: what it is made of and by, and how it is drawn."""
-    size_px = (PREVIEW if drawn else PREVIEW_VIEW).size_px
+    size_px = (asset_package.PREVIEW if drawn else PREVIEW_VIEW).size_px
     return digest_of("family", asset_key(member_family, params), _writing_key(), size_px)
 
 
 @read_once
 def _writing_key() -> str:
-    return key_of(write_package, check_package, check_member, certificate)
+    return key_of(asset_package.write_package, asset_package.check_package, check_member, asset_package.certificate)
 
 
 def summary(results: Sequence[FamilyResult]) -> list[tuple[str, ...]]:
@@ -370,7 +363,7 @@ def warm() -> None:
     for form in FORMS:
         _code_key("", form)
     finishes_key(skins())
-    versions_of(WRITING)
+    versions_of(asset_package.WRITING)
     key_of(complete)
     _writing_key()
     run_checks(None, "", {})  # of what no check is about: imports the table of checks

@@ -38,8 +38,7 @@ def gradient(size_px: Size, cells: Size, rng: np.random.Generator) -> NoiseMap:
         return along
 
     upper = corner(0, 0) * (1 - u) + corner(0, 1) * u
-    lower = corner(1, 0) * (1 - u) + corner(1, 1) * u
-    return np.asarray(upper * (1 - v) + lower * v, dtype=np.float32)
+    return np.asarray(upper * (1 - v) + (corner(1, 0) * (1 - u) + corner(1, 1) * u) * v, dtype=np.float32)
 
 
 def fbm(size_px: Size, cells: Size, rng: np.random.Generator, octaves: int) -> NoiseMap:

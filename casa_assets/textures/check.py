@@ -341,79 +341,46 @@ def _blotch(p: Pictures) -> float:
     return float(np.sqrt(power[(waves > 0) & (waves <= _SLOWEST)].sum()))
 
 
+# fmt: off
 TABLE: tuple[TextureCheck, ...] = (
-    TextureCheck(
-        "TEX001",
-        "Seam at the border",
-        lambda p: max(seam(picture / np.float32(255)).worst for picture in (p.base, p.rough)),
-        "texture_seam",
-        "",
-        True,
-        "the border shows where the picture repeats",
+    TextureCheck("TEX001", "Seam at the border",
+        lambda p: max(seam(picture / np.float32(255)).worst for picture in (p.base, p.rough)), "texture_seam",
+        "", True, "the border shows where the picture repeats",
         "The step across the border of the picture is at most {limit:g} times the strongest steps inside it; paint or "
-        "generate it so that it tiles.",
-    ),
-    TextureCheck(
-        *("TEX002", "Mean brightness", lambda p: float(p.base.mean() / 255), "texture_dark", "", False),
+        "generate it so that it tiles."),
+    TextureCheck("TEX002", "Mean brightness", lambda p: float(p.base.mean() / 255), "texture_dark", "", False,
         "the picture is nearly black",
-        "The mean colour is at least {limit:g} of white; choose lighter colours.",
-    ),
-    TextureCheck(
-        *("TEX003", "Clipped pixels", _clipped, "texture_clipped", "", True),
+        "The mean colour is at least {limit:g} of white; choose lighter colours."),
+    TextureCheck("TEX003", "Clipped pixels", _clipped, "texture_clipped", "", True,
         "pixels are clipped to white or black",
-        "At most {limit:.0%} of the pixels are pure white or pure black; lower the contrast or the exposure.",
-    ),
-    TextureCheck(
-        *("TEX004", "Visible contrast", _contrast, "texture_contrast", "", False),
+        "At most {limit:.0%} of the pixels are pure white or pure black; lower the contrast or the exposure."),
+    TextureCheck("TEX004", "Visible contrast", _contrast, "texture_contrast", "", False,
         "nothing is seen on the picture, a plain finish would do",
-        "The standard deviation of what is seen is at least {limit:g}; use a plain finish, or a stronger pattern.",
-    ),
-    TextureCheck(
-        *("TEX005", "Length of normals", _length, "texture_normal_length", "", True),
+        "The standard deviation of what is seen is at least {limit:g}; use a plain finish, or a stronger pattern."),
+    TextureCheck("TEX005", "Length of normals", _length, "texture_normal_length", "", True,
         "normals are not of unit length",
-        "Normals of the normal map have unit length to {limit:g}; normalise them before they are stored.",
-    ),
-    TextureCheck(
-        *("TEX006", "Mean of normals", _lean, "texture_normal_lean", "", True),
+        "Normals of the normal map have unit length to {limit:g}; normalise them before they are stored."),
+    TextureCheck("TEX006", "Mean of normals", _lean, "texture_normal_lean", "", True,
         "normals lean to one side on the whole",
-        "The mean of all normals leans by at most {limit:g} along the surface; take the slope out of the height map.",
-    ),
-    TextureCheck(
-        "TEX007",
-        "Least roughness",
-        lambda p: float(np.quantile(p.rough, 0.01) / 255),
-        "texture_rough_low",
-        "",
-        False,
-        "the surface is a mirror that renderers alias on",
-        "All but one per cent of the surface has a roughness of at least {limit:g}; raise the roughness.",
-    ),
-    TextureCheck(
-        "TEX008",
-        "Pixels per metre",
-        lambda p: min(p.base.shape[1] / p.tile_m[0], p.base.shape[0] / p.tile_m[1]),
-        "texture_resolution",
-        "px/m",
-        False,
-        "the picture is coarse for its size",
-        "The picture has at least {limit:g} pixels per metre; use more pixels, or state a smaller size.",
-    ),
-    TextureCheck(
-        *("TEX009", "Size of the picture", lambda p: min(p.tile_m), "texture_tile_m", "m", False),
+        "The mean of all normals leans by at most {limit:g} along the surface; take the slope out of the height map."),
+    TextureCheck("TEX007", "Least roughness", lambda p: float(np.quantile(p.rough, 0.01) / 255), "texture_rough_low",
+        "", False, "the surface is a mirror that renderers alias on",
+        "All but one per cent of the surface has a roughness of at least {limit:g}; raise the roughness."),
+    TextureCheck("TEX008", "Pixels per metre",
+        lambda p: min(p.base.shape[1] / p.tile_m[0], p.base.shape[0] / p.tile_m[1]), "texture_resolution", "px/m",
+        False, "the picture is coarse for its size",
+        "The picture has at least {limit:g} pixels per metre; use more pixels, or state a smaller size."),
+    TextureCheck("TEX009", "Size of the picture", lambda p: min(p.tile_m), "texture_tile_m", "m", False,
         "the picture is small, its repeat is seen",
-        "The shorter side of the picture spans at least {limit:g} m of surface; make a larger picture.",
-    ),
-    TextureCheck(
-        *("TEX010", "Visible repeats", _blotch, "texture_blotch", "", True),
+        "The shorter side of the picture spans at least {limit:g} m of surface; make a larger picture."),
+    TextureCheck("TEX010", "Visible repeats", _blotch, "texture_blotch", "", True,
         "one blotch shows every repeat from afar",
-        "Lightness varies by at most {limit:g} over half a picture or more; even out large blotches.",
-    ),
-    TextureCheck(
-        *("TEX011", "File size", lambda p: p.size_bytes / 1e6, "texture_megabytes", "MB", True),
+        "Lightness varies by at most {limit:g} over half a picture or more; even out large blotches."),
+    TextureCheck("TEX011", "File size", lambda p: p.size_bytes / 1e6, "texture_megabytes", "MB", True,
         "the files are large",
-        "The three files of a finish have at most {limit:g} MB together; use fewer pixels, or less noise.",
-    ),
+        "The three files of a finish have at most {limit:g} MB together; use fewer pixels, or less noise."),
 )
+# fmt: on
 # Checks of a whole set: code -> title, key of the limit, description.
 SET_CHECKS = {
     "TEX012": (

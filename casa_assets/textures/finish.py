@@ -102,8 +102,7 @@ def swatch(pictures: Pictures, metallic: float, side_m: float, side_px: int) -> 
     height, width = lit.shape[:2]
     need_x, need_y = round(side_m / pictures.tile_m[0] * width), round(side_m / pictures.tile_m[1] * height)
     tiled = np.tile(lit, (-(-need_y // height), -(-need_x // width), 1))[:need_y, :need_x]
-    small = Image.fromarray(tiled, "RGB").resize((side_px, side_px), Image.Resampling.LANCZOS)
-    return np.asarray(small)
+    return np.asarray(Image.fromarray(tiled, "RGB").resize((side_px, side_px), Image.Resampling.LANCZOS))
 
 
 def _lit(p: Pictures, metallic: float) -> Pixels:

@@ -306,8 +306,7 @@ def pixels_of(data: bytes) -> Floats:
     """(H, W, 3) float32 0..1 of a PNG that this package wrote."""
     with Image.open(io.BytesIO(data)) as image:
         if image.mode.startswith("I"):  # with 16 bits
-            grey = np.asarray(image, dtype=np.float32) / np.float32(65535.0)
-            return np.repeat(grey[..., None], 3, axis=2)
+            return np.repeat((np.asarray(image, dtype=np.float32) / np.float32(65535.0))[..., None], 3, axis=2)
         return np.asarray(image.convert("RGB"), dtype=np.float32) / np.float32(255.0)
 
 

@@ -119,8 +119,7 @@ def polygon(corners: Sequence[tuple[float, float]]) -> Outline:
     points = np.array(corners, dtype=np.float64)
     ahead = np.roll(points, -1, axis=0) - points
     normal = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1) / np.linalg.norm(ahead, axis=1)[:, None]
-    facing = np.sign(((points.mean(axis=0) - points) * normal).sum(axis=1))
-    normal = normal * facing[:, None]
+    normal = normal * np.sign(((points.mean(axis=0) - points) * normal).sum(axis=1))[:, None]
     offset = (normal * points).sum(axis=1)
 
     def inside(u: Array, v: Array) -> Array:
@@ -204,10 +203,9 @@ def fill(face: Layers, joint: Joint, rim_m: Map, canvas: Canvas, rng: np.random.
     shade = 1.0 + joint.coarseness * 0.06 * sand + 0.03 * canvas.noise(0.3, 0.3, rng, 3)
     mortar = rgb(joint.color) * shade[..., None]
     height = face.height_m + profile(joint, rim_m)
-    low = -joint.rim_drop_m - joint.depth_m + 0.0004 * joint.coarseness * sand
     return Layers.of(
         blend(face.albedo, mortar, share),
-        height + (low - height) * share,
+        height + ((-joint.rim_drop_m - joint.depth_m + 0.0004 * joint.coarseness * sand) - height) * share,
         face.roughness + (joint.roughness - face.roughness) * share,
         face.metallic,
     )

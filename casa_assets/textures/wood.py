@@ -237,8 +237,7 @@ def _knots(canvas: Canvas, x: Map, y: Map, species: WoodSpecies, rng: np.random.
         heart = (0.62 + 0.2 * np.sin(9.0 * distance)) * (1.0 - smoothstep(0.85, 1.1, distance))
         dark = np.maximum(dark, np.maximum(rim, heart)).astype(np.float32)
         # Lines close to the middle are led around: they are drawn where they stand pushed out by one knot.
-        reach = (dx / (2.2 * size)) ** 2 + (dy / (5.5 * size)) ** 2
-        push = push - dx * np.exp(-reach)
+        push = push - dx * np.exp(-((dx / (2.2 * size)) ** 2 + (dy / (5.5 * size)) ** 2))
     return dark, push.astype(np.float32)
 
 

@@ -170,8 +170,7 @@ def _knobs(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Soli
             side = 1.0 if k % 2 else -1.0
             way = np.array([rng.uniform(-0.5, 0.8), side, rng.uniform(-0.1, 0.25)])
             at, scale = np.array([x, side * 0.5 * (p.width - 0.6 * p.piece_length), 0.0]), 0.75
-        body = _body(p, MIDDLING, rng, scale * float(rng.uniform(0.85, 1.1)))
-        out.append(_pointing(body, way, at))
+        out.append(_pointing(_body(p, MIDDLING, rng, scale * float(rng.uniform(0.85, 1.1))), way, at))
     return out, []
 
 
@@ -181,8 +180,7 @@ def _bundle(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Sol
     for k in range(p.count):
         layer, place = divmod(k, row)
         y = (place + (0.5 * (layer % 2)) - (min(row, p.count) - 1) / 2) * 0.97 * p.piece
-        slide = float(rng.uniform(-0.03, 0.03)) * p.piece_length
-        at = np.array([slide, y, (0.5 + 0.8 * layer) * p.piece])
+        at = np.array([(float(rng.uniform(-0.03, 0.03)) * p.piece_length), y, (0.5 + 0.8 * layer) * p.piece])
         out.append(_pointing(_body(p, LONG, rng, float(rng.uniform(0.95, 1.0))), np.array([1.0, 0.0, 0.0]), at))
     return out, []
 

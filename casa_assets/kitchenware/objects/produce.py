@@ -55,8 +55,7 @@ def head_leaves(
     out = []
     for k, turn in enumerate(golden_angles(count)):
         layer = (k + 1) / count
-        long = reach * float(rng.uniform(0.82, 1.0)) * (1.0 - 0.18 * layer)
-        place = 0.04 + (long - 0.04) * v
+        place = 0.04 + ((reach * float(rng.uniform(0.82, 1.0)) * (1.0 - 0.18 * layer)) - 0.04) * v
         half = float(rng.uniform(0.95, 1.25)) * np.maximum(np.sin(np.pi * (0.12 + 0.78 * v)), 0.25) ** 0.6
         # Where the body is thin the leaf does not reach round it.
         angle = turn + u * half

@@ -91,8 +91,7 @@ class SlabFood(Params):
 def build(builder: AssetBuilder, p: SlabFood) -> None:
     """Build the asset: it rests on z = 0."""
     builder.portion = Portion.PIECE if p.cut_at < 1 else None
-    rng = p.rng()
-    body, face = _body(p, rng)
+    body, face = _body(p, p.rng())
     low = float(body.points[:, 2].min())
     body = body.translated(z=-low)
     rind = _rind(p, body) if p.rind > 0 else None

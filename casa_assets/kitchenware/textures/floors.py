@@ -77,8 +77,7 @@ def paint_resilient(params: ResilientFloor, canvas: Canvas, rng: np.random.Gener
     pieces = lay(params.laying, canvas, rng)
     if params.material is not ResilientSort.STUDDED:
         jump = rng.random((2, pieces.count)).astype(np.float32)
-        size = np.array(canvas.tile_m, dtype=np.float32)[:, None]
-        dx, dy = (jump * size)[:, pieces.owner]
+        dx, dy = (jump * np.array(canvas.tile_m, dtype=np.float32)[:, None])[:, pieces.owner]
         at_x, at_y = pieces.u_m + dx - canvas.axes()[0], pieces.v_m + dy - canvas.axes()[1]
         tone = pieces.read(stratified(pieces.count, rng))
         planes = [canvas.shifted(face.albedo[..., n], at_x, at_y) * (1.0 + 0.04 * tone) for n in range(3)]
@@ -99,8 +98,7 @@ def _marbled(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -
     bend = 0.7 * size * canvas.noise(6 * size, 3 * size, rng, 2)
     for color in params.colors[1:]:
         streak = canvas.noise(4.0 * size, 0.45 * size, rng, 3) + 0.6 * canvas.noise(1.2 * size, 0.3 * size, rng, 2)
-        share = smoothstep(0.1, 1.9, canvas.shifted(streak, bend))
-        albedo = blend(albedo, rgb(color), params.strength * share)
+        albedo = blend(albedo, rgb(color), params.strength * smoothstep(0.1, 1.9, canvas.shifted(streak, bend)))
     crumb = canvas.noise(0.004, 0.003, rng, 2)
     return albedo * (1.0 + 0.015 * crumb)[..., None], 0.000005 * crumb, 0.02 * crumb
 
@@ -132,8 +130,7 @@ def _studded(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -
     albedo = blend(ground, top, rise)
     foot = np.exp(-((far - radius - 0.0012) ** 2) / (2.0 * max(0.0014, 0.7 * pixel) ** 2))
     albedo = albedo * (1.0 - 0.30 * foot + 0.02 * scuff)[..., None]
-    grain = canvas.noise(0.004, 0.004, rng)
-    return albedo, np.asarray(0.0011 * rise + 0.00001 * grain), -0.06 * rise + 0.03 * scuff
+    return albedo, np.asarray(0.0011 * rise + 0.00001 * canvas.noise(0.004, 0.004, rng)), -0.06 * rise + 0.03 * scuff
 
 
 def _cork(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> _Parts:
@@ -157,8 +154,7 @@ def _cork(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> _
         albedo = blend(albedo, granule, params.strength * share)
         height = height + np.float32(0.00008 * scale) * canvas.shifted(edge, dx, dy)
     lenticel = smoothstep(2.0, 2.5, canvas.noise(0.5 * size, 0.16 * size, rng) + 0.5 * canvas.noise(0.2, 0.2, rng))
-    grain = canvas.noise(0.003, 0.003, rng)
-    albedo = albedo * (1.0 - 0.45 * lenticel + 0.02 * grain)[..., None]
+    albedo = albedo * (1.0 - 0.45 * lenticel + 0.02 * canvas.noise(0.003, 0.003, rng))[..., None]
     return albedo, height - 0.0003 * lenticel, 0.1 * lenticel
 
 
@@ -186,8 +182,7 @@ def _tread(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> 
     a, b = np.mod(x / wide, 1.0) - 0.5, np.mod(y / tall, 1.0) - 0.5
     s, t = (a + b) / np.sqrt(2.0), (a - b) / np.sqrt(2.0)
     long, short = np.where(turned, s, t), np.where(turned, t, s)
-    bar = 0.11 * (1.0 - (long / 0.5) ** 2) - np.abs(short)
-    rise = np.clip(bar / 0.05, 0.0, 1.0)
+    rise = np.clip((0.11 * (1.0 - (long / 0.5) ** 2) - np.abs(short)) / 0.05, 0.0, 1.0)
     scuff = canvas.noise(0.1, 0.1, rng, 5)
     ground, top = rgb(params.colors[0]), rgb(params.colors[-1])
     albedo = (blend(ground, top, params.strength * rise)) * (1.0 + 0.025 * scuff)[..., None]
@@ -248,8 +243,7 @@ def paint_timber(params: TimberFloor, canvas: Canvas, rng: np.random.Generator) 
     tone = pieces.read(stratified(pieces.count, rng))
     warm = pieces.read(stratified(pieces.count, rng))
     hue = np.stack([1.0 + 0.03 * params.warmth * warm, np.ones_like(warm), 1.0 - 0.07 * params.warmth * warm], axis=2)
-    shade = 1.0 + 0.26 * params.variety * tone
-    albedo = face.albedo * hue * shade[..., None]
+    albedo = face.albedo * hue * (1.0 + 0.26 * params.variety * tone)[..., None]
     height: Map = face.height_m
     roughness: Map = face.roughness
     if params.scraping_m > 0:
@@ -301,9 +295,8 @@ def paint_ends(params: EndGrainFloor, canvas: Canvas, rng: np.random.Generator) 
     light, dark = rgb(params.palette.light), rgb(params.palette.dark)
     fibre = canvas.resolved(0.002, 0.002) * canvas.noise(0.002, 0.002, rng)
     mix = np.clip(params.species.contrast * ring + 0.35 * params.variety * tone + 0.045 * fibre + 0.2, 0.0, 1.0)
-    albedo = blend(light, dark, mix) * (1.0 - 0.5 * check)[..., None]
     face = Layers(
-        albedo.astype(np.float32),
+        (blend(light, dark, mix) * (1.0 - 0.5 * check)[..., None]).astype(np.float32),
         np.asarray(0.00006 * ring - 0.0008 * check, dtype=np.float32),
         np.asarray(params.palette.roughness + 0.1 * ring + 0.2 * check, dtype=np.float32),
     )
@@ -342,8 +335,7 @@ def paint_encaustic(params: Encaustic, canvas: Canvas, rng: np.random.Generator)
     albedo: Map = np.broadcast_to(colors[0], (*canvas.size_px, 3))
     mottle = canvas.noise(0.05, 0.05, rng, 5)
     for depth, number in DESIGNS[params.design](u, v):
-        share = ink(np.asarray(depth), soft)[..., None]
-        albedo = albedo + (colors[number % len(colors)] - albedo) * share
+        albedo = albedo + (colors[number % len(colors)] - albedo) * ink(np.asarray(depth), soft)[..., None]
     tone = pieces.read(stratified(pieces.count, rng))
     grain = canvas.noise(0.004, 0.004, rng, 2)
     shade = 1.0 + 0.12 * params.variety * tone + 0.035 * mottle + 0.012 * grain

@@ -61,8 +61,7 @@ def _linen(params: PressedFront, canvas: Canvas, rng: np.random.Generator) -> _P
     warp = canvas.noise(0.4, 0.0021, rng) + 0.45 * canvas.noise(0.037, 0.0023, rng)
     weft = canvas.noise(0.0021, 0.4, rng) + 0.45 * canvas.noise(0.0023, 0.037, rng)
     slub = smoothstep(1.3, 2.2, canvas.noise(0.05, 0.0035, rng)) + smoothstep(1.3, 2.2, canvas.noise(0.0035, 0.05, rng))
-    share = 0.5 + 0.24 * (warp + weft) + 0.5 * slub
-    return share, 0.00003 * np.maximum(warp, weft), 0.03 * warp, np.ones_like(warp)
+    return (0.5 + 0.24 * (warp + weft) + 0.5 * slub), 0.00003 * np.maximum(warp, weft), 0.03 * warp, np.ones_like(warp)
 
 
 def _concrete(params: PressedFront, canvas: Canvas, rng: np.random.Generator) -> _Parts:

@@ -102,8 +102,7 @@ def paint(p: Label, canvas: Canvas, rng: np.random.Generator) -> Layers:
         image = ImageChops.offset(image, wide - wide // 2, 0)
     if p.back:
         image = _backs(image, p, inside, rng, others)
-    kept = image.resize((columns, rows), Image.Resampling.BOX)
-    albedo = np.asarray(kept, dtype=np.float32) / 255.0
+    albedo = np.asarray(image.resize((columns, rows), Image.Resampling.BOX), dtype=np.float32) / 255.0
     cloud = canvas.noise(0.03, 0.03, rng, 2)
     return Layers.of(albedo, np.zeros(canvas.size_px, dtype=np.float32), p.roughness + 0.015 * cloud, p.metallic)
 
@@ -164,8 +163,7 @@ def _strew(image: Image.Image, p: Label, inside: Area) -> None:
     """The pattern of the ground."""
     draw, color = ImageDraw.Draw(image), p.second
     wide, high = image.size
-    unit = max(6.0, 0.055 * min(inside.height, 0.5 * wide))
-    count = max(4, 2 * round(wide / unit / 2))
+    count = max(4, 2 * round(wide / max(6.0, 0.055 * min(inside.height, 0.5 * wide)) / 2))
     step = wide / count
     rows = range(math.ceil(high / step) + 1)
     match p.pattern:
@@ -375,8 +373,7 @@ def _diagonal(image: Image.Image, p: Label, face: Area) -> None:
     lean = face.part(0.0, 0.06, 1.0, 0.94)
     _motif(image, p, lean.part(0.1, 0.0, 0.9, 0.3), p.second)
     color = seen_on(p.second, *([p.brand_ink] if p.brand_ink else []), WHITE, p.accent)
-    edge = seen_on(color, p.accent, ground, p.ink)
-    write(image, lean.part(0.02, 0.34, 0.98, 0.6), p.brand, color, p.lettering, edge)
+    write(image, lean.part(0.02, 0.34, 0.98, 0.6), p.brand, color, p.lettering, seen_on(color, p.accent, ground, p.ink))
     plate = lean.part(0.12, 0.66, 0.88, 0.94)
     if p.words:
         ImageDraw.Draw(image).rectangle(plate.corners, fill=ground)

@@ -94,8 +94,7 @@ def _glued(params: ButcherBlock, canvas: Canvas, rng: np.random.Generator) -> La
     albedo = np.stack(moved[:3], axis=-1)
     albedo = albedo + 0.9 * (rgb(params.palette.dark) - rgb(params.palette.light)) * tone[..., None]
     albedo = albedo * (1.0 + 0.04 * tone)[..., None]
-    pixel = max(canvas.pixel_width_m, canvas.tile_m[1] / canvas.size_px[0])
-    glue = line_coverage(edge_m, _GLUE_M, pixel)
+    glue = line_coverage(edge_m, _GLUE_M, max(canvas.pixel_width_m, canvas.tile_m[1] / canvas.size_px[0]))
     albedo = blend(albedo, rgb(params.palette.heart), 0.42 * glue)
     return Layers.of(albedo, moved[3] - 0.00004 * glue, moved[4] + 0.04 * glue)
 
@@ -121,8 +120,7 @@ def paint_blocks(params: EndGrain, canvas: Canvas, rng: np.random.Generator) -> 
     ring, early, zone = ring_maps(canvas, params.species, radius.astype(np.float32), rng)
     dots = canvas.noise(0.0012, 0.0012, rng)
     zero = np.zeros_like(ring)
-    rays = np.cos(np.arctan2(dy, dx) * 160.0).astype(np.float32)
-    fibre = 0.5 * canvas.noise(0.002, 0.002, rng) + 0.25 * rays
+    fibre = 0.5 * canvas.noise(0.002, 0.002, rng) + 0.25 * np.cos(np.arctan2(dy, dx) * 160.0).astype(np.float32)
     none = dict.fromkeys(("fleck", "dash", "sheen", "knot", "tone", "joint"), zero)
     grain = GrainMaps(ring, early, fibre, zone, smoothstep(0.5, 1.6, dots), edge_m=zero + 1.0, **none)
     grain = replace(grain, tone=rng.uniform(-1.0, 1.0, rows * columns).astype(np.float32)[block])
@@ -257,8 +255,7 @@ def _figures(params: PrintedLaminate, ink: int, canvas: Canvas, rng: np.random.G
         bar = np.where(np.abs(u) < 0.34, bar, 1.0)
         line = np.clip(1.2 - (np.abs(bar) - 0.012) / max(soft, 0.012), 0.0, 1.0)
         return np.asarray(line * (places.random_per_cell(rng) < 0.8))
-    slim = np.maximum(np.abs(u) / 0.30, np.abs(v) / 0.035)
-    fleck = np.clip((1.0 - slim) / max(soft / 0.035, 0.2) + 0.5, 0.0, 1.0)
+    fleck = np.clip((1.0 - np.maximum(np.abs(u) / 0.30, np.abs(v) / 0.035)) / max(soft / 0.035, 0.2) + 0.5, 0.0, 1.0)
     return np.asarray(fleck * (places.random_per_cell(rng) < 0.55))
 
 

@@ -209,8 +209,7 @@ def _cubes(u: Array, v: Array) -> Figures:
 def _triangles(u: Array, v: Array) -> Figures:
     """Half squares that take turns, four to a tile."""
     x, y = np.mod(u + 0.5, 0.5) - 0.25, np.mod(v + 0.5, 0.5) - 0.25
-    flip = np.where((u > 0) ^ (v > 0), 1.0, -1.0)
-    half = (x * flip + y) / np.sqrt(2.0)
+    half = (x * np.where((u > 0) ^ (v > 0), 1.0, -1.0) + y) / np.sqrt(2.0)
     return [(np.where(v > 0, half, -half), 1), (np.minimum(diamond(u, v, 0.16), 1.0), 2)]
 
 
@@ -236,8 +235,7 @@ def _crosses(u: Array, v: Array) -> Figures:
 def _arcs(u: Array, v: Array) -> Figures:
     """Quarter rings about two corners."""
     far = np.minimum(np.hypot(u + 0.5, v + 0.5), np.hypot(u - 0.5, v - 0.5))
-    rings = 0.058 - np.abs(np.mod(far, 0.20) - 0.10)
-    return [(np.minimum(rings, 0.5 - far), 1), (far - 0.5, 2)]
+    return [(np.minimum(0.058 - np.abs(np.mod(far, 0.20) - 0.10), 0.5 - far), 1), (far - 0.5, 2)]
 
 
 def _waves(u: Array, v: Array) -> Figures:
@@ -294,15 +292,13 @@ def scatter(
     soft = canvas.pixel_m / size_m * 1.2
     for x, y, turn, size, number in _spots(canvas, growth, size_m, rng):
         half = 0.62 * size
-        place = PlacedOutline(x, y, turn, half, half, lambda u, v: u)
-        rows, columns, dx, dy = window(place, canvas)
+        rows, columns, dx, dy = window(PlacedOutline(x, y, turn, half, half, lambda u, v: u), canvas)
         cos, sin = np.float32(np.cos(turn)), np.float32(np.sin(turn))
         u, v = (cos * dx + sin * dy) / np.float32(size), (cos * dy - sin * dx) / np.float32(size)
         at = np.ix_(rows, columns)
         patch = picture[at]
         for depth, hue in _DRAW[growth](u, v):
-            share = ink(depth, soft * size_m / size)[..., None]
-            patch = patch + (inks[(number + hue) % len(inks)] - patch) * share
+            patch = patch + (inks[(number + hue) % len(inks)] - patch) * ink(depth, soft * size_m / size)[..., None]
         picture[at] = patch
     return picture
 
@@ -343,12 +339,10 @@ def _banana(u: Array, v: Array) -> list[tuple[Array, int]]:
     vein = np.mod((v + 0.55 * np.abs(u)) * 17.0, 1.0) - 0.5
     tear = np.where(np.abs(np.floor((v + 0.55 * np.abs(u)) * 17.0 / 3.0) % 2) < 0.5, 0.13, 0.17)
     slits = np.minimum(np.abs(u) - tear, 0.006 - np.abs(np.mod((v + 0.55 * np.abs(u)) * 5.7, 1.0) - 0.5) / 5.7)
-    leaf = np.where(edge > 0, edge - np.abs(u), -1.0)
-    blade = np.minimum(leaf, -slits)
+    blade = np.minimum(np.where(edge > 0, edge - np.abs(u), -1.0), -slits)
     stem = np.minimum(0.010 - np.abs(u), np.minimum(0.55 - v, v + 0.46))
     light = np.minimum(blade - 0.01, u)
-    lines = np.minimum(blade - 0.012, 0.004 - np.abs(vein) / 17.0)
-    return [(blade, 0), (light, 1), (lines, 2), (stem, 2)]
+    return [(blade, 0), (light, 1), (np.minimum(blade - 0.012, 0.004 - np.abs(vein) / 17.0), 2), (stem, 2)]
 
 
 def _ginkgo(u: Array, v: Array) -> list[tuple[Array, int]]:

@@ -148,8 +148,7 @@ def _lines(vein: Vein, canvas: Canvas, rng: np.random.Generator) -> tuple[Map, M
     life = slanted(canvas, canvas.noise(0.28, 0.28 * vein.stretch**0.5, rng, 2), vein.shear)
     edge = 2.2 * vein.gaps - 1.6
     alive = smoothstep(edge, edge + 1.5, life)
-    swell = np.exp(0.45 * canvas.noise(0.07, 0.07, rng, 2) - 0.2)
-    width = vein.width_m * swell * (0.12 + 0.88 * alive**1.5)
+    width = vein.width_m * np.exp(0.45 * canvas.noise(0.07, 0.07, rng, 2) - 0.2) * (0.12 + 0.88 * alive**1.5)
     line = alive * _drawn(main * np.where(side > 0, 0.8, 1.5), width, canvas)
     twig = smoothstep(edge + 0.5, edge + 1.8, life) * _drawn(branch, 0.28 * width, canvas)
     line = np.maximum(line, 0.8 * twig) * np.clip(0.85 + 0.2 * canvas.noise(0.025, 0.025, rng, 2), 0.3, 1.1)
@@ -192,8 +191,7 @@ def _off(field: Map, size_m: float, canvas: Canvas) -> Map:
     rise_x = (np.roll(field, -1, axis=1) - np.roll(field, 1, axis=1)) / (2.0 * step_x)
     rise_y = (np.roll(field, -1, axis=0) - np.roll(field, 1, axis=0)) / (2.0 * step_y)
     # Near a saddle the slope vanishes, and a vein would run out into a blot.
-    slope = np.maximum(np.hypot(rise_x, rise_y), 1.2 / size_m)
-    return np.asarray(np.abs(field) / slope, dtype=np.float32)
+    return np.asarray(np.abs(field) / np.maximum(np.hypot(rise_x, rise_y), 1.2 / size_m), dtype=np.float32)
 
 
 VEINED = TextureKind("veined_stone", VeinedStone, paint_veined)
@@ -311,8 +309,7 @@ def paint_granite(params: Granite, canvas: Canvas, rng: np.random.Generator) -> 
     lot = np.where(large, coarse.random_per_cell(rng), mosaic.random_per_cell(rng))
     shade = np.where(large, coarse.random_per_cell(rng), mosaic.random_per_cell(rng)) - 0.5
     weights = np.stack([m.share * np.exp(0.9 * m.cluster * swarm) for m in params.minerals])
-    edges = np.cumsum(weights / weights.sum(axis=0), axis=0)
-    pick = np.minimum((lot > edges).sum(axis=0), len(params.minerals) - 1)
+    pick = np.minimum((lot > np.cumsum(weights / weights.sum(axis=0), axis=0)).sum(axis=0), len(params.minerals) - 1)
     colors = np.stack([rgb(m.color) for m in params.minerals])[pick]
     spreads = np.array([m.spread for m in params.minerals], dtype=np.float32)[pick]
     # Within a crystal the light changes a little: cleavage and what lies below the polish.

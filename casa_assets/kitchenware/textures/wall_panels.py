@@ -218,7 +218,7 @@ STONEWORK = TextureKind("stonework", Stonework, paint_stonework)
 
 
 # Profile of the edges of boards, and of the gap between two: BEAD a half round with a groove on each side; SHIPLAP
-# square edges, an open shadow line; VEE tongue and groove with broken edges; BATTEN flat boards, a strip over each joint.
+# square edges, an open shadow line; VEE tongue and groove with broken edges; BATTEN flat boards, a strip on each joint.
 BoardProfile = StrEnum("BoardProfile", "BEAD SHIPLAP VEE BATTEN")
 
 

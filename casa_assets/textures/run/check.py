@@ -14,7 +14,7 @@ from PIL import Image
 from casa_assets import registry
 from casa_assets.errors import BatchFault
 from casa_assets.model.issue import Report
-from casa_assets.model.registry.rows import Finish, Surface, TextureRecipe
+from casa_assets.model.registry.rows import Surface, TextureRecipe
 from casa_assets.runs.engine import run_batch
 from casa_assets.runs.limits import WorkerFailure
 from casa_assets.show.stills.pictures import SheetCell, contact_sheets

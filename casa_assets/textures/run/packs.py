@@ -21,7 +21,7 @@ from casa_assets.model.record import Record, Vec2
 from casa_assets.model.registry.rows import Finish, Surface
 from casa_assets.projects import SETTINGS, project_folder, read_again
 from casa_assets.show.stills.pictures import SheetCell, contact_sheet
-from casa_assets.textures import pack_pictures as derive
+from casa_assets.textures import pack_pictures
 from casa_assets.textures.check import check_pictures, pictures_of
 from casa_assets.textures.distance import NEARLY_ALIKE, TextureDescriptor, closest_pairs, describe_texture
 from casa_assets.textures.pack_entry import (
@@ -40,18 +40,7 @@ from casa_assets.textures.pack_entry import (
     slug,
     unique_ids,
 )
-from casa_assets.textures.pack_pictures import (
-    SIZE_PX,
-    SUFFIX_GROUPS,
-    Floats,
-    TiledPicture,
-    decode,
-    decode_map,
-    finish_of_tile,
-    pixels_of,
-    scaled,
-    tile,
-)
+from casa_assets.textures.pack_pictures import TiledPicture, tile
 from casa_assets.textures.run.pictures import FOLDER, PACK, pack_of
 from casa_assets.textures.run.recipes import every_recipe, origin_of
 
@@ -95,7 +84,7 @@ class PackOptions:
     library: Path
     pack: str | None = None
     flags: PictureDescription = field(default_factory=PictureDescription)
-    size_px: int = SIZE_PX
+    size_px: int = pack_pictures.SIZE_PX
 
 
 @dataclass(frozen=True)
@@ -156,7 +145,9 @@ def survey(
     refusals: list[RejectedPicture] = []
     by_bytes: dict[str, str] = {}
     found = list_files(source)
-    shown = [path for suffixes in SUFFIX_GROUPS for path in found if Path(path).suffix.lower() in suffixes]
+    shown = [
+        path for suffixes in pack_pictures.SUFFIX_GROUPS for path in found if Path(path).suffix.lower() in suffixes
+    ]
     materials = sorted(group_maps(shown), key=lambda one: min(one.maps.values()))
     for files in materials:
         try:
@@ -170,8 +161,7 @@ def survey(
             missing = Rejected(PictureRejection.MISSING, "is named in pack.yaml and is not there")
             refusals.append(rejection_row(name, missing))
     read = {*description.used, *(path for files in materials for path in files.maps.values())}
-    ignored = tuple(path for path in found if path not in read)
-    return accepted, tuple(sorted(refusals, key=lambda r: r.source)), ignored
+    return accepted, tuple(sorted(refusals, key=lambda r: r.source)), tuple(path for path in found if path not in read)
 
 
 def _accepted(
@@ -229,33 +219,35 @@ def _tiled(
         except Rejected as error:
             notes.append(_without(role, error))
     digests = {role.value: hashlib.sha256(found).hexdigest() for role, found in sorted(read.items())}
-    key = digest_of("texture_pack", key_of(decode, tile, _given), digest, digests, size_px)
+    key = digest_of("texture_pack", key_of(pack_pictures.decode, tile, _given), digest, digests, size_px)
     if (kept := store.get(key)) is not None:
         made = TiledPicture.from_json(kept)
     else:
-        decoded = decode(data)
-        small = scaled(decoded.pixels, size_px)
+        decoded = pack_pictures.decode(data)
+        small = pack_pictures.scaled(decoded.pixels, size_px)
         given, left_out = _given(read, small.shape[1] / small.shape[0], size_px)
         made = tile(small, size_px, given).replace(prompt=decoded.prompt, notes=(*decoded.notes, *left_out))
         store.put(key, made.to_json().encode())
     return made.replace(notes=(*made.notes, *notes))
 
 
-def _given(read: Mapping[MapRole, bytes], aspect: float, size_px: int) -> tuple[dict[str, Floats], tuple[str, ...]]:
+def _given(
+    read: Mapping[MapRole, bytes], aspect: float, size_px: int
+) -> tuple[dict[str, pack_pictures.Floats], tuple[str, ...]]:
     """Maps by name, in the order of MapRole, and notes on those that cannot be used.
 
     Args:
         read: bytes of the files. aspect: width over height of the colour. size_px: longer side to which they are scaled
             down.
     """
-    planes: dict[MapRole, Floats] = {}
+    planes: dict[MapRole, pack_pictures.Floats] = {}
     notes: list[str] = []
     for role, data in read.items():
         try:
-            pixels = decode_map(data, role)
+            pixels = pack_pictures.decode_map(data, role)
             if abs(pixels.shape[1] / pixels.shape[0] / aspect - 1.0) > _SAME_ASPECT:
                 raise Rejected(PictureRejection.TOO_LONG, "has another shape than the colour")
-            planes[role] = scaled(pixels, size_px)
+            planes[role] = pack_pictures.scaled(pixels, size_px)
         except Rejected as error:
             notes.append(_without(role, error))
     ordered = [(role, planes[role]) for role in MapRole if role in planes]
@@ -315,7 +307,12 @@ def ingest_pack(source: Path, options: PackOptions) -> PackReport:
             write_files(staged, Files(entries=files))  # at once: a large pack does not fit into memory
             pictures.append(picture)
             size = f"{picture.surface.value}, {picture.tile_m[0]:g} x {picture.tile_m[1]:g} m"
-            shots.append(SheetCell(id_.removeprefix(f"{name}_"), size, _sheet_picture(files[picture.files[0]])))
+            # The picture in the size of a cell of the contact sheet, PNG.
+            pixels = pack_pictures.pixels_of(files[picture.files[0]])
+            step = max(1, max(pixels.shape[:2]) // 192)
+            height, width = (n - n % step for n in pixels.shape[:2])
+            blocks = pixels[:height, :width].reshape(height // step, step, width // step, step, 3)
+            shots.append(SheetCell(id_.removeprefix(f"{name}_"), size, pack_pictures.png(blocks.mean(axis=(1, 3)))))
         pairs = closest_pairs(descriptors, below=NEARLY_ALIKE, most=100)
         pack = Pack(
             id=name,
@@ -391,7 +388,7 @@ def _picture(id_: str, accepted: AcceptedPicture) -> tuple[PackPicture, dict[str
         notes.append(
             f"was scaled down to {base.width_px} x {base.height_px} pixels, so that its files are not too large"
         )
-    if tile.seam_after > derive.VISIBLE_SEAM:
+    if tile.seam_after > pack_pictures.VISIBLE_SEAM:
         notes.append("its border can still be found by who looks for it")
     picture = PackPicture(
         id=id_,
@@ -417,7 +414,7 @@ def _picture(id_: str, accepted: AcceptedPicture) -> tuple[PackPicture, dict[str
         faults=tuple(f"{issue.code} {issue.message}" for issue in checked.issues),
     )
     coarse = slice(None, None, _LOOK_STEP)
-    return picture, files, describe_texture(pixels_of(base.png)[coarse, coarse], size)
+    return picture, files, describe_texture(pack_pictures.pixels_of(base.png)[coarse, coarse], size)
 
 
 def _finish(
@@ -426,7 +423,7 @@ def _finish(
     """The finish of a picture and its checks, in the largest size whose files are as small as a check asks for."""
     limits = registry.load().limits
     for size_px in SIZES_PX:
-        whole = finish_of_tile(name, made, tile_m, look, substance, size_px)
+        whole = pack_pictures.finish_of_tile(name, made, tile_m, look, substance, size_px)
         report = check_pictures(pictures_of(whole), limits)
         if "TEX011" not in [issue.code for issue in report.issues]:
             break
@@ -434,17 +431,7 @@ def _finish(
 
 
 def _text(record: Record) -> bytes:
-    data = record.model_dump(mode="json")
-    return (json.dumps(data, sort_keys=True, indent=1, ensure_ascii=False) + "\n").encode()
-
-
-def _sheet_picture(png: bytes) -> bytes:
-    """The picture in the size of a cell of the contact sheet, PNG."""
-    pixels = pixels_of(png)
-    step = max(1, max(pixels.shape[:2]) // 192)
-    height, width = (n - n % step for n in pixels.shape[:2])
-    blocks = pixels[:height, :width].reshape(height // step, step, width // step, step, 3)
-    return derive.png(blocks.mean(axis=(1, 3)))
+    return (json.dumps(record.model_dump(mode="json"), sort_keys=True, indent=1, ensure_ascii=False) + "\n").encode()
 
 
 def _put_if_changed(library: Library, staged: Path, target: Path) -> bool:

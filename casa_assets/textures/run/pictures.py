@@ -14,7 +14,7 @@ from casa_assets.model.asset.material import ColorSpace, Substance, Texture
 from casa_assets.model.record import Id, Record, Sha256
 from casa_assets.model.registry.rows import Finish, TextureRecipe
 from casa_assets.projects import project_folder, read_once
-from casa_assets.textures import pack_pictures as derive
+from casa_assets.textures import pack_pictures
 from casa_assets.textures.canvas import Layers
 from casa_assets.textures.finish import textured
 from casa_assets.textures.pack_entry import MAX_FILE_BYTES, MAX_SIDE_PX, FileName, Pack, PackPicture
@@ -102,15 +102,15 @@ def resized_finish(recipe: TextureRecipe, substance: Substance, size_px: int) ->
     textures = []
     for name in names:
         limit = round(size_px * max(whole[name].width_px, whole[name].height_px) / longest)
-        pixels = derive.scaled(derive.pixels_of(whole[name].png), limit)
+        pixels = pack_pictures.scaled(pack_pictures.pixels_of(whole[name].png), limit)
         size = {"width_px": pixels.shape[1], "height_px": pixels.shape[0]}
-        textures.append(whole[name].replace(png=derive.png(pixels), **size))
+        textures.append(whole[name].replace(png=pack_pictures.png(pixels), **size))
     return textured(recipe.id, recipe.tile_m, textures, substance)
 
 
 def layers_of_picture(recipe: TextureRecipe, size_px: int) -> Layers:
     """Return a picture as the layers of a recipe, at most `size_px` pixels on the longer side; its relief is flat."""
-    base, _, rough = (derive.scaled(derive.pixels_of(data), size_px) for data in read_files(recipe))
+    base, _, rough = (pack_pictures.scaled(pack_pictures.pixels_of(data), size_px) for data in read_files(recipe))
     return Layers.of(base, base[..., 0] * 0.0, rough[..., 1])
 
 

@@ -33,17 +33,7 @@ from casa_assets.registry.read import load_project, names_in, origin_of_row, rea
 from casa_assets.textures.canvas import SIZE_PX, Layers, paint
 from casa_assets.textures.finish import finish
 from casa_assets.textures.pack_entry import Pack
-from casa_assets.textures.run.pictures import (
-    KIND,
-    PACK,
-    check_files,
-    finish_of_picture,
-    layers_of_picture,
-    pack_of,
-    packs_of,
-    recipe_of,
-    resized_finish,
-)
+from casa_assets.textures.run import pictures
 
 FOLDER = "textures"  # of the registry, and within a cache
 SKINS = "skins"  # of the registry
@@ -116,7 +106,7 @@ def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, TextureRe
             taken[name] = document.file
             found[surface][name] = _recipe(document, name, stated, surface, substances)
     project = project_folder() if root is None else None
-    for folder, pack in packs_of(project) if project is not None else ():
+    for folder, pack in pictures.packs_of(project) if project is not None else ():
         for recipe in _pictures(folder, pack, taken):
             assert recipe.surface is not None
             found[recipe.surface][recipe.id] = recipe
@@ -125,7 +115,7 @@ def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, TextureRe
 
 def _pictures(folder: Path, pack: Pack, taken: dict[str, str]) -> Iterator[TextureRecipe]:
     """The pictures of a pack as recipes; their ids are put into `taken`. Raises RegistryError."""
-    known, file = registry.load(), str(folder / PACK)
+    known, file = registry.load(), str(folder / pictures.PACK)
     for number, picture in enumerate(pack.pictures):
         if picture.id in taken or picture.id in known.materials:
             held = taken.get(picture.id, "materials.yaml")
@@ -136,7 +126,7 @@ def _pictures(folder: Path, pack: Pack, taken: dict[str, str]) -> Iterator[Textu
                 file, 1, f"pictures.{number}.substance", "a substance of substances.yaml", repr(picture.substance)
             )
         taken[picture.id] = file
-        yield recipe_of(folder.name, picture)
+        yield pictures.recipe_of(folder.name, picture)
 
 
 @read_once
@@ -190,7 +180,7 @@ def find_recipe(name: str) -> TextureRecipe:
 
 def origin_of(recipe: TextureRecipe) -> str:
     """Where a recipe comes from: the name of the project, with that of the pack of a picture, or of this package."""
-    if pack := pack_of(recipe):
+    if pack := pictures.pack_of(recipe):
         loaded = load_project()
         assert loaded is not None
         return f"{loaded[0].name}/{pack}"
@@ -207,8 +197,8 @@ def picture_px(recipe: TextureRecipe) -> int:
 
 def layers_of(recipe: TextureRecipe, size_px: int) -> Layers:
     """Return the painted layers of a recipe, or the picture of a pack, at most `size_px` pixels on the longer side."""
-    if recipe.kind == KIND:
-        return layers_of_picture(recipe, size_px)
+    if recipe.kind == pictures.KIND:
+        return pictures.layers_of_picture(recipe, size_px)
     return paint(texture_kinds()[recipe.kind], recipe, size_px)
 
 
@@ -220,15 +210,15 @@ def finish_key(recipe: TextureRecipe, size_px: int | None = None) -> str:
     """
     size_px = size_px or picture_px(recipe)
     substance = registry.load().substances[recipe.substance]
-    if recipe.kind == KIND:
-        check_files(recipe)
+    if recipe.kind == pictures.KIND:
+        pictures.check_files(recipe)
     return digest_of("texture", _code_key(recipe.kind), recipe.digest, substance.digest, size_px)
 
 
 @read_once
 def _code_key(kind: str) -> str:
-    if kind == KIND:
-        return key_of(finish_of_picture)
+    if kind == pictures.KIND:
+        return key_of(pictures.finish_of_picture)
     if kind in plugin_kinds():
         return digest_of("plug-in", plugin_kinds()[kind][0].digest, key_of(paint, finish))
     return key_of(*modules_holding(texture_kinds()[kind], CONTENT), paint, finish)
@@ -244,8 +234,12 @@ def finish_of(recipe: TextureRecipe, cache: Path, size_px: int | None = None) ->
     """
     size_px = size_px or picture_px(recipe)
     substance = registry.load().substances[recipe.substance]
-    if recipe.kind == KIND:
-        return resized_finish(recipe, substance, size_px) if size_px < SIZE_PX else finish_of_picture(recipe, substance)
+    if recipe.kind == pictures.KIND:
+        return (
+            pictures.resized_finish(recipe, substance, size_px)
+            if size_px < SIZE_PX
+            else pictures.finish_of_picture(recipe, substance)
+        )
     store = Store(cache / FOLDER, is_optional=True)
     key = finish_key(recipe, size_px)
     kept = store.get(key)
@@ -259,7 +253,7 @@ def missing_paintings(names: Iterable[str], cache: Path) -> dict[str, Painting]:
     store, found, pictured = Store(cache / FOLDER, is_optional=True), dict[str, Painting](), every_recipe()
     for name in names:
         recipe = pictured.get(name)
-        if recipe is None or recipe.kind == KIND or recipe.kind in plugin_kinds():
+        if recipe is None or recipe.kind == pictures.KIND or recipe.kind in plugin_kinds():
             continue
         size_px, key = picture_px(recipe), finish_key(recipe)
         if store.get(key) is None:
@@ -268,8 +262,7 @@ def missing_paintings(names: Iterable[str], cache: Path) -> dict[str, Painting]:
 
 
 def _paint_and_keep(recipe: TextureRecipe, size_px: int, store: Store, key: str) -> Finish:
-    substance = registry.load().substances[recipe.substance]
-    made = finish(recipe.id, recipe.tile_m, layers_of(recipe, size_px), substance)
+    made = finish(recipe.id, recipe.tile_m, layers_of(recipe, size_px), registry.load().substances[recipe.substance])
     if recipe.surface is None:  # it covers a whole thing and does not repeat
         made = made.replace(material=made.material.replace(tile_m=None))
     store.put(key, made.to_json().encode())
