@@ -213,8 +213,7 @@ def round_corners(path: Sequence[Vec3], radius: float, steps: int = 5) -> Floats
             continue
         r = reach * math.tan(half)
         middle = corner + (a + b) / np.linalg.norm(a + b) * r / math.sin(half)
-        u = corner + a * reach - middle
-        w = corner + b * reach - middle
+        u, w = corner + a * reach - middle, corner + b * reach - middle
         sweep = math.acos(float(np.clip(u @ w / (r * r), -1, 1)))
         for t in np.linspace(0.0, 1.0, steps + 1):
             out.append(middle + (math.sin((1 - t) * sweep) * u + math.sin(t * sweep) * w) / math.sin(sweep))

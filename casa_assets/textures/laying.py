@@ -210,8 +210,7 @@ def panel(tile_m: Size, width: float, length: float) -> list[PlacedOutline]:
 def _frame(x: float, y: float, quarter: int, half: float, width: float) -> PlacedOutline:
     """One strip of a mitred frame."""
     corners = [(-width / 2, -half), (width / 2, -half + width), (width / 2, half - width), (-width / 2, half)]
-    turn = quarter * np.pi / 2
-    reach = half - width / 2
+    turn, reach = quarter * np.pi / 2, half - width / 2
     # Its outer edge is at u = -width/2, away from the middle of the panel.
     return PlacedOutline(
         x - np.cos(turn) * reach, y - np.sin(turn) * reach, turn, width / 2, half, polygon(corners), 2 + quarter % 2

@@ -240,8 +240,7 @@ def _ring(m: Mouth) -> list[Part]:
 
 def _flip(m: Mouth) -> list[Part]:
     low, high = _cover(m, COVERED[Closure.FLIP])
-    r = m.radius * m.wide + 0.001
-    seam = low + 0.55 * (high - low)
+    r, seam = m.radius * m.wide + 0.001, low + 0.55 * (high - low)
     foot = [(r, low), (r, seam - 0.0006), (r - 0.0008, seam - 0.0004)]
     head = [(r - 0.0008, seam + 0.0004), (r, seam + 0.0006)]
     head += [(0.97 * r, high - 0.003), (0.88 * r, high - 0.0008), (0.7 * r, high)]

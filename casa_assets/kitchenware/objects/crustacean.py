@@ -163,8 +163,7 @@ def _legs(p: Crustacean) -> list[Solid]:
     out = []
     for side in (-1, 1):
         for k in range(4):
-            x = head * (0.6 - 0.13 * k)
-            sweep = 0.25 - 0.22 * k
+            x, sweep = head * (0.6 - 0.13 * k), 0.25 - 0.22 * k
             knee = (x + 0.5 * sweep * p.width, side * 0.85 * p.width, 0.42 * p.height)
             foot = (x + 1.1 * sweep * p.width, side * 1.3 * p.width, 0.05 * p.height)
             hip = (x, side * 0.35 * p.width, 0.3 * p.height)

@@ -177,8 +177,7 @@ def _grid(p: Dough) -> Solid:
     parts = [food.dome(outline, flat, 0.45 * p.height, 7).translated(z=0.275 * p.height)]
     path = [(float(x), float(y), p.height / 2) for x, y in 0.965 * np.vstack([outline, outline[:2]])]
     pitch = min(p.length, p.width) / p.grid
-    bar = 0.3 * pitch
-    h = 0.49 * p.height
+    bar, h = 0.3 * pitch, 0.49 * p.height
     section = np.array([(0.3, -h), (0.5, 0.0), (0.3, h), (-0.3, h), (-0.5, 0.0), (-0.3, -h)])
     section[:, 0] *= bar
     parts.append(tube(path, section * (1.1, 1.02)).without_colliders())

@@ -155,8 +155,7 @@ def ring_body(
     diameter: float, height: float, hole: float, power: float = 2.2, around: int = 40, section: int = 18
 ) -> Solid:
     """A ring about z; its picture runs round it, and from below over the outside and the top back through the hole."""
-    half = (diameter - hole) / 4
-    middle = (diameter + hole) / 4
+    half, middle = (diameter - hole) / 4, (diameter + hole) / 4
     angle = -np.pi / 2 + np.arange(section) * 2 * np.pi / section
     c, s = np.cos(angle), np.sin(angle)
     radius = (np.abs(c) ** power + np.abs(s) ** power) ** (-1.0 / power)

@@ -199,8 +199,7 @@ def brick(p: Package) -> list[Part]:
         tip = (x + sign * p.bulge * 0.3, 0.0, p.height - 0.85 * half_y)
         corners = [(x, -half_y * 0.96, p.height), (x, half_y * 0.96, p.height), tip]
         ear = plate(np.array(corners), 0.0009, np.array([float(sign), 0.0, 0.0]))
-        level = 1.0 - p.upper
-        edge = 0.5 + sign * (p.front + p.side) / 2
+        level, edge = 1.0 - p.upper, 0.5 + sign * (p.front + p.side) / 2
         ear = with_front_picture(ear, (edge - 0.3 * p.side, level - 0.12), (edge + 0.3 * p.side, level), (1, 2))
         parts.append(Part(ear, p.skin, "package"))
     radius = 0.0021
@@ -226,8 +225,7 @@ def block(p: Package) -> list[Part]:
     if p.bare >= 1:
         return [Part(_bare_block(p, 0.0), p.content or p.skin, "food", p.heft)]
     outline = four_sides(p.front, p.side, 2)
-    fold = 0.0007
-    top = p.height * (1.0 - p.bare)
+    fold, top = 0.0007, p.height * (1.0 - p.bare)
     # A wrapper that is open lies smoothly, so that it stays clear of what is in it.
     smooth = p if p.bare == 0 else p.replace(dents=0.0)
     body = _sides(smooth, outline, top - 2 * fold, p.lower, 1.0 - p.upper).translated(z=fold)
@@ -445,8 +443,7 @@ def pillow(p: Package) -> list[Part]:
     rings, heights = [], []
     for share in steps:
         full = max(0.0, 1.0 - abs(2 * share - 1) ** p.full) ** 0.62
-        back = deep * full * (1.0 + p.sag)
-        front = deep * full * (1.0 - p.sag)
+        back, front = deep * full * (1.0 + p.sag), deep * full * (1.0 - p.sag)
         # The skin does not stretch: where the bag is full, it is narrower.
         width = float(np.sqrt(max(half**2 - 1.3 * (deep * full) ** 2, (0.55 * half) ** 2)))
         thick = np.where(sheet < 0, front, back)

@@ -204,8 +204,7 @@ def _layer(p: Stacked, filling: Filling, outline: Floats, thickness: float, rng:
 def _bun(p: Stacked, rng: np.random.Generator) -> Composed:
     loaf = ((0, 0), (0.5, 0.01), (0.85, 0.06), (1, 0.18), (1, 0.5), (1, 0.82), (0.85, 0.94), (0.5, 0.99), (0, 1))
     link = ((0, 0), (0.5, 0.012), (0.85, 0.045), (1, 0.12), (1, 0.5), (1, 0.88), (0.85, 0.955), (0.5, 0.988), (0, 1))
-    bun_length = 0.9 * p.length
-    thick = 0.42 * p.width
+    bun_length, thick = 0.9 * p.length, 0.42 * p.width
     halves = []
     for side in (-1, 1):
         half = food.long_body(loaf, bun_length, thick, 0.72 * p.height, square_top=2.4, square=2.4, along=19, around=20)
@@ -367,8 +366,7 @@ def _cake(p: Stacked, rng: np.random.Generator) -> Composed:
     start = math.pi / 2 - whole / 2
     roses = max(1, round(8 * p.opening / 360)) if p.turns > 0 else 0
     for k in range(roses):
-        turn = start + whole * (k + 0.5) / roses
-        size = 0.15 * radius + 0.004
+        turn, size = start + whole * (k + 0.5) / roses, 0.15 * radius + 0.004
         x, y = 0.76 * radius * math.cos(turn), 0.76 * radius * math.sin(turn)
         rose = _swirl(size, 0.9 * size, 0.18, 2.0, fine=False).translated(x, y, z - 0.001)
         parts.append((food.plain(rose), p.second))
@@ -400,8 +398,7 @@ def _swirl(radius: float, height: float, ripple: float, turns: float, fine: bool
 
 
 def _cup(p: Stacked, rng: np.random.Generator) -> Composed:
-    radius = p.length / 2
-    height = p.base_height
+    radius, height = p.length / 2, p.base_height
     line = [(0.0, 0.0), (0.7, 0.0), (0.72, 0.02), (0.86, 0.5), (0.985, 0.98), (0.96, 1.0), (0.5, 1.0), (0.0, 1.0)]
     cup = turned(np.array(line), 80, 40.0)
     cup = replace(cup, points=lobed(cup.points * (0.93 * radius, 0.93 * radius, height), 20, 0.06, 1.0, 0.0))

@@ -399,8 +399,7 @@ def _grater(p: Utensil) -> list[Part]:
     lid = heads.ring(rectangle(long, p.width * p.belly, 0.006, 4), rectangle(0.004, 0.008, 0.0015, 2), 4)
     lid = lid.translated(z=top - 0.003)
     parts.append(Part(lid.without_colliders(), p.trim_finish, "rim", collides=False))
-    radius = p.grip_thickness / 2
-    rise = p.gap
+    radius, rise = p.grip_thickness / 2, p.gap
     path = [(-0.42 * long, 0.0, top - 0.012), (-0.4 * long, 0.0, top + rise - radius)]
     path += [(0.4 * long, 0.0, top + rise - radius), (0.42 * long, 0.0, top - 0.012)]
     arch = tube(path, min(radius, 0.004 if p.grip is None else radius), 0.7 * min(rise, 0.3 * long))
@@ -465,8 +464,7 @@ def _scale(p: Utensil) -> list[Part]:
     top += 0.002
     for sx, sy in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
         parts.append(Part(foot.translated(sx * x, sy * y, 0.0015), "rubber_black", "foot", collides=False))
-    plate_deep = wide - front - 0.012
-    middle = front / 2 - 0.001
+    plate_deep, middle = wide - front - 0.012, front / 2 - 0.001
     if p.spread > 0.5:
         plate = rod(plate_deep / 2, p.thickness, 0.0012)
     else:

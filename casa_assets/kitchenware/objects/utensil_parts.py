@@ -69,8 +69,7 @@ def bar(shape: Bar, size: Size, along: int = ALONG, hulls: int = MAX_HULLS, span
     """
     stations = _within(_stations(shape, size, along), span, size.length)
     width, x = stations[:, 0], stations[:, 1]
-    share = x / size.length
-    other = width
+    share, other = x / size.length, width
     if shape.other:
         curve = smooth_profile([(w, s * 1000.0) for w, s in shape.other], 400)
         other = np.interp(share, curve[:, 1] / 1000.0, curve[:, 0]) * size.width / 2

@@ -320,8 +320,7 @@ def _handles(p: Vessel, profile: Profile, plan: Plan) -> list[Part]:
 
 def _loops(p: Vessel, profile: Profile, plan: Plan, z: float) -> list[Solid]:
     r, half = profile.radius(z), 0.5 * min(0.5 * p.width * p.across, 0.1)
-    short = plan.half_y - (plan.half_x - r)
-    x = r - 0.55 * p.wall
+    short, x = plan.half_y - (plan.half_x - r), r - 0.55 * p.wall
     if plan.corner is None:
         # Its ends go in far enough to be covered; `_seated` keeps them within the wall.
         x = r * math.sqrt(max(0.0, 1 - (half / short) ** 2)) - 0.55 * p.wall - p.handle_thick - p.weave

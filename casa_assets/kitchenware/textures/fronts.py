@@ -179,8 +179,7 @@ def paint_painted(params: PaintedFront, canvas: Canvas, rng: np.random.Generator
         edge = 3.0 - 2.2 * params.wear
         bare = smoothstep(edge, edge + 0.5, streaks + 0.8 * patch)
         albedo = blend(albedo, under * (1.0 + 0.07 * canvas.noise(0.08, 0.002, rng))[..., None], bare)
-        height = height - 0.00008 * bare
-        roughness = roughness + 0.12 * bare
+        height, roughness = height - 0.00008 * bare, roughness + 0.12 * bare
     if params.groove_spacing_m > 0:
         # Rounded grooves at the edges of boards that are fitted to the width of the picture.
         off = canvas.groove_distance(params.groove_spacing_m)

@@ -294,8 +294,7 @@ def paint_metal(params: SheetMetal, canvas: Canvas, rng: np.random.Generator) ->
         share = 0.6 * smoothstep(edge - 2.0, edge + 2.0, field)
         deep = 1.0 + 0.08 * canvas.noise(0.05, 0.05, rng, 4)
         albedo = blend(albedo, rgb(params.patina_color) * deep[..., None], share)
-        roughness = roughness + 0.25 * share
-        height = height + 0.000004 * share
+        roughness, height = roughness + 0.25 * share, height + 0.000004 * share
     if params.spots > 0:
         # Mask 0..1: rings of glasses and dried drops.
         drops = voronoi_cells(canvas, 0.11, rng, bend_m=0.004)

@@ -244,8 +244,7 @@ def paint_flow(params: BandedStone, canvas: Canvas, rng: np.random.Generator) ->
     if params.pits > 0:
         pit = _pits(params, depth - y, canvas, rng)
         albedo = albedo * (1.0 - 0.45 * pit)[..., None]
-        height = height - 0.0012 * pit
-        roughness = roughness + 0.3 * pit
+        height, roughness = height - 0.0012 * pit, roughness + 0.3 * pit
     return Layers.of(albedo, height, roughness)
 
 

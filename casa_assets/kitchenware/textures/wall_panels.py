@@ -332,8 +332,7 @@ def paint_concrete(params: Concrete, canvas: Canvas, rng: np.random.Generator) -
     dots = canvas.noise(0.009, 0.009, rng) + 0.45 * canvas.noise(0.2, 0.3, rng, 2)
     edge = 3.4 - 1.3 * params.holes
     hole = np.asarray(smoothstep(edge, edge + 0.25, dots) * (params.holes > 0), dtype=np.float32)
-    height = 0.0001 * cloud + 0.00004 * fine - 0.0018 * hole
-    dark = 0.42 * hole
+    height, dark = 0.0001 * cloud + 0.00004 * fine - 0.0018 * hole, 0.42 * hole
     if params.formwork is Formwork.BOARDS:
         share, height, dark = _board_marks(params, canvas, share, height, dark, rng)
     elif params.formwork is Formwork.PANELS:
