@@ -85,8 +85,7 @@ def _ogee(u: Array, v: Array) -> Figures:
     def eye(x: Array, y: Array) -> Figures:
         t = 1.0 - 4.0 * np.minimum(np.abs(y), 0.5) / 2.0
         edge = 0.25 * (1.0 + t + 0.2 * np.sin(np.pi * t)) - np.abs(x)
-        band = 0.020 - np.abs(edge - 0.045)
-        fine = 0.007 - np.abs(edge - 0.095)
+        band, fine = 0.020 - np.abs(edge - 0.045), 0.007 - np.abs(edge - 0.095)
         seed = motif.lens(x, y, 0.0, 0.0, np.pi / 2, 0.34, 0.15)
         return [(band, 1), (fine, 2), (seed, 1), (seed - 0.028, 0), (seed - 0.045, 2)]
 

@@ -117,8 +117,7 @@ def _cane(params: PressedFront, canvas: Canvas, rng: np.random.Generator) -> _Pa
     x, y = canvas.axes()
     u = x / (canvas.tile_m[0] / max(1, round(canvas.tile_m[0] / params.pitch_m)))
     v = y / (canvas.tile_m[1] / max(1, round(canvas.tile_m[1] / params.pitch_m)))
-    upright = _strand(u, 0.30) + 0.0 * v
-    level = _strand(v, 0.30) + 0.0 * u
+    upright, level = _strand(u, 0.30) + 0.0 * v, _strand(v, 0.30) + 0.0 * u
     rising, falling = _strand(u + v + 0.5, 0.17), _strand(u - v + 0.5, 0.17)
     over = np.maximum.reduce([upright * 0.92, level, rising * 0.85, falling * 0.8])
     tint = canvas.noise(0.2, 0.004, rng) * (upright > level) + canvas.noise(0.004, 0.2, rng) * (level >= upright)

@@ -199,8 +199,7 @@ def _backs(image: Image.Image, p: Label, inside: Area, rng: np.random.Generator,
     if p.side > 0:
         for way, painted in ((1, _facts_side), (-1, _words_side)):
             shift = round(way * (p.front + p.side) / 2 * wide)
-            image = ImageChops.offset(image, -shift, 0)
-            width = 0.86 * p.side * wide
+            image, width = ImageChops.offset(image, -shift, 0), 0.86 * p.side * wide
             painted(image, p, Area((wide - width) / 2, inside.y, width, inside.height).part(0, 0.06, 1, 0.94), rng)
             image = ImageChops.offset(image, shift, 0)
     if not p.twice and others > 0.12 * wide:
@@ -219,8 +218,7 @@ def _backs(image: Image.Image, p: Label, inside: Area, rng: np.random.Generator,
 
 def _facts_side(image: Image.Image, p: Label, area: Area, rng: np.random.Generator) -> None:
     """A table of facts above and a barcode below, on white plates."""
-    draw = ImageDraw.Draw(image)
-    width = min(area.width, 0.75 * area.height)
+    draw, width = ImageDraw.Draw(image), min(area.width, 0.75 * area.height)
     area = replace(area, x=area.middle[0] - width / 2, width=width)
     table, code = area.part(0.05, 0.0, 0.95, 0.62), area.part(0.05, 0.68, 0.95, 0.98)
     draw.rectangle(table.corners, fill=WHITE)
@@ -325,8 +323,7 @@ def _badge(image: Image.Image, p: Label, face: Area) -> None:
 
 
 def _plate(image: Image.Image, p: Label, face: Area) -> None:
-    draw = ImageDraw.Draw(image)
-    plate = face.part(0.04, 0.1, 0.96, 0.9)
+    draw, plate = ImageDraw.Draw(image), face.part(0.04, 0.1, 0.96, 0.9)
     radius = 0.12 * min(plate.width, plate.height)
     draw.rounded_rectangle(plate.corners, radius, fill=p.accent)
     rim = 0.03 * min(plate.width, plate.height)
@@ -381,10 +378,8 @@ def _diagonal(image: Image.Image, p: Label, face: Area) -> None:
 
 
 def _classic(image: Image.Image, p: Label, face: Area) -> None:
-    draw = ImageDraw.Draw(image)
-    frame = face.part(0.03, 0.05, 0.97, 0.95)
-    unit = 0.018 * min(frame.width, frame.height)
-    ground = _cleared(image, p, frame)
+    draw, frame = ImageDraw.Draw(image), face.part(0.03, 0.05, 0.97, 0.95)
+    unit, ground = 0.018 * min(frame.width, frame.height), _cleared(image, p, frame)
     for inset, line in ((0.0, 1.3), (2.6, 0.5)):
         d = inset * unit
         left, top, right, bottom = frame.corners
@@ -401,8 +396,7 @@ def _round_stripes(image: Image.Image, p: Label, inside: Area, face: Area) -> No
 
 
 def _stripes(image: Image.Image, p: Label, face: Area) -> None:
-    draw = ImageDraw.Draw(image)
-    field = face.part(0.02, 0.14, 0.98, 0.86)
+    draw, field = ImageDraw.Draw(image), face.part(0.02, 0.14, 0.98, 0.86)
     draw.rectangle(face.part(0.02, 0.11, 0.98, 0.89).corners, fill=p.accent)
     draw.rectangle(field.corners, fill=p.ground[0])
     _stack(image, p, field.part(0.07, 0.08, 0.93, 0.93), p.ground[0], "mbw")

@@ -134,8 +134,7 @@ def _moroccan(u: Array, v: Array) -> Figures:
     a, b = np.abs(u), np.abs(v)
     rays = np.minimum(0.028 - np.abs(a - b) / np.sqrt(2.0), -eight)
     cross = np.minimum(0.028 - np.abs(np.minimum(0.5 - a, 0.5 - b) - 0.11), np.maximum(0.5 - a, 0.5 - b) - 0.05)
-    core = star(u, v, 8, 0.17, 0.085)
-    corner = diamond(a - 0.5, b - 0.5, 0.15)
+    core, corner = star(u, v, 8, 0.17, 0.085), diamond(a - 0.5, b - 0.5, 0.15)
     return [(eight, 1), (band, 0), (core, 2), (np.minimum(rays, 0.3 - corner), 3), (cross, 3), (corner, 2)]
 
 
@@ -149,8 +148,7 @@ def _circles(u: Array, v: Array) -> Figures:
 
 def _compass(u: Array, v: Array) -> Figures:
     far, bearing = polar(u, v, 4)
-    long = star(u, v, 4, 0.46, 0.12)
-    short = star(u, v, 4, 0.34, 0.12, np.pi / 4)
+    long, short = star(u, v, 4, 0.46, 0.12), star(u, v, 4, 0.34, 0.12, np.pi / 4)
     lit = np.where(bearing > 0, 0.02, -1.0)
     around = ring(u, v, 0, 0, 0.41, 0.025)
     corner = disc(np.abs(u), np.abs(v), 0.5, 0.5, 0.14)
@@ -186,8 +184,7 @@ def _rosette(u: Array, v: Array) -> Figures:
 
 
 def _bordered(u: Array, v: Array) -> Figures:
-    frame = -square(u, v, 0.43)
-    line = 0.010 - np.abs(square(u, v, 0.395))
+    frame, line = -square(u, v, 0.43), 0.010 - np.abs(square(u, v, 0.395))
     core = np.maximum(square(u, v, 0.18), diamond(u, v, 0.26))
     corner = square(np.abs(u) - 0.5, np.abs(v) - 0.5, 0.075)
     return [(frame, 1), (line, 1), (core, 2), (core - 0.05, 0), (star(u, v, 4, 0.1, 0.045), 1), (corner, 2)]
@@ -216,8 +213,7 @@ def _triangles(u: Array, v: Array) -> Figures:
 def _fleur(u: Array, v: Array) -> Figures:
     """A cross of lilies."""
     a, b = folded(u, v)
-    stem = np.minimum(0.022 - b, 0.33 - a)
-    leaf = lens(a, b, 0.34, 0.0, 0.0, 0.26, 0.12)
+    stem, leaf = np.minimum(0.022 - b, 0.33 - a), lens(a, b, 0.34, 0.0, 0.0, 0.26, 0.12)
     curl = np.minimum(ring(a, b, 0.235, 0.085, 0.06, 0.045), a - 0.17)
     band = np.minimum(0.018 - np.abs(a - 0.21), 0.075 - b)
     corner = disc(np.abs(u), np.abs(v), 0.5, 0.5, 0.2)
@@ -250,8 +246,7 @@ def _waves(u: Array, v: Array) -> Figures:
 
 def _octagram(u: Array, v: Array) -> Figures:
     a, b = np.abs(u), np.abs(v)
-    outer = star(u, v, 8, 0.5, 0.36)
-    corner = star(a - 0.5, b - 0.5, 8, 0.2, 0.13)
+    outer, corner = star(u, v, 8, 0.5, 0.36), star(a - 0.5, b - 0.5, 8, 0.2, 0.13)
     line = 0.013 - np.abs(star(u, v, 8, 0.42, 0.30))
     return [(outer, 1), (line, 3), (star(u, v, 8, 0.3, 0.2), 2), (star(u, v, 8, 0.16, 0.09), 0), (corner, 2)]
 

@@ -222,8 +222,7 @@ def paint_flow(params: BandedStone, canvas: Canvas, rng: np.random.Generator) ->
     depth = y + fold + params.shear * x * np.float32(canvas.tile_m[1] / canvas.tile_m[0])
     part = depth / np.float32(canvas.tile_m[1]) * params.layers + 0.03 * params.mottle * canvas.noise(0.06, 0.2, rng, 5)
     # (H, W, 3) colour at a place in the order of layers, smooth from one to the next.
-    table = rgb_table(params.colors)
-    at = np.mod(part, 1.0) * len(params.colors)
+    table, at = rgb_table(params.colors), np.mod(part, 1.0) * len(params.colors)
     sharp = np.floor(at) + smoothstep(0.15, 0.85, at - np.floor(at))
     planes = [ndimage.map_coordinates(plane, [sharp], order=1, mode="grid-wrap") for plane in table.T]
     albedo = np.stack(planes, axis=-1).astype(np.float32)
@@ -323,8 +322,7 @@ def paint_granite(params: Granite, canvas: Canvas, rng: np.random.Generator) -> 
         odds = speck.share * np.exp(1.2 * speck.flock * swarm)
         chosen = grains.random_per_cell(rng) < odds * speck.share / max(float(odds.mean()), 1e-6)
         mask = np.asarray(chosen * smoothstep(0.0, 0.08, grains.border_m / speck.size_m), dtype=np.float32)
-        albedo = blend(albedo, rgb(speck.color), mask)
-        rough = np.maximum(rough, mask)
+        albedo, rough = blend(albedo, rgb(speck.color), mask), np.maximum(rough, mask)
     cloud = canvas.noise(0.004, 0.004, rng)
     return Layers.of(albedo, -0.000004 * rough + 0.000001 * cloud, params.roughness + 0.06 * rough)
 
@@ -389,8 +387,7 @@ def paint_speckled(params: MadeStone, canvas: Canvas, rng: np.random.Generator) 
     for chips in params.chips:
         color, mask = _chips(chips, canvas, rng)
         mask = mask * free
-        albedo = blend(albedo, color, mask)
-        height = height + 0.000003 * mask
+        albedo, height = blend(albedo, color, mask), height + 0.000003 * mask
         roughness = roughness + chips.roughness_change * mask
         free = free * (1.0 - mask)  # a small chip lies beside a large one, never on it
     if params.pinholes > 0:
