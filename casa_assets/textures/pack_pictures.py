@@ -23,13 +23,7 @@ from casa_assets.model.registry.rows import Finish, Surface
 from casa_assets.textures.canvas import Layers
 from casa_assets.textures.check import jump, repair, seam
 from casa_assets.textures.finish import encode_texture, finish, halved
-from casa_assets.textures.pack_entry import (
-    MAX_ASPECT,
-    MAX_SIDE_PX,
-    MIN_SIDE_PX,
-    MapRole,
-    PictureRejection,
-)
+from casa_assets.textures.pack_entry import MAX_ASPECT, MAX_SIDE_PX, MIN_SIDE_PX, MapRole, PictureRejection
 
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF")
 # In groups: of two files of one map that in the earlier group is read.

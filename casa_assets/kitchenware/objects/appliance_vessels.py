@@ -5,9 +5,7 @@ from __future__ import annotations
 from pydantic import Field
 
 from casa_assets.ext.families import FinishId, Params
-from casa_assets.ext.solids import (
-    AssetBuilder,
-)
+from casa_assets.ext.solids import AssetBuilder
 from casa_assets.kitchenware.fixtures import kettle
 from casa_assets.kitchenware.fixtures.kettle import Kettle, KettleForm, KettleHandle
 from casa_assets.kitchenware.objects.closures import LID, lift_off

@@ -139,8 +139,7 @@ def bumped(points: Floats, amount: float, waves: float, rng: np.random.Generator
         return points
     middle, size = (points.min(axis=0) + points.max(axis=0)) / 2, float(np.ptp(points, axis=0).max())
     away = points - middle
-    found: Floats = middle + away * (1.0 + amount * random_waves(away, waves, size, 7, rng)[:, None] / 3.0)
-    return found
+    return np.asarray(middle + away * (1.0 + amount * random_waves(away, waves, size, 7, rng)[:, None] / 3.0))
 
 
 def random_waves(points: Floats, waves: float, size: float, count: int, rng: np.random.Generator) -> Floats:
@@ -191,8 +190,7 @@ def wrapped(points: Floats, leaves: int, depth: float, rng: np.random.Generator)
         # A leaf is a round shield that starts at the foot; its rim is a step two points wide.
         inside = 1.0 - np.sqrt((off / reach) ** 2 + ((height + 1.0) / (top + 1.0 + wave)) ** 2)
         raised = np.maximum(raised, (k + 1) / leaves * np.clip(inside / 0.08, 0.0, 1.0))
-    found: Floats = middle + (points - middle) * (1.0 + depth * raised[:, None])
-    return found
+    return np.asarray(middle + (points - middle) * (1.0 + depth * raised[:, None]))
 
 
 # A cut face is a plate of this thickness; a part of it stands out of the body, so that nothing of the body shows, m.
@@ -366,13 +364,11 @@ def _centroid(loop: Floats) -> Floats:
     """(2,) middle of the area within a loop."""
     after = np.roll(loop, -1, axis=0)
     share = loop[:, 0] * after[:, 1] - after[:, 0] * loop[:, 1]
-    found: Floats = ((loop + after) * share[:, None]).sum(axis=0) / (3 * share.sum())
-    return found
+    return np.asarray(((loop + after) * share[:, None]).sum(axis=0) / (3 * share.sum()))
 
 
 def _radius(loop: Floats, angle: Floats) -> Floats:
     """(N,) distance of a loop from the origin in directions, rad."""
     own = np.arctan2(loop[:, 1], loop[:, 0])
     order = np.argsort(own)
-    found: Floats = np.interp(angle, own[order], np.hypot(loop[:, 0], loop[:, 1])[order], period=2 * np.pi)
-    return found
+    return np.asarray(np.interp(angle, own[order], np.hypot(loop[:, 0], loop[:, 1])[order], period=2 * np.pi))

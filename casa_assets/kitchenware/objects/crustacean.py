@@ -13,10 +13,7 @@ from casa_assets.ext.arrays import Floats
 from casa_assets.ext.families import FinishId, Params
 from casa_assets.ext.records import Vec2
 from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, circle, tube
-from casa_assets.kitchenware.objects.closed_surface import (
-    bumped,
-    ellipsoid,
-)
+from casa_assets.kitchenware.objects.closed_surface import bumped, ellipsoid
 from casa_assets.kitchenware.objects.food import dome, hull_of, joined, long_body, outline_curve, plain
 
 Metres = Annotated[float, Field(gt=0, le=0.6)]

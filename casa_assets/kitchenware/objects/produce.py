@@ -300,8 +300,7 @@ def _laid(points: Floats, p: Produce) -> Floats:
     radius = (1.0 - p.bend_start) / p.bend
     ends = p.bend_start + radius * math.sin(p.bend), radius * (1.0 - math.cos(p.bend))
     along, across = np.array(ends) / math.hypot(*ends)
-    turned_back: Floats = laid @ np.array([[along, -across, 0.0], [across, along, 0.0], [0.0, 0.0, 1.0]])
-    return turned_back
+    return np.asarray(laid @ np.array([[along, -across, 0.0], [across, along, 0.0], [0.0, 0.0, 1.0]]))
 
 
 def _shaped(points: Floats, p: Produce, rng: np.random.Generator) -> Floats:

@@ -217,8 +217,7 @@ def _value(curve: Curve, share: Floats, default: float) -> Floats:
         return np.full(len(share), default)
     at, value = np.array(curve, dtype=np.float64).T
     inside = np.clip(share, at[0], at[-1])
-    found: Floats = PchipInterpolator(at, value)(inside) if len(at) > 1 else np.full(len(share), value[0])
-    return found
+    return np.asarray(PchipInterpolator(at, value)(inside) if len(at) > 1 else np.full(len(share), value[0]))
 
 
 def _pieces(points: Floats, most: int) -> list[Floats]:

@@ -83,25 +83,9 @@ Figures = list[tuple[Array, int]]
 
 # Design of a cement tile.
 TileDesign = Literal[
-    "coastal",
-    "quatrefoil",
-    "star",
-    "moroccan",
-    "circles",
-    "compass",
-    "lace",
-    "diamonds",
-    "rosette",
-    "bordered",
-    "cubes",
-    "triangles",
-    "fleur",
-    "crosses",
-    "arcs",
-    "waves",
-    "octagram",
-    "tulip",
-]
+    "coastal", "quatrefoil", "star", "moroccan", "circles", "compass", "lace", "diamonds", "rosette", "bordered",
+    "cubes", "triangles", "fleur", "crosses", "arcs", "waves", "octagram", "tulip",
+]  # fmt: skip
 
 
 def _coastal(u: Array, v: Array) -> Figures:
@@ -401,12 +385,5 @@ def _meadow(u: Array, v: Array) -> list[tuple[Array, int]]:
 
 _MIXED = ("fern", "banana", "willow")  # inks are shades of one colour: any may come first
 _ANY_WAY = ("fern", "ginkgo", "banana")
-_DENSE = {
-    "fern": 2.0,
-    "banana": 2.1,
-    "ginkgo": 1.15,
-    "willow": 1.9,
-    "blossom": 1.35,
-    "meadow": 1.9,
-}
+_DENSE = {"fern": 2.0, "banana": 2.1, "ginkgo": 1.15, "willow": 1.9, "blossom": 1.35, "meadow": 1.9}
 _DRAW = {maker.__name__.removeprefix("_"): maker for maker in (_fern, _banana, _ginkgo, _willow, _blossom, _meadow)}

@@ -17,13 +17,7 @@ from casa_assets.model.issue import Status
 from casa_assets.model.registry.rows import Surface, TextureRecipe
 from casa_assets.textures import canvas
 from casa_assets.textures.check import TABLE, Picture, Pictures, check_pictures, check_set, jump, repair, seam
-from casa_assets.textures.distance import (
-    NEARLY_ALIKE,
-    TextureDescriptor,
-    closest_pairs,
-    describe_texture,
-    distance,
-)
+from casa_assets.textures.distance import NEARLY_ALIKE, TextureDescriptor, closest_pairs, describe_texture, distance
 from casa_assets.textures.finish import finish, normals, swatch
 from casa_assets.textures.run.recipes import layers_of, recipes
 

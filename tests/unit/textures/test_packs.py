@@ -31,10 +31,7 @@ from casa_assets.textures.pack_pictures import decode, decode_map, tile
 from casa_assets.textures.run.packs import PackOptions, PackReport, ingest_pack
 from tests.support.library.pictures import deep_png, encoded, pixels, relief, tiff, tiling
 
-pytestmark = [
-    pytest.mark.content("code", "textures", keep=0),
-    pytest.mark.content("code", "textures.run", keep=0),
-]
+pytestmark = [pytest.mark.content("code", "textures", keep=0), pytest.mark.content("code", "textures.run", keep=0)]
 
 FLAGS = PictureDescription(surface=Surface.WALL, tile_m=(1.0, 1.0), licence="CC0-1.0")
 

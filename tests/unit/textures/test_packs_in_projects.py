@@ -30,10 +30,7 @@ from tests.support.library.libraries import ROOT, command
 from tests.support.library.pictures import encoded, pixels, tiling, write_pictures
 from tests.support.program.projects import Project
 
-pytestmark = [
-    pytest.mark.content("code", "textures", keep=0),
-    pytest.mark.content("code", "textures.run", keep=0),
-]
+pytestmark = [pytest.mark.content("code", "textures", keep=0), pytest.mark.content("code", "textures.run", keep=0)]
 
 FLOOR = PictureDescription(surface=Surface.FLOOR, tile_m=(1.0, 1.0), licence="CC0-1.0", substance="stone")
 Ingested = Callable[..., PackReport]
