@@ -51,10 +51,8 @@ def _rounded_link(link: Link) -> Link:
     inertial = link.inertial
     if inertial is not None:
         threshold = INERTIA_TOLERANCE * sum(inertial.inertia[:3])
-        xx, yy, zz, xy, xz, yz = (0.0 if abs(v) < threshold else v for v in inertial.inertia)
-        inertial = inertial.replace(
-            center_of_mass=_rounded_vec(inertial.center_of_mass), inertia=(xx, yy, zz, xy, xz, yz)
-        )
+        inertia = tuple(0.0 if abs(v) < threshold else v for v in inertial.inertia)
+        inertial = inertial.replace(center_of_mass=_rounded_vec(inertial.center_of_mass), inertia=inertia)
     return link.replace(
         pose=_rounded_pose(link.pose),
         inertial=inertial,
@@ -78,12 +76,9 @@ def _rounded_shape(shape: Shape) -> Shape:
 
 def _rounded_mesh(mesh: Mesh) -> Mesh:
     """The visual mesh with vertices, texture coordinates and normals rounded to float32."""
-    return Mesh(
-        vertices=_rounded_float32(mesh.vertices, MESH_DECIMALS),
-        faces=mesh.faces,
-        uv=None if mesh.uv is None else _rounded_float32(mesh.uv, VISUAL_DECIMALS),
-        normals=None if mesh.normals is None else _rounded_float32(mesh.normals, VISUAL_DECIMALS),
-    )
+    vertices = _rounded_float32(mesh.vertices, MESH_DECIMALS)
+    uv, normals = (None if v is None else _rounded_float32(v, VISUAL_DECIMALS) for v in (mesh.uv, mesh.normals))
+    return Mesh(vertices=vertices, faces=mesh.faces, uv=uv, normals=normals)
 
 
 def _rounded_float32(values: Floats, places: int) -> Floats:

@@ -217,10 +217,9 @@ class AssetBuilder:
         if density > 0:
             owner.masses.append(solid_mass(solid, density))
         if collider is not False:
-            collider_name = collider if isinstance(collider, str) else name
-            self._add_colliders(
-                owner, solid if solid.shapes else solid.with_hull_collider(), chosen.substance.id, label, collider_name
-            )
+            touched = solid if solid.shapes else solid.with_hull_collider()
+            first = collider if isinstance(collider, str) else name
+            self._add_colliders(owner, touched, chosen.substance.id, label, first)
 
     def draw(
         self,
@@ -247,9 +246,8 @@ class AssetBuilder:
         prefix = name or f"{owner.name}_{label or 'body'}"
         for i, (shape, pose) in enumerate(solid.shapes):
             collider_name = name if name and i == 0 else f"{prefix}_{len(owner.colliders):02d}"
-            owner.colliders.append(
-                Collider(name=str(collider_name), shape=shape, pose=pose, substance=substance, label=label)
-            )
+            found = Collider(name=collider_name, shape=shape, pose=pose, substance=substance, label=label)
+            owner.colliders.append(found)
 
     def ballast(self, link: str, mass: float, at: Vec3, size: Vec3) -> None:
         """Add a box of uniform mass in kg without mesh or collider: a motor, a compressor, a transformer."""
@@ -286,10 +284,8 @@ class AssetBuilder:
             feel: instead of all that.
             behind: joint that has to be open before this one can move.
         """
-        hinge = JointKind.HINGE
-        self.joints.append(
-            JointBuilder(name, child, hinge, axis, anchor, span, grip, start_n, spring, lever, push_n, feel, behind)
-        )
+        place = (name, child, JointKind.HINGE, axis, anchor, span, grip)
+        self.joints.append(JointBuilder(*place, start_n, spring, lever, push_n, feel, behind))
 
     def slide(
         self,
@@ -306,10 +302,8 @@ class AssetBuilder:
         behind: str | None = None,
     ) -> None:
         """Add a slide that moves `child`; span in metres, one end 0. Arguments as in `hinge`."""
-        kind, origin = JointKind.SLIDE, (0.0, 0.0, 0.0)
-        self.joints.append(
-            JointBuilder(name, child, kind, axis, origin, span, grip, start_n, spring, 1.0, push_n, feel, behind)
-        )
+        place = (name, child, JointKind.SLIDE, axis, (0.0, 0.0, 0.0), span, grip)
+        self.joints.append(JointBuilder(*place, start_n, spring, 1.0, push_n, feel, behind))
 
     def site(self, name: str, at: Vec3 | Pose, link: str = ROOT, radius: float = 0.005) -> None:
         """Add a named point; `radius` in metres is the size it is shown with."""

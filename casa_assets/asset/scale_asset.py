@@ -116,10 +116,8 @@ def _joint(joint: Joint, factor: float, heavier: float) -> Joint:
         )
     if drive is not None:
         # A spring of a hinge carries the weight of its part, at an arm that is as much longer.
-        drive = drive.replace(
-            stiffness=significant(drive.stiffness * heavier * factor, 3),
-            damping=significant(drive.damping * heavier * factor, 3),
-        )
+        stiffness, damping = (significant(v * heavier * factor, 3) for v in (drive.stiffness, drive.damping))
+        drive = drive.replace(stiffness=stiffness, damping=damping)
     return joint.replace(
         anchor=_vector(joint.anchor, factor),
         damping=significant(joint.damping * factor, 3),

@@ -224,13 +224,8 @@ def _single(values: Floats) -> Floats:
 
 
 def _rounded(mesh: Mesh) -> Mesh:
-    normals = None if mesh.normals is None else _single(mesh.normals)
-    return Mesh(
-        vertices=_single(mesh.vertices),
-        faces=mesh.faces,
-        uv=None if mesh.uv is None else _single(mesh.uv),
-        normals=normals,
-    )
+    uv, normals = (None if values is None else _single(values) for values in (mesh.uv, mesh.normals))
+    return Mesh(vertices=_single(mesh.vertices), faces=mesh.faces, uv=uv, normals=normals)
 
 
 def anchor_uv(solid: Solid, name: str, corner: Vec3, along: Vec3, face: Vec3) -> Solid:

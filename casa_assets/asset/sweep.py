@@ -9,7 +9,7 @@ from itertools import pairwise
 import manifold3d
 import numpy as np
 
-from casa_assets.asset.solid import Placed, Solid, concatenate
+from casa_assets.asset.solid import Placed, Solid, concatenate, hull_around
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.mesh.planar import signed_area
 from casa_assets.model.asset.parts import Box, Capsule, Shape
@@ -26,10 +26,8 @@ def slab(outline: Floats, profile: Sequence[Vec2], moulded: Sequence[bool], hole
     their rims are chamfered by a millimetre on top. Returns: A solid without collision shapes.
     """
     loop = np.asarray(outline, dtype=np.float64)
-    rings = [
-        np.column_stack([offset_sides(loop, [d if m else 0.0 for m in moulded]), np.full(len(loop), z)])
-        for d, z in profile
-    ]
+    flat = [(offset_sides(loop, [d if m else 0.0 for m in moulded]), z) for d, z in profile]
+    rings = [np.column_stack([ring, np.full(len(ring), z)]) for ring, z in flat]
     bottom, top = profile[0][1], profile[-1][1]
     rim_radius = min(0.001, 0.2 * (top - bottom))
     stacks = [rings]
@@ -159,14 +157,8 @@ def rectangle(width: float, height: float, radius: float = 0.0, steps: int = 3) 
     corners = ((w - r, h - r, 0.0), (-w + r, h - r, 90.0), (-w + r, -h + r, 180.0), (w - r, -h + r, 270.0))
     if r <= 0:
         return np.array([(w, h), (-w, h), (-w, -h), (w, -h)])
-    turns = np.linspace(0.0, 90.0, steps + 1)
-    return np.array(
-        [
-            (x + r * math.cos(math.radians(a + t)), y + r * math.sin(math.radians(a + t)))
-            for x, y, a in corners
-            for t in turns
-        ]
-    )
+    places = [(x, y, math.radians(a + t)) for x, y, a in corners for t in np.linspace(0.0, 90.0, steps + 1)]
+    return np.array([(x + r * math.cos(turn), y + r * math.sin(turn)) for x, y, turn in places])
 
 
 def inset(outline: Floats, by: float) -> Floats:
@@ -189,13 +181,8 @@ def prism(outline: Floats, height: float, chamfer: float = 0.001, holes: Sequenc
     e = min(chamfer, 0.45 * height)
     levels = [(0.0, 0.0), (height, 0.0)] if e <= 0 else [(0.0, e), (e, 0.0), (height - e, 0.0), (height, e)]
     loops = [np.asarray(outline, dtype=np.float64), *(np.asarray(h, dtype=np.float64)[::-1] for h in holes)]
-    return stack_rings(
-        [
-            [np.column_stack([inset(loop, cut) if cut else loop, np.full(len(loop), z)]) for z, cut in levels]
-            for loop in loops
-        ],
-        50.0,
-    )
+    flat = [[(inset(loop, cut) if cut else loop, z) for z, cut in levels] for loop in loops]
+    return stack_rings([[np.column_stack([ring, np.full(len(ring), z)]) for ring, z in rings] for rings in flat], 50.0)
 
 
 def round_corners(path: Sequence[Vec3], radius: float, steps: int = 5) -> Floats:
@@ -376,11 +363,8 @@ def room_moulding(loop: Floats, profile: Floats) -> Solid:
             faces += [(a, d, c), (a, c, b)]
             uv_m += [flat[[0, 3, 2]], flat[[0, 2, 1]]]
     body = Solid(points, np.array(faces, dtype=np.int64), uv_m=np.array(uv_m), crease_deg=40.0).oriented_outwards()
-    sides = [np.concatenate([points[k * m : (k + 1) * m], np.roll(points, -m, axis=0)[k * m : (k + 1) * m]])
-             for k in range(n)]  # fmt: skip
-    return body.with_colliders_of(
-        *(Solid(cloud, np.zeros((0, 3), dtype=np.int64)).with_hull_collider() for cloud in sides)
-    )
+    corners, after = points.reshape(n, m, 3), np.roll(points, -m, axis=0).reshape(n, m, 3)
+    return body.with_colliders_of(*(hull_around(np.concatenate([corners[k], after[k]])) for k in range(n)))
 
 
 def straight_moulding(profile: Floats, length: float, left: float, right: float) -> Solid:

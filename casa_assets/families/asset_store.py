@@ -5,10 +5,10 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 import numpy.typing as npt
@@ -34,16 +34,7 @@ TREE = "tree"
 DIGEST_BYTES = 32
 LEAVES = frozenset((str, int, float, bool))
 # Errors that a file which `pack` did not write may raise, even where its digest is right.
-READ_ERRORS = (
-    ValueError,
-    TypeError,
-    LookupError,
-    OSError,
-    EOFError,
-    ArithmeticError,
-    RecursionError,
-    zipfile.BadZipFile,
-)
+READ_ERRORS = (ValueError, TypeError, LookupError, OSError, EOFError, ArithmeticError, RecursionError, BadZipFile)
 
 Tree = dict[str, Any]
 
@@ -135,9 +126,8 @@ class AssetStore:
 
     def __init__(self, cache: Path) -> None:
         self._cache = cache
-        self._assets, self._pictures, self._layers = (
-            Store(cache / FOLDER / name, is_optional=True) for name in ("built", "pictures", "layers")
-        )
+        stores = (Store(cache / FOLDER / name, is_optional=True) for name in ("built", "pictures", "layers"))
+        self._assets, self._pictures, self._layers = stores
         self._seen: dict[str, bytes] = {}
         self._wrote = False
 

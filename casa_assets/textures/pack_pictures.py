@@ -251,9 +251,8 @@ def finish_of_tile(
         slopes = vectors[..., :2] / np.maximum(vectors[..., 2:], _FLATTEST)
         slopes -= slopes.mean(axis=(0, 1))
         upright = np.concatenate([slopes, np.ones_like(slopes[..., :1])], axis=2)
-        pixels = np.rint(
-            (np.asarray(upright / np.linalg.norm(upright, axis=2, keepdims=True), dtype=np.float32) * 0.5 + 0.5) * 255
-        ).astype(np.uint8)
+        unit = np.asarray(upright / np.linalg.norm(upright, axis=2, keepdims=True), dtype=np.float32)
+        pixels = np.rint((unit * 0.5 + 0.5) * 255).astype(np.uint8)
         material = material.replace(normal_texture=encode_texture(f"{name}_normal", pixels, ColorSpace.RAW))
     if "metalness" in maps:
         gloss = halved(np.clip(rough, 0.04, 1.0)), halved(maps["metalness"][..., 0])

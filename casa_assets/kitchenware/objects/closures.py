@@ -302,10 +302,8 @@ def _spout(m: Mouth) -> list[Part]:
 
 def _ball(m: Mouth) -> list[Part]:
     r = m.radius * m.wide
-    return [
-        _turned([(0.9 * m.radius, m.z - 0.001), (m.radius, m.z + 0.003)], 20),
-        Part(ball(r, 12).translated(z=m.z + r)),
-    ]
+    neck = _turned([(0.9 * m.radius, m.z - 0.001), (m.radius, m.z + 0.003)], 20)
+    return [neck, Part(ball(r, 12).translated(z=m.z + r))]
 
 
 def _holes(m: Mouth) -> list[Part]:
@@ -353,9 +351,8 @@ def _loop(m: Mouth) -> list[Part]:
     r, rise = m.radius * m.wide + 0.001, 0.38 * m.height
     cap = [(r, low), (r, high - 0.002), (r - 0.002, high), (0.6 * r, high + 0.0008)]
     bar = np.array([(-0.0055, -0.002), (0.0055, -0.002), (0.0055, 0.002), (-0.0055, 0.002)])
-    arc = [
-        (0.8 * r * math.cos(t), 0.0, high - 0.003 + (rise + 0.001) * math.sin(t)) for t in np.linspace(0.0, math.pi, 11)
-    ]
+    turns = np.linspace(0.0, math.pi, 11)
+    arc = [(0.8 * r * math.cos(t), 0.0, high - 0.003 + (rise + 0.001) * math.sin(t)) for t in turns]
     loop = tube(arc, bar, up=(0.0, 1.0, 0.0)).with_hull_collider()
     body = lathe(cap, 32, 42.0)
     return [Part(body.with_colliders_of(rod(r, high - low).translated(z=(low + high) / 2))), Part(loop, True)]

@@ -81,10 +81,8 @@ def build(builder: AssetBuilder, p: Crustacean) -> None:
     if p.band is not None:
         builder.add(ROOT, joined(bands).translated(z=-low), p.band, label="band", collider=False)
     head = p.length * (1 - p.tail)
-    eyes = [
-        ellipsoid((0.07 * p.width,) * 3, 10, 7).translated(0.86 * head, side * 0.22 * p.width, 0.68 * p.height - low)
-        for side in (-1, 1)
-    ]
+    eye = ellipsoid((0.07 * p.width,) * 3, 10, 7)
+    eyes = [eye.translated(0.86 * head, side * 0.22 * p.width, 0.68 * p.height - low) for side in (-1, 1)]
     builder.add(ROOT, joined(eyes), p.eye_finish, label="eye", collider=False, density=0.0)
 
 
@@ -130,9 +128,8 @@ def _claw(p: Crustacean, side: int, size: float) -> tuple[Solid, Solid, Solid]:
     thick = 0.5 * wide
     palm = dome(outline_curve(PALM, long, 0.8 * wide, 30), FLAT, thick, 9).translated(y=-0.1 * wide)
     finger = dome(outline_curve(FINGER, 0.6 * long, 0.36 * wide, 18), FLAT, 0.7 * thick, 7)
-    finger = finger.translated(0.18 * long, 0.3 * wide, 0.15 * thick).rotated(
-        "z", p.gape, (-0.1 * long, 0.3 * wide, 0.0)
-    )
+    finger = finger.translated(0.18 * long, 0.3 * wide, 0.15 * thick)
+    finger = finger.rotated("z", p.gape, (-0.1 * long, 0.3 * wide, 0.0))
     claw = joined([plain(palm), plain(finger)])
     if side < 0:
         claw = claw.mirrored_x().rotated("z", math.pi)

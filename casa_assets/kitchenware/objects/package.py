@@ -118,10 +118,8 @@ def build(builder: AssetBuilder, p: Package) -> None:
             low, high = solid.bounds
             hinge = (0.0, float(high[1]), float(low[2]))
             builder.link(LID, hinge)
-            placed = solid.translated(*(-v for v in hinge))
-            builder.add(
-                LID, placed, part.finish, label=part.label, name="lid", collider=LID_GRIP, density="cardboard_flap"
-            )
+            placed, density = solid.translated(*(-v for v in hinge)), "cardboard_flap"
+            builder.add(LID, placed, part.finish, label=part.label, name="lid", collider=LID_GRIP, density=density)
             swing_up(builder, (-1.0, 0.0, 0.0), LID_SWING)
             continue
         if k == 0:

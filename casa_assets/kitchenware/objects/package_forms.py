@@ -422,14 +422,10 @@ def roll(p: Package) -> list[Part]:
     loop = np.column_stack([beyond * np.sin(turns), beyond * np.cos(turns)])
     flat = np.concatenate([loop * (1 + 0.0005 / r), loop[::-1]])
     rows = [np.column_stack([flat, np.full(len(flat), z)]) for z in (0.002, p.height - 0.002)]
-    flap = wrapped(
-        np.stack(rows), np.zeros((len(flat), 2, 2)), np.array([0.0, 1.0]), crease_deg=40.0
-    ).oriented_outwards()
-    sheet = concatenate([outer, flap])
-    return [
-        Part(Solid(sheet.points, sheet.faces, crease_deg=40.0), p.skin, "roll", p.heft),
-        Part(cardboard, BOARD_FINISH, "core"),
-    ]
+    flap = wrapped(np.stack(rows), np.zeros((len(flat), 2, 2)), np.array([0.0, 1.0]), crease_deg=40.0)
+    sheet = concatenate([outer, flap.oriented_outwards()])
+    whole = Solid(sheet.points, sheet.faces, crease_deg=40.0)
+    return [Part(whole, p.skin, "roll", p.heft), Part(cardboard, BOARD_FINISH, "core")]
 
 
 def pillow(p: Package) -> list[Part]:

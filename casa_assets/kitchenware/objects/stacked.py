@@ -136,9 +136,8 @@ def _tower(p: Stacked, rng: np.random.Generator) -> Composed:
     for filling in p.layers:
         if filling in (Filling.BASE, Filling.CROWN, Filling.SLICE):
             height = p.height if filling is Filling.CROWN else p.base_height
-            bread = food.dome(
-                outline, {Filling.BASE: _BASE, Filling.CROWN: _CROWN, Filling.SLICE: _FLAT}[filling], height
-            )
+            profile = {Filling.BASE: _BASE, Filling.CROWN: _CROWN, Filling.SLICE: _FLAT}[filling]
+            bread = food.dome(outline, profile, height)
             bread = replace(bread, points=food.flat_foot(bumped(bread.points, 0.012, 1.0, rng), 0.01)).translated(z=z)
             parts.append((bread, p.skin))
             z += height - 0.0006
@@ -211,9 +210,8 @@ def _bun(p: Stacked, rng: np.random.Generator) -> Composed:
         half = half.rotated("x", -0.28 * side).translated(0.0, side * 0.29 * p.width, 0.4 * p.height)
         halves.append(half)
     base = food.long_body(loaf, 0.97 * bun_length, 0.8 * p.width, 0.4 * p.height, square=3.0, along=15, around=16)
-    bread = [
-        replace(s, points=bumped(s.points, 0.012, 1.5, rng)) for s in (*halves, base.translated(z=0.21 * p.height))
-    ]
+    loaves = (*halves, base.translated(z=0.21 * p.height))
+    bread = [replace(s, points=bumped(s.points, 0.012, 1.5, rng)) for s in loaves]
     size = 0.46 * p.width
     sausage = food.long_body(link, p.length, size, size, along=23, around=20)
     bow = 0.06 * size * np.cos(np.pi * sausage.points[:, 0] / p.length)
@@ -225,9 +223,8 @@ def _bun(p: Stacked, rng: np.random.Generator) -> Composed:
     t = np.linspace(-0.42, 0.42, 6 * p.count + 1)
     swing = 0.16 * size * np.sin(2 * np.pi * p.count * (t + 0.42) / 0.84) if p.count > 1 else 0.0 * t
     if p.third:
-        light.append(
-            (food.plain(food.ridge(surface, np.column_stack([t * p.length, swing]), 0.0055, 0.005, False)), p.third)
-        )
+        sauce = food.ridge(surface, np.column_stack([t * p.length, swing]), 0.0055, 0.005, False)
+        light.append((food.plain(sauce), p.third))
     light += _toppings(p, sausage, rng, 0.75)
     return Composed(parts, [[*bread, sausage, *(s for s, _ in light)]], light)
 
@@ -291,9 +288,8 @@ def _skewer(p: Stacked, rng: np.random.Generator) -> Composed:
         points = piece.points.copy()
         # Flat where they lie; neighbours reach into each other, and two flats in one plane would flicker.
         points[:, 2] = np.maximum(points[:, 2], -0.42 * p.width + FLAT_STEP * (number % 2))
-        parts.append(
-            (food.plain(replace(piece, points=points)) if finish else replace(piece, points=points), finish or p.meat)
-        )
+        piece = replace(piece, points=points)
+        parts.append((food.plain(piece) if finish else piece, finish or p.meat))
         x += size
     reach = scale * total * p.width / 2
     stick = tube([(-reach - 0.3 * p.stick, 0.0, 0.0), (reach + p.stick, 0.0, 0.0)], 0.0017)

@@ -306,9 +306,8 @@ def mouth_cut(length: float, width: float, deep: float, tooth: float) -> Solid:
     c, s = np.cos(turns), np.sin(turns)
     oval = [half * np.sign(f) * np.abs(f) ** (2 / 2.6) for half, f in ((length / 2, c), (width / 2, s))]
     hole = solids.prism(np.column_stack(oval), deep, 0.0).translated(z=-deep / 2)
-    return solids.subtract(
-        hole, solids.box((tooth, 0.42 * width, 2 * deep), (length / 2 - tooth / 2 + 0.0005, 0.0, 0.0), 0.0)
-    )
+    place = (length / 2 - tooth / 2 + 0.0005, 0.0, 0.0)
+    return solids.subtract(hole, solids.box((tooth, 0.42 * width, 2 * deep), place, 0.0))
 
 
 def cup(radius: float, depth: float, wall: float, squat: float) -> Solid:
@@ -359,9 +358,8 @@ def whisk_wires(count: int, length: float, radius: float, neck: float, wire: flo
         x = path[:, 1] + 2.1 * wire * (k - count / 2) * np.maximum(0.0, 1 - np.abs(path[:, 0]) / (0.6 * radius))
         line = np.column_stack([x, path[:, 0] * math.cos(turn), path[:, 0] * math.sin(turn)])
         points: list[Vec3] = [(float(a), float(b), float(c)) for a, b, c in line]
-        loops.append(
-            solids.tube(points, solids.circle(wire, 6), up=(0.0, -math.sin(turn), math.cos(turn))).without_colliders()
-        )
+        loop = solids.tube(points, solids.circle(wire, 6), up=(0.0, -math.sin(turn), math.cos(turn)))
+        loops.append(loop.without_colliders())
     body = solids.concatenate(loops).with_crease(70.0)
     low, high = body.points[body.points[:, 0] < 0.62 * length], body.points[body.points[:, 0] > 0.55 * length]
     return body.with_colliders_of(solids.hull_around(low), solids.hull_around(high))

@@ -239,9 +239,8 @@ def _content(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> 
     low = inside[(inside[:, 1] < level) & (inside[:, 0] > 0.004)]
     line = np.concatenate([low, [[float(np.interp(level, inside[:, 1], inside[:, 0])), level]]]) - (0.0005, -0.0004)
     path = np.concatenate([[[0.0, floor + 0.0004]], line, [[0.0, level + 0.0004]]])
-    builder.add(
-        ROOT, vessel_body.turned_on(path, plan), p.content_finish, label="content", collider=False, density="liquid"
-    )
+    held = vessel_body.turned_on(path, plan)
+    builder.add(ROOT, held, p.content_finish, label="content", collider=False, density="liquid")
 
 
 def _prints(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> None:

@@ -141,12 +141,8 @@ def wrapped(rings: Floats, sides: Floats, heights: Floats, along: bool = False, 
         cap = cap[:, ::-1] if end == 0 else cap
         faces.append(cap + start)
         uv.append(_end_picture(ring, sides, float(level), end, along)[cap])
-    return Solid(
-        rings.reshape(-1, 3),
-        np.concatenate(faces).astype(np.int64),
-        crease_deg=crease_deg,
-        picture_uv=np.concatenate(uv),
-    )
+    whole = np.concatenate(faces).astype(np.int64)
+    return Solid(rings.reshape(-1, 3), whole, crease_deg=crease_deg, picture_uv=np.concatenate(uv))
 
 
 def _end_picture(ring: Floats, sides: Floats, level: float, end: int, along: bool) -> Floats:

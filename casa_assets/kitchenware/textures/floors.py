@@ -81,11 +81,8 @@ def paint_resilient(params: ResilientFloor, canvas: Canvas, rng: np.random.Gener
         at_x, at_y = pieces.u_m + dx - canvas.axes()[0], pieces.v_m + dy - canvas.axes()[1]
         tone = pieces.read(stratified(pieces.count, rng))
         planes = [canvas.shifted(face.albedo[..., n], at_x, at_y) * (1.0 + 0.04 * tone) for n in range(3)]
-        face = Layers.of(
-            np.stack(planes, axis=2),
-            canvas.shifted(face.height_m, at_x, at_y),
-            canvas.shifted(face.roughness, at_x, at_y),
-        )
+        relief, gloss = (canvas.shifted(plane, at_x, at_y) for plane in (face.height_m, face.roughness))
+        face = Layers.of(np.stack(planes, axis=2), relief, gloss)
     return fill(face, params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
 
 

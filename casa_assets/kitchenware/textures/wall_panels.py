@@ -69,11 +69,8 @@ def paint_ceramic(params: CeramicTile, canvas: Canvas, rng: np.random.Generator)
         share = params.glaze_pooling * np.clip(0.55 * thin, 0.0, 0.7)
         albedo = blend(albedo, rgb(params.body) * albedo**0.4, share)
     height = _relief(params, pieces, glaze, rng)
-    gloss = (
-        params.roughness
-        + 0.02 * glaze * params.glaze_pooling
-        + 0.03 * params.variety * stratified(pieces.count, rng)[pieces.owner]
-    )
+    gloss = params.roughness + 0.02 * glaze * params.glaze_pooling
+    gloss = gloss + 0.03 * params.variety * stratified(pieces.count, rng)[pieces.owner]
     return fill(Layers.of(albedo, height, gloss, params.metallic), params.joint, rim_m, canvas, rng)
 
 

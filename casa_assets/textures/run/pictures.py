@@ -28,9 +28,8 @@ def load_pack(folder: Path) -> Pack:
     try:
         return Pack.from_json((folder / PACK).read_text(encoding="utf-8"))
     except (OSError, ValidationError, ValueError) as error:
-        raise OutputError(
-            str(folder / PACK), f"cannot be read: {str(error).splitlines()[0]}; ingest it again"
-        ) from error
+        message = f"cannot be read: {str(error).splitlines()[0]}; ingest it again"
+        raise OutputError(str(folder / PACK), message) from error
 
 
 def packs_of(project: Path) -> Iterator[tuple[Path, Pack]]:
@@ -44,10 +43,8 @@ def credits_of_pictures(names: Collection[str]) -> list[dict[str, str]]:
     project = project_folder()
     pictures = (p for _, pack in (packs_of(project) if project is not None else ()) for p in pack.pictures)
     found = {p.id: p for p in pictures if p.id in names}
-    return [
-        {"id": name, "licence": p.licence, "author": p.author, "generator": p.generator}
-        for name, p in sorted(found.items())
-    ]
+    rows = sorted(found.items())
+    return [{"id": name, "licence": p.licence, "author": p.author, "generator": p.generator} for name, p in rows]
 
 
 # Kind of a recipe that is not painted, but is a picture of a pack.

@@ -235,11 +235,9 @@ def finish_of(recipe: TextureRecipe, cache: Path, size_px: int | None = None) ->
     size_px = size_px or picture_px(recipe)
     substance = registry.load().substances[recipe.substance]
     if recipe.kind == pictures.KIND:
-        return (
-            pictures.resized_finish(recipe, substance, size_px)
-            if size_px < SIZE_PX
-            else pictures.finish_of_picture(recipe, substance)
-        )
+        if size_px < SIZE_PX:
+            return pictures.resized_finish(recipe, substance, size_px)
+        return pictures.finish_of_picture(recipe, substance)
     store = Store(cache / FOLDER, is_optional=True)
     key = finish_key(recipe, size_px)
     kept = store.get(key)
