@@ -110,33 +110,30 @@ def bomb() -> bytes:
     return bytes(data)
 
 
+# Files by the names of why they are refused.
 BAD = {
-    "not_a_picture.png": (PictureRejection.NOT_A_PICTURE, b"GIF89a not a picture at all"),
-    "broken.png": (PictureRejection.BROKEN, encoded(pixels())[:4000]),
-    "too_large.png": (PictureRejection.TOO_LARGE, encoded(np.zeros((1, 9000, 3), np.uint8))),
-    "bomb.png": (PictureRejection.TOO_LARGE, bomb()),
-    "too_small.png": (PictureRejection.TOO_SMALL, encoded(pixels(1, 511, 600))),
-    "too_long.png": (PictureRejection.TOO_LONG, encoded(pixels(1, 1100, 540))),
-    "transparent.png": (
-        PictureRejection.TRANSPARENT,
-        encoded(np.dstack([pixels(), np.full((520, 520), 128, np.uint8)])),
-    ),
-    "blank.png": (PictureRejection.BLANK, encoded(np.full((520, 520, 3), 7, np.uint8))),
+    "not_a_picture.png": b"GIF89a not a picture at all",
+    "broken.png": encoded(pixels())[:4000],
+    "too_large.png": encoded(np.zeros((1, 9000, 3), np.uint8)),
+    "too_large.bomb.png": bomb(),
+    "too_small.png": encoded(pixels(1, 511, 600)),
+    "too_long.png": encoded(pixels(1, 1100, 540)),
+    "transparent.png": encoded(np.dstack([pixels(), np.full((520, 520), 128, np.uint8)])),
+    "blank.png": encoded(np.full((520, 520, 3), 7, np.uint8)),
 }
 
 
 def test_bad_pictures_and_links_are_left_out_with_their_reasons(folder: Path, tmp_path: Path) -> None:
-    wanted = {"dead.png": PictureRejection.UNREADABLE, "link.png": PictureRejection.UNREADABLE}
-    for name, (fault, data) in BAD.items():
+    for name, data in BAD.items():
         (folder / name).write_bytes(data)
-        wanted[name] = fault
     (tmp_path / "secret.png").write_bytes(encoded(pixels(5)))
-    (folder / "link.png").symlink_to(tmp_path / "secret.png")
-    (folder / "dead.png").symlink_to(tmp_path / "nowhere.png")
-    report = taken(folder, tmp_path / "lib")
-    assert {r.source: r.code for r in report.pack.refused} == {name: fault.value for name, fault in wanted.items()}
-    assert all(row.fix == REMEDIES[wanted[row.source]] for row in report.pack.refused)
-    assert len(report.pack.pictures) == 2
+    (folder / "unreadable.png").symlink_to(tmp_path / "secret.png")
+    (folder / "unreadable.dead.png").symlink_to(tmp_path / "nowhere.png")
+    pack = taken(folder, tmp_path / "lib").pack
+    wanted = {row.source: PictureRejection[row.source.split(".")[0].upper()] for row in pack.refused}
+    assert wanted.keys() == {*BAD, "unreadable.png", "unreadable.dead.png"}
+    assert all((row.code, row.fix) == (wanted[row.source].value, REMEDIES[wanted[row.source]]) for row in pack.refused)
+    assert len(pack.pictures) == 2
 
 
 def test_duplicates_are_named(folder: Path, tmp_path: Path) -> None:
@@ -193,9 +190,9 @@ def test_a_wrong_manifest_is_said_with_its_line(text: str, folder: Path, tmp_pat
 
 
 def test_json_manifest_and_prompt_inside_the_file(folder: Path, tmp_path: Path) -> None:
-    said = PngImagePlugin.PngInfo()
-    said.add_text("parameters", "grey stone,  seamless")
-    Image.fromarray(pixels(9, color=(110, 115, 120))).save(folder / "grey.png", pnginfo=said)
+    notes = PngImagePlugin.PngInfo()
+    notes.add_text("parameters", "grey stone,  seamless")
+    Image.fromarray(pixels(9, color=(110, 115, 120))).save(folder / "grey.png", pnginfo=notes)
     (folder / "pack.json").write_text(json.dumps({"pack": "from json", "pictures": {"grey.png": {"author": "me"}}}))
     report = ingest_pack(folder, PackOptions(library=tmp_path / "lib", flags=FLAGS))
     assert report.pack.id == "from_json"
@@ -215,16 +212,14 @@ def test_a_folder_that_is_not_there_a_file_and_an_empty_folder(tmp_path: Path) -
 
 
 def test_other_channels_are_converted() -> None:
+    deep_grey = Image.fromarray(pixels()[..., 0].astype(np.uint16) * 257)
     for mode in ["L", "CMYK", "P", "RGBA", "I;16"]:
-        source = Image.fromarray(pixels())
         out = io.BytesIO()
-        if mode == "I;16":
-            Image.fromarray(pixels()[..., 0].astype(np.uint16) * 257).save(out, "PNG")
-        else:
-            source.convert(mode).save(out, "JPEG" if mode == "CMYK" else "PNG")
+        image = deep_grey if mode == "I;16" else Image.fromarray(pixels()).convert(mode)
+        image.save(out, "JPEG" if mode == "CMYK" else "PNG")
         seen = decode(out.getvalue())
         assert seen.pixels.shape == (520, 520, 3)
-        expected = pixels().mean() / 255 if mode != "I;16" else pixels()[..., 0].mean() / 255
+        expected = (pixels()[..., 0] if mode == "I;16" else pixels()).mean() / 255
         assert float(seen.pixels.mean()) == pytest.approx(expected, abs=0.04)
         assert seen.notes
 
@@ -252,8 +247,7 @@ READ = {
 
 
 def test_numbers_of_a_map_are_those_of_its_file() -> None:
-    for name in sorted(READ):
-        write, error = READ[name]
+    for write, error in READ.values():
         found = decode_map(write(), MapRole.ROUGHNESS)
         assert found.shape == (*RAMP.shape, 3)
         assert np.abs(found - RAMP[..., None]).max() <= error
@@ -264,17 +258,13 @@ REFUSED: dict[str, tuple[Callable[[], bytes], str]] = {
     "tiff of 32 bits": (lambda: tiff(deep(RAMP).astype(np.uint32)), "PCK002: .* not of 8 or 16 bits"),
     "tiff below 0": (lambda: tiff((RAMP * 1000 - 500).astype(np.int16)), "PCK002: .* not of 8 or 16 bits"),
     "tiff with a number that is none": (lambda: tiff(RAMP * np.inf), "PCK003: holds values that are no numbers"),
-    "tiff of large tiles": (
-        lambda: tiff(deep(RAMP), width=MAX_SIDE_PX * 8, height=16),
-        "PCK004: has tiles of over 8192",
-    ),
+    "tiff of large tiles": (lambda: tiff(deep(RAMP), width=MAX_SIDE_PX * 8, height=16), "PCK004: has tiles of over 81"),
 }
 
 
 @pytest.mark.filterwarnings("ignore:invalid value encountered")
 def test_what_cannot_be_read_is_told_before_it_is_unpacked() -> None:
-    for name in sorted(REFUSED):
-        write, message = REFUSED[name]
+    for write, message in REFUSED.values():
         with pytest.raises(Rejected, match=message):
             decode_map(write(), MapRole.HEIGHT)
 
@@ -322,12 +312,8 @@ def test_maps_of_other_formats_are_used_as_if_they_were_png(tmp_path: Path) -> N
     pack = taken(source, tmp_path / "lib").pack
     (picture,) = pack.pictures
     assert (pack.refused, picture.derived, picture.notes, picture.faults) == ((), (), (), ())
-    assert picture.given == {
-        "height": "Bricks_height.tiff",
-        "metalness": "Bricks_metalness.tif",
-        "normal": "Bricks_normal.png",
-        "roughness": "Bricks_roughness.png",
-    }
+    endings = {"height": "tiff", "metalness": "tif", "normal": "png", "roughness": "png"}
+    assert picture.given == {role: f"Bricks_{role}.{ending}" for role, ending in endings.items()}
     gloss = plane(picture, tmp_path / "lib", 2)
     assert gloss[..., 1:].mean(axis=(0, 1)) == pytest.approx([0.3, 1.0], abs=0.01)
 
@@ -335,16 +321,9 @@ def test_maps_of_other_formats_are_used_as_if_they_were_png(tmp_path: Path) -> N
 def test_a_material_with_its_maps(tmp_path: Path) -> None:
     pack = taken(material(tmp_path / "in", **MAPS), tmp_path / "lib").pack
     (picture,) = pack.pictures
-    assert pack.refused == ()
     assert (picture.id, picture.source) == ("my_stones_bricks", "Bricks_color.png")
-    assert picture.given == {
-        "height": "Bricks_height.png",
-        "normal": "Bricks_normal.png",
-        "roughness": "Bricks_roughness.png",
-    }
-    assert picture.derived == ()
-    assert not picture.repaired
-    assert picture.faults == ()
+    assert picture.given == {role: f"Bricks_{role}.png" for role in ("height", "normal", "roughness")}
+    assert (pack.refused, picture.derived, picture.repaired, picture.faults) == ((), (), False, ())
     rough = plane(picture, tmp_path / "lib", 2)
     assert rough[..., 1] == pytest.approx(np.full(rough.shape[:2], 0.3), abs=0.01)
     assert rough[..., 2].max() == 0
