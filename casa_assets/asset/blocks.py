@@ -308,11 +308,7 @@ def union(*solids: Solid) -> Solid:
 
 
 def subtract(solid: Solid, *tools: Solid, shapes: Sequence[Placed] = ()) -> Solid:
-    """Subtract the tools from a solid.
-
-    solid, tools: closed surfaces. shapes: colliders of the result; none means that the caller adds them elsewhere or
-    wants the hull.
-    """
+    """Subtract closed tools from a closed solid; no shapes: the caller adds colliders elsewhere or wants the hull."""
     taken = manifold3d.Manifold.batch_boolean([_manifold(t) for t in tools], manifold3d.OpType.Add)
     return _solid(_manifold(solid) - taken, tuple(shapes), solid.crease_deg)
 

@@ -68,10 +68,7 @@ def read_fixed(params: type[P], stated: Mapping[str, Any], document: Document, p
 
 @cache
 def _type_of(params: type[Params], name: str) -> TypeAdapter[Any]:
-    """The type of a field's values; Any if there is no such field.
-
-    Cached, since hundreds of rules are for the same field.
-    """
+    """The type of a field's values; Any if there is no such field. Cached: hundreds of rules ask for the same."""
     field = params.model_fields.get(name)
     annotation: Any = Annotated[field.annotation, field] if field else Any
     return TypeAdapter(annotation)

@@ -152,10 +152,7 @@ class AssetStore:
         return data.decode("utf-8")
 
     def tidy(self) -> None:
-        """Keep the store in bounds: remove what was used longest ago where it has grown too large.
-
-        Costs nothing where this object has written nothing.
-        """
+        """Remove what was used longest ago where the store has grown too large; free if nothing was written."""
         if not self._wrote:
             return
         self._wrote = False

@@ -408,11 +408,7 @@ def check_member(asset: Asset, category: Category, cache: Path) -> Report:
 
 
 def printed_lines(asset: Asset, cache: Path) -> dict[str, tuple[PrintedLine, ...]]:
-    """Return the printed lines of each material with a label, by its id: brand and first word, placed in its picture.
-
-    Args:
-        cache: folder of the store that keeps them.
-    """
+    """Printed lines, brand and first word, of materials with a label, by their ids; cache: folder of the store."""
     found = {}
     for material in asset.materials:
         recipe, picture = skins().get(material.id), material.base_color_texture

@@ -116,11 +116,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 
 @dataclass(frozen=True)
 class Canvas:
-    """A rectangle that repeats in both directions; row 0 is its upper edge.
-
-    Attributes:
-        size_px: (H, W). tile_m: (width, height) of the picture in metres.
-    """
+    """A rectangle of (H, W) pixels, row 0 above, and (width, height) metres that repeats in both directions."""
 
     size_px: tuple[int, int]
     tile_m: Vec2
@@ -225,10 +221,7 @@ def rgb_table(colors: Iterable[str]) -> Map:
 
 
 def blend(image: Map, color: Map, share: Map) -> Map:
-    """(H, W, 3) colours moved towards other colours by a (H, W) share: 0 keeps `image`, 1 gives `color`.
-
-    `image`, `color`: (H, W, 3) or (3,).
-    """
+    """(H, W, 3) colours moved to others, (3,) or of each pixel, by a (H, W) share: 0 keeps `image`, 1 gives `color`."""
     return np.asarray(image + (color - image) * share[..., None])
 
 

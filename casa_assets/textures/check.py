@@ -44,10 +44,7 @@ class Seam:
 
 
 def seam(picture: npt.NDArray[np.floating]) -> Seam:
-    """Measure both borders of a picture that will be repeated.
-
-    `picture`: (H, W) or (H, W, C), 0..1, at least 16 px a side.
-    """
+    """Measure both borders of a picture that repeats: (H, W) or (H, W, C), 0..1, at least 16 px a side."""
     image = np.asarray(picture, dtype=np.float32)
     image = image[..., None] if image.ndim == 2 else image
     return Seam(x=_across(image), y=_across(image.swapaxes(0, 1)))
@@ -250,10 +247,7 @@ def pictures_of(finish: Finish) -> Pictures:
 
 
 def check_pictures(pictures: Pictures, limits: Mapping[str, float]) -> Report:
-    """Run every check of one finish.
-
-    `pictures`: of the finish. `limits`: key to number, as registry/limits.yaml has it.
-    """
+    """Run every check of one finish; `limits`: key to number, as registry/limits.yaml has it."""
     results: list[CheckResult] = []
     issues: list[Issue] = []
     for row in TABLE:

@@ -36,10 +36,7 @@ class Laying(Record):
 
 
 def lay(laying: Laying, canvas: Canvas, rng: np.random.Generator) -> PieceMap:
-    """Compute for every pixel its piece and its position on it.
-
-    Raises ValueError: the picture holds no whole number of repeats.
-    """
+    """The piece of every pixel and its position on it. Raises ValueError: no whole number of repeats fits."""
     width, length = laying.width_m, laying.length_m
     if laying.pattern is LayingPattern.FIELDSTONE:
         return fieldstone(canvas, length, width, rng)

@@ -49,10 +49,7 @@ class DecodedPicture:
 
 
 def decode(data: bytes) -> DecodedPicture:
-    """The picture in these bytes.
-
-    Raises Rejected: it is not a picture, is broken, has a wrong size, is transparent, or shows a single colour.
-    """
+    """The picture in these bytes; Rejected if there is none, or it is broken, transparent, of wrong size or blank."""
     found = _decoded(data)
     if float(np.abs(found.pixels - found.pixels.mean(axis=(0, 1))).mean()) * 255.0 < _BLANK / 2.0:
         raise Rejected(PictureRejection.BLANK, "shows one colour")
@@ -272,10 +269,7 @@ def _detail(light: Floats) -> Floats:
 
 
 def scaled(pixels: Floats, size_px: int) -> Floats:
-    """(H, W, C) scaled down around the border, so that what tiled before does so after; nothing is scaled up.
-
-    `size_px`: longer side of the result.
-    """
+    """(H, W, C) scaled down, never up, around the border, so that it tiles as before; `size_px`: its longer side."""
     height, width = pixels.shape[:2]
     scale = size_px / max(height, width)
     if scale >= 1.0:
@@ -284,10 +278,7 @@ def scaled(pixels: Floats, size_px: int) -> Floats:
 
 
 def png(image: Floats, is_deep: bool = False) -> bytes:
-    """(H, W, 3) or (H, W, 1) 0..1 as PNG, the same bytes every time.
-
-    `is_deep`: with 16 bits, of (H, W, 1): slopes of heights in 255 steps are stairs.
-    """
+    """(H, W, 1 or 3) 0..1 as PNG, always the same bytes; `is_deep`: 16 bits, since heights in 255 steps are stairs."""
     whole = np.clip(image, 0.0, 1.0)
     pixels = np.rint(whole * 65535.0).astype(np.uint16) if is_deep else np.rint(whole * 255.0).astype(np.uint8)
     out = io.BytesIO()

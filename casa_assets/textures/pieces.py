@@ -194,10 +194,7 @@ def profile(joint: Joint, rim_m: Map) -> Map:
 
 
 def fill(face: Layers, joint: Joint, rim_m: Map, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """The pieces with their rims worked and the joints filled.
-
-    `face`: colour, relief and gloss of the pieces, everywhere. `joint`: what lies between. `rim_m`: of `rim`.
-    """
+    """The pieces with rims worked and joints filled; `face`: how the pieces look everywhere; `rim_m`: of `rim`."""
     share = gap(joint, rim_m, canvas)
     sand = canvas.resolved(0.003, 0.003) * canvas.noise(0.003, 0.003, rng) + 0.5 * canvas.noise(0.012, 0.012, rng, 3)
     shade = 1.0 + joint.coarseness * 0.06 * sand + 0.03 * canvas.noise(0.3, 0.3, rng, 3)

@@ -172,10 +172,7 @@ def bent(points: Floats, angle: float, start: float, span: Vec2) -> Floats:
 
 
 def wrapped(points: Floats, leaves: int, depth: float, rng: np.random.Generator) -> Floats:
-    """Points raised where leaves lie round a head, as those of a cabbage do: each ends in a step.
-
-    depth: of a leaf, by the distance from the middle of the box.
-    """
+    """Points raised as leaves lie round a cabbage, each with a step at its end; depth: by distance from the middle."""
     if leaves < 1:
         return points
     middle, size = (points.min(axis=0) + points.max(axis=0)) / 2, np.ptp(points, axis=0) / 2
@@ -228,10 +225,7 @@ def sector(angle: float, middle: Floats) -> list[Plane]:
 
 
 def across(height: float, *, below: bool, slant: float = 0.0) -> Plane:
-    """A plane that leaves what is below it, or what is above: level, or slanted towards x by an angle, rad.
-
-    height: its distance from the origin, m.
-    """
+    """A plane that leaves what is below or above it, level or slanted towards x by an angle, rad, at a height, m."""
     sign = 1.0 if below else -1.0
     normal = sign * np.array([math.sin(slant), 0.0, math.cos(slant)])
     return Plane(normal, sign * height, None, np.array([0.0, 1.0, 0.0]))

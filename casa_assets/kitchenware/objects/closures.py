@@ -29,10 +29,7 @@ EXTRA, LEAST_LIFT, MOST_LIFT = 0.02, 0.05, 0.16
 
 
 def lift_off(builder: AssetBuilder, width: float, most: float = MOST_LIFT) -> None:
-    """Let the link LID, on which all parts are already, slide up from a mouth.
-
-    width: of the mouth, metres. most: room above the lid, metres.
-    """
+    """Let the link LID, with all its parts, slide up from a mouth of a width; most: room above the lid, metres."""
     travel = round(min(max(width + EXTRA, LEAST_LIFT), most, MOST_LIFT), 3)
     mass = combine_masses(builder.links[LID].masses).mass
     start = LEAST_N + CARRIED * GRAVITY * mass
@@ -42,10 +39,7 @@ def lift_off(builder: AssetBuilder, width: float, most: float = MOST_LIFT) -> No
 
 
 def swing_up(builder: AssetBuilder, axis: Vec3, angle: float) -> None:
-    """Let the link LID, on which all parts are already, swing up about its origin.
-
-    axis: link frame; a right-handed turn about it opens. angle: of the turn, rad.
-    """
+    """Let the link LID, with all its parts, swing up round its origin, right-handed about an axis, by an angle, rad."""
     lid = combine_masses(builder.links[LID].masses)
     start = LEAST_N + CARRIED * GRAVITY * lid.mass
     lever = max(0.01, float(np.linalg.norm(lid.center - np.array(axis) * float(lid.center @ np.array(axis)))))
@@ -117,10 +111,7 @@ def loose_skirt(kind: Closure) -> float:
 
 
 def lowered(kind: Closure, height: float, room: float) -> float:
-    """How much lower a mouth ends under what comes off than under what is closed for good, metres.
-
-    height: of the closure. room: metres of neck that it may cover.
-    """
+    """How much lower, metres, a mouth ends below a closure that comes off; room: of the neck that it may cover."""
     return max(0.0, min((CROWN_DOWN if kind is Closure.CROWN else COVERED[kind] * height), room) - loose_skirt(kind))
 
 

@@ -164,10 +164,7 @@ def gable(p: Package) -> list[Part]:
 def gathered(
     outline: Outline, half_x: float, half_y: float, edge: float, low: float, high: float, share: float
 ) -> Floats:
-    """A ring of a top that is folded to a ridge along x, its two narrow sides tucked in.
-
-    low, high: of the slope, metres. share: how far up.
-    """
+    """A ring of a top folded to a ridge along x from z = low to high, its narrow sides tucked in; share: how far up."""
     ring = outline.ring(half_x, half_y, edge * (1 - share) + 1e-5, low + share * (high - low))
     ridge = 2.2 * SEALED
     place = ring[:, 1] / half_y

@@ -509,10 +509,7 @@ def _hood(size: float, out: float) -> Solid:
 
 
 def straw(length: float, radius: float, wall: float, twist: float, folds: int) -> Solid:
-    """A straw along x, open at both ends; its picture winds round it by `twist` turns.
-
-    folds: of a part that bends, near the far end; 0 for none.
-    """
+    """A straw along x, open at both ends; its picture winds round it `twist` times. folds: of its bend; 0: none."""
     around = 14
     low, high = 0.74, 0.74 + 0.0022 * folds / length
     share = [s for s in np.linspace(0.0, 1.0, math.ceil(around * twist) + 3) if not (folds and low < s < high)]

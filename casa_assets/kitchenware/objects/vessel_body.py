@@ -112,10 +112,7 @@ class Profile:
         return math.atan2(high - low, 0.008)
 
     def path(self) -> tuple[Floats, Floats]:
-        """(N, 2) points from the middle of the underside over the rim to that of the inside, and (N,) picture heights.
-
-        The first and last point lie on the axis.
-        """
+        """(N, 2) points from the axis below over the rim to the axis inside, and (N,) heights in the picture."""
         under = [(0.0, 0.0)]
         r = float(self.outside[0, 0])
         if self.foot > 0:
@@ -217,10 +214,7 @@ def turned_on(path: Floats, plan: Plan) -> Solid:
 
 
 def pictured(solid: Solid, profile: Profile, around: float) -> Solid:
-    """A part such as a handle with the picture of the vessel's outside: at each height, that of the wall next to it.
-
-    around: circumference of the vessel, metres.
-    """
+    """A part, as a handle, with the picture of the wall next to it at each height; around: of the vessel, metres."""
     corners = solid.points[solid.faces]
     heights = _spread(profile.outside, FOOT_V + 0.02, RIM_V - 0.03)
     v = np.interp(corners[..., 2], np.maximum.accumulate(profile.outside[:, 1]), heights)

@@ -66,10 +66,7 @@ def ear(top: Vec2, low: Vec2, reach: float, width: float, thick: float, square: 
 
 
 def loop(x: float, y: float, z: float, reach: float, thick: float, tall: float, square: float) -> Solid:
-    """A loop in a horizontal plane at the side of a pot, towards +x.
-
-    x, y: where it meets the wall, at y and -y. reach: how far it projects from there. tall: its height.
-    """
+    """A horizontal loop at the side of a pot from (x, y) to (x, -y), towards +x by its reach; tall: its height."""
     t = np.linspace(-math.pi / 2, math.pi / 2, 13)
     c, s = np.abs(np.cos(t)) ** square, np.sign(np.sin(t)) * np.abs(np.sin(t)) ** square
     path = np.stack([x + reach * c, y * s, np.full(len(t), z)], axis=1)
@@ -79,10 +76,7 @@ def loop(x: float, y: float, z: float, reach: float, thick: float, tall: float, 
 
 
 def arch(x: float, low: float, high: float, width: float, thick: float, square: float, grip: float = 1.0) -> Solid:
-    """A handle over the top, in the plane x, z, from -x to x.
-
-    low, high: of its ends and of its middle. grip: how much thicker it is at the top.
-    """
+    """A handle in the plane x, z from -x to x; low, high: of its ends and middle; grip: how much thicker on top."""
     t = np.linspace(math.pi, 0.0, 19)
     c, s = np.sign(np.cos(t)) * np.abs(np.cos(t)) ** square, np.sin(t) ** square
     path = np.stack([x * c, 0 * t, low + (high - low) * s], axis=1)
@@ -119,10 +113,7 @@ def spout(start: Vec2, end: Vec2, radius: float, tip: float, curve: float) -> So
 
 
 def rim_bead(ring: Floats, radius: float, count: int = 8, start: float = 0.0) -> Solid:
-    """A wire along a closed ring of points, without a collision shape.
-
-    count: corners of its section. start: angle of the first corner above the outward direction, rad.
-    """
+    """A wire along a closed ring, no collider; count: corners of its section; start: angle of the first, 0 outwards."""
     n = len(ring)
     way = np.roll(ring, -1, axis=0) - np.roll(ring, 1, axis=0)
     way /= np.linalg.norm(way, axis=1)[:, None]

@@ -86,10 +86,7 @@ def four_sides(front: float, side: float, corner_steps: int = 2, across: tuple[f
 
 
 def round_sides(count: int) -> Outline:
-    """A circle whose front looks to -y; its radius is that of `ring`, and each half size as well.
-
-    count: points, an even number.
-    """
+    """A circle of an even count of points, its front to -y; its `ring` takes the radius as each of the half sizes."""
     turns = np.pi / 2 + np.arange(count) * 2 * np.pi / count
     bent = np.stack([np.cos(turns), np.sin(turns)], axis=1)
     edges = np.linspace(0.0, 1.0, count + 1)
@@ -188,10 +185,7 @@ def hump(values: Floats) -> Floats:
 
 
 def dented(rings: Floats, outline: Outline, amount: float, rng: np.random.Generator, waves: float = 1.6) -> Floats:
-    """Rings moved out of and into their sides by smooth random waves, as card and paper are never quite flat.
-
-    amount: metres. waves: over the largest side.
-    """
+    """Rings moved by smooth random waves, as card is never flat; amount: metres; waves: over the largest side."""
     if amount <= 0:
         return rings
     points = rings.reshape(-1, 3)

@@ -502,10 +502,7 @@ BLANK = " "
 
 
 def lines_in_picture(p: Label, size_px: tuple[int, int]) -> tuple[PrintedLine, ...]:
-    """The brand and the first word of a label where they are seen, what is painted over them left out.
-
-    `size_px`: (H, W) of the picture.
-    """
+    """Where the brand and the first word of a label are seen, without what covers them; `size_px`: (H, W)."""
     whole = np.asarray(front(p, size_px)[0], dtype=np.int16)
     without = {p.brand: p.replace(brand=BLANK)}
     if p.words:

@@ -1,7 +1,4 @@
-"""Drawing for labels: areas, letters, colours that are seen, and small motifs.
-
-A motif is a few ellipses, polygons and lines in the square from -1 to 1, y down.
-"""
+"""Drawing for labels: areas, letters, colours, and motifs: shapes in the square from -1 to 1, y down."""
 
 from __future__ import annotations
 

@@ -308,11 +308,7 @@ def plain_key() -> str:
 
 
 def finishes_key(names: Iterable[str]) -> str:
-    """Key of `finishes`: all plain ones by value, of those with pictures what they are painted from and by.
-
-    Raises:
-        UnknownId: neither a plain finish nor a recipe.
-    """
+    """Key of `finishes`: plain ones by value, pictures by what paints them. Raises UnknownId: it is neither."""
     pictured = sorted(name for name in names if name not in plain())
     return digest_of(plain_key(), [(name, finish_key(find_recipe(name))) for name in pictured])
 
