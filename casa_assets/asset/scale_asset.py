@@ -18,10 +18,7 @@ UPPER_SHARE = 0.6
 
 
 def scaled(asset: Asset, factor: float, mass: float) -> Asset:
-    """An asset made larger or smaller evenly, of the given mass, kg; a hand needs as much force to move its parts.
-
-    Pictures on it are stretched with it, and materials stay as they are.
-    """
+    """An asset scaled evenly with its pictures, of a mass in kg; a hand needs as much force to move its parts."""
     heavier = mass / asset.mass
     kinds = {joint.name: joint.kind for joint in asset.joints}
     return asset.replace(

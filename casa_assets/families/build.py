@@ -175,10 +175,7 @@ def build_asset(member_family: Family[Any], params: Params, cache: Path) -> Asse
 
 
 def asset_key(member_family: Family[Any], params: Params) -> str:
-    """Key of `build_asset`: the family's own code, its numbers, labels, densities and finishes.
-
-    Another family, or a texture of a kind that the asset does not show, has no part in it.
-    """
+    """Key of `build_asset`: of the family's own code, its numbers, labels and densities, and the finishes it shows."""
     code = _code_key("" if member_family.form else member_family.name, member_family.form)
     known = registry.load()
     densities = sorted(known.densities.items())
@@ -290,10 +287,7 @@ def _writing_key() -> str:
 
 
 def summary(results: Sequence[FamilyResult]) -> list[tuple[str, ...]]:
-    """Rows of text for a table: family, how many passed, of how many, medians; the last is all.
-
-    Medians are wall seconds, processor seconds and megabytes of the members that were built now.
-    """
+    """Rows of a table: family, passed, of how many, medians of those built now (wall s, processor s, MB); last: all."""
     rows = []
     names = sorted({r.request.family for r in results})
     for name in [*names, ""]:

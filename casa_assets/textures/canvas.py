@@ -245,10 +245,7 @@ def periodic_curve(at: Map, length: float, step: float, rng: np.random.Generator
 
 
 def line_coverage(off_m: Map, width_m: float, pixel_m: float) -> Map:
-    """Share of each pixel that a line covers, so that a line thinner than a pixel is paler, not lost.
-
-    `off_m`: from the middle of the pixel to that of the line. `pixel_m`: size of a pixel across the line.
-    """
+    """Share of each pixel that a line covers `off_m` metres from its middle, so that thin lines are paler, not lost."""
     near = np.maximum(-width_m / 2.0, off_m - pixel_m / 2.0)
     far = np.minimum(width_m / 2.0, off_m + pixel_m / 2.0)
     return np.asarray(np.clip(far - near, 0.0, None) / pixel_m, dtype=np.float32)

@@ -264,11 +264,7 @@ def check_pictures(pictures: Pictures, limits: Mapping[str, float]) -> Report:
 
 
 def check_set(name: str, looks: Mapping[str, TextureDescriptor], limits: Mapping[str, float]) -> Report:
-    """Check a set: its size, and that no two textures are nearly alike.
-
-    `name`: of the set, such as `wall`. `looks`: of every picture of the set, by id. `limits`: as registry/limits.yaml
-    has it.
-    """
+    """Check that a set, such as `wall`, is full, and that no two of its `looks` (by id) are nearly alike."""
     wanted, apart = limits[SET_CHECKS["TEX012"][1]], limits[SET_CHECKS["TEX013"][1]]
     pairs = closest_pairs(looks, most=len(looks))
     close = [p for p in pairs if p[0] <= apart]

@@ -215,11 +215,7 @@ def tile(pixels: Floats, size_px: int = SIZE_PX, given: Mapping[str, Floats] | N
 
 
 def layers(base: Floats, surface: Surface, roughness: float | None) -> Layers:
-    """Colour with a derived relief and gloss.
-
-    `base`: (H, W, 3) sRGB 0..1 that tiles. `surface`: decides the mean roughness if `roughness` is None. `roughness`:
-    mean, 0..1, or None.
-    """
+    """Colour (H, W, 3) that tiles with a derived relief and gloss; `roughness`: mean, or None: that of the surface."""
     detail = _detail(base @ np.array([0.2126, 0.7152, 0.0722], dtype=np.float32))
     mean = _GLOSS[surface] if roughness is None else roughness
     return Layers.of(base, _RELIEF_M * detail, mean - _UNEVEN * detail)

@@ -151,10 +151,7 @@ def _radius(canvas: Canvas, cut: SawCut, x: Map, y: Map, rng: np.random.Generato
 
 
 def ring_maps(canvas: Canvas, species: WoodSpecies, radius: Map, rng: np.random.Generator) -> tuple[Map, Map, Map]:
-    """Darkness of the year, its porous part, and the slow change of tone over the years, each (H, W).
-
-    `radius`: (H, W) metres from the pith.
-    """
+    """(H, W) darkness of the year, its porous part, the drift of tone over years; `radius`: metres from the pith."""
     length = canvas.tile_m[0]  # years repeat over the width, so that straight grain closes at the border
     count = max(4, round(length / species.ring_m))
     widths = np.exp(species.unevenness * (rng.normal(0, 0.45, count) + 0.8 * _slow(count, rng)))

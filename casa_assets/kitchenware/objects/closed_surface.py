@@ -22,10 +22,7 @@ def run_along(line: Floats) -> Floats:
 
 
 def smooth_profile(points: Sequence[Vec2], count: int) -> Floats:
-    """(count, 2) points, evenly far apart, of a smooth curve through some points from the lower end to the upper one.
-
-    points: (radius, height) in order; a curve may turn back, as round the hollow of a stem.
-    """
+    """(count, 2) points, evenly apart, of a smooth curve through (radius, height) points from the lower end upwards."""
     line = np.array(points, dtype=np.float64)
     run = run_along(line)
     fine = np.linspace(0.0, run[-1], 40 * count)
@@ -38,10 +35,7 @@ def smooth_profile(points: Sequence[Vec2], count: int) -> Floats:
 
 
 def turned(profile: Floats, around: int, crease_deg: float = 60.0) -> Solid:
-    """A surface of revolution about z whose ends lie on the axis; one picture covers it from end to end.
-
-    profile: (N, 2) radius and height, metres; the first and last radius are 0. around: points around.
-    """
+    """A surface of revolution about z of (radius, height) points from axis to axis; one picture covers it."""
     angles = np.arange(around) * 2 * np.pi / around
     inner = profile[1:-1]
     x, y = inner[:, :1] * np.cos(angles), inner[:, :1] * np.sin(angles)
@@ -120,10 +114,7 @@ def ellipsoid(size: tuple[float, float, float], around: int = 8, along: int = 5)
 
 
 def lobed(points: Floats, count: int, depth: float, sharp: float, phase: float) -> Floats:
-    """Points drawn in towards the z axis in `count` furrows, as peppers, tomatoes and pumpkins have them.
-
-    depth: of a furrow, by the radius. sharp: 1 for waves, more for narrow furrows between round lobes.
-    """
+    """Points drawn in to the z axis in furrows, as of a pumpkin; depth: by the radius; sharp: 1 for waves, or more."""
     if count < 1 or depth <= 0:
         return points
     furrow = np.abs(np.sin(0.5 * count * np.arctan2(points[:, 1], points[:, 0]) + phase))
@@ -131,10 +122,7 @@ def lobed(points: Floats, count: int, depth: float, sharp: float, phase: float) 
 
 
 def bumped(points: Floats, amount: float, waves: float, rng: np.random.Generator) -> Floats:
-    """Points moved from the middle of their box by smooth random waves, so that no two members are alike.
-
-    amount: by the distance from the middle. waves: over the largest side.
-    """
+    """Points moved by smooth random waves; amount: by the distance from the middle; waves: over the largest side."""
     if amount <= 0:
         return points
     middle, size = (points.min(axis=0) + points.max(axis=0)) / 2, float(np.ptp(points, axis=0).max())
@@ -286,10 +274,7 @@ def _solid(body: manifold3d.Manifold, crease_deg: float) -> Solid:
 
 
 def _plate(body: Solid, plane: Plane) -> Solid:
-    """The plate over the face that a plane cut, with a hole where the face has one.
-
-    Its faces fan out from the middle, so that the picture of the section follows the outline.
-    """
+    """The plate over the face that a plane cut, holes left out: a fan, so that the picture follows the outline."""
     side = np.cross(plane.up, plane.normal)
     loops = [body.points[loop] for loop in _loops(body, plane)]
     if not loops:

@@ -111,10 +111,7 @@ def bar(shape: Bar, size: Size, along: int = ALONG, hulls: int = MAX_HULLS, span
 
 
 def lofted(rings: Floats, share: Floats) -> Solid:
-    """A closed skin over (M, N, 3) rings, its ends closed by fans; one picture covers it.
-
-    share: of each ring, the height in the picture, 0..1. Its width runs once round a ring.
-    """
+    """A closed skin over (M, N, 3) rings, its picture once round each; share: height of each ring in it, 0..1."""
     m, n = rings.shape[:2]
     points = np.concatenate([rings.reshape(-1, 3), rings[0].mean(axis=0)[None], rings[-1].mean(axis=0)[None]])
     k, i = (g.ravel() for g in np.meshgrid(np.arange(m - 1), np.arange(n), indexing="ij"))
@@ -311,10 +308,7 @@ def mouth_cut(length: float, width: float, deep: float, tooth: float) -> Solid:
 
 
 def cup(radius: float, depth: float, wall: float, squat: float) -> Solid:
-    """The cup of a ladle about the z axis, its mouth at z = 0; colliders are a floor and a ring of slabs.
-
-    squat: 1 for half an ellipsoid, more for a flatter floor and steeper sides.
-    """
+    """The cup of a ladle about the z axis, its mouth at z = 0; squat: 1: half an ellipsoid; more: a flatter floor."""
     turns = np.linspace(-math.pi / 2, 0.0, 10)
     outer = [(radius * math.cos(t) ** (1 / squat), depth * math.sin(t)) for t in turns]
     inner = [(r * (1 - wall / radius), z * (1 - wall / depth)) for r, z in outer]
@@ -375,10 +369,7 @@ def wound_handle(rings: int, x: float, length: float, radius: float, wire: float
 
 
 def ring(path: Floats, section: Floats, hulls: int = 6) -> Solid:
-    """A closed loop in the plane z = 0 with a section; colliders are hulls round it.
-
-    path: (N, 2) counter-clockwise, metres. section: (M, 2) outwards of the loop, and along z.
-    """
+    """A closed loop in the plane z = 0, path (N, 2) counter-clockwise, of a section (M, 2) outwards and along z."""
     forward = np.roll(path, -1, axis=0) - np.roll(path, 1, axis=0)
     forward /= np.linalg.norm(forward, axis=1)[:, None]
     flat = path[:, None, :] + np.column_stack([forward[:, 1], -forward[:, 0]])[:, None, :] * section[None, :, :1]

@@ -157,20 +157,14 @@ def with_spot(solid: Solid, at: Vec2) -> Solid:
 
 
 def with_front_picture(solid: Solid, lower: Vec2, upper: Vec2, axes: tuple[int, int] = (0, 2)) -> Solid:
-    """The solid with a part of the picture laid over its box, seen along the third axis.
-
-    lower, upper: corners of that part, 0..1. axes: of the solid, to the right and up in the picture.
-    """
+    """The solid with a part of the picture, lower to upper corner, over its box; axes: to the right and up in it."""
     flat = solid.points[:, list(axes)]
     share = (flat - flat.min(axis=0)) / np.maximum(np.ptp(flat, axis=0), 1e-9)
     return replace(solid, picture_uv=(np.array(lower) + share * (np.array(upper) - np.array(lower)))[solid.faces])
 
 
 def plate(corners: Floats, thickness: float, up: Floats) -> Solid:
-    """A thin plate below a flat or slightly warped quadrilateral or triangle.
-
-    corners: (N, 3), counter-clockwise seen from outside, metres. up: (3,) out of it; it is pushed outwards.
-    """
+    """A thin plate below 3 or 4 corners, counter-clockwise from outside; up: (3,) out of it; it is pushed outwards."""
     lifted = corners + thickness * up / np.linalg.norm(up)
     n = len(corners)
     walls = ring_walls(n, 2)

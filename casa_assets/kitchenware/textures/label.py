@@ -253,10 +253,7 @@ def _words_side(image: Image.Image, p: Label, area: Area, rng: np.random.Generat
 
 
 def _stack(image: Image.Image, p: Label, area: Area, ground: str, parts: str = "mbw", motif: float = 1.0) -> None:
-    """Motif (m), brand (b), a rule (r), words (w) and small print (s) one below the other.
-
-    In an area that is much wider than high, the motif is placed to the left of the rest.
-    """
+    """Motif (m), brand (b), rule (r), words (w), small print (s), one below the other; in a wide area motif first."""
     draw = ImageDraw.Draw(image)
     parts = "".join(c for c in parts if (c != "m" or p.motif) and (c != "w" or p.words) and (c != "s" or p.small))
     if "m" in parts and area.width > 1.55 * area.height:
