@@ -68,11 +68,7 @@ class BehaviorBuilder:
         self.rules.append(Rule(variable=variable, from_values=from_values, to=to, when=when, after_s=after_s))
 
     def follow_joint(self, name: str, joint: str, intervals: Mapping[str, Vec2]) -> None:
-        """Add a variable that takes the value whose interval contains the joint's position.
-
-        Args:
-            intervals: value -> interval, rad or m; the first value is the initial one.
-        """
+        """Add a variable with the value whose interval (rad, m) contains the joint's position; the first: at first."""
         self.variable(name, *intervals)
         for value, interval in intervals.items():
             self.rule(name, value, Condition(joint=joint, interval=interval))

@@ -23,9 +23,8 @@ EDGE_RADIUS = 0.0015  # metres, of the edges of boards; a choice
 def box(size: Vec3, at: Vec3 = (0.0, 0.0, 0.0), edge_radius: float = EDGE_RADIUS, steps: int = 1) -> Solid:
     """A box about `at`; its collider is a box.
 
-    size: along x, y, z; all lengths are metres. edge_radius: of its rounded edges, 0 for sharp ones. steps: facets
-    across an edge; one is shaded like a round edge, a radius over about 6 mm needs 3 or more. Raises ValueError: a size
-    is not positive.
+    size: along x, y, z; all lengths are metres. edge_radius: of its edges, 0 for sharp ones. steps: facets across an
+    edge; one is shaded as round, a radius over about 6 mm needs 3 or more. Raises ValueError: a size is not positive.
     """
     half = np.array(size) / 2
     if half.min() <= 0:
@@ -64,12 +63,11 @@ def _rounded(steps: int) -> tuple[Floats, Ints]:
 
 
 def lathe(profile: Sequence[Vec2], segments: int = 0, crease_deg: float = 40.0, closed: bool = False) -> Solid:
-    """A surface of revolution about z.
+    """A surface of revolution about z, without collision shape.
 
-    profile: (radius, z) from the lower end to the upper one, metres; where an end is off the axis it is closed by a
-    flat disc. A hollow body goes up outside and comes down inside. segments: points around; 0 chooses by radius.
-    closed: the profile is a loop off the axis, counter-clockwise, and the body a ring. Returns: A solid without
-    collision shape.
+    profile: (radius, z) from the lower end to the upper one, metres; an end off the axis is closed by a flat disc. A
+    hollow body goes up outside and comes down inside. segments: points around; 0 chooses by radius. closed: the profile
+    is a loop off the axis, counter-clockwise, and the body a ring.
     """
     outline = [(max(0.0, float(r)), float(z)) for r, z in profile]
     if outline[0][0] > 0 and not closed:
@@ -250,8 +248,7 @@ def _corners(cells: Cells, begin: int, end: int, run: tuple[int, int]) -> Rectan
 class Shell:
     """The surface of a slab of cells.
 
-    points: (P, 3) u, v, w in metres. faces: (F, 3), outwards. side: (F,) FRONT_FACES (at the lower w), BACK_FACES or
-    RIM_FACES. cell: (F, 2) the cell of each face.
+    points: (P, 3) u, v, w, m. faces: (F, 3). side: (F,) FRONT_FACES (low w), BACK_FACES, RIM_FACES. cell: (F, 2).
     """
 
     points: Floats

@@ -81,10 +81,8 @@ def pack(tree: Tree, key: str) -> tuple[bytes, dict[str, bytes]]:
 def unpack(data: bytes, key: str, picture: Callable[[str], bytes]) -> Asset:
     """The asset that was packed under a key.
 
-    Args:
-        data: what `pack` gave. picture: the bytes of a picture by their sha256.
-    Raises:
-        One of READ_ERRORS: these are not those bytes, or not of that key, or no asset.
+    picture: the bytes of a picture by their sha256. Raises one of READ_ERRORS: the data are not what `pack` gave, or
+    not of that key, or no asset.
     """
     body = data[DIGEST_BYTES:]
     if hashlib.sha256(body).digest() != data[:DIGEST_BYTES]:
@@ -118,10 +116,7 @@ UNSEEN: Mapping[str, IncEx | bool] = {"materials": True, "links": {"__all__": {"
 class AssetStore:
     """Assets by family and numbers; any number of processes may read and write the folder at once.
 
-    An asset that is missing, damaged or incomplete there is built again.
-
-    Args:
-        cache: folder of the store that pictures of finishes are kept in too.
+    What is missing, damaged or incomplete there is built again. cache: folder of pictures of finishes, too.
     """
 
     def __init__(self, cache: Path) -> None:

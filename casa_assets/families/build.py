@@ -64,11 +64,7 @@ PREVIEW_VIEW = View(size_px=asset_package.THUMBNAIL_PX, passes=8)
 
 @dataclass(frozen=True)
 class FamilyRequest:
-    """One member to be built: a preset, or draw number `index` of a seed.
-
-    Attributes:
-        is_object: it is of registry/objects/, and `family` its category; else of registry/families/.
-    """
+    """One member to be built: a preset, or draw number `index` of a seed; `is_object`: of registry/objects/."""
 
     family: str
     preset: str = ""
@@ -222,10 +218,8 @@ def category_of_family(member_family: Family[Any]) -> Category:
 def build_one(request: FamilyRequest, library: Path, checked: bool = True, drawn: bool = True) -> FamilyResult:
     """Build, write and check one member; its folder is put in the library if it passes, and left out otherwise.
 
-    A fault of a family is reported in `message`, so that the others go on. Starts no process.
-
-    Raises:
-        OutputError: the library cannot be written to. NoRenderer: this machine cannot draw.
+    A fault of a family is reported in `message`, so that the others go on. Starts no process. Raises OutputError: the
+    library cannot be written to. NoRenderer: this machine cannot draw.
     """
     return attempt(
         lambda: _build_one(request, disk.Library(library), checked, drawn),
@@ -305,11 +299,8 @@ def build_all(
 ) -> Iterator[FamilyResult]:
     """Yield members as they are finished, each built in a worker; then the reports of the library are written.
 
-    Members that an earlier run has built under the same key are yielded first and stay unchanged.
-
-    Raises:
-        OutputError: the library is held by another run or cannot be written.
-        CasaError: see run_batch.
+    Members that an earlier run has built under the same key are yielded first and stay unchanged. Raises OutputError:
+    the library is held by another run or cannot be written. CasaError: see run_batch.
     """
     place = disk.Library(library)
     with place.locked(), writing(library):

@@ -53,10 +53,7 @@ def seam(picture: npt.NDArray[np.floating]) -> Seam:
 def jump(picture: npt.NDArray[np.floating]) -> Seam:
     """Steps across both borders over the usual step inside.
 
-    Stricter than `seam`: a joint that lies on the border counts as well. For pictures of which it is not known that
-    they were made to repeat.
-
-    `picture`: (H, W, C), 0..1.
+    Stricter than `seam`: a joint on the border counts. For (H, W, C) pictures that may not have been made to repeat.
     """
     image = np.asarray(picture, dtype=np.float32)
     found = []
@@ -69,12 +66,9 @@ def jump(picture: npt.NDArray[np.floating]) -> Seam:
 def repair(picture: npt.NDArray[np.floating], shown: int | None = None) -> Picture:
     """Make a picture tile: even out its light, cut it where the ends match best, blend both ends.
 
-    Args:
-        picture: (H, W, C), 0..1.
-        shown: number of its channels, the first ones, that are seen: they decide where it is cut, and theirs is the
-            light. The others are maps of the same surface, which are cut alike. None: all are seen.
-    Returns:
-        (h, w, C) float32 0..1 with h, w between 0.6 and 1 of H, W; it tiles in both directions.
+    picture: (H, W, C), 0..1. shown: number of its channels, the first ones, that are seen: they decide where it is cut,
+    and theirs is the light. The others are maps of the same surface, which are cut alike. None: all are seen. Returns
+    (h, w, C) float32 0..1 with h, w between 0.6 and 1 of H, W; it tiles in both directions.
     """
     image = np.asarray(picture, dtype=np.float32)
     seen = image.shape[2] if shown is None else shown
@@ -86,9 +80,8 @@ def repair(picture: npt.NDArray[np.floating], shown: int | None = None) -> Pictu
 def smooth_part(picture: Picture) -> Picture:
     """The smooth image whose removal makes a picture periodic.
 
-    Ref: L. Moisan, Periodic plus Smooth Image Decomposition, J. Math. Imaging Vis. 39 (2011).
-
-    `picture`: (H, W, C). Returns (H, W, C) float32 of mean 0; `picture` minus it has no jump at its border.
+    `picture`: (H, W, C). Returns (H, W, C) float32 of mean 0; `picture` minus it has no jump at its border. Ref: L.
+    Moisan, Periodic plus Smooth Image Decomposition, J. Math. Imaging Vis. 39 (2011).
     """
     height, width = picture.shape[:2]
     jump = np.zeros_like(picture, dtype=np.float64)
@@ -137,8 +130,7 @@ def _without_drift(image: Picture) -> Picture:
 def _closed(image: Picture, seen: int, ring: bool) -> Picture:
     """Cut columns away at both ends so that they fit, and let the ends overlap along the least visible path.
 
-    `image`: (H, W, C). `seen`: number of the channels that decide. `ring`: the rows are already periodic, so the path
-    has to end where it began.
+    `seen`: number of channels that decide. `ring`: rows are periodic, so the path has to end where it began.
     """
     overlap = max(4, round(_OVERLAP * image.shape[1]))
     start, length = _best_cut(image[..., :seen], overlap)

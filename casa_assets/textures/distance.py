@@ -82,8 +82,7 @@ def describe_texture(
 ) -> TextureDescriptor:
     """Compute the descriptor of a periodic texture.
 
-    `albedo`: (H, W, 3) sRGB 0..1, 128 to 256 px a side are enough. `tile_m`: width and height of the picture in metres.
-    `roughness`: (H, W) 0..1, or None if unknown. `height_m`: (H, W) metres, or None.
+    `albedo`: (H, W, 3) sRGB 0..1, 128 to 256 px. `roughness`: (H, W) 0..1, `height_m`: (H, W); or None: unknown.
     """
     lab = oklab(albedo)
     mean = lab.mean(axis=(0, 1))

@@ -71,8 +71,7 @@ def planks(
 ) -> list[PlacedOutline]:
     """Boards end to end in courses, their ends staggered at random.
 
-    `widths`: how many widths are mixed (0.7 to 1.3 of `width`). `upright`: boards run along v of the picture, else u.
-    `ends_m`: by how much boards reach into the joints at their ends.
+    `widths`: mixed, 0.7 to 1.3 of `width`. `upright`: along v. `ends_m`: how far ends of boards reach into joints.
     """
     along, across = (tile_m[1], tile_m[0]) if upright else tile_m
     courses = max(2, round(across / width))
@@ -115,8 +114,7 @@ def basket(tile_m: Size, width: float, length: float) -> list[PlacedOutline]:
 def herringbone(tile_m: Size, width: float, length: float, slant: bool) -> list[PlacedOutline]:
     """Pieces of `length` = n `width` at right angles; `slant` turns the whole by 45 degrees.
 
-    The picture holds whole repeats: multiples of 2 n width each way, with `slant` of n sqrt(2) width across and
-    sqrt(2) width down.
+    The picture holds multiples of 2 n width each way; with `slant` n sqrt(2) width across, sqrt(2) width down.
     """
     n = max(2, round(length / width))
     half_u, half_v = width / 2, n * width / 2

@@ -203,9 +203,7 @@ def group_maps(paths: Iterable[str]) -> tuple[MaterialFiles, ...]:
     """Materials that files belong to, in the order of their first files.
 
     Files of one folder are maps of one material if their names say so and at least two do. Any other file is a separate
-    picture. A material without a colour map has no entry for it.
-
-    `paths`: POSIX; sorted.
+    picture. A material without a colour map has no entry for it. `paths`: POSIX; sorted.
     """
     listed = list(paths)
     found: dict[tuple[str, str], dict[MapRole, str]] = {}

@@ -181,7 +181,6 @@ def tile(pixels: Floats, size_px: int = SIZE_PX, given: Mapping[str, Floats] | N
     """Scale down, repair the border where it is seen; the maps are cut as the colour is.
 
     Pictures that come with maps are of a library that makes them to repeat: a joint on their border is no fault.
-
     `pixels`: (H, W, 3) sRGB 0..1. `size_px`: longer side of the result; nothing is scaled up but a map that is smaller
     than the colour. `given`: name -> map of the same surface, (H, W, 3) normals, y up, or (H, W, 1), 0..1, of any size.
     Raises Rejected: the border is still plain to see.
@@ -226,10 +225,8 @@ def finish_of_tile(
 ) -> Finish:
     """The finish of a picture: with its own maps, and with derived ones where it has none.
 
-    Normals come from the map of normals, else from that of heights, else from the brightness.
-
-    `name`: id. `made`: the picture. `tile_m`: width and height of what it shows. `look`: surface and mean roughness, as
-    `layers` takes them. `size_px`: longer side of the result; nothing is scaled up.
+    Normals come from their map, else from that of heights, else from the brightness. `name`: id. `tile_m`: width and
+    height of what it shows. `look`: surface and mean roughness. `size_px`: longer side; nothing is scaled up.
     """
     base = scaled(pixels_of(made.base), size_px)
     maps = {key: scaled(pixels_of(data), size_px) for key, data in made.maps.items()}

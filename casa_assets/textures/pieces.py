@@ -232,8 +232,7 @@ def inlay(
 ) -> Layers:
     """(H, W) face in which every piece shows its own cut.
 
-    `slabs`: what is cut; all of one metal share. `pick`: (N,) number of the slab of each piece. `middle_u`, `middle_v`:
-    (N,) metres on the slab under the middle of the piece. `mirrored`: (N,) 1 or -1, whether it is turned end for end.
+    `slabs`: what is cut. `pick`: (N,) of them. `middle_u`, `middle_v`: (N,) m on a slab. `mirrored`: (N,) 1 or -1.
     """
     shape = pieces.owner.shape
     albedo = np.zeros((*shape, 3), dtype=np.float32)

@@ -79,8 +79,7 @@ def capped_rings(n: int, rings: int) -> Ints:
 def sheet(middle: Floats, thickness: float | Floats) -> Solid:
     """A closed body round a (N, M, 3) grid, thin at its border; its picture is the grid.
 
-    middle: grid whose first axis is the picture's u and whose second is its v, seen from the side it faces. thickness:
-    metres, one for all or (N, M).
+    middle: grid along u, then along v of the picture, seen from the side it faces. thickness: metres, one or (N, M).
     """
     n, m = middle.shape[:2]
     along, across = np.gradient(middle, axis=0), np.gradient(middle, axis=1)

@@ -39,8 +39,7 @@ _PIECES = {
 def outline_curve(points: Sequence[Vec2], length: float, width: float, count: int) -> Floats:
     """(count, 2) even points of a smooth closed curve through some points, counter-clockwise, scaled to a box.
 
-    points: in order round the outline, about the origin, in any unit. length, width: of the box along x and y, metres;
-    its middle is the origin.
+    points: in order round the outline, about the origin, in any unit. length, width: of the box about it, metres.
     """
     corners = np.array(points, dtype=np.float64)
     loop = np.vstack([corners, corners[:1]])
@@ -67,12 +66,10 @@ def outline_of_food(points: Sequence[Vec2], length: float, width: float, power: 
 
 
 def dome(outline: Floats, profile: Sequence[Vec2], height: float, rings: int = 15) -> Solid:
-    """A body over an outline, from the middle of its underside over its rim to the middle of its upper side.
+    """A body over an outline, from the middle of its underside over its rim to that of its upper side.
 
-    Its picture is a disc: the middle of the picture is the middle of either side, the circle in it is the rim.
-
-    outline: (N, 2), counter-clockwise, seen whole from the origin, metres. profile: (share of the outline, share of the
-    height), the first and last share of the outline 0.
+    Its picture is a disc: its middle is that of either side, its circle the rim. outline: (N, 2), counter-clockwise,
+    seen whole from the origin, metres. profile: (share of the outline, share of the height), at both ends (0, ...).
     """
     curve = smooth_profile(list(profile), rings)
     n = len(outline)
@@ -193,8 +190,7 @@ def vertex_normals(solid: Solid) -> Floats:
 def coated(solid: Solid, thickness: float, level: float, wave: float, rng: np.random.Generator) -> Solid:
     """A coat over the upper part of a body: it lies outside the body there, and under its surface below.
 
-    thickness: metres. level: share of the body's height above which it is coated. wave: how far the edge rises and
-    falls, as a share of the height.
+    level: share of the body's height above which it is coated. wave: how far its edge rises and falls, by the height.
     """
     points = solid.points
     low, high = points[:, 2].min(), points[:, 2].max()
@@ -237,8 +233,7 @@ class Surface:
 def ridge(surface: Surface, path: Floats, width: float, height: float, lens: bool) -> Solid:
     """A raised line that lies on a surface: a burst score of a loaf, icing out of a bag, a mark of a grill.
 
-    path: (N, 2) places that it passes, metres; it is smoothed to 12 pieces or more. width, height: of its section,
-    metres. lens: it narrows to nothing at both ends.
+    path: (N, 2) places, smoothed to 12 pieces or more. width, height: of its section. lens: it narrows at both ends.
     """
     line = np.asarray(path, dtype=np.float64)
     run = run_along(line)

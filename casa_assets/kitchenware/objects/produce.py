@@ -257,8 +257,7 @@ def _build_portion(builder: AssetBuilder, p: Produce, body: Solid, rng: np.rando
 def _planes(p: Produce, at: float, heart: float) -> list[Plane]:
     """The planes that cut a body about the z axis.
 
-    at: height of a cut across the axis, or of the middle of a slice, m. heart: height about which the pictures of faces
-    along the axis lie, m.
+    at: height of a level cut, or of the middle of a slice, m. heart: about which pictures of upright faces lie, m.
     """
     middle = np.array([0.0, 0.0, heart])
     match p.portion:

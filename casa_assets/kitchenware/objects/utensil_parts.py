@@ -64,8 +64,7 @@ class Size(Params):
 def bar(shape: Bar, size: Size, along: int = ALONG, hulls: int = MAX_HULLS, span: Vec2 = (0.0, 1.0)) -> Solid:
     """A bar from x = 0 on, with colliders that follow it; one picture covers it, its height along x.
 
-    along: number of rings along it. hulls: maximum number of colliders along it. span: part of the length to build, as
-    shares: a sleeve or a tip of another material follows the same curves.
+    along: rings along it. hulls: most colliders along it. span: part of its length to build, shares, as of a sleeve.
     """
     stations = _within(_stations(shape, size, along), span, size.length)
     width, x = stations[:, 0], stations[:, 1]
@@ -282,8 +281,7 @@ class Part:
 def tine_cuts(count: int, start: float, width: float, gap: float, deep: float) -> list[Solid]:
     """Solids to subtract from the head of a fork: the slots between its tines, which end in points.
 
-    count: number of tines. start: how far the slots reach from the tip. width: of the head at the tines. gap: width of
-    a slot. deep: height of these solids, about z = 0. All metres.
+    start: how far slots reach from the tip. width: of the head there. gap: of a slot. deep: height about z = 0. Metres.
     """
     tine = (width - (count - 1) * gap) / count
     point = min(0.16 * start, 0.009)

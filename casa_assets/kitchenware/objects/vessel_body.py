@@ -168,8 +168,7 @@ def woven(profile: Profile, step: float) -> Profile:
 def surface(path: Floats, v: Floats, plan: Plan, inside: Plan | None = None) -> Solid:
     """A closed surface whose rings follow a path that begins and ends on the axis; a picture covers all of it.
 
-    path: (N, 2) half width along x, and height. v: (N,) heights in the picture. inside: instead of the plan, from the
-    rim on.
+    path: (N, 2) half width along x, and height. v: (N,) heights in the picture. inside: the plan from the rim on.
     """
     rings = [
         (inside if inside and s >= RIM_V - 0.01 else plan).ring(float(r), float(z))
@@ -299,8 +298,7 @@ def open_shapes(
 ) -> tuple[Placed, ...]:
     """The shapes of an open vessel.
 
-    floor: height of the inside's floor. low: height of the top of a stem, where the wall begins. room: most shapes.
-    bead: radius of a wire round the rim, metres.
+    floor: height of the inside's floor. low: where the wall begins. room: most shapes. bead: radius of the rim's wire.
     """
     outside = profile.outside
     solid = [*outside[outside[:, 1] < floor], (profile.radius(floor), floor)]

@@ -30,9 +30,8 @@ def strap(
 ) -> Solid:
     """A bar along a path in a plane, whose section changes on the way.
 
-    path: (M, 3) its middle, metres. sizes: (M, 2) full width along `side` and full thickness across it. side: direction
-    square to the plane of the path. power: 1 for an elliptic section, less for a square one. pieces: hulls along it.
-    count: points of a section.
+    path: (M, 3) its middle, metres. sizes: (M, 2) full width along `side`, which is square to the plane of the path,
+    and thickness across it. power: 1 for an elliptic section, less for a square one. pieces: hulls along it.
     """
     line, size, across = np.array(path, dtype=np.float64), np.array(sizes, dtype=np.float64), np.array(side)
     way = np.gradient(line, axis=0)
@@ -87,8 +86,7 @@ def arch(x: float, low: float, high: float, width: float, thick: float, square: 
 def spout(start: Vec2, end: Vec2, radius: float, tip: float, curve: float) -> Solid:
     """A hollow tube from the wall of a pot towards -x, open at its tip.
 
-    start, end: (x, z) of the middle of its ends; start lies within the wall. radius, tip: of both ends. curve: 0
-    straight, 1 bent like a swan's neck.
+    start, end: (x, z) of its ends, start within the wall. radius, tip: of both. curve: 0 straight, 1 a swan's neck.
     """
     a, b = np.array(start), np.array(end)
     reach = b - a

@@ -47,8 +47,7 @@ class Outline:
 def four_sides(front: float, side: float, corner_steps: int = 2, across: tuple[float, ...] = ALONG_SIDE) -> Outline:
     """A rectangle with rounded corners, whose front faces -y.
 
-    front, side: shares of the picture's width that the front and each of the two adjacent sides take. corner_steps:
-    pieces of a rounded corner. across: places of points along a side, -1..1.
+    front, side: shares of the picture's width. corner_steps: pieces of a corner. across: places along a side, -1..1.
     """
     back = max(0.02, 1.0 - front - 2 * side)
     turns = np.linspace(0.0, np.pi / 2, corner_steps + 1)[1:-1]
@@ -100,8 +99,7 @@ def round_sides(count: int) -> Outline:
 def two_sheets(count: int) -> tuple[Floats, Floats, Floats]:
     """Places across a bag of two sheets: x -1..1, which sheet (-1 front, 1 back, 0 at the sides), and its picture.
 
-    count: pieces across a sheet, an even number. Returns: (N,) x and (N,) sheet from the left edge on, the front first;
-    (N, 2, 2) as in Outline.sides.
+    Returns (N,) x and (N,) sheet from the left edge on, the front first; (N, 2, 2) as in Outline.sides. count: even.
     """
     x = -np.cos(np.linspace(0.0, np.pi, count + 1)) * 0.35 + 0.65 * np.linspace(-1.0, 1.0, count + 1)
     places = np.concatenate([x, x[::-1][1:-1]])
@@ -117,9 +115,8 @@ def two_sheets(count: int) -> tuple[Floats, Floats, Floats]:
 def wrapped(rings: Floats, sides: Floats, heights: Floats, along: bool = False, crease_deg: float = 50.0) -> Solid:
     """A closed surface over rings of equally many points, whose ends are closed by flat faces.
 
-    rings: (K, N, 3) from the lower end to the upper one, metres. sides: as in Outline. heights: (K,) where each ring
-    lies in the picture, 0..1. along: the picture's width runs along the thing instead of round it, and each side shows
-    all of its height.
+    rings: (K, N, 3) from the lower end to the upper one, metres. sides: as in Outline. heights: (K,) in the picture,
+    0..1. along: the picture's width runs along the thing instead of round it, and each side shows all of its height.
     """
     count, size = rings.shape[:2]
     faces = [*ring_walls(size, count)]

@@ -110,8 +110,7 @@ def paint(p: Label, canvas: Canvas, rng: np.random.Generator) -> Layers:
 def front(p: Label, size_px: tuple[int, int]) -> tuple[Image.Image, Area, Area]:
     """Draw the print around a package and on its front, before the picture is reduced.
 
-    `size_px`: (H, W) of the reduced picture. Returns The picture, `FINER` times as large; its printed area; the area of
-    its front.
+    `size_px`: (H, W) after it. Returns the picture, `FINER` times as large, its printed area, the area of its front.
     """
     rows, columns = size_px
     image = Image.new("RGB", (FINER * columns, FINER * rows), p.ground[0])

@@ -137,9 +137,8 @@ Points = Sequence[Vec2]
 class Pen:
     """Draws into a square of a picture.
 
-    Attributes:
-        image: the picture. x, y: pixels of the middle of the square. size: pixels from its middle to a side.
-        colors: colours that replace those of a drawing, in order; the last one is used for the rest.
+    image: the picture. x, y: pixels of the square's middle. size: to a side. colors: of a drawing; the last: of the
+    rest.
     """
 
     def __init__(self, image: Image.Image, x: float, y: float, size: float, colors: Sequence[str] = ()) -> None:

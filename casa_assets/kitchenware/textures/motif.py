@@ -264,8 +264,7 @@ def scatter(
 ) -> Array:
     """(H, W, 3) sRGB picture of a ground with plants on it.
 
-    `canvas`: pixels and metres. `growth`: what grows. `size_m`: length of a leaf or twig, metres. `inks`: (N, 3)
-    colours of the plants, the darkest first. `ground`: (3,) behind them. `rng`: all of the randomness.
+    `growth`: what grows. `size_m`: length of a leaf or twig. `inks`: (N, 3), the darkest first. `ground`: (3,).
     """
     picture = np.broadcast_to(ground, (*canvas.size_px, 3)).astype(np.float32)
     soft = canvas.pixel_m / size_m * 1.2

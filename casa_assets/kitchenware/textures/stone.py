@@ -21,8 +21,7 @@ Ids = npt.NDArray[np.intp]
 class VoronoiCells:
     """Nearest seed of every pixel, each array (H, W).
 
-    Distances to seeds are measured with the cells scaled to squares of side `size_m`: they are metres along y, and
-    metres along x as well if cells are as wide as high (stretch 1).
+    Distances are metres along y, and along x as well where cells are as wide as high (stretch 1).
     """
 
     count: int  # number of cells
@@ -47,8 +46,7 @@ def voronoi_cells(
 ) -> VoronoiCells:
     """Assign every pixel of the canvas to the nearest jittered seed, periodically.
 
-    `size_m`: usual size of a cell along y. `stretch`: how much longer cells are along x. `bend_m`: how far borders are
-    bent.
+    `size_m`: of a cell along y. `stretch`: how much longer cells are along x. `bend_m`: how far borders are bent.
     """
     rows, columns = canvas.cells(size_m, size_m * stretch)
     tall, wide = canvas.tile_m[1] / rows, canvas.tile_m[0] / columns

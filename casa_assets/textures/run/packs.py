@@ -76,9 +76,7 @@ _SAME_ASPECT = 0.02  # by which the shape of a map may differ from that of the c
 class PackOptions:
     """Options of ingesting a folder of pictures.
 
-    Attributes:
-        library: output folder. pack: name of the pack; None: that of the folder. size_px: longer side of the pictures.
-        flags: for every picture that does not state otherwise.
+    library: output folder. pack: its name; None: the folder's. size_px: longer side. flags: of pictures without others.
     """
 
     library: Path
@@ -236,9 +234,7 @@ def _given(
 ) -> tuple[dict[str, pack_pictures.Floats], tuple[str, ...]]:
     """Maps by name, in the order of MapRole, and notes on those that cannot be used.
 
-    Args:
-        read: bytes of the files. aspect: width over height of the colour. size_px: longer side to which they are scaled
-            down.
+    read: bytes of the files. aspect: width over height of the colour. size_px: longer side after scaling down.
     """
     planes: dict[MapRole, pack_pictures.Floats] = {}
     notes: list[str] = []
@@ -278,12 +274,10 @@ class PackReport:
 def ingest_pack(source: Path, options: PackOptions) -> PackReport:
     """Ingest every picture of a folder.
 
-    Unusable pictures are left out with a reason, the others are ingested.
-
-    Raises:
-        CasaError: the folder does not exist, or an id is already used in the project that is written to.
-        RegistryError: pack.yaml is not valid YAML or has unknown keys.
-        OutputError: the library cannot be written to, another run holds it, or its target folder holds no pack.
+    Unusable pictures are left out with a reason, the others are ingested. Raises CasaError: the folder does not exist,
+    or an id is already used in the project that is written to. RegistryError: pack.yaml is not valid YAML or has
+    unknown keys. OutputError: the library cannot be written to, another run holds it, or its target folder holds no
+    pack.
     """
     if not source.is_dir():
         raise CasaError(f"{source}: {'is no folder; unpack it first' if source.exists() else 'no such folder'}")

@@ -52,10 +52,8 @@ _BEGUN: ContextVar[Callable[[], Mapping[str, Future[Finish]]] | None] = ContextV
 def painting_ahead(all_missing: Callable[[], Mapping[str, Painting]]) -> Iterator[None]:
     """Context in which the first finish that has to be painted starts the painting of all others in parallel.
 
-    It has no effect in a worker process, because other workers use the other cores.
-
-    Args:
-        all_missing: returns the finishes that will be needed and are not in the cache, by key, first needed first.
+    It has no effect in a worker process, because other workers use the other cores. all_missing: returns the finishes
+    that will be needed and are not in the cache, by key, first needed first.
     """
     if is_worker():
         yield
@@ -85,11 +83,8 @@ def painted(key: str, painting: Painting) -> Finish:
 def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, TextureRecipe]]:
     """All recipes by surface and id; pictures of the packs of the project in use are among them.
 
-    Args:
-        root: the only folder to read; None reads the package's and the project's.
-    Raises:
-        RegistryError: a file is missing, or a row names an unknown key, kind or substance, or an id occurs twice.
-        OutputError: a pack.json is damaged.
+    root: the only folder to read; None: the package's and the project's. Raises RegistryError: a file is missing, or a
+    row names an unknown key, kind or substance, or an id occurs twice. OutputError: a pack.json is damaged.
     """
     # Asked for as all others do, so that it is not read a second time.
     substances = (registry.load() if root is None else registry.load(root)).substances
@@ -205,8 +200,7 @@ def layers_of(recipe: TextureRecipe, size_px: int) -> Layers:
 def finish_key(recipe: TextureRecipe, size_px: int | None = None) -> str:
     """Key of `finish_of`: the code of the recipe's own kind and of no other, the recipe and its substance.
 
-    Raises:
-        OutputError: a file of a picture is missing, or is not the one that was written.
+    Raises OutputError: a file of a picture is missing, or is not the one that was written.
     """
     size_px = size_px or picture_px(recipe)
     substance = registry.load().substances[recipe.substance]
@@ -227,10 +221,7 @@ def _code_key(kind: str) -> str:
 def finish_of(recipe: TextureRecipe, cache: Path, size_px: int | None = None) -> Finish:
     """The finish of a recipe, from `<cache>/textures` or painted now. Finishes used longest ago make room for it.
 
-    Pictures of packs are read from their files.
-
-    Raises:
-        OutputError: a file of a picture is missing, or is not the one that was written.
+    Pictures of packs are read from their files. Raises OutputError: one is missing, or is not the one that was written.
     """
     size_px = size_px or picture_px(recipe)
     substance = registry.load().substances[recipe.substance]
