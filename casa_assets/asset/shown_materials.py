@@ -101,8 +101,7 @@ def _best_overlap(collider: Collider, visuals: list[_ColoredVisual]) -> Vec4 | N
     return None if best is None or overlaps[best] <= 0 else visuals[best].color
 
 
-# A visual is shown where it is at most so far outside of a primitive, or inside of one of its faces, metres: merged
-# boxes fill gaps of 12 mm, and panels of doors lie as deep.
+# A visual is shown where it is at most so far, m, outside of a primitive or below a face: boxes fill gaps of 12 mm.
 OUTSIDE_M, INSIDE_M = 0.012, 0.025
 # The normals of what a face shows are within 25 degrees of its own.
 FACING = 0.9

@@ -26,8 +26,7 @@ from casa_assets.model.asset.asset import Asset
 
 # Asset <-> bytes: JSON and plain arrays in one .npz. Reading it runs no code, whoever wrote it.
 
-# Stand in the JSON for an array (its kind, where it begins, its shape) and for a picture (the digest of its bytes); no
-# field of a record is called so.
+# In the JSON: an array (kind, begin, shape) and a picture (digest of its bytes); no field of a record is called so.
 ARRAY, PICTURE = "$array", "$picture"
 ARRAY_TYPES = ("float64", "int32", "uint8")
 TREE = "tree"
@@ -106,8 +105,7 @@ def unpack(data: bytes, key: str, picture: Callable[[str], bytes]) -> Asset:
 # <cache>/assets/{built,pictures,layers}/ by `families.build.asset_key` or content: a change of one family leaves others
 
 FOLDER = "assets"
-# Part of the bound of a cache that built assets and light forms (about 40 kB each) may take, and as much for pictures
-# and for layers.
+# Part of a cache's bound for assets and light forms (about 40 kB each), and as much for pictures and for layers.
 SHARE = 0.25
 # Fields of an asset that its light form does not depend on.
 UNSEEN: Mapping[str, IncEx | bool] = {"materials": True, "links": {"__all__": {"visuals": {"__all__": {"mesh"}}}}}

@@ -21,8 +21,7 @@ Picture = npt.NDArray[np.float32]
 
 # One step of an 8-bit picture: below it no border can be seen, whatever stands inside.
 _STEP = 1.0 / 255.0
-# Columns that the border is held against: the strongest of this share, for a joint may lie on the border as it may
-# lie inside.
+# The border is held against the strongest of this share of columns, as joints may lie on it or inside.
 _STRONGEST = 0.01
 _BAND = 0.04  # of the side: width of the strips whose mean tone is compared
 _OVERLAP = 0.13  # of the side: room for the path of a repair, so that it finds a joint to follow

@@ -20,8 +20,7 @@ from casa_assets.textures.check import Pictures
 Pixels = npt.NDArray[np.uint8]
 # Takes 0.4 of the time of Pillow's default, 6, for files that are 7 % larger.
 PNG_LEVEL = 4
-# A larger picture is compressed with the default instead, so that the three files of a finish stay below the limit of
-# check TEX011.
+# A larger picture is compressed with the default instead, so that finishes stay below the limit of check TEX011.
 LARGE_PNG, LARGE_PNG_LEVEL = 1_900_000, 6
 # Normals and roughness are written at half the size: they hold no finer detail that is seen beside the colour.
 DETAIL_SCALE = 2

@@ -145,8 +145,7 @@ def whole(length_m: float, module_m: float, even: bool = False) -> tuple[int, fl
     return count, true
 
 
-# Profile of a piece at its rim: SQUARE broken by half a millimetre; BEVEL a straight slope; PILLOW a dome that falls
-# off toward the rim.
+# Rim of a piece: SQUARE, broken by half a millimetre; BEVEL a straight slope; PILLOW a dome that falls off to it.
 TileEdge = StrEnum("TileEdge", "SQUARE BEVEL PILLOW")
 
 

@@ -185,8 +185,7 @@ WITHIN = 0.985
 ON_PLANE = 1e-7
 # Points of an outline nearer than this to the one before are left out, m: what is written is rounded to a tenth of it.
 SAME = 1e-7
-# Radius of the circle in the picture of a section that is the rim of the face, by the width of the picture; as in
-# kitchenware/textures/food.py.
+# Radius of the rim of a face in the picture of a section, by its width; as in kitchenware/textures/food.py.
 PICTURE_RIM = 0.49
 
 

@@ -76,8 +76,7 @@ COVERED: Mapping[Closure, float] = {
 }  # fmt: skip
 # What swings up on a hinge at its back; the others are lifted.
 HINGED = frozenset({Closure.FLIP, Closure.CLIP})
-# By how much what opens covers the neck, metres: its collision shapes lie above the mouth, and what is seen may reach a
-# little beyond them.
+# By how much what opens covers the neck, metres: it collides above the mouth, and is seen a little beyond.
 SKIRT = 0.003
 # How far down a crown cork reaches, metres: for good, and where it comes off. It is so flat that it would else have its
 # centre of mass below its collision shapes.

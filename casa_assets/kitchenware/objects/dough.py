@@ -27,8 +27,7 @@ MAX_STREWN = 90
 # Toppings that stand out of the box round the body by more than this have a shape of their own, metres.
 MIN_OUT = 0.003
 
-# Basic shape of the food: ROUND a dome over an outline; LONG a roll along x; RING with a hole; GRID a plate of pits
-# between bars.
+# ROUND a dome over an outline; LONG a roll along x; RING with a hole; GRID a plate of pits between bars.
 Body = StrEnum("Body", "ROUND LONG RING GRID")
 
 

@@ -26,8 +26,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 # stands; TWIST a sweet in twisted paper; ROLL of foil or film.
 Shape = StrEnum("Shape", "CARTON GABLE BRICK BLOCK PAPER_BAG PILLOW POUCH TWIST TUB ROLL")
 
-# How a package lies; all its dimensions are those of the upright package: BACK on its back, its upper end away from the
-# viewer; ALONG its height along x, its back up.
+# How the upright package lies: BACK on its back, its upper end away from the viewer; ALONG along x, its back up.
 Rest = StrEnum("Rest", "STANDS BACK ALONG")
 
 

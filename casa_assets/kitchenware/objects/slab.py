@@ -32,8 +32,7 @@ AROUND = 24
 PLINTH, PLINTH_HIGH = 0.8, 0.3
 FIN_OUT = 0.002  # metres that a fin or a bone may project from the body's box without a separate shape
 
-# Basic shape of the food: SLAB a slab over an outline; STRIP a thin strip that rises and falls; LONG a long body along
-# x.
+# SLAB a slab over an outline; STRIP a thin strip that rises and falls; LONG a long body along x.
 Cut = StrEnum("Cut", "SLAB STRIP LONG")
 
 

@@ -38,8 +38,7 @@ METAL, HOLLOW = 3000.0, 0.25
 # How far a head reaches into its handle, metres.
 TANG = 0.015
 
-# Kind of head: BAR all of it is `front`: a spoon, a knife, a spatula; FORK `front` with slots between tines; MOUTH
-# `front` with the mouth of a bottle opener; PEELER a blade across, between two arms.
+# BAR all `front`: a spoon; FORK `front` with slots; MOUTH with that of an opener; PEELER a blade between two arms.
 Head = StrEnum(
     "Head", "BAR FORK MOUTH LADLE WHISK TONGS PEELER WHEEL SCISSORS CAN_OPENER PIN GRATER REAMER BRUSH SCALE STRAW"
 )

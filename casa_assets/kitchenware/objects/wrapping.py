@@ -90,8 +90,7 @@ def round_sides(count: int) -> Outline:
     bent = np.stack([np.cos(turns), np.sin(turns)], axis=1)
     edges = np.linspace(0.0, 1.0, count + 1)
     around = np.stack([edges[:-1], edges[1:]], 1)
-    # Round a thing from its left to its right is down in a picture that runs along it. The middle of that picture is at
-    # the back, which is the upper side of what is laid along.
+    # Along a picture that runs along it, a thing's left to right is down; its middle is the back, which lies above.
     across = np.where(np.arange(count)[:, None] < count // 2, 0.5, 1.5) - around
     return Outline(bent, bent, np.stack([around, across], 1))
 

@@ -184,8 +184,7 @@ class FoliagePaper(Record):
     roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.8
 
 
-# Cloth or fibre glued on the paper: GRASS level blades of uneven thickness on fine upright threads; RAFFIA a basket
-# weave of flat strips.
+# On the paper: GRASS level blades, uneven, on fine upright threads; RAFFIA a basket weave of flat strips.
 PaperWeave = StrEnum("PaperWeave", "GRASS LINEN RAFFIA")
 
 

@@ -44,8 +44,7 @@ WORDS_OF_SMALL_PRINT = (
 Layout = StrEnum("Layout", "BAND BADGE PLATE SPLIT DIAGONAL CLASSIC STRIPES MINIMAL UPRIGHT BURST BLOCK RIBBON")
 
 
-# Pattern on the ground of a label: CHECKS as on a tablecloth; RINGS level lines; FADE from the first colour above to
-# the second below.
+# Pattern of the ground: CHECKS of a tablecloth; RINGS level lines; FADE from the first colour above to the second.
 Pattern = StrEnum("Pattern", "NONE DOTS CHECKS STRIPES RINGS FADE")
 
 

@@ -264,8 +264,7 @@ GLAZED = TextureKind("glazed_lava", GlazedLava, paint_glaze)
 PRINTED = TextureKind("printed_laminate", PrintedLaminate, paint_print)
 
 
-# Marks of the tool on the metal: ALONG brushed along u; UPRIGHT along v; ORBITAL many small arcs; ROLLED as it left the
-# mill.
+# Marks on the metal: ALONG brushed along u; UPRIGHT along v; ORBITAL small arcs; ROLLED as it left the mill.
 MetalTooling = StrEnum("MetalTooling", "ALONG UPRIGHT ORBITAL HAMMERED ROLLED")
 
 
