@@ -84,9 +84,8 @@ class BehaviorBuilder:
         strength: float = 1.0,
     ) -> None:
         """Add what happens to a target while a variable has a value."""
-        self.effects.append(
-            Effect(variable=variable, value=value, kind=kind, target=target, color=color, strength=strength)
-        )
+        effect = Effect(variable=variable, value=value, kind=kind, target=target, color=color, strength=strength)
+        self.effects.append(effect)
 
     def light(self, variable: str, target: str, color: Vec4) -> None:
         """Let a target glow in a colour while a variable is `on`."""

@@ -293,9 +293,8 @@ def cell_shell(cells: Cells, lower: float, upper: float) -> Shell:
 
 def _lines(values: Sequence[float], lower: float, upper: float) -> Floats:
     lines = np.unique(np.round(np.array(values, dtype=np.float64), LINE_DECIMALS))
-    return np.asarray(
-        lines[(lines >= round(lower, LINE_DECIMALS)) & (lines <= round(upper, LINE_DECIMALS))], dtype=np.float64
-    )
+    low, high = round(lower, LINE_DECIMALS), round(upper, LINE_DECIMALS)
+    return np.asarray(lines[(lines >= low) & (lines <= high)], dtype=np.float64)
 
 
 def union(*solids: Solid) -> Solid:

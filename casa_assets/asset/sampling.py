@@ -141,9 +141,8 @@ class _RuleReader:
         """The rule for the value of an earlier row; the case `a or b` covers two values, `else` all others."""
         value_of = self._earlier(name, path)
         draws = {value: self.read(rule, (*path, key)) for key, rule in cases.items() for value in key.split(" or ")}
-        known = [
-            str(m.value) for kind in _kinds(self.params.model_fields.get(name)) if issubclass(kind, Enum) for m in kind
-        ]
+        kinds = _kinds(self.params.model_fields.get(name))
+        known = [str(member.value) for kind in kinds if issubclass(kind, Enum) for member in kind]
         for value in draws.keys() - {*known, "else"} if known else ():
             raise self.document.fault((*path, value), expected_one_of((*known, "else"), value), repr(value))
         missing = [value for value in known or ["else"] if value not in draws]

@@ -114,9 +114,8 @@ def inset_rings(outline: Floats, steps: Sequence[Vec2]) -> list[Floats]:
     outline: (N, 2), metres, counter-clockwise. steps: (inset, z) of each ring, metres; a negative inset widens it.
     """
     loop = np.asarray(outline, dtype=np.float64)
-    return [
-        np.column_stack([offset_sides(loop, [d] * len(loop)) if d else loop, np.full(len(loop), z)]) for d, z in steps
-    ]
+    n = len(loop)
+    return [np.column_stack([offset_sides(loop, [d] * n) if d else loop, np.full(n, z)]) for d, z in steps]
 
 
 def basin(outline: Floats, depth: float, wall: float, fillet: float, lip: float = 0.0) -> Solid:

@@ -286,9 +286,8 @@ def summary(results: Sequence[FamilyResult]) -> list[tuple[str, ...]]:
     names = sorted({r.request.family for r in results})
     for name in [*names, ""]:
         members = [r for r in results if not name or r.request.family == name]
-        figures = [
-            (r.build_s, r.write_s, r.draw_s, r.check_s, r.cpu_s, r.size_bytes / 1e6) for r in members if r.report
-        ]
+        built = [r for r in members if r.report]
+        figures = [(r.build_s, r.write_s, r.draw_s, r.check_s, r.cpu_s, r.size_bytes / 1e6) for r in built]
         medians = [f"{median(column):.3f}" for column in zip(*figures, strict=True)]
         rows.append((name or "all", str(sum(r.passed for r in members)), str(len(members)), *(medians or [""] * 6)))
     return rows

@@ -269,10 +269,8 @@ def check_set(name: str, looks: Mapping[str, TextureDescriptor], limits: Mapping
             code="TEX013", status=Status.FAILED if close else Status.PASSED, number=significant(nearest, 6), limit=apart
         ),
     )
-    issues = [
-        Issue(code="TEX013", severity=Severity.ERROR, pointer=f"{a} {b}", message=f"nearly alike: {d:.2f} <= {apart:g}")
-        for d, a, b in close
-    ]
+    alike = [(f"{a} {b}", f"nearly alike: {d:.2f} <= {apart:g}") for d, a, b in close]
+    issues = [Issue(code="TEX013", severity=Severity.ERROR, pointer=p, message=text) for p, text in alike]
     if len(looks) < wanted:
         message = f"the set has {len(looks)} pictures, {wanted:g} are wanted"
         issues.insert(0, Issue(code="TEX012", severity=Severity.ERROR, message=message))

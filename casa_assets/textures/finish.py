@@ -128,6 +128,5 @@ def _lit(p: Pictures, metallic: float) -> Pixels:
 
 def _scaled(image: Pixels, width: int, height: int) -> Pixels:
     mode = "RGB" if image.ndim == 3 else "L"
-    return np.asarray(
-        Image.fromarray(np.ascontiguousarray(image), mode).resize((width, height), Image.Resampling.BILINEAR)
-    )
+    picture = Image.fromarray(np.ascontiguousarray(image), mode)
+    return np.asarray(picture.resize((width, height), Image.Resampling.BILINEAR))

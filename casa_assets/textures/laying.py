@@ -207,9 +207,8 @@ def _frame(x: float, y: float, quarter: int, half: float, width: float) -> Place
     corners = [(-width / 2, -half), (width / 2, -half + width), (width / 2, half - width), (-width / 2, half)]
     turn, reach = quarter * np.pi / 2, half - width / 2
     # Its outer edge is at u = -width/2, away from the middle of the panel.
-    return PlacedOutline(
-        x - np.cos(turn) * reach, y - np.sin(turn) * reach, turn, width / 2, half, polygon(corners), 2 + quarter % 2
-    )
+    x, y = x - np.cos(turn) * reach, y - np.sin(turn) * reach
+    return PlacedOutline(x, y, turn, width / 2, half, polygon(corners), 2 + quarter % 2)
 
 
 def _weave(x: float, y: float, inner: float, block: float) -> list[PlacedOutline]:

@@ -88,9 +88,8 @@ def _decoded(data: bytes) -> DecodedPicture:
         fault = PictureRejection.TOO_LARGE if large else PictureRejection.NOT_A_PICTURE
         raise Rejected(fault, "is far too large" if large else _unknown(data)) from None
     except (*_FAULTS, zlib.error) as error:
-        raise Rejected(
-            PictureRejection.BROKEN, f"cannot be decoded: {type(error).__name__}: {str(error)[:120]}"
-        ) from None
+        message = f"cannot be decoded: {type(error).__name__}: {str(error)[:120]}"
+        raise Rejected(PictureRejection.BROKEN, message) from None
     return DecodedPicture(pixels, prompt, notes)
 
 
@@ -193,9 +192,8 @@ def tile(pixels: Floats, size_px: int = SIZE_PX, given: Mapping[str, Floats] | N
     whole = repair(planes, shown=3) if is_seen else planes
     after = seam(whole[..., :3]).worst
     if after > MAX_SEAM:
-        raise Rejected(
-            PictureRejection.SEAM, f"its border is {after:.1f} times as strong as the pattern, after its repair"
-        )
+        message = f"its border is {after:.1f} times as strong as the pattern, after its repair"
+        raise Rejected(PictureRejection.SEAM, message)
     height, width = whole.shape[:2]
     stored, at = {}, 3
     for name, plane in maps.items():

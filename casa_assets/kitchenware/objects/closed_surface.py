@@ -254,9 +254,8 @@ def _manifold(solid: Solid) -> manifold3d.Manifold:
     uv = np.zeros((*solid.faces.shape, 2)) if solid.picture_uv is None else solid.picture_uv
     corners = np.column_stack([solid.points[solid.faces.ravel()], uv.reshape(-1, 2)])
     rows, index = np.unique(np.round(corners, 12), axis=0, return_inverse=True)
-    mesh = manifold3d.Mesh64(
-        vert_properties=np.ascontiguousarray(rows), tri_verts=index.reshape(-1, 3).astype(np.uint64)
-    )
+    triangles = index.reshape(-1, 3).astype(np.uint64)
+    mesh = manifold3d.Mesh64(vert_properties=np.ascontiguousarray(rows), tri_verts=triangles)
     mesh.merge()
     body = manifold3d.Manifold(mesh)
     if body.status() != manifold3d.Error.NoError:
@@ -291,14 +290,11 @@ def _plate(body: Solid, plane: Plane) -> Solid:
     n = len(rim)
     # Its edges slant inwards below the face: upright ones might lie in a wall of the body.
     slant = 0.04 * (rim - inner)
-    levels = (
-        (PROUD, inner, WITHIN * rim),
-        (PROUD - PLATE, inner + np.where(hole > 0, 1.0, 0.0)[:, None] * slant, WITHIN * rim - slant),
-    )
+    below = inner + np.where(hole > 0, 1.0, 0.0)[:, None] * slant
+    levels = ((PROUD, inner, WITHIN * rim), (PROUD - PLATE, below, WITHIN * rim - slant))
     flats = [(np.concatenate([low, high]) + middle, plane.offset + level) for level, low, high in levels]
-    points = np.concatenate(
-        [flat[:, :1] * side + flat[:, 1:] * plane.up + level * plane.normal for flat, level in flats]
-    )
+    placed = [flat[:, :1] * side + flat[:, 1:] * plane.up + level * plane.normal for flat, level in flats]
+    points = np.concatenate(placed)
     i, j = np.arange(n), np.roll(np.arange(n), -1)
     top = np.concatenate([np.stack([n + i, n + j, i], 1), np.stack([n + j, j, i], 1)])
     wall = np.concatenate([np.stack([n + i, 3 * n + i, n + j], 1), np.stack([n + j, 3 * n + i, 3 * n + j], 1)])

@@ -466,9 +466,8 @@ def _bar(p: Stacked, rng: np.random.Generator) -> Composed:
             [(w, y) for y in np.linspace(-0.9 * h, h - arch, 6)[:-1]],
         ]
     )
-    body = food.dome(
-        outline, ((0, 0), (0.78, 0), (0.94, 0.12), (1, 0.5), (0.94, 0.88), (0.78, 1), (0, 1)), p.height, 13
-    )
+    profile = ((0, 0), (0.78, 0), (0.94, 0.12), (1, 0.5), (0.94, 0.88), (0.78, 1), (0, 1))
+    body = food.dome(outline, profile, p.height, 13)
     body = food.seen_from_above(replace(body, points=food.flat_foot(bumped(body.points, 0.008, 2.0, rng), 0.02)))
     corners = [(-0.005, -h - p.stick), (0.005, -h - p.stick), (0.005, -0.6 * h), (-0.005, -0.6 * h)]
     stick = prism(np.array(corners), 0.0022, 0.0004).translated(z=p.height / 2)

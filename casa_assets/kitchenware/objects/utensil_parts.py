@@ -88,9 +88,8 @@ def bar(shape: Bar, size: Size, along: int = ALONG, hulls: int = MAX_HULLS, span
     y = ((width - other) / 2)[:, None] + ((width + other) / 2)[:, None] * eta
     lift = thickness[:, None] * zeta * (1 - wedge[:, None] * (1 - eta) / 2)
     lift = lift - (dish[:, None] * (1 - eta**2) + np.where(upper, hollow[:, None] * (1 - eta**2) ** 0.7, 0.0))
-    points = np.stack(
-        [x[:, None] - lift * np.sin(slope)[:, None], y, middle[:, None] + lift * np.cos(slope)[:, None]], axis=2
-    )
+    sine, cosine = np.sin(slope)[:, None], np.cos(slope)[:, None]
+    points = np.stack([x[:, None] - lift * sine, y, middle[:, None] + lift * cosine], axis=2)
     solid = lofted(points, share)
     pieces: list[Floats] = []
     if max(size.dish, size.hollow) > DEEP:

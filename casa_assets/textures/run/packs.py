@@ -143,9 +143,8 @@ def survey(
     refusals: list[RejectedPicture] = []
     by_bytes: dict[str, str] = {}
     found = list_files(source)
-    shown = [
-        path for suffixes in pack_pictures.SUFFIX_GROUPS for path in found if Path(path).suffix.lower() in suffixes
-    ]
+    groups = pack_pictures.SUFFIX_GROUPS
+    shown = [path for suffixes in groups for path in found if Path(path).suffix.lower() in suffixes]
     materials = sorted(group_maps(shown), key=lambda one: min(one.maps.values()))
     for files in materials:
         try:
@@ -379,9 +378,8 @@ def _picture(id_: str, accepted: AcceptedPicture) -> tuple[PackPicture, dict[str
     if tile.repaired:
         notes.append(f"was cut to {tile.kept[0]:.0%} x {tile.kept[1]:.0%} and its border repaired")
     if base.width_px < tile.width_px:
-        notes.append(
-            f"was scaled down to {base.width_px} x {base.height_px} pixels, so that its files are not too large"
-        )
+        pixels = f"{base.width_px} x {base.height_px} pixels"
+        notes.append(f"was scaled down to {pixels}, so that its files are not too large")
     if tile.seam_after > pack_pictures.VISIBLE_SEAM:
         notes.append("its border can still be found by who looks for it")
     picture = PackPicture(

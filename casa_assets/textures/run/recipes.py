@@ -117,9 +117,8 @@ def _pictures(folder: Path, pack: Pack, taken: dict[str, str]) -> Iterator[Textu
             expected = "an id that nothing else has; ingest the pack anew under another name (--pack)"
             raise RegistryError(file, 1, f"pictures.{number}.id", expected, f"{picture.id!r}, also in {held}")
         if picture.substance not in known.substances:
-            raise RegistryError(
-                file, 1, f"pictures.{number}.substance", "a substance of substances.yaml", repr(picture.substance)
-            )
+            pointer = f"pictures.{number}.substance"
+            raise RegistryError(file, 1, pointer, "a substance of substances.yaml", repr(picture.substance))
         taken[picture.id] = file
         yield pictures.recipe_of(folder.name, picture)
 
