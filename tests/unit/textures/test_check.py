@@ -45,18 +45,14 @@ def _bad() -> Mapping[str, Pictures]:
     one = good()
     base = one.base.astype(np.float64)
     x = np.linspace(0.0, 1.0, SIZE)[None, :, None]
-    flat = np.full_like(one.normal, 128)
-    flat[..., 2] = 255
-    clipped = base.copy()
-    clipped[:80] = 255
-    leaning = np.zeros((256, 256, 3))
-    leaning[:] = np.rint(127.5 + 127.5 * np.array([0.1, 0.0, np.sqrt(0.99)]))
+    flat = np.where(np.arange(3) == 2, 255, np.full_like(one.normal, 128))
+    clipped = np.where(np.arange(SIZE)[:, None, None] < 80, 255, base)
+    leaning = np.tile(np.rint(127.5 + 127.5 * np.array([0.1, 0.0, np.sqrt(0.99)])), (256, 256, 1))
     leaning[::2, ::2] = (128, 128, 255)
     short = one.normal.astype(np.float64)
     short[10:20, 10:20] = (128, 128, 200)
     wave = 128 + 34 * np.sin(2 * np.pi * x + 0.8)
-    rough = one.rough.copy()
-    rough[:60] = 2
+    rough = np.where(np.arange(256)[:, None] < 60, 2, one.rough)
     return {
         "TEX001": changed(base=base + 40 * (x - 0.5)),
         "TEX002": changed(base=base * 0.08 + 2),

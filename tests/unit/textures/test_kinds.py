@@ -29,16 +29,11 @@ pytestmark = pytest.mark.content("code", "textures", keep=0)
 
 SETS = recipes()
 # Of each set: the lowest mean colour, and the highest relief, metres.
-BOUNDS = {
-    Surface.WALL: (0.06, 0.06),
-    Surface.FLOOR: (0.06, 0.06),
-    Surface.COUNTER: (0.03, 0.01),
-    Surface.CABINET: (0.0, 0.012),
-}
+BOUNDS = {"wall": (0.06, 0.06), "floor": (0.06, 0.06), "counter": (0.03, 0.01), "cabinet": (0.0, 0.012)}
 ROWS = [(surface, name) for surface, rows in SETS.items() for name in rows]
 FIGURED = ("maple_tiger", "eucalyptus_smoked", "birch_rotary", "douglas_fir", "elm_wild")
-
-
+WHITE, BLACK = "#ffffff", "#000000"
+GROUT = Joint(color=BLACK, width_m=0.006, coarseness=0.0, rim_drop_m=0.0)
 # One recipe of each kind that surfaces have.
 PAINTED = {recipe.kind: recipe for rows in SETS.values() for recipe in reversed(rows.values())}
 
@@ -56,7 +51,7 @@ def test_there_are_a_hundred_of_each_and_every_kind_is_used() -> None:
 @pytest.mark.content("texture", "{name}", keep=12)
 @pytest.mark.parametrize(("surface", "name"), ROWS)
 def test_every_one_is_sound(surface: Surface, name: str) -> None:
-    made, (darkest, highest) = layers_of(SETS[surface][name], 128), BOUNDS[surface]
+    made, (darkest, highest) = layers_of(SETS[surface][name], 128), BOUNDS[surface.value]
     assert seam(made.albedo).worst < 2.0
     assert made.albedo.dtype == made.height_m.dtype == made.roughness.dtype == np.float32
     assert made.albedo.shape == (*made.height_m.shape, 3)
@@ -99,17 +94,14 @@ def test_wood_of_cabinets_stands_upright_and_paint_is_muted() -> None:
             assert np.hypot(lab[1], lab[2]) < 0.125, name
 
 
-@pytest.mark.parametrize("coat", ["sprayed", "brushed", "chalk"])
-def test_paint_has_its_colour(coat: PaintCoat) -> None:
-    made = painted(PaintedFront(color="#6d8a78", coat=coat, roughness=0.5), "p")
-    assert made.albedo.mean(axis=(0, 1)) == pytest.approx(rgb("#6d8a78"), abs=0.01)
-    assert float(made.roughness.mean()) == pytest.approx(0.5, abs=0.02)
-    across, along = steps(made.height_m)
-    if coat == "brushed":
-        assert across > 4 * along
-
-
-WHITE, BLACK = "#ffffff", "#000000"
+def test_paint_has_its_colour_and_strokes_where_it_is_brushed() -> None:
+    coats: tuple[PaintCoat, ...] = ("sprayed", "brushed", "chalk")
+    for coat in coats:
+        made = painted(PaintedFront(color="#6d8a78", coat=coat, roughness=0.5), "p")
+        assert made.albedo.mean(axis=(0, 1)) == pytest.approx(rgb("#6d8a78"), abs=0.01)
+        assert float(made.roughness.mean()) == pytest.approx(0.5, abs=0.02)
+        across, along = steps(made.height_m)
+        assert coat != "brushed" or across > 4 * along
 
 
 def test_tiles_and_joints_are_as_wide_as_stated() -> None:
@@ -130,24 +122,16 @@ def test_metal_tiles_and_shows_its_tool() -> None:
         assert seam(made.albedo).worst < 1.6
         assert made.metallic == 1.0
         across, along = steps(made.albedo[..., 0])
-        if tooling in (laid.MetalTooling.ALONG, laid.MetalTooling.ROLLED):
-            assert along > 3 * across
-        elif tooling is laid.MetalTooling.UPRIGHT:
-            assert across > 3 * along
-        else:
-            assert 0.3 < along / across < 3.5
-
-
-GROUT = Joint(color=BLACK, width_m=0.006, coarseness=0.0, rim_drop_m=0.0)
+        spans = {"along": (3.0, np.inf), "rolled": (3.0, np.inf), "upright": (0.0, 1 / 3)}
+        low, high = spans.get(tooling.value, (0.3, 3.5))
+        assert low < along / across < high
 
 
 def test_subway_tiles_are_as_large_as_stated() -> None:
     laying = Laying(pattern=LayingPattern.RUNNING, width_m=0.075, length_m=0.15, bond=0.5)
-    params = wall_panels.CeramicTile(
-        laying=laying, joint=GROUT, colors=(WHITE,), variety=0, glaze_pooling=0, tilt=0, wave_m=0
-    )
-    made = painted(params, "t", Canvas((300, 450), (0.9, 0.6)))
-    light = made.albedo[..., 0]
+    even = dict.fromkeys(("variety", "glaze_pooling", "tilt", "wave_m"), 0)
+    params = wall_panels.CeramicTile(laying=laying, joint=GROUT, colors=(WHITE,), **even)
+    light = painted(params, "t", Canvas((300, 450), (0.9, 0.6))).albedo[..., 0]
     assert runs(light[:, 4]) == 8
     assert {runs(light[round((n + 0.5) * 0.075 * 500)]) for n in range(8)} == {6}
     assert float(1.0 - light.mean()) == pytest.approx(1 - (0.069 / 0.075) * (0.144 / 0.15), abs=0.01)

@@ -9,6 +9,7 @@ import shutil
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -51,9 +52,8 @@ def ingested(project: Project, tmp_path: Path) -> Ingested:
 def test_pictures_stand_beside_recipes(ingested: Ingested, tmp_path: Path) -> None:
     report = ingested()
     assert report.folder == tmp_path / "textures" / "slates"
-    rows = recipes()[Surface.FLOOR]
-    assert len(rows) == 102
-    recipe = rows["slates_stone_01"]
+    assert len(recipes()[Surface.FLOOR]) == 102
+    recipe = recipes()[Surface.FLOOR]["slates_stone_01"]
     assert (recipe.kind, recipe.substance, recipe.tile_m) == ("picture", "stone", report.pack.pictures[1].tile_m)
     assert origin_of(recipe) == "ours/slates"
     assert "slates_stone_01" in casa.surfaces()["floor"]
@@ -70,9 +70,8 @@ def test_the_finish_is_what_stands_in_the_files(ingested: Ingested, tmp_path: Pa
     report = ingested()
     picture = report.pack.pictures[0]
     made = finishes([picture.id], tmp_path / "cache")[picture.id]
-    texture = made.material.base_color_texture
+    texture, normal = made.material.base_color_texture, made.material.normal_texture
     assert texture is not None
-    normal = made.material.normal_texture
     assert normal is not None
     vectors = np.asarray(Image.open(io.BytesIO(normal.png)), dtype=np.float64) / 127.5 - 1
     assert np.linalg.norm(vectors, axis=2) == pytest.approx(np.ones(vectors.shape[:2]), abs=0.02)
@@ -87,16 +86,14 @@ def test_the_finish_is_what_stands_in_the_files(ingested: Ingested, tmp_path: Pa
 
 def test_a_file_that_was_changed_is_an_error_and_a_new_pack_is_another_key(ingested: Ingested, tmp_path: Path) -> None:
     report = ingested(1)
-    name = report.pack.pictures[0].id
-    key = finishes_key([name])
-    base = report.folder / report.pack.pictures[0].files[0]
-    whole = base.read_bytes()
+    (picture,) = report.pack.pictures
+    name, base = picture.id, report.folder / picture.files[0]
+    key, whole = finishes_key([name]), base.read_bytes()
     base.write_bytes(encoded(pixels(8)))
     use_project(tmp_path)
-    with pytest.raises(OutputError, match="is not the file that was written; ingest the pack again"):
-        finishes_key([name])
-    with pytest.raises(OutputError, match="is not the file that was written"):
-        finish_of(find_recipe(name), tmp_path / "cache")
+    for reads in (lambda: finishes_key([name]), lambda: finish_of(find_recipe(name), tmp_path / "cache")):
+        with pytest.raises(OutputError, match="is not the file that was written; ingest the pack again"):
+            reads()
     base.write_bytes(whole)
     use_project(tmp_path)
     assert finishes_key([name]) == key
@@ -169,19 +166,13 @@ def test_a_hundred_pictures_are_read_once_and_drawn(
     pack["pictures"] = [{**pack["pictures"][0], "id": f"slates_no_{n}"} for n in range(100)]
     path.write_text(json.dumps(pack), encoding="utf-8")
     use_project(tmp_path)
-    read: list[Path] = []
-
-    def counted(folder: Path) -> object:
-        read.append(folder)
-        return load_pack(folder)
-
-    load_pack = pack_files.load_pack
+    counted = Mock(wraps=pack_files.load_pack)
     monkeypatch.setattr(pack_files, "load_pack", counted)
     drawn = [dict(draw_surfaces(seed))[Surface.FLOOR] for seed in range(60)]
     assert 15 < sum(name.startswith("slates_no_") for name in drawn) < 45
     sampled = [dict(recipe.surfaces)[Surface.FLOOR] for recipe in draw_recipes(30, 7)]
     assert any(name.startswith("slates_no_") for name in sampled)
-    assert read == [report.folder]
+    counted.assert_called_once_with(report.folder)
 
 
 def run(*words: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
