@@ -23,7 +23,7 @@ SIZE_STEP_M = 1e-6
 MIN_HALF_SIZE_M = 1e-5
 # Share of a hull that one primitive has to fill for the search to end.
 FULL_SHARE = 0.97
-# A further box is worth this share of the hull, and there are no more than so many.
+# A further box has to fill this share of the hull; the most boxes.
 MIN_BOX_SHARE, MAX_EXTRA_BOXES = 0.04, 3
 # A shape that ends less than this above the lowest point stands there, metres; half the height of a foot.
 LEVEL_M, FOOT_HALF_HEIGHT_M = 2e-4, 1.5e-3

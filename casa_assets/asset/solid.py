@@ -26,10 +26,10 @@ AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 class Solid:
     """A closed, outward surface. Metres, z up.
 
-    points: (P, 3) float64. faces: (F, 3) int64. shapes: collision shapes and their poses, same frame; empty where
-    nobody has said: then its hull is taken. uv_m: (F, 3, 2) own texture coordinates of the corners in metres, or None:
-    then each face is laid flat. picture_uv: (F, 3, 2) coordinates of the corners in a picture that is made for the
-    whole of it, 0..1, or None. crease_deg: faces that meet at less are shaded as one smooth surface.
+    points: (P, 3) float64. faces: (F, 3) int64. shapes: collision shapes and their poses, same frame; if empty, its
+    hull is taken. uv_m: (F, 3, 2) texture coordinates of the corners in metres, or None: then each face is laid flat.
+    picture_uv: (F, 3, 2) coordinates of the corners in a picture that is made for the whole of it, 0..1, or None.
+    crease_deg: faces that meet at less are shaded as one smooth surface.
     """
 
     points: Floats

@@ -158,7 +158,7 @@ class AssetStore:
             try:
                 return unpack(data, key, self._picture)
             except READ_ERRORS:
-                pass  # made anew below, and written over
+                pass  # made again below, and written over
         asset = make()
         data, pictures = pack(asset.model_dump(), key)
         fresh = [name for name in pictures if name not in self._seen]

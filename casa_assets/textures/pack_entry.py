@@ -47,8 +47,8 @@ class PictureDescription(Record):
 
     def over(self, other: PictureDescription) -> PictureDescription:
         """This description, with what it leaves out taken from another."""
-        said = {name: getattr(self, name) for name in type(self).model_fields}
-        return PictureDescription(**{k: getattr(other, k) if v is None else v for k, v in said.items()})
+        stated = {name: getattr(self, name) for name in type(self).model_fields}
+        return PictureDescription(**{k: getattr(other, k) if v is None else v for k, v in stated.items()})
 
 
 class PackPicture(Record):

@@ -143,8 +143,8 @@ def _rgb(image: Image.Image, kind: str) -> tuple[Floats, tuple[str, ...]]:
 def _prompt(image: Image.Image) -> str:
     """Prompt that image generators write into a text chunk of a PNG."""
     for key in ("parameters", "prompt", "Description"):
-        if isinstance(said := image.info.get(key), str):
-            return " ".join(said.split())[:2000]
+        if isinstance(text := image.info.get(key), str):
+            return " ".join(text.split())[:2000]
     return ""
 
 

@@ -88,7 +88,7 @@ def grain_maps(canvas: Canvas, species: WoodSpecies, cut: SawCut, leaves: int, r
     wander = 0.010 * canvas.noise(0.9, 0.35, rng) + 0.0006 * canvas.noise(0.15, 0.05, rng)
     # Tones are stratified out, not drawn: a face of few leaves is as dark as one of many.
     tones = stratified(leaves, rng).astype(np.float32)
-    # A leaf of its own has bends of its own: what is drawn once for the sheet is read at another height for each.
+    # Each leaf bends in its own way: what is drawn once for the sheet is read at another height for each.
     drop = seeds[0][leaf] * canvas.tile_m[1] if leaves > 1 else np.zeros_like(x)
     wander = canvas.shifted(wander, np.zeros_like(x), drop)
     knot, push = _knots(canvas, x, y, species, rng)
@@ -105,7 +105,7 @@ def grain_maps(canvas: Canvas, species: WoodSpecies, cut: SawCut, leaves: int, r
     pores = canvas.noise(species.pore_m, 0.0017, rng) + 0.9 * canvas.noise(1.7 * species.pore_m, 0.0027, rng)
     pores = canvas.shifted(pores, across, drop)
     clouds = 0.6 * zone + 0.8 * canvas.shifted(canvas.noise(0.5, 0.06, rng, 2), across, drop)
-    clouds = clouds - clouds.mean()  # a board is neither paler nor darker than its palette says
+    clouds = clouds - clouds.mean()  # a board is neither paler nor darker than its palette
     return GrainMaps(
         ring=ring,
         early=early,

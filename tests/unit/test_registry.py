@@ -1,4 +1,4 @@
-"""registry/ as it comes with the package, what free words find in it, and what a broken one says."""
+"""registry/ as it comes with the package, what free words find in it, and the errors of a broken one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Presets and looks in registry/: joined to the code of their families, wrong ones told with file and line."""
+"""Presets and looks in registry/: joined to the code of their families, with file and line of faults."""
 
 from __future__ import annotations
 

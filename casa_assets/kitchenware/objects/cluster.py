@@ -213,7 +213,7 @@ def _stalks(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Sol
         turn = 2 * math.pi * k / min(p.count, 6) + (0.5 if inner else 0.0) + float(rng.uniform(-0.15, 0.15))
         size, long = float(rng.uniform(0.85, 1.1)) * (0.75 if inner else 1.0), float(rng.uniform(0.85, 1.0)) * p.length
         reach = 0.0 if p.count == 1 else (0.25 if inner else 0.5) * (p.width - p.piece)
-        # A stalk of its own lies on its back.
+        # A single stalk lies on its back.
         turn = -math.pi / 2 if p.count == 1 else turn
         out.append(_stalk(p, long, size, reach).rotated("x", turn - math.pi / 2))
         end = np.array([long, 0.0, reach + 0.1 * p.piece])

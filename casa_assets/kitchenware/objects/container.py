@@ -19,7 +19,7 @@ from casa_assets.kitchenware.objects import closures
 from casa_assets.kitchenware.objects.closed_surface import run_along
 from casa_assets.kitchenware.objects.closures import COVERED, HINGED, LID, LID_GRIP, Closure, Mouth, Part
 
-# Points round a section: four on the axes and so many in each corner.
+# Points round a section: four on the axes, and those in each corner.
 CORNER = 7
 AROUND = 4 * (CORNER + 1)
 

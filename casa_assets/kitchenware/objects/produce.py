@@ -210,7 +210,7 @@ def build(builder: AssetBuilder, p: Produce) -> None:
         grown = concatenate([part.without_colliders() for part in parts])
         points = _laid(bent(grown.points, p.bend, p.bend_start, span), p) - (0.0, 0.0, lowest)
         grown = replace(grown, points=points)
-        # What hardly stands out needs no shape of its own.
+        # What hardly projects needs no shape.
         far = float(np.abs(points - np.clip(points, *body.bounds)).max())
         builder.add(ROOT, grown.with_hull_collider(), finish, label=label, collider=far > MIN_OUT, density="plant_leaf")
 

@@ -109,7 +109,7 @@ class AcceptedPicture:
 
 
 def read_description(source: Path) -> PackDescription:
-    """Read what pack.yaml (or pack.json) of a folder says of its pictures. Raises RegistryError."""
+    """Read the descriptions of pictures in pack.yaml (or pack.json) of a folder. Raises RegistryError."""
     used = [name for name in MANIFESTS if (source / name).is_file()][:1]
     pack, defaults = None, PictureDescription()
     rows: dict[str, PictureDescription] = {}

@@ -19,7 +19,7 @@ from casa_assets.textures.canvas import Layers
 from casa_assets.textures.finish import textured
 from casa_assets.textures.pack_entry import MAX_FILE_BYTES, MAX_SIDE_PX, FileName, Pack, PackPicture
 
-# Folder of packs in a project or a library, and the file in each that says what it holds.
+# Folder of packs in a project or a library, and the list of its pictures in each.
 FOLDER, PACK = "textures", "pack.json"
 
 

@@ -1,4 +1,4 @@
-"""Densities of parts are named rows of registry/densities.yaml; no family has one of its own."""
+"""Densities of parts are named rows of registry/densities.yaml; no family states one."""
 
 from __future__ import annotations
 
