@@ -17,8 +17,8 @@ from casa_assets.kitchenware.parts.decor import JarLid, jar
 
 LID, LID_JOINT, LID_GRIP = "lid", "lid_joint", "lid_main"
 GRAVITY = 9.81
-# A lid stays where a hand leaves it: its friction carries a multiple of its weight, and a few newtons. That is less than
-# what holds a light jar down, so that a lid comes off a jar that nobody holds.
+# A lid stays where a hand leaves it: its friction carries a multiple of its weight, and a little more. That is less
+# than what holds a light jar down, so that a lid comes off a jar that nobody holds.
 CARRIED, LEAST_N = 1.15, 0.3
 # Beyond that, so much lifts it all the way in hand_dynamics.OPENS_IN_S, N.
 EASE_N, SWING_EASE_N = 0.6, 2.0
