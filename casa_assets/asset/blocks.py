@@ -315,10 +315,8 @@ def intersect(solid: Solid, other: Solid) -> Solid:
 
 
 def _manifold(solid: Solid) -> manifold3d.Manifold:
-    mesh = manifold3d.Mesh64(
-        vert_properties=np.ascontiguousarray(solid.points, dtype=np.float64),
-        tri_verts=np.ascontiguousarray(solid.faces, dtype=np.uint64),
-    )
+    points, faces = np.ascontiguousarray(solid.points), np.ascontiguousarray(solid.faces, dtype=np.uint64)
+    mesh = manifold3d.Mesh64(vert_properties=points, tri_verts=faces)
     mesh.merge()
     body = manifold3d.Manifold(mesh)
     if body.status() != manifold3d.Error.NoError:

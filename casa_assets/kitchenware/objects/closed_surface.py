@@ -254,12 +254,17 @@ def _manifold(solid: Solid) -> manifold3d.Manifold:
     uv = np.zeros((*solid.faces.shape, 2)) if solid.picture_uv is None else solid.picture_uv
     corners = np.column_stack([solid.points[solid.faces.ravel()], uv.reshape(-1, 2)])
     rows, index = np.unique(np.round(corners, 12), axis=0, return_inverse=True)
+    return manifold_of(rows, index)
+
+
+def manifold_of(corners: Floats, index: Ints) -> manifold3d.Manifold:
+    """A body of (P, 5) corners, places and (u, v), three to a face in `index`. Raises ValueError: it is not closed."""
     triangles = index.reshape(-1, 3).astype(np.uint64)
-    mesh = manifold3d.Mesh64(vert_properties=np.ascontiguousarray(rows), tri_verts=triangles)
+    mesh = manifold3d.Mesh64(vert_properties=np.ascontiguousarray(corners), tri_verts=triangles)
     mesh.merge()
     body = manifold3d.Manifold(mesh)
     if body.status() != manifold3d.Error.NoError:
-        raise ValueError(f"a body of {len(solid.faces)} faces is not closed: {body.status()}")
+        raise ValueError(f"a body of {len(triangles)} faces is not closed: {body.status()}")
     return body
 
 

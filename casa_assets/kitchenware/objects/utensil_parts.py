@@ -18,7 +18,7 @@ from casa_assets.ext.arrays import Floats, Ints, convex_hull, signed_volume
 from casa_assets.ext.families import Params
 from casa_assets.ext.records import Vec2, Vec3, Vec5
 from casa_assets.ext.solids import Solid
-from casa_assets.kitchenware.objects.closed_surface import smooth_profile, turned
+from casa_assets.kitchenware.objects.closed_surface import manifold_of, smooth_profile, turned
 
 # Rings along a bar, and points round one.
 ALONG, AROUND = 40, 20
@@ -145,15 +145,7 @@ def drilled(solid: Solid, tools: Sequence[Solid]) -> Solid:
 def _manifold(solid: Solid) -> manifold3d.Manifold:
     uv = solid.picture_uv if solid.picture_uv is not None else np.full((len(solid.faces), 3, 2), 0.5)
     corners = np.concatenate([solid.points[solid.faces.reshape(-1)], uv.reshape(-1, 2)], axis=1)
-    mesh = manifold3d.Mesh64(
-        vert_properties=np.ascontiguousarray(corners, dtype=np.float64),
-        tri_verts=np.arange(len(corners), dtype=np.uint64).reshape(-1, 3),
-    )
-    mesh.merge()
-    body = manifold3d.Manifold(mesh)
-    if body.status() != manifold3d.Error.NoError:
-        raise ValueError(f"a solid of {len(solid.faces)} faces is not closed: {body.status()}")
-    return body
+    return manifold_of(corners, np.arange(len(corners)))
 
 
 def stadium(length: float, width: float, steps: int = 6) -> Floats:
