@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -129,7 +129,7 @@ def test_metal_tiles_and_shows_its_tool() -> None:
 
 def test_subway_tiles_are_as_large_as_stated() -> None:
     laying = Laying(pattern=LayingPattern.RUNNING, width_m=0.075, length_m=0.15, bond=0.5)
-    even = dict.fromkeys(("variety", "glaze_pooling", "tilt", "wave_m"), 0)
+    even: dict[str, Any] = dict.fromkeys(("variety", "glaze_pooling", "tilt", "wave_m"), 0)
     params = wall_panels.CeramicTile(laying=laying, joint=GROUT, colors=(WHITE,), **even)
     light = painted(params, "t", Canvas((300, 450), (0.9, 0.6))).albedo[..., 0]
     assert runs(light[:, 4]) == 8
