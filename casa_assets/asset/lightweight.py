@@ -83,11 +83,11 @@ def inscribed_primitives(points: Floats) -> tuple[tuple[Box | Cylinder, Pose], .
     rods: list[InscribedPrimitive] = []
     # Rotations (cloud from shape) worth trying: each axis of the cloud as z, then those of its covariance.
     x, y, z = np.eye(3)
-    axes = [np.stack([x, y, z], axis=1), np.stack([y, z, x], axis=1), np.stack([z, x, y], axis=1)]
+    axes: list[Floats] = [np.stack([x, y, z], axis=1), np.stack([y, z, x], axis=1), np.stack([z, x, y], axis=1)]
     _, vectors = np.linalg.eigh(np.cov(points.T))
     a, b, c = (v * np.sign(v[np.argmax(np.abs(v))]) for v in vectors.T)
-    first, *others = [*axes, np.stack([a, np.cross(c, a), c], axis=1), np.stack([b, np.cross(a, b), a], axis=1)]
-    for frames in ([first], others):
+    axes += [np.stack([a, np.cross(c, a), c], axis=1), np.stack([b, np.cross(a, b), a], axis=1)]
+    for frames in (axes[:1], axes[1:]):
         spans = [np.ptp(points @ frame, axis=0) / 2 for frame in frames]
         normals = [planes[:, :3] @ frame for frame in frames]
         wanted = [_Wanted(planes, *one) for one in zip(frames, map(np.abs, normals), spans, strict=True)]

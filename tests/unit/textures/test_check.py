@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -35,7 +36,7 @@ def good() -> Pictures:
     return Pictures("good", (1.0, 1.0), np.stack([base] * 3, axis=2), normals(relief, (1.0, 1.0)), rough, 900_000)
 
 
-def changed(tile_m: tuple[float, float] = (1.0, 1.0), size_bytes: int = 900_000, **planes: np.ndarray) -> Pictures:
+def changed(tile_m: tuple[float, float] = (1.0, 1.0), size_bytes: int = 900_000, **planes: Any) -> Pictures:
     """The good one with other planes: base, normal, rough."""
     one = replace(good(), id="bad", tile_m=tile_m, size_bytes=size_bytes)
     return replace(one, **{name: plane.astype(np.uint8) for name, plane in planes.items()})

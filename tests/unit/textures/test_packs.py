@@ -8,6 +8,7 @@ import zlib
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -229,14 +230,14 @@ BYTE, WORD = 0.5 / 255, 1.0 / 65535
 
 
 def deep(image: npt.NDArray[np.floating], depth: int = 16) -> npt.NDArray[np.uint16]:
-    return np.round(image * (2**depth - 1)).astype(np.uint16)
+    return np.asarray(np.round(image * (2**depth - 1)), dtype=np.uint16)
 
 
-def three(image: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
+def three(image: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return np.dstack([image] * 3)
 
 
-READ = {
+READ: dict[str, tuple[Callable[[], bytes], float]] = {
     "tiff 8": (lambda: encoded(np.round(three(RAMP) * 255).astype(np.uint8), "TIFF"), 2 * BYTE),
     "tiff 16": (lambda: tiff(deep(RAMP)), WORD),
     "tiff 16 colours": (lambda: tiff(three(deep(RAMP))), 2 * BYTE),

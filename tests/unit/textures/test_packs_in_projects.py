@@ -9,6 +9,7 @@ import shutil
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 from unittest.mock import Mock
 
 import numpy as np
@@ -130,7 +131,7 @@ def test_from_python(project: Project, tmp_path: Path) -> None:
     """What the command line does: into the project in use, by ids that kitchens take at once; or into a folder."""
     pictures = write_pictures(tmp_path / "slates", 2)
     (pictures / "broken.png").write_bytes(b"no picture")
-    stated = {"tile_m": (1.0, 1.0), "licence": "CC0-1.0", "substance": "stone"}
+    stated: dict[str, Any] = {"tile_m": (1.0, 1.0), "licence": "CC0-1.0", "substance": "stone"}
     with pytest.raises(CasaError, match=r"casa\.Project\(folder\)\.ingest_textures\(\.\.\.\), or library=folder"):
         casa.ingest_textures(pictures, surface="floor", **stated)
     ours = project({})
