@@ -19,7 +19,6 @@ from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Hull, Link, Me
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
-# Quantize -------------------------------------------------------------------------------------------------------------
 # Round the numbers of an asset so that runs on different machines nearly always write the same bytes.
 #
 # The vector unit of a processor, and even the alignment of an array in memory, changes the last bit of a product.
@@ -51,10 +50,8 @@ def _rounded_link(link: Link) -> Link:
     inertial = link.inertial
     if inertial is not None:
         threshold = INERTIA_TOLERANCE * sum(inertial.inertia[:3])
-        xx, yy, zz, xy, xz, yz = (0.0 if abs(v) < threshold else v for v in inertial.inertia)
-        inertial = inertial.replace(
-            center_of_mass=_rounded_vec(inertial.center_of_mass), inertia=(xx, yy, zz, xy, xz, yz)
-        )
+        inertia = tuple(0.0 if abs(v) < threshold else v for v in inertial.inertia)
+        inertial = inertial.replace(center_of_mass=_rounded_vec(inertial.center_of_mass), inertia=inertia)
     return link.replace(
         pose=_rounded_pose(link.pose),
         inertial=inertial,
@@ -78,12 +75,9 @@ def _rounded_shape(shape: Shape) -> Shape:
 
 def _rounded_mesh(mesh: Mesh) -> Mesh:
     """The visual mesh with vertices, texture coordinates and normals rounded to float32."""
-    return Mesh(
-        vertices=_rounded_float32(mesh.vertices, MESH_DECIMALS),
-        faces=mesh.faces,
-        uv=None if mesh.uv is None else _rounded_float32(mesh.uv, VISUAL_DECIMALS),
-        normals=None if mesh.normals is None else _rounded_float32(mesh.normals, VISUAL_DECIMALS),
-    )
+    vertices = _rounded_float32(mesh.vertices, MESH_DECIMALS)
+    uv, normals = (None if v is None else _rounded_float32(v, VISUAL_DECIMALS) for v in (mesh.uv, mesh.normals))
+    return Mesh(vertices=vertices, faces=mesh.faces, uv=uv, normals=normals)
 
 
 def _rounded_float32(values: Floats, places: int) -> Floats:
@@ -102,8 +96,6 @@ def _rounded_pose(pose: Pose) -> Pose:
     w, x, y, z = (round(q, QUATERNION_DECIMALS) + 0.0 for q in pose.quaternion)
     return Pose(position=_rounded_vec(pose.position), quaternion=(w, x, y, z))
 
-
-# Assemble -------------------------------------------------------------------------------------------------------------
 
 MASS_DIGITS = 7  # significant digits of masses, centres and moments; MJCF and USD both keep them
 
@@ -340,9 +332,6 @@ def _inertial(link: LinkBuilder) -> Inertial:
     x, y, z = (significant(v, MASS_DIGITS) for v in total.center)
     mass = significant(total.mass, MASS_DIGITS)
     return Inertial(mass=mass, center_of_mass=(x, y, z), inertia=(xx, yy, zz, xy, xz, yz))
-
-
-# Family ---------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,6 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3, Vec4
 from casa_assets.model.registry.category import Portion
 
-# Mass properties ------------------------------------------------------------------------------------------------------
-
 
 @dataclass(frozen=True)
 class RigidMass:
@@ -51,9 +49,6 @@ def combine_masses(masses: list[RigidMass]) -> RigidMass:
     return RigidMass(mass, center, tensor)
 
 
-# Behavior builder -----------------------------------------------------------------------------------------------------
-
-
 @dataclass
 class BehaviorBuilder:
     """Variables, rules and effects in the order in which they were added."""
@@ -73,11 +68,7 @@ class BehaviorBuilder:
         self.rules.append(Rule(variable=variable, from_values=from_values, to=to, when=when, after_s=after_s))
 
     def follow_joint(self, name: str, joint: str, intervals: Mapping[str, Vec2]) -> None:
-        """Add a variable that takes the value whose interval contains the joint's position.
-
-        Args:
-            intervals: value -> interval, rad or m; the first value is the initial one.
-        """
+        """Add a variable with the value whose interval (rad, m) contains the joint's position; the first: at first."""
         self.variable(name, *intervals)
         for value, interval in intervals.items():
             self.rule(name, value, Condition(joint=joint, interval=interval))
@@ -93,9 +84,8 @@ class BehaviorBuilder:
         strength: float = 1.0,
     ) -> None:
         """Add what happens to a target while a variable has a value."""
-        self.effects.append(
-            Effect(variable=variable, value=value, kind=kind, target=target, color=color, strength=strength)
-        )
+        effect = Effect(variable=variable, value=value, kind=kind, target=target, color=color, strength=strength)
+        self.effects.append(effect)
 
     def light(self, variable: str, target: str, color: Vec4) -> None:
         """Let a target glow in a colour while a variable is `on`."""
@@ -112,8 +102,6 @@ def negated(condition: Condition) -> Condition:
     """A condition that holds where the given one does not."""
     return condition.replace(negated=not condition.negated)
 
-
-# Asset builder --------------------------------------------------------------------------------------------------------
 
 ROOT = "object"
 
@@ -180,8 +168,6 @@ class AssetBuilder:
         self.contract: str | None = None
         self.portion: Portion | None = None
 
-    # Links and parts ------------------------------------------------------------------------------------------------
-
     def link(self, name: str, at: Vec3 | Pose = (0.0, 0.0, 0.0), parent: str = ROOT) -> str:
         """Add a link; `at` is parent_from_link. Returns its name. Raises ValueError where the name is taken."""
         if name in self.links:
@@ -226,10 +212,9 @@ class AssetBuilder:
         if density > 0:
             owner.masses.append(solid_mass(solid, density))
         if collider is not False:
-            collider_name = collider if isinstance(collider, str) else name
-            self._add_colliders(
-                owner, solid if solid.shapes else solid.with_hull_collider(), chosen.substance.id, label, collider_name
-            )
+            touched = solid if solid.shapes else solid.with_hull_collider()
+            first = collider if isinstance(collider, str) else name
+            self._add_colliders(owner, touched, chosen.substance.id, label, first)
 
     def draw(
         self,
@@ -256,17 +241,14 @@ class AssetBuilder:
         prefix = name or f"{owner.name}_{label or 'body'}"
         for i, (shape, pose) in enumerate(solid.shapes):
             collider_name = name if name and i == 0 else f"{prefix}_{len(owner.colliders):02d}"
-            owner.colliders.append(
-                Collider(name=str(collider_name), shape=shape, pose=pose, substance=substance, label=label)
-            )
+            found = Collider(name=collider_name, shape=shape, pose=pose, substance=substance, label=label)
+            owner.colliders.append(found)
 
     def ballast(self, link: str, mass: float, at: Vec3, size: Vec3) -> None:
         """Add a box of uniform mass in kg without mesh or collider: a motor, a compressor, a transformer."""
         x, y, z = size
         inertia = np.diag([y * y + z * z, x * x + z * z, x * x + y * y]) * mass / 12
         self.links[link].masses.append(RigidMass(mass, np.array(at), inertia))
-
-    # Joints ---------------------------------------------------------------------------------------------------------
 
     def hinge(
         self,
@@ -297,10 +279,8 @@ class AssetBuilder:
             feel: instead of all that.
             behind: joint that has to be open before this one can move.
         """
-        hinge = JointKind.HINGE
-        self.joints.append(
-            JointBuilder(name, child, hinge, axis, anchor, span, grip, start_n, spring, lever, push_n, feel, behind)
-        )
+        place = (name, child, JointKind.HINGE, axis, anchor, span, grip)
+        self.joints.append(JointBuilder(*place, start_n, spring, lever, push_n, feel, behind))
 
     def slide(
         self,
@@ -317,12 +297,8 @@ class AssetBuilder:
         behind: str | None = None,
     ) -> None:
         """Add a slide that moves `child`; span in metres, one end 0. Arguments as in `hinge`."""
-        kind, origin = JointKind.SLIDE, (0.0, 0.0, 0.0)
-        self.joints.append(
-            JointBuilder(name, child, kind, axis, origin, span, grip, start_n, spring, 1.0, push_n, feel, behind)
-        )
-
-    # Names ----------------------------------------------------------------------------------------------------------
+        place = (name, child, JointKind.SLIDE, axis, (0.0, 0.0, 0.0), span, grip)
+        self.joints.append(JointBuilder(*place, start_n, spring, 1.0, push_n, feel, behind))
 
     def site(self, name: str, at: Vec3 | Pose, link: str = ROOT, radius: float = 0.005) -> None:
         """Add a named point; `radius` in metres is the size it is shown with."""

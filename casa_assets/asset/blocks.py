@@ -17,17 +17,14 @@ from casa_assets.model.asset.parts import Box, Cylinder, Sphere
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 
-# Blocks ---------------------------------------------------------------------------------------------------------------
-
 EDGE_RADIUS = 0.0015  # metres, of the edges of boards; a choice
 
 
 def box(size: Vec3, at: Vec3 = (0.0, 0.0, 0.0), edge_radius: float = EDGE_RADIUS, steps: int = 1) -> Solid:
     """A box about `at`; its collider is a box.
 
-    size: along x, y, z; all lengths are metres. edge_radius: of its rounded edges, 0 for sharp ones. steps: facets
-    across an edge; one is shaded like a round edge, a radius over about 6 mm needs 3 or more. Raises ValueError: a size
-    is not positive.
+    size: along x, y, z; all lengths are metres. edge_radius: of its edges, 0 for sharp ones. steps: facets across an
+    edge; one is shaded as round, a radius over about 6 mm needs 3 or more. Raises ValueError: a size is not positive.
     """
     half = np.array(size) / 2
     if half.min() <= 0:
@@ -66,12 +63,11 @@ def _rounded(steps: int) -> tuple[Floats, Ints]:
 
 
 def lathe(profile: Sequence[Vec2], segments: int = 0, crease_deg: float = 40.0, closed: bool = False) -> Solid:
-    """A surface of revolution about z.
+    """A surface of revolution about z, without collision shape.
 
-    profile: (radius, z) from the lower end to the upper one, metres; where an end is off the axis it is closed by a
-    flat disc. A hollow body goes up outside and comes down inside. segments: points around; 0 chooses by radius.
-    closed: the profile is a loop off the axis, counter-clockwise, and the body a ring. Returns: A solid without
-    collision shape.
+    profile: (radius, z) from the lower end to the upper one, metres; an end off the axis is closed by a flat disc. A
+    hollow body goes up outside and comes down inside. segments: points around; 0 chooses by radius. closed: the profile
+    is a loop off the axis, counter-clockwise, and the body a ring.
     """
     outline = [(max(0.0, float(r)), float(z)) for r, z in profile]
     if outline[0][0] > 0 and not closed:
@@ -155,7 +151,6 @@ def ball(radius: float, steps: int = 12) -> Solid:
     return lathe(profile, segments=2 * steps).with_shapes((Sphere(radius=radius), Pose()), crease_deg=60.0)
 
 
-# Cells ----------------------------------------------------------------------------------------------------------------
 # Slabs of upright rectangles: a wall with openings, a floor round a corner; a grid of cells of which some are solid.
 #
 # All faces share the grid's points, so that no edge ends within another one and no crack shows.
@@ -253,8 +248,7 @@ def _corners(cells: Cells, begin: int, end: int, run: tuple[int, int]) -> Rectan
 class Shell:
     """The surface of a slab of cells.
 
-    points: (P, 3) u, v, w in metres. faces: (F, 3), outwards. side: (F,) FRONT_FACES (at the lower w), BACK_FACES or
-    RIM_FACES. cell: (F, 2) the cell of each face.
+    points: (P, 3) u, v, w, m. faces: (F, 3). side: (F,) FRONT_FACES (low w), BACK_FACES, RIM_FACES. cell: (F, 2).
     """
 
     points: Floats
@@ -299,12 +293,8 @@ def cell_shell(cells: Cells, lower: float, upper: float) -> Shell:
 
 def _lines(values: Sequence[float], lower: float, upper: float) -> Floats:
     lines = np.unique(np.round(np.array(values, dtype=np.float64), LINE_DECIMALS))
-    return np.asarray(
-        lines[(lines >= round(lower, LINE_DECIMALS)) & (lines <= round(upper, LINE_DECIMALS))], dtype=np.float64
-    )
-
-
-# Boolean --------------------------------------------------------------------------------------------------------------
+    low, high = round(lower, LINE_DECIMALS), round(upper, LINE_DECIMALS)
+    return np.asarray(lines[(lines >= low) & (lines <= high)], dtype=np.float64)
 
 
 def union(*solids: Solid) -> Solid:
@@ -314,11 +304,7 @@ def union(*solids: Solid) -> Solid:
 
 
 def subtract(solid: Solid, *tools: Solid, shapes: Sequence[Placed] = ()) -> Solid:
-    """Subtract the tools from a solid.
-
-    solid, tools: closed surfaces. shapes: colliders of the result; none means that the caller adds them elsewhere or
-    wants the hull.
-    """
+    """Subtract closed tools from a closed solid; no shapes: the caller adds colliders elsewhere or wants the hull."""
     taken = manifold3d.Manifold.batch_boolean([_manifold(t) for t in tools], manifold3d.OpType.Add)
     return _solid(_manifold(solid) - taken, tuple(shapes), solid.crease_deg)
 
@@ -329,10 +315,8 @@ def intersect(solid: Solid, other: Solid) -> Solid:
 
 
 def _manifold(solid: Solid) -> manifold3d.Manifold:
-    mesh = manifold3d.Mesh64(
-        vert_properties=np.ascontiguousarray(solid.points, dtype=np.float64),
-        tri_verts=np.ascontiguousarray(solid.faces, dtype=np.uint64),
-    )
+    points, faces = np.ascontiguousarray(solid.points), np.ascontiguousarray(solid.faces, dtype=np.uint64)
+    mesh = manifold3d.Mesh64(vert_properties=points, tri_verts=faces)
     mesh.merge()
     body = manifold3d.Manifold(mesh)
     if body.status() != manifold3d.Error.NoError:

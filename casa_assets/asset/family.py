@@ -48,6 +48,10 @@ class Params(Record):
                 found.append(value)
         return tuple(sorted(dict.fromkeys(found)))
 
+    def rng(self) -> np.random.Generator:
+        """A new generator of what is random in a shape, from its seed."""
+        return np.random.Generator(np.random.PCG64(getattr(self, SEED)))
+
     @property
     def design(self) -> dict[str, Any]:
         """The parameters that define a member's design, as plain data: all except colours, seeds and lengths.

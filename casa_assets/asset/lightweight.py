@@ -23,7 +23,7 @@ SIZE_STEP_M = 1e-6
 MIN_HALF_SIZE_M = 1e-5
 # Share of a hull that one primitive has to fill for the search to end.
 FULL_SHARE = 0.97
-# A further box is worth this share of the hull, and there are no more than so many.
+# A further box has to fill this share of the hull; the most boxes.
 MIN_BOX_SHARE, MAX_EXTRA_BOXES = 0.04, 3
 # A shape that ends less than this above the lowest point stands there, metres; half the height of a foot.
 LEVEL_M, FOOT_HALF_HEIGHT_M = 2e-4, 1.5e-3
@@ -81,8 +81,13 @@ def inscribed_primitives(points: Floats) -> tuple[tuple[Box | Cylinder, Pose], .
     planes, volume = hull_planes(points), hull_volume(points)
     boxes: list[InscribedPrimitive] = []
     rods: list[InscribedPrimitive] = []
-    first, *others = _frames(points)
-    for frames in ([first], others):
+    # Rotations (cloud from shape) worth trying: each axis of the cloud as z, then those of its covariance.
+    x, y, z = np.eye(3)
+    axes: list[Floats] = [np.stack([x, y, z], axis=1), np.stack([y, z, x], axis=1), np.stack([z, x, y], axis=1)]
+    _, vectors = np.linalg.eigh(np.cov(points.T))
+    a, b, c = (v * np.sign(v[np.argmax(np.abs(v))]) for v in vectors.T)
+    axes += [np.stack([a, np.cross(c, a), c], axis=1), np.stack([b, np.cross(a, b), a], axis=1)]
+    for frames in (axes[:1], axes[1:]):
         spans = [np.ptp(points @ frame, axis=0) / 2 for frame in frames]
         normals = [planes[:, :3] @ frame for frame in frames]
         wanted = [_Wanted(planes, *one) for one in zip(frames, map(np.abs, normals), spans, strict=True)]
@@ -197,15 +202,6 @@ def _foot(pose: Pose, points: Floats, found: Sequence[tuple[Shape, Pose]]) -> tu
     shape, at = _rounded(upright)
     assert isinstance(shape, Box)
     return ((shape, pose.inverse() @ at),)
-
-
-def _frames(points: Floats) -> list[Floats]:
-    """Rotations (cloud from shape) worth trying: each axis of the cloud as z, then those of its covariance."""
-    x, y, z = np.eye(3)
-    axes = [np.stack([x, y, z], axis=1), np.stack([y, z, x], axis=1), np.stack([z, x, y], axis=1)]
-    _, vectors = np.linalg.eigh(np.cov(points.T))
-    a, b, c = (v * np.sign(v[np.argmax(np.abs(v))]) for v in vectors.T)
-    return [*axes, np.stack([a, np.cross(c, a), c], axis=1), np.stack([b, np.cross(a, b), a], axis=1)]
 
 
 class _Wanted(NamedTuple):

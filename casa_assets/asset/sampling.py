@@ -68,10 +68,7 @@ def read_fixed(params: type[P], stated: Mapping[str, Any], document: Document, p
 
 @cache
 def _type_of(params: type[Params], name: str) -> TypeAdapter[Any]:
-    """The type of a field's values; Any if there is no such field.
-
-    Cached, since hundreds of rules are for the same field.
-    """
+    """The type of a field's values; Any if there is no such field. Cached: hundreds of rules ask for the same."""
     field = params.model_fields.get(name)
     annotation: Any = Annotated[field.annotation, field] if field else Any
     return TypeAdapter(annotation)
@@ -144,9 +141,8 @@ class _RuleReader:
         """The rule for the value of an earlier row; the case `a or b` covers two values, `else` all others."""
         value_of = self._earlier(name, path)
         draws = {value: self.read(rule, (*path, key)) for key, rule in cases.items() for value in key.split(" or ")}
-        known = [
-            str(m.value) for kind in _kinds(self.params.model_fields.get(name)) if issubclass(kind, Enum) for m in kind
-        ]
+        kinds = _kinds(self.params.model_fields.get(name))
+        known = [str(member.value) for kind in kinds if issubclass(kind, Enum) for member in kind]
         for value in draws.keys() - {*known, "else"} if known else ():
             raise self.document.fault((*path, value), expected_one_of((*known, "else"), value), repr(value))
         missing = [value for value in known or ["else"] if value not in draws]

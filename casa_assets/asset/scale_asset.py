@@ -18,10 +18,7 @@ UPPER_SHARE = 0.6
 
 
 def scaled(asset: Asset, factor: float, mass: float) -> Asset:
-    """An asset made larger or smaller evenly, of the given mass, kg; a hand needs as much force to move its parts.
-
-    Pictures on it are stretched with it, and materials stay as they are.
-    """
+    """An asset scaled evenly with its pictures, of a mass in kg; a hand needs as much force to move its parts."""
     heavier = mass / asset.mass
     kinds = {joint.name: joint.kind for joint in asset.joints}
     return asset.replace(
@@ -116,10 +113,8 @@ def _joint(joint: Joint, factor: float, heavier: float) -> Joint:
         )
     if drive is not None:
         # A spring of a hinge carries the weight of its part, at an arm that is as much longer.
-        drive = drive.replace(
-            stiffness=significant(drive.stiffness * heavier * factor, 3),
-            damping=significant(drive.damping * heavier * factor, 3),
-        )
+        stiffness, damping = (significant(v * heavier * factor, 3) for v in (drive.stiffness, drive.damping))
+        drive = drive.replace(stiffness=stiffness, damping=damping)
     return joint.replace(
         anchor=_vector(joint.anchor, factor),
         damping=significant(joint.damping * factor, 3),

@@ -19,8 +19,6 @@ from casa_assets.model.asset.parts import Box, Mesh, Shape, Visual
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec4
 
-# Collider colors ------------------------------------------------------------------------------------------------------
-
 MAX_GAP_M = 0.003  # a triangle belongs to a collider if its centroid is at most this far outside of its bounds
 PADDING_M = 1e-4  # added to bounds on all sides, so that the overlap of flat things is not zero
 CACHED_PICTURES = 256  # mean colours to keep: as many as a kitchen has pictures
@@ -103,10 +101,7 @@ def _best_overlap(collider: Collider, visuals: list[_ColoredVisual]) -> Vec4 | N
     return None if best is None or overlaps[best] <= 0 else visuals[best].color
 
 
-# Shown materials ------------------------------------------------------------------------------------------------------
-
-# A visual is shown where it is at most so far outside of a primitive, or inside of one of its faces, metres: merged
-# boxes fill gaps of 12 mm, and panels of doors lie as deep.
+# A visual is shown where it is at most so far, m, outside of a primitive or below a face: boxes fill gaps of 12 mm.
 OUTSIDE_M, INSIDE_M = 0.012, 0.025
 # The normals of what a face shows are within 25 degrees of its own.
 FACING = 0.9

@@ -15,8 +15,6 @@ from casa_assets.model.asset.parts import Box, Hull, Mesh, Shape
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 
-# Solid ----------------------------------------------------------------------------------------------------------------
-
 Placed = tuple[Shape, Pose]
 
 FOOT = 0.008  # height of the box under a hull, m
@@ -27,10 +25,10 @@ AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 class Solid:
     """A closed, outward surface. Metres, z up.
 
-    points: (P, 3) float64. faces: (F, 3) int64. shapes: collision shapes and their poses, same frame; empty where
-    nobody has said: then its hull is taken. uv_m: (F, 3, 2) own texture coordinates of the corners in metres, or None:
-    then each face is laid flat. picture_uv: (F, 3, 2) coordinates of the corners in a picture that is made for the
-    whole of it, 0..1, or None. crease_deg: faces that meet at less are shaded as one smooth surface.
+    points: (P, 3) float64. faces: (F, 3) int64. shapes: collision shapes and their poses, same frame; if empty, its
+    hull is taken. uv_m: (F, 3, 2) texture coordinates of the corners in metres, or None: then each face is laid flat.
+    picture_uv: (F, 3, 2) coordinates of the corners in a picture that is made for the whole of it, 0..1, or None.
+    crease_deg: faces that meet at less are shaded as one smooth surface.
     """
 
     points: Floats
@@ -161,8 +159,6 @@ def _mirrored(shape: Shape, at: Pose) -> Placed:
     return shape, mirror
 
 
-# Skin -----------------------------------------------------------------------------------------------------------------
-
 # Directions of faces that differ by less are laid flat together, so that a picture runs on from one to the next.
 SAME_DIRECTION = 1e-3
 
@@ -227,16 +223,8 @@ def _single(values: Floats) -> Floats:
 
 
 def _rounded(mesh: Mesh) -> Mesh:
-    normals = None if mesh.normals is None else _single(mesh.normals)
-    return Mesh(
-        vertices=_single(mesh.vertices),
-        faces=mesh.faces,
-        uv=None if mesh.uv is None else _single(mesh.uv),
-        normals=normals,
-    )
-
-
-# Anchor uv ------------------------------------------------------------------------------------------------------------
+    uv, normals = (None if values is None else _single(values) for values in (mesh.uv, mesh.normals))
+    return Mesh(vertices=_single(mesh.vertices), faces=mesh.faces, uv=uv, normals=normals)
 
 
 def anchor_uv(solid: Solid, name: str, corner: Vec3, along: Vec3, face: Vec3) -> Solid:

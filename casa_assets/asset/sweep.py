@@ -9,14 +9,12 @@ from itertools import pairwise
 import manifold3d
 import numpy as np
 
-from casa_assets.asset.solid import Placed, Solid, concatenate
+from casa_assets.asset.solid import Placed, Solid, concatenate, hull_around
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.mesh.planar import signed_area
 from casa_assets.model.asset.parts import Box, Capsule, Shape
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
-
-# Slab -----------------------------------------------------------------------------------------------------------------
 
 
 def slab(outline: Floats, profile: Sequence[Vec2], moulded: Sequence[bool], holes: Sequence[Floats] = ()) -> Solid:
@@ -28,10 +26,8 @@ def slab(outline: Floats, profile: Sequence[Vec2], moulded: Sequence[bool], hole
     their rims are chamfered by a millimetre on top. Returns: A solid without collision shapes.
     """
     loop = np.asarray(outline, dtype=np.float64)
-    rings = [
-        np.column_stack([offset_sides(loop, [d if m else 0.0 for m in moulded]), np.full(len(loop), z)])
-        for d, z in profile
-    ]
+    flat = [(offset_sides(loop, [d if m else 0.0 for m in moulded]), z) for d, z in profile]
+    rings = [np.column_stack([ring, np.full(len(ring), z)]) for ring, z in flat]
     bottom, top = profile[0][1], profile[-1][1]
     rim_radius = min(0.001, 0.2 * (top - bottom))
     stacks = [rings]
@@ -100,16 +96,12 @@ def arc(cx: float, cz: float, radius: float, start_deg: float, end_deg: float, s
     return [(cx + radius * math.cos(t), cz + radius * math.sin(t)) for t in turns]
 
 
-# Loft -----------------------------------------------------------------------------------------------------------------
-
-
 def loft(rings: Sequence[Floats], crease_deg: float = 40.0) -> Solid:
-    """A closed skin over rings of equally many points; the first and last are closed by flat caps.
+    """A closed skin over rings of equally many points, its ends closed by flat caps; it has no collision shapes.
 
     rings: (N, 3) each, metres, counter-clockwise when looking back along the direction from the first ring to the last.
     The sequence may turn back on itself: up the outside, over the rim and down the inside makes a vessel. crease_deg:
-    edges with a larger angle between their faces are shaded as sharp, as in Solid. Returns: A solid without collision
-    shapes.
+    edges with a larger angle between their faces are shaded as sharp, as in Solid.
     """
     n = len(rings[0])
     faces = [*ring_walls(n, len(rings)), _cap(rings[0])[:, ::-1], _cap(rings[-1]) + (len(rings) - 1) * n]
@@ -119,20 +111,17 @@ def loft(rings: Sequence[Floats], crease_deg: float = 40.0) -> Solid:
 def inset_rings(outline: Floats, steps: Sequence[Vec2]) -> list[Floats]:
     """Copies of an outline, each moved inwards by an inset and raised to a height z.
 
-    outline: (N, 2), metres, counter-clockwise. steps: (inset, z) of each ring, metres, in order, such as up the outside
-    and down the inside of a basin. A negative inset widens the outline.
+    outline: (N, 2), metres, counter-clockwise. steps: (inset, z) of each ring, metres; a negative inset widens it.
     """
     loop = np.asarray(outline, dtype=np.float64)
-    return [
-        np.column_stack([offset_sides(loop, [d] * len(loop)) if d else loop, np.full(len(loop), z)]) for d, z in steps
-    ]
+    n = len(loop)
+    return [np.column_stack([offset_sides(loop, [d] * n) if d else loop, np.full(n, z)]) for d, z in steps]
 
 
 def basin(outline: Floats, depth: float, wall: float, fillet: float, lip: float = 0.0) -> Solid:
     """An open basin below z = 0: `outline` is the inside of its mouth.
 
-    outline: (N, 2), counter-clockwise, metres. depth: of the inside. wall: thickness. fillet: radius between wall and
-    floor. lip: how far a rim of the wall's thickness reaches outwards at the mouth.
+    outline: (N, 2), counter-clockwise, metres. wall: thickness. fillet: radius at the floor. lip: width of its rim.
     """
     fillet_arc = [(fillet * (1 - np.cos(t)), -depth + fillet * (1 - np.sin(t))) for t in np.linspace(0.0, np.pi / 2, 5)]
     if lip > 0:
@@ -151,9 +140,6 @@ def _cap(ring: Floats) -> Ints:
     return np.asarray(manifold3d.triangulate([flat]), dtype=np.int64)
 
 
-# Sweep ----------------------------------------------------------------------------------------------------------------
-
-
 def circle(radius: float, count: int = 16) -> Floats:
     """(count, 2) points of a circle, counter-clockwise."""
     angles = np.arange(count) * 2 * np.pi / count
@@ -167,14 +153,8 @@ def rectangle(width: float, height: float, radius: float = 0.0, steps: int = 3) 
     corners = ((w - r, h - r, 0.0), (-w + r, h - r, 90.0), (-w + r, -h + r, 180.0), (w - r, -h + r, 270.0))
     if r <= 0:
         return np.array([(w, h), (-w, h), (-w, -h), (w, -h)])
-    turns = np.linspace(0.0, 90.0, steps + 1)
-    return np.array(
-        [
-            (x + r * math.cos(math.radians(a + t)), y + r * math.sin(math.radians(a + t)))
-            for x, y, a in corners
-            for t in turns
-        ]
-    )
+    places = [(x, y, math.radians(a + t)) for x, y, a in corners for t in np.linspace(0.0, 90.0, steps + 1)]
+    return np.array([(x + r * math.cos(turn), y + r * math.sin(turn)) for x, y, turn in places])
 
 
 def inset(outline: Floats, by: float) -> Floats:
@@ -188,22 +168,16 @@ def inset(outline: Floats, by: float) -> Floats:
 
 
 def prism(outline: Floats, height: float, chamfer: float = 0.001, holes: Sequence[Floats] = ()) -> Solid:
-    """An outline in x, y extruded along z from 0 to `height`.
+    """An outline in x, y extruded along z from 0 to `height`; unless shapes are added, its hull is its collider.
 
-    outline: (N, 2) simple polygon, metres, counter-clockwise. chamfer: chamfer of the rims of the outer outline and of
-    the holes (0: sharp). holes: (M, 2) outlines inside it, counter-clockwise. Returns: A solid without collision
-    shapes: unless some are added, its hull is taken.
+    outline: (N, 2) simple polygon, metres, counter-clockwise. chamfer: of the rims of the outer outline and of the
+    holes (0: sharp). holes: (M, 2) outlines inside it, counter-clockwise.
     """
     e = min(chamfer, 0.45 * height)
     levels = [(0.0, 0.0), (height, 0.0)] if e <= 0 else [(0.0, e), (e, 0.0), (height - e, 0.0), (height, e)]
     loops = [np.asarray(outline, dtype=np.float64), *(np.asarray(h, dtype=np.float64)[::-1] for h in holes)]
-    return stack_rings(
-        [
-            [np.column_stack([inset(loop, cut) if cut else loop, np.full(len(loop), z)]) for z, cut in levels]
-            for loop in loops
-        ],
-        50.0,
-    )
+    flat = [[(inset(loop, cut) if cut else loop, z) for z, cut in levels] for loop in loops]
+    return stack_rings([[np.column_stack([ring, np.full(len(ring), z)]) for ring, z in rings] for rings in flat], 50.0)
 
 
 def round_corners(path: Sequence[Vec3], radius: float, steps: int = 5) -> Floats:
@@ -221,8 +195,7 @@ def round_corners(path: Sequence[Vec3], radius: float, steps: int = 5) -> Floats
             continue
         r = reach * math.tan(half)
         middle = corner + (a + b) / np.linalg.norm(a + b) * r / math.sin(half)
-        u = corner + a * reach - middle
-        w = corner + b * reach - middle
+        u, w = corner + a * reach - middle, corner + b * reach - middle
         sweep = math.acos(float(np.clip(u @ w / (r * r), -1, 1)))
         for t in np.linspace(0.0, 1.0, steps + 1):
             out.append(middle + (math.sin((1 - t) * sweep) * u + math.sin(t * sweep) * w) / math.sin(sweep))
@@ -235,8 +208,7 @@ def tube(path: Sequence[Vec3], section: float | Floats, bend: float = 0.0, up: V
 
     path: corner points, metres. section: radius of a round one, or (N, 2) outline, counter-clockwise: x across, y
     towards `up`. bend: radius with which corners are rounded; 0 mitres them. up: direction that the section's y points
-    to as far as it can. Returns: A solid with a capsule (round) or box (outline) as collider for each straight piece of
-    `path`.
+    to as far as it can. Each straight piece of `path` has a capsule (round) or box (outline) as collider.
     """
     line = round_corners(path, bend) if bend > 0 else np.array(path, dtype=np.float64)
     outline = circle(section, _sides(section)) if isinstance(section, float) else np.asarray(section)
@@ -338,11 +310,10 @@ def _straight(path: Sequence[Vec3], section: float | Floats, up: Vec3) -> tuple[
 
 
 def mitred_frame(width: float, height: float, profile: Floats) -> Solid:
-    """A profile swept around a rectangle in the plane x, z, mitred: a moulding, a picture frame.
+    """A profile swept around a rectangle in the plane x, z, mitred: a picture frame; it has no collision shapes.
 
     width, height: of the rectangle that the profile's origin runs along, metres; its middle is the origin. profile: (N,
-    2) closed outline, counter-clockwise: x away from the rectangle's middle, y out of the front. Returns: A solid
-    without collision shapes; four straight mitred sides.
+    2) closed outline, counter-clockwise: x away from the rectangle's middle, y out of the front.
     """
     w, h = width / 2, height / 2
     corners = ((w, -h, 1, -1), (w, h, 1, 1), (-w, h, -1, 1), (-w, -h, -1, -1))
@@ -361,15 +332,11 @@ def mitred_frame(width: float, height: float, profile: Floats) -> Solid:
     return concatenate(sides)
 
 
-# Moulding -------------------------------------------------------------------------------------------------------------
-
-
 def room_moulding(loop: Floats, profile: Floats) -> Solid:
-    """A moulding along all walls, mitred at every corner.
+    """A moulding along all walls, mitred at every corner; its colliders are the hulls of its sides.
 
     loop: (N, 2) corners of the room, counter-clockwise, metres. profile: (M, 2) closed outline, counter-clockwise:
-    distance from the wall, and z. Returns: A closed ring whose colliders are the hulls of its N sides; its picture's
-    height runs along each side.
+    distance from the wall, and z. The height of its picture runs along each side.
     """
     n, m = len(loop), len(profile)
     rings = np.stack([np.column_stack([offset_sides(loop, [d] * n), np.full(n, z)]) for d, z in profile])
@@ -388,20 +355,16 @@ def room_moulding(loop: Floats, profile: Floats) -> Solid:
             faces += [(a, d, c), (a, c, b)]
             uv_m += [flat[[0, 3, 2]], flat[[0, 2, 1]]]
     body = Solid(points, np.array(faces, dtype=np.int64), uv_m=np.array(uv_m), crease_deg=40.0).oriented_outwards()
-    sides = [np.concatenate([points[k * m : (k + 1) * m], np.roll(points, -m, axis=0)[k * m : (k + 1) * m]])
-             for k in range(n)]  # fmt: skip
-    return body.with_colliders_of(
-        *(Solid(cloud, np.zeros((0, 3), dtype=np.int64)).with_hull_collider() for cloud in sides)
-    )
+    corners, after = points.reshape(n, m, 3), np.roll(points, -m, axis=0).reshape(n, m, 3)
+    return body.with_colliders_of(*(hull_around(np.concatenate([corners[k], after[k]])) for k in range(n)))
 
 
 def straight_moulding(profile: Floats, length: float, left: float, right: float) -> Solid:
-    """A moulding along x from 0 to `length`, measured at y = 0.
+    """A moulding along x from 0 to `length`, measured at y = 0; unless shapes are added, its hull is its collider.
 
     profile: (M, 2) closed outline, counter-clockwise: distance from the wall (towards -y), and z. left, right: how much
     farther than at the wall an end reaches out, per metre of distance from the wall: 0 for a square cut, 1 for a mitre
-    around an outer corner, -1 for one in an inner corner. Returns: A solid without collision shapes: unless some are
-    added, its hull is taken. Its picture's height runs along x.
+    around an outer corner, -1 for one in an inner corner. Its picture's height runs along x.
     """
     m = len(profile)
     d, z = profile[:, 0], profile[:, 1]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 import numpy.typing as npt
@@ -24,27 +24,16 @@ from casa_assets.families.build import asset_key, build_asset
 from casa_assets.formats.usd import document
 from casa_assets.model.asset.asset import Asset
 
-# Asset bytes ----------------------------------------------------------------------------------------------------------
 # Asset <-> bytes: JSON and plain arrays in one .npz. Reading it runs no code, whoever wrote it.
 
-# Stand in the JSON for an array (its kind, where it begins, its shape) and for a picture (the digest of its bytes); no
-# field of a record is called so.
+# In the JSON: an array (kind, begin, shape) and a picture (digest of its bytes); no field of a record is called so.
 ARRAY, PICTURE = "$array", "$picture"
 ARRAY_TYPES = ("float64", "int32", "uint8")
 TREE = "tree"
 DIGEST_BYTES = 32
 LEAVES = frozenset((str, int, float, bool))
 # Errors that a file which `pack` did not write may raise, even where its digest is right.
-READ_ERRORS = (
-    ValueError,
-    TypeError,
-    LookupError,
-    OSError,
-    EOFError,
-    ArithmeticError,
-    RecursionError,
-    zipfile.BadZipFile,
-)
+READ_ERRORS = (ValueError, TypeError, LookupError, OSError, EOFError, ArithmeticError, RecursionError, BadZipFile)
 
 Tree = dict[str, Any]
 
@@ -91,10 +80,8 @@ def pack(tree: Tree, key: str) -> tuple[bytes, dict[str, bytes]]:
 def unpack(data: bytes, key: str, picture: Callable[[str], bytes]) -> Asset:
     """The asset that was packed under a key.
 
-    Args:
-        data: what `pack` gave. picture: the bytes of a picture by their sha256.
-    Raises:
-        One of READ_ERRORS: these are not those bytes, or not of that key, or no asset.
+    picture: the bytes of a picture by their sha256. Raises one of READ_ERRORS: the data are not what `pack` gave, or
+    not of that key, or no asset.
     """
     body = data[DIGEST_BYTES:]
     if hashlib.sha256(body).digest() != data[:DIGEST_BYTES]:
@@ -115,12 +102,10 @@ def unpack(data: bytes, key: str, picture: Callable[[str], bytes]) -> Asset:
     return Asset.model_validate(tree["record"])
 
 
-# Asset store ----------------------------------------------------------------------------------------------------------
 # <cache>/assets/{built,pictures,layers}/ by `families.build.asset_key` or content: a change of one family leaves others
 
 FOLDER = "assets"
-# Part of the bound of a cache that built assets and light forms (about 40 kB each) may take, and as much for pictures
-# and for layers.
+# Part of a cache's bound for assets and light forms (about 40 kB each), and as much for pictures and for layers.
 SHARE = 0.25
 # Fields of an asset that its light form does not depend on.
 UNSEEN: Mapping[str, IncEx | bool] = {"materials": True, "links": {"__all__": {"visuals": {"__all__": {"mesh"}}}}}
@@ -129,17 +114,13 @@ UNSEEN: Mapping[str, IncEx | bool] = {"materials": True, "links": {"__all__": {"
 class AssetStore:
     """Assets by family and numbers; any number of processes may read and write the folder at once.
 
-    An asset that is missing, damaged or incomplete there is built again.
-
-    Args:
-        cache: folder of the store that pictures of finishes are kept in too.
+    What is missing, damaged or incomplete there is built again. cache: folder of pictures of finishes, too.
     """
 
     def __init__(self, cache: Path) -> None:
         self._cache = cache
-        self._assets, self._pictures, self._layers = (
-            Store(cache / FOLDER / name, is_optional=True) for name in ("built", "pictures", "layers")
-        )
+        stores = (Store(cache / FOLDER / name, is_optional=True) for name in ("built", "pictures", "layers"))
+        self._assets, self._pictures, self._layers = stores
         self._seen: dict[str, bytes] = {}
         self._wrote = False
 
@@ -150,8 +131,7 @@ class AssetStore:
     def lightened(self, asset: Asset) -> Asset:
         """The light form of an asset, kept or made now: `lighten`, by what it depends on and not by the id."""
         bare, _ = pack(asset.model_dump(exclude=UNSEEN), "")
-        content = hashlib.sha256(bare).hexdigest()
-        return self._kept(_key("light", content, key_of(lighten)), lambda: lighten(asset))
+        return self._kept(_key("light", hashlib.sha256(bare).hexdigest(), key_of(lighten)), lambda: lighten(asset))
 
     def layer_text(self, asset: Asset, textures: str) -> str:
         """The USD layer of an asset, kept or written now: `document.layer_text`."""
@@ -165,10 +145,7 @@ class AssetStore:
         return data.decode("utf-8")
 
     def tidy(self) -> None:
-        """Keep the store in bounds: remove what was used longest ago where it has grown too large.
-
-        Costs nothing where this object has written nothing.
-        """
+        """Remove what was used longest ago where the store has grown too large; free if nothing was written."""
         if not self._wrote:
             return
         self._wrote = False
@@ -181,7 +158,7 @@ class AssetStore:
             try:
                 return unpack(data, key, self._picture)
             except READ_ERRORS:
-                pass  # made anew below, and written over
+                pass  # made again below, and written over
         asset = make()
         data, pictures = pack(asset.model_dump(), key)
         fresh = [name for name in pictures if name not in self._seen]

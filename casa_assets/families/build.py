@@ -50,14 +50,7 @@ from casa_assets.registry.plugins import LoadedPlugin
 from casa_assets.registry.plugins.families import FORMS, MODELS, plugin_families, plugin_forms
 from casa_assets.registry.plugins.load import guarded
 from casa_assets.registry.plugins.textures import texture_kinds
-from casa_assets.runs.asset_package import (
-    PREVIEW,
-    THUMBNAIL_PX,
-    WRITING,
-    certificate,
-    check_package,
-    write_package,
-)
+from casa_assets.runs import asset_package
 from casa_assets.runs.engine import attempt, run_batch
 from casa_assets.runs.limits import WorkerFailure
 from casa_assets.runs.outcome import writing
@@ -67,16 +60,12 @@ from casa_assets.textures.run.recipes import available_finishes, finishes, finis
 
 WORKER_BYTES = 1_500_000_000  # of memory, that building and checking a member may take
 # A picture for the thumbnail alone.
-PREVIEW_VIEW = View(size_px=THUMBNAIL_PX, passes=8)
+PREVIEW_VIEW = View(size_px=asset_package.THUMBNAIL_PX, passes=8)
 
 
 @dataclass(frozen=True)
 class FamilyRequest:
-    """One member to be built: a preset, or draw number `index` of a seed.
-
-    Attributes:
-        is_object: it is of registry/objects/, and `family` its category; else of registry/families/.
-    """
+    """One member to be built: a preset, or draw number `index` of a seed; `is_object`: of registry/objects/."""
 
     family: str
     preset: str = ""
@@ -183,10 +172,7 @@ def build_asset(member_family: Family[Any], params: Params, cache: Path) -> Asse
 
 
 def asset_key(member_family: Family[Any], params: Params) -> str:
-    """Key of `build_asset`: the family's own code, its numbers, labels, densities and finishes.
-
-    Another family, or a texture of a kind that the asset does not show, has no part in it.
-    """
+    """Key of `build_asset`: of the family's own code, its numbers, labels and densities, and the finishes it shows."""
     code = _code_key("" if member_family.form else member_family.name, member_family.form)
     known = registry.load()
     densities = sorted(known.densities.items())
@@ -233,10 +219,8 @@ def category_of_family(member_family: Family[Any]) -> Category:
 def build_one(request: FamilyRequest, library: Path, checked: bool = True, drawn: bool = True) -> FamilyResult:
     """Build, write and check one member; its folder is put in the library if it passes, and left out otherwise.
 
-    A fault of a family is reported in `message`, so that the others go on. Starts no process.
-
-    Raises:
-        OutputError: the library cannot be written to. NoRenderer: this machine cannot draw.
+    A fault of a family is reported in `message`, so that the others go on. Starts no process. Raises OutputError: the
+    library cannot be written to. NoRenderer: this machine cannot draw.
     """
     return attempt(
         lambda: _build_one(request, disk.Library(library), checked, drawn),
@@ -252,11 +236,11 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
     asset = build_asset(member_family, params, cache_for(library.root))
     built = time.perf_counter()
     staged = library.stage(asset.id)
-    drawn_s = write_package(asset, staged, PREVIEW if drawn else PREVIEW_VIEW)
+    drawn_s = asset_package.write_package(asset, staged, asset_package.PREVIEW if drawn else PREVIEW_VIEW)
     (staged / "params.json").write_text(params.to_json() + "\n", encoding="utf-8")
     report, written = Report(subject=asset.id), time.perf_counter()
     if checked:
-        report = check_package(asset, staged, category_of_family(member_family))
+        report = asset_package.check_package(asset, staged, category_of_family(member_family))
         if request.is_object:
             report = report + check_member(asset, category_of_family(member_family), cache_for(library.root))
     checked_s = time.perf_counter() - written
@@ -266,11 +250,11 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
         # Producer, cache key and versions for the certificate of a member.
         owner = _plugin(member_family.name, member_family.form)
         if owner is None:
-            versions = versions_of({"family": modules_of(member_family), **WRITING})
+            versions = versions_of({"family": modules_of(member_family), **asset_package.WRITING})
         else:
-            versions = {**versions_of(WRITING), f"plugin:{owner.plugin.name}": owner.version}
+            versions = {**versions_of(asset_package.WRITING), f"plugin:{owner.plugin.name}": owner.version}
         made_by = disk.MadeBy(Producer.FAMILY, _entry_key(member_family, params, drawn), versions)
-        disk.write_certificate(staged, asset, certificate(asset, report, staged, made_by))
+        disk.write_certificate(staged, asset, asset_package.certificate(asset, report, staged, made_by))
         library.publish(staged, target)
     return FamilyResult(
         request,
@@ -288,27 +272,23 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
 
 def _entry_key(member_family: Family[Any], params: Params, drawn: bool) -> str:
     """Key of a member's entry in a library: what it is made of and by, and how it is drawn."""
-    size_px = (PREVIEW if drawn else PREVIEW_VIEW).size_px
+    size_px = (asset_package.PREVIEW if drawn else PREVIEW_VIEW).size_px
     return digest_of("family", asset_key(member_family, params), _writing_key(), size_px)
 
 
 @read_once
 def _writing_key() -> str:
-    return key_of(write_package, check_package, check_member, certificate)
+    return key_of(asset_package.write_package, asset_package.check_package, check_member, asset_package.certificate)
 
 
 def summary(results: Sequence[FamilyResult]) -> list[tuple[str, ...]]:
-    """Rows of text for a table: family, how many passed, of how many, medians; the last is all.
-
-    Medians are wall seconds, processor seconds and megabytes of the members that were built now.
-    """
+    """Rows of a table: family, passed, of how many, medians of those built now (wall s, processor s, MB); last: all."""
     rows = []
     names = sorted({r.request.family for r in results})
     for name in [*names, ""]:
         members = [r for r in results if not name or r.request.family == name]
-        figures = [
-            (r.build_s, r.write_s, r.draw_s, r.check_s, r.cpu_s, r.size_bytes / 1e6) for r in members if r.report
-        ]
+        built = [r for r in members if r.report]
+        figures = [(r.build_s, r.write_s, r.draw_s, r.check_s, r.cpu_s, r.size_bytes / 1e6) for r in built]
         medians = [f"{median(column):.3f}" for column in zip(*figures, strict=True)]
         rows.append((name or "all", str(sum(r.passed for r in members)), str(len(members)), *(medians or [""] * 6)))
     return rows
@@ -319,11 +299,8 @@ def build_all(
 ) -> Iterator[FamilyResult]:
     """Yield members as they are finished, each built in a worker; then the reports of the library are written.
 
-    Members that an earlier run has built under the same key are yielded first and stay unchanged.
-
-    Raises:
-        OutputError: the library is held by another run or cannot be written.
-        CasaError: see run_batch.
+    Members that an earlier run has built under the same key are yielded first and stay unchanged. Raises OutputError:
+    the library is held by another run or cannot be written. CasaError: see run_batch.
     """
     place = disk.Library(library)
     with place.locked(), writing(library):
@@ -371,13 +348,11 @@ def warm() -> None:
     for form in FORMS:
         _code_key("", form)
     finishes_key(skins())
-    versions_of(WRITING)
+    versions_of(asset_package.WRITING)
     key_of(complete)
     _writing_key()
     run_checks(None, "", {})  # of what no check is about: imports the table of checks
 
-
-# Loose objects --------------------------------------------------------------------------------------------------------
 
 # Two members have the same proportions where the logarithms of these fall into one step of this width: about a sixth.
 PROPORTION_STEP = 0.15
@@ -410,9 +385,6 @@ def _grasps(asset: Asset, category: Category, opening_m: float) -> tuple[Grasp, 
     return choose_grasps(points, point_of_vertex[faces], root.inertial.center_of_mass, category, opening_m)
 
 
-# Member checks --------------------------------------------------------------------------------------------------------
-
-
 def check_member(asset: Asset, category: Category, cache: Path) -> Report:
     """The report of the checks on members of objects."""
     member = ObjectMember(asset, category, printed_lines(asset, cache))
@@ -421,11 +393,7 @@ def check_member(asset: Asset, category: Category, cache: Path) -> Report:
 
 
 def printed_lines(asset: Asset, cache: Path) -> dict[str, tuple[PrintedLine, ...]]:
-    """Return the printed lines of each material with a label, by its id: brand and first word, placed in its picture.
-
-    Args:
-        cache: folder of the store that keeps them.
-    """
+    """Printed lines, brand and first word, of materials with a label, by their ids; cache: folder of the store."""
     found = {}
     for material in asset.materials:
         recipe, picture = skins().get(material.id), material.base_color_texture

@@ -25,9 +25,7 @@ COLUMNS = 8
 class DrawnMember:
     """A member of a category with its picture: PNG; mass in kg, sides of its box in metres, faces and shapes.
 
-    Attributes:
-        is_whole: it is no half, wedge, slice or piece. model: script file that shows it in 3D; empty where there is
-            none.
+    is_whole: it is no half, wedge, slice or piece. model: script file that shows it in 3D, or empty.
     """
 
     index: int
@@ -45,11 +43,8 @@ def draw_members(
 ) -> list[DrawnMember]:
     """Return the first members of a category, with pictures.
 
-    Args:
-        cache: folder of the store that keeps pictures of finishes. size_px: of a picture. models: folder for their
-            models; None: no models are written.
-    Raises:
-        UnknownId: there is no such category. OutputError, NoRenderer: it cannot be drawn or written.
+    cache: of pictures of finishes. size_px: of a picture. models: folder for their models; None: no models are written.
+    Raises UnknownId: there is no such category. OutputError, NoRenderer: it cannot be drawn or written.
     """
     drawn = []
     for request in object_requests([name], count, seed):
@@ -69,8 +64,7 @@ def draw_members(
 def write_sheet(name: str, out: Path, count: int, seed: int, size_px: int) -> Path:
     """Draw the first members of a category on one sheet, `<name>.png`; return its path.
 
-    Raises:
-        UnknownId: there is no such category. OutputError, NoRenderer: it cannot be drawn or written.
+    Raises UnknownId: there is no such category. OutputError, NoRenderer: it cannot be drawn or written.
     """
     cells = []
     for member in draw_members(name, cache_for(out), count, seed, size_px):

@@ -145,6 +145,5 @@ GROUPS: dict[str, tuple[Family[Any], ...]] = {
 }
 # fmt: on
 MODELS: dict[str, Family[Any]] = {model.name: model for models in GROUPS.values() for model in models}
-# Records of looks that members of several families share; `cabinet` has named ones in registry/looks.yaml, and each has
-# its rules in registry/look_rules.yaml.
+# Looks that families share; those of `cabinet` are in registry/looks.yaml, rules of all in registry/look_rules.yaml.
 LOOKS: dict[str, type[Params]] = {"cabinet": CabinetLook, "appliance": ApplianceLook}

@@ -38,8 +38,7 @@ def gradient(size_px: Size, cells: Size, rng: np.random.Generator) -> NoiseMap:
         return along
 
     upper = corner(0, 0) * (1 - u) + corner(0, 1) * u
-    lower = corner(1, 0) * (1 - u) + corner(1, 1) * u
-    return np.asarray(upper * (1 - v) + lower * v, dtype=np.float32)
+    return np.asarray(upper * (1 - v) + (corner(1, 0) * (1 - u) + corner(1, 1) * u) * v, dtype=np.float32)
 
 
 def fbm(size_px: Size, cells: Size, rng: np.random.Generator, octaves: int) -> NoiseMap:
@@ -111,19 +110,13 @@ def _fade(t: NoiseMap) -> NoiseMap:
     return np.asarray(t * t * t * (t * (t * 6 - 15) + 10), dtype=np.float32)
 
 
-# Canvas ---------------------------------------------------------------------------------------------------------------
-
 Map = npt.NDArray[np.floating[Any]]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
 @dataclass(frozen=True)
 class Canvas:
-    """A rectangle that repeats in both directions; row 0 is its upper edge.
-
-    Attributes:
-        size_px: (H, W). tile_m: (width, height) of the picture in metres.
-    """
+    """A rectangle of (H, W) pixels, row 0 above, and (width, height) metres that repeats in both directions."""
 
     size_px: tuple[int, int]
     tile_m: Vec2
@@ -228,10 +221,7 @@ def rgb_table(colors: Iterable[str]) -> Map:
 
 
 def blend(image: Map, color: Map, share: Map) -> Map:
-    """(H, W, 3) colours moved towards other colours by a (H, W) share: 0 keeps `image`, 1 gives `color`.
-
-    `image`, `color`: (H, W, 3) or (3,).
-    """
+    """(H, W, 3) colours moved to others, (3,) or of each pixel, by a (H, W) share: 0 keeps `image`, 1 gives `color`."""
     return np.asarray(image + (color - image) * share[..., None])
 
 
@@ -255,10 +245,7 @@ def periodic_curve(at: Map, length: float, step: float, rng: np.random.Generator
 
 
 def line_coverage(off_m: Map, width_m: float, pixel_m: float) -> Map:
-    """Share of each pixel that a line covers, so that a line thinner than a pixel is paler, not lost.
-
-    `off_m`: from the middle of the pixel to that of the line. `pixel_m`: size of a pixel across the line.
-    """
+    """Share of each pixel that a line covers `off_m` metres from its middle, so that thin lines are paler, not lost."""
     near = np.maximum(-width_m / 2.0, off_m - pixel_m / 2.0)
     far = np.minimum(width_m / 2.0, off_m + pixel_m / 2.0)
     return np.asarray(np.clip(far - near, 0.0, None) / pixel_m, dtype=np.float32)
@@ -268,8 +255,6 @@ def stratified(count: int, rng: np.random.Generator) -> Map:
     """(count,) values in even steps from -1 to 1 in random order: no draw comes out higher than another on average."""
     return np.asarray(rng.permutation(np.linspace(-1.0, 1.0, count) if count > 1 else np.zeros(1)))
 
-
-# Kind -----------------------------------------------------------------------------------------------------------------
 
 SIZE_PX = 1024  # of the longer side of a picture
 

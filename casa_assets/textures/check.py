@@ -21,8 +21,7 @@ Picture = npt.NDArray[np.float32]
 
 # One step of an 8-bit picture: below it no border can be seen, whatever stands inside.
 _STEP = 1.0 / 255.0
-# Columns that the border is held against: the strongest of this share, for a joint may lie on the border as it may
-# lie inside.
+# The border is held against the strongest of this share of columns, as joints may lie on it or inside.
 _STRONGEST = 0.01
 _BAND = 0.04  # of the side: width of the strips whose mean tone is compared
 _OVERLAP = 0.13  # of the side: room for the path of a repair, so that it finds a joint to follow
@@ -44,10 +43,7 @@ class Seam:
 
 
 def seam(picture: npt.NDArray[np.floating]) -> Seam:
-    """Measure both borders of a picture that will be repeated.
-
-    `picture`: (H, W) or (H, W, C), 0..1, at least 16 px a side.
-    """
+    """Measure both borders of a picture that repeats: (H, W) or (H, W, C), 0..1, at least 16 px a side."""
     image = np.asarray(picture, dtype=np.float32)
     image = image[..., None] if image.ndim == 2 else image
     return Seam(x=_across(image), y=_across(image.swapaxes(0, 1)))
@@ -56,10 +52,7 @@ def seam(picture: npt.NDArray[np.floating]) -> Seam:
 def jump(picture: npt.NDArray[np.floating]) -> Seam:
     """Steps across both borders over the usual step inside.
 
-    Stricter than `seam`: a joint that lies on the border counts as well. For pictures of which it is not known that
-    they were made to repeat.
-
-    `picture`: (H, W, C), 0..1.
+    Stricter than `seam`: a joint on the border counts. For (H, W, C) pictures that may not have been made to repeat.
     """
     image = np.asarray(picture, dtype=np.float32)
     found = []
@@ -72,12 +65,9 @@ def jump(picture: npt.NDArray[np.floating]) -> Seam:
 def repair(picture: npt.NDArray[np.floating], shown: int | None = None) -> Picture:
     """Make a picture tile: even out its light, cut it where the ends match best, blend both ends.
 
-    Args:
-        picture: (H, W, C), 0..1.
-        shown: number of its channels, the first ones, that are seen: they decide where it is cut, and theirs is the
-            light. The others are maps of the same surface, which are cut alike. None: all are seen.
-    Returns:
-        (h, w, C) float32 0..1 with h, w between 0.6 and 1 of H, W; it tiles in both directions.
+    picture: (H, W, C), 0..1. shown: number of its channels, the first ones, that are seen: they decide where it is cut,
+    and theirs is the light. The others are maps of the same surface, which are cut alike. None: all are seen. Returns
+    (h, w, C) float32 0..1 with h, w between 0.6 and 1 of H, W; it tiles in both directions.
     """
     image = np.asarray(picture, dtype=np.float32)
     seen = image.shape[2] if shown is None else shown
@@ -89,9 +79,8 @@ def repair(picture: npt.NDArray[np.floating], shown: int | None = None) -> Pictu
 def smooth_part(picture: Picture) -> Picture:
     """The smooth image whose removal makes a picture periodic.
 
-    Ref: L. Moisan, Periodic plus Smooth Image Decomposition, J. Math. Imaging Vis. 39 (2011).
-
-    `picture`: (H, W, C). Returns (H, W, C) float32 of mean 0; `picture` minus it has no jump at its border.
+    `picture`: (H, W, C). Returns (H, W, C) float32 of mean 0; `picture` minus it has no jump at its border. Ref: L.
+    Moisan, Periodic plus Smooth Image Decomposition, J. Math. Imaging Vis. 39 (2011).
     """
     height, width = picture.shape[:2]
     jump = np.zeros_like(picture, dtype=np.float64)
@@ -140,17 +129,14 @@ def _without_drift(image: Picture) -> Picture:
 def _closed(image: Picture, seen: int, ring: bool) -> Picture:
     """Cut columns away at both ends so that they fit, and let the ends overlap along the least visible path.
 
-    `image`: (H, W, C). `seen`: number of the channels that decide. `ring`: the rows are already periodic, so the path
-    has to end where it began.
+    `seen`: number of channels that decide. `ring`: rows are periodic, so the path has to end where it began.
     """
-    width = image.shape[1]
-    overlap = max(4, round(_OVERLAP * width))
+    overlap = max(4, round(_OVERLAP * image.shape[1]))
     start, length = _best_cut(image[..., :seen], overlap)
     kept = image[:, start : start + length].copy()
     over = image[:, start + length : start + length + overlap]
     path = _path(((over - kept[:, :overlap])[..., :seen] ** 2).sum(axis=2), ring)
-    feather = max(2.0, overlap / 20.0)
-    share = np.clip((np.arange(overlap)[None, :] - path[:, None]) / feather + 0.5, 0.0, 1.0)
+    share = np.clip((np.arange(overlap)[None, :] - path[:, None]) / max(2.0, overlap / 20.0) + 0.5, 0.0, 1.0)
     # The first column has to go on from the last one, and the last of the overlap into the picture.
     ramp = np.arange(overlap) / (overlap - 1.0)
     share = np.clip(share, np.maximum(0.0, 4.0 * ramp - 3.0), np.minimum(1.0, 4.0 * ramp))[..., None]
@@ -252,10 +238,7 @@ def pictures_of(finish: Finish) -> Pictures:
 
 
 def check_pictures(pictures: Pictures, limits: Mapping[str, float]) -> Report:
-    """Run every check of one finish.
-
-    `pictures`: of the finish. `limits`: key to number, as registry/limits.yaml has it.
-    """
+    """Run every check of one finish; `limits`: key to number, as registry/limits.yaml has it."""
     results: list[CheckResult] = []
     issues: list[Issue] = []
     for row in TABLE:
@@ -272,11 +255,7 @@ def check_pictures(pictures: Pictures, limits: Mapping[str, float]) -> Report:
 
 
 def check_set(name: str, looks: Mapping[str, TextureDescriptor], limits: Mapping[str, float]) -> Report:
-    """Check a set: its size, and that no two textures are nearly alike.
-
-    `name`: of the set, such as `wall`. `looks`: of every picture of the set, by id. `limits`: as registry/limits.yaml
-    has it.
-    """
+    """Check that a set, such as `wall`, is full, and that no two of its `looks` (by id) are nearly alike."""
     wanted, apart = limits[SET_CHECKS["TEX012"][1]], limits[SET_CHECKS["TEX013"][1]]
     pairs = closest_pairs(looks, most=len(looks))
     close = [p for p in pairs if p[0] <= apart]
@@ -290,10 +269,8 @@ def check_set(name: str, looks: Mapping[str, TextureDescriptor], limits: Mapping
             code="TEX013", status=Status.FAILED if close else Status.PASSED, number=significant(nearest, 6), limit=apart
         ),
     )
-    issues = [
-        Issue(code="TEX013", severity=Severity.ERROR, pointer=f"{a} {b}", message=f"nearly alike: {d:.2f} <= {apart:g}")
-        for d, a, b in close
-    ]
+    alike = [(f"{a} {b}", f"nearly alike: {d:.2f} <= {apart:g}") for d, a, b in close]
+    issues = [Issue(code="TEX013", severity=Severity.ERROR, pointer=p, message=text) for p, text in alike]
     if len(looks) < wanted:
         message = f"the set has {len(looks)} pictures, {wanted:g} are wanted"
         issues.insert(0, Issue(code="TEX012", severity=Severity.ERROR, message=message))
@@ -315,8 +292,7 @@ def _contrast(p: Pictures) -> float:
     """Standard deviation of the lightness; relief and changes of gloss count as far as they are seen."""
     light = oklab(p.base[::2, ::2] / np.float64(255))[..., 0]
     shade = p.normal[..., :2].std(axis=(0, 1)) / 127.5
-    gloss = float(p.rough.std() / 255)
-    return float(light.std() + 0.5 * np.hypot(shade[0], shade[1]) + 0.2 * gloss)
+    return float(light.std() + 0.5 * np.hypot(shade[0], shade[1]) + 0.2 * float(p.rough.std() / 255))
 
 
 def _length(p: Pictures) -> float:
@@ -344,79 +320,46 @@ def _blotch(p: Pictures) -> float:
     return float(np.sqrt(power[(waves > 0) & (waves <= _SLOWEST)].sum()))
 
 
+# fmt: off
 TABLE: tuple[TextureCheck, ...] = (
-    TextureCheck(
-        "TEX001",
-        "Seam at the border",
-        lambda p: max(seam(picture / np.float32(255)).worst for picture in (p.base, p.rough)),
-        "texture_seam",
-        "",
-        True,
-        "the border shows where the picture repeats",
+    TextureCheck("TEX001", "Seam at the border",
+        lambda p: max(seam(picture / np.float32(255)).worst for picture in (p.base, p.rough)), "texture_seam",
+        "", True, "the border shows where the picture repeats",
         "The step across the border of the picture is at most {limit:g} times the strongest steps inside it; paint or "
-        "generate it so that it tiles.",
-    ),
-    TextureCheck(
-        *("TEX002", "Mean brightness", lambda p: float(p.base.mean() / 255), "texture_dark", "", False),
+        "generate it so that it tiles."),
+    TextureCheck("TEX002", "Mean brightness", lambda p: float(p.base.mean() / 255), "texture_dark", "", False,
         "the picture is nearly black",
-        "The mean colour is at least {limit:g} of white; choose lighter colours.",
-    ),
-    TextureCheck(
-        *("TEX003", "Clipped pixels", _clipped, "texture_clipped", "", True),
+        "The mean colour is at least {limit:g} of white; choose lighter colours."),
+    TextureCheck("TEX003", "Clipped pixels", _clipped, "texture_clipped", "", True,
         "pixels are clipped to white or black",
-        "At most {limit:.0%} of the pixels are pure white or pure black; lower the contrast or the exposure.",
-    ),
-    TextureCheck(
-        *("TEX004", "Visible contrast", _contrast, "texture_contrast", "", False),
+        "At most {limit:.0%} of the pixels are pure white or pure black; lower the contrast or the exposure."),
+    TextureCheck("TEX004", "Visible contrast", _contrast, "texture_contrast", "", False,
         "nothing is seen on the picture, a plain finish would do",
-        "The standard deviation of what is seen is at least {limit:g}; use a plain finish, or a stronger pattern.",
-    ),
-    TextureCheck(
-        *("TEX005", "Length of normals", _length, "texture_normal_length", "", True),
+        "The standard deviation of what is seen is at least {limit:g}; use a plain finish, or a stronger pattern."),
+    TextureCheck("TEX005", "Length of normals", _length, "texture_normal_length", "", True,
         "normals are not of unit length",
-        "Normals of the normal map have unit length to {limit:g}; normalise them before they are stored.",
-    ),
-    TextureCheck(
-        *("TEX006", "Mean of normals", _lean, "texture_normal_lean", "", True),
+        "Normals of the normal map have unit length to {limit:g}; normalise them before they are stored."),
+    TextureCheck("TEX006", "Mean of normals", _lean, "texture_normal_lean", "", True,
         "normals lean to one side on the whole",
-        "The mean of all normals leans by at most {limit:g} along the surface; take the slope out of the height map.",
-    ),
-    TextureCheck(
-        "TEX007",
-        "Least roughness",
-        lambda p: float(np.quantile(p.rough, 0.01) / 255),
-        "texture_rough_low",
-        "",
-        False,
-        "the surface is a mirror that renderers alias on",
-        "All but one per cent of the surface has a roughness of at least {limit:g}; raise the roughness.",
-    ),
-    TextureCheck(
-        "TEX008",
-        "Pixels per metre",
-        lambda p: min(p.base.shape[1] / p.tile_m[0], p.base.shape[0] / p.tile_m[1]),
-        "texture_resolution",
-        "px/m",
-        False,
-        "the picture is coarse for its size",
-        "The picture has at least {limit:g} pixels per metre; use more pixels, or state a smaller size.",
-    ),
-    TextureCheck(
-        *("TEX009", "Size of the picture", lambda p: min(p.tile_m), "texture_tile_m", "m", False),
+        "The mean of all normals leans by at most {limit:g} along the surface; take the slope out of the height map."),
+    TextureCheck("TEX007", "Least roughness", lambda p: float(np.quantile(p.rough, 0.01) / 255), "texture_rough_low",
+        "", False, "the surface is a mirror that renderers alias on",
+        "All but one per cent of the surface has a roughness of at least {limit:g}; raise the roughness."),
+    TextureCheck("TEX008", "Pixels per metre",
+        lambda p: min(p.base.shape[1] / p.tile_m[0], p.base.shape[0] / p.tile_m[1]), "texture_resolution", "px/m",
+        False, "the picture is coarse for its size",
+        "The picture has at least {limit:g} pixels per metre; use more pixels, or state a smaller size."),
+    TextureCheck("TEX009", "Size of the picture", lambda p: min(p.tile_m), "texture_tile_m", "m", False,
         "the picture is small, its repeat is seen",
-        "The shorter side of the picture spans at least {limit:g} m of surface; make a larger picture.",
-    ),
-    TextureCheck(
-        *("TEX010", "Visible repeats", _blotch, "texture_blotch", "", True),
+        "The shorter side of the picture spans at least {limit:g} m of surface; make a larger picture."),
+    TextureCheck("TEX010", "Visible repeats", _blotch, "texture_blotch", "", True,
         "one blotch shows every repeat from afar",
-        "Lightness varies by at most {limit:g} over half a picture or more; even out large blotches.",
-    ),
-    TextureCheck(
-        *("TEX011", "File size", lambda p: p.size_bytes / 1e6, "texture_megabytes", "MB", True),
+        "Lightness varies by at most {limit:g} over half a picture or more; even out large blotches."),
+    TextureCheck("TEX011", "File size", lambda p: p.size_bytes / 1e6, "texture_megabytes", "MB", True,
         "the files are large",
-        "The three files of a finish have at most {limit:g} MB together; use fewer pixels, or less noise.",
-    ),
+        "The three files of a finish have at most {limit:g} MB together; use fewer pixels, or less noise."),
 )
+# fmt: on
 # Checks of a whole set: code -> title, key of the limit, description.
 SET_CHECKS = {
     "TEX012": (

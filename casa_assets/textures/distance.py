@@ -82,8 +82,7 @@ def describe_texture(
 ) -> TextureDescriptor:
     """Compute the descriptor of a periodic texture.
 
-    `albedo`: (H, W, 3) sRGB 0..1, 128 to 256 px a side are enough. `tile_m`: width and height of the picture in metres.
-    `roughness`: (H, W) 0..1, or None if unknown. `height_m`: (H, W) metres, or None.
+    `albedo`: (H, W, 3) sRGB 0..1, 128 to 256 px. `roughness`: (H, W) 0..1, `height_m`: (H, W); or None: unknown.
     """
     lab = oklab(albedo)
     mean = lab.mean(axis=(0, 1))
@@ -128,8 +127,7 @@ def closest_pairs(
 def oklab(albedo: npt.NDArray[np.floating]) -> Array:
     """(H, W, 3) sRGB 0..1 into Oklab: lightness 0..1, a and b. Ref: B. Ottosson, A perceptual color space (2020)."""
     rgb = np.clip(np.asarray(albedo, dtype=np.float64), 0.0, 1.0)
-    linear = linear_from_srgb_array(rgb)
-    return np.asarray(np.cbrt(linear @ _CONES_FROM_RGB) @ _LAB_FROM_CONES)
+    return np.asarray(np.cbrt(linear_from_srgb_array(rgb) @ _CONES_FROM_RGB) @ _LAB_FROM_CONES)
 
 
 def _spectrum(light: Array, tile_m: tuple[float, float]) -> tuple[Array, Array]:

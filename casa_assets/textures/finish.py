@@ -20,8 +20,7 @@ from casa_assets.textures.check import Pictures
 Pixels = npt.NDArray[np.uint8]
 # Takes 0.4 of the time of Pillow's default, 6, for files that are 7 % larger.
 PNG_LEVEL = 4
-# A larger picture is compressed with the default instead, so that the three files of a finish stay below the limit of
-# check TEX011.
+# A larger picture is compressed with the default instead, so that finishes stay below the limit of check TEX011.
 LARGE_PNG, LARGE_PNG_LEVEL = 1_900_000, 6
 # Normals and roughness are written at half the size: they hold no finer detail that is seen beside the colour.
 DETAIL_SCALE = 2
@@ -90,8 +89,6 @@ def _encoded(pixels: Pixels, level: int) -> bytes:
     return out.getvalue()
 
 
-# Swatch ---------------------------------------------------------------------------------------------------------------
-
 Array = npt.NDArray[np.floating[Any]]
 _LIGHT = np.array([-0.42, 0.52, 0.74]) / np.linalg.norm([-0.42, 0.52, 0.74])
 _AMBIENT = 0.42
@@ -104,16 +101,14 @@ def swatch(pictures: Pictures, metallic: float, side_m: float, side_px: int) -> 
     height, width = lit.shape[:2]
     need_x, need_y = round(side_m / pictures.tile_m[0] * width), round(side_m / pictures.tile_m[1] * height)
     tiled = np.tile(lit, (-(-need_y // height), -(-need_x // width), 1))[:need_y, :need_x]
-    small = Image.fromarray(tiled, "RGB").resize((side_px, side_px), Image.Resampling.LANCZOS)
-    return np.asarray(small)
+    return np.asarray(Image.fromarray(tiled, "RGB").resize((side_px, side_px), Image.Resampling.LANCZOS))
 
 
 def _lit(p: Pictures, metallic: float) -> Pixels:
     height, width = p.base.shape[:2]
     normal = _scaled(p.normal, width, height).astype(np.float32) / 127.5 - 1.0
     rough = np.clip(_scaled(p.rough, width, height).astype(np.float32) / 255, 0.08, 1.0)
-    base = p.base.astype(np.float32) / 255
-    linear = linear_from_srgb_array(base)
+    linear = linear_from_srgb_array(p.base.astype(np.float32) / 255)
     facing = np.clip(normal @ _LIGHT.astype(np.float32), 0.0, 1.0) / np.float32(_LIGHT[2])
     # The eye moves over the swatch a little, so that a gloss shows as a gleam in one part of it.
     y, x = np.mgrid[0:height, 0:width].astype(np.float32)
@@ -128,12 +123,10 @@ def _lit(p: Pictures, metallic: float) -> Pixels:
     tint = _F0 * (1.0 - metallic) + linear * metallic
     diffuse = linear * (1.0 - 0.75 * metallic) * (_AMBIENT + (1.0 - _AMBIENT) * facing)[..., None]
     color = np.clip(diffuse + 0.55 * tint * lobe[..., None] + 0.15 * metallic * linear, 0.0, 1.0)
-    shown = srgb_from_linear_array(color)
-    return np.asarray(np.rint(shown * 255).astype(np.uint8))
+    return np.asarray(np.rint(srgb_from_linear_array(color) * 255).astype(np.uint8))
 
 
 def _scaled(image: Pixels, width: int, height: int) -> Pixels:
     mode = "RGB" if image.ndim == 3 else "L"
-    return np.asarray(
-        Image.fromarray(np.ascontiguousarray(image), mode).resize((width, height), Image.Resampling.BILINEAR)
-    )
+    picture = Image.fromarray(np.ascontiguousarray(image), mode)
+    return np.asarray(picture.resize((width, height), Image.Resampling.BILINEAR))

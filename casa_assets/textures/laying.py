@@ -14,28 +14,12 @@ from casa_assets.model.record import Record
 from casa_assets.textures.canvas import Canvas, blur
 from casa_assets.textures.pieces import Array, Outline, PieceMap, PlacedOutline, box, disc, polygon, raster, whole
 
-
-class LayingPattern(StrEnum):
-    """Shapes and bonds."""
-
-    RUNNING = "running"
-    PLANKS = "planks"
-    BASKET = "basket"
-    HERRINGBONE = "herringbone"
-    CHEVRON = "chevron"
-    ASHLAR = "ashlar"
-    PANEL = "panel"
-    HEXAGON = "hexagon"
-    PENNY = "penny"
-    PICKET = "picket"
-    DIAMOND = "diamond"
-    SCALE = "scale"
-    LANTERN = "lantern"
-    OCTAGON = "octagon"
-    STAR = "star"
-    CUBE = "cube"
-    FIELDSTONE = "fieldstone"
-    LEDGE = "ledge"
+# Shapes and bonds.
+LayingPattern = StrEnum(
+    "LayingPattern",
+    "RUNNING PLANKS BASKET HERRINGBONE CHEVRON ASHLAR PANEL HEXAGON PENNY PICKET DIAMOND SCALE LANTERN OCTAGON STAR "
+    "CUBE FIELDSTONE LEDGE",
+)
 
 
 class Laying(Record):
@@ -52,10 +36,7 @@ class Laying(Record):
 
 
 def lay(laying: Laying, canvas: Canvas, rng: np.random.Generator) -> PieceMap:
-    """Compute for every pixel its piece and its position on it.
-
-    Raises ValueError: the picture holds no whole number of repeats.
-    """
+    """The piece of every pixel and its position on it. Raises ValueError: no whole number of repeats fits."""
     width, length = laying.width_m, laying.length_m
     if laying.pattern is LayingPattern.FIELDSTONE:
         return fieldstone(canvas, length, width, rng)
@@ -63,8 +44,6 @@ def lay(laying: Laying, canvas: Canvas, rng: np.random.Generator) -> PieceMap:
         return ledges(canvas, width, length, rng)
     return raster(_PLACES[laying.pattern](canvas.tile_m, laying, rng), canvas)
 
-
-# Bonds ----------------------------------------------------------------------------------------------------------------
 
 Size = tuple[float, float]
 _LEVEL = np.pi / 2  # a piece whose length runs along x
@@ -92,8 +71,7 @@ def planks(
 ) -> list[PlacedOutline]:
     """Boards end to end in courses, their ends staggered at random.
 
-    `widths`: how many widths are mixed (0.7 to 1.3 of `width`). `upright`: boards run along v of the picture, else u.
-    `ends_m`: by how much boards reach into the joints at their ends.
+    `widths`: mixed, 0.7 to 1.3 of `width`. `upright`: along v. `ends_m`: how far ends of boards reach into joints.
     """
     along, across = (tile_m[1], tile_m[0]) if upright else tile_m
     courses = max(2, round(across / width))
@@ -136,8 +114,7 @@ def basket(tile_m: Size, width: float, length: float) -> list[PlacedOutline]:
 def herringbone(tile_m: Size, width: float, length: float, slant: bool) -> list[PlacedOutline]:
     """Pieces of `length` = n `width` at right angles; `slant` turns the whole by 45 degrees.
 
-    The picture holds whole repeats: multiples of 2 n width each way, with `slant` of n sqrt(2) width across and
-    sqrt(2) width down.
+    The picture holds multiples of 2 n width each way; with `slant` n sqrt(2) width across, sqrt(2) width down.
     """
     n = max(2, round(length / width))
     half_u, half_v = width / 2, n * width / 2
@@ -228,12 +205,10 @@ def panel(tile_m: Size, width: float, length: float) -> list[PlacedOutline]:
 def _frame(x: float, y: float, quarter: int, half: float, width: float) -> PlacedOutline:
     """One strip of a mitred frame."""
     corners = [(-width / 2, -half), (width / 2, -half + width), (width / 2, half - width), (-width / 2, half)]
-    turn = quarter * np.pi / 2
-    reach = half - width / 2
+    turn, reach = quarter * np.pi / 2, half - width / 2
     # Its outer edge is at u = -width/2, away from the middle of the panel.
-    return PlacedOutline(
-        x - np.cos(turn) * reach, y - np.sin(turn) * reach, turn, width / 2, half, polygon(corners), 2 + quarter % 2
-    )
+    x, y = x - np.cos(turn) * reach, y - np.sin(turn) * reach
+    return PlacedOutline(x, y, turn, width / 2, half, polygon(corners), 2 + quarter % 2)
 
 
 def _weave(x: float, y: float, inner: float, block: float) -> list[PlacedOutline]:
@@ -263,8 +238,6 @@ def _clipped(outline: Outline, dx: float, dy: float, angle: float, inner: float)
 
     return inside
 
-
-# Shapes ---------------------------------------------------------------------------------------------------------------
 
 _ROOT3 = float(np.sqrt(3.0))
 
@@ -382,9 +355,6 @@ def _honeycomb(tile_m: Size, width: float, outline: Outline, pitch: float, half_
         sort = (column - row // 2 - row) % 3  # no two neighbours alike where columns come in threes
         found.append(PlacedOutline(x, y, 0.0, width / 2, half_v, outline, sort))
     return found
-
-
-# Rubble ---------------------------------------------------------------------------------------------------------------
 
 
 def fieldstone(canvas: Canvas, width: float, height: float, rng: np.random.Generator) -> PieceMap:

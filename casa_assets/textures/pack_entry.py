@@ -24,7 +24,6 @@ MAX_SIDE_PX = 8192
 MAX_ASPECT = 2.0  # long side over short side: a longer strip shows too little of a pattern
 MAX_FILE_BYTES = 256 * 1024 * 1024
 
-# Entry ----------------------------------------------------------------------------------------------------------------
 
 Text = Annotated[str, StringConstraints(max_length=4000)]
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -48,8 +47,8 @@ class PictureDescription(Record):
 
     def over(self, other: PictureDescription) -> PictureDescription:
         """This description, with what it leaves out taken from another."""
-        said = {name: getattr(self, name) for name in type(self).model_fields}
-        return PictureDescription(**{k: getattr(other, k) if v is None else v for k, v in said.items()})
+        stated = {name: getattr(self, name) for name in type(self).model_fields}
+        return PictureDescription(**{k: getattr(other, k) if v is None else v for k, v in stated.items()})
 
 
 class PackPicture(Record):
@@ -108,9 +107,6 @@ class Pack(Record):
     ignored: tuple[str, ...] = Field((), description="files that are no pictures")
 
 
-# Rejections -----------------------------------------------------------------------------------------------------------
-
-
 class PictureRejection(StrEnum):
     """Codes of the reasons."""
 
@@ -152,19 +148,11 @@ REMEDIES = {
 }
 
 
-def rejection_error(reason: PictureRejection, message: str) -> Rejected:
-    """The error to raise about a picture."""
-    return Rejected(reason.value, message)
-
-
 def rejection_row(source: str, error: Rejected) -> RejectedPicture:
-    """The row of pack.json for an error that `rejection_error` made."""
-    return RejectedPicture(
-        source=source, code=error.code, message=error.message, fix=REMEDIES[PictureRejection(error.code)]
-    )
+    """The row of pack.json for a picture whose error has a code of PictureRejection."""
+    fix = REMEDIES[PictureRejection(error.code)]
+    return RejectedPicture(source=source, code=str(error.code), message=error.message, fix=fix)
 
-
-# Naming ---------------------------------------------------------------------------------------------------------------
 
 _LONGEST = 64
 
@@ -190,17 +178,8 @@ def unique_ids(pack: str, names: Sequence[str]) -> tuple[str, ...]:
     return tuple(taken)
 
 
-# Maps -----------------------------------------------------------------------------------------------------------------
-
-
-class MapRole(StrEnum):
-    """Quantity that a map gives for a surface; its file's name ends with it. Normals have y up, as in OpenGL."""
-
-    COLOR = "color"
-    NORMAL = "normal"
-    ROUGHNESS = "roughness"
-    METALNESS = "metalness"
-    HEIGHT = "height"
+# Quantity that a map gives for a surface; its file's name ends with it. Normals have y up, as in OpenGL.
+MapRole = StrEnum("MapRole", "COLOR NORMAL ROUGHNESS METALNESS HEIGHT")
 
 
 _SUFFIX = re.compile(rf"^(.+)_({'|'.join(MapRole)})$")
@@ -224,9 +203,7 @@ def group_maps(paths: Iterable[str]) -> tuple[MaterialFiles, ...]:
     """Materials that files belong to, in the order of their first files.
 
     Files of one folder are maps of one material if their names say so and at least two do. Any other file is a separate
-    picture. A material without a colour map has no entry for it.
-
-    `paths`: POSIX; sorted.
+    picture. A material without a colour map has no entry for it. `paths`: POSIX; sorted.
     """
     listed = list(paths)
     found: dict[tuple[str, str], dict[MapRole, str]] = {}

@@ -7,7 +7,7 @@ import struct
 import warnings
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,20 +16,14 @@ from PIL import Image, ImageOps, UnidentifiedImageError
 from pydantic import Field
 from scipy import ndimage
 
+from casa_assets.errors import Rejected
 from casa_assets.model.asset.material import ColorSpace, Substance
 from casa_assets.model.record import Record, Vec2
 from casa_assets.model.registry.rows import Finish, Surface
 from casa_assets.textures.canvas import Layers
 from casa_assets.textures.check import jump, repair, seam
 from casa_assets.textures.finish import encode_texture, finish, halved
-from casa_assets.textures.pack_entry import (
-    MAX_ASPECT,
-    MAX_SIDE_PX,
-    MIN_SIDE_PX,
-    MapRole,
-    PictureRejection,
-    rejection_error,
-)
+from casa_assets.textures.pack_entry import MAX_ASPECT, MAX_SIDE_PX, MIN_SIDE_PX, MapRole, PictureRejection
 
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF")
 # In groups: of two files of one map that in the earlier group is read.
@@ -55,13 +49,10 @@ class DecodedPicture:
 
 
 def decode(data: bytes) -> DecodedPicture:
-    """The picture in these bytes.
-
-    Raises Rejected: it is not a picture, is broken, has a wrong size, is transparent, or shows a single colour.
-    """
+    """The picture in these bytes; Rejected if there is none, or it is broken, transparent, of wrong size or blank."""
     found = _decoded(data)
     if float(np.abs(found.pixels - found.pixels.mean(axis=(0, 1))).mean()) * 255.0 < _BLANK / 2.0:
-        raise rejection_error(PictureRejection.BLANK, "shows one colour")
+        raise Rejected(PictureRejection.BLANK, "shows one colour")
     return found
 
 
@@ -95,11 +86,10 @@ def _decoded(data: bytes) -> DecodedPicture:
     except (UnidentifiedImageError, Image.DecompressionBombError) as error:
         large = isinstance(error, Image.DecompressionBombError)
         fault = PictureRejection.TOO_LARGE if large else PictureRejection.NOT_A_PICTURE
-        raise rejection_error(fault, "is far too large" if large else _unknown(data)) from None
+        raise Rejected(fault, "is far too large" if large else _unknown(data)) from None
     except (*_FAULTS, zlib.error) as error:
-        raise rejection_error(
-            PictureRejection.BROKEN, f"cannot be decoded: {type(error).__name__}: {str(error)[:120]}"
-        ) from None
+        message = f"cannot be decoded: {type(error).__name__}: {str(error)[:120]}"
+        raise Rejected(PictureRejection.BROKEN, message) from None
     return DecodedPicture(pixels, prompt, notes)
 
 
@@ -116,19 +106,19 @@ def _check_tiff(image: Image.Image) -> None:
         return
     tags: Mapping[int, Any] = getattr(image, "tag_v2", {})
     if max(int(tags.get(side, 0)) for side in _TILE_SIDES) > MAX_SIDE_PX:
-        raise rejection_error(PictureRejection.TOO_LARGE, f"has tiles of over {MAX_SIDE_PX} pixels a side")
+        raise Rejected(PictureRejection.TOO_LARGE, f"has tiles of over {MAX_SIDE_PX} pixels a side")
     if image.mode == "I":  # 32 bits, or numbers below 0
-        raise rejection_error(PictureRejection.NOT_A_PICTURE, "is a TIFF file of integers that are not of 8 or 16 bits")
+        raise Rejected(PictureRejection.NOT_A_PICTURE, "is a TIFF file of integers that are not of 8 or 16 bits")
 
 
 def _check_size(width: int, height: int) -> None:
     size = f"{width} x {height} pixels"
     if max(width, height) > MAX_SIDE_PX:
-        raise rejection_error(PictureRejection.TOO_LARGE, f"{size}, over {MAX_SIDE_PX} a side")
+        raise Rejected(PictureRejection.TOO_LARGE, f"{size}, over {MAX_SIDE_PX} a side")
     if min(width, height) < MIN_SIDE_PX:
-        raise rejection_error(PictureRejection.TOO_SMALL, f"{size}, under {MIN_SIDE_PX} a side")
+        raise Rejected(PictureRejection.TOO_SMALL, f"{size}, under {MIN_SIDE_PX} a side")
     if max(width, height) > MAX_ASPECT * min(width, height):
-        raise rejection_error(PictureRejection.TOO_LONG, f"{size}, longer than {MAX_ASPECT:g} times its width")
+        raise Rejected(PictureRejection.TOO_LONG, f"{size}, longer than {MAX_ASPECT:g} times its width")
 
 
 def _rgb(image: Image.Image, kind: str) -> tuple[Floats, tuple[str, ...]]:
@@ -138,11 +128,11 @@ def _rgb(image: Image.Image, kind: str) -> tuple[Floats, tuple[str, ...]]:
         alpha = np.asarray(image.convert("RGBA"))[..., 3]
         if float(alpha.min()) < _OPAQUE:
             message = f"{np.mean(alpha < _OPAQUE):.1%} of it can be seen through"
-            raise rejection_error(PictureRejection.TRANSPARENT, message)
+            raise Rejected(PictureRejection.TRANSPARENT, message)
     if mode.startswith("I") or mode == "F":
         raw = np.asarray(image, dtype=np.float32)
         if not np.isfinite(raw).all():
-            raise rejection_error(PictureRejection.BROKEN, "holds values that are no numbers")
+            raise Rejected(PictureRejection.BROKEN, "holds values that are no numbers")
         grey = raw if mode == "F" else raw / np.float32(65535.0)  # a grey PNG of 16 bits has mode I;16 or I
         words = "floats" if mode == "F" else "16 bits"
         return np.repeat(grey[..., None], 3, axis=2), (f"grey of {words} in a {kind} file was read as such",)
@@ -153,12 +143,10 @@ def _rgb(image: Image.Image, kind: str) -> tuple[Floats, tuple[str, ...]]:
 def _prompt(image: Image.Image) -> str:
     """Prompt that image generators write into a text chunk of a PNG."""
     for key in ("parameters", "prompt", "Description"):
-        if isinstance(said := image.info.get(key), str):
-            return " ".join(said.split())[:2000]
+        if isinstance(text := image.info.get(key), str):
+            return " ".join(text.split())[:2000]
     return ""
 
-
-# Derive ---------------------------------------------------------------------------------------------------------------
 
 SIZE_PX = 1024
 # A border whose steps are this many times those inside is seen in a wall of copies. A repaired one has less.
@@ -173,43 +161,30 @@ HEIGHT = "height"  # the map that is kept with 16 bits
 _FLATTEST = 0.1  # least z of a normal: steeper ones have no slope that could be averaged
 
 
-@dataclass(frozen=True)
-class GivenMaps:
-    """Maps that come with a picture, float32 0..1; missing ones are None."""
-
-    normal: Floats | None = None  # (H, W, 3), y up
-    roughness: Floats | None = None  # (H, W, 1)
-    metalness: Floats | None = None  # (H, W, 1)
-    height: Floats | None = None  # (H, W, 1)
-
-    def named(self) -> dict[str, Floats]:
-        """Those that there are, by their names."""
-        found = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {name: planes for name, planes in found.items() if planes is not None}
-
-
 class TiledPicture(Record):
     """A picture made to tile, as it is stored."""
 
     base: bytes = Field(description="PNG of the colour")
-    maps: dict[str, bytes] = Field(description="name of a map of GivenMaps -> its PNG, of the same size")
+    maps: dict[str, bytes] = Field(description="name of a map -> its PNG, of the same size")
     width_px: int
     height_px: int
     kept: Vec2 = Field(description="share of the width and height of the source that it shows")
     seam_before: float = Field(description="worst border score")
     seam_after: float
     repaired: bool = Field(description="whether the border was repaired")
+    prompt: str = Field("", description="from its file")
+    notes: tuple[str, ...] = Field((), description="conversions that were made, maps that were left out")
 
 
-def tile(pixels: Floats, size_px: int = SIZE_PX, given: GivenMaps | None = None) -> TiledPicture:
+def tile(pixels: Floats, size_px: int = SIZE_PX, given: Mapping[str, Floats] | None = None) -> TiledPicture:
     """Scale down, repair the border where it is seen; the maps are cut as the colour is.
 
     Pictures that come with maps are of a library that makes them to repeat: a joint on their border is no fault.
-
     `pixels`: (H, W, 3) sRGB 0..1. `size_px`: longer side of the result; nothing is scaled up but a map that is smaller
-    than the colour. `given`: maps of the same surface, of any size. Raises Rejected: the border is still plain to see.
+    than the colour. `given`: name -> map of the same surface, (H, W, 3) normals, y up, or (H, W, 1), 0..1, of any size.
+    Raises Rejected: the border is still plain to see.
     """
-    maps = (given or GivenMaps()).named()
+    maps = given or {}
     small = scaled(pixels, size_px)
     before = seam(small).worst
     is_seen = before > VISIBLE_SEAM if maps else before > _REPAIR_SEAM or jump(small).worst > _REPAIR_JUMP
@@ -217,9 +192,8 @@ def tile(pixels: Floats, size_px: int = SIZE_PX, given: GivenMaps | None = None)
     whole = repair(planes, shown=3) if is_seen else planes
     after = seam(whole[..., :3]).worst
     if after > MAX_SEAM:
-        raise rejection_error(
-            PictureRejection.SEAM, f"its border is {after:.1f} times as strong as the pattern, after its repair"
-        )
+        message = f"its border is {after:.1f} times as strong as the pattern, after its repair"
+        raise Rejected(PictureRejection.SEAM, message)
     height, width = whole.shape[:2]
     stored, at = {}, 3
     for name, plane in maps.items():
@@ -238,11 +212,7 @@ def tile(pixels: Floats, size_px: int = SIZE_PX, given: GivenMaps | None = None)
 
 
 def layers(base: Floats, surface: Surface, roughness: float | None) -> Layers:
-    """Colour with a derived relief and gloss.
-
-    `base`: (H, W, 3) sRGB 0..1 that tiles. `surface`: decides the mean roughness if `roughness` is None. `roughness`:
-    mean, 0..1, or None.
-    """
+    """Colour (H, W, 3) that tiles with a derived relief and gloss; `roughness`: mean, or None: that of the surface."""
     detail = _detail(base @ np.array([0.2126, 0.7152, 0.0722], dtype=np.float32))
     mean = _GLOSS[surface] if roughness is None else roughness
     return Layers.of(base, _RELIEF_M * detail, mean - _UNEVEN * detail)
@@ -253,10 +223,8 @@ def finish_of_tile(
 ) -> Finish:
     """The finish of a picture: with its own maps, and with derived ones where it has none.
 
-    Normals come from the map of normals, else from that of heights, else from the brightness.
-
-    `name`: id. `made`: the picture. `tile_m`: width and height of what it shows. `look`: surface and mean roughness, as
-    `layers` takes them. `size_px`: longer side of the result; nothing is scaled up.
+    Normals come from their map, else from that of heights, else from the brightness. `name`: id. `tile_m`: width and
+    height of what it shows. `look`: surface and mean roughness. `size_px`: longer side; nothing is scaled up.
     """
     base = scaled(pixels_of(made.base), size_px)
     maps = {key: scaled(pixels_of(data), size_px) for key, data in made.maps.items()}
@@ -266,7 +234,13 @@ def finish_of_tile(
     whole = finish(name, tile_m, Layers.of(painted.albedo, height, rough), substance)
     material = whole.material
     if "normal" in maps:
-        pixels = np.rint((_upright(maps["normal"]) * 0.5 + 0.5) * 255).astype(np.uint8)
+        # Unit normals of a map at half its size, upright on the mean: what repeats has no slope on the whole.
+        vectors = np.stack([halved(maps["normal"][..., axis]) for axis in range(3)], axis=2) * 2.0 - 1.0
+        slopes = vectors[..., :2] / np.maximum(vectors[..., 2:], _FLATTEST)
+        slopes -= slopes.mean(axis=(0, 1))
+        upright = np.concatenate([slopes, np.ones_like(slopes[..., :1])], axis=2)
+        unit = np.asarray(upright / np.linalg.norm(upright, axis=2, keepdims=True), dtype=np.float32)
+        pixels = np.rint((unit * 0.5 + 0.5) * 255).astype(np.uint8)
         material = material.replace(normal_texture=encode_texture(f"{name}_normal", pixels, ColorSpace.RAW))
     if "metalness" in maps:
         gloss = halved(np.clip(rough, 0.04, 1.0)), halved(maps["metalness"][..., 0])
@@ -285,23 +259,8 @@ def _detail(light: Floats) -> Floats:
     return np.asarray(np.clip(detail / max(float(np.abs(detail).max()), 0.08), -1.0, 1.0), dtype=np.float32)
 
 
-def _upright(normal: Floats) -> Floats:
-    """Unit normals of a map at half its size, upright on the mean: what repeats has no slope on the whole.
-
-    `normal`: (H, W, 3) 0..1.
-    """
-    vectors = np.stack([halved(normal[..., axis]) for axis in range(3)], axis=2) * 2.0 - 1.0
-    slopes = vectors[..., :2] / np.maximum(vectors[..., 2:], _FLATTEST)
-    slopes -= slopes.mean(axis=(0, 1))
-    upright = np.concatenate([slopes, np.ones_like(slopes[..., :1])], axis=2)
-    return np.asarray(upright / np.linalg.norm(upright, axis=2, keepdims=True), dtype=np.float32)
-
-
 def scaled(pixels: Floats, size_px: int) -> Floats:
-    """(H, W, C) scaled down around the border, so that what tiled before does so after; nothing is scaled up.
-
-    `size_px`: longer side of the result.
-    """
+    """(H, W, C) scaled down, never up, around the border, so that it tiles as before; `size_px`: its longer side."""
     height, width = pixels.shape[:2]
     scale = size_px / max(height, width)
     if scale >= 1.0:
@@ -310,10 +269,7 @@ def scaled(pixels: Floats, size_px: int) -> Floats:
 
 
 def png(image: Floats, is_deep: bool = False) -> bytes:
-    """(H, W, 3) or (H, W, 1) 0..1 as PNG, the same bytes every time.
-
-    `is_deep`: with 16 bits, of (H, W, 1): slopes of heights in 255 steps are stairs.
-    """
+    """(H, W, 1 or 3) 0..1 as PNG, always the same bytes; `is_deep`: 16 bits, since heights in 255 steps are stairs."""
     whole = np.clip(image, 0.0, 1.0)
     pixels = np.rint(whole * 65535.0).astype(np.uint16) if is_deep else np.rint(whole * 255.0).astype(np.uint8)
     out = io.BytesIO()
@@ -325,8 +281,7 @@ def pixels_of(data: bytes) -> Floats:
     """(H, W, 3) float32 0..1 of a PNG that this package wrote."""
     with Image.open(io.BytesIO(data)) as image:
         if image.mode.startswith("I"):  # with 16 bits
-            grey = np.asarray(image, dtype=np.float32) / np.float32(65535.0)
-            return np.repeat(grey[..., None], 3, axis=2)
+            return np.repeat((np.asarray(image, dtype=np.float32) / np.float32(65535.0))[..., None], 3, axis=2)
         return np.asarray(image.convert("RGB"), dtype=np.float32) / np.float32(255.0)
 
 

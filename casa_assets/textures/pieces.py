@@ -119,9 +119,7 @@ def polygon(corners: Sequence[tuple[float, float]]) -> Outline:
     points = np.array(corners, dtype=np.float64)
     ahead = np.roll(points, -1, axis=0) - points
     normal = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1) / np.linalg.norm(ahead, axis=1)[:, None]
-    middle = points.mean(axis=0)
-    facing = np.sign(((middle - points) * normal).sum(axis=1))
-    normal = normal * facing[:, None]
+    normal = normal * np.sign(((points.mean(axis=0) - points) * normal).sum(axis=1))[:, None]
     offset = (normal * points).sum(axis=1)
 
     def inside(u: Array, v: Array) -> Array:
@@ -147,15 +145,8 @@ def whole(length_m: float, module_m: float, even: bool = False) -> tuple[int, fl
     return count, true
 
 
-# Joint ----------------------------------------------------------------------------------------------------------------
-
-
-class TileEdge(StrEnum):
-    """Profile of a piece at its rim."""
-
-    SQUARE = "square"  # broken by half a millimetre
-    BEVEL = "bevel"  # a straight slope
-    PILLOW = "pillow"  # a dome that falls off toward the rim
+# Rim of a piece: SQUARE, broken by half a millimetre; BEVEL a straight slope; PILLOW a dome that falls off to it.
+TileEdge = StrEnum("TileEdge", "SQUARE BEVEL PILLOW")
 
 
 class Joint(Record):
@@ -202,26 +193,18 @@ def profile(joint: Joint, rim_m: Map) -> Map:
 
 
 def fill(face: Layers, joint: Joint, rim_m: Map, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """The pieces with their rims worked and the joints filled.
-
-    `face`: colour, relief and gloss of the pieces, everywhere. `joint`: what lies between. `rim_m`: of `rim`.
-    """
+    """The pieces with rims worked and joints filled; `face`: how the pieces look everywhere; `rim_m`: of `rim`."""
     share = gap(joint, rim_m, canvas)
     sand = canvas.resolved(0.003, 0.003) * canvas.noise(0.003, 0.003, rng) + 0.5 * canvas.noise(0.012, 0.012, rng, 3)
-    stain = canvas.noise(0.3, 0.3, rng, 3)
-    shade = 1.0 + joint.coarseness * 0.06 * sand + 0.03 * stain
+    shade = 1.0 + joint.coarseness * 0.06 * sand + 0.03 * canvas.noise(0.3, 0.3, rng, 3)
     mortar = rgb(joint.color) * shade[..., None]
     height = face.height_m + profile(joint, rim_m)
-    low = -joint.rim_drop_m - joint.depth_m + 0.0004 * joint.coarseness * sand
     return Layers.of(
         blend(face.albedo, mortar, share),
-        height + (low - height) * share,
+        height + ((-joint.rim_drop_m - joint.depth_m + 0.0004 * joint.coarseness * sand) - height) * share,
         face.roughness + (joint.roughness - face.roughness) * share,
         face.metallic,
     )
-
-
-# Inlay ----------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -248,8 +231,7 @@ def inlay(
 ) -> Layers:
     """(H, W) face in which every piece shows its own cut.
 
-    `slabs`: what is cut; all of one metal share. `pick`: (N,) number of the slab of each piece. `middle_u`, `middle_v`:
-    (N,) metres on the slab under the middle of the piece. `mirrored`: (N,) 1 or -1, whether it is turned end for end.
+    `slabs`: what is cut. `pick`: (N,) of them. `middle_u`, `middle_v`: (N,) m on a slab. `mirrored`: (N,) 1 or -1.
     """
     shape = pieces.owner.shape
     albedo = np.zeros((*shape, 3), dtype=np.float32)

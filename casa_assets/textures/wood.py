@@ -30,22 +30,15 @@ from casa_assets.textures.canvas import (
 _JOINT_M = 0.001
 
 
-class SawCut(StrEnum):
-    """Cut of the board out of the log, which decides the figure on its face."""
-
-    FLAT = "flat"  # arches
-    QUARTER = "quarter"  # straight lines, and rays where the species has them
-    RIFT = "rift"  # straight lines, a little wider, no rays
-    ROTARY = "rotary"  # peeled: wide clouds and islands
+# Cut of the board out of the log, which decides the figure on its face: FLAT arches; QUARTER straight lines, and rays
+# where the species has them; RIFT straight lines, a little wider, no rays; ROTARY peeled: wide clouds and islands.
+SawCut = StrEnum("SawCut", "FLAT QUARTER RIFT ROTARY")
 
 
-class GrowthRings(StrEnum):
-    """Appearance of one growth ring from earlywood to latewood."""
-
-    RING_POROUS = "ring_porous"  # oak, ash: a row of large pores, then plain wood
-    CONIFER = "conifer"  # pine, larch: pale, darker, a sharp end
-    DIFFUSE = "diffuse"  # maple, beech: plain but for a thin line
-    BANDED = "banded"  # walnut, rosewood, zebrano: broad bands of pigment
+# Appearance of one growth ring from earlywood to latewood: RING_POROUS (oak, ash) a row of large pores, then plain
+# wood; CONIFER (pine, larch) pale, darker, a sharp end; DIFFUSE (maple, beech) plain but for a thin line; BANDED
+# (walnut, rosewood, zebrano) broad bands of pigment.
+GrowthRings = StrEnum("GrowthRings", "RING_POROUS CONIFER DIFFUSE BANDED")
 
 
 class WoodSpecies(Record):
@@ -95,7 +88,7 @@ def grain_maps(canvas: Canvas, species: WoodSpecies, cut: SawCut, leaves: int, r
     wander = 0.010 * canvas.noise(0.9, 0.35, rng) + 0.0006 * canvas.noise(0.15, 0.05, rng)
     # Tones are stratified out, not drawn: a face of few leaves is as dark as one of many.
     tones = stratified(leaves, rng).astype(np.float32)
-    # A leaf of its own has bends of its own: what is drawn once for the sheet is read at another height for each.
+    # Each leaf bends in its own way: what is drawn once for the sheet is read at another height for each.
     drop = seeds[0][leaf] * canvas.tile_m[1] if leaves > 1 else np.zeros_like(x)
     wander = canvas.shifted(wander, np.zeros_like(x), drop)
     knot, push = _knots(canvas, x, y, species, rng)
@@ -112,7 +105,7 @@ def grain_maps(canvas: Canvas, species: WoodSpecies, cut: SawCut, leaves: int, r
     pores = canvas.noise(species.pore_m, 0.0017, rng) + 0.9 * canvas.noise(1.7 * species.pore_m, 0.0027, rng)
     pores = canvas.shifted(pores, across, drop)
     clouds = 0.6 * zone + 0.8 * canvas.shifted(canvas.noise(0.5, 0.06, rng, 2), across, drop)
-    clouds = clouds - clouds.mean()  # a board is neither paler nor darker than its palette says
+    clouds = clouds - clouds.mean()  # a board is neither paler nor darker than its palette
     return GrainMaps(
         ring=ring,
         early=early,
@@ -158,10 +151,7 @@ def _radius(canvas: Canvas, cut: SawCut, x: Map, y: Map, rng: np.random.Generato
 
 
 def ring_maps(canvas: Canvas, species: WoodSpecies, radius: Map, rng: np.random.Generator) -> tuple[Map, Map, Map]:
-    """Darkness of the year, its porous part, and the slow change of tone over the years, each (H, W).
-
-    `radius`: (H, W) metres from the pith.
-    """
+    """(H, W) darkness of the year, its porous part, the drift of tone over years; `radius`: metres from the pith."""
     length = canvas.tile_m[0]  # years repeat over the width, so that straight grain closes at the border
     count = max(4, round(length / species.ring_m))
     widths = np.exp(species.unevenness * (rng.normal(0, 0.45, count) + 0.8 * _slow(count, rng)))
@@ -221,8 +211,7 @@ def _flecks(canvas: Canvas, across: Map, rng: np.random.Generator) -> Map:
     lean = 0.05 * canvas.noise(0.05, 0.2, rng)
     rays = canvas.noise(0.006, 0.022, rng) + 0.7 * canvas.noise(0.0035, 0.009, rng)
     rays = canvas.shifted(rays, np.zeros_like(across), 0.12 * lean + 0.001 * canvas.noise(0.02, 0.006, rng))
-    patch = canvas.noise(0.35, 0.04, rng)
-    return _kept(smoothstep(0.7, 2.2, rays + 0.6 * patch), canvas.resolved(0.003, 0.01))
+    return _kept(smoothstep(0.7, 2.2, rays + 0.6 * canvas.noise(0.35, 0.04, rng)), canvas.resolved(0.003, 0.01))
 
 
 def _knots(canvas: Canvas, x: Map, y: Map, species: WoodSpecies, rng: np.random.Generator) -> tuple[Map, Map]:
@@ -245,12 +234,9 @@ def _knots(canvas: Canvas, x: Map, y: Map, species: WoodSpecies, rng: np.random.
         heart = (0.62 + 0.2 * np.sin(9.0 * distance)) * (1.0 - smoothstep(0.85, 1.1, distance))
         dark = np.maximum(dark, np.maximum(rim, heart)).astype(np.float32)
         # Lines close to the middle are led around: they are drawn where they stand pushed out by one knot.
-        reach = (dx / (2.2 * size)) ** 2 + (dy / (5.5 * size)) ** 2
-        push = push - dx * np.exp(-reach)
+        push = push - dx * np.exp(-((dx / (2.2 * size)) ** 2 + (dy / (5.5 * size)) ** 2))
     return dark, push.astype(np.float32)
 
-
-# Wood -----------------------------------------------------------------------------------------------------------------
 
 # Between the deepest pore and the face of a planed board. Ref: about the vessel diameter of open woods, 0.1 to 0.3 mm.
 _PORE_DEPTH_M = 0.00018
@@ -297,8 +283,7 @@ def finish_wood(
     albedo = _toward(albedo, pore, 0.85 * open_pores)
     albedo = _toward(albedo, pore, 0.4 * species.pores * porous)
     albedo = _toward(albedo, pore, 0.45 * grain.dash * species.rays * (1.0 - (grain.fleck.max() > 0)))
-    fleck = np.clip(light * 1.05 + 0.02, 0.0, 1.0)
-    albedo = _toward(albedo, fleck, 0.6 * species.rays * grain.fleck)
+    albedo = _toward(albedo, np.clip(light * 1.05 + 0.02, 0.0, 1.0), 0.6 * species.rays * grain.fleck)
     albedo = _toward(albedo, heart, 0.85 * grain.knot)
     albedo = albedo * (1.0 - 0.22 * grain.joint)[..., None]
     relief = -_PORE_DEPTH_M * (1.0 + 2.0 * palette.brushed) * open_pores

@@ -1,144 +1,52 @@
-"""How many of the names that strangers give to things of a house the registry knows, and what it must not take for one.
-
-The lists are names of the YCB set and words of daily life, by room; a noun that is missing belongs into both, here and
-in the registry.
-"""
+"""Names that strangers give to things of a house: those that the registry knows, and what it must not take for one."""
 
 from __future__ import annotations
 
 from casa_assets import registry
 
-# Object names of the YCB set, and what each is here. Those of figures, parts and pieces of fruit are what they are.
-YCB = {
-    "001_chips_can": "chips_can",
-    "002_master_chef_can": "can",
-    "003_cracker_box": "boxed_food",
-    "004_sugar_box": "boxed_food",
-    "005_tomato_soup_can": "canned_food",
-    "006_mustard_bottle": "mustard",
-    "007_tuna_fish_can": "canned_food",
-    "008_pudding_box": "boxed_food",
-    "009_gelatin_box": "boxed_food",
-    "010_potted_meat_can": "canned_food",
-    "011_banana": "banana",
-    "012_strawberry": "strawberry",
-    "013_apple": "apple",
-    "014_lemon": "lemon",
-    "015_peach": "peach",
-    "016_pear": "pear",
-    "017_orange": "orange",
-    "018_plum": "plum",
-    "019_pitcher_base": "pitcher",
-    "021_bleach_cleanser": "detergent_bottle",
-    "022_windex_bottle": "bottle",
-    "024_bowl": "bowl",
-    "025_mug": "mug",
-    "026_sponge": "sponge",
-    "028_skillet_lid": "saucepan_lid",
-    "029_plate": "plate",
-    "030_fork": "fork",
-    "031_spoon": "spoon",
-    "032_knife": "knife",
-    "033_spatula": "spatula",
-    "035_power_drill": "drill",
-    "036_wood_block": "building_block",
-    "037_scissors": "scissors",
-    "038_padlock": "padlock",
-    "039_key": "key",
-    "040_large_marker": "pen",
-    "042_adjustable_wrench": "wrench",
-    "043_phillips_screwdriver": "screwdriver",
-    "044_flat_screwdriver": "screwdriver",
-    "046_plastic_bolt": "bolt",
-    "048_hammer": "hammer",
-    "050_medium_clamp": "clamp",
-    "051_large_clamp": "clamp",
-    "053_mini_soccer_ball": "ball",
-    "054_softball": "ball",
-    "055_baseball": "ball",
-    "056_tennis_ball": "ball",
-    "057_racquetball": "ball",
-    "058_golf_ball": "ball",
-    "059_chain": None,
-    "061_foam_brick": "foam_block",
-    "062_dice": "dice",
-    "063-a_marbles": "glass_marble",
-    "065-a_cups": "cup",
-    "070-a_colored_wood_blocks": "building_block",
-    "071_nine_hole_peg_test": None,
-    "072-a_toy_airplane": "toy",
-    "073-a_lego_duplo": "toy",
-    "076_timer": "timer",
-    "077_rubiks_cube": "toy",
-}
-
-# Nouns of a house and what surrounds it, by room, as a file may be called.
-NOUNS = """
-kitchen: beef stew, chicken soup, vegetable curry, rice bowl, ramen, pancakes, lasagne, omelette, spring rolls,
-  nuggets, caesar salad, gravy boat, sauce pan, soup ladle, kitchen tongs, whisk, colander, funnel, grater, mortar,
-  pestle, ice cube tray, thermos, hip flask, sippy cup, baby bottle, carafe, corkscrew, peeler, garlic press,
-  rolling pin, pie dish, cocktail shaker, salad spinner, lazy susan, knife sharpener, tea infuser, napkin holder,
-  ramekin, cake dome, toothpicks, wine cork, bottle cap, water dispenser, bread maker, juicer, milkshake, energy
-  drink, chewing gum, croissant, cinnamon roll, breadstick, spinach, basil, lychee, guava, hazelnuts, dog food, food
-  processor, kettle, toaster, deep fryer, barbecue grill
-electronics: smartphone, tablet, ipad, wifi router, phone charger, usb cable, tv remote, game console, nintendo
-  switch, gamepad, webcam, headphones, earbuds, gaming headset, microphone, power strip, power bank, aa battery,
-  light bulb, speaker, soundbar, projector, laptop, desktop computer, computer mouse, mouse pad, keyboard, monitor,
-  printer, usb stick, hard drive, raspberry pi, calculator, cassette tape, vinyl record, record player, dvd case,
-  walkie talkie, camera, camera lens, tripod, binoculars, microscope, vr headset, hmd, smartwatch, smoke detector,
-  thermostat, light switch, amplifier, typewriter
-tools: hammer, sledgehammer, wrench, pliers, screwdriver, tape measure, clamp, spirit level, ladder, toolbox,
-  bucket, chisel, spray bottle, watering can, broom, mop, dustpan, crowbar, hand saw, chainsaw, utility knife, box
-  cutter, hex key, glue gun, soldering iron, paint roller, paintbrush, putty knife, screw, hex nut, nail file,
-  anvil, vise, workbench, wheelbarrow, hand truck, sawhorse, magnifying glass, flashlight, fire extinguisher, rope,
-  duct tape, padlock, paint can, brick, cinder block, foam block, firewood, traffic cone, axe
-garden: flower pot, rake, spade, garden hose, pitchfork, lawn mower, pruning shears, trowel, bird feeder, birdhouse,
-  dog house, mailbox, garden gnome, picnic table, park bench, deck chair, planter
-toys: rubber duck, teddy bear, lego brick, toy car, toy truck, toy train, dice, chess pawn, chess board, jigsaw
-  puzzle, yo yo, wooden blocks, playing cards, doll, dollhouse, rocking horse, rubiks cube, frisbee, marbles, board
-  game, spinning top
-sports: soccer ball, basketball, tennis ball, golf ball, bowling ball, bowling pin, baseball bat, tennis racket,
-  dumbbell, kettlebell, barbell, skateboard, bike helmet, boxing glove, roller skate, snowboard, surfboard, golf
-  club, hockey stick, yoga mat, dartboard, fishing rod, ping pong paddle
-bath: toothbrush, toothpaste, shampoo, razor, comb, hair dryer, curling iron, electric shaver, bath towel, toilet
-  roll, toilet, bathtub, plunger, toilet brush, soap dish, toothbrush holder, hairbrush, lipstick, nail polish,
-  perfume, tweezers, syringe, shower head, hand sanitizer, face mask, first aid kit, pill bottle, towel rack
-office: stapler, tape dispenser, scissors, ruler, eraser, notebook, binder, file folder, pen holder, calculator,
-  hole punch, world globe, paper clip, pencil, highlighter, pencil sharpener, clipboard, envelope, newspaper, desk
-  calendar, whiteboard, filing cabinet, paper shredder, crayon, sticky notes, thumbtack, desk lamp, office chair,
-  dictionary
-clothes: shoe, boot, sandal, slipper, hat, cap, beanie, backpack, handbag, suitcase, duffel bag, wallet, umbrella,
-  glasses, sunglasses, shirt, jacket, jeans, sock, glove, scarf, necktie, belt, necklace, bracelet, earring, wedding
-  ring, watch, walking stick, coat hanger
-furniture: stool, bench, sofa, armchair, desk, dresser, bookcase, side table, coffee table, crib, ottoman, coat
-  rack, mirror, picture frame, rug, vase, candle, candlestick, lantern, chandelier, floor lamp, nightstand,
-  mattress, blanket, pillow, high chair, bean bag, shoe rack, tv stand, wheelchair, room divider, easel, fireplace,
-  ceiling fan, wall clock, grandfather clock
-music: guitar, ukulele, violin, cello, piano, drum kit, trumpet, saxophone, flute, accordion, harmonica, tambourine,
-  xylophone
-boxes: cardboard box, crate, wooden pallet, basket, laundry basket, barrel, jerrycan, gas can, propane tank,
-  treasure chest, trash can, dumpster, cooler box, jewelry box, piggy bank, ashtray, urn, hourglass, snow globe,
-  christmas tree, wreath
-pets: dog bowl, dog bed, cat tree, litter box, bird cage, fish tank, pet carrier
-street: stroller, shopping cart, crutch, megaphone
+# Object names of the YCB set, and what each is here (-: nothing). Those of figures and parts are what they are.
+YCB = """
+001_chips_can chips_can, 002_master_chef_can can, 003_cracker_box boxed_food, 004_sugar_box boxed_food,
+005_tomato_soup_can canned_food, 006_mustard_bottle mustard, 007_tuna_fish_can canned_food, 008_pudding_box
+boxed_food, 009_gelatin_box boxed_food, 010_potted_meat_can canned_food, 011_banana banana, 012_strawberry strawberry,
+013_apple apple, 014_lemon lemon, 015_peach peach, 016_pear pear, 017_orange orange, 018_plum plum, 019_pitcher_base
+pitcher, 021_bleach_cleanser detergent_bottle, 022_windex_bottle bottle, 024_bowl bowl, 025_mug mug, 026_sponge
+sponge, 028_skillet_lid saucepan_lid, 029_plate plate, 030_fork fork, 031_spoon spoon, 032_knife knife, 033_spatula
+spatula, 035_power_drill drill, 036_wood_block building_block, 037_scissors scissors, 038_padlock padlock, 039_key
+key, 040_large_marker pen, 042_adjustable_wrench wrench, 043_phillips_screwdriver screwdriver, 044_flat_screwdriver
+screwdriver, 046_plastic_bolt bolt, 048_hammer hammer, 050_medium_clamp clamp, 051_large_clamp clamp,
+053_mini_soccer_ball ball, 054_softball ball, 055_baseball ball, 056_tennis_ball ball, 057_racquetball ball,
+058_golf_ball ball, 059_chain -, 061_foam_brick foam_block, 062_dice dice, 063-a_marbles glass_marble, 065-a_cups cup,
+070-a_colored_wood_blocks building_block, 071_nine_hole_peg_test -, 072-a_toy_airplane toy, 073-a_lego_duplo toy,
+076_timer timer, 077_rubiks_cube toy
 """
 
+# Names that are neither ids nor aliases, and known by their words.
+NOUNS = """
+beef stew, chicken soup, vegetable curry, spring rolls, nuggets, caesar salad, toothpicks, hazelnuts, soundbar, dog
+house, wooden blocks, sticky notes, office chair, bird cage
+"""
 # Figures, animals, vehicles, weapons and buildings are no things of a house, and toys only where the name says so.
 OTHERS = """
-car, sports car, police car, truck, fire truck, bus, train, steam train, boat, ship, airplane, helicopter, army
-tank, bicycle, motorcycle, golf cart, sword, dagger, spear, shield, rifle, pistol, gun, cannon, grenade, house,
-castle, church, barn, windmill, water tower, bedroom, city street, bridge, dog, cat, horse, duck, fox, wolf, bear,
-lion, eagle, robot, knight, wizard, zombie, woman, soldier, dragon, pine tree, rock, boulder, cube, sphere, torus,
-suzanne, bunny, terrain, door, window, wall, fence, roof, ring, nut, iron, bat, club, level, tie, nail
+car, sports car, police car, truck, fire truck, bus, train, steam train, boat, ship, airplane, helicopter, army tank,
+bicycle, motorcycle, golf cart, sword, dagger, spear, shield, rifle, pistol, gun, cannon, grenade, house, castle,
+church, barn, windmill, water tower, bedroom, city street, bridge, dog, cat, horse, duck, fox, wolf, bear, lion,
+eagle, robot, knight, wizard, zombie, woman, soldier, dragon, pine tree, rock, boulder, cube, sphere, torus, suzanne,
+bunny, terrain, door, window, wall, fence, roof, ring, nut, iron, bat, club, level, tie, nail
 """
 # Words that mean several things: known where nothing else is, but a person is asked.
 AMBIGUOUS = "brick wall, chest armor, seat belt, cpu cooler, safe house, cable car, bell tower, rope bridge, car grill"
+# Names of which the whole counts.
+WHOLE = """
+chicken_soup_bowl: bowl, beef stew: food_bowl, oculus headset: vr_headset, gaming headset: headphones, toy car: toy,
+chess knight: chess_piece, computer desk: desk, console table: table, wine cooler bucket: bucket, wall socket:
+light_switch, dress shoe: shoe, bell pepper: bell_pepper, doll house: dollhouse, glue gun: glue_gun, pocket watch:
+watch
+"""
 
 
-def nouns() -> list[str]:
-    text = " ".join(NOUNS.split())
-    rooms = [part.rsplit(" ", 1)[0] if i < text.count(":") else part for i, part in enumerate(text.split(": "))][1:]
-    return [noun.strip() for room in rooms for noun in room.split(",")]
+def words(text: str) -> list[str]:
+    return " ".join(text.split()).split(", ")
 
 
 def found(name: str) -> str | None:
@@ -147,42 +55,18 @@ def found(name: str) -> str | None:
     return match[0].id if match else None
 
 
-def test_ycb() -> None:
-    assert {name: found(name) for name in YCB} == YCB
+def test_names_are_those_of_their_categories() -> None:
+    ycb = [row.rsplit(" ", 1) for row in words(YCB)]
+    assert {name: found(name) or "-" for name, _ in ycb} == dict(ycb)
+    whole = [row.split(": ") for row in words(WHOLE)]
+    assert {name: found(name) for name, _ in whole} == dict(whole)
 
 
-def test_nouns_of_a_house_are_known() -> None:
-    known = registry.load()
-    assert len(set(nouns())) == len(nouns()) - 1  # a calculator is of the office and of the electronics
-    unknown = [noun for noun in nouns() if known.find_category([noun]) is None]
-    assert unknown == []
-
-
-def test_others_stay_unknown() -> None:
-    assert [name for name in map(str.strip, OTHERS.split(",")) if found(name)] == []
+def test_nouns_of_a_house_are_known_and_others_stay_unknown() -> None:
+    assert [noun for noun in words(NOUNS) if found(noun) is None] == []
+    assert [name for name in words(OTHERS) if found(name)] == []
 
 
 def test_ambiguous_words_are_not_sure() -> None:
-    matches = {name: registry.load().find_category([name]) for name in AMBIGUOUS.split(", ")}
+    matches = {name: registry.load().find_category([name]) for name in words(AMBIGUOUS)}
     assert [name for name, match in matches.items() if match is None or match[1] >= 0.5] == []
-
-
-def test_the_whole_name_counts() -> None:
-    whole = {
-        "chicken_soup_bowl": "bowl",
-        "beef stew": "food_bowl",
-        "oculus headset": "vr_headset",
-        "gaming headset": "headphones",
-        "toy car": "toy",
-        "chess knight": "chess_piece",
-        "computer desk": "desk",
-        "console table": "table",
-        "wine cooler bucket": "bucket",
-        "wall socket": "light_switch",
-        "dress shoe": "shoe",
-        "bell pepper": "bell_pepper",
-        "doll house": "dollhouse",
-        "glue gun": "glue_gun",
-        "pocket watch": "watch",
-    }
-    assert {name: found(name) for name in whole} == whole

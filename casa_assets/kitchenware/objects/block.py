@@ -69,10 +69,6 @@ class Block(Params):
     skin: FinishId
     second: FinishId = Field("plastic_green", description="of the pad, the core, or the cut faces of a wedge")
 
-    def rng(self) -> np.random.Generator:
-        """The generator of what is random in its form."""
-        return np.random.Generator(np.random.PCG64(self.seed))
-
 
 def slab(p: Block) -> list[Part]:
     """A block with rounded edges, and where it has one a pad on top."""

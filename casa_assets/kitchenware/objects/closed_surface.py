@@ -15,8 +15,6 @@ from casa_assets.ext.records import Vec2
 from casa_assets.ext.solids import Solid
 from casa_assets.kitchenware.parts.decor import GOLDEN_ANGLE
 
-# Surfaces -------------------------------------------------------------------------------------------------------------
-
 
 def run_along(line: Floats) -> Floats:
     """(N,) length of an open line from its first point to each of its (N, D) points."""
@@ -24,10 +22,7 @@ def run_along(line: Floats) -> Floats:
 
 
 def smooth_profile(points: Sequence[Vec2], count: int) -> Floats:
-    """(count, 2) points, evenly far apart, of a smooth curve through some points from the lower end to the upper one.
-
-    points: (radius, height) in order; a curve may turn back, as round the hollow of a stem.
-    """
+    """(count, 2) points, evenly apart, of a smooth curve through (radius, height) points from the lower end upwards."""
     line = np.array(points, dtype=np.float64)
     run = run_along(line)
     fine = np.linspace(0.0, run[-1], 40 * count)
@@ -40,10 +35,7 @@ def smooth_profile(points: Sequence[Vec2], count: int) -> Floats:
 
 
 def turned(profile: Floats, around: int, crease_deg: float = 60.0) -> Solid:
-    """A surface of revolution about z whose ends lie on the axis; one picture covers it from end to end.
-
-    profile: (N, 2) radius and height, metres; the first and last radius are 0. around: points around.
-    """
+    """A surface of revolution about z of (radius, height) points from axis to axis; one picture covers it."""
     angles = np.arange(around) * 2 * np.pi / around
     inner = profile[1:-1]
     x, y = inner[:, :1] * np.cos(angles), inner[:, :1] * np.sin(angles)
@@ -87,8 +79,7 @@ def capped_rings(n: int, rings: int) -> Ints:
 def sheet(middle: Floats, thickness: float | Floats) -> Solid:
     """A closed body round a (N, M, 3) grid, thin at its border; its picture is the grid.
 
-    middle: grid whose first axis is the picture's u and whose second is its v, seen from the side it faces. thickness:
-    metres, one for all or (N, M).
+    middle: grid along u, then along v of the picture, seen from the side it faces. thickness: metres, one or (N, M).
     """
     n, m = middle.shape[:2]
     along, across = np.gradient(middle, axis=0), np.gradient(middle, axis=1)
@@ -122,10 +113,7 @@ def ellipsoid(size: tuple[float, float, float], around: int = 8, along: int = 5)
 
 
 def lobed(points: Floats, count: int, depth: float, sharp: float, phase: float) -> Floats:
-    """Points drawn in towards the z axis in `count` furrows, as peppers, tomatoes and pumpkins have them.
-
-    depth: of a furrow, by the radius. sharp: 1 for waves, more for narrow furrows between round lobes.
-    """
+    """Points drawn in to the z axis in furrows, as of a pumpkin; depth: by the radius; sharp: 1 for waves, or more."""
     if count < 1 or depth <= 0:
         return points
     furrow = np.abs(np.sin(0.5 * count * np.arctan2(points[:, 1], points[:, 0]) + phase))
@@ -133,17 +121,12 @@ def lobed(points: Floats, count: int, depth: float, sharp: float, phase: float) 
 
 
 def bumped(points: Floats, amount: float, waves: float, rng: np.random.Generator) -> Floats:
-    """Points moved from the middle of their box by smooth random waves, so that no two members are alike.
-
-    amount: by the distance from the middle. waves: over the largest side.
-    """
+    """Points moved by smooth random waves; amount: by the distance from the middle; waves: over the largest side."""
     if amount <= 0:
         return points
     middle, size = (points.min(axis=0) + points.max(axis=0)) / 2, float(np.ptp(points, axis=0).max())
     away = points - middle
-    total = random_waves(away, waves, size, 7, rng)
-    found: Floats = middle + away * (1.0 + amount * total[:, None] / 3.0)
-    return found
+    return np.asarray(middle + away * (1.0 + amount * random_waves(away, waves, size, 7, rng)[:, None] / 3.0))
 
 
 def random_waves(points: Floats, waves: float, size: float, count: int, rng: np.random.Generator) -> Floats:
@@ -176,10 +159,7 @@ def bent(points: Floats, angle: float, start: float, span: Vec2) -> Floats:
 
 
 def wrapped(points: Floats, leaves: int, depth: float, rng: np.random.Generator) -> Floats:
-    """Points raised where leaves lie round a head, as those of a cabbage do: each ends in a step.
-
-    depth: of a leaf, by the distance from the middle of the box.
-    """
+    """Points raised as leaves lie round a cabbage, each with a step at its end; depth: by distance from the middle."""
     if leaves < 1:
         return points
     middle, size = (points.min(axis=0) + points.max(axis=0)) / 2, np.ptp(points, axis=0) / 2
@@ -194,11 +174,8 @@ def wrapped(points: Floats, leaves: int, depth: float, rng: np.random.Generator)
         # A leaf is a round shield that starts at the foot; its rim is a step two points wide.
         inside = 1.0 - np.sqrt((off / reach) ** 2 + ((height + 1.0) / (top + 1.0 + wave)) ** 2)
         raised = np.maximum(raised, (k + 1) / leaves * np.clip(inside / 0.08, 0.0, 1.0))
-    found: Floats = middle + (points - middle) * (1.0 + depth * raised[:, None])
-    return found
+    return np.asarray(middle + (points - middle) * (1.0 + depth * raised[:, None]))
 
-
-# Cutting --------------------------------------------------------------------------------------------------------------
 
 # A cut face is a plate of this thickness; a part of it stands out of the body, so that nothing of the body shows, m.
 PLATE, PROUD = 0.0006, 0.00025
@@ -208,8 +185,7 @@ WITHIN = 0.985
 ON_PLANE = 1e-7
 # Points of an outline nearer than this to the one before are left out, m: what is written is rounded to a tenth of it.
 SAME = 1e-7
-# Radius of the circle in the picture of a section that is the rim of the face, by the width of the picture; as in
-# kitchenware/textures/food.py.
+# Radius of the rim of a face in the picture of a section, by its width; as in kitchenware/textures/food.py.
 PICTURE_RIM = 0.49
 
 
@@ -235,10 +211,7 @@ def sector(angle: float, middle: Floats) -> list[Plane]:
 
 
 def across(height: float, *, below: bool, slant: float = 0.0) -> Plane:
-    """A plane that leaves what is below it, or what is above: level, or slanted towards x by an angle, rad.
-
-    height: its distance from the origin, m.
-    """
+    """A plane that leaves what is below or above it, level or slanted towards x by an angle, rad, at a height, m."""
     sign = 1.0 if below else -1.0
     normal = sign * np.array([math.sin(slant), 0.0, math.cos(slant)])
     return Plane(normal, sign * height, None, np.array([0.0, 1.0, 0.0]))
@@ -281,13 +254,17 @@ def _manifold(solid: Solid) -> manifold3d.Manifold:
     uv = np.zeros((*solid.faces.shape, 2)) if solid.picture_uv is None else solid.picture_uv
     corners = np.column_stack([solid.points[solid.faces.ravel()], uv.reshape(-1, 2)])
     rows, index = np.unique(np.round(corners, 12), axis=0, return_inverse=True)
-    mesh = manifold3d.Mesh64(
-        vert_properties=np.ascontiguousarray(rows), tri_verts=index.reshape(-1, 3).astype(np.uint64)
-    )
+    return manifold_of(rows, index)
+
+
+def manifold_of(corners: Floats, index: Ints) -> manifold3d.Manifold:
+    """A body of (P, 5) corners, places and (u, v), three to a face in `index`. Raises ValueError: it is not closed."""
+    triangles = index.reshape(-1, 3).astype(np.uint64)
+    mesh = manifold3d.Mesh64(vert_properties=np.ascontiguousarray(corners), tri_verts=triangles)
     mesh.merge()
     body = manifold3d.Manifold(mesh)
     if body.status() != manifold3d.Error.NoError:
-        raise ValueError(f"a body of {len(solid.faces)} faces is not closed: {body.status()}")
+        raise ValueError(f"a body of {len(triangles)} faces is not closed: {body.status()}")
     return body
 
 
@@ -299,10 +276,7 @@ def _solid(body: manifold3d.Manifold, crease_deg: float) -> Solid:
 
 
 def _plate(body: Solid, plane: Plane) -> Solid:
-    """The plate over the face that a plane cut, with a hole where the face has one.
-
-    Its faces fan out from the middle, so that the picture of the section follows the outline.
-    """
+    """The plate over the face that a plane cut, holes left out: a fan, so that the picture follows the outline."""
     side = np.cross(plane.up, plane.normal)
     loops = [body.points[loop] for loop in _loops(body, plane)]
     if not loops:
@@ -321,14 +295,11 @@ def _plate(body: Solid, plane: Plane) -> Solid:
     n = len(rim)
     # Its edges slant inwards below the face: upright ones might lie in a wall of the body.
     slant = 0.04 * (rim - inner)
-    levels = (
-        (PROUD, inner, WITHIN * rim),
-        (PROUD - PLATE, inner + np.where(hole > 0, 1.0, 0.0)[:, None] * slant, WITHIN * rim - slant),
-    )
+    below = inner + np.where(hole > 0, 1.0, 0.0)[:, None] * slant
+    levels = ((PROUD, inner, WITHIN * rim), (PROUD - PLATE, below, WITHIN * rim - slant))
     flats = [(np.concatenate([low, high]) + middle, plane.offset + level) for level, low, high in levels]
-    points = np.concatenate(
-        [flat[:, :1] * side + flat[:, 1:] * plane.up + level * plane.normal for flat, level in flats]
-    )
+    placed = [flat[:, :1] * side + flat[:, 1:] * plane.up + level * plane.normal for flat, level in flats]
+    points = np.concatenate(placed)
     i, j = np.arange(n), np.roll(np.arange(n), -1)
     top = np.concatenate([np.stack([n + i, n + j, i], 1), np.stack([n + j, j, i], 1)])
     wall = np.concatenate([np.stack([n + i, 3 * n + i, n + j], 1), np.stack([n + j, 3 * n + i, 3 * n + j], 1)])
@@ -371,13 +342,11 @@ def _centroid(loop: Floats) -> Floats:
     """(2,) middle of the area within a loop."""
     after = np.roll(loop, -1, axis=0)
     share = loop[:, 0] * after[:, 1] - after[:, 0] * loop[:, 1]
-    found: Floats = ((loop + after) * share[:, None]).sum(axis=0) / (3 * share.sum())
-    return found
+    return np.asarray(((loop + after) * share[:, None]).sum(axis=0) / (3 * share.sum()))
 
 
 def _radius(loop: Floats, angle: Floats) -> Floats:
     """(N,) distance of a loop from the origin in directions, rad."""
     own = np.arctan2(loop[:, 1], loop[:, 0])
     order = np.argsort(own)
-    found: Floats = np.interp(angle, own[order], np.hypot(loop[:, 0], loop[:, 1])[order], period=2 * np.pi)
-    return found
+    return np.asarray(np.interp(angle, own[order], np.hypot(loop[:, 0], loop[:, 1])[order], period=2 * np.pi))

@@ -15,11 +15,9 @@ from casa_assets.ext.records import Vec2, Vec3
 from casa_assets.ext.solids import AssetBuilder, Solid, ball, box, circle, combine_masses, lathe, loft, prism, rod, tube
 from casa_assets.kitchenware.parts.decor import JarLid, jar
 
-# Opening --------------------------------------------------------------------------------------------------------------
-
 LID, LID_JOINT, LID_GRIP = "lid", "lid_joint", "lid_main"
 GRAVITY = 9.81
-# A lid stays where a hand lets go of it: its friction carries so many times its weight, and so much more, N. It is less
+# A lid stays where a hand leaves it: its friction carries a multiple of its weight, and a little more. That is less
 # than what holds a light jar down, so that a lid comes off a jar that nobody holds.
 CARRIED, LEAST_N = 1.15, 0.3
 # Beyond that, so much lifts it all the way in hand_dynamics.OPENS_IN_S, N.
@@ -31,10 +29,7 @@ EXTRA, LEAST_LIFT, MOST_LIFT = 0.02, 0.05, 0.16
 
 
 def lift_off(builder: AssetBuilder, width: float, most: float = MOST_LIFT) -> None:
-    """Let the link LID, on which all parts are already, slide up from a mouth.
-
-    width: of the mouth, metres. most: room above the lid, metres.
-    """
+    """Let the link LID, with all its parts, slide up from a mouth of a width; most: room above the lid, metres."""
     travel = round(min(max(width + EXTRA, LEAST_LIFT), most, MOST_LIFT), 3)
     mass = combine_masses(builder.links[LID].masses).mass
     start = LEAST_N + CARRIED * GRAVITY * mass
@@ -44,10 +39,7 @@ def lift_off(builder: AssetBuilder, width: float, most: float = MOST_LIFT) -> No
 
 
 def swing_up(builder: AssetBuilder, axis: Vec3, angle: float) -> None:
-    """Let the link LID, on which all parts are already, swing up about its origin.
-
-    axis: link frame; a right-handed turn about it opens. angle: of the turn, rad.
-    """
+    """Let the link LID, with all its parts, swing up round its origin, right-handed about an axis, by an angle, rad."""
     lid = combine_masses(builder.links[LID].masses)
     start = LEAST_N + CARRIED * GRAVITY * lid.mass
     lever = max(0.01, float(np.linalg.norm(lid.center - np.array(axis) * float(lid.center @ np.array(axis)))))
@@ -62,8 +54,6 @@ def _states(builder: AssetBuilder, end: float) -> None:
     builder.keyframe("closed")
     builder.keyframe("open", **{LID_JOINT: end})
 
-
-# Closures -------------------------------------------------------------------------------------------------------------
 
 AROUND = 28
 
@@ -86,8 +76,7 @@ COVERED: Mapping[Closure, float] = {
 }  # fmt: skip
 # What swings up on a hinge at its back; the others are lifted.
 HINGED = frozenset({Closure.FLIP, Closure.CLIP})
-# By how much what opens covers the neck, metres: its collision shapes lie above the mouth, and what is seen may reach a
-# little beyond them.
+# By how much what opens covers the neck, metres: it collides above the mouth, and is seen a little beyond.
 SKIRT = 0.003
 # How far down a crown cork reaches, metres: for good, and where it comes off. It is so flat that it would else have its
 # centre of mass below its collision shapes.
@@ -121,10 +110,7 @@ def loose_skirt(kind: Closure) -> float:
 
 
 def lowered(kind: Closure, height: float, room: float) -> float:
-    """How much lower a mouth ends under what comes off than under what is closed for good, metres.
-
-    height: of the closure. room: metres of neck that it may cover.
-    """
+    """How much lower, metres, a mouth ends below a closure that comes off; room: of the neck that it may cover."""
     return max(0.0, min((CROWN_DOWN if kind is Closure.CROWN else COVERED[kind] * height), room) - loose_skirt(kind))
 
 
@@ -244,8 +230,7 @@ def _ring(m: Mouth) -> list[Part]:
 
 def _flip(m: Mouth) -> list[Part]:
     low, high = _cover(m, COVERED[Closure.FLIP])
-    r = m.radius * m.wide + 0.001
-    seam = low + 0.55 * (high - low)
+    r, seam = m.radius * m.wide + 0.001, low + 0.55 * (high - low)
     foot = [(r, low), (r, seam - 0.0006), (r - 0.0008, seam - 0.0004)]
     head = [(r - 0.0008, seam + 0.0004), (r, seam + 0.0006)]
     head += [(0.97 * r, high - 0.003), (0.88 * r, high - 0.0008), (0.7 * r, high)]
@@ -307,10 +292,8 @@ def _spout(m: Mouth) -> list[Part]:
 
 def _ball(m: Mouth) -> list[Part]:
     r = m.radius * m.wide
-    return [
-        _turned([(0.9 * m.radius, m.z - 0.001), (m.radius, m.z + 0.003)], 20),
-        Part(ball(r, 12).translated(z=m.z + r)),
-    ]
+    neck = _turned([(0.9 * m.radius, m.z - 0.001), (m.radius, m.z + 0.003)], 20)
+    return [neck, Part(ball(r, 12).translated(z=m.z + r))]
 
 
 def _holes(m: Mouth) -> list[Part]:
@@ -358,9 +341,8 @@ def _loop(m: Mouth) -> list[Part]:
     r, rise = m.radius * m.wide + 0.001, 0.38 * m.height
     cap = [(r, low), (r, high - 0.002), (r - 0.002, high), (0.6 * r, high + 0.0008)]
     bar = np.array([(-0.0055, -0.002), (0.0055, -0.002), (0.0055, 0.002), (-0.0055, 0.002)])
-    arc = [
-        (0.8 * r * math.cos(t), 0.0, high - 0.003 + (rise + 0.001) * math.sin(t)) for t in np.linspace(0.0, math.pi, 11)
-    ]
+    turns = np.linspace(0.0, math.pi, 11)
+    arc = [(0.8 * r * math.cos(t), 0.0, high - 0.003 + (rise + 0.001) * math.sin(t)) for t in turns]
     loop = tube(arc, bar, up=(0.0, 1.0, 0.0)).with_hull_collider()
     body = lathe(cap, 32, 42.0)
     return [Part(body.with_colliders_of(rod(r, high - low).translated(z=(low + high) / 2))), Part(loop, True)]

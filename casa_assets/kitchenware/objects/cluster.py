@@ -55,7 +55,7 @@ class Cluster(Params):
 
 def build(builder: AssetBuilder, p: Cluster) -> None:
     """Build the asset: it rests on z = 0."""
-    rng = np.random.Generator(np.random.PCG64(p.seed))
+    rng = p.rng()
     pieces, stems = _BUILDS[p.build](p, rng)
     blades = _leaves(p, rng)
     lowest = min(float(s.points[:, 2].min()) for s in (*pieces, *stems, *blades))
@@ -125,8 +125,7 @@ def _florets(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[So
     heads, branches = [], []
     top = p.stem
     for k in range(p.count):
-        t = (k + 0.5) / p.count
-        tilt, angle = 1.45 * math.sqrt(t), k * GOLDEN_ANGLE + float(rng.uniform(-0.2, 0.2))
+        tilt, angle = 1.45 * math.sqrt((k + 0.5) / p.count), k * GOLDEN_ANGLE + float(rng.uniform(-0.2, 0.2))
         way = np.array([math.sin(tilt) * math.cos(angle), math.sin(tilt) * math.sin(angle), math.cos(tilt)])
         size = np.array([p.width - p.piece, p.width - p.piece, 2 * (p.length - p.stem) - p.piece]) / 2
         at = np.array([0.0, 0.0, top]) + way * size
@@ -171,8 +170,7 @@ def _knobs(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Soli
             side = 1.0 if k % 2 else -1.0
             way = np.array([rng.uniform(-0.5, 0.8), side, rng.uniform(-0.1, 0.25)])
             at, scale = np.array([x, side * 0.5 * (p.width - 0.6 * p.piece_length), 0.0]), 0.75
-        body = _body(p, MIDDLING, rng, scale * float(rng.uniform(0.85, 1.1)))
-        out.append(_pointing(body, way, at))
+        out.append(_pointing(_body(p, MIDDLING, rng, scale * float(rng.uniform(0.85, 1.1))), way, at))
     return out, []
 
 
@@ -182,8 +180,7 @@ def _bundle(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Sol
     for k in range(p.count):
         layer, place = divmod(k, row)
         y = (place + (0.5 * (layer % 2)) - (min(row, p.count) - 1) / 2) * 0.97 * p.piece
-        slide = float(rng.uniform(-0.03, 0.03)) * p.piece_length
-        at = np.array([slide, y, (0.5 + 0.8 * layer) * p.piece])
+        at = np.array([(float(rng.uniform(-0.03, 0.03)) * p.piece_length), y, (0.5 + 0.8 * layer) * p.piece])
         out.append(_pointing(_body(p, LONG, rng, float(rng.uniform(0.95, 1.0))), np.array([1.0, 0.0, 0.0]), at))
     return out, []
 
@@ -216,7 +213,7 @@ def _stalks(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Sol
         turn = 2 * math.pi * k / min(p.count, 6) + (0.5 if inner else 0.0) + float(rng.uniform(-0.15, 0.15))
         size, long = float(rng.uniform(0.85, 1.1)) * (0.75 if inner else 1.0), float(rng.uniform(0.85, 1.0)) * p.length
         reach = 0.0 if p.count == 1 else (0.25 if inner else 0.5) * (p.width - p.piece)
-        # A stalk of its own lies on its back.
+        # A single stalk lies on its back.
         turn = -math.pi / 2 if p.count == 1 else turn
         out.append(_stalk(p, long, size, reach).rotated("x", turn - math.pi / 2))
         end = np.array([long, 0.0, reach + 0.1 * p.piece])

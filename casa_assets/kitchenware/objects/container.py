@@ -19,7 +19,7 @@ from casa_assets.kitchenware.objects import closures
 from casa_assets.kitchenware.objects.closed_surface import run_along
 from casa_assets.kitchenware.objects.closures import COVERED, HINGED, LID, LID_GRIP, Closure, Mouth, Part
 
-# Points round a section: four on the axes and so many in each corner.
+# Points round a section: four on the axes, and those in each corner.
 CORNER = 7
 AROUND = 4 * (CORNER + 1)
 
@@ -27,8 +27,7 @@ AROUND = 4 * (CORNER + 1)
 def rounded_outline(points: Sequence[Vec3]) -> list[Vec2]:
     """Points (radius, height) of an outline whose corners are rounded, with four points per right angle.
 
-    points: (radius, height, radius of the corner) from the foot to the mouth, metres. A corner takes at most half of
-    each of the two pieces that meet in it.
+    points: (radius, height, radius of the corner) from the foot up, metres; a corner takes at most half of a piece.
     """
     line = [np.array(p[:2]) for p in points]
     out: list[Vec2] = [(float(line[0][0]), float(line[0][1]))]

@@ -55,8 +55,7 @@ def head_leaves(
     out = []
     for k, turn in enumerate(golden_angles(count)):
         layer = (k + 1) / count
-        long = reach * float(rng.uniform(0.82, 1.0)) * (1.0 - 0.18 * layer)
-        place = 0.04 + (long - 0.04) * v
+        place = 0.04 + ((reach * float(rng.uniform(0.82, 1.0)) * (1.0 - 0.18 * layer)) - 0.04) * v
         half = float(rng.uniform(0.95, 1.25)) * np.maximum(np.sin(np.pi * (0.12 + 0.78 * v)), 0.25) ** 0.6
         # Where the body is thin the leaf does not reach round it.
         angle = turn + u * half
@@ -176,7 +175,7 @@ class Produce(Params):
 
 def build(builder: AssetBuilder, p: Produce) -> None:
     """Build the asset: it rests on z = 0."""
-    rng = np.random.Generator(np.random.PCG64(p.seed))
+    rng = p.rng()
     profile = np.array(p.profile) * (p.width / 2, p.length)
     around, along = FINE if p.lobes >= MANY_LOBES or (p.wraps and p.wrap_skin is None) else COARSE
     body = turned(smooth_profile([(float(r), float(z)) for r, z in profile], along), around)
@@ -198,8 +197,7 @@ def build(builder: AssetBuilder, p: Produce) -> None:
     if p.wrap_skin is not None and p.wraps:
         curve = smooth_profile([(float(r), float(z)) for r, z in profile], along)
         # The leaves clear the bumps of the head.
-        clear = 0.02 + p.bumps
-        sheets = head_leaves(curve, p.wraps, p.wrap_depth, p.wrap_ruffle, p.wrap_reach, clear, rng)
+        sheets = head_leaves(curve, p.wraps, p.wrap_depth, p.wrap_ruffle, p.wrap_reach, 0.02 + p.bumps, rng)
         leaves = concatenate(sheets)
         leaves = replace(leaves, points=_laid(leaves.points, p) - (0.0, 0.0, lowest))
         builder.add(ROOT, leaves.with_hull_collider(), p.wrap_skin, label="leaf", name="leaves", density="plant_leaf")
@@ -212,7 +210,7 @@ def build(builder: AssetBuilder, p: Produce) -> None:
         grown = concatenate([part.without_colliders() for part in parts])
         points = _laid(bent(grown.points, p.bend, p.bend_start, span), p) - (0.0, 0.0, lowest)
         grown = replace(grown, points=points)
-        # What hardly stands out needs no shape of its own.
+        # What hardly projects needs no shape.
         far = float(np.abs(points - np.clip(points, *body.bounds)).max())
         builder.add(ROOT, grown.with_hull_collider(), finish, label=label, collider=far > MIN_OUT, density="plant_leaf")
 
@@ -259,8 +257,7 @@ def _build_portion(builder: AssetBuilder, p: Produce, body: Solid, rng: np.rando
 def _planes(p: Produce, at: float, heart: float) -> list[Plane]:
     """The planes that cut a body about the z axis.
 
-    at: height of a cut across the axis, or of the middle of a slice, m. heart: height about which the pictures of faces
-    along the axis lie, m.
+    at: height of a level cut, or of the middle of a slice, m. heart: about which pictures of upright faces lie, m.
     """
     middle = np.array([0.0, 0.0, heart])
     match p.portion:
@@ -302,8 +299,7 @@ def _laid(points: Floats, p: Produce) -> Floats:
     radius = (1.0 - p.bend_start) / p.bend
     ends = p.bend_start + radius * math.sin(p.bend), radius * (1.0 - math.cos(p.bend))
     along, across = np.array(ends) / math.hypot(*ends)
-    turned_back: Floats = laid @ np.array([[along, -across, 0.0], [across, along, 0.0], [0.0, 0.0, 1.0]])
-    return turned_back
+    return np.asarray(laid @ np.array([[along, -across, 0.0], [across, along, 0.0], [0.0, 0.0, 1.0]]))
 
 
 def _shaped(points: Floats, p: Produce, rng: np.random.Generator) -> Floats:

@@ -15,25 +15,9 @@ from casa_assets.ext.arrays import Floats
 from casa_assets.ext.families import FinishId, Params
 from casa_assets.ext.records import Portion, Vec2
 from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, prism, tube
-from casa_assets.kitchenware.objects.bodies import (
-    CREASE,
-    Piece,
-    Surface,
-    dome,
-    flat_foot,
-    hull_of,
-    joined,
-    long_body,
-    outline_of_food,
-    plain,
-    ridge,
-    ring_body,
-    seen_from_above,
-    smooth_noise,
-    strewn,
-    superellipse,
-)
+from casa_assets.kitchenware.objects import food
 from casa_assets.kitchenware.objects.closed_surface import bumped, ellipsoid, lobed, sheet, smooth_profile, turned
+from casa_assets.kitchenware.objects.food import Piece
 
 Metres = Annotated[float, Field(gt=0, le=0.6)]
 Thin = Annotated[float, Field(ge=0, le=0.08)]
@@ -126,51 +110,48 @@ def build(builder: AssetBuilder, p: Stacked) -> None:
     """Build the asset: it rests on z = 0."""
     if p.opening < 360:
         builder.portion = Portion.PIECE if p.opening > 180 else Portion.WEDGE
-    rng = np.random.Generator(np.random.PCG64(p.seed))
-    made = _BUILDERS[p.build](p, rng)
+    made = _BUILDERS[p.build](p, p.rng())
     low = min(float(s.points[:, 2].min()) for group in made.hulls for s in group)
     for parts, density in ((made.parts, p.density), (made.light, 0.0)):
         for finish in dict.fromkeys(finish for _, finish in parts):
-            whole = joined([s for s, f in parts if f == finish]).translated(z=-low)
+            whole = food.joined([s for s, f in parts if f == finish]).translated(z=-low)
             label = finish.removeprefix("skin_").removeprefix("dish_")
             builder.add(ROOT, whole, finish, label=label, collider=False, density=density)
     for k, group in enumerate(made.hulls):
         name = "body" if k == 0 else None
-        builder.add_collider(ROOT, hull_of(*group).translated(z=-low), made.parts[0][1], "body", name)
+        builder.add_collider(ROOT, food.hull_of(*group).translated(z=-low), made.parts[0][1], "body", name)
 
 
 def _toppings(p: Stacked, on: Solid, rng: np.random.Generator, steep: float = 0.4) -> list[Part]:
     finishes = [f for f in (p.topping_finish, p.topping_finish_2, p.topping_finish_3) if f is not None]
-    pieces = strewn(on, p.topping, p.topping_count, p.topping_size, rng, steep=steep)
-    return [(plain(piece), finishes[k % len(finishes)]) for k, piece in enumerate(pieces)]
-
-
-# Towers -------------------------------------------------------------------------------------------------------------
+    pieces = food.strewn(on, p.topping, p.topping_count, p.topping_size, rng, steep=steep)
+    return [(food.plain(piece), finishes[k % len(finishes)]) for k, piece in enumerate(pieces)]
 
 
 def _tower(p: Stacked, rng: np.random.Generator) -> Composed:
-    outline = outline_of_food(p.outline, p.length, p.width, p.square)
+    outline = food.outline_of_food(p.outline, p.length, p.width, p.square)
     parts: list[Part] = []
     light: list[Part] = []
     z = 0.0
     for filling in p.layers:
         if filling in (Filling.BASE, Filling.CROWN, Filling.SLICE):
             height = p.height if filling is Filling.CROWN else p.base_height
-            bread = dome(outline, {Filling.BASE: _BASE, Filling.CROWN: _CROWN, Filling.SLICE: _FLAT}[filling], height)
-            bread = replace(bread, points=flat_foot(bumped(bread.points, 0.012, 1.0, rng), 0.01)).translated(z=z)
+            profile = {Filling.BASE: _BASE, Filling.CROWN: _CROWN, Filling.SLICE: _FLAT}[filling]
+            bread = food.dome(outline, profile, height)
+            bread = replace(bread, points=food.flat_foot(bumped(bread.points, 0.012, 1.0, rng), 0.01)).translated(z=z)
             parts.append((bread, p.skin))
             z += height - 0.0006
             if filling is Filling.CROWN:
                 light += _toppings(p, bread, rng)
             continue
         if filling is Filling.PATTY:
-            patty = dome(outline * 1.01, _FLAT, p.patty_height)
+            patty = food.dome(outline * 1.01, _FLAT, p.patty_height)
             patty = replace(patty, points=bumped(patty.points, 0.05, 3.0, rng)).translated(z=z)
             parts.append((patty, p.meat))
             z += p.patty_height - 0.001
             continue
         thickness, reach, finish = _LAYERS[filling]
-        parts += [(plain(s).translated(z=z), finish) for s in _layer(p, filling, outline * reach, thickness, rng)]
+        parts += [(food.plain(s).translated(z=z), finish) for s in _layer(p, filling, outline * reach, thickness, rng)]
         z += thickness - 0.0006
     return Composed(parts, [[s for s, _ in parts]], light)
 
@@ -187,7 +168,7 @@ def _layer(p: Stacked, filling: Filling, outline: Floats, thickness: float, rng:
             points = np.stack([x, y, thickness / 2 - 1.1 * hang], axis=2)
             return [sheet(points, thickness).rotated("z", float(rng.uniform(0, 1.57)))]
         case Filling.LETTUCE | Filling.HAM | Filling.EGG:
-            disc = dome(outline, _FLAT, thickness, 11)
+            disc = food.dome(outline, _FLAT, thickness, 11)
             angle = np.arctan2(disc.points[:, 1], disc.points[:, 0])
             share = np.hypot(disc.points[:, 0], disc.points[:, 1]) / reach
             waves = int(rng.integers(8, 11)) if filling is Filling.LETTUCE else int(rng.integers(3, 6))
@@ -207,47 +188,43 @@ def _layer(p: Stacked, filling: Filling, outline: Floats, thickness: float, rng:
                 way = np.array([math.cos(turn), math.sin(turn)])
                 edge = float((outline @ way).max()) - size / 2
                 if filling in (Filling.ONION, Filling.ONION_RED):
-                    part = ring_body(size, thickness, 0.72 * size, 3.0, 20, 6).translated(z=thickness / 2)
+                    part = food.ring_body(size, thickness, 0.72 * size, 3.0, 20, 6).translated(z=thickness / 2)
                 else:
-                    part = dome(superellipse(size, size, count=24), _FLAT, thickness, 7)
+                    part = food.dome(food.superellipse(size, size, count=24), _FLAT, thickness, 7)
                 x, y = edge * way
                 out.append(part.translated(float(x), float(y), 0.0003 * k))
             return out
         case _:
-            disc = dome(outline, _FLAT, thickness, 9)
-            wander = 1.0 + 0.04 * smooth_noise(disc.points[:, :2], 40.0, rng)
+            disc = food.dome(outline, _FLAT, thickness, 9)
+            wander = 1.0 + 0.04 * food.smooth_noise(disc.points[:, :2], 40.0, rng)
             return [replace(disc, points=disc.points * np.column_stack([wander, wander, np.ones(len(wander))]))]
-
-
-# Filled bread -------------------------------------------------------------------------------------------------------
 
 
 def _bun(p: Stacked, rng: np.random.Generator) -> Composed:
     loaf = ((0, 0), (0.5, 0.01), (0.85, 0.06), (1, 0.18), (1, 0.5), (1, 0.82), (0.85, 0.94), (0.5, 0.99), (0, 1))
     link = ((0, 0), (0.5, 0.012), (0.85, 0.045), (1, 0.12), (1, 0.5), (1, 0.88), (0.85, 0.955), (0.5, 0.988), (0, 1))
-    bun_length = 0.9 * p.length
-    thick = 0.42 * p.width
+    bun_length, thick = 0.9 * p.length, 0.42 * p.width
     halves = []
     for side in (-1, 1):
-        half = long_body(loaf, bun_length, thick, 0.72 * p.height, square_top=2.4, square=2.4, along=19, around=20)
+        half = food.long_body(loaf, bun_length, thick, 0.72 * p.height, square_top=2.4, square=2.4, along=19, around=20)
         half = half.rotated("x", -0.28 * side).translated(0.0, side * 0.29 * p.width, 0.4 * p.height)
         halves.append(half)
-    base = long_body(loaf, 0.97 * bun_length, 0.8 * p.width, 0.4 * p.height, square=3.0, along=15, around=16)
-    bread = [
-        replace(s, points=bumped(s.points, 0.012, 1.5, rng)) for s in (*halves, base.translated(z=0.21 * p.height))
-    ]
+    base = food.long_body(loaf, 0.97 * bun_length, 0.8 * p.width, 0.4 * p.height, square=3.0, along=15, around=16)
+    loaves = (*halves, base.translated(z=0.21 * p.height))
+    bread = [replace(s, points=bumped(s.points, 0.012, 1.5, rng)) for s in loaves]
     size = 0.46 * p.width
-    sausage = long_body(link, p.length, size, size, along=23, around=20)
+    sausage = food.long_body(link, p.length, size, size, along=23, around=20)
     bow = 0.06 * size * np.cos(np.pi * sausage.points[:, 0] / p.length)
     points = sausage.points + np.column_stack([0 * bow, 0 * bow, bow])
     sausage = replace(sausage, points=points).translated(z=p.height - size / 2 - 0.003)
     parts: list[Part] = [(s, p.skin) for s in bread] + [(sausage, p.meat)]
     light: list[Part] = []
-    surface = Surface(sausage)
+    surface = food.Surface(sausage)
     t = np.linspace(-0.42, 0.42, 6 * p.count + 1)
     swing = 0.16 * size * np.sin(2 * np.pi * p.count * (t + 0.42) / 0.84) if p.count > 1 else 0.0 * t
     if p.third:
-        light.append((plain(ridge(surface, np.column_stack([t * p.length, swing]), 0.0055, 0.005, False)), p.third))
+        sauce = food.ridge(surface, np.column_stack([t * p.length, swing]), 0.0055, 0.005, False)
+        light.append((food.plain(sauce), p.third))
     light += _toppings(p, sausage, rng, 0.75)
     return Composed(parts, [[*bread, sausage, *(s for s, _ in light)]], light)
 
@@ -264,14 +241,14 @@ def _shell(p: Stacked, rng: np.random.Generator) -> Composed:
     y = np.sign(along) * (gap * np.sin(bow) + rest * math.cos(lean))
     z = gap * (1 - np.cos(bow)) + rest * math.sin(lean)
     grid = np.stack([np.broadcast_to(s, y.shape), y, z], axis=2)
-    grid[..., 2] += 0.0015 * smooth_noise(grid.reshape(-1, 3), 30.0, rng).reshape(n, m)
+    grid[..., 2] += 0.0015 * food.smooth_noise(grid.reshape(-1, 3), 30.0, rng).reshape(n, m)
     grid[..., 2] = np.maximum(grid[..., 2], 0.002)
     shell = sheet(grid, 0.0028)
     fill_profile = ((0, 0), (0.3, 0.02), (0.75, 0.14), (1, 0.35), (1, 0.65), (0.75, 0.86), (0.3, 0.98), (0, 1))
-    heart = long_body(fill_profile, 0.94 * p.length, 1.7 * gap, 1.5 * p.height * 0.86, along=25, around=20)
+    heart = food.long_body(fill_profile, 0.94 * p.length, 1.7 * gap, 1.5 * p.height * 0.86, along=25, around=20)
     points = bumped(heart.points, 0.05, 3.0, rng)
     points[:, 2] = np.maximum(points[:, 2], -0.25 * p.height)
-    heart = plain(replace(heart, points=points)).translated(z=0.93 * p.height - float(points[:, 2].max()))
+    heart = food.plain(replace(heart, points=points)).translated(z=0.93 * p.height - float(points[:, 2].max()))
     low = 0.0045
     x, y, z = heart.points.T
     z = np.maximum(z, low)
@@ -280,16 +257,16 @@ def _shell(p: Stacked, rng: np.random.Generator) -> Composed:
     heart = replace(heart, points=np.column_stack([x, y, z]))
     parts: list[Part] = [(shell, p.skin), (heart, p.meat)]
     light: list[Part] = []
-    chips = strewn(heart, Piece.CHIP, 12, CHIP_M, rng, steep=0.35, above=0.55, sunk=0.3, apart=0.6)
-    light += [(plain(s), p.second) for s in chips]
+    chips = food.strewn(heart, Piece.CHIP, 12, CHIP_M, rng, steep=0.35, above=0.55, sunk=0.3, apart=0.6)
+    light += [(food.plain(s), p.second) for s in chips]
     for finish, kind, size, count in (
         (p.third, Piece.SHRED, 0.03, 34),
         (p.topping_finish, p.topping, p.topping_size, p.topping_count),
     ):
-        more = strewn(heart, kind, count, size, rng, steep=0.35, above=0.55, sunk=0.3, apart=0.6)
+        more = food.strewn(heart, kind, count, size, rng, steep=0.35, above=0.55, sunk=0.3, apart=0.6)
         # What is flat lies beside the chips: the upper sides of two that meet would lie in one plane.
         clear = 0.0 if kind is Piece.SHRED else 0.5 * (CHIP_M + size)
-        light += [(plain(s), finish) for s in more if _distance(s, chips) >= clear]
+        light += [(food.plain(s), finish) for s in more if _distance(s, chips) >= clear]
     return Composed(parts, [[shell, heart, *(s for s, _ in light)]], light)
 
 
@@ -297,9 +274,6 @@ def _distance(solid: Solid, others: Sequence[Solid]) -> float:
     """How far the middle of a solid is from that of the nearest other, metres."""
     middle = solid.points.mean(axis=0)
     return min((float(np.linalg.norm(other.points.mean(axis=0) - middle)) for other in others), default=math.inf)
-
-
-# On a stick ---------------------------------------------------------------------------------------------------------
 
 
 def _skewer(p: Stacked, rng: np.random.Generator) -> Composed:
@@ -310,18 +284,16 @@ def _skewer(p: Stacked, rng: np.random.Generator) -> Composed:
     parts: list[Part] = []
     for number, (filling, (length, across, finish)) in enumerate(zip(p.layers, spans, strict=True)):
         size = scale * length * p.width
-        wide = across * p.width
-        piece = _on_stick(filling, size, wide, rng).translated(x=x + size / 2)
+        piece = _on_stick(filling, size, across * p.width, rng).translated(x=x + size / 2)
         points = piece.points.copy()
         # Flat where they lie; neighbours reach into each other, and two flats in one plane would flicker.
         points[:, 2] = np.maximum(points[:, 2], -0.42 * p.width + FLAT_STEP * (number % 2))
-        parts.append(
-            (plain(replace(piece, points=points)) if finish else replace(piece, points=points), finish or p.meat)
-        )
+        piece = replace(piece, points=points)
+        parts.append((food.plain(piece) if finish else piece, finish or p.meat))
         x += size
     reach = scale * total * p.width / 2
     stick = tube([(-reach - 0.3 * p.stick, 0.0, 0.0), (reach + p.stick, 0.0, 0.0)], 0.0017)
-    return Composed([*parts, (plain(stick), p.stick_finish)], [([s for s, _ in parts]), [stick]], [])
+    return Composed([*parts, (food.plain(stick), p.stick_finish)], [([s for s, _ in parts]), [stick]], [])
 
 
 def _on_stick(filling: Filling, size: float, wide: float, rng: np.random.Generator) -> Solid:
@@ -329,21 +301,21 @@ def _on_stick(filling: Filling, size: float, wide: float, rng: np.random.Generat
     spin = float(rng.uniform(0, 6.28))
     if filling is Filling.PATTY:
         profile = ((0, 0), (0.5, 0.01), (0.85, 0.05), (1, 0.15), (0.96, 0.4), (1, 0.6), (1, 0.85), (0.85, 0.95), (0, 1))
-        body = long_body(profile, 1.04 * size, wide, 0.86 * wide, around=20, along=27)
+        body = food.long_body(profile, 1.04 * size, wide, 0.86 * wide, around=20, along=27)
         return replace(body, points=bumped(body.points, 0.05, 3.0, rng))
     if filling is Filling.MEAT:
-        block = dome(superellipse(wide, wide, 4.0, 28), _FLAT, size * 1.06, 11).translated(z=-0.53 * size)
+        block = food.dome(food.superellipse(wide, wide, 4.0, 28), _FLAT, size * 1.06, 11).translated(z=-0.53 * size)
         block = block.rotated("y", math.pi / 2).rotated("x", spin)
         return replace(block, points=bumped(block.points, 0.09, 1.2, rng))
     if filling is Filling.TOMATO:
         return ellipsoid((1.1 * size, wide, wide), 20, 13)
     if filling is Filling.MUSHROOM:
         line = [(0, 0), (0.35, 0), (0.35, 0.4), (0.9, 0.42), (1, 0.55), (0.8, 0.85), (0.4, 1), (0, 1)]
-        cap = turned(smooth_profile([(float(r), z) for r, z in line], 15), 20, CREASE)
+        cap = turned(smooth_profile([(float(r), z) for r, z in line], 15), 20, food.CREASE)
         cap = replace(cap, points=cap.points * (wide / 2, wide / 2, size))
         return cap.translated(z=-size / 2).rotated("y", math.pi / 2)
     power = 2.0 if filling is Filling.CUCUMBER else 3.0
-    flat = dome(superellipse(wide, wide * (1.0 if power == 2.0 else 0.85), power, 24), _FLAT, 0.8 * size, 9)
+    flat = food.dome(food.superellipse(wide, wide * (1.0 if power == 2.0 else 0.85), power, 24), _FLAT, 0.8 * size, 9)
     points = flat.points.copy()
     if filling is not Filling.CUCUMBER:  # layers of an onion and walls of a pepper are curved
         points[:, 2] += 0.35 * size * (1 - 8 * (points[:, 0] / wide) ** 2 / 2)
@@ -351,13 +323,10 @@ def _on_stick(filling: Filling, size: float, wide: float, rng: np.random.Generat
     return flat.rotated("y", math.pi / 2).rotated("x", spin)
 
 
-# Sweet things -------------------------------------------------------------------------------------------------------
-
-
 def _sector(radius: float, opening: float, inner: float = 0.0) -> Floats:
     """Outline of a disc, or of the part of it about +y that is left, degrees; `inner` is cut out round the middle."""
     if opening >= 360:
-        return superellipse(2 * radius, 2 * radius, count=64)
+        return food.superellipse(2 * radius, 2 * radius, count=64)
     half = math.radians(opening / 2)
     turns = math.pi / 2 + np.linspace(-half, half, max(9, round(opening / 5.5)))
     arc = radius * np.stack([np.cos(turns), np.sin(turns)], axis=1)
@@ -374,18 +343,18 @@ def _cake(p: Stacked, rng: np.random.Generator) -> Composed:
     parts: list[Part] = []
     z = 0.0
     for k in range(p.count):
-        parts.append((plain(prism(inside, p.base_height, 0.0).translated(z=z)), p.skin))
+        parts.append((food.plain(prism(inside, p.base_height, 0.0).translated(z=z)), p.skin))
         z += p.base_height
         if k < p.count - 1:
             # A cut leaves the cream a trifle behind the sponge.
-            parts.append((plain(prism(inside * 0.9985, cream, 0.0).translated(z=z)), p.second))
+            parts.append((food.plain(prism(inside * 0.9985, cream, 0.0).translated(z=z)), p.second))
             z += cream
     top = prism(_sector(radius, p.opening) * 0.999, coat, 0.0012).translated(z=z)
     if p.opening >= 360:
         wall = prism(_sector(radius, 360), z + 0.5 * coat, 0.001, holes=[_sector(radius - coat, 360)])
     else:
         wall = prism(_sector(radius, p.opening, radius - coat), z + 0.5 * coat, 0.0)
-    parts += [(plain(top), p.third), (plain(wall), p.third)]
+    parts += [(food.plain(top), p.third), (food.plain(wall), p.third)]
     z += coat
     solids = [s for s, _ in parts]
     light = _toppings(p, top, rng, 0.9)
@@ -393,18 +362,17 @@ def _cake(p: Stacked, rng: np.random.Generator) -> Composed:
     start = math.pi / 2 - whole / 2
     roses = max(1, round(8 * p.opening / 360)) if p.turns > 0 else 0
     for k in range(roses):
-        turn = start + whole * (k + 0.5) / roses
-        size = 0.15 * radius + 0.004
+        turn, size = start + whole * (k + 0.5) / roses, 0.15 * radius + 0.004
         x, y = 0.76 * radius * math.cos(turn), 0.76 * radius * math.sin(turn)
         rose = _swirl(size, 0.9 * size, 0.18, 2.0, fine=False).translated(x, y, z - 0.001)
-        parts.append((plain(rose), p.second))
+        parts.append((food.plain(rose), p.second))
         solids.append(rose)
         # Nothing is strewn below a rosette: flat sides of both might lie in one plane.
         at = np.array([math.cos(turn), math.sin(turn)]) * 0.76 * radius
         light = [(s, f) for s, f in light if np.linalg.norm(s.points[:, :2] - at, axis=1).min() > size]
         if p.cherry > 0:
             ball = ellipsoid((p.cherry,) * 3, 14, 9).translated(x, y, z + 0.8 * size)
-            light.append((plain(ball), p.cherry_finish))
+            light.append((food.plain(ball), p.cherry_finish))
             solids.append(ball)
     # A cake with a piece missing has one hull to each half, so that the gap stays open.
     if 180 < p.opening < 360:
@@ -426,25 +394,24 @@ def _swirl(radius: float, height: float, ripple: float, turns: float, fine: bool
 
 
 def _cup(p: Stacked, rng: np.random.Generator) -> Composed:
-    radius = p.length / 2
-    height = p.base_height
+    radius, height = p.length / 2, p.base_height
     line = [(0.0, 0.0), (0.7, 0.0), (0.72, 0.02), (0.86, 0.5), (0.985, 0.98), (0.96, 1.0), (0.5, 1.0), (0.0, 1.0)]
     cup = turned(np.array(line), 80, 40.0)
     cup = replace(cup, points=lobed(cup.points * (0.93 * radius, 0.93 * radius, height), 20, 0.06, 1.0, 0.0))
     profile = [(0, 0), (0.8, 0), (0.97, 0.2), (1, 0.42), (0.85, 0.75), (0.5, 0.95), (0, 1)]
-    cake = dome(superellipse(2 * radius, 2 * radius, count=36), profile, 0.45 * radius, 11)
+    cake = food.dome(food.superellipse(2 * radius, 2 * radius, count=36), profile, 0.45 * radius, 11)
     cake = replace(cake, points=bumped(cake.points, 0.03, 2.0, rng)).translated(z=height - 0.1 * radius)
-    parts: list[Part] = [(plain(cup), p.third), (plain(cake), p.skin)]
+    parts: list[Part] = [(food.plain(cup), p.third), (food.plain(cake), p.skin)]
     top = cake
     if p.ripple > 0:
         top = _swirl(0.95 * radius, p.height - height - 0.15 * radius, p.ripple, p.turns)
         top = top.translated(z=height + 0.12 * radius)
-        parts.append((plain(top), p.second))
+        parts.append((food.plain(top), p.second))
     light = _toppings(p, top, rng, 0.1)
     solids = [s for s, _ in parts]
     if p.cherry > 0:
         ball = ellipsoid((p.cherry,) * 3, 16, 11).translated(z=float(top.points[:, 2].max()) + 0.2 * p.cherry)
-        parts.append((plain(ball), p.cherry_finish))
+        parts.append((food.plain(ball), p.cherry_finish))
         solids.append(ball)
     return Composed(parts, [[cup], solids[1:]], light)
 
@@ -471,7 +438,7 @@ def _cone(p: Stacked, rng: np.random.Generator) -> Composed:
         ball = turned(smooth_profile(SCOOP, 21), 30, 70.0)
         size = radius * 0.94**k
         points = bumped(ball.points * (size, size, 1.8 * size), 0.035, 3.0, rng)
-        ball = plain(replace(ball, points=points)).translated(z=z - 0.6 * size)
+        ball = food.plain(replace(ball, points=points)).translated(z=z - 0.6 * size)
         parts.append((ball, ices[k]))
         z += 1.2 * size
         if k == p.count - 1 or k == 2:
@@ -479,7 +446,7 @@ def _cone(p: Stacked, rng: np.random.Generator) -> Composed:
             if p.cherry > 0:
                 peak = float(ball.points[:, 2].max())
                 cherry = ellipsoid((p.cherry,) * 3, 14, 9).translated(z=peak + 0.25 * p.cherry)
-                light.append((plain(cherry), p.cherry_finish))
+                light.append((food.plain(cherry), p.cherry_finish))
     turn = -(math.pi / 2 - math.asin(min(0.9, 1.02 * radius / middle)))
     parts = [(s.rotated("y", turn), f) for s, f in parts]
     light = [(s.rotated("y", turn), f) for s, f in light]
@@ -499,49 +466,47 @@ def _bar(p: Stacked, rng: np.random.Generator) -> Composed:
             [(w, y) for y in np.linspace(-0.9 * h, h - arch, 6)[:-1]],
         ]
     )
-    body = dome(outline, ((0, 0), (0.78, 0), (0.94, 0.12), (1, 0.5), (0.94, 0.88), (0.78, 1), (0, 1)), p.height, 13)
-    body = seen_from_above(replace(body, points=flat_foot(bumped(body.points, 0.008, 2.0, rng), 0.02)))
+    profile = ((0, 0), (0.78, 0), (0.94, 0.12), (1, 0.5), (0.94, 0.88), (0.78, 1), (0, 1))
+    body = food.dome(outline, profile, p.height, 13)
+    body = food.seen_from_above(replace(body, points=food.flat_foot(bumped(body.points, 0.008, 2.0, rng), 0.02)))
     corners = [(-0.005, -h - p.stick), (0.005, -h - p.stick), (0.005, -0.6 * h), (-0.005, -0.6 * h)]
     stick = prism(np.array(corners), 0.0022, 0.0004).translated(z=p.height / 2)
-    parts: list[Part] = [(body, p.skin), (plain(stick), p.stick_finish)]
+    parts: list[Part] = [(body, p.skin), (food.plain(stick), p.stick_finish)]
     parts = [(s.rotated("z", math.pi / 2), f) for s, f in parts]
     return Composed(parts, [[parts[0][0]], [parts[1][0]]], [])
-
-
-# Sushi --------------------------------------------------------------------------------------------------------------
 
 
 def _nigiri(p: Stacked, rng: np.random.Generator) -> Composed:
     """A roll of rice under a slice that bends over its ends, with or without a band of seaweed."""
     profile = ((0, 0), (0.55, 0.01), (0.88, 0.07), (1, 0.22), (1, 0.5), (1, 0.78), (0.88, 0.93), (0.55, 0.99), (0, 1))
     size = (0.88 * p.length, 0.86 * p.width, (0.7 * p.height))
-    rice = long_body(profile, *size, square=3.0, square_top=2.4, along=23, around=24)
-    rice = replace(rice, points=flat_foot(bumped(rice.points, 0.03, 4.0, rng), 0.05))
+    rice = food.long_body(profile, *size, square=3.0, square_top=2.4, along=23, around=24)
+    rice = replace(rice, points=food.flat_foot(bumped(rice.points, 0.03, 4.0, rng), 0.05))
     top = float(rice.points[:, 2].max())
     s, t = np.meshgrid(np.linspace(-1, 1, 21), np.linspace(-1, 1, 11), indexing="ij")
     x, y = 0.5 * p.length * s + 0.03 * p.width * t, 0.5 * p.width * t * (1.0 - 0.12 * np.abs(s) ** 4 - 0.06 * s)
     z = top + 0.14 * p.height - 0.3 * p.height * np.abs(s) ** 3 - 0.3 * p.height * np.abs(t) ** 2.6
-    z += 0.01 * p.height * smooth_noise(np.stack([x.ravel(), y.ravel()], axis=1), 60.0, rng).reshape(z.shape)
+    z += 0.01 * p.height * food.smooth_noise(np.stack([x.ravel(), y.ravel()], axis=1), 60.0, rng).reshape(z.shape)
     slice_ = sheet(np.stack([x, y, z], axis=2), 0.3 * p.height * (1 - 0.3 * np.abs(t)))
     parts: list[Part] = [(rice, p.second), (slice_, p.meat)]
     if p.band:
         strip = ((0, 0), (0.98, 0.001), (1, 0.1), (1, 0.9), (0.98, 0.999), (0, 1))
         size = (0.011, 1.02 * p.width, 1.04 * p.height)
-        band = long_body(strip, *size, square=3.5, square_top=2.6, along=9, around=32)
+        band = food.long_body(strip, *size, square=3.5, square_top=2.6, along=9, around=32)
         # The band runs below the rice, or their undersides would lie in one plane.
         floor, roof = float(rice.points[:, 2].min()) - 0.0004, float(slice_.points[:, 2].max()) + 0.0006
         span = np.ptp(band.points[:, 2])
         points = band.points.copy()
         points[:, 2] = floor + (points[:, 2] - points[:, 2].min()) / span * (roof - floor)
-        parts.append((plain(replace(band, points=points)), p.skin))
+        parts.append((food.plain(replace(band, points=points)), p.skin))
     return Composed(parts, [[s for s, _ in parts]], [])
 
 
 def _maki(p: Stacked, rng: np.random.Generator) -> Composed:
     rim = ((0, 0), (0.93, 0), (0.99, 0.04), (1, 0.3), (1, 0.7), (0.99, 0.96), (0.93, 1), (0, 1))
-    outline = superellipse(p.length, p.width, p.square, 40)
-    outer = dome(outline, rim, p.height)
-    rice = dome(outline * 0.92, rim, p.height + 0.0016).translated(z=-0.0008)
+    outline = food.superellipse(p.length, p.width, p.square, 40)
+    outer = food.dome(outline, rim, p.height)
+    rice = food.dome(outline * 0.92, rim, p.height + 0.0016).translated(z=-0.0008)
     parts: list[Part] = [(replace(outer, points=bumped(outer.points, 0.01, 2.0, rng)), p.skin)]
     parts.append((rice, p.second))
     hearts = [f for f in (p.meat, p.third, p.topping_finish) if f][: p.count]
@@ -550,12 +515,12 @@ def _maki(p: Stacked, rng: np.random.Generator) -> Composed:
         turn = 2 * math.pi * k / len(hearts) + 0.5
         off = 0.0 if len(hearts) == 1 else 0.17 * p.length
         size = (0.42 if len(hearts) == 1 else 0.28) * p.length
-        heart = dome(superellipse(size, 0.85 * size, 3.0, 20), rim, p.height + 0.003, 9).rotated("z", turn)
-        light.append((plain(heart).translated(off * math.cos(turn), off * math.sin(turn), -0.0015), finish))
+        heart = food.dome(food.superellipse(size, 0.85 * size, 3.0, 20), rim, p.height + 0.003, 9).rotated("z", turn)
+        light.append((food.plain(heart).translated(off * math.cos(turn), off * math.sin(turn), -0.0015), finish))
     solids = [s for s, _ in parts] + [s for s, _ in light]
     if p.topping_count:
-        roe = strewn(rice, p.topping, p.topping_count, p.topping_size, rng, steep=0.9, sunk=0.2, apart=0.7)
-        light += [(plain(s), p.third) for s in roe]
+        roe = food.strewn(rice, p.topping, p.topping_count, p.topping_size, rng, steep=0.9, sunk=0.2, apart=0.7)
+        light += [(food.plain(s), p.third) for s in roe]
         solids += roe
     return Composed(parts, [solids], light)
 

@@ -38,8 +38,7 @@ METAL, HOLLOW = 3000.0, 0.25
 # How far a head reaches into its handle, metres.
 TANG = 0.015
 
-# Kind of head: BAR all of it is `front`: a spoon, a knife, a spatula; FORK `front` with slots between tines; MOUTH
-# `front` with the mouth of a bottle opener; PEELER a blade across, between two arms.
+# BAR all `front`: a spoon; FORK `front` with slots; MOUTH with that of an opener; PEELER a blade between two arms.
 Head = StrEnum(
     "Head", "BAR FORK MOUTH LADLE WHISK TONGS PEELER WHEEL SCISSORS CAN_OPENER PIN GRATER REAMER BRUSH SCALE STRAW"
 )
@@ -132,9 +131,6 @@ def _footing(points: np.ndarray[tuple[int, int], np.dtype[np.float64]], x: float
     return lower[0], lower[-1]
 
 
-# Parts that many have ----------------------------------------------------------------------------------------------
-
-
 def _grip(p: Utensil, z: float = 0.0) -> list[Part]:
     if p.grip is None or p.split >= 1:
         return []
@@ -191,9 +187,6 @@ def _fronts(p: Utensil) -> list[Part]:
     rest = _front(p, span=(max(p.tip - 0.05, 0.02), 1.0))
     tip = _front(p, thickness=p.tip_thickness, span=(0.0, p.tip))
     return [Part(rest, p.front_finish, "stem"), Part(tip, p.trim_finish, "head")]
-
-
-# Heads -------------------------------------------------------------------------------------------------------------
 
 
 def _bar(p: Utensil) -> list[Part]:
@@ -405,8 +398,7 @@ def _grater(p: Utensil) -> list[Part]:
     lid = heads.ring(rectangle(long, p.width * p.belly, 0.006, 4), rectangle(0.004, 0.008, 0.0015, 2), 4)
     lid = lid.translated(z=top - 0.003)
     parts.append(Part(lid.without_colliders(), p.trim_finish, "rim", collides=False))
-    radius = p.grip_thickness / 2
-    rise = p.gap
+    radius, rise = p.grip_thickness / 2, p.gap
     path = [(-0.42 * long, 0.0, top - 0.012), (-0.4 * long, 0.0, top + rise - radius)]
     path += [(0.4 * long, 0.0, top + rise - radius), (0.42 * long, 0.0, top - 0.012)]
     arch = tube(path, min(radius, 0.004 if p.grip is None else radius), 0.7 * min(rise, 0.3 * long))
@@ -471,8 +463,7 @@ def _scale(p: Utensil) -> list[Part]:
     top += 0.002
     for sx, sy in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
         parts.append(Part(foot.translated(sx * x, sy * y, 0.0015), "rubber_black", "foot", collides=False))
-    plate_deep = wide - front - 0.012
-    middle = front / 2 - 0.001
+    plate_deep, middle = wide - front - 0.012, front / 2 - 0.001
     if p.spread > 0.5:
         plate = rod(plate_deep / 2, p.thickness, 0.0012)
     else:

@@ -18,9 +18,7 @@ from casa_assets.ext.arrays import Floats, Ints, convex_hull, signed_volume
 from casa_assets.ext.families import Params
 from casa_assets.ext.records import Vec2, Vec3, Vec5
 from casa_assets.ext.solids import Solid
-from casa_assets.kitchenware.objects.closed_surface import smooth_profile, turned
-
-# Swept bar ------------------------------------------------------------------------------------------------------------
+from casa_assets.kitchenware.objects.closed_surface import manifold_of, smooth_profile, turned
 
 # Rings along a bar, and points round one.
 ALONG, AROUND = 40, 20
@@ -66,13 +64,11 @@ class Size(Params):
 def bar(shape: Bar, size: Size, along: int = ALONG, hulls: int = MAX_HULLS, span: Vec2 = (0.0, 1.0)) -> Solid:
     """A bar from x = 0 on, with colliders that follow it; one picture covers it, its height along x.
 
-    along: number of rings along it. hulls: maximum number of colliders along it. span: part of the length to build, as
-    shares: a sleeve or a tip of another material follows the same curves.
+    along: rings along it. hulls: most colliders along it. span: part of its length to build, shares, as of a sleeve.
     """
     stations = _within(_stations(shape, size, along), span, size.length)
     width, x = stations[:, 0], stations[:, 1]
-    share = x / size.length
-    other = width
+    share, other = x / size.length, width
     if shape.other:
         curve = smooth_profile([(w, s * 1000.0) for w, s in shape.other], 400)
         other = np.interp(share, curve[:, 1] / 1000.0, curve[:, 0]) * size.width / 2
@@ -92,9 +88,8 @@ def bar(shape: Bar, size: Size, along: int = ALONG, hulls: int = MAX_HULLS, span
     y = ((width - other) / 2)[:, None] + ((width + other) / 2)[:, None] * eta
     lift = thickness[:, None] * zeta * (1 - wedge[:, None] * (1 - eta) / 2)
     lift = lift - (dish[:, None] * (1 - eta**2) + np.where(upper, hollow[:, None] * (1 - eta**2) ** 0.7, 0.0))
-    points = np.stack(
-        [x[:, None] - lift * np.sin(slope)[:, None], y, middle[:, None] + lift * np.cos(slope)[:, None]], axis=2
-    )
+    sine, cosine = np.sin(slope)[:, None], np.cos(slope)[:, None]
+    points = np.stack([x[:, None] - lift * sine, y, middle[:, None] + lift * cosine], axis=2)
     solid = lofted(points, share)
     pieces: list[Floats] = []
     if max(size.dish, size.hollow) > DEEP:
@@ -114,10 +109,7 @@ def bar(shape: Bar, size: Size, along: int = ALONG, hulls: int = MAX_HULLS, span
 
 
 def lofted(rings: Floats, share: Floats) -> Solid:
-    """A closed skin over (M, N, 3) rings, its ends closed by fans; one picture covers it.
-
-    share: of each ring, the height in the picture, 0..1. Its width runs once round a ring.
-    """
+    """A closed skin over (M, N, 3) rings, its picture once round each; share: height of each ring in it, 0..1."""
     m, n = rings.shape[:2]
     points = np.concatenate([rings.reshape(-1, 3), rings[0].mean(axis=0)[None], rings[-1].mean(axis=0)[None]])
     k, i = (g.ravel() for g in np.meshgrid(np.arange(m - 1), np.arange(n), indexing="ij"))
@@ -153,15 +145,7 @@ def drilled(solid: Solid, tools: Sequence[Solid]) -> Solid:
 def _manifold(solid: Solid) -> manifold3d.Manifold:
     uv = solid.picture_uv if solid.picture_uv is not None else np.full((len(solid.faces), 3, 2), 0.5)
     corners = np.concatenate([solid.points[solid.faces.reshape(-1)], uv.reshape(-1, 2)], axis=1)
-    mesh = manifold3d.Mesh64(
-        vert_properties=np.ascontiguousarray(corners, dtype=np.float64),
-        tri_verts=np.arange(len(corners), dtype=np.uint64).reshape(-1, 3),
-    )
-    mesh.merge()
-    body = manifold3d.Manifold(mesh)
-    if body.status() != manifold3d.Error.NoError:
-        raise ValueError(f"a solid of {len(solid.faces)} faces is not closed: {body.status()}")
-    return body
+    return manifold_of(corners, np.arange(len(corners)))
 
 
 def stadium(length: float, width: float, steps: int = 6) -> Floats:
@@ -220,8 +204,7 @@ def _value(curve: Curve, share: Floats, default: float) -> Floats:
         return np.full(len(share), default)
     at, value = np.array(curve, dtype=np.float64).T
     inside = np.clip(share, at[0], at[-1])
-    found: Floats = PchipInterpolator(at, value)(inside) if len(at) > 1 else np.full(len(share), value[0])
-    return found
+    return np.asarray(PchipInterpolator(at, value)(inside) if len(at) > 1 else np.full(len(share), value[0]))
 
 
 def _pieces(points: Floats, most: int) -> list[Floats]:
@@ -272,7 +255,6 @@ def corners(*places: tuple[Floats, Floats]) -> Floats:
     return np.stack([np.stack(place, axis=1) for place in places], axis=1)
 
 
-# Heads ----------------------------------------------------------------------------------------------------------------
 # All are built flat, the tip of the head at x = 0.
 
 
@@ -290,8 +272,7 @@ class Part:
 def tine_cuts(count: int, start: float, width: float, gap: float, deep: float) -> list[Solid]:
     """Solids to subtract from the head of a fork: the slots between its tines, which end in points.
 
-    count: number of tines. start: how far the slots reach from the tip. width: of the head at the tines. gap: width of
-    a slot. deep: height of these solids, about z = 0. All metres.
+    start: how far slots reach from the tip. width: of the head there. gap: of a slot. deep: height about z = 0. Metres.
     """
     tine = (width - (count - 1) * gap) / count
     point = min(0.16 * start, 0.009)
@@ -311,16 +292,12 @@ def mouth_cut(length: float, width: float, deep: float, tooth: float) -> Solid:
     c, s = np.cos(turns), np.sin(turns)
     oval = [half * np.sign(f) * np.abs(f) ** (2 / 2.6) for half, f in ((length / 2, c), (width / 2, s))]
     hole = solids.prism(np.column_stack(oval), deep, 0.0).translated(z=-deep / 2)
-    return solids.subtract(
-        hole, solids.box((tooth, 0.42 * width, 2 * deep), (length / 2 - tooth / 2 + 0.0005, 0.0, 0.0), 0.0)
-    )
+    place = (length / 2 - tooth / 2 + 0.0005, 0.0, 0.0)
+    return solids.subtract(hole, solids.box((tooth, 0.42 * width, 2 * deep), place, 0.0))
 
 
 def cup(radius: float, depth: float, wall: float, squat: float) -> Solid:
-    """The cup of a ladle about the z axis, its mouth at z = 0; colliders are a floor and a ring of slabs.
-
-    squat: 1 for half an ellipsoid, more for a flatter floor and steeper sides.
-    """
+    """The cup of a ladle about the z axis, its mouth at z = 0; squat: 1: half an ellipsoid; more: a flatter floor."""
     turns = np.linspace(-math.pi / 2, 0.0, 10)
     outer = [(radius * math.cos(t) ** (1 / squat), depth * math.sin(t)) for t in turns]
     inner = [(r * (1 - wall / radius), z * (1 - wall / depth)) for r, z in outer]
@@ -364,9 +341,8 @@ def whisk_wires(count: int, length: float, radius: float, neck: float, wire: flo
         x = path[:, 1] + 2.1 * wire * (k - count / 2) * np.maximum(0.0, 1 - np.abs(path[:, 0]) / (0.6 * radius))
         line = np.column_stack([x, path[:, 0] * math.cos(turn), path[:, 0] * math.sin(turn)])
         points: list[Vec3] = [(float(a), float(b), float(c)) for a, b, c in line]
-        loops.append(
-            solids.tube(points, solids.circle(wire, 6), up=(0.0, -math.sin(turn), math.cos(turn))).without_colliders()
-        )
+        loop = solids.tube(points, solids.circle(wire, 6), up=(0.0, -math.sin(turn), math.cos(turn)))
+        loops.append(loop.without_colliders())
     body = solids.concatenate(loops).with_crease(70.0)
     low, high = body.points[body.points[:, 0] < 0.62 * length], body.points[body.points[:, 0] > 0.55 * length]
     return body.with_colliders_of(solids.hull_around(low), solids.hull_around(high))
@@ -382,10 +358,7 @@ def wound_handle(rings: int, x: float, length: float, radius: float, wire: float
 
 
 def ring(path: Floats, section: Floats, hulls: int = 6) -> Solid:
-    """A closed loop in the plane z = 0 with a section; colliders are hulls round it.
-
-    path: (N, 2) counter-clockwise, metres. section: (M, 2) outwards of the loop, and along z.
-    """
+    """A closed loop in the plane z = 0, path (N, 2) counter-clockwise, of a section (M, 2) outwards and along z."""
     forward = np.roll(path, -1, axis=0) - np.roll(path, 1, axis=0)
     forward /= np.linalg.norm(forward, axis=1)[:, None]
     flat = path[:, None, :] + np.column_stack([forward[:, 1], -forward[:, 0]])[:, None, :] * section[None, :, :1]
@@ -516,10 +489,7 @@ def _hood(size: float, out: float) -> Solid:
 
 
 def straw(length: float, radius: float, wall: float, twist: float, folds: int) -> Solid:
-    """A straw along x, open at both ends; its picture winds round it by `twist` turns.
-
-    folds: of a part that bends, near the far end; 0 for none.
-    """
+    """A straw along x, open at both ends; its picture winds round it `twist` times. folds: of its bend; 0: none."""
     around = 14
     low, high = 0.74, 0.74 + 0.0022 * folds / length
     share = [s for s in np.linspace(0.0, 1.0, math.ceil(around * twist) + 3) if not (folds and low < s < high)]

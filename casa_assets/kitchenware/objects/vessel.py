@@ -4,173 +4,32 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from itertools import combinations, pairwise
+from enum import StrEnum
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
 from casa_assets.ext import solids
-from casa_assets.ext.arrays import Floats
-from casa_assets.ext.solids import ROOT, AssetBuilder, Placed, Solid
-from casa_assets.kitchenware.objects import vessel_surface
+from casa_assets.ext.families import FinishId, Params
+from casa_assets.ext.records import Vec2
+from casa_assets.ext.solids import ROOT, AssetBuilder, Solid
+from casa_assets.kitchenware.objects import vessel_body
 from casa_assets.kitchenware.objects.closures import LID, MOST_LIFT, lift_off
+from casa_assets.kitchenware.objects.vessel_body import RIM_V, Plan, Profile, closed_shapes, open_shapes
 from casa_assets.kitchenware.objects.vessel_fittings import (
-    HandleForm,
     KnobForm,
     Lid,
-    Vessel,
     add_lid,
-    handles,
+    arch,
+    ear,
+    long_handle,
+    loop,
     rim_bead,
-    seated,
     sieve_wires,
-    spouts,
+    spout,
     strap,
 )
-from casa_assets.kitchenware.objects.vessel_surface import RIM_V, Plan, Profile
-
-# Slabs are at least as thick as this, metres.
-THICK = 0.003
-# A ring has eight slabs; twelve from one radius on, six up to another, metres.
-WIDE, SMALL = 0.18, 0.075
-# Corners of a rectangle that are rounder than this get a slab of their own, metres.
-ROUND_CORNER = 0.03
-# Slabs bulge as the wall does where straight ones would end so far from it, metres.
-BULGE = 0.008
-# How far a bead on the rim may stand over the slabs, metres.
-OVER = 0.0035
-
-
-def open_shapes(
-    profile: Profile, plan: Plan, floor: float, low: float, room: int, bead: float = 0.0
-) -> tuple[Placed, ...]:
-    """The shapes of an open vessel.
-
-    floor: height of the inside's floor. low: height of the top of a stem, where the wall begins. room: most shapes.
-    bead: radius of a wire round the rim, metres.
-    """
-    outside = profile.outside
-    solid = [*outside[outside[:, 1] < floor], (profile.radius(floor), floor)]
-    shapes = closed_shapes(np.array(solid), plan, 0.05 * plan.half_x)
-    ways = _ways(plan)
-    levels = max(1, (room - len(shapes) - (plan.lip > 0)) // len(ways))
-    start = low + max(0.0035, 0.25 * (floor - low))
-    wall = np.concatenate([[[profile.radius(start), start]], outside[outside[:, 1] > start + 1e-5]])
-    line = _levels(wall, plan, min(levels, 3))
-    thickness = max(THICK, float(np.linalg.norm(profile.inside[-1] - outside[-1])))
-    inner = line + thickness * _inwards(line)
-    inner[:, 0] = np.maximum(inner[:, 0], 0.02 * plan.half_x)
-    bulging = wall if _error(wall, line) > BULGE else wall[:0]
-    over = max(0.0, bead - OVER)
-    line[-1] += over  # outwards and upwards
-    inner[-1, 1] += over
-    for lower, upper in pairwise(range(len(line))):
-        sides = [(float(r), float(z)) for ring in (line, inner) for r, z in (ring[lower], ring[upper])]
-        sides += [(float(r), float(z)) for r, z in bulging if line[lower, 1] < z < line[upper, 1]]
-        rings = [_polygon(plan, r, z, ways) for r, z in sides]
-        for i in range(len(ways)):
-            j = (i + 1) % len(ways)
-            shapes += solids.hull_around(np.array([ring[k] for ring in rings for k in (i, j)])).shapes
-    if plan.lip > 0:
-        shapes += _lip(profile, plan, thickness)
-    return tuple(shapes)
-
-
-def _levels(wall: Floats, plan: Plan, most: int) -> Floats:
-    """The (N, 2) corners of the line that follows a wall's profile best with few pieces."""
-    marks = vessel_surface.thinned(wall, 0.0008)
-    tolerance = max(0.0035, 0.035 * plan.half_x)
-    best = marks[[0, -1]]
-    for inner in range(most):
-        choices = [marks[[0, *chosen, -1]] for chosen in combinations(range(1, len(marks) - 1), inner)]
-        errors = [_error(marks, line) for line in choices]
-        best = choices[int(np.argmin(errors))] if choices else best
-        if not choices or min(errors) < tolerance:
-            break
-    return best
-
-
-def _error(points: Floats, line: Floats) -> float:
-    found = np.full(len(points), np.inf)
-    for a, b in pairwise(line):
-        share = np.clip((points - a) @ (b - a) / max(float((b - a) @ (b - a)), 1e-12), 0.0, 1.0)
-        found = np.minimum(found, np.linalg.norm(points - a - share[:, None] * (b - a), axis=1))
-    return float(found.max())
-
-
-def _lip(profile: Profile, plan: Plan, thickness: float) -> tuple[Placed, ...]:
-    near = np.abs((np.arange(plan.around) * 2 * np.pi / plan.around) - np.pi) < 1.25 * plan.lip_width
-    low = plan.lip_from + 0.35 * (1 - plan.lip_from)
-    points = []
-    for z in (low * plan.height, plan.height):
-        r = profile.radius(z)
-        points += [plan.ring(r, z)[near], replace(plan, lip=0.0).ring(r - thickness, z)[near]]
-    return solids.hull_around(np.concatenate(points)).shapes
-
-
-def closed_shapes(line: Floats, plan: Plan, slack: float) -> list[Placed]:
-    """The shapes of a solid body that a profile line bounds, (N, 2) radius and height: cylinders, boxes and hulls."""
-    shapes: list[Placed] = []
-    found = vessel_surface.thinned(line, slack)
-    low = float(found[0, 1])
-    if len(found) > 1 and found[0, 0] > 1.02 * plan.half_x * 0.02:
-        # It stands on a plain disc or box, whatever else it is made of.
-        shapes += _block(plan, float(found[0, 0]), low, max(min(low + 0.003, float(found[-1, 1])), low + 0.001))
-    for (r0, z0), (r1, z1) in pairwise(found):
-        if z1 - z0 < 0.001:
-            continue
-        if abs(r1 - r0) < 0.06 * max(r0, r1):
-            shapes += _block(plan, float(r0 + r1) / 2, float(z0), float(z1))
-            continue
-        lift = min(0.0015, 0.3 * float(z1 - z0))
-        rings = [plan.ring(float(r), float(z) + raised)[::2] for r, z, raised in ((r0, z0, lift), (r1, z1, 0.0))]
-        shapes += solids.hull_around(np.concatenate(rings)).shapes
-    return shapes
-
-
-def _block(plan: Plan, radius: float, low: float, high: float) -> tuple[Placed, ...]:
-    middle, tall = (low + high) / 2, high - low
-    half_y = max(plan.half_y - (plan.half_x - radius), 0.1 * radius)
-    if plan.corner is None and abs(half_y - radius) < 1e-6:
-        return solids.rod(radius, tall, 0.0).translated(z=middle).shapes
-    if plan.corner is not None:
-        return solids.box((2 * radius, 2 * half_y, tall), (0.0, 0.0, middle), 0.0).shapes
-    return solids.hull_around(np.concatenate([plan.ring(radius, z)[::2] for z in (low, high)])).shapes
-
-
-def _ways(plan: Plan) -> Floats:
-    """Directions of the corners of a ring of slabs: angles of an ellipse, or of a rectangle numbers of its corners."""
-    if plan.corner is not None:
-        return np.arange(8 if plan.corner > ROUND_CORNER else 4, dtype=np.float64)
-    count = 12 if plan.half_x > WIDE else 6 if plan.half_x < SMALL else 8
-    # A quarter of a step on: then the polygon is as wide in x as in y, to all four sides.
-    return (np.arange(count) + 0.25) * 2 * np.pi / count
-
-
-def _polygon(plan: Plan, radius: float, z: float, ways: Floats) -> Floats:
-    """(N, 3) corners of a ring of slabs, half way between the polygon inside the outline and the one about it."""
-    if plan.corner is not None:
-        inset = plan.half_x - radius
-        x, y = max(radius, 1e-4), max(plan.half_y - inset, 1e-4)
-        cut = min(0.45 * (max(plan.corner - inset, 0.0) if len(ways) == 8 else 0.0), 0.8 * x, 0.8 * y)
-        corners = [(x, y - cut), (x - cut, y), (-x + cut, y), (-x, y - cut)]
-        corners += [(-x, -y + cut), (-x + cut, -y), (x - cut, -y), (x, -y + cut)]
-        flat = np.array(corners if len(ways) == 8 else corners[::2])
-        return np.column_stack([flat, np.full(len(flat), z)])
-    ring = replace(plan, lip=0.0, lip_rise=0.0, flutes=0, facets=0).ring(float(radius), float(z))
-    angle = np.arange(plan.around) * 2 * np.pi / plan.around
-    wide = 1 + 0.5 * (1 / math.cos(math.pi / len(ways)) - 1)
-    if plan.facets:
-        wide *= 0.3 + 0.7 * math.cos(math.pi / plan.facets)
-    parts = [np.interp(ways, angle, ring[:, k], period=2 * np.pi) for k in range(3)]
-    return np.stack([parts[0] * wide, parts[1] * wide, parts[2]], axis=1)
-
-
-def _inwards(line: Floats) -> Floats:
-    """(N, 2) unit normals of a profile line that point to its inside."""
-    way = np.gradient(line, axis=0) if len(line) > 2 else np.repeat(np.diff(line, axis=0), 2, axis=0)
-    way /= np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
-    return np.stack([-way[:, 1], way[:, 0]], axis=1)
-
 
 # Parameters of a vessel that are the fields of its plan of the same names.
 AS_IN_PLAN = (
@@ -183,19 +42,110 @@ MOST_SHAPES = 24
 LOOSE_SKIRT = 0.003
 # What stays free between a lid that is lifted and a handle that arches over it: its shapes are boxes, which reach in.
 UNDER_ARCH_M = 0.008
+Metres = Annotated[float, Field(gt=0, le=0.7)]
+Length = Annotated[float, Field(ge=0, le=0.4)]
+Share = Annotated[float, Field(ge=0, le=1)]
+
+# Where a hand takes it: EAR the handle of a mug; EARS two of them; LONG the handle of a pan, in one piece; GRIP the
+# same with a grip of another finish; LOOPS level loops on both sides; LONG_LOOP a long grip, and a level loop across;
+# ARCH over the top.
+HandleForm = StrEnum("HandleForm", "NONE EAR EARS LONG GRIP LOOPS LONG_LOOP ARCH")
+# A solid, its finish and its label.
+Part = tuple[Solid, str, str]
 
 
-def build_vessel(builder: AssetBuilder, p: Vessel) -> None:
+class Vessel(Params):
+    """Parameters of a vessel; lengths in metres."""
+
+    profile: tuple[Vec2, ...] = Field(
+        min_length=2,
+        max_length=20,
+        description="outside from foot to rim, (radius by half the width, height by the height)",
+    )
+    soft: bool = Field(True, description="the profile is a smooth curve, else its corners are rounded")
+    rounding: Length = Field(0.004, description="radius of the profile's corners, m")
+    width: Metres = Field(description="of the body, m")
+    height: Metres = Field(description="of the body, m")
+    across: float = Field(1.0, ge=0.3, le=1, description="width in y by that in x")
+    corner: Share = Field(1.0, description="from above, by half the smaller width; 1: round or oval")
+    wall: float = Field(0.004, ge=0.0006, le=0.02, description="thickness, m")
+    floor: float = Field(0.005, ge=0.0006, le=0.04, description="thickness, m")
+    stem: Share = Field(0.0, description="share of the height below the floor of the inside")
+    fillet: Length = Field(0.006, description="radius between floor and wall inside, m")
+    foot: float = Field(0.0, ge=0, le=0.03, description="height of a hollow under the foot, m")
+    facets: int = Field(0, ge=0, le=20, description="as in `Plan`")
+    flutes: int = Field(0, ge=0, le=40, description="as in `Plan`")
+    flute_depth: float = Field(0.03, ge=0, le=0.3, description="as in `Plan`")
+    twist: float = Field(0.0, ge=-3, le=3, description="as in `Plan`, rad")
+    fluted_from: Share = Field(0.0, description="as in `Plan`")
+    weave: float = Field(0.0, ge=0, le=0.01, description="how far strands of a basket go out and in, m")
+    stakes: int = Field(32, ge=8, le=48, description="of a basket")
+    rows: int = Field(8, ge=3, le=20, description="of strands")
+    lip: Length = Field(0.0, description="how far a spout is drawn out of the rim, m")
+    lip_width: float = Field(0.4, ge=0.1, le=1.5, description="rad")
+    lip_rise: float = Field(0.0, ge=-0.05, le=0.1, description="m")
+    lip_from: float = Field(0.55, ge=0, le=0.95, description="share of the height above which the lip begins")
+    bead: float = Field(0.0, ge=0, le=0.02, description="radius of a wire around the rim, m")
+    handle: HandleForm = Field(HandleForm.NONE, description="kind of handle")
+    handle_reach: Length = Field(0.03, description="how far it projects; length of a long one; height of an arch, m")
+    handle_top: float = Field(0.85, ge=0, le=1.2, description="upper end of an ear, by the height")
+    handle_low: Share = Field(0.2, description="lower end of an ear, by the height")
+    handle_width: Metres = Field(0.014, description="of its section, m")
+    handle_thick: Metres = Field(0.008, description="of its section, m")
+    handle_square: float = Field(0.8, ge=0.3, le=1.2, description="1: round; less: with corners")
+    handle_sag: float = Field(0.0, ge=-0.5, le=0.5, description="of an ear")
+    handle_rise: float = Field(0.15, ge=-0.3, le=0.9, description="of a long handle, rad")
+    handle_hole: float = Field(0.0, ge=0, le=0.012, description="radius of a hole in its end, m")
+    spout: Length = Field(0.0, description="how far a tubular spout projects, m; 0: none")
+    spout_from: Share = Field(0.3, description="height of its lower end, by the height")
+    spout_to: float = Field(0.9, ge=0, le=1.4, description="height of its tip, by the height")
+    spout_radius: Metres = Field(0.016, description="at the wall, m")
+    spout_tip: Metres = Field(0.008, description="radius at its tip, m")
+    spout_curve: Share = Field(0.6, description="0: straight, 1: bent")
+    lid: bool = Field(False, description="it has a lid on it")
+    lid_opens: bool = Field(False, description="the lid can be lifted off, and the vessel is hollow below it")
+    lid_rise: Length = Field(0.02, description="height of the lid, m")
+    lid_dome: float = Field(2.5, ge=1, le=12, description="2: round; more: a flat top with steep sides")
+    lid_over: float = Field(0.002, ge=-0.03, le=0.02, description="how far the lid reaches over the rim, m")
+    lid_skirt: Length = Field(0.0, description="how far the lid reaches down outside, m")
+    lid_thick: float = Field(0.003, ge=0.0006, le=0.01, description="of its sheet, m")
+    lid_sip: bool = Field(False, description="the lid has a raised edge and a hole to drink from")
+    lid_bead: float = Field(0.0, ge=0, le=0.006, description="radius of a ring of metal around the lid, m")
+    knob: KnobForm = Field(KnobForm.BALL, description="what the lid is lifted by")
+    knob_size: Metres = Field(0.012, description="radius or half length, m")
+    hole: float = Field(0.0, ge=0, le=0.02, description="radius of holes in its wall, m; 0: none")
+    hole_gap: Metres = Field(0.02, description="distance between two holes, m")
+    holes_from: Share = Field(0.2, description="lowest holes, by the height")
+    holes_to: Share = Field(0.85, description="highest holes, by the height")
+    wires: int = Field(0, ge=0, le=40, description="of a sieve, from its middle to its rim; its wall is then gauze")
+    content: Share = Field(0.0, description="filling level, by the height")
+    marks: int = Field(0, ge=0, le=12, description="lines of a measure")
+    sleeve: bool = Field(False, description="a band of card around the middle")
+    matter: float = Field(1.0, ge=0.05, le=1, description="share of the wall's volume that is solid material")
+    skin: FinishId = Field(description="a picture runs from the underside (0) over the rim (0.5) to the inside (1)")
+    rim_finish: FinishId = "stainless_brushed"
+    handle_finish: FinishId | None = None
+    grip_finish: FinishId = "plastic_black"
+    lid_finish: FinishId | None = None
+    knob_finish: FinishId | None = None
+    lid_bead_finish: FinishId = "stainless_polished"
+    content_finish: FinishId = "coffee_dark"
+    mark_finish: FinishId = "plastic_red"
+
+
+def build(builder: AssetBuilder, p: Vessel) -> None:
     """Build the asset: its bottom is at z = 0, its handle towards +x and its spout towards -x."""
     plan = _plan(p)
     floor = p.stem * p.height + p.floor + p.foot
     points = [(r * p.width / 2, z * p.height) for r, z in p.profile]
-    profile = vessel_surface.vessel_profile(points, p.soft, p.rounding, p.wall, floor, p.fillet, p.foot)
-    parts = [*handles(p, profile, plan), *spouts(p, profile)]
+    profile = vessel_body.vessel_profile(points, p.soft, p.rounding, p.wall, floor, p.fillet, p.foot)
+    parts = _handles(p, profile, plan)
+    if p.spout > 0:
+        parts.append((_spout(p, profile), p.skin, "spout"))
     if p.weave > 0:
-        profile = vessel_surface.woven(profile, plan.row / 2)
+        profile = vessel_body.woven(profile, plan.row / 2)
     path, v = profile.path()
-    body = vessel_surface.surface(path, v, plan, replace(plan, weave=0.0))
+    body = vessel_body.surface(path, v, plan, replace(plan, weave=0.0))
     if p.hole > 0:
         body = _pierced(body, p, plan, profile)
     # Nothing is put in through the mouth of a kettle, under its handle.
@@ -209,13 +159,13 @@ def build_vessel(builder: AssetBuilder, p: Vessel) -> None:
     builder.add(ROOT, body.with_shapes(*shapes), p.skin, label="body", name="body", density=density)
     around = math.pi * p.width
     for part, finish, label in parts:
-        solid = vessel_surface.pictured(seated(part, p, plan, profile), profile, around)
+        solid = vessel_body.pictured(_seated(part, p, plan, profile), profile, around)
         density = min(builder.supplies.finish(finish).substance.density, builder.supplies.density("vessel_handle"))
         density *= p.matter if finish == p.skin else 1.0
         builder.add(ROOT, solid, finish, label=label, density=density)
     rim = plan.ring(*(float(n) for n in (profile.outside[-1] + profile.inside[-1]) / 2))
     if p.bead > 0:
-        bead = vessel_surface.patched(rim_bead(rim, p.bead, 6 if p.weave > 0 or p.hole > 0 else 8), RIM_V, 0.002)
+        bead = vessel_body.patched(rim_bead(rim, p.bead, 6 if p.weave > 0 or p.hole > 0 else 8), RIM_V, 0.002)
         # Of metal it is a rolled edge with air in it.
         density = min(builder.supplies.finish(p.rim_finish).substance.density, builder.supplies.density("rolled_edge"))
         builder.add(ROOT, bead, p.rim_finish, label="rim", collider=False, density=density)
@@ -267,21 +217,10 @@ def _pierced(body: Solid, p: Vessel, plan: Plan, profile: Profile) -> Solid:
 def _lid(builder: AssetBuilder, p: Vessel, plan: Plan) -> None:
     rim = p.profile[-1][0] * p.width / 2
     finish = p.lid_finish or p.skin
-    lid = Lid(
-        radius=rim + p.lid_over,
-        rise=p.lid_rise,
-        dome=p.lid_dome,
-        thick=p.lid_thick,
-        # What can be lifted has collision shapes above the rim alone, and is seen little beyond them.
-        skirt=min(p.lid_skirt, LOOSE_SKIRT) if p.lid_opens else p.lid_skirt,
-        sip=p.lid_sip,
-        bead=p.lid_bead,
-        knob=p.knob,
-        knob_size=p.knob_size,
-        finish=finish,
-        knob_finish=p.knob_finish or finish,
-        bead_finish=p.lid_bead_finish,
-    )
+    # What can be lifted has collision shapes above the rim alone, and is seen little beyond them.
+    skirt = min(p.lid_skirt, LOOSE_SKIRT) if p.lid_opens else p.lid_skirt
+    shape = (rim + p.lid_over, p.lid_rise, p.lid_dome, p.lid_thick, skirt, p.lid_sip, p.lid_bead)
+    lid = Lid(*shape, p.knob, p.knob_size, finish, p.knob_finish or finish, p.lid_bead_finish)
     rim_z = p.height + max(p.wall / 2, p.bead) + 0.0004
     if not p.lid_opens:
         add_lid(builder, lid, plan, rim_z)
@@ -300,9 +239,8 @@ def _content(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> 
     low = inside[(inside[:, 1] < level) & (inside[:, 0] > 0.004)]
     line = np.concatenate([low, [[float(np.interp(level, inside[:, 1], inside[:, 0])), level]]]) - (0.0005, -0.0004)
     path = np.concatenate([[[0.0, floor + 0.0004]], line, [[0.0, level + 0.0004]]])
-    builder.add(
-        ROOT, vessel_surface.turned_on(path, plan), p.content_finish, label="content", collider=False, density="liquid"
-    )
+    held = vessel_body.turned_on(path, plan)
+    builder.add(ROOT, held, p.content_finish, label="content", collider=False, density="liquid")
 
 
 def _prints(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> None:
@@ -324,5 +262,74 @@ def _prints(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> N
         a, b = profile.radius(low) + 0.0003, profile.radius(high) + 0.0003
         band = [(0.0, low), (a + 0.0009, low), (b + 0.0009, high), (0.0, high)]
         hole = [(0.0, low - 0.01), (a - 0.0004, low - 0.01), (b, high + 0.01), (0.0, high + 0.01)]
-        sleeve = solids.subtract(*(vessel_surface.turned_on(np.array(path), plan) for path in (band, hole)))
+        sleeve = solids.subtract(*(vessel_body.turned_on(np.array(path), plan) for path in (band, hole)))
         builder.add(ROOT, sleeve, p.mark_finish, label="sleeve", collider=False)
+
+
+def _seated(part: Solid, p: Vessel, plan: Plan, profile: Profile) -> Solid:
+    """A handle or spout whose end is drawn back into the wall where it would come out on the inside."""
+    x, y, z = part.points.T
+    within = np.array([profile.radius(float(h)) for h in z]) - 0.7 * p.wall
+    if plan.corner is not None:
+        flat = np.column_stack([np.sign(x) * np.maximum(np.abs(x), within), y])
+    else:
+        far = np.hypot(x, y * within / np.maximum(plan.half_y - (plan.half_x - within), 1e-4))
+        flat = part.points[:, :2] * np.maximum(1.0, within / np.maximum(far, 1e-6))[:, None]
+    return replace(part, points=np.column_stack([np.where((z < p.height)[:, None], flat, part.points[:, :2]), z]))
+
+
+def _handles(p: Vessel, profile: Profile, plan: Plan) -> list[Part]:
+    own = p.handle_finish or p.skin
+    top, low = p.handle_top * p.height, p.handle_low * p.height
+    into = 0.55 * p.wall
+    r = profile.radius(top)
+    reach = p.handle_reach
+    if p.handle in (HandleForm.EAR, HandleForm.EARS):
+        ends = [(profile.radius(z) - into, z) for z in (top, low)]
+        out = max(profile.radius(z) for z in np.linspace(low, top, 5)) + reach
+        part = ear(ends[0], ends[1], out, p.handle_width, p.handle_thick, p.handle_square, p.handle_sag)
+        both = [part] if p.handle is HandleForm.EAR else [part, part.rotated("z", math.pi)]
+        return [(part, own, "handle") for part in both]
+    if p.handle is HandleForm.LOOPS:
+        return [(part, own, "handle") for part in _loops(p, profile, plan, top)]
+    if p.handle is HandleForm.ARCH:
+        part = arch(r - into, top, p.height + reach, p.handle_width, p.handle_thick, p.handle_square, 1.25)
+        return [(part, own, "handle")]
+    if p.handle is HandleForm.NONE:
+        return []
+    w, t = p.handle_width, p.handle_thick
+    if p.handle is HandleForm.LONG:
+        taper = ((0, 1.5 * w, 1.1 * t), (0.12, w, t), (0.55, 0.8 * w, t), (0.9, 1.15 * w, t), (1, 0.7 * w, 0.8 * t))
+        return [(long_handle((r - into, 0.0, top), reach, p.handle_rise, taper, p.handle_hole), own, "handle")]
+    # A strap of metal, which leaves the wall as steeply as the grip on its end begins.
+    bare, run = 0.26 * reach, p.handle_rise
+    path = [(r - into, 0.0, top), (r + 0.2 * bare, 0.0, top + 0.3 * bare * math.sin(run))]
+    for s in (0.45, 0.8, 1.15):
+        path.append((r + s * bare * math.cos(run), 0.0, top + s * bare * math.sin(run) * 1.15))
+    sizes = [(1.5 * w, 0.35 * t), (1.1 * w, 0.35 * t), (0.7 * w, 0.45 * t), (0.6 * w, 0.5 * t), (0.6 * w, 0.5 * t)]
+    metal = strap(path, sizes, power=0.7)
+    start = (r + bare * math.cos(run), 0.0, top + 1.15 * bare * math.sin(run))
+    swell = ((0, 0.72 * w, 0.8 * t), (0.06, 0.85 * w, t), (0.5, w, 1.1 * t), (0.85, 1.1 * w, t), (1, 0.6 * w, 0.6 * t))
+    grip = long_handle(start, reach - bare, run, swell, p.handle_hole)
+    found = [(metal, own, "handle"), (grip, p.grip_finish, "handle")]
+    if p.handle is HandleForm.LONG_LOOP:
+        found.append((_loops(p, profile, plan, top)[1], own, "handle"))
+    return found
+
+
+def _loops(p: Vessel, profile: Profile, plan: Plan, z: float) -> list[Solid]:
+    r, half = profile.radius(z), 0.5 * min(0.5 * p.width * p.across, 0.1)
+    short, x = plan.half_y - (plan.half_x - r), r - 0.55 * p.wall
+    if plan.corner is None:
+        # Its ends go in far enough to be covered; `_seated` keeps them within the wall.
+        x = r * math.sqrt(max(0.0, 1 - (half / short) ** 2)) - 0.55 * p.wall - p.handle_thick - p.weave
+    reach = r + (0.5 if p.handle is HandleForm.LONG_LOOP and p.handle_reach > 0.08 else 1.0) * min(p.handle_reach, 0.05)
+    part = loop(x, half, z, reach - x, p.handle_thick, min(p.handle_width, 2 * p.handle_thick), p.handle_square)
+    return [part, part.rotated("z", math.pi)]
+
+
+def _spout(p: Vessel, profile: Profile) -> Solid:
+    z = p.spout_from * p.height
+    start = (-(profile.radius(z) - 0.6 * p.wall - 0.3 * p.spout_radius), z)
+    end = (-(max(profile.radius(z), profile.radius(0.5 * p.height)) + p.spout), p.spout_to * p.height)
+    return spout(start, end, p.spout_radius, p.spout_tip, p.spout_curve)

@@ -1,4 +1,4 @@
-"""Parameters of vessels, and their handles, spouts, knobs, rims and lids."""
+"""Fittings of vessels: handles, spouts, wires along rims, knobs and lids."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -18,9 +17,7 @@ from casa_assets.ext.records import Vec2, Vec3
 from casa_assets.ext.solids import ROOT, AssetBuilder, Solid
 from casa_assets.kitchenware.objects.closed_surface import ellipsoid, run_along
 from casa_assets.kitchenware.objects.closures import LID_GRIP
-from casa_assets.kitchenware.objects.vessel_surface import Plan, Profile, patched, surface
-
-# Fittings -------------------------------------------------------------------------------------------------------------
+from casa_assets.kitchenware.objects.vessel_body import Plan, patched, surface
 
 
 def strap(
@@ -33,9 +30,8 @@ def strap(
 ) -> Solid:
     """A bar along a path in a plane, whose section changes on the way.
 
-    path: (M, 3) its middle, metres. sizes: (M, 2) full width along `side` and full thickness across it. side: direction
-    square to the plane of the path. power: 1 for an elliptic section, less for a square one. pieces: hulls along it.
-    count: points of a section.
+    path: (M, 3) its middle, metres. sizes: (M, 2) full width along `side`, which is square to the plane of the path,
+    and thickness across it. power: 1 for an elliptic section, less for a square one. pieces: hulls along it.
     """
     line, size, across = np.array(path, dtype=np.float64), np.array(sizes, dtype=np.float64), np.array(side)
     way = np.gradient(line, axis=0)
@@ -69,10 +65,7 @@ def ear(top: Vec2, low: Vec2, reach: float, width: float, thick: float, square: 
 
 
 def loop(x: float, y: float, z: float, reach: float, thick: float, tall: float, square: float) -> Solid:
-    """A loop in a horizontal plane at the side of a pot, towards +x.
-
-    x, y: where it meets the wall, at y and -y. reach: how far it projects from there. tall: its height.
-    """
+    """A horizontal loop at the side of a pot from (x, y) to (x, -y), towards +x by its reach; tall: its height."""
     t = np.linspace(-math.pi / 2, math.pi / 2, 13)
     c, s = np.abs(np.cos(t)) ** square, np.sign(np.sin(t)) * np.abs(np.sin(t)) ** square
     path = np.stack([x + reach * c, y * s, np.full(len(t), z)], axis=1)
@@ -82,10 +75,7 @@ def loop(x: float, y: float, z: float, reach: float, thick: float, tall: float, 
 
 
 def arch(x: float, low: float, high: float, width: float, thick: float, square: float, grip: float = 1.0) -> Solid:
-    """A handle over the top, in the plane x, z, from -x to x.
-
-    low, high: of its ends and of its middle. grip: how much thicker it is at the top.
-    """
+    """A handle in the plane x, z from -x to x; low, high: of its ends and middle; grip: how much thicker on top."""
     t = np.linspace(math.pi, 0.0, 19)
     c, s = np.sign(np.cos(t)) * np.abs(np.cos(t)) ** square, np.sin(t) ** square
     path = np.stack([x * c, 0 * t, low + (high - low) * s], axis=1)
@@ -96,8 +86,7 @@ def arch(x: float, low: float, high: float, width: float, thick: float, square: 
 def spout(start: Vec2, end: Vec2, radius: float, tip: float, curve: float) -> Solid:
     """A hollow tube from the wall of a pot towards -x, open at its tip.
 
-    start, end: (x, z) of the middle of its ends; start lies within the wall. radius, tip: of both ends. curve: 0
-    straight, 1 bent like a swan's neck.
+    start, end: (x, z) of its ends, start within the wall. radius, tip: of both. curve: 0 straight, 1 a swan's neck.
     """
     a, b = np.array(start), np.array(end)
     reach = b - a
@@ -122,10 +111,7 @@ def spout(start: Vec2, end: Vec2, radius: float, tip: float, curve: float) -> So
 
 
 def rim_bead(ring: Floats, radius: float, count: int = 8, start: float = 0.0) -> Solid:
-    """A wire along a closed ring of points, without a collision shape.
-
-    count: corners of its section. start: angle of the first corner above the outward direction, rad.
-    """
+    """A wire along a closed ring, no collider; count: corners of its section; start: angle of the first, 0 outwards."""
     n = len(ring)
     way = np.roll(ring, -1, axis=0) - np.roll(ring, 1, axis=0)
     way /= np.linalg.norm(way, axis=1)[:, None]
@@ -196,8 +182,6 @@ def sieve_wires(outside: Floats, count: int, radius: float) -> Solid:
         found.append(rim_bead(ring, radius, 3, math.atan2(high[1] - low[1], high[0] - low[0])))
     return solids.concatenate([Solid(part.points, part.faces, crease_deg=80.0) for part in found])
 
-
-# Lids -----------------------------------------------------------------------------------------------------------------
 
 # Radius of the raised edge of a lid to drink through, metres.
 SIP_EDGE = 0.0028
@@ -290,180 +274,9 @@ class SingleLid(Params):
     bead_finish: FinishId = "stainless_polished"
 
 
-def build(builder: AssetBuilder, p: SingleLid) -> None:
+def build_lid(builder: AssetBuilder, p: SingleLid) -> None:
     """Build the asset: it lies on z = 0, its rim below."""
     finishes = (p.skin, p.knob_finish, p.bead_finish)
     lid = Lid(p.width / 2, p.rise, p.dome, p.thick, p.skirt, False, p.bead, p.knob, p.knob_size, *finishes)
     low = max(p.skirt, p.bead - 0.3 * p.thick)
     add_lid(builder, lid, Plan(p.width / 2, p.width / 2, corner=None, height=p.rise), low)
-
-
-# Params ---------------------------------------------------------------------------------------------------------------
-
-Metres = Annotated[float, Field(gt=0, le=0.7)]
-Length = Annotated[float, Field(ge=0, le=0.4)]
-Share = Annotated[float, Field(ge=0, le=1)]
-
-# Where a hand takes it: EAR the handle of a mug; EARS two of them; LONG the handle of a pan, in one piece; GRIP the
-# same with a grip of another finish; LOOPS level loops on both sides; LONG_LOOP a long grip, and a level loop across;
-# ARCH over the top.
-HandleForm = StrEnum("HandleForm", "NONE EAR EARS LONG GRIP LOOPS LONG_LOOP ARCH")
-
-
-class Vessel(Params):
-    """Parameters of a vessel; lengths in metres."""
-
-    profile: tuple[Vec2, ...] = Field(
-        min_length=2,
-        max_length=20,
-        description="outside from foot to rim, (radius by half the width, height by the height)",
-    )
-    soft: bool = Field(True, description="the profile is a smooth curve, else its corners are rounded")
-    rounding: Length = Field(0.004, description="radius of the profile's corners, m")
-    width: Metres = Field(description="of the body, m")
-    height: Metres = Field(description="of the body, m")
-    across: float = Field(1.0, ge=0.3, le=1, description="width in y by that in x")
-    corner: Share = Field(1.0, description="from above, by half the smaller width; 1: round or oval")
-    wall: float = Field(0.004, ge=0.0006, le=0.02, description="thickness, m")
-    floor: float = Field(0.005, ge=0.0006, le=0.04, description="thickness, m")
-    stem: Share = Field(0.0, description="share of the height below the floor of the inside")
-    fillet: Length = Field(0.006, description="radius between floor and wall inside, m")
-    foot: float = Field(0.0, ge=0, le=0.03, description="height of a hollow under the foot, m")
-    facets: int = Field(0, ge=0, le=20, description="as in `Plan`")
-    flutes: int = Field(0, ge=0, le=40, description="as in `Plan`")
-    flute_depth: float = Field(0.03, ge=0, le=0.3, description="as in `Plan`")
-    twist: float = Field(0.0, ge=-3, le=3, description="as in `Plan`, rad")
-    fluted_from: Share = Field(0.0, description="as in `Plan`")
-    weave: float = Field(0.0, ge=0, le=0.01, description="how far strands of a basket go out and in, m")
-    stakes: int = Field(32, ge=8, le=48, description="of a basket")
-    rows: int = Field(8, ge=3, le=20, description="of strands")
-    lip: Length = Field(0.0, description="how far a spout is drawn out of the rim, m")
-    lip_width: float = Field(0.4, ge=0.1, le=1.5, description="rad")
-    lip_rise: float = Field(0.0, ge=-0.05, le=0.1, description="m")
-    lip_from: float = Field(0.55, ge=0, le=0.95, description="share of the height above which the lip begins")
-    bead: float = Field(0.0, ge=0, le=0.02, description="radius of a wire around the rim, m")
-    handle: HandleForm = Field(HandleForm.NONE, description="kind of handle")
-    handle_reach: Length = Field(0.03, description="how far it projects; length of a long one; height of an arch, m")
-    handle_top: float = Field(0.85, ge=0, le=1.2, description="upper end of an ear, by the height")
-    handle_low: Share = Field(0.2, description="lower end of an ear, by the height")
-    handle_width: Metres = Field(0.014, description="of its section, m")
-    handle_thick: Metres = Field(0.008, description="of its section, m")
-    handle_square: float = Field(0.8, ge=0.3, le=1.2, description="1: round; less: with corners")
-    handle_sag: float = Field(0.0, ge=-0.5, le=0.5, description="of an ear")
-    handle_rise: float = Field(0.15, ge=-0.3, le=0.9, description="of a long handle, rad")
-    handle_hole: float = Field(0.0, ge=0, le=0.012, description="radius of a hole in its end, m")
-    spout: Length = Field(0.0, description="how far a tubular spout projects, m; 0: none")
-    spout_from: Share = Field(0.3, description="height of its lower end, by the height")
-    spout_to: float = Field(0.9, ge=0, le=1.4, description="height of its tip, by the height")
-    spout_radius: Metres = Field(0.016, description="at the wall, m")
-    spout_tip: Metres = Field(0.008, description="radius at its tip, m")
-    spout_curve: Share = Field(0.6, description="0: straight, 1: bent")
-    lid: bool = Field(False, description="it has a lid on it")
-    lid_opens: bool = Field(False, description="the lid can be lifted off, and the vessel is hollow below it")
-    lid_rise: Length = Field(0.02, description="height of the lid, m")
-    lid_dome: float = Field(2.5, ge=1, le=12, description="2: round; more: a flat top with steep sides")
-    lid_over: float = Field(0.002, ge=-0.03, le=0.02, description="how far the lid reaches over the rim, m")
-    lid_skirt: Length = Field(0.0, description="how far the lid reaches down outside, m")
-    lid_thick: float = Field(0.003, ge=0.0006, le=0.01, description="of its sheet, m")
-    lid_sip: bool = Field(False, description="the lid has a raised edge and a hole to drink from")
-    lid_bead: float = Field(0.0, ge=0, le=0.006, description="radius of a ring of metal around the lid, m")
-    knob: KnobForm = Field(KnobForm.BALL, description="what the lid is lifted by")
-    knob_size: Metres = Field(0.012, description="radius or half length, m")
-    hole: float = Field(0.0, ge=0, le=0.02, description="radius of holes in its wall, m; 0: none")
-    hole_gap: Metres = Field(0.02, description="distance between two holes, m")
-    holes_from: Share = Field(0.2, description="lowest holes, by the height")
-    holes_to: Share = Field(0.85, description="highest holes, by the height")
-    wires: int = Field(0, ge=0, le=40, description="of a sieve, from its middle to its rim; its wall is then gauze")
-    content: Share = Field(0.0, description="filling level, by the height")
-    marks: int = Field(0, ge=0, le=12, description="lines of a measure")
-    sleeve: bool = Field(False, description="a band of card around the middle")
-    matter: float = Field(1.0, ge=0.05, le=1, description="share of the wall's volume that is solid material")
-    skin: FinishId = Field(description="a picture runs from the underside (0) over the rim (0.5) to the inside (1)")
-    rim_finish: FinishId = "stainless_brushed"
-    handle_finish: FinishId | None = None
-    grip_finish: FinishId = "plastic_black"
-    lid_finish: FinishId | None = None
-    knob_finish: FinishId | None = None
-    lid_bead_finish: FinishId = "stainless_polished"
-    content_finish: FinishId = "coffee_dark"
-    mark_finish: FinishId = "plastic_red"
-
-
-# Handles --------------------------------------------------------------------------------------------------------------
-
-# A solid, its finish and its label.
-Part = tuple[Solid, str, str]
-
-
-def seated(part: Solid, p: Vessel, plan: Plan, profile: Profile) -> Solid:
-    """A handle or spout whose end is drawn back into the wall where it would come out on the inside."""
-    x, y, z = part.points.T
-    within = np.array([profile.radius(float(h)) for h in z]) - 0.7 * p.wall
-    if plan.corner is not None:
-        flat = np.column_stack([np.sign(x) * np.maximum(np.abs(x), within), y])
-    else:
-        far = np.hypot(x, y * within / np.maximum(plan.half_y - (plan.half_x - within), 1e-4))
-        flat = part.points[:, :2] * np.maximum(1.0, within / np.maximum(far, 1e-6))[:, None]
-    return replace(part, points=np.column_stack([np.where((z < p.height)[:, None], flat, part.points[:, :2]), z]))
-
-
-def handles(p: Vessel, profile: Profile, plan: Plan) -> list[Part]:
-    """Handles with their finishes and labels."""
-    own = p.handle_finish or p.skin
-    top, low = p.handle_top * p.height, p.handle_low * p.height
-    into = 0.55 * p.wall
-    r = profile.radius(top)
-    reach = p.handle_reach
-    if p.handle in (HandleForm.EAR, HandleForm.EARS):
-        ends = [(profile.radius(z) - into, z) for z in (top, low)]
-        out = max(profile.radius(z) for z in np.linspace(low, top, 5)) + reach
-        part = ear(ends[0], ends[1], out, p.handle_width, p.handle_thick, p.handle_square, p.handle_sag)
-        both = [part] if p.handle is HandleForm.EAR else [part, part.rotated("z", math.pi)]
-        return [(part, own, "handle") for part in both]
-    if p.handle is HandleForm.LOOPS:
-        return [(part, own, "handle") for part in _loops(p, profile, plan, top)]
-    if p.handle is HandleForm.ARCH:
-        part = arch(r - into, top, p.height + reach, p.handle_width, p.handle_thick, p.handle_square, 1.25)
-        return [(part, own, "handle")]
-    if p.handle is HandleForm.NONE:
-        return []
-    w, t = p.handle_width, p.handle_thick
-    if p.handle is HandleForm.LONG:
-        taper = ((0, 1.5 * w, 1.1 * t), (0.12, w, t), (0.55, 0.8 * w, t), (0.9, 1.15 * w, t), (1, 0.7 * w, 0.8 * t))
-        return [(long_handle((r - into, 0.0, top), reach, p.handle_rise, taper, p.handle_hole), own, "handle")]
-    # A strap of metal, which leaves the wall as steeply as the grip on its end begins.
-    bare, run = 0.26 * reach, p.handle_rise
-    path = [(r - into, 0.0, top), (r + 0.2 * bare, 0.0, top + 0.3 * bare * math.sin(run))]
-    for s in (0.45, 0.8, 1.15):
-        path.append((r + s * bare * math.cos(run), 0.0, top + s * bare * math.sin(run) * 1.15))
-    sizes = [(1.5 * w, 0.35 * t), (1.1 * w, 0.35 * t), (0.7 * w, 0.45 * t), (0.6 * w, 0.5 * t), (0.6 * w, 0.5 * t)]
-    metal = strap(path, sizes, power=0.7)
-    start = (r + bare * math.cos(run), 0.0, top + 1.15 * bare * math.sin(run))
-    swell = ((0, 0.72 * w, 0.8 * t), (0.06, 0.85 * w, t), (0.5, w, 1.1 * t), (0.85, 1.1 * w, t), (1, 0.6 * w, 0.6 * t))
-    grip = long_handle(start, reach - bare, run, swell, p.handle_hole)
-    found = [(metal, own, "handle"), (grip, p.grip_finish, "handle")]
-    if p.handle is HandleForm.LONG_LOOP:
-        found.append((_loops(p, profile, plan, top)[1], own, "handle"))
-    return found
-
-
-def _loops(p: Vessel, profile: Profile, plan: Plan, z: float) -> list[Solid]:
-    r, half = profile.radius(z), 0.5 * min(0.5 * p.width * p.across, 0.1)
-    short = plan.half_y - (plan.half_x - r)
-    x = r - 0.55 * p.wall
-    if plan.corner is None:
-        # Its ends go in far enough to be covered; `seated` keeps them within the wall.
-        x = r * math.sqrt(max(0.0, 1 - (half / short) ** 2)) - 0.55 * p.wall - p.handle_thick - p.weave
-    reach = r + (0.5 if p.handle is HandleForm.LONG_LOOP and p.handle_reach > 0.08 else 1.0) * min(p.handle_reach, 0.05)
-    part = loop(x, half, z, reach - x, p.handle_thick, min(p.handle_width, 2 * p.handle_thick), p.handle_square)
-    return [part, part.rotated("z", math.pi)]
-
-
-def spouts(p: Vessel, profile: Profile) -> list[Part]:
-    """The tube of a spout."""
-    if p.spout <= 0:
-        return []
-    z = p.spout_from * p.height
-    start = (-(profile.radius(z) - 0.6 * p.wall - 0.3 * p.spout_radius), z)
-    end = (-(max(profile.radius(z), profile.radius(0.5 * p.height)) + p.spout), p.spout_to * p.height)
-    return [(spout(start, end, p.spout_radius, p.spout_tip, p.spout_curve), p.skin, "spout")]

@@ -25,40 +25,15 @@ from casa_assets.ext.textures import (
     whole,
     worley,
 )
-from casa_assets.kitchenware.textures.motif import (
-    Array,
-    FoliageKind,
-    diamond,
-    disc,
-    flower,
-    ink,
-    lens,
-    polar,
-    ring,
-    scatter,
-    star,
-)
+from casa_assets.kitchenware.textures import motif
+from casa_assets.kitchenware.textures.motif import Array, FoliageKind
 
 # (depth of the figure in units of the width, number of its ink from 1)
 Figures = list[tuple[Array, int]]
 
 
 # Design of one repeat.
-PaperRepeat = Literal[
-    "damask",
-    "stripe",
-    "trellis",
-    "ogee",
-    "fans",
-    "gingham",
-    "scallop",
-    "dots",
-    "chevron",
-    "sprig",
-    "sunburst",
-    "key",
-    "arches",
-]
+PaperRepeat = Literal["damask", "stripe", "trellis", "ogee", "fans", "gingham", "scallop", "dots", "sprig", "arches"]
 
 
 def _half_drop(u: Array, v: Array, draw: Callable[[Array, Array], Figures]) -> Figures:
@@ -73,16 +48,15 @@ def _damask(u: Array, v: Array) -> Figures:
 
     def bouquet(x: Array, y: Array) -> Figures:
         a, b = np.abs(x) * 0.66, y * 0.9
-        body = lens(a, b, 0.0, -0.05, np.pi / 2, 0.42, 0.17)
-        slit = lens(a, b, 0.0, -0.05, np.pi / 2, 0.32, 0.09)
+        body = motif.lens(a, b, 0.0, -0.05, np.pi / 2, 0.42, 0.17)
+        slit = motif.lens(a, b, 0.0, -0.05, np.pi / 2, 0.32, 0.09)
         places = [(0.11, 0.17, -0.9, 0.26, 0.085), (0.14, 0.02, -0.5, 0.24, 0.075), (0.12, -0.15, -1.1, 0.24, 0.07)]
         places += [(0.05, -0.30, -1.3, 0.20, 0.06), (0.055, 0.30, 1.1, 0.18, 0.05)]
-        leaves = np.maximum.reduce([lens(a, b, *place) for place in places])
-        curl = np.minimum(ring(a, b, 0.155, 0.265, 0.045, 0.022), a - 0.12)
-        dots = np.maximum(disc(a, b, 0.24, 0.13, 0.016), disc(a, b, 0.21, -0.24, 0.016))
-        crown = flower(a, b + 0.36, 8, 0.055, 0.35)
-        outer = np.maximum.reduce([body, leaves, curl, dots, crown])
-        inner = np.maximum(np.minimum(slit, 1.0), disc(a, b, 0.0, -0.36, 0.016))
+        leaves = np.maximum.reduce([motif.lens(a, b, *place) for place in places])
+        curl = np.minimum(motif.ring(a, b, 0.155, 0.265, 0.045, 0.022), a - 0.12)
+        dots = np.maximum(motif.disc(a, b, 0.24, 0.13, 0.016), motif.disc(a, b, 0.21, -0.24, 0.016))
+        outer = np.maximum.reduce([body, leaves, curl, dots, motif.flower(a, b + 0.36, 8, 0.055, 0.35)])
+        inner = np.maximum(np.minimum(slit, 1.0), motif.disc(a, b, 0.0, -0.36, 0.016))
         return [(outer, 1), (inner, 0), (slit - 0.022, 1)]
 
     return _half_drop(u, v, bouquet)
@@ -99,9 +73,9 @@ def _trellis(u: Array, v: Array) -> Figures:
     slant = np.abs(np.abs(u) + np.abs(v) - 0.5) / np.sqrt(2.0)
     lines = np.maximum(0.010 - np.abs(slant - 0.028), -1.0)
     a, b = np.abs(u), np.abs(v)
-    knot = np.maximum(flower(a - 0.5, b, 4, 0.085, 0.4), flower(a, b - 0.5, 4, 0.085, 0.4))
-    pip = np.maximum(disc(a, b, 0.5, 0.0, 0.025), disc(a, b, 0.0, 0.5, 0.025))
-    heart = np.maximum(flower(u, v, 8, 0.075, 0.45), flower(a - 0.5, b - 0.5, 8, 0.075, 0.45))
+    knot = np.maximum(motif.flower(a - 0.5, b, 4, 0.085, 0.4), motif.flower(a, b - 0.5, 4, 0.085, 0.4))
+    pip = np.maximum(motif.disc(a, b, 0.5, 0.0, 0.025), motif.disc(a, b, 0.0, 0.5, 0.025))
+    heart = np.maximum(motif.flower(u, v, 8, 0.075, 0.45), motif.flower(a - 0.5, b - 0.5, 8, 0.075, 0.45))
     return [(lines, 1), (knot, 1), (pip, 0), (heart, 2)]
 
 
@@ -111,9 +85,8 @@ def _ogee(u: Array, v: Array) -> Figures:
     def eye(x: Array, y: Array) -> Figures:
         t = 1.0 - 4.0 * np.minimum(np.abs(y), 0.5) / 2.0
         edge = 0.25 * (1.0 + t + 0.2 * np.sin(np.pi * t)) - np.abs(x)
-        band = 0.020 - np.abs(edge - 0.045)
-        fine = 0.007 - np.abs(edge - 0.095)
-        seed = lens(x, y, 0.0, 0.0, np.pi / 2, 0.34, 0.15)
+        band, fine = 0.020 - np.abs(edge - 0.045), 0.007 - np.abs(edge - 0.095)
+        seed = motif.lens(x, y, 0.0, 0.0, np.pi / 2, 0.34, 0.15)
         return [(band, 1), (fine, 2), (seed, 1), (seed - 0.028, 0), (seed - 0.045, 2)]
 
     return _half_drop(u, v, eye)
@@ -140,20 +113,14 @@ def _gingham(u: Array, v: Array) -> Figures:
 def _scallop(u: Array, v: Array) -> Figures:
     found: Figures = []
     for row in range(-1, 4):
-        x = np.mod(u + 0.5 * (row % 2) + 0.5, 1.0) - 0.5
-        far = np.hypot(x, v + 0.5 - 0.5 * row)
+        far = np.hypot(np.mod(u + 0.5 * (row % 2) + 0.5, 1.0) - 0.5, v + 0.5 - 0.5 * row)
         found += [(0.5 - far, 0), (0.020 - np.abs(far - 0.47), 1), (0.30 - far, 2)]
     return found
 
 
 def _dots(u: Array, v: Array) -> Figures:
     a, b = np.abs(u), np.abs(v)
-    return [(np.maximum(disc(u, v, 0, 0, 0.14), disc(a, b, 0.5, 0.5, 0.14)), 1)]
-
-
-def _chevron(u: Array, v: Array) -> Figures:
-    rise = np.mod(v + 0.5 * np.abs(u) + 0.5, 0.5) - 0.25
-    return [((0.13 - np.abs(rise)) * 0.9, 1), (0.012 - np.abs(np.abs(rise) - 0.19), 2)]
+    return [(np.maximum(motif.disc(u, v, 0, 0, 0.14), motif.disc(a, b, 0.5, 0.5, 0.14)), 1)]
 
 
 def _sprig(u: Array, v: Array) -> Figures:
@@ -162,36 +129,12 @@ def _sprig(u: Array, v: Array) -> Figures:
     def sprig(x: Array, y: Array) -> Figures:
         stem = np.minimum(0.008 - np.abs(x - 0.05 * np.sin(6.0 * y)), np.minimum(0.30 - y, y + 0.05))
         places = ((0.08, 0.17, -0.7, 0.17, 0.06), (-0.06, 0.24, -2.3, 0.15, 0.055), (-0.07, 0.11, -2.5, 0.12, 0.045))
-        leaves = np.maximum.reduce([lens(x, y, *place) for place in places])
-        bud = np.maximum(disc(x, y, 0.15, -0.02, 0.03), disc(x, y, -0.14, 0.03, 0.024))
-        bloom = flower(x, y + 0.13, 5, 0.12, 0.42, np.pi / 2)
-        return [(np.maximum(stem, leaves), 1), (np.maximum(bloom, bud), 2), (disc(x, y, 0.0, -0.13, 0.032), 3)]
+        leaves = np.maximum.reduce([motif.lens(x, y, *place) for place in places])
+        bud = np.maximum(motif.disc(x, y, 0.15, -0.02, 0.03), motif.disc(x, y, -0.14, 0.03, 0.024))
+        bloom = motif.flower(x, y + 0.13, 5, 0.12, 0.42, np.pi / 2)
+        return [(np.maximum(stem, leaves), 1), (np.maximum(bloom, bud), 2), (motif.disc(x, y, 0.0, -0.13, 0.032), 3)]
 
     return _half_drop(u, v, sprig)
-
-
-def _sunburst(u: Array, v: Array) -> Figures:
-    """Rays from the middle of every square."""
-    far, bearing = polar(u, v, 24)
-    ray = np.minimum(0.030 * far / 0.5 - np.abs(far * np.sin(bearing)), np.minimum(far - 0.13, 0.44 - far))
-    short = star(u, v, 12, 0.16, 0.09)
-    corner = diamond(np.abs(u) - 0.5, np.abs(v) - 0.5, 0.09)
-    return [(ray, 1), (short, 2), (corner, 2)]
-
-
-def _key(u: Array, v: Array) -> Figures:
-    """A meander: one line that turns in and out, between two straight ones."""
-    half = 0.045
-
-    def bar(x0: float, y0: float, x1: float, y1: float) -> Array:
-        dx = np.maximum(np.maximum(x0 - u, u - x1), 0.0)
-        dy = np.maximum(np.maximum(y0 - v, v - y1), 0.0)
-        return np.asarray(half - np.maximum(dx, dy))
-
-    bars = [(-0.5, 0.27, -0.36, 0.27), (-0.36, -0.27, -0.36, 0.27), (-0.36, -0.27, 0.27, -0.27)]
-    bars += [(0.27, -0.27, 0.27, 0.09), (-0.09, 0.09, 0.27, 0.09), (-0.09, -0.09, -0.09, 0.09)]
-    bars += [(-0.18, 0.27, 0.5, 0.27), (-0.18, -0.09, -0.18, 0.27)]
-    return [(np.maximum.reduce([bar(*ends) for ends in bars]), 1), (0.02 - np.abs(np.abs(v) - 0.45) + 0.0 * u, 2)]
 
 
 def _arches(u: Array, v: Array) -> Figures:
@@ -202,21 +145,15 @@ def _arches(u: Array, v: Array) -> Figures:
         y = v + 0.5 - 0.5 * row
         far = np.where(y < 0.0, np.hypot(x, y), np.abs(x))
         inside = np.minimum(0.47 - far, 0.5 - y)
-        rings = 0.042 - np.abs(np.mod(far + 0.02, 0.15) - 0.075)
-        found += [(inside, 0), (np.minimum(rings, inside), 1 + row % 2)]
+        found += [(inside, 0), (np.minimum(0.042 - np.abs(np.mod(far + 0.02, 0.15) - 0.075), inside), 1 + row % 2)]
     return found
 
 
 REPEATS: dict[str, Callable[[Array, Array], Figures]] = {
     maker.__name__.removeprefix("_"): maker
-    for maker in (
-        *(_damask, _stripe, _trellis, _ogee, _fans, _gingham, _scallop, _dots, _chevron),
-        *(_sprig, _sunburst, _key, _arches),
-    )
+    for maker in (_damask, _stripe, _trellis, _ogee, _fans, _gingham, _scallop, _dots, _sprig, _arches)
 }
 
-
-# Paper ----------------------------------------------------------------------------------------------------------------
 
 Inks = Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=8)]
 
@@ -247,12 +184,8 @@ class FoliagePaper(Record):
     roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.8
 
 
-class PaperWeave(StrEnum):
-    """Cloth or fibre glued on the paper."""
-
-    GRASS = "grass"  # level blades of uneven thickness on fine upright threads
-    LINEN = "linen"
-    RAFFIA = "raffia"  # a basket weave of flat strips
+# On the paper: GRASS level blades, uneven, on fine upright threads; RAFFIA a basket weave of flat strips.
+PaperWeave = StrEnum("PaperWeave", "GRASS LINEN RAFFIA")
 
 
 class WovenPaper(Record):
@@ -277,7 +210,7 @@ def paint_printed(params: PrintedPaper, canvas: Canvas, rng: np.random.Generator
     cover = 0.5 if params.repeat == "gingham" else params.opacity
     dry = np.clip(1.0 - 0.12 * np.maximum(canvas.noise(0.005, 0.005, rng, 2), 0.0), 0.0, 1.0)
     for depth, number in REPEATS[params.repeat](u, v):
-        share = ink(depth, canvas.pixel_m / wide)
+        share = motif.ink(depth, canvas.pixel_m / wide)
         if number:
             share = share * cover * dry
             albedo = blend(albedo, colors[1 + (number - 1) % len(params.inks)], share)
@@ -291,8 +224,7 @@ def paint_printed(params: PrintedPaper, canvas: Canvas, rng: np.random.Generator
 
 def paint_foliage(params: FoliagePaper, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one stretch of paper."""
-    inks = rgb_table(params.inks)
-    albedo = scatter(canvas, params.growth, params.size_m, inks, rgb(params.ground), rng)
+    albedo = motif.scatter(canvas, params.growth, params.size_m, rgb_table(params.inks), rgb(params.ground), rng)
     wash = 1.0 + 0.012 * canvas.noise(0.03, 0.03, rng, 4)
     flat = np.zeros(canvas.size_px, dtype=np.float32)
     return _paper(albedo * wash[..., None], flat, params.roughness + flat, canvas, rng)
@@ -353,21 +285,11 @@ PRINTED = TextureKind("printed_paper", PrintedPaper, paint_printed)
 FOLIAGE = TextureKind("foliage_paper", FoliagePaper, paint_foliage)
 WOVEN = TextureKind("woven_paper", WovenPaper, paint_woven)
 
-# Plaster --------------------------------------------------------------------------------------------------------------
 
-
-class PlasterFinish(StrEnum):
-    """Tool or material of the plaster."""
-
-    ROLLER = "roller"  # orange peel of a paint roller
-    SAND = "sand"
-    SKIP_TROWEL = "skip_trowel"  # thin patches of mud with smooth ground between
-    VENETIAN = "venetian"  # many thin coats, polished: strokes that overlap
-    LIMEWASH = "limewash"  # brushed crosswise, cloudy
-    TADELAKT = "tadelakt"  # soaped lime, burnished with a stone
-    STUCCO = "stucco"  # thrown on
-    COMBED = "combed"  # level grooves
-    CLAY = "clay"  # earth with straw
+# Tool or material of the plaster: ROLLER orange peel of a paint roller; SKIP_TROWEL thin patches of mud with smooth
+# ground between; VENETIAN many thin coats, polished: strokes that overlap; LIMEWASH brushed crosswise, cloudy; TADELAKT
+# soaped lime, burnished with a stone; STUCCO thrown on; COMBED level grooves; CLAY earth with straw.
+PlasterFinish = StrEnum("PlasterFinish", "ROLLER SAND SKIP_TROWEL VENETIAN LIMEWASH TADELAKT STUCCO COMBED CLAY")
 
 
 class Plaster(Record):
@@ -424,8 +346,7 @@ def _venetian(canvas: Canvas, rng: np.random.Generator) -> _Parts:
         dx, dy = bend * canvas.noise(size, size, rng), 0.6 * bend * canvas.noise(0.8 * size, size, rng)
         total += canvas.shifted(np.asarray(stroke), dx, dy)
     cloud = standardize(total) + 0.7 * canvas.noise(0.5, 0.5, rng, 4)
-    streak = canvas.noise(0.02, 0.2, rng, 3)
-    share = 0.55 * cloud + 0.12 * streak
+    share = 0.55 * cloud + 0.12 * canvas.noise(0.02, 0.2, rng, 3)
     return share, np.asarray(0.00005 * cloud), -0.05 * np.clip(cloud, -1, 1)
 
 
@@ -434,8 +355,7 @@ def _limewash(canvas: Canvas, rng: np.random.Generator) -> _Parts:
     other = canvas.noise(0.22, 0.012, rng, 2)
     bend = 0.009 * canvas.noise(0.3, 0.3, rng, 2)
     one, other = canvas.shifted(one, bend, bend), canvas.shifted(other, bend, -bend)
-    level = smoothstep(-0.9, 0.9, canvas.noise(0.22, 0.22, rng, 4))
-    cross = other + (one - other) * level
+    cross = other + (one - other) * smoothstep(-0.9, 0.9, canvas.noise(0.22, 0.22, rng, 4))
     cloud = 0.7 * canvas.noise(0.5, 0.5, rng, 6) + 0.6 * canvas.noise(0.2, 0.25, rng, 5)
     return 0.45 * cloud + 0.17 * cross, np.asarray(0.0001 * cross), 0.01 * cloud
 
@@ -452,8 +372,7 @@ def _stucco(canvas: Canvas, rng: np.random.Generator) -> _Parts:
     blobs = ridged(canvas.size_px, canvas.cells(0.03, 0.035), rng, 2) - 0.5
     lumps = np.abs(canvas.noise(0.022, 0.022, rng)) + 0.6 * np.abs(canvas.noise(0.011, 0.011, rng)) - 1.0
     mask = smoothstep(-0.7, 0.8, canvas.noise(0.08, 0.08, rng, 2))
-    body = mask * (lumps + blobs)
-    return 0.35 * lumps - 0.2, np.asarray(0.0022 * body + 0.0006 * lumps), 0.02 * lumps
+    return 0.35 * lumps - 0.2, np.asarray(0.0022 * (mask * (lumps + blobs)) + 0.0006 * lumps), 0.02 * lumps
 
 
 def _combed(canvas: Canvas, rng: np.random.Generator) -> _Parts:

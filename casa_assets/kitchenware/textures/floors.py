@@ -18,7 +18,6 @@ from casa_assets.ext.textures import (
     Laying,
     LayingPattern,
     Map,
-    PieceMap,
     SawCut,
     Share,
     Slab,
@@ -52,16 +51,9 @@ from casa_assets.kitchenware.textures.stone import (
     paint_veined,
 )
 
-
-class ResilientSort(StrEnum):
-    """Material of the sheet."""
-
-    MARBLED = "marbled"  # linoleum: streaks of several colours, drawn along v
-    FLECKED = "flecked"  # crumbs of other colours in rubber
-    STUDDED = "studded"  # round studs
-    CORK = "cork"
-    WOVEN = "woven"  # vinyl yarns over and under
-    TREAD = "tread"  # raised bars in pairs, as on plate
+# Material of the sheet: MARBLED linoleum, streaks of several colours, drawn along v; FLECKED crumbs of other colours in
+# rubber; STUDDED round studs; WOVEN vinyl yarns over and under; TREAD raised bars in pairs, as on plate.
+ResilientSort = StrEnum("ResilientSort", "MARBLED FLECKED STUDDED CORK WOVEN TREAD")
 
 
 class ResilientFloor(Record):
@@ -85,16 +77,12 @@ def paint_resilient(params: ResilientFloor, canvas: Canvas, rng: np.random.Gener
     pieces = lay(params.laying, canvas, rng)
     if params.material is not ResilientSort.STUDDED:
         jump = rng.random((2, pieces.count)).astype(np.float32)
-        size = np.array(canvas.tile_m, dtype=np.float32)[:, None]
-        dx, dy = (jump * size)[:, pieces.owner]
+        dx, dy = (jump * np.array(canvas.tile_m, dtype=np.float32)[:, None])[:, pieces.owner]
         at_x, at_y = pieces.u_m + dx - canvas.axes()[0], pieces.v_m + dy - canvas.axes()[1]
         tone = pieces.read(stratified(pieces.count, rng))
         planes = [canvas.shifted(face.albedo[..., n], at_x, at_y) * (1.0 + 0.04 * tone) for n in range(3)]
-        face = Layers.of(
-            np.stack(planes, axis=2),
-            canvas.shifted(face.height_m, at_x, at_y),
-            canvas.shifted(face.roughness, at_x, at_y),
-        )
+        relief, gloss = (canvas.shifted(plane, at_x, at_y) for plane in (face.height_m, face.roughness))
+        face = Layers.of(np.stack(planes, axis=2), relief, gloss)
     return fill(face, params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
 
 
@@ -107,8 +95,7 @@ def _marbled(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -
     bend = 0.7 * size * canvas.noise(6 * size, 3 * size, rng, 2)
     for color in params.colors[1:]:
         streak = canvas.noise(4.0 * size, 0.45 * size, rng, 3) + 0.6 * canvas.noise(1.2 * size, 0.3 * size, rng, 2)
-        share = smoothstep(0.1, 1.9, canvas.shifted(streak, bend))
-        albedo = blend(albedo, rgb(color), params.strength * share)
+        albedo = blend(albedo, rgb(color), params.strength * smoothstep(0.1, 1.9, canvas.shifted(streak, bend)))
     crumb = canvas.noise(0.004, 0.003, rng, 2)
     return albedo * (1.0 + 0.015 * crumb)[..., None], 0.000005 * crumb, 0.02 * crumb
 
@@ -140,8 +127,7 @@ def _studded(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -
     albedo = blend(ground, top, rise)
     foot = np.exp(-((far - radius - 0.0012) ** 2) / (2.0 * max(0.0014, 0.7 * pixel) ** 2))
     albedo = albedo * (1.0 - 0.30 * foot + 0.02 * scuff)[..., None]
-    grain = canvas.noise(0.004, 0.004, rng)
-    return albedo, np.asarray(0.0011 * rise + 0.00001 * grain), -0.06 * rise + 0.03 * scuff
+    return albedo, np.asarray(0.0011 * rise + 0.00001 * canvas.noise(0.004, 0.004, rng)), -0.06 * rise + 0.03 * scuff
 
 
 def _cork(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> _Parts:
@@ -165,8 +151,7 @@ def _cork(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> _
         albedo = blend(albedo, granule, params.strength * share)
         height = height + np.float32(0.00008 * scale) * canvas.shifted(edge, dx, dy)
     lenticel = smoothstep(2.0, 2.5, canvas.noise(0.5 * size, 0.16 * size, rng) + 0.5 * canvas.noise(0.2, 0.2, rng))
-    grain = canvas.noise(0.003, 0.003, rng)
-    albedo = albedo * (1.0 - 0.45 * lenticel + 0.02 * grain)[..., None]
+    albedo = albedo * (1.0 - 0.45 * lenticel + 0.02 * canvas.noise(0.003, 0.003, rng))[..., None]
     return albedo, height - 0.0003 * lenticel, 0.1 * lenticel
 
 
@@ -194,8 +179,7 @@ def _tread(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> 
     a, b = np.mod(x / wide, 1.0) - 0.5, np.mod(y / tall, 1.0) - 0.5
     s, t = (a + b) / np.sqrt(2.0), (a - b) / np.sqrt(2.0)
     long, short = np.where(turned, s, t), np.where(turned, t, s)
-    bar = 0.11 * (1.0 - (long / 0.5) ** 2) - np.abs(short)
-    rise = np.clip(bar / 0.05, 0.0, 1.0)
+    rise = np.clip((0.11 * (1.0 - (long / 0.5) ** 2) - np.abs(short)) / 0.05, 0.0, 1.0)
     scuff = canvas.noise(0.1, 0.1, rng, 5)
     ground, top = rgb(params.colors[0]), rgb(params.colors[-1])
     albedo = (blend(ground, top, params.strength * rise)) * (1.0 + 0.025 * scuff)[..., None]
@@ -209,7 +193,6 @@ _SORTS: dict[ResilientSort, Callable[[ResilientFloor, Canvas, np.random.Generato
 
 RESILIENT = TextureKind("resilient_floor", ResilientFloor, paint_resilient)
 
-# Timber ---------------------------------------------------------------------------------------------------------------
 
 _SLAB_LONG_M = 1.6
 _SHORTEST_SLAB_M = 0.12
@@ -237,12 +220,27 @@ class TimberFloor(Record):
 def paint_timber(params: TimberFloor, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one field of boards."""
     pieces = lay(params.laying, canvas, rng)
-    face = _boards(params, pieces, canvas, rng)
+    # Boards cut from a few sawn faces, each at a different place of its face.
+    wide = 2.0 * float(pieces.half_m[:, 0].max())
+    slabs, roots = [], []
+    for n, cut in enumerate(params.saw_cuts):
+        # A flat-cut face has its heart in the middle and a joint at its border: boards keep clear of it.
+        room = max(_SHORTEST_SLAB_M, 1.35 * wide if cut is SawCut.FLAT else 2.5 * wide)
+        tile_m = (room, _SLAB_LONG_M * (1.0 + 0.11 * n))
+        slabs.append(Slab(wood.board(slab_canvas(canvas, tile_m), params.species, cut, params.palette, rng), tile_m))
+        roots.append(0.5 * room if cut is SawCut.FLAT else 0.0)
+    pick = rng.permutation(np.arange(pieces.count) % len(slabs))
+    rooms = np.array([s.tile_m[0] for s in slabs])[pick]
+    free = np.maximum(rooms - 2.0 * pieces.half_m[:, 0], 0.0) / 2.0
+    flat = np.array(roots)[pick]
+    stray = np.where(flat > 0, free, rooms / 2.0) * rng.uniform(-1.0, 1.0, pieces.count)
+    down = rng.permutation(np.arange(pieces.count)) * 0.6180339887 % 1.0 * _SLAB_LONG_M  # places that keep apart
+    mirrored = rng.permutation(np.arange(pieces.count) % 2) * 2.0 - 1.0
+    face = inlay(pieces, tuple(slabs), pick, flat + stray, down, mirrored)
     tone = pieces.read(stratified(pieces.count, rng))
     warm = pieces.read(stratified(pieces.count, rng))
     hue = np.stack([1.0 + 0.03 * params.warmth * warm, np.ones_like(warm), 1.0 - 0.07 * params.warmth * warm], axis=2)
-    shade = 1.0 + 0.26 * params.variety * tone
-    albedo = face.albedo * hue * shade[..., None]
+    albedo = face.albedo * hue * (1.0 + 0.26 * params.variety * tone)[..., None]
     height: Map = face.height_m
     roughness: Map = face.roughness
     if params.scraping_m > 0:
@@ -260,26 +258,6 @@ def paint_timber(params: TimberFloor, canvas: Canvas, rng: np.random.Generator) 
         albedo = albedo * (1.0 - params.wear * (0.22 * dirt + 0.3 * rims))[..., None]
         roughness = roughness + 0.12 * params.wear * dirt
     return fill(Layers.of(albedo, height, roughness), params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
-
-
-def _boards(params: TimberFloor, pieces: PieceMap, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """Boards cut from a few sawn faces, each at a different place of its face."""
-    wide = 2.0 * float(pieces.half_m[:, 0].max())
-    slabs, roots = [], []
-    for n, cut in enumerate(params.saw_cuts):
-        # A flat-cut face has its heart in the middle and a joint at its border: boards keep clear of it.
-        room = max(_SHORTEST_SLAB_M, 1.35 * wide if cut is SawCut.FLAT else 2.5 * wide)
-        tile_m = (room, _SLAB_LONG_M * (1.0 + 0.11 * n))
-        slabs.append(Slab(wood.board(slab_canvas(canvas, tile_m), params.species, cut, params.palette, rng), tile_m))
-        roots.append(0.5 * room if cut is SawCut.FLAT else 0.0)
-    pick = rng.permutation(np.arange(pieces.count) % len(slabs))
-    rooms = np.array([s.tile_m[0] for s in slabs])[pick]
-    free = np.maximum(rooms - 2.0 * pieces.half_m[:, 0], 0.0) / 2.0
-    flat = np.array(roots)[pick]
-    stray = np.where(flat > 0, free, rooms / 2.0) * rng.uniform(-1.0, 1.0, pieces.count)
-    down = rng.permutation(np.arange(pieces.count)) * 0.6180339887 % 1.0 * _SLAB_LONG_M  # places that keep apart
-    mirrored = rng.permutation(np.arange(pieces.count) % 2) * 2.0 - 1.0
-    return inlay(pieces, tuple(slabs), pick, flat + stray, down, mirrored)
 
 
 class EndGrainFloor(Record):
@@ -305,33 +283,25 @@ def paint_ends(params: EndGrainFloor, canvas: Canvas, rng: np.random.Generator) 
     seen = np.float32(min(1.0, 0.5 * params.species.ring_m / canvas.pixel_m))
     ring = 0.4 + (smoothstep(0.2, 0.9, part) * (1.0 - smoothstep(0.94, 1.0, part)) - 0.4) * seen
     tone = pieces.read(stratified(pieces.count, rng))
-    check = _checks(pieces, pu, pv, canvas, rng)
+    # Mask 0..1: cracks that run out from the pith of some blocks.
+    bearing = np.arctan2(pieces.v_m - pv[pieces.owner], pieces.u_m - pu[pieces.owner])
+    crack = pieces.read(rng.uniform(-np.pi, np.pi, pieces.count))
+    has = pieces.read(rng.random(pieces.count) < 0.35)
+    off = np.abs(np.mod(bearing - crack + np.pi, 2 * np.pi) - np.pi + 0.02 * canvas.noise(0.03, 0.03, rng, 2))
+    check = np.asarray(has * np.clip(1.2 - off / 0.03, 0.0, 1.0), dtype=np.float32)
     light, dark = rgb(params.palette.light), rgb(params.palette.dark)
     fibre = canvas.resolved(0.002, 0.002) * canvas.noise(0.002, 0.002, rng)
     mix = np.clip(params.species.contrast * ring + 0.35 * params.variety * tone + 0.045 * fibre + 0.2, 0.0, 1.0)
-    albedo = blend(light, dark, mix) * (1.0 - 0.5 * check)[..., None]
     face = Layers(
-        albedo.astype(np.float32),
+        (blend(light, dark, mix) * (1.0 - 0.5 * check)[..., None]).astype(np.float32),
         np.asarray(0.00006 * ring - 0.0008 * check, dtype=np.float32),
         np.asarray(params.palette.roughness + 0.1 * ring + 0.2 * check, dtype=np.float32),
     )
     return fill(face, params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
 
 
-def _checks(pieces: PieceMap, pu: Map, pv: Map, canvas: Canvas, rng: np.random.Generator) -> Map:
-    """Mask 0..1: cracks that run out from the pith of some blocks."""
-    bearing = np.arctan2(pieces.v_m - pv[pieces.owner], pieces.u_m - pu[pieces.owner])
-    crack = pieces.read(rng.uniform(-np.pi, np.pi, pieces.count))
-    has = pieces.read(rng.random(pieces.count) < 0.35)
-    off = np.abs(np.mod(bearing - crack + np.pi, 2 * np.pi) - np.pi + 0.02 * canvas.noise(0.03, 0.03, rng, 2))
-    return np.asarray(has * np.clip(1.2 - off / 0.03, 0.0, 1.0), dtype=np.float32)
-
-
 TIMBER = TextureKind("timber", TimberFloor, paint_timber)
 END_GRAIN = TextureKind("end_grain_block", EndGrainFloor, paint_ends)
-
-
-# Encaustic ------------------------------------------------------------------------------------------------------------
 
 
 class Encaustic(Record):
@@ -362,8 +332,7 @@ def paint_encaustic(params: Encaustic, canvas: Canvas, rng: np.random.Generator)
     albedo: Map = np.broadcast_to(colors[0], (*canvas.size_px, 3))
     mottle = canvas.noise(0.05, 0.05, rng, 5)
     for depth, number in DESIGNS[params.design](u, v):
-        share = ink(np.asarray(depth), soft)[..., None]
-        albedo = albedo + (colors[number % len(colors)] - albedo) * share
+        albedo = albedo + (colors[number % len(colors)] - albedo) * ink(np.asarray(depth), soft)[..., None]
     tone = pieces.read(stratified(pieces.count, rng))
     grain = canvas.noise(0.004, 0.004, rng, 2)
     shade = 1.0 + 0.12 * params.variety * tone + 0.035 * mottle + 0.012 * grain
@@ -379,8 +348,6 @@ def paint_encaustic(params: Encaustic, canvas: Canvas, rng: np.random.Generator)
 
 
 ENCAUSTIC = TextureKind("cement_tile", Encaustic, paint_encaustic)
-
-# Stone ----------------------------------------------------------------------------------------------------------------
 
 
 class StoneTile(Record):

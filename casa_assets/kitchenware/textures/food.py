@@ -102,8 +102,7 @@ def paint_section(p: Section, canvas: Canvas, rng: np.random.Generator) -> Layer
         mask = _seeds(p, right, up, places, rng)
         albedo = blend(albedo, rgb(p.seed_color), mask)
         height += 0.0005 * mask
-    grain = canvas.noise(0.0012, 0.0012, rng, 2)
-    height += 0.001 * p.relief_mm * grain
+    height += 0.001 * p.relief_mm * canvas.noise(0.0012, 0.0012, rng, 2)
     return Layers.of(albedo, height, np.clip(p.roughness + 0.05 * mottle, 0.05, 1.0))
 
 
@@ -151,7 +150,6 @@ def _seeds(p: Section, right: Map, up: Map, places: Map, rng: np.random.Generato
 
 SECTION = TextureKind("section", Section, paint_section)
 
-# Skin -----------------------------------------------------------------------------------------------------------------
 
 Millimetres = Annotated[float, Field(ge=0, le=60)]
 
@@ -204,8 +202,7 @@ def paint_skin(p: Skin, canvas: Canvas, rng: np.random.Generator) -> Layers:
     if p.blush is not None:
         albedo = blend(albedo, rgb(p.blush), _blush(p, canvas, up, rng))
     if p.veins is not None:
-        mesh = canvas.cells(p.vein_mm / 1000, p.vein_mm / 1000)
-        crests = ridged(canvas.size_px, mesh, rng, 3)
+        crests = ridged(canvas.size_px, canvas.cells(p.vein_mm / 1000, p.vein_mm / 1000), rng, 3)
         edge = float(np.quantile(crests, 1.0 - 0.5 * p.vein_share))
         albedo = blend(albedo, rgb(p.veins), 0.9 * smoothstep(edge - 0.05, edge + 0.05, crests))
     if p.streaks is not None:
@@ -231,8 +228,7 @@ def paint_skin(p: Skin, canvas: Canvas, rng: np.random.Generator) -> Layers:
         height += np.float32(0.0008) * np.sqrt(rise)
     grain = canvas.noise(p.grain_mm / 1000, p.grain_mm / 1000, rng, 2)
     height += 0.001 * p.relief_mm * grain
-    rough = np.clip(p.roughness + 0.04 * cloud + 0.02 * grain, 0.05, 1.0)
-    return Layers.of(np.clip(albedo, 0.0, 1.0), height, rough)
+    return Layers.of(np.clip(albedo, 0.0, 1.0), height, np.clip(p.roughness + 0.04 * cloud + 0.02 * grain, 0.05, 1.0))
 
 
 def _place(p: Skin, canvas: Canvas, rng: np.random.Generator) -> Map:

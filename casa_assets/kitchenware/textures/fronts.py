@@ -53,8 +53,7 @@ _Parts = tuple[Map, Map, Map, Map]
 
 def _plain(params: PressedFront, canvas: Canvas, rng: np.random.Generator) -> _Parts:
     cloud = canvas.noise(0.5, 0.4, rng, 2)
-    fine = canvas.noise(0.003, 0.003, rng)
-    return 0.08 * cloud, 0.000001 * fine, 0.008 * cloud, np.ones_like(cloud)
+    return 0.08 * cloud, 0.000001 * canvas.noise(0.003, 0.003, rng), 0.008 * cloud, np.ones_like(cloud)
 
 
 def _linen(params: PressedFront, canvas: Canvas, rng: np.random.Generator) -> _Parts:
@@ -62,8 +61,7 @@ def _linen(params: PressedFront, canvas: Canvas, rng: np.random.Generator) -> _P
     warp = canvas.noise(0.4, 0.0021, rng) + 0.45 * canvas.noise(0.037, 0.0023, rng)
     weft = canvas.noise(0.0021, 0.4, rng) + 0.45 * canvas.noise(0.0023, 0.037, rng)
     slub = smoothstep(1.3, 2.2, canvas.noise(0.05, 0.0035, rng)) + smoothstep(1.3, 2.2, canvas.noise(0.0035, 0.05, rng))
-    share = 0.5 + 0.24 * (warp + weft) + 0.5 * slub
-    return share, 0.00003 * np.maximum(warp, weft), 0.03 * warp, np.ones_like(warp)
+    return (0.5 + 0.24 * (warp + weft) + 0.5 * slub), 0.00003 * np.maximum(warp, weft), 0.03 * warp, np.ones_like(warp)
 
 
 def _concrete(params: PressedFront, canvas: Canvas, rng: np.random.Generator) -> _Parts:
@@ -76,8 +74,7 @@ def _concrete(params: PressedFront, canvas: Canvas, rng: np.random.Generator) ->
 
 def _ribbed(params: PressedFront, canvas: Canvas, rng: np.random.Generator) -> _Parts:
     """Narrow V grooves with flat ground between them."""
-    off = canvas.groove_distance(params.pitch_m)
-    groove = np.clip(1.0 - off / 0.0022, 0.0, 1.0)
+    groove = np.clip(1.0 - canvas.groove_distance(params.pitch_m) / 0.0022, 0.0, 1.0)
     lines = canvas.noise(0.3, 0.0025, rng)
     return 0.12 * lines, -0.002 * groove, 0.01 * lines, 1.0 - 0.40 * groove + 0.0 * lines
 
@@ -120,8 +117,7 @@ def _cane(params: PressedFront, canvas: Canvas, rng: np.random.Generator) -> _Pa
     x, y = canvas.axes()
     u = x / (canvas.tile_m[0] / max(1, round(canvas.tile_m[0] / params.pitch_m)))
     v = y / (canvas.tile_m[1] / max(1, round(canvas.tile_m[1] / params.pitch_m)))
-    upright = _strand(u, 0.30) + 0.0 * v
-    level = _strand(v, 0.30) + 0.0 * u
+    upright, level = _strand(u, 0.30) + 0.0 * v, _strand(v, 0.30) + 0.0 * u
     rising, falling = _strand(u + v + 0.5, 0.17), _strand(u - v + 0.5, 0.17)
     over = np.maximum.reduce([upright * 0.92, level, rising * 0.85, falling * 0.8])
     tint = canvas.noise(0.2, 0.004, rng) * (upright > level) + canvas.noise(0.004, 0.2, rng) * (level >= upright)
@@ -141,8 +137,6 @@ _FACES = {
 }
 
 PRESSED = TextureKind("pressed_front", PressedFront, paint_board)
-
-# Painted --------------------------------------------------------------------------------------------------------------
 
 
 # Method of painting.
@@ -178,11 +172,13 @@ def paint_painted(params: PaintedFront, canvas: Canvas, rng: np.random.Generator
         thin = smoothstep(-0.2, 1.6, canvas.noise(0.25, 0.006, rng) + 0.6 * canvas.noise(0.5, 0.06, rng))
         albedo = blend(albedo, under, 0.42 * thin)
     if params.wear > 0:
-        bare = _rubbed(params.wear, canvas, rng)
-        fibre = 1.0 + 0.07 * canvas.noise(0.08, 0.002, rng)
-        albedo = blend(albedo, under * fibre[..., None], bare)
-        height = height - 0.00008 * bare
-        roughness = roughness + 0.12 * bare
+        # Mask 0..1: where the paint is gone: in streaks along the grain, in patches.
+        streaks = canvas.noise(0.07, 0.004, rng) + 0.8 * canvas.noise(0.02, 0.0022, rng)
+        patch = canvas.noise(0.3, 0.12, rng, 3)
+        edge = 3.0 - 2.2 * params.wear
+        bare = smoothstep(edge, edge + 0.5, streaks + 0.8 * patch)
+        albedo = blend(albedo, under * (1.0 + 0.07 * canvas.noise(0.08, 0.002, rng))[..., None], bare)
+        height, roughness = height - 0.00008 * bare, roughness + 0.12 * bare
     if params.groove_spacing_m > 0:
         # Rounded grooves at the edges of boards that are fitted to the width of the picture.
         off = canvas.groove_distance(params.groove_spacing_m)
@@ -196,29 +192,17 @@ def _coat(coat: PaintCoat, canvas: Canvas, rng: np.random.Generator) -> tuple[Ma
     """Relative tone, height in metres and change of roughness that the tool leaves."""
     cloud = canvas.noise(0.5, 0.4, rng, 2)
     if coat == "sprayed":
-        peel = canvas.noise(0.004, 0.004, rng)
-        return 0.004 * cloud, 0.000004 * peel, 0.01 * cloud
+        return 0.004 * cloud, 0.000004 * canvas.noise(0.004, 0.004, rng), 0.01 * cloud
     if coat == "chalk":
         mottle = canvas.noise(0.08, 0.06, rng, 4)
         stroke = canvas.noise(0.12, 0.003, rng)
         return 0.010 * mottle + 0.007 * stroke, 0.00003 * stroke + 0.00001 * mottle, 0.03 * mottle
     # A brush leaves hair lines a hand long, and laps where one stroke ends on another.
     lines = canvas.shifted(canvas.noise(0.28, 0.0017, rng), 0.003 * canvas.noise(0.4, 0.2, rng))
-    broad = canvas.noise(0.45, 0.035, rng)
-    return 0.007 * lines + 0.004 * broad + 0.004 * cloud, 0.000025 * lines, 0.025 * lines
-
-
-def _rubbed(worn: float, canvas: Canvas, rng: np.random.Generator) -> Map:
-    """Mask 0..1: where the paint is gone: in streaks along the grain, in patches."""
-    streaks = canvas.noise(0.07, 0.004, rng) + 0.8 * canvas.noise(0.02, 0.0022, rng)
-    patch = canvas.noise(0.3, 0.12, rng, 3)
-    edge = 3.0 - 2.2 * worn
-    return smoothstep(edge, edge + 0.5, streaks + 0.8 * patch)
+    return 0.007 * lines + 0.004 * canvas.noise(0.45, 0.035, rng) + 0.004 * cloud, 0.000025 * lines, 0.025 * lines
 
 
 PAINTED = TextureKind("painted_front", PaintedFront, paint_painted)
-
-# Veneer ---------------------------------------------------------------------------------------------------------------
 
 
 class Veneer(Record):
@@ -252,22 +236,17 @@ def paint_veneer(params: Veneer, canvas: Canvas, rng: np.random.Generator) -> La
         albedo = albedo * (1.0 - 0.07 * params.saw_marks * np.maximum(lines, -0.6))[..., None]
         height = height - 0.00012 * params.saw_marks * np.maximum(lines, 0.0)
     if params.node_spacing_m > 0:
-        node = _nodes(params.node_spacing_m, canvas, grain.tone)
-        albedo = albedo * (1.0 - 0.2 * node)[..., None]
+        # Mask 0..1: a dark line across each strip, at another height in each.
+        _, y = canvas.axes()
+        pitch = canvas.tile_m[1] / max(1, round(canvas.tile_m[1] / params.node_spacing_m))
+        off = (np.mod(y / pitch + 7.3 * grain.tone, 1.0) - 0.5) * pitch
+        line = np.exp(-((off / 0.0022) ** 2)) + 0.35 * np.exp(-np.maximum(off, 0.0) / 0.012) * (off > 0)
+        albedo = albedo * (1.0 - 0.2 * np.clip(line, 0.0, 1.0).astype(np.float32))[..., None]
     if params.gap_m > 0:
         gap = line_coverage(grain.edge_m, params.gap_m, canvas.pixel_width_m)
         albedo = albedo * (1.0 - 0.75 * gap)[..., None]
         height = height - 0.002 * gap
     return Layers.of(albedo, height, roughness)
-
-
-def _nodes(distance_m: float, canvas: Canvas, tone: Map) -> Map:
-    """Mask 0..1: a dark line across each strip, at another height in each."""
-    _, y = canvas.axes()
-    pitch = canvas.tile_m[1] / max(1, round(canvas.tile_m[1] / distance_m))
-    off = (np.mod(y / pitch + 7.3 * tone, 1.0) - 0.5) * pitch
-    line = np.exp(-((off / 0.0022) ** 2)) + 0.35 * np.exp(-np.maximum(off, 0.0) / 0.012) * (off > 0)
-    return np.clip(line, 0.0, 1.0).astype(np.float32)
 
 
 VENEER = TextureKind("veneer", Veneer, paint_veneer)

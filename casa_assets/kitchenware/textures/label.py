@@ -37,32 +37,15 @@ WORDS_OF_SMALL_PRINT = (
 )
 
 
-class Layout(StrEnum):
-    """How the front is composed."""
-
-    BAND = "band"  # the brand on a band that runs round
-    BADGE = "badge"  # an oval shield
-    PLATE = "plate"  # a plate with rounded corners
-    SPLIT = "split"  # two fields that meet in a wave
-    DIAGONAL = "diagonal"  # a slanted field and stripe
-    CLASSIC = "classic"  # a frame of two lines
-    STRIPES = "stripes"  # upright stripes beside a quiet field
-    MINIMAL = "minimal"  # much ground, little print
-    UPRIGHT = "upright"  # the brand runs upwards
-    BURST = "burst"  # rays out of the middle
-    BLOCK = "block"  # a field of colour above, a drawing below
-    RIBBON = "ribbon"  # the brand on a ribbon
+# How the front is composed: BAND the brand on a band that runs round; BADGE an oval shield; PLATE a plate with rounded
+# corners; SPLIT two fields that meet in a wave; DIAGONAL a slanted field and stripe; CLASSIC a frame of two lines;
+# STRIPES upright stripes beside a quiet field; MINIMAL much ground, little print; UPRIGHT the brand runs upwards; BURST
+# rays out of the middle; BLOCK a field of colour above, a drawing below; RIBBON the brand on a ribbon.
+Layout = StrEnum("Layout", "BAND BADGE PLATE SPLIT DIAGONAL CLASSIC STRIPES MINIMAL UPRIGHT BURST BLOCK RIBBON")
 
 
-class Pattern(StrEnum):
-    """Pattern on the ground of a label."""
-
-    NONE = "none"
-    DOTS = "dots"
-    CHECKS = "checks"  # as on a tablecloth
-    STRIPES = "stripes"
-    RINGS = "rings"  # level lines
-    FADE = "fade"  # from the first colour above to the second below
+# Pattern of the ground: CHECKS of a tablecloth; RINGS level lines; FADE from the first colour above to the second.
+Pattern = StrEnum("Pattern", "NONE DOTS CHECKS STRIPES RINGS FADE")
 
 
 class Label(Record):
@@ -88,7 +71,6 @@ class Label(Record):
     back: bool = Field(True, description="barcode, facts and small print at the back, or on the sides")
     lower: float = Field(0.0, ge=0, le=0.45, description="share of the height that stays ground, as a flap")
     upper: float = Field(0.0, ge=0, le=0.45, description="the same at the upper end")
-    trim: HexColor | None = Field(None, description="of narrow bands along both rims")
     metallic: Share = 0.0
     roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.5
 
@@ -119,22 +101,15 @@ def paint(p: Label, canvas: Canvas, rng: np.random.Generator) -> Layers:
         image = ImageChops.offset(image, wide - wide // 2, 0)
     if p.back:
         image = _backs(image, p, inside, rng, others)
-    if p.trim is not None:
-        draw, band = ImageDraw.Draw(image), 0.03 * inside.height
-        draw.rectangle((0, inside.y, wide, inside.y + band), fill=p.trim)
-        draw.rectangle((0, inside.y + inside.height - band, wide, inside.y + inside.height), fill=p.trim)
-    kept = image.resize((columns, rows), Image.Resampling.BOX)
-    albedo = np.asarray(kept, dtype=np.float32) / 255.0
+    albedo = np.asarray(image.resize((columns, rows), Image.Resampling.BOX), dtype=np.float32) / 255.0
     cloud = canvas.noise(0.03, 0.03, rng, 2)
-    flat = np.zeros(canvas.size_px, dtype=np.float32)
-    return Layers.of(albedo, flat, p.roughness + 0.015 * cloud, p.metallic)
+    return Layers.of(albedo, np.zeros(canvas.size_px, dtype=np.float32), p.roughness + 0.015 * cloud, p.metallic)
 
 
 def front(p: Label, size_px: tuple[int, int]) -> tuple[Image.Image, Area, Area]:
     """Draw the print around a package and on its front, before the picture is reduced.
 
-    `size_px`: (H, W) of the reduced picture. Returns The picture, `FINER` times as large; its printed area; the area of
-    its front.
+    `size_px`: (H, W) after it. Returns the picture, `FINER` times as large, its printed area, the area of its front.
     """
     rows, columns = size_px
     image = Image.new("RGB", (FINER * columns, FINER * rows), p.ground[0])
@@ -182,15 +157,11 @@ def _small(image: Image.Image, p: Label, area: Area, ground: str) -> None:
     write(image, area, p.small, seen_on(ground, p.ink))
 
 
-# The ground and the back ----------------------------------------------------------------------------------------------
-
-
 def _strew(image: Image.Image, p: Label, inside: Area) -> None:
     """The pattern of the ground."""
     draw, color = ImageDraw.Draw(image), p.second
     wide, high = image.size
-    unit = max(6.0, 0.055 * min(inside.height, 0.5 * wide))
-    count = max(4, 2 * round(wide / unit / 2))
+    count = max(4, 2 * round(wide / max(6.0, 0.055 * min(inside.height, 0.5 * wide)) / 2))
     step = wide / count
     rows = range(math.ceil(high / step) + 1)
     match p.pattern:
@@ -226,8 +197,7 @@ def _backs(image: Image.Image, p: Label, inside: Area, rng: np.random.Generator,
     if p.side > 0:
         for way, painted in ((1, _facts_side), (-1, _words_side)):
             shift = round(way * (p.front + p.side) / 2 * wide)
-            image = ImageChops.offset(image, -shift, 0)
-            width = 0.86 * p.side * wide
+            image, width = ImageChops.offset(image, -shift, 0), 0.86 * p.side * wide
             painted(image, p, Area((wide - width) / 2, inside.y, width, inside.height).part(0, 0.06, 1, 0.94), rng)
             image = ImageChops.offset(image, shift, 0)
     if not p.twice and others > 0.12 * wide:
@@ -246,8 +216,7 @@ def _backs(image: Image.Image, p: Label, inside: Area, rng: np.random.Generator,
 
 def _facts_side(image: Image.Image, p: Label, area: Area, rng: np.random.Generator) -> None:
     """A table of facts above and a barcode below, on white plates."""
-    draw = ImageDraw.Draw(image)
-    width = min(area.width, 0.75 * area.height)
+    draw, width = ImageDraw.Draw(image), min(area.width, 0.75 * area.height)
     area = replace(area, x=area.middle[0] - width / 2, width=width)
     table, code = area.part(0.05, 0.0, 0.95, 0.62), area.part(0.05, 0.68, 0.95, 0.98)
     draw.rectangle(table.corners, fill=WHITE)
@@ -281,14 +250,8 @@ def _words_side(image: Image.Image, p: Label, area: Area, rng: np.random.Generat
         write(image, area.part(0.05, 0.44 + 0.095 * k, 0.95, 0.5 + 0.095 * k), chosen, seen_on(ground, p.ink))
 
 
-# Layouts --------------------------------------------------------------------------------------------------------------
-
-
 def _stack(image: Image.Image, p: Label, area: Area, ground: str, parts: str = "mbw", motif: float = 1.0) -> None:
-    """Motif (m), brand (b), a rule (r), words (w) and small print (s) one below the other.
-
-    In an area that is much wider than high, the motif is placed to the left of the rest.
-    """
+    """Motif (m), brand (b), rule (r), words (w), small print (s), one below the other; in a wide area motif first."""
     draw = ImageDraw.Draw(image)
     parts = "".join(c for c in parts if (c != "m" or p.motif) and (c != "w" or p.words) and (c != "s" or p.small))
     if "m" in parts and area.width > 1.55 * area.height:
@@ -355,8 +318,7 @@ def _badge(image: Image.Image, p: Label, face: Area) -> None:
 
 
 def _plate(image: Image.Image, p: Label, face: Area) -> None:
-    draw = ImageDraw.Draw(image)
-    plate = face.part(0.04, 0.1, 0.96, 0.9)
+    draw, plate = ImageDraw.Draw(image), face.part(0.04, 0.1, 0.96, 0.9)
     radius = 0.12 * min(plate.width, plate.height)
     draw.rounded_rectangle(plate.corners, radius, fill=p.accent)
     rim = 0.03 * min(plate.width, plate.height)
@@ -403,8 +365,7 @@ def _diagonal(image: Image.Image, p: Label, face: Area) -> None:
     lean = face.part(0.0, 0.06, 1.0, 0.94)
     _motif(image, p, lean.part(0.1, 0.0, 0.9, 0.3), p.second)
     color = seen_on(p.second, *([p.brand_ink] if p.brand_ink else []), WHITE, p.accent)
-    edge = seen_on(color, p.accent, ground, p.ink)
-    write(image, lean.part(0.02, 0.34, 0.98, 0.6), p.brand, color, p.lettering, edge)
+    write(image, lean.part(0.02, 0.34, 0.98, 0.6), p.brand, color, p.lettering, seen_on(color, p.accent, ground, p.ink))
     plate = lean.part(0.12, 0.66, 0.88, 0.94)
     if p.words:
         ImageDraw.Draw(image).rectangle(plate.corners, fill=ground)
@@ -412,10 +373,8 @@ def _diagonal(image: Image.Image, p: Label, face: Area) -> None:
 
 
 def _classic(image: Image.Image, p: Label, face: Area) -> None:
-    draw = ImageDraw.Draw(image)
-    frame = face.part(0.03, 0.05, 0.97, 0.95)
-    unit = 0.018 * min(frame.width, frame.height)
-    ground = _cleared(image, p, frame)
+    draw, frame = ImageDraw.Draw(image), face.part(0.03, 0.05, 0.97, 0.95)
+    unit, ground = 0.018 * min(frame.width, frame.height), _cleared(image, p, frame)
     for inset, line in ((0.0, 1.3), (2.6, 0.5)):
         d = inset * unit
         left, top, right, bottom = frame.corners
@@ -432,8 +391,7 @@ def _round_stripes(image: Image.Image, p: Label, inside: Area, face: Area) -> No
 
 
 def _stripes(image: Image.Image, p: Label, face: Area) -> None:
-    draw = ImageDraw.Draw(image)
-    field = face.part(0.02, 0.14, 0.98, 0.86)
+    draw, field = ImageDraw.Draw(image), face.part(0.02, 0.14, 0.98, 0.86)
     draw.rectangle(face.part(0.02, 0.11, 0.98, 0.89).corners, fill=p.accent)
     draw.rectangle(field.corners, fill=p.ground[0])
     _stack(image, p, field.part(0.07, 0.08, 0.93, 0.93), p.ground[0], "mbw")
@@ -498,8 +456,7 @@ def _block(image: Image.Image, p: Label, face: Area) -> None:
 
 def _ribbon(image: Image.Image, p: Label, face: Area) -> None:
     draw = ImageDraw.Draw(image)
-    ground = p.ground[0]
-    _motif(image, p, face.part(0.15, 0.05, 0.85, 0.36), ground)
+    _motif(image, p, face.part(0.15, 0.05, 0.85, 0.36), p.ground[0])
     ribbon = face.part(0.0, 0.4, 1.0, 0.62)
     left, top, right, bottom = ribbon.corners
     fold = 0.16 * ribbon.width
@@ -540,10 +497,7 @@ BLANK = " "
 
 
 def lines_in_picture(p: Label, size_px: tuple[int, int]) -> tuple[PrintedLine, ...]:
-    """The brand and the first word of a label where they are seen, what is painted over them left out.
-
-    `size_px`: (H, W) of the picture.
-    """
+    """Where the brand and the first word of a label are seen, without what covers them; `size_px`: (H, W)."""
     whole = np.asarray(front(p, size_px)[0], dtype=np.int16)
     without = {p.brand: p.replace(brand=BLANK)}
     if p.words:

@@ -1,7 +1,4 @@
-"""Drawing for labels: areas, letters, colours that are seen, and small motifs.
-
-A motif is a few ellipses, polygons and lines in the square from -1 to 1, y down.
-"""
+"""Drawing for labels: areas, letters, colours, and motifs: shapes in the square from -1 to 1, y down."""
 
 from __future__ import annotations
 
@@ -72,8 +69,7 @@ def _ratio(one: str, other: str) -> float:
 
 def letters(text: str, lettering: Lettering = "plain") -> Image.Image:
     """The mask of a line of letters without a margin; mode L."""
-    bold = {"bold": 5, "arched": 5, "slanted": 4, "outlined": 6, "wide": 3}
-    stroke = bold.get(lettering, 2)
+    stroke = {"bold": 5, "arched": 5, "slanted": 4, "outlined": 6, "wide": 3}.get(lettering, 2)
     gap = {"spaced": 0.35, "wide": 0.12, "narrow": -0.02}.get(lettering, 0.0) * LETTER_PX
     font = ImageFont.load_default(LETTER_PX)
     edges = [0.0]
@@ -135,17 +131,14 @@ def write(
     image.paste(color, at, fitted)
 
 
-# Motifs ---------------------------------------------------------------------------------------------------------------
-
 Points = Sequence[Vec2]
 
 
 class Pen:
     """Draws into a square of a picture.
 
-    Attributes:
-        image: the picture. x, y: pixels of the middle of the square. size: pixels from its middle to a side.
-        colors: colours that replace those of a drawing, in order; the last one is used for the rest.
+    image: the picture. x, y: pixels of the square's middle. size: to a side. colors: of a drawing; the last: of the
+    rest.
     """
 
     def __init__(self, image: Image.Image, x: float, y: float, size: float, colors: Sequence[str] = ()) -> None:
@@ -173,8 +166,7 @@ class Pen:
 
     def line(self, points: Points, width: float, color: str) -> None:
         """A line of a width with round joints."""
-        pixels = max(1, round(width * self.size))
-        self.draw.line(self.at(points), fill=color, width=pixels, joint="curve")
+        self.draw.line(self.at(points), fill=color, width=max(1, round(width * self.size)), joint="curve")
         for x, y in (points[0], points[-1]):
             self.oval(x, y, width / 2, width / 2, color)
 

@@ -63,32 +63,11 @@ def paint_staves(params: ButcherBlock, canvas: Canvas, rng: np.random.Generator)
 
 def _glued(params: ButcherBlock, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """The worktop with its grain along v: every piece is read from another place of one sheet of wood."""
-    plain = params.palette.replace(variety=0.0)
-    face = wood.board(canvas, params.species, params.cut, plain, rng)
-    piece, edge_m, count = _pieces(canvas, params.stave_m, params.length_m, rng)
-    dx = rng.uniform(0.0, canvas.tile_m[0], count).astype(np.float32)[piece]
-    dy = rng.uniform(0.0, canvas.tile_m[1], count).astype(np.float32)[piece]
-    planes = (*np.moveaxis(face.albedo, 2, 0), face.height_m, face.roughness)
-    moved = [canvas.shifted(plane, dx, dy) for plane in planes]
-    # Most staves are much alike and a few stand out: a cube of the lot keeps it so. Pale ones stand out less.
-    lot = stratified(count, rng)
-    tones = 0.35 * lot + 0.65 * lot**3
-    tones = np.where(tones < 0.0, 0.5 * tones, tones) * params.palette.variety
-    tone = tones.astype(np.float32)[piece]
-    albedo = np.stack(moved[:3], axis=-1)
-    albedo = albedo + 0.9 * (rgb(params.palette.dark) - rgb(params.palette.light)) * tone[..., None]
-    albedo = albedo * (1.0 + 0.04 * tone)[..., None]
-    pixel = max(canvas.pixel_width_m, canvas.tile_m[1] / canvas.size_px[0])
-    glue = line_coverage(edge_m, _GLUE_M, pixel)
-    albedo = blend(albedo, rgb(params.palette.heart), 0.42 * glue)
-    return Layers.of(albedo, moved[3] - 0.00004 * glue, moved[4] + 0.04 * glue)
-
-
-def _pieces(canvas: Canvas, stave_m: float, length_m: float, rng: np.random.Generator) -> tuple[Ids, Map, int]:
-    """Number of the piece, metres to its edge, count of pieces. Staves upright, ends at random heights."""
+    face = wood.board(canvas, params.species, params.cut, params.palette.replace(variety=0.0), rng)
+    # Number of the piece, metres to its edge, count of pieces. Staves upright, ends at random heights.
     x, y = canvas.axes()
-    columns = max(2, round(canvas.tile_m[0] / stave_m))
-    rows = max(1, round(canvas.tile_m[1] / length_m))
+    columns = max(2, round(canvas.tile_m[0] / params.stave_m))
+    rows = max(1, round(canvas.tile_m[1] / params.length_m))
     pitch = canvas.tile_m[0] / columns
     column = np.minimum((x / pitch).astype(np.intp), columns - 1)
     # Ends may not come to lie beside those of the next stave: golden steps keep them apart.
@@ -102,7 +81,22 @@ def _pieces(canvas: Canvas, stave_m: float, length_m: float, rng: np.random.Gene
         row = row + (at >= end)
         off = np.minimum(off, np.abs(np.mod(at - end + 0.5, 1.0) - 0.5) * canvas.tile_m[1])
     side = np.abs(np.mod(x / pitch + 0.5, 1.0) - 0.5) * pitch
-    return np.mod(row, rows) + column * rows, np.minimum(off, side).astype(np.float32), rows * columns
+    piece, edge_m, count = np.mod(row, rows) + column * rows, np.minimum(off, side).astype(np.float32), rows * columns
+    dx = rng.uniform(0.0, canvas.tile_m[0], count).astype(np.float32)[piece]
+    dy = rng.uniform(0.0, canvas.tile_m[1], count).astype(np.float32)[piece]
+    planes = (*np.moveaxis(face.albedo, 2, 0), face.height_m, face.roughness)
+    moved = [canvas.shifted(plane, dx, dy) for plane in planes]
+    # Most staves are much alike and a few stand out: a cube of the lot keeps it so. Pale ones stand out less.
+    lot = stratified(count, rng)
+    tones = 0.35 * lot + 0.65 * lot**3
+    tones = np.where(tones < 0.0, 0.5 * tones, tones) * params.palette.variety
+    tone = tones.astype(np.float32)[piece]
+    albedo = np.stack(moved[:3], axis=-1)
+    albedo = albedo + 0.9 * (rgb(params.palette.dark) - rgb(params.palette.light)) * tone[..., None]
+    albedo = albedo * (1.0 + 0.04 * tone)[..., None]
+    glue = line_coverage(edge_m, _GLUE_M, max(canvas.pixel_width_m, canvas.tile_m[1] / canvas.size_px[0]))
+    albedo = blend(albedo, rgb(params.palette.heart), 0.42 * glue)
+    return Layers.of(albedo, moved[3] - 0.00004 * glue, moved[4] + 0.04 * glue)
 
 
 def paint_blocks(params: EndGrain, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -122,7 +116,13 @@ def paint_blocks(params: EndGrain, canvas: Canvas, rng: np.random.Generator) -> 
     dy = in_y - (far * np.sin(angle)).astype(np.float32)[block]
     lot = rng.uniform(0.0, canvas.tile_m[0], rows * columns).astype(np.float32)[block]
     radius = np.hypot(dx, dy) + lot + 0.0006 * canvas.noise(0.015, 0.015, rng)
-    grain = _end_maps(canvas, params.species, radius.astype(np.float32), np.arctan2(dy, dx), rng)
+    # Maps of wood seen from its end.
+    ring, early, zone = ring_maps(canvas, params.species, radius.astype(np.float32), rng)
+    dots = canvas.noise(0.0012, 0.0012, rng)
+    zero = np.zeros_like(ring)
+    fibre = 0.5 * canvas.noise(0.002, 0.002, rng) + 0.25 * np.cos(np.arctan2(dy, dx) * 160.0).astype(np.float32)
+    none = dict.fromkeys(("fleck", "dash", "sheen", "knot", "tone", "joint"), zero)
+    grain = GrainMaps(ring, early, fibre, zone, smoothstep(0.5, 1.6, dots), edge_m=zero + 1.0, **none)
     grain = replace(grain, tone=rng.uniform(-1.0, 1.0, rows * columns).astype(np.float32)[block])
     face = wood.finish_wood(grain, params.species, params.palette, canvas, rng)
     albedo = face.albedo
@@ -135,21 +135,8 @@ def paint_blocks(params: EndGrain, canvas: Canvas, rng: np.random.Generator) -> 
     return Layers.of(albedo, face.height_m - 0.00004 * glue, face.roughness + 0.04 * glue)
 
 
-def _end_maps(canvas: Canvas, species: WoodSpecies, radius: Map, angle: Map, rng: np.random.Generator) -> GrainMaps:
-    """Maps of wood seen from its end."""
-    ring, early, zone = ring_maps(canvas, species, radius, rng)
-    dots = canvas.noise(0.0012, 0.0012, rng)
-    zero = np.zeros_like(ring)
-    rays = np.cos(angle * 160.0).astype(np.float32)
-    fibre = 0.5 * canvas.noise(0.002, 0.002, rng) + 0.25 * rays
-    none = dict.fromkeys(("fleck", "dash", "sheen", "knot", "tone", "joint"), zero)
-    return GrainMaps(ring, early, fibre, zone, smoothstep(0.5, 1.6, dots), edge_m=zero + 1.0, **none)
-
-
 STAVES = TextureKind("butcher_block", ButcherBlock, paint_staves)
 END_GRAIN = TextureKind("end_grain", EndGrain, paint_blocks)
-
-# Laid -----------------------------------------------------------------------------------------------------------------
 
 
 # How much lower the edge of a tile is than its middle.
@@ -181,7 +168,7 @@ class GlazedLava(Record):
 
 
 # Patterns of printed laminate.
-LaminatePattern = Literal["boomerang", "cracked_ice", "flecks", "terrazzo"]
+LaminatePattern = Literal["boomerang", "cracked_ice", "flecks"]
 
 
 class PrintedLaminate(Record):
@@ -268,30 +255,17 @@ def _figures(params: PrintedLaminate, ink: int, canvas: Canvas, rng: np.random.G
         bar = np.where(np.abs(u) < 0.34, bar, 1.0)
         line = np.clip(1.2 - (np.abs(bar) - 0.012) / max(soft, 0.012), 0.0, 1.0)
         return np.asarray(line * (places.random_per_cell(rng) < 0.8))
-    if params.pattern == "flecks":
-        slim = np.maximum(np.abs(u) / 0.30, np.abs(v) / 0.035)
-        fleck = np.clip((1.0 - slim) / max(soft / 0.035, 0.2) + 0.5, 0.0, 1.0)
-        return np.asarray(fleck * (places.random_per_cell(rng) < 0.55))
-    chip = places.border_m / size - 0.05 - 0.15 * places.random_per_cell(rng)
-    return np.asarray(np.clip(chip / soft, 0.0, 1.0) * (places.random_per_cell(rng) < 0.3), dtype=np.float32)
+    fleck = np.clip((1.0 - np.maximum(np.abs(u) / 0.30, np.abs(v) / 0.035)) / max(soft / 0.035, 0.2) + 0.5, 0.0, 1.0)
+    return np.asarray(fleck * (places.random_per_cell(rng) < 0.55))
 
 
 TILED = TextureKind("tiled_counter", TiledCounter, paint_tiles)
 GLAZED = TextureKind("glazed_lava", GlazedLava, paint_glaze)
 PRINTED = TextureKind("printed_laminate", PrintedLaminate, paint_print)
 
-# Metal ----------------------------------------------------------------------------------------------------------------
 
-
-class MetalTooling(StrEnum):
-    """Marks of the tool on the metal."""
-
-    ALONG = "along"  # brushed along u
-    UPRIGHT = "upright"  # brushed along v
-    ORBITAL = "orbital"  # many small arcs
-    TURNED = "turned"  # rows of overlapping round swirls
-    HAMMERED = "hammered"
-    ROLLED = "rolled"  # as it left the mill
+# Marks on the metal: ALONG brushed along u; UPRIGHT along v; ORBITAL small arcs; ROLLED as it left the mill.
+MetalTooling = StrEnum("MetalTooling", "ALONG UPRIGHT ORBITAL HAMMERED ROLLED")
 
 
 class SheetMetal(Record):
@@ -319,10 +293,14 @@ def paint_metal(params: SheetMetal, canvas: Canvas, rng: np.random.Generator) ->
         share = 0.6 * smoothstep(edge - 2.0, edge + 2.0, field)
         deep = 1.0 + 0.08 * canvas.noise(0.05, 0.05, rng, 4)
         albedo = blend(albedo, rgb(params.patina_color) * deep[..., None], share)
-        roughness = roughness + 0.25 * share
-        height = height + 0.000004 * share
+        roughness, height = roughness + 0.25 * share, height + 0.000004 * share
     if params.spots > 0:
-        mark = _spots(params.spots, canvas, rng)
+        # Mask 0..1: rings of glasses and dried drops.
+        drops = voronoi_cells(canvas, 0.11, rng, bend_m=0.004)
+        radius = 0.008 + 0.03 * drops.random_per_cell(rng)
+        ring = np.exp(-(((drops.near_m - radius) / 0.0018) ** 2)) + 0.3 * (drops.near_m < radius)
+        ring = ring * (drops.random_per_cell(rng) < params.spots) * (0.4 + 0.6 * drops.random_per_cell(rng))
+        mark = np.asarray(ring, dtype=np.float32)
         albedo = blend(albedo, rgb(params.patina_color), 0.45 * mark)
         roughness = roughness + 0.1 * mark
     return Layers.of(albedo, height, np.clip(roughness, 0.06, 1.0), params.metallic)
@@ -338,9 +316,15 @@ def _marks(params: SheetMetal, canvas: Canvas, rng: np.random.Generator) -> tupl
         lines = np.asarray(lines, dtype=np.float32)
         return 0.75 * lines, 0.000002 * lines, 0.8 * lines
     if tooling is MetalTooling.ORBITAL:
-        return _arcs(canvas, mark, rng)
-    if tooling is MetalTooling.TURNED:
-        return _turned(canvas, mark, rng)
+        # Scratches around many centres, laid over each other.
+        tone = np.zeros(canvas.size_px, dtype=np.float32)
+        for scale in (1.0, 0.7, 1.4):
+            swirls = voronoi_cells(canvas, mark * scale, rng, bend_m=0.15 * mark)
+            off = swirls.near_m + mark * 3.0 * swirls.random_per_cell(rng)
+            tone = tone + np.sin(off * 2.0 * np.pi / 0.0023) * (0.4 + 0.6 * swirls.random_per_cell(rng))
+            tone = tone + 0.6 * (swirls.random_per_cell(rng) - 0.5)
+        tone = 0.55 * tone + 0.4 * canvas.noise(0.0025, 0.0025, rng)
+        return tone, 0.0000015 * tone, 0.6 * tone
     if tooling is MetalTooling.HAMMERED:
         dents = voronoi_cells(canvas, mark, rng, bend_m=0.05 * mark)
         bowl = np.minimum(dents.near_m / mark, 0.62) ** 2
@@ -348,45 +332,6 @@ def _marks(params: SheetMetal, canvas: Canvas, rng: np.random.Generator) -> tupl
         return 3.3 * (bowl - 0.15) + 0.4 * rim, 0.045 * mark * bowl, np.zeros_like(bowl)
     cloud, fine = canvas.noise(0.1, 0.2, rng, 4), canvas.noise(0.004, 0.03, rng)
     return 0.5 * cloud + 0.25 * fine, 0.000001 * fine, 0.6 * cloud
-
-
-def _arcs(canvas: Canvas, size_m: float, rng: np.random.Generator) -> tuple[Map, Map, Map]:
-    """Scratches around many centres, laid over each other."""
-    tone = np.zeros(canvas.size_px, dtype=np.float32)
-    for scale in (1.0, 0.7, 1.4):
-        swirls = voronoi_cells(canvas, size_m * scale, rng, bend_m=0.15 * size_m)
-        off = swirls.near_m + size_m * 3.0 * swirls.random_per_cell(rng)
-        tone = tone + np.sin(off * 2.0 * np.pi / 0.0023) * (0.4 + 0.6 * swirls.random_per_cell(rng))
-        tone = tone + 0.6 * (swirls.random_per_cell(rng) - 0.5)
-    tone = 0.55 * tone + 0.4 * canvas.noise(0.0025, 0.0025, rng)
-    return tone, 0.0000015 * tone, 0.6 * tone
-
-
-def _turned(canvas: Canvas, size_m: float, rng: np.random.Generator) -> tuple[Map, Map, Map]:
-    """Engine turning: each round lies half over the one before it, with a fan of light on it."""
-    x, y = canvas.axes()
-    columns, rows = (max(2, round(t / size_m)) for t in canvas.tile_m)
-    u = np.mod(x * columns / canvas.tile_m[0], 1.0)
-    v = np.mod(y * rows / canvas.tile_m[1], 1.0)
-    tone = np.zeros(canvas.size_px, dtype=np.float32)
-    # The later round hides the earlier: of those that reach a point the one furthest down and right is on top.
-    for step_y in (-1.0, 0.0, 1.0):
-        for step_x in (-1.0, 0.0, 1.0):
-            dx, dy = np.broadcast_arrays(u - 0.5 - step_x, v - 0.5 - step_y)
-            off = np.hypot(dx, dy)
-            fan = 0.8 * np.cos(2.0 * np.arctan2(dy, dx)) + 0.35 * np.sin(off * 70.0)
-            tone = np.where(off < 0.75, fan - 0.8 * smoothstep(0.68, 0.75, off), tone)
-    tone = np.asarray(tone + 0.2 * canvas.noise(0.002, 0.002, rng), dtype=np.float32)
-    return 1.3 * tone, 0.000002 * tone, 0.5 * tone
-
-
-def _spots(share: float, canvas: Canvas, rng: np.random.Generator) -> Map:
-    """Mask 0..1: rings of glasses and dried drops."""
-    drops = voronoi_cells(canvas, 0.11, rng, bend_m=0.004)
-    radius = 0.008 + 0.03 * drops.random_per_cell(rng)
-    ring = np.exp(-(((drops.near_m - radius) / 0.0018) ** 2)) + 0.3 * (drops.near_m < radius)
-    ring = ring * (drops.random_per_cell(rng) < share) * (0.4 + 0.6 * drops.random_per_cell(rng))
-    return np.asarray(ring, dtype=np.float32)
 
 
 METAL = TextureKind("sheet_metal", SheetMetal, paint_metal)

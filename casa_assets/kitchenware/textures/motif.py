@@ -77,33 +77,15 @@ def ink(depth: Array, soft: float) -> Array:
     return np.asarray(np.clip(depth / max(soft, 1e-6) + 0.5, 0.0, 1.0))
 
 
-# Encaustic ------------------------------------------------------------------------------------------------------------
-
 # (depth of the figure, number of its colour)
 Figures = list[tuple[Array, int]]
 
 
 # Design of a cement tile.
 TileDesign = Literal[
-    "coastal",
-    "quatrefoil",
-    "star",
-    "moroccan",
-    "circles",
-    "compass",
-    "lace",
-    "diamonds",
-    "rosette",
-    "bordered",
-    "cubes",
-    "triangles",
-    "fleur",
-    "crosses",
-    "arcs",
-    "waves",
-    "octagram",
-    "tulip",
-]
+    "coastal", "quatrefoil", "star", "moroccan", "circles", "compass", "lace", "diamonds", "rosette", "bordered",
+    "cubes", "triangles", "fleur", "crosses", "arcs", "waves", "octagram", "tulip",
+]  # fmt: skip
 
 
 def _coastal(u: Array, v: Array) -> Figures:
@@ -112,8 +94,7 @@ def _coastal(u: Array, v: Array) -> Figures:
     petals = lens(np.abs(u), np.abs(v), 0.19, 0.19, np.pi / 4, 0.46, 0.17)
     corner = np.minimum(disc(np.abs(u), np.abs(v), 0.5, 0.5, 0.30), -disc(np.abs(u), np.abs(v), 0.36, 0.36, 0.13))
     side = diamond(a - 0.5, b, 0.13)
-    dots = disc(a, b, 0.30, 0.0, 0.035)
-    return [(petals, 1), (corner, 1), (side, 1), (dots, 1), (disc(u, v, 0, 0, 0.045), 0)]
+    return [(petals, 1), (corner, 1), (side, 1), (disc(a, b, 0.30, 0.0, 0.035), 1), (disc(u, v, 0, 0, 0.045), 0)]
 
 
 def _quatrefoil(u: Array, v: Array) -> Figures:
@@ -136,10 +117,8 @@ def _moroccan(u: Array, v: Array) -> Figures:
     band = 0.028 - np.abs(eight - 0.0)
     a, b = np.abs(u), np.abs(v)
     rays = np.minimum(0.028 - np.abs(a - b) / np.sqrt(2.0), -eight)
-    far = np.maximum(0.5 - a, 0.5 - b)
-    cross = np.minimum(0.028 - np.abs(np.minimum(0.5 - a, 0.5 - b) - 0.11), far - 0.05)
-    core = star(u, v, 8, 0.17, 0.085)
-    corner = diamond(a - 0.5, b - 0.5, 0.15)
+    cross = np.minimum(0.028 - np.abs(np.minimum(0.5 - a, 0.5 - b) - 0.11), np.maximum(0.5 - a, 0.5 - b) - 0.05)
+    core, corner = star(u, v, 8, 0.17, 0.085), diamond(a - 0.5, b - 0.5, 0.15)
     return [(eight, 1), (band, 0), (core, 2), (np.minimum(rays, 0.3 - corner), 3), (cross, 3), (corner, 2)]
 
 
@@ -153,8 +132,7 @@ def _circles(u: Array, v: Array) -> Figures:
 
 def _compass(u: Array, v: Array) -> Figures:
     far, bearing = polar(u, v, 4)
-    long = star(u, v, 4, 0.46, 0.12)
-    short = star(u, v, 4, 0.34, 0.12, np.pi / 4)
+    long, short = star(u, v, 4, 0.46, 0.12), star(u, v, 4, 0.34, 0.12, np.pi / 4)
     lit = np.where(bearing > 0, 0.02, -1.0)
     around = ring(u, v, 0, 0, 0.41, 0.025)
     corner = disc(np.abs(u), np.abs(v), 0.5, 0.5, 0.14)
@@ -164,8 +142,7 @@ def _compass(u: Array, v: Array) -> Figures:
 
 def _lace(u: Array, v: Array) -> Figures:
     a, b = np.abs(u), np.abs(v)
-    edge = flower(a - 0.5, b - 0.5, 16, 0.44, 0.10)
-    rim = 0.016 - np.abs(edge)
+    rim = 0.016 - np.abs(flower(a - 0.5, b - 0.5, 16, 0.44, 0.10))
     hearts = flower(u, v, 8, 0.17, 0.45)
     far, bearing = polar(u, v, 8)
     dots = disc(far * np.cos(bearing), far * np.sin(bearing), 0.235, 0.0, 0.024)
@@ -191,8 +168,7 @@ def _rosette(u: Array, v: Array) -> Figures:
 
 
 def _bordered(u: Array, v: Array) -> Figures:
-    frame = -square(u, v, 0.43)
-    line = 0.010 - np.abs(square(u, v, 0.395))
+    frame, line = -square(u, v, 0.43), 0.010 - np.abs(square(u, v, 0.395))
     core = np.maximum(square(u, v, 0.18), diamond(u, v, 0.26))
     corner = square(np.abs(u) - 0.5, np.abs(v) - 0.5, 0.075)
     return [(frame, 1), (line, 1), (core, 2), (core - 0.05, 0), (star(u, v, 4, 0.1, 0.045), 1), (corner, 2)]
@@ -214,17 +190,14 @@ def _cubes(u: Array, v: Array) -> Figures:
 def _triangles(u: Array, v: Array) -> Figures:
     """Half squares that take turns, four to a tile."""
     x, y = np.mod(u + 0.5, 0.5) - 0.25, np.mod(v + 0.5, 0.5) - 0.25
-    flip = np.where((u > 0) ^ (v > 0), 1.0, -1.0)
-    half = (x * flip + y) / np.sqrt(2.0)
-    one = np.where(v > 0, half, -half)
-    return [(one, 1), (np.minimum(diamond(u, v, 0.16), 1.0), 2)]
+    half = (x * np.where((u > 0) ^ (v > 0), 1.0, -1.0) + y) / np.sqrt(2.0)
+    return [(np.where(v > 0, half, -half), 1), (np.minimum(diamond(u, v, 0.16), 1.0), 2)]
 
 
 def _fleur(u: Array, v: Array) -> Figures:
     """A cross of lilies."""
     a, b = folded(u, v)
-    stem = np.minimum(0.022 - b, 0.33 - a)
-    leaf = lens(a, b, 0.34, 0.0, 0.0, 0.26, 0.12)
+    stem, leaf = np.minimum(0.022 - b, 0.33 - a), lens(a, b, 0.34, 0.0, 0.0, 0.26, 0.12)
     curl = np.minimum(ring(a, b, 0.235, 0.085, 0.06, 0.045), a - 0.17)
     band = np.minimum(0.018 - np.abs(a - 0.21), 0.075 - b)
     corner = disc(np.abs(u), np.abs(v), 0.5, 0.5, 0.2)
@@ -242,17 +215,14 @@ def _crosses(u: Array, v: Array) -> Figures:
 def _arcs(u: Array, v: Array) -> Figures:
     """Quarter rings about two corners."""
     far = np.minimum(np.hypot(u + 0.5, v + 0.5), np.hypot(u - 0.5, v - 0.5))
-    rings = 0.058 - np.abs(np.mod(far, 0.20) - 0.10)
-    inside = 0.5 - far
-    return [(np.minimum(rings, inside), 1), (far - 0.5, 2)]
+    return [(np.minimum(0.058 - np.abs(np.mod(far, 0.20) - 0.10), 0.5 - far), 1), (far - 0.5, 2)]
 
 
 def _waves(u: Array, v: Array) -> Figures:
     """Fans in rows, each row half a fan on."""
     found: Figures = []
     for dv in (-0.5, -0.25, 0.0, 0.25, 0.5, 0.75):
-        row = round(4 * dv) % 2
-        x = np.mod(u + 0.5 + 0.25 * row, 0.5) - 0.25
+        x = np.mod(u + 0.5 + 0.25 * (round(4 * dv) % 2), 0.5) - 0.25
         far = np.hypot(x, v - dv - 0.0)
         found += [(0.25 - far, 0), (0.235 - far, 1), (0.185 - far, 0), (0.135 - far, 2), (0.07 - far, 0)]
     return found
@@ -260,8 +230,7 @@ def _waves(u: Array, v: Array) -> Figures:
 
 def _octagram(u: Array, v: Array) -> Figures:
     a, b = np.abs(u), np.abs(v)
-    outer = star(u, v, 8, 0.5, 0.36)
-    corner = star(a - 0.5, b - 0.5, 8, 0.2, 0.13)
+    outer, corner = star(u, v, 8, 0.5, 0.36), star(a - 0.5, b - 0.5, 8, 0.2, 0.13)
     line = 0.013 - np.abs(star(u, v, 8, 0.42, 0.30))
     return [(outer, 1), (line, 3), (star(u, v, 8, 0.3, 0.2), 2), (star(u, v, 8, 0.16, 0.09), 0), (corner, 2)]
 
@@ -274,8 +243,7 @@ def _tulip(u: Array, v: Array) -> Figures:
     slit = lens(s, t, 0.44, 0.05, 0.25, 0.26, 0.05)
     stem = np.minimum(0.016 - t, 0.28 - s)
     leaf = lens(s, t, 0.20, 0.06, 0.75, 0.24, 0.07)
-    heart = star(u, v, 4, 0.15, 0.06)
-    return [(bud, 1), (slit, 0), (stem, 2), (leaf, 2), (heart, 2), (0.09 - s, 1)]
+    return [(bud, 1), (slit, 0), (stem, 2), (leaf, 2), (star(u, v, 4, 0.15, 0.06), 2), (0.09 - s, 1)]
 
 
 DESIGNS: dict[str, Callable[[Array, Array], Figures]] = {
@@ -296,22 +264,19 @@ def scatter(
 ) -> Array:
     """(H, W, 3) sRGB picture of a ground with plants on it.
 
-    `canvas`: pixels and metres. `growth`: what grows. `size_m`: length of a leaf or twig, metres. `inks`: (N, 3)
-    colours of the plants, the darkest first. `ground`: (3,) behind them. `rng`: all of the randomness.
+    `growth`: what grows. `size_m`: length of a leaf or twig. `inks`: (N, 3), the darkest first. `ground`: (3,).
     """
     picture = np.broadcast_to(ground, (*canvas.size_px, 3)).astype(np.float32)
     soft = canvas.pixel_m / size_m * 1.2
     for x, y, turn, size, number in _spots(canvas, growth, size_m, rng):
         half = 0.62 * size
-        place = PlacedOutline(x, y, turn, half, half, lambda u, v: u)
-        rows, columns, dx, dy = window(place, canvas)
+        rows, columns, dx, dy = window(PlacedOutline(x, y, turn, half, half, lambda u, v: u), canvas)
         cos, sin = np.float32(np.cos(turn)), np.float32(np.sin(turn))
         u, v = (cos * dx + sin * dy) / np.float32(size), (cos * dy - sin * dx) / np.float32(size)
         at = np.ix_(rows, columns)
         patch = picture[at]
         for depth, hue in _DRAW[growth](u, v):
-            share = ink(depth, soft * size_m / size)[..., None]
-            patch = patch + (inks[(number + hue) % len(inks)] - patch) * share
+            patch = patch + (inks[(number + hue) % len(inks)] - patch) * ink(depth, soft * size_m / size)[..., None]
         picture[at] = patch
     return picture
 
@@ -352,12 +317,10 @@ def _banana(u: Array, v: Array) -> list[tuple[Array, int]]:
     vein = np.mod((v + 0.55 * np.abs(u)) * 17.0, 1.0) - 0.5
     tear = np.where(np.abs(np.floor((v + 0.55 * np.abs(u)) * 17.0 / 3.0) % 2) < 0.5, 0.13, 0.17)
     slits = np.minimum(np.abs(u) - tear, 0.006 - np.abs(np.mod((v + 0.55 * np.abs(u)) * 5.7, 1.0) - 0.5) / 5.7)
-    leaf = np.where(edge > 0, edge - np.abs(u), -1.0)
-    blade = np.minimum(leaf, -slits)
+    blade = np.minimum(np.where(edge > 0, edge - np.abs(u), -1.0), -slits)
     stem = np.minimum(0.010 - np.abs(u), np.minimum(0.55 - v, v + 0.46))
     light = np.minimum(blade - 0.01, u)
-    lines = np.minimum(blade - 0.012, 0.004 - np.abs(vein) / 17.0)
-    return [(blade, 0), (light, 1), (lines, 2), (stem, 2)]
+    return [(blade, 0), (light, 1), (np.minimum(blade - 0.012, 0.004 - np.abs(vein) / 17.0), 2), (stem, 2)]
 
 
 def _ginkgo(u: Array, v: Array) -> list[tuple[Array, int]]:
@@ -406,8 +369,7 @@ def _blossom(u: Array, v: Array) -> list[tuple[Array, int]]:
 
 def _meadow(u: Array, v: Array) -> list[tuple[Array, int]]:
     """Grasses and umbels on one stem."""
-    bend = u - 0.16 * (0.5 - v) ** 2
-    stem = np.minimum(0.006 - np.abs(bend), np.minimum(0.5 - v, v + 0.34))
+    stem = np.minimum(0.006 - np.abs(u - 0.16 * (0.5 - v) ** 2), np.minimum(0.5 - v, v + 0.34))
     tops: list[Array] = []
     rays: list[Array] = []
     for k in range(7):
@@ -422,12 +384,5 @@ def _meadow(u: Array, v: Array) -> list[tuple[Array, int]]:
 
 _MIXED = ("fern", "banana", "willow")  # inks are shades of one colour: any may come first
 _ANY_WAY = ("fern", "ginkgo", "banana")
-_DENSE = {
-    "fern": 2.0,
-    "banana": 2.1,
-    "ginkgo": 1.15,
-    "willow": 1.9,
-    "blossom": 1.35,
-    "meadow": 1.9,
-}
+_DENSE = {"fern": 2.0, "banana": 2.1, "ginkgo": 1.15, "willow": 1.9, "blossom": 1.35, "meadow": 1.9}
 _DRAW = {maker.__name__.removeprefix("_"): maker for maker in (_fern, _banana, _ginkgo, _willow, _blossom, _meadow)}

@@ -21,8 +21,7 @@ Ids = npt.NDArray[np.intp]
 class VoronoiCells:
     """Nearest seed of every pixel, each array (H, W).
 
-    Distances to seeds are measured with the cells scaled to squares of side `size_m`: they are metres along y, and
-    metres along x as well if cells are as wide as high (stretch 1).
+    Distances are metres along y, and along x as well where cells are as wide as high (stretch 1).
     """
 
     count: int  # number of cells
@@ -47,8 +46,7 @@ def voronoi_cells(
 ) -> VoronoiCells:
     """Assign every pixel of the canvas to the nearest jittered seed, periodically.
 
-    `size_m`: usual size of a cell along y. `stretch`: how much longer cells are along x. `bend_m`: how far borders are
-    bent.
+    `size_m`: of a cell along y. `stretch`: how much longer cells are along x. `bend_m`: how far borders are bent.
     """
     rows, columns = canvas.cells(size_m, size_m * stretch)
     tall, wide = canvas.tile_m[1] / rows, canvas.tile_m[0] / columns
@@ -79,14 +77,8 @@ def voronoi_cells(
     return VoronoiCells(rows * columns, ids, near_m, second_m, best_x * np.float32(wide), best_y * scale)
 
 
-# Veined ---------------------------------------------------------------------------------------------------------------
-
-
-class VeinCourse(StrEnum):
-    """Course of the veins."""
-
-    FLOW = "flow"  # long lines side by side
-    NET = "net"  # between the pieces of a broken stone that has healed
+# Course of the veins: FLOW long lines side by side; NET between the pieces of a broken stone that has healed.
+VeinCourse = StrEnum("VeinCourse", "FLOW NET")
 
 
 class Vein(Record):
@@ -154,8 +146,7 @@ def _lines(vein: Vein, canvas: Canvas, rng: np.random.Generator) -> tuple[Map, M
     life = slanted(canvas, canvas.noise(0.28, 0.28 * vein.stretch**0.5, rng, 2), vein.shear)
     edge = 2.2 * vein.gaps - 1.6
     alive = smoothstep(edge, edge + 1.5, life)
-    swell = np.exp(0.45 * canvas.noise(0.07, 0.07, rng, 2) - 0.2)
-    width = vein.width_m * swell * (0.12 + 0.88 * alive**1.5)
+    width = vein.width_m * np.exp(0.45 * canvas.noise(0.07, 0.07, rng, 2) - 0.2) * (0.12 + 0.88 * alive**1.5)
     line = alive * _drawn(main * np.where(side > 0, 0.8, 1.5), width, canvas)
     twig = smoothstep(edge + 0.5, edge + 1.8, life) * _drawn(branch, 0.28 * width, canvas)
     line = np.maximum(line, 0.8 * twig) * np.clip(0.85 + 0.2 * canvas.noise(0.025, 0.025, rng, 2), 0.3, 1.1)
@@ -198,13 +189,10 @@ def _off(field: Map, size_m: float, canvas: Canvas) -> Map:
     rise_x = (np.roll(field, -1, axis=1) - np.roll(field, 1, axis=1)) / (2.0 * step_x)
     rise_y = (np.roll(field, -1, axis=0) - np.roll(field, 1, axis=0)) / (2.0 * step_y)
     # Near a saddle the slope vanishes, and a vein would run out into a blot.
-    slope = np.maximum(np.hypot(rise_x, rise_y), 1.2 / size_m)
-    return np.asarray(np.abs(field) / slope, dtype=np.float32)
+    return np.asarray(np.abs(field) / np.maximum(np.hypot(rise_x, rise_y), 1.2 / size_m), dtype=np.float32)
 
 
 VEINED = TextureKind("veined_stone", VeinedStone, paint_veined)
-
-# Flow -----------------------------------------------------------------------------------------------------------------
 
 
 class BandedStone(Record):
@@ -231,7 +219,11 @@ def paint_flow(params: BandedStone, canvas: Canvas, rng: np.random.Generator) ->
     fold = params.fold_m * (canvas.noise(0.7 * size, size, rng) + 0.35 * canvas.noise(0.25 * size, 0.4 * size, rng, 3))
     depth = y + fold + params.shear * x * np.float32(canvas.tile_m[1] / canvas.tile_m[0])
     part = depth / np.float32(canvas.tile_m[1]) * params.layers + 0.03 * params.mottle * canvas.noise(0.06, 0.2, rng, 5)
-    albedo = _ramp(params.colors, part)
+    # (H, W, 3) colour at a place in the order of layers, smooth from one to the next.
+    table, at = rgb_table(params.colors), np.mod(part, 1.0) * len(params.colors)
+    sharp = np.floor(at) + smoothstep(0.15, 0.85, at - np.floor(at))
+    planes = [ndimage.map_coordinates(plane, [sharp], order=1, mode="grid-wrap") for plane in table.T]
+    albedo = np.stack(planes, axis=-1).astype(np.float32)
     thread = canvas.noise(0.0045, 1.2, rng) + 0.7 * canvas.noise(0.016, 1.6, rng)
     thread = canvas.shifted(thread, np.zeros_like(x), depth - y)
     cloud = canvas.noise(0.25, 0.3, rng, 5)
@@ -249,33 +241,21 @@ def paint_flow(params: BandedStone, canvas: Canvas, rng: np.random.Generator) ->
     if params.pits > 0:
         pit = _pits(params, depth - y, canvas, rng)
         albedo = albedo * (1.0 - 0.45 * pit)[..., None]
-        height = height - 0.0012 * pit
-        roughness = roughness + 0.3 * pit
+        height, roughness = height - 0.0012 * pit, roughness + 0.3 * pit
     return Layers.of(albedo, height, roughness)
-
-
-def _ramp(colors: tuple[str, ...], part: Map) -> Map:
-    """(H, W, 3) colour at a place in the order of layers, smooth from one to the next."""
-    table = rgb_table(colors)
-    at = np.mod(part, 1.0) * len(colors)
-    sharp = np.floor(at) + smoothstep(0.15, 0.85, at - np.floor(at))
-    planes = [ndimage.map_coordinates(plane, [sharp], order=1, mode="grid-wrap") for plane in table.T]
-    return np.stack(planes, axis=-1).astype(np.float32)
 
 
 def _pits(params: BandedStone, fold: Map, canvas: Canvas, rng: np.random.Generator) -> Map:
     """Mask 0..1: holes longer than high that lie in rows."""
     x, _ = canvas.axes()
     holes = canvas.noise(0.006, 0.018, rng) + 0.5 * canvas.noise(0.003, 0.006, rng)
-    rows = canvas.noise(0.05, 0.9, rng)
-    field = canvas.shifted(holes + 0.8 * rows, np.zeros_like(x), fold)
+    field = canvas.shifted(holes + 0.8 * canvas.noise(0.05, 0.9, rng), np.zeros_like(x), fold)
     edge = 3.2 - 1.9 * params.pits
     return smoothstep(edge, edge + 0.45, field)
 
 
 BANDED = TextureKind("banded_stone", BandedStone, paint_flow)
 
-# Granite --------------------------------------------------------------------------------------------------------------
 
 Size = Annotated[float, Field(gt=0.0005, lt=0.5)]
 
@@ -317,14 +297,30 @@ class Granite(Record):
 def paint_granite(params: Granite, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one slab."""
     swarm = streams(canvas, params.cloud_m, params.flow, params.shear, rng)
-    albedo = _mosaic(params, canvas, swarm, rng)
+    # (H, W, 3) crystals side by side; the swarm decides the odds of each mineral.
+    mosaic = voronoi_cells(canvas, params.grain_m, rng, bend_m=0.18 * params.grain_m)
+    # Crystals are as large as they like: a second mosaic of twice the size takes a third of the face.
+    coarse = voronoi_cells(canvas, 2.1 * params.grain_m, rng, bend_m=0.3 * params.grain_m)
+    large = coarse.random_per_cell(rng) < 0.35
+    lot = np.where(large, coarse.random_per_cell(rng), mosaic.random_per_cell(rng))
+    shade = np.where(large, coarse.random_per_cell(rng), mosaic.random_per_cell(rng)) - 0.5
+    weights = np.stack([m.share * np.exp(0.9 * m.cluster * swarm) for m in params.minerals])
+    pick = np.minimum((lot > np.cumsum(weights / weights.sum(axis=0), axis=0)).sum(axis=0), len(params.minerals) - 1)
+    colors = np.stack([rgb(m.color) for m in params.minerals])[pick]
+    spreads = np.array([m.spread for m in params.minerals], dtype=np.float32)[pick]
+    # Within a crystal the light changes a little: cleavage and what lies below the polish.
+    inside = 0.10 * canvas.noise(params.grain_m * 0.6, params.grain_m * 0.6, rng)
+    albedo = np.asarray(colors * (1.0 + spreads * (1.1 * shade + inside))[..., None], dtype=np.float32)
     if params.phenocryst_color is not None:
         albedo = _orbs(params, params.phenocryst_color, albedo, canvas, rng)
     rough = np.zeros(canvas.size_px, dtype=np.float32)
     for speck in params.specks:
-        mask = _scatter(speck, canvas, swarm, rng)
-        albedo = blend(albedo, rgb(speck.color), mask)
-        rough = np.maximum(rough, mask)
+        # Mask 0..1: crystals of one speck; the share is kept, whatever the swarms do.
+        grains = voronoi_cells(canvas, speck.size_m, rng, speck.stretch, bend_m=0.25 * speck.size_m)
+        odds = speck.share * np.exp(1.2 * speck.flock * swarm)
+        chosen = grains.random_per_cell(rng) < odds * speck.share / max(float(odds.mean()), 1e-6)
+        mask = np.asarray(chosen * smoothstep(0.0, 0.08, grains.border_m / speck.size_m), dtype=np.float32)
+        albedo, rough = blend(albedo, rgb(speck.color), mask), np.maximum(rough, mask)
     cloud = canvas.noise(0.004, 0.004, rng)
     return Layers.of(albedo, -0.000004 * rough + 0.000001 * cloud, params.roughness + 0.06 * rough)
 
@@ -335,24 +331,6 @@ def streams(canvas: Canvas, size_m: float, flow: float, shear: int, rng: np.rand
     x, _ = canvas.axes()
     wave = 0.5 * size_m * canvas.noise(0.4, 0.4, rng, 2) * (0.3 + flow)
     return canvas.shifted(field, np.zeros_like(x), shear * x * np.float32(canvas.tile_m[1] / canvas.tile_m[0]) + wave)
-
-
-def _mosaic(params: Granite, canvas: Canvas, swarm: Map, rng: np.random.Generator) -> Map:
-    """(H, W, 3) crystals side by side; the swarm decides the odds of each mineral."""
-    mosaic = voronoi_cells(canvas, params.grain_m, rng, bend_m=0.18 * params.grain_m)
-    # Crystals are as large as they like: a second mosaic of twice the size takes a third of the face.
-    coarse = voronoi_cells(canvas, 2.1 * params.grain_m, rng, bend_m=0.3 * params.grain_m)
-    large = coarse.random_per_cell(rng) < 0.35
-    lot = np.where(large, coarse.random_per_cell(rng), mosaic.random_per_cell(rng))
-    shade = np.where(large, coarse.random_per_cell(rng), mosaic.random_per_cell(rng)) - 0.5
-    weights = np.stack([m.share * np.exp(0.9 * m.cluster * swarm) for m in params.minerals])
-    edges = np.cumsum(weights / weights.sum(axis=0), axis=0)
-    pick = np.minimum((lot > edges).sum(axis=0), len(params.minerals) - 1)
-    colors = np.stack([rgb(m.color) for m in params.minerals])[pick]
-    spreads = np.array([m.spread for m in params.minerals], dtype=np.float32)[pick]
-    # Within a crystal the light changes a little: cleavage and what lies below the polish.
-    inside = 0.10 * canvas.noise(params.grain_m * 0.6, params.grain_m * 0.6, rng)
-    return np.asarray(colors * (1.0 + spreads * (1.1 * shade + inside))[..., None], dtype=np.float32)
 
 
 def _orbs(params: Granite, color: str, albedo: Map, canvas: Canvas, rng: np.random.Generator) -> Map:
@@ -368,17 +346,7 @@ def _orbs(params: Granite, color: str, albedo: Map, canvas: Canvas, rng: np.rand
     return np.asarray(blend(albedo, rgb(params.phenocryst_rim_color), 0.75 * rim), dtype=np.float32)
 
 
-def _scatter(speck: Speck, canvas: Canvas, swarm: Map, rng: np.random.Generator) -> Map:
-    """Mask 0..1: crystals of one speck; the share is kept, whatever the swarms do."""
-    grains = voronoi_cells(canvas, speck.size_m, rng, speck.stretch, bend_m=0.25 * speck.size_m)
-    odds = speck.share * np.exp(1.2 * speck.flock * swarm)
-    chosen = grains.random_per_cell(rng) < odds * speck.share / max(float(odds.mean()), 1e-6)
-    return np.asarray(chosen * smoothstep(0.0, 0.08, grains.border_m / speck.size_m), dtype=np.float32)
-
-
 GRANITE = TextureKind("granite", Granite, paint_granite)
-
-# Speckled -------------------------------------------------------------------------------------------------------------
 
 
 class ChipSize(Record):
@@ -417,8 +385,7 @@ def paint_speckled(params: MadeStone, canvas: Canvas, rng: np.random.Generator) 
     for chips in params.chips:
         color, mask = _chips(chips, canvas, rng)
         mask = mask * free
-        albedo = blend(albedo, color, mask)
-        height = height + 0.000003 * mask
+        albedo, height = blend(albedo, color, mask), height + 0.000003 * mask
         roughness = roughness + chips.roughness_change * mask
         free = free * (1.0 - mask)  # a small chip lies beside a large one, never on it
     if params.pinholes > 0:

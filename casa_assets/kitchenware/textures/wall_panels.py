@@ -31,12 +31,8 @@ from casa_assets.ext.textures import (
     whole,
 )
 
-
-class ColorAssignment(StrEnum):
-    """Assignment of colours to pieces."""
-
-    LOT = "lot"  # as often as the others, in no order
-    SORT = "sort"  # by its shape, orientation or place in the pattern
+# Colours of pieces: LOT each as often as the others, in no order; SORT by shape, orientation or place in the pattern.
+ColorAssignment = StrEnum("ColorAssignment", "LOT SORT")
 
 
 class CeramicTile(Record):
@@ -53,7 +49,6 @@ class CeramicTile(Record):
     body: HexColor = Field("#cdb8a0", description="colour of the clay under the glaze")
     tilt: float = Field(0.002, ge=0, le=0.05, description="standard deviation of the slope of a piece, metres a metre")
     wave_m: float = Field(0.00003, ge=0, le=0.001, description="height of the waves in the glaze")
-    crackle: Share = Field(0.0, description="how plain the net of fine cracks is")
     rib_count: int = Field(0, ge=0, le=16, description="relief lines along each piece; 0: none")
     roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.14
     metallic: Share = 0.0
@@ -73,16 +68,10 @@ def paint_ceramic(params: CeramicTile, canvas: Canvas, rng: np.random.Generator)
         thin = np.exp(-np.maximum(rim_m, 0.0) / 0.0025) + 0.35 * smoothstep(0.9, 2.4, glaze)
         share = params.glaze_pooling * np.clip(0.55 * thin, 0.0, 0.7)
         albedo = blend(albedo, rgb(params.body) * albedo**0.4, share)
-    if params.crackle > 0:
-        albedo = albedo * (1.0 - 0.16 * params.crackle * _cracks(canvas, rng))[..., None]
     height = _relief(params, pieces, glaze, rng)
-    gloss = (
-        params.roughness
-        + 0.02 * glaze * params.glaze_pooling
-        + 0.03 * params.variety * stratified(pieces.count, rng)[pieces.owner]
-    )
-    face = Layers.of(albedo, height, gloss, params.metallic)
-    return fill(face, params.joint, rim_m, canvas, rng)
+    gloss = params.roughness + 0.02 * glaze * params.glaze_pooling
+    gloss = gloss + 0.03 * params.variety * stratified(pieces.count, rng)[pieces.owner]
+    return fill(Layers.of(albedo, height, gloss, params.metallic), params.joint, rim_m, canvas, rng)
 
 
 def colors_of(deal: ColorAssignment, count: int, pieces: PieceMap, rng: np.random.Generator) -> npt.NDArray[np.int64]:
@@ -109,16 +98,7 @@ def _relief(params: CeramicTile, pieces: PieceMap, glaze: Map, rng: np.random.Ge
     return np.asarray(height, dtype=np.float32)
 
 
-def _cracks(canvas: Canvas, rng: np.random.Generator) -> Map:
-    """Mask 0..1: a net of hair lines."""
-    lines = np.minimum(np.abs(canvas.noise(0.02, 0.02, rng, 2)), np.abs(canvas.noise(0.035, 0.035, rng, 2)))
-    wide = 0.05 * max(1.0, canvas.pixel_m / 0.001)
-    return np.asarray(np.clip(1.3 - lines / wide, 0.0, 1.0) / max(1.0, canvas.pixel_m / 0.001), dtype=np.float32)
-
-
 CERAMIC = TextureKind("ceramic_tile", CeramicTile, paint_ceramic)
-
-# Clay -----------------------------------------------------------------------------------------------------------------
 
 
 class FiredClay(Record):
@@ -150,7 +130,11 @@ def paint_clay(params: FiredClay, canvas: Canvas, rng: np.random.Generator) -> L
     shade = shade + params.mottle * 0.10 * cloud + 0.018 * grit
     albedo = rgb_table(params.colors)[number][pieces.owner] * shade[..., None]
     if params.kiln_marks > 0:
-        dark = _burnt(pieces, cloud, rng) * params.kiln_marks
+        # Mask 0..1: dark toward one end of some bricks, as they lay in the kiln.
+        lean = pieces.read(rng.normal(0.0, 1.0, pieces.count))
+        share = pieces.read(stratified(pieces.count, rng))
+        along = pieces.v_m / pieces.read(pieces.half_m[:, 1])
+        dark = smoothstep(0.6, 2.2, along * lean + 1.3 * share + 0.4 * cloud) * params.kiln_marks
         albedo = albedo * (1.0 - np.array([0.55, 0.5, 0.42], dtype=np.float32) * dark[..., None])
     proud = pieces.read(rng.normal(0.0, 1.0, pieces.count).clip(-2, 2) * params.protrusion_m)
     lumps = 0.5 * grit + 0.6 * cloud - 1.2 * smoothstep(1.6, 2.3, cloud + 0.5 * grit)
@@ -158,14 +142,6 @@ def paint_clay(params: FiredClay, canvas: Canvas, rng: np.random.Generator) -> L
     gloss = np.broadcast_to(np.float32(params.roughness), canvas.size_px) + np.float32(0.03) * cloud
     laid = fill(Layers.of(albedo, height, gloss), params.joint, rim_m, canvas, rng)
     return _coated(params, laid, rim_m, grit, canvas, rng) if params.coat_share > 0 else laid
-
-
-def _burnt(pieces: PieceMap, cloud: Map, rng: np.random.Generator) -> Map:
-    """Mask 0..1: dark toward one end of some bricks, as they lay in the kiln."""
-    lean = pieces.read(rng.normal(0.0, 1.0, pieces.count))
-    share = pieces.read(stratified(pieces.count, rng))
-    along = pieces.v_m / pieces.read(pieces.half_m[:, 1])
-    return smoothstep(0.6, 2.2, along * lean + 1.3 * share + 0.4 * cloud)
 
 
 def _coated(params: FiredClay, laid: Layers, rim_m: Map, grit: Map, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -186,8 +162,6 @@ def _coated(params: FiredClay, laid: Layers, rim_m: Map, grit: Map, canvas: Canv
 
 
 CLAY = TextureKind("fired_clay", FiredClay, paint_clay)
-
-# Stonework ------------------------------------------------------------------------------------------------------------
 
 
 class Stonework(Record):
@@ -240,26 +214,16 @@ def paint_stonework(params: Stonework, canvas: Canvas, rng: np.random.Generator)
 STONEWORK = TextureKind("stonework", Stonework, paint_stonework)
 
 
-# Boards ---------------------------------------------------------------------------------------------------------------
-
-
-class BoardProfile(StrEnum):
-    """Profile of the edges of boards, and of the gap between two."""
-
-    BEAD = "bead"  # a half round with a groove on each side
-    SHIPLAP = "shiplap"  # square edges, an open shadow line
-    VEE = "vee"  # tongue and groove with broken edges
-    BATTEN = "batten"  # flat boards, a strip over each joint
-    SLAT = "slat"  # slim strips on a dark ground
-    FLUTED = "fluted"  # half rounds side by side
-    CHANNEL = "channel"  # wide flat grooves
+# Profile of the edges of boards, and of the gap between two: BEAD a half round with a groove on each side; SHIPLAP
+# square edges, an open shadow line; VEE tongue and groove with broken edges; BATTEN flat boards, a strip on each joint.
+BoardProfile = StrEnum("BoardProfile", "BEAD SHIPLAP VEE BATTEN")
 
 
 class PaintedBoards(Record):
     """A panelled wall that is painted."""
 
     color: HexColor = Field(description="of the paint")
-    ground: HexColor = Field("#242220", description="between slats")
+    ground: HexColor = Field("#242220", description="seen in open joints")
     profile: BoardProfile = Field(description="of the edges")
     pitch_m: float = Field(0.1, gt=0.01, le=1, description="from board to board")
     gap_m: float = Field(0.004, gt=0.001, le=0.2, description="width of groove, batten or opening")
@@ -285,7 +249,7 @@ def _upright(params: PaintedBoards, canvas: Canvas, rng: np.random.Generator) ->
     board = np.minimum((x / pitch).astype(np.intp), count - 1)
     off = np.abs(np.mod(x / pitch, 1.0) - 0.5) * pitch  # 0 in the middle of a board
     edge = pitch / 2 - off
-    height, groove, open_ = _profile(params, edge, pitch, canvas.pixel_width_m)
+    height, groove, open_ = _profile(params, edge, canvas.pixel_width_m)
     lines = canvas.noise(0.5, 0.004, rng) + 0.6 * canvas.noise(0.9, 0.012, rng)
     drop = rng.random(count).astype(np.float32)[board] * np.float32(canvas.tile_m[1])
     lines = canvas.shifted(lines, np.zeros_like(x), drop)
@@ -306,7 +270,7 @@ def _upright(params: PaintedBoards, canvas: Canvas, rng: np.random.Generator) ->
     return Layers.of(albedo, relief, rough)
 
 
-def _profile(params: PaintedBoards, edge: Array, pitch: float, pixel: float) -> tuple[Array, Array, Array]:
+def _profile(params: PaintedBoards, edge: Array, pixel: float) -> tuple[Array, Array, Array]:
     """Height in metres, shade of grooves 0..1, and openings 0..1, over the distance from the joint (1, W)."""
     gap, depth = params.gap_m, params.depth_m
     none = np.zeros_like(edge)
@@ -327,34 +291,17 @@ def _profile(params: PaintedBoards, edge: Array, pitch: float, pixel: float) -> 
         case BoardProfile.VEE:
             broken: Array = np.clip(1.0 - edge / (gap / 2), 0, 1)
             return -depth * broken, 0.30 * broken + 0.45 * band(0.0008), none
-        case BoardProfile.BATTEN:
+        case _:
             strip = band(gap / 2)
             shadow = np.clip(band(gap / 2 + 0.0015) - strip, 0, 1)
             return depth * strip, 0.55 * shadow, none
-        case BoardProfile.SLAT:
-            line = band(gap / 2)
-            rise: Array = np.minimum(np.maximum(edge - gap / 2, 0) / 0.0015, 1)
-            return -depth * line + 0.0008 * (rise - 1), 0.2 * line, line
-        case BoardProfile.FLUTED:
-            across: Array = np.clip(1.0 - edge / (pitch / 2), 0, 1)
-            crest: Array = np.sqrt(np.clip(1.0 - across**2, 0, 1))
-            return depth * crest, 0.5 * (1 - crest), none
-        case _:
-            slope: Array = np.clip((gap / 2 + 0.003 - edge) / 0.003, 0, 1)
-            return -depth * slope, 0.18 * slope, none
 
 
 BOARDS = TextureKind("painted_boards", PaintedBoards, paint_boards)
 
-# Cast -----------------------------------------------------------------------------------------------------------------
 
-
-class Formwork(StrEnum):
-    """Formwork of the concrete."""
-
-    SMOOTH = "smooth"
-    PANELS = "panels"  # large plates with joints and tie holes
-    BOARDS = "boards"  # rough boards that left their grain
+# Formwork of the concrete: PANELS large plates with joints and tie holes; BOARDS rough boards that left their grain.
+Formwork = StrEnum("Formwork", "SMOOTH PANELS BOARDS")
 
 
 class Concrete(Record):
@@ -378,9 +325,11 @@ def paint_concrete(params: Concrete, canvas: Canvas, rng: np.random.Generator) -
     arcs, dx, dy = canvas.noise(0.02, 0.24, rng, 2), canvas.noise(0.4, 0.4, rng), canvas.noise(0.4, 0.4, rng)
     arcs = canvas.shifted(arcs, 0.11 * dx, 0.11 * dy)
     share = 0.40 * params.cloudy * cloud + 0.06 * fine + 0.28 * params.trowel_marks * arcs
-    hole = _bubbles(params.holes, canvas, rng)
-    height = 0.0001 * cloud + 0.00004 * fine - 0.0018 * hole
-    dark = 0.42 * hole
+    # Mask 0..1: round holes of a few millimetres that come in swarms.
+    dots = canvas.noise(0.009, 0.009, rng) + 0.45 * canvas.noise(0.2, 0.3, rng, 2)
+    edge = 3.4 - 1.3 * params.holes
+    hole = np.asarray(smoothstep(edge, edge + 0.25, dots) * (params.holes > 0), dtype=np.float32)
+    height, dark = 0.0001 * cloud + 0.00004 * fine - 0.0018 * hole, 0.42 * hole
     if params.formwork is Formwork.BOARDS:
         share, height, dark = _board_marks(params, canvas, share, height, dark, rng)
     elif params.formwork is Formwork.PANELS:
@@ -390,13 +339,6 @@ def paint_concrete(params: Concrete, canvas: Canvas, rng: np.random.Generator) -
     albedo = blend(rgb(params.color), rgb(params.second), np.clip(share, -0.8, 1.2)) * (1.0 - dark)[..., None]
     rough = params.roughness + 0.05 * cloud * params.cloudy + 0.15 * (hole > 0.5) + 0.05 * params.trowel_marks * arcs
     return Layers.of(albedo, height, rough)
-
-
-def _bubbles(share: float, canvas: Canvas, rng: np.random.Generator) -> Map:
-    """Mask 0..1: round holes of a few millimetres that come in swarms."""
-    dots = canvas.noise(0.009, 0.009, rng) + 0.45 * canvas.noise(0.2, 0.3, rng, 2)
-    edge = 3.4 - 1.3 * share
-    return np.asarray(smoothstep(edge, edge + 0.25, dots) * (share > 0), dtype=np.float32)
 
 
 def _board_marks(

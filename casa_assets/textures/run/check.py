@@ -14,7 +14,7 @@ from PIL import Image
 from casa_assets import registry
 from casa_assets.errors import BatchFault
 from casa_assets.model.issue import Report
-from casa_assets.model.registry.rows import Finish, Surface, TextureRecipe
+from casa_assets.model.registry.rows import Surface, TextureRecipe
 from casa_assets.runs.engine import run_batch
 from casa_assets.runs.limits import WorkerFailure
 from casa_assets.show.stills.pictures import SheetCell, contact_sheets
@@ -22,8 +22,6 @@ from casa_assets.textures.check import check_pictures, check_set, pictures_of
 from casa_assets.textures.distance import TextureDescriptor, describe_texture
 from casa_assets.textures.finish import swatch
 from casa_assets.textures.run.recipes import find_recipe, finish_of, layers_of, recipes
-
-# Sheet ----------------------------------------------------------------------------------------------------------------
 
 COLUMNS = 10
 PER_PAGE = 100
@@ -45,26 +43,20 @@ def shots(recipes: Sequence[TextureRecipe], cache: Path, side_m: float, side_px:
     for recipe in recipes:
         finish = finish_of(recipe, cache)
         size = f"{recipe.kind}, {recipe.tile_m[0]:g} x {recipe.tile_m[1]:g} m"
-        yield SheetCell(recipe.id, size, _png(finish, side_m, side_px))
+        pictures = pictures_of(finish)
+        texture = finish.material.metallic_roughness_texture
+        assert texture is not None
+        with Image.open(io.BytesIO(texture.png)) as image:
+            metallic = float(np.asarray(image.convert("RGB"))[..., 2].mean() / 255)
+        out = io.BytesIO()
+        Image.fromarray(swatch(pictures, metallic, side_m, side_px), "RGB").save(out, "PNG", compress_level=6)
+        yield SheetCell(recipe.id, size, out.getvalue())
 
 
 def pages(cells: Sequence[SheetCell], heading: str, side_px: int = 192) -> tuple[bytes, ...]:
     """PNG pages of ten by ten cells."""
     return contact_sheets(cells, heading, per_page=PER_PAGE, columns=COLUMNS, cell_px=side_px)
 
-
-def _png(made: Finish, side_m: float, side_px: int) -> bytes:
-    pictures = pictures_of(made)
-    texture = made.material.metallic_roughness_texture
-    assert texture is not None
-    with Image.open(io.BytesIO(texture.png)) as image:
-        metallic = float(np.asarray(image.convert("RGB"))[..., 2].mean() / 255)
-    out = io.BytesIO()
-    Image.fromarray(swatch(pictures, metallic, side_m, side_px), "RGB").save(out, "PNG", compress_level=6)
-    return out.getvalue()
-
-
-# Check ----------------------------------------------------------------------------------------------------------------
 
 COMPARISON_PX = 256
 DEFAULT_JOBS = 2

@@ -21,7 +21,7 @@ from casa_assets.model.record import Record, Vec2
 from casa_assets.model.registry.rows import Finish, Surface
 from casa_assets.projects import SETTINGS, project_folder, read_again
 from casa_assets.show.stills.pictures import SheetCell, contact_sheet
-from casa_assets.textures import pack_pictures as derive
+from casa_assets.textures import pack_pictures
 from casa_assets.textures.check import check_pictures, pictures_of
 from casa_assets.textures.distance import NEARLY_ALIKE, TextureDescriptor, closest_pairs, describe_texture
 from casa_assets.textures.pack_entry import (
@@ -36,28 +36,13 @@ from casa_assets.textures.pack_entry import (
     RejectedPicture,
     SimilarPair,
     group_maps,
-    rejection_error,
     rejection_row,
     slug,
     unique_ids,
 )
-from casa_assets.textures.pack_pictures import (
-    SIZE_PX,
-    SUFFIX_GROUPS,
-    Floats,
-    GivenMaps,
-    TiledPicture,
-    decode,
-    decode_map,
-    finish_of_tile,
-    pixels_of,
-    scaled,
-    tile,
-)
+from casa_assets.textures.pack_pictures import TiledPicture, tile
 from casa_assets.textures.run.pictures import FOLDER, PACK, pack_of
 from casa_assets.textures.run.recipes import every_recipe, origin_of
-
-# Sources --------------------------------------------------------------------------------------------------------------
 
 
 def list_files(folder: Path) -> list[str]:
@@ -72,17 +57,15 @@ def read_file(folder: Path, name: str) -> bytes:
     path = folder / name
     try:
         if not path.resolve(strict=True).is_relative_to(folder.resolve()):
-            raise rejection_error(PictureRejection.UNREADABLE, "is a link that leaves the folder")
+            raise Rejected(PictureRejection.UNREADABLE, "is a link that leaves the folder")
         if not path.is_file():
-            raise rejection_error(PictureRejection.UNREADABLE, "is no regular file")
+            raise Rejected(PictureRejection.UNREADABLE, "is no regular file")
         if path.stat().st_size > MAX_FILE_BYTES:
-            raise rejection_error(PictureRejection.TOO_LARGE, f"has over {MAX_FILE_BYTES // 2**20} MiB")
+            raise Rejected(PictureRejection.TOO_LARGE, f"has over {MAX_FILE_BYTES // 2**20} MiB")
         return path.read_bytes()
     except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle
-        raise rejection_error(PictureRejection.UNREADABLE, f"cannot be read: {error}") from None
+        raise Rejected(PictureRejection.UNREADABLE, f"cannot be read: {error}") from None
 
-
-# Survey ---------------------------------------------------------------------------------------------------------------
 
 MANIFESTS = ("pack.yaml", "pack.yml", "pack.json")
 _KEYS = ("pack", "defaults", "pictures")
@@ -93,15 +76,13 @@ _SAME_ASPECT = 0.02  # by which the shape of a map may differ from that of the c
 class PackOptions:
     """Options of ingesting a folder of pictures.
 
-    Attributes:
-        library: output folder. pack: name of the pack; None: that of the folder. size_px: longer side of the pictures.
-        flags: for every picture that does not state otherwise.
+    library: output folder. pack: its name; None: the folder's. size_px: longer side. flags: of pictures without others.
     """
 
     library: Path
     pack: str | None = None
     flags: PictureDescription = field(default_factory=PictureDescription)
-    size_px: int = SIZE_PX
+    size_px: int = pack_pictures.SIZE_PX
 
 
 @dataclass(frozen=True)
@@ -115,14 +96,6 @@ class PackDescription:
     used: tuple[str, ...]  # files that are not pictures and were read
 
 
-class PreparedPicture(Record):
-    """The costly part of one picture, as the store keeps it: the tile, and what was learnt by decoding."""
-
-    tile: TiledPicture
-    prompt: str
-    notes: tuple[str, ...]
-
-
 @dataclass(frozen=True)
 class AcceptedPicture:
     """A picture that can be used."""
@@ -132,11 +105,11 @@ class AcceptedPicture:
     sha256: str  # of its bytes
     maps: Mapping[str, str]  # name of a map that it came with -> its file
     fields: PictureDescription
-    prepared: PreparedPicture
+    tile: TiledPicture
 
 
 def read_description(source: Path) -> PackDescription:
-    """Read what pack.yaml (or pack.json) of a folder says of its pictures. Raises RegistryError."""
+    """Read the descriptions of pictures in pack.yaml (or pack.json) of a folder. Raises RegistryError."""
     used = [name for name in MANIFESTS if (source / name).is_file()][:1]
     pack, defaults = None, PictureDescription()
     rows: dict[str, PictureDescription] = {}
@@ -170,7 +143,8 @@ def survey(
     refusals: list[RejectedPicture] = []
     by_bytes: dict[str, str] = {}
     found = list_files(source)
-    shown = [path for suffixes in SUFFIX_GROUPS for path in found if Path(path).suffix.lower() in suffixes]
+    groups = pack_pictures.SUFFIX_GROUPS
+    shown = [path for suffixes in groups for path in found if Path(path).suffix.lower() in suffixes]
     materials = sorted(group_maps(shown), key=lambda one: min(one.maps.values()))
     for files in materials:
         try:
@@ -181,11 +155,10 @@ def survey(
     present = {name for files in materials for name in (*files.maps.values(), slug(files.name))}
     for name in (*description.rows, *description.faults):
         if name not in present and slug(name) not in present:
-            missing = rejection_error(PictureRejection.MISSING, "is named in pack.yaml and is not there")
+            missing = Rejected(PictureRejection.MISSING, "is named in pack.yaml and is not there")
             refusals.append(rejection_row(name, missing))
     read = {*description.used, *(path for files in materials for path in files.maps.values())}
-    ignored = tuple(path for path in found if path not in read)
-    return accepted, tuple(sorted(refusals, key=lambda r: r.source)), ignored
+    return accepted, tuple(sorted(refusals, key=lambda r: r.source)), tuple(path for path in found if path not in read)
 
 
 def _accepted(
@@ -199,16 +172,16 @@ def _accepted(
     """A material that can be used. Raises Rejected."""
     source = files.maps.get(MapRole.COLOR)
     if source is None:
-        raise rejection_error(PictureRejection.NO_COLOR, f"{files.name} has {', '.join(files.maps)} and no colour")
+        raise Rejected(PictureRejection.NO_COLOR, f"{files.name} has {', '.join(files.maps)} and no colour")
     data = read_file(folder, source)
     digest = hashlib.sha256(data).hexdigest()
     if digest in by_bytes:
-        raise rejection_error(PictureRejection.DUPLICATE, f"holds the same bytes as {by_bytes[digest]}")
+        raise Rejected(PictureRejection.DUPLICATE, f"holds the same bytes as {by_bytes[digest]}")
     by_bytes[digest] = source
     fields = _picture_fields(files, description, options.flags)
-    prepared = _prepared(data, digest, files.maps, folder, options.size_px, store)
-    origins = {name: files.maps[MapRole(name)] for name in sorted(prepared.tile.maps)}
-    return AcceptedPicture(files.name, source, digest, origins, fields, prepared)
+    made = _tiled(data, digest, files.maps, folder, options.size_px, store)
+    origins = {name: files.maps[MapRole(name)] for name in sorted(made.maps)}
+    return AcceptedPicture(files.name, source, digest, origins, fields, made)
 
 
 def _picture_fields(
@@ -218,22 +191,20 @@ def _picture_fields(
     source = files.maps[MapRole.COLOR]
     keys = [key for key in (*description.rows, *description.faults) if key == source or slug(key) == slug(files.name)]
     if keys and keys[0] in description.faults:
-        raise rejection_error(PictureRejection.BAD_ROW, description.faults[keys[0]])
+        raise Rejected(PictureRejection.BAD_ROW, description.faults[keys[0]])
     row = description.rows[keys[0]] if keys else PictureDescription()
     fields = row.over(flags).over(description.defaults)
     missing = [name for name in ("surface", "tile_m", "licence") if getattr(fields, name) is None]
     if missing:
-        raise rejection_error(PictureRejection.NOT_DESCRIBED, f"nobody says its {', '.join(missing)}")
+        raise Rejected(PictureRejection.NOT_DESCRIBED, f"nobody says its {', '.join(missing)}")
     if (fields.substance or UNKNOWN) not in registry.load().substances:
-        raise rejection_error(
-            PictureRejection.BAD_ROW, f"{fields.substance!r} is no substance of registry/substances.yaml"
-        )
+        raise Rejected(PictureRejection.BAD_ROW, f"{fields.substance!r} is no substance of registry/substances.yaml")
     return fields
 
 
-def _prepared(
+def _tiled(
     data: bytes, digest: str, maps: Mapping[MapRole, str], folder: Path, size_px: int, store: Store
-) -> PreparedPicture:
+) -> TiledPicture:
     """The tile, from the store or made now: a run that was cut off goes on where it was."""
     read: dict[MapRole, bytes] = {}
     notes: list[str] = []
@@ -245,36 +216,37 @@ def _prepared(
         except Rejected as error:
             notes.append(_without(role, error))
     digests = {role.value: hashlib.sha256(found).hexdigest() for role, found in sorted(read.items())}
-    key = digest_of("texture_pack", key_of(decode, tile, _given, PreparedPicture), digest, digests, size_px)
+    key = digest_of("texture_pack", key_of(pack_pictures.decode, tile, _given), digest, digests, size_px)
     if (kept := store.get(key)) is not None:
-        found = PreparedPicture.from_json(kept)
-        return found.replace(notes=(*found.notes, *notes))
-    decoded = decode(data)
-    small = scaled(decoded.pixels, size_px)
-    given, left_out = _given(read, small.shape[1] / small.shape[0], size_px)
-    made = PreparedPicture(tile=tile(small, size_px, given), prompt=decoded.prompt, notes=(*decoded.notes, *left_out))
-    store.put(key, made.to_json().encode())
+        made = TiledPicture.from_json(kept)
+    else:
+        decoded = pack_pictures.decode(data)
+        small = pack_pictures.scaled(decoded.pixels, size_px)
+        given, left_out = _given(read, small.shape[1] / small.shape[0], size_px)
+        made = tile(small, size_px, given).replace(prompt=decoded.prompt, notes=(*decoded.notes, *left_out))
+        store.put(key, made.to_json().encode())
     return made.replace(notes=(*made.notes, *notes))
 
 
-def _given(read: Mapping[MapRole, bytes], aspect: float, size_px: int) -> tuple[GivenMaps, tuple[str, ...]]:
-    """Maps by the bytes of their files, and notes on those that cannot be used.
+def _given(
+    read: Mapping[MapRole, bytes], aspect: float, size_px: int
+) -> tuple[dict[str, pack_pictures.Floats], tuple[str, ...]]:
+    """Maps by name, in the order of MapRole, and notes on those that cannot be used.
 
-    Args:
-        aspect: width over height of the colour. size_px: longer side to which they are scaled down.
+    read: bytes of the files. aspect: width over height of the colour. size_px: longer side after scaling down.
     """
-    planes: dict[MapRole, Floats] = {}
+    planes: dict[MapRole, pack_pictures.Floats] = {}
     notes: list[str] = []
     for role, data in read.items():
         try:
-            pixels = decode_map(data, role)
+            pixels = pack_pictures.decode_map(data, role)
             if abs(pixels.shape[1] / pixels.shape[0] / aspect - 1.0) > _SAME_ASPECT:
-                raise rejection_error(PictureRejection.TOO_LONG, "has another shape than the colour")
-            planes[role] = scaled(pixels, size_px)
+                raise Rejected(PictureRejection.TOO_LONG, "has another shape than the colour")
+            planes[role] = pack_pictures.scaled(pixels, size_px)
         except Rejected as error:
             notes.append(_without(role, error))
-    single = {role.value: plane[..., :1] for role, plane in planes.items() if role is not MapRole.NORMAL}
-    return GivenMaps(normal=planes.get(MapRole.NORMAL), **single), tuple(notes)
+    ordered = [(role, planes[role]) for role in MapRole if role in planes]
+    return {r.value: p if r is MapRole.NORMAL else p[..., :1] for r, p in ordered}, tuple(notes)
 
 
 def _without(role: MapRole, error: Rejected) -> str:
@@ -301,12 +273,10 @@ class PackReport:
 def ingest_pack(source: Path, options: PackOptions) -> PackReport:
     """Ingest every picture of a folder.
 
-    Unusable pictures are left out with a reason, the others are ingested.
-
-    Raises:
-        CasaError: the folder does not exist, or an id is already used in the project that is written to.
-        RegistryError: pack.yaml is not valid YAML or has unknown keys.
-        OutputError: the library cannot be written to, another run holds it, or its target folder holds no pack.
+    Unusable pictures are left out with a reason, the others are ingested. Raises CasaError: the folder does not exist,
+    or an id is already used in the project that is written to. RegistryError: pack.yaml is not valid YAML or has
+    unknown keys. OutputError: the library cannot be written to, another run holds it, or its target folder holds no
+    pack.
     """
     if not source.is_dir():
         raise CasaError(f"{source}: {'is no folder; unpack it first' if source.exists() else 'no such folder'}")
@@ -330,7 +300,12 @@ def ingest_pack(source: Path, options: PackOptions) -> PackReport:
             write_files(staged, Files(entries=files))  # at once: a large pack does not fit into memory
             pictures.append(picture)
             size = f"{picture.surface.value}, {picture.tile_m[0]:g} x {picture.tile_m[1]:g} m"
-            shots.append(SheetCell(id_.removeprefix(f"{name}_"), size, _sheet_picture(files[picture.files[0]])))
+            # The picture in the size of a cell of the contact sheet, PNG.
+            pixels = pack_pictures.pixels_of(files[picture.files[0]])
+            step = max(1, max(pixels.shape[:2]) // 192)
+            height, width = (n - n % step for n in pixels.shape[:2])
+            blocks = pixels[:height, :width].reshape(height // step, step, width // step, step, 3)
+            shots.append(SheetCell(id_.removeprefix(f"{name}_"), size, pack_pictures.png(blocks.mean(axis=(1, 3)))))
         pairs = closest_pairs(descriptors, below=NEARLY_ALIKE, most=100)
         pack = Pack(
             id=name,
@@ -387,27 +362,25 @@ def _keep_out_of_git(library: Library) -> None:
 
 def _picture(id_: str, accepted: AcceptedPicture) -> tuple[PackPicture, dict[str, bytes], TextureDescriptor]:
     """The record of a picture, its three files by name, and a descriptor to compare it with others by."""
-    fields, tile = accepted.fields, accepted.prepared.tile
+    fields, tile = accepted.fields, accepted.tile
     assert fields.surface is not None
     assert fields.tile_m is not None
     assert fields.licence is not None
     size = (round(fields.tile_m[0] * tile.kept[0], 4), round(fields.tile_m[1] * tile.kept[1], 4))
-    known = registry.load()
-    substance = known.substances[fields.substance or UNKNOWN]
+    substance = registry.load().substances[fields.substance or UNKNOWN]
     made, checked = _finish(id_, tile, size, (fields.surface, fields.roughness), substance)
     base = made.material.base_color_texture
     assert base is not None
     names = {"color": "base", "metallic_roughness": "roughness", "normal": "normal"}
     files = {f"{id_}_{names[t.name.removeprefix(f'{id_}_')]}.png": t.png for t in made.material.textures}
     paths = tuple(f"{id_}_{role}.png" for role in ("base", "normal", "roughness"))
-    notes = list(accepted.prepared.notes)
+    notes = list(tile.notes)
     if tile.repaired:
         notes.append(f"was cut to {tile.kept[0]:.0%} x {tile.kept[1]:.0%} and its border repaired")
     if base.width_px < tile.width_px:
-        notes.append(
-            f"was scaled down to {base.width_px} x {base.height_px} pixels, so that its files are not too large"
-        )
-    if tile.seam_after > derive.VISIBLE_SEAM:
+        pixels = f"{base.width_px} x {base.height_px} pixels"
+        notes.append(f"was scaled down to {pixels}, so that its files are not too large")
+    if tile.seam_after > pack_pictures.VISIBLE_SEAM:
         notes.append("its border can still be found by who looks for it")
     picture = PackPicture(
         id=id_,
@@ -419,7 +392,7 @@ def _picture(id_: str, accepted: AcceptedPicture) -> tuple[PackPicture, dict[str
         width_px=base.width_px,
         height_px=base.height_px,
         licence=fields.licence,
-        prompt=fields.prompt or accepted.prepared.prompt or UNKNOWN,
+        prompt=fields.prompt or tile.prompt or UNKNOWN,
         generator=fields.generator or UNKNOWN,
         author=fields.author or UNKNOWN,
         seam_before=tile.seam_before,
@@ -433,7 +406,7 @@ def _picture(id_: str, accepted: AcceptedPicture) -> tuple[PackPicture, dict[str
         faults=tuple(f"{issue.code} {issue.message}" for issue in checked.issues),
     )
     coarse = slice(None, None, _LOOK_STEP)
-    return picture, files, describe_texture(pixels_of(base.png)[coarse, coarse], size)
+    return picture, files, describe_texture(pack_pictures.pixels_of(base.png)[coarse, coarse], size)
 
 
 def _finish(
@@ -442,7 +415,7 @@ def _finish(
     """The finish of a picture and its checks, in the largest size whose files are as small as a check asks for."""
     limits = registry.load().limits
     for size_px in SIZES_PX:
-        whole = finish_of_tile(name, made, tile_m, look, substance, size_px)
+        whole = pack_pictures.finish_of_tile(name, made, tile_m, look, substance, size_px)
         report = check_pictures(pictures_of(whole), limits)
         if "TEX011" not in [issue.code for issue in report.issues]:
             break
@@ -450,17 +423,7 @@ def _finish(
 
 
 def _text(record: Record) -> bytes:
-    data = record.model_dump(mode="json")
-    return (json.dumps(data, sort_keys=True, indent=1, ensure_ascii=False) + "\n").encode()
-
-
-def _sheet_picture(png: bytes) -> bytes:
-    """The picture in the size of a cell of the contact sheet, PNG."""
-    pixels = pixels_of(png)
-    step = max(1, max(pixels.shape[:2]) // 192)
-    height, width = (n - n % step for n in pixels.shape[:2])
-    blocks = pixels[:height, :width].reshape(height // step, step, width // step, step, 3)
-    return derive.png(blocks.mean(axis=(1, 3)))
+    return (json.dumps(record.model_dump(mode="json"), sort_keys=True, indent=1, ensure_ascii=False) + "\n").encode()
 
 
 def _put_if_changed(library: Library, staged: Path, target: Path) -> bool:

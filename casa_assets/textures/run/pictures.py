@@ -14,14 +14,12 @@ from casa_assets.model.asset.material import ColorSpace, Substance, Texture
 from casa_assets.model.record import Id, Record, Sha256
 from casa_assets.model.registry.rows import Finish, TextureRecipe
 from casa_assets.projects import project_folder, read_once
-from casa_assets.textures import pack_pictures as derive
+from casa_assets.textures import pack_pictures
 from casa_assets.textures.canvas import Layers
 from casa_assets.textures.finish import textured
 from casa_assets.textures.pack_entry import MAX_FILE_BYTES, MAX_SIDE_PX, FileName, Pack, PackPicture
 
-# Read -----------------------------------------------------------------------------------------------------------------
-
-# Folder of packs in a project or a library, and the file in each that says what it holds.
+# Folder of packs in a project or a library, and the list of its pictures in each.
 FOLDER, PACK = "textures", "pack.json"
 
 
@@ -30,9 +28,8 @@ def load_pack(folder: Path) -> Pack:
     try:
         return Pack.from_json((folder / PACK).read_text(encoding="utf-8"))
     except (OSError, ValidationError, ValueError) as error:
-        raise OutputError(
-            str(folder / PACK), f"cannot be read: {str(error).splitlines()[0]}; ingest it again"
-        ) from error
+        message = f"cannot be read: {str(error).splitlines()[0]}; ingest it again"
+        raise OutputError(str(folder / PACK), message) from error
 
 
 def packs_of(project: Path) -> Iterator[tuple[Path, Pack]]:
@@ -46,13 +43,9 @@ def credits_of_pictures(names: Collection[str]) -> list[dict[str, str]]:
     project = project_folder()
     pictures = (p for _, pack in (packs_of(project) if project is not None else ()) for p in pack.pictures)
     found = {p.id: p for p in pictures if p.id in names}
-    return [
-        {"id": name, "licence": p.licence, "author": p.author, "generator": p.generator}
-        for name, p in sorted(found.items())
-    ]
+    rows = sorted(found.items())
+    return [{"id": name, "licence": p.licence, "author": p.author, "generator": p.generator} for name, p in rows]
 
-
-# Pictures -------------------------------------------------------------------------------------------------------------
 
 # Kind of a recipe that is not painted, but is a picture of a pack.
 KIND = "picture"
@@ -106,15 +99,15 @@ def resized_finish(recipe: TextureRecipe, substance: Substance, size_px: int) ->
     textures = []
     for name in names:
         limit = round(size_px * max(whole[name].width_px, whole[name].height_px) / longest)
-        pixels = derive.scaled(derive.pixels_of(whole[name].png), limit)
+        pixels = pack_pictures.scaled(pack_pictures.pixels_of(whole[name].png), limit)
         size = {"width_px": pixels.shape[1], "height_px": pixels.shape[0]}
-        textures.append(whole[name].replace(png=derive.png(pixels), **size))
+        textures.append(whole[name].replace(png=pack_pictures.png(pixels), **size))
     return textured(recipe.id, recipe.tile_m, textures, substance)
 
 
 def layers_of_picture(recipe: TextureRecipe, size_px: int) -> Layers:
     """Return a picture as the layers of a recipe, at most `size_px` pixels on the longer side; its relief is flat."""
-    base, _, rough = (derive.scaled(derive.pixels_of(data), size_px) for data in read_files(recipe))
+    base, _, rough = (pack_pictures.scaled(pack_pictures.pixels_of(data), size_px) for data in read_files(recipe))
     return Layers.of(base, base[..., 0] * 0.0, rough[..., 1])
 
 

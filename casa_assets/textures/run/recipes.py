@@ -1,4 +1,7 @@
-"""Finishes by id: plain ones from the registry, pictured ones from recipes or packs, painted ahead in threads."""
+"""Finishes by id: plain ones from the registry, pictured ones from recipes or packs, painted ahead in threads.
+
+What is painted is kept in the cache; the files of a picture of a pack are read in place.
+"""
 
 from __future__ import annotations
 
@@ -30,29 +33,17 @@ from casa_assets.registry.read import load_project, names_in, origin_of_row, rea
 from casa_assets.textures.canvas import SIZE_PX, Layers, paint
 from casa_assets.textures.finish import finish
 from casa_assets.textures.pack_entry import Pack
-from casa_assets.textures.run.pictures import (
-    KIND,
-    PACK,
-    check_files,
-    finish_of_picture,
-    layers_of_picture,
-    pack_of,
-    packs_of,
-    recipe_of,
-    resized_finish,
-)
+from casa_assets.textures.run import pictures
 
-# Ahead ----------------------------------------------------------------------------------------------------------------
-# Paint the pictures of a kitchen in threads, while parts of it that need none of them, or have theirs, are built.
-#
-# Painting is work on large arrays, during which Python lets other threads run.
-
+FOLDER = "textures"  # of the registry, and within a cache
+SKINS = "skins"  # of the registry
+SKIN_PX = 384  # longer side of the picture of an object
+CACHE_SHARE = 0.5  # part of the bound of a cache that finishes may take
+# Pictures of a kitchen are painted in threads, while parts of it that need none of them, or have theirs, are built:
+# painting is work on large arrays, during which Python lets other threads run, and takes some 100 MB each.
+THREADS = 2
 # Paints one finish. What it raises is raised where the finish is asked for.
 Painting = Callable[[], Finish]
-# A painting takes some 100 MB meanwhile.
-THREADS = 2
-
-
 # Gives the paintings that have begun by their keys, once the first of them is missing.
 _BEGUN: ContextVar[Callable[[], Mapping[str, Future[Finish]]] | None] = ContextVar("paintings", default=None)
 
@@ -61,10 +52,8 @@ _BEGUN: ContextVar[Callable[[], Mapping[str, Future[Finish]]] | None] = ContextV
 def painting_ahead(all_missing: Callable[[], Mapping[str, Painting]]) -> Iterator[None]:
     """Context in which the first finish that has to be painted starts the painting of all others in parallel.
 
-    It has no effect in a worker process, because other workers use the other cores.
-
-    Args:
-        all_missing: returns the finishes that will be needed and are not in the cache, by key, first needed first.
+    It has no effect in a worker process, because other workers use the other cores. all_missing: returns the finishes
+    that will be needed and are not in the cache, by key, first needed first.
     """
     if is_worker():
         yield
@@ -90,24 +79,12 @@ def painted(key: str, painting: Painting) -> Finish:
     return painting() if future is None else future.result()
 
 
-# Recipes --------------------------------------------------------------------------------------------------------------
-# What is painted is kept in the cache; the files of a picture are read where they stand.
-
-FOLDER = "textures"  # of the registry, and within a cache
-SKINS = "skins"  # of the registry
-SKIN_PX = 384  # longer side of the picture of an object
-CACHE_SHARE = 0.5  # part of the bound of a cache that finishes may take
-
-
 @read_once
 def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, TextureRecipe]]:
     """All recipes by surface and id; pictures of the packs of the project in use are among them.
 
-    Args:
-        root: the only folder to read; None reads the package's and the project's.
-    Raises:
-        RegistryError: a file is missing, or a row names an unknown key, kind or substance, or an id occurs twice.
-        OutputError: a pack.json is damaged.
+    root: the only folder to read; None: the package's and the project's. Raises RegistryError: a file is missing, or a
+    row names an unknown key, kind or substance, or an id occurs twice. OutputError: a pack.json is damaged.
     """
     # Asked for as all others do, so that it is not read a second time.
     substances = (registry.load() if root is None else registry.load(root)).substances
@@ -124,7 +101,7 @@ def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, TextureRe
             taken[name] = document.file
             found[surface][name] = _recipe(document, name, stated, surface, substances)
     project = project_folder() if root is None else None
-    for folder, pack in packs_of(project) if project is not None else ():
+    for folder, pack in pictures.packs_of(project) if project is not None else ():
         for recipe in _pictures(folder, pack, taken):
             assert recipe.surface is not None
             found[recipe.surface][recipe.id] = recipe
@@ -133,18 +110,17 @@ def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, TextureRe
 
 def _pictures(folder: Path, pack: Pack, taken: dict[str, str]) -> Iterator[TextureRecipe]:
     """The pictures of a pack as recipes; their ids are put into `taken`. Raises RegistryError."""
-    known, file = registry.load(), str(folder / PACK)
+    known, file = registry.load(), str(folder / pictures.PACK)
     for number, picture in enumerate(pack.pictures):
         if picture.id in taken or picture.id in known.materials:
             held = taken.get(picture.id, "materials.yaml")
             expected = "an id that nothing else has; ingest the pack anew under another name (--pack)"
             raise RegistryError(file, 1, f"pictures.{number}.id", expected, f"{picture.id!r}, also in {held}")
         if picture.substance not in known.substances:
-            raise RegistryError(
-                file, 1, f"pictures.{number}.substance", "a substance of substances.yaml", repr(picture.substance)
-            )
+            pointer = f"pictures.{number}.substance"
+            raise RegistryError(file, 1, pointer, "a substance of substances.yaml", repr(picture.substance))
         taken[picture.id] = file
-        yield recipe_of(folder.name, picture)
+        yield pictures.recipe_of(folder.name, picture)
 
 
 @read_once
@@ -198,7 +174,7 @@ def find_recipe(name: str) -> TextureRecipe:
 
 def origin_of(recipe: TextureRecipe) -> str:
     """Where a recipe comes from: the name of the project, with that of the pack of a picture, or of this package."""
-    if pack := pack_of(recipe):
+    if pack := pictures.pack_of(recipe):
         loaded = load_project()
         assert loaded is not None
         return f"{loaded[0].name}/{pack}"
@@ -215,28 +191,27 @@ def picture_px(recipe: TextureRecipe) -> int:
 
 def layers_of(recipe: TextureRecipe, size_px: int) -> Layers:
     """Return the painted layers of a recipe, or the picture of a pack, at most `size_px` pixels on the longer side."""
-    if recipe.kind == KIND:
-        return layers_of_picture(recipe, size_px)
+    if recipe.kind == pictures.KIND:
+        return pictures.layers_of_picture(recipe, size_px)
     return paint(texture_kinds()[recipe.kind], recipe, size_px)
 
 
 def finish_key(recipe: TextureRecipe, size_px: int | None = None) -> str:
     """Key of `finish_of`: the code of the recipe's own kind and of no other, the recipe and its substance.
 
-    Raises:
-        OutputError: a file of a picture is missing, or is not the one that was written.
+    Raises OutputError: a file of a picture is missing, or is not the one that was written.
     """
     size_px = size_px or picture_px(recipe)
     substance = registry.load().substances[recipe.substance]
-    if recipe.kind == KIND:
-        check_files(recipe)
+    if recipe.kind == pictures.KIND:
+        pictures.check_files(recipe)
     return digest_of("texture", _code_key(recipe.kind), recipe.digest, substance.digest, size_px)
 
 
 @read_once
 def _code_key(kind: str) -> str:
-    if kind == KIND:
-        return key_of(finish_of_picture)
+    if kind == pictures.KIND:
+        return key_of(pictures.finish_of_picture)
     if kind in plugin_kinds():
         return digest_of("plug-in", plugin_kinds()[kind][0].digest, key_of(paint, finish))
     return key_of(*modules_holding(texture_kinds()[kind], CONTENT), paint, finish)
@@ -245,15 +220,14 @@ def _code_key(kind: str) -> str:
 def finish_of(recipe: TextureRecipe, cache: Path, size_px: int | None = None) -> Finish:
     """The finish of a recipe, from `<cache>/textures` or painted now. Finishes used longest ago make room for it.
 
-    Pictures of packs are read from their files.
-
-    Raises:
-        OutputError: a file of a picture is missing, or is not the one that was written.
+    Pictures of packs are read from their files. Raises OutputError: one is missing, or is not the one that was written.
     """
     size_px = size_px or picture_px(recipe)
     substance = registry.load().substances[recipe.substance]
-    if recipe.kind == KIND:
-        return resized_finish(recipe, substance, size_px) if size_px < SIZE_PX else finish_of_picture(recipe, substance)
+    if recipe.kind == pictures.KIND:
+        if size_px < SIZE_PX:
+            return pictures.resized_finish(recipe, substance, size_px)
+        return pictures.finish_of_picture(recipe, substance)
     store = Store(cache / FOLDER, is_optional=True)
     key = finish_key(recipe, size_px)
     kept = store.get(key)
@@ -267,7 +241,7 @@ def missing_paintings(names: Iterable[str], cache: Path) -> dict[str, Painting]:
     store, found, pictured = Store(cache / FOLDER, is_optional=True), dict[str, Painting](), every_recipe()
     for name in names:
         recipe = pictured.get(name)
-        if recipe is None or recipe.kind == KIND or recipe.kind in plugin_kinds():
+        if recipe is None or recipe.kind == pictures.KIND or recipe.kind in plugin_kinds():
             continue
         size_px, key = picture_px(recipe), finish_key(recipe)
         if store.get(key) is None:
@@ -276,8 +250,7 @@ def missing_paintings(names: Iterable[str], cache: Path) -> dict[str, Painting]:
 
 
 def _paint_and_keep(recipe: TextureRecipe, size_px: int, store: Store, key: str) -> Finish:
-    substance = registry.load().substances[recipe.substance]
-    made = finish(recipe.id, recipe.tile_m, layers_of(recipe, size_px), substance)
+    made = finish(recipe.id, recipe.tile_m, layers_of(recipe, size_px), registry.load().substances[recipe.substance])
     if recipe.surface is None:  # it covers a whole thing and does not repeat
         made = made.replace(material=made.material.replace(tile_m=None))
     store.put(key, made.to_json().encode())
@@ -325,11 +298,7 @@ def plain_key() -> str:
 
 
 def finishes_key(names: Iterable[str]) -> str:
-    """Key of `finishes`: all plain ones by value, of those with pictures what they are painted from and by.
-
-    Raises:
-        UnknownId: neither a plain finish nor a recipe.
-    """
+    """Key of `finishes`: plain ones by value, pictures by what paints them. Raises UnknownId: it is neither."""
     pictured = sorted(name for name in names if name not in plain())
     return digest_of(plain_key(), [(name, finish_key(find_recipe(name))) for name in pictured])
 

@@ -13,14 +13,7 @@ from PIL import Image
 
 from casa_assets import registry
 from casa_assets.errors import CasaError
-from casa_assets.library.clip import (
-    KIND_PHRASES,
-    PICTURE_PX,
-    VIEWS,
-    class_shares,
-    classify_by_look,
-    load_scorer,
-)
+from casa_assets.library.clip import KIND_PHRASES, PICTURE_PX, VIEWS, class_shares, classify_by_look, load_scorer
 from tests.support.asset.articulated_assets import microwave
 
 

@@ -61,32 +61,25 @@ class World:
         return float(np.abs(self.data.body(body).cvel).max())
 
 
-def is_inside(point: np.ndarray, vessel: Asset) -> bool:
-    """Whether a point is within the box of a vessel that stands at the origin, clear of the ground."""
-    low, high = vessel.bounds
-    return bool((point > low).all() and (point < high).all() and point[2] > 0.002)
-
-
 @pytest.mark.content("object", "{category}", keep=2)
 @pytest.mark.parametrize("category", ["bowl", "mug", "cup", "pot", "saucepan", "colander", "basket"])
-def test_a_ball_that_falls_into_a_vessel_stays_in_it(subtests: pytest.Subtests, category: str) -> None:
+def test_a_ball_that_falls_into_a_vessel_stays_in_it(category: str) -> None:
     for index in MEMBERS:
-        with subtests.test(index=index):
-            vessel = member(category, index)
-            world = World(balls={"ball": 0.015}, vessel=vessel)
-            # Open things have their handles at one side: the middle of what collides is not that of the mouth.
-            middle = world.at("vessel_object")
-            world.put("ball", (middle[0] * 0.5, 0.01, float(vessel.bounds[1, 2]) + 0.05))
-            world.run(3.0)
-            assert is_inside(world.at("ball"), vessel)
+        vessel = member(category, index)
+        world = World(balls={"ball": 0.015}, vessel=vessel)
+        # Open things have their handles at one side: the middle of what collides is not that of the mouth.
+        world.put("ball", (world.at("vessel_object")[0] * 0.5, 0.01, float(vessel.bounds[1, 2]) + 0.05))
+        world.run(3.0)
+        low, high = vessel.bounds
+        assert (world.at("ball") > (*low[:2], max(low[2], 0.002))).all()
+        assert (world.at("ball") < high).all()
 
 
 @pytest.mark.content("object", "mug", keep=1)
 @pytest.mark.parametrize("index", MEMBERS)
 def test_a_mug_hangs_by_its_handle_on_a_peg(index: int) -> None:
     params, mug, peg = params_of("mug", index), member("mug", index), 0.004
-    far = float(mug.bounds[1, 0])
-    hole = np.array([far - params.handle_thick - peg - 0.001, 0.0])
+    hole = np.array([float(mug.bounds[1, 0]) - params.handle_thick - peg - 0.001, 0.0])
     hole[1] = params.height * (params.handle_top + params.handle_low) / 2
     world = World(peg=peg, mug=mug)
     # Its handle upwards: x of the mug to z, z of it to -x.
@@ -110,10 +103,8 @@ def test_a_spoon_comes_to_rest_in_a_bowl(index: int) -> None:
     world.run(4.0)
     assert world.speed("spoon_object") < 0.05
     assert np.hypot(*world.at("spoon_object")[:2]) < float(bowl.bounds[1, 0])
-    touching = {
-        frozenset(world.model.body(world.model.geom_bodyid[g]).name for g in c.geom) for c in world.data.contact
-    }
-    assert frozenset({"bowl_object", "spoon_object"}) in touching
+    bodies = [{world.model.body(world.model.geom_bodyid[g]).name for g in c.geom} for c in world.data.contact]
+    assert {"bowl_object", "spoon_object"} in bodies
 
 
 def opening(category: str, kind: JointKind | None = None, empty: bool = False) -> Asset:
@@ -140,8 +131,7 @@ def test_a_lid_is_lifted_off_what_nobody_holds(category: str) -> None:
     world.run(0.5)
     start = world.at("it_object")
     lid = world.model.body(f"it_{LID}").id
-    weight = world.model.body_mass[lid] * 9.81
-    world.data.xfrc_applied[lid, 2] = joint.frictionloss + weight + 0.7
+    world.data.xfrc_applied[lid, 2] = joint.frictionloss + (world.model.body_mass[lid] * 9.81) + 0.7
     world.run(3.0)
     assert world.data.joint(f"it_{LID_JOINT}").qpos[0] > 0.9 * joint.range[1]
     assert np.abs(world.at("it_object") - start).max() < 0.001
@@ -155,13 +145,11 @@ def test_a_lid_is_lifted_off_what_nobody_holds(category: str) -> None:
 def test_an_open_jar_takes_a_ball_and_a_closed_one_does_not(kind: JointKind) -> None:
     jar = opening("jar", kind, empty=True)
     (joint,) = jar.joints
-    lid = jar.link(LID)
-    mouth = float(lid.pose.position[2])
+    mouth = float(jar.link(LID).pose.position[2])
     for share, enters in ((1.0, True), (0.0, False)):
         world = World(balls={"ball": 0.01}, jar=jar)
         world.data.joint(f"jar_{LID_JOINT}").qpos[0] = share * joint.range[1]
         world.put("ball", (0.0, -0.005, (mouth if enters else float(jar.bounds[1, 2])) + 0.02))
         world.run(2.0)
-        height = world.at("ball")[2]
-        is_within = height < 0.5 * mouth and np.hypot(*world.at("ball")[:2]) < jar.bounds[1, 0]
+        is_within = world.at("ball")[2] < 0.5 * mouth and np.hypot(*world.at("ball")[:2]) < jar.bounds[1, 0]
         assert bool(is_within) is enters

@@ -58,21 +58,20 @@ def test_a_hollow_leaves_a_ring_and_a_cut_that_misses_is_told() -> None:
         cut(BODY, [across(0.2, below=True)])
 
 
-def test_portions_lie_on_the_ground_and_say_what_they_are(subtests: pytest.Subtests) -> None:
+def test_portions_lie_on_the_ground_and_say_what_they_are() -> None:
     pear = object_family("pear")
     whole = pear.draw(rng_for(0, "x"), available()).replace(bend=0.0, portion=None)
     mass = pear.build(whole, supplies("pear", whole)).mass
     for portion, crosswise in [*((p, False) for p in Portion), (Portion.HALF, True)]:
         for face in list(Face):
-            with subtests.test(face=face, portion=portion, crosswise=crosswise):
-                cut_as = {"portion": portion, "crosswise": crosswise, "face": face}
-                params = whole.replace(section="section_pear", **cut_as)
-                asset = pear.build(params, supplies("pear", params))
-                assert asset.mass < mass
-                assert asset.labels.portion is portion
-                assert asset.labels.to_json().count("portion") == 1
-                assert document.label_texts(asset)["portion"] == portion.value
-                assert abs(float(asset.bounds[0, 2])) < 1e-6
+            cut_as = {"portion": portion, "crosswise": crosswise, "face": face}
+            params = whole.replace(section="section_pear", **cut_as)
+            asset = pear.build(params, supplies("pear", params))
+            assert asset.mass < mass
+            assert asset.labels.portion is portion
+            assert asset.labels.to_json().count("portion") == 1
+            assert document.label_texts(asset)["portion"] == portion.value
+            assert abs(float(asset.bounds[0, 2])) < 1e-6
 
 
 def test_a_half_that_lies_on_its_side_rolls_to_where_its_mass_is_lowest() -> None:

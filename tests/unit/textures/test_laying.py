@@ -53,21 +53,20 @@ def laid(name: str, px_per_m: int = 400) -> tuple[PieceMap, Canvas]:
     return lay(laying, canvas, rng_for(1, name)), canvas
 
 
-def test_pieces_cover_the_picture_without_holes_and_go_on_over_the_border(subtests: pytest.Subtests) -> None:
+def test_pieces_cover_the_picture_without_holes_and_go_on_over_the_border() -> None:
     """The distance to an edge changes by a pixel from one pixel to the next, on the border as well."""
     for name, (_, _, count) in TILINGS.items():
-        with subtests.test(name=name):
-            pieces, canvas = laid(name)
-            assert pieces.inside_m.min() > -1.5 * canvas.pixel_m
-            used = np.unique(pieces.owner)
-            assert len(used) == pieces.count or name == "panel"  # corners of a weave may be cut off altogether
-            assert count in (0, pieces.count)
-            if name not in UNEQUAL:
-                shares = np.bincount(pieces.owner.ravel(), minlength=pieces.count) / pieces.owner.size * pieces.count
-                assert 0.9 < shares.min() <= shares.max() < 1.1
-            for axis in (0, 1):
-                steps = np.abs(np.take(pieces.inside_m, 0, axis) - np.take(pieces.inside_m, -1, axis))
-                assert steps.max() < 1.6 * canvas.pixel_m
+        pieces, canvas = laid(name)
+        assert pieces.inside_m.min() > -1.5 * canvas.pixel_m, name
+        used = np.unique(pieces.owner)
+        assert len(used) == pieces.count or name == "panel"  # corners of a weave may be cut off altogether
+        assert count in (0, pieces.count)
+        if name not in UNEQUAL:
+            shares = np.bincount(pieces.owner.ravel(), minlength=pieces.count) / pieces.owner.size * pieces.count
+            assert 0.9 < shares.min() <= shares.max() < 1.1
+        for axis in (0, 1):
+            steps = np.abs(np.take(pieces.inside_m, 0, axis) - np.take(pieces.inside_m, -1, axis))
+            assert steps.max() < 1.6 * canvas.pixel_m
 
 
 def test_place_on_a_piece_is_true_to_size_and_a_level_one_has_its_length_along_x() -> None:
@@ -104,8 +103,7 @@ def test_every_piece_shows_its_own_place_of_the_slab() -> None:
     ramp = np.broadcast_to(np.linspace(0, 1, 64, endpoint=False, dtype=np.float32)[None, :], (64, 64))
     slab = Slab(Layers(np.stack([ramp] * 3, axis=2), ramp, ramp), (6.4, 6.4))
     places = np.linspace(0.5, 5.5, pieces.count)
-    flat = np.zeros(pieces.count, dtype=np.int64)
-    face = inlay(pieces, (slab,), flat, places, places, np.ones(pieces.count))
+    face = inlay(pieces, (slab,), np.zeros(pieces.count, dtype=np.int64), places, places, np.ones(pieces.count))
     means = [float(face.height_m[pieces.owner == n].mean()) for n in range(pieces.count)]
     np.testing.assert_allclose(means, (places - 0.05) / 6.4, atol=0.002)
 
@@ -119,17 +117,16 @@ MAKERS: dict[str, Callable[[tuple[int, int]], Map]] = {
 }
 
 
-def test_noise_closes_repeats_by_its_seed_and_shows_the_same_design_in_any_size(subtests: pytest.Subtests) -> None:
+def test_noise_closes_repeats_by_its_seed_and_shows_the_same_design_in_any_size() -> None:
     for name, maker in MAKERS.items():
-        with subtests.test(name=name):
-            coarse, fine = maker(SIZE), maker((SIZE[0] * 2, SIZE[1] * 2))
-            for axis in (0, 1):
-                # The border is a place like any other.
-                steps = np.abs(coarse - np.roll(coarse, 1, axis)).max(axis=1 - axis)
-                assert 0.0 < steps[0] <= steps[1:].max()
-            halved = fine.reshape(SIZE[0], 2, SIZE[1], 2).mean(axis=(1, 3))
-            assert np.corrcoef(coarse.ravel(), halved.ravel())[0, 1] > 0.99
-            assert coarse.tobytes() == maker(SIZE).tobytes()
+        coarse, fine = maker(SIZE), maker((SIZE[0] * 2, SIZE[1] * 2))
+        for axis in (0, 1):
+            # The border is a place like any other.
+            steps = np.abs(coarse - np.roll(coarse, 1, axis)).max(axis=1 - axis)
+            assert 0.0 < steps[0] <= steps[1:].max()
+        halved = fine.reshape(SIZE[0], 2, SIZE[1], 2).mean(axis=(1, 3))
+        assert np.corrcoef(coarse.ravel(), halved.ravel())[0, 1] > 0.99
+        assert coarse.tobytes() == maker(SIZE).tobytes(), name
 
 
 def test_blur_keeps_the_mean_and_goes_round_the_border() -> None:
@@ -158,16 +155,15 @@ def grain(species: WoodSpecies, cut: SawCut, leaves: int = 1, seed: int = 3) -> 
     return grain_maps(CANVAS, species, cut, leaves, rng_for(seed, "board"))
 
 
-def test_boards_tile(subtests: pytest.Subtests) -> None:
+def test_boards_tile() -> None:
     for rings in list(GrowthRings):
         for cut in list(SawCut):
-            with subtests.test(cut=cut, rings=rings):
-                species = WoodSpecies(
-                    rings=rings, ring_m=0.008, contrast=0.7, pores=0.5, rays=0.5, ribbon=0.4, curl=0.4, knots_per_m2=8
-                )
-                made = board(species, cut, leaves=4 if cut is SawCut.FLAT else 1)
-                assert seam(made.albedo).worst < 1.8
-                assert seam(made.height_m[..., None] * 1000).worst < 1.8
+            species = WoodSpecies(
+                rings=rings, ring_m=0.008, contrast=0.7, pores=0.5, rays=0.5, ribbon=0.4, curl=0.4, knots_per_m2=8
+            )
+            made = board(species, cut, leaves=4 if cut is SawCut.FLAT else 1)
+            assert seam(made.albedo).worst < 1.8
+            assert seam(made.height_m[..., None] * 1000).worst < 1.8
 
 
 def test_a_straight_cut_has_the_years_of_its_species() -> None:

@@ -1,24 +1,35 @@
-"""Surfaces of open things: an outline seen from above that follows a profile up the outside and down the inside."""
+"""Bodies of open things: an outline seen from above follows a profile up and down; and their collision shapes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from casa_assets.ext import solids
 from casa_assets.ext.arrays import Floats
 from casa_assets.ext.records import Vec2
-from casa_assets.ext.solids import Solid, rectangle, round_corners
+from casa_assets.ext.solids import Placed, Solid, rectangle, round_corners
 from casa_assets.kitchenware.objects.closed_surface import run_along
 
 # Heights in the picture of a vessel: the edge of its foot, its rim; the middle of the inside is 1.
 FOOT_V, RIM_V = 0.08, 0.5
 # How far a profile may be off when points of it are left out, by the width of the thing.
 SLACK = 0.0018
+# Slabs are at least as thick as this, metres.
+THICK = 0.003
+# A ring has eight slabs; twelve from one radius on, six up to another, metres.
+WIDE, SMALL = 0.18, 0.075
+# Corners of a rectangle that are rounder than this get a slab of their own, metres.
+ROUND_CORNER = 0.03
+# Slabs bulge as the wall does where straight ones would end so far from it, metres.
+BULGE = 0.008
+# How far a bead on the rim may stand over the slabs, metres.
+OVER = 0.0035
 
 
 @dataclass(frozen=True)
@@ -101,10 +112,7 @@ class Profile:
         return math.atan2(high - low, 0.008)
 
     def path(self) -> tuple[Floats, Floats]:
-        """(N, 2) points from the middle of the underside over the rim to that of the inside, and (N,) picture heights.
-
-        The first and last point lie on the axis.
-        """
+        """(N, 2) points from the axis below over the rim to the axis inside, and (N,) heights in the picture."""
         under = [(0.0, 0.0)]
         r = float(self.outside[0, 0])
         if self.foot > 0:
@@ -160,8 +168,7 @@ def woven(profile: Profile, step: float) -> Profile:
 def surface(path: Floats, v: Floats, plan: Plan, inside: Plan | None = None) -> Solid:
     """A closed surface whose rings follow a path that begins and ends on the axis; a picture covers all of it.
 
-    path: (N, 2) half width along x, and height. v: (N,) heights in the picture. inside: instead of the plan, from the
-    rim on.
+    path: (N, 2) half width along x, and height. v: (N,) heights in the picture. inside: the plan from the rim on.
     """
     rings = [
         (inside if inside and s >= RIM_V - 0.01 else plan).ring(float(r), float(z))
@@ -206,10 +213,7 @@ def turned_on(path: Floats, plan: Plan) -> Solid:
 
 
 def pictured(solid: Solid, profile: Profile, around: float) -> Solid:
-    """A part such as a handle with the picture of the vessel's outside: at each height, that of the wall next to it.
-
-    around: circumference of the vessel, metres.
-    """
+    """A part, as a handle, with the picture of the wall next to it at each height; around: of the vessel, metres."""
     corners = solid.points[solid.faces]
     heights = _spread(profile.outside, FOOT_V + 0.02, RIM_V - 0.03)
     v = np.interp(corners[..., 2], np.maximum.accumulate(profile.outside[:, 1]), heights)
@@ -287,3 +291,130 @@ def _spread(line: Floats, low: float, high: float) -> Floats:
         return np.array([low])
     run = run_along(line)
     return low + (high - low) * run / max(float(run[-1]), 1e-12)
+
+
+def open_shapes(
+    profile: Profile, plan: Plan, floor: float, low: float, room: int, bead: float = 0.0
+) -> tuple[Placed, ...]:
+    """The shapes of an open vessel.
+
+    floor: height of the inside's floor. low: where the wall begins. room: most shapes. bead: radius of the rim's wire.
+    """
+    outside = profile.outside
+    solid = [*outside[outside[:, 1] < floor], (profile.radius(floor), floor)]
+    shapes = closed_shapes(np.array(solid), plan, 0.05 * plan.half_x)
+    ways = _ways(plan)
+    levels = max(1, (room - len(shapes) - (plan.lip > 0)) // len(ways))
+    start = low + max(0.0035, 0.25 * (floor - low))
+    wall = np.concatenate([[[profile.radius(start), start]], outside[outside[:, 1] > start + 1e-5]])
+    line = _levels(wall, plan, min(levels, 3))
+    thickness = max(THICK, float(np.linalg.norm(profile.inside[-1] - outside[-1])))
+    # (N, 2) unit normals of a profile line that point to its inside.
+    way = np.gradient(line, axis=0) if len(line) > 2 else np.repeat(np.diff(line, axis=0), 2, axis=0)
+    way /= np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
+    inner = line + thickness * np.stack([-way[:, 1], way[:, 0]], axis=1)
+    inner[:, 0] = np.maximum(inner[:, 0], 0.02 * plan.half_x)
+    bulging = wall if _error(wall, line) > BULGE else wall[:0]
+    over = max(0.0, bead - OVER)
+    line[-1] += over  # outwards and upwards
+    inner[-1, 1] += over
+    for lower, upper in pairwise(range(len(line))):
+        sides = [(float(r), float(z)) for ring in (line, inner) for r, z in (ring[lower], ring[upper])]
+        sides += [(float(r), float(z)) for r, z in bulging if line[lower, 1] < z < line[upper, 1]]
+        rings = [_polygon(plan, r, z, ways) for r, z in sides]
+        for i in range(len(ways)):
+            j = (i + 1) % len(ways)
+            shapes += solids.hull_around(np.array([ring[k] for ring in rings for k in (i, j)])).shapes
+    if plan.lip > 0:
+        shapes += _lip(profile, plan, thickness)
+    return tuple(shapes)
+
+
+def _levels(wall: Floats, plan: Plan, most: int) -> Floats:
+    """The (N, 2) corners of the line that follows a wall's profile best with few pieces."""
+    marks = thinned(wall, 0.0008)
+    tolerance = max(0.0035, 0.035 * plan.half_x)
+    best = marks[[0, -1]]
+    for inner in range(most):
+        choices = [marks[[0, *chosen, -1]] for chosen in combinations(range(1, len(marks) - 1), inner)]
+        errors = [_error(marks, line) for line in choices]
+        best = choices[int(np.argmin(errors))] if choices else best
+        if not choices or min(errors) < tolerance:
+            break
+    return best
+
+
+def _error(points: Floats, line: Floats) -> float:
+    found = np.full(len(points), np.inf)
+    for a, b in pairwise(line):
+        share = np.clip((points - a) @ (b - a) / max(float((b - a) @ (b - a)), 1e-12), 0.0, 1.0)
+        found = np.minimum(found, np.linalg.norm(points - a - share[:, None] * (b - a), axis=1))
+    return float(found.max())
+
+
+def _lip(profile: Profile, plan: Plan, thickness: float) -> tuple[Placed, ...]:
+    near = np.abs((np.arange(plan.around) * 2 * np.pi / plan.around) - np.pi) < 1.25 * plan.lip_width
+    low = plan.lip_from + 0.35 * (1 - plan.lip_from)
+    points = []
+    for z in (low * plan.height, plan.height):
+        r = profile.radius(z)
+        points += [plan.ring(r, z)[near], replace(plan, lip=0.0).ring(r - thickness, z)[near]]
+    return solids.hull_around(np.concatenate(points)).shapes
+
+
+def closed_shapes(line: Floats, plan: Plan, slack: float) -> list[Placed]:
+    """The shapes of a solid body that a profile line bounds, (N, 2) radius and height: cylinders, boxes and hulls."""
+    shapes: list[Placed] = []
+    found = thinned(line, slack)
+    low = float(found[0, 1])
+    if len(found) > 1 and found[0, 0] > 1.02 * plan.half_x * 0.02:
+        # It stands on a plain disc or box, whatever else it is made of.
+        shapes += _block(plan, float(found[0, 0]), low, max(min(low + 0.003, float(found[-1, 1])), low + 0.001))
+    for (r0, z0), (r1, z1) in pairwise(found):
+        if z1 - z0 < 0.001:
+            continue
+        if abs(r1 - r0) < 0.06 * max(r0, r1):
+            shapes += _block(plan, float(r0 + r1) / 2, float(z0), float(z1))
+            continue
+        lift = min(0.0015, 0.3 * float(z1 - z0))
+        rings = [plan.ring(float(r), float(z) + raised)[::2] for r, z, raised in ((r0, z0, lift), (r1, z1, 0.0))]
+        shapes += solids.hull_around(np.concatenate(rings)).shapes
+    return shapes
+
+
+def _block(plan: Plan, radius: float, low: float, high: float) -> tuple[Placed, ...]:
+    middle, tall = (low + high) / 2, high - low
+    half_y = max(plan.half_y - (plan.half_x - radius), 0.1 * radius)
+    if plan.corner is None and abs(half_y - radius) < 1e-6:
+        return solids.rod(radius, tall, 0.0).translated(z=middle).shapes
+    if plan.corner is not None:
+        return solids.box((2 * radius, 2 * half_y, tall), (0.0, 0.0, middle), 0.0).shapes
+    return solids.hull_around(np.concatenate([plan.ring(radius, z)[::2] for z in (low, high)])).shapes
+
+
+def _ways(plan: Plan) -> Floats:
+    """Directions of the corners of a ring of slabs: angles of an ellipse, or of a rectangle numbers of its corners."""
+    if plan.corner is not None:
+        return np.arange(8 if plan.corner > ROUND_CORNER else 4, dtype=np.float64)
+    count = 12 if plan.half_x > WIDE else 6 if plan.half_x < SMALL else 8
+    # A quarter of a step on: then the polygon is as wide in x as in y, to all four sides.
+    return (np.arange(count) + 0.25) * 2 * np.pi / count
+
+
+def _polygon(plan: Plan, radius: float, z: float, ways: Floats) -> Floats:
+    """(N, 3) corners of a ring of slabs, half way between the polygon inside the outline and the one about it."""
+    if plan.corner is not None:
+        inset = plan.half_x - radius
+        x, y = max(radius, 1e-4), max(plan.half_y - inset, 1e-4)
+        cut = min(0.45 * (max(plan.corner - inset, 0.0) if len(ways) == 8 else 0.0), 0.8 * x, 0.8 * y)
+        corners = [(x, y - cut), (x - cut, y), (-x + cut, y), (-x, y - cut)]
+        corners += [(-x, -y + cut), (-x + cut, -y), (x - cut, -y), (x, -y + cut)]
+        flat = np.array(corners if len(ways) == 8 else corners[::2])
+        return np.column_stack([flat, np.full(len(flat), z)])
+    ring = replace(plan, lip=0.0, lip_rise=0.0, flutes=0, facets=0).ring(float(radius), float(z))
+    angle = np.arange(plan.around) * 2 * np.pi / plan.around
+    wide = 1 + 0.5 * (1 / math.cos(math.pi / len(ways)) - 1)
+    if plan.facets:
+        wide *= 0.3 + 0.7 * math.cos(math.pi / plan.facets)
+    parts = [np.interp(ways, angle, ring[:, k], period=2 * np.pi) for k in range(3)]
+    return np.stack([parts[0] * wide, parts[1] * wide, parts[2]], axis=1)

@@ -9,6 +9,8 @@ import shutil
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -30,10 +32,7 @@ from tests.support.library.libraries import ROOT, command
 from tests.support.library.pictures import encoded, pixels, tiling, write_pictures
 from tests.support.program.projects import Project
 
-pytestmark = [
-    pytest.mark.content("code", "textures", keep=0),
-    pytest.mark.content("code", "textures.run", keep=0),
-]
+pytestmark = [pytest.mark.content("code", "textures", keep=0), pytest.mark.content("code", "textures.run", keep=0)]
 
 FLOOR = PictureDescription(surface=Surface.FLOOR, tile_m=(1.0, 1.0), licence="CC0-1.0", substance="stone")
 Ingested = Callable[..., PackReport]
@@ -54,9 +53,8 @@ def ingested(project: Project, tmp_path: Path) -> Ingested:
 def test_pictures_stand_beside_recipes(ingested: Ingested, tmp_path: Path) -> None:
     report = ingested()
     assert report.folder == tmp_path / "textures" / "slates"
-    rows = recipes()[Surface.FLOOR]
-    assert len(rows) == 102
-    recipe = rows["slates_stone_01"]
+    assert len(recipes()[Surface.FLOOR]) == 102
+    recipe = recipes()[Surface.FLOOR]["slates_stone_01"]
     assert (recipe.kind, recipe.substance, recipe.tile_m) == ("picture", "stone", report.pack.pictures[1].tile_m)
     assert origin_of(recipe) == "ours/slates"
     assert "slates_stone_01" in casa.surfaces()["floor"]
@@ -73,9 +71,8 @@ def test_the_finish_is_what_stands_in_the_files(ingested: Ingested, tmp_path: Pa
     report = ingested()
     picture = report.pack.pictures[0]
     made = finishes([picture.id], tmp_path / "cache")[picture.id]
-    texture = made.material.base_color_texture
+    texture, normal = made.material.base_color_texture, made.material.normal_texture
     assert texture is not None
-    normal = made.material.normal_texture
     assert normal is not None
     vectors = np.asarray(Image.open(io.BytesIO(normal.png)), dtype=np.float64) / 127.5 - 1
     assert np.linalg.norm(vectors, axis=2) == pytest.approx(np.ones(vectors.shape[:2]), abs=0.02)
@@ -88,18 +85,16 @@ def test_the_finish_is_what_stands_in_the_files(ingested: Ingested, tmp_path: Pa
     assert not (tmp_path / "cache").exists(), "the files of a pack are not kept a second time"
 
 
-def test_a_file_that_was_changed_is_told_and_a_new_pack_is_another_key(ingested: Ingested, tmp_path: Path) -> None:
+def test_a_file_that_was_changed_is_an_error_and_a_new_pack_is_another_key(ingested: Ingested, tmp_path: Path) -> None:
     report = ingested(1)
-    name = report.pack.pictures[0].id
-    key = finishes_key([name])
-    base = report.folder / report.pack.pictures[0].files[0]
-    whole = base.read_bytes()
+    (picture,) = report.pack.pictures
+    name, base = picture.id, report.folder / picture.files[0]
+    key, whole = finishes_key([name]), base.read_bytes()
     base.write_bytes(encoded(pixels(8)))
     use_project(tmp_path)
-    with pytest.raises(OutputError, match="is not the file that was written; ingest the pack again"):
-        finishes_key([name])
-    with pytest.raises(OutputError, match="is not the file that was written"):
-        finish_of(find_recipe(name), tmp_path / "cache")
+    for reads in (lambda: finishes_key([name]), lambda: finish_of(find_recipe(name), tmp_path / "cache")):
+        with pytest.raises(OutputError, match="is not the file that was written; ingest the pack again"):
+            reads()
     base.write_bytes(whole)
     use_project(tmp_path)
     assert finishes_key([name]) == key
@@ -136,25 +131,25 @@ def test_from_python(project: Project, tmp_path: Path) -> None:
     """What the command line does: into the project in use, by ids that kitchens take at once; or into a folder."""
     pictures = write_pictures(tmp_path / "slates", 2)
     (pictures / "broken.png").write_bytes(b"no picture")
-    said = {"tile_m": (1.0, 1.0), "licence": "CC0-1.0", "substance": "stone"}
+    stated: dict[str, Any] = {"tile_m": (1.0, 1.0), "licence": "CC0-1.0", "substance": "stone"}
     with pytest.raises(CasaError, match=r"casa\.Project\(folder\)\.ingest_textures\(\.\.\.\), or library=folder"):
-        casa.ingest_textures(pictures, surface="floor", **said)
+        casa.ingest_textures(pictures, surface="floor", **stated)
     ours = project({})
-    done = casa.ingest_textures(pictures, surface="floor", **said)
+    done = casa.ingest_textures(pictures, surface="floor", **stated)
     assert (done.folder, done.changed) == (ours / "textures" / "slates", True)
     assert [picture.id for picture in done.pack.pictures] == ["slates_stone_00", "slates_stone_01"]
     assert [(row.source, row.code) for row in done.pack.refused] == [("broken.png", "PCK002")]
     assert set(casa.surfaces()["floor"]) >= {"slates_stone_00", "slates_stone_01"}
-    assert not casa.ingest_textures(pictures, surface="floor", **said).changed
-    elsewhere = casa.ingest_textures(pictures, "other", surface="wall", library=tmp_path / "lib", **said)
+    assert not casa.ingest_textures(pictures, surface="floor", **stated).changed
+    elsewhere = casa.ingest_textures(pictures, "other", surface="wall", library=tmp_path / "lib", **stated)
     assert elsewhere.folder == tmp_path / "lib" / "textures" / "other"
     with pytest.raises(UnknownId, match="did you mean floor"):
-        casa.ingest_textures(pictures, surface="flor", **said)
+        casa.ingest_textures(pictures, surface="flor", **stated)
     with pytest.raises(CasaError, match=r"tile_m\.1: .*greater than 0, got -1"):
         casa.ingest_textures(pictures, surface="floor", tile_m=(1.0, -1.0))
 
 
-def test_a_damaged_pack_is_told_with_its_file(ingested: Ingested, tmp_path: Path) -> None:
+def test_a_damaged_pack_is_an_error_with_its_file(ingested: Ingested, tmp_path: Path) -> None:
     path = ingested().folder / "pack.json"
     for text in ("{}", "[", '{"id": "slates", "version": 3, "pictures": [{"files": ["../a.png"]}]}'):
         path.write_text(text, encoding="utf-8")
@@ -172,19 +167,13 @@ def test_a_hundred_pictures_are_read_once_and_drawn(
     pack["pictures"] = [{**pack["pictures"][0], "id": f"slates_no_{n}"} for n in range(100)]
     path.write_text(json.dumps(pack), encoding="utf-8")
     use_project(tmp_path)
-    read: list[Path] = []
-
-    def counted(folder: Path) -> object:
-        read.append(folder)
-        return load_pack(folder)
-
-    load_pack = pack_files.load_pack
+    counted = Mock(wraps=pack_files.load_pack)
     monkeypatch.setattr(pack_files, "load_pack", counted)
     drawn = [dict(draw_surfaces(seed))[Surface.FLOOR] for seed in range(60)]
     assert 15 < sum(name.startswith("slates_no_") for name in drawn) < 45
     sampled = [dict(recipe.surfaces)[Surface.FLOOR] for recipe in draw_recipes(30, 7)]
     assert any(name.startswith("slates_no_") for name in sampled)
-    assert read == [report.folder]
+    counted.assert_called_once_with(report.folder)
 
 
 def run(*words: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
@@ -215,8 +204,8 @@ def test_from_an_empty_folder_to_a_checked_kitchen(tmp_path: Path) -> None:
     assert json.loads(checked.stdout.splitlines()[-1])["verdict"] == "passed"
     place = ours / "out" / "scenes" / row["id"]
     credit = {"licence": "CC0-1.0", "author": "unknown", "generator": "unknown"}
-    told = json.loads((place / "scene.json").read_text(encoding="utf-8"))["textures"]
-    assert told == [{"id": "plaster_stone_00", **credit}, {"id": "slates_stone_01", **credit}]
+    listed = json.loads((place / "scene.json").read_text(encoding="utf-8"))["textures"]
+    assert listed == [{"id": "plaster_stone_00", **credit}, {"id": "slates_stone_01", **credit}]
     assert "slates_stone_01" in scene_pack.members_of(place)["ATTRIBUTION.md"].decode()
     kitchen = casa.Project(ours).kitchen("one_wall_small", "slated", surfaces={"wall": "plaster_stone_00"})
     model = kitchen.to_mjmodel()

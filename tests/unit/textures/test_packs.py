@@ -1,0 +1,369 @@
+"""A folder of pictures becomes a pack: good ones tile, maps go with them, bad ones are named with a reason."""
+
+from __future__ import annotations
+
+import io
+import json
+import zlib
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from PIL import Image, PngImagePlugin
+
+from casa_assets.errors import CasaError, RegistryError, Rejected
+from casa_assets.library.library import file_digests
+from casa_assets.model.registry.rows import Surface
+from casa_assets.textures.check import seam
+from casa_assets.textures.finish import normals
+from casa_assets.textures.pack_entry import (
+    MAX_SIDE_PX,
+    REMEDIES,
+    MapRole,
+    PackPicture,
+    PictureDescription,
+    PictureRejection,
+)
+from casa_assets.textures.pack_pictures import decode, decode_map, tile
+from casa_assets.textures.run.packs import PackOptions, PackReport, ingest_pack
+from tests.support.library.pictures import deep_png, encoded, pixels, relief, tiff, tiling
+
+pytestmark = [pytest.mark.content("code", "textures", keep=0), pytest.mark.content("code", "textures.run", keep=0)]
+
+FLAGS = PictureDescription(surface=Surface.WALL, tile_m=(1.0, 1.0), licence="CC0-1.0")
+
+
+def taken(folder: Path, library: Path, flags: PictureDescription = FLAGS) -> PackReport:
+    return ingest_pack(folder, PackOptions(library=library, pack="my stones", flags=flags))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    place = tmp_path / "in"
+    place.mkdir()
+    (place / "Old Brick 01.png").write_bytes(encoded(pixels(1)))
+    (place / "ember.jpg").write_bytes(encoded(pixels(2, 640, 560, (120, 60, 50)), "JPEG"))
+    return place
+
+
+def test_good_pictures_become_tiles(folder: Path, tmp_path: Path) -> None:
+    report = taken(folder, tmp_path / "lib")
+    assert report.changed
+    assert report.folder == tmp_path / "lib" / "textures" / "my_stones"
+    assert [p.id for p in report.pack.pictures] == ["my_stones_old_brick_01", "my_stones_ember"]
+    assert report.pack.refused == ()
+    for picture in report.pack.pictures:
+        assert picture.repaired
+        assert picture.seam_before > 1.5 > picture.seam_after
+        assert picture.derived == ("normal", "roughness")
+        assert (picture.licence, picture.prompt, picture.generator) == ("CC0-1.0", "unknown", "unknown")
+        base = np.asarray(Image.open(report.folder / picture.files[0]), dtype=np.float32) / 255
+        assert base.shape == (picture.height_px, picture.width_px, 3)
+        assert seam(base).worst == pytest.approx(picture.seam_after, abs=0.02)
+    ember = report.pack.pictures[1]  # what is cut off is cut off its metres too
+    assert ember.tile_m == pytest.approx((ember.width_px / 640, ember.height_px / 560), abs=1e-3)
+    assert 0.55 < ember.tile_m[0] <= 1.0
+    names = sorted(p.name for p in report.folder.iterdir())
+    assert names == sorted([*(f for p in report.pack.pictures for f in p.files), "pack.json", "sheet.png"])
+
+
+def test_again_is_the_same_bytes_and_nothing_is_written(folder: Path, tmp_path: Path) -> None:
+    first = taken(folder, tmp_path / "lib")
+    before = file_digests(first.folder)
+    inode = first.folder.stat().st_ino
+    again = taken(folder, tmp_path / "lib")
+    assert not again.changed
+    assert again.pack == first.pack
+    assert first.folder.stat().st_ino == inode
+    assert file_digests(taken(folder, tmp_path / "other").folder) == before
+    assert list((tmp_path / "lib" / ".casa" / "staging").iterdir()) == []
+
+
+def test_a_run_goes_on_where_it_was_cut_off(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = taken(folder, tmp_path / "whole")
+    calls: list[int] = []
+
+    @wraps(tile)  # what is kept has a key of the code of `tile`, whichever function counts its calls
+    def counted(image: npt.NDArray[np.float32], size_px: int, given: dict[str, npt.NDArray[np.float32]]) -> object:
+        calls.append(1)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return tile(image, size_px, given)
+
+    monkeypatch.setattr("casa_assets.textures.run.packs.tile", counted)
+    with pytest.raises(KeyboardInterrupt):
+        taken(folder, tmp_path / "lib")
+    assert not (tmp_path / "lib" / "textures").exists()
+    resumed = taken(folder, tmp_path / "lib")
+    assert len(calls) == 3  # one before the cut, one cut off, one after: the first was kept
+    assert file_digests(resumed.folder) == file_digests(whole.folder)
+
+
+def bomb() -> bytes:
+    """A picture of 60000 x 60000 pixels in a few bytes, which is refused by its header."""
+    data = bytearray(encoded(pixels()))
+    data[16:24] = (60000).to_bytes(4, "big") * 2
+    data[29:33] = zlib.crc32(bytes(data[12:29])).to_bytes(4, "big")
+    return bytes(data)
+
+
+# Files by the names of why they are refused.
+BAD = {
+    "not_a_picture.png": b"GIF89a not a picture at all",
+    "broken.png": encoded(pixels())[:4000],
+    "too_large.png": encoded(np.zeros((1, 9000, 3), np.uint8)),
+    "too_large.bomb.png": bomb(),
+    "too_small.png": encoded(pixels(1, 511, 600)),
+    "too_long.png": encoded(pixels(1, 1100, 540)),
+    "transparent.png": encoded(np.dstack([pixels(), np.full((520, 520), 128, np.uint8)])),
+    "blank.png": encoded(np.full((520, 520, 3), 7, np.uint8)),
+}
+
+
+def test_bad_pictures_and_links_are_left_out_with_their_reasons(folder: Path, tmp_path: Path) -> None:
+    for name, data in BAD.items():
+        (folder / name).write_bytes(data)
+    (tmp_path / "secret.png").write_bytes(encoded(pixels(5)))
+    (folder / "unreadable.png").symlink_to(tmp_path / "secret.png")
+    (folder / "unreadable.dead.png").symlink_to(tmp_path / "nowhere.png")
+    pack = taken(folder, tmp_path / "lib").pack
+    wanted = {row.source: PictureRejection[row.source.split(".")[0].upper()] for row in pack.refused}
+    assert wanted.keys() == {*BAD, "unreadable.png", "unreadable.dead.png"}
+    assert all((row.code, row.fix) == (wanted[row.source].value, REMEDIES[wanted[row.source]]) for row in pack.refused)
+    assert len(pack.pictures) == 2
+
+
+def test_duplicates_are_named(folder: Path, tmp_path: Path) -> None:
+    (folder / "zz_copy.png").write_bytes((folder / "Old Brick 01.png").read_bytes())
+    (folder / "other.jpg").write_bytes(encoded(pixels(1), "JPEG"))  # the same picture, other bytes
+    pack = taken(folder, tmp_path / "lib").pack
+    assert [(r.source, r.code) for r in pack.refused] == [("zz_copy.png", PictureRejection.DUPLICATE.value)]
+    assert "Old Brick 01.png" in pack.refused[0].message
+    assert [(a.first, a.second) for a in pack.alike] == [("my_stones_old_brick_01", "my_stones_other")]
+    assert pack.alike[0].distance < 0.3
+
+
+def test_the_manifest_is_kept(folder: Path, tmp_path: Path) -> None:
+    (folder / "pack.yaml").write_text(
+        "defaults: {surface: floor, tile_m: [2, 2], licence: CC-BY-4.0, generator: painter 3}\n"
+        "pictures:\n"
+        "  ember.jpg: {name: Glowing Ember, surface: counter, tile_m: [0.5, 0.5], prompt: embers, author: A. Maker}\n"
+        "  lost.png: {licence: CC0-1.0}\n"
+    )
+    (folder / "readme.md").write_text("hello")
+    pack = taken(folder, tmp_path / "lib", PictureDescription()).pack
+    brick, ember = pack.pictures
+    assert (brick.surface, brick.licence) == (Surface.FLOOR, "CC-BY-4.0")
+    assert (brick.generator, brick.prompt) == ("painter 3", "unknown")
+    assert (ember.id, ember.surface) == ("my_stones_glowing_ember", Surface.COUNTER)
+    assert (ember.prompt, ember.author) == ("embers", "A. Maker")
+    assert [(r.source, r.code) for r in pack.refused] == [("lost.png", PictureRejection.MISSING.value)]
+    assert pack.ignored == ("readme.md",)
+
+
+def test_what_nobody_says_is_asked_for_and_flags_stand_between_rows_and_defaults(folder: Path, tmp_path: Path) -> None:
+    refused = taken(folder, tmp_path / "lib", PictureDescription(tile_m=(1.0, 1.0))).pack.refused
+    assert {r.code for r in refused} == {PictureRejection.NOT_DESCRIBED.value}
+    assert refused[0].message == "nobody says its surface, licence"
+    assert "--licence" in refused[0].fix
+    (folder / "pack.yaml").write_text("defaults: {surface: floor, licence: A}\npictures: {ember.jpg: {licence: B}}\n")
+    pack = taken(folder, tmp_path / "lib", PictureDescription(licence="C", tile_m=(1.0, 1.0))).pack
+    assert [(p.licence, p.surface) for p in pack.pictures] == [("C", Surface.FLOOR), ("B", Surface.FLOOR)]
+
+
+@pytest.mark.parametrize("row", ["{tile_m: [0, 1]}", "{surfaces: wall}", "{substance: unobtainium}", "7"])
+def test_a_wrong_row_costs_its_picture_and_no_other(row: str, folder: Path, tmp_path: Path) -> None:
+    (folder / "pack.yaml").write_text(f"pictures:\n  ember.jpg: {row}\n")
+    pack = taken(folder, tmp_path / "lib").pack
+    assert [(r.source, r.code) for r in pack.refused] == [("ember.jpg", PictureRejection.BAD_ROW.value)]
+    assert [p.source for p in pack.pictures] == ["Old Brick 01.png"]
+
+
+@pytest.mark.parametrize("text", ["[1, 2]", "colour: red", "defaults: {surface: roof}", "pictures: [a]", "a: [", "3"])
+def test_a_wrong_manifest_is_said_with_its_line(text: str, folder: Path, tmp_path: Path) -> None:
+    (folder / "pack.yaml").write_text(f"# pack\n{text}\n")
+    with pytest.raises(RegistryError, match=r"pack.yaml:[1-3]"):
+        taken(folder, tmp_path / "lib")
+
+
+def test_json_manifest_and_prompt_inside_the_file(folder: Path, tmp_path: Path) -> None:
+    notes = PngImagePlugin.PngInfo()
+    notes.add_text("parameters", "grey stone,  seamless")
+    Image.fromarray(pixels(9, color=(110, 115, 120))).save(folder / "grey.png", pnginfo=notes)
+    (folder / "pack.json").write_text(json.dumps({"pack": "from json", "pictures": {"grey.png": {"author": "me"}}}))
+    report = ingest_pack(folder, PackOptions(library=tmp_path / "lib", flags=FLAGS))
+    assert report.pack.id == "from_json"
+    grey = next(p for p in report.pack.pictures if p.source == "grey.png")
+    assert (grey.prompt, grey.author) == ("grey stone, seamless", "me")
+
+
+def test_a_folder_that_is_not_there_a_file_and_an_empty_folder(tmp_path: Path) -> None:
+    with pytest.raises(CasaError, match="no such folder"):
+        taken(tmp_path / "nothing", tmp_path / "lib")
+    (tmp_path / "a.zip").write_bytes(b"PK")
+    with pytest.raises(CasaError, match="is no folder; unpack it first"):
+        taken(tmp_path / "a.zip", tmp_path / "lib")
+    (tmp_path / "in").mkdir()
+    report = taken(tmp_path / "in", tmp_path / "lib")
+    assert (report.pack.pictures, report.pack.refused) == ((), ())
+
+
+def test_other_channels_are_converted() -> None:
+    deep_grey = Image.fromarray(pixels()[..., 0].astype(np.uint16) * 257)
+    for mode in ["L", "CMYK", "P", "RGBA", "I;16"]:
+        out = io.BytesIO()
+        image = deep_grey if mode == "I;16" else Image.fromarray(pixels()).convert(mode)
+        image.save(out, "JPEG" if mode == "CMYK" else "PNG")
+        seen = decode(out.getvalue())
+        assert seen.pixels.shape == (520, 520, 3)
+        expected = (pixels()[..., 0] if mode == "I;16" else pixels()).mean() / 255
+        assert float(seen.pixels.mean()) == pytest.approx(expected, abs=0.04)
+        assert seen.notes
+
+
+RAMP = np.tile(np.linspace(0.0, 1.0, 600, dtype=np.float32), (540, 1))
+BYTE, WORD = 0.5 / 255, 1.0 / 65535
+
+
+def deep(image: npt.NDArray[np.floating], depth: int = 16) -> npt.NDArray[np.uint16]:
+    return np.asarray(np.round(image * (2**depth - 1)), dtype=np.uint16)
+
+
+def three(image: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    return np.dstack([image] * 3)
+
+
+READ: dict[str, tuple[Callable[[], bytes], float]] = {
+    "tiff 8": (lambda: encoded(np.round(three(RAMP) * 255).astype(np.uint8), "TIFF"), 2 * BYTE),
+    "tiff 16": (lambda: tiff(deep(RAMP)), WORD),
+    "tiff 16 colours": (lambda: tiff(three(deep(RAMP))), 2 * BYTE),
+    "tiff float": (lambda: tiff(RAMP), 1e-6),
+    "png 16": (lambda: deep_png(deep(RAMP)), WORD),
+    "png 16 colours": (lambda: deep_png(three(deep(RAMP))), 2 * BYTE),
+}
+
+
+def test_numbers_of_a_map_are_those_of_its_file() -> None:
+    for write, error in READ.values():
+        found = decode_map(write(), MapRole.ROUGHNESS)
+        assert found.shape == (*RAMP.shape, 3)
+        assert np.abs(found - RAMP[..., None]).max() <= error
+
+
+REFUSED: dict[str, tuple[Callable[[], bytes], str]] = {
+    "tiff of three floats": (lambda: tiff(three(RAMP)), "PCK002: is a TIFF file of a kind that is not read"),
+    "tiff of 32 bits": (lambda: tiff(deep(RAMP).astype(np.uint32)), "PCK002: .* not of 8 or 16 bits"),
+    "tiff below 0": (lambda: tiff((RAMP * 1000 - 500).astype(np.int16)), "PCK002: .* not of 8 or 16 bits"),
+    "tiff with a number that is none": (lambda: tiff(RAMP * np.inf), "PCK003: holds values that are no numbers"),
+    "tiff of large tiles": (lambda: tiff(deep(RAMP), width=MAX_SIDE_PX * 8, height=16), "PCK004: has tiles of over 81"),
+}
+
+
+@pytest.mark.filterwarnings("ignore:invalid value encountered")
+def test_what_cannot_be_read_is_told_before_it_is_unpacked() -> None:
+    for write, message in REFUSED.values():
+        with pytest.raises(Rejected, match=message):
+            decode_map(write(), MapRole.HEIGHT)
+
+
+def test_any_cut_of_a_file_is_refused_and_raises_nothing_else() -> None:
+    kinds = [encoded(pixels(), kind) for kind in ("PNG", "JPEG", "WEBP")]
+    for whole in (tiff(deep(RAMP)), deep_png(deep(RAMP)), *kinds):
+        for share in (0.0, 0.0001, 0.001, 0.01, 0.3, 0.7):
+            with pytest.raises(Rejected, match="PCK00"):
+                decode(whole[: int(len(whole) * share)])
+    assert [decode(whole).pixels.shape for whole in kinds] == [(520, 520, 3)] * 3
+
+
+def grey(value: float) -> bytes:
+    return encoded(np.full((512, 512), round(value * 255), np.uint8))
+
+
+NORMALS = normals(relief() * 0.004, (1.0, 1.0))
+MAPS = {"height__png": grey(0.5), "normal__png": encoded(NORMALS), "roughness__png": grey(0.3)}
+
+
+def material(folder: Path, **maps: bytes) -> Path:
+    """A folder with a colour and maps of one material (`normal__tif` -> bytes)."""
+    folder.mkdir(parents=True)
+    for name, data in {"color__png": encoded(tiling(2)), **maps}.items():
+        (folder / f"Bricks_{name.replace('__', '.')}").write_bytes(data)
+    return folder
+
+
+def plane(picture: PackPicture, library: Path, number: int) -> npt.NDArray[np.floating]:
+    with Image.open(library / "textures" / "my_stones" / picture.files[number]) as image:
+        return np.asarray(image.convert("RGB"), dtype=np.float64) / 255
+
+
+def test_maps_of_other_formats_are_used_as_if_they_were_png(tmp_path: Path) -> None:
+    """Roughness as a PNG of 16 bits, metalness as a TIFF of 16, heights as a TIFF of floats."""
+    one = np.ones((512, 512), np.float32)
+    source = material(
+        tmp_path / "in",
+        normal__png=encoded(NORMALS),
+        roughness__png=deep_png(deep(one * 0.3)),
+        metalness__tif=tiff(deep(one)),
+        height__tiff=tiff(relief() * 0.01),
+    )
+    pack = taken(source, tmp_path / "lib").pack
+    (picture,) = pack.pictures
+    assert (pack.refused, picture.derived, picture.notes, picture.faults) == ((), (), (), ())
+    endings = {"height": "tiff", "metalness": "tif", "normal": "png", "roughness": "png"}
+    assert picture.given == {role: f"Bricks_{role}.{ending}" for role, ending in endings.items()}
+    gloss = plane(picture, tmp_path / "lib", 2)
+    assert gloss[..., 1:].mean(axis=(0, 1)) == pytest.approx([0.3, 1.0], abs=0.01)
+
+
+def test_a_material_with_its_maps(tmp_path: Path) -> None:
+    pack = taken(material(tmp_path / "in", **MAPS), tmp_path / "lib").pack
+    (picture,) = pack.pictures
+    assert (picture.id, picture.source) == ("my_stones_bricks", "Bricks_color.png")
+    assert picture.given == {role: f"Bricks_{role}.png" for role in ("height", "normal", "roughness")}
+    assert (pack.refused, picture.derived, picture.repaired, picture.faults) == ((), (), False, ())
+    rough = plane(picture, tmp_path / "lib", 2)
+    assert rough[..., 1] == pytest.approx(np.full(rough.shape[:2], 0.3), abs=0.01)
+    assert rough[..., 2].max() == 0
+    shown = plane(picture, tmp_path / "lib", 1) * 2 - 1
+    mean = (NORMALS.astype(np.float64) / 127.5 - 1).reshape(256, 2, 256, 2, 3).mean(axis=(1, 3))
+    assert np.abs(shown - mean).mean() < 0.03
+    assert np.corrcoef(shown[..., 1].ravel(), mean[..., 1].ravel())[0, 1] > 0.99
+
+
+def test_maps_that_do_not_fit_are_left_out_with_a_note_and_maps_without_a_colour_are_refused(tmp_path: Path) -> None:
+    unfit = {"roughness__png": encoded(pixels(1, 1024, 600)), "metalness__png": b"no picture"}
+    source = material(tmp_path / "in", **MAPS | unfit)
+    (picture,) = taken(source, tmp_path / "lib").pack.pictures
+    assert sorted(picture.given) == ["height", "normal"]
+    notes = [note.partition(" was")[0] for note in picture.notes]
+    assert notes == ["its map of the metalness", "its map of the roughness"]
+    (source / "Bricks_color.png").unlink()
+    pack = taken(source, tmp_path / "lib").pack
+    assert ([row.code for row in pack.refused], pack.pictures) == ([PictureRejection.NO_COLOR.value], ())
+
+
+def test_maps_are_cut_with_the_colour(tmp_path: Path) -> None:
+    image = pixels(1, 640, 640)
+    folder = material(tmp_path / "in", color__png=encoded(image), roughness__png=encoded(image[..., 0]))
+    (picture,) = taken(folder, tmp_path / "lib").pack.pictures
+    assert picture.repaired
+    base, rough = plane(picture, tmp_path / "lib", 0), plane(picture, tmp_path / "lib", 2)
+    height, width = (n - n % 2 for n in base.shape[:2])
+    small = base[:height, :width].reshape(height // 2, 2, width // 2, 2, 3).mean(axis=(1, 3))
+    assert np.corrcoef(small[..., 0].ravel(), rough[..., 1].ravel())[0, 1] > 0.8
+
+
+def test_a_large_photograph_is_made_smaller(tmp_path: Path) -> None:
+    """Noise packs badly: the files of a picture of 1024 px would be larger than a check allows."""
+    noisy = np.clip(np.random.default_rng(3).normal(128, 40, (1024, 1024, 3)), 0, 255).astype(np.uint8)
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "noise.png").write_bytes(encoded(noisy))
+    (picture,) = taken(tmp_path / "in", tmp_path / "lib").pack.pictures
+    assert picture.width_px < 1000
+    place = tmp_path / "lib" / "textures" / "my_stones"
+    assert sum((place / name).stat().st_size for name in picture.files) < 2_500_000
+    assert "was scaled down to" in " ".join(picture.notes)
