@@ -1,4 +1,4 @@
-"""Keys that are pressed, knobs that turn, and figures and signs beside them."""
+"""Controls: keys that are pressed, knobs that turn, and the figures, signs and gauges beside them."""
 
 from __future__ import annotations
 
@@ -280,3 +280,20 @@ def _points(*corners: Vec2) -> Floats:
 
 def _ink(width: float, height: float, x: float, z: float) -> Solid:
     return box((width, INK_THICKNESS, height), (x, -INK_THICKNESS / 2, z), 0.0).without_colliders()
+
+
+def add_pressure_gauge(builder: AssetBuilder, at: Vec3, radius: float, metal: str) -> None:
+    """A round pressure gauge in a front that looks to -y."""
+    x, y, z = at
+    line = [(radius, 0.0), (radius, 0.005), (radius - 0.003, 0.007), (radius - 0.004, 0.0062), (0.0, 0.0062)]
+    builder.draw(ROOT, lathe(line, 32).rotated("x", math.pi / 2).translated(x, y, z), metal, "gauge")
+    dial = rod(radius - 0.0042, 0.0006, 0.0, "y").translated(x, y - 0.0067, z)
+    builder.draw(ROOT, dial, "enamel_white", "gauge", density=0.0)
+    for k in range(9):
+        angle = math.radians(-130 + 260 * k / 8)
+        tick = box((0.0008, 0.0004, 0.003), (0.0, -0.0072, radius - 0.0066), 0.0).rotated("y", angle)
+        tick = tick.translated(x, y, z)
+        builder.draw(ROOT, tick, "plastic_black", "gauge", density=0.0)
+    hand = box((0.0012, 0.0004, radius - 0.008), (0.0, -0.0075, 0.3 * radius), 0.0).rotated("y", -0.9)
+    hand = hand.translated(x, y, z)
+    builder.draw(ROOT, hand, "plastic_red", "gauge", density=0.0)

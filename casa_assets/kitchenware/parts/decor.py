@@ -10,7 +10,6 @@ import numpy as np
 
 from casa_assets.ext.records import Vec2, Vec3
 from casa_assets.ext.solids import Solid, ball, box, circle, inset, lathe, loft, prism, rectangle, rod, tube
-from casa_assets.kitchenware.fixtures.on_walls import upright_on_wall
 from casa_assets.kitchenware.parts.handles import tapered_leg
 
 # Leaves ---------------------------------------------------------------------------------------------------------------
@@ -295,7 +294,7 @@ def _handle(grip: ToolHandle, end: float) -> tuple[list[Solid], list[Solid]]:
     arc = [(half_width * math.cos(t), half_width * math.sin(t) - EYE_RADIUS) for t in np.linspace(0, math.pi, 11)]
     outline = np.array([*arc, (-0.0065, -end), (0.0065, -end)])
     hole = circle(0.0055, 14) + np.array([0.0, -EYE_RADIUS + 0.002])
-    return [upright_on_wall(prism(outline, 0.0026, 0.0006, [hole])).translated(y=0.0013)], []
+    return [prism(outline, 0.0026, 0.0006, [hole]).rotated("x", math.pi / 2).translated(y=0.0013)], []
 
 
 def _shell(width: float, length: float, depth: float) -> Solid:
@@ -325,7 +324,7 @@ def _turner(z: float, length: float) -> list[Solid]:
         rectangle(0.006, 0.55 * length, 0.0028, 3) + np.array([x, z - 0.56 * length])
         for x in (-0.021, -0.007, 0.007, 0.021)
     ]
-    return [upright_on_wall(prism(outline, SHEET_THICKNESS, 0.0003, slots)).rotated("x", 0.12, (0, 0, z))]
+    return [prism(outline, SHEET_THICKNESS, 0.0003, slots).rotated("x", math.pi / 2).rotated("x", 0.12, (0, 0, z))]
 
 
 def _whisk(z: float, length: float) -> list[Solid]:
@@ -353,7 +352,7 @@ def _skimmer(z: float, length: float) -> list[Solid]:
         for away, n in rings
         for t in 2 * math.pi * np.arange(n) / n
     ]
-    disc = upright_on_wall(prism(circle(r, 36), SHEET_THICKNESS, 0.0003, holes))
+    disc = prism(circle(r, 36), SHEET_THICKNESS, 0.0003, holes).rotated("x", math.pi / 2)
     rim = [(r * math.sin(t), 0.0, r * math.cos(t)) for t in np.linspace(0, 2 * math.pi, 37)]
     return [s.translated(0, 0.0, z - r + 0.002) for s in (disc, tube(rim, circle(0.0018, 6)))]
 
@@ -379,7 +378,7 @@ def _fork(z: float, length: float) -> list[Solid]:
 
 def _scraper(z: float, length: float) -> list[Solid]:
     shape = rectangle(0.056, length, 0.018, 6) + np.array([0.0, z - length / 2 + 0.002])
-    thin = upright_on_wall(prism(inset(shape, 0.0), 0.008, 0.003)).translated(y=0.004)
+    thin = prism(inset(shape, 0.0), 0.008, 0.003).rotated("x", math.pi / 2).translated(y=0.004)
     return [thin, ball(0.005, 8).translated(0, 0, z)]
 
 

@@ -30,7 +30,7 @@ from casa_assets.kitchenware.parts.appliance import (
     AppliancePull,
     appliance_pull,
 )
-from casa_assets.kitchenware.parts.counter_parts import add_liner, cavity_colliders, cavity_walls
+from casa_assets.kitchenware.parts.cases import add_liner, cavity_colliders, cavity_walls
 from casa_assets.kitchenware.parts.fronts import FrontKind
 
 # Case -----------------------------------------------------------------------------------------------------------------

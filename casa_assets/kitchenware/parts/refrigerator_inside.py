@@ -13,10 +13,11 @@ import numpy as np
 from pydantic import Field
 
 from casa_assets.ext.families import Params, between, pick
-from casa_assets.ext.records import Condition, Vec2, Vec3, Vec4
-from casa_assets.ext.solids import AssetBuilder, board, box, negated
+from casa_assets.ext.records import Condition, Vec2, Vec4
+from casa_assets.ext.solids import AssetBuilder, board, negated
 from casa_assets.kitchenware.parts import refrigerator as parts
 from casa_assets.kitchenware.parts.appliance import ApplianceFront, ApplianceKick, ApplianceLook
+from casa_assets.kitchenware.parts.drawers import add_crisper, crisper_reach
 from casa_assets.kitchenware.parts.refrigerator import (
     BIN_DEPTH,
     DIVIDER_THICKNESS,
@@ -37,68 +38,7 @@ from casa_assets.kitchenware.parts.refrigerator import (
     hang_fridge_door,
 )
 
-# Sliding parts --------------------------------------------------------------------------------------------------------
-
-WALL_THICKNESS = 0.0035  # metres; injection moulded
-LIP_DEPTH = 0.024  # how far the lip of a crisper stands out before its front
-CRISPER_PULL = 0.62  # part of its depth that a crisper slides out
 SIDE_CLEARANCE = 0.006  # metres at each side of what slides
-
-
-def crisper_travel(depth: float) -> float:
-    """How far a crisper of a depth slides out, metres."""
-    return round(CRISPER_PULL * depth, 3)
-
-
-def crisper_reach(front: float, back: float) -> float:
-    """How far before y = 0 the lip of a crisper between two y comes, metres."""
-    return crisper_travel(back - front - LIP_DEPTH) - front
-
-
-def add_crisper(
-    builder: AssetBuilder,
-    name: str,
-    behind: str,
-    lower: Vec3,
-    upper: Vec3,
-    look: ApplianceLook,
-    finish: str = "plastic_clear",
-) -> None:
-    """A drawer in a room, open on top; its link is `name`, its joint `<name>_joint`.
-
-    behind: joint of the door in front of it. lower, upper: corners of the space it may take, metres; lower[1] is where
-    its lip begins. finish: of its body.
-    """
-    (x0, y0, z0), (x1, y1, z1) = lower, upper
-    builder.link(name, at=((x0 + x1) / 2, y0 + LIP_DEPTH, z0))
-    w, d, h, e = x1 - x0, y1 - y0 - LIP_DEPTH, z1 - z0, WALL_THICKNESS
-    half, rim = w / 2, 0.012
-    for solid, part in (
-        (board((-half, 0.0, 0.0), (half, d, e), 0.001), "bottom"),
-        (board((-half, 0.0, e), (half, e + 0.002, h - rim), 0.001), "front"),
-        (board((-half, d - e, e), (half, d, h - rim), 0.001), "back"),
-        (board((-half, e + 0.002, e), (-half + e, d - e, h - rim), 0.001), "left"),
-        (board((half - e, e + 0.002, e), (half, d - e, h - rim), 0.001), "right"),
-    ):
-        builder.add(name, solid, finish, "drawer", collider=f"{name}_{part}", density="ribbed_plastic")
-    for solid in (
-        board((-half - 0.002, -0.003, h - 0.03), (half + 0.002, e + 0.003, h), 0.002, 2),
-        board((-half - 0.002, e + 0.0032, h - rim), (-half + e + 0.002, d, h), 0.001),
-        board((half - e - 0.002, e + 0.0032, h - rim), (half + 0.002, d, h), 0.001),
-    ):
-        builder.draw(name, solid, look.trim, "drawer", density="ribbed_plastic")
-    width = min(0.3, 0.7 * w)
-    lip = box((width, LIP_DEPTH - 0.0034, 0.007), (0.0, -0.0032 - (LIP_DEPTH - 0.0034) / 2, h - 0.0065), 0.002, 2)
-    hook = box((width, 0.006, 0.014), (0.0, -LIP_DEPTH + 0.003, h - 0.014), 0.002)
-    collider_box = board((-width / 2, -LIP_DEPTH, h - 0.021), (width / 2, -0.003, h - 0.003), 0.0)
-    for solid in (lip, hook):
-        builder.draw(name, solid, look.trim, "handle", density="ribbed_plastic")
-    builder.add_collider(name, collider_box, look.trim, "handle", f"{name}_handle_main")
-    travel = crisper_travel(d)
-    builder.slide(
-        f"{name}_joint", name, (0.0, 1.0, 0.0), (-travel, 0.0), f"{name}_handle_main", start_n=6.0, behind=behind
-    )
-    builder.region(name, (-half + e, e + 0.002, e), (half - e, d - e, h - 0.004), link=name)
 
 
 def add_pull_out(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, region: str) -> None:

@@ -12,7 +12,7 @@ import pytest
 from casa_assets.kitchenware.fixtures.cookers import DOUBLE_OVEN_WIDTH, Range
 from casa_assets.kitchenware.fixtures.microwave import Microwave, MicrowaveControls, MicrowaveHandle, MicrowaveMounting
 from casa_assets.kitchenware.fixtures.toasters import PanelPlace, ToasterOven
-from casa_assets.kitchenware.parts.appliance import OvenHandle
+from casa_assets.kitchenware.parts.oven import OvenHandle
 from casa_assets.mesh.solid.primitive import shape_bounds
 from casa_assets.registry.families import family
 from tests.support.asset.family_members import made, preset, spec_of

@@ -10,8 +10,7 @@ import pytest
 from pydantic import ValidationError
 
 from casa_assets.kitchenware.fixtures import boards, wall_racks
-from casa_assets.kitchenware.fixtures.cabinets import BaseCabinet, DrawerStack, WallCabinet
-from casa_assets.kitchenware.fixtures.corners import IslandBase
+from casa_assets.kitchenware.fixtures.cabinets import BaseCabinet, DrawerStack, IslandBase, WallCabinet
 from casa_assets.kitchenware.fixtures.dish_rack import DishRack, DishRackForm
 from casa_assets.kitchenware.parts import fronts, handles
 from casa_assets.kitchenware.parts.fronts import CabinetLook, FrontEdge, FrontKind
