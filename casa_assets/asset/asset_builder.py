@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -192,7 +192,7 @@ class AssetBuilder:
     def add(
         self,
         link: str,
-        solid: Solid,
+        solid: Solid | Iterable[Solid],
         finish: str,
         label: str | None = None,
         name: str | None = None,
@@ -205,7 +205,7 @@ class AssetBuilder:
         """Add a solid to a link: its mesh, its colliders and its mass.
 
         Args:
-            solid: link frame.
+            solid: link frame; of several each is added in turn.
             finish: id of a finish in the supplies; its substance gives density and friction.
             label: what part it is; parts with the same finish and label are drawn as one mesh.
             name: of its mesh; a named part is drawn as a separate mesh called `<name>_visual`.
@@ -217,24 +217,25 @@ class AssetBuilder:
         """
         owner = self.links[link]
         chosen = self.supplies.finish(finish)
-        if visible:
-            owner.parts.append(VisualPart(solid, finish, label, name, grain))
         if density is None:
             density = chosen.substance.density
         elif isinstance(density, str):
             density = self.supplies.density(density)
-        if density > 0:
-            owner.masses.append(solid_mass(solid, density))
-        if collider is not False:
-            collider_name = collider if isinstance(collider, str) else name
-            self._add_colliders(
-                owner, solid if solid.shapes else solid.with_hull_collider(), chosen.substance.id, label, collider_name
-            )
+        for each in (solid,) if isinstance(solid, Solid) else solid:
+            if visible:
+                owner.parts.append(VisualPart(each, finish, label, name, grain))
+            if density > 0:
+                owner.masses.append(solid_mass(each, density))
+            if collider is not False:
+                shaped = each if each.shapes else each.with_hull_collider()
+                self._add_colliders(
+                    owner, shaped, chosen.substance.id, label, collider if isinstance(collider, str) else name
+                )
 
     def draw(
         self,
         link: str,
-        solid: Solid,
+        solid: Solid | Iterable[Solid],
         finish: str,
         label: str | None = None,
         name: str | None = None,
@@ -245,7 +246,12 @@ class AssetBuilder:
         self.add(link, solid, finish, label, name, grain, collider=False, density=density)
 
     def add_collider(
-        self, link: str, solid: Solid, finish: str, label: str | None = None, name: str | None = None
+        self,
+        link: str,
+        solid: Solid | Iterable[Solid],
+        finish: str,
+        label: str | None = None,
+        name: str | None = None,
     ) -> None:
         """Add the colliders of a solid that is neither drawn nor weighed; arguments as in `add`."""
         self.add(link, solid, finish, label, name, density=0.0, visible=False)

@@ -8,14 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from casa_assets.ext.families import FinishId, Params
-from casa_assets.ext.solids import (
-    Placed,
-    box,
-    box_shape,
-    rectangle,
-    rod,
-    tube,
-)
+from casa_assets.ext.solids import Placed, box, box_shape, rectangle, rod, tube
 from casa_assets.kitchenware.parts.fronts import FrontKind
 from casa_assets.kitchenware.parts.handles import Handle, collider_box, grip_capsule
 

@@ -120,8 +120,7 @@ def add_knob(
     shaped = Solid(body.points, body.faces, (shape,), crease_deg=body.crease_deg)
     face = Pose() if up else Pose(quaternion=(math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0))
     builder.add(link, shaped.transformed(face), finish, "knob", collider=f"{name}_main", density="control_knob")
-    for solid in extra:
-        builder.draw(link, solid.transformed(face), finish, "knob", density="control_knob")
+    builder.draw(link, [solid.transformed(face) for solid in extra], finish, "knob", density="control_knob")
     builder.draw(link, _pointer(style, radius, depth).transformed(face), mark, "knob", density=0.0)
     axis = (0.0, 0.0, 1.0) if up else (0.0, -1.0, 0.0)
     feel = hand_dynamics.Feel(damping=0.02, frictionloss=hand_dynamics.KNOB_NM, armature=2e-4)
@@ -154,11 +153,10 @@ def _shape(style: KnobStyle, r: float, d: float) -> tuple[Solid, list[Solid]]:
         body = lathe([(r, 0.0), (r, 0.2 * d), (0.8 * r, 0.3 * d), (0.68 * r, d - e), (0.68 * r - e, d)], 32)
         return body, []
     if style is KnobStyle.FLUTED:
-        grips = [
+        return lathe([(r, 0.0), (r, 0.12 * d), (0.93 * r, 0.15 * d), (0.93 * r, d - e), (0.93 * r - e, d)], 36), [
             box((0.0026, 0.0026, 0.7 * d), (0.0, 0.93 * r, 0.5 * d), 0.0).rotated("z", math.pi * k / 9)
             for k in range(18)
         ]
-        return lathe([(r, 0.0), (r, 0.12 * d), (0.93 * r, 0.15 * d), (0.93 * r, d - e), (0.93 * r - e, d)], 36), grips
     if style is KnobStyle.BAR:
         body = lathe([(r, 0.0), (r, 0.35 * d), (0.86 * r, 0.45 * d), (0.86 * r, 0.62 * d)], 32)
         return body, [box((0.42 * r, 1.9 * r, 0.55 * d), (0.0, 0.0, 0.84 * d), 0.003, 2)]

@@ -80,8 +80,7 @@ def add_grates(
         return
     inset = HALF_GRATE_GAP if style is GrateStyle.JOINED else 0.011
     for frame in _columns(places) if style is GrateStyle.JOINED else [[c] for c in places]:
-        for span in _frame(frame, inset):
-            builder.draw(ROOT, _bar(span, pan_z, BAR_HEIGHT), finish, "grate")
+        builder.draw(ROOT, [_bar(span, pan_z, BAR_HEIGHT) for span in _frame(frame, inset)], finish, "grate")
         for x in (frame[0].x[0] + inset + BAR_WIDTH / 2, frame[0].x[1] - inset - BAR_WIDTH / 2):
             for y in (frame[0].y[0] + inset + 0.02, frame[-1].y[1] - inset - 0.02):
                 under = pan_z - BAR_HEIGHT
@@ -91,9 +90,8 @@ def add_grates(
                 tip = box((BAR_WIDTH - 0.001, 0.014, pad), (x, y, top + 0.0003 + pad / 2), 0.0005)
                 builder.draw(ROOT, tip, "rubber_black", "grate")
     rows = sorted({round(c.spot.y, 4) for c in places})
-    for cell in places:
-        for finger in _fingers(cell, inset, rows):
-            builder.draw(ROOT, _bar(finger, pan_z, BAR_HEIGHT - 0.001), finish, "grate")
+    grates = [_bar(finger, pan_z, BAR_HEIGHT - 0.001) for cell in places for finger in _fingers(cell, inset, rows)]
+    builder.draw(ROOT, grates, finish, "grate")
     for span in _collider_bars(places, inset, rows):
         builder.add_collider(ROOT, _bar(span, pan_z, BAR_HEIGHT), finish, "grate")
 
@@ -267,10 +265,9 @@ def add_burners(
     for s in places:
         color = FLAME_COLOR if fuel is Fuel.GAS else GLOW_COLOR
         marker_height = 0.02 if fuel is Fuel.GAS else 0.004
-        base = top + (0.022 if fuel is Fuel.GAS else 0.0)
         builder.column(
             f"burner_on_{s.loc}",
-            (s.x, s.y, base + marker_height / 2),
+            (s.x, s.y, (top + (0.022 if fuel is Fuel.GAS else 0.0)) + marker_height / 2),
             (1.3 * s.radius, 1.3 * s.radius, marker_height),
             color,
         )
@@ -292,10 +289,9 @@ def _gas(builder: AssetBuilder, s: BurnerSpot, top: float) -> None:
     ports = 16
     for k in range(ports):
         t = 2 * math.pi * k / ports
-        slit = box(
+        burner = box(
             (0.0025, 0.0012, 0.006), (s.x + 0.925 * r * math.cos(t), s.y + 0.925 * r * math.sin(t), top + 0.0165), 0.0
-        )
-        burner = slit.rotated("z", t + math.pi / 2, (s.x + 0.925 * r * math.cos(t), s.y + 0.925 * r * math.sin(t), 0))
+        ).rotated("z", t + math.pi / 2, (s.x + 0.925 * r * math.cos(t), s.y + 0.925 * r * math.sin(t), 0))
         builder.draw(ROOT, burner, "rubber_black", "burner", density=0.0)
 
 

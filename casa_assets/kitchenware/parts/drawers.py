@@ -88,9 +88,8 @@ def _box(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> float:
     bottom, top = d.lower[2] + 0.008 - d.z, d.upper[2] - 0.016 - d.z
     top = min(top, bottom + 0.22)  # boxes of drawers are not made higher, whatever the front
     across, along = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
-    for x in (x0, x1 - SIDE_THICKNESS):
-        side = board((x, y0 + SIDE_THICKNESS, bottom), (x + SIDE_THICKNESS, y1, top))
-        builder.add(d.link, side, look.tray, "drawer", grain=along, density="board")
+    sides = [board((x, y0 + SIDE_THICKNESS, bottom), (x + SIDE_THICKNESS, y1, top)) for x in (x0, x1 - SIDE_THICKNESS)]
+    builder.add(d.link, sides, look.tray, "drawer", grain=along, density="board")
     for y, end_top in ((y0, top - 0.0015), (y1 - SIDE_THICKNESS, top - 0.0015)):
         inner = (x0 + SIDE_THICKNESS, x1 - SIDE_THICKNESS) if y > y0 else (x0, x1)
         end = board((inner[0], y, bottom), (inner[1], y + SIDE_THICKNESS, end_top))
@@ -166,8 +165,7 @@ def add_crisper(
     lip = box((width, LIP_DEPTH - 0.0034, 0.007), (0.0, -0.0032 - (LIP_DEPTH - 0.0034) / 2, h - 0.0065), 0.002, 2)
     hook = box((width, 0.006, 0.014), (0.0, -LIP_DEPTH + 0.003, h - 0.014), 0.002)
     collider_box = board((-width / 2, -LIP_DEPTH, h - 0.021), (width / 2, -0.003, h - 0.003), 0.0)
-    for solid in (lip, hook):
-        builder.draw(name, solid, look.trim, "handle", density="ribbed_plastic")
+    builder.draw(name, (lip, hook), look.trim, "handle", density="ribbed_plastic")
     builder.add_collider(name, collider_box, look.trim, "handle", f"{name}_handle_main")
     travel = crisper_travel(d)
     builder.slide(

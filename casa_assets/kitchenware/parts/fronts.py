@@ -349,8 +349,7 @@ def _hit(corners: np.ndarray, x: float, z: float) -> float | None:
     s = ((x - a[:, 0]) * vz - (z - a[:, 2]) * vx) / safe
     t = (ux * (z - a[:, 2]) - uz * (x - a[:, 0])) / safe
     inside = (np.abs(det) > 1e-12) & (s >= 0) & (t >= 0) & (s + t <= 1)
-    y = a[:, 1] + s * (b[:, 1] - a[:, 1]) + t * (c[:, 1] - a[:, 1])
-    return float(y[inside].min()) if inside.any() else None
+    return float((a[:, 1] + s * (b[:, 1] - a[:, 1]) + t * (c[:, 1] - a[:, 1]))[inside].min()) if inside.any() else None
 
 
 def lip(width: float, height: float, groove: FrontEdge) -> Placed:
@@ -359,8 +358,7 @@ def lip(width: float, height: float, groove: FrontEdge) -> Placed:
         FrontEdge.TOP: (0.0, 0.0, height - GROOVE_DEPTH), FrontEdge.BOTTOM: (0.0, 0.0, 0.0),
         FrontEdge.LEFT: (0.0, 0.0, 0.0), FrontEdge.RIGHT: (width - GROOVE_DEPTH, 0.0, 0.0),
     }[groove]  # fmt: skip
-    level = groove in (FrontEdge.TOP, FrontEdge.BOTTOM)
-    across, up = (width, GROOVE_DEPTH) if level else (GROOVE_DEPTH, height)
+    across, up = (width, GROOVE_DEPTH) if (groove in (FrontEdge.TOP, FrontEdge.BOTTOM)) else (GROOVE_DEPTH, height)
     return box_shape(lower, (lower[0] + across, GROOVE_LIP, lower[2] + up))
 
 

@@ -185,10 +185,8 @@ def handle(kind: HandleKind, length: float) -> Handle:
 
 def add_handle(builder: AssetBuilder, link: str, pull: Handle, metal: str, name: str) -> None:
     """Put a handle on a link; its grip's collider is called `name`, its mesh `<name>_visual`."""
-    for solid in pull.metal:
-        builder.draw(link, solid, metal, "handle", name=name, density="handle_casting")
-    for solid in pull.leather:
-        builder.draw(link, solid, LEATHER, "handle", name=f"{name}_hide", density="leather")
+    builder.draw(link, pull.metal, metal, "handle", name=name, density="handle_casting")
+    builder.draw(link, pull.leather, LEATHER, "handle", name=f"{name}_hide", density="leather")
     builder.add_collider(link, pull.metal[0].with_shapes(*pull.shapes), metal, "handle", name)
 
 

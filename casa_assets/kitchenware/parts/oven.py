@@ -184,8 +184,7 @@ def furnish_cavity(builder: AssetBuilder, lower: Vec3, upper: Vec3, lamp: str) -
         (a0 + 0.05, b1 - 0.04, c1 - 0.03), (a0 + 0.05, b0 + 0.08, c1 - 0.03), (a1 - 0.05, b0 + 0.08, c1 - 0.03),
         (a1 - 0.05, b1 - 0.04, c1 - 0.03),
     ]  # fmt: skip
-    element = tube(line, 0.004, 0.03)
-    builder.draw(ROOT, element, "heating_element", "element")
+    builder.draw(ROOT, tube(line, 0.004, 0.03), "heating_element", "element")
     x, z = (a0 + a1) / 2, (lower[2] + c1) / 2
     r = min(0.085, 0.33 * (c1 - lower[2]), 0.3 * (a1 - a0))
     face = b1 - 0.0008  # the liner's front
@@ -264,7 +263,6 @@ def _handle(builder: AssetBuilder, link: str, w: float, h: float, looks: OvenLoo
         else:
             size, edge_radius, steps = (0.018, reach, 0.018), 0.004, 2
             grip = tube([(inset - 0.02, -reach, z), (w - inset + 0.02, -reach, z)], 0.0105)
-        for x in (inset, w - inset):
-            post = box(size, (x, -size[1] / 2, z), edge_radius, steps)
-            builder.add(link, post, looks.metal, "handle", density="metal_rod")
+        posts = [box(size, (x, -size[1] / 2, z), edge_radius, steps) for x in (inset, w - inset)]
+        builder.add(link, posts, looks.metal, "handle", density="metal_rod")
     builder.add(link, grip, looks.metal, "handle", name=f"{link}_handle_main", density="handle_pipe")

@@ -15,8 +15,7 @@ def add_oven_rack(builder: AssetBuilder, name: str, lower: Vec3, upper: Vec3, li
     """A wire rack on ledges with the finish of the liner; its region rides on it."""
     (x0, y0, z), (x1, y1, top) = lower, upper
     for x in (x0 + 0.0008, x1 - 0.0088):
-        ledge = board((x, y0 + 0.02, z - 0.016), (x + 0.008, y1 - 0.01, z - 0.009), 0.001)
-        builder.draw(ROOT, ledge, liner, "ledge")
+        builder.draw(ROOT, board((x, y0 + 0.02, z - 0.016), (x + 0.008, y1 - 0.01, z - 0.009), 0.001), liner, "ledge")
     builder.link(name, at=((x0 + x1) / 2, y0, z))
     half, depth, front = (x1 - x0) / 2 - 0.004, y1 - y0 - 0.014, 0.022
     for x in (-half + 0.004, half - 0.004):

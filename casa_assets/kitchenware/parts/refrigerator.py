@@ -137,9 +137,8 @@ def add_base(builder: AssetBuilder, width: float, depth: float, base_height: flo
     board_ = board((0.012, set_back, 0.003), (width - 0.012, depth - 0.05, base_height - 3e-4), 0.002)
     finish = "plastic_grey_dark" if look.kick is ApplianceKick.GRILLE else "black_matt"
     builder.add(ROOT, board_, finish, "plinth", density="appliance_plinth")
-    for x in (0.08, width - 0.08):
-        for y in (0.1, depth - 0.12):
-            builder.draw(ROOT, rod(0.018, 0.003).translated(x, y, 0.0015), "rubber_black", "foot")
+    feet = [rod(0.018, 0.003).translated(x, y, 0.0015) for x in (0.08, width - 0.08) for y in (0.1, depth - 0.12)]
+    builder.draw(ROOT, feet, "rubber_black", "foot")
     if look.kick is ApplianceKick.GRILLE:
         count = int((width - 0.16) / 0.022)
         for k in range(count):
@@ -169,8 +168,7 @@ def add_shelf(builder: AssetBuilder, name: str, r: Compartment, z: float, front:
     pane = board((x0 + 0.006, front + 0.01, z - 0.005), (x1 - 0.006, y1 - 0.008, z - 0.001), 0.0005)
     builder.draw(ROOT, pane, "glass_clear", "shelf")
     edge = board((x0, front, z - 0.016), (x1, front + 0.014, z), 0.003, 2)
-    for bar in (edge, board((x0, y1 - 0.012, z - 0.012), (x1, y1, z), 0.002)):
-        builder.draw(ROOT, bar, look.trim, "shelf")
+    builder.draw(ROOT, (edge, board((x0, y1 - 0.012, z - 0.012), (x1, y1, z), 0.002)), look.trim, "shelf")
     for a, b in ((x0, x0 + 0.01), (x1 - 0.01, x1)):
         rail = board((a, front + 0.0145, z - 0.014), (b, y1 - 0.0125, z - 0.0004), 0.001)
         builder.draw(ROOT, rail, look.trim, "shelf")

@@ -178,7 +178,10 @@ def spans_inside(outline: Outline, direction: LayDirection, lower: float, upper:
     inner = points[(points[:, 1] > lower) & (points[:, 1] < upper), 1]
     spans = [(-np.inf, np.inf)]
     for level in (lower + LENGTH_TOLERANCE, *sorted(inner + LENGTH_TOLERANCE), upper - LENGTH_TOLERANCE):
-        crossed = _crossings(points, level)
+        ends = np.roll(points, -1, axis=0)
+        cross = (points[:, 1] > level) != (ends[:, 1] > level)
+        a, b = points[cross], ends[cross]
+        crossed = sorted((a[:, 0] + (level - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0])).tolist())
         spans = [
             (max(a, c), min(b, d))
             for a, b in spans
@@ -186,10 +189,3 @@ def spans_inside(outline: Outline, direction: LayDirection, lower: float, upper:
             if min(b, d) - max(a, c) > LENGTH_TOLERANCE
         ]
     return [(float(a), float(b)) for a, b in spans]
-
-
-def _crossings(points: Floats, level: float) -> list[float]:
-    ends = np.roll(points, -1, axis=0)
-    cross = (points[:, 1] > level) != (ends[:, 1] > level)
-    a, b = points[cross], ends[cross]
-    return sorted((a[:, 0] + (level - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0])).tolist())
