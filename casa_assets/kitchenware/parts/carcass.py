@@ -14,7 +14,7 @@ from casa_assets.ext.records import Vec2, Vec3
 from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, arc, board
 from casa_assets.kitchenware.parts import fronts
 from casa_assets.kitchenware.parts.doors import CabinetDoor, HandleHeight, HingeSide, hang_door
-from casa_assets.kitchenware.parts.drawers import CabinetDrawer, add_drawer, min_front_height
+from casa_assets.kitchenware.parts.drawers import add_drawer, min_front_height
 from casa_assets.kitchenware.parts.fronts import FRONT_THICKNESS, CabinetLook
 from casa_assets.kitchenware.parts.handles import HandleKind
 
@@ -300,9 +300,9 @@ def build_column(builder: AssetBuilder, c: Carcass, cells: tuple[CabinetCell, ..
             solo = cell.name in ("", "drawer")
             name = cell.name
             names = ("drawer", "slidejoint", "int") if solo else (name, f"{name}_slidejoint", f"{name}_int")
-            size = (c.x + FRONT_GAP / 2, front[0], c.width - FRONT_GAP, front[1] - front[0])
+            at, size = (c.x + FRONT_GAP / 2, front[0]), (c.width - FRONT_GAP, front[1] - front[0])
             room = (c.left, c.front, max(span[0], front[0])), (c.right, c.back, span[1])
-            add_drawer(builder, c.look, CabinetDrawer(*names, *size, *room))
+            add_drawer(builder, c.look, names, at, size, room)
         elif cell.kind is CabinetCellKind.NICHE:
             builder.region(cell.name or "int", (c.left, c.front, span[0]), (c.right, c.back, span[1]))
         elif cell.kind is CabinetCellKind.FALSE:

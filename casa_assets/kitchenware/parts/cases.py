@@ -34,6 +34,18 @@ def cavity_colliders(outer: tuple[Vec3, Vec3], inner: tuple[Vec3, Vec3]) -> tupl
     return tuple(solids.box_shape(*corners) for corners in cavity_walls(outer, inner))
 
 
+def tub_walls(outer: tuple[Vec3, Vec3], inner: tuple[Vec3, Vec3]) -> list[tuple[Vec3, Vec3]]:
+    """Corners of five boards round a tub that is open on top: bottom, front, back, left, right.
+
+    outer, inner: lower and upper corners, metres; front and back run over the whole width, and all end at the top.
+    """
+    ((x0, y0, z0), (x1, y1, z1)), ((a0, b0, c0), (a1, b1, _)) = outer, inner
+    return [
+        ((x0, y0, z0), (x1, y1, c0)), ((x0, y0, c0), (x1, b0, z1)), ((x0, b1, c0), (x1, y1, z1)),
+        ((x0, b0, c0), (a0, b1, z1)), ((a1, b0, c0), (x1, b1, z1)),
+    ]  # fmt: skip
+
+
 def add_liner(
     builder: AssetBuilder,
     lower: Vec3,

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-from casa_assets.ext.records import Vec3
+from casa_assets.ext.records import Vec2, Vec3
 from casa_assets.ext.solids import ROOT, AssetBuilder, board, box
 from casa_assets.kitchenware.parts import fronts, handles
 from casa_assets.kitchenware.parts.appliance import ApplianceLook
+from casa_assets.kitchenware.parts.cases import tub_walls
 from casa_assets.kitchenware.parts.doors import EDGE_PULL_ROOM, placed_edge_pull
 from casa_assets.kitchenware.parts.fronts import FRONT_THICKNESS, CabinetLook, FrontEdge
 from casa_assets.kitchenware.parts.handles import HandleKind
@@ -29,40 +28,26 @@ def min_front_height(look: CabinetLook, boarded: bool = True) -> float:
     return (0.155 if look.handle is HandleKind.FINGER_GROOVE else 0.115) + (0.018 if boarded else 0.0)
 
 
-@dataclass(frozen=True)
-class CabinetDrawer:
-    """A drawer.
+def add_drawer(
+    builder: AssetBuilder, look: CabinetLook, names: tuple[str, str, str], at: Vec2, size: Vec2, room: tuple[Vec3, Vec3]
+) -> None:
+    """Put a drawer into a cabinet; its region moves with it. The front's face lies in y = 0.
 
-    link, joint, region: names. x, z, width, height: lower left corner and size of its front, metres. lower, upper:
-    corners of its room, from the carcass's front edge to the inner face of its back.
+    names: of its link, its joint and its region. at, size: lower left corner (x, z) and size of its front, metres.
+    room: corners of the space for its box, from the carcass's front edge to the inner face of its back.
     """
-
-    link: str
-    joint: str
-    region: str
-    x: float
-    z: float
-    width: float
-    height: float
-    lower: Vec3
-    upper: Vec3
-
-
-def add_drawer(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> None:
-    """Put a drawer into a cabinet; its region moves with it. The front's face lies in y = 0."""
-    builder.link(d.link, at=(d.x, 0.0, d.z))
-    grip = f"{d.link}_handle"
-    w, h, kind = d.width, d.height, look.handle
+    (link, joint, region), (x, z0), (w, h), kind = names, at, size, look.handle
+    builder.link(link, at=(x, 0.0, z0))
+    grip = f"{link}_handle"
     if kind is HandleKind.EDGE_PULL:
         h -= EDGE_PULL_ROOM
     groove = FrontEdge.TOP if kind is HandleKind.FINGER_GROOVE else None
     parts = fronts.front_parts(look.front, w, h, FRONT_THICKNESS, drawer=True, groove=groove)
-    size = (w, FRONT_THICKNESS, h)
-    main = f"{d.link}_main"
-    fronts.add_front(builder, d.link, parts, size, look.face, "", label="drawer", name=main, groove=groove, grip=grip)
+    main, size_of = f"{link}_main", (w, FRONT_THICKNESS, h)
+    fronts.add_front(builder, link, parts, size_of, look.face, "", label="drawer", name=main, groove=groove, grip=grip)
+    pull = None
     if kind is HandleKind.EDGE_PULL:
         pull = placed_edge_pull(FrontEdge.TOP, w, h, max(look.length, 0.3 * w), (0.0, 0.0, 0.0))
-        handles.add_handle(builder, d.link, pull, look.metal, grip)
     elif groove is None:
         kind = HandleKind.BAR if kind is HandleKind.TEE and w > 0.5 else kind
         length = handles.handle_length(kind, min(max(look.length, 0.22 * w), 0.6 * w))
@@ -76,40 +61,32 @@ def add_drawer(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> No
         y = fronts.face_depth(parts, [(w / 2 - half, z), (w / 2, z), (w / 2 + half, z)])
         lift = 0.02 if kind is HandleKind.RING and h < DEEP_FRONT else 0.0
         pull = handles.placed_handle(handles.handle(kind, length), "x", 0.0, (w / 2, y, z + lift))
-        handles.add_handle(builder, d.link, pull, look.metal, grip)
-    depth = _box(builder, look, d)
-    builder.slide(d.joint, d.link, (0.0, 1.0, 0.0), (-min(MAX_TRAVEL, round(depth - 0.06, 3)), 0.0), grip)
+    if pull:
+        handles.add_handle(builder, link, pull, look.metal, grip)
+    depth = _box(builder, look, link, region, at, room)
+    builder.slide(joint, link, (0.0, 1.0, 0.0), (-min(MAX_TRAVEL, round(depth - 0.06, 3)), 0.0), grip)
 
 
-def _box(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> float:
+def _box(builder: AssetBuilder, look: CabinetLook, link: str, region: str, at: Vec2, room: tuple[Vec3, Vec3]) -> float:
     """The box behind the front, in the link's frame; returns its depth."""
-    x0, x1 = d.lower[0] + SIDE_CLEARANCE - d.x, d.upper[0] - SIDE_CLEARANCE - d.x
-    y0, y1 = FRONT_THICKNESS, d.upper[1] - 0.03
-    bottom, top = d.lower[2] + 0.008 - d.z, d.upper[2] - 0.016 - d.z
+    (x, z0), (lower, upper), t = at, room, SIDE_THICKNESS
+    x0, x1 = lower[0] + SIDE_CLEARANCE - x, upper[0] - SIDE_CLEARANCE - x
+    y0, y1 = FRONT_THICKNESS, upper[1] - 0.03
+    bottom, top = lower[2] + 0.008 - z0, upper[2] - 0.016 - z0
     top = min(top, bottom + 0.22)  # boxes of drawers are not made higher, whatever the front
     across, along = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
-    sides = [board((x, y0 + SIDE_THICKNESS, bottom), (x + SIDE_THICKNESS, y1, top)) for x in (x0, x1 - SIDE_THICKNESS)]
-    builder.add(d.link, sides, look.tray, "drawer", grain=along, density="board")
-    for y, end_top in ((y0, top - 0.0015), (y1 - SIDE_THICKNESS, top - 0.0015)):
-        inner = (x0 + SIDE_THICKNESS, x1 - SIDE_THICKNESS) if y > y0 else (x0, x1)
-        end = board((inner[0], y, bottom), (inner[1], y + SIDE_THICKNESS, end_top))
-        builder.add(d.link, end, look.tray, "drawer", grain=across, density="board")
+    sides = [board((x, y0 + t, bottom), (x + t, y1, top)) for x in (x0, x1 - t)]
+    builder.add(link, sides, look.tray, "drawer", grain=along, density="board")
+    back, end_top = y1 - t, top - 0.0015
+    ends = [board((x0, y0, bottom), (x1, y0 + t, end_top)), board((x0 + t, back, bottom), (x1 - t, back + t, end_top))]
+    builder.add(link, ends, look.tray, "drawer", grain=across, density="board")
     base = bottom + BASE_RAISE + BASE_THICKNESS
-    floor = board(
-        (x0 + SIDE_THICKNESS, y0 + SIDE_THICKNESS, bottom + BASE_RAISE),
-        (x1 - SIDE_THICKNESS, y1 - SIDE_THICKNESS, base),
-        0.0,
-    )
-    builder.add(d.link, floor, look.tray, "drawer", name=f"{d.link}_base", density="board")
-    builder.region(
-        d.region,
-        (x0 + SIDE_THICKNESS, y0 + SIDE_THICKNESS, base),
-        (x1 - SIDE_THICKNESS, y1 - SIDE_THICKNESS, top),
-        link=d.link,
-    )
-    for x in (d.lower[0], d.upper[0] - RUNNER_THICKNESS):
-        z = d.z + bottom + 0.02
-        runner = board((x, d.lower[1] + 0.004, z), (x + RUNNER_THICKNESS, y1 - 0.01, z + 0.035), 0.0008)
+    floor = board((x0 + t, y0 + t, bottom + BASE_RAISE), (x1 - t, y1 - t, base), 0.0)
+    builder.add(link, floor, look.tray, "drawer", name=f"{link}_base", density="board")
+    builder.region(region, (x0 + t, y0 + t, base), (x1 - t, y1 - t, top), link=link)
+    z = z0 + bottom + 0.02
+    for x in (lower[0], upper[0] - RUNNER_THICKNESS):
+        runner = board((x, lower[1] + 0.004, z), (x + RUNNER_THICKNESS, y1 - 0.01, z + 0.035), 0.0008)
         builder.draw(ROOT, runner, "steel_galvanised", "runner", density="drawer_runner")
     return y1 - y0
 
@@ -147,20 +124,13 @@ def add_crisper(
     builder.link(name, at=((x0 + x1) / 2, y0 + LIP_DEPTH, z0))
     w, d, h, e = x1 - x0, y1 - y0 - LIP_DEPTH, z1 - z0, CRISPER_WALL
     half, rim = w / 2, 0.012
-    for solid, part in (
-        (board((-half, 0.0, 0.0), (half, d, e), 0.001), "bottom"),
-        (board((-half, 0.0, e), (half, e + 0.002, h - rim), 0.001), "front"),
-        (board((-half, d - e, e), (half, d, h - rim), 0.001), "back"),
-        (board((-half, e + 0.002, e), (-half + e, d - e, h - rim), 0.001), "left"),
-        (board((half - e, e + 0.002, e), (half, d - e, h - rim), 0.001), "right"),
-    ):
-        builder.add(name, solid, finish, "drawer", collider=f"{name}_{part}", density="ribbed_plastic")
-    for solid in (
-        board((-half - 0.002, -0.003, h - 0.03), (half + 0.002, e + 0.003, h), 0.002, 2),
-        board((-half - 0.002, e + 0.0032, h - rim), (-half + e + 0.002, d, h), 0.001),
-        board((half - e - 0.002, e + 0.0032, h - rim), (half + 0.002, d, h), 0.001),
-    ):
-        builder.draw(name, solid, look.trim, "drawer", density="ribbed_plastic")
+    walls = tub_walls(((-half, 0.0, 0.0), (half, d, h - rim)), ((-half + e, e + 0.002, e), (half - e, d - e, h)))
+    for corners, part in zip(walls, ("bottom", "front", "back", "left", "right"), strict=True):
+        builder.add(name, board(*corners, 0.001), finish, "drawer", collider=f"{name}_{part}", density="ribbed_plastic")
+    rims = [board((-half - 0.002, -0.003, h - 0.03), (half + 0.002, e + 0.003, h), 0.002, 2)]
+    for x0, x1 in ((-half - 0.002, -half + e + 0.002), (half - e - 0.002, half + 0.002)):
+        rims.append(board((x0, e + 0.0032, h - rim), (x1, d, h), 0.001))
+    builder.draw(name, rims, look.trim, "drawer", density="ribbed_plastic")
     width = min(0.3, 0.7 * w)
     lip = box((width, LIP_DEPTH - 0.0034, 0.007), (0.0, -0.0032 - (LIP_DEPTH - 0.0034) / 2, h - 0.0065), 0.002, 2)
     hook = box((width, 0.006, 0.014), (0.0, -LIP_DEPTH + 0.003, h - 0.014), 0.002)

@@ -12,6 +12,7 @@ from casa_assets.ext import solids
 from casa_assets.ext.arrays import Floats, convex_hull
 from casa_assets.ext.records import Capsule, Cylinder, Pose, Vec3, Vec4
 from casa_assets.ext.solids import AssetBuilder, Placed, Solid
+from casa_assets.kitchenware.parts.cases import tub_walls
 
 # Legs -----------------------------------------------------------------------------------------------------------------
 
@@ -87,14 +88,8 @@ def open_tub(width: float, depth: float, height: float, wall: float, radius: flo
     steps = [(edge_radius, 0.0), (0.0, edge_radius), (0.0, height - 0.001), (0.3 * wall, height), (0.7 * wall, height)]
     body = solids.loft(solids.inset_rings(outline, [*steps, (wall, height - 0.001), (wall, base)]), 45.0)
     w, d = width / 2, depth / 2
-    boards = (
-        solids.board((-w, -d, 0.0), (w, d, base), 0.0),
-        solids.board((-w, -d, base), (w, -d + wall, height), 0.0),
-        solids.board((-w, d - wall, base), (w, d, height), 0.0),
-        solids.board((-w, -d + wall, base), (-w + wall, d - wall, height), 0.0),
-        solids.board((w - wall, -d + wall, base), (w, d - wall, height), 0.0),
-    )
-    return body.with_colliders_of(*boards)
+    walls = tub_walls(((-w, -d, 0.0), (w, d, height)), ((-w + wall, -d + wall, base), (w - wall, d - wall, height)))
+    return body.with_shapes(*(solids.box_shape(*corners) for corners in walls))
 
 
 def wire_loop(width: float, depth: float, z: float, radius: float, corner: float) -> Solid:

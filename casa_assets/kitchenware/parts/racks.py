@@ -6,6 +6,7 @@ import math
 
 from casa_assets.ext.records import Vec3
 from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, board, concatenate, lathe, rod
+from casa_assets.kitchenware.parts.cases import tub_walls
 from casa_assets.kitchenware.parts.handles import round_bar, wire
 
 RACK_TRAVEL = 0.26  # metres that a rack comes out
@@ -77,14 +78,10 @@ def add_dish_rack(
     wires = [*_floor(half, depth), *_sides(half, depth, height), *_tines(half, depth, rows)]
     builder.draw(name, concatenate(wires), finish, "rack", density="coated_wire")
     t = 0.007
-    for solid, part in (
-        (board((-half, 0.0, -RIM_RADIUS), (half, depth, 2 * RIM_RADIUS), 0.0), "main"),
-        (board((-half, 0.0, 2 * RIM_RADIUS), (half, t, height), 0.0), "front"),
-        (board((-half, depth - t, 2 * RIM_RADIUS), (half, depth, height), 0.0), "back"),
-        (board((-half, t, 2 * RIM_RADIUS), (-half + t, depth - t, height), 0.0), "left"),
-        (board((half - t, t, 2 * RIM_RADIUS), (half, depth - t, height), 0.0), "right"),
-    ):
-        builder.add_collider(name, solid, finish, "rack", f"{name}_{part}")
+    inner = ((-half + t, t, 2 * RIM_RADIUS), (half - t, depth - t, height))
+    walls = tub_walls(((-half, 0.0, -RIM_RADIUS), (half, depth, height)), inner)
+    for corners, part in zip(walls, ("main", "front", "back", "left", "right"), strict=True):
+        builder.add_collider(name, board(*corners, 0.0), finish, "rack", f"{name}_{part}")
     half_grip = 0.6 * half
     grip = rod(0.0055, 2 * half_grip, 0.002, "x").translated(0.0, -0.013, height - 0.006)
     builder.add(name, grip, "stainless_brushed", "handle", name=f"{name}_handle_main")
@@ -97,7 +94,7 @@ def add_dish_rack(
             builder.draw(name, rod(0.013, 0.007, 0.0015, "x").translated(x, y, 0.004), "plastic_grey", "wheel")
     joint = f"{name}_joint"
     builder.slide(joint, name, (0.0, 1.0, 0.0), (-travel, 0.0), f"{name}_handle_main", start_n=6.0, behind=behind)
-    builder.region(name, (-half + t, t, 2 * RIM_RADIUS), (half - t, depth - t, height), link=name)
+    builder.region(name, *inner, link=name)
 
 
 def _floor(half: float, depth: float) -> list[Solid]:

@@ -17,6 +17,7 @@ from casa_assets.ext.records import Condition, Vec2, Vec4
 from casa_assets.ext.solids import AssetBuilder, board, negated
 from casa_assets.kitchenware.parts import refrigerator as parts
 from casa_assets.kitchenware.parts.appliance import ApplianceFront, ApplianceKick, ApplianceLook
+from casa_assets.kitchenware.parts.cases import tub_walls
 from casa_assets.kitchenware.parts.drawers import add_crisper, crisper_reach
 from casa_assets.kitchenware.parts.refrigerator import (
     BIN_DEPTH,
@@ -56,15 +57,13 @@ def add_pull_out(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, r
     z0 = max(r.lower[2] + 0.012 - door.lower[1], 0.03)
     z1 = z0 + 0.8 * (min(r.upper[2] - 0.02 - door.lower[1], h - 0.03) - z0)
     y0, y1, e = t + DOOR_GAP, t + DOOR_GAP + r.upper[1] - 0.03, 0.004
-    for solid, part in (
-        (board((x0, y0, z0), (x1, y1, z0 + e), 0.001), "bottom"),
-        (board((x0, t + 1e-4, z0 + e), (x1, y0 + 0.01, z1), 0.001), "front"),
-        (board((x0, y1 - e, z0 + e), (x1, y1, z1), 0.001), "back"),
-        (board((x0, y0 + 0.01, z0 + e), (x0 + e, y1 - e, z1), 0.001), "left"),
-        (board((x1 - e, y0 + 0.01, z0 + e), (x1, y1 - e, z1), 0.001), "right"),
-    ):
+    # The front board reaches forward to the front itself.
+    walls = tub_walls(((x0, t + 1e-4, z0), (x1, y1, z1)), ((x0 + e, y0 + 0.01, z0 + e), (x1 - e, y1 - e, z1)))
+    walls[0] = ((x0, y0, z0), (x1, y1, z0 + e))
+    for corners, part in zip(walls, ("bottom", "front", "back", "left", "right"), strict=True):
+        name = f"{door.name}_basket_{part}"
         builder.add(
-            door.link, solid, "plastic_white", "drawer", collider=f"{door.name}_basket_{part}", density="ribbed_plastic"
+            door.link, board(*corners, 0.001), "plastic_white", "drawer", collider=name, density="ribbed_plastic"
         )
     for x in (x0 - 0.0105, x1 + 0.0005):
         rail = board((x, y0 + 0.012, z0 + 0.03), (x + 0.01, y1 - 0.06, z0 + 0.05), 0.001)
