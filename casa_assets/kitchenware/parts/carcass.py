@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Self
@@ -122,9 +123,16 @@ class Carcass:
         return self.height - BOARD_THICKNESS
 
 
-def finished_faces(left: bool, right: bool, *others: str) -> tuple[str, ...]:
-    """Names of the outer faces that are finished like the fronts, for `Carcass.finished_faces`."""
-    return (*(["left"] if left else []), *(["right"] if right else []), *others)
+class CabinetInRow(Params):
+    """Finishes of cabinets that stand in a row."""
+
+    left_end: bool = Field(True, description="the left side is finished like the fronts")
+    right_end: bool = Field(True, description="the right side is finished like the fronts")
+    look: CabinetLook = Field(CabinetLook(), description="fronts, handles and finishes")
+
+    def finished(self, *others: str) -> tuple[str, ...]:
+        """Names of the outer faces that are finished like the fronts, for `Carcass.finished_faces`."""
+        return (*(["left"] if self.left_end else []), *(["right"] if self.right_end else []), *others)
 
 
 def build_carcass(builder: AssetBuilder, c: Carcass) -> None:
@@ -278,7 +286,7 @@ class CabinetCell:
     name: str = ""
 
 
-def build_column(builder: AssetBuilder, c: Carcass, cells: tuple[CabinetCell, ...], level: int = 0) -> int:
+def build_column(builder: AssetBuilder, c: Carcass, cells: Sequence[CabinetCell], level: int = 0) -> int:
     """Add a carcass and all its cells.
 
     cells: bottom up. level: number of its lowest shelf region. Returns: the number of the next one.
@@ -311,6 +319,12 @@ def build_column(builder: AssetBuilder, c: Carcass, cells: tuple[CabinetCell, ..
     return level
 
 
+def build_cabinet(builder: AssetBuilder, c: Carcass, cells: Sequence[CabinetCell]) -> None:
+    """Add a column of cells, bottom up, that is all of a cabinet, with its states, keyframes and region."""
+    build_column(builder, c, cells)
+    finish_cabinet(builder, c.width, c.depth, c.height)
+
+
 def finish_cabinet(builder: AssetBuilder, width: float, depth: float, height: float) -> None:
     """States, keyframes and the `main` region of a cabinet whose left front corner is the origin, metres."""
     joints = [m.name for m in builder.joints]
@@ -328,9 +342,7 @@ def _grooved(c: Carcass, cell: CabinetCell) -> bool:
     return c.look.handle is HandleKind.FINGER_GROOVE and fronted and by_top
 
 
-def _clear_span(
-    builder: AssetBuilder, c: Carcass, cells: tuple[CabinetCell, ...], k: int, z: float, top: float
-) -> Vec2:
+def _clear_span(builder: AssetBuilder, c: Carcass, cells: Sequence[CabinetCell], k: int, z: float, top: float) -> Vec2:
     """Lower and upper end of the clear height of a cell, metres; adds the board or the channel above it."""
     cell = cells[k]
     last = k == len(cells) - 1
@@ -403,7 +415,7 @@ MIN_CELL_HEIGHT = 0.14  # metres, anything over or under a niche
 NicheNeighbour = StrEnum("NicheNeighbour", "DOOR DOORS DRAWER DRAWERS OPEN")
 
 
-class Housing(Params):
+class Housing(CabinetInRow):
     """Tall and hanging cabinets round a niche for an appliance."""
 
     width: float = Field(0.6, ge=0.45, le=1.3, description="outside, m")
@@ -415,9 +427,6 @@ class Housing(Params):
     under: NicheNeighbour = Field(NicheNeighbour.DRAWERS, description="filling below the niche")
     over: NicheNeighbour = Field(NicheNeighbour.DOORS, description="filling above the niche")
     hinge: HingeSide = Field(HingeSide.LEFT, description="side of single doors")
-    left_end: bool = Field(True, description="the left side is finished like the fronts")
-    right_end: bool = Field(True, description="the right side is finished like the fronts")
-    look: CabinetLook = Field(CabinetLook(), description="fronts, handles and finishes")
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -442,7 +451,7 @@ def build_housing(builder: AssetBuilder, p: Housing, panelled: bool = False) -> 
     panelled: the inside is finished like the fronts.
     """
     look = p.look.replace(inside=p.look.face) if panelled else p.look
-    faces = finished_faces(p.left_end, p.right_end, "top")
+    faces = p.finished("top")
     on_floor = p.niche_from == 0
     open_back = p.niche_from + p.niche if on_floor else 0.0
     body = Carcass(
@@ -456,8 +465,7 @@ def build_housing(builder: AssetBuilder, p: Housing, panelled: bool = False) -> 
         builder.add(ROOT, floor, look.inside, "floor", density="board")
     cells.append(CabinetCell(CabinetCellKind.NICHE, p.niche, name="int"))
     cells += _cells(p.over, p.height - top, p.hinge, HandleHeight.LOW, "upper_", look)
-    build_column(builder, body, tuple(cells))
-    finish_cabinet(builder, p.width, p.depth, p.height)
+    build_cabinet(builder, body, cells)
 
 
 def _cells(

@@ -42,12 +42,7 @@ class BurnerCell:
     y: Vec2
 
 
-@dataclass(frozen=True)
-class _Span:
-    """A bar from one corner to the other, seen from above, metres."""
-
-    x: Vec2
-    y: Vec2
+_Span = tuple[Vec2, Vec2]  # a bar seen from above: (x0, x1) and (y0, y1), metres
 
 
 def burner_cells(places: Sequence[BurnerSpot], field: Vec2, middle: Vec2) -> list[BurnerCell]:
@@ -104,15 +99,15 @@ def _collider_bars(places: Sequence[BurnerCell], inset: float, rows: Sequence[fl
     x_span, y_span = (edges[0] + inset, edges[-1] - inset), (ends[0] + inset, ends[-1] - inset)
     reach = inset + BAR_WIDTH
     for x in edges:
-        yield _Span((max(x - reach, x_span[0]), min(x + reach, x_span[1])), y_span)
+        yield (max(x - reach, x_span[0]), min(x + reach, x_span[1])), y_span
     for column in columns:
         x = column[0].spot.x
-        yield _Span((x - 0.004, x + 0.004), y_span)
+        yield (x - 0.004, x + 0.004), y_span
     for y in ends:
-        yield _Span(x_span, (max(y - reach, y_span[0]), min(y + reach, y_span[1])))
+        yield x_span, (max(y - reach, y_span[0]), min(y + reach, y_span[1]))
     for y in rows:
         if all(abs(y - end) > reach for end in ends):
-            yield _Span(x_span, (y - 0.004, y + 0.004))
+            yield x_span, (y - 0.004, y + 0.004)
 
 
 def _columns(places: Sequence[BurnerCell]) -> list[list[BurnerCell]]:
@@ -125,13 +120,13 @@ def _columns(places: Sequence[BurnerCell]) -> list[list[BurnerCell]]:
 def _frame(column: Sequence[BurnerCell], inset: float) -> Iterator[_Span]:
     (x0, x1), y0, y1 = column[0].x, column[0].y[0] + inset, column[-1].y[1] - inset
     x0, x1 = x0 + inset, x1 - inset
-    yield _Span((x0, x0 + BAR_WIDTH), (y0, y1))
-    yield _Span((x1 - BAR_WIDTH, x1), (y0, y1))
+    yield (x0, x0 + BAR_WIDTH), (y0, y1)
+    yield (x1 - BAR_WIDTH, x1), (y0, y1)
     inner = (x0 + BAR_WIDTH - 0.002, x1 - BAR_WIDTH + 0.002)
-    yield _Span(inner, (y0, y0 + BAR_WIDTH))
-    yield _Span(inner, (y1 - BAR_WIDTH, y1))
+    yield inner, (y0, y0 + BAR_WIDTH)
+    yield inner, (y1 - BAR_WIDTH, y1)
     for cell in column[1:]:
-        yield _Span(inner, (cell.y[0] - BAR_WIDTH / 2, cell.y[0] + BAR_WIDTH / 2))
+        yield inner, (cell.y[0] - BAR_WIDTH / 2, cell.y[0] + BAR_WIDTH / 2)
 
 
 def _fingers(cell: BurnerCell, inset: float, rows: Sequence[float]) -> Iterator[_Span]:
@@ -140,17 +135,17 @@ def _fingers(cell: BurnerCell, inset: float, rows: Sequence[float]) -> Iterator[
     stop = FINGER_END_SHARE * s.radius
     x0, x1 = cell.x[0] + inset + BAR_WIDTH - 0.002, cell.x[1] - inset - BAR_WIDTH + 0.002
     y0, y1 = cell.y[0] + inset + BAR_WIDTH - 0.002, cell.y[1] - inset - BAR_WIDTH + 0.002
-    yield _Span((x0, s.x - stop), (s.y - half, s.y + half))
-    yield _Span((s.x + stop, x1), (s.y - half, s.y + half))
-    yield _Span((s.x - half, s.x + half), (y0, s.y - stop))
-    yield _Span((s.x - half, s.x + half), (s.y + stop, y1))
+    yield (x0, s.x - stop), (s.y - half, s.y + half)
+    yield (s.x + stop, x1), (s.y - half, s.y + half)
+    yield (s.x - half, s.x + half), (y0, s.y - stop)
+    yield (s.x - half, s.x + half), (s.y + stop, y1)
     for y in rows:
         if y0 < y < y1 and abs(y - s.y) > 0.02:
-            yield _Span((x0, x1), (y - half, y + half))
+            yield (x0, x1), (y - half, y + half)
 
 
 def _bar(span: _Span, top: float, height: float) -> Solid:
-    (x0, x1), (y0, y1) = span.x, span.y
+    (x0, x1), (y0, y1) = span
     return box((x1 - x0, y1 - y0, height), ((x0 + x1) / 2, (y0 + y1) / 2, top - height / 2), 0.002)
 
 

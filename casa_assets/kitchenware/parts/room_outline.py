@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 
 import manifold3d
@@ -75,23 +74,15 @@ def check_outline(outline: Outline) -> None:
         raise ValueError("sides of the outline cross or touch each other")
 
 
-@dataclass(frozen=True)
-class RoomSlab:
-    """A horizontal slab over the whole of a room.
+def room_slab(outline: Outline, lower: float, upper: float) -> tuple[blocks.Shell, tuple[Placed, ...]]:
+    """A horizontal slab over a whole room between two heights, metres. Raises ValueError as `check_outline` does.
 
-    shell: its surface; `side` distinguishes lower face, upper face and rim. shapes: convex pieces that fill it.
+    Returns: its surface, whose `side` distinguishes lower face, upper face and rim, and convex pieces that fill it.
     """
-
-    shell: blocks.Shell
-    shapes: tuple[Placed, ...]
-
-
-def room_slab(outline: Outline, lower: float, upper: float) -> RoomSlab:
-    """The slab of an outline between two heights, metres. Raises ValueError as `check_outline` does."""
     if is_rectilinear(outline):
         grid = outline_cells(outline)
         shapes = tuple(box_shape((*lo, lower), (*hi, upper)) for lo, hi in blocks.rectangles(grid))
-        return RoomSlab(blocks.cell_shell(grid, lower, upper), shapes)
+        return blocks.cell_shell(grid, lower, upper), shapes
     check_outline(outline)
     loop = outline_loop(outline)
     n = len(loop)
@@ -109,7 +100,7 @@ def room_slab(outline: Outline, lower: float, upper: float) -> RoomSlab:
         Solid(np.concatenate([points[piece], points[[k + n for k in piece]]]), np.zeros((0, 3), dtype=np.int64))
         for piece in convex_pieces(loop, triangles)
     ]
-    return RoomSlab(shell, tuple(shape for piece in pieces for shape in piece.with_hull_collider().shapes))
+    return shell, tuple(shape for piece in pieces for shape in piece.with_hull_collider().shapes)
 
 
 def convex_pieces(loop: Floats, triangles: Ints) -> list[list[int]]:

@@ -389,11 +389,11 @@ def test_panelling_fills_its_length_and_height(panels: PanellingStyle) -> None:
 def test_a_floor_fills_an_outline_with_a_slanting_side(outline: Outline) -> None:
     asset = made("room_floor", Floor(outline=outline))
     assert asset.mass == pytest.approx(13.5 * 0.05 * 2000.0, rel=1e-6)
-    slab = room_slab(outline, -0.05, 0.0)
-    whole = slab.shell.solid()
+    shell, shapes = room_slab(outline, -0.05, 0.0)
+    whole = shell.solid()
     assert whole.volume == pytest.approx(13.5 * 0.05)
     assert is_closed(weld(whole.points)[1][whole.faces])
-    assert len(slab.shapes) == len(asset.root.colliders) == 2
+    assert len(shapes) == len(asset.root.colliders) == 2
 
 
 def test_spans_are_where_the_whole_breadth_is_inside() -> None:
