@@ -287,10 +287,7 @@ class CabinetCell:
 
 
 def build_column(builder: AssetBuilder, c: Carcass, cells: Sequence[CabinetCell], level: int = 0) -> int:
-    """Add a carcass and all its cells.
-
-    cells: bottom up. level: number of its lowest shelf region. Returns: the number of the next one.
-    """
+    """Add a carcass and its cells, bottom up; `level`: number of its lowest shelf region. Returns that of the next."""
     build_carcass(builder, c)
     z = c.plinth
     for k, cell in enumerate(cells):
@@ -446,10 +443,7 @@ class Housing(CabinetInRow):
 
 
 def build_housing(builder: AssetBuilder, p: Housing, panelled: bool = False) -> None:
-    """Build the asset: fronts at y = 0, left side at x = 0, floor at z = 0.
-
-    panelled: the inside is finished like the fronts.
-    """
+    """Build the asset: fronts at y = 0, left side x = 0, floor z = 0; `panelled`: inside finished like the fronts."""
     look = p.look.replace(inside=p.look.face) if panelled else p.look
     faces = p.finished("top")
     on_floor = p.niche_from == 0

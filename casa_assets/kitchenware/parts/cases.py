@@ -35,10 +35,7 @@ def cavity_colliders(outer: tuple[Vec3, Vec3], inner: tuple[Vec3, Vec3]) -> tupl
 
 
 def tub_walls(outer: tuple[Vec3, Vec3], inner: tuple[Vec3, Vec3]) -> list[tuple[Vec3, Vec3]]:
-    """Corners of five boards round a tub that is open on top: bottom, front, back, left, right.
-
-    outer, inner: lower and upper corners, metres; front and back run over the whole width, and all end at the top.
-    """
+    """Corners of five boards round a tub that is open on top: bottom; front, back over all its width; left, right."""
     ((x0, y0, z0), (x1, y1, z1)), ((a0, b0, c0), (a1, b1, _)) = outer, inner
     return [
         ((x0, y0, z0), (x1, y1, c0)), ((x0, y0, c0), (x1, b0, z1)), ((x0, b1, c0), (x1, y1, z1)),
@@ -83,10 +80,7 @@ def extrude_across(outline: Floats, width: float, chamfer: float) -> Solid:
 
 
 def rounded_body(width: float, depth: float, steps: Sequence[Vec2], radius: float, corner: int = 6) -> Solid:
-    """A body of rounded rectangles above each other: (inset, z) each from below, metres, about the origin.
-
-    Insets above half of the narrower side are cut to it.
-    """
+    """A body of rounded rectangles, (inset, z) each from below; insets are cut to half of the narrower side. Metres."""
     rings = []
     # A narrow flat band inside each cap keeps the shading of the round edge off the cap.
     (bottom_inset, bottom), (top_inset, top) = steps[0], steps[-1]

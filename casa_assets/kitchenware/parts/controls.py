@@ -218,11 +218,7 @@ KeySign = StrEnum("KeySign", "PLUS MINUS PLAY STOP LAMP POWER BARS")
 
 
 def seven_segment_text(text: str, height: float) -> Solid:
-    """A line of figures about the origin, its back in the plane y = 0.
-
-    text: of figures, `-` and `:`. height: of a figure, metres. Raises KeyError: a character that seven bars do not
-    show.
-    """
+    """A line of figures, `-` and `:`, `height` metres high, about the origin, back in y = 0. Raises KeyError."""
     t = 0.13 * height
     x = -(sum(COLON_WIDTH if c == ":" else FIGURE_PITCH for c in text) - (FIGURE_PITCH - FIGURE_WIDTH)) * height / 2
     parts: list[Solid] = []

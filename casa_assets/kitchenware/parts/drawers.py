@@ -21,10 +21,7 @@ BASE_RAISE = 0.006  # the bottom sits in a groove so far above the lower edge of
 
 
 def min_front_height(look: CabinetLook, boarded: bool = True) -> float:
-    """Height of the lowest front behind which there is room for a drawer's box, metres.
-
-    boarded: whether it runs over a board, which takes a part of its room, or over another drawer.
-    """
+    """Height of the lowest front with room for a drawer's box over a board, or over another drawer; metres."""
     return (0.155 if look.handle is HandleKind.FINGER_GROOVE else 0.115) + (0.018 if boarded else 0.0)
 
 
@@ -150,10 +147,7 @@ DRAWER_MAX_HEIGHT = 0.22
 
 
 def add_drawer_box(builder: AssetBuilder, link: str, region: str, lower: Vec3, upper: Vec3, finish: str) -> float:
-    """A box behind a front, on its link; returns how deep it is, metres.
-
-    link: of the drawer, its frame that of the room. region: name of its inside. lower, upper: corners of its room.
-    """
+    """A box behind a front, on its link, in a room between two corners in that frame; returns its depth, metres."""
     (x0, y0, z0), (x1, y1, z1) = lower, upper
     beside, above = min(DRAWER_SIDE_CLEARANCE, 0.04 * (x1 - x0)), min(DRAWER_TOP_CLEARANCE, 0.1 * (z1 - z0))
     side, base = min(DRAWER_SIDE_THICKNESS, 0.05 * (x1 - x0)), min(DRAWER_BASE_THICKNESS, 0.08 * (z1 - z0))

@@ -135,10 +135,7 @@ FIXED_LENGTHS = {HandleKind.CUP: 0.096, HandleKind.KNOB: 0.034, HandleKind.RING:
 
 @dataclass(frozen=True)
 class Handle:
-    """A handle along x on the plane y = 0 of a front, standing out to -y; the middle of its foot is the origin.
-
-    metal, leather: solids by what they are made of. shapes: colliders; the first is the one that a hand takes.
-    """
+    """A handle along x on a front's plane y = 0, out to -y, its foot about the origin; a hand takes the first shape."""
 
     metal: tuple[Solid, ...]
     shapes: tuple[Placed, ...]

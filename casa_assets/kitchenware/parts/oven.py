@@ -49,10 +49,7 @@ def balanced_hinge(builder: AssetBuilder, link: str, grip: str, travel: float) -
 
 
 def oven_door_hinge(builder: AssetBuilder, link: str, name: str | None = None) -> None:
-    """Hinge a door at its lower edge; of 61 springs it gets the one whose largest unbalanced moment is least.
-
-    name: of the joint; None for `<link>_joint`.
-    """
+    """Hinge a door at its lower edge; of 61 springs it gets the one whose largest unbalanced moment is least."""
     grip, travel = f"{link}_handle_main", OVEN_DOOR_TRAVEL
     angles = np.linspace(0.0, travel, 25)
     inertia, lever, moment = _load(builder, link, grip, angles)
@@ -153,10 +150,7 @@ def add_cavity(
 
 
 def furnish_cavity(builder: AssetBuilder, lower: Vec3, upper: Vec3, lamp: str) -> None:
-    """The grill's element under the roof; a fan behind a cover and a lamp on the back wall.
-
-    lower, upper: corners of the inside. lamp: name of the lamp's mesh.
-    """
+    """A grill's element, a fan behind a cover and a lamp in a cavity between two corners; `lamp` names its mesh."""
     (a0, b0, _), (a1, b1, c1) = lower, upper
     line = [
         (a0 + 0.05, b1 - 0.04, c1 - 0.03), (a0 + 0.05, b0 + 0.08, c1 - 0.03), (a1 - 0.05, b0 + 0.08, c1 - 0.03),
@@ -179,10 +173,7 @@ def furnish_cavity(builder: AssetBuilder, lower: Vec3, upper: Vec3, lamp: str) -
 def add_oven_door(
     builder: AssetBuilder, link: str, lower: Vec2, upper: Vec2, looks: OvenLook, joint: str | None = None
 ) -> str:
-    """A door in front of the plane y = 0, hinged along its lower front edge; returns its joint.
-
-    lower, upper: corners in x and z. joint: name of its hinge; None for `<link>_joint`.
-    """
+    """A door before y = 0 between corners in x and z, hinged at its lower front edge; returns its joint. Metres."""
     (x0, z0), (x1, z1) = lower, upper
     w, h = x1 - x0, z1 - z0
     builder.link(link, at=(x0, -DOOR_THICKNESS - DOOR_GAP, z0))

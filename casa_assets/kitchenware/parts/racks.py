@@ -35,10 +35,7 @@ def add_oven_rack(builder: AssetBuilder, name: str, lower: Vec3, upper: Vec3, li
 
 
 def add_turntable(builder: AssetBuilder, lower: Vec3, upper: Vec3) -> None:
-    """Add a glass tray on a hub and a ring of rollers; its collider and region are `tray`.
-
-    lower, upper: corners of the cavity, metres.
-    """
+    """Add a glass tray on a hub and rollers to a cavity between two corners; its collider and region are `tray`."""
     x, y = (lower[0] + upper[0]) / 2, (lower[1] + upper[1]) / 2
     radius = min(upper[0] - lower[0], upper[1] - lower[1], 0.36) / 2 - 0.012
     floor = lower[2] + 0.0006
@@ -69,7 +66,7 @@ def add_dish_rack(
     """A basket between two corners, open on top; its link is `name`, its joint `<name>_joint`.
 
     lower, upper: metres; lower[1] is its front. travel: how far it slides out, metres. tines: rows that hold plates;
-    fewer if they would be closer together than TINE_PITCH. finish: of the wire. metal: of the bar that a hand takes.
+    fewer if they would be closer together than TINE_PITCH. finish: of the wire.
     """
     (x0, y0, z0), (x1, y1, z1) = lower, upper
     half, depth, height = (x1 - x0) / 2, y1 - y0, z1 - z0

@@ -179,11 +179,7 @@ def add_shelf(builder: AssetBuilder, name: str, r: Compartment, z: float, front:
 
 
 def gasket_frame(lower: Vec2, upper: Vec2, y0: float, y1: float, strip_width: float = 0.014) -> Solid:
-    """A frame of rubber between two planes.
-
-    lower, upper: outer corners in x and z, metres. y0, y1: planes between which it lies. strip_width: of its strip.
-    Returns: A solid without collider.
-    """
+    """A frame of rubber between planes y0 and y1, without collider; lower, upper: outer corners in x and z, metres."""
     w, h = upper[0] - lower[0], upper[1] - lower[1]
     outer, inner = rectangle(w, h, 0.01, 2), rectangle(w - 2 * strip_width, h - 2 * strip_width, 0.004, 2)
     ring = prism(outer, y1 - y0, min(0.0008, 0.2 * (y1 - y0)), (inner,))

@@ -175,10 +175,7 @@ def fill_with_baskets(builder: AssetBuilder, r: Compartment, look: ApplianceLook
 
 
 def finish_refrigerator(builder: AssetBuilder, doors: Sequence[str], fridge: Sequence[str]) -> None:
-    """States, poses and the behaviour of a refrigerator.
-
-    doors: all joints that count as doors. fridge: those of the fridge, whose lamp they switch.
-    """
+    """States and poses of a refrigerator with these joints of doors; those of the fridge switch its lamp."""
     builder.door_states(*doors)
     builder.keyframe("closed")
     builder.keyframe("open", **{m.name: builder.joint_position(m.name) for m in builder.joints})
@@ -304,10 +301,7 @@ def without_display(look: ApplianceLook) -> ApplianceLook:
 
 @dataclass(frozen=True)
 class FridgeCase:
-    """A refrigerator while it is built: the front of its case is y = 0, its left side x = 0.
-
-    p: its numbers. builder: where it is put together.
-    """
+    """A refrigerator while it is built: the front of its case is y = 0, its left side x = 0."""
 
     p: Refrigerator
     builder: AssetBuilder
