@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
@@ -251,17 +251,8 @@ HungTool = StrEnum("HungTool", "LADLE TURNER WHISK SPOON SKIMMER MASHER FORK SCR
 ToolHandle = StrEnum("ToolHandle", "TURNED FLAT ROUND")
 
 
-@dataclass(frozen=True)
-class ToolSolids:
-    """A tool: what the hand holds, and the rest of it."""
-
-    grip: tuple[Solid, ...]
-    metal: tuple[Solid, ...]
-    head: tuple[Solid, ...]
-
-
-def hung_tool(kind: HungTool, grip: ToolHandle, size: float) -> ToolSolids:
-    """A tool of a length in metres, without collider."""
+def hung_tool(kind: HungTool, grip: ToolHandle, size: float) -> tuple[list[Solid], list[Solid], list[Solid]]:
+    """A tool of a length in metres: what the hand holds, its metal, and its head; these without colliders."""
     end = 0.42 * size
     grips, metal = _handle(grip, end)
     metal += [_eye()] if grip is not ToolHandle.FLAT else []
@@ -269,7 +260,7 @@ def hung_tool(kind: HungTool, grip: ToolHandle, size: float) -> ToolSolids:
     z = -end - neck
     metal.append(tube([(0, 0, -end + 0.012), (0, 0, z)], NECK_RADIUS))
     head = _HEADS[kind](z, size - end - neck)
-    return ToolSolids(tuple(grips), tuple(metal), tuple(replace(s, shapes=()) for s in head))
+    return grips, metal, [s.without_colliders() for s in head]
 
 
 def _eye() -> Solid:

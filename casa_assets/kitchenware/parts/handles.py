@@ -22,6 +22,11 @@ def point_between(a: Vec3, b: Vec3, share: float) -> Vec3:
     return a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share, a[2] + (b[2] - a[2]) * share
 
 
+def on_circle(radius: float, angle: float, z: float) -> Vec3:
+    """The point of a level circle about the z axis at an angle, rad."""
+    return radius * math.cos(angle), radius * math.sin(angle), z
+
+
 def round_bar(a: Vec3, b: Vec3, radius: float) -> Solid:
     """A round bar from a to b; its collider is a cylinder."""
     solid = solids.tube([a, b], radius)
