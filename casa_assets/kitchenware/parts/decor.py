@@ -10,7 +10,7 @@ import numpy as np
 
 from casa_assets.ext.records import Vec2, Vec3
 from casa_assets.ext.solids import Solid, ball, box, circle, inset, lathe, loft, prism, rectangle, rod, tube
-from casa_assets.kitchenware.parts.handles import tapered_leg
+from casa_assets.kitchenware.parts.handles import on_circle, tapered_leg
 
 # Leaves ---------------------------------------------------------------------------------------------------------------
 
@@ -208,7 +208,7 @@ def crock_tool(kind: CrockTool, size: float) -> list[Solid]:
             a = 2 * math.pi * (s - 0.5)
             w = 0.03 * math.sin(a)
             z = 0.72 * size + 0.28 * size * (0.5 + 0.5 * math.cos(a)) ** 0.8
-            path.append((w * math.cos(t), w * math.sin(t), z))
+            path.append(on_circle(w, t, z))
         wires.append(tube(path[1:-1], 0.0011).without_colliders())
     return [grip, rod_, *wires]
 
