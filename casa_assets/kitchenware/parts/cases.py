@@ -73,10 +73,10 @@ def rounded_polygon(points: Sequence[Vec2], radius: float) -> Floats:
     return np.asarray(path[(np.linalg.norm(path - np.roll(path, 1, axis=0), axis=1) > 1e-6)])
 
 
-def extrude_across(outline: Floats, width: float, chamfer: float) -> Solid:
-    """An outline in y, z (counter-clockwise, y to the right) pulled along x, centred on x = 0."""
+def extrude_across(outline: Floats, width: float, chamfer: float, start: float = 0.0) -> Solid:
+    """An outline in y, z (counter-clockwise, y to the right) pulled along x, from x = `start` on. Metres."""
     solid = solids.prism(outline, width, chamfer)
-    return Solid(solid.points[:, [2, 0, 1]] - np.array([width / 2, 0.0, 0.0]), solid.faces, crease_deg=40.0)
+    return Solid(solid.points[:, [2, 0, 1]] + np.array([start, 0.0, 0.0]), solid.faces, crease_deg=40.0)
 
 
 def rounded_body(width: float, depth: float, steps: Sequence[Vec2], radius: float, corner: int = 6) -> Solid:
