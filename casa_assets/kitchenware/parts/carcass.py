@@ -16,7 +16,8 @@ from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, arc, board
 from casa_assets.kitchenware.parts import fronts
 from casa_assets.kitchenware.parts.doors import CabinetDoor, HandleHeight, HingeSide, hang_door
 from casa_assets.kitchenware.parts.drawers import add_drawer, min_front_height
-from casa_assets.kitchenware.parts.fronts import ACROSS, FRONT_THICKNESS, UPRIGHT, CabinetLook
+from casa_assets.kitchenware.parts.fronts import FRONT_THICKNESS, CabinetLook
+from casa_assets.kitchenware.parts.grain import ACROSS, ALONG, UPRIGHT
 from casa_assets.kitchenware.parts.handles import HandleKind
 
 # Counter edge ---------------------------------------------------------------------------------------------------------
@@ -61,7 +62,6 @@ FRONT_OFFSET = 0.0022  # between the back of a front and the carcass: bumpers an
 NICHE_FLOOR = 0.006  # of the board under what stands in a niche on the floor
 CHANNEL_DEPTH = 0.032  # from the carcass's edge to the web of the channel behind fronts with a finger groove
 PLINTH_SETBACK = 0.07
-ALONG: Vec3 = (0.0, 1.0, 0.0)
 
 
 @dataclass(frozen=True)

@@ -207,8 +207,7 @@ def crock_tool(kind: CrockTool, size: float) -> list[Solid]:
         for s in np.linspace(0, 1, 15):
             a = 2 * math.pi * (s - 0.5)
             w = 0.03 * math.sin(a)
-            z = 0.72 * size + 0.28 * size * (0.5 + 0.5 * math.cos(a)) ** 0.8
-            path.append(on_circle(w, t, z))
+            path.append(on_circle(w, t, (0.72 * size + 0.28 * size * (0.5 + 0.5 * math.cos(a)) ** 0.8)))
         wires.append(tube(path[1:-1], 0.0011).without_colliders())
     return [grip, rod_, *wires]
 

@@ -26,12 +26,11 @@ from casa_assets.ext.solids import (
     prism,
     subtract,
 )
+from casa_assets.kitchenware.parts.grain import ACROSS, UPRIGHT
 from casa_assets.kitchenware.parts.handles import HandleKind
 
 # Panels ---------------------------------------------------------------------------------------------------------------
 
-UPRIGHT: Vec3 = (0.0, 0.0, 1.0)
-ACROSS: Vec3 = (1.0, 0.0, 0.0)
 PANEL_TONGUE = 0.005  # metres by which a panel sits in the groove of its frame
 GLAZING_BAR_WIDTH = 0.018  # width of glazing bars
 
@@ -457,7 +456,7 @@ def add_sash(
         builder.draw(link, solid.translated(*at), finish, label)
     for z in (0.0, h - stile):
         rail = board((stile - 5e-4, 2e-4, z), (w - stile + 5e-4, d - 2e-4, z + stile), e)
-        builder.draw(link, rail.translated(*at), finish, label, grain=(1.0, 0.0, 0.0))
+        builder.draw(link, rail.translated(*at), finish, label, grain=ACROSS)
     pane = board(
         (stile - 0.004, d / 2 - GLASS_THICKNESS / 2, stile - 0.004),
         (w - stile + 0.004, d / 2 + GLASS_THICKNESS / 2, h - stile + 0.004),
@@ -475,5 +474,5 @@ def add_sash(
         bar = board(
             (stile - 5e-4, y0 + 4e-4, z - SASH_BAR_WIDTH / 2), (w - stile + 5e-4, y1 - 4e-4, z + SASH_BAR_WIDTH / 2), e
         )
-        builder.draw(link, bar.translated(*at), finish, label, grain=(1.0, 0.0, 0.0))
+        builder.draw(link, bar.translated(*at), finish, label, grain=ACROSS)
     builder.add_collider(link, board((0, 0, 0), (w, d, h), 0.0).translated(*at), finish, label, name)
