@@ -9,7 +9,7 @@ import numpy as np
 
 from casa_assets.ext.arrays import Floats, Ints, counter_clockwise, signed_area
 from casa_assets.ext.records import Vec2, Vec3
-from casa_assets.ext.solids import Placed, Solid, blocks, box_shape
+from casa_assets.ext.solids import Placed, blocks, box_shape, hull_around
 
 Outline = tuple[Vec2, ...]
 MIN_SIDE = 0.1  # metres
@@ -96,11 +96,9 @@ def room_slab(outline: Outline, lower: float, upper: float) -> tuple[blocks.Shel
         [blocks.FRONT_FACES, blocks.BACK_FACES, blocks.RIM_FACES], [len(triangles), len(triangles), len(rim)]
     )
     shell = blocks.Shell(points, faces, side, np.zeros((len(faces), 2), dtype=np.int64))
-    pieces = [
-        Solid(np.concatenate([points[piece], points[[k + n for k in piece]]]), np.zeros((0, 3), dtype=np.int64))
-        for piece in convex_pieces(loop, triangles)
-    ]
-    return shell, tuple(shape for piece in pieces for shape in piece.with_hull_collider().shapes)
+    pieces = convex_pieces(loop, triangles)
+    hulls = [hull_around(np.concatenate([points[piece], points[[k + n for k in piece]]])) for piece in pieces]
+    return shell, tuple(shape for hull in hulls for shape in hull.shapes)
 
 
 def convex_pieces(loop: Floats, triangles: Ints) -> list[list[int]]:
