@@ -18,6 +18,12 @@ AppliancePull = StrEnum("AppliancePull", "TUBE PRO BLADE BOW BOXED LEDGE LATCH")
 
 LATCH_LENGTH = 0.2  # metres; a latch has one length and lies across
 
+# Shape of a front: FLAT folded sheet with sharp edges; SOFT edges of about a centimetre; ROUND edges as round as a bun:
+# the fifties; PANEL a cabinet's front is hung on it; GLASS a pane in a frame of metal.
+ApplianceFront = StrEnum("ApplianceFront", "FLAT SOFT ROUND PANEL GLASS")
+
+ApplianceKick = StrEnum("ApplianceKick", "GRILLE PLINTH FEET")
+
 
 def appliance_pull(kind: AppliancePull, length: float) -> Handle:
     """A pull of a length in metres; its first collision shape is what a hand takes."""
@@ -111,13 +117,6 @@ _MAKERS = {
     AppliancePull.TUBE: _tube, AppliancePull.PRO: _pro, AppliancePull.BLADE: _blade, AppliancePull.BOW: _bow,
     AppliancePull.BOXED: _boxed, AppliancePull.LEDGE: _ledge, AppliancePull.LATCH: _latch,
 }  # fmt: skip
-
-
-# Shape of a front: FLAT folded sheet with sharp edges; SOFT edges of about a centimetre; ROUND edges as round as a bun:
-# the fifties; PANEL a cabinet's front is hung on it; GLASS a pane in a frame of metal.
-ApplianceFront = StrEnum("ApplianceFront", "FLAT SOFT ROUND PANEL GLASS")
-
-ApplianceKick = StrEnum("ApplianceKick", "GRILLE PLINTH FEET")
 
 
 class ApplianceLook(Params):

@@ -20,9 +20,32 @@ from casa_assets.kitchenware.parts.fronts import FRONT_THICKNESS, CabinetLook
 from casa_assets.kitchenware.parts.grain import ACROSS, ALONG, UPRIGHT
 from casa_assets.kitchenware.parts.handles import HandleKind
 
-# Counter edge ---------------------------------------------------------------------------------------------------------
-
 CounterEdge = StrEnum("CounterEdge", "SQUARE EASED BEVEL HALF_BULLNOSE BULLNOSE OGEE DUPONT")
+
+BOARD_THICKNESS = 0.018  # metres, boards of a carcass
+EDGE_BAND = 0.0012  # edge banding
+FACING_THICKNESS = 0.003  # of it, the outer layer that is finished like the fronts
+BACK_THICKNESS = 0.004
+RAIL_HEIGHT = 0.09  # height of the rails of an open top
+FRONT_GAP = 0.003  # between fronts
+FRONT_OFFSET = 0.0022  # between the back of a front and the carcass: bumpers and hinges
+NICHE_FLOOR = 0.006  # of the board under what stands in a niche on the floor
+CHANNEL_DEPTH = 0.032  # from the carcass's edge to the web of the channel behind fronts with a finger groove
+PLINTH_SETBACK = 0.07
+MAX_DOOR_WIDTH, MIN_PAIR_WIDTH = 0.62, 0.45  # metres; of a door, and of a cabinet with two
+
+# A channel of sheet metal behind fronts with a finger groove: how far the front stays below, and how high it is.
+CHANNEL_REVEAL, CHANNEL_HEIGHT = 0.028, 0.062
+CHANNEL_SHEET = 0.0025
+
+CabinetCellKind = StrEnum("CabinetCellKind", "DOOR DOORS DRAWER FALSE OPEN NICHE VOID")
+
+MIN_CELL_HEIGHT = 0.14  # metres, anything over or under a niche
+
+NicheNeighbour = StrEnum("NicheNeighbour", "DOOR DOORS DRAWER DRAWERS OPEN")
+
+
+# Counter edge ---------------------------------------------------------------------------------------------------------
 
 
 def profile(edge: CounterEdge, thickness: float) -> list[Vec2]:
@@ -51,17 +74,6 @@ def profile(edge: CounterEdge, thickness: float) -> list[Vec2]:
 
 
 # Carcass --------------------------------------------------------------------------------------------------------------
-
-BOARD_THICKNESS = 0.018  # metres, boards of a carcass
-EDGE_BAND = 0.0012  # edge banding
-FACING_THICKNESS = 0.003  # of it, the outer layer that is finished like the fronts
-BACK_THICKNESS = 0.004
-RAIL_HEIGHT = 0.09  # height of the rails of an open top
-FRONT_GAP = 0.003  # between fronts
-FRONT_OFFSET = 0.0022  # between the back of a front and the carcass: bumpers and hinges
-NICHE_FLOOR = 0.006  # of the board under what stands in a niche on the floor
-CHANNEL_DEPTH = 0.032  # from the carcass's edge to the web of the channel behind fronts with a finger groove
-PLINTH_SETBACK = 0.07
 
 
 @dataclass(frozen=True)
@@ -241,9 +253,6 @@ def shelves_for(height: float) -> int:
     return next((n for n, top in ((1, 0.6), (2, 0.8), (3, 1.5), (4, 2.0)) if height <= top), 5) - 1
 
 
-MAX_DOOR_WIDTH, MIN_PAIR_WIDTH = 0.62, 0.45  # metres; of a door, and of a cabinet with two
-
-
 def check_doors(doors: int, width: float) -> None:
     """Raise ValueError where one or two doors do not suit a cabinet of a width in metres."""
     if doors == 1 and width > MAX_DOOR_WIDTH:
@@ -259,12 +268,6 @@ def check_shelves(clear_height: float, count: int | None) -> None:
 
 
 # Cells ----------------------------------------------------------------------------------------------------------------
-
-# A channel of sheet metal behind fronts with a finger groove: how far the front stays below, and how high it is.
-CHANNEL_REVEAL, CHANNEL_HEIGHT = 0.028, 0.062
-CHANNEL_SHEET = 0.0025
-
-CabinetCellKind = StrEnum("CabinetCellKind", "DOOR DOORS DRAWER FALSE OPEN NICHE VOID")
 
 
 @dataclass(frozen=True)
@@ -404,10 +407,6 @@ def _false_front(builder: AssetBuilder, c: Carcass, cell: CabinetCell, front: Ve
 
 
 # Housing --------------------------------------------------------------------------------------------------------------
-
-MIN_CELL_HEIGHT = 0.14  # metres, anything over or under a niche
-
-NicheNeighbour = StrEnum("NicheNeighbour", "DOOR DOORS DRAWER DRAWERS OPEN")
 
 
 class Housing(CabinetInRow):

@@ -12,10 +12,36 @@ from casa_assets.ext.families import hand_dynamics
 from casa_assets.ext.records import Condition, Cylinder, Pose, Vec2, Vec3
 from casa_assets.ext.solids import ROOT, AssetBuilder, BehaviorBuilder, Solid, box, concatenate, lathe, prism, rod
 
-# Buttons --------------------------------------------------------------------------------------------------------------
-
 KEY_TRAVEL = 0.0025  # metres
 KEY_CLEARANCE = 0.0004  # metres that are left under a pressed key
+
+_FACES: dict[str, tuple[tuple[str, float] | None, Vec3]] = {
+    "front": (("x", 1.5707963267948966), (0.0, 1.0, 0.0)), "back": (("x", -1.5707963267948966), (0.0, -1.0, 0.0)),
+    "left": (("y", -1.5707963267948966), (1.0, 0.0, 0.0)), "right": (("y", 1.5707963267948966), (-1.0, 0.0, 0.0)),
+    "up": (None, (0.0, 0.0, -1.0)),
+}  # fmt: skip
+
+# Ref: RoboCasa v1.0, class Stove: on from 0.35 rad, high from 80 degrees, set up to 2 pi - 0.35.
+KNOB_TRAVEL = 2.6
+
+# Style of a knob: SKIRT a pointer on a skirt; FLUTED a cylinder with grooves; BAR a drum with a bar across,
+# professional; DISC flat with a ridge; SLIM a narrow cylinder.
+KnobStyle = StrEnum("KnobStyle", "SKIRT FLUTED BAR DOME DISC SLIM CHICKEN_HEAD")
+
+# Bars of each figure: top, upper left, upper right, middle, lower left, lower right, bottom.
+SEGMENTS = {
+    "0": "1110111", "1": "0010010", "2": "1011101", "3": "1011011", "4": "0111010", "5": "1101011", "6": "1101111",
+    "7": "1010010", "8": "1111111", "9": "1111011", "-": "0001000",
+}  # fmt: skip
+FIGURE_WIDTH = 0.52  # width of a figure over its height
+FIGURE_PITCH = 0.74  # from one figure to the next, over their height
+COLON_WIDTH = 0.36  # width of a colon, over the height
+INK_THICKNESS = 0.0004  # metres: thickness of what is printed or glows; its back stands free of what is behind it
+
+KeySign = StrEnum("KeySign", "PLUS MINUS PLAY STOP LAMP POWER BARS")
+
+
+# Buttons --------------------------------------------------------------------------------------------------------------
 
 
 def round_key(radius: float, height: float = 0.005) -> Solid:
@@ -58,13 +84,6 @@ def add_key(
     builder.slide(joint, link, direction, (0.0, KEY_TRAVEL), name, spring=spring, feel=hand_dynamics.KEY)
 
 
-_FACES: dict[str, tuple[tuple[str, float] | None, Vec3]] = {
-    "front": (("x", 1.5707963267948966), (0.0, 1.0, 0.0)), "back": (("x", -1.5707963267948966), (0.0, -1.0, 0.0)),
-    "left": (("y", -1.5707963267948966), (1.0, 0.0, 0.0)), "right": (("y", 1.5707963267948966), (-1.0, 0.0, 0.0)),
-    "up": (None, (0.0, 0.0, -1.0)),
-}  # fmt: skip
-
-
 def _turned(solid: Solid, turn: tuple[str, float] | None) -> Solid:
     return solid if turn is None else solid.rotated(*turn)
 
@@ -87,13 +106,6 @@ def add_toggle(behavior: BehaviorBuilder, variable: str, collider: str) -> None:
 
 # Knobs ----------------------------------------------------------------------------------------------------------------
 # On a front, where they face -y, or on a top, where they face up.
-
-# Ref: RoboCasa v1.0, class Stove: on from 0.35 rad, high from 80 degrees, set up to 2 pi - 0.35.
-KNOB_TRAVEL = 2.6
-
-# Style of a knob: SKIRT a pointer on a skirt; FLUTED a cylinder with grooves; BAR a drum with a bar across,
-# professional; DISC flat with a ridge; SLIM a narrow cylinder.
-KnobStyle = StrEnum("KnobStyle", "SKIRT FLUTED BAR DOME DISC SLIM CHICKEN_HEAD")
 
 
 def add_knob(
@@ -203,18 +215,6 @@ def bezel(radius: float, up: bool = False) -> Solid:
 
 # Readout --------------------------------------------------------------------------------------------------------------
 # Seven-segment figures on a display, and signs printed next to keys; all face the front (-y).
-
-# Bars of each figure: top, upper left, upper right, middle, lower left, lower right, bottom.
-SEGMENTS = {
-    "0": "1110111", "1": "0010010", "2": "1011101", "3": "1011011", "4": "0111010", "5": "1101011", "6": "1101111",
-    "7": "1010010", "8": "1111111", "9": "1111011", "-": "0001000",
-}  # fmt: skip
-FIGURE_WIDTH = 0.52  # width of a figure over its height
-FIGURE_PITCH = 0.74  # from one figure to the next, over their height
-COLON_WIDTH = 0.36  # width of a colon, over the height
-INK_THICKNESS = 0.0004  # metres: thickness of what is printed or glows; its back stands free of what is behind it
-
-KeySign = StrEnum("KeySign", "PLUS MINUS PLAY STOP LAMP POWER BARS")
 
 
 def seven_segment_text(text: str, height: float) -> Solid:

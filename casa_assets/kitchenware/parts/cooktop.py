@@ -12,8 +12,6 @@ import numpy as np
 from casa_assets.ext.records import EffectKind, Vec2
 from casa_assets.ext.solids import ROOT, AssetBuilder, BehaviorBuilder, Solid, board, box, lathe, rod, subtract, tube
 
-# Grates ---------------------------------------------------------------------------------------------------------------
-
 BAR_WIDTH, BAR_HEIGHT = 0.0095, 0.013  # metres: width and height of a bar
 HALF_GRATE_GAP = 0.0015  # half of the gap between two grates
 FINGER_END_SHARE = 0.3  # share of a burner's radius at which fingers end before its middle
@@ -21,6 +19,19 @@ FINGER_END_SHARE = 0.3  # share of a burner's radius at which fingers end before
 # Style of the grates: JOINED a grate for each column of burners; together they make one surface; SEPARATE a square one
 # for each burner; RING a ring with arms for each burner.
 GrateStyle = StrEnum("GrateStyle", "JOINED SEPARATE RING")
+
+_Span = tuple[Vec2, Vec2]  # a bar seen from above: (x0, x1) and (y0, y1), metres
+
+# Ref: RoboCasa v1.0, class Stove: STOVE_LOW_MIN 0.35 rad, STOVE_HIGH_MIN 80 degrees.
+KNOB_ON_ANGLE, KNOB_HIGH_ANGLE = 0.35, math.radians(80)
+SMALL_RADIUS, LARGE_RADIUS = 0.0725, 0.092  # radii of burners, metres
+DRIP_BOWL_RATIO = 1.16  # radius of a drip bowl over that of its coil
+FLAME_COLOR, GLOW_COLOR = (0.06, 0.2, 0.75, 0.0), (0.85, 0.12, 0.03, 0.0)
+
+Fuel = StrEnum("Fuel", "GAS COIL CERAMIC INDUCTION")
+
+
+# Grates ---------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -40,9 +51,6 @@ class BurnerCell:
     spot: BurnerSpot
     x: Vec2
     y: Vec2
-
-
-_Span = tuple[Vec2, Vec2]  # a bar seen from above: (x0, x1) and (y0, y1), metres
 
 
 def burner_cells(places: Sequence[BurnerSpot], field: Vec2, middle: Vec2) -> list[BurnerCell]:
@@ -186,14 +194,6 @@ def add_griddle(builder: AssetBuilder, lower: Vec2, upper: Vec2, top: float) -> 
 
 
 # Burners --------------------------------------------------------------------------------------------------------------
-
-# Ref: RoboCasa v1.0, class Stove: STOVE_LOW_MIN 0.35 rad, STOVE_HIGH_MIN 80 degrees.
-KNOB_ON_ANGLE, KNOB_HIGH_ANGLE = 0.35, math.radians(80)
-SMALL_RADIUS, LARGE_RADIUS = 0.0725, 0.092  # radii of burners, metres
-DRIP_BOWL_RATIO = 1.16  # radius of a drip bowl over that of its coil
-FLAME_COLOR, GLOW_COLOR = (0.06, 0.2, 0.75, 0.0), (0.85, 0.12, 0.03, 0.0)
-
-Fuel = StrEnum("Fuel", "GAS COIL CERAMIC INDUCTION")
 
 
 def burner_positions(count: int, width: float, depth: float, middle: Vec2 = (0.0, 0.0)) -> list[BurnerSpot]:

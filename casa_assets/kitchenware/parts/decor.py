@@ -12,10 +12,30 @@ from casa_assets.ext.records import Vec2, Vec3
 from casa_assets.ext.solids import Solid, ball, box, circle, inset, lathe, loft, prism, rectangle, rod, tube
 from casa_assets.kitchenware.parts.handles import on_circle, tapered_leg
 
-# Leaves ---------------------------------------------------------------------------------------------------------------
-
 LEAF_THICKNESS = 0.0012  # metres; a succulent's is thicker
 GOLDEN_ANGLE = 2.399963  # rad from one leaf to the next. Ref: phyllotaxis.
+
+SMALL_RADIUS = 0.03  # metres; a jar below this radius is drawn with fewer faces
+CONTENT_GAP = 0.0006  # metres between glass and what is in it, so that neither flickers
+
+# Closure of a jar: FLAT a disc that overlaps; KNOB a disc with a ball to lift it; SCREW a ribbed cap; CLIP a glass lid
+# with a wire clip.
+JarLid = StrEnum("JarLid", "FLAT KNOB CORK SCREW CLIP DOME")
+
+CrockTool = StrEnum("CrockTool", "SPOON SPATULA FORK TURNER LADLE WHISK")
+
+EYE_RADIUS = 0.0075  # metres, radius of the eye that the hook goes through
+NECK_RADIUS = 0.0032
+SHEET_THICKNESS = 0.0016
+
+HungTool = StrEnum("HungTool", "LADLE TURNER WHISK SPOON SKIMMER MASHER FORK SCRAPER")
+
+# Make of the handle: TURNED round, of wood or plastic, with a ferrule; FLAT a strip of steel with a hole; ROUND a steel
+# tube.
+ToolHandle = StrEnum("ToolHandle", "TURNED FLAT ROUND")
+
+
+# Leaves ---------------------------------------------------------------------------------------------------------------
 
 
 def leaf(
@@ -69,13 +89,6 @@ def golden_angles(count: int) -> list[float]:
 
 
 # Jars -----------------------------------------------------------------------------------------------------------------
-
-SMALL_RADIUS = 0.03  # metres; a jar below this radius is drawn with fewer faces
-CONTENT_GAP = 0.0006  # metres between glass and what is in it, so that neither flickers
-
-# Closure of a jar: FLAT a disc that overlaps; KNOB a disc with a ball to lift it; SCREW a ribbed cap; CLIP a glass lid
-# with a wire clip.
-JarLid = StrEnum("JarLid", "FLAT KNOB CORK SCREW CLIP DOME")
 
 
 @dataclass(frozen=True)
@@ -185,8 +198,6 @@ def _clip(r: float, h: float, top: float) -> list[Solid]:
 # Tools ----------------------------------------------------------------------------------------------------------------
 # Upright or hanging kitchen tools: the end of their handle at the origin, the working end up z.
 
-CrockTool = StrEnum("CrockTool", "SPOON SPATULA FORK TURNER LADLE WHISK")
-
 
 def crock_tool(kind: CrockTool, size: float) -> list[Solid]:
     """The solids of a tool of a length in metres."""
@@ -238,16 +249,6 @@ def _plate(outline: list[Vec2], thickness: float) -> Solid:
 
 # Hung tools -----------------------------------------------------------------------------------------------------------
 # Kitchen tools that hang: their eye at the origin, the working end down -z, its hollow side to the front (-y).
-
-EYE_RADIUS = 0.0075  # metres, radius of the eye that the hook goes through
-NECK_RADIUS = 0.0032
-SHEET_THICKNESS = 0.0016
-
-HungTool = StrEnum("HungTool", "LADLE TURNER WHISK SPOON SKIMMER MASHER FORK SCRAPER")
-
-# Make of the handle: TURNED round, of wood or plastic, with a ferrule; FLAT a strip of steel with a hole; ROUND a steel
-# tube.
-ToolHandle = StrEnum("ToolHandle", "TURNED FLAT ROUND")
 
 
 def hung_tool(kind: HungTool, grip: ToolHandle, size: float) -> tuple[list[Solid], list[Solid], list[Solid]]:

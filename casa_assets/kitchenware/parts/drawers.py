@@ -19,6 +19,13 @@ DEEP_FRONT = 0.28  # height from which a pull is high on a front, metres
 RING_FOOT = 0.024  # of a ring's foot from the upper edge of a deep front, which it hangs down from, metres
 BASE_RAISE = 0.006  # the bottom sits in a groove so far above the lower edge of the sides
 
+CRISPER_WALL = 0.0035  # metres; injection moulded
+LIP_DEPTH = 0.024  # how far the lip of a crisper stands out before its front
+CRISPER_PULL = 0.62  # part of its depth that a crisper slides out
+DRAWER_SIDE_CLEARANCE, DRAWER_TOP_CLEARANCE = 0.008, 0.014
+DRAWER_SIDE_THICKNESS, DRAWER_BASE_THICKNESS = 0.01, 0.006
+DRAWER_MAX_HEIGHT = 0.22
+
 
 def min_front_height(look: CabinetLook, boarded: bool = True) -> float:
     """Height of the lowest front with room for a drawer's box over a board, or over another drawer; metres."""
@@ -88,11 +95,6 @@ def _box(builder: AssetBuilder, look: CabinetLook, link: str, region: str, at: V
     return y1 - y0
 
 
-CRISPER_WALL = 0.0035  # metres; injection moulded
-LIP_DEPTH = 0.024  # how far the lip of a crisper stands out before its front
-CRISPER_PULL = 0.62  # part of its depth that a crisper slides out
-
-
 def crisper_travel(depth: float) -> float:
     """How far a crisper of a depth slides out, metres."""
     return round(CRISPER_PULL * depth, 3)
@@ -139,11 +141,6 @@ def add_crisper(
         f"{name}_joint", name, (0.0, 1.0, 0.0), (-travel, 0.0), f"{name}_handle_main", start_n=6.0, behind=behind
     )
     builder.region(name, (-half + e, e + 0.002, e), (half - e, d - e, h - 0.004), link=name)
-
-
-DRAWER_SIDE_CLEARANCE, DRAWER_TOP_CLEARANCE = 0.008, 0.014
-DRAWER_SIDE_THICKNESS, DRAWER_BASE_THICKNESS = 0.01, 0.006
-DRAWER_MAX_HEIGHT = 0.22
 
 
 def add_drawer_box(builder: AssetBuilder, link: str, region: str, lower: Vec3, upper: Vec3, finish: str) -> float:

@@ -29,10 +29,40 @@ from casa_assets.ext.solids import (
 from casa_assets.kitchenware.parts.grain import ACROSS, UPRIGHT
 from casa_assets.kitchenware.parts.handles import HandleKind
 
-# Panels ---------------------------------------------------------------------------------------------------------------
-
 PANEL_TONGUE = 0.005  # metres by which a panel sits in the groove of its frame
 GLAZING_BAR_WIDTH = 0.018  # width of glazing bars
+
+FRONT_THICKNESS = 0.02  # metres; fronts are 19 to 22 mm
+FRONT_EDGE_RADIUS = 0.0012
+GROOVE_LIP = 0.007  # metres, thickness of the lip in front of a finger groove
+GROOVE_DEPTH = 0.03  # metres that a finger groove reaches in from the edge
+
+FrontKind = StrEnum(
+    "FrontKind",
+    "SLAB SHAKER SLIM_SHAKER RAISED ARCHED BEADBOARD V_GROOVE FLUTED LOUVRED GLASS_CLEAR GLASS_FROSTED GLASS_DIVIDED",
+)
+
+# An edge of a front, seen from before it.
+FrontEdge = StrEnum("FrontEdge", "TOP BOTTOM LEFT RIGHT")
+
+GLAZED_KINDS = (FrontKind.GLASS_CLEAR, FrontKind.GLASS_FROSTED, FrontKind.GLASS_DIVIDED)
+# What a drawer has where the doors beside it are made so.
+DRAWER_KINDS = {
+    FrontKind.ARCHED: FrontKind.RAISED, FrontKind.BEADBOARD: FrontKind.SHAKER, FrontKind.LOUVRED: FrontKind.SHAKER,
+    FrontKind.GLASS_CLEAR: FrontKind.SLIM_SHAKER, FrontKind.GLASS_FROSTED: FrontKind.SLIM_SHAKER,
+    FrontKind.GLASS_DIVIDED: FrontKind.SHAKER,
+}  # fmt: skip
+# Width of stiles: as joiners cut them; a frame of thin metal or wood round a large pane.
+STILE_WIDTHS = {
+    FrontKind.SLIM_SHAKER: 0.02, FrontKind.GLASS_CLEAR: 0.045, FrontKind.GLASS_FROSTED: 0.045, FrontKind.ARCHED: 0.062,
+}  # fmt: skip
+STILE_WIDTH = 0.06
+
+GLASS_THICKNESS = 0.004  # metres
+SASH_BAR_WIDTH = 0.02
+
+
+# Panels ---------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -193,32 +223,6 @@ def arched_rail(x0: float, x1: float, z: float, rise: float, top: float, t: floa
 
 
 # Fronts ---------------------------------------------------------------------------------------------------------------
-
-FRONT_THICKNESS = 0.02  # metres; fronts are 19 to 22 mm
-FRONT_EDGE_RADIUS = 0.0012
-GROOVE_LIP = 0.007  # metres, thickness of the lip in front of a finger groove
-GROOVE_DEPTH = 0.03  # metres that a finger groove reaches in from the edge
-
-FrontKind = StrEnum(
-    "FrontKind",
-    "SLAB SHAKER SLIM_SHAKER RAISED ARCHED BEADBOARD V_GROOVE FLUTED LOUVRED GLASS_CLEAR GLASS_FROSTED GLASS_DIVIDED",
-)
-
-# An edge of a front, seen from before it.
-FrontEdge = StrEnum("FrontEdge", "TOP BOTTOM LEFT RIGHT")
-
-GLAZED_KINDS = (FrontKind.GLASS_CLEAR, FrontKind.GLASS_FROSTED, FrontKind.GLASS_DIVIDED)
-# What a drawer has where the doors beside it are made so.
-DRAWER_KINDS = {
-    FrontKind.ARCHED: FrontKind.RAISED, FrontKind.BEADBOARD: FrontKind.SHAKER, FrontKind.LOUVRED: FrontKind.SHAKER,
-    FrontKind.GLASS_CLEAR: FrontKind.SLIM_SHAKER, FrontKind.GLASS_FROSTED: FrontKind.SLIM_SHAKER,
-    FrontKind.GLASS_DIVIDED: FrontKind.SHAKER,
-}  # fmt: skip
-# Width of stiles: as joiners cut them; a frame of thin metal or wood round a large pane.
-STILE_WIDTHS = {
-    FrontKind.SLIM_SHAKER: 0.02, FrontKind.GLASS_CLEAR: 0.045, FrontKind.GLASS_FROSTED: 0.045, FrontKind.ARCHED: 0.062,
-}  # fmt: skip
-STILE_WIDTH = 0.06
 
 
 @dataclass(frozen=True)
@@ -427,9 +431,6 @@ class CabinetLook(Params):
 
 
 # Glazing --------------------------------------------------------------------------------------------------------------
-
-GLASS_THICKNESS = 0.004  # metres
-SASH_BAR_WIDTH = 0.02
 
 
 def add_sash(

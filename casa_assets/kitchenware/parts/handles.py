@@ -14,6 +14,19 @@ from casa_assets.ext.records import Capsule, Cylinder, Pose, Vec3, Vec4
 from casa_assets.ext.solids import AssetBuilder, Placed, Solid
 from casa_assets.kitchenware.parts.cases import tub_walls
 
+WIRE_SIDES = 6  # of a wire
+
+LEATHER = "leather_tan"  # finish of leather straps
+EDGE_REACH = 0.024  # metres that an edge pull stands out before the face
+
+HandleKind = StrEnum("HandleKind", "BAR BOXED BOW CUP KNOB RING STRAP TEE LEATHER EDGE_PULL FINGER_GROOVE")
+
+# Handles that are one with an edge of the front; `doors.py` puts them there.
+EDGE_HANDLES = (HandleKind.EDGE_PULL, HandleKind.FINGER_GROOVE)
+# Handles that are as wide as high, or always lie across.
+LEVEL_HANDLES = (HandleKind.CUP, HandleKind.RING, HandleKind.KNOB)
+FIXED_LENGTHS = {HandleKind.CUP: 0.096, HandleKind.KNOB: 0.034, HandleKind.RING: 0.056, HandleKind.TEE: 0.06}
+
 # Legs -----------------------------------------------------------------------------------------------------------------
 
 
@@ -78,8 +91,6 @@ def _onto(direction: Floats) -> Vec4:
 
 # Tubs -----------------------------------------------------------------------------------------------------------------
 
-WIRE_SIDES = 6  # of a wire
-
 
 def open_tub(width: float, depth: float, height: float, wall: float, radius: float, floor: float = 0.0) -> Solid:
     """An open box about x = 0, y = 0 from z = 0 up, its corners rounded; its colliders are a floor and four walls.
@@ -125,17 +136,6 @@ def _spread(half: float, count: int) -> list[float]:
 
 
 # Handles --------------------------------------------------------------------------------------------------------------
-
-LEATHER = "leather_tan"  # finish of leather straps
-EDGE_REACH = 0.024  # metres that an edge pull stands out before the face
-
-HandleKind = StrEnum("HandleKind", "BAR BOXED BOW CUP KNOB RING STRAP TEE LEATHER EDGE_PULL FINGER_GROOVE")
-
-# Handles that are one with an edge of the front; `doors.py` puts them there.
-EDGE_HANDLES = (HandleKind.EDGE_PULL, HandleKind.FINGER_GROOVE)
-# Handles that are as wide as high, or always lie across.
-LEVEL_HANDLES = (HandleKind.CUP, HandleKind.RING, HandleKind.KNOB)
-FIXED_LENGTHS = {HandleKind.CUP: 0.096, HandleKind.KNOB: 0.034, HandleKind.RING: 0.056, HandleKind.TEE: 0.06}
 
 
 @dataclass(frozen=True)

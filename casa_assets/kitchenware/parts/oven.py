@@ -30,6 +30,11 @@ GRAVITY = 9.81  # m/s^2
 OVEN_DOOR_TRAVEL = 1.48  # rad
 OVEN_DOOR_START_N = 6.0  # least force at the handle that starts an oven door
 
+INSULATION_THICKNESS = 0.045  # metres of insulation between liner and shell
+DOOR_GAP = 0.003
+DOOR_THICKNESS = 0.045  # of a door: two panes and air
+OvenHandle = StrEnum("OvenHandle", "BAR PRO FLAT CURVED")
+
 
 def balanced_hinge(builder: AssetBuilder, link: str, grip: str, travel: float) -> None:
     """Hinge a link about x through its origin; its spring is fitted to the moment of its weight by least squares.
@@ -86,12 +91,6 @@ def _feel(
     push_n = max(start_n + 2.5, hand_dynamics.PULL_N - unbalanced / lever)
     spring = hand_dynamics.Spring(significant(stiffness, 4), significant(-bias / stiffness, 4))
     return spring, hand_dynamics.feel(inertia, lever, abs(travel), start_n, push_n)
-
-
-INSULATION_THICKNESS = 0.045  # metres of insulation between liner and shell
-DOOR_GAP = 0.003
-DOOR_THICKNESS = 0.045  # of a door: two panes and air
-OvenHandle = StrEnum("OvenHandle", "BAR PRO FLAT CURVED")
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,10 @@ from casa_assets.kitchenware.parts.handles import round_bar, wire
 
 RACK_TRAVEL = 0.26  # metres that a rack comes out
 
+WIRE_RADIUS, RIM_RADIUS = 0.0016, 0.0026  # metres; radius with its coat
+TINE_HEIGHT = 0.05
+TINE_PITCH = 0.095  # metres; closer rows hold no plates
+
 
 def add_oven_rack(builder: AssetBuilder, name: str, lower: Vec3, upper: Vec3, liner: str, door: str) -> None:
     """A wire rack on ledges with the finish of the liner; its region rides on it."""
@@ -53,11 +57,6 @@ def add_turntable(builder: AssetBuilder, lower: Vec3, upper: Vec3) -> None:
     dish = dish.with_colliders_of(rod(radius, 0.0052, 0.0).translated(x, y, z + 0.0026))
     builder.add(ROOT, dish, "glass_clear", "tray", name="tray")
     builder.round_region("tray", (x, y, z + 0.0055), 2 * radius - 0.004, upper[2] - z - 0.03)
-
-
-WIRE_RADIUS, RIM_RADIUS = 0.0016, 0.0026  # metres; radius with its coat
-TINE_HEIGHT = 0.05
-TINE_PITCH = 0.095  # metres; closer rows hold no plates
 
 
 def add_dish_rack(

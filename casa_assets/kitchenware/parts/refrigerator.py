@@ -33,8 +33,6 @@ from casa_assets.kitchenware.parts.appliance import (
 from casa_assets.kitchenware.parts.cases import add_liner, cavity_colliders, cavity_walls
 from casa_assets.kitchenware.parts.fronts import FrontKind
 
-# Case -----------------------------------------------------------------------------------------------------------------
-
 SIDE_THICKNESS = 0.046
 BACK_THICKNESS = DIVIDER_THICKNESS = 0.056
 FLOOR_THICKNESS = 0.06
@@ -43,6 +41,19 @@ DOOR_GAP = 0.004  # metres between a door and the case; the gasket fills it
 HINGE_COVER_HEIGHT = 0.014  # metres that the cover of a hinge stands above the case
 LINER_THICKNESS = 0.001  # metres
 LINER_FINISH = "plastic_white"
+
+DOOR_TRAVEL = math.pi / 2
+BIN_DEPTH = 0.1  # metres that bins reach into the case
+HAND_HEIGHT = 1.08  # height of the middle of a hand that stands before it, metres
+BIN_REGION = "bin"  # begins the names of their regions
+MIN_BIN_PITCH = 0.16  # metres between two bins
+# Fronts whose stiles are wide enough for the foot of a pull.
+FRAMED_FRONTS = (FrontKind.SHAKER, FrontKind.RAISED)
+NICHE_DEPTH = 0.042
+TOUCH_PANEL_HEIGHT = 1.45  # metres above the floor
+
+
+# Case -----------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -190,14 +201,6 @@ def gasket_frame(lower: Vec2, upper: Vec2, y0: float, y1: float, strip_width: fl
 
 # Door -----------------------------------------------------------------------------------------------------------------
 
-DOOR_TRAVEL = math.pi / 2
-BIN_DEPTH = 0.1  # metres that bins reach into the case
-HAND_HEIGHT = 1.08  # height of the middle of a hand that stands before it, metres
-BIN_REGION = "bin"  # begins the names of their regions
-MIN_BIN_PITCH = 0.16  # metres between two bins
-# Fronts whose stiles are wide enough for the foot of a pull.
-FRAMED_FRONTS = (FrontKind.SHAKER, FrontKind.RAISED)
-
 
 @dataclass(frozen=True)
 class FridgeDoor:
@@ -333,9 +336,6 @@ def add_face(
         door.add_part(builder, band.translated(z=0.09), look.metal, "trim")
 
 
-NICHE_DEPTH = 0.042
-
-
 def _niche_hole(door: FridgeDoor, look: ApplianceLook) -> tuple[Vec2, Vec2]:
     """Corners of the dispenser's niche on the door, metres from the hinge's side and from its lower edge."""
     width, height = min(0.2, door.width - 0.15), 0.32
@@ -447,8 +447,6 @@ def _bin(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, k: int, l
 
 
 # Trim -----------------------------------------------------------------------------------------------------------------
-
-TOUCH_PANEL_HEIGHT = 1.45  # metres above the floor
 
 
 def add_badge(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook) -> None:

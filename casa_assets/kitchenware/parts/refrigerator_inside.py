@@ -41,6 +41,21 @@ from casa_assets.kitchenware.parts.refrigerator import (
 
 SIDE_CLEARANCE = 0.006  # metres at each side of what slides
 
+# Ref: RoboCasa v1.0, Fridge: things are put where there are 0.20 m and more.
+SHELF_PITCH = 0.214
+LAMP_COLOR = (1.0, 0.96, 0.88, 1.0)
+# Ref: RoboCasa v1.0, Fridge.is_closed and is_open: up to the first share of its range a door is shut, from the second
+# on it is open.
+CLOSED_SHARE, OPEN_SHARE = 0.005, 0.9
+LINER_PLUG = 0.012  # metres by which the liner of a door stands out behind it
+LOWEST_LIP = 0.35  # height of the lip of the lowest of stacked crispers, above the floor; lower no wheeled arm reaches
+CRISPER_SETBACK = 0.018  # metres from the front plane to the lip of a crisper, behind the liner of the door
+
+FreezerFront = StrEnum("FreezerFront", "DRAWER TWO_DRAWERS DOOR TWO_DOORS")
+
+HINGE_INSET = 0.05  # metres from the side of the case to the middle of a hinge's cover
+DOOR_EDGE_GAP = 0.003  # metres that a door stays away from what is above or below it
+
 
 def add_pull_out(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, region: str) -> None:
     """Add a front with a deep basket behind it that slide out together; link and joint are those of `door`."""
@@ -74,16 +89,6 @@ def add_pull_out(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, r
 
 
 # Furnishing -----------------------------------------------------------------------------------------------------------
-
-# Ref: RoboCasa v1.0, Fridge: things are put where there are 0.20 m and more.
-SHELF_PITCH = 0.214
-LAMP_COLOR = (1.0, 0.96, 0.88, 1.0)
-# Ref: RoboCasa v1.0, Fridge.is_closed and is_open: up to the first share of its range a door is shut, from the second
-# on it is open.
-CLOSED_SHARE, OPEN_SHARE = 0.005, 0.9
-LINER_PLUG = 0.012  # metres by which the liner of a door stands out behind it
-LOWEST_LIP = 0.35  # height of the lip of the lowest of stacked crispers, above the floor; lower no wheeled arm reaches
-CRISPER_SETBACK = 0.018  # metres from the front plane to the lip of a crisper, behind the liner of the door
 
 
 def center_gap(width: float, thickness: float) -> float:
@@ -199,8 +204,6 @@ def add_lamp_behavior(builder: AssetBuilder, fridge: Sequence[str]) -> None:
 
 # Lower freezer --------------------------------------------------------------------------------------------------------
 
-FreezerFront = StrEnum("FreezerFront", "DRAWER TWO_DRAWERS DOOR TWO_DOORS")
-
 
 def lower_compartments(
     kind: FreezerFront, left: float, right: float, bottom: float, top: float, depth: float
@@ -260,9 +263,6 @@ def add_lower_fronts(
 
 
 # Fridge case ----------------------------------------------------------------------------------------------------------
-
-HINGE_INSET = 0.05  # metres from the side of the case to the middle of a hinge's cover
-DOOR_EDGE_GAP = 0.003  # metres that a door stays away from what is above or below it
 
 
 class Refrigerator(Params):
