@@ -45,9 +45,6 @@ MIN_CELL_HEIGHT = 0.14  # metres, anything over or under a niche
 NicheNeighbour = StrEnum("NicheNeighbour", "DOOR DOORS DRAWER DRAWERS OPEN")
 
 
-# Counter edge ---------------------------------------------------------------------------------------------------------
-
-
 def profile(edge: CounterEdge, thickness: float) -> list[Vec2]:
     """(inset, z) points from z = -thickness up to z = 0, metres; the edge reaches inset 0."""
     t = thickness

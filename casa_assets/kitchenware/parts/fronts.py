@@ -415,9 +415,6 @@ def _grooved(part: FrontPart, w: float, h: float, t: float, edge: FrontEdge) -> 
     return replace(part, solid=subtract(part.solid, tool))
 
 
-# Look -----------------------------------------------------------------------------------------------------------------
-
-
 class CabinetLook(Params):
     """Style that all cabinets of a kitchen share: front, handle and finishes."""
 

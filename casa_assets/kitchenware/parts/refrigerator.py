@@ -186,9 +186,6 @@ def add_shelf(builder: AssetBuilder, name: str, r: Compartment, z: float, front:
     builder.add_collider(ROOT, board((x0, front, z - 0.012), (x1, y1, z), 0.0), "glass_clear", "shelf", f"{name}_pane")
 
 
-# Gasket ---------------------------------------------------------------------------------------------------------------
-
-
 def gasket_frame(lower: Vec2, upper: Vec2, y0: float, y1: float, strip_width: float = 0.014) -> Solid:
     """A frame of rubber between planes y0 and y1, without collider; lower, upper: outer corners in x and z, metres."""
     w, h = upper[0] - lower[0], upper[1] - lower[1]
@@ -444,9 +441,6 @@ def _bin(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, k: int, l
     # Ref: RoboCasa v1.0, Fridge: a region with `fridge` or `freezer` in its name is a shelf, and stays where it is.
     count = sum(region.name.startswith(BIN_REGION) for region in builder.regions)
     builder.region(f"{BIN_REGION}{count}", *corners, link=door.link)
-
-
-# Trim -----------------------------------------------------------------------------------------------------------------
 
 
 def add_badge(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook) -> None:

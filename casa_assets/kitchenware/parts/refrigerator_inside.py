@@ -88,9 +88,6 @@ def add_pull_out(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, r
     builder.region(region, (x0 + e, y0 + 0.01, z0 + e), (x1 - e, y1 - e, z1), link=door.link)
 
 
-# Furnishing -----------------------------------------------------------------------------------------------------------
-
-
 def center_gap(width: float, thickness: float) -> float:
     """Gap between two doors of a width that meet in the middle: the rear corner of one swings out by it, metres."""
     return math.hypot(width, thickness) - width + 0.0014
