@@ -7,9 +7,8 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.ext.arrays import Floats
 from casa_assets.ext.families import hand_dynamics
-from casa_assets.ext.records import Condition, Cylinder, Pose, Vec2, Vec3
+from casa_assets.ext.records import Condition, Cylinder, Pose, Vec3
 from casa_assets.ext.solids import ROOT, AssetBuilder, BehaviorBuilder, Solid, box, concatenate, lathe, prism, rod
 
 KEY_TRAVEL = 0.0025  # metres
@@ -260,16 +259,12 @@ def key_symbol(kind: KeySign, size: float) -> Solid:
         return concatenate([_ink(size, t, 0.0, z * size) for z in (-0.32, 0.0, 0.32)])
     if kind is KeySign.PLAY:
         half = size / 2
-        wedge = prism(_points((-0.8 * half, -half), (half, 0.0), (-0.8 * half, half)), INK_THICKNESS, 0.0)
+        wedge = prism(np.array([(-0.8 * half, -half), (half, 0.0), (-0.8 * half, half)]), INK_THICKNESS, 0.0)
         return wedge.rotated("x", math.pi / 2).without_colliders()
     line = [(0.5 * size - t, 0.0), (0.5 * size, 0.0), (0.5 * size, INK_THICKNESS), (0.5 * size - t, INK_THICKNESS)]
     ring = lathe(line, 20, closed=True).rotated("x", math.pi / 2)
     inner = _ink(t, 0.5 * size, 0.0, 0.0) if kind is KeySign.POWER else _ink(0.3 * size, 0.3 * size, 0.0, 0.0)
     return concatenate([ring, inner])
-
-
-def _points(*corners: Vec2) -> Floats:
-    return np.array(corners)
 
 
 def _ink(width: float, height: float, x: float, z: float) -> Solid:

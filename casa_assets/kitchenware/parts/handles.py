@@ -124,15 +124,9 @@ def wire_grid(width: float, depth: float, z: float, radius: float, across: int, 
     """Crossed wires about x = 0, y = 0: `across` run from front to back, `along` from left to right just below them."""
     w, d = width / 2, depth / 2
     out = [wire([(float(x), -d, z), (float(x), d, z)], radius) for x in np.linspace(-w, w, across)]
-    out += [
-        wire([(-w, float(y), z - 1.6 * radius), (w, float(y), z - 1.6 * radius)], radius) for y in _spread(d, along)
-    ]
+    low, places = z - 1.6 * radius, np.linspace(-d, d, along + 2)[1:-1]
+    out += [wire([(-w, float(y), low), (w, float(y), low)], radius) for y in places]
     return solids.concatenate(out)
-
-
-def _spread(half: float, count: int) -> list[float]:
-    """`count` places within -half .. half, evenly, none of them at the ends."""
-    return [float(v) for v in np.linspace(-half, half, count + 2)[1:-1]]
 
 
 # Handles --------------------------------------------------------------------------------------------------------------
