@@ -119,16 +119,6 @@ def vessel_content(outer: list[Vec2], wall: float, floor: float, share: float, s
     return lathe([(max(0.002, r), z) for r, z in profile], segments, 45.0)
 
 
-def jar_profile(radius: float, height: float, shoulder: float, neck: float) -> list[Vec2]:
-    """The outline of a jar: straight sides, a shoulder of a height, a neck of a share of its radius."""
-    r, h = radius, height
-    line = [(r - 0.004, 0.0), (r - 0.001, 0.0012), (r, 0.004), (r, h - shoulder - 0.012)]
-    if neck < 1:
-        for t in np.linspace(0.25, 1.0, 4):
-            line.append((r * (1 - (1 - neck) * (0.5 - 0.5 * math.cos(math.pi * t))), h - 0.012 - shoulder * (1 - t)))
-    return [*line, (r * min(1.0, neck), h)]
-
-
 def jar(
     radius: float,
     height: float,
@@ -140,7 +130,13 @@ def jar(
     fill: float = 0.8,
 ) -> JarSolids:
     """A jar of a radius and a height without its lid, metres; `fill` is a share of its height."""
-    outer = jar_profile(radius, height, shoulder, neck)
+    # The outline of a jar: straight sides, a shoulder of a height, a neck of a share of its radius.
+    r, h = radius, height
+    line = [(r - 0.004, 0.0), (r - 0.001, 0.0012), (r, 0.004), (r, h - shoulder - 0.012)]
+    if neck < 1:
+        for t in np.linspace(0.25, 1.0, 4):
+            line.append((r * (1 - (1 - neck) * (0.5 - 0.5 * math.cos(math.pi * t))), h - 0.012 - shoulder * (1 - t)))
+    outer = [*line, (r * min(1.0, neck), h)]
     segments = 24 if radius < SMALL_RADIUS else 32
     body = vessel_wall(outer, wall, wall * 1.4, segments)
     inside = vessel_content(outer, wall, wall * 1.4, fill, segments)

@@ -181,11 +181,7 @@ def finish_refrigerator(builder: AssetBuilder, doors: Sequence[str], fridge: Seq
     builder.door_states(*doors)
     builder.keyframe("closed")
     builder.keyframe("open", **{m.name: builder.joint_position(m.name) for m in builder.joints})
-    add_lamp_behavior(builder, fridge)
-
-
-def add_lamp_behavior(builder: AssetBuilder, fridge: Sequence[str]) -> None:
-    """The lamp burns while a door of the fridge is not shut."""
+    # The lamp burns while a door of the fridge is not shut.
     shut = []
     for joint in fridge:
         ends = sorted((0.0, builder.joint_position(joint) * CLOSED_SHARE))
