@@ -30,11 +30,10 @@ HandleHeight = StrEnum("HandleHeight", "HIGH LOW MIDDLE")
 
 @dataclass(frozen=True)
 class CabinetDoor:
-    """A door.
+    """A door; lengths in metres, gaps are the caller's.
 
-    link, joint: their names. hinge: its side. x, z: lower left corner of its room; width, height: of its room, all
-    metres; gaps are the caller's. handle_height: where its handle is. floor: height of the cabinet's underside above
-    the floor, metres. turn: angle about z of the plane in which it lies, radians; (x, y) is its origin.
+    link, joint: their names. hinge: its side. x, z: lower left corner of its room; width, height: of its room.
+    handle_height: where its handle is. turn: angle about z of the plane in which it lies, rad; (x, y) is its origin.
     """
 
     link: str
