@@ -53,8 +53,8 @@ class BurnerCell:
     y: Vec2
 
 
-def burner_cells(places: Sequence[BurnerSpot], field: Vec2, middle: Vec2) -> list[BurnerCell]:
-    """The field (width, depth) about `middle` shared out among columns of burners."""
+def burner_cells(places: Sequence[BurnerSpot], field: Vec2, middle: Vec2) -> list[list[BurnerCell]]:
+    """The field (width, depth) about `middle` shared out among columns of burners, by columns."""
     (w, d), (mx, my) = field, middle
     columns = sorted({round(s.x, 4) for s in places})
     pitch = w / len(columns)
@@ -62,27 +62,29 @@ def burner_cells(places: Sequence[BurnerSpot], field: Vec2, middle: Vec2) -> lis
     for k, x in enumerate(columns):
         in_column = sorted((s for s in places if round(s.x, 4) == x), key=lambda s: s.y)
         x0, cell_depth = mx - w / 2 + pitch * k, d / len(in_column)
-        for j, s in enumerate(in_column):
-            y0 = my - d / 2 + cell_depth * j
-            out.append(BurnerCell(s, (x0, x0 + pitch), (y0, y0 + cell_depth)))
+        starts = [my - d / 2 + cell_depth * j for j in range(len(in_column))]
+        out.append(
+            [BurnerCell(s, (x0, x0 + pitch), (y, y + cell_depth)) for s, y in zip(in_column, starts, strict=True)]
+        )
     return out
 
 
 def add_grates(
     builder: AssetBuilder,
-    places: Sequence[BurnerCell],
+    columns: Sequence[Sequence[BurnerCell]],
     top: float,
     pan_z: float,
     finish: str,
     style: GrateStyle = GrateStyle.JOINED,
 ) -> None:
     """Add grates that rest on z = `top` and carry a pan at z = `pan_z`, metres."""
+    places = [cell for column in columns for cell in column]
     if style is GrateStyle.RING:
         for cell in places:
             _ring(builder, cell, top, pan_z, finish)
         return
     inset = HALF_GRATE_GAP if style is GrateStyle.JOINED else 0.011
-    for frame in _columns(places) if style is GrateStyle.JOINED else [[c] for c in places]:
+    for frame in columns if style is GrateStyle.JOINED else [[c] for c in places]:
         builder.draw(ROOT, [_bar(span, pan_z, BAR_HEIGHT) for span in _frame(frame, inset)], finish, "grate")
         for x in (frame[0].x[0] + inset + BAR_WIDTH / 2, frame[0].x[1] - inset - BAR_WIDTH / 2):
             for y in (frame[0].y[0] + inset + 0.02, frame[-1].y[1] - inset - 0.02):
@@ -95,15 +97,14 @@ def add_grates(
     rows = sorted({round(c.spot.y, 4) for c in places})
     grates = [_bar(finger, pan_z, BAR_HEIGHT - 0.001) for cell in places for finger in _fingers(cell, inset, rows)]
     builder.draw(ROOT, grates, finish, "grate")
-    for span in _collider_bars(places, inset, rows):
+    for span in _collider_bars(columns, inset, rows):
         builder.add_collider(ROOT, _bar(span, pan_z, BAR_HEIGHT), finish, "grate")
 
 
-def _collider_bars(places: Sequence[BurnerCell], inset: float, rows: Sequence[float]) -> Iterator[_Span]:
+def _collider_bars(columns: Sequence[Sequence[BurnerCell]], inset: float, rows: Sequence[float]) -> Iterator[_Span]:
     """A few bars as colliders of the grate: neighbouring bars are one, fingers go across the hole between them."""
-    columns = _columns(places)
     edges = sorted({round(v, 6) for c in columns for v in c[0].x})
-    ends = sorted({round(v, 6) for c in places for v in c.y})
+    ends = sorted({round(v, 6) for column in columns for c in column for v in c.y})
     x_span, y_span = (edges[0] + inset, edges[-1] - inset), (ends[0] + inset, ends[-1] - inset)
     reach = inset + BAR_WIDTH
     for x in edges:
@@ -116,13 +117,6 @@ def _collider_bars(places: Sequence[BurnerCell], inset: float, rows: Sequence[fl
     for y in rows:
         if all(abs(y - end) > reach for end in ends):
             yield x_span, (y - 0.004, y + 0.004)
-
-
-def _columns(places: Sequence[BurnerCell]) -> list[list[BurnerCell]]:
-    out: dict[float, list[BurnerCell]] = {}
-    for cell in places:
-        out.setdefault(cell.x[0], []).append(cell)
-    return list(out.values())
 
 
 def _frame(column: Sequence[BurnerCell], inset: float) -> Iterator[_Span]:
