@@ -113,10 +113,7 @@ def _latch(length: float) -> Handle:
     return Handle((lever, plate, post), shapes)
 
 
-_MAKERS = {
-    AppliancePull.TUBE: _tube, AppliancePull.PRO: _pro, AppliancePull.BLADE: _blade, AppliancePull.BOW: _bow,
-    AppliancePull.BOXED: _boxed, AppliancePull.LEDGE: _ledge, AppliancePull.LATCH: _latch,
-}  # fmt: skip
+_MAKERS = dict(zip(AppliancePull, (_tube, _pro, _blade, _bow, _boxed, _ledge, _latch), strict=True))
 
 
 class ApplianceLook(Params):

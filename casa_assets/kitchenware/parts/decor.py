@@ -369,7 +369,4 @@ def _scraper(z: float, length: float) -> list[Solid]:
     return [thin, ball(0.005, 8).translated(0, 0, z)]
 
 
-_HEADS = {
-    HungTool.LADLE: _ladle, HungTool.TURNER: _turner, HungTool.WHISK: _whisk, HungTool.SPOON: _spoon,
-    HungTool.SKIMMER: _skimmer, HungTool.MASHER: _masher, HungTool.FORK: _fork, HungTool.SCRAPER: _scraper,
-}  # fmt: skip
+_HEADS = dict(zip(HungTool, (_ladle, _turner, _whisk, _spoon, _skimmer, _masher, _fork, _scraper), strict=True))
