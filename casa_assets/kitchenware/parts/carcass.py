@@ -428,9 +428,8 @@ class Housing(CabinetInRow):
         if self.niche_from == 0 and self.plinth:
             raise ValueError("a cabinet whose niche stands on the floor has no plinth")
         parts = ((self.under, self.niche_from - self.plinth), (self.over, self.height - self.niche_from - self.niche))
-        drawers = [
-            height for neighbour, height in parts if neighbour in (NicheNeighbour.DRAWER, NicheNeighbour.DRAWERS)
-        ]
+        kinds = (NicheNeighbour.DRAWER, NicheNeighbour.DRAWERS)
+        drawers = [height for neighbour, height in parts if neighbour in kinds]
         if any(0 < height < min_front_height(self.look) + 0.02 for height in drawers):
             raise ValueError("too low for a drawer")
         return self
