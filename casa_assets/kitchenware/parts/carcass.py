@@ -394,9 +394,8 @@ def _false_front(builder: AssetBuilder, c: Carcass, cell: CabinetCell, front: Ve
     w, h = c.width - FRONT_GAP, front_z1 - front_z0
     parts = fronts.front_parts(c.look.front, w, h, FRONT_THICKNESS, drawer=True)
     at: Vec3 = (c.x + FRONT_GAP / 2, 0.0, front_z0)
-    fronts.add_front(
-        builder, ROOT, parts, (w, FRONT_THICKNESS, h), c.look.face, "", label="panel", name="false_front", at=at
-    )
+    face, size = c.look.face, (w, FRONT_THICKNESS, h)
+    fronts.add_front(builder, ROOT, parts, size, face, "", label="panel", name="false_front", at=at)
     upper = top - CHANNEL_HEIGHT - 0.004 if _grooved(c, cell) else front_z1 - 0.01
     for x in (c.left, c.right - 0.03):
         block = board((x, FRONT_THICKNESS, front_z0 + 0.01), (x + 0.03, c.front + 0.03, upper), 0.0)

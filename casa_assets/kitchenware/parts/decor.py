@@ -350,9 +350,8 @@ def _masher(z: float, length: float) -> list[Solid]:
         (-w, 0.0, bottom), (-w, 0.0, bottom + 0.03), (-0.004, 0.0, z), (0.004, 0.0, z), (w, 0.0, bottom + 0.03),
         (w, 0.0, bottom),
     ]  # fmt: skip
-    wave = [
-        (float(x), 0.022 * (1 if k % 2 else -1), bottom) for k, x in enumerate(np.linspace(-w + 0.006, w - 0.006, 8))
-    ]
+    steps = enumerate(np.linspace(-w + 0.006, w - 0.006, 8))
+    wave = [(float(x), 0.022 * (1 if k % 2 else -1), bottom) for k, x in steps]
     return [tube(fork, 0.0026, 0.012), tube([(-w, 0.0, bottom), *wave, (w, 0.0, bottom)], 0.0026, 0.007)]
 
 

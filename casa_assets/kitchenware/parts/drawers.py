@@ -137,9 +137,8 @@ def add_crisper(
     builder.draw(name, (lip, hook), look.trim, "handle", density="ribbed_plastic")
     builder.add_collider(name, collider_box, look.trim, "handle", f"{name}_handle_main")
     travel = crisper_travel(d)
-    builder.slide(
-        f"{name}_joint", name, (0.0, 1.0, 0.0), (-travel, 0.0), f"{name}_handle_main", start_n=6.0, behind=behind
-    )
+    span, grip = (-travel, 0.0), f"{name}_handle_main"
+    builder.slide(f"{name}_joint", name, (0.0, 1.0, 0.0), span, grip, start_n=6.0, behind=behind)
     builder.region(name, (-half + e, e + 0.002, e), (half - e, d - e, h - 0.004), link=name)
 
 

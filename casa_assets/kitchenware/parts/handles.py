@@ -314,9 +314,8 @@ def _tee(length: float) -> Handle:
     radius, reach = 0.006, 0.034
     grip = solids.rod(radius, length, 0.0015, "x").translated(0.0, -reach)
     post = _post(0.0, reach, 0.0055, 0.008)
-    return Handle(
-        (grip, post), (grip_capsule(length, radius, -reach), collider_box(0.0, -reach + radius, 0.0, 0.012, 0.012))
-    )
+    foot = collider_box(0.0, -reach + radius, 0.0, 0.012, 0.012)
+    return Handle((grip, post), (grip_capsule(length, radius, -reach), foot))
 
 
 _MAKERS = {
