@@ -81,9 +81,8 @@ def _boxed(length: float) -> Handle:
     h = length / 2 - thickness / 2
     path = [(-h, 0.0, 0.0), (-h, -reach, 0.0), (h, -reach, 0.0), (h, 0.0, 0.0)]
     grip = tube(path, rectangle(thickness, thickness, 0.003, 2))
-    shape = box_shape(
-        (-length / 2, -reach - thickness / 2, -thickness / 2), (length / 2, -reach + thickness / 2, thickness / 2)
-    )
+    t = thickness / 2
+    shape = box_shape((-length / 2, -reach - t, -t), (length / 2, -reach + t, t))
     return Handle((grip,), (shape, *_post_boxes(h, reach - thickness / 2, thickness, thickness)))
 
 

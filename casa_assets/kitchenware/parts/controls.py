@@ -248,9 +248,8 @@ def key_symbol(kind: KeySign, size: float) -> Solid:
     """A sign about the origin, its back in the plane y = 0, as wide as `size`, metres."""
     t = 0.16 * size
     if kind is KeySign.PLUS:
-        return concatenate(
-            [_ink(size, t, 0.0, 0.0), _ink(t, 0.42 * size, 0.0, 0.29 * size), _ink(t, 0.42 * size, 0.0, -0.29 * size)]
-        )
+        upright = [_ink(t, 0.42 * size, 0.0, z * size) for z in (0.29, -0.29)]
+        return concatenate([_ink(size, t, 0.0, 0.0), *upright])
     if kind is KeySign.MINUS:
         return _ink(size, t, 0.0, 0.0)
     if kind is KeySign.STOP:

@@ -260,9 +260,8 @@ def hung_tool(kind: HungTool, grip: ToolHandle, size: float) -> tuple[list[Solid
 
 
 def _eye() -> Solid:
-    ring = [
-        (EYE_RADIUS * math.sin(t), 0.0, -EYE_RADIUS + EYE_RADIUS * math.cos(t)) for t in np.linspace(0, 2 * math.pi, 17)
-    ]
+    turns = np.linspace(0, 2 * math.pi, 17)
+    ring = [(EYE_RADIUS * math.sin(t), 0.0, -EYE_RADIUS + EYE_RADIUS * math.cos(t)) for t in turns]
     return tube(ring, circle(0.0014, 6))
 
 
@@ -274,9 +273,8 @@ def _handle(grip: ToolHandle, end: float) -> tuple[list[Solid], list[Solid]]:
         ferrule = lathe([(0.0055, -end - 0.014), (0.0072, -end - 0.012), (0.0072, -end + 0.006), (0.005, -end + 0.007)])
         return [lathe(line, 16, 50.0)], [ferrule, rod(0.0022, 0.012, 0.0006).translated(z=top + 0.0025)]
     if grip is ToolHandle.ROUND:
-        return [rod(0.0072, end + top, 0.003).translated(z=(top - end) / 2)], [
-            rod(0.002, 0.01, 0.0005).translated(z=top + 0.002)
-        ]
+        knob = rod(0.002, 0.01, 0.0005).translated(z=top + 0.002)
+        return [rod(0.0072, end + top, 0.003).translated(z=(top - end) / 2)], [knob]
     half_width = 0.0095
     arc = [(half_width * math.cos(t), half_width * math.sin(t) - EYE_RADIUS) for t in np.linspace(0, math.pi, 11)]
     outline = np.array([*arc, (-0.0065, -end), (0.0065, -end)])

@@ -56,9 +56,8 @@ def hang_door(builder: AssetBuilder, look: CabinetLook, door: CabinetDoor) -> No
     if kind is HandleKind.CUP or (kind not in handles.EDGE_HANDLES and door.height < MIN_UPRIGHT_BAR_DOOR):
         kind = HandleKind.KNOB
     free = FrontEdge.RIGHT if door.hinge is HingeSide.LEFT else FrontEdge.LEFT
-    edge = {HandleHeight.HIGH: FrontEdge.TOP, HandleHeight.LOW: FrontEdge.BOTTOM, HandleHeight.MIDDLE: free}[
-        door.handle_height
-    ]
+    edges = {HandleHeight.HIGH: FrontEdge.TOP, HandleHeight.LOW: FrontEdge.BOTTOM, HandleHeight.MIDDLE: free}
+    edge = edges[door.handle_height]
     w, h, x, z = door.width, door.height, 0.0, 0.0
     if kind is HandleKind.EDGE_PULL:
         w, h, x, z = _shortened(w, h, edge)

@@ -216,9 +216,8 @@ def _boxed(length: float) -> Handle:
 
 def _bow(length: float) -> Handle:
     radius, reach, h = 0.0055, 0.036, length / 2 - 0.01
-    path = solids.round_corners(
-        [(-h, 0.0, 0.0), (-0.72 * h, -reach, 0.0), (0.72 * h, -reach, 0.0), (h, 0.0, 0.0)], 0.05, 6
-    )
+    corners = [(-h, 0.0, 0.0), (-0.72 * h, -reach, 0.0), (0.72 * h, -reach, 0.0), (h, 0.0, 0.0)]
+    path = solids.round_corners(corners, 0.05, 6)
     grip = solids.tube([(float(x), float(y), float(z)) for x, y, z in path], radius)
     feet = tuple(solids.rod(0.0095, 0.004, 0.0015, "y").translated(x, -0.002) for x in (-h, h))
     ends = tuple(collider_box(s * 0.86 * h, -0.75 * reach, 0.0, 0.28 * h, 0.012) for s in (-1, 1))
@@ -284,9 +283,8 @@ def _flat(length: float, width: float, thickness: float, reach: float) -> tuple[
     y = -thickness / 2
     corners = [(-h, y, 0.0), (-h + end_length, y, 0.0), (-h + end_length + rise, -reach, 0.0)]
     path = solids.round_corners([*corners, *((-a, b, c) for a, b, c in corners[::-1])], 0.02, 5)
-    strap = solids.tube(
-        [(float(a), float(b), float(c)) for a, b, c in path], solids.rectangle(thickness, width, 0.3 * thickness, 2)
-    )
+    section = solids.rectangle(thickness, width, 0.3 * thickness, 2)
+    strap = solids.tube([(float(a), float(b), float(c)) for a, b, c in path], section)
     inner = h - end_length - rise
     grip = solids.box_shape((-inner, -reach - thickness / 2, -width / 2), (inner, -reach + thickness / 2, width / 2))
     ends = tuple(

@@ -82,9 +82,8 @@ def add_dish_rack(
     grip = rod(0.0055, 2 * half_grip, 0.002, "x").translated(0.0, -0.013, height - 0.006)
     builder.add(name, grip, "stainless_brushed", "handle", name=f"{name}_handle_main")
     for x in (-half_grip + 0.012, half_grip - 0.012):
-        builder.draw(
-            name, rod(0.0035, 0.014, 0.0005, "y").translated(x, -0.006, height - 0.006), "stainless_brushed", "handle"
-        )
+        post = rod(0.0035, 0.014, 0.0005, "y").translated(x, -0.006, height - 0.006)
+        builder.draw(name, post, "stainless_brushed", "handle")
     for x in (-half - 0.004, half + 0.004):
         for y in (0.2 * depth, 0.8 * depth):
             builder.draw(name, rod(0.013, 0.007, 0.0015, "x").translated(x, y, 0.004), "plastic_grey", "wheel")

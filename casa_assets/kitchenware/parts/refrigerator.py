@@ -122,9 +122,8 @@ def _line(builder: AssetBuilder, r: Compartment) -> None:
     add_liner(builder, (x0, y0, z0), r.upper, LINER_FINISH, "liner_sheet", e)
     middle, height = (x0 + x1) / 2, z1 - z0
     duct_width = min(0.16, 0.4 * (x1 - x0))
-    duct = board(
-        (middle - duct_width / 2, y1 - 0.007, z0 + 0.04), (middle + duct_width / 2, y1 - e - 3e-4, z1 - 0.04), 0.002
-    )
+    half, back = duct_width / 2, y1 - e - 3e-4
+    duct = board((middle - half, y1 - 0.007, z0 + 0.04), (middle + half, back, z1 - 0.04), 0.002)
     builder.draw(ROOT, duct, "plastic_grey_light", "liner")
     for k in range(max(2, int(height / 0.2))):
         z = z0 + 0.1 + k * 0.2

@@ -140,9 +140,8 @@ def _crispers(
     for k, height in enumerate(heights):
         name = f"{r.name}_drawer{k}"
         if stacked:
-            add_crisper(
-                builder, name, doors[0].joint, (x0, CRISPER_SETBACK, z), (x1, back, z + height), look, "plastic_white"
-            )
+            ends = (x0, CRISPER_SETBACK, z), (x1, back, z + height)
+            add_crisper(builder, name, doors[0].joint, *ends, look, "plastic_white")
             z += height + 0.012
         else:
             pitch = (x1 - x0) / drawers

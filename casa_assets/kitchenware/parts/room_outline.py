@@ -92,9 +92,8 @@ def room_slab(outline: Outline, lower: float, upper: float) -> tuple[blocks.Shel
     after = np.roll(ring, -1)
     rim = np.concatenate([np.stack([ring, after, after + n], axis=1), np.stack([ring, after + n, ring + n], axis=1)])
     faces: Ints = np.concatenate([triangles[:, ::-1], triangles + n, rim])
-    side = np.repeat(
-        [blocks.FRONT_FACES, blocks.BACK_FACES, blocks.RIM_FACES], [len(triangles), len(triangles), len(rim)]
-    )
+    counts = [len(triangles), len(triangles), len(rim)]
+    side = np.repeat([blocks.FRONT_FACES, blocks.BACK_FACES, blocks.RIM_FACES], counts)
     shell = blocks.Shell(points, faces, side, np.zeros((len(faces), 2), dtype=np.int64))
     pieces = convex_pieces(loop, triangles)
     hulls = [hull_around(np.concatenate([points[piece], points[[k + n for k in piece]]])) for piece in pieces]
