@@ -130,16 +130,9 @@ class Carcass:
         return self.height - BOARD_THICKNESS
 
 
-class CabinetInRow(Params):
-    """Finishes of cabinets that stand in a row."""
-
-    left_end: bool = Field(True, description="the left side is finished like the fronts")
-    right_end: bool = Field(True, description="the right side is finished like the fronts")
-    look: CabinetLook = Field(CabinetLook(), description="fronts, handles and finishes")
-
-    def finished(self, *others: str) -> tuple[str, ...]:
-        """Names of the outer faces that are finished like the fronts, for `Carcass.finished_faces`."""
-        return (*(["left"] if self.left_end else []), *(["right"] if self.right_end else []), *others)
+def finished_faces(left: bool, right: bool, *others: str) -> tuple[str, ...]:
+    """Names of the outer faces that are finished like the fronts, for `Carcass.finished_faces`."""
+    return (*(["left"] if left else []), *(["right"] if right else []), *others)
 
 
 def build_carcass(builder: AssetBuilder, c: Carcass) -> None:
@@ -405,7 +398,7 @@ def _false_front(builder: AssetBuilder, c: Carcass, cell: CabinetCell, front: Ve
 # Housing --------------------------------------------------------------------------------------------------------------
 
 
-class Housing(CabinetInRow):
+class Housing(Params):
     """Tall and hanging cabinets round a niche for an appliance."""
 
     width: float = Field(0.6, ge=0.45, le=1.3, description="outside, m")
@@ -417,6 +410,9 @@ class Housing(CabinetInRow):
     under: NicheNeighbour = Field(NicheNeighbour.DRAWERS, description="filling below the niche")
     over: NicheNeighbour = Field(NicheNeighbour.DOORS, description="filling above the niche")
     hinge: HingeSide = Field(HingeSide.LEFT, description="side of single doors")
+    left_end: bool = Field(True, description="the left side is finished like the fronts")
+    right_end: bool = Field(True, description="the right side is finished like the fronts")
+    look: CabinetLook = Field(CabinetLook(), description="fronts, handles and finishes")
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -437,7 +433,7 @@ class Housing(CabinetInRow):
 def build_housing(builder: AssetBuilder, p: Housing, panelled: bool = False) -> None:
     """Build the asset: fronts at y = 0, left side x = 0, floor z = 0; `panelled`: inside finished like the fronts."""
     look = p.look.replace(inside=p.look.face) if panelled else p.look
-    faces = p.finished("top")
+    faces = finished_faces(p.left_end, p.right_end, "top")
     on_floor = p.niche_from == 0
     open_back = p.niche_from + p.niche if on_floor else 0.0
     body = Carcass(
