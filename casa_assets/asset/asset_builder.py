@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -178,7 +178,7 @@ class AssetBuilder:
     def add(
         self,
         link: str,
-        solid: Solid,
+        solid: Solid | Iterable[Solid],
         finish: str,
         label: str | None = None,
         name: str | None = None,
@@ -191,7 +191,7 @@ class AssetBuilder:
         """Add a solid to a link: its mesh, its colliders and its mass.
 
         Args:
-            solid: link frame.
+            solid: link frame; of several each is added in turn.
             finish: id of a finish in the supplies; its substance gives density and friction.
             label: what part it is; parts with the same finish and label are drawn as one mesh.
             name: of its mesh; a named part is drawn as a separate mesh called `<name>_visual`.
@@ -203,8 +203,6 @@ class AssetBuilder:
         """
         owner = self.links[link]
         chosen = self.supplies.finish(finish)
-        if visible:
-            owner.parts.append(VisualPart(solid, finish, label, name, grain))
         if density is None:
             density = chosen.substance.density
         elif isinstance(density, str):
@@ -219,7 +217,7 @@ class AssetBuilder:
     def draw(
         self,
         link: str,
-        solid: Solid,
+        solid: Solid | Iterable[Solid],
         finish: str,
         label: str | None = None,
         name: str | None = None,
@@ -230,7 +228,12 @@ class AssetBuilder:
         self.add(link, solid, finish, label, name, grain, collider=False, density=density)
 
     def add_collider(
-        self, link: str, solid: Solid, finish: str, label: str | None = None, name: str | None = None
+        self,
+        link: str,
+        solid: Solid | Iterable[Solid],
+        finish: str,
+        label: str | None = None,
+        name: str | None = None,
     ) -> None:
         """Add the colliders of a solid that is neither drawn nor weighed; arguments as in `add`."""
         self.add(link, solid, finish, label, name, density=0.0, visible=False)

@@ -11,7 +11,7 @@ import pytest
 from tests import content_keys
 from tests.support.program.projects import Project
 
-FILE = "tests/unit/families/test_cooking.py"
+FILE = "tests/unit/families/test_fixtures.py"
 MICROWAVE = "casa_assets.kitchenware.fixtures.microwave"
 FAMILIES = ("hob", "hood", "microwave", "range", "toaster_oven", "wall_oven")
 

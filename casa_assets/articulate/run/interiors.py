@@ -134,7 +134,9 @@ def _build_interior(
         # As the first cavity that is not a drawer.
         others = (r.interior for r in articulation.cavities if r.interior is not InteriorKind.DRAWER)
         finish = BOX_FINISHES.get(next(others, InteriorKind.DRAWER), LINER_FINISHES[InteriorKind.DRAWER])
-        depth = add_drawer_box(builder, part.name, interior, finish) / metres
+        depth = (
+            add_drawer_box(builder, part.name, f"{interior.name}_int", interior.lower, interior.upper, finish) / metres
+        )
         articulation = _limit_travel(articulation, part, depth)
     else:
         if cavity.wall:

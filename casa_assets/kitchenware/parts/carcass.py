@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Self
@@ -12,22 +13,36 @@ from pydantic import Field, model_validator
 from casa_assets.ext.families import Params
 from casa_assets.ext.records import Vec2, Vec3
 from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, arc, board
-from casa_assets.kitchenware.parts import doors as drawers
 from casa_assets.kitchenware.parts import fronts
-from casa_assets.kitchenware.parts.doors import (
-    CabinetDoor,
-    CabinetDrawer,
-    HandleHeight,
-    HingeSide,
-    hang_door,
-    min_front_height,
-)
+from casa_assets.kitchenware.parts.doors import CabinetDoor, HandleHeight, HingeSide, hang_door
+from casa_assets.kitchenware.parts.drawers import add_drawer, min_front_height
 from casa_assets.kitchenware.parts.fronts import FRONT_THICKNESS, CabinetLook
+from casa_assets.kitchenware.parts.grain import ACROSS, ALONG, UPRIGHT
 from casa_assets.kitchenware.parts.handles import HandleKind
 
-# Counter edge ---------------------------------------------------------------------------------------------------------
-
 CounterEdge = StrEnum("CounterEdge", "SQUARE EASED BEVEL HALF_BULLNOSE BULLNOSE OGEE DUPONT")
+
+BOARD_THICKNESS = 0.018  # metres, boards of a carcass
+EDGE_BAND = 0.0012  # edge banding
+FACING_THICKNESS = 0.003  # of it, the outer layer that is finished like the fronts
+BACK_THICKNESS = 0.004
+RAIL_HEIGHT = 0.09  # height of the rails of an open top
+FRONT_GAP = 0.003  # between fronts
+FRONT_OFFSET = 0.0022  # between the back of a front and the carcass: bumpers and hinges
+NICHE_FLOOR = 0.006  # of the board under what stands in a niche on the floor
+CHANNEL_DEPTH = 0.032  # from the carcass's edge to the web of the channel behind fronts with a finger groove
+PLINTH_SETBACK = 0.07
+MAX_DOOR_WIDTH, MIN_PAIR_WIDTH = 0.62, 0.45  # metres; of a door, and of a cabinet with two
+
+# A channel of sheet metal behind fronts with a finger groove: how far the front stays below, and how high it is.
+CHANNEL_REVEAL, CHANNEL_HEIGHT = 0.028, 0.062
+CHANNEL_SHEET = 0.0025
+
+CabinetCellKind = StrEnum("CabinetCellKind", "DOOR DOORS DRAWER FALSE OPEN NICHE VOID")
+
+MIN_CELL_HEIGHT = 0.14  # metres, anything over or under a niche
+
+NicheNeighbour = StrEnum("NicheNeighbour", "DOOR DOORS DRAWER DRAWERS OPEN")
 
 
 def profile(edge: CounterEdge, thickness: float) -> list[Vec2]:
@@ -56,20 +71,6 @@ def profile(edge: CounterEdge, thickness: float) -> list[Vec2]:
 
 
 # Carcass --------------------------------------------------------------------------------------------------------------
-
-BOARD_THICKNESS = 0.018  # metres, boards of a carcass
-EDGE_BAND = 0.0012  # edge banding
-FACING_THICKNESS = 0.003  # of it, the outer layer that is finished like the fronts
-BACK_THICKNESS = 0.004
-RAIL_HEIGHT = 0.09  # height of the rails of an open top
-FRONT_GAP = 0.003  # between fronts
-FRONT_OFFSET = 0.0022  # between the back of a front and the carcass: bumpers and hinges
-NICHE_FLOOR = 0.006  # of the board under what stands in a niche on the floor
-CHANNEL_DEPTH = 0.032  # from the carcass's edge to the web of the channel behind fronts with a finger groove
-PLINTH_SETBACK = 0.07
-ACROSS: Vec3 = (1.0, 0.0, 0.0)
-ALONG: Vec3 = (0.0, 1.0, 0.0)
-UPRIGHT: Vec3 = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -242,9 +243,6 @@ def shelves_for(height: float) -> int:
     return next((n for n, top in ((1, 0.6), (2, 0.8), (3, 1.5), (4, 2.0)) if height <= top), 5) - 1
 
 
-MAX_DOOR_WIDTH, MIN_PAIR_WIDTH = 0.62, 0.45  # metres; of a door, and of a cabinet with two
-
-
 def check_doors(doors: int, width: float) -> None:
     """Raise ValueError where one or two doors do not suit a cabinet of a width in metres."""
     if doors == 1 and width > MAX_DOOR_WIDTH:
@@ -260,12 +258,6 @@ def check_shelves(clear_height: float, count: int | None) -> None:
 
 
 # Cells ----------------------------------------------------------------------------------------------------------------
-
-# A channel of sheet metal behind fronts with a finger groove: how far the front stays below, and how high it is.
-CHANNEL_REVEAL, CHANNEL_HEIGHT = 0.028, 0.062
-CHANNEL_SHEET = 0.0025
-
-CabinetCellKind = StrEnum("CabinetCellKind", "DOOR DOORS DRAWER FALSE OPEN NICHE VOID")
 
 
 @dataclass(frozen=True)
@@ -285,11 +277,8 @@ class CabinetCell:
     name: str = ""
 
 
-def build_column(builder: AssetBuilder, c: Carcass, cells: tuple[CabinetCell, ...], level: int = 0) -> int:
-    """Add a carcass and all its cells.
-
-    cells: bottom up. level: number of its lowest shelf region. Returns: the number of the next one.
-    """
+def build_column(builder: AssetBuilder, c: Carcass, cells: Sequence[CabinetCell], level: int = 0) -> int:
+    """Add a carcass and its cells, bottom up; `level`: number of its lowest shelf region. Returns that of the next."""
     build_carcass(builder, c)
     z = c.plinth
     for k, cell in enumerate(cells):
@@ -307,15 +296,21 @@ def build_column(builder: AssetBuilder, c: Carcass, cells: tuple[CabinetCell, ..
             solo = cell.name in ("", "drawer")
             name = cell.name
             names = ("drawer", "slidejoint", "int") if solo else (name, f"{name}_slidejoint", f"{name}_int")
-            size = (c.x + FRONT_GAP / 2, front[0], c.width - FRONT_GAP, front[1] - front[0])
+            at, size = (c.x + FRONT_GAP / 2, front[0]), (c.width - FRONT_GAP, front[1] - front[0])
             room = (c.left, c.front, max(span[0], front[0])), (c.right, c.back, span[1])
-            drawers.add_drawer(builder, c.look, CabinetDrawer(*names, *size, *room))
+            add_drawer(builder, c.look, names, at, size, room)
         elif cell.kind is CabinetCellKind.NICHE:
             builder.region(cell.name or "int", (c.left, c.front, span[0]), (c.right, c.back, span[1]))
         elif cell.kind is CabinetCellKind.FALSE:
             _false_front(builder, c, cell, front, top)
         z = top
     return level
+
+
+def build_cabinet(builder: AssetBuilder, c: Carcass, cells: Sequence[CabinetCell]) -> None:
+    """Add a column of cells, bottom up, that is all of a cabinet, with its states, keyframes and region."""
+    build_column(builder, c, cells)
+    finish_cabinet(builder, c.width, c.depth, c.height)
 
 
 def finish_cabinet(builder: AssetBuilder, width: float, depth: float, height: float) -> None:
@@ -335,9 +330,7 @@ def _grooved(c: Carcass, cell: CabinetCell) -> bool:
     return c.look.handle is HandleKind.FINGER_GROOVE and fronted and by_top
 
 
-def _clear_span(
-    builder: AssetBuilder, c: Carcass, cells: tuple[CabinetCell, ...], k: int, z: float, top: float
-) -> Vec2:
+def _clear_span(builder: AssetBuilder, c: Carcass, cells: Sequence[CabinetCell], k: int, z: float, top: float) -> Vec2:
     """Lower and upper end of the clear height of a cell, metres; adds the board or the channel above it."""
     cell = cells[k]
     last = k == len(cells) - 1
@@ -394,9 +387,8 @@ def _false_front(builder: AssetBuilder, c: Carcass, cell: CabinetCell, front: Ve
     w, h = c.width - FRONT_GAP, front_z1 - front_z0
     parts = fronts.front_parts(c.look.front, w, h, FRONT_THICKNESS, drawer=True)
     at: Vec3 = (c.x + FRONT_GAP / 2, 0.0, front_z0)
-    fronts.add_front(
-        builder, ROOT, parts, (w, FRONT_THICKNESS, h), c.look.face, "", label="panel", name="false_front", at=at
-    )
+    face, size = c.look.face, (w, FRONT_THICKNESS, h)
+    fronts.add_front(builder, ROOT, parts, size, face, "", label="panel", name="false_front", at=at)
     upper = top - CHANNEL_HEIGHT - 0.004 if _grooved(c, cell) else front_z1 - 0.01
     for x in (c.left, c.right - 0.03):
         block = board((x, FRONT_THICKNESS, front_z0 + 0.01), (x + 0.03, c.front + 0.03, upper), 0.0)
@@ -404,10 +396,6 @@ def _false_front(builder: AssetBuilder, c: Carcass, cell: CabinetCell, front: Ve
 
 
 # Housing --------------------------------------------------------------------------------------------------------------
-
-MIN_CELL_HEIGHT = 0.14  # metres, anything over or under a niche
-
-NicheNeighbour = StrEnum("NicheNeighbour", "DOOR DOORS DRAWER DRAWERS OPEN")
 
 
 class Housing(Params):
@@ -435,19 +423,15 @@ class Housing(Params):
         if self.niche_from == 0 and self.plinth:
             raise ValueError("a cabinet whose niche stands on the floor has no plinth")
         parts = ((self.under, self.niche_from - self.plinth), (self.over, self.height - self.niche_from - self.niche))
-        drawers = [
-            height for neighbour, height in parts if neighbour in (NicheNeighbour.DRAWER, NicheNeighbour.DRAWERS)
-        ]
+        kinds = (NicheNeighbour.DRAWER, NicheNeighbour.DRAWERS)
+        drawers = [height for neighbour, height in parts if neighbour in kinds]
         if any(0 < height < min_front_height(self.look) + 0.02 for height in drawers):
             raise ValueError("too low for a drawer")
         return self
 
 
 def build_housing(builder: AssetBuilder, p: Housing, panelled: bool = False) -> None:
-    """Build the asset: fronts at y = 0, left side at x = 0, floor at z = 0.
-
-    panelled: the inside is finished like the fronts.
-    """
+    """Build the asset: fronts at y = 0, left side x = 0, floor z = 0; `panelled`: inside finished like the fronts."""
     look = p.look.replace(inside=p.look.face) if panelled else p.look
     faces = finished_faces(p.left_end, p.right_end, "top")
     on_floor = p.niche_from == 0
@@ -463,8 +447,7 @@ def build_housing(builder: AssetBuilder, p: Housing, panelled: bool = False) -> 
         builder.add(ROOT, floor, look.inside, "floor", density="board")
     cells.append(CabinetCell(CabinetCellKind.NICHE, p.niche, name="int"))
     cells += _cells(p.over, p.height - top, p.hinge, HandleHeight.LOW, "upper_", look)
-    build_column(builder, body, tuple(cells))
-    finish_cabinet(builder, p.width, p.depth, p.height)
+    build_cabinet(builder, body, cells)
 
 
 def _cells(

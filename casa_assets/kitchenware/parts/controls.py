@@ -1,4 +1,4 @@
-"""Keys that are pressed, knobs that turn, and figures and signs beside them."""
+"""Controls: keys that are pressed, knobs that turn, and the figures, signs and gauges beside them."""
 
 from __future__ import annotations
 
@@ -7,15 +7,40 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.ext.arrays import Floats
 from casa_assets.ext.families import hand_dynamics
-from casa_assets.ext.records import Condition, Cylinder, Pose, Vec2, Vec3
+from casa_assets.ext.records import Condition, Cylinder, Pose, Vec3
 from casa_assets.ext.solids import ROOT, AssetBuilder, BehaviorBuilder, Solid, box, concatenate, lathe, prism, rod
-
-# Buttons --------------------------------------------------------------------------------------------------------------
 
 KEY_TRAVEL = 0.0025  # metres
 KEY_CLEARANCE = 0.0004  # metres that are left under a pressed key
+
+_FACES: dict[str, tuple[tuple[str, float] | None, Vec3]] = {
+    "front": (("x", 1.5707963267948966), (0.0, 1.0, 0.0)), "back": (("x", -1.5707963267948966), (0.0, -1.0, 0.0)),
+    "left": (("y", -1.5707963267948966), (1.0, 0.0, 0.0)), "right": (("y", 1.5707963267948966), (-1.0, 0.0, 0.0)),
+    "up": (None, (0.0, 0.0, -1.0)),
+}  # fmt: skip
+
+# Ref: RoboCasa v1.0, class Stove: on from 0.35 rad, high from 80 degrees, set up to 2 pi - 0.35.
+KNOB_TRAVEL = 2.6
+
+# Style of a knob: SKIRT a pointer on a skirt; FLUTED a cylinder with grooves; BAR a drum with a bar across,
+# professional; DISC flat with a ridge; SLIM a narrow cylinder.
+KnobStyle = StrEnum("KnobStyle", "SKIRT FLUTED BAR DOME DISC SLIM CHICKEN_HEAD")
+
+# Bars of each figure: top, upper left, upper right, middle, lower left, lower right, bottom.
+SEGMENTS = {
+    "0": "1110111", "1": "0010010", "2": "1011101", "3": "1011011", "4": "0111010", "5": "1101011", "6": "1101111",
+    "7": "1010010", "8": "1111111", "9": "1111011", "-": "0001000",
+}  # fmt: skip
+FIGURE_WIDTH = 0.52  # width of a figure over its height
+FIGURE_PITCH = 0.74  # from one figure to the next, over their height
+COLON_WIDTH = 0.36  # width of a colon, over the height
+INK_THICKNESS = 0.0004  # metres: thickness of what is printed or glows; its back stands free of what is behind it
+
+KeySign = StrEnum("KeySign", "PLUS MINUS PLAY STOP LAMP POWER BARS")
+
+
+# Buttons --------------------------------------------------------------------------------------------------------------
 
 
 def round_key(radius: float, height: float = 0.005) -> Solid:
@@ -58,13 +83,6 @@ def add_key(
     builder.slide(joint, link, direction, (0.0, KEY_TRAVEL), name, spring=spring, feel=hand_dynamics.KEY)
 
 
-_FACES: dict[str, tuple[tuple[str, float] | None, Vec3]] = {
-    "front": (("x", 1.5707963267948966), (0.0, 1.0, 0.0)), "back": (("x", -1.5707963267948966), (0.0, -1.0, 0.0)),
-    "left": (("y", -1.5707963267948966), (1.0, 0.0, 0.0)), "right": (("y", 1.5707963267948966), (-1.0, 0.0, 0.0)),
-    "up": (None, (0.0, 0.0, -1.0)),
-}  # fmt: skip
-
-
 def _turned(solid: Solid, turn: tuple[str, float] | None) -> Solid:
     return solid if turn is None else solid.rotated(*turn)
 
@@ -87,13 +105,6 @@ def add_toggle(behavior: BehaviorBuilder, variable: str, collider: str) -> None:
 
 # Knobs ----------------------------------------------------------------------------------------------------------------
 # On a front, where they face -y, or on a top, where they face up.
-
-# Ref: RoboCasa v1.0, class Stove: on from 0.35 rad, high from 80 degrees, set up to 2 pi - 0.35.
-KNOB_TRAVEL = 2.6
-
-# Style of a knob: SKIRT a pointer on a skirt; FLUTED a cylinder with grooves; BAR a drum with a bar across,
-# professional; DISC flat with a ridge; SLIM a narrow cylinder.
-KnobStyle = StrEnum("KnobStyle", "SKIRT FLUTED BAR DOME DISC SLIM CHICKEN_HEAD")
 
 
 def add_knob(
@@ -120,8 +131,7 @@ def add_knob(
     shaped = Solid(body.points, body.faces, (shape,), crease_deg=body.crease_deg)
     face = Pose() if up else Pose(quaternion=(math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0))
     builder.add(link, shaped.transformed(face), finish, "knob", collider=f"{name}_main", density="control_knob")
-    for solid in extra:
-        builder.draw(link, solid.transformed(face), finish, "knob", density="control_knob")
+    builder.draw(link, [solid.transformed(face) for solid in extra], finish, "knob", density="control_knob")
     builder.draw(link, _pointer(style, radius, depth).transformed(face), mark, "knob", density=0.0)
     axis = (0.0, 0.0, 1.0) if up else (0.0, -1.0, 0.0)
     feel = hand_dynamics.Feel(damping=0.02, frictionloss=hand_dynamics.KNOB_NM, armature=2e-4)
@@ -154,11 +164,10 @@ def _shape(style: KnobStyle, r: float, d: float) -> tuple[Solid, list[Solid]]:
         body = lathe([(r, 0.0), (r, 0.2 * d), (0.8 * r, 0.3 * d), (0.68 * r, d - e), (0.68 * r - e, d)], 32)
         return body, []
     if style is KnobStyle.FLUTED:
-        grips = [
+        return lathe([(r, 0.0), (r, 0.12 * d), (0.93 * r, 0.15 * d), (0.93 * r, d - e), (0.93 * r - e, d)], 36), [
             box((0.0026, 0.0026, 0.7 * d), (0.0, 0.93 * r, 0.5 * d), 0.0).rotated("z", math.pi * k / 9)
             for k in range(18)
         ]
-        return lathe([(r, 0.0), (r, 0.12 * d), (0.93 * r, 0.15 * d), (0.93 * r, d - e), (0.93 * r - e, d)], 36), grips
     if style is KnobStyle.BAR:
         body = lathe([(r, 0.0), (r, 0.35 * d), (0.86 * r, 0.45 * d), (0.86 * r, 0.62 * d)], 32)
         return body, [box((0.42 * r, 1.9 * r, 0.55 * d), (0.0, 0.0, 0.84 * d), 0.003, 2)]
@@ -206,25 +215,9 @@ def bezel(radius: float, up: bool = False) -> Solid:
 # Readout --------------------------------------------------------------------------------------------------------------
 # Seven-segment figures on a display, and signs printed next to keys; all face the front (-y).
 
-# Bars of each figure: top, upper left, upper right, middle, lower left, lower right, bottom.
-SEGMENTS = {
-    "0": "1110111", "1": "0010010", "2": "1011101", "3": "1011011", "4": "0111010", "5": "1101011", "6": "1101111",
-    "7": "1010010", "8": "1111111", "9": "1111011", "-": "0001000",
-}  # fmt: skip
-FIGURE_WIDTH = 0.52  # width of a figure over its height
-FIGURE_PITCH = 0.74  # from one figure to the next, over their height
-COLON_WIDTH = 0.36  # width of a colon, over the height
-INK_THICKNESS = 0.0004  # metres: thickness of what is printed or glows; its back stands free of what is behind it
-
-KeySign = StrEnum("KeySign", "PLUS MINUS PLAY STOP LAMP POWER BARS")
-
 
 def seven_segment_text(text: str, height: float) -> Solid:
-    """A line of figures about the origin, its back in the plane y = 0.
-
-    text: of figures, `-` and `:`. height: of a figure, metres. Raises KeyError: a character that seven bars do not
-    show.
-    """
+    """A line of figures, `-` and `:`, `height` metres high, about the origin, back in y = 0. Raises KeyError."""
     t = 0.13 * height
     x = -(sum(COLON_WIDTH if c == ":" else FIGURE_PITCH for c in text) - (FIGURE_PITCH - FIGURE_WIDTH)) * height / 2
     parts: list[Solid] = []
@@ -255,9 +248,8 @@ def key_symbol(kind: KeySign, size: float) -> Solid:
     """A sign about the origin, its back in the plane y = 0, as wide as `size`, metres."""
     t = 0.16 * size
     if kind is KeySign.PLUS:
-        return concatenate(
-            [_ink(size, t, 0.0, 0.0), _ink(t, 0.42 * size, 0.0, 0.29 * size), _ink(t, 0.42 * size, 0.0, -0.29 * size)]
-        )
+        upright = [_ink(t, 0.42 * size, 0.0, z * size) for z in (0.29, -0.29)]
+        return concatenate([_ink(size, t, 0.0, 0.0), *upright])
     if kind is KeySign.MINUS:
         return _ink(size, t, 0.0, 0.0)
     if kind is KeySign.STOP:
@@ -266,7 +258,7 @@ def key_symbol(kind: KeySign, size: float) -> Solid:
         return concatenate([_ink(size, t, 0.0, z * size) for z in (-0.32, 0.0, 0.32)])
     if kind is KeySign.PLAY:
         half = size / 2
-        wedge = prism(_points((-0.8 * half, -half), (half, 0.0), (-0.8 * half, half)), INK_THICKNESS, 0.0)
+        wedge = prism(np.array([(-0.8 * half, -half), (half, 0.0), (-0.8 * half, half)]), INK_THICKNESS, 0.0)
         return wedge.rotated("x", math.pi / 2).without_colliders()
     line = [(0.5 * size - t, 0.0), (0.5 * size, 0.0), (0.5 * size, INK_THICKNESS), (0.5 * size - t, INK_THICKNESS)]
     ring = lathe(line, 20, closed=True).rotated("x", math.pi / 2)
@@ -274,9 +266,22 @@ def key_symbol(kind: KeySign, size: float) -> Solid:
     return concatenate([ring, inner])
 
 
-def _points(*corners: Vec2) -> Floats:
-    return np.array(corners)
-
-
 def _ink(width: float, height: float, x: float, z: float) -> Solid:
     return box((width, INK_THICKNESS, height), (x, -INK_THICKNESS / 2, z), 0.0).without_colliders()
+
+
+def add_pressure_gauge(builder: AssetBuilder, at: Vec3, radius: float, metal: str) -> None:
+    """A round pressure gauge in a front that looks to -y."""
+    x, y, z = at
+    line = [(radius, 0.0), (radius, 0.005), (radius - 0.003, 0.007), (radius - 0.004, 0.0062), (0.0, 0.0062)]
+    builder.draw(ROOT, lathe(line, 32).rotated("x", math.pi / 2).translated(x, y, z), metal, "gauge")
+    dial = rod(radius - 0.0042, 0.0006, 0.0, "y").translated(x, y - 0.0067, z)
+    builder.draw(ROOT, dial, "enamel_white", "gauge", density=0.0)
+    for k in range(9):
+        angle = math.radians(-130 + 260 * k / 8)
+        tick = box((0.0008, 0.0004, 0.003), (0.0, -0.0072, radius - 0.0066), 0.0).rotated("y", angle)
+        tick = tick.translated(x, y, z)
+        builder.draw(ROOT, tick, "plastic_black", "gauge", density=0.0)
+    hand = box((0.0012, 0.0004, radius - 0.008), (0.0, -0.0075, 0.3 * radius), 0.0).rotated("y", -0.9)
+    hand = hand.translated(x, y, z)
+    builder.draw(ROOT, hand, "plastic_red", "gauge", density=0.0)

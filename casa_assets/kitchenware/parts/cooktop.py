@@ -12,8 +12,6 @@ import numpy as np
 from casa_assets.ext.records import EffectKind, Vec2
 from casa_assets.ext.solids import ROOT, AssetBuilder, BehaviorBuilder, Solid, board, box, lathe, rod, subtract, tube
 
-# Grates ---------------------------------------------------------------------------------------------------------------
-
 BAR_WIDTH, BAR_HEIGHT = 0.0095, 0.013  # metres: width and height of a bar
 HALF_GRATE_GAP = 0.0015  # half of the gap between two grates
 FINGER_END_SHARE = 0.3  # share of a burner's radius at which fingers end before its middle
@@ -21,6 +19,19 @@ FINGER_END_SHARE = 0.3  # share of a burner's radius at which fingers end before
 # Style of the grates: JOINED a grate for each column of burners; together they make one surface; SEPARATE a square one
 # for each burner; RING a ring with arms for each burner.
 GrateStyle = StrEnum("GrateStyle", "JOINED SEPARATE RING")
+
+_Span = tuple[Vec2, Vec2]  # a bar seen from above: (x0, x1) and (y0, y1), metres
+
+# Ref: RoboCasa v1.0, class Stove: STOVE_LOW_MIN 0.35 rad, STOVE_HIGH_MIN 80 degrees.
+KNOB_ON_ANGLE, KNOB_HIGH_ANGLE = 0.35, math.radians(80)
+SMALL_RADIUS, LARGE_RADIUS = 0.0725, 0.092  # radii of burners, metres
+DRIP_BOWL_RATIO = 1.16  # radius of a drip bowl over that of its coil
+FLAME_COLOR, GLOW_COLOR = (0.06, 0.2, 0.75, 0.0), (0.85, 0.12, 0.03, 0.0)
+
+Fuel = StrEnum("Fuel", "GAS COIL CERAMIC INDUCTION")
+
+
+# Grates ---------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -42,16 +53,8 @@ class BurnerCell:
     y: Vec2
 
 
-@dataclass(frozen=True)
-class _Span:
-    """A bar from one corner to the other, seen from above, metres."""
-
-    x: Vec2
-    y: Vec2
-
-
-def burner_cells(places: Sequence[BurnerSpot], field: Vec2, middle: Vec2) -> list[BurnerCell]:
-    """The field (width, depth) about `middle` shared out among columns of burners."""
+def burner_cells(places: Sequence[BurnerSpot], field: Vec2, middle: Vec2) -> list[list[BurnerCell]]:
+    """The field (width, depth) about `middle` shared out among columns of burners, by columns."""
     (w, d), (mx, my) = field, middle
     columns = sorted({round(s.x, 4) for s in places})
     pitch = w / len(columns)
@@ -59,29 +62,30 @@ def burner_cells(places: Sequence[BurnerSpot], field: Vec2, middle: Vec2) -> lis
     for k, x in enumerate(columns):
         in_column = sorted((s for s in places if round(s.x, 4) == x), key=lambda s: s.y)
         x0, cell_depth = mx - w / 2 + pitch * k, d / len(in_column)
-        for j, s in enumerate(in_column):
-            y0 = my - d / 2 + cell_depth * j
-            out.append(BurnerCell(s, (x0, x0 + pitch), (y0, y0 + cell_depth)))
+        starts = [my - d / 2 + cell_depth * j for j in range(len(in_column))]
+        out.append(
+            [BurnerCell(s, (x0, x0 + pitch), (y, y + cell_depth)) for s, y in zip(in_column, starts, strict=True)]
+        )
     return out
 
 
 def add_grates(
     builder: AssetBuilder,
-    places: Sequence[BurnerCell],
+    columns: Sequence[Sequence[BurnerCell]],
     top: float,
     pan_z: float,
     finish: str,
     style: GrateStyle = GrateStyle.JOINED,
 ) -> None:
     """Add grates that rest on z = `top` and carry a pan at z = `pan_z`, metres."""
+    places = [cell for column in columns for cell in column]
     if style is GrateStyle.RING:
         for cell in places:
             _ring(builder, cell, top, pan_z, finish)
         return
     inset = HALF_GRATE_GAP if style is GrateStyle.JOINED else 0.011
-    for frame in _columns(places) if style is GrateStyle.JOINED else [[c] for c in places]:
-        for span in _frame(frame, inset):
-            builder.draw(ROOT, _bar(span, pan_z, BAR_HEIGHT), finish, "grate")
+    for frame in columns if style is GrateStyle.JOINED else [[c] for c in places]:
+        builder.draw(ROOT, [_bar(span, pan_z, BAR_HEIGHT) for span in _frame(frame, inset)], finish, "grate")
         for x in (frame[0].x[0] + inset + BAR_WIDTH / 2, frame[0].x[1] - inset - BAR_WIDTH / 2):
             for y in (frame[0].y[0] + inset + 0.02, frame[-1].y[1] - inset - 0.02):
                 under = pan_z - BAR_HEIGHT
@@ -91,49 +95,40 @@ def add_grates(
                 tip = box((BAR_WIDTH - 0.001, 0.014, pad), (x, y, top + 0.0003 + pad / 2), 0.0005)
                 builder.draw(ROOT, tip, "rubber_black", "grate")
     rows = sorted({round(c.spot.y, 4) for c in places})
-    for cell in places:
-        for finger in _fingers(cell, inset, rows):
-            builder.draw(ROOT, _bar(finger, pan_z, BAR_HEIGHT - 0.001), finish, "grate")
-    for span in _collider_bars(places, inset, rows):
+    grates = [_bar(finger, pan_z, BAR_HEIGHT - 0.001) for cell in places for finger in _fingers(cell, inset, rows)]
+    builder.draw(ROOT, grates, finish, "grate")
+    for span in _collider_bars(columns, inset, rows):
         builder.add_collider(ROOT, _bar(span, pan_z, BAR_HEIGHT), finish, "grate")
 
 
-def _collider_bars(places: Sequence[BurnerCell], inset: float, rows: Sequence[float]) -> Iterator[_Span]:
+def _collider_bars(columns: Sequence[Sequence[BurnerCell]], inset: float, rows: Sequence[float]) -> Iterator[_Span]:
     """A few bars as colliders of the grate: neighbouring bars are one, fingers go across the hole between them."""
-    columns = _columns(places)
     edges = sorted({round(v, 6) for c in columns for v in c[0].x})
-    ends = sorted({round(v, 6) for c in places for v in c.y})
+    ends = sorted({round(v, 6) for column in columns for c in column for v in c.y})
     x_span, y_span = (edges[0] + inset, edges[-1] - inset), (ends[0] + inset, ends[-1] - inset)
     reach = inset + BAR_WIDTH
     for x in edges:
-        yield _Span((max(x - reach, x_span[0]), min(x + reach, x_span[1])), y_span)
+        yield (max(x - reach, x_span[0]), min(x + reach, x_span[1])), y_span
     for column in columns:
         x = column[0].spot.x
-        yield _Span((x - 0.004, x + 0.004), y_span)
+        yield (x - 0.004, x + 0.004), y_span
     for y in ends:
-        yield _Span(x_span, (max(y - reach, y_span[0]), min(y + reach, y_span[1])))
+        yield x_span, (max(y - reach, y_span[0]), min(y + reach, y_span[1]))
     for y in rows:
         if all(abs(y - end) > reach for end in ends):
-            yield _Span(x_span, (y - 0.004, y + 0.004))
-
-
-def _columns(places: Sequence[BurnerCell]) -> list[list[BurnerCell]]:
-    out: dict[float, list[BurnerCell]] = {}
-    for cell in places:
-        out.setdefault(cell.x[0], []).append(cell)
-    return list(out.values())
+            yield x_span, (y - 0.004, y + 0.004)
 
 
 def _frame(column: Sequence[BurnerCell], inset: float) -> Iterator[_Span]:
     (x0, x1), y0, y1 = column[0].x, column[0].y[0] + inset, column[-1].y[1] - inset
     x0, x1 = x0 + inset, x1 - inset
-    yield _Span((x0, x0 + BAR_WIDTH), (y0, y1))
-    yield _Span((x1 - BAR_WIDTH, x1), (y0, y1))
+    yield (x0, x0 + BAR_WIDTH), (y0, y1)
+    yield (x1 - BAR_WIDTH, x1), (y0, y1)
     inner = (x0 + BAR_WIDTH - 0.002, x1 - BAR_WIDTH + 0.002)
-    yield _Span(inner, (y0, y0 + BAR_WIDTH))
-    yield _Span(inner, (y1 - BAR_WIDTH, y1))
+    yield inner, (y0, y0 + BAR_WIDTH)
+    yield inner, (y1 - BAR_WIDTH, y1)
     for cell in column[1:]:
-        yield _Span(inner, (cell.y[0] - BAR_WIDTH / 2, cell.y[0] + BAR_WIDTH / 2))
+        yield inner, (cell.y[0] - BAR_WIDTH / 2, cell.y[0] + BAR_WIDTH / 2)
 
 
 def _fingers(cell: BurnerCell, inset: float, rows: Sequence[float]) -> Iterator[_Span]:
@@ -142,17 +137,17 @@ def _fingers(cell: BurnerCell, inset: float, rows: Sequence[float]) -> Iterator[
     stop = FINGER_END_SHARE * s.radius
     x0, x1 = cell.x[0] + inset + BAR_WIDTH - 0.002, cell.x[1] - inset - BAR_WIDTH + 0.002
     y0, y1 = cell.y[0] + inset + BAR_WIDTH - 0.002, cell.y[1] - inset - BAR_WIDTH + 0.002
-    yield _Span((x0, s.x - stop), (s.y - half, s.y + half))
-    yield _Span((s.x + stop, x1), (s.y - half, s.y + half))
-    yield _Span((s.x - half, s.x + half), (y0, s.y - stop))
-    yield _Span((s.x - half, s.x + half), (s.y + stop, y1))
+    yield (x0, s.x - stop), (s.y - half, s.y + half)
+    yield (s.x + stop, x1), (s.y - half, s.y + half)
+    yield (s.x - half, s.x + half), (y0, s.y - stop)
+    yield (s.x - half, s.x + half), (s.y + stop, y1)
     for y in rows:
         if y0 < y < y1 and abs(y - s.y) > 0.02:
-            yield _Span((x0, x1), (y - half, y + half))
+            yield (x0, x1), (y - half, y + half)
 
 
 def _bar(span: _Span, top: float, height: float) -> Solid:
-    (x0, x1), (y0, y1) = span.x, span.y
+    (x0, x1), (y0, y1) = span
     return box((x1 - x0, y1 - y0, height), ((x0 + x1) / 2, (y0 + y1) / 2, top - height / 2), 0.002)
 
 
@@ -193,14 +188,6 @@ def add_griddle(builder: AssetBuilder, lower: Vec2, upper: Vec2, top: float) -> 
 
 
 # Burners --------------------------------------------------------------------------------------------------------------
-
-# Ref: RoboCasa v1.0, class Stove: STOVE_LOW_MIN 0.35 rad, STOVE_HIGH_MIN 80 degrees.
-KNOB_ON_ANGLE, KNOB_HIGH_ANGLE = 0.35, math.radians(80)
-SMALL_RADIUS, LARGE_RADIUS = 0.0725, 0.092  # radii of burners, metres
-DRIP_BOWL_RATIO = 1.16  # radius of a drip bowl over that of its coil
-FLAME_COLOR, GLOW_COLOR = (0.06, 0.2, 0.75, 0.0), (0.85, 0.12, 0.03, 0.0)
-
-Fuel = StrEnum("Fuel", "GAS COIL CERAMIC INDUCTION")
 
 
 def burner_positions(count: int, width: float, depth: float, middle: Vec2 = (0.0, 0.0)) -> list[BurnerSpot]:
@@ -267,10 +254,9 @@ def add_burners(
     for s in places:
         color = FLAME_COLOR if fuel is Fuel.GAS else GLOW_COLOR
         marker_height = 0.02 if fuel is Fuel.GAS else 0.004
-        base = top + (0.022 if fuel is Fuel.GAS else 0.0)
         builder.column(
             f"burner_on_{s.loc}",
-            (s.x, s.y, base + marker_height / 2),
+            (s.x, s.y, (top + (0.022 if fuel is Fuel.GAS else 0.0)) + marker_height / 2),
             (1.3 * s.radius, 1.3 * s.radius, marker_height),
             color,
         )
@@ -292,10 +278,9 @@ def _gas(builder: AssetBuilder, s: BurnerSpot, top: float) -> None:
     ports = 16
     for k in range(ports):
         t = 2 * math.pi * k / ports
-        slit = box(
+        burner = box(
             (0.0025, 0.0012, 0.006), (s.x + 0.925 * r * math.cos(t), s.y + 0.925 * r * math.sin(t), top + 0.0165), 0.0
-        )
-        burner = slit.rotated("z", t + math.pi / 2, (s.x + 0.925 * r * math.cos(t), s.y + 0.925 * r * math.sin(t), 0))
+        ).rotated("z", t + math.pi / 2, (s.x + 0.925 * r * math.cos(t), s.y + 0.925 * r * math.sin(t), 0))
         builder.draw(ROOT, burner, "rubber_black", "burner", density=0.0)
 
 

@@ -3,20 +3,39 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
 
 from casa_assets.ext.records import Vec2, Vec3
 from casa_assets.ext.solids import Solid, ball, box, circle, inset, lathe, loft, prism, rectangle, rod, tube
-from casa_assets.kitchenware.fixtures.on_walls import upright_on_wall
-from casa_assets.kitchenware.parts.handles import tapered_leg
-
-# Leaves ---------------------------------------------------------------------------------------------------------------
+from casa_assets.kitchenware.parts.handles import on_circle, tapered_leg
 
 LEAF_THICKNESS = 0.0012  # metres; a succulent's is thicker
 GOLDEN_ANGLE = 2.399963  # rad from one leaf to the next. Ref: phyllotaxis.
+
+SMALL_RADIUS = 0.03  # metres; a jar below this radius is drawn with fewer faces
+CONTENT_GAP = 0.0006  # metres between glass and what is in it, so that neither flickers
+
+# Closure of a jar: FLAT a disc that overlaps; KNOB a disc with a ball to lift it; SCREW a ribbed cap; CLIP a glass lid
+# with a wire clip.
+JarLid = StrEnum("JarLid", "FLAT KNOB CORK SCREW CLIP DOME")
+
+CrockTool = StrEnum("CrockTool", "SPOON SPATULA FORK TURNER LADLE WHISK")
+
+EYE_RADIUS = 0.0075  # metres, radius of the eye that the hook goes through
+NECK_RADIUS = 0.0032
+SHEET_THICKNESS = 0.0016
+
+HungTool = StrEnum("HungTool", "LADLE TURNER WHISK SPOON SKIMMER MASHER FORK SCRAPER")
+
+# Make of the handle: TURNED round, of wood or plastic, with a ferrule; FLAT a strip of steel with a hole; ROUND a steel
+# tube.
+ToolHandle = StrEnum("ToolHandle", "TURNED FLAT ROUND")
+
+
+# Leaves ---------------------------------------------------------------------------------------------------------------
 
 
 def leaf(
@@ -71,13 +90,6 @@ def golden_angles(count: int) -> list[float]:
 
 # Jars -----------------------------------------------------------------------------------------------------------------
 
-SMALL_RADIUS = 0.03  # metres; a jar below this radius is drawn with fewer faces
-CONTENT_GAP = 0.0006  # metres between glass and what is in it, so that neither flickers
-
-# Closure of a jar: FLAT a disc that overlaps; KNOB a disc with a ball to lift it; SCREW a ribbed cap; CLIP a glass lid
-# with a wire clip.
-JarLid = StrEnum("JarLid", "FLAT KNOB CORK SCREW CLIP DOME")
-
 
 @dataclass(frozen=True)
 class JarSolids:
@@ -107,16 +119,6 @@ def vessel_content(outer: list[Vec2], wall: float, floor: float, share: float, s
     return lathe([(max(0.002, r), z) for r, z in profile], segments, 45.0)
 
 
-def jar_profile(radius: float, height: float, shoulder: float, neck: float) -> list[Vec2]:
-    """The outline of a jar: straight sides, a shoulder of a height, a neck of a share of its radius."""
-    r, h = radius, height
-    line = [(r - 0.004, 0.0), (r - 0.001, 0.0012), (r, 0.004), (r, h - shoulder - 0.012)]
-    if neck < 1:
-        for t in np.linspace(0.25, 1.0, 4):
-            line.append((r * (1 - (1 - neck) * (0.5 - 0.5 * math.cos(math.pi * t))), h - 0.012 - shoulder * (1 - t)))
-    return [*line, (r * min(1.0, neck), h)]
-
-
 def jar(
     radius: float,
     height: float,
@@ -128,7 +130,13 @@ def jar(
     fill: float = 0.8,
 ) -> JarSolids:
     """A jar of a radius and a height without its lid, metres; `fill` is a share of its height."""
-    outer = jar_profile(radius, height, shoulder, neck)
+    # The outline of a jar: straight sides, a shoulder of a height, a neck of a share of its radius.
+    r, h = radius, height
+    line = [(r - 0.004, 0.0), (r - 0.001, 0.0012), (r, 0.004), (r, h - shoulder - 0.012)]
+    if neck < 1:
+        for t in np.linspace(0.25, 1.0, 4):
+            line.append((r * (1 - (1 - neck) * (0.5 - 0.5 * math.cos(math.pi * t))), h - 0.012 - shoulder * (1 - t)))
+    outer = [*line, (r * min(1.0, neck), h)]
     segments = 24 if radius < SMALL_RADIUS else 32
     body = vessel_wall(outer, wall, wall * 1.4, segments)
     inside = vessel_content(outer, wall, wall * 1.4, fill, segments)
@@ -186,8 +194,6 @@ def _clip(r: float, h: float, top: float) -> list[Solid]:
 # Tools ----------------------------------------------------------------------------------------------------------------
 # Upright or hanging kitchen tools: the end of their handle at the origin, the working end up z.
 
-CrockTool = StrEnum("CrockTool", "SPOON SPATULA FORK TURNER LADLE WHISK")
-
 
 def crock_tool(kind: CrockTool, size: float) -> list[Solid]:
     """The solids of a tool of a length in metres."""
@@ -208,8 +214,7 @@ def crock_tool(kind: CrockTool, size: float) -> list[Solid]:
         for s in np.linspace(0, 1, 15):
             a = 2 * math.pi * (s - 0.5)
             w = 0.03 * math.sin(a)
-            z = 0.72 * size + 0.28 * size * (0.5 + 0.5 * math.cos(a)) ** 0.8
-            path.append((w * math.cos(t), w * math.sin(t), z))
+            path.append(on_circle(w, t, (0.72 * size + 0.28 * size * (0.5 + 0.5 * math.cos(a)) ** 0.8)))
         wires.append(tube(path[1:-1], 0.0011).without_colliders())
     return [grip, rod_, *wires]
 
@@ -241,28 +246,9 @@ def _plate(outline: list[Vec2], thickness: float) -> Solid:
 # Hung tools -----------------------------------------------------------------------------------------------------------
 # Kitchen tools that hang: their eye at the origin, the working end down -z, its hollow side to the front (-y).
 
-EYE_RADIUS = 0.0075  # metres, radius of the eye that the hook goes through
-NECK_RADIUS = 0.0032
-SHEET_THICKNESS = 0.0016
 
-HungTool = StrEnum("HungTool", "LADLE TURNER WHISK SPOON SKIMMER MASHER FORK SCRAPER")
-
-# Make of the handle: TURNED round, of wood or plastic, with a ferrule; FLAT a strip of steel with a hole; ROUND a steel
-# tube.
-ToolHandle = StrEnum("ToolHandle", "TURNED FLAT ROUND")
-
-
-@dataclass(frozen=True)
-class ToolSolids:
-    """A tool: what the hand holds, and the rest of it."""
-
-    grip: tuple[Solid, ...]
-    metal: tuple[Solid, ...]
-    head: tuple[Solid, ...]
-
-
-def hung_tool(kind: HungTool, grip: ToolHandle, size: float) -> ToolSolids:
-    """A tool of a length in metres, without collider."""
+def hung_tool(kind: HungTool, grip: ToolHandle, size: float) -> tuple[list[Solid], list[Solid], list[Solid]]:
+    """A tool of a length in metres: what the hand holds, its metal, and its head; these without colliders."""
     end = 0.42 * size
     grips, metal = _handle(grip, end)
     metal += [_eye()] if grip is not ToolHandle.FLAT else []
@@ -270,13 +256,12 @@ def hung_tool(kind: HungTool, grip: ToolHandle, size: float) -> ToolSolids:
     z = -end - neck
     metal.append(tube([(0, 0, -end + 0.012), (0, 0, z)], NECK_RADIUS))
     head = _HEADS[kind](z, size - end - neck)
-    return ToolSolids(tuple(grips), tuple(metal), tuple(replace(s, shapes=()) for s in head))
+    return grips, metal, [s.without_colliders() for s in head]
 
 
 def _eye() -> Solid:
-    ring = [
-        (EYE_RADIUS * math.sin(t), 0.0, -EYE_RADIUS + EYE_RADIUS * math.cos(t)) for t in np.linspace(0, 2 * math.pi, 17)
-    ]
+    turns = np.linspace(0, 2 * math.pi, 17)
+    ring = [(EYE_RADIUS * math.sin(t), 0.0, -EYE_RADIUS + EYE_RADIUS * math.cos(t)) for t in turns]
     return tube(ring, circle(0.0014, 6))
 
 
@@ -288,14 +273,13 @@ def _handle(grip: ToolHandle, end: float) -> tuple[list[Solid], list[Solid]]:
         ferrule = lathe([(0.0055, -end - 0.014), (0.0072, -end - 0.012), (0.0072, -end + 0.006), (0.005, -end + 0.007)])
         return [lathe(line, 16, 50.0)], [ferrule, rod(0.0022, 0.012, 0.0006).translated(z=top + 0.0025)]
     if grip is ToolHandle.ROUND:
-        return [rod(0.0072, end + top, 0.003).translated(z=(top - end) / 2)], [
-            rod(0.002, 0.01, 0.0005).translated(z=top + 0.002)
-        ]
+        knob = rod(0.002, 0.01, 0.0005).translated(z=top + 0.002)
+        return [rod(0.0072, end + top, 0.003).translated(z=(top - end) / 2)], [knob]
     half_width = 0.0095
     arc = [(half_width * math.cos(t), half_width * math.sin(t) - EYE_RADIUS) for t in np.linspace(0, math.pi, 11)]
     outline = np.array([*arc, (-0.0065, -end), (0.0065, -end)])
     hole = circle(0.0055, 14) + np.array([0.0, -EYE_RADIUS + 0.002])
-    return [upright_on_wall(prism(outline, 0.0026, 0.0006, [hole])).translated(y=0.0013)], []
+    return [prism(outline, 0.0026, 0.0006, [hole]).rotated("x", math.pi / 2).translated(y=0.0013)], []
 
 
 def _shell(width: float, length: float, depth: float) -> Solid:
@@ -325,7 +309,7 @@ def _turner(z: float, length: float) -> list[Solid]:
         rectangle(0.006, 0.55 * length, 0.0028, 3) + np.array([x, z - 0.56 * length])
         for x in (-0.021, -0.007, 0.007, 0.021)
     ]
-    return [upright_on_wall(prism(outline, SHEET_THICKNESS, 0.0003, slots)).rotated("x", 0.12, (0, 0, z))]
+    return [prism(outline, SHEET_THICKNESS, 0.0003, slots).rotated("x", math.pi / 2).rotated("x", 0.12, (0, 0, z))]
 
 
 def _whisk(z: float, length: float) -> list[Solid]:
@@ -353,7 +337,7 @@ def _skimmer(z: float, length: float) -> list[Solid]:
         for away, n in rings
         for t in 2 * math.pi * np.arange(n) / n
     ]
-    disc = upright_on_wall(prism(circle(r, 36), SHEET_THICKNESS, 0.0003, holes))
+    disc = prism(circle(r, 36), SHEET_THICKNESS, 0.0003, holes).rotated("x", math.pi / 2)
     rim = [(r * math.sin(t), 0.0, r * math.cos(t)) for t in np.linspace(0, 2 * math.pi, 37)]
     return [s.translated(0, 0.0, z - r + 0.002) for s in (disc, tube(rim, circle(0.0018, 6)))]
 
@@ -364,9 +348,8 @@ def _masher(z: float, length: float) -> list[Solid]:
         (-w, 0.0, bottom), (-w, 0.0, bottom + 0.03), (-0.004, 0.0, z), (0.004, 0.0, z), (w, 0.0, bottom + 0.03),
         (w, 0.0, bottom),
     ]  # fmt: skip
-    wave = [
-        (float(x), 0.022 * (1 if k % 2 else -1), bottom) for k, x in enumerate(np.linspace(-w + 0.006, w - 0.006, 8))
-    ]
+    steps = enumerate(np.linspace(-w + 0.006, w - 0.006, 8))
+    wave = [(float(x), 0.022 * (1 if k % 2 else -1), bottom) for k, x in steps]
     return [tube(fork, 0.0026, 0.012), tube([(-w, 0.0, bottom), *wave, (w, 0.0, bottom)], 0.0026, 0.007)]
 
 
@@ -379,11 +362,8 @@ def _fork(z: float, length: float) -> list[Solid]:
 
 def _scraper(z: float, length: float) -> list[Solid]:
     shape = rectangle(0.056, length, 0.018, 6) + np.array([0.0, z - length / 2 + 0.002])
-    thin = upright_on_wall(prism(inset(shape, 0.0), 0.008, 0.003)).translated(y=0.004)
+    thin = prism(inset(shape, 0.0), 0.008, 0.003).rotated("x", math.pi / 2).translated(y=0.004)
     return [thin, ball(0.005, 8).translated(0, 0, z)]
 
 
-_HEADS = {
-    HungTool.LADLE: _ladle, HungTool.TURNER: _turner, HungTool.WHISK: _whisk, HungTool.SPOON: _spoon,
-    HungTool.SKIMMER: _skimmer, HungTool.MASHER: _masher, HungTool.FORK: _fork, HungTool.SCRAPER: _scraper,
-}  # fmt: skip
+_HEADS = dict(zip(HungTool, (_ladle, _turner, _whisk, _spoon, _skimmer, _masher, _fork, _scraper), strict=True))

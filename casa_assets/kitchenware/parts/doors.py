@@ -1,4 +1,4 @@
-"""Doors on a hinge, and drawers with boxes on runners, each with its handle."""
+"""Doors of cabinets on a hinge, with their handles."""
 
 from __future__ import annotations
 
@@ -9,12 +9,10 @@ from enum import StrEnum
 import numpy as np
 
 from casa_assets.ext.records import Pose, Vec3, Vec4
-from casa_assets.ext.solids import ROOT, AssetBuilder, axis_turn, board, rod
+from casa_assets.ext.solids import AssetBuilder, axis_turn, rod
 from casa_assets.kitchenware.parts import fronts, handles
 from casa_assets.kitchenware.parts.fronts import FRONT_THICKNESS, CabinetLook, FrontEdge, FrontPart
 from casa_assets.kitchenware.parts.handles import HandleKind
-
-# Doors ----------------------------------------------------------------------------------------------------------------
 
 # Ref: RoboCasa v1.0, HingeCabinet: leftdoorhinge -1.57..0, rightdoorhinge 0..1.57. A door whose handle stands out stops
 # a little before, so that nothing of it ever leaves its own width: its neighbours open at the same time.
@@ -32,11 +30,10 @@ HandleHeight = StrEnum("HandleHeight", "HIGH LOW MIDDLE")
 
 @dataclass(frozen=True)
 class CabinetDoor:
-    """A door.
+    """A door; lengths in metres, gaps are the caller's.
 
-    link, joint: their names. hinge: its side. x, z: lower left corner of its room; width, height: of its room, all
-    metres; gaps are the caller's. handle_height: where its handle is. floor: height of the cabinet's underside above
-    the floor, metres. turn: angle about z of the plane in which it lies, radians; (x, y) is its origin.
+    link, joint: their names. hinge: its side. x, z: lower left corner of its room; width, height: of its room.
+    handle_height: where its handle is. turn: angle about z of the plane in which it lies, rad; (x, y) is its origin.
     """
 
     link: str
@@ -59,9 +56,8 @@ def hang_door(builder: AssetBuilder, look: CabinetLook, door: CabinetDoor) -> No
     if kind is HandleKind.CUP or (kind not in handles.EDGE_HANDLES and door.height < MIN_UPRIGHT_BAR_DOOR):
         kind = HandleKind.KNOB
     free = FrontEdge.RIGHT if door.hinge is HingeSide.LEFT else FrontEdge.LEFT
-    edge = {HandleHeight.HIGH: FrontEdge.TOP, HandleHeight.LOW: FrontEdge.BOTTOM, HandleHeight.MIDDLE: free}[
-        door.handle_height
-    ]
+    edges = {HandleHeight.HIGH: FrontEdge.TOP, HandleHeight.LOW: FrontEdge.BOTTOM, HandleHeight.MIDDLE: free}
+    edge = edges[door.handle_height]
     w, h, x, z = door.width, door.height, 0.0, 0.0
     if kind is HandleKind.EDGE_PULL:
         w, h, x, z = _shortened(w, h, edge)
@@ -152,108 +148,3 @@ def _handle(
     pull = handles.handle(kind, length)
     angle = math.pi / 2 if upright else 0.0
     return handles.placed_handle(pull, "y", angle, (corner[0] + x, corner[1] + y, corner[2] + z))
-
-
-# Drawers --------------------------------------------------------------------------------------------------------------
-
-SIDE_THICKNESS, BASE_THICKNESS = 0.014, 0.008  # thickness of a drawer's sides and bottom, metres
-RUNNER_THICKNESS = 0.008  # of the runner, which fills most of the room beside the box
-SIDE_CLEARANCE = 0.013  # room beside the box, as side-mounted runners need it
-MAX_TRAVEL = 0.65  # metres; runners of full extension are hardly made longer
-DEEP_FRONT = 0.28  # height from which a pull is high on a front, metres
-RING_FOOT = 0.024  # of a ring's foot from the upper edge of a deep front, which it hangs down from, metres
-BASE_RAISE = 0.006  # the bottom sits in a groove so far above the lower edge of the sides
-
-
-def min_front_height(look: CabinetLook, boarded: bool = True) -> float:
-    """Height of the lowest front behind which there is room for a drawer's box, metres.
-
-    boarded: whether it runs over a board, which takes a part of its room, or over another drawer.
-    """
-    return (0.155 if look.handle is HandleKind.FINGER_GROOVE else 0.115) + (0.018 if boarded else 0.0)
-
-
-@dataclass(frozen=True)
-class CabinetDrawer:
-    """A drawer.
-
-    link, joint, region: names. x, z, width, height: lower left corner and size of its front, metres. lower, upper:
-    corners of its room, from the carcass's front edge to the inner face of its back.
-    """
-
-    link: str
-    joint: str
-    region: str
-    x: float
-    z: float
-    width: float
-    height: float
-    lower: Vec3
-    upper: Vec3
-
-
-def add_drawer(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> None:
-    """Put a drawer into a cabinet; its region moves with it. The front's face lies in y = 0."""
-    builder.link(d.link, at=(d.x, 0.0, d.z))
-    grip = f"{d.link}_handle"
-    w, h, kind = d.width, d.height, look.handle
-    if kind is HandleKind.EDGE_PULL:
-        h -= EDGE_PULL_ROOM
-    groove = FrontEdge.TOP if kind is HandleKind.FINGER_GROOVE else None
-    parts = fronts.front_parts(look.front, w, h, FRONT_THICKNESS, drawer=True, groove=groove)
-    size = (w, FRONT_THICKNESS, h)
-    main = f"{d.link}_main"
-    fronts.add_front(builder, d.link, parts, size, look.face, "", label="drawer", name=main, groove=groove, grip=grip)
-    if kind is HandleKind.EDGE_PULL:
-        pull = placed_edge_pull(FrontEdge.TOP, w, h, max(look.length, 0.3 * w), (0.0, 0.0, 0.0))
-        handles.add_handle(builder, d.link, pull, look.metal, grip)
-    elif groove is None:
-        kind = HandleKind.BAR if kind is HandleKind.TEE and w > 0.5 else kind
-        length = handles.handle_length(kind, min(max(look.length, 0.22 * w), 0.6 * w))
-        # Pulls sit in the middle of a front, but high on a deep one, where a hand need not reach far down.
-        z = h / 2
-        if h >= DEEP_FRONT:
-            rail = fronts.frame_widths(look.front, w, h, drawer=True)[1]
-            z = h - rail / 2 if fronts.has_frame(look.front) else 0.8 * h
-            z = max(z, h - RING_FOOT) if kind is HandleKind.RING else z
-        half = max(0.0, length / 2 - 0.03)
-        y = fronts.face_depth(parts, [(w / 2 - half, z), (w / 2, z), (w / 2 + half, z)])
-        lift = 0.02 if kind is HandleKind.RING and h < DEEP_FRONT else 0.0
-        pull = handles.placed_handle(handles.handle(kind, length), "x", 0.0, (w / 2, y, z + lift))
-        handles.add_handle(builder, d.link, pull, look.metal, grip)
-    depth = _box(builder, look, d)
-    builder.slide(d.joint, d.link, (0.0, 1.0, 0.0), (-min(MAX_TRAVEL, round(depth - 0.06, 3)), 0.0), grip)
-
-
-def _box(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> float:
-    """The box behind the front, in the link's frame; returns its depth."""
-    x0, x1 = d.lower[0] + SIDE_CLEARANCE - d.x, d.upper[0] - SIDE_CLEARANCE - d.x
-    y0, y1 = FRONT_THICKNESS, d.upper[1] - 0.03
-    bottom, top = d.lower[2] + 0.008 - d.z, d.upper[2] - 0.016 - d.z
-    top = min(top, bottom + 0.22)  # boxes of drawers are not made higher, whatever the front
-    across, along = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
-    for x in (x0, x1 - SIDE_THICKNESS):
-        side = board((x, y0 + SIDE_THICKNESS, bottom), (x + SIDE_THICKNESS, y1, top))
-        builder.add(d.link, side, look.tray, "drawer", grain=along, density="board")
-    for y, end_top in ((y0, top - 0.0015), (y1 - SIDE_THICKNESS, top - 0.0015)):
-        inner = (x0 + SIDE_THICKNESS, x1 - SIDE_THICKNESS) if y > y0 else (x0, x1)
-        end = board((inner[0], y, bottom), (inner[1], y + SIDE_THICKNESS, end_top))
-        builder.add(d.link, end, look.tray, "drawer", grain=across, density="board")
-    base = bottom + BASE_RAISE + BASE_THICKNESS
-    floor = board(
-        (x0 + SIDE_THICKNESS, y0 + SIDE_THICKNESS, bottom + BASE_RAISE),
-        (x1 - SIDE_THICKNESS, y1 - SIDE_THICKNESS, base),
-        0.0,
-    )
-    builder.add(d.link, floor, look.tray, "drawer", name=f"{d.link}_base", density="board")
-    builder.region(
-        d.region,
-        (x0 + SIDE_THICKNESS, y0 + SIDE_THICKNESS, base),
-        (x1 - SIDE_THICKNESS, y1 - SIDE_THICKNESS, top),
-        link=d.link,
-    )
-    for x in (d.lower[0], d.upper[0] - RUNNER_THICKNESS):
-        z = d.z + bottom + 0.02
-        runner = board((x, d.lower[1] + 0.004, z), (x + RUNNER_THICKNESS, y1 - 0.01, z + 0.035), 0.0008)
-        builder.draw(ROOT, runner, "steel_galvanised", "runner", density="drawer_runner")
-    return y1 - y0

@@ -26,14 +26,43 @@ from casa_assets.ext.solids import (
     prism,
     subtract,
 )
+from casa_assets.kitchenware.parts.grain import ACROSS, UPRIGHT
 from casa_assets.kitchenware.parts.handles import HandleKind
 
-# Panels ---------------------------------------------------------------------------------------------------------------
-
-UPRIGHT: Vec3 = (0.0, 0.0, 1.0)
-ACROSS: Vec3 = (1.0, 0.0, 0.0)
 PANEL_TONGUE = 0.005  # metres by which a panel sits in the groove of its frame
 GLAZING_BAR_WIDTH = 0.018  # width of glazing bars
+
+FRONT_THICKNESS = 0.02  # metres; fronts are 19 to 22 mm
+FRONT_EDGE_RADIUS = 0.0012
+GROOVE_LIP = 0.007  # metres, thickness of the lip in front of a finger groove
+GROOVE_DEPTH = 0.03  # metres that a finger groove reaches in from the edge
+
+FrontKind = StrEnum(
+    "FrontKind",
+    "SLAB SHAKER SLIM_SHAKER RAISED ARCHED BEADBOARD V_GROOVE FLUTED LOUVRED GLASS_CLEAR GLASS_FROSTED GLASS_DIVIDED",
+)
+
+# An edge of a front, seen from before it.
+FrontEdge = StrEnum("FrontEdge", "TOP BOTTOM LEFT RIGHT")
+
+GLAZED_KINDS = (FrontKind.GLASS_CLEAR, FrontKind.GLASS_FROSTED, FrontKind.GLASS_DIVIDED)
+# What a drawer has where the doors beside it are made so.
+DRAWER_KINDS = {
+    FrontKind.ARCHED: FrontKind.RAISED, FrontKind.BEADBOARD: FrontKind.SHAKER, FrontKind.LOUVRED: FrontKind.SHAKER,
+    FrontKind.GLASS_CLEAR: FrontKind.SLIM_SHAKER, FrontKind.GLASS_FROSTED: FrontKind.SLIM_SHAKER,
+    FrontKind.GLASS_DIVIDED: FrontKind.SHAKER,
+}  # fmt: skip
+# Width of stiles: as joiners cut them; a frame of thin metal or wood round a large pane.
+STILE_WIDTHS = {
+    FrontKind.SLIM_SHAKER: 0.02, FrontKind.GLASS_CLEAR: 0.045, FrontKind.GLASS_FROSTED: 0.045, FrontKind.ARCHED: 0.062,
+}  # fmt: skip
+STILE_WIDTH = 0.06
+
+GLASS_THICKNESS = 0.004  # metres
+SASH_BAR_WIDTH = 0.02
+
+
+# Panels ---------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -195,32 +224,6 @@ def arched_rail(x0: float, x1: float, z: float, rise: float, top: float, t: floa
 
 # Fronts ---------------------------------------------------------------------------------------------------------------
 
-FRONT_THICKNESS = 0.02  # metres; fronts are 19 to 22 mm
-FRONT_EDGE_RADIUS = 0.0012
-GROOVE_LIP = 0.007  # metres, thickness of the lip in front of a finger groove
-GROOVE_DEPTH = 0.03  # metres that a finger groove reaches in from the edge
-
-FrontKind = StrEnum(
-    "FrontKind",
-    "SLAB SHAKER SLIM_SHAKER RAISED ARCHED BEADBOARD V_GROOVE FLUTED LOUVRED GLASS_CLEAR GLASS_FROSTED GLASS_DIVIDED",
-)
-
-# An edge of a front, seen from before it.
-FrontEdge = StrEnum("FrontEdge", "TOP BOTTOM LEFT RIGHT")
-
-GLAZED_KINDS = (FrontKind.GLASS_CLEAR, FrontKind.GLASS_FROSTED, FrontKind.GLASS_DIVIDED)
-# What a drawer has where the doors beside it are made so.
-DRAWER_KINDS = {
-    FrontKind.ARCHED: FrontKind.RAISED, FrontKind.BEADBOARD: FrontKind.SHAKER, FrontKind.LOUVRED: FrontKind.SHAKER,
-    FrontKind.GLASS_CLEAR: FrontKind.SLIM_SHAKER, FrontKind.GLASS_FROSTED: FrontKind.SLIM_SHAKER,
-    FrontKind.GLASS_DIVIDED: FrontKind.SHAKER,
-}  # fmt: skip
-# Width of stiles: as joiners cut them; a frame of thin metal or wood round a large pane.
-STILE_WIDTHS = {
-    FrontKind.SLIM_SHAKER: 0.02, FrontKind.GLASS_CLEAR: 0.045, FrontKind.GLASS_FROSTED: 0.045, FrontKind.ARCHED: 0.062,
-}  # fmt: skip
-STILE_WIDTH = 0.06
-
 
 @dataclass(frozen=True)
 class FrontPart:
@@ -349,8 +352,7 @@ def _hit(corners: np.ndarray, x: float, z: float) -> float | None:
     s = ((x - a[:, 0]) * vz - (z - a[:, 2]) * vx) / safe
     t = (ux * (z - a[:, 2]) - uz * (x - a[:, 0])) / safe
     inside = (np.abs(det) > 1e-12) & (s >= 0) & (t >= 0) & (s + t <= 1)
-    y = a[:, 1] + s * (b[:, 1] - a[:, 1]) + t * (c[:, 1] - a[:, 1])
-    return float(y[inside].min()) if inside.any() else None
+    return float((a[:, 1] + s * (b[:, 1] - a[:, 1]) + t * (c[:, 1] - a[:, 1]))[inside].min()) if inside.any() else None
 
 
 def lip(width: float, height: float, groove: FrontEdge) -> Placed:
@@ -359,8 +361,7 @@ def lip(width: float, height: float, groove: FrontEdge) -> Placed:
         FrontEdge.TOP: (0.0, 0.0, height - GROOVE_DEPTH), FrontEdge.BOTTOM: (0.0, 0.0, 0.0),
         FrontEdge.LEFT: (0.0, 0.0, 0.0), FrontEdge.RIGHT: (width - GROOVE_DEPTH, 0.0, 0.0),
     }[groove]  # fmt: skip
-    level = groove in (FrontEdge.TOP, FrontEdge.BOTTOM)
-    across, up = (width, GROOVE_DEPTH) if level else (GROOVE_DEPTH, height)
+    across, up = (width, GROOVE_DEPTH) if (groove in (FrontEdge.TOP, FrontEdge.BOTTOM)) else (GROOVE_DEPTH, height)
     return box_shape(lower, (lower[0] + across, GROOVE_LIP, lower[2] + up))
 
 
@@ -414,9 +415,6 @@ def _grooved(part: FrontPart, w: float, h: float, t: float, edge: FrontEdge) -> 
     return replace(part, solid=subtract(part.solid, tool))
 
 
-# Look -----------------------------------------------------------------------------------------------------------------
-
-
 class CabinetLook(Params):
     """Style that all cabinets of a kitchen share: front, handle and finishes."""
 
@@ -430,9 +428,6 @@ class CabinetLook(Params):
 
 
 # Glazing --------------------------------------------------------------------------------------------------------------
-
-GLASS_THICKNESS = 0.004  # metres
-SASH_BAR_WIDTH = 0.02
 
 
 def add_sash(
@@ -459,7 +454,7 @@ def add_sash(
         builder.draw(link, solid.translated(*at), finish, label)
     for z in (0.0, h - stile):
         rail = board((stile - 5e-4, 2e-4, z), (w - stile + 5e-4, d - 2e-4, z + stile), e)
-        builder.draw(link, rail.translated(*at), finish, label, grain=(1.0, 0.0, 0.0))
+        builder.draw(link, rail.translated(*at), finish, label, grain=ACROSS)
     pane = board(
         (stile - 0.004, d / 2 - GLASS_THICKNESS / 2, stile - 0.004),
         (w - stile + 0.004, d / 2 + GLASS_THICKNESS / 2, h - stile + 0.004),
@@ -477,5 +472,5 @@ def add_sash(
         bar = board(
             (stile - 5e-4, y0 + 4e-4, z - SASH_BAR_WIDTH / 2), (w - stile + 5e-4, y1 - 4e-4, z + SASH_BAR_WIDTH / 2), e
         )
-        builder.draw(link, bar.translated(*at), finish, label, grain=(1.0, 0.0, 0.0))
+        builder.draw(link, bar.translated(*at), finish, label, grain=ACROSS)
     builder.add_collider(link, board((0, 0, 0), (w, d, h), 0.0).translated(*at), finish, label, name)

@@ -12,6 +12,20 @@ from casa_assets.ext import solids
 from casa_assets.ext.arrays import Floats, convex_hull
 from casa_assets.ext.records import Capsule, Cylinder, Pose, Vec3, Vec4
 from casa_assets.ext.solids import AssetBuilder, Placed, Solid
+from casa_assets.kitchenware.parts.cases import tub_walls
+
+WIRE_SIDES = 6  # of a wire
+
+LEATHER = "leather_tan"  # finish of leather straps
+EDGE_REACH = 0.024  # metres that an edge pull stands out before the face
+
+HandleKind = StrEnum("HandleKind", "BAR BOXED BOW CUP KNOB RING STRAP TEE LEATHER EDGE_PULL FINGER_GROOVE")
+
+# Handles that are one with an edge of the front; `doors.py` puts them there.
+EDGE_HANDLES = (HandleKind.EDGE_PULL, HandleKind.FINGER_GROOVE)
+# Handles that are as wide as high, or always lie across.
+LEVEL_HANDLES = (HandleKind.CUP, HandleKind.RING, HandleKind.KNOB)
+FIXED_LENGTHS = {HandleKind.CUP: 0.096, HandleKind.KNOB: 0.034, HandleKind.RING: 0.056, HandleKind.TEE: 0.06}
 
 # Legs -----------------------------------------------------------------------------------------------------------------
 
@@ -19,6 +33,11 @@ from casa_assets.ext.solids import AssetBuilder, Placed, Solid
 def point_between(a: Vec3, b: Vec3, share: float) -> Vec3:
     """The point at a share of the way from a (0) to b (1)."""
     return a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share, a[2] + (b[2] - a[2]) * share
+
+
+def on_circle(radius: float, angle: float, z: float) -> Vec3:
+    """The point of a level circle about the z axis at an angle, rad."""
+    return radius * math.cos(angle), radius * math.sin(angle), z
 
 
 def round_bar(a: Vec3, b: Vec3, radius: float) -> Solid:
@@ -72,8 +91,6 @@ def _onto(direction: Floats) -> Vec4:
 
 # Tubs -----------------------------------------------------------------------------------------------------------------
 
-WIRE_SIDES = 6  # of a wire
-
 
 def open_tub(width: float, depth: float, height: float, wall: float, radius: float, floor: float = 0.0) -> Solid:
     """An open box about x = 0, y = 0 from z = 0 up, its corners rounded; its colliders are a floor and four walls.
@@ -87,14 +104,8 @@ def open_tub(width: float, depth: float, height: float, wall: float, radius: flo
     steps = [(edge_radius, 0.0), (0.0, edge_radius), (0.0, height - 0.001), (0.3 * wall, height), (0.7 * wall, height)]
     body = solids.loft(solids.inset_rings(outline, [*steps, (wall, height - 0.001), (wall, base)]), 45.0)
     w, d = width / 2, depth / 2
-    boards = (
-        solids.board((-w, -d, 0.0), (w, d, base), 0.0),
-        solids.board((-w, -d, base), (w, -d + wall, height), 0.0),
-        solids.board((-w, d - wall, base), (w, d, height), 0.0),
-        solids.board((-w, -d + wall, base), (-w + wall, d - wall, height), 0.0),
-        solids.board((w - wall, -d + wall, base), (w, d - wall, height), 0.0),
-    )
-    return body.with_colliders_of(*boards)
+    walls = tub_walls(((-w, -d, 0.0), (w, d, height)), ((-w + wall, -d + wall, base), (w - wall, d - wall, height)))
+    return body.with_shapes(*(solids.box_shape(*corners) for corners in walls))
 
 
 def wire_loop(width: float, depth: float, z: float, radius: float, corner: float) -> Solid:
@@ -113,37 +124,17 @@ def wire_grid(width: float, depth: float, z: float, radius: float, across: int, 
     """Crossed wires about x = 0, y = 0: `across` run from front to back, `along` from left to right just below them."""
     w, d = width / 2, depth / 2
     out = [wire([(float(x), -d, z), (float(x), d, z)], radius) for x in np.linspace(-w, w, across)]
-    out += [
-        wire([(-w, float(y), z - 1.6 * radius), (w, float(y), z - 1.6 * radius)], radius) for y in _spread(d, along)
-    ]
+    low, places = z - 1.6 * radius, np.linspace(-d, d, along + 2)[1:-1]
+    out += [wire([(-w, float(y), low), (w, float(y), low)], radius) for y in places]
     return solids.concatenate(out)
-
-
-def _spread(half: float, count: int) -> list[float]:
-    """`count` places within -half .. half, evenly, none of them at the ends."""
-    return [float(v) for v in np.linspace(-half, half, count + 2)[1:-1]]
 
 
 # Handles --------------------------------------------------------------------------------------------------------------
 
-LEATHER = "leather_tan"  # finish of leather straps
-EDGE_REACH = 0.024  # metres that an edge pull stands out before the face
-
-HandleKind = StrEnum("HandleKind", "BAR BOXED BOW CUP KNOB RING STRAP TEE LEATHER EDGE_PULL FINGER_GROOVE")
-
-# Handles that are one with an edge of the front; `doors.py` puts them there.
-EDGE_HANDLES = (HandleKind.EDGE_PULL, HandleKind.FINGER_GROOVE)
-# Handles that are as wide as high, or always lie across.
-LEVEL_HANDLES = (HandleKind.CUP, HandleKind.RING, HandleKind.KNOB)
-FIXED_LENGTHS = {HandleKind.CUP: 0.096, HandleKind.KNOB: 0.034, HandleKind.RING: 0.056, HandleKind.TEE: 0.06}
-
 
 @dataclass(frozen=True)
 class Handle:
-    """A handle along x on the plane y = 0 of a front, standing out to -y; the middle of its foot is the origin.
-
-    metal, leather: solids by what they are made of. shapes: colliders; the first is the one that a hand takes.
-    """
+    """A handle along x on a front's plane y = 0, out to -y, its foot about the origin; a hand takes the first shape."""
 
     metal: tuple[Solid, ...]
     shapes: tuple[Placed, ...]
@@ -185,10 +176,8 @@ def handle(kind: HandleKind, length: float) -> Handle:
 
 def add_handle(builder: AssetBuilder, link: str, pull: Handle, metal: str, name: str) -> None:
     """Put a handle on a link; its grip's collider is called `name`, its mesh `<name>_visual`."""
-    for solid in pull.metal:
-        builder.draw(link, solid, metal, "handle", name=name, density="handle_casting")
-    for solid in pull.leather:
-        builder.draw(link, solid, LEATHER, "handle", name=f"{name}_hide", density="leather")
+    builder.draw(link, pull.metal, metal, "handle", name=name, density="handle_casting")
+    builder.draw(link, pull.leather, LEATHER, "handle", name=f"{name}_hide", density="leather")
     builder.add_collider(link, pull.metal[0].with_shapes(*pull.shapes), metal, "handle", name)
 
 
@@ -227,9 +216,8 @@ def _boxed(length: float) -> Handle:
 
 def _bow(length: float) -> Handle:
     radius, reach, h = 0.0055, 0.036, length / 2 - 0.01
-    path = solids.round_corners(
-        [(-h, 0.0, 0.0), (-0.72 * h, -reach, 0.0), (0.72 * h, -reach, 0.0), (h, 0.0, 0.0)], 0.05, 6
-    )
+    corners = [(-h, 0.0, 0.0), (-0.72 * h, -reach, 0.0), (0.72 * h, -reach, 0.0), (h, 0.0, 0.0)]
+    path = solids.round_corners(corners, 0.05, 6)
     grip = solids.tube([(float(x), float(y), float(z)) for x, y, z in path], radius)
     feet = tuple(solids.rod(0.0095, 0.004, 0.0015, "y").translated(x, -0.002) for x in (-h, h))
     ends = tuple(collider_box(s * 0.86 * h, -0.75 * reach, 0.0, 0.28 * h, 0.012) for s in (-1, 1))
@@ -295,9 +283,8 @@ def _flat(length: float, width: float, thickness: float, reach: float) -> tuple[
     y = -thickness / 2
     corners = [(-h, y, 0.0), (-h + end_length, y, 0.0), (-h + end_length + rise, -reach, 0.0)]
     path = solids.round_corners([*corners, *((-a, b, c) for a, b, c in corners[::-1])], 0.02, 5)
-    strap = solids.tube(
-        [(float(a), float(b), float(c)) for a, b, c in path], solids.rectangle(thickness, width, 0.3 * thickness, 2)
-    )
+    section = solids.rectangle(thickness, width, 0.3 * thickness, 2)
+    strap = solids.tube([(float(a), float(b), float(c)) for a, b, c in path], section)
     inner = h - end_length - rise
     grip = solids.box_shape((-inner, -reach - thickness / 2, -width / 2), (inner, -reach + thickness / 2, width / 2))
     ends = tuple(
@@ -325,9 +312,8 @@ def _tee(length: float) -> Handle:
     radius, reach = 0.006, 0.034
     grip = solids.rod(radius, length, 0.0015, "x").translated(0.0, -reach)
     post = _post(0.0, reach, 0.0055, 0.008)
-    return Handle(
-        (grip, post), (grip_capsule(length, radius, -reach), collider_box(0.0, -reach + radius, 0.0, 0.012, 0.012))
-    )
+    foot = collider_box(0.0, -reach + radius, 0.0, 0.012, 0.012)
+    return Handle((grip, post), (grip_capsule(length, radius, -reach), foot))
 
 
 _MAKERS = {

@@ -1,4 +1,4 @@
-"""Racks of a dishwasher, and interiors for imported bodies: walls round a cavity and what belongs in it."""
+"""Interiors for imported bodies: walls round a cavity, and the racks, shelves or turntable that belong in it."""
 
 from __future__ import annotations
 
@@ -6,96 +6,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from casa_assets.ext.records import Vec2, Vec3
-from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, board, concatenate, rod
-from casa_assets.kitchenware.parts import appliance, refrigerator
-from casa_assets.kitchenware.parts.appliance import ApplianceLook, add_turntable
-from casa_assets.kitchenware.parts.counter_parts import cavity_walls
-from casa_assets.kitchenware.parts.handles import wire
-
-# Dish rack ------------------------------------------------------------------------------------------------------------
-
-WIRE_RADIUS, RIM_RADIUS = 0.0016, 0.0026  # metres; radius with its coat
-TINE_HEIGHT = 0.05
-TINE_PITCH = 0.095  # metres; closer rows hold no plates
-
-
-def add_dish_rack(
-    builder: AssetBuilder, name: str, behind: str, lower: Vec3, upper: Vec3, finish: str, tines: int, travel: float
-) -> None:
-    """A basket between two corners, open on top; its link is `name`, its joint `<name>_joint`.
-
-    lower, upper: metres; lower[1] is its front. travel: how far it slides out, metres. tines: rows that hold plates;
-    fewer if they would be closer together than TINE_PITCH. finish: of the wire. metal: of the bar that a hand takes.
-    """
-    (x0, y0, z0), (x1, y1, z1) = lower, upper
-    half, depth, height = (x1 - x0) / 2, y1 - y0, z1 - z0
-    builder.link(name, at=((x0 + x1) / 2, y0, z0))
-    rows = min(tines, int(2 * half / TINE_PITCH))
-    wires = [*_floor(half, depth), *_sides(half, depth, height), *_tines(half, depth, rows)]
-    builder.draw(name, concatenate(wires), finish, "rack", density="coated_wire")
-    t = 0.007
-    for solid, part in (
-        (board((-half, 0.0, -RIM_RADIUS), (half, depth, 2 * RIM_RADIUS), 0.0), "main"),
-        (board((-half, 0.0, 2 * RIM_RADIUS), (half, t, height), 0.0), "front"),
-        (board((-half, depth - t, 2 * RIM_RADIUS), (half, depth, height), 0.0), "back"),
-        (board((-half, t, 2 * RIM_RADIUS), (-half + t, depth - t, height), 0.0), "left"),
-        (board((half - t, t, 2 * RIM_RADIUS), (half, depth - t, height), 0.0), "right"),
-    ):
-        builder.add_collider(name, solid, finish, "rack", f"{name}_{part}")
-    half_grip = 0.6 * half
-    grip = rod(0.0055, 2 * half_grip, 0.002, "x").translated(0.0, -0.013, height - 0.006)
-    builder.add(name, grip, "stainless_brushed", "handle", name=f"{name}_handle_main")
-    for x in (-half_grip + 0.012, half_grip - 0.012):
-        builder.draw(
-            name, rod(0.0035, 0.014, 0.0005, "y").translated(x, -0.006, height - 0.006), "stainless_brushed", "handle"
-        )
-    for x in (-half - 0.004, half + 0.004):
-        for y in (0.2 * depth, 0.8 * depth):
-            builder.draw(name, rod(0.013, 0.007, 0.0015, "x").translated(x, y, 0.004), "plastic_grey", "wheel")
-    joint = f"{name}_joint"
-    builder.slide(joint, name, (0.0, 1.0, 0.0), (-travel, 0.0), f"{name}_handle_main", start_n=6.0, behind=behind)
-    builder.region(name, (-half + t, t, 2 * RIM_RADIUS), (half - t, depth - t, height), link=name)
-
-
-def _floor(half: float, depth: float) -> list[Solid]:
-    out = []
-    for k in range(11):
-        x = -half + RIM_RADIUS + (2 * half - 2 * RIM_RADIUS) * k / 10
-        out.append(wire([(x, RIM_RADIUS, WIRE_RADIUS), (x, depth - RIM_RADIUS, WIRE_RADIUS)], WIRE_RADIUS))
-    for k in range(8):
-        y = RIM_RADIUS + (depth - 2 * RIM_RADIUS) * k / 7
-        path = [(-half + RIM_RADIUS, y, -WIRE_RADIUS * 0.6), (half - RIM_RADIUS, y, -WIRE_RADIUS * 0.6)]
-        out.append(wire(path, WIRE_RADIUS))
-    return out
-
-
-def _sides(half: float, depth: float, height: float) -> list[Solid]:
-    a, b, c = half - RIM_RADIUS, RIM_RADIUS, depth - RIM_RADIUS
-    out = []
-    for z, radius in ((height - RIM_RADIUS, RIM_RADIUS), (0.5 * height, WIRE_RADIUS)):
-        corners = [(-a, b, z), (a, b, z), (a, c, z), (-a, c, z)]
-        out += [wire([p, q], radius) for p, q in zip(corners, [*corners[1:], corners[0]], strict=True)]
-    for k in range(11):
-        x = -a + 2 * a * k / 10
-        out += [wire([(x, y, 0.0), (x, y, height - RIM_RADIUS)], WIRE_RADIUS) for y in (b, c)]
-    for k in range(1, 8):
-        y = b + (c - b) * k / 8
-        out += [wire([(x, y, 0.0), (x, y, height - RIM_RADIUS)], WIRE_RADIUS) for x in (-a, a)]
-    return out
-
-
-def _tines(half: float, depth: float, rows: int) -> list[Solid]:
-    out = []
-    count = int((depth - 0.1) / 0.033)
-    for row in range(rows):
-        x = -half + 2 * half * (row + 0.7) / (rows + 0.7)
-        for k in range(count):
-            y = 0.05 + (depth - 0.1) * k / max(1, count - 1)
-            out.append(wire([(x, y, 0.0), (x - 0.012, y, TINE_HEIGHT)], WIRE_RADIUS))
-    return out
-
-
-# Interiors ------------------------------------------------------------------------------------------------------------
+from casa_assets.ext.solids import ROOT, AssetBuilder, board
+from casa_assets.kitchenware.parts import refrigerator
+from casa_assets.kitchenware.parts.appliance import ApplianceLook
+from casa_assets.kitchenware.parts.cases import cavity_walls
+from casa_assets.kitchenware.parts.oven import furnish_cavity
+from casa_assets.kitchenware.parts.racks import add_dish_rack, add_oven_rack, add_turntable
 
 # All lengths in metres; choices that suit usual appliances and cabinets.
 FRONT_CLEARANCE = 0.0008  # from the mouth of a cavity to the front edges of the walls, which then overlap no front
@@ -104,10 +20,7 @@ OVEN_MIN_HEIGHT, DISH_MIN_HEIGHT = 0.14, 0.16  # of a cavity that gets a rack at
 FRIDGE_SHELF_PITCH, SHELF_PITCH = 0.29, 0.34
 SHELF_MIN_HEIGHT = 0.46  # of a cabinet that gets a shelf
 SHELF_THICKNESS = 0.016
-DRAWER_SIDE_CLEARANCE, DRAWER_TOP_CLEARANCE = 0.008, 0.014
-DRAWER_SIDE_THICKNESS, DRAWER_BASE_THICKNESS = 0.01, 0.006
-DRAWER_MAX_HEIGHT = 0.22
-OVEN_LOOK = appliance.OvenLook(shell="enamel_charcoal", face="stainless_brushed", metal="stainless_brushed")
+OVEN_LINER = "enamel_charcoal"  # finish of the ledges of racks
 FRIDGE_LOOK = ApplianceLook()
 
 
@@ -149,14 +62,14 @@ def furnish_oven(builder: AssetBuilder, interior: Interior) -> None:
     if min(width, depth) < 0.2 or height < OVEN_MIN_HEIGHT:
         return
     if height >= 0.22:
-        appliance.furnish_cavity(builder, (x0, y0, z0), interior.upper, f"{interior.name}_lamp")
+        furnish_cavity(builder, (x0, y0, z0), interior.upper, f"{interior.name}_lamp")
     count = 1 if height < 2 * OVEN_PITCH - 0.02 else 2
     head = interior.upper[2] - (0.045 if height >= 0.22 else 0.01)
     for k in range(count):
         z = z0 + (0.04 + 0.28 * (height - 0.08) * (k + 1) if count == 2 else max(0.03, 0.3 * height))
         above = z0 + 0.04 + 0.56 * (height - 0.08) - 0.03 if k < count - 1 else head
         inner = ((x0 + interior.clear[0], y0 + 0.004, z), (x1 - interior.clear[1], y1, max(above, z + 0.03)))
-        appliance.add_oven_rack(builder, f"tray_{interior.first + k}", *inner, OVEN_LOOK, interior.door)
+        add_oven_rack(builder, f"tray_{interior.first + k}", *inner, OVEN_LINER, interior.door)
 
 
 def furnish_microwave(builder: AssetBuilder, interior: Interior) -> None:
@@ -203,30 +116,6 @@ def furnish_cabinet(builder: AssetBuilder, interior: Interior) -> None:
         z = z0 + height * k / (count + 1)
         shelf = board((x0 + 0.0005, front, z - SHELF_THICKNESS), (x1 - 0.0005, y1 - 0.0005, z), 0.0008)
         builder.add(ROOT, shelf, "melamine_white", "shelf", density=0.0)
-
-
-def add_drawer_box(builder: AssetBuilder, link: str, interior: Interior, finish: str) -> float:
-    """A box behind a front, on its link; returns how deep it is, metres.
-
-    link: of the drawer, its frame that of the room.
-    """
-    (x0, y0, z0), (x1, y1, z1) = interior.lower, interior.upper
-    beside, above = min(DRAWER_SIDE_CLEARANCE, 0.04 * (x1 - x0)), min(DRAWER_TOP_CLEARANCE, 0.1 * (z1 - z0))
-    side, base = min(DRAWER_SIDE_THICKNESS, 0.05 * (x1 - x0)), min(DRAWER_BASE_THICKNESS, 0.08 * (z1 - z0))
-    x0, x1, y0, y1 = x0 + beside, x1 - beside, y0 + 0.0002, y1 - 0.5 * beside
-    z0 += 0.5 * above
-    z1 = min(z1 - above, z0 + DRAWER_MAX_HEIGHT)
-    along, across = (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)
-    for lower, upper, grain in (
-        ((x0, y0, z0), (x0 + side, y1, z1), along),
-        ((x1 - side, y0, z0), (x1, y1, z1), along),
-        ((x0 + side, y0, z0), (x1 - side, y0 + side, z1 - 0.001), across),
-        ((x0 + side, y1 - side, z0), (x1 - side, y1, z1 - 0.001), across),
-        ((x0 + side, y0 + side, z0 + 0.0005), (x1 - side, y1 - side, z0 + base), across),
-    ):
-        builder.add(link, board(lower, upper, 0.0005), finish, "drawer", grain=grain, density=0.0)
-    builder.region(f"{interior.name}_int", (x0 + side, y0 + side, z0 + base), (x1 - side, y1 - side, z1), link=link)
-    return y1 - y0
 
 
 # Functions that add the shelves, racks or turntable of an interior, by the kind of interior.

@@ -30,10 +30,8 @@ from casa_assets.kitchenware.parts.appliance import (
     AppliancePull,
     appliance_pull,
 )
-from casa_assets.kitchenware.parts.counter_parts import add_liner, cavity_colliders, cavity_walls
+from casa_assets.kitchenware.parts.cases import add_liner, cavity_colliders, cavity_walls
 from casa_assets.kitchenware.parts.fronts import FrontKind
-
-# Case -----------------------------------------------------------------------------------------------------------------
 
 SIDE_THICKNESS = 0.046
 BACK_THICKNESS = DIVIDER_THICKNESS = 0.056
@@ -43,6 +41,19 @@ DOOR_GAP = 0.004  # metres between a door and the case; the gasket fills it
 HINGE_COVER_HEIGHT = 0.014  # metres that the cover of a hinge stands above the case
 LINER_THICKNESS = 0.001  # metres
 LINER_FINISH = "plastic_white"
+
+DOOR_TRAVEL = math.pi / 2
+BIN_DEPTH = 0.1  # metres that bins reach into the case
+HAND_HEIGHT = 1.08  # height of the middle of a hand that stands before it, metres
+BIN_REGION = "bin"  # begins the names of their regions
+MIN_BIN_PITCH = 0.16  # metres between two bins
+# Fronts whose stiles are wide enough for the foot of a pull.
+FRAMED_FRONTS = (FrontKind.SHAKER, FrontKind.RAISED)
+NICHE_DEPTH = 0.042
+TOUCH_PANEL_HEIGHT = 1.45  # metres above the floor
+
+
+# Case -----------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -111,9 +122,8 @@ def _line(builder: AssetBuilder, r: Compartment) -> None:
     add_liner(builder, (x0, y0, z0), r.upper, LINER_FINISH, "liner_sheet", e)
     middle, height = (x0 + x1) / 2, z1 - z0
     duct_width = min(0.16, 0.4 * (x1 - x0))
-    duct = board(
-        (middle - duct_width / 2, y1 - 0.007, z0 + 0.04), (middle + duct_width / 2, y1 - e - 3e-4, z1 - 0.04), 0.002
-    )
+    half, back = duct_width / 2, y1 - e - 3e-4
+    duct = board((middle - half, y1 - 0.007, z0 + 0.04), (middle + half, back, z1 - 0.04), 0.002)
     builder.draw(ROOT, duct, "plastic_grey_light", "liner")
     for k in range(max(2, int(height / 0.2))):
         z = z0 + 0.1 + k * 0.2
@@ -137,9 +147,8 @@ def add_base(builder: AssetBuilder, width: float, depth: float, base_height: flo
     board_ = board((0.012, set_back, 0.003), (width - 0.012, depth - 0.05, base_height - 3e-4), 0.002)
     finish = "plastic_grey_dark" if look.kick is ApplianceKick.GRILLE else "black_matt"
     builder.add(ROOT, board_, finish, "plinth", density="appliance_plinth")
-    for x in (0.08, width - 0.08):
-        for y in (0.1, depth - 0.12):
-            builder.draw(ROOT, rod(0.018, 0.003).translated(x, y, 0.0015), "rubber_black", "foot")
+    feet = [rod(0.018, 0.003).translated(x, y, 0.0015) for x in (0.08, width - 0.08) for y in (0.1, depth - 0.12)]
+    builder.draw(ROOT, feet, "rubber_black", "foot")
     if look.kick is ApplianceKick.GRILLE:
         count = int((width - 0.16) / 0.022)
         for k in range(count):
@@ -169,23 +178,15 @@ def add_shelf(builder: AssetBuilder, name: str, r: Compartment, z: float, front:
     pane = board((x0 + 0.006, front + 0.01, z - 0.005), (x1 - 0.006, y1 - 0.008, z - 0.001), 0.0005)
     builder.draw(ROOT, pane, "glass_clear", "shelf")
     edge = board((x0, front, z - 0.016), (x1, front + 0.014, z), 0.003, 2)
-    for bar in (edge, board((x0, y1 - 0.012, z - 0.012), (x1, y1, z), 0.002)):
-        builder.draw(ROOT, bar, look.trim, "shelf")
+    builder.draw(ROOT, (edge, board((x0, y1 - 0.012, z - 0.012), (x1, y1, z), 0.002)), look.trim, "shelf")
     for a, b in ((x0, x0 + 0.01), (x1 - 0.01, x1)):
         rail = board((a, front + 0.0145, z - 0.014), (b, y1 - 0.0125, z - 0.0004), 0.001)
         builder.draw(ROOT, rail, look.trim, "shelf")
     builder.add_collider(ROOT, board((x0, front, z - 0.012), (x1, y1, z), 0.0), "glass_clear", "shelf", f"{name}_pane")
 
 
-# Gasket ---------------------------------------------------------------------------------------------------------------
-
-
 def gasket_frame(lower: Vec2, upper: Vec2, y0: float, y1: float, strip_width: float = 0.014) -> Solid:
-    """A frame of rubber between two planes.
-
-    lower, upper: outer corners in x and z, metres. y0, y1: planes between which it lies. strip_width: of its strip.
-    Returns: A solid without collider.
-    """
+    """A frame of rubber between planes y0 and y1, without collider; lower, upper: outer corners in x and z, metres."""
     w, h = upper[0] - lower[0], upper[1] - lower[1]
     outer, inner = rectangle(w, h, 0.01, 2), rectangle(w - 2 * strip_width, h - 2 * strip_width, 0.004, 2)
     ring = prism(outer, y1 - y0, min(0.0008, 0.2 * (y1 - y0)), (inner,))
@@ -195,14 +196,6 @@ def gasket_frame(lower: Vec2, upper: Vec2, y0: float, y1: float, strip_width: fl
 
 
 # Door -----------------------------------------------------------------------------------------------------------------
-
-DOOR_TRAVEL = math.pi / 2
-BIN_DEPTH = 0.1  # metres that bins reach into the case
-HAND_HEIGHT = 1.08  # height of the middle of a hand that stands before it, metres
-BIN_REGION = "bin"  # begins the names of their regions
-MIN_BIN_PITCH = 0.16  # metres between two bins
-# Fronts whose stiles are wide enough for the foot of a pull.
-FRAMED_FRONTS = (FrontKind.SHAKER, FrontKind.RAISED)
 
 
 @dataclass(frozen=True)
@@ -339,9 +332,6 @@ def add_face(
         door.add_part(builder, band.translated(z=0.09), look.metal, "trim")
 
 
-NICHE_DEPTH = 0.042
-
-
 def _niche_hole(door: FridgeDoor, look: ApplianceLook) -> tuple[Vec2, Vec2]:
     """Corners of the dispenser's niche on the door, metres from the hinge's side and from its lower edge."""
     width, height = min(0.2, door.width - 0.15), 0.32
@@ -450,11 +440,6 @@ def _bin(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, k: int, l
     # Ref: RoboCasa v1.0, Fridge: a region with `fridge` or `freezer` in its name is a shelf, and stays where it is.
     count = sum(region.name.startswith(BIN_REGION) for region in builder.regions)
     builder.region(f"{BIN_REGION}{count}", *corners, link=door.link)
-
-
-# Trim -----------------------------------------------------------------------------------------------------------------
-
-TOUCH_PANEL_HEIGHT = 1.45  # metres above the floor
 
 
 def add_badge(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook) -> None:

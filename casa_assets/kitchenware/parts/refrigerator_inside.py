@@ -1,34 +1,24 @@
-"""Inside of refrigerators: shelves, crispers, baskets, freezer drawers, and the lamp."""
+"""Inside of refrigerators: shelves, crispers, baskets and the fronts of freezers below."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
-from typing import Any
 
-import numpy as np
-from pydantic import Field
-
-from casa_assets.ext.families import Params, between, pick
-from casa_assets.ext.records import Condition, Vec2, Vec3, Vec4
-from casa_assets.ext.solids import AssetBuilder, board, box, negated
-from casa_assets.kitchenware.parts import refrigerator as parts
-from casa_assets.kitchenware.parts.appliance import ApplianceFront, ApplianceKick, ApplianceLook
+from casa_assets.ext.solids import AssetBuilder, board
+from casa_assets.kitchenware.parts.appliance import ApplianceLook
+from casa_assets.kitchenware.parts.cases import tub_walls
+from casa_assets.kitchenware.parts.drawers import add_crisper, crisper_reach
 from casa_assets.kitchenware.parts.refrigerator import (
     BIN_DEPTH,
     DIVIDER_THICKNESS,
     DOOR_GAP,
     DOOR_TRAVEL,
-    FLOOR_THICKNESS,
     LINER_THICKNESS,
-    SIDE_THICKNESS,
-    TOP_THICKNESS,
     Compartment,
     FridgeDoor,
-    add_badge,
     add_face,
     add_pull,
     add_shelf,
@@ -37,68 +27,17 @@ from casa_assets.kitchenware.parts.refrigerator import (
     hang_fridge_door,
 )
 
-# Sliding parts --------------------------------------------------------------------------------------------------------
-
-WALL_THICKNESS = 0.0035  # metres; injection moulded
-LIP_DEPTH = 0.024  # how far the lip of a crisper stands out before its front
-CRISPER_PULL = 0.62  # part of its depth that a crisper slides out
 SIDE_CLEARANCE = 0.006  # metres at each side of what slides
 
+# Ref: RoboCasa v1.0, Fridge: things are put where there are 0.20 m and more.
+SHELF_PITCH = 0.214
+# Share of its range from which a door is open. Ref: RoboCasa v1.0, Fridge.is_open.
+OPEN_SHARE = 0.9
+LINER_PLUG = 0.012  # metres by which the liner of a door stands out behind it
+LOWEST_LIP = 0.35  # height of the lip of the lowest of stacked crispers, above the floor; lower no wheeled arm reaches
+CRISPER_SETBACK = 0.018  # metres from the front plane to the lip of a crisper, behind the liner of the door
 
-def crisper_travel(depth: float) -> float:
-    """How far a crisper of a depth slides out, metres."""
-    return round(CRISPER_PULL * depth, 3)
-
-
-def crisper_reach(front: float, back: float) -> float:
-    """How far before y = 0 the lip of a crisper between two y comes, metres."""
-    return crisper_travel(back - front - LIP_DEPTH) - front
-
-
-def add_crisper(
-    builder: AssetBuilder,
-    name: str,
-    behind: str,
-    lower: Vec3,
-    upper: Vec3,
-    look: ApplianceLook,
-    finish: str = "plastic_clear",
-) -> None:
-    """A drawer in a room, open on top; its link is `name`, its joint `<name>_joint`.
-
-    behind: joint of the door in front of it. lower, upper: corners of the space it may take, metres; lower[1] is where
-    its lip begins. finish: of its body.
-    """
-    (x0, y0, z0), (x1, y1, z1) = lower, upper
-    builder.link(name, at=((x0 + x1) / 2, y0 + LIP_DEPTH, z0))
-    w, d, h, e = x1 - x0, y1 - y0 - LIP_DEPTH, z1 - z0, WALL_THICKNESS
-    half, rim = w / 2, 0.012
-    for solid, part in (
-        (board((-half, 0.0, 0.0), (half, d, e), 0.001), "bottom"),
-        (board((-half, 0.0, e), (half, e + 0.002, h - rim), 0.001), "front"),
-        (board((-half, d - e, e), (half, d, h - rim), 0.001), "back"),
-        (board((-half, e + 0.002, e), (-half + e, d - e, h - rim), 0.001), "left"),
-        (board((half - e, e + 0.002, e), (half, d - e, h - rim), 0.001), "right"),
-    ):
-        builder.add(name, solid, finish, "drawer", collider=f"{name}_{part}", density="ribbed_plastic")
-    for solid in (
-        board((-half - 0.002, -0.003, h - 0.03), (half + 0.002, e + 0.003, h), 0.002, 2),
-        board((-half - 0.002, e + 0.0032, h - rim), (-half + e + 0.002, d, h), 0.001),
-        board((half - e - 0.002, e + 0.0032, h - rim), (half + 0.002, d, h), 0.001),
-    ):
-        builder.draw(name, solid, look.trim, "drawer", density="ribbed_plastic")
-    width = min(0.3, 0.7 * w)
-    lip = box((width, LIP_DEPTH - 0.0034, 0.007), (0.0, -0.0032 - (LIP_DEPTH - 0.0034) / 2, h - 0.0065), 0.002, 2)
-    hook = box((width, 0.006, 0.014), (0.0, -LIP_DEPTH + 0.003, h - 0.014), 0.002)
-    collider_box = board((-width / 2, -LIP_DEPTH, h - 0.021), (width / 2, -0.003, h - 0.003), 0.0)
-    for solid in (lip, hook):
-        builder.draw(name, solid, look.trim, "handle", density="ribbed_plastic")
-    builder.add_collider(name, collider_box, look.trim, "handle", f"{name}_handle_main")
-    travel = crisper_travel(d)
-    builder.slide(
-        f"{name}_joint", name, (0.0, 1.0, 0.0), (-travel, 0.0), f"{name}_handle_main", start_n=6.0, behind=behind
-    )
-    builder.region(name, (-half + e, e + 0.002, e), (half - e, d - e, h - 0.004), link=name)
+FreezerFront = StrEnum("FreezerFront", "DRAWER TWO_DRAWERS DOOR TWO_DOORS")
 
 
 def add_pull_out(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, region: str) -> None:
@@ -116,15 +55,13 @@ def add_pull_out(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, r
     z0 = max(r.lower[2] + 0.012 - door.lower[1], 0.03)
     z1 = z0 + 0.8 * (min(r.upper[2] - 0.02 - door.lower[1], h - 0.03) - z0)
     y0, y1, e = t + DOOR_GAP, t + DOOR_GAP + r.upper[1] - 0.03, 0.004
-    for solid, part in (
-        (board((x0, y0, z0), (x1, y1, z0 + e), 0.001), "bottom"),
-        (board((x0, t + 1e-4, z0 + e), (x1, y0 + 0.01, z1), 0.001), "front"),
-        (board((x0, y1 - e, z0 + e), (x1, y1, z1), 0.001), "back"),
-        (board((x0, y0 + 0.01, z0 + e), (x0 + e, y1 - e, z1), 0.001), "left"),
-        (board((x1 - e, y0 + 0.01, z0 + e), (x1, y1 - e, z1), 0.001), "right"),
-    ):
+    # The front board reaches forward to the front itself.
+    walls = tub_walls(((x0, t + 1e-4, z0), (x1, y1, z1)), ((x0 + e, y0 + 0.01, z0 + e), (x1 - e, y1 - e, z1)))
+    walls[0] = ((x0, y0, z0), (x1, y1, z0 + e))
+    for corners, part in zip(walls, ("bottom", "front", "back", "left", "right"), strict=True):
+        name = f"{door.name}_basket_{part}"
         builder.add(
-            door.link, solid, "plastic_white", "drawer", collider=f"{door.name}_basket_{part}", density="ribbed_plastic"
+            door.link, board(*corners, 0.001), "plastic_white", "drawer", collider=name, density="ribbed_plastic"
         )
     for x in (x0 - 0.0105, x1 + 0.0005):
         rail = board((x, y0 + 0.012, z0 + 0.03), (x + 0.01, y1 - 0.06, z0 + 0.05), 0.001)
@@ -132,19 +69,6 @@ def add_pull_out(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, r
     travel = round(0.82 * (y1 - y0), 3)
     builder.slide(door.joint, door.link, (0.0, 1.0, 0.0), (-travel, 0.0), (f"{door.link}_handle_main"), start_n=11.0)
     builder.region(region, (x0 + e, y0 + 0.01, z0 + e), (x1 - e, y1 - e, z1), link=door.link)
-
-
-# Furnishing -----------------------------------------------------------------------------------------------------------
-
-# Ref: RoboCasa v1.0, Fridge: things are put where there are 0.20 m and more.
-SHELF_PITCH = 0.214
-LAMP_COLOR = (1.0, 0.96, 0.88, 1.0)
-# Ref: RoboCasa v1.0, Fridge.is_closed and is_open: up to the first share of its range a door is shut, from the second
-# on it is open.
-CLOSED_SHARE, OPEN_SHARE = 0.005, 0.9
-LINER_PLUG = 0.012  # metres by which the liner of a door stands out behind it
-LOWEST_LIP = 0.35  # height of the lip of the lowest of stacked crispers, above the floor; lower no wheeled arm reaches
-CRISPER_SETBACK = 0.018  # metres from the front plane to the lip of a crisper, behind the liner of the door
 
 
 def center_gap(width: float, thickness: float) -> float:
@@ -216,9 +140,8 @@ def _crispers(
     for k, height in enumerate(heights):
         name = f"{r.name}_drawer{k}"
         if stacked:
-            add_crisper(
-                builder, name, doors[0].joint, (x0, CRISPER_SETBACK, z), (x1, back, z + height), look, "plastic_white"
-            )
+            ends = (x0, CRISPER_SETBACK, z), (x1, back, z + height)
+            add_crisper(builder, name, doors[0].joint, *ends, look, "plastic_white")
             z += height + 0.012
         else:
             pitch = (x1 - x0) / drawers
@@ -235,35 +158,7 @@ def fill_with_baskets(builder: AssetBuilder, r: Compartment, look: ApplianceLook
     _crispers(builder, r, look, (door,), count * [(ceiling - floor) / count - 0.012], True, floor)
 
 
-def finish_refrigerator(builder: AssetBuilder, doors: Sequence[str], fridge: Sequence[str]) -> None:
-    """States, poses and the behaviour of a refrigerator.
-
-    doors: all joints that count as doors. fridge: those of the fridge, whose lamp they switch.
-    """
-    builder.door_states(*doors)
-    builder.keyframe("closed")
-    builder.keyframe("open", **{m.name: builder.joint_position(m.name) for m in builder.joints})
-    add_lamp_behavior(builder, fridge)
-
-
-def add_lamp_behavior(builder: AssetBuilder, fridge: Sequence[str]) -> None:
-    """The lamp burns while a door of the fridge is not shut."""
-    shut = []
-    for joint in fridge:
-        ends = sorted((0.0, builder.joint_position(joint) * CLOSED_SHARE))
-        # A door may stand a little beyond its stop.
-        low, high = (ends[0], 0.01) if builder.joint_position(joint) < 0 else (-0.01, ends[1])
-        shut.append(Condition(joint=joint, interval=(low, high)))
-    builder.behavior.variable("light")
-    builder.behavior.rule("light", "off", *shut)
-    for condition in shut:
-        builder.behavior.rule("light", "on", negated(condition))
-    builder.behavior.light("light", "fridge_light_visual", LAMP_COLOR)
-
-
 # Lower freezer --------------------------------------------------------------------------------------------------------
-
-FreezerFront = StrEnum("FreezerFront", "DRAWER TWO_DRAWERS DOOR TWO_DOORS")
 
 
 def lower_compartments(
@@ -321,106 +216,3 @@ def add_lower_fronts(
         add_pull_out(builder, door, look, f"freezer_drawer{k}")
         joints.append(door.joint)
     return joints
-
-
-# Fridge case ----------------------------------------------------------------------------------------------------------
-
-HINGE_INSET = 0.05  # metres from the side of the case to the middle of a hinge's cover
-DOOR_EDGE_GAP = 0.003  # metres that a door stays away from what is above or below it
-
-
-class Refrigerator(Params):
-    """Common parameters, sampling and building steps of the four families of refrigerators."""
-
-    width: float = Field(description="outside, m")
-    depth: float = Field(description="outside, with doors, without pulls, m")
-    height: float = Field(description="outside, m")
-    foot: float = Field(0.06, ge=0.04, le=0.12, description="height of the base, m")
-    shelves: int = Field(3, ge=1, le=4, description="panes in the fridge")
-    bins: int = Field(3, ge=1, le=4, description="in each door of the fridge")
-    look: ApplianceLook = Field(ApplianceLook(), description="form, finishes and pulls")
-
-
-def draw_size(
-    rng: np.random.Generator, look: ApplianceLook, widths: Sequence[float], depth: Vec2, height: Vec2
-) -> dict[str, Any]:
-    """Fields that give the outer size: a width of those given, depth, height and foot within bounds, metres."""
-    return {
-        "width": pick(rng, tuple(widths)),
-        "depth": between(rng, *depth, 0.01),
-        "height": between(rng, *height, 0.01),
-        "foot": between(rng, 0.09, 0.11, 0.005) if look.kick is ApplianceKick.FEET else between(rng, 0.05, 0.09, 0.005),
-    }
-
-
-def has_plain_doors(look: ApplianceLook) -> bool:
-    """True where a dispenser can be let into the doors."""
-    return look.form in (ApplianceFront.FLAT, ApplianceFront.SOFT)
-
-
-def without_display(look: ApplianceLook) -> ApplianceLook:
-    """The look without a touch panel, where the doors are plain and may have a dispenser instead."""
-    return look.replace(display=False) if has_plain_doors(look) else look
-
-
-@dataclass(frozen=True)
-class FridgeCase:
-    """A refrigerator while it is built: the front of its case is y = 0, its left side x = 0.
-
-    p: its numbers. builder: where it is put together.
-    """
-
-    p: Refrigerator
-    builder: AssetBuilder
-
-    @property
-    def deep(self) -> float:
-        """Depth of the case without doors, metres."""
-        return self.p.depth - self.p.look.thick - DOOR_GAP
-
-    @property
-    def top(self) -> float:
-        """Height of the case without covers of hinges, metres."""
-        return self.p.height - (0.0 if self.p.look.form is ApplianceFront.PANEL else parts.HINGE_COVER_HEIGHT)
-
-    @property
-    def inside(self) -> Vec4:
-        """Planes of the whole inside: left, right, bottom, top, metres."""
-        return SIDE_THICKNESS, self.p.width - SIDE_THICKNESS, self.p.foot + FLOOR_THICKNESS, self.top - TOP_THICKNESS
-
-    def below(self, split: float) -> tuple[float, float, float, float, float]:
-        """Left, right, bottom, top and depth of the inside below a wall whose middle is at height `split`, metres."""
-        left, right, bottom, _ = self.inside
-        return left, right, bottom, split - DIVIDER_THICKNESS / 2, self.deep
-
-    def above(self, split: float) -> tuple[float, float, float, float, float]:
-        """Left, right, bottom, top and depth of the inside above that wall, metres."""
-        left, right, _, top = self.inside
-        return left, right, split + DIVIDER_THICKNESS / 2, top, self.deep
-
-    def enclose(self, *compartments: Compartment) -> None:
-        """Add walls round the compartments, and the base."""
-        p = self.p
-        parts.add_case(self.builder, p.width, self.deep, self.top, p.foot, compartments, p.look)
-        parts.add_base(self.builder, p.width, self.deep, p.foot, p.look)
-
-    def finish(
-        self,
-        doors: Sequence[FridgeDoor],
-        other_joints: Sequence[str],
-        badge_door: FridgeDoor,
-        fridge_doors: Sequence[FridgeDoor],
-    ) -> None:
-        """Add covers over the hinges, the badge, states and the lamp.
-
-        doors: doors at the top, which turn on covered hinges. other_joints: joints of further doors and drawers.
-        badge_door: the door with the badge. fridge_doors: doors whose opening lights the lamp.
-        """
-        p = self.p
-        for right in sorted({door.right for door in doors}):
-            at = p.width - HINGE_INSET if right else HINGE_INSET
-            parts.add_hinge_cover(self.builder, at, self.top, p.look.thick, p.look)
-        add_badge(self.builder, badge_door, p.look)
-        joints = [door.joint for door in doors]
-        finish_refrigerator(self.builder, (*joints, *other_joints), [door.joint for door in fridge_doors])
-        self.builder.region("main", (0.0, -DOOR_GAP - p.look.thick, 0.0), (p.width, self.deep, p.height))

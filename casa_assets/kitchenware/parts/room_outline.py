@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 
 import manifold3d
@@ -10,7 +9,7 @@ import numpy as np
 
 from casa_assets.ext.arrays import Floats, Ints, counter_clockwise, signed_area
 from casa_assets.ext.records import Vec2, Vec3
-from casa_assets.ext.solids import Placed, Solid, blocks, box_shape
+from casa_assets.ext.solids import Placed, blocks, box_shape, hull_around
 
 Outline = tuple[Vec2, ...]
 MIN_SIDE = 0.1  # metres
@@ -75,23 +74,15 @@ def check_outline(outline: Outline) -> None:
         raise ValueError("sides of the outline cross or touch each other")
 
 
-@dataclass(frozen=True)
-class RoomSlab:
-    """A horizontal slab over the whole of a room.
+def room_slab(outline: Outline, lower: float, upper: float) -> tuple[blocks.Shell, tuple[Placed, ...]]:
+    """A horizontal slab over a whole room between two heights, metres. Raises ValueError as `check_outline` does.
 
-    shell: its surface; `side` distinguishes lower face, upper face and rim. shapes: convex pieces that fill it.
+    Returns: its surface, whose `side` distinguishes lower face, upper face and rim, and convex pieces that fill it.
     """
-
-    shell: blocks.Shell
-    shapes: tuple[Placed, ...]
-
-
-def room_slab(outline: Outline, lower: float, upper: float) -> RoomSlab:
-    """The slab of an outline between two heights, metres. Raises ValueError as `check_outline` does."""
     if is_rectilinear(outline):
         grid = outline_cells(outline)
         shapes = tuple(box_shape((*lo, lower), (*hi, upper)) for lo, hi in blocks.rectangles(grid))
-        return RoomSlab(blocks.cell_shell(grid, lower, upper), shapes)
+        return blocks.cell_shell(grid, lower, upper), shapes
     check_outline(outline)
     loop = outline_loop(outline)
     n = len(loop)
@@ -101,15 +92,12 @@ def room_slab(outline: Outline, lower: float, upper: float) -> RoomSlab:
     after = np.roll(ring, -1)
     rim = np.concatenate([np.stack([ring, after, after + n], axis=1), np.stack([ring, after + n, ring + n], axis=1)])
     faces: Ints = np.concatenate([triangles[:, ::-1], triangles + n, rim])
-    side = np.repeat(
-        [blocks.FRONT_FACES, blocks.BACK_FACES, blocks.RIM_FACES], [len(triangles), len(triangles), len(rim)]
-    )
+    counts = [len(triangles), len(triangles), len(rim)]
+    side = np.repeat([blocks.FRONT_FACES, blocks.BACK_FACES, blocks.RIM_FACES], counts)
     shell = blocks.Shell(points, faces, side, np.zeros((len(faces), 2), dtype=np.int64))
-    pieces = [
-        Solid(np.concatenate([points[piece], points[[k + n for k in piece]]]), np.zeros((0, 3), dtype=np.int64))
-        for piece in convex_pieces(loop, triangles)
-    ]
-    return RoomSlab(shell, tuple(shape for piece in pieces for shape in piece.with_hull_collider().shapes))
+    pieces = convex_pieces(loop, triangles)
+    hulls = [hull_around(np.concatenate([points[piece], points[[k + n for k in piece]]])) for piece in pieces]
+    return shell, tuple(shape for hull in hulls for shape in hull.shapes)
 
 
 def convex_pieces(loop: Floats, triangles: Ints) -> list[list[int]]:
@@ -178,7 +166,10 @@ def spans_inside(outline: Outline, direction: LayDirection, lower: float, upper:
     inner = points[(points[:, 1] > lower) & (points[:, 1] < upper), 1]
     spans = [(-np.inf, np.inf)]
     for level in (lower + LENGTH_TOLERANCE, *sorted(inner + LENGTH_TOLERANCE), upper - LENGTH_TOLERANCE):
-        crossed = _crossings(points, level)
+        ends = np.roll(points, -1, axis=0)
+        cross = (points[:, 1] > level) != (ends[:, 1] > level)
+        a, b = points[cross], ends[cross]
+        crossed = sorted((a[:, 0] + (level - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0])).tolist())
         spans = [
             (max(a, c), min(b, d))
             for a, b in spans
@@ -186,10 +177,3 @@ def spans_inside(outline: Outline, direction: LayDirection, lower: float, upper:
             if min(b, d) - max(a, c) > LENGTH_TOLERANCE
         ]
     return [(float(a), float(b)) for a, b in spans]
-
-
-def _crossings(points: Floats, level: float) -> list[float]:
-    ends = np.roll(points, -1, axis=0)
-    cross = (points[:, 1] > level) != (ends[:, 1] > level)
-    a, b = points[cross], ends[cross]
-    return sorted((a[:, 0] + (level - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0])).tolist())

@@ -11,8 +11,6 @@ from casa_assets.model.asset.asset import (
     Base,
     Collider,
     Drive,
-    Inertial,
-    Joint,
     JointValue,
     Keyframe,
     Link,
@@ -61,10 +59,18 @@ def cupboard() -> Asset:
             kit.hinge(
                 "door_hinge", "door", kit.Z, (-math.pi / 2, 0.0), damping=1.0, frictionloss=2.5, grip="door_handle"
             ),
-            _slide("drawer_slide", "drawer", (0.0, -1.0, 0.0), 0.3, "drawer_handle"),
+            kit.slide(
+                "drawer_slide",
+                "drawer",
+                (0.0, -1.0, 0.0),
+                (0.0, 0.3),
+                damping=10.0,
+                frictionloss=6.0,
+                grip="drawer_handle",
+            ),
             kit.hinge("knob_turn", "knob", kit.Y, (0.0, 2.0), damping=0.01, frictionloss=0.05, grip="knob_grip"),
-            _slide("key_press", "key", kit.Y, 0.004, "key_cap").replace(
-                damping=0.5, frictionloss=0.2, drive=Drive(stiffness=250.0, damping=0.0, target=-0.004)
+            kit.slide("key_press", "key", kit.Y, (0.0, 0.004), damping=0.5, frictionloss=0.2, grip="key_cap").replace(
+                drive=Drive(stiffness=250.0, damping=0.0, target=-0.004)
             ),
         ),
         regions=(
@@ -177,10 +183,6 @@ def metric(mesh: Mesh) -> Mesh:
     return mesh.replace(uv=np.take_along_axis(mesh.vertices, kept, axis=1) / np.array(TILE))
 
 
-def _slide(name: str, child: str, axis: Vec3, way: float, grip: str) -> Joint:
-    return kit.slide(name, child, axis, (0.0, way), damping=10.0, frictionloss=6.0, grip=grip)
-
-
 def _carcass() -> Link:
     return Link(
         name="object",
@@ -230,7 +232,7 @@ def _knob() -> Link:
         name="knob",
         parent="object",
         pose=Pose(position=KNOB),
-        inertial=_light(0.05, (0.04, 0.03, 0.04)),
+        inertial=kit.box_inertial(0.05, (0.04, 0.03, 0.04), kit.HERE),
         visuals=(kit.seen("knob_cap", "brass", (0.04, 0.03, 0.04)),),
         colliders=(_grip("knob_grip", Cylinder(radius=0.02, height=0.03), (0.0, 0.0, 0.0), "knob", lying),),
     )
@@ -242,14 +244,10 @@ def _key() -> Link:
         name="key",
         parent="object",
         pose=Pose(position=KEY),
-        inertial=_light(0.02, size),
+        inertial=kit.box_inertial(0.02, size, kit.HERE),
         visuals=(kit.seen("key_top", "brass", size, (0.0, 0.0, 0.0)),),
         colliders=(_grip("key_cap", Box(size=size), (0.0, 0.0, 0.0), "button"),),
     )
-
-
-def _light(mass: float, size: Vec3) -> Inertial:
-    return kit.box_inertial(mass, size, (0.0, 0.0, 0.0))
 
 
 def _grip(name: str, form: Shape, at: Vec3, label: str, pose: Pose | None = None) -> Collider:
