@@ -8,6 +8,7 @@ from __future__ import annotations
 import importlib.metadata
 import inspect
 import json
+import logging
 import os
 import re
 import subprocess
@@ -15,7 +16,7 @@ import sys
 import tempfile
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, redirect_stderr, redirect_stdout, suppress
 from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
@@ -26,7 +27,6 @@ from unittest.mock import patch
 import numpy as np
 from pxr import Ar, Usd, UsdGeom
 
-from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.simready_python import NEEDED, NoVerdict, run_program, validator_python
 from casa_assets.core.numeric import Floats
 from casa_assets.errors import CasaError
@@ -140,6 +140,59 @@ def answer(path: str, *without: str) -> None:
         told = {"missing": str(error)}
     with os.fdopen(answers, "w", encoding="utf-8") as stream:
         json.dump(told, stream)
+
+
+@contextmanager
+def quiet() -> Iterator[list[str]]:
+    """Nothing that happens inside reaches standard output, standard error or a log.
+
+    Both copies of USD (that of usd-core and the one inside MuJoCo) and the validators print from C++, so the file
+    descriptors themselves are turned away. For the whole process: for use where nothing else runs.
+
+    Yields:
+        A list that holds the lines that were printed once the block has ended.
+    """
+    said: list[str] = []
+    with tempfile.TemporaryFile() as sink, ExitStack() as stack:
+        stack.enter_context(_descriptor(1, sink.fileno()))
+        stack.enter_context(_descriptor(2, sink.fileno()))
+        text = stack.enter_context(open(os.dup(sink.fileno()), "w", encoding="utf-8", buffering=1))  # noqa: PTH123
+        stack.enter_context(redirect_stdout(text))
+        stack.enter_context(redirect_stderr(text))
+        stack.enter_context(_no_logging())
+        try:
+            yield said
+        finally:
+            text.flush()
+            sink.seek(0)
+            said.extend(line for line in sink.read().decode("utf-8", "replace").splitlines() if line.strip())
+            sink.seek(0, os.SEEK_END)
+
+
+@contextmanager
+def _descriptor(number: int, target: int) -> Iterator[None]:
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    kept = os.dup(number)
+    os.dup2(target, number)
+    try:
+        yield
+    finally:
+        os.dup2(kept, number)
+        os.close(kept)
+
+
+@contextmanager
+def _no_logging() -> Iterator[None]:
+    """Also undoes the handler that the first `logging.warning` of a process installs."""
+    root = logging.getLogger()
+    level, handlers = logging.root.manager.disable, list(root.handlers)
+    logging.disable(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logging.disable(level)
+        root.handlers[:] = handlers
 
 
 # Rules ----------------------------------------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ from casa_assets.checks.check import (
     NO_COMPILE,
     NO_JOINTS,
     Measurement,
+    Package,
     Problem,
     all_at_most,
     at_most,
@@ -22,7 +23,6 @@ from casa_assets.checks.check import (
 )
 from casa_assets.checks.motion import simulation
 from casa_assets.checks.motion.operate import TUNNEL_M, DropProtocol, DropResult, drop_on_floor
-from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mujoco_facts
 from casa_assets.checks.readers.facts import asset_facts, differences, measured
 from casa_assets.model.asset.asset import Base

@@ -1,24 +1,27 @@
-"""Find faults of the USD package by independent validators: OpenUSD, SimReady, MuJoCo's importer.
+"""Find faults of the USD package, by OpenUSD, SimReady and MuJoCo's importer, and differences between it and the MJCF.
 
 A file that does not open at all is reported once, by `usd_opens`; the other checks are then not run.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from typing import TypeVar
 
 from PIL import Image
 from pxr import Tf, Usd, UsdShade, UsdUtils, UsdValidation
 
-from casa_assets.checks.check import Measurement, Problem, count, not_run
-from casa_assets.checks.package import Package
-from casa_assets.checks.readers.quiet import quiet
+from casa_assets.checks.check import Measurement, Package, Problem, count, not_run
+from casa_assets.checks.readers import mujoco_facts, usd_facts
+from casa_assets.checks.readers.facts import Cells, Difference, differences, measured
 from casa_assets.checks.readers.usd_facts import imported, missing_importer
-from casa_assets.checks.simready import PROFILE, PROFILE_VERSION, validate_simready
+from casa_assets.checks.simready import PROFILE, PROFILE_VERSION, quiet, validate_simready
 from casa_assets.checks.simready_python import NoVerdict
 
-UNREADABLE = "the USD file does not open"
+UNREADABLE, NOT_BOTH = "the USD file does not open", "one of the files cannot be read"
+T = TypeVar("T")
 THUMBNAIL_PX = (256, 256)
 # This validator looks shaders up in definitions that the usd-core wheel does not carry, and fails on any file.
 UNAVAILABLE = frozenset({"usdShadeValidators:ShaderSdrCompliance"})
@@ -150,3 +153,69 @@ def _png_fault(folder: Path, path: str) -> str:
             return "" if image.format == "PNG" else f"{path} is {image.format}, not PNG"
     except (OSError, SyntaxError) as fault:
         return f"{path} cannot be read: {fault}"
+
+
+# Parity ---------------------------------------------------------------------------------------------------------------
+# Differences between the MJCF and the USD, its nested layer too where it has one.
+
+
+def mujoco_reads_both_alike(package: Package, limit: float) -> Measurement:
+    """PAR001: largest difference, other than of lengths, between MuJoCo's readings of MJCF and USD."""
+    if missing := missing_importer():
+        return not_run(missing, waived=True)
+    rows = _compare_files(package, usd_facts.mujoco_facts)
+    return not_run(NOT_BOTH) if rows is None else measured((r for r in rows if not r.is_length), limit)
+
+
+def openusd_reads_as_mujoco(package: Package, limit: float) -> Measurement:
+    """PAR002: largest difference, other than of lengths, between UsdPhysics' reading of the USD and the MJCF."""
+    rows = _compare_files(package, usd_facts.pxr_facts)
+    return not_run(NOT_BOTH) if rows is None else measured((r for r in rows if not r.is_length), limit)
+
+
+def lengths_agree(package: Package, limit: float) -> Measurement:
+    """PAR004: largest difference of positions, sizes and travels between both readers, metres."""
+    missing = missing_importer()
+    by_mujoco = [] if missing else _compare_files(package, usd_facts.mujoco_facts)
+    by_openusd = _compare_files(package, usd_facts.pxr_facts)
+    if by_mujoco is None or by_openusd is None:
+        return not_run(NOT_BOTH)
+    found = measured((r for r in (*by_mujoco, *by_openusd) if r.is_length), limit)
+    return not_run(missing, waived=True) if missing and not found.problems else found
+
+
+def contact_parameters_agree(package: Package, limit: float) -> Measurement:
+    """PAR003: largest relative difference of contact and joint parameters."""
+    if missing := missing_importer():
+        return not_run(missing, waived=True)
+    mjcf = mujoco_facts.load_mjcf(package.mjcf).model if package.mjcf.is_file() else None
+    rows: list[Difference] = []
+    for path in package.usd_files:
+        usd = _read_quietly(lambda path: imported(path).model, path)
+        if mjcf is None or usd is None:
+            return not_run(NOT_BOTH)
+        rows += mujoco_facts.parameter_differences(mjcf, usd)
+    return measured(rows, limit)
+
+
+def _compare_files(package: Package, read_usd: Callable[[Path], Cells]) -> list[Difference] | None:
+    """Differences of the MJCF and each layer of the USD; None if one of them cannot be read."""
+    expected = _read_quietly(mujoco_facts.facts, package.mjcf)
+    rows: list[Difference] = []
+    for path in package.usd_files:
+        actual = _read_quietly(read_usd, path)
+        if expected is None or actual is None:
+            return None
+        rows += differences(expected, actual)
+    return rows
+
+
+def _read_quietly(read: Callable[[Path], T], path: Path) -> T | None:
+    """Result of a reader on a file, or None if it fails."""
+    if not path.is_file():
+        return None
+    with quiet():
+        try:
+            return read(path)
+        except (ValueError, Tf.ErrorException):
+            return None

@@ -113,8 +113,7 @@ def expected(scene: Scene, key: str) -> dict[str, Pose]:
         keys = {k.name: k for k in asset.keyframes}
         chosen = {**known, **keys}.get(key, known["closed"]) if key != "start" else start
         posed = asset.replace(keyframes=(chosen.replace(name="asked"),))
-        (asked,) = (p for p in asset_facts(posed).poses if p.name == "asked")
         world_from_root = place.pose @ asset.root.pose
-        for link, position, quaternion in zip(asked.bodies, asked.positions, asked.quaternions, strict=True):
-            found[body(place.name, link)] = world_from_root @ Pose(position=position, quaternion=quaternion)
+        for link, frame in asset_facts(posed)["poses"]["asked"].items():
+            found[body(place.name, link)] = world_from_root @ Pose(**frame)
     return found

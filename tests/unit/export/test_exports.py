@@ -15,7 +15,7 @@ from casa_assets import export
 from casa_assets.addons.robocasa import run as robocasa
 from casa_assets.addons.robocasa import run as robocasa_kitchens
 from casa_assets.addons.robocasa.parts import box_region
-from casa_assets.checks.package.parity import asset_differences
+from casa_assets.checks.readers.urdf_facts import asset_differences
 from casa_assets.errors import BatchFault, CasaError, OutputError
 from casa_assets.export import URDF, export_assets, export_scenes
 from casa_assets.layouts.order.build_order import KitchenRequest
