@@ -11,10 +11,7 @@ import pytest
 from casa_assets.addons.batch.merged_form import batch_form
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.formats.mjcf import batch
-from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.material import Material, Texture
-from casa_assets.model.issue import Files
-from casa_assets.model.kitchen.scene import BatchScene
+from casa_assets.model.asset.material import Material
 from casa_assets.model.record import Vec3
 from tests.support.kitchen.rooms import at, block, room
 from tests.support.mesh.meshes import texture
@@ -24,24 +21,13 @@ BOARD: Vec3 = (1.2, 0.02, 0.6)
 TILE = (0.3, 0.2)
 
 
-def grain(width: int = 600, height: int = 400) -> Texture:
-    pixels = np.zeros((height, width, 3), dtype=np.uint8)
-    pixels[: height // 2] = 200
-    return texture("grain", pixels)
-
-
-def board(picture: Texture, tile: tuple[float, float] | None = TILE) -> Asset:
-    """With a picture that `box_mesh` draws once on each side, wherever `tile` says it repeats."""
-    plain = block("board", BOARD)
-    oak = Material(id="paint", base_color_texture=picture, tile_m=tile)
-    return plain.replace(materials=(oak,))
-
-
-def form(picture: Texture, tile: tuple[float, float] | None = TILE) -> BatchScene:
-    return batch_form(light_scene(room((board(picture, tile), at(0.0, 0.0, 0.0)))))
-
-
-def compiled(files: Files) -> mujoco.MjModel:
+def compiled(tile: tuple[float, float] | None) -> mujoco.MjModel:
+    """A board with a picture that `box_mesh` draws once on each side, wherever `tile` says it repeats."""
+    pixels = np.zeros((400, 600, 3), dtype=np.uint8)
+    pixels[:200] = 200
+    oak = Material(id="paint", base_color_texture=texture("grain", pixels), tile_m=tile)
+    board = block("board", BOARD).replace(materials=(oak,))
+    files = batch.write(batch_form(light_scene(room((board, at(0.0, 0.0, 0.0))))))
     entries = {path.replace("assets/", "../assets/"): data for path, data in files.entries.items()}
     return mujoco.MjModel.from_xml_string(entries.pop(batch.FILE).decode(), assets=entries)
 
@@ -55,21 +41,15 @@ def corners(model: mujoco.MjModel, geom: int) -> set[tuple[float, ...]]:
     return {tuple(point) for point in (points * 1000).round(3) + 0.0}
 
 
-def test_a_picture_repeats_by_its_true_size() -> None:
-    model = compiled(batch.write(form(grain())))
-    geom = model.geom("thing_0__shape_0").id
+def test_a_picture_repeats_by_its_true_size_and_the_box_is_where_it_was() -> None:
+    model, plain, name = compiled(TILE), compiled(None), "thing_0__shape_0"
+    geom = model.geom(name).id
     material = int(model.geom_matid[geom])
     assert model.mat_texuniform[material]
     # MuJoCo multiplies by half of the length.
     times = model.mat_texrepeat[material] * model.geom_size[geom][:2]
     assert times == pytest.approx([1.2 / 0.3, 0.6 / 0.2])
     assert model.geom_size[geom][2] == pytest.approx(0.01), "the side with the picture is the top of the box"
-
-
-def test_the_box_is_where_it_was() -> None:
-    shown = compiled(batch.write(form(grain())))
-    plain = compiled(batch.write(form(grain(), tile=None)))
     assert plain.nmat == 0
-    name = "thing_0__shape_0"
-    assert not np.allclose(shown.geom(name).size, plain.geom(name).size)
-    assert corners(shown, shown.geom(name).id) == corners(plain, plain.geom(name).id)
+    assert not np.allclose(model.geom(name).size, plain.geom(name).size)
+    assert corners(model, geom) == corners(plain, plain.geom(name).id)

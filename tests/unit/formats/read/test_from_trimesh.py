@@ -17,7 +17,7 @@ from casa_assets.formats.read.from_trimesh import bundle_from_trimesh, raw_from_
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.run.steps import run_stages
 from casa_assets.mesh.trimesh_exchange import to_trimesh
-from casa_assets.model import rejection_codes
+from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Up
 from tests.support.mesh.mesh_files import LIMITS, QUARTERS
 from tests.support.mesh.mesh_readings import differences, ours, theirs
@@ -42,17 +42,17 @@ def test_what_is_refused_or_passed_over() -> None:
     few = {**LIMITS, "input_faces": 11}
     broken = trimesh.Trimesh(vertices=[(0, 0, 0), (1, 0, 0), (0, 1, 0)], faces=[(0, 1, 7)], process=False)
     for read, code in (
-        (lambda: raw_from_trimesh(trimesh.Scene([box("mm"), box("inches")])), rejection_codes.MIXED_UNITS),
-        (lambda: raw_from_trimesh(box(), few), rejection_codes.TOO_LARGE),
-        (lambda: load(bundle_from_trimesh(box()), few), rejection_codes.TOO_LARGE),
-        (lambda: raw_from_trimesh(broken), rejection_codes.OUT_OF_BOUNDS),
+        (lambda: raw_from_trimesh(trimesh.Scene([box("mm"), box("inches")])), codes.MIXED_UNITS),
+        (lambda: raw_from_trimesh(box(), few), codes.TOO_LARGE),
+        (lambda: load(bundle_from_trimesh(box()), few), codes.TOO_LARGE),
+        (lambda: raw_from_trimesh(broken), codes.OUT_OF_BOUNDS),
     ):
         with pytest.raises(Rejected) as refused:
             read()
         assert refused.value.code == code
     raw = raw_from_trimesh(trimesh.Scene([box(), trimesh.PointCloud([(0, 0, 0)])]))
     assert len(raw.parts) == 1
-    assert [n.code for n in raw.notes] == [rejection_codes.FEATURE_IGNORED]
+    assert [n.code for n in raw.notes] == [codes.FEATURE_IGNORED]
 
 
 def test_nodes_place_and_mirror() -> None:

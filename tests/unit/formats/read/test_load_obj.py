@@ -9,7 +9,7 @@ import pytest
 
 from casa_assets.formats.read.obj import map_file
 from casa_assets.formats.read.raw_parts import triangulate
-from casa_assets.model import rejection_codes
+from casa_assets.model import rejection_codes as codes
 from tests.support.mesh.mesh_files import OBJ_TRIANGLE, QUARTERS, codes_of, load_bytes, png, refusal, texel
 
 
@@ -80,18 +80,18 @@ def test_height_maps_are_not_taken_for_normal_maps() -> None:
 def test_bad_faces_are_dropped_with_a_note() -> None:
     for line in ("f 0 1 2", "f 1 2 999999999999", "f 1 2", "f a b c", "f -9 1 2"):
         model = load_bytes("x.obj", OBJ_TRIANGLE + line + "\n")
-        assert (len(model.parts[0].mesh.faces), codes_of(model)) == (1, {rejection_codes.FACE_DROPPED}), line
+        assert (len(model.parts[0].mesh.faces), codes_of(model)) == (1, {codes.FACE_DROPPED}), line
 
 
 def test_unusable_files_are_refused(subtests: pytest.Subtests) -> None:
     for text, code in [
-        ("", rejection_codes.EMPTY_FILE),
-        ("# nothing\n", rejection_codes.EMPTY_FILE),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", rejection_codes.NO_FACES),
-        ("v 0,5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", rejection_codes.BAD_NUMBER),
-        ("v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", rejection_codes.BAD_NUMBER),
-        ("v 0 0 0\nf 4 5 6\n", rejection_codes.OUT_OF_BOUNDS),
-        ("v 0 0 0\n\0\0\0", rejection_codes.WRONG_TYPE),
+        ("", codes.EMPTY_FILE),
+        ("# nothing\n", codes.EMPTY_FILE),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", codes.NO_FACES),
+        ("v 0,5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", codes.BAD_NUMBER),
+        ("v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", codes.BAD_NUMBER),
+        ("v 0 0 0\nf 4 5 6\n", codes.OUT_OF_BOUNDS),
+        ("v 0 0 0\n\0\0\0", codes.WRONG_TYPE),
     ]:
         with subtests.test(text=text, code=code):
             assert refusal("x.obj", text) == code

@@ -11,7 +11,7 @@ from PIL import Image
 
 from casa_assets.formats.read.materials import Images, ImageUse
 from casa_assets.formats.read.text import Notes
-from casa_assets.model import rejection_codes
+from casa_assets.model import rejection_codes as codes
 from casa_assets.model.source import Up
 from tests.support.mesh.mesh_files import LIMITS, QUARTERS, load_bytes, png, refusal, texel
 
@@ -84,22 +84,16 @@ def test_ply_corner_coordinates_and_its_picture() -> None:
 
 def test_bad_ply_is_refused(subtests: pytest.Subtests) -> None:
     for text, code in [
-        (PLY_HEAD.format("binary_little_endian", ""), rejection_codes.TRUNCATED),
-        (PLY_HEAD.format("ebcdic", "") + PLY_FACES.format(0, ""), rejection_codes.BAD_HEADER),
+        (PLY_HEAD.format("binary_little_endian", ""), codes.TRUNCATED),
+        (PLY_HEAD.format("ebcdic", "") + PLY_FACES.format(0, ""), codes.BAD_HEADER),
         (
             PLY_HEAD.format("ascii", "").replace("4", "2000000000") + PLY_FACES.format(0, "") + "0 0 0",
-            rejection_codes.LENGTH_MISMATCH,
+            codes.LENGTH_MISMATCH,
         ),
-        (PLY_HEAD.format("ascii", "") + PLY_FACES.format(0, "") + "0 0 0 " * 4, rejection_codes.NO_FACES),
-        (
-            PLY_HEAD.format("ascii", "") + PLY_FACES.format(1, "") + "0 0 0 " * 4 + "3 0 1 9",
-            rejection_codes.OUT_OF_BOUNDS,
-        ),
-        (
-            PLY_HEAD.format("ascii", "") + PLY_FACES.format(1, "") + "0 0 0 " * 3 + "0 0 x 3 0 1 2",
-            rejection_codes.BAD_NUMBER,
-        ),
-        (PLY_HEAD.format("ascii", "") + PLY_FACES.format(1, "") + "0 0 0 " * 4 + "3 0 1", rejection_codes.TRUNCATED),
+        (PLY_HEAD.format("ascii", "") + PLY_FACES.format(0, "") + "0 0 0 " * 4, codes.NO_FACES),
+        (PLY_HEAD.format("ascii", "") + PLY_FACES.format(1, "") + "0 0 0 " * 4 + "3 0 1 9", codes.OUT_OF_BOUNDS),
+        (PLY_HEAD.format("ascii", "") + PLY_FACES.format(1, "") + "0 0 0 " * 3 + "0 0 x 3 0 1 2", codes.BAD_NUMBER),
+        (PLY_HEAD.format("ascii", "") + PLY_FACES.format(1, "") + "0 0 0 " * 4 + "3 0 1", codes.TRUNCATED),
     ]:
         with subtests.test(text=text, code=code):
             assert refusal("x.ply", text) == code
@@ -118,11 +112,11 @@ def test_stl_text_with_two_solids() -> None:
 
 def test_bad_stl_is_refused(subtests: pytest.Subtests) -> None:
     for data, code in [
-        (stl_bytes(9)[:-60], rejection_codes.TRUNCATED),
-        (stl_bytes(2, claimed=2**32 - 1), rejection_codes.LENGTH_MISMATCH),
-        (b"solid x\nfacet\nvertex 0 0 0\nvertex 1 0 0\n", rejection_codes.TRUNCATED),
-        (b"solid x\nfacet\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 a\nendsolid", rejection_codes.BAD_NUMBER),
-        (b"solid x\nendsolid x\n", rejection_codes.EMPTY_FILE),
+        (stl_bytes(9)[:-60], codes.TRUNCATED),
+        (stl_bytes(2, claimed=2**32 - 1), codes.LENGTH_MISMATCH),
+        (b"solid x\nfacet\nvertex 0 0 0\nvertex 1 0 0\n", codes.TRUNCATED),
+        (b"solid x\nfacet\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 a\nendsolid", codes.BAD_NUMBER),
+        (b"solid x\nendsolid x\n", codes.EMPTY_FILE),
     ]:
         with subtests.test(data=data, code=code):
             assert refusal("x.stl", data) == code
@@ -148,21 +142,18 @@ def test_dae_picture_and_mirrored_node() -> None:
 
 def test_bad_dae_is_refused(subtests: pytest.Subtests) -> None:
     for text, code in [
-        (dae()[: len(dae()) // 2], rejection_codes.TRUNCATED),
-        (dae().replace("</asset>", "</asse>"), rejection_codes.BAD_XML),
+        (dae()[: len(dae()) // 2], codes.TRUNCATED),
+        (dae().replace("</asset>", "</asse>"), codes.BAD_XML),
         (
             dae().replace("<COLLADA", '<!DOCTYPE a [<!ENTITY x SYSTEM "file:///etc/passwd">]>\n<COLLADA', 1),
-            rejection_codes.XML_ENTITY,
+            codes.XML_ENTITY,
         ),
-        (dae().replace("<scene>", "<extra>" * 3000 + "</extra>" * 3000 + "<scene>"), rejection_codes.XML_DEPTH),
-        (dae(p="0 0 1 1 2 2 9 3"), rejection_codes.OUT_OF_BOUNDS),
-        (
-            dae().replace("<node ", '<node id="q"><instance_node url="#q"/></node><node '),
-            rejection_codes.BAD_SCENE_GRAPH,
-        ),
-        (dae().replace("1 1 0 0 1 0<", "nan 1 0 nan 1 0<"), rejection_codes.NON_FINITE),
-        ("<COLLADA></COLLADA>", rejection_codes.NO_GEOMETRY),
-        ("<svg></svg>", rejection_codes.WRONG_TYPE),
+        (dae().replace("<scene>", "<extra>" * 3000 + "</extra>" * 3000 + "<scene>"), codes.XML_DEPTH),
+        (dae(p="0 0 1 1 2 2 9 3"), codes.OUT_OF_BOUNDS),
+        (dae().replace("<node ", '<node id="q"><instance_node url="#q"/></node><node '), codes.BAD_SCENE_GRAPH),
+        (dae().replace("1 1 0 0 1 0<", "nan 1 0 nan 1 0<"), codes.NON_FINITE),
+        ("<COLLADA></COLLADA>", codes.NO_GEOMETRY),
+        ("<svg></svg>", codes.WRONG_TYPE),
     ]:
         with subtests.test(text=text, code=code):
             name = "x.xml" if "svg" in text else "x.dae"
@@ -196,4 +187,4 @@ def test_large_pictures_are_refused_unseen_and_big_ones_scaled() -> None:
     scaled = images.texture("wide", png(np.zeros((2, 8000), dtype=np.uint8)), "x", ImageUse())
     assert scaled is not None
     assert (scaled.width_px, scaled.height_px) == (4096, 1)
-    assert [n.code for n in notes.issues] == [rejection_codes.IMAGE_REFUSED, rejection_codes.IMAGE_DOWNSCALED]
+    assert [n.code for n in notes.issues] == [codes.IMAGE_REFUSED, codes.IMAGE_DOWNSCALED]
