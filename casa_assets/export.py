@@ -21,7 +21,7 @@ from casa_assets.checks.scene.forms import scene_differences
 from casa_assets.core.system import cache_for
 from casa_assets.errors import BatchFault, CasaError, OutputError, PluginFailure, UnknownId
 from casa_assets.formats import urdf
-from casa_assets.formats.gltf import EVERYTHING, SEEN_ALONE, Layers, asset_glb, scene_glb
+from casa_assets.formats.gltf import asset_glb, scene_glb
 from casa_assets.formats.urdf import json_text
 from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.run.kept import remembered_kitchen_key
@@ -372,20 +372,20 @@ def export_one(recipe: SceneRecipe, export: Export[R], kind: type[R], root: Path
 
 def glb_form(with_layers: bool = False) -> Form:
     """The form; `with_layers` puts collision shapes and regions into the files, which other programs show as well."""
-    layers = EVERYTHING if with_layers else SEEN_ALONE
-    return Form("glb", _GLB_READMES, partial(_asset, layers=layers), partial(_scene, layers=layers))
+    write = partial(_asset, with_layers=with_layers), partial(_scene, with_layers=with_layers)
+    return Form("glb", _GLB_READMES, *write)
 
 
-def _asset(folder: Path, staged: Path, layers: Layers) -> ExportResult:
+def _asset(folder: Path, staged: Path, with_layers: bool) -> ExportResult:
     asset = certified_asset(folder)
-    data = asset_glb(asset, layers)
+    data = asset_glb(asset, with_layers)
     facts = {"category": asset.labels.category, "mass_kg": asset.mass, "bytes": len(data)}
     return ExportResult(asset.id, _put(staged, f"{ASSETS}/{asset.id}.glb", data), facts)
 
 
-def _scene(recipe: SceneRecipe, staged: Path, cache: Path, layers: Layers) -> ExportResult:
+def _scene(recipe: SceneRecipe, staged: Path, cache: Path, with_layers: bool) -> ExportResult:
     request, scene = build_scene(recipe, cache)
-    data = scene_glb(scene, layers)
+    data = scene_glb(scene, with_layers)
     facts = {"placements": len(scene.placements), "bytes": len(data), **measures_of(request, scene)}
     file = _put(staged, f"{SCENES}/{scene.id}.glb", data)
     return ExportResult(scene.id, file, facts, credits=attribution.credits_of(scene))

@@ -77,13 +77,7 @@ def rows(found: NamedRows) -> Cells:
 
 
 def asset_table(
-    base: str,
-    words: Cells,
-    exclusions: Pairs,
-    bodies: NamedRows,
-    places: NamedRows,
-    looks: NamedRows,
-    poses: NamedRows,
+    base: str, words: Cells, exclusions: Pairs, bodies: NamedRows, places: NamedRows, looks: NamedRows, poses: NamedRows
 ) -> Cells:
     """The table of an asset, or of all that a scene holds."""
     return {
@@ -103,28 +97,10 @@ def scene_table(gravity: Vec3, placements: NamedRows, cameras: NamedRows, lights
     return found | {name: things[name] for name in ("exclusions", "bodies", "places", "looks", "poses")}
 
 
-def words_cells(
-    *,
-    classes: Iterable[str],
-    portion: str,
-    labels: Pairs,
-    grips: Pairs,
-    behind: Pairs,
-    contract: str,
-    behavior: str,
-    states: NamedRows,
-) -> Cells:
-    """What programs read by name."""
-    return {
-        "classes": tuple(classes),
-        "portion": portion,
-        "labels": tuple(sorted(labels)),
-        "grips": tuple(sorted(grips)),
-        "behind": tuple(sorted(behind)),
-        "contract": contract,
-        "behavior": behavior,
-        "states": rows(states),
-    }
+def words_cells(classes: Iterable[str], states: NamedRows, **cells: str | Pairs) -> Cells:
+    """What programs read by name; `cells`: portion, contract and behavior, and the pairs of names."""
+    found = {name: cell if isinstance(cell, str) else tuple(sorted(cell)) for name, cell in cells.items()}
+    return {"classes": tuple(classes), **found, "states": rows(states)}
 
 
 def state_cells(joint: str, value: str, low: float | str, high: float | str) -> Cells:

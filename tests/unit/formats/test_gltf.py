@@ -14,7 +14,7 @@ import pytest
 import trimesh
 from PIL import Image, ImageDraw
 
-from casa_assets.formats.gltf import EVERYTHING, STEPS, asset_glb, encoded, scene_glb
+from casa_assets.formats.gltf import STEPS, asset_glb, encoded, scene_glb
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
 from casa_assets.model.asset.material import Texture
@@ -95,7 +95,7 @@ def test_links_stand_where_the_asset_has_them_in_every_named_pose(subtests: pyte
 def test_colliders_stand_where_they_collide(build: Callable[[], Asset]) -> None:
     """Primitives are unit meshes that their nodes scale; trimesh multiplies that out."""
     asset = build()
-    read = trimesh.load_scene(io.BytesIO(asset_glb(asset, EVERYTHING)), file_type="glb", process=False)
+    read = trimesh.load_scene(io.BytesIO(asset_glb(asset, with_layers=True)), file_type="glb", process=False)
     start = joint_positions(asset.keyframes[0].joints) if asset.keyframes else {}
     for link in asset.links:
         for collider in link.colliders:
@@ -116,19 +116,19 @@ def picture(name: str, mode: str, size: int, fill: tuple[int, ...]) -> Texture:
 
 
 def test_pictures_are_bounded_and_keep_their_alpha() -> None:
-    data, kind, mode = encoded(picture("wood", "RGB", 900, (180, 120, 60)), 512)
+    data, kind, mode = encoded(picture("wood", "RGB", 900, (180, 120, 60)))
     with Image.open(io.BytesIO(data)) as small:
         assert (small.size, kind, mode) == ((512, 512), "image/jpeg", "OPAQUE")
-    assert encoded(picture("cut", "RGBA", 64, (9, 9, 9, 255)), 512)[1:] == ("image/png", "MASK")
-    assert encoded(picture("smoke", "RGBA", 64, (9, 9, 9, 128)), 512)[1:] == ("image/png", "BLEND")
+    assert encoded(picture("cut", "RGBA", 64, (9, 9, 9, 255)))[1:] == ("image/png", "MASK")
+    assert encoded(picture("smoke", "RGBA", 64, (9, 9, 9, 128)))[1:] == ("image/png", "BLEND")
 
 
 def test_a_scene_has_each_mesh_once() -> None:
     scene = corner()
-    document = json_of(scene_glb(scene, EVERYTHING))
+    document = json_of(scene_glb(scene, with_layers=True))
     first = scene.placements[0]
     twin = first.replace(name="twin", pose=Pose(position=(5.0, 0.0, 0.0)))
-    doubled = json_of(scene_glb(scene.replace(placements=(*scene.placements, twin)), EVERYTHING))
+    doubled = json_of(scene_glb(scene.replace(placements=(*scene.placements, twin)), with_layers=True))
     assert len(doubled["nodes"]) > len(document["nodes"])
     assert doubled["meshes"] == document["meshes"]
     assert doubled["buffers"] == document["buffers"]
