@@ -21,6 +21,7 @@ from casa_assets.model.record import Vec4
 SURFACES = "visualMaterials"
 CONTACTS = "physicsMaterials"
 GREY = (0.5, 0.5, 0.5)
+PLAIN = (1, 1, 1, 1)
 # The taxonomy of the part of an asset that a visual or collider is: handle, door, shelf.
 PART = "part"
 # Ref: PNG (Third Edition) 11.2.1: offset of the colour type, and the types with alpha.
@@ -93,12 +94,9 @@ def points(array: Floats) -> Vt.Vec3fArray:
 
 
 def place(prim: Usd.Prim, pose: Pose, scale: Sequence[float] | None = None) -> None:
-    """Author translate, orient and scale, in double precision; identity ops are left out.
+    """Write translate, orient and scale of a prim without any, in double precision; the identity is left out.
 
-    Args:
-        prim: an Xformable without ops.
-        pose: parent_from_prim.
-        scale: factors along the prim's own axes, or None.
+    `pose`: parent_from_prim. `scale`: factors along the prim's own axes.
     """
     xform = UsdGeom.Xformable(prim)
     if any(pose.position):
@@ -173,24 +171,24 @@ def _network(material: Material, textures: str) -> Network:
     if material.textures:
         network["st"] = ("UsdPrimvarReader_float2", {"varname": "st"})
 
-    def picture(name: str, texture: Texture, scale: Vec4 | None = None, space: str = "", **others: object) -> None:
-        """`scale`: factors of the channels. `space`: colour space, if not that of the texture."""
+    def picture(name: str, texture: Texture, factors: Vec4 = PLAIN, space: str = "", **others: object) -> None:
+        """`factors`: of the channels. `space`: colour space, if not that of the texture."""
         space = space or ("sRGB" if texture.color_space is ColorSpace.SRGB else "raw")
         values = {"file": f"{textures}/{texture.file_name}", "sourceColorSpace": space, "wrapS": "repeat"}
-        scaled = {} if scale is None else {"scale": scale}
+        scaled = {} if factors == PLAIN else {"scale": factors}
         network[name] = ("UsdUVTexture", {**values, "wrapT": "repeat", "st": ("st", "result"), **scaled, **others})
 
     if base is not None:
-        picture("base_color", base, _unless_one(material.base_color))
+        picture("base_color", base, material.base_color)
         inputs["diffuseColor"] = "base_color", "rgb"
         if base.png[PNG_COLOR_TYPE] in PNG_WITH_ALPHA:
             # A second node: SimReady wants alpha read as raw numbers, and one node has one colour space.
-            picture("opacity", base, _unless_one((1, 1, 1, alpha)), "raw")
+            picture("opacity", base, (1, 1, 1, alpha), "raw")
             inputs["opacity"] = "opacity", "a"
     inputs |= {"metallic": material.metallic, "roughness": material.roughness}
     if material.metallic_roughness_texture is not None:
-        scale = _unless_one((1, material.roughness, material.metallic, 1))
-        picture("metallic_roughness", material.metallic_roughness_texture, scale)
+        factors = (1, material.roughness, material.metallic, 1)
+        picture("metallic_roughness", material.metallic_roughness_texture, factors)
         inputs |= {"roughness": ("metallic_roughness", "g"), "metallic": ("metallic_roughness", "b")}
     if material.normal_texture is not None:
         # 0..1 -> -1..1, as UsdPreviewSurface wants of an 8 bit map.
@@ -201,12 +199,8 @@ def _network(material: Material, textures: str) -> Network:
         red, green, blue = (material.glow * c for c in material.base_color[:3])
         inputs["emissiveColor"] = (red, green, blue) if base is None else ("glow", "rgb")
         if base is not None:
-            picture("glow", base, (red, green, blue, 1))
+            picture("glow", base, scale=(red, green, blue, 1))
     return network
-
-
-def _unless_one(scale: Vec4) -> Vec4 | None:
-    return None if scale == (1, 1, 1, 1) else scale
 
 
 # Shapes ---------------------------------------------------------------------------------------------------------------
