@@ -317,13 +317,13 @@ def _frictions(shapes: list[Usd.Prim]) -> dict[Usd.Prim, Vec3]:
     return {shape: of[material] for shape, material in zip(shapes, bound, strict=True)}
 
 
-def _bounds(shape: Usd.Prim, rows: Gf.Matrix4d) -> Floats:
+def _bounds(shape: Usd.Prim, body_from_shape: Gf.Matrix4d) -> Floats:
     """(2, 3) corners of a collider, body frame, metres; exact for every shape.
 
     Args:
-        rows: body_from_shape, of row vectors.
+        body_from_shape: of row vectors.
     """
-    matrix = np.array(rows).T  # USD multiplies row vectors
+    matrix = np.array(body_from_shape).T  # USD multiplies row vectors
     linear, centre = matrix[:3, :3], matrix[:3, 3]
     if shape.IsA(UsdGeom.Mesh):
         points = np.array(UsdGeom.Mesh(shape).GetPointsAttr().Get(), dtype=np.float64) @ linear.T + centre

@@ -6,7 +6,6 @@ import math
 import struct
 
 import numpy as np
-import pytest
 
 from casa_assets.formats.read.gltf import Mapping2D
 from casa_assets.model import rejection_codes as codes
@@ -15,17 +14,12 @@ from tests.support.mesh.mesh_files import QUARTERS, Gltf, codes_of, glb_bytes, l
 RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (0, 0, 255)
 
 
-def test_uv_are_turned_to_the_lower_left() -> None:
+def test_uv_are_turned_to_the_lower_left_and_moved_as_the_picture_says() -> None:
     made = Gltf()
     made.paint(png(QUARTERS))
     model = load_bytes("x.glb", made.glb())
     # glTF (0,0) is the upper left texel, (1,0) the upper right, (0,1) the lower left
     assert [texel(model, 0, i) for i in range(3)] == [RED, GREEN, BLUE]
-
-
-def test_texture_transform_is_baked() -> None:
-    made = Gltf()
-    made.paint(png(QUARTERS))
     moved = {"KHR_texture_transform": {"offset": [0.5, 0.0], "scale": [0.5, 0.5]}}
     picture = {"index": 0, "extensions": moved}
     made.document["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": picture}}]
@@ -50,12 +44,11 @@ def test_mirrored_node_turns_the_faces_and_the_normals_follow() -> None:
     assert np.allclose(mesh.normals, [0, 0, 1])
 
 
-def test_strips_and_fans(subtests: pytest.Subtests) -> None:
+def test_strips_and_fans() -> None:
     for mode, faces in [(5, [[0, 1, 2], [2, 1, 3]]), (6, [[0, 1, 2], [0, 2, 3]])]:
-        with subtests.test(mode=mode, faces=faces):
-            made = Gltf([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], [0, 1, 2, 3])
-            made.primitive["mode"] = mode
-            assert load_bytes("x.glb", made.glb()).parts[0].mesh.faces.tolist() == faces
+        made = Gltf([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], [0, 1, 2, 3])
+        made.primitive["mode"] = mode
+        assert load_bytes("x.glb", made.glb()).parts[0].mesh.faces.tolist() == faces
 
 
 def test_quantised_and_sparse_accessors() -> None:
@@ -124,7 +117,7 @@ def test_rest_pose_of_a_rigged_mesh_comes_from_its_joints() -> None:
     assert codes_of(model) == {codes.FEATURE_IGNORED}
 
 
-def test_broken_containers_are_refused(subtests: pytest.Subtests) -> None:
+def test_broken_containers_are_refused() -> None:
     for cut, code in [
         (lambda d: d[:8], codes.TRUNCATED),
         (lambda d: d[:12], codes.TRUNCATED),
@@ -142,8 +135,7 @@ def test_broken_containers_are_refused(subtests: pytest.Subtests) -> None:
         (lambda d: b"version https://git-lfs.github.com/spec/v1\n", codes.WRONG_TYPE),
         (lambda d: b"", codes.EMPTY_FILE),
     ]:
-        with subtests.test(cut=cut, code=code):
-            assert refusal("x.glb", cut(Gltf().glb())) == code
+        assert refusal("x.glb", cut(Gltf().glb())) == code
 
 
 def test_claims_beyond_the_bytes_are_refused_before_allocation() -> None:
@@ -163,7 +155,7 @@ def test_claims_beyond_the_bytes_are_refused_before_allocation() -> None:
     assert refusal("x.glb", made.glb()) == codes.TOO_LARGE
 
 
-def test_bad_scene_graphs_are_refused(subtests: pytest.Subtests) -> None:
+def test_bad_scene_graphs_are_refused() -> None:
     for nodes, code in [
         ([{"children": [0], "mesh": 0}], codes.BAD_SCENE_GRAPH),
         ([{"children": [i + 1, i + 1]} for i in range(30)] + [{"mesh": 0}], codes.BAD_SCENE_GRAPH),
@@ -174,13 +166,12 @@ def test_bad_scene_graphs_are_refused(subtests: pytest.Subtests) -> None:
         ([{"mesh": 0, "translation": "up"}], codes.BAD_SCHEMA),
         (["node"], codes.BAD_SCHEMA),
     ]:
-        with subtests.test(nodes=nodes, code=code):
-            made = Gltf()
-            made.document["nodes"] = nodes
-            assert refusal("x.glb", made.glb()) == code
+        made = Gltf()
+        made.document["nodes"] = nodes
+        assert refusal("x.glb", made.glb()) == code
 
 
-def test_what_cannot_be_read_costs_the_input_or_the_picture() -> None:
+def test_what_cannot_be_read_costs_the_input_or_the_picture_and_nothing_to_show_the_input() -> None:
     made = Gltf()
     made.document["extensionsRequired"] = ["X_y"]
     assert refusal("x.glb", made.glb()) == codes.UNSUPPORTED_EXTENSION
@@ -191,8 +182,6 @@ def test_what_cannot_be_read_costs_the_input_or_the_picture() -> None:
         assert model.parts[0].material.textures == ()
         assert codes_of(model) in ({codes.IMAGE_UNREADABLE}, {codes.IMAGE_REFUSED})
 
-
-def test_nothing_to_show() -> None:
     made = Gltf()
     made.primitive["mode"] = 0
     assert refusal("x.glb", made.glb()) == codes.NO_FACES

@@ -82,7 +82,7 @@ def test_ply_corner_coordinates_and_its_picture() -> None:
     assert [texel(model, 0, i) for i in range(3)] == [(0, 0, 255), (255, 255, 0), (0, 255, 0)]
 
 
-def test_bad_ply_is_refused(subtests: pytest.Subtests) -> None:
+def test_bad_ply_is_refused() -> None:
     for text, code in [
         (PLY_HEAD.format("binary_little_endian", ""), codes.TRUNCATED),
         (PLY_HEAD.format("ebcdic", "") + PLY_FACES.format(0, ""), codes.BAD_HEADER),
@@ -95,22 +95,19 @@ def test_bad_ply_is_refused(subtests: pytest.Subtests) -> None:
         (PLY_HEAD.format("ascii", "") + PLY_FACES.format(1, "") + "0 0 0 " * 3 + "0 0 x 3 0 1 2", codes.BAD_NUMBER),
         (PLY_HEAD.format("ascii", "") + PLY_FACES.format(1, "") + "0 0 0 " * 4 + "3 0 1", codes.TRUNCATED),
     ]:
-        with subtests.test(text=text, code=code):
-            assert refusal("x.ply", text) == code
+        assert refusal("x.ply", text) == code
 
 
-def test_stl_binary_even_where_it_says_solid() -> None:
+def test_stl_binary_even_where_it_says_solid_and_text_with_several() -> None:
     model = load_bytes("x.stl", stl_bytes(2, head=b"solid of revolution"))
     assert (len(model.parts[0].mesh.faces), model.up, model.metres_per_unit) == (2, None, None)
 
-
-def test_stl_text_with_two_solids() -> None:
     facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
     text = f"solid Lid\n{facet}endsolid Lid\nsolid empty\nendsolid\nSOLID pot\n{facet}{facet}endsolid\n"
     assert [(p.name, len(p.mesh.faces)) for p in load_bytes("x.stl", text).parts] == [("lid", 1), ("pot", 2)]
 
 
-def test_bad_stl_is_refused(subtests: pytest.Subtests) -> None:
+def test_bad_stl_is_refused() -> None:
     for data, code in [
         (stl_bytes(9)[:-60], codes.TRUNCATED),
         (stl_bytes(2, claimed=2**32 - 1), codes.LENGTH_MISMATCH),
@@ -118,8 +115,7 @@ def test_bad_stl_is_refused(subtests: pytest.Subtests) -> None:
         (b"solid x\nfacet\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 a\nendsolid", codes.BAD_NUMBER),
         (b"solid x\nendsolid x\n", codes.EMPTY_FILE),
     ]:
-        with subtests.test(data=data, code=code):
-            assert refusal("x.stl", data) == code
+        assert refusal("x.stl", data) == code
 
 
 def test_dae_hands_on_unit_and_axis_and_reads_colour_as_display_value() -> None:
@@ -140,7 +136,7 @@ def test_dae_picture_and_mirrored_node() -> None:
     assert at[(-1.0, 1.0, 0.0)] == (0, 255, 0)
 
 
-def test_bad_dae_is_refused(subtests: pytest.Subtests) -> None:
+def test_bad_dae_is_refused() -> None:
     for text, code in [
         (dae()[: len(dae()) // 2], codes.TRUNCATED),
         (dae().replace("</asset>", "</asse>"), codes.BAD_XML),
@@ -155,24 +151,22 @@ def test_bad_dae_is_refused(subtests: pytest.Subtests) -> None:
         ("<COLLADA></COLLADA>", codes.NO_GEOMETRY),
         ("<svg></svg>", codes.WRONG_TYPE),
     ]:
-        with subtests.test(text=text, code=code):
-            name = "x.xml" if "svg" in text else "x.dae"
-            assert refusal(name, text) == code
+        name = "x.xml" if "svg" in text else "x.dae"
+        assert refusal(name, text) == code
 
 
-def test_every_kind_of_picture_becomes_eight_bit_rgb(subtests: pytest.Subtests) -> None:
+def test_every_kind_of_picture_becomes_eight_bit_rgb() -> None:
     for mode in ["1", "L", "LA", "P", "RGB", "RGBA", "CMYK", "I;16"]:
-        with subtests.test(mode=mode):
-            out = io.BytesIO()
-            image = (
-                Image.fromarray(QUARTERS).convert("L").convert("I;16")
-                if mode == "I;16"
-                else Image.fromarray(QUARTERS).convert(mode)
-            )
-            image.save(out, "JPEG" if mode == "CMYK" else "PNG")
-            texture = Images(LIMITS, Notes()).texture("a", out.getvalue(), "Ärger/../x", ImageUse())
-            assert texture is not None
-            assert (texture.name, texture.width_px, texture.png[24], texture.png[25]) == ("arger_x", 2, 8, 2)
+        out = io.BytesIO()
+        image = (
+            Image.fromarray(QUARTERS).convert("L").convert("I;16")
+            if mode == "I;16"
+            else Image.fromarray(QUARTERS).convert(mode)
+        )
+        image.save(out, "JPEG" if mode == "CMYK" else "PNG")
+        texture = Images(LIMITS, Notes()).texture("a", out.getvalue(), "Ärger/../x", ImageUse())
+        assert texture is not None
+        assert (texture.name, texture.width_px, texture.png[24], texture.png[25]) == ("arger_x", 2, 8, 2)
     out = io.BytesIO()  # grey of sixteen bits keeps its brightness
     Image.fromarray(np.array([[0, 65535], [32768, 257]], dtype=np.uint16)).save(out, "PNG")
     pixels = Images(LIMITS, Notes()).pixels("a", out.getvalue())
