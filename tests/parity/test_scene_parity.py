@@ -55,14 +55,14 @@ def _exclusions(scene: Scene) -> list[tuple[Placement, Exclusion]]:
 
 
 def by_openusd(path: Path) -> Cells:
-    return usd_facts.facts_of_scene_stage(usd_facts.StageReading(Usd.Stage.Open(str(path))))
+    return usd_facts.facts_of_scene_stage(usd_facts.StageReading(Usd.Stage.Open(str(path)), scene=True))
 
 
 def by_mujoco(path: Path) -> Cells:
     if path.suffix == ".xml":
         return mujoco_facts.facts_of_scene(mujoco.MjModel.from_xml_path(str(path)))
     return usd_facts.facts_of_scene_import(
-        usd_facts.imported(path).model, usd_facts.StageReading(Usd.Stage.Open(str(path)))
+        usd_facts.imported(path).model, usd_facts.StageReading(Usd.Stage.Open(str(path)), scene=True)
     )
 
 

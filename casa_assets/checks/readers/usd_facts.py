@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Collection, Iterator, Mapping
-from functools import cached_property
 from importlib.util import find_spec
 from pathlib import Path, PurePosixPath
 
@@ -98,7 +97,7 @@ def mujoco_facts(path: Path) -> Cells:
         raise ValueError(loaded.error)
     base = Base.FREE if free_bodies(loaded.model) else Base.FIXED
     read = StageReading(Usd.Stage.Open(str(path)))
-    return facts_of_import(loaded.model, read) | {"base": base} | read.of_asset
+    return facts_of_import(loaded.model, read) | {"base": base} | read.rest
 
 
 def pxr_facts(path: Path) -> Cells:
@@ -108,56 +107,29 @@ def pxr_facts(path: Path) -> Cells:
         ValueError: the file has no default prim, or holds a joint that no asset has.
     """
     read = StageReading(Usd.Stage.Open(str(path)))
-    return facts_of_stage(read)[0] | read.of_asset
+    return facts_of_stage(read)[0] | read.rest
 
 
 class StageReading:
-    """What OpenUSD alone reads of a stage, once for the tables of both readers.
+    """What OpenUSD alone reads of a stage that nobody changes meanwhile, for the tables of both readers.
 
-    Attributes:
-        stage: nobody changes it meanwhile.
+    `scene`: it holds many placements. Raises ValueError where it has no default prim, or holds what no asset has.
     """
 
-    def __init__(self, stage: Usd.Stage) -> None:
-        """Raise ValueError where the stage has no default prim."""
-        if not stage.GetDefaultPrim():
+    def __init__(self, stage: Usd.Stage, scene: bool = False) -> None:
+        root = stage.GetDefaultPrim()
+        if not root:
             raise ValueError("there is no default prim")
-        self.stage = stage
-
-    @cached_property
-    def places(self) -> Cells:
-        """Sites and regions. Raises as `_places` does."""
-        return rows(_places(self.stage))
-
-    @cached_property
-    def looks(self) -> list[tuple[str, Cells]]:
-        """Appearance of the visuals."""
-        return list(_looks(self.stage))
-
-    @cached_property
-    def of_asset(self) -> Cells:
-        """Words and poses of an asset."""
-        return words(self.stage.GetDefaultPrim()) | {"poses": poses(self.stage)}
-
-    @cached_property
-    def of_scene(self) -> tuple[Cells, list[tuple[str, Cells]], list[tuple[str, Cells]]]:
-        """Poses of all bodies; cameras; distant lights and balls (the dome belongs to all of the scene)."""
-        cache, prims = UsdGeom.XformCache(), list(self.stage.Traverse())
-        lamps = [prim for prim in prims if prim.IsA(UsdLux.DistantLight) or prim.IsA(UsdLux.SphereLight)]
-        cameras = [(prim.GetName(), _camera(prim, cache)) for prim in prims if prim.IsA(UsdGeom.Camera)]
-        return poses(self.stage, scene=True), cameras, [(prim.GetName(), _light(prim, cache)) for prim in lamps]
-
-    @cached_property
-    def placements(self) -> dict[str, Cells]:
-        """Name of a placement -> its asset, layer and words."""
-        found = [prim for prim in self.stage.GetDefaultPrim().GetChildren() if prim.GetPrimAtPath(ROOT_BODY)]
-        return {
+        self.stage, self.places, self.looks = stage, rows(_places(stage)), rows(_looks(stage))
+        self.rest = {"poses": poses(stage, scene)} | ({} if scene else words(root))
+        self.placements = {
             prim.GetName(): {
                 "asset": Usd.ModelAPI(prim).GetAssetName(),
                 "layer": str(prim.GetAttribute(LAYER).Get() or ""),
                 **words(prim),
             }
-            for prim in found
+            for prim in (root.GetChildren() if scene else ())
+            if prim.GetPrimAtPath(ROOT_BODY)
         }
 
     def scene(self, things: Cells, gravity: Vec3, roots: Mapping[str, Cells], welded: Collection[str]) -> Cells:
@@ -176,8 +148,12 @@ class StageReading:
             (name, {**cells, "base": Base.FIXED if name in welded else Base.FREE, **roots[name]})
             for name, cells in self.placements.items()
         ]
-        found, cameras, lights = self.of_scene
-        return scene_table(gravity, placements, cameras, lights, things | {"poses": found})
+        # Distant lights and balls: the dome belongs to all of the scene.
+        cache, prims = UsdGeom.XformCache(), list(self.stage.Traverse())
+        lamps = [prim for prim in prims if prim.IsA(UsdLux.DistantLight) or prim.IsA(UsdLux.SphereLight)]
+        lights = [(prim.GetName(), _light(prim, cache)) for prim in lamps]
+        cameras = [(prim.GetName(), _camera(prim, cache)) for prim in prims if prim.IsA(UsdGeom.Camera)]
+        return scene_table(gravity, placements, cameras, lights, things | self.rest)
 
 
 def facts_of_import(model: mujoco.MjModel, read: StageReading) -> Cells:
@@ -187,7 +163,7 @@ def facts_of_import(model: mujoco.MjModel, read: StageReading) -> Cells:
     places = {
         name: place | {"color": read.places.get(name, {}).get("color")} for name, place in table["places"].items()
     }
-    return table | {"places": places, "looks": rows(read.looks)}
+    return table | {"places": places, "looks": read.looks}
 
 
 def facts_of_stage(read: StageReading) -> tuple[Cells, dict[str, Pose]]:
@@ -225,14 +201,11 @@ def facts_of_stage(read: StageReading) -> tuple[Cells, dict[str, Pose]]:
         words={},
         exclusions=filtered,
         bodies=[
-            (
-                short_name(str(path)),
-                _body(stage.GetPrimAtPath(path), below[path], joints, movers.get(path), cache, frictions),
-            )
-            for path in links
+            (short_name(str(p)), _body(stage.GetPrimAtPath(p), below[p], joints, movers.get(p), cache, frictions))
+            for p in links
         ],
         places=read.places.items(),
-        looks=read.looks,
+        looks=read.looks.items(),
         poses=(),
     )
     return table, welded

@@ -259,7 +259,7 @@ def _disagreements(
     if imported is not None:
         rows = mujoco_facts.parameter_differences(mjcf, imported)
         problems += [row.problem for row in rows if row.exceeds(SCENE_TOLERANCE)]
-    read, error = _read(lambda: usd_facts.StageReading(stage))
+    read, error = _read(lambda: usd_facts.StageReading(stage, scene=True))
     if read is None:
         return [*problems, (usd.name, error)]
     readers = [lambda: usd_facts.facts_of_scene_stage(read)]

@@ -1,7 +1,8 @@
-"""Scenes as MJCF: names, poses, what is shared, weights, bytes."""
+"""Scenes as MJCF: names, poses, the light form, and pictures on boxes of the batch form at their true size."""
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import mujoco
@@ -9,13 +10,18 @@ import numpy as np
 import pytest
 from lxml import etree
 
+from casa_assets.addons.batch.merged_form import batch_form
+from casa_assets.asset.lightweight import light_scene
 from casa_assets.checks.readers.mujoco_facts import load_asset_file
-from casa_assets.formats.mjcf import document
+from casa_assets.formats.mjcf import batch, document
 from casa_assets.formats.mjcf.kitchen import write
 from casa_assets.formats.values import ROBOSUITE_GROUPS
+from casa_assets.model.asset.material import Material
 from casa_assets.model.kitchen.scene import OUTER_FACE, Placement, Scene
 from tests.support.asset.assets import textured_box
+from tests.support.kitchen.rooms import at, block, room
 from tests.support.kitchen.scenes import Weight, corner, expected, in_form, put
+from tests.support.mesh.meshes import texture
 
 
 def loaded(scene: Scene, folder: Path, weight: Weight = Weight.FULL) -> mujoco.MjModel:
@@ -102,13 +108,40 @@ def test_light_does_not_try_fixed_things_with_what_moves_on_them(tmp_path: Path)
     assert meets("loose_oven__door", "wall")
 
 
-def test_a_scene_runs(tmp_path: Path) -> None:
-    """Free things fall, nothing explodes."""
-    full = loaded(corner(), tmp_path)
-    data = mujoco.MjData(full)
-    mujoco.mj_resetDataKeyframe(full, data, full.key("start").id)
-    for _ in range(200):
-        mujoco.mj_step(full, data)
-    assert sum(w.number for w in data.warning) == 0
-    assert np.abs(data.qvel).max() < 20
-    assert data.body("mug").xpos[2] < 1.0 - 0.5
+# A board that stands, 1.2 m wide and 0.6 m high: its picture is 0.3 m wide and 0.2 m high.
+BOARD = (1.2, 0.02, 0.6)
+TILE = (0.3, 0.2)
+
+
+def compiled(tile: tuple[float, float] | None) -> mujoco.MjModel:
+    """A board with a picture that `box_mesh` draws once on each side, wherever `tile` says it repeats."""
+    pixels = np.zeros((400, 600, 3), dtype=np.uint8)
+    pixels[:200] = 200
+    oak = Material(id="paint", base_color_texture=texture("grain", pixels), tile_m=tile)
+    board = block("board", BOARD).replace(materials=(oak,))
+    files = batch.write(batch_form(light_scene(room((board, at(0.0, 0.0, 0.0))))))
+    entries = {path.replace("assets/", "../assets/"): data for path, data in files.entries.items()}
+    return mujoco.MjModel.from_xml_string(entries.pop(batch.FILE).decode(), assets=entries)
+
+
+def corners(model: mujoco.MjModel, geom: int) -> set[tuple[float, ...]]:
+    """Of a box, in its body, mm."""
+    turn = np.empty(9)
+    mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
+    signs = np.array(list(itertools.product((-1, 1), repeat=3)))
+    points = (signs * model.geom_size[geom]) @ turn.reshape(3, 3).T + model.geom_pos[geom]
+    return {tuple(point) for point in (points * 1000).round(3) + 0.0}
+
+
+def test_a_picture_repeats_by_its_true_size_and_the_box_is_where_it_was() -> None:
+    model, plain, name = compiled(TILE), compiled(None), "thing_0__shape_0"
+    geom = model.geom(name).id
+    material = int(model.geom_matid[geom])
+    assert model.mat_texuniform[material]
+    # MuJoCo multiplies by half of the length.
+    times = model.mat_texrepeat[material] * model.geom_size[geom][:2]
+    assert times == pytest.approx([1.2 / 0.3, 0.6 / 0.2])
+    assert model.geom_size[geom][2] == pytest.approx(0.01), "the side with the picture is the top of the box"
+    assert plain.nmat == 0
+    assert not np.allclose(model.geom(name).size, plain.geom(name).size)
+    assert corners(model, geom) == corners(plain, plain.geom(name).id)

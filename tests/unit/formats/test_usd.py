@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+import sys
 from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,10 +14,11 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdPhysics, UsdShade
 
-from casa_assets.formats.usd import document
+from casa_assets.formats.usd import document, isaac_lab
 from casa_assets.formats.usd.document import axis_and_rotation, float32_moments, principal_axes
 from casa_assets.formats.usd.kitchen import REFERENCE_M, pose_looking_along, write
 from casa_assets.model.asset.asset import Base
+from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.pose import Pose
 from tests.support.asset.assets import drawer_unit, microwave, rigid_mug, textured_box
 from tests.support.asset.packages import stage_of, written
@@ -195,3 +199,56 @@ def test_a_lamp_is_as_bright_as_the_scene_says_on_a_worktop_below(scene: Usd.Sta
     # Radiance of the ball times the solid angle that it fills, over pi: what a white surface shows.
     radiance = intensity / (4 * math.pi * radius**2)
     assert radiance * math.pi * (radius / REFERENCE_M) ** 2 / math.pi == pytest.approx(1.0, rel=1e-6)
+
+
+class Config(SimpleNamespace):
+    """Keeps what a configuration of Isaac Lab is made with; so do those inside of it."""
+
+    InitialStateCfg = SimpleNamespace
+
+
+@pytest.fixture
+def members(monkeypatch: pytest.MonkeyPatch, folder: Path) -> dict[str, Any]:
+    """Members of the file that the scene gives, run with stand-ins for Isaac Lab that keep their arguments."""
+    stand_ins: dict[str, dict[str, Any]] = {
+        "torch": {},
+        "isaaclab": {},
+        "isaaclab.sim": {"UsdFileCfg": Config},
+        "isaaclab.actuators": {"ImplicitActuatorCfg": Config},
+        "isaaclab.assets": dict.fromkeys(("ArticulationCfg", "AssetBaseCfg", "RigidObjectCfg"), Config),
+        "isaaclab.scene": {"InteractiveSceneCfg": object},
+        "isaaclab.utils": {"configclass": lambda kind: kind},
+    }
+    for name, content in stand_ins.items():
+        module = ModuleType(name)
+        vars(module).update(content)
+        monkeypatch.setitem(sys.modules, name, module)
+        if "." in name:
+            setattr(sys.modules["isaaclab"], name.split(".")[1], module)
+    path = folder / isaac_lab.FILE
+    found: dict[str, Any] = {"__file__": str(path), "__name__": "isaac_lab"}
+    exec(compile(path.read_text(encoding="utf-8"), str(path), "exec"), found)
+    return found
+
+
+def test_numbers_for_isaac_lab_are_those_of_the_record(members: dict[str, Any]) -> None:
+    """Isaac Lab is not installed: the source compiles, and its numbers are the scene's."""
+    scene, kitchen = corner(), members["KitchenSceneCfg"]
+    for place in scene.placements:
+        asset = scene.asset_of[place.name]
+        if not asset.joints:
+            continue
+        fixture = getattr(kitchen, place.name)
+        world_from_base = place.pose @ asset.root.pose
+        assert fixture.init_state.pos == pytest.approx(world_from_base.position, abs=1e-11)
+        assert fixture.init_state.rot == pytest.approx(world_from_base.quaternion, abs=1e-11)
+        starts, (motor,) = joint_positions(place.joints), fixture.actuators.values()
+        assert motor.joint_names_expr == [joint.name for joint in asset.joints]
+        for joint in asset.joints:
+            assert fixture.init_state.joint_pos[joint.name] == starts.get(joint.name, 0.0)
+            assert motor.friction[joint.name] == motor.dynamic_friction[joint.name] == joint.frictionloss
+            assert (motor.viscous_friction[joint.name], motor.armature[joint.name]) == (joint.damping, joint.armature)
+            spring = (joint.drive.stiffness, joint.drive.damping) if joint.drive else (0.0, 0.0)
+            assert (motor.stiffness[joint.name], motor.damping[joint.name]) == spring
+            rests = members["SPRING_RESTS"].get(place.name, {})
+            assert rests.get(joint.name) == (joint.drive.target if joint.drive else None)

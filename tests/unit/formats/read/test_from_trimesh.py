@@ -110,33 +110,13 @@ def test_the_stages_take_it_like_a_file() -> None:
     assert len(clean(raw_from_trimesh(mesh)).parts) == 1
 
 
-EXAMPLES = Path(__file__).parents[4] / "examples" / "meshes"
-KINDS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".dae")
-# The banana is cut short on purpose: it shows what a refusal looks like.
-NAMES = sorted(p.name for p in EXAMPLES.iterdir() if p.suffix in KINDS and p.stem != "banana")
-ROOMY = {**LIMITS, "input_texture_px": 4096.0, "input_texture_pixels": 1e7}
-
-
-def test_examples() -> None:
-    for name in NAMES:
-        path = EXAMPLES / name
-        assert differences(path, ours(path, ROOMY), theirs(path)) == []
-
-
-def test_what_trimesh_writes_is_read_alike(tmp_path_factory: pytest.TempPathFactory) -> None:
-    for kind in ["glb", "obj", "ply", "stl", "dae", "off"]:
-        tmp_path = tmp_path_factory.mktemp("case")
-        scene = trimesh.Scene()
-        turn = trimesh.transformations.rotation_matrix(0.7, (1, 2, 3), (0.1, 0, 0))
-        scene.add_geometry(trimesh.creation.torus(1.0, 0.2), node_name="ring", transform=turn)
-        scene.add_geometry(
-            trimesh.creation.box((0.5, 1, 2)), node_name="block", transform=np.diag([1.0, 2.0, 3.0, 1.0])
-        )
-        whole = scene.to_mesh()
-        path = tmp_path / f"made.{kind}"
-        (scene if kind == "glb" else whole).export(path)
-        mine = ours(path, ROOMY)
-        assert len(mine.soup) == len(whole.faces)
-        assert mine.area == pytest.approx(whole.area, rel=1e-4)
-        found = differences(path, mine, theirs(path))
-        assert [f for f in found if not f.startswith("materials")] == []
+def test_what_trimesh_reads_and_writes_is_read_alike(tmp_path: Path) -> None:
+    ring = trimesh.creation.torus(1.0, 0.2)
+    ring.export(tmp_path / "ring.off")
+    # The banana is cut short on purpose: it shows what a refusal looks like.
+    examples = (Path(__file__).parents[4] / "examples" / "meshes").iterdir()
+    kinds = (".glb", ".gltf", ".obj", ".ply", ".stl", ".dae")
+    roomy = {**LIMITS, "input_texture_px": 4096.0, "input_texture_pixels": 1e7}
+    for path in (tmp_path / "ring.off", *sorted(p for p in examples if p.suffix in kinds and p.stem != "banana")):
+        found = differences(path, ours(path, roomy), theirs(path))
+        assert [f for f in found if path.suffix != ".off" or not f.startswith("materials")] == [], path

@@ -49,7 +49,7 @@ def unpacked(zipped: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def facts(stage: Usd.Stage) -> usd_facts.Cells:
-    return usd_facts.facts_of_scene_stage(usd_facts.StageReading(stage))
+    return usd_facts.facts_of_scene_stage(usd_facts.StageReading(stage, scene=True))
 
 
 class TestZip:
