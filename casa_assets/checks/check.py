@@ -1,4 +1,4 @@
-"""Checks: the row type of their table, the result of a check function, running rows, which assets a check fits."""
+"""Checks: the row type of their table, what a check function returns, a written asset, running rows, what they fit."""
 
 from __future__ import annotations
 

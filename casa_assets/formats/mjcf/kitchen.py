@@ -302,7 +302,7 @@ def _document(
         root_body = add_placement(world, place, context)
         if is_light and context.asset.base is Base.FIXED:
             document.exclude_from_world(root_body)
-    _add_exclusions(root, contexts, () if is_light else scene.exclusions)
+    add_exclusions(root, contexts, () if is_light else scene.exclusions)
     add_texts(root, scene, contexts)
     add_poses(root, scene, contexts)
     return etree.tostring(root, encoding="us-ascii", pretty_print=True)
@@ -343,8 +343,8 @@ def add_placement(world: etree._Element, place: Placement, context: BodyContext)
     return root_body
 
 
-def _add_exclusions(
-    root: etree._Element, contexts: list[BodyContext], scene_pairs: Sequence[tuple[PlacedLink, PlacedLink]]
+def add_exclusions(
+    root: etree._Element, contexts: list[BodyContext], scene_pairs: Sequence[tuple[PlacedLink, PlacedLink]] = ()
 ) -> None:
     """Add the contact exclusions of each asset and those of the scene, each pair once."""
     block = etree.SubElement(root, "contact")
