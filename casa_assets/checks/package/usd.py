@@ -92,8 +92,8 @@ def usd_imports_into_mujoco(package: Package) -> Measurement:
 def usd_pictures_are_png(package: Package) -> Measurement:
     """USD005: every picture of a material lies in the package and is a PNG; the thumbnail is one of 256 x 256."""
     with quiet():
-        pictures = []
-        for prim in _opened(package.usd).Traverse():
+        stage, pictures = _opened(package.usd), []  # prims expire without their stage
+        for prim in stage.Traverse():
             shader = UsdShade.Shader(prim)
             if shader and shader.GetIdAttr().Get() == "UsdUVTexture":
                 value = shader.GetInput("file").Get()
