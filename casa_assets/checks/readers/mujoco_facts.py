@@ -60,8 +60,6 @@ OFF_UNIT = 1e-12
 ALL_SIDES_DEG = 180.0
 # Texts that every placement has.
 ASSET, LAYER = "asset", "layer"
-# Texts that name joints and geoms, which in the file of a scene begin with the name of the placement.
-NAMING = ("label__", "grip__", "behind__", "state__")
 
 # Load -----------------------------------------------------------------------------------------------------------------
 
@@ -365,22 +363,31 @@ def _poses(model: mujoco.MjModel, links: dict[str, int], scene: bool) -> Iterato
         yield (CLOSED if key < 0 else model.key(key).name), frames if scene else seen_from(root, frames)
 
 
-def words(texts: dict[str, str], geoms: set[str], joints: set[str]) -> Cells:
-    """Words of the texts; of geoms and joints those that there are."""
+def words(texts: dict[str, str], geoms: set[str], joints: set[str], prefix: str = "") -> Cells:
+    """Words of the texts; of geoms and joints those that there are.
 
-    def after(prefix: str) -> list[tuple[str, str]]:
-        return [(name.removeprefix(prefix), data) for name, data in texts.items() if name.startswith(prefix)]
+    Args:
+        prefix: of the names of geoms and joints of a placement, without which they are in the table.
+    """
 
+    def after(start: str) -> list[tuple[str, str]]:
+        return [(name.removeprefix(start), data) for name, data in texts.items() if name.startswith(start)]
+
+    def own(name: str, known: set[str]) -> str:
+        return name.removeprefix(prefix) if name in known and name.startswith(prefix) else ""
+
+    grips, behind = ([(j, n) for j, n in after(kind) if prefix + j in joints] for kind in ("grip__", "behind__"))
+    labelled = [(own(name, geoms), label) for label, names in after("label__") for name in names.split()]
     states = [(name, *data.split()) for name, data in after("state__")]
     return words_cells(
         classes=texts.get("class", "").split(),
         portion=texts.get("portion", ""),
-        labels=[(name, label) for label, names in after("label__") for name in names.split() if name in geoms],
-        grips=[(joint, name) for joint, name in after("grip__") if joint in joints and name in geoms],
-        behind=[(joint, name) for joint, name in after("behind__") if joint in joints and name in joints],
+        labels=[(name, label) for name, label in labelled if name],
+        grips=[(joint, own(name, geoms)) for joint, name in grips if own(name, geoms)],
+        behind=[(joint, own(name, joints)) for joint, name in behind if own(name, joints)],
         contract=texts.get("contract", ""),
         behavior=hashlib.sha256(texts["behavior"].encode()).hexdigest() if "behavior" in texts else "",
-        states=[(name, state_cells(joint, value, low, high)) for name, joint, value, low, high in states],
+        states=[(n, state_cells(own(j, {j}) or f"?{j}", value, *span)) for n, j, value, *span in states],
     )
 
 
@@ -402,11 +409,8 @@ def _string(data: bytes, start: int) -> str:
 def facts_of_scene(model: mujoco.MjModel) -> Cells:
     """The table of a compiled scene.xml. Raises ValueError where it names no body for a placement."""
     cameras = [
-        (
-            camera.name,
-            {"position": three(camera.pos), "quaternion": four(camera.quat), "fov_y_deg": float(camera.fovy[0])},
-        )
-        for camera in map(model.camera, range(model.ncam))
+        (c.name, {"position": three(c.pos), "quaternion": four(c.quat), "fov_y_deg": float(c.fovy[0])})
+        for c in map(model.camera, range(model.ncam))
     ]
     lights = [(light.name, _light(light)) for light in map(model.light, range(model.nlight))]
     things = facts_of_model(model, scene=True)
@@ -416,46 +420,26 @@ def facts_of_scene(model: mujoco.MjModel) -> Cells:
 def _placements(model: mujoco.MjModel) -> Iterator[tuple[str, Cells]]:
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    geoms = _grouped({model.geom(i).name: "" for i in range(model.ngeom)})
-    joints = _grouped({model.joint(i).name: "" for i in range(model.njnt)})
+    geoms, joints = {model.geom(i).name for i in range(model.ngeom)}, {model.joint(i).name for i in range(model.njnt)}
     bodies = {model.body(i).name: i for i in range(1, model.nbody)}
     free = set(free_bodies(model))
-    for name, stated in sorted(_grouped(texts(model)).items()):
+    stated: dict[str, dict[str, str]] = {}  # `cup__base` -> `cup` -> `base`
+    for name, text in texts(model).items():
+        placement, _, own = name.partition("__")
+        if own:
+            stated.setdefault(placement, {})[own] = text
+    for name, own_texts in sorted(stated.items()):
         if name not in bodies:
             raise ValueError(f"there are texts of {name!r}, which is no body")
         body = bodies[name]
-        plain = {key: _stripped(name, key, text) for key, text in stated.items()}
-        yield (
-            name,
-            {
-                "asset": stated.get(ASSET, ""),
-                "layer": stated.get(LAYER, ""),
-                "base": Base.FREE if body in free else Base.FIXED,
-                "position": three(data.xpos[body]),
-                "quaternion": four(data.xquat[body]),
-                **words(plain, set(geoms.get(name, {})), set(joints.get(name, {}))),
-            },
-        )
-
-
-def _grouped(named: dict[str, str]) -> dict[str, dict[str, str]]:
-    """`cup__base` -> `cup` -> `base`."""
-    found: dict[str, dict[str, str]] = {}
-    for name, value in named.items():
-        head, _, tail = name.partition("__")
-        if tail:
-            found.setdefault(head, {})[tail] = value
-    return found
-
-
-def _stripped(placement: str, key: str, text: str) -> str:
-    """The text with the names that things have in the asset; a name of another placement becomes none that there is."""
-    if not key.startswith(NAMING):
-        return text
-    prefix, words = f"{placement}__", text.split()
-    named = words[:1] if key.startswith("state__") else words
-    plain = [word.removeprefix(prefix) if word.startswith(prefix) else f"?{word}" for word in named]
-    return " ".join([*plain, *words[len(named) :]])
+        cells = {
+            "asset": own_texts.get(ASSET, ""),
+            "layer": own_texts.get(LAYER, ""),
+            "base": Base.FREE if body in free else Base.FIXED,
+            "position": three(data.xpos[body]),
+            "quaternion": four(data.xquat[body]),
+        }
+        yield name, cells | words(own_texts, geoms, joints, f"{name}__")
 
 
 def _light(light: Any) -> Cells:
