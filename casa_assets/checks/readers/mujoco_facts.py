@@ -387,7 +387,8 @@ def words(texts: dict[str, str], geoms: set[str], joints: set[str], prefix: str 
         behind=[(joint, own(name, joints)) for joint, name in behind if own(name, joints)],
         contract=texts.get("contract", ""),
         behavior=hashlib.sha256(texts["behavior"].encode()).hexdigest() if "behavior" in texts else "",
-        states=[(n, state_cells(own(j, {j}) or f"?{j}", value, *span)) for n, j, value, *span in states],
+        # A joint of another placement becomes one that there is not.
+        states=[(n, state_cells(f"?{j}".removeprefix(f"?{prefix}"), value, *span)) for n, j, value, *span in states],
     )
 
 
