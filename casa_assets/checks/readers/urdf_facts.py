@@ -100,6 +100,11 @@ class UrdfReading:
         found: Cells = facts_of_model(self.model)["bodies"]
         return found
 
+    @cached_property
+    def turns(self) -> Floats:
+        """(ngeom, 3, 3) body_from_geom."""
+        return rotations_of(self.model.geom_quat)
+
 
 def read(path: Path) -> UrdfReading:
     """Read a URDF. Raises ValueError where it, or a mesh that it names, cannot be read."""
@@ -206,7 +211,7 @@ class UrdfAsset:
 
     def visual_bounds(self) -> dict[str, Floats]:
         """(2, 3) corners of each visual in the frame of its link, metres."""
-        model, turns = self.read.model, rotations_of(self.read.model.geom_quat)
+        model, turns = self.read.model, self.read.turns
         geoms = {visual.get("name", ""): model.geom(visual.get("name", "")).id for visual in self._visuals}
         return {name.removeprefix(self._prefix): shape_bounds(model, g, turns[g]) for name, g in geoms.items()}
 
