@@ -41,7 +41,7 @@ from casa_assets.runs.outcome import writing
 
 # Certified ------------------------------------------------------------------------------------------------------------
 
-# What a person does with an asset that an export leaves out.
+# Advice about an asset that an export leaves out.
 DECIDE = "accept or correct it in review.csv of the library and run ingest again, or give --with-review"
 
 
@@ -166,7 +166,7 @@ class ExportResult(Outcome):
     """Outcome of the export in a form.
 
     Attributes:
-        file: its path below the export, empty where there is none. facts: what the manifest says of it besides.
+        file: its path below the export, empty if there is no file. facts: what the manifest says of it besides.
         is_left_out: a person has to decide about it, as `message` says.
     """
 
@@ -273,10 +273,10 @@ def _key_of_kitchens(form: Form, recipes: Sequence[SceneRecipe]) -> str:
 def _kept_kitchens(form: Form, out: Path, key: str) -> list[ExportResult]:
     """The kitchens of an earlier export, if it would be made again as it is; else none."""
     try:
-        told = json.loads((out / form.manifest).read_text(encoding="utf-8"))
-        if not key or told.get("key") != key:
+        listed = json.loads((out / form.manifest).read_text(encoding="utf-8"))
+        if not key or listed.get("key") != key:
             return []
-        rows = [dict(row) for row in told[SCENES]]
+        rows = [dict(row) for row in listed[SCENES]]
         found = [ExportResult(row.pop("id"), row.pop(form.name), row, total=len(rows)) for row in rows]
     except (OSError, ValueError, KeyError, TypeError):
         return []
@@ -311,10 +311,10 @@ def _exported(
         if not written:
             return
         rows = [{"id": r.id, form.name: r.file, **r.facts} for r in sorted(written, key=lambda r: r.id)]
-        told = {"schema_version": SCHEMA_VERSION, part: rows}
+        listed = {"schema_version": SCHEMA_VERSION, part: rows}
         if len(written) == len(done) and (made_by := key()):
-            told["key"] = made_by
-        (staged / form.manifest).write_bytes(json_text(told))
+            listed["key"] = made_by
+        (staged / form.manifest).write_bytes(json_text(listed))
         (staged / README).write_text(form.readmes[part], encoding="ascii")
         (staged / attribution.NAME).write_text(credit(written), encoding="utf-8")
         replace_target(staged, out)
@@ -439,9 +439,9 @@ def _judged(staged: Path, result: ExportResult, problems: Sequence[Problem]) -> 
     if not problems:
         return result
     shutil.rmtree((staged / result.file).parent)
-    told = "; ".join(f"{pointer}: {message}" for pointer, message in problems[:MAX_LISTED])
+    listed = "; ".join(f"{pointer}: {message}" for pointer, message in problems[:MAX_LISTED])
     more = f"; and {len(problems) - MAX_LISTED} more" if len(problems) > MAX_LISTED else ""
-    return ExportResult(result.id, message=f"its URDF is not what was asked for: {told}{more}")
+    return ExportResult(result.id, message=f"its URDF is not what was asked for: {listed}{more}")
 
 
 _URDF_ABOUT = """

@@ -112,15 +112,15 @@ def _by_child(python: str, path: Path, without: frozenset[str]) -> Verdict | Non
     except OSError as error:
         raise NoVerdict(f"the validator of SimReady cannot be started: {error}", is_missing=True) from error
     try:
-        told = json.loads(done.stdout) if done.returncode == 0 else None
+        answered = json.loads(done.stdout) if done.returncode == 0 else None
     except ValueError:
-        told = None
-    if told is None:
+        answered = None
+    if answered is None:
         words = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:] or ["it said nothing"]
         raise NoVerdict(f"the validator of SimReady ended with {done.returncode}: {words[0][:200]}")
-    if "missing" in told:
-        raise NoVerdict(f"SimReady's validator cannot be imported: {told['missing']}", is_missing=True)
-    verdict = told["verdict"]
+    if "missing" in answered:
+        raise NoVerdict(f"SimReady's validator cannot be imported: {answered['missing']}", is_missing=True)
+    verdict = answered["verdict"]
     return None if verdict is None else (bool(verdict[0]), dict(verdict[1]))
 
 
@@ -135,11 +135,11 @@ def answer(path: str, *without: str) -> None:
     os.dup2(2, 1)
     try:
         load_rules()
-        told: dict[str, object] = {"verdict": validate(Path(path), frozenset(without))}
+        answered: dict[str, object] = {"verdict": validate(Path(path), frozenset(without))}
     except ImportError as error:
-        told = {"missing": str(error)}
+        answered = {"missing": str(error)}
     with os.fdopen(answers, "w", encoding="utf-8") as stream:
-        json.dump(told, stream)
+        json.dump(answered, stream)
 
 
 @contextmanager
@@ -152,7 +152,7 @@ def quiet() -> Iterator[list[str]]:
     Yields:
         A list that holds the lines that were printed once the block has ended.
     """
-    said: list[str] = []
+    lines: list[str] = []
     with tempfile.TemporaryFile() as sink, ExitStack() as stack:
         stack.enter_context(_descriptor(1, sink.fileno()))
         stack.enter_context(_descriptor(2, sink.fileno()))
@@ -161,11 +161,11 @@ def quiet() -> Iterator[list[str]]:
         stack.enter_context(redirect_stderr(text))
         stack.enter_context(_no_logging())
         try:
-            yield said
+            yield lines
         finally:
             text.flush()
             sink.seek(0)
-            said.extend(line for line in sink.read().decode("utf-8", "replace").splitlines() if line.strip())
+            lines.extend(line for line in sink.read().decode("utf-8", "replace").splitlines() if line.strip())
             sink.seek(0, os.SEEK_END)
 
 
@@ -239,7 +239,7 @@ def load_rules() -> None:
         simready.validate.initialize([], [], [])
         _compare_meshes_swiftly()
         run_rules_directly()
-    # The validator asks for the caller's module when it warns of a name of its own that is old; the first to ask looks
+    # The validator asks for the caller's module when it warns of one of its names that is old; the first to ask looks
     # through all modules that are loaded.
     inspect.getmodule(inspect.currentframe())
 
@@ -405,8 +405,8 @@ def _read_once(rule: BaseRuleChecker, labels: dict[Usd.Prim, list[str]]) -> None
         return labels[prim]
 
     def check_binding(prim: Usd.Prim, path: object) -> list[str]:
-        # It makes an object of every property of a prim, twice, to tell of bindings by collection, and of bindings that
-        # say how strong they are: where there are none of these it has nothing to tell.
+        # It makes an object of every property of a prim, twice, to find bindings by collection, and bindings that
+        # say how strong they are: where there are none of these it finds nothing.
         for bound in prim.GetPropertiesInNamespace("material"):
             if ":collection:" in bound.GetName() or bound.HasAuthoredMetadata("bindMaterialAs"):
                 return list(their_check(prim, path))
@@ -424,7 +424,7 @@ def _read_once(rule: BaseRuleChecker, labels: dict[Usd.Prim, list[str]]) -> None
 # a tenth of a second, the rule would find none.
 
 COINCIDENT = "com.nvidia.simready.VG.008"
-# What the rule rounds to the same number is no farther apart than the step of its rounding; 1 % for the floats' sake.
+# Numbers that the rule rounds to the same are no farther apart than the step of its rounding; 1 % for the floats' sake.
 POINTS_TO, PLACES_TO = 1.01e-6, 1.01e-4
 
 

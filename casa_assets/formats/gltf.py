@@ -51,7 +51,7 @@ class Rows(list[dict[str, Any]]):
         self._index: dict[object, int] = {}
 
     def put(self, key: object, make: Callable[[], dict[str, Any]]) -> int:
-        """Index of the row of a key, which is made where there is none."""
+        """Index of the row of a key, which is made if there is no such row."""
         if key not in self._index:
             row = make()
             self._index[key] = len(self)
@@ -320,7 +320,7 @@ class LayerName(StrEnum):
     REGION = "region"
 
 
-# Linear RGBA; colliders take these in turn, so that neighbours are told apart.
+# Linear RGBA; colliders take these in turn, so that neighbours differ.
 COLLIDER_COLORS = (
     (0.90, 0.20, 0.12, 0.55),
     (0.08, 0.42, 0.75, 0.55),

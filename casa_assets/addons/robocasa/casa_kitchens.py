@@ -50,7 +50,7 @@ ATTRIBUTES: dict[str, dict[str, Any]] = {
     **dict.fromkeys(ROOM, _OF_A_ROOM),
 }
 FREE_JOINT = {"type": "free", "damping": "0.0005"}
-# What `MujocoEnv.__init__` of robosuite 1.5.2 calls after it has stored its arguments; `reset` calls all of it again.
+# Called by `MujocoEnv.__init__` of robosuite 1.5.2 after it has stored its arguments; `reset` calls all of them again.
 LOADING = ("_load_model", "_initialize_sim", "initialize_renderer", "_reset_internal", "_setup_observables")
 # Where on a worktop RoboCasa looks for room for the lid of a blender that is to be put on: round the blender, in front.
 LID_ON_WORKTOP = {"size": (0.7, 0.4), "pos": ("ref", -1.0), "rotation": (0.0, 0.0)}

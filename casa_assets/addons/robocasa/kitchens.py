@@ -27,9 +27,9 @@ from casa_assets.model.registry.contract import MIN_SURFACE_M, PLATE_DEPTH_M, SH
 
 FILE, LAYOUT_FILE = "kitchen.json", "layout.yaml"
 FORMAT = 1
-# Below this RoboCasa has numbers of its own; numbers of ours fit into 32 bits.
+# RoboCasa's own numbers are below this; ours fit into 32 bits.
 FIRST_NUMBER, NUMBERS = 1_000_000_000, 1_000_000_000
-# A thing stands on a worktop where its foot is this close to the surface, metres.
+# A thing is on a worktop where its foot is this close to the surface, metres.
 MAX_GAP_M = 0.02
 # Even what is open from its foot up is in the way of what is put beside it, up to this height, metres.
 MIN_SOLID_M = 0.02

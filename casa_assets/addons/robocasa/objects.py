@@ -115,7 +115,7 @@ def _text(root: etree._Element) -> bytes:
 
 # A hundred times what MuJoCo calls too small, m^3. Ref: MuJoCo 3.2, mjMINVAL in its compiler of meshes.
 MIN_VOLUME_M3 = 1e-13
-# Height of the pyramid behind a flat face: share of the face's width, and at most so many metres. A choice: too small
+# Height of the pyramid behind a flat face: share of the face's width, and its bound in metres. A choice: too small
 # to be seen.
 DEPTH_SHARE, MAX_DEPTH_M = 0.1, 0.0005
 
@@ -167,7 +167,7 @@ def _with_pyramid(mesh: Mesh) -> Mesh:
 # Upright --------------------------------------------------------------------------------------------------------------
 # Ref: robocasa v1.0 reads `model_upright.xml` next to `model.xml` if a task asks for it (slices of bread, straws).
 
-# Longer than this many times its width it stands on end (a straw), else on its edge (a slice of bread), whose thickness
+# Longer than this many times its width it is put on end (a straw), else on its edge (a slice of bread), whose thickness
 # is along x: toasters have their slots beside each other along x, and tasks put bread into them without turning it.
 MIN_SLENDERNESS = 2.5
 ON_EDGE = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])  # y goes up; z, the thickness, goes along x

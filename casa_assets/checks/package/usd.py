@@ -204,7 +204,7 @@ def _compare_files(package: Package, read_usd: Callable[[Path], Cells]) -> list[
 
 
 def _both(read: T | None) -> T:
-    """What was read. Raises Unmeasured: a file cannot be read."""
+    """A reading. Raises Unmeasured: a file cannot be read."""
     if read is None:
         raise Unmeasured(not_run("one of the files cannot be read"))
     return read

@@ -7,10 +7,10 @@ of an asset    base: `free` or `fixed`; exclusions: pairs of bodies; the words b
 of a scene     gravity: m/s^2; placements, cameras, lights; exclusions, bodies, places, looks and poses of all
                placements under their names in the scene, `cup` and `cup__handle`
 
-words          what programs read by name: classes: semantic labels from the category upwards; portion: what remains
-               of a thing that was cut, or empty; labels: (visual or collider, label of the part); grips: (joint,
-               collider that a hand takes); behind: (joint, joint that has to be open); contract: id, or empty;
-               behavior: sha256 of the state machine's canonical JSON, or empty; states
+words          for programs that read names. classes: semantic labels from the category upwards; portion: the part that
+               remains of a thing that was cut, or empty; labels: (visual or collider, label of the part); grips:
+               (joint, collider that a hand takes); behind: (joint, joint that has to be open); contract: id, or
+               empty; behavior: sha256 of the state machine's canonical JSON, or empty; states
 states         joint, value; interval: fractions of the way of the joint from closed to open
 bodies         called as in the asset: `object` is the root. parent: name, empty for the root; colliders: how many;
                position, quaternion: root_from_body with every joint at zero; center_of_mass; lower, upper: corners of
@@ -32,7 +32,7 @@ lights         without their brightness, of which the formats have different not
                castshadow, position; direction: unit vector along which it shines, zero where it shines to all sides;
                tint: its colour, the largest share 1; cone_deg: of a spot, else 0
 
-Lengths in metres; of a body in its own frame if nothing else is said.
+Lengths in metres, by default in the frame of the body.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ NamedRows = Iterable[tuple[str, Cells]]
 
 # The outer volume that MJCF holds also of an asset that names none: the bounds of colliders that are compared anyway.
 OUTER = "bbox"
-# The pose that every asset with named poses has, said or not: all joints at zero.
+# The pose that every asset with named poses has, written or not: all joints at zero.
 CLOSED = "closed"
 # The prim that holds the placements of a scene (no asset is called so), and the root link of an asset.
 WORLD, ROOT_BODY = "World", "object"
@@ -98,7 +98,7 @@ def scene_table(gravity: Vec3, placements: NamedRows, cameras: NamedRows, lights
 
 
 def words_cells(classes: Iterable[str], states: NamedRows, **cells: str | Pairs) -> Cells:
-    """What programs read by name; `cells`: portion, contract and behavior, and the pairs of names."""
+    """Words that programs read; `cells`: portion, contract and behavior, and the pairs of names."""
     found = {name: cell if isinstance(cell, str) else tuple(sorted(cell)) for name, cell in cells.items()}
     return {"classes": tuple(classes), **found, "states": rows(states)}
 

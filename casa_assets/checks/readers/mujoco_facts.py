@@ -50,7 +50,7 @@ PLACES = {
     int(mujoco.mjtGeom.mjGEOM_BOX): "box",
     int(mujoco.mjtGeom.mjGEOM_CYLINDER): "cylinder",
 }
-# What robocasa calls a region. Ref: robocasa v1.0, models/fixtures.
+# How robocasa's names of regions begin. Ref: robocasa v1.0, models/fixtures.
 REGION = "reg_"
 # Sites that MJCF repeats a region by, for robocasa v0.2.
 CORNER = re.compile(r"(ext|int)_p[0xyz]")
@@ -93,12 +93,12 @@ def _load(path: Path, state: tuple[tuple[str, int, int], ...]) -> Loaded:
 
 def load_asset_file(path: Path) -> Loaded:
     """Compiles any file that MuJoCo reads, without remembering it."""
-    with all_warnings() as said:
+    with all_warnings() as heard:
         try:
             model, error = mujoco.MjModel.from_xml_path(str(path)), ""
         except ValueError as problem:
             model, error = None, " ".join(str(problem).split())
-    return Loaded(model, error, tuple(dict.fromkeys(said)))
+    return Loaded(model, error, tuple(dict.fromkeys(heard)))
 
 
 @contextmanager
@@ -107,11 +107,11 @@ def native_warnings() -> Iterator[list[str]]:
 
     Without a listener it prints its warnings, and writes a log into the working folder.
     """
-    said: list[str] = []
+    heard: list[str] = []
     before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(said.append)
+    mujoco.set_mju_user_warning(heard.append)
     try:
-        yield said
+        yield heard
     finally:
         mujoco.set_mju_user_warning(before)
 
@@ -119,12 +119,12 @@ def native_warnings() -> Iterator[list[str]]:
 @contextmanager
 def all_warnings() -> Iterator[list[str]]:
     """Collect MuJoCo's own warnings and Python's, a line each, once the block has ended."""
-    with native_warnings() as said, warnings.catch_warnings(record=True) as caught:
+    with native_warnings() as heard, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            yield said
+            yield heard
         finally:
-            said[:] = [" ".join(s.split()) for s in (*said, *(str(w.message) for w in caught))]
+            heard[:] = [" ".join(s.split()) for s in (*heard, *(str(w.message) for w in caught))]
 
 
 # Asset ----------------------------------------------------------------------------------------------------------------

@@ -55,14 +55,14 @@ def missing_importer() -> str:
 
 def imported(path: Path) -> Loaded:
     """The file compiled by way of MuJoCo's USD reader, which its XML loader does not call, with its warnings."""
-    with all_warnings() as said:
+    with all_warnings() as heard:
         try:
             spec = mujoco.MjSpec.from_file(str(path))
             _share_pictures(spec)
             model, error = spec.compile(), ""
         except ValueError as refusal:
             model, error = None, str(refusal)
-    return Loaded(model, error, tuple(dict.fromkeys(said)))
+    return Loaded(model, error, tuple(dict.fromkeys(heard)))
 
 
 def _share_pictures(spec: mujoco.MjSpec) -> None:
@@ -111,7 +111,7 @@ def pxr_facts(path: Path) -> Cells:
 
 
 class StageReading:
-    """What OpenUSD alone reads of a stage that nobody changes meanwhile, for the tables of both readers.
+    """The part of the tables of both readers that OpenUSD alone reads of a stage, which nobody changes meanwhile.
 
     `scene`: it holds many placements. Raises ValueError where it has no default prim, or holds what no asset has.
     """
@@ -380,7 +380,7 @@ def poses(stage: Usd.Stage, scene: bool = False) -> Cells:
     # In the session layer, which is no part of the file.
     with Usd.EditContext(stage, stage.GetSessionLayer()):
         for name in sorted(variants.GetVariantNames()):
-            # What is selected already is not selected again: each selection composes the whole stage anew.
+            # A variant that is selected already is left: each selection composes the whole stage again.
             if variants.GetVariantSelection() != name:
                 variants.SetVariantSelection(name)
             cache = UsdGeom.XformCache()

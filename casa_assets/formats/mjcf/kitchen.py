@@ -313,8 +313,8 @@ def begin_document(scene: Scene, is_fused: bool, **flags: str) -> tuple[etree._E
 
     Args:
         is_fused: what never moves becomes one body with the world, and MuJoCo computes about half as many poses per
-            step. flags: of `<flag>`, besides several contacts between a pair of meshes, so that what stands does not
-            rock, which MuJoCo 4 has by default.
+            step. flags: of `<flag>`, besides several contacts between a pair of meshes, so that things at rest do
+            not rock, which MuJoCo 4 has by default.
     """
     root = etree.Element("mujoco", {"model": scene.id})
     fused = {"fusestatic": "true"} if is_fused else {}

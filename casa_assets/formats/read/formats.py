@@ -70,7 +70,7 @@ _FOREIGN: tuple[tuple[bytes, str], ...] = (
     (b"%PDF", "a PDF document"),
     (b"Rar!", "a RAR archive; unpack it"),
 )
-# What Python's readers raise on packed data that is broken.
+# Errors of Python's readers on packed data that is broken.
 PACKED_FAULTS = (
     *(zipfile.BadZipFile, zlib.error, struct.error, OSError, EOFError),
     *(ValueError, RuntimeError, LookupError, ArithmeticError),

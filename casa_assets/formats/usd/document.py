@@ -261,7 +261,7 @@ def axis_and_rotation(axis: Vec3) -> tuple[str, Vec4]:
     if axis in EXACT_AXES:
         return EXACT_AXES[axis]
     x, y, z = axis
-    if z < -1.0 + 1e-12:  # the arc has no plane of its own; the axis is -z to rounding
+    if z < -1.0 + 1e-12:  # the arc has no plane; the axis is -z to rounding
         return EXACT_AXES[(0.0, 0.0, -1.0)]
     quaternion = np.array([1.0 + z, -y, x, 0.0])
     w, i, j, k = (float(n) for n in quaternion / math.sqrt(float(quaternion @ quaternion)))

@@ -154,7 +154,7 @@ def _add_pose_variants(layer: Sdf.Layer, scene: Scene) -> None:
             carried = carried_pose(place, placements, assets, pose)
             if carried is not None:
                 # The placement itself has its pose outside of variants, which is stronger: its links are moved, each
-                # by itself, since they stand side by side.
+                # by itself, since they are side by side.
                 path, shift = _over(layer, document.VARIANT_SET, pose, place).path, place.pose.inverse() @ carried
                 positions = key_positions(place, asset)[pose]
                 for link in asset.links:
