@@ -233,7 +233,7 @@ def _turn(element: etree._Element, turn: Pose) -> None:
     if any(pose.quaternion[1:]) and not is_region and element.tag != "inertial":
         element.set("quat", _numbers_text(pose.quaternion))
     else:
-        element.attrib.pop("quat", None)
+        element.attrib.pop("quat", "")
 
 
 def _numbers_text(values: Iterable[float]) -> str:
