@@ -6,6 +6,7 @@ import json
 import shutil
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import pytest
@@ -48,7 +49,7 @@ def unpacked(zipped: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / SCENE
 
 
-def facts(stage: Usd.Stage) -> usd_facts.Cells:
+def facts(stage: Usd.Stage) -> dict[str, Any]:
     return usd_facts.facts_of_scene_stage(usd_facts.StageReading(stage, scene=True))
 
 
