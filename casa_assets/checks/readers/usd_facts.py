@@ -291,11 +291,7 @@ def _frictions(shapes: list[Usd.Prim]) -> dict[Usd.Prim, Vec3]:
 
 
 def _bounds(shape: Usd.Prim, body_from_shape: Gf.Matrix4d) -> Floats:
-    """(2, 3) corners of a collider, body frame, metres; exact for every shape.
-
-    Args:
-        body_from_shape: of row vectors.
-    """
+    """(2, 3) corners of a collider, body frame, metres; exact for every shape; `body_from_shape`: of row vectors."""
     matrix = np.array(body_from_shape).T  # USD multiplies row vectors
     linear, centre = matrix[:3, :3], matrix[:3, 3]
     if shape.IsA(UsdGeom.Mesh):
