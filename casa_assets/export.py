@@ -16,12 +16,12 @@ from typing import Any, TypeVar
 from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.cache.code_index import PACKAGE
 from casa_assets.checks.check import Problem
-from casa_assets.checks.package.parity import asset_differences
+from casa_assets.checks.readers.urdf_facts import asset_differences
 from casa_assets.checks.scene.forms import scene_differences
 from casa_assets.core.system import cache_for
 from casa_assets.errors import BatchFault, CasaError, OutputError, PluginFailure, UnknownId
 from casa_assets.formats import urdf
-from casa_assets.formats.gltf import EVERYTHING, SEEN_ALONE, Layers, asset_glb, scene_glb
+from casa_assets.formats.gltf import asset_glb, scene_glb
 from casa_assets.formats.urdf import json_text
 from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.run.kept import remembered_kitchen_key
@@ -41,7 +41,7 @@ from casa_assets.runs.outcome import writing
 
 # Certified ------------------------------------------------------------------------------------------------------------
 
-# What a person does with an asset that an export leaves out.
+# Advice about an asset that an export leaves out.
 DECIDE = "accept or correct it in review.csv of the library and run ingest again, or give --with-review"
 
 
@@ -166,7 +166,7 @@ class ExportResult(Outcome):
     """Outcome of the export in a form.
 
     Attributes:
-        file: its path below the export, empty where there is none. facts: what the manifest says of it besides.
+        file: its path below the export, empty if there is no file. facts: what the manifest says of it besides.
         is_left_out: a person has to decide about it, as `message` says.
     """
 
@@ -273,10 +273,10 @@ def _key_of_kitchens(form: Form, recipes: Sequence[SceneRecipe]) -> str:
 def _kept_kitchens(form: Form, out: Path, key: str) -> list[ExportResult]:
     """The kitchens of an earlier export, if it would be made again as it is; else none."""
     try:
-        told = json.loads((out / form.manifest).read_text(encoding="utf-8"))
-        if not key or told.get("key") != key:
+        listed = json.loads((out / form.manifest).read_text(encoding="utf-8"))
+        if not key or listed.get("key") != key:
             return []
-        rows = [dict(row) for row in told[SCENES]]
+        rows = [dict(row) for row in listed[SCENES]]
         found = [ExportResult(row.pop("id"), row.pop(form.name), row, total=len(rows)) for row in rows]
     except (OSError, ValueError, KeyError, TypeError):
         return []
@@ -311,10 +311,10 @@ def _exported(
         if not written:
             return
         rows = [{"id": r.id, form.name: r.file, **r.facts} for r in sorted(written, key=lambda r: r.id)]
-        told = {"schema_version": SCHEMA_VERSION, part: rows}
+        listed = {"schema_version": SCHEMA_VERSION, part: rows}
         if len(written) == len(done) and (made_by := key()):
-            told["key"] = made_by
-        (staged / form.manifest).write_bytes(json_text(told))
+            listed["key"] = made_by
+        (staged / form.manifest).write_bytes(json_text(listed))
         (staged / README).write_text(form.readmes[part], encoding="ascii")
         (staged / attribution.NAME).write_text(credit(written), encoding="utf-8")
         replace_target(staged, out)
@@ -372,20 +372,20 @@ def export_one(recipe: SceneRecipe, export: Export[R], kind: type[R], root: Path
 
 def glb_form(with_layers: bool = False) -> Form:
     """The form; `with_layers` puts collision shapes and regions into the files, which other programs show as well."""
-    layers = EVERYTHING if with_layers else SEEN_ALONE
-    return Form("glb", _GLB_READMES, partial(_asset, layers=layers), partial(_scene, layers=layers))
+    write = partial(_asset, with_layers=with_layers), partial(_scene, with_layers=with_layers)
+    return Form("glb", _GLB_READMES, *write)
 
 
-def _asset(folder: Path, staged: Path, layers: Layers) -> ExportResult:
+def _asset(folder: Path, staged: Path, with_layers: bool) -> ExportResult:
     asset = certified_asset(folder)
-    data = asset_glb(asset, layers)
+    data = asset_glb(asset, with_layers)
     facts = {"category": asset.labels.category, "mass_kg": asset.mass, "bytes": len(data)}
     return ExportResult(asset.id, _put(staged, f"{ASSETS}/{asset.id}.glb", data), facts)
 
 
-def _scene(recipe: SceneRecipe, staged: Path, cache: Path, layers: Layers) -> ExportResult:
+def _scene(recipe: SceneRecipe, staged: Path, cache: Path, with_layers: bool) -> ExportResult:
     request, scene = build_scene(recipe, cache)
-    data = scene_glb(scene, layers)
+    data = scene_glb(scene, with_layers)
     facts = {"placements": len(scene.placements), "bytes": len(data), **measures_of(request, scene)}
     file = _put(staged, f"{SCENES}/{scene.id}.glb", data)
     return ExportResult(scene.id, file, facts, credits=attribution.credits_of(scene))
@@ -439,9 +439,9 @@ def _judged(staged: Path, result: ExportResult, problems: Sequence[Problem]) -> 
     if not problems:
         return result
     shutil.rmtree((staged / result.file).parent)
-    told = "; ".join(f"{pointer}: {message}" for pointer, message in problems[:MAX_LISTED])
+    listed = "; ".join(f"{pointer}: {message}" for pointer, message in problems[:MAX_LISTED])
     more = f"; and {len(problems) - MAX_LISTED} more" if len(problems) > MAX_LISTED else ""
-    return ExportResult(result.id, message=f"its URDF is not what was asked for: {told}{more}")
+    return ExportResult(result.id, message=f"its URDF is not what was asked for: {listed}{more}")
 
 
 _URDF_ABOUT = """

@@ -8,6 +8,7 @@ from __future__ import annotations
 import importlib.metadata
 import inspect
 import json
+import logging
 import os
 import re
 import subprocess
@@ -15,7 +16,7 @@ import sys
 import tempfile
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, redirect_stderr, redirect_stdout, suppress
 from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
@@ -26,7 +27,6 @@ from unittest.mock import patch
 import numpy as np
 from pxr import Ar, Usd, UsdGeom
 
-from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.simready_python import NEEDED, NoVerdict, run_program, validator_python
 from casa_assets.core.numeric import Floats
 from casa_assets.errors import CasaError
@@ -112,15 +112,15 @@ def _by_child(python: str, path: Path, without: frozenset[str]) -> Verdict | Non
     except OSError as error:
         raise NoVerdict(f"the validator of SimReady cannot be started: {error}", is_missing=True) from error
     try:
-        told = json.loads(done.stdout) if done.returncode == 0 else None
+        answered = json.loads(done.stdout) if done.returncode == 0 else None
     except ValueError:
-        told = None
-    if told is None:
+        answered = None
+    if answered is None:
         words = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:] or ["it said nothing"]
         raise NoVerdict(f"the validator of SimReady ended with {done.returncode}: {words[0][:200]}")
-    if "missing" in told:
-        raise NoVerdict(f"SimReady's validator cannot be imported: {told['missing']}", is_missing=True)
-    verdict = told["verdict"]
+    if "missing" in answered:
+        raise NoVerdict(f"SimReady's validator cannot be imported: {answered['missing']}", is_missing=True)
+    verdict = answered["verdict"]
     return None if verdict is None else (bool(verdict[0]), dict(verdict[1]))
 
 
@@ -135,11 +135,64 @@ def answer(path: str, *without: str) -> None:
     os.dup2(2, 1)
     try:
         load_rules()
-        told: dict[str, object] = {"verdict": validate(Path(path), frozenset(without))}
+        answered: dict[str, object] = {"verdict": validate(Path(path), frozenset(without))}
     except ImportError as error:
-        told = {"missing": str(error)}
+        answered = {"missing": str(error)}
     with os.fdopen(answers, "w", encoding="utf-8") as stream:
-        json.dump(told, stream)
+        json.dump(answered, stream)
+
+
+@contextmanager
+def quiet() -> Iterator[list[str]]:
+    """Nothing that happens inside reaches standard output, standard error or a log.
+
+    Both copies of USD (that of usd-core and the one inside MuJoCo) and the validators print from C++, so the file
+    descriptors themselves are turned away. For the whole process: for use where nothing else runs.
+
+    Yields:
+        A list that holds the lines that were printed once the block has ended.
+    """
+    lines: list[str] = []
+    with tempfile.TemporaryFile() as sink, ExitStack() as stack:
+        stack.enter_context(_descriptor(1, sink.fileno()))
+        stack.enter_context(_descriptor(2, sink.fileno()))
+        text = stack.enter_context(open(os.dup(sink.fileno()), "w", encoding="utf-8", buffering=1))  # noqa: PTH123
+        stack.enter_context(redirect_stdout(text))
+        stack.enter_context(redirect_stderr(text))
+        stack.enter_context(_no_logging())
+        try:
+            yield lines
+        finally:
+            text.flush()
+            sink.seek(0)
+            lines.extend(line for line in sink.read().decode("utf-8", "replace").splitlines() if line.strip())
+            sink.seek(0, os.SEEK_END)
+
+
+@contextmanager
+def _descriptor(number: int, target: int) -> Iterator[None]:
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    kept = os.dup(number)
+    os.dup2(target, number)
+    try:
+        yield
+    finally:
+        os.dup2(kept, number)
+        os.close(kept)
+
+
+@contextmanager
+def _no_logging() -> Iterator[None]:
+    """Also undoes the handler that the first `logging.warning` of a process installs."""
+    root = logging.getLogger()
+    level, handlers = logging.root.manager.disable, list(root.handlers)
+    logging.disable(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logging.disable(level)
+        root.handlers[:] = handlers
 
 
 # Rules ----------------------------------------------------------------------------------------------------------------
@@ -186,7 +239,7 @@ def load_rules() -> None:
         simready.validate.initialize([], [], [])
         _compare_meshes_swiftly()
         run_rules_directly()
-    # The validator asks for the caller's module when it warns of a name of its own that is old; the first to ask looks
+    # The validator asks for the caller's module when it warns of one of its names that is old; the first to ask looks
     # through all modules that are loaded.
     inspect.getmodule(inspect.currentframe())
 
@@ -352,8 +405,8 @@ def _read_once(rule: BaseRuleChecker, labels: dict[Usd.Prim, list[str]]) -> None
         return labels[prim]
 
     def check_binding(prim: Usd.Prim, path: object) -> list[str]:
-        # It makes an object of every property of a prim, twice, to tell of bindings by collection, and of bindings that
-        # say how strong they are: where there are none of these it has nothing to tell.
+        # It makes an object of every property of a prim, twice, to find bindings by collection, and bindings that
+        # say how strong they are: where there are none of these it finds nothing.
         for bound in prim.GetPropertiesInNamespace("material"):
             if ":collection:" in bound.GetName() or bound.HasAuthoredMetadata("bindMaterialAs"):
                 return list(their_check(prim, path))
@@ -371,7 +424,7 @@ def _read_once(rule: BaseRuleChecker, labels: dict[Usd.Prim, list[str]]) -> None
 # a tenth of a second, the rule would find none.
 
 COINCIDENT = "com.nvidia.simready.VG.008"
-# What the rule rounds to the same number is no farther apart than the step of its rounding; 1 % for the floats' sake.
+# Numbers that the rule rounds to the same are no farther apart than the step of its rounding; 1 % for the floats' sake.
 POINTS_TO, PLACES_TO = 1.01e-6, 1.01e-4
 
 

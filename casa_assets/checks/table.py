@@ -6,12 +6,12 @@ from collections.abc import Iterable, Mapping
 
 from casa_assets.checks import library, objects
 from casa_assets.checks.asset import grip, plausibility, visual
-from casa_assets.checks.check import NO_WAIVERS, Check, report_not_run, run
+from casa_assets.checks.check import NO_WAIVERS, Check, Package, report_not_run, run
 from casa_assets.checks.design import grade, rules, subject
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.filters import kind, surface
 from casa_assets.checks.motion import joints
-from casa_assets.checks.package import Package, mjcf, parity, usd
+from casa_assets.checks.package import mjcf, usd
 from casa_assets.checks.robots import joints_are_reached
 from casa_assets.checks.runtime import behavior, contract
 from casa_assets.checks.scene import batch_form, budget, engine_sizes, forms, opening, placement, rest
@@ -228,16 +228,16 @@ ASSET_ROWS: tuple[Check, ...] = (
     Check("USD005", "USD pictures", ERROR, Package, usd.usd_pictures_are_png, None, "",
           "Every picture that the USD names is a readable PNG in the package, and the thumbnail has 256 x 256 pixels; "
           "add or convert the picture."),
-    Check("PAR001", "MJCF equals USD in MuJoCo", ERROR, Package, parity.mujoco_reads_both_alike, "parity_relative", "",
+    Check("PAR001", "MJCF equals USD in MuJoCo", ERROR, Package, usd.mujoco_reads_both_alike, "parity_relative", "",
           "Bodies, masses, joints and looks that MuJoCo reads from the USD equal those from the MJCF to {limit:g}, "
           "except lengths (PAR004); please report a difference, it is a fault of the program."),
-    Check("PAR002", "MJCF equals USD in OpenUSD", ERROR, Package, parity.openusd_reads_as_mujoco, "parity_relative", "",
+    Check("PAR002", "MJCF equals USD in OpenUSD", ERROR, Package, usd.openusd_reads_as_mujoco, "parity_relative", "",
           "Bodies, masses, joints and looks that UsdPhysics reads equal those that MuJoCo reads from the MJCF to "
           "{limit:g}, except lengths (PAR004); please report a difference, it is a fault of the program."),
-    Check("PAR003", "Contact parameters", ERROR, Package, parity.contact_parameters_agree, "parity_relative", "",
+    Check("PAR003", "Contact parameters", ERROR, Package, usd.contact_parameters_agree, "parity_relative", "",
           "Contact and joint parameters that MuJoCo reads from MJCF and USD agree to {limit:g}; please report a "
           "difference, it is a fault of the program."),
-    Check("PAR004", "Lengths in both formats", ERROR, Package, parity.lengths_agree, "parity_length_m", "m",
+    Check("PAR004", "Lengths in both formats", ERROR, Package, usd.lengths_agree, "parity_length_m", "m",
           "Positions, sizes and joint travel in MJCF and USD agree to {limit:g} m for both readers; please report a "
           "difference, it is a fault of the program."),
 

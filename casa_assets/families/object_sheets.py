@@ -10,7 +10,7 @@ from pathlib import Path
 from casa_assets.core.system import cache_for
 from casa_assets.families.build import build_asset, family_of, object_requests, params_of
 from casa_assets.formats import mjcf
-from casa_assets.formats.gltf import EVERYTHING, asset_glb
+from casa_assets.formats.gltf import asset_glb
 from casa_assets.library import library as disk
 from casa_assets.model.record import Vec3
 from casa_assets.show.page.page_template import put_model
@@ -56,7 +56,9 @@ def draw_members(
         faces = sum(len(visual.mesh.faces) for link in asset.links for visual in link.visuals)
         shapes = sum(len(link.colliders) for link in asset.links)
         whole = asset.labels.portion is None
-        model = "" if models is None else put_model(models, f"{name}_{request.index}", asset_glb(asset, EVERYTHING))
+        model = (
+            "" if models is None else put_model(models, f"{name}_{request.index}", asset_glb(asset, with_layers=True))
+        )
         drawn.append(DrawnMember(request.index, picture, asset.mass, (x, y, z), faces, shapes, whole, model))
     return drawn
 

@@ -51,7 +51,7 @@ class Rows(list[dict[str, Any]]):
         self._index: dict[object, int] = {}
 
     def put(self, key: object, make: Callable[[], dict[str, Any]]) -> int:
-        """Index of the row of a key, which is made where there is none."""
+        """Index of the row of a key, which is made if there is no such row."""
         if key not in self._index:
             row = make()
             self._index[key] = len(self)
@@ -137,22 +137,17 @@ COLOR_QUALITY, DATA_QUALITY = 85, 90
 SAMPLER = {"magFilter": 9729, "minFilter": 9987, "wrapS": 10497, "wrapT": 10497}
 # Shares of a picture whose alpha is neither nothing nor all, above which it is see-through and not cut out.
 MAX_SOFT_SHARE = 0.05
-# Pictures of this process by name, colour space and size: those of all styles, of 60 kB each.
+PICTURE_PX = 512
+# Pictures of this process by name and colour space: those of all styles, of 60 kB each.
 _KEPT: dict[str, tuple[bytes, str, str]] = {}
 _MOST_KEPT = 512
 
 
 @dataclass
 class Materials:
-    """Materials, textures and images as glTF lists them; equal ones are written once.
-
-    Attributes:
-        binary: receives the pictures.
-        picture_px: maximum pixels along a side.
-    """
+    """Materials, textures and images as glTF lists them; equal ones are written once; `binary` has the pictures."""
 
     binary: Binary
-    picture_px: int
     rows: Rows = field(default_factory=Rows)
     images: Rows = field(default_factory=Rows)
     _mode_of: dict[str, str] = field(default_factory=dict)
@@ -204,19 +199,18 @@ class Materials:
 
         def row() -> dict[str, Any]:
             # Kitchens of a style have the same pictures.
-            place = f"{key} {self.picture_px}"
-            if place not in _KEPT:
+            if key not in _KEPT:
                 if len(_KEPT) >= _MOST_KEPT:
                     _KEPT.clear()
-                _KEPT[place] = encoded(texture, self.picture_px)
-            content, kind, self._mode_of[key] = _KEPT[place]
+                _KEPT[key] = encoded(texture)
+            content, kind, self._mode_of[key] = _KEPT[key]
             return {"bufferView": self.binary.view(content), "mimeType": kind, "name": texture.name}
 
         return {"index": self.images.put(key, row)}, self._mode_of[key]
 
 
-def encoded(texture: Texture, most_px: int) -> tuple[bytes, str, str]:
-    """Encode a picture, scaled down to at most `most_px` along a side.
+def encoded(texture: Texture) -> tuple[bytes, str, str]:
+    """Encode a picture, scaled down to at most PICTURE_PX along a side.
 
     Returns:
         Its bytes; `image/png` if it has alpha, else `image/jpeg`; and the glTF alpha mode that it requires.
@@ -226,8 +220,8 @@ def encoded(texture: Texture, most_px: int) -> tuple[bytes, str, str]:
         image = opened.convert("RGBA" if "A" in opened.getbands() or "transparency" in opened.info else "RGB")
     if image.mode == "RGBA" and image.getchannel("A").getextrema() == (255, 255):
         image = image.convert("RGB")
-    if max(image.size) > most_px:
-        image.thumbnail((most_px, most_px), Image.Resampling.LANCZOS)
+    if max(image.size) > PICTURE_PX:
+        image.thumbnail((PICTURE_PX, PICTURE_PX), Image.Resampling.LANCZOS)
     if image.mode == "RGBA":
         image.save(out, "PNG", optimize=True)
         alpha = np.asarray(image.getchannel("A"))
@@ -326,18 +320,7 @@ class LayerName(StrEnum):
     REGION = "region"
 
 
-@dataclass(frozen=True)
-class Layers:
-    """Layers of a file in addition to the visuals: collision shapes, regions. A viewer hides both at first."""
-
-    colliders: bool = False
-    regions: bool = False
-
-
-SEEN_ALONE, EVERYTHING = Layers(), Layers(colliders=True, regions=True)
-
-
-# Linear RGBA; colliders take these in turn, so that neighbours are told apart.
+# Linear RGBA; colliders take these in turn, so that neighbours differ.
 COLLIDER_COLORS = (
     (0.90, 0.20, 0.12, 0.55),
     (0.08, 0.42, 0.75, 0.55),
@@ -349,27 +332,24 @@ COLLIDER_COLORS = (
 REGION_COLOR = (0.05, 0.65, 0.30, 0.22)
 
 
-def layer_nodes(link: Link, regions: tuple[Region, ...], meshes: Meshes, wanted: Layers) -> Iterator[dict[str, Any]]:
-    """Yield a node for each collider and region of a link, if they are wanted; `regions`: all regions of the asset."""
-    if wanted.colliders:
-        for number, collider in enumerate(link.colliders):
-            turn = number % len(COLLIDER_COLORS)
-            material = meshes.materials.plain(f"collider_{turn}", COLLIDER_COLORS[turn])
-            facts = {"name": collider.name, "kind": collider.shape.kind, "substance": collider.substance}
-            extras = {"layer": LayerName.COLLIDER.value, "collider": facts}
-            shown = _shown(collider.shape, collider.pose, meshes, material)
-            yield {"name": collider.name, "extras": extras, **shown}
-    if wanted.regions:
-        for region in (region for region in regions if region.link == link.name):
-            material = meshes.materials.plain("region", REGION_COLOR)
-            width, depth, height = region.size
-            # A cylinder whose box is not square is an ellipse; the scale of its node makes it one.
-            shape: Shape = Box(size=region.size) if region.kind == "box" else Cylinder(radius=0.5, height=1.0)
-            shown = _shown(shape, region.pose, meshes, material)
-            if region.kind == "cylinder":
-                shown["scale"] = rounded((width / 2, depth / 2, height))
-            extras = {"layer": LayerName.REGION.value, "region": {"name": region.name, "kind": region.kind}}
-            yield {"name": region.name, "extras": extras, **shown}
+def layer_nodes(link: Link, regions: tuple[Region, ...], meshes: Meshes) -> Iterator[dict[str, Any]]:
+    """A node for each collider and region of a link, which viewers hide at first; `regions`: of the asset."""
+    for number, collider in enumerate(link.colliders):
+        turn = number % len(COLLIDER_COLORS)
+        material = meshes.materials.plain(f"collider_{turn}", COLLIDER_COLORS[turn])
+        facts = {"name": collider.name, "kind": collider.shape.kind, "substance": collider.substance}
+        extras = {"layer": LayerName.COLLIDER.value, "collider": facts}
+        yield {"name": collider.name, "extras": extras, **_shown(collider.shape, collider.pose, meshes, material)}
+    for region in (region for region in regions if region.link == link.name):
+        material = meshes.materials.plain("region", REGION_COLOR)
+        width, depth, height = region.size
+        # A cylinder whose box is not square is an ellipse; the scale of its node makes it one.
+        shape: Shape = Box(size=region.size) if region.kind == "box" else Cylinder(radius=0.5, height=1.0)
+        shown = _shown(shape, region.pose, meshes, material)
+        if region.kind == "cylinder":
+            shown["scale"] = rounded((width / 2, depth / 2, height))
+        extras = {"layer": LayerName.REGION.value, "region": {"name": region.name, "kind": region.kind}}
+        yield {"name": region.name, "extras": extras, **shown}
 
 
 def _shown(shape: Shape, pose: Pose, meshes: Meshes, material: int) -> dict[str, Any]:
@@ -407,7 +387,7 @@ class Copy:
     positions: Mapping[str, float] = field(default_factory=dict)
 
 
-def add_nodes(document: Document, copy: Copy, below: int, wanted: Layers) -> dict[str, int]:
+def add_nodes(document: Document, copy: Copy, below: int) -> dict[str, int]:
     """Add a node for each link below the node `below`; return link name -> index of its node."""
     asset = copy.asset
     looks = {material.id: material for material in asset.materials}
@@ -421,7 +401,7 @@ def add_nodes(document: Document, copy: Copy, below: int, wanted: Layers) -> dic
         row = {"name": copy.prefix + link.name, "extras": extras, **placed(pose)}
         found[link.name] = document.add(row, below if link.parent is None else found[link.parent])
         _add_visuals(document, link, looks, copy, found[link.name])
-        for part in layer_nodes(link, asset.regions, document.meshes, wanted):
+        for part in layer_nodes(link, asset.regions, document.meshes) if document.with_layers else ():
             document.add({**part, "name": f"{copy.prefix}{link.name}/{part['name']}"}, found[link.name])
     return found
 
@@ -474,7 +454,6 @@ def _add_visuals(document: Document, link: Link, looks: dict[str, Any], copy: Co
 # `fridge/door_joint`.
 
 EXTRAS_VERSION = 1
-PICTURE_PX = 512
 # Turns z up into y up.
 Y_UP = Pose(quaternion=(0.5**0.5, -(0.5**0.5), 0.0, 0.0))
 
@@ -482,10 +461,10 @@ Y_UP = Pose(quaternion=(0.5**0.5, -(0.5**0.5), 0.0, 0.0))
 class Document:
     """A GLB while it is being built: one root node, and the nodes below it."""
 
-    def __init__(self, name: str, kind: str, picture_px: int) -> None:
-        """Start with the root node; `kind`: `asset` or `scene`; `picture_px`: maximum pixels along a picture's side."""
-        self.binary = Binary()
-        self.meshes = Meshes(self.binary, Materials(self.binary, picture_px))
+    def __init__(self, name: str, kind: str, with_layers: bool) -> None:
+        """Start with the root node; `kind`: `asset` or `scene`."""
+        self.binary, self.with_layers = Binary(), with_layers
+        self.meshes = Meshes(self.binary, Materials(self.binary))
         self.nodes: list[dict[str, Any]] = []
         self.extras: dict[str, Any] = {"casa_assets": EXTRAS_VERSION, "id": name, "kind": kind}
         self.root = self.add({"name": name, "extras": self.extras, **placed(Y_UP)})
@@ -513,20 +492,16 @@ class Document:
         return glb(members, self.binary)
 
 
-def asset_glb(asset: Asset, layers: Layers = SEEN_ALONE, picture_px: int = PICTURE_PX) -> bytes:
-    """Return the GLB of an asset; the same asset gives the same bytes.
+def asset_glb(asset: Asset, with_layers: bool = False) -> bytes:
+    """Return the GLB of an asset, its joints in the first of its named poses; the same asset gives the same bytes.
 
-    Its joints are in the first of its named poses, or at zero.
-
-    Args:
-        layers: layers in addition to the visuals.
-        picture_px: maximum pixels along a side of a picture.
+    `with_layers`: with collision shapes and regions.
     """
-    document = Document(asset.id, "asset", picture_px)
+    document = Document(asset.id, "asset", with_layers)
     document.extras["poses"] = {key.name: values(joint_positions(key.joints)) for key in asset.keyframes}
     document.extras["category"] = asset.labels.category
     start = joint_positions(asset.keyframes[0].joints) if asset.keyframes else {}
-    add_nodes(document, Copy(asset, positions=start), document.root, layers)
+    add_nodes(document, Copy(asset, positions=start), document.root)
     return document.bytes()
 
 
@@ -538,17 +513,14 @@ def values(positions: Mapping[str, float], prefix: str = "") -> dict[str, float]
 NEAR_M = 0.01
 
 
-def scene_glb(scene: Scene, layers: Layers = SEEN_ALONE, picture_px: int = PICTURE_PX) -> bytes:
+def scene_glb(scene: Scene, with_layers: bool = False) -> bytes:
     """Return the GLB of a scene as it begins; the same scene gives the same bytes.
 
     Content that the assets of several placements have in common is written once. Named poses are those of the scene
     (`start`, `closed`, `open`) and any others that an asset has (`on`), in which all other assets are closed.
-
-    Args:
-        layers: layers in addition to the visuals.
-        picture_px: maximum pixels along a side of a picture.
+    `with_layers`: with collision shapes and regions.
     """
-    document = Document(scene.id, "scene", picture_px)
+    document = Document(scene.id, "scene", with_layers)
     document.extras["poses"] = _poses(scene)
     if scene.sky is not None:
         document.extras["sky"] = {"zenith": rounded(scene.sky.zenith), "horizon": rounded(scene.sky.horizon)}
@@ -556,7 +528,7 @@ def scene_glb(scene: Scene, layers: Layers = SEEN_ALONE, picture_px: int = PICTU
     places = {place.name: place for place in scene.placements}
     for place in scene.placements:
         if place.name not in links:
-            _add(document, place, places, assets, links, layers)
+            _add(document, place, places, assets, links)
     for camera in scene.cameras:
         lens = {"yfov": rounded([math.radians(camera.fov_y_deg)])[0], "znear": NEAR_M}
         document.cameras.append({"name": camera.name, "type": "perspective", "perspective": lens})
@@ -571,7 +543,6 @@ def _add(
     places: dict[str, Placement],
     assets: dict[str, Asset],
     links: dict[str, dict[str, int]],
-    layers: Layers,
 ) -> None:
     """Add a placement, after the placement that carries it; `links` gets the nodes of its links by name."""
     asset, below, pose = assets[place.name], document.root, place.pose
@@ -579,7 +550,7 @@ def _add(
     if rest is not None and assets[rest.placement].is_moved(rest.link):
         holder = places[rest.placement]
         if holder.name not in links:
-            _add(document, holder, places, assets, links, layers)
+            _add(document, holder, places, assets, links)
         carrier = holder.pose @ assets[holder.name].asset_from_link(rest.link, joint_positions(holder.joints))
         below, pose = links[holder.name][rest.link], carrier.inverse() @ place.pose
     extras = {"name": place.name, "asset": asset.id, "category": asset.labels.category, "layer": place.layer.value}
@@ -587,7 +558,7 @@ def _add(
     node = document.add(row, below)
     shown = LayerName.CEILING if place.layer is Layer.CEILING else LayerName.VISUAL
     copy = Copy(asset, f"{place.name}/", shown, joint_positions(place.joints))
-    links[place.name] = add_nodes(document, copy, node, layers)
+    links[place.name] = add_nodes(document, copy, node)
 
 
 def _poses(scene: Scene) -> dict[str, dict[str, float]]:

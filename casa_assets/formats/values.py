@@ -1,4 +1,4 @@
-"""What the writers of all formats agree on: numbers as text, and MuJoCo's groups and contact dimensions."""
+"""Shared by the writers of all formats: numbers as text, and MuJoCo's groups and contact dimensions."""
 
 from __future__ import annotations
 

@@ -268,7 +268,7 @@ def _split(name: str, mesh: trimesh.Trimesh, matrix: Floats) -> Iterator[PlacedM
         colors = _rgba(visual.vertex_colors)
     elif isinstance(visual, ColorVisuals) and visual.kind == "face":
         colors = np.repeat(_rgba(visual.face_colors), 3, axis=0)
-        rows = faces.reshape(-1)  # each face has vertices of its own, so that colours do not run into each other
+        rows = faces.reshape(-1)  # faces share no vertices, so that colours do not run into each other
         vertices, normals = vertices[rows], None if normals is None else normals[rows]
         faces = np.arange(len(rows)).reshape(-1, 3)
     is_linear = "from_gltf_primitive" in mesh.metadata

@@ -12,8 +12,8 @@ from PIL import Image
 
 from casa_assets import registry
 from casa_assets.cache.cache_key import CodeRef
+from casa_assets.checks.check import Package
 from casa_assets.checks.check import run as run_checks
-from casa_assets.checks.package import Package
 from casa_assets.core.numeric import significant
 from casa_assets.errors import OutputError
 from casa_assets.formats import mjcf

@@ -15,13 +15,12 @@ import pytest
 from casa_assets import registry
 from casa_assets.checks.design.tasks import ATOMIC_TASKS
 from casa_assets.model.asset.asset import Asset, Link, Visual, split_of
+from casa_assets.model.asset.asset import Asset, Link
 from casa_assets.model.asset.material import Material
 from casa_assets.model.record import Vec3
-from casa_assets.model.registry.category import Category
-from tests.support.asset.asset_parts import CARDBOARD, PROVENANCE, box_collider, box_inertial, labels
+from tests.support.asset.asset_parts import CARDBOARD, PROVENANCE, box_collider, box_inertial, labels, seen
 from tests.support.library.built_libraries import keep
 from tests.support.library.libraries import ROOT, casa
-from tests.support.mesh.meshes import box_mesh
 from tests.support.program.environments import python_of, rows_of
 
 # At least one for each group of objects that an atomic task of RoboCasa v1.0 draws from, as far as it can be grasped,
@@ -53,49 +52,29 @@ OWN_SIZES: dict[str, Vec3] = {
 
 def task_objects() -> tuple[Asset, ...]:
     """Two objects of each kind, one for training and one for testing, in the order of the lists."""
-    return tuple(
-        _made(name, digest, name in VESSELS) for name in (*SOLID, *VESSELS, *CLOSED) for digest in _digests(name)
-    )
+    names = (*SOLID, *VESSELS, *CLOSED)
+    # Digests of sources: those that begin with 1 are for training, those with 5 for testing.
+    tails = {name: hashlib.sha256(name.encode()).hexdigest()[8:] for name in names}
+    return tuple(_made(name, f"0000000{first}{tails[name]}") for name in names for first in (1, 5))
 
 
-def _digests(name: str) -> tuple[str, str]:
-    """Two digests of sources: the first is kept for training, the second for testing."""
-    tail = hashlib.sha256(name.encode()).hexdigest()[8:]
-    return f"00000001{tail}", f"00000005{tail}"
-
-
-def _made(name: str, digest: str, is_vessel: bool) -> Asset:
+def _made(name: str, digest: str) -> Asset:
     category = registry.load().categories[name]
-    size = OWN_SIZES.get(name) or _size(category)
-    boxes = _vessel(size) if is_vessel else [(size, (0.0, 0.0, size[2] / 2))]
+    x, y, z = (round(side.typical, 4) for side in category.extents)
+    size = OWN_SIZES.get(name, (x, y, z))
+    boxes = _vessel(size) if name in VESSELS else [(size, (0.0, 0.0, size[2] / 2))]
+    inertial = box_inertial(category.mass_kg.typical, size, (0.0, 0.0, size[2] / 2))
+    visuals = tuple(seen(f"body_{k}", "paint", *box) for k, box in enumerate(boxes))
+    colliders = tuple(box_collider(f"body_{k}_hull", *box) for k, box in enumerate(boxes))
+    red, green, blue = (part / 255 for part in hashlib.sha256(name.encode()).digest()[:3])
     return Asset(
         id=f"{name}_{digest[:10]}",
-        links=(
-            Link(
-                name="object",
-                inertial=box_inertial(category.mass_kg.typical, size, (0.0, 0.0, size[2] / 2)),
-                visuals=tuple(
-                    Visual(name=f"body_{k}", mesh=box_mesh(*box), material="paint") for k, box in enumerate(boxes)
-                ),
-                colliders=tuple(
-                    box_collider(f"body_{k}_hull", sides, center) for k, (sides, center) in enumerate(boxes)
-                ),
-            ),
-        ),
-        materials=(Material(id="paint", base_color=_color(name)),),
+        links=(Link(name="object", inertial=inertial, visuals=visuals, colliders=colliders),),
+        materials=(Material(id="paint", base_color=(red, green, blue, 1.0)),),
         substances=(CARDBOARD,),
         labels=labels(name, (name,), category.qcode.id).replace(split=split_of(digest)),
         provenance=PROVENANCE.replace(sha256=digest),
     )
-
-
-def _size(category: Category) -> Vec3:
-    """Usual extents as it rests, metres, at most those of a hand's load."""
-    if category.size_m is not None:
-        x, y, z = (side.typical for side in category.size_m)
-    else:
-        x, y, z = (part * category.longest_m.typical for part in category.shape)
-    return round(x, 4), round(y, 4), round(z, 4)
 
 
 def _vessel(size: Vec3) -> list[tuple[Vec3, Vec3]]:
@@ -109,11 +88,6 @@ def _vessel(size: Vec3) -> list[tuple[Vec3, Vec3]]:
         *((side, (sign * (x - wall) / 2, 0.0, z / 2)) for sign in (-1, 1)),
         *((front, (0.0, sign * (y - wall) / 2, z / 2)) for sign in (-1, 1)),
     ]
-
-
-def _color(name: str) -> tuple[float, float, float, float]:
-    red, green, blue = hashlib.sha256(name.encode()).digest()[:3]
-    return red / 255, green / 255, blue / 255, 1.0
 
 
 SCRIPT = Path(__file__).with_name("robocasa") / "run_tasks.py"

@@ -7,21 +7,19 @@ import sys
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
 from pxr import Gf, Usd, UsdGeom, UsdShade
 
 from casa_assets.checks import simready
-from casa_assets.checks.package import Package, usd
-from casa_assets.checks.readers.quiet import quiet
+from casa_assets.checks.check import Package
+from casa_assets.checks.package import usd
 from casa_assets.checks.scene import forms as usd_layer
-from casa_assets.checks.simready import load_rules, validate, validate_simready
+from casa_assets.checks.simready import load_rules, quiet, validate, validate_simready
 from casa_assets.checks.simready_python import VARIABLE, versions_elsewhere
 from casa_assets.layouts.run.check import PassedLayers
 from casa_assets.model.asset.asset import Base
-from casa_assets.model.kitchen.scene import Scene
 from tests.support.asset.assets import microwave, rigid_mug, textured_box
 from tests.support.asset.cupboard import cupboard
 from tests.support.asset.packages import Tampering, tamper, written
@@ -30,17 +28,11 @@ from tests.support.kitchen.rooms import at, block, in_all_forms, room
 pytestmark = pytest.mark.consumers
 
 
-@pytest.fixture(scope="module")
-def kit() -> ModuleType:
-    """What is made of SimReady's own classes."""
-    from tests.support.asset import simready_rules
-
-    return simready_rules
-
-
 @pytest.fixture
-def their_way(kit: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+def their_way(monkeypatch: pytest.MonkeyPatch) -> None:
     """Meanwhile SimReady runs as it does by itself."""
+    from tests.support.asset import simready_rules as kit  # of SimReady's own classes
+
     load_rules()
     checker, plain = kit.Checker, kit.TheirRunner
 
@@ -160,11 +152,7 @@ def test_both_find_the_same(stage: Usd.Stage, found: int) -> None:
 LONG = "a" * 120
 
 
-def name_nobody(package: Package) -> None:
-    tamper(package.usd, ('string author = "Casa"', 'string author = ""'))
-
-
-@pytest.mark.parametrize("corrupt", [None, name_nobody], ids=["good", "bad"])
+@pytest.mark.parametrize("corrupt", [None, unnamed], ids=["good", "bad"])
 def test_verdict_is_that_of_the_command_line(corrupt: Tampering | None, tmp_path: Path) -> None:
     package = written(microwave(), tmp_path)
     if corrupt:
@@ -198,7 +186,7 @@ def test_where_a_library_lies_does_not_matter(above: str, tmp_path: Path, monkey
 
 def test_another_python_gives_the_same_verdict(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     good, bad = written(rigid_mug(), tmp_path / "good"), written(rigid_mug(), tmp_path / "bad case")
-    name_nobody(bad)
+    unnamed(bad)
     codes = frozenset({"com.nvidia.simready.SR.004"})
     asked = [(good, frozenset[str]()), (bad, frozenset[str]()), (bad, codes)]
     here = [validate_simready(one.usd, one.root, without) for one, without in asked]
@@ -209,10 +197,7 @@ def test_another_python_gives_the_same_verdict(tmp_path: Path, monkeypatch: pyte
     assert {"simready-validate", "simready-foundation-tier-core"} <= versions_elsewhere().keys()
 
 
-def things() -> Scene:
-    """A crate that stands by its weight, and a box with pictures."""
-    crate = block("crate", (0.2, 0.2, 0.2), Base.FREE)
-    return room((crate, at(0.0, 0.0, 0.0)), (textured_box(), at(0.5, 0.0, 0.0)))
+CRATE = block("crate", (0.2, 0.2, 0.2), Base.FREE)  # which stands by its weight
 
 
 @pytest.fixture
@@ -232,9 +217,8 @@ def looked_at(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 def test_what_passed_is_left_out_of_the_next_kitchen(tmp_path: Path, looked_at: list[int]) -> None:
     known = PassedLayers(tmp_path / "cache")
-    crate = block("crate", (0.2, 0.2, 0.2), Base.FREE)
-    first = room((crate, at(0, 0, 0)), (crate, at(1, 0, 0)), (textured_box(), at(0.5, 0, 0)))
-    second = room((crate, at(0, 0, 0)), (cupboard(), at(1, 0, 0)))
+    first = room((CRATE, at(0, 0, 0)), (CRATE, at(1, 0, 0)), (textured_box(), at(0.5, 0, 0)))
+    second = room((CRATE, at(0, 0, 0)), (cupboard(), at(1, 0, 0)))
     for number, scene in enumerate((first, second)):
         files = replace(in_all_forms(scene, tmp_path / str(number)), passed_layers=known)
         assert usd_layer.usd_scene_meets_simready_rules(files).number == 0
@@ -246,7 +230,8 @@ def test_what_passed_is_left_out_of_the_next_kitchen(tmp_path: Path, looked_at: 
 def test_a_fault_is_found_beside_what_is_known(tmp_path: Path, looked_at: list[int]) -> None:
     known = PassedLayers(tmp_path / "cache")
     for number in range(2):
-        files = replace(in_all_forms(things(), tmp_path / str(number)), passed_layers=known)
+        things = room((CRATE, at(0, 0, 0)), (textured_box(), at(0.5, 0, 0)))
+        files = replace(in_all_forms(things, tmp_path / str(number)), passed_layers=known)
         if number:
             tamper(files.usd, ("metersPerUnit = 1", "metersPerUnit = 0.01"))
         found = usd_layer.usd_scene_meets_simready_rules(files)

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from casa_assets.formats.gltf import EVERYTHING, asset_glb, scene_glb
+from casa_assets.formats.gltf import asset_glb, scene_glb
 from casa_assets.layouts.run.check import check_one
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.model.asset.asset import Asset
@@ -83,7 +83,7 @@ def place_of(page: Page, node: str) -> tuple[float, float]:
 @pytest.fixture(scope="module")
 def oven_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     asset = microwave()
-    return page_of(tmp_path_factory.mktemp("oven"), asset.id, asset_glb(asset, EVERYTHING))
+    return page_of(tmp_path_factory.mktemp("oven"), asset.id, asset_glb(asset, with_layers=True))
 
 
 def test_nothing_is_loaded_before_somebody_asks(browser: Browser, oven_page: Path) -> None:
@@ -118,7 +118,7 @@ def test_a_door_opens_by_slider_by_button_and_by_click(browser: Browser, oven_pa
 
 def test_poses_and_layers(browser: Browser, tmp_path: Path) -> None:
     asset = grill()
-    page = opened(browser, page_of(tmp_path, asset.id, asset_glb(asset, EVERYTHING)))
+    page = opened(browser, page_of(tmp_path, asset.id, asset_glb(asset, with_layers=True)))
     for key in asset.keyframes:
         page.click(f'.cv-button:text-is("{key.name.replace("_", " ").capitalize()}")')
         page.pause(2.0)
@@ -191,7 +191,7 @@ def test_the_page_of_a_kitchen(browser: Browser, tmp_path: Path) -> None:
 
 def test_a_member_of_a_catalogue_in_a_dialog(browser: Browser, tmp_path: Path) -> None:
     asset = grill()
-    script = f"models/{put_model(tmp_path / 'models', 'apple_0', asset_glb(asset, EVERYTHING))}"
+    script = f"models/{put_model(tmp_path / 'models', 'apple_0', asset_glb(asset, with_layers=True))}"
     model = ModelFiles("apple_0", script, f"models/{put_viewer(tmp_path / 'models')}")
     row = category_row("apple", "objects/apple.webp", (0.15,), (0.071,), (900,), (1,), (model,))
     (tmp_path / "index.html").write_text(catalogue.page([], [row], {}), encoding="utf-8")
@@ -211,7 +211,7 @@ def test_a_member_of_a_catalogue_in_a_dialog(browser: Browser, tmp_path: Path) -
 @pytest.mark.parametrize("build", [*EVERY, grill, corner])
 def test_the_khronos_validator_finds_no_error(build: Callable[[], Asset | Scene], tmp_path: Path) -> None:
     made = build()
-    glb = scene_glb(made, EVERYTHING) if isinstance(made, Scene) else asset_glb(made, EVERYTHING)
+    glb = scene_glb(made, with_layers=True) if isinstance(made, Scene) else asset_glb(made, with_layers=True)
     (tmp_path / "model.glb").write_bytes(glb)
     script = (
         "const {validateBytes} = require('gltf-validator'), fs = require('fs');"

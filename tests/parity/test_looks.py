@@ -6,19 +6,17 @@ import io
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from PIL import Image
 
 from casa_assets.checks.readers.usd_facts import missing_importer
-from casa_assets.model.source import RawModel, Up
+from casa_assets.core.numeric import Floats
+from casa_assets.model.source import Up
 from casa_assets.show.stills.still import render, render_mesh
 from casa_assets.show.stills.studio import View
 from tests.support.asset.packages import written
 from tests.support.mesh.mesh_files import QUARTERS, Gltf, load_bytes, png
 from tests.support.mesh.raw_models import built
-
-Floats = npt.NDArray[np.float64]
 
 VIEW = View(size_px=192, passes=6)
 # Blocks that pictures are compared in, and what their colours, 0..255, may differ by in the mean and at worst.
@@ -55,8 +53,12 @@ def pictured(**mapping: object) -> Gltf:
 
 def mirrored() -> Gltf:
     made = pictured()
-    made.document["nodes"] = [{"mesh": 0, "scale": [-1, 1, 1], "translation": [2, 0, 0], "name": "mirrored"}]
+    made.node |= {"scale": [-1, 1, 1], "translation": [2, 0, 0]}
     return made
+
+
+def paint(color: tuple[float, ...], **more: object) -> dict[str, object]:
+    return {"pbrMetallicRoughness": {"baseColorFactor": color, "metallicFactor": 0.0}, **more}
 
 
 def colored() -> Gltf:
@@ -79,23 +81,14 @@ def several() -> Gltf:
         indices = made.add(np.array(flat, dtype="<u2"), "SCALAR")
         primitives.append({"attributes": made.attributes, "indices": indices, "material": k})
     made.document["meshes"] = [{"primitives": primitives}]
-    made.document["materials"] = [
-        {"pbrMetallicRoughness": {"baseColorFactor": [*c, 1.0], "metallicFactor": 0.0}}
-        for c in ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0))
-    ]
+    made.document["materials"] = [paint((*c, 1)) for c in ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0))]
     return made
 
 
 def glass() -> Gltf:
     """A blue pane all around a red wedge."""
     made = several()
-    made.document["materials"] = [
-        {
-            "alphaMode": "BLEND",
-            "pbrMetallicRoughness": {"baseColorFactor": [0.0, 0.0, 1.0, 0.4], "metallicFactor": 0.0},
-        },
-        *({"pbrMetallicRoughness": {"baseColorFactor": [1.0, 0.0, 0.0, 1.0], "metallicFactor": 0.0}} for _ in range(3)),
-    ]
+    made.document["materials"] = [paint((0, 0, 1, 0.4), alphaMode="BLEND"), *[paint((1, 0, 0, 1))] * 3]
     return made
 
 
@@ -117,25 +110,15 @@ def blocks(picture: bytes) -> Floats:
         return np.asarray(small, dtype=np.float64)
 
 
-def apart(one: Floats, other: Floats) -> tuple[float, float]:
-    """Mean and largest difference of the colour of a block."""
-    gap = np.abs(one - other).mean(axis=2)
-    return float(gap.mean()), float(gap.max())
-
-
-def raw_picture(model: RawModel) -> Floats:
-    return blocks(render_mesh(model.parts, Up.Y, VIEW))
-
-
 @pytest.mark.parametrize("name", LOOKS)
 def test_both_files_show_what_the_input_shows(name: str, tmp_path: Path) -> None:
     model = load_bytes("x.glb", LOOKS[name].glb())
     asset, _ = built(model, "boxed_food")
     package = written(asset, tmp_path)
-    before = raw_picture(model)
+    before = blocks(render_mesh(model.parts, Up.Y, VIEW))
     limits = ALIKE if name in DRAWN_OTHERWISE else SAME
     # MuJoCo draws both, and its reader of USD is not there for every Python.
     for file in (package.mjcf,) if missing_importer() else (package.mjcf, package.usd):
-        mean, worst = apart(before, blocks(render(file, VIEW)))
-        assert mean < limits[0]
-        assert worst < limits[1]
+        gap = np.abs(before - blocks(render(file, VIEW))).mean(axis=2)
+        assert gap.mean() < limits[0]
+        assert gap.max() < limits[1]

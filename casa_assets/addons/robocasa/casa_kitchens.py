@@ -50,7 +50,7 @@ ATTRIBUTES: dict[str, dict[str, Any]] = {
     **dict.fromkeys(ROOM, _OF_A_ROOM),
 }
 FREE_JOINT = {"type": "free", "damping": "0.0005"}
-# What `MujocoEnv.__init__` of robosuite 1.5.2 calls after it has stored its arguments; `reset` calls all of it again.
+# Called by `MujocoEnv.__init__` of robosuite 1.5.2 after it has stored its arguments; `reset` calls all of them again.
 LOADING = ("_load_model", "_initialize_sim", "initialize_renderer", "_reset_internal", "_setup_observables")
 # Where on a worktop RoboCasa looks for room for the lid of a blender that is to be put on: round the blender, in front.
 LID_ON_WORKTOP = {"size": (0.7, 0.4), "pos": ("ref", -1.0), "rotation": (0.0, 0.0)}
@@ -442,6 +442,10 @@ class _SharedAssets:
         return inp in self._asset_names
 
 
+def _size(name: str) -> property:
+    return property(lambda self: getattr(_module("robocasa.models.fixtures").Fixture, name).fget(self))
+
+
 class _FromFile(_SharedAssets):
     """Loads a file instead of a class of RoboCasa that builds its own geometry."""
 
@@ -456,20 +460,8 @@ class _FromFile(_SharedAssets):
     def _add_init_elements(self) -> None:
         """Do nothing: the file has all regions."""
 
-    @property
-    def width(self) -> Any:
-        """Width of the region `main`, m, as for every fixture that is loaded from a file."""
-        return _module("robocasa.models.fixtures").Fixture.width.fget(self)
-
-    @property
-    def depth(self) -> Any:
-        """Depth of the region `main`, m."""
-        return _module("robocasa.models.fixtures").Fixture.depth.fget(self)
-
-    @property
-    def height(self) -> Any:
-        """Height of the region `main`, m."""
-        return _module("robocasa.models.fixtures").Fixture.height.fget(self)
+    # Of the region `main`, m, as for every fixture that is loaded from a file.
+    width, depth, height = (_size(name) for name in ("width", "depth", "height"))
 
     def _get_counter_geoms(self) -> dict[str, list[Any]]:
         """Free surfaces of a worktop with names that begin with `top`, as a counter expects them."""

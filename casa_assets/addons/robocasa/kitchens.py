@@ -27,9 +27,9 @@ from casa_assets.model.registry.contract import MIN_SURFACE_M, PLATE_DEPTH_M, SH
 
 FILE, LAYOUT_FILE = "kitchen.json", "layout.yaml"
 FORMAT = 1
-# Below this RoboCasa has numbers of its own; numbers of ours fit into 32 bits.
+# RoboCasa's own numbers are below this; ours fit into 32 bits.
 FIRST_NUMBER, NUMBERS = 1_000_000_000, 1_000_000_000
-# A thing stands on a worktop where its foot is this close to the surface, metres.
+# A thing is on a worktop where its foot is this close to the surface, metres.
 MAX_GAP_M = 0.02
 # Even what is open from its foot up is in the way of what is put beside it, up to this height, metres.
 MIN_SOLID_M = 0.02
@@ -275,8 +275,9 @@ def _facts(item: Placed, standing: Collection[Placed]) -> dict[str, Any]:
             facts["orientation"] = "left" if opens_left else "right"
         return facts
     if item.type == COUNTER:
-        found = free_surfaces(item.centered, [_footprint(one, item) for one in standing if _stands_on(one, item)])
-        rows = [{"position": list(top.position), "size": list(top.size)} for top in found]
+        things = sorted(_footprint(one, item) for one in standing if _stands_on(one, item))
+        tops = [region for region in item.centered.regions if region.name.startswith("top")]
+        rows = [surface for top in tops for surface in _without(top, things)]
         return {"island_only": "island" in item.name, "base_opening": [False, False], "surfaces": rows}
     return {}
 
@@ -329,26 +330,14 @@ def excluded_bodies(scene: Scene, fixtures: Collection[Placed]) -> tuple[tuple[s
 
 Corner = tuple[float, float]
 Footprint = tuple[Corner, Corner]
-PREFIX = "top"
 
 
-@dataclass(frozen=True)
-class Surface:
-    """A rectangle of a worktop: its middle and full size in the frame of the worktop, metres."""
+def _without(region: Region, things: Iterable[Footprint]) -> list[dict[str, list[float]]]:
+    """Cut a region at footprints that leave too little room; uncut if no large enough part would remain.
 
-    position: Vec3
-    size: Vec3
-
-
-def free_surfaces(counter: Asset, things: Iterable[Footprint]) -> tuple[Surface, ...]:
-    """Free surfaces of a centred worktop, whose front is at its minimum y, between the footprints of `things` on it."""
-    tops = [region for region in counter.regions if region.name.startswith(PREFIX)]
-    footprints = sorted(things)
-    return tuple(surface for top in tops for surface in _without(top, footprints))
-
-
-def _without(region: Region, things: Iterable[Footprint]) -> list[Surface]:
-    """Cut a region at footprints that leave too little room; uncut if no large enough part would remain."""
+    Returns:
+        Middle and full size of each rectangle in the frame of the worktop, whose front is at its minimum y, metres.
+    """
     (x, y, z), (width, depth, height) = region.pose.position, region.size
     left, right, front, back = x - width / 2, x + width / 2, y - depth / 2, y + depth / 2
     spans = [(left, right)]
@@ -358,7 +347,10 @@ def _without(region: Region, things: Iterable[Footprint]) -> list[Surface]:
             spans = [(a, b) for a, b in parts if b > a]
     kept = [(a, b) for a, b in spans if b - a >= MIN_SURFACE_M[0] and depth >= MIN_SURFACE_M[1]] or [(left, right)]
     return [
-        Surface((decimals((a + b) / 2, 9), decimals(y, 9), decimals(z, 9)), (decimals(b - a, 9), depth, height))
+        {
+            "position": [decimals((a + b) / 2, 9), decimals(y, 9), decimals(z, 9)],
+            "size": [decimals(b - a, 9), depth, height],
+        }
         for a, b in kept
     ]
 

@@ -114,7 +114,7 @@ def _text(root: etree._Element) -> bytes:
 
 # A hundred times what MuJoCo calls too small, m^3. Ref: MuJoCo 3.2, mjMINVAL in its compiler of meshes.
 MIN_VOLUME_M3 = 1e-13
-# Height of the pyramid behind a flat face: share of the face's width, and at most so many metres. A choice: too small
+# Height of the pyramid behind a flat face: share of the face's width, and its bound in metres. A choice: too small
 # to be seen.
 DEPTH_SHARE, MAX_DEPTH_M = 0.1, 0.0005
 
@@ -166,7 +166,7 @@ def _with_pyramid(mesh: Mesh) -> Mesh:
 # Upright --------------------------------------------------------------------------------------------------------------
 # Ref: robocasa v1.0 reads `model_upright.xml` next to `model.xml` if a task asks for it (slices of bread, straws).
 
-# Longer than this many times its width it stands on end (a straw), else on its edge (a slice of bread), whose thickness
+# Longer than this many times its width it is put on end (a straw), else on its edge (a slice of bread), whose thickness
 # is along x: toasters have their slots beside each other along x, and tasks put bread into them without turning it.
 MIN_SLENDERNESS = 2.5
 ON_EDGE = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])  # y goes up; z, the thickness, goes along x
@@ -198,12 +198,7 @@ def stand_up(root: etree._Element, asset: Asset) -> None:
         return
     (outer,) = root.findall("worldbody/body")
     for element in outer.findall("body/*"):
-        if element.tag == "inertial":
-            _turn_inertial(element, turn)
-        elif element.get("name", "").startswith("reg_") and element.get("type") == "box":
-            _turn_box(element, turn)
-        else:
-            _turn_pose(element, turn)
+        _turn(element, turn)
     corners = turn.apply(asset.bounds)
     lower, upper = corners.min(axis=0), corners.max(axis=0)
     points = {
@@ -216,42 +211,28 @@ def stand_up(root: etree._Element, asset: Asset) -> None:
             site.set("pos", _numbers_text(point))
 
 
-def _numbers(element: etree._Element, name: str, default: str = "") -> list[float]:
-    return [float(word) for word in element.get(name, default).split()]
+def _turn(element: etree._Element, turn: Pose) -> None:
+    """Turn an element of the body; a region stays a box along the axes, since runtimes ignore its rotation."""
 
+    def values(name: str, default: str = "") -> list[float]:
+        return [float(word) for word in element.get(name, default).split()]
 
-def _turned(element: etree._Element, turn: Pose) -> Pose:
-    x, y, z = _numbers(element, "pos", "0 0 0")
-    a, b, c, d = _numbers(element, "quat", "1 0 0 0")
-    return turn @ Pose(position=(x, y, z), quaternion=(a, b, c, d))
-
-
-def _turn_pose(element: etree._Element, turn: Pose) -> None:
-    pose = _turned(element, turn)
+    (x, y, z), (a, b, c, d) = values("pos", "0 0 0"), values("quat", "1 0 0 0")
+    pose = turn @ Pose(position=(x, y, z), quaternion=(a, b, c, d))
     element.set("pos", _numbers_text(pose.position))
-    if any(pose.quaternion[1:]):
+    is_region = element.get("name", "").startswith("reg_") and element.get("type") == "box"
+    if element.tag == "inertial":
+        xx, yy, zz, xy, xz, yz = values("fullinertia")
+        quarter = np.rint(turn.rotation)  # a quarter turn only changes places and signs
+        rotated = quarter @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ quarter.T
+        inertia = (rotated[0, 0], rotated[1, 1], rotated[2, 2], rotated[0, 1], rotated[0, 2], rotated[1, 2])
+        element.set("fullinertia", numbers(inertia))
+    elif is_region:
+        element.set("size", _numbers_text(np.abs(pose.rotation) @ np.array(values("size"))))
+    if any(pose.quaternion[1:]) and not is_region and element.tag != "inertial":
         element.set("quat", _numbers_text(pose.quaternion))
-    elif "quat" in element.attrib:
-        del element.attrib["quat"]
-
-
-def _turn_box(element: etree._Element, turn: Pose) -> None:
-    """Turn an axis-aligned box so that it stays one: runtimes ignore the rotation of a region."""
-    pose = _turned(element, turn)
-    half = np.abs(pose.rotation) @ np.array(_numbers(element, "size"))
-    element.set("pos", _numbers_text(pose.position))
-    element.set("size", _numbers_text(half))
-    if "quat" in element.attrib:
-        del element.attrib["quat"]
-
-
-def _turn_inertial(element: etree._Element, turn: Pose) -> None:
-    xx, yy, zz, xy, xz, yz = _numbers(element, "fullinertia")
-    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    rotated = np.rint(turn.rotation) @ tensor @ np.rint(turn.rotation).T  # a quarter turn only changes places and signs
-    element.set("pos", _numbers_text(turn.apply(np.array([_numbers(element, "pos", "0 0 0")]))[0]))
-    inertia = (rotated[0, 0], rotated[1, 1], rotated[2, 2], rotated[0, 1], rotated[0, 2], rotated[1, 2])
-    element.set("fullinertia", numbers(inertia))
+    else:
+        element.attrib.pop("quat", "")
 
 
 def _numbers_text(values: Iterable[float]) -> str:

@@ -140,7 +140,7 @@ README = "README.md"
 REGISTRY = "casa"
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 SCRIPT, KITCHEN_SCRIPT = Path(casa_objects.__file__), Path(casa_kitchens.__file__)
-# What every export has, what one with objects has and what one with kitchens has. A folder that holds such files, all
+# Files of every export, of one with objects and of one with kitchens. A folder that holds such files, all
 # of one kind and nothing else, may be replaced.
 COMMON_FILES = frozenset({MANIFEST, README, attribution.NAME})
 OBJECT_FILES = frozenset({objects.FOLDER, SPLITS, SCRIPT.name, *map(objects.file_name, RobocasaRelease)})

@@ -13,10 +13,9 @@ from casa_assets.articulate.decisions import axis_word, hinge_at_face
 from casa_assets.articulate.plan import Articulation, plan_confidence, weakest_part
 from casa_assets.articulate.run.build import ArticulateResult
 from casa_assets.articulate.run.decisions import DECISIONS_NAME
-from casa_assets.checks.check import run
+from casa_assets.checks.check import Package, run
 from casa_assets.checks.motion.joints import JointTravel, joint_travels
 from casa_assets.checks.motion.simulation import Penetration, contacts_of_files
-from casa_assets.checks.package import Package
 from casa_assets.checks.table import TABLE
 from casa_assets.errors import Rejected
 from casa_assets.formats import mjcf

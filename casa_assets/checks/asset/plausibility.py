@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from casa_assets.checks import check
-from casa_assets.checks.package import Package
+from casa_assets.checks.check import Package
 from casa_assets.core.numeric import Floats
 from casa_assets.mesh.solid.deviation import distances_outside_hulls, surface_samples
 from casa_assets.mesh.solid.primitive import link_bounds, tessellate

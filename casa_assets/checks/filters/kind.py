@@ -11,9 +11,9 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks import check
+from casa_assets.checks.check import Package
 from casa_assets.checks.filters.surface import NOT_LOOSE, welded_surface
 from casa_assets.checks.motion.simulation import collision_spec, tilt_deg
-from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mujoco_facts as mujoco_load
 from casa_assets.checks.readers.mujoco_facts import free_bodies
 from casa_assets.core.numeric import Floats

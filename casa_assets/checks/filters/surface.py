@@ -11,7 +11,7 @@ from PIL import Image
 from scipy import ndimage
 
 from casa_assets.checks import check
-from casa_assets.checks.package import Package
+from casa_assets.checks.check import Package
 from casa_assets.core.numeric import Floats, Ints, Mask, linear_from_srgb_array, srgb_from_linear_array
 from casa_assets.mesh.solid.deviation import Visibility, measure_visibility
 from casa_assets.mesh.surface import edge_counts, face_components, face_normals, weld

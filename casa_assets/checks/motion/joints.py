@@ -13,6 +13,7 @@ from casa_assets.checks.check import (
     NO_COMPILE,
     NO_JOINTS,
     Measurement,
+    Package,
     all_at_most,
     is_from_family,
     not_applicable,
@@ -20,7 +21,6 @@ from casa_assets.checks.check import (
     worst_above,
 )
 from casa_assets.checks.motion import simulation
-from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mujoco_facts
 from casa_assets.core.hand_dynamics import PULL_N
 from casa_assets.core.numeric import Mask

@@ -11,11 +11,10 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from casa_assets.checks.check import Package
 from casa_assets.checks.motion.simulation import collision_spec, simulation_warnings, tilt_deg
-from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mujoco_facts
-from casa_assets.checks.readers.facts import rotations_of
-from casa_assets.checks.readers.mujoco_facts import free_bodies, shape_bounds
+from casa_assets.checks.readers.mujoco_facts import free_bodies, rotations_of, shape_bounds
 from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.behavior import Stimulus
 from casa_assets.model.record import Vec2

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks import check
-from casa_assets.checks.package import Package
+from casa_assets.checks.check import Package
 from casa_assets.checks.readers import mujoco_facts
 from casa_assets.checks.readers import mujoco_facts as mujoco_load
 from casa_assets.core.numeric import Floats, Ints, Mask

@@ -13,7 +13,9 @@ from casa_assets.checks.check import (
     NO_COMPILE,
     NO_JOINTS,
     Measurement,
+    Package,
     Problem,
+    Unmeasured,
     all_at_most,
     at_most,
     count,
@@ -22,7 +24,6 @@ from casa_assets.checks.check import (
 )
 from casa_assets.checks.motion import simulation
 from casa_assets.checks.motion.operate import TUNNEL_M, DropProtocol, DropResult, drop_on_floor
-from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mujoco_facts
 from casa_assets.checks.readers.facts import asset_facts, differences, measured
 from casa_assets.model.asset.asset import Base
@@ -143,11 +144,8 @@ def _file_rules(element: etree._Element, folder: Path) -> tuple[Rule, ...]:
     )
 
 
-# Mjcf -----------------------------------------------------------------------------------------------------------------
-
+# Checks ---------------------------------------------------------------------------------------------------------------
 # MJC001 alone reports what cannot be read or compiled; the other checks are then not run.
-NEITHER_COMPILES = "neither file compiles"
-NEVER_RESTED = "it never came to rest"
 
 
 def mjcf_compiles(package: Package) -> Measurement:
@@ -158,32 +156,22 @@ def mjcf_compiles(package: Package) -> Measurement:
 
 def mjcf_compiles_without_warnings(package: Package) -> Measurement:
     """MJC002: number of warnings of MuJoCo."""
-    paths = _compiling(package)
-    if not paths:
-        return not_run(NEITHER_COMPILES)
-    return count((path.name, text) for path in paths for text in mujoco_facts.load_mjcf(path).warnings)
+    return count((path.name, text) for path in _compiling(package) for text in mujoco_facts.load_mjcf(path).warnings)
 
 
 def mjcf_follows_conventions(package: Package) -> Measurement:
     """MJC003: number of names, groups, sizes and files against robosuite's and robocasa's conventions."""
-    if package.mjcf not in _compiling(package):
-        return not_run(NO_COMPILE)
-    return count(faults(package.mjcf))
+    return not_run(NO_COMPILE) if mujoco_facts.load_mjcf(package.mjcf).error else count(faults(package.mjcf))
 
 
 def visuals_are_massless(package: Package) -> Measurement:
     """MJC004: number of visuals that have mass or collide."""
-    paths = _compiling(package)
-    if not paths:
-        return not_run(NEITHER_COMPILES)
-    return count(fault for path in paths for fault in visual_faults(path))
+    return count(fault for path in _compiling(package) for fault in visual_faults(path))
 
 
 def mjcf_equals_record(package: Package, limit: float) -> Measurement:
     """MJC005: largest difference between the compiled files and the facts of the asset."""
     paths = _compiling(package)
-    if not paths:
-        return not_run(NEITHER_COMPILES)
     expected = asset_facts(package.asset)
     worst, problems = 0.0, []
     for path in paths:
@@ -200,9 +188,7 @@ def mjcf_equals_record(package: Package, limit: float) -> Measurement:
 
 def comes_to_rest_after_drop(package: Package, limit: float, *protocol: float) -> Measurement:
     """MJC006: seconds until rest after a drop from twice the height, without falling through the floor."""
-    drop = _drop(package, DropProtocol(*protocol))
-    if isinstance(drop, Measurement):
-        return drop
+    drop = _drop(package, protocol)
     problems = [("scene.xml", f"simulation in trouble: {warning}") for warning in drop.warnings]
     if drop.rest_s is None or drop.rest_s + DropProtocol(*protocol).rest_s > limit:
         problems.append(("scene.xml", f"is not at rest {limit:g} s after it was dropped"))
@@ -215,21 +201,13 @@ def stays_upright_after_drop(package: Package, limit: float, *protocol: float) -
     """MJC007: tilt after the drop, degrees."""
     if package.category.upright is RestingPose.ANY:
         return not_applicable(f"a {package.category.id} lies as it falls")
-    drop = _drop(package, DropProtocol(*protocol))
-    if isinstance(drop, Measurement):
-        return drop
-    if drop.rest_s is None:
-        return not_run(NEVER_RESTED)
+    drop = _drop(package, protocol, at_rest=True)
     return at_most(drop.tilt_deg, limit, "scene.xml", f"tipped by {drop.tilt_deg:.1f} degrees")
 
 
 def rests_on_floor_after_drop(package: Package, limit: float, *protocol: float) -> Measurement:
     """MJC008: deepest penetration of the floor at rest, metres."""
-    drop = _drop(package, DropProtocol(*protocol))
-    if isinstance(drop, Measurement):
-        return drop
-    if drop.rest_s is None:
-        return not_run(NEVER_RESTED)
+    drop = _drop(package, protocol, at_rest=True)
     return at_most(drop.rest_m, limit, "scene.xml", f"rests {drop.rest_m:.4f} m inside the floor")
 
 
@@ -244,12 +222,20 @@ def joints_move_without_collision(package: Package, limit: float) -> Measurement
 
 
 def _compiling(package: Package) -> list[Path]:
-    return [path for path in (package.mjcf, package.scene) if not mujoco_facts.load_mjcf(path).error]
+    """The files that compile. Raises Unmeasured: neither does."""
+    paths = [path for path in (package.mjcf, package.scene) if not mujoco_facts.load_mjcf(path).error]
+    if not paths:
+        raise Unmeasured(not_run("neither file compiles"))
+    return paths
 
 
-def _drop(package: Package, protocol: DropProtocol) -> DropResult | Measurement:
-    """Result of the drop, or of a check that has none to look at."""
+def _drop(package: Package, protocol: tuple[float, ...], at_rest: bool = False) -> DropResult:
+    """Result of the drop. Raises Unmeasured: there is none, or with `at_rest` it never came to rest."""
     if package.asset.base is not Base.FREE:
-        return not_applicable("it is fixed in its place and cannot fall")
-    drop = drop_on_floor(package.scene, protocol)
-    return not_run("scene.xml does not compile or holds nothing free") if drop is None else drop
+        raise Unmeasured(not_applicable("it is fixed in its place and cannot fall"))
+    drop = drop_on_floor(package.scene, DropProtocol(*protocol))
+    if drop is None:
+        raise Unmeasured(not_run("scene.xml does not compile or holds nothing free"))
+    if at_rest and drop.rest_s is None:
+        raise Unmeasured(not_run("it never came to rest"))
+    return drop

@@ -1,24 +1,26 @@
-"""Find faults of the USD package by independent validators: OpenUSD, SimReady, MuJoCo's importer.
+"""Find faults of the USD package, by OpenUSD, SimReady and MuJoCo's importer, and differences between it and the MJCF.
 
 A file that does not open at all is reported once, by `usd_opens`; the other checks are then not run.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from typing import TypeVar
 
 from PIL import Image
 from pxr import Tf, Usd, UsdShade, UsdUtils, UsdValidation
 
-from casa_assets.checks.check import Measurement, Problem, count, not_run
-from casa_assets.checks.package import Package
-from casa_assets.checks.readers.quiet import quiet
+from casa_assets.checks.check import Measurement, Package, Problem, Unmeasured, count, not_run
+from casa_assets.checks.readers import mujoco_facts, usd_facts
+from casa_assets.checks.readers.facts import Cells, Difference, differences, measured
 from casa_assets.checks.readers.usd_facts import imported, missing_importer
-from casa_assets.checks.simready import PROFILE, PROFILE_VERSION, validate_simready
+from casa_assets.checks.simready import PROFILE, PROFILE_VERSION, quiet, validate_simready
 from casa_assets.checks.simready_python import NoVerdict
 
-UNREADABLE = "the USD file does not open"
+T = TypeVar("T")
 THUMBNAIL_PX = (256, 256)
 # This validator looks shaders up in definitions that the usd-core wheel does not carry, and fails on any file.
 UNAVAILABLE = frozenset({"usdShadeValidators:ShaderSdrCompliance"})
@@ -47,8 +49,7 @@ def usd_opens(package: Package) -> Measurement:
 def usd_meets_simready_profile(package: Package) -> Measurement:
     """USD002: failed requirements of SimReady Robotics-Prop 4.0.0, as its command line finds them."""
     with quiet():
-        if open_stage(package.usd) is None:
-            return not_run(UNREADABLE)
+        _opened(package.usd)
         try:
             passed, failures = validate_simready(package.usd, package.root)
         except NoVerdict as error:
@@ -61,9 +62,7 @@ def usd_meets_simready_profile(package: Package) -> Measurement:
 def usd_passes_openusd_validators(package: Package) -> Measurement:
     """USD003: findings of OpenUSD's own validators."""
     with quiet():
-        stages = [open_stage(path) for path in package.usd_files]
-        if None in stages:
-            return not_run(UNREADABLE)
+        stages = [_opened(path) for path in package.usd_files]
         return count(problem for stage in stages for problem in validator_findings(stage))
 
 
@@ -78,13 +77,11 @@ def validator_findings(stage: Usd.Stage) -> list[Problem]:
 
 def usd_imports_into_mujoco(package: Package) -> Measurement:
     """USD004: errors and warnings of MuJoCo's USD reader."""
-    if missing := missing_importer():
-        return not_run(missing, waived=True)
+    _need_importer()
     problems: list[Problem] = []
     for path in package.usd_files:
         with quiet():
-            if open_stage(path) is None:
-                return not_run(UNREADABLE)
+            _opened(path)
             loaded = imported(path)
         if loaded.model is None:
             problems.append(("usd", f"MuJoCo refuses {path.name}: {loaded.error}"))
@@ -95,10 +92,7 @@ def usd_imports_into_mujoco(package: Package) -> Measurement:
 def usd_pictures_are_png(package: Package) -> Measurement:
     """USD005: every picture of a material lies in the package and is a PNG; the thumbnail is one of 256 x 256."""
     with quiet():
-        stage = open_stage(package.usd)
-        if stage is None:
-            return not_run(UNREADABLE)
-        pictures = []
+        stage, pictures = _opened(package.usd), []  # prims expire without their stage
         for prim in stage.Traverse():
             shader = UsdShade.Shader(prim)
             if shader and shader.GetIdAttr().Get() == "UsdUVTexture":
@@ -139,6 +133,20 @@ def open_stage(path: Path) -> Usd.Stage | None:
         return None
 
 
+def _opened(path: Path) -> Usd.Stage:
+    """The stage of a file. Raises Unmeasured: it does not open."""
+    stage = open_stage(path)
+    if stage is None:
+        raise Unmeasured(not_run("the USD file does not open"))
+    return stage
+
+
+def _need_importer() -> None:
+    """Raise Unmeasured where MuJoCo cannot read USD."""
+    if missing := missing_importer():
+        raise Unmeasured(not_run(missing, waived=True))
+
+
 def _png_fault(folder: Path, path: str) -> str:
     """Fault of a picture as text; empty if the picture is sound."""
     file = folder / path
@@ -150,3 +158,64 @@ def _png_fault(folder: Path, path: str) -> str:
             return "" if image.format == "PNG" else f"{path} is {image.format}, not PNG"
     except (OSError, SyntaxError) as fault:
         return f"{path} cannot be read: {fault}"
+
+
+# Parity ---------------------------------------------------------------------------------------------------------------
+# Differences between the MJCF and the USD, its nested layer too where it has one.
+
+
+def mujoco_reads_both_alike(package: Package, limit: float) -> Measurement:
+    """PAR001: largest difference, other than of lengths, between MuJoCo's readings of MJCF and USD."""
+    _need_importer()
+    return measured((r for r in _compare_files(package, usd_facts.mujoco_facts) if not r.is_length), limit)
+
+
+def openusd_reads_as_mujoco(package: Package, limit: float) -> Measurement:
+    """PAR002: largest difference, other than of lengths, between UsdPhysics' reading of the USD and the MJCF."""
+    return measured((r for r in _compare_files(package, usd_facts.pxr_facts) if not r.is_length), limit)
+
+
+def contact_parameters_agree(package: Package, limit: float) -> Measurement:
+    """PAR003: largest relative difference of contact and joint parameters."""
+    _need_importer()
+    mjcf = mujoco_facts.load_mjcf(package.mjcf).model if package.mjcf.is_file() else None
+    rows: list[Difference] = []
+    for path in package.usd_files:
+        usd = _read_quietly(lambda path: imported(path).model, path)
+        rows += mujoco_facts.parameter_differences(_both(mjcf), _both(usd))
+    return measured(rows, limit)
+
+
+def lengths_agree(package: Package, limit: float) -> Measurement:
+    """PAR004: largest difference of positions, sizes and travels between both readers, metres."""
+    missing = missing_importer()
+    by_mujoco = [] if missing else _compare_files(package, usd_facts.mujoco_facts)
+    found = measured((r for r in (*by_mujoco, *_compare_files(package, usd_facts.pxr_facts)) if r.is_length), limit)
+    return not_run(missing, waived=True) if missing and not found.problems else found
+
+
+def _compare_files(package: Package, read_usd: Callable[[Path], Cells]) -> list[Difference]:
+    """Differences of the MJCF and each layer of the USD. Raises Unmeasured: one of them cannot be read."""
+    expected = _both(_read_quietly(mujoco_facts.facts, package.mjcf))
+    rows: list[Difference] = []
+    for path in package.usd_files:
+        rows += differences(expected, _both(_read_quietly(read_usd, path)))
+    return rows
+
+
+def _both(read: T | None) -> T:
+    """A reading. Raises Unmeasured: a file cannot be read."""
+    if read is None:
+        raise Unmeasured(not_run("one of the files cannot be read"))
+    return read
+
+
+def _read_quietly(read: Callable[[Path], T], path: Path) -> T | None:
+    """Result of a reader on a file, or None if it fails."""
+    if not path.is_file():
+        return None
+    with quiet():
+        try:
+            return read(path)
+        except (ValueError, Tf.ErrorException):
+            return None

@@ -1,4 +1,4 @@
-"""MJCF file -> compiled model with every warning; compiled model -> the table of facts that formats are compared by."""
+"""MJCF of an asset or scene -> compiled model with every warning; compiled model -> table of facts."""
 
 from __future__ import annotations
 
@@ -10,42 +10,58 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path, PurePosixPath
-from typing import Any, Literal
+from typing import Any
 
 import mujoco
 import numpy as np
 
 from casa_assets.checks.readers.facts import (
     CLOSED,
-    OUTER,
-    AssetFacts,
-    BodyFacts,
-    JointFacts,
-    PlaceFacts,
-    PoseFacts,
-    ProgramTexts,
-    StateFacts,
-    VisualFacts,
-    bounds_around,
-    canonical,
+    Cells,
+    Difference,
+    asset_table,
+    body_cells,
     four,
+    joint_cells,
+    look_cells,
     own_name,
-    pose_facts,
-    rotations_of,
+    place_cells,
+    relative,
+    scene_table,
+    seen_from,
     short_name,
+    state_cells,
     tensor_entries,
     three,
+    words_cells,
 )
 from casa_assets.core.numeric import Floats, linear_from_srgb
 from casa_assets.model.asset.asset import Base, JointKind
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec3, Vec4
-
-# Load -----------------------------------------------------------------------------------------------------------------
-# MJCF file -> compiled model with every warning, compiled once however many checks ask.
+from casa_assets.model.record import Vec4
 
 # Models kept at once: an asset's model and its scene, for a few assets.
 KEPT = 8
+COLOR = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
+KINDS = {int(mujoco.mjtJoint.mjJNT_HINGE): JointKind.HINGE, int(mujoco.mjtJoint.mjJNT_SLIDE): JointKind.SLIDE}
+FREE_JOINT = int(mujoco.mjtJoint.mjJNT_FREE)
+PLACES = {
+    int(mujoco.mjtGeom.mjGEOM_SPHERE): "sphere",
+    int(mujoco.mjtGeom.mjGEOM_BOX): "box",
+    int(mujoco.mjtGeom.mjGEOM_CYLINDER): "cylinder",
+}
+# How robocasa's names of regions begin. Ref: robocasa v1.0, models/fixtures.
+REGION = "reg_"
+# Sites that MJCF repeats a region by, for robocasa v0.2.
+CORNER = re.compile(r"(ext|int)_p[0xyz]")
+# As `Pose` has it: unit quaternions are left alone.
+OFF_UNIT = 1e-12
+# MuJoCo's cutoff of a light that shines to all sides, degrees.
+ALL_SIDES_DEG = 180.0
+# Texts that every placement has.
+ASSET, LAYER = "asset", "layer"
+
+# Load -----------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -77,12 +93,12 @@ def _load(path: Path, state: tuple[tuple[str, int, int], ...]) -> Loaded:
 
 def load_asset_file(path: Path) -> Loaded:
     """Compiles any file that MuJoCo reads, without remembering it."""
-    with all_warnings() as said:
+    with all_warnings() as heard:
         try:
             model, error = mujoco.MjModel.from_xml_path(str(path)), ""
         except ValueError as problem:
             model, error = None, " ".join(str(problem).split())
-    return Loaded(model, error, tuple(dict.fromkeys(said)))
+    return Loaded(model, error, tuple(dict.fromkeys(heard)))
 
 
 @contextmanager
@@ -91,11 +107,11 @@ def native_warnings() -> Iterator[list[str]]:
 
     Without a listener it prints its warnings, and writes a log into the working folder.
     """
-    said: list[str] = []
+    heard: list[str] = []
     before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(said.append)
+    mujoco.set_mju_user_warning(heard.append)
     try:
-        yield said
+        yield heard
     finally:
         mujoco.set_mju_user_warning(before)
 
@@ -103,41 +119,50 @@ def native_warnings() -> Iterator[list[str]]:
 @contextmanager
 def all_warnings() -> Iterator[list[str]]:
     """Collect MuJoCo's own warnings and Python's, a line each, once the block has ended."""
-    with native_warnings() as said, warnings.catch_warnings(record=True) as caught:
+    with native_warnings() as heard, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            yield said
+            yield heard
         finally:
-            said[:] = [" ".join(s.split()) for s in (*said, *(str(w.message) for w in caught))]
+            heard[:] = [" ".join(s.split()) for s in (*heard, *(str(w.message) for w in caught))]
 
 
-# Model ----------------------------------------------------------------------------------------------------------------
-
-COLOR = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
-KINDS = {
-    int(mujoco.mjtJoint.mjJNT_HINGE): JointKind.HINGE,
-    int(mujoco.mjtJoint.mjJNT_SLIDE): JointKind.SLIDE,
-}
-FREE_JOINT = int(mujoco.mjtJoint.mjJNT_FREE)
-PLACES: dict[int, Literal["sphere", "box", "cylinder"]] = {
-    int(mujoco.mjtGeom.mjGEOM_SPHERE): "sphere",
-    int(mujoco.mjtGeom.mjGEOM_BOX): "box",
-    int(mujoco.mjtGeom.mjGEOM_CYLINDER): "cylinder",
-}
-# What robocasa calls a region. Ref: robocasa v1.0, models/fixtures.
-REGION = "reg_"
-# Sites that MJCF repeats a region by, for robocasa v0.2.
-CORNER = re.compile(r"(ext|int)_p[0xyz]")
+# Asset ----------------------------------------------------------------------------------------------------------------
 
 
-def facts_of_model(model: mujoco.MjModel, *, base: Base, words: ProgramTexts, scene: bool = False) -> AssetFacts:
+def facts(path: Path) -> Cells:
+    """The table of a model.xml or scene.xml: joints at zero, root at the origin.
+
+    The unnamed body around `object` is no body of the asset. Base and words are custom texts.
+
+    Raises:
+        ValueError: the file does not compile, or does not say what its base is.
+    """
+    loaded = load_mjcf(path)
+    if loaded.model is None:
+        raise ValueError(f"{path.name} does not compile: {loaded.error}")
+    model = loaded.model
+    stated = texts(model)
+    geoms, joints = {model.geom(i).name for i in range(model.ngeom)}, {model.joint(i).name for i in range(model.njnt)}
+    table = facts_of_model(model, base=Base(stated.get("base", "")), words=words(stated, geoms, joints))
+    roots = [name for name, body in table["bodies"].items() if not body["parent"]]
+    if len(roots) != 1:
+        raise ValueError(f"{path.name} has {len(roots)} root bodies, not one")
+    places = {n: {cell: body[cell] for cell in ("position", "quaternion")} for n, body in table["bodies"].items()}
+    seen = seen_from(roots[0], places)
+    return {**table, "bodies": {name: body | seen[name] for name, body in table["bodies"].items()}}
+
+
+def facts_of_model(
+    model: mujoco.MjModel, *, base: str = Base.FIXED, words: Cells | None = None, scene: bool = False
+) -> Cells:
     """Fact table of a compiled model; anything attached to the world body itself (a floor) is no part of it.
 
     Args:
         model: compiled; its bodies are called `object`, `door`, ... or end in `/object`, `/door`, ... A body without a
             name is only a frame around them.
         base: how the root meets the world, which cannot be read from a model without its world.
-        words: texts that a compiled model does not contain.
+        words: cells of texts, which a compiled model of USD or URDF does not contain.
         scene: whether the model holds many placements; then its poses are world_from_body.
     Raises:
         ValueError: a joint is neither free, hinge nor slide, or a place neither sphere, box nor cylinder.
@@ -148,16 +173,18 @@ def facts_of_model(model: mujoco.MjModel, *, base: Base, words: ProgramTexts, sc
         parent = int(model.body_parentid[body])
         local = Pose(position=three(model.body_pos[body]), quaternion=four(model.body_quat[body]))
         at_rest.append(at_rest[parent] @ local if _is_link(model, parent) else Pose())
+    names = [short_name(model.body(body).name) for body in range(model.nbody)]
     # Ref: mjModel.exclude_signature is (body1 << 16) + body2.
     pairs = [(int(signature) >> 16, int(signature) & 0xFFFF) for signature in model.exclude_signature]
-    return AssetFacts(
+    links = [body for body in range(model.nbody) if _is_link(model, body)]
+    return asset_table(
         base=base,
-        exclusions=[(short_name(model.body(a).name), short_name(model.body(b).name)) for a, b in pairs],
-        words=words,
-        bodies=[_body(model, b, at_rest[b], turns) for b in range(model.nbody) if _is_link(model, b)],
-        places=_places(model),
+        words=words or {},
+        exclusions=[(names[a], names[b]) for a, b in pairs],
+        bodies=[(names[b], _body(model, b, at_rest[b], turns)) for b in links],
+        places=_places(model, names),
         looks=_looks(model),
-        poses=_poses(model, scene),
+        poses=dict(_poses(model, {names[b]: b for b in links}, scene)).items(),
     )
 
 
@@ -166,45 +193,35 @@ def _is_link(model: mujoco.MjModel, body: int) -> bool:
     return body != 0 and bool(model.body(body).name)
 
 
-def _body(model: mujoco.MjModel, body: int, pose: Pose, turns: Floats) -> BodyFacts:
+def _body(model: mujoco.MjModel, body: int, pose: Pose, turns: Floats) -> Cells:
     """`pose`: of the body at rest. `turns`: (ngeom, 3, 3) body_from_geom."""
     parent = int(model.body_parentid[body])
     principal = Pose(quaternion=four(model.body_iquat[body])).rotation
     geoms = colliders_of(model, body)
-    lower, upper = bounds_around([shape_bounds(model, g, turns[g]) for g in geoms])
-    return BodyFacts(
-        name=short_name(model.body(body).name),
+    return body_cells(
         parent=short_name(model.body(parent).name) if _is_link(model, parent) else "",
-        colliders=len(geoms),
-        position=pose.position,
-        center_of_mass=three(model.body_ipos[body]),
-        lower=lower,
-        upper=upper,
-        quaternion=pose.quaternion,
+        place=pose,
         mass=float(model.body_mass[body]),
+        center_of_mass=three(model.body_ipos[body]),
         inertia=tensor_entries(principal @ np.diag(model.body_inertia[body]) @ principal.T),
-        frictions={three(model.geom_friction[g]) for g in geoms},
+        colliders=len(geoms),
+        boxes=[shape_bounds(model, g, turns[g]) for g in geoms],
+        frictions=[three(model.geom_friction[g]) for g in geoms],
         joint=_joint(model, body),
     )
 
 
-def _joint(model: mujoco.MjModel, body: int) -> JointFacts | None:
+def _joint(model: mujoco.MjModel, body: int) -> Cells | None:
     start = int(model.body_jntadr[body])
-    for joint in range(start, start + int(model.body_jntnum[body])):
-        kind = int(model.jnt_type[joint])
+    for number in range(start, start + int(model.body_jntnum[body])):
+        joint, kind = model.joint(number), int(model.jnt_type[number])
         if kind == FREE_JOINT:
             continue
         if kind not in KINDS:
-            raise ValueError(f"joint {model.joint(joint).name!r} is neither hinge nor slide")
-        low, high = (float(n) for n in model.jnt_range[joint])
-        return JointFacts(
-            name=short_name(model.joint(joint).name),
-            kind=KINDS[kind],
-            axis=three(model.jnt_axis[joint]),
-            anchor=three(model.jnt_pos[joint]),
-            range=(low, high),
-            resistance=resistance(model, joint),
-        )
+            raise ValueError(f"joint {joint.name!r} is neither hinge nor slide")
+        stiff = resistance(model, number)
+        name = short_name(joint.name)
+        return joint_cells(name, KINDS[kind], three(joint.axis), three(joint.pos), joint.range, stiff)
     return None
 
 
@@ -257,22 +274,43 @@ def shape_bounds(model: mujoco.MjModel, geom: int, rotation: Floats) -> Floats:
     return np.array([centre - half, centre + half])
 
 
-def _places(model: mujoco.MjModel) -> list[PlaceFacts]:
-    """Sites of links and geoms called `reg_...`, without what MJCF derives from them or from colliders."""
-    found = []
+def canonical(quaternions: Floats) -> Floats:
+    """(N, 4) quaternions (w, x, y, z) of length 1, w >= 0; where w is 0 the first that is not 0 is positive."""
+    found = np.array(quaternions, dtype=np.float64).reshape(-1, 4)
+    for row in np.flatnonzero(np.abs(np.linalg.norm(found, axis=1) - 1.0) > OFF_UNIT):
+        found[row] /= np.linalg.norm(found[row])
+    first = found[np.arange(len(found)), np.argmax(found != 0.0, axis=1)]
+    found[first < 0.0] *= -1.0
+    unsigned: Floats = found + 0.0  # turns -0.0 into 0.0
+    return unsigned
+
+
+def rotations_of(quaternions: Floats) -> Floats:
+    """(N, 3, 3) rotation matrices of (N, 4) quaternions (w, x, y, z)."""
+    w, x, y, z = canonical(quaternions).T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    found: Floats = np.moveaxis(np.array(rows), 2, 0)
+    return np.ascontiguousarray(found)
+
+
+def _places(model: mujoco.MjModel, bodies: list[str]) -> Iterator[tuple[str, Cells]]:
+    """Sites of links and geoms called `reg_...`, without what MJCF derives from them."""
     for site in map(model.site, range(model.nsite)):
         name = short_name(site.name)
-        if _is_link(model, int(site.bodyid[0])) and not CORNER.fullmatch(own_name(name)):
-            found.append(_place(model, name, site, linear(site.rgba)))
+        if bodies[int(site.bodyid[0])] and site.bodyid[0] and not CORNER.fullmatch(own_name(name)):
+            yield name, _place(name, site, bodies, linear(site.rgba))
     for geom in map(model.geom, range(model.ngeom)):
         own = own_name(geom.name)
-        if own.startswith(REGION) and _is_link(model, int(geom.bodyid[0])):
+        if own.startswith(REGION) and bodies[int(geom.bodyid[0])] and geom.bodyid[0]:
             name = geom.name.removesuffix(own) + own.removeprefix(REGION)
-            found.append(_place(model, name, geom, None))
-    return [place for place in found if own_name(place.name) != OUTER]
+            yield name, _place(name, geom, bodies, None)
 
 
-def _place(model: mujoco.MjModel, name: str, item: Any, color: Vec4 | None) -> PlaceFacts:
+def _place(name: str, item: Any, bodies: list[str], color: Vec4 | None) -> Cells:
     """A site or geom of a model; `item` is the view of it."""
     kind = PLACES.get(int(item.type[0]))
     if kind is None:
@@ -280,38 +318,25 @@ def _place(model: mujoco.MjModel, name: str, item: Any, color: Vec4 | None) -> P
     a, b, c = (2 * float(n) for n in item.size)
     # MuJoCo keeps radius, or radius and half height, in the first cells.
     size = {"sphere": (a, a, a), "box": (a, b, c), "cylinder": (a, a, b)}[kind]
-    return PlaceFacts(
-        name=name,
-        body=short_name(model.body(int(item.bodyid[0])).name),
-        kind=kind,
-        position=three(item.pos),
-        quaternion=four(item.quat),
-        size=size,
-        color=color,
-    )
+    place = {"position": three(item.pos), "quaternion": four(item.quat)}
+    return place_cells(bodies[int(item.bodyid[0])], kind, place, size, color)
 
 
-def _looks(model: mujoco.MjModel) -> list[VisualFacts]:
+def _looks(model: mujoco.MjModel) -> Iterator[tuple[str, Cells]]:
     """Named geoms that have a material and touch nothing; what hangs on the world is left out."""
     collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-    seen = np.flatnonzero(~collides & (model.geom_matid >= 0) & (model.geom_bodyid != 0)).tolist()
     surfaces = cache(lambda material: _surface(model, material))
-    named = [(model.geom(geom).name, surfaces(int(model.geom_matid[geom]))) for geom in seen]
-    return [
-        VisualFacts(name=name, color=color, light=light, picture=picture)
-        for name, (color, light, picture) in named
-        if name
-    ]
+    for geom in np.flatnonzero(~collides & (model.geom_matid >= 0) & (model.geom_bodyid != 0)).tolist():
+        if name := model.geom(geom).name:
+            yield name, surfaces(int(model.geom_matid[geom]))
 
 
-def _surface(model: mujoco.MjModel, material: int) -> tuple[Vec4, Vec3, str]:
-    """Colour, light that it gives off and picture of a material, as `VisualFacts` has them."""
+def _surface(model: mujoco.MjModel, material: int) -> Cells:
+    """Colour, light that it gives off and picture of a material."""
     color = linear(model.mat_rgba[material])
-    glow = float(model.mat_emission[material])
-    light = (glow * color[0], glow * color[1], glow * color[2])
-    texture = int(model.mat_texid[material][COLOR])
+    glow, texture = float(model.mat_emission[material]), int(model.mat_texid[material][COLOR])
     picture = "" if texture < 0 else _string(bytes(model.paths), int(model.tex_pathadr[texture]))
-    return color, light, PurePosixPath(picture).name
+    return look_cells(color, [glow * channel for channel in color[:3]], PurePosixPath(picture).name)
 
 
 def linear(rgba: Floats) -> Vec4:
@@ -320,73 +345,50 @@ def linear(rgba: Floats) -> Vec4:
     return linear_from_srgb(red), linear_from_srgb(green), linear_from_srgb(blue), alpha
 
 
-def _poses(model: mujoco.MjModel, scene: bool) -> list[PoseFacts]:
-    """Poses of the bodies at each keyframe, and at zero as `closed`; empty if there are no keyframes."""
-    if not model.nkey:
-        return []
-    links = sorted((short_name(model.body(b).name), b) for b in range(model.nbody) if _is_link(model, b))
-    bodies = [b for _, b in links]
-    root = next(name for name, b in links if not _is_link(model, int(model.body_parentid[b])))
-    data = mujoco.MjData(model)
-    found = {}
-    for key in range(-1, model.nkey):
+def _poses(model: mujoco.MjModel, links: dict[str, int], scene: bool) -> Iterator[tuple[str, Cells]]:
+    """Poses of the bodies at each keyframe, and at zero as `closed`; none if there are no keyframes."""
+    data, bodies = mujoco.MjData(model), list(links.values())
+    root = next((name for name, b in links.items() if not _is_link(model, int(model.body_parentid[b]))), "")
+    for key in range(-1, model.nkey) if model.nkey else ():
         if key < 0:
             mujoco.mj_resetData(model, data)
         else:
             mujoco.mj_resetDataKeyframe(model, data, key)
         mujoco.mj_kinematics(model, data)
-        name = CLOSED if key < 0 else model.key(key).name
-        frames = zip((data.xpos[bodies] + 0.0).tolist(), canonical(data.xquat[bodies]).tolist(), strict=True)
-        found[name] = pose_facts(
-            name, dict(zip((name for name, _ in links), frames, strict=True)), None if scene else root
-        )
-    return list(found.values())
+        places = zip(data.xpos[bodies] + 0.0, canonical(data.xquat[bodies]), strict=True)
+        frames = {
+            name: {"position": tuple(at.tolist()), "quaternion": tuple(turn.tolist())}
+            for name, (at, turn) in zip(links, places, strict=True)
+        }
+        yield (CLOSED if key < 0 else model.key(key).name), frames if scene else seen_from(root, frames)
 
 
-def facts(path: Path) -> AssetFacts:
-    """The table of a model.xml or scene.xml: joints at zero, root at the origin.
+def words(texts: dict[str, str], geoms: set[str], joints: set[str], prefix: str = "") -> Cells:
+    """Words of the texts; of geoms and joints those that there are.
 
-    The unnamed body around `object` is no body of the asset. Base and words are custom texts.
-
-    Raises:
-        ValueError: the file does not compile, or does not say what its base is.
+    Args:
+        prefix: of the names of geoms and joints of a placement, without which they are in the table.
     """
-    loaded = load_mjcf(path)
-    if loaded.model is None:
-        raise ValueError(f"{path.name} does not compile: {loaded.error}")
-    model = loaded.model
-    said = texts(model)
-    geoms, joints = {model.geom(i).name for i in range(model.ngeom)}, {model.joint(i).name for i in range(model.njnt)}
-    table = facts_of_model(model, base=Base(said.get("base", "")), words=words(said, geoms, joints))
-    frames = {b.name: Pose(position=b.position, quaternion=b.quaternion) for b in table.bodies}
-    roots = [body.name for body in table.bodies if not body.parent]
-    if len(roots) != 1:
-        raise ValueError(f"{path.name} has {len(roots)} root bodies, not one")
-    root_from_world = frames[roots[0]].inverse()
-    seen = {name: root_from_world @ frame for name, frame in frames.items()}
-    bodies = [b.replace(position=seen[b.name].position, quaternion=seen[b.name].quaternion) for b in table.bodies]
-    return table.replace(bodies=bodies)
 
+    def after(start: str) -> list[tuple[str, str]]:
+        return [(name.removeprefix(start), data) for name, data in texts.items() if name.startswith(start)]
 
-def words(texts: dict[str, str], geoms: set[str], joints: set[str]) -> ProgramTexts:
-    """Words of the texts; of geoms and joints those that there are."""
+    def own(name: str, known: set[str]) -> str:
+        return name.removeprefix(prefix) if name in known and name.startswith(prefix) else ""
 
-    def after(prefix: str) -> list[tuple[str, str]]:
-        return [(name.removeprefix(prefix), data) for name, data in texts.items() if name.startswith(prefix)]
-
+    grips, behind = ([(j, n) for j, n in after(kind) if prefix + j in joints] for kind in ("grip__", "behind__"))
+    labelled = [(own(name, geoms), label) for label, names in after("label__") for name in names.split()]
     states = [(name, *data.split()) for name, data in after("state__")]
-    return ProgramTexts(
+    return words_cells(
         classes=texts.get("class", "").split(),
         portion=texts.get("portion", ""),
-        labels=[(name, label) for label, names in after("label__") for name in names.split() if name in geoms],
-        grips=[(joint, name) for joint, name in after("grip__") if joint in joints and name in geoms],
-        behind=[(joint, name) for joint, name in after("behind__") if joint in joints and name in joints],
+        labels=[(name, label) for name, label in labelled if name],
+        grips=[(joint, own(name, geoms)) for joint, name in grips if own(name, geoms)],
+        behind=[(joint, own(name, joints)) for joint, name in behind if own(name, joints)],
         contract=texts.get("contract", ""),
         behavior=hashlib.sha256(texts["behavior"].encode()).hexdigest() if "behavior" in texts else "",
-        states=[
-            StateFacts(name=name, joint=joint, value=value, interval=(float(low), float(high)))
-            for name, joint, value, low, high in states
-        ],
+        # A joint of another placement becomes one that there is not.
+        states=[(n, state_cells(f"?{j}".removeprefix(f"?{prefix}"), value, *span)) for n, j, value, *span in states],
     )
 
 
@@ -400,3 +402,89 @@ def texts(model: mujoco.MjModel) -> dict[str, str]:
 def _string(data: bytes, start: int) -> str:
     """The text that ends at the next zero byte."""
     return data[start : data.index(0, start)].decode()
+
+
+# Scene ----------------------------------------------------------------------------------------------------------------
+
+
+def facts_of_scene(model: mujoco.MjModel) -> Cells:
+    """The table of a compiled scene.xml. Raises ValueError where it names no body for a placement."""
+    cameras = [
+        (c.name, {"position": three(c.pos), "quaternion": four(c.quat), "fov_y_deg": float(c.fovy[0])})
+        for c in map(model.camera, range(model.ncam))
+    ]
+    lights = [(light.name, _light(light)) for light in map(model.light, range(model.nlight))]
+    things = facts_of_model(model, scene=True)
+    return scene_table(three(model.opt.gravity), _placements(model), cameras, lights, things)
+
+
+def _placements(model: mujoco.MjModel) -> Iterator[tuple[str, Cells]]:
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    geoms, joints = {model.geom(i).name for i in range(model.ngeom)}, {model.joint(i).name for i in range(model.njnt)}
+    bodies = {model.body(i).name: i for i in range(1, model.nbody)}
+    free = set(free_bodies(model))
+    stated: dict[str, dict[str, str]] = {}  # `cup__base` -> `cup` -> `base`
+    for name, text in texts(model).items():
+        placement, _, own = name.partition("__")
+        if own:
+            stated.setdefault(placement, {})[own] = text
+    for name, own_texts in sorted(stated.items()):
+        if name not in bodies:
+            raise ValueError(f"there are texts of {name!r}, which is no body")
+        body = bodies[name]
+        cells = {
+            "asset": own_texts.get(ASSET, ""),
+            "layer": own_texts.get(LAYER, ""),
+            "base": Base.FREE if body in free else Base.FIXED,
+            "position": three(data.xpos[body]),
+            "quaternion": four(data.xquat[body]),
+        }
+        yield name, cells | words(own_texts, geoms, joints, f"{name}__")
+
+
+def _light(light: Any) -> Cells:
+    """`light`: its view in the model. A point light is written as a spot whose cone holds all directions."""
+    kinds, cutoff = mujoco.mjtLightType, float(light.cutoff[0])
+    is_directional = light.type[0] == kinds.mjLIGHT_DIRECTIONAL
+    is_cone = light.type[0] == kinds.mjLIGHT_SPOT and cutoff < ALL_SIDES_DEG
+    return {
+        "kind": "directional" if is_directional else "spot" if is_cone else "point",
+        "castshadow": bool(light.castshadow[0]),
+        "position": three(light.pos),
+        "direction": three(light.dir) if is_directional or is_cone else (0.0, 0.0, 0.0),
+        "tint": three(light.diffuse / max(float(light.diffuse.max()), 1e-12)),
+        "cone_deg": cutoff if is_cone else 0.0,
+    }
+
+
+# Contact and joint parameters -----------------------------------------------------------------------------------------
+
+
+def parameter_differences(expected: mujoco.MjModel, actual: mujoco.MjModel) -> list[Difference]:
+    """Differences of contact and joint parameters that two models have in common."""
+    one, other = _parameters(expected), _parameters(actual)
+    return [relative(key, one[key], other[key]) for key in sorted(one.keys() & other.keys())]
+
+
+def _parameters(model: mujoco.MjModel) -> dict[str, Floats]:
+    """Contact and joint parameters of a model, by pointer.
+
+    Of a body one row per collider, in an order that does not depend on names; of a joint one row.
+    """
+    table: dict[str, Floats] = {}
+    # (ngeom, 14)
+    plain = (model.geom_contype, model.geom_conaffinity, model.geom_condim, model.geom_priority)
+    soft = (model.geom_solmix, model.geom_margin, model.geom_gap)
+    contacts = np.column_stack([*plain, *soft, model.geom_solref, model.geom_solimp])
+    for body in range(1, model.nbody):
+        rows = sorted(contacts[colliders_of(model, body)].tolist())
+        if rows:
+            table[f"bodies/{short_name(model.body(body).name)}/contacts"] = np.array(rows)
+    for joint in range(model.njnt):
+        if int(model.jnt_type[joint]) != FREE_JOINT:
+            dof = int(model.jnt_dofadr[joint])
+            # How dry friction gives way: solref and solimp.
+            yielding = (*model.dof_solref[dof], *model.dof_solimp[dof])
+            table[f"joints/{short_name(model.joint(joint).name)}"] = np.array((*resistance(model, joint), *yielding))
+    return table

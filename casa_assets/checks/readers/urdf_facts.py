@@ -1,4 +1,4 @@
-"""URDF, as MuJoCo compiles it, and the JSON that goes with it -> fact table, read without the writer."""
+"""URDF, as MuJoCo compiles it, and the JSON that goes with it -> fact table, read without the writer, and compared."""
 
 from __future__ import annotations
 
@@ -13,31 +13,73 @@ import mujoco
 import numpy as np
 from lxml import etree
 
+from casa_assets.checks.check import Problem
 from casa_assets.checks.readers.facts import (
     CLOSED,
-    OUTER,
     ROOT_BODY,
-    AssetFacts,
-    BodyFacts,
-    PlaceFacts,
-    PoseFacts,
-    ProgramTexts,
-    StateFacts,
-    VisualFacts,
-    canonical,
-    pose_facts,
-    rotations_of,
+    Cells,
+    asset_facts,
+    asset_table,
+    compare,
+    look_cells,
+    place_cells,
+    round_size,
+    seen_from,
+    state_cells,
     three,
+    words_cells,
 )
-from casa_assets.checks.readers.mujoco_facts import colliders_of, facts_of_model, native_warnings, shape_bounds
+from casa_assets.checks.readers.mujoco_facts import (
+    canonical,
+    colliders_of,
+    facts_of_model,
+    native_warnings,
+    rotations_of,
+    shape_bounds,
+)
 from casa_assets.core.numeric import Floats, linear_from_srgb
-from casa_assets.model.asset.asset import Base
+from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.behavior import Behavior
 from casa_assets.model.pose import Pose
 
-# In the name of a sphere at the end of a capsule, which is no collider of its own.
+# In the name of a sphere at the end of a capsule, which is no collider by itself.
 CAPSULE_END = "__end"
+# Of ratios, unit vectors and radians: a URDF has nine digits of a number.
+TOLERANCE = 1e-6
+LENGTH_TOLERANCE_M = 1e-6  # a float32 six metres from the origin is right to 2.4e-7
 Json = Mapping[str, Any]
+
+
+def asset_differences(path: Path, asset: Asset) -> list[Problem]:
+    """One problem for each cell in which a URDF differs from the asset that it was written from.
+
+    Args:
+        path: of the URDF; the JSON and the folders that it names are in the same folder.
+    """
+    try:
+        return table_differences(UrdfAsset(read(path), beside(path)), asset)
+    except (ValueError, KeyError, TypeError) as error:
+        return [(path.name, f"cannot be read: {' '.join(str(error).split())}")]
+
+
+def table_differences(written: UrdfAsset, asset: Asset) -> list[Problem]:
+    """Differences between a written asset and the asset: the table of facts, and the bounds of each visual.
+
+    Raises:
+        ValueError, KeyError, TypeError: the files do not say what a table needs.
+    """
+    expected = on_joint_axes(asset_facts(asset))
+    problems = compare(expected, written.table(), TOLERANCE, LENGTH_TOLERANCE_M)
+    # Names of visuals are compared with the looks.
+    found = written.visual_bounds()
+    for link in asset.links:
+        joint = asset.joint_of(link.name)
+        anchor = np.array(joint.anchor if joint else (0.0, 0.0, 0.0))
+        for visual in link.visuals:
+            off = float(np.abs(found.get(visual.name, np.inf) - (visual.mesh.bounds - anchor)).max())
+            if not off <= LENGTH_TOLERANCE_M:
+                problems.append((f"visuals/{visual.name}", f"its bounds differ by {off:.3g} m"))
+    return problems
 
 
 @dataclass(frozen=True)
@@ -53,9 +95,10 @@ class UrdfReading:
     folder: Path
 
     @cached_property
-    def bodies(self) -> tuple[BodyFacts, ...]:
+    def bodies(self) -> Cells:
         """Rows of all bodies, as the model has them."""
-        return facts_of_model(self.model, base=Base.FIXED, words=ProgramTexts()).bodies
+        found: Cells = facts_of_model(self.model)["bodies"]
+        return found
 
     @cached_property
     def turns(self) -> Floats:
@@ -103,20 +146,17 @@ class UrdfAsset:
         return f"{self.placement}__" if self.placement else ""
 
     @cached_property
-    def _bodies(self) -> dict[str, BodyFacts]:
-        """Name in the URDF -> row."""
-        rows = self.read.bodies
-        return {b.name: b for b in rows if b.name == self.placement or b.name.startswith(self._prefix)}
-
-    def _plain(self, name: str) -> str:
-        return ROOT_BODY if name == self.placement else name.removeprefix(self._prefix)
+    def _names(self) -> dict[str, str]:
+        """Name of each body in the URDF -> in the table."""
+        found = [n for n in self.read.bodies if n == self.placement or n.startswith(self._prefix)]
+        return {n: ROOT_BODY if n == self.placement else n.removeprefix(self._prefix) for n in found}
 
     @cached_property
     def _visuals(self) -> list[etree._Element]:
-        links = [link for link in self.read.robot.findall("link") if link.get("name") in self._bodies]
+        links = [link for link in self.read.robot.findall("link") if link.get("name") in self._names]
         return [visual for link in links for visual in link.findall("visual")]
 
-    def table(self) -> AssetFacts:
+    def table(self) -> Cells:
         """The table of the asset.
 
         Raises:
@@ -124,101 +164,98 @@ class UrdfAsset:
         """
         aside = self.aside
         named = {CLOSED: {}, **aside["keyframes"]} if aside["keyframes"] else {}
-        return AssetFacts(
+        return asset_table(
             base=Base(aside["base"]),
-            exclusions=aside["exclusions"],
             words=_words(aside),
-            bodies=[self._body(body) for body in self._bodies.values()],
-            places=[_place(item) for item in (*aside["sites"], *aside["regions"]) if item["name"] != OUTER],
+            exclusions=aside["exclusions"],
+            bodies=[(plain, self._body(name)) for name, plain in self._names.items()],
+            places=[(item["name"], _place(item)) for item in (*aside["sites"], *aside["regions"])],
             looks=[_look(visual, self.read.folder, self._prefix) for visual in self._visuals],
-            poses=[self._pose(name, values) for name, values in named.items()],
+            poses=[(name, self._pose(values)) for name, values in named.items()],
         )
 
-    def _body(self, body: BodyFacts) -> BodyFacts:
+    def _body(self, name: str) -> Cells:
         """The row with what the JSON says of friction, springs and armature."""
         model, prefix = self.read.model, self._prefix
-        geoms = [model.geom(geom).name.removeprefix(prefix) for geom in colliders_of(model, model.body(body.name).id)]
+        body: Cells = self.read.bodies[name]
+        geoms = [model.geom(geom).name.removeprefix(prefix) for geom in colliders_of(model, model.body(name).id)]
         colliders = [name for name in geoms if CAPSULE_END not in name]
         matters = [self.aside["colliders"][name] for name in colliders]
-        joint = body.joint
+        joint = body["joint"]
         if joint is not None:
-            name = joint.name.removeprefix(prefix)
-            said = self.aside["joints"][name]
-            spring = said["spring"] or {"stiffness": 0.0, "rest": 0.0}
-            _, _, damping, friction, _ = joint.resistance
-            resistance = (spring["stiffness"], spring["rest"], damping, friction, said["armature"])
-            joint = joint.replace(name=name, resistance=resistance)
-        return body.replace(
-            name=self._plain(body.name),
-            parent=self._plain(body.parent) if body.parent in self._bodies else "",
-            colliders=len(colliders),
-            frictions={(m["dynamic_friction"], m["torsional_friction"], m["rolling_friction"]) for m in matters},
-            joint=joint,
-        )
+            name = joint["name"].removeprefix(prefix)
+            aside = self.aside["joints"][name]
+            spring = aside["spring"] or {"stiffness": 0.0, "rest": 0.0}
+            _, _, damping, friction, _ = joint["resistance"]
+            resistance = (spring["stiffness"], spring["rest"], damping, friction, aside["armature"])
+            joint = joint | {"name": name, "resistance": resistance}
+        frictions = {(m["dynamic_friction"], m["torsional_friction"], m["rolling_friction"]) for m in matters}
+        return body | {
+            "parent": self._names.get(body["parent"], ""),
+            "colliders": len(colliders),
+            "frictions": tuple(sorted(frictions)),
+            "joint": joint,
+        }
 
-    def _pose(self, name: str, values: Mapping[str, float]) -> PoseFacts:
+    def _pose(self, values: Mapping[str, float]) -> Cells:
         """Poses of the links at joint positions, rad or m; joints that are not named are at zero."""
         data = mujoco.MjData(self.read.model)
         for joint, value in values.items():
             data.joint(self._prefix + joint).qpos[0] = value
         mujoco.mj_kinematics(self.read.model, data)
-        frames = {
-            self._plain(body): (data.body(body).xpos.tolist(), canonical(data.body(body).xquat)[0].tolist())
-            for body in self._bodies
-        }
-        return pose_facts(name, frames, ROOT_BODY)
+        frames = {}
+        for name, plain in self._names.items():
+            body = data.body(name)
+            frames[plain] = {"position": body.xpos.tolist(), "quaternion": canonical(body.xquat)[0].tolist()}
+        return seen_from(ROOT_BODY, frames)
 
     def visual_bounds(self) -> dict[str, Floats]:
         """(2, 3) corners of each visual in the frame of its link, metres."""
-        model, found = self.read.model, {}
-        for name in (visual.get("name", "") for visual in self._visuals):
-            geom = model.geom(name).id
-            found[name.removeprefix(self._prefix)] = shape_bounds(model, geom, self.read.turns[geom])
-        return found
+        model, turns = self.read.model, self.read.turns
+        geoms = {visual.get("name", ""): model.geom(visual.get("name", "")).id for visual in self._visuals}
+        return {name.removeprefix(self._prefix): shape_bounds(model, g, turns[g]) for name, g in geoms.items()}
 
 
-def on_joint_axes(asset: AssetFacts) -> AssetFacts:
+def on_joint_axes(asset: Cells) -> Cells:
     """The same table in the frames of a URDF: the origin of each body is the anchor of its joint.
 
     Args:
         asset: in the frames of the asset, in which an anchor is a point of the body.
     """
-    anchors = {body.name: np.array(body.joint.anchor if body.joint else (0.0, 0.0, 0.0)) for body in asset.bodies}
-    bodies, poses = [], []
-    for body in asset.bodies:
-        anchor = anchors[body.name]
-        moved = Pose(position=body.position, quaternion=body.quaternion) @ Pose(position=three(anchor))
-        shapes = anchor if body.colliders else np.zeros(3)
-        changes = {
-            "position": moved.position,
-            "center_of_mass": three(np.array(body.center_of_mass) - anchor),
-            "lower": three(np.array(body.lower) - shapes),
-            "upper": three(np.array(body.upper) - shapes),
-            "joint": body.joint and body.joint.replace(anchor=(0.0, 0.0, 0.0)),
+    anchors, bodies = {}, {}
+    for name, body in asset["bodies"].items():
+        anchor = anchors[name] = np.array(body["joint"]["anchor"] if body["joint"] else (0.0, 0.0, 0.0))
+        shapes = anchor if body["colliders"] else np.zeros(3)
+        bodies[name] = body | {
+            "position": _moved(body, anchor),
+            "center_of_mass": three(np.array(body["center_of_mass"]) - anchor),
+            "lower": three(np.array(body["lower"]) - shapes),
+            "upper": three(np.array(body["upper"]) - shapes),
+            "joint": body["joint"] and body["joint"] | {"anchor": (0.0, 0.0, 0.0)},
         }
-        bodies.append(body.replace(**changes))
-    for pose in asset.poses:
-        frames = zip(pose.bodies, pose.positions, pose.quaternions, strict=True)
-        by_body = {b: Pose(position=p, quaternion=q) @ Pose(position=three(anchors[b])) for b, p, q in frames}
-        poses.append(pose.replace(positions=[by_body[body].position for body in pose.bodies]))
-    places = [p.replace(position=three(np.array(p.position) - anchors[p.body])) for p in asset.places]
-    return asset.replace(bodies=bodies, places=places, poses=poses)
+    poses = {
+        name: {body: cells | {"position": _moved(cells, anchors[body])} for body, cells in frames.items()}
+        for name, frames in asset["poses"].items()
+    }
+    places = {
+        name: p | {"position": three(np.array(p["position"]) - anchors[p["body"]])}
+        for name, p in asset["places"].items()
+    }
+    return asset | {"bodies": bodies, "places": places, "poses": poses}
 
 
-def _place(item: Json) -> PlaceFacts:
-    x, y, z = item["size"]
-    return PlaceFacts(
-        name=item["name"],
-        body=item["link"],
-        kind=item["kind"],
-        position=item["position"],
-        quaternion=item["quaternion"],
-        size=(x, x, z) if item["kind"] == "cylinder" else (x, y, z),
-        color=item.get("color"),
-    )
+def _moved(frame: Cells, point: Floats) -> tuple[float, ...]:
+    """Where a point of a frame is."""
+    pose = Pose(position=frame["position"], quaternion=frame["quaternion"])
+    return (pose @ Pose(position=three(point))).position
 
 
-def _look(visual: etree._Element, folder: Path, prefix: str) -> VisualFacts:
+def _place(item: Json) -> Cells:
+    place = {"position": tuple(item["position"]), "quaternion": tuple(item["quaternion"])}
+    return place_cells(item["link"], item["kind"], place, round_size(item["kind"], item["size"]), item.get("color"))
+
+
+def _look(visual: etree._Element, folder: Path, prefix: str) -> tuple[str, Cells]:
     """Appearance of a visual from its MTL file.
 
     Raises:
@@ -233,17 +270,16 @@ def _look(visual: etree._Element, folder: Path, prefix: str) -> VisualFacts:
     mtl = {pair[0]: pair[1] for pair in pairs if len(pair) == 2}
     shown = [*map(float, mtl["Kd"].split()), float(mtl["d"])]
     stated = visual.find("material/color")
-    if stated is not None and not np.allclose(_numbers(stated, "rgba"), shown, atol=1e-6):
+    if stated is not None and not np.allclose(
+        [float(word) for word in stated.get("rgba", "").split()], shown, atol=1e-6
+    ):
         raise ValueError(f"visual {name!r} has one colour in the URDF and another in {mtl['newmtl']}.mtl")
     picture = mtl.get("map_Kd", "")
     if picture and not (obj.parent / picture).is_file():
         raise ValueError(f"visual {name!r}: there is no picture {picture}")
-    return VisualFacts(
-        name=name.removeprefix(prefix),
-        color=(*(linear_from_srgb(c) for c in shown[:3]), shown[3]),
-        light=[linear_from_srgb(float(c)) for c in mtl["Ke"].split()],
-        picture=Path(picture).name,
-    )
+    color = (*(linear_from_srgb(c) for c in shown[:3]), shown[3])
+    light = [linear_from_srgb(float(c)) for c in mtl["Ke"].split()]
+    return name.removeprefix(prefix), look_cells(color, light, Path(picture).name)
 
 
 def _lines(file: Path) -> list[str]:
@@ -253,20 +289,17 @@ def _lines(file: Path) -> list[str]:
         raise ValueError(f"{file.name} cannot be read: {error.strerror}") from error
 
 
-def _words(aside: Json) -> ProgramTexts:
+def _words(aside: Json) -> Cells:
     shapes, joints, behavior = {**aside["visuals"], **aside["colliders"]}, aside["joints"].items(), aside["behavior"]
-    return ProgramTexts(
+    return words_cells(
         classes=aside["classes"],
         portion=aside.get("portion", ""),
-        labels=[(name, said["label"]) for name, said in shapes.items() if said["label"]],
-        grips=[(name, said["grip"]) for name, said in joints if said["grip"]],
-        behind=[(name, said["behind"]) for name, said in joints if said["behind"]],
+        labels=[(name, shape["label"]) for name, shape in shapes.items() if shape["label"]],
+        grips=[(name, joint["grip"]) for name, joint in joints if joint["grip"]],
+        behind=[(name, joint["behind"]) for name, joint in joints if joint["behind"]],
         contract=aside["contract"],
         behavior="" if behavior is None else Behavior.model_validate(behavior).digest,
-        states=[
-            StateFacts(name=s["name"], joint=s["joint"], value=s["value"], interval=s["interval"])
-            for s in aside["states"]
-        ],
+        states=[(s["name"], state_cells(s["joint"], s["value"], *s["interval"])) for s in aside["states"]],
     )
 
 
@@ -275,7 +308,3 @@ def _child(element: etree._Element, tag: str) -> etree._Element:
     if found is None:
         raise ValueError(f"<{element.tag} name={element.get('name')!r}> has no <{tag}>")
     return found
-
-
-def _numbers(element: etree._Element, name: str, default: str = "") -> list[float]:
-    return [float(word) for word in element.get(name, default).split()]

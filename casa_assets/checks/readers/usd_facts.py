@@ -1,38 +1,35 @@
-"""Reduce the USD of an asset to the table of facts that formats are compared by."""
+"""USD of an asset or scene -> table of facts, by two readers that share no code: MuJoCo and UsdPhysics."""
 
 from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Sequence
-from functools import cached_property
+from collections.abc import Collection, Iterator, Mapping
 from importlib.util import find_spec
 from pathlib import Path, PurePosixPath
-from typing import Literal
 
 import mujoco
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdPhysics, UsdSemantics, UsdShade
 
 from casa_assets.checks.readers.facts import (
-    OUTER,
     ROOT_BODY,
-    AssetFacts,
-    BodyFacts,
-    JointFacts,
-    PlaceFacts,
-    PoseFacts,
-    ProgramTexts,
-    StateFacts,
-    VisualFacts,
-    bounds_around,
+    Cells,
+    asset_table,
+    body_cells,
     four,
-    own_name,
-    pose_facts,
-    quaternions_of,
+    frame,
+    joint_cells,
+    look_cells,
+    place_cells,
+    rows,
+    scene_table,
+    seen_from,
     short_name,
+    state_cells,
     tensor_entries,
     three,
+    words_cells,
 )
 from casa_assets.checks.readers.mujoco_facts import Loaded, all_warnings, facts_of_model, free_bodies
 from casa_assets.core.numeric import Floats
@@ -40,199 +37,13 @@ from casa_assets.model.asset.asset import Base, JointKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3, Vec4
 
-# Usd words ------------------------------------------------------------------------------------------------------------
-# USD stage -> what programs read by name: words, places, named poses. Read with OpenUSD alone.
-
 SITE = "MjcSiteAPI"
 VARIANTS = "pose"
-
-
-def words(root: Usd.Prim) -> ProgramTexts:
-    """Classes and labels, states, grips, contract and behaviour of the asset at a prim."""
-    prims = list(Usd.PrimRange(root))
-    joints = [prim for prim in prims if prim.IsA(UsdPhysics.Joint)]
-    names = {prim.GetName() for prim in prims}
-    behavior = _text(root, "casa:behavior")
-    grips, behind = (
-        [(joint.GetName(), _text(joint, name)) for joint in joints] for name in ("casa:grip", "casa:behind")
-    )
-    states = [(joint, joint.GetCustomDataByKey("states") or {}) for joint in joints]
-    return ProgramTexts(
-        classes=_labels(root, "class"),
-        portion=" ".join(_labels(root, "portion")),
-        labels=[(p.GetName(), label) for p in prims if p.IsA(UsdGeom.Gprim) for label in _labels(p, "part")],
-        # Names of prims that there are.
-        grips=[(joint, target) for joint, target in grips if target in names],
-        behind=[(joint, target) for joint, target in behind if target in names],
-        contract=_text(root, "casa:contract"),
-        behavior=hashlib.sha256(behavior.encode()).hexdigest() if behavior else "",
-        states=[
-            StateFacts(name=name, joint=joint.GetName(), value=said["value"], interval=(said["from"], said["to"]))
-            for joint, named in states
-            for name, said in named.items()
-        ],
-    )
-
-
-def _labels(prim: Usd.Prim, taxonomy: str) -> tuple[str, ...]:
-    if not prim.HasAPI(UsdSemantics.LabelsAPI, taxonomy):
-        return ()
-    return tuple(UsdSemantics.LabelsAPI(prim, taxonomy).GetLabelsAttr().Get() or ())
-
-
-def _text(prim: Usd.Prim, name: str) -> str:
-    return str(prim.GetAttribute(name).Get() or "")
-
-
-def poses(stage: Usd.Stage, scene: bool = False) -> list[PoseFacts]:
-    """Poses of the bodies in each variant of `pose`. The stage is left as it was.
-
-    Args:
-        stage: with the variants on its default prim.
-        scene: whether it holds many placements; then poses are world_from_body, else root_from_body.
-    """
-    variants = stage.GetDefaultPrim().GetVariantSet(VARIANTS)
-    bodies = sorted(p.GetPath() for p in stage.Traverse() if p.HasAPI(UsdPhysics.RigidBodyAPI))
-    names, found = [short_name(str(path)) for path in bodies], []
-    # In the session layer, which is no part of the file.
-    with Usd.EditContext(stage, stage.GetSessionLayer()):
-        for name in sorted(variants.GetVariantNames()):
-            # What is selected already is not selected again: each selection composes the whole stage anew.
-            if variants.GetVariantSelection() != name:
-                variants.SetVariantSelection(name)
-            cache = UsdGeom.XformCache()
-            matrices = [cache.GetLocalToWorldTransform(stage.GetPrimAtPath(path)) for path in bodies]
-            world_from = dict(zip(names, zip(*rigid_all(matrices), strict=True), strict=True))
-            found.append(pose_facts(name, world_from, None if scene else ROOT_BODY))
-        variants.ClearVariantSelection()
-    return found
-
-
-def _places(stage: Usd.Stage) -> list[PlaceFacts]:
-    """Prims that are sites; those without their own colour are regions.
-
-    Raises:
-        ValueError: one is neither sphere, cube nor cylinder about z.
-    """
-    cache = UsdGeom.XformCache()
-    # As written: GetAppliedSchemas knows the schemas of MuJoCo only where its reader of USD is installed.
-    sites = [prim for prim in stage.Traverse() if SITE in prim.GetPrimTypeInfo().GetAppliedAPISchemas()]
-    # Places lie two levels below their body.
-    bodies = [prim.GetParent().GetParent() for prim in sites]
-    # body_from_place with its scale
-    matrices = [
-        cache.GetLocalToWorldTransform(prim) * cache.GetLocalToWorldTransform(body).GetInverse()
-        for prim, body in zip(sites, bodies, strict=True)
-    ]
-    found = []
-    for prim, body, matrix, at, turn in zip(sites, bodies, matrices, *rigid_all(matrices), strict=True):
-        kind, own = _volume(prim)
-        # A region defines no colour itself.
-        gprim = UsdGeom.Gprim(prim)
-        colors, alphas = gprim.GetDisplayColorAttr().Get(), gprim.GetDisplayOpacityAttr().Get()
-        found.append(
-            PlaceFacts(
-                name=short_name(str(prim.GetPath())),
-                body=short_name(str(body.GetPath())),
-                kind=kind,
-                position=at,
-                quaternion=turn,
-                size=[float(matrix.GetRow3(i).GetLength() * own[i]) for i in range(3)],
-                color=(*three(colors[0]), float(alphas[0])) if colors and alphas else None,
-            )
-        )
-    return [place for place in found if own_name(place.name) != OUTER]
-
-
-def _volume(prim: Usd.Prim) -> tuple[Literal["sphere", "box", "cylinder"], Vec3]:
-    """Kind and full size of a gprim before any scale."""
-    if prim.IsA(UsdGeom.Cube):
-        size = float(UsdGeom.Cube(prim).GetSizeAttr().Get())
-        return "box", (size, size, size)
-    if prim.IsA(UsdGeom.Sphere):
-        size = 2 * float(UsdGeom.Sphere(prim).GetRadiusAttr().Get())
-        return "sphere", (size, size, size)
-    rod = UsdGeom.Cylinder(prim)
-    if rod and rod.GetAxisAttr().Get() == UsdGeom.Tokens.z:
-        across = 2 * float(rod.GetRadiusAttr().Get())
-        return "cylinder", (across, across, float(rod.GetHeightAttr().Get()))
-    raise ValueError(f"place {prim.GetName()!r} is neither sphere, cube nor cylinder about z")
-
-
-def rigid(matrix: Gf.Matrix4d) -> Pose:
-    """Pose of a matrix of row vectors, without its scale."""
-    (position,), (quaternion,) = rigid_all([matrix])
-    return Pose(position=position, quaternion=quaternion)
-
-
-def rigid_all(matrices: Sequence[Gf.Matrix4d]) -> tuple[list[Vec3], list[Vec4]]:
-    """Positions and quaternions of matrices of row vectors, without their scale."""
-    rows = np.array([np.array(matrix) for matrix in matrices]).reshape(-1, 4, 4)
-    axes = rows[:, :3, :3] / np.linalg.norm(rows[:, :3, :3], axis=2, keepdims=True)
-    positions, quaternions = rows[:, 3, :3] + 0.0, quaternions_of(axes.transpose(0, 2, 1))
-    return [three(row) for row in positions.tolist()], [four(row) for row in quaternions.tolist()]
-
-
-# Usd looks ------------------------------------------------------------------------------------------------------------
-# USD stage -> what its visuals look like. Read with OpenUSD alone.
-
-
-def looks(stage: Usd.Stage) -> list[VisualFacts]:
-    """Meshes that physics does not touch, in the material that they are bound to.
-
-    Raises:
-        ValueError: one has no surface to be seen.
-    """
-    meshes = [p for p in stage.Traverse() if p.IsA(UsdGeom.Mesh) and not p.HasAPI(UsdPhysics.CollisionAPI)]
-    # A site is no mesh, so what is left is seen. Materials of all of them are found at once, which shares what they
-    # inherit.
-    materials = UsdShade.MaterialBindingAPI.ComputeBoundMaterials(meshes)[0]
-    surfaces: dict[Usd.Prim, tuple[Vec4, Vec3, str]] = {}
-    found = []
-    for prim, material in zip(meshes, materials, strict=True):
-        bound = material.GetPrim()
-        if bound not in surfaces:
-            surfaces[bound] = _surface(prim, material)
-        color, light, picture = surfaces[bound]
-        found.append(VisualFacts(name=short_name(str(prim.GetPath())), color=color, light=light, picture=picture))
-    return found
-
-
-def _surface(prim: Usd.Prim, material: UsdShade.Material) -> tuple[Vec4, Vec3, str]:
-    """Colour, light that it gives off and picture of a material, as `VisualFacts` has them; `prim` is bound to it."""
-    shader = material.ComputeSurfaceSource()[0] if material else None
-    if not shader:
-        raise ValueError(f"{prim.GetName()!r} has no surface")
-    red, green, blue, _ = _value(shader, "diffuseColor")
-    node = _node(shader, "diffuseColor")
-    picture = PurePosixPath(node.GetInput("file").Get().path).name if node is not None else ""
-    return (red, green, blue, _value(shader, "opacity")[3]), three(_value(shader, "emissiveColor")[:3]), picture
-
-
-def _node(shader: UsdShade.Shader, name: str) -> UsdShade.Shader | None:
-    port = shader.GetInput(name)
-    if not port or not port.HasConnectedSource():
-        return None
-    return UsdShade.Shader(port.GetConnectedSources()[0][0].source.GetPrim())
-
-
-def _value(shader: UsdShade.Shader, name: str) -> Vec4:
-    """Colour or number of an input, or the factor on its picture; a number is the alpha of white."""
-    node = _node(shader, name)
-    if node is not None:
-        scale = node.GetInput("scale")
-        return four(scale.Get() if scale else (1, 1, 1, 1))
-    port = shader.GetInput(name)
-    value = port.Get() if port else (0.0, 0.0, 0.0)
-    return (1.0, 1.0, 1.0, value) if isinstance(value, float) else (*three(value), 1.0)
-
-
-# Usd facts ------------------------------------------------------------------------------------------------------------
-# USD file -> fact table, by two readers that share no code: MuJoCo and UsdPhysics.
-
+LAYER = "casa:layer"
 AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 # Axis of a cylinder or capsule -> columns of its matrix, the axis last.
 COLUMNS = {"X": (1, 2, 0), "Y": (2, 0, 1), "Z": (0, 1, 2)}
+FRICTIONS = ("physics:dynamicFriction", "newton:torsionalFriction", "newton:rollingFriction")
 
 
 def missing_importer() -> str:
@@ -244,14 +55,14 @@ def missing_importer() -> str:
 
 def imported(path: Path) -> Loaded:
     """The file compiled by way of MuJoCo's USD reader, which its XML loader does not call, with its warnings."""
-    with all_warnings() as said:
+    with all_warnings() as heard:
         try:
             spec = mujoco.MjSpec.from_file(str(path))
             _share_pictures(spec)
             model, error = spec.compile(), ""
         except ValueError as refusal:
             model, error = None, str(refusal)
-    return Loaded(model, error, tuple(dict.fromkeys(said)))
+    return Loaded(model, error, tuple(dict.fromkeys(heard)))
 
 
 def _share_pictures(spec: mujoco.MjSpec) -> None:
@@ -276,64 +87,86 @@ def _share_pictures(spec: mujoco.MjSpec) -> None:
             material.textures = [renamed.get(name, name) for name in names]
 
 
-def mujoco_facts(path: Path) -> AssetFacts:
+# Asset ----------------------------------------------------------------------------------------------------------------
+
+
+def mujoco_facts(path: Path) -> Cells:
     """Fact table of a USD file as MuJoCo imports it. Raises ValueError where it does not."""
     loaded = imported(path)
     if loaded.model is None:
         raise ValueError(loaded.error)
     base = Base.FREE if free_bodies(loaded.model) else Base.FIXED
-    stage = Usd.Stage.Open(str(path))
-    return _whole(facts_of_import(loaded.model, StageReading(stage)).replace(base=base), stage)
+    read = StageReading(Usd.Stage.Open(str(path)))
+    return facts_of_import(loaded.model, read) | {"base": base} | read.rest
 
 
-def pxr_facts(path: Path) -> AssetFacts:
+def pxr_facts(path: Path) -> Cells:
     """Fact table of a USD file as UsdPhysics parses it; the poses of bodies follow from their joint frames.
 
     Raises:
         ValueError: the file has no default prim, or holds a joint that no asset has.
     """
-    stage = Usd.Stage.Open(str(path))
-    return _whole(facts_of_stage(StageReading(stage))[0], stage)
-
-
-def _whole(table: AssetFacts, stage: Usd.Stage) -> AssetFacts:
-    return table.replace(poses=poses(stage), words=words(stage.GetDefaultPrim()))
+    read = StageReading(Usd.Stage.Open(str(path)))
+    return facts_of_stage(read)[0] | read.rest
 
 
 class StageReading:
-    """What OpenUSD alone reads of a stage, read once for the tables of both readers.
+    """The part of the tables of both readers that OpenUSD alone reads of a stage, which nobody changes meanwhile.
 
-    Attributes:
-        stage: nobody changes it meanwhile.
+    `scene`: it holds many placements. Raises ValueError where it has no default prim, or holds what no asset has.
     """
 
-    def __init__(self, stage: Usd.Stage) -> None:
-        """Raise ValueError where the stage has no default prim."""
-        if not stage.GetDefaultPrim():
+    def __init__(self, stage: Usd.Stage, scene: bool = False) -> None:
+        root = stage.GetDefaultPrim()
+        if not root:
             raise ValueError("there is no default prim")
-        self.stage = stage
+        self.stage, self.places, self.looks = stage, rows(_places(stage)), rows(_looks(stage))
+        self.rest = {"poses": poses(stage, scene)} | ({} if scene else words(root))
+        self.placements = {
+            prim.GetName(): {
+                "asset": Usd.ModelAPI(prim).GetAssetName(),
+                "layer": str(prim.GetAttribute(LAYER).Get() or ""),
+                **words(prim),
+            }
+            for prim in (root.GetChildren() if scene else ())
+            if prim.GetPrimAtPath(ROOT_BODY)
+        }
 
-    @cached_property
-    def places(self) -> list[PlaceFacts]:
-        """Sites and regions. Raises as `_places` does."""
-        return _places(self.stage)
+    def scene(self, things: Cells, gravity: Vec3, roots: Mapping[str, Cells], welded: Collection[str]) -> Cells:
+        """Table of the scene.
 
-    @cached_property
-    def looks(self) -> list[VisualFacts]:
-        """Appearance of the visuals."""
-        return looks(self.stage)
+        Args:
+            things: of all placements, as one of the readers has them, like `gravity`.
+            roots: names of placements, and of other bodies -> world_from_root.
+            welded: placements that are fixed to the world.
+        Raises:
+            ValueError: physics knows nothing of a placement.
+        """
+        if lost := [name for name in self.placements if name not in roots]:
+            raise ValueError(f"placement {lost[0]!r} has no body {ROOT_BODY!r}")
+        placements = [
+            (name, {**cells, "base": Base.FIXED if name in welded else Base.FREE, **roots[name]})
+            for name, cells in self.placements.items()
+        ]
+        # Distant lights and balls: the dome belongs to all of the scene.
+        cache, prims = UsdGeom.XformCache(), list(self.stage.Traverse())
+        lamps = [prim for prim in prims if prim.IsA(UsdLux.DistantLight) or prim.IsA(UsdLux.SphereLight)]
+        lights = [(prim.GetName(), _light(prim, cache)) for prim in lamps]
+        cameras = [(prim.GetName(), _camera(prim, cache)) for prim in prims if prim.IsA(UsdGeom.Camera)]
+        return scene_table(gravity, placements, cameras, lights, things | self.rest)
 
 
-def facts_of_import(model: mujoco.MjModel, read: StageReading) -> AssetFacts:
+def facts_of_import(model: mujoco.MjModel, read: StageReading) -> Cells:
     """Fact table of a stage as MuJoCo imported it, without poses and words."""
-    table = facts_of_model(model, base=Base.FIXED, words=ProgramTexts())
+    table = facts_of_model(model)
     # MuJoCo leaves the colours of sites, most of what a surface is, and the variants of USD out; OpenUSD reads them.
-    colors = {place.name: place.color for place in read.places}
-    places = [place.replace(color=colors.get(place.name)) for place in table.places]
-    return table.replace(places=places, looks=read.looks)
+    places = {
+        name: place | {"color": read.places.get(name, {}).get("color")} for name, place in table["places"].items()
+    }
+    return table | {"places": places, "looks": read.looks}
 
 
-def facts_of_stage(read: StageReading) -> tuple[AssetFacts, dict[str, Pose]]:
+def facts_of_stage(read: StageReading) -> tuple[Cells, dict[str, Pose]]:
     """Fact table of a stage as UsdPhysics parses it, without poses and words.
 
     Returns:
@@ -363,15 +196,17 @@ def facts_of_stage(read: StageReading) -> tuple[AssetFacts, dict[str, Pose]]:
     joints, cache, frictions = {**mounts, **movers}, UsdGeom.XformCache(), _frictions(shapes)
     filtered = [(short_name(str(p)), short_name(str(o))) for p, d in links.items() for o in d.filteredCollisions]
     welded = {short_name(str(b)): _body1_in_body0(d) for b, d in mounts.items() if d.body0.isEmpty and b in links}
-    table = AssetFacts(
+    table = asset_table(
         base=Base.FIXED if welded else Base.FREE,
+        words={},
         exclusions=filtered,
-        words=ProgramTexts(),
         bodies=[
-            _body(stage.GetPrimAtPath(path), below[path], joints, movers.get(path), cache, frictions) for path in links
+            (short_name(str(p)), _body(stage.GetPrimAtPath(p), below[p], joints, movers.get(p), cache, frictions))
+            for p in links
         ],
-        places=read.places,
-        looks=read.looks,
+        places=read.places.items(),
+        looks=read.looks.items(),
+        poses=(),
     )
     return table, welded
 
@@ -383,7 +218,7 @@ def _body(
     mover: UsdPhysics.JointDesc | None,
     cache: UsdGeom.XformCache,
     frictions: dict[Usd.Prim, Vec3],
-) -> BodyFacts:
+) -> Cells:
     """Row of a body.
 
     Args:
@@ -393,20 +228,16 @@ def _body(
     path, mass = prim.GetPath(), UsdPhysics.MassAPI(prim)
     axes = _pose(Gf.Vec3f(0), mass.GetPrincipalAxesAttr().Get()).rotation
     body_from_world = cache.GetLocalToWorldTransform(prim).GetInverse()
-    lower, upper = bounds_around([_bounds(s, cache.GetLocalToWorldTransform(s) * body_from_world) for s in shapes])
-    pose, up = _world_from(joints, path), joints.get(path)
-    return BodyFacts(
-        name=short_name(str(path)),
+    up = joints.get(path)
+    return body_cells(
         parent=short_name(str(up.body0)) if up is not None and not up.body0.isEmpty else "",
-        colliders=len(shapes),
-        position=pose.position,
-        center_of_mass=three(mass.GetCenterOfMassAttr().Get()),
-        lower=lower,
-        upper=upper,
-        quaternion=pose.quaternion,
+        place=_world_from(joints, path),
         mass=float(mass.GetMassAttr().Get()),
+        center_of_mass=three(mass.GetCenterOfMassAttr().Get()),
         inertia=tensor_entries(axes @ np.diag(three(mass.GetDiagonalInertiaAttr().Get())) @ axes.T),
-        frictions={frictions[shape] for shape in shapes},
+        colliders=len(shapes),
+        boxes=[_bounds(s, cache.GetLocalToWorldTransform(s) * body_from_world) for s in shapes],
+        frictions=[frictions[shape] for shape in shapes],
         joint=None if mover is None else _joint(mover, prim.GetStage().GetPrimAtPath(mover.primPath)),
     )
 
@@ -426,47 +257,42 @@ def _body1_in_body0(joint: UsdPhysics.JointDesc) -> Pose:
     return parent_from_joint @ body_from_joint.inverse()
 
 
-def _joint(joint: UsdPhysics.JointDesc, prim: Usd.Prim) -> JointFacts:
+def _joint(joint: UsdPhysics.JointDesc, prim: Usd.Prim) -> Cells:
     """Row of a joint; its resistance as PhysX and Newton read it."""
-    frame = _pose(joint.localPose1Position, joint.localPose1Orientation)
-    axis = frame.rotation @ np.array(AXES[str(joint.axis)[-1]])
+    at = _pose(joint.localPose1Position, joint.localPose1Orientation)
+    axis = at.rotation @ np.array(AXES[str(joint.axis)[-1]])
     is_hinge = joint.type == UsdPhysics.ObjectType.RevoluteJoint
     low, high = (joint.limit.lower, joint.limit.upper) if joint.limit.enabled else (-math.inf, math.inf)
     # Angles are degrees in USD.
     unit, drive = math.pi / 180 if is_hinge else 1.0, joint.drive
     stiffness, rest = (drive.stiffness / unit, drive.targetPosition * unit) if drive.enabled else (0.0, 0.0)
-    damping, friction, armature = _numbers(prim, "newton:damping", "newton:friction", "newton:armature")
-    return JointFacts(
-        name=short_name(str(joint.primPath)),
-        kind=JointKind.HINGE if is_hinge else JointKind.SLIDE,
-        axis=three(axis),
-        anchor=frame.position,
-        range=(math.radians(low), math.radians(high)) if is_hinge else (float(low), float(high)),
-        resistance=(stiffness, rest, damping / unit, friction, armature),
+    damping, friction, armature = _numbers(prim, ("newton:damping", "newton:friction", "newton:armature"))
+    return joint_cells(
+        short_name(str(joint.primPath)),
+        JointKind.HINGE if is_hinge else JointKind.SLIDE,
+        three(axis),
+        at.position,
+        (math.radians(low), math.radians(high)) if is_hinge else (low, high),
+        (stiffness, rest, damping / unit, friction, armature),
     )
 
 
-def _numbers(prim: Usd.Prim, *names: str) -> Vec3:
+def _numbers(prim: Usd.Prim, names: tuple[str, ...]) -> Vec3:
     """Values of three attributes, zero where one is not set."""
     return three([float(prim.GetAttribute(name).Get() or 0.0) for name in names])
 
 
 def _frictions(shapes: list[Usd.Prim]) -> dict[Usd.Prim, Vec3]:
-    """(sliding, torsional, rolling) friction of each shape, by its material for physics; found at once, as `looks`."""
+    """(sliding, torsional, rolling) friction of each shape, by its material for physics; found at once, as `_looks`."""
     bound = [material.GetPrim() for material in UsdShade.MaterialBindingAPI.ComputeBoundMaterials(shapes, "physics")[0]]
-    names = ("physics:dynamicFriction", "newton:torsionalFriction", "newton:rollingFriction")
     # Of a shape without a material USD's own zeros.
-    of = {material: _numbers(material, *names) if material else (0.0, 0.0, 0.0) for material in set(bound)}
+    of = {material: _numbers(material, FRICTIONS) if material else (0.0, 0.0, 0.0) for material in set(bound)}
     return {shape: of[material] for shape, material in zip(shapes, bound, strict=True)}
 
 
-def _bounds(shape: Usd.Prim, rows: Gf.Matrix4d) -> Floats:
-    """(2, 3) corners of a collider, body frame, metres; exact for every shape.
-
-    Args:
-        rows: body_from_shape, of row vectors.
-    """
-    matrix = np.array(rows).T  # USD multiplies row vectors
+def _bounds(shape: Usd.Prim, body_from_shape: Gf.Matrix4d) -> Floats:
+    """(2, 3) corners of a collider, body frame, metres; exact for every shape; `body_from_shape`: of row vectors."""
+    matrix = np.array(body_from_shape).T  # USD multiplies row vectors
     linear, centre = matrix[:3, :3], matrix[:3, 3]
     if shape.IsA(UsdGeom.Mesh):
         points = np.array(UsdGeom.Mesh(shape).GetPointsAttr().Get(), dtype=np.float64) @ linear.T + centre
@@ -485,5 +311,216 @@ def _bounds(shape: Usd.Prim, rows: Gf.Matrix4d) -> Floats:
 
 
 def _pose(position: Gf.Vec3f, orientation: Gf.Quatf) -> Pose:
-    x, y, z = orientation.GetImaginary()
-    return Pose(position=three(position), quaternion=(float(orientation.GetReal()), float(x), float(y), float(z)))
+    return Pose(position=three(position), quaternion=four((orientation.GetReal(), *orientation.GetImaginary())))
+
+
+def rigid(matrix: Gf.Matrix4d) -> Cells:
+    """Position and quaternion of a matrix of row vectors, without its scale. Raises ValueError: it is no rotation."""
+    axes = Gf.Matrix3d(*(number for i in range(3) for number in matrix.GetRow3(i).GetNormalized()))
+    if not Gf.IsClose(axes * axes.GetTranspose(), Gf.Matrix3d(1), 1e-6) or axes.GetDeterminant() < 0:
+        raise ValueError("matrix is not a proper rotation")
+    turn = Gf.Matrix4d(axes, Gf.Vec3d(0)).ExtractRotationQuat()
+    position = three(number + 0.0 for number in matrix.ExtractTranslation())
+    return {"position": position, "quaternion": four((turn.GetReal(), *turn.GetImaginary()))}
+
+
+# Words, poses, places and looks ---------------------------------------------------------------------------------------
+
+
+def words(root: Usd.Prim) -> Cells:
+    """Classes and labels, states, grips, contract and behaviour of the asset at a prim."""
+    prims = list(Usd.PrimRange(root))
+    joints = [prim for prim in prims if prim.IsA(UsdPhysics.Joint)]
+    names = {prim.GetName() for prim in prims}
+    behavior = _text(root, "casa:behavior")
+    grips, behind = (
+        [(joint.GetName(), _text(joint, name)) for joint in joints] for name in ("casa:grip", "casa:behind")
+    )
+    states = [(joint, joint.GetCustomDataByKey("states") or {}) for joint in joints]
+    return words_cells(
+        classes=_labels(root, "class"),
+        portion=" ".join(_labels(root, "portion")),
+        labels=[(p.GetName(), label) for p in prims if p.IsA(UsdGeom.Gprim) for label in _labels(p, "part")],
+        # Names of prims that there are.
+        grips=[(joint, target) for joint, target in grips if target in names],
+        behind=[(joint, target) for joint, target in behind if target in names],
+        contract=_text(root, "casa:contract"),
+        behavior=hashlib.sha256(behavior.encode()).hexdigest() if behavior else "",
+        states=[
+            (name, state_cells(joint.GetName(), state["value"], state["from"], state["to"]))
+            for joint, named in states
+            for name, state in named.items()
+        ],
+    )
+
+
+def _labels(prim: Usd.Prim, taxonomy: str) -> tuple[str, ...]:
+    if not prim.HasAPI(UsdSemantics.LabelsAPI, taxonomy):
+        return ()
+    return tuple(UsdSemantics.LabelsAPI(prim, taxonomy).GetLabelsAttr().Get() or ())
+
+
+def _text(prim: Usd.Prim, name: str) -> str:
+    return str(prim.GetAttribute(name).Get() or "")
+
+
+def poses(stage: Usd.Stage, scene: bool = False) -> Cells:
+    """Poses of the bodies in each variant of `pose`. The stage is left as it was.
+
+    Args:
+        stage: with the variants on its default prim.
+        scene: whether it holds many placements; then poses are world_from_body, else root_from_body.
+    """
+    variants, found = stage.GetDefaultPrim().GetVariantSet(VARIANTS), {}
+    bodies = sorted(p.GetPath() for p in stage.Traverse() if p.HasAPI(UsdPhysics.RigidBodyAPI))
+    # In the session layer, which is no part of the file.
+    with Usd.EditContext(stage, stage.GetSessionLayer()):
+        for name in sorted(variants.GetVariantNames()):
+            # A variant that is selected already is left: each selection composes the whole stage again.
+            if variants.GetVariantSelection() != name:
+                variants.SetVariantSelection(name)
+            cache = UsdGeom.XformCache()
+            frames = rows(
+                (short_name(str(path)), rigid(cache.GetLocalToWorldTransform(stage.GetPrimAtPath(path))))
+                for path in bodies
+            )
+            found[name] = frames if scene else seen_from(ROOT_BODY, frames)
+        variants.ClearVariantSelection()
+    return found
+
+
+def _places(stage: Usd.Stage) -> Iterator[tuple[str, Cells]]:
+    """Prims that are sites; those without their own colour are regions.
+
+    Raises:
+        ValueError: one is neither sphere, cube nor cylinder about z.
+    """
+    cache = UsdGeom.XformCache()
+    for prim in stage.Traverse():
+        # As written: GetAppliedSchemas knows the schemas of MuJoCo only where its reader of USD is installed.
+        if SITE not in prim.GetPrimTypeInfo().GetAppliedAPISchemas():
+            continue
+        # Places lie two levels below their body.
+        body = prim.GetParent().GetParent()
+        # body_from_place with its scale
+        matrix = cache.GetLocalToWorldTransform(prim) * cache.GetLocalToWorldTransform(body).GetInverse()
+        (kind, own), gprim = _volume(prim), UsdGeom.Gprim(prim)
+        size = [float(matrix.GetRow3(i).GetLength() * own[i]) for i in range(3)]
+        # A region defines no colour itself.
+        colors, alphas = gprim.GetDisplayColorAttr().Get(), gprim.GetDisplayOpacityAttr().Get()
+        color = (*three(colors[0]), float(alphas[0])) if colors and alphas else None
+        name, link = short_name(str(prim.GetPath())), short_name(str(body.GetPath()))
+        yield name, place_cells(link, kind, rigid(matrix), size, color)
+
+
+def _volume(prim: Usd.Prim) -> tuple[str, Vec3]:
+    """Kind and full size of a gprim before any scale."""
+    if prim.IsA(UsdGeom.Cube):
+        size = float(UsdGeom.Cube(prim).GetSizeAttr().Get())
+        return "box", (size, size, size)
+    if prim.IsA(UsdGeom.Sphere):
+        size = 2 * float(UsdGeom.Sphere(prim).GetRadiusAttr().Get())
+        return "sphere", (size, size, size)
+    rod = UsdGeom.Cylinder(prim)
+    if rod and rod.GetAxisAttr().Get() == UsdGeom.Tokens.z:
+        across = 2 * float(rod.GetRadiusAttr().Get())
+        return "cylinder", (across, across, float(rod.GetHeightAttr().Get()))
+    raise ValueError(f"place {prim.GetName()!r} is neither sphere, cube nor cylinder about z")
+
+
+def _looks(stage: Usd.Stage) -> Iterator[tuple[str, Cells]]:
+    """Meshes that physics does not touch, in the material that they are bound to.
+
+    Raises:
+        ValueError: one has no surface to be seen.
+    """
+    meshes = [p for p in stage.Traverse() if p.IsA(UsdGeom.Mesh) and not p.HasAPI(UsdPhysics.CollisionAPI)]
+    # A site is no mesh, so what is left is seen. Materials of all of them are found at once, which shares what they
+    # inherit.
+    materials = UsdShade.MaterialBindingAPI.ComputeBoundMaterials(meshes)[0]
+    surfaces: dict[Usd.Prim, Cells] = {}
+    for prim, material in zip(meshes, materials, strict=True):
+        bound = material.GetPrim()
+        if bound not in surfaces:
+            surfaces[bound] = _surface(prim, material)
+        yield short_name(str(prim.GetPath())), surfaces[bound]
+
+
+def _surface(prim: Usd.Prim, material: UsdShade.Material) -> Cells:
+    """Colour, light that it gives off and picture of a material; `prim` is bound to it."""
+    shader = material.ComputeSurfaceSource()[0] if material else None
+    if not shader:
+        raise ValueError(f"{prim.GetName()!r} has no surface")
+    node = _node(shader, "diffuseColor")
+    picture = PurePosixPath(node.GetInput("file").Get().path).name if node is not None else ""
+    color = (*_value(shader, "diffuseColor")[:3], _value(shader, "opacity")[3])
+    return look_cells(color, _value(shader, "emissiveColor")[:3], picture)
+
+
+def _node(shader: UsdShade.Shader, name: str) -> UsdShade.Shader | None:
+    port = shader.GetInput(name)
+    if not port or not port.HasConnectedSource():
+        return None
+    return UsdShade.Shader(port.GetConnectedSources()[0][0].source.GetPrim())
+
+
+def _value(shader: UsdShade.Shader, name: str) -> Vec4:
+    """Colour or number of an input, or the factor on its picture; a number is the alpha of white."""
+    node = _node(shader, name)
+    if node is not None:
+        scale = node.GetInput("scale")
+        return four(scale.Get() if scale else (1, 1, 1, 1))
+    port = shader.GetInput(name)
+    value = port.Get() if port else (0.0, 0.0, 0.0)
+    return (1.0, 1.0, 1.0, value) if isinstance(value, float) else (*three(value), 1.0)
+
+
+# Scene ----------------------------------------------------------------------------------------------------------------
+
+
+def facts_of_scene_import(model: mujoco.MjModel, read: StageReading) -> Cells:
+    """The table of the stage of a scene and of what MuJoCo imported from it."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    names = {short_name(model.body(i).name): i for i in range(1, model.nbody)}
+    roots = {n: {"position": three(data.xpos[b]), "quaternion": four(data.xquat[b])} for n, b in names.items()}
+    welded = names.keys() - {short_name(model.body(body).name) for body in free_bodies(model)}
+    return read.scene(facts_of_import(model, read), three(model.opt.gravity), roots, welded)
+
+
+def facts_of_scene_stage(read: StageReading) -> Cells:
+    """The table of the stage of a scene as UsdPhysics parses it. Raises ValueError where it holds what no scene has."""
+    things, welded = facts_of_stage(read)
+    cache, prims = UsdGeom.XformCache(), list(read.stage.Traverse())
+    bodies = [prim for prim in prims if prim.HasAPI(UsdPhysics.RigidBodyAPI)]
+    roots = {short_name(str(prim.GetPath())): rigid(cache.GetLocalToWorldTransform(prim)) for prim in bodies}
+    scenes = [UsdPhysics.Scene(prim) for prim in prims if prim.IsA(UsdPhysics.Scene)]
+    if len(scenes) != 1:
+        raise ValueError(f"there are {len(scenes)} physics scenes, not one")
+    strength = float(scenes[0].GetGravityMagnitudeAttr().Get())
+    gravity = np.array(scenes[0].GetGravityDirectionAttr().Get(), dtype=np.float64) * strength
+    held = {name: frame(pose) for name, pose in welded.items()}
+    return read.scene(things, three(gravity), roots | held, welded)
+
+
+def _camera(prim: Usd.Prim, cache: UsdGeom.XformCache) -> Cells:
+    lens = UsdGeom.Camera(prim)
+    high, focal = lens.GetVerticalApertureAttr().Get(), lens.GetFocalLengthAttr().Get()
+    fov = math.degrees(2 * math.atan(high / 2 / focal))
+    return {**rigid(cache.GetLocalToWorldTransform(prim)), "fov_y_deg": fov}
+
+
+def _light(prim: Usd.Prim, cache: UsdGeom.XformCache) -> Cells:
+    shaping = UsdLux.ShapingAPI(prim) if prim.HasAPI(UsdLux.ShapingAPI) else None
+    kind = "directional" if prim.IsA(UsdLux.DistantLight) else "point" if shaping is None else "spot"
+    pose = Pose(**rigid(cache.GetLocalToWorldTransform(prim)))
+    color = np.array(UsdLux.LightAPI(prim).GetColorAttr().Get(), dtype=np.float64)
+    return {
+        "kind": kind,
+        "castshadow": bool(UsdLux.ShadowAPI(prim).GetShadowEnableAttr().Get()),
+        "position": pose.position,
+        # Lights of USD shine along their -z.
+        "direction": three(np.zeros(3) if kind == "point" else -pose.rotation[:, 2]),
+        "tint": three(color / max(float(color.max()), 1e-12)),
+        "cone_deg": float(shaping.GetShapingConeAngleAttr().Get()) if shaping is not None else 0.0,
+    }

@@ -13,8 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from lxml import etree
 
-from casa_assets.checks.check import Measurement, Problem, Unmeasured, count, not_applicable, not_run
-from casa_assets.checks.package import Package
+from casa_assets.checks.check import Measurement, Package, Problem, Unmeasured, count, not_applicable, not_run
 from casa_assets.checks.readers.mujoco_facts import load_mjcf
 from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.asset import Asset, Collider, Joint, Link, Region, Site, Visual

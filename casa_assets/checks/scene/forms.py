@@ -18,24 +18,19 @@ from pxr import Sdf, Tf, Usd
 
 from casa_assets.checks.check import Measurement, Problem, Unmeasured, count, not_run
 from casa_assets.checks.motion.simulation import reset_to_start
-from casa_assets.checks.package import parity
 from casa_assets.checks.package.usd import Diagnostics, validator_findings
-from casa_assets.checks.readers import scene_facts, urdf_facts, usd_facts
-from casa_assets.checks.readers.facts import four, short_name, text, three
+from casa_assets.checks.readers import mujoco_facts, urdf_facts, usd_facts
+from casa_assets.checks.readers.facts import Cells, compare, four, frame, short_name, text, three
 from casa_assets.checks.readers.mujoco_facts import Loaded, load_asset_file
-from casa_assets.checks.readers.quiet import quiet
-from casa_assets.checks.readers.scene_facts import SceneFacts
-from casa_assets.checks.readers.urdf_facts import UrdfAsset
+from casa_assets.checks.readers.urdf_facts import LENGTH_TOLERANCE_M, TOLERANCE, UrdfAsset
 from casa_assets.checks.readers.usd_facts import imported, missing_importer
 from casa_assets.checks.scene.rest import Settled, deepest, farthest, settle
 from casa_assets.checks.scene.subject import SceneSubject
-from casa_assets.checks.simready import PROFILE, PROFILE_VERSION, Verdict, validate_simready
+from casa_assets.checks.simready import PROFILE, PROFILE_VERSION, Verdict, quiet, validate_simready
 from casa_assets.checks.simready_python import NoVerdict, validator_python, validator_versions
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.model.pose import Pose
-from casa_assets.model.record import Record, Vec3, Vec4
 
 USD_FILE, NESTED_FILE, LIGHT_FILE = "scene.usda", "scene_nested.usda", "scene_light.xml"
 
@@ -211,7 +206,7 @@ def formats_agree(files: SceneFiles, limit: float) -> Measurement:
     flat, nested = (None, None) if missing else (files.imported.model, files.imported_nested.model)
     if model is None or composed[0] is None or composed[1] is None or (None in (flat, nested) and not missing):
         return not_run("one of scene.xml, scene.usda and scene_nested.usda cannot be read")
-    expected = _read(lambda: scene_facts.facts_of_scene_model(model))
+    expected = _read(lambda: mujoco_facts.facts_of_scene(model))
     problems = _disagreements(model, expected, flat, files.usd, composed[0])
     # What the flat layer says otherwise, the nested one says by reference; that is one fault.
     shared = {at for at, _ in problems}
@@ -248,7 +243,7 @@ def _are_alike(one: npt.NDArray[Any], other: npt.NDArray[Any]) -> bool:
 
 def _disagreements(
     mjcf: mujoco.MjModel,
-    reading: tuple[SceneFacts | None, str],
+    reading: tuple[Cells | None, str],
     imported: mujoco.MjModel | None,
     usd: Path,
     stage: Usd.Stage,
@@ -262,20 +257,20 @@ def _disagreements(
         return [("scene.xml", error)]
     problems = []
     if imported is not None:
-        rows = parity.parameter_differences(parity.parameter_table(mjcf), parity.parameter_table(imported))
+        rows = mujoco_facts.parameter_differences(mjcf, imported)
         problems += [row.problem for row in rows if row.exceeds(SCENE_TOLERANCE)]
-    read, error = _read(lambda: scene_facts.SceneReading(stage))
+    read, error = _read(lambda: usd_facts.StageReading(stage, scene=True))
     if read is None:
         return [*problems, (usd.name, error)]
-    readers = [lambda: scene_facts.facts_of_stage(read)]
+    readers = [lambda: usd_facts.facts_of_scene_stage(read)]
     if imported is not None:
-        readers.insert(0, lambda: scene_facts.facts_of_import(imported, read))
+        readers.insert(0, lambda: usd_facts.facts_of_scene_import(imported, read))
     for reader in readers:
         actual, error = _read(reader)
         if actual is None:
             problems.append((usd.name, error))
         else:
-            problems += parity.compare(expected, actual, SCENE_TOLERANCE, SCENE_LENGTH_TOLERANCE_M)
+            problems += compare(expected, actual, SCENE_TOLERANCE, SCENE_LENGTH_TOLERANCE_M)
     # What both readers of the USD find is reported once.
     return list(dict.fromkeys(problems))
 
@@ -420,7 +415,7 @@ def scene_differences(folder: Path, scene: Scene) -> list[Problem]:
     problems: list[Problem] = []
     for asset in scene.assets:
         file = f"{asset.id}.urdf"
-        problems += _below(file, parity.asset_differences(folder / file, asset))
+        problems += _below(file, urdf_facts.asset_differences(folder / file, asset))
     try:
         problems += _below(FILE, _tree_differences(folder, scene))
         problems += _below(LIST, _list_differences(folder, scene))
@@ -440,23 +435,10 @@ def _tree_differences(folder: Path, scene: Scene) -> Iterator[Problem]:
             continue
         asset, body = scene.asset_of[place.name], roots[place.name]
         aside = urdf_facts.beside(folder / f"{asset.id}.urdf")
-        yield from _below(place.name, parity.table_differences(UrdfAsset(read, aside, place.name), asset))
-        found = Pose(position=three(read.model.body_pos[body]), quaternion=four(read.model.body_quat[body]))
-        expected = place.pose @ asset.root.pose
-        yield from _below(place.name, parity.compare(expected, found, parity.TOLERANCE, parity.LENGTH_TOLERANCE_M))
-
-
-class ListedFacts(Record):
-    """A row of scene.json."""
-
-    name: str
-    asset: str
-    urdf: str
-    base: str
-    layer: str
-    joints: dict[str, float]
-    position: Vec3
-    quaternion: Vec4
+        yield from _below(place.name, urdf_facts.table_differences(UrdfAsset(read, aside, place.name), asset))
+        found = {"position": three(read.model.body_pos[body]), "quaternion": four(read.model.body_quat[body])}
+        expected = frame(place.pose @ asset.root.pose)
+        yield from _below(place.name, compare(expected, found, TOLERANCE, LENGTH_TOLERANCE_M))
 
 
 def _list_differences(folder: Path, scene: Scene) -> Iterator[Problem]:
@@ -466,19 +448,17 @@ def _list_differences(folder: Path, scene: Scene) -> Iterator[Problem]:
     for place in scene.placements:
         if place.name in rows:
             asset = scene.asset_of[place.name]
-            pose = place.pose @ asset.root.pose
-            expected = ListedFacts(
-                name=place.name,
-                asset=asset.id,
-                urdf=f"{asset.id}.urdf",
-                base=asset.base.value,
-                layer=place.layer.value,
-                joints=joint_positions(place.joints),
-                position=pose.position,
-                quaternion=pose.quaternion,
-            )
-            actual = ListedFacts(**{name: rows[place.name][name] for name in ListedFacts.model_fields})
-            yield from _below(place.name, parity.compare(expected, actual, parity.TOLERANCE, parity.LENGTH_TOLERANCE_M))
+            expected = {
+                "asset": asset.id,
+                "urdf": f"{asset.id}.urdf",
+                "base": asset.base.value,
+                "layer": place.layer.value,
+                "joints": sorted(joint_positions(place.joints).items()),
+                **frame(place.pose @ asset.root.pose),
+            }
+            row = rows[place.name]
+            actual = {name: row[name] for name in expected} | {"joints": sorted(dict(row["joints"]).items())}
+            yield from _below(place.name, compare(expected, actual, TOLERANCE, LENGTH_TOLERANCE_M))
 
 
 def _below(at: str, problems: Iterable[Problem]) -> Iterator[Problem]:

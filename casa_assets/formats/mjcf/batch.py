@@ -15,10 +15,11 @@ from PIL import Image
 
 from casa_assets.asset.shown_materials import ShownMaterials, mean_color, open_sides
 from casa_assets.core.numeric import Floats, Mask
-from casa_assets.formats.mjcf import document, shapes
+from casa_assets.formats.mjcf import shapes
 from casa_assets.formats.mjcf.document import BodyContext
 from casa_assets.formats.mjcf.kitchen import (
     SceneResources,
+    add_exclusions,
     add_placement,
     add_poses,
     add_shared_resources,
@@ -240,10 +241,7 @@ def write(batch: BatchScene, sleeps: bool = True, shared: str = "../assets") -> 
                 own = next(below for below in body.iter("body") if below.get("name") == name)
                 _set_bits(own, DEFAULT | THINGS | bit, bit)
         contexts.append(context)
-    block = etree.SubElement(root, "contact")
-    for context in contexts:
-        for exclusion in context.asset.exclusions:
-            document.add_exclusion(block, exclusion, context)
+    add_exclusions(root, contexts)
     add_texts(root, scene, contexts)
     add_poses(root, scene, contexts)
     appearance.add_resources(assets, shared)

@@ -272,7 +272,7 @@ SKY = {
     "height": "1536",
 }
 FLOOR_MATERIAL = {"name": "scene__floor", "rgba": "0.78 0.78 0.76 1", "specular": "0.1", "shininess": "0.1"}
-# What stands on a plane creeps in MuJoCo 3.3: a mesh touches it with neighbours of its lowest vertex alone, and rocks.
+# A thing on a plane creeps in MuJoCo 3.3: a mesh touches it with neighbours of its lowest vertex alone, and rocks.
 # On a box it has contacts all around its foot, also where that is ten micrometres above the floor. The box is deep: a
 # shape that a fall drives into it is pushed out along the line between the two middles, which has to be upright.
 FLOOR_BOX = {"type": "box", "size": "25 25 10", "pos": "0 0 -10", "margin": "0.00001"}
@@ -384,8 +384,8 @@ def _scene(context: BodyContext) -> bytes:
     asset = context.asset
     root = _root(f"{asset.id}__scene")
     option = etree.SubElement(root, "option", {"timestep": "0.002", "integrator": "implicitfast"})
-    # Several contacts between a pair of shapes, so that what stands does not rock. MuJoCo 4 does so by default, but its
-    # own detection tilts their normals by up to four degrees, and what stands slides; libccd's are level on average.
+    # Several contacts between a pair of shapes, so that things at rest do not rock. MuJoCo 4 does so by default, but
+    # its own detection tilts their normals by up to four degrees, and they slide; libccd's are level on average.
     etree.SubElement(option, "flag", {"multiccd": "enable", "nativeccd": "disable"})
     add_stage_frame(root, asset)
     assets = _add_assets(root, context)

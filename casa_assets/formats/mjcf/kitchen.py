@@ -302,7 +302,7 @@ def _document(
         root_body = add_placement(world, place, context)
         if is_light and context.asset.base is Base.FIXED:
             document.exclude_from_world(root_body)
-    _add_exclusions(root, contexts, () if is_light else scene.exclusions)
+    add_exclusions(root, contexts, () if is_light else scene.exclusions)
     add_texts(root, scene, contexts)
     add_poses(root, scene, contexts)
     return etree.tostring(root, encoding="us-ascii", pretty_print=True)
@@ -313,8 +313,8 @@ def begin_document(scene: Scene, is_fused: bool, **flags: str) -> tuple[etree._E
 
     Args:
         is_fused: what never moves becomes one body with the world, and MuJoCo computes about half as many poses per
-            step. flags: of `<flag>`, besides several contacts between a pair of meshes, so that what stands does not
-            rock, which MuJoCo 4 has by default.
+            step. flags: of `<flag>`, besides several contacts between a pair of meshes, so that things at rest do
+            not rock, which MuJoCo 4 has by default.
     """
     root = etree.Element("mujoco", {"model": scene.id})
     fused = {"fusestatic": "true"} if is_fused else {}
@@ -343,8 +343,8 @@ def add_placement(world: etree._Element, place: Placement, context: BodyContext)
     return root_body
 
 
-def _add_exclusions(
-    root: etree._Element, contexts: list[BodyContext], scene_pairs: Sequence[tuple[PlacedLink, PlacedLink]]
+def add_exclusions(
+    root: etree._Element, contexts: list[BodyContext], scene_pairs: Sequence[tuple[PlacedLink, PlacedLink]] = ()
 ) -> None:
     """Add the contact exclusions of each asset and those of the scene, each pair once."""
     block = etree.SubElement(root, "contact")

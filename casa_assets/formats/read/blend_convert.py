@@ -36,8 +36,8 @@ def main() -> None:
         export_gpu_instances=False,
         use_visible=True,
     )
-    told = {"metres": unit.scale_length if unit.system != "NONE" else None, "notes": list(notes.items())}
-    (folder / "out.json").write_text(json.dumps(told), encoding="utf-8")
+    found = {"metres": unit.scale_length if unit.system != "NONE" else None, "notes": list(notes.items())}
+    (folder / "out.json").write_text(json.dumps(found), encoding="utf-8")
 
 
 def _leave_out_foreign(notes: dict[str, str]) -> None:

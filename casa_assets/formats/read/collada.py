@@ -47,7 +47,7 @@ SURFACES = ("triangles", "polylist", "polygons", "tristrips", "trifans")
 # instance_node may share nodes, so a small file can ask for endless copies
 MAX_NODES = 20_000
 DEEPEST_NODE = 400
-# Names of so many levels of nodes are kept.
+# Levels of nodes whose names are kept.
 MAX_NAMES = 16
 
 
@@ -413,7 +413,7 @@ class _Reader:
             inputs = children(find_path(mesh, "vertices"), "input")
             sources = [i.get("source") for i in inputs if i.get("semantic") == "POSITION"]
             has_vertices = bool(sources) and len(_table(self.document.target(sources[0]))) > 0
-            # the vertices are only counted, for telling a point cloud from an empty file
+            # the vertices are only counted, since a point cloud is no empty file
             bare = np.zeros((int(has_vertices), 3))
             self.parts.append(ReadPart(name, bare, np.zeros((0, 3), dtype=np.int64), Material(id="none")))
 

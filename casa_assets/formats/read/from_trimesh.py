@@ -154,7 +154,7 @@ class _Materials:
         rgb = color[:3] if source.is_linear else tuple(linear_from_srgb(c) for c in color[:3])
         if not source.is_linear and base_picture is not None:
             rgb = (1.0, 1.0, 1.0)  # as for OBJ: beside a picture the diffuse colour is a leftover as often as a tint
-        # What the kind of material means where it says nothing (glTF: 1).
+        # Values that the kind of material implies (glTF: 1).
         metallic, roughness = source.metallic, source.roughness
         if metallic is None:
             metallic = 1.0 if source.is_linear and not _is_bare(source) else 0.0
@@ -198,7 +198,7 @@ WORDS_PER_FACE = 16
 # Bytes of XML for each face that is allowed: a triangle and the vertices that it brings take about 80 to 130.
 BYTES_PER_FACE = 200
 SMALLEST_PACKAGE = 1 << 20
-# What trimesh's readers raise on files that are broken.
+# Errors of trimesh's readers on files that are broken.
 _FAULTS = (*PACKED_FAULTS, AttributeError, TypeError, NameError, StopIteration, SyntaxError)
 
 

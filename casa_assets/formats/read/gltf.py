@@ -191,7 +191,7 @@ _SHORTEST = 1e-9
 _INSTANCING = "EXT_mesh_gpu_instancing"
 # Copies that are read of one file, a choice: more of them say nothing new of what the file holds.
 MAX_COPIES = 256
-# What a copy has where a column is missing.
+# Columns of a copy that the file leaves out.
 _STILL: tuple[tuple[str, tuple[float, ...]], ...] = (
     ("TRANSLATION", (0.0, 0.0, 0.0)),
     ("ROTATION", (0.0, 0.0, 0.0, 1.0)),
@@ -303,7 +303,7 @@ class _Reader:
             node = self._nodes[index]
             with np.errstate(over="ignore", invalid="ignore"):
                 worlds[index] = parent @ local_matrix(node, self._notes)
-            # A chain of nodes may be as deep as the file is long: names of so many levels are kept and no more.
+            # A chain of nodes may be as deep as the file is long: names of a few levels are kept.
             names = (*above, node.text("name") or f"node_{index}") if len(above) < MAX_NAMES else above
             if node.has("mesh"):
                 mesh = node.count("mesh")
@@ -380,7 +380,7 @@ class _Reader:
         check_face_count(self._faces, self._limits, self._name)
         vertices = self._accessors.floats(attributes.count("POSITION"), (3,))
         if len(faces) == 0:
-            # the vertices are only counted, for telling a point cloud from an empty file
+            # the vertices are only counted, since a point cloud is no empty file
             return ReadPart(label, vertices[:1], faces, self._surfaces.surface(None)[0])
         used, faces = used_vertices(faces, len(vertices))
         vertices = vertices[used]

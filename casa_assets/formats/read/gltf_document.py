@@ -30,14 +30,14 @@ Json = Mapping[str, object]
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
 _DRACO = "KHR_draco_mesh_compression"
 _MESHOPT = ("KHR_meshopt_compression", "EXT_meshopt_compression")
-# What may be required and still be read rightly, or ignored without harm to shape and colour.
+# Extensions that may be required: they are read rightly, or ignored without harm to shape and colour.
 READABLE = frozenset(
     {
         *("KHR_texture_transform", "KHR_mesh_quantization", "KHR_texture_basisu", "EXT_texture_webp"),
         *("KHR_lights_punctual", "EXT_mesh_gpu_instancing", _DRACO, *_MESHOPT),
     }
 )
-# What is read in full; others that a file uses are told.
+# Extensions that are read in full; others that a file uses are noted.
 TAKEN_OVER = READABLE - {"KHR_lights_punctual"} | {"KHR_materials_pbrSpecularGlossiness"}
 # Filters by name: the decoder's function, and the strides that each is defined for; None: any multiple of 4.
 _FILTERS: dict[str, tuple[str, tuple[int, ...] | None]] = {

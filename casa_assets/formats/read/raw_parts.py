@@ -5,18 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from casa_assets.core.numeric import Floats, Ints, about_axis
 from casa_assets.errors import Rejected
-from casa_assets.formats.read.formats import Format
 from casa_assets.formats.read.text import Notes, UniqueNames
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel, RawPart, Up
+
+if TYPE_CHECKING:
+    from casa_assets.formats.read.formats import Format
 
 Bytes = npt.NDArray[np.uint8]
 

@@ -19,7 +19,7 @@ _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attrib
 
 
 def references(data: bytes, name: str) -> list[Reference]:
-    """None: an STL stands by itself."""
+    """None: an STL refers to no file."""
     return []
 
 

@@ -83,7 +83,7 @@ def decode(raw: bytes) -> str:
 
 
 def numbers(lines: list[bytes], min_columns: int, max_columns: int, keyword: str) -> Floats:
-    """(N, most) float64; columns that a line does not have are NaN.
+    """(N, max_columns) float64; columns that a line does not have are NaN, and those beyond are dropped without a note.
 
     Raises:
         Rejected: BAD_NUMBER with the first bad line.

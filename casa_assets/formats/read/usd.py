@@ -51,7 +51,7 @@ MAX_MEMBERS = 2000
 DEEPEST_PRIM = 200
 # Folders that a layer may lie above the main one, within what the user named.
 MOST_UP = 8
-# What the library of USD raises on files that are broken.
+# Errors of the library of USD on files that are broken.
 FAULTS = (Tf.ErrorException, RuntimeError, UnicodeError, OverflowError, MemoryError, OSError)
 UV = "st"
 # Steps from a surface to its picture: a graph may be a circle.

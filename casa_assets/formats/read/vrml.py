@@ -246,7 +246,7 @@ def _solid(node: Node) -> Faces:
 
 _WORD = re.compile(r'"(?:[^"\\]|\\.)*"|[\[\]{}]|[^\s,"\[\]{}#]+|#[^\n]*')
 _NUMBER = re.compile(r"[-+]?(\d|\.\d|inf|nan)", re.IGNORECASE)
-# The document type of X3D names a file of rules and holds none itself; with one of its own it is refused.
+# The document type of X3D names a file of rules and holds none itself; one with its own rules is refused.
 _PLAIN_DOCTYPE = re.compile(rb"<!DOCTYPE\s+X3D\s+(PUBLIC\s+(\"[^\"<>&\[\]]*\"\s*){2}|SYSTEM\s+\"[^\"<>&\[\]]*\"\s*)>")
 # Nodes with those that are used several times counted as often; a scene that uses itself has no end.
 MAX_NODES = 50_000
@@ -345,7 +345,7 @@ class _Words:
         if self._next != "{":
             if not self._next:
                 raise _cut(self._name)
-            return None  # not a node; what stands there is read over
+            return None  # not a node; it is read over
         self._take()
         node = Node(kind, name)
         if name:

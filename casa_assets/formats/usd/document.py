@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterable, Mapping
 
 import numpy as np
-import numpy.typing as npt
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdPhysics, Vt
 
+from casa_assets.core.numeric import Floats
 from casa_assets.formats.usd import shapes
-from casa_assets.formats.usd.shapes import apply, attach_label, place, quatd, quatf, vec3d, vec3f
+from casa_assets.formats.usd.shapes import attach_label, place, put, quatd, vec3d
 from casa_assets.model.asset.asset import Asset, Base, Drive, Joint, JointKind, Link
 from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.issue import Files
@@ -18,7 +18,6 @@ from casa_assets.model.kitchen.scene import CLOSED_POSE, Scene, key_positions
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3, Vec4
 
-# Package --------------------------------------------------------------------------------------------------------------
 # <id>/
 #   usd/<id>.usda
 #   usd/nested/<id>.usda         the same with bodies below the bodies that carry them, if there are several
@@ -40,6 +39,21 @@ NESTED_FOLDER = "nested"
 WRITER_DATE = "2026-11-22"
 WRITER_VERSION = "1"
 UNKNOWN = "unknown"  # SimReady refuses an empty string
+JACOBI_SWEEPS = 16  # Jacobi on 3x3 converges quadratically; six sweeps reach the last bit
+# camelCase, which no joint or link id is.
+JOINTS = "physicsJoints"
+BASE_TO_WORLD = "baseToWorld"
+# USD joints move along X, Y or Z of the joint frame. Directions that need no rounding: token, child_from_joint.
+EXACT_AXES: dict[Vec3, tuple[str, Vec4]] = {
+    (1.0, 0.0, 0.0): ("X", (1.0, 0.0, 0.0, 0.0)),
+    (0.0, 1.0, 0.0): ("Y", (1.0, 0.0, 0.0, 0.0)),
+    (0.0, 0.0, 1.0): ("Z", (1.0, 0.0, 0.0, 0.0)),
+    (-1.0, 0.0, 0.0): ("X", (0.0, 0.0, 0.0, 1.0)),
+    (0.0, -1.0, 0.0): ("Y", (0.0, 1.0, 0.0, 0.0)),
+    (0.0, 0.0, -1.0): ("Z", (0.0, 1.0, 0.0, 0.0)),
+}
+VARIANT_SET = "pose"
+XFORM_OPS = ("xformOp:translate", "xformOp:orient")
 # Positions of the joints of an asset, by the name of a pose.
 Poses = Mapping[str, Mapping[str, float]]
 
@@ -73,10 +87,9 @@ def layer_text(asset: Asset, textures: str = f"./{TEXTURES}") -> str:
     Args:
         textures: path from the layer to the folder of the pictures.
     """
-    layer = Sdf.Layer.CreateAnonymous(".usda")
+    layer, path = Sdf.Layer.CreateAnonymous(".usda"), Sdf.Path.absoluteRootPath.AppendChild(asset.id)
     stage = Usd.Stage.Open(layer)
-    root = UsdGeom.Xform.Define(stage, Sdf.Path.absoluteRootPath.AppendChild(asset.id)).GetPrim()
-    path = root.GetPath()
+    root = UsdGeom.Xform.Define(stage, path).GetPrim()
     set_stage(stage, root)
     model = Usd.ModelAPI(root)
     model.SetKind(Kind.Tokens.component)
@@ -89,16 +102,23 @@ def layer_text(asset: Asset, textures: str = f"./{TEXTURES}") -> str:
     attach_label(root, "wikidata_qcode", [asset.labels.qcode.id])
     if asset.labels.portion is not None:
         attach_label(root, "portion", [asset.labels.portion.value])
+    behavior = None if asset.behavior is None else asset.behavior.to_json()
+    put(root, {"casa:contract": asset.contract, "casa:behavior": behavior})
     shapes.define_materials(stage, path, asset, textures)
     for link in asset.links:
         _define_body(stage, path, asset, link)
     _define_joints(stage, path, asset)
     shapes.define_sites(stage, path, asset)
     for pair in asset.exclusions:
-        api = UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath(path.AppendChild(pair.first)))
-        api.CreateFilteredPairsRel().AddTarget(path.AppendChild(pair.second))
-    _define_behavior(stage, root, asset)
-    _define_poses(stage, root, asset)
+        prim = put(stage.GetPrimAtPath(path.AppendChild(pair.first)), {}, "PhysicsFilteredPairsAPI")
+        prim.GetRelationship("physics:filteredPairs").AddTarget(path.AppendChild(pair.second))
+    # The layer itself has the joints at zero, but for poses of links that move: a variant is weaker than opinions of
+    # the layer outside of it.
+    poses = _named_poses(asset)
+    if poses:
+        add_variants(layer, path, VARIANT_SET, poses, CLOSED_POSE)
+    for name, positions in poses.items():
+        set_joints(layer, path.AppendVariantSelection(VARIANT_SET, name), asset, positions, prepared=True)
     text: str = layer.ExportToString()
     return text
 
@@ -130,44 +150,32 @@ def _provenance(asset: Asset) -> dict[str, object]:
     }
 
 
-def _define_behavior(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:
-    """`casa:behavior` (JSON) and `casa:contract` on the root, `casa:grip` and `casa:behind` on joints."""
-    behavior = None if asset.behavior is None else asset.behavior.to_json()
-    texts = [(root, "contract", asset.contract), (root, "behavior", behavior)]
-    for joint in asset.joints:
-        prim = stage.GetPrimAtPath(root.GetPath().AppendChild(JOINTS).AppendChild(joint.name))
-        texts += [(prim, "grip", joint.grip), (prim, "behind", joint.behind)]
-    for prim, name, value in texts:
-        if value is not None:
-            attribute = f"casa:{name}", Sdf.ValueTypeNames.String, True, Sdf.VariabilityUniform
-            prim.CreateAttribute(*attribute).Set(value)
-
-
-# Body -----------------------------------------------------------------------------------------------------------------
-
-JACOBI_SWEEPS = 16  # Jacobi on 3x3 converges quadratically; six sweeps reach the last bit
-
-
 def _define_body(stage: Usd.Stage, root: Sdf.Path, asset: Asset, link: Link) -> None:
     """Body prim with its visuals and colliders. Bodies are siblings, so the pose is asset_from_link."""
-    prim = UsdGeom.Xform.Define(stage, root.AppendChild(link.name)).GetPrim()
-    place(prim, asset.asset_from_link(link.name))
-    UsdPhysics.RigidBodyAPI.Apply(prim)
+    prim = stage.DefinePrim(root.AppendChild(link.name), "Xform")
+    if asset.keyframes and asset.is_moved(link.name):
+        # Its poses are in the variants.
+        UsdGeom.Xformable(prim).AddTranslateOp(UsdGeom.XformOp.PrecisionDouble)
+        UsdGeom.Xformable(prim).AddOrientOp(UsdGeom.XformOp.PrecisionDouble)
+    else:
+        place(prim, asset.asset_from_link(link.name))
     moments, axes = principal_axes(link.inertial.tensor)
-    mass = UsdPhysics.MassAPI.Apply(prim)
-    mass.CreateMassAttr(link.inertial.mass)
-    mass.CreateCenterOfMassAttr(vec3f(link.inertial.center_of_mass))
-    mass.CreateDiagonalInertiaAttr(vec3f(float32_moments(moments)))
-    mass.CreatePrincipalAxesAttr(quatf(axes.quaternion))
+    values = {
+        "physics:mass": link.inertial.mass,
+        "physics:centerOfMass": link.inertial.center_of_mass,
+        "physics:diagonalInertia": float32_moments(moments),
+        "physics:principalAxes": Gf.Quatf(*axes.quaternion),
+    }
+    put(prim, values, "PhysicsRigidBodyAPI", "PhysicsMassAPI")
     if link is asset.root and (len(asset.links) > 1 or asset.base is Base.FIXED):
         # Newton refuses joints, even fixed ones, outside an articulation. Only on the base body do SimReady, MuJoCo and
         # Newton all accept its root.
-        UsdPhysics.ArticulationRootAPI.Apply(prim)
+        put(prim, {}, "PhysicsArticulationRootAPI")
     shapes.define_visuals(stage, root, link)
     shapes.define_colliders(stage, root, link)
 
 
-def principal_axes(tensor: npt.NDArray[np.float64]) -> tuple[Vec3, Pose]:
+def principal_axes(tensor: Floats) -> tuple[Vec3, Pose]:
     """Moments and axes of a symmetric tensor by cyclic Jacobi rotations.
 
     LAPACK is not used: its last bits depend on the processor, and its axes flip if moments are equal. Rotations compose
@@ -213,24 +221,6 @@ def float32_moments(moments: Vec3) -> Vec3:
     return x, y, z
 
 
-# Joint ----------------------------------------------------------------------------------------------------------------
-
-# camelCase, which no joint or link id is.
-JOINTS = "physicsJoints"
-BASE_TO_WORLD = "baseToWorld"
-
-X, Y, Z = UsdGeom.Tokens.x, UsdGeom.Tokens.y, UsdGeom.Tokens.z
-# USD joints move along X, Y or Z of the joint frame. Directions that need no rounding: token, child_from_joint.
-EXACT_AXES: dict[Vec3, tuple[str, Vec4]] = {
-    (1.0, 0.0, 0.0): (X, (1.0, 0.0, 0.0, 0.0)),
-    (0.0, 1.0, 0.0): (Y, (1.0, 0.0, 0.0, 0.0)),
-    (0.0, 0.0, 1.0): (Z, (1.0, 0.0, 0.0, 0.0)),
-    (-1.0, 0.0, 0.0): (X, (0.0, 0.0, 0.0, 1.0)),
-    (0.0, -1.0, 0.0): (Y, (0.0, 1.0, 0.0, 0.0)),
-    (0.0, 0.0, -1.0): (Z, (0.0, 1.0, 0.0, 0.0)),
-}
-
-
 def _define_joints(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
     """Joints of the asset below `<root>/physicsJoints`; links without a joint are fixed to their parent."""
     if len(asset.links) == 1 and asset.base is Base.FREE:
@@ -239,31 +229,28 @@ def _define_joints(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
     if asset.base is Base.FIXED:
         # To the asset's own root prim: an end without a target is at the origin of the stage, and PhysX would pull a
         # base that is placed elsewhere back to it.
-        held = UsdPhysics.FixedJoint.Define(stage, scope.AppendChild(BASE_TO_WORLD))
+        held = stage.DefinePrim(scope.AppendChild(BASE_TO_WORLD), "PhysicsFixedJoint")
         _attach(held, root, root.AppendChild(asset.root.name), asset.root.pose, Pose())
     for link in asset.links[1:]:
         assert link.parent is not None
-        parent, child = root.AppendChild(link.parent), root.AppendChild(link.name)
-        joint = asset.joint_of(link.name)
+        ends, joint = (root.AppendChild(link.parent), root.AppendChild(link.name)), asset.joint_of(link.name)
         if joint is None:
-            mount = UsdPhysics.FixedJoint.Define(stage, scope.AppendChild(f"{link.name}Mount"))
-            _attach(mount, parent, child, link.pose, Pose())
+            mount = stage.DefinePrim(scope.AppendChild(f"{link.name}Mount"), "PhysicsFixedJoint")
+            _attach(mount, *ends, link.pose, Pose())
             continue
-        is_hinge = joint.kind is JointKind.HINGE
-        schema = UsdPhysics.RevoluteJoint if is_hinge else UsdPhysics.PrismaticJoint
-        moving = schema.Define(stage, scope.AppendChild(joint.name))
+        kind = "PhysicsRevoluteJoint" if joint.kind is JointKind.HINGE else "PhysicsPrismaticJoint"
+        prim = stage.DefinePrim(scope.AppendChild(joint.name), kind)
         token, rotation = axis_and_rotation(joint.axis)
-        moving.CreateAxisAttr(token)
-        low, high = (math.degrees(n) if is_hinge else n for n in joint.range)
-        moving.CreateLowerLimitAttr(low)
-        moving.CreateUpperLimitAttr(high)
-        _attach(moving, parent, child, link.pose, Pose(position=joint.anchor, quaternion=rotation))
-        _set_dynamics(moving.GetPrim(), joint, is_hinge)
+        _attach(prim, *ends, link.pose, Pose(position=joint.anchor, quaternion=rotation))
+        put(prim, {"physics:axis": token, "casa:grip": joint.grip, "casa:behind": joint.behind})
+        _set_dynamics(prim, joint)
+        if asset.keyframes:
+            put(prim, {}, joint_state(joint, 0.0)[0])
         # Named states: fractions of the way from closed (0) to open (1).
         states = [state for state in asset.states if state.joint == joint.name]
         if states:
             named = {s.name: {"value": s.value, "from": s.interval[0], "to": s.interval[1]} for s in states}
-            moving.GetPrim().SetCustomDataByKey("states", named)
+            prim.SetCustomDataByKey("states", named)
 
 
 def axis_and_rotation(axis: Vec3) -> tuple[str, Vec4]:
@@ -274,91 +261,52 @@ def axis_and_rotation(axis: Vec3) -> tuple[str, Vec4]:
     if axis in EXACT_AXES:
         return EXACT_AXES[axis]
     x, y, z = axis
-    if z < -1.0 + 1e-12:  # the arc has no plane of its own; the axis is -z to rounding
+    if z < -1.0 + 1e-12:  # the arc has no plane; the axis is -z to rounding
         return EXACT_AXES[(0.0, 0.0, -1.0)]
     quaternion = np.array([1.0 + z, -y, x, 0.0])
     w, i, j, k = (float(n) for n in quaternion / math.sqrt(float(quaternion @ quaternion)))
-    return Z, (w, i, j, k)
+    return "Z", (w, i, j, k)
 
 
-def _attach(
-    joint: UsdPhysics.Joint, parent: Sdf.Path, child: Sdf.Path, parent_from_child: Pose, child_from_joint: Pose
-) -> None:
-    joint.CreateBody0Rel().SetTargets([parent])
-    joint.CreateBody1Rel().SetTargets([child])
-    parent_from_joint = parent_from_child @ child_from_joint
-    joint.CreateLocalPos0Attr(vec3f(parent_from_joint.position))
-    joint.CreateLocalRot0Attr(quatf(parent_from_joint.quaternion))
-    joint.CreateLocalPos1Attr(vec3f(child_from_joint.position))
-    joint.CreateLocalRot1Attr(quatf(child_from_joint.quaternion))
+def _attach(prim: Usd.Prim, parent: Sdf.Path, child: Sdf.Path, parent_from_child: Pose, child_from_joint: Pose) -> None:
+    for number, (path, frame) in enumerate(((parent, parent_from_child @ child_from_joint), (child, child_from_joint))):
+        prim.GetRelationship(f"physics:body{number}").SetTargets([path])
+        rotation = Gf.Quatf(*frame.quaternion)
+        put(prim, {f"physics:localPos{number}": frame.position, f"physics:localRot{number}": rotation})
 
 
-def _set_dynamics(prim: Usd.Prim, joint: Joint, is_hinge: bool) -> None:
-    """Friction, damping, armature and drive: a spring as PhysX and Newton read it, and one of the joint for MuJoCo."""
-    per_unit = math.pi / 180 if is_hinge else 1.0
+def _set_dynamics(prim: Usd.Prim, joint: Joint) -> None:
+    """Range, friction, damping, armature, and drive: a spring as PhysX and Newton read it, and another for MuJoCo."""
+    is_hinge = joint.kind is JointKind.HINGE
+    per_unit, axis = (math.pi / 180, "angular") if is_hinge else (1.0, "linear")
     drive = joint.drive or Drive(stiffness=0.0, damping=0.0)
+    low, high = (math.degrees(n) if is_hinge else n for n in joint.range)
+    put(prim, {"physics:lowerLimit": low, "physics:upperLimit": high})
     if joint.drive is not None:
-        api = UsdPhysics.DriveAPI.Apply(prim, "angular" if is_hinge else "linear")
-        api.CreateTypeAttr(UsdPhysics.Tokens.force)
-        api.CreateStiffnessAttr(drive.stiffness * per_unit)
-        api.CreateDampingAttr(drive.damping * per_unit)
-        api.CreateTargetPositionAttr(drive.target / per_unit)
-    newton = {
+        values = {
+            "type": "force",
+            "stiffness": drive.stiffness * per_unit,
+            "damping": drive.damping * per_unit,
+            "targetPosition": drive.target / per_unit,
+        }
+        put(prim, {f"drive:{axis}:physics:{name}": v for name, v in values.items()}, f"PhysicsDriveAPI:{axis}")
+    springs = {
+        "mjc:stiffness": drive.stiffness,
+        "mjc:springref": drive.target / per_unit,
+        "mjc:margin": joint.limit_margin,
+    }
+    values = {
         "newton:armature": joint.armature,
         "newton:damping": (joint.damping + drive.damping) * per_unit,
         "newton:friction": joint.frictionloss,
+        "mjc:solimplimit": Vt.DoubleArray(joint.limit_impedance),
+        "mjc:solimpfriction": Vt.DoubleArray(joint.friction_impedance) if joint.frictionloss else None,
+        **(springs if joint.drive is not None else {}),
     }
-    apply(prim, "NewtonJointAPI", newton)
-    mjc: dict[str, object] = {"mjc:solimplimit": Vt.DoubleArray(joint.limit_impedance)}
-    if joint.frictionloss:
-        mjc["mjc:solimpfriction"] = Vt.DoubleArray(joint.friction_impedance)
-    if joint.drive is not None:
-        mjc["mjc:stiffness"] = drive.stiffness
-        mjc["mjc:springref"] = drive.target / per_unit
-        mjc["mjc:margin"] = joint.limit_margin
-    apply(prim, "MjcJointAPI", mjc)
+    put(prim, values, "NewtonJointAPI", "MjcJointAPI")
 
 
-# Keyframe -------------------------------------------------------------------------------------------------------------
-
-VARIANT_SET = "pose"
-XFORM_OPS = ("xformOp:translate", "xformOp:orient")
-
-
-def _define_poses(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:
-    """Add the variant set `pose`, with `closed` selected; the layer itself has the joints at zero.
-
-    A variant is weaker than opinions of the layer outside of it, so poses of links that move are only set in variants.
-    """
-    poses = _named_poses(asset)
-    if not poses:
-        return
-    variants = root.GetVariantSets().AddVariantSet(VARIANT_SET)
-    moving, scope = [link.name for link in asset.links if asset.is_moved(link.name)], root.GetPath().AppendChild(JOINTS)
-    # Outside of the variants: xform ops without values, and the schema of joint states.
-    for link in moving:
-        xform = UsdGeom.Xformable(stage.GetPrimAtPath(root.GetPath().AppendChild(link)))
-        xform.ClearXformOpOrder()
-        for op in XFORM_OPS:
-            xform.GetPrim().RemoveProperty(op)
-        xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble)
-        xform.AddOrientOp(UsdGeom.XformOp.PrecisionDouble)
-    for joint in asset.joints:
-        stage.GetPrimAtPath(scope.AppendChild(joint.name)).AddAppliedSchema(joint_state(joint, 0.0)[0])
-    for name, positions in poses.items():
-        variants.AddVariant(name)
-        variants.SetVariantSelection(name)
-        with variants.GetVariantEditContext():
-            for link in moving:
-                prim = stage.OverridePrim(root.GetPath().AppendChild(link))
-                pose = asset.asset_from_link(link, positions)
-                prim.GetAttribute(XFORM_OPS[0]).Set(vec3d(pose.position))
-                prim.GetAttribute(XFORM_OPS[1]).Set(quatd(pose.quaternion))
-            for joint in asset.joints:
-                prim = stage.OverridePrim(scope.AppendChild(joint.name))
-                _, attribute, position = joint_state(joint, positions.get(joint.name, 0.0))
-                prim.CreateAttribute(attribute, Sdf.ValueTypeNames.Float, custom=False).Set(position)
-    variants.SetVariantSelection(CLOSED_POSE)
+# Poses ----------------------------------------------------------------------------------------------------------------
 
 
 def _named_poses(asset: Asset) -> Poses:
@@ -377,6 +325,47 @@ def joint_state(joint: Joint, position: float) -> tuple[str, str, float]:
     axis = "angular" if is_hinge else "linear"
     value = math.degrees(position) if is_hinge else position
     return f"PhysicsJointStateAPI:{axis}", f"state:{axis}:physics:position", value
+
+
+def set_joints(
+    layer: Sdf.Layer, root: Sdf.Path, asset: Asset, positions: Mapping[str, float], prepared: bool = False
+) -> None:
+    """Override poses of links and states of joints below `root`.
+
+    Args:
+        positions: rad or m; joints that are not named are at zero. prepared: the layer below has ops and schemas.
+    """
+    for link in asset.links:
+        if asset.is_moved(link.name):
+            set_pose(layer, root.AppendChild(link.name), asset.asset_from_link(link.name, positions), prepared)
+    for joint in asset.joints:
+        spec = Sdf.CreatePrimInLayer(layer, root.AppendChild(JOINTS).AppendChild(joint.name))
+        schema, attribute, position = joint_state(joint, positions.get(joint.name, 0.0))
+        if not prepared:
+            spec.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=[schema]))
+        Sdf.AttributeSpec(spec, attribute, Sdf.ValueTypeNames.Float).default = position
+
+
+def set_pose(layer: Sdf.Layer, path: Sdf.Path, pose: Pose | None, prepared: bool = False) -> None:
+    """Write parent_from_prim over that of a layer below, and the order of its ops, which the identity has not."""
+    spec, kinds = Sdf.CreatePrimInLayer(layer, path), Sdf.ValueTypeNames
+    if pose is not None:
+        Sdf.AttributeSpec(spec, XFORM_OPS[0], kinds.Double3).default = vec3d(pose.position)
+        Sdf.AttributeSpec(spec, XFORM_OPS[1], kinds.Quatd).default = quatd(pose.quaternion)
+    if not prepared:
+        order = Sdf.AttributeSpec(spec, "xformOpOrder", kinds.TokenArray, Sdf.VariabilityUniform)
+        order.default = list(XFORM_OPS)
+
+
+def add_variants(layer: Sdf.Layer, root: Sdf.Path, name: str, options: Iterable[str], chosen: str = "") -> None:
+    """Add a variant set to a prim; none is selected if none is chosen."""
+    prim = layer.GetPrimAtPath(root)
+    prim.variantSetNameList.prependedItems = [*prim.variantSetNameList.prependedItems, name]
+    if chosen:
+        prim.variantSelections[name] = chosen
+    found = Sdf.VariantSetSpec(prim, name)
+    for option in options:
+        Sdf.VariantSpec(found, option)
 
 
 # Nested ---------------------------------------------------------------------------------------------------------------
@@ -411,7 +400,7 @@ def _nested_text(root: Sdf.Path, flat: str, copies: Iterable[tuple[Sdf.Path, Ass
     """A layer that relocates the links of assets below the links that carry them, and sets their poses there.
 
     Args:
-        root: its default prim, which refers to that of the flat layer and has the variants of poses.
+        root: its default prim, which refers to that of the flat layer, which selects a variant of poses.
         flat: path of the flat layer.
         copies: prim of an asset, the asset, its named poses.
     """
@@ -427,40 +416,13 @@ def _nested_text(root: Sdf.Path, flat: str, copies: Iterable[tuple[Sdf.Path, Ass
         for link in asset.links[1:]:
             path = nested_path(prim, asset, link.name)
             moves.append((prim.AppendChild(link.name), path))
-            spec = Sdf.CreatePrimInLayer(layer, path)
-            write_ops(spec)
-            if not poses or not asset.is_moved(link.name):
-                write_pose(spec, asset.parent_from_link(link.name))
-                continue
-            for pose, positions in poses.items():
-                variant = _variant(layer, root, pose)
-                spec = Sdf.CreatePrimInLayer(layer, path.ReplacePrefix(root, variant))
-                write_pose(spec, asset.parent_from_link(link.name, positions))
+            moving = poses if asset.is_moved(link.name) else {}
+            set_pose(layer, path, None if moving else asset.parent_from_link(link.name))
+            if moving and VARIANT_SET not in top.variantSets:
+                add_variants(layer, root, VARIANT_SET, poses)
+            for pose, positions in moving.items():
+                variant = path.ReplacePrefix(root, root.AppendVariantSelection(VARIANT_SET, pose))
+                set_pose(layer, variant, asset.parent_from_link(link.name, positions), prepared=True)
     layer.relocates = moves
     text: str = layer.ExportToString()
     return text
-
-
-def _variant(layer: Sdf.Layer, root: Sdf.Path, pose: str) -> Sdf.Path:
-    """Return the path of a variant of `pose`, created if missing; the flat layer selects the variant."""
-    prim = layer.GetPrimAtPath(root)
-    if VARIANT_SET not in prim.variantSets:
-        prim.variantSetNameList.prependedItems = [VARIANT_SET]
-        Sdf.VariantSetSpec(prim, VARIANT_SET)
-    found = prim.variantSets[VARIANT_SET]
-    if pose not in found.variants:
-        Sdf.VariantSpec(found, pose)
-    return root.AppendVariantSelection(VARIANT_SET, pose)
-
-
-def write_pose(spec: Sdf.PrimSpec, pose: Pose) -> None:
-    """Write parent_from_prim over that of a layer below."""
-    translate, orient = XFORM_OPS
-    Sdf.AttributeSpec(spec, translate, Sdf.ValueTypeNames.Double3).default = vec3d(pose.position)
-    Sdf.AttributeSpec(spec, orient, Sdf.ValueTypeNames.Quatd).default = quatd(pose.quaternion)
-
-
-def write_ops(spec: Sdf.PrimSpec) -> None:
-    """Write the order of the xform ops: where the pose in the layer below is the identity, it has none."""
-    order = Sdf.AttributeSpec(spec, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform)
-    order.default = list(XFORM_OPS)

@@ -1,4 +1,4 @@
-"""Values, materials, visuals, colliders, sites and regions -> prims and attributes of USD."""
+"""Attributes by name, materials, visuals, colliders, sites and regions -> prims of USD."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt
 
-from casa_assets.core.numeric import decimals
+from casa_assets.core.numeric import Floats, decimals
 from casa_assets.formats.values import VIEWER_GROUPS, contact_dimensions, site_group
 from casa_assets.mesh import surface
 from casa_assets.model.asset.asset import Asset, Collider, Link, Region, Site
@@ -17,35 +17,70 @@ from casa_assets.model.asset.parts import MAX_HULL_VERTICES, Box, Capsule, Cylin
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec4
 
-# Values ---------------------------------------------------------------------------------------------------------------
-# Numbers -> the value types of USD. Values that USD stores as float are rounded to float32 only here.
+# Names of scopes; camelCase, which no link id is.
+SURFACES = "visualMaterials"
+CONTACTS = "physicsMaterials"
+GREY = (0.5, 0.5, 0.5)
+PLAIN = (1, 1, 1, 1)
+# The taxonomy of the part of an asset that a visual or collider is: handle, door, shelf.
+PART = "part"
+# Ref: PNG (Third Edition) 11.2.1: offset of the colour type, and the types with alpha.
+PNG_COLOR_TYPE = 25
+PNG_WITH_ALPHA = (4, 6)
 
-_FLOAT, _DOUBLE, _INT = Sdf.ValueTypeNames.Float, Sdf.ValueTypeNames.Double, Sdf.ValueTypeNames.Int
-_COLOR, _TOKEN = Sdf.ValueTypeNames.Color3f, Sdf.ValueTypeNames.Token
-# Attributes of schemas (mjc, newton) that this USD build may not have registered: declared type, whether uniform.
+_TYPES = Sdf.ValueTypeNames
+# Attributes that this USD build may not have registered, those of schemas (mjc, newton) and our own: declared type,
+# whether uniform.
 _KINDS: dict[str, tuple[Sdf.ValueTypeName, bool]] = {
-    **dict.fromkeys(("newton:armature", "newton:damping", "newton:friction"), (_FLOAT, False)),
-    **dict.fromkeys(("newton:torsionalFriction", "newton:rollingFriction"), (_FLOAT, False)),
-    "newton:massModel": (_TOKEN, True),
-    **dict.fromkeys(("newton:maxHullVertices", "mjc:condim", "mjc:group"), (_INT, True)),
-    **dict.fromkeys(("mjc:solimplimit", "mjc:solimpfriction"), (Sdf.ValueTypeNames.DoubleArray, True)),
-    **dict.fromkeys(("mjc:stiffness", "mjc:springref", "mjc:margin"), (_DOUBLE, True)),
+    **dict.fromkeys(("newton:armature", "newton:damping", "newton:friction"), (_TYPES.Float, False)),
+    **dict.fromkeys(("newton:torsionalFriction", "newton:rollingFriction"), (_TYPES.Float, False)),
+    "newton:massModel": (_TYPES.Token, True),
+    **dict.fromkeys(("newton:maxHullVertices", "mjc:condim", "mjc:group"), (_TYPES.Int, True)),
+    **dict.fromkeys(("mjc:solimplimit", "mjc:solimpfriction"), (_TYPES.DoubleArray, True)),
+    **dict.fromkeys(("mjc:stiffness", "mjc:springref", "mjc:margin"), (_TYPES.Double, True)),
+    **dict.fromkeys(("casa:contract", "casa:behavior", "casa:grip", "casa:behind"), (_TYPES.String, True)),
+    "casa:layer": (_TYPES.Token, True),
 }
+# Inputs and outputs of shaders.
+_INPUTS = {
+    **dict.fromkeys(("diffuseColor", "emissiveColor"), _TYPES.Color3f),
+    **dict.fromkeys(("metallic", "roughness", "opacity"), _TYPES.Float),
+    "normal": _TYPES.Normal3f,
+    "file": _TYPES.Asset,
+    **dict.fromkeys(("sourceColorSpace", "wrapS", "wrapT"), _TYPES.Token),
+    **dict.fromkeys(("scale", "bias"), _TYPES.Float4),
+    "st": _TYPES.Float2,
+    "varname": _TYPES.String,
+}
+_OUTPUTS = {"rgb": _TYPES.Float3, "result": _TYPES.Float2, **dict.fromkeys(("g", "b", "a"), _TYPES.Float)}
+# Name of a shader -> its type and inputs: values, or the shader and the output of it that they are fed from.
+Network = dict[str, tuple[str, dict[str, object]]]
 
 
-def vec3f(values: Sequence[float] | npt.NDArray[np.float64]) -> Gf.Vec3f:
-    """Three floats, rounded to float32."""
-    return Gf.Vec3f(*(float(v) for v in values))
+def put(prim: Usd.Prim, values: Mapping[str, object], *schemas: str) -> Usd.Prim:
+    """Apply schemas to a prim and set its attributes by their full names; None is left out."""
+    for schema in schemas:
+        prim.AddAppliedSchema(schema)
+    for name, value in values.items():
+        if value is None:
+            continue
+        attribute = prim.GetAttribute(name)
+        if name in _KINDS:
+            kind, is_uniform = _KINDS[name]
+            variability = Sdf.VariabilityUniform if is_uniform else Sdf.VariabilityVarying
+            attribute = prim.CreateAttribute(name, kind, name.startswith("casa:"), variability)
+        attribute.Set(value)
+    return prim
 
 
-def vec3d(values: Sequence[float] | npt.NDArray[np.float64]) -> Gf.Vec3d:
+def attach_label(prim: Usd.Prim, taxonomy: str, labels: Sequence[str]) -> None:
+    """Set the labels of one taxonomy on a prim."""
+    put(prim, {f"semantics:labels:{taxonomy}": list(labels)}, f"SemanticsLabelsAPI:{taxonomy}")
+
+
+def vec3d(values: Sequence[float]) -> Gf.Vec3d:
     """Three doubles, exact."""
     return Gf.Vec3d(*(float(v) for v in values))
-
-
-def quatf(quaternion: Vec4) -> Gf.Quatf:
-    """(w, x, y, z) -> quaternion, rounded to float32."""
-    return Gf.Quatf(*quaternion)
 
 
 def quatd(quaternion: Vec4) -> Gf.Quatd:
@@ -53,18 +88,15 @@ def quatd(quaternion: Vec4) -> Gf.Quatd:
     return Gf.Quatd(*(decimals(c, 12) for c in quaternion))
 
 
-def points(array: npt.NDArray[np.float64]) -> Vt.Vec3fArray:
+def points(array: Floats) -> Vt.Vec3fArray:
     """(N, 3) float64 -> Vec3fArray."""
     return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(array, dtype=np.float32))
 
 
 def place(prim: Usd.Prim, pose: Pose, scale: Sequence[float] | None = None) -> None:
-    """Author translate, orient and scale, in double precision; identity ops are left out.
+    """Write translate, orient and scale of a prim without any, in double precision; the identity is left out.
 
-    Args:
-        prim: an Xformable without ops.
-        pose: parent_from_prim.
-        scale: factors along the prim's own axes, or None.
+    `pose`: parent_from_prim. `scale`: factors along the prim's own axes.
     """
     xform = UsdGeom.Xformable(prim)
     if any(pose.position):
@@ -75,55 +107,20 @@ def place(prim: Usd.Prim, pose: Pose, scale: Sequence[float] | None = None) -> N
         xform.AddScaleOp(UsdGeom.XformOp.PrecisionDouble).Set(vec3d(scale))
 
 
-def apply(prim: Usd.Prim, schema: str, values: Mapping[str, object]) -> None:
-    """Apply a schema that this USD build may not have registered, and set its attributes by their full names."""
-    prim.AddAppliedSchema(schema)
-    for name, value in values.items():
-        kind, is_uniform = _KINDS[name]
-        variability = Sdf.VariabilityUniform if is_uniform else Sdf.VariabilityVarying
-        prim.CreateAttribute(name, kind, custom=False, variability=variability).Set(value)
-
-
-def attach_label(prim: Usd.Prim, taxonomy: str, labels: Sequence[str]) -> None:
-    """Set the labels of one taxonomy on a prim."""
-    UsdSemantics.LabelsAPI.Apply(prim, taxonomy).CreateLabelsAttr(list(labels))
-
-
 # Material -------------------------------------------------------------------------------------------------------------
-
-# Names of scopes; camelCase, which no link id is.
-SURFACES = "visualMaterials"
-CONTACTS = "physicsMaterials"
-GREY = (0.5, 0.5, 0.5)
-# Ref: PNG (Third Edition) 11.2.1: offset of the colour type, and the types with alpha.
-PNG_COLOR_TYPE = 25
-PNG_WITH_ALPHA = (4, 6)
-_INPUTS = {
-    **dict.fromkeys(("diffuseColor", "emissiveColor"), _COLOR),
-    **dict.fromkeys(("metallic", "roughness", "opacity"), _FLOAT),
-    "normal": Sdf.ValueTypeNames.Normal3f,
-    "file": Sdf.ValueTypeNames.Asset,
-    **dict.fromkeys(("sourceColorSpace", "wrapS", "wrapT"), _TOKEN),
-    **dict.fromkeys(("scale", "bias"), Sdf.ValueTypeNames.Float4),
-    "st": Sdf.ValueTypeNames.Float2,
-    "varname": Sdf.ValueTypeNames.String,
-}
-_OUTPUTS = {
-    "rgb": Sdf.ValueTypeNames.Float3,
-    "result": Sdf.ValueTypeNames.Float2,
-    **dict.fromkeys(("g", "b", "a"), _FLOAT),
-}
 
 
 def define_materials(stage: Usd.Stage, root: Sdf.Path, asset: Asset, textures: str) -> None:
     """Define every material and substance below the asset's root; `textures`: path from the layer to the pictures."""
     if asset.materials:
         scope = UsdGeom.Scope.Define(stage, root.AppendChild(SURFACES)).GetPath()
-        for material in asset.materials:
-            _Surface(stage, scope.AppendChild(material.id), textures).define(material)
+        for look in asset.materials:
+            material = UsdShade.Material.Define(stage, scope.AppendChild(look.id))
+            _define_network(material, _network(look, textures))
+            attach_label(material.GetPrim(), "material", [look.substance])
     scope = UsdGeom.Scope.Define(stage, root.AppendChild(CONTACTS)).GetPath()
     for substance in asset.substances:
-        _define_contact(stage, scope.AppendChild(substance.id), substance)
+        _define_contact(UsdShade.Material.Define(stage, scope.AppendChild(substance.id)), substance)
 
 
 def _bind(prim: Usd.Prim, root: Sdf.Path, scope: str, name: str, purpose: str = "") -> None:
@@ -133,111 +130,81 @@ def _bind(prim: Usd.Prim, root: Sdf.Path, scope: str, name: str, purpose: str = 
     UsdShade.MaterialBindingAPI.Apply(prim).Bind(material, *strength)
 
 
-def _define_contact(stage: Usd.Stage, path: Sdf.Path, substance: Substance) -> None:
+def _define_contact(material: UsdShade.Material, substance: Substance) -> None:
     """Friction and density. No restitution: MuJoCo has none and warns about it."""
-    material = UsdShade.Material.Define(stage, path)
-    physics = UsdPhysics.MaterialAPI.Apply(material.GetPrim())
-    physics.CreateStaticFrictionAttr(substance.static_friction)
-    physics.CreateDynamicFrictionAttr(substance.dynamic_friction)
-    physics.CreateDensityAttr(substance.density)
-    torsional, rolling = substance.torsional_friction, substance.rolling_friction
-    values = {"newton:torsionalFriction": torsional, "newton:rollingFriction": rolling}
-    apply(material.GetPrim(), "NewtonMaterialAPI", values)
+    values = {
+        "physics:staticFriction": substance.static_friction,
+        "physics:dynamicFriction": substance.dynamic_friction,
+        "physics:density": substance.density,
+        "newton:torsionalFriction": substance.torsional_friction,
+        "newton:rollingFriction": substance.rolling_friction,
+    }
+    put(material.GetPrim(), values, "PhysicsMaterialAPI", "NewtonMaterialAPI")
     # MuJoCo reads the all-purpose material of a collider as its appearance, and warns where it has no surface.
-    shader = _shader(stage, path.AppendChild("surface"), "UsdPreviewSurface")
-    _set(shader, diffuseColor=Gf.Vec3f(*GREY), metallic=substance.metallic, roughness=substance.roughness)
-    material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
+    look = {"diffuseColor": GREY, "metallic": substance.metallic, "roughness": substance.roughness}
+    _define_network(material, {"surface": ("UsdPreviewSurface", look)})
     attach_label(material.GetPrim(), "material", [substance.id])
 
 
-class _Surface:
-    """A material that is defined at `path`; `textures`: path from the layer to the folder of the pictures."""
-
-    def __init__(self, stage: Usd.Stage, path: Sdf.Path, textures: str) -> None:
-        self._stage, self._path, self._textures = stage, path, textures
-
-    def define(self, material: Material) -> None:
-        prim = UsdShade.Material.Define(self._stage, self._path)
-        shader = _shader(self._stage, self._path.AppendChild("surface"), "UsdPreviewSurface")
-        prim.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
-        if material.textures:
-            reader = _shader(self._stage, self._path.AppendChild("st"), "UsdPrimvarReader_float2")
-            _set(reader, varname="st")
-            reader.CreateOutput("result", Sdf.ValueTypeNames.Float2)
-        self._set_inputs(shader, material)
-        attach_label(prim.GetPrim(), "material", [material.substance])
-
-    def _set_inputs(self, shader: UsdShade.Shader, material: Material) -> None:
-        """Inputs of a UsdPreviewSurface, in the order in which a layer lists them."""
-        alpha, base = material.base_color[3], material.base_color_texture
-        if base is None:
-            _set(shader, diffuseColor=Gf.Vec3f(*material.base_color[:3]), opacity=alpha)
-        else:
-            _feed(shader, "diffuseColor", self._picture("base_color", base, material.base_color), "rgb")
-            if base.png[PNG_COLOR_TYPE] in PNG_WITH_ALPHA:
-                # A second node: SimReady wants alpha read as raw numbers, and one node has one colour space.
-                _feed(shader, "opacity", self._picture("opacity", base, (1, 1, 1, alpha), "raw"), "a")
+def _define_network(material: UsdShade.Material, network: Network) -> None:
+    """Define shaders below a material, whose surface is the one of that name."""
+    stage, path = material.GetPrim().GetStage(), material.GetPath()
+    shaders = {name: UsdShade.Shader.Define(stage, path.AppendChild(name)) for name in network}
+    material.CreateSurfaceOutput().ConnectToSource(shaders["surface"].ConnectableAPI(), "surface")
+    for name, (kind, inputs) in network.items():
+        shaders[name].CreateIdAttr(kind)
+        for entry, value in inputs.items():
+            port = shaders[name].CreateInput(entry, _INPUTS[entry])
+            if isinstance(value, tuple) and value[0] in shaders:
+                source, output = value
+                shaders[source].CreateOutput(output, _OUTPUTS[output])
+                port.ConnectToSource(shaders[source].ConnectableAPI(), output)
             else:
-                _set(shader, opacity=alpha)
-        metallic, roughness = material.metallic, material.roughness
-        if material.metallic_roughness_texture is None:
-            _set(shader, metallic=metallic, roughness=roughness)
-        else:
-            scale = (1, roughness, metallic, 1)
-            node = self._picture("metallic_roughness", material.metallic_roughness_texture, scale)
-            _feed(shader, "roughness", node, "g")
-            _feed(shader, "metallic", node, "b")
-        if material.normal_texture is not None:
-            node = self._picture("normal", material.normal_texture, (2, 2, 2, 1))
-            # 0..1 -> -1..1, as UsdPreviewSurface wants of an 8 bit map.
-            _set(node, bias=Gf.Vec4f(-1, -1, -1, 0))
-            _feed(shader, "normal", node, "rgb")
-        if material.glow:
-            # A share of the base colour; if that is a picture (a display), of the picture.
-            glow = [material.glow * c for c in material.base_color[:3]]
-            if base is None:
-                _set(shader, emissiveColor=Gf.Vec3f(*glow))
-            else:
-                node = self._picture("glow", base)
-                _set(node, scale=Gf.Vec4f(*glow, 1))
-                _feed(shader, "emissiveColor", node, "rgb")
-
-    def _picture(
-        self, name: str, texture: Texture, scale: Vec4 = (1, 1, 1, 1), color_space: str = ""
-    ) -> UsdShade.Shader:
-        """A UsdUVTexture node; `scale`: factors of the channels. `color_space`: other than that of the texture."""
-        node = _shader(self._stage, self._path.AppendChild(name), "UsdUVTexture")
-        space = color_space or ("sRGB" if texture.color_space is ColorSpace.SRGB else "raw")
-        file = f"{self._textures}/{texture.file_name}"
-        _set(node, file=file, sourceColorSpace=space, wrapS="repeat", wrapT="repeat")
-        _feed(node, "st", UsdShade.Shader(self._stage.GetPrimAtPath(self._path.AppendChild("st"))), "result")
-        if scale != (1, 1, 1, 1):
-            _set(node, scale=Gf.Vec4f(*scale))
-        return node
+                port.Set(value)
 
 
-def _shader(stage: Usd.Stage, path: Sdf.Path, identifier: str) -> UsdShade.Shader:
-    shader = UsdShade.Shader.Define(stage, path)
-    shader.CreateIdAttr(identifier)
-    return shader
+def _network(material: Material, textures: str) -> Network:
+    """Shaders of a material; `textures`: path from the layer to the folder of the pictures."""
+    alpha, base = material.base_color[3], material.base_color_texture
+    inputs: dict[str, object] = {"diffuseColor": material.base_color[:3], "opacity": alpha}
+    network: Network = {"surface": ("UsdPreviewSurface", inputs)}
+    if material.textures:
+        network["st"] = ("UsdPrimvarReader_float2", {"varname": "st"})
 
+    def picture(name: str, texture: Texture, factors: Vec4 = PLAIN, space: str = "", **others: object) -> None:
+        """`factors`: of the channels. `space`: colour space, if not that of the texture."""
+        space = space or ("sRGB" if texture.color_space is ColorSpace.SRGB else "raw")
+        values = {"file": f"{textures}/{texture.file_name}", "sourceColorSpace": space, "wrapS": "repeat"}
+        scaled = {} if factors == PLAIN else {"scale": factors}
+        network[name] = ("UsdUVTexture", {**values, "wrapT": "repeat", "st": ("st", "result"), **scaled, **others})
 
-def _set(shader: UsdShade.Shader, **values: object) -> None:
-    for name, value in values.items():
-        shader.CreateInput(name, _INPUTS[name]).Set(value)
-
-
-def _feed(target: UsdShade.Shader, name: str, source: UsdShade.Shader, output: str) -> None:
-    """Connect an input to the output of another node."""
-    source.CreateOutput(output, _OUTPUTS[output])
-    target.CreateInput(name, _INPUTS[name]).ConnectToSource(source.ConnectableAPI(), output)
+    if base is not None:
+        picture("base_color", base, material.base_color)
+        inputs["diffuseColor"] = "base_color", "rgb"
+        if base.png[PNG_COLOR_TYPE] in PNG_WITH_ALPHA:
+            # A second node: SimReady wants alpha read as raw numbers, and one node has one colour space.
+            picture("opacity", base, (1, 1, 1, alpha), "raw")
+            inputs["opacity"] = "opacity", "a"
+    inputs |= {"metallic": material.metallic, "roughness": material.roughness}
+    if material.metallic_roughness_texture is not None:
+        factors = (1, material.roughness, material.metallic, 1)
+        picture("metallic_roughness", material.metallic_roughness_texture, factors)
+        inputs |= {"roughness": ("metallic_roughness", "g"), "metallic": ("metallic_roughness", "b")}
+    if material.normal_texture is not None:
+        # 0..1 -> -1..1, as UsdPreviewSurface wants of an 8 bit map.
+        picture("normal", material.normal_texture, (2, 2, 2, 1), bias=(-1, -1, -1, 0))
+        inputs["normal"] = "normal", "rgb"
+    if material.glow:
+        # A share of the base colour; if that is a picture (a display), of the picture.
+        red, green, blue = (material.glow * c for c in material.base_color[:3])
+        inputs["emissiveColor"] = (red, green, blue) if base is None else ("glow", "rgb")
+        if base is not None:
+            picture("glow", base, scale=(red, green, blue, 1))
+    return network
 
 
 # Shapes ---------------------------------------------------------------------------------------------------------------
-# Mesh -> Mesh prim; visuals and colliders of a link: a collider is an invisible gprim with a collision API.
-
-# The taxonomy of the part of an asset that a visual or collider is: handle, door, shelf.
-PART = "part"
+# Visuals and colliders of a link: a collider is an invisible gprim with a collision API.
 
 
 def define_visuals(stage: Usd.Stage, root: Sdf.Path, link: Link) -> None:
@@ -250,23 +217,25 @@ def define_visuals(stage: Usd.Stage, root: Sdf.Path, link: Link) -> None:
         _bind(prim, root, SURFACES, visual.material)
         if visual.label is not None:
             attach_label(prim, PART, [visual.label])
-        apply(prim, "MjcImageableAPI", {"mjc:group": VIEWER_GROUPS.visuals})
         # MuJoCo refuses a mesh without volume unless it is declared a shell; the body has the mass.
-        apply(prim, "NewtonMassAPI", {"newton:massModel": "shell"})
+        values = {"mjc:group": VIEWER_GROUPS.visuals, "newton:massModel": "shell"}
+        put(prim, values, "MjcImageableAPI", "NewtonMassAPI")
 
 
 def _define_mesh(stage: Usd.Stage, path: Sdf.Path, mesh: Mesh) -> Usd.Prim:
     """Triangles without subdivision; normals per vertex if the mesh has them, else per face."""
-    geom = UsdGeom.Mesh.Define(stage, path)
-    geom.CreatePointsAttr(points(mesh.vertices))
-    geom.CreateFaceVertexCountsAttr(Vt.IntArray(len(mesh.faces), 3))
-    geom.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(np.ascontiguousarray(mesh.faces.ravel(), dtype=np.int32)))
-    geom.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
-    geom.CreateExtentAttr(points(mesh.bounds))
-    geom.CreateNormalsAttr(points(mesh.normals if mesh.normals is not None else face_normals(mesh)))
-    geom.SetNormalsInterpolation(UsdGeom.Tokens.vertex if mesh.normals is not None else UsdGeom.Tokens.uniform)
+    values = {
+        "points": points(mesh.vertices),
+        "faceVertexCounts": Vt.IntArray(len(mesh.faces), 3),
+        "faceVertexIndices": Vt.IntArray.FromNumpy(np.ascontiguousarray(mesh.faces.ravel(), dtype=np.int32)),
+        "subdivisionScheme": "none",
+        "extent": points(mesh.bounds),
+        "normals": points(mesh.normals if mesh.normals is not None else face_normals(mesh)),
+    }
+    geom = UsdGeom.Mesh(put(stage.DefinePrim(path, "Mesh"), values))
+    geom.SetNormalsInterpolation("vertex" if mesh.normals is not None else "uniform")
     if mesh.uv is not None:
-        st = UsdGeom.PrimvarsAPI(geom).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.vertex)
+        st = UsdGeom.PrimvarsAPI(geom).CreatePrimvar("st", _TYPES.TexCoord2fArray, "vertex")
         st.Set(Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(mesh.uv, dtype=np.float32)))
     return geom.GetPrim()
 
@@ -282,12 +251,12 @@ def define_colliders(stage: Usd.Stage, root: Sdf.Path, link: Link) -> None:
     """Colliders of a link below `<root>/<link>/collision`."""
     if not link.colliders:
         return
-    scope = UsdGeom.Scope.Define(stage, root.AppendChild(link.name).AppendChild("collision"))
+    path = root.AppendChild(link.name).AppendChild("collision")
     # Guides are not rendered, but SimReady counts a collider with the same mesh as a visual (a box, a fixture) as a
     # duplicate unless it is invisible.
-    UsdGeom.Imageable(scope).CreateVisibilityAttr(UsdGeom.Tokens.invisible)
+    put(stage.DefinePrim(path, "Scope"), {"visibility": "invisible"})
     for collider in link.colliders:
-        prim = _define_shape(stage, scope.GetPath().AppendChild(collider.name), collider.shape, collider.pose)
+        prim = _define_shape(stage, path.AppendChild(collider.name), collider.shape, collider.pose)
         _set_collision(prim, collider)
         # Twice: PhysX and Newton read the `physics` binding, MuJoCo only the one for all purposes.
         _bind(prim, root, CONTACTS, collider.substance)
@@ -296,45 +265,35 @@ def define_colliders(stage: Usd.Stage, root: Sdf.Path, link: Link) -> None:
 
 def _define_shape(stage: Usd.Stage, path: Sdf.Path, shape: Shape, pose: Pose) -> Usd.Prim:
     """Guide gprim of a shape; a box is a unit cube under a scale, since USD has no other."""
-    scale = None
+    scale, half, values = None, None, dict[str, object]()
     if isinstance(shape, Box):
-        gprim, half, scale = UsdGeom.Cube.Define(stage, path), np.full(3, 0.5), shape.size
-        gprim.CreateSizeAttr(1.0)
+        prim, half, scale, values = stage.DefinePrim(path, "Cube"), np.full(3, 0.5), shape.size, {"size": 1.0}
     elif isinstance(shape, Sphere):
-        gprim, half = UsdGeom.Sphere.Define(stage, path), np.full(3, shape.radius)
-        gprim.CreateRadiusAttr(shape.radius)
+        prim, half, values = stage.DefinePrim(path, "Sphere"), np.full(3, shape.radius), {"radius": shape.radius}
     elif isinstance(shape, Cylinder | Capsule):
-        gprim = (UsdGeom.Cylinder if isinstance(shape, Cylinder) else UsdGeom.Capsule).Define(stage, path)
-        gprim.CreateAxisAttr(UsdGeom.Tokens.z)
-        gprim.CreateRadiusAttr(shape.radius)
-        gprim.CreateHeightAttr(shape.height)
+        prim = stage.DefinePrim(path, "Cylinder" if isinstance(shape, Cylinder) else "Capsule")
         cap = shape.radius if isinstance(shape, Capsule) else 0.0
         half = np.array([shape.radius, shape.radius, shape.height / 2 + cap])
+        values = {"axis": "Z", "radius": shape.radius, "height": shape.height}
     else:
-        gprim, half = UsdGeom.Mesh(_define_mesh(stage, path, shape.mesh)), None
-    if half is not None:
-        gprim.CreateExtentAttr(points(np.array([-half, half])))
-    place(gprim.GetPrim(), pose, scale)
-    gprim.CreatePurposeAttr(UsdGeom.Tokens.guide)
-    return gprim.GetPrim()
+        prim = _define_mesh(stage, path, shape.mesh)
+    extent = None if half is None else points(np.array([-half, half]))
+    place(put(prim, {**values, "extent": extent, "purpose": "guide"}), pose, scale)
+    return prim
 
 
 def _set_collision(prim: Usd.Prim, collider: Collider) -> None:
     """Label and collision schemas."""
     if collider.label is not None:
         attach_label(prim, PART, [collider.label])
-    UsdPhysics.CollisionAPI.Apply(prim)
-    if prim.IsA(UsdGeom.Mesh):
-        hull = isinstance(collider.shape, Hull)
-        kind = UsdPhysics.Tokens.convexHull if hull else UsdPhysics.Tokens.none
-        UsdPhysics.MeshCollisionAPI.Apply(prim).CreateApproximationAttr(kind)
-        if hull:
-            apply(prim, "NewtonMeshCollisionAPI", {"newton:maxHullVertices": MAX_HULL_VERTICES})
+    put(prim, {}, "PhysicsCollisionAPI")
+    if isinstance(collider.shape, Hull):
+        values = {"physics:approximation": "convexHull", "newton:maxHullVertices": MAX_HULL_VERTICES}
+        put(prim, values, "PhysicsMeshCollisionAPI", "NewtonMeshCollisionAPI")
+    elif prim.IsA(UsdGeom.Mesh):
+        put(prim, {"physics:approximation": "none"}, "PhysicsMeshCollisionAPI")
     condim = contact_dimensions(collider.shape)
-    apply(prim, "MjcCollisionAPI", {"mjc:condim": condim, "mjc:group": VIEWER_GROUPS.colliders})
-
-
-# Site -----------------------------------------------------------------------------------------------------------------
+    put(prim, {"mjc:condim": condim, "mjc:group": VIEWER_GROUPS.colliders}, "MjcCollisionAPI")
 
 
 def define_sites(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
@@ -349,9 +308,7 @@ def define_sites(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
         else:
             shape = Cylinder(radius=item.size[0] / 2, height=item.size[2])
         prim = _define_shape(stage, scope.AppendChild(item.name), shape, item.pose)
-        prim.AddAppliedSchema("NewtonSiteAPI")
         group = site_group(item) if isinstance(item, Site) else VIEWER_GROUPS.regions
-        apply(prim, "MjcSiteAPI", {"mjc:group": group})
+        put(prim, {"mjc:group": group}, "NewtonSiteAPI", "MjcSiteAPI")
         if isinstance(item, Site):
-            UsdGeom.Gprim(prim).CreateDisplayColorAttr([Gf.Vec3f(*item.color[:3])])
-            UsdGeom.Gprim(prim).CreateDisplayOpacityAttr([item.color[3]])
+            put(prim, {"primvars:displayColor": [item.color[:3]], "primvars:displayOpacity": [item.color[3]]})

@@ -18,7 +18,7 @@ from casa_assets.cache.cache_key import key_of
 from casa_assets.checks.design.grade import Grade
 from casa_assets.checks.design.task_view import Afforded
 from casa_assets.core.system import kept_json
-from casa_assets.formats.gltf import EVERYTHING, scene_glb
+from casa_assets.formats.gltf import scene_glb
 from casa_assets.layouts.run.scene_files import EYE_PICTURE, OVERVIEW, ROBOTS_JSON, SCENE_JSON, SHARED
 from casa_assets.model.issue import CheckResult, Issue, Report
 from casa_assets.model.kitchen.floor import ParkingPlace
@@ -85,7 +85,7 @@ def is_model_current(folder: Path) -> bool:
 
 def put_scene_model(folder: Path, scene: Scene) -> str:
     """Write the model of a scene into its folder; returns its key, for report.json."""
-    put_model(folder, scene.id, scene_glb(scene, EVERYTHING))
+    put_model(folder, scene.id, scene_glb(scene, with_layers=True))
     return model_key()
 
 

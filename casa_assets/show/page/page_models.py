@@ -10,7 +10,7 @@ from urllib.parse import quote
 
 from casa_assets.cache.cache_key import key_of
 from casa_assets.errors import BatchFault
-from casa_assets.formats.gltf import EVERYTHING, asset_glb
+from casa_assets.formats.gltf import asset_glb
 from casa_assets.library import library as disk
 from casa_assets.runs.engine import run_batch
 from casa_assets.runs.limits import WorkerFailure
@@ -97,7 +97,7 @@ def _empty_unless_made_by(key: str, folder: Path) -> None:
 
 def _write_model(path: Path, folder: Path) -> str:
     asset = disk.read_asset(path)
-    return put_model(folder, asset.id, asset_glb(asset, EVERYTHING))
+    return put_model(folder, asset.id, asset_glb(asset, with_layers=True))
 
 
 def warm() -> None:

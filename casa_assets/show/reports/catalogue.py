@@ -19,7 +19,7 @@ from casa_assets.errors import BatchFault, UnknownId
 from casa_assets.families.build import WORKER_BYTES, FamilyRequest, build_asset, params_of, warm
 from casa_assets.families.object_sheets import draw_members
 from casa_assets.formats import mjcf
-from casa_assets.formats.gltf import EVERYTHING, asset_glb
+from casa_assets.formats.gltf import asset_glb
 from casa_assets.library.library import write_files
 from casa_assets.model.registry.category import NumberBasis, SizeRange
 from casa_assets.model.registry.rows import Surface
@@ -122,7 +122,7 @@ def _draw(request: FamilyRequest | str, out: Path, viewer: str) -> dict[str, Any
             png = render(model, View(size_px=PICTURE_PX, passes=14), False, pose)
             (out / path).write_bytes(_webp(_opened(png)))
             paths.append(path)
-    script = put_model(out / MODELS, name, asset_glb(asset, EVERYTHING)) if viewer else ""
+    script = put_model(out / MODELS, name, asset_glb(asset, with_layers=True)) if viewer else ""
     files = ModelFiles(name, f"{MODELS}/{script}", viewer) if script else None
     return member_row(request, paths, asset.mass, (asset.bounds[1] - asset.bounds[0]).tolist(), files)
 

@@ -17,7 +17,7 @@ from casa_assets.core.numeric import decimals
 from casa_assets.errors import CasaError
 from casa_assets.families.asset_store import AssetStore
 from casa_assets.families.build import family_of, params_of
-from casa_assets.formats.gltf import EVERYTHING, asset_glb, scene_glb
+from casa_assets.formats.gltf import asset_glb, scene_glb
 from casa_assets.formats.mjcf import document
 from casa_assets.formats.mjcf.kitchen import FILE, write
 from casa_assets.layouts.floor_facts import facts_of
@@ -194,7 +194,7 @@ def make(subject: Subject, cache: Path, show_progress: ShowProgress) -> Model:
     asset = asset_of(subject, cache)
     folder = subject.folder if isinstance(subject, AssetFolder) else None
     show_progress("writing the model", 0, 0)
-    glb = asset_glb(asset, EVERYTHING)
+    glb = asset_glb(asset, with_layers=True)
     facts = {
         "id": asset.id,
         "kind": "asset",
@@ -247,7 +247,7 @@ def scene_of(subject: Kitchen, cache: Path, show_progress: ShowProgress) -> tupl
 def _kitchen(subject: Kitchen, cache: Path, show_progress: ShowProgress) -> Model:
     kitchen, scene = scene_of(subject, cache, show_progress)
     show_progress("writing the model", 0, 0)
-    glb = scene_glb(scene, EVERYTHING)
+    glb = scene_glb(scene, with_layers=True)
     show_progress("looking where a robot stands", 0, 0)
     places = DesignSubject(facts_of(kitchen, scene)).parking.shut.items()
     assets = scene.asset_of

@@ -24,7 +24,7 @@ from casa_assets.articulate.run import review_page
 from casa_assets.articulate.run.steps import NAME as STRIP
 from casa_assets.articulate.run.steps import outcome_of_entry
 from casa_assets.errors import CasaError, OutputError
-from casa_assets.formats.gltf import EVERYTHING, asset_glb
+from casa_assets.formats.gltf import asset_glb
 from casa_assets.library import library as disk
 from casa_assets.library import review
 from casa_assets.library.decisions import check_category, keep
@@ -208,4 +208,4 @@ def script_of(library: disk.Library, entries: Sequence[Entry], name: str) -> byt
     entry = next((one for one in entries if one.accepted and f"{one.id}{SUFFIX}" == name), None)
     if entry is None:
         return b""
-    return model_script(entry.id, asset_glb(disk.read_asset(library.root / entry.path), EVERYTHING))
+    return model_script(entry.id, asset_glb(disk.read_asset(library.root / entry.path), with_layers=True))

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 from casa_assets import registry
-from casa_assets.checks.package import Package
+from casa_assets.checks.check import Package
 from casa_assets.formats.mjcf import write
 from casa_assets.model.asset.asset import Asset, Base, Collider, JointValue, Keyframe, Link, Region, Site, Visual
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable

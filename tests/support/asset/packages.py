@@ -11,8 +11,7 @@ from pathlib import Path
 from PIL import Image
 from pxr import Sdf, Usd
 
-from casa_assets.checks.check import run
-from casa_assets.checks.package import Package
+from casa_assets.checks.check import Package, run
 from casa_assets.checks.readers.usd_facts import missing_importer
 from casa_assets.checks.simready_python import NoVerdict, validator_python
 from casa_assets.checks.table import TABLE

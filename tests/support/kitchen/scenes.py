@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.checks.readers.facts import asset_facts
@@ -14,7 +16,7 @@ from casa_assets.formats.usd import kitchen as usd
 from casa_assets.mesh.inertia import ready_to_simulate
 from casa_assets.model.asset.asset import Base, JointValue, Keyframe
 from casa_assets.model.issue import Files
-from casa_assets.model.kitchen.scene import Camera, Layer, Light, LightKind, LightScene, Placement, Scene
+from casa_assets.model.kitchen.scene import Camera, Layer, Light, LightKind, LightScene, Placement, Scene, StartStates
 from casa_assets.model.pose import Pose
 from tests.support.asset.articulated_assets import drawer_unit, grill, microwave
 from tests.support.asset.assets import ball, rigid_mug, textured_box, write_to
@@ -108,8 +110,16 @@ def expected(scene: Scene, key: str) -> dict[str, Pose]:
         keys = {k.name: k for k in asset.keyframes}
         chosen = {**known, **keys}.get(key, known["closed"]) if key != "start" else start
         posed = asset.replace(keyframes=(chosen.replace(name="asked"),))
-        (asked,) = (p for p in asset_facts(posed).poses if p.name == "asked")
         world_from_root = place.pose @ asset.root.pose
-        for link, position, quaternion in zip(asked.bodies, asked.positions, asked.quaternions, strict=True):
-            found[body(place.name, link)] = world_from_root @ Pose(position=position, quaternion=quaternion)
+        for link, frame in asset_facts(posed)["poses"]["asked"].items():
+            found[body(place.name, link)] = world_from_root @ Pose(**frame)
     return found
+
+
+def start_states(scene: str, joints: Sequence[Mapping[str, Any]], qpos: Any, **more: Any) -> StartStates:
+    """Start states of a scene, one for each row of `qpos`."""
+    count = len(qpos)
+    known = {"key": "k", "mujoco": "4.0.0", "seed": 0, "limits": (0.001, 0.005), "envelope": []}
+    rows = {"notes": [{"placed": {}, "parked": "box"}] * count, "depth": [0] * count, "motion": [0] * count}
+    base = {"scene": scene, "scene_xml": "0" * 64, "joints": joints, "qpos": qpos, "base": [[0, 0, 0]] * count}
+    return StartStates.model_validate(known | rows | base | more)

@@ -32,26 +32,20 @@ def run(library: Path, out: Path, name: str = "casa") -> list[ExportResult]:
     return list(export(library, out, name))
 
 
-def test_every_loose_object_is_there(library: Path, tmp_path: Path) -> None:
-    done = run(library, tmp_path / "new" / "out")
+def test_every_loose_object_is_there_and_books_agree(library: Path, tmp_path: Path) -> None:
     out = tmp_path / "new" / "out"
-    assert [one.id for one in done if not one.model] == ["microwave_0123456789"]
-    assert "fixture" in next(one.message for one in done if not one.model)
+    every = run(library, out, "acme")
+    assert [one.id for one in every if not one.model] == ["microwave_0123456789"]
+    assert "fixture" in next(one.message for one in every if not one.model)
+    done = {one.id: one for one in every if one.model}
     models = sorted(path.relative_to(out).as_posix() for path in out.rglob("model.xml"))
-    assert models == sorted(one.model for one in done if one.model)
-    assert f"objects/casa/sandwich_bread/{SLICES[0]}/model.xml" in models
-    stood = sorted(path.parent.name for path in out.rglob("model_upright.xml"))
-    assert stood == SLICES
+    assert models == sorted(one.model for one in done.values())
+    assert sorted(path.parent.name for path in out.rglob("model_upright.xml")) == SLICES
     assert {path.name for path in out.iterdir()} == {
         *("objects", "categories_v0_2.json", "categories_v1_0.json", "export.json", "splits.json"),
         *("casa_objects.py", "README.md", "ATTRIBUTION.md"),
     }
     assert [p.name for p in out.parent.iterdir()] == ["out"]
-
-
-def test_books_agree(library: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    done = {one.id: one for one in run(library, out, "acme") if one.model}
     rows = {row["id"]: row for row in json.loads((out / "export.json").read_text())["assets"]}
     splits = json.loads((out / "splits.json").read_text())
     assert rows.keys() == done.keys() == {*splits["train"], *splits["test"]}
@@ -97,20 +91,17 @@ def test_an_instance_never_changes_sides(library: Path, tmp_path: Path) -> None:
 
 
 def corrupt(folder: Path, how: str) -> str:
-    if how == "gone":
-        (folder / "model.xml").unlink()
-        return "model.xml"
-    if how == "changed":
-        (folder / "model.xml").write_text("<mujoco/>")
-        return "model.xml"
-    if how == "cut":
-        text = (folder / disk.CERTIFICATE).read_text()
-        (folder / disk.CERTIFICATE).write_text(text[: len(text) // 2])
-    if how == "no asset":
-        (folder / disk.CERTIFICATE).write_text("{}")
-    if how == "moved":
-        folder.rename(folder.with_name("mug_other"))
-    return disk.CERTIFICATE
+    """Name of the file that is then complained of."""
+    model, certificate = folder / "model.xml", folder / disk.CERTIFICATE
+    text = certificate.read_text()
+    {
+        "gone": model.unlink,
+        "changed": lambda: model.write_text("<mujoco/>"),
+        "cut": lambda: certificate.write_text(text[: len(text) // 2]),
+        "no asset": lambda: certificate.write_text("{}"),
+        "moved": lambda: folder.rename(folder.with_name("mug_other")),
+    }[how]()
+    return "model.xml" if how in ("gone", "changed") else disk.CERTIFICATE
 
 
 @pytest.mark.parametrize("how", ["gone", "changed", "cut", "no asset", "moved"])
@@ -119,6 +110,8 @@ def test_a_damaged_entry_is_named_and_nothing_is_written(library: Path, tmp_path
     run(library, out)
     before = tree(out)
     named = corrupt(library / "mug" / "mug_0123456789", how)
+    if how == "gone":
+        out.rename(tmp_path / ".out.4194305.old")  # as a run leaves it that is killed between its two renames
     with pytest.raises(OutputError, match=named):
         run(library, out)
     assert tree(out) == before
@@ -130,6 +123,9 @@ def test_a_folder_that_is_no_library_or_holds_fixtures_alone(tmp_path: Path) -> 
     for folder in ("empty", "missing"):
         with pytest.raises(OutputError, match="holds no accepted asset"):
             run(tmp_path / folder, tmp_path / "out")
+    for name in ("", "Casa", "a/b", "..", "a__b", "1st", "a b"):
+        with pytest.raises(OutputError, match="no name of a registry"):
+            list(export(None, tmp_path / "out", name))
     library = keep(tmp_path / "lib", [loose_and_fixed()[-1]])
     with pytest.raises(OutputError, match="no loose object"):
         run(library, tmp_path / "out")
@@ -137,18 +133,6 @@ def test_a_folder_that_is_no_library_or_holds_fixtures_alone(tmp_path: Path) -> 
 
 
 def test_what_is_not_ours_is_left_alone(library: Path, tmp_path: Path) -> None:
-    (tmp_path / "photos").mkdir()
-    (tmp_path / "photos" / "cat.png").write_bytes(b"cat")
-    (tmp_path / "file").write_bytes(b"mine")
-    (tmp_path / "link").symlink_to(tmp_path / "photos")
-    for out in ("photos", "file", "link", "lib", "lib/sub", "."):
-        with pytest.raises(OutputError, match="name another"):
-            run(library, tmp_path / out)
-    assert (tmp_path / "photos" / "cat.png").read_bytes() == b"cat"
-    assert (tmp_path / "file").read_bytes() == b"mine"
-
-
-def test_what_somebody_put_into_an_export_is_not_removed(library: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     run(library, out)
     (out / "__pycache__").mkdir()
@@ -158,24 +142,15 @@ def test_what_somebody_put_into_an_export_is_not_removed(library: Path, tmp_path
     with pytest.raises(OutputError, match=r"notes\.txt"):
         run(library, out)
     assert (out / "notes.txt").read_text() == "mine"
-
-
-def test_an_export_that_a_killed_run_had_moved_aside_comes_back(library: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    run(library, out)
-    before = tree(out)
-    out.rename(tmp_path / ".out.4194305.old")
-    (library / "mug" / "mug_0123456789" / "model.xml").unlink()
-    with pytest.raises(OutputError, match=r"model\.xml"):
-        run(library, out)
-    assert tree(out) == before
-
-
-def test_a_name_that_is_no_folder(library: Path, tmp_path: Path) -> None:
-    for name in ("", "Casa", "a/b", "..", "a__b", "1st", "a b"):
-        with pytest.raises(OutputError, match="no name of a registry"):
-            run(library, tmp_path / "out", name)
-    assert not (tmp_path / "out").exists()
+    (tmp_path / "photos").mkdir()
+    (tmp_path / "photos" / "cat.png").write_bytes(b"cat")
+    (tmp_path / "file").write_bytes(b"mine")
+    (tmp_path / "link").symlink_to(tmp_path / "photos")
+    for place in ("photos", "file", "link", "lib", "lib/sub", "."):
+        with pytest.raises(OutputError, match="name another"):
+            run(library, tmp_path / place)
+    assert (tmp_path / "photos" / "cat.png").read_bytes() == b"cat"
+    assert (tmp_path / "file").read_bytes() == b"mine"
 
 
 def test_a_run_that_is_broken_off_leaves_nothing_and_what_a_killed_one_left_is_swept(

@@ -9,10 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.checks.check import run
+from casa_assets.checks.check import Package, run
 from casa_assets.checks.filters.kind import misfit
 from casa_assets.checks.library import LibrarySizes
-from casa_assets.checks.package import Package
 from casa_assets.checks.table import TABLE
 from casa_assets.formats.mjcf import write
 from casa_assets.model.asset.asset import Asset

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -13,9 +12,8 @@ import pytest
 
 from casa_assets import export
 from casa_assets.addons.robocasa import run as robocasa
-from casa_assets.addons.robocasa import run as robocasa_kitchens
 from casa_assets.addons.robocasa.parts import box_region
-from casa_assets.checks.package.parity import asset_differences
+from casa_assets.checks.readers.urdf_facts import asset_differences
 from casa_assets.errors import BatchFault, CasaError, OutputError
 from casa_assets.export import URDF, export_assets, export_scenes
 from casa_assets.layouts.order.build_order import KitchenRequest
@@ -23,13 +21,13 @@ from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import resolve
 from casa_assets.layouts.run.state_file import digest_of_file, read_states, write_states
 from casa_assets.library import library as disk
-from casa_assets.model.kitchen.scene import Placement, Scene, StartStates
+from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.pose import Pose
 from casa_assets.runs.limits import WorkerFailure
 from tests.support.asset.assets import rigid_mug
-from tests.support.kitchen.scenes import corner
+from tests.support.kitchen.scenes import corner, start_states
 from tests.support.library.built_libraries import keep, loose_and_fixed
-from tests.support.library.libraries import differences, tree
+from tests.support.library.libraries import differences
 
 
 @pytest.fixture(scope="module")
@@ -37,9 +35,11 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return keep(tmp_path_factory.mktemp("library") / "lib", loose_and_fixed())
 
 
-def test_every_asset_is_there_and_listed(library: Path, tmp_path: Path) -> None:
+def test_every_asset_is_there_and_listed_and_the_same_again(library: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     done = list(export_assets(URDF, library, out))
+    list(export_assets(URDF, library, tmp_path / "again"))
+    assert differences(out, tmp_path / "again") == []
     assert sorted(one.id for one in done) == sorted(asset.id for asset in loose_and_fixed())
     assert all(one.total == len(done) for one in done)
     rows = {row["id"]: row for row in json.loads((out / "urdf_export.json").read_text())["assets"]}
@@ -48,33 +48,14 @@ def test_every_asset_is_there_and_listed(library: Path, tmp_path: Path) -> None:
         assert rows[asset.id]["mass_kg"] == pytest.approx(asset.mass)
     assert {path.name for path in out.iterdir()} == {"assets", "urdf_export.json", "README.md", "ATTRIBUTION.md"}
     assert all(asset.id in (out / "ATTRIBUTION.md").read_text() for asset in loose_and_fixed())
-
-
-def test_the_same_library_gives_the_same_bytes(library: Path, tmp_path: Path) -> None:
-    for name in ("a", "b"):
-        list(export_assets(URDF, library, tmp_path / name))
-    assert differences(tmp_path / "a", tmp_path / "b") == []
-
-
-def test_a_changed_file_stops_it_and_the_earlier_export_stays(library: Path, tmp_path: Path) -> None:
-    copy, out = Path(shutil.copytree(library, tmp_path / "lib")), tmp_path / "out"
-    list(export_assets(URDF, copy, out))
-    before = tree(out)
-    (copy / "mug" / "mug_0123456789" / "model.xml").write_text("<mujoco/>")
-    with pytest.raises(OutputError, match=r"model\.xml: was changed"):
-        list(export_assets(URDF, copy, out))
-    assert tree(out) == before
-
-
-def test_what_is_not_an_export_is_left_alone(library: Path, tmp_path: Path) -> None:
-    (tmp_path / "photos").mkdir()
-    (tmp_path / "photos" / "cat.png").write_bytes(b"cat")
-    with pytest.raises(OutputError, match="neither empty nor an earlier export"):
-        list(export_assets(URDF, library, tmp_path / "photos"))
-    with pytest.raises(OutputError, match="one inside the other"):
-        list(export_assets(URDF, library, library / "urdf"))
-    with pytest.raises(OutputError, match="holds no accepted asset"):
-        list(export_assets(URDF, tmp_path / "photos", tmp_path / "out"))
+    # Checks that all exports share: more of them in tests/unit/addons/test_robocasa.py.
+    for source, target, message in (
+        (library, tmp_path, "neither empty nor an earlier export"),
+        (library, library / "urdf", "one inside the other"),
+        (tmp_path, tmp_path / "new", "holds no accepted asset"),
+    ):
+        with pytest.raises(OutputError, match=message):
+            list(export_assets(URDF, source, target))
 
 
 def test_an_asset_that_reads_back_otherwise_is_refused(
@@ -122,7 +103,7 @@ def test_who_made_the_assets_of_kitchens_is_told(tmp_path: Path, monkeypatch: py
 
 GOOD, BAD, LOST = (SceneRecipe(plan, "rustic") for plan in ("l_small", "galley", "u_small"))
 # Where each form looks up what builds a kitchen.
-MODULES = {"urdf": export, "glb": export, "robocasa": robocasa_kitchens}
+MODULES = {"urdf": export, "glb": export, "robocasa": robocasa}
 
 
 def built(recipe: SceneRecipe, cache: Path, errors: dict[SceneRecipe, Exception]) -> tuple[KitchenRequest, Scene]:
@@ -150,7 +131,7 @@ def run(kind: str, recipes: list[SceneRecipe], out: Path) -> list[Any]:
 @pytest.fixture(params=sorted(MODULES))
 def kind(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.setattr(export, "run_batch", in_this_process)
-    monkeypatch.setattr(robocasa_kitchens, "afforded_tasks", lambda *_: ("OpenDrawer",))
+    monkeypatch.setattr(robocasa, "afforded_tasks", lambda *_: ("OpenDrawer",))
     return str(request.param)
 
 
@@ -183,48 +164,21 @@ def test_a_fault_of_the_program_is_raised_once_all_are_done(
     assert list(tmp_path.iterdir()) == []
 
 
-class TestStartStates:
-    """`--states`: what was drawn for the scene that is exported goes along, and nothing else."""
-
-    @pytest.fixture(autouse=True)
-    def _quick(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(export, "run_batch", in_this_process)
-        monkeypatch.setattr(robocasa_kitchens, "afforded_tasks", lambda *_: ("OpenDrawer",))
-        monkeypatch.setattr(robocasa_kitchens, "build_scene", partial(built, errors={}))
-        monkeypatch.setattr(robocasa_kitchens, "is_whole", lambda *_: True)
-        monkeypatch.setattr(robocasa_kitchens, "scene_key", lambda recipe: recipe.scene_id)
-
-    def drawn(self, folder: Path, text: str) -> None:
-        """Two states of the kitchen with a mug, drawn for a scene.xml of this text."""
-        folder.mkdir(parents=True)
-        (folder / "scene.xml").write_text(text, encoding="ascii")
-        digest = digest_of_file(folder / "scene.xml")
-        joint = {"name": "mug__free", "address": 0, "width": 7}
-        states = {
-            "key": "k",
-            "scene": GOOD.scene_id,
-            "scene_xml": digest,
-            "mujoco": "4.0.0",
-            "seed": 0,
-            "limits": (0.001, 0.005),
-            "envelope": [],
-            "joints": [joint],
-            "notes": [{"placed": {}, "parked": "mug"}] * 2,
-            "qpos": [[0, 0, 1, 1, 0, 0, 0]] * 2,
-            "base": [[0, 0, 0]] * 2,
-            "depth": [0, 0],
-            "motion": [0, 0],
-        }
-        write_states(folder, StartStates.model_validate(states))
-
-    def export(self, tmp_path: Path) -> Any:
-        recipes, states = [GOOD], tmp_path / "scenes"
-        (result,) = robocasa.export(None, tmp_path / "out", recipes=recipes, states=states)
-        return result
-
-    def test_they_stand_beside_the_kitchen(self, tmp_path: Path) -> None:
-        self.drawn(tmp_path / "scenes" / GOOD.scene_id, "<mujoco/>")
-        assert self.export(tmp_path).message == ""
-        found = read_states(tmp_path / "out" / "kitchens" / GOOD.scene_id)
-        assert [joint.name for joint in found.joints] == ["the_mug_joint0"]
-        assert len(found) == 2
+@pytest.mark.parametrize("kind", ["robocasa"], indirect=True)
+def test_start_states_of_a_scene_are_beside_its_kitchen(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(robocasa, "build_scene", partial(built, errors={}))
+    monkeypatch.setattr(robocasa, "is_whole", lambda *_: True)
+    monkeypatch.setattr(robocasa, "scene_key", lambda recipe: recipe.scene_id)
+    folder = tmp_path / "scenes" / GOOD.scene_id
+    folder.mkdir(parents=True)
+    (folder / "scene.xml").write_text("<mujoco/>", encoding="ascii")
+    joints = [{"name": "mug__free", "address": 0, "width": 7}]
+    digest = digest_of_file(folder / "scene.xml")
+    write_states(folder, start_states(GOOD.scene_id, joints, [[0, 0, 1, 1, 0, 0, 0]] * 2, scene_xml=digest))
+    (result,) = robocasa.export(None, tmp_path / "out", recipes=[GOOD], states=tmp_path / "scenes")
+    assert result.message == ""
+    found = read_states(tmp_path / "out" / "kitchens" / GOOD.scene_id)
+    assert [joint.name for joint in found.joints] == ["the_mug_joint0"]
+    assert len(found) == 2

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.checks.readers import scene_facts
+from casa_assets.checks.readers import mujoco_facts
 from casa_assets.checks.scene.forms import SceneFiles, formats_agree
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.errors import RegistryError
@@ -243,5 +243,4 @@ def test_both_formats_say_the_same_of_the_room(name: str, tmp_path: Path) -> Non
     assert formats_agree(files, 0.0).problems == ()
     model = files.scene_subject.loaded.model
     assert model is not None
-    found = {p.name: p for p in scene_facts.facts_of_scene_model(model).placements}
-    assert found.keys() == built.keys()
+    assert mujoco_facts.facts_of_scene(model)["placements"].keys() == built.keys()

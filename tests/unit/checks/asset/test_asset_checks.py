@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.checks.check import run
-from casa_assets.checks.package import Package
+from casa_assets.checks.check import Package, run
 from casa_assets.checks.table import TABLE
 from casa_assets.model.asset.asset import Asset, Collider, State
 from casa_assets.model.asset.parts import Sphere

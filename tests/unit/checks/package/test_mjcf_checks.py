@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from casa_assets import registry
-from casa_assets.checks.check import run
-from casa_assets.checks.package import Package
+from casa_assets.checks.check import Package, run
 from casa_assets.checks.readers import mujoco_facts
 from casa_assets.checks.table import TABLE
 from casa_assets.formats.mjcf import write

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from casa_assets.checks.package import Package
+from casa_assets.checks.check import Package
 from casa_assets.checks.simready import warm
 from casa_assets.model.asset.asset import Asset
 from tests.support.asset.articulated_assets import grill

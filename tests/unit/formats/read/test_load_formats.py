@@ -40,27 +40,25 @@ def extents(model: RawModel) -> Floats:
     return np.asarray(np.ptp(points, axis=0) * (model.metres_per_unit or 1.0))
 
 
-def test_a_box_is_read_with_its_unit_and_axis(subtests: pytest.Subtests) -> None:
+def test_a_box_is_read_with_its_unit_and_axis() -> None:
     for name in sorted(FILES):
-        with subtests.test(name=name):
-            data, metres, up, size = FILES[name]
-            model = load_bytes(name, data, **PICTURE)
-            assert (model.metres_per_unit, model.up) == (metres, up)
-            assert sum(len(part.mesh.faces) for part in model.parts) == 12
-            assert np.allclose(extents(model), size, atol=1e-5)
-            assert codes.TYPE_BY_CONTENT not in codes_of(model)
-            if name in MOVED:
-                assert model.parts[0].mesh.vertices[:, 1].min() == pytest.approx(MOVED[name])
+        data, metres, up, size = FILES[name]
+        model = load_bytes(name, data, **PICTURE)
+        assert (model.metres_per_unit, model.up) == (metres, up)
+        assert sum(len(part.mesh.faces) for part in model.parts) == 12
+        assert np.allclose(extents(model), size, atol=1e-5)
+        assert codes.TYPE_BY_CONTENT not in codes_of(model)
+        if name in MOVED:
+            assert model.parts[0].mesh.vertices[:, 1].min() == pytest.approx(MOVED[name])
 
 
-def test_the_picture_beside_it_is_shown(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
+def test_the_picture_beside_it_is_shown(tmp_path_factory: pytest.TempPathFactory) -> None:
     for name in sorted(set(FILES) - {"a.wrl"}):
-        with subtests.test(name=name):
-            tmp_path = tmp_path_factory.mktemp("case")
-            (tmp_path / name).write_bytes(FILES[name][0])
-            (tmp_path / "a.png").write_bytes(PICTURE["a.png"])
-            model = load_path(tmp_path / name)
-            assert model.parts[0].material.base_color_texture is not None
+        tmp_path = tmp_path_factory.mktemp("case")
+        (tmp_path / name).write_bytes(FILES[name][0])
+        (tmp_path / "a.png").write_bytes(PICTURE["a.png"])
+        model = load_path(tmp_path / name)
+        assert model.parts[0].material.base_color_texture is not None
     packed = load_bytes("a.fbx", made.fbx(PICTURE["a.png"]))
     assert packed.parts[0].material.base_color_texture is not None
     # of X3D, stored upside down

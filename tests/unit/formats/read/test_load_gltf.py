@@ -6,26 +6,20 @@ import math
 import struct
 
 import numpy as np
-import pytest
 
 from casa_assets.formats.read.gltf import Mapping2D
-from casa_assets.model import rejection_codes
+from casa_assets.model import rejection_codes as codes
 from tests.support.mesh.mesh_files import QUARTERS, Gltf, codes_of, glb_bytes, load_bytes, png, refusal, texel
 
 RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (0, 0, 255)
 
 
-def test_uv_are_turned_to_the_lower_left() -> None:
+def test_uv_are_turned_to_the_lower_left_and_moved_as_the_picture_says() -> None:
     made = Gltf()
     made.paint(png(QUARTERS))
     model = load_bytes("x.glb", made.glb())
     # glTF (0,0) is the upper left texel, (1,0) the upper right, (0,1) the lower left
     assert [texel(model, 0, i) for i in range(3)] == [RED, GREEN, BLUE]
-
-
-def test_texture_transform_is_baked() -> None:
-    made = Gltf()
-    made.paint(png(QUARTERS))
     moved = {"KHR_texture_transform": {"offset": [0.5, 0.0], "scale": [0.5, 0.5]}}
     picture = {"index": 0, "extensions": moved}
     made.document["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": picture}}]
@@ -50,12 +44,11 @@ def test_mirrored_node_turns_the_faces_and_the_normals_follow() -> None:
     assert np.allclose(mesh.normals, [0, 0, 1])
 
 
-def test_strips_and_fans(subtests: pytest.Subtests) -> None:
+def test_strips_and_fans() -> None:
     for mode, faces in [(5, [[0, 1, 2], [2, 1, 3]]), (6, [[0, 1, 2], [0, 2, 3]])]:
-        with subtests.test(mode=mode, faces=faces):
-            made = Gltf([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], [0, 1, 2, 3])
-            made.primitive["mode"] = mode
-            assert load_bytes("x.glb", made.glb()).parts[0].mesh.faces.tolist() == faces
+        made = Gltf([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], [0, 1, 2, 3])
+        made.primitive["mode"] = mode
+        assert load_bytes("x.glb", made.glb()).parts[0].mesh.faces.tolist() == faces
 
 
 def test_quantised_and_sparse_accessors() -> None:
@@ -97,7 +90,7 @@ def test_specular_glossiness_and_unlit_and_emissive_pictures_give_a_base_colour(
     made.document["materials"] = [glow]
     model = load_bytes("x.glb", made.glb())
     assert model.parts[0].material.base_color_texture is not None
-    assert rejection_codes.EMISSIVE_AS_BASE in codes_of(model)
+    assert codes.EMISSIVE_AS_BASE in codes_of(model)
 
 
 def test_alpha_follows_the_mode() -> None:
@@ -121,82 +114,78 @@ def test_rest_pose_of_a_rigged_mesh_comes_from_its_joints() -> None:
     made.document["skins"] = [{"joints": [1]}]
     model = load_bytes("x.glb", made.glb())
     assert model.parts[0].mesh.vertices[1].tolist() == [2, 0, 0]
-    assert codes_of(model) == {rejection_codes.FEATURE_IGNORED}
+    assert codes_of(model) == {codes.FEATURE_IGNORED}
 
 
-def test_broken_containers_are_refused(subtests: pytest.Subtests) -> None:
+def test_broken_containers_are_refused() -> None:
     for cut, code in [
-        (lambda d: d[:8], rejection_codes.TRUNCATED),
-        (lambda d: d[:12], rejection_codes.TRUNCATED),
-        (lambda d: d[: len(d) // 2], rejection_codes.TRUNCATED),
-        (lambda d: d[:-10], rejection_codes.TRUNCATED),
-        (lambda d: b"glTX" + d[4:], rejection_codes.BAD_MAGIC),
-        (lambda d: d[:4] + struct.pack("<I", 1) + d[8:], rejection_codes.UNSUPPORTED_VERSION),
-        (lambda d: d[:8] + struct.pack("<I", 200) + d[12:], rejection_codes.LENGTH_MISMATCH),
-        (lambda d: d[:8] + struct.pack("<I", 2**32 - 1) + d[12:], rejection_codes.LENGTH_MISMATCH),
-        (lambda d: d[:12] + struct.pack("<I", 2**32 - 1) + d[16:], rejection_codes.LENGTH_MISMATCH),
-        (lambda d: d.replace(b'"asset"', b'"asset '), rejection_codes.BAD_JSON),
-        (lambda d: b"\x89PNG\r\n\x1a\n" + d, rejection_codes.WRONG_TYPE),
-        (lambda d: b"<!DOCTYPE html><html>" + d, rejection_codes.WRONG_TYPE),
-        (lambda d: b"\x1f\x8b" + d, rejection_codes.WRONG_TYPE),
-        (lambda d: b"version https://git-lfs.github.com/spec/v1\n", rejection_codes.WRONG_TYPE),
-        (lambda d: b"", rejection_codes.EMPTY_FILE),
+        (lambda d: d[:8], codes.TRUNCATED),
+        (lambda d: d[:12], codes.TRUNCATED),
+        (lambda d: d[: len(d) // 2], codes.TRUNCATED),
+        (lambda d: d[:-10], codes.TRUNCATED),
+        (lambda d: b"glTX" + d[4:], codes.BAD_MAGIC),
+        (lambda d: d[:4] + struct.pack("<I", 1) + d[8:], codes.UNSUPPORTED_VERSION),
+        (lambda d: d[:8] + struct.pack("<I", 200) + d[12:], codes.LENGTH_MISMATCH),
+        (lambda d: d[:8] + struct.pack("<I", 2**32 - 1) + d[12:], codes.LENGTH_MISMATCH),
+        (lambda d: d[:12] + struct.pack("<I", 2**32 - 1) + d[16:], codes.LENGTH_MISMATCH),
+        (lambda d: d.replace(b'"asset"', b'"asset '), codes.BAD_JSON),
+        (lambda d: b"\x89PNG\r\n\x1a\n" + d, codes.WRONG_TYPE),
+        (lambda d: b"<!DOCTYPE html><html>" + d, codes.WRONG_TYPE),
+        (lambda d: b"\x1f\x8b" + d, codes.WRONG_TYPE),
+        (lambda d: b"version https://git-lfs.github.com/spec/v1\n", codes.WRONG_TYPE),
+        (lambda d: b"", codes.EMPTY_FILE),
     ]:
-        with subtests.test(cut=cut, code=code):
-            assert refusal("x.glb", cut(Gltf().glb())) == code
+        assert refusal("x.glb", cut(Gltf().glb())) == code
 
 
 def test_claims_beyond_the_bytes_are_refused_before_allocation() -> None:
     made = Gltf()
     made.accessors[0]["count"] = 10_000
-    assert refusal("x.glb", made.glb()) == rejection_codes.OUT_OF_BOUNDS
+    assert refusal("x.glb", made.glb()) == codes.OUT_OF_BOUNDS
     del made.accessors[0]["bufferView"]
     made.accessors[0]["count"] = 2_000_000_000
-    assert refusal("x.glb", made.glb()) == rejection_codes.TOO_LARGE
+    assert refusal("x.glb", made.glb()) == codes.TOO_LARGE
     made = Gltf()
     made.binary = b"\0" * 2**20
-    assert refusal("x.gltf", made.text("data:;base64,AAAA")) == rejection_codes.LENGTH_MISMATCH
-    assert refusal("x.glb", Gltf(indices=[0, 1, 9]).glb()) == rejection_codes.OUT_OF_BOUNDS
+    assert refusal("x.gltf", made.text("data:;base64,AAAA")) == codes.LENGTH_MISMATCH
+    assert refusal("x.glb", Gltf(indices=[0, 1, 9]).glb()) == codes.OUT_OF_BOUNDS
     made = Gltf(indices=[0, 1, 2] * 20_000)
     made.document["nodes"] = [{"mesh": 0} for _ in range(6)]
     made.document["scenes"] = [{"nodes": list(range(6))}]
-    assert refusal("x.glb", made.glb()) == rejection_codes.TOO_LARGE
+    assert refusal("x.glb", made.glb()) == codes.TOO_LARGE
 
 
-def test_bad_scene_graphs_are_refused(subtests: pytest.Subtests) -> None:
+def test_bad_scene_graphs_are_refused() -> None:
     for nodes, code in [
-        ([{"children": [0], "mesh": 0}], rejection_codes.BAD_SCENE_GRAPH),
-        ([{"children": [i + 1, i + 1]} for i in range(30)] + [{"mesh": 0}], rejection_codes.BAD_SCENE_GRAPH),
-        ([{"children": [7]}], rejection_codes.OUT_OF_BOUNDS),
-        ([{"mesh": 7}], rejection_codes.OUT_OF_BOUNDS),
-        ([{"mesh": "0"}], rejection_codes.BAD_SCHEMA),
-        ([{"mesh": 0, "translation": [float("nan"), 0, 0]}], rejection_codes.NON_FINITE),
-        ([{"mesh": 0, "translation": "up"}], rejection_codes.BAD_SCHEMA),
-        (["node"], rejection_codes.BAD_SCHEMA),
+        ([{"children": [0], "mesh": 0}], codes.BAD_SCENE_GRAPH),
+        ([{"children": [i + 1, i + 1]} for i in range(30)] + [{"mesh": 0}], codes.BAD_SCENE_GRAPH),
+        ([{"children": [7]}], codes.OUT_OF_BOUNDS),
+        ([{"mesh": 7}], codes.OUT_OF_BOUNDS),
+        ([{"mesh": "0"}], codes.BAD_SCHEMA),
+        ([{"mesh": 0, "translation": [float("nan"), 0, 0]}], codes.NON_FINITE),
+        ([{"mesh": 0, "translation": "up"}], codes.BAD_SCHEMA),
+        (["node"], codes.BAD_SCHEMA),
     ]:
-        with subtests.test(nodes=nodes, code=code):
-            made = Gltf()
-            made.document["nodes"] = nodes
-            assert refusal("x.glb", made.glb()) == code
+        made = Gltf()
+        made.document["nodes"] = nodes
+        assert refusal("x.glb", made.glb()) == code
 
 
-def test_what_cannot_be_read_costs_the_input_or_the_picture() -> None:
+def test_what_cannot_be_read_costs_the_input_or_the_picture_and_nothing_to_show_the_input() -> None:
     made = Gltf()
     made.document["extensionsRequired"] = ["X_y"]
-    assert refusal("x.glb", made.glb()) == rejection_codes.UNSUPPORTED_EXTENSION
+    assert refusal("x.glb", made.glb()) == codes.UNSUPPORTED_EXTENSION
     for picture in (b"no picture at all", png(QUARTERS)[:-30], png(np.zeros((600, 600), dtype=np.uint8))):
         made = Gltf()
         made.paint(picture)
         model = load_bytes("x.glb", made.glb())
         assert model.parts[0].material.textures == ()
-        assert codes_of(model) in ({rejection_codes.IMAGE_UNREADABLE}, {rejection_codes.IMAGE_REFUSED})
+        assert codes_of(model) in ({codes.IMAGE_UNREADABLE}, {codes.IMAGE_REFUSED})
 
-
-def test_nothing_to_show() -> None:
     made = Gltf()
     made.primitive["mode"] = 0
-    assert refusal("x.glb", made.glb()) == rejection_codes.NO_FACES
+    assert refusal("x.glb", made.glb()) == codes.NO_FACES
     made.document["meshes"] = []
     made.document["nodes"] = [{}]
-    assert refusal("x.glb", made.glb()) == rejection_codes.NO_GEOMETRY
-    assert refusal("x.glb", glb_bytes({"asset": {"version": "2.0"}})) == rejection_codes.NO_GEOMETRY
+    assert refusal("x.glb", made.glb()) == codes.NO_GEOMETRY
+    assert refusal("x.glb", glb_bytes({"asset": {"version": "2.0"}})) == codes.NO_GEOMETRY

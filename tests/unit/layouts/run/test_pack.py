@@ -6,6 +6,7 @@ import json
 import shutil
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import pytest
@@ -13,7 +14,7 @@ from pxr import Usd, UsdUtils
 from typer.testing import CliRunner
 
 from casa_assets.checks.package.usd import validator_findings
-from casa_assets.checks.readers import scene_facts
+from casa_assets.checks.readers import usd_facts
 from casa_assets.cli.verbs.scenes import app
 from casa_assets.errors import OutputError
 from casa_assets.layouts.run.pack import ALIGNMENT, PackKind, members_of, pack_scene
@@ -46,8 +47,8 @@ def unpacked(zipped: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / SCENE
 
 
-def facts(stage: Usd.Stage) -> scene_facts.SceneFacts:
-    return scene_facts.facts_of_stage(scene_facts.SceneReading(stage))
+def facts(stage: Usd.Stage) -> dict[str, Any]:
+    return usd_facts.facts_of_scene_stage(usd_facts.StageReading(stage, scene=True))
 
 
 def test_a_zip_says_the_same_where_nothing_else_is(unpacked: Path, checked_kitchen: Checked) -> None:

@@ -16,7 +16,6 @@ import pytest
 from lxml import etree
 
 from casa_assets.addons.robocasa import casa_kitchens, kitchens, parts
-from casa_assets.addons.robocasa import kitchens as description
 from casa_assets.addons.robocasa.kitchens import translated
 from casa_assets.addons.robocasa.run import classes
 from casa_assets.formats import mjcf
@@ -27,7 +26,7 @@ from casa_assets.model.pose import Pose
 from tests.support.asset.assets import write_to
 from tests.support.asset.family_members import preset
 from tests.support.kitchen.rooms import at, block
-from tests.support.kitchen.scenes import QUARTER
+from tests.support.kitchen.scenes import QUARTER, start_states
 
 UNIT, CORNER, COUNTER, OVEN = (
     ("drawer_stack", "navy_cups_four"),
@@ -55,16 +54,8 @@ def kitchen() -> Scene:
     )
 
 
-def centered(asset: Asset) -> Asset:
-    return parts.moved(asset, np.array(parts.main_center(asset)))
-
-
 def fixtures() -> tuple[kitchens.Placed, ...]:
     return kitchens.fixtures_of(kitchen(), classes())
-
-
-def told() -> dict[str, Any]:
-    return {row["name"]: row for row in kitchens.describe(kitchen(), fixtures(), kitchens.FIXTURES)["fixtures"]}
 
 
 def positions(asset: Asset, folder: Path, opened: float) -> dict[str, np.ndarray]:
@@ -93,18 +84,6 @@ def test_what_is_divided_and_centred_moves_as_before(which: tuple[str, str], tmp
             assert found[name] == pytest.approx(place, abs=1e-6), name
 
 
-def test_each_drawer_is_a_fixture_with_the_names_of_robocasa() -> None:
-    rest, *drawers = parts.divide(preset(*UNIT))
-    assert len(drawers) == 4
-    assert rest.asset.joints == ()
-    for part in drawers:
-        assert part.asset.contract == "drawer"
-        assert [joint.name for joint in part.asset.joints] == ["slidejoint"]
-        assert {"main", "int"} <= {region.name for region in part.asset.regions}
-    heights = [parts.main_center(part.asset)[2] for part in drawers]
-    assert len({round(height, 3) for height in heights}) == 4
-
-
 @pytest.mark.parametrize("which", ["left", "right"])
 def test_an_l_shaped_worktop_becomes_two_that_face_the_room(which: str) -> None:
     whole = preset("counter_corner", which)
@@ -126,9 +105,14 @@ def test_an_l_shaped_worktop_becomes_two_that_face_the_room(which: str) -> None:
         assert front == pytest.approx([1.0 if which == "left" else -1.0, 0.0, 0.0], abs=1e-9)
 
 
-def test_what_is_told_of_a_kitchen() -> None:
-    rows = told()
+def test_what_is_described_of_a_kitchen_and_its_arena() -> None:
+    rows = {row["name"]: row for row in kitchens.describe(kitchen(), fixtures(), kitchens.FIXTURES)["fixtures"]}
     assert [name for name, row in rows.items() if row["class"] == "Drawer"] == [f"unit_1_drawer{k}" for k in range(4)]
+    rest, *drawers = parts.divide(preset(*UNIT))
+    assert (rest.asset.joints, len({round(parts.main_center(part.asset)[2], 3) for part in drawers})) == ((), 4)
+    for part in drawers:
+        assert (part.asset.contract, [joint.name for joint in part.asset.joints]) == ("drawer", ["slidejoint"])
+        assert {"main", "int"} <= {region.name for region in part.asset.regions}
     assert rows["counter_1"]["class"] == "Counter"
     assert rows["oven"]["class"] == "Microwave"
     assert rows["oven"]["is_standing"]
@@ -140,9 +124,6 @@ def test_what_is_told_of_a_kitchen() -> None:
     top = rows["counter_1"]["position"][2] + height / 2
     assert top == pytest.approx(TOP_M, abs=1e-6)
     assert json.loads(kitchens.write_kitchen(kitchen(), fixtures()).entries[kitchens.FILE])["id"] == "test_room"
-
-
-def test_the_arena_has_the_lights_and_no_unknown_pairs() -> None:
     items = fixtures()
     pairs = kitchens.excluded_bodies(kitchen(), items)
     root = etree.fromstring(kitchens.arena(kitchen(), pairs))
@@ -155,21 +136,15 @@ def test_the_arena_has_the_lights_and_no_unknown_pairs() -> None:
     assert {body for pair in pairs for body in pair} <= bodies
 
 
-@pytest.fixture
-def robocasa(monkeypatch: pytest.MonkeyPatch) -> tuple[ModuleType, ModuleType]:
-    """The two modules of RoboCasa in which names are replaced, each name as a function that says that it was called."""
-    module = ModuleType("robocasa.environments.kitchen.kitchen")
+def test_register_touches_only_its_own_kitchens(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # The two modules of RoboCasa in which names are replaced, each name as a function that says that it was called.
+    module: Any = ModuleType("robocasa.environments.kitchen.kitchen")
     vars(module)["KitchenArena"] = lambda layout_id, **_: ("their arena", layout_id)
     vars(module)["EnvUtils"] = SimpleNamespace(get_single_fixture_sampler=lambda env, cfg: "their sampler")
-    scenes = ModuleType("robocasa.models.scenes.scene_registry")
+    scenes: Any = ModuleType("robocasa.models.scenes.scene_registry")
     vars(scenes)["get_layout_path"] = lambda layout_id: f"theirs {layout_id}"
     for made in (module, scenes):
         monkeypatch.setitem(sys.modules, made.__name__, made)
-    return module, scenes
-
-
-def test_register_touches_only_its_own_kitchens(tmp_path: Path, robocasa: tuple[Any, Any]) -> None:
-    module, scenes = robocasa
     before = (module.KitchenArena, module.EnvUtils.get_single_fixture_sampler, scenes.get_layout_path)
     (tmp_path / "kitchens.json").write_text('{"kitchens": {"a__b": 1000000007, "a__c": 1000000008}}')
     try:
@@ -227,28 +202,12 @@ def states() -> StartStates:
     rows[:, 11:18] = (0.5, 0.2, 0.9, 1.0, 0.0, 0.0, 0.0)
     rows[1, 1] = 0.25
     rows[1, 4:11] = (*MOVED.position, *MOVED.quaternion)
-    return StartStates.model_validate(
-        {
-            "key": "k",
-            "scene": NAME,
-            "scene_xml": "0" * 64,
-            "mujoco": "4.0.0",
-            "seed": 0,
-            "limits": (0.001, 0.005),
-            "envelope": [],
-            "joints": joints,
-            "notes": [{"placed": {}, "parked": "box"}] * 2,
-            "qpos": rows,
-            "base": [[1.0, 2.0, 0.0], [0.5, -1.0, 2.5]],
-            "depth": [0.0] * 2,
-            "motion": [0.0] * 2,
-        }
-    )
+    return start_states(NAME, joints, rows, base=[[1.0, 2.0, 0.0], [0.5, -1.0, 2.5]])
 
 
 @cache
 def in_robocasa() -> StartStates:
-    return translated(states(), scene(), description.fixtures_of(scene(), classes()))
+    return translated(states(), scene(), kitchens.fixtures_of(scene(), classes()))
 
 
 def test_what_is_loose_is_where_its_fixture_would_be() -> None:
@@ -256,32 +215,9 @@ def test_what_is_loose_is_where_its_fixture_would_be() -> None:
     assert joint.name == "box_joint0"
     placements = tuple(p.replace(pose=MOVED) if p.name == "box" else p for p in scene().placements)
     for row, where in enumerate((scene(), scene().replace(placements=placements))):
-        wanted = next(item.pose for item in description.fixtures_of(where, classes()) if item.name == "box")
+        wanted = next(item.pose for item in kitchens.fixtures_of(where, classes()) if item.name == "box")
         found = in_robocasa().qpos[row, joint.address : joint.address + 7]
         assert found.tolist() == pytest.approx([*wanted.position, *wanted.quaternion], abs=1e-6)
-
-
-class Model:
-    """What robosuite adds to an MjModel, as far as it is used."""
-
-    def __init__(self, model: mujoco.MjModel) -> None:
-        self._model = model
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._model, name)
-
-    def joint_id2name(self, number: int) -> str:
-        return str(self._model.joint(number).name)
-
-    def joint_name2id(self, name: str) -> int:
-        return int(self._model.joint(name).id)
-
-
-class Data:
-    """The same for an MjData."""
-
-    def __init__(self, data: mujoco.MjData) -> None:
-        self.qpos, self.qvel, self.body_xpos, self.body_xmat = data.qpos, data.qvel, data.xpos, data.xmat
 
 
 def environment() -> Any:
@@ -302,7 +238,15 @@ def environment() -> Any:
     )
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    sim = SimpleNamespace(model=Model(model), data=Data(data), forward=lambda: mujoco.mj_kinematics(model, data))
+    # As robosuite has an MjModel and an MjData, as far as they are used.
+    names = ("njnt", "jnt_qposadr", "jnt_bodyid", "body_parentid", "jnt_pos", "jnt_axis")
+    seen = SimpleNamespace(
+        **{name: getattr(model, name) for name in names},
+        joint_id2name=lambda number: str(model.joint(number).name),
+        joint_name2id=lambda name: int(model.joint(name).id),
+    )
+    moving = SimpleNamespace(qpos=data.qpos, qvel=data.qvel, body_xpos=data.xpos, body_xmat=data.xmat)
+    sim = SimpleNamespace(model=seen, data=moving, forward=lambda: mujoco.mj_kinematics(model, data))
     return SimpleNamespace(sim=sim, layout_id=NUMBER, raw=(model, data))
 
 
