@@ -185,11 +185,7 @@ def stable_poses(asset: Asset, least: float = 0.02) -> list[StablePose]:
     Args:
         least: poses with a lower probability are left out.
     """
-    masses = np.array([link.inertial.mass for link in asset.links])
-    centers = [
-        asset.asset_from_link(link.name).apply(np.array([link.inertial.center_of_mass]))[0] for link in asset.links
-    ]
-    center: Floats = masses @ np.array(centers) / masses.sum()
+    center = asset.center_of_mass
     points, rotations, shares = resting_sides(asset, center)
     sides: list[Floats] = []
     sums: list[float] = []

@@ -203,11 +203,7 @@ def batch(
     if engine == "newton" and textures:
         raise CasaError("newton: takes the shapes of a kitchen in plain colours; leave textures out")
     sources = [_Source.of(kitchen) for kitchen in kitchens]
-    lost = next((source.kitchen for source in sources if source.parks is None), None)
-    if robot is not None and lost is not None:
-        where = lost.id if lost.folder is None else lost.folder / SCENE_JSON
-        raise CasaError(f"{where}: is missing or names no parking place, where a robot would stand")
-    mounted = None if robot is None else robot_of(robot)
+    mounted = None if robot is None else _mounted(robot, sources)
     shared, rows, found = _put_together(sources, engine, states, mounted, sizes or {}, textures)
     parts = Parts(
         models=[one.model for one in shared],
@@ -223,6 +219,14 @@ def batch(
         for source, one, row in zip(sources, shared, rows, strict=True)
     ]
     return Batch(made(parts), inside, parts, mounted)
+
+
+def _mounted(robot: str | Path | mujoco.MjSpec, sources: Sequence[_Source]) -> Robot:
+    lost = next((source.kitchen for source in sources if source.parks is None), None)
+    if lost is not None:
+        where = lost.id if lost.folder is None else lost.folder / SCENE_JSON
+        raise CasaError(f"{where}: is missing or names no parking place, where a robot would stand")
+    return robot_of(robot)
 
 
 def _put_together(

@@ -9,7 +9,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from casa_assets.errors import CasaError, OutputError, Rejected, UnknownId
 from casa_assets.ingest.run.inputs import MeshInput, UpAxis, ingest_mesh, roots_of
@@ -25,6 +25,9 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Decision, Issue, Report, subjects_to_decide
 from casa_assets.model.source import Up
 from casa_assets.runs.outcome import FAILURE_CODES, Event, first_error
+
+if TYPE_CHECKING:
+    from casa_assets.articulate.run.steps import ArticulateOutcome
 
 # What `Library.ingest` takes.
 Input = str | Path | MeshOrScene | MeshInput
@@ -353,24 +356,19 @@ def articulate(
         found = list(run_articulate([path], place, lambda one: replace(request, source_file=one), jobs=1))
         if len(found) != 1:
             raise CasaError(f"{path}: holds {len(found)} meshes; give one mesh of one thing")
-        (done,) = found
-        asset = rejection = None
-        if done.decision is not Decision.REJECTED and done.folder is not None:
-            asset = disk.read_asset(done.folder)
-        else:
-            rejection = Rejection(done.code, done.message)
-        return Articulated(
-            str(done.mesh),
-            asset,
-            rejection,
-            done.report.issues if asset is not None and done.report is not None else (),
-            done.report,
-            None if library is None else done.folder,
-            done.category,
-            done.size,
-            done.unmet_checks,
-            done.reason_kept,
-        )
+        return _articulated(found[0], is_kept=library is not None)
+
+
+def _articulated(done: ArticulateOutcome, is_kept: bool) -> Articulated:
+    asset = rejection = None
+    if done.decision is not Decision.REJECTED and done.folder is not None:
+        asset = disk.read_asset(done.folder)
+    else:
+        rejection = Rejection(done.code, done.message)
+    warnings = done.report.issues if asset is not None and done.report is not None else ()
+    folder = done.folder if is_kept else None
+    about = done.category, done.size, done.unmet_checks, done.reason_kept
+    return Articulated(str(done.mesh), asset, rejection, warnings, done.report, folder, *about)
 
 
 def _check_exist(paths: Sequence[Path | StoreRoot]) -> None:

@@ -6,7 +6,7 @@ import shlex
 import time
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from casa_assets.library.entry import Entry
     from casa_assets.model.issue import Decision
     from casa_assets.runs.outcome import Event
-    from casa_assets.runs.remote import Change
 
     Built = SceneResult | FamilyResult
     Done = Event | ArticulateOutcome
@@ -545,80 +544,3 @@ def _print_guesses(entry: Entry, output: Output) -> None:
     lines += [] if entry.accepted else [f"  [red]{entry.code}[/] {safe(entry.message)}"]
     for line in lines:
         output.styled(line)
-
-
-WORDS = ("copied", "kept", "removed", "failed")
-
-
-def print_changes(changes: Iterator[Change], word: str, output: Output, rows_in: Path | None = None) -> str:
-    """Show a bar while entries are copied; returns how many were copied, kept and removed, in words.
-
-    Args:
-        word: what is done, such as `pushing`.
-        rows_in: library whose entries are printed as rows of --json; None: no rows.
-    """
-    counts: Counter[str] = Counter()
-    sent = 0
-    with bar(output.console) as progress:
-        task = progress.add_task(word, total=None)
-        for change in changes:
-            counts[change.kind] += 1
-            sent += change.bytes_copied
-            name = terminal_safe(change.path)
-            progress.update(
-                task,
-                completed=counts.total() - counts["removed"],
-                total=change.total,
-                description=f"{word} {safe(change.path)}",
-            )
-            if rows_in is not None:
-                folder = rows_in / change.path
-                place = str(folder) if folder.is_dir() else ""
-                id_ = change.path.rpartition("/")[2]
-                size, message = change.bytes_copied, change.message
-                output.made(id_, place, verdict=change.kind, bytes=size, path=change.path, message=message)
-            if change.kind != "kept":
-                output.detail(f"{change.kind} {name}")
-    told = [f"{counts[kind]} {kind}" for kind in WORDS if counts[kind]] or ["no entries"]
-    return f"{', '.join(told)}; {sent / 1e6:,.1f} MB"
-
-
-def waiting(output: Output) -> Callable[[str], None]:
-    """A function that prints, once, what is being waited for."""
-    told: set[str] = set()
-
-    def show(text: str) -> None:
-        if text not in told:
-            told.add(text)
-            output.line(terminal_safe(text))
-
-    return show
-
-
-Sending = Callable[["Generator[Event]"], "Generator[Event]"]
-
-
-@contextmanager
-def on_store(url: str, library: Path, output: Output) -> Iterator[Sending]:
-    """Keep the library of a run on a store: fetch it first, send entries as they are made, and all the rest at the end.
-
-    Args:
-        url: of the store; empty: the library stays on this disk. library: folder on this disk.
-    Yields:
-        what the events of the run are to be passed through.
-    """
-    if not url:
-        yield lambda events: events
-        return
-    from casa_assets.library.library import Library
-    from casa_assets.library.remote_folder import hold
-    from casa_assets.runs.remote import RemoteLibrary, StoredRun
-
-    remote = RemoteLibrary.open(url)
-    with hold(remote, waiting(output)) as lock:
-        run = StoredRun(Library(library), remote, lock)
-        fetched = print_changes(run.fetch(), "fetching", output)
-        output.detail(f"fetched of {remote.url}: {fetched}")
-        yield run.sending
-        sent = print_changes(run.finish(), "sending", output)
-        output.line(f"Store:   {terminal_safe(remote.url)}: {sent} at the end")

@@ -32,10 +32,10 @@ from casa_assets.registry.load import load
 from casa_assets.registry.plugins import ignored_files, load_plugins
 from casa_assets.registry.project_files import files_of
 from casa_assets.registry.read import load_project
-from casa_assets.show.stills import BACKENDS, install_line, why_not
+from casa_assets.show.stills.opengl import BACKENDS as RENDERERS
+from casa_assets.show.stills.opengl import install_line, why_not
 
 ROOT = Path(__file__).parents[2]  # of a checkout
-RENDERERS = BACKENDS
 CHILD_LIMIT_S = 90.0
 FREE_DISK_BYTES = 2 * 1024**3  # a library of a thousand assets with pictures takes about this much
 MEMORY_BYTES = 3 * 1024**3  # convex decomposition of a large mesh needs about this much

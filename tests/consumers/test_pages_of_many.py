@@ -10,7 +10,7 @@ from PIL import Image
 
 from casa_assets.families.build import FamilyRequest
 from casa_assets.model.registry.rows import Surface
-from casa_assets.show.page import page_models
+from casa_assets.show.page.page_template import models_of, write_models
 from casa_assets.show.reports import catalogue, home, kitchens, library_page
 from casa_assets.show.reports.catalogue import member_row
 from casa_assets.show.view import review as review_page
@@ -36,8 +36,8 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for code, message in CASES:
         refused(root, code, message)
     page = root / "report.html"
-    assert list(page_models.write_models(root, page, 1))[-1] == (3, 3)
-    return library_page.write(root, page, earlier, models=page_models.models_of(page)).page
+    assert list(write_models(root, page, 1))[-1] == (3, 3)
+    return library_page.write(root, page, earlier, models=models_of(page)).page
 
 
 @pytest.fixture(scope="module")

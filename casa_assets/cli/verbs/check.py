@@ -11,9 +11,19 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from casa_assets.cli import completion
 from casa_assets.cli.group import Verb, group_of
-from casa_assets.cli.options import LIBRARY_HELP, OUT_HELP, AsJson, Browser, Port, library_at, more, shared
+from casa_assets.cli.options import (
+    LIBRARY_HELP,
+    OUT_HELP,
+    AsJson,
+    Browser,
+    Port,
+    complete_categories,
+    complete_things,
+    library_at,
+    more,
+    shared,
+)
 from casa_assets.cli.output import Output, TextTable, from_column, measures_at, pluralize
 
 if TYPE_CHECKING:
@@ -29,7 +39,7 @@ def check(
     folders: Annotated[
         list[Path],
         typer.Argument(
-            help="Folders of assets or kitchens.", exists=True, file_okay=False, autocompletion=completion.things
+            help="Folders of assets or kitchens.", exists=True, file_okay=False, autocompletion=complete_things
         ),
     ],
 ) -> None:
@@ -290,7 +300,7 @@ def list_categories(json_: AsJson = False) -> None:
 
 @categories.command(cls=Verb)
 def show(
-    names: Annotated[list[str], typer.Argument(help="Ids of categories.", autocompletion=completion.categories)],
+    names: Annotated[list[str], typer.Argument(help="Ids of categories.", autocompletion=complete_categories)],
     json_: AsJson = False,
 ) -> None:
     """Print what is known of categories: usual size and mass, substance, other names, what builds them.

@@ -11,9 +11,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from casa_assets.cli import completion
 from casa_assets.cli.group import Verb, group_of
-from casa_assets.cli.options import LIBRARY_HELP, OUT_HELP, Jobs, Kitchens, WithReview, more, shared
+from casa_assets.cli.options import (
+    LIBRARY_HELP,
+    OUT_HELP,
+    Jobs,
+    Kitchens,
+    WithReview,
+    complete_assets,
+    more,
+    shared,
+)
 from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at, pluralize, safe, terminal_safe
 
 if TYPE_CHECKING:
@@ -29,7 +37,7 @@ _SOURCE = typer.Argument(
     exists=True,
     file_okay=False,
     readable=True,
-    autocompletion=completion.assets,
+    autocompletion=complete_assets,
 )
 Source = Annotated[Path | None, _SOURCE]
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from casa_assets.cli import completion
 from casa_assets.cli.batch_output import end_builds, print_problems, seconds_of
 from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.options import (
@@ -25,6 +24,9 @@ from casa_assets.cli.options import (
     Seed,
     WidthPx,
     Workers,
+    complete_families,
+    complete_objects,
+    complete_presets,
     more,
     shared,
 )
@@ -73,11 +75,11 @@ def list_families(json_: AsJson = False) -> None:
 @shared
 def show(
     output: Output,
-    names: Annotated[list[str], typer.Argument(help=HELP, autocompletion=completion.families)],
+    names: Annotated[list[str], typer.Argument(help=HELP, autocompletion=complete_families)],
     out: Out = Path("out/look"),
     preset: Annotated[
         list[str] | None,
-        typer.Option(help="Presets; all where none is named.", autocompletion=completion.presets),
+        typer.Option(help="Presets; all where none is named.", autocompletion=complete_presets),
     ] = None,
     samples: Samples = 0,
     seed: Seed = 0,
@@ -124,7 +126,7 @@ def show(
 @shared
 def build(
     output: Output,
-    names: Annotated[list[str] | None, typer.Argument(help=HELP, autocompletion=completion.families)] = None,
+    names: Annotated[list[str] | None, typer.Argument(help=HELP, autocompletion=complete_families)] = None,
     all_: All = False,
     samples: Samples = 0,
     presets: Annotated[
@@ -159,7 +161,7 @@ def catalogue(
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Families, and categories of objects; all where none is named.", autocompletion=completion.families
+            help="Families, and categories of objects; all where none is named.", autocompletion=complete_families
         ),
     ] = None,
     out: Out = Path("out/catalogue"),
@@ -191,7 +193,7 @@ def catalogue(
 
 
 objects = group_of("objects", "Loose objects, generated: food, tableware, packages; list, show, build.")
-Names = Annotated[list[str], typer.Argument(help="Categories.", autocompletion=completion.objects)]
+Names = Annotated[list[str], typer.Argument(help="Categories.", autocompletion=complete_objects)]
 
 
 @objects.command("list", cls=Verb)
@@ -256,7 +258,7 @@ def show_objects(
 @shared
 def build_objects(
     output: Output,
-    names: Annotated[list[str] | None, typer.Argument(help="Categories.", autocompletion=completion.objects)] = None,
+    names: Annotated[list[str] | None, typer.Argument(help="Categories.", autocompletion=complete_objects)] = None,
     all_: Annotated[bool, typer.Option("--all", help=more(ALL_HELP, "every category."))] = False,
     count: Annotated[int, typer.Option(min=1, max=4000, help=COUNT_HELP)] = 17,
     seed: Seed = 0,

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
 
-from casa_assets.cli.batch_output import end_inputs, look, print_changes, print_events, print_summary, waiting
+from casa_assets.cli.batch_output import end_inputs, look, print_events, print_summary
 from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.options import (
     CLIP_HELP,
@@ -24,12 +27,14 @@ from casa_assets.cli.options import (
     more,
     shared,
 )
-from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at, pluralize, terminal_safe
+from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at, pluralize, safe, terminal_safe
 
 if TYPE_CHECKING:
     from casa_assets.library.library import Library as LibraryFolder
     from casa_assets.library.search import Found, SearchHit
-    from casa_assets.show.page.page_models import PageModels
+    from casa_assets.runs.outcome import Event
+    from casa_assets.runs.remote import Change
+    from casa_assets.show.page.page_template import PageModels
     from casa_assets.show.reports.gate import Condition
     from casa_assets.show.reports.library_page import WrittenReport
 
@@ -37,9 +42,10 @@ app = group_of(
     "library", "Libraries as a whole: merge the parts that several machines made, index many, keep them on stores."
 )
 
-
+WORDS = ("copied", "kept", "removed", "failed")  # what becomes of entries that are copied
 PARTIAL_HELP = "Go on where parts are missing."
 Url = Annotated[str, typer.Argument(metavar="URL", help="Library on a store, such as s3://bucket/library.")]
+Sending = Callable[["Generator[Event]"], "Generator[Event]"]
 Delete = Annotated[bool, typer.Option("--delete", help="Remove what the other side lacks; decisions of people too.")]
 
 
@@ -139,6 +145,77 @@ def pull(
         changes = run(remote, place, Extra.REMOVE if delete else Extra.REFUSE, partial)
         told = print_changes(changes, "pulling", output, library)
     output.line(f"Library: {terminal_safe(str(library))}: {told}")
+
+
+def print_changes(changes: Iterator[Change], word: str, output: Output, rows_in: Path | None = None) -> str:
+    """Show a bar while entries are copied; returns how many were copied, kept and removed, in words.
+
+    Args:
+        word: what is done, such as `pushing`.
+        rows_in: library whose entries are printed as rows of --json; None: no rows.
+    """
+    counts: Counter[str] = Counter()
+    sent = 0
+    with bar(output.console) as progress:
+        task = progress.add_task(word, total=None)
+        for change in changes:
+            counts[change.kind] += 1
+            sent += change.bytes_copied
+            name = terminal_safe(change.path)
+            progress.update(
+                task,
+                completed=counts.total() - counts["removed"],
+                total=change.total,
+                description=f"{word} {safe(change.path)}",
+            )
+            if rows_in is not None:
+                folder = rows_in / change.path
+                place = str(folder) if folder.is_dir() else ""
+                id_ = change.path.rpartition("/")[2]
+                size, message = change.bytes_copied, change.message
+                output.made(id_, place, verdict=change.kind, bytes=size, path=change.path, message=message)
+            if change.kind != "kept":
+                output.detail(f"{change.kind} {name}")
+    words = [f"{counts[kind]} {kind}" for kind in WORDS if counts[kind]] or ["no entries"]
+    return f"{', '.join(words)}; {sent / 1e6:,.1f} MB"
+
+
+def waiting(output: Output) -> Callable[[str], None]:
+    """A function that prints, once, what is being waited for."""
+    told: set[str] = set()
+
+    def show(text: str) -> None:
+        if text not in told:
+            told.add(text)
+            output.line(terminal_safe(text))
+
+    return show
+
+
+@contextmanager
+def on_store(url: str, library: Path, output: Output) -> Iterator[Sending]:
+    """Keep the library of a run on a store: fetch it first, send entries as they are made, and all the rest at the end.
+
+    Args:
+        url: of the store; empty: the library stays on this disk. library: folder on this disk.
+    Yields:
+        what the events of the run are to be passed through.
+    """
+    if not url:
+        yield lambda events: events
+        return
+    from casa_assets.library.library import Library
+    from casa_assets.library.remote_folder import hold
+    from casa_assets.runs.remote import RemoteLibrary, StoredRun
+
+    remote = RemoteLibrary.open(url)
+    with hold(remote, waiting(output)) as lock:
+        run = StoredRun(Library(library), remote, lock)
+        fetched = print_changes(run.fetch(), "fetching", output)
+        output.detail(f"fetched of {remote.url}: {fetched}")
+        yield run.sending
+        sent = print_changes(run.finish(), "sending", output)
+        output.line(f"Store:   {terminal_safe(remote.url)}: {sent} at the end")
 
 
 @app.command(cls=Verb)
@@ -358,7 +435,7 @@ def _compare_all(library: LibraryFolder, clip_weights: str) -> None:
 
 
 def _write_models(library: Path, target: Path, output: Output) -> PageModels:
-    from casa_assets.show.page.page_models import models_of, write_models
+    from casa_assets.show.page.page_template import models_of, write_models
 
     with bar(output.console) as progress:
         task = progress.add_task("models", total=None)

@@ -6,7 +6,7 @@ import re
 import shlex
 from collections import Counter
 from contextlib import closing
-from functools import partial
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,12 +14,12 @@ import typer
 
 from casa_assets.cli import batch_output
 from casa_assets.cli.batch_output import MOST_LISTED
-from casa_assets.cli.group import LIMITS
 from casa_assets.cli.options import (
     CLIP_HELP,
     Category,
     DryRun,
     ForceWorse,
+    InputLimits,
     LibraryOut,
     Most,
     Out,
@@ -41,6 +41,7 @@ from casa_assets.cli.output import (
     safe_message,
     terminal_safe,
 )
+from casa_assets.cli.verbs.library import Sending, on_store
 from casa_assets.errors import CasaError
 
 if TYPE_CHECKING:
@@ -55,8 +56,9 @@ if TYPE_CHECKING:
     from casa_assets.model.record import Vec3
     from casa_assets.runs.outcome import Event
 
-# An option that bounds an input; 0 stands for the default, which its help names.
-_limit = partial(typer.Option, min=0, show_default=False, rich_help_panel=LIMITS)
+MeshSources = Annotated[
+    list[str], typer.Argument(help="Files, folders, packages, manifests, addresses of stores.", parser=source)
+]
 Explain = Annotated[
     bool, typer.Option("--explain", help="Print every guess, with its confidence and reason; not with --dry-run.")
 ]
@@ -90,19 +92,11 @@ StoreUrl = Annotated[
 @shared
 def ingest(
     output: Output,
-    sources: Annotated[
-        list[str],
-        typer.Argument(help="Files, folders, packages, manifests, addresses of stores.", parser=source),
-    ],
+    sources: MeshSources,
     library: LibraryOut = Path("out/library"),
     category: Category = "",
     workers: Workers = 0,
-    timeout: Annotated[float, _limit(metavar="SECONDS", help="Processor seconds per input; 300 by default.")] = 0.0,
-    memory: Annotated[float, _limit(metavar="GB", help="Gigabytes per input; 8 by default.")] = 0.0,
-    max_size: Annotated[float, _limit(metavar="MB", help="Megabytes of an input; 512 by default.")] = 0.0,
-    max_faces: Annotated[int, _limit(help="Faces of an input; 2500000 by default.")] = 0,
-    max_texture: Annotated[int, _limit(help="Pixels of a side; 16384 by default.")] = 0,
-    max_pixels: Annotated[float, _limit(help="Million pixels; 67.2 by default.")] = 0.0,
+    limits: InputLimits = None,
     clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "compares pictures."))] = "",
     keep_duplicates: KeepDuplicates = False,
     split: Split = False,
@@ -143,24 +137,10 @@ def ingest(
     if dry_run and store:
         raise typer.BadParameter("does not go with --dry-run", param_hint="--store")
     roots, refused = roots_of(sources, library)
-    options = Options(
-        library,
-        category,
-        workers,
-        seconds=timeout,
-        memory_bytes=int(memory * 1e9),
-        guards=_guards(max_size, max_faces, max_texture, max_pixels),
-        weights=clip_weights,
-        keep_duplicates=keep_duplicates,
-        split=split,
-        again=_codes(retry),
-        only=_codes(retry_only),
-        dry_run=dry_run,
-        shard=_shard(shard),
-        refused=refused,
-        force=force,
-    )
-    with batch_output.on_store(store, library, output) as sending:
+    options = Options(library, category, workers, keep_duplicates=keep_duplicates, split=split, force=force)
+    options = replace(options, again=_codes(retry), only=_codes(retry_only), shard=_shard(shard), dry_run=dry_run)
+    options = replace(options, weights=clip_weights, refused=refused, **(limits or {}))
+    with on_store(store, library, output) as sending:
         events = _run_once(roots, options, output, explain, sending)
     if not dry_run:
         batch_output.look(events, output)
@@ -168,13 +148,12 @@ def ingest(
 
 
 def _run_once(
-    sources: list[Path | StoreRoot], options: Options, output: Output, explain: bool, sending: batch_output.Sending
+    sources: list[Path | StoreRoot], options: Options, output: Output, explain: bool, sending: Sending
 ) -> list[Event]:
     from casa_assets.ingest.run.run import ingest as run
     from casa_assets.ingest.run.shards import NAME as SHARD_RECORD
 
     others: Counter[str] = Counter()
-
     events = batch_output.print_events(
         lambda show_work: sending(run(sources, options, others=others, show_work=show_work)), output, options.dry_run
     )
@@ -212,17 +191,6 @@ def _shard(words: str) -> Shard | None:
         raise typer.BadParameter(str(error), param_hint="--shard") from None
 
 
-def _guards(megabytes: float, faces: int, pixels: int, million_pixels: float) -> dict[str, float]:
-    """Limits of the registry that this run changes; what is 0 stays as it is."""
-    limits = {
-        "input_bytes": megabytes * 1e6,
-        "input_faces": faces,
-        "input_texture_px": pixels,
-        "input_texture_pixels": million_pixels * 1e6,
-    }
-    return {name: value for name, value in limits.items() if value}
-
-
 @shared
 def fetch(
     output: Output,
@@ -250,6 +218,23 @@ def fetch(
     output.next_command("ingest", folder)
 
 
+StaticMeshes = Annotated[
+    list[Path], typer.Argument(help="Meshes, each of one thing, or folders of them.", exists=True, readable=True)
+]
+DecisionsFile = Annotated[
+    Path | None,
+    typer.Option(
+        help="decisions.yaml of an earlier run, changed by you, or review.json of its page.",
+        exists=True,
+        dir_okay=False,
+    ),
+]
+CategoryWeights = Annotated[
+    str, typer.Option("--clip-weights", help=more(CLIP_HELP, "it tells the category where --category does not."))
+]
+Complete = Annotated[
+    bool, typer.Option("--complete/--no-complete", help="Build an interior where a door or drawer opens onto nothing.")
+]
 CONTRACT_ADVICE = "to meet it, change decisions.yaml beside the model, or the mesh, and run again"
 # Names of meshes that the progress bar shows at once.
 MAX_NAMES = 3
@@ -258,32 +243,18 @@ MAX_NAMES = 3
 @shared
 def articulate(
     output: Output,
-    sources: Annotated[
-        list[Path], typer.Argument(help="Meshes, each of one thing, or folders of them.", exists=True, readable=True)
-    ],
+    sources: StaticMeshes,
     out: LibraryOut = Path("out/articulated"),
     category: Category = "",
     up: Annotated[str, typer.Option(help="Axis of the file that points up, such as +z; else it is guessed.")] = "",
     front: Annotated[str, typer.Option(help="Axis of the file that the front faces, such as -y.")] = "",
     size_m: SizeM = 0.0,
-    decisions: Annotated[
-        Path | None,
-        typer.Option(
-            help="decisions.yaml of an earlier run, changed by you, or review.json of its page.",
-            exists=True,
-            dir_okay=False,
-        ),
-    ] = None,
+    decisions: DecisionsFile = None,
     preview: Annotated[bool, typer.Option("--preview", help="Write strip.png: closed, by part, apart, open.")] = False,
     report: Annotated[bool, typer.Option("--report", help="Print every part with its confidence.")] = False,
     review: Annotated[bool, typer.Option("--review", help="Write review.html, to correct parts on.")] = False,
-    clip_weights: Annotated[
-        str, typer.Option("--clip-weights", help=more(CLIP_HELP, "it tells the category where --category does not."))
-    ] = "",
-    complete: Annotated[
-        bool,
-        typer.Option("--complete/--no-complete", help="Build an interior where a door or drawer opens onto nothing."),
-    ] = True,
+    clip_weights: CategoryWeights = "",
+    complete: Complete = True,
     force: ForceWorse = False,
     workers: Workers = 0,
 ) -> None:

@@ -8,9 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from casa_assets.cli import completion
 from casa_assets.cli.group import Verb, group_of
-from casa_assets.cli.options import WIDTH_HELP, AsJson, Jobs, LibraryOut, Out, more, shared
+from casa_assets.cli.options import (
+    WIDTH_HELP,
+    AsJson,
+    Jobs,
+    LibraryOut,
+    Out,
+    complete_textures,
+    more,
+    shared,
+)
 from casa_assets.cli.output import Output, TextTable, from_column, pluralize, working_on
 from casa_assets.model.kitchen.choices import Surface
 
@@ -23,7 +31,7 @@ app = group_of("textures", "Pictures of walls, floors, counters and cabinets: li
 
 Names = Annotated[
     list[str] | None,
-    typer.Argument(help="Ids of recipes; whole sets where none is given.", autocompletion=completion.textures),
+    typer.Argument(help="Ids of recipes; whole sets where none is given.", autocompletion=complete_textures),
 ]
 Sets = Annotated[
     list[Surface] | None,

@@ -12,7 +12,6 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
-from casa_assets.cli import completion
 from casa_assets.cli.options import (
     LIBRARY_HELP,
     Browser,
@@ -23,11 +22,12 @@ from casa_assets.cli.options import (
     Pose,
     ScenesFolder,
     WidthPx,
+    complete_assets,
+    complete_kitchens,
     shared,
 )
 from casa_assets.cli.output import Output, measures_at
-from casa_assets.cli.supervise import StopRequested
-from casa_assets.errors import CasaError
+from casa_assets.errors import CasaError, StopRequested
 
 if TYPE_CHECKING:
     from casa_assets.show.view.server import ViewServer
@@ -42,7 +42,7 @@ def preview(
         typer.Argument(
             help="Asset folders, model.xml files, libraries; kitchens with --photoreal.",
             exists=True,
-            autocompletion=completion.assets,
+            autocompletion=complete_assets,
         ),
     ],
     out: Out = Path("out/preview"),
@@ -104,7 +104,7 @@ NAMED = (
 
 
 def view(
-    what: Annotated[str, typer.Argument(metavar="ASSET|SCENE", help=NAMED, autocompletion=completion.kitchens)],
+    what: Annotated[str, typer.Argument(metavar="ASSET|SCENE", help=NAMED, autocompletion=complete_kitchens)],
     web: Annotated[
         bool, typer.Option("--web", help="Serve a page for the browser, also if there is a screen.")
     ] = False,

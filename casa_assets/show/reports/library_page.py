@@ -30,8 +30,7 @@ from casa_assets.library.entry_table import EntryTable
 from casa_assets.library.library import CERTIFICATE, REFUSAL
 from casa_assets.model.issue import CheckResult, Decision, Issue, Report, Severity, Status
 from casa_assets.runs.outcome import writing
-from casa_assets.show.page.page_models import PageModels
-from casa_assets.show.page.page_template import MAX_ROWS, Words, all_words, relative_link, render_template
+from casa_assets.show.page.page_template import MAX_ROWS, PageModels, Words, all_words, relative_link, render_template
 from casa_assets.show.reports import gate
 from casa_assets.show.reports.findings import (
     UNITS,

@@ -1,52 +1,23 @@
-"""Open an OpenGL context without a screen, and draw MuJoCo models to pixels.
+"""Draw MuJoCo models to pixels without a screen.
 
 Pictures are means of several drawings, in each of which the camera is moved by less than a pixel.
 """
 
 from __future__ import annotations
 
-import errno
-import importlib
 import math
 import os
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import mujoco
 import numpy as np
 
 from casa_assets.core.numeric import Floats, Singles
-from casa_assets.errors import CasaError
-from casa_assets.show.stills import BACKENDS, MUJOCO_GL, chosen_backend, install_line, why_not
+from casa_assets.show.stills.opengl import NoRenderer, backend, context
 from casa_assets.show.stills.pictures import Pixels
-
-# What importing or opening a backend raises where its library is missing or finds no device.
-_FAILURES = (ImportError, AttributeError, OSError, RuntimeError, TypeError)
-
-
-# The process that opened a context; a forked child finds its parent's number here.
-_opened: list[int] = []
-
-
-class NoRenderer(CasaError):
-    """This machine cannot draw without a screen; says what was tried, why it failed and what to install."""
-
-    def __init__(self, tried: dict[str, str]) -> None:
-        self.tried = tried
-        reasons = "; ".join(f"{name}: {why_not(name, why) if name in BACKENDS else why}" for name, why in tried.items())
-        chosen = next(iter(tried)) if len(tried) == 1 and chosen_backend() in tried else ""
-        other = f", or leave {MUJOCO_GL}={chosen} out" if chosen else ""
-        super().__init__(
-            f"no picture can be drawn on this machine ({reasons}); run `{install_line(chosen)}` (Debian, Ubuntu; "
-            f"elsewhere install Mesa's EGL){other}. `casa-assets doctor` tests it"
-        )
-
-    def __reduce__(self) -> tuple[type, tuple[dict[str, str]]]:
-        return (type(self), (self.tried,))
 
 
 class Canvas:
@@ -106,7 +77,7 @@ def canvas(model: Any, data: Any, option: Any, width_px: int, height_px: int) ->
     Raises:
         NoRenderer: neither EGL nor OSMesa works.
     """
-    _context(os.getpid()).make_current()
+    context(os.getpid()).make_current()
     try:
         made = Canvas(model, data, option, width_px, height_px)
     except mujoco.FatalError as error:
@@ -116,58 +87,6 @@ def canvas(model: Any, data: Any, option: Any, width_px: int, height_px: int) ->
         yield made
     finally:
         made.close()
-
-
-def backend() -> str:
-    """Name of the backend in use: `egl` or `osmesa`. Raises NoRenderer."""
-    return str(_context(os.getpid()).backend)
-
-
-@lru_cache(maxsize=1)
-def _context(pid: int) -> Any:
-    """The process's one context; `pid` is the key because a context does not survive a fork.
-
-    mujoco picks its own backend once, from MUJOCO_GL, while it is imported, which is too early for a process that was
-    forked from a server. So its backends are opened here by name: the one that the user chose, or the first that works.
-    A limit on memory that leaves no room for a driver is no lack of one.
-    """
-    if _opened:
-        # The drivers' locks and threads were copied half: the next call would wait for ever.
-        raise NoRenderer(
-            {"fork": f"process {_opened[0]} had drawn before it forked; start workers by forkserver or spawn"}
-        )
-    wish = chosen_backend()
-    tried: dict[str, str] = {}
-    for name in (wish,) if wish else BACKENDS:
-        try:
-            made = _open(name)
-        except _FAILURES as error:
-            if isinstance(error, OSError) and error.errno == errno.ENOMEM:
-                raise MemoryError(f"{name} cannot be loaded: no memory is left") from error
-            tried[name] = f"{type(error).__name__}: {error}".splitlines()[0][:200]
-        else:
-            _opened.append(pid)
-            return made
-    raise NoRenderer(tried)
-
-
-def _open(name: str) -> Any:
-    """A current context of that backend."""
-    before = os.environ.get("PYOPENGL_PLATFORM")
-    try:
-        kind: type = importlib.import_module(f"mujoco.{name}").GLContext
-        # It lives as long as the process; mujoco's own clean-up at exit finds half of its modules gone.
-        made: Any = type(kind.__name__, (kind,), {"__del__": lambda self: None, "backend": name})(64, 64)
-        made.make_current()
-    except _FAILURES:
-        # PyOpenGL settles on a platform when it is first imported; the next backend needs one that is still open.
-        for module in [m for m in sys.modules if m.split(".")[0] == "OpenGL" or m.startswith(f"mujoco.{name}")]:
-            del sys.modules[module]
-        os.environ.pop("PYOPENGL_PLATFORM", None)
-        if before is not None:
-            os.environ["PYOPENGL_PLATFORM"] = before
-        raise
-    return made
 
 
 # (3,) lower and (3,) upper corner of a box, metres.

@@ -32,8 +32,14 @@ from casa_assets.library.entry import Entry, entries
 from casa_assets.library.entry_files import PICTURE, file_inside, picture_of
 from casa_assets.library.library import Producer
 from casa_assets.model.source import UpAxis
-from casa_assets.show.page.page_models import PageModels
-from casa_assets.show.page.page_template import SUFFIX, model_script, render_template, viewer_name, viewer_script
+from casa_assets.show.page.page_template import (
+    SUFFIX,
+    PageModels,
+    model_script,
+    render_template,
+    viewer_name,
+    viewer_script,
+)
 from casa_assets.show.view.server import HOST, LocalHandler
 
 # What is decided about all parts of one mesh is longer than what is decided about a whole one.

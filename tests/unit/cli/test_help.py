@@ -15,7 +15,7 @@ from typing import Any
 import typer
 
 from casa_assets import registry
-from casa_assets.cli import completion
+from casa_assets.cli import options
 from casa_assets.cli.group import help_text
 from casa_assets.cli.main import app, narrowed
 from casa_assets.cli.reference import command_pages
@@ -92,21 +92,21 @@ def context(**params: Any) -> Any:
 
 
 def test_names_are_those_of_the_registry() -> None:
-    assert completion.plans("") == list(plan_names())
-    assert completion.styles("") == list(style_names())
-    assert completion.families("") == sorted(family_names())
-    assert completion.categories("") == sorted(registry.load().categories)
-    assert completion.objects("") == sorted(object_names())
-    assert completion.robots("") == sorted(robot_names())
+    assert options.complete_plans("") == list(plan_names())
+    assert options.complete_styles("") == list(style_names())
+    assert options.complete_families("") == sorted(family_names())
+    assert options.complete_categories("") == sorted(registry.load().categories)
+    assert options.complete_objects("") == sorted(object_names())
+    assert options.complete_robots("") == sorted(robot_names())
 
 
 def test_kitchens_are_every_plan_in_every_style_and_what_is_built(tmp_path: Path) -> None:
     built = tmp_path / "galley__rustic__s7__t5c1d2e3f"
     built.mkdir()
     (built / "scene.json").write_text("{}", encoding="utf-8")
-    names = completion.kitchens(context(out=tmp_path), "galley__r")
+    names = options.complete_kitchens(context(out=tmp_path), "galley__r")
     assert names == ["galley__rustic", built.name]
-    assert len(completion.kitchens(context(out=tmp_path / "none"), "")) == len(plan_names()) * len(style_names())
+    assert len(options.complete_kitchens(context(out=tmp_path / "none"), "")) == len(plan_names()) * len(style_names())
 
 
 def test_assets_are_those_of_the_libraries_in_their_usual_places(tmp_path: Path, monkeypatch: Any) -> None:
@@ -114,7 +114,7 @@ def test_assets_are_those_of_the_libraries_in_their_usual_places(tmp_path: Path,
     folder.mkdir(parents=True)
     (folder / "asset.json").write_text("{}", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    assert completion.assets("out/library/mug/m") == [f"out/library/mug/{folder.name}{end}" for end in ("", "/")]
+    assert options.complete_assets("out/library/mug/m") == [f"out/library/mug/{folder.name}{end}" for end in ("", "/")]
 
 
 def complete(*words: str) -> list[str]:
@@ -144,7 +144,8 @@ def test_a_shell_is_offered_names() -> None:
 
 def test_completion_imports_nothing_heavy() -> None:
     code = (
-        "import sys; from casa_assets.cli import completion as c; c.categories('m'); c.textures('o'); c.plans('');"
+        "import sys; from casa_assets.cli import options as o;"
+        "o.complete_categories('m'); o.complete_textures('o'); o.complete_plans('');"
         "print(sorted({'numpy', 'pydantic', 'yaml', 'scipy', 'mujoco', 'casa_assets.registry'} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

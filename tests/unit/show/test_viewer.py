@@ -16,8 +16,15 @@ from lxml import html
 from casa_assets.formats.gltf import asset_glb
 from casa_assets.library.library import Library
 from casa_assets.show import page as viewer
-from casa_assets.show.page.page_models import MADE_BY, folder_of, models_of, write_models
-from casa_assets.show.page.page_template import model_script, viewer_name, viewer_script
+from casa_assets.show.page.page_template import (
+    MADE_BY,
+    folder_of,
+    model_script,
+    models_of,
+    viewer_name,
+    viewer_script,
+    write_models,
+)
 from casa_assets.show.reports.library_page import write
 from tests.support.asset.assets import rigid_mug
 from tests.support.library.built_libraries import keep, loose_and_fixed

@@ -18,7 +18,7 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel, RawPart, Up
-from casa_assets.show.stills import renderer, still
+from casa_assets.show.stills import opengl, still
 from casa_assets.show.stills.pictures import SheetCell, contact_sheet
 from casa_assets.show.stills.studio import View
 from tests.support.asset.assets import ball, drawer_unit, rigid_mug, textured_box, write_to
@@ -94,7 +94,7 @@ def test_the_same_bytes_twice_and_in_another_process(box: Path) -> None:
 
 def test_a_child_of_a_process_that_has_drawn_is_told_and_does_not_hang(box: Path) -> None:
     still.render(box, QUICK)
-    with multiprocessing.get_context("fork").Pool(1) as pool, pytest.raises(renderer.NoRenderer, match="forkserver"):
+    with multiprocessing.get_context("fork").Pool(1) as pool, pytest.raises(opengl.NoRenderer, match="forkserver"):
         pool.apply_async(still.render, (box, QUICK)).get(timeout=60)
 
 
@@ -136,9 +136,9 @@ def no_context(monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(name: str) -> None:
         raise OSError(f"lib{name}.so: cannot open shared object file")
 
-    monkeypatch.setattr(renderer, "_open", fails)
-    monkeypatch.setattr(renderer, "_opened", [])
-    monkeypatch.setattr(renderer, "_context", renderer._context.__wrapped__)
+    monkeypatch.setattr(opengl, "_open", fails)
+    monkeypatch.setattr(opengl, "_opened", [])
+    monkeypatch.setattr(opengl, "context", opengl.context.__wrapped__)
     for name in ("MUJOCO_GL", "CASA_ASSETS_GL"):
         monkeypatch.delenv(name, raising=False)
 
