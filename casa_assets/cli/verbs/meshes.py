@@ -275,13 +275,10 @@ def articulate(
     from casa_assets.articulate.run.build import ArticulateRequest
     from casa_assets.articulate.run.run import articulate as run
 
-    if clip_weights:
-        from casa_assets.library.clip import require_weights
-
-        require_weights(clip_weights)
+    weights = _weights(clip_weights)
     given, reviewed = _read_decisions(decisions, sources)
     common = category, _axis(up, "--up"), _axis(front, "--front"), size_m, given
-    flags = preview or review, Path(clip_weights) if clip_weights else None, complete, force
+    flags = preview or review, weights, complete, force
 
     def request_for(found: Found) -> ArticulateRequest:
         return ArticulateRequest(Path(found.source.place), out, *common, *flags, found)
@@ -301,8 +298,7 @@ def articulate(
         in_review = batch_output.print_counts(outcomes, kept, output)
         batch_output.print_review(in_review, False, out, output)
     if review:
-        command = _review_command(sources, out, options, complete)
-        output.line(str(review_page.write(out, outcomes, command)))
+        output.line(str(review_page.write(out, outcomes, _review_command(sources, out, options, complete))))
     batch_output.look(outcomes, output)
     batch_output.end_inputs(outcomes, [str(outcome.mesh) for outcome in outcomes])
 
@@ -394,6 +390,15 @@ def _read_decisions(path: Path | None, sources: Sequence[Path]) -> tuple[Decisio
         message = "a decisions.yaml is that of one mesh; for many, give the review.json of the page of --review"
         raise typer.BadParameter(message, param_hint="--decisions")
     return read_decisions(path), {}
+
+
+def _weights(clip_weights: str) -> Path | None:
+    from casa_assets.library.clip import require_weights
+
+    if not clip_weights:
+        return None
+    require_weights(clip_weights)
+    return Path(clip_weights)
 
 
 def _axis(word: str, option: str) -> Vec3 | None:

@@ -27,17 +27,22 @@ EachFrame = Callable[[Any, Any], None]
 def show(model: Any, pose: str = "", name: str = "the model", each_frame: EachFrame | None = None) -> None:
     """Open the viewer and return when its window is closed. Space stops the time, Backspace goes back to the pose.
 
-    The free camera starts where the file says (`<visual><global>`, `<statistic>`): for ours, at a view of all of it.
+    It starts in the keyframe `pose`, or as the model does; `each_frame` may change colours, to show what is on.
 
-    Args:
-        model: MjModel. pose: keyframe to start in; empty: the model's own start. name: of the model, for errors.
-        each_frame: may change colours, to show what is on.
     Raises:
         CannotDraw: it has no such keyframe. CasaError: no window can be opened.
     """
     require_screen()
     data = mujoco.MjData(model)
-    start = reset_to(model, data, pose, name)
+
+    def start() -> None:
+        if pose:
+            set_keyframe(model, data, pose, name)
+        else:
+            mujoco.mj_resetData(model, data)
+        mujoco.mj_forward(model, data)
+
+    start()
     running, wanted = [True], [False]
 
     def on_key(code: int) -> None:
@@ -74,20 +79,6 @@ def require_screen() -> None:
     if not is_there:
         why = "; ".join(said) or "GLFW finds no screen"
         raise CasaError(f"MuJoCo's viewer cannot open a window ({why}); --web shows a page instead")
-
-
-def reset_to(model: Any, data: Any, pose: str, name: str) -> Callable[[], None]:
-    """Put the data into a pose, and return a function that repeats it. Raises CannotDraw if the keyframe is missing."""
-
-    def start() -> None:
-        if pose:
-            set_keyframe(model, data, pose, name)
-        else:
-            mujoco.mj_resetData(model, data)
-        mujoco.mj_forward(model, data)
-
-    start()
-    return start
 
 
 def shown_groups(model: Any) -> list[int]:

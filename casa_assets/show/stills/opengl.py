@@ -46,11 +46,7 @@ def install_line(name: str = "") -> str:
 
 
 def why_not(name: str, message: str) -> str:
-    """Why a backend does not draw, in plain words.
-
-    Args:
-        message: what was raised. Where PyOpenGL does not find a library, that is about an attribute of None.
-    """
+    """Why a backend does not draw; what PyOpenGL raises without its library is about an attribute of None."""
     return f"its library is not installed ({LIBRARIES[name]})" if "NoneType" in message else message
 
 

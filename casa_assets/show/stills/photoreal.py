@@ -33,20 +33,13 @@ BEYOND_CLEARANCE_M = 0.3  # from its walls
 TALL_M = 1.3  # what is higher hides what stands behind it
 SIZE_THAT_COUNTS = 0.012  # solid angle, steradian, of a fixture that is half as good as a large one
 WEIGHTS = {
-    "range": 3.0,
-    "hob": 2.0,
-    "hood": 2.0,
-    "fridge": 2.5,
-    "oven": 2.0,
-    "sink": 2.0,
-    "window": 3.0,
+    **dict.fromkeys(("range", "window"), 3.0),
+    **dict.fromkeys(("fridge", "island"), 2.5),
+    **dict.fromkeys(("hob", "hood", "oven", "sink"), 2.0),
     "dishwasher": 1.5,
-    "island": 2.5,
     "stool": 1.0,
-    "lamp": 1.2,
     "base": 1.0,
-    "upper": 1.2,
-    "shelf": 1.2,
+    **dict.fromkeys(("lamp", "upper", "shelf"), 1.2),
 }
 SMALL = 0.4  # weight of everything else
 
@@ -89,8 +82,7 @@ class _Fixtures:
 def eye_view(scene: Mapping[str, Any], name: str, aspect: float, beyond_m: float = 0.0) -> View:
     """The view at eye level of a scene.json that shows most; the camera is level, so that verticals stay vertical.
 
-    Args:
-        beyond_m: depth of what is built beyond open sides, where the photographer may be too.
+    The photographer may be up to `beyond_m` beyond an open side.
     """
     fixtures, outline = _fixtures(scene), np.array(scene["room"]["outline"])
     walls = [(np.array(w["from"][:2]), np.array(w["to"][:2]), bool(w["open"])) for w in scene["room"]["walls"]]
@@ -286,11 +278,7 @@ NOT_SOLID = (*SHELL, "window", "door", "lamp", "switch", "outlet", "sink")
 
 
 def sun_direction(scene: Mapping[str, Any], view: View, aspect: float) -> tuple[float, float, float] | None:
-    """Unit direction of sunlight through the first window, or else the first open side; None if there is neither.
-
-    Args:
-        scene: of scene.json. view: of the camera. aspect: of its picture, width over height.
-    """
+    """Unit direction of sunlight through the first window, or else the first open side; None if there is neither."""
     opening = _opening(scene["room"])
     if opening is None:
         return None
@@ -307,11 +295,8 @@ def sun_direction(scene: Mapping[str, Any], view: View, aspect: float) -> tuple[
         ray = np.array([*(flat * math.cos(down)), -math.sin(down)])
         places, level = _landings(origins, ray, low, high, scene["room"])
         far = np.linalg.norm(places[:, :2] - origins[:, :2], axis=1) > NEAR_M
-        worth = (
-            np.where(level, LEVEL, UPRIGHT if through_window else FROM_BEHIND)
-            * far
-            * _in_view(places, view, aspect, low, high)
-        )
+        kind = np.where(level, LEVEL, UPRIGHT if through_window else FROM_BEHIND)
+        worth = kind * far * _in_view(places, view, aspect, low, high)
         if worth.mean() > best + 1e-9:
             best, found = float(worth.mean()), (float(ray[0]), float(ray[1]), float(ray[2]))
     return found
@@ -423,13 +408,7 @@ class Still:
 def scene_stills(
     folder: Path, cameras: Sequence[str] = (), settings: StillSettings | None = None, pose: str = "closed"
 ) -> Iterator[Still]:
-    """Stills of a kitchen in its folder, through its own cameras, `eye` or `cutaway`; by default the last two.
-
-    Args:
-        folder: holds scene.usda and scene.json. pose: of the variant set `pose`.
-    Raises:
-        NoPathTracer: see the class; also if there is no such camera.
-    """
+    """Stills of a kitchen through its own cameras, `eye` or `cutaway`; by default the last two. Raises NoPathTracer."""
     frame = settings or StillSettings()
     told = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
     aspect = frame.width_px / frame.height_px
@@ -467,11 +446,7 @@ def _view(told: Mapping[str, Any], name: str, aspect: float) -> View:
 
 
 def asset_still(usd: Path, settings: StillSettings | None = None, pose: str = "") -> Still:
-    """Still of an asset on a studio's floor, seen from the front and a little from its right and above.
-
-    Args:
-        usd: `usd/<id>.usda` of its folder. pose: of the variant set `pose`; empty: as the file says.
-    """
+    """Still of an asset on a studio's floor, seen from the front and a little from its right and above."""
     turn, tilt = math.radians(ASSET_AZIMUTH_DEG) / 2, math.radians(90 - ASSET_ELEVATION_DEG) / 2
     c, s, up, down = math.cos(turn), math.sin(turn), math.cos(tilt), math.sin(tilt)
     view = View(usd.stem, (0.0, 0.0, 0.0), (c * up, c * down, s * down, s * up), ASSET_FOV_X_RAD, fit=())

@@ -22,12 +22,7 @@ _BLUR_SHARE = 0.010
 
 
 def blur_background(exposure: Floats, background: Mask) -> Floats:
-    """Blur the background within its own outline, which hides the steps between single shadows.
-
-    Args:
-        exposure: (H, W, 3) fractions of white.
-        background: (H, W) where nothing but floor is seen.
-    """
+    """Blur the (H, W) background of (H, W, 3) fractions of white within its outline: no steps between shadows."""
     from scipy.ndimage import gaussian_filter  # here, since SciPy loads slowly and contact sheets need only `png`
 
     sigma_px = _BLUR_SHARE * exposure.shape[0]
@@ -79,12 +74,7 @@ class SheetCell:
 def contact_sheet(
     shots: Sequence[SheetCell], heading: str, columns: int = 8, cell_px: int = 192, height_px: int = 0
 ) -> bytes:
-    """PNG with all shots in rows, read from the left.
-
-    Args:
-        heading: one line at the top. columns: pictures in a row.
-        cell_px: width of a picture. height_px: its height; 0: as its width.
-    """
+    """PNG with all shots in rows of so many columns below a line; pictures without a height are as high as wide."""
     columns, height_px = max(1, min(columns, len(shots))), height_px or cell_px
     rows = -(-len(shots) // columns)
     # A narrow page would cut the heading.
@@ -122,12 +112,7 @@ def contact_sheets(
 
 
 def trimmed(picture: Image.Image, width_share: float, margin: float = 0.03) -> Image.Image:
-    """Cut plain paper off the sides of a picture as far as what it shows allows; one without paper stays as it is.
-
-    Args:
-        width_share: width over height of the result.
-        margin: of paper that stays on each side, as a share of what is shown.
-    """
+    """Cut plain paper off a picture up to a margin, a share of what is shown; `width_share`: width over height then."""
     pixels = np.asarray(picture.convert("RGB")).astype(np.int16)
     shown = np.abs(pixels - pixels[0, 0]).max(axis=2) > _PAPER_NOISE
     if not shown.any() or shown[[0, -1, -1], [-1, 0, -1]].any():

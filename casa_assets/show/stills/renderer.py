@@ -47,11 +47,6 @@ class Canvas:
         mujoco.mjr_readPixels(pixels, None, rect, self._context)
         return pixels[::-1]
 
-    def draw_depth(self, scene: Any, width_px: int, height_px: int) -> Singles:
-        """(height, width) depth buffer of a scene, 0 near to 1 far, first row at the bottom."""
-        mujoco.mjr_render(mujoco.MjrRect(0, 0, width_px, height_px), scene, self._context)
-        return self.read_depth(width_px, height_px)
-
     def read_depth(self, width_px: int, height_px: int) -> Singles:
         """(height, width) depth buffer of what was drawn last, 0 near to 1 far, first row at the bottom."""
         depth = np.empty((height_px, width_px), dtype=np.float32)
@@ -69,14 +64,7 @@ class Canvas:
 
 @contextmanager
 def canvas(model: Any, data: Any, option: Any, width_px: int, height_px: int) -> Iterator[Canvas]:
-    """A Canvas that is closed at the end.
-
-    Args:
-        model, data: MjModel and MjData; the model's `offwidth` and `offheight` hold the size.
-        option: MjvOption, which groups are shown.
-    Raises:
-        NoRenderer: neither EGL nor OSMesa works.
-    """
+    """A Canvas that is closed at the end; the model's `offwidth` and `offheight` hold the size. Raises NoRenderer."""
     context(os.getpid()).make_current()
     try:
         made = Canvas(model, data, option, width_px, height_px)
@@ -142,11 +130,7 @@ def one_group(group: int) -> Any:
 
 
 def set_quality(visual: Any, width_px: int, height_px: int, shadow_px: int) -> None:
-    """Set up the frame buffer of `MjSpec.visual` or `MjModel.vis`: its size, no headlight, no multisampling.
-
-    Args:
-        shadow_px: side of the shadow map of a light.
-    """
+    """Set up `MjSpec.visual` or `MjModel.vis`: the frame buffer's size, the side of shadow maps, no headlight."""
     visual.headlight.active = 0
     visual.global_.offwidth, visual.global_.offheight = width_px, height_px
     visual.quality.offsamples, visual.quality.shadowsize = 0, shadow_px

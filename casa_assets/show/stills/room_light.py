@@ -17,8 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.core.numeric import Floats, Ints, Mask, Singles, linear_from_srgb_array, srgb_from_linear_array
-from casa_assets.show.stills import renderer
-from casa_assets.show.stills.renderer import GOLDEN, PLASTIC, CameraFrustum
+from casa_assets.show.stills.renderer import GOLDEN, PLASTIC, CameraFrustum, Canvas
 
 OPAQUE = 0.999  # alpha from which on nothing is seen through
 _FAR_DEPTH = 0.99999  # of the depth buffer where nothing is seen
@@ -55,12 +54,9 @@ class Surfaces:
 
 
 def draw_surfaces(
-    canvas: renderer.Canvas, solid: Any, every: Any, lens: CameraFrustum, count: int, size_px: tuple[int, int]
+    canvas: Canvas, solid: Any, every: Any, lens: CameraFrustum, count: int, size_px: tuple[int, int]
 ) -> Iterator[Surfaces]:
-    """Yield what `count` drawings of a model from one camera show, each moved by a part of a pixel.
-
-    Of two MjvOptions `solid` shows what is opaque, `every` what is see-through, too.
-    """
+    """Yield `count` drawings from a camera; of two MjvOptions `solid` shows what is opaque, `every` all."""
     model = canvas.model
 
     def gloss(material: int) -> tuple[float, float, float]:
@@ -121,10 +117,7 @@ def _rays(eye: Any, width_px: int, height_px: int) -> Singles:
 
 
 def plain_scene(scene: Any, lights: Sequence[_Light] = (), paint: Paint | None = None) -> Any:
-    """Leave an MjvScene without shadows, sky, highlights and other lights than these, and return it.
-
-    `paint` gives the RGB of a geom, instead of its colour and picture, from the number of its material (-1: none).
-    """
+    """An MjvScene left without shadows, sky, highlights and other lights; `paint`: RGB by material (-1: none)."""
     flags = mujoco.mjtRndFlag
     for flag in (flags.mjRND_SHADOW, flags.mjRND_REFLECTION, flags.mjRND_SKYBOX, flags.mjRND_HAZE, flags.mjRND_FOG):
         scene.flags[flag] = 0
@@ -166,11 +159,8 @@ class ShadowMap:
         return steps * np.float32(self.step) + np.float32(self.least)
 
 
-def draw_shadow_map(canvas: renderer.Canvas, scene: Any, towards: Floats, corners: Floats, size_px: int) -> ShadowMap:
-    """Draw the map of a direction, `towards` the light (3,), of an MjvScene without lights.
-
-    `corners` (8, 3) are those of the box round all that throws shadows, metres, world frame.
-    """
+def draw_shadow_map(canvas: Canvas, scene: Any, towards: Floats, corners: Floats, size_px: int) -> ShadowMap:
+    """The map of a direction, `towards` the light (3,); (8, 3) `corners` of the box round all that throws shadows."""
     side = np.cross((0.0, 0.0, 1.0), towards) if abs(towards[2]) < 0.99 else np.array([1.0, 0.0, 0.0])
     right = side / np.linalg.norm(side)
     frame = np.stack([right, np.cross(towards, right), towards])
@@ -185,7 +175,8 @@ def draw_shadow_map(canvas: renderer.Canvas, scene: Any, towards: Floats, corner
         eye.orthographic, eye.frustum_near, eye.frustum_far = 1, _MAP_NEAR_M, deep
         eye.frustum_center, eye.frustum_width = 0.0, half
         eye.frustum_bottom, eye.frustum_top = -half, half
-    depth = canvas.draw_depth(scene, size_px, size_px)
+    canvas.draw_scene(scene, size_px, size_px)
+    depth = canvas.read_depth(size_px, size_px)
     return ShadowMap(
         frame=frame.astype(np.float32),
         corner=(middle[:2] - half).astype(np.float32),
@@ -250,10 +241,7 @@ class Room:
         return sorted({0, 1, 2, 3} - {wall.side for wall in self.walls})
 
     def seen(self, places: Singles, directions: Singles, blur: float = _BLUR) -> Singles:
-        """(N, 3) linear RGB that is seen from (3, N) places in the box along (3, N) directions.
-
-        `blur` is how softly one side of the box goes over into the next, as a share of the way to it.
-        """
+        """(N, 3) linear RGB seen from (3, N) places along (3, N) directions; sides merge over a share of the way."""
         ways, sides = self.ways(places, directions)
         nearest = ways.min(axis=0)
         shares = np.clip(1 - (ways - nearest) / (np.float32(blur) * nearest + np.float32(1e-4)), 0.0, 1.0)
@@ -339,10 +327,7 @@ def beams(number: int, passes: int, per_pass: int) -> Iterator[tuple[Floats, flo
 
 
 def light_on(surfaces: Surfaces, room: Room, number: int, light: Sequence[Beam]) -> Singles:
-    """(H, W, 3) light that the surfaces of drawing `number` gather, 0 where nothing is seen; the key light comes first.
-
-    The ceiling and the plain surfaces in place of missing walls emit light; they are shown with that brightness.
-    """
+    """(H, W, 3) light that the surfaces of drawing `number` gather, 0 where nothing is seen; first the key light."""
     at = np.flatnonzero(surfaces.seen)
     normals = np.ascontiguousarray(surfaces.normals.reshape(-1, 3)[at].T)
     places = np.ascontiguousarray(surfaces.places.reshape(-1, 3)[at].T)
@@ -369,6 +354,7 @@ def light_on(surfaces: Surfaces, room: Room, number: int, light: Sequence[Beam])
         else:
             shown = _KEY_COLOR * (gap <= 0.0)[:, None]
         total[lit] += shown * (cosine[lit] * np.float32(weight))[:, None]
+    # The ceiling and the plain surfaces in place of missing walls emit light.
     total[(normals[2] < -0.9) & (places[2] > room.upper[2] - 0.05)] += _ON_CEILING
     is_open = np.zeros(len(at), dtype=np.bool_)
     for side in range(4):
@@ -384,8 +370,7 @@ def light_on(surfaces: Surfaces, room: Room, number: int, light: Sequence[Beam])
 def shadowing(places: Singles, shadow: ShadowMap, tilt: Singles) -> Singles:
     """(N,) metres from each place (3, N) to the object that hides it from the light; 0 if nothing hides it.
 
-    The first lookup finds the distance; the second is shifted sideways by as much as a soft light spreads over it:
-    (2, N) `tilt` of the way to the light, along right and up of the map.
+    The first lookup finds the distance; the second is shifted sideways by (2, N) `tilt` of it, as a soft light spreads.
     """
     x, y, z = shadow.frame @ places
     bias = np.float32(1.5 * shadow.pixel)
@@ -414,10 +399,7 @@ def _smoothed(light: Singles, surfaces: Surfaces) -> Singles:
 
 
 def shade(seen: Surfaces, light: Singles, room: Room, is_inside: bool) -> Floats:
-    """(H, W, 3) sRGB, 0..1, of a drawing in its light: matt, metal and polish, glass before it, the tone curve.
-
-    An eye in the room (`is_inside`) sees the sky through windows.
-    """
+    """(H, W, 3) sRGB, 0..1, of a drawing in its light; an eye in the room sees the sky through windows."""
     color = linear_from_srgb_array(seen.albedo)
     metallic, rough, glow = (seen.gloss[..., k : k + 1] for k in range(3))
     facing = np.einsum("ijk,ijk->ij", seen.normals, seen.to_eye)[..., None]

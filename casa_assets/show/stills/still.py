@@ -44,12 +44,10 @@ def render(model_xml: Path, view: View = _DEFAULT_VIEW, collision: bool = False,
     Args:
         model_xml: MJCF with visual geoms in group 1 and collision geoms in group 0, or USD with 2 and 3; regions are
             called `reg_*`.
-        view: direction and size.
         collision: show each collider in a different colour, see-through, over the asset in grey.
         pose: keyframe of the model to show; empty: joints at zero.
     Raises:
-        CannotDraw: MuJoCo cannot read the model, it has no such keyframe, or nothing in it is visible.
-        NoRenderer: there is no OpenGL.
+        CannotDraw: MuJoCo cannot read the model, it has no such keyframe, or nothing in it is visible. NoRenderer.
     """
     if collision:
         return _render_colliders(model_xml, view, pose)
@@ -79,13 +77,10 @@ def load_into_studio(
     groups: tuple[int, ...] = _VISUAL_GROUPS,
     pose: str = "",
 ) -> tuple[Any, Any, Floats]:
-    """Compile an asset in the studio: (MjModel, MjData, (N, 3) visible points in metres).
+    """Compile the geoms of these groups of an asset in the studio: (MjModel, MjData, (N, 3) visible points in metres).
 
     Args:
-        model_xml: as for `render`. size_px: of the picture to be taken.
         paint: RGBA for everything, instead of its materials.
-        groups: of the geoms to be shown; each collider gets a different colour.
-        pose: keyframe, or empty.
     Raises:
         CannotDraw: MuJoCo cannot read the model, or it has no geom to show.
     """
@@ -129,11 +124,9 @@ def add_highlights(spec: Any) -> None:
 
 
 def _phong_terms(metallic: float, roughness: float, rgba: Any, textures: Any) -> tuple[float, float, float]:
-    """(specular, shininess, factor of the colour) that make MuJoCo's lights show a material's metallic and roughness.
+    """(specular, shininess, factor of the colour) that show metallic and roughness, which are negative if not stated.
 
-    Args:
-        metallic, roughness: a negative value means that the file says nothing.
-        textures: one item for each role, true where a picture fills it.
+    `textures`: one item for each role, true where a picture fills it.
     """
     metallic = max(0.0, metallic)
     smooth = 1.0 - (roughness if roughness >= 0.0 else 0.5)
@@ -144,10 +137,9 @@ def _phong_terms(metallic: float, roughness: float, rgba: Any, textures: Any) ->
 
 
 def _keep_groups(spec: Any, groups: tuple[int, ...], paint: tuple[float, ...] | None) -> None:
-    """Delete all geoms of other groups and all regions (`reg_*`), then the meshes that no geom uses.
+    """Delete geoms of other groups, regions, and meshes that no geom uses, and put the rest into the studio's group.
 
-    Each collider gets a different colour, and everything gets `paint` if it is given. The remaining geoms are put into
-    the group that the studio draws. Raises ValueError if no geoms remain.
+    Each collider gets a different colour, or everything gets `paint`. Raises ValueError if no geoms remain.
     """
     for geom in list(spec.geoms):
         if geom.group not in groups or geom.name.startswith("reg_"):
@@ -173,15 +165,7 @@ _TURNTABLE_VIEW = View(size_px=256, fill=0.92, passes=10)
 
 
 def render_turntable(model_xml: Path, view: View = _TURNTABLE_VIEW, frames: int = 24, seconds: float = 4.0) -> bytes:
-    """Animated WebP of the asset turning once, without end.
-
-    Args:
-        model_xml: as for `render`.
-        view: of the first frame. frames, seconds: pictures in a turn, and its duration.
-    Raises:
-        CannotDraw: MuJoCo cannot read the model, or nothing in it is visible.
-        NoRenderer: there is no OpenGL.
-    """
+    """Animated WebP of the asset turning once in so many seconds, without end. Raises CannotDraw, NoRenderer."""
     model, data, points = load_into_studio(model_xml, view.size_px)
     swept = _swept(points)
     taken: list[pictures.Pixels] = []
@@ -190,7 +174,10 @@ def render_turntable(model_xml: Path, view: View = _TURNTABLE_VIEW, frames: int 
         turned = replace(view, azimuth_deg=view.azimuth_deg + 360.0 * i / frames)
         camera = fit(swept, turned)
         taken.append(studio.render(model, data, points, camera, turned))
-    return _webp(taken, round(1000.0 * seconds / frames))
+    first, *rest = [Image.fromarray(pixels) for pixels in taken]
+    out, each_ms = io.BytesIO(), round(1000.0 * seconds / frames)
+    first.save(out, format="WEBP", save_all=True, append_images=rest, duration=each_ms, loop=0, quality=80, method=4)
+    return out.getvalue()
 
 
 def _swept(points: Floats) -> Floats:
@@ -212,15 +199,6 @@ def _swept(points: Floats) -> Floats:
     return np.concatenate(rings)
 
 
-def _webp(frames: list[pictures.Pixels], milliseconds: int) -> bytes:
-    first, *rest = [Image.fromarray(f) for f in frames]
-    out = io.BytesIO()
-    first.save(
-        out, format="WEBP", save_all=True, append_images=rest, duration=milliseconds, loop=0, quality=80, method=4
-    )
-    return out.getvalue()
-
-
 _RAW_VIEW = View(size_px=320, passes=16)
 # Above this many faces MuJoCo takes longer to read a mesh than the picture is worth: vertices are moved onto a grid of
 # so many steps along the longest side, about one for each pixel, and faces that become alike are drawn once.
@@ -231,11 +209,7 @@ _LARGEST_PX = 1024  # of an image
 
 
 def render_model(model: RawModel, view: View = _RAW_VIEW) -> bytes:
-    """PNG of a raw model, turned upright by the axis that its file declares (glTF: y), else z.
-
-    Raises:
-        CasaError: it has no triangle, or nothing can draw.
-    """
+    """PNG of a raw model, turned upright by the axis that its file declares, else z; CasaError as `render_mesh`."""
     return render_mesh(model.parts, model.up or Up.Z, view)
 
 
@@ -382,15 +356,7 @@ class MovingJoint:
 
 
 def joint_strip(model_xml: Path, moving: Sequence[MovingJoint], heading: str) -> bytes:
-    """PNG: closed, coloured with axes, taken apart, all open, then each joint of `moving` open alone.
-
-    Args:
-        model_xml: MJCF file as `still.render` takes it.
-        moving: in the order in which they are shown. heading: one line at the top.
-    Raises:
-        CannotDraw: MuJoCo cannot read the model, or it has nothing to show.
-        NoRenderer: there is no OpenGL.
-    """
+    """PNG: closed, coloured with axes, taken apart, all open, then each joint open alone. Raises as `render`."""
     model, data, _ = load_into_studio(model_xml, CELL_PX)
     before = _behind(model)
     ends = {m.joint: float(max(model.joint(m.joint).range, key=abs)) for m in moving}
@@ -409,10 +375,7 @@ def joint_strip(model_xml: Path, moving: Sequence[MovingJoint], heading: str) ->
 
 
 def strip_corners(moving: Sequence[MovingJoint]) -> dict[str, tuple[int, int]]:
-    """Return the pixel (x, y) of the upper left corner of pictures on the strip of some joints.
-
-    Those of the whole are `closed`, `parts` and `taken apart`; that of a joint that is shown alone has its name.
-    """
+    """Pixel (x, y) of the upper left corner of `closed`, `parts`, `taken apart` and each joint alone on a strip."""
     alone = [m.joint for m in moving if m.alone]
     names = ["closed", "parts", "taken apart", *(["all open"] if len(alone) > 1 else []), *alone]
     return {name: cell_corner(i, min(COLUMNS, len(names)), CELL_PX) for i, name in enumerate(names)}

@@ -142,11 +142,7 @@ def add_studio(spec: Any, size_px: int) -> None:
 
 
 def place_floor(model: Any, data: Any) -> Floats:
-    """Put the floor under the visible vertices and return those: (N, 3), metres, world frame.
-
-    Args:
-        model, data: a model in the studio after `mj_forward`.
-    """
+    """Put the floor under the visible vertices, after `mj_forward`, and return those: (N, 3), metres, world frame."""
     floor = int(model.geom(_FLOOR).id)
     points = np.concatenate([_vertices(model, data, g) for g in range(model.ngeom) if g != floor])
     lower, upper = points.min(axis=0), points.max(axis=0)
@@ -158,16 +154,7 @@ def place_floor(model: Any, data: Any) -> Floats:
 
 
 def render(model: Any, data: Any, points: Floats, camera: Camera, view: View, both_sides: bool = False) -> Pixels:
-    """Render a model that is on the studio's floor.
-
-    Args:
-        model, data, points: as `place_floor` left and returned them.
-        view: size and number of drawings. both_sides: shows faces from behind too.
-    Returns:
-        (size_px, size_px, 3) uint8.
-    Raises:
-        NoRenderer: there is no OpenGL.
-    """
+    """(size_px, size_px, 3) uint8 of a model that `place_floor` has put on the studio's floor. Raises NoRenderer."""
     center, radius = (points.min(axis=0) + points.max(axis=0)) / 2.0, _radius(points)
     passes = max(
         min(_MIN_PASSES, view.passes), min(view.passes, view.passes * _FULL_PASSES_FACES // max(1, model.nmeshface))
@@ -196,13 +183,7 @@ def render(model: Any, data: Any, points: Floats, camera: Camera, view: View, bo
 def _mean_of_drawings(
     canvas: renderer.Canvas, lens: CameraFrustum, passes: int, viewer: float, center: Floats, radius: float
 ) -> Floats:
-    """(H, W, 3) mean of the drawings, 0..1.
-
-    Args:
-        passes: number of drawings.
-        viewer: direction that the viewer comes from, rad to the left of the x axis.
-        center, radius: of the scene, metres; (3,) in the world frame.
-    """
+    """(H, W, 3) mean of the drawings, 0..1; `viewer`: where the viewer comes from, rad to the left of the x axis."""
     total: Floats = np.zeros(())
     for i in range(passes):
         lens.aim(canvas.scene, i)

@@ -44,6 +44,9 @@ from casa_assets.textures.run.recipes import available_finishes
 DIGITS = 5  # of metres: a hundredth of a millimetre
 # A page that was asleep comes back after minutes; a rule of 25 s is then over, and no longer step says more.
 MAX_STEP_S = 60.0
+REPORT = "report.html"
+# Called with what is being done, how much of it is done, and of how many; 0 where that is not known.
+ShowProgress = Callable[[str, int, int], None]
 
 
 class Step(Record):
@@ -51,9 +54,8 @@ class Step(Record):
 
     Attributes:
         placement: name of the fixture; empty for an asset by itself.
-        values: variable -> value, as in the last answer; empty at the start.
-        before, held_s: of BehaviorState, as in the last answer.
-        joints: name -> position, rad or m; names without that of the placement. Joints not listed are at zero.
+        values, before, held_s: as in the last answer; empty at the start.
+        joints: name without that of the placement -> position, rad or m; those not listed are at zero.
         touched: names of colliders that are being pressed. dt_s: seconds since the last step.
     """
 
@@ -81,11 +83,8 @@ def parse_step(data: bytes) -> Step:
 def step_machine(behavior: Behavior, said: Step) -> dict[str, Any]:
     """The next state of a machine, and the effects that act in it, as JSON has them.
 
-    Returns:
-        values, before, held_s: for the next step. effects: rows of `kind`, `target`, `color`, `strength`.
-        waits: whether a rule is counting seconds, so that time alone changes something.
-    Raises:
-        CasaError: a state that this machine cannot be in, or a joint that is no number.
+    `waits`: whether a rule is counting seconds, so that time alone changes something. Raises CasaError for a state that
+    this machine cannot be in.
     """
     state = start_behavior(behavior)
     if said.values:
@@ -115,14 +114,10 @@ def step_machine(behavior: Behavior, said: Step) -> dict[str, Any]:
 
 
 def describe_machine(asset: Asset, placement: str = "") -> dict[str, Any] | None:
-    """Return the data with which a page shows an asset's state machine, or None if the asset has no state machine.
+    """The data with which a page shows an asset's state machine, or None if it has none.
 
-    Returns:
-        variables: name -> values. joints: names of those that it depends on.
-        contacts: rows of `name` and `joint` of colliders that are pressed; the joint is that of the key, null if it
-            does not move.
-        targets: name of a site, visual or region that effects act on -> `link`, and its `points` and `faces` or its
-            `position`, `quaternion` and `size`.
+    `contacts`: colliders that are pressed, with the joint of the key, null if it does not move. `targets`: name of a
+    site, visual or region that effects act on -> its link, and points and faces or place and size.
     """
     behavior = asset.behavior
     if behavior is None:
@@ -157,19 +152,13 @@ def _rounded(numbers: Any) -> list[float]:
     return [decimals(float(number), DIGITS) for number in numbers]
 
 
-REPORT = "report.html"
-# Called with what is being done, how much of it is done, and of how many; 0 where that is not known.
-ShowProgress = Callable[[str, int, int], None]
-
-
 @dataclass(frozen=True)
 class Model:
     """A model and its data, as the server sends them to the page.
 
     Attributes:
-        id: of the subject. glb: the model, with colliders and regions in separate layers.
-        facts: see `facts` of the functions below; JSON. behaviors: name of a placement (empty for an asset by itself)
-            -> its state machine.
+        glb: the model, with colliders and regions in separate layers. facts: of the subject, JSON.
+        behaviors: name of a placement (empty for an asset by itself) -> its state machine.
         folder: of the scene or asset on disk, from which its report is served; None if it is not on disk.
     """
 
@@ -181,13 +170,7 @@ class Model:
 
 
 def make(subject: Subject, cache: Path, show_progress: ShowProgress) -> Model:
-    """Build, or read, what is to be shown.
-
-    Args:
-        cache: folder of the store that painted pictures and built assets are kept in.
-    Raises:
-        CasaError: it cannot be built or read, or there is no record of it.
-    """
+    """Build, or read, what is to be shown, with a store in `cache`. Raises CasaError, also where there is no record."""
     if isinstance(subject, Kitchen):
         return _kitchen(subject, cache, show_progress)
     show_progress("reading" if isinstance(subject, AssetFolder) else "building", 0, 0)
@@ -227,10 +210,7 @@ def asset_of(subject: Subject, cache: Path) -> Asset:
 
 
 def scene_of(subject: Kitchen, cache: Path, show_progress: ShowProgress) -> tuple[KitchenRequest, Scene]:
-    """Return the kitchen and the scene of a recipe, made by the functions that `scenes build` uses.
-
-    Progress is reported part by part. Parts that were built before come from the cache.
-    """
+    """The kitchen and the scene of a recipe, as `scenes build` makes them, with progress part by part."""
     show_progress("reading the plan", 0, 0)
     kitchen = resolve(subject.recipe)
     parts = (*(item.choice for item in kitchen.items), *kitchen.style.props)
@@ -311,14 +291,11 @@ def _robots(folder: Path) -> list[dict[str, Any]]:
         return []
     rows = []
     for robot in certificate.robots:
-        joints = {
-            "/".join(joint.joint.rsplit("__", 1)): (
-                ("opened" if joint.followed is not Following.NO else "reached")
-                if joint.reached
-                else (joint.missed.value if joint.missed else "not reached")
-            )
-            for joint in robot.joints
-        }
+        joints = {}
+        for joint in robot.joints:
+            found = "opened" if joint.followed is not Following.NO else "reached"
+            missed = joint.missed.value if joint.missed else "not reached"
+            joints["/".join(joint.joint.rsplit("__", 1))] = found if joint.reached else missed
         rows.append({"robot": robot.robot, "joints": joints})
     return rows
 
@@ -348,15 +325,7 @@ def with_style(recipe: SceneRecipe, style: str) -> SceneRecipe:
 
 
 def mujoco_model(subject: Subject, cache: Path, show_progress: ShowProgress) -> Any:
-    """Return a compiled MuJoCo model of the subject; assets are placed on a floor.
-
-    The last argument is a callback that receives the progress.
-
-    Args:
-        cache: folder of the store of built assets.
-    Raises:
-        CasaError: it cannot be built or read.
-    """
+    """A compiled MuJoCo model of the subject, an asset on a floor. Raises CasaError."""
     source = _source(subject, cache, show_progress)
     show_progress("loading", 0, 0)
     try:

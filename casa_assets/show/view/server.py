@@ -50,11 +50,7 @@ def open_in_browser(address: str) -> None:
 
 
 class LocalHandler(BaseHTTPRequestHandler):
-    """Answers that no browser keeps.
-
-    Attributes:
-        headers_of_all: name -> value of headers that each answer of a server has besides.
-    """
+    """Answers that no browser keeps; `headers_of_all` are those that each answer of a server has besides."""
 
     protocol_version = "HTTP/1.1"
     headers_of_all: ClassVar[dict[str, str]]
@@ -246,8 +242,13 @@ class _Handler(LocalHandler):
                 self.send(HTTPStatus.OK, "model/gltf-binary", model.glb)
             else:
                 self.send(HTTPStatus.OK, JSON, to_json(model.facts))
-        elif what in ("progress", "report") and rest:
-            (self._progress if what == "progress" else self._report)(rest)
+        elif what == "progress" and rest:
+            if (found := self.server.workshop.progress(rest)) is None:
+                self._refuse(HTTPStatus.NOT_FOUND, f"{rest} is not kept; load the page again")
+            else:
+                self._send_json(found)
+        elif what == "report" and rest:
+            self._report(rest)
         else:
             self._refuse(HTTPStatus.NOT_FOUND, "there is no such page")
 
@@ -287,18 +288,8 @@ class _Handler(LocalHandler):
         except ValueError:
             return False
 
-    def _progress(self, model_id: str) -> None:
-        found = self.server.workshop.progress(model_id)
-        if found is None:
-            self._refuse(HTTPStatus.NOT_FOUND, f"{model_id} is not kept; load the page again")
-        else:
-            self._send_json(found)
-
     def _report(self, rest: str) -> None:
-        """Send the report of a scene or asset, a file of its folder that the report uses, or the viewer.
-
-        The viewer is that of the present version in all cases.
-        """
+        """Send the report of a scene or asset, a file that it uses, or the viewer, which is always the present one."""
         model_id, _, name = rest.rpartition("/")
         if _VIEWER.fullmatch(rest):
             self.send(HTTPStatus.OK, KINDS[".js"], viewer_script())
@@ -374,11 +365,7 @@ def _swapped(recipe: SceneRecipe, style: str, surfaces: dict[str, str], seed: An
 
 
 def page(first: str, pose: str = "") -> str:
-    """HTML of the page.
-
-    Args:
-        first: id of the model that it asks for first. pose: in which that is shown; empty: as it begins.
-    """
+    """HTML of the page, which first shows the model of this id; in a pose, or as it begins."""
     viewer = Markup(viewer_script().decode())  # noqa: S704  a file of this package
     return render_template("view/page.html", title=first, start={"first": first, "pose": pose}, viewer=viewer)
 

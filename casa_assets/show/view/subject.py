@@ -104,12 +104,10 @@ Subject = AssetFolder | Loaded | Member | Kitchen | ModelFile
 
 
 def find(what: str, scenes: Path, libraries: Sequence[Path] = LIBRARIES) -> Subject:
-    """Return the subject with that name: an existing path first, then library ids, kitchens, families, objects.
+    """The subject with that name: a path that exists, else an id in a library, a kitchen, a family or an object.
 
     Args:
-        what: folder of an asset or a scene, `model.xml` or `scene.xml` in it, id of an asset in one of the libraries,
-            id of a kitchen, `microwave` or `microwave/steel` (a preset; the first if not named), `apple` or `apple/3`
-            (draw number 3 of a category of objects).
+        what: also `microwave/steel`, a preset (else the first), and `apple/3`, a draw of a category (else 0).
         scenes: folder of kitchens. libraries: folders; those that do not exist are skipped.
     Raises:
         OutputError: the path holds no asset and no scene. UnknownId: nothing has this name; it names the nearest.
