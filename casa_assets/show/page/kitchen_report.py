@@ -61,12 +61,7 @@ def page(
     model: ModelFiles | None = None,
     picture: str = "overview.png",
 ) -> str:
-    """Return the HTML of the page.
-
-    Args:
-        facts: content of scene.json. report: content of report.json.
-        explained: code of a check -> its title and what is tested. picture: shown until the model is loaded.
-    """
+    """HTML of the page, from scene.json and report.json; the picture is shown until the model is loaded."""
     results = [CheckResult.model_validate(result) for result in report["results"]]
     joints = sum(len(f["joints"]) for f in facts["fixtures"])
     grade, checks = report["grade"], tally(results)

@@ -76,11 +76,7 @@ def explanations() -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Words:
-    """Meanings of codes.
-
-    Attributes:
-        rejections: reasons of the stages. explanations: code of a check -> its title and what is tested.
-    """
+    """Meanings of codes: reasons of the stages, and code of a check -> its title and what is tested."""
 
     rejections: Mapping[str, Rejection]
     explanations: Mapping[str, str]
@@ -159,11 +155,7 @@ def put_viewer(folder: Path) -> str:
 
 @dataclass(frozen=True)
 class ModelFiles:
-    """Names and paths that a page needs to show a model.
-
-    Attributes:
-        name: of the model. script: path of its script file, and viewer: of the viewer, both relative to the page.
-    """
+    """Name of a model, and paths of its script file and of the viewer, relative to the page that shows it."""
 
     name: str
     script: str
@@ -171,11 +163,7 @@ class ModelFiles:
 
 
 def model_script(name: str, glb: bytes) -> bytes:
-    """Content of the script file of a model; the same GLB is the same bytes.
-
-    Args:
-        name: letters, digits, `_`, `-`, such as the id of an asset.
-    """
+    """Content of the script file of a model, named by letters, digits, `_`, `-`; the same GLB is the same bytes."""
     packed = base64.b64encode(gzip.compress(glb, 9, mtime=0)).decode("ascii")
     return f'casaModel("{name}","{packed}");\n'.encode("ascii")
 
@@ -222,12 +210,7 @@ def write_models(root: Path, target: Path, jobs: int = 0) -> Iterator[tuple[int,
     """Write the models of the assets of a library that are missing; yields (how many there are, of how many).
 
     A model is made again where its asset was written after it, by a correction for instance, and all are where the
-    code that makes them has changed. Those of assets that are gone are removed.
-
-    Args:
-        root: of the library. target: the page. jobs: processes; 0: one per core.
-    Raises:
-        BatchFault: some could not be made; the others are there.
+    code that makes them has changed. Those of assets that are gone are removed. Raises BatchFault.
     """
     folder = folder_of(target)
     _empty_unless_made_by(key_of(asset_glb, put_viewer), folder)

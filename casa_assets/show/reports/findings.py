@@ -50,11 +50,7 @@ class Outlier:
 
 @dataclass(frozen=True)
 class PriorFit:
-    """The assets of one category, or of a portion of it, against its usual range; the farthest outliers first.
-
-    Attributes:
-        name: such as `mug`, or `apple, half`. quantity: see UNITS.
-    """
+    """Assets of a category, or of a portion (`apple, half`), against its usual range; the farthest outliers first."""
 
     name: str
     quantity: str
@@ -64,11 +60,7 @@ class PriorFit:
 
 
 def fits(entries: Iterable[Entry], categories: Mapping[str, Category]) -> list[PriorFit]:
-    """Every category that assets are of, those with most outliers first, then those with most assets.
-
-    Args:
-        entries: those that were rejected, or are of a category that the registry does not know, are left out.
-    """
+    """Every known category that accepted assets are of, those with most outliers first, then those with most assets."""
     groups: dict[tuple[str, str], list[Entry]] = {}
     for entry in entries:
         if entry.accepted and entry.category in categories:
@@ -159,9 +151,7 @@ class Difference:
     @property
     def id(self) -> str:
         """Of its entry now, else of the one before."""
-        found = self.now or self.before
-        assert found is not None, "one of the two is there"
-        return found.id
+        return next(one.id for one in (self.now, self.before) if one is not None)
 
 
 @dataclass(frozen=True)
@@ -185,7 +175,7 @@ class Totals:
         reasons: by verdict (`rejected`, `review`, `advice`) and reason. categories, sources: by name and verdict.
     """
 
-    def __init__(self, entries: Iterable[Entry] = ()) -> None:
+    def __init__(self, entries: Iterable[Entry]) -> None:
         self.entries = self.advised = 0
         self.verdicts: Counter[Decision] = Counter()
         self.codes: Counter[str] = Counter()
@@ -349,11 +339,7 @@ def standing_of(entry: Entry) -> Standing:
 
 
 def read_run(place: Path) -> Run:
-    """An earlier run: the report.json that was written next to its page, or its library.
-
-    Raises:
-        OutputError: there is neither, or the file is damaged.
-    """
+    """An earlier run: the report.json that was written next to its page, or its library. Raises OutputError."""
     if place.is_file():
         return _run_of_report(place)
     library = disk.Library(place)
@@ -417,10 +403,7 @@ def _change(before: Standing | None, now: Standing | None) -> Change | None:
 
 
 def link_before(run: Run, standing: Standing, page: Path) -> str:
-    """Path from the folder of a page to what the earlier run has of an input, POSIX; empty where it is there no more.
-
-    That is its row on the earlier page where that is another page, else its folder in the library.
-    """
+    """Path from the folder of a page to an input's row on the page of the earlier run, else its file in the library."""
     if run.page is not None and run.page.resolve() != page.resolve():
         return f"{_relative(run.page, page)}#{standing.id}"
     folder = run.root / standing.path

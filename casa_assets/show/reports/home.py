@@ -25,11 +25,7 @@ LARGE = 2  # kitchens that are shown large, where there are twice as many or mor
 
 
 def write(out: Path) -> Path:
-    """Write index.html of a folder of output; returns its path.
-
-    Raises:
-        OutputError: an entry of a library is damaged, or the page cannot be written.
-    """
+    """Write index.html of a folder of output; returns its path. Raises OutputError."""
     words = all_words()
     folders = sorted(path for path in out.iterdir() if path.is_dir() and not path.name.startswith("."))
     rooms = [(folder, kitchens.read_cards(folder)) for folder in folders if _holds_kitchens(folder)]

@@ -196,10 +196,7 @@ def _card(folder: Path) -> SceneCard:
 
 
 def read_cards(out: Path) -> list[SceneCard]:
-    """Every scene below a folder, by id; what has not changed since it was read before is taken from the cache.
-
-    The cache is `.casa/cache/kitchens.json`: of each scene the states of its files, and the card.
-    """
+    """Every scene below a folder, by id; one whose files have not changed is taken from `.casa/cache/kitchens.json`."""
     kept_at, made_by, adapter = out / ".casa" / "cache" / CARDS, key_of(_card), TypeAdapter(SceneCard)
     try:
         kept = kept_json(kept_at)
@@ -227,10 +224,7 @@ def _state(folder: Path) -> str:
 
 
 def write(out: Path, heading: str = "Kitchens") -> tuple[Path, Path]:
-    """Write page, contact sheet and table of all scenes in a folder; returns the paths of page and sheet.
-
-    Of many the sheet shows some, from all over the list.
-    """
+    """Write page, contact sheet and table of all scenes in a folder; returns the paths of page and sheet."""
     found = read_cards(out)
     rows = [card.row for card in found]
     text = json.dumps({"totals": totals(rows), "scenes": [asdict(row) for row in rows]}, indent=1, sort_keys=True)
@@ -250,10 +244,7 @@ def write(out: Path, heading: str = "Kitchens") -> tuple[Path, Path]:
 
 
 def on_sheet(found: Sequence[SceneCard]) -> list[SceneCard]:
-    """The scenes that the contact sheet shows: all, or some of many.
-
-    These are at even distances in the list, so that all plans are among them; they have pictures where any have.
-    """
+    """The scenes that the contact sheet shows: all, or of many some at even distances in the list, of all plans."""
     if len(found) <= MAX_ON_SHEET:
         return list(found)
     pictured = [card for card in found if card.pictures] or list(found)
@@ -295,12 +286,7 @@ def _index_row(card: SceneCard, places: Mapping[str, int]) -> dict[str, Any]:
 
 
 def index_page(found: Sequence[SceneCard], heading: str, diversity: tuple[Diversity, Diversity] | None = None) -> str:
-    """Return the HTML of the page for finding a kitchen.
-
-    Args:
-        found: kitchens; only the first MAX_ROWS are listed.
-        diversity: of kitchens drawn at random, and of the reference; None without such kitchens.
-    """
+    """HTML of the page for finding a kitchen; `diversity`: of those drawn at random, and of the reference."""
     shown, sums = found[:MAX_ROWS], totals([card.row for card in found])
     # Families and tasks, once each: a page of thousands would repeat them thousands of times.
     names = sorted({name for card in shown for name in (*card.families, *card.tasks)})

@@ -83,12 +83,8 @@ def write(
     junit: Path | None = None,
     sarif: Path | None = None,
 ) -> WrittenReport:
-    """Write the page for the library at `root` to `target`, and a JSON file of that name next to it.
+    """Write the page for the library at `root` to `target`, a JSON file of that name next to it, and files for CI.
 
-    Args:
-        target: the page, `<name>.html`. baseline: report.json or library of an earlier run.
-        models: where the page finds the models of its assets; None: without models.
-        junit, sarif: files for continuous integration; None: they are not written.
     Raises:
         OutputError: an entry of the library is damaged, the page cannot be written, or there is no such earlier run.
     """
@@ -122,12 +118,7 @@ def render(
     links: Mapping[str, str] | None = None,
     models: PageModels | None = None,
 ) -> str:
-    """The page; the same findings give the same page.
-
-    Args:
-        rows: see `rows_of`; of the entries that the page lists. links: id -> path to what an earlier run has of it.
-        models: where the models of its assets are.
-    """
+    """The page; `rows`: see `rows_of`; `links`: id -> path to what an earlier run has of it."""
     whole, totals = found.whole, found.totals
     quiet = quiet_codes(found.entries, words)
     loud = sum(any(code not in quiet for code in entry.advice) for entry in found.entries if entry.accepted)
@@ -161,17 +152,11 @@ def render(
 
 
 def quiet_codes(entries: Sequence[Entry], words: Words) -> frozenset[str]:
-    """Codes of advice that the list does not mark, because nobody has to act on them or nearly all assets have them.
-
-    The details of an asset name them all the same.
-    """
+    """Codes of advice that the list does not mark: nobody has to act on them, or nearly all assets have them."""
     advised = [entry.advice for entry in entries if entry.accepted]
     counted = Counter(code for codes in advised for code in codes)
     most = COMMON_SHARE * max(len(advised), COMMON_FROM)
     return frozenset(code for code, count in counted.items() if count >= most or words.needs_nothing(code))
-
-
-# Numbers --------------------------------------------------------------------------------------------------------------
 
 
 def _fit(fit: PriorFit) -> dict[str, Any]:
@@ -222,9 +207,6 @@ def _tiles(totals: Totals, shown: Mapping[str, int]) -> list[dict[str, str]]:
     ]
 
 
-# Changes and checks of all together -----------------------------------------------------------------------------------
-
-
 def _changes(compared: Compared, links: Mapping[str, str]) -> dict[str, Any]:
     kinds = []
     for change in Change:
@@ -246,10 +228,7 @@ def _change(one: Difference, link: str) -> dict[str, Any]:
 
 
 def render_library_section(report: Report | None, explanations: Mapping[str, str], weights: str = "") -> Markup:
-    """Return the HTML of the section on the checks of the library as a whole; empty if none of them has run.
-
-    `weights`: name of the CLIP weights used on the pictures; empty if CLIP was not used.
-    """
+    """HTML of the checks of the library as a whole, empty if none has run; `weights`: of CLIP, if it was used."""
     if report is None or not report.results:
         return NO_SECTION
     return Markup(  # noqa: S704  the template has escaped every value
@@ -281,9 +260,6 @@ def _library_check(result: CheckResult, found: Sequence[Issue], explanations: Ma
     }
 
 
-# Rows -----------------------------------------------------------------------------------------------------------------
-
-
 def listed(found: Findings, words: Words) -> list[Entry]:
     """The entries that the page lists, in their order: all, or of many those that should be looked at first."""
     if len(found.entries) <= MAX_ROWS:
@@ -308,12 +284,9 @@ def rows_of(
     pictures: Mapping[str, bytes] | None = None,
     is_brief: bool = False,
 ) -> list[dict[str, Any]]:
-    """Return rows as the script of the page reads them; size in centimetres, mass in kg, None for a rejected input.
-
-    docs/reference/report.md explains the keys.
+    """Rows as the script of the page reads them, see docs/reference/report.md; sizes in centimetres, masses in kg.
 
     Args:
-        entries: with the results of their checks. found, words: of the report.
         pictures: small ones by `Entry.path`; None: the page shows those in the library.
         is_brief: leave out checks that passed or do not apply.
     """
@@ -387,5 +360,5 @@ def _status_number(result: CheckResult) -> int:
 
 
 def _short(number: float | None) -> float | None:
-    """Round to six digits, which are enough to read and keep the page small."""
+    """Six digits, which are enough to read and keep the page small."""
     return None if number is None else significant(number, 6)

@@ -130,8 +130,7 @@ def draw(view: dict[str, Any], job: dict[str, Any], folder: Path, outside: Any) 
     data = bpy.data.cameras.new(view["name"])
     data.sensor_fit, data.angle, data.clip_start = "HORIZONTAL", view["fov_x"], 0.02
     data.shift_y = view["shift_y"]
-    camera = bpy.data.objects.new(view["name"], data)
-    bpy.context.collection.objects.link(camera)
+    camera = surroundings.put(view["name"], data)
     camera.matrix_world = Matrix.Translation(view["position"]) @ Quaternion(view["quaternion"]).to_matrix().to_4x4()
     scene.camera = camera
     if view["fit"] is not None:
@@ -161,12 +160,9 @@ def draw(view: dict[str, Any], job: dict[str, Any], folder: Path, outside: Any) 
 
 
 def develop(image: Any, most: float) -> None:
-    """Soften the colours, and spread a share of the light over the whole picture.
+    """Soften the colours, and spread a share of the light, up to what fills a sensor, over the whole picture.
 
     The glass of every lens scatters light like that, so that gaps are dark, not black.
-
-    Args:
-        most: brightness at which a sensor is full.
     """
     values = np.empty(len(image.pixels), dtype=np.float32)
     image.pixels.foreach_get(values)
