@@ -42,20 +42,14 @@ MEMORY_BYTES = 3 * 1024**3  # convex decomposition of a large mesh needs about t
 
 # Modules with compiled code, and what only they can tell by being imported: that this machine can load them.
 NATIVE_MODULES = {
-    "coacd": "coacd",
+    **{name: name for name in ("coacd", "manifold3d", "meshoptimizer", "mujoco", "numpy", "pyarrow", "vhacdx")},
     "lxml.etree": "lxml",
-    "manifold3d": "manifold3d",
-    "meshoptimizer": "meshoptimizer",
-    "mujoco": "mujoco",
-    "numpy": "numpy",
     "opengl_decimate": "opengl-decimate",
     "PIL.Image": "pillow",
     "pxr.Usd": "usd-core",
-    "pyarrow": "pyarrow",
     "scipy.spatial": "scipy",
     "simready.foundation.tier_core": "simready-foundation-tier-core",
     "simready.validate": "simready-validate",
-    "vhacdx": "vhacdx",
 }
 
 # A line of constraints.txt, such as numpy==2.4.6, or usd-core==26.11 ; python_version >= "3.14".
@@ -91,14 +85,9 @@ print(json.dumps(bad))
 
 
 class Finding(Record):
-    """One thing that was looked at.
+    """One thing that was looked at, such as `renderer egl`, and the command that fixes it, if one does.
 
-    Attributes:
-        subject: what it is, such as `python` or `renderer egl`.
-        ok: it is as it should be.
-        needed: the program does not work as documented without it.
-        message: what was found.
-        fix: the command that fixes it; empty where nothing is wrong or no command does.
+    `needed`: the program does not work as documented without it.
     """
 
     subject: str
@@ -113,11 +102,7 @@ def _note(subject: str, ok: bool, message: str, fix: str = "") -> Finding:
 
 
 def findings(output: Path) -> tuple[Finding, ...]:
-    """All findings about this machine, in a fixed order.
-
-    Args:
-        output: folder that results would be written to; it need not exist and is not made.
-    """
+    """All findings about this machine, in a fixed order; the folder to write to need not exist and is not made."""
     with ThreadPoolExecutor(max_workers=3) as pool:
         drawn = [(name, pool.submit(_draws, name)) for name in RENDERERS]
         loaded = pool.submit(_native)

@@ -276,18 +276,15 @@ def _kill_all() -> None:
 
 def _exit_code(status: int, stop: int, report: Callable[[str, str], None]) -> int:
     code = os.waitstatus_to_exitcode(status)
-    if stop and code not in (0, 1, 2):
+    # The last two: stopped by somebody who knew its number.
+    by = stop if stop and code not in (0, 1, 2) else -code if -code in SIGNALS else code - 128
+    if by in SIGNALS:
         report("stopped;", "the same command goes on from here")
-        return 128 + stop
-    if code in (-signal.SIGINT, -signal.SIGTERM, -signal.SIGHUP):
-        report("stopped;", "the same command goes on from here")
-        return 128 - code
-    if code > 128 and code - 128 in SIGNALS:  # told to stop by somebody who knew its number
-        report("stopped;", "the same command goes on from here")
-    elif code == -signal.SIGKILL:
+        return 128 + by
+    if code == -signal.SIGKILL:
         report("error:", "the system ended the program, perhaps for want of memory; the same command goes on from here")
         return 2
-    elif code < 0:
+    if code < 0:
         name = signal.Signals(-code).name
         report("bug:", f"the program was ended by {name}: this is a fault of the program; please report it")
         return 3

@@ -216,8 +216,7 @@ ScenesOut = Annotated[Path, typer.Option("--out", metavar="DIR", help=more(OUT_H
 Library = Annotated[Path, typer.Option("--library", help=LIBRARY_HELP, exists=True, file_okay=False)]
 LibraryOut = Annotated[Path, typer.Option("--library", metavar="DIR", help=LIBRARY_HELP, callback=folder_of_library)]
 ScenesFolder = Annotated[
-    Path,
-    typer.Option("--scenes-folder", metavar="DIR", help="Folder of kitchens; one that is missing is built."),
+    Path, typer.Option("--scenes-folder", metavar="DIR", help="Folder of kitchens; one that is missing is built.")
 ]
 
 WidthPx = Annotated[int, typer.Option("--width-px", help=WIDTH_HELP, min=64, max=4096)]

@@ -12,16 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from casa_assets.cli.group import Verb, group_of
-from casa_assets.cli.options import (
-    LIBRARY_HELP,
-    OUT_HELP,
-    Jobs,
-    Kitchens,
-    WithReview,
-    complete_assets,
-    more,
-    shared,
-)
+from casa_assets.cli.options import LIBRARY_HELP, OUT_HELP, Jobs, Kitchens, WithReview, complete_assets, more, shared
 from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at, pluralize, safe, terminal_safe
 
 if TYPE_CHECKING:
@@ -52,11 +43,7 @@ def export_as(
     with_review: bool,
     output: Output,
 ) -> None:
-    """Write a library, an asset or kitchens in a form; exits with 1 where one was refused.
-
-    Args:
-        word: name of the form in a sentence.
-    """
+    """Write a library, an asset or kitchens in a form, called so in a sentence; exits with 1 where one was refused."""
     from casa_assets.export import export_assets, export_scenes
 
     if (source is None) == (not scenes):
@@ -94,11 +81,7 @@ def _ended(running: Generator[Any, None, None], output: Output) -> list[Any]:
 
 
 def look(ids: Sequence[str], source: Path | None, output: Output) -> None:
-    """Print the command that shows the first of what was exported.
-
-    Args:
-        ids: of assets, or of kitchens if there is no source. source: library, or the folder of one asset.
-    """
+    """Print the command that shows the first exported asset of a library or a folder, or kitchen without a source."""
     from casa_assets.library.library import CERTIFICATE
 
     if not ids:

@@ -78,8 +78,7 @@ def show(
     names: Annotated[list[str], typer.Argument(help=HELP, autocompletion=complete_families)],
     out: Out = Path("out/look"),
     preset: Annotated[
-        list[str] | None,
-        typer.Option(help="Presets; all where none is named.", autocompletion=complete_presets),
+        list[str] | None, typer.Option(help="Presets; all where none is named.", autocompletion=complete_presets)
     ] = None,
     samples: Samples = 0,
     seed: Seed = 0,
@@ -307,11 +306,7 @@ def _follow(running: Iterable[FamilyResult], requests: Sequence[FamilyRequest], 
 
 
 def print_member(result: FamilyResult, output: Output, always: bool = False) -> None:
-    """Print whether a member passed, how long it took, and every issue.
-
-    Args:
-        always: also of a member that passed, where the user did not ask for more words.
-    """
+    """Print a member's verdict, times and issues; one that passed only if the user wants more words, or `always`."""
     row = {
         "member": result.request.title,
         "id": result.asset_id,
@@ -337,11 +332,7 @@ def print_member(result: FamilyResult, output: Output, always: bool = False) -> 
 
 
 def _print_together(report: Report, titles: Mapping[str, str], output: Output) -> None:
-    """Print what the checks of all members together found, the first few problems of each.
-
-    Args:
-        report: of a library. titles: code -> title of the checks to print.
-    """
+    """Print what the checks with these titles found of all members together, the first few problems of each."""
     for result in (one for one in report.results if one.code in titles):
         number = result.reason if result.number is None else f"{result.number:.3g} (limit {result.limit:g})"
         output.line(f"{result.code} {titles[result.code]}: {result.status.value}, {number}")

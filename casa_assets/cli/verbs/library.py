@@ -150,9 +150,7 @@ def pull(
 def print_changes(changes: Iterator[Change], word: str, output: Output, rows_in: Path | None = None) -> str:
     """Show a bar while entries are copied; returns how many were copied, kept and removed, in words.
 
-    Args:
-        word: what is done, such as `pushing`.
-        rows_in: library whose entries are printed as rows of --json; None: no rows.
+    `rows_in`: library whose entries are printed as rows of --json.
     """
     counts: Counter[str] = Counter()
     sent = 0

@@ -304,15 +304,9 @@ def articulate(
 
 
 def _follow(
-    start: Callable[[Callable[[Sequence[str]], None]], Generator[ArticulateOutcome]],
-    output: Output,
-    report: bool,
+    start: Callable[[Callable[[Sequence[str]], None]], Generator[ArticulateOutcome]], output: Output, report: bool
 ) -> list[ArticulateOutcome]:
-    """Run to the end under a progress bar, print each outcome as it comes, and return them all.
-
-    Args:
-        start: begins the run; it takes what is called with the names of the meshes at work.
-    """
+    """Run under a progress bar, print each outcome and return all; `start` takes what is called with names at work."""
     outcomes: list[ArticulateOutcome] = []
     with bar(output.console) as progress:
         task = progress.add_task("looking", total=None)
@@ -374,10 +368,7 @@ def _review_command(sources: Sequence[Path], out: Path, options: Mapping[str, ob
 
 
 def _read_decisions(path: Path | None, sources: Sequence[Path]) -> tuple[Decisions, Mapping[str, Decisions]]:
-    """Read the decisions of a person: those on the one mesh, and those on many by their sha256; none without a file.
-
-    Raises typer.BadParameter where decisions on one mesh are given for more.
-    """
+    """The decisions of a person on the one mesh, and those on many by their sha256. Raises typer.BadParameter."""
     from casa_assets.articulate.decisions import Decisions
     from casa_assets.articulate.run.decisions import read_decisions
     from casa_assets.library.decisions import read_review

@@ -428,8 +428,7 @@ PlanFile = Annotated[
     ),
 ]
 TriedStyle = Annotated[
-    str,
-    typer.Option("--style", help=more(STYLE_HELP, "the plan is tried with it."), autocompletion=complete_styles),
+    str, typer.Option("--style", help=more(STYLE_HELP, "the plan is tried with it."), autocompletion=complete_styles)
 ]
 OutFile = Annotated[
     Path | None, typer.Option("--out", help=more(OUT_HELP, "a YAML file that is not there yet."), dir_okay=False)
@@ -581,11 +580,13 @@ def new(
 
 def _models(texts: list[str]) -> list[tuple[str, str]]:
     """`range=range/pro_six` as pairs."""
-    pairs = [tuple(text.split("=", 1)) for text in texts]
-    for text, pair in zip(texts, pairs, strict=True):
-        if len(pair) < 2 or not all(pair):
+    pairs = []
+    for text in texts:
+        role, _, name = text.partition("=")
+        if not role or not name:
             raise typer.BadParameter(f"{text!r}: write ROLE=FAMILY/PRESET or ROLE=library:ID", param_hint="--model")
-    return [(role, name) for role, name in pairs]
+        pairs.append((role, name))
+    return pairs
 
 
 def _surfaces(text: str) -> list[tuple[Surface, str]]:

@@ -178,8 +178,7 @@ def _card(folder: Path) -> SceneCard:
     tasks = {**facts.get("tasks", {}), **facts.get("robocasa_v1", {})}
     # The overview, then others by name; the map of its floor last.
     pictures = sorted(
-        (path.name for path in folder.glob("*.png")),
-        key=lambda name: (name == FLOOR_MAP, name != "overview.png", name),
+        (path.name for path in folder.glob("*.png")), key=lambda name: (name == FLOOR_MAP, name != "overview.png", name)
     )
     (x0, y0, _), (x1, y1, _) = facts["room"]["bounds"]
     return SceneCard(

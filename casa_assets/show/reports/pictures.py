@@ -78,11 +78,7 @@ def is_scene(folder: Path) -> bool:
 
 
 def draw_stills(
-    targets: Sequence[Path],
-    output: Path,
-    settings: StillSettings,
-    pose: str = "",
-    cameras: Sequence[str] = (),
+    targets: Sequence[Path], output: Path, settings: StillSettings, pose: str = "", cameras: Sequence[str] = ()
 ) -> Iterator[Picture]:
     """Write path-traced stills of kitchens, and of assets as `models` finds them, in a pose of their USD.
 

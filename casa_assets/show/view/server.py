@@ -82,9 +82,6 @@ MAX_SEED = 2**31
 _VIEWER = re.compile(rf"{SHARED}/viewer_[0-9a-f]{{12}}\.js")
 _LINK = re.compile(r'(?:src|href|data-model)="([^"]+)"')
 KEPT = 8  # models in memory; a kitchen takes some tens of megabytes
-# A page asks four times a second how far its model is; after so long without, it shows another one or is closed.
-ABANDONED_S = 5.0
-
 Maker = Callable[[Subject, ShowProgress], Model]
 
 
@@ -98,7 +95,7 @@ class _Job:
 
     def __init__(self, subject: Subject) -> None:
         self.subject = subject
-        self.begin = self.asked = time.monotonic()
+        self.begin = time.monotonic()
         self.step, self.error, self.took = ("waiting for another", 0, 0), "", 0.0
         self.model: Model | None = None
 
@@ -156,7 +153,6 @@ class Workshop:
         with self._lock:
             job = self._jobs.get(model_id)
             if job is not None:
-                job.asked = time.monotonic()
                 self._jobs.move_to_end(model_id)
             return job
 
@@ -165,8 +161,6 @@ class Workshop:
             job.step = doing, done, of
 
         with self._bench:
-            if self._is_abandoned(job):
-                return
             try:
                 model = self._make(job.subject, show_progress)
             except CasaError as error:
@@ -177,15 +171,6 @@ class Workshop:
             else:
                 job.took, job.step = time.monotonic() - job.begin, ("ready", 0, 0)
                 job.model = model
-
-    def _is_abandoned(self, job: _Job) -> bool:
-        """Forget a model that waited for its turn until no page asked for it any more; True where that is so."""
-        with self._lock:
-            if time.monotonic() - job.asked < ABANDONED_S:
-                return False
-            if self._jobs.get(job.subject.id) is job:
-                del self._jobs[job.subject.id]
-            return True
 
 
 class ViewServer(ThreadingHTTPServer):

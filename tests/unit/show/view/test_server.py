@@ -6,7 +6,6 @@ import json
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from threading import Event
 from typing import Any
 
 import pytest
@@ -271,31 +270,6 @@ def wait_until_over(workshop: Workshop, model_id: str) -> None:
             return
         time.sleep(0.01)
     raise AssertionError(f"{model_id} is not done")
-
-
-def test_what_waited_until_no_page_asked_for_it_is_not_begun(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(view_server, "ABANDONED_S", 0.2)
-    made: list[str] = []
-    is_begun, may_end = Event(), Event()
-
-    def make(wanted: Subject, tell: ShowProgress) -> Model:
-        made.append(wanted.id)
-        is_begun.set()
-        assert may_end.wait(PATIENCE_S)
-        return Model(wanted.id, b"", {}, {}, None)
-
-    workshop = Workshop(make)
-    first, left, wanted = (workshop.order(kitchen_of(seed)) for seed in range(3))
-    assert is_begun.wait(PATIENCE_S)
-    for _ in range(4):
-        time.sleep(0.1)
-        assert workshop.progress(wanted) is not None
-    may_end.set()
-    for name in (first, left, wanted):
-        wait_until_over(workshop, name)
-    assert made == [first, wanted]
-    assert workshop.progress(left) is None
-    assert workshop.model(wanted) is not None
 
 
 def test_what_failed_is_forgotten_like_the_others() -> None:
