@@ -44,7 +44,7 @@ SMOKE = (
     "tests/unit/cli/test_errors.py",
     "tests/unit/cli/test_help.py",
     "tests/unit/runs/remote/test_stored_run.py",
-    "tests/unit/show/reports/test_home.py",
+    "tests/unit/show/reports/test_page_template.py",
     "tests/unit/export/test_exports.py",
     "tests/unit/test_examples.py",
 )

@@ -18,9 +18,9 @@ from tests.consumers.test_review_keys import reviewed_page
 from tests.support.library.built_libraries import keep
 from tests.support.program.browser import Browser, Page
 from tests.unit.library.test_alike import FIRST, LARGE, OTHER
-from tests.unit.show.reports.test_catalogue import APPLE
 from tests.unit.show.reports.test_kitchen_pages import kitchen_page, scene
 from tests.unit.show.reports.test_library_page import CASES, entry, refused
+from tests.unit.show.reports.test_page_template import APPLE
 
 pytestmark = pytest.mark.consumers
 ROWS = "#list .id"

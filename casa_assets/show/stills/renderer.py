@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 
 from casa_assets.core.numeric import Floats, Singles
-from casa_assets.show.stills.opengl import NoRenderer, backend, context
+from casa_assets.show.stills import opengl
 from casa_assets.show.stills.pictures import Pixels
 
 
@@ -65,12 +65,14 @@ class Canvas:
 @contextmanager
 def canvas(model: Any, data: Any, option: Any, width_px: int, height_px: int) -> Iterator[Canvas]:
     """A Canvas that is closed at the end; the model's `offwidth` and `offheight` hold the size. Raises NoRenderer."""
-    context(os.getpid()).make_current()
+    opengl.context(os.getpid()).make_current()
     try:
         made = Canvas(model, data, option, width_px, height_px)
     except mujoco.FatalError as error:
         # A broken EGL that was tried first stands in the way of OSMesa within the same process.
-        raise NoRenderer({backend(): f"{error}; try again with MUJOCO_GL=osmesa in the environment"}) from error
+        raise opengl.NoRenderer(
+            {opengl.backend(): f"{error}; try again with MUJOCO_GL=osmesa in the environment"}
+        ) from error
     try:
         yield made
     finally:

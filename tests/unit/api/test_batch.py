@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import builtins
 import sys
 from pathlib import Path
 from typing import Any
@@ -68,38 +67,25 @@ def test_pictures_of_all_kitchens_are_in_each(tmp_path: Path) -> None:
     assert {first.tex(i).name for i in range(first.ntex)} == {"sky", "oak", "tiles"}
 
 
-class TestStartStates:
-    @pytest.fixture
-    def drawn(self, tmp_path: Path) -> Path:
-        """The first kitchen with five start states: a plate farther and farther to the left."""
-        folder = folders(tmp_path)[0]
-        (folder / "scene.xml").write_text(FIRST)
-        rows = [([*REST[:2], 0.7 - 0.02 * number, *REST[3:]], ()) for number in range(5)]
-        found = states(*rows).model_copy(update={"scene_xml": digest_of_file(folder / "scene.xml")})
-        write_states(folder, found)
-        return folder
-
-    def test_a_seed_draws_the_same_for_everybody(self, drawn: Path) -> None:
-        batch = casa.batch([drawn], engine="mujoco", worlds=20)
-        assert set(batch.states) == {0}
-        batch.reset(seed=3)
-        assert len(set(batch.states)) > 2
-        again = casa.batch([drawn], engine="mujoco", worlds=20)
-        again.reset(seed=3)
-        assert np.array_equal(again.states, batch.states)
-        assert np.array_equal(again.qpos, batch.qpos)
-
-    def test_a_world_is_as_its_state_says(self, drawn: Path) -> None:
-        batch = casa.batch([drawn], engine="mujoco", worlds=20)
-        batch.reset(seed=3)
-        at = batch.kitchens[0].address("plate__free")
-        assert np.allclose(batch.qpos[:, at], 0.7 - 0.02 * batch.states, atol=1e-3)
-        assert np.allclose(batch.base[:, 0], batch.states)
-
-    def test_states_of_another_scene_are_refused(self, drawn: Path) -> None:
-        (drawn / "scene.xml").write_text(FIRST + " ")
-        with pytest.raises(casa.CasaError, match=r"start_states\.npz: the states were drawn for another scene\.xml"):
-            casa.batch([drawn], engine="mujoco")
+def test_a_seed_draws_start_states_which_are_those_of_this_scene(tmp_path: Path) -> None:
+    """Five start states of the first kitchen: a plate farther and farther to the left."""
+    folder = folders(tmp_path)[0]
+    (folder / "scene.xml").write_text(FIRST)
+    rows = [([*REST[:2], 0.7 - 0.02 * number, *REST[3:]], ()) for number in range(5)]
+    write_states(folder, states(*rows).model_copy(update={"scene_xml": digest_of_file(folder / "scene.xml")}))
+    batch, again = (casa.batch([folder], engine="mujoco", worlds=20) for _ in range(2))
+    assert set(batch.states) == {0}
+    for one in (batch, again):
+        one.reset(seed=3)
+    assert len(set(batch.states)) > 2
+    assert np.array_equal(again.states, batch.states)
+    assert np.array_equal(again.qpos, batch.qpos)
+    at = batch.kitchens[0].address("plate__free")
+    assert np.allclose(batch.qpos[:, at], 0.7 - 0.02 * batch.states, atol=1e-3)
+    assert np.allclose(batch.base[:, 0], batch.states)
+    (folder / "scene.xml").write_text(FIRST + " ")
+    with pytest.raises(casa.CasaError, match=r"start_states\.npz: the states were drawn for another scene\.xml"):
+        casa.batch([folder], engine="mujoco")
 
 
 class TestRobot:
@@ -132,22 +118,11 @@ class TestRobot:
         assert len(casa.batch(found, engine="mujoco")) == 2
 
 
-class TestErrors:
-    def test_an_engine_that_is_not_installed(self, scenes: list[Path], monkeypatch: Any) -> None:
-        real = builtins.__import__
-
-        def without(name: str, *rest: Any, **more: Any) -> Any:
-            if name.partition(".")[0] == "mujoco_warp":
-                raise ImportError(f"No module named {name!r}")
-            return real(name, *rest, **more)
-
-        monkeypatch.delitem(sys.modules, "casa_assets.addons.batch.mujoco_warp_engine", raising=False)
-        monkeypatch.setattr(builtins, "__import__", without)
-        with pytest.raises(casa.CasaError, match=r"engine mujoco_warp is not installed .*: pip install mujoco-warp"):
-            casa.batch(scenes)
-
-    def test_fewer_worlds_than_kitchens(self, subtests: pytest.Subtests, scenes: list[Path]) -> None:
-        for worlds, kitchens in [(0, scenes), (1, scenes), (0, [])]:
-            said = f"{worlds} worlds of {len(kitchens)} kitchens"
-            with subtests.test(said), pytest.raises(casa.CasaError, match=said):
-                casa.batch(kitchens, engine="mujoco", worlds=worlds)
+def test_no_engine_and_too_few_worlds_are_refused(scenes: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delitem(sys.modules, "casa_assets.addons.batch.mujoco_warp_engine", raising=False)
+    monkeypatch.setitem(sys.modules, "mujoco_warp", None)
+    with pytest.raises(casa.CasaError, match=r"engine mujoco_warp is not installed .*: pip install mujoco-warp"):
+        casa.batch(scenes)
+    for worlds, kitchens in [(0, scenes), (1, scenes), (0, [])]:
+        with pytest.raises(casa.CasaError, match=f"{worlds} worlds of {len(kitchens)} kitchens"):
+            casa.batch(kitchens, engine="mujoco", worlds=worlds)

@@ -130,20 +130,25 @@ class TestStates:
         assert states["left_oven_2"]["microjoint"] == "open"
 
 
+def model_with(rule: Rule, bodies: str) -> mujoco.MjModel:
+    """A model of bodies of which one has a power that a rule turns on."""
+    power = Variable(name="power", values=("off", "on"), initial="off")
+    text = Behavior(variables=(power,), rules=(rule,)).to_json()
+    head = f"<custom><text name='behavior' data='{text}'/></custom>"
+    return mujoco.MjModel.from_xml_string(f"<mujoco>{head}<worldbody>{bodies}</worldbody></mujoco>")
+
+
 class TestOneAsset:
     def test_its_own_parts_do_not_press_its_keys(self) -> None:
-        text = """
-        <mujoco><custom><text name="behavior" data='{json}'/></custom><worldbody>
-          <body name="object"><geom name="key" type="box" size=".1 .1 .1"/>
-            <body pos="0 0 .3"><joint name="lid" type="slide" axis="0 0 1" range="-.2 0"/><geom size=".11"/></body>
-            <body pos=".3 0 0"><body><geom size=".1"/><joint type="slide"/></body></body>
-          </body>
-          <body name="finger" pos="0 .3 0"><joint name="finger" type="slide" axis="0 1 0"/><geom size=".11"/></body>
-        </worldbody></mujoco>"""
-        touched = Rule(variable="power", to="on", when=(Condition(contact="key"),))
-        power = Variable(name="power", values=("off", "on"), initial="off")
-        json = Behavior(variables=(power,), rules=(touched,)).to_json()
-        model = mujoco.MjModel.from_xml_string(text.replace("{json}", json))
+        model = model_with(
+            Rule(variable="power", to="on", when=(Condition(contact="key"),)),
+            """<body name="object"><geom name="key" type="box" size=".1 .1 .1"/>
+              <body pos="0 0 .3"><joint name="lid" type="slide" axis="0 0 1" range="-.2 0"/><geom size=".11"/></body>
+              <body pos=".3 0 0"><body><geom size=".1"/><joint type="slide"/></body></body>
+            </body>
+            <body name="finger" pos="0 .3 0"><joint name="finger" type="slide" axis="0 1 0"/><geom size=".11"/></body>
+            """,
+        )
         data, behaviors = mujoco.MjData(model), casa.Behaviors(model)
         data.joint("lid").qpos[0] = -0.1
         mujoco.mj_forward(model, data)
@@ -157,15 +162,9 @@ class TestOneAsset:
 
 class TestTime:
     def test_waiting_goes_by_the_time_of_the_simulation(self) -> None:
-        text = """
-        <mujoco><custom><text name="behavior" data='{json}'/></custom><worldbody>
-          <body name="object"><joint name="dial" range="0 1" limited="true"/><geom size=".1"/></body>
-        </worldbody></mujoco>"""
         turned = Condition(joint="dial", interval=(0.5, 1.0))
-        rule = Rule(variable="power", to="on", when=(turned,), after_s=1.0)
-        power = Variable(name="power", values=("off", "on"), initial="off")
-        json = Behavior(variables=(power,), rules=(rule,)).to_json()
-        model = mujoco.MjModel.from_xml_string(text.replace("{json}", json))
+        dial = '<body name="object"><joint name="dial" range="0 1" limited="true"/><geom size=".1"/></body>'
+        model = model_with(Rule(variable="power", to="on", when=(turned,), after_s=1.0), dial)
         data, behaviors = mujoco.MjData(model), casa.Behaviors(model)
         data.qpos[0] = 0.7
         found = [behaviors.reset(data)["object"]["power"]]

@@ -104,54 +104,41 @@ casa.nothing
     assert "nothing" in errors[3]
 
 
-class TestCacheDir:
-    def test_variable_goes_first(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-        monkeypatch.setenv("CASA_ASSETS_CACHE", str(tmp_path / "mine"))
-        assert cache_dir() == tmp_path / "mine"
-        assert not cache_dir().exists()
-
-    def test_size(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.delenv("CASA_ASSETS_CACHE_GB", raising=False)
-        assert max_cache_bytes() == 4_000_000_000
-        monkeypatch.setenv("CASA_ASSETS_CACHE_GB", "0.5")
-        assert max_cache_bytes() == 500_000_000
-        for word in ("much", "-1", "nan", "inf"):
-            monkeypatch.setenv("CASA_ASSETS_CACHE_GB", word)
-            with pytest.raises(casa.CasaError, match="CASA_ASSETS_CACHE_GB"):
-                max_cache_bytes()
+def test_the_cache_is_where_and_as_large_as_variables_say(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("CASA_ASSETS_CACHE", str(tmp_path / "mine"))
+    assert cache_dir() == tmp_path / "mine"
+    assert not cache_dir().exists()
+    monkeypatch.setenv("CASA_ASSETS_CACHE_GB", "0.5")
+    assert max_cache_bytes() == 500_000_000
+    for word in ("much", "-1", "nan", "inf"):
+        monkeypatch.setenv("CASA_ASSETS_CACHE_GB", word)
+        with pytest.raises(casa.CasaError, match="CASA_ASSETS_CACHE_GB"):
+            max_cache_bytes()
 
 
-class TestCatalogue:
-    def test_what_exists(self) -> None:
-        assert casa.plans()["galley"].bounds["width"] == casa.Bounds(3.0, 3.6)
-        assert casa.families()["microwave"].bounds["width"] == casa.Bounds(0.44, 0.77)
-        assert "brick_red_running" in casa.surfaces()["wall"]
+def test_what_there_is_to_choose_from() -> None:
+    assert casa.plans()["galley"].bounds["width"] == casa.Bounds(3.0, 3.6)
+    assert casa.families()["microwave"].bounds["width"] == casa.Bounds(0.44, 0.77)
+    assert "brick_red_running" in casa.surfaces()["wall"]
+    plain = "one_wall_small__coastal"
+    assert casa.kitchen(plain, seed=3).id == casa.kitchen(f"{plain}__s3", seed=3).id == f"{plain}__s3"
+    assert casa.kitchen(f"{plain}__closed__o40", seed=0).id == f"{plain}__s0__closed__o40"
 
-    def test_wrong_words(self) -> None:
-        with pytest.raises(casa.UnknownId, match="rustic"):
-            casa.kitchen("galley", "rustik")
-        with pytest.raises(casa.UnknownId, match="wall"):
-            casa.kitchen("galley", "rustic", surfaces={"wal": "brick_red_running"})
-        with pytest.raises(casa.UnknownId, match="steel"):
-            casa.build("microwave", "stel")
-        with pytest.raises(casa.CasaError, match="width"):
-            casa.build("microwave", "steel", width=5.0)
-        with pytest.raises(casa.CasaError, match="width"):
-            casa.build("microwave", seed=3, width=5.0)
-        with pytest.raises(casa.CasaError, match="seed"):
-            casa.build("microwave", "steel", seed=3)
-        with pytest.raises(casa.CasaError, match="objects have no presets"):
-            casa.build("mug", "red")
-        with pytest.raises(casa.UnknownId, match="microwave"):
-            casa.build("microwav")
-        with pytest.raises(casa.CasaError, match="has the seed 3"):
-            casa.kitchen("one_wall_small__coastal__s3", seed=4)
-        with pytest.raises(casa.OutputError, match="no such"):
-            casa.ingest("nowhere.obj")
-        with pytest.raises(casa.OutputError, match="neither"):
-            casa.load(".")
 
-    def test_ids_and_options_go_together(self) -> None:
-        plain = "one_wall_small__coastal"
-        assert casa.kitchen(plain, seed=3).id == casa.kitchen(f"{plain}__s3", seed=3).id == f"{plain}__s3"
-        assert casa.kitchen(f"{plain}__closed__o40", seed=0).id == f"{plain}__s0__closed__o40"
+def test_wrong_words(subtests: pytest.Subtests) -> None:
+    wall = {"wal": "brick_red_running"}
+    for function, words, options, kind, told in [
+        (casa.kitchen, ("galley", "rustik"), {}, casa.UnknownId, "rustic"),
+        (casa.kitchen, ("galley", "rustic"), {"surfaces": wall}, casa.UnknownId, "wall"),
+        (casa.build, ("microwave", "stel"), {}, casa.UnknownId, "steel"),
+        (casa.build, ("microwave", "steel"), {"width": 5.0}, casa.CasaError, "width"),
+        (casa.build, ("microwave",), {"seed": 3, "width": 5.0}, casa.CasaError, "width"),
+        (casa.build, ("microwave", "steel"), {"seed": 3}, casa.CasaError, "seed"),
+        (casa.build, ("mug", "red"), {}, casa.CasaError, "objects have no presets"),
+        (casa.build, ("microwav",), {}, casa.UnknownId, "microwave"),
+        (casa.kitchen, ("one_wall_small__coastal__s3",), {"seed": 4}, casa.CasaError, "has the seed 3"),
+        (casa.ingest, ("nowhere.obj",), {}, casa.OutputError, "no such"),
+        (casa.load, (".",), {}, casa.OutputError, "neither"),
+    ]:
+        with subtests.test(words=words, told=told), pytest.raises(kind, match=told):
+            function(*words, **options)

@@ -31,6 +31,11 @@ def run(monkeypatch: pytest.MonkeyPatch, found: tuple[Finding, ...], *arguments:
     return result.exit_code, result.output
 
 
+def only(found: tuple[Finding, ...], subject: str) -> Finding:
+    [finding] = [finding for finding in found if finding.subject == subject]
+    return finding
+
+
 def test_a_line_for_each_thing_and_no_noise(monkeypatch: pytest.MonkeyPatch) -> None:
     found = (GOOD, *PACKAGES, EXTRA, DRAWS, UNUSED, NOTE)
     code, output = run(monkeypatch, found)
@@ -54,17 +59,10 @@ def test_a_line_for_each_thing_and_no_noise(monkeypatch: pytest.MonkeyPatch) -> 
 def test_a_library_that_is_missing_and_not_needed_is_told_in_words() -> None:
     """PyOpenGL raises an AttributeError there, which says nothing to anybody."""
     raised = "AttributeError: 'NoneType' object has no attribute 'glGetError'"
-    told = {
-        finding.subject: finding
-        for finding in doctor._renderers((("egl", True, "llvmpipe"), ("osmesa", False, raised)))
-    }
-    assert told["renderer osmesa"].message == "its library is not installed (libosmesa6); not needed, for egl draws"
-    assert told["rendering"].ok
-
-
-def only(found: tuple[Finding, ...], subject: str) -> Finding:
-    [finding] = [finding for finding in found if finding.subject == subject]
-    return finding
+    found = tuple(doctor._renderers((("egl", True, "llvmpipe"), ("osmesa", False, raised))))
+    message = "its library is not installed (libosmesa6); not needed, for egl draws"
+    assert only(found, "renderer osmesa").message == message
+    assert only(found, "rendering").ok
 
 
 @of_machine

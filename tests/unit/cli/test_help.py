@@ -71,13 +71,6 @@ def test_a_command_alone_has_the_same_help_as_among_all() -> None:
         assert shown == help_text(command, typer.Context(command, info_name=path), WIDTH), path
 
 
-def test_words_that_name_no_command_are_looked_for_among_all() -> None:
-    for words in ([], ["--help"], ["scene"], ["scenes", "nwe"]):
-        assert narrowed(app, words) is app or words[:1] == ["scenes"]
-    scenes = typer.main.get_command(narrowed(app, ["scenes", "nwe"])).commands["scenes"]  # type: ignore[attr-defined]
-    assert "new" in scenes.commands
-
-
 REFERENCE = ROOT / "docs" / "reference"
 
 

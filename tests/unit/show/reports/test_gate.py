@@ -49,25 +49,20 @@ def test_how_one_input_does() -> None:
     assert changes == [Change.WORSE, Change.BETTER, Change.APPEARED], "what is worse comes first"
 
 
-def test_a_library_and_its_report_are_the_same_run(tmp_path: Path) -> None:
-    root = keep(tmp_path / "library", [FIRST, OTHER])
-    written = write(root, root / "report.html")
-    of_library, of_report = read_run(root), read_run(written.json)
-    assert of_library.standings == of_report.standings
-    assert of_library.page == of_report.page == written.page
-    assert of_library.root.resolve() == of_report.root.resolve()
-
-
-def test_a_report_tells_what_changed_since_its_own_earlier_version(tmp_path: Path) -> None:
+def test_a_report_says_what_changed_since_its_own_earlier_version(tmp_path: Path) -> None:
     root = keep(tmp_path / "library", [FIRST, OTHER])
     first = write(root, root / "report.html")
+    of_library, of_report = read_run(root), read_run(first.json)
+    assert of_library.standings == of_report.standings
+    assert of_library.page == of_report.page == first.page
+    assert of_library.root.resolve() == of_report.root.resolve()
     shutil.rmtree(disk.Library(root).folder("mug", OTHER.id))
     again = write(root, root / "report.html", first.json, [parse("gone", ()), parse("worse", ())])
     assert [outcome.holds for outcome in again.outcomes] == [True, False]
-    told = json.loads(again.json.read_text(encoding="utf-8"))
-    assert told["baseline"]["counts"] == {"better": 0, "worse": 0, "appeared": 0, "gone": 1}
-    assert told["baseline"]["differences"][0]["id"] == OTHER.id
-    assert told["conditions"][0] == {"condition": "gone", "measured": 1, "holds": True}
+    found = json.loads(again.json.read_text(encoding="utf-8"))
+    assert found["baseline"]["counts"] == {"better": 0, "worse": 0, "appeared": 0, "gone": 1}
+    assert found["baseline"]["differences"][0]["id"] == OTHER.id
+    assert found["conditions"][0] == {"condition": "gone", "measured": 1, "holds": True}
     assert OTHER.id in again.page.read_text(encoding="utf-8")
 
 
@@ -90,7 +85,7 @@ CODES = {"FLT005", "MSH014"}
 NUMBERS = {**dict.fromkeys(COUNTS, 0), "entries": 40, "accepted": 36, "rejected": 3, "advice": 10, "worse": 2}
 
 
-def test_a_condition_means_what_it_says(subtests: pytest.Subtests) -> None:
+def test_a_condition_means_what_it_says_and_what_is_none_is_refused() -> None:
     for text, measured, holds, told in [
         ("rejected", 3, True, "FAIL rejected: 3 of 40, allowed 0"),
         ("rejected>3", 3, False, "PASS rejected: 3 of 40, allowed 3"),
@@ -105,13 +100,9 @@ def test_a_condition_means_what_it_says(subtests: pytest.Subtests) -> None:
         ("MSH014", 0, False, "PASS MSH014: 0 of 40, allowed 0"),
         ("FLT005>4", 4, False, "PASS FLT005: 4 of 40, allowed 4"),
     ]:
-        with subtests.test(text=text, measured=measured, holds=holds, told=told):
-            (outcome,) = judge([parse(text, CODES)], NUMBERS, {"FLT005": 4})
-            assert (outcome.measured, outcome.holds) == (pytest.approx(measured), holds)
-            assert f"{outcome.mark} {outcome}" == told
-
-
-def test_what_is_no_condition_is_told_with_what_is_allowed(subtests: pytest.Subtests) -> None:
+        (outcome,) = judge([parse(text, CODES)], NUMBERS, {"FLT005": 4})
+        assert (outcome.measured, outcome.holds) == (pytest.approx(measured), holds), text
+        assert f"{outcome.mark} {outcome}" == told
     for text, why in [
         ("rejected=5", "is no condition"),
         ("", "is no condition"),
@@ -121,10 +112,8 @@ def test_what_is_no_condition_is_told_with_what_is_allowed(subtests: pytest.Subt
         ("rejected>5%", "% belongs to a rate"),
         ("rejected-rate>5", "a rate is 0 to 1"),
     ]:
-        with subtests.test(text=text, why=why):
-            with pytest.raises(BadCondition, match=why) as error:
-                parse(text, CODES)
-            assert "mass-outliers" in str(error.value)
+        with pytest.raises(BadCondition, match=f"{why}.*mass-outliers"):
+            parse(text, CODES)
 
 
 UNDECIDED = dataclasses.replace(
@@ -140,19 +129,15 @@ def cases(text: str, kind: str) -> dict[str, str]:
     return {str(case.get("name")): str(case.find(kind).get("message")) for case in found}
 
 
-def test_rejected_inputs_are_failures() -> None:
+def test_rejected_inputs_are_failures_unless_conditions_are_set() -> None:
     text = junit(findings(ENTRIES))
     assert cases(text, "failure") == {"mug_a b.glb": "SRC003: cannot be read"}
     suite = etree.fromstring(text.encode()).find("testsuite[@name='inputs']")
     assert (suite.get("tests"), suite.get("failures"), suite.get("skipped")) == ("3", "1", "0")
     (case,) = suite.xpath("testcase[failure]")
     assert case.get("file") == "a b.glb"
-
     assert UNDECIDED.to_decide  # else the next line would say nothing
     assert list(cases(junit(findings([UNDECIDED])), "skipped")) == [UNDECIDED.id]
-
-
-def test_where_conditions_are_set_only_they_fail() -> None:
     text = junit(findings(ENTRIES, None, "rejected>0", "rejected-rate>50%"))
     assert list(cases(text, "failure")) == ["rejected>0"]
     assert list(cases(text, "skipped")) == ["mug_a b.glb"]
@@ -172,7 +157,7 @@ def test_results_of_sarif() -> None:
     assert len({one["partialFingerprints"]["casaAssets/v1"] for one in run["results"]}) == len(found)
 
 
-def test_texts_of_strangers() -> None:
+def test_texts_of_strangers_are_whole_files() -> None:
     word = HOSTILE + "\x00\x1b[31m\ud800"
     refused = reject(word, word=word)
     assert len(cases(junit(findings([refused])), "failure")) == 1

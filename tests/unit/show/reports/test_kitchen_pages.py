@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 from lxml import html
@@ -98,11 +99,9 @@ def test_what_failed_comes_first_and_numbers_are_for_people() -> None:
     assert cells[9][1:] == ["3.04 m", "at most 2.74 m"]
 
 
-def rows_of(page: str) -> list[dict[str, Any]]:
+def rows_of(page: str) -> Any:
     """The rows that a page lists."""
-    data = json.loads(html.document_fromstring(page).get_element_by_id("data").text_content())
-    found: list[dict[str, Any]] = data["rows"]
-    return found
+    return json.loads(html.document_fromstring(page).get_element_by_id("data").text_content())["rows"]
 
 
 def scene(out: Path, plan: str, style: str, **changed: Any) -> Path:
@@ -119,24 +118,17 @@ def scene(out: Path, plan: str, style: str, **changed: Any) -> Path:
 
 def test_scenes_that_have_not_changed_are_not_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     first, second = scene(tmp_path, "galley", "rustic"), scene(tmp_path, "galley", "coastal")
-    before = kitchens.read_cards(tmp_path)
-    read: list[str] = []
-    make = kitchens._card
-
-    def counted(folder: Path) -> kitchens.SceneCard:
-        read.append(folder.name)
-        return make(folder)
-
-    monkeypatch.setattr(kitchens, "_card", counted)
     monkeypatch.setattr(kitchens, "key_of", lambda _: "the same code")
-    kitchens.read_cards(tmp_path)
-    read.clear()
+    before = kitchens.read_cards(tmp_path)
+    counted = Mock(side_effect=kitchens._card)
+    monkeypatch.setattr(kitchens, "_card", counted)
     assert kitchens.read_cards(tmp_path) == before
-    assert read == []
+    counted.assert_not_called()
     (first / "overview.png").write_bytes(b"png")
     shutil.rmtree(second)
     (again,) = kitchens.read_cards(tmp_path)
-    assert (again.pictures, read) == (("overview.png",), [first.name])
+    assert again.pictures == ("overview.png",)
+    counted.assert_called_once_with(first)
 
 
 def test_diversity_is_told_where_it_was_measured(tmp_path: Path) -> None:

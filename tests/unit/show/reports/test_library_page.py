@@ -84,8 +84,7 @@ def render(found: Findings, words: Words = WORDS, links: dict[str, str] | None =
     return library_page.render(found, words, rows_of(found.entries, found, words), links)
 
 
-def page(text: str) -> lxml.html.HtmlElement:
-    return lxml.html.document_fromstring(text)
+page = lxml.html.document_fromstring
 
 
 def data(text: str) -> Any:
@@ -192,11 +191,11 @@ def test_of_many_inputs_the_page_has_what_did_not_pass(tmp_path: Path, monkeypat
     assert [row.pop("thumb")[:15] for row in whole] == ["data:image/webp"] * 2
     monkeypatch.setattr(library_page, "MAX_WHOLE", 1)
     assert data(library_page.write(root, root / "report.html").page.read_text(encoding="utf-8"))["rows"] == whole
-    told, shown = (
+    every, shown = (
         rows_of([entry()], findings([entry()]), WORDS, None, is_brief)[0]["more"]["results"]
         for is_brief in (False, True)
     )
-    assert shown == [result for result in told if result[0] in ("AST002", "AST003", "USD003")]
+    assert shown == [result for result in every if result[0] in ("AST002", "AST003", "USD003")]
 
 
 def test_a_page_of_2500_inputs_stays_below_ten_megabytes() -> None:
@@ -241,16 +240,11 @@ def refused(root: Path, code: str, message: str) -> None:
     Image.new("RGB", (32, 32), (200, 30, 30)).save(folder / entry_files.PICTURE)
 
 
-@pytest.fixture(scope="module")
-def rejects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
-    root = tmp_path_factory.mktemp("library")
+def test_every_reject_has_a_picture_a_reason_and_what_to_do(tmp_path: Path) -> None:
     for code, message in CASES:
-        refused(root, code, message)
-    rows = data(library_page.write(root, root / "report.html").page.read_text(encoding="utf-8"))["rows"]
-    return {row["codes"][0]: {**row["more"], "thumb": row["thumb"]} for row in rows}
-
-
-def test_every_reject_has_a_picture_a_reason_and_what_to_do(rejects: dict[str, dict[str, Any]]) -> None:
+        refused(tmp_path, code, message)
+    rows = data(library_page.write(tmp_path, tmp_path / "report.html").page.read_text(encoding="utf-8"))["rows"]
+    rejects = {row["codes"][0]: {**row["more"], "thumb": row["thumb"]} for row in rows}
     assert rejects.keys() == {code for code, _ in CASES}
     for row in rejects.values():
         assert row["thumb"].startswith("data:image/webp")

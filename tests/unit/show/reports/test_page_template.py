@@ -1,14 +1,16 @@
-"""All pages come from one frame, escape what they show, and are made anew where a template changes."""
+"""Pages: one frame, escaped words, templates in keys; the catalogue, and the page about a folder of output."""
 
 from __future__ import annotations
 
 import dataclasses
+import json
 import re
 from pathlib import Path
 
 import pytest
 from lxml import html
 
+from casa_assets import registry
 from casa_assets.articulate.run import review_page
 from casa_assets.cache import cache_key
 from casa_assets.cache.cache_key import reach
@@ -16,9 +18,14 @@ from casa_assets.library import attribution
 from casa_assets.library.entry import Entry
 from casa_assets.library.library import Library
 from casa_assets.show.page import kitchen_report, page_template
-from casa_assets.show.page.page_template import Words
+from casa_assets.show.page.page_template import ModelFiles, Words
 from casa_assets.show.reports import catalogue, findings, home, kitchens, library_page
+from casa_assets.show.reports.library_page import write as write_report
 from casa_assets.show.view import review, server
+from tests.support.library.built_libraries import keep
+from tests.unit.library.test_alike import FIRST, OTHER
+from tests.unit.show.reports.test_kitchen_pages import scene
+from tests.unit.show.reports.test_library_page import refused
 
 FOLDER = Path(page_template.__file__).parent / page_template.FOLDER
 HOSTILE = "<script>alert(1)</script>"
@@ -34,7 +41,7 @@ PAGES = {
     "view/page.html": server,
 }
 FRAME = {"frame/base.html", "frame/base.css", "frame/document.css"}
-APPLE = catalogue.category_row("apple", HOSTILE, (0.15, 0.2), (0.07, 0.08), (900, 1000), (1, 1))
+STRANGE = catalogue.category_row("apple", HOSTILE, (0.15, 0.2), (0.07, 0.08), (900, 1000), (1, 1))
 
 
 def pages() -> dict[str, str]:
@@ -43,7 +50,7 @@ def pages() -> dict[str, str]:
     return {
         "library": library_page.render(found, Words({}, {}), []),
         "kitchens": kitchens.index_page([kitchens.SceneCard(row, 1, 1)], HOSTILE),
-        "catalogue": catalogue.page([], [APPLE], {}),
+        "catalogue": catalogue.page([], [STRANGE], {}),
         "review": review.render_page([], {}, HOSTILE),
         "articulated": review_page.render_page(Library(Path("nowhere")), [], HOSTILE, title=HOSTILE),
     }
@@ -117,3 +124,68 @@ def test_no_field_is_markup(subtests: pytest.Subtests) -> None:
                     assert "://" not in unescaped(one)
                     assert "www." not in unescaped(one)
                     assert one.isprintable()
+
+
+APPLE = catalogue.category_row("apple", "objects/apple.webp", (0.15, 0.21), (0.071, 0.08), (900, 1100), (1, 3))
+MUG = catalogue.category_row("mug", "objects/mug.webp", (0.3,), (0.12,), (2000,), (8,))
+
+
+def test_sizes_and_masses_stand_beside_the_usual_ones_with_their_source() -> None:
+    apple = registry.load().categories["apple"]
+    (article,) = html.document_fromstring(catalogue.page([], [APPLE], {})).xpath("//article")
+    assert article.xpath(".//button") == []
+    length, mass = [[cell.text_content() for cell in row.xpath("td")] for row in article.xpath("table//tr[td]")]
+    assert length[:2] == ["longest side, cm", "7.1 to 8"]
+    assert mass[:2] == ["mass, g", "150 to 210"]
+    low, high, typical = (1000 * kg for kg in (apple.mass_kg.low, apple.mass_kg.high, apple.mass_kg.typical))
+    assert mass[2] == f"{low:g} to {high:g}, typically {typical:g}"
+    assert [length[3], mass[3]] == [catalogue.SOURCES[apple.basis.size], catalogue.SOURCES[apple.basis.mass]]
+    assert "1000 faces, 2 collision shapes" in article.text_content(), "medians"
+    image = article.xpath(".//img")[0]
+    assert (image.get("loading"), image.get("src")) == ("lazy", "./objects/apple.webp")
+
+
+def test_members_that_have_a_model_have_a_button_that_shows_it() -> None:
+    files = tuple(ModelFiles(f"mug_{i}", f"models/mug_{i}.glb.js", "models/viewer.js") for i in range(2))
+    tree = html.document_fromstring(catalogue.page([], [{**MUG, "models": files}], {}))
+    buttons = tree.xpath("//article//button")
+    assert [b.get("data-model") for b in buttons] == ["./models/mug_0.glb.js", "./models/mug_1.glb.js"]
+    assert [b.get("aria-label") for b in buttons] == ["mug 1 in 3D", "mug 2 in 3D"]
+    assert {b.get("data-viewer") for b in buttons} == {"./models/viewer.js"}
+
+
+def home_of(out: Path) -> html.HtmlElement:
+    return html.document_fromstring(home.write(out).read_text(encoding="utf-8"))
+
+
+def test_what_stands_there_is_shown_with_links_to_its_pages(tmp_path: Path) -> None:
+    assert [h2.text_content() for h2 in home_of(tmp_path).xpath("//h2")] == ["What to try next"]
+    root = keep(tmp_path / "library", [FIRST, OTHER])
+    refused(root, "FLT005", "links: 2 large parts stand apart; give each object a file of its own")
+    write_report(root, root / "report.html")
+    galley = scene(tmp_path / "scenes", "galley", "rustic")
+    (galley / "overview.png").write_bytes(b"png")
+    (galley / "eye_open.png").write_bytes(b"png")
+    scene(tmp_path / "scenes", "l_small", "rustic")
+    tree = home_of(tmp_path)
+    links = set(tree.xpath("//main//a/@href"))
+    assert {"./scenes/index.html#galley__rustic", f"./library/report.html#{FIRST.id}"} <= links
+    assert "./scenes/galley__rustic/eye_open.png" in tree.xpath("//img/@src")
+    text = " ".join(tree.xpath("//main")[0].text_content().split())
+    assert "2 accepted, 1 rejected" in text
+    assert "was rejected: FLT005" in text
+    assert "Give each object a file of its own." in text
+    assert "casa-assets scenes check galley__rustic" in text
+
+
+def test_what_was_articulated_is_told_with_its_joints(tmp_path: Path) -> None:
+    root = keep(tmp_path / "articulated", [FIRST])
+    path = root / "mug" / FIRST.id / "asset.json"
+    data = json.loads(path.read_text(encoding="utf-8"))
+    data["certificate"]["producer"] = "articulate"
+    path.write_text(json.dumps(data), encoding="utf-8")
+    (path.parent / "strip.png").write_bytes(b"png")
+    tree = home_of(tmp_path)
+    assert [h2.text_content() for h2 in tree.xpath("//h2")] == ["Articulated", "What to try next"]
+    assert tree.xpath("//img/@src") == [f"./articulated/mug/{FIRST.id}/strip.png"]
+    assert "0 joints" in tree.xpath("//div[@class='wide']")[0].text_content()

@@ -13,7 +13,6 @@ import pytest
 from casa_assets.show.stills import kitchen
 from casa_assets.show.stills.kitchen import PictureSettings, room_of
 from casa_assets.show.stills.photoreal import View
-from casa_assets.show.stills.room_light import Room
 
 FRAME = PictureSettings(160, 120, passes=4, shadow_px=256)
 # A room of 4 x 4 x 2.5 m without a front wall; its left wall has a window. A box stands on the floor, and a wall unit
@@ -138,33 +137,16 @@ SHELL = """
 """
 
 
-@pytest.fixture(scope="module")
-def room() -> Room:
+def test_a_room_is_a_box_with_walls_in_parts_of_its_sides_and_windows_in_its_walls() -> None:
     model = mujoco.MjModel.from_xml_string(SHELL)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    return room_of(model, data, (np.full(3, -9.0), np.full(3, 9.0)))
-
-
-def column(*values: float) -> np.ndarray:
-    return np.array(values, dtype=np.float32)[:, None]
-
-
-def test_the_box_goes_round_all_parts_of_the_floor_up_to_the_ceiling_over_its_beams(room: Room) -> None:
+    room = room_of(model, data, (np.full(3, -9.0), np.full(3, 9.0)))
     assert room.lower == pytest.approx([0, -4, 0], abs=1e-6)
-    assert room.upper == pytest.approx([4, 0, 2.5], abs=1e-6)
-
-
-def test_a_side_may_have_a_wall_in_a_part_of_it(room: Room) -> None:
+    assert room.upper == pytest.approx([4, 0, 2.5], abs=1e-6), "up to the ceiling over its beams"
     assert room.open_sides == [0, 1]
-    front, left, floor = np.array([2]), np.array([0]), np.array([4])
-    assert room.is_bare(column(3, -4, 1), front).all()
-    assert not room.is_bare(column(1, -4, 1), front).any()
-    assert room.is_bare(column(0, -1, 1), left).all()
-    assert not room.is_bare(column(1, -1, 0), floor).any()
-
-
-def test_glass_in_a_wall_is_a_window_and_glass_in_a_fridge_is_none(room: Room) -> None:
+    places = np.array([(3, -4, 1), (1, -4, 1), (0, -1, 1), (1, -1, 0)], dtype=np.float32).T
+    assert room.is_bare(places, np.array([2, 2, 0, 4])).tolist() == [True, False, True, False]
     (window,) = room.windows
     assert window.side == 3
     assert [*window.lower, *window.upper] == pytest.approx([1.5, 1.1, 2.5, 1.9])

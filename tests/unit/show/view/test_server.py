@@ -19,7 +19,7 @@ from casa_assets.show.page.page_template import viewer_name, viewer_script
 from casa_assets.show.view import model as machines
 from casa_assets.show.view import server as view_server
 from casa_assets.show.view.model import Model, ShowProgress, build_command, make
-from casa_assets.show.view.server import KEPT, ViewServer, Workshop
+from casa_assets.show.view.server import KEPT, ViewServer
 from casa_assets.show.view.subject import Kitchen, Subject, find
 from tests.support.asset.family_members import preset
 from tests.support.library.server_requests import ask, serving
@@ -110,22 +110,15 @@ def test_steps_state_machines(microwave: ViewServer) -> None:
     assert ask(microwave, "step/microwave%2Fsteel", ["no step"])[0] == 400
 
 
-@pytest.mark.parametrize("host", ["evil.example", "evil.example:80", "192.168.0.7", "", "127.0.0.1.evil.example", "["])
-def test_answers_no_other_name(kitchen: ViewServer, host: str) -> None:
-    assert ask(kitchen, "", Host=host)[0] == 403
-    assert ask(kitchen, "model/galley__coastal.glb", Host=host)[0] == 403
-    assert ask(kitchen, "order", {"of": "galley__coastal", "style": "rustic"}, Host=host)[0] == 403
-    assert ask(kitchen, "progress/galley__rustic")[0] == 404
-
-
-@pytest.mark.parametrize("host", ["localhost:8080", "127.0.0.1:9", "[::1]:9"])
-def test_answers_through_a_tunnel_from_any_port(kitchen: ViewServer, host: str) -> None:
-    assert ask(kitchen, "", Host=host)[0] == 200
-    assert ask(kitchen, "order", {"of": "galley__coastal"}, Host=host, Origin=f"http://{host}")[0] == 200
-
-
-def test_takes_orders_of_its_own_page_alone(kitchen: ViewServer) -> None:
+def test_answers_its_own_page_alone_and_through_a_tunnel_from_any_port(kitchen: ViewServer) -> None:
     order = {"of": "galley__coastal", "style": "rustic"}
+    for host in ("evil.example", "evil.example:80", "192.168.0.7", "", "127.0.0.1.evil.example", "["):
+        assert ask(kitchen, "", Host=host)[0] == 403
+        assert ask(kitchen, "model/galley__coastal.glb", Host=host)[0] == 403
+        assert ask(kitchen, "order", order, Host=host)[0] == 403
+    for host in ("localhost:8080", "127.0.0.1:9", "[::1]:9"):
+        assert ask(kitchen, "", Host=host)[0] == 200
+        assert ask(kitchen, "order", {"of": "galley__coastal"}, Host=host, Origin=f"http://{host}")[0] == 200
     assert ask(kitchen, "order", order, Origin="http://evil.example")[0] == 403
     assert ask(kitchen, "order", order, Content_Type="text/plain")[0] == 403
     assert ask(kitchen, "progress/galley__rustic")[0] == 404
@@ -156,24 +149,16 @@ def test_the_page_is_loaded_again_after_many_swaps(kitchen: ViewServer) -> None:
     assert wait_for(kitchen, "galley__coastal")["is_ready"]
 
 
-@pytest.mark.parametrize(
-    "order",
-    [
-        {},
-        [],
-        {"of": "nothing"},
-        {"of": "galley__coastal", "style": "baroque"},
-        {"of": "galley__coastal", "surfaces": {"roof": "straw"}},
-        {"of": "galley__coastal", "surfaces": {"wall": "straw"}},
-        {"of": "galley__coastal", "surfaces": 3},
-        {"of": "galley__coastal", "random": -1},
-        {"of": "galley__coastal", "random": "all"},
-    ],
-)
-def test_an_order_that_means_nothing_is_refused(kitchen: ViewServer, order: Any) -> None:
-    status, why = ask(kitchen, "order", order)
-    assert status == 400
-    assert why
+def test_an_order_that_means_nothing_is_refused(kitchen: ViewServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    surfaces = ({"roof": "straw"}, {"wall": "straw"}, 3)
+    of_kitchen = [{"style": "baroque"}, *({"surfaces": one} for one in surfaces), {"random": -1}, {"random": "all"}]
+    for order in ({}, [], {"of": "nothing"}, *({"of": "galley__coastal", **one} for one in of_kitchen)):
+        status, why = ask(kitchen, "order", order)
+        assert (status, bool(why)) == (400, True), order
+    assert ask(kitchen, "order", {"of": "x"}, Content_Length="many")[0] == 400
+    assert ask(kitchen, "order", {"of": "x"}, Content_Length="\xb2")[0] == 400
+    monkeypatch.setattr(view_server, "MAX_BODY_BYTES", 20)
+    assert ask(kitchen, "order", {"of": "galley__coastal", "style": "rustic"})[0] == 400
 
 
 def test_of_the_disk_the_report_alone_is_served(kitchen: ViewServer) -> None:
@@ -190,27 +175,13 @@ def test_of_the_disk_the_report_alone_is_served(kitchen: ViewServer) -> None:
     assert ask(kitchen, "etc/passwd")[0] == 404
 
 
-def test_long_and_unmeasured_words_are_not_read(kitchen: ViewServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(view_server, "MAX_BODY_BYTES", 20)
-    assert ask(kitchen, "order", {"of": "galley__coastal", "style": "rustic"})[0] == 400
-    assert ask(kitchen, "order", {"of": "x"}, Content_Length="many")[0] == 400
-    assert ask(kitchen, "order", {"of": "x"}, Content_Length="\xb2")[0] == 400
-
-
-def test_the_command_that_writes_a_kitchen(subtests: pytest.Subtests) -> None:
-    for recipe, command in [
-        (SceneRecipe("galley", "rustic"), "casa-assets scenes build galley__rustic"),
-        (
-            SceneRecipe("galley", "rustic", 7, draw_surfaces(7), mixed=True, closed=True),
-            "casa-assets scenes new galley --style rustic --seed 7 --textures random --mixed --closed",
-        ),
-        (
-            SceneRecipe("galley", "rustic", None, ((Surface.WALL, "oak"),), objects=9, objects_seed=2),
-            "casa-assets scenes new galley --style rustic --textures wall=oak --objects 9 --objects-seed 2",
-        ),
-    ]:
-        with subtests.test(recipe=recipe, command=command):
-            assert build_command(recipe) == command
+def test_the_command_that_writes_a_kitchen() -> None:
+    assert build_command(SceneRecipe("galley", "rustic")) == "casa-assets scenes build galley__rustic"
+    new = "casa-assets scenes new galley --style rustic"
+    drawn = SceneRecipe("galley", "rustic", 7, draw_surfaces(7), mixed=True, closed=True)
+    assert build_command(drawn) == f"{new} --seed 7 --textures random --mixed --closed"
+    walls = SceneRecipe("galley", "rustic", None, ((Surface.WALL, "oak"),), objects=9, objects_seed=2)
+    assert build_command(walls) == f"{new} --textures wall=oak --objects 9 --objects-seed 2"
 
 
 def stepped(asset: Asset, state: dict[str, Any], **said: Any) -> dict[str, Any]:
@@ -233,18 +204,15 @@ def test_time_alone_ends_what_runs_for_a_while() -> None:
     assert not stepped(machine, done, dt_s=0.5)["waits"]
 
 
-def test_what_is_no_step_is_told(subtests: pytest.Subtests) -> None:
+def test_what_is_no_step_or_no_state_of_the_machine_is_refused() -> None:
     for said, what in [
         (b"no json", "no step of a state machine"),
         (b'{"joints": {"a": "far"}}', "joints.a"),
         (b'{"command": "rm"}', "command"),
         (b'{"dt_s": "NaN"}', "dt_s"),
     ]:
-        with subtests.test(said=said, what=what), pytest.raises(CasaError, match=what):
+        with pytest.raises(CasaError, match=what):
             machines.parse_step(said)
-
-
-def test_a_state_that_the_machine_cannot_be_in_is_refused() -> None:
     microwave = preset("microwave", "steel")
     begin = stepped(microwave, {})
     for wrong in (
@@ -255,32 +223,3 @@ def test_a_state_that_the_machine_cannot_be_in_is_refused() -> None:
     ):
         with pytest.raises(CasaError):
             stepped(microwave, {**begin, **wrong})
-
-
-def kitchen_of(seed: int) -> Kitchen:
-    return Kitchen(SceneRecipe("galley", "coastal", seed), Path())
-
-
-def wait_until_over(workshop: Workshop, model_id: str) -> None:
-    """Until a model is ready, has failed, or is forgotten; without asking for it, which would keep it."""
-    end = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end:
-        job = workshop._jobs.get(model_id)
-        if job is None or job.is_over:
-            return
-        time.sleep(0.01)
-    raise AssertionError(f"{model_id} is not done")
-
-
-def test_what_failed_is_forgotten_like_the_others() -> None:
-    def fail(_: Subject, tell: ShowProgress) -> Model:
-        raise CasaError("there is no wood")
-
-    workshop = Workshop(fail)
-    names = []
-    for seed in range(KEPT + 3):
-        names.append(workshop.order(kitchen_of(seed)))
-        wait_until_over(workshop, names[-1])
-    workshop.order(kitchen_of(99))
-    assert workshop.progress(names[0]) is None
-    assert workshop.progress(names[-1]) is not None

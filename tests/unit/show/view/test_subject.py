@@ -63,49 +63,42 @@ def test_a_scene_of_no_recipe_is_left_to_mujoco(tmp_path: Path) -> None:
     assert (found.path, "barn__baroque" in found.why) == (folder / "scene.xml", True)
 
 
-@pytest.mark.parametrize(
-    ("name", "title"),
-    [
-        ("microwave", "microwave/"),
-        ("microwave/steel", "microwave/steel"),
-        ("apple", "apple/#0"),
-        ("apple/3", "apple/#3"),
-    ],
-)
-def test_a_member_of_a_family_or_of_a_category(name: str, title: str, tmp_path: Path) -> None:
-    found = find(name, tmp_path, ())
-    assert isinstance(found, Member)
-    assert found.id.startswith(title)
-    assert found.request.is_object == name.startswith("apple")
+def test_a_member_of_a_family_or_of_a_category(tmp_path: Path) -> None:
+    titles = {
+        "microwave": "microwave/",
+        "microwave/steel": "microwave/steel",
+        "apple": "apple/#0",
+        "apple/3": "apple/#3",
+    }
+    for name, title in {**titles, "apple/3": "apple/#3"}.items():
+        found = find(name, tmp_path, ())
+        assert isinstance(found, Member)
+        assert found.id.startswith(title)
+        assert found.request.is_object == name.startswith("apple")
 
 
-@pytest.mark.parametrize(
-    ("name", "nearest"),
-    [
+def test_a_name_of_nothing_is_refused_with_the_nearest(tmp_path: Path) -> None:
+    for name, nearest in [
         ("microwave/steal", "steel"),
         ("microwav", "microwave"),
         ("one_wall_smal__coastal", KITCHEN),
         ("aple", "apple"),
         ("apple/first", "apple/0"),
-    ],
-)
-def test_a_name_of_nothing_tells_the_nearest(name: str, nearest: str, tmp_path: Path) -> None:
-    with pytest.raises(UnknownId, match=nearest):
-        find(name, tmp_path, ())
+    ]:
+        with pytest.raises(UnknownId, match=nearest):
+            find(name, tmp_path, ())
 
 
 def test_a_path_that_shows_nothing_says_what_to_do(tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match="no such file"):
-        find(str(tmp_path / "nothing"), tmp_path, ())
-    (tmp_path / "mug.glb").write_bytes(b"glTF")
-    with pytest.raises(OutputError, match=r"casa-assets ingest .*mug\.glb"):
-        find(str(tmp_path / "mug.glb"), tmp_path, ())
-    (tmp_path / "mug.txt").write_bytes(b"")
-    with pytest.raises(OutputError, match="is no MJCF"):
-        find(str(tmp_path / "mug.txt"), tmp_path, ())
-    with pytest.raises(OutputError, match="holds no asset and no scene"):
-        find(str(tmp_path), tmp_path, ())
-    (tmp_path / KITCHEN).mkdir()
-    (tmp_path / KITCHEN / "scene.json").write_text("{}", encoding="utf-8")
-    with pytest.raises(OutputError, match=rf"is a folder of scenes; name one of them: {KITCHEN}"):
-        find(str(tmp_path), tmp_path, ())
+    for name in ("mug.glb", "mug.txt", f"scenes/{KITCHEN}/scene.json"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("{}", encoding="utf-8")
+    for name, advice in [
+        ("nothing", "no such file"),
+        ("mug.glb", r"casa-assets ingest .*mug\.glb"),
+        ("mug.txt", "is no MJCF"),
+        (".", "holds no asset and no scene"),
+        ("scenes", rf"is a folder of scenes; name one of them: {KITCHEN}"),
+    ]:
+        with pytest.raises(OutputError, match=advice):
+            find(str(tmp_path / name), tmp_path, ())
