@@ -43,8 +43,8 @@ if TYPE_CHECKING:
     from casa_assets.show.view.server import ViewServer
     from casa_assets.show.view.subject import Subject
 
-# Build and open -------------------------------------------------------------------------------------------------------
-
+# Sides whose normals differ by less than this are one pose: the facets of something round. A choice.
+SAME_SIDE_RAD = np.radians(10.0)
 OBJECTS = "objects/"  # before the name of a category that is the name of a family too
 
 
@@ -102,8 +102,7 @@ def load(path: str | Path, detail: Detail = "full") -> Asset | Kitchen:
     raise OutputError(str(folder), f"holds neither {SCENE_JSON} of a scene nor {disk.CERTIFICATE} of an asset")
 
 
-# Methods of Asset -----------------------------------------------------------------------------------------------------
-# They are called by its methods of the same names, which state what they do.
+# The following are called by methods of Asset of the same names, which state what they do.
 
 
 def to_mjspec(asset: Asset) -> mujoco.MjSpec:
@@ -157,13 +156,6 @@ def show(asset: Asset, pose: str, web: bool) -> None:
     show_subject(Loaded(asset), pose, web)
 
 
-# Stable poses ---------------------------------------------------------------------------------------------------------
-# Poses in which an asset rests on a plane, for placing or dropping it.
-
-# Sides whose normals differ by less than this are one pose: the facets of something round. A choice.
-SAME_SIDE_RAD = np.radians(10.0)
-
-
 @dataclass(frozen=True)
 class StablePose:
     """A way to rest on a plane.
@@ -197,19 +189,14 @@ def stable_poses(asset: Asset, least: float = 0.02) -> list[StablePose]:
             sides.append(rotation)
             sums.append(share)
     order = sorted(range(len(sides)), key=lambda k: -sums[k])
-    return [StablePose(_set_down(sides[k], points, center), sums[k]) for k in order if sums[k] >= least]
-
-
-def _set_down(rotation: Floats, points: Floats, center: Floats) -> Pose:
-    matrix = np.eye(4)
-    matrix[:3, :3] = rotation
-    matrix[:2, 3] = -(rotation @ center)[:2]
-    matrix[2, 3] = -float((points @ rotation[2]).min())
-    return Pose.from_matrix(matrix)
-
-
-# Viewing --------------------------------------------------------------------------------------------------------------
-# Assets and kitchens in MuJoCo's viewer, or on a page in the browser.
+    found = []
+    for k in (k for k in order if sums[k] >= least):
+        matrix = np.eye(4)
+        matrix[:3, :3] = sides[k]
+        matrix[:2, 3] = -(sides[k] @ center)[:2]
+        matrix[2, 3] = -float((points @ sides[k][2]).min())
+        found.append(StablePose(Pose.from_matrix(matrix), sums[k]))
+    return found
 
 
 def has_screen() -> bool:

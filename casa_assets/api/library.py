@@ -52,8 +52,7 @@ class IngestResult:
             `rejected`: no asset can be made of it, now or in an earlier run. `failed`: the work on it ended without a
             verdict (its limits on time or memory, a crash); the next run tries again.
         asset_id: None if it was rejected or failed.
-        folder: folder of the asset, or of the kept data of the rejected input; None for inputs without a mesh, such as
-            a broken row of a manifest.
+        folder: of the asset, or of the rejected input; None for inputs without a mesh, as a broken row of a manifest.
         reasons: why it was rejected or failed, the decisive one first; empty if there is an asset.
         warnings: faults that do not keep an asset out.
         count: number of inputs that it represents; more than 1 for rows of a manifest that are broken in the same way.
@@ -219,17 +218,12 @@ def _result(event: Event) -> IngestResult:
             warnings=event.warnings,
         )
     reasons: tuple[Rejection, ...] = (Rejection(event.code, event.message),)
-    if report := _refusal_report(event.folder):
+    if event.folder is not None and (report := disk.read_refusal(event.folder).report):
         reasons += tuple(Rejection(issue.code, issue.message) for issue in report.errors[1:])
     is_failed = event.code in FAILURE_CODES.values()
     return IngestResult(
         event.path, "failed" if is_failed else "rejected", None, event.folder, reasons, count=event.count
     )
-
-
-def _refusal_report(folder: Path | None) -> Report | None:
-    """Report of the checks that a rejected input failed, or None if it was rejected before the checks."""
-    return None if folder is None else disk.read_refusal(folder).report
 
 
 def _sorted_inputs(
@@ -291,7 +285,8 @@ def ingest(
         done = results[0]
         folder = None if library is None else done.folder
         if done.asset_id is None or done.folder is None:
-            return Ingested(done.source, None, done.reasons[0], (), _refusal_report(done.folder), folder)
+            report = None if done.folder is None else disk.read_refusal(done.folder).report
+            return Ingested(done.source, None, done.reasons[0], (), report, folder)
         report = disk.read_certificate(done.folder).report
         return Ingested(done.source, disk.read_asset(done.folder), None, done.warnings, report, folder)
 

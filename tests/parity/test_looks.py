@@ -12,7 +12,7 @@ from PIL import Image
 
 from casa_assets.checks.readers.usd_facts import missing_importer
 from casa_assets.model.source import RawModel, Up
-from casa_assets.show.stills.still import render, render_mesh
+from casa_assets.show.stills.still import render, render_model
 from casa_assets.show.stills.studio import View
 from tests.support.asset.packages import written
 from tests.support.mesh.mesh_files import QUARTERS, Gltf, load_bytes, png
@@ -124,7 +124,7 @@ def apart(one: Floats, other: Floats) -> tuple[float, float]:
 
 
 def raw_picture(model: RawModel) -> Floats:
-    return blocks(render_mesh(model.parts, Up.Y, VIEW))
+    return blocks(render_model(model.replace(up=Up.Y), VIEW))
 
 
 @pytest.mark.parametrize("name", LOOKS)

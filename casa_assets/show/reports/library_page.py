@@ -12,6 +12,7 @@ import json
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
@@ -31,25 +32,8 @@ from casa_assets.library.library import CERTIFICATE, REFUSAL
 from casa_assets.model.issue import CheckResult, Decision, Issue, Report, Severity, Status
 from casa_assets.runs.outcome import writing
 from casa_assets.show.page.page_template import MAX_ROWS, PageModels, Words, all_words, relative_link, render_template
-from casa_assets.show.reports import gate
-from casa_assets.show.reports.findings import (
-    UNITS,
-    Change,
-    Compared,
-    Difference,
-    Findings,
-    PriorFit,
-    Totals,
-    by_verdict,
-    codes_of,
-    content,
-    counts,
-    findings_of,
-    link_before,
-    outlying,
-    read_run,
-    reasons,
-)
+from casa_assets.show.reports import findings, gate
+from casa_assets.show.reports.findings import UNITS, Change, Compared, Difference, Findings, PriorFit, Totals, codes_of
 from casa_assets.show.reports.gate import Condition, Outcome
 
 MAX_WHOLE = 400
@@ -88,19 +72,20 @@ def write(
     Raises:
         OutputError: an entry of the library is damaged, the page cannot be written, or there is no such earlier run.
     """
-    before = read_run(baseline) if baseline is not None else None
+    before = findings.read_run(baseline) if baseline is not None else None
     table = EntryTable(disk.Library(root))
     entries = sorted(table.entries, key=lambda e: (not e.accepted, e.category if e.accepted else e.source_path, e.id))
-    found, words = findings_of(root, target, entries, before, conditions), all_words()
+    found, words = findings.findings_of(root, target, entries, before, conditions), all_words()
     is_brief, shown = len(found.entries) > MAX_WHOLE, listed(found, words)
     pictures = None if is_brief else table.thumbnails(shown)
     rows = rows_of(table.with_results(shown), found, words, pictures, is_brief)
     links = {}
     if before is not None and found.compared is not None:
         changed = ((one.id, one.before) for one in found.compared.differences)
-        links = {name: link_before(before, standing, target) for name, standing in changed if standing is not None}
+        link = partial(findings.link_before, before, page=target)
+        links = {name: link(standing) for name, standing in changed if standing is not None}
     page, json_path = render(found, words, rows, links, models), target.with_suffix(".json")
-    texts = {target: page, json_path: json.dumps(content(found, words), sort_keys=True, indent=1) + "\n"}
+    texts = {target: page, json_path: json.dumps(findings.content(found, words), sort_keys=True, indent=1) + "\n"}
     if junit is not None:
         texts[junit] = gate.junit(found)
     if sarif is not None:
@@ -135,12 +120,12 @@ def render(
         title=found.library,
         listed=len(rows),
         count=totals.entries,
-        tiles=_tiles(totals, counts(totals, found.fits, found.compared) | {"advice": loud}),
+        tiles=_tiles(totals, findings.counts(totals, found.fits, found.compared) | {"advice": loud}),
         conditions=[(f"{one.mark} {one}", one.holds) for one in found.outcomes],
         groups=[("Category", _counted("category", totals.categories)), ("Source", _counted("source", totals.sources))],
         reasons=[
             row | {"link": "#" + urlencode({"decide" if row["verdict"] == "review" else "reason": row["reason"]})}
-            for row in reasons(totals, words)
+            for row in findings.reasons(totals, words)
         ],
         whole=render_library_section(whole.report, words.explanations, whole.weights) if whole else NO_SECTION,
         fits=[_fit(fit) for fit in found.fits],
@@ -175,7 +160,7 @@ def _fit(fit: PriorFit) -> dict[str, Any]:
 
 
 def _counted(key: str, groups: Mapping[str, Mapping[Decision, int]]) -> list[dict[str, Any]]:
-    return [{**row, "link": f"#{urlencode({key: row['name']})}"} for row in by_verdict(groups)]
+    return [{**row, "link": f"#{urlencode({key: row['name']})}"} for row in findings.by_verdict(groups)]
 
 
 def _tiles(totals: Totals, shown: Mapping[str, int]) -> list[dict[str, str]]:
@@ -265,7 +250,7 @@ def listed(found: Findings, words: Words) -> list[Entry]:
     if len(found.entries) <= MAX_ROWS:
         return list(found.entries)
     quiet = quiet_codes(found.entries, words)
-    odd = {name for quantity in UNITS for name in outlying(found.fits, quantity)}
+    odd = {name for quantity in UNITS for name in findings.outlying(found.fits, quantity)}
 
     def rank(entry: Entry) -> int:
         """As the script of the page orders its rows."""
@@ -290,7 +275,7 @@ def rows_of(
         pictures: small ones by `Entry.path`; None: the page shows those in the library.
         is_brief: leave out checks that passed or do not apply.
     """
-    odd = {quantity: frozenset(outlying(found.fits, quantity)) for quantity in UNITS}
+    odd = {quantity: frozenset(findings.outlying(found.fits, quantity)) for quantity in UNITS}
     differences = found.compared.differences if found.compared else ()
     changes = {one.now.id: one.change.value for one in differences if one.now is not None}
     rows = []

@@ -209,17 +209,12 @@ _LARGEST_PX = 1024  # of an image
 
 
 def render_model(model: RawModel, view: View = _RAW_VIEW) -> bytes:
-    """PNG of a raw model, turned upright by the axis that its file declares, else z; CasaError as `render_mesh`."""
-    return render_mesh(model.parts, model.up or Up.Z, view)
-
-
-def render_mesh(parts: Sequence[RawPart], up: Up = Up.Z, view: View = _RAW_VIEW) -> bytes:
-    """PNG of raw parts in file units; size does not matter, broken and flat meshes are drawn from both sides.
+    """PNG of a raw model of any size, upright by the axis that its file declares, else z; seen from both sides.
 
     Raises:
         CannotDraw: there is no triangle to draw, or MuJoCo cannot read them. NoRenderer: there is no OpenGL.
     """
-    stood = _stand_up([p for p in parts if len(p.mesh.faces)], up)
+    stood = _stand_up([p for p in model.parts if len(p.mesh.faces)], model.up or Up.Z)
     if not stood:
         raise CannotDraw("there is no triangle to draw")
     spec = mujoco.MjSpec()
@@ -229,13 +224,13 @@ def render_mesh(parts: Sequence[RawPart], up: Up = Up.Z, view: View = _RAW_VIEW)
     add_highlights(spec)
     studio.add_studio(spec, view.size_px)
     try:
-        model = spec.compile()
+        made = spec.compile()
     except ValueError as error:
         raise CannotDraw(str(error).replace("\n", " ")) from error
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    points = studio.place_floor(model, data)
-    return pictures.png(studio.render(model, data, points, fit(points, view), view, both_sides=True))
+    data = mujoco.MjData(made)
+    mujoco.mj_forward(made, data)
+    points = studio.place_floor(made, data)
+    return pictures.png(studio.render(made, data, points, fit(points, view), view, both_sides=True))
 
 
 def _stand_up(parts: Sequence[RawPart], up: Up) -> list[RawPart]:

@@ -163,6 +163,10 @@ def part(mesh: Mesh, material: Material = RED) -> RawPart:
     return RawPart(name="part", mesh=mesh, material=material)
 
 
+def raw(*parts: RawPart) -> bytes:
+    return still.render_model(RawModel(parts=parts, up=Up.Z, format="obj"), SMALL)
+
+
 def square(corners: list[tuple[float, float, float]]) -> Mesh:
     return Mesh(vertices=np.array(corners), faces=np.array([[0, 1, 2], [0, 2, 3]]))
 
@@ -182,10 +186,10 @@ SHAPES = {
 def test_any_mesh_gives_a_picture(subtests: pytest.Subtests) -> None:
     for name in sorted(SHAPES):
         with subtests.test(name=name):
-            assert outline(still.render_mesh([part(SHAPES[name])], Up.Z, SMALL)).mean() > 0.10
+            assert outline(raw(part(SHAPES[name]))).mean() > 0.10
     empty = Mesh(vertices=np.zeros((3, 3)), faces=np.zeros((0, 3), dtype=np.int32))
     with pytest.raises(CasaError, match="no triangle"):
-        still.render_mesh([part(empty)], Up.Z, SMALL)
+        raw(part(empty))
 
 
 def test_up_axis_of_the_file_is_respected_and_the_bytes_repeat() -> None:
@@ -204,7 +208,7 @@ def test_an_image_has_its_first_row_at_the_top() -> None:
     image[:4, :, 0], image[4:, :, 2] = 220, 220
     material = Material(id="image", base_color=(1, 1, 1, 1), base_color_texture=texture("image", image))
     mesh = Mesh(vertices=FLAT.vertices, faces=FLAT.faces, uv=np.array([[0, 0], [1, 0], [1, 1], [0, 1]]))
-    png = still.render_mesh([part(mesh, material)], Up.Z, SMALL)
+    png = raw(part(mesh, material))
     red, _, blue = pixels(png).transpose(2, 0, 1)
     rows = [np.flatnonzero((a - b > 60.0).any(axis=1)).mean() for a, b in ((red, blue), (blue, red))]
     assert rows[0] < rows[1]
@@ -219,9 +223,9 @@ def test_the_many_faces_of_a_mesh_are_drawn_as_a_coarse_one_would_be(monkeypatch
     shades = np.stack([255 * x, 200 * z, 0 * x, 0 * x + 255], axis=2).reshape(-1, 4).astype(np.uint8)
     fine = part(Mesh(vertices=vertices, faces=faces, colors=shades), Material(id="white", base_color=(1, 1, 1, 1)))
     monkeypatch.setattr(still, "_GRID_STEPS", 24)
-    whole = pixels(still.render_mesh([fine], Up.Z, SMALL))
+    whole = pixels(raw(fine))
     monkeypatch.setattr(still, "_MANY_FACES", 1000)
-    assert 0.0 < np.abs(pixels(still.render_mesh([fine], Up.Z, SMALL)) - whole).mean() < 4.0
+    assert 0.0 < np.abs(pixels(raw(fine)) - whole).mean() < 4.0
 
 
 def shot(color: tuple[int, int, int], title: str = "mug_0123456789", side_px: int = 32) -> SheetCell:
