@@ -115,10 +115,7 @@ def run() -> int:
 
 
 def narrowed(whole: typer.Typer, words: Sequence[str]) -> typer.Typer:
-    """The app with nothing but the command that the first words name; the whole app if they name none.
-
-    Typer makes all commands with all their options before it looks at the words, which takes half the time of a start.
-    """
+    """The app with nothing but the command that the first words name, if they do: to make all takes half of a start."""
     first = words[0] if words else ""
     commands = [one for one in whole.registered_commands if command_name(one) == first]
     groups = [one for one in whole.registered_groups if one.typer_instance and one.typer_instance.info.name == first]

@@ -161,10 +161,7 @@ def complete_assets(incomplete: str) -> list[str]:
 
 
 def _assets_of(place: Path, incomplete: str) -> list[str]:
-    """Folders of the assets of a library as far as they begin with what is typed; those of categories where many do.
-
-    Names of folders alone are read, and of no category that what is typed rules out.
-    """
+    """Folders of assets of a library that begin with what is typed, or of categories where many do; no file is read."""
     found: list[str] = []
     shelves = [path.as_posix() for path in _folders(place) if path.name != REJECTED and path.name[0] != "."]
     shelves = [name for name in shelves if f"{name}/".startswith(incomplete) or incomplete.startswith(f"{name}/")]

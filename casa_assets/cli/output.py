@@ -171,10 +171,7 @@ class TextTable:
     between words. If a word, such as a path, is too long for that, the last column goes on a separate line below.
 
     Attributes:
-        columns: their headings.
-        sentences: headings of those that may be wrapped between words.
-        right: headings of those that are aligned to the right.
-        title: a line above; empty: none.
+        columns: headings. sentences: of those that may be wrapped. right: of those that are aligned to the right.
     """
 
     columns: Sequence[str]
@@ -184,10 +181,7 @@ class TextTable:
     rows: list[tuple[Text, ...]] = field(default_factory=list)
 
     def add(self, *cells: str | Text) -> None:
-        """Add a row, a cell for each column; further ones, such as that of `from_column`, are left out.
-
-        A string may hold what a user typed: it is not read as markup.
-        """
+        """Add a row; cells beyond the columns, as for `from_column`, are left out, and strings are no markup."""
         texts = (cell if isinstance(cell, Text) else Text(cell.replace("\n", " ")) for cell in cells)
         self.rows.append(tuple(texts)[: len(self.columns)])
 
@@ -267,10 +261,7 @@ def _sum(widths: Sequence[int]) -> int:
 
 
 def bar(console: Console) -> Progress:
-    """A progress bar with count, time and time left, removed at the end; nothing where the output is no terminal.
-
-    Its text, which says what is worked on, is cut where the line is too short.
-    """
+    """A progress bar with a text, count, time and time left, removed at the end; nothing where there is no terminal."""
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}", table_column=Column(no_wrap=True, overflow="ellipsis", ratio=1)),

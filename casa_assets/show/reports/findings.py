@@ -108,11 +108,7 @@ class Change(StrEnum):
 
 @dataclass(frozen=True)
 class Standing:
-    """Outcome of one input in one run.
-
-    Attributes:
-        path: of its folder, relative to its library. codes: of its rejection, or of the advice that it has, sorted.
-    """
+    """Outcome of one input in one run; its folder in its library, and codes of its rejection or of its advice."""
 
     id: str
     category: str
@@ -208,8 +204,7 @@ class Findings:
     """Content of a report.
 
     Attributes:
-        root: folder of the library relative to that of the report, POSIX.
-        fits: sizes and masses against the usual ones. whole: checks on all assets together.
+        root: folder of the library relative to that of the report, POSIX. whole: checks on all assets together.
         compared: with the earlier run, if there is one. outcomes: of the conditions that were set.
     """
 
@@ -370,11 +365,10 @@ def _run_of_report(path: Path) -> Run:
 
 
 def compare(before: Iterable[Standing], now: Iterable[Standing]) -> list[Difference]:
-    """All that changed, worse ones first, each kind by id.
+    """All that changed, worse ones first, each kind by id; entries whose ids end in the same word are of one input.
 
-    Two entries are of the same input where their ids end in the same word (see `library.library`), under
-    whatever category. An input does worse where its verdict is a lower one (rejected, review, accepted), or the same
-    with advice that it did not have; and better the other way round. Another reason for a rejection changes nothing.
+    It does worse where its verdict is a lower one (rejected, review, accepted), or the same with advice that it did not
+    have; and better the other way round. Another reason for a rejection changes nothing.
     """
     old, new = _by_input(before), _by_input(now)
     pairs = [(old.get(key), new.get(key)) for key in old.keys() | new.keys()]

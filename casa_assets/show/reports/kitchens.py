@@ -36,11 +36,9 @@ class SceneRow:
     """A scene; numbers are None if no check has run.
 
     Attributes:
-        id, plan, style: names. passed: verdict. errors: code -> number of occurrences.
-        checks: number that passed, such as `76 of 76 that apply`.
-        joints: number that were swept through their range. design, access: scores, of 100. tasks: afforded, of 25.
-        load_ms, real_time_factor: on the machine of the check. check_s: seconds that the check took there.
-        bodies, geoms, nv, texture_mb: size of the model.
+        errors: code -> number of occurrences. checks: number that passed, such as `76 of 76 that apply`.
+        joints: swept through their range. design, access: scores, of 100. tasks: afforded, of 25.
+        load_ms, real_time_factor, check_s: on the machine of the check. bodies and on: size of the model.
     """
 
     id: str
@@ -155,10 +153,8 @@ class SceneCard:
     """A scene as the page shows it.
 
     Attributes:
-        row: verdict and numbers. objects: number of loose objects.
         families: of its fixtures, except floor, walls and ceiling. tasks: names of the atomic tasks that it affords.
-        surfaces: ids of its floor, walls, worktops and cabinets. floor_m2: area of its room.
-        pictures: names of its picture files, the one that shows most of it first.
+        surfaces: ids of its finishes. pictures: names of its files, the one that shows most of it first.
     """
 
     row: SceneRow

@@ -103,6 +103,14 @@ class _Job:
     def is_over(self) -> bool:
         return self.model is not None or bool(self.error)
 
+    @property
+    def progress(self) -> dict[str, Any]:
+        """As the page reads it."""
+        doing, done, of = self.step
+        seconds = self.took or time.monotonic() - self.begin
+        facts = {"doing": doing, "done": done, "of": of, "seconds": seconds, "error": self.error}
+        return {**facts, "is_ready": self.model is not None}
+
 
 class Workshop:
     """Models by the id of their subject. Any thread may call it.
@@ -130,26 +138,8 @@ class Workshop:
                 del self._jobs[name]
         return subject.id
 
-    def progress(self, model_id: str) -> dict[str, Any] | None:
-        """Return the progress of a model as the page reads it, or None if it was not ordered or was discarded."""
-        if (job := self._find(model_id)) is None:
-            return None
-        doing, done, of = job.step
-        seconds = job.took or time.monotonic() - job.begin
-        facts = {"doing": doing, "done": done, "of": of, "seconds": seconds, "error": job.error}
-        return {**facts, "is_ready": job.model is not None}
-
-    def model(self, model_id: str) -> Model | None:
-        """A model that is ready, or None."""
-        job = self._find(model_id)
-        return None if job is None else job.model
-
-    def subject(self, model_id: str) -> Subject | None:
-        """Return the subject that a model was ordered for, or None."""
-        job = self._find(model_id)
-        return None if job is None else job.subject
-
-    def _find(self, model_id: str) -> _Job | None:
+    def find(self, model_id: str) -> _Job | None:
+        """What was ordered, or None if it was not, or was discarded."""
         with self._lock:
             job = self._jobs.get(model_id)
             if job is not None:
@@ -186,13 +176,9 @@ class ViewServer(ThreadingHTTPServer):
     def __init__(self, subject: Subject, workshop: Workshop, pose: str = "", port: int = 0) -> None:
         """Bind a port; 0: any that is free. Raises OSError where it is taken."""
         super().__init__((HOST, port), _Handler)
-        self.workshop, self.pose, self._subject = workshop, pose, subject
+        self.workshop, self.pose, self.subject = workshop, pose, subject
         self.address = f"http://{HOST}:{self.server_port}/"
-        self.order_first()
-
-    def order_first(self) -> str:
-        """Have the subject's model made, again where it was forgotten after many swaps; returns its id."""
-        return self.workshop.order(self._subject)
+        self.workshop.order(subject)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Report a fault of the program, but not a browser that closed the connection before its answer."""
@@ -214,13 +200,14 @@ class _Handler(LocalHandler):
             return
         what, _, rest = unquote(urlsplit(self.path).path).removeprefix("/").partition("/")
         if (what, rest) == ("", ""):
-            text = page(self.server.order_first(), self.server.pose)
+            # It is made again where it was forgotten after many swaps.
+            text = page(self.server.workshop.order(self.server.subject), self.server.pose)
             self.send(HTTPStatus.OK, "text/html; charset=utf-8", text.encode())
         elif (what, rest) == ("favicon.ico", ""):
             self.send(HTTPStatus.NO_CONTENT, "image/x-icon", b"")
         elif what in ("model", "facts") and rest:
             model_id = rest.removesuffix(".glb")
-            model = self.server.workshop.model(model_id)
+            model = self._model(model_id)
             if model is None:
                 self._refuse(HTTPStatus.NOT_FOUND, f"{model_id} is not ready")
             elif what == "model":
@@ -228,10 +215,10 @@ class _Handler(LocalHandler):
             else:
                 self.send(HTTPStatus.OK, JSON, to_json(model.facts))
         elif what == "progress" and rest:
-            if (found := self.server.workshop.progress(rest)) is None:
+            if (job := self.server.workshop.find(rest)) is None:
                 self._refuse(HTTPStatus.NOT_FOUND, f"{rest} is not kept; load the page again")
             else:
-                self._send_json(found)
+                self._send_json(job.progress)
         elif what == "report" and rest:
             self._report(rest)
         else:
@@ -279,7 +266,7 @@ class _Handler(LocalHandler):
         if _VIEWER.fullmatch(rest):
             self.send(HTTPStatus.OK, KINDS[".js"], viewer_script())
             return
-        found = self.server.workshop.model(model_id)
+        found = self._model(model_id)
         if found is None:
             self._refuse(HTTPStatus.NOT_FOUND, f"{model_id} is not ready")
             return
@@ -295,8 +282,7 @@ class _Handler(LocalHandler):
             self.send(HTTPStatus.OK, kind, data)
 
     def _step(self, model_id: str, data: bytes) -> dict[str, Any]:
-        found = self.server.workshop.model(model_id)
-        said = parse_step(data)
+        found, said = self._model(model_id), parse_step(data)
         if found is None or said.placement not in found.behaviors:
             raise CasaError(f"{model_id} has no state machine {said.placement!r}")
         return step_machine(found.behaviors[said.placement], said)
@@ -305,16 +291,21 @@ class _Handler(LocalHandler):
         """Start to build another kitchen of the same plan; returns its id. Raises CasaError where it cannot be."""
         try:
             said = json.loads(data)
-            subject = self.server.workshop.subject(str(said["of"]))
+            job = self.server.workshop.find(str(said["of"]))
             swapped = {str(name): str(finish) for name, finish in dict(said.get("surfaces") or {}).items()}
             style, seed = str(said.get("style") or ""), said.get("random")
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise CasaError("an order names the kitchen as `of`, and a `style`, `surfaces` or `random`") from error
-        if not isinstance(subject, Kitchen):
+        if job is None or not isinstance(job.subject, Kitchen):
             raise CasaError("only a kitchen has styles and surfaces that can be swapped")
-        recipe = _swapped(subject.recipe, style, swapped, seed)
+        recipe = _swapped(job.subject.recipe, style, swapped, seed)
         resolve(recipe)  # raises where the plan and the style do not go together
-        return self.server.workshop.order(Kitchen(recipe, subject.place))
+        return self.server.workshop.order(Kitchen(recipe, job.subject.place))
+
+    def _model(self, model_id: str) -> Model | None:
+        """A model that is ready, or None."""
+        job = self.server.workshop.find(model_id)
+        return None if job is None else job.model
 
     def _refuse(self, status: HTTPStatus, why: str) -> None:
         self.send(status, "text/plain; charset=utf-8", why.encode())
