@@ -140,11 +140,7 @@ def check(asset: Asset) -> Report:
 
 
 def check_folder(folder: Path) -> Report:
-    """Run every check that applies on the files of an asset or a kitchen; they are only read.
-
-    Raises:
-        OutputError: the folder contains neither, or is damaged.
-    """
+    """Run every check that applies on the files of an asset or a kitchen, which are only read. Raises OutputError."""
     found = load(folder)
     return found.check() if isinstance(found, Kitchen) else check_package(found, folder)
 
@@ -172,10 +168,8 @@ class StablePose:
 def stable_poses(asset: Asset, least: float = 0.02) -> list[StablePose]:
     """Return the poses in which an asset can rest on a plane, from its collision shapes, the most likely first.
 
-    Joints are closed. Rolling is ignored, so that a round object rests in many poses, each of which is unlikely.
-
-    Args:
-        least: poses with a lower probability are left out.
+    Joints are closed. Rolling is ignored, so that a round object rests in many poses, each of which is unlikely; those
+    with a probability below `least` are left out.
     """
     center = asset.center_of_mass
     points, rotations, shares = resting_sides(asset, center)
@@ -238,11 +232,7 @@ def show_model(model: Any, pose: str, name: str) -> None:
 
 
 def serving(subject: Subject, pose: str, port: int = 0) -> ViewServer:
-    """Return a server of the page of a subject; 0: any port that is free.
-
-    Raises:
-        CasaError: there is no record that a page can be made from. OutputError: the port cannot be used.
-    """
+    """A server of the page of a subject; 0: any port that is free. Raises CasaError, OutputError for a bad port."""
     from casa_assets.show.view.model import asset_of, make
     from casa_assets.show.view.server import ViewServer, Workshop
     from casa_assets.show.view.subject import ModelFile, cache_of

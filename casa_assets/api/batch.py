@@ -41,7 +41,6 @@ class BatchKitchen:
     """A kitchen of a batch.
 
     Attributes:
-        id: id of the kitchen.
         model: compiled model, in the structure that all kitchens of the batch share.
         bodies, joints, geoms, sites, cameras: name in the kitchen -> id in `model` and in the engine.
         rows: states at rest, one of which a reset takes.
@@ -68,8 +67,7 @@ class Batch(Generic[E]):
 
     Attributes:
         engine: it has the `model` and `data` of all worlds, as objects of the engine itself.
-        kitchens: the kitchens in their order.
-        kitchen_of_world: (worlds,) ints.
+        kitchens: the kitchens in their order; kitchen_of_world: (worlds,) ints.
         sizes: sizes of the engine's buffers for a world.
         states: (worlds,) number of the start state of the last reset of each world; -1: the kitchen as it is built.
         base: (worlds, 3) parking pose of the middle of a robot's base in each world: x, y (m), yaw (rad).

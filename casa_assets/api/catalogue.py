@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from casa_assets.asset.assemble import Family
 from casa_assets.asset.family import Params
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.registry.families import family_groups
@@ -26,11 +25,9 @@ class Bounds:
 
 @dataclass(frozen=True)
 class PlanInfo:
-    """A floor plan.
+    """A floor plan: name for `kitchen`, and title.
 
     Attributes:
-        name: name for `kitchen`.
-        title: name for people, one line.
         defaults: variable length -> its value in the plan, metres.
         bounds: variable length -> bounds within which a seed draws it.
     """
@@ -52,15 +49,12 @@ class StyleInfo:
 
 @dataclass(frozen=True)
 class FamilyInfo:
-    """A parametric family of assets.
+    """A parametric family of assets: name for `build`, and title.
 
     Attributes:
-        name: name for `build`.
-        title: name for people, one line.
         group: cabinets, counters, cooking, cold, small, decor or room.
         category: category id of the assets that it makes.
-        presets: names of ready members.
-        params: type of the parameters of `build`.
+        presets: names of ready members. params: type of the parameters of `build`.
         bounds: number -> its bounds; numbers inside a part are named `part.number`.
     """
 
@@ -86,7 +80,12 @@ def styles() -> Mapping[str, StyleInfo]:
 
 def families() -> Mapping[str, FamilyInfo]:
     """All parametric families by name, group by group."""
-    return MappingProxyType({f.name: _family(f, group) for group, members in family_groups().items() for f in members})
+    found = {}
+    for group, members in family_groups().items():
+        for f in members:
+            bounds = MappingProxyType(dict(_bounds(f.params)))
+            found[f.name] = FamilyInfo(f.name, f.title, group, f.category, tuple(f.presets), f.params, bounds)
+    return MappingProxyType(found)
 
 
 def surfaces() -> Mapping[str, tuple[str, ...]]:
@@ -96,11 +95,7 @@ def surfaces() -> Mapping[str, tuple[str, ...]]:
 
 
 def plugins() -> Mapping[str, Plugin]:
-    """The plug-ins in use, by name: of installed packages, and of the project if its code may run.
-
-    Raises:
-        CasaError: one cannot be imported, or offers a name that is taken.
-    """
+    """The plug-ins in use, by name: of installed packages, and of the project if its code may run. Raises CasaError."""
     return MappingProxyType({one.plugin.name: one.plugin for one in load_plugins()})
 
 
@@ -113,11 +108,6 @@ def _plan(name: str) -> PlanInfo:
         MappingProxyType({key: p.default for key, p in lengths}),
         MappingProxyType({key: Bounds(p.low, p.high) for key, p in lengths}),
     )
-
-
-def _family(family: Family[Any], group: str) -> FamilyInfo:
-    bounds = MappingProxyType(dict(_bounds(family.params)))
-    return FamilyInfo(family.name, family.title, group, family.category, tuple(family.presets), family.params, bounds)
 
 
 def _bounds(params: type[Params], at: str = "") -> list[tuple[str, Bounds]]:

@@ -120,8 +120,7 @@ class Articulated(Ingested):
 class Library:
     """A folder of assets, as `casa-assets ingest` writes it; it need not exist before the first ingest.
 
-    Iterating gives the records of its accepted assets, sorted by category and id: id, category, size and mass, guesses,
-    results of checks, source. `len` counts them. `in_review` gives the assets that a person has to decide about first.
+    Iterating gives the records of its accepted assets, sorted by category and id, and `len` counts them.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -178,9 +177,9 @@ class Library:
     ) -> Iterator[IngestResult]:
         """Ingest files, folders, manifests and meshes in memory; each is read in a separate process with limits.
 
-        Assets that an earlier run made from the same bytes are kept. An accepted asset is also kept if the new result
-        would be in review or rejected. Both are reported as `skipped`. Nothing is done before the first result is
-        requested: use `list(library.ingest(...))` if you do not need the results.
+        Assets that an earlier run made from the same bytes are kept, and accepted ones if the new result would be in
+        review or rejected; both are `skipped`. Nothing is done before the first result is requested: use
+        `list(library.ingest(...))` if you do not need the results.
 
         Args:
             inputs: paths; addresses on stores, such as `s3://bucket/meshes`; trimesh.Trimesh or trimesh.Scene;
@@ -257,8 +256,8 @@ def ingest(
 ) -> Ingested:
     """Turn one mesh into an asset: upright, in metres, with collision shapes, mass and friction, and checked.
 
-    A file is read in a child process with limits on time and memory, so that nothing in it can harm the caller. The
-    same applies to a mesh in memory that is put into a library; without a library it is processed in this process.
+    It is read in a child process with limits on time and memory, so that nothing in it can harm the caller; a mesh in
+    memory without a library is processed in this process.
 
     Args:
         mesh: path of a GLB, glTF, OBJ, PLY, STL, DAE or another supported file; or a trimesh.Trimesh or trimesh.Scene.

@@ -100,11 +100,7 @@ def _asset() -> dict[str, Any]:
 
 
 def plan_as_written(made: Schema) -> Schema:
-    """Return the schema of a plan's file, given that of its record.
-
-    Walls, openings and so on may be mappings of ids to rows, units may be short, parameters lists of three numbers.
-    With `like`, a plan need not state the keys that are otherwise required.
-    """
+    """The schema of a plan's file, given that of its record: tables may be mappings, units and parameters short."""
     definitions: Schema = made["$defs"]
     _write_choices_short(definitions)
     for table, record in HAVE_IDS.items():
@@ -137,10 +133,7 @@ def plan_as_written(made: Schema) -> Schema:
 
 
 def style_as_written(made: Schema) -> Schema:
-    """Return the schema of a style's file, given that of its record.
-
-    `range/pro_six` may be written for a choice, and `like` for the parts that are taken from another style.
-    """
+    """The schema of a style's file, given that of its record: `range/pro_six` for a choice, `like` another style."""
     definitions: Schema = made["$defs"]
     _write_choices_short(definitions)
     parts = {"cabinets": "CabinetStyle", "counter": "WorktopStyle", "island": "WorktopStyle", "room": "RoomStyle"}
@@ -186,11 +179,7 @@ def _unit(record: Schema, kinds: list[str]) -> Schema:
 
 
 def _or_like(made: Schema, whole: Schema) -> Schema:
-    """A schema of a file that states everything, or names one that it is like and states what differs.
-
-    Args:
-        whole: what its properties have to state where it is like no other.
-    """
+    """A schema of a file that states everything, see `whole`, or names one that it is like and states what differs."""
     required = made.pop("required")
     made["properties"] = {
         **made["properties"],

@@ -140,18 +140,15 @@ def complete_presets(ctx: typer.Context, incomplete: str) -> list[str]:
     """Names of the presets of the families named earlier on the line; of all families if none are named."""
     known = _files("families")
     # While an option waits for its value, the words before it are not bound to arguments yet.
-    named = [word for word in ctx.params.get("names") or ctx.args if word in known]
-    return _starting(incomplete, sorted({preset for name in named or known for preset in _presets(name)}))
-
-
-def _presets(family: str) -> Iterator[str]:
-    for path in _paths_in(f"families/{family}.yaml"):
+    named, presets = [word for word in ctx.params.get("names") or ctx.args if word in known], set()
+    for path in (path for family in named or known for path in _paths_in(f"families/{family}.yaml")):
         inside = False
         for line in path.read_text(encoding="utf-8").splitlines():
             if found := _ROW.match(line):
                 inside = found[1] == "presets"
             elif inside and (preset := _INNER_ROW.match(line)):
-                yield preset[1]
+                presets.add(preset[1])
+    return _starting(incomplete, sorted(presets))
 
 
 def complete_assets(incomplete: str) -> list[str]:

@@ -280,19 +280,22 @@ def find(
       casa-assets find --where category=mug,cup --where 'size<=0.12' --json
       casa-assets find --where reason=FLT005 --most 100
     """
-    from casa_assets.library.search import entries_that, parse_condition, search_entries, with_default
+    from casa_assets.library import search
 
-    conditions = [parse_condition(text) for text in where or ()]
+    conditions = [search.parse_condition(text) for text in where or ()]
     has_words = bool(query.strip())
     if not has_words and (clip_weights or not conditions):
         raise typer.BadParameter("there are no words to look for", param_hint="QUERY")
     if clip_weights and conditions:
         raise typer.BadParameter("searches without pictures; leave --clip-weights out", param_hint="--where")
     if clip_weights:
-        found = _by_picture(query, library, clip_weights, most)
+        from casa_assets.library.clip import load_clip
+
+        hits = search.search_by_picture(query, library_at(library), load_clip(clip_weights), most)
+        found = search.Found(hits, len(hits))
     else:
-        fitting = entries_that(library_at(library), with_default(conditions))
-        found = search_entries(fitting, library, query, most)
+        fitting = search.entries_that(library_at(library), search.with_default(conditions))
+        found = search.search_entries(fitting, library, query, most)
     if not found.hits:
         output.error(f"no match{_unnamed(library) if has_words else ''}")
         raise typer.Exit(1)
@@ -305,14 +308,6 @@ def _unnamed(library: Path) -> str:
 
     count = sum(1 for _ in entries_that(library_at(library), [parse_condition("decide=category")]))
     return f"; {pluralize(count, 'asset')} in review without a category: casa-assets review {library}" if count else ""
-
-
-def _by_picture(query: str, library: Path, clip_weights: str, most: int) -> Found:
-    from casa_assets.library.clip import load_clip
-    from casa_assets.library.search import Found, search_by_picture
-
-    hits = search_by_picture(query, library_at(library), load_clip(clip_weights), most)
-    return Found(hits, len(hits))
 
 
 def _print_found(found: Found, root: Path, has_words: bool, output: Output) -> None:

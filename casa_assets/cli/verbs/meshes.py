@@ -312,7 +312,10 @@ def _follow(
         task = progress.add_task("looking", total=None)
 
         def show_work(names: Sequence[str]) -> None:
-            progress.update(task, description=_progress_text(outcomes, names))
+            shown = ", ".join(safe(Path(name).name) for name in names[:MAX_NAMES])
+            shown += f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
+            counts = batch_output.counts_text(*batch_output.counts_of(outcomes))
+            progress.update(task, description=f"{counts}; at work on {shown}")
 
         with closing(start(show_work)) as running:
             for outcome in running:
@@ -351,12 +354,6 @@ def _json_row(outcome: ArticulateOutcome) -> dict[str, object]:
             i for i in (outcome.report.issues if outcome.report else ()) if i.severity.value == "warning"
         ),
     }
-
-
-def _progress_text(outcomes: Sequence[ArticulateOutcome], names: Sequence[str]) -> str:
-    shown = ", ".join(safe(Path(name).name) for name in names[:MAX_NAMES])
-    more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
-    return f"{batch_output.counts_text(*batch_output.counts_of(outcomes))}; at work on {shown}{more}"
 
 
 def _review_command(sources: Sequence[Path], out: Path, options: Mapping[str, object], complete: bool) -> str:

@@ -67,7 +67,11 @@ def page(
     grade, checks = report["grade"], tally(results)
     verb = "is" if checks.advice == 1 else "are"
     word = "passed" if report["passed"] else "failed"
-    sizes = {**report.get("holds", {}), **report.get("speed", {})}
+    marks = {Severity.ERROR: Marked("failed", "error"), Severity.WARNING: Marked("advice", "advice")}
+    sizes = []
+    for name, value in {**report.get("holds", {}), **report.get("speed", {})}.items():
+        label, unit = SIZES.get(name, (name.replace("_", " "), ""))
+        sizes.append((label, quantity(value, unit)))
     return render_template(
         "kitchens/report.html",
         title=facts["id"],
@@ -75,10 +79,10 @@ def page(
         picture=picture,
         verdict=Marked(word, word),
         summary=f"{len(facts['fixtures'])} fixtures, {joints} joints; {facts['generator']}",
-        faults=[(i["code"], _severity(i["severity"]), i["pointer"], i["message"]) for i in report["issues"]],
+        faults=[(i["code"], marks[i["severity"]], i["pointer"], i["message"]) for i in report["issues"]],
         passed=f"{checks} passed" + (f"; {checks.advice} of the others {verb} advice" if checks.advice else ""),
         checks=_checks(results, explained),
-        sizes=[_size(name, value) for name, value in sizes.items()],
+        sizes=sizes,
         robots=[_robot(name, counts) for name, counts in report.get("robots", {}).items()],
         tasks=_tasks(report["tasks"]),
         rules=[
@@ -88,21 +92,11 @@ def page(
     )
 
 
-def _size(name: str, value: float) -> tuple[str, str]:
-    """What a number of the model is called, or of how fast it ran on the machine of the check, and its text."""
-    label, unit = SIZES.get(name, (name.replace("_", " "), ""))
-    return label, quantity(value, unit)
-
-
 def _robot(name: str, counts: Mapping[str, Any]) -> Cells:
     """A robot with the number of joints that it reaches and opens, the median of its margins, and joints not tried."""
     margin = "" if counts["margin"] is None else f"{counts['margin']:.0%}"
     reached, followed = (f"{counts[what]} of {counts['joints']}" for what in ("reached", "followed"))
     return name, reached, followed, margin, str(counts["without_parking"])
-
-
-def _severity(word: str) -> Marked:
-    return Marked("failed", word) if word == Severity.ERROR else Marked("advice", "advice")
 
 
 def _checks(results: Sequence[CheckResult], explained: Mapping[str, str]) -> list[Group]:

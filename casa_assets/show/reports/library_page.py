@@ -318,7 +318,11 @@ def _row(entry: Entry, root: str) -> dict[str, Any]:
 def _details(entry: Entry, found: Findings, words: Words, is_brief: bool) -> dict[str, Any]:
     is_left_out = {Status.PASSED, Status.NOT_APPLICABLE} if is_brief else set()
     shown = [result for result in entry.results if result.status not in is_left_out]
-    results = [[r.code, _status_number(r), _short(r.number), _short(r.limit), r.unit, r.reason] for r in shown]
+    results = []
+    for r in shown:
+        is_advice = r.status is Status.FAILED and r.severity is Severity.WARNING
+        number = ADVICE_NUMBER if is_advice else STATUS_NUMBERS[r.status]
+        results.append([r.code, number, _short(r.number), _short(r.limit), r.unit, r.reason])
     if entry.decision is Decision.REJECTED:
         reason, fix = words.reason_and_fix(entry)
         # Refused rows of a manifest share one file and have no folder.
@@ -337,11 +341,6 @@ def _details(entry: Entry, found: Findings, words: Words, is_brief: bool) -> dic
         "guesses": [[g.subject, g.value, _short(g.confidence), g.reason] for g in entry.guesses],
         "files": [[label, relative_link(path.format(id=entry.id))] for label, path in FILES],
     }
-
-
-def _status_number(result: CheckResult) -> int:
-    is_advice = result.status is Status.FAILED and result.severity is Severity.WARNING
-    return ADVICE_NUMBER if is_advice else STATUS_NUMBERS[result.status]
 
 
 def _short(number: float | None) -> float | None:

@@ -49,12 +49,9 @@ class View:
     """A camera.
 
     Attributes:
-        name: of the picture.
         position, quaternion: world_from_camera, metres and (w, x, y, z); it looks along its -z, its y is up.
-        fov_x: angle that it sees from left to right, radians.
-        shift_y: of the lens upwards, as a share of the picture's width.
-        fit: the camera is moved so that it just sees these points, or everything in the scene if `fit` is empty;
-            None: it is not moved.
+        fov_x: from left to right, radians. shift_y: of the lens upwards, as a share of the picture's width.
+        fit: it is moved so that it just sees these points, or all of the scene if empty; None: it is not moved.
     """
 
     name: str
@@ -377,12 +374,7 @@ class NoPathTracer(CasaError):
 
 @dataclass(frozen=True)
 class StillSettings:
-    """Size of a still in pixels, and what it costs.
-
-    Attributes:
-        samples: paths of each pixel of a room, at most; ASSET_SAMPLES times as many of an asset. threads: of the
-            renderer; the picture does not depend on the machine's number of cores. seed: of the paths.
-    """
+    """Size of a still, and what it costs: paths of each pixel of a room, and threads, on which no picture depends."""
 
     width_px: int = 960
     height_px: int = 540

@@ -90,14 +90,12 @@ PLASTIC = 1.32471795724474602596
 
 @dataclass(frozen=True)
 class CameraFrustum:
-    """Pose and frustum of a camera.
+    """Pose and frustum of a camera; lengths in metres, those of the picture on the near plane.
 
     Attributes:
-        position, forward, up: (3,) metres and unit vectors, world frame.
-        near, far: planes between which something is seen, metres.
-        half_width, half_height: of the picture on the near plane, metres.
-        jitter: side of the square that the picture is moved within between drawings, metres on the near plane.
-        rise: how far the middle of the picture lies above the axis, metres on the near plane: a shifted lens.
+        position, forward, up: (3,) world frame. near, far: planes between which something is seen.
+        jitter: side of the square that the picture is moved within between drawings.
+        rise: how far the middle of the picture lies above the axis: a shifted lens.
     """
 
     position: Floats

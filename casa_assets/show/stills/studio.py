@@ -27,10 +27,8 @@ class View:
 
     Attributes:
         azimuth_deg: 0 looks at the front (which faces -y), positive walks round to the thing's right side (+x).
-        elevation_deg: above the horizon; at least 12, or the end of the floor comes into sight.
-        size_px: width and height.
-        fill: fraction of the frame that the thing spans, in its wider direction.
-        field_of_view_deg: full vertical angle; small ones flatten like a long lens.
+        elevation_deg: at least 12, or the end of the floor comes into sight. size_px: width and height.
+        fill: fraction of the frame that the thing spans, in its wider direction. field_of_view_deg: vertical.
         passes: drawings that are averaged; more make softer shadows and smoother edges.
     """
 
@@ -44,13 +42,7 @@ class View:
 
 @dataclass(frozen=True)
 class Camera:
-    """A fitted camera.
-
-    Attributes:
-        position: (3,) metres, world frame.
-        right, up, forward: (3,) unit vectors, world frame.
-        half: tangent of half the field of view.
-    """
+    """A fitted camera: (3,) metres and unit vectors, world frame; `half`: tangent of half the field of view."""
 
     position: Floats
     right: Floats

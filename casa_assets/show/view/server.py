@@ -242,7 +242,10 @@ class _Handler(LocalHandler):
         what, _, rest = unquote(urlsplit(self.path).path).removeprefix("/").partition("/")
         try:
             if what == "step":
-                self._send_json(self._step(rest, data))
+                found, said = self._model(rest), parse_step(data)
+                if found is None or said.placement not in found.behaviors:
+                    raise CasaError(f"{rest} has no state machine {said.placement!r}")
+                self._send_json(step_machine(found.behaviors[said.placement], said))
             elif (what, rest) == ("order", ""):
                 self._send_json({"id": self._order(data)})
             else:
@@ -280,12 +283,6 @@ class _Handler(LocalHandler):
             self._refuse(HTTPStatus.NOT_FOUND, f"{model_id} has no {name}")
         else:
             self.send(HTTPStatus.OK, kind, data)
-
-    def _step(self, model_id: str, data: bytes) -> dict[str, Any]:
-        found, said = self._model(model_id), parse_step(data)
-        if found is None or said.placement not in found.behaviors:
-            raise CasaError(f"{model_id} has no state machine {said.placement!r}")
-        return step_machine(found.behaviors[said.placement], said)
 
     def _order(self, data: bytes) -> str:
         """Start to build another kitchen of the same plan; returns its id. Raises CasaError where it cannot be."""

@@ -284,19 +284,15 @@ def _continue(prefix: str, corners: Sequence[Vector]) -> None:
     normal = (corners[1] - corners[0]).cross(corners[3] - corners[0]).normalized()
     mesh = bpy.data.meshes.new(f"beyond_{prefix}")
     mesh.from_pydata(list(corners), [], [(0, 1, 2, 3)])
-    source = next((o for o in _surfaces(prefix) if _lies_in(o, corners[0], normal)), None)
+    known = [o for o in bpy.data.objects if o.type == "MESH" and o.name.startswith(prefix)]
+    largest = sorted(known, key=lambda o: (-max(o.dimensions), o.name))
+    source = next((o for o in largest if _lies_in(o, corners[0], normal)), None)
     if source is None or not source.data.uv_layers:
         mesh.materials.append(_paint())
     else:
         mesh.materials.append(source.material_slots[0].material)
         _continue_pattern(source, mesh)
     put(mesh.name, mesh)
-
-
-def _surfaces(prefix: str) -> list[Any]:
-    """Imported meshes of a kind, the largest first."""
-    found = [o for o in bpy.data.objects if o.type == "MESH" and o.name.startswith(prefix)]
-    return sorted(found, key=lambda o: (-max(o.dimensions), o.name))
 
 
 def _lies_in(thing: Any, point: Vector, normal: Vector) -> bool:
