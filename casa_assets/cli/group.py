@@ -358,31 +358,14 @@ def _on_plugins(ctx: typer.Context, wanted: bool | None) -> None:
             typer.echo(f"note: {message}, or --no-plugins", err=True)
 
 
+_general = partial(typer.Option, rich_help_panel=GENERAL, expose_value=False)
+_from_variable = partial(_general, envvar=VARIABLE, show_envvar=False, is_eager=True)
+
+
 def _with_project(
-    project: Annotated[
-        str,
-        typer.Option(
-            "--project",
-            metavar="DIR",
-            help=PROJECT_HELP,
-            rich_help_panel=GENERAL,
-            envvar=VARIABLE,
-            show_envvar=False,
-            expose_value=False,
-            is_eager=True,
-            callback=_on_project,
-        ),
-    ] = "",
+    project: Annotated[str, _from_variable("--project", metavar="DIR", help=PROJECT_HELP, callback=_on_project)] = "",
     plugins: Annotated[
-        bool | None,
-        typer.Option(
-            "--plugins/--no-plugins",
-            help=PLUGINS_HELP,
-            rich_help_panel=GENERAL,
-            show_default=False,
-            expose_value=False,
-            callback=_on_plugins,
-        ),
+        bool | None, _general("--plugins/--no-plugins", help=PLUGINS_HELP, show_default=False, callback=_on_plugins)
     ] = None,
 ) -> None: ...
 

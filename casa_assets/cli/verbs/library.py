@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from casa_assets.library.search import Found, SearchHit
     from casa_assets.runs.outcome import Event
     from casa_assets.runs.remote import Change
-    from casa_assets.show.page.page_template import PageModels
     from casa_assets.show.reports.gate import Condition
     from casa_assets.show.reports.library_page import WrittenReport
 
@@ -392,7 +391,15 @@ def report(
     target = out or library / "report.html"
     _compare_all(library_at(library), clip_weights)
     with writing(target.parent):
-        models = _write_models(library, target, output) if in_3d else None
+        models = None
+        if in_3d:
+            from casa_assets.show.page.page_template import models_of, write_models
+
+            with bar(output.console) as progress:
+                task = progress.add_task("models", total=None)
+                for done, total in write_models(library, target):
+                    progress.update(task, total=total, completed=done)
+            models = models_of(target)
         written = write(library, target, baseline, conditions, models, junit, sarif)
     _print_written(written, library, output)
 
@@ -425,13 +432,3 @@ def _compare_all(library: LibraryFolder, clip_weights: str) -> None:
         model = load_clip(clip_weights) if clip_weights else None
         with library.locked(), writing(library.root):
             library_report.compare_library(library, EntryTable(library), model)
-
-
-def _write_models(library: Path, target: Path, output: Output) -> PageModels:
-    from casa_assets.show.page.page_template import models_of, write_models
-
-    with bar(output.console) as progress:
-        task = progress.add_task("models", total=None)
-        for done, total in write_models(library, target):
-            progress.update(task, total=total, completed=done)
-    return models_of(target)

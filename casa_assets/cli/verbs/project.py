@@ -109,14 +109,9 @@ def make(output: Output, dry_run: DryRun = False) -> None:
         output.row({"id": words, "verdict": VERDICTS.get(codes[-1], "failed"), "exit_code": codes[-1]})
         if codes[-1] in FAILED or codes[-1] < 0:
             break
-    raise typer.Exit(_worst(codes))
-
-
-def _worst(codes: list[int]) -> int:
-    """The exit code of all: a fault before misuse before rejections before decisions to be taken."""
-    order = (3, 2, 1, 4, 0)
-    known = [code if code in order else 3 if code < 0 else code for code in codes]
-    return next((code for code in known if code not in order), next((code for code in order if code in known), 0))
+    # A fault before misuse before rejections before decisions to be taken; of an unknown code that itself.
+    order, known = (3, 2, 1, 4, 0), [3 if code < 0 else code for code in codes]
+    raise typer.Exit(next((code for code in (*(c for c in known if c not in order), *order) if code in known), 0))
 
 
 def steps_of(project: Project, document: Document, group: Any) -> list[tuple[tuple[str, ...], bool]]:

@@ -45,14 +45,10 @@ MODEL_POLICY = Markup("script-src 'unsafe-inline' 'self' file:; connect-src blob
 
 
 def render_template(name: str, **values: Any) -> str:
-    """Return the text of a template of the folder `templates/`, filled in.
+    """The text of a template of the folder `templates/`, filled in with escaped values; `Markup` stays as it is.
 
-    Args:
-        name: of the template, such as `library/page.html`. It has to be a string literal in the caller's code, which
-            makes the template, and the files that it includes, a part of the caller's cache key.
-        values: shown by the template; text in it is escaped, only `Markup` is inserted unchanged.
-    Raises:
-        jinja2.UndefinedError: a value that the template shows is not given.
+    The name has to be a string literal in the caller's code, which makes the template, and the files that it includes,
+    a part of the caller's cache key.
     """
     return _environment().get_template(name).render(version=version("casa-assets"), **values)
 
@@ -87,7 +83,7 @@ class Words:
         return rejection.meaning if rejection else self.explanations.get(code, "")
 
     def needs_nothing(self, code: str) -> bool:
-        """Return True if a code only describes what was done to an input and its remedy requires no action."""
+        """True if a code only describes what was done to an input and its remedy requires no action."""
         rejection = self.rejections.get(code)
         return rejection is not None and rejection.remedy.startswith("Nothing")
 

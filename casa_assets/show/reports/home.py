@@ -138,6 +138,5 @@ def _refused(shelf: Path, entry: Entry, words: Words) -> dict[str, str]:
 def _size_and_mass(entry: Entry) -> str:
     if entry.summary is None:
         return ""
-    size = " x ".join(f"{100 * side:.1f}" for side in entry.summary.extents)
-    mass = entry.summary.mass
+    size, mass = " x ".join(f"{100 * side:.1f}" for side in entry.summary.extents), entry.summary.mass
     return f"{size} cm, {1000 * mass:.0f} g" if mass < 1 else f"{size} cm, {mass:.3g} kg"

@@ -72,11 +72,6 @@ def models(targets: Sequence[Path]) -> Iterator[Path]:
             yield from sorted(checked_model(p / "model.xml") for p in Library(target).accepted())
 
 
-def is_scene(folder: Path) -> bool:
-    """True if a folder holds a kitchen."""
-    return (folder / usd.FILE).is_file() and (folder / SCENE_JSON).is_file()
-
-
 def draw_stills(
     targets: Sequence[Path], output: Path, settings: StillSettings, pose: str = "", cameras: Sequence[str] = ()
 ) -> Iterator[Picture]:
@@ -87,7 +82,7 @@ def draw_stills(
         NoPathTracer: there is no Blender, or it failed.
     """
     for target in targets:
-        if is_scene(target):
+        if (target / usd.FILE).is_file() and (target / SCENE_JSON).is_file():
             _check_pose(target / mjcf.FILE, pose)
             name = target.resolve().name
             for still in scene_stills(target, cameras, settings, pose or "start"):

@@ -38,8 +38,8 @@ class Surfaces:
     """Pixels of one drawing, (H, W) or (H, W, 3), rows from the top.
 
     Attributes:
-        seen: whether anything solid is seen there. places: metres, world frame. normals, to_eye: unit vectors; normals
-            face the eye. albedo: sRGB, 0..1. gloss: metallic, roughness, emission, 0..1.
+        seen: of something solid. places: metres, world frame. normals, to_eye: unit vectors; normals face the eye.
+        albedo: sRGB, 0..1. gloss: metallic, roughness, emission, 0..1.
         veil: sRGB of what is see-through, times its opacity. clear: share of what lies behind it that is seen.
     """
 

@@ -39,13 +39,11 @@ class CannotDraw(CasaError):
 
 
 def render(model_xml: Path, view: View = _DEFAULT_VIEW, collision: bool = False, pose: str = "") -> bytes:
-    """PNG of one asset in its pose, seen from the front and a little from its right and above.
+    """PNG of one asset in a keyframe, or with joints at zero, from the front and a little from its right and above.
 
     Args:
-        model_xml: MJCF with visual geoms in group 1 and collision geoms in group 0, or USD with 2 and 3; regions are
-            called `reg_*`.
+        model_xml: MJCF with visual geoms in group 1 and collision geoms in group 0, or USD with 2 and 3.
         collision: show each collider in a different colour, see-through, over the asset in grey.
-        pose: keyframe of the model to show; empty: joints at zero.
     Raises:
         CannotDraw: MuJoCo cannot read the model, it has no such keyframe, or nothing in it is visible. NoRenderer.
     """
@@ -56,10 +54,7 @@ def render(model_xml: Path, view: View = _DEFAULT_VIEW, collision: bool = False,
 
 
 def _render_colliders(model_xml: Path, view: View, pose: str) -> bytes:
-    """PNG of the colliders over the grey thing.
-
-    Two pictures are mixed: in one scene with see-through colliders, surfaces that coincide would flicker.
-    """
+    """PNG of the colliders over the grey thing, two pictures: in one scene surfaces that coincide would flicker."""
     thing, thing_data, thing_points = load_into_studio(model_xml, view.size_px, _GREY_RGBA, pose=pose)
     shapes, shape_data, shape_points = load_into_studio(model_xml, view.size_px, None, _COLLISION_GROUPS, pose)
     camera = fit(np.concatenate([thing_points, shape_points]), view)
@@ -338,11 +333,7 @@ _DARK = (25, 27, 31)
 
 @dataclass(frozen=True)
 class MovingJoint:
-    """A joint to be shown: its name in the model, and two lines under its picture.
-
-    Attributes:
-        alone: it gets a separate picture, open; a joint that moves a few millimetres would show nothing there.
-    """
+    """A joint to be shown, with two lines under its picture; one that moves a few millimetres gets none alone."""
 
     joint: str
     title: str

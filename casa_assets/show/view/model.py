@@ -154,12 +154,9 @@ def _rounded(numbers: Any) -> list[float]:
 
 @dataclass(frozen=True)
 class Model:
-    """A model and its data, as the server sends them to the page.
+    """A model with colliders and regions in separate layers, and its data, as the server sends them to the page.
 
-    Attributes:
-        glb: the model, with colliders and regions in separate layers. facts: of the subject, JSON.
-        behaviors: name of a placement (empty for an asset by itself) -> its state machine.
-        folder: of the scene or asset on disk, from which its report is served; None if it is not on disk.
+    `behaviors`: name of a placement (empty for an asset by itself) -> its state machine. `folder`: if it is on disk.
     """
 
     id: str

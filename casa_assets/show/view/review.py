@@ -54,12 +54,7 @@ COMMAND = "casa-assets articulate SOURCES --library {library}"
 
 
 class ReviewServer(ThreadingHTTPServer):
-    """A server for one library.
-
-    Attributes:
-        address: to be opened in a browser. waiting: entries that a person has to decide about.
-        articulated: entries of `casa-assets articulate`, which have a separate page.
-    """
+    """A server for one library, of entries `waiting` for a person, and of articulated ones on a separate page."""
 
     daemon_threads = True
 

@@ -86,12 +86,7 @@ Maker = Callable[[Subject, ShowProgress], Model]
 
 
 class _Job:
-    """A model that was ordered. Written by the thread that makes it, read by all.
-
-    Attributes:
-        step: what is being done, in words, how much of it is done, and of how many; 0 where that is not known.
-        error: why it cannot be made; empty if nothing went wrong. took: seconds, once the model is there.
-    """
+    """A model that was ordered, written by the thread that makes it, read by all; `step`: as for ShowProgress."""
 
     def __init__(self, subject: Subject) -> None:
         self.subject = subject
@@ -113,11 +108,7 @@ class _Job:
 
 
 class Workshop:
-    """Models by the id of their subject. Any thread may call it.
-
-    Args:
-        make: builds or reads a model; its CasaErrors are passed on to all who ask for the model.
-    """
+    """Models by the id of their subject, for any thread; CasaErrors of `make` are passed on to all who ask."""
 
     def __init__(self, make: Maker) -> None:
         self._make = make
@@ -164,12 +155,7 @@ class Workshop:
 
 
 class ViewServer(ThreadingHTTPServer):
-    """A server for one subject, and for what the page swaps it for.
-
-    Attributes:
-        address: what to open in a browser. workshop: makes the models. pose: in which the subject is shown first;
-            empty: as it begins.
-    """
+    """A server for one subject, first in a pose or as it begins, and for what the page swaps it for."""
 
     daemon_threads = True
 

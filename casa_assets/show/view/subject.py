@@ -65,11 +65,9 @@ class Member:
 
 @dataclass(frozen=True)
 class Kitchen:
-    """A kitchen by its recipe.
+    """A kitchen by its recipe, in a folder of scenes or to be built there.
 
-    Attributes:
-        place: the folder of scenes that contains it, or into which it would be built.
-        is_named_by_path: its files were named instead of its id, so that MuJoCo shows them whoever made them.
+    `is_named_by_path`: its files were named instead of its id, so that MuJoCo shows them whoever made them.
     """
 
     recipe: SceneRecipe

@@ -205,11 +205,7 @@ def render(path: Path) -> np.ndarray:
 
 
 def falling_light(folder: Path) -> np.ndarray:
-    """(N, 3) linear light that falls on the visible surfaces: what a white card in front of them would show.
-
-    Cycles separates the light that surfaces scatter from their colours; metal and glass, which do not scatter, are left
-    out.
-    """
+    """(N, 3) linear light that falls on visible surfaces but metal and glass: what a white card there would show."""
     scene, layer = bpy.context.scene, bpy.context.view_layer
     tree = bpy.data.node_groups.new("meter", "CompositorNodeTree")
     tree.interface.new_socket("light", in_out="OUTPUT", socket_type="NodeSocketColor")
