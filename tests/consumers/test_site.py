@@ -57,29 +57,22 @@ def addresses(css: str) -> list[str]:
     return [first or second for first, second in URL.findall(css)]
 
 
-def test_nothing_is_loaded_from_elsewhere(site: Path) -> None:
+def test_what_pages_load_is_there_and_not_elsewhere(site: Path) -> None:
     for page in sorted(site.rglob("*.html")):
-        assert [address for address in loaded(page) if ELSEWHERE.match(address)] == [], page
+        for address in loaded(page):
+            assert not ELSEWHERE.match(address), page
+            path = address.partition("?")[0].partition("#")[0]
+            # 404.html is served for any address, and names files from the root.
+            is_there = path.startswith("data:") or (page.parent / path).exists()
+            assert is_there or page.name == "404.html", f"{page}: {address}"
     for sheet in sorted(site.rglob("*.css")):
         assert [a for a in addresses(sheet.read_text(encoding="utf-8")) if ELSEWHERE.match(a)] == [], sheet
 
 
-def test_what_pages_load_is_there(site: Path) -> None:
-    for page in sorted(site.rglob("*.html")):
-        if page.name == "404.html":  # it is served for any address, and names files from the root
-            continue
-        for address in loaded(page):
-            path = address.partition("?")[0].partition("#")[0]
-            assert path.startswith("data:") or (page.parent / path).exists(), f"{page}: {address}"
-
-
-def test_every_page_is_in_the_site(site: Path) -> None:
+def test_every_page_is_in_the_site_with_docstrings_and_files_of_the_root(site: Path) -> None:
     written = [page for page in pages() if page.startswith("docs/")]
     assert len(written) > 20
     assert [p for p in written if not (site / p.removeprefix("docs/")).with_suffix(".html").is_file()] == []
-
-
-def test_docstrings_and_files_of_the_root_are_shown(site: Path) -> None:
     api = (site / "reference" / "api.html").read_text(encoding="utf-8")
     assert 'id="casa_assets.api.assets.load"' in api
     built = (site / "explanation" / "how_it_is_built.html").read_text(encoding="utf-8")

@@ -19,7 +19,7 @@ from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.show.page import page_template
-from casa_assets.show.page.page_template import ModelFiles, put_model, put_viewer, viewer_script
+from casa_assets.show.page.page_template import ModelFiles, put_model, put_viewer
 from casa_assets.show.reports import catalogue
 from casa_assets.show.reports.catalogue import category_row
 from tests.support.asset.articulated_assets import grill
@@ -28,7 +28,6 @@ from tests.support.kitchen.scenes import corner
 from tests.support.program.browser import HOME, Browser, Page
 
 pytestmark = pytest.mark.consumers
-BUNDLE = Path(__file__).parents[2] / "casa_assets" / "show" / "page" / "bundle"
 READY = ".cv[data-state=ready]"
 # The viewer is what `openModel` resolves to; tests keep it by this name.
 OPEN = "openModel(document.querySelector('.model')).then(shown => { window.shown = shown; return shown !== null; })"
@@ -86,19 +85,12 @@ def oven_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return page_of(tmp_path_factory.mktemp("oven"), asset.id, asset_glb(asset, EVERYTHING))
 
 
-def test_nothing_is_loaded_before_somebody_asks(browser: Browser, oven_page: Path) -> None:
-    page = browser.open(oven_page)
-    asked = page.evaluate(
-        "performance.getEntriesByType('resource').length + document.querySelectorAll('script[src]').length"
-    )
-    assert asked == 0
-    page.click(".model-open")
-    page.wait(READY)
-    page.assert_clean()
-
-
 def test_a_door_opens_by_slider_by_button_and_by_click(browser: Browser, oven_page: Path) -> None:
-    page = opened(browser, oven_page)
+    page = browser.open(oven_page)
+    loaded = "performance.getEntriesByType('resource').length + document.querySelectorAll('script[src]').length"
+    assert page.evaluate(loaded) == 0, "nothing is loaded before somebody asks"
+    assert page.evaluate(OPEN)
+    page.wait(READY)
     (name,) = [joint["name"] for joint in joints(page).values() if joint["type"] == "hinge"]
     door = joints(page)[name]
     assert door["position"] == pytest.approx(door["closed"])
@@ -161,7 +153,7 @@ def test_a_phone_in_the_dark(browser: Browser, oven_page: Path) -> None:
     page.assert_clean()
 
 
-def test_what_cannot_be_loaded_is_told(browser: Browser, oven_page: Path, tmp_path: Path) -> None:
+def test_what_cannot_be_loaded_is_said(browser: Browser, tmp_path: Path) -> None:
     page = browser.open(page_of(tmp_path, "gone", b"glTF"))
     (tmp_path / "gone.glb.js").unlink()
     page.click(".model-open")
@@ -225,14 +217,10 @@ def test_the_khronos_validator_finds_no_error(build: Callable[[], Asset | Scene]
 
 def test_the_bundle_is_what_its_sources_build(tmp_path: Path) -> None:
     """Built anew from the sources with the packages of the lock: the same bytes as those that are committed."""
-    work = tmp_path / "work"
-    work.mkdir()
-    shutil.copytree(BUNDLE / "src", work / "src")
-    for name in ("build.mjs", "package.json", "package-lock.json"):
-        shutil.copy(BUNDLE / name, work / name)
+    bundle, work, out = Path(page_template.__file__).with_name("bundle"), tmp_path / "work", tmp_path / "out"
+    shutil.copytree(bundle, work)
     (work / "node_modules").symlink_to(HOME / "node" / "node_modules")
-    out = tmp_path / "out"
     out.mkdir()
     subprocess.run(["node", "build.mjs", str(out)], cwd=work, check=True, timeout=120)
-    assert (out / "viewer.js").read_bytes() == viewer_script()
-    assert (out / "LICENSES.txt").read_bytes() == (BUNDLE / "LICENSES.txt").read_bytes()
+    for name in ("viewer.js", "LICENSES.txt"):
+        assert (out / name).read_bytes() == (bundle / name).read_bytes()

@@ -80,11 +80,7 @@ def test_pages_are_up_to_date() -> None:
     assert written == command_pages(), "run ./dev docs"
 
 
-def context(**params: Any) -> Any:
-    return SimpleNamespace(params=params, args=[])
-
-
-def test_names_are_those_of_the_registry() -> None:
+def test_names_to_complete_are_those_of_the_registry() -> None:
     assert options.complete_plans("") == list(plan_names())
     assert options.complete_styles("") == list(style_names())
     assert options.complete_families("") == sorted(family_names())
@@ -93,31 +89,22 @@ def test_names_are_those_of_the_registry() -> None:
     assert options.complete_robots("") == sorted(robot_names())
 
 
-def test_kitchens_are_every_plan_in_every_style_and_what_is_built(tmp_path: Path) -> None:
-    built = tmp_path / "galley__rustic__s7__t5c1d2e3f"
-    built.mkdir()
-    (built / "scene.json").write_text("{}", encoding="utf-8")
-    names = options.complete_kitchens(context(out=tmp_path), "galley__r")
-    assert names == ["galley__rustic", built.name]
-    assert len(options.complete_kitchens(context(out=tmp_path / "none"), "")) == len(plan_names()) * len(style_names())
-
-
-def test_assets_are_those_of_the_libraries_in_their_usual_places(tmp_path: Path, monkeypatch: Any) -> None:
-    folder = tmp_path / "out" / "library" / "mug" / "mug_0a1b2c3d4e"
-    folder.mkdir(parents=True)
-    (folder / "asset.json").write_text("{}", encoding="utf-8")
+def test_kitchens_and_assets_to_complete_are_also_those_that_are_there(tmp_path: Path, monkeypatch: Any) -> None:
+    built, folder = tmp_path / "galley__rustic__s7__t5c1d2e3f", tmp_path / "out" / "library" / "mug" / "mug_0a1b2c3d4e"
+    for path in (built / "scene.json", folder / "asset.json"):
+        path.parent.mkdir(parents=True)
+        path.write_text("{}", encoding="utf-8")
+    of_folder: Any = SimpleNamespace(params={"out": tmp_path}, args=[])
+    assert options.complete_kitchens(of_folder, "galley__r") == ["galley__rustic", built.name]
+    assert len(options.complete_kitchens(of_folder, "")) == len(plan_names()) * len(style_names()) + 1
     monkeypatch.chdir(tmp_path)
     assert options.complete_assets("out/library/mug/m") == [f"out/library/mug/{folder.name}{end}" for end in ("", "/")]
 
 
 def complete(*words: str) -> list[str]:
     """What a shell is offered behind some words, the last of which is begun."""
-    environment = {
-        **os.environ,
-        "_CASA_ASSETS_COMPLETE": "complete_bash",
-        "COMP_WORDS": " ".join(["casa-assets", *words]),
-        "COMP_CWORD": str(len(words)),
-    }
+    environment = {**os.environ, "_CASA_ASSETS_COMPLETE": "complete_bash", "COMP_CWORD": str(len(words))}
+    environment["COMP_WORDS"] = " ".join(["casa-assets", *words])
     code = "import sys; sys.argv = ['casa-assets']; from casa_assets.cli.main import app; app(prog_name='casa-assets')"
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
     assert done.stderr == ""

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -114,26 +113,9 @@ def places(
     write_starter(project)
     (project / "plugins").mkdir()
     (project / "plugins" / "testing.py").write_text(PLUGIN, encoding="utf-8")
-    found = {
-        "mesh": boxes / "in" / "milk_carton.obj",
-        "library": library,
-        "scenes": scenes,
-    }
-    return {
-        **found,
-        "asset": asset,
-        "tiles": tiles,
-        "new": tmp_path / "new",
-        "shard": tmp_path / "shard",
-        "project": project,
-        "plan": data_root() / "plans" / "galley.yaml",
-    }
-
-
-def download(uids: Sequence[str], lvis: str, most: int, out: Path) -> Path:
-    """What would ask for a network."""
-    out.mkdir()
-    return out
+    found = {"mesh": boxes / "in" / "milk_carton.obj", "library": library, "scenes": scenes, "asset": asset}
+    found |= {"tiles": tiles, "project": project, "plan": data_root() / "plans" / "galley.yaml"}
+    return found | {name: tmp_path / name for name in ("new", "shard")}
 
 
 @pytest.fixture
@@ -142,13 +124,9 @@ def quick(monkeypatch: pytest.MonkeyPatch, checked_kitchen: tuple[Path, SceneRes
     smallest = PictureSettings(64, 48, 1)
     monkeypatch.setattr(check, "CHECK_FRAME", smallest)
     monkeypatch.setattr(scene_folders.draw_cameras, "__defaults__", ((), smallest, "start"))
-    monkeypatch.setattr(objaverse, "download", download)
-
-    def drawn(*_: Any, **__: Any) -> Iterator[SceneResult]:
-        return iter([checked_kitchen[1]])
-
-    monkeypatch.setattr(sample, "sample_all", drawn)
-    monkeypatch.setattr(batch_form, "make_all", drawn)
+    monkeypatch.setattr(objaverse, "download", lambda uids, lvis, most, out: out.mkdir() or out)
+    monkeypatch.setattr(sample, "sample_all", lambda *_, **__: iter([checked_kitchen[1]]))
+    monkeypatch.setattr(batch_form, "make_all", lambda *_, **__: iter([checked_kitchen[1]]))
     with no_workers():
         yield
 

@@ -54,12 +54,7 @@ VERBS = {
     "export robocasa {folder} --out {out}": "addons.robocasa.run:export",
 }
 # One that works in workers and one that works in the program's own process; one of each signal.
-OFTEN = frozenset(
-    {
-        "ingest {mesh} --library {out} --jobs 1",
-        "find mug --library {folder}",
-    }
-)
+OFTEN = ("ingest {mesh} --library {out} --jobs 1", "find mug --library {folder}")
 
 
 @pytest.fixture

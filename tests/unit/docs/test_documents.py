@@ -16,18 +16,12 @@ BLOCKS = [block for page in pages() for block in blocks(page)]
 BENCHMARKS = subprocess.check_output([ROOT / "dev", "bench"], text=True).split()
 
 
-def test_every_block_says_what_it_is() -> None:
+def test_every_block_says_what_it_is_and_most_are_run() -> None:
     assert [block for block in BLOCKS if block.language not in LANGUAGES] == []
     assert [(block, block.reason) for block in BLOCKS if block.reason and block.reason not in REASONS] == []
     assert [page for page in pages() if indented(page)] == []
-
-
-def test_most_blocks_are_run() -> None:
-    ours = [
-        b
-        for b in BLOCKS
-        if b.page.startswith(("README", "docs/quick", "docs/howto")) and b.language in ("sh", "python")
-    ]
+    code = [block for block in BLOCKS if block.language in ("sh", "python")]
+    ours = [block for block in code if block.page.startswith(("README", "docs/quick", "docs/howto"))]
     assert sum(not b.reason for b in ours) > 0.6 * len(ours) > 40
     python = [b for b in ours if b.page in ("README.md", "docs/howto/use/python.md") and b.language == "python"]
     assert [b for b in python if b.reason] == []
@@ -83,18 +77,11 @@ def test_links_and_pictures_lead_somewhere() -> None:
     assert {page: targets for page, targets in dead.items() if targets} == {}
 
 
-def missing_samples(page: str) -> list[str]:
-    """Samples that commands of a page read, and that neither are there nor are made by a script of that page."""
-    made = " ".join(block.code for block in blocks(page) if block.language == "python")
-    shell = [line for block in blocks(page) if block.language == "sh" for line in block.commands]
-    samples = [word.strip("'\"") for line in shell for word in line.split() if word.startswith("examples/")]
-    return [sample for sample in samples if not list(ROOT.glob(sample)) and sample not in made]
-
-
-def test_samples_that_commands_read_exist() -> None:
-    assert {page: found for page in pages() if (found := missing_samples(page))} == {}
-
-
-def test_every_file_that_is_named_exists() -> None:
+def test_files_that_are_named_and_samples_that_commands_read_exist() -> None:
+    for page in pages():
+        made = " ".join(block.code for block in blocks(page) if block.language == "python")
+        words = [word for b in blocks(page) if b.language == "sh" for line in b.commands for word in line.split()]
+        samples = [word.strip("'\"") for word in words if word.startswith("examples/")]
+        assert [sample for sample in samples if not list(ROOT.glob(sample)) and sample not in made] == [], page
     named = [*pages(), "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md"]
     assert {p: found for p in named if (found := missing((ROOT / p).read_text(encoding="utf-8")))} == {}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -43,15 +42,15 @@ Picture = npt.NDArray[np.float64]
 
 
 @pytest.fixture(scope="module")
-def pictures(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Picture]:
-    return drawn(tmp_path_factory.mktemp("room"))
-
-
-def drawn(folder: Path) -> dict[str, Picture]:
-    """Picture of each camera, 0..255."""
-    scene = folder / "scene.xml"
+def made(tmp_path_factory: pytest.TempPathFactory) -> kitchen.LoadedScene:
+    scene = tmp_path_factory.mktemp("room") / "scene.xml"
     scene.write_text(ROOM.replace("</worldbody>", "</worldbody><keyframe><key name='start'/></keyframe>"))
-    made = kitchen.open_scene(scene, frame=FRAME)
+    return kitchen.open_scene(scene, frame=FRAME)
+
+
+@pytest.fixture(scope="module")
+def pictures(made: kitchen.LoadedScene) -> dict[str, Picture]:
+    """Picture of each camera, 0..255."""
     return {name: pixels.astype(np.float64) for name, pixels in kitchen.render_cameras(made, made.cameras, FRAME)}
 
 
@@ -65,9 +64,7 @@ def view_of(made: kitchen.LoadedScene, camera: str, fov_y_deg: float, shift_y: f
     return View("eye", (x, y, z), (w, i, j, k), 2 * math.atan(half), shift_y)
 
 
-def test_a_view_is_drawn_as_a_camera_that_stands_there(pictures: dict[str, Picture], tmp_path: Path) -> None:
-    drawn(tmp_path)
-    made = kitchen.open_scene(tmp_path / "scene.xml", frame=FRAME)
+def test_a_view_is_drawn_as_a_camera_there(pictures: dict[str, Picture], made: kitchen.LoadedScene) -> None:
     views = [view_of(made, "ahead", 60.0), view_of(made, "ahead", 60.0, shift_y=0.1)]
     (name, first), (_, second) = kitchen.render_cameras(made, views, FRAME)
     same, shifted = first.astype(np.float64), second.astype(np.float64)
@@ -93,21 +90,16 @@ def test_the_floor_is_darker_where_something_stands_on_it(pictures: dict[str, Pi
     assert np.abs(np.diff(outwards)).max() < 0.2 * np.ptp(floor[~red])
 
 
-def test_an_eye_in_the_room_sees_the_ceiling_and_one_outside_does_not(pictures: dict[str, Picture]) -> None:
+def test_an_eye_in_the_room_sees_ceiling_and_a_plain_wall_where_there_is_none(pictures: dict[str, Picture]) -> None:
     green = {name: (p[..., 1] - p[..., 0] > 60).mean() for name, p in pictures.items()}
     assert green["ahead"] > 0.1
     assert green["overview"] == 0.0
-
-
-def test_an_eye_in_the_room_sees_a_plain_wall_where_there_is_none(pictures: dict[str, Picture]) -> None:
     wall = pictures["out"][40:70, 40:120]
     assert 120 < wall.mean() < 235
     assert np.ptp(wall.mean(axis=(0, 1))) < 20
     # From outside, what lies beyond the room is paper.
     assert pictures["overview"][2, 2].min() > 240
-
-
-def test_walls_that_the_picture_cuts_are_grey(pictures: dict[str, Picture]) -> None:
+    # Walls that the picture cuts are grey.
     overview = pictures["overview"].mean(axis=2)
     column = overview[:, 50]
     top = int(np.flatnonzero(column < 240)[0])
