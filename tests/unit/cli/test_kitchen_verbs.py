@@ -50,8 +50,7 @@ def test_check_prints_a_table_and_writes_it(checked_kitchen: Checked, monkeypatc
     monkeypatch.setattr(check, "check_all", check_all)
     result = RUNNER.invoke(app, ["scenes", "check", SCENE, "--out", str(out)])
     lines = result.stdout.splitlines()
-    heads = next(line for line in lines if "NKBA" in line)
-    assert all(word in heads for word in ("joints", "load ms", "geoms", "tex MB"))
+    assert any(all(word in line for word in ("NKBA", "joints", "load ms", "geoms", "tex MB")) for line in lines)
     assert any(line.split()[:1] == [SCENE] for line in lines)
     assert "joints swept" in result.stdout
     assert json.loads((out / "summary.json").read_text(encoding="utf-8"))["totals"]["scenes"] == 1
@@ -64,13 +63,11 @@ def test_preview_draws_the_camera_that_is_named(checked_kitchen: Checked, tmp_pa
     (tmp_path / "assets").symlink_to(out / "assets")
     words = ["scenes", "preview", SCENE, "--camera", "at_sink", "--pose", "open", "--width-px", "64", "--passes", "1"]
     result = RUNNER.invoke(app, [*words, "--out", str(tmp_path)])
-    assert result.exit_code == 0, result.output
-    path = Path(result.stdout.strip().replace("\n", ""))
-    assert path == tmp_path / SCENE / "at_sink_open.png"
+    path = tmp_path / SCENE / "at_sink_open.png"
+    assert (result.exit_code, result.stdout.replace("\n", "")) == (0, str(path)), result.output
     assert path.read_bytes().startswith(b"\x89PNG")
-    assert isinstance(
-        RUNNER.invoke(app, ["scenes", "preview", "galley__x", "--out", str(tmp_path)]).exception, UnknownId
-    )
+    wrong = RUNNER.invoke(app, ["scenes", "preview", "galley__x", "--out", str(tmp_path)])
+    assert isinstance(wrong.exception, UnknownId)
 
 
 @pytest.mark.parametrize(("bad", "code"), [(1, 0), (4, 1)])

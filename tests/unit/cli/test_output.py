@@ -38,24 +38,18 @@ def test_json_has_standard_output_for_itself_and_quiet_tells_what_failed(capsys:
         assert capsys.readouterr() == expected
 
 
-def rows(*words: str) -> list[dict[str, object]]:
-    result = CliRunner().invoke(app, [*words, "--json"])
-    assert result.exit_code == 0, result.output
-    return [json.loads(line) for line in result.stdout.splitlines()]
-
-
 def test_every_category_and_what_builds_it_is_listed() -> None:
-    found = {str(row["id"]): row for row in rows("categories", "list")}
+    lines = CliRunner().invoke(app, ["categories", "list", "--json"]).stdout.splitlines()
+    found = {row["id"]: row for row in map(json.loads, lines)}
     known = registry.load()
     assert found.keys() == {*known.categories, *known.fixtures}
     assert found["mug"]["class"] == "drinkware"
     assert found["mug"]["looks_like"] == ["coffee_cup"]
     assert found["mug"]["mass"] == known.categories["mug"].mass_kg.typical
     assert found["mug"]["size"] == [side.typical for side in known.categories["mug"].extents]
-    built = [command for row in found.values() for command in row["built_by"]]  # type: ignore[attr-defined]
-    assert set(built) == {
-        *(f"families build {name}" for name in families()),
-        *(f"objects build {name}" for name in object_names()),
+    built = {command for row in found.values() for command in row["built_by"]}
+    assert built == {f"families build {name}" for name in families()} | {
+        f"objects build {name}" for name in object_names()
     }
 
 
