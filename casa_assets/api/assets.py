@@ -241,6 +241,6 @@ def serving(subject: Subject, pose: str, port: int = 0) -> ViewServer:
     if isinstance(subject, ModelFile):
         asset_of(subject, cache)
     try:
-        return ViewServer(subject, Workshop(lambda wanted, tell: make(wanted, cache, tell)), pose, port)
+        return ViewServer(subject, Workshop(lambda wanted, progress: make(wanted, cache, progress)), pose, port)
     except (OSError, OverflowError) as error:
         raise OutputError(f"port {port}", f"cannot be used: {error}; leave --port out for one that is free") from error

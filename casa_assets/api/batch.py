@@ -34,6 +34,7 @@ EngineName = Literal["mujoco", "mujoco_warp", "mjx", "newton"]
 BEGIN_AWAKE = ("mjx", "newton")
 # The one whole number that differs between kitchens: which material a geom has.
 _MATERIAL = "geom_matid"
+Kitchens = Sequence[str | Path | Kitchen]
 
 
 @dataclass(frozen=True)
@@ -145,9 +146,6 @@ class BatchOptions(TypedDict, total=False):
     sizes: Mapping[str, int] | None
     device: str | None
     textures: bool
-
-
-Kitchens = Sequence[str | Path | Kitchen]
 
 
 @overload

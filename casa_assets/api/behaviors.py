@@ -18,7 +18,7 @@ from casa_assets.model.kitchen import scene
 from casa_assets.model.kitchen.scene import LightScene
 
 FixtureStates = Mapping[str, Mapping[str, str | None]]
-# Name of what stands by itself in a file, as the name of its body.
+# Name of a thing by itself in a file, as the name of its body.
 _ALONE = "object"
 _BEHAVIOR, _STATE, _JOINER = "behavior", "state__", "__"
 
@@ -90,7 +90,7 @@ class _JointStates:
 
     def value(self, qpos: Floats) -> str | None:
         """Return its current state, or None between two states."""
-        # The stops of a joint are soft: a closed drawer may stand a little below zero.
+        # The stops of a joint are soft: a closed drawer may be a little below zero.
         share = min(max(float(qpos[self.address]) / self.end, 0.0), 1.0)
         return next((value for value, (low, high) in self.intervals.items() if low <= share <= high), None)
 
@@ -113,7 +113,7 @@ class Behaviors:
         self._machines: dict[str, BehaviorState] = {}
         self._addresses: dict[str, dict[str, int]] = {}
         self._joints: dict[str, dict[str, _JointStates]] = {}
-        self._keys: dict[int, tuple[str, str]] = {}  # geom -> fixture, collider that it is or stands for
+        self._keys: dict[int, tuple[str, str]] = {}  # geom -> fixture, collider that it is or replaces
         self._time: float | None = None
         geoms = [model.geom(i).name for i in range(model.ngeom)]
         self._prefix = [name[: name.rfind(_JOINER) + len(_JOINER)] if _JOINER in name else "" for name in geoms]

@@ -35,7 +35,7 @@ R = TypeVar("R")
 
 MISUSE = 2  # exit code of commands: wrong use, or a broken machine
 ANSWERS = (0, 1, 4)  # exit codes that say how the work ended; others: that it did not
-ERROR = "error:"  # begins the line that tells why a command ended with MISUSE
+ERROR = "error:"  # begins the line on why a command ended with MISUSE
 
 
 def ingest_textures(
@@ -74,7 +74,7 @@ def ingest_textures(
     if surface and surface not in list(Surface):
         raise UnknownId("surface", surface, [one.value for one in Surface])
     try:
-        said = PictureDescription(
+        description = PictureDescription(
             surface=Surface(surface) if surface else None,
             tile_m=tile_m,
             licence=licence or None,
@@ -85,7 +85,7 @@ def ingest_textures(
         first = error.errors()[0]
         raise CasaError(f"{'.'.join(map(str, first['loc']))}: {first['msg']}, got {first['input']!r}") from None
     with writing(place):
-        return ingest_pack(Path(source), PackOptions(library=place, pack=pack or None, flags=said))
+        return ingest_pack(Path(source), PackOptions(library=place, pack=pack or None, flags=description))
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,7 @@ CHILD_LIMIT_S = 90.0
 FREE_DISK_BYTES = 2 * 1024**3  # a library of a thousand assets with pictures takes about this much
 MEMORY_BYTES = 3 * 1024**3  # convex decomposition of a large mesh needs about this much
 
-# Modules with compiled code, and what only they can tell by being imported: that this machine can load them.
+# Modules with compiled code, whose import alone shows that this machine can load them, and their distributions.
 NATIVE_MODULES = {
     **{name: name for name in ("coacd", "manifold3d", "meshoptimizer", "mujoco", "numpy", "pyarrow", "vhacdx")},
     "lxml.etree": "lxml",
@@ -202,7 +202,7 @@ def _packages() -> Iterator[Finding]:
         elif version is None:
             yield Finding(subject=subject, ok=False, message="not installed", fix=fix)
         elif version != pinned.get(name, version):
-            # Another version may well work, so this is said and not held against the machine.
+            # Another version may well work, so this is a note, and not held against the machine.
             yield _note(subject, False, f"{version}, tested with {pinned[name]}", fix)
         else:
             yield Finding(subject=subject, ok=True, needed=not extra, message=version)
@@ -259,8 +259,8 @@ def _native() -> Finding:
 def _renderers(drawn: Sequence[tuple[str, bool, str]]) -> Iterator[Finding]:
     works = next((name for name, ok, _ in drawn if ok), None)
     but = f"; not needed, for {works} draws" if works else ""
-    for name, ok, said in drawn:
-        yield _note(f"renderer {name}", ok, said if ok else why_not(name, said) + but)
+    for name, ok, answer in drawn:
+        yield _note(f"renderer {name}", ok, answer if ok else why_not(name, answer) + but)
     message = f"{works} is used" if works else "none works, so there would be no pictures"
     yield Finding(subject="rendering", ok=works is not None, message=message, fix="" if works else install_line())
 

@@ -39,7 +39,7 @@ OPTIONS, ARGUMENTS, COMMANDS = "Options", "Arguments", "Commands"
 LAST = (LIMITS, CLUSTER, GENERAL)
 INDENT = "  "
 NAMES_WIDTH = 30  # of the column of names; the text of a longer one begins on the next line
-MOST_CHOICES = 28  # characters of choices that stand beside the name of an option
+MOST_CHOICES = 28  # characters of choices that are printed beside the name of an option
 _NUMBERS = {"int": "N", "float": "X"}
 NAME = "casa-assets"  # of the program, however it was started
 PROJECT_HELP = f"Folder with a {SETTINGS}; by default this one or the nearest above it; '{NO_PROJECT}': none."
@@ -48,10 +48,12 @@ PLUGINS_HELP = "Run the code in plugins/ of the project; or none, not even of in
 UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 _EXTRA = re.compile(r"Got unexpected extra argument(?:s|\(s\))? \((.*)\)")
 _SUGGESTED = re.compile(r"\. Did you mean (.*)\?")
+_general = partial(typer.Option, rich_help_panel=GENERAL, expose_value=False)
+_from_variable = partial(_general, envvar=VARIABLE, show_envvar=False, is_eager=True)
 
 
 def help_text(command: Any, ctx: Any, width: int) -> str:
-    """The help of a command or a group of commands, on lines of so many characters."""
+    """The help of a command or a group of commands, on lines of `width` characters."""
     prose, examples = help_parts(command.help or "")
     usage = f"Usage: {ctx.command_path} "
     lines = _wrapped(" ".join(usage_pieces(command, ctx)), width, usage, " " * len("Usage: ") + INDENT)
@@ -260,8 +262,8 @@ def _what(error: Any) -> str:
         near = difflib.get_close_matches(error.option_name, error.possibilities or (), n=3, cutoff=0.5)
         return f"no such option: {error.option_name}{_near(near)}"
     if isinstance(error, typer.BadParameter):
-        said = _said(error.__cause__, parameter) or _sentence(error.message)
-        return f"{name}: {said}" if name else said
+        fault = _fault_of_value(error.__cause__, parameter) or _sentence(error.message)
+        return f"{name}: {fault}" if name else fault
     if found := _EXTRA.match(error.message):
         return f"too many words: {found[1]}"
     message = _SUGGESTED.sub(lambda found: _near(found[1].replace("'", "").split(", ")), error.format_message())
@@ -274,7 +276,7 @@ def _sentence(text: str) -> str:
     return f"{words[:1].lower()}{words[1:]}" if words.partition(" ")[0].istitle() else words
 
 
-def _said(cause: Any, parameter: Any) -> str:
+def _fault_of_value(cause: Any, parameter: Any) -> str:
     """The fault that pydantic, by which Typer reads values, found in a value; empty if it found none."""
     if not hasattr(cause, "errors") or parameter is None:
         return ""
@@ -356,10 +358,6 @@ def _on_plugins(ctx: typer.Context, wanted: bool | None) -> None:
         if ignored_files():
             message = f"the code in {folder / 'plugins'} does not run; add --plugins if you trust it"
             typer.echo(f"note: {message}, or --no-plugins", err=True)
-
-
-_general = partial(typer.Option, rich_help_panel=GENERAL, expose_value=False)
-_from_variable = partial(_general, envvar=VARIABLE, show_envvar=False, is_eager=True)
 
 
 def _with_project(

@@ -43,7 +43,7 @@ ACCESS_ERRNOS = frozenset(
     | {errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG}
 )
 SIGNALS = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
-STOP_GRACE_S = 2.0  # for the child to clean up after it was told to stop
+STOP_GRACE_S = 2.0  # for the child to clean up after it was asked to stop
 ORPHAN_GRACE_S = 0.5  # for what the child started to end by itself, once the child has ended
 PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36  # Ref: prctl(2)
 
@@ -75,6 +75,8 @@ for panel, verbs in {
             app.add_typer(verb, rich_help_panel=panel)
         else:
             app.command(cls=Verb, rich_help_panel=panel)(verb)
+# The signal that asked to stop, if one did.
+_stopping: list[int] = []
 
 
 def _version(requested: bool) -> None:
@@ -105,7 +107,7 @@ def run() -> int:
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
     keep_from_mujoco()
-    # No record of a large library is in a cycle: to look for cycles among so many took a third of a run.
+    # No record of a large library is in a cycle: to look for cycles among them took a third of a run.
     gc.set_threshold(100_000, 20, 20)
     try:
         unblock()
@@ -167,10 +169,6 @@ def _report_crash() -> int:
     traceback.print_exc()
     print_error("bug:", "this is a fault of the program; please report it with the lines above")
     return EXIT_FAULT
-
-
-# The signal that asked to stop, if one did.
-_stopping: list[int] = []
 
 
 def _on_signal(number: int, _: FrameType | None) -> NoReturn:

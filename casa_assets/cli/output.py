@@ -26,6 +26,13 @@ if TYPE_CHECKING:
     from casa_assets.library.library import Summary
     from casa_assets.model.issue import Issue
 
+# Layer of scene.json whose parts are walls, floor and ceiling; their mass says nothing of the things in a kitchen.
+ROOM_LAYER = "room"
+FROM = "from"  # heading of the column of where things come from
+GAP = 2  # columns of the terminal between two cells
+ASCII_HEAD = Box("    \n    \n -- \n    \n    \n    \n    \n    \n", ascii=True)  # `SIMPLE_HEAD` where there is no UTF
+HEAD_LINES = 2  # of a table: the headings and the rule below them
+
 
 def terminal_safe(text: str) -> str:
     """The text on one line, without what a terminal would act on: such characters become backslash escapes."""
@@ -55,10 +62,6 @@ def pluralize(number: int, thing: str) -> str:
     if thing.endswith("y"):
         return f"{number} {thing[:-1]}ies"
     return f"{number} {thing}{'es' if thing.endswith(('s', 'x', 'ch', 'sh')) else 's'}"
-
-
-# Layer of scene.json whose parts are walls, floor and ceiling; their mass says nothing of what stands in a kitchen.
-ROOM_LAYER = "room"
 
 
 class Output:
@@ -155,12 +158,6 @@ def _measures_of_scene(path: Path) -> dict[str, Any]:
         "mass": round(sum(thing["mass_kg"] for thing in things if thing.get("layer") != ROOM_LAYER), 3),
         "size": [round(b - a, 4) for a, b in zip(low, high, strict=True)],
     }
-
-
-FROM = "from"  # heading of the column of where things come from
-GAP = 2  # columns of the terminal between two cells
-ASCII_HEAD = Box("    \n    \n -- \n    \n    \n    \n    \n    \n", ascii=True)  # `SIMPLE_HEAD` where there is no UTF
-HEAD_LINES = 2  # of a table: the headings and the rule below them
 
 
 @dataclass

@@ -32,6 +32,18 @@ if TYPE_CHECKING:
     from casa_assets.cli.doctor import Finding
     from casa_assets.model.registry.category import Category, SizeRange
 
+PACKAGE, RENDERER = "package ", "renderer "
+SUBJECT_WIDTH = 16
+# What becomes of a subject for which a check fails.
+EFFECTS = {
+    "error": "error: what fails is kept out of the library",
+    "warning": "warning: advice that is kept with the asset",
+    "rejection": "rejection: the input was not taken",
+}
+categories = group_of(
+    "categories", "Categories of things: usual size and mass, substance, other names, what builds them: list, show."
+)
+
 
 @shared
 def check(
@@ -70,10 +82,6 @@ def check(
             say(f"{verdict} {report.subject}: {report.tally}")
     if failed:
         raise typer.Exit(1)
-
-
-PACKAGE, RENDERER = "package ", "renderer "
-SUBJECT_WIDTH = 16
 
 
 @shared
@@ -117,7 +125,7 @@ def _print_findings(found: Sequence[Finding], output: Output) -> None:
         for finding in rest:
             _print_finding(finding, output)
         return
-    # Where one renderer draws, nothing is to be said of single ones.
+    # Where one renderer draws, there is nothing to say of single ones.
     shown = [f for f in rest if f not in packages and not (draws and f.subject.startswith(RENDERER))]
     for finding in (one for one in shown if not one.ok):
         _print_finding(finding, output)
@@ -185,14 +193,6 @@ def review(
             for page in pages if browser else ():
                 open_in_browser(page)
             server.serve_forever()
-
-
-# What becomes of a subject for which a check fails.
-EFFECTS = {
-    "error": "error: what fails is kept out of the library",
-    "warning": "warning: advice that is kept with the asset",
-    "rejection": "rejection: the input was not taken",
-}
 
 
 def checks(
@@ -270,11 +270,6 @@ def schemas(
         output.row({"id": known, "file": title_of(known), "schema": json.loads(text)})
         if not json_:
             typer.echo(text if name else known, nl=not name)
-
-
-categories = group_of(
-    "categories", "Categories of things: usual size and mass, substance, other names, what builds them: list, show."
-)
 
 
 @categories.command("list", cls=Verb)

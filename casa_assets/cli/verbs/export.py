@@ -31,6 +31,13 @@ _SOURCE = typer.Argument(
     autocompletion=complete_assets,
 )
 Source = Annotated[Path | None, _SOURCE]
+SCENES = Path("out/scenes")  # where finishes are found that the id of a scene has as a digest alone
+COUNT = 4  # members of each category that the command for missing objects makes
+States = Annotated[
+    Path | None,
+    typer.Option(help="Folder of scenes whose start states (scenes states) are written too.", file_okay=False),
+]
+app = group_of("export", "Libraries and kitchens in the form that another program reads.")
 
 
 def export_as(
@@ -190,14 +197,6 @@ def plugin(
     export_as(form_of(name), name, source, [], out, 1, with_review, output)
 
 
-SCENES = Path("out/scenes")  # where finishes are found that the id of a scene has as a digest alone
-COUNT = 4  # members of each category that the command for missing objects makes
-States = Annotated[
-    Path | None,
-    typer.Option(help="Folder of scenes whose start states (scenes states) are written too.", file_okay=False),
-]
-
-
 @shared
 def robocasa(
     output: Output,
@@ -325,9 +324,6 @@ def _print_objects(results: list[ExportedObject], out: Path, output: Output, max
             output.detail(f"exported {terminal_safe(result.id)}: {result.model}")
     message = f"{pluralize(len(written), 'object')} in {pluralize(len(kinds), 'category')}"
     output.line(f"{message}; read {terminal_safe(str(out))}/README.md for how to add them")
-
-
-app = group_of("export", "Libraries and kitchens in the form that another program reads.")
 
 
 for verb in (glb, robocasa, urdf, plugin):

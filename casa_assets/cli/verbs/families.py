@@ -43,6 +43,8 @@ families = group_of(
 )
 HELP = "Families."
 MAX_TOLD = 12  # problems of one check of all members that are printed; the library keeps all of them
+objects = group_of("objects", "Loose objects, generated: food, tableware, packages; list, show, build.")
+Names = Annotated[list[str], typer.Argument(help="Categories.", autocompletion=complete_objects)]
 
 
 @families.command("list", cls=Verb)
@@ -189,10 +191,6 @@ def catalogue(
     output.made("catalogue", out, page=last, count=len(titles))
     output.line(f"Catalogue: {last}")
     output.look_at_file(Path(last))
-
-
-objects = group_of("objects", "Loose objects, generated: food, tableware, packages; list, show, build.")
-Names = Annotated[list[str], typer.Argument(help="Categories.", autocompletion=complete_objects)]
 
 
 @objects.command("list", cls=Verb)

@@ -46,6 +46,14 @@ PARTIAL_HELP = "Go on where parts are missing."
 Url = Annotated[str, typer.Argument(metavar="URL", help="Library on a store, such as s3://bucket/library.")]
 Sending = Callable[["Generator[Event]"], "Generator[Event]"]
 Delete = Annotated[bool, typer.Option("--delete", help="Remove what the other side lacks; decisions of people too.")]
+Junit = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Write JUnit XML too: a test case for each input and condition.")
+]
+Page = Annotated[Path | None, typer.Option(help=more(OUT_HELP, "report.html in the library by default."))]
+Baseline = Annotated[
+    Path | None, typer.Option(help="Earlier report.json or library; lists what is better, worse, new or gone.")
+]
+Sarif = Annotated[Path | None, typer.Option(metavar="FILE", help="Write SARIF 2.1.0 too, which code scanning shows.")]
 
 
 @app.command(cls=Verb)
@@ -109,8 +117,8 @@ def push(
     remote = RemoteLibrary.open(url)
     with place.locked(), hold(remote, waiting(output)) as lock:
         changes = run(place, remote, lock, Extra.REMOVE if delete else Extra.REFUSE)
-        told = print_changes(changes, "pushing", output, library)
-    output.line(f"Store: {terminal_safe(remote.url)}: {told}")
+        counts = print_changes(changes, "pushing", output, library)
+    output.line(f"Store: {terminal_safe(remote.url)}: {counts}")
 
 
 @app.command(cls=Verb)
@@ -142,8 +150,8 @@ def pull(
     with place.locked():
         place.sweep()
         changes = run(remote, place, Extra.REMOVE if delete else Extra.REFUSE, partial)
-        told = print_changes(changes, "pulling", output, library)
-    output.line(f"Library: {terminal_safe(str(library))}: {told}")
+        counts = print_changes(changes, "pulling", output, library)
+    output.line(f"Library: {terminal_safe(str(library))}: {counts}")
 
 
 def print_changes(changes: Iterator[Change], word: str, output: Output, rows_in: Path | None = None) -> str:
@@ -179,11 +187,11 @@ def print_changes(changes: Iterator[Change], word: str, output: Output, rows_in:
 
 def waiting(output: Output) -> Callable[[str], None]:
     """A function that prints, once, what is being waited for."""
-    told: set[str] = set()
+    printed: set[str] = set()
 
     def show(text: str) -> None:
-        if text not in told:
-            told.add(text)
+        if text not in printed:
+            printed.add(text)
             output.line(terminal_safe(text))
 
     return show
@@ -330,18 +338,8 @@ def _facts(hit: SearchHit) -> dict[str, Any]:
     """Mass and size of what was found and, where its entry was read, what became of it."""
     if (entry := hit.entry) is None:
         return measures_at(hit.folder)
-    told = {"status": entry.decision.value, "code": entry.code, "title": entry.title}
-    return {**measures(entry.summary), **told, "source": entry.source, "source_path": entry.source_path}
-
-
-Junit = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Write JUnit XML too: a test case for each input and condition.")
-]
-Page = Annotated[Path | None, typer.Option(help=more(OUT_HELP, "report.html in the library by default."))]
-Baseline = Annotated[
-    Path | None, typer.Option(help="Earlier report.json or library; lists what is better, worse, new or gone.")
-]
-Sarif = Annotated[Path | None, typer.Option(metavar="FILE", help="Write SARIF 2.1.0 too, which code scanning shows.")]
+    known = {"status": entry.decision.value, "code": entry.code, "title": entry.title}
+    return {**measures(entry.summary), **known, "source": entry.source, "source_path": entry.source_path}
 
 
 @shared

@@ -87,6 +87,26 @@ RetryOnly = Annotated[
 StoreUrl = Annotated[
     str, typer.Option("--store", metavar="URL", help="Also keep the library there, such as s3://bucket/library.")
 ]
+StaticMeshes = Annotated[
+    list[Path], typer.Argument(help="Meshes, each of one thing, or folders of them.", exists=True, readable=True)
+]
+DecisionsFile = Annotated[
+    Path | None,
+    typer.Option(
+        help="decisions.yaml of an earlier run, changed by you, or review.json of its page.",
+        exists=True,
+        dir_okay=False,
+    ),
+]
+CategoryWeights = Annotated[
+    str, typer.Option("--clip-weights", help=more(CLIP_HELP, "it tells the category where --category does not."))
+]
+Complete = Annotated[
+    bool, typer.Option("--complete/--no-complete", help="Build an interior where a door or drawer opens onto nothing.")
+]
+CONTRACT_ADVICE = "to meet it, change decisions.yaml beside the model, or the mesh, and run again"
+# Names of meshes that the progress bar shows at once.
+MAX_NAMES = 3
 
 
 @shared
@@ -216,28 +236,6 @@ def fetch(
     output.made(lvis or "objaverse", folder)
     output.line(f"Objects: {folder}")
     output.next_command("ingest", folder)
-
-
-StaticMeshes = Annotated[
-    list[Path], typer.Argument(help="Meshes, each of one thing, or folders of them.", exists=True, readable=True)
-]
-DecisionsFile = Annotated[
-    Path | None,
-    typer.Option(
-        help="decisions.yaml of an earlier run, changed by you, or review.json of its page.",
-        exists=True,
-        dir_okay=False,
-    ),
-]
-CategoryWeights = Annotated[
-    str, typer.Option("--clip-weights", help=more(CLIP_HELP, "it tells the category where --category does not."))
-]
-Complete = Annotated[
-    bool, typer.Option("--complete/--no-complete", help="Build an interior where a door or drawer opens onto nothing.")
-]
-CONTRACT_ADVICE = "to meet it, change decisions.yaml beside the model, or the mesh, and run again"
-# Names of meshes that the progress bar shows at once.
-MAX_NAMES = 3
 
 
 @shared

@@ -63,6 +63,12 @@ OneScene = Annotated[str, typer.Argument(help="Id of a scene that was built.", a
 EyeLevel = Annotated[
     bool, typer.Option("--eye-level", help="Draw each that is built at eye level, too, with its doors open.")
 ]
+TriedStyle = Annotated[
+    str, typer.Option("--style", help=more(STYLE_HELP, "the plan is tried with it."), autocompletion=complete_styles)
+]
+OutFile = Annotated[
+    Path | None, typer.Option("--out", help=more(OUT_HELP, "a YAML file that is not there yet."), dir_okay=False)
+]
 
 
 def _recipes(scenes: list[str] | None, all_: bool, out: Path) -> list[SceneRecipe]:
@@ -427,12 +433,6 @@ PlanFile = Annotated[
         autocompletion=complete_plans,
     ),
 ]
-TriedStyle = Annotated[
-    str, typer.Option("--style", help=more(STYLE_HELP, "the plan is tried with it."), autocompletion=complete_styles)
-]
-OutFile = Annotated[
-    Path | None, typer.Option("--out", help=more(OUT_HELP, "a YAML file that is not there yet."), dir_okay=False)
-]
 
 
 @app.command("check-plan", cls=Verb)
@@ -459,7 +459,7 @@ def check_plan(
         raise typer.BadParameter("--fix and --out go together: name a file for the corrected plan")
     found = check(read_plan_text(file), str(file), load_style(style)[0])
     row = {"id": file.stem, "verdict": "fits" if found.fits else "faulty", "file": str(file), "style": style}
-    output.row({**row, "mended": found.mended, "faults": [told.facts for told in found.faults]})
+    output.row({**row, "mended": found.mended, "faults": [fault.facts for fault in found.faults]})
     if not output.as_json:
         _print_faults(found, file, output)
     if out is not None and found.mended:

@@ -32,6 +32,12 @@ from casa_assets.errors import CasaError, StopRequested
 if TYPE_CHECKING:
     from casa_assets.show.view.subject import Subject
 
+SCENES = Path("out/scenes")
+NAMED = (
+    "Folder or XML file of an asset or a kitchen, id of an asset, id of a kitchen (built if missing), a family "
+    "(microwave/steel) or a category of objects (apple/3)."
+)
+
 
 @shared
 def preview(
@@ -95,13 +101,6 @@ def preview(
     output.look(first)
 
 
-SCENES = Path("out/scenes")
-NAMED = (
-    "Folder or XML file of an asset or a kitchen, id of an asset, id of a kitchen (built if missing), a family "
-    "(microwave/steel) or a category of objects (apple/3)."
-)
-
-
 def view(
     what: Annotated[str, typer.Argument(metavar="ASSET|SCENE", help=NAMED, autocompletion=complete_kitchens)],
     web: Annotated[
@@ -145,7 +144,7 @@ def view(
     except StopRequested as stop:
         if stop.args[0] != signal.SIGINT:
             raise
-        typer.echo("", err=True)  # the shell's ^C stands on a separate line; to look no longer is no failure
+        typer.echo("", err=True)  # the shell's ^C is on a separate line; to look no longer is no failure
     gc.freeze()  # a last look for garbage among all that was built would make the end take seconds
 
 

@@ -10,6 +10,22 @@ from casa_assets.core.numeric import significant
 from casa_assets.model.issue import CheckResult, Severity, Status, tally
 from casa_assets.show.page.page_template import ModelFiles, render_template
 
+# Name of a number in report.json -> what it is called on the page, and its unit.
+SIZES = {
+    "colliders": ("collision shapes", ""),
+    "hulls": ("collision hulls", ""),
+    "nv": ("degrees of freedom", ""),
+    "texture_mb": ("texture memory", "MB"),
+    "load_ms": ("time to load", "ms"),
+    "real_time_factor": ("simulation speed", "times real time"),
+    "steps_per_s": ("simulation steps", "per second"),
+    "check_s": ("time of the checks", "s"),
+}
+DESIGN = "Rules of kitchen design. They are advice: a kitchen passes whether it follows them or not."
+ACCESS = "Rules for people in wheelchairs (2010 ADA Standards). They are advice too."
+SMALL_M = 0.1  # lengths below are shown in millimetres
+LEAST_SHOWN = 0.001
+
 
 class Marked(NamedTuple):
     """Text of a cell in the colour of a verdict. kind: `passed`, `failed`, `advice` or `none`."""
@@ -19,7 +35,7 @@ class Marked(NamedTuple):
 
 
 class Row(NamedTuple):
-    """A check, rule or task: its name in words, its code, what is said of it, what was measured and the limit."""
+    """A check, rule or task: its name in words, its code, words on it, what was measured and the limit."""
 
     title: str
     code: str
@@ -37,21 +53,6 @@ class Group(NamedTuple):
 
 
 Cells = tuple[str | Marked, ...]
-# Name of a number in report.json -> what it is called on the page, and its unit.
-SIZES = {
-    "colliders": ("collision shapes", ""),
-    "hulls": ("collision hulls", ""),
-    "nv": ("degrees of freedom", ""),
-    "texture_mb": ("texture memory", "MB"),
-    "load_ms": ("time to load", "ms"),
-    "real_time_factor": ("simulation speed", "times real time"),
-    "steps_per_s": ("simulation steps", "per second"),
-    "check_s": ("time of the checks", "s"),
-}
-DESIGN = "Rules of kitchen design. They are advice: a kitchen passes whether it follows them or not."
-ACCESS = "Rules for people in wheelchairs (2010 ADA Standards). They are advice too."
-SMALL_M = 0.1  # lengths below are shown in millimetres
-LEAST_SHOWN = 0.001
 
 
 def page(

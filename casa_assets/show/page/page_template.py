@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from casa_assets.library.entry import Entry
 
 FOLDER = "templates"
-# Rows that a page lists. A browser loads and searches so many at once, and the page stays below ten megabytes; what
+# Rows that a page lists. A browser loads and searches this many at once, and the page stays below ten megabytes; what
 # follows is in the JSON file beside it.
 MAX_ROWS = 5_000
 # What to do where a reason says nothing about it.

@@ -29,6 +29,21 @@ CARDS = "kitchens.json"  # in the cache
 # Scenes on the contact sheet: all up to the first number, of more the second number, in more columns.
 MAX_ON_SHEET, SHOWN_OF_MORE = 120, 60
 CELL_PX, CELL_HEIGHT_PX, SHEET_COLUMNS, COLUMNS_OF_MORE = 400, 267, 4, 6
+# Heading, field, how its numbers are written; the first ones are shown where room is short.
+COLUMNS: tuple[tuple[str, str, str], ...] = (
+    ("joints", "joints", "d"),
+    ("NKBA", "design", ".0f"),
+    ("load ms", "load_ms", ".0f"),
+    ("x real", "real_time_factor", ".1f"),
+    ("check s", "check_s", ".1f"),
+    ("geoms", "geoms", "d"),
+    ("bodies", "bodies", "d"),
+    ("nv", "nv", "d"),
+    ("tex MB", "texture_mb", ".0f"),
+    ("tasks", "tasks", "d"),
+    ("access", "access", ".0f"),
+)
+VERDICTS = {True: "passed", False: "failed", None: "not checked"}
 
 
 @dataclass(frozen=True)
@@ -67,22 +82,6 @@ class SceneRow:
         if self.passed:
             return "passed"
         return ", ".join(f"{code} x {n}" for code, n in sorted((self.errors or {}).items()))
-
-
-# Heading, field, how its numbers are written; the first ones are shown where room is short.
-COLUMNS: tuple[tuple[str, str, str], ...] = (
-    ("joints", "joints", "d"),
-    ("NKBA", "design", ".0f"),
-    ("load ms", "load_ms", ".0f"),
-    ("x real", "real_time_factor", ".1f"),
-    ("check s", "check_s", ".1f"),
-    ("geoms", "geoms", "d"),
-    ("bodies", "bodies", "d"),
-    ("nv", "nv", "d"),
-    ("tex MB", "texture_mb", ".0f"),
-    ("tasks", "tasks", "d"),
-    ("access", "access", ".0f"),
-)
 
 
 def read_rows(out: Path) -> list[SceneRow]:
@@ -208,7 +207,7 @@ def read_cards(out: Path) -> list[SceneCard]:
             card = _card(folder)
         cards.append(card)
         fresh[folder.name] = {"state": state, "card": asdict(card)}
-    keep_json(kept_at, {"made_by": made_by, "scenes": fresh})  # a folder that may only be read is read anew each time
+    keep_json(kept_at, {"made_by": made_by, "scenes": fresh})  # a folder that may only be read is read again each time
     return cards
 
 
@@ -251,9 +250,6 @@ def best_picture(card: SceneCard) -> str:
     """Return the name of the most informative picture: at eye level with doors open, else the first, else empty."""
     first = card.pictures[0] if card.pictures else ""
     return EYE_PICTURE if EYE_PICTURE in card.pictures else first
-
-
-VERDICTS = {True: "passed", False: "failed", None: "not checked"}
 
 
 def _index_row(card: SceneCard, places: Mapping[str, int]) -> dict[str, Any]:

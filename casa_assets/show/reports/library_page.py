@@ -39,7 +39,7 @@ from casa_assets.show.reports.gate import Condition, Outcome
 MAX_WHOLE = 400
 NO_SECTION = Markup()
 MAX_LISTED = 200  # findings of one check on the library as a whole, inputs of one change; the others are counted
-# A code of advice that at least this share of so many assets have tells nothing of one of them.
+# A code of advice that at least this share of at least this many assets have says nothing of one of them.
 COMMON_SHARE, COMMON_FROM = 0.75, 8
 MAX_OUTLIERS = 8  # of one category and quantity that are named on the page; report.json names all
 # Status of a check -> what the script of the page knows it by; a failed warning is advice.

@@ -41,7 +41,7 @@ from casa_assets.show.stills.room_light import (
 from casa_assets.show.stills.still import CannotDraw, set_keyframe
 
 _Light = list[list[Beam]]  # of each drawing
-# Groups of geoms; those that are see-through are put into one of their own while a picture is drawn.
+# Groups of geoms; those that are see-through are put into a separate one while a picture is drawn.
 _CLEAR_GROUP, _VISUAL_GROUP, _CEILING_GROUP, _HIDDEN_GROUP = 1, 2, 4, 5
 _FLOOR, _CEILING, _WALL_PREFIX = "floor", "ceiling", "wall_"  # names of the bodies of a room; walls begin with it
 _ON_WALL_M = 0.12  # from the middle of a wall: what is nearer hangs on it

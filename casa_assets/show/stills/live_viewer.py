@@ -22,6 +22,8 @@ MAX_CATCH_UP_S = 0.05
 SPACE_KEY, BACKSPACE_KEY = 32, 259  # GLFW's codes
 # Called once a frame with the model and its data, before the frame is shown.
 EachFrame = Callable[[Any, Any], None]
+# What an effect of these kinds acts on changes its look; heat, cold and turning are not seen in a still picture.
+SEEN = frozenset({EffectKind.SHOW, EffectKind.LIGHT})
 
 
 def show(model: Any, pose: str = "", name: str = "the model", each_frame: EachFrame | None = None) -> None:
@@ -72,12 +74,12 @@ def show(model: Any, pose: str = "", name: str = "the model", each_frame: EachFr
 
 def require_screen() -> None:
     """Raise CasaError where no window can be opened. MuJoCo's viewer would end the whole process there."""
-    said: list[str] = []
-    glfw.set_error_callback(lambda _, text: said.append(os.fsdecode(text)))
+    messages: list[str] = []
+    glfw.set_error_callback(lambda _, text: messages.append(os.fsdecode(text)))
     is_there = glfw.init()
     glfw.terminate()
     if not is_there:
-        why = "; ".join(said) or "GLFW finds no screen"
+        why = "; ".join(messages) or "GLFW finds no screen"
         raise CasaError(f"MuJoCo's viewer cannot open a window ({why}); --web shows a page instead")
 
 
@@ -90,10 +92,6 @@ def shown_groups(model: Any) -> list[int]:
     used = {int(group) for group in model.geom_group}
     hidden = {0} if 1 in used and 0 in used else set()
     return [int(group < 3 and group not in hidden) for group in range(mujoco.mjNGROUP)]
-
-
-# What an effect of these kinds acts on changes its look; heat, cold and turning are not seen in a still picture.
-SEEN = frozenset({EffectKind.SHOW, EffectKind.LIGHT})
 
 
 class Glow:

@@ -11,7 +11,7 @@ from typing import Any
 
 from casa_assets.errors import CasaError
 
-# In this order: EGL uses a GPU where there is one and Mesa's software renderer where there is none.
+# In this order: EGL uses a GPU where there is one and Mesa's software renderer elsewhere.
 BACKENDS = ("egl", "osmesa")
 SYSTEM_PACKAGES = "libegl1 libgl1 libgl1-mesa-dri"
 LIBRARIES = {"egl": "libegl1", "osmesa": "libosmesa6"}

@@ -19,6 +19,11 @@ Pixels = npt.NDArray[np.uint8]
 _BACKGROUND_WHITE = 0.965
 _VIGNETTE = 0.045
 _BLUR_SHARE = 0.010
+_PAGE = (255, 255, 255)
+_CELL = (244, 244, 245)
+_INK, _FAINT = (32, 34, 37), (112, 117, 124)
+_GAP_PX, _MARGIN_PX, _HEADER_PX, _CAPTION_PX = 8, 12, 34, 40
+_PAPER_NOISE = 3  # by which paper may differ from its corner, of 255
 
 
 def blur_background(exposure: Floats, background: Mask) -> Floats:
@@ -55,13 +60,6 @@ def png(pixels: Pixels) -> bytes:
     return out.getvalue()
 
 
-_PAGE = (255, 255, 255)
-_CELL = (244, 244, 245)
-_INK, _FAINT = (32, 34, 37), (112, 117, 124)
-_GAP_PX, _MARGIN_PX, _HEADER_PX, _CAPTION_PX = 8, 12, 34, 40
-_PAPER_NOISE = 3  # by which paper may differ from its corner, of 255
-
-
 @dataclass(frozen=True)
 class SheetCell:
     """One cell: two lines of text under a picture (PNG bytes; empty for an empty frame)."""
@@ -74,7 +72,7 @@ class SheetCell:
 def contact_sheet(
     shots: Sequence[SheetCell], heading: str, columns: int = 8, cell_px: int = 192, height_px: int = 0
 ) -> bytes:
-    """PNG with all shots in rows of so many columns below a line; pictures without a height are as high as wide."""
+    """PNG with all shots in rows below a line of text; pictures without a height are as high as wide."""
     columns, height_px = max(1, min(columns, len(shots))), height_px or cell_px
     rows = -(-len(shots) // columns)
     # A narrow page would cut the heading.

@@ -19,6 +19,13 @@ from casa_assets.core.numeric import Floats, Singles
 from casa_assets.show.stills import opengl
 from casa_assets.show.stills.pictures import Pixels
 
+# (3,) lower and (3,) upper corner of a box, metres.
+Bounds = tuple[Floats, Floats]
+# Multiples of GOLDEN, modulo 1, fill a line evenly. Multiples of 1/p and 1/p^2, where p is PLASTIC, are the steps along
+# the two sides of a square and fill it evenly. Ref: M. Roberts, the R2 sequence.
+GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+PLASTIC = 1.32471795724474602596
+
 
 class Canvas:
     """One compiled model, ready to be drawn again and again at one size.
@@ -69,7 +76,7 @@ def canvas(model: Any, data: Any, option: Any, width_px: int, height_px: int) ->
     try:
         made = Canvas(model, data, option, width_px, height_px)
     except mujoco.FatalError as error:
-        # A broken EGL that was tried first stands in the way of OSMesa within the same process.
+        # A broken EGL that was tried first is in the way of OSMesa within the same process.
         raise opengl.NoRenderer(
             {opengl.backend(): f"{error}; try again with MUJOCO_GL=osmesa in the environment"}
         ) from error
@@ -77,15 +84,6 @@ def canvas(model: Any, data: Any, option: Any, width_px: int, height_px: int) ->
         yield made
     finally:
         made.close()
-
-
-# (3,) lower and (3,) upper corner of a box, metres.
-Bounds = tuple[Floats, Floats]
-
-# Multiples of GOLDEN, modulo 1, fill a line evenly. Multiples of 1/p and 1/p^2, where p is PLASTIC, are the steps along
-# the two sides of a square and fill it evenly. Ref: M. Roberts, the R2 sequence.
-GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
-PLASTIC = 1.32471795724474602596
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,32 @@ _EVEN = [(np.array([0.0, 0.0, 1.0]), np.zeros(3), 1.0)]
 _ALONG_AXES = [
     (sign * axis, 0.5 * sign * axis, 0.5 if axis[0] * sign > 0 else 0.0) for axis in np.eye(3) for sign in (1.0, -1.0)
 ]
+# Linear RGB of each side of the box. Chosen by eye, as is all light here: warm below, cool through what is open; the
+# ceiling lights worktops, walls and open sides light fronts, and the floor keeps undersides from going black.
+CEILING, WALL, OPEN_SIDE, FLOOR = (1.30, 1.27, 1.21), (0.58, 0.565, 0.54), (0.84, 0.85, 0.87), (0.40, 0.37, 0.335)
+_WINDOW = np.array([1.9, 2.05, 2.25], dtype=np.float32)  # on top of the wall
+_BLUR, _MIRROR_BLUR = 0.3, 0.8  # of the edges between the sides; sharp ones would draw stripes on walls, and on metal
+_WINDOW_BLUR_M = np.float32(0.35)  # how softly a window begins, for the same reason
+# The key light: from the open side, above, a little from the left, as of a large window behind the viewer.
+_KEY = np.array([-0.42, -0.72, 0.55]) / np.linalg.norm([-0.42, -0.72, 0.55])
+_KEY_COLOR = np.array([1.18, 1.15, 1.10], dtype=np.float32)
+_KEY_SOFTNESS = 0.09  # half the width of its soft box, rad
+_TILT = 0.2  # by which each pixel turns a direction, so that shadows have no steps, rad
+_NEAR_M, _FAR_M = 0.03, 1.4  # what hides a place at this distance is black; from the other on it gives most light
+_SECOND_HAND = np.array([0.36, 0.345, 0.325], dtype=np.float32)  # light of things between, far away
+_FIRST_HAND = np.array([0.02, 0.019, 0.018], dtype=np.float32)
+_ON_CEILING, _ON_OPEN_SIDE = np.float32(0.4), np.float32(0.45)  # which shine by themselves
+_GUESS_M = 0.2  # how far off a shadow is looked for where none is
+_OFF_SURFACE_M = 0.008  # by which places are moved off their surface, so that it does not shade itself
+_EXPOSURE = 0.78
+_SHOULDER, _ABOVE = 0.6, 0.42  # where the tone curve begins to bend, and how much brighter it gets
+_MATT, _GLOW = 0.95, 1.3  # what a surface throws back of its colour, and of what shines by itself
+_FREE_LIGHT = 0.8  # on a place with nothing near it; with less, its reflections are dimmer
+_LEAST_REFLECTED = 0.04  # of light that comes straight on. Ref: Schlick 1994.
+_VEIL, _PAPER = 0.9, 0.955  # light on glass, and sRGB of what lies beyond a room that is seen from outside
+_HORIZON, _ZENITH = np.array([0.925, 0.945, 0.96]), np.array([0.70, 0.82, 0.93])  # of the sky that is seen from within
+_SECTION, _PLAIN_WALL = 0.43, (0.87, 0.86, 0.84)  # sRGB of walls that the picture cuts, and that close an open side
+_SIDES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], dtype=np.float32)
 
 
 @dataclass(frozen=True)
@@ -189,32 +215,6 @@ def draw_shadow_map(canvas: Canvas, scene: Any, towards: Floats, corners: Floats
 
 
 Beam = tuple[ShadowMap, float]  # of a direction, and the weight of the light from there
-# Linear RGB of each side of the box. Chosen by eye, as is all light here: warm below, cool through what is open; the
-# ceiling lights worktops, walls and open sides light fronts, and the floor keeps undersides from going black.
-CEILING, WALL, OPEN_SIDE, FLOOR = (1.30, 1.27, 1.21), (0.58, 0.565, 0.54), (0.84, 0.85, 0.87), (0.40, 0.37, 0.335)
-_WINDOW = np.array([1.9, 2.05, 2.25], dtype=np.float32)  # on top of the wall
-_BLUR, _MIRROR_BLUR = 0.3, 0.8  # of the edges between the sides; sharp ones would draw stripes on walls, and on metal
-_WINDOW_BLUR_M = np.float32(0.35)  # how softly a window begins, for the same reason
-# The key light: from the open side, above, a little from the left, as of a large window behind the viewer.
-_KEY = np.array([-0.42, -0.72, 0.55]) / np.linalg.norm([-0.42, -0.72, 0.55])
-_KEY_COLOR = np.array([1.18, 1.15, 1.10], dtype=np.float32)
-_KEY_SOFTNESS = 0.09  # half the width of its soft box, rad
-_TILT = 0.2  # by which each pixel turns a direction, so that shadows have no steps, rad
-_NEAR_M, _FAR_M = 0.03, 1.4  # what hides a place at this distance is black; from the other on it gives most light
-_SECOND_HAND = np.array([0.36, 0.345, 0.325], dtype=np.float32)  # light of what stands between, far away
-_FIRST_HAND = np.array([0.02, 0.019, 0.018], dtype=np.float32)
-_ON_CEILING, _ON_OPEN_SIDE = np.float32(0.4), np.float32(0.45)  # which shine by themselves
-_GUESS_M = 0.2  # how far off a shadow is looked for where none is
-_OFF_SURFACE_M = 0.008  # by which places are moved off their surface, so that it does not shade itself
-_EXPOSURE = 0.78
-_SHOULDER, _ABOVE = 0.6, 0.42  # where the tone curve begins to bend, and how much brighter it gets
-_MATT, _GLOW = 0.95, 1.3  # what a surface throws back of its colour, and of what shines by itself
-_FREE_LIGHT = 0.8  # on a place with nothing near it; with less, its reflections are dimmer
-_LEAST_REFLECTED = 0.04  # of light that comes straight on. Ref: Schlick 1994.
-_VEIL, _PAPER = 0.9, 0.955  # light on glass, and sRGB of what lies beyond a room that is seen from outside
-_HORIZON, _ZENITH = np.array([0.925, 0.945, 0.96]), np.array([0.70, 0.82, 0.93])  # of the sky that is seen from within
-_SECTION, _PLAIN_WALL = 0.43, (0.87, 0.86, 0.84)  # sRGB of walls that the picture cuts, and that close an open side
-_SIDES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], dtype=np.float32)
 
 
 @dataclass(frozen=True)
@@ -378,7 +378,7 @@ def shadowing(places: Singles, shadow: ShadowMap, tilt: Singles) -> Singles:
     free = first <= bias
     reach = np.where(free, np.float32(_GUESS_M), np.minimum(first, np.float32(2.0)))
     gap = shadow.above(x + tilt[0] * reach, y + tilt[1] * reach) - z
-    # Found beside a place that is lit: it hides it only if it stands that far off.
+    # Found beside a place that is lit: it hides it only if it is that far off.
     gap[(gap <= bias) | (free & (2.0 * gap < reach))] = 0.0
     return np.asarray(gap)
 

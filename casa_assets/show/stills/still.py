@@ -26,12 +26,27 @@ from casa_assets.show.stills.studio import Camera, View, fit
 # reads from USD.
 _VISUAL_GROUPS, _COLLISION_GROUPS = (1, 2), (0, 3)
 _DEFAULT_VIEW = View()
-# A picture of colliders shows them over the thing in this grey, with this share of their own colour.
+# A picture of colliders shows them over the thing in this grey, with this share of their colour.
 _GREY_RGBA = (0.86, 0.87, 0.88, 1.0)
 _COLLIDER_OPACITY = 0.68
 _MIN_OVERLAY_PASSES = 8
 # Hues of colliders: the golden ratio as a share of the circle keeps any number of them apart.
 _FIRST_HUE, _HUE_STEP = 0.58, 0.61803398875
+_TURNTABLE_VIEW = View(size_px=256, fill=0.92, passes=10)
+_RAW_VIEW = View(size_px=320, passes=16)
+# Above this many faces MuJoCo takes longer to read a mesh than the picture is worth: vertices are moved onto a grid of
+# this many steps along the longest side, about one for each pixel, and faces that become alike are drawn once.
+_MANY_FACES, _GRID_STEPS = 150_000, 256
+_SMALL_FACES = 20_000  # from this number on each is small
+_LEAST_VERTICES = 4  # of a mesh that MuJoCo reads
+_LARGEST_PX = 1024  # of an image
+CELL_PX, COLUMNS = 320, 6
+# A review wants to see what is there, not soft shadows.
+_VIEW = View(size_px=CELL_PX, passes=6)
+_BODY = (0.82, 0.83, 0.85)
+# Parts that are taken apart go this far, in diagonals of the thing; what sits on a part goes as far again.
+_APART = 0.16
+_DARK = (25, 27, 31)
 
 
 class CannotDraw(CasaError):
@@ -156,11 +171,8 @@ def _color(i: int) -> tuple[float, float, float]:
     return colorsys.hsv_to_rgb(hue, saturation, brightness)
 
 
-_TURNTABLE_VIEW = View(size_px=256, fill=0.92, passes=10)
-
-
 def render_turntable(model_xml: Path, view: View = _TURNTABLE_VIEW, frames: int = 24, seconds: float = 4.0) -> bytes:
-    """Animated WebP of the asset turning once in so many seconds, without end. Raises CannotDraw, NoRenderer."""
+    """Animated WebP of the asset turning once in some seconds, without end. Raises CannotDraw, NoRenderer."""
     model, data, points = load_into_studio(model_xml, view.size_px)
     swept = _swept(points)
     taken: list[pictures.Pixels] = []
@@ -192,15 +204,6 @@ def _swept(points: Floats) -> Floats:
                 x, y = middle[0] + reach * np.cos(around), middle[1] + reach * np.sin(around)
                 rings.append(np.stack([x, y, np.full_like(x, z)], axis=1))
     return np.concatenate(rings)
-
-
-_RAW_VIEW = View(size_px=320, passes=16)
-# Above this many faces MuJoCo takes longer to read a mesh than the picture is worth: vertices are moved onto a grid of
-# so many steps along the longest side, about one for each pixel, and faces that become alike are drawn once.
-_MANY_FACES, _GRID_STEPS = 150_000, 256
-_SMALL_FACES = 20_000  # from so many on each is small
-_LEAST_VERTICES = 4  # of a mesh that MuJoCo reads
-_LARGEST_PX = 1024  # of an image
 
 
 def render_model(model: RawModel, view: View = _RAW_VIEW) -> bytes:
@@ -320,15 +323,6 @@ def _opened(texture: Texture) -> Pixels:
         picture = source.convert("RGB")
     picture.thumbnail((_LARGEST_PX, _LARGEST_PX), Image.Resampling.BOX)
     return np.asarray(picture)
-
-
-CELL_PX, COLUMNS = 320, 6
-# A review wants to see what is there, not soft shadows.
-_VIEW = View(size_px=CELL_PX, passes=6)
-_BODY = (0.82, 0.83, 0.85)
-# Parts that are taken apart go this far, in diagonals of the thing; what sits on a part goes as far again.
-_APART = 0.16
-_DARK = (25, 27, 31)
 
 
 @dataclass(frozen=True)

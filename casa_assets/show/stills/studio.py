@@ -20,6 +20,27 @@ from casa_assets.show.stills import pictures, renderer
 from casa_assets.show.stills.pictures import Pixels
 from casa_assets.show.stills.renderer import GOLDEN, PLASTIC, CameraFrustum, one_group, set_quality
 
+# Of the geoms that are drawn.
+VISUAL_GROUP = 1
+# Grey of the floor, 0..1, and its emission, which softens the shadows on it. Chosen by eye.
+_FLOOR_GREY, _FLOOR_EMISSION = 0.66, 0.25
+# A large mesh is drawn fewer times: up to this many faces it is drawn the full number of times, and 12 times at least.
+_FULL_PASSES_FACES, _MIN_PASSES = 12_000, 12
+_FLOOR = "studio__floor"
+_CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+# Brightness of light from everywhere, of the key light, of all lights of the sky and of all from below, as fractions
+# of white. Chosen by eye: a white mug keeps its shading, a black one its form. Highlights exceed 1 because each is
+# lit in one drawing only and then shared by all.
+_AMBIENT, _KEY, _SKY, _BOUNCE = 0.22, 0.38, 0.76, 0.30
+_KEY_SHINE, _SKY_SHINE, _BOUNCE_SHINE = 0.9, 4.0 / 2, 9.0 / 4
+# The key light is over the left shoulder of the viewer, within a soft box of about 12 degrees: rad.
+_KEY_ASIDE, _KEY_ELEVATION, _KEY_SOFTNESS = -0.75, 0.80, 0.21
+_SKY_LIGHTS, _BOUNCE_LIGHTS = 2, 4  # numbers of lights in each drawing
+# Sine of the angle above the horizon where the sky begins, 8 degrees above the floor, and how far up from there; the
+# highest angle that light from below comes from, and how far down from there, rad.
+_SKY_RISE, _BOUNCE_RISE = (0.14, 0.86), (-0.05, 0.95)
+_DISTANCE, _SHADOW_REACH = 4.0, 2.2  # of the lights, and half the width of the maps of shadows, in radii of the scene
+
 
 @dataclass(frozen=True)
 class View:
@@ -83,34 +104,10 @@ def _middle(across: Floats, depth: Floats) -> float:
     return center
 
 
-# Of the geoms that are drawn.
-VISUAL_GROUP = 1
-# Grey of the floor, 0..1, and its emission, which softens the shadows on it. Chosen by eye.
-_FLOOR_GREY, _FLOOR_EMISSION = 0.66, 0.25
-# A large mesh is drawn fewer times: up to this many faces it is drawn the full number of times, and 12 times at least.
-_FULL_PASSES_FACES, _MIN_PASSES = 12_000, 12
-_FLOOR = "studio__floor"
-_CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
-
-
 def _panel(around: float) -> float:
     """Brightness of the room at an angle (rad) from the camera: two panels, left and right, for metal to reflect."""
     off = abs((around + math.pi) % (2.0 * math.pi) - math.pi)
     return 0.2 + 1.8 * max(0.0, math.cos(2.0 * (off - 1.35))) ** 2
-
-
-# Brightness of light from everywhere, of the key light, of all lights of the sky and of all from below, as fractions
-# of white. Chosen by eye: a white mug keeps its shading, a black one its form. Highlights exceed 1 because each is
-# lit in one drawing only and then shared by all.
-_AMBIENT, _KEY, _SKY, _BOUNCE = 0.22, 0.38, 0.76, 0.30
-_KEY_SHINE, _SKY_SHINE, _BOUNCE_SHINE = 0.9, 4.0 / 2, 9.0 / 4
-# The key light stands over the left shoulder of the viewer, within a soft box of about 12 degrees: rad.
-_KEY_ASIDE, _KEY_ELEVATION, _KEY_SOFTNESS = -0.75, 0.80, 0.21
-_SKY_LIGHTS, _BOUNCE_LIGHTS = 2, 4  # numbers of lights in each drawing
-# Sine of the angle above the horizon where the sky begins, 8 degrees above the floor, and how far up from there; the
-# highest angle that light from below comes from, and how far down from there, rad.
-_SKY_RISE, _BOUNCE_RISE = (0.14, 0.86), (-0.05, 0.95)
-_DISTANCE, _SHADOW_REACH = 4.0, 2.2  # of the lights, and half the width of the maps of shadows, in radii of the scene
 
 
 def add_studio(spec: Any, size_px: int) -> None:

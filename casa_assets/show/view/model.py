@@ -80,26 +80,26 @@ def parse_step(data: bytes) -> Step:
         raise CasaError(f"this is no step of a state machine: {where}: {first['msg']}") from error
 
 
-def step_machine(behavior: Behavior, said: Step) -> dict[str, Any]:
+def step_machine(behavior: Behavior, step: Step) -> dict[str, Any]:
     """The next state of a machine, and the effects that act in it, as JSON has them.
 
     `waits`: whether a rule is counting seconds, so that time alone changes something. Raises CasaError for a state that
     this machine cannot be in.
     """
     state = start_behavior(behavior)
-    if said.values:
+    if step.values:
         known = {variable.name: variable.values for variable in behavior.variables}
-        if set(said.values) != set(known) or any(value not in known[name] for name, value in said.values.items()):
-            raise CasaError(f"{said.values} is no state of this machine; it has {known}")
-        state = BehaviorState(behavior, said.values, said.before, said.held_s)
-        if len(said.held_s) != len(behavior.rules) or (
-            said.before is not None
-            and [len(held) for held in said.before] != [len(rule.when) for rule in behavior.rules]
+        if set(step.values) != set(known) or any(value not in known[name] for name, value in step.values.items()):
+            raise CasaError(f"{step.values} is no state of this machine; it has {known}")
+        state = BehaviorState(behavior, step.values, step.before, step.held_s)
+        if len(step.held_s) != len(behavior.rules) or (
+            step.before is not None
+            and [len(held) for held in step.before] != [len(rule.when) for rule in behavior.rules]
         ):
-            raise CasaError(f"{said.placement or 'the asset'}: the state has not the rules of this machine")
-    joints = {name: said.joints.get(name, 0.0) for name in behavior.joints}
-    seconds = min(max(said.dt_s, 0.0), MAX_STEP_S)
-    after = step_behavior(state, Stimulus(joints, frozenset(said.touched)), seconds)
+            raise CasaError(f"{step.placement or 'the asset'}: the state has not the rules of this machine")
+    joints = {name: step.joints.get(name, 0.0) for name in behavior.joints}
+    seconds = min(max(step.dt_s, 0.0), MAX_STEP_S)
+    after = step_behavior(state, Stimulus(joints, frozenset(step.touched)), seconds)
     waits = any(rule.after_s and held for rule, held in zip(behavior.rules, after.held_s, strict=True))
     return {
         "values": dict(after.values),

@@ -108,15 +108,15 @@ class _Handler(LocalHandler):
             self.send(HTTPStatus.BAD_REQUEST, "text/plain", b"this is no decision")
             return
         try:
-            said: Any = json.loads(self.rfile.read(int(length)))
+            decided: Any = json.loads(self.rfile.read(int(length)))
             with self.server.lock:
                 if name == "decide":
-                    entry = next(entry for entry in self.server.waiting if entry.sha256 == said["sha256"])
-                    words = {name: str(said.get(name, "")).strip() for name in review.OVERRIDE_NAMES}
+                    entry = next(entry for entry in self.server.waiting if entry.sha256 == decided["sha256"])
+                    words = {name: str(decided.get(name, "")).strip() for name in review.OVERRIDE_NAMES}
                     review.decide(self.server.library, entry, words)
                 else:
-                    entry = next(entry for entry in self.server.articulated if entry.sha256 == said["sha256"])
-                    decisions = Decisions.model_validate(said["decisions"])
+                    entry = next(entry for entry in self.server.articulated if entry.sha256 == decided["sha256"])
+                    decisions = Decisions.model_validate(decided["decisions"])
                     check_category(decisions)
                     keep(self.server.library, {entry.sha256: decisions})
         except (ValueError, KeyError, TypeError, AttributeError, StopIteration):

@@ -42,6 +42,16 @@ from casa_assets.show.view.model import REPORT, Model, ShowProgress, parse_step,
 from casa_assets.show.view.subject import Kitchen, Subject
 
 HOST = "127.0.0.1"
+SSH_PORT = "22"
+MAX_BODY_BYTES = 100_000
+JSON = "application/json"
+# Files beside a scene or an asset that its report shows; nothing else of the disk is served.
+KINDS = {".html": "text/html; charset=utf-8", ".png": "image/png", ".js": "text/javascript", ".json": JSON}
+MAX_SEED = 2**31
+_VIEWER = re.compile(rf"{SHARED}/viewer_[0-9a-f]{{12}}\.js")
+_LINK = re.compile(r'(?:src|href|data-model)="([^"]+)"')
+KEPT = 8  # models in memory; a kitchen takes some tens of megabytes
+Maker = Callable[[Subject, ShowProgress], Model]
 
 
 def open_in_browser(address: str) -> None:
@@ -71,18 +81,6 @@ class LocalHandler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: object) -> None:  # noqa: A002  the name of the base class
         """Say nothing: the terminal belongs to the command."""
-
-
-SSH_PORT = "22"
-MAX_BODY_BYTES = 100_000
-JSON = "application/json"
-# Files beside a scene or an asset that its report shows; nothing else of the disk is served.
-KINDS = {".html": "text/html; charset=utf-8", ".png": "image/png", ".js": "text/javascript", ".json": JSON}
-MAX_SEED = 2**31
-_VIEWER = re.compile(rf"{SHARED}/viewer_[0-9a-f]{{12}}\.js")
-_LINK = re.compile(r'(?:src|href|data-model)="([^"]+)"')
-KEPT = 8  # models in memory; a kitchen takes some tens of megabytes
-Maker = Callable[[Subject, ShowProgress], Model]
 
 
 class _Job:
@@ -146,7 +144,7 @@ class Workshop:
                 model = self._make(job.subject, show_progress)
             except CasaError as error:
                 job.error = str(error)
-            except Exception:  # noqa: BLE001  a thread has nobody above it: the page and the terminal tell of the fault
+            except Exception:  # noqa: BLE001  a thread has nobody above it: the page and the terminal show the fault
                 traceback.print_exc()
                 job.error = "a fault of the program; the terminal shows where"
             else:
@@ -228,10 +226,10 @@ class _Handler(LocalHandler):
         what, _, rest = unquote(urlsplit(self.path).path).removeprefix("/").partition("/")
         try:
             if what == "step":
-                found, said = self._model(rest), parse_step(data)
-                if found is None or said.placement not in found.behaviors:
-                    raise CasaError(f"{rest} has no state machine {said.placement!r}")
-                self._send_json(step_machine(found.behaviors[said.placement], said))
+                found, step = self._model(rest), parse_step(data)
+                if found is None or step.placement not in found.behaviors:
+                    raise CasaError(f"{rest} has no state machine {step.placement!r}")
+                self._send_json(step_machine(found.behaviors[step.placement], step))
             elif (what, rest) == ("order", ""):
                 self._send_json({"id": self._order(data)})
             else:
@@ -273,10 +271,10 @@ class _Handler(LocalHandler):
     def _order(self, data: bytes) -> str:
         """Start to build another kitchen of the same plan; returns its id. Raises CasaError where it cannot be."""
         try:
-            said = json.loads(data)
-            job = self.server.workshop.find(str(said["of"]))
-            swapped = {str(name): str(finish) for name, finish in dict(said.get("surfaces") or {}).items()}
-            style, seed = str(said.get("style") or ""), said.get("random")
+            order = json.loads(data)
+            job = self.server.workshop.find(str(order["of"]))
+            swapped = {str(name): str(finish) for name, finish in dict(order.get("surfaces") or {}).items()}
+            style, seed = str(order.get("style") or ""), order.get("random")
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise CasaError("an order names the kitchen as `of`, and a `style`, `surfaces` or `random`") from error
         if job is None or not isinstance(job.subject, Kitchen):

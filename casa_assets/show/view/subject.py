@@ -23,8 +23,8 @@ from casa_assets.registry.kitchens import plan_names, style_names
 # The libraries that the commands write where no other is named, in the order in which an id is looked for.
 LIBRARIES = tuple(Path("out") / name for name in ("library", "articulated", "families", "objects"))
 ASSET_XML = "model.xml"
-# A folder with more assets than this is told by their number alone.
-MAX_TOLD = 6
+# Of a folder with more assets than this some are named.
+MAX_NAMED = 6
 
 
 @dataclass(frozen=True)
@@ -157,12 +157,12 @@ def _in_folder(folder: Path) -> Subject:
     if len(found) == 1:
         return AssetFolder(found[0])
     if found:
-        some = ", ".join(sorted(f.name for f in found)[:MAX_TOLD])
-        more = f" and {len(found) - MAX_TOLD} more" if len(found) > MAX_TOLD else ""
+        some = ", ".join(sorted(f.name for f in found)[:MAX_NAMED])
+        more = f" and {len(found) - MAX_NAMED} more" if len(found) > MAX_NAMED else ""
         raise OutputError(str(folder), f"is a library; name one of its assets: {some}{more}")
     scenes = sorted(path.parent.name for path in folder.glob(f"*/{SCENE_JSON}"))
     if scenes:
-        raise OutputError(str(folder), f"is a folder of scenes; name one of them: {', '.join(scenes[:MAX_TOLD])}")
+        raise OutputError(str(folder), f"is a folder of scenes; name one of them: {', '.join(scenes[:MAX_NAMED])}")
     raise OutputError(str(folder), f"holds no asset and no scene; name a folder with {ASSET_XML} or {SCENE_XML}")
 
 

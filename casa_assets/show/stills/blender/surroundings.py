@@ -22,6 +22,9 @@ SUN_IRRADIANCE, SUN_SIZE_DEG = 26.0, 1.0
 VEILED_IRRADIANCE, VEILED_SIZE_DEG = 8.0, 2.0  # behind the curtains of glazed doors, whose light is all over the room
 SUN_ELEVATION_DEG, SUN_ASIDE_DEG = 33.0, 38.0  # of rooms that are seen from above
 LAMP_W, LAMP_RADIUS_M, LAMP_GROUP_M = 14.0, 0.06, 0.45
+THICK_M, LINTEL_M, PATIO_SHARE, PATIO_DOOR_M, PATIO_BAR_M = 0.12, 0.45, 0.72, 1.1, 0.055
+SAME_PLANE_M = 0.01
+SkyLight = Callable[[str, Vector, Vector, Vector], None]  # name, lower left and upper right corner, inward
 
 
 def put(name: str, data: Any) -> Any:
@@ -240,11 +243,6 @@ def light_lamps(color: Sequence[float], power: float) -> None:
         thing = put(f"lamp_{k}", light)
         thing.location = middle
         thing.visible_camera = thing.visible_glossy = thing.visible_transmission = False
-
-
-THICK_M, LINTEL_M, PATIO_SHARE, PATIO_DOOR_M, PATIO_BAR_M = 0.12, 0.45, 0.72, 1.1, 0.055
-SAME_PLANE_M = 0.01
-SkyLight = Callable[[str, Vector, Vector, Vector], None]  # name, lower left and upper right corner, inward
 
 
 def inward(wall: dict[str, Any]) -> Vector:
