@@ -47,68 +47,6 @@ CLIP_HELP = "Weights of CLIP: a file, a folder, or a name such as ViT-B-32/laion
 SCENES_HELP = "Ids of kitchens or globs, such as 'l_*__coastal'."
 IN_3D_HELP = "Write models that the page shows in 3D."
 FORCE_HELP = "Do it again even if nothing has changed."
-# Of verbs that read a library; `LibraryOut` is that of verbs that write one.
-Library = Annotated[Path, typer.Option("--library", help=LIBRARY_HELP, exists=True, file_okay=False)]
-ScenesFolder = Annotated[
-    Path, typer.Option("--scenes-folder", metavar="DIR", help="Folder of kitchens; one that is missing is built.")
-]
-WidthPx = Annotated[int, typer.Option("--width-px", help=WIDTH_HELP, min=64, max=4096)]
-SizeM = Annotated[float, typer.Option("--size-m", help="Longest side in metres; 0: by unit and category.", min=0)]
-Jobs = Annotated[int, typer.Option("--jobs", help="Number of parallel workers; 0: one per core.", min=0)]
-Address = Annotated[
-    str,
-    typer.Option(
-        "--address",
-        metavar="HOST",
-        help="Of a running Ray cluster, such as auto or host:6379; else one is started.",
-        rich_help_panel=CLUSTER,
-    ),
-]
-Seed = Annotated[int, typer.Option("--seed", help=SEED_HELP, min=0)]
-Most = Annotated[int, typer.Option("--most", help="Largest number.", min=1)]
-All = Annotated[bool, typer.Option("--all", help=ALL_HELP)]
-Samples = Annotated[int, typer.Option("--samples", help="Number of random members of each.", min=0)]
-Force = Annotated[bool, typer.Option("--force", help=FORCE_HELP)]
-DryRun = Annotated[bool, typer.Option("--dry-run", help="Print what would be done and why; write nothing.")]
-Pictures = Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw a picture of each.")]
-Camera = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--camera", metavar="NAME", help="Names of cameras; by default all, with --photoreal eye and cutaway."
-    ),
-]
-Pose = Annotated[
-    str, typer.Option("--pose", metavar="NAME", help="Named pose: start, closed, open or on, if the model has it.")
-]
-WithReview = Annotated[bool, typer.Option("--with-review", help="Include assets that are in review.")]
-Port = Annotated[int, typer.Option("--port", help="Port on this machine; 0: any that is free.", min=0, max=65535)]
-Browser = Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")]
-Photoreal = Annotated[
-    bool, typer.Option("--photoreal", help="Path-traced stills from the USD, a minute or two each; needs Blender.")
-]
-AsJson = Annotated[
-    bool,
-    typer.Option(
-        "--json",
-        help="Print one JSON object per item on standard output, and nothing else there.",
-        rich_help_panel=GENERAL,
-    ),
-]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors and failures.", rich_help_panel=GENERAL)]
-Verbose = Annotated[
-    bool, typer.Option("--verbose", "-v", help="Print also successes and times.", rich_help_panel=GENERAL)
-]
-_limit = partial(typer.Option, min=0, show_default=False, rich_help_panel=LIMITS)
-# Options that bound an input; 0: the default, which their help names.
-LIMIT_OPTIONS = {
-    "timeout": (Annotated[float, _limit(metavar="SECONDS", help="Processor seconds per input; 300 by default.")], 0.0),
-    "memory": (Annotated[float, _limit(metavar="GB", help="Gigabytes per input; 8 by default.")], 0.0),
-    "max_size": (Annotated[float, _limit(metavar="MB", help="Megabytes of an input; 512 by default.")], 0.0),
-    "max_faces": (Annotated[int, _limit(help="Faces of an input; 2500000 by default.")], 0),
-    "max_texture": (Annotated[int, _limit(help="Pixels of a side; 16384 by default.")], 0),
-    "max_pixels": (Annotated[float, _limit(help="Million pixels; 67.2 by default.")], 0.0),
-}
-InputLimits = dict[str, Any] | None  # options of a run of `ingest`, made of these
 
 
 class EngineName(StrEnum):
@@ -267,14 +205,48 @@ Out = Annotated[
 ]
 # Of verbs on kitchens, which are in the folder that is written to.
 ScenesOut = Annotated[Path, typer.Option("--out", metavar="DIR", help=more(OUT_HELP, "the folder of the kitchens."))]
+# Of verbs that read a library; `LibraryOut` is that of verbs that write one.
+Library = Annotated[Path, typer.Option("--library", help=LIBRARY_HELP, exists=True, file_okay=False)]
 LibraryOut = Annotated[Path, typer.Option("--library", metavar="DIR", help=LIBRARY_HELP, callback=folder_of_library)]
+ScenesFolder = Annotated[
+    Path, typer.Option("--scenes-folder", metavar="DIR", help="Folder of kitchens; one that is missing is built.")
+]
 
+WidthPx = Annotated[int, typer.Option("--width-px", help=WIDTH_HELP, min=64, max=4096)]
+SizeM = Annotated[float, typer.Option("--size-m", help="Longest side in metres; 0: by unit and category.", min=0)]
+Jobs = Annotated[int, typer.Option("--jobs", help="Number of parallel workers; 0: one per core.", min=0)]
 Engine = Annotated[
     EngineName,
     typer.Option("--engine", help="Where jobs run: on this machine, or on a Ray cluster.", rich_help_panel=CLUSTER),
 ]
+Address = Annotated[
+    str,
+    typer.Option(
+        "--address",
+        metavar="HOST",
+        help="Of a running Ray cluster, such as auto or host:6379; else one is started.",
+        rich_help_panel=CLUSTER,
+    ),
+]
+Seed = Annotated[int, typer.Option("--seed", help=SEED_HELP, min=0)]
+Most = Annotated[int, typer.Option("--most", help="Largest number.", min=1)]
+All = Annotated[bool, typer.Option("--all", help=ALL_HELP)]
+Samples = Annotated[int, typer.Option("--samples", help="Number of random members of each.", min=0)]
+In3d = Annotated[bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 0.1 MB each."))]
+Force = Annotated[bool, typer.Option("--force", help=FORCE_HELP)]
 ForceWorse = Annotated[
     bool, typer.Option("--force", help=more(FORCE_HELP, "worse results replace accepted assets, too."))
+]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Print what would be done and why; write nothing.")]
+Pictures = Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw a picture of each.")]
+Camera = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--camera", metavar="NAME", help="Names of cameras; by default all, with --photoreal eye and cutaway."
+    ),
+]
+Pose = Annotated[
+    str, typer.Option("--pose", metavar="NAME", help="Named pose: start, closed, open or on, if the model has it.")
 ]
 Category = Annotated[
     str,
@@ -288,6 +260,38 @@ Category = Annotated[
 Kitchens = Annotated[
     list[str] | None, typer.Option("--scenes", metavar="ID", help=SCENES_HELP, autocompletion=complete_kitchens)
 ]
+WithReview = Annotated[bool, typer.Option("--with-review", help="Include assets that are in review.")]
+Port = Annotated[int, typer.Option("--port", help="Port on this machine; 0: any that is free.", min=0, max=65535)]
+Browser = Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")]
+Photoreal = Annotated[
+    bool, typer.Option("--photoreal", help="Path-traced stills from the USD, a minute or two each; needs Blender.")
+]
+
+AsJson = Annotated[
+    bool,
+    typer.Option(
+        "--json",
+        help="Print one JSON object per item on standard output, and nothing else there.",
+        rich_help_panel=GENERAL,
+    ),
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors and failures.", rich_help_panel=GENERAL)]
+Verbose = Annotated[
+    bool, typer.Option("--verbose", "-v", help="Print also successes and times.", rich_help_panel=GENERAL)
+]
+
+
+_limit = partial(typer.Option, min=0, show_default=False, rich_help_panel=LIMITS)
+# Options that bound an input; 0: the default, which their help names.
+LIMIT_OPTIONS = {
+    "timeout": (Annotated[float, _limit(metavar="SECONDS", help="Processor seconds per input; 300 by default.")], 0.0),
+    "memory": (Annotated[float, _limit(metavar="GB", help="Gigabytes per input; 8 by default.")], 0.0),
+    "max_size": (Annotated[float, _limit(metavar="MB", help="Megabytes of an input; 512 by default.")], 0.0),
+    "max_faces": (Annotated[int, _limit(help="Faces of an input; 2500000 by default.")], 0),
+    "max_texture": (Annotated[int, _limit(help="Pixels of a side; 16384 by default.")], 0),
+    "max_pixels": (Annotated[float, _limit(help="Million pixels; 67.2 by default.")], 0.0),
+}
+InputLimits = dict[str, Any] | None  # options of a run of `ingest`, made of these
 
 
 class shared:  # noqa: N801  a decorator
@@ -353,9 +357,6 @@ def _options(**options: tuple[Any, Any]) -> list[Parameter]:
         Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
         for name, (annotation, default) in options.items()
     ]
-
-
-In3d = Annotated[bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 0.1 MB each."))]
 
 
 def library_at(folder: Path) -> LibraryFolder:
