@@ -26,14 +26,16 @@ EVERY_NAME = Path(__file__).with_name("every_name.py")
 
 def test_importing_is_light() -> None:
     code = "import casa_assets, sys; print(sorted({'numpy', 'mujoco', 'pydantic', 'typer'} & set(sys.modules)))"
-    told = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert told.stdout == "[]\n"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
 
 
 def test_every_name_is_there() -> None:
+    text = EVERY_NAME.read_text(encoding="utf-8")
     for name in casa.__all__:
         assert not isinstance(getattr(casa, name), ModuleType), name
         assert name in dir(casa)
+        assert f"casa.{name}" in text, "in the script whose types are checked"
     with pytest.raises(AttributeError, match="kitchn"):
         casa.kitchn  # noqa: B018  # type: ignore[attr-defined]
 
@@ -65,11 +67,6 @@ print(casa.{name}.__name__, {name} is casa.{name}, sys.modules["casa_assets.{nam
     assert told.stdout == f"{name} True True\n"
 
 
-def test_every_name_is_in_the_script_that_is_checked() -> None:
-    text = EVERY_NAME.read_text(encoding="utf-8")
-    assert [name for name in casa.__all__ if f"casa.{name}" not in text] == []
-
-
 @pytest.mark.certify
 def test_types_are_real(tmp_path: Path) -> None:
     sample = tmp_path / "sample.py"
@@ -89,26 +86,17 @@ casa.nothing
 """,
         encoding="utf-8",
     )
-    done = subprocess.run(
-        [sys.executable, "-m", "mypy", "--strict", "--cache-dir", ".mypy_cache", str(sample), str(EVERY_NAME)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    words = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", ".mypy_cache", str(sample), str(EVERY_NAME)]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
     lines = [line.partition("sample.py:")[2] for line in done.stdout.splitlines() if "sample.py:" in line]
-    told = [line.split(": ", 1)[1] for line in lines]
-    reveals = [line for line in told if line.startswith("note: Revealed")]
-    errors = [line for line in told if line.startswith("error")]
+    found = [line.split(": ", 1)[1] for line in lines]
     assert EVERY_NAME.name not in done.stdout
-    assert [
-        word in line for word, line in zip(('"str"', "MujocoEngine", "Report", "Bounds"), reveals, strict=True)
-    ] == [True] * 4
-    assert len(errors) == 4, done.stdout
-    assert '"seed"' in errors[0]
-    assert '"load"' in errors[1]
-    assert '"None"' in errors[2]
-    assert "nothing" in errors[3]
+    for kind, expected in (
+        ("note: Revealed", ('"str"', "MujocoEngine", "Report", "Bounds")),
+        ("error", ('"seed"', '"load"', '"None"', "nothing")),
+    ):
+        mine = [line for line in found if line.startswith(kind)]
+        assert [word in line for word, line in zip(expected, mine, strict=True)] == [True] * 4, done.stdout
 
 
 def test_the_cache_is_where_and_as_large_as_variables_say(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

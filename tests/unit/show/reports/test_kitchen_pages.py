@@ -37,13 +37,12 @@ def test_no_cell_of_a_report_is_markup() -> None:
         "grade": {"score": 1.0, "access_score": 1.0, "design": rules, "access": []},
     }
     page = kitchen_report.page(facts, report, {})
-    assert not [words for words in BAD if words in page]
     assert page.count('<span class="failed">') == 2
     assert page.count('<span class="none">1 not applicable</span>') == 1
     row = SceneRow(HOSTILE, "plan", "style", passed=True)
     cards = [kitchens.SceneCard(row, 1, 1, families=(HOSTILE,), tasks=(HOSTILE,), pictures=(HOSTILE,))]
     index = kitchens.index_page(cards, HOSTILE)
-    assert not [words for words in BAD if words in index]
+    assert not [words for words in BAD if words in page + index]
     assert rows_of(index)[0]["folder"].startswith("./%3Cspan")
 
 

@@ -225,24 +225,16 @@ def test_what_is_no_step_or_no_state_of_the_machine_is_refused() -> None:
 KITCHEN = "one_wall_small__coastal"
 
 
-def asset_of(boxes: Path) -> Path:
-    """The folder of the first asset of the library of boxes."""
-    return next(Library(boxes / "library").accepted())
-
-
-def test_an_asset_by_its_folder_its_file_and_its_id(boxes: Path, tmp_path: Path) -> None:
-    folder = asset_of(boxes)
+def test_an_asset_by_its_folder_its_file_and_its_id_and_alone_in_a_library(boxes: Path, tmp_path: Path) -> None:
+    folder = next(Library(boxes / "library").accepted())
     assert find(str(folder), tmp_path, ()) == AssetFolder(folder)
     assert find(str(folder / "model.xml"), tmp_path, ()) == AssetFolder(folder)
     assert find(folder.name, tmp_path, (tmp_path / "none", boxes / "library")) == AssetFolder(folder)
-
-
-def test_a_library_is_no_asset_unless_it_holds_one(boxes: Path, tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match=r"is a library; name one of its assets: .*" + asset_of(boxes).name):
+    with pytest.raises(OutputError, match=r"is a library; name one of its assets: .*" + folder.name):
         find(str(boxes / "library"), tmp_path, ())
     shelf = tmp_path / "lib" / "mug"
     shelf.mkdir(parents=True)
-    (shelf / "mug_0").symlink_to(asset_of(boxes))
+    (shelf / "mug_0").symlink_to(folder)
     assert find(str(tmp_path / "lib"), tmp_path, ()) == AssetFolder(shelf / "mug_0")
 
 
@@ -257,12 +249,9 @@ def test_a_kitchen_by_its_id_its_folder_and_its_file(tmp_path: Path) -> None:
     assert find(str(folder), Path("elsewhere"), ()) == by_path
     assert find(str(folder / "scene.xml"), Path("elsewhere"), ()) == by_path
     assert by_path.folder == folder
-    assert find(f"{KITCHEN}__s7__o40s3", tmp_path, ()) == Kitchen(
-        SceneRecipe("one_wall_small", "coastal", 7, objects=40, objects_seed=3), tmp_path
-    )
-
-
-def test_a_scene_of_no_recipe_is_left_to_mujoco(tmp_path: Path) -> None:
+    drawn = SceneRecipe("one_wall_small", "coastal", 7, objects=40, objects_seed=3)
+    assert find(f"{KITCHEN}__s7__o40s3", tmp_path, ()) == Kitchen(drawn, tmp_path)
+    # A scene of no recipe is left to MuJoCo.
     folder = tmp_path / "barn__baroque"
     folder.mkdir()
     (folder / "scene.json").write_text("{}", encoding="utf-8")
