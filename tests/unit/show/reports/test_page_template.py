@@ -119,7 +119,7 @@ FIELDS = ("title", "author", "licence", "generator", "uri", "source_path", "id")
 
 def test_no_field_is_markup_in_the_attribution() -> None:
     for words, field in itertools.product(OF_STRANGERS, FIELDS):
-        text = attribution.text([dataclasses.replace(entry(), licence="CC0-1.0", **{field: words})])
+        text = attribution.text([dataclasses.replace(entry(), **{"licence": "CC0-1.0", field: words})])
         (line,) = [one for one in text.splitlines() if one.startswith("- ")]
         _, heading = [one for one in text.splitlines() if one.startswith("#")]
         for one in (line.removeprefix("- "), heading.removeprefix("## ")):
