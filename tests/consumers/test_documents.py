@@ -1,4 +1,4 @@
-"""Every code block of README.md and docs/, run page by page in a folder of its own, as a reader would."""
+"""Every code block of README.md and docs/, run page by page in a separate folder, as a reader would."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def _python(block: Block, place: Path) -> None:
 
 
 def _stands_upright(place: Path) -> None:
-    """The mug of the USD stage on that page stands on 0.9 m and has the size that its certificate states."""
+    """The mug of the USD stage on that page is on 0.9 m and has the size that its certificate states."""
     path = place / "out" / "table.usda"
     stage = Usd.Stage.Open(str(path))
     assert UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z

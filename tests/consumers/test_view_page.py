@@ -107,7 +107,7 @@ def test_another_style_takes_its_place_with_the_doors_as_they_stood(browser: Bro
     page.assert_clean()
 
 
-def test_what_goes_wrong_is_told_on_the_page(browser: Browser, tmp_path: Path, cache: Path) -> None:
+def test_what_goes_wrong_is_shown_on_the_page(browser: Browser, tmp_path: Path, cache: Path) -> None:
     with serving(AssetFolder(tmp_path / "gone"), lambda s, tell: make(s, cache, tell)) as server:
         page = browser.open(server.address)
         page.wait(".progress.bad")

@@ -153,7 +153,7 @@ def test_a_phone_in_the_dark(browser: Browser, oven_page: Path) -> None:
     page.assert_clean()
 
 
-def test_what_cannot_be_loaded_is_said(browser: Browser, tmp_path: Path) -> None:
+def test_what_cannot_be_loaded_is_shown(browser: Browser, tmp_path: Path) -> None:
     page = browser.open(page_of(tmp_path, "gone", b"glTF"))
     (tmp_path / "gone.glb.js").unlink()
     page.click(".model-open")
@@ -216,7 +216,7 @@ def test_the_khronos_validator_finds_no_error(build: Callable[[], Asset | Scene]
 
 
 def test_the_bundle_is_what_its_sources_build(tmp_path: Path) -> None:
-    """Built anew from the sources with the packages of the lock: the same bytes as those that are committed."""
+    """Built again from the sources with the packages of the lock: the same bytes as those that are committed."""
     bundle, work, out = Path(page_template.__file__).with_name("bundle"), tmp_path / "work", tmp_path / "out"
     shutil.copytree(bundle, work)
     (work / "node_modules").symlink_to(HOME / "node" / "node_modules")

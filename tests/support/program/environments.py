@@ -77,7 +77,7 @@ def build_wheel(project: Path, folder: Path) -> Path:
 
 @dataclass(frozen=True)
 class Environment:
-    """An environment of Python, made by `install`. folder: where it stands."""
+    """An environment of Python, made by `install`. folder: where it is."""
 
     folder: Path
 

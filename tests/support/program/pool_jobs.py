@@ -67,7 +67,7 @@ SIMPLE: dict[str, Callable[[str], object]] = {
     "oom_score": lambda value: int(Path("/proc/self/oom_score_adj").read_text(encoding="ascii")),
     "hang": lambda value: time.sleep(100_000),
     "threads": lambda value: os.environ["OPENBLAS_NUM_THREADS"],
-    # The clock, and where temporary files go, after so many seconds of processor time.
+    # The clock, and where temporary files go, after some seconds of processor time.
     "clock": lambda value: (_burn(value), time.time())[1],
     "temporary_folder": lambda value: (_burn(value), tempfile.gettempdir())[1],
     "die_with_grandchild": lambda value: (_grandchild(value), os.abort()),
@@ -100,7 +100,7 @@ def _raise(value: str) -> None:
 
 
 def _out_of_memory_inside(value: str) -> None:
-    """As a library that meets the limit and says something else of its own."""
+    """As a library that meets the limit and says something else."""
     try:
         raise MemoryError
     except MemoryError as error:

@@ -1,4 +1,4 @@
-"""`casa.batch`: worlds in MuJoCo itself, resets, robots, and what is told where something is missing."""
+"""`casa.batch`: worlds in MuJoCo itself, resets, robots, and errors where something is missing."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def test_a_seed_draws_start_states_which_are_those_of_this_scene(tmp_path: Path)
 
 class TestRobot:
     @pytest.mark.parametrize("text", [DRIVING, FLOATING])
-    def test_it_stands_where_it_parks(self, text: str, scenes: list[Path]) -> None:
+    def test_it_is_where_it_parks(self, text: str, scenes: list[Path]) -> None:
         batch = casa.batch(scenes, engine="mujoco", robot=mujoco.MjSpec.from_string(text))
         for model, data in zip(batch.engine.model, batch.engine.data, strict=True):
             drives = 0.1 if text is DRIVING else 0.0

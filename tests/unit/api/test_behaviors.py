@@ -65,7 +65,7 @@ class Bench:
         mujoco.mj_forward(self.model, self.data)
 
     def press(self, x: float) -> None:
-        """Touch the start button of the oven that stands there."""
+        """Touch the start button of the oven there."""
         self.put_ball((x + BUTTON[0], BUTTON[1] - BALL + 0.0005, BUTTON[2]))
 
     def turn(self, joint: str, position: float) -> None:
@@ -164,7 +164,7 @@ class TestTime:
             found.append(behaviors.update(data)["object"]["power"])
         assert found == ["off", "off", "off", "on"]
 
-    def test_a_forgotten_reset_is_told(self) -> None:
+    def test_a_forgotten_reset_is_an_error(self) -> None:
         bench = Bench()
         bench.tick()
         mujoco.mj_resetData(bench.model, bench.data)

@@ -56,7 +56,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 
 def run(*words: str, code: int | None = 0) -> str:
-    """Run a command in this process; what it said."""
+    """Run a command in this process; its output."""
     done = CliRunner().invoke(app, words)
     assert code is None or done.exit_code == code, f"{done.output}{done.exception!r}"
     assert done.exception is None or isinstance(done.exception, SystemExit), done.exception

@@ -56,7 +56,7 @@ def test_a_line_for_each_thing_and_no_noise(monkeypatch: pytest.MonkeyPatch) -> 
     assert output.startswith("MISSING"), "what is wrong comes first"
 
 
-def test_a_library_that_is_missing_and_not_needed_is_told_in_words() -> None:
+def test_a_library_that_is_missing_and_not_needed_is_named_in_words() -> None:
     """PyOpenGL raises an AttributeError there, which says nothing to anybody."""
     raised = "AttributeError: 'NoneType' object has no attribute 'glGetError'"
     found = tuple(doctor._renderers((("egl", True, "llvmpipe"), ("osmesa", False, raised))))

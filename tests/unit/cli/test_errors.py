@@ -1,4 +1,4 @@
-"""What a user is told of a slip: one line that says what is wrong and what would be right, and one with the help."""
+"""Messages about slips: one line that says what is wrong and what would be right, and one with the help."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def places(tmp_path: Path) -> dict[str, Path]:
     return {**found, "library": keep(tmp_path / "library", loose_and_fixed())}
 
 
-def test_misuse_is_told_in_a_line_and_leaves_nothing(places: dict[str, Path], subtests: pytest.Subtests) -> None:
+def test_misuse_is_one_line_and_leaves_nothing(places: dict[str, Path], subtests: pytest.Subtests) -> None:
     for words, message in (
         (f"textures make oak_natural_plank --out {NO_PLACE} --width-px 64", "cannot be written to"),
         (f"families show microwave --preset stel --out {NO_PLACE}", "did you mean steel?"),
@@ -115,7 +115,7 @@ def test_misuse_is_told_in_a_line_and_leaves_nothing(places: dict[str, Path], su
             assert not (places["new"] / "assets").exists()
 
 
-def test_what_is_optional_and_missing_is_told_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_optional_and_missing_is_named_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "library" / ".casa").mkdir(parents=True)
     find_spec = importlib.util.find_spec
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "pyarrow" else find_spec(name))

@@ -57,7 +57,7 @@ def test_of_an_input(tmp_path: Path) -> None:
     assert "AssertionError: a carton without a lid" in said["milk_carton.obj"]["message"]
 
 
-# The system's limit on the size of a file stands for a disk that is full.
+# The system's limit on the size of a file takes the place of a disk that is full.
 VERBS = [
     "textures make oak_natural_plank --out {out}",
     "report --library {library} --out {out}/report.html",

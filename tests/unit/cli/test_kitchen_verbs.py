@@ -103,7 +103,7 @@ def test_sample_says_why_some_of_four_draws_fail(
 def test_check_exits_with_one_on_faults(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     known = registry.load()
     strict = replace(known, limits={**known.limits, "texture_resolution": 1e6})
-    # The verb works in processes of their own, where a changed limit would not be seen; here it works in this one.
+    # The verb works in other processes, where a changed limit would not be seen; here it works in this one.
     monkeypatch.setattr(
         texture_check, "check_recipes", lambda wanted, cache, _: (texture_check.check_one(w, cache) for w in wanted)
     )
@@ -160,7 +160,7 @@ def test_with_a_screen_mujoco_shows_it(monkeypatch: pytest.MonkeyPatch) -> None:
     assert shown[1:] == [(2, "open", microwave.id)]
 
 
-def test_a_port_that_is_taken_is_told(tmp_path: Path) -> None:
+def test_a_port_that_is_taken_is_named(tmp_path: Path) -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()

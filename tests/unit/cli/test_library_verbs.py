@@ -169,7 +169,7 @@ def test_a_folder_is_a_store_and_what_one_side_lacks_is_removed_on_request(boxes
     assert not (tmp_path / "store" / "milk").exists()
 
 
-# What `--json` tells of every item, whatever the verb.
+# What `--json` says of every item, whatever the verb.
 COMMON = ("verdict", "folder", "mass", "size")
 
 

@@ -21,7 +21,7 @@ from casa_assets.show.view.subject import AssetFolder, find
 from tests.support.library.libraries import called as casa
 
 
-def test_json_has_standard_output_for_itself_and_quiet_tells_what_failed(capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_has_standard_output_for_itself_and_quiet_shows_what_failed(capsys: pytest.CaptureFixture[str]) -> None:
     said = "a [bold]line\na detail\nit failed\n"
     for as_json, quiet, expected in (
         (False, False, (said, "no result\n")),

@@ -35,7 +35,7 @@ def wrong(command: str, block: Block) -> bool:
     if words[0] == "./dev":
         known = f"\n  {words[1]} " in (ROOT / "dev").read_text(encoding="utf-8")
         return not known or (words[1] == "bench" and len(words) > 2 and words[2] not in BENCHMARKS)
-    program = Path(words[0]).name  # of an environment of its own, where a folder is named
+    program = Path(words[0]).name  # of a separate environment, where a folder is named
     return program != "python" and not (
         block.reason and program in ("python3", "python3.11", "python3.12", "pip", "source")
     )

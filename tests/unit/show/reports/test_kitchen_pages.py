@@ -130,7 +130,7 @@ def test_scenes_that_have_not_changed_are_not_read_again(tmp_path: Path, monkeyp
     counted.assert_called_once_with(first)
 
 
-def test_diversity_is_told_where_it_was_measured(tmp_path: Path) -> None:
+def test_diversity_is_shown_where_it_was_measured(tmp_path: Path) -> None:
     scene(tmp_path, "galley", "rustic")
     page, _ = kitchens.write(tmp_path)
     assert "How diverse" not in page.read_text(encoding="utf-8")

@@ -151,7 +151,7 @@ def test_hostile_text_stays_text_and_nothing_is_fetched() -> None:
             assert word not in script.text_content()
 
 
-def test_what_changed_is_told_with_links_to_both_runs() -> None:
+def test_what_changed_is_shown_with_links_to_both_runs() -> None:
     worse, new = entry("mug_0000000001", warned=True), entry("mug_0000000002")
     gone = entry("mug_0000000003")
     found = findings([worse, new], [entry("mug_0000000001"), gone], "worse", "rejected>2")
@@ -207,7 +207,7 @@ def test_a_page_of_2500_inputs_stays_below_ten_megabytes() -> None:
     assert 1_000_000 < len(text.encode()) < 10_000_000
 
 
-def test_what_is_said_of_the_library_as_a_whole_is_text() -> None:
+def test_words_on_the_library_as_a_whole_is_text() -> None:
     issues = (Issue(code="LIB001", severity=Severity.WARNING, pointer=HOSTILE, message=HOSTILE),)
     results = (
         CheckResult(code="LIB001", status=Status.FAILED, number=0.004, limit=0.025),
@@ -304,7 +304,7 @@ def test_a_report_says_what_changed_since_its_own_earlier_version(tmp_path: Path
     assert OTHER.id in again.page.read_text(encoding="utf-8")
 
 
-def test_what_is_no_report_is_told(tmp_path: Path) -> None:
+def test_what_is_no_report_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "report.json"
     other = "schema version 2, and this program reads 1"
     for content, message in [

@@ -93,7 +93,7 @@ def reached_by(name: str) -> set[str]:
     return {path.relative_to(FOLDER).as_posix() for path in paths if path.is_relative_to(FOLDER)}
 
 
-def test_a_changed_template_makes_a_page_anew() -> None:
+def test_a_changed_template_makes_a_page_again() -> None:
     reached = {name: reached_by(name) for name in PAGES}
     assert [name for name in PAGES if not {name, *FRAME} <= reached[name]] == []
     assert {"browse/browse.html", "browse/browse.js"} <= reached["kitchens/index.html"]
@@ -162,7 +162,7 @@ def home_of(out: Path) -> html.HtmlElement:
     return html.document_fromstring(home.write(out).read_text(encoding="utf-8"))
 
 
-def test_what_stands_there_is_shown_with_links_to_its_pages(tmp_path: Path) -> None:
+def test_what_is_there_is_shown_with_links_to_its_pages(tmp_path: Path) -> None:
     assert [h2.text_content() for h2 in home_of(tmp_path).xpath("//h2")] == ["What to try next"]
     root = keep(tmp_path / "library", [FIRST, OTHER])
     refused(root, "FLT005", "links: 2 large parts stand apart; give each object a file of its own")
@@ -182,7 +182,7 @@ def test_what_stands_there_is_shown_with_links_to_its_pages(tmp_path: Path) -> N
     assert "casa-assets scenes check galley__rustic" in text
 
 
-def test_what_was_articulated_is_told_with_its_joints(tmp_path: Path) -> None:
+def test_what_was_articulated_is_shown_with_its_joints(tmp_path: Path) -> None:
     root = keep(tmp_path / "articulated", [FIRST])
     path = root / "mug" / FIRST.id / "asset.json"
     data = json.loads(path.read_text(encoding="utf-8"))
@@ -199,7 +199,7 @@ BUNDLE = Path(viewer.__file__).parent / "bundle"
 
 
 def test_the_bundle_is_built_from_the_sources_beside_it() -> None:
-    """The first line of the bundle has the digest of its sources, see build.mjs; `./dev viewer` builds it anew."""
+    """The first line of the bundle has the digest of its sources, see build.mjs; `./dev viewer` builds it again."""
     names = ["build.mjs", "package-lock.json", "package.json", *(f"src/{p.name}" for p in sorted(BUNDLE.glob("src/*")))]
     digest = hashlib.sha256(b"".join(n.encode() + b"\0" + (BUNDLE / n).read_bytes() + b"\0" for n in names)).hexdigest()
     first = viewer_script().split(b"\n", 1)[0].decode()
@@ -266,7 +266,7 @@ def test_models_are_made_once_and_follow_their_assets_and_the_code(library: Path
 
 
 @of_reports
-def test_the_page_is_told_where_they_are(library: Path) -> None:
+def test_the_page_knows_where_they_are(library: Path) -> None:
     page = library / "report.html"
 
     viewer = f"./report_models/{viewer_name()}"

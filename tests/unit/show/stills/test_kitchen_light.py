@@ -14,8 +14,8 @@ from casa_assets.show.stills.kitchen import PictureSettings, room_of
 from casa_assets.show.stills.photoreal import View
 
 FRAME = PictureSettings(160, 120, passes=4, shadow_px=256)
-# A room of 4 x 4 x 2.5 m without a front wall; its left wall has a window. A box stands on the floor, and a wall unit
-# hangs on the back wall; both are red, so that they are told from walls and floor.
+# A room of 4 x 4 x 2.5 m without a front wall; its left wall has a window. A box is on the floor, and a wall unit
+# hangs on the back wall; both are red, so that they differ from walls and floor.
 ROOM = """
 <mujoco>
   <worldbody>
@@ -55,7 +55,7 @@ def pictures(made: kitchen.LoadedScene) -> dict[str, Picture]:
 
 
 def view_of(made: kitchen.LoadedScene, camera: str, fov_y_deg: float, shift_y: float = 0.0) -> View:
-    """The view where a camera of the room stands."""
+    """The view where a camera of the room is."""
     turn = np.empty(4)
     mujoco.mju_mat2Quat(turn, made.data.camera(camera).xmat)
     half = math.tan(math.radians(fov_y_deg) / 2) * FRAME.width_px / FRAME.height_px
@@ -79,7 +79,7 @@ def is_red(picture: Picture) -> npt.NDArray[np.bool_]:
     return np.asarray(picture[..., 0] - picture[..., 1] > 50)
 
 
-def test_the_floor_is_darker_where_something_stands_on_it(pictures: dict[str, Picture]) -> None:
+def test_the_floor_is_darker_below_things(pictures: dict[str, Picture]) -> None:
     floor = pictures["down"].mean(axis=2)
     red = is_red(pictures["down"])
     rows, columns = np.flatnonzero(red.any(axis=1)), np.flatnonzero(red.any(axis=0))

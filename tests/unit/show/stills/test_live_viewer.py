@@ -24,7 +24,7 @@ OPEN = 1.0  # rad or m of a door that is well open
 
 
 class Window:
-    """What MuJoCo's handle offers, for some frames; `press` is told the code of a key in each."""
+    """What MuJoCo's handle offers, for some frames; `on_key` gets the code of a key in each."""
 
     def __init__(self, keys: list[int]) -> None:
         self.opt, self.cam = SimpleNamespace(geomgroup=np.ones(6, dtype=np.uint8)), mujoco.MjvCamera()

@@ -1,4 +1,4 @@
-"""Path-traced stills as far as no path tracer is needed: where the camera stands, faults of pictures, no Blender."""
+"""Path-traced stills as far as no path tracer is needed: where the camera is, faults of pictures, no Blender."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def forward(quaternion: tuple[float, float, float, float]) -> np.ndarray:
     return -np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
 
 
-def test_the_eye_looks_level_at_what_stands_on_the_wall() -> None:
+def test_the_eye_looks_level_at_things_on_the_wall() -> None:
     view = eye_view(room(RANGE, FRIDGE), "eye", WIDE)
     ahead = forward(view.quaternion)
     assert view.position[2] == EYE_M
@@ -78,7 +78,7 @@ def test_the_eye_is_where_there_is_room_or_beyond_an_open_side_of_a_shallow_room
     assert y > -1.6
 
 
-def test_the_sun_comes_in_and_down_through_a_window_past_what_stands_beside_it() -> None:
+def test_the_sun_comes_in_and_down_through_a_window_past_things_beside_it() -> None:
     view = eye_view(room(RANGE, FRIDGE), "eye", WIDE)
     for second, is_turned in ((FRIDGE, False), (fixture("housing", (2.9, -0.8, 1.3), (0.1, 1.6, 2.6)), True)):
         scene = room(RANGE, second)

@@ -91,7 +91,7 @@ def test_the_same_bytes_twice_and_in_another_process(box: Path) -> None:
         assert pool.apply(still.render, (box, QUICK)) == once
 
 
-def test_a_child_of_a_process_that_has_drawn_is_told_and_does_not_hang(box: Path) -> None:
+def test_a_child_of_a_process_that_has_drawn_is_refused_and_does_not_hang(box: Path) -> None:
     still.render(box, QUICK)
     with multiprocessing.get_context("fork").Pool(1) as pool, pytest.raises(opengl.NoRenderer, match="forkserver"):
         pool.apply_async(still.render, (box, QUICK)).get(timeout=60)
@@ -183,7 +183,7 @@ def test_any_mesh_gives_a_picture(subtests: pytest.Subtests) -> None:
 
 
 def test_up_axis_of_the_file_is_respected_and_the_bytes_repeat() -> None:
-    # Red above blue along y, as glTF stands things up.
+    # Red above blue along y, as glTF has it.
     parts = (part(box_mesh((1, 1, 1), (0, 1, 0))), part(box_mesh((1, 1, 1), (0, 0, 0)), BLUE))
     model = RawModel(parts=parts, up=Up.Y, format="glb")
     png = still.render_model(model, SMALL)
