@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 __all__ = ["__version__"]
-# What there is.
+# Lists of plans, styles and so on.
 __all__ += ["plans", "styles", "families", "surfaces", "plugins", "PlanInfo", "StyleInfo", "FamilyInfo", "Bounds"]
 # Kitchens.
 __all__ += ["kitchen", "Kitchen", "Detail", "Behaviors", "FixtureStates", "StartStates", "SurfaceTextures"]

@@ -88,7 +88,7 @@ class Kitchen:
     @cached_property
     @_in_its_project
     def recipe(self) -> SceneRecipe:
-        """What it is made of: plan, style, seed, surfaces, models, objects and so on."""
+        """Its recipe: plan, style, seed, surfaces, models, objects and so on."""
         assert self.folder is not None
         return recipe_of(self.id, (self.folder.absolute().parent,))
 

@@ -29,7 +29,7 @@ from casa_assets.runs.outcome import FAILURE_CODES, Event, first_error
 if TYPE_CHECKING:
     from casa_assets.articulate.run.steps import ArticulateOutcome
 
-# What `Library.ingest` takes.
+# Taken by `Library.ingest`.
 Input = str | Path | MeshOrScene | MeshInput
 
 

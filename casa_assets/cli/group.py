@@ -44,7 +44,7 @@ _NUMBERS = {"int": "N", "float": "X"}
 NAME = "casa-assets"  # of the program, however it was started
 PROJECT_HELP = f"Folder with a {SETTINGS}; by default this one or the nearest above it; '{NO_PROJECT}': none."
 PLUGINS_HELP = "Run the code in plugins/ of the project; or none, not even of installed packages."
-# What Typer raises for any wrong use: it exports one class of these alone.
+# Raised by Typer for any wrong use; it exports one class of these alone.
 UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 _EXTRA = re.compile(r"Got unexpected extra argument(?:s|\(s\))? \((.*)\)")
 _SUGGESTED = re.compile(r"\. Did you mean (.*)\?")

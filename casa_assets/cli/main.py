@@ -37,7 +37,7 @@ from casa_assets.runs.limits import trees
 from casa_assets.show.stills.opengl import keep_from_mujoco
 
 EXIT_MISUSE, EXIT_FAULT, EXIT_SIGNAL_BASE = 2, 3, 128
-# What a file, a folder or a disk refuses, and no fault of the program: rights, room, or a name that cannot be.
+# Refused by a file, a folder or a disk, and no fault of the program: rights, room, or a name that cannot be.
 ACCESS_ERRNOS = frozenset(
     {errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EMFILE, errno.ENFILE}
     | {errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG}

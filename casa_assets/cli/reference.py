@@ -29,7 +29,7 @@ code means for that command.
 | 4 | none was rejected, but a person has to decide something (`casa-assets review`) |
 | 130, 143 | stopped by Ctrl-C or by a signal; the same command goes on from there |
 """
-# What the exit codes of one command mean: the overview says it of all. A full stop inside of a file name is no end.
+# Meaning of the exit codes of one command: the overview has that of all. A full stop inside of a file name is no end.
 _EXIT_CODES = re.compile(r"\s*Exit 0(?:[^.]|\.(?=\S))*\.")
 # An option that this number of commands have in the same words is described once, in the overview.
 MANY = 5

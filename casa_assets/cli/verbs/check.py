@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 PACKAGE, RENDERER = "package ", "renderer "
 SUBJECT_WIDTH = 16
-# What becomes of a subject for which a check fails.
+# Consequences for a subject for which a check fails.
 EFFECTS = {
     "error": "error: what fails is kept out of the library",
     "warning": "warning: advice that is kept with the asset",

@@ -35,12 +35,12 @@ FOLDER = "templates"
 # Rows that a page lists. A browser loads and searches this many at once, and the page stays below ten megabytes; what
 # follows is in the JSON file beside it.
 MAX_ROWS = 5_000
-# What to do where a reason says nothing about it.
+# Advice where a reason has none.
 DEFAULT_ADVICE = "Look at the picture and the numbers, and fix the mesh."
 SUFFIX = ".glb.js"  # of the script file of a model
 MADE_BY = "made_by.txt"
 WORKER_BYTES = 1_000_000_000  # of memory, that reading an asset and writing its model may take
-# What a page with models may load: scripts beside it, and the pictures inside a model, which the viewer hands itself.
+# A page with models may load scripts beside it, and the pictures inside a model, which the viewer hands itself.
 MODEL_POLICY = Markup("script-src 'unsafe-inline' 'self' file:; connect-src blob:; worker-src blob:")
 
 

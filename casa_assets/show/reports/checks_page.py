@@ -22,7 +22,7 @@ warning that failed is advice and is kept in `asset.json`. Where a check fails o
 without a change of yours, please report it.
 """
 
-# What a user calls the subjects of checks, by the names of their records: a section of the page each.
+# Users' words for the subjects of checks, by the names of their records: a section of the page each.
 SUBJECTS = {
     "Asset": "assets",
     "Package": "files of assets",

@@ -52,7 +52,7 @@ GRAMMAR = (
 
 SARIF_SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 FAIL_ON = "fail-on"  # group of the conditions in both files
-# What XML 1.0 cannot hold, not even escaped.
+# Characters that XML 1.0 cannot hold, not even escaped.
 _NO_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
@@ -201,7 +201,7 @@ def _entry_results(entry: Entry, words: Words) -> Iterator[dict[str, Any]]:
 
 
 def _result(rule: str, level: str, message: str, place: str, key: str) -> dict[str, Any]:
-    """One result. key: what it is about, so that the next run knows it again wherever its file lies."""
+    """One result. key: its subject, so that the next run knows it again wherever its file lies."""
     location = {"artifactLocation": {"uri": quote(place, errors="replace")}, "region": {"startLine": 1}}
     return {
         "ruleId": rule,

@@ -22,7 +22,7 @@ MAX_CATCH_UP_S = 0.05
 SPACE_KEY, BACKSPACE_KEY = 32, 259  # GLFW's codes
 # Called once a frame with the model and its data, before the frame is shown.
 EachFrame = Callable[[Any, Any], None]
-# What an effect of these kinds acts on changes its look; heat, cold and turning are not seen in a still picture.
+# Targets of effects of these kinds change their look; heat, cold and turning are not seen in a still picture.
 SEEN = frozenset({EffectKind.SHOW, EffectKind.LIGHT})
 
 

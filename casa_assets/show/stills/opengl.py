@@ -18,7 +18,7 @@ LIBRARIES = {"egl": "libegl1", "osmesa": "libosmesa6"}
 # The variable by which a user chooses a backend, and that to which the command line moves it.
 MUJOCO_GL, CASA_GL = "MUJOCO_GL", "CASA_ASSETS_GL"
 
-# What importing or opening a backend raises where its library is missing or finds no device.
+# Raised where a backend is imported or opened and its library is missing or finds no device.
 _FAILURES = (ImportError, AttributeError, OSError, RuntimeError, TypeError)
 # The process that opened a context; a forked child finds its parent's number here.
 _opened: list[int] = []

@@ -282,7 +282,7 @@ def build_command(recipe: SceneRecipe) -> str:
 
 
 def _robots(folder: Path) -> list[dict[str, Any]]:
-    """What `casa-assets scenes robots` found: for each robot, `placement/joint` -> `opened`, `reached` or why not."""
+    """Findings of `casa-assets scenes robots`: for each robot, `placement/joint` -> `opened`, `reached` or why not."""
     certificate = read_certificate(folder)
     if certificate is None:
         return []

@@ -43,7 +43,7 @@ from casa_assets.show.page.page_template import (
 )
 from casa_assets.show.view.server import HOST, LocalHandler
 
-# What is decided about all parts of one mesh is longer than what is decided about a whole one.
+# Decisions about all parts of one mesh are longer than those about a whole one.
 MAX_BODY_BYTES = 100_000
 # Name of the page of articulated meshes, below the address.
 ARTICULATED = "articulated"

@@ -128,7 +128,7 @@ class Workshop:
         return subject.id
 
     def find(self, model_id: str) -> _Job | None:
-        """What was ordered, or None if it was not, or was discarded."""
+        """The job of a model, or None if it was not ordered, or was discarded."""
         with self._lock:
             job = self._jobs.get(model_id)
             if job is not None:

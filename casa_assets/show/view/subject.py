@@ -1,4 +1,4 @@
-"""What `casa-assets view` is asked to show: a folder, a file, an id, a kitchen's id, a preset or a category."""
+"""Subjects that `casa-assets view` shows: a folder, a file, an id, a kitchen's id, a preset or a category."""
 
 from __future__ import annotations
 
