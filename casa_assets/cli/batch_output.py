@@ -223,24 +223,16 @@ BATCHES = SceneTable(
 
 def _scene_row(result: SceneResult) -> dict[str, Any]:
     verdict = "failed" if not result.passed else "made" if result.report is None else "passed"
-    return {
-        "id": result.recipe.scene_id,
-        "folder": result.folder,
-        "verdict": verdict,
-        **measures_at(result.folder),
-        "passed": result.passed,
-        "kept": result.kept,
-        "message": result.message,
-        "issues": issue_rows(result.problems),
-        **seconds_of(result, 3),
-        "cpu_s": result.cpu_s,
-        **result.counts,
-    }
+    row = built_row(result, result.recipe.scene_id, verdict, digits=3)
+    return {**row, **measures_at(result.folder), "kept": result.kept, "cpu_s": result.cpu_s, **result.counts}
 
 
-def seconds_of(result: Built, digits: int) -> dict[str, float]:
-    """Wall-clock seconds of each step."""
-    return {name: round(getattr(result, name), digits) for name in ("build_s", "write_s", "draw_s", "check_s")}
+def built_row(result: Built, id_: str, verdict: str, digits: int) -> dict[str, Any]:
+    """Fields of a row about anything that was built, with the wall-clock seconds of each step."""
+    row = {"id": id_, "folder": result.folder, "verdict": verdict, "passed": result.passed, "message": result.message}
+    steps = ("build_s", "write_s", "draw_s", "check_s")
+    seconds = {name: round(getattr(result, name), digits) for name in steps}
+    return {**row, "issues": issue_rows(result.problems), **seconds}
 
 
 def print_problems(result: Built, output: Output) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from casa_assets.cli.batch_output import end_builds, print_problems, seconds_of
+from casa_assets.cli.batch_output import built_row, end_builds, print_problems
 from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.options import (
     ALL_HELP,
@@ -30,7 +30,7 @@ from casa_assets.cli.options import (
     more,
     shared,
 )
-from casa_assets.cli.output import Output, TextTable, from_column, issue_rows, measures_at, pluralize, working_on
+from casa_assets.cli.output import Output, TextTable, from_column, measures_at, pluralize, working_on
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -305,21 +305,10 @@ def _follow(running: Iterable[FamilyResult], requests: Sequence[FamilyRequest], 
 
 def print_member(result: FamilyResult, output: Output, always: bool = False) -> None:
     """Print a member's verdict, times and issues; one that passed only if the user wants more words, or `always`."""
-    row = {
-        "member": result.request.title,
-        "id": result.asset_id,
-        "folder": result.folder,
-        "verdict": "passed" if result.passed else "failed",
-        **measures_at(result.folder if result.passed else None),
-        "passed": result.passed,
-        "kept": result.is_kept,
-        "message": result.message,
-        "issues": issue_rows(result.problems),
-        **seconds_of(result, 4),
-        "cpu_s": round(result.cpu_s, 4),
-        "bytes": result.size_bytes,
-    }
-    output.row(row)
+    row = built_row(result, result.asset_id, "passed" if result.passed else "failed", digits=4)
+    row |= {"member": result.request.title, "kept": result.is_kept, "bytes": result.size_bytes}
+    measured = measures_at(result.folder if result.passed else None)
+    output.row({**row, **measured, "cpu_s": round(result.cpu_s, 4)})
     if result.passed and not (always or output.verbose):
         return
     mark = "[green]passed[/]" if result.passed else "[red]failed[/]"

@@ -38,14 +38,10 @@ def commands(command: Any, path: str) -> Iterator[tuple[str, Any]]:
 ALL = dict(commands(typer.main.get_command(app), "casa-assets"))
 
 
-def text_of(path: str, width: int = WIDTH) -> str:
-    command = ALL[path]
-    return re.sub("\x1b\\[[0-9;]*m", "", help_text(command, typer.Context(command, info_name=path), width))
-
-
 def cut_of(path: str) -> list[str]:
     """What of the help of a command is too wide, cut off or left out at 80 columns."""
-    text = text_of(path)
+    whole = help_text(ALL[path], typer.Context(ALL[path], info_name=path), WIDTH)
+    text = re.sub("\x1b\\[[0-9;]*m", "", whole)
     found = [line for line in text.splitlines() if len(line) > WIDTH]
     found += re.findall(r"\u2026|<(?:list|str|bool|int|float|path|dir|file)\b", text)
     doc = textwrap.dedent(ALL[path].help or "")

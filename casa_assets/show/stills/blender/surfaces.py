@@ -30,7 +30,7 @@ COATED = {
     "quartz": (0.4, 0.12),
 }
 CLOTH = ("linen", "fabric", "rope", "wool", "cotton")
-# Finishes that give off light by themselves; of all else the glow is a help for renderers in which glass throws a shadow.
+# Finishes that give off light; of all else the glow is a help for renderers in which glass throws a shadow.
 LAMPS = ("bulb", "glass_opal")
 SIGNS = ("led", "display", "flame", "heating_element_hot")
 LAMP_STRENGTH, SIGN_STRENGTH = 9.0, 2.5
