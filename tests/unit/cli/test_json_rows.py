@@ -131,11 +131,7 @@ def test_every_verb_is_tried() -> None:
 
 
 @pytest.mark.usefixtures("quick")
-@pytest.mark.parametrize(
-    ("line", "has", "measured"),
-    CASES,
-    ids=[" ".join(line.split("{")[0].split("--")[0].split()[:3]) for line, *_ in CASES],
-)
+@pytest.mark.parametrize(("line", "has", "measured"), CASES, ids=IDS)
 def test_rows_have_one_form(line: str, has: set[str], measured: bool, places: dict[str, Path]) -> None:
     if "{shard}" in line:
         whole = ["--shard", "1/1", "--library", str(places["shard"])]
