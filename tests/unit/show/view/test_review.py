@@ -54,17 +54,12 @@ def test_shows_what_waits_with_its_picture_and_takes_no_markup(server: ReviewSer
     assert ask(server, f"/{server.token}/../../library.json")[0] == 404
 
 
-def test_answers_nobody_who_does_not_know_the_address(server: ReviewServer, folder: Path) -> None:
+def test_strangers_and_words_that_mean_nothing_are_refused(server: ReviewServer, folder: Path) -> None:
     (entry,) = server.waiting
-    said = {"sha256": entry.sha256, "decision": "accept"}
+    accept = {"sha256": entry.sha256, "decision": "accept"}
     assert ask(server, "/")[0] == 404
-    assert ask(server, "/wrong/decide", said)[0] == 400
-    assert ask(server, f"/{server.token}/decide", said, Host="elsewhere.example")[0] == 400
-    assert read_overrides(Library(folder / "library")) == {}
-
-
-def test_a_word_that_means_nothing_is_refused_and_not_written(server: ReviewServer, folder: Path) -> None:
-    (entry,) = server.waiting
+    assert ask(server, "/wrong/decide", accept)[0] == 400
+    assert ask(server, f"/{server.token}/decide", accept, Host="elsewhere.example")[0] == 400
     for said in ({"category": "no_such_thing"}, {"size_m": "long"}, {"decision": "perhaps"}):
         status, message = ask(server, f"/{server.token}/decide", {"sha256": entry.sha256, **said})
         assert status == 400
