@@ -109,13 +109,10 @@ def complete(*words: str) -> list[str]:
 
 def test_a_shell_is_offered_names() -> None:
     assert "l_small__coastal" in complete("scenes", "build", "l_small__c")
-    assert complete("scenes", "new", "gal") == ["galley"]
     assert complete("scenes", "new", "galley", "--style", "rust") == ["rustic"]
     assert complete("families", "show", "microwave", "--preset", "ste") == ["steel"]
-    assert "apple" in complete("objects", "build", "app")
     assert complete("categories", "show", "mug") == ["mug"]
     assert complete("textures", "make", "brick_red_r") == ["brick_red_running"]
-    assert "mug" in complete("ingest", "x.obj", "--category", "mug")
 
 
 def test_completion_imports_nothing_heavy() -> None:
