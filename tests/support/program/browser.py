@@ -51,7 +51,6 @@ class Browser:
         return Page(self, url)
 
     def close(self) -> None:
-        """End the process."""
         assert self._process.stdin is not None
         self._process.stdin.close()
         self._process.wait(timeout=30)
@@ -69,7 +68,6 @@ class Page:
         return partial(self.browser.ask, do)
 
     def texts(self, selector: str) -> list[str]:
-        """Text of every element that a CSS selector finds and that is seen."""
         found: list[str] = self.evaluate(
             f"[...document.querySelectorAll({json.dumps(selector)})].filter(e => e.checkVisibility())"
             ".map(e => e.textContent.trim())"
@@ -78,7 +76,6 @@ class Page:
 
     @property
     def fits(self) -> bool:
-        """Whether it need not be scrolled sideways."""
         return bool(self.evaluate("document.documentElement.scrollWidth <= innerWidth"))
 
     def assert_clean(self, is_accessible: bool = True) -> None:

@@ -59,12 +59,10 @@ class Block:
 
 
 def pages() -> list[str]:
-    """Every page of the documents, relative to the checkout."""
     return [*PAGES, *(p.relative_to(ROOT).as_posix() for p in sorted((ROOT / "docs").rglob("*.md")))]
 
 
 def blocks(page: str) -> list[Block]:
-    """Fenced blocks of a page in their order."""
     text = (ROOT / page).read_text(encoding="utf-8")
     found = []
     for match in _FENCE.finditer(text):
@@ -100,5 +98,4 @@ def program() -> dict[str, str]:
 
 
 def shell(line: str, place: Path) -> subprocess.CompletedProcess[str]:
-    """Run a line of a document in a folder."""
     return subprocess.run(["bash", "-c", line], cwd=place, env=program(), capture_output=True, text=True, check=False)

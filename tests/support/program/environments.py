@@ -55,7 +55,6 @@ def found_by(name: str, script: str, *words: object, timeout_s: float = 300) -> 
 
 
 def wait_until(is_so: Callable[[], object], run: subprocess.Popen[str], most_s: float = 300.0) -> None:
-    """Wait until something is so, as long as a run is going on."""
     give_up = time.monotonic() + most_s
     while not is_so():
         assert run.poll() is None, f"the run ended before: {run.communicate()}"
@@ -91,7 +90,6 @@ class Environment:
         return subprocess.run(command, cwd=cwd, env=variables, capture_output=True, text=True, check=False)
 
     def python(self, script: Path, cwd: Path) -> subprocess.CompletedProcess[str]:
-        """Run a script with the Python of the environment."""
         return self.casa(script, cwd=cwd, program="python")
 
 

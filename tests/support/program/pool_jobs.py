@@ -36,12 +36,10 @@ def nothing() -> None:
 
 
 def broken() -> None:
-    """Fail while warming up."""
     raise ImportError("libnothing.so: cannot be loaded")
 
 
 def deadly() -> None:
-    """End the server while it warms up."""
     os._exit(5)
 
 
@@ -81,7 +79,6 @@ def _take(value: str) -> str:
 
 
 def _burn(value: str) -> str:
-    """So many seconds of processor time."""
     while time.process_time() < float(value):
         pass
     return "burnt"
@@ -172,5 +169,4 @@ def _kill_all_above(value: str) -> None:
 
 
 def folder_in_use(_: object) -> Path | None:
-    """Folder of the project that a worker uses."""
     return project_folder()
