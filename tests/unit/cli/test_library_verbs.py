@@ -5,10 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import sys
 from pathlib import Path
-from types import ModuleType
-from typing import Any
 
 import pytest
 from typer.testing import CliRunner, Result
@@ -198,20 +195,3 @@ def test_one_asset_takes_the_place_of_an_earlier_export(library: Path, tmp_path:
     assert "1 asset as GLB" in done.stdout
     (one,) = (tmp_path / "out").rglob("*.glb")
     assert (one.read_bytes()[:4], one.stat().st_size > plain) == (b"glTF", True)
-
-
-def test_it_takes_the_first_of_a_category_or_what_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    for words, code, fetched in (
-        (("--lvis", "mug", "--most", "1", "--out", str(tmp_path)), 0, ["a" * 32]),
-        (("c" * 32, "--out", str(tmp_path)), 0, ["c" * 32]),
-        ((), 2, []),
-    ):
-        asked: list[str] = []
-        package: Any = ModuleType("objaverse")  # two mugs, no network
-        package.load_lvis_annotations = lambda: {"Mug": ["b" * 32, "a" * 32], "Bowl": ["c" * 32]}
-        package.load_objects = asked.extend
-        package.load_annotations = lambda uids: None
-        monkeypatch.setitem(sys.modules, "objaverse", package)
-        done = CliRunner().invoke(app, ["fetch", *words])
-        assert (done.exit_code, asked) == (code, fetched)
-        assert code or f"casa-assets ingest {tmp_path / 'hf-objaverse-v1'}" in done.output
