@@ -40,61 +40,19 @@ if TYPE_CHECKING:
     from casa_assets.textures.run.packs import PackReport
 
 __version__ = "0.1.0"
-__all__ = [
-    "__version__",
-    # what there is
-    "plans",
-    "styles",
-    "families",
-    "surfaces",
-    "plugins",
-    "PlanInfo",
-    "StyleInfo",
-    "FamilyInfo",
-    "Bounds",
-    # kitchens
-    "kitchen",
-    "Kitchen",
-    "Detail",
-    "Behaviors",
-    "FixtureStates",
-    "StartStates",
-    "SurfaceTextures",
-    "batch",
-    "Batch",
-    "BatchKitchen",
-    # assets
-    "build",
-    "load",
-    "Asset",
-    "Report",
-    "Issue",
-    "stable_poses",
-    "StablePose",
-    # meshes
-    "ingest",
-    "Ingested",
-    "articulate",
-    "Articulated",
-    "Rejection",
-    "Library",
-    "MeshInput",
-    "IngestResult",
-    "Entry",
-    "SearchHit",
-    # projects and textures
-    "Project",
-    "MadeRun",
-    "ingest_textures",
-    "PackReport",
-    "cache_dir",
-    # errors
-    "CasaError",
-    "UnknownId",
-    "RegistryError",
-    "OutputError",
-    "Rejected",
-]
+__all__ = ["__version__"]
+# Lists of plans, styles and so on.
+__all__ += ["plans", "styles", "families", "surfaces", "plugins", "PlanInfo", "StyleInfo", "FamilyInfo", "Bounds"]
+# Kitchens.
+__all__ += ["kitchen", "Kitchen", "Detail", "Behaviors", "FixtureStates", "StartStates", "SurfaceTextures"]
+__all__ += ["batch", "Batch", "BatchKitchen"]
+# Assets, meshes and libraries.
+__all__ += ["build", "load", "Asset", "Report", "Issue", "stable_poses", "StablePose"]
+__all__ += ["ingest", "Ingested", "articulate", "Articulated", "Rejection"]
+__all__ += ["Library", "MeshInput", "IngestResult", "Entry", "SearchHit"]
+# Projects, textures and errors.
+__all__ += ["Project", "MadeRun", "ingest_textures", "PackReport", "cache_dir"]
+__all__ += ["CasaError", "UnknownId", "RegistryError", "OutputError", "Rejected"]
 # Module -> names that are imported from it when they are first used, so that the command line starts without numpy.
 _NAMES = {
     "api.assets": ("build", "load", "stable_poses", "StablePose"),

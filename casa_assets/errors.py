@@ -127,6 +127,10 @@ class StyleConflict(CasaError):
         super().__init__(f"{style}: {'.'.join(map(str, pointer))}: expected {expected}, got {got}")
 
 
+class StopRequested(BaseException):
+    """The user, or the system, asked the program to end; not an Exception, so that nothing on the way swallows it."""
+
+
 class BatchFault(Exception):
     """Some items of a batch failed because of a bug in the program; all others were processed.
 

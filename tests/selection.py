@@ -41,10 +41,10 @@ SECONDS, USUAL_S = Path(__file__).with_name("seconds.json"), 2.0
 BUDGET_S, LONG_S = 160.0, 50.0
 # Run after every change of the program or its data: each goes from an input to what is written, in seconds.
 SMOKE = (
-    "tests/unit/cli/test_errors.py",
+    "tests/unit/cli/test_output.py",
     "tests/unit/cli/test_help.py",
     "tests/unit/runs/remote/test_stored_run.py",
-    "tests/unit/show/reports/test_home.py",
+    "tests/unit/show/reports/test_page_template.py",
     "tests/unit/export/test_exports.py",
     "tests/unit/test_examples.py",
 )

@@ -43,8 +43,8 @@ if TYPE_CHECKING:
     from casa_assets.show.view.server import ViewServer
     from casa_assets.show.view.subject import Subject
 
-# Build and open -------------------------------------------------------------------------------------------------------
-
+# Sides whose normals differ by less than this are one pose: the facets of something round. A choice.
+SAME_SIDE_RAD = np.radians(10.0)
 OBJECTS = "objects/"  # before the name of a category that is the name of a family too
 
 
@@ -102,8 +102,7 @@ def load(path: str | Path, detail: Detail = "full") -> Asset | Kitchen:
     raise OutputError(str(folder), f"holds neither {SCENE_JSON} of a scene nor {disk.CERTIFICATE} of an asset")
 
 
-# Methods of Asset -----------------------------------------------------------------------------------------------------
-# They are called by its methods of the same names, which state what they do.
+# The following are called by methods of Asset of the same names, which state what they do.
 
 
 def to_mjspec(asset: Asset) -> mujoco.MjSpec:
@@ -141,11 +140,7 @@ def check(asset: Asset) -> Report:
 
 
 def check_folder(folder: Path) -> Report:
-    """Run every check that applies on the files of an asset or a kitchen; they are only read.
-
-    Raises:
-        OutputError: the folder contains neither, or is damaged.
-    """
+    """Run every check that applies on the files of an asset or a kitchen, which are only read. Raises OutputError."""
     found = load(folder)
     return found.check() if isinstance(found, Kitchen) else check_package(found, folder)
 
@@ -155,13 +150,6 @@ def show(asset: Asset, pose: str, web: bool) -> None:
     from casa_assets.show.view.subject import Loaded
 
     show_subject(Loaded(asset), pose, web)
-
-
-# Stable poses ---------------------------------------------------------------------------------------------------------
-# Poses in which an asset rests on a plane, for placing or dropping it.
-
-# Sides whose normals differ by less than this are one pose: the facets of something round. A choice.
-SAME_SIDE_RAD = np.radians(10.0)
 
 
 @dataclass(frozen=True)
@@ -180,16 +168,10 @@ class StablePose:
 def stable_poses(asset: Asset, least: float = 0.02) -> list[StablePose]:
     """Return the poses in which an asset can rest on a plane, from its collision shapes, the most likely first.
 
-    Joints are closed. Rolling is ignored, so that a round object rests in many poses, each of which is unlikely.
-
-    Args:
-        least: poses with a lower probability are left out.
+    Joints are closed. Rolling is ignored, so that a round object rests in many poses, each of which is unlikely; those
+    with a probability below `least` are left out.
     """
-    masses = np.array([link.inertial.mass for link in asset.links])
-    centers = [
-        asset.asset_from_link(link.name).apply(np.array([link.inertial.center_of_mass]))[0] for link in asset.links
-    ]
-    center: Floats = masses @ np.array(centers) / masses.sum()
+    center = asset.center_of_mass
     points, rotations, shares = resting_sides(asset, center)
     sides: list[Floats] = []
     sums: list[float] = []
@@ -201,19 +183,14 @@ def stable_poses(asset: Asset, least: float = 0.02) -> list[StablePose]:
             sides.append(rotation)
             sums.append(share)
     order = sorted(range(len(sides)), key=lambda k: -sums[k])
-    return [StablePose(_set_down(sides[k], points, center), sums[k]) for k in order if sums[k] >= least]
-
-
-def _set_down(rotation: Floats, points: Floats, center: Floats) -> Pose:
-    matrix = np.eye(4)
-    matrix[:3, :3] = rotation
-    matrix[:2, 3] = -(rotation @ center)[:2]
-    matrix[2, 3] = -float((points @ rotation[2]).min())
-    return Pose.from_matrix(matrix)
-
-
-# Viewing --------------------------------------------------------------------------------------------------------------
-# Assets and kitchens in MuJoCo's viewer, or on a page in the browser.
+    found = []
+    for k in (k for k in order if sums[k] >= least):
+        matrix = np.eye(4)
+        matrix[:3, :3] = sides[k]
+        matrix[:2, 3] = -(sides[k] @ center)[:2]
+        matrix[2, 3] = -float((points @ sides[k][2]).min())
+        found.append(StablePose(Pose.from_matrix(matrix), sums[k]))
+    return found
 
 
 def has_screen() -> bool:
@@ -255,11 +232,7 @@ def show_model(model: Any, pose: str, name: str) -> None:
 
 
 def serving(subject: Subject, pose: str, port: int = 0) -> ViewServer:
-    """Return a server of the page of a subject; 0: any port that is free.
-
-    Raises:
-        CasaError: there is no record that a page can be made from. OutputError: the port cannot be used.
-    """
+    """A server of the page of a subject; 0: any port that is free. Raises CasaError, OutputError for a bad port."""
     from casa_assets.show.view.model import asset_of, make
     from casa_assets.show.view.server import ViewServer, Workshop
     from casa_assets.show.view.subject import ModelFile, cache_of
@@ -268,6 +241,6 @@ def serving(subject: Subject, pose: str, port: int = 0) -> ViewServer:
     if isinstance(subject, ModelFile):
         asset_of(subject, cache)
     try:
-        return ViewServer(subject, Workshop(lambda wanted, tell: make(wanted, cache, tell)), pose, port)
+        return ViewServer(subject, Workshop(lambda wanted, progress: make(wanted, cache, progress)), pose, port)
     except (OSError, OverflowError) as error:
         raise OutputError(f"port {port}", f"cannot be used: {error}; leave --port out for one that is free") from error

@@ -34,6 +34,7 @@ EngineName = Literal["mujoco", "mujoco_warp", "mjx", "newton"]
 BEGIN_AWAKE = ("mjx", "newton")
 # The one whole number that differs between kitchens: which material a geom has.
 _MATERIAL = "geom_matid"
+Kitchens = Sequence[str | Path | Kitchen]
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,6 @@ class BatchKitchen:
     """A kitchen of a batch.
 
     Attributes:
-        id: id of the kitchen.
         model: compiled model, in the structure that all kitchens of the batch share.
         bodies, joints, geoms, sites, cameras: name in the kitchen -> id in `model` and in the engine.
         rows: states at rest, one of which a reset takes.
@@ -68,8 +68,7 @@ class Batch(Generic[E]):
 
     Attributes:
         engine: it has the `model` and `data` of all worlds, as objects of the engine itself.
-        kitchens: the kitchens in their order.
-        kitchen_of_world: (worlds,) ints.
+        kitchens: the kitchens in their order; kitchen_of_world: (worlds,) ints.
         sizes: sizes of the engine's buffers for a world.
         states: (worlds,) number of the start state of the last reset of each world; -1: the kitchen as it is built.
         base: (worlds, 3) parking pose of the middle of a robot's base in each world: x, y (m), yaw (rad).
@@ -149,9 +148,6 @@ class BatchOptions(TypedDict, total=False):
     textures: bool
 
 
-Kitchens = Sequence[str | Path | Kitchen]
-
-
 @overload
 def batch(
     kitchens: Kitchens, engine: Literal["mujoco_warp"] = ..., **options: Unpack[BatchOptions]
@@ -203,11 +199,7 @@ def batch(
     if engine == "newton" and textures:
         raise CasaError("newton: takes the shapes of a kitchen in plain colours; leave textures out")
     sources = [_Source.of(kitchen) for kitchen in kitchens]
-    lost = next((source.kitchen for source in sources if source.parks is None), None)
-    if robot is not None and lost is not None:
-        where = lost.id if lost.folder is None else lost.folder / SCENE_JSON
-        raise CasaError(f"{where}: is missing or names no parking place, where a robot would stand")
-    mounted = None if robot is None else robot_of(robot)
+    mounted = None if robot is None else _mounted(robot, sources)
     shared, rows, found = _put_together(sources, engine, states, mounted, sizes or {}, textures)
     parts = Parts(
         models=[one.model for one in shared],
@@ -223,6 +215,14 @@ def batch(
         for source, one, row in zip(sources, shared, rows, strict=True)
     ]
     return Batch(made(parts), inside, parts, mounted)
+
+
+def _mounted(robot: str | Path | mujoco.MjSpec, sources: Sequence[_Source]) -> Robot:
+    lost = next((source.kitchen for source in sources if source.parks is None), None)
+    if lost is not None:
+        where = lost.id if lost.folder is None else lost.folder / SCENE_JSON
+        raise CasaError(f"{where}: is missing or names no parking place, where a robot would stand")
+    return robot_of(robot)
 
 
 def _put_together(

@@ -17,8 +17,10 @@ from casa_assets.model.asset.behavior import Behavior, BehaviorState, Effect, St
 from casa_assets.model.kitchen import scene
 from casa_assets.model.kitchen.scene import LightScene
 
-# Start states ---------------------------------------------------------------------------------------------------------
-# Start states of a kitchen for a compiled model: episodes begin in states that are known to be at rest.
+FixtureStates = Mapping[str, Mapping[str, str | None]]
+# Name of a thing by itself in a file, as the name of its body.
+_ALONE = "object"
+_BEHAVIOR, _STATE, _JOINER = "behavior", "state__", "__"
 
 
 class StartStates:
@@ -28,6 +30,8 @@ class StartStates:
     and the space of a robot with its arm at rest is free at its parking place.
 
     Attributes:
+        qpos: (states, numbers) positions of the kitchen's joints, in the order of `addresses`; read-only.
+        addresses: (numbers,) index in `data.qpos` of the model for each number of a row.
         base: (states, 3) parking pose of the middle of the robot's base: x, y (m), yaw (rad); read-only.
         envelope: boxes that are free there, lower and upper corner (m) in the frame of the base, x ahead.
         depth, motion: (states,) deepest contact and greatest motion of each, m; read-only.
@@ -37,26 +41,16 @@ class StartStates:
 
     def __init__(self, states: scene.StartStates, model: mujoco.MjModel, source: Path) -> None:
         """Made by `Kitchen.start_states`. Raises CasaError if the model lacks a joint of the states."""
-        self._rows: Floats = states.qpos.astype(np.float64)
-        self._at = _addresses(states, model, source)
+        self.qpos: Floats = states.qpos.astype(np.float64)
+        self.addresses = _addresses(states, model, source)
         self.base, self.depth, self.motion = (a.astype(np.float64) for a in (states.base, states.depth, states.motion))
-        for array in (self._rows, self.base, self.depth, self.motion):
+        for array in (self.qpos, self.base, self.depth, self.motion):
             array.setflags(write=False)
         self.envelope, self.notes = states.envelope, states.notes
 
     def __len__(self) -> int:
         """Number of states."""
-        return len(self._rows)
-
-    @property
-    def qpos(self) -> Floats:
-        """(states, numbers) positions of the kitchen's joints, in the order of `addresses`; read-only."""
-        return self._rows
-
-    @property
-    def addresses(self) -> Ints:
-        """(numbers,) index in `data.qpos` of the model for each number of a row."""
-        return self._at
+        return len(self.qpos)
 
     def reset(self, data: mujoco.MjData, number: int) -> None:
         """Put the joints of the kitchen into one state, with everything at rest.
@@ -64,7 +58,7 @@ class StartStates:
         It takes microseconds: poses and contacts are computed by the next `mj_forward` or `mj_step`. Joints of a robot
         are not changed; `base[number]` is its parking pose.
         """
-        data.qpos[self._at] = self._rows[number]
+        data.qpos[self.addresses] = self.qpos[number]
         data.qvel[:] = 0.0
         data.qacc_warmstart[:] = 0.0
         data.time = 0.0
@@ -86,26 +80,9 @@ def _addresses(states: scene.StartStates, model: mujoco.MjModel, source: Path) -
     return found
 
 
-# Behaviors ------------------------------------------------------------------------------------------------------------
-# Run the state machines of fixtures along with a simulation, and report the named states of their joints.
-#
-# All data are in the texts of a model (`docs/reference/formats.md`), so only a compiled model is needed.
-
-FixtureStates = Mapping[str, Mapping[str, str | None]]
-# Name of what stands by itself in a file, as the name of its body.
-_ALONE = "object"
-_BEHAVIOR, _STATE, _JOINER = "behavior", "state__", "__"
-
-
 @dataclass(frozen=True)
 class _JointStates:
-    """Named states of one joint.
-
-    Attributes:
-        address: index in `qpos`.
-        end: its position when fully open, rad or m.
-        intervals: value -> interval of the share of the way from zero to `end`.
-    """
+    """Named states of a joint: index in `qpos`, position when fully open, and value -> shares of the way there."""
 
     address: int
     end: float
@@ -113,13 +90,13 @@ class _JointStates:
 
     def value(self, qpos: Floats) -> str | None:
         """Return its current state, or None between two states."""
-        # The stops of a joint are soft: a closed drawer may stand a little below zero.
+        # The stops of a joint are soft: a closed drawer may be a little below zero.
         share = min(max(float(qpos[self.address]) / self.end, 0.0), 1.0)
         return next((value for value, (low, high) in self.intervals.items() if low <= share <= high), None)
 
 
 class Behaviors:
-    """State machines and joint states of every fixture in a compiled model.
+    """State machines and joint states of every fixture in a compiled model, whose texts hold all data of them.
 
     Works on whole kitchens and on single assets, full or light, alone or with a robot attached.
 
@@ -136,7 +113,7 @@ class Behaviors:
         self._machines: dict[str, BehaviorState] = {}
         self._addresses: dict[str, dict[str, int]] = {}
         self._joints: dict[str, dict[str, _JointStates]] = {}
-        self._keys: dict[int, tuple[str, str]] = {}  # geom -> fixture, collider that it is or stands for
+        self._keys: dict[int, tuple[str, str]] = {}  # geom -> fixture, collider that it is or replaces
         self._time: float | None = None
         geoms = [model.geom(i).name for i in range(model.ngeom)]
         self._prefix = [name[: name.rfind(_JOINER) + len(_JOINER)] if _JOINER in name else "" for name in geoms]
@@ -171,7 +148,7 @@ class Behaviors:
 
     def _address(self, joint: str) -> int:
         if mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_JOINT, joint) < 0:
-            raise CasaError(f"the texts of the model name the joint {joint!r}, which it does not have; load it anew")
+            raise CasaError(f"the texts of the model name the joint {joint!r}, which it does not have; load it again")
         return int(self._model.joint(joint).qposadr[0])
 
     def _possible(self) -> Mapping[str, Mapping[str, tuple[str, ...]]]:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from casa_assets.asset.assemble import Family
-    from casa_assets.asset.family import Params
-    from casa_assets.registry.plugins import Plugin
+from casa_assets.asset.family import Params
+from casa_assets.model.kitchen.choices import Surface
+from casa_assets.registry.families import family_groups
+from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names
+from casa_assets.registry.plugins import Plugin, load_plugins
+from casa_assets.textures.run.recipes import available_finishes
 
 
 @dataclass(frozen=True)
@@ -23,11 +25,9 @@ class Bounds:
 
 @dataclass(frozen=True)
 class PlanInfo:
-    """A floor plan.
+    """A floor plan: name for `kitchen`, and title.
 
     Attributes:
-        name: name for `kitchen`.
-        title: name for people, one line.
         defaults: variable length -> its value in the plan, metres.
         bounds: variable length -> bounds within which a seed draws it.
     """
@@ -49,15 +49,12 @@ class StyleInfo:
 
 @dataclass(frozen=True)
 class FamilyInfo:
-    """A parametric family of assets.
+    """A parametric family of assets: name for `build`, and title.
 
     Attributes:
-        name: name for `build`.
-        title: name for people, one line.
         group: cabinets, counters, cooking, cold, small, decor or room.
         category: category id of the assets that it makes.
-        presets: names of ready members.
-        params: type of the parameters of `build`.
+        presets: names of ready members. params: type of the parameters of `build`.
         bounds: number -> its bounds; numbers inside a part are named `part.number`.
     """
 
@@ -72,49 +69,37 @@ class FamilyInfo:
 
 def plans() -> Mapping[str, PlanInfo]:
     """All floor plans by name, sorted."""
-    from casa_assets.registry.kitchens import plan_names
-
     return MappingProxyType({name: _plan(name) for name in plan_names()})
 
 
 def styles() -> Mapping[str, StyleInfo]:
     """All styles by name, sorted."""
-    from casa_assets.registry.kitchens import load_style, style_names
-
     found = (load_style(name)[0] for name in style_names())
     return MappingProxyType({s.id: StyleInfo(s.id, s.title, s.description) for s in found})
 
 
 def families() -> Mapping[str, FamilyInfo]:
     """All parametric families by name, group by group."""
-    from casa_assets.registry.families import family_groups
-
-    return MappingProxyType({f.name: _family(f, group) for group, members in family_groups().items() for f in members})
+    found = {}
+    for group, members in family_groups().items():
+        for f in members:
+            bounds = MappingProxyType(dict(_bounds(f.params)))
+            found[f.name] = FamilyInfo(f.name, f.title, group, f.category, tuple(f.presets), f.params, bounds)
+    return MappingProxyType(found)
 
 
 def surfaces() -> Mapping[str, tuple[str, ...]]:
     """Ids of the textures that each surface of a kitchen (wall, floor, counter, cabinet) can be covered with."""
-    from casa_assets.model.kitchen.choices import Surface
-    from casa_assets.textures.run.recipes import available_finishes
-
     found = available_finishes().surfaces
     return MappingProxyType({surface.value: tuple(found[surface]) for surface in Surface})
 
 
 def plugins() -> Mapping[str, Plugin]:
-    """The plug-ins in use, by name: of installed packages, and of the project if its code may run.
-
-    Raises:
-        CasaError: one cannot be imported, or offers a name that is taken.
-    """
-    from casa_assets.registry.plugins import load_plugins
-
+    """The plug-ins in use, by name: of installed packages, and of the project if its code may run. Raises CasaError."""
     return MappingProxyType({one.plugin.name: one.plugin for one in load_plugins()})
 
 
 def _plan(name: str) -> PlanInfo:
-    from casa_assets.registry.kitchens import load_plan
-
     plan = load_plan(name)[0]
     lengths = sorted(plan.parameters.items())
     return PlanInfo(
@@ -125,15 +110,8 @@ def _plan(name: str) -> PlanInfo:
     )
 
 
-def _family(family: Family[Any], group: str) -> FamilyInfo:
-    bounds = MappingProxyType(dict(_bounds(family.params)))
-    return FamilyInfo(family.name, family.title, group, family.category, tuple(family.presets), family.params, bounds)
-
-
 def _bounds(params: type[Params], at: str = "") -> list[tuple[str, Bounds]]:
     """Name and bounds of every number of a type of Params, including those of nested Params."""
-    from casa_assets.asset.family import Params
-
     found: list[tuple[str, Bounds]] = []
     for name, field in params.model_fields.items():
         kinds = [field.annotation, *getattr(field.annotation, "__args__", ())]

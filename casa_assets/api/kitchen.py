@@ -88,7 +88,7 @@ class Kitchen:
     @cached_property
     @_in_its_project
     def recipe(self) -> SceneRecipe:
-        """What it is made of: plan, style, seed, surfaces, models, objects and so on."""
+        """Its recipe: plan, style, seed, surfaces, models, objects and so on."""
         assert self.folder is not None
         return recipe_of(self.id, (self.folder.absolute().parent,))
 
@@ -220,8 +220,14 @@ class Kitchen:
     @_in_its_project
     def _source(self) -> Path | Files:
         """The MJCF of its form: a file in its folder, or files in memory."""
-        if self.folder is not None:
-            return self._file(self.folder)
+        if (folder := self.folder) is not None:
+            file = folder / FILES[self.detail]
+            if file.is_file():
+                return file
+            if folder.is_dir() and self.detail == "batch":
+                where = f"casa-assets scenes batch {folder.name} --out {shlex.quote(str(folder.parent))}"
+                raise CasaError(f"{file}: there is no such file; {where} writes it")
+            raise CasaError(f"{file}: there is no such file; name the folder of a scene")
         if self.detail == "batch":
             entries = dict(batch.write(batch_of(self.scene, cache_dir()), shared="assets").entries)
             return Files.of({mjcf.FILE: entries.pop(batch.FILE), **entries})
@@ -230,15 +236,6 @@ class Kitchen:
         files = mjcf.write(form, shared="assets")
         store.tidy()
         return files
-
-    def _file(self, folder: Path) -> Path:
-        file = folder / FILES[self.detail]
-        if file.is_file():
-            return file
-        if folder.is_dir() and self.detail == "batch":
-            where = f"casa-assets scenes batch {folder.name} --out {shlex.quote(str(folder.parent))}"
-            raise CasaError(f"{file}: there is no such file; {where} writes it")
-        raise CasaError(f"{file}: there is no such file; name the folder of a scene")
 
 
 def kitchen(

@@ -9,7 +9,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from casa_assets.errors import CasaError, OutputError, Rejected, UnknownId
 from casa_assets.ingest.run.inputs import MeshInput, UpAxis, roots_of
@@ -26,7 +26,10 @@ from casa_assets.model.issue import Decision, Issue, Report, subjects_to_decide
 from casa_assets.model.source import Up
 from casa_assets.runs.outcome import FAILURE_CODES, Event, first_error
 
-# What `Library.ingest` takes.
+if TYPE_CHECKING:
+    from casa_assets.articulate.run.steps import ArticulateOutcome
+
+# Taken by `Library.ingest`.
 Input = str | Path | MeshOrScene | MeshInput
 
 
@@ -49,8 +52,7 @@ class IngestResult:
             `rejected`: no asset can be made of it, now or in an earlier run. `failed`: the work on it ended without a
             verdict (its limits on time or memory, a crash); the next run tries again.
         asset_id: None if it was rejected or failed.
-        folder: folder of the asset, or of the kept data of the rejected input; None for inputs without a mesh, such as
-            a broken row of a manifest.
+        folder: of the asset, or of the rejected input; None for inputs without a mesh, as a broken row of a manifest.
         reasons: why it was rejected or failed, the decisive one first; empty if there is an asset.
         warnings: faults that do not keep an asset out.
         count: number of inputs that it represents; more than 1 for rows of a manifest that are broken in the same way.
@@ -118,8 +120,7 @@ class Articulated(Ingested):
 class Library:
     """A folder of assets, as `casa-assets ingest` writes it; it need not exist before the first ingest.
 
-    Iterating gives the records of its accepted assets, sorted by category and id: id, category, size and mass, guesses,
-    results of checks, source. `len` counts them. `in_review` gives the assets that a person has to decide about first.
+    Iterating gives the records of its accepted assets, sorted by category and id, and `len` counts them.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -176,9 +177,9 @@ class Library:
     ) -> Iterator[IngestResult]:
         """Ingest files, folders, manifests and meshes in memory; each is read in a separate process with limits.
 
-        Assets that an earlier run made from the same bytes are kept. An accepted asset is also kept if the new result
-        would be in review or rejected. Both are reported as `skipped`. Nothing is done before the first result is
-        requested: use `list(library.ingest(...))` if you do not need the results.
+        Assets that an earlier run made from the same bytes are kept, and accepted ones if the new result would be in
+        review or rejected; both are `skipped`. Nothing is done before the first result is requested: use
+        `list(library.ingest(...))` if you do not need the results.
 
         Args:
             inputs: paths; addresses on stores, such as `s3://bucket/meshes`; trimesh.Trimesh or trimesh.Scene;
@@ -216,17 +217,12 @@ def _result(event: Event) -> IngestResult:
             warnings=event.warnings,
         )
     reasons: tuple[Rejection, ...] = (Rejection(event.code, event.message),)
-    if report := _refusal_report(event.folder):
+    if event.folder is not None and (report := disk.read_refusal(event.folder).report):
         reasons += tuple(Rejection(issue.code, issue.message) for issue in report.errors[1:])
     is_failed = event.code in FAILURE_CODES.values()
     return IngestResult(
         event.path, "failed" if is_failed else "rejected", None, event.folder, reasons, count=event.count
     )
-
-
-def _refusal_report(folder: Path | None) -> Report | None:
-    """Report of the checks that a rejected input failed, or None if it was rejected before the checks."""
-    return None if folder is None else disk.read_refusal(folder).report
 
 
 def _sorted_inputs(
@@ -260,8 +256,8 @@ def ingest(
 ) -> Ingested:
     """Turn one mesh into an asset: upright, in metres, with collision shapes, mass and friction, and checked.
 
-    A file is read in a child process with limits on time and memory, so that nothing in it can harm the caller. The
-    same applies to a mesh in memory that is put into a library; without a library it is processed in this process.
+    It is read in a child process with limits on time and memory, so that nothing in it can harm the caller; a mesh in
+    memory without a library is processed in this process.
 
     Args:
         mesh: path of a GLB, glTF, OBJ, PLY, STL, DAE or another supported file; or a trimesh.Trimesh or trimesh.Scene.
@@ -288,7 +284,8 @@ def ingest(
         done = results[0]
         folder = None if library is None else done.folder
         if done.asset_id is None or done.folder is None:
-            return Ingested(done.source, None, done.reasons[0], (), _refusal_report(done.folder), folder)
+            report = None if done.folder is None else disk.read_refusal(done.folder).report
+            return Ingested(done.source, None, done.reasons[0], (), report, folder)
         report = disk.read_certificate(done.folder).report
         return Ingested(done.source, disk.read_asset(done.folder), None, done.warnings, report, folder)
 
@@ -355,24 +352,19 @@ def articulate(
         found = list(run_articulate([path], place, lambda one: replace(request, source_file=one), jobs=1))
         if len(found) != 1:
             raise CasaError(f"{path}: holds {len(found)} meshes; give one mesh of one thing")
-        (done,) = found
-        asset = rejection = None
-        if done.decision is not Decision.REJECTED and done.folder is not None:
-            asset = disk.read_asset(done.folder)
-        else:
-            rejection = Rejection(done.code, done.message)
-        return Articulated(
-            str(done.mesh),
-            asset,
-            rejection,
-            done.report.issues if asset is not None and done.report is not None else (),
-            done.report,
-            None if library is None else done.folder,
-            done.category,
-            done.size,
-            done.unmet_checks,
-            done.reason_kept,
-        )
+        return _articulated(found[0], is_kept=library is not None)
+
+
+def _articulated(done: ArticulateOutcome, is_kept: bool) -> Articulated:
+    asset = rejection = None
+    if done.decision is not Decision.REJECTED and done.folder is not None:
+        asset = disk.read_asset(done.folder)
+    else:
+        rejection = Rejection(done.code, done.message)
+    warnings = done.report.issues if asset is not None and done.report is not None else ()
+    folder = done.folder if is_kept else None
+    about = done.category, done.size, done.unmet_checks, done.reason_kept
+    return Articulated(str(done.mesh), asset, rejection, warnings, done.report, folder, *about)
 
 
 def _check_exist(paths: Sequence[Path | StoreRoot]) -> None:

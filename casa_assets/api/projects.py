@@ -35,7 +35,7 @@ R = TypeVar("R")
 
 MISUSE = 2  # exit code of commands: wrong use, or a broken machine
 ANSWERS = (0, 1, 4)  # exit codes that say how the work ended; others: that it did not
-ERROR = "error:"  # begins the line that tells why a command ended with MISUSE
+ERROR = "error:"  # begins the line on why a command ended with MISUSE
 
 
 def ingest_textures(
@@ -59,10 +59,8 @@ def ingest_textures(
         pack: name of the pack, which is the prefix of the ids of the pictures; if empty, the name of the folder.
         surface: wall, floor, counter or cabinet.
         tile_m: width and height of the area that a picture shows, metres.
-        licence: SPDX id, or the text of the licence.
-        generator: program or model that made the pictures.
-        substance: id of a substance.
-        library: folder to write to, instead of the project in use.
+        licence: SPDX id, or the text of the licence. generator: program or model that made the pictures.
+        substance: id of a substance. library: folder to write to, instead of the project in use.
     Returns:
         Folder of the pack, its `pictures`, those that were `refused` with the reasons, and whether it `changed`.
     Raises:
@@ -76,7 +74,7 @@ def ingest_textures(
     if surface and surface not in list(Surface):
         raise UnknownId("surface", surface, [one.value for one in Surface])
     try:
-        said = PictureDescription(
+        description = PictureDescription(
             surface=Surface(surface) if surface else None,
             tile_m=tile_m,
             licence=licence or None,
@@ -87,7 +85,7 @@ def ingest_textures(
         first = error.errors()[0]
         raise CasaError(f"{'.'.join(map(str, first['loc']))}: {first['msg']}, got {first['input']!r}") from None
     with writing(place):
-        return ingest_pack(Path(source), PackOptions(library=place, pack=pack or None, flags=said))
+        return ingest_pack(Path(source), PackOptions(library=place, pack=pack or None, flags=description))
 
 
 @dataclass(frozen=True)
@@ -134,14 +132,7 @@ class Project:
     """
 
     def __init__(self, path: str | Path, *, plugins: bool = False) -> None:
-        """Open a project.
-
-        Args:
-            path: folder with a `casa.yaml`.
-            plugins: run the code in its `plugins/`, which can do whatever you can.
-        Raises:
-            CasaError: the folder has no `casa.yaml`.
-        """
+        """Open a folder with a `casa.yaml`, else CasaError; `plugins`: run the code in its `plugins/`."""
         self.path = folder_of_project(path)
         self._use = ProjectUse(self.path, PluginUse.ALL if plugins else plugin_use())
         read_again()
@@ -172,8 +163,6 @@ class Project:
         The commands are run one after the other in separate processes, in its folder. Results of an earlier call that
         are unchanged are kept. Nothing is printed until all have ended.
 
-        Returns:
-            Each run, in the order of casa.yaml.
         Raises:
             CasaError: a run is wrong (before the first is started), or a command cannot do its work; the runs after it
                 are then not made. BatchFault: a bug in the program.

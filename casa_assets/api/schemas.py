@@ -45,6 +45,7 @@ HAVE_IDS = {
     "wall_items": "WallItem",
     "floor_items": "FloorItem",
 }
+TITLES = {"plan": "plan, a YAML file", "scene_report": "report.json of a scene", "style": "style, a YAML file"}
 
 
 class _Described(GenerateJsonSchema):
@@ -54,8 +55,8 @@ class _Described(GenerateJsonSchema):
         made = super().model_schema(schema)
         fields: dict[str, str] = {}
         for kind in (k for k in reversed(schema["cls"].__mro__) if issubclass(k, Record)):
-            made["description"], said = _docstring(kind)
-            fields |= said
+            made["description"], described = _docstring(kind)
+            fields |= described
         for name, field in schema["cls"].model_fields.items():
             row = made.get("properties", {}).get(field.alias or name)
             if row is not None and name in fields:
@@ -68,14 +69,14 @@ class _Described(GenerateJsonSchema):
 
 
 def _docstring(kind: type[BaseModel]) -> tuple[str, dict[str, str]]:
-    """First paragraphs of a record's docstring as one text, and its fields with what it says of them."""
+    """First paragraphs of a record's docstring as one text, and its fields with its words on them."""
     summary, _, rest = (inspect.getdoc(kind) or "").partition("\n\nAttributes:\n")
     names = "|".join(kind.model_fields)
     parts = re.split(rf"(?:^|(?<=[.;] ))((?:{names})(?:, (?:{names}))*): ", " ".join(rest.split()))
-    said = {
+    described = {
         name: text.strip() for named, text in zip(parts[1::2], parts[2::2], strict=True) for name in named.split(", ")
     }
-    return " ".join(summary.split()), said
+    return " ".join(summary.split()), described
 
 
 def _of(kind: type[BaseModel]) -> dict[str, Any]:
@@ -100,11 +101,7 @@ def _asset() -> dict[str, Any]:
 
 
 def plan_as_written(made: Schema) -> Schema:
-    """Return the schema of a plan's file, given that of its record.
-
-    Walls, openings and so on may be mappings of ids to rows, units may be short, parameters lists of three numbers.
-    With `like`, a plan need not state the keys that are otherwise required.
-    """
+    """The schema of a plan's file, given that of its record: tables may be mappings, units and parameters short."""
     definitions: Schema = made["$defs"]
     _write_choices_short(definitions)
     for table, record in HAVE_IDS.items():
@@ -137,10 +134,7 @@ def plan_as_written(made: Schema) -> Schema:
 
 
 def style_as_written(made: Schema) -> Schema:
-    """Return the schema of a style's file, given that of its record.
-
-    `range/pro_six` may be written for a choice, and `like` for the parts that are taken from another style.
-    """
+    """The schema of a style's file, given that of its record: `range/pro_six` for a choice, `like` another style."""
     definitions: Schema = made["$defs"]
     _write_choices_short(definitions)
     parts = {"cabinets": "CabinetStyle", "counter": "WorktopStyle", "island": "WorktopStyle", "room": "RoomStyle"}
@@ -186,11 +180,7 @@ def _unit(record: Schema, kinds: list[str]) -> Schema:
 
 
 def _or_like(made: Schema, whole: Schema) -> Schema:
-    """A schema of a file that states everything, or names one that it is like and states what differs.
-
-    Args:
-        whole: what its properties have to state where it is like no other.
-    """
+    """A schema of a file that states everything, see `whole`, or names one that it is like and states what differs."""
     required = made.pop("required")
     made["properties"] = {
         **made["properties"],
@@ -209,7 +199,6 @@ SCHEMAS: dict[str, Callable[[], dict[str, Any]]] = {
     "scene_report": lambda: _of(SceneReport),
     "style": lambda: style_as_written(_of(Style)),
 }
-TITLES = {"plan": "plan, a YAML file", "scene_report": "report.json of a scene", "style": "style, a YAML file"}
 
 
 def title_of(name: str) -> str:

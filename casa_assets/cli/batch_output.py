@@ -6,7 +6,7 @@ import shlex
 import time
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -36,15 +36,21 @@ if TYPE_CHECKING:
     from casa_assets.library.entry import Entry
     from casa_assets.model.issue import Decision
     from casa_assets.runs.outcome import Event
-    from casa_assets.runs.remote import Change
 
     Built = SceneResult | FamilyResult
     Done = Event | ArticulateOutcome
 
 NARROW_COLUMNS = 5  # columns of numbers that a terminal shows that has no room for all of them
-MAX_LISTED = 20  # draws that are told one by one at the end
-EXAMPLE_CHARACTERS = 160  # of what was said of a refused draw
+MAX_LISTED = 20  # draws that are listed one by one at the end
+EXAMPLE_CHARACTERS = 160  # of the message about a refused draw
 WIDE_TERMINAL = 140  # characters that the whole table takes
+KINDS = (
+    ".glb, .gltf, .obj, .ply, .stl, .dae, .fbx, .usd, .usdz, .x3d, .wrl, .3ds, .blend, an archive of them, "
+    "a manifest .jsonl or an Objaverse folder"
+)
+# Where a run has more inputs than this, what was in the library already is counted and not listed.
+MOST_LISTED = 200
+MAX_ROWS = 40  # of a table that are printed where the user did not ask for more words
 
 
 def follow(
@@ -52,9 +58,7 @@ def follow(
 ) -> list[SceneResult]:
     """Print a line for each scene as it is done; returns all of them.
 
-    Args:
-        word: what is done with them, for the bar.
-        lean: drop the reports of scenes that passed, which are on disk: thousands would fill the memory.
+    `lean`: drop the reports of scenes that passed, which are on disk: thousands would fill the memory.
     """
     results: list[SceneResult] = []
     with working_on(output.console, word, [recipe.scene_id for recipe in recipes]) as done:
@@ -68,10 +72,7 @@ def follow(
 
 
 def end_builds(results: Sequence[Built], output: Output, one_is_enough: bool = False) -> None:
-    """Print the command that shows the first that was made, and end with exit 1 where one failed, or where all did.
-
-    Raises BatchFault after faults of the program.
-    """
+    """Print the command that shows the first that was made, and end with exit 1 where one, or all, failed, or 3."""
     output.look(*[result.folder for result in results if result.passed][:1])
     if faults := [result for result in results if result.is_fault]:
         raise BatchFault(one.recipe.scene_id if hasattr(one, "recipe") else one.request.title for one in faults)
@@ -114,10 +115,7 @@ def print_numbers(results: list[SceneResult], out: Path, output: Output) -> None
 def print_sample(
     results: list[SceneResult], recipes: Sequence[SceneRecipe], seed: int, out: Path, output: Output
 ) -> None:
-    """Print what became of draws, and write rejected.json and diversity.json.
-
-    Tables show why some were refused, how diverse those are that passed, and what a kitchen cost.
-    """
+    """Print and write why draws were refused and how diverse those are that passed; print what a kitchen cost."""
     from casa_assets.layouts.run import sample as run
     from casa_assets.layouts.run.diversity import table_rows, write_diversity
     from casa_assets.layouts.run.sample import diversity_of_recipes, diversity_of_reference
@@ -136,10 +134,10 @@ def print_sample(
         why.add(row.reason, row.plan, row.style, str(row.count), row.example[:EXAMPLE_CHARACTERS])
     why.print(output.console)
     heads = (f"these {len(passed)}", f"the {reference.kitchens} of plan x style")
-    told = TextTable(("diversity", *heads), right=heads, title="Evenness from 0 to 1, distances from 0 to 1")
+    table = TextTable(("diversity", *heads), right=heads, title="Evenness from 0 to 1, distances from 0 to 1")
     for cells in table_rows(drawn, reference)[1:]:
-        told.add(*cells)
-    told.print(output.console)
+        table.add(*cells)
+    table.print(output.console)
     cost = run.cost_of(results)
     steps = ", ".join(f"{step} {seconds:.1f}" for step, seconds in cost.steps.items())
     output.line(f"{cost.total:.1f} core-seconds per kitchen ({steps}), the mean of {pluralize(cost.kitchens, 'draw')}")
@@ -152,12 +150,7 @@ def print_sample(
 
 @dataclass(frozen=True)
 class SceneTable:
-    """Rows about each scene of a run.
-
-    Attributes:
-        heads: of the columns behind the id. words: heads of those that are no numbers. note: a line below.
-        rows_of: cells, from the folder of a scene.
-    """
+    """Rows about each scene of a run: heads behind the id, those that are no numbers, a line below, cells by folder."""
 
     heads: tuple[str, ...]
     words: tuple[str, ...]
@@ -166,17 +159,17 @@ class SceneTable:
 
 
 def follow_and_list(
-    running: Iterator[SceneResult], recipes: Sequence[SceneRecipe], word: str, told: SceneTable, output: Output
+    running: Iterator[SceneResult], recipes: Sequence[SceneRecipe], word: str, about: SceneTable, output: Output
 ) -> None:
     """Print a line for each scene as it is done, then a table about all, and end as `end_builds` does."""
     results = follow(running, recipes, word, output)
-    table = TextTable(("scene", *told.heads), told.words, [name for name in told.heads if name not in told.words])
+    table = TextTable(("scene", *about.heads), about.words, [name for name in about.heads if name not in about.words])
     for result in results if not output.as_json else ():
-        for row in told.rows_of(Path(result.folder)) if result.folder and result.report is not None else ():
+        for row in about.rows_of(Path(result.folder)) if result.folder and result.report is not None else ():
             table.add(result.recipe.scene_id, *map(str, row))
     table.print(output.console)
-    if table.rows and told.note:
-        output.line(told.note)
+    if table.rows and about.note:
+        output.line(about.note)
     end_builds(results, output)
 
 
@@ -230,24 +223,16 @@ BATCHES = SceneTable(
 
 def _scene_row(result: SceneResult) -> dict[str, Any]:
     verdict = "failed" if not result.passed else "made" if result.report is None else "passed"
-    return {
-        "id": result.recipe.scene_id,
-        "folder": result.folder,
-        "verdict": verdict,
-        **measures_at(result.folder),
-        "passed": result.passed,
-        "kept": result.kept,
-        "message": result.message,
-        "issues": issue_rows(result.problems),
-        **seconds_of(result, 3),
-        "cpu_s": result.cpu_s,
-        **result.counts,
-    }
+    row = built_row(result, result.recipe.scene_id, verdict, digits=3)
+    return {**row, **measures_at(result.folder), "kept": result.kept, "cpu_s": result.cpu_s, **result.counts}
 
 
-def seconds_of(result: Built, digits: int) -> dict[str, float]:
-    """Wall-clock seconds of each step."""
-    return {name: round(getattr(result, name), digits) for name in ("build_s", "write_s", "draw_s", "check_s")}
+def built_row(result: Built, id_: str, verdict: str, digits: int) -> dict[str, Any]:
+    """Fields of a row about anything that was built, with the wall-clock seconds of each step."""
+    row = {"id": id_, "folder": result.folder, "verdict": verdict, "passed": result.passed, "message": result.message}
+    steps = ("build_s", "write_s", "draw_s", "check_s")
+    seconds = {name: round(getattr(result, name), digits) for name in steps}
+    return {**row, "issues": issue_rows(result.problems), **seconds}
 
 
 def print_problems(result: Built, output: Output) -> None:
@@ -273,14 +258,6 @@ def _print_scene(result: SceneResult, output: Output) -> None:
         number = check.reason if check.number is None else f"{check.number:.4g} {check.unit}".rstrip()
         limit = "" if check.limit is None else f" (limit {check.limit:.4g})"
         output.detail(f"  {check.code} {check.status.value}: {number}{limit}")
-
-
-KINDS = (
-    ".glb, .gltf, .obj, .ply, .stl, .dae, .fbx, .usd, .usdz, .x3d, .wrl, .3ds, .blend, an archive of them, "
-    "a manifest .jsonl or an Objaverse folder"
-)
-# Where a run has more inputs than this, what was in the library already is counted and not listed.
-MOST_LISTED = 200
 
 
 def no_mesh_found(sources: Sequence[object]) -> CasaError:
@@ -315,10 +292,7 @@ def counts_text(accepted: int, in_review: int, rejected: int, ok: str = "accepte
 
 
 def print_counts(done: Sequence[Done], kept: int, output: Output) -> int:
-    """Print how many inputs were accepted, in review and rejected, of them `kept` by earlier runs; returns the second.
-
-    Before that, how many were rejected for each reason.
-    """
+    """Print how many were rejected for each reason, then accepted, in review (returned), rejected, of them `kept`."""
     codes: Counter[str] = Counter()
     for one in done:
         codes[one.code] += one.count * bool(one.code)
@@ -337,11 +311,7 @@ def look(done: Sequence[Done], output: Output) -> None:
 
 
 def end_inputs(done: Sequence[Done], names: Sequence[str]) -> None:
-    """End with exit 3 after a fault of the program, 1 after a rejection, 4 where a person has to decide.
-
-    Args:
-        names: of the inputs, in the same order.
-    """
+    """End with exit 3 after a fault of the program, 1 after a rejection, 4 where a person has to decide."""
     from casa_assets.runs.outcome import CRASH_CODE
 
     if faults := [name for name, one in zip(names, done, strict=True) if one.code == CRASH_CODE]:
@@ -374,11 +344,7 @@ def _print_codes(codes: Counter[str], output: Output) -> None:
 
 
 def print_review(count: int, asks_category: bool, library: Path, output: Output) -> None:
-    """Print how to decide about the inputs in review; nothing if there are no such inputs.
-
-    Args:
-        asks_category: the category of some of them is unknown.
-    """
+    """Print how to decide about the inputs in review; `asks_category`: the category of some of them is unknown."""
     if not count:
         return
     place = terminal_safe(shlex.quote(str(library)))
@@ -390,18 +356,10 @@ def print_review(count: int, asks_category: bool, library: Path, output: Output)
         output.line('         with a line for each file, such as {"file": "a.glb", "category": "mug"}')
 
 
-# Rows of a table that are printed where the user did not ask for more words.
-MAX_ROWS = 40
-
-
 def print_events(
     start: Callable[[Callable[[str], None] | None], Generator[Event]], output: Output, dry_run: bool = False
 ) -> list[Event]:
-    """Run, print a line for each input as it is done, and return all of them.
-
-    Args:
-        start: begins the run; it takes what is called with the path of each input that is begun.
-    """
+    """Run, print a line for each input as it is done, and return all; `start` takes what is called with each begun."""
     events: list[Event] = []
     done = bad = unsure = 0
     begun: dict[str, None] = {}
@@ -472,11 +430,7 @@ def _json_row(event: Event, dry_run: bool) -> dict[str, object]:
 
 
 def print_summary(events: list[Event], library: Path, output: Output, explain: bool = False) -> None:
-    """Print what became of the inputs of a run, and where to find it.
-
-    Args:
-        explain: also every guess.
-    """
+    """Print what became of the inputs of a run, and where to find it; `explain`: also every guess."""
     from casa_assets.library.entry_table import EntryTable
     from casa_assets.library.library import Library
     from casa_assets.model.issue import Decision
@@ -545,80 +499,3 @@ def _print_guesses(entry: Entry, output: Output) -> None:
     lines += [] if entry.accepted else [f"  [red]{entry.code}[/] {safe(entry.message)}"]
     for line in lines:
         output.styled(line)
-
-
-WORDS = ("copied", "kept", "removed", "failed")
-
-
-def print_changes(changes: Iterator[Change], word: str, output: Output, rows_in: Path | None = None) -> str:
-    """Show a bar while entries are copied; returns how many were copied, kept and removed, in words.
-
-    Args:
-        word: what is done, such as `pushing`.
-        rows_in: library whose entries are printed as rows of --json; None: no rows.
-    """
-    counts: Counter[str] = Counter()
-    sent = 0
-    with bar(output.console) as progress:
-        task = progress.add_task(word, total=None)
-        for change in changes:
-            counts[change.kind] += 1
-            sent += change.bytes_copied
-            name = terminal_safe(change.path)
-            progress.update(
-                task,
-                completed=counts.total() - counts["removed"],
-                total=change.total,
-                description=f"{word} {safe(change.path)}",
-            )
-            if rows_in is not None:
-                folder = rows_in / change.path
-                place = str(folder) if folder.is_dir() else ""
-                id_ = change.path.rpartition("/")[2]
-                size, message = change.bytes_copied, change.message
-                output.made(id_, place, verdict=change.kind, bytes=size, path=change.path, message=message)
-            if change.kind != "kept":
-                output.detail(f"{change.kind} {name}")
-    told = [f"{counts[kind]} {kind}" for kind in WORDS if counts[kind]] or ["no entries"]
-    return f"{', '.join(told)}; {sent / 1e6:,.1f} MB"
-
-
-def waiting(output: Output) -> Callable[[str], None]:
-    """A function that prints, once, what is being waited for."""
-    told: set[str] = set()
-
-    def show(text: str) -> None:
-        if text not in told:
-            told.add(text)
-            output.line(terminal_safe(text))
-
-    return show
-
-
-Sending = Callable[["Generator[Event]"], "Generator[Event]"]
-
-
-@contextmanager
-def on_store(url: str, library: Path, output: Output) -> Iterator[Sending]:
-    """Keep the library of a run on a store: fetch it first, send entries as they are made, and all the rest at the end.
-
-    Args:
-        url: of the store; empty: the library stays on this disk. library: folder on this disk.
-    Yields:
-        what the events of the run are to be passed through.
-    """
-    if not url:
-        yield lambda events: events
-        return
-    from casa_assets.library.library import Library
-    from casa_assets.library.remote_folder import hold
-    from casa_assets.runs.remote import RemoteLibrary, StoredRun
-
-    remote = RemoteLibrary.open(url)
-    with hold(remote, waiting(output)) as lock:
-        run = StoredRun(Library(library), remote, lock)
-        fetched = print_changes(run.fetch(), "fetching", output)
-        output.detail(f"fetched of {remote.url}: {fetched}")
-        yield run.sending
-        sent = print_changes(run.finish(), "sending", output)
-        output.line(f"Store:   {terminal_safe(remote.url)}: {sent} at the end")

@@ -32,30 +32,24 @@ from casa_assets.registry.load import load
 from casa_assets.registry.plugins import ignored_files, load_plugins
 from casa_assets.registry.project_files import files_of
 from casa_assets.registry.read import load_project
-from casa_assets.show.stills import BACKENDS, install_line, why_not
+from casa_assets.show.stills.opengl import BACKENDS as RENDERERS
+from casa_assets.show.stills.opengl import install_line, why_not
 
 ROOT = Path(__file__).parents[2]  # of a checkout
-RENDERERS = BACKENDS
 CHILD_LIMIT_S = 90.0
 FREE_DISK_BYTES = 2 * 1024**3  # a library of a thousand assets with pictures takes about this much
 MEMORY_BYTES = 3 * 1024**3  # convex decomposition of a large mesh needs about this much
 
-# Modules with compiled code, and what only they can tell by being imported: that this machine can load them.
+# Modules with compiled code, whose import alone shows that this machine can load them, and their distributions.
 NATIVE_MODULES = {
-    "coacd": "coacd",
+    **{name: name for name in ("coacd", "manifold3d", "meshoptimizer", "mujoco", "numpy", "pyarrow", "vhacdx")},
     "lxml.etree": "lxml",
-    "manifold3d": "manifold3d",
-    "meshoptimizer": "meshoptimizer",
-    "mujoco": "mujoco",
-    "numpy": "numpy",
     "opengl_decimate": "opengl-decimate",
     "PIL.Image": "pillow",
     "pxr.Usd": "usd-core",
-    "pyarrow": "pyarrow",
     "scipy.spatial": "scipy",
     "simready.foundation.tier_core": "simready-foundation-tier-core",
     "simready.validate": "simready-validate",
-    "vhacdx": "vhacdx",
 }
 
 # A line of constraints.txt, such as numpy==2.4.6, or usd-core==26.11 ; python_version >= "3.14".
@@ -91,14 +85,9 @@ print(json.dumps(bad))
 
 
 class Finding(Record):
-    """One thing that was looked at.
+    """One thing that was looked at, such as `renderer egl`, and the command that fixes it, if one does.
 
-    Attributes:
-        subject: what it is, such as `python` or `renderer egl`.
-        ok: it is as it should be.
-        needed: the program does not work as documented without it.
-        message: what was found.
-        fix: the command that fixes it; empty where nothing is wrong or no command does.
+    `needed`: the program does not work as documented without it.
     """
 
     subject: str
@@ -113,11 +102,7 @@ def _note(subject: str, ok: bool, message: str, fix: str = "") -> Finding:
 
 
 def findings(output: Path) -> tuple[Finding, ...]:
-    """All findings about this machine, in a fixed order.
-
-    Args:
-        output: folder that results would be written to; it need not exist and is not made.
-    """
+    """All findings about this machine, in a fixed order; the folder to write to need not exist and is not made."""
     with ThreadPoolExecutor(max_workers=3) as pool:
         drawn = [(name, pool.submit(_draws, name)) for name in RENDERERS]
         loaded = pool.submit(_native)
@@ -217,7 +202,7 @@ def _packages() -> Iterator[Finding]:
         elif version is None:
             yield Finding(subject=subject, ok=False, message="not installed", fix=fix)
         elif version != pinned.get(name, version):
-            # Another version may well work, so this is said and not held against the machine.
+            # Another version may well work, so this is a note, and not held against the machine.
             yield _note(subject, False, f"{version}, tested with {pinned[name]}", fix)
         else:
             yield Finding(subject=subject, ok=True, needed=not extra, message=version)
@@ -274,8 +259,8 @@ def _native() -> Finding:
 def _renderers(drawn: Sequence[tuple[str, bool, str]]) -> Iterator[Finding]:
     works = next((name for name, ok, _ in drawn if ok), None)
     but = f"; not needed, for {works} draws" if works else ""
-    for name, ok, said in drawn:
-        yield _note(f"renderer {name}", ok, said if ok else why_not(name, said) + but)
+    for name, ok, answer in drawn:
+        yield _note(f"renderer {name}", ok, answer if ok else why_not(name, answer) + but)
     message = f"{works} is used" if works else "none works, so there would be no pictures"
     yield Finding(subject="rendering", ok=works is not None, message=message, fix="" if works else install_line())
 

@@ -39,16 +39,21 @@ OPTIONS, ARGUMENTS, COMMANDS = "Options", "Arguments", "Commands"
 LAST = (LIMITS, CLUSTER, GENERAL)
 INDENT = "  "
 NAMES_WIDTH = 30  # of the column of names; the text of a longer one begins on the next line
-MOST_CHOICES = 28  # characters of choices that stand beside the name of an option
+MOST_CHOICES = 28  # characters of choices that are printed beside the name of an option
 _NUMBERS = {"int": "N", "float": "X"}
+NAME = "casa-assets"  # of the program, however it was started
+PROJECT_HELP = f"Folder with a {SETTINGS}; by default this one or the nearest above it; '{NO_PROJECT}': none."
+PLUGINS_HELP = "Run the code in plugins/ of the project; or none, not even of installed packages."
+# Raised by Typer for any wrong use; it exports one class of these alone.
+UsageError: type[Exception] = typer.BadParameter.__mro__[1]
+_EXTRA = re.compile(r"Got unexpected extra argument(?:s|\(s\))? \((.*)\)")
+_SUGGESTED = re.compile(r"\. Did you mean (.*)\?")
+_general = partial(typer.Option, rich_help_panel=GENERAL, expose_value=False)
+_from_variable = partial(_general, envvar=VARIABLE, show_envvar=False, is_eager=True)
 
 
 def help_text(command: Any, ctx: Any, width: int) -> str:
-    """The help of a command or a group of commands.
-
-    Args:
-        width: characters of a line.
-    """
+    """The help of a command or a group of commands, on lines of `width` characters."""
     prose, examples = help_parts(command.help or "")
     usage = f"Usage: {ctx.command_path} "
     lines = _wrapped(" ".join(usage_pieces(command, ctx)), width, usage, " " * len("Usage: ") + INDENT)
@@ -75,9 +80,11 @@ def help_parts(text: str) -> tuple[list[str], list[str]]:
 
 
 def usage_pieces(command: Any, ctx: Any) -> list[str]:
-    """The words behind the name of a command in its usage: `[OPTIONS]`, then arguments in capitals."""
-    arguments = [p for p in command.get_params(ctx) if p.param_type_name == "argument"]
-    pieces = [command.options_metavar or "", *(_in_usage(p) for p in arguments)]
+    """The words behind the name of a command in its usage: `[OPTIONS]`, `SOURCES...`, `[LIBRARY]` if it may lack."""
+    pieces = [command.options_metavar or ""]
+    for argument in (p for p in command.get_params(ctx) if p.param_type_name == "argument"):
+        name = parameter_name(argument) if argument.required else f"[{parameter_name(argument)}]"
+        pieces.append(name + "..." * (argument.nargs != 1))
     return [piece for piece in (*pieces, getattr(command, "subcommand_metavar", "")) if piece]
 
 
@@ -116,12 +123,6 @@ def default_text(parameter: Any) -> str:
     if not shown or default in (None, "", (), [], False):
         return "off" if default is False and parameter.secondary_opts and shown else ""
     return "on" if default is True else str(getattr(default, "value", default))
-
-
-def _in_usage(parameter: Any) -> str:
-    """An argument in the usage: `SOURCES...`, or `[LIBRARY]` where it may be left out."""
-    more = "..." if parameter.nargs != 1 else ""
-    return f"{parameter_name(parameter)}{more}" if parameter.required else f"[{parameter_name(parameter)}]{more}"
 
 
 def _option(parameter: Any) -> str:
@@ -200,13 +201,6 @@ def _heading(title: str) -> str:
     return typer.style(f"{title}:", bold=True)
 
 
-NAME = "casa-assets"  # of the program, however it was started
-# What Typer raises for any wrong use: it exports one class of these alone.
-UsageError: type[Exception] = typer.BadParameter.__mro__[1]
-_EXTRA = re.compile(r"Got unexpected extra argument(?:s|\(s\))? \((.*)\)")
-_SUGGESTED = re.compile(r"\. Did you mean (.*)\?")
-
-
 class _Helped:
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help."""
@@ -253,10 +247,8 @@ def group_of(name: str, about: str) -> typer.Typer:
 
 def misuse(error: Any) -> str:
     """A description of what was wrong in the words of a command, and a second line that names its help."""
-    message, hint = _what(error), ""
-    if error.ctx is not None:
-        hint = f"\nhint: {error.ctx.command_path} --help"
-    return f"{message}{hint}"
+    hint = "" if error.ctx is None else f"\nhint: {error.ctx.command_path} --help"
+    return f"{_what(error)}{hint}"
 
 
 def _what(error: Any) -> str:
@@ -270,8 +262,8 @@ def _what(error: Any) -> str:
         near = difflib.get_close_matches(error.option_name, error.possibilities or (), n=3, cutoff=0.5)
         return f"no such option: {error.option_name}{_near(near)}"
     if isinstance(error, typer.BadParameter):
-        said = _said(error.__cause__, parameter) or _sentence(error.message)
-        return f"{name}: {said}" if name else said
+        fault = _fault_of_value(error.__cause__, parameter) or _sentence(error.message)
+        return f"{name}: {fault}" if name else fault
     if found := _EXTRA.match(error.message):
         return f"too many words: {found[1]}"
     message = _SUGGESTED.sub(lambda found: _near(found[1].replace("'", "").split(", ")), error.format_message())
@@ -284,7 +276,7 @@ def _sentence(text: str) -> str:
     return f"{words[:1].lower()}{words[1:]}" if words.partition(" ")[0].istitle() else words
 
 
-def _said(cause: Any, parameter: Any) -> str:
+def _fault_of_value(cause: Any, parameter: Any) -> str:
     """The fault that pydantic, by which Typer reads values, found in a value; empty if it found none."""
     if not hasattr(cause, "errors") or parameter is None:
         return ""
@@ -309,20 +301,12 @@ def _near(names: list[str]) -> str:
 
 
 def print_error(mark: str, message: str) -> None:
-    """Print an error on standard error, in red where that is a terminal.
-
-    Args:
-        mark: `error:`, or `bug:` for a fault of the program.
-    """
+    """Print an error behind a mark, such as `error:`, on standard error, in red where that is a terminal."""
     text = Text.assemble((mark, "bold red"), " ", "\n".join(terminal_safe(line) for line in message.split("\n")))
     try:
         Console(stderr=True, soft_wrap=True).print(text, highlight=False)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
-
-
-PROJECT_HELP = f"Folder with a {SETTINGS}; by default this one or the nearest above it; '{NO_PROJECT}': none."
-PLUGINS_HELP = "Run the code in plugins/ of the project; or none, not even of installed packages."
 
 
 class Verb(_Helped, TyperCommand):
@@ -377,30 +361,9 @@ def _on_plugins(ctx: typer.Context, wanted: bool | None) -> None:
 
 
 def _with_project(
-    project: Annotated[
-        str,
-        typer.Option(
-            "--project",
-            metavar="DIR",
-            help=PROJECT_HELP,
-            rich_help_panel=GENERAL,
-            envvar=VARIABLE,
-            show_envvar=False,
-            expose_value=False,
-            is_eager=True,
-            callback=_on_project,
-        ),
-    ] = "",
+    project: Annotated[str, _from_variable("--project", metavar="DIR", help=PROJECT_HELP, callback=_on_project)] = "",
     plugins: Annotated[
-        bool | None,
-        typer.Option(
-            "--plugins/--no-plugins",
-            help=PLUGINS_HELP,
-            rich_help_panel=GENERAL,
-            show_default=False,
-            expose_value=False,
-            callback=_on_plugins,
-        ),
+        bool | None, _general("--plugins/--no-plugins", help=PLUGINS_HELP, show_default=False, callback=_on_plugins)
     ] = None,
 ) -> None: ...
 

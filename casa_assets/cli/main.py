@@ -1,14 +1,17 @@
-"""The Typer app and its verbs."""
+"""The program: all commands, the process that works and the one that watches over it, and exit codes."""
 
 from __future__ import annotations
 
+import ctypes
 import errno
 import gc
 import os
 import signal
 import sys
+import time
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from copy import copy
 from types import FrameType
 from typing import Annotated, NoReturn
@@ -19,7 +22,6 @@ from typer.models import CommandInfo
 
 from casa_assets import __version__
 from casa_assets.cli.group import Group, Verb, print_error
-from casa_assets.cli.supervise import SIGNALS, StopRequested, supervised, unblock
 from casa_assets.cli.verbs.check import categories, check, checks, doctor, review, schemas
 from casa_assets.cli.verbs.export import app as export
 from casa_assets.cli.verbs.families import families, objects
@@ -30,15 +32,20 @@ from casa_assets.cli.verbs.project import init, make
 from casa_assets.cli.verbs.scenes import app as scenes
 from casa_assets.cli.verbs.textures import app as textures
 from casa_assets.cli.verbs.view import preview, view
-from casa_assets.errors import BatchFault, CasaError
-from casa_assets.show.stills import keep_from_mujoco
+from casa_assets.errors import BatchFault, CasaError, StopRequested
+from casa_assets.runs.limits import trees
+from casa_assets.show.stills.opengl import keep_from_mujoco
 
 EXIT_MISUSE, EXIT_FAULT, EXIT_SIGNAL_BASE = 2, 3, 128
-# What a file, a folder or a disk refuses, and no fault of the program: rights, room, or a name that cannot be.
+# Refused by a file, a folder or a disk, and no fault of the program: rights, room, or a name that cannot be.
 ACCESS_ERRNOS = frozenset(
     {errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EMFILE, errno.ENFILE}
     | {errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG}
 )
+SIGNALS = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
+STOP_GRACE_S = 2.0  # for the child to clean up after it was asked to stop
+ORPHAN_GRACE_S = 0.5  # for what the child started to end by itself, once the child has ended
+PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36  # Ref: prctl(2)
 
 MAKE, LOOK, JUDGE, HAND_ON = "Make", "Look", "Check and decide", "Export"
 ABOUT = "Simulation-ready kitchens and assets as MJCF and USD, each with a picture and the results of its checks."
@@ -68,6 +75,8 @@ for panel, verbs in {
             app.add_typer(verb, rich_help_panel=panel)
         else:
             app.command(cls=Verb, rich_help_panel=panel)(verb)
+# The signal that asked to stop, if one did.
+_stopping: list[int] = []
 
 
 def _version(requested: bool) -> None:
@@ -98,7 +107,7 @@ def run() -> int:
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
     keep_from_mujoco()
-    # No record of a large library is in a cycle: to look for cycles among so many took a third of a run.
+    # No record of a large library is in a cycle: to look for cycles among them took a third of a run.
     gc.set_threshold(100_000, 20, 20)
     try:
         unblock()
@@ -108,10 +117,7 @@ def run() -> int:
 
 
 def narrowed(whole: typer.Typer, words: Sequence[str]) -> typer.Typer:
-    """The app with nothing but the command that the first words name; the whole app if they name none.
-
-    Typer makes all commands with all their options before it looks at the words, which takes half the time of a start.
-    """
+    """The app with nothing but the command that the first words name, if they do: to make all takes half of a start."""
     first = words[0] if words else ""
     commands = [one for one in whole.registered_commands if command_name(one) == first]
     groups = [one for one in whole.registered_groups if one.typer_instance and one.typer_instance.info.name == first]
@@ -165,16 +171,123 @@ def _report_crash() -> int:
     return EXIT_FAULT
 
 
-# The signal that asked to stop, if one did.
-_stopping: list[int] = []
-
-
 def _on_signal(number: int, _: FrameType | None) -> NoReturn:
     for again in SIGNALS:
         signal.signal(again, signal.SIG_IGN)  # a second signal must not interrupt the cleaning up
     _stopping.append(number)
     sys.unraisablehook = lambda _: None  # the supervisor prints the one line about the signal
     raise StopRequested(number)
+
+
+def supervised(work: Callable[[], int], report: Callable[[str, str], None]) -> int:
+    """Run `work` in a child process and end with its exit code, or 128 + signal number if a signal stopped it.
+
+    A handler of Python waits for the native call that is under way, which may take minutes. So the verbs run in a
+    child of a process that does nothing but wait: if it is asked to stop, it passes the signal on. It then ends the
+    child, with all processes that the child started, if they have not ended by themselves soon after.
+
+    Args:
+        work: returns its exit code; it takes care of the signals itself, which are blocked when it is called.
+        report: prints a mark, such as `error:`, and a line to standard error.
+    """
+    if sys.platform != "linux":
+        return work()
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS | {signal.SIGCHLD})
+    _prctl(PR_SET_CHILD_SUBREAPER, 1)  # what loses its parent becomes ours
+    supervisor = os.getpid()
+    child = os.fork()
+    if child == 0:
+        _prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != supervisor:
+            os._exit(1)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before | SIGNALS)
+        code = work()
+        signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # the work is done, and a signal has nothing to stop
+        sys.exit(code)
+    status, stop = _wait(child)
+    _end_descendants(0.0 if stop else ORPHAN_GRACE_S)
+    code = _exit_code(status, stop, report)
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError):
+            stream.flush()
+    os._exit(code)  # a regular exit of Python takes a second on a busy machine, and there is nothing to clean up
+
+
+def unblock() -> None:
+    """Let signals through to this process, whose handlers are installed now."""
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
+
+
+def _wait(child: int) -> tuple[int, int]:
+    """Wait until the child has ended: its status, and the signal that asked to stop, or 0."""
+    stop, deadline = 0, float("inf")
+    while True:
+        left = min(max(0.0, deadline - time.monotonic()), 3600.0)
+        received = signal.sigtimedwait(SIGNALS | {signal.SIGCHLD}, left)
+        status = _reap(child)
+        if status is not None:
+            return status, stop or (received.si_signo if received is not None and received.si_signo in SIGNALS else 0)
+        if received is not None and received.si_signo in SIGNALS and not stop:
+            stop, deadline = received.si_signo, time.monotonic() + STOP_GRACE_S
+            os.kill(child, stop)
+        if time.monotonic() >= deadline:
+            _kill_all()
+            deadline = time.monotonic() + 0.1  # whatever was started meanwhile
+
+
+def _reap(child: int) -> int | None:
+    """Collect all that have ended; the status of the child if it is among them."""
+    found = None
+    with suppress(ChildProcessError):
+        while True:
+            pid, status = os.waitpid(-1, os.WNOHANG)
+            if pid == 0:
+                break
+            if pid == child:
+                found = status
+    return found
+
+
+def _end_descendants(patience_s: float) -> None:
+    """Wait until all processes that the child had started have ended; kill those that do not within `patience_s`."""
+    begin = time.monotonic()
+    with suppress(ChildProcessError):
+        while time.monotonic() - begin < patience_s + ORPHAN_GRACE_S:
+            if os.waitpid(-1, os.WNOHANG)[0] == 0:
+                if time.monotonic() - begin >= patience_s:
+                    _kill_all()
+                time.sleep(0.01)
+
+
+def _kill_all() -> None:
+    own = os.getpid()
+    for process in trees([own])[own]:
+        if process.pid != own:
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(process.pid, signal.SIGKILL)
+
+
+def _exit_code(status: int, stop: int, report: Callable[[str, str], None]) -> int:
+    code = os.waitstatus_to_exitcode(status)
+    # The last two: stopped by somebody who knew its number.
+    by = stop if stop and code not in (0, 1, 2) else -code if -code in SIGNALS else code - 128
+    if by in SIGNALS:
+        report("stopped;", "the same command goes on from here")
+        return 128 + by
+    if code == -signal.SIGKILL:
+        report("error:", "the system ended the program, perhaps for want of memory; the same command goes on from here")
+        return 2
+    if code < 0:
+        name = signal.Signals(-code).name
+        report("bug:", f"the program was ended by {name}: this is a fault of the program; please report it")
+        return 3
+    return code
+
+
+def _prctl(option: int, value: int) -> None:
+    ctypes.CDLL(None).prctl(option, value)
 
 
 if __name__ == "__main__":

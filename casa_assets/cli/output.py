@@ -26,6 +26,13 @@ if TYPE_CHECKING:
     from casa_assets.library.library import Summary
     from casa_assets.model.issue import Issue
 
+# Layer of scene.json whose parts are walls, floor and ceiling; their mass says nothing of the things in a kitchen.
+ROOM_LAYER = "room"
+FROM = "from"  # heading of the column of where things come from
+GAP = 2  # columns of the terminal between two cells
+ASCII_HEAD = Box("    \n    \n -- \n    \n    \n    \n    \n    \n", ascii=True)  # `SIMPLE_HEAD` where there is no UTF
+HEAD_LINES = 2  # of a table: the headings and the rule below them
+
 
 def terminal_safe(text: str) -> str:
     """The text on one line, without what a terminal would act on: such characters become backslash escapes."""
@@ -57,27 +64,21 @@ def pluralize(number: int, thing: str) -> str:
     return f"{number} {thing}{'es' if thing.endswith(('s', 'x', 'ch', 'sh')) else 's'}"
 
 
-# Layer of scene.json whose parts are walls, floor and ceiling; their mass says nothing of what stands in a kitchen.
-ROOM_LAYER = "room"
-
-
 class Output:
     """Prints the output of a verb.
 
     Attributes:
         as_json: one JSON object per item goes to standard output, and all other words to standard error.
-        quiet: nothing but errors, what failed, and JSON is printed.
-        verbose: also what went well is printed, item by item.
-        console: for messages on the way and at the end; prints nothing if the verb is to be quiet.
-        failures: for items that failed and what is wrong with them; standard error if the verb is to be quiet.
-        errors: for why there is no result at all; always standard error.
+        quiet: nothing but errors, what failed, and JSON is printed. verbose: what went well too, item by item.
+        console: for messages; prints nothing if the verb is to be quiet.
+        failures: for what is wrong with items that failed; standard error if the verb is to be quiet.
     """
 
     def __init__(self, as_json: bool = False, quiet: bool = False, verbose: bool = False) -> None:
         self.as_json, self.quiet, self.verbose = as_json, quiet, verbose
         self.console = Console(stderr=as_json, quiet=quiet)
-        self.errors = Console(stderr=True)
-        self.failures = self.errors if quiet else self.console
+        self._errors = Console(stderr=True)
+        self.failures = self._errors if quiet else self.console
 
     def row(self, values: Mapping[str, Any]) -> None:
         """Print an item as a line of JSON, if JSON is asked for."""
@@ -92,13 +93,7 @@ class Output:
         verdict: str = "made",
         **more: Any,
     ) -> None:
-        """Print an object that was made as a line of JSON, if JSON is asked for.
-
-        Args:
-            name: id of the object, or what a page or picture shows. folder: that it is in.
-            measured: `mass` and `size`, see `measures`; null if they are not given.
-            more: further fields of the line.
-        """
+        """Print what was made as a line of JSON, if asked for; `measured`: its `mass` and `size`, else null."""
         self.row({"id": name, "folder": str(folder), "verdict": verdict, **(measured or measures(None)), **more})
 
     def line(self, text: str) -> None:
@@ -119,11 +114,7 @@ class Output:
         self.failures.print(text, markup=False, highlight=False, soft_wrap=True)
 
     def look(self, *words: str | Path) -> None:
-        """Print the command that shows what was made, the last line of a verb, on standard error for people alone.
-
-        Args:
-            words: arguments of `casa-assets view`; nothing is printed if there are no words, or JSON is asked for.
-        """
+        """Print the `casa-assets view` that shows what was made, the last line, on standard error for people alone."""
         if words and not self.as_json and not self.quiet:
             self.error(f"Look at it: casa-assets view {shlex.join(terminal_safe(str(word)) for word in words)}")
 
@@ -132,17 +123,13 @@ class Output:
         self.line(f"Next:    casa-assets {shlex.join(terminal_safe(str(word)) for word in words)}")
 
     def look_at_file(self, path: Path) -> None:
-        """Print where a page or picture opens: the last line of a verb, as `look` prints it.
-
-        Args:
-            path: of the file; it is printed as an address that terminals and browsers open.
-        """
+        """Print the address of a page or picture, which terminals and browsers open, as `look` prints its line."""
         if not self.as_json and not self.quiet:
             self.error(f"Look at it: {path.resolve().as_uri()}")
 
     def error(self, text: str) -> None:
         """Print a line of plain text on standard error: why there is no result."""
-        self.errors.print(text, markup=False, highlight=False, soft_wrap=True)
+        self._errors.print(text, markup=False, highlight=False, soft_wrap=True)
 
 
 def measures(summary: Summary | None) -> dict[str, Any]:
@@ -153,10 +140,7 @@ def measures(summary: Summary | None) -> dict[str, Any]:
 
 
 def measures_at(folder: str | Path | None) -> dict[str, Any]:
-    """The same of the asset or kitchen in a folder; null if no folder is named, or no library has taken the asset.
-
-    The mass of a kitchen is that of all objects in the room, its size that of the room.
-    """
+    """The same of an asset of a library, or of all in a kitchen and its room; null if there is none."""
     from casa_assets.layouts.run.scene_files import SCENE_JSON
     from casa_assets.library.library import find_summary
 
@@ -176,12 +160,6 @@ def _measures_of_scene(path: Path) -> dict[str, Any]:
     }
 
 
-FROM = "from"  # heading of the column of where things come from
-GAP = 2  # columns of the terminal between two cells
-ASCII_HEAD = Box("    \n    \n -- \n    \n    \n    \n    \n    \n", ascii=True)  # `SIMPLE_HEAD` where there is no UTF
-HEAD_LINES = 2  # of a table: the headings and the rule below them
-
-
 @dataclass
 class TextTable:
     """A table that rich draws without ever cutting a cell.
@@ -190,10 +168,7 @@ class TextTable:
     between words. If a word, such as a path, is too long for that, the last column goes on a separate line below.
 
     Attributes:
-        columns: their headings.
-        sentences: headings of those that may be wrapped between words.
-        right: headings of those that are aligned to the right.
-        title: a line above; empty: none.
+        columns: headings. sentences: of those that may be wrapped. right: of those that are aligned to the right.
     """
 
     columns: Sequence[str]
@@ -203,10 +178,7 @@ class TextTable:
     rows: list[tuple[Text, ...]] = field(default_factory=list)
 
     def add(self, *cells: str | Text) -> None:
-        """Add a row, a cell for each column; further ones, such as that of `from_column`, are left out.
-
-        A string may hold what a user typed: it is not read as markup.
-        """
+        """Add a row; cells beyond the columns, as for `from_column`, are left out, and strings are no markup."""
         texts = (cell if isinstance(cell, Text) else Text(cell.replace("\n", " ")) for cell in cells)
         self.rows.append(tuple(texts)[: len(self.columns)])
 
@@ -244,10 +216,7 @@ class TextTable:
         return max(map(cell_len, texts), default=0)
 
     def _narrowed(self, widths: list[int], room: int) -> list[int]:
-        """Widths where sentences share the room that the others leave, the shortest first.
-
-        Without the last where a word would be broken.
-        """
+        """Widths where sentences share the room that others leave; without the last where a word would be broken."""
         shares = [self._width(i, whole=False) for i in range(len(self.columns))]
         free = room - _sum(shares)
         if free < 0:
@@ -289,10 +258,7 @@ def _sum(widths: Sequence[int]) -> int:
 
 
 def bar(console: Console) -> Progress:
-    """A progress bar with count, time and time left, removed at the end; nothing where the output is no terminal.
-
-    Its text, which says what is worked on, is cut where the line is too short.
-    """
+    """A progress bar with a text, count, time and time left, removed at the end; nothing where there is no terminal."""
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}", table_column=Column(no_wrap=True, overflow="ellipsis", ratio=1)),
@@ -308,25 +274,18 @@ def bar(console: Console) -> Progress:
 
 @contextmanager
 def working_on(console: Console, word: str, names: Sequence[str]) -> Iterator[Callable[[str], None]]:
-    """Show a bar while things are worked on in their order; yields what is called with the name of each that is done.
+    """Show a bar while things are worked on; yields what is called with the name of each that is done.
 
-    Another name is shown and not counted.
-
-    Args:
-        word: what is done with them, such as `building`. names: of the things, each once.
+    Another name is shown and not counted. `word`: what is done with them, such as `building`.
     """
     open_names = dict.fromkeys(names)
     with bar(console) as progress:
-        task = progress.add_task(_text(word, open_names), total=len(names))
+        task = progress.add_task(f"{word} {safe(next(iter(names), ''))}".rstrip(), total=len(names))
 
         def done(name: str) -> None:
             is_one = name in open_names
             open_names.pop(name, None)
-            progress.update(task, advance=float(is_one), description=_text(word, open_names or {name: None}))
+            shown = safe(next(iter(open_names), name))
+            progress.update(task, advance=float(is_one), description=f"{word} {shown}".rstrip())
 
         yield done
-
-
-def _text(word: str, open_names: dict[str, None]) -> str:
-    """The word and the first name that is not done yet."""
-    return f"{word} {safe(next(iter(open_names), ''))}".rstrip()

@@ -29,9 +29,9 @@ code means for that command.
 | 4 | none was rejected, but a person has to decide something (`casa-assets review`) |
 | 130, 143 | stopped by Ctrl-C or by a signal; the same command goes on from there |
 """
-# What the exit codes of one command mean: the overview says it of all. A full stop inside of a file name is no end.
+# Meaning of the exit codes of one command: the overview has that of all. A full stop inside of a file name is no end.
 _EXIT_CODES = re.compile(r"\s*Exit 0(?:[^.]|\.(?=\S))*\.")
-# An option that so many commands have in the same words is described once, in the overview.
+# An option that this number of commands have in the same words is described once, in the overview.
 MANY = 5
 
 
@@ -70,8 +70,8 @@ def _parameters(command: Any, kind: str) -> list[Any]:
 def _section(path: str, command: Any, common: set[str], usual: set[str]) -> list[str]:
     title = f"{'##' if ' ' in path else '#'} casa-assets {path}\n"
     prose, examples = help_parts(command.help or "")
-    said = (_EXIT_CODES.sub("", paragraph).strip().replace("<", "&lt;") for paragraph in prose)
-    lines = [title, *(f"{paragraph}\n" for paragraph in said if paragraph)]
+    paragraphs = (_EXIT_CODES.sub("", paragraph).strip().replace("<", "&lt;") for paragraph in prose)
+    lines = [title, *(f"{paragraph}\n" for paragraph in paragraphs if paragraph)]
     lines += ["```text", *(line.strip() for line in examples), "```\n"] if examples else []
     if isinstance(command, TyperGroup):
         return lines
@@ -94,8 +94,8 @@ def _line(parameter: Any) -> str:
         shown = f" Default: `{default}`."
     if parameter.required:
         shown = " Needed."
-    said = " ".join((getattr(parameter, "help", None) or "").split()).replace("<", "&lt;")
-    return f"- {', '.join(f'`{name}`' for name in names)}: {said}{shown}"
+    words = " ".join((getattr(parameter, "help", None) or "").split()).replace("<", "&lt;")
+    return f"- {', '.join(f'`{name}`' for name in names)}: {words}{shown}"
 
 
 if __name__ == "__main__":

@@ -72,12 +72,10 @@ def length_inside(outline: Outline, start: tuple[float, float], end: tuple[float
 
 def stands_by_itself(asset: Asset) -> bool:
     """True if the centre of mass of an asset, joints at zero, is over the footprint of its collision shapes."""
-    points, mass, middle = [np.empty((0, 3))], 0.0, np.zeros(3)
+    points = [np.empty((0, 3))]
     for link in asset.links:
         pose = asset.asset_from_link(link.name)
         points += [pose.apply(tessellate(c.shape, c.pose)[0]) for c in link.colliders]
-        mass += link.inertial.mass
-        middle = middle + link.inertial.mass * pose.apply(np.array([link.inertial.center_of_mass]))[0]
     every = np.concatenate(points)
     if not len(every):
         return False
@@ -86,7 +84,7 @@ def stands_by_itself(asset: Asset) -> bool:
     if len(corners) < 3:
         return False
     edges = np.roll(corners, -1, axis=0) - corners
-    to_middle = (middle / mass)[:2] - corners
+    to_middle = asset.center_of_mass[:2] - corners
     # Counter-clockwise: what is inside is on the left of every edge.
     left = (edges[:, 0] * to_middle[:, 1] - edges[:, 1] * to_middle[:, 0]) / np.linalg.norm(edges, axis=1)
     return bool(left.min() >= MARGIN_M)

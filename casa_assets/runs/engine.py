@@ -47,7 +47,7 @@ from casa_assets.model.issue import Decision
 from casa_assets.runs.limits import Limits, WorkerFailure
 from casa_assets.runs.outcome import FAILURE_CODES, Event, Outcome, RunAborted, keep_trace, writing
 from casa_assets.runs.pool import Step, Workers, open_engine
-from casa_assets.show.stills.renderer import NoRenderer
+from casa_assets.show.stills.opengl import NoRenderer
 
 LOG = logging.getLogger(__name__)
 J = TypeVar("J")

@@ -1,4 +1,4 @@
-"""Every code block of README.md and docs/, run page by page in a folder of its own, as a reader would."""
+"""Every code block of README.md and docs/, run page by page in a separate folder, as a reader would."""
 
 from __future__ import annotations
 
@@ -26,29 +26,20 @@ def _stands_in_a_kitchen(place: Path) -> None:
     """Assert what the page promises of its kitchen, which has passed every check; place: folder of the page."""
     folder = place / "out" / "theirs"
     scene = folder / "scenes" / SCENE
-    _can_be_used_as_those_of_families(json.loads((scene / "scene.json").read_text(encoding="utf-8")))
+    facts = json.loads((scene / "scene.json").read_text(encoding="utf-8"))
+    fixture = next(row for row in facts["fixtures"] if row["name"] == "microwave")
+    assert (fixture["family"], fixture["category"], fixture["base"]) == ("library", "microwave", "fixed")
+    assert "microjoint" in fixture["joints"]
+    assert any(task["afforded"] for task in facts["tasks"].values() if DOOR in task["joints"])
     model = mujoco.MjModel.from_xml_path(str(scene / "scene.xml"))
     assert model.joint(DOOR).id >= 0
     joint = model.joint(model.body("tea").jntadr[0])
     assert joint.type[0] == mujoco.mjtJoint.mjJNT_FREE  # it can be taken
     stage = Usd.Stage.Open(str(scene / "scene.usda"))
     assert {"tea", "microwave"} <= {prim.GetName() for prim in stage.Traverse()}
-    _needs_neither_library_nor_project(folder / "corridor.zip", place / "out" / "unpacked")
-
-
-def _can_be_used_as_those_of_families(facts: dict[str, object]) -> None:
-    fixtures, tasks = facts["fixtures"], facts["tasks"]
-    assert isinstance(fixtures, list)
-    assert isinstance(tasks, dict)
-    fixture = next(row for row in fixtures if row["name"] == "microwave")
-    assert (fixture["family"], fixture["category"], fixture["base"]) == ("library", "microwave", "fixed")
-    assert "microjoint" in fixture["joints"]
-    doors = [task for task in tasks.values() if DOOR in task["joints"]]
-    assert any(task["afforded"] for task in doors)
-
-
-def _needs_neither_library_nor_project(pack: Path, elsewhere: Path) -> None:
-    with zipfile.ZipFile(pack) as archive:
+    # The pack needs neither library nor project.
+    elsewhere = place / "out" / "unpacked"
+    with zipfile.ZipFile(folder / "corridor.zip") as archive:
         archive.extractall(elsewhere)
     model = mujoco.MjModel.from_xml_path(str(elsewhere / SCENE / "scene.xml"))
     assert model.joint(DOOR).id >= 0
@@ -104,7 +95,7 @@ def _python(block: Block, place: Path) -> None:
 
 
 def _stands_upright(place: Path) -> None:
-    """The mug of the USD stage on that page stands on 0.9 m and has the size that its certificate states."""
+    """The mug of the USD stage on that page is on 0.9 m and has the size that its certificate states."""
     path = place / "out" / "table.usda"
     stage = Usd.Stage.Open(str(path))
     assert UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z

@@ -80,14 +80,11 @@ def test_keys_make_decisions_on_parts(page: Path, keys: str, parts: dict[str, An
         assert found == parts
 
 
-def test_each_button_does_what_its_key_does(page: Path) -> None:
+def test_buttons_do_what_their_keys_do_and_some_decide_on_a_mesh(page: Path) -> None:
     buttons = re.findall(r'<button [^>]*data-key="(.)"', page.read_text(encoding="utf-8"))
     assert buttons == [*"kjaxzw", *"hfgr"]
     assert press(page, "button:r") == press(page, "r")
     assert press(page, "button:a", "button:z") == Decisions()
-
-
-def test_keys_make_decisions_on_a_mesh(page: Path) -> None:
     assert press(page, "a").decision == "accept"
     assert press(page, "a", "x").decision == "reject"
     assert press(page, "u", "u").up == "-x"

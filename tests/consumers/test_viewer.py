@@ -1,4 +1,4 @@
-"""Models in 3D in a real browser: turned, opened by slider and click, without an error or a request to elsewhere."""
+"""Models in 3D and the page of `casa-assets view` in a real browser: doors, states, styles, without an error."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import itertools
 import json
 import shutil
 import subprocess
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,16 +20,19 @@ from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.show.page import page_template
-from casa_assets.show.page.page_template import ModelFiles, put_model, put_viewer, viewer_script
+from casa_assets.show.page.page_template import ModelFiles, put_model, put_viewer
 from casa_assets.show.reports import catalogue
 from casa_assets.show.reports.catalogue import category_row
+from casa_assets.show.view.model import make
+from casa_assets.show.view.server import ViewServer
+from casa_assets.show.view.subject import AssetFolder, find
 from tests.support.asset.articulated_assets import grill
 from tests.support.asset.assets import EVERY, microwave
 from tests.support.kitchen.scenes import corner
+from tests.support.library.server_requests import serving
 from tests.support.program.browser import HOME, Browser, Page
 
 pytestmark = pytest.mark.consumers
-BUNDLE = Path(__file__).parents[2] / "casa_assets" / "show" / "page" / "bundle"
 READY = ".cv[data-state=ready]"
 # The viewer is what `openModel` resolves to; tests keep it by this name.
 OPEN = "openModel(document.querySelector('.model')).then(shown => { window.shown = shown; return shown !== null; })"
@@ -86,19 +90,12 @@ def oven_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return page_of(tmp_path_factory.mktemp("oven"), asset.id, asset_glb(asset, with_layers=True))
 
 
-def test_nothing_is_loaded_before_somebody_asks(browser: Browser, oven_page: Path) -> None:
-    page = browser.open(oven_page)
-    asked = page.evaluate(
-        "performance.getEntriesByType('resource').length + document.querySelectorAll('script[src]').length"
-    )
-    assert asked == 0
-    page.click(".model-open")
-    page.wait(READY)
-    page.assert_clean()
-
-
 def test_a_door_opens_by_slider_by_button_and_by_click(browser: Browser, oven_page: Path) -> None:
-    page = opened(browser, oven_page)
+    page = browser.open(oven_page)
+    loaded = "performance.getEntriesByType('resource').length + document.querySelectorAll('script[src]').length"
+    assert page.evaluate(loaded) == 0, "nothing is loaded before somebody asks"
+    assert page.evaluate(OPEN)
+    page.wait(READY)
     (name,) = [joint["name"] for joint in joints(page).values() if joint["type"] == "hinge"]
     door = joints(page)[name]
     assert door["position"] == pytest.approx(door["closed"])
@@ -113,6 +110,13 @@ def test_a_door_opens_by_slider_by_button_and_by_click(browser: Browser, oven_pa
     page.pause(2.0)
     assert joints(page)[name]["position"] == pytest.approx(door["open"], abs=1e-3)
     assert page.texts(f'[data-joint="{name}"] button') == ["Close"]
+    page.assert_clean()
+    # On a phone in the dark.
+    page = opened(browser, oven_page, width=390, height=844, dark=True, touch=True)
+    assert page.fits
+    page.tap_at(*place_of(page, "door"))
+    page.pause(2.0)
+    assert joints(page)[name]["position"] == pytest.approx(door["open"], abs=1e-3)
     page.assert_clean()
 
 
@@ -151,17 +155,7 @@ def test_it_turns_by_mouse_wheel_and_keys(browser: Browser, oven_page: Path) -> 
     page.assert_clean()
 
 
-def test_a_phone_in_the_dark(browser: Browser, oven_page: Path) -> None:
-    page = opened(browser, oven_page, width=390, height=844, dark=True, touch=True)
-    assert page.fits
-    (name,) = [joint["name"] for joint in joints(page).values() if joint["type"] == "hinge"]
-    page.tap_at(*place_of(page, "door"))
-    page.pause(2.0)
-    assert joints(page)[name]["position"] == pytest.approx(joints(page)[name]["open"], abs=1e-3)
-    page.assert_clean()
-
-
-def test_what_cannot_be_loaded_is_told(browser: Browser, oven_page: Path, tmp_path: Path) -> None:
+def test_what_cannot_be_loaded_is_shown(browser: Browser, tmp_path: Path) -> None:
     page = browser.open(page_of(tmp_path, "gone", b"glTF"))
     (tmp_path / "gone.glb.js").unlink()
     page.click(".model-open")
@@ -224,15 +218,106 @@ def test_the_khronos_validator_finds_no_error(build: Callable[[], Asset | Scene]
 
 
 def test_the_bundle_is_what_its_sources_build(tmp_path: Path) -> None:
-    """Built anew from the sources with the packages of the lock: the same bytes as those that are committed."""
-    work = tmp_path / "work"
-    work.mkdir()
-    shutil.copytree(BUNDLE / "src", work / "src")
-    for name in ("build.mjs", "package.json", "package-lock.json"):
-        shutil.copy(BUNDLE / name, work / name)
+    """Built again from the sources with the packages of the lock: the same bytes as those that are committed."""
+    bundle, work, out = Path(page_template.__file__).with_name("bundle"), tmp_path / "work", tmp_path / "out"
+    shutil.copytree(bundle, work)
     (work / "node_modules").symlink_to(HOME / "node" / "node_modules")
-    out = tmp_path / "out"
     out.mkdir()
     subprocess.run(["node", "build.mjs", str(out)], cwd=work, check=True, timeout=120)
-    assert (out / "viewer.js").read_bytes() == viewer_script()
-    assert (out / "LICENSES.txt").read_bytes() == (BUNDLE / "LICENSES.txt").read_bytes()
+    for name in ("viewer.js", "LICENSES.txt"):
+        assert (out / name).read_bytes() == (bundle / name).read_bytes()
+
+
+KITCHEN = "one_wall_small__coastal"
+PATIENCE_S = 240.0
+
+
+@pytest.fixture(scope="module")
+def served_microwave(cache: Path) -> Iterator[ViewServer]:
+    with serving(find("microwave/steel", Path("none"), ()), lambda s, tell: make(s, cache, tell)) as server:
+        yield server
+
+
+@pytest.fixture(scope="module")
+def kitchen(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[ViewServer]:
+    subject = find(KITCHEN, tmp_path_factory.mktemp("scenes"), ())
+    with serving(subject, lambda s, tell: make(s, cache, tell), "on") as server:
+        yield server
+
+
+def shown(browser: Browser, server: ViewServer, **how: bool | int) -> Page:
+    """The page once its model is seen."""
+    page = browser.open(server.address, **how)  # type: ignore[arg-type]
+    page.wait("body[data-shown], .progress.bad", PATIENCE_S)
+    assert page.texts("#progress") == []
+    return page
+
+
+def wait_until(is_so: Callable[[], bool]) -> None:
+    """Wait for what the page asks the server for. Raises AssertionError where it does not come."""
+    end = time.monotonic() + 20.0
+    while not is_so():
+        assert time.monotonic() < end, "it does not come"
+        time.sleep(0.2)
+
+
+def test_keys_start_and_stop_a_microwave(browser: Browser, served_microwave: ViewServer) -> None:
+    page = shown(browser, served_microwave)
+    assert page.texts(".state") == ["lamp: off", "power: off"]
+    page.click("text=press start button")
+    wait_until(lambda: "power: on" in page.texts(".state"))
+    assert "spin" in " ".join(page.texts(".state.acts"))
+    page.click("text=press stop button")
+    wait_until(lambda: "power: off" in page.texts(".state"))
+    page.press("End", '[data-joint="microjoint"] input')
+    wait_until(lambda: "lamp: on" in page.texts(".state"))
+    page.assert_clean()
+
+
+def test_a_pose_lights_burners_and_a_knob_puts_one_out(browser: Browser, kitchen: ViewServer) -> None:
+    page = shown(browser, kitchen)
+    page.click("#states_section > summary")
+    wait_until(lambda: page.texts(".thing.acts summary") != [])
+    (stove,) = [name for name in page.texts(".thing.acts summary") if "range" in name or "hob" in name]
+    page.click(f'#states summary:text-is("{stove}")')
+    lit = len(page.texts(".state.acts"))
+    assert lit > 1
+    knob = f'[data-joint^="{stove.replace(" ", "_")}/"][data-words*="knob"] input'
+    page.fill(".cv-search", f"{stove} knob")
+    page.press("Home", knob)
+    wait_until(lambda: len(page.texts(".state.acts")) < lit)
+    # Names of things, and where robots park.
+    assert page.texts(".cv-label") == []
+    page.click("#mark_labels")
+    assert any("fridge" in name for name in page.texts(".cv-label"))
+    page.click("#mark_parking")
+    page.click("#mark_labels")
+    page.pause(0.5)
+    page.assert_clean()
+
+
+def test_another_style_takes_its_place_with_the_doors_as_they_stood(browser: Browser, kitchen: ViewServer) -> None:
+    page = shown(browser, kitchen)
+    page.fill(".cv-search", "fridge door")
+    door = page.evaluate("[...document.querySelectorAll('.cv-joint')].find(e => e.checkVisibility()).dataset.joint")
+    page.press("End", f'[data-joint="{door}"] input')
+    page.click("#swap summary")
+    page.evaluate(
+        "(s => { s.value = 'industrial'; s.dispatchEvent(new Event('change')); })(document.getElementById('style'))"
+    )
+    page.wait('body[data-shown="one_wall_small__industrial"], .progress.bad', PATIENCE_S)
+    assert page.texts("#progress") == []
+    assert page.texts("#title") == ["one_wall_small__industrial"]
+    assert "casa-assets scenes build one_wall_small__industrial" in page.texts("#note")[0]
+    (angle,) = page.evaluate(
+        f"[...document.querySelectorAll('[data-joint=\"{door}\"] output')].map(e => e.textContent)"
+    )
+    assert angle != "0°"
+    page.assert_clean()
+
+
+def test_what_goes_wrong_is_shown_on_the_page(browser: Browser, tmp_path: Path, cache: Path) -> None:
+    with serving(AssetFolder(tmp_path / "gone"), lambda s, tell: make(s, cache, tell)) as server:
+        page = browser.open(server.address)
+        page.wait(".progress.bad")
+        assert "asset.json" in page.texts("#progress")[0]

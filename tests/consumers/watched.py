@@ -112,7 +112,6 @@ WATCHED = {
     "test_urdf.py": Watched(
         ("urdf",), (*_package("formats/urdf.py", "checks/readers/urdf_facts.py"), "docs/howto/use/urdf.md")
     ),
-    "test_view_page.py": _PAGES_IN_A_BROWSER,
     "test_viewer.py": _PAGES_IN_A_BROWSER,
 }
 

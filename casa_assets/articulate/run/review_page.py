@@ -22,8 +22,7 @@ from casa_assets.library import decisions
 from casa_assets.library.entry_files import PICTURE
 from casa_assets.library.library import Library
 from casa_assets.model.issue import Decision
-from casa_assets.show.page.page_models import PageModels, models_of, write_models
-from casa_assets.show.page.page_template import relative_link, render_template
+from casa_assets.show.page.page_template import PageModels, models_of, relative_link, render_template, write_models
 from casa_assets.show.stills.still import CELL_PX, part_color, strip_corners
 
 NAME = "review.html"

@@ -46,7 +46,7 @@ from casa_assets.runs.asset_package import WRITING, certify, check_package, writ
 from casa_assets.runs.engine import NOTHING_KNOWN, KeptAsset, NewResult, cached_outcome, kept_before, kept_instead
 from casa_assets.runs.engine import RETRIED_CODES as RETRIED_BY_INGEST
 from casa_assets.runs.outcome import Outcome, RunAborted, first_error, writing
-from casa_assets.show.stills.renderer import NoRenderer
+from casa_assets.show.stills.opengl import NoRenderer
 from casa_assets.show.stills.still import CannotDraw, MovingJoint, joint_strip, render_model
 
 if TYPE_CHECKING:

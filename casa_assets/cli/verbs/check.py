@@ -11,9 +11,19 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from casa_assets.cli import completion
 from casa_assets.cli.group import Verb, group_of
-from casa_assets.cli.options import LIBRARY_HELP, OUT_HELP, AsJson, Browser, Port, library_at, more, shared
+from casa_assets.cli.options import (
+    LIBRARY_HELP,
+    OUT_HELP,
+    AsJson,
+    Browser,
+    Port,
+    complete_categories,
+    complete_things,
+    library_at,
+    more,
+    shared,
+)
 from casa_assets.cli.output import Output, TextTable, from_column, measures_at, pluralize
 
 if TYPE_CHECKING:
@@ -22,6 +32,18 @@ if TYPE_CHECKING:
     from casa_assets.cli.doctor import Finding
     from casa_assets.model.registry.category import Category, SizeRange
 
+PACKAGE, RENDERER = "package ", "renderer "
+SUBJECT_WIDTH = 16
+# Consequences for a subject for which a check fails.
+EFFECTS = {
+    "error": "error: what fails is kept out of the library",
+    "warning": "warning: advice that is kept with the asset",
+    "rejection": "rejection: the input was not taken",
+}
+categories = group_of(
+    "categories", "Categories of things: usual size and mass, substance, other names, what builds them: list, show."
+)
+
 
 @shared
 def check(
@@ -29,7 +51,7 @@ def check(
     folders: Annotated[
         list[Path],
         typer.Argument(
-            help="Folders of assets or kitchens.", exists=True, file_okay=False, autocompletion=completion.things
+            help="Folders of assets or kitchens.", exists=True, file_okay=False, autocompletion=complete_things
         ),
     ],
 ) -> None:
@@ -60,10 +82,6 @@ def check(
             say(f"{verdict} {report.subject}: {report.tally}")
     if failed:
         raise typer.Exit(1)
-
-
-PACKAGE, RENDERER = "package ", "renderer "
-SUBJECT_WIDTH = 16
 
 
 @shared
@@ -107,7 +125,7 @@ def _print_findings(found: Sequence[Finding], output: Output) -> None:
         for finding in rest:
             _print_finding(finding, output)
         return
-    # Where one renderer draws, nothing is to be said of single ones.
+    # Where one renderer draws, there is nothing to say of single ones.
     shown = [f for f in rest if f not in packages and not (draws and f.subject.startswith(RENDERER))]
     for finding in (one for one in shown if not one.ok):
         _print_finding(finding, output)
@@ -175,14 +193,6 @@ def review(
             for page in pages if browser else ():
                 open_in_browser(page)
             server.serve_forever()
-
-
-# What becomes of a subject for which a check fails.
-EFFECTS = {
-    "error": "error: what fails is kept out of the library",
-    "warning": "warning: advice that is kept with the asset",
-    "rejection": "rejection: the input was not taken",
-}
 
 
 def checks(
@@ -262,11 +272,6 @@ def schemas(
             typer.echo(text if name else known, nl=not name)
 
 
-categories = group_of(
-    "categories", "Categories of things: usual size and mass, substance, other names, what builds them: list, show."
-)
-
-
 @categories.command("list", cls=Verb)
 def list_categories(json_: AsJson = False) -> None:
     """List every category with its class, usual size and mass, and what builds it.
@@ -290,7 +295,7 @@ def list_categories(json_: AsJson = False) -> None:
 
 @categories.command(cls=Verb)
 def show(
-    names: Annotated[list[str], typer.Argument(help="Ids of categories.", autocompletion=completion.categories)],
+    names: Annotated[list[str], typer.Argument(help="Ids of categories.", autocompletion=complete_categories)],
     json_: AsJson = False,
 ) -> None:
     """Print what is known of categories: usual size and mass, substance, other names, what builds them.

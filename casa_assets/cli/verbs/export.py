@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from casa_assets.cli import completion
 from casa_assets.cli.group import Verb, group_of
-from casa_assets.cli.options import LIBRARY_HELP, OUT_HELP, Jobs, Kitchens, WithReview, more, shared
+from casa_assets.cli.options import LIBRARY_HELP, OUT_HELP, Jobs, Kitchens, WithReview, complete_assets, more, shared
 from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at, pluralize, safe, terminal_safe
 
 if TYPE_CHECKING:
@@ -29,9 +28,16 @@ _SOURCE = typer.Argument(
     exists=True,
     file_okay=False,
     readable=True,
-    autocompletion=completion.assets,
+    autocompletion=complete_assets,
 )
 Source = Annotated[Path | None, _SOURCE]
+SCENES = Path("out/scenes")  # where finishes are found that the id of a scene has as a digest alone
+COUNT = 4  # members of each category that the command for missing objects makes
+States = Annotated[
+    Path | None,
+    typer.Option(help="Folder of scenes whose start states (scenes states) are written too.", file_okay=False),
+]
+app = group_of("export", "Libraries and kitchens in the form that another program reads.")
 
 
 def export_as(
@@ -44,11 +50,7 @@ def export_as(
     with_review: bool,
     output: Output,
 ) -> None:
-    """Write a library, an asset or kitchens in a form; exits with 1 where one was refused.
-
-    Args:
-        word: name of the form in a sentence.
-    """
+    """Write a library, an asset or kitchens in a form, called so in a sentence; exits with 1 where one was refused."""
     from casa_assets.export import export_assets, export_scenes
 
     if (source is None) == (not scenes):
@@ -86,11 +88,7 @@ def _ended(running: Generator[Any, None, None], output: Output) -> list[Any]:
 
 
 def look(ids: Sequence[str], source: Path | None, output: Output) -> None:
-    """Print the command that shows the first of what was exported.
-
-    Args:
-        ids: of assets, or of kitchens if there is no source. source: library, or the folder of one asset.
-    """
+    """Print the command that shows the first exported asset of a library or a folder, or kitchen without a source."""
     from casa_assets.library.library import CERTIFICATE
 
     if not ids:
@@ -197,14 +195,6 @@ def plugin(
     from casa_assets.export import form_of
 
     export_as(form_of(name), name, source, [], out, 1, with_review, output)
-
-
-SCENES = Path("out/scenes")  # where finishes are found that the id of a scene has as a digest alone
-COUNT = 4  # members of each category that the command for missing objects makes
-States = Annotated[
-    Path | None,
-    typer.Option(help="Folder of scenes whose start states (scenes states) are written too.", file_okay=False),
-]
 
 
 @shared
@@ -334,9 +324,6 @@ def _print_objects(results: list[ExportedObject], out: Path, output: Output, max
             output.detail(f"exported {terminal_safe(result.id)}: {result.model}")
     message = f"{pluralize(len(written), 'object')} in {pluralize(len(kinds), 'category')}"
     output.line(f"{message}; read {terminal_safe(str(out))}/README.md for how to add them")
-
-
-app = group_of("export", "Libraries and kitchens in the form that another program reads.")
 
 
 for verb in (glb, robocasa, urdf, plugin):

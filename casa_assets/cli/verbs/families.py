@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from casa_assets.cli import completion
-from casa_assets.cli.batch_output import end_builds, print_problems, seconds_of
+from casa_assets.cli.batch_output import built_row, end_builds, print_problems
 from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.options import (
     ALL_HELP,
@@ -25,10 +24,13 @@ from casa_assets.cli.options import (
     Seed,
     WidthPx,
     Workers,
+    complete_families,
+    complete_objects,
+    complete_presets,
     more,
     shared,
 )
-from casa_assets.cli.output import Output, TextTable, from_column, issue_rows, measures_at, pluralize, working_on
+from casa_assets.cli.output import Output, TextTable, from_column, measures_at, pluralize, working_on
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -41,6 +43,8 @@ families = group_of(
 )
 HELP = "Families."
 MAX_TOLD = 12  # problems of one check of all members that are printed; the library keeps all of them
+objects = group_of("objects", "Loose objects, generated: food, tableware, packages; list, show, build.")
+Names = Annotated[list[str], typer.Argument(help="Categories.", autocompletion=complete_objects)]
 
 
 @families.command("list", cls=Verb)
@@ -73,11 +77,10 @@ def list_families(json_: AsJson = False) -> None:
 @shared
 def show(
     output: Output,
-    names: Annotated[list[str], typer.Argument(help=HELP, autocompletion=completion.families)],
+    names: Annotated[list[str], typer.Argument(help=HELP, autocompletion=complete_families)],
     out: Out = Path("out/look"),
     preset: Annotated[
-        list[str] | None,
-        typer.Option(help="Presets; all where none is named.", autocompletion=completion.presets),
+        list[str] | None, typer.Option(help="Presets; all where none is named.", autocompletion=complete_presets)
     ] = None,
     samples: Samples = 0,
     seed: Seed = 0,
@@ -124,7 +127,7 @@ def show(
 @shared
 def build(
     output: Output,
-    names: Annotated[list[str] | None, typer.Argument(help=HELP, autocompletion=completion.families)] = None,
+    names: Annotated[list[str] | None, typer.Argument(help=HELP, autocompletion=complete_families)] = None,
     all_: All = False,
     samples: Samples = 0,
     presets: Annotated[
@@ -159,7 +162,7 @@ def catalogue(
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Families, and categories of objects; all where none is named.", autocompletion=completion.families
+            help="Families, and categories of objects; all where none is named.", autocompletion=complete_families
         ),
     ] = None,
     out: Out = Path("out/catalogue"),
@@ -188,10 +191,6 @@ def catalogue(
     output.made("catalogue", out, page=last, count=len(titles))
     output.line(f"Catalogue: {last}")
     output.look_at_file(Path(last))
-
-
-objects = group_of("objects", "Loose objects, generated: food, tableware, packages; list, show, build.")
-Names = Annotated[list[str], typer.Argument(help="Categories.", autocompletion=completion.objects)]
 
 
 @objects.command("list", cls=Verb)
@@ -256,7 +255,7 @@ def show_objects(
 @shared
 def build_objects(
     output: Output,
-    names: Annotated[list[str] | None, typer.Argument(help="Categories.", autocompletion=completion.objects)] = None,
+    names: Annotated[list[str] | None, typer.Argument(help="Categories.", autocompletion=complete_objects)] = None,
     all_: Annotated[bool, typer.Option("--all", help=more(ALL_HELP, "every category."))] = False,
     count: Annotated[int, typer.Option(min=1, max=4000, help=COUNT_HELP)] = 17,
     seed: Seed = 0,
@@ -305,26 +304,11 @@ def _follow(running: Iterable[FamilyResult], requests: Sequence[FamilyRequest], 
 
 
 def print_member(result: FamilyResult, output: Output, always: bool = False) -> None:
-    """Print whether a member passed, how long it took, and every issue.
-
-    Args:
-        always: also of a member that passed, where the user did not ask for more words.
-    """
-    row = {
-        "member": result.request.title,
-        "id": result.asset_id,
-        "folder": result.folder,
-        "verdict": "passed" if result.passed else "failed",
-        **measures_at(result.folder if result.passed else None),
-        "passed": result.passed,
-        "kept": result.is_kept,
-        "message": result.message,
-        "issues": issue_rows(result.problems),
-        **seconds_of(result, 4),
-        "cpu_s": round(result.cpu_s, 4),
-        "bytes": result.size_bytes,
-    }
-    output.row(row)
+    """Print a member's verdict, times and issues; one that passed only if the user wants more words, or `always`."""
+    row = built_row(result, result.asset_id, "passed" if result.passed else "failed", digits=4)
+    row |= {"member": result.request.title, "kept": result.is_kept, "bytes": result.size_bytes}
+    measured = measures_at(result.folder if result.passed else None)
+    output.row({**row, **measured, "cpu_s": round(result.cpu_s, 4)})
     if result.passed and not (always or output.verbose):
         return
     mark = "[green]passed[/]" if result.passed else "[red]failed[/]"
@@ -335,11 +319,7 @@ def print_member(result: FamilyResult, output: Output, always: bool = False) -> 
 
 
 def _print_together(report: Report, titles: Mapping[str, str], output: Output) -> None:
-    """Print what the checks of all members together found, the first few problems of each.
-
-    Args:
-        report: of a library. titles: code -> title of the checks to print.
-    """
+    """Print what the checks with these titles found of all members together, the first few problems of each."""
     for result in (one for one in report.results if one.code in titles):
         number = result.reason if result.number is None else f"{result.number:.3g} (limit {result.limit:g})"
         output.line(f"{result.code} {titles[result.code]}: {result.status.value}, {number}")

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
 
-from casa_assets.cli.batch_output import end_inputs, look, print_changes, print_events, print_summary, waiting
+from casa_assets.cli.batch_output import end_inputs, look, print_events, print_summary
 from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.options import (
     CLIP_HELP,
@@ -24,12 +27,13 @@ from casa_assets.cli.options import (
     more,
     shared,
 )
-from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at, pluralize, terminal_safe
+from casa_assets.cli.output import Output, TextTable, bar, measures, measures_at, pluralize, safe, terminal_safe
 
 if TYPE_CHECKING:
     from casa_assets.library.library import Library as LibraryFolder
     from casa_assets.library.search import Found, SearchHit
-    from casa_assets.show.page.page_models import PageModels
+    from casa_assets.runs.outcome import Event
+    from casa_assets.runs.remote import Change
     from casa_assets.show.reports.gate import Condition
     from casa_assets.show.reports.library_page import WrittenReport
 
@@ -37,10 +41,19 @@ app = group_of(
     "library", "Libraries as a whole: merge the parts that several machines made, index many, keep them on stores."
 )
 
-
+WORDS = ("copied", "kept", "removed", "failed")  # what becomes of entries that are copied
 PARTIAL_HELP = "Go on where parts are missing."
 Url = Annotated[str, typer.Argument(metavar="URL", help="Library on a store, such as s3://bucket/library.")]
+Sending = Callable[["Generator[Event]"], "Generator[Event]"]
 Delete = Annotated[bool, typer.Option("--delete", help="Remove what the other side lacks; decisions of people too.")]
+Junit = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Write JUnit XML too: a test case for each input and condition.")
+]
+Page = Annotated[Path | None, typer.Option(help=more(OUT_HELP, "report.html in the library by default."))]
+Baseline = Annotated[
+    Path | None, typer.Option(help="Earlier report.json or library; lists what is better, worse, new or gone.")
+]
+Sarif = Annotated[Path | None, typer.Option(metavar="FILE", help="Write SARIF 2.1.0 too, which code scanning shows.")]
 
 
 @app.command(cls=Verb)
@@ -104,8 +117,8 @@ def push(
     remote = RemoteLibrary.open(url)
     with place.locked(), hold(remote, waiting(output)) as lock:
         changes = run(place, remote, lock, Extra.REMOVE if delete else Extra.REFUSE)
-        told = print_changes(changes, "pushing", output, library)
-    output.line(f"Store: {terminal_safe(remote.url)}: {told}")
+        counts = print_changes(changes, "pushing", output, library)
+    output.line(f"Store: {terminal_safe(remote.url)}: {counts}")
 
 
 @app.command(cls=Verb)
@@ -137,8 +150,77 @@ def pull(
     with place.locked():
         place.sweep()
         changes = run(remote, place, Extra.REMOVE if delete else Extra.REFUSE, partial)
-        told = print_changes(changes, "pulling", output, library)
-    output.line(f"Library: {terminal_safe(str(library))}: {told}")
+        counts = print_changes(changes, "pulling", output, library)
+    output.line(f"Library: {terminal_safe(str(library))}: {counts}")
+
+
+def print_changes(changes: Iterator[Change], word: str, output: Output, rows_in: Path | None = None) -> str:
+    """Show a bar while entries are copied; returns how many were copied, kept and removed, in words.
+
+    `rows_in`: library whose entries are printed as rows of --json.
+    """
+    counts: Counter[str] = Counter()
+    sent = 0
+    with bar(output.console) as progress:
+        task = progress.add_task(word, total=None)
+        for change in changes:
+            counts[change.kind] += 1
+            sent += change.bytes_copied
+            name = terminal_safe(change.path)
+            progress.update(
+                task,
+                completed=counts.total() - counts["removed"],
+                total=change.total,
+                description=f"{word} {safe(change.path)}",
+            )
+            if rows_in is not None:
+                folder = rows_in / change.path
+                place = str(folder) if folder.is_dir() else ""
+                id_ = change.path.rpartition("/")[2]
+                size, message = change.bytes_copied, change.message
+                output.made(id_, place, verdict=change.kind, bytes=size, path=change.path, message=message)
+            if change.kind != "kept":
+                output.detail(f"{change.kind} {name}")
+    words = [f"{counts[kind]} {kind}" for kind in WORDS if counts[kind]] or ["no entries"]
+    return f"{', '.join(words)}; {sent / 1e6:,.1f} MB"
+
+
+def waiting(output: Output) -> Callable[[str], None]:
+    """A function that prints, once, what is being waited for."""
+    printed: set[str] = set()
+
+    def show(text: str) -> None:
+        if text not in printed:
+            printed.add(text)
+            output.line(terminal_safe(text))
+
+    return show
+
+
+@contextmanager
+def on_store(url: str, library: Path, output: Output) -> Iterator[Sending]:
+    """Keep the library of a run on a store: fetch it first, send entries as they are made, and all the rest at the end.
+
+    Args:
+        url: of the store; empty: the library stays on this disk. library: folder on this disk.
+    Yields:
+        what the events of the run are to be passed through.
+    """
+    if not url:
+        yield lambda events: events
+        return
+    from casa_assets.library.library import Library
+    from casa_assets.library.remote_folder import hold
+    from casa_assets.runs.remote import RemoteLibrary, StoredRun
+
+    remote = RemoteLibrary.open(url)
+    with hold(remote, waiting(output)) as lock:
+        run = StoredRun(Library(library), remote, lock)
+        fetched = print_changes(run.fetch(), "fetching", output)
+        output.detail(f"fetched of {remote.url}: {fetched}")
+        yield run.sending
+        sent = print_changes(run.finish(), "sending", output)
+        output.line(f"Store:   {terminal_safe(remote.url)}: {sent} at the end")
 
 
 @app.command(cls=Verb)
@@ -205,19 +287,22 @@ def find(
       casa-assets find --where category=mug,cup --where 'size<=0.12' --json
       casa-assets find --where reason=FLT005 --most 100
     """
-    from casa_assets.library.search import entries_that, parse_condition, search_entries, with_default
+    from casa_assets.library import search
 
-    conditions = [parse_condition(text) for text in where or ()]
+    conditions = [search.parse_condition(text) for text in where or ()]
     has_words = bool(query.strip())
     if not has_words and (clip_weights or not conditions):
         raise typer.BadParameter("there are no words to look for", param_hint="QUERY")
     if clip_weights and conditions:
         raise typer.BadParameter("searches without pictures; leave --clip-weights out", param_hint="--where")
     if clip_weights:
-        found = _by_picture(query, library, clip_weights, most)
+        from casa_assets.library.clip import load_clip
+
+        hits = search.search_by_picture(query, library_at(library), load_clip(clip_weights), most)
+        found = search.Found(hits, len(hits))
     else:
-        fitting = entries_that(library_at(library), with_default(conditions))
-        found = search_entries(fitting, library, query, most)
+        fitting = search.entries_that(library_at(library), search.with_default(conditions))
+        found = search.search_entries(fitting, library, query, most)
     if not found.hits:
         output.error(f"no match{_unnamed(library) if has_words else ''}")
         raise typer.Exit(1)
@@ -230,14 +315,6 @@ def _unnamed(library: Path) -> str:
 
     count = sum(1 for _ in entries_that(library_at(library), [parse_condition("decide=category")]))
     return f"; {pluralize(count, 'asset')} in review without a category: casa-assets review {library}" if count else ""
-
-
-def _by_picture(query: str, library: Path, clip_weights: str, most: int) -> Found:
-    from casa_assets.library.clip import load_clip
-    from casa_assets.library.search import Found, search_by_picture
-
-    hits = search_by_picture(query, library_at(library), load_clip(clip_weights), most)
-    return Found(hits, len(hits))
 
 
 def _print_found(found: Found, root: Path, has_words: bool, output: Output) -> None:
@@ -261,18 +338,8 @@ def _facts(hit: SearchHit) -> dict[str, Any]:
     """Mass and size of what was found and, where its entry was read, what became of it."""
     if (entry := hit.entry) is None:
         return measures_at(hit.folder)
-    told = {"status": entry.decision.value, "code": entry.code, "title": entry.title}
-    return {**measures(entry.summary), **told, "source": entry.source, "source_path": entry.source_path}
-
-
-Junit = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Write JUnit XML too: a test case for each input and condition.")
-]
-Page = Annotated[Path | None, typer.Option(help=more(OUT_HELP, "report.html in the library by default."))]
-Baseline = Annotated[
-    Path | None, typer.Option(help="Earlier report.json or library; lists what is better, worse, new or gone.")
-]
-Sarif = Annotated[Path | None, typer.Option(metavar="FILE", help="Write SARIF 2.1.0 too, which code scanning shows.")]
+    known = {"status": entry.decision.value, "code": entry.code, "title": entry.title}
+    return {**measures(entry.summary), **known, "source": entry.source, "source_path": entry.source_path}
 
 
 @shared
@@ -322,7 +389,15 @@ def report(
     target = out or library / "report.html"
     _compare_all(library_at(library), clip_weights)
     with writing(target.parent):
-        models = _write_models(library, target, output) if in_3d else None
+        models = None
+        if in_3d:
+            from casa_assets.show.page.page_template import models_of, write_models
+
+            with bar(output.console) as progress:
+                task = progress.add_task("models", total=None)
+                for done, total in write_models(library, target):
+                    progress.update(task, total=total, completed=done)
+            models = models_of(target)
         written = write(library, target, baseline, conditions, models, junit, sarif)
     _print_written(written, library, output)
 
@@ -355,13 +430,3 @@ def _compare_all(library: LibraryFolder, clip_weights: str) -> None:
         model = load_clip(clip_weights) if clip_weights else None
         with library.locked(), writing(library.root):
             library_report.compare_library(library, EntryTable(library), model)
-
-
-def _write_models(library: Path, target: Path, output: Output) -> PageModels:
-    from casa_assets.show.page.page_models import models_of, write_models
-
-    with bar(output.console) as progress:
-        task = progress.add_task("models", total=None)
-        for done, total in write_models(library, target):
-            progress.update(task, total=total, completed=done)
-    return models_of(target)

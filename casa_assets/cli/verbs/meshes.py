@@ -6,7 +6,7 @@ import re
 import shlex
 from collections import Counter
 from contextlib import closing
-from functools import partial
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,12 +14,12 @@ import typer
 
 from casa_assets.cli import batch_output
 from casa_assets.cli.batch_output import MOST_LISTED
-from casa_assets.cli.group import LIMITS
 from casa_assets.cli.options import (
     CLIP_HELP,
     Category,
     DryRun,
     ForceWorse,
+    InputLimits,
     LibraryOut,
     Most,
     Out,
@@ -41,6 +41,7 @@ from casa_assets.cli.output import (
     safe_message,
     terminal_safe,
 )
+from casa_assets.cli.verbs.library import Sending, on_store
 from casa_assets.errors import CasaError
 
 if TYPE_CHECKING:
@@ -54,8 +55,9 @@ if TYPE_CHECKING:
     from casa_assets.model.record import Vec3
     from casa_assets.runs.outcome import Event
 
-# An option that bounds an input; 0 stands for the default, which its help names.
-_limit = partial(typer.Option, min=0, show_default=False, rich_help_panel=LIMITS)
+MeshSources = Annotated[
+    list[str], typer.Argument(help="Files, folders, packages, manifests, addresses of stores.", parser=source)
+]
 Explain = Annotated[
     bool, typer.Option("--explain", help="Print every guess, with its confidence and reason; not with --dry-run.")
 ]
@@ -84,24 +86,36 @@ RetryOnly = Annotated[
 StoreUrl = Annotated[
     str, typer.Option("--store", metavar="URL", help="Also keep the library there, such as s3://bucket/library.")
 ]
+StaticMeshes = Annotated[
+    list[Path], typer.Argument(help="Meshes, each of one thing, or folders of them.", exists=True, readable=True)
+]
+DecisionsFile = Annotated[
+    Path | None,
+    typer.Option(
+        help="decisions.yaml of an earlier run, changed by you, or review.json of its page.",
+        exists=True,
+        dir_okay=False,
+    ),
+]
+CategoryWeights = Annotated[
+    str, typer.Option("--clip-weights", help=more(CLIP_HELP, "it tells the category where --category does not."))
+]
+Complete = Annotated[
+    bool, typer.Option("--complete/--no-complete", help="Build an interior where a door or drawer opens onto nothing.")
+]
+CONTRACT_ADVICE = "to meet it, change decisions.yaml beside the model, or the mesh, and run again"
+# Names of meshes that the progress bar shows at once.
+MAX_NAMES = 3
 
 
 @shared
 def ingest(
     output: Output,
-    sources: Annotated[
-        list[str],
-        typer.Argument(help="Files, folders, packages, manifests, addresses of stores.", parser=source),
-    ],
+    sources: MeshSources,
     library: LibraryOut = Path("out/library"),
     category: Category = "",
     workers: Workers = 0,
-    timeout: Annotated[float, _limit(metavar="SECONDS", help="Processor seconds per input; 300 by default.")] = 0.0,
-    memory: Annotated[float, _limit(metavar="GB", help="Gigabytes per input; 8 by default.")] = 0.0,
-    max_size: Annotated[float, _limit(metavar="MB", help="Megabytes of an input; 512 by default.")] = 0.0,
-    max_faces: Annotated[int, _limit(help="Faces of an input; 2500000 by default.")] = 0,
-    max_texture: Annotated[int, _limit(help="Pixels of a side; 16384 by default.")] = 0,
-    max_pixels: Annotated[float, _limit(help="Million pixels; 67.2 by default.")] = 0.0,
+    limits: InputLimits = None,
     clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "compares pictures."))] = "",
     keep_duplicates: KeepDuplicates = False,
     split: Split = False,
@@ -142,24 +156,10 @@ def ingest(
     if dry_run and store:
         raise typer.BadParameter("does not go with --dry-run", param_hint="--store")
     roots, refused = roots_of(sources, library)
-    options = Options(
-        library,
-        category,
-        workers,
-        seconds=timeout,
-        memory_bytes=int(memory * 1e9),
-        guards=_guards(max_size, max_faces, max_texture, max_pixels),
-        weights=clip_weights,
-        keep_duplicates=keep_duplicates,
-        split=split,
-        again=_codes(retry),
-        only=_codes(retry_only),
-        dry_run=dry_run,
-        shard=_shard(shard),
-        refused=refused,
-        force=force,
-    )
-    with batch_output.on_store(store, library, output) as sending:
+    options = Options(library, category, workers, keep_duplicates=keep_duplicates, split=split, force=force)
+    options = replace(options, again=_codes(retry), only=_codes(retry_only), shard=_shard(shard), dry_run=dry_run)
+    options = replace(options, weights=clip_weights, refused=refused, **(limits or {}))
+    with on_store(store, library, output) as sending:
         events = _run_once(roots, options, output, explain, sending)
     if not dry_run:
         batch_output.look(events, output)
@@ -167,13 +167,12 @@ def ingest(
 
 
 def _run_once(
-    sources: list[Path | StoreRoot], options: Options, output: Output, explain: bool, sending: batch_output.Sending
+    sources: list[Path | StoreRoot], options: Options, output: Output, explain: bool, sending: Sending
 ) -> list[Event]:
     from casa_assets.ingest.run.run import ingest as run
     from casa_assets.ingest.run.shards import SHARD_FILE
 
     others: Counter[str] = Counter()
-
     events = batch_output.print_events(
         lambda show_work: sending(run(sources, options, others=others, show_work=show_work)), output, options.dry_run
     )
@@ -211,17 +210,6 @@ def _shard(words: str) -> Shard | None:
         raise typer.BadParameter(str(error), param_hint="--shard") from None
 
 
-def _guards(megabytes: float, faces: int, pixels: int, million_pixels: float) -> dict[str, float]:
-    """Limits of the registry that this run changes; what is 0 stays as it is."""
-    limits = {
-        "input_bytes": megabytes * 1e6,
-        "input_faces": faces,
-        "input_texture_px": pixels,
-        "input_texture_pixels": million_pixels * 1e6,
-    }
-    return {name: value for name, value in limits.items() if value}
-
-
 @shared
 def fetch(
     output: Output,
@@ -249,40 +237,21 @@ def fetch(
     output.next_command("ingest", folder)
 
 
-CONTRACT_ADVICE = "to meet it, change decisions.yaml beside the model, or the mesh, and run again"
-# Names of meshes that the progress bar shows at once.
-MAX_NAMES = 3
-
-
 @shared
 def articulate(
     output: Output,
-    sources: Annotated[
-        list[Path], typer.Argument(help="Meshes, each of one thing, or folders of them.", exists=True, readable=True)
-    ],
+    sources: StaticMeshes,
     out: LibraryOut = Path("out/articulated"),
     category: Category = "",
     up: Annotated[str, typer.Option(help="Axis of the file that points up, such as +z; else it is guessed.")] = "",
     front: Annotated[str, typer.Option(help="Axis of the file that the front faces, such as -y.")] = "",
     size_m: SizeM = 0.0,
-    decisions: Annotated[
-        Path | None,
-        typer.Option(
-            help="decisions.yaml of an earlier run, changed by you, or review.json of its page.",
-            exists=True,
-            dir_okay=False,
-        ),
-    ] = None,
+    decisions: DecisionsFile = None,
     preview: Annotated[bool, typer.Option("--preview", help="Write strip.png: closed, by part, apart, open.")] = False,
     report: Annotated[bool, typer.Option("--report", help="Print every part with its confidence.")] = False,
     review: Annotated[bool, typer.Option("--review", help="Write review.html, to correct parts on.")] = False,
-    clip_weights: Annotated[
-        str, typer.Option("--clip-weights", help=more(CLIP_HELP, "it tells the category where --category does not."))
-    ] = "",
-    complete: Annotated[
-        bool,
-        typer.Option("--complete/--no-complete", help="Build an interior where a door or drawer opens onto nothing."),
-    ] = True,
+    clip_weights: CategoryWeights = "",
+    complete: Complete = True,
     force: ForceWorse = False,
     workers: Workers = 0,
 ) -> None:
@@ -303,13 +272,10 @@ def articulate(
     from casa_assets.articulate.run.build import ArticulateRequest
     from casa_assets.articulate.run.run import articulate as run
 
-    if clip_weights:
-        from casa_assets.library.clip import require_weights
-
-        require_weights(clip_weights)
+    weights = _weights(clip_weights)
     given, reviewed = _read_decisions(decisions, sources)
     common = category, _axis(up, "--up"), _axis(front, "--front"), size_m, given
-    flags = preview or review, Path(clip_weights) if clip_weights else None, complete, force
+    flags = preview or review, weights, complete, force
 
     def request_for(found: Found) -> ArticulateRequest:
         return ArticulateRequest(Path(found.source.place), out, *common, *flags, found)
@@ -329,28 +295,24 @@ def articulate(
         in_review = batch_output.print_counts(outcomes, kept, output)
         batch_output.print_review(in_review, False, out, output)
     if review:
-        command = _review_command(sources, out, options, complete)
-        output.line(str(review_page.write(out, outcomes, command)))
+        output.line(str(review_page.write(out, outcomes, _review_command(sources, out, options, complete))))
     batch_output.look(outcomes, output)
     batch_output.end_inputs(outcomes, [str(outcome.mesh) for outcome in outcomes])
 
 
 def _follow(
-    start: Callable[[Callable[[Sequence[str]], None]], Generator[ArticulateOutcome]],
-    output: Output,
-    report: bool,
+    start: Callable[[Callable[[Sequence[str]], None]], Generator[ArticulateOutcome]], output: Output, report: bool
 ) -> list[ArticulateOutcome]:
-    """Run to the end under a progress bar, print each outcome as it comes, and return them all.
-
-    Args:
-        start: begins the run; it takes what is called with the names of the meshes at work.
-    """
+    """Run under a progress bar, print each outcome and return all; `start` takes what is called with names at work."""
     outcomes: list[ArticulateOutcome] = []
     with bar(output.console) as progress:
         task = progress.add_task("looking", total=None)
 
         def show_work(names: Sequence[str]) -> None:
-            progress.update(task, description=_progress_text(outcomes, names))
+            shown = ", ".join(safe(Path(name).name) for name in names[:MAX_NAMES])
+            shown += f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
+            counts = batch_output.counts_text(*batch_output.counts_of(outcomes))
+            progress.update(task, description=f"{counts}; at work on {shown}")
 
         with closing(start(show_work)) as running:
             for outcome in running:
@@ -391,12 +353,6 @@ def _json_row(outcome: ArticulateOutcome) -> dict[str, object]:
     }
 
 
-def _progress_text(outcomes: Sequence[ArticulateOutcome], names: Sequence[str]) -> str:
-    shown = ", ".join(safe(Path(name).name) for name in names[:MAX_NAMES])
-    more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
-    return f"{batch_output.counts_text(*batch_output.counts_of(outcomes))}; at work on {shown}{more}"
-
-
 def _review_command(sources: Sequence[Path], out: Path, options: Mapping[str, object], complete: bool) -> str:
     """Return the command that applies the review.json of the page of this run."""
     words = ["casa-assets", "articulate", *map(str, sources), "--library", str(out)]
@@ -406,10 +362,7 @@ def _review_command(sources: Sequence[Path], out: Path, options: Mapping[str, ob
 
 
 def _read_decisions(path: Path | None, sources: Sequence[Path]) -> tuple[Decisions, Mapping[str, Decisions]]:
-    """Read the decisions of a person: those on the one mesh, and those on many by their sha256; none without a file.
-
-    Raises typer.BadParameter where decisions on one mesh are given for more.
-    """
+    """The decisions of a person on the one mesh, and those on many by their sha256. Raises typer.BadParameter."""
     from casa_assets.articulate.decisions import Decisions
     from casa_assets.articulate.run.decisions import read_decisions
     from casa_assets.library.decisions import read_review
@@ -422,6 +375,15 @@ def _read_decisions(path: Path | None, sources: Sequence[Path]) -> tuple[Decisio
         message = "a decisions.yaml is that of one mesh; for many, give the review.json of the page of --review"
         raise typer.BadParameter(message, param_hint="--decisions")
     return read_decisions(path), {}
+
+
+def _weights(clip_weights: str) -> Path | None:
+    from casa_assets.library.clip import require_weights
+
+    if not clip_weights:
+        return None
+    require_weights(clip_weights)
+    return Path(clip_weights)
 
 
 def _axis(word: str, option: str) -> Vec3 | None:

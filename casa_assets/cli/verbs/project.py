@@ -56,11 +56,7 @@ def init(
 
 
 def write_starter(folder: Path) -> list[Path]:
-    """Copy the starter into a folder; the project is called after the folder. Returns the files, sorted.
-
-    Raises:
-        CasaError: a file is there already; nothing is written then.
-    """
+    """Copy the starter into a folder, which names the project; returns the files. Raises CasaError if one is there."""
     targets = {path: folder / path.relative_to(STARTER) for path in sorted(STARTER.rglob("*.yaml"))}
     if taken := [str(path) for path in targets.values() if path.exists()]:
         raise CasaError(f"{', '.join(taken)}: is there already; name another folder, or take it away")
@@ -80,10 +76,7 @@ def name_of(folder: Path) -> str:
 
 
 @shared
-def make(
-    output: Output,
-    dry_run: DryRun = False,
-) -> None:
+def make(output: Output, dry_run: DryRun = False) -> None:
     """Call the commands that the project lists under `runs` in its casa.yaml, one after the other, in its folder.
 
     What an earlier call made and has not changed is kept. With --json each command prints its rows, followed by
@@ -116,24 +109,14 @@ def make(
         output.row({"id": words, "verdict": VERDICTS.get(codes[-1], "failed"), "exit_code": codes[-1]})
         if codes[-1] in FAILED or codes[-1] < 0:
             break
-    raise typer.Exit(_worst(codes))
-
-
-def _worst(codes: list[int]) -> int:
-    """The exit code of all: a fault before misuse before rejections before decisions to be taken."""
-    order = (3, 2, 1, 4, 0)
-    known = [code if code in order else 3 if code < 0 else code for code in codes]
-    return next((code for code in known if code not in order), next((code for code in order if code in known), 0))
-
-
-# Words of the command line from the `runs` of a project, checked before any is called ---------------------------------
+    # A fault before misuse before rejections before decisions to be taken; of an unknown code that itself.
+    order, known = (3, 2, 1, 4, 0), [3 if code < 0 else code for code in codes]
+    raise typer.Exit(next((code for code in (*(c for c in known if c not in order), *order) if code in known), 0))
 
 
 def steps_of(project: Project, document: Document, group: Any) -> list[tuple[tuple[str, ...], bool]]:
     """The commands of a project in their order: the words behind `casa-assets`, and whether it has an option --json.
 
-    Args:
-        group: the command of commands, of `typer.main.get_command`.
     Raises:
         RegistryError: with file and line, if a command, an argument or an option does not exist, or has no such value.
     """
@@ -175,7 +158,12 @@ def _words(command: Any, values: Mapping[str, Any], document: Document, at: KeyP
             raise document.fault(here, expected_one_of(shown, key), repr(key))
         is_argument, is_many = parameter.param_type_name == "argument", parameter.multiple or parameter.nargs != 1
         if not is_argument and parameter.is_flag:
-            yield from _flag(parameter, value, document, here)
+            if not isinstance(value, bool):
+                raise document.fault(here, "true or false", repr(value))
+            if value:
+                yield _long(parameter.opts)
+            elif parameter.secondary_opts:
+                yield _long(parameter.secondary_opts)
             continue
         if isinstance(value, list) and not is_many:
             raise document.fault(here, "one value", repr(value))
@@ -201,15 +189,6 @@ def _names(parameter: Any) -> list[str]:
 
 def _long(names: list[str]) -> str:
     return next(name for name in names if name.startswith("--"))
-
-
-def _flag(parameter: Any, value: Any, document: Document, at: KeyPath) -> Iterator[str]:
-    if not isinstance(value, bool):
-        raise document.fault(at, "true or false", repr(value))
-    if value:
-        yield _long(parameter.opts)
-    elif parameter.secondary_opts:
-        yield _long(parameter.secondary_opts)
 
 
 def _text(value: Any, document: Document, at: KeyPath) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from casa_assets.cli import batch_output, completion
+from casa_assets.cli import batch_output
 from casa_assets.cli.group import Verb, group_of
 from casa_assets.cli.options import (
     COUNT_HELP,
@@ -31,6 +31,10 @@ from casa_assets.cli.options import (
     ScenesOut,
     Seed,
     Workers,
+    complete_kitchens,
+    complete_plans,
+    complete_robots,
+    complete_styles,
     more,
     shared,
 )
@@ -50,14 +54,20 @@ STYLE_HELP = "Name of a style, see `scenes list`."
 NAMED = f"{SCENES_HELP[:-1]}, or 'l_*__coastal__o40' with 40 objects."
 MAX_OBJECTS = 60
 PASSES = 6
-Scenes = Annotated[list[str] | None, typer.Argument(help=NAMED, autocompletion=completion.kitchens)]
+Scenes = Annotated[list[str] | None, typer.Argument(help=NAMED, autocompletion=complete_kitchens)]
 Objects = Annotated[
     int,
     typer.Option("--objects", min=0, max=MAX_OBJECTS, help=more(OBJECTS_HELP, "they are put where people keep them.")),
 ]
-OneScene = Annotated[str, typer.Argument(help="Id of a scene that was built.", autocompletion=completion.kitchens)]
+OneScene = Annotated[str, typer.Argument(help="Id of a scene that was built.", autocompletion=complete_kitchens)]
 EyeLevel = Annotated[
     bool, typer.Option("--eye-level", help="Draw each that is built at eye level, too, with its doors open.")
+]
+TriedStyle = Annotated[
+    str, typer.Option("--style", help=more(STYLE_HELP, "the plan is tried with it."), autocompletion=complete_styles)
+]
+OutFile = Annotated[
+    Path | None, typer.Option("--out", help=more(OUT_HELP, "a YAML file that is not there yet."), dir_okay=False)
 ]
 
 
@@ -274,7 +284,7 @@ def robots(
     all_: All = False,
     robot: Annotated[
         list[str] | None,
-        typer.Option(help="Robots; all of registry/robots where none is named.", autocompletion=completion.robots),
+        typer.Option(help="Robots; all of registry/robots where none is named.", autocompletion=complete_robots),
     ] = None,
     joint: Annotated[
         list[str] | None, typer.Option(help="Globs of joints to try, such as '*drawer*'; else all.")
@@ -368,7 +378,7 @@ def batch(
 def pack(
     output: Output,
     scene: Annotated[
-        str, typer.Argument(help="Id of a scene, such as l_small__coastal.", autocompletion=completion.kitchens)
+        str, typer.Argument(help="Id of a scene, such as l_small__coastal.", autocompletion=complete_kitchens)
     ],
     zip_: Annotated[bool, typer.Option("--zip", help="MJCF, USD, scene.json and all that they name.")] = False,
     usdz: Annotated[bool, typer.Option("--usdz", help="The USD and all that it names, as one USDZ.")] = False,
@@ -419,15 +429,8 @@ PlanFile = Annotated[
     typer.Argument(
         help="A plan: a YAML file, or the name of one, see `scenes list`.",
         callback=plan_file,
-        autocompletion=completion.plans,
+        autocompletion=complete_plans,
     ),
-]
-TriedStyle = Annotated[
-    str,
-    typer.Option("--style", help=more(STYLE_HELP, "the plan is tried with it."), autocompletion=completion.styles),
-]
-OutFile = Annotated[
-    Path | None, typer.Option("--out", help=more(OUT_HELP, "a YAML file that is not there yet."), dir_okay=False)
 ]
 
 
@@ -455,7 +458,7 @@ def check_plan(
         raise typer.BadParameter("--fix and --out go together: name a file for the corrected plan")
     found = check(read_plan_text(file), str(file), load_style(style)[0])
     row = {"id": file.stem, "verdict": "fits" if found.fits else "faulty", "file": str(file), "style": style}
-    output.row({**row, "mended": found.mended, "faults": [told.facts for told in found.faults]})
+    output.row({**row, "mended": found.mended, "faults": [fault.facts for fault in found.faults]})
     if not output.as_json:
         _print_faults(found, file, output)
     if out is not None and found.mended:
@@ -522,8 +525,8 @@ def fit(
 @shared
 def new(
     output: Output,
-    plan: Annotated[str, typer.Argument(help="Name of a plan, see `scenes list`.", autocompletion=completion.plans)],
-    style: Annotated[str, typer.Option(help=STYLE_HELP, autocompletion=completion.styles)] = STYLE,
+    plan: Annotated[str, typer.Argument(help="Name of a plan, see `scenes list`.", autocompletion=complete_plans)],
+    style: Annotated[str, typer.Option(help=STYLE_HELP, autocompletion=complete_styles)] = STYLE,
     seed: Annotated[
         int | None,
         typer.Option(min=0, help=more(SEED_HELP, "of the lengths of the plan, else they have their defaults.")),
@@ -576,11 +579,13 @@ def new(
 
 def _models(texts: list[str]) -> list[tuple[str, str]]:
     """`range=range/pro_six` as pairs."""
-    pairs = [tuple(text.split("=", 1)) for text in texts]
-    for text, pair in zip(texts, pairs, strict=True):
-        if len(pair) < 2 or not all(pair):
+    pairs = []
+    for text in texts:
+        role, _, name = text.partition("=")
+        if not role or not name:
             raise typer.BadParameter(f"{text!r}: write ROLE=FAMILY/PRESET or ROLE=library:ID", param_hint="--model")
-    return [(role, name) for role, name in pairs]
+        pairs.append((role, name))
+    return pairs
 
 
 def _surfaces(text: str) -> list[tuple[Surface, str]]:

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from casa_assets.cli import completion
 from casa_assets.cli.group import Verb, group_of
-from casa_assets.cli.options import WIDTH_HELP, AsJson, Jobs, LibraryOut, Out, more, shared
+from casa_assets.cli.options import WIDTH_HELP, AsJson, Jobs, LibraryOut, Out, complete_textures, more, shared
 from casa_assets.cli.output import Output, TextTable, from_column, pluralize, working_on
 from casa_assets.model.kitchen.choices import Surface
 
@@ -23,7 +22,7 @@ app = group_of("textures", "Pictures of walls, floors, counters and cabinets: li
 
 Names = Annotated[
     list[str] | None,
-    typer.Argument(help="Ids of recipes; whole sets where none is given.", autocompletion=completion.textures),
+    typer.Argument(help="Ids of recipes; whole sets where none is given.", autocompletion=complete_textures),
 ]
 Sets = Annotated[
     list[Surface] | None,
@@ -139,13 +138,7 @@ def sheet(
 
 @app.command(cls=Verb)
 @shared
-def check(
-    output: Output,
-    names: Names = None,
-    surfaces: Sets = None,
-    out: Out = OUT,
-    jobs: Jobs = 0,
-) -> None:
+def check(output: Output, names: Names = None, surfaces: Sets = None, out: Out = OUT, jobs: Jobs = 0) -> None:
     """Check seams, brightness, normals, gloss, resolution, repeats, and that no two of a set are alike.
 
     Exit 0 when all pass, 1 when some do not, 2 on misuse.
@@ -183,10 +176,7 @@ def check(
 def ingest(
     output: Output,
     ctx: typer.Context,
-    source: Annotated[
-        Path,
-        typer.Argument(help="Folder of pictures, with a pack.yaml if there is one.", exists=True),
-    ],
+    source: Annotated[Path, typer.Argument(help="Folder of pictures, with a pack.yaml if there is one.", exists=True)],
     library: LibraryOut = Path("out/library"),
     pack: Annotated[str | None, typer.Option(help="Name of the pack; else that of the folder.")] = None,
     surface: Annotated[Surface | None, typer.Option(help="What the pictures are for.")] = None,

@@ -12,7 +12,6 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
-from casa_assets.cli import completion
 from casa_assets.cli.options import (
     LIBRARY_HELP,
     Browser,
@@ -23,15 +22,21 @@ from casa_assets.cli.options import (
     Pose,
     ScenesFolder,
     WidthPx,
+    complete_assets,
+    complete_kitchens,
     shared,
 )
 from casa_assets.cli.output import Output, measures_at
-from casa_assets.cli.supervise import StopRequested
-from casa_assets.errors import CasaError
+from casa_assets.errors import CasaError, StopRequested
 
 if TYPE_CHECKING:
-    from casa_assets.show.view.server import ViewServer
     from casa_assets.show.view.subject import Subject
+
+SCENES = Path("out/scenes")
+NAMED = (
+    "Folder or XML file of an asset or a kitchen, id of an asset, id of a kitchen (built if missing), a family "
+    "(microwave/steel) or a category of objects (apple/3)."
+)
 
 
 @shared
@@ -42,7 +47,7 @@ def preview(
         typer.Argument(
             help="Asset folders, model.xml files, libraries; kitchens with --photoreal.",
             exists=True,
-            autocompletion=completion.assets,
+            autocompletion=complete_assets,
         ),
     ],
     out: Out = Path("out/preview"),
@@ -96,15 +101,8 @@ def preview(
     output.look(first)
 
 
-SCENES = Path("out/scenes")
-NAMED = (
-    "Folder or XML file of an asset or a kitchen, id of an asset, id of a kitchen (built if missing), a family "
-    "(microwave/steel) or a category of objects (apple/3)."
-)
-
-
 def view(
-    what: Annotated[str, typer.Argument(metavar="ASSET|SCENE", help=NAMED, autocompletion=completion.kitchens)],
+    what: Annotated[str, typer.Argument(metavar="ASSET|SCENE", help=NAMED, autocompletion=complete_kitchens)],
     web: Annotated[
         bool, typer.Option("--web", help="Serve a page for the browser, also if there is a screen.")
     ] = False,
@@ -146,7 +144,7 @@ def view(
     except StopRequested as stop:
         if stop.args[0] != signal.SIGINT:
             raise
-        typer.echo("", err=True)  # the shell's ^C stands on a line of its own; to look no longer is no failure
+        typer.echo("", err=True)  # the shell's ^C is on a separate line; to look no longer is no failure
     gc.freeze()  # a last look for garbage among all that was built would make the end take seconds
 
 
@@ -173,21 +171,15 @@ def _show(subject: Subject, pose: str) -> None:
 
 def _serve(subject: Subject, pose: str, port: int, browser: bool) -> None:
     from casa_assets.api.assets import serving
-    from casa_assets.show.view.server import open_in_browser
+    from casa_assets.show.view.server import open_in_browser, tunnel_line
 
+    # The address goes to standard output, where a program can read it, and notes for people to standard error.
+    console = Console(stderr=True, highlight=False, soft_wrap=True)
     with serving(subject, pose, port) as server:
-        _tell_where(subject, server)
+        typer.echo(server.address)
+        console.print(f"{escape(subject.id)} is shown at the address above; Ctrl-C ends it")
+        if tunnel := tunnel_line(server.server_port):
+            console.print(f"from your own machine: [bold]{escape(tunnel)}[/], then open the address there")
         if browser and not os.environ.get("SSH_CONNECTION"):
             open_in_browser(server.address)
         server.serve_forever()
-
-
-def _tell_where(subject: Subject, server: ViewServer) -> None:
-    """Print the address to standard output, where a program can read it, and notes for people to standard error."""
-    from casa_assets.show.view.server import tunnel_line
-
-    typer.echo(server.address)
-    console = Console(stderr=True, highlight=False, soft_wrap=True)
-    console.print(f"{escape(subject.id)} is shown at the address above; Ctrl-C ends it")
-    if tunnel := tunnel_line(server.server_port):
-        console.print(f"from your own machine: [bold]{escape(tunnel)}[/], then open the address there")

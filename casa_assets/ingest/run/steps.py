@@ -41,7 +41,7 @@ from casa_assets.model.registry.category import Category
 from casa_assets.model.source import NO_OVERRIDE, Bundle, RawModel, Source, SourceKind, Up, UserOverride, Word
 from casa_assets.runs.asset_package import WRITING, certify, check_package, write_package
 from casa_assets.runs.outcome import Outcome, RunAborted, first_error, keep_trace, writing
-from casa_assets.show.stills.renderer import NoRenderer, backend
+from casa_assets.show.stills.opengl import NoRenderer, backend
 from casa_assets.show.stills.still import render_model
 
 if TYPE_CHECKING:

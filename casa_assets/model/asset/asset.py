@@ -318,6 +318,14 @@ class Asset(Record):
         """Total mass, kg."""
         return sum(k.inertial.mass for k in self.links)
 
+    @property
+    def center_of_mass(self) -> npt.NDArray[np.float64]:
+        """(3,) centre of mass, asset frame, joints at zero, metres."""
+        masses = np.array([k.inertial.mass for k in self.links])
+        centers = [self.asset_from_link(k.name).apply(np.array([k.inertial.center_of_mass]))[0] for k in self.links]
+        found: npt.NDArray[np.float64] = masses @ np.array(centers) / masses.sum()
+        return found
+
     @cached_property
     def bounds(self) -> npt.NDArray[np.float64]:
         """(2, 3) lower and upper corner of all visuals, asset frame, joints at zero, metres; read-only."""

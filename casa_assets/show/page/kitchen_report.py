@@ -10,33 +10,6 @@ from casa_assets.core.numeric import significant
 from casa_assets.model.issue import CheckResult, Severity, Status, tally
 from casa_assets.show.page.page_template import ModelFiles, render_template
 
-
-class Marked(NamedTuple):
-    """Text of a cell in the colour of a verdict. kind: `passed`, `failed`, `advice` or `none`."""
-
-    kind: str
-    text: str
-
-
-class Row(NamedTuple):
-    """A check, rule or task: its name in words, its code, what is said of it, what was measured and the limit."""
-
-    title: str
-    code: str
-    about: str
-    number: str
-    limit: str
-
-
-class Group(NamedTuple):
-    """Rows of which the same became. mark: what. is_open: they are shown without a click."""
-
-    mark: Marked
-    rows: tuple[Row, ...]
-    is_open: bool
-
-
-Cells = tuple[str | Marked, ...]
 # Name of a number in report.json -> what it is called on the page, and its unit.
 SIZES = {
     "colliders": ("collision shapes", ""),
@@ -54,6 +27,34 @@ SMALL_M = 0.1  # lengths below are shown in millimetres
 LEAST_SHOWN = 0.001
 
 
+class Marked(NamedTuple):
+    """Text of a cell in the colour of a verdict. kind: `passed`, `failed`, `advice` or `none`."""
+
+    kind: str
+    text: str
+
+
+class Row(NamedTuple):
+    """A check, rule or task: its name in words, its code, words on it, what was measured and the limit."""
+
+    title: str
+    code: str
+    about: str
+    number: str
+    limit: str
+
+
+class Group(NamedTuple):
+    """Rows of which the same became. mark: what. is_open: they are shown without a click."""
+
+    mark: Marked
+    rows: tuple[Row, ...]
+    is_open: bool
+
+
+Cells = tuple[str | Marked, ...]
+
+
 def page(
     facts: Mapping[str, Any],
     report: Mapping[str, Any],
@@ -61,18 +62,17 @@ def page(
     model: ModelFiles | None = None,
     picture: str = "overview.png",
 ) -> str:
-    """Return the HTML of the page.
-
-    Args:
-        facts: content of scene.json. report: content of report.json.
-        explained: code of a check -> its title and what is tested. picture: shown until the model is loaded.
-    """
+    """HTML of the page, from scene.json and report.json; the picture is shown until the model is loaded."""
     results = [CheckResult.model_validate(result) for result in report["results"]]
     joints = sum(len(f["joints"]) for f in facts["fixtures"])
     grade, checks = report["grade"], tally(results)
     verb = "is" if checks.advice == 1 else "are"
     word = "passed" if report["passed"] else "failed"
-    sizes = {**report.get("holds", {}), **report.get("speed", {})}
+    marks = {Severity.ERROR: Marked("failed", "error"), Severity.WARNING: Marked("advice", "advice")}
+    sizes = []
+    for name, value in {**report.get("holds", {}), **report.get("speed", {})}.items():
+        label, unit = SIZES.get(name, (name.replace("_", " "), ""))
+        sizes.append((label, quantity(value, unit)))
     return render_template(
         "kitchens/report.html",
         title=facts["id"],
@@ -80,10 +80,10 @@ def page(
         picture=picture,
         verdict=Marked(word, word),
         summary=f"{len(facts['fixtures'])} fixtures, {joints} joints; {facts['generator']}",
-        faults=[(i["code"], _severity(i["severity"]), i["pointer"], i["message"]) for i in report["issues"]],
+        faults=[(i["code"], marks[i["severity"]], i["pointer"], i["message"]) for i in report["issues"]],
         passed=f"{checks} passed" + (f"; {checks.advice} of the others {verb} advice" if checks.advice else ""),
         checks=_checks(results, explained),
-        sizes=[_size(name, value) for name, value in sizes.items()],
+        sizes=sizes,
         robots=[_robot(name, counts) for name, counts in report.get("robots", {}).items()],
         tasks=_tasks(report["tasks"]),
         rules=[
@@ -93,21 +93,11 @@ def page(
     )
 
 
-def _size(name: str, value: float) -> tuple[str, str]:
-    """What a number of the model is called, or of how fast it ran on the machine of the check, and its text."""
-    label, unit = SIZES.get(name, (name.replace("_", " "), ""))
-    return label, quantity(value, unit)
-
-
 def _robot(name: str, counts: Mapping[str, Any]) -> Cells:
     """A robot with the number of joints that it reaches and opens, the median of its margins, and joints not tried."""
     margin = "" if counts["margin"] is None else f"{counts['margin']:.0%}"
     reached, followed = (f"{counts[what]} of {counts['joints']}" for what in ("reached", "followed"))
     return name, reached, followed, margin, str(counts["without_parking"])
-
-
-def _severity(word: str) -> Marked:
-    return Marked("failed", word) if word == Severity.ERROR else Marked("advice", "advice")
 
 
 def _checks(results: Sequence[CheckResult], explained: Mapping[str, str]) -> list[Group]:

@@ -47,10 +47,7 @@ SOURCES = {
 
 
 def wanted(names: Sequence[str] = ()) -> list[FamilyRequest | str]:
-    """Return the items of the page: presets of families, and names of object categories; all if no name is given.
-
-    Raises UnknownId where no family and no category of objects has a name.
-    """
+    """Presets of families and names of object categories that the page shows; all without names. Raises UnknownId."""
     of_families, of_objects = family_names(), object_names()
     for name in names:
         if name not in of_families and name not in of_objects:
@@ -65,12 +62,7 @@ def make(
 ) -> Iterator[str]:
     """Write `<out>/index.html` and its pictures; yields a line for each thing that is done, the page last.
 
-    Args:
-        jobs: processes; 0 for one per core. names: see `wanted`.
-        swatches: also of every texture. in_3d: with models that the page shows in 3D.
-    Raises:
-        UnknownId: see `wanted`.
-        BatchFault: some could not be drawn by a fault of the program; the page has the others.
+    Raises UnknownId, or BatchFault where some could not be drawn by a fault of the program; the page has the others.
     """
     requests = wanted(names)
     for folder in (FAMILIES, OBJECTS, TEXTURES):
@@ -130,11 +122,7 @@ def _draw(request: FamilyRequest | str, out: Path, viewer: str) -> dict[str, Any
 def member_row(
     request: FamilyRequest, pictures: Sequence[str], mass: float, size: Sequence[float], model: ModelFiles | None = None
 ) -> dict[str, Any]:
-    """A preset of a family as the page shows it.
-
-    Args:
-        pictures: files, relative to the page: closed first, then each named pose. model: files that show it in 3D.
-    """
+    """A preset of a family as the page shows it; pictures, relative to the page: closed first, then each named pose."""
     sides = " x ".join(f"{side:.2f}" for side in size)
     return {
         "family": request.family,
@@ -177,8 +165,7 @@ def category_row(
 
     Args:
         strip: file with the pictures of its first members side by side, relative to the page.
-        masses, sides: kg, and metres of the longest side, of the whole members; of all members if no member is whole.
-        faces, shapes: of each member. models: files that show each in 3D.
+        masses, sides: kg, and metres of the longest side, of the whole members, else of all; faces, shapes: of each.
     """
     made, usual = object_family(name), registry.load().categories[name]
     group = next(group for group, names in object_files().items() if name in names)

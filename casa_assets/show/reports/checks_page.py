@@ -22,7 +22,7 @@ warning that failed is advice and is kept in `asset.json`. Where a check fails o
 without a change of yours, please report it.
 """
 
-# What a user calls the subjects of checks, by the names of their records: a section of the page each.
+# Users' words for the subjects of checks, by the names of their records: a section of the page each.
 SUBJECTS = {
     "Asset": "assets",
     "Package": "files of assets",
@@ -45,13 +45,11 @@ TABLE_HEADER = "| code | what is tested; what to do |\n|---|---|"
 
 @dataclass(frozen=True)
 class CodeFacts:
-    """Meaning of a code of a report.
+    """Meaning of a code of a report, of a check or of a reason for a rejection.
 
     Attributes:
-        code: such as `USD002`. title: what is tested, or why an input was rejected, in a few words.
-        severity: `error`, `warning` or `rejection`. subject: kind of object that is checked.
-        limit: threshold of the check; None if it has no threshold. unit: of it.
-        about: what is tested and what to do, sentences.
+        title: in a few words. severity: `error`, `warning` or `rejection`. subject: kind of object that is checked.
+        limit: threshold of the check, in `unit`; None if it has none. about: what is tested and what to do.
     """
 
     code: str

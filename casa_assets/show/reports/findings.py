@@ -50,11 +50,7 @@ class Outlier:
 
 @dataclass(frozen=True)
 class PriorFit:
-    """The assets of one category, or of a portion of it, against its usual range; the farthest outliers first.
-
-    Attributes:
-        name: such as `mug`, or `apple, half`. quantity: see UNITS.
-    """
+    """Assets of a category, or of a portion (`apple, half`), against its usual range; the farthest outliers first."""
 
     name: str
     quantity: str
@@ -64,11 +60,7 @@ class PriorFit:
 
 
 def fits(entries: Iterable[Entry], categories: Mapping[str, Category]) -> list[PriorFit]:
-    """Every category that assets are of, those with most outliers first, then those with most assets.
-
-    Args:
-        entries: those that were rejected, or are of a category that the registry does not know, are left out.
-    """
+    """Every known category that accepted assets are of, those with most outliers first, then those with most assets."""
     groups: dict[tuple[str, str], list[Entry]] = {}
     for entry in entries:
         if entry.accepted and entry.category in categories:
@@ -116,11 +108,7 @@ class Change(StrEnum):
 
 @dataclass(frozen=True)
 class Standing:
-    """Outcome of one input in one run.
-
-    Attributes:
-        path: of its folder, relative to its library. codes: of its rejection, or of the advice that it has, sorted.
-    """
+    """Outcome of one input in one run; its folder in its library, and codes of its rejection or of its advice."""
 
     id: str
     category: str
@@ -159,9 +147,7 @@ class Difference:
     @property
     def id(self) -> str:
         """Of its entry now, else of the one before."""
-        found = self.now or self.before
-        assert found is not None, "one of the two is there"
-        return found.id
+        return next(one.id for one in (self.now, self.before) if one is not None)
 
 
 @dataclass(frozen=True)
@@ -185,7 +171,7 @@ class Totals:
         reasons: by verdict (`rejected`, `review`, `advice`) and reason. categories, sources: by name and verdict.
     """
 
-    def __init__(self, entries: Iterable[Entry] = ()) -> None:
+    def __init__(self, entries: Iterable[Entry]) -> None:
         self.entries = self.advised = 0
         self.verdicts: Counter[Decision] = Counter()
         self.codes: Counter[str] = Counter()
@@ -218,8 +204,7 @@ class Findings:
     """Content of a report.
 
     Attributes:
-        root: folder of the library relative to that of the report, POSIX.
-        fits: sizes and masses against the usual ones. whole: checks on all assets together.
+        root: folder of the library relative to that of the report, POSIX. whole: checks on all assets together.
         compared: with the earlier run, if there is one. outcomes: of the conditions that were set.
     """
 
@@ -349,11 +334,7 @@ def standing_of(entry: Entry) -> Standing:
 
 
 def read_run(place: Path) -> Run:
-    """An earlier run: the report.json that was written next to its page, or its library.
-
-    Raises:
-        OutputError: there is neither, or the file is damaged.
-    """
+    """An earlier run: the report.json that was written next to its page, or its library. Raises OutputError."""
     if place.is_file():
         return _run_of_report(place)
     library = disk.Library(place)
@@ -384,11 +365,10 @@ def _run_of_report(path: Path) -> Run:
 
 
 def compare(before: Iterable[Standing], now: Iterable[Standing]) -> list[Difference]:
-    """All that changed, worse ones first, each kind by id.
+    """All that changed, worse ones first, each kind by id; entries whose ids end in the same word are of one input.
 
-    Two entries are of the same input where their ids end in the same word (see `library.library`), under
-    whatever category. An input does worse where its verdict is a lower one (rejected, review, accepted), or the same
-    with advice that it did not have; and better the other way round. Another reason for a rejection changes nothing.
+    It does worse where its verdict is a lower one (rejected, review, accepted), or the same with advice that it did not
+    have; and better the other way round. Another reason for a rejection changes nothing.
     """
     old, new = _by_input(before), _by_input(now)
     pairs = [(old.get(key), new.get(key)) for key in old.keys() | new.keys()]
@@ -417,10 +397,7 @@ def _change(before: Standing | None, now: Standing | None) -> Change | None:
 
 
 def link_before(run: Run, standing: Standing, page: Path) -> str:
-    """Path from the folder of a page to what the earlier run has of an input, POSIX; empty where it is there no more.
-
-    That is its row on the earlier page where that is another page, else its folder in the library.
-    """
+    """Path from the folder of a page to an input's row on the page of the earlier run, else its file in the library."""
     if run.page is not None and run.page.resolve() != page.resolve():
         return f"{_relative(run.page, page)}#{standing.id}"
     folder = run.root / standing.path

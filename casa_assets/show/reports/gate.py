@@ -8,10 +8,8 @@ A condition is such as `rejected-rate>5%`, `worse` or `FLT005`.
 
 A name alone means that there is at least one. A rate is a share of all entries, 0 to 1 or with a percent sign.
 
-JUnit has one test case for each input and one for each condition. A rejected input is a failure, and one that a person
-has to decide about is skipped. If conditions are set, only they can fail, so that the file agrees with the exit code
-of the command: rejected inputs are then skipped too. SARIF has a result for each rejected input (error), for each input
-that a person has to decide about (note), for each advice (warning) and for each condition that holds (error).
+If conditions are set, only they can fail in JUnit, so that the file agrees with the exit code of the command: rejected
+inputs are then skipped, as those are that a person has to decide about.
 
 Ref: Apache Ant's JUnit reports; OASIS SARIF 2.1.0.
 """
@@ -54,7 +52,7 @@ GRAMMAR = (
 
 SARIF_SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 FAIL_ON = "fail-on"  # group of the conditions in both files
-# What XML 1.0 cannot hold, not even escaped.
+# Characters that XML 1.0 cannot hold, not even escaped.
 _NO_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
@@ -104,10 +102,7 @@ class Outcome:
 
 
 def parse(text: str, codes: Collection[str]) -> Condition:
-    """The condition that a text states. Raises BadCondition: not of the grammar, or nothing is called so.
-
-    `codes`: of all checks and rejections.
-    """
+    """The condition that a text states; `codes`: of all checks and rejections. Raises BadCondition."""
     found = _FORM.fullmatch(text)
     if found is None:
         raise BadCondition(f"--fail-on {text!r} is no condition; {GRAMMAR}")
@@ -127,10 +122,7 @@ def parse(text: str, codes: Collection[str]) -> Condition:
 
 
 def judge(conditions: Sequence[Condition], counts: Mapping[str, int], codes: Mapping[str, int]) -> tuple[Outcome, ...]:
-    """Each condition with what was measured.
-
-    `counts`: of COUNTS, and of CHANGES where there is an earlier run. `codes`: how many entries have each.
-    """
+    """Each condition with what was measured; `codes`: how many entries have each."""
     found, total = [], counts["entries"]
     for condition in conditions:
         name = condition.name.removesuffix("-rate")
@@ -186,10 +178,7 @@ def sarif(found: Findings, words: Words) -> str:
         _result(FAIL_ON, "error", str(one), "report.json", one.condition.text) for one in found.outcomes if one.holds
     ]
     results += [result for entry in found.entries for result in _entry_results(entry, words)]
-    own = {
-        REVIEW_CODE: "A person has to decide something about this asset",
-        FAIL_ON: "A condition of --fail-on holds",
-    }
+    own = {REVIEW_CODE: "A person has to decide something about this asset", FAIL_ON: "A condition of --fail-on holds"}
     rules = [
         {"id": code, "shortDescription": {"text": own.get(code) or words.meaning(code) or code}}
         for code in sorted({result["ruleId"] for result in results})
@@ -212,7 +201,7 @@ def _entry_results(entry: Entry, words: Words) -> Iterator[dict[str, Any]]:
 
 
 def _result(rule: str, level: str, message: str, place: str, key: str) -> dict[str, Any]:
-    """One result. key: what it is about, so that the next run knows it again wherever its file lies."""
+    """One result. key: its subject, so that the next run knows it again wherever its file lies."""
     location = {"artifactLocation": {"uri": quote(place, errors="replace")}, "region": {"startLine": 1}}
     return {
         "ruleId": rule,

@@ -25,11 +25,7 @@ LARGE = 2  # kitchens that are shown large, where there are twice as many or mor
 
 
 def write(out: Path) -> Path:
-    """Write index.html of a folder of output; returns its path.
-
-    Raises:
-        OutputError: an entry of a library is damaged, or the page cannot be written.
-    """
+    """Write index.html of a folder of output; returns its path. Raises OutputError."""
     words = all_words()
     folders = sorted(path for path in out.iterdir() if path.is_dir() and not path.name.startswith("."))
     rooms = [(folder, kitchens.read_cards(folder)) for folder in folders if _holds_kitchens(folder)]
@@ -142,6 +138,5 @@ def _refused(shelf: Path, entry: Entry, words: Words) -> dict[str, str]:
 def _size_and_mass(entry: Entry) -> str:
     if entry.summary is None:
         return ""
-    size = " x ".join(f"{100 * side:.1f}" for side in entry.summary.extents)
-    mass = entry.summary.mass
+    size, mass = " x ".join(f"{100 * side:.1f}" for side in entry.summary.extents), entry.summary.mass
     return f"{size} cm, {1000 * mass:.0f} g" if mass < 1 else f"{size} cm, {mass:.3g} kg"

@@ -29,6 +29,21 @@ CARDS = "kitchens.json"  # in the cache
 # Scenes on the contact sheet: all up to the first number, of more the second number, in more columns.
 MAX_ON_SHEET, SHOWN_OF_MORE = 120, 60
 CELL_PX, CELL_HEIGHT_PX, SHEET_COLUMNS, COLUMNS_OF_MORE = 400, 267, 4, 6
+# Heading, field, how its numbers are written; the first ones are shown where room is short.
+COLUMNS: tuple[tuple[str, str, str], ...] = (
+    ("joints", "joints", "d"),
+    ("NKBA", "design", ".0f"),
+    ("load ms", "load_ms", ".0f"),
+    ("x real", "real_time_factor", ".1f"),
+    ("check s", "check_s", ".1f"),
+    ("geoms", "geoms", "d"),
+    ("bodies", "bodies", "d"),
+    ("nv", "nv", "d"),
+    ("tex MB", "texture_mb", ".0f"),
+    ("tasks", "tasks", "d"),
+    ("access", "access", ".0f"),
+)
+VERDICTS = {True: "passed", False: "failed", None: "not checked"}
 
 
 @dataclass(frozen=True)
@@ -36,11 +51,9 @@ class SceneRow:
     """A scene; numbers are None if no check has run.
 
     Attributes:
-        id, plan, style: names. passed: verdict. errors: code -> number of occurrences.
-        checks: number that passed, such as `76 of 76 that apply`.
-        joints: number that were swept through their range. design, access: scores, of 100. tasks: afforded, of 25.
-        load_ms, real_time_factor: on the machine of the check. check_s: seconds that the check took there.
-        bodies, geoms, nv, texture_mb: size of the model.
+        errors: code -> number of occurrences. checks: number that passed, such as `76 of 76 that apply`.
+        joints: swept through their range. design, access: scores, of 100. tasks: afforded, of 25.
+        load_ms, real_time_factor, check_s: on the machine of the check. bodies and on: size of the model.
     """
 
     id: str
@@ -69,22 +82,6 @@ class SceneRow:
         if self.passed:
             return "passed"
         return ", ".join(f"{code} x {n}" for code, n in sorted((self.errors or {}).items()))
-
-
-# Heading, field, how its numbers are written; the first ones are shown where room is short.
-COLUMNS: tuple[tuple[str, str, str], ...] = (
-    ("joints", "joints", "d"),
-    ("NKBA", "design", ".0f"),
-    ("load ms", "load_ms", ".0f"),
-    ("x real", "real_time_factor", ".1f"),
-    ("check s", "check_s", ".1f"),
-    ("geoms", "geoms", "d"),
-    ("bodies", "bodies", "d"),
-    ("nv", "nv", "d"),
-    ("tex MB", "texture_mb", ".0f"),
-    ("tasks", "tasks", "d"),
-    ("access", "access", ".0f"),
-)
 
 
 def read_rows(out: Path) -> list[SceneRow]:
@@ -155,10 +152,8 @@ class SceneCard:
     """A scene as the page shows it.
 
     Attributes:
-        row: verdict and numbers. objects: number of loose objects.
         families: of its fixtures, except floor, walls and ceiling. tasks: names of the atomic tasks that it affords.
-        surfaces: ids of its floor, walls, worktops and cabinets. floor_m2: area of its room.
-        pictures: names of its picture files, the one that shows most of it first.
+        surfaces: ids of its finishes. pictures: names of its files, the one that shows most of it first.
     """
 
     row: SceneRow
@@ -178,8 +173,7 @@ def _card(folder: Path) -> SceneCard:
     tasks = {**facts.get("tasks", {}), **facts.get("robocasa_v1", {})}
     # The overview, then others by name; the map of its floor last.
     pictures = sorted(
-        (path.name for path in folder.glob("*.png")),
-        key=lambda name: (name == FLOOR_MAP, name != "overview.png", name),
+        (path.name for path in folder.glob("*.png")), key=lambda name: (name == FLOOR_MAP, name != "overview.png", name)
     )
     (x0, y0, _), (x1, y1, _) = facts["room"]["bounds"]
     return SceneCard(
@@ -196,10 +190,7 @@ def _card(folder: Path) -> SceneCard:
 
 
 def read_cards(out: Path) -> list[SceneCard]:
-    """Every scene below a folder, by id; what has not changed since it was read before is taken from the cache.
-
-    The cache is `.casa/cache/kitchens.json`: of each scene the states of its files, and the card.
-    """
+    """Every scene below a folder, by id; one whose files have not changed is taken from `.casa/cache/kitchens.json`."""
     kept_at, made_by, adapter = out / ".casa" / "cache" / CARDS, key_of(_card), TypeAdapter(SceneCard)
     try:
         kept = kept_json(kept_at)
@@ -216,7 +207,7 @@ def read_cards(out: Path) -> list[SceneCard]:
             card = _card(folder)
         cards.append(card)
         fresh[folder.name] = {"state": state, "card": asdict(card)}
-    keep_json(kept_at, {"made_by": made_by, "scenes": fresh})  # a folder that may only be read is read anew each time
+    keep_json(kept_at, {"made_by": made_by, "scenes": fresh})  # a folder that may only be read is read again each time
     return cards
 
 
@@ -227,10 +218,7 @@ def _state(folder: Path) -> str:
 
 
 def write(out: Path, heading: str = "Kitchens") -> tuple[Path, Path]:
-    """Write page, contact sheet and table of all scenes in a folder; returns the paths of page and sheet.
-
-    Of many the sheet shows some, from all over the list.
-    """
+    """Write page, contact sheet and table of all scenes in a folder; returns the paths of page and sheet."""
     found = read_cards(out)
     rows = [card.row for card in found]
     text = json.dumps({"totals": totals(rows), "scenes": [asdict(row) for row in rows]}, indent=1, sort_keys=True)
@@ -250,10 +238,7 @@ def write(out: Path, heading: str = "Kitchens") -> tuple[Path, Path]:
 
 
 def on_sheet(found: Sequence[SceneCard]) -> list[SceneCard]:
-    """The scenes that the contact sheet shows: all, or some of many.
-
-    These are at even distances in the list, so that all plans are among them; they have pictures where any have.
-    """
+    """The scenes that the contact sheet shows: all, or of many some at even distances in the list, of all plans."""
     if len(found) <= MAX_ON_SHEET:
         return list(found)
     pictured = [card for card in found if card.pictures] or list(found)
@@ -265,9 +250,6 @@ def best_picture(card: SceneCard) -> str:
     """Return the name of the most informative picture: at eye level with doors open, else the first, else empty."""
     first = card.pictures[0] if card.pictures else ""
     return EYE_PICTURE if EYE_PICTURE in card.pictures else first
-
-
-VERDICTS = {True: "passed", False: "failed", None: "not checked"}
 
 
 def _index_row(card: SceneCard, places: Mapping[str, int]) -> dict[str, Any]:
@@ -295,12 +277,7 @@ def _index_row(card: SceneCard, places: Mapping[str, int]) -> dict[str, Any]:
 
 
 def index_page(found: Sequence[SceneCard], heading: str, diversity: tuple[Diversity, Diversity] | None = None) -> str:
-    """Return the HTML of the page for finding a kitchen.
-
-    Args:
-        found: kitchens; only the first MAX_ROWS are listed.
-        diversity: of kitchens drawn at random, and of the reference; None without such kitchens.
-    """
+    """HTML of the page for finding a kitchen; `diversity`: of those drawn at random, and of the reference."""
     shown, sums = found[:MAX_ROWS], totals([card.row for card in found])
     # Families and tasks, once each: a page of thousands would repeat them thousands of times.
     names = sorted({name for card in shown for name in (*card.families, *card.tasks)})

@@ -12,6 +12,7 @@ import json
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
@@ -30,33 +31,15 @@ from casa_assets.library.entry_table import EntryTable
 from casa_assets.library.library import CERTIFICATE, REFUSAL
 from casa_assets.model.issue import CheckResult, Decision, Issue, Report, Severity, Status
 from casa_assets.runs.outcome import writing
-from casa_assets.show.page.page_models import PageModels
-from casa_assets.show.page.page_template import MAX_ROWS, Words, all_words, relative_link, render_template
-from casa_assets.show.reports import gate
-from casa_assets.show.reports.findings import (
-    UNITS,
-    Change,
-    Compared,
-    Difference,
-    Findings,
-    PriorFit,
-    Totals,
-    by_verdict,
-    codes_of,
-    content,
-    counts,
-    findings_of,
-    link_before,
-    outlying,
-    read_run,
-    reasons,
-)
+from casa_assets.show.page.page_template import MAX_ROWS, PageModels, Words, all_words, relative_link, render_template
+from casa_assets.show.reports import findings, gate
+from casa_assets.show.reports.findings import UNITS, Change, Compared, Difference, Findings, PriorFit, Totals, codes_of
 from casa_assets.show.reports.gate import Condition, Outcome
 
 MAX_WHOLE = 400
 NO_SECTION = Markup()
 MAX_LISTED = 200  # findings of one check on the library as a whole, inputs of one change; the others are counted
-# A code of advice that at least this share of so many assets have tells nothing of one of them.
+# A code of advice that at least this share of at least this many assets have says nothing of one of them.
 COMMON_SHARE, COMMON_FROM = 0.75, 8
 MAX_OUTLIERS = 8  # of one category and quantity that are named on the page; report.json names all
 # Status of a check -> what the script of the page knows it by; a failed warning is advice.
@@ -84,28 +67,25 @@ def write(
     junit: Path | None = None,
     sarif: Path | None = None,
 ) -> WrittenReport:
-    """Write the page for the library at `root` to `target`, and a JSON file of that name next to it.
+    """Write the page for the library at `root` to `target`, a JSON file of that name next to it, and files for CI.
 
-    Args:
-        target: the page, `<name>.html`. baseline: report.json or library of an earlier run.
-        models: where the page finds the models of its assets; None: without models.
-        junit, sarif: files for continuous integration; None: they are not written.
     Raises:
         OutputError: an entry of the library is damaged, the page cannot be written, or there is no such earlier run.
     """
-    before = read_run(baseline) if baseline is not None else None
+    before = findings.read_run(baseline) if baseline is not None else None
     table = EntryTable(disk.Library(root))
     entries = sorted(table.entries, key=lambda e: (not e.accepted, e.category if e.accepted else e.source_path, e.id))
-    found, words = findings_of(root, target, entries, before, conditions), all_words()
+    found, words = findings.findings_of(root, target, entries, before, conditions), all_words()
     is_brief, shown = len(found.entries) > MAX_WHOLE, listed(found, words)
     pictures = None if is_brief else table.thumbnails(shown)
     rows = rows_of(table.with_results(shown), found, words, pictures, is_brief)
     links = {}
     if before is not None and found.compared is not None:
         changed = ((one.id, one.before) for one in found.compared.differences)
-        links = {name: link_before(before, standing, target) for name, standing in changed if standing is not None}
+        link = partial(findings.link_before, before, page=target)
+        links = {name: link(standing) for name, standing in changed if standing is not None}
     page, json_path = render(found, words, rows, links, models), target.with_suffix(".json")
-    texts = {target: page, json_path: json.dumps(content(found, words), sort_keys=True, indent=1) + "\n"}
+    texts = {target: page, json_path: json.dumps(findings.content(found, words), sort_keys=True, indent=1) + "\n"}
     if junit is not None:
         texts[junit] = gate.junit(found)
     if sarif is not None:
@@ -123,12 +103,7 @@ def render(
     links: Mapping[str, str] | None = None,
     models: PageModels | None = None,
 ) -> str:
-    """The page; the same findings give the same page.
-
-    Args:
-        rows: see `rows_of`; of the entries that the page lists. links: id -> path to what an earlier run has of it.
-        models: where the models of its assets are.
-    """
+    """The page; `rows`: see `rows_of`; `links`: id -> path to what an earlier run has of it."""
     whole, totals = found.whole, found.totals
     quiet = quiet_codes(found.entries, words)
     loud = sum(any(code not in quiet for code in entry.advice) for entry in found.entries if entry.accepted)
@@ -145,12 +120,12 @@ def render(
         title=found.library,
         listed=len(rows),
         count=totals.entries,
-        tiles=_tiles(totals, counts(totals, found.fits, found.compared) | {"advice": loud}),
+        tiles=_tiles(totals, findings.counts(totals, found.fits, found.compared) | {"advice": loud}),
         conditions=[(f"{one.mark} {one}", one.holds) for one in found.outcomes],
         groups=[("Category", _counted("category", totals.categories)), ("Source", _counted("source", totals.sources))],
         reasons=[
             row | {"link": "#" + urlencode({"decide" if row["verdict"] == "review" else "reason": row["reason"]})}
-            for row in reasons(totals, words)
+            for row in findings.reasons(totals, words)
         ],
         whole=render_library_section(whole.report, words.explanations, whole.weights) if whole else NO_SECTION,
         fits=[_fit(fit) for fit in found.fits],
@@ -162,17 +137,11 @@ def render(
 
 
 def quiet_codes(entries: Sequence[Entry], words: Words) -> frozenset[str]:
-    """Codes of advice that the list does not mark, because nobody has to act on them or nearly all assets have them.
-
-    The details of an asset name them all the same.
-    """
+    """Codes of advice that the list does not mark: nobody has to act on them, or nearly all assets have them."""
     advised = [entry.advice for entry in entries if entry.accepted]
     counted = Counter(code for codes in advised for code in codes)
     most = COMMON_SHARE * max(len(advised), COMMON_FROM)
     return frozenset(code for code, count in counted.items() if count >= most or words.needs_nothing(code))
-
-
-# Numbers --------------------------------------------------------------------------------------------------------------
 
 
 def _fit(fit: PriorFit) -> dict[str, Any]:
@@ -191,7 +160,7 @@ def _fit(fit: PriorFit) -> dict[str, Any]:
 
 
 def _counted(key: str, groups: Mapping[str, Mapping[Decision, int]]) -> list[dict[str, Any]]:
-    return [{**row, "link": f"#{urlencode({key: row['name']})}"} for row in by_verdict(groups)]
+    return [{**row, "link": f"#{urlencode({key: row['name']})}"} for row in findings.by_verdict(groups)]
 
 
 def _tiles(totals: Totals, shown: Mapping[str, int]) -> list[dict[str, str]]:
@@ -223,9 +192,6 @@ def _tiles(totals: Totals, shown: Mapping[str, int]) -> list[dict[str, str]]:
     ]
 
 
-# Changes and checks of all together -----------------------------------------------------------------------------------
-
-
 def _changes(compared: Compared, links: Mapping[str, str]) -> dict[str, Any]:
     kinds = []
     for change in Change:
@@ -247,10 +213,7 @@ def _change(one: Difference, link: str) -> dict[str, Any]:
 
 
 def render_library_section(report: Report | None, explanations: Mapping[str, str], weights: str = "") -> Markup:
-    """Return the HTML of the section on the checks of the library as a whole; empty if none of them has run.
-
-    `weights`: name of the CLIP weights used on the pictures; empty if CLIP was not used.
-    """
+    """HTML of the checks of the library as a whole, empty if none has run; `weights`: of CLIP, if it was used."""
     if report is None or not report.results:
         return NO_SECTION
     return Markup(  # noqa: S704  the template has escaped every value
@@ -282,15 +245,12 @@ def _library_check(result: CheckResult, found: Sequence[Issue], explanations: Ma
     }
 
 
-# Rows -----------------------------------------------------------------------------------------------------------------
-
-
 def listed(found: Findings, words: Words) -> list[Entry]:
     """The entries that the page lists, in their order: all, or of many those that should be looked at first."""
     if len(found.entries) <= MAX_ROWS:
         return list(found.entries)
     quiet = quiet_codes(found.entries, words)
-    odd = {name for quantity in UNITS for name in outlying(found.fits, quantity)}
+    odd = {name for quantity in UNITS for name in findings.outlying(found.fits, quantity)}
 
     def rank(entry: Entry) -> int:
         """As the script of the page orders its rows."""
@@ -309,16 +269,13 @@ def rows_of(
     pictures: Mapping[str, bytes] | None = None,
     is_brief: bool = False,
 ) -> list[dict[str, Any]]:
-    """Return rows as the script of the page reads them; size in centimetres, mass in kg, None for a rejected input.
-
-    docs/reference/report.md explains the keys.
+    """Rows as the script of the page reads them, see docs/reference/report.md; sizes in centimetres, masses in kg.
 
     Args:
-        entries: with the results of their checks. found, words: of the report.
         pictures: small ones by `Entry.path`; None: the page shows those in the library.
         is_brief: leave out checks that passed or do not apply.
     """
-    odd = {quantity: frozenset(outlying(found.fits, quantity)) for quantity in UNITS}
+    odd = {quantity: frozenset(findings.outlying(found.fits, quantity)) for quantity in UNITS}
     differences = found.compared.differences if found.compared else ()
     changes = {one.now.id: one.change.value for one in differences if one.now is not None}
     rows = []
@@ -361,7 +318,11 @@ def _row(entry: Entry, root: str) -> dict[str, Any]:
 def _details(entry: Entry, found: Findings, words: Words, is_brief: bool) -> dict[str, Any]:
     is_left_out = {Status.PASSED, Status.NOT_APPLICABLE} if is_brief else set()
     shown = [result for result in entry.results if result.status not in is_left_out]
-    results = [[r.code, _status_number(r), _short(r.number), _short(r.limit), r.unit, r.reason] for r in shown]
+    results = []
+    for r in shown:
+        is_advice = r.status is Status.FAILED and r.severity is Severity.WARNING
+        number = ADVICE_NUMBER if is_advice else STATUS_NUMBERS[r.status]
+        results.append([r.code, number, _short(r.number), _short(r.limit), r.unit, r.reason])
     if entry.decision is Decision.REJECTED:
         reason, fix = words.reason_and_fix(entry)
         # Refused rows of a manifest share one file and have no folder.
@@ -382,11 +343,6 @@ def _details(entry: Entry, found: Findings, words: Words, is_brief: bool) -> dic
     }
 
 
-def _status_number(result: CheckResult) -> int:
-    is_advice = result.status is Status.FAILED and result.severity is Severity.WARNING
-    return ADVICE_NUMBER if is_advice else STATUS_NUMBERS[result.status]
-
-
 def _short(number: float | None) -> float | None:
-    """Round to six digits, which are enough to read and keep the page small."""
+    """Six digits, which are enough to read and keep the page small."""
     return None if number is None else significant(number, 6)

@@ -39,13 +39,8 @@ def draw(
     turntable: bool = False,
     pose: str = "",
 ) -> Iterator[Picture]:
-    """Write a picture of each asset, and a contact sheet where there are several.
+    """Write a picture of each asset that the targets name, see `models`, and a contact sheet where there are several.
 
-    Args:
-        targets: asset folders, model.xml files, or libraries.
-        output: folder for the pictures, made where it is missing.
-        size_px: width and height. colliders: show the collision shapes.
-        turntable: also an animated picture of each. pose: keyframe of the pictures; empty: joints at zero.
     Raises:
         OutputError: a picture cannot be written, or a file is no MJCF. CannotDraw, NoRenderer: as `still.render`.
     """
@@ -65,7 +60,7 @@ def draw(
 
 
 def models(targets: Sequence[Path]) -> Iterator[Path]:
-    """Every model.xml that the targets name, in their order, libraries sorted by id. OutputError for another file."""
+    """Every model.xml that asset folders, files and libraries name; the latter sorted. OutputError for another file."""
     for target in targets:
         if target.is_file():
             if target.suffix.lower() != ".xml":
@@ -77,30 +72,17 @@ def models(targets: Sequence[Path]) -> Iterator[Path]:
             yield from sorted(checked_model(p / "model.xml") for p in Library(target).accepted())
 
 
-def is_scene(folder: Path) -> bool:
-    """True if a folder holds a kitchen."""
-    return (folder / usd.FILE).is_file() and (folder / SCENE_JSON).is_file()
-
-
 def draw_stills(
-    targets: Sequence[Path],
-    output: Path,
-    settings: StillSettings,
-    pose: str = "",
-    cameras: Sequence[str] = (),
+    targets: Sequence[Path], output: Path, settings: StillSettings, pose: str = "", cameras: Sequence[str] = ()
 ) -> Iterator[Picture]:
-    """Write path-traced stills of each target.
+    """Write path-traced stills of kitchens, and of assets as `models` finds them, in a pose of their USD.
 
-    Args:
-        targets: folders of kitchens or assets, model.xml files, libraries.
-        output: folder for the pictures, made where it is missing: `<asset>.png`, `<kitchen>_<camera>.png`.
-        pose: of the variant set of the USD; empty: as it is. cameras: of kitchens; `eye` and `cutaway` otherwise.
     Raises:
         OutputError: a picture cannot be written, or there is no USD. UnknownId: there is no such pose.
         NoPathTracer: there is no Blender, or it failed.
     """
     for target in targets:
-        if is_scene(target):
+        if (target / usd.FILE).is_file() and (target / SCENE_JSON).is_file():
             _check_pose(target / mjcf.FILE, pose)
             name = target.resolve().name
             for still in scene_stills(target, cameras, settings, pose or "start"):
@@ -117,13 +99,7 @@ def draw_stills(
 
 
 def draw_scene(folder: Path, settings: StillSettings, pose: str, cameras: Sequence[str] = ()) -> Iterator[Picture]:
-    """Write stills of a kitchen into its folder.
-
-    They are named `photoreal_<camera>.png`, or `photoreal_<camera>_<pose>.png` for a pose other than `start`.
-
-    Raises:
-        OutputError, UnknownId, NoPathTracer: as `draw_stills`.
-    """
+    """Write stills of a kitchen into its folder, named `photoreal_<camera>[_<pose>].png`; raises as `draw_stills`."""
     _check_pose(folder / mjcf.FILE, pose)
     for still in scene_stills(folder, cameras, settings, pose):
         name = still.name if pose == "start" else f"{still.name}_{pose}"

@@ -1,8 +1,8 @@
 """Render a kitchen's `scene.xml` through its own cameras, as by day with the lamps on.
 
 MuJoCo draws what each camera sees, and what each direction of the light sees; `room_light.py` lights the one by the
-other. Each picture is the mean of a few drawings that are moved by a part of a pixel and lit from
-other directions (docs/explanation/libraries.md says why MuJoCo's own lights are not used).
+other. A picture is the mean of drawings moved by a part of a pixel and lit from other directions. Why MuJoCo's own
+lights are not used: docs/explanation/libraries.md.
 """
 
 from __future__ import annotations
@@ -20,10 +20,9 @@ import mujoco
 import numpy as np
 
 from casa_assets.core.numeric import Floats
-from casa_assets.show.stills import pictures, renderer
 from casa_assets.show.stills.photoreal import View
-from casa_assets.show.stills.pictures import Pixels
-from casa_assets.show.stills.renderer import Bounds, CameraFrustum, one_group, set_quality
+from casa_assets.show.stills.pictures import Pixels, to_uint8
+from casa_assets.show.stills.renderer import Bounds, CameraFrustum, Canvas, canvas, one_group, set_quality
 from casa_assets.show.stills.room_light import (
     OPAQUE,
     Beam,
@@ -42,7 +41,7 @@ from casa_assets.show.stills.room_light import (
 from casa_assets.show.stills.still import CannotDraw, set_keyframe
 
 _Light = list[list[Beam]]  # of each drawing
-# Groups of geoms; those that are see-through are put into one of their own while a picture is drawn.
+# Groups of geoms; those that are see-through are put into a separate one while a picture is drawn.
 _CLEAR_GROUP, _VISUAL_GROUP, _CEILING_GROUP, _HIDDEN_GROUP = 1, 2, 4, 5
 _FLOOR, _CEILING, _WALL_PREFIX = "floor", "ceiling", "wall_"  # names of the bodies of a room; walls begin with it
 _ON_WALL_M = 0.12  # from the middle of a wall: what is nearer hangs on it
@@ -96,10 +95,10 @@ def scene_from_model(model: Any, name: str, frame: PictureSettings, pose: str = 
 def render_cameras(
     made: LoadedScene, cameras: Sequence[str | View], frame: PictureSettings
 ) -> Iterator[tuple[str, Pixels]]:
-    """Render cameras of the scene, by their names, or other views: name and (height, width, 3) uint8 pixels of each.
+    """Name and (height, width, 3) uint8 pixels of cameras of the scene, by their names, or of other views.
 
     An eye in the room sees the ceiling, and a plain wall where the room is open; from outside the ceiling is left out.
-    Raises CannotDraw if there is no such camera, NoRenderer if there is no OpenGL.
+    Raises CannotDraw if there is no such camera, NoRenderer.
     """
     model, data = made.model, made.data
     room = room_of(model, data, _bounds(model, data))
@@ -108,10 +107,10 @@ def render_cameras(
     if not lenses:
         return
     # The driver is handed meshes and pictures once for all cameras.
-    with renderer.canvas(model, data, one_group(_VISUAL_GROUP), frame.width_px, frame.height_px) as canvas:
-        light = _light(canvas, made, room, frame)
+    with canvas(model, data, one_group(_VISUAL_GROUP), frame.width_px, frame.height_px) as drawing:
+        light = _light(drawing, made, room, frame)
         for name, lens in lenses:
-            yield name, pictures.to_uint8(_render(canvas, made, lens, room, light, frame))
+            yield name, to_uint8(_render(drawing, made, lens, room, light, frame))
 
 
 def _lens(made: LoadedScene, camera: str | View, frame: PictureSettings, far: float) -> tuple[str, CameraFrustum]:
@@ -133,7 +132,7 @@ def _lens(made: LoadedScene, camera: str | View, frame: PictureSettings, far: fl
     return name, CameraFrustum(position, forward, up, near, far, near * half * aspect, near * half, jitter, near * rise)
 
 
-def _light(canvas: renderer.Canvas, made: LoadedScene, room: Room, frame: PictureSettings) -> _Light:
+def _light(canvas: Canvas, made: LoadedScene, room: Room, frame: PictureSettings) -> _Light:
     """The shadow map and the weight of each direction of the light of each drawing."""
     model = made.model
     with _groups_restored(model) as groups:
@@ -150,7 +149,7 @@ def _light(canvas: renderer.Canvas, made: LoadedScene, room: Room, frame: Pictur
 
 
 def _render(
-    canvas: renderer.Canvas, made: LoadedScene, lens: CameraFrustum, room: Room, light: _Light, frame: PictureSettings
+    canvas: Canvas, made: LoadedScene, lens: CameraFrustum, room: Room, light: _Light, frame: PictureSettings
 ) -> Floats:
     """(H, W, 3) sRGB, 0..1, of one camera."""
     model, eye = made.model, lens.position
@@ -211,8 +210,7 @@ def room_of(model: Any, data: Any, bounds: Bounds) -> Room:
         least, most = boxes[_FLOOR].min(axis=0)[0], boxes[_FLOOR].max(axis=0)[1]
         lower[:2], upper[:2], lower[2] = least[:2], most[:2], most[2]
     if _CEILING in boxes:
-        # Beams hang from it.
-        upper[2] = _boxes(model, data, parts[_CEILING])[:, 0, 2].max()
+        upper[2] = _boxes(model, data, parts[_CEILING])[:, 0, 2].max()  # beams hang from it
     walls, windows = [], []
     for name in (name for name in boxes if name.startswith(_WALL_PREFIX)):
         # It faces the room with its -y.

@@ -22,22 +22,29 @@ MAX_CATCH_UP_S = 0.05
 SPACE_KEY, BACKSPACE_KEY = 32, 259  # GLFW's codes
 # Called once a frame with the model and its data, before the frame is shown.
 EachFrame = Callable[[Any, Any], None]
+# Targets of effects of these kinds change their look; heat, cold and turning are not seen in a still picture.
+SEEN = frozenset({EffectKind.SHOW, EffectKind.LIGHT})
 
 
 def show(model: Any, pose: str = "", name: str = "the model", each_frame: EachFrame | None = None) -> None:
     """Open the viewer and return when its window is closed. Space stops the time, Backspace goes back to the pose.
 
-    The free camera starts where the file says (`<visual><global>`, `<statistic>`): for ours, at a view of all of it.
+    It starts in the keyframe `pose`, or as the model does; `each_frame` may change colours, to show what is on.
 
-    Args:
-        model: MjModel. pose: keyframe to start in; empty: the model's own start. name: of the model, for errors.
-        each_frame: may change colours, to show what is on.
     Raises:
         CannotDraw: it has no such keyframe. CasaError: no window can be opened.
     """
     require_screen()
     data = mujoco.MjData(model)
-    start = reset_to(model, data, pose, name)
+
+    def start() -> None:
+        if pose:
+            set_keyframe(model, data, pose, name)
+        else:
+            mujoco.mj_resetData(model, data)
+        mujoco.mj_forward(model, data)
+
+    start()
     running, wanted = [True], [False]
 
     def on_key(code: int) -> None:
@@ -67,27 +74,13 @@ def show(model: Any, pose: str = "", name: str = "the model", each_frame: EachFr
 
 def require_screen() -> None:
     """Raise CasaError where no window can be opened. MuJoCo's viewer would end the whole process there."""
-    said: list[str] = []
-    glfw.set_error_callback(lambda _, text: said.append(os.fsdecode(text)))
+    messages: list[str] = []
+    glfw.set_error_callback(lambda _, text: messages.append(os.fsdecode(text)))
     is_there = glfw.init()
     glfw.terminate()
     if not is_there:
-        why = "; ".join(said) or "GLFW finds no screen"
+        why = "; ".join(messages) or "GLFW finds no screen"
         raise CasaError(f"MuJoCo's viewer cannot open a window ({why}); --web shows a page instead")
-
-
-def reset_to(model: Any, data: Any, pose: str, name: str) -> Callable[[], None]:
-    """Put the data into a pose, and return a function that repeats it. Raises CannotDraw if the keyframe is missing."""
-
-    def start() -> None:
-        if pose:
-            set_keyframe(model, data, pose, name)
-        else:
-            mujoco.mj_resetData(model, data)
-        mujoco.mj_forward(model, data)
-
-    start()
-    return start
 
 
 def shown_groups(model: Any) -> list[int]:
@@ -99,10 +92,6 @@ def shown_groups(model: Any) -> list[int]:
     used = {int(group) for group in model.geom_group}
     hidden = {0} if 1 in used and 0 in used else set()
     return [int(group < 3 and group not in hidden) for group in range(mujoco.mjNGROUP)]
-
-
-# What an effect of these kinds acts on changes its look; heat, cold and turning are not seen in a still picture.
-SEEN = frozenset({EffectKind.SHOW, EffectKind.LIGHT})
 
 
 class Glow:

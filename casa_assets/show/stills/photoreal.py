@@ -30,25 +30,32 @@ PLACES_M, TURNS = 0.2, 144  # steps of the search
 CLEARANCE_M, WALL_CLEARANCE_M, OPEN_CLEARANCE_M = 0.55, 0.25, 0.1
 BEYOND_M = 2.4  # depth of what stills build beyond an open side
 BEYOND_CLEARANCE_M = 0.3  # from its walls
-TALL_M = 1.3  # what is higher hides what stands behind it
+TALL_M = 1.3  # what is higher hides what is behind it
 SIZE_THAT_COUNTS = 0.012  # solid angle, steradian, of a fixture that is half as good as a large one
 WEIGHTS = {
-    "range": 3.0,
-    "hob": 2.0,
-    "hood": 2.0,
-    "fridge": 2.5,
-    "oven": 2.0,
-    "sink": 2.0,
-    "window": 3.0,
+    **dict.fromkeys(("range", "window"), 3.0),
+    **dict.fromkeys(("fridge", "island"), 2.5),
+    **dict.fromkeys(("hob", "hood", "oven", "sink"), 2.0),
     "dishwasher": 1.5,
-    "island": 2.5,
     "stool": 1.0,
-    "lamp": 1.2,
     "base": 1.0,
-    "upper": 1.2,
-    "shelf": 1.2,
+    **dict.fromkeys(("lamp", "upper", "shelf"), 1.2),
 }
 SMALL = 0.4  # weight of everything else
+ELEVATIONS_DEG = (20.0, 24.0, 28.0, 32.0, 36.0, 40.0)
+ASIDE_DEG = (-55.0, -45.0, -35.0, -25.0, -15.0, 15.0, 25.0, 35.0, 45.0, 55.0)  # from straight through the window
+ACROSS, UP = (0.15, 0.35, 0.5, 0.65, 0.85), (0.1, 0.25, 0.4, 0.55)  # of an opening; a blind may cover its top
+NEAR_M = 1.2  # a patch as near to the window is a strip on its sill and worktop
+LEVEL, UPRIGHT = 1.0, 0.6  # worth of a patch on a floor or a worktop, and on a front or a wall
+FROM_BEHIND = -0.5  # worth of one on a front through the glazed doors behind the camera: as flat as a flash
+SHELL = ("floor", "ceiling", "wall", "skirting", "cornice", "recess")
+NOT_SOLID = (*SHELL, "window", "door", "lamp", "switch", "outlet", "sink")
+CUTAWAY = "cutaway"  # a view that every kitchen has beside its own cameras, as it has EYE
+CUTAWAY_FOV_X_RAD = math.radians(45.0)
+ASSET_FOV_X_RAD, ASSET_AZIMUTH_DEG, ASSET_ELEVATION_DEG = math.radians(26.0), 32.0, 20.0
+ASSET_SAMPLES = 4  # times those of a room: the plain floor of a studio shows noise that a room hides
+ABOVE = ("overview", "above")  # cameras of a scene that look in from above
+_SCRIPT = Path(__file__).with_name("blender") / "main.py"
 
 
 @dataclass(frozen=True)
@@ -56,12 +63,9 @@ class View:
     """A camera.
 
     Attributes:
-        name: of the picture.
         position, quaternion: world_from_camera, metres and (w, x, y, z); it looks along its -z, its y is up.
-        fov_x: angle that it sees from left to right, radians.
-        shift_y: of the lens upwards, as a share of the picture's width.
-        fit: the camera is moved so that it just sees these points, or everything in the scene if `fit` is empty;
-            None: it is not moved.
+        fov_x: from left to right, radians. shift_y: of the lens upwards, as a share of the picture's width.
+        fit: it is moved so that it just sees these points, or all of the scene if empty; None: it is not moved.
     """
 
     name: str
@@ -89,8 +93,7 @@ class _Fixtures:
 def eye_view(scene: Mapping[str, Any], name: str, aspect: float, beyond_m: float = 0.0) -> View:
     """The view at eye level of a scene.json that shows most; the camera is level, so that verticals stay vertical.
 
-    Args:
-        beyond_m: depth of what is built beyond open sides, where the photographer may be too.
+    The photographer may be up to `beyond_m` beyond an open side.
     """
     fixtures, outline = _fixtures(scene), np.array(scene["room"]["outline"])
     walls = [(np.array(w["from"][:2]), np.array(w["to"][:2]), bool(w["open"])) for w in scene["room"]["walls"]]
@@ -222,7 +225,7 @@ def _seen(eye: Floats, points: Floats, fixtures: _Fixtures, walls: Sequence[tupl
     tall = (fixtures.upper[:, 2] > TALL_M) & (fixtures.lower[:, 2] < EYE_M - 0.3)
     low, high = fixtures.lower[tall, :2], fixtures.upper[tall, :2]
     entry, leave = _crossings(eye, points - eye, low, high)
-    # What stands within the same outline (a refrigerator in its housing) is not hidden by it.
+    # Things within the same outline (a refrigerator in its housing) are not hidden by it.
     within = ((points[:, None] > low - 0.02) & (points[:, None] < high + 0.02)).all(axis=2)
     hides = (entry < leave) & (entry > 0.0) & (entry < 0.97) & ~within
     behind = np.zeros(len(points), dtype=bool)
@@ -275,22 +278,8 @@ def _room_ahead(eye: Floats, fixtures: _Fixtures, walls: Sequence[tuple[Floats, 
     return np.asarray((1 - 0.85 * shares[0]) * (1 - 0.75 * shares[1]) * (1 - 0.5 * shares[2]))
 
 
-ELEVATIONS_DEG = (20.0, 24.0, 28.0, 32.0, 36.0, 40.0)
-ASIDE_DEG = (-55.0, -45.0, -35.0, -25.0, -15.0, 15.0, 25.0, 35.0, 45.0, 55.0)  # from straight through the window
-ACROSS, UP = (0.15, 0.35, 0.5, 0.65, 0.85), (0.1, 0.25, 0.4, 0.55)  # of an opening; a blind may cover its top
-NEAR_M = 1.2  # a patch as near to the window is a strip on its sill and worktop
-LEVEL, UPRIGHT = 1.0, 0.6  # worth of a patch on a floor or a worktop, and on a front or a wall
-FROM_BEHIND = -0.5  # worth of one on a front through the glazed doors behind the camera: as flat as a flash
-SHELL = ("floor", "ceiling", "wall", "skirting", "cornice", "recess")
-NOT_SOLID = (*SHELL, "window", "door", "lamp", "switch", "outlet", "sink")
-
-
 def sun_direction(scene: Mapping[str, Any], view: View, aspect: float) -> tuple[float, float, float] | None:
-    """Unit direction of sunlight through the first window, or else the first open side; None if there is neither.
-
-    Args:
-        scene: of scene.json. view: of the camera. aspect: of its picture, width over height.
-    """
+    """Unit direction of sunlight through the first window, or else the first open side; None if there is neither."""
     opening = _opening(scene["room"])
     if opening is None:
         return None
@@ -307,11 +296,8 @@ def sun_direction(scene: Mapping[str, Any], view: View, aspect: float) -> tuple[
         ray = np.array([*(flat * math.cos(down)), -math.sin(down)])
         places, level = _landings(origins, ray, low, high, scene["room"])
         far = np.linalg.norm(places[:, :2] - origins[:, :2], axis=1) > NEAR_M
-        worth = (
-            np.where(level, LEVEL, UPRIGHT if through_window else FROM_BEHIND)
-            * far
-            * _in_view(places, view, aspect, low, high)
-        )
+        kind = np.where(level, LEVEL, UPRIGHT if through_window else FROM_BEHIND)
+        worth = kind * far * _in_view(places, view, aspect, low, high)
         if worth.mean() > best + 1e-9:
             best, found = float(worth.mean()), (float(ray[0]), float(ray[1]), float(ray[2]))
     return found
@@ -378,26 +364,13 @@ def _in_view(places: Floats, view: View, aspect: float, low: Floats, high: Float
     return np.asarray(inside & ~hidden)
 
 
-CUTAWAY = "cutaway"  # a view that every kitchen has beside its own cameras, as it has EYE
-CUTAWAY_FOV_X_RAD = math.radians(45.0)
-ASSET_FOV_X_RAD, ASSET_AZIMUTH_DEG, ASSET_ELEVATION_DEG = math.radians(26.0), 32.0, 20.0
-ASSET_SAMPLES = 4  # times those of a room: the plain floor of a studio shows noise that a room hides
-ABOVE = ("overview", "above")  # cameras of a scene that look in from above
-_SCRIPT = Path(__file__).with_name("blender") / "main.py"
-
-
 class NoPathTracer(CasaError):
     """There is no Blender, or it failed; the message says what to do."""
 
 
 @dataclass(frozen=True)
 class StillSettings:
-    """Size of a still in pixels, and what it costs.
-
-    Attributes:
-        samples: paths of each pixel of a room, at most; ASSET_SAMPLES times as many of an asset. threads: of the
-            renderer; the picture does not depend on the machine's number of cores. seed: of the paths.
-    """
+    """Size of a still, and what it costs: paths of each pixel of a room, and threads, on which no picture depends."""
 
     width_px: int = 960
     height_px: int = 540
@@ -423,17 +396,11 @@ class Still:
 def scene_stills(
     folder: Path, cameras: Sequence[str] = (), settings: StillSettings | None = None, pose: str = "closed"
 ) -> Iterator[Still]:
-    """Stills of a kitchen in its folder, through its own cameras, `eye` or `cutaway`; by default the last two.
-
-    Args:
-        folder: holds scene.usda and scene.json. pose: of the variant set `pose`.
-    Raises:
-        NoPathTracer: see the class; also if there is no such camera.
-    """
+    """Stills of a kitchen through its own cameras, `eye` or `cutaway`; by default the last two. Raises NoPathTracer."""
     frame = settings or StillSettings()
-    told = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
+    facts = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
     aspect = frame.width_px / frame.height_px
-    views = [_view(told, name, aspect) for name in cameras or (EYE, CUTAWAY)]
+    views = [_view(facts, name, aspect) for name in cameras or (EYE, CUTAWAY)]
     # Views from above look into the room without its ceiling, which is a choice that holds for a whole process.
     for above in (False, True):
         chosen = [view for view in views if (view.name in (*ABOVE, CUTAWAY)) == above]
@@ -442,36 +409,32 @@ def scene_stills(
                 "usd": (folder / "scene.usda").resolve().as_posix(),
                 "root": "World",
                 "variants": {"pose": pose, "ceiling": "hidden" if above else "shown"},
-                "room": told["room"],
+                "room": facts["room"],
                 "beyond_m": BEYOND_M,
-                "sun": None if above else sun_direction(told, eye_view(told, EYE, aspect, BEYOND_M), aspect),
+                "sun": None if above else sun_direction(facts, eye_view(facts, EYE, aspect, BEYOND_M), aspect),
                 "kind": "cutaway" if above else "room",
             }
             yield from _run(job, chosen, frame)
 
 
-def _view(told: Mapping[str, Any], name: str, aspect: float) -> View:
+def _view(facts: Mapping[str, Any], name: str, aspect: float) -> View:
     """The view that is called so, for pictures of `aspect` (width over height). Raises NoPathTracer."""
     if name == EYE:
-        return eye_view(told, name, aspect, BEYOND_M)
-    camera = next((c for c in told["cameras"] if c["name"] == ("overview" if name == CUTAWAY else name)), None)
+        return eye_view(facts, name, aspect, BEYOND_M)
+    camera = next((c for c in facts["cameras"] if c["name"] == ("overview" if name == CUTAWAY else name)), None)
     if camera is None:
-        names = [EYE, CUTAWAY, *(c["name"] for c in told["cameras"])]
+        names = [EYE, CUTAWAY, *(c["name"] for c in facts["cameras"])]
         raise NoPathTracer(f"there is no camera {name!r}; there are {', '.join(names)}")
     position, quaternion = tuple(camera["position"]), tuple(camera["quaternion"])
     if name == CUTAWAY:
-        corners = tuple(product(*zip(*told["room"]["bounds"], strict=True)))
+        corners = tuple(product(*zip(*facts["room"]["bounds"], strict=True)))
         return View(name, position, quaternion, CUTAWAY_FOV_X_RAD, fit=corners)
     half = math.tan(math.radians(camera["fov_y_deg"]) / 2) * aspect
     return View(name, position, quaternion, 2 * math.atan(half))
 
 
 def asset_still(usd: Path, settings: StillSettings | None = None, pose: str = "") -> Still:
-    """Still of an asset on a studio's floor, seen from the front and a little from its right and above.
-
-    Args:
-        usd: `usd/<id>.usda` of its folder. pose: of the variant set `pose`; empty: as the file says.
-    """
+    """Still of an asset on a studio's floor, seen from the front and a little from its right and above."""
     turn, tilt = math.radians(ASSET_AZIMUTH_DEG) / 2, math.radians(90 - ASSET_ELEVATION_DEG) / 2
     c, s, up, down = math.cos(turn), math.sin(turn), math.cos(tilt), math.sin(tilt)
     view = View(usd.stem, (0.0, 0.0, 0.0), (c * up, c * down, s * down, s * up), ASSET_FOV_X_RAD, fit=())
@@ -492,11 +455,11 @@ def _run(job: Mapping[str, Any], views: Sequence[View], frame: StillSettings) ->
         (folder / "job.json").write_text(text, encoding="utf-8")
         line, around = system.command(program, _SCRIPT, str(folder)), system.environment(folder)
         done = subprocess.run(line, cwd=folder, env=around, capture_output=True, check=False)
-        told = folder / "told.json"
-        if done.returncode or not told.is_file():
+        drawn = folder / "drawn.json"
+        if done.returncode or not drawn.is_file():
             words = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
             why = words[0] if words else f"it ended with {done.returncode}"
             raise NoPathTracer(f"Blender ({program}) failed: {why}")
-        for view in json.loads(told.read_text(encoding="utf-8"))["views"]:
+        for view in json.loads(drawn.read_text(encoding="utf-8"))["views"]:
             pixels = np.asarray(Image.open(io.BytesIO((folder / f"{view['name']}.png").read_bytes())).convert("RGB"))
             yield Still(view["name"], pixels, float(view["seconds"]))

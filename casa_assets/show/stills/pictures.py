@@ -19,15 +19,15 @@ Pixels = npt.NDArray[np.uint8]
 _BACKGROUND_WHITE = 0.965
 _VIGNETTE = 0.045
 _BLUR_SHARE = 0.010
+_PAGE = (255, 255, 255)
+_CELL = (244, 244, 245)
+_INK, _FAINT = (32, 34, 37), (112, 117, 124)
+_GAP_PX, _MARGIN_PX, _HEADER_PX, _CAPTION_PX = 8, 12, 34, 40
+_PAPER_NOISE = 3  # by which paper may differ from its corner, of 255
 
 
 def blur_background(exposure: Floats, background: Mask) -> Floats:
-    """Blur the background within its own outline, which hides the steps between single shadows.
-
-    Args:
-        exposure: (H, W, 3) fractions of white.
-        background: (H, W) where nothing but floor is seen.
-    """
+    """Blur the (H, W) background of (H, W, 3) fractions of white within its outline: no steps between shadows."""
     from scipy.ndimage import gaussian_filter  # here, since SciPy loads slowly and contact sheets need only `png`
 
     sigma_px = _BLUR_SHARE * exposure.shape[0]
@@ -60,13 +60,6 @@ def png(pixels: Pixels) -> bytes:
     return out.getvalue()
 
 
-_PAGE = (255, 255, 255)
-_CELL = (244, 244, 245)
-_INK, _FAINT = (32, 34, 37), (112, 117, 124)
-_GAP_PX, _MARGIN_PX, _HEADER_PX, _CAPTION_PX = 8, 12, 34, 40
-_PAPER_NOISE = 3  # by which paper may differ from its corner, of 255
-
-
 @dataclass(frozen=True)
 class SheetCell:
     """One cell: two lines of text under a picture (PNG bytes; empty for an empty frame)."""
@@ -79,12 +72,7 @@ class SheetCell:
 def contact_sheet(
     shots: Sequence[SheetCell], heading: str, columns: int = 8, cell_px: int = 192, height_px: int = 0
 ) -> bytes:
-    """PNG with all shots in rows, read from the left.
-
-    Args:
-        heading: one line at the top. columns: pictures in a row.
-        cell_px: width of a picture. height_px: its height; 0: as its width.
-    """
+    """PNG with all shots in rows below a line of text; pictures without a height are as high as wide."""
     columns, height_px = max(1, min(columns, len(shots))), height_px or cell_px
     rows = -(-len(shots) // columns)
     # A narrow page would cut the heading.
@@ -122,12 +110,7 @@ def contact_sheets(
 
 
 def trimmed(picture: Image.Image, width_share: float, margin: float = 0.03) -> Image.Image:
-    """Cut plain paper off the sides of a picture as far as what it shows allows; one without paper stays as it is.
-
-    Args:
-        width_share: width over height of the result.
-        margin: of paper that stays on each side, as a share of what is shown.
-    """
+    """Cut plain paper off a picture up to a margin, a share of what is shown; `width_share`: width over height then."""
     pixels = np.asarray(picture.convert("RGB")).astype(np.int16)
     shown = np.abs(pixels - pixels[0, 0]).max(axis=2) > _PAPER_NOISE
     if not shown.any() or shown[[0, -1, -1], [-1, 0, -1]].any():

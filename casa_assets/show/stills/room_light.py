@@ -17,8 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.core.numeric import Floats, Ints, Mask, Singles, linear_from_srgb_array, srgb_from_linear_array
-from casa_assets.show.stills import renderer
-from casa_assets.show.stills.renderer import GOLDEN, PLASTIC, CameraFrustum
+from casa_assets.show.stills.renderer import GOLDEN, PLASTIC, CameraFrustum, Canvas
 
 OPAQUE = 0.999  # alpha from which on nothing is seen through
 _FAR_DEPTH = 0.99999  # of the depth buffer where nothing is seen
@@ -32,6 +31,32 @@ _EVEN = [(np.array([0.0, 0.0, 1.0]), np.zeros(3), 1.0)]
 _ALONG_AXES = [
     (sign * axis, 0.5 * sign * axis, 0.5 if axis[0] * sign > 0 else 0.0) for axis in np.eye(3) for sign in (1.0, -1.0)
 ]
+# Linear RGB of each side of the box. Chosen by eye, as is all light here: warm below, cool through what is open; the
+# ceiling lights worktops, walls and open sides light fronts, and the floor keeps undersides from going black.
+CEILING, WALL, OPEN_SIDE, FLOOR = (1.30, 1.27, 1.21), (0.58, 0.565, 0.54), (0.84, 0.85, 0.87), (0.40, 0.37, 0.335)
+_WINDOW = np.array([1.9, 2.05, 2.25], dtype=np.float32)  # on top of the wall
+_BLUR, _MIRROR_BLUR = 0.3, 0.8  # of the edges between the sides; sharp ones would draw stripes on walls, and on metal
+_WINDOW_BLUR_M = np.float32(0.35)  # how softly a window begins, for the same reason
+# The key light: from the open side, above, a little from the left, as of a large window behind the viewer.
+_KEY = np.array([-0.42, -0.72, 0.55]) / np.linalg.norm([-0.42, -0.72, 0.55])
+_KEY_COLOR = np.array([1.18, 1.15, 1.10], dtype=np.float32)
+_KEY_SOFTNESS = 0.09  # half the width of its soft box, rad
+_TILT = 0.2  # by which each pixel turns a direction, so that shadows have no steps, rad
+_NEAR_M, _FAR_M = 0.03, 1.4  # what hides a place at this distance is black; from the other on it gives most light
+_SECOND_HAND = np.array([0.36, 0.345, 0.325], dtype=np.float32)  # light of things between, far away
+_FIRST_HAND = np.array([0.02, 0.019, 0.018], dtype=np.float32)
+_ON_CEILING, _ON_OPEN_SIDE = np.float32(0.4), np.float32(0.45)  # which shine by themselves
+_GUESS_M = 0.2  # how far off a shadow is looked for where none is
+_OFF_SURFACE_M = 0.008  # by which places are moved off their surface, so that it does not shade itself
+_EXPOSURE = 0.78
+_SHOULDER, _ABOVE = 0.6, 0.42  # where the tone curve begins to bend, and how much brighter it gets
+_MATT, _GLOW = 0.95, 1.3  # what a surface throws back of its colour, and of what shines by itself
+_FREE_LIGHT = 0.8  # on a place with nothing near it; with less, its reflections are dimmer
+_LEAST_REFLECTED = 0.04  # of light that comes straight on. Ref: Schlick 1994.
+_VEIL, _PAPER = 0.9, 0.955  # light on glass, and sRGB of what lies beyond a room that is seen from outside
+_HORIZON, _ZENITH = np.array([0.925, 0.945, 0.96]), np.array([0.70, 0.82, 0.93])  # of the sky that is seen from within
+_SECTION, _PLAIN_WALL = 0.43, (0.87, 0.86, 0.84)  # sRGB of walls that the picture cuts, and that close an open side
+_SIDES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], dtype=np.float32)
 
 
 @dataclass(frozen=True)
@@ -39,8 +64,8 @@ class Surfaces:
     """Pixels of one drawing, (H, W) or (H, W, 3), rows from the top.
 
     Attributes:
-        seen: whether anything solid is seen there. places: metres, world frame. normals, to_eye: unit vectors; normals
-            face the eye. albedo: sRGB, 0..1. gloss: metallic, roughness, emission, 0..1.
+        seen: of something solid. places: metres, world frame. normals, to_eye: unit vectors; normals face the eye.
+        albedo: sRGB, 0..1. gloss: metallic, roughness, emission, 0..1.
         veil: sRGB of what is see-through, times its opacity. clear: share of what lies behind it that is seen.
     """
 
@@ -55,12 +80,9 @@ class Surfaces:
 
 
 def draw_surfaces(
-    canvas: renderer.Canvas, solid: Any, every: Any, lens: CameraFrustum, count: int, size_px: tuple[int, int]
+    canvas: Canvas, solid: Any, every: Any, lens: CameraFrustum, count: int, size_px: tuple[int, int]
 ) -> Iterator[Surfaces]:
-    """Yield what `count` drawings of a model from one camera show, each moved by a part of a pixel.
-
-    Of two MjvOptions `solid` shows what is opaque, `every` what is see-through, too.
-    """
+    """Yield `count` drawings from a camera; of two MjvOptions `solid` shows what is opaque, `every` all."""
     model = canvas.model
 
     def gloss(material: int) -> tuple[float, float, float]:
@@ -121,10 +143,7 @@ def _rays(eye: Any, width_px: int, height_px: int) -> Singles:
 
 
 def plain_scene(scene: Any, lights: Sequence[_Light] = (), paint: Paint | None = None) -> Any:
-    """Leave an MjvScene without shadows, sky, highlights and other lights than these, and return it.
-
-    `paint` gives the RGB of a geom, instead of its colour and picture, from the number of its material (-1: none).
-    """
+    """An MjvScene left without shadows, sky, highlights and other lights; `paint`: RGB by material (-1: none)."""
     flags = mujoco.mjtRndFlag
     for flag in (flags.mjRND_SHADOW, flags.mjRND_REFLECTION, flags.mjRND_SKYBOX, flags.mjRND_HAZE, flags.mjRND_FOG):
         scene.flags[flag] = 0
@@ -166,11 +185,8 @@ class ShadowMap:
         return steps * np.float32(self.step) + np.float32(self.least)
 
 
-def draw_shadow_map(canvas: renderer.Canvas, scene: Any, towards: Floats, corners: Floats, size_px: int) -> ShadowMap:
-    """Draw the map of a direction, `towards` the light (3,), of an MjvScene without lights.
-
-    `corners` (8, 3) are those of the box round all that throws shadows, metres, world frame.
-    """
+def draw_shadow_map(canvas: Canvas, scene: Any, towards: Floats, corners: Floats, size_px: int) -> ShadowMap:
+    """The map of a direction, `towards` the light (3,); (8, 3) `corners` of the box round all that throws shadows."""
     side = np.cross((0.0, 0.0, 1.0), towards) if abs(towards[2]) < 0.99 else np.array([1.0, 0.0, 0.0])
     right = side / np.linalg.norm(side)
     frame = np.stack([right, np.cross(towards, right), towards])
@@ -185,7 +201,8 @@ def draw_shadow_map(canvas: renderer.Canvas, scene: Any, towards: Floats, corner
         eye.orthographic, eye.frustum_near, eye.frustum_far = 1, _MAP_NEAR_M, deep
         eye.frustum_center, eye.frustum_width = 0.0, half
         eye.frustum_bottom, eye.frustum_top = -half, half
-    depth = canvas.draw_depth(scene, size_px, size_px)
+    canvas.draw_scene(scene, size_px, size_px)
+    depth = canvas.read_depth(size_px, size_px)
     return ShadowMap(
         frame=frame.astype(np.float32),
         corner=(middle[:2] - half).astype(np.float32),
@@ -198,32 +215,6 @@ def draw_shadow_map(canvas: renderer.Canvas, scene: Any, towards: Floats, corner
 
 
 Beam = tuple[ShadowMap, float]  # of a direction, and the weight of the light from there
-# Linear RGB of each side of the box. Chosen by eye, as is all light here: warm below, cool through what is open; the
-# ceiling lights worktops, walls and open sides light fronts, and the floor keeps undersides from going black.
-CEILING, WALL, OPEN_SIDE, FLOOR = (1.30, 1.27, 1.21), (0.58, 0.565, 0.54), (0.84, 0.85, 0.87), (0.40, 0.37, 0.335)
-_WINDOW = np.array([1.9, 2.05, 2.25], dtype=np.float32)  # on top of the wall
-_BLUR, _MIRROR_BLUR = 0.3, 0.8  # of the edges between the sides; sharp ones would draw stripes on walls, and on metal
-_WINDOW_BLUR_M = np.float32(0.35)  # how softly a window begins, for the same reason
-# The key light: from the open side, above, a little from the left, as of a large window behind the viewer.
-_KEY = np.array([-0.42, -0.72, 0.55]) / np.linalg.norm([-0.42, -0.72, 0.55])
-_KEY_COLOR = np.array([1.18, 1.15, 1.10], dtype=np.float32)
-_KEY_SOFTNESS = 0.09  # half the width of its soft box, rad
-_TILT = 0.2  # by which each pixel turns a direction, so that shadows have no steps, rad
-_NEAR_M, _FAR_M = 0.03, 1.4  # what hides a place at this distance is black; from the other on it gives most light
-_SECOND_HAND = np.array([0.36, 0.345, 0.325], dtype=np.float32)  # light of what stands between, far away
-_FIRST_HAND = np.array([0.02, 0.019, 0.018], dtype=np.float32)
-_ON_CEILING, _ON_OPEN_SIDE = np.float32(0.4), np.float32(0.45)  # which shine by themselves
-_GUESS_M = 0.2  # how far off a shadow is looked for where none is
-_OFF_SURFACE_M = 0.008  # by which places are moved off their surface, so that it does not shade itself
-_EXPOSURE = 0.78
-_SHOULDER, _ABOVE = 0.6, 0.42  # where the tone curve begins to bend, and how much brighter it gets
-_MATT, _GLOW = 0.95, 1.3  # what a surface throws back of its colour, and of what shines by itself
-_FREE_LIGHT = 0.8  # on a place with nothing near it; with less, its reflections are dimmer
-_LEAST_REFLECTED = 0.04  # of light that comes straight on. Ref: Schlick 1994.
-_VEIL, _PAPER = 0.9, 0.955  # light on glass, and sRGB of what lies beyond a room that is seen from outside
-_HORIZON, _ZENITH = np.array([0.925, 0.945, 0.96]), np.array([0.70, 0.82, 0.93])  # of the sky that is seen from within
-_SECTION, _PLAIN_WALL = 0.43, (0.87, 0.86, 0.84)  # sRGB of walls that the picture cuts, and that close an open side
-_SIDES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], dtype=np.float32)
 
 
 @dataclass(frozen=True)
@@ -250,10 +241,7 @@ class Room:
         return sorted({0, 1, 2, 3} - {wall.side for wall in self.walls})
 
     def seen(self, places: Singles, directions: Singles, blur: float = _BLUR) -> Singles:
-        """(N, 3) linear RGB that is seen from (3, N) places in the box along (3, N) directions.
-
-        `blur` is how softly one side of the box goes over into the next, as a share of the way to it.
-        """
+        """(N, 3) linear RGB seen from (3, N) places along (3, N) directions; sides merge over a share of the way."""
         ways, sides = self.ways(places, directions)
         nearest = ways.min(axis=0)
         shares = np.clip(1 - (ways - nearest) / (np.float32(blur) * nearest + np.float32(1e-4)), 0.0, 1.0)
@@ -339,10 +327,7 @@ def beams(number: int, passes: int, per_pass: int) -> Iterator[tuple[Floats, flo
 
 
 def light_on(surfaces: Surfaces, room: Room, number: int, light: Sequence[Beam]) -> Singles:
-    """(H, W, 3) light that the surfaces of drawing `number` gather, 0 where nothing is seen; the key light comes first.
-
-    The ceiling and the plain surfaces in place of missing walls emit light; they are shown with that brightness.
-    """
+    """(H, W, 3) light that the surfaces of drawing `number` gather, 0 where nothing is seen; first the key light."""
     at = np.flatnonzero(surfaces.seen)
     normals = np.ascontiguousarray(surfaces.normals.reshape(-1, 3)[at].T)
     places = np.ascontiguousarray(surfaces.places.reshape(-1, 3)[at].T)
@@ -369,6 +354,7 @@ def light_on(surfaces: Surfaces, room: Room, number: int, light: Sequence[Beam])
         else:
             shown = _KEY_COLOR * (gap <= 0.0)[:, None]
         total[lit] += shown * (cosine[lit] * np.float32(weight))[:, None]
+    # The ceiling and the plain surfaces in place of missing walls emit light.
     total[(normals[2] < -0.9) & (places[2] > room.upper[2] - 0.05)] += _ON_CEILING
     is_open = np.zeros(len(at), dtype=np.bool_)
     for side in range(4):
@@ -384,8 +370,7 @@ def light_on(surfaces: Surfaces, room: Room, number: int, light: Sequence[Beam])
 def shadowing(places: Singles, shadow: ShadowMap, tilt: Singles) -> Singles:
     """(N,) metres from each place (3, N) to the object that hides it from the light; 0 if nothing hides it.
 
-    The first lookup finds the distance; the second is shifted sideways by as much as a soft light spreads over it:
-    (2, N) `tilt` of the way to the light, along right and up of the map.
+    The first lookup finds the distance; the second is shifted sideways by (2, N) `tilt` of it, as a soft light spreads.
     """
     x, y, z = shadow.frame @ places
     bias = np.float32(1.5 * shadow.pixel)
@@ -393,7 +378,7 @@ def shadowing(places: Singles, shadow: ShadowMap, tilt: Singles) -> Singles:
     free = first <= bias
     reach = np.where(free, np.float32(_GUESS_M), np.minimum(first, np.float32(2.0)))
     gap = shadow.above(x + tilt[0] * reach, y + tilt[1] * reach) - z
-    # Found beside a place that is lit: it hides it only if it stands that far off.
+    # Found beside a place that is lit: it hides it only if it is that far off.
     gap[(gap <= bias) | (free & (2.0 * gap < reach))] = 0.0
     return np.asarray(gap)
 
@@ -414,10 +399,7 @@ def _smoothed(light: Singles, surfaces: Surfaces) -> Singles:
 
 
 def shade(seen: Surfaces, light: Singles, room: Room, is_inside: bool) -> Floats:
-    """(H, W, 3) sRGB, 0..1, of a drawing in its light: matt, metal and polish, glass before it, the tone curve.
-
-    An eye in the room (`is_inside`) sees the sky through windows.
-    """
+    """(H, W, 3) sRGB, 0..1, of a drawing in its light; an eye in the room sees the sky through windows."""
     color = linear_from_srgb_array(seen.albedo)
     metallic, rough, glow = (seen.gloss[..., k : k + 1] for k in range(3))
     facing = np.einsum("ijk,ijk->ij", seen.normals, seen.to_eye)[..., None]

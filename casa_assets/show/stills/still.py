@@ -26,12 +26,27 @@ from casa_assets.show.stills.studio import Camera, View, fit
 # reads from USD.
 _VISUAL_GROUPS, _COLLISION_GROUPS = (1, 2), (0, 3)
 _DEFAULT_VIEW = View()
-# A picture of colliders shows them over the thing in this grey, with this share of their own colour.
+# A picture of colliders shows them over the thing in this grey, with this share of their colour.
 _GREY_RGBA = (0.86, 0.87, 0.88, 1.0)
 _COLLIDER_OPACITY = 0.68
 _MIN_OVERLAY_PASSES = 8
 # Hues of colliders: the golden ratio as a share of the circle keeps any number of them apart.
 _FIRST_HUE, _HUE_STEP = 0.58, 0.61803398875
+_TURNTABLE_VIEW = View(size_px=256, fill=0.92, passes=10)
+_RAW_VIEW = View(size_px=320, passes=16)
+# Above this many faces MuJoCo takes longer to read a mesh than the picture is worth: vertices are moved onto a grid of
+# this many steps along the longest side, about one for each pixel, and faces that become alike are drawn once.
+_MANY_FACES, _GRID_STEPS = 150_000, 256
+_SMALL_FACES = 20_000  # from this number on each is small
+_LEAST_VERTICES = 4  # of a mesh that MuJoCo reads
+_LARGEST_PX = 1024  # of an image
+CELL_PX, COLUMNS = 320, 6
+# A review wants to see what is there, not soft shadows.
+_VIEW = View(size_px=CELL_PX, passes=6)
+_BODY = (0.82, 0.83, 0.85)
+# Parts that are taken apart go this far, in diagonals of the thing; what sits on a part goes as far again.
+_APART = 0.16
+_DARK = (25, 27, 31)
 
 
 class CannotDraw(CasaError):
@@ -39,17 +54,13 @@ class CannotDraw(CasaError):
 
 
 def render(model_xml: Path, view: View = _DEFAULT_VIEW, collision: bool = False, pose: str = "") -> bytes:
-    """PNG of one asset in its pose, seen from the front and a little from its right and above.
+    """PNG of one asset in a keyframe, or with joints at zero, from the front and a little from its right and above.
 
     Args:
-        model_xml: MJCF with visual geoms in group 1 and collision geoms in group 0, or USD with 2 and 3; regions are
-            called `reg_*`.
-        view: direction and size.
+        model_xml: MJCF with visual geoms in group 1 and collision geoms in group 0, or USD with 2 and 3.
         collision: show each collider in a different colour, see-through, over the asset in grey.
-        pose: keyframe of the model to show; empty: joints at zero.
     Raises:
-        CannotDraw: MuJoCo cannot read the model, it has no such keyframe, or nothing in it is visible.
-        NoRenderer: there is no OpenGL.
+        CannotDraw: MuJoCo cannot read the model, it has no such keyframe, or nothing in it is visible. NoRenderer.
     """
     if collision:
         return _render_colliders(model_xml, view, pose)
@@ -58,10 +69,7 @@ def render(model_xml: Path, view: View = _DEFAULT_VIEW, collision: bool = False,
 
 
 def _render_colliders(model_xml: Path, view: View, pose: str) -> bytes:
-    """PNG of the colliders over the grey thing.
-
-    Two pictures are mixed: in one scene with see-through colliders, surfaces that coincide would flicker.
-    """
+    """PNG of the colliders over the grey thing, two pictures: in one scene surfaces that coincide would flicker."""
     thing, thing_data, thing_points = load_into_studio(model_xml, view.size_px, _GREY_RGBA, pose=pose)
     shapes, shape_data, shape_points = load_into_studio(model_xml, view.size_px, None, _COLLISION_GROUPS, pose)
     camera = fit(np.concatenate([thing_points, shape_points]), view)
@@ -79,13 +87,10 @@ def load_into_studio(
     groups: tuple[int, ...] = _VISUAL_GROUPS,
     pose: str = "",
 ) -> tuple[Any, Any, Floats]:
-    """Compile an asset in the studio: (MjModel, MjData, (N, 3) visible points in metres).
+    """Compile the geoms of these groups of an asset in the studio: (MjModel, MjData, (N, 3) visible points in metres).
 
     Args:
-        model_xml: as for `render`. size_px: of the picture to be taken.
         paint: RGBA for everything, instead of its materials.
-        groups: of the geoms to be shown; each collider gets a different colour.
-        pose: keyframe, or empty.
     Raises:
         CannotDraw: MuJoCo cannot read the model, or it has no geom to show.
     """
@@ -129,11 +134,9 @@ def add_highlights(spec: Any) -> None:
 
 
 def _phong_terms(metallic: float, roughness: float, rgba: Any, textures: Any) -> tuple[float, float, float]:
-    """(specular, shininess, factor of the colour) that make MuJoCo's lights show a material's metallic and roughness.
+    """(specular, shininess, factor of the colour) that show metallic and roughness, which are negative if not stated.
 
-    Args:
-        metallic, roughness: a negative value means that the file says nothing.
-        textures: one item for each role, true where a picture fills it.
+    `textures`: one item for each role, true where a picture fills it.
     """
     metallic = max(0.0, metallic)
     smooth = 1.0 - (roughness if roughness >= 0.0 else 0.5)
@@ -144,10 +147,9 @@ def _phong_terms(metallic: float, roughness: float, rgba: Any, textures: Any) ->
 
 
 def _keep_groups(spec: Any, groups: tuple[int, ...], paint: tuple[float, ...] | None) -> None:
-    """Delete all geoms of other groups and all regions (`reg_*`), then the meshes that no geom uses.
+    """Delete geoms of other groups, regions, and meshes that no geom uses, and put the rest into the studio's group.
 
-    Each collider gets a different colour, and everything gets `paint` if it is given. The remaining geoms are put into
-    the group that the studio draws. Raises ValueError if no geoms remain.
+    Each collider gets a different colour, or everything gets `paint`. Raises ValueError if no geoms remain.
     """
     for geom in list(spec.geoms):
         if geom.group not in groups or geom.name.startswith("reg_"):
@@ -169,19 +171,8 @@ def _color(i: int) -> tuple[float, float, float]:
     return colorsys.hsv_to_rgb(hue, saturation, brightness)
 
 
-_TURNTABLE_VIEW = View(size_px=256, fill=0.92, passes=10)
-
-
 def render_turntable(model_xml: Path, view: View = _TURNTABLE_VIEW, frames: int = 24, seconds: float = 4.0) -> bytes:
-    """Animated WebP of the asset turning once, without end.
-
-    Args:
-        model_xml: as for `render`.
-        view: of the first frame. frames, seconds: pictures in a turn, and its duration.
-    Raises:
-        CannotDraw: MuJoCo cannot read the model, or nothing in it is visible.
-        NoRenderer: there is no OpenGL.
-    """
+    """Animated WebP of the asset turning once in some seconds, without end. Raises CannotDraw, NoRenderer."""
     model, data, points = load_into_studio(model_xml, view.size_px)
     swept = _swept(points)
     taken: list[pictures.Pixels] = []
@@ -190,7 +181,10 @@ def render_turntable(model_xml: Path, view: View = _TURNTABLE_VIEW, frames: int 
         turned = replace(view, azimuth_deg=view.azimuth_deg + 360.0 * i / frames)
         camera = fit(swept, turned)
         taken.append(studio.render(model, data, points, camera, turned))
-    return _webp(taken, round(1000.0 * seconds / frames))
+    first, *rest = [Image.fromarray(pixels) for pixels in taken]
+    out, each_ms = io.BytesIO(), round(1000.0 * seconds / frames)
+    first.save(out, format="WEBP", save_all=True, append_images=rest, duration=each_ms, loop=0, quality=80, method=4)
+    return out.getvalue()
 
 
 def _swept(points: Floats) -> Floats:
@@ -212,40 +206,13 @@ def _swept(points: Floats) -> Floats:
     return np.concatenate(rings)
 
 
-def _webp(frames: list[pictures.Pixels], milliseconds: int) -> bytes:
-    first, *rest = [Image.fromarray(f) for f in frames]
-    out = io.BytesIO()
-    first.save(
-        out, format="WEBP", save_all=True, append_images=rest, duration=milliseconds, loop=0, quality=80, method=4
-    )
-    return out.getvalue()
-
-
-_RAW_VIEW = View(size_px=320, passes=16)
-# Above this many faces MuJoCo takes longer to read a mesh than the picture is worth: vertices are moved onto a grid of
-# so many steps along the longest side, about one for each pixel, and faces that become alike are drawn once.
-_MANY_FACES, _GRID_STEPS = 150_000, 256
-_SMALL_FACES = 20_000  # from so many on each is small
-_LEAST_VERTICES = 4  # of a mesh that MuJoCo reads
-_LARGEST_PX = 1024  # of an image
-
-
 def render_model(model: RawModel, view: View = _RAW_VIEW) -> bytes:
-    """PNG of a raw model, turned upright by the axis that its file declares (glTF: y), else z.
-
-    Raises:
-        CasaError: it has no triangle, or nothing can draw.
-    """
-    return render_mesh(model.parts, model.up or Up.Z, view)
-
-
-def render_mesh(parts: Sequence[RawPart], up: Up = Up.Z, view: View = _RAW_VIEW) -> bytes:
-    """PNG of raw parts in file units; size does not matter, broken and flat meshes are drawn from both sides.
+    """PNG of a raw model of any size, upright by the axis that its file declares, else z; seen from both sides.
 
     Raises:
         CannotDraw: there is no triangle to draw, or MuJoCo cannot read them. NoRenderer: there is no OpenGL.
     """
-    stood = _stand_up([p for p in parts if len(p.mesh.faces)], up)
+    stood = _stand_up([p for p in model.parts if len(p.mesh.faces)], model.up or Up.Z)
     if not stood:
         raise CannotDraw("there is no triangle to draw")
     spec = mujoco.MjSpec()
@@ -255,13 +222,13 @@ def render_mesh(parts: Sequence[RawPart], up: Up = Up.Z, view: View = _RAW_VIEW)
     add_highlights(spec)
     studio.add_studio(spec, view.size_px)
     try:
-        model = spec.compile()
+        made = spec.compile()
     except ValueError as error:
         raise CannotDraw(str(error).replace("\n", " ")) from error
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    points = studio.place_floor(model, data)
-    return pictures.png(studio.render(model, data, points, fit(points, view), view, both_sides=True))
+    data = mujoco.MjData(made)
+    mujoco.mj_forward(made, data)
+    points = studio.place_floor(made, data)
+    return pictures.png(studio.render(made, data, points, fit(points, view), view, both_sides=True))
 
 
 def _stand_up(parts: Sequence[RawPart], up: Up) -> list[RawPart]:
@@ -358,22 +325,9 @@ def _opened(texture: Texture) -> Pixels:
     return np.asarray(picture)
 
 
-CELL_PX, COLUMNS = 320, 6
-# A review wants to see what is there, not soft shadows.
-_VIEW = View(size_px=CELL_PX, passes=6)
-_BODY = (0.82, 0.83, 0.85)
-# Parts that are taken apart go this far, in diagonals of the thing; what sits on a part goes as far again.
-_APART = 0.16
-_DARK = (25, 27, 31)
-
-
 @dataclass(frozen=True)
 class MovingJoint:
-    """A joint to be shown: its name in the model, and two lines under its picture.
-
-    Attributes:
-        alone: it gets a separate picture, open; a joint that moves a few millimetres would show nothing there.
-    """
+    """A joint to be shown, with two lines under its picture; one that moves a few millimetres gets none alone."""
 
     joint: str
     title: str
@@ -382,15 +336,7 @@ class MovingJoint:
 
 
 def joint_strip(model_xml: Path, moving: Sequence[MovingJoint], heading: str) -> bytes:
-    """PNG: closed, coloured with axes, taken apart, all open, then each joint of `moving` open alone.
-
-    Args:
-        model_xml: MJCF file as `still.render` takes it.
-        moving: in the order in which they are shown. heading: one line at the top.
-    Raises:
-        CannotDraw: MuJoCo cannot read the model, or it has nothing to show.
-        NoRenderer: there is no OpenGL.
-    """
+    """PNG: closed, coloured with axes, taken apart, all open, then each joint open alone. Raises as `render`."""
     model, data, _ = load_into_studio(model_xml, CELL_PX)
     before = _behind(model)
     ends = {m.joint: float(max(model.joint(m.joint).range, key=abs)) for m in moving}
@@ -409,10 +355,7 @@ def joint_strip(model_xml: Path, moving: Sequence[MovingJoint], heading: str) ->
 
 
 def strip_corners(moving: Sequence[MovingJoint]) -> dict[str, tuple[int, int]]:
-    """Return the pixel (x, y) of the upper left corner of pictures on the strip of some joints.
-
-    Those of the whole are `closed`, `parts` and `taken apart`; that of a joint that is shown alone has its name.
-    """
+    """Pixel (x, y) of the upper left corner of `closed`, `parts`, `taken apart` and each joint alone on a strip."""
     alone = [m.joint for m in moving if m.alone]
     names = ["closed", "parts", "taken apart", *(["all open"] if len(alone) > 1 else []), *alone]
     return {name: cell_corner(i, min(COLUMNS, len(names)), CELL_PX) for i, name in enumerate(names)}

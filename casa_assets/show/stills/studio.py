@@ -20,6 +20,27 @@ from casa_assets.show.stills import pictures, renderer
 from casa_assets.show.stills.pictures import Pixels
 from casa_assets.show.stills.renderer import GOLDEN, PLASTIC, CameraFrustum, one_group, set_quality
 
+# Of the geoms that are drawn.
+VISUAL_GROUP = 1
+# Grey of the floor, 0..1, and its emission, which softens the shadows on it. Chosen by eye.
+_FLOOR_GREY, _FLOOR_EMISSION = 0.66, 0.25
+# A large mesh is drawn fewer times: up to this many faces it is drawn the full number of times, and 12 times at least.
+_FULL_PASSES_FACES, _MIN_PASSES = 12_000, 12
+_FLOOR = "studio__floor"
+_CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+# Brightness of light from everywhere, of the key light, of all lights of the sky and of all from below, as fractions
+# of white. Chosen by eye: a white mug keeps its shading, a black one its form. Highlights exceed 1 because each is
+# lit in one drawing only and then shared by all.
+_AMBIENT, _KEY, _SKY, _BOUNCE = 0.22, 0.38, 0.76, 0.30
+_KEY_SHINE, _SKY_SHINE, _BOUNCE_SHINE = 0.9, 4.0 / 2, 9.0 / 4
+# The key light is over the left shoulder of the viewer, within a soft box of about 12 degrees: rad.
+_KEY_ASIDE, _KEY_ELEVATION, _KEY_SOFTNESS = -0.75, 0.80, 0.21
+_SKY_LIGHTS, _BOUNCE_LIGHTS = 2, 4  # numbers of lights in each drawing
+# Sine of the angle above the horizon where the sky begins, 8 degrees above the floor, and how far up from there; the
+# highest angle that light from below comes from, and how far down from there, rad.
+_SKY_RISE, _BOUNCE_RISE = (0.14, 0.86), (-0.05, 0.95)
+_DISTANCE, _SHADOW_REACH = 4.0, 2.2  # of the lights, and half the width of the maps of shadows, in radii of the scene
+
 
 @dataclass(frozen=True)
 class View:
@@ -27,10 +48,8 @@ class View:
 
     Attributes:
         azimuth_deg: 0 looks at the front (which faces -y), positive walks round to the thing's right side (+x).
-        elevation_deg: above the horizon; at least 12, or the end of the floor comes into sight.
-        size_px: width and height.
-        fill: fraction of the frame that the thing spans, in its wider direction.
-        field_of_view_deg: full vertical angle; small ones flatten like a long lens.
+        elevation_deg: at least 12, or the end of the floor comes into sight. size_px: width and height.
+        fill: fraction of the frame that the thing spans, in its wider direction. field_of_view_deg: vertical.
         passes: drawings that are averaged; more make softer shadows and smoother edges.
     """
 
@@ -44,13 +63,7 @@ class View:
 
 @dataclass(frozen=True)
 class Camera:
-    """A fitted camera.
-
-    Attributes:
-        position: (3,) metres, world frame.
-        right, up, forward: (3,) unit vectors, world frame.
-        half: tangent of half the field of view.
-    """
+    """A fitted camera: (3,) metres and unit vectors, world frame; `half`: tangent of half the field of view."""
 
     position: Floats
     right: Floats
@@ -91,34 +104,10 @@ def _middle(across: Floats, depth: Floats) -> float:
     return center
 
 
-# Of the geoms that are drawn.
-VISUAL_GROUP = 1
-# Grey of the floor, 0..1, and its emission, which softens the shadows on it. Chosen by eye.
-_FLOOR_GREY, _FLOOR_EMISSION = 0.66, 0.25
-# A large mesh is drawn fewer times: up to this many faces it is drawn the full number of times, and 12 times at least.
-_FULL_PASSES_FACES, _MIN_PASSES = 12_000, 12
-_FLOOR = "studio__floor"
-_CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
-
-
 def _panel(around: float) -> float:
     """Brightness of the room at an angle (rad) from the camera: two panels, left and right, for metal to reflect."""
     off = abs((around + math.pi) % (2.0 * math.pi) - math.pi)
     return 0.2 + 1.8 * max(0.0, math.cos(2.0 * (off - 1.35))) ** 2
-
-
-# Brightness of light from everywhere, of the key light, of all lights of the sky and of all from below, as fractions
-# of white. Chosen by eye: a white mug keeps its shading, a black one its form. Highlights exceed 1 because each is
-# lit in one drawing only and then shared by all.
-_AMBIENT, _KEY, _SKY, _BOUNCE = 0.22, 0.38, 0.76, 0.30
-_KEY_SHINE, _SKY_SHINE, _BOUNCE_SHINE = 0.9, 4.0 / 2, 9.0 / 4
-# The key light stands over the left shoulder of the viewer, within a soft box of about 12 degrees: rad.
-_KEY_ASIDE, _KEY_ELEVATION, _KEY_SOFTNESS = -0.75, 0.80, 0.21
-_SKY_LIGHTS, _BOUNCE_LIGHTS = 2, 4  # numbers of lights in each drawing
-# Sine of the angle above the horizon where the sky begins, 8 degrees above the floor, and how far up from there; the
-# highest angle that light from below comes from, and how far down from there, rad.
-_SKY_RISE, _BOUNCE_RISE = (0.14, 0.86), (-0.05, 0.95)
-_DISTANCE, _SHADOW_REACH = 4.0, 2.2  # of the lights, and half the width of the maps of shadows, in radii of the scene
 
 
 def add_studio(spec: Any, size_px: int) -> None:
@@ -142,11 +131,7 @@ def add_studio(spec: Any, size_px: int) -> None:
 
 
 def place_floor(model: Any, data: Any) -> Floats:
-    """Put the floor under the visible vertices and return those: (N, 3), metres, world frame.
-
-    Args:
-        model, data: a model in the studio after `mj_forward`.
-    """
+    """Put the floor under the visible vertices, after `mj_forward`, and return those: (N, 3), metres, world frame."""
     floor = int(model.geom(_FLOOR).id)
     points = np.concatenate([_vertices(model, data, g) for g in range(model.ngeom) if g != floor])
     lower, upper = points.min(axis=0), points.max(axis=0)
@@ -158,16 +143,7 @@ def place_floor(model: Any, data: Any) -> Floats:
 
 
 def render(model: Any, data: Any, points: Floats, camera: Camera, view: View, both_sides: bool = False) -> Pixels:
-    """Render a model that is on the studio's floor.
-
-    Args:
-        model, data, points: as `place_floor` left and returned them.
-        view: size and number of drawings. both_sides: shows faces from behind too.
-    Returns:
-        (size_px, size_px, 3) uint8.
-    Raises:
-        NoRenderer: there is no OpenGL.
-    """
+    """(size_px, size_px, 3) uint8 of a model that `place_floor` has put on the studio's floor. Raises NoRenderer."""
     center, radius = (points.min(axis=0) + points.max(axis=0)) / 2.0, _radius(points)
     passes = max(
         min(_MIN_PASSES, view.passes), min(view.passes, view.passes * _FULL_PASSES_FACES // max(1, model.nmeshface))
@@ -196,13 +172,7 @@ def render(model: Any, data: Any, points: Floats, camera: Camera, view: View, bo
 def _mean_of_drawings(
     canvas: renderer.Canvas, lens: CameraFrustum, passes: int, viewer: float, center: Floats, radius: float
 ) -> Floats:
-    """(H, W, 3) mean of the drawings, 0..1.
-
-    Args:
-        passes: number of drawings.
-        viewer: direction that the viewer comes from, rad to the left of the x axis.
-        center, radius: of the scene, metres; (3,) in the world frame.
-    """
+    """(H, W, 3) mean of the drawings, 0..1; `viewer`: where the viewer comes from, rad to the left of the x axis."""
     total: Floats = np.zeros(())
     for i in range(passes):
         lens.aim(canvas.scene, i)

@@ -44,6 +44,9 @@ from casa_assets.textures.run.recipes import available_finishes
 DIGITS = 5  # of metres: a hundredth of a millimetre
 # A page that was asleep comes back after minutes; a rule of 25 s is then over, and no longer step says more.
 MAX_STEP_S = 60.0
+REPORT = "report.html"
+# Called with what is being done, how much of it is done, and of how many; 0 where that is not known.
+ShowProgress = Callable[[str, int, int], None]
 
 
 class Step(Record):
@@ -51,9 +54,8 @@ class Step(Record):
 
     Attributes:
         placement: name of the fixture; empty for an asset by itself.
-        values: variable -> value, as in the last answer; empty at the start.
-        before, held_s: of BehaviorState, as in the last answer.
-        joints: name -> position, rad or m; names without that of the placement. Joints not listed are at zero.
+        values, before, held_s: as in the last answer; empty at the start.
+        joints: name without that of the placement -> position, rad or m; those not listed are at zero.
         touched: names of colliders that are being pressed. dt_s: seconds since the last step.
     """
 
@@ -78,29 +80,26 @@ def parse_step(data: bytes) -> Step:
         raise CasaError(f"this is no step of a state machine: {where}: {first['msg']}") from error
 
 
-def step_machine(behavior: Behavior, said: Step) -> dict[str, Any]:
+def step_machine(behavior: Behavior, step: Step) -> dict[str, Any]:
     """The next state of a machine, and the effects that act in it, as JSON has them.
 
-    Returns:
-        values, before, held_s: for the next step. effects: rows of `kind`, `target`, `color`, `strength`.
-        waits: whether a rule is counting seconds, so that time alone changes something.
-    Raises:
-        CasaError: a state that this machine cannot be in, or a joint that is no number.
+    `waits`: whether a rule is counting seconds, so that time alone changes something. Raises CasaError for a state that
+    this machine cannot be in.
     """
     state = start_behavior(behavior)
-    if said.values:
+    if step.values:
         known = {variable.name: variable.values for variable in behavior.variables}
-        if set(said.values) != set(known) or any(value not in known[name] for name, value in said.values.items()):
-            raise CasaError(f"{said.values} is no state of this machine; it has {known}")
-        state = BehaviorState(behavior, said.values, said.before, said.held_s)
-        if len(said.held_s) != len(behavior.rules) or (
-            said.before is not None
-            and [len(held) for held in said.before] != [len(rule.when) for rule in behavior.rules]
+        if set(step.values) != set(known) or any(value not in known[name] for name, value in step.values.items()):
+            raise CasaError(f"{step.values} is no state of this machine; it has {known}")
+        state = BehaviorState(behavior, step.values, step.before, step.held_s)
+        if len(step.held_s) != len(behavior.rules) or (
+            step.before is not None
+            and [len(held) for held in step.before] != [len(rule.when) for rule in behavior.rules]
         ):
-            raise CasaError(f"{said.placement or 'the asset'}: the state has not the rules of this machine")
-    joints = {name: said.joints.get(name, 0.0) for name in behavior.joints}
-    seconds = min(max(said.dt_s, 0.0), MAX_STEP_S)
-    after = step_behavior(state, Stimulus(joints, frozenset(said.touched)), seconds)
+            raise CasaError(f"{step.placement or 'the asset'}: the state has not the rules of this machine")
+    joints = {name: step.joints.get(name, 0.0) for name in behavior.joints}
+    seconds = min(max(step.dt_s, 0.0), MAX_STEP_S)
+    after = step_behavior(state, Stimulus(joints, frozenset(step.touched)), seconds)
     waits = any(rule.after_s and held for rule, held in zip(behavior.rules, after.held_s, strict=True))
     return {
         "values": dict(after.values),
@@ -115,14 +114,10 @@ def step_machine(behavior: Behavior, said: Step) -> dict[str, Any]:
 
 
 def describe_machine(asset: Asset, placement: str = "") -> dict[str, Any] | None:
-    """Return the data with which a page shows an asset's state machine, or None if the asset has no state machine.
+    """The data with which a page shows an asset's state machine, or None if it has none.
 
-    Returns:
-        variables: name -> values. joints: names of those that it depends on.
-        contacts: rows of `name` and `joint` of colliders that are pressed; the joint is that of the key, null if it
-            does not move.
-        targets: name of a site, visual or region that effects act on -> `link`, and its `points` and `faces` or its
-            `position`, `quaternion` and `size`.
+    `contacts`: colliders that are pressed, with the joint of the key, null if it does not move. `targets`: name of a
+    site, visual or region that effects act on -> its link, and points and faces or place and size.
     """
     behavior = asset.behavior
     if behavior is None:
@@ -157,20 +152,11 @@ def _rounded(numbers: Any) -> list[float]:
     return [decimals(float(number), DIGITS) for number in numbers]
 
 
-REPORT = "report.html"
-# Called with what is being done, how much of it is done, and of how many; 0 where that is not known.
-ShowProgress = Callable[[str, int, int], None]
-
-
 @dataclass(frozen=True)
 class Model:
-    """A model and its data, as the server sends them to the page.
+    """A model with colliders and regions in separate layers, and its data, as the server sends them to the page.
 
-    Attributes:
-        id: of the subject. glb: the model, with colliders and regions in separate layers.
-        facts: see `facts` of the functions below; JSON. behaviors: name of a placement (empty for an asset by itself)
-            -> its state machine.
-        folder: of the scene or asset on disk, from which its report is served; None if it is not on disk.
+    `behaviors`: name of a placement (empty for an asset by itself) -> its state machine. `folder`: if it is on disk.
     """
 
     id: str
@@ -181,13 +167,7 @@ class Model:
 
 
 def make(subject: Subject, cache: Path, show_progress: ShowProgress) -> Model:
-    """Build, or read, what is to be shown.
-
-    Args:
-        cache: folder of the store that painted pictures and built assets are kept in.
-    Raises:
-        CasaError: it cannot be built or read, or there is no record of it.
-    """
+    """Build, or read, what is to be shown, with a store in `cache`. Raises CasaError, also where there is no record."""
     if isinstance(subject, Kitchen):
         return _kitchen(subject, cache, show_progress)
     show_progress("reading" if isinstance(subject, AssetFolder) else "building", 0, 0)
@@ -227,10 +207,7 @@ def asset_of(subject: Subject, cache: Path) -> Asset:
 
 
 def scene_of(subject: Kitchen, cache: Path, show_progress: ShowProgress) -> tuple[KitchenRequest, Scene]:
-    """Return the kitchen and the scene of a recipe, made by the functions that `scenes build` uses.
-
-    Progress is reported part by part. Parts that were built before come from the cache.
-    """
+    """The kitchen and the scene of a recipe, as `scenes build` makes them, with progress part by part."""
     show_progress("reading the plan", 0, 0)
     kitchen = resolve(subject.recipe)
     parts = (*(item.choice for item in kitchen.items), *kitchen.style.props)
@@ -305,20 +282,17 @@ def build_command(recipe: SceneRecipe) -> str:
 
 
 def _robots(folder: Path) -> list[dict[str, Any]]:
-    """What `casa-assets scenes robots` found: for each robot, `placement/joint` -> `opened`, `reached` or why not."""
+    """Findings of `casa-assets scenes robots`: for each robot, `placement/joint` -> `opened`, `reached` or why not."""
     certificate = read_certificate(folder)
     if certificate is None:
         return []
     rows = []
     for robot in certificate.robots:
-        joints = {
-            "/".join(joint.joint.rsplit("__", 1)): (
-                ("opened" if joint.followed is not Following.NO else "reached")
-                if joint.reached
-                else (joint.missed.value if joint.missed else "not reached")
-            )
-            for joint in robot.joints
-        }
+        joints = {}
+        for joint in robot.joints:
+            found = "opened" if joint.followed is not Following.NO else "reached"
+            missed = joint.missed.value if joint.missed else "not reached"
+            joints["/".join(joint.joint.rsplit("__", 1))] = found if joint.reached else missed
         rows.append({"robot": robot.robot, "joints": joints})
     return rows
 
@@ -348,15 +322,7 @@ def with_style(recipe: SceneRecipe, style: str) -> SceneRecipe:
 
 
 def mujoco_model(subject: Subject, cache: Path, show_progress: ShowProgress) -> Any:
-    """Return a compiled MuJoCo model of the subject; assets are placed on a floor.
-
-    The last argument is a callback that receives the progress.
-
-    Args:
-        cache: folder of the store of built assets.
-    Raises:
-        CasaError: it cannot be built or read.
-    """
+    """A compiled MuJoCo model of the subject, an asset on a floor. Raises CasaError."""
     source = _source(subject, cache, show_progress)
     show_progress("loading", 0, 0)
     try:

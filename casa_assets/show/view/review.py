@@ -12,6 +12,7 @@ from __future__ import annotations
 import json
 import secrets
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from http import HTTPStatus
 from http.server import ThreadingHTTPServer
 from threading import Lock
@@ -32,11 +33,17 @@ from casa_assets.library.entry import Entry, entries
 from casa_assets.library.entry_files import PICTURE, file_inside, picture_of
 from casa_assets.library.library import Producer
 from casa_assets.model.source import UpAxis
-from casa_assets.show.page.page_models import PageModels
-from casa_assets.show.page.page_template import SUFFIX, model_script, render_template, viewer_name, viewer_script
+from casa_assets.show.page.page_template import (
+    SUFFIX,
+    PageModels,
+    model_script,
+    render_template,
+    viewer_name,
+    viewer_script,
+)
 from casa_assets.show.view.server import HOST, LocalHandler
 
-# What is decided about all parts of one mesh is longer than what is decided about a whole one.
+# Decisions about all parts of one mesh are longer than those about a whole one.
 MAX_BODY_BYTES = 100_000
 # Name of the page of articulated meshes, below the address.
 ARTICULATED = "articulated"
@@ -47,13 +54,7 @@ COMMAND = "casa-assets articulate SOURCES --library {library}"
 
 
 class ReviewServer(ThreadingHTTPServer):
-    """A server for one library.
-
-    Attributes:
-        address: to be opened in a browser. waiting: entries that a person has to decide about, at present.
-        articulated: entries of `casa-assets articulate`, which have a separate page. written: number of decisions
-            written so far.
-    """
+    """A server for one library, of entries `waiting` for a person, and of articulated ones on a separate page."""
 
     daemon_threads = True
 
@@ -64,7 +65,6 @@ class ReviewServer(ThreadingHTTPServer):
         self.articulated = [entry for entry in every if entry.producer == Producer.ARTICULATE]
         others = (entry for entry in every if entry.producer != Producer.ARTICULATE)
         self.waiting: Sequence[Entry] = [entry for entry in others if review.subjects_to_review(entry)]
-        self.written = 0
         self.lock = Lock()
         self.token = secrets.token_urlsafe(16)
         super().__init__((HOST, port), _Handler)
@@ -78,42 +78,28 @@ class _Handler(LocalHandler):
     def do_GET(self) -> None:  # noqa: N802  the name of the base class
         """Send a page, the picture of a row by its number, or a picture or the model of an articulated mesh."""
         name = self._name()
-        if name == "":
-            title = f"Review of {self.server.library.root.resolve().name}"
-            page = render_page(self.server.waiting, review.cells(self.server.library), title)
-            self.send(HTTPStatus.OK, "text/html; charset=utf-8", page.encode())
-        elif name is not None and name.isdigit() and int(name) < len(self.server.waiting):
-            folder = self.server.library.root / self.server.waiting[int(name)].path
-            try:
-                picture = picture_of(folder)
-            except OutputError:
-                picture = b""
-            self.send(HTTPStatus.OK if picture else HTTPStatus.NOT_FOUND, "image/png", picture)
-        elif name == ARTICULATED:
-            page = articulated_page(self.server.library, self.server.articulated)
-            self.send(HTTPStatus.OK, "text/html; charset=utf-8", page.encode())
-        elif name is not None and name.startswith(f"{MODELS}/"):
-            try:
-                script = script_of(
-                    self.server.library, self.server.articulated, unquote(name.removeprefix(f"{MODELS}/"))
-                )
-            except OutputError:
-                script = b""
-            self.send(HTTPStatus.OK if script else HTTPStatus.NOT_FOUND, "text/javascript", script)
-        else:
-            picture = self._picture_of_articulated(unquote(name or ""))
-            self.send(HTTPStatus.OK if picture else HTTPStatus.NOT_FOUND, "image/png", picture)
+        kind, body = "image/png", b""
+        with suppress(OutputError):
+            kind, body = self._found(name) if name is not None else (kind, body)
+        self.send(HTTPStatus.OK if body else HTTPStatus.NOT_FOUND, kind, body)
 
-    def _picture_of_articulated(self, place: str) -> bytes:
-        """The strip or the picture of an articulated mesh by its place in the library; empty where it is neither."""
-        folder, _, name = place.rpartition("/")
-        if name not in (STRIP, PICTURE) or all(entry.path != folder for entry in self.server.articulated):
-            return b""
-        path = self.server.library.root / folder
-        try:
-            return file_inside(path, name, path / name, "the file itself").read_bytes()
-        except OutputError:
-            return b""
+    def _found(self, name: str) -> tuple[str, bytes]:
+        """Media type and content of what a name below the address stands for; empty where that is nothing."""
+        library, waiting, articulated = self.server.library, self.server.waiting, self.server.articulated
+        if name == "":
+            title = f"Review of {library.root.resolve().name}"
+            return "text/html; charset=utf-8", render_page(waiting, review.cells(library), title).encode()
+        if name == ARTICULATED:
+            return "text/html; charset=utf-8", articulated_page(library, articulated).encode()
+        if name.startswith(f"{MODELS}/"):
+            return "text/javascript", script_of(library, articulated, unquote(name.removeprefix(f"{MODELS}/")))
+        if name.isdigit() and int(name) < len(waiting):
+            return "image/png", picture_of(library.root / waiting[int(name)].path)
+        folder, _, file = unquote(name).rpartition("/")
+        if file not in (STRIP, PICTURE) or all(entry.path != folder for entry in articulated):
+            return "image/png", b""
+        path = library.root / folder
+        return "image/png", file_inside(path, file, path / file, "the file itself").read_bytes()
 
     def do_POST(self) -> None:  # noqa: N802  the name of the base class
         """Write what was decided: a JSON object of `sha256` and words by their names, or `decisions` on parts."""
@@ -122,18 +108,17 @@ class _Handler(LocalHandler):
             self.send(HTTPStatus.BAD_REQUEST, "text/plain", b"this is no decision")
             return
         try:
-            said: Any = json.loads(self.rfile.read(int(length)))
+            decided: Any = json.loads(self.rfile.read(int(length)))
             with self.server.lock:
                 if name == "decide":
-                    entry = next(entry for entry in self.server.waiting if entry.sha256 == said["sha256"])
-                    words = {name: str(said.get(name, "")).strip() for name in review.OVERRIDE_NAMES}
+                    entry = next(entry for entry in self.server.waiting if entry.sha256 == decided["sha256"])
+                    words = {name: str(decided.get(name, "")).strip() for name in review.OVERRIDE_NAMES}
                     review.decide(self.server.library, entry, words)
                 else:
-                    entry = next(entry for entry in self.server.articulated if entry.sha256 == said["sha256"])
-                    decisions = Decisions.model_validate(said["decisions"])
+                    entry = next(entry for entry in self.server.articulated if entry.sha256 == decided["sha256"])
+                    decisions = Decisions.model_validate(decided["decisions"])
                     check_category(decisions)
                     keep(self.server.library, {entry.sha256: decisions})
-                self.server.written += 1
         except (ValueError, KeyError, TypeError, AttributeError, StopIteration):
             self.send(HTTPStatus.BAD_REQUEST, "text/plain", b"this is no decision")
         except CasaError as error:
@@ -149,13 +134,7 @@ class _Handler(LocalHandler):
 
 
 def render_page(waiting: Sequence[Entry], decided: Mapping[str, Mapping[str, str]], title: str) -> str:
-    """HTML of the page.
-
-    Args:
-        waiting: what a person has to decide about, in the order in which it is shown.
-        decided: sha256 of an input -> cells of its row in review.csv, by column.
-        title: heading, plain text.
-    """
+    """HTML of the page; `decided`: sha256 of an input -> cells of its row in review.csv, by column."""
     data = {
         "rows": [_row(number, entry, decided.get(entry.sha256, {})) for number, entry in enumerate(waiting)],
         "categories": sorted(registry.load().categories),
@@ -196,13 +175,7 @@ def articulated_page(library: disk.Library, entries: Sequence[Entry]) -> str:
 
 
 def script_of(library: disk.Library, entries: Sequence[Entry], name: str) -> bytes:
-    """Return a script that the page names: the viewer or the model of an accepted entry; empty where it is neither.
-
-    Args:
-        name: of the file in the folder of models.
-    Raises:
-        OutputError: the asset cannot be read.
-    """
+    """A file of the folder of models: the viewer, or the model of an accepted entry; else empty. Raises OutputError."""
     if name == viewer_name():
         return viewer_script()
     entry = next((one for one in entries if one.accepted and f"{one.id}{SUFFIX}" == name), None)

@@ -42,6 +42,16 @@ from casa_assets.show.view.model import REPORT, Model, ShowProgress, parse_step,
 from casa_assets.show.view.subject import Kitchen, Subject
 
 HOST = "127.0.0.1"
+SSH_PORT = "22"
+MAX_BODY_BYTES = 100_000
+JSON = "application/json"
+# Files beside a scene or an asset that its report shows; nothing else of the disk is served.
+KINDS = {".html": "text/html; charset=utf-8", ".png": "image/png", ".js": "text/javascript", ".json": JSON}
+MAX_SEED = 2**31
+_VIEWER = re.compile(rf"{SHARED}/viewer_[0-9a-f]{{12}}\.js")
+_LINK = re.compile(r'(?:src|href|data-model)="([^"]+)"')
+KEPT = 8  # models in memory; a kitchen takes some tens of megabytes
+Maker = Callable[[Subject, ShowProgress], Model]
 
 
 def open_in_browser(address: str) -> None:
@@ -50,11 +60,7 @@ def open_in_browser(address: str) -> None:
 
 
 class LocalHandler(BaseHTTPRequestHandler):
-    """Answers that no browser keeps.
-
-    Attributes:
-        headers_of_all: name -> value of headers that each answer of a server has besides.
-    """
+    """Answers that no browser keeps; `headers_of_all` are those that each answer of a server has besides."""
 
     protocol_version = "HTTP/1.1"
     headers_of_all: ClassVar[dict[str, str]]
@@ -77,32 +83,12 @@ class LocalHandler(BaseHTTPRequestHandler):
         """Say nothing: the terminal belongs to the command."""
 
 
-SSH_PORT = "22"
-MAX_BODY_BYTES = 100_000
-JSON = "application/json"
-# Files beside a scene or an asset that its report shows; nothing else of the disk is served.
-KINDS = {".html": "text/html; charset=utf-8", ".png": "image/png", ".js": "text/javascript", ".json": JSON}
-MAX_SEED = 2**31
-_VIEWER = re.compile(rf"{SHARED}/viewer_[0-9a-f]{{12}}\.js")
-_LINK = re.compile(r'(?:src|href|data-model)="([^"]+)"')
-KEPT = 8  # models in memory; a kitchen takes some tens of megabytes
-# A page asks four times a second how far its model is; after so long without, it shows another one or is closed.
-ABANDONED_S = 5.0
-
-Maker = Callable[[Subject, ShowProgress], Model]
-
-
 class _Job:
-    """A model that was ordered. Written by the thread that makes it, read by all.
-
-    Attributes:
-        step: what is being done, in words, how much of it is done, and of how many; 0 where that is not known.
-        error: why it cannot be made; empty if nothing went wrong. took: seconds, once the model is there.
-    """
+    """A model that was ordered, written by the thread that makes it, read by all; `step`: as for ShowProgress."""
 
     def __init__(self, subject: Subject) -> None:
         self.subject = subject
-        self.begin = self.asked = time.monotonic()
+        self.begin = time.monotonic()
         self.step, self.error, self.took = ("waiting for another", 0, 0), "", 0.0
         self.model: Model | None = None
 
@@ -110,13 +96,17 @@ class _Job:
     def is_over(self) -> bool:
         return self.model is not None or bool(self.error)
 
+    @property
+    def progress(self) -> dict[str, Any]:
+        """As the page reads it."""
+        doing, done, of = self.step
+        seconds = self.took or time.monotonic() - self.begin
+        facts = {"doing": doing, "done": done, "of": of, "seconds": seconds, "error": self.error}
+        return {**facts, "is_ready": self.model is not None}
+
 
 class Workshop:
-    """Models by the id of their subject. Any thread may call it.
-
-    Args:
-        make: builds or reads a model; its CasaErrors are passed on to all who ask for the model.
-    """
+    """Models by the id of their subject, for any thread; CasaErrors of `make` are passed on to all who ask."""
 
     def __init__(self, make: Maker) -> None:
         self._make = make
@@ -137,30 +127,11 @@ class Workshop:
                 del self._jobs[name]
         return subject.id
 
-    def progress(self, model_id: str) -> dict[str, Any] | None:
-        """Return the progress of a model as the page reads it, or None if it was not ordered or was discarded."""
-        if (job := self._find(model_id)) is None:
-            return None
-        doing, done, of = job.step
-        seconds = job.took or time.monotonic() - job.begin
-        facts = {"doing": doing, "done": done, "of": of, "seconds": seconds, "error": job.error}
-        return {**facts, "is_ready": job.model is not None}
-
-    def model(self, model_id: str) -> Model | None:
-        """A model that is ready, or None."""
-        job = self._find(model_id)
-        return None if job is None else job.model
-
-    def subject(self, model_id: str) -> Subject | None:
-        """Return the subject that a model was ordered for, or None."""
-        job = self._find(model_id)
-        return None if job is None else job.subject
-
-    def _find(self, model_id: str) -> _Job | None:
+    def find(self, model_id: str) -> _Job | None:
+        """The job of a model, or None if it was not ordered, or was discarded."""
         with self._lock:
             job = self._jobs.get(model_id)
             if job is not None:
-                job.asked = time.monotonic()
                 self._jobs.move_to_end(model_id)
             return job
 
@@ -169,49 +140,29 @@ class Workshop:
             job.step = doing, done, of
 
         with self._bench:
-            if self._is_abandoned(job):
-                return
             try:
                 model = self._make(job.subject, show_progress)
             except CasaError as error:
                 job.error = str(error)
-            except Exception:  # noqa: BLE001  a thread has nobody above it: the page and the terminal tell of the fault
+            except Exception:  # noqa: BLE001  a thread has nobody above it: the page and the terminal show the fault
                 traceback.print_exc()
                 job.error = "a fault of the program; the terminal shows where"
             else:
                 job.took, job.step = time.monotonic() - job.begin, ("ready", 0, 0)
                 job.model = model
 
-    def _is_abandoned(self, job: _Job) -> bool:
-        """Forget a model that waited for its turn until no page asked for it any more; True where that is so."""
-        with self._lock:
-            if time.monotonic() - job.asked < ABANDONED_S:
-                return False
-            if self._jobs.get(job.subject.id) is job:
-                del self._jobs[job.subject.id]
-            return True
-
 
 class ViewServer(ThreadingHTTPServer):
-    """A server for one subject, and for what the page swaps it for.
-
-    Attributes:
-        address: what to open in a browser. workshop: makes the models. pose: in which the subject is shown first;
-            empty: as it begins.
-    """
+    """A server for one subject, first in a pose or as it begins, and for what the page swaps it for."""
 
     daemon_threads = True
 
     def __init__(self, subject: Subject, workshop: Workshop, pose: str = "", port: int = 0) -> None:
         """Bind a port; 0: any that is free. Raises OSError where it is taken."""
         super().__init__((HOST, port), _Handler)
-        self.workshop, self.pose, self._subject = workshop, pose, subject
+        self.workshop, self.pose, self.subject = workshop, pose, subject
         self.address = f"http://{HOST}:{self.server_port}/"
-        self.order_first()
-
-    def order_first(self) -> str:
-        """Have the subject's model made, again where it was forgotten after many swaps; returns its id."""
-        return self.workshop.order(self._subject)
+        self.workshop.order(subject)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Report a fault of the program, but not a browser that closed the connection before its answer."""
@@ -233,21 +184,27 @@ class _Handler(LocalHandler):
             return
         what, _, rest = unquote(urlsplit(self.path).path).removeprefix("/").partition("/")
         if (what, rest) == ("", ""):
-            text = page(self.server.order_first(), self.server.pose)
+            # It is made again where it was forgotten after many swaps.
+            text = page(self.server.workshop.order(self.server.subject), self.server.pose)
             self.send(HTTPStatus.OK, "text/html; charset=utf-8", text.encode())
         elif (what, rest) == ("favicon.ico", ""):
             self.send(HTTPStatus.NO_CONTENT, "image/x-icon", b"")
         elif what in ("model", "facts") and rest:
             model_id = rest.removesuffix(".glb")
-            model = self.server.workshop.model(model_id)
+            model = self._model(model_id)
             if model is None:
                 self._refuse(HTTPStatus.NOT_FOUND, f"{model_id} is not ready")
             elif what == "model":
                 self.send(HTTPStatus.OK, "model/gltf-binary", model.glb)
             else:
                 self.send(HTTPStatus.OK, JSON, to_json(model.facts))
-        elif what in ("progress", "report") and rest:
-            (self._progress if what == "progress" else self._report)(rest)
+        elif what == "progress" and rest:
+            if (job := self.server.workshop.find(rest)) is None:
+                self._refuse(HTTPStatus.NOT_FOUND, f"{rest} is not kept; load the page again")
+            else:
+                self._send_json(job.progress)
+        elif what == "report" and rest:
+            self._report(rest)
         else:
             self._refuse(HTTPStatus.NOT_FOUND, "there is no such page")
 
@@ -269,7 +226,10 @@ class _Handler(LocalHandler):
         what, _, rest = unquote(urlsplit(self.path).path).removeprefix("/").partition("/")
         try:
             if what == "step":
-                self._send_json(self._step(rest, data))
+                found, step = self._model(rest), parse_step(data)
+                if found is None or step.placement not in found.behaviors:
+                    raise CasaError(f"{rest} has no state machine {step.placement!r}")
+                self._send_json(step_machine(found.behaviors[step.placement], step))
             elif (what, rest) == ("order", ""):
                 self._send_json({"id": self._order(data)})
             else:
@@ -287,23 +247,13 @@ class _Handler(LocalHandler):
         except ValueError:
             return False
 
-    def _progress(self, model_id: str) -> None:
-        found = self.server.workshop.progress(model_id)
-        if found is None:
-            self._refuse(HTTPStatus.NOT_FOUND, f"{model_id} is not kept; load the page again")
-        else:
-            self._send_json(found)
-
     def _report(self, rest: str) -> None:
-        """Send the report of a scene or asset, a file of its folder that the report uses, or the viewer.
-
-        The viewer is that of the present version in all cases.
-        """
+        """Send the report of a scene or asset, a file that it uses, or the viewer, which is always the present one."""
         model_id, _, name = rest.rpartition("/")
         if _VIEWER.fullmatch(rest):
             self.send(HTTPStatus.OK, KINDS[".js"], viewer_script())
             return
-        found = self.server.workshop.model(model_id)
+        found = self._model(model_id)
         if found is None:
             self._refuse(HTTPStatus.NOT_FOUND, f"{model_id} is not ready")
             return
@@ -318,27 +268,25 @@ class _Handler(LocalHandler):
         else:
             self.send(HTTPStatus.OK, kind, data)
 
-    def _step(self, model_id: str, data: bytes) -> dict[str, Any]:
-        found = self.server.workshop.model(model_id)
-        said = parse_step(data)
-        if found is None or said.placement not in found.behaviors:
-            raise CasaError(f"{model_id} has no state machine {said.placement!r}")
-        return step_machine(found.behaviors[said.placement], said)
-
     def _order(self, data: bytes) -> str:
         """Start to build another kitchen of the same plan; returns its id. Raises CasaError where it cannot be."""
         try:
-            said = json.loads(data)
-            subject = self.server.workshop.subject(str(said["of"]))
-            swapped = {str(name): str(finish) for name, finish in dict(said.get("surfaces") or {}).items()}
-            style, seed = str(said.get("style") or ""), said.get("random")
+            order = json.loads(data)
+            job = self.server.workshop.find(str(order["of"]))
+            swapped = {str(name): str(finish) for name, finish in dict(order.get("surfaces") or {}).items()}
+            style, seed = str(order.get("style") or ""), order.get("random")
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise CasaError("an order names the kitchen as `of`, and a `style`, `surfaces` or `random`") from error
-        if not isinstance(subject, Kitchen):
+        if job is None or not isinstance(job.subject, Kitchen):
             raise CasaError("only a kitchen has styles and surfaces that can be swapped")
-        recipe = _swapped(subject.recipe, style, swapped, seed)
+        recipe = _swapped(job.subject.recipe, style, swapped, seed)
         resolve(recipe)  # raises where the plan and the style do not go together
-        return self.server.workshop.order(Kitchen(recipe, subject.place))
+        return self.server.workshop.order(Kitchen(recipe, job.subject.place))
+
+    def _model(self, model_id: str) -> Model | None:
+        """A model that is ready, or None."""
+        job = self.server.workshop.find(model_id)
+        return None if job is None else job.model
 
     def _refuse(self, status: HTTPStatus, why: str) -> None:
         self.send(status, "text/plain; charset=utf-8", why.encode())
@@ -374,11 +322,7 @@ def _swapped(recipe: SceneRecipe, style: str, surfaces: dict[str, str], seed: An
 
 
 def page(first: str, pose: str = "") -> str:
-    """HTML of the page.
-
-    Args:
-        first: id of the model that it asks for first. pose: in which that is shown; empty: as it begins.
-    """
+    """HTML of the page, which first shows the model of this id; in a pose, or as it begins."""
     viewer = Markup(viewer_script().decode())  # noqa: S704  a file of this package
     return render_template("view/page.html", title=first, start={"first": first, "pose": pose}, viewer=viewer)
 

@@ -1,4 +1,4 @@
-"""What `casa-assets view` is asked to show: a folder, a file, an id, a kitchen's id, a preset or a category."""
+"""Subjects that `casa-assets view` shows: a folder, a file, an id, a kitchen's id, a preset or a category."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from casa_assets.registry.kitchens import plan_names, style_names
 # The libraries that the commands write where no other is named, in the order in which an id is looked for.
 LIBRARIES = tuple(Path("out") / name for name in ("library", "articulated", "families", "objects"))
 ASSET_XML = "model.xml"
-# A folder with more assets than this is told by their number alone.
-MAX_TOLD = 6
+# Of a folder with more assets than this some are named.
+MAX_NAMED = 6
 
 
 @dataclass(frozen=True)
@@ -65,11 +65,9 @@ class Member:
 
 @dataclass(frozen=True)
 class Kitchen:
-    """A kitchen by its recipe.
+    """A kitchen by its recipe, in a folder of scenes or to be built there.
 
-    Attributes:
-        place: the folder of scenes that contains it, or into which it would be built.
-        is_named_by_path: its files were named instead of its id, so that MuJoCo shows them whoever made them.
+    `is_named_by_path`: its files were named instead of its id, so that MuJoCo shows them whoever made them.
     """
 
     recipe: SceneRecipe
@@ -104,12 +102,10 @@ Subject = AssetFolder | Loaded | Member | Kitchen | ModelFile
 
 
 def find(what: str, scenes: Path, libraries: Sequence[Path] = LIBRARIES) -> Subject:
-    """Return the subject with that name: an existing path first, then library ids, kitchens, families, objects.
+    """The subject with that name: a path that exists, else an id in a library, a kitchen, a family or an object.
 
     Args:
-        what: folder of an asset or a scene, `model.xml` or `scene.xml` in it, id of an asset in one of the libraries,
-            id of a kitchen, `microwave` or `microwave/steel` (a preset; the first if not named), `apple` or `apple/3`
-            (draw number 3 of a category of objects).
+        what: also `microwave/steel`, a preset (else the first), and `apple/3`, a draw of a category (else 0).
         scenes: folder of kitchens. libraries: folders; those that do not exist are skipped.
     Raises:
         OutputError: the path holds no asset and no scene. UnknownId: nothing has this name; it names the nearest.
@@ -161,12 +157,12 @@ def _in_folder(folder: Path) -> Subject:
     if len(found) == 1:
         return AssetFolder(found[0])
     if found:
-        some = ", ".join(sorted(f.name for f in found)[:MAX_TOLD])
-        more = f" and {len(found) - MAX_TOLD} more" if len(found) > MAX_TOLD else ""
+        some = ", ".join(sorted(f.name for f in found)[:MAX_NAMED])
+        more = f" and {len(found) - MAX_NAMED} more" if len(found) > MAX_NAMED else ""
         raise OutputError(str(folder), f"is a library; name one of its assets: {some}{more}")
     scenes = sorted(path.parent.name for path in folder.glob(f"*/{SCENE_JSON}"))
     if scenes:
-        raise OutputError(str(folder), f"is a folder of scenes; name one of them: {', '.join(scenes[:MAX_TOLD])}")
+        raise OutputError(str(folder), f"is a folder of scenes; name one of them: {', '.join(scenes[:MAX_NAMED])}")
     raise OutputError(str(folder), f"holds no asset and no scene; name a folder with {ASSET_XML} or {SCENE_XML}")
 
 

@@ -1,4 +1,4 @@
-"""Code blocks of the documents, how a reader runs them, and what may be said about those that no test runs."""
+"""Code blocks of the documents, how a reader runs them, and what may be noted about those that no test runs."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ REASONS = frozenset(
         "needs a screen",
         "needs data of a benchmark",
         "needs files of your own",
-        "needs Blender",  # tests/consumers/blender_kitchen.py does what docs/howto/use/blender.md tells
+        "needs Blender",  # tests/consumers/blender_kitchen.py does what docs/howto/use/blender.md says
         "needs Isaac Lab",  # nothing runs it; tests compile isaac_lab.py and compare its numbers
-        "needs mujoco_warp",  # tests/consumers/batch_worlds.py does what docs/howto/use/batch.md tells
-        "needs Newton",  # tests/consumers/newton_kitchen.py does what docs/howto/use/newton.md tells
+        "needs mujoco_warp",  # tests/consumers/batch_worlds.py does what docs/howto/use/batch.md says
+        "needs Newton",  # tests/consumers/newton_kitchen.py does what docs/howto/use/newton.md says
         "needs RoboCasa",  # tests/consumers/robocasa/test_open_drawer.py runs docs/howto/use/robocasa.md
         "needs weights of CLIP",
         "installs a package",  # tests/consumers/own/test_plugins.py builds it, installs it and uses it
@@ -59,12 +59,10 @@ class Block:
 
 
 def pages() -> list[str]:
-    """Every page of the documents, relative to the checkout."""
     return [*PAGES, *(p.relative_to(ROOT).as_posix() for p in sorted((ROOT / "docs").rglob("*.md")))]
 
 
 def blocks(page: str) -> list[Block]:
-    """Fenced blocks of a page in their order."""
     text = (ROOT / page).read_text(encoding="utf-8")
     found = []
     for match in _FENCE.finditer(text):
@@ -100,5 +98,4 @@ def program() -> dict[str, str]:
 
 
 def shell(line: str, place: Path) -> subprocess.CompletedProcess[str]:
-    """Run a line of a document in a folder."""
     return subprocess.run(["bash", "-c", line], cwd=place, env=program(), capture_output=True, text=True, check=False)

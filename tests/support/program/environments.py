@@ -55,7 +55,6 @@ def found_by(name: str, script: str, *words: object, timeout_s: float = 300) -> 
 
 
 def wait_until(is_so: Callable[[], object], run: subprocess.Popen[str], most_s: float = 300.0) -> None:
-    """Wait until something is so, as long as a run is going on."""
     give_up = time.monotonic() + most_s
     while not is_so():
         assert run.poll() is None, f"the run ended before: {run.communicate()}"
@@ -77,28 +76,21 @@ def build_wheel(project: Path, folder: Path) -> Path:
 
 @dataclass(frozen=True)
 class Environment:
-    """An environment of Python, made by `install`. folder: where it stands."""
+    """An environment of Python, made by `install`. folder: where it is."""
 
     folder: Path
 
-    def casa(self, *words: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
-        """Call the command `casa-assets` of the environment."""
-        return self._call("casa-assets", *words, cwd=cwd)
-
-    def python(self, script: Path, cwd: Path) -> subprocess.CompletedProcess[str]:
-        """Run a script with the Python of the environment."""
-        return self._call("python", script, cwd=cwd)
-
-    def _call(self, program: str, *words: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
-        command = [str(self.folder / "bin" / program), *map(str, words)]
-        return subprocess.run(command, cwd=cwd, env=self._variables(), capture_output=True, text=True, check=False)
-
-    def _variables(self) -> dict[str, str]:
-        """Nothing leads to the checkout or a project, and the user has no configuration; the cache is that of tests."""
+    def casa(self, *words: str | Path, cwd: Path, program: str = "casa-assets") -> subprocess.CompletedProcess[str]:
+        """Call a program of the environment, where nothing leads to the checkout, a project or a configuration."""
         left_out = [name for name in os.environ if name.startswith(("PYTHON", "CASA_ASSETS_"))]
         kept = {name: value for name, value in os.environ.items() if name not in left_out}
         own = {"XDG_CONFIG_HOME": str(self.folder / "config"), "COLUMNS": "200"}
-        return {**kept, **own, "CASA_ASSETS_CACHE": os.environ["CASA_ASSETS_CACHE"]}
+        variables = {**kept, **own, "CASA_ASSETS_CACHE": os.environ["CASA_ASSETS_CACHE"]}
+        command = [str(self.folder / "bin" / program), *map(str, words)]
+        return subprocess.run(command, cwd=cwd, env=variables, capture_output=True, text=True, check=False)
+
+    def python(self, script: Path, cwd: Path) -> subprocess.CompletedProcess[str]:
+        return self.casa(script, cwd=cwd, program="python")
 
 
 def install(folder: Path, *wheels: Path) -> Environment:

@@ -36,12 +36,10 @@ def nothing() -> None:
 
 
 def broken() -> None:
-    """Fail while warming up."""
     raise ImportError("libnothing.so: cannot be loaded")
 
 
 def deadly() -> None:
-    """End the server while it warms up."""
     os._exit(5)
 
 
@@ -65,13 +63,14 @@ SIMPLE: dict[str, Callable[[str], object]] = {
     "unsendable": lambda value: Unsendable(),
     "unreadable": lambda value: Unreadable(),
     "oom_score": lambda value: int(Path("/proc/self/oom_score_adj").read_text(encoding="ascii")),
+    "hang": lambda value: time.sleep(100_000),
     "threads": lambda value: os.environ["OPENBLAS_NUM_THREADS"],
+    # The clock, and where temporary files go, after some seconds of processor time.
+    "clock": lambda value: (_burn(value), time.time())[1],
+    "temporary_folder": lambda value: (_burn(value), tempfile.gettempdir())[1],
+    "die_with_grandchild": lambda value: (_grandchild(value), os.abort()),
+    "hang_with_grandchild": lambda value: (_grandchild(value), time.sleep(100_000)),
 }
-
-
-def _hang(value: str) -> None:
-    while True:
-        time.sleep(1)
 
 
 def _take(value: str) -> str:
@@ -80,7 +79,6 @@ def _take(value: str) -> str:
 
 
 def _burn(value: str) -> str:
-    """So many seconds of processor time."""
     while time.process_time() < float(value):
         pass
     return "burnt"
@@ -99,7 +97,7 @@ def _raise(value: str) -> None:
 
 
 def _out_of_memory_inside(value: str) -> None:
-    """As a library that meets the limit and says something else of its own."""
+    """As a library that meets the limit and says something else."""
     try:
         raise MemoryError
     except MemoryError as error:
@@ -141,16 +139,6 @@ def _grandchild(value: str) -> str:
     return "answered"
 
 
-def _die_with_grandchild(value: str) -> None:
-    _grandchild(value)
-    os.abort()
-
-
-def _hang_with_grandchild(value: str) -> None:
-    _grandchild(value)
-    _hang(value)
-
-
 def _die_once(value: str) -> str:
     """As if killed from outside the first time."""
     mark = Path(value)
@@ -180,18 +168,5 @@ def _kill_all_above(value: str) -> None:
     time.sleep(60)
 
 
-def _clock(value: str) -> float:
-    """What the clock of this machine says after so many seconds of processor time."""
-    _burn(value)
-    return time.time()
-
-
-def _temporary_folder(value: str) -> str:
-    """Where temporary files go, after so many seconds of processor time."""
-    _burn(value)
-    return tempfile.gettempdir()
-
-
 def folder_in_use(_: object) -> Path | None:
-    """Folder of the project that a worker uses."""
     return project_folder()

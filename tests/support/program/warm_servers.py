@@ -139,7 +139,6 @@ class WarmServers:
         return self._control
 
     def close(self) -> None:
-        """End the process that is forked."""
         if self._control is not None:
             self._control.close()
         if self._process is not None:
@@ -157,7 +156,6 @@ def state() -> State:
 
 @contextmanager
 def warm_servers() -> Iterator[None]:
-    """Pools of this process get such servers."""
     servers = WarmServers()
 
     def start(asking: pool.Pool) -> socket.socket:  # a method would not be bound to the pool

@@ -1,8 +1,7 @@
-"""`casa.batch`: worlds in MuJoCo itself, resets, robots, and what is told where something is missing."""
+"""`casa.batch`: worlds in MuJoCo itself, resets, robots, and errors where something is missing."""
 
 from __future__ import annotations
 
-import builtins
 import sys
 from pathlib import Path
 from typing import Any
@@ -25,15 +24,6 @@ def scenes(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     return folders(tmp_path_factory.mktemp("scenes"))
 
 
-def test_worlds_are_copies_of_the_kitchens_in_turn(scenes: list[Path]) -> None:
-    batch = casa.batch(scenes, engine="mujoco", worlds=5)
-    assert len(batch) == 5
-    assert [batch.kitchens[number].id for number in batch.kitchen_of_world] == ["first", "second"] * 2 + ["first"]
-    assert batch.qpos.shape == (5, batch.kitchens[0].model.nq)
-    assert np.array_equal(batch.qpos[0], batch.qpos[2])
-    assert not np.array_equal(batch.qpos[0], batch.qpos[1])
-
-
 def test_a_kitchen_moves_by_the_names_of_its_joints(scenes: list[Path]) -> None:
     batch = casa.batch(scenes, engine="mujoco")
     first = batch.kitchens[0]
@@ -46,9 +36,14 @@ def test_a_kitchen_moves_by_the_names_of_its_joints(scenes: list[Path]) -> None:
     assert moved[1].max() < 1e-3
 
 
-def test_a_reset_touches_no_other_world(scenes: list[Path]) -> None:
-    batch = casa.batch(scenes, engine="mujoco", worlds=4)
+def test_worlds_are_copies_of_the_kitchens_in_turn_and_a_reset_touches_no_other(scenes: list[Path]) -> None:
+    batch = casa.batch(scenes, engine="mujoco", worlds=5)
+    assert len(batch) == 5
+    assert [batch.kitchens[number].id for number in batch.kitchen_of_world] == ["first", "second"] * 2 + ["first"]
     begun = batch.qpos
+    assert begun.shape == (5, batch.kitchens[0].model.nq)
+    assert np.array_equal(begun[0], begun[2])
+    assert not np.array_equal(begun[0], begun[1])
     for data in batch.engine.data:
         data.qvel[:] = 0.5
     batch.step(20)
@@ -56,7 +51,7 @@ def test_a_reset_touches_no_other_world(scenes: list[Path]) -> None:
     moved = batch.qpos
     batch.reset([1, 3])
     assert np.array_equal(batch.qpos[[1, 3]], begun[[1, 3]])
-    assert np.array_equal(batch.qpos[[0, 2]], moved[[0, 2]])
+    assert np.array_equal(batch.qpos[[0, 2, 4]], moved[[0, 2, 4]])
     assert not batch.qvel[[1, 3]].any()
 
 
@@ -68,43 +63,30 @@ def test_pictures_of_all_kitchens_are_in_each(tmp_path: Path) -> None:
     assert {first.tex(i).name for i in range(first.ntex)} == {"sky", "oak", "tiles"}
 
 
-class TestStartStates:
-    @pytest.fixture
-    def drawn(self, tmp_path: Path) -> Path:
-        """The first kitchen with five start states: a plate farther and farther to the left."""
-        folder = folders(tmp_path)[0]
-        (folder / "scene.xml").write_text(FIRST)
-        rows = [([*REST[:2], 0.7 - 0.02 * number, *REST[3:]], ()) for number in range(5)]
-        found = states(*rows).model_copy(update={"scene_xml": digest_of_file(folder / "scene.xml")})
-        write_states(folder, found)
-        return folder
-
-    def test_a_seed_draws_the_same_for_everybody(self, drawn: Path) -> None:
-        batch = casa.batch([drawn], engine="mujoco", worlds=20)
-        assert set(batch.states) == {0}
-        batch.reset(seed=3)
-        assert len(set(batch.states)) > 2
-        again = casa.batch([drawn], engine="mujoco", worlds=20)
-        again.reset(seed=3)
-        assert np.array_equal(again.states, batch.states)
-        assert np.array_equal(again.qpos, batch.qpos)
-
-    def test_a_world_is_as_its_state_says(self, drawn: Path) -> None:
-        batch = casa.batch([drawn], engine="mujoco", worlds=20)
-        batch.reset(seed=3)
-        at = batch.kitchens[0].address("plate__free")
-        assert np.allclose(batch.qpos[:, at], 0.7 - 0.02 * batch.states, atol=1e-3)
-        assert np.allclose(batch.base[:, 0], batch.states)
-
-    def test_states_of_another_scene_are_refused(self, drawn: Path) -> None:
-        (drawn / "scene.xml").write_text(FIRST + " ")
-        with pytest.raises(casa.CasaError, match=r"start_states\.npz: the states were drawn for another scene\.xml"):
-            casa.batch([drawn], engine="mujoco")
+def test_a_seed_draws_start_states_which_are_those_of_this_scene(tmp_path: Path) -> None:
+    """Five start states of the first kitchen: a plate farther and farther to the left."""
+    folder = folders(tmp_path)[0]
+    (folder / "scene.xml").write_text(FIRST)
+    rows = [([*REST[:2], 0.7 - 0.02 * number, *REST[3:]], ()) for number in range(5)]
+    write_states(folder, states(*rows).model_copy(update={"scene_xml": digest_of_file(folder / "scene.xml")}))
+    batch, again = (casa.batch([folder], engine="mujoco", worlds=20) for _ in range(2))
+    assert set(batch.states) == {0}
+    for one in (batch, again):
+        one.reset(seed=3)
+    assert len(set(batch.states)) > 2
+    assert np.array_equal(again.states, batch.states)
+    assert np.array_equal(again.qpos, batch.qpos)
+    at = batch.kitchens[0].address("plate__free")
+    assert np.allclose(batch.qpos[:, at], 0.7 - 0.02 * batch.states, atol=1e-3)
+    assert np.allclose(batch.base[:, 0], batch.states)
+    (folder / "scene.xml").write_text(FIRST + " ")
+    with pytest.raises(casa.CasaError, match=r"start_states\.npz: the states were drawn for another scene\.xml"):
+        casa.batch([folder], engine="mujoco")
 
 
 class TestRobot:
     @pytest.mark.parametrize("text", [DRIVING, FLOATING])
-    def test_it_stands_where_it_parks(self, text: str, scenes: list[Path]) -> None:
+    def test_it_is_where_it_parks(self, text: str, scenes: list[Path]) -> None:
         batch = casa.batch(scenes, engine="mujoco", robot=mujoco.MjSpec.from_string(text))
         for model, data in zip(batch.engine.model, batch.engine.data, strict=True):
             drives = 0.1 if text is DRIVING else 0.0
@@ -132,22 +114,11 @@ class TestRobot:
         assert len(casa.batch(found, engine="mujoco")) == 2
 
 
-class TestErrors:
-    def test_an_engine_that_is_not_installed(self, scenes: list[Path], monkeypatch: Any) -> None:
-        real = builtins.__import__
-
-        def without(name: str, *rest: Any, **more: Any) -> Any:
-            if name.partition(".")[0] == "mujoco_warp":
-                raise ImportError(f"No module named {name!r}")
-            return real(name, *rest, **more)
-
-        monkeypatch.delitem(sys.modules, "casa_assets.addons.batch.mujoco_warp_engine", raising=False)
-        monkeypatch.setattr(builtins, "__import__", without)
-        with pytest.raises(casa.CasaError, match=r"engine mujoco_warp is not installed .*: pip install mujoco-warp"):
-            casa.batch(scenes)
-
-    def test_fewer_worlds_than_kitchens(self, subtests: pytest.Subtests, scenes: list[Path]) -> None:
-        for worlds, kitchens in [(0, scenes), (1, scenes), (0, [])]:
-            said = f"{worlds} worlds of {len(kitchens)} kitchens"
-            with subtests.test(said), pytest.raises(casa.CasaError, match=said):
-                casa.batch(kitchens, engine="mujoco", worlds=worlds)
+def test_no_engine_and_too_few_worlds_are_refused(scenes: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delitem(sys.modules, "casa_assets.addons.batch.mujoco_warp_engine", raising=False)
+    monkeypatch.setitem(sys.modules, "mujoco_warp", None)
+    with pytest.raises(casa.CasaError, match=r"engine mujoco_warp is not installed .*: pip install mujoco-warp"):
+        casa.batch(scenes)
+    for worlds, kitchens in [(0, scenes), (1, scenes), (0, [])]:
+        with pytest.raises(casa.CasaError, match=f"{worlds} worlds of {len(kitchens)} kitchens"):
+            casa.batch(kitchens, engine="mujoco", worlds=worlds)

@@ -133,20 +133,18 @@ def test_library_of_meshes_in_memory(tmp_path: Path) -> None:
                 assert (result.asset_id is None) == (result.status == "rejected") == bool(result.reasons), result
                 is_kept = result.folder is not None and result.folder.is_dir()
                 print(result.source, result.status, is_kept, *(reason.code for reason in result.reasons))
-        print(sorted(entry.category for entry in library))
+        assert sorted(entry.category for entry in library) == ["bottle", "cutting_board"]
         done = casa.ingest(board, "cutting_board", name="my board", up="z", library=library.path)
         assert done.asset == casa.ingest(board, "cutting_board", name="my board", up="z").asset
-        print(done.accepted, done.folder.is_dir(), len(library))
+        assert (done.accepted, done.folder.is_dir(), len(library)) == (True, True, 2)
         (found,) = library.search("bottle")
-        print(found.id in library, casa.load(library.folder(found.id)) == library.get(found.id))
-        try:
-            library.get("mog_0123456789")
-        except casa.UnknownId as error:
-            print(isinstance(error, casa.CasaError))
-        try:
-            list(library.ingest(casa.MeshInput(board, category="cuting_board")))
-        except casa.UnknownId as error:
-            print(error.nearest[0])
+        assert found.id in library and casa.load(library.folder(found.id)) == library.get(found.id)
+        misspelt = casa.MeshInput(board, category="cuting_board")
+        for wrong in (lambda: library.get("mog_0123456789"), lambda: list(library.ingest(misspelt))):
+            try:
+                wrong()
+            except casa.UnknownId as error:
+                print(isinstance(error, casa.CasaError), "cutting_board" in error.nearest)
     """
     assert here(code, tmp_path).splitlines() == [
         "bottle accepted True",
@@ -157,9 +155,6 @@ def test_library_of_meshes_in_memory(tmp_path: Path) -> None:
         "broken.obj rejected True SRC001",
         "mesh rejected False SRC012",
         "my board skipped True",
-        "['bottle', 'cutting_board']",
-        "True True 2",
+        "True False",
         "True True",
-        "True",
-        "cutting_board",
     ]

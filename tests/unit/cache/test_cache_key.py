@@ -219,7 +219,7 @@ class TestImports:
             "casa_assets",
             "casa_assets.addons.robocasa.casa_kitchens",
             "casa_assets.runs.server",
-            "casa_assets.show.stills.renderer",
+            "casa_assets.show.stills.opengl",
         }
 
     def test_types_alone_are_left_out_and_imports_inside_functions_are_not(self) -> None:

@@ -56,7 +56,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 
 def run(*words: str, code: int | None = 0) -> str:
-    """Run a command in this process; what it said."""
+    """Run a command in this process; its output."""
     done = CliRunner().invoke(app, words)
     assert code is None or done.exit_code == code, f"{done.output}{done.exception!r}"
     assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
@@ -70,31 +70,18 @@ def test_meshes_become_what_they_become_elsewhere(place: Path, boxes: Path) -> N
     same = sorted(name for name in plain if "/unread_" not in name)
     assert same
     assert [name for name in same if differences(boxes / "library" / name, place / LIBRARY / name)] == []
-
-
-def test_generated_and_articulated_assets_pass(place: Path) -> None:
+    # Those that are generated or articulated pass.
     made = {path.parent.name: disk.read_certificate(path.parent) for path in place.glob(f"{LIBRARY}/*/*/asset.json")}
     producers = {str(one.producer) for one in made.values()}
     assert {"ingest", "family", "articulate"} <= producers
     assert [name for name, one in made.items() if not one.report.passed] == []
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("report", f"--library={LIBRARY}", "--3d"),
-        ("find", "apple", f"--library={LIBRARY}"),
-        ("export", "glb", "--out=g l b", "--jobs=1", "--", LIBRARY),
-        ("export", "urdf", "--out=u r d f", "--jobs=1", "--", LIBRARY),
-        ("export", "robocasa", "--out=robo casa", "--", LIBRARY),
-    ],
-    ids=lambda words: " ".join(words[:2]),
-)
-def test_verbs_on_the_library(words: tuple[str, ...], place: Path) -> None:
-    run(*words)
-
-
-def test_pages_are_served(place: Path) -> None:
+def test_verbs_on_the_library_and_pages(place: Path) -> None:
+    run("report", f"--library={LIBRARY}", "--3d")
+    run("find", "apple", f"--library={LIBRARY}")
+    for form, *more in (("glb", "--jobs=1"), ("urdf", "--jobs=1"), ("robocasa",)):
+        run("export", form, f"--out=out of {form}", *more, "--", LIBRARY)
     subject = find(next(place.glob(f"{LIBRARY}/apple/*")).as_posix(), place, ())
     with serving(subject, lambda wanted, tell: make(wanted, cache_of(subject), tell)) as server:
         assert ask_view(server, "")[0] == 200

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -35,63 +33,58 @@ MADE = {"id", "verdict", "folder", "mass", "size"}
 ELSEWHERE = {"scenes robots"}
 
 
-@dataclass(frozen=True)
-class Case:
-    """A verb with words after it. has: fields of each row. measured: some thing of it has a mass and a size."""
-
-    words: str
-    has: set[str]
-    measured: bool = False
-
-
-CASES = [
-    Case("ingest {mesh} --library {new}", MADE, measured=True),
-    Case("library merge {shard} --library {new}", MADE, measured=True),
-    Case("articulate {mesh} --library {new}", MADE),
-    Case("library push {library} {new}", MADE),
-    Case("library pull {library} {new}", MADE),
-    Case("fetch --lvis Mug --out {new}", MADE),
-    Case("report --library {library}", MADE),
-    Case("library index {library} --out {new}", MADE),
-    Case("find box --library {library}", MADE, measured=True),
-    Case("preview {asset} --out {new} --width-px 64", MADE, measured=True),
-    Case("export glb {library} --out {new}", MADE, measured=True),
-    Case("export urdf {library} --out {new}", MADE, measured=True),
-    Case("export robocasa {library} --out {new}", MADE),
-    Case("families list", NAMED),
-    Case("families show switch --preset rocker --out {new} --no-check --width-px 64", MADE, measured=True),
-    Case("families build switch --samples 1 --no-pictures --library {new}", MADE, measured=True),
-    Case("families catalogue switch apple --no-swatches --no-3d --out {new}", MADE),
-    Case("objects list", NAMED),
-    Case("objects show apple --count 1 --width-px 64 --out {new}", MADE),
-    Case("objects build apple --count 1 --library {new}", MADE, measured=True),
-    Case("categories list", NAMED),
-    Case("categories show mug", NAMED),
-    Case("textures list", NAMED),
-    Case("textures make oak_ebony --width-px 64 --out {new}", MADE),
-    Case("textures sheet oak_ebony --width-px 64 --out {new}", MADE),
-    Case("textures check oak_ebony --out {new}", JUDGED),
-    Case("textures ingest {tiles} --surface wall --tile 1 1 --licence CC0-1.0 --library {new}", MADE),
-    Case("scenes list", NAMED),
-    Case("scenes new one_wall_small --style coastal --out {scenes}", MADE, measured=True),
-    Case("scenes build one_wall_small__coastal --out {scenes}", MADE, measured=True),
-    Case("scenes check one_wall_small__coastal --out {scenes}", MADE, measured=True),
-    Case("scenes sample 1 --out {scenes}", MADE, measured=True),
-    Case("scenes states one_wall_small__coastal --count 1 --objects 1 --out {scenes}", MADE),
-    Case("scenes batch one_wall_small__coastal --out {scenes}", MADE),
-    Case("scenes preview one_wall_small__coastal --camera overview --width-px 64 --out {scenes}", MADE, True),
-    Case("scenes pack one_wall_small__coastal --zip --scenes-folder {scenes} --out {new}.zip", MADE, measured=True),
-    Case("scenes check-plan {plan}", JUDGED),
-    Case("scenes fit {plan} --width 3.4 --depth 5.2", JUDGED),
-    Case("check {asset}", MADE, measured=True),
-    Case("checks", NAMED),
-    Case("doctor", JUDGED),
-    Case("schemas", NAMED),
-    Case("schemas behavior", NAMED),
-    Case("init {new}", MADE),
-    Case("export plugin blocks {library} --out {new} --project {project} --plugins", MADE, measured=True),
-    Case("make --project {project} --dry-run", JUDGED),
+# A verb with words after it, fields of each row, and whether some thing of it has a mass and a size.
+CASES: list[tuple[str, set[str], bool]] = [
+    ("ingest {mesh} --library {new}", MADE, True),
+    ("library merge {shard} --library {new}", MADE, True),
+    ("articulate {mesh} --library {new}", MADE, False),
+    ("library push {library} {new}", MADE, False),
+    ("library pull {library} {new}", MADE, False),
+    ("fetch --lvis Mug --out {new}", MADE, False),
+    ("report --library {library}", MADE, False),
+    ("library index {library} --out {new}", MADE, False),
+    ("find box --library {library}", MADE, True),
+    ("preview {asset} --out {new} --width-px 64", MADE, True),
+    ("export glb {library} --out {new}", MADE, True),
+    ("export urdf {library} --out {new}", MADE, True),
+    ("export robocasa {library} --out {new}", MADE, False),
+    ("families list", NAMED, False),
+    ("families show switch --preset rocker --out {new} --no-check --width-px 64", MADE, True),
+    ("families build switch --samples 1 --no-pictures --library {new}", MADE, True),
+    ("families catalogue switch apple --no-swatches --no-3d --out {new}", MADE, False),
+    ("objects list", NAMED, False),
+    ("objects show apple --count 1 --width-px 64 --out {new}", MADE, False),
+    ("objects build apple --count 1 --library {new}", MADE, True),
+    ("categories list", NAMED, False),
+    ("categories show mug", NAMED, False),
+    ("textures list", NAMED, False),
+    ("textures make oak_ebony --width-px 64 --out {new}", MADE, False),
+    ("textures sheet oak_ebony --width-px 64 --out {new}", MADE, False),
+    ("textures check oak_ebony --out {new}", JUDGED, False),
+    ("textures ingest {tiles} --surface wall --tile 1 1 --licence CC0-1.0 --library {new}", MADE, False),
+    ("scenes list", NAMED, False),
+    ("scenes new one_wall_small --style coastal --out {scenes}", MADE, True),
+    ("scenes build one_wall_small__coastal --out {scenes}", MADE, True),
+    ("scenes check one_wall_small__coastal --out {scenes}", MADE, True),
+    ("scenes sample 1 --out {scenes}", MADE, True),
+    ("scenes states one_wall_small__coastal --count 1 --objects 1 --out {scenes}", MADE, False),
+    ("scenes batch one_wall_small__coastal --out {scenes}", MADE, False),
+    ("scenes preview one_wall_small__coastal --camera overview --width-px 64 --out {scenes}", MADE, True),
+    ("scenes pack one_wall_small__coastal --zip --scenes-folder {scenes} --out {new}.zip", MADE, True),
+    ("scenes check-plan {plan}", JUDGED, False),
+    ("scenes fit {plan} --width 3.4 --depth 5.2", JUDGED, False),
+    ("check {asset}", MADE, True),
+    ("checks", NAMED, False),
+    ("doctor", JUDGED, False),
+    ("schemas", NAMED, False),
+    ("schemas behavior", NAMED, False),
+    ("init {new}", MADE, False),
+    ("export plugin blocks {library} --out {new} --project {project} --plugins", MADE, True),
+    ("make --project {project} --dry-run", JUDGED, False),
 ]
+
+
+IDS = [" ".join(words.split("{")[0].split("--")[0].split()[:3]) for words, *_ in CASES]
 
 
 @pytest.fixture
@@ -114,26 +107,9 @@ def places(
     write_starter(project)
     (project / "plugins").mkdir()
     (project / "plugins" / "testing.py").write_text(PLUGIN, encoding="utf-8")
-    found = {
-        "mesh": boxes / "in" / "milk_carton.obj",
-        "library": library,
-        "scenes": scenes,
-    }
-    return {
-        **found,
-        "asset": asset,
-        "tiles": tiles,
-        "new": tmp_path / "new",
-        "shard": tmp_path / "shard",
-        "project": project,
-        "plan": data_root() / "plans" / "galley.yaml",
-    }
-
-
-def download(uids: Sequence[str], lvis: str, most: int, out: Path) -> Path:
-    """What would ask for a network."""
-    out.mkdir()
-    return out
+    found = {"mesh": boxes / "in" / "milk_carton.obj", "library": library, "scenes": scenes, "asset": asset}
+    found |= {"tiles": tiles, "project": project, "plan": data_root() / "plans" / "galley.yaml"}
+    return found | {name: tmp_path / name for name in ("new", "shard")}
 
 
 @pytest.fixture
@@ -142,39 +118,35 @@ def quick(monkeypatch: pytest.MonkeyPatch, checked_kitchen: tuple[Path, SceneRes
     smallest = PictureSettings(64, 48, 1)
     monkeypatch.setattr(check, "CHECK_FRAME", smallest)
     monkeypatch.setattr(scene_folders.draw_cameras, "__defaults__", ((), smallest, "start"))
-    monkeypatch.setattr(objaverse, "download", download)
-
-    def drawn(*_: Any, **__: Any) -> Iterator[SceneResult]:
-        return iter([checked_kitchen[1]])
-
-    monkeypatch.setattr(sample, "sample_all", drawn)
-    monkeypatch.setattr(batch_form, "make_all", drawn)
+    monkeypatch.setattr(objaverse, "download", lambda uids, lvis, most, out: out.mkdir() or out)
+    monkeypatch.setattr(sample, "sample_all", lambda *_, **__: iter([checked_kitchen[1]]))
+    monkeypatch.setattr(batch_form, "make_all", lambda *_, **__: iter([checked_kitchen[1]]))
     with no_workers():
         yield
 
 
 def test_every_verb_is_tried() -> None:
-    tried = {verb for case in CASES for verb in VERBS if f"{case.words} ".startswith(f"{verb} ")}
+    tried = {verb for words, *_ in CASES for verb in VERBS if f"{words} ".startswith(f"{verb} ")}
     assert tried == VERBS.keys() - SERVERS - ELSEWHERE
 
 
 @pytest.mark.usefixtures("quick")
-@pytest.mark.parametrize("case", CASES, ids=lambda case: " ".join(case.words.split("{")[0].split("--")[0].split()[:3]))
-def test_rows_have_one_form(case: Case, places: dict[str, Path]) -> None:
-    if "{shard}" in case.words:
+@pytest.mark.parametrize(("line", "has", "measured"), CASES, ids=IDS)
+def test_rows_have_one_form(line: str, has: set[str], measured: bool, places: dict[str, Path]) -> None:
+    if "{shard}" in line:
         whole = ["--shard", "1/1", "--library", str(places["shard"])]
         assert CliRunner().invoke(app, ["ingest", str(places["mesh"]), *whole]).exit_code in (0, 1, 4)
-    words = [word.format(**{k: str(v) for k, v in places.items()}) for word in case.words.split()]
+    words = [word.format(**{k: str(v) for k, v in places.items()}) for word in line.split()]
     run = CliRunner().invoke(app, [*words, "--json"])
     assert run.exit_code in (0, 1, 4), run.output
     assert isinstance(run.exception, SystemExit | None), run.exception
-    rows = [json.loads(line) for line in run.stdout.splitlines()]
+    rows = [json.loads(text) for text in run.stdout.splitlines()]
     assert rows
     for row in rows:
-        assert case.has <= row.keys(), row
-        if case.has == MADE:
+        assert has <= row.keys(), row
+        if has == MADE:
             assert row["mass"] is None or row["mass"] > 0.0
             assert row["size"] is None or (len(row["size"]) in (2, 3) and min(row["size"]) > 0.0)
             assert row["folder"] == "" or Path(row["folder"]).is_dir(), row
-    if case.measured:
+    if measured:
         assert any(row["mass"] and row["size"] for row in rows), rows

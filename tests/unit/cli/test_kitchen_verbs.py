@@ -50,8 +50,7 @@ def test_check_prints_a_table_and_writes_it(checked_kitchen: Checked, monkeypatc
     monkeypatch.setattr(check, "check_all", check_all)
     result = RUNNER.invoke(app, ["scenes", "check", SCENE, "--out", str(out)])
     lines = result.stdout.splitlines()
-    heads = next(line for line in lines if "NKBA" in line)
-    assert all(word in heads for word in ("joints", "load ms", "geoms", "tex MB"))
+    assert any(all(word in line for word in ("NKBA", "joints", "load ms", "geoms", "tex MB")) for line in lines)
     assert any(line.split()[:1] == [SCENE] for line in lines)
     assert "joints swept" in result.stdout
     assert json.loads((out / "summary.json").read_text(encoding="utf-8"))["totals"]["scenes"] == 1
@@ -64,57 +63,47 @@ def test_preview_draws_the_camera_that_is_named(checked_kitchen: Checked, tmp_pa
     (tmp_path / "assets").symlink_to(out / "assets")
     words = ["scenes", "preview", SCENE, "--camera", "at_sink", "--pose", "open", "--width-px", "64", "--passes", "1"]
     result = RUNNER.invoke(app, [*words, "--out", str(tmp_path)])
-    assert result.exit_code == 0, result.output
-    path = Path(result.stdout.strip().replace("\n", ""))
-    assert path == tmp_path / SCENE / "at_sink_open.png"
+    path = tmp_path / SCENE / "at_sink_open.png"
+    assert (result.exit_code, result.stdout.replace("\n", "")) == (0, str(path)), result.output
     assert path.read_bytes().startswith(b"\x89PNG")
-    assert isinstance(
-        RUNNER.invoke(app, ["scenes", "preview", "galley__x", "--out", str(tmp_path)]).exception, UnknownId
-    )
+    wrong = RUNNER.invoke(app, ["scenes", "preview", "galley__x", "--out", str(tmp_path)])
+    assert isinstance(wrong.exception, UnknownId)
 
 
-class TestSample:
-    """The verb; that rejected scenes leave nothing behind is tested with the pipeline."""
+@pytest.mark.parametrize(("bad", "code"), [(1, 0), (4, 1)])
+def test_sample_says_why_some_of_four_draws_fail(
+    bad: int, code: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    report = Report(subject="x", issues=(Issue(code="SCN005", severity=Severity.ERROR, message="two doors meet"),))
+    asked: dict[str, object] = {}
 
-    def told(self, bad: int, monkeypatch: pytest.MonkeyPatch, out: Path) -> tuple[int, str]:
-        """Exit code and words where so many of four draws fail."""
-        report = Report(subject="x", issues=(Issue(code="SCN005", severity=Severity.ERROR, message="two doors meet"),))
-        asked: dict[str, object] = {}
-
-        def made(recipes: Sequence[SceneRecipe], _: Path, jobs: int, drawn: bool, in_3d: bool) -> Iterator[SceneResult]:
-            asked.update(jobs=jobs, drawn=drawn, in_3d=in_3d)
+    def made(recipes: Sequence[SceneRecipe], _: Path, jobs: int, drawn: bool, in_3d: bool) -> Iterator[SceneResult]:
+        asked.update(jobs=jobs, drawn=drawn, in_3d=in_3d, objects={recipe.objects for recipe in recipes})
+        for i, recipe in enumerate(recipes):
+            folder = "" if i < bad else str(tmp_path / recipe.scene_id)
             cost = {"build": 1.0, "check": 2.5}
-            for i, recipe in enumerate(recipes):
-                folder = "" if i < bad else str(out / recipe.scene_id)
-                yield SceneResult(recipe, folder, report=report if i < bad else None, cpu_s=cost)
+            yield SceneResult(recipe, folder, report=report if i < bad else None, cpu_s=cost)
 
-        monkeypatch.setattr(run, "sample_all", made)
-        result = RUNNER.invoke(
-            app, ["scenes", "sample", "4", "--seed", "9", "--out", str(out), "--jobs", "1", "--no-pictures"]
-        )
-        assert asked == {"jobs": 1, "drawn": False, "in_3d": False}
-        return result.exit_code, result.stdout
-
-    def test_rate_and_reasons_are_told(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-        code, message = self.told(1, monkeypatch, tmp_path)
-        assert code == 0
-        assert "3 of 4 draws passed (75.0%)" in message
-        assert "3.5 core-seconds per kitchen (build 1.0, write 0.0, draw 0.0, check 2.5, rest 0.0)" in message
-        assert re.search(r"SCN005 +\S+ +\S+ +1 +two doors meet", message), message
-        assert re.search(r"diversity +these 3 +the 192 of plan x style", message), message
+    monkeypatch.setattr(run, "sample_all", made)
+    words = ["scenes", "sample", "4", "--seed", "9", "--objects", "5", "--out", str(tmp_path), "--jobs", "1"]
+    result = RUNNER.invoke(app, [*words, "--no-pictures"])
+    assert asked == {"jobs": 1, "drawn": False, "in_3d": False, "objects": {5}}
+    assert result.exit_code == code
+    if code == 0:
+        assert "3 of 4 draws passed (75.0%)" in result.stdout
+        assert "3.5 core-seconds per kitchen (build 1.0, write 0.0, draw 0.0, check 2.5, rest 0.0)" in result.stdout
+        assert re.search(r"SCN005 +\S+ +\S+ +1 +two doors meet", result.stdout), result.stdout
+        assert re.search(r"diversity +these 3 +the 192 of plan x style", result.stdout), result.stdout
         data = json.loads((tmp_path / "diversity.json").read_text(encoding="utf-8"))
         assert (data["kitchens"]["kitchens"], data["reference"]["kitchens"]) == (3, 192)
         data = json.loads((tmp_path / "rejected.json").read_text(encoding="utf-8"))
         assert (data["seed"], data["drawn"], data["passed"], len(data["rejected"])) == (9, 4, 3, 1)
 
-    def test_none_passes(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-        assert self.told(4, monkeypatch, tmp_path)[0] == 1
-
 
 def test_check_exits_with_one_on_faults(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     known = registry.load()
     strict = replace(known, limits={**known.limits, "texture_resolution": 1e6})
-    # The verb works in processes of their own, where a changed limit would not be seen; here it works in this one.
+    # The verb works in other processes, where a changed limit would not be seen; here it works in this one.
     monkeypatch.setattr(
         texture_check, "check_recipes", lambda wanted, cache, _: (texture_check.check_one(w, cache) for w in wanted)
     )
@@ -137,20 +126,11 @@ def test_ingest_reports_what_it_left_out(tmp_path: Path) -> None:
 PATIENCE_S = 60
 
 
-def without_screen(**more: str) -> dict[str, str]:
-    """The environment of a machine that nobody sits at."""
-    hidden = ("DISPLAY", "WAYLAND_DISPLAY", "SSH_CONNECTION")
-    return {**{name: value for name, value in os.environ.items() if name not in hidden}, **more}
-
-
 def test_serves_a_page_until_it_is_stopped(tmp_path: Path) -> None:
+    bare = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    by_ssh = {**bare, "SSH_CONNECTION": "10.0.0.2 50000 10.0.0.9 22", "USER": "ada"}
     running = subprocess.Popen(
-        command("view", "mug"),
-        cwd=tmp_path,
-        env=without_screen(SSH_CONNECTION="10.0.0.2 50000 10.0.0.9 22", USER="ada"),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
+        command("view", "mug"), cwd=tmp_path, env=by_ssh, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
     assert running.stdout is not None
     address = running.stdout.readline().strip()
@@ -180,7 +160,7 @@ def test_with_a_screen_mujoco_shows_it(monkeypatch: pytest.MonkeyPatch) -> None:
     assert shown[1:] == [(2, "open", microwave.id)]
 
 
-def test_a_port_that_is_taken_is_told(tmp_path: Path) -> None:
+def test_a_port_that_is_taken_is_named(tmp_path: Path) -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()

@@ -5,23 +5,16 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import signal
-import subprocess
-import sys
-import time
-from contextlib import suppress
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 from typer.testing import CliRunner, Result
 
 from casa_assets.cli.main import app
 from casa_assets.errors import OutputError
-from tests.determinism.test_kill import children
 from tests.support.asset.assets import rigid_mug
 from tests.support.library.built_libraries import keep, loose_and_fixed
-from tests.support.library.libraries import BOXES, ROOT, box_obj, called, casa, command, entries_of, input_rows, limited
+from tests.support.library.libraries import BOXES, box_obj, called, casa, entries_of, input_rows, limited
 from tests.support.library.sharded_inputs import public_differences
 
 
@@ -65,10 +58,10 @@ def test_tables_and_reasons(boxes: Path, tmp_path: Path) -> None:
     assert line.startswith("Look at it: casa-assets view ")
 
 
-def test_all_accepted_is_exit_0(inputs: Path, tmp_path: Path) -> None:
+def test_all_accepted_is_exit_0_and_a_broken_entry_is_named(inputs: Path, tmp_path: Path) -> None:
     library = tmp_path / "library"
-    assert called("ingest", inputs / "milk_carton.obj", "--library", library).returncode == 0
-    assert called("report", "--library", library).returncode == 0
+    for words in (("ingest", inputs / "milk_carton.obj"), ("report",)):
+        assert called(*words, "--library", library).returncode == 0
     (certificate,) = library.glob("*/*/asset.json")
     certificate.write_text("{", encoding="utf-8")
     for words in (("find", "carton"), ("report",)):
@@ -77,35 +70,9 @@ def test_all_accepted_is_exit_0(inputs: Path, tmp_path: Path) -> None:
         assert str(certificate) in done.stderr
 
 
-def at_work(library: Path) -> bool:
-    """A worker has begun; the folder that shows it is made anew at the start of a run."""
-    with suppress(FileNotFoundError):
-        return any((library / ".casa" / "staging").iterdir())
-    return False
-
-
-def test_two_runs_at_once(inputs: Path, tmp_path: Path) -> None:
-    library = tmp_path / "library"
-    first = subprocess.Popen(
-        command("ingest", inputs / "milk_carton.obj", "--library", library), cwd=ROOT, stdout=subprocess.DEVNULL
-    )
-    while not at_work(library):
-        assert first.poll() is None
-        time.sleep(0.01)
-    (program,) = children(first.pid)  # below the process that passes signals on
-    os.kill(program, signal.SIGSTOP)  # it holds the library however long the other one takes to start
-    second = called("ingest", inputs, "--library", library)
-    os.kill(program, signal.SIGCONT)
-    assert second.returncode == 2
-    assert "another run is writing to this library" in second.stderr
-    assert first.wait() == 0
-
-
 def test_a_bug_is_exit_3(inputs: Path, tmp_path: Path) -> None:
-    (tmp_path / "sitecustomize.py").write_text(
-        "import sys\nsys.modules['casa_assets.runs.pool'] = None\n",
-        encoding="ascii",
-    )
+    hook = "import sys\nsys.modules['casa_assets.runs.pool'] = None\n"
+    (tmp_path / "sitecustomize.py").write_text(hook, encoding="ascii")
     done = casa("ingest", inputs, "--library", tmp_path / "library", PYTHONPATH=str(tmp_path))
     assert done.returncode == 3
     assert "Traceback" in done.stderr
@@ -136,10 +103,7 @@ def test_hostile_names_do_not_reach_the_terminal(tmp_path: Path) -> None:
     assert "\x1b" not in done.stdout
     shutil.rmtree(tmp_path / "library")
     done = called("ingest", tmp_path / "in", "--library", tmp_path / "library", "--json")
-    assert sorted(row["path"] for row in input_rows(done.stdout)) == [
-        "a\nb[red]\x1b[31m.obj",
-        "c\\udcff.obj",
-    ]
+    assert sorted(row["path"] for row in input_rows(done.stdout)) == ["a\nb[red]\x1b[31m.obj", "c\\udcff.obj"]
 
 
 @pytest.fixture(scope="module")
@@ -147,7 +111,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return keep(tmp_path_factory.mktemp("library") / "lib", loose_and_fixed())
 
 
-def test_words_alone(library: Path) -> None:
+def test_words_and_conditions_find_assets(library: Path) -> None:
     done = called("find", "red mug", "--library", library, "--json")
     assert done.returncode == 0, done.stderr
     found = [json.loads(line) for line in done.stdout.splitlines()]
@@ -157,9 +121,6 @@ def test_words_alone(library: Path) -> None:
     assert done.returncode == 1
     assert done.stderr.startswith("no match\n")
     assert "s of processor time" in done.stderr
-
-
-def test_conditions(library: Path) -> None:
     done = called("find", "--where", "category=mug,cup", "--where", "size<=0.5", "--library", library, "--json")
     assert done.returncode == 0, done.stderr
     (row,) = [json.loads(line) for line in done.stdout.splitlines()]
@@ -184,7 +145,7 @@ def cli(*words: object) -> Result:
     return CliRunner().invoke(app, [str(word) for word in words])
 
 
-def test_a_folder_is_a_store(boxes: Path, tmp_path: Path) -> None:
+def test_a_folder_is_a_store_and_what_one_side_lacks_is_removed_on_request(boxes: Path, tmp_path: Path) -> None:
     pushed = cli("library", "push", boxes / "library", tmp_path / "store")
     assert pushed.exit_code == 0, pushed.output
     assert pushed.output.startswith("Store: ")
@@ -194,10 +155,6 @@ def test_a_folder_is_a_store(boxes: Path, tmp_path: Path) -> None:
     assert pulled.exit_code == 0, pulled.output
     assert f"Library: {tmp_path}/back: 5 copied; " in pulled.output
     assert public_differences(tmp_path / "back", boxes / "library") == []
-
-
-def test_what_one_side_lacks_is_removed_on_request(boxes: Path, tmp_path: Path) -> None:
-    cli("library", "push", boxes / "library", tmp_path / "store")
     shutil.copytree(boxes / "library", tmp_path / "less")
     shutil.rmtree(tmp_path / "less" / "milk")
     refused = cli("library", "push", tmp_path / "less", tmp_path / "store")
@@ -209,7 +166,7 @@ def test_what_one_side_lacks_is_removed_on_request(boxes: Path, tmp_path: Path) 
     assert not (tmp_path / "store" / "milk").exists()
 
 
-# What `--json` tells of every item, whatever the verb.
+# What `--json` says of every item, whatever the verb.
 COMMON = ("verdict", "folder", "mass", "size")
 
 
@@ -225,9 +182,8 @@ def test_rows_of_an_export_to_robocasa(library: Path, tmp_path: Path) -> None:
     assert {"CoffeeSetupMug", "OpenFridge", "TurnOnToaster"} <= set(tasks["can_be_reset"])
     assert tasks["missing"]["OpenDrawer"] == ["tool or utensil, graspable, at most 0.1 m high"]
     assert [row["id"] for row in rows if row["status"] == "left_out"] == ["microwave_0123456789"]
-    for row in rows:
-        assert (row["status"] == "exported") == (row["message"] == "")
-        assert not row["model"] or (tmp_path / "out" / row["model"]).is_file()
+    assert all((row["status"] == "exported") == (row["message"] == "") for row in rows)
+    assert all((tmp_path / "out" / row["model"]).is_file() for row in rows if row["model"])
 
 
 def test_one_asset_takes_the_place_of_an_earlier_export(library: Path, tmp_path: Path) -> None:
@@ -239,33 +195,3 @@ def test_one_asset_takes_the_place_of_an_earlier_export(library: Path, tmp_path:
     assert "1 asset as GLB" in done.stdout
     (one,) = (tmp_path / "out").rglob("*.glb")
     assert (one.read_bytes()[:4], one.stat().st_size > plain) == (b"glTF", True)
-
-
-class Objaverse(ModuleType):
-    """Stands in for the package: two mugs, no network."""
-
-    def __init__(self) -> None:
-        super().__init__("objaverse")
-        self.fetched: list[str] = []
-
-    def load_lvis_annotations(self) -> dict[str, list[str]]:
-        return {"Mug": ["b" * 32, "a" * 32], "Bowl": ["c" * 32]}
-
-    def load_objects(self, uids: list[str]) -> None:
-        self.fetched += uids
-
-    def load_annotations(self, uids: list[str]) -> None:
-        assert uids == self.fetched
-
-
-def test_it_takes_the_first_of_a_category_or_what_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    for words, code, fetched in (
-        (("--lvis", "mug", "--most", "1", "--out", str(tmp_path)), 0, ["a" * 32]),
-        (("c" * 32, "--out", str(tmp_path)), 0, ["c" * 32]),
-        ((), 2, []),
-    ):
-        package = Objaverse()
-        monkeypatch.setitem(sys.modules, "objaverse", package)
-        done = CliRunner().invoke(app, ["fetch", *words])
-        assert (done.exit_code, package.fetched) == (code, fetched)
-        assert code or f"casa-assets ingest {tmp_path / 'hf-objaverse-v1'}" in done.output

@@ -17,7 +17,7 @@ import pytest
 from PIL import Image
 
 import casa_assets as casa
-from casa_assets.cli import completion, doctor
+from casa_assets.cli import doctor, options
 from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
 from casa_assets.layouts.run import pack as scene_pack
 from casa_assets.layouts.run.resolve import draw_surfaces
@@ -59,7 +59,7 @@ def test_pictures_stand_beside_recipes(ingested: Ingested, tmp_path: Path) -> No
     assert origin_of(recipe) == "ours/slates"
     assert "slates_stone_01" in casa.surfaces()["floor"]
     assert "slates_stone_01" not in casa.surfaces()["wall"]
-    assert completion.textures("slates_") == ["slates_stone_00", "slates_stone_01"]
+    assert options.complete_textures("slates_") == ["slates_stone_00", "slates_stone_01"]
     assert "texture packs: textures/slates" in next(doctor._project()).message
     use_project(None)
     assert "slates_stone_01" not in casa.surfaces()["floor"]

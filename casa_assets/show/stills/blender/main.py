@@ -37,7 +37,7 @@ over "{root}" (
 }}
 """
 OUTSIDE_BRIGHTNESS = 1.5  # of the sky that is seen through a window; the brightest that a picture shows is about 4
-# Typical brightness of a picture; white is about 1. A room from above and a thing in the studio stand on white.
+# Typical brightness of a picture; white is about 1. A room from above and a thing in the studio are on white.
 GREY = {"room": 0.28, "cutaway": 0.5, "asset": 0.55}
 LIGHT_PART, LIGHT_SHARE, WEIGHT = 0.95, 0.9, 0.6  # brightness, of a room, that a share of its pixels does not exceed
 # Tone curves and their looks: a room keeps its colours; whites on white need a curve that is soft towards white.
@@ -54,8 +54,8 @@ VEILING_GLARE = 0.03  # share of the light that a lens scatters over the picture
 ADAPTATION, SHADES_NORM = 0.85, 4.0  # share of the light's tint that a camera takes out; norm of shades-of-gray
 FILL = 0.9  # share of the picture that what a camera is fitted to spans
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear Rec. 709
-ADDED = ("studio",)  # names of what is there to stand on
-PROBE_SHARE, PROBE_SAMPLES = 25, 12  # size in percent and samples of the picture that tells the exposure
+ADDED = ("studio",)  # names of things that carry others
+PROBE_SHARE, PROBE_SAMPLES = 25, 12  # size in percent and samples of the picture that the exposure is measured on
 
 
 def main() -> None:
@@ -67,12 +67,12 @@ def main() -> None:
     surfaces.refine_all(o for o in bpy.data.objects if o.type == "MESH")
     set_engine(job)
     outside = light(job)
-    told: dict[str, Any] = {"read_s": time.perf_counter() - begin, "views": []}
+    drawn: dict[str, Any] = {"read_s": time.perf_counter() - begin, "views": []}
     for view in job["views"]:
         begin = time.perf_counter()
         exposure = draw(view, job, folder, outside)
-        told["views"].append({"name": view["name"], "seconds": time.perf_counter() - begin, "exposure": exposure})
-    (folder / "told.json").write_text(json.dumps(told), encoding="utf-8")
+        drawn["views"].append({"name": view["name"], "seconds": time.perf_counter() - begin, "exposure": exposure})
+    (folder / "drawn.json").write_text(json.dumps(drawn), encoding="utf-8")
 
 
 def light(job: dict[str, Any]) -> Any:
@@ -130,8 +130,7 @@ def draw(view: dict[str, Any], job: dict[str, Any], folder: Path, outside: Any) 
     data = bpy.data.cameras.new(view["name"])
     data.sensor_fit, data.angle, data.clip_start = "HORIZONTAL", view["fov_x"], 0.02
     data.shift_y = view["shift_y"]
-    camera = bpy.data.objects.new(view["name"], data)
-    bpy.context.collection.objects.link(camera)
+    camera = surroundings.put(view["name"], data)
     camera.matrix_world = Matrix.Translation(view["position"]) @ Quaternion(view["quaternion"]).to_matrix().to_4x4()
     scene.camera = camera
     if view["fit"] is not None:
@@ -161,12 +160,9 @@ def draw(view: dict[str, Any], job: dict[str, Any], folder: Path, outside: Any) 
 
 
 def develop(image: Any, most: float) -> None:
-    """Soften the colours, and spread a share of the light over the whole picture.
+    """Soften the colours, and spread a share of the light, up to what fills a sensor, over the whole picture.
 
     The glass of every lens scatters light like that, so that gaps are dark, not black.
-
-    Args:
-        most: brightness at which a sensor is full.
     """
     values = np.empty(len(image.pixels), dtype=np.float32)
     image.pixels.foreach_get(values)
@@ -209,11 +205,7 @@ def render(path: Path) -> np.ndarray:
 
 
 def falling_light(folder: Path) -> np.ndarray:
-    """(N, 3) linear light that falls on the visible surfaces: what a white card in front of them would show.
-
-    Cycles separates the light that surfaces scatter from their colours; metal and glass, which do not scatter, are left
-    out.
-    """
+    """(N, 3) linear light that falls on visible surfaces but metal and glass: what a white card there would show."""
     scene, layer = bpy.context.scene, bpy.context.view_layer
     tree = bpy.data.node_groups.new("meter", "CompositorNodeTree")
     tree.interface.new_socket("light", in_out="OUTPUT", socket_type="NodeSocketColor")

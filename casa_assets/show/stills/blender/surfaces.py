@@ -30,10 +30,24 @@ COATED = {
     "quartz": (0.4, 0.12),
 }
 CLOTH = ("linen", "fabric", "rope", "wool", "cotton")
-# What gives off light by itself; of all else the glow is a help for renderers in which glass throws a shadow.
+# Finishes that give off light; of all else the glow is a help for renderers in which glass throws a shadow.
 LAMPS = ("bulb", "glass_opal")
 SIGNS = ("led", "display", "flame", "heating_element_hot")
 LAMP_STRENGTH, SIGN_STRENGTH = 9.0, 2.5
+
+
+def add_node(tree: Any, kind: str, values: dict[str | int, Any] | None = None) -> Any:
+    """A new node of a tree, with values of its inputs."""
+    node = tree.nodes.new(kind)
+    for name, value in (values or {}).items():
+        node.inputs[name].default_value = value
+    return node
+
+
+def link(tree: Any, *pairs: tuple[Any, Any]) -> None:
+    """Connect outputs to inputs."""
+    for output, socket in pairs:
+        tree.links.new(output, socket)
 
 
 def finish_of(name: str) -> str:
@@ -141,31 +155,21 @@ def _make_pane(material: Any) -> None:
     alpha, roughness = _alpha(material), float(shader.inputs["Roughness"].default_value)
     tint = _tint(shader, alpha * 0.6)
     frosted = roughness > 0.3
-    new = tree.nodes.new
     if frosted:
-        behind = new("ShaderNodeBsdfRefraction")
-        behind.inputs["Roughness"].default_value, behind.inputs["IOR"].default_value = 0.35, 1.0
-        cloudy, mixed = new("ShaderNodeBsdfTranslucent"), new("ShaderNodeMixShader")
-        cloudy.inputs["Color"].default_value = (0.9, 0.93, 0.93, 1.0)
-        mixed.inputs[0].default_value = 0.5
-        tree.links.new(behind.outputs[0], mixed.inputs[1])
-        tree.links.new(cloudy.outputs[0], mixed.inputs[2])
-        through = mixed.outputs[0]
+        behind = add_node(tree, "ShaderNodeBsdfRefraction", {"Roughness": 0.35, "IOR": 1.0, "Color": tint})
+        cloudy = add_node(tree, "ShaderNodeBsdfTranslucent", {"Color": (0.9, 0.93, 0.93, 1.0)})
+        through = add_node(tree, "ShaderNodeMixShader", {0: 0.5})
+        link(tree, (behind.outputs[0], through.inputs[1]), (cloudy.outputs[0], through.inputs[2]))
     else:
-        behind = new("ShaderNodeBsdfTransparent")
-        through = behind.outputs[0]
-    behind.inputs["Color"].default_value = tint
-    mirror, fresnel, surface = new("ShaderNodeBsdfGlossy"), new("ShaderNodeFresnel"), new("ShaderNodeMixShader")
-    mirror.inputs["Roughness"].default_value = min(roughness, 0.2) * 0.3
+        through = add_node(tree, "ShaderNodeBsdfTransparent", {"Color": tint})
+    mirror = add_node(tree, "ShaderNodeBsdfGlossy", {"Roughness": min(roughness, 0.2) * 0.3})
+    fresnel, surface = add_node(tree, "ShaderNodeFresnel"), add_node(tree, "ShaderNodeMixShader")
     # On its back, where light would leave the glass, a thin pane mirrors as on its front: no total reflection within.
-    side, index = new("ShaderNodeNewGeometry"), new("ShaderNodeMath")
+    side, index = add_node(tree, "ShaderNodeNewGeometry"), add_node(tree, "ShaderNodeMath", {1: 1 / 1.5 - 1.5, 2: 1.5})
     index.operation = "MULTIPLY_ADD"
-    index.inputs[1].default_value, index.inputs[2].default_value = 1 / 1.5 - 1.5, 1.5
-    tree.links.new(side.outputs["Backfacing"], index.inputs[0])
-    tree.links.new(index.outputs[0], fresnel.inputs["IOR"])
-    tree.links.new(fresnel.outputs[0], surface.inputs[0])
-    tree.links.new(through, surface.inputs[1])
-    tree.links.new(mirror.outputs[0], surface.inputs[2])
+    link(tree, (side.outputs["Backfacing"], index.inputs[0]), (index.outputs[0], fresnel.inputs["IOR"]))
+    link(tree, (fresnel.outputs[0], surface.inputs[0]), (through.outputs[0], surface.inputs[1]))
+    link(tree, (mirror.outputs[0], surface.inputs[2]))
     _open_to_light(tree, surface.outputs[0], tint)
 
 
@@ -185,58 +189,50 @@ def _make_clear(material: Any, shader: Any) -> None:
 
 def _open_to_light(tree: Any, surface: Any, tint: tuple[float, float, float, float]) -> None:
     """Connect a surface to the output so that light on its way to a lamp, or thrown back softly, passes it unbent."""
-    new = tree.nodes.new
-    path, either, clear, mixed = (
-        new("ShaderNodeLightPath"),
-        new("ShaderNodeMath"),
-        new("ShaderNodeBsdfTransparent"),
-        new("ShaderNodeMixShader"),
-    )
+    path, either = add_node(tree, "ShaderNodeLightPath"), add_node(tree, "ShaderNodeMath")
+    clear, mixed = add_node(tree, "ShaderNodeBsdfTransparent", {"Color": tint}), add_node(tree, "ShaderNodeMixShader")
     either.operation = "MAXIMUM"
-    clear.inputs["Color"].default_value = tint
     output = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL")
-    tree.links.new(path.outputs["Is Shadow Ray"], either.inputs[0])
-    tree.links.new(path.outputs["Is Diffuse Ray"], either.inputs[1])
-    tree.links.new(either.outputs[0], mixed.inputs[0])
-    tree.links.new(surface, mixed.inputs[1])
-    tree.links.new(clear.outputs[0], mixed.inputs[2])
-    tree.links.new(mixed.outputs[0], output.inputs["Surface"])
+    link(tree, (path.outputs["Is Shadow Ray"], either.inputs[0]), (path.outputs["Is Diffuse Ray"], either.inputs[1]))
+    link(tree, (either.outputs[0], mixed.inputs[0]), (surface, mixed.inputs[1]), (clear.outputs[0], mixed.inputs[2]))
+    link(tree, (mixed.outputs[0], output.inputs["Surface"]))
 
 
 def _brush(material: Any, shader: Any) -> None:
     """Fine level scratches: highlights are drawn out across them."""
     tree = material.node_tree
-    new = tree.nodes.new
-    place, stretch, noise = new("ShaderNodeTexCoord"), new("ShaderNodeMapping"), new("ShaderNodeTexNoise")
-    stretch.inputs["Scale"].default_value = (1.5, 1.5, 250.0)
-    noise.inputs["Scale"].default_value, noise.inputs["Detail"].default_value = 1.0, 1.0
-    tree.links.new(place.outputs["Object"], stretch.inputs["Vector"])
-    tree.links.new(stretch.outputs[0], noise.inputs["Vector"])
+    place = add_node(tree, "ShaderNodeTexCoord")
+    noise = stretched_noise(tree, place.outputs["Object"], (1.5, 1.5, 250.0), 1.0)
     _range(tree, noise, shader, float(shader.inputs["Roughness"].default_value), 0.05)
-    tangent = new("ShaderNodeTangent")
+    tangent = add_node(tree, "ShaderNodeTangent")
     tangent.direction_type, tangent.axis = "RADIAL", "Z"
     shader.inputs["Anisotropic"].default_value = 0.6
-    tree.links.new(tangent.outputs[0], shader.inputs["Tangent"])
+    link(tree, (tangent.outputs[0], shader.inputs["Tangent"]))
+
+
+def stretched_noise(tree: Any, vector: Any, scale: tuple[float, float, float], detail: float) -> Any:
+    """Output of noise over places that are scaled along each axis."""
+    stretch = add_node(tree, "ShaderNodeMapping", {"Scale": scale})
+    noise = add_node(tree, "ShaderNodeTexNoise", {"Scale": 1.0, "Detail": detail})
+    link(tree, (vector, stretch.inputs["Vector"]), (stretch.outputs[0], noise.inputs["Vector"]))
+    return noise.outputs[0]
 
 
 def _smudge(material: Any, shader: Any, share: float) -> None:
     """Gloss that differs from place to place by a share of itself, as of anything that is used."""
     tree = material.node_tree
-    place, noise = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeTexNoise")
-    noise.inputs["Scale"].default_value, noise.inputs["Detail"].default_value = 5.0, 1.0
-    tree.links.new(place.outputs["Object"], noise.inputs["Vector"])
+    place = add_node(tree, "ShaderNodeTexCoord")
+    noise = add_node(tree, "ShaderNodeTexNoise", {"Scale": 5.0, "Detail": 1.0})
+    link(tree, (place.outputs["Object"], noise.inputs["Vector"]))
     middle = float(shader.inputs["Roughness"].default_value)
-    _range(tree, noise, shader, middle, share * middle)
+    _range(tree, noise.outputs[0], shader, middle, share * middle)
 
 
 def _range(tree: Any, noise: Any, shader: Any, middle: float, reach: float) -> None:
     """Connect a noise to the roughness, `reach` about `middle`."""
-    ranged = tree.nodes.new("ShaderNodeMapRange")
-    ranged.inputs["To Min"].default_value = max(0.02, middle - reach)
-    ranged.inputs["To Max"].default_value = min(1.0, middle + reach)
-    ranged.inputs["From Min"].default_value, ranged.inputs["From Max"].default_value = 0.3, 0.7
-    tree.links.new(noise.outputs[0], ranged.inputs["Value"])
-    tree.links.new(ranged.outputs[0], shader.inputs["Roughness"])
+    low, high = max(0.02, middle - reach), min(1.0, middle + reach)
+    ranged = add_node(tree, "ShaderNodeMapRange", {"To Min": low, "To Max": high, "From Min": 0.3, "From Max": 0.7})
+    link(tree, (noise, ranged.inputs["Value"]), (ranged.outputs[0], shader.inputs["Roughness"]))
 
 
 def plain(name: str, color: tuple[float, float, float], roughness: float) -> Any:

@@ -14,7 +14,7 @@ from typing import Any
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
-from surfaces import is_lamp, plain
+from surfaces import is_lamp, plain, stretched_noise
 
 OUTSIDE_M = 0.35  # from the inner face of a wall to the light behind its window
 SKY_RADIANCE, PATIO_RADIANCE = 9.0, 2.6
@@ -22,6 +22,16 @@ SUN_IRRADIANCE, SUN_SIZE_DEG = 26.0, 1.0
 VEILED_IRRADIANCE, VEILED_SIZE_DEG = 8.0, 2.0  # behind the curtains of glazed doors, whose light is all over the room
 SUN_ELEVATION_DEG, SUN_ASIDE_DEG = 33.0, 38.0  # of rooms that are seen from above
 LAMP_W, LAMP_RADIUS_M, LAMP_GROUP_M = 14.0, 0.06, 0.45
+THICK_M, LINTEL_M, PATIO_SHARE, PATIO_DOOR_M, PATIO_BAR_M = 0.12, 0.45, 0.72, 1.1, 0.055
+SAME_PLANE_M = 0.01
+SkyLight = Callable[[str, Vector, Vector, Vector], None]  # name, lower left and upper right corner, inward
+
+
+def put(name: str, data: Any) -> Any:
+    """A new thing in the scene: a light, a camera or a mesh."""
+    thing = bpy.data.objects.new(name, data)
+    bpy.context.collection.objects.link(thing)
+    return thing
 
 
 def add_world(strength: float) -> Any:
@@ -36,20 +46,20 @@ def add_world(strength: float) -> Any:
     sky = _ramp(
         tree, axes.outputs["Z"], ((0.0, (0.80, 0.88, 0.95)), (0.25, (0.47, 0.66, 0.92)), (1.0, (0.16, 0.34, 0.75)))
     )
-    clouds = _noise(tree, view.outputs["Generated"], (2.2, 2.2, 7.0), 6.0)
+    clouds = stretched_noise(tree, view.outputs["Generated"], (2.2, 2.2, 7.0), 6.0)
     cloudy = _ramp(tree, clouds, ((0.5, (0, 0, 0)), (0.72, (0.75, 0.75, 0.75))))
     sky = _mix(tree, cloudy, sky, (0.98, 0.98, 1.0))
     # The tops of trees: their height above the horizon is drawn from noise along it.
-    crowns = _noise(tree, view.outputs["Generated"], (9.0, 9.0, 1.5), 5.0)
+    crowns = stretched_noise(tree, view.outputs["Generated"], (9.0, 9.0, 1.5), 5.0)
     height = _math(tree, "MULTIPLY_ADD", crowns, 0.30, -0.035)
     is_tree = _math(tree, "MULTIPLY", _math(tree, "SUBTRACT", height, axes.outputs["Z"]), 60.0, clamp=True)
     # Softer than leaves are: a camera that is focused on the room blurs them.
-    leaves = _noise(tree, view.outputs["Generated"], (24.0, 24.0, 24.0), 2.0)
+    leaves = stretched_noise(tree, view.outputs["Generated"], (24.0, 24.0, 24.0), 2.0)
     green = _ramp(
         tree, leaves, ((0.32, (0.012, 0.032, 0.010)), (0.52, (0.055, 0.115, 0.030)), (0.72, (0.20, 0.29, 0.085)))
     )
     seen = _mix(tree, is_tree, sky, green)
-    grass = _noise(tree, view.outputs["Generated"], (14.0, 14.0, 90.0), 5.0)
+    grass = stretched_noise(tree, view.outputs["Generated"], (14.0, 14.0, 90.0), 5.0)
     lawn = _ramp(tree, grass, ((0.3, (0.085, 0.13, 0.045)), (0.7, (0.17, 0.225, 0.085))))
     # A terrace near by.
     near = _math(tree, "MULTIPLY", _math(tree, "SUBTRACT", -0.22, axes.outputs["Z"]), 40.0, clamp=True)
@@ -63,15 +73,6 @@ def add_world(strength: float) -> Any:
     world.cycles_visibility.diffuse = False
     world.cycles.sampling_method = "NONE"
     return background
-
-
-def _noise(tree: Any, vector: Any, scale: tuple[float, float, float], detail: float) -> Any:
-    stretch, noise = tree.nodes.new("ShaderNodeMapping"), tree.nodes.new("ShaderNodeTexNoise")
-    stretch.inputs["Scale"].default_value = scale
-    noise.inputs["Scale"].default_value, noise.inputs["Detail"].default_value = 1.0, detail
-    tree.links.new(vector, stretch.inputs["Vector"])
-    tree.links.new(stretch.outputs[0], noise.inputs["Vector"])
-    return noise.outputs[0]
 
 
 def _ramp(tree: Any, value: Any, stops: Sequence[tuple[float, tuple[float, float, float]]]) -> Any:
@@ -110,12 +111,7 @@ def _math(tree: Any, operation: str, *values: Any, clamp: bool = False) -> Any:
 
 
 def light_room(room: dict[str, Any], beyond_m: float, sun: Sequence[float] | None) -> None:
-    """Windows, doors with panes and open sides let in the sky, one of them the sun; lamps are on.
-
-    Args:
-        room: as in scene.json: outline, bounds, walls and openings, metres. beyond_m: depth of what is built beyond
-            its open sides. sun: direction of its light; None: it is not seen.
-    """
+    """Windows, doors with panes and open sides of a room of scene.json let in the sky, one the sun; lamps are on."""
     day, lamp = _take_out_lights()
     walls = {wall["id"]: wall for wall in room["walls"]}
     for opening in room["openings"]:
@@ -135,17 +131,11 @@ def light_room(room: dict[str, Any], beyond_m: float, sun: Sequence[float] | Non
 
 
 def light_from_above(ahead: Vector) -> None:
-    """An open box on a light table: an even sky, a soft sun from the side, lamps that are on.
-
-    Args:
-        ahead: direction in which the camera looks into the room.
-    """
+    """An open box on a light table: an even sky, a soft sun from the side of the view `ahead`, lamps that are on."""
     day, lamp = _take_out_lights()
     add_even_world(0.55)
-    aside, down = (
-        Matrix.Rotation(math.radians(SUN_ASIDE_DEG), 3, "Z") @ ahead,
-        math.tan(math.radians(SUN_ELEVATION_DEG)),
-    )
+    aside = Matrix.Rotation(math.radians(SUN_ASIDE_DEG), 3, "Z") @ ahead
+    down = math.tan(math.radians(SUN_ELEVATION_DEG))
     flat = Vector((aside.x, aside.y, 0.0)).normalized()
     _sun(flat - Vector((0.0, 0.0, down)), day, 2.4, 14.0)
     light_lamps(lamp, 3.0)
@@ -154,11 +144,7 @@ def light_from_above(ahead: Vector) -> None:
 
 
 def light_studio(points: Sequence[Vector]) -> None:
-    """A table of neutral grey that bends up into the background, and three soft boxes, for things of any size.
-
-    Args:
-        points: of the thing, world frame, metres.
-    """
+    """A table of neutral grey that bends up into the background, and three soft boxes, for things of any size."""
     low = Vector(min(p[k] for p in points) for k in range(3))
     high = Vector(max(p[k] for p in points) for k in range(3))
     middle, size = (low + high) / 2, max((high - low).length, 0.02)
@@ -173,8 +159,7 @@ def light_studio(points: Sequence[Vector]) -> None:
         light = bpy.data.lights.new(name, "AREA")
         light.shape, light.size = "SQUARE", wide * size
         light.energy = math.pi * (wide * size) ** 2 * radiance
-        thing = bpy.data.objects.new(name, light)
-        bpy.context.collection.objects.link(thing)
+        thing = put(name, light)
         thing.location = middle + way.normalized() * 2.6 * size
         thing.rotation_euler = (middle - thing.location).to_track_quat("-Z", "Y").to_euler()
     light_lamps(Vector((1.0, 0.75, 0.5)), 0.3)
@@ -193,7 +178,7 @@ def _sweep(middle: Vector, bottom: float, size: float) -> None:
     mesh.from_pydata(points, [], [(2 * k, 2 * k + 1, 2 * k + 3, 2 * k + 2) for k in range(len(profile) - 1)])
     mesh.polygons.foreach_set("use_smooth", [True] * len(mesh.polygons))
     mesh.materials.append(plain("studio", (0.66, 0.66, 0.655), 0.55))
-    bpy.context.collection.objects.link(bpy.data.objects.new("studio", mesh))
+    put("studio", mesh)
 
 
 def add_even_world(strength: float) -> None:
@@ -221,8 +206,7 @@ def _sky_light(name: str, start: Vector, end: Vector, into: Vector, radiance: fl
     light = bpy.data.lights.new(name, "AREA")
     light.shape, light.size, light.size_y = "RECTANGLE", wide, high
     light.energy, light.color = math.pi * wide * high * radiance, color[:3]
-    thing = bpy.data.objects.new(name, light)
-    bpy.context.collection.objects.link(thing)
+    thing = put(name, light)
     # A light shines along its -z; its y points up.
     back = -into
     right = Vector((0, 0, 1)).cross(back).normalized()
@@ -235,8 +219,7 @@ def _sun(along: Vector, color: Sequence[float], irradiance: float, size_deg: flo
     light = bpy.data.lights.new("sun", "SUN")
     light.energy, light.angle = irradiance, math.radians(size_deg)
     light.color = (1.0, 0.93 * color[1], 0.84 * color[2])
-    thing = bpy.data.objects.new("sun", light)
-    bpy.context.collection.objects.link(thing)
+    thing = put("sun", light)
     thing.rotation_euler = along.to_track_quat("-Z", "Y").to_euler()
 
 
@@ -257,15 +240,9 @@ def light_lamps(color: Sequence[float], power: float) -> None:
         light = bpy.data.lights.new(f"lamp_{k}", "POINT")
         light.energy, light.color = power, color[:3]
         light.shadow_soft_size = LAMP_RADIUS_M
-        thing = bpy.data.objects.new(f"lamp_{k}", light)
-        bpy.context.collection.objects.link(thing)
+        thing = put(f"lamp_{k}", light)
         thing.location = middle
         thing.visible_camera = thing.visible_glossy = thing.visible_transmission = False
-
-
-THICK_M, LINTEL_M, PATIO_SHARE, PATIO_DOOR_M, PATIO_BAR_M = 0.12, 0.45, 0.72, 1.1, 0.055
-SAME_PLANE_M = 0.01
-SkyLight = Callable[[str, Vector, Vector, Vector], None]  # name, lower left and upper right corner, inward
 
 
 def inward(wall: dict[str, Any]) -> Vector:
@@ -275,11 +252,7 @@ def inward(wall: dict[str, Any]) -> Vector:
 
 
 def close_all(room: dict[str, Any], beyond_m: float, let_in: SkyLight) -> None:
-    """Build what lies beyond each open side.
-
-    Args:
-        room: as in scene.json. beyond_m: depth of what is added. let_in: makes the light behind the glazed doors.
-    """
+    """Build what lies beyond each open side; `let_in` makes the light behind the glazed doors."""
     walls = room["walls"]
     for wall in [wall for wall in walls if wall["open"]]:
         before = next(w for w in walls if w["to"] == wall["from"])
@@ -309,19 +282,15 @@ def _continue(prefix: str, corners: Sequence[Vector]) -> None:
     normal = (corners[1] - corners[0]).cross(corners[3] - corners[0]).normalized()
     mesh = bpy.data.meshes.new(f"beyond_{prefix}")
     mesh.from_pydata(list(corners), [], [(0, 1, 2, 3)])
-    source = next((o for o in _surfaces(prefix) if _lies_in(o, corners[0], normal)), None)
+    known = [o for o in bpy.data.objects if o.type == "MESH" and o.name.startswith(prefix)]
+    largest = sorted(known, key=lambda o: (-max(o.dimensions), o.name))
+    source = next((o for o in largest if _lies_in(o, corners[0], normal)), None)
     if source is None or not source.data.uv_layers:
         mesh.materials.append(_paint())
     else:
         mesh.materials.append(source.material_slots[0].material)
         _continue_pattern(source, mesh)
-    bpy.context.collection.objects.link(bpy.data.objects.new(mesh.name, mesh))
-
-
-def _surfaces(prefix: str) -> list[Any]:
-    """Imported meshes of a kind, the largest first."""
-    found = [o for o in bpy.data.objects if o.type == "MESH" and o.name.startswith(prefix)]
-    return sorted(found, key=lambda o: (-max(o.dimensions), o.name))
+    put(mesh.name, mesh)
 
 
 def _lies_in(thing: Any, point: Vector, normal: Vector) -> bool:
@@ -348,12 +317,8 @@ def _glaze(name: str, start: Vector, end: Vector, into: Vector, height: float, l
     """A wall with a wide opening towards the garden, glazed doors in it."""
     along, length, top = (end - start).normalized(), (end - start).length, height - LINTEL_M
     half = length * (1 - PATIO_SHARE) / 2
-    for a, b, low, high in (
-        (0, half, 0, height),
-        (length - half, length, 0, height),
-        (half, length - half, top, height),
-    ):
-        _block(f"closing_{name}", start + along * a, along * (b - a), into * -THICK_M, low, high, _paint())
+    for a, b, low in ((0, half, 0), (length - half, length, 0), (half, length - half, top)):
+        _block(f"closing_{name}", start + along * a, along * (b - a), into * -THICK_M, low, height, _paint())
     left, right = start + along * half, start + along * (length - half) + Vector((0, 0, top))
     let_in(f"patio_{name}", left, right, into)
     frame = bpy.data.materials.get("patio_frame") or plain("patio_frame", (0.03, 0.03, 0.032), 0.45)
@@ -373,4 +338,4 @@ def _block(name: str, at: Vector, along: Vector, across: Vector, low: float, hig
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(points, [], faces)
     mesh.materials.append(material)
-    bpy.context.collection.objects.link(bpy.data.objects.new(name, mesh))
+    put(name, mesh)

@@ -1,32 +1,37 @@
-"""The page: well formed, its numbers right, no text from an input becomes markup, nothing is fetched."""
+"""The report on a library: its page, numbers, earlier runs, conditions that fail a build, and files for CI."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 import re
+import shutil
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import lxml.html
 import pytest
+from lxml import etree
 from PIL import Image
 
 from casa_assets import registry
+from casa_assets.errors import OutputError
 from casa_assets.library import entry_files
 from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry
 from casa_assets.library.library import Producer, Summary
 from casa_assets.model.asset.asset import Guess
 from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status, tally
+from casa_assets.model.asset.provenance import Guess
+from casa_assets.model.issue import REVIEW_CODE, CheckResult, Decision, Issue, Report, Severity, Status, tally
 from casa_assets.model.source import Source, SourceKind
 from casa_assets.show.page.page_template import DEFAULT_ADVICE, Words, relative_link
 from casa_assets.show.reports import findings as told_of
 from casa_assets.show.reports import library_page
-from casa_assets.show.reports.findings import Findings, compare, standing_of
-from casa_assets.show.reports.gate import judge, parse
-from casa_assets.show.reports.library_page import render_library_section, rows_of
+from casa_assets.show.reports.findings import Change, Findings, Standing, compare, read_run, standing_of
+from casa_assets.show.reports.gate import COUNTS, BadCondition, judge, junit, parse, sarif
+from casa_assets.show.reports.library_page import render_library_section, rows_of, write
 from tests.support.library.built_libraries import keep
 from tests.unit.library.test_alike import FIRST, OTHER
 
@@ -84,8 +89,7 @@ def render(found: Findings, words: Words = WORDS, links: dict[str, str] | None =
     return library_page.render(found, words, rows_of(found.entries, found, words), links)
 
 
-def page(text: str) -> lxml.html.HtmlElement:
-    return lxml.html.document_fromstring(text)
+page = lxml.html.document_fromstring
 
 
 def data(text: str) -> Any:
@@ -124,7 +128,7 @@ def test_a_mark_that_nearly_all_assets_have_is_no_mark() -> None:
     assert data(render(findings([with_advice(i, common) for i in range(5)])))["quiet"] == []
 
 
-def test_hostile_text_stays_text() -> None:
+def test_hostile_text_stays_text_and_nothing_is_fetched() -> None:
     bad = [entry(word=HOSTILE, warned=True), reject(HOSTILE, word=HOSTILE)]
     text = render(findings(bad, []), Words({}, {"AST001": HOSTILE}))
     tree = page(text)
@@ -133,9 +137,6 @@ def test_hostile_text_stays_text() -> None:
     first, second = data(text)["rows"]
     assert (first["title"], second["more"]["reason"]) == (HOSTILE, HOSTILE)
     assert "<script>alert" not in text
-
-
-def test_nothing_is_fetched() -> None:
     assert relative_link("javascript:alert(1)") == "./javascript%3Aalert%281%29"
     assert relative_link("//evil.example/a b#?%") == "./evil.example/a%20b%23%3F%25"
     text = render(findings([entry(), reject()]))
@@ -152,7 +153,7 @@ def test_nothing_is_fetched() -> None:
             assert word not in script.text_content()
 
 
-def test_what_changed_is_told_with_links_to_both_runs() -> None:
+def test_what_changed_is_shown_with_links_to_both_runs() -> None:
     worse, new = entry("mug_0000000001", warned=True), entry("mug_0000000002")
     gone = entry("mug_0000000003")
     found = findings([worse, new], [entry("mug_0000000001"), gone], "worse", "rejected>2")
@@ -192,11 +193,11 @@ def test_of_many_inputs_the_page_has_what_did_not_pass(tmp_path: Path, monkeypat
     assert [row.pop("thumb")[:15] for row in whole] == ["data:image/webp"] * 2
     monkeypatch.setattr(library_page, "MAX_WHOLE", 1)
     assert data(library_page.write(root, root / "report.html").page.read_text(encoding="utf-8"))["rows"] == whole
-    told, shown = (
+    every, shown = (
         rows_of([entry()], findings([entry()]), WORDS, None, is_brief)[0]["more"]["results"]
         for is_brief in (False, True)
     )
-    assert shown == [result for result in told if result[0] in ("AST002", "AST003", "USD003")]
+    assert shown == [result for result in every if result[0] in ("AST002", "AST003", "USD003")]
 
 
 def test_a_page_of_2500_inputs_stays_below_ten_megabytes() -> None:
@@ -208,7 +209,7 @@ def test_a_page_of_2500_inputs_stays_below_ten_megabytes() -> None:
     assert 1_000_000 < len(text.encode()) < 10_000_000
 
 
-def test_what_is_said_of_the_library_as_a_whole_is_text() -> None:
+def test_words_on_the_library_as_a_whole_is_text() -> None:
     issues = (Issue(code="LIB001", severity=Severity.WARNING, pointer=HOSTILE, message=HOSTILE),)
     results = (
         CheckResult(code="LIB001", status=Status.FAILED, number=0.004, limit=0.025),
@@ -241,16 +242,11 @@ def refused(root: Path, code: str, message: str) -> None:
     Image.new("RGB", (32, 32), (200, 30, 30)).save(folder / entry_files.PICTURE)
 
 
-@pytest.fixture(scope="module")
-def rejects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
-    root = tmp_path_factory.mktemp("library")
+def test_every_reject_has_a_picture_a_reason_and_what_to_do(tmp_path: Path) -> None:
     for code, message in CASES:
-        refused(root, code, message)
-    rows = data(library_page.write(root, root / "report.html").page.read_text(encoding="utf-8"))["rows"]
-    return {row["codes"][0]: {**row["more"], "thumb": row["thumb"]} for row in rows}
-
-
-def test_every_reject_has_a_picture_a_reason_and_what_to_do(rejects: dict[str, dict[str, Any]]) -> None:
+        refused(tmp_path, code, message)
+    rows = data(library_page.write(tmp_path, tmp_path / "report.html").page.read_text(encoding="utf-8"))["rows"]
+    rejects = {row["codes"][0]: {**row["more"], "thumb": row["thumb"]} for row in rows}
     assert rejects.keys() == {code for code, _ in CASES}
     for row in rejects.values():
         assert row["thumb"].startswith("data:image/webp")
@@ -262,3 +258,147 @@ def test_every_reject_has_a_picture_a_reason_and_what_to_do(rejects: dict[str, d
     assert rejects["FLT010"]["fix"] == DEFAULT_ADVICE
     assert rejects["MSH002"]["reason"] == CASES[2][1]
     assert rejects["MSH002"]["fix"].startswith("Give the model a thickness")
+
+
+A, B, C = "0a0a0a0a0a", "0b0b0b0b0b", "0c0c0c0c0c"
+
+
+def standing(digits: str, verdict: Decision, *codes: str, category: str = "mug") -> Standing:
+    return Standing(f"{category}_{digits}", category, f"{category}/{category}_{digits}", verdict, codes, "x.glb")
+
+
+def test_how_one_input_does() -> None:
+    accepted, advised = standing(A, Decision.ACCEPTED), standing(A, Decision.ACCEPTED, "GEO004")
+    review, rejected = standing(A, Decision.REVIEW, "REV001"), standing(A, Decision.REJECTED, "FLT005")
+    for before, now, change in [
+        (accepted, rejected, Change.WORSE),
+        (accepted, review, Change.WORSE),
+        (rejected, review, Change.BETTER),
+        (accepted, advised, Change.WORSE),
+        (advised, accepted, Change.BETTER),
+        (advised, standing(A, Decision.ACCEPTED, "SRC042"), Change.WORSE),
+        (rejected, standing(A, Decision.REJECTED, "MSH002"), None),
+        (accepted, standing(A, Decision.ACCEPTED, category="cup"), None),
+        (accepted, None, Change.GONE),
+        (None, accepted, Change.APPEARED),
+    ]:
+        found = compare([before] if before else [], [now] if now else [])
+        assert [one.change for one in found] == ([change] if change else []), (before, now)
+    before_, now_ = [accepted, standing(B, Decision.REVIEW)], [standing(B, Decision.ACCEPTED), rejected]
+    changes = [one.change for one in compare(before_, [*now_, standing(C, Decision.ACCEPTED)])]
+    assert changes == [Change.WORSE, Change.BETTER, Change.APPEARED], "what is worse comes first"
+
+
+def test_a_report_says_what_changed_since_its_own_earlier_version(tmp_path: Path) -> None:
+    root = keep(tmp_path / "library", [FIRST, OTHER])
+    first = write(root, root / "report.html")
+    of_library, of_report = read_run(root), read_run(first.json)
+    assert of_library.standings == of_report.standings
+    assert of_library.page == of_report.page == first.page
+    assert of_library.root.resolve() == of_report.root.resolve()
+    shutil.rmtree(disk.Library(root).folder("mug", OTHER.id))
+    again = write(root, root / "report.html", first.json, [parse("gone", ()), parse("worse", ())])
+    assert [outcome.holds for outcome in again.outcomes] == [True, False]
+    found = json.loads(again.json.read_text(encoding="utf-8"))
+    assert found["baseline"]["counts"] == {"better": 0, "worse": 0, "appeared": 0, "gone": 1}
+    assert found["baseline"]["differences"][0]["id"] == OTHER.id
+    assert found["conditions"][0] == {"condition": "gone", "measured": 1, "holds": True}
+    assert OTHER.id in again.page.read_text(encoding="utf-8")
+
+
+def test_what_is_no_report_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "report.json"
+    other = "schema version 2, and this program reads 1"
+    for content, message in [
+        *((text, "is no report of a library") for text in ("{", "[]", '{"entries": [{"id": 1}]}', '{"library": "x"}')),
+        ('{"schema_version": 2}', other),
+    ]:
+        path.write_text(content, encoding="utf-8")
+        with pytest.raises(OutputError, match=message):
+            read_run(path)
+    for place in (tmp_path, tmp_path / "nowhere"):
+        with pytest.raises(OutputError, match="is no earlier run"):
+            read_run(place)
+
+
+CODES = {"FLT005", "MSH014"}
+NUMBERS = {**dict.fromkeys(COUNTS, 0), "entries": 40, "accepted": 36, "rejected": 3, "advice": 10, "worse": 2}
+
+
+def test_a_condition_means_what_it_says_and_what_is_none_is_refused() -> None:
+    for text, measured, holds, told in [
+        ("rejected", 3, True, "FAIL rejected: 3 of 40, allowed 0"),
+        ("rejected>3", 3, False, "PASS rejected: 3 of 40, allowed 3"),
+        ("rejected >= 3", 3, True, "FAIL rejected: 3 of 40, allowed less than 3"),
+        ("rejected-rate>5%", 0.075, True, "FAIL rejected-rate: 7.5 % of 40, allowed 5 %"),
+        ("rejected-rate>0.08", 0.075, False, "PASS rejected-rate: 7.5 % of 40, allowed 8 %"),
+        ("accepted<100", 36, True, "FAIL accepted: 36 of 40, allowed at least 100"),
+        ("accepted<=35", 36, False, "PASS accepted: 36 of 40, allowed more than 35"),
+        ("entries<50", 40, True, "FAIL entries: 40, allowed at least 50"),
+        ("worse", 2, True, "FAIL worse: 2 of 40, allowed 0"),
+        ("FLT005", 4, True, "FAIL FLT005: 4 of 40, allowed 0"),
+        ("MSH014", 0, False, "PASS MSH014: 0 of 40, allowed 0"),
+        ("FLT005>4", 4, False, "PASS FLT005: 4 of 40, allowed 4"),
+    ]:
+        (outcome,) = judge([parse(text, CODES)], NUMBERS, {"FLT005": 4})
+        assert (outcome.measured, outcome.holds) == (pytest.approx(measured), holds), text
+        assert f"{outcome.mark} {outcome}" == told
+    for text, why in [
+        ("rejected=5", "is no condition"),
+        ("", "is no condition"),
+        ("rejectd-rate>5%", "did you mean rejected-rate"),
+        ("entries-rate>5%", "nothing is called 'entries-rate'"),
+        ("FLT999", "nothing is called 'FLT999'"),
+        ("rejected>5%", "% belongs to a rate"),
+        ("rejected-rate>5", "a rate is 0 to 1"),
+    ]:
+        with pytest.raises(BadCondition, match=f"{why}.*mass-outliers"):
+            parse(text, CODES)
+
+
+UNDECIDED = dataclasses.replace(
+    entry("mug_0000000003"),
+    warnings=(Issue(code=REVIEW_CODE, severity=Severity.WARNING, pointer="category", message="which kind is it"),),
+)
+ENTRIES = [entry(), entry("mug_0000000002", warned=True), reject("a b.glb")]
+
+
+def cases(text: str, kind: str) -> dict[str, str]:
+    """Name of each test case with such a mark -> its message."""
+    found = etree.fromstring(text.encode()).xpath(f"//testcase[{kind}]")
+    return {str(case.get("name")): str(case.find(kind).get("message")) for case in found}
+
+
+def test_rejected_inputs_are_failures_unless_conditions_are_set() -> None:
+    text = junit(findings(ENTRIES))
+    assert cases(text, "failure") == {"mug_a b.glb": "SRC003: cannot be read"}
+    suite = etree.fromstring(text.encode()).find("testsuite[@name='inputs']")
+    assert (suite.get("tests"), suite.get("failures"), suite.get("skipped")) == ("3", "1", "0")
+    (case,) = suite.xpath("testcase[failure]")
+    assert case.get("file") == "a b.glb"
+    assert UNDECIDED.to_decide  # else the next line would say nothing
+    assert list(cases(junit(findings([UNDECIDED])), "skipped")) == [UNDECIDED.id]
+    text = junit(findings(ENTRIES, None, "rejected>0", "rejected-rate>50%"))
+    assert list(cases(text, "failure")) == ["rejected>0"]
+    assert list(cases(text, "skipped")) == ["mug_a b.glb"]
+    assert cases(junit(findings(ENTRIES, None, "rejected>1")), "failure") == {}
+
+
+def test_results_of_sarif() -> None:
+    run = json.loads(sarif(findings([*ENTRIES, UNDECIDED], None, "rejected"), WORDS))["runs"][0]
+    found = [(one["ruleId"], one["level"]) for one in run["results"]]
+    assert ("fail-on", "error") in found
+    assert ("SRC003", "error") in found
+    assert ("GEO004", "warning") in found
+    assert [level for rule, level in found if rule == REVIEW_CODE] == ["note"]
+    assert {rule["id"] for rule in run["tool"]["driver"]["rules"]} == {rule for rule, _ in found}
+    (refused,) = (one for one in run["results"] if one["ruleId"] == "SRC003")
+    assert refused["locations"][0]["physicalLocation"]["artifactLocation"]["uri"] == "a%20b.glb"
+    assert len({one["partialFingerprints"]["casaAssets/v1"] for one in run["results"]}) == len(found)
+
+
+def test_texts_of_strangers_are_whole_files() -> None:
+    word = HOSTILE + "\x00\x1b[31m\ud800"
+    refused = reject(word, word=word)
+    assert len(cases(junit(findings([refused])), "failure")) == 1
+    assert json.loads(sarif(findings([refused]), WORDS))["runs"][0]["results"][0]["ruleId"] == "SRC003"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -13,11 +12,10 @@ import pytest
 from casa_assets.show.stills import kitchen
 from casa_assets.show.stills.kitchen import PictureSettings, room_of
 from casa_assets.show.stills.photoreal import View
-from casa_assets.show.stills.room_light import Room
 
 FRAME = PictureSettings(160, 120, passes=4, shadow_px=256)
-# A room of 4 x 4 x 2.5 m without a front wall; its left wall has a window. A box stands on the floor, and a wall unit
-# hangs on the back wall; both are red, so that they are told from walls and floor.
+# A room of 4 x 4 x 2.5 m without a front wall; its left wall has a window. A box is on the floor, and a wall unit
+# hangs on the back wall; both are red, so that they differ from walls and floor.
 ROOM = """
 <mujoco>
   <worldbody>
@@ -44,20 +42,20 @@ Picture = npt.NDArray[np.float64]
 
 
 @pytest.fixture(scope="module")
-def pictures(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Picture]:
-    return drawn(tmp_path_factory.mktemp("room"))
-
-
-def drawn(folder: Path) -> dict[str, Picture]:
-    """Picture of each camera, 0..255."""
-    scene = folder / "scene.xml"
+def made(tmp_path_factory: pytest.TempPathFactory) -> kitchen.LoadedScene:
+    scene = tmp_path_factory.mktemp("room") / "scene.xml"
     scene.write_text(ROOM.replace("</worldbody>", "</worldbody><keyframe><key name='start'/></keyframe>"))
-    made = kitchen.open_scene(scene, frame=FRAME)
+    return kitchen.open_scene(scene, frame=FRAME)
+
+
+@pytest.fixture(scope="module")
+def pictures(made: kitchen.LoadedScene) -> dict[str, Picture]:
+    """Picture of each camera, 0..255."""
     return {name: pixels.astype(np.float64) for name, pixels in kitchen.render_cameras(made, made.cameras, FRAME)}
 
 
 def view_of(made: kitchen.LoadedScene, camera: str, fov_y_deg: float, shift_y: float = 0.0) -> View:
-    """The view where a camera of the room stands."""
+    """The view where a camera of the room is."""
     turn = np.empty(4)
     mujoco.mju_mat2Quat(turn, made.data.camera(camera).xmat)
     half = math.tan(math.radians(fov_y_deg) / 2) * FRAME.width_px / FRAME.height_px
@@ -66,9 +64,7 @@ def view_of(made: kitchen.LoadedScene, camera: str, fov_y_deg: float, shift_y: f
     return View("eye", (x, y, z), (w, i, j, k), 2 * math.atan(half), shift_y)
 
 
-def test_a_view_is_drawn_as_a_camera_that_stands_there(pictures: dict[str, Picture], tmp_path: Path) -> None:
-    drawn(tmp_path)
-    made = kitchen.open_scene(tmp_path / "scene.xml", frame=FRAME)
+def test_a_view_is_drawn_as_a_camera_there(pictures: dict[str, Picture], made: kitchen.LoadedScene) -> None:
     views = [view_of(made, "ahead", 60.0), view_of(made, "ahead", 60.0, shift_y=0.1)]
     (name, first), (_, second) = kitchen.render_cameras(made, views, FRAME)
     same, shifted = first.astype(np.float64), second.astype(np.float64)
@@ -83,7 +79,7 @@ def is_red(picture: Picture) -> npt.NDArray[np.bool_]:
     return np.asarray(picture[..., 0] - picture[..., 1] > 50)
 
 
-def test_the_floor_is_darker_where_something_stands_on_it(pictures: dict[str, Picture]) -> None:
+def test_the_floor_is_darker_below_things(pictures: dict[str, Picture]) -> None:
     floor = pictures["down"].mean(axis=2)
     red = is_red(pictures["down"])
     rows, columns = np.flatnonzero(red.any(axis=1)), np.flatnonzero(red.any(axis=0))
@@ -94,21 +90,16 @@ def test_the_floor_is_darker_where_something_stands_on_it(pictures: dict[str, Pi
     assert np.abs(np.diff(outwards)).max() < 0.2 * np.ptp(floor[~red])
 
 
-def test_an_eye_in_the_room_sees_the_ceiling_and_one_outside_does_not(pictures: dict[str, Picture]) -> None:
+def test_an_eye_in_the_room_sees_ceiling_and_a_plain_wall_where_there_is_none(pictures: dict[str, Picture]) -> None:
     green = {name: (p[..., 1] - p[..., 0] > 60).mean() for name, p in pictures.items()}
     assert green["ahead"] > 0.1
     assert green["overview"] == 0.0
-
-
-def test_an_eye_in_the_room_sees_a_plain_wall_where_there_is_none(pictures: dict[str, Picture]) -> None:
     wall = pictures["out"][40:70, 40:120]
     assert 120 < wall.mean() < 235
     assert np.ptp(wall.mean(axis=(0, 1))) < 20
     # From outside, what lies beyond the room is paper.
     assert pictures["overview"][2, 2].min() > 240
-
-
-def test_walls_that_the_picture_cuts_are_grey(pictures: dict[str, Picture]) -> None:
+    # Walls that the picture cuts are grey.
     overview = pictures["overview"].mean(axis=2)
     column = overview[:, 50]
     top = int(np.flatnonzero(column < 240)[0])
@@ -138,33 +129,16 @@ SHELL = """
 """
 
 
-@pytest.fixture(scope="module")
-def room() -> Room:
+def test_a_room_is_a_box_with_walls_in_parts_of_its_sides_and_windows_in_its_walls() -> None:
     model = mujoco.MjModel.from_xml_string(SHELL)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    return room_of(model, data, (np.full(3, -9.0), np.full(3, 9.0)))
-
-
-def column(*values: float) -> np.ndarray:
-    return np.array(values, dtype=np.float32)[:, None]
-
-
-def test_the_box_goes_round_all_parts_of_the_floor_up_to_the_ceiling_over_its_beams(room: Room) -> None:
+    room = room_of(model, data, (np.full(3, -9.0), np.full(3, 9.0)))
     assert room.lower == pytest.approx([0, -4, 0], abs=1e-6)
-    assert room.upper == pytest.approx([4, 0, 2.5], abs=1e-6)
-
-
-def test_a_side_may_have_a_wall_in_a_part_of_it(room: Room) -> None:
+    assert room.upper == pytest.approx([4, 0, 2.5], abs=1e-6), "up to the ceiling over its beams"
     assert room.open_sides == [0, 1]
-    front, left, floor = np.array([2]), np.array([0]), np.array([4])
-    assert room.is_bare(column(3, -4, 1), front).all()
-    assert not room.is_bare(column(1, -4, 1), front).any()
-    assert room.is_bare(column(0, -1, 1), left).all()
-    assert not room.is_bare(column(1, -1, 0), floor).any()
-
-
-def test_glass_in_a_wall_is_a_window_and_glass_in_a_fridge_is_none(room: Room) -> None:
+    places = np.array([(3, -4, 1), (1, -4, 1), (0, -1, 1), (1, -1, 0)], dtype=np.float32).T
+    assert room.is_bare(places, np.array([2, 2, 0, 4])).tolist() == [True, False, True, False]
     (window,) = room.windows
     assert window.side == 3
     assert [*window.lower, *window.upper] == pytest.approx([1.5, 1.1, 2.5, 1.9])

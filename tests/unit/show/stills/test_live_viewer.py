@@ -15,7 +15,6 @@ import pytest
 from casa_assets.errors import CasaError
 from casa_assets.formats.mjcf import document
 from casa_assets.layouts.run.load_scene import model_of
-from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Effect, EffectKind
 from casa_assets.show.stills import live_viewer
 from casa_assets.show.stills.live_viewer import Glow
@@ -25,7 +24,7 @@ OPEN = 1.0  # rad or m of a door that is well open
 
 
 class Window:
-    """What MuJoCo's handle offers, for some frames; `press` is told the code of a key in each."""
+    """What MuJoCo's handle offers, for some frames; `on_key` gets the code of a key in each."""
 
     def __init__(self, keys: list[int]) -> None:
         self.opt, self.cam = SimpleNamespace(geomgroup=np.ones(6, dtype=np.uint8)), mujoco.MjvCamera()
@@ -38,8 +37,7 @@ class Window:
     def __exit__(self, *_: object) -> None:
         pass
 
-    def lock(self) -> Any:
-        return nullcontext()
+    lock = staticmethod(nullcontext)
 
     def is_running(self) -> bool:
         return bool(self.keys)
@@ -54,9 +52,9 @@ class Window:
         return self
 
 
-@pytest.fixture(scope="module")
-def microwave() -> Asset:
-    return preset("microwave", "steel")
+@pytest.fixture
+def model() -> Any:
+    return model_of(document.write(preset("microwave", "steel")))
 
 
 def opened(monkeypatch: pytest.MonkeyPatch, model: Any, keys: list[int], **said: Any) -> Window:
@@ -68,8 +66,7 @@ def opened(monkeypatch: pytest.MonkeyPatch, model: Any, keys: list[int], **said:
     return window
 
 
-def test_starts_in_the_pose_and_simulates(monkeypatch: pytest.MonkeyPatch, microwave: Asset) -> None:
-    model = model_of(document.write(microwave))
+def test_starts_in_the_pose_and_simulates(monkeypatch: pytest.MonkeyPatch, model: Any) -> None:
     window = opened(monkeypatch, model, [0, 0, 0], pose="open")
     assert np.abs(window.data.qpos).max() > OPEN
     assert window.times == sorted(window.times)
@@ -79,8 +76,7 @@ def test_starts_in_the_pose_and_simulates(monkeypatch: pytest.MonkeyPatch, micro
     assert window.cam.distance == pytest.approx(1.5 * model.stat.extent)
 
 
-def test_space_stops_the_time_and_backspace_goes_back(monkeypatch: pytest.MonkeyPatch, microwave: Asset) -> None:
-    model = model_of(document.write(microwave))
+def test_space_stops_the_time_and_backspace_goes_back(monkeypatch: pytest.MonkeyPatch, model: Any) -> None:
     space, back = live_viewer.SPACE_KEY, live_viewer.BACKSPACE_KEY
     window = opened(monkeypatch, model, [space, 0, space, back, 0])
     first, second, third, fourth, fifth = window.times
@@ -89,15 +85,14 @@ def test_space_stops_the_time_and_backspace_goes_back(monkeypatch: pytest.Monkey
     assert fifth < fourth + live_viewer.FRAME_S / 2
 
 
-def test_without_a_window_the_page_is_advised(monkeypatch: pytest.MonkeyPatch, microwave: Asset) -> None:
+def test_without_a_window_the_page_is_advised(monkeypatch: pytest.MonkeyPatch, model: Any) -> None:
     monkeypatch.setenv("DISPLAY", ":77")  # there is no such screen, as after a session by ssh that has ended
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     with pytest.raises(CasaError, match=r"display.*; --web shows a page instead"):
-        live_viewer.show(model_of(document.write(microwave)))
+        live_viewer.show(model)
 
 
-def test_what_acts_glows_until_it_does_no_longer(microwave: Asset) -> None:
-    model = model_of(document.write(microwave))
+def test_what_acts_glows_until_it_does_no_longer(model: Any) -> None:
     lamp = model.geom("lamp_visual").id
     before = model.geom_matid[lamp], tuple(model.geom_rgba[lamp])
     glow, color = Glow(model), (1.0, 0.9, 0.5, 1.0)

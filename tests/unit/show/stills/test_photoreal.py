@@ -1,11 +1,11 @@
-"""Path-traced stills as far as no path tracer is needed: where the camera stands, faults of pictures, no Blender."""
+"""Path-traced stills as far as no path tracer is needed: where the camera is, faults of pictures, no Blender."""
 
 from __future__ import annotations
 
 import json
 import math
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +20,6 @@ from casa_assets.show.stills.photoreal import (
     EYE_M,
     NoPathTracer,
     StillSettings,
-    View,
     eye_view,
     scene_stills,
     sun_direction,
@@ -57,87 +56,64 @@ def forward(quaternion: tuple[float, float, float, float]) -> np.ndarray:
     return -np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
 
 
-class TestViewpoint:
-    def test_looks_level_at_what_stands_on_the_wall(self) -> None:
-        view = eye_view(room(RANGE, FRIDGE), "eye", WIDE)
-        ahead = forward(view.quaternion)
-        assert view.position[2] == EYE_M
-        assert ahead[2] == pytest.approx(0.0, abs=1e-9)
-        for target in ((2.0, -0.3), (0.5, -0.4)):
-            offset = np.array(target) - view.position[:2]
-            angle = math.acos(offset @ ahead[:2] / np.linalg.norm(offset))
-            assert angle < view.fov_x / 2
-
-    def test_stands_where_there_is_room(self) -> None:
-        island = fixture("island", (2.0, -2.2, 0.45), (2.0, 0.9, 0.9))
-        x, y, _ = eye_view(room(RANGE, FRIDGE, island), "eye", WIDE).position
-        assert -4.0 < y < 0.0
-        assert 0.0 < x < 4.0
-        assert not (0.9 < x < 3.1 and -2.8 < y < -1.6)
-
-    def test_steps_back_through_an_open_side_of_a_shallow_room(self) -> None:
-        _, y, _ = eye_view(room(RANGE, FRIDGE, deep=1.6), "eye", WIDE, BEYOND_M).position
-        assert -1.6 - BEYOND_M < y < -1.6
-        _, y, _ = eye_view(room(RANGE, FRIDGE, deep=1.6), "eye", WIDE).position
-        assert y > -1.6
+def test_the_eye_looks_level_at_things_on_the_wall() -> None:
+    view = eye_view(room(RANGE, FRIDGE), "eye", WIDE)
+    ahead = forward(view.quaternion)
+    assert view.position[2] == EYE_M
+    assert ahead[2] == pytest.approx(0.0, abs=1e-9)
+    for target in ((2.0, -0.3), (0.5, -0.4)):
+        offset = np.array(target) - view.position[:2]
+        assert math.acos(offset @ ahead[:2] / np.linalg.norm(offset)) < view.fov_x / 2
 
 
-class TestSunshine:
-    WINDOW: ClassVar = {"id": "w", "kind": "window", "wall": "0", "from": [1.4, 0.0, 1.0], "to": [2.6, 0.0, 2.0]}
+def test_the_eye_is_where_there_is_room_or_beyond_an_open_side_of_a_shallow_room() -> None:
+    island = fixture("island", (2.0, -2.2, 0.45), (2.0, 0.9, 0.9))
+    x, y, _ = eye_view(room(RANGE, FRIDGE, island), "eye", WIDE).position
+    assert -4.0 < y < 0.0
+    assert 0.0 < x < 4.0
+    assert not (0.9 < x < 3.1 and -2.8 < y < -1.6)
+    _, y, _ = eye_view(room(RANGE, FRIDGE, deep=1.6), "eye", WIDE, BEYOND_M).position
+    assert -1.6 - BEYOND_M < y < -1.6
+    _, y, _ = eye_view(room(RANGE, FRIDGE, deep=1.6), "eye", WIDE).position
+    assert y > -1.6
 
-    @pytest.fixture
-    def view(self) -> View:
-        return eye_view(room(RANGE, FRIDGE), "eye", WIDE)
 
-    def test_comes_in_and_down_through_a_window(self, view: View) -> None:
-        scene = room(RANGE, FRIDGE)
-        scene["room"]["openings"] = [self.WINDOW]
+def test_the_sun_comes_in_and_down_through_a_window_past_things_beside_it() -> None:
+    view = eye_view(room(RANGE, FRIDGE), "eye", WIDE)
+    for second, is_turned in ((FRIDGE, False), (fixture("housing", (2.9, -0.8, 1.3), (0.1, 1.6, 2.6)), True)):
+        scene = room(RANGE, second)
+        window = {"id": "w", "kind": "window", "wall": "0", "from": [1.4, 0.0, 1.0], "to": [2.6, 0.0, 2.0]}
+        scene["room"]["openings"] = [window]
         sun = sun_direction(scene, view, WIDE)
         assert sun is not None
         assert np.linalg.norm(sun) == pytest.approx(1.0)
-        assert sun[1] < 0
-        assert sun[2] < 0
-
-    def test_turns_away_from_what_it_would_not_pass(self, view: View) -> None:
-        scene = room(RANGE, fixture("housing", (2.9, -0.8, 1.3), (0.1, 1.6, 2.6)))
-        scene["room"]["openings"] = [self.WINDOW]
-        sun = sun_direction(scene, view, WIDE)
-        assert sun is not None
-        assert sun[0] < 0
+        assert max(sun[1:]) < 0
+        assert sun[0] < 0 or not is_turned
 
 
-class TestWithoutBlender:
-    @pytest.fixture
-    def nowhere(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
-        """A machine on which there is none; its home."""
-        monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "share"))
-        monkeypatch.setenv("PATH", str(tmp_path))
-        monkeypatch.delenv(system.BLENDER_VARIABLE, raising=False)
-        monkeypatch.setattr(system, "_CHECKOUT", tmp_path / "none")
-        return tmp_path
+@pytest.fixture
+def kitchen(tmp_path: Path) -> Path:
+    folder = tmp_path / "l_small__coastal"
+    folder.mkdir()
+    (folder / "scene.usda").write_text("#usda 1.0\n", encoding="utf-8")
+    (folder / "scene.json").write_text(json.dumps(room(RANGE, FRIDGE)), encoding="utf-8")
+    keys = "<keyframe><key name='start'/><key name='open'/></keyframe>"
+    (folder / "scene.xml").write_text(f"<mujoco>{keys}</mujoco>", encoding="utf-8")
+    return folder
 
-    @pytest.fixture
-    def kitchen(self, tmp_path: Path) -> Path:
-        folder = tmp_path / "l_small__coastal"
-        folder.mkdir()
-        (folder / "scene.usda").write_text("#usda 1.0\n", encoding="utf-8")
-        (folder / "scene.json").write_text(json.dumps(room(RANGE, FRIDGE)), encoding="utf-8")
-        keys = "<keyframe><key name='start'/><key name='open'/></keyframe>"
-        (folder / "scene.xml").write_text(f"<mujoco>{keys}</mujoco>", encoding="utf-8")
-        return folder
 
-    def test_says_what_to_install(self, nowhere: Path, kitchen: Path) -> None:
-        with pytest.raises(NoPathTracer, match="pip install bpy==5"):
-            next(scene_stills(kitchen))
+def test_a_machine_without_blender_is_advised(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, kitchen: Path) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "share"))
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.delenv(system.BLENDER_VARIABLE, raising=False)
+    monkeypatch.setattr(system, "_CHECKOUT", tmp_path / "none")
+    with pytest.raises(NoPathTracer, match="pip install bpy==5"):
+        next(scene_stills(kitchen))
 
-    def test_an_unknown_pose_is_named(self, kitchen: Path, tmp_path: Path) -> None:
-        with pytest.raises(UnknownId, match=r"scene.xml 'opne'; did you mean open\?"):
-            list(pictures.draw_stills([kitchen], tmp_path / "out", StillSettings(), "opne"))
 
-    def test_an_unknown_camera_is_named(self, kitchen: Path) -> None:
-        with pytest.raises(NoPathTracer, match="no camera 'nowhere'; there are eye, cutaway, overview"):
-            next(scene_stills(kitchen, ["nowhere"]))
-
-    def test_colliders_are_not_path_traced(self, kitchen: Path) -> None:
-        done = CliRunner().invoke(app, ["preview", str(kitchen), "--photoreal", "--colliders"])
-        assert done.exit_code == 2
+def test_what_cannot_be_drawn_is_refused(kitchen: Path, tmp_path: Path) -> None:
+    with pytest.raises(UnknownId, match=r"scene.xml 'opne'; did you mean open\?"):
+        list(pictures.draw_stills([kitchen], tmp_path / "out", StillSettings(), "opne"))
+    with pytest.raises(NoPathTracer, match="no camera 'nowhere'; there are eye, cutaway, overview"):
+        next(scene_stills(kitchen, ["nowhere"]))
+    assert CliRunner().invoke(app, ["preview", str(kitchen), "--photoreal", "--colliders"]).exit_code == 2

@@ -1,28 +1,34 @@
-"""The server of `casa-assets view`: what it serves, to whom, and what it does not; steps of state machines."""
+"""`casa-assets view` and the page of review: what names mean, what is served and to whom; steps of state machines."""
 
 from __future__ import annotations
 
 import json
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from threading import Event
 from typing import Any
 
 import pytest
 
-from casa_assets.errors import CasaError
+from casa_assets.errors import CasaError, OutputError, UnknownId
+from casa_assets.ingest.run.run import Options, ingest
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import draw_surfaces
+from casa_assets.library.entry import entries
+from casa_assets.library.library import Library
+from casa_assets.library.review import read_overrides
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.show.page.page_template import viewer_name, viewer_script
 from casa_assets.show.view import model as machines
 from casa_assets.show.view import server as view_server
 from casa_assets.show.view.model import Model, ShowProgress, build_command, make
-from casa_assets.show.view.server import KEPT, ViewServer, Workshop
-from casa_assets.show.view.subject import Kitchen, Subject, find
+from casa_assets.show.view.review import ReviewServer
+from casa_assets.show.view.server import KEPT, ViewServer
+from casa_assets.show.view.subject import AssetFolder, Kitchen, Member, ModelFile, Subject, find
 from tests.support.asset.family_members import preset
+from tests.support.library.libraries import BOXES, box_obj
 from tests.support.library.server_requests import ask, serving
 
 pytestmark = pytest.mark.content("code", "show.view", keep=0)
@@ -111,22 +117,15 @@ def test_steps_state_machines(microwave: ViewServer) -> None:
     assert ask(microwave, "step/microwave%2Fsteel", ["no step"])[0] == 400
 
 
-@pytest.mark.parametrize("host", ["evil.example", "evil.example:80", "192.168.0.7", "", "127.0.0.1.evil.example", "["])
-def test_answers_no_other_name(kitchen: ViewServer, host: str) -> None:
-    assert ask(kitchen, "", Host=host)[0] == 403
-    assert ask(kitchen, "model/galley__coastal.glb", Host=host)[0] == 403
-    assert ask(kitchen, "order", {"of": "galley__coastal", "style": "rustic"}, Host=host)[0] == 403
-    assert ask(kitchen, "progress/galley__rustic")[0] == 404
-
-
-@pytest.mark.parametrize("host", ["localhost:8080", "127.0.0.1:9", "[::1]:9"])
-def test_answers_through_a_tunnel_from_any_port(kitchen: ViewServer, host: str) -> None:
-    assert ask(kitchen, "", Host=host)[0] == 200
-    assert ask(kitchen, "order", {"of": "galley__coastal"}, Host=host, Origin=f"http://{host}")[0] == 200
-
-
-def test_takes_orders_of_its_own_page_alone(kitchen: ViewServer) -> None:
+def test_answers_its_own_page_alone_and_through_a_tunnel_from_any_port(kitchen: ViewServer) -> None:
     order = {"of": "galley__coastal", "style": "rustic"}
+    for host in ("evil.example", "evil.example:80", "192.168.0.7", "", "127.0.0.1.evil.example", "["):
+        assert ask(kitchen, "", Host=host)[0] == 403
+        assert ask(kitchen, "model/galley__coastal.glb", Host=host)[0] == 403
+        assert ask(kitchen, "order", order, Host=host)[0] == 403
+    for host in ("localhost:8080", "127.0.0.1:9", "[::1]:9"):
+        assert ask(kitchen, "", Host=host)[0] == 200
+        assert ask(kitchen, "order", {"of": "galley__coastal"}, Host=host, Origin=f"http://{host}")[0] == 200
     assert ask(kitchen, "order", order, Origin="http://evil.example")[0] == 403
     assert ask(kitchen, "order", order, Content_Type="text/plain")[0] == 403
     assert ask(kitchen, "progress/galley__rustic")[0] == 404
@@ -157,24 +156,16 @@ def test_the_page_is_loaded_again_after_many_swaps(kitchen: ViewServer) -> None:
     assert wait_for(kitchen, "galley__coastal")["is_ready"]
 
 
-@pytest.mark.parametrize(
-    "order",
-    [
-        {},
-        [],
-        {"of": "nothing"},
-        {"of": "galley__coastal", "style": "baroque"},
-        {"of": "galley__coastal", "surfaces": {"roof": "straw"}},
-        {"of": "galley__coastal", "surfaces": {"wall": "straw"}},
-        {"of": "galley__coastal", "surfaces": 3},
-        {"of": "galley__coastal", "random": -1},
-        {"of": "galley__coastal", "random": "all"},
-    ],
-)
-def test_an_order_that_means_nothing_is_refused(kitchen: ViewServer, order: Any) -> None:
-    status, why = ask(kitchen, "order", order)
-    assert status == 400
-    assert why
+def test_an_order_that_means_nothing_is_refused(kitchen: ViewServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    surfaces = ({"roof": "straw"}, {"wall": "straw"}, 3)
+    of_kitchen = [{"style": "baroque"}, *({"surfaces": one} for one in surfaces), {"random": -1}, {"random": "all"}]
+    for order in ({}, [], {"of": "nothing"}, *({"of": "galley__coastal", **one} for one in of_kitchen)):
+        status, why = ask(kitchen, "order", order)
+        assert (status, bool(why)) == (400, True), order
+    assert ask(kitchen, "order", {"of": "x"}, Content_Length="many")[0] == 400
+    assert ask(kitchen, "order", {"of": "x"}, Content_Length="\xb2")[0] == 400
+    monkeypatch.setattr(view_server, "MAX_BODY_BYTES", 20)
+    assert ask(kitchen, "order", {"of": "galley__coastal", "style": "rustic"})[0] == 400
 
 
 def test_of_the_disk_the_report_alone_is_served(kitchen: ViewServer) -> None:
@@ -191,27 +182,13 @@ def test_of_the_disk_the_report_alone_is_served(kitchen: ViewServer) -> None:
     assert ask(kitchen, "etc/passwd")[0] == 404
 
 
-def test_long_and_unmeasured_words_are_not_read(kitchen: ViewServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(view_server, "MAX_BODY_BYTES", 20)
-    assert ask(kitchen, "order", {"of": "galley__coastal", "style": "rustic"})[0] == 400
-    assert ask(kitchen, "order", {"of": "x"}, Content_Length="many")[0] == 400
-    assert ask(kitchen, "order", {"of": "x"}, Content_Length="\xb2")[0] == 400
-
-
-def test_the_command_that_writes_a_kitchen(subtests: pytest.Subtests) -> None:
-    for recipe, command in [
-        (SceneRecipe("galley", "rustic"), "casa-assets scenes build galley__rustic"),
-        (
-            SceneRecipe("galley", "rustic", 7, draw_surfaces(7), mixed=True, closed=True),
-            "casa-assets scenes new galley --style rustic --seed 7 --textures random --mixed --closed",
-        ),
-        (
-            SceneRecipe("galley", "rustic", None, ((Surface.WALL, "oak"),), objects=9, objects_seed=2),
-            "casa-assets scenes new galley --style rustic --textures wall=oak --objects 9 --objects-seed 2",
-        ),
-    ]:
-        with subtests.test(recipe=recipe, command=command):
-            assert build_command(recipe) == command
+def test_the_command_that_writes_a_kitchen() -> None:
+    assert build_command(SceneRecipe("galley", "rustic")) == "casa-assets scenes build galley__rustic"
+    new = "casa-assets scenes new galley --style rustic"
+    drawn = SceneRecipe("galley", "rustic", 7, draw_surfaces(7), mixed=True, closed=True)
+    assert build_command(drawn) == f"{new} --seed 7 --textures random --mixed --closed"
+    walls = SceneRecipe("galley", "rustic", None, ((Surface.WALL, "oak"),), objects=9, objects_seed=2)
+    assert build_command(walls) == f"{new} --textures wall=oak --objects 9 --objects-seed 2"
 
 
 def stepped(asset: Asset, state: dict[str, Any], **said: Any) -> dict[str, Any]:
@@ -234,79 +211,165 @@ def test_time_alone_ends_what_runs_for_a_while() -> None:
     assert not stepped(machine, done, dt_s=0.5)["waits"]
 
 
-def test_what_is_no_step_is_told(subtests: pytest.Subtests) -> None:
+def test_what_is_no_step_or_no_state_of_the_machine_is_refused() -> None:
     for said, what in [
         (b"no json", "no step of a state machine"),
         (b'{"joints": {"a": "far"}}', "joints.a"),
         (b'{"command": "rm"}', "command"),
         (b'{"dt_s": "NaN"}', "dt_s"),
     ]:
-        with subtests.test(said=said, what=what), pytest.raises(CasaError, match=what):
+        with pytest.raises(CasaError, match=what):
             machines.parse_step(said)
-
-
-def test_a_state_that_the_machine_cannot_be_in_is_refused() -> None:
     microwave = preset("microwave", "steel")
     begin = stepped(microwave, {})
-    for wrong in (
-        {"values": {"power": "melted", "lamp": "off"}},
-        {"values": {"power": "on"}},
-        {"held_s": [0.0]},
-        {"before": [[True]] * len(begin["held_s"])},
-    ):
+    values = ({"power": "melted", "lamp": "off"}, {"power": "on"})
+    for wrong in ({"values": values[0]}, {"values": values[1]}, {"held_s": [0.0]}, {"before": [[True]] * 20}):
         with pytest.raises(CasaError):
             stepped(microwave, {**begin, **wrong})
 
 
-def kitchen_of(seed: int) -> Kitchen:
-    return Kitchen(SceneRecipe("galley", "coastal", seed), Path())
+KITCHEN = "one_wall_small__coastal"
 
 
-def wait_until_over(workshop: Workshop, model_id: str) -> None:
-    """Until a model is ready, has failed, or is forgotten; without asking for it, which would keep it."""
-    end = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end:
-        job = workshop._jobs.get(model_id)
-        if job is None or job.is_over:
-            return
-        time.sleep(0.01)
-    raise AssertionError(f"{model_id} is not done")
+def test_an_asset_by_its_folder_its_file_and_its_id_and_alone_in_a_library(boxes: Path, tmp_path: Path) -> None:
+    folder = next(Library(boxes / "library").accepted())
+    assert find(str(folder), tmp_path, ()) == AssetFolder(folder)
+    assert find(str(folder / "model.xml"), tmp_path, ()) == AssetFolder(folder)
+    assert find(folder.name, tmp_path, (tmp_path / "none", boxes / "library")) == AssetFolder(folder)
+    with pytest.raises(OutputError, match=r"is a library; name one of its assets: .*" + folder.name):
+        find(str(boxes / "library"), tmp_path, ())
+    shelf = tmp_path / "lib" / "mug"
+    shelf.mkdir(parents=True)
+    (shelf / "mug_0").symlink_to(folder)
+    assert find(str(tmp_path / "lib"), tmp_path, ()) == AssetFolder(shelf / "mug_0")
 
 
-def test_what_waited_until_no_page_asked_for_it_is_not_begun(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(view_server, "ABANDONED_S", 0.2)
-    made: list[str] = []
-    is_begun, may_end = Event(), Event()
+def test_a_kitchen_by_its_id_its_folder_and_its_file(tmp_path: Path) -> None:
+    recipe = SceneRecipe("one_wall_small", "coastal")
+    assert find(KITCHEN, tmp_path, ()) == Kitchen(recipe, tmp_path)
+    folder = tmp_path / KITCHEN
+    folder.mkdir()
+    (folder / "scene.json").write_text("{}", encoding="utf-8")
+    (folder / "scene.xml").write_text("<mujoco/>", encoding="utf-8")
+    by_path = Kitchen(recipe, tmp_path, is_named_by_path=True)
+    assert find(str(folder), Path("elsewhere"), ()) == by_path
+    assert find(str(folder / "scene.xml"), Path("elsewhere"), ()) == by_path
+    assert by_path.folder == folder
+    drawn = SceneRecipe("one_wall_small", "coastal", 7, objects=40, objects_seed=3)
+    assert find(f"{KITCHEN}__s7__o40s3", tmp_path, ()) == Kitchen(drawn, tmp_path)
+    # A scene of no recipe is left to MuJoCo.
+    folder = tmp_path / "barn__baroque"
+    folder.mkdir()
+    (folder / "scene.json").write_text("{}", encoding="utf-8")
+    with pytest.raises(UnknownId, match="barn__baroque"):
+        find(str(folder), tmp_path, ())
+    (folder / "scene.xml").write_text("<mujoco/>", encoding="utf-8")
+    found = find(str(folder), tmp_path, ())
+    assert isinstance(found, ModelFile)
+    assert (found.path, "barn__baroque" in found.why) == (folder / "scene.xml", True)
 
-    def make(wanted: Subject, tell: ShowProgress) -> Model:
-        made.append(wanted.id)
-        is_begun.set()
-        assert may_end.wait(PATIENCE_S)
-        return Model(wanted.id, b"", {}, {}, None)
 
-    workshop = Workshop(make)
-    first, left, wanted = (workshop.order(kitchen_of(seed)) for seed in range(3))
-    assert is_begun.wait(PATIENCE_S)
-    for _ in range(4):
-        time.sleep(0.1)
-        assert workshop.progress(wanted) is not None
-    may_end.set()
-    for name in (first, left, wanted):
-        wait_until_over(workshop, name)
-    assert made == [first, wanted]
-    assert workshop.progress(left) is None
-    assert workshop.model(wanted) is not None
+def test_a_member_of_a_family_or_of_a_category(tmp_path: Path) -> None:
+    titles = {
+        "microwave": "microwave/",
+        "microwave/steel": "microwave/steel",
+        "apple": "apple/#0",
+        "apple/3": "apple/#3",
+    }
+    for name, title in {**titles, "apple/3": "apple/#3"}.items():
+        found = find(name, tmp_path, ())
+        assert isinstance(found, Member)
+        assert found.id.startswith(title)
+        assert found.request.is_object == name.startswith("apple")
 
 
-def test_what_failed_is_forgotten_like_the_others() -> None:
-    def fail(_: Subject, tell: ShowProgress) -> Model:
-        raise CasaError("there is no wood")
+def test_a_name_of_nothing_is_refused_with_the_nearest(tmp_path: Path) -> None:
+    for name, nearest in [
+        ("microwave/steal", "steel"),
+        ("microwav", "microwave"),
+        ("one_wall_smal__coastal", KITCHEN),
+        ("aple", "apple"),
+        ("apple/first", "apple/0"),
+    ]:
+        with pytest.raises(UnknownId, match=nearest):
+            find(name, tmp_path, ())
 
-    workshop = Workshop(fail)
-    names = []
-    for seed in range(KEPT + 3):
-        names.append(workshop.order(kitchen_of(seed)))
-        wait_until_over(workshop, names[-1])
-    workshop.order(kitchen_of(99))
-    assert workshop.progress(names[0]) is None
-    assert workshop.progress(names[-1]) is not None
+
+def test_a_path_that_shows_nothing_says_what_to_do(tmp_path: Path) -> None:
+    for name in ("mug.glb", "mug.txt", f"scenes/{KITCHEN}/scene.json"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("{}", encoding="utf-8")
+    for name, advice in [
+        ("nothing", "no such file"),
+        ("mug.glb", r"casa-assets ingest .*mug\.glb"),
+        ("mug.txt", "is no MJCF"),
+        (".", "holds no asset and no scene"),
+        ("scenes", rf"is a folder of scenes; name one of them: {KITCHEN}"),
+    ]:
+        with pytest.raises(OutputError, match=advice):
+            find(str(tmp_path / name), tmp_path, ())
+
+
+def run(folder: Path) -> list[str]:
+    return [event.kind for event in ingest([folder / "in"], Options(folder / "library"))]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """`in`, a box of which nobody says what it is, and `library`, made of it."""
+    folder = tmp_path_factory.mktemp("review")
+    (folder / "in").mkdir()
+    (folder / "in" / "<b>qwxz.obj").write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
+    assert run(folder) == ["review"]
+    return folder
+
+
+@pytest.fixture
+def server(folder: Path) -> Iterator[ReviewServer]:
+    with ReviewServer(Library(folder / "library")) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        yield server
+        server.shutdown()
+        thread.join()
+
+
+def test_shows_what_waits_with_its_picture_and_takes_no_markup(server: ReviewServer) -> None:
+    status, page = ask(server, f"/{server.token}/")
+    assert status == 200
+    assert b"up_axis" in page
+    assert b"<b>qwxz" not in page
+    status, picture = ask(server, f"/{server.token}/0")
+    assert (status, picture[:4]) == (200, b"\x89PNG")
+    assert ask(server, f"/{server.token}/1")[0] == 404
+    assert ask(server, f"/{server.token}/../../library.json")[0] == 404
+
+
+def test_strangers_and_words_that_mean_nothing_are_refused(server: ReviewServer, folder: Path) -> None:
+    (entry,) = server.waiting
+    accept = {"sha256": entry.sha256, "decision": "accept"}
+    assert ask(server, "/")[0] == 404
+    assert ask(server, "/wrong/decide", accept)[0] == 400
+    assert ask(server, f"/{server.token}/decide", accept, Host="elsewhere.example")[0] == 400
+    for said in ({"category": "no_such_thing"}, {"size_m": "long"}, {"decision": "perhaps"}):
+        status, message = ask(server, f"/{server.token}/decide", {"sha256": entry.sha256, **said})
+        assert status == 400
+        assert b"cannot be understood" in message
+    assert ask(server, f"/{server.token}/decide", {"sha256": "abc"})[0] == 400
+    assert ask(server, f"/{server.token}/decide", ["no object"])[0] == 400
+    assert read_overrides(Library(folder / "library")) == {}
+
+
+def test_what_is_decided_is_obeyed_by_the_next_run(server: ReviewServer, folder: Path) -> None:
+    (entry,) = server.waiting
+    address = f"/{server.token}/decide"
+    assert ask(server, address, {"sha256": entry.sha256, "decision": "reject"})[0] == 200
+    assert run(folder) == ["rejected"]
+    (refused,) = entries(Library(folder / "library"))
+    assert refused.code == "REV002"
+    assert ask(server, address, {"sha256": entry.sha256, "decision": "accept", "mass_kg": "0.4"})[0] == 200
+    assert run(folder) == ["accepted"]
+    (accepted,) = entries(Library(folder / "library"))
+    assert accepted.to_decide == ()
+    assert accepted.summary is not None
+    assert accepted.summary.mass == pytest.approx(0.4)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from casa_assets.library.pairs import color_distance, color_histogram
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material
-from casa_assets.show.stills.color_statistics import color_distance, color_histogram
 from tests.support.asset.assets import ball, textured_box
 from tests.support.mesh.meshes import texture
 
