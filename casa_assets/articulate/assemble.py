@@ -15,8 +15,7 @@ from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.mesh.solid.solids import hull_volume
-from casa_assets.mesh.surface import shell_moments, with_normals
-from casa_assets.mesh.topology import inside_out_faces, merge_rows, weld
+from casa_assets.mesh.surface import inside_out_faces, merge_rows, shell_moments, weld, with_normals
 from casa_assets.model.asset.asset import (
     UNFOUND_PARTS,
     Asset,
@@ -29,8 +28,6 @@ from casa_assets.model.asset.asset import (
     Provenance,
     Visual,
 )
-from casa_assets.mesh.surface import inside_out_faces, merge_rows, shell_moments, weld, with_normals
-from casa_assets.model.asset.asset import Asset, Base, Exclusion, Inertial, Link, Visual
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.asset.parts import Mesh, Region
 from casa_assets.model.pose import Pose

@@ -36,10 +36,8 @@ from casa_assets.library.entry_table import EntryTable
 from casa_assets.library.library import Identity, Producer
 from casa_assets.library.library_report import write_reports
 from casa_assets.mesh.grasps import choose_grasps, grasp_site
-from casa_assets.mesh.topology import weld
-from casa_assets.model.asset.asset import Asset, Labels, split_of
 from casa_assets.mesh.surface import weld
-from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.asset import Asset, Labels, split_of
 from casa_assets.model.asset.material import PrintedLine
 from casa_assets.model.asset.parts import Grasp
 from casa_assets.model.issue import Issue, Report

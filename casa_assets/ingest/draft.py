@@ -11,20 +11,15 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field
 
-from casa_assets.core.numeric import Floats, Ints
-from casa_assets.mesh.topology import weld
-from casa_assets.model.asset.asset import Guess, Inertial
-from casa_assets.model.asset.parts import Grasp, Hull, Mesh, Shape
 from casa_assets.core.numeric import Floats, Ints, Mask, seven_digits
 from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.mesh.grasps import choose_grasps, grasp_site
 from casa_assets.mesh.solid.primitive import box_around, shape_bounds
 from casa_assets.mesh.solid.solids import convex_hull
 from casa_assets.mesh.surface import picked, weld, with_normals
-from casa_assets.model.asset.asset import Asset, Base, Collider, Inertial, Link, Region, Visual
+from casa_assets.model.asset.asset import Asset, Base, Collider, Guess, Inertial, Labels, Link, Region, Visual, split_of
 from casa_assets.model.asset.material import Material, Substance
 from casa_assets.model.asset.parts import Box, Grasp, Hull, Mesh, MeshShape, Shape
-from casa_assets.model.asset.provenance import Guess, Labels, split_of
 from casa_assets.model.issue import Issue, Severity
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record, Vec3

@@ -14,7 +14,6 @@ from scipy.spatial import cKDTree
 
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.errors import Rejected
-from casa_assets.formats.read import formats
 from casa_assets.formats.read.text import UniqueNames, printable
 from casa_assets.ingest.components import Components, box_gaps, split_components
 from casa_assets.ingest.draft import keep_faces, merge_parts, warning

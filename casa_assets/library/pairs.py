@@ -21,21 +21,20 @@ from casa_assets.core.numeric import Floats, Ints, decimals, linear_from_srgb_ar
 from casa_assets.errors import DegenerateShape
 from casa_assets.library import library as disk
 from casa_assets.library.library import Producer
-from casa_assets.mesh.registration import descriptor_distance, shape_descriptor
-from casa_assets.model.asset.asset import CENTER_SHARES, PAIR_SHARES, Asset, ShapeDescriptor, Signature
 from casa_assets.mesh.registration import descriptor_distance, quantile_means, shape_descriptor
 from casa_assets.mesh.solid.deviation import barycentric_samples
 from casa_assets.mesh.surface import face_normals
-from casa_assets.model.asset.asset import Asset, Visual
-from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.provenance import (
+from casa_assets.model.asset.asset import (
     CENTER_SHARES,
     PAIR_SHARES,
     TONE_SHARES,
+    Asset,
     ColorHistogram,
     ShapeDescriptor,
     Signature,
+    Visual,
 )
+from casa_assets.model.asset.material import Material
 from casa_assets.model.record import Vec3
 
 if TYPE_CHECKING:

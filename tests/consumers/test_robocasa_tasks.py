@@ -14,8 +14,7 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.checks.design.tasks import ATOMIC_TASKS
-from casa_assets.model.asset.asset import Asset, Link, Visual, split_of
-from casa_assets.model.asset.asset import Asset, Link
+from casa_assets.model.asset.asset import Asset, Link, split_of
 from casa_assets.model.asset.material import Material
 from casa_assets.model.record import Vec3
 from tests.support.asset.asset_parts import CARDBOARD, PROVENANCE, box_collider, box_inertial, labels, seen

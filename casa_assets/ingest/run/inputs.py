@@ -23,12 +23,9 @@ from casa_assets.library import library as disk
 from casa_assets.library.library import Library, Producer
 from casa_assets.library.review import DOUBTFUL
 from casa_assets.model.issue import Report
-from casa_assets.model.source import Source, SourceKind, Up
-from casa_assets.registry.plugins.load import guarded, sources
-from casa_assets.runs.outcome import keep_trace
 from casa_assets.model.registry.category import Category
 from casa_assets.model.source import NO_OVERRIDE, Source, SourceKind, Up, UserOverride
-from casa_assets.registry.plugins.guard import guarded, sources
+from casa_assets.registry.plugins.load import guarded, sources
 from casa_assets.runs.limits import WorkerFailure
 from casa_assets.runs.outcome import FAILURE_CODES, Outcome, RunAborted, keep_trace
 from casa_assets.runs.pool import Engine

@@ -15,9 +15,7 @@ from casa_assets.cache.store import Store
 from casa_assets.checks import simready
 from casa_assets.checks.check import load_table
 from casa_assets.errors import CasaError, OutputError, PluginFailure, RegistryError, Rejected
-from casa_assets.formats.read import warm as warm_readers
 from casa_assets.formats.read.formats import warm as warm_readers
-from casa_assets.ingest.assemble import assemble, grasp
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.collision.collide import collide
 from casa_assets.ingest.collision.fit import CollideParams

@@ -13,8 +13,18 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from casa_assets.errors import Rejected
-from casa_assets.formats.read import MAX_REFERENCES, each_once, reader_of, references
-from casa_assets.formats.read.formats import SUFFIXES, Format, Reference, Role, sniff, suffix_of
+from casa_assets.formats.read.formats import (
+    MAX_REFERENCES,
+    SUFFIXES,
+    Format,
+    Reference,
+    Role,
+    each_once,
+    reader_of,
+    references,
+    sniff,
+    suffix_of,
+)
 from casa_assets.formats.read.obj import material_references
 from casa_assets.formats.read.text import Notes, printable
 from casa_assets.ingest.sources import objaverse

@@ -7,9 +7,9 @@ from pydantic import Field
 from casa_assets.ext.families import FinishId, Params
 from casa_assets.ext.solids import AssetBuilder
 from casa_assets.kitchenware.fixtures import kettle
+from casa_assets.kitchenware.fixtures.blender import BlenderJar, Cover, Jar, add_cover, add_jar, add_jar_handle
 from casa_assets.kitchenware.fixtures.kettle import Kettle, KettleForm, KettleHandle
 from casa_assets.kitchenware.objects.closures import LID, lift_off
-from casa_assets.kitchenware.parts.counter_parts import BlenderJar, Cover, Jar, add_cover, add_jar, add_jar_handle
 
 # Bodies that are wide below and narrow above need two rows of staves, the others one.
 ROUND = frozenset({KettleForm.RETRO, KettleForm.BELL})

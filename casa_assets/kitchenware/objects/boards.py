@@ -29,10 +29,6 @@ from casa_assets.ext.solids import (
     rod,
     subtract,
 )
-from casa_assets.kitchenware.fixtures import kettle
-from casa_assets.kitchenware.fixtures.blender import BlenderJar, Cover, Jar, add_cover, add_jar, add_jar_handle
-from casa_assets.kitchenware.fixtures.kettle import Kettle, KettleForm, KettleHandle
-from casa_assets.kitchenware.objects.closures import LID, lift_off
 
 # Outline seen from above: OVAL also round; PADDLE a rectangle with a handle; ARCHED one end is half a circle.
 Outline = StrEnum("Outline", "RECTANGLE OVAL PADDLE ROUND_PADDLE ARCHED")

@@ -10,7 +10,6 @@ from casa_assets.mesh.grasps import antipodal_grasps
 from casa_assets.mesh.solid.primitive import link_bounds
 from casa_assets.mesh.solid.solids import small_hull
 from casa_assets.mesh.surface import face_normals
-from casa_assets.model.asset.asset import Asset, Base, Inertial, split_of
 from casa_assets.model.asset.asset import Asset, Inertial
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Box, Grasp, GraspFeature, Hull, Mesh

@@ -19,7 +19,6 @@ from casa_assets.library.library import (
     identity_of,
     read_refusal,
 )
-from casa_assets.model.asset.asset import CENTER_SHARES, PAIR_SHARES, TONE_SHARES, TONES
 from casa_assets.model.issue import Decision
 from casa_assets.model.source import Source, SourceKind
 from casa_assets.runs.engine import NewResult

@@ -22,8 +22,6 @@ from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry
 from casa_assets.library.library import Producer, Summary
 from casa_assets.model.asset.asset import Guess
-from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status, tally
-from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.issue import REVIEW_CODE, CheckResult, Decision, Issue, Report, Severity, Status, tally
 from casa_assets.model.source import Source, SourceKind
 from casa_assets.show.page.page_template import DEFAULT_ADVICE, Words, relative_link
