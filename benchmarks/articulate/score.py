@@ -17,7 +17,7 @@ from casa_assets.articulate.frame import guess_frame
 from casa_assets.articulate.infer import choose_plan
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan, PartPlan
 from casa_assets.articulate.run.build import load_models
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
+from casa_assets.articulate.segment.fragments import weld_triangles
 from casa_assets.core.numeric import Ints
 
 

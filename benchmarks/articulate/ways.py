@@ -25,8 +25,8 @@ from benchmarks.articulate.score import frame_is_right, load_score, prediction
 from casa_assets.articulate.frame import guess_frame
 from casa_assets.articulate.infer import best_score, candidate_plans, needed_advantage, plan_score
 from casa_assets.articulate.run.build import load_models
+from casa_assets.articulate.segment.fragments import weld_triangles
 from casa_assets.articulate.segment.segmentations import Segmentation
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
 
 Case = dict[str, Any]
 # Constants of the choice that --margins tries.

@@ -8,16 +8,36 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.articulate.build_colliders import build_colliders, part_label
-from casa_assets.articulate.joints import build_joint, open_closed_states
-from casa_assets.articulate.plan import ADDED_MESH_NAMES, Articulation, PartPlan, StorageSpace, round7, round7_vec3
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.articulate.build_colliders import LinkColliders, build_colliders, part_label
+from casa_assets.articulate.plan import (
+    ADDED_MESH_NAMES,
+    Articulation,
+    PartKind,
+    PartPlan,
+    StorageSpace,
+    round7,
+    round7_vec3,
+)
+from casa_assets.articulate.segment.fragments import WeldedMesh
+from casa_assets.core import hand_dynamics
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.mesh.solid.solids import hull_volume
 from casa_assets.mesh.surface import shell_moments, with_normals
 from casa_assets.mesh.topology import inside_out_faces, merge_rows, weld
-from casa_assets.model.asset.asset import Asset, Base, Exclusion, Inertial, Link, Visual
+from casa_assets.model.asset.asset import (
+    Asset,
+    Base,
+    Collider,
+    Drive,
+    Exclusion,
+    Inertial,
+    Joint,
+    JointKind,
+    Link,
+    State,
+    Visual,
+)
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.asset.parts import Mesh, Region
 from casa_assets.model.asset.provenance import UNFOUND_PARTS, Guess, Labels, Provenance
@@ -121,8 +141,7 @@ def _is_first(group: Ints) -> Mask:
     return found
 
 
-# Assemble -------------------------------------------------------------------------------------------------------------
-# One link per part with visuals, colliders, inertia and joint.
+# Links and joints -----------------------------------------------------------------------------------------------------
 
 ROOT = "object"
 # Thickness of the sheet that inertia is computed with, as a share of the longest side of a link: thinner ones vanish in
@@ -142,6 +161,19 @@ MAX_DENSITY_KG_M3 = 7850.0
 MAX_SHEET_DENSITY_FACTOR = 2.4
 # Weight of the body per area over that of moving parts, since it carries motors, frames and insulation. A choice.
 BODY_WEIGHT_FACTOR = 2.0
+# Force that starts a part; all others start as a door does.
+STARTS_N = {
+    PartKind.KNOB: hand_dynamics.KNOB_START_N,
+    PartKind.LEVER: hand_dynamics.TAP_START_N,
+    PartKind.SPOUT: hand_dynamics.TAP_START_N,
+    PartKind.TRAY: hand_dynamics.TRAY_START_N,
+}
+# A door whose weight turns it by less than this torque needs no spring.
+MIN_SPRING_TORQUE_NM = 0.05
+# Parts that fingers take at the rim.
+RIM_GRIPPED_KINDS = frozenset({PartKind.KNOB})
+# Shortest travel that friction is computed for, rad or m.
+MIN_TRAVEL = 1e-4
 
 
 @dataclass(frozen=True)
@@ -177,22 +209,7 @@ def assemble(model: RawModel, mesh: WeldedMesh, articulation: Articulation, spec
     refit = frozenset(map(names.index, spec.refit))
     shapes = build_colliders(place.points, mesh, articulation, spec.substance.id, refit)
     areas = np.array([float(mesh.areas[owner == i - 1].sum()) for i in range(len(names))])
-    areas[0] *= BODY_WEIGHT_FACTOR
-    volumes = [sum(hull_volume(tessellate(c.shape, c.pose)[0]) for c in s.colliders) for s in shapes]
-    # Of steel throughout; a link without shapes may weigh anything.
-    heaviest = np.array(
-        [MAX_DENSITY_KG_M3 * v if s.colliders else math.inf for v, s in zip(volumes, shapes, strict=True)]
-    )
-    needed = 1.01 * spec.category.mass_kg.low / max(float(heaviest.sum()), 1e-9)
-    heaviest *= needed if 1.0 < needed <= MAX_SHEET_DENSITY_FACTOR else 1.0
-    span = spec.category.mass_kg
-    weights = _weights(
-        float(
-            np.clip(span.typical * (spec.metres / (1.3 * spec.category.longest_m.typical)) ** 3, span.low, span.high)
-        ),
-        areas,
-        heaviest,
-    )
+    weights = _weights(spec, areas, shapes)
     links = []
     for i, name in enumerate(names):
         rows = np.flatnonzero(owner == i - 1)
@@ -330,11 +347,22 @@ def _single(values: Floats) -> Floats:
     return values.astype(np.float32).astype(np.float64)
 
 
-def _weights(total: float, areas: Floats, heaviest: Floats) -> Floats:
+def _weights(spec: AssetSpec, areas: Floats, shapes: Sequence[LinkColliders]) -> Floats:
     """Return the (N,) masses of links in kg: a total divided in proportion to their areas, up to each one's maximum.
 
     Mass above the maximum of one link goes to the others, as far as their own maxima allow.
     """
+    areas[0] *= BODY_WEIGHT_FACTOR
+    span = spec.category.mass_kg
+    volumes = [sum(hull_volume(tessellate(c.shape, c.pose)[0]) for c in s.colliders) for s in shapes]
+    # Of steel throughout; a link without shapes may weigh anything.
+    heaviest = np.array(
+        [MAX_DENSITY_KG_M3 * v if s.colliders else math.inf for v, s in zip(volumes, shapes, strict=True)]
+    )
+    needed = 1.01 * span.low / max(float(heaviest.sum()), 1e-9)
+    heaviest *= needed if 1.0 < needed <= MAX_SHEET_DENSITY_FACTOR else 1.0
+    usual = span.typical * (spec.metres / (1.3 * spec.category.longest_m.typical)) ** 3
+    total = float(np.clip(usual, span.low, span.high))
     shares = np.maximum(areas / max(float(areas.sum()), 1e-12), 1e-4)
     found: Floats = np.minimum(total * shares, heaviest)
     for _ in range(len(areas)):
@@ -382,3 +410,73 @@ def _parents_first(links: list[Link]) -> tuple[Link, ...]:
         out += ready
         left = [k for k in left if k not in ready]
     return tuple(out)
+
+
+def build_joint(part: PartPlan, metres: float, link: Link, behind: int | None, names: Sequence[str]) -> Joint:
+    """Return the joint of a part in the child's frame, with friction and damping that fit the hand that moves it.
+
+    Args:
+        metres: length of the diagonal, in which the ranges of slides are given. link: the one that moves.
+        behind: index of the part that must be open first, or None. names: of all links, the body first.
+    """
+    slides = part.joint.kind is JointKind.SLIDE
+    lower, upper = (r * metres if slides else r for r in part.joint.range)
+    way = upper - lower
+    axis = np.array(part.joint.axis)
+    grip = next((c for c in link.colliders if c.label == "handle"), link.colliders[0] if link.colliders else None)
+    arm = 1.0 if slides else _arm(link, grip, axis, part.kind in RIM_GRIPPED_KINDS)
+    inertia = link.inertial.mass if slides else _about(link, axis)
+    spring = None if slides else _balance(link, axis, upper)
+    feel = hand_dynamics.feel_against(spring, inertia, arm, max(way, MIN_TRAVEL), STARTS_N.get(part.kind, hand_dynamics.START_N))
+    if part.kind is PartKind.BUTTON:
+        spring = hand_dynamics.press(max(way, MIN_TRAVEL), hand_dynamics.KEY_FULL_N, hand_dynamics.KEY_PRELOAD_N)
+        feel = hand_dynamics.KEY
+    return Joint(
+        name=f"{part.name}_joint",
+        child=part.name,
+        kind=part.joint.kind,
+        axis=part.joint.axis,
+        range=(round7(lower), round7(upper)),
+        damping=feel.damping,
+        frictionloss=feel.frictionloss,
+        armature=feel.armature,
+        drive=None if spring is None else Drive(stiffness=spring.stiffness, damping=0.0, target=spring.rest),
+        grip=None if grip is None else grip.name,
+        behind=None if behind is None else f"{names[behind + 1]}_joint",
+    )
+
+
+def _balance(link: Link, axis: Floats, far: float) -> hand_dynamics.Spring | None:
+    """Return the spring of a door that would otherwise fall open, None if it would not."""
+    center = np.array(link.inertial.center_of_mass)
+    turned = center * math.cos(far) + np.cross(axis, center) * math.sin(far)
+    turned = turned + axis * float(axis @ center) * (1 - math.cos(far))
+    falls = float(np.cross(turned, np.array([0.0, 0.0, -9.81 * link.inertial.mass])) @ axis)
+    return None if falls <= MIN_SPRING_TORQUE_NM else hand_dynamics.carry(falls, far)
+
+
+def _arm(link: Link, grip: Collider | None, axis: Floats, rim: bool) -> float:
+    """Return the distance from the axis to the hand, metres: to the handle, or to the rim of what fingers turn."""
+    if grip is None:
+        return 0.01
+    points = tessellate(grip.shape, grip.pose)[0] if rim else np.array([grip.pose.position])
+    off = points - np.outer(points @ axis, axis)
+    return max(0.005, float(np.linalg.norm(off, axis=1).max()))
+
+
+def _about(link: Link, axis: Floats) -> float:
+    """Return the inertia of a link about an axis through its origin, kg*m^2."""
+    center = np.array(link.inertial.center_of_mass)
+    off = center - axis * float(center @ axis)
+    return float(axis @ link.inertial.tensor @ axis) + link.inertial.mass * float(off @ off)
+
+
+def open_closed_states(part: PartPlan) -> tuple[State, ...]:
+    """Return the closed and open states of a front. Ref: robocasa v1.0, is_closed 0.005, is_open 0.9."""
+    if part.kind not in (PartKind.DOOR, PartKind.DRAWER, PartKind.LID):
+        return ()
+    joint = f"{part.name}_joint"
+    return (
+        State(name=f"{joint}_closed", joint=joint, value="closed", interval=(0.0, 0.005)),
+        State(name=f"{joint}_open", joint=joint, value="open", interval=(0.9, 1.0)),
+    )

@@ -20,7 +20,7 @@ from casa_assets.articulate.link_shapes import (
     subtract_box,
 )
 from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.articulate.segment.fragments import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.mesh.solid.deviation import surface_samples
 from casa_assets.mesh.solid.solids import hull_volume

@@ -1,19 +1,29 @@
-"""User decisions on a mesh, which override guesses: the records of decisions.yaml, and their application."""
+"""User decisions on a mesh, which override guesses: decisions.yaml, its records, and their application."""
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import AliasChoices, Field, model_validator
 
-from casa_assets.articulate import joints
+from casa_assets.articulate.fronts.joints import DOOR_RANGE_RAD, DRAWER_TRAVEL_SHARE, hinge_line
 from casa_assets.articulate.fronts.panels import Panel
-from casa_assets.articulate.plan import Articulation, HingeEdge, InteriorKind, JointPlan, PartKind, PartPlan, to_vec3
+from casa_assets.articulate.plan import (
+    Articulation,
+    Cavity,
+    HingeEdge,
+    InteriorKind,
+    JointPlan,
+    PartKind,
+    PartPlan,
+    to_vec3,
+)
+from casa_assets.articulate.segment.fragments import WeldedMesh
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES, TOP
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.asset.parts import JointKind
@@ -33,6 +43,19 @@ ANGLE_TOLERANCE_DEG, LENGTH_TOLERANCE_M = 0.06, 6e-5
 PIECE_TOLERANCE = 0.006
 KNOB_RANGE_RAD, BUTTON_TRAVEL, LEVER_RANGE = 2 * math.pi, 0.004, math.pi / 2
 _AXES = "xyz"
+DECISIONS_NAME = "decisions.yaml"
+# Fields of a decision that the plan that was made with it does not show.
+_NOT_IN_PLAN = ("flip", "axis", "anchor_m", "box_m")
+_HEAD = """\
+# What was decided on {name}. Change a line and run again with `--decisions {file}`; a line that is left out is guessed.
+#   hinge: left, right, top or bottom, seen by who stands before it.   kind: {kinds}
+#   A part can also have: remove: true | merge: <part that it is a piece of> | flip: true (opens the other way) |
+#   on: <part or body> | endless: true | axis: +z | anchor_m: [x, y, z]
+#   decision: accept (it leaves review as it is) or reject.
+#   cavities: the space behind a door or in a drawer. build: true | false   interior: {interiors}
+#   A part that was missed: a new name with kind and box_m: [[x, y, z], [x, y, z]], two corners in metres of all that
+#   belongs to it (x right, y back, z up, origin under the middle).
+"""
 
 
 class PartDecision(Record):
@@ -303,7 +326,7 @@ def _default_joint(kind: PartKind, edge: HingeEdge | None, part: PartPlan, mesh:
         return _default_hinge(edge or (HingeEdge.TOP if kind is PartKind.LID else HingeEdge.LEFT), kind, lower, upper)
     base = JointPlan(kind=JointKind.HINGE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, 1.0), **_GIVEN)
     if kind in (PartKind.DRAWER, PartKind.TRAY):
-        travel = joints.DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1])
+        travel = DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1])
         return base.replace(kind=JointKind.SLIDE, range=(0.0, travel))
     if kind is PartKind.BUTTON:
         return base.replace(kind=JointKind.SLIDE, axis=(0.0, 1.0, 0.0), range=(0.0, BUTTON_TRAVEL))
@@ -318,12 +341,12 @@ def _default_hinge(edge: HingeEdge, kind: PartKind, lower: Floats, upper: Floats
     side = TOP if kind is PartKind.LID else FRONT
     a, b = lower @ SIDES[side].T, upper @ SIDES[side].T
     panel = Panel([], np.minimum(a, b), np.maximum(a, b))
-    axis, point = joints.hinge_line(panel, edge)
+    axis, point = hinge_line(panel, edge)
     return JointPlan(
         kind=JointKind.HINGE,
         axis=to_vec3(axis[0] * SIDES[side][0] + axis[1] * SIDES[side][1]),
         anchor=to_vec3(point @ SIDES[side]),
-        range=(0.0, joints.DOOR_RANGE_RAD),
+        range=(0.0, DOOR_RANGE_RAD),
         edge=edge,
         **_GIVEN,
     )
@@ -349,3 +372,105 @@ def _panel_box(part: PartPlan, mesh: WeldedMesh) -> tuple[Floats, Floats]:
 def _to_frame(point: Floats, mesh: WeldedMesh, articulation: Articulation) -> Floats:
     """Convert a point of the asset frame (metres, origin under the middle) to the frame of the analysis."""
     return point / (articulation.frame.metres or 1.0) + mesh.footprint_center
+
+
+def decisions_text(
+    name: str,
+    articulation: Articulation,
+    placed: WeldedMesh,
+    category: tuple[str, float, str],
+    size_m: tuple[float, float, str],
+    given: Decisions,
+    least_sure: tuple[float, float],
+) -> str:
+    """Return the decisions.yaml of a mesh, with confidence and next likely choice as comments.
+
+    Args:
+        name: of the mesh. placed: in the frame.
+        category, size_m: what was chosen, how sure, and why.
+        given: decisions that it was built with; what of them the result does not show is repeated.
+        least_sure: a category and a frame that are less sure are not repeated as if somebody had stated them.
+    """
+    frame = articulation.frame
+    up, front = (frame.direction_to_file(v) for v in ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0)))
+    kinds, interiors = ", ".join(PartKind), ", ".join(InteriorKind)
+    lines = [_HEAD.format(name=name, file=DECISIONS_NAME, kinds=kinds, interiors=interiors)]
+    lines += [] if given.decision is None else [f"decision: {given.decision.value}"]
+    marks = [
+        "" if sure >= least else "# " for sure, least in zip((category[1], frame.confidence), least_sure, strict=True)
+    ]
+    lines.append(_row(f"{marks[0]}category", category[0], category[1:]))
+    lines.append(_row(f"{marks[1]}up", _axis(axis_word(up)), (frame.confidence, frame.reason), frame.runner_up))
+    lines.append(_row(f"{marks[1]}front", _axis(axis_word(front)), (frame.confidence, frame.reason)))
+    lines.append(_row("size_m", f"{size_m[0]:.6g}", size_m[1:]))
+    shown = [part for part in articulation.parts if not part.added]
+    lines += [f"# No part was found, but {sign}." for sign in articulation.signs]
+    lines.append("parts:" if shown or given.parts else "parts: {}")
+    for part in shown:
+        lines += _part(part, frame.metres or 1.0) + _given_fields(given.parts.get(part.name), _NOT_IN_PLAN)
+    for missing in sorted(given.parts.keys() - {part.name for part in shown}):
+        if given.parts[missing].taken_by is not None:
+            lines += [f"  {missing}:", *_given_fields(given.parts[missing], ("remove", "merge", "kind", "box_m"))]
+    lines += ["cavities:"] if articulation.cavities else []
+    for cavity in articulation.cavities:
+        lines += _cavity(cavity, frame.metres or 1.0, placed.footprint_center)
+    return "\n".join(lines) + "\n"
+
+
+def _part(part: PartPlan, metres: float) -> list[str]:
+    joint = part.joint
+    lines = [_row(f"  {part.name}", "", (part.confidence, part.reason)), f"    kind: {part.kind.value}"]
+    if part.parent:
+        lines.append(f"    on: {part.parent}")
+    if joint.edge is not None:
+        # The confidence of a part is that of its joint too, and is in the line of the part.
+        lines.append(_line("    hinge", joint.edge.value, _comment(joint.reason, joint.runner_up)))
+    if joint.kind is JointKind.SLIDE:
+        lines.append(f"    travel_m: {joint.range[1] * metres:.4f}")
+    elif joint.endless:
+        lines.append("    endless: true")
+    else:
+        lines.append(f"    opens_deg: {math.degrees(joint.range[1]):.1f}")
+    return lines
+
+
+def _given_fields(given: PartDecision | None, names: Sequence[str]) -> list[str]:
+    """Return the lines of those fields of a part that a person gave."""
+    stated = {} if given is None else given.model_dump(mode="json", exclude_defaults=True)
+    return [f"    {name}: {json.dumps(stated[name])}" for name in names if name in stated]
+
+
+def _cavity(cavity: Cavity, metres: float, origin: Floats) -> list[str]:
+    """Return the lines of the interior behind a front, built or the mesh's own."""
+    box = [(np.array(c) - origin) * metres for c in (cavity.lower, cavity.upper)]
+    words = ", ".join("[" + ", ".join(f"{v:.4f}" for v in c) + "]" for c in box)
+    return [
+        _row(f"  {cavity.parts[0]}", "", (cavity.confidence, cavity.reason)),
+        f"    {'# ' if cavity.in_doubt else ''}build: {str(cavity.built).lower()}",
+        f"    interior: {cavity.interior.value}",
+        f"    furnish: {str(cavity.furnish).lower()}",
+        f"    box_m: [{words}]",
+    ]
+
+
+def _axis(word: Direction) -> str:
+    """Return a quoted axis: YAML reads a bare `+y` as text, but some editors do not."""
+    return f'"{word}"' if isinstance(word, str) else "[" + ", ".join(f"{c:.9g}" for c in word) + "]"
+
+
+def _row(key: str, value: str, confidence: tuple[float, str], other: str = "") -> str:
+    """Return one line with its confidence as a comment."""
+    share, reason = confidence
+    why = _comment(reason, other)
+    return _line(key, value, f"{share:.0%} sure: {why}" if why else f"{share:.0%} sure")
+
+
+def _comment(reason: str, other: str) -> str:
+    """Return the reason of a decision and the next likely choice, as far as there are any."""
+    return "; else ".join(words for words in (reason, other) if words)
+
+
+def _line(key: str, value: str, comment: str) -> str:
+    """Return one line of the file; a comment of several lines is put into one."""
+    row, words = f"{key}: {value}".rstrip(), " ".join(comment.split())
+    return f"{row}  # {words}" if words else row

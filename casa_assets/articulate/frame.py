@@ -10,10 +10,9 @@ import numpy as np
 
 from casa_assets.articulate.infer import articulate_fragments
 from casa_assets.articulate.plan import Frame, HingeEdge, PartKind, to_vec3
-from casa_assets.articulate.segment.fragments import MeasuredFragments, measure_fragments, render_sides
+from casa_assets.articulate.segment.fragments import MeasuredFragments, WeldedMesh, measure_fragments, render_sides
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES, DepthImage
 from casa_assets.articulate.segment.segmentations import segmentations
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.articulate.side_views import frame_features, hidden_area, measure_side
 from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.parts import JointKind

@@ -9,7 +9,6 @@ from itertools import combinations
 
 import numpy as np
 
-from casa_assets.articulate import joints
 from casa_assets.articulate.category import FORM_TRAITS, kinds_known
 from casa_assets.articulate.controls.classify import ControlClassifier, classify_by_forest, classify_with_dials
 from casa_assets.articulate.controls.controls import (
@@ -29,8 +28,9 @@ from casa_assets.articulate.controls.levers_and_buttons import (
     find_single_button,
     find_switch_parts,
 )
-from casa_assets.articulate.front_features import FrontView, share_with_fronts, view_fronts
-from casa_assets.articulate.fronts.fronts import (
+from casa_assets.articulate.fronts import joints
+from casa_assets.articulate.fronts.joints import FrontView, share_with_fronts, sliding_direction, view_fronts
+from casa_assets.articulate.fronts.opening_panels import (
     DOUBTFUL,
     attach_to_panels,
     find_box_boards,
@@ -46,12 +46,12 @@ from casa_assets.articulate.fronts.panels import (
     merge_bridged_panels,
     merge_framed_panels,
 )
-from casa_assets.articulate.interior.hollow_parts import Lid, find_box_lid, find_lids, is_chest
 from casa_assets.articulate.interior.inner_parts import InnerPart, find_inner_parts
-from casa_assets.articulate.joints import sliding_direction
+from casa_assets.articulate.interior.lids import Lid, find_box_lid, find_lids, is_chest
 from casa_assets.articulate.plan import Articulation, Frame, HingeEdge, JointPlan, Models, PartKind, PartPlan, to_vec3
 from casa_assets.articulate.segment.fragments import (
     MeasuredFragments,
+    WeldedMesh,
     corners_from_side,
     measure_fragments,
     render_sides,
@@ -66,10 +66,8 @@ from casa_assets.articulate.segment.shell_segments import (
     boxiness,
     fragment_mesh,
 )
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.articulate.side_views import count_slots
-from casa_assets.core.forest import Forest
-from casa_assets.core.numeric import Floats
+from casa_assets.core.numeric import Floats, Forest
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.record import Vec3
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.articulate.interior.regions import Burner, find_burners, link_bounds
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, PartPlan, round7_vec3
+from casa_assets.articulate.runtime_places import Burner, find_burners, link_bounds
 from casa_assets.articulate.runtime_semantics import annotate_for_runtime
 from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.asset import Asset

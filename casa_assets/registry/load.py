@@ -11,7 +11,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from casa_assets.core.forest import Forest, forest_from_dict
+from casa_assets.core.numeric import Forest, forest_from_dict
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.asset.material import Density, Substance
 from casa_assets.model.registry.category import FALLBACK, Category, Certainty, Vocabulary

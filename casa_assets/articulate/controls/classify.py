@@ -18,8 +18,7 @@ from casa_assets.articulate.controls.controls import (
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
 from casa_assets.articulate.segment.orthographic import SIDES, TOP, outline_area
-from casa_assets.core.forest import Forest
-from casa_assets.core.numeric import Floats, Ints, Mask
+from casa_assets.core.numeric import Floats, Forest, Ints, Mask
 
 # Features -------------------------------------------------------------------------------------------------------------
 # Compute the dimensionless features of the controls on a side, from which their type is classified.

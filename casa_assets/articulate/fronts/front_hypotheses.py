@@ -19,10 +19,9 @@ from casa_assets.articulate.fronts.relief import (
     merge_stairs,
     seam_maps,
 )
+from casa_assets.articulate.segment.fragments import WeldedMesh
 from casa_assets.articulate.segment.orthographic import BACKGROUND_DEPTH, SIDES, Protrusion, SideRelief
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
-from casa_assets.core.forest import Forest
-from casa_assets.core.numeric import Floats, Ints, Mask
+from casa_assets.core.numeric import Floats, Forest, Ints, Mask
 
 # Least side of a front, diagonals, and least share of its rectangle that is surface.
 MIN_SIDE, MIN_COVERAGE = 0.035, 0.6

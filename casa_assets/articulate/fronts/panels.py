@@ -9,8 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from casa_assets.articulate.controls.controls import depth_around, has_round_outline
-from casa_assets.articulate.interior.hollow_parts import view_from_above
-from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side, view_from_above
 from casa_assets.articulate.segment.orthographic import BACK, BOTTOM, FRONT, LEFT, RIGHT, SIDES, TOP, outline_area
 from casa_assets.core.numeric import Floats, Mask
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from scipy.ndimage import find_objects, label, maximum_filter1d, uniform_filter1d
 
 from casa_assets.articulate.fronts.pull_partition import Item, part_between_pulls
+from casa_assets.articulate.segment.fragments import WeldedMesh
 from casa_assets.articulate.segment.orthographic import (
     BACKGROUND_DEPTH,
     MIN_DEPTH_STEP,
@@ -21,7 +22,6 @@ from casa_assets.articulate.segment.orthographic import (
     dilate,
     edge_lines,
 )
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints, Mask
 
 # Seam evidence --------------------------------------------------------------------------------------------------------
@@ -188,7 +188,7 @@ LINE_STRETCHES, MIN_STRETCH_VISIBILITY, MIN_LINE_VISIBILITY = 12, 0.5, 0.75
 MIN_LINE_CONTRAST = 0.45
 # A stretch counts if this share of it is not hidden by protrusions; so many stretches have to count.
 MIN_FREE_SHARE, MIN_USABLE_STRETCHES = 0.3, 5
-# Length to width and least protrusion of a handle, diagonals. Ref: as MIN_HANDLE_PROTRUSION in fronts.py.
+# Length to width and least protrusion of a handle, diagonals. Ref: as MIN_HANDLE_PROTRUSION in opening_panels.py.
 MIN_BAR_RATIO, MIN_BAR_PROTRUSION = 2.5, 0.012
 # A region that protrudes farther is the ragged border of the object before what lies behind it, diagonals.
 MAX_PROTRUSION = 0.13

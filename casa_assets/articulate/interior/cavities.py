@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from casa_assets.articulate.plan import Articulation, Cavity, HingeEdge, InteriorKind, PartKind, PartPlan, to_vec3
+from casa_assets.articulate.segment.fragments import WeldedMesh
 from casa_assets.articulate.segment.orthographic import RayCrossings, cross_rays, sample_grid
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.record import Vec3
 

@@ -9,11 +9,15 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from casa_assets.articulate.fronts.panels import Panel
-from casa_assets.articulate.interior.hollow_parts import view_from_above
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, PartPlan
-from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side, corners_of_labels
+from casa_assets.articulate.segment.fragments import (
+    MeasuredFragments,
+    WeldedMesh,
+    corners_from_side,
+    corners_of_labels,
+    view_from_above,
+)
 from casa_assets.articulate.segment.orthographic import BOTTOM, FRONT, LEFT, RIGHT, SIDES, render_depth
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.solid.deviation import samples_with_faces
 from casa_assets.mesh.topology import connected_groups, face_components

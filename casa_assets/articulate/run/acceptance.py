@@ -9,10 +9,9 @@ from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.articulate.assemble import ROOT
-from casa_assets.articulate.decisions import axis_word, hinge_at_face
+from casa_assets.articulate.decisions import DECISIONS_NAME, axis_word, hinge_at_face
 from casa_assets.articulate.plan import Articulation, plan_confidence, weakest_part
 from casa_assets.articulate.run.build import ArticulateResult
-from casa_assets.articulate.run.decisions import DECISIONS_NAME
 from casa_assets.checks.check import run
 from casa_assets.checks.motion.joints import JointTravel, joint_travels
 from casa_assets.checks.motion.simulation import Penetration, contacts_of_files

@@ -13,7 +13,14 @@ from casa_assets import registry
 from casa_assets.articulate.assemble import AssetSpec, assemble, drop_empty_links
 from casa_assets.articulate.category import kind_by_parts, kind_named
 from casa_assets.articulate.controls.classify import check_forest
-from casa_assets.articulate.decisions import GIVEN_REASON, Decisions, apply_decisions, axis_word, parse_direction
+from casa_assets.articulate.decisions import (
+    GIVEN_REASON,
+    Decisions,
+    apply_decisions,
+    axis_word,
+    decisions_text,
+    parse_direction,
+)
 from casa_assets.articulate.frame import guess_frame, metres_per_unit
 from casa_assets.articulate.fronts.front_hypotheses import check_front_forest
 from casa_assets.articulate.infer import choose_plan
@@ -21,11 +28,11 @@ from casa_assets.articulate.interior.inner_parts import with_pieces_in_the_way
 from casa_assets.articulate.part_names import rename_for_runtime
 from casa_assets.articulate.plan import CERTAIN, Articulation, Frame, JointPlan, Models, calibrate_parts
 from casa_assets.articulate.run.interiors import add_interiors
+from casa_assets.articulate.segment.fragments import WeldedMesh, weld_model
 from casa_assets.articulate.segment.orthographic import TOP
 from casa_assets.articulate.segment.segmentations import cut_shell_parts
 from casa_assets.articulate.segment.shell_segments import Fragmentation
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model
-from casa_assets.articulate.signs_of_parts import signs_of_parts
+from casa_assets.articulate.unfound_parts import signs_of_parts
 from casa_assets.errors import CasaError, Rejected, UnknownId
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
@@ -212,6 +219,18 @@ class ArticulateResult:
         known = self.category.id if self.confidence[0] >= NAMING_CONFIDENCE else ""
         asset, joints = rename_for_runtime(self.asset, self.articulation, known)
         return replace(self, asset=asset, joints=joints)
+
+    def decisions_text(self, given: Decisions) -> str:
+        """Return the decisions.yaml of the mesh, which was built with some decisions."""
+        return decisions_text(
+            self.source.path or "the mesh",
+            self.articulation,
+            self.placed,
+            (self.category.id, *self.confidence),
+            (self.longest_m, *self.size),
+            given,
+            (NAMING_CONFIDENCE, registry.load_confidence().bars.frame),
+        )
 
 
 def build(request: ArticulateRequest) -> ArticulateResult:

@@ -1,7 +1,7 @@
 """Write review.html: a page on which a person looks at articulated meshes, the least certain first, and corrects them.
 
 The page is written next to the pictures and models that it shows, loads nothing else, and writes a review.json (see
-`decisions.py`).
+library/review.py).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from casa_assets.articulate.plan import HingeEdge, PartKind
 from casa_assets.articulate.run.steps import NAME as STRIP
 from casa_assets.articulate.run.steps import ArticulateOutcome, moving_joints
 from casa_assets.cache.cache_key import digest_of
-from casa_assets.library import decisions
+from casa_assets.library import review
 from casa_assets.library.entry_files import PICTURE
 from casa_assets.library.library import Library
 from casa_assets.model.issue import Decision
@@ -87,7 +87,7 @@ def _least(done: ArticulateOutcome) -> float:
 
 def _data(done: Sequence[ArticulateOutcome], library: Library, models: PageModels | None) -> dict[str, Any]:
     """Return all that the page shows: `rows` of meshes, and the words that a person can choose from."""
-    decided = decisions.decided(library)
+    decided = review.mesh_decisions(library)
     rows = []
     for one in done:
         said = decided.get(one.sha256)

@@ -33,7 +33,6 @@ from casa_assets.ingest.run.job import WARM
 from casa_assets.ingest.run.survey import Survey, SurveyTable
 from casa_assets.ingest.run.survey import warm as warm_survey
 from casa_assets.ingest.sources.found import Found
-from casa_assets.library import decisions as review_file
 from casa_assets.library import library as disk
 from casa_assets.library import review
 from casa_assets.library.entry import is_below
@@ -88,7 +87,7 @@ def articulate(
     library = disk.Library(out)
     with ExitStack() as stack:
         open_library(library, stack)
-        review_file.keep(library, decisions)
+        review.keep_mesh_decisions(library, decisions)
         table = EntryTable(library, skip_damaged=True)
         run = InputRun[Survey](library, table, Producer.ARTICULATE, chain([first], inputs))
         for outcome in _outcomes(run, request_for, jobs, working or (lambda _: None)):
@@ -114,7 +113,7 @@ def _outcomes(
     yield from run.refused_early()
     limits = dict(registry.load().limits)
     bounds = Limits(limits["input_seconds"], int(limits["input_memory_bytes"]))
-    decided = review_file.decided(run.library)
+    decided = review.mesh_decisions(run.library)
     due: list[_Job] = []
 
     def known_or_due(one: Found, survey: Survey) -> Iterator[ArticulateOutcome]:

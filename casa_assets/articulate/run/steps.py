@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 
 from casa_assets import registry
 from casa_assets.articulate.assemble import assemble
+from casa_assets.articulate.decisions import DECISIONS_NAME
 from casa_assets.articulate.frame import guess_frame
 from casa_assets.articulate.infer import choose_plan
 from casa_assets.articulate.plan import Articulation, PartKind
-from casa_assets.articulate.run import decisions
 from casa_assets.articulate.run.acceptance import (
     doubts,
     explanation,
@@ -474,7 +474,7 @@ def _write_and_check(
     """Write both formats, a picture and decisions; return the report of every check, and the travel of each part."""
     asset = result.asset
     write_package(asset, staged)
-    (staged / decisions.DECISIONS_NAME).write_text(decisions.text(result, request.decisions), encoding="utf-8")
+    (staged / DECISIONS_NAME).write_text(result.decisions_text(request.decisions), encoding="utf-8")
     by_joint = {t.joint: t for t in joint_travels(asset, staged / "model.xml")}
     travel = {part: by_joint[joint] for part, joint in result.joints.items()}
     is_decided = request.decisions.decision is Word.ACCEPT

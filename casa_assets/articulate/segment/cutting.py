@@ -10,8 +10,8 @@ import manifold3d
 import numpy as np
 
 from casa_assets.articulate.plan import PartKind, PartPlan
+from casa_assets.articulate.segment.fragments import WeldedMesh
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES, TOP
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.model.asset.parts import Mesh
 

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import binary_dilation, find_objects, grey_closing, grey_opening, label, maximum_filter1d
 from scipy.spatial import ConvexHull, QhullError
 
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints, Mask
+
+if TYPE_CHECKING:
+    from casa_assets.articulate.segment.fragments import WeldedMesh
 
 # Axes of the six sides in the order front, back, left, right, top, bottom: rows are right, up, and the viewing
 # direction.

@@ -10,10 +10,9 @@ from scipy.spatial import cKDTree
 
 from casa_assets.articulate.plan import Articulation, Frame, PartKind
 from casa_assets.articulate.segment.cutting import CapFaces, CutPlane, close_cuts, cut_triangles
-from casa_assets.articulate.segment.fragments import corners_of_labels
+from casa_assets.articulate.segment.fragments import WeldedMesh, corners_of_labels, weld_by_edges, weld_model
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES
 from casa_assets.articulate.segment.shell_segments import Fragmentation, FusedShell, shell_cut_planes, shell_zones
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_by_edges, weld_model
 from casa_assets.core.numeric import Ints, Mask
 from casa_assets.mesh.topology import connected_groups, merge_rows
 from casa_assets.model.asset.parts import Mesh

@@ -20,6 +20,7 @@ from casa_assets.articulate.fronts.relief import (
 from casa_assets.articulate.interior.inner_parts import find_drawer_box
 from casa_assets.articulate.plan import Models
 from casa_assets.articulate.segment.cutting import CutPlane
+from casa_assets.articulate.segment.fragments import WeldedMesh
 from casa_assets.articulate.segment.orthographic import (
     BACK,
     BACKGROUND_DEPTH,
@@ -35,7 +36,6 @@ from casa_assets.articulate.segment.orthographic import (
     measure_relief,
     render_depth,
 )
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.topology import connected_groups
 

@@ -412,8 +412,7 @@ def _read_decisions(path: Path | None, sources: Sequence[Path]) -> tuple[Decisio
     Raises typer.BadParameter where decisions on one mesh are given for more.
     """
     from casa_assets.articulate.decisions import Decisions
-    from casa_assets.articulate.run.decisions import read_decisions
-    from casa_assets.library.decisions import read_review
+    from casa_assets.library.review import read_decisions, read_review
 
     if path is None:
         return Decisions(), {}

@@ -27,10 +27,10 @@ from casa_assets.errors import CasaError, OutputError
 from casa_assets.formats.gltf import EVERYTHING, asset_glb
 from casa_assets.library import library as disk
 from casa_assets.library import review
-from casa_assets.library.decisions import check_category, keep
 from casa_assets.library.entry import Entry, entries
 from casa_assets.library.entry_files import PICTURE, file_inside, picture_of
 from casa_assets.library.library import Producer
+from casa_assets.library.review import check_category, keep_mesh_decisions
 from casa_assets.model.source import UpAxis
 from casa_assets.show.page.page_models import PageModels
 from casa_assets.show.page.page_template import SUFFIX, model_script, render_template, viewer_name, viewer_script
@@ -132,7 +132,7 @@ class _Handler(LocalHandler):
                     entry = next(entry for entry in self.server.articulated if entry.sha256 == said["sha256"])
                     decisions = Decisions.model_validate(said["decisions"])
                     check_category(decisions)
-                    keep(self.server.library, {entry.sha256: decisions})
+                    keep_mesh_decisions(self.server.library, {entry.sha256: decisions})
                 self.server.written += 1
         except (ValueError, KeyError, TypeError, AttributeError, StopIteration):
             self.send(HTTPStatus.BAD_REQUEST, "text/plain", b"this is no decision")

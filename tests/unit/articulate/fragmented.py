@@ -9,9 +9,14 @@ import numpy as np
 from casa_assets.articulate.frame import given_frame
 from casa_assets.articulate.infer import articulate_fragments
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan, PartKind, PartPlan
-from casa_assets.articulate.segment.fragments import PIXELS, MeasuredFragments, measure_fragments
+from casa_assets.articulate.segment.fragments import (
+    PIXELS,
+    MeasuredFragments,
+    WeldedMesh,
+    measure_fragments,
+    weld_triangles,
+)
 from casa_assets.articulate.segment.shell_segments import Fragmentation, fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.record import Vec3
 from tests.unit.articulate.blocks import Floats, Ints, Part, together

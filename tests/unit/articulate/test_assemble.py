@@ -15,7 +15,7 @@ from casa_assets.articulate.frame import metres_per_unit
 from casa_assets.articulate.part_names import rename_for_runtime
 from casa_assets.articulate.plan import Articulation, PartKind
 from casa_assets.articulate.run.build import ArticulateRequest, build
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
+from casa_assets.articulate.segment.fragments import weld_triangles
 from casa_assets.errors import Rejected
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.mesh.solid.solids import hull_volume

@@ -11,11 +11,11 @@ from casa_assets.articulate.controls.classify import check_forest, classify_with
 from casa_assets.articulate.controls.controls import Control, find_controls, group_controls
 from casa_assets.articulate.controls.levers_and_buttons import Lever, drop_burner_caps, find_levers
 from casa_assets.articulate.infer import choose_plan
-from casa_assets.articulate.interior.regions import find_burners
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.run.build import load_models
+from casa_assets.articulate.runtime_places import find_burners
 from casa_assets.articulate.segment.orthographic import FRONT
-from casa_assets.core.forest import forest_from_dict
+from casa_assets.core.numeric import forest_from_dict
 from casa_assets.model.asset.parts import Mesh
 from tests.support.asset.assets import textured_box
 from tests.unit.articulate.blocks import Part, box, carcass, disc, together

@@ -11,8 +11,8 @@ import pytest
 from casa_assets.articulate.decisions import CavityDecision, Decisions, PartDecision
 from casa_assets.articulate.plan import HingeEdge, PartKind
 from casa_assets.articulate.run.build import ArticulateRequest, ArticulateResult, build
-from casa_assets.articulate.run.decisions import read_decisions, text
 from casa_assets.errors import RegistryError, Rejected
+from casa_assets.library.review import read_decisions
 from casa_assets.model.asset.parts import Joint, JointKind
 from casa_assets.model.source import Word
 from tests.unit.articulate.blocks import microwave
@@ -66,7 +66,7 @@ MANY = Decisions(
 def test_a_sidecar_repeats_what_was_decided(mesh: Path, tmp_path: Path, decisions: Decisions) -> None:
     first = build(ArticulateRequest(mesh, tmp_path, decisions=decisions))
     path = tmp_path / "d.yaml"
-    path.write_text(text(first, decisions), encoding="utf-8")
+    path.write_text(first.decisions_text(decisions), encoding="utf-8")
     again = build(ArticulateRequest(mesh, tmp_path, decisions=read_decisions(path)))
     assert again.asset.digest == first.asset.digest
 

@@ -28,9 +28,8 @@ from casa_assets.articulate.frame import (
     score_candidate,
 )
 from casa_assets.articulate.plan import Articulation
-from casa_assets.articulate.segment.fragments import MeasuredFragments, measure_fragments
+from casa_assets.articulate.segment.fragments import MeasuredFragments, WeldedMesh, measure_fragments, weld_triangles
 from casa_assets.articulate.segment.orthographic import FRONT, LEFT, SIDES, TOP
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from casa_assets.articulate.side_views import measure_side
 from tests.unit.articulate.blocks import Floats, Ints, box, carcass, disc, drawers, microwave, together
 from tests.unit.articulate.fragmented import found_on, pieces_in

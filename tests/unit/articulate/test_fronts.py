@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.fronts.front_hypotheses import FrontHypotheses, choose_fronts, propose_fronts
-from casa_assets.articulate.fronts.fronts import select_opening_panels
+from casa_assets.articulate.fronts.opening_panels import select_opening_panels
 from casa_assets.articulate.fronts.panels import Panel, find_panels
 from casa_assets.articulate.fronts.pull_partition import Item, part_between_pulls
 from casa_assets.articulate.fronts.relief import (
@@ -20,9 +20,8 @@ from casa_assets.articulate.fronts.relief import (
     seam_maps,
 )
 from casa_assets.articulate.interior.inner_parts import find_drawer_box
-from casa_assets.articulate.segment.fragments import MeasuredFragments, measure_fragments
+from casa_assets.articulate.segment.fragments import MeasuredFragments, WeldedMesh, measure_fragments, weld_triangles
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES, DepthImage, SideRelief, measure_relief
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from tests.unit.articulate.blocks import Floats, Part, box, lattice, together
 from tests.unit.articulate.fragmented import in_its_frame, pieces_in
 

@@ -9,17 +9,17 @@ import pytest
 
 from casa_assets.articulate.decisions import CavityDecision, Decisions
 from casa_assets.articulate.interior.cavities import find_cavities
-from casa_assets.articulate.interior.hollow_out import hollow_out
 from casa_assets.articulate.interior.inner_parts import _is_lining, with_pieces_in_the_way
 from casa_assets.articulate.plan import Articulation, HingeEdge, InteriorKind, JointPlan, PartKind
 from casa_assets.articulate.run.build import ArticulateRequest, ArticulateResult, build
-from casa_assets.articulate.run.decisions import read_decisions, text
+from casa_assets.articulate.run.interiors import hollow_out
+from casa_assets.articulate.segment.fragments import WeldedMesh, weld_triangles
 from casa_assets.articulate.segment.orthographic import cross_rays
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from casa_assets.checks.motion.joints import joint_travels
 from casa_assets.errors import Rejected
 from casa_assets.formats import mjcf
+from casa_assets.library.review import read_decisions
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import JointKind
@@ -189,7 +189,7 @@ def test_what_is_carved_is_gone_and_the_rest_is_whole() -> None:
 def test_a_sidecar_with_cavities_makes_the_same_asset(tmp_path: Path) -> None:
     first = made(block(*door()), tmp_path, "wall_oven")
     path = tmp_path / "d.yaml"
-    path.write_text(text(first, Decisions()), encoding="utf-8")
+    path.write_text(first.decisions_text(Decisions()), encoding="utf-8")
     decisions = read_decisions(path)
     assert decisions.cavities["door_0"].build is True
     assert made(block(*door()), tmp_path, "wall_oven", decisions).asset.digest == first.asset.digest
@@ -199,7 +199,7 @@ def test_a_sidecar_with_cavities_makes_the_same_asset(tmp_path: Path) -> None:
     path.write_text(former, encoding="utf-8")
     assert read_decisions(path) == decisions, "the keys of older files are read"
     bare = made(block(*door()), tmp_path, "wall_oven", complete=False)
-    path.write_text(text(bare, Decisions()), encoding="utf-8")
+    path.write_text(bare.decisions_text(Decisions()), encoding="utf-8")
     assert made(block(*door()), tmp_path, "wall_oven", read_decisions(path)).asset.digest == bare.asset.digest
 
 

@@ -21,7 +21,7 @@ from casa_assets.articulate.link_shapes import (
     is_frame,
 )
 from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
+from casa_assets.articulate.segment.fragments import WeldedMesh, weld_triangles
 from casa_assets.model.asset.parts import Hull
 from tests.unit.articulate.blocks import Floats, box, carcass, disc, together
 from tests.unit.articulate.fragmented import AS_IT_IS, plan_of, slides

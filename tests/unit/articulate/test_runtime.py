@@ -7,7 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from casa_assets.articulate.interior.regions import (
+from casa_assets.articulate.part_names import PlacedPart, RuntimeName, runtime_names
+from casa_assets.articulate.plan import HingeEdge, JointPlan, PartKind
+from casa_assets.articulate.runtime_places import (
     Burner,
     burner_faces,
     find_burners,
@@ -20,8 +22,6 @@ from casa_assets.articulate.interior.regions import (
     region_over_rack,
     split_by_shelves,
 )
-from casa_assets.articulate.part_names import PlacedPart, RuntimeName, runtime_names
-from casa_assets.articulate.plan import HingeEdge, JointPlan, PartKind
 from casa_assets.articulate.runtime_semantics import annotate_for_runtime, behavior_for, contract_for
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region, Site
 from casa_assets.model.asset.behavior import BehaviorState, Stimulus, start_behavior, step_behavior

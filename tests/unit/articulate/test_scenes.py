@@ -10,8 +10,8 @@ import pytest
 
 from casa_assets.articulate.frame import axis_name, guess_frame
 from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
+from casa_assets.articulate.segment.fragments import weld_triangles
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.model.asset.parts import JointKind
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, drawers, microwave, together
 from tests.unit.articulate.fragmented import articulate_fragmentation, found_in

@@ -16,7 +16,7 @@ from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind
 from casa_assets.articulate.run.build import load_models
 from casa_assets.articulate.segment import orthographic
 from casa_assets.articulate.segment.cutting import CutPlane, cut_triangles
-from casa_assets.articulate.segment.fragments import measure_fragments
+from casa_assets.articulate.segment.fragments import WeldedMesh, measure_fragments, weld_model, weld_triangles
 from casa_assets.articulate.segment.orthographic import BACK, FRONT, LEFT, SIDES, TOP, measure_relief, render_depth
 from casa_assets.articulate.segment.segmentations import (
     Segmentation,
@@ -26,7 +26,6 @@ from casa_assets.articulate.segment.segmentations import (
     split_at_holes,
 )
 from casa_assets.articulate.segment.shell_segments import Fragmentation, fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model, weld_triangles
 from casa_assets.mesh.surface import face_normals
 from casa_assets.mesh.topology import is_closed
 from casa_assets.mesh.voxels import boundary, voxelise

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from casa_assets.articulate.run.build import load_models
-from casa_assets.articulate.signs_of_parts import signs_of_parts
+from casa_assets.articulate.unfound_parts import signs_of_parts
 from tests.unit.articulate.blocks import Part, box, disc, together
 from tests.unit.articulate.fragmented import in_its_frame
 

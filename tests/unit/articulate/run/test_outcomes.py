@@ -8,17 +8,18 @@ import pytest
 import typer
 
 from casa_assets import registry
+from casa_assets.articulate.decisions import DECISIONS_NAME
 from casa_assets.articulate.plan import calibrate_parts
 from casa_assets.articulate.run import build as building
 from casa_assets.articulate.run import steps as running
 from casa_assets.articulate.run.acceptance import doubts
 from casa_assets.articulate.run.build import ArticulateRequest, build, with_override
-from casa_assets.articulate.run.decisions import DECISIONS_NAME, read_decisions
 from casa_assets.articulate.run.steps import ArticulateOutcome, articulate_one
 from casa_assets.cli.batch_output import end_inputs
 from casa_assets.library import library as disk
 from casa_assets.library import review
 from casa_assets.library.entry_table import EntryTable
+from casa_assets.library.review import read_decisions
 from casa_assets.model.issue import REVIEW_CODE, Decision
 from casa_assets.model.registry.rows import Bars, Curve
 from casa_assets.model.source import Word

@@ -9,13 +9,6 @@ import numpy as np
 from casa_assets.articulate.controls.classify import ControlClassifier
 from casa_assets.articulate.controls.controls import MAX_KEY_RATIO, Control, has_round_outline
 from casa_assets.articulate.fronts.panels import INSIDE_TOLERANCE, Panel
-from casa_assets.articulate.interior.hollow_parts import (
-    PIXELS,
-    free_share_behind,
-    roofed_share,
-    share_open_to_the_top,
-    view_from_above,
-)
 from casa_assets.articulate.interior.inner_parts import (
     GROUPING_GAPS,
     find_backing_plates,
@@ -23,8 +16,8 @@ from casa_assets.articulate.interior.inner_parts import (
     group_touching,
     is_shelf,
 )
-from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
-from casa_assets.articulate.segment.orthographic import BACK, BOTTOM, FRONT, LEFT, RIGHT, TOP
+from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side, view_from_above
+from casa_assets.articulate.segment.orthographic import BACK, BOTTOM, FRONT, LEFT, RIGHT, SIDES, TOP, render_depth
 from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, NO_FRONTS, KnownFronts, boxiness
 from casa_assets.core.numeric import Floats, Mask
 
@@ -232,6 +225,8 @@ DOUBTFUL = 0.45
 MAX_RAIL_HEIGHT, MIN_SETBACK = 0.16, 0.015
 # A panel without a handle that is narrower than this share of the side is a strip of the body.
 MAX_STRIP_SHARE = 0.13
+# Pixels along the longer side of the pictures of boxes, and least depth of the room behind a front, diagonals.
+BOX_PIXELS, MIN_ROOM_DEPTH = 96, 0.05
 
 
 def attach_to_panels(
@@ -480,7 +475,7 @@ def _is_block(measured: MeasuredFragments, i: int, panel: Panel, lower: Floats, 
     size = (upper - lower)[i]
     if size[0] < MIN_BLOCK_WIDTH_SHARE * panel.width or size[1] < MIN_BLOCK_HEIGHT_SHARE * panel.height:
         return False
-    image = measured.render_alone([i], FRONT, PIXELS)
+    image = measured.render_alone([i], FRONT, BOX_PIXELS)
     return float((image.depth <= MAX_BLOCK_SUNK_SHARE * float(size[2])).mean()) >= MIN_BLOCK_FILL
 
 
@@ -503,12 +498,6 @@ def _is_box(measured: MeasuredFragments, group: list[int], panel: Panel, lower: 
     wide = float(upper[group, 0].max() - lower[group, 0].min()) >= 0.6 * panel.width
     tall = float(upper[group, 1].max() - lower[group, 1].min()) >= MIN_BOX_HEIGHT_SHARE * panel.height
     return wide and tall and view_from_above(measured, group).is_tub
-
-
-def box_depth(measured: MeasuredFragments, panel: Panel) -> float:
-    """Return how far the box of a panel reaches behind it, diagonals."""
-    _, upper = corners_from_side(measured, FRONT)
-    return max((float(upper[i, 2] - panel.upper[2]) for i in panel.box), default=0.0)
 
 
 def select_opening_panels(
@@ -628,3 +617,45 @@ def _closes(measured: MeasuredFragments, panel: Panel) -> bool:
     """Return whether there is a roofed cavity behind a panel."""
     free = free_share_behind(measured, panel.everything, panel.lower, panel.upper)
     return free >= MIN_HOLLOW_SHARE and roofed_share(measured, panel.lower, panel.upper) >= MIN_HOLLOW_SHARE
+
+
+def free_share_behind(measured: MeasuredFragments, fragments: Sequence[int], lower: Floats, upper: Floats) -> float:
+    """Return the share of a rectangle behind which there is free space, once some fragments are removed.
+
+    Args:
+        lower, upper: (3,) corners in (u, v, w) of what those fragments are; room is what lies deeper than `upper`.
+    """
+    gone = np.zeros(len(measured.label), dtype=bool)
+    gone[measured.faces_of(fragments)] = True
+    faces = measured.mesh.faces[~gone]
+    if not len(faces):
+        return 0.0
+    image = render_depth(measured.mesh.points, faces, SIDES[FRONT], 2 * BOX_PIXELS)
+    nearest = float((measured.mesh.points[faces] @ SIDES[FRONT][2]).min())
+    depth = image.window(lower[:2], upper[:2]) + nearest
+    return float((np.isfinite(depth) & (depth > float(upper[2]) + MIN_ROOM_DEPTH)).mean())
+
+
+def roofed_share(measured: MeasuredFragments, lower: Floats, upper: Floats) -> float:
+    """Return the share of the strip right behind a front that something covers at the height of its top or above.
+
+    Args:
+        lower, upper: (3,) corners of the front in (u, v, w) of an upright side.
+    """
+    strip = np.array([[lower[0], lower[1], upper[2]], [upper[0], upper[1], upper[2] + MIN_ROOM_DEPTH]]) @ SIDES[FRONT]
+    flat = np.sort(strip @ SIDES[TOP].T, axis=0)
+    depth = measured.depth_images[TOP].window(*flat[:, :2])
+    height = float(measured.upper[:, 2].max()) - np.where(np.isfinite(depth), depth, np.inf)
+    return float((height >= float(upper[1]) - 0.25 * float(upper[1] - lower[1])).mean())
+
+
+def share_open_to_the_top(measured: MeasuredFragments, fragments: Sequence[int]) -> float:
+    """Return the share of the plan of some fragments that is open when the object is seen from above.
+
+    There, nothing visible is above half of their height: neither a worktop nor the body, only objects inside them.
+    """
+    lower, upper = measured.box(fragments)
+    corners = np.sort(np.array([lower, upper]) @ SIDES[TOP].T, axis=0)
+    depth = measured.depth_images[TOP].window(*corners[:, :2])
+    height = float(measured.upper[:, 2].max()) - np.where(np.isfinite(depth), depth, np.inf)
+    return float((height < float(lower[2] + upper[2]) / 2).mean())

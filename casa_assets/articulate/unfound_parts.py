@@ -12,21 +12,13 @@ import numpy as np
 
 from casa_assets.articulate.category import KIND_TRAITS
 from casa_assets.articulate.controls.controls import find_controls
+from casa_assets.articulate.controls.faucets import Axis, Piece, PieceGraph, piece_graph
 from casa_assets.articulate.fronts.front_hypotheses import find_fronts
 from casa_assets.articulate.fronts.relief import is_handle
 from casa_assets.articulate.plan import Models
-from casa_assets.articulate.segment.fragments import (
-    Axis,
-    MeasuredFragments,
-    Piece,
-    PieceGraph,
-    measure_fragments,
-    piece_graph,
-    render_sides,
-)
+from casa_assets.articulate.segment.fragments import MeasuredFragments, WeldedMesh, measure_fragments, render_sides
 from casa_assets.articulate.segment.orthographic import BACK, FRONT, LEFT, RIGHT, TOP, measure_relief
 from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, boxiness
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats
 from casa_assets.model.registry.category import split_words
 
