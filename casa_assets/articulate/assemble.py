@@ -427,7 +427,9 @@ def build_joint(part: PartPlan, metres: float, link: Link, behind: int | None, n
     arm = 1.0 if slides else _arm(link, grip, axis, part.kind in RIM_GRIPPED_KINDS)
     inertia = link.inertial.mass if slides else _about(link, axis)
     spring = None if slides else _balance(link, axis, upper)
-    feel = hand_dynamics.feel_against(spring, inertia, arm, max(way, MIN_TRAVEL), STARTS_N.get(part.kind, hand_dynamics.START_N))
+    feel = hand_dynamics.feel_against(
+        spring, inertia, arm, max(way, MIN_TRAVEL), STARTS_N.get(part.kind, hand_dynamics.START_N)
+    )
     if part.kind is PartKind.BUTTON:
         spring = hand_dynamics.press(max(way, MIN_TRAVEL), hand_dynamics.KEY_FULL_N, hand_dynamics.KEY_PRELOAD_N)
         feel = hand_dynamics.KEY
