@@ -86,6 +86,6 @@ def looked_at(score: ModuleType, name: str, variant: str) -> dict[str, Any]:
     begin = time.process_time()
     mesh = weld_triangles(case.V, case.F)
     frame = guess_frame(mesh)
-    found = choose_plan(mesh.in_frame(frame), frame, models=load_models()).articulation
+    found = choose_plan(mesh.in_frame(frame), frame, "", load_models()).articulation
     took = time.process_time() - begin
     return {"row": score.score_case(case, prediction(found)), "right": frame_is_right(frame, case), "took": took}

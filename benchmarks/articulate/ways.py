@@ -44,7 +44,7 @@ def case_plans(job: tuple[Path, str, str, Path | None]) -> Case:
     mesh = weld_triangles(case.V, case.F)
     frame = guess_frame(mesh)
     plans = []
-    for plan in candidate_plans(mesh.in_frame(frame), frame, models=load_models()):
+    for plan in candidate_plans(mesh.in_frame(frame), frame, "", load_models()):
         row = score.score_case(case, prediction(plan.articulation))
         sure = confidence_row(row, plan.articulation)
         plans.append({"way": plan.way.value, "score": plan.score, "row": row, "sure": sure})

@@ -42,6 +42,7 @@ from casa_assets.articulate.controls.levers_and_buttons import find_levers
 from casa_assets.articulate.frame import given_frame
 from casa_assets.articulate.fronts.panels import find_panels
 from casa_assets.articulate.plan import PartKind
+from casa_assets.articulate.run.build import load_models
 from casa_assets.articulate.segment.fragments import MeasuredFragments, measure_fragments, render_sides, weld_triangles
 from casa_assets.articulate.segment.orthographic import FRONT, TOP
 from casa_assets.articulate.segment.segmentations import segmentations
@@ -166,7 +167,7 @@ def _labelled(source: str, truth: dict[str, Any], points: Floats, faces: Ints, p
     images = render_sides(placed)
     found = []
     for way, split in segmentations(placed).items():
-        pieces = fragment_mesh(placed, split)
+        pieces = fragment_mesh(placed, split, load_models())
         measured = measure_fragments(placed, pieces.labels, images=images)
         found += samples_of(f"{truth['name']}.{way}", source, measured, sides)
     return found

@@ -41,6 +41,7 @@ from casa_assets.articulate.fronts.joints import (
 from casa_assets.articulate.fronts.opening_panels import select_opening_panels
 from casa_assets.articulate.infer import PartCollector, look_at_front, traits_of_views
 from casa_assets.articulate.plan import HingeEdge
+from casa_assets.articulate.run.build import load_models
 from casa_assets.articulate.segment.fragments import measure_fragments, render_sides, weld_triangles
 from casa_assets.articulate.segment.segmentations import segmentations
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
@@ -112,7 +113,7 @@ def fronts_of(case: Any, row: Mapping[str, Any]) -> list[Front]:
     images = render_sides(placed)
     found: list[Front] = []
     for labels in segmentations(placed).values():
-        split = fragment_mesh(placed, labels)
+        split = fragment_mesh(placed, labels, load_models())
         collector = PartCollector(measure_fragments(placed, split.labels, images=images), split.fronts)
         measured = collector.measured
         seen = look_at_front(collector)

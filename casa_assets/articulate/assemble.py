@@ -46,7 +46,6 @@ from casa_assets.model.registry.category import Category
 from casa_assets.model.source import RawModel
 
 # Drop empty links -----------------------------------------------------------------------------------------------------
-# Drop parts that no surface belongs to: a link of an asset has to have something that is seen and that weighs.
 
 
 def drop_empty_links(articulation: Articulation, mesh: WeldedMesh) -> Articulation:
@@ -86,8 +85,6 @@ def _without(parts: tuple[PartPlan, ...], names: set[str]) -> tuple[PartPlan, ..
 
 
 # Double faces ---------------------------------------------------------------------------------------------------------
-# Find the faces of a link that its maker modelled twice, once for each side, and those that are copies of another.
-#
 # Two faces over the same three points fight for each pixel in renderers that draw backs, and shade each other's
 # vertices. Both sides stay, since it is not known for every sheet which of them is visible; the second is drawn a hair
 # off the first, towards the side that it faces, so that each hides the other from its own side.
@@ -140,8 +137,6 @@ def _is_first(group: Ints) -> Mask:
     found[first] = True
     return found
 
-
-# Links and joints -----------------------------------------------------------------------------------------------------
 
 ROOT = "object"
 # Thickness of the sheet that inertia is computed with, as a share of the longest side of a link: thinner ones vanish in

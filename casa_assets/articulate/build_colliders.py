@@ -28,7 +28,6 @@ from casa_assets.model.asset.parts import Collider, JointKind
 from casa_assets.model.pose import Pose
 
 # Edge grips -----------------------------------------------------------------------------------------------------------
-# Give fronts without a handle a grip: a strip of their collision shapes along the edge that opens.
 
 # Parts that are opened by their edge where they have no handle.
 OPENING_KINDS = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.LID})
@@ -83,8 +82,6 @@ def _edge(solid: LinkSolid, lower: Floats, upper: Floats) -> tuple[int, float]:
     axis = int(np.argmax(np.round(np.abs(away), 6)))
     return axis, 1.0 if away[axis] > 0 else -1.0
 
-
-# Build colliders ------------------------------------------------------------------------------------------------------
 
 # Most collision shapes of a link (Ref: registry/limits.yaml, hull_count), and before cuts, which may split one; those
 # of the body that are left for the floors of slots, which come when an asset gets its runtime names.

@@ -147,7 +147,6 @@ def _log(count: int) -> float:
 
 
 # Unit scale -----------------------------------------------------------------------------------------------------------
-# Guess the length unit of a mesh whose file does not state one, by the usual size of kitchen objects.
 
 UNITS: Mapping[str, float] = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254}
 # Longest sides of kitchen appliances and cabinets, from a kettle to a tall fridge, metres.
@@ -176,7 +175,6 @@ def metres_per_unit(longest: float, stated: float | None, span: SizeRange | None
 
 
 # Wall alignment -------------------------------------------------------------------------------------------------------
-# Rotate an object that is not aligned with its file axes so that its walls run along the axes.
 
 # Angle within which a face lies along an axis; bins in which directions of walls are counted.
 ALIGNED_RAD, DIRECTION_BIN_RAD = np.radians(1.5), np.radians(0.25)
@@ -280,7 +278,6 @@ def _largest(normals: Floats, weight: Floats) -> list[Floats]:
 
 
 # Axes -----------------------------------------------------------------------------------------------------------------
-# Align its walls with the axes, then score the twenty-four candidates.
 
 # Weight of each feature in the log odds of a candidate; features whose weight came out as zero are left out. Ref:
 # conditional logit over members of this project's own families, merged into one mesh each (commit 7b3921e3).

@@ -72,7 +72,6 @@ from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.record import Vec3
 
 # Form traits ----------------------------------------------------------------------------------------------------------
-# Detect by form alone, before any joint is decided, whether an object has fronts, controls or legs, and which.
 
 # Width to height of a wide front, and of a tall one; share of the side that one covering front has at least.
 MIN_WIDE_RATIO, MAX_TALL_RATIO, MIN_COVERING_SHARE = 1.2, 0.8, 0.4
@@ -125,9 +124,6 @@ def stands_on_legs(measured: MeasuredFragments) -> bool:
     band = seen[first : max(last, first + 1), columns[0] : columns[-1] + 1]
     return bool(band.mean() < MAX_LEGS_SHARE) if band.size else False
 
-
-# Infer ----------------------------------------------------------------------------------------------------------------
-# Fronts, controls, inner parts, faucets and lids.
 
 # Travel of a button in diagonals, capped by its protrusion. Ref: 2 to 5 mm on an object of 0.8 m.
 MAX_BUTTON_TRAVEL = 0.004
@@ -521,7 +517,7 @@ class Plan:
         return plan_score([part.confidence for part in self.articulation.parts])
 
 
-def choose_plan(mesh: WeldedMesh, frame: Frame, category: str = "", models: Models | None = None) -> Plan:
+def choose_plan(mesh: WeldedMesh, frame: Frame, category: str, models: Models) -> Plan:
     """Return the plan of a mesh in its frame that has clearly more parts that are probably right; else the first.
 
     Where the welded fragments say the same, theirs is returned.
@@ -529,7 +525,7 @@ def choose_plan(mesh: WeldedMesh, frame: Frame, category: str = "", models: Mode
     Args:
         mesh: z up, the front faces -y, a diagonal of 1, the middle at the origin.
         category: id of a category where it is known, empty otherwise.
-        models: what was learned from labelled cases; None to go by rules alone.
+        models: what was learned from labelled cases.
     """
     plans = candidate_plans(mesh, frame, category, models)
     advantage = needed_advantage(len(plans[0].articulation.parts))
@@ -555,15 +551,14 @@ def best_score(scores: Sequence[float], advantage: float = MIN_ADVANTAGE) -> int
     return best if scores[best] > scores[0] + advantage else 0
 
 
-def candidate_plans(mesh: WeldedMesh, frame: Frame, category: str = "", models: Models | None = None) -> list[Plan]:
+def candidate_plans(mesh: WeldedMesh, frame: Frame, category: str, models: Models) -> list[Plan]:
     """Return the plan of each way to split a mesh, the one that is right most often first."""
     images = render_sides(mesh)
-    controls = None if models is None else models.controls
     found = []
     for way, labels in segmentations(mesh).items():
         fragmentation = fragment_mesh(mesh, labels, models)
         measured = measure_fragments(mesh, fragmentation.labels, images=images)
-        articulation = articulate_fragments(measured, frame, category, controls, fragmentation.fronts)
+        articulation = articulate_fragments(measured, frame, category, models.controls, fragmentation.fronts)
         if way in (Segmentation.CREASES, Segmentation.HOLES) and not _has_whole_lids(mesh, articulation):
             continue
         found.append(Plan(way, fragmentation, articulation))

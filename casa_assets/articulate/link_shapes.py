@@ -19,8 +19,6 @@ from casa_assets.mesh.voxels import Grid, voxelise
 from casa_assets.model.asset.parts import Box, Hull, Mesh, Shape
 from casa_assets.model.pose import Pose
 
-# Link shapes ----------------------------------------------------------------------------------------------------------
-
 # A surface that fills at least this share of its hull becomes the hull, of its box, a box.
 MIN_HULL_FILL, MIN_BOX_FILL = 0.8, 0.985
 # A surface that fills less than this share of its hull is open. One that is flatter than this ratio is judged by its

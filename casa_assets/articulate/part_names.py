@@ -16,9 +16,6 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.parts import Joint, JointKind, Link, Region
 from casa_assets.model.pose import Pose
 
-# Part roles -----------------------------------------------------------------------------------------------------------
-# Assign the parts of an object of known category the names that runtimes look for, by where the parts are.
-#
 # Ref: registry/contracts, and the fixture classes of RoboCasa that they were read from.
 
 CABINET_WORDS = ("cabinet", "drawer_stack", "island_base", "sink_base")
@@ -280,7 +277,6 @@ def _coordinate(place: PlacedPart, axis: int) -> float:
 
 
 # Rename ---------------------------------------------------------------------------------------------------------------
-# Rename links, joints, colliders, regions and states of an asset to the names that runtimes look for.
 
 # Doors and drawers whose ranges runtimes read as -a..0 or 0..a about +x, +y or +z.
 _PLAIN_AXES = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.TRAY, PartKind.LEVER})

@@ -18,7 +18,6 @@ from casa_assets.model.record import ArrayOf, Id, Record, Vec2, Vec3
 from casa_assets.model.registry.rows import ConfidenceModel
 
 # Vectors --------------------------------------------------------------------------------------------------------------
-# Convert arrays to the tuples of three numbers that records hold, rounded where they are written to files.
 
 
 def to_vec3(values: Iterable[float]) -> Vec3:
@@ -47,33 +46,21 @@ def round_mm_vec3(values: Iterable[float]) -> Vec3:
     return to_vec3(round_mm(v) for v in values)
 
 
-# Models ---------------------------------------------------------------------------------------------------------------
-# The models learned from labelled cases, which the caller reads from the registry and hands in.
-
-
 @dataclass(frozen=True)
 class Models:
     """Decision forests, used where rules decide less well.
 
     Attributes:
-        controls: distinguishes knobs, keys and neither, from CONTROL_FEATURES; None to look at each control alone.
+        controls: distinguishes knobs, keys and neither, from CONTROL_FEATURES.
         fronts_alone, fronts: decide whether a rectangle of a fused shell is a door or drawer, from FEATURES of
-            fronts/front_hypotheses.py alone, and with CONTEXT; None if rules decide.
+            fronts/front_hypotheses.py alone, and with CONTEXT.
     """
 
-    controls: Forest | None = None
-    fronts_alone: Forest | None = None
-    fronts: Forest | None = None
-
-    @property
-    def front_forests(self) -> tuple[Forest, Forest] | None:
-        """Return the two forests of fronts, or None if one is missing."""
-        return None if self.fronts_alone is None or self.fronts is None else (self.fronts_alone, self.fronts)
+    controls: Forest
+    fronts_alone: Forest
+    fronts: Forest
 
 
-# Plan -----------------------------------------------------------------------------------------------------------------
-# The frame, the moving parts, their joints, and the confidence of each decision.
-#
 # Lengths are in units of the analysed mesh, whose diagonal is 1; the frame maps them to the file and to metres.
 
 FaceIndex = Annotated[npt.NDArray[np.int64], ArrayOf("int64", (-1,))]
@@ -274,7 +261,6 @@ class Articulation(Record):
 
 
 # Confidence -----------------------------------------------------------------------------------------------------------
-# Calibrate the confidences of parts, and compute the probability that the parts of a mesh are all right.
 
 # Confidence of what nobody had to guess.
 CERTAIN = 1.0

@@ -446,7 +446,6 @@ def _body(asset: Asset) -> tuple[Floats, npt.NDArray[np.int64]]:
 
 
 # Burners --------------------------------------------------------------------------------------------------------------
-# Find the burners of a hob or range: round discs on its top, each named by its place.
 
 # Diameters of burners and rings, metres: from the cap of a simmer burner to the ring of a large zone.
 MIN_DIAMETER_M, MAX_DIAMETER_M = 0.035, 0.34

@@ -14,9 +14,6 @@ from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_
 from casa_assets.articulate.segment.orthographic import SIDES, DepthImage
 from casa_assets.core.numeric import Floats, Mask
 
-# Side views -----------------------------------------------------------------------------------------------------------
-# Edge density, panels, symmetry, small protrusions.
-
 # An edge: a step in depth between neighbouring pixels, diagonals, or a bend, cosine of 25 degrees.
 MIN_DEPTH_STEP, MAX_BEND_COS = 0.004, 0.906
 # A feature such as a knob or handle: narrower than this in one direction, protruding this far; diagonals.
@@ -227,7 +224,6 @@ def _rings(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats)
 
 
 # Evidence -------------------------------------------------------------------------------------------------------------
-# Compute features for the probability that one side of an object is its front and another its top.
 
 # What counts of a side, beside its share of the detail of all six.
 SIDE_MEASURES: Mapping[str, Callable[[SideView], float]] = {

@@ -89,8 +89,7 @@ def _signs_of_side(mesh: WeldedMesh, measured: MeasuredFragments, side: int, mod
     if measured.count > 1 and any(c.protrusion >= MIN_CONTROL_PROTRUSION for c in find_controls(measured, side, [])):
         return [f"something {where} stands out like a knob, a key or a lever"]
     least = MIN_FRONT_PROBABILITY if measured.count > 1 else MIN_FRONT_PROBABILITY_OF_ONE_PIECE
-    forests = models.front_forests
-    fronts = [] if forests is None or side == TOP else find_fronts(mesh, relief, side, forests)
+    fronts = [] if side == TOP else find_fronts(mesh, relief, side, (models.fronts_alone, models.fronts))
     if any(chance > least for _, chance in fronts):
         return [f"lines {where} run round what looks like a door or a drawer"]
     return []

@@ -21,7 +21,6 @@ from casa_assets.articulate.segment.orthographic import SIDES, TOP, outline_area
 from casa_assets.core.numeric import Floats, Forest, Ints, Mask
 
 # Features -------------------------------------------------------------------------------------------------------------
-# Compute the dimensionless features of the controls on a side, from which their type is classified.
 
 # Lengths are in diagonals of the object or by the size of what the name says; all are 0 where there is none.
 CONTROL_FEATURES = (
@@ -180,8 +179,6 @@ def _round_as_their_group(controls: Sequence[Control], cell: float) -> list[Cont
                 found[i] = replace(found[i], is_round=True)
     return found
 
-
-# Classify -------------------------------------------------------------------------------------------------------------
 
 ControlType = tuple[PartKind | None, float, str]
 # Tells what a control is among others of its side, how sure that is, and why.

@@ -13,9 +13,6 @@ from casa_assets.articulate.segment.orthographic import SIDES, DepthImage, outli
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.topology import connected_groups
 
-# Controls -------------------------------------------------------------------------------------------------------------
-# Compact things that protrude from a side, such as knobs, buttons and pulls.
-
 # Sizes in diagonals of the object. Ref: the articulation bench (docs/numbers.md), which also
 # scores this: the widths and lengths of its 132 knobs and buttons lie between 0.010 and 0.121, but for one dial that is
 # 0.258 long.
@@ -271,7 +268,6 @@ def has_round_outline(measured: MeasuredFragments, side: int, group: Sequence[in
 
 
 # Groups ---------------------------------------------------------------------------------------------------------------
-# Group controls that are alike and form one grid or row: a group has one type.
 
 # Controls are alike where their widths, heights and protrusions differ by at most this share of the larger width.
 ALIKE_TOLERANCE = 0.15

@@ -16,9 +16,6 @@ from casa_assets.articulate.segment.orthographic import FRONT, SIDES
 from casa_assets.core.numeric import Floats, Mask
 from casa_assets.model.asset.parts import JointKind
 
-# Levers ---------------------------------------------------------------------------------------------------------------
-# Find levers that run in a slot among the controls, with the direction and length of the slot.
-
 # Depth of a slot against both sides, widest gap between the lever and its slot, and length of a slot; diagonals.
 MIN_SLOT_DEPTH, MAX_SLOT_START_GAP, MIN_SLOT_LENGTH = 0.008, 0.02, 0.06
 # A painted slot lies at most this far before its surroundings, diagonals.
@@ -136,7 +133,6 @@ def _run(deep: Mask, pixel: float) -> int:
 
 
 # Switches -------------------------------------------------------------------------------------------------------------
-# Find the rockers, toggles and dimmer knobs of a wall switch: a row of equal pieces in the middle of a thin plate.
 
 # Depth of a plate and of what is behind its face, by its shorter side; share of its rectangle that it fills, and width
 # by height between these: up to six switches in one frame.
@@ -269,7 +265,6 @@ def _part(
 
 
 # Round controls -------------------------------------------------------------------------------------------------------
-# Tell round buttons from other round things: the single button on a front, and burner caps on a top.
 
 # Width of a single button, diagonals (a ring around a button is wider than a button), its least protrusion, and its
 # most by its width.

@@ -16,7 +16,6 @@ from casa_assets.articulate.segment.orthographic import FRONT
 from casa_assets.core.numeric import Floats
 
 # Kind habits ----------------------------------------------------------------------------------------------------------
-# Prior probabilities by kind of object: at which edge its doors are hinged, and how many of its fronts are drawers.
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,6 @@ def share_with_fronts(kinds: Mapping[str, float]) -> float:
 
 
 # Front view -----------------------------------------------------------------------------------------------------------
-# Compute features of a front from its form, handle and neighbours: for each hinge edge, and for being a drawer.
 
 EDGES = (HingeEdge.LEFT, HingeEdge.RIGHT, HingeEdge.BOTTOM, HingeEdge.TOP)
 # Axis of (u, v) across which an edge lies, and the way from the edge to the one that opens.

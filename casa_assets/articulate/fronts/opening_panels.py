@@ -21,8 +21,7 @@ from casa_assets.articulate.segment.orthographic import BACK, BOTTOM, FRONT, LEF
 from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, NO_FRONTS, KnownFronts, boxiness
 from casa_assets.core.numeric import Floats, Mask
 
-# Tiled fronts ---------------------------------------------------------------------------------------------------------
-# Find fronts without handles: panels that tile a side together, or that have controls next to them.
+# Fronts without handles -----------------------------------------------------------------------------------------------
 
 # Fronts of one thing start at one depth, end in line, and lie this near to each other, diagonals.
 SAME_DEPTH, IN_LINE, MAX_GAP = 0.02, 0.012, 0.04
@@ -120,7 +119,6 @@ def _in_line(lower: Floats, upper: Floats, other_lower: Floats, other_upper: Flo
 
 
 # Round doors ----------------------------------------------------------------------------------------------------------
-# Find the round door of a washing machine or dryer, which lies on the front as a ring, a disc or a dome.
 
 # Diameter by the width and by the height of the front, distance of its middle from that of the front by the width, and
 # height by width of the front. Ref: makers list loading doors of 30 to 50 cm in fronts of 60 by 85 cm.
@@ -324,7 +322,9 @@ def _pulls(panels: list[Panel], controls: list[Control], sure: Collection[int]) 
     for panel in panels:
         on_panel = [c for c in controls if _host([panel], c.lower, c.upper) is panel]
         bars = [c for c in on_panel if c.long > 2.5 and _is_bar(c, panel)]
-        bars += [c for c in on_panel if not any(c is b for b in bars) and any(_bears(c, b) for b in bars)]
+        bars += [
+            c for c in on_panel if not any(c is b for b in bars) and any(_touches(c, b.lower, b.upper) for b in bars)
+        ]
         panel.grips += [c.fragments for c in bars]
         panel.attachment_depths += [float(c.lower[2]) for c in bars]
         on_panel = [c for c in on_panel if not any(c is b for b in bars)]
@@ -333,7 +333,7 @@ def _pulls(panels: list[Panel], controls: list[Control], sure: Collection[int]) 
             for c in on_panel
             if id(c) not in sure
             and _is_pull(c, float(panel.lower[2] - c.lower[2]))
-            and (_is_small(c, panel) or _is_cup(c, panel))
+            and (float(c.across.max()) <= 0.3 * min(panel.width, panel.height) or _is_cup(c, panel))
         ]
         mirrored = (
             len(small) == 2 and abs(sum(float(c.middle[0]) for c in small) - panel.lower[0] - panel.upper[0]) < 0.02
@@ -351,11 +351,6 @@ def _is_bar(control: Control, panel: Panel) -> bool:
     return protrusion >= MIN_HANDLE_PROTRUSION or (not rail and _is_pull(control, protrusion))
 
 
-def _is_small(control: Control, panel: Panel) -> bool:
-    """Return whether a control is small compared with its panel."""
-    return float(control.across.max()) <= 0.3 * min(panel.width, panel.height)
-
-
 def _is_cup(control: Control, panel: Panel) -> bool:
     """Return whether something on a panel is wide for its height, as cup pulls of drawers are, and no knob."""
     within = bool((control.across <= MAX_PULL_LENGTH_SHARE * (panel.upper - panel.lower)[:2]).all())
@@ -368,11 +363,6 @@ def _is_pull(control: Control, protrusion: float) -> bool:
     return protrusion >= MIN_HANDLE_PROTRUSION or (
         shaped and protrusion >= max(MIN_PULL_PROTRUSION, MIN_PULL_PROTRUSION_BY_WIDTH * float(control.across.min()))
     )
-
-
-def _bears(control: Control, bar: Control) -> bool:
-    """Return whether a small thing touches a bar, as its feet do."""
-    return bool((control.lower <= bar.upper + 0.003).all() and (control.upper >= bar.lower - 0.003).all())
 
 
 def _count_controls(panels: list[Panel], controls: list[Control]) -> None:
@@ -388,18 +378,19 @@ def _feet(panels: list[Panel], controls: list[Control], lower: Floats, upper: Fl
     for control in controls:
         host = _host(panels, control.lower, control.upper)
         grips = [] if host is None else host.grips
-        on = [g for g in grips if _touches(control, lower[g].min(axis=0), upper[g].max(axis=0))]
-        if on:
-            on[0] += control.fragments
+        boxes = [(g, lower[g].min(axis=0), upper[g].max(axis=0)) for g in grips]
+        large = [b for b in boxes if float((b[2] - b[1])[:2].max()) >= 1.5 * float(control.across.max())]
+        on = next((g for g, low, high in large if _touches(control, low, high)), None)
+        if on is not None:
+            on += control.fragments
         else:
             rest.append(control)
     return rest
 
 
 def _touches(control: Control, lower: Floats, upper: Floats) -> bool:
-    """Return whether a small thing touches a handle that is larger than itself."""
-    meet = bool((control.lower <= upper + 0.003).all() and (control.upper >= lower - 0.003).all())
-    return meet and float((upper - lower)[:2].max()) >= 1.5 * float(control.across.max())
+    """Return whether a small thing touches a box, as feet do their bar."""
+    return bool((control.lower <= upper + 0.003).all() and (control.upper >= lower - 0.003).all())
 
 
 def _box(measured: MeasuredFragments, panel: Panel, lower: Floats, upper: Floats, taken: Collection[int]) -> list[int]:
@@ -414,7 +405,10 @@ def _box(measured: MeasuredFragments, panel: Panel, lower: Floats, upper: Floats
     close = lower[:, 2] <= panel.upper[2] + MAX_BOX_GAP
     inside[[*panel.members, *taken]] = False
     inside &= ~_open_above(measured, lower, upper)
-    boards = _boards(lower, upper, inside, panel)
+    # Level plates that span between walls of the body leave no room for a drawer.
+    size = upper - lower
+    wide = (size[:, 0] >= 0.6 * panel.width) & (size[:, 1] <= 0.1 * size[:, 0]) & (size[:, 2] >= 3 * size[:, 1])
+    boards = [i for i in np.flatnonzero(inside & wide).tolist() if is_shelf(lower, upper, i, ~inside)]
     inside[boards] = False
     middle = [float(lower[i, 1] + upper[i, 1]) / 2 for i in boards if lower[i, 2] <= panel.upper[2] + MAX_SHELF_GAP]
     panel.has_shelf_behind = any(0.15 * panel.height < v - panel.lower[1] < 0.85 * panel.height for v in middle)
@@ -427,8 +421,8 @@ def _box(measured: MeasuredFragments, panel: Panel, lower: Floats, upper: Floats
         more = np.flatnonzero(free & (lower[:, 2] >= panel.lower[2]) & (upper[:, 2] <= reach))
         every = sorted({*first.tolist(), *more.tolist()})
         tall = float(upper[every, 1].max() - lower[every, 1].min()) >= MIN_BOX_HEIGHT_SHARE * panel.height
-        wide = panel.height <= MAX_HEIGHT_RATIO * panel.width
-        if visible is hidden and tall and wide and view_from_above(measured, every).is_box:
+        low = panel.height <= MAX_HEIGHT_RATIO * panel.width
+        if visible is hidden and tall and low and view_from_above(measured, every).is_box:
             return every
         near = set(first.tolist())
         # A seal on the back of a front touches the box and the body at once.
@@ -477,13 +471,6 @@ def _is_block(measured: MeasuredFragments, i: int, panel: Panel, lower: Floats, 
         return False
     image = measured.render_alone([i], FRONT, BOX_PIXELS)
     return float((image.depth <= MAX_BLOCK_SUNK_SHARE * float(size[2])).mean()) >= MIN_BLOCK_FILL
-
-
-def _boards(lower: Floats, upper: Floats, inside: Mask, panel: Panel) -> list[int]:
-    """Return level plates behind a panel that span between walls of the body: they leave no room for a drawer."""
-    size = upper - lower
-    wide = (size[:, 0] >= 0.6 * panel.width) & (size[:, 1] <= 0.1 * size[:, 0]) & (size[:, 2] >= 3 * size[:, 1])
-    return [i for i in np.flatnonzero(inside & wide).tolist() if is_shelf(lower, upper, i, ~inside)]
 
 
 def _open_above(measured: MeasuredFragments, lower: Floats, upper: Floats) -> Mask:
@@ -614,39 +601,22 @@ def _handle_count(panel: Panel, lower: Floats, upper: Floats) -> int:
 
 
 def _closes(measured: MeasuredFragments, panel: Panel) -> bool:
-    """Return whether there is a roofed cavity behind a panel."""
-    free = free_share_behind(measured, panel.everything, panel.lower, panel.upper)
-    return free >= MIN_HOLLOW_SHARE and roofed_share(measured, panel.lower, panel.upper) >= MIN_HOLLOW_SHARE
-
-
-def free_share_behind(measured: MeasuredFragments, fragments: Sequence[int], lower: Floats, upper: Floats) -> float:
-    """Return the share of a rectangle behind which there is free space, once some fragments are removed.
-
-    Args:
-        lower, upper: (3,) corners in (u, v, w) of what those fragments are; room is what lies deeper than `upper`.
-    """
+    """Return whether there is a cavity behind a panel, and something over it at the height of its top or above."""
     gone = np.zeros(len(measured.label), dtype=bool)
-    gone[measured.faces_of(fragments)] = True
+    gone[measured.faces_of(panel.everything)] = True
     faces = measured.mesh.faces[~gone]
     if not len(faces):
-        return 0.0
+        return False
+    lower, upper = panel.lower, panel.upper
     image = render_depth(measured.mesh.points, faces, SIDES[FRONT], 2 * BOX_PIXELS)
     nearest = float((measured.mesh.points[faces] @ SIDES[FRONT][2]).min())
     depth = image.window(lower[:2], upper[:2]) + nearest
-    return float((np.isfinite(depth) & (depth > float(upper[2]) + MIN_ROOM_DEPTH)).mean())
-
-
-def roofed_share(measured: MeasuredFragments, lower: Floats, upper: Floats) -> float:
-    """Return the share of the strip right behind a front that something covers at the height of its top or above.
-
-    Args:
-        lower, upper: (3,) corners of the front in (u, v, w) of an upright side.
-    """
+    if float((np.isfinite(depth) & (depth > float(upper[2]) + MIN_ROOM_DEPTH)).mean()) < MIN_HOLLOW_SHARE:
+        return False
     strip = np.array([[lower[0], lower[1], upper[2]], [upper[0], upper[1], upper[2] + MIN_ROOM_DEPTH]]) @ SIDES[FRONT]
-    flat = np.sort(strip @ SIDES[TOP].T, axis=0)
-    depth = measured.depth_images[TOP].window(*flat[:, :2])
-    height = float(measured.upper[:, 2].max()) - np.where(np.isfinite(depth), depth, np.inf)
-    return float((height >= float(upper[1]) - 0.25 * float(upper[1] - lower[1])).mean())
+    roof = measured.depth_images[TOP].window(*np.sort(strip @ SIDES[TOP].T, axis=0)[:, :2])
+    height = float(measured.upper[:, 2].max()) - np.where(np.isfinite(roof), roof, np.inf)
+    return float((height >= float(upper[1]) - 0.25 * panel.height).mean()) >= MIN_HOLLOW_SHARE
 
 
 def share_open_to_the_top(measured: MeasuredFragments, fragments: Sequence[int]) -> float:

@@ -13,9 +13,6 @@ from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_
 from casa_assets.articulate.segment.orthographic import BACK, BOTTOM, FRONT, LEFT, RIGHT, SIDES, TOP, outline_area
 from casa_assets.core.numeric import Floats, Mask
 
-# Panels ---------------------------------------------------------------------------------------------------------------
-# Find panels among the fragments: flat fragments on a side that may be doors, drawers or control panels.
-#
 # Lengths are in diagonals of the object; (u, v, w) is right, up, and depth as seen from the side.
 
 # Least side of a panel, diagonals, and its least share of the side of the object.
@@ -326,7 +323,6 @@ def _panel(measured: MeasuredFragments, lower: Floats, upper: Floats, group: lis
 
 
 # Panel merge ----------------------------------------------------------------------------------------------------------
-# Stiles and rails with the panels that they hold.
 
 # Boards of one door begin at the same depth within this, and touch within this; diagonals.
 MERGED_FLUSH_TOLERANCE, TOUCH_TOLERANCE = 0.006, 0.006

@@ -24,9 +24,6 @@ from casa_assets.articulate.segment.orthographic import (
 )
 from casa_assets.core.numeric import Floats, Ints, Mask
 
-# Seam evidence --------------------------------------------------------------------------------------------------------
-# Evidence for the seams around fronts in the relief of a side: grooves, steps, bends and outlines along lines.
-#
 # A seam of a closed shell may be shallower than a cell of the grid that the shell was made on. It is long and
 # straight, so its mean over the whole line is distinct even if no single pixel of it is.
 
@@ -176,7 +173,6 @@ def line_table(maps: SeamMaps, at: Ints, across: Ints, pixel: float) -> LineTabl
 
 
 # Rectangles -----------------------------------------------------------------------------------------------------------
-# Split the relief of a front into rectangles along gaps and steps, then between handles and controls.
 
 # Narrowest rectangle, diagonals.
 MIN_SIDE = 0.012
@@ -446,7 +442,6 @@ def rectangle_corners(side: SideRelief, rectangle: FrontRectangle) -> tuple[Floa
 
 
 # Bulging fronts -------------------------------------------------------------------------------------------------------
-# Merge the strips of a bulging front in a voxelised shell, whose surface descends to the edges in stairs.
 
 # Highest stair, and deepest groove between two stairs that is no gap between fronts; diagonals.
 MAX_STAIR_HEIGHT, MAX_GROOVE_DEPTH = 0.0095, 0.002

@@ -226,7 +226,6 @@ def border_points(lower: Floats, upper: Floats, inset: float) -> Floats:
 
 
 # Cavity limits --------------------------------------------------------------------------------------------------------
-# Fit a cavity that has to be built: within its front, before the back of the object, inside its skin.
 
 # Lines across a front, each way, to find its open part; a row that is open to this share of the most open one is no
 # frame.
@@ -411,9 +410,6 @@ def _has_contents(probe: CavityProbe, part_ids: Sequence[int], lower: Floats, up
     return False
 
 
-# Cavities -------------------------------------------------------------------------------------------------------------
-# Those that its mesh has, and those that have to be built.
-#
 # A hollow shell without inner walls, or a solid block, gets a cavity as large as its front and the depth allow.
 
 # Lines across a front, each way, and the share of its size that they leave free at the border.

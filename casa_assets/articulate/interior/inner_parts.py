@@ -24,7 +24,6 @@ from casa_assets.mesh.topology import connected_groups, face_components
 from casa_assets.model.asset.parts import JointKind
 
 # Pieces in the way ----------------------------------------------------------------------------------------------------
-# Give doors and drawers the loose pieces of the body that they would run into as they open.
 
 # Longer side of the pictures in which a front and what stands before it are compared, pixels.
 WAY_PIXELS = 256
@@ -121,9 +120,6 @@ def _way(part: PartPlan, mesh: WeldedMesh) -> Floats | None:
         return OUT if int(np.argmin(extent)) == int(np.argmax(np.abs(OUT))) else None
     return None
 
-
-# Inner parts ----------------------------------------------------------------------------------------------------------
-# Inner drawers, racks and turntables.
 
 # Longer side of the pictures in which openings are looked through, pixels.
 BEHIND_PIXELS = 256
@@ -389,7 +385,6 @@ def _is_disc(measured: MeasuredFragments, group: Sequence[int]) -> bool:
 
 
 # Drawer boxes ---------------------------------------------------------------------------------------------------------
-# Find the box of a drawer inside a shell: surfaces behind a front that look away from its middle.
 
 # A face looks along an axis from this cosine on.
 ALONG_COS = 0.9
@@ -467,7 +462,6 @@ def _outermost(at: Floats, area: Floats) -> float:
 
 
 # Panel layers ---------------------------------------------------------------------------------------------------------
-# Find what moves with a panel though it is hidden: the layers of a door, and bins that hang on its back.
 
 # Depth of layers and bins of a door as a share of the object, and the distance of bins from its edges, diagonals.
 MAX_DEPTH_SHARE, MIN_EDGE_DISTANCE = 0.14, 0.008

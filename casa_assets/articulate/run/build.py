@@ -47,8 +47,6 @@ from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
 from casa_assets.model.source import RawModel, Source, Up, UpAxis, UserOverride, Word
 
-# Models ---------------------------------------------------------------------------------------------------------------
-
 
 @cache
 def load_models() -> Models:
@@ -61,7 +59,6 @@ def load_models() -> Models:
 
 
 # Kind -----------------------------------------------------------------------------------------------------------------
-# Guess the category of a mesh: by the user's word, by CLIP, by its name, else by its shape and parts.
 
 # A guess that is no surer than this names nothing: sizes and names stay those of any thing.
 MIN_CONFIDENCE = 0.2
@@ -135,8 +132,6 @@ def _guess_without_user(
     message = f"nothing names it, {look}, and its shape and parts are like no one kind's"
     return CategoryGuess(known.category(registry.FALLBACK), 0.1, message)
 
-
-# Build ----------------------------------------------------------------------------------------------------------------
 
 NOTHING_MOVES, MISFIT = "ART001", "ART002"
 # Side of the frame guess that a stated up axis makes the top.
@@ -409,8 +404,6 @@ def find_input(request: ArticulateRequest) -> Found:
         return source_file
     raise Rejected("SRC001", "no mesh")
 
-
-# Overrides ------------------------------------------------------------------------------------------------------------
 
 _UP_WORDS = {axis: ("-" if axis.startswith("minus_") else "+") + axis[-1] for axis in UpAxis}
 

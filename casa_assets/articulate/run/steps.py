@@ -53,8 +53,6 @@ if TYPE_CHECKING:
     from casa_assets.library.library import Library
 
 # Strip ----------------------------------------------------------------------------------------------------------------
-# The strip of pictures of an articulated mesh: closed, coloured by part, taken apart, and parts open one by one.
-#
 # It is no part of what is certified: it can be drawn later, and its absence changes no other file of the entry.
 
 NAME = "strip.png"
@@ -96,8 +94,6 @@ def moving_joints(outcome: ArticulateOutcome) -> list[MovingJoint]:
         found.append(MovingJoint(travel.joint, part.name, message, alone=part.kind not in _WITHOUT_PICTURE))
     return found
 
-
-# Run ------------------------------------------------------------------------------------------------------------------
 
 # The limits of ingest are options of a run; those of `articulate` stand in the registry and so in the key of an entry.
 # What broke one of them breaks it again.

@@ -15,9 +15,6 @@ from casa_assets.articulate.segment.orthographic import FRONT, SIDES, TOP
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.model.asset.parts import Mesh
 
-# Cut planes -----------------------------------------------------------------------------------------------------------
-# Cut triangles along bounded planes and interpolate vertex attributes at the new points.
-
 # An edge is not cut nearer to its ends than this share of its length, which would leave slivers.
 MIN_END_SHARE = 1e-4
 # Planes reach this far beyond their limits, diagonals, so that two that meet leave no edge between them uncut.
@@ -152,7 +149,6 @@ def _turned(faces: Ints, middle: Ints, first: Ints) -> tuple[Ints, Ints]:
 
 
 # Caps -----------------------------------------------------------------------------------------------------------------
-# Close the holes that cutting a part out of a shell leaves, on the part and on what it was cut from.
 
 # Parts that are closed with a board; other parts cut from a shell are closed where they were cut off.
 BOARD_KINDS = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.LID})

@@ -41,7 +41,6 @@ def outline_area(flat: Floats) -> float:
 
 
 # Raster ---------------------------------------------------------------------------------------------------------------
-# Render orthographic depth and face-index images of triangles in NumPy.
 
 # Pixels that are written at once: bounds memory and does not change the result.
 CHUNK = 2_000_000
@@ -174,7 +173,6 @@ def _depth(
 
 
 # Rays -----------------------------------------------------------------------------------------------------------------
-# Intersect axis-parallel lines with triangles and say from which side each face is met.
 
 # Faces that are intersected at once: bounds memory and does not change the result.
 LINES_AT_ONCE = 20_000

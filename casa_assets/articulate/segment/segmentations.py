@@ -19,8 +19,6 @@ from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel, RawPart
 
 # Flat sheets ----------------------------------------------------------------------------------------------------------
-# Find flat sheets with holes in a mesh, and split it where an object protrudes from such a hole or goes into it.
-#
 # Programs in which faces are pushed and pulled leave a knob or a door as a part of the body: the flat face that it was
 # pulled out of has a hole, and its walls begin at the rim of that hole.
 
@@ -91,7 +89,6 @@ def _rim_keys(sheet: Ints, edge: Ints, edges: Ints) -> Ints:
 
 
 # Shell cuts -----------------------------------------------------------------------------------------------------------
-# Cut the model of a one-piece shell along the borders of the parts found on it, and close the cuts.
 
 _BOARDS = frozenset({PartKind.DOOR, PartKind.DRAWER})
 
@@ -184,7 +181,6 @@ def _cap_part(model: RawModel, frame: Frame, closing: CapFaces) -> RawPart:
     return RawPart(name="cut_faces", mesh=mesh, material=largest.material)
 
 
-# Segmentations --------------------------------------------------------------------------------------------------------
 # No single rule fits all makers: some export each part as a separate piece that shares positions with the body, so
 # that welding by position joins door and body; others split one board into many pieces, and welding puts it together
 # again.

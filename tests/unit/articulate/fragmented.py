@@ -1,4 +1,4 @@
-"""What is found in a mesh that is split in one way only, without anything learned from labelled cases."""
+"""What is found in a mesh that is split in one way only."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from casa_assets.articulate.frame import given_frame
 from casa_assets.articulate.infer import articulate_fragments
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan, PartKind, PartPlan
+from casa_assets.articulate.run.build import load_models
 from casa_assets.articulate.segment.fragments import (
     PIXELS,
     MeasuredFragments,
@@ -34,6 +35,11 @@ def plan_of(name: str, kind: PartKind, faces: Ints, joint: JointPlan, parent: st
     return PartPlan(name=name, kind=kind, parent=parent, faces=faces, grip=faces[:0], joint=joint)
 
 
+def fragments_of(mesh: WeldedMesh) -> Fragmentation:
+    """The welded fragments of a mesh in its frame, with the fronts of a shell as fragments of their own."""
+    return fragment_mesh(mesh, mesh.fragment_labels, load_models())
+
+
 def articulate_fragmentation(fragmentation: Fragmentation, frame: Frame, category: str = "") -> Articulation:
     """The moving parts of a mesh in its frame, which is split into these fragments."""
     measured = measure_fragments(fragmentation.mesh, fragmentation.labels)
@@ -56,7 +62,7 @@ def pieces_in(*parts: Part, tint: Ints | None = None, pixels: int = PIXELS) -> M
 def found_on(vertices: Floats, faces: Ints, tint: Ints | None = None, category: str = "") -> Articulation:
     """What is found on a mesh whose up is z and whose front faces -y."""
     mesh, frame = in_its_frame(vertices, faces, tint)
-    return articulate_fragmentation(fragment_mesh(mesh), frame, category)
+    return articulate_fragmentation(fragments_of(mesh), frame, category)
 
 
 def found_in(parts: Sequence[Part], category: str = "") -> tuple[Articulation, Ints]:

@@ -31,7 +31,7 @@ def control(x: float, z: float, width: float, height: float, stands: float = 0.0
 def kinds_of(*parts: Part) -> list[PartKind]:
     """The kinds of the knobs and keys that are found on a mesh, as the whole command would type them."""
     mesh, frame = in_its_frame(*together(*parts)[:2])
-    found = choose_plan(mesh, frame, models=load_models()).articulation.parts
+    found = choose_plan(mesh, frame, "", load_models()).articulation.parts
     return [p.kind for p in found if p.kind in (PartKind.KNOB, PartKind.BUTTON)]
 
 

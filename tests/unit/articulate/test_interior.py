@@ -15,7 +15,6 @@ from casa_assets.articulate.run.build import ArticulateRequest, ArticulateResult
 from casa_assets.articulate.run.interiors import hollow_out
 from casa_assets.articulate.segment.fragments import WeldedMesh, weld_triangles
 from casa_assets.articulate.segment.orthographic import cross_rays
-from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.checks.motion.joints import joint_travels
 from casa_assets.errors import Rejected
 from casa_assets.formats import mjcf
@@ -29,6 +28,7 @@ from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc,
 from tests.unit.articulate.fragmented import (
     AS_IT_IS,
     articulate_fragmentation,
+    fragments_of,
     in_its_frame,
     pieces_in,
     plan_of,
@@ -234,7 +234,7 @@ def test_two_doors_that_meet_close_one_room() -> None:
 
 def _inferred(vertices: Floats, faces: Ints) -> tuple[WeldedMesh, Articulation]:
     placed, frame = in_its_frame(vertices, faces)
-    return placed, articulate_fragmentation(fragment_mesh(placed), frame.replace(metres=1.0))
+    return placed, articulate_fragmentation(fragments_of(placed), frame.replace(metres=1.0))
 
 
 def test_an_inside_out_mesh_is_measured_as_the_same() -> None:

@@ -11,10 +11,9 @@ import pytest
 from casa_assets.articulate.frame import axis_name, guess_frame
 from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
 from casa_assets.articulate.segment.fragments import weld_triangles
-from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.model.asset.parts import JointKind
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, drawers, microwave, together
-from tests.unit.articulate.fragmented import articulate_fragmentation, found_in
+from tests.unit.articulate.fragmented import articulate_fragmentation, found_in, fragments_of
 
 pytestmark = pytest.mark.content("code", "articulate", keep=0)
 
@@ -627,4 +626,4 @@ STILL: dict[str, list[Part]] = {
 def test_what_does_not_move_is_given_no_part(name: str) -> None:
     mesh = weld_triangles(*together(*STILL[name])[:2])
     frame = guess_frame(mesh)
-    assert not articulate_fragmentation(fragment_mesh(mesh.in_frame(frame)), frame).parts
+    assert not articulate_fragmentation(fragments_of(mesh.in_frame(frame)), frame).parts

@@ -25,7 +25,7 @@ from casa_assets.articulate.segment.segmentations import (
     segmentations,
     split_at_holes,
 )
-from casa_assets.articulate.segment.shell_segments import Fragmentation, fragment_mesh
+from casa_assets.articulate.segment.shell_segments import Fragmentation
 from casa_assets.mesh.surface import face_normals
 from casa_assets.mesh.topology import is_closed
 from casa_assets.mesh.voxels import boundary, voxelise
@@ -34,7 +34,7 @@ from casa_assets.model.asset.parts import JointKind, Mesh
 from casa_assets.model.source import RawModel, RawPart
 from tests.support.mesh.meshes import box_mesh
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, disc, drawers, microwave, together
-from tests.unit.articulate.fragmented import articulate_fragmentation, in_its_frame
+from tests.unit.articulate.fragmented import articulate_fragmentation, fragments_of, in_its_frame
 
 Solids = tuple[Floats, Ints, Ints]
 pytestmark = pytest.mark.content("code", "articulate", keep=0)
@@ -233,7 +233,7 @@ def test_knobs_on_the_wall_behind_a_range_are_round_and_one_group() -> None:
     body = [box((0, 0, 0), (0.76, 0.65, 0.9)), box((0, 0.58, 0.9), (0.76, 0.65, 1.1))]
     knobs = [disc((x, 0.555, 1.01), 0.024, 0.03) for x in (0.1, 0.193, 0.555, 0.65)]
     mesh = shell_of(*body, *knobs)
-    controls = find_controls(measure_fragments(mesh, fragment_mesh(mesh).labels), FRONT, [])
+    controls = find_controls(measure_fragments(mesh, fragments_of(mesh).labels), FRONT, [])
     assert [c.is_round for c in controls] == [True] * 4
     assert [len(g.members) for g in group_controls(controls, mesh.cell)] == [4]
 
@@ -259,9 +259,8 @@ def test_a_drawer_over_doors_is_a_front_by_its_pull_alone() -> None:
     drawer = box((0, -0.012, 0.71), (0.6, 0, 0.87))
     pulls = [disc((x, -0.037, z), 0.014, 0.025) for x, z in ((0.3, 0.79), (0.275, 0.65), (0.325, 0.65))]
     mesh = shell_of(*body, *frames, drawer, *pulls)
-    forests = load_models().front_forests
-    assert forests is not None
-    found = find_fronts(mesh, measure_relief(mesh, FRONT), FRONT, forests)
+    models = load_models()
+    found = find_fronts(mesh, measure_relief(mesh, FRONT), FRONT, (models.fronts_alone, models.fronts))
     assert len(found) == 3
     assert found[0][0].columns[0] < 10
     assert found[0][0].rows[1] == found[1][0].rows[0]
@@ -331,7 +330,7 @@ def oven() -> Shape:
 def placed_of(shape: Shape) -> tuple[Fragmentation, Articulation]:
     """The fragments of a shape with z up and its front to -y, in the frame; and what is found on them."""
     placed, frame = in_its_frame(*shape)
-    fragments = fragment_mesh(placed)
+    fragments = fragments_of(placed)
     return fragments, articulate_fragmentation(fragments, frame)
 
 
