@@ -45,7 +45,44 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Category
 from casa_assets.model.source import RawModel
 
-# Drop empty links -----------------------------------------------------------------------------------------------------
+# Two faces over the same three points fight for each pixel in renderers that draw backs, and shade each other's
+# vertices. Both sides stay, since it is not known for every sheet which of them is visible; the second is drawn a hair
+# off the first, towards the side that it faces, so that each hides the other from its own side.
+
+# Distance between the two sides of a sheet, metres: more than the depth of an image resolves at the length of a room,
+# less than is seen. A choice.
+SHEET_GAP_M = 0.0002
+
+ROOT = "object"
+# Thickness of the sheet that inertia is computed with, as a share of the longest side of a link: thinner ones vanish in
+# rounding. A choice.
+MIN_SHEET_SHARE = 0.002
+# The most that this is, metres: of a sheet as thick as the thinnest collision shape (MIN_THICKNESS_M of link_shapes)
+# mass deviates by this times the square root of 1/2 from the middle (AST008).
+MAX_SHEET_M = 0.0008
+# MuJoCo loads no mesh of fewer vertices: a lone triangle is left out.
+MIN_VERTICES = 4
+# The most that a link weighs for the volume of its collision shapes, kg/m^3: sheets of a small thing would get the mass
+# of a large one. Ref: CRC Handbook of Chemistry and Physics, steel.
+MAX_DENSITY_KG_M3 = 7850.0
+# Sheets that stand for a hollow body enclose little: where shapes of steel are lighter than any thing of the kind,
+# their density may be this many times that of steel, which is what AST003 lets pass.
+MAX_SHEET_DENSITY_FACTOR = 2.4
+# Weight of the body per area over that of moving parts, since it carries motors, frames and insulation. A choice.
+BODY_WEIGHT_FACTOR = 2.0
+# Force that starts a part; all others start as a door does.
+STARTS_N = {
+    PartKind.KNOB: hand_dynamics.KNOB_START_N,
+    PartKind.LEVER: hand_dynamics.TAP_START_N,
+    PartKind.SPOUT: hand_dynamics.TAP_START_N,
+    PartKind.TRAY: hand_dynamics.TRAY_START_N,
+}
+# A door whose weight turns it by less than this torque needs no spring.
+MIN_SPRING_TORQUE_NM = 0.05
+# Parts that fingers take at the rim.
+RIM_GRIPPED_KINDS = frozenset({PartKind.KNOB})
+# Shortest travel that friction is computed for, rad or m.
+MIN_TRAVEL = 1e-4
 
 
 def drop_empty_links(articulation: Articulation, mesh: WeldedMesh) -> Articulation:
@@ -82,16 +119,6 @@ def _without(parts: tuple[PartPlan, ...], names: set[str]) -> tuple[PartPlan, ..
         return name
 
     return tuple(p.replace(parent=kept_carrier(p.parent)) for p in parts if p.name not in names)
-
-
-# Double faces ---------------------------------------------------------------------------------------------------------
-# Two faces over the same three points fight for each pixel in renderers that draw backs, and shade each other's
-# vertices. Both sides stay, since it is not known for every sheet which of them is visible; the second is drawn a hair
-# off the first, towards the side that it faces, so that each hides the other from its own side.
-
-# Distance between the two sides of a sheet, metres: more than the depth of an image resolves at the length of a room,
-# less than is seen. A choice.
-SHEET_GAP_M = 0.0002
 
 
 def drawn_faces(faces: Ints) -> tuple[Mask, Mask]:
@@ -136,39 +163,6 @@ def _is_first(group: Ints) -> Mask:
     found = np.zeros(len(group), dtype=bool)
     found[first] = True
     return found
-
-
-ROOT = "object"
-# Thickness of the sheet that inertia is computed with, as a share of the longest side of a link: thinner ones vanish in
-# rounding. A choice.
-MIN_SHEET_SHARE = 0.002
-# The most that this is, metres: of a sheet as thick as the thinnest collision shape (MIN_THICKNESS_M of link_shapes)
-# mass deviates by this times the square root of 1/2 from the middle (AST008).
-MAX_SHEET_M = 0.0008
-
-# MuJoCo loads no mesh of fewer vertices: a lone triangle is left out.
-MIN_VERTICES = 4
-# The most that a link weighs for the volume of its collision shapes, kg/m^3: sheets of a small thing would get the mass
-# of a large one. Ref: CRC Handbook of Chemistry and Physics, steel.
-MAX_DENSITY_KG_M3 = 7850.0
-# Sheets that stand for a hollow body enclose little: where shapes of steel are lighter than any thing of the kind,
-# their density may be this many times that of steel, which is what AST003 lets pass.
-MAX_SHEET_DENSITY_FACTOR = 2.4
-# Weight of the body per area over that of moving parts, since it carries motors, frames and insulation. A choice.
-BODY_WEIGHT_FACTOR = 2.0
-# Force that starts a part; all others start as a door does.
-STARTS_N = {
-    PartKind.KNOB: hand_dynamics.KNOB_START_N,
-    PartKind.LEVER: hand_dynamics.TAP_START_N,
-    PartKind.SPOUT: hand_dynamics.TAP_START_N,
-    PartKind.TRAY: hand_dynamics.TRAY_START_N,
-}
-# A door whose weight turns it by less than this torque needs no spring.
-MIN_SPRING_TORQUE_NM = 0.05
-# Parts that fingers take at the rim.
-RIM_GRIPPED_KINDS = frozenset({PartKind.KNOB})
-# Shortest travel that friction is computed for, rad or m.
-MIN_TRAVEL = 1e-4
 
 
 @dataclass(frozen=True)

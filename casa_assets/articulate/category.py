@@ -14,48 +14,11 @@ from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.registry.category import Vocabulary, VocabularyMatch
 
-
-class ControlPlacement(StrEnum):
-    """Position of the knobs and buttons of a front."""
-
-    NONE = "none"
-    ASIDE = "aside"
-    ABOVE = "above"
-
-
 Extent = tuple[float, float, float]  # width, depth, height, any unit
-# Width, depth and height of usual things, how usual they are, and where their controls are. Ref: `shape` in
-# registry/fixtures.yaml, with the variants that trade catalogues list.
-USUAL_PROPORTIONS: tuple[tuple[Extent, float, ControlPlacement], ...] = (
-    ((0.7, 0.7, 1.0), 1.5, ControlPlacement.NONE),  # base cabinets, then wide and narrow ones
-    ((1.05, 0.7, 1.0), 1.0, ControlPlacement.NONE),
-    ((0.4, 0.7, 1.0), 1.0, ControlPlacement.NONE),
-    ((0.85, 0.4, 1.0), 1.0, ControlPlacement.NONE),  # wall cabinets
-    ((0.45, 0.4, 1.0), 0.7, ControlPlacement.NONE),
-    ((1.0, 0.35, 0.45), 0.5, ControlPlacement.NONE),
-    ((0.3, 0.28, 1.0), 0.6, ControlPlacement.NONE),  # tall cabinets
-    ((0.5, 0.28, 1.0), 0.6, ControlPlacement.NONE),
-    ((1.0, 0.5, 0.7), 1.0, ControlPlacement.NONE),  # islands, chests and tables
-    ((1.0, 0.6, 0.6), 0.7, ControlPlacement.NONE),
-    ((0.42, 0.4, 1.0), 1.5, ControlPlacement.NONE),  # fridges
-    ((0.5, 0.42, 1.0), 0.7, ControlPlacement.NONE),
-    ((0.8, 0.7, 1.0), 1.0, ControlPlacement.ABOVE),  # ranges, dishwashers, ovens
-    ((0.7, 0.7, 1.0), 1.3, ControlPlacement.ABOVE),
-    ((1.0, 0.95, 1.0), 1.0, ControlPlacement.ABOVE),
-    ((1.0, 0.7, 0.12), 0.7, ControlPlacement.NONE),  # hobs
-    ((1.0, 0.75, 0.58), 2.0, ControlPlacement.ASIDE),  # microwaves
-    ((1.0, 0.85, 0.52), 1.0, ControlPlacement.ASIDE),
-    ((1.0, 0.75, 0.58), 1.0, ControlPlacement.NONE),
-    ((1.0, 0.8, 0.6), 1.0, ControlPlacement.ASIDE),  # toaster ovens
-    ((1.0, 0.6, 0.65), 0.7, ControlPlacement.NONE),  # toasters, long side or end to the front
-    ((0.62, 1.0, 0.68), 0.7, ControlPlacement.NONE),
-    ((0.7, 0.9, 1.0), 0.7, ControlPlacement.NONE),  # coffee machines
-    ((0.8, 0.65, 1.0), 0.3, ControlPlacement.NONE),  # kettles
-)
+
 # Standard deviation of log proportions; factors where the controls are elsewhere, or there are none; likelihood of a
 # shape that is like no known one.
 PROPORTION_SIGMA, OTHER_PLACEMENT_FACTOR, NO_CONTROLS_FACTOR, UNKNOWN_SHAPE_FLOOR = 0.15, 0.25, 0.5, 3e-3
-
 # Other names of kinds, by the id of their fixture.
 KIND_NAMES: Mapping[str, tuple[str, ...]] = {
     "base_cabinet": ("cabinet", "kitchen cabinet", "cupboard", "sideboard", "credenza"),
@@ -91,7 +54,6 @@ _VOCABULARY = Vocabulary.of(
     ("range", "tap", "island", "table", "safe"),
     ("with", "without", "w", "for", "from", "in", "on", "by", "near", "under"),
 )
-
 # Probability of a trait that is not listed for a category.
 RARE_TRAIT = 0.03
 Shapes = tuple[Extent, ...]
@@ -138,6 +100,51 @@ kettle: 0.8 x 0.65 x 1; lid 0.7, buttons 0.3, lever 0.3
 sink: 0.3 x 0.6 x 1, 1 x 0.7 x 0.75; lever 0.8, spout 0.4
 """
 
+# Traits that the form shows before any joint is decided; `Articulation.traits` lists those that are there.
+FORM_TRAITS = ("fronts", "row", "keys", "pair", "wide", "tall", "covers", "legs", "round")
+# Standard deviation of log proportions within a category, and the highest confidence of this guess.
+KIND_PROPORTION_SIGMA, MAX_CONFIDENCE = 0.28, 0.6
+# Probability of a kind that the user or a name states. Ref: `IS_A_NAME` in model/registry/category.py.
+STATED_SHARE = 0.93
+
+
+class ControlPlacement(StrEnum):
+    """Position of the knobs and buttons of a front."""
+
+    NONE = "none"
+    ASIDE = "aside"
+    ABOVE = "above"
+
+
+# Width, depth and height of usual things, how usual they are, and where their controls are. Ref: `shape` in
+# registry/fixtures.yaml, with the variants that trade catalogues list.
+USUAL_PROPORTIONS: tuple[tuple[Extent, float, ControlPlacement], ...] = (
+    ((0.7, 0.7, 1.0), 1.5, ControlPlacement.NONE),  # base cabinets, then wide and narrow ones
+    ((1.05, 0.7, 1.0), 1.0, ControlPlacement.NONE),
+    ((0.4, 0.7, 1.0), 1.0, ControlPlacement.NONE),
+    ((0.85, 0.4, 1.0), 1.0, ControlPlacement.NONE),  # wall cabinets
+    ((0.45, 0.4, 1.0), 0.7, ControlPlacement.NONE),
+    ((1.0, 0.35, 0.45), 0.5, ControlPlacement.NONE),
+    ((0.3, 0.28, 1.0), 0.6, ControlPlacement.NONE),  # tall cabinets
+    ((0.5, 0.28, 1.0), 0.6, ControlPlacement.NONE),
+    ((1.0, 0.5, 0.7), 1.0, ControlPlacement.NONE),  # islands, chests and tables
+    ((1.0, 0.6, 0.6), 0.7, ControlPlacement.NONE),
+    ((0.42, 0.4, 1.0), 1.5, ControlPlacement.NONE),  # fridges
+    ((0.5, 0.42, 1.0), 0.7, ControlPlacement.NONE),
+    ((0.8, 0.7, 1.0), 1.0, ControlPlacement.ABOVE),  # ranges, dishwashers, ovens
+    ((0.7, 0.7, 1.0), 1.3, ControlPlacement.ABOVE),
+    ((1.0, 0.95, 1.0), 1.0, ControlPlacement.ABOVE),
+    ((1.0, 0.7, 0.12), 0.7, ControlPlacement.NONE),  # hobs
+    ((1.0, 0.75, 0.58), 2.0, ControlPlacement.ASIDE),  # microwaves
+    ((1.0, 0.85, 0.52), 1.0, ControlPlacement.ASIDE),
+    ((1.0, 0.75, 0.58), 1.0, ControlPlacement.NONE),
+    ((1.0, 0.8, 0.6), 1.0, ControlPlacement.ASIDE),  # toaster ovens
+    ((1.0, 0.6, 0.65), 0.7, ControlPlacement.NONE),  # toasters, long side or end to the front
+    ((0.62, 1.0, 0.68), 0.7, ControlPlacement.NONE),
+    ((0.7, 0.9, 1.0), 0.7, ControlPlacement.NONE),  # coffee machines
+    ((0.8, 0.65, 1.0), 0.3, ControlPlacement.NONE),  # kettles
+)
+
 
 def _kind(shapes: str, often: str) -> tuple[Shapes, Mapping[str, float]]:
     """Read the proportions and the traits of a kind."""
@@ -150,12 +157,6 @@ KIND_TRAITS: Mapping[str, tuple[Shapes, Mapping[str, float]]] = {
     kind: _kind(*row.split("; "))
     for kind, row in (line.split(": ") for line in _KINDS.replace("\n  ", " ").strip().splitlines())
 }
-# Traits that the form shows before any joint is decided; `Articulation.traits` lists those that are there.
-FORM_TRAITS = ("fronts", "row", "keys", "pair", "wide", "tall", "covers", "legs", "round")
-# Standard deviation of log proportions within a category, and the highest confidence of this guess.
-KIND_PROPORTION_SIGMA, MAX_CONFIDENCE = 0.28, 0.6
-# Probability of a kind that the user or a name states. Ref: `IS_A_NAME` in model/registry/category.py.
-STATED_SHARE = 0.93
 
 
 def shape_likelihood(extent: Extent, controls: ControlPlacement) -> float:

@@ -71,8 +71,6 @@ from casa_assets.core.numeric import Floats, Forest
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.record import Vec3
 
-# Form traits ----------------------------------------------------------------------------------------------------------
-
 # Width to height of a wide front, and of a tall one; share of the side that one covering front has at least.
 MIN_WIDE_RATIO, MAX_TALL_RATIO, MIN_COVERING_SHARE = 1.2, 0.8, 0.4
 # Knobs in a row, and keys of a key pad, at least.
@@ -81,6 +79,23 @@ MIN_ROW, MIN_KEYS = 3, 6
 PAIR_TOLERANCE = 0.015
 # A thing stands on legs where, in the stretch of its height between these shares, at most so much of its width is seen.
 LEGS_STRETCH, MAX_LEGS_SHARE = (0.03, 0.1), 0.5
+
+# Travel of a button in diagonals, capped by its protrusion. Ref: 2 to 5 mm on an object of 0.8 m.
+MAX_BUTTON_TRAVEL = 0.004
+# Slots for bread that a toaster has at least.
+MIN_BREAD_SLOTS = 2
+# A front that is a drawer with this probability does not run sideways, whatever is beside it.
+SURE_DRAWER = 0.9
+# A round thing within this share of the middle of the top is its cap and no control.
+TOP_CENTRE_SHARE = 0.1
+
+# What a part counts for is its confidence less this, and a plan that is not the first has to be better by this much.
+# Fitted on bench, track and own cases (benchmarks/articulate/ways.py --margins).
+LEAST_CONFIDENCE, MIN_ADVANTAGE = 0.3, 0.5
+# The same over a first plan without any part: one part that is rather sure is enough. A choice.
+MIN_ADVANTAGE_OVER_NOTHING = 0.25
+# Parts of two plans are the same where this share of their surface is. A choice.
+MIN_SAME_SURFACE = 0.9
 
 
 def traits_of_views(measured: MeasuredFragments, views: list[FrontView], seen: FrontLook) -> dict[str, bool]:
@@ -123,16 +138,6 @@ def stands_on_legs(measured: MeasuredFragments) -> bool:
     first, last = (rows[-1] + 1 - round(s * high) for s in reversed(LEGS_STRETCH))
     band = seen[first : max(last, first + 1), columns[0] : columns[-1] + 1]
     return bool(band.mean() < MAX_LEGS_SHARE) if band.size else False
-
-
-# Travel of a button in diagonals, capped by its protrusion. Ref: 2 to 5 mm on an object of 0.8 m.
-MAX_BUTTON_TRAVEL = 0.004
-# Slots for bread that a toaster has at least.
-MIN_BREAD_SLOTS = 2
-# A front that is a drawer with this probability does not run sideways, whatever is beside it.
-SURE_DRAWER = 0.9
-# A round thing within this share of the middle of the top is its cap and no control.
-TOP_CENTRE_SHARE = 0.1
 
 
 @dataclass
@@ -490,17 +495,6 @@ def _unit_vec3(v: Floats) -> Vec3:
 def _point(side: int, uvw: Floats) -> Vec3:
     """Convert a point given as (right, up, depth) of a side to the frame."""
     return to_vec3(uvw @ SIDES[side])
-
-
-# Choose plan ----------------------------------------------------------------------------------------------------------
-
-# What a part counts for is its confidence less this, and a plan that is not the first has to be better by this much.
-# Fitted on bench, track and own cases (benchmarks/articulate/ways.py --margins).
-LEAST_CONFIDENCE, MIN_ADVANTAGE = 0.3, 0.5
-# The same over a first plan without any part: one part that is rather sure is enough. A choice.
-MIN_ADVANTAGE_OVER_NOTHING = 0.25
-# Parts of two plans are the same where this share of their surface is. A choice.
-MIN_SAME_SURFACE = 0.9
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,15 @@ CABINET_WORDS = ("cabinet", "drawer_stack", "island_base", "sink_base")
 # Two keys are in one row if their heights differ by less than this share of the taller one.
 SAME_ROW_SHARE = 0.6
 
+# Doors and drawers whose ranges runtimes read as -a..0 or 0..a about +x, +y or +z.
+_PLAIN_AXES = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.TRAY, PartKind.LEVER})
+# Labels of visuals that protrude from the box by which runtimes place an object.
+_OUTSIDE = frozenset({"handle", "knob", "button", "lever"})
+# Range of a knob with settings. Ref: RoboCasa v1.0, class Stove: less than 2 pi - 0.35.
+KNOB_SETTING_RANGE_RAD = math.radians(300)
+# An axis within 3 degrees of x, y or z is snapped to it: loaders that scale fixtures handle no other.
+AXIS_SNAP_COS = math.cos(math.radians(3))
+
 
 @dataclass(frozen=True)
 class RuntimeName:
@@ -274,18 +283,6 @@ def _on_body(places: Sequence[PlacedPart], kind: PartKind) -> list[PlacedPart]:
 def _coordinate(place: PlacedPart, axis: int) -> float:
     """Return where a part is along an axis, rounded to 0.1 mm so that the order does not depend on the last digit."""
     return round(float(place.middle[axis]), 4)
-
-
-# Rename ---------------------------------------------------------------------------------------------------------------
-
-# Doors and drawers whose ranges runtimes read as -a..0 or 0..a about +x, +y or +z.
-_PLAIN_AXES = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.TRAY, PartKind.LEVER})
-# Labels of visuals that protrude from the box by which runtimes place an object.
-_OUTSIDE = frozenset({"handle", "knob", "button", "lever"})
-# Range of a knob with settings. Ref: RoboCasa v1.0, class Stove: less than 2 pi - 0.35.
-KNOB_SETTING_RANGE_RAD = math.radians(300)
-# An axis within 3 degrees of x, y or z is snapped to it: loaders that scale fixtures handle no other.
-AXIS_SNAP_COS = math.cos(math.radians(3))
 
 
 def rename_for_runtime(asset: Asset, articulation: Articulation, category: str) -> tuple[Asset, dict[str, str]]:

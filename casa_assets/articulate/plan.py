@@ -17,7 +17,14 @@ from casa_assets.model.asset.provenance import Confidence
 from casa_assets.model.record import ArrayOf, Id, Record, Vec2, Vec3
 from casa_assets.model.registry.rows import ConfidenceModel
 
-# Vectors --------------------------------------------------------------------------------------------------------------
+# Lengths are in units of the analysed mesh, whose diagonal is 1; the frame maps them to the file and to metres.
+
+FaceIndex = Annotated[npt.NDArray[np.int64], ArrayOf("int64", (-1,))]
+Matrix3 = Annotated[npt.NDArray[np.float64], ArrayOf("float64", (3, 3))]
+Cloud = Annotated[npt.NDArray[np.float64], ArrayOf("float64", (-1, 3))]
+
+# Confidence of what nobody had to guess.
+CERTAIN = 1.0
 
 
 def to_vec3(values: Iterable[float]) -> Vec3:
@@ -59,13 +66,6 @@ class Models:
     controls: Forest
     fronts_alone: Forest
     fronts: Forest
-
-
-# Lengths are in units of the analysed mesh, whose diagonal is 1; the frame maps them to the file and to metres.
-
-FaceIndex = Annotated[npt.NDArray[np.int64], ArrayOf("int64", (-1,))]
-Matrix3 = Annotated[npt.NDArray[np.float64], ArrayOf("float64", (3, 3))]
-Cloud = Annotated[npt.NDArray[np.float64], ArrayOf("float64", (-1, 3))]
 
 
 class PartKind(StrEnum):
@@ -258,12 +258,6 @@ class Articulation(Record):
         for i, part in enumerate(self.parts):
             owner[part.faces] = i
         return owner
-
-
-# Confidence -----------------------------------------------------------------------------------------------------------
-
-# Confidence of what nobody had to guess.
-CERTAIN = 1.0
 
 
 def calibrate_parts(articulation: Articulation, model: ConfidenceModel) -> Articulation:

@@ -20,8 +20,6 @@ from casa_assets.model.asset.asset import Asset, Region
 from casa_assets.model.asset.parts import Box, Link, Mesh
 from casa_assets.model.pose import Pose
 
-# Regions --------------------------------------------------------------------------------------------------------------
-
 Bounds = tuple[Floats, Floats]
 
 # A surface this near to a wall is the wall; a shelf covers this share of the plan of its cavity; least height of a
@@ -37,6 +35,27 @@ MAX_HEIGHT_OVER_RACK_M, CLEARANCE_M = 0.14, 0.01
 MAX_OCCUPIED_SHARE = 0.4
 # Share of the sides of a drawer that its walls and front take.
 DRAWER_INSET = 0.12
+
+PIXELS = 192
+# Height that a cup needs, and depth of its niche as a share of the machine.
+MIN_CUP_HEIGHT_M, MIN_NICHE_DEPTH_SHARE = 0.055, 0.15
+# Depth of a slot as a share of the height, its width, and its length to width.
+MIN_SLOT_DEPTH_SHARE, SLOT_WIDTH_M, MIN_SLOT_RATIO = 0.2, (0.015, 0.06), 2.0
+
+# Diameters of burners and rings, metres: from the cap of a simmer burner to the ring of a large zone.
+MIN_DIAMETER_M, MAX_DIAMETER_M = 0.035, 0.34
+# The smallest burner is at least this share of the largest.
+MIN_SIZE_OF_LARGEST = 0.3
+# Burners lie within this of the median level of the discs; higher ones are guards at the back.
+MAX_LEVEL_DIFFERENCE_M = 0.09
+# Outline of a disc: its sides differ by at most this share (that of a hexagon), its area from that of its ellipse by
+# the second.
+MAX_SIDE_DIFFERENCE, ROUNDNESS_TOLERANCE = 0.16, 0.09
+# A burner within this share of the span from the middle of rows or columns is in the middle one.
+MIDDLE_SHARE = 0.2
+PLACES = frozenset(
+    {"rear_left", "rear_center", "rear_right", "front_left", "front_center", "front_right", "center", "left", "right"}
+)
 
 
 def link_bounds(asset: Asset, link: str, held: bool = True) -> Bounds:
@@ -317,15 +336,6 @@ def _holds(box: Bounds, point: Floats) -> bool:
     return bool((point[:2] >= box[0][:2]).all() and (point[:2] <= box[1][:2]).all() and point[2] <= box[1][2])
 
 
-# Niches ---------------------------------------------------------------------------------------------------------------
-
-PIXELS = 192
-# Height that a cup needs, and depth of its niche as a share of the machine.
-MIN_CUP_HEIGHT_M, MIN_NICHE_DEPTH_SHARE = 0.055, 0.15
-# Depth of a slot as a share of the height, its width, and its length to width.
-MIN_SLOT_DEPTH_SHARE, SLOT_WIDTH_M, MIN_SLOT_RATIO = 0.2, (0.015, 0.06), 2.0
-
-
 @dataclass(frozen=True)
 class Niche:
     """A free box that is open to one side; metres, asset frame."""
@@ -443,24 +453,6 @@ def _body(asset: Asset) -> tuple[Floats, npt.NDArray[np.int64]]:
     starts = np.cumsum([0, *(len(m.vertices) for m in meshes[:-1])])
     faces = [np.asarray(m.faces, dtype=np.int64) + s for m, s in zip(meshes, starts, strict=True)]
     return np.concatenate([m.vertices for m in meshes]), np.concatenate(faces)
-
-
-# Burners --------------------------------------------------------------------------------------------------------------
-
-# Diameters of burners and rings, metres: from the cap of a simmer burner to the ring of a large zone.
-MIN_DIAMETER_M, MAX_DIAMETER_M = 0.035, 0.34
-# The smallest burner is at least this share of the largest.
-MIN_SIZE_OF_LARGEST = 0.3
-# Burners lie within this of the median level of the discs; higher ones are guards at the back.
-MAX_LEVEL_DIFFERENCE_M = 0.09
-# Outline of a disc: its sides differ by at most this share (that of a hexagon), its area from that of its ellipse by
-# the second.
-MAX_SIDE_DIFFERENCE, ROUNDNESS_TOLERANCE = 0.16, 0.09
-# A burner within this share of the span from the middle of rows or columns is in the middle one.
-MIDDLE_SHARE = 0.2
-PLACES = frozenset(
-    {"rear_left", "rear_center", "rear_right", "front_left", "front_center", "front_right", "center", "left", "right"}
-)
 
 
 @dataclass(frozen=True)

@@ -35,8 +35,6 @@ from casa_assets.model.asset.parts import Joint, Mesh, Visual
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec4
 
-# Regions, sites and poses ---------------------------------------------------------------------------------------------
-
 MAIN_REGION = "main"
 FLAME_HIDDEN_RGBA: Vec4 = (0.06, 0.2, 0.75, 0.0)
 COFFEE_HIDDEN_RGBA: Vec4 = (0.05, 0.025, 0.012, 0.0)
@@ -59,6 +57,28 @@ CONTRACTS = {
 }
 CABINET_WORDS = ("cabinet", "drawer_stack", "sink_base")
 REFRIGERATOR = "refrigerator"
+
+# Share of its range up to which a door counts as shut. Ref: RoboCasa v1.0, is_closed.
+DOOR_SHUT_SHARE = 0.005
+# Where a knob lights its burner, and where it burns high, rad. Ref: class Stove, STOVE_LOW_MIN, STOVE_HIGH_MIN.
+BURNER_LOW_RAD, BURNER_HIGH_RAD = 0.35, math.radians(80)
+# Shares of its range at which a toaster's lever is down, and up again. Ref: class Toaster.
+LEVER_DOWN_SHARE, LEVER_UP_SHARE = 0.9, 0.7
+# Shares of the range: a kettle's switch is on, its lid is shut, or open. Ref: class ElectricKettle.
+SWITCH_ON_SHARE, LID_SHUT_SHARE, LID_OPEN_SHARE = 0.95, 0.01, 0.9
+# Angle at which a faucet begins to run. Ref: class Sink.
+FAUCET_ON_RAD = 0.4
+# How long a coffee machine pours. A choice.
+POURS_S = 25.0
+# Joints give a little beyond their stops, rad or m.
+STOP_SLACK = 0.01
+FLAME: Vec4 = (0.06, 0.2, 0.75, 0.6)
+BREW: Vec4 = (0.05, 0.025, 0.012, 1.0)
+WATER: Vec4 = (0.45, 0.62, 0.75, 0.6)
+WARM: Vec4 = (1.0, 0.88, 0.65, 1.0)
+WHITE: Vec4 = (1.0, 1.0, 1.0, 1.0)
+_Parts = tuple[list[Variable], list[Rule], list[Effect]]  # of a state machine
+NOTHING: _Parts = ([], [], [])
 
 
 def annotate_for_runtime(asset: Asset, category: str, burners: Sequence[Burner] = ()) -> Asset:
@@ -294,31 +314,6 @@ def _poses(asset: Asset) -> Iterator[Keyframe]:
 def _pose(name: str, joint_shares: Sequence[tuple[Joint, float]]) -> Keyframe:
     values = tuple(JointValue(joint=j.name, value=max(j.range, key=abs) * share) for j, share in joint_shares)
     return Keyframe(name=name, joints=values)
-
-
-# State machines -------------------------------------------------------------------------------------------------------
-
-# Share of its range up to which a door counts as shut. Ref: RoboCasa v1.0, is_closed.
-DOOR_SHUT_SHARE = 0.005
-# Where a knob lights its burner, and where it burns high, rad. Ref: class Stove, STOVE_LOW_MIN, STOVE_HIGH_MIN.
-BURNER_LOW_RAD, BURNER_HIGH_RAD = 0.35, math.radians(80)
-# Shares of its range at which a toaster's lever is down, and up again. Ref: class Toaster.
-LEVER_DOWN_SHARE, LEVER_UP_SHARE = 0.9, 0.7
-# Shares of the range: a kettle's switch is on, its lid is shut, or open. Ref: class ElectricKettle.
-SWITCH_ON_SHARE, LID_SHUT_SHARE, LID_OPEN_SHARE = 0.95, 0.01, 0.9
-# Angle at which a faucet begins to run. Ref: class Sink.
-FAUCET_ON_RAD = 0.4
-# How long a coffee machine pours. A choice.
-POURS_S = 25.0
-# Joints give a little beyond their stops, rad or m.
-STOP_SLACK = 0.01
-FLAME: Vec4 = (0.06, 0.2, 0.75, 0.6)
-BREW: Vec4 = (0.05, 0.025, 0.012, 1.0)
-WATER: Vec4 = (0.45, 0.62, 0.75, 0.6)
-WARM: Vec4 = (1.0, 0.88, 0.65, 1.0)
-WHITE: Vec4 = (1.0, 1.0, 1.0, 1.0)
-_Parts = tuple[list[Variable], list[Rule], list[Effect]]  # of a state machine
-NOTHING: _Parts = ([], [], [])
 
 
 def behavior_for(asset: Asset, category: str) -> Behavior | None:

@@ -28,6 +28,18 @@ MIN_SLOT_WIDTH, MIN_SLOT_LENGTH, MIN_SLOT_DEPTH, SLOT_WINDOW = 0.015, 0.2, 0.05,
 MIN_RING_SIZE, MAX_RING_SIZE = 0.09, 0.45
 MAX_RINGS, MAX_RING_CANDIDATES = 6, 60
 
+# What counts of a side, beside its share of the detail of all six.
+SIDE_MEASURES: Mapping[str, Callable[[SideView], float]] = {
+    "juts": lambda s: s.juts,
+    "knobs": lambda s: float(np.log1p(min(sum(b.is_knob for b in s.blobs), 12))),
+    "bars": lambda s: float(np.log1p(min(sum(b.is_bar for b in s.blobs), 6))),
+    "panels": lambda s: s.panels,
+    "stands": lambda s: s.protruding_share,
+}
+# Controls whose mean offset from the middle of the front, by its size, is larger than this are at its side or top; one
+# offset exceeds the other by the margin.
+CONTROLS_OFF_CENTRE, CONTROLS_MARGIN = 0.2, 0.05
+
 
 @dataclass(frozen=True)
 class SideFeature:
@@ -221,21 +233,6 @@ def _rings(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats)
         if is_round and all(float(np.abs(middle - o).max()) >= 0.05 for o in found):
             found.append(middle)
     return float(np.log1p(min(len(found), MAX_RINGS)))
-
-
-# Evidence -------------------------------------------------------------------------------------------------------------
-
-# What counts of a side, beside its share of the detail of all six.
-SIDE_MEASURES: Mapping[str, Callable[[SideView], float]] = {
-    "juts": lambda s: s.juts,
-    "knobs": lambda s: float(np.log1p(min(sum(b.is_knob for b in s.blobs), 12))),
-    "bars": lambda s: float(np.log1p(min(sum(b.is_bar for b in s.blobs), 6))),
-    "panels": lambda s: s.panels,
-    "stands": lambda s: s.protruding_share,
-}
-# Controls whose mean offset from the middle of the front, by its size, is larger than this are at its side or top; one
-# offset exceeds the other by the margin.
-CONTROLS_OFF_CENTRE, CONTROLS_MARGIN = 0.2, 0.05
 
 
 def side_facing(direction: Floats) -> int:

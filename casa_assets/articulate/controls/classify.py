@@ -20,8 +20,6 @@ from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_
 from casa_assets.articulate.segment.orthographic import SIDES, TOP, outline_area
 from casa_assets.core.numeric import Floats, Forest, Ints, Mask
 
-# Features -------------------------------------------------------------------------------------------------------------
-
 # Lengths are in diagonals of the object or by the size of what the name says; all are 0 where there is none.
 CONTROL_FEATURES = (
     "log_width",
@@ -63,6 +61,30 @@ CONTROL_FEATURES = (
 # A panel is large from this share of its side on; the tip of a control is this share of its depth.
 LARGE_PANEL_SHARE, TIP_SHARE = 0.08, 0.3
 Rectangle = tuple[Floats, Floats]  # (2,) lower and upper corner of a panel in (u, v)
+
+ControlType = tuple[PartKind | None, float, str]
+# Tells what a control is among others of its side, how sure that is, and why.
+ControlClassifier = Callable[[Control, Sequence[Control]], ControlType]
+# Classes of the forest, in their order.
+CONTROL_CLASSES = ("neither", PartKind.KNOB.value, PartKind.BUTTON.value)
+# Probabilities are averaged as logarithms; less than this counts as this.
+LEAST_PROBABILITY = 1e-4
+# Probability from which on something is a knob or a key. Ref: with its source left out, of the things of the benchmark
+# that are told below .5 61 % are right, of those told at .5 to .6 54 % (benchmarks/train/controls.py).
+MIN_PROBABILITY = 0.45
+# The same on the top, where little else is round and in rows. Ref: with its source left out, of drawn things on the top
+# 306 fewer controls are lost than from .45 on, and 63 more things are told as one.
+MIN_PROBABILITY_ON_TOP = 0.33
+# What is neither with at most this probability is the likelier of the two, unsure as that may be: without this rule
+# whole rows of knobs of fused shells were lost. From a third on, the forest says nothing.
+MAX_PROBABILITY_OF_NEITHER = 0.3
+# What stands out by less than this, diagonals, is printed or stuck on. Unless it is round, so many alike and more
+# are flat keys, where distances between them differ by at most this share of their mean: those of letters vary.
+MAX_FLAT_PROTRUSION, MIN_FLAT_KEYS, MAX_FLAT_IRREGULARITY = 0.0015, 3, 0.3
+# Round keys of toasters are at most this wide by their dials.
+MAX_KEY_BY_DIAL = 0.8
+# A side with more small things than this is no front with controls, but a lattice or a scan in pieces.
+MAX_CONTROLS = 1000
 
 
 def control_features(
@@ -178,32 +200,6 @@ def _round_as_their_group(controls: Sequence[Control], cell: float) -> list[Cont
             for i in group.members:
                 found[i] = replace(found[i], is_round=True)
     return found
-
-
-ControlType = tuple[PartKind | None, float, str]
-# Tells what a control is among others of its side, how sure that is, and why.
-ControlClassifier = Callable[[Control, Sequence[Control]], ControlType]
-
-# Classes of the forest, in their order.
-CONTROL_CLASSES = ("neither", PartKind.KNOB.value, PartKind.BUTTON.value)
-# Probabilities are averaged as logarithms; less than this counts as this.
-LEAST_PROBABILITY = 1e-4
-# Probability from which on something is a knob or a key. Ref: with its source left out, of the things of the benchmark
-# that are told below .5 61 % are right, of those told at .5 to .6 54 % (benchmarks/train/controls.py).
-MIN_PROBABILITY = 0.45
-# The same on the top, where little else is round and in rows. Ref: with its source left out, of drawn things on the top
-# 306 fewer controls are lost than from .45 on, and 63 more things are told as one.
-MIN_PROBABILITY_ON_TOP = 0.33
-# What is neither with at most this probability is the likelier of the two, unsure as that may be: without this rule
-# whole rows of knobs of fused shells were lost. From a third on, the forest says nothing.
-MAX_PROBABILITY_OF_NEITHER = 0.3
-# What stands out by less than this, diagonals, is printed or stuck on. Unless it is round, so many alike and more
-# are flat keys, where distances between them differ by at most this share of their mean: those of letters vary.
-MAX_FLAT_PROTRUSION, MIN_FLAT_KEYS, MAX_FLAT_IRREGULARITY = 0.0015, 3, 0.3
-# Round keys of toasters are at most this wide by their dials.
-MAX_KEY_BY_DIAL = 0.8
-# A side with more small things than this is no front with controls, but a lattice or a scan in pieces.
-MAX_CONTROLS = 1000
 
 
 def classify_by_forest(

@@ -48,6 +48,14 @@ CAP_PARALLEL_COS = 0.94
 # look round, and some keys do. Fewest in a row, how much sizes differ, and the share of round ones in a row of knobs.
 MIN_ROW_LENGTH, ROW_SIZE_TOLERANCE, MIN_ROUND_SHARE_OF_ROW = 3, 0.25, 0.4
 
+# Controls are alike where their widths, heights and protrusions differ by at most this share of the larger width.
+ALIKE_TOLERANCE = 0.15
+# Alike controls belong together up to this distance between their middles, in widths: burner knobs left and right of
+# a display stand in one row. Off the row, keys of one pad are nearer to each other.
+MAX_ROW_PITCH, MAX_PAD_PITCH = 16.0, 4.0
+# Middles within this share of the size of a control are in one row, or one column.
+SAME_LINE_SHARE = 0.4
+
 
 @dataclass
 class Control:
@@ -265,17 +273,6 @@ def has_round_outline(measured: MeasuredFragments, side: int, group: Sequence[in
     inner = across - cell
     share = (outline_area(flat) - cell * float(inner.sum()) - cell**2) / (np.pi / 4 * float(np.prod(inner)))
     return bool(abs(share - 1.0) <= ROUNDNESS_TOLERANCE + CUBE_ROUNDNESS_TOLERANCE * cell / float(inner.min()))
-
-
-# Groups ---------------------------------------------------------------------------------------------------------------
-
-# Controls are alike where their widths, heights and protrusions differ by at most this share of the larger width.
-ALIKE_TOLERANCE = 0.15
-# Alike controls belong together up to this distance between their middles, in widths: burner knobs left and right of
-# a display stand in one row. Off the row, keys of one pad are nearer to each other.
-MAX_ROW_PITCH, MAX_PAD_PITCH = 16.0, 4.0
-# Middles within this share of the size of a control are in one row, or one column.
-SAME_LINE_SHARE = 0.4
 
 
 @dataclass(frozen=True)

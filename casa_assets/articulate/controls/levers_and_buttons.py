@@ -29,6 +29,37 @@ MIN_BAR_RATIO, BAR_TRAVEL_SHARE = 1.8, 0.5
 # Distance from the middle of a slot at which its sides are sampled, in widths of the lever.
 BESIDE_WIDTHS = 0.75
 
+# Depth of a plate and of what is behind its face, by its shorter side; share of its rectangle that it fills, and width
+# by height between these: up to six switches in one frame.
+MAX_PLATE_DEPTH, MIN_PLATE_FILL, PLATE_RATIOS = 0.25, 0.85, (0.5, 5.0)
+# Depth of the whole, with what stands out, by the shorter side of the plate.
+MAX_REACH = 0.6
+# Pieces: how many, their height by that of the plate, offset of their middle from that of the plate by its height.
+MAX_PIECES, PIECE_HEIGHTS, MAX_OFF_MIDDLE = 6, (0.08, 0.75), 0.15
+# Sizes, and distances between neighbours, of pieces of one row differ by at most this share.
+MAX_UNEVENNESS = 0.15
+# Pieces that share so much of their width and height are one.
+MIN_COMMON = 0.8
+# A toggle is narrow, by the height of the plate, and stands out by this, by its own width.
+MAX_TOGGLE_WIDTH, MIN_TOGGLE_REACH = 0.16, 1.0
+# Widest and narrowest a dimmer knob may be by the height of the plate; what it stands out by, by its width.
+DIMMER_WIDTHS, MIN_DIMMER_REACH = (0.15, 0.75), 0.12
+# Rockers tilt by 9 degrees to either side, toggles by 29.
+ROCKER_RAD, TOGGLE_RAD = 0.15, 0.5
+SWITCH_CONFIDENCE = 0.6
+# Share of what is seen from the front that the plate and its switches are: the rest are frames and screws.
+MIN_SHOWN = 0.8
+# Least thickness of a piece that is alone, by the height of the plate.
+MIN_THICKNESS = 0.005
+
+# Width of a single button, diagonals (a ring around a button is wider than a button), its least protrusion, and its
+# most by its width.
+MAX_BUTTON_WIDTH, MIN_BUTTON_PROTRUSION, MAX_PROTRUSION_BY_WIDTH = 0.22, 0.004, 0.6
+# Burner caps are surrounded by slim arms that bear pans: fewest arms, their length to width, and their distance from
+# the cap by its width. The knobs of an object are alike: from so many knobs on its front on, a round control of another
+# width on the top is none.
+MIN_PAN_SUPPORT_ARMS, MIN_ARM_RATIO, MAX_ARM_GAP_BY_WIDTH, MIN_FRONT_KNOBS, KNOB_WIDTH_TOLERANCE = 3, 4.0, 0.5, 2, 0.25
+
 
 @dataclass(frozen=True)
 class Lever:
@@ -130,32 +161,6 @@ def _run(deep: Mask, pixel: float) -> int:
         return 0
     breaks = np.flatnonzero(np.diff(rows) * pixel > MAX_SLOT_BREAK)
     return int(rows[breaks[0]] if len(breaks) else rows[-1]) + 1
-
-
-# Switches -------------------------------------------------------------------------------------------------------------
-
-# Depth of a plate and of what is behind its face, by its shorter side; share of its rectangle that it fills, and width
-# by height between these: up to six switches in one frame.
-MAX_PLATE_DEPTH, MIN_PLATE_FILL, PLATE_RATIOS = 0.25, 0.85, (0.5, 5.0)
-# Depth of the whole, with what stands out, by the shorter side of the plate.
-MAX_REACH = 0.6
-# Pieces: how many, their height by that of the plate, offset of their middle from that of the plate by its height.
-MAX_PIECES, PIECE_HEIGHTS, MAX_OFF_MIDDLE = 6, (0.08, 0.75), 0.15
-# Sizes, and distances between neighbours, of pieces of one row differ by at most this share.
-MAX_UNEVENNESS = 0.15
-# Pieces that share so much of their width and height are one.
-MIN_COMMON = 0.8
-# A toggle is narrow, by the height of the plate, and stands out by this, by its own width.
-MAX_TOGGLE_WIDTH, MIN_TOGGLE_REACH = 0.16, 1.0
-# Widest and narrowest a dimmer knob may be by the height of the plate; what it stands out by, by its width.
-DIMMER_WIDTHS, MIN_DIMMER_REACH = (0.15, 0.75), 0.12
-# Rockers tilt by 9 degrees to either side, toggles by 29.
-ROCKER_RAD, TOGGLE_RAD = 0.15, 0.5
-SWITCH_CONFIDENCE = 0.6
-# Share of what is seen from the front that the plate and its switches are: the rest are frames and screws.
-MIN_SHOWN = 0.8
-# Least thickness of a piece that is alone, by the height of the plate.
-MIN_THICKNESS = 0.005
 
 
 def find_switch_parts(measured: MeasuredFragments) -> list[tuple[PartKind, list[int], JointPlan]]:
@@ -262,18 +267,6 @@ def _part(
     reason = "a stick that stands out of a thin plate" if is_toggle else "it lies in the middle of a thin plate"
     joint = JointPlan(kind=JointKind.HINGE, axis=(1.0, 0.0, 0.0), anchor=foot, range=(-angle, angle))
     return PartKind.LEVER, group, joint.replace(confidence=SWITCH_CONFIDENCE, reason=reason)
-
-
-# Round controls -------------------------------------------------------------------------------------------------------
-
-# Width of a single button, diagonals (a ring around a button is wider than a button), its least protrusion, and its
-# most by its width.
-MAX_BUTTON_WIDTH, MIN_BUTTON_PROTRUSION, MAX_PROTRUSION_BY_WIDTH = 0.22, 0.004, 0.6
-
-# Burner caps are surrounded by slim arms that bear pans: fewest arms, their length to width, and their distance from
-# the cap by its width. The knobs of an object are alike: from so many knobs on its front on, a round control of another
-# width on the top is none.
-MIN_PAN_SUPPORT_ARMS, MIN_ARM_RATIO, MAX_ARM_GAP_BY_WIDTH, MIN_FRONT_KNOBS, KNOB_WIDTH_TOLERANCE = 3, 4.0, 0.5, 2, 0.25
 
 
 def drop_burner_caps(over: Sequence[Control], top: Sequence[Control], front: Sequence[Control]) -> list[Control]:

@@ -51,23 +51,6 @@ COMPLETING_SCORE, IN_LINE_SLACK, FLUSH_SLACK, ALIKE_PULLS = -1.6, 0.008, 0.02, 0
 # Score of a neighbour that is not there, log odds; and the bound of probabilities.
 NO_NEIGHBOUR, LEAST_PROBABILITY = -4.0, 0.002
 
-
-@dataclass(frozen=True)
-class FrontHypotheses:
-    """Rectangles of a side, each with features.
-
-    Attributes:
-        rows, columns: (N, 2) half-open pixel ranges. features: (N, K) in the order of FEATURES.
-        turn: sum of two columns that mirror each other in the middle of the outline. pixel: edge of one, diagonals.
-    """
-
-    rows: Ints
-    columns: Ints
-    features: Floats
-    turn: float
-    pixel: float
-
-
 FEATURES = (
     "constant",
     "support_least",
@@ -111,6 +94,22 @@ FEATURES = (
     "pull_fit",
 )
 CONTEXT = ("mirrored", "stacked", "beside", "inside_better", "around_better")
+
+
+@dataclass(frozen=True)
+class FrontHypotheses:
+    """Rectangles of a side, each with features.
+
+    Attributes:
+        rows, columns: (N, 2) half-open pixel ranges. features: (N, K) in the order of FEATURES.
+        turn: sum of two columns that mirror each other in the middle of the outline. pixel: edge of one, diagonals.
+    """
+
+    rows: Ints
+    columns: Ints
+    features: Floats
+    turn: float
+    pixel: float
 
 
 def check_front_forest(forest: Forest, with_context: bool) -> Forest:

@@ -15,74 +15,6 @@ from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_
 from casa_assets.articulate.segment.orthographic import FRONT
 from casa_assets.core.numeric import Floats
 
-# Kind habits ----------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Habits:
-    """Shares of the doors of a kind that hinge at each edge, and share of its fronts that are drawers."""
-
-    left: float
-    right: float
-    bottom: float
-    top: float
-    drawers: float
-
-
-# Set from what makers list and from safety standards (doors of ovens and dishwashers fold down; microwaves carry their
-# controls at the right and hinge at the left; loaders of washing machines hinge at the left), rounded, and never below
-# one in a hundred.
-HABITS: Mapping[str, Habits] = {
-    "microwave": Habits(0.86, 0.02, 0.1, 0.02, 0.03),
-    "toaster_oven": Habits(0.03, 0.02, 0.94, 0.01, 0.04),
-    "wall_oven": Habits(0.05, 0.03, 0.91, 0.01, 0.05),
-    "range": Habits(0.03, 0.03, 0.93, 0.01, 0.3),
-    "dishwasher": Habits(0.01, 0.01, 0.97, 0.01, 0.04),
-    "refrigerator": Habits(0.45, 0.52, 0.02, 0.01, 0.2),
-    "base_cabinet": Habits(0.48, 0.48, 0.02, 0.02, 0.4),
-    "wall_cabinet": Habits(0.43, 0.43, 0.02, 0.12, 0.03),
-    "tall_cabinet": Habits(0.49, 0.49, 0.01, 0.01, 0.15),
-    "drawer_stack": Habits(0.45, 0.45, 0.05, 0.05, 0.95),
-    "sink_base": Habits(0.49, 0.49, 0.01, 0.01, 0.2),
-    "island_base": Habits(0.49, 0.49, 0.01, 0.01, 0.45),
-    "washing_machine": Habits(0.93, 0.05, 0.01, 0.01, 0.4),
-    "dryer": Habits(0.45, 0.49, 0.05, 0.01, 0.1),
-    "safe": Habits(0.46, 0.5, 0.03, 0.01, 0.02),
-    "desk": Habits(0.45, 0.45, 0.05, 0.05, 0.85),
-    "table": Habits(0.4, 0.4, 0.1, 0.1, 0.9),
-    "nightstand": Habits(0.47, 0.47, 0.04, 0.02, 0.8),
-    "wardrobe": Habits(0.49, 0.49, 0.01, 0.01, 0.3),
-}
-# Of what has no habits of its own.
-ANY_HABITS = Habits(0.4, 0.36, 0.18, 0.06, 0.3)
-
-
-def edge_shares(kinds: Mapping[str, float]) -> Floats:
-    """Return the (4,) probabilities of a hinge at the left, right, bottom and top of a door.
-
-    Args:
-        kinds: probability of each kind that the thing may be; the rest of 1 is any thing.
-    """
-    rows = [(p, HABITS.get(kind, ANY_HABITS)) for kind, p in kinds.items()]
-    rows.append((max(0.0, 1.0 - sum(kinds.values())), ANY_HABITS))
-    shares = sum(p * np.array([h.left, h.right, h.bottom, h.top]) for p, h in rows)
-    return np.asarray(shares) / np.sum(shares)
-
-
-def drawer_share(kinds: Mapping[str, float]) -> float:
-    """Return the probability that a front is a drawer; `kinds` as for `edge_shares`."""
-    rest = max(0.0, 1.0 - sum(kinds.values()))
-    share = sum(p * HABITS.get(kind, ANY_HABITS).drawers for kind, p in kinds.items()) + rest * ANY_HABITS.drawers
-    return float(share / (sum(kinds.values()) + rest))
-
-
-def share_with_fronts(kinds: Mapping[str, float]) -> float:
-    """Return the probability that a thing is of a kind that has doors or drawers on its front."""
-    return sum(p for kind, p in kinds.items() if kind in HABITS)
-
-
-# Front view -----------------------------------------------------------------------------------------------------------
-
 EDGES = (HingeEdge.LEFT, HingeEdge.RIGHT, HingeEdge.BOTTOM, HingeEdge.TOP)
 # Axis of (u, v) across which an edge lies, and the way from the edge to the one that opens.
 _ACROSS = {HingeEdge.LEFT: (0, 1.0), HingeEdge.RIGHT: (0, -1.0), HingeEdge.BOTTOM: (1, 1.0), HingeEdge.TOP: (1, -1.0)}
@@ -157,6 +89,92 @@ MIN_WIDE_RATIO = 1.4
 MIN_LOW_RATIO = 2.0
 # Handles of two fronts face each other where both are so far from the middle, by the height of their fronts.
 FACING = 0.2
+
+# A sliding door is one in a niche wider than itself, with its handle where a hinge would not want it. For all others
+# the log odds from the kind of the object and those from the form of the front are added.
+
+# Beside a sliding door the niche is open for this share of its width, and this much deeper than the door, diagonals.
+MIN_OPEN_SHARE, MIN_NICHE_DEPTH = 0.85, 0.02
+# The rail that it slides on lies at most this far behind the door, diagonals.
+FRAME_TOLERANCE = 0.006
+# Distance of the handle from the edge that a hinged door would open at, by the width.
+MIN_HANDLE_OFFSET = 0.3
+# Distance of the hinge line from the back of a door, as a share of its depth. Ref: the articulation bench
+# (docs/numbers.md), which also scores this: its 67 hinged doors have a median of 0.13 and
+# quartiles of 0.00 and 0.34.
+HINGE_DEPTH_SHARE = 0.15
+# Travel of a drawer as a share of its depth. Ref: the 57 drawers of the same bench have a median of 0.82.
+DRAWER_TRAVEL_SHARE = 0.81
+DOOR_RANGE_RAD = math.pi / 2
+# At most so many fronts of a thing speak for its kind.
+MAX_SPEAKING_FRONTS = 3
+# How often a thing of a kind without habits has what looks like a door or drawer.
+SHARE_WITH_FRONTS = 0.05
+# No guess is surer than this.
+MAX_CONFIDENCE = 0.97
+
+
+@dataclass(frozen=True)
+class Habits:
+    """Shares of the doors of a kind that hinge at each edge, and share of its fronts that are drawers."""
+
+    left: float
+    right: float
+    bottom: float
+    top: float
+    drawers: float
+
+
+# Set from what makers list and from safety standards (doors of ovens and dishwashers fold down; microwaves carry their
+# controls at the right and hinge at the left; loaders of washing machines hinge at the left), rounded, and never below
+# one in a hundred.
+HABITS: Mapping[str, Habits] = {
+    "microwave": Habits(0.86, 0.02, 0.1, 0.02, 0.03),
+    "toaster_oven": Habits(0.03, 0.02, 0.94, 0.01, 0.04),
+    "wall_oven": Habits(0.05, 0.03, 0.91, 0.01, 0.05),
+    "range": Habits(0.03, 0.03, 0.93, 0.01, 0.3),
+    "dishwasher": Habits(0.01, 0.01, 0.97, 0.01, 0.04),
+    "refrigerator": Habits(0.45, 0.52, 0.02, 0.01, 0.2),
+    "base_cabinet": Habits(0.48, 0.48, 0.02, 0.02, 0.4),
+    "wall_cabinet": Habits(0.43, 0.43, 0.02, 0.12, 0.03),
+    "tall_cabinet": Habits(0.49, 0.49, 0.01, 0.01, 0.15),
+    "drawer_stack": Habits(0.45, 0.45, 0.05, 0.05, 0.95),
+    "sink_base": Habits(0.49, 0.49, 0.01, 0.01, 0.2),
+    "island_base": Habits(0.49, 0.49, 0.01, 0.01, 0.45),
+    "washing_machine": Habits(0.93, 0.05, 0.01, 0.01, 0.4),
+    "dryer": Habits(0.45, 0.49, 0.05, 0.01, 0.1),
+    "safe": Habits(0.46, 0.5, 0.03, 0.01, 0.02),
+    "desk": Habits(0.45, 0.45, 0.05, 0.05, 0.85),
+    "table": Habits(0.4, 0.4, 0.1, 0.1, 0.9),
+    "nightstand": Habits(0.47, 0.47, 0.04, 0.02, 0.8),
+    "wardrobe": Habits(0.49, 0.49, 0.01, 0.01, 0.3),
+}
+# Of what has no habits of its own.
+ANY_HABITS = Habits(0.4, 0.36, 0.18, 0.06, 0.3)
+
+
+def edge_shares(kinds: Mapping[str, float]) -> Floats:
+    """Return the (4,) probabilities of a hinge at the left, right, bottom and top of a door.
+
+    Args:
+        kinds: probability of each kind that the thing may be; the rest of 1 is any thing.
+    """
+    rows = [(p, HABITS.get(kind, ANY_HABITS)) for kind, p in kinds.items()]
+    rows.append((max(0.0, 1.0 - sum(kinds.values())), ANY_HABITS))
+    shares = sum(p * np.array([h.left, h.right, h.bottom, h.top]) for p, h in rows)
+    return np.asarray(shares) / np.sum(shares)
+
+
+def drawer_share(kinds: Mapping[str, float]) -> float:
+    """Return the probability that a front is a drawer; `kinds` as for `edge_shares`."""
+    rest = max(0.0, 1.0 - sum(kinds.values()))
+    share = sum(p * HABITS.get(kind, ANY_HABITS).drawers for kind, p in kinds.items()) + rest * ANY_HABITS.drawers
+    return float(share / (sum(kinds.values()) + rest))
+
+
+def share_with_fronts(kinds: Mapping[str, float]) -> float:
+    """Return the probability that a thing is of a kind that has doors or drawers on its front."""
+    return sum(p for kind, p in kinds.items() if kind in HABITS)
 
 
 @dataclass(frozen=True)
@@ -464,31 +482,6 @@ def _overlaps(a: Panel, b: Panel) -> bool:
     """Return whether one panel lies above or below another, over half of the narrower one's width."""
     shared = float(min(a.upper[0], b.upper[0]) - max(a.lower[0], b.lower[0]))
     return shared > MIN_SHARED_EDGE * min(a.width, b.width)
-
-
-# Choice ---------------------------------------------------------------------------------------------------------------
-# A sliding door is one in a niche wider than itself, with its handle where a hinge would not want it. For all others
-# the log odds from the kind of the object and those from the form of the front are added.
-
-# Beside a sliding door the niche is open for this share of its width, and this much deeper than the door, diagonals.
-MIN_OPEN_SHARE, MIN_NICHE_DEPTH = 0.85, 0.02
-# The rail that it slides on lies at most this far behind the door, diagonals.
-FRAME_TOLERANCE = 0.006
-# Distance of the handle from the edge that a hinged door would open at, by the width.
-MIN_HANDLE_OFFSET = 0.3
-# Distance of the hinge line from the back of a door, as a share of its depth. Ref: the articulation bench
-# (docs/numbers.md), which also scores this: its 67 hinged doors have a median of 0.13 and
-# quartiles of 0.00 and 0.34.
-HINGE_DEPTH_SHARE = 0.15
-# Travel of a drawer as a share of its depth. Ref: the 57 drawers of the same bench have a median of 0.82.
-DRAWER_TRAVEL_SHARE = 0.81
-DOOR_RANGE_RAD = math.pi / 2
-# At most so many fronts of a thing speak for its kind.
-MAX_SPEAKING_FRONTS = 3
-# How often a thing of a kind without habits has what looks like a door or drawer.
-SHARE_WITH_FRONTS = 0.05
-# No guess is surer than this.
-MAX_CONFIDENCE = 0.97
 
 
 @dataclass(frozen=True)

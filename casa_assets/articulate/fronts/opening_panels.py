@@ -21,8 +21,6 @@ from casa_assets.articulate.segment.orthographic import BACK, BOTTOM, FRONT, LEF
 from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, NO_FRONTS, KnownFronts, boxiness
 from casa_assets.core.numeric import Floats, Mask
 
-# Fronts without handles -----------------------------------------------------------------------------------------------
-
 # Fronts of one thing start at one depth, end in line, and lie this near to each other, diagonals.
 SAME_DEPTH, IN_LINE, MAX_GAP = 0.02, 0.012, 0.04
 # A front is at least this large by its equal beside it, and this wide by its length: thinner ones are boards and slats.
@@ -33,6 +31,70 @@ MIN_VISIBLE_SHARE = 0.5
 MIN_CONTROLS_BESIDE, MIN_DOOR_SHARE, MAX_DOOR_SHARE = 2, 0.3, 0.93
 # Detergent drawers lie above a round door and are at most this wide by the side.
 MAX_DRAWER_WIDTH_SHARE = 0.45
+
+# Diameter by the width and by the height of the front, distance of its middle from that of the front by the width, and
+# height by width of the front. Ref: makers list loading doors of 30 to 50 cm in fronts of 60 by 85 cm.
+MIN_DIAMETER_BY_WIDTH, MAX_DIAMETER_BY_WIDTH, MIN_DIAMETER_BY_HEIGHT = 0.35, 0.85, 0.22
+MAX_OFFSET, MIN_TALL, MAX_TALL = 0.15, 0.8, 2.4
+# Its parts start within this share of the depth of the thing, reach back at most by this share of their diameter, and
+# show at least this share of their square.
+MAX_START_SHARE, MAX_DEPTH_BY_DIAMETER, ROUND_MIN_VISIBLE_SHARE = 0.2, 0.6, 0.08
+# Parts of one door have their middles this near to each other, by its diameter, and stay within its circle so far.
+MAX_ECCENTRICITY, CIRCLE_TOLERANCE = 0.1, 1.06
+# What lies deeper behind its back is the drum, diagonals.
+MAX_BEHIND = 0.02
+
+# A small thing alone on a panel is its pull, unless it is a knob or a key with this confidence.
+MIN_SURE_CONTROL = 0.85
+# Least protrusion of a handle, diagonals. Ref: rails of framed doors reach 0.013, handles start at 0.025.
+MIN_HANDLE_PROTRUSION = 0.013
+# A pull of a large object is relatively small: least protrusion, the same by its width, and its length at most as a
+# share of its front, which rails exceed.
+MIN_PULL_PROTRUSION, MIN_PULL_PROTRUSION_BY_WIDTH, MAX_PULL_LENGTH_SHARE = 0.006, 0.4, 0.5
+# Width to height of a cup pull.
+MIN_CUP_PULL_RATIO = 1.4
+# Widest gap between a handle and its front, diagonals.
+MAX_HANDLE_GAP = 0.035
+# Smaller protrusions are marks or screws, diagonals.
+MIN_HANDLE_SIZE = 0.03
+# Widest gap between a front and the box behind it, diagonals.
+MAX_BOX_GAP = 0.02
+# How far a seal reaches behind its front at most, diagonals.
+MAX_SEAL_DEPTH = 0.004
+# Height of a box as a share of its front: a lower one is a drawer of its own behind a door.
+MIN_BOX_HEIGHT_SHARE = 0.2
+# A box drawn as a block: width and height by its front, how far its front may be sunk, by its depth, and the share of
+# its rectangle that is closed.
+MIN_BLOCK_WIDTH_SHARE, MIN_BLOCK_HEIGHT_SHARE, MAX_BLOCK_SUNK_SHARE, MIN_BLOCK_FILL = 0.55, 0.35, 0.1, 0.8
+# Greatest share of a board of a box that is visible from outside, and least depth of a box by the width of its front.
+MAX_VISIBLE_SHARE, MIN_BOX_DEPTH_SHARE = 0.05, 0.25
+# A box is a basin where whoever looks down on the worktop sees into it over this share of its plan.
+MIN_BASIN_SHARE = 0.5
+# Height to width of a front above which only a tub is a box: fridges have many shelves and bins.
+MAX_HEIGHT_RATIO = 1.3
+# Widest gap between a front and a shelf behind it, diagonals.
+MAX_SHELF_GAP = 0.1
+# Distance that a box keeps within its front, diagonals: walls between fronts reach beyond their edges.
+BOX_TOLERANCE = 0.002
+# A front without a handle has free space behind at least this share of it.
+MIN_HOLLOW_SHARE = 0.4
+# A panel smaller than this share of the front with so many controls is a control panel, even if a lever protrudes from
+# it like a handle.
+MIN_CONTROLS, MAX_CONTROL_PANEL_SHARE = 2, 0.4
+# The face of a remote control or a telephone: share of its side, depth of the thing by its longer side, controls on it.
+MIN_KEY_PAD_SHARE, MAX_KEY_PAD_DEPTH, MIN_KEY_PAD_CONTROLS = 0.7, 0.35, 3
+# A sheet that is no thicker, diagonals, and at least this share of the side wide is the face of the case itself.
+MAX_FACE_DEPTH, MIN_FACE_WIDTH_SHARE = 0.002, 0.97
+# Most handles of one front: a wide drawer has two.
+MAX_HANDLES = 2
+# Confidence of a front that only the kind of its thing makes one.
+DOUBTFUL = 0.45
+# A plinth or a rail: greatest height by that of the thing; how far it is set back behind a front at least, diagonals.
+MAX_RAIL_HEIGHT, MIN_SETBACK = 0.16, 0.015
+# A panel without a handle that is narrower than this share of the side is a strip of the body.
+MAX_STRIP_SHARE = 0.13
+# Pixels along the longer side of the pictures of boxes, and least depth of the room behind a front, diagonals.
+BOX_PIXELS, MIN_ROOM_DEPTH = 96, 0.05
 
 
 def tiled_fronts(measured: MeasuredFragments, panels: Sequence[Panel], chosen: Sequence[Panel]) -> list[Panel]:
@@ -118,21 +180,6 @@ def _in_line(lower: Floats, upper: Floats, other_lower: Floats, other_upper: Flo
     return bool(away <= IN_LINE) and -IN_LINE <= gap <= MAX_GAP
 
 
-# Round doors ----------------------------------------------------------------------------------------------------------
-
-# Diameter by the width and by the height of the front, distance of its middle from that of the front by the width, and
-# height by width of the front. Ref: makers list loading doors of 30 to 50 cm in fronts of 60 by 85 cm.
-MIN_DIAMETER_BY_WIDTH, MAX_DIAMETER_BY_WIDTH, MIN_DIAMETER_BY_HEIGHT = 0.35, 0.85, 0.22
-MAX_OFFSET, MIN_TALL, MAX_TALL = 0.15, 0.8, 2.4
-# Its parts start within this share of the depth of the thing, reach back at most by this share of their diameter, and
-# show at least this share of their square.
-MAX_START_SHARE, MAX_DEPTH_BY_DIAMETER, ROUND_MIN_VISIBLE_SHARE = 0.2, 0.6, 0.08
-# Parts of one door have their middles this near to each other, by its diameter, and stay within its circle so far.
-MAX_ECCENTRICITY, CIRCLE_TOLERANCE = 0.1, 1.06
-# What lies deeper behind its back is the drum, diagonals.
-MAX_BEHIND = 0.02
-
-
 def find_round_door(measured: MeasuredFragments) -> Panel | None:
     """Return the round door of a side, with all that lies in its circle, or None."""
     lower, upper = corners_from_side(measured, FRONT)
@@ -170,61 +217,6 @@ def fragments_around(measured: MeasuredFragments, door: Panel) -> list[int]:
     lower, upper = corners_from_side(measured, FRONT)
     around = (lower[:, :2] <= door.lower[:2]).all(axis=1) & (upper[:, :2] >= door.upper[:2]).all(axis=1)
     return [i for i in np.flatnonzero(around).tolist() if i not in door.members]
-
-
-# Fronts ---------------------------------------------------------------------------------------------------------------
-
-# A small thing alone on a panel is its pull, unless it is a knob or a key with this confidence.
-MIN_SURE_CONTROL = 0.85
-# Least protrusion of a handle, diagonals. Ref: rails of framed doors reach 0.013, handles start at 0.025.
-MIN_HANDLE_PROTRUSION = 0.013
-# A pull of a large object is relatively small: least protrusion, the same by its width, and its length at most as a
-# share of its front, which rails exceed.
-MIN_PULL_PROTRUSION, MIN_PULL_PROTRUSION_BY_WIDTH, MAX_PULL_LENGTH_SHARE = 0.006, 0.4, 0.5
-# Width to height of a cup pull.
-MIN_CUP_PULL_RATIO = 1.4
-# Widest gap between a handle and its front, diagonals.
-MAX_HANDLE_GAP = 0.035
-# Smaller protrusions are marks or screws, diagonals.
-MIN_HANDLE_SIZE = 0.03
-# Widest gap between a front and the box behind it, diagonals.
-MAX_BOX_GAP = 0.02
-# How far a seal reaches behind its front at most, diagonals.
-MAX_SEAL_DEPTH = 0.004
-# Height of a box as a share of its front: a lower one is a drawer of its own behind a door.
-MIN_BOX_HEIGHT_SHARE = 0.2
-# A box drawn as a block: width and height by its front, how far its front may be sunk, by its depth, and the share of
-# its rectangle that is closed.
-MIN_BLOCK_WIDTH_SHARE, MIN_BLOCK_HEIGHT_SHARE, MAX_BLOCK_SUNK_SHARE, MIN_BLOCK_FILL = 0.55, 0.35, 0.1, 0.8
-# Greatest share of a board of a box that is visible from outside, and least depth of a box by the width of its front.
-MAX_VISIBLE_SHARE, MIN_BOX_DEPTH_SHARE = 0.05, 0.25
-# A box is a basin where whoever looks down on the worktop sees into it over this share of its plan.
-MIN_BASIN_SHARE = 0.5
-# Height to width of a front above which only a tub is a box: fridges have many shelves and bins.
-MAX_HEIGHT_RATIO = 1.3
-# Widest gap between a front and a shelf behind it, diagonals.
-MAX_SHELF_GAP = 0.1
-# Distance that a box keeps within its front, diagonals: walls between fronts reach beyond their edges.
-BOX_TOLERANCE = 0.002
-# A front without a handle has free space behind at least this share of it.
-MIN_HOLLOW_SHARE = 0.4
-# A panel smaller than this share of the front with so many controls is a control panel, even if a lever protrudes from
-# it like a handle.
-MIN_CONTROLS, MAX_CONTROL_PANEL_SHARE = 2, 0.4
-# The face of a remote control or a telephone: share of its side, depth of the thing by its longer side, controls on it.
-MIN_KEY_PAD_SHARE, MAX_KEY_PAD_DEPTH, MIN_KEY_PAD_CONTROLS = 0.7, 0.35, 3
-# A sheet that is no thicker, diagonals, and at least this share of the side wide is the face of the case itself.
-MAX_FACE_DEPTH, MIN_FACE_WIDTH_SHARE = 0.002, 0.97
-# Most handles of one front: a wide drawer has two.
-MAX_HANDLES = 2
-# Confidence of a front that only the kind of its thing makes one.
-DOUBTFUL = 0.45
-# A plinth or a rail: greatest height by that of the thing; how far it is set back behind a front at least, diagonals.
-MAX_RAIL_HEIGHT, MIN_SETBACK = 0.16, 0.015
-# A panel without a handle that is narrower than this share of the side is a strip of the body.
-MAX_STRIP_SHARE = 0.13
-# Pixels along the longer side of the pictures of boxes, and least depth of the room behind a front, diagonals.
-BOX_PIXELS, MIN_ROOM_DEPTH = 96, 0.05
 
 
 def attach_to_panels(

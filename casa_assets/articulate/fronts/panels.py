@@ -52,6 +52,27 @@ INSIDE_TOLERANCE = 0.006
 # Fronts that are let into a board begin where it begins, within this, diagonals; panes lie deeper in their frames.
 FLUSH_TOLERANCE = 0.004
 
+# Boards of one door begin at the same depth within this, and touch within this; diagonals.
+MERGED_FLUSH_TOLERANCE, TOUCH_TOLERANCE = 0.006, 0.006
+# Widest stile or rail, as a share of its door.
+MAX_STILE_SHARE = 0.26
+# Thickest strip that lies upon a door, diagonals.
+MAX_STRIP_THICKNESS = 0.05
+# Share of the door that its boards cover.
+MIN_LEAF_COVERAGE = 0.93
+# Shorter side of equal boards from which they are fronts of their own, diagonals.
+MIN_LEAF_SIDE = 0.09
+# Widest stile of a narrow door, as a share of it, where so many rails run between the stiles.
+MAX_BROAD_STILE_SHARE, MIN_RAILS = 0.36, 2
+# Boards that are too slim for panels: least width and length, diagonals, and visible share of their rectangle.
+MIN_SLAT_WIDTH, MIN_SLAT_LENGTH, MIN_VISIBLE_SHARE = 0.006, 0.025, 0.5
+MAX_SLATS = 80
+# Thickness of a slat by its width: flat, or square as rails of thin fronts are.
+MAX_THICKNESS_BY_WIDTH = 1.1
+# The infill of a framed door lies this much deeper than its stiles and meets them within the gap; a door within a frame
+# of the body does neither. Diagonals.
+MIN_SUNK_DEPTH, MAX_SUNK_GAP = 0.0004, 0.0012
+
 
 @dataclass
 class Panel:
@@ -320,30 +341,6 @@ def _fills_hole(measured: MeasuredFragments, lower: Floats, upper: Floats, i: in
 def _panel(measured: MeasuredFragments, lower: Floats, upper: Floats, group: list[int]) -> Panel:
     visible = float(measured.visible_area[group, FRONT].sum())
     return Panel(list(group), lower[group].min(axis=0), upper[group].max(axis=0), visible_area=visible)
-
-
-# Panel merge ----------------------------------------------------------------------------------------------------------
-
-# Boards of one door begin at the same depth within this, and touch within this; diagonals.
-MERGED_FLUSH_TOLERANCE, TOUCH_TOLERANCE = 0.006, 0.006
-# Widest stile or rail, as a share of its door.
-MAX_STILE_SHARE = 0.26
-# Thickest strip that lies upon a door, diagonals.
-MAX_STRIP_THICKNESS = 0.05
-# Share of the door that its boards cover.
-MIN_LEAF_COVERAGE = 0.93
-# Shorter side of equal boards from which they are fronts of their own, diagonals.
-MIN_LEAF_SIDE = 0.09
-# Widest stile of a narrow door, as a share of it, where so many rails run between the stiles.
-MAX_BROAD_STILE_SHARE, MIN_RAILS = 0.36, 2
-# Boards that are too slim for panels: least width and length, diagonals, and visible share of their rectangle.
-MIN_SLAT_WIDTH, MIN_SLAT_LENGTH, MIN_VISIBLE_SHARE = 0.006, 0.025, 0.5
-MAX_SLATS = 80
-# Thickness of a slat by its width: flat, or square as rails of thin fronts are.
-MAX_THICKNESS_BY_WIDTH = 1.1
-# The infill of a framed door lies this much deeper than its stiles and meets them within the gap; a door within a frame
-# of the body does neither. Diagonals.
-MIN_SUNK_DEPTH, MAX_SUNK_GAP = 0.0004, 0.0012
 
 
 def merge_framed_panels(panels: list[Panel], handle_spots: list[Floats], slats: list[Panel]) -> list[Panel]:

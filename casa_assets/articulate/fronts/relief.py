@@ -51,6 +51,44 @@ LINE_MEASURES = ("edge", "groove", "bend", "outline_before", "outline_after", "s
 # (7, H + 1, W) by LINE_MEASURES, of the border above each row of a picture; zero where nothing is visible.
 SeamMaps = npt.NDArray[np.float32]
 
+# Narrowest rectangle, diagonals.
+MIN_SIDE = 0.012
+# How far a line may deviate from straight, diagonals.
+LINE_TOLERANCE = 0.0022
+# A line is divided into stretches; each, and the whole line, has to be visible to these shares.
+LINE_STRETCHES, MIN_STRETCH_VISIBILITY, MIN_LINE_VISIBILITY = 12, 0.5, 0.75
+# A line is visible to so much more than edges elsewhere in its rectangle: rough surfaces have edges everywhere.
+MIN_LINE_CONTRAST = 0.45
+# A stretch counts if this share of it is not hidden by protrusions; so many stretches have to count.
+MIN_FREE_SHARE, MIN_USABLE_STRETCHES = 0.3, 5
+# Length to width and least protrusion of a handle, diagonals. Ref: as MIN_HANDLE_PROTRUSION in opening_panels.py.
+MIN_BAR_RATIO, MIN_BAR_PROTRUSION = 2.5, 0.012
+# A region that protrudes farther is the ragged border of the object before what lies behind it, diagonals.
+MAX_PROTRUSION = 0.13
+# From this protrusion on a handle keeps HANDLE_MARGIN from the border of the object, else FLAT_MARGIN, since flaps of
+# cartons end there; diagonals. MIN_SURROUNDED_SHARE of its surroundings is surface.
+SURE_HANDLE_PROTRUSION, HANDLE_MARGIN, FLAT_MARGIN, MIN_SURROUNDED_SHARE = 0.024, 0.012, 0.03, 0.97
+# Handles whose middles differ by less lie in one row or column, diagonals.
+SAME_ROW = 0.04
+# A handle that is too short for a bar is at least so much longer than thick, beside bars as thick as it is.
+MIN_STUB_RATIO = 1.6
+# Most pulls, width of their rectangle as a share of the side, tolerance of their sizes, and how many in a row are
+# controls instead.
+MAX_PULLS, MIN_WIDTH_SHARE, SIZE_TOLERANCE, MIN_CONTROLS_IN_ROW = 10, 0.45, 0.3, 3
+# The frame around a recess is this quantile of depth; least size and greatest depth of a recess, diagonals, and the
+# share of its rectangle that it fills.
+FRAME_DEPTH_QUANTILE, MIN_SUNK_SIDE, MAX_SUNK_DEPTH, MIN_SUNK_FILL = 0.15, 0.04, 0.05, 0.85
+Window = tuple[tuple[int, int], tuple[int, int]]  # half-open ranges of rows and of columns
+
+# Highest stair, and deepest groove between two stairs that is no gap between fronts; diagonals.
+MAX_STAIR_HEIGHT, MAX_GROOVE_DEPTH = 0.0095, 0.002
+# Distance from a border at which its two sides are sampled.
+BESIDE_PIXELS = 4
+# Strips are as long as the front within this share of its length, and cover this share of it.
+LENGTH_TOLERANCE, MIN_STRIP_FILL = 0.035, 0.9
+# Fewest stairs of a bulge on both sides together: a framed panel has one on each side.
+MIN_STAIRS = 3
+
 
 @dataclass(frozen=True)
 class LineTable:
@@ -170,40 +208,6 @@ def line_table(maps: SeamMaps, at: Ints, across: Ints, pixel: float) -> LineTabl
             best[..., 6] = np.maximum(best[..., 6], means[..., 6])
     assert best is not None
     return LineTable(at, best)
-
-
-# Rectangles -----------------------------------------------------------------------------------------------------------
-
-# Narrowest rectangle, diagonals.
-MIN_SIDE = 0.012
-# How far a line may deviate from straight, diagonals.
-LINE_TOLERANCE = 0.0022
-# A line is divided into stretches; each, and the whole line, has to be visible to these shares.
-LINE_STRETCHES, MIN_STRETCH_VISIBILITY, MIN_LINE_VISIBILITY = 12, 0.5, 0.75
-# A line is visible to so much more than edges elsewhere in its rectangle: rough surfaces have edges everywhere.
-MIN_LINE_CONTRAST = 0.45
-# A stretch counts if this share of it is not hidden by protrusions; so many stretches have to count.
-MIN_FREE_SHARE, MIN_USABLE_STRETCHES = 0.3, 5
-# Length to width and least protrusion of a handle, diagonals. Ref: as MIN_HANDLE_PROTRUSION in opening_panels.py.
-MIN_BAR_RATIO, MIN_BAR_PROTRUSION = 2.5, 0.012
-# A region that protrudes farther is the ragged border of the object before what lies behind it, diagonals.
-MAX_PROTRUSION = 0.13
-# From this protrusion on a handle keeps HANDLE_MARGIN from the border of the object, else FLAT_MARGIN, since flaps of
-# cartons end there; diagonals. MIN_SURROUNDED_SHARE of its surroundings is surface.
-SURE_HANDLE_PROTRUSION, HANDLE_MARGIN, FLAT_MARGIN, MIN_SURROUNDED_SHARE = 0.024, 0.012, 0.03, 0.97
-# Handles whose middles differ by less lie in one row or column, diagonals.
-SAME_ROW = 0.04
-# A handle that is too short for a bar is at least so much longer than thick, beside bars as thick as it is.
-MIN_STUB_RATIO = 1.6
-# Most pulls, width of their rectangle as a share of the side, tolerance of their sizes, and how many in a row are
-# controls instead.
-MAX_PULLS, MIN_WIDTH_SHARE, SIZE_TOLERANCE, MIN_CONTROLS_IN_ROW = 10, 0.45, 0.3, 3
-# The frame around a recess is this quantile of depth; least size and greatest depth of a recess, diagonals, and the
-# share of its rectangle that it fills.
-FRAME_DEPTH_QUANTILE, MIN_SUNK_SIDE, MAX_SUNK_DEPTH, MIN_SUNK_FILL = 0.15, 0.04, 0.05, 0.85
-
-
-Window = tuple[tuple[int, int], tuple[int, int]]  # half-open ranges of rows and of columns
 
 
 @dataclass(frozen=True)
@@ -439,18 +443,6 @@ def rectangle_corners(side: SideRelief, rectangle: FrontRectangle) -> tuple[Floa
     lower = image.lower + image.pixel * np.array([rectangle.columns[0], height - rectangle.rows[1]])
     upper = image.lower + image.pixel * np.array([rectangle.columns[1], height - rectangle.rows[0]])
     return lower, upper
-
-
-# Bulging fronts -------------------------------------------------------------------------------------------------------
-
-# Highest stair, and deepest groove between two stairs that is no gap between fronts; diagonals.
-MAX_STAIR_HEIGHT, MAX_GROOVE_DEPTH = 0.0095, 0.002
-# Distance from a border at which its two sides are sampled.
-BESIDE_PIXELS = 4
-# Strips are as long as the front within this share of its length, and cover this share of it.
-LENGTH_TOLERANCE, MIN_STRIP_FILL = 0.035, 0.9
-# Fewest stairs of a bulge on both sides together: a framed panel has one on each side.
-MIN_STAIRS = 3
 
 
 def merge_stairs(side: SideRelief, rectangles: list[FrontRectangle]) -> list[FrontRectangle]:

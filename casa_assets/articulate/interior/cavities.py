@@ -13,8 +13,6 @@ from casa_assets.articulate.segment.orthographic import RayCrossings, cross_rays
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.record import Vec3
 
-# Views behind a front -------------------------------------------------------------------------------------------------
-
 # Distance outside the edges of a front at which the body is looked for, diagonals.
 BORDER_DISTANCE = 0.008
 # Share of the border that has to show the body, and its greatest distance from the back of the front, diagonals.
@@ -36,6 +34,62 @@ MIN_SIZE_SHARE = 0.25
 PROBE_LINES_PER_SIDE, LINES_DOWN_PER_SIDE = 7, 9
 # Share of a drawer over which its floor is visible from above.
 MIN_FLOOR_SHARE = 0.4
+
+# Lines across a front, each way, to find its open part; a row that is open to this share of the most open one is no
+# frame.
+FINE_LINES_PER_SIDE, OPEN_BORDER_SHARE = 24, 0.7
+# Narrowest frame, diagonals.
+MIN_FRAME_WIDTH = 0.006
+# Distance of built walls from the skin, diagonals, and the share by which a cavity shrinks while it pierces the skin.
+SKIN_DISTANCE, SHRINK_SHARE, MAX_SHRINKS = 0.004, 0.06, 8
+# A cavity has contents if this share of the lines meets something.
+MIN_CONTENTS_SHARE = 0.25
+# A rectangular front covers this share of a line inside its border (inset by a share of its size); a round one is
+# shrunk by the last share on every side until it does.
+MIN_BORDER_COVERAGE, BORDER_INSET_SHARE, ROUND_SHRINK_SHARE = 0.85, 0.02, 0.03
+# Margin of the boxes in which the body has nothing to be, within a panel, diagonals.
+PANEL_MARGIN = 0.001
+# Lines to each side of a cavity, each way.
+LINES_PER_SIDE = 5
+# A line whose last surface is nearer than this share of the median left through a hole of the skin.
+HOLE_DISTANCE_SHARE = 0.45
+
+# A hollow shell without inner walls, or a solid block, gets a cavity as large as its front and the depth allow.
+
+# Lines across a front, each way, and the share of its size that they leave free at the border.
+CAVITY_LINES_PER_SIDE, LINE_INSET_SHARE = 9, 0.12
+# Least depth behind a front for a cavity, diagonals.
+MIN_CAVITY_DEPTH = 0.06
+# A closed body has a wall within this share of the depth behind the front, over this share of the lines.
+NEAR_WALL_SHARE, MIN_CLOSED_SHARE = 0.15, 0.6
+# A wall that is met from behind may lie this deep.
+REAR_WALL_SHARE = 0.4
+# Distance of an opening cut into the front wall of a cavity from its other walls, diagonals.
+CUT_MARGIN = 0.003
+# A mesh has a cavity of its own if so many of its five walls are visible.
+MIN_WALLS = 3
+# A drawer that reaches back by this share of the depth has a box.
+MIN_BOX_DEPTH_SHARE = 0.25
+# Two doors meet if their gap is at most this, diagonals, and their heights overlap by this share.
+MAX_DOOR_GAP, MIN_HEIGHT_OVERLAP = 0.025, 0.9
+# Thickness of the walls that are built around a cavity, metres. Ref: insulation and boards as in kitchenware/parts.
+WALL_M = {
+    InteriorKind.OVEN: 0.036,
+    InteriorKind.MICROWAVE: 0.018,
+    InteriorKind.REFRIGERATOR: 0.04,
+    InteriorKind.DISHWASHER: 0.024,
+    InteriorKind.CABINET: 0.016,
+    InteriorKind.PLAIN: 0.012,
+    InteriorKind.DRAWER: 0.008,
+}
+# Words of a category and the interior that they stand for.
+_KINDS = (
+    (("microwave",), InteriorKind.MICROWAVE),
+    (("refrigerator", "fridge", "freezer", "cooler"), InteriorKind.REFRIGERATOR),
+    (("dishwasher",), InteriorKind.DISHWASHER),
+    (("oven", "range", "stove"), InteriorKind.OVEN),
+    (("cabinet", "island", "sink_base", "drawer_stack", "sideboard", "wardrobe", "cupboard"), InteriorKind.CABINET),
+)
 
 
 @dataclass(frozen=True)
@@ -225,28 +279,6 @@ def border_points(lower: Floats, upper: Floats, inset: float) -> Floats:
     return np.concatenate([*level, *upright])
 
 
-# Cavity limits --------------------------------------------------------------------------------------------------------
-
-# Lines across a front, each way, to find its open part; a row that is open to this share of the most open one is no
-# frame.
-FINE_LINES_PER_SIDE, OPEN_BORDER_SHARE = 24, 0.7
-# Narrowest frame, diagonals.
-MIN_FRAME_WIDTH = 0.006
-# Distance of built walls from the skin, diagonals, and the share by which a cavity shrinks while it pierces the skin.
-SKIN_DISTANCE, SHRINK_SHARE, MAX_SHRINKS = 0.004, 0.06, 8
-# A cavity has contents if this share of the lines meets something.
-MIN_CONTENTS_SHARE = 0.25
-# A rectangular front covers this share of a line inside its border (inset by a share of its size); a round one is
-# shrunk by the last share on every side until it does.
-MIN_BORDER_COVERAGE, BORDER_INSET_SHARE, ROUND_SHRINK_SHARE = 0.85, 0.02, 0.03
-# Margin of the boxes in which the body has nothing to be, within a panel, diagonals.
-PANEL_MARGIN = 0.001
-# Lines to each side of a cavity, each way.
-LINES_PER_SIDE = 5
-# A line whose last surface is nearer than this share of the median left through a hole of the skin.
-HOLE_DISTANCE_SHARE = 0.45
-
-
 def fit_cavity(
     probe: CavityProbe,
     part_ids: Sequence[int],
@@ -408,44 +440,6 @@ def _has_contents(probe: CavityProbe, part_ids: Sequence[int], lower: Floats, up
         if float(np.isfinite(inside.first()).mean()) >= MIN_CONTENTS_SHARE:
             return True
     return False
-
-
-# A hollow shell without inner walls, or a solid block, gets a cavity as large as its front and the depth allow.
-
-# Lines across a front, each way, and the share of its size that they leave free at the border.
-CAVITY_LINES_PER_SIDE, LINE_INSET_SHARE = 9, 0.12
-# Least depth behind a front for a cavity, diagonals.
-MIN_CAVITY_DEPTH = 0.06
-# A closed body has a wall within this share of the depth behind the front, over this share of the lines.
-NEAR_WALL_SHARE, MIN_CLOSED_SHARE = 0.15, 0.6
-# A wall that is met from behind may lie this deep.
-REAR_WALL_SHARE = 0.4
-# Distance of an opening cut into the front wall of a cavity from its other walls, diagonals.
-CUT_MARGIN = 0.003
-# A mesh has a cavity of its own if so many of its five walls are visible.
-MIN_WALLS = 3
-# A drawer that reaches back by this share of the depth has a box.
-MIN_BOX_DEPTH_SHARE = 0.25
-# Two doors meet if their gap is at most this, diagonals, and their heights overlap by this share.
-MAX_DOOR_GAP, MIN_HEIGHT_OVERLAP = 0.025, 0.9
-# Thickness of the walls that are built around a cavity, metres. Ref: insulation and boards as in kitchenware/parts.
-WALL_M = {
-    InteriorKind.OVEN: 0.036,
-    InteriorKind.MICROWAVE: 0.018,
-    InteriorKind.REFRIGERATOR: 0.04,
-    InteriorKind.DISHWASHER: 0.024,
-    InteriorKind.CABINET: 0.016,
-    InteriorKind.PLAIN: 0.012,
-    InteriorKind.DRAWER: 0.008,
-}
-# Words of a category and the interior that they stand for.
-_KINDS = (
-    (("microwave",), InteriorKind.MICROWAVE),
-    (("refrigerator", "fridge", "freezer", "cooler"), InteriorKind.REFRIGERATOR),
-    (("dishwasher",), InteriorKind.DISHWASHER),
-    (("oven", "range", "stove"), InteriorKind.OVEN),
-    (("cabinet", "island", "sink_base", "drawer_stack", "sideboard", "wardrobe", "cupboard"), InteriorKind.CABINET),
-)
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,6 @@ from casa_assets.mesh.solid.deviation import samples_with_faces
 from casa_assets.mesh.topology import connected_groups, face_components
 from casa_assets.model.asset.parts import JointKind
 
-# Pieces in the way ----------------------------------------------------------------------------------------------------
-
 # Longer side of the pictures in which a front and what stands before it are compared, pixels.
 WAY_PIXELS = 256
 # A piece lies within the outline of a front, or touches it, to within this, diagonals. Choices, as is the next.
@@ -35,6 +33,61 @@ MIN_BLOCKED_SHARE = 0.25
 MIN_COSINE = 0.99
 # The way that doors open, in the frame.
 OUT = np.array([0.0, -1.0, 0.0])
+
+# Longer side of the pictures in which openings are looked through, pixels.
+BEHIND_PIXELS = 256
+# Least width of a rack and of a turntable as shares of their door, and their greatest height.
+MIN_RACK_WIDTH_SHARE, MIN_TURNTABLE_WIDTH_SHARE, MAX_HEIGHT_SHARE = 0.45, 0.2, 0.5
+# Least width of a tub as a share of its door, since tubs stand side by side, and the gaps over which fragments are
+# grouped, the narrower first; diagonals.
+MIN_TUB_WIDTH_SHARE, GROUPING_GAPS = 0.3, (0.0008, 0.004)
+# How far behind the front a tub begins at most, by its depth, and its least height by its shorter side. The front of a
+# block has its outline within this, diagonals, and lies before it by this share of its depth at most.
+MAX_TUB_START_SHARE, MIN_TUB_HEIGHT_SHARE, OUTLINE_TOLERANCE, MAX_FRONT_SHARE = 0.35, 0.08, 0.004, 0.2
+# Greatest share of the surface of an inner part that is visible from outside, and of a tub.
+MAX_VISIBLE_SHARE, MAX_TUB_VISIBLE_SHARE = 0.02, 0.05
+# A plate this near to a wall rests on it, diagonals.
+TOUCH_TOLERANCE = 0.001
+# What slides or turns behind a door has room: over it this share of the height of the door is free, since things stand
+# on it, and on its way out to the door. Shares of the pixels of that opening, without its outer tenths, that are free.
+CLEAR_HEIGHT_SHARE, MIN_FREE_SHARE, OPENING_MARGIN = 0.06, 0.7, 0.1
+# Greatest depth of the lining of a door as a share of the object.
+MAX_LINING_DEPTH = 0.34
+# Least share of its plan that a rack covers: the loop of a heating element covers less, rods of a rack over a tenth.
+MIN_RACK_COVER = 0.06
+# What is thinner than this share of the height of the door and as near to the floor of its cavity is a liner or a
+# heating element. Ref: baskets that stand on the floor are higher.
+FLOOR_SHARE = 0.03
+# A plate that meets other surfaces along this share of its left, right and back border is part of what lines the
+# cavity: racks rest on the sides alone, and baskets stand free. Width of a border and greatest gap to what it meets,
+# diagonals; samples of the plate and of what is around it.
+MIN_MEETING_SHARE, BORDER_DEPTH, MAX_BORDER_GAP = 0.7, 0.004, 0.006
+LINING_SAMPLES, SURROUNDINGS_SAMPLES = 4000, 40000
+
+# A face looks along an axis from this cosine on.
+ALONG_COS = 0.9
+# Walls of a box that look away from its middle, as axis and sign: left, right, bottom and back.
+WALLS = ((0, -1), (0, 1), (1, -1), (2, 1))
+# A wall of a box covers this share of what it would at the size of the front and the depth behind it.
+MIN_WALL_SHARE = 0.2
+# The outermost faces of a wall are this quantile of its area from outside.
+OUTERMOST = 0.1
+# Faces of a box keep within its walls and this, diagonals.
+LAYER_TOLERANCE = 0.003
+# Least number of walls. A box ends so far below the top of its front and a ceiling, diagonals.
+MIN_WALLS, CEILING_GAP = 2, 0.008
+# Largest roof over a box, as a share of its plan, and height to width of a front above which it is a door.
+MAX_ROOF_SHARE, MAX_HEIGHT_RATIO = 0.4, 1.3
+# Least width and height of a box as shares of its front.
+MIN_WIDTH_SHARE, MIN_HEIGHT_SHARE = 0.6, 0.25
+
+# Depth of layers and bins of a door as a share of the object, and the distance of bins from its edges, diagonals.
+MAX_DEPTH_SHARE, MIN_EDGE_DISTANCE = 0.14, 0.008
+# A bin that begins so far inside its panel, as a share of the panel's thickness, may be this deep, as a share of the
+# object.
+BIN_START_SHARE, MAX_BIN_DEPTH_SHARE = 0.25, 0.3
+# Layers of a door share its outline within this, diagonals, touch, and fill this share of it, unlike frames.
+LAYER_OUTLINE_TOLERANCE, MIN_LAYER_FILL, MAX_LAYERS = 0.006, 0.8, 3
 
 
 def with_pieces_in_the_way(articulation: Articulation, mesh: WeldedMesh) -> Articulation:
@@ -119,37 +172,6 @@ def _way(part: PartPlan, mesh: WeldedMesh) -> Floats | None:
         extent = np.ptp(mesh.points[mesh.faces[part.faces].reshape(-1)], axis=0)
         return OUT if int(np.argmin(extent)) == int(np.argmax(np.abs(OUT))) else None
     return None
-
-
-# Longer side of the pictures in which openings are looked through, pixels.
-BEHIND_PIXELS = 256
-# Least width of a rack and of a turntable as shares of their door, and their greatest height.
-MIN_RACK_WIDTH_SHARE, MIN_TURNTABLE_WIDTH_SHARE, MAX_HEIGHT_SHARE = 0.45, 0.2, 0.5
-# Least width of a tub as a share of its door, since tubs stand side by side, and the gaps over which fragments are
-# grouped, the narrower first; diagonals.
-MIN_TUB_WIDTH_SHARE, GROUPING_GAPS = 0.3, (0.0008, 0.004)
-# How far behind the front a tub begins at most, by its depth, and its least height by its shorter side. The front of a
-# block has its outline within this, diagonals, and lies before it by this share of its depth at most.
-MAX_TUB_START_SHARE, MIN_TUB_HEIGHT_SHARE, OUTLINE_TOLERANCE, MAX_FRONT_SHARE = 0.35, 0.08, 0.004, 0.2
-# Greatest share of the surface of an inner part that is visible from outside, and of a tub.
-MAX_VISIBLE_SHARE, MAX_TUB_VISIBLE_SHARE = 0.02, 0.05
-# A plate this near to a wall rests on it, diagonals.
-TOUCH_TOLERANCE = 0.001
-# What slides or turns behind a door has room: over it this share of the height of the door is free, since things stand
-# on it, and on its way out to the door. Shares of the pixels of that opening, without its outer tenths, that are free.
-CLEAR_HEIGHT_SHARE, MIN_FREE_SHARE, OPENING_MARGIN = 0.06, 0.7, 0.1
-# Greatest depth of the lining of a door as a share of the object.
-MAX_LINING_DEPTH = 0.34
-# Least share of its plan that a rack covers: the loop of a heating element covers less, rods of a rack over a tenth.
-MIN_RACK_COVER = 0.06
-# What is thinner than this share of the height of the door and as near to the floor of its cavity is a liner or a
-# heating element. Ref: baskets that stand on the floor are higher.
-FLOOR_SHARE = 0.03
-# A plate that meets other surfaces along this share of its left, right and back border is part of what lines the
-# cavity: racks rest on the sides alone, and baskets stand free. Width of a border and greatest gap to what it meets,
-# diagonals; samples of the plate and of what is around it.
-MIN_MEETING_SHARE, BORDER_DEPTH, MAX_BORDER_GAP = 0.7, 0.004, 0.006
-LINING_SAMPLES, SURROUNDINGS_SAMPLES = 4000, 40000
 
 
 @dataclass(frozen=True)
@@ -384,26 +406,6 @@ def _is_disc(measured: MeasuredFragments, group: Sequence[int]) -> bool:
     return bool(np.linalg.norm(points - middle, axis=1).max() <= 1.06 * radius)
 
 
-# Drawer boxes ---------------------------------------------------------------------------------------------------------
-
-# A face looks along an axis from this cosine on.
-ALONG_COS = 0.9
-# Walls of a box that look away from its middle, as axis and sign: left, right, bottom and back.
-WALLS = ((0, -1), (0, 1), (1, -1), (2, 1))
-# A wall of a box covers this share of what it would at the size of the front and the depth behind it.
-MIN_WALL_SHARE = 0.2
-# The outermost faces of a wall are this quantile of its area from outside.
-OUTERMOST = 0.1
-# Faces of a box keep within its walls and this, diagonals.
-LAYER_TOLERANCE = 0.003
-# Least number of walls. A box ends so far below the top of its front and a ceiling, diagonals.
-MIN_WALLS, CEILING_GAP = 2, 0.008
-# Largest roof over a box, as a share of its plan, and height to width of a front above which it is a door.
-MAX_ROOF_SHARE, MAX_HEIGHT_RATIO = 0.4, 1.3
-# Least width and height of a box as shares of its front.
-MIN_WIDTH_SHARE, MIN_HEIGHT_SHARE = 0.6, 0.25
-
-
 def find_drawer_box(mesh: WeldedMesh, flat: Floats, rows: Ints, lower: Floats, upper: Floats) -> Ints:
     """Return the faces of the box behind a front; empty if there is no box.
 
@@ -459,17 +461,6 @@ def _outermost(at: Floats, area: Floats) -> float:
     order = np.argsort(-at, kind="stable")
     total = np.cumsum(area[order])
     return float(at[order[np.searchsorted(total, OUTERMOST * total[-1])]])
-
-
-# Panel layers ---------------------------------------------------------------------------------------------------------
-
-# Depth of layers and bins of a door as a share of the object, and the distance of bins from its edges, diagonals.
-MAX_DEPTH_SHARE, MIN_EDGE_DISTANCE = 0.14, 0.008
-# A bin that begins so far inside its panel, as a share of the panel's thickness, may be this deep, as a share of the
-# object.
-BIN_START_SHARE, MAX_BIN_DEPTH_SHARE = 0.25, 0.3
-# Layers of a door share its outline within this, diagonals, touch, and fill this share of it, unlike frames.
-LAYER_OUTLINE_TOLERANCE, MIN_LAYER_FILL, MAX_LAYERS = 0.006, 0.8, 3
 
 
 def find_backing_plates(measured: MeasuredFragments, panel: Panel, taken: set[int]) -> list[int]:

@@ -28,13 +28,36 @@ from casa_assets.model.registry.category import Category
 from casa_assets.model.registry.contract import Contract
 from casa_assets.model.registry.rows import ConfidenceModel
 
-# Limit ranges ---------------------------------------------------------------------------------------------------------
-
 # A part that moves through less than this share of its range before it meets something has a wrong joint, or shapes
 # that are too coarse to tell: its range stays.
 MIN_FREE_TRAVEL = 0.25
 # A hinge is moved to the face of its door where that frees so much more of the range.
 MIN_TRAVEL_GAIN = 0.05
+
+# Checks of collision shapes that shapes fitted anew may pass: their box, where mass lies, and what they cover.
+SHAPE_CODES = frozenset({"AST008", "AST009", "AST016"})
+# The check of parts that run into each other, and its limit in registry/limits.yaml.
+CONTACT_CODE, CONTACT_LIMIT = "MJC009", "sweep_penetration_m"
+# Angles to which a door is opened so that what is behind it gets out. Choices: hinges of cabinets go that far.
+WIDER_RAD = (math.radians(110.0), math.radians(135.0), math.radians(150.0))
+# Pairs of parts that are looked for one after another; of each joint only the deepest contact is known at a time.
+MAX_ROUNDS = 6
+
+# An asset names a contract only where every check of it passes: names and paths, poses and states as MuJoCo operates
+# them, and what a hand has to be able to move. Otherwise the failed checks are reported.
+
+# What is there and how it is called; looked at first, for it costs nothing.
+NAME_CODES = ("CON", "BEH001", "BEH002")
+# How it moves and what it holds: rows that look at nothing but what a runtime operates.
+MOTION_CODES = ("BEH003", "KIN", "HOL", "AST017")
+# Of the faults that are kept with the asset.
+MAX_LISTED_FAULTS = 6
+
+# An asset in doubt is written as any other and is in review, as `ingest` has it: a warning names what to decide, and
+# review.csv of the library lists it.
+
+# What a person decides about an articulated mesh, by the pointer of the warning.
+FRAME, PLAN, CONTACTS = "frame", "plan", "contacts"
 
 
 def limit_ranges(built: ArticulateResult) -> ArticulateResult:
@@ -88,18 +111,6 @@ def _free_travel(built: ArticulateResult) -> Mapping[str, JointTravel]:
     except ValueError as error:
         raise Rejected("MJC001", f"MuJoCo cannot read the model: {error}") from error
     return {j.child: t for j, t in zip(built.asset.joints, found, strict=True)}
-
-
-# Mend -----------------------------------------------------------------------------------------------------------------
-
-# Checks of collision shapes that shapes fitted anew may pass: their box, where mass lies, and what they cover.
-SHAPE_CODES = frozenset({"AST008", "AST009", "AST016"})
-# The check of parts that run into each other, and its limit in registry/limits.yaml.
-CONTACT_CODE, CONTACT_LIMIT = "MJC009", "sweep_penetration_m"
-# Angles to which a door is opened so that what is behind it gets out. Choices: hinges of cabinets go that far.
-WIDER_RAD = (math.radians(110.0), math.radians(135.0), math.radians(150.0))
-# Pairs of parts that are looked for one after another; of each joint only the deepest contact is known at a time.
-MAX_ROUNDS = 6
 
 
 def mend(built: ArticulateResult, named: ArticulateResult, report: Report) -> ArticulateResult | None:
@@ -174,18 +185,6 @@ def _links(contact: Penetration) -> tuple[str, str]:
     return contact.body1, contact.body2
 
 
-# Contract -------------------------------------------------------------------------------------------------------------
-# An asset names a contract only where every check of it passes: names and paths, poses and states as MuJoCo operates
-# them, and what a hand has to be able to move. Otherwise the failed checks are reported.
-
-# What is there and how it is called; looked at first, for it costs nothing.
-NAME_CODES = ("CON", "BEH001", "BEH002")
-# How it moves and what it holds: rows that look at nothing but what a runtime operates.
-MOTION_CODES = ("BEH003", "KIN", "HOL", "AST017")
-# Of the faults that are kept with the asset.
-MAX_LISTED_FAULTS = 6
-
-
 def unmet_checks(
     asset: Asset, category: Category, root: Path, contract: Contract | None, limits: Mapping[str, float]
 ) -> tuple[str, ...]:
@@ -217,14 +216,6 @@ def without_contract(asset: Asset, faults: tuple[str, ...]) -> Asset:
     guess = Guess(subject="contract", value=f"not {asset.contract}", confidence=1.0, reason=reason)
     provenance = asset.provenance.replace(guesses=(*asset.provenance.guesses, guess))
     return asset.replace(contract=None, provenance=provenance)
-
-
-# Doubts ---------------------------------------------------------------------------------------------------------------
-# An asset in doubt is written as any other and is in review, as `ingest` has it: a warning names what to decide, and
-# review.csv of the library lists it.
-
-# What a person decides about an articulated mesh, by the pointer of the warning.
-FRAME, PLAN, CONTACTS = "frame", "plan", "contacts"
 
 
 def doubts(articulation: Articulation, model: ConfidenceModel, contacts: tuple[str, ...] = ()) -> tuple[Issue, ...]:

@@ -47,6 +47,21 @@ from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
 from casa_assets.model.source import RawModel, Source, Up, UpAxis, UserOverride, Word
 
+# A guess that is no surer than this names nothing: sizes and names stay those of any thing.
+MIN_CONFIDENCE = 0.2
+# Parts of a thing whose kind is no surer than this keep their own names.
+NAMING_CONFIDENCE = 0.5
+# Id of a kind or nothing, how sure, and why.
+ImageClassifier = Callable[[], tuple[str, float, str]]
+
+NOTHING_MOVES, MISFIT = "ART001", "ART002"
+# Side of the frame guess that a stated up axis makes the top.
+_TOPS = {Up.Z: TOP, Up.Y: 1, Up.X: 3}
+# Sizes that differ by less are one size, rounded for reading.
+SIZE_TOLERANCE = 5e-4
+
+_UP_WORDS = {axis: ("-" if axis.startswith("minus_") else "+") + axis[-1] for axis in UpAxis}
+
 
 @cache
 def load_models() -> Models:
@@ -56,16 +71,6 @@ def load_models() -> Models:
         fronts_alone=check_front_forest(registry.learned_forest("fronts_alone"), with_context=False),
         fronts=check_front_forest(registry.learned_forest("fronts"), with_context=True),
     )
-
-
-# Kind -----------------------------------------------------------------------------------------------------------------
-
-# A guess that is no surer than this names nothing: sizes and names stay those of any thing.
-MIN_CONFIDENCE = 0.2
-# Parts of a thing whose kind is no surer than this keep their own names.
-NAMING_CONFIDENCE = 0.5
-# Id of a kind or nothing, how sure, and why.
-ImageClassifier = Callable[[], tuple[str, float, str]]
 
 
 @dataclass(frozen=True)
@@ -131,13 +136,6 @@ def _guess_without_user(
         return CategoryGuess(known.fixtures[kind], confidence, f"by its shape and parts; nothing names it, and {look}")
     message = f"nothing names it, {look}, and its shape and parts are like no one kind's"
     return CategoryGuess(known.category(registry.FALLBACK), 0.1, message)
-
-
-NOTHING_MOVES, MISFIT = "ART001", "ART002"
-# Side of the frame guess that a stated up axis makes the top.
-_TOPS = {Up.Z: TOP, Up.Y: 1, Up.X: 3}
-# Sizes that differ by less are one size, rounded for reading.
-SIZE_TOLERANCE = 5e-4
 
 
 @dataclass(frozen=True)
@@ -403,9 +401,6 @@ def find_input(request: ArticulateRequest) -> Found:
             raise Rejected(source_file.code, source_file.message)
         return source_file
     raise Rejected("SRC001", "no mesh")
-
-
-_UP_WORDS = {axis: ("-" if axis.startswith("minus_") else "+") + axis[-1] for axis in UpAxis}
 
 
 def with_override(request: ArticulateRequest, override: UserOverride) -> ArticulateRequest:

@@ -31,6 +31,8 @@ TITLE = "Articulated meshes"
 # Directions of a file that may be up or the front.
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 
+_RANKS = {Decision.REJECTED: 0, Decision.REVIEW: 1, Decision.ACCEPTED: 2}
+
 
 def write(out: Path, done: Sequence[ArticulateOutcome], command: str) -> Path:
     """Write the page into the folder of the library; return its path.
@@ -73,9 +75,6 @@ def render_page(
         without_scripts="decisions.yaml beside each model",
         scripts=("review/common.js", "model/model.js", "articulate/decisions.js", "articulate/review.js"),
     )
-
-
-_RANKS = {Decision.REJECTED: 0, Decision.REVIEW: 1, Decision.ACCEPTED: 2}
 
 
 def _least(done: ArticulateOutcome) -> float:

@@ -52,12 +52,26 @@ from casa_assets.show.stills.still import CannotDraw, MovingJoint, joint_strip, 
 if TYPE_CHECKING:
     from casa_assets.library.library import Library
 
-# Strip ----------------------------------------------------------------------------------------------------------------
 # It is no part of what is certified: it can be drawn later, and its absence changes no other file of the entry.
 
 NAME = "strip.png"
 # Parts whose motion is too small to see, or that look the same all the way round, have no picture of their own.
 _WITHOUT_PICTURE = frozenset({PartKind.KNOB, PartKind.BUTTON})
+
+# The limits of ingest are options of a run; those of `articulate` stand in the registry and so in the key of an entry.
+# What broke one of them breaks it again.
+RETRIED_CODES = RETRIED_BY_INGEST - {"RUN001", "RUN002", rejection_codes.TOO_LARGE}
+# Times that an asset is mended and checked again: shapes fitted anew may touch others, which is mended next.
+MAX_MENDS = 2
+# The code that turns a mesh into an asset, by the name under which certificates list its version.
+STEPS: Mapping[str, CodeRef] = {
+    "load": load,
+    "frame": guess_frame,
+    "plan": choose_plan,
+    "complete": add_interiors,
+    "assemble": assemble,
+    "travel": limit_ranges,
+}
 
 
 def _strip(outcome: ArticulateOutcome, folder: Path) -> bytes:
@@ -93,23 +107,6 @@ def moving_joints(outcome: ArticulateOutcome) -> list[MovingJoint]:
         message = f"{how}, {part.confidence:.0%} sure{other}{stops}"
         found.append(MovingJoint(travel.joint, part.name, message, alone=part.kind not in _WITHOUT_PICTURE))
     return found
-
-
-# The limits of ingest are options of a run; those of `articulate` stand in the registry and so in the key of an entry.
-# What broke one of them breaks it again.
-RETRIED_CODES = RETRIED_BY_INGEST - {"RUN001", "RUN002", rejection_codes.TOO_LARGE}
-# Times that an asset is mended and checked again: shapes fitted anew may touch others, which is mended next.
-MAX_MENDS = 2
-
-# The code that turns a mesh into an asset, by the name under which certificates list its version.
-STEPS: Mapping[str, CodeRef] = {
-    "load": load,
-    "frame": guess_frame,
-    "plan": choose_plan,
-    "complete": add_interiors,
-    "assemble": assemble,
-    "travel": limit_ranges,
-}
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,13 @@ MIN_END_SHARE = 1e-4
 # Planes reach this far beyond their limits, diagonals, so that two that meet leave no edge between them uncut.
 PLANE_OVERLAP = 1e-6
 
+# Parts that are closed with a board; other parts cut from a shell are closed where they were cut off.
+BOARD_KINDS = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.LID})
+# A board has a back of its own if its faces that look back are this share of its front; the body behind it stays open.
+MIN_BACK_SHARE = 0.15
+# Borders deeper than this behind the back of a board belong to its box, diagonals.
+MAX_BORDER_DEPTH = 0.05
+
 
 @dataclass(frozen=True)
 class CutPlane:
@@ -146,16 +153,6 @@ def _turned(faces: Ints, middle: Ints, first: Ints) -> tuple[Ints, Ints]:
     """Renumber corners and edge points from another first corner; edge i runs from corner i to the next."""
     order = (np.asarray(first)[:, None] + np.arange(3)) % 3
     return np.take_along_axis(faces, order, axis=1), np.take_along_axis(middle, order, axis=1)
-
-
-# Caps -----------------------------------------------------------------------------------------------------------------
-
-# Parts that are closed with a board; other parts cut from a shell are closed where they were cut off.
-BOARD_KINDS = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.LID})
-# A board has a back of its own if its faces that look back are this share of its front; the body behind it stays open.
-MIN_BACK_SHARE = 0.15
-# Borders deeper than this behind the back of a board belong to its box, diagonals.
-MAX_BORDER_DEPTH = 0.05
 
 
 @dataclass(frozen=True)

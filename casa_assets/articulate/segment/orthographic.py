@@ -31,6 +31,37 @@ SIDES = np.array(
 )
 FRONT, BACK, LEFT, RIGHT, TOP, BOTTOM = range(6)
 
+# Pixels that are written at once: bounds memory and does not change the result.
+CHUNK = 2_000_000
+# Steps into which the depth of an image is quantised.
+_STEPS = float(2**30)
+
+# Faces that are intersected at once: bounds memory and does not change the result.
+LINES_AT_ONCE = 20_000
+# Crossings nearer to each other than this are one sheet, diagonals.
+SAME_SHEET = 0.002
+
+# Pixels along the longer side of a relief.
+RELIEF_PIXELS = 640
+# Sides of the squares for morphological closing, larger than any knob or handle is wide; diagonals.
+WINDOWS = (0.06, 0.14)
+# What is narrower and deeper than this is a slot or a hole of the shell, and no ground of what stands out; diagonals.
+MAX_SLOT_WIDTH, MIN_SLOT_DEPTH = 0.025, 0.01
+# Least protrusion, diagonals: less is lost in the noise of a shell.
+MIN_PROTRUSION = 0.0025
+LEVELS = tuple(MIN_PROTRUSION * 1.5**k for k in range(10))
+MIN_PIXELS, MIN_SIZE = 12, 0.007
+# Least protrusion by the noise of the surface (median absolute deviation): a scan is bumpy everywhere.
+MIN_PROTRUSION_OVER_NOISE = 6.0
+# Least share of the surroundings of a protrusion that is surface.
+MIN_GROUND_SHARE = 0.55
+# Largest knob or button; widest bar, and its least protrusion; diagonals.
+MAX_SMALL_SIZE, MAX_BAR_WIDTH, MIN_BAR_PROTRUSION = 0.13, 0.075, 0.009
+# An edge: a step between neighbouring pixels, diagonals, or a bend, cosine of 20 degrees.
+MIN_DEPTH_STEP, MAX_BEND_COS = 0.0022, 0.94
+# Depth of the background, behind everything, diagonals.
+BACKGROUND_DEPTH = 2.0
+
 
 def outline_area(flat: Floats) -> float:
     """Return the area of the convex hull of (P, 2) points, 0 where they lie on a line."""
@@ -38,14 +69,6 @@ def outline_area(flat: Floats) -> float:
         return float(ConvexHull(flat).volume)
     except QhullError:
         return 0.0
-
-
-# Raster ---------------------------------------------------------------------------------------------------------------
-
-# Pixels that are written at once: bounds memory and does not change the result.
-CHUNK = 2_000_000
-# Steps into which the depth of an image is quantised.
-_STEPS = float(2**30)
 
 
 @dataclass(frozen=True)
@@ -172,14 +195,6 @@ def _depth(
     return near * _STEPS, (far - near) * _STEPS / np.maximum(count - 1, 1)
 
 
-# Rays -----------------------------------------------------------------------------------------------------------------
-
-# Faces that are intersected at once: bounds memory and does not change the result.
-LINES_AT_ONCE = 20_000
-# Crossings nearer to each other than this are one sheet, diagonals.
-SAME_SHEET = 0.002
-
-
 @dataclass(frozen=True)
 class RayCrossings:
     """Crossings of lines with triangles, line by line, sorted along their axis.
@@ -273,30 +288,6 @@ def sample_grid(lower: Floats, upper: Floats, count: int, inset: float = 0.0) ->
     share = inset + (1 - 2 * inset) * (np.arange(count) + 0.5013) / count
     x, y = (lower[k] + share * (upper[k] - lower[k]) for k in (0, 1))
     return np.stack(np.meshgrid(x, y, indexing="ij"), axis=2).reshape(-1, 2)
-
-
-# Relief ---------------------------------------------------------------------------------------------------------------
-
-# Pixels along the longer side of a relief.
-RELIEF_PIXELS = 640
-# Sides of the squares for morphological closing, larger than any knob or handle is wide; diagonals.
-WINDOWS = (0.06, 0.14)
-# What is narrower and deeper than this is a slot or a hole of the shell, and no ground of what stands out; diagonals.
-MAX_SLOT_WIDTH, MIN_SLOT_DEPTH = 0.025, 0.01
-# Least protrusion, diagonals: less is lost in the noise of a shell.
-MIN_PROTRUSION = 0.0025
-LEVELS = tuple(MIN_PROTRUSION * 1.5**k for k in range(10))
-MIN_PIXELS, MIN_SIZE = 12, 0.007
-# Least protrusion by the noise of the surface (median absolute deviation): a scan is bumpy everywhere.
-MIN_PROTRUSION_OVER_NOISE = 6.0
-# Least share of the surroundings of a protrusion that is surface.
-MIN_GROUND_SHARE = 0.55
-# Largest knob or button; widest bar, and its least protrusion; diagonals.
-MAX_SMALL_SIZE, MAX_BAR_WIDTH, MIN_BAR_PROTRUSION = 0.13, 0.075, 0.009
-# An edge: a step between neighbouring pixels, diagonals, or a bend, cosine of 20 degrees.
-MIN_DEPTH_STEP, MAX_BEND_COS = 0.0022, 0.94
-# Depth of the background, behind everything, diagonals.
-BACKGROUND_DEPTH = 2.0
 
 
 @dataclass(frozen=True)

@@ -18,12 +18,30 @@ from casa_assets.mesh.topology import connected_groups, merge_rows
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel, RawPart
 
-# Flat sheets ----------------------------------------------------------------------------------------------------------
 # Programs in which faces are pushed and pulled leave a knob or a door as a part of the body: the flat face that it was
 # pulled out of has a hole, and its walls begin at the rim of that hole.
 
 # Neighbouring faces are one flat sheet up to this angle: cosine of 1 degree.
 FLAT_COS = 0.99985
+
+_BOARDS = frozenset({PartKind.DOOR, PartKind.DRAWER})
+
+# No single rule fits all makers: some export each part as a separate piece that shares positions with the body, so
+# that welding by position joins door and body; others split one board into many pieces, and welding puts it together
+# again.
+
+# A file of more pieces than this, or of pieces with fewer faces than this in the mean, is split at every crease: its
+# pieces say nothing about its parts.
+MAX_PIECES, MIN_FACES_PER_PIECE = 1500, 3.0
+# Pieces of a fragment are told apart only where it spans this share of the object along two axes.
+LARGE_EXTENT_SHARE = 0.6
+# Pieces whose longest side is at most this share of the diagonal join those of their kind that they share edges with:
+# they are facets of knobs, posts and bars of handles. Ref: knobs and buttons are at most 0.121 long (controls.py).
+SMALL_PIECE = 0.14
+# Neighbouring faces whose normals are further apart than this meet in a crease: cosine of 37 degrees.
+CREASE_COS = 0.8
+# Fewest and most nodes that may be the parts of an object.
+MIN_NODES, MAX_NODES = 3, 300
 
 
 @dataclass(frozen=True)
@@ -86,11 +104,6 @@ def find_flat_sheets(mesh: WeldedMesh) -> FlatSheets:
 def _rim_keys(sheet: Ints, edge: Ints, edges: Ints) -> Ints:
     """Return the (N,) keys of sheets and edges."""
     return sheet * len(edges) + np.searchsorted(edges, edge)
-
-
-# Shell cuts -----------------------------------------------------------------------------------------------------------
-
-_BOARDS = frozenset({PartKind.DOOR, PartKind.DRAWER})
 
 
 def cut_shell_parts(
@@ -179,24 +192,6 @@ def _cap_part(model: RawModel, frame: Frame, closing: CapFaces) -> RawPart:
         uv = largest.mesh.uv[near]
     mesh = Mesh(vertices=points, faces=closing.faces.astype(np.int32), uv=uv)
     return RawPart(name="cut_faces", mesh=mesh, material=largest.material)
-
-
-# No single rule fits all makers: some export each part as a separate piece that shares positions with the body, so
-# that welding by position joins door and body; others split one board into many pieces, and welding puts it together
-# again.
-
-# A file of more pieces than this, or of pieces with fewer faces than this in the mean, is split at every crease: its
-# pieces say nothing about its parts.
-MAX_PIECES, MIN_FACES_PER_PIECE = 1500, 3.0
-# Pieces of a fragment are told apart only where it spans this share of the object along two axes.
-LARGE_EXTENT_SHARE = 0.6
-# Pieces whose longest side is at most this share of the diagonal join those of their kind that they share edges with:
-# they are facets of knobs, posts and bars of handles. Ref: knobs and buttons are at most 0.121 long (controls.py).
-SMALL_PIECE = 0.14
-# Neighbouring faces whose normals are further apart than this meet in a crease: cosine of 37 degrees.
-CREASE_COS = 0.8
-# Fewest and most nodes that may be the parts of an object.
-MIN_NODES, MAX_NODES = 3, 300
 
 
 class Segmentation(StrEnum):

@@ -33,25 +33,6 @@ from casa_assets.articulate.segment.orthographic import (
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.topology import connected_groups
 
-
-@dataclass(frozen=True)
-class KnownFronts:
-    """Fragments that are fronts.
-
-    Attributes:
-        chances: the probability that each is a front. boxes: the fragment behind each that is the box of a drawer.
-    """
-
-    chances: Mapping[int, float]
-    boxes: Mapping[int, int]
-
-    def chance_of(self, fragments: Iterable[int]) -> float | None:
-        """Return the highest probability of some fragments, None if none of them is known."""
-        return max((self.chances[f] for f in fragments if f in self.chances), default=None)
-
-
-NO_FRONTS = KnownFronts({}, {})
-
 # A shell that may hold fused parts is a fragment with these shares of all surface, of each extent, and of what is
 # visible from the front. A body whose parts are fragments of their own is visible only between them.
 MIN_SHELL_AREA, MIN_SHELL_EXTENT, MIN_SHELL_VISIBLE = 0.55, 0.6, 0.5
@@ -70,6 +51,25 @@ CUT_DISTANCE = 0.0015
 SAME_THING_SHARE = 0.5
 # Triangles of a protrusion keep within this of its outline, diagonals.
 OUTLINE_TOLERANCE = 0.006
+
+
+@dataclass(frozen=True)
+class KnownFronts:
+    """Fragments that are fronts.
+
+    Attributes:
+        chances: the probability that each is a front. boxes: the fragment behind each that is the box of a drawer.
+    """
+
+    chances: Mapping[int, float]
+    boxes: Mapping[int, int]
+
+    def chance_of(self, fragments: Iterable[int]) -> float | None:
+        """Return the highest probability of some fragments, None if none of them is known."""
+        return max((self.chances[f] for f in fragments if f in self.chances), default=None)
+
+
+NO_FRONTS = KnownFronts({}, {})
 
 
 @dataclass(frozen=True)
