@@ -18,7 +18,7 @@ from casa_assets.articulate.plan import (
     round7,
     round7_vec3,
 )
-from casa_assets.articulate.segment.fragments import WeldedMesh
+from casa_assets.articulate.segment.fragments import WeldedMesh, joined_meshes
 from casa_assets.core import hand_dynamics
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.solid.primitive import tessellate
@@ -296,14 +296,13 @@ def _turned_outwards(meshes: Sequence[Mesh]) -> list[Mesh]:
     """
     if not meshes:
         return []
-    starts = np.cumsum([0, *(len(m.vertices) for m in meshes)])
-    vertices = np.concatenate([m.vertices for m in meshes])
-    faces = np.concatenate([m.faces.astype(np.int64) + s for m, s in zip(meshes, starts, strict=False)])
+    vertices, each, starts = joined_meshes(meshes)
+    faces = np.concatenate(each)
     points, welded = weld(vertices)
     faces = _flipped(faces, inside_out_faces(vertices, faces))
     faces = _flipped(faces, inside_out_faces(points, welded[faces]))
     ends = np.cumsum([len(m.faces) for m in meshes])[:-1]
-    return [m.replace(faces=f - s) for m, f, s in zip(meshes, np.split(faces, ends), starts, strict=False)]
+    return [m.replace(faces=f - s) for m, f, s in zip(meshes, np.split(faces, ends), starts, strict=True)]
 
 
 def _flipped(faces: Ints, rows: Mask) -> Ints:
@@ -332,7 +331,6 @@ def _cut(mesh: Mesh, rows: Ints, corners: Floats) -> Mesh:
 
 
 def _single(values: Floats) -> Floats:
-    """Round values to single precision, which is what files hold."""
     return values.astype(np.float32).astype(np.float64)
 
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import AliasChoices, Field, model_validator
 
-from casa_assets.articulate.fronts.joints import DOOR_RANGE_RAD, DRAWER_TRAVEL_SHARE, hinge_line
+from casa_assets.articulate.fronts.joints import DRAWER_TRAVEL_SHARE, hinge_joint
 from casa_assets.articulate.fronts.panels import Panel
 from casa_assets.articulate.plan import (
     Articulation,
@@ -20,6 +20,8 @@ from casa_assets.articulate.plan import (
     JointPlan,
     PartKind,
     PartPlan,
+    hinge,
+    slide,
     to_vec3,
 )
 from casa_assets.articulate.segment.fragments import WeldedMesh
@@ -268,7 +270,7 @@ def _new_part(name: str, decision: PartDecision, mesh: WeldedMesh, articulation:
         faces=faces,
         grip=faces[:0],
         # Replaced before it is used.
-        joint=JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=(0.0, 0.0, 0.0), range=(0.0, 1.0)),
+        joint=slide((0.0, -1.0, 0.0), (0.0, 0.0, 0.0), 1.0),
         **_GIVEN,
     )
     joint = _default_joint(decision.kind, decision.hinge, part, mesh)
@@ -324,32 +326,22 @@ def _default_joint(kind: PartKind, edge: HingeEdge | None, part: PartPlan, mesh:
     middle = to_vec3((lower + upper) / 2)
     if kind in (PartKind.DOOR, PartKind.LID):
         return _default_hinge(edge or (HingeEdge.TOP if kind is PartKind.LID else HingeEdge.LEFT), kind, lower, upper)
-    base = JointPlan(kind=JointKind.HINGE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, 1.0), **_GIVEN)
     if kind in (PartKind.DRAWER, PartKind.TRAY):
-        travel = DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1])
-        return base.replace(kind=JointKind.SLIDE, range=(0.0, travel))
-    if kind is PartKind.BUTTON:
-        return base.replace(kind=JointKind.SLIDE, axis=(0.0, 1.0, 0.0), range=(0.0, BUTTON_TRAVEL))
-    if kind is PartKind.KNOB:
-        return base.replace(range=(0.0, KNOB_RANGE_RAD), endless=True)
-    axis: Vec3 = (0.0, 0.0, 1.0) if kind is PartKind.SPOUT else (1.0, 0.0, 0.0)
-    return base.replace(axis=axis, range=(0.0, LEVER_RANGE))
+        joint = slide((0.0, -1.0, 0.0), middle, DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1]))
+    elif kind is PartKind.BUTTON:
+        joint = slide((0.0, 1.0, 0.0), middle, BUTTON_TRAVEL)
+    elif kind is PartKind.KNOB:
+        joint = hinge((0.0, -1.0, 0.0), middle)
+    else:
+        joint = hinge((0.0, 0.0, 1.0) if kind is PartKind.SPOUT else (1.0, 0.0, 0.0), middle, (0.0, LEVER_RANGE))
+    return joint.replace(**_GIVEN)
 
 
 def _default_hinge(edge: HingeEdge, kind: PartKind, lower: Floats, upper: Floats) -> JointPlan:
     """Return a hinge along an edge of a panel between two corners of the frame."""
     side = TOP if kind is PartKind.LID else FRONT
     a, b = lower @ SIDES[side].T, upper @ SIDES[side].T
-    panel = Panel([], np.minimum(a, b), np.maximum(a, b))
-    axis, point = hinge_line(panel, edge)
-    return JointPlan(
-        kind=JointKind.HINGE,
-        axis=to_vec3(axis[0] * SIDES[side][0] + axis[1] * SIDES[side][1]),
-        anchor=to_vec3(point @ SIDES[side]),
-        range=(0.0, DOOR_RANGE_RAD),
-        edge=edge,
-        **_GIVEN,
-    )
+    return hinge_joint(Panel([], np.minimum(a, b), np.maximum(a, b)), edge, side).replace(**_GIVEN)
 
 
 def hinge_at_face(part: PartPlan, mesh: WeldedMesh) -> JointPlan:

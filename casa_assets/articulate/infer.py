@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
@@ -28,8 +27,16 @@ from casa_assets.articulate.controls.levers_and_buttons import (
     find_single_button,
     find_switch_parts,
 )
-from casa_assets.articulate.fronts import joints
-from casa_assets.articulate.fronts.joints import FrontView, share_with_fronts, sliding_direction, view_fronts
+from casa_assets.articulate.fronts.joints import (
+    DRAWER_TRAVEL_SHARE,
+    FrontView,
+    choose_drawer,
+    choose_hinge,
+    kind_log_odds,
+    share_with_fronts,
+    sliding_direction,
+    view_fronts,
+)
 from casa_assets.articulate.fronts.opening_panels import (
     DOUBTFUL,
     attach_to_panels,
@@ -48,7 +55,18 @@ from casa_assets.articulate.fronts.panels import (
 )
 from casa_assets.articulate.interior.inner_parts import InnerPart, find_inner_parts
 from casa_assets.articulate.interior.lids import Lid, find_box_lid, find_lids, is_chest
-from casa_assets.articulate.plan import Articulation, Frame, HingeEdge, JointPlan, Models, PartKind, PartPlan, to_vec3
+from casa_assets.articulate.plan import (
+    Articulation,
+    Frame,
+    HingeEdge,
+    JointPlan,
+    Models,
+    PartKind,
+    PartPlan,
+    hinge,
+    slide,
+    to_vec3,
+)
 from casa_assets.articulate.segment.fragments import (
     MeasuredFragments,
     WeldedMesh,
@@ -68,7 +86,6 @@ from casa_assets.articulate.segment.shell_segments import (
 )
 from casa_assets.articulate.side_views import count_slots
 from casa_assets.core.numeric import Floats, Forest
-from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.record import Vec3
 
 # Width to height of a wide front, and of a tall one; share of the side that one covering front has at least.
@@ -326,14 +343,8 @@ def _is_in_middle(measured: MeasuredFragments, control: Control) -> bool:
 def _levers(collector: PartCollector, levers: list[Lever]) -> None:
     """Add levers that slide in a slot."""
     for lever in levers:
-        joint = JointPlan(
-            kind=JointKind.SLIDE,
-            axis=_unit_vec3(lever.way @ SIDES[FRONT]),
-            anchor=_point(FRONT, (lever.control.lower + lever.control.upper) / 2),
-            range=(0.0, lever.length),
-            confidence=0.8,
-            reason="it stands in a slot",
-        )
+        middle = _point(FRONT, (lever.control.lower + lever.control.upper) / 2)
+        joint = slide(_unit_vec3(lever.way @ SIDES[FRONT]), middle, lever.length, 0.8, "it stands in a slot")
         collector.add(PartKind.LEVER, lever.control.fragments, lever.control.fragments, joint)
 
 
@@ -344,61 +355,35 @@ def _fronts(collector: PartCollector, seen: FrontLook, category: str) -> dict[st
     views = view_fronts(measured, [p for p, _, _ in chosen], seen.panels, seen.controls)
     traits = traits_of_views(measured, views, seen)
     x, y, z = (float(v) for v in np.ptp(measured.mesh.points, axis=0))
-    kinds = kinds_known((x, y, z), traits, joints.kind_log_odds(views), category)
+    kinds = kinds_known((x, y, z), traits, kind_log_odds(views), category)
     for view, (panel, confidence, reason) in zip(views, chosen, strict=True):
         if confidence <= DOUBTFUL and share_with_fronts(kinds) < 0.5:
             continue
-        is_drawer, joint_confidence, joint_reason = joints.choose_drawer(view, kinds)
+        is_drawer, joint_confidence, joint_reason = choose_drawer(view, kinds)
         is_sure = is_drawer and joint_confidence >= SURE_DRAWER
         slide_sign = None if panel.box or is_sure else sliding_direction(measured, panel, view.handle)
         is_drawer &= slide_sign is None
         grip_fragments = sorted(f for g in panel.grips for f in g)
+        middle = _point(FRONT, (panel.lower + panel.upper) / 2)
         if is_drawer:
             if not panel.box:
                 others = {f for p in seen.panels if p is not panel for f in p.everything}
                 panel.box = find_box_boards(measured, panel, collector.taken | others)
             depth = float(measured.upper[panel.everything, 1].max() - panel.lower[2])
-            travel = joints.DRAWER_TRAVEL_SHARE * depth if depth > 0.15 * view.extent[2] else 0.7 * view.extent[2]
-            joint = JointPlan(
-                kind=JointKind.SLIDE,
-                axis=_unit_vec3(-SIDES[FRONT][2]),
-                anchor=_point(FRONT, (panel.lower + panel.upper) / 2),
-                range=(0.0, float(travel)),
-                confidence=joint_confidence,
-                reason=joint_reason,
-            )
+            travel = DRAWER_TRAVEL_SHARE * depth if depth > 0.15 * view.extent[2] else 0.7 * view.extent[2]
+            joint = slide(_unit_vec3(-SIDES[FRONT][2]), middle, float(travel), joint_confidence, joint_reason)
         elif slide_sign is not None:
             panel.box = []
-            joint = JointPlan(
-                kind=JointKind.SLIDE,
-                axis=_unit_vec3(slide_sign * SIDES[FRONT][0]),
-                anchor=_point(FRONT, (panel.lower + panel.upper) / 2),
-                range=(0.0, 0.95 * panel.width),
-                confidence=0.6,
-                reason="its niche goes on beside it",
-            )
+            axis = _unit_vec3(slide_sign * SIDES[FRONT][0])
+            joint = slide(axis, middle, 0.95 * panel.width, 0.6, "its niche goes on beside it")
         else:
             panel.box = []
-            joint = _hinge_joint(panel, joints.choose_hinge(view, kinds))
+            joint = choose_hinge(view, kinds)
         sure = confidence * joint_confidence, reason
         kind = PartKind.DRAWER if is_drawer else PartKind.DOOR
         name = collector.add(kind, panel.everything, grip_fragments, joint, sure=sure)
         collector.fronts.append((name, panel, joint.edge))
     return traits
-
-
-def _hinge_joint(panel: Panel, opening: joints.HingeChoice) -> JointPlan:
-    axis, point = joints.hinge_line(panel, opening.edge)
-    return JointPlan(
-        kind=JointKind.HINGE,
-        axis=_unit_vec3(axis[0] * SIDES[FRONT][0] + axis[1] * SIDES[FRONT][1]),
-        anchor=_point(FRONT, point),
-        range=(0.0, joints.DOOR_RANGE_RAD),
-        edge=opening.edge,
-        confidence=opening.confidence,
-        reason=opening.reason,
-        runner_up=opening.runner_up.value,
-    )
 
 
 def _controls(collector: PartCollector, side: int, controls: list[Control], classify: ControlClassifier) -> None:
@@ -410,17 +395,12 @@ def _controls(collector: PartCollector, side: int, controls: list[Control], clas
         kind, confidence, reason = classify(control, controls)
         if kind is None:
             continue
-        turns = kind is PartKind.KNOB
-        normal = control_normal(collector.measured, side, control)
-        joint = JointPlan(
-            kind=JointKind.HINGE if turns else JointKind.SLIDE,
-            axis=_unit_vec3(normal if turns else -normal),
-            anchor=_point(side, (control.lower + control.upper) / 2),
-            range=(0.0, 2 * math.pi if turns else min(MAX_BUTTON_TRAVEL, max(0.5 * control.protrusion, 0.1 * width))),
-            endless=turns,
-            confidence=confidence,
-            reason=reason,
-        )
+        normal, middle = control_normal(collector.measured, side, control), (control.lower + control.upper) / 2
+        if kind is PartKind.KNOB:
+            joint = hinge(_unit_vec3(normal), _point(side, middle), None, confidence, reason)
+        else:
+            travel = min(MAX_BUTTON_TRAVEL, max(0.5 * control.protrusion, 0.1 * width))
+            joint = slide(_unit_vec3(-normal), _point(side, middle), travel, confidence, reason)
         parent = next(
             (n for n, p, _ in collector.fronts if side == FRONT and p.holds(control.lower, control.upper)), ""
         )
@@ -441,13 +421,10 @@ def _tray(collector: PartCollector, door: Panel, tray: InnerPart) -> None:
     lower, upper = collector.measured.box(tray.fragments)
     middle = to_vec3((lower + upper) / 2)
     if tray.turns:
-        joint = JointPlan(
-            kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), anchor=middle, range=(0.0, 2 * math.pi), endless=True
-        )
+        joint = hinge((0.0, 0.0, 1.0), middle, None, tray.confidence, tray.reason)
     else:
-        travel = joints.DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1])
-        joint = JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, travel))
-    joint = joint.replace(confidence=tray.confidence, reason=tray.reason)
+        travel = DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1])
+        joint = slide((0.0, -1.0, 0.0), middle, travel, tray.confidence, tray.reason)
     kind = PartKind.DRAWER if tray.is_drawer else PartKind.TRAY
     collector.add(kind, list(tray.fragments), list(tray.fragments), joint)
 
@@ -477,14 +454,8 @@ def _lids(collector: PartCollector, knobs: list[Control]) -> None:
 def _lid(collector: PartCollector, lid: Lid, reason: str) -> None:
     """Add a lid that opens upwards about its edge at the handle, or at the back."""
     axis, anchor = lid.hinge
-    joint = JointPlan(
-        kind=JointKind.HINGE,
-        axis=_unit_vec3(axis),
-        anchor=to_vec3(anchor),
-        range=(0.0, lid.opening_angle),
-        confidence=0.5,
-        reason="hinged at the handle, or where nothing is in its way",
-    )
+    why = "hinged at the handle, or where nothing is in its way"
+    joint = hinge(_unit_vec3(axis), to_vec3(anchor), (0.0, lid.opening_angle), 0.5, why)
     collector.add(PartKind.LID, lid.fragments, lid.knob, joint, sure=(0.6, reason))
 
 

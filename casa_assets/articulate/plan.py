@@ -138,6 +138,25 @@ class JointPlan(Record):
     runner_up: str = ""
 
 
+def slide(axis: Vec3, anchor: Vec3, length: float, confidence: float = 0.5, reason: str = "") -> JointPlan:
+    """Return a joint along which a part comes out by a length, diagonals."""
+    reach = (0.0, length)
+    return JointPlan(kind=JointKind.SLIDE, axis=axis, anchor=anchor, range=reach, confidence=confidence, reason=reason)
+
+
+def hinge(axis: Vec3, anchor: Vec3, angles: Vec2 | None = None, confidence: float = 0.5, reason: str = "") -> JointPlan:
+    """Return a joint about which a part turns between two angles, rad; round and round if there are none."""
+    return JointPlan(
+        kind=JointKind.HINGE,
+        axis=axis,
+        anchor=anchor,
+        range=angles or (0.0, 2 * math.pi),
+        endless=angles is None,
+        confidence=confidence,
+        reason=reason,
+    )
+
+
 class PartPlan(Record):
     """A moving part.
 

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy import ndimage
 from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.articulate.plan import round_mm, round_mm_vec3
+from casa_assets.articulate.segment.fragments import joined_meshes
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES, TOP, DepthImage, outline_area, render_depth
 from casa_assets.core.numeric import Floats, Mask
 from casa_assets.mesh.solid.deviation import surface_samples
@@ -218,7 +218,9 @@ def region_over_rack(asset: Asset, rack: str, regions: list[Region]) -> Region |
     if not spans:
         return None
     floor = spans[0][1]
-    above = [float(region_bounds(asset, r)[1][2]) for r in regions if _holds(region_bounds(asset, r), middle)]
+    boxes = [region_bounds(asset, r) for r in regions]
+    over = [(a <= middle)[:2].all() and (middle <= b).all() for a, b in boxes]
+    above = [float(b[2]) for (_, b), is_over in zip(boxes, over, strict=True) if is_over]
     for other in asset.links:
         if other.name != rack and other.name.startswith("rack"):
             a, b = link_bounds(asset, other.name)
@@ -331,11 +333,6 @@ def link_label(asset: Asset, link: str) -> str:
     return labels[0] if labels else ""
 
 
-def _holds(box: Bounds, point: Floats) -> bool:
-    """Return whether a point is in the plan of a box and not above it."""
-    return bool((point[:2] >= box[0][:2]).all() and (point[:2] <= box[1][:2]).all() and point[2] <= box[1][2])
-
-
 @dataclass(frozen=True)
 class Niche:
     """A free box that is open to one side; metres, asset frame."""
@@ -359,14 +356,14 @@ def find_cup_niche(asset: Asset) -> Niche | None:
 
     A machine without a drip tray pours onto the surface that it is placed on.
     """
-    points, faces = _body(asset)
-    image = render_depth(points, faces, SIDES[FRONT], PIXELS)
+    points, faces, _ = joined_meshes([v.mesh for v in asset.root.visuals])
+    image = render_depth(points, np.concatenate(faces), SIDES[FRONT], PIXELS)
     deep = float(np.ptp(points[:, 1]))
     back = np.where(np.isfinite(image.depth), image.depth, deep)
     inner = back >= MIN_NICHE_DEPTH_SHARE * deep
     # What is open above is no place under something.
-    under = inner & _above(~inner)
-    floored = under & np.flip(_above(np.flip(~inner, 0)), 0)
+    under = inner & np.maximum.accumulate(~inner, axis=0)
+    floored = under & np.flip(np.maximum.accumulate(np.flip(~inner, 0), axis=0), 0)
     best = _largest(floored, image) or _largest(under, image)
     return None if best is None else _box(image, points, back, best)
 
@@ -390,8 +387,8 @@ def _largest(places: Mask, image: DepthImage) -> tuple[int, int, int, int] | Non
 
 def find_toaster_slots(asset: Asset) -> list[Niche]:
     """Return long narrow niches that are open above, sorted from the left, or from the front where they lie across."""
-    points, faces = _body(asset)
-    image = render_depth(points, faces, SIDES[TOP], PIXELS)
+    points, faces, _ = joined_meshes([v.mesh for v in asset.root.visuals])
+    image = render_depth(points, np.concatenate(faces), SIDES[TOP], PIXELS)
     lower, upper = points.min(axis=0), points.max(axis=0)
     tall = float(upper[2] - lower[2])
     deep = np.isfinite(image.depth) & (image.depth >= MIN_SLOT_DEPTH_SHARE * tall)
@@ -429,11 +426,6 @@ def niche_floor(niche: Niche, thick: float = 0.003) -> tuple[Box, Pose]:
     )
 
 
-def _above(solid: Mask) -> Mask:
-    """Mark pixels with something solid anywhere above in the same column."""
-    return np.maximum.accumulate(solid, axis=0)
-
-
 def _box(image: DepthImage, points: Floats, back: Floats, span: tuple[int, int, int, int]) -> Niche:
     """Return the niche at a range of pixels."""
     a, b, c, d = span
@@ -445,14 +437,6 @@ def _box(image: DepthImage, points: Floats, back: Floats, span: tuple[int, int, 
     # It begins where what stands under it does.
     near = front + float(np.median(back[b + 1, c:d])) if b + 1 < rows else front
     return Niche(round_mm_vec3((x0, min(near, far - 0.02), z0)), round_mm_vec3((x1, far, z1)))
-
-
-def _body(asset: Asset) -> tuple[Floats, npt.NDArray[np.int64]]:
-    """Return (P, 3) points and (F, 3) faces of the visible body, metres."""
-    meshes = [v.mesh for v in asset.root.visuals]
-    starts = np.cumsum([0, *(len(m.vertices) for m in meshes[:-1])])
-    faces = [np.asarray(m.faces, dtype=np.int64) + s for m, s in zip(meshes, starts, strict=True)]
-    return np.concatenate([m.vertices for m in meshes]), np.concatenate(faces)
 
 
 @dataclass(frozen=True)

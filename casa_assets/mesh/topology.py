@@ -58,7 +58,7 @@ def face_components(faces: Ints, count: int) -> Ints:
 
 def component_boxes(corners: Floats, label: Ints) -> tuple[Floats, Floats]:
     """(N, 3) lower and upper corners of the box around each component of (F, 3, 3) corners of faces; (F,) labels."""
-    count = int(label.max()) + 1
+    count = int(label.max(initial=-1)) + 1
     lower, upper = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(lower, label, corners.min(axis=1))
     np.maximum.at(upper, label, corners.max(axis=1))

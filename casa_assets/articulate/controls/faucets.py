@@ -15,12 +15,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from casa_assets.articulate.controls.controls import MIN_STICK_RATIO
-from casa_assets.articulate.plan import JointPlan, PartKind, to_vec3
+from casa_assets.articulate.plan import JointPlan, PartKind, hinge, to_vec3
 from casa_assets.articulate.segment.fragments import MeasuredFragments
 from casa_assets.articulate.segment.orthographic import FRONT, LEFT, TOP
 from casa_assets.core.numeric import Floats
 from casa_assets.mesh.solid.deviation import samples_with_faces
-from casa_assets.model.asset.parts import JointKind
+from casa_assets.mesh.topology import connected_groups
 
 # A faucet has this many fragments. Its picture fills at most this share of its rectangle, mean of front, left and top.
 MIN_FRAGMENTS, MAX_FRAGMENTS, MAX_FILLED = 3, 120, 0.66
@@ -186,20 +186,10 @@ class PieceGraph:
 
     def groups(self, among: Sequence[int]) -> list[list[int]]:
         """Return the groups of connected pieces among some, each ascending."""
-        left, found = set(among), []
-        for start in sorted(among):
-            if start not in left:
-                continue
-            left.discard(start)
-            group, todo = [start], [start]
-            while todo:
-                for other in self.neighbours(todo.pop()):
-                    if other in left:
-                        left.discard(other)
-                        group.append(other)
-                        todo.append(other)
-            found.append(sorted(group))
-        return found
+        rows = sorted(among)
+        pairs = [(rows.index(i), rows.index(j)) for i, j in self.touch if i in rows and j in rows]
+        label = connected_groups(len(rows), *np.array(pairs, dtype=np.int64).reshape(-1, 2).T).tolist()
+        return [[r for r, k in zip(rows, label, strict=True) if k == n] for n in dict.fromkeys(label)]
 
     def path(self, start: int, end: int) -> list[int]:
         """Return the shortest path from one piece to another over touching pieces; empty if they are not connected."""
@@ -332,7 +322,7 @@ def find_faucet_parts(measured: MeasuredFragments, taken: set[int]) -> list[tupl
                 (
                     PartKind.LEVER,
                     graph.fragments_of(h.pieces),
-                    _hinge(h.axis, (0.0, HANDLE_RANGE_RAD), 0.6 if h.is_lever else 0.5, reason),
+                    _turn(h.axis, (0.0, HANDLE_RANGE_RAD), 0.6 if h.is_lever else 0.5, reason),
                 )
                 for h in handles
             ]
@@ -340,7 +330,7 @@ def find_faucet_parts(measured: MeasuredFragments, taken: set[int]) -> list[tupl
             if spout is not None:
                 pieces, axis = spout
                 reason = "it rises from a round upright seat, and reaches to the front"
-                joint = _hinge(axis, (-SPOUT_RANGE_RAD, SPOUT_RANGE_RAD), 0.5, reason)
+                joint = _turn(axis, (-SPOUT_RANGE_RAD, SPOUT_RANGE_RAD), 0.5, reason)
                 parts.append((PartKind.SPOUT, graph.fragments_of(pieces), joint))
             return parts
     return []
@@ -637,12 +627,5 @@ def _round_seat(seat: Floats, piece: Piece) -> Axis | None:
     return Axis(middle, np.array([0.0, 0.0, 1.0]), radius)
 
 
-def _hinge(axis: Axis, span: tuple[float, float], confidence: float, reason: str) -> JointPlan:
-    return JointPlan(
-        kind=JointKind.HINGE,
-        axis=to_vec3(axis.direction),
-        anchor=to_vec3(axis.origin),
-        range=span,
-        confidence=confidence,
-        reason=reason,
-    )
+def _turn(axis: Axis, angles: tuple[float, float], confidence: float, reason: str) -> JointPlan:
+    return hinge(to_vec3(axis.direction), to_vec3(axis.origin), angles, confidence, reason)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,11 +9,10 @@ import numpy as np
 
 from casa_assets.articulate.controls.controls import Control, find_controls, has_round_outline
 from casa_assets.articulate.fronts.panels import find_panels
-from casa_assets.articulate.plan import JointPlan, PartKind, to_vec3
+from casa_assets.articulate.plan import JointPlan, PartKind, hinge, slide, to_vec3
 from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES
 from casa_assets.core.numeric import Floats, Mask
-from casa_assets.model.asset.parts import JointKind
 
 # Depth of a slot against both sides, widest gap between the lever and its slot, and length of a slot; diagonals.
 MIN_SLOT_DEPTH, MAX_SLOT_START_GAP, MIN_SLOT_LENGTH = 0.008, 0.02, 0.06
@@ -257,16 +255,13 @@ def _part(
         if not DIMMER_WIDTHS[0] * high <= wide <= DIMMER_WIDTHS[1] * high or reach < MIN_DIMMER_REACH * wide:
             return None
         reason = "a round piece in the middle of a thin plate"
-        joint = JointPlan(kind=JointKind.HINGE, axis=(0.0, -1.0, 0.0), anchor=foot, range=(0.0, 2 * math.pi))
-        joint = joint.replace(endless=True, confidence=SWITCH_CONFIDENCE, reason=reason)
-        return PartKind.KNOB, group, joint
+        return PartKind.KNOB, group, hinge((0.0, -1.0, 0.0), foot, None, SWITCH_CONFIDENCE, reason)
     is_toggle = wide <= MAX_TOGGLE_WIDTH * high and reach >= MIN_TOGGLE_REACH * wide
     if not is_toggle and (reach > 0.5 * tall or wide > 2.0 * tall):
         return None
     angle = TOGGLE_RAD if is_toggle else ROCKER_RAD
     reason = "a stick that stands out of a thin plate" if is_toggle else "it lies in the middle of a thin plate"
-    joint = JointPlan(kind=JointKind.HINGE, axis=(1.0, 0.0, 0.0), anchor=foot, range=(-angle, angle))
-    return PartKind.LEVER, group, joint.replace(confidence=SWITCH_CONFIDENCE, reason=reason)
+    return PartKind.LEVER, group, hinge((1.0, 0.0, 0.0), foot, (-angle, angle), SWITCH_CONFIDENCE, reason)
 
 
 def drop_burner_caps(over: Sequence[Control], top: Sequence[Control], front: Sequence[Control]) -> list[Control]:
@@ -317,11 +312,6 @@ def find_single_button(measured: MeasuredFragments) -> Control | None:
 
 def button_joint(key: Control, way: float) -> JointPlan:
     """Return the joint of a push button, with a travel of `way` diagonals at most."""
-    return JointPlan(
-        kind=JointKind.SLIDE,
-        axis=to_vec3(SIDES[FRONT][2]),
-        anchor=to_vec3((key.lower + key.upper) / 2 @ SIDES[FRONT]),
-        range=(0.0, min(way, 0.5 * key.protrusion)),
-        confidence=0.45,
-        reason="round, and all that stands out of its front",
-    )
+    middle = to_vec3((key.lower + key.upper) / 2 @ SIDES[FRONT])
+    travel = min(way, 0.5 * key.protrusion)
+    return slide(to_vec3(SIDES[FRONT][2]), middle, travel, 0.45, "round, and all that stands out of its front")

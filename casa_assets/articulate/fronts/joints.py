@@ -10,9 +10,9 @@ import numpy as np
 
 from casa_assets.articulate.controls.controls import Control
 from casa_assets.articulate.fronts.panels import Panel
-from casa_assets.articulate.plan import HingeEdge
+from casa_assets.articulate.plan import HingeEdge, JointPlan, hinge, to_vec3
 from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
-from casa_assets.articulate.segment.orthographic import FRONT
+from casa_assets.articulate.segment.orthographic import FRONT, SIDES
 from casa_assets.core.numeric import Floats
 
 EDGES = (HingeEdge.LEFT, HingeEdge.RIGHT, HingeEdge.BOTTOM, HingeEdge.TOP)
@@ -260,9 +260,7 @@ def view_fronts(
             panel=p,
             handle=h,
             box_depth=max(
-                d
-                for o, g, d in zip(fronts, handles, depths, strict=True)
-                if o is p or (_are_alike(o, p) and _have_like_handles(g, h))
+                d for o, g, d in zip(fronts, handles, depths, strict=True) if o is p or _are_twins(o, p, g, h)
             ),
             others_box_depth=max((d for o, d in zip(fronts, depths, strict=True) if o is not p), default=0.0),
             lower=lower.min(axis=0),
@@ -298,6 +296,8 @@ def _edge(view: FrontView, edge: HingeEdge) -> list[float]:
     panel, level = view.panel, axis == 1
     away, along, long = _handle(view.panel, view.handle, axis, way)
     share = panel.width * panel.height / max(float(view.extent[0] * view.extent[1]), 1e-12)
+    size = max(float(panel.upper[axis] - panel.lower[axis]), 1e-9)
+    is_by_knob = view.handle is None and len(view.knobs) == 1
     alone = not any(o.width * o.height > 0.3 * panel.width * panel.height for o in view.others)
     fronts = _beside(panel, view.others, axis, way)
     still = _beside(panel, view.still, axis, way)
@@ -324,7 +324,8 @@ def _edge(view: FrontView, edge: HingeEdge) -> list[float]:
         controls[1],
         way * (room[1] - room[0]) / max(float(view.extent[axis]), 1e-9),
         float(np.mean(mates)) if mates and view.handle is None else 0.0,
-        _knobs_away(panel, view.knobs, axis, way) if view.handle is None else 0.0,
+        # How far the one knob is on the side that opens, -0.5..0.5.
+        float(way * ((view.knobs[0, axis] - panel.lower[axis]) / size - 0.5)) if is_by_knob else 0.0,
         abs(float(view.handle.middle[0]) - 0.5) if level and view.handle is not None else 0.0,
         max(fronts) if level else 0.0,
         float(level and _handles_face(view)),
@@ -344,14 +345,6 @@ def _handles_face(view: FrontView) -> bool:
         if min(towards, back) >= FACING:
             return True
     return False
-
-
-def _knobs_away(panel: Panel, knobs: Floats, axis: int, way: float) -> float:
-    """Return how far the one knob of a front without a handle is on the side that opens, -0.5..0.5; 0 for several."""
-    if len(knobs) != 1:
-        return 0.0
-    size = max(float(panel.upper[axis] - panel.lower[axis]), 1e-9)
-    return float(way * ((knobs[0, axis] - panel.lower[axis]) / size - 0.5))
 
 
 def _handle(panel: Panel, handle: PanelHandle | None, axis: int, way: float) -> tuple[float, float, float]:
@@ -399,18 +392,6 @@ def _in_column(a: Panel, b: Panel) -> bool:
     return float(np.abs([a.lower[0] - b.lower[0], a.upper[0] - b.upper[0]]).max()) < SAME_PLACE
 
 
-def _are_alike(a: Panel, b: Panel) -> bool:
-    """Return whether two panels are of one size in one column."""
-    return _in_column(a, b) and abs(a.height - b.height) < SAME_PLACE
-
-
-def _have_like_handles(a: PanelHandle | None, b: PanelHandle | None) -> bool:
-    """Return whether two fronts have their handles at the same place, or none."""
-    if a is None or b is None:
-        return a is b
-    return bool(np.abs(a.middle - b.middle).max() < CENTRED)
-
-
 def drawer_features(view: FrontView) -> Floats:
     """Return the (len(DRAWER_FEATURES),) numbers that speak for a front being that of a drawer."""
     panel, handle, extent = view.panel, view.handle, view.extent
@@ -424,7 +405,12 @@ def drawer_features(view: FrontView) -> Floats:
     tells_by_form = covers or not is_drawn
     alike = sum(float(np.abs(np.array([o.width, o.height]) - size).max()) < SAME_PLACE for o in view.others)
     # Larger ones above or below it.
-    over = [o for o in view.others if _overlaps(o, panel) and o.width * o.height > 1.6 * area]
+    shared = [float(min(o.upper[0], panel.upper[0]) - max(o.lower[0], panel.lower[0])) for o in view.others]
+    over = [
+        o
+        for o, width in zip(view.others, shared, strict=True)
+        if width > MIN_SHARED_EDGE * min(o.width, panel.width) and o.width * o.height > 1.6 * area
+    ]
     return np.array(
         [
             1.0,
@@ -454,6 +440,15 @@ def drawer_features(view: FrontView) -> Floats:
     )
 
 
+def _are_twins(a: Panel, b: Panel, of_a: PanelHandle | None, of_b: PanelHandle | None) -> bool:
+    """Return whether two panels are of one size in one column, with their handles at the same place, or none."""
+    if not _in_column(a, b) or abs(a.height - b.height) >= SAME_PLACE:
+        return False
+    if of_a is None or of_b is None:
+        return of_a is of_b
+    return bool(np.abs(of_a.middle - of_b.middle).max() < CENTRED)
+
+
 def _is_aside(handle: PanelHandle) -> bool:
     """Return whether a handle is off the middle of the width."""
     return abs(float(handle.middle[0]) - 0.5) > ASIDE
@@ -476,22 +471,6 @@ def _is_under_pair(panel: Panel, others: Sequence[Panel]) -> bool:
             if level and ends and float(b.lower[0]) >= float(a.upper[0]) - SAME_PLACE:
                 return True
     return False
-
-
-def _overlaps(a: Panel, b: Panel) -> bool:
-    """Return whether one panel lies above or below another, over half of the narrower one's width."""
-    shared = float(min(a.upper[0], b.upper[0]) - max(a.lower[0], b.lower[0]))
-    return shared > MIN_SHARED_EDGE * min(a.width, b.width)
-
-
-@dataclass(frozen=True)
-class HingeChoice:
-    """Hinge edge of a door, the next likely edge, the probability of the edge, and the reason."""
-
-    edge: HingeEdge
-    runner_up: HingeEdge
-    confidence: float
-    reason: str
 
 
 def kind_log_odds(views: Sequence[FrontView]) -> dict[str, float]:
@@ -536,8 +515,8 @@ def choose_drawer(view: FrontView, kinds: Mapping[str, float]) -> tuple[bool, fl
     return is_drawer, min(probability if is_drawer else 1.0 - probability, MAX_CONFIDENCE), reason
 
 
-def choose_hinge(view: FrontView, kinds: Mapping[str, float]) -> HingeChoice:
-    """Return the likeliest hinge edge of a door."""
+def choose_hinge(view: FrontView, kinds: Mapping[str, float]) -> JointPlan:
+    """Return the hinge of a door at its likeliest edge; `runner_up` is the next likely one."""
     shares = edge_shares(kinds)
     terms = edge_features(view) * EDGE_WEIGHTS
     scores = np.log(shares) + terms.sum(axis=1)
@@ -549,23 +528,22 @@ def choose_hinge(view: FrontView, kinds: Mapping[str, float]) -> HingeChoice:
     first = int(np.argmax(np.round(gain, 9)))
     by_kind = gain[first] <= max(habit, 1e-9)
     reason = "as such things open" if by_kind else EDGE_TABLE[EDGE_FEATURES[first]][1]
-    return HingeChoice(EDGES[best], EDGES[second], min(float(odds[best] / odds.sum()), MAX_CONFIDENCE), reason)
+    confidence = min(float(odds[best] / odds.sum()), MAX_CONFIDENCE)
+    joint = hinge_joint(view.panel, EDGES[best])
+    return joint.replace(confidence=confidence, reason=reason, runner_up=EDGES[second].value)
 
 
-def hinge_line(panel: Panel, edge: HingeEdge) -> tuple[Floats, Floats]:
-    """Return the hinge axis and a point of it in (u, v, w); a positive rotation opens the door towards the viewer.
-
-    (u, v, w) is left-handed where w is depth; the axis is given for the right-handed frame right, up, towards viewer.
-    """
+def hinge_joint(panel: Panel, edge: HingeEdge, side: int = FRONT) -> JointPlan:
+    """Return the hinge of a front along an edge; a positive rotation opens it towards the viewer."""
     w = float(panel.upper[2] - HINGE_DEPTH_SHARE * (panel.upper[2] - panel.lower[2]))
-    u, v = (panel.lower[:2] + panel.upper[:2]) / 2
-    if edge is HingeEdge.LEFT:
-        return np.array([0.0, -1.0, 0.0]), np.array([panel.lower[0], v, w])
-    if edge is HingeEdge.RIGHT:
-        return np.array([0.0, 1.0, 0.0]), np.array([panel.upper[0], v, w])
-    if edge is HingeEdge.BOTTOM:
-        return np.array([1.0, 0.0, 0.0]), np.array([u, panel.lower[1], w])
-    return np.array([-1.0, 0.0, 0.0]), np.array([u, panel.upper[1], w])
+    middle = (panel.lower[:2] + panel.upper[:2]) / 2
+    across, way = _ACROSS[edge]
+    # (u, v, w) is left-handed where w is depth; the axis is that of the right-handed frame right, up, towards viewer.
+    axis = -way * SIDES[side][1] if across == 0 else way * SIDES[side][0]
+    point = np.array([*middle, w])
+    point[across] = (panel.lower if way > 0 else panel.upper)[across]
+    # No component is -0.0.
+    return hinge(to_vec3(axis + 0.0), to_vec3(point @ SIDES[side]), (0.0, DOOR_RANGE_RAD)).replace(edge=edge)
 
 
 def sliding_direction(measured: MeasuredFragments, panel: Panel, grip: PanelHandle | None) -> float | None:

@@ -23,8 +23,8 @@ from casa_assets.mesh.solid.deviation import samples_with_faces
 from casa_assets.mesh.topology import connected_groups, face_components
 from casa_assets.model.asset.parts import JointKind
 
-# Longer side of the pictures in which a front and what stands before it are compared, pixels.
-WAY_PIXELS = 256
+# Longer side of the pictures in which a front is compared with what is before it, and of those of what is behind it.
+WAY_PIXELS = BEHIND_PIXELS = 256
 # A piece lies within the outline of a front, or touches it, to within this, diagonals. Choices, as is the next.
 TOLERANCE = 0.002
 # Share of a piece, seen along the way of a front, behind which something of the front follows.
@@ -34,8 +34,6 @@ MIN_COSINE = 0.99
 # The way that doors open, in the frame.
 OUT = np.array([0.0, -1.0, 0.0])
 
-# Longer side of the pictures in which openings are looked through, pixels.
-BEHIND_PIXELS = 256
 # Least width of a rack and of a turntable as shares of their door, and their greatest height.
 MIN_RACK_WIDTH_SHARE, MIN_TURNTABLE_WIDTH_SHARE, MAX_HEIGHT_SHARE = 0.45, 0.2, 0.5
 # Least width of a tub as a share of its door, since tubs stand side by side, and the gaps over which fragments are

@@ -20,14 +20,14 @@ from casa_assets.articulate.plan import (
     Frame,
     HingeEdge,
     InteriorKind,
-    JointPlan,
     PartKind,
     PartPlan,
     StorageSpace,
+    slide,
     to_vec3,
 )
 from casa_assets.articulate.segment.cutting import CutPlane, cut_triangles
-from casa_assets.articulate.segment.fragments import WeldedMesh, weld_model
+from casa_assets.articulate.segment.fragments import WeldedMesh, joined_meshes, weld_model
 from casa_assets.articulate.segment.orthographic import FRONT
 from casa_assets.asset.asset_builder import ROOT, AssetBuilder, JointBuilder, LinkBuilder
 from casa_assets.asset.family import Supplies
@@ -233,10 +233,9 @@ def _raw_parts(
         finishes.setdefault(part.finish, []).append(solid_mesh(part.solid, tile, part.grain, f"{link.name}/{i}"))
     out = []
     for finish, meshes in finishes.items():
-        starts = np.cumsum([0, *(len(m.vertices) for m in meshes[:-1])])
-        points = np.concatenate([m.vertices for m in meshes]) + np.array(link.pose.position)
-        faces = np.concatenate([m.faces.astype(np.int64) + s for m, s in zip(meshes, starts, strict=True)])
-        mesh = Mesh(vertices=articulation.frame.to_file(points / work.metres), faces=faces.astype(np.int32))
+        points, faces, _ = joined_meshes(meshes)
+        points = articulation.frame.to_file((points + np.array(link.pose.position)) / work.metres)
+        mesh = Mesh(vertices=points, faces=np.concatenate(faces).astype(np.int32))
         material = work.builder.supplies.finish(finish).material
         out.append(RawPart(name=ADDED_MESH_NAMES[interior], mesh=mesh, material=material))
     return out
@@ -246,20 +245,13 @@ def _tray_part(
     name: str, rows: Ints, moved: JointBuilder, link: LinkBuilder, metres: float, interior: InteriorKind
 ) -> PartPlan:
     """Return the plan of a part that came with an interior: a rack or a basket that slides out."""
-    joint = JointPlan(
-        kind=JointKind.SLIDE,
-        axis=(0.0, -1.0, 0.0),
-        anchor=to_vec3(np.array(link.pose.position) / metres),
-        range=(0.0, max(abs(r) for r in moved.range) / metres),
-        confidence=1.0,
-        reason="built so",
-    )
+    anchor, travel = to_vec3(np.array(link.pose.position) / metres), max(abs(r) for r in moved.range) / metres
     return PartPlan(
         name=name,
         kind=PartKind.TRAY,
         faces=rows,
         grip=np.empty(0, dtype=np.int64),
-        joint=joint,
+        joint=slide((0.0, -1.0, 0.0), anchor, travel, 1.0, "built so"),
         confidence=1.0,
         reason=f"added: {interior.value}",
         added=True,

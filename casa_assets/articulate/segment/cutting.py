@@ -13,6 +13,7 @@ from casa_assets.articulate.plan import PartKind, PartPlan
 from casa_assets.articulate.segment.fragments import WeldedMesh
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES, TOP
 from casa_assets.core.numeric import Floats, Ints
+from casa_assets.mesh.topology import directed_edges
 from casa_assets.model.asset.parts import Mesh
 
 # An edge is not cut nearer to its ends than this share of its length, which would leave slivers.
@@ -109,7 +110,7 @@ def _cut(points: Floats, faces: Ints, plane: CutPlane) -> tuple[tuple[Ints, Ints
     level = points @ axes[plane.axis] - plane.at
     over = level[faces] > 0
     near = np.flatnonzero(over.any(axis=1) & ~over.all(axis=1))
-    ends = np.sort(np.concatenate([faces[near][:, [i, (i + 1) % 3]] for i in range(3)]), axis=1)
+    ends = np.sort(directed_edges(faces[near]), axis=1)
     ends, place = np.unique(ends, axis=0, return_inverse=True)
     a, b = ends[:, 0], ends[:, 1]
     fall = level[b] - level[a]
@@ -214,7 +215,7 @@ def _border_edges(mesh: WeldedMesh, owner: Ints) -> tuple[Ints, Ints, Ints]:
     """Return edges between faces of two owners, both ways: (E, 2) points, the owner, the other owner."""
     alive = np.flatnonzero((mesh.areas > 0) & (mesh.duplicate_of == np.arange(len(mesh.faces))))
     corners = mesh.faces[alive]
-    directed = np.concatenate([corners[:, [i, (i + 1) % 3]] for i in range(3)])
+    directed = directed_edges(corners)
     part_of = np.tile(owner[alive], 3)
     ends = np.sort(directed, axis=1)
     order = np.lexsort((ends[:, 1], ends[:, 0]))

@@ -18,7 +18,14 @@ from casa_assets.articulate.segment.orthographic import SIDES, TOP, DepthImage, 
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.solid.deviation import surface_samples
 from casa_assets.mesh.surface import face_normals
-from casa_assets.mesh.topology import connected_groups, face_components, merge_rows, weld
+from casa_assets.mesh.topology import (
+    component_boxes,
+    connected_groups,
+    directed_edges,
+    face_components,
+    merge_rows,
+    weld,
+)
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel
 
@@ -150,26 +157,26 @@ def weld_triangles(
 
 def weld_model(model: RawModel, by_material: bool = True) -> WeldedMesh:
     """Weld all triangles of a model, part by part, in file axes and units."""
-    starts = np.cumsum([0, *(len(p.mesh.vertices) for p in model.parts[:-1])])
-    faces = [p.mesh.faces.astype(np.int64) + s for p, s in zip(model.parts, starts, strict=True)]
+    vertices, faces, starts = joined_meshes([p.mesh for p in model.parts])
     ids = ["" if p.material is None else p.material.id for p in model.parts]
     places = [(*p.nodes, str(p.copy_number)) for p in model.parts]
     joined = [_copied_vertices(p.mesh) + s for p, s in zip(model.parts, starts, strict=True)]
-    return weld_triangles(
-        np.concatenate([p.mesh.vertices for p in model.parts]),
-        np.concatenate(faces),
-        _numbered(ids, faces) if by_material else None,
-        _numbered(places, faces),
-        np.concatenate(joined),
-    )
+    tint = _numbered(ids, faces) if by_material else None
+    return weld_triangles(vertices, np.concatenate(faces), tint, _numbered(places, faces), np.concatenate(joined))
+
+
+def joined_meshes(meshes: Sequence[Mesh]) -> tuple[Floats, list[Ints], Ints]:
+    """Return the (P, 3) vertices of all meshes, the (F, 3) faces of each over them, and its first vertex."""
+    starts = np.cumsum([0, *(len(m.vertices) for m in meshes[:-1])])
+    faces = [m.faces.astype(np.int64) + s for m, s in zip(meshes, starts, strict=True)]
+    return np.concatenate([m.vertices for m in meshes]), faces, starts
 
 
 def _numbered(words: Sequence[Hashable], faces: Sequence[Ints]) -> Ints:
     """Return the (F,) number of the word of each face, numbered by first use."""
     numbers: dict[Hashable, int] = {}
-    return np.concatenate(
-        [np.full(len(f), numbers.setdefault(w, len(numbers))) for f, w in zip(faces, words, strict=True)]
-    )
+    rows = [np.full(len(f), numbers.setdefault(w, len(numbers))) for f, w in zip(faces, words, strict=True)]
+    return np.concatenate(rows)
 
 
 def _copied_vertices(mesh: Mesh) -> Ints:
@@ -242,7 +249,7 @@ def _first_duplicates(faces: Ints) -> Ints:
 def _adjacent_faces(mesh: WeldedMesh, index: Ints) -> tuple[Ints, Ints]:
     """Return pairs of places in `index` of faces that share an edge and bound one solid."""
     faces = mesh.faces[index]
-    directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    directed = directed_edges(faces)
     owner = np.tile(np.arange(len(faces)), 3)
     forward = directed[:, 0] < directed[:, 1]
     ends = np.sort(directed, axis=1)
@@ -336,13 +343,8 @@ def corners_of_labels(mesh: WeldedMesh, label: Ints) -> tuple[Floats, Floats]:
     Args:
         label: (F,) label of each face, -1 for none. A label that no face has gets corners of inf and -inf.
     """
-    count = int(label.max(initial=-1)) + 1
     alive = label >= 0
-    corners = mesh.points[mesh.faces[alive]]
-    lower, upper = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(lower, label[alive], corners.min(axis=1))
-    np.maximum.at(upper, label[alive], corners.max(axis=1))
-    return lower, upper
+    return component_boxes(mesh.points[mesh.faces[alive]], label[alive])
 
 
 def render_sides(mesh: WeldedMesh, pixels: int = PIXELS) -> tuple[DepthImage, ...]:

@@ -14,7 +14,7 @@ from casa_assets.articulate.segment.fragments import WeldedMesh, corners_of_labe
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES
 from casa_assets.articulate.segment.shell_segments import Fragmentation, FusedShell, shell_cut_planes, shell_zones
 from casa_assets.core.numeric import Ints, Mask
-from casa_assets.mesh.topology import connected_groups, merge_rows
+from casa_assets.mesh.topology import connected_groups, directed_edges, merge_rows
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel, RawPart
 
@@ -79,7 +79,7 @@ def find_flat_sheets(mesh: WeldedMesh) -> FlatSheets:
     sheet = connected_groups(len(mesh.faces), left[flat], right[flat])
     alive = np.flatnonzero((mesh.duplicate_of == np.arange(len(mesh.faces))) & (mesh.areas > 0.0))
     faces, count = mesh.faces[alive], len(mesh.points)
-    ends = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    ends = np.sort(directed_edges(faces), axis=1)
     edge, owner = ends[:, 0] * count + ends[:, 1], np.tile(sheet[alive], 3)
     edges = np.unique(edge)
     keys, first, times = np.unique(_rim_keys(owner, edge, edges), return_index=True, return_counts=True)
