@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import AliasChoices, Field, model_validator
+from pydantic import AfterValidator, AliasChoices, Field, model_validator
 
 from casa_assets.articulate.fronts.joints import DRAWER_TRAVEL_SHARE, hinge_joint
 from casa_assets.articulate.fronts.panels import Panel
@@ -34,7 +34,6 @@ from casa_assets.model.source import Word
 
 Angle = Annotated[float, Field(gt=0, le=360)]
 Length = Annotated[float, Field(gt=0, le=3)]
-Direction = str | Vec3
 
 BODY = "body"
 GIVEN_REASON = "given in the decisions"
@@ -58,6 +57,38 @@ _HEAD = """\
 #   A part that was missed: a new name with kind and box_m: [[x, y, z], [x, y, z]], two corners in metres of all that
 #   belongs to it (x right, y back, z up, origin under the middle).
 """
+
+
+def parse_direction(word: str | Vec3) -> Vec3:
+    """Return a unit vector from `+z`, `-y`, `x` or three numbers. Raises ValueError."""
+    if isinstance(word, str):
+        name = word.lstrip("+-").lower()
+        if len(name) != 1 or name not in _AXES or len(word) > 2:
+            raise ValueError(f"{word!r} is none of +x, -x, +y, -y, +z, -z")
+        sign = -1.0 if word.startswith("-") else 1.0
+        x, y, z = (sign if a == name else 0.0 for a in _AXES)
+        return (x, y, z)
+    norm = math.sqrt(sum(c * c for c in word))
+    if norm < 1e-9:
+        raise ValueError("three zeros are no direction")
+    return (word[0] / norm, word[1] / norm, word[2] / norm)
+
+
+def _known(word: str | Vec3) -> str | Vec3:
+    if isinstance(word, str):
+        parse_direction(word)
+    return word
+
+
+Direction = Annotated[str | Vec3, AfterValidator(_known)]
+
+
+def axis_word(vector: Vec3) -> Direction:
+    """Return the shortest spelling of a direction that `parse_direction` reads back."""
+    for i, name in enumerate(_AXES):
+        if abs(abs(vector[i]) - 1.0) < 1e-6:
+            return ("+" if vector[i] > 0 else "-") + name
+    return vector
 
 
 class PartDecision(Record):
@@ -90,9 +121,7 @@ class PartDecision(Record):
 
     @model_validator(mode="after")
     def _sound(self) -> Self:
-        """Raise ValueError for an unknown axis, or a box without a kind."""
-        if isinstance(self.axis, str):
-            parse_direction(self.axis)
+        """Raise ValueError for a box without a kind, and for a part that is removed and merged."""
         if self.box_m is not None and self.kind is None:
             raise ValueError("a part that is given by a box needs a kind")
         if self.remove and self.merge is not None:
@@ -138,37 +167,6 @@ class Decisions(Record):
     size_m: Annotated[float, Field(gt=0, le=10)] | None = None
     parts: dict[Id, PartDecision] = Field(default_factory=dict)
     cavities: dict[Id, CavityDecision] = Field(default_factory=dict, validation_alias=AliasChoices("cavities", "rooms"))
-
-    @model_validator(mode="after")
-    def _sound(self) -> Self:
-        """Raise ValueError for an unknown axis."""
-        for word in (self.up, self.front):
-            if isinstance(word, str):
-                parse_direction(word)
-        return self
-
-
-def parse_direction(word: Direction) -> Vec3:
-    """Return a unit vector from `+z`, `-y`, `x` or three numbers. Raises ValueError."""
-    if isinstance(word, str):
-        name = word.lstrip("+-").lower()
-        if len(name) != 1 or name not in _AXES or len(word) > 2:
-            raise ValueError(f"{word!r} is none of +x, -x, +y, -y, +z, -z")
-        sign = -1.0 if word.startswith("-") else 1.0
-        x, y, z = (sign if a == name else 0.0 for a in _AXES)
-        return (x, y, z)
-    norm = math.sqrt(sum(c * c for c in word))
-    if norm < 1e-9:
-        raise ValueError("three zeros are no direction")
-    return (word[0] / norm, word[1] / norm, word[2] / norm)
-
-
-def axis_word(vector: Vec3) -> Direction:
-    """Return the shortest spelling of a direction that `parse_direction` reads back."""
-    for i, name in enumerate(_AXES):
-        if abs(abs(vector[i]) - 1.0) < 1e-6:
-            return ("+" if vector[i] > 0 else "-") + name
-    return vector
 
 
 def apply_decisions(articulation: Articulation, mesh: WeldedMesh, decisions: Decisions) -> Articulation:
@@ -391,10 +389,10 @@ def decisions_text(
     marks = [
         "" if sure >= least else "# " for sure, least in zip((category[1], frame.confidence), least_sure, strict=True)
     ]
-    lines.append(_row(f"{marks[0]}category", category[0], category[1:]))
-    lines.append(_row(f"{marks[1]}up", _axis(axis_word(up)), (frame.confidence, frame.reason), frame.runner_up))
-    lines.append(_row(f"{marks[1]}front", _axis(axis_word(front)), (frame.confidence, frame.reason)))
-    lines.append(_row("size_m", f"{size_m[0]:.6g}", size_m[1:]))
+    lines.append(_row(f"{marks[0]}category", category[0], category[2], sure=category[1]))
+    lines.append(_row(f"{marks[1]}up", _axis(axis_word(up)), frame.reason, frame.runner_up, frame.confidence))
+    lines.append(_row(f"{marks[1]}front", _axis(axis_word(front)), frame.reason, sure=frame.confidence))
+    lines.append(_row("size_m", f"{size_m[0]:.6g}", size_m[2], sure=size_m[1]))
     shown = [part for part in articulation.parts if not part.added]
     lines += [f"# No part was found, but {sign}." for sign in articulation.signs]
     lines.append("parts:" if shown or given.parts else "parts: {}")
@@ -411,12 +409,12 @@ def decisions_text(
 
 def _part(part: PartPlan, metres: float) -> list[str]:
     joint = part.joint
-    lines = [_row(f"  {part.name}", "", (part.confidence, part.reason)), f"    kind: {part.kind.value}"]
+    lines = [_row(f"  {part.name}", "", part.reason, sure=part.confidence), f"    kind: {part.kind.value}"]
     if part.parent:
         lines.append(f"    on: {part.parent}")
     if joint.edge is not None:
         # The confidence of a part is that of its joint too, and is in the line of the part.
-        lines.append(_line("    hinge", joint.edge.value, _comment(joint.reason, joint.runner_up)))
+        lines.append(_row("    hinge", joint.edge.value, joint.reason, joint.runner_up))
     if joint.kind is JointKind.SLIDE:
         lines.append(f"    travel_m: {joint.range[1] * metres:.4f}")
     elif joint.endless:
@@ -437,7 +435,7 @@ def _cavity(cavity: Cavity, metres: float, origin: Floats) -> list[str]:
     box = [(np.array(c) - origin) * metres for c in (cavity.lower, cavity.upper)]
     words = ", ".join("[" + ", ".join(f"{v:.4f}" for v in c) + "]" for c in box)
     return [
-        _row(f"  {cavity.parts[0]}", "", (cavity.confidence, cavity.reason)),
+        _row(f"  {cavity.parts[0]}", "", cavity.reason, sure=cavity.confidence),
         f"    {'# ' if cavity.in_doubt else ''}build: {str(cavity.built).lower()}",
         f"    interior: {cavity.interior.value}",
         f"    furnish: {str(cavity.furnish).lower()}",
@@ -450,19 +448,10 @@ def _axis(word: Direction) -> str:
     return f'"{word}"' if isinstance(word, str) else "[" + ", ".join(f"{c:.9g}" for c in word) + "]"
 
 
-def _row(key: str, value: str, confidence: tuple[float, str], other: str = "") -> str:
-    """Return one line with its confidence as a comment."""
-    share, reason = confidence
-    why = _comment(reason, other)
-    return _line(key, value, f"{share:.0%} sure: {why}" if why else f"{share:.0%} sure")
-
-
-def _comment(reason: str, other: str) -> str:
-    """Return the reason of a decision and the next likely choice, as far as there are any."""
-    return "; else ".join(words for words in (reason, other) if words)
-
-
-def _line(key: str, value: str, comment: str) -> str:
-    """Return one line of the file; a comment of several lines is put into one."""
-    row, words = f"{key}: {value}".rstrip(), " ".join(comment.split())
+def _row(key: str, value: str, reason: str, other: str = "", sure: float | None = None) -> str:
+    """Return one line, with the reason and the next likely choice as a comment of one line, after the confidence."""
+    words = " ".join("; else ".join(word for word in (reason, other) if word).split())
+    if sure is not None:
+        words = f"{sure:.0%} sure: {words}" if words else f"{sure:.0%} sure"
+    row = f"{key}: {value}".rstrip()
     return f"{row}  # {words}" if words else row

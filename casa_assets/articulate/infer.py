@@ -70,7 +70,6 @@ from casa_assets.articulate.plan import (
 from casa_assets.articulate.segment.fragments import (
     MeasuredFragments,
     WeldedMesh,
-    corners_from_side,
     measure_fragments,
     render_sides,
 )
@@ -267,18 +266,18 @@ def look_at_front(collector: PartCollector, control_forest: Forest | None = None
     # A lever may be as large as a small panel.
     control_fragments = {f for c in controls for f in c.fragments}
     blocks = [c for c in find_controls(measured, FRONT, []) if control_fragments.isdisjoint(c.fragments)]
-    levers, controls = find_levers(measured, controls)
-    levers += find_levers(measured, blocks)[0]
-    if is_toaster:
-        bars, controls = find_bar_levers(measured, controls)
-        levers += bars
-    classify_front = _tell(measured, FRONT, controls, panels, control_forest)
+    levers = find_levers(measured, controls)
+    controls = [c for c in controls if not any(lever.control is c for lever in levers)]
+    bars = find_bar_levers(measured, controls) if is_toaster else []
+    controls = [c for c in controls if not any(bar.control is c for bar in bars)]
+    levers += [*find_levers(measured, blocks), *bars]
+    classify_front = _classifier(measured, FRONT, controls, panels, control_forest)
     if slots:
         classify_front = classify_with_dials(classify_front)
     _levers(collector, levers)
     panels = [p for p in panels if collector.taken.isdisjoint(p.members)]
     found = find_controls(measured, TOP, sorted(collector.taken))
-    classify_top = _tell(measured, TOP, found, [], control_forest)
+    classify_top = _classifier(measured, TOP, found, [], control_forest)
     if control_forest is None:
         top_controls, controls = _controls_by_look(measured, found, controls)
     else:
@@ -313,7 +312,7 @@ def _merge_panels(collector: PartCollector, panels: list[Panel], controls: list[
     return [*fronts, *merge_framed_panels(panels, handle_spots, find_slats(measured, panels))]
 
 
-def _tell(
+def _classifier(
     measured: MeasuredFragments, side: int, controls: list[Control], panels: list[Panel], forest: Forest | None
 ) -> ControlClassifier:
     """Return a classifier for the controls of a side."""
@@ -334,9 +333,8 @@ def _controls_by_look(
 
 
 def _is_in_middle(measured: MeasuredFragments, control: Control) -> bool:
-    """Return whether a control of the top lies in the middle of the top."""
-    lower, upper = corners_from_side(measured, TOP)
-    lower, upper = lower.min(axis=0)[:2], upper.max(axis=0)[:2]
+    """Return whether a control of the top is in the middle of the top."""
+    lower, upper = measured.lower.min(axis=0)[:2], measured.upper.max(axis=0)[:2]
     return bool((np.abs(control.middle - (lower + upper) / 2) < TOP_CENTRE_SHARE * (upper - lower)).all())
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, PartPlan, round7_vec3
 from casa_assets.articulate.runtime_places import Burner, find_burners, link_bounds
-from casa_assets.articulate.runtime_semantics import annotate_for_runtime
+from casa_assets.articulate.runtime_semantics import annotate_for_runtime, is_cabinet
 from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.parts import Joint, JointKind, Link, Region
@@ -18,7 +18,6 @@ from casa_assets.model.pose import Pose
 
 # Ref: registry/contracts, and the fixture classes of RoboCasa that they were read from.
 
-CABINET_WORDS = ("cabinet", "drawer_stack", "island_base", "sink_base")
 # Two keys are in one row if their heights differ by less than this share of the taller one.
 SAME_ROW_SHARE = 0.6
 
@@ -72,7 +71,7 @@ def runtime_names(places: Sequence[PlacedPart], category: str, burners: Sequence
     if category in ("range", "hob"):
         has_oven = category == "range"
         return (_folding(places) if has_oven else {}) | _hob(places, burners, has_oven)
-    return _cabinet(places) if any(word in category for word in CABINET_WORDS) else {}
+    return _cabinet(places) if is_cabinet(category) else {}
 
 
 def _named(place: PlacedPart, link: str, joint: str = "", shape: str = "") -> NamesByPart:

@@ -23,9 +23,6 @@ FaceIndex = Annotated[npt.NDArray[np.int64], ArrayOf("int64", (-1,))]
 Matrix3 = Annotated[npt.NDArray[np.float64], ArrayOf("float64", (3, 3))]
 Cloud = Annotated[npt.NDArray[np.float64], ArrayOf("float64", (-1, 3))]
 
-# Confidence of what nobody had to guess.
-CERTAIN = 1.0
-
 
 def to_vec3(values: Iterable[float]) -> Vec3:
     """Return three numbers, unrounded."""

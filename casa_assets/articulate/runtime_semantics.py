@@ -55,7 +55,7 @@ CONTRACTS = {
     "island_base": "island_base",
     "hood": "hood",
 }
-CABINET_WORDS = ("cabinet", "drawer_stack", "sink_base")
+CABINET_WORDS = ("cabinet", "drawer_stack", "sink_base", "island_base")
 REFRIGERATOR = "refrigerator"
 
 # Share of its range up to which a door counts as shut. Ref: RoboCasa v1.0, is_closed.
@@ -107,13 +107,13 @@ def contract_for(asset: Asset, category: str) -> str | None:
     names = [j.name for j in asset.joints]
     if category == REFRIGERATOR:
         return _fridge_contract(asset, names)
-    if any(word in category for word in CABINET_WORDS):
-        if any(n.endswith(("leftdoorhinge", "rightdoorhinge")) for n in names):
-            return "hinge_cabinet"
-        if any(n.endswith("doorhinge") for n in names):
-            return "single_cabinet"
-        return "drawer" if any(n.endswith("slidejoint") for n in names) else None
-    return CONTRACTS.get(category)
+    if category in CONTRACTS or not is_cabinet(category):
+        return CONTRACTS.get(category)
+    if any(n.endswith(("leftdoorhinge", "rightdoorhinge")) for n in names):
+        return "hinge_cabinet"
+    if any(n.endswith("doorhinge") for n in names):
+        return "single_cabinet"
+    return "drawer" if any(n.endswith("slidejoint") for n in names) else None
 
 
 def _fridge_contract(asset: Asset, names: Sequence[str]) -> str | None:
@@ -140,7 +140,7 @@ def _regions(asset: Asset, category: str) -> Iterator[Region]:
     for region in inner:
         if region.link in racks:
             continue
-        shelved = category == REFRIGERATOR or _is_cabinet(category)
+        shelved = category == REFRIGERATOR or is_cabinet(category)
         below = None if shelved else region_below_racks(asset, region)
         for part in split_by_shelves(asset, region) if shelved else [below] if below is not None else []:
             if is_occupied(asset, part):
@@ -171,15 +171,16 @@ def _word(asset: Asset, region: Region, category: str) -> str:
     if region.link != "object":
         if category == REFRIGERATOR:
             return ("freezer" if region.link.startswith("freezer") else "fridge") + "_drawer"
-        return "int" if region.link == "drawer" and _is_cabinet(category) else f"{region.link}_int"
+        return "int" if region.link == "drawer" and is_cabinet(category) else f"{region.link}_int"
     if category == REFRIGERATOR:
         door = closing_link(asset, region)
         return ("freezer" if door.startswith("freezer") else "fridge") + "_shelf"
-    return "level" if _is_cabinet(category) else "int"
+    return "level" if is_cabinet(category) else "int"
 
 
-def _is_cabinet(category: str) -> bool:
-    return any(word in category for word in (*CABINET_WORDS, "island_base"))
+def is_cabinet(category: str) -> bool:
+    """Return whether a category is one of cabinets."""
+    return any(word in category for word in CABINET_WORDS)
 
 
 def _middle(asset: Asset, region: Region) -> Floats:

@@ -62,8 +62,12 @@ def control_features(
     measured: MeasuredFragments, side: int, controls: Sequence[Control], panels: Sequence[Rectangle]
 ) -> tuple[Floats, list[ControlGroup]]:
     """Return the (N, len(CONTROL_FEATURES)) features of all controls of a side, and their groups."""
-    if measured.mesh.cell > 0.0:
-        controls = _round_as_their_group(controls, measured.mesh.cell)
+    controls = list(controls)
+    # A disc of few cubes may look square: all of a group are round where many of it are.
+    for group in group_controls(controls, measured.mesh.cell) if measured.mesh.cell > 0.0 else ():
+        if len(group.members) >= MIN_ROW_LENGTH and group.round_share >= MIN_ROUND_SHARE_OF_ROW:
+            for i in group.members:
+                controls[i] = replace(controls[i], is_round=True)
     groups = group_controls(controls, measured.mesh.cell)
     lower, upper = corners_from_side(measured, side)
     lower, upper = lower.min(axis=0), upper.max(axis=0)
@@ -161,16 +165,6 @@ def _place(
         most,
         float(sum(s >= LARGE_PANEL_SHARE for s in shares)),
     )
-
-
-def _round_as_their_group(controls: Sequence[Control], cell: float) -> list[Control]:
-    """Return controls of which all of a group are round where many of it are: a disc of few cubes may look square."""
-    found = list(controls)
-    for group in group_controls(controls, cell):
-        if len(group.members) >= MIN_ROW_LENGTH and group.round_share >= MIN_ROUND_SHARE_OF_ROW:
-            for i in group.members:
-                found[i] = replace(found[i], is_round=True)
-    return found
 
 
 def classify_by_forest(

@@ -514,7 +514,8 @@ def _spindle(
         axis = min(found, key=lambda f: f[0])[1]
     else:
         values, vectors = np.linalg.eigh(np.cov((seat - middle).T)) if len(seat) > 3 else (np.ones(3), np.eye(3))
-        square = all(_is_box(graph.pieces[i]) for i in touched)
+        along = [(np.abs(graph.pieces[i].normals).max(axis=1) > STRAIGHT_COS).mean() for i in touched]
+        square = all(float(share) >= MIN_BOX_SHARE for share in along)
         if not square or values[1] < 2.0 * values[0] or values[2] > 6.0 * values[1]:
             return None
         normal = vectors[:, 0]
@@ -524,11 +525,6 @@ def _spindle(
         axis = Axis(middle, normal, float(np.sqrt(values[2]) * 1.5))
     direction = axis.direction if float(axis.direction @ outward) >= 0 else -axis.direction
     return Axis(axis.origin, direction, axis.radius)
-
-
-def _is_box(piece: Piece) -> bool:
-    """Return whether most of a surface faces along the axes of the frame."""
-    return float((np.abs(piece.normals).max(axis=1) > STRAIGHT_COS).mean()) >= MIN_BOX_SHARE
 
 
 def _is_coaxial(piece: Piece, axis: Axis) -> bool:

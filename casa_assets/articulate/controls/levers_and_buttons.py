@@ -72,11 +72,10 @@ class Lever:
     length: float
 
 
-def find_levers(measured: MeasuredFragments, controls: Sequence[Control]) -> tuple[list[Lever], list[Control]]:
-    """Separate controls that run in a slot from the others."""
+def find_levers(measured: MeasuredFragments, controls: Sequence[Control]) -> list[Lever]:
+    """Return the controls that run in a slot."""
     near = float(corners_from_side(measured, FRONT)[0][:, 2].min())
     levers: list[Lever] = []
-    rest: list[Control] = []
     for control in controls:
         found: Lever | None = None
         for along, sign in ((1, -1.0), (1, 1.0), (0, -1.0), (0, 1.0)):
@@ -85,26 +84,20 @@ def find_levers(measured: MeasuredFragments, controls: Sequence[Control]) -> tup
             slot = _slot(measured, control, along, sign, near)
             if slot is not None and (found is None or slot.length > found.length + 1e-6):
                 found = slot
-        if found is None:
-            rest.append(control)
-        else:
-            levers.append(found)
-    return levers, rest
+        levers += [] if found is None else [found]
+    return levers
 
 
-def find_bar_levers(measured: MeasuredFragments, controls: Sequence[Control]) -> tuple[list[Lever], list[Control]]:
-    """Separate level bars, which lower the bread of a toaster though no slot is drawn for them, from other controls."""
+def find_bar_levers(measured: MeasuredFragments, controls: Sequence[Control]) -> list[Lever]:
+    """Return level bars, which lower the bread of a toaster though no slot is drawn for them."""
     floor = float(corners_from_side(measured, FRONT)[0][:, 1].min())
-    levers: list[Lever] = []
-    rest: list[Control] = []
+    levers = []
     for control in controls:
         wide = float(control.across[0]) >= MIN_BAR_RATIO * float(control.across[1])
         room = float(control.lower[1]) - floor
-        if control.is_round or not wide or control.protrusion < MIN_PROTRUSION or room < MIN_SLOT_LENGTH:
-            rest.append(control)
-        else:
+        if not control.is_round and wide and control.protrusion >= MIN_PROTRUSION and room >= MIN_SLOT_LENGTH:
             levers.append(Lever(control, np.array([0.0, -1.0, 0.0]), BAR_TRAVEL_SHARE * room))
-    return levers, rest
+    return levers
 
 
 def _slot(measured: MeasuredFragments, control: Control, along: int, sign: float, near: float) -> Lever | None:

@@ -318,7 +318,8 @@ def _count_blobs(relief: SideRelief, ends: Ints) -> tuple[Ints, Ints, Ints]:
     """Return (N,) how many bars, and how many other things, have their middle in each rectangle; how many cross it."""
     bars, small, straddles = (np.zeros(len(ends), dtype=np.int64) for _ in range(3))
     for blob in relief.blobs:
-        inside = _holds(ends, blob)
+        row, column = sum(blob.rows) / 2, sum(blob.columns) / 2
+        inside = (ends[:, 0] <= row) & (row < ends[:, 1]) & (ends[:, 2] <= column) & (column < ends[:, 3])
         if is_bar(blob):
             bars += inside
         elif blob.protrusion >= 0.3 * MIN_BAR_PROTRUSION:
@@ -329,13 +330,6 @@ def _count_blobs(relief: SideRelief, ends: Ints) -> tuple[Ints, Ints, Ints]:
         share = np.maximum(high, 0) * np.maximum(wide, 0) / ((b - a) * (d - c))
         straddles += (share > 0.1) & (share < 0.9)
     return bars, small, straddles
-
-
-def _holds(ends: Ints, blob: Protrusion) -> Ints:
-    """Return (N,) 1 where the middle of a protrusion is in a rectangle."""
-    row, column = sum(blob.rows) / 2, sum(blob.columns) / 2
-    inside = (ends[:, 0] <= row) & (row < ends[:, 1]) & (ends[:, 2] <= column) & (column < ends[:, 3])
-    return inside.astype(np.int64)
 
 
 def _crossing(table: LineTable, first: Ints, last: Ints, start: Ints, stop: Ints, pixel: float) -> Floats:
@@ -420,7 +414,6 @@ def _overlap(hypotheses: FrontHypotheses, a: int, b: int) -> float:
 
 
 def _area(hypotheses: FrontHypotheses, a: int) -> float:
-    """Return the area of a rectangle in pixels."""
     return float(np.ptp(hypotheses.rows[a]) * np.ptp(hypotheses.columns[a]))
 
 

@@ -158,9 +158,11 @@ def find_panels(measured: MeasuredFragments, without: Sequence[int] = ()) -> lis
         else:
             host.append(i)
     plates = [p for g in groups for p in _plates(measured, lower, upper, g)]
-    panels = [_panel(measured, lower, upper, g) for g in plates]
-    for p in panels:
-        p.is_recessed = float(p.lower[2] - lower[:, 2].min()) > MAX_START_DEPTH * extent[2]
+    panels = []
+    for g in plates:
+        near, visible = lower[g].min(axis=0), float(measured.visible_area[g, FRONT].sum())
+        is_recessed = float(near[2] - lower[:, 2].min()) > MAX_START_DEPTH * extent[2]
+        panels.append(Panel(list(g), near, upper[g].max(axis=0), visible_area=visible, is_recessed=is_recessed))
     return [p for p in panels if p.visible_area >= 0.12 * p.width * p.height and _fills_rectangle(measured, p)]
 
 
@@ -336,11 +338,6 @@ def _fills_hole(measured: MeasuredFragments, lower: Floats, upper: Floats, i: in
     has_holes = measured.area[sheet] <= MAX_SHEET_AREA_SHARE * float(np.prod(size))
     stands_out = lower[i, 2] <= lower[sheet, 2] - MIN_STEP
     return is_flat and has_holes and bool(stands_out) and bool((size >= MIN_SHEET_SHARE * whole).all())
-
-
-def _panel(measured: MeasuredFragments, lower: Floats, upper: Floats, group: list[int]) -> Panel:
-    visible = float(measured.visible_area[group, FRONT].sum())
-    return Panel(list(group), lower[group].min(axis=0), upper[group].max(axis=0), visible_area=visible)
 
 
 def merge_framed_panels(panels: list[Panel], handle_spots: list[Floats], slats: list[Panel]) -> list[Panel]:

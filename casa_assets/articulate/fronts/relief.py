@@ -284,11 +284,6 @@ def _split_at(rectangle: FrontRectangle, axis: str, at: int) -> list[FrontRectan
     return [replace(rectangle, columns=(c, at)), replace(rectangle, columns=(at, d))]
 
 
-def _inside(side: SideRelief, rectangle: FrontRectangle) -> list[Protrusion]:
-    """Return the protrusions whose middle is in a rectangle."""
-    return [b for b in side.blobs if _lies_in(b, (rectangle.rows, rectangle.columns))]
-
-
 def is_bar(blob: Protrusion) -> bool:
     """Return whether a protrusion has the shape of a handle."""
     return blob.long >= MIN_BAR_RATIO and MIN_BAR_PROTRUSION <= blob.protrusion <= MAX_PROTRUSION
@@ -315,7 +310,7 @@ def is_surrounded(side: SideRelief, blob: Protrusion, away: float) -> bool:
 
 def _held(side: SideRelief, rectangle: FrontRectangle) -> list[FrontRectangle]:
     """Split a rectangle without seams so that each part has one handle, and none shares a part with controls."""
-    inside = _inside(side, rectangle)
+    inside = [b for b in side.blobs if _lies_in(b, (rectangle.rows, rectangle.columns))]
     pulls = _pulls(side, rectangle, inside)
     others = [b for b in inside if not any(b is p for p in pulls)]
     if others and any(is_bar(b) for b in pulls):
@@ -455,7 +450,9 @@ def merge_stairs(side: SideRelief, rectangles: list[FrontRectangle]) -> list[Fro
         if before and after and len(before) + len(after) >= MIN_STAIRS:
             strips = [core, *(m for stair in (*before, *after) for m in stair)]
             left = [m for m in left if not any(m is s for s in strips)]
-            left.append(_one(side, core, strips))
+            columns = min(m.columns[0] for m in strips), max(m.columns[1] for m in strips)
+            plane, blobs = _plane(side, (core.rows, columns), core.plane), {b for m in strips for b in m.blobs}
+            left.append(replace(core, columns=columns, plane=plane, blobs=tuple(sorted(blobs))))
     return sorted(left, key=lambda m: (m.rows, m.columns))
 
 
@@ -503,9 +500,3 @@ def _goes_down(side: SideRelief, core: FrontRectangle, at: int, end: int) -> boo
     step = float(np.median(outer - inner))
     groove = float(np.median(band.max(axis=1) - np.maximum(inner, outer)))
     return 0.0 < step <= MAX_STAIR_HEIGHT and groove <= MAX_GROOVE_DEPTH
-
-
-def _one(side: SideRelief, core: FrontRectangle, strips: list[FrontRectangle]) -> FrontRectangle:
-    columns = min(m.columns[0] for m in strips), max(m.columns[1] for m in strips)
-    plane = _plane(side, (core.rows, columns), core.plane)
-    return replace(core, columns=columns, plane=plane, blobs=tuple(sorted({b for m in strips for b in m.blobs})))

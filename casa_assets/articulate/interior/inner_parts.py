@@ -221,7 +221,10 @@ def find_inner_parts(
     for heap in group_touching(lower, upper, np.flatnonzero(rows).tolist()):
         if not _fills(lower, upper, heap, door, MIN_TURNTABLE_WIDTH_SHARE):
             continue
-        group = _with_what_it_holds(lower, upper, heap, rows)
+        # With all that lies within its box: tines of a basket need not touch its wires.
+        a, b = lower[heap].min(axis=0) - TOUCH_TOLERANCE, upper[heap].max(axis=0) + TOUCH_TOLERANCE
+        inside = rows & (lower >= a).all(axis=1) & (upper <= b).all(axis=1)
+        group = sorted({*heap, *np.flatnonzero(inside).tolist()})
         tray = _rack(measured, group, edge, door)
         if tray is not None:
             found.append(tray)
@@ -248,13 +251,6 @@ def _fronted_blocks(lower: Floats, upper: Floats, rows: list[int], door: Panel) 
         if any((size[j, :2] >= size[i, :2] - 2 * OUTLINE_TOLERANCE).all() for j in others):
             found.append(sorted({i, *others}))
     return found
-
-
-def _with_what_it_holds(lower: Floats, upper: Floats, group: list[int], free: Mask) -> list[int]:
-    """Return a group with all that lies within its box: tines of a basket need not touch its wires."""
-    a, b = lower[group].min(axis=0) - TOUCH_TOLERANCE, upper[group].max(axis=0) + TOUCH_TOLERANCE
-    within = free & (lower >= a).all(axis=1) & (upper <= b).all(axis=1)
-    return sorted({*group, *np.flatnonzero(within).tolist()})
 
 
 def _fills(lower: Floats, upper: Floats, group: list[int], door: Panel, share: float) -> bool:

@@ -134,7 +134,7 @@ def _with_doors_wider(built: ArticulateResult) -> ArticulateResult:
     joints = {joint.name: joint for joint in built.asset.joints}
     for name, (contact, _) in _contacts(built.asset).items():
         door = joints.get(joints[name].behind or "")
-        if door is None or door.kind is not JointKind.HINGE or door.child not in _links(contact):
+        if door is None or door.kind is not JointKind.HINGE or door.child not in (contact.body1, contact.body2):
             continue
         plan = next(p.joint for p in built.articulation.parts if p.name == door.child)
         for angle in WIDER_RAD:
@@ -142,7 +142,7 @@ def _with_doors_wider(built: ArticulateResult) -> ArticulateResult:
             wider = built.with_joints({door.child: plan.replace(range=(0.0, angle), reason=reason)})
             is_free = {t.joint: t.free_share for t in joint_travels(wider.asset, mjcf.write(wider.asset), pushed=False)}
             still = _contacts(wider.asset).get(name)
-            if is_free[door.name] >= 1.0 and (still is None or door.child not in _links(still[0])):
+            if is_free[door.name] >= 1.0 and (still is None or door.child not in (still[0].body1, still[0].body2)):
                 built = wider
                 break
     return built
@@ -161,7 +161,7 @@ def _without_contacts(built: ArticulateResult) -> ArticulateResult:
             break
         pairs: dict[tuple[str, str], None] = {}
         for name, (contact, at_rest) in found.items():
-            first, second = _links(contact)
+            first, second = contact.body1, contact.body2
             pairs[first, second] = None
             moving = next(joint.child for joint in asset.joints if joint.name == name)
             if contact.depth > at_rest + registry.load().limits[CONTACT_LIMIT]:
@@ -178,11 +178,6 @@ def _contacts(asset: Asset) -> Mapping[str, tuple[Penetration, float]]:
     """
     limit = registry.load().limits[CONTACT_LIMIT]
     return {name: row for name, row in contacts_of_files(mjcf.write(asset)).items() if row[0].depth > limit}
-
-
-def _links(contact: Penetration) -> tuple[str, str]:
-    """Return the two links that touch."""
-    return contact.body1, contact.body2
 
 
 def unmet_checks(

@@ -26,7 +26,7 @@ from casa_assets.articulate.fronts.front_hypotheses import check_front_forest
 from casa_assets.articulate.infer import choose_plan
 from casa_assets.articulate.interior.inner_parts import with_pieces_in_the_way
 from casa_assets.articulate.part_names import rename_for_runtime
-from casa_assets.articulate.plan import CERTAIN, Articulation, Frame, JointPlan, Models, calibrate_parts
+from casa_assets.articulate.plan import Articulation, Frame, JointPlan, Models, calibrate_parts
 from casa_assets.articulate.run.interiors import add_interiors
 from casa_assets.articulate.segment.fragments import WeldedMesh, weld_model
 from casa_assets.articulate.segment.orthographic import TOP
@@ -380,7 +380,7 @@ def _choose_frame(mesh: WeldedMesh, model: RawModel, request: ArticulateRequest)
             if request.up is None or request.front is None:  # one of the two comes from the decisions on this mesh
                 raise Rejected(MISFIT, f"{message}; change the decisions on it")
             raise CasaError(f"{request.mesh.name}: {message}; give another --front or --up")
-        given = guess_frame(mesh, up, front, stated).replace(confidence=CERTAIN)
+        given = guess_frame(mesh, up, front, stated).replace(confidence=1.0)
         guess = _calibrated(guess_frame(mesh, stated=stated))
         is_same = np.allclose(guess.rotation, given.rotation, atol=1e-4)
         return guess if is_same and guess.confidence >= registry.load_confidence().bars.frame else given

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from pydantic import TypeAdapter
 
 from casa_assets import registry
 from casa_assets.articulate.assemble import assemble
@@ -159,6 +160,10 @@ class ArticulateOutcome:
         return self.report.to_decide if self.report is not None else ()
 
 
+# Records an outcome for the next run.
+_OUTCOMES = TypeAdapter(ArticulateOutcome)
+
+
 def articulate_one(request: ArticulateRequest) -> ArticulateOutcome | RunAborted:
     """Read, articulate, write, render and check one mesh; runs in the child process.
 
@@ -256,7 +261,7 @@ def _recorded(
     """Return the recorded outcome of an entry in a folder, or its refusal; None if it is unknown what moves in it."""
     record, sha256 = Store(library.cache).get(_record_key(key)), key.identity.sha256
     if record is not None:
-        return replace(from_json(record, mesh), folder=folder, sha256=sha256, kept=True)
+        return replace(_OUTCOMES.validate_json(record), mesh=mesh, folder=folder, sha256=sha256, kept=True)
     if made.accepted:
         return None
     return ArticulateOutcome(mesh, folder, code=made.code, message=made.message, sha256=sha256, kept=True)
@@ -275,8 +280,15 @@ def _kept_in_place_of(request: ArticulateRequest, key: EntryKey, new: NewResult)
 def _outcome_of_accepted(request: ArticulateRequest, key: EntryKey, better: KeptAsset) -> ArticulateOutcome:
     """Return the outcome of an accepted asset that is kept; without its parts where the cache was deleted."""
     record = Store(disk.Library(request.out).cache).get(_record_key(replace(key, cache_key=better.cache_key)))
-    outcome = ArticulateOutcome(request.mesh) if record is None else from_json(record, request.mesh)
-    return replace(outcome, folder=better.folder, sha256=key.identity.sha256, kept=True, reason_kept=better.reason)
+    outcome = ArticulateOutcome(request.mesh) if record is None else _OUTCOMES.validate_json(record)
+    return replace(
+        outcome,
+        mesh=request.mesh,
+        folder=better.folder,
+        sha256=key.identity.sha256,
+        kept=True,
+        reason_kept=better.reason,
+    )
 
 
 def _made(request: ArticulateRequest, key: EntryKey) -> ArticulateOutcome:
@@ -313,48 +325,27 @@ def publish_refusal(
     kept = _kept_in_place_of(request, key, NewResult(Decision.REJECTED, error.code))
     if kept is not None:
         return kept
-    refusal = disk.Refusal(
-        producer=Producer.ARTICULATE,
-        id=key.identity.asset_id(registry.FALLBACK),
-        code=error.code,
-        message=error.message,
-        category=registry.FALLBACK,
-        cache_key=key.cache_key,
-        sha256=key.identity.sha256,
-        source=source,
-    )
+    refusal = _refusal(key, registry.FALLBACK, source, error)
     folder = library.refusal_folder(refusal.id)
     library.publish(library.stage_refusal(refusal, picture()), folder)
     return ArticulateOutcome(request.mesh, folder, code=error.code, message=error.message, sha256=key.identity.sha256)
 
 
-def _record_key(key: EntryKey) -> str:
-    return digest_of("articulate/outcome", key.identity.sha256, key.cache_key, key_of(to_json, from_json))
-
-
-def to_json(outcome: ArticulateOutcome) -> bytes:
-    """Serialise an outcome without its folder, for the next run."""
-    record = {
-        "articulation": None if outcome.articulation is None else outcome.articulation.to_json(),
-        "report": None if outcome.report is None else outcome.report.to_json(),
-        "travels": {part: vars(travel) for part, travel in outcome.travels.items()},
-        "unmet_checks": list(outcome.unmet_checks),
-        **{name: getattr(outcome, name) for name in ("category", "size", "contract", "code", "message")},
-    }
-    return json.dumps(record).encode()
-
-
-def from_json(data: bytes, mesh: Path) -> ArticulateOutcome:
-    """Read an outcome that `to_json` wrote."""
-    record = json.loads(data)
-    return ArticulateOutcome(
-        mesh=mesh,
-        articulation=None if record["articulation"] is None else Articulation.from_json(record["articulation"]),
-        report=None if record["report"] is None else Report.from_json(record["report"]),
-        travels={part: JointTravel(**travel) for part, travel in record["travels"].items()},
-        unmet_checks=tuple(record["unmet_checks"]),
-        **{name: record[name] for name in ("category", "size", "contract", "code", "message")},
+def _refusal(key: EntryKey, category: str, source: Source, error: Rejected) -> disk.Refusal:
+    return disk.Refusal(
+        producer=Producer.ARTICULATE,
+        id=key.identity.asset_id(category),
+        code=error.code,
+        message=error.message,
+        category=category,
+        cache_key=key.cache_key,
+        sha256=key.identity.sha256,
+        source=source,
     )
+
+
+def _record_key(key: EntryKey) -> str:
+    return digest_of("articulate/outcome", key.identity.sha256, key.cache_key, key_of(ArticulateOutcome))
 
 
 def publish_result(request: ArticulateRequest, result: ArticulateResult) -> ArticulateOutcome:
@@ -395,24 +386,14 @@ def _publish(request: ArticulateRequest, result: ArticulateResult, key: EntryKey
         outcome = replace(outcome, folder=library.folder(category, asset.id))
     else:
         worst = first_error(report)
-        refusal = disk.Refusal(
-            producer=Producer.ARTICULATE,
-            id=asset.id,
-            code=worst.code,
-            message=worst.message,
-            category=category,
-            cache_key=key.cache_key,
-            sha256=asset.provenance.sha256,
-            source=result.source,
-            report=report,
-        )
-        disk.write_refusal(staged, refusal)
+        error = Rejected(worst.code, worst.message)
+        disk.write_refusal(staged, _refusal(key, category, result.source, error).replace(id=asset.id, report=report))
         outcome = replace(outcome, folder=library.refusal_folder(asset.id), code=worst.code, message=worst.message)
     assert outcome.folder is not None
     if request.preview:
         (staged / NAME).write_bytes(_strip(outcome, staged))
     # The record comes first: once the entry is in place, a run that was killed has nothing left to do for this mesh.
-    Store(library.cache).put(_record_key(key), to_json(outcome))
+    Store(library.cache).put(_record_key(key), _OUTCOMES.dump_json(outcome))
     library.publish(staged, outcome.folder)
     return outcome
 

@@ -258,7 +258,8 @@ def _cap_border(points: Floats, edges: Ints, normal: Floats, level: float | None
     sizes = [len(loop) for loop in loops]
     starts = np.cumsum([0, *sizes])
     rings = [(drawn @ plane)[a:b] for a, b in pairwise(starts.tolist())]
-    if sum(_signed_area(r) for r in rings) <= 0:
+    ways = [(x * np.roll(y, -1) - y * np.roll(x, -1)).sum() for x, y in (ring.T for ring in rings)]
+    if sum(float(way) for way in ways) <= 0:  # twice the area, of rings that run clockwise negative
         return nothing
     fill = np.asarray(manifold3d.triangulate(rings), dtype=np.int64).reshape(-1, 3)
     if level is None:
@@ -294,9 +295,3 @@ def _chain_loops(edges: Ints) -> list[Ints]:
             if len(ring) >= 3:
                 out.append(np.array(ring, dtype=np.int64))
     return out
-
-
-def _signed_area(polygon: Floats) -> float:
-    """Return twice the signed area of a ring in the plane, negative where it runs clockwise."""
-    x, y = polygon.T
-    return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())

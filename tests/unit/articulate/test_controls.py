@@ -95,7 +95,7 @@ def levers_in(parts: list[Part]) -> tuple[list[Lever], float]:
     """Levers on the front of some parts, and metres in a unit of the frame."""
     pieces = pieces_in(*parts)
     size = float(np.linalg.norm(np.ptp(together(*parts)[0], axis=0)))
-    return find_levers(pieces, find_controls(pieces, FRONT, []))[0], size
+    return find_levers(pieces, find_controls(pieces, FRONT, [])), size
 
 
 def test_a_pad_at_the_end_of_a_slot_is_a_lever_that_goes_along_it() -> None:

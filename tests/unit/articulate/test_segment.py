@@ -315,7 +315,7 @@ def fused(*parts: Shape) -> Shape:
 
 @cache
 def oven() -> Shape:
-    """A body; before it a panel with a knob, and below it a door with a level bar; all one surface."""
+    """A body; before it a panel with four knobs, and below it a door with a level bar; all one surface."""
     return fused(
         box((0.0, 0.0, 0.0), (0.6, 0.55, 0.8)),
         box((0.0, -0.03, 0.0), (0.6, 0.01, 0.64)),
@@ -323,7 +323,7 @@ def oven() -> Shape:
         box((0.08, -0.06, 0.555), (0.1, -0.02, 0.57)),
         box((0.5, -0.06, 0.555), (0.52, -0.02, 0.57)),
         box((0.0, -0.03, 0.655), (0.6, 0.01, 0.8)),
-        disc((0.3, -0.06, 0.73), 0.03, 0.04),
+        *(disc((x, -0.06, 0.73), 0.03, 0.04) for x in (0.1, 0.2, 0.4, 0.5)),
     )
 
 
@@ -341,9 +341,9 @@ def model_of(shape: Shape) -> RawModel:
     return RawModel(parts=(RawPart(name="all", mesh=mesh, material=Material(id="paint")),), format="obj")
 
 
-def test_a_fused_oven_has_a_door_that_folds_down_and_a_knob() -> None:
+def test_a_fused_oven_has_a_door_that_folds_down_and_knobs() -> None:
     _, found = placed_of(oven())
-    assert sorted(p.kind for p in found.parts) == [PartKind.DOOR, PartKind.KNOB]
+    assert sorted(p.kind for p in found.parts) == [PartKind.DOOR, *[PartKind.KNOB] * 4]
     door = next(p for p in found.parts if p.kind is PartKind.DOOR)
     assert door.joint.kind is JointKind.HINGE
     assert door.joint.edge is HingeEdge.BOTTOM
