@@ -94,12 +94,6 @@ def test_a_part_that_is_a_piece_of_another_moves_with_it(mesh: Path) -> None:
         made(mesh, circle)
 
 
-def test_what_a_person_rejects_is_rejected(mesh: Path) -> None:
-    with pytest.raises(Rejected) as caught:
-        made(mesh, Decisions(decision=Word.REJECT))
-    assert caught.value.code == "REV002"
-
-
 def test_a_part_that_was_missed_is_given_by_a_box(mesh: Path) -> None:
     # The knob, as a lever of its own name; asset frame: origin under the middle, 0.05 m of handle in front.
     knob = next(p for p in made(mesh, Decisions()).articulation.parts if p.kind is PartKind.KNOB)
@@ -129,11 +123,12 @@ def test_kind_range_and_carrier_are_changed(mesh: Path) -> None:
     assert built.asset.link("knob_0").parent == "door_0"
 
 
-def test_decisions_that_do_not_fit_a_mesh_reject_that_mesh(mesh: Path) -> None:
-    for decisions in (Decisions(cavities={"drawer_9": CavityDecision(build=True)}), Decisions(front="+z")):
+def test_a_mesh_is_rejected_by_a_person_or_where_decisions_do_not_fit_it(mesh: Path) -> None:
+    unfit = Decisions(cavities={"drawer_9": CavityDecision(build=True)}), Decisions(front="+z")
+    for code, decisions in (("REV002", Decisions(decision=Word.REJECT)), *(("ART002", one) for one in unfit)):
         with pytest.raises(Rejected) as caught:
             build(ArticulateRequest(mesh, mesh.parent, up=(0.0, 0.0, 1.0), decisions=decisions))
-        assert caught.value.code == "ART002"
+        assert caught.value.code == code
 
 
 def test_what_is_not_there_is_named(mesh: Path) -> None:

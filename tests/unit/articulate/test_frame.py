@@ -11,28 +11,19 @@ from casa_assets import registry
 from casa_assets.articulate.category import (
     KIND_NAMES,
     KIND_TRAITS,
-    ControlPlacement,
-    kind_by_parts,
     kind_named,
-    shape_likelihood,
 )
 from casa_assets.articulate.frame import (
-    CANDIDATES,
-    SCORE_NAMES,
     align_walls,
     candidate_axes,
-    candidate_probabilities,
     given_frame,
     guess_frame,
     rotate_fragments,
-    score_candidate,
 )
-from casa_assets.articulate.plan import Articulation
-from casa_assets.articulate.segment.fragments import MeasuredFragments, WeldedMesh, measure_fragments, weld_triangles
-from casa_assets.articulate.segment.orthographic import FRONT, LEFT, SIDES, TOP
-from casa_assets.articulate.side_views import measure_side
+from casa_assets.articulate.segment.fragments import WeldedMesh, measure_fragments, weld_triangles
+from casa_assets.articulate.segment.orthographic import FRONT, SIDES, TOP
 from tests.unit.articulate.blocks import Floats, Ints, box, carcass, disc, drawers, microwave, together
-from tests.unit.articulate.fragmented import found_on, pieces_in
+from tests.unit.articulate.fragmented import pieces_in
 
 pytestmark = pytest.mark.content("code", "articulate", keep=0)
 
@@ -127,15 +118,10 @@ def test_walls_are_laid_along_the_axes(subtests: pytest.Subtests) -> None:
 PIXELS = 128
 
 
-def whole(name: str) -> MeasuredFragments:
-    """The pieces of one of THINGS, which stands as it should."""
-    return pieces_in(THINGS[name]()[:2], pixels=PIXELS)
-
-
 def test_turned_pieces_are_as_if_measured_there(subtests: pytest.Subtests) -> None:
     for front, top in [p for p in product(range(6), repeat=2) if p[0] // 2 != p[1] // 2]:
         with subtests.test(front=front, top=top):
-            pieces = whole("microwave")
+            pieces = pieces_in(microwave()[:2], pixels=PIXELS)
             found = rotate_fragments(pieces, front, top)
             rotation = candidate_axes(front, top)
             assert np.linalg.det(rotation) == pytest.approx(1.0)
@@ -150,36 +136,6 @@ def test_turned_pieces_are_as_if_measured_there(subtests: pytest.Subtests) -> No
                 assert old.lower == pytest.approx(new.lower, abs=1.1 * new.pixel)
                 both = np.isfinite(old.depth) & np.isfinite(new.depth)
                 assert float((np.abs(old.depth[both] - new.depth[both]) < 1e-3).mean()) > 0.9
-
-
-def test_a_candidate_upside_down_or_sideways_finds_less() -> None:
-    pieces = whole("drawers")
-    right = dict(zip(SCORE_NAMES, score_candidate(pieces, FRONT, TOP), strict=True))
-    aside = dict(zip(SCORE_NAMES, score_candidate(pieces, LEFT, TOP), strict=True))
-    assert right["drawers"] == pytest.approx(np.log1p(2))
-    assert right["front_coverage"] > 0.8
-    assert right["no_parts"] == 0.0
-    assert aside["drawers"] == 0.0
-    assert aside["no_parts"] == 1.0
-
-
-def test_another_material_in_the_same_plane_is_detail() -> None:
-    # The windows lie a hair before the box, so that they are what is seen.
-    windows = [box((0.05, -1e-4, 0.05), (0.3, 0.0099, 0.25)), box((0.4, -1e-4, 0.05), (0.5, 0.0099, 0.1))]
-    parts = [box((0, 0, 0), (0.6, 0.4, 0.3)), *windows]
-    for colours in (np.zeros(3, dtype=np.int64), np.arange(3)):
-        detail = measure_side(pieces_in(*parts, tint=np.repeat(colours, 12), pixels=PIXELS), FRONT).detail
-        assert detail > 0.02 if colours.any() else detail == 0.0
-
-
-def test_shares_sum_to_one_and_what_is_known_counts() -> None:
-    pieces = whole("drawers")
-    even = candidate_probabilities(pieces, dict.fromkeys(CANDIDATES, 0.0))
-    assert sum(even.values()) == pytest.approx(1.0)
-    assert max(even, key=lambda c: even[c]) == (FRONT, TOP)
-    told = candidate_probabilities(pieces, {c: 0.0 if c == (LEFT, TOP) else -50.0 for c in CANDIDATES})
-    assert max(told, key=lambda c: told[c]) == (LEFT, TOP)
-    assert candidate_probabilities(pieces, {(LEFT, TOP): 0.0}) == {(LEFT, TOP): 1.0}
 
 
 def test_whole_words_name_a_kind(subtests: pytest.Subtests) -> None:
@@ -204,26 +160,3 @@ def test_every_kind_is_a_fixture_of_the_registry() -> None:
     fixtures = registry.load().fixtures
     assert set(KIND_NAMES) <= set(fixtures)
     assert set(KIND_TRAITS) <= set(fixtures)
-
-
-def test_usual_proportions_are_likelier_upright() -> None:
-    upright, sideways = (1.0, 0.76, 0.57), (0.57, 0.76, 1.0)
-    assert shape_likelihood(upright, ControlPlacement.ASIDE) > shape_likelihood(sideways, ControlPlacement.ABOVE) + 1.0
-    assert shape_likelihood((0.42, 0.4, 1.0), ControlPlacement.NONE) > shape_likelihood(
-        (1.0, 0.4, 0.42), ControlPlacement.NONE
-    )
-    assert shape_likelihood((2.0, 1.5, 1.16), ControlPlacement.NONE) == pytest.approx(
-        shape_likelihood((1.0, 0.75, 0.58), ControlPlacement.NONE)
-    )
-
-
-@pytest.mark.parametrize(("make", "kind"), [(drawers, "drawer_stack"), (microwave, "microwave")])
-def test_parts_and_proportions_tell_the_kind(make: object, kind: str) -> None:
-    assert callable(make)
-    vertices, faces, _ = make()
-    found = found_on(vertices, faces)
-    x, y, z = (float(v) for v in np.ptp(vertices, axis=0))
-    guessed, confidence = kind_by_parts((x, y, z), found)
-    assert guessed == kind
-    assert 0.2 < confidence <= 0.6
-    assert kind_by_parts((x, y, z), Articulation(frame=found.frame)) == ("", 0.0)

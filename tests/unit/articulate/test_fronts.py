@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
 
@@ -248,19 +246,3 @@ def test_what_is_where_no_pull_would_be_is_not_parted() -> None:
     assert boxes((0, 100), (0, 100), [pull(50, 50, 10, 10)]) == []
     scattered = [pull(20, 40, 8, 8), pull(37, 46, 8, 8), pull(90, 55, 8, 8), pull(71, 61, 8, 8)]
     assert boxes((0, 100), (0, 400), scattered) == []
-
-
-def test_cells_hold_their_pulls_and_do_not_overlap(subtests: pytest.Subtests) -> None:
-    """Whatever the grid, each pull has a cell of its own inside the front."""
-    for rows, columns in list(itertools.product((1, 2, 3), (2, 3))):
-        with subtests.test(rows=rows, columns=columns):
-            items = [pull(60 + 130 * r, 50 + 100 * c, 12, 50) for r in range(rows) for c in range(columns)]
-            found = boxes((0, 130 * rows), (0, 100 * columns), items)
-            assert len(found) == len(items)
-            for a, b, c, d in found:
-                assert (
-                    sum(a <= i.rows[0] and i.rows[1] <= b and c <= i.columns[0] and i.columns[1] <= d for i in items)
-                    == 1
-                )
-            for (a, b, c, d), (e, f, g, h) in itertools.combinations(found, 2):
-                assert min(b, f) <= max(a, e) or min(d, h) <= max(c, g)

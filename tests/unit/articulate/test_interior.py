@@ -12,7 +12,6 @@ from casa_assets.articulate.interior.cavities import find_cavities
 from casa_assets.articulate.interior.inner_parts import _is_lining, with_pieces_in_the_way
 from casa_assets.articulate.plan import Articulation, HingeEdge, InteriorKind, JointPlan, PartKind
 from casa_assets.articulate.run.build import ArticulateRequest, ArticulateResult, build
-from casa_assets.articulate.run.interiors import hollow_out
 from casa_assets.articulate.segment.fragments import WeldedMesh, weld_triangles
 from casa_assets.articulate.segment.orthographic import cross_rays
 from casa_assets.checks.motion.joints import joint_travels
@@ -20,10 +19,7 @@ from casa_assets.errors import Rejected
 from casa_assets.formats import mjcf
 from casa_assets.library.review import read_decisions
 from casa_assets.mesh.solid.primitive import tessellate
-from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import JointKind
-from casa_assets.model.asset.parts import Mesh as Triangles
-from casa_assets.model.source import RawModel, RawPart
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, microwave, together
 from tests.unit.articulate.fragmented import (
     AS_IT_IS,
@@ -89,18 +85,11 @@ def test_a_solid_block_gets_a_cavity_behind_its_door(tmp_path: Path) -> None:
     size = (np.array(room.upper) - np.array(room.lower)) * metres
     assert (size > 0.75 * whole).all()
     assert reach(built, (0.0, 0.25 * float(whole[2]))) > 0.8 * float(whole[1])
-
-
-def test_what_is_built_stays_within_the_skin(tmp_path: Path) -> None:
-    plain = made(block(*door()), tmp_path, "base_cabinet", complete=False).asset.bounds
-    built = made(block(*door()), tmp_path, "base_cabinet")
+    low, high = plain = made(block(*door()), tmp_path, "base_cabinet", complete=False).asset.bounds
     assert built.asset.bounds == pytest.approx(plain, abs=1e-6)
-    body = built.asset.root
-    low, high = plain
-    seen = [v for v in body.visuals if "added" in v.name]
+    seen = [v.mesh.vertices for v in built.asset.root.visuals if "added" in v.name]
     assert seen
-    for visual in seen:
-        points = visual.mesh.vertices
+    for points in seen:  # it stays within the skin
         assert (points[:, [0, 2]] > low[[0, 2]] + 1e-4).all()
         assert (points < high - 1e-4).all()
 
@@ -168,22 +157,6 @@ def test_a_drawer_front_before_a_block_gets_a_box_that_slides(tmp_path: Path) ->
         low, high = (np.array(region.pose.position) + s * np.array(region.size) / 2 for s in (-0.98, 0.98))
         # Nothing fills the box: it is open at the top, and closed below.
         assert not any((c.min(axis=0) < low).all() and (c.max(axis=0) > high).all() for c in shapes)
-
-
-def test_what_is_carved_is_gone_and_the_rest_is_whole() -> None:
-    points, faces, _ = together(box((-0.4, -0.4, -0.4), (0.4, 0.4, 0.4)))
-    raw = RawPart(name="a", mesh=Triangles(vertices=points, faces=faces.astype(np.int32)), material=Material(id="a"))
-    mesh, found = weld_triangles(points, faces), Articulation(frame=AS_IT_IS)
-    model = RawModel(parts=(raw,), format="obj")
-    hole = (-0.2, -1.0, -0.2), (0.2, 0.1, 0.2)
-    after, placed, _ = hollow_out(model, mesh, found, [hole])
-    lines = cross_rays(placed.points, placed.faces, 1, np.array([[0.01, 0.02], [0.28, 0.3]]))
-    first = lines.first()
-    assert first[0] == pytest.approx(float(placed.points[:, 1].max()))
-    assert first[1] == pytest.approx(float(mesh.points[:, 1].min()))
-    assert len(after.parts) == 1
-    side = mesh.areas.sum() - 0.4 * 0.4
-    assert placed.areas.sum() == pytest.approx(side, rel=1e-9)
 
 
 def test_a_sidecar_with_cavities_makes_the_same_asset(tmp_path: Path) -> None:
@@ -323,24 +296,11 @@ def _carried(
     return [bool(carried[owner == 7 + i].all()) for i in range(len(loose))]
 
 
-def test_sides_of_a_box_and_a_handle_go_with_their_drawer() -> None:
+def test_what_would_be_in_the_way_of_a_front_goes_with_it() -> None:
     assert _carried(*DRAWER_SIDES, HANDLE) == [True, True, True]
-
-
-def test_what_a_drawer_has_not_taken_of_a_piece_goes_with_it_too() -> None:
-    assert _carried(*DRAWER_SIDES, taken=4) == [True, True]
-
-
-def test_a_rail_that_the_box_passes_under_stays() -> None:
-    assert _carried(RAIL) == [False]
-
-
-def test_what_is_between_the_sheets_of_a_door_goes_with_it_and_the_room_behind_it_stays() -> None:
-    inner = box((0.01, 0.02, 0.01), (0.49, 0.03, 0.29))
-    core = box((0.1, 0.005, 0.1), (0.4, 0.015, 0.2))
-    assert _carried(core, *DRAWER_SIDES, HANDLE, sheets=(DRAWER_FRONT, inner), joint=SWINGS) == [
-        True,
-        False,
-        False,
-        True,
-    ]
+    assert _carried(*DRAWER_SIDES, taken=4) == [True, True], "what a drawer has not taken of a piece, too"
+    assert _carried(RAIL) == [False], "the box passes under it"
+    # What is between the sheets of a door goes with it, the room behind it stays.
+    inner, core = box((0.01, 0.02, 0.01), (0.49, 0.03, 0.29)), box((0.1, 0.005, 0.1), (0.4, 0.015, 0.2))
+    carried = _carried(core, *DRAWER_SIDES, HANDLE, sheets=(DRAWER_FRONT, inner), joint=SWINGS)
+    assert carried == [True, False, False, True]

@@ -116,19 +116,14 @@ def test_a_part_without_faces_is_no_part_and_what_it_carried_stays() -> None:
     plan, mesh = _plan(_part("a", [0, 1]), _part("b", [], "a"), _part("c", [2, 3], "b"))
     kept = drop_empty_links(plan, mesh).parts
     assert [(p.name, p.parent) for p in kept] == [("a", ""), ("c", "a")]
-
-
-def test_where_parts_take_all_faces_the_largest_is_the_body() -> None:
+    plan, mesh = _plan(_part("a", [0, 1, 2]), _part("b", [1, 2, 3]), _part("same", [4, 5]), _part("twin", [4, 5]))
+    kept = drop_empty_links(plan, mesh).parts
+    assert [(p.name, p.faces.tolist()) for p in kept] == [("a", [0]), ("b", [1, 2, 3]), ("twin", [4, 5])]
+    # Where parts take all faces the largest is the body.
     plan, mesh = _plan(_part("small", list(range(12))), _part("large", list(range(12, 24))))
     assert [p.name for p in drop_empty_links(plan, mesh).parts] == ["small"]
     plan, mesh = _plan(_part("all", list(range(24))))
     assert drop_empty_links(plan, mesh).parts == ()
-
-
-def test_a_face_belongs_to_one_part() -> None:
-    plan, mesh = _plan(_part("a", [0, 1, 2]), _part("b", [1, 2, 3]), _part("same", [4, 5]), _part("twin", [4, 5]))
-    kept = drop_empty_links(plan, mesh).parts
-    assert [(p.name, p.faces.tolist()) for p in kept] == [("a", [0]), ("b", [1, 2, 3]), ("twin", [4, 5])]
 
 
 Z = np.array([0.0, 0.0, 1.0])
@@ -147,12 +142,8 @@ def gasket() -> tuple[np.ndarray, np.ndarray]:
 def test_a_hull_round_a_gasket_would_close_its_door() -> None:
     assert hull_closes_opening(*gasket())
     assert is_frame(*gasket())
-
-
-def test_a_board_and_a_block_close_nothing() -> None:
-    for high in ((0.6, 0.02, 1.0), (0.6, 0.5, 1.0)):
-        points, faces = box((0, 0, 0), high)
-        assert not hull_closes_opening(points, faces)
+    for high in ((0.6, 0.02, 1.0), (0.6, 0.5, 1.0)):  # neither does one round a board or a block
+        assert not hull_closes_opening(*box((0, 0, 0), high))
 
 
 def test_a_disc_without_thickness_is_touched_over_all_of_its_outline() -> None:
@@ -164,28 +155,21 @@ def test_a_disc_without_thickness_is_touched_over_all_of_its_outline() -> None:
     assert np.linalg.norm(found[:, [0, 2]], axis=1).max() < 0.16
 
 
-def test_a_door_without_a_handle_is_taken_by_its_free_edge() -> None:
+def test_a_front_without_a_handle_is_taken_by_the_edge_that_opens() -> None:
     door = LinkSolid(0, [cloud((0.0, -0.02, 0.0), (0.4, 0.0, 0.6))], [], True, -Z, np.array([0.0, -0.003, 0.3]), 1.57)
     add_edge_grip(door, PartKind.DOOR)
     (grip,) = door.grips
     assert grip[:, 0].min() == pytest.approx(0.4 - GRIP_WIDTH_M)
     assert grip[:, 0].max() == pytest.approx(0.4)
     assert max(c[:, 0].max() for c in door.clouds) == pytest.approx(0.4 - GRIP_WIDTH_M)
-
-
-def test_a_drawer_without_a_handle_is_taken_by_the_upper_edge_of_its_front() -> None:
     front, side = cloud((0.0, 0.0, 0.0), (0.4, 0.02, 0.2)), cloud((0.0, 0.02, 0.0), (0.01, 0.5, 0.25))
     drawer = LinkSolid(0, [front, side], [], False, np.array([0.0, -1.0, 0.0]), np.zeros(3), 0.3)
     add_edge_grip(drawer, PartKind.DRAWER)
     (grip,) = drawer.grips
     assert grip[:, 2].max() == pytest.approx(0.2)
     assert grip[:, 1].max() == pytest.approx(0.02)
-
-
-def test_what_has_a_handle_or_is_no_front_keeps_its_shapes() -> None:
-    bar = cloud((0.35, -0.05, 0.2), (0.37, -0.03, 0.4))
+    bar, knob = cloud((0.35, -0.05, 0.2), (0.37, -0.03, 0.4)), slider(cloud((0, -0.02, 0), (0.04, 0, 0.04)), 6.28)
     held = LinkSolid(0, [cloud((0, -0.02, 0), (0.4, 0, 0.6))], [bar], True, -Z, np.zeros(3), 1.57)
-    knob = slider(cloud((0, -0.02, 0), (0.04, 0, 0.04)), 6.28)
     knob.turns = True
     add_edge_grip(held, PartKind.DOOR)
     add_edge_grip(knob, PartKind.KNOB)

@@ -216,26 +216,17 @@ CROWDED = [*((x, y, 0.04) for x, y, _ in FOUR), (-0.12, -0.05, 0.03)]
 
 class TestBurners:
     def test_each_is_named_by_its_place(self) -> None:
-        found = {b.loc: b for b in find_burners(hob(FOUR))}
+        asset = hob(FOUR)
+        found = {b.loc: b for b in find_burners(asset)}
         assert set(found) == {"front_left", "rear_left", "front_right", "rear_right"}
         assert found["front_left"].middle == pytest.approx((-0.15, -0.12, 0.05), abs=1e-3)
         assert found["front_left"].radius == pytest.approx(0.09, abs=2e-3)
-
-    def test_a_place_may_be_the_centre_and_rings_in_each_other_are_one(self) -> None:
+        assert burner_faces(asset.root.visuals[0].mesh, found["front_left"]).sum() == 4 * 24, "within its circle"
         assert "center" in {b.loc for b in find_burners(hob([*FOUR, (0.0, 0.0, 0.05)]))}
-        assert len(find_burners(hob([*FOUR, (-0.15, -0.12, 0.05)]))) == 4
+        assert len(find_burners(hob([*FOUR, (-0.15, -0.12, 0.05)]))) == 4, "rings in each other are one"
         assert [b.loc for b in find_burners(hob([(-0.15, 0.0, 0.09), (0.15, 0.0, 0.09)]))] == ["left", "right"]
-
-    def test_none_where_their_places_cannot_be_told(self, subtests: pytest.Subtests) -> None:
-        for places in [[], FOUR[:1], CROWDED]:
-            with subtests.test(places=places):
-                assert find_burners(hob(places)) == ()
-
-    def test_what_is_seen_of_one_is_within_its_circle(self) -> None:
-        asset = hob(FOUR)
-        burner = find_burners(asset)[0]
-        own = burner_faces(asset.root.visuals[0].mesh, burner)
-        assert own.sum() == 4 * 24
+        for places in ([], FOUR[:1], CROWDED):
+            assert find_burners(hob(places)) == ()
 
     def test_a_knob_gives_its_burner_a_flame(self) -> None:
         asset = hob(FOUR)
@@ -264,11 +255,9 @@ class TestRooms:
         assert len(found) == 4
         assert boxes[0] == pytest.approx((-0.279, -0.012, 0.02, 0.398), abs=4e-3)
         assert boxes[3] == pytest.approx((0.012, 0.279, 0.418, 0.777), abs=4e-3)
-
-    def test_an_empty_room_stays_whole(self) -> None:
         asset = thing(link("object", CARCASS, None))
-        (found,) = split_by_shelves(asset, region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.779)))
-        low, high = region_bounds(asset, found)
+        (whole,) = split_by_shelves(asset, region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.779)))
+        low, high = region_bounds(asset, whole)
         assert low == pytest.approx([-0.279, -0.27, 0.02], abs=2e-3)
         assert high == pytest.approx([0.279, 0.27, 0.777], abs=2e-3)
 
@@ -296,8 +285,6 @@ class TestRooms:
         assert below is not None
         assert region_bounds(asset, below)[1][2] == pytest.approx(0.29, abs=1e-3)
         assert region_below_racks(asset, region((-0.279, -0.27, 0.26), (0.279, 0.27, 0.779))) is None
-
-    def test_nothing_lies_over_a_rack_that_is_a_wire(self) -> None:
         wire = {"wire": ((-0.0003, -0.0003, 0.3), (0.0003, 0.0003, 0.302))}
         asset = thing(link("object", CARCASS, None), link("rack0", wire, label="rack"), slides=("rack0",))
         assert region_over_rack(asset, "rack0", [region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.4))]) is None

@@ -17,7 +17,7 @@ from casa_assets.articulate.run.build import load_models
 from casa_assets.articulate.segment import orthographic
 from casa_assets.articulate.segment.cutting import CutPlane, cut_triangles
 from casa_assets.articulate.segment.fragments import WeldedMesh, measure_fragments, weld_model, weld_triangles
-from casa_assets.articulate.segment.orthographic import BACK, FRONT, LEFT, SIDES, TOP, measure_relief, render_depth
+from casa_assets.articulate.segment.orthographic import FRONT, LEFT, SIDES, TOP, measure_relief, render_depth
 from casa_assets.articulate.segment.segmentations import (
     Segmentation,
     cut_shell_parts,
@@ -57,18 +57,6 @@ def test_each_part_is_a_fragment_whatever_the_order_and_if_all_is_written_twice(
         label = weld_triangles(vertices, rows).fragment_labels
         pairs = set(zip(label.tolist(), own.tolist(), strict=True))
         assert len(pairs) == int(label.max()) + 1 == int(owner.max()) + 1
-
-
-def test_a_frame_turns_normals_and_scales_areas() -> None:
-    vertices, faces, _ = together(box((0, 0, 0), (1, 2, 3)))
-    mesh = weld_triangles(vertices, faces)
-    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    placed = mesh.transformed(turn, np.array([0.5, 1.0, 1.5]), 2.0)
-    assert np.ptp(placed.points, axis=0) == pytest.approx([4.0, 2.0, 6.0])
-    assert placed.areas.sum() == pytest.approx(4 * mesh.areas.sum())
-    corners = placed.points[placed.faces]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    assert np.einsum("ij,ij->i", cross, placed.normals).min() > 0
 
 
 def open_box(lower: tuple[float, float, float], upper: tuple[float, float, float], side: int, sign: int) -> tuple:
@@ -167,13 +155,6 @@ def test_what_stands_out_at_a_concave_crease_is_a_fragment() -> None:
     assert len(set(segmentations(inset)[Segmentation.CREASES][is_block].tolist())) == 2
 
 
-def test_a_block_without_a_hole_stays_whole() -> None:
-    points, faces = box((0, 0, 0), (1, 2, 3))[:2]
-    mesh = weld_triangles(points, faces)
-    assert not find_flat_sheets(mesh).rims.size
-    assert list(segmentations(mesh)) == [Segmentation.WELDED]
-
-
 def test_another_plan_is_taken_where_it_is_clearly_better_than_the_first() -> None:
     assert best_score([1.0, 1.4]) == 0
     assert best_score([1.0, 1.7, 1.6]) == 1
@@ -190,12 +171,6 @@ def test_a_box_fills_its_rectangle_from_every_side() -> None:
         assert picture.face.shape == (height, width)
         assert (picture.face >= 0).all()
         assert picture.depth == pytest.approx(0.0, abs=1e-6)
-
-
-def test_the_nearer_thing_is_seen_and_the_other_from_behind() -> None:
-    vertices, faces, owner = together(box((0, 0, 0), (1, 0.1, 1)), box((0, 0.5, 0), (1, 0.6, 1)))
-    assert set(owner[render_depth(vertices, faces, SIDES[FRONT], 32).face.ravel()].tolist()) == {0}
-    assert set(owner[render_depth(vertices, faces, SIDES[BACK], 32).face.ravel()].tolist()) == {1}
 
 
 def test_two_triangles_cover_a_pixel_grid_once() -> None:
@@ -222,11 +197,6 @@ def test_the_picture_does_not_depend_on_how_much_is_written_at_once(monkeypatch:
 def shell_of(*parts: Part) -> WeldedMesh:
     """The skin of a grid of cubes around solids, in its frame."""
     return in_its_frame(*boundary(voxelise(*together(*parts)[:2], 112)))[0]
-
-
-def test_the_skin_of_a_grid_tells_the_edge_of_its_cubes() -> None:
-    mesh = weld_triangles(*boundary(voxelise(*box((0, 0, 0), (0.56, 0.3, 0.4)), 112)))
-    assert mesh.cell == pytest.approx(0.56 / 112)
 
 
 def test_knobs_on_the_wall_behind_a_range_are_round_and_one_group() -> None:
@@ -278,13 +248,6 @@ def test_a_box_cut_across_stays_closed_and_keeps_its_surface() -> None:
     for axis, at in ((0, 0.3), (1, 0.6)):
         along = after[done.faces][:, :, axis]
         assert ((along.max(axis=1) <= at + 1e-12) | (along.min(axis=1) >= at - 1e-12)).all()
-
-
-def test_what_hangs_on_points_is_carried_along_the_edges() -> None:
-    points, faces = box((0, 0, 0), (1, 2, 3))
-    done = cut_triangles(points, faces, [CutPlane(FRONT, 2, 0.7, -WIDE, WIDE), CutPlane(FRONT, 0, 0.2, -WIDE, WIDE)])
-    linear = np.array([[1.0, 2.0], [0.5, -1.0], [3.0, 0.25]])
-    assert np.allclose(done.interpolate(points @ linear), done.interpolate(points) @ linear)
 
 
 def test_a_blade_cuts_within_its_limits_alone() -> None:
