@@ -49,13 +49,11 @@ from casa_assets.model.source import RawModel
 # vertices. Both sides stay, since it is not known for every sheet which of them is visible; the second is drawn a hair
 # off the first, towards the side that it faces, so that each hides the other from its own side.
 
-# Distance between the two sides of a sheet, metres: more than the depth of an image resolves at the length of a room,
-# less than is seen. A choice.
+# Distance of the two sides of a sheet, metres: more than depth images of a room resolve, less than is seen. A choice.
 SHEET_GAP_M = 0.0002
 
 ROOT = "object"
-# Thickness of the sheet that inertia is computed with, as a share of the longest side of a link: thinner ones vanish in
-# rounding. A choice.
+# Thickness of the sheet that inertia is computed with, by the longest side of a link: less is lost in rounding.
 MIN_SHEET_SHARE = 0.002
 # The most that this is, metres: of a sheet as thick as the thinnest collision shape (MIN_THICKNESS_M of link_shapes)
 # mass deviates by this times the square root of 1/2 from the middle (AST008).

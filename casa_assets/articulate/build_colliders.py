@@ -29,8 +29,7 @@ from casa_assets.model.pose import Pose
 
 # Parts that are opened by their edge where they have no handle.
 OPENING_KINDS = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.LID})
-# Size of the strip that fingers take, across the edge and behind it; shapes that end this near to each other end at one
-# edge.
+# Size of the strip that fingers take, across the edge and behind it; shapes end at one edge within the last.
 GRIP_WIDTH_M, GRIP_THICKNESS_M, EDGE_TOLERANCE_M = 0.02, 0.03, 0.01
 # Smaller strips are too small to hold.
 MIN_GRIP_M3 = 1e-7

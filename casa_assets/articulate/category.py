@@ -16,8 +16,7 @@ from casa_assets.model.registry.category import Vocabulary, VocabularyMatch
 
 Extent = tuple[float, float, float]  # width, depth, height, any unit
 
-# Standard deviation of log proportions; factors where the controls are elsewhere, or there are none; likelihood of a
-# shape that is like no known one.
+# Deviation of log proportions; factors where controls are elsewhere, or missing; likelihood of a shape like no other.
 PROPORTION_SIGMA, OTHER_PLACEMENT_FACTOR, NO_CONTROLS_FACTOR, UNKNOWN_SHAPE_FLOOR = 0.15, 0.25, 0.5, 3e-3
 # Other names of kinds, by the id of their fixture.
 KIND_NAMES: Mapping[str, tuple[str, ...]] = {
@@ -57,8 +56,7 @@ _VOCABULARY = Vocabulary.of(
 # Probability of a trait that is not listed for a category.
 RARE_TRAIT = 0.03
 Shapes = tuple[Extent, ...]
-# Usual proportions of each kind, and how often it has each trait; see `FORM_TRAITS` and `_traits`. Set from what makers
-# list.
+# Usual proportions of each kind, and how often it has each trait (`FORM_TRAITS`, `_traits`). Set from what makers list.
 _KINDS = """
 microwave: 1 x 0.75 x 0.58, 1 x 0.85 x 0.52; fronts 0.03, door 0.95, buttons 0.6, knobs 0.3, keys 0.5, turntable 0.5,
   beside 0.7, folds 0.15, wide 0.7, covers 0.85
@@ -147,7 +145,6 @@ USUAL_PROPORTIONS: tuple[tuple[Extent, float, ControlPlacement], ...] = (
 
 
 def _kind(shapes: str, often: str) -> tuple[Shapes, Mapping[str, float]]:
-    """Read the proportions and the traits of a kind."""
     extents = [tuple(float(side) for side in shape.split(" x ")) for shape in shapes.split(", ")]
     chances = {trait: float(chance) for trait, chance in (word.split() for word in often.split(", "))}
     return tuple((wide, deep, high) for wide, deep, high in extents), chances

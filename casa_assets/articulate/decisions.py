@@ -278,7 +278,6 @@ def _new_part(name: str, decision: PartDecision, mesh: WeldedMesh, articulation:
 def _apply_decision(
     part: PartPlan, decision: PartDecision | None, mesh: WeldedMesh, articulation: Articulation
 ) -> PartPlan:
-    """Return a part with the user's changes."""
     if decision is None:
         return part
     joint, changed = part.joint, part
@@ -308,7 +307,6 @@ def _apply_decision(
 
 
 def _with_range(joint: JointPlan, decision: PartDecision, metres: float) -> JointPlan:
-    """Return the joint with the range that the user gives, where it differs."""
     if joint.kind is JointKind.SLIDE:
         if decision.travel_m is None or abs(decision.travel_m - joint.range[1] * metres) <= LENGTH_TOLERANCE_M:
             return joint

@@ -59,8 +59,7 @@ ALIGNED_RAD, DIRECTION_BIN_RAD = np.radians(1.5), np.radians(0.25)
 REFINEMENT_RAD = (ALIGNED_RAD, ALIGNED_RAD / 3, ALIGNED_RAD / 10)
 # Directions of the largest surfaces that are tried as the floor.
 MAX_TILTS = 12
-# A further rotation is taken if it aligns so much more of the surface, or that share of what is not aligned: round
-# objects keep their axes.
+# A further rotation aligns so much more of the surface, or of the rest of it: round objects keep their axes.
 MIN_GAIN, MIN_GAIN_OF_REST = 0.05, 0.25
 
 # Weight of each feature in the log odds of a candidate; features whose weight came out as zero are left out. Ref:
@@ -96,8 +95,7 @@ WEIGHTS: Mapping[str, float] = {
     "back_plain": 0.00708,
     "bottom_legs": 3.768,
 }
-# Prior of the axis that points up where a file says nothing, by the side that is then the top: modellers write y up
-# or z up, hardly anything else.
+# Prior of the side that is the top where a file says nothing: modellers write y up or z up, hardly anything else.
 PRIOR_UP = (0.02, 0.42, 0.02, 0.02, 0.5, 0.02)
 # Prior of the side that the file states as its top; the other five sides share the rest.
 STATED_UP = 0.95

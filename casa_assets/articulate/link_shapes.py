@@ -39,8 +39,7 @@ _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)],
 
 # Link and shape that would be cut, then link and shape that run into it.
 Pair = tuple[int, int, int, int]
-# Overlaps up to MIN_OVERLAP_M are left alone; those up to MAX_CUT_DEPTH_M, or that share of the diagonal of all links,
-# are cut.
+# Overlaps up to the first are left alone; those up to the second, or that share of the diagonal of all links, are cut.
 MIN_OVERLAP_M, MAX_CUT_DEPTH_M, MAX_CUT_DEPTH_SHARE = 0.0001, 0.012, 0.02
 # Gap left between a part and what it passes: shapes that touch would be held by friction.
 CLEARANCE_M = 0.0004

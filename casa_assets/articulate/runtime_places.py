@@ -22,8 +22,7 @@ from casa_assets.model.pose import Pose
 
 Bounds = tuple[Floats, Floats]
 
-# A surface this near to a wall is the wall; a shelf covers this share of the plan of its cavity; least height of a
-# region.
+# A surface this near to a wall is the wall; share of its cavity that a shelf covers; least height of a region.
 WALL_DISTANCE_M, MIN_SHELF_COVERAGE, MIN_REGION_M = 0.03, 0.5, 0.06
 # Cells of a plan each way, greatest thickness of a shelf, and samples of a surface.
 PLAN_CELLS, MAX_SHELF_THICKNESS_M, SAMPLES = 12, 0.02, 40000
@@ -48,8 +47,7 @@ MIN_DIAMETER_M, MAX_DIAMETER_M = 0.035, 0.34
 MIN_SIZE_OF_LARGEST = 0.3
 # Burners lie within this of the median level of the discs; higher ones are guards at the back.
 MAX_LEVEL_DIFFERENCE_M = 0.09
-# Outline of a disc: its sides differ by at most this share (that of a hexagon), its area from that of its ellipse by
-# the second.
+# Outline of a disc: how much its sides differ (as those of a hexagon), and its area from that of its ellipse.
 MAX_SIDE_DIFFERENCE, ROUNDNESS_TOLERANCE = 0.16, 0.09
 # A burner within this share of the span from the middle of rows or columns is in the middle one.
 MIDDLE_SHARE = 0.2
@@ -148,7 +146,6 @@ def _levels(asset: Asset, region: Region, lower: Floats, upper: Floats) -> list[
 
 
 def _filled(asset: Asset, point: Floats) -> bool:
-    """Return whether a collider of the body contains a point."""
     return any(b < point[2] < t for b, t, _ in _column(asset, asset.root, float(point[0]), float(point[1])))
 
 
@@ -427,7 +424,6 @@ def niche_floor(niche: Niche, thick: float = 0.003) -> tuple[Box, Pose]:
 
 
 def _box(image: DepthImage, points: Floats, back: Floats, span: tuple[int, int, int, int]) -> Niche:
-    """Return the niche at a range of pixels."""
     a, b, c, d = span
     rows = back.shape[0]
     front = float(points[:, 1].min())

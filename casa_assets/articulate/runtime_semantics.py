@@ -234,7 +234,6 @@ def _rows(mesh: Mesh, own: npt.NDArray[np.bool_]) -> Mesh:
 
 
 def _with_cup(asset: Asset) -> Asset:
-    """Add the place for a cup, and the stream of coffee that falls into it."""
     place = find_cup_niche(asset)
     if place is None:
         return asset
@@ -284,7 +283,6 @@ def _with_tray(asset: Asset) -> Asset:
 
 
 def _with_lamp(asset: Asset) -> Asset:
-    """Add a lamp under the roof of the highest region of a fridge."""
     shelves = [r for r in asset.regions if r.name.startswith("fridge_shelf")]
     if not shelves:
         return asset

@@ -29,8 +29,7 @@ PART_WORDS = frozenset(
     {"door", "drawer", "knob", "hinge", "lever", "switch", "flap", "button", "dial", "faucet", "tap", "valve"}
     | {"slider", "sash", "crank"}
 )
-# A front is seen where it is one with this probability; on a mesh of one piece, such as a scan, uneven sides show lines
-# that bound nothing.
+# Least probability of a front; uneven sides of a mesh of one piece, such as a scan, show lines that bound nothing.
 MIN_FRONT_PROBABILITY, MIN_FRONT_PROBABILITY_OF_ONE_PIECE = 0.5, 0.8
 # What is thinner is a sheet or a picture, diagonals.
 MIN_THICKNESS = 0.01
@@ -70,7 +69,6 @@ def signs_of_parts(mesh: WeldedMesh, stated: str, names: Sequence[str], models: 
 
 
 def _signs_of_names(stated: str, names: Sequence[str]) -> list[str]:
-    """Return the signs that names give."""
     found = []
     if stated in KIND_TRAITS and stated not in OFTEN_STILL:
         found.append(f"it is called a {stated.replace('_', ' ')}, and such things have moving parts")
@@ -81,7 +79,6 @@ def _signs_of_names(stated: str, names: Sequence[str]) -> list[str]:
 
 
 def _signs_of_side(mesh: WeldedMesh, measured: MeasuredFragments, side: int, models: Models) -> list[str]:
-    """Return the signs that a side shows."""
     relief = measure_relief(mesh, side)
     where = f"on its {SIDE_NAMES[side]}"
     if any(is_handle(relief, blob) for blob in relief.blobs):

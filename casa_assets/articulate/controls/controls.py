@@ -13,9 +13,8 @@ from casa_assets.articulate.segment.orthographic import SIDES, DepthImage, outli
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.topology import connected_groups
 
-# Sizes in diagonals of the object. Ref: the articulation bench (docs/numbers.md), which also
-# scores this: the widths and lengths of its 132 knobs and buttons lie between 0.010 and 0.121, but for one dial that is
-# 0.258 long.
+# Sizes in diagonals of the object. Ref: the articulation bench (docs/numbers.md), which also scores this: its 132 knobs
+# and buttons are between 0.010 and 0.121 wide and long, but for one dial that is 0.258 long.
 MIN_CONTROL_SIZE, MAX_CONTROL_SIZE = 0.006, 0.14
 # A disc fills pi/4 of its square; a hull whose area differs by at most this share is round: that of an octagon that
 # stands on a corner differs by 0.0997.

@@ -28,11 +28,9 @@ MIN_FRAGMENTS, MAX_FRAGMENTS, MAX_FILLED = 3, 120, 0.66
 MOUNT_DEPTH = 0.02
 # Share of a piece that lies so low where it is a foot of the trunk, not a handle that hangs down.
 MIN_MOUNT_SHARE = 0.3
-# The tip of the spout lies before the mount by so much, this near to the middle plane, and this high over the mount on
-# a worktop.
+# The tip of the spout is so far before the mount, this near to the middle plane, and so high over a mount on a worktop.
 MIN_OVERHANG, MAX_TIP_OFFSET, MIN_TIP_HEIGHT = 0.1, 0.15, 0.05
-# The tip consists of the samples within this of the foremost one; it is no larger than this, and handles keep this far
-# from it.
+# The tip consists of the samples within this of the foremost one; its largest size; how far handles keep from it.
 TIP_DEPTH, MAX_TIP_SIZE, TIP_REACH = 0.02, 0.2, 0.15
 # Widest gap between a handle and what bears it.
 MAX_GAP = 0.02

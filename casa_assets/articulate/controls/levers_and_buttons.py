@@ -50,8 +50,7 @@ MIN_SHOWN = 0.8
 # Least thickness of a piece that is alone, by the height of the plate.
 MIN_THICKNESS = 0.005
 
-# Width of a single button, diagonals (a ring around a button is wider than a button), its least protrusion, and its
-# most by its width.
+# Width of a single button, diagonals (a ring around one is wider), its least protrusion, and its most by its width.
 MAX_BUTTON_WIDTH, MIN_BUTTON_PROTRUSION, MAX_PROTRUSION_BY_WIDTH = 0.22, 0.004, 0.6
 # Burner caps are surrounded by slim arms that bear pans: fewest arms, their length to width, and their distance from
 # the cap by its width. The knobs of an object are alike: from so many knobs on its front on, a round control of another

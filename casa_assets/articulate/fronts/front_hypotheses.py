@@ -407,7 +407,6 @@ def choose_fronts(hypotheses: FrontHypotheses, score: Floats, least: float) -> l
 
 
 def _overlap(hypotheses: FrontHypotheses, a: int, b: int) -> float:
-    """Return the pixels that two rectangles share."""
     spans = ((hypotheses.rows[a], hypotheses.rows[b]), (hypotheses.columns[a], hypotheses.columns[b]))
     over = [float(min(p[1], q[1]) - max(p[0], q[0])) for p, q in spans]
     return max(over[0], 0.0) * max(over[1], 0.0)

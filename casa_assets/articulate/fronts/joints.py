@@ -450,12 +450,10 @@ def _are_twins(a: Panel, b: Panel, of_a: PanelHandle | None, of_b: PanelHandle |
 
 
 def _is_aside(handle: PanelHandle) -> bool:
-    """Return whether a handle is off the middle of the width."""
     return abs(float(handle.middle[0]) - 0.5) > ASIDE
 
 
 def _is_centred(handle: PanelHandle) -> bool:
-    """Return whether a handle is in the middle both ways."""
     return float(np.abs(handle.middle - 0.5).max()) <= CENTRED
 
 

@@ -63,8 +63,7 @@ MAX_BOX_GAP = 0.02
 MAX_SEAL_DEPTH = 0.004
 # Height of a box as a share of its front: a lower one is a drawer of its own behind a door.
 MIN_BOX_HEIGHT_SHARE = 0.2
-# A box drawn as a block: width and height by its front, how far its front may be sunk, by its depth, and the share of
-# its rectangle that is closed.
+# A box drawn as a block: width and height by its front, how far it is sunk by its depth, and its closed share.
 MIN_BLOCK_WIDTH_SHARE, MIN_BLOCK_HEIGHT_SHARE, MAX_BLOCK_SUNK_SHARE, MIN_BLOCK_FILL = 0.55, 0.35, 0.1, 0.8
 # Greatest share of a board of a box that is visible from outside, and least depth of a box by the width of its front.
 MAX_VISIBLE_SHARE, MIN_BOX_DEPTH_SHARE = 0.05, 0.25

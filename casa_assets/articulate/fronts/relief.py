@@ -72,8 +72,7 @@ SURE_HANDLE_PROTRUSION, HANDLE_MARGIN, FLAT_MARGIN, MIN_SURROUNDED_SHARE = 0.024
 SAME_ROW = 0.04
 # A handle that is too short for a bar is at least so much longer than thick, beside bars as thick as it is.
 MIN_STUB_RATIO = 1.6
-# Most pulls, width of their rectangle as a share of the side, tolerance of their sizes, and how many in a row are
-# controls instead.
+# Most pulls, width of their rectangle by the side, tolerance of their sizes, and how many in a row are controls.
 MAX_PULLS, MIN_WIDTH_SHARE, SIZE_TOLERANCE, MIN_CONTROLS_IN_ROW = 10, 0.45, 0.3, 3
 # The frame around a recess is this quantile of depth; least size and greatest depth of a recess, diagonals, and the
 # share of its rectangle that it fills.

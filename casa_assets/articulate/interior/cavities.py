@@ -35,8 +35,7 @@ PROBE_LINES_PER_SIDE, LINES_DOWN_PER_SIDE = 7, 9
 # Share of a drawer over which its floor is visible from above.
 MIN_FLOOR_SHARE = 0.4
 
-# Lines across a front, each way, to find its open part; a row that is open to this share of the most open one is no
-# frame.
+# Lines across a front, each way, to find its open part; a row open to this share of the most open one is no frame.
 FINE_LINES_PER_SIDE, OPEN_BORDER_SHARE = 24, 0.7
 # Narrowest frame, diagonals.
 MIN_FRAME_WIDTH = 0.006

@@ -81,8 +81,7 @@ MIN_WIDTH_SHARE, MIN_HEIGHT_SHARE = 0.6, 0.25
 
 # Depth of layers and bins of a door as a share of the object, and the distance of bins from its edges, diagonals.
 MAX_DEPTH_SHARE, MIN_EDGE_DISTANCE = 0.14, 0.008
-# A bin that begins so far inside its panel, as a share of the panel's thickness, may be this deep, as a share of the
-# object.
+# A bin that begins so far inside its panel, by the thickness of that, may be this deep, as a share of the object.
 BIN_START_SHARE, MAX_BIN_DEPTH_SHARE = 0.25, 0.3
 # Layers of a door share its outline within this, diagonals, touch, and fill this share of it, unlike frames.
 LAYER_OUTLINE_TOLERANCE, MIN_LAYER_FILL, MAX_LAYERS = 0.006, 0.8, 3

@@ -121,7 +121,6 @@ def stated_category(one: Found, stated: str = "") -> str:
 def _guess_without_user(
     one: Found, extent: Vec3, articulation: Articulation, classify_by_image: ImageClassifier | None
 ) -> CategoryGuess:
-    """Guess the category without the user's word."""
     known = registry.load()
     look = NO_WEIGHTS
     if classify_by_image is not None:

@@ -302,7 +302,6 @@ def apply_cavity_decisions(
 
 
 def _with_decision(cavity: Cavity, decision: CavityDecision, articulation: Articulation, mesh: WeldedMesh) -> Cavity:
-    """Return one cavity with the user's changes."""
     changed = cavity
     if decision.build and not cavity.built:
         lower, upper = np.array(cavity.lower), np.array(cavity.upper)

@@ -105,7 +105,6 @@ def _data(done: Sequence[ArticulateOutcome], library: Library, models: PageModel
 
 
 def _row(done: ArticulateOutcome, root: Path, models: PageModels | None) -> dict[str, Any]:
-    """Return the facts of one mesh."""
     folder = done.folder
     place = None if folder is None else Path(os.path.relpath(folder, root)).as_posix()
     row: dict[str, Any] = {
@@ -138,7 +137,6 @@ def _row(done: ArticulateOutcome, root: Path, models: PageModels | None) -> dict
 
 
 def _part(done: ArticulateOutcome, number: int) -> dict[str, Any]:
-    """Return the facts of one part of a mesh."""
     assert done.articulation is not None
     part = done.articulation.parts[number]
     joint, travel = part.joint, done.travels[part.name]
@@ -160,6 +158,5 @@ def _part(done: ArticulateOutcome, number: int) -> dict[str, Any]:
 
 
 def _png_size(path: Path) -> tuple[int, int]:
-    """Return the width and height of a PNG file in pixels."""
     with Image.open(path) as picture:
         return picture.size

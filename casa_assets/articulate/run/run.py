@@ -99,7 +99,6 @@ def articulate(
 
 
 def _outcome_of(event: Event) -> ArticulateOutcome:
-    """The outcome of an input that has no mesh or cannot be read."""
     kept = event.kind == "kept"
     return ArticulateOutcome(
         Path(event.path), event.folder, code=event.code, message=event.message, kept=kept, count=event.count

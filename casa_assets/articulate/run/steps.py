@@ -292,7 +292,6 @@ def _outcome_of_accepted(request: ArticulateRequest, key: EntryKey, better: Kept
 
 
 def _made(request: ArticulateRequest, key: EntryKey) -> ArticulateOutcome:
-    """Return the outcome of the work on a mesh, with its entry in place."""
     try:
         return _publish(request, build(request), key)
     except Rejected as error:

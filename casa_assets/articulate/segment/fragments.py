@@ -42,8 +42,7 @@ SAME_ANGLE = 1e-3
 MIN_CUBE_SHARE, CUBE_AREA_TOLERANCE = 0.95, 0.02
 # Pixels along the longer side of the pictures in which fragments are measured.
 PIXELS = 512
-# The same of pictures from above. Walls of a tub are within this share of the plan from its border, and rise by this
-# share of its height.
+# The same of pictures from above; walls of a tub are this near to the border of the plan, and rise by this share.
 PLAN_PIXELS, WALL_BORDER_SHARE, MIN_WALL_RISE = 96, 0.12, 0.15
 # Points of the surface by which thin walls are found, stretches of a border that are looked at one by one, and the
 # share of such a stretch of a wall that is surface: of rods it is less.

@@ -16,8 +16,7 @@ from casa_assets.core.numeric import Floats, Ints, Mask
 if TYPE_CHECKING:
     from casa_assets.articulate.segment.fragments import WeldedMesh
 
-# Axes of the six sides in the order front, back, left, right, top, bottom: rows are right, up, and the viewing
-# direction.
+# Axes of the six sides front, back, left, right, top, bottom: rows are right, up, and the viewing direction.
 SIDES = np.array(
     [
         [[1, 0, 0], [0, 0, 1], [0, 1, 0]],
@@ -279,7 +278,6 @@ def cross_rays(points: Floats, faces: Ints, axis: int, spots: Floats) -> RayCros
 
 
 def _cross(p: Floats, q: Floats) -> Floats:
-    """Return the (N,) cross products of 2D vectors."""
     return p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
 
 
@@ -397,7 +395,6 @@ def _blobs(image: DepthImage, depth: Floats, base: Floats) -> tuple[Ints, tuple[
 
 
 def _grow_slice(span: slice) -> slice:
-    """Return a slice grown by one on both ends."""
     return slice(max(0, span.start - 1), span.stop + 1)
 
 

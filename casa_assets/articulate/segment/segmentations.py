@@ -102,7 +102,6 @@ def find_flat_sheets(mesh: WeldedMesh) -> FlatSheets:
 
 
 def _rim_keys(sheet: Ints, edge: Ints, edges: Ints) -> Ints:
-    """Return the (N,) keys of sheets and edges."""
     return sheet * len(edges) + np.searchsorted(edges, edge)
 
 
