@@ -20,7 +20,6 @@ from casa_assets.articulate.controls.controls import (
 from casa_assets.articulate.controls.faucets import find_faucet_parts
 from casa_assets.articulate.controls.levers_and_buttons import (
     Lever,
-    button_joint,
     drop_burner_caps,
     find_bar_levers,
     find_levers,
@@ -226,7 +225,9 @@ def articulate_fragments(
         _controls(collector, TOP, top_controls, seen.classify_top)
     button = find_single_button(measured) if category and measured.count > 1 and not collector.parts else None
     if button is not None:
-        joint = button_joint(button, MAX_BUTTON_TRAVEL)
+        middle, travel = (button.lower + button.upper) / 2, min(MAX_BUTTON_TRAVEL, 0.5 * button.protrusion)
+        why = "round, and all that stands out of its front"
+        joint = slide(to_vec3(SIDES[FRONT][2]), _point(FRONT, middle), travel, 0.45, why)
         collector.add(PartKind.BUTTON, button.fragments, button.fragments, joint)
     # An object of unknown category with doors, buttons or knobs has flat walls, or a lid or a lever besides; otherwise
     # lids of jars, seeds of a melon and plates in a rack would pass for them.

@@ -309,9 +309,3 @@ def plan_confidence(articulation: Articulation, model: ConfidenceModel) -> float
         "named": float(bool(articulation.category)),
     }
     return model.plan.at(features)
-
-
-def weakest_part(articulation: Articulation) -> PartPlan | None:
-    """Return the part with the lowest confidence, ignoring added parts; None if there are no others."""
-    own = [p for p in articulation.parts if not p.added]
-    return min(own, key=lambda p: p.confidence) if own else None

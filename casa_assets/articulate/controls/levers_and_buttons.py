@@ -9,7 +9,7 @@ import numpy as np
 
 from casa_assets.articulate.controls.controls import Control, find_controls, has_round_outline
 from casa_assets.articulate.fronts.panels import find_panels
-from casa_assets.articulate.plan import JointPlan, PartKind, hinge, slide, to_vec3
+from casa_assets.articulate.plan import JointPlan, PartKind, hinge, to_vec3
 from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES
 from casa_assets.core.numeric import Floats, Mask
@@ -300,10 +300,3 @@ def find_single_button(measured: MeasuredFragments) -> Control | None:
         c for c in found if MIN_BUTTON_PROTRUSION <= c.protrusion <= MAX_PROTRUSION_BY_WIDTH * float(c.across.max())
     ]
     return standing[0] if len(standing) == 1 else None
-
-
-def button_joint(key: Control, way: float) -> JointPlan:
-    """Return the joint of a push button, with a travel of `way` diagonals at most."""
-    middle = to_vec3((key.lower + key.upper) / 2 @ SIDES[FRONT])
-    travel = min(way, 0.5 * key.protrusion)
-    return slide(to_vec3(SIDES[FRONT][2]), middle, travel, 0.45, "round, and all that stands out of its front")

@@ -318,13 +318,14 @@ def _held(side: SideRelief, rectangle: FrontRectangle) -> list[FrontRectangle]:
             return [m for part in parts for m in _held(side, part)]
     if len(pulls) < 2:
         return [rectangle]
-    sunk = [s for s in _sunk(side, rectangle) if sum(_lies_in(b, s) for b in pulls) == 1]
+    recesses, rooms = _recesses(side, rectangle)
+    sunk = [s for s in recesses if sum(_lies_in(b, s) for b in pulls) == 1]
     items = []
     for pull in pulls:
         # No cut may cross the sunk panel that it is on.
         reach = next((s for s in sunk if _lies_in(pull, s)), (pull.rows, pull.columns))
         items.append(Item(pull.rows, pull.columns, *reach))
-    items += _rooms(side, rectangle)
+    items += [Item(*span, *span, is_room=True) for span in rooms]
     cells = part_between_pulls(rectangle.rows, rectangle.columns, items)
     return [replace(rectangle, rows=c.rows, columns=c.columns, fit=math.exp(-c.cost)) for c in cells] or [rectangle]
 
@@ -332,17 +333,6 @@ def _held(side: SideRelief, rectangle: FrontRectangle) -> list[FrontRectangle]:
 def _lies_in(blob: Protrusion, window: Window) -> bool:
     """Return whether the middle of a protrusion is in a range of rows and columns."""
     return all(a <= sum(span) / 2 < b for span, (a, b) in zip((blob.rows, blob.columns), window, strict=True))
-
-
-def _rooms(side: SideRelief, rectangle: FrontRectangle) -> list[Item]:
-    """Return the open rooms of a rectangle: what lies so deep behind it, or is not there at all, over a rectangle."""
-    window = slice(*rectangle.rows), slice(*rectangle.columns)
-    depth, free = side.depth[window], side.blob[window] < 0
-    if not free.any():
-        return []
-    plane = float(np.quantile(depth[free], FRAME_DEPTH_QUANTILE))
-    spans = _filled(side, rectangle, (depth > plane + MAX_SUNK_DEPTH) & free)
-    return [Item(*span, *span, is_room=True) for span in spans]
 
 
 def _pulls(side: SideRelief, rectangle: FrontRectangle, inside: Sequence[Protrusion]) -> list[Protrusion]:
@@ -375,14 +365,16 @@ def _are_pulls(side: SideRelief, rectangle: FrontRectangle, inside: Sequence[Pro
     return alike and out and row < MIN_CONTROLS_IN_ROW
 
 
-def _sunk(side: SideRelief, rectangle: FrontRectangle) -> list[Window]:
-    """Return rows and columns of rectangles that lie deeper than the frames around them; each belongs to one front."""
+def _recesses(side: SideRelief, rectangle: FrontRectangle) -> tuple[list[Window], list[Window]]:
+    """Return what lies deeper than the frame around it, each of one front, and open rooms, far deeper or not there."""
     window = slice(*rectangle.rows), slice(*rectangle.columns)
     depth, free = side.depth[window], side.blob[window] < 0
     if not free.any():
-        return []
+        return [], []
     frame = float(np.quantile(depth[free], FRAME_DEPTH_QUANTILE))
-    return _filled(side, rectangle, (depth > frame + MIN_DEPTH_STEP) & (depth < frame + MAX_SUNK_DEPTH) | ~free)
+    sunk = (depth > frame + MIN_DEPTH_STEP) & (depth < frame + MAX_SUNK_DEPTH) | ~free
+    is_room = (depth > frame + MAX_SUNK_DEPTH) & free
+    return _filled(side, rectangle, sunk), _filled(side, rectangle, is_room)
 
 
 def _filled(side: SideRelief, rectangle: FrontRectangle, deep: Mask) -> list[Window]:

@@ -105,7 +105,7 @@ class CavityProbe:
     faces: Ints
     owner: Ints
     grip: Ints
-    carried: tuple[tuple[int, ...], ...]
+    carried: Sequence[Sequence[int]]
     normal_sign: float
 
     def panel_box_of(self, part: int) -> tuple[Floats, Floats]:
@@ -237,19 +237,15 @@ def make_probe(mesh: WeldedMesh, parts: Sequence[PartPlan]) -> CavityProbe:
         grip[part.grip] = 1
     names = [p.name for p in parts]
     parent = [names.index(p.parent) if p.parent in names else -1 for p in parts]
-    carried = tuple(tuple(k for k in range(len(parts)) if _is_on(k, i, parent)) for i in range(len(parts)))
+    carried: list[list[int]] = [[] for _ in parts]
+    for k in range(len(parts)):
+        host = k
+        while host >= 0:
+            carried[host].append(k)
+            host = parent[host]
     rows = np.flatnonzero(mesh.areas > 0.0)
     sign = _turned(mesh.points, mesh.faces[rows])
     return CavityProbe(mesh.points, mesh.faces[rows], owner[rows], grip[rows], carried, sign)
-
-
-def _is_on(part: int, host: int, parent: Sequence[int]) -> bool:
-    """Return whether a part is another part, or is carried by it."""
-    while part >= 0:
-        if part == host:
-            return True
-        part = parent[part]
-    return False
 
 
 def _turned(points: Floats, faces: Ints) -> float:
@@ -334,19 +330,16 @@ def _shrink_to_covered(
     for _ in range(MAX_SHRINKS):
         spots = border_points(lower[[0, 2]], upper[[0, 2]], BORDER_INSET_SHARE * float((upper - lower)[[0, 2]].min()))
         covered = np.isfinite(probe.cast_through_panels(1, spots, part_ids).first())
-        if float(covered.mean()) >= MIN_BORDER_COVERAGE and _corners_covered(covered, spots):
+        # The points nearest to the four corners have to be covered, too.
+        a, b = spots.min(axis=0), spots.max(axis=0)
+        away = [np.abs(spots - (x, y)).sum(axis=1) for x in (a[0], b[0]) for y in (a[1], b[1])]
+        nearest = [np.round(d, 9) <= round(float(d.min()), 9) for d in away]
+        if float(covered.mean()) >= MIN_BORDER_COVERAGE and all(covered[rows].all() for rows in nearest):
             return lower, upper
         inset = ROUND_SHRINK_SHARE * (upper - lower)[[0, 2]]
         lower[[0, 2]] += inset
         upper[[0, 2]] -= inset
     return lower, upper
-
-
-def _corners_covered(covered: Mask, spots: Floats) -> bool:
-    """Return whether the points nearest to the four corners are covered."""
-    lower, upper = spots.min(axis=0), spots.max(axis=0)
-    away = [np.abs(spots - (x, y)).sum(axis=1) for x in (lower[0], upper[0]) for y in (lower[1], upper[1])]
-    return all(bool(covered[np.round(d, 9) <= round(float(d.min()), 9)].all()) for d in away)
 
 
 def _panel_boxes(probe: CavityProbe, part_ids: Sequence[int], mouth: float) -> tuple[tuple[Vec3, Vec3], ...]:

@@ -10,7 +10,7 @@ from pathlib import Path
 from casa_assets import registry
 from casa_assets.articulate.assemble import ROOT
 from casa_assets.articulate.decisions import DECISIONS_NAME, axis_word, hinge_at_face
-from casa_assets.articulate.plan import Articulation, plan_confidence, weakest_part
+from casa_assets.articulate.plan import Articulation, plan_confidence
 from casa_assets.articulate.run.build import ArticulateResult
 from casa_assets.checks.check import run
 from casa_assets.checks.motion.joints import JointTravel, joint_travels
@@ -23,7 +23,6 @@ from casa_assets.model.asset.asset import Asset, Exclusion
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.issue import REVIEW_CODE, Issue, Report, Severity
-from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
 from casa_assets.model.registry.contract import Contract
 from casa_assets.model.registry.rows import ConfidenceModel
@@ -219,40 +218,26 @@ def doubts(articulation: Articulation, model: ConfidenceModel, contacts: tuple[s
     Args:
         articulation: with calibrated confidences. contacts: sentences on parts that collide or stop too early.
     """
-    issues = []
-    if articulation.frame.confidence < model.bars.frame:
-        issues.append(_issue(FRAME, _frame_message(articulation)))
+    messages = {}
+    frame, sure = articulation.frame, plan_confidence(articulation, model)
+    if frame.confidence < model.bars.frame:
+        words = [axis_word(frame.direction_to_file(v)) for v in ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0))]
+        front, up = (word if isinstance(word, str) else " ".join(f"{v:.2f}" for v in word) for word in words)
+        other = f", else {frame.runner_up}" if frame.runner_up else ""
+        certain = f"{frame.confidence:.0%} sure{other}"
+        messages[FRAME] = f"front {front} and up {up} are {certain}; say them with --front and --up"
     if articulation.signs:
-        issues.append(_issue(PLAN, f"no moving part was found, but {'; '.join(articulation.signs)}"))
-    elif plan_confidence(articulation, model) < model.bars.plan:
-        issues.append(_issue(PLAN, _plan_message(articulation, model)))
+        messages[PLAN] = f"no moving part was found, but {'; '.join(articulation.signs)}"
+    elif sure < model.bars.plan:
+        messages[PLAN] = f"that all parts are right is {sure:.0%} sure"
+        part = min((p for p in articulation.parts if not p.added), key=lambda p: p.confidence, default=None)
+        if part is not None:
+            other = f", else {part.joint.runner_up}" if part.joint.runner_up else ""
+            messages[PLAN] += f"; least of all {part.name}, {part.confidence:.0%} sure ({part.full_reason}{other})"
     if contacts:
-        issues.append(_issue(CONTACTS, f"{'; '.join(contacts)}; one of them may be no part, or have another joint"))
-    return tuple(issues)
-
-
-def _issue(subject: str, message: str) -> Issue:
+        messages[CONTACTS] = f"{'; '.join(contacts)}; one of them may be no part, or have another joint"
     accept = f"`decision: accept` in {DECISIONS_NAME} accepts it as it is"
-    return Issue(code=REVIEW_CODE, severity=Severity.WARNING, pointer=subject, message=f"{message}; {accept}")
-
-
-def _frame_message(articulation: Articulation) -> str:
-    frame = articulation.frame
-    up, front = (_direction(frame.direction_to_file(v)) for v in ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0)))
-    other = f", else {frame.runner_up}" if frame.runner_up else ""
-    return f"front {front} and up {up} are {frame.confidence:.0%} sure{other}; say them with --front and --up"
-
-
-def _direction(vector: Vec3) -> str:
-    """Return a direction for a person to read: the name of an axis, else its three numbers, rounded."""
-    word = axis_word(vector)
-    return word if isinstance(word, str) else " ".join(f"{v:.2f}" for v in word)
-
-
-def _plan_message(articulation: Articulation, model: ConfidenceModel) -> str:
-    message = f"that all parts are right is {plan_confidence(articulation, model):.0%} sure"
-    part = weakest_part(articulation)
-    if part is None:
-        return message
-    other = f", else {part.joint.runner_up}" if part.joint.runner_up else ""
-    return f"{message}; least of all {part.name}, {part.confidence:.0%} sure ({part.full_reason}{other})"
+    return tuple(
+        Issue(code=REVIEW_CODE, severity=Severity.WARNING, pointer=subject, message=f"{message}; {accept}")
+        for subject, message in messages.items()
+    )

@@ -90,7 +90,12 @@ def add_interiors(
     found = find_cavities(placed, articulation, category)
     least_sure = registry.load_confidence().bars.front
     cavities = apply_cavity_decisions(found, articulation, placed, decisions, build, least_sure)
-    spaces = [_cavity_space(r) for r in cavities if not (r.empty or (r.built and r.interior is InteriorKind.DRAWER))]
+    spaces = []
+    for r in cavities:
+        in_drawer = r.interior is InteriorKind.DRAWER
+        if not r.empty and not (r.built and in_drawer):  # a box that is built for a drawer brings its space
+            part = r.parts[0] if in_drawer else ""
+            spaces.append(StorageSpace(name=f"{r.parts[0]}_int", part=part, lower=r.lower, upper=r.upper))
     articulation = articulation.replace(cavities=cavities, spaces=tuple(spaces))
     to_build = [r for r in cavities if r.built]
     if not to_build:
@@ -107,17 +112,6 @@ def add_interiors(
     for cavity in to_build:
         articulation = _build_interior(work, cavity, articulation, placed)
     return _with_added_parts(work, model, articulation)
-
-
-def _cavity_space(cavity: Cavity) -> StorageSpace:
-    """Return a cavity as a storage space; a box that is built for a drawer brings its own."""
-    part = cavity.parts[0]
-    return StorageSpace(
-        name=f"{part}_int",
-        part=part if cavity.interior is InteriorKind.DRAWER else "",
-        lower=cavity.lower,
-        upper=cavity.upper,
-    )
 
 
 def _build_interior(

@@ -12,7 +12,7 @@ from casa_assets.articulate.plan import Articulation, Frame, PartKind
 from casa_assets.articulate.segment.cutting import CapFaces, CutPlane, close_cuts, cut_triangles
 from casa_assets.articulate.segment.fragments import WeldedMesh, corners_of_labels, weld_by_edges, weld_model
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES
-from casa_assets.articulate.segment.shell_segments import Fragmentation, FusedShell, shell_cut_planes, shell_zones
+from casa_assets.articulate.segment.shell_segments import Fragmentation, shell_cut_planes, shell_zones
 from casa_assets.core.numeric import Ints, Mask
 from casa_assets.mesh.topology import connected_groups, directed_edges, merge_rows
 from casa_assets.model.asset.parts import Mesh
@@ -122,7 +122,11 @@ def cut_shell_parts(
         return model, placed, articulation
     owner = articulation.face_owner(len(placed.faces))
     zone = shell_zones(shell, placed, np.arange(len(owner)))
-    part_of = _parts_of_zones(placed, zone, owner, shell)
+    share = np.zeros((len(shell.fronts) + len(shell.front.blobs) + len(shell.top.blobs), int(owner.max()) + 2))
+    in_zone = zone >= 0
+    np.add.at(share, (zone[in_zone], owner[in_zone] + 1), placed.areas[in_zone])
+    # The part that has most of the area of each zone, -1 for the body.
+    part_of = np.argmax(share, axis=1) - 1
     if not len(part_of):
         return model, placed, articulation  # controls stand on the shell, and nothing is cut out of it
     planes = shell_cut_planes(shell, placed, np.flatnonzero(part_of >= 0).tolist())
@@ -145,15 +149,6 @@ def cut_shell_parts(
         model = model.replace(parts=(*model.parts, _cap_part(model, articulation.frame, closing)))
         mesh = weld_model(model).in_frame(articulation.frame)
     return model, mesh, articulation
-
-
-def _parts_of_zones(mesh: WeldedMesh, zone: Ints, owner: Ints, shell: FusedShell) -> Ints:
-    """Return the (Z,) part that has most of the area of each zone, -1 for the body."""
-    count = len(shell.fronts) + len(shell.front.blobs) + len(shell.top.blobs)
-    share = np.zeros((count, int(owner.max()) + 2))
-    rows = zone >= 0
-    np.add.at(share, (zone[rows], owner[rows] + 1), mesh.areas[rows])
-    return np.asarray(np.argmax(share, axis=1) - 1)
 
 
 def _cut(model: RawModel, frame: Frame, planes: list[CutPlane]) -> tuple[RawModel, Ints]:
