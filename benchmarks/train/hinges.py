@@ -25,7 +25,6 @@ import numpy as np
 from scipy.optimize import minimize
 
 from benchmarks.articulate.score import load_score, truth
-from casa_assets.articulate.category import kind_named, kinds_known
 from casa_assets.articulate.frame import given_frame
 from casa_assets.articulate.fronts.joints import (
     DRAWER_FEATURES,
@@ -40,6 +39,7 @@ from casa_assets.articulate.fronts.joints import (
 )
 from casa_assets.articulate.fronts.opening_panels import select_opening_panels
 from casa_assets.articulate.infer import PartCollector, look_at_front, traits_of_views
+from casa_assets.articulate.kinds import kind_named, kinds_known
 from casa_assets.articulate.plan import HingeEdge
 from casa_assets.articulate.run.build import load_models
 from casa_assets.articulate.segment.fragments import measure_fragments, render_sides, weld_triangles

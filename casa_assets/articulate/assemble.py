@@ -48,10 +48,8 @@ from casa_assets.model.source import RawModel
 # Two faces over the same three points fight for each pixel in renderers that draw backs, and shade each other's
 # vertices. Both sides stay, since it is not known for every sheet which of them is visible; the second is drawn a hair
 # off the first, towards the side that it faces, so that each hides the other from its own side.
-
 # Distance of the two sides of a sheet, metres: more than depth images of a room resolve, less than is seen. A choice.
 SHEET_GAP_M = 0.0002
-
 ROOT = "object"
 # Thickness of the sheet that inertia is computed with, by the longest side of a link: less is lost in rounding.
 MIN_SHEET_SHARE = 0.002

@@ -33,7 +33,6 @@ OPENING_KINDS = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.LID})
 GRIP_WIDTH_M, GRIP_THICKNESS_M, EDGE_TOLERANCE_M = 0.02, 0.03, 0.01
 # Smaller strips are too small to hold.
 MIN_GRIP_M3 = 1e-7
-
 # Most collision shapes of a link (Ref: registry/limits.yaml, hull_count), and before cuts, which may split one; those
 # of the body that are left for the floors of slots, which come when an asset gets its runtime names.
 MAX_SHAPES, MAX_SHAPES_BEFORE_CUTS, RESERVED_SHAPES = 32, 22, 4

@@ -34,7 +34,6 @@ from casa_assets.model.source import Word
 
 Angle = Annotated[float, Field(gt=0, le=360)]
 Length = Annotated[float, Field(gt=0, le=3)]
-
 BODY = "body"
 GIVEN_REASON = "given in the decisions"
 _GIVEN: Mapping[str, Any] = {"confidence": 1.0, "reason": GIVEN_REASON}

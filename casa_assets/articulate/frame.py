@@ -49,11 +49,9 @@ MAX_COUNT = 8
 MIN_BOX_DEPTH_SHARE, MIN_BOX_DEPTH = 0.3, 0.1
 # Fronts that cover less than this share of the side count in proportion.
 FULL_WEIGHT_COVERAGE = 0.25
-
 UNITS: Mapping[str, float] = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254}
 # Longest sides of kitchen appliances and cabinets, from a kettle to a tall fridge, metres.
 ANY_APPLIANCE_M = SizeRange(low=0.15, typical=0.75, high=2.6)
-
 # Angle within which a face lies along an axis; bins in which directions of walls are counted.
 ALIGNED_RAD, DIRECTION_BIN_RAD = np.radians(1.5), np.radians(0.25)
 REFINEMENT_RAD = (ALIGNED_RAD, ALIGNED_RAD / 3, ALIGNED_RAD / 10)
@@ -61,7 +59,6 @@ REFINEMENT_RAD = (ALIGNED_RAD, ALIGNED_RAD / 3, ALIGNED_RAD / 10)
 MAX_TILTS = 12
 # A further rotation aligns so much more of the surface, or of the rest of it: round objects keep their axes.
 MIN_GAIN, MIN_GAIN_OF_REST = 0.05, 0.25
-
 # Weight of each feature in the log odds of a candidate; features whose weight came out as zero are left out. Ref:
 # conditional logit over members of this project's own families, merged into one mesh each (commit 7b3921e3).
 WEIGHTS: Mapping[str, float] = {

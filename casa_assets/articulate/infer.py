@@ -8,7 +8,6 @@ from itertools import combinations
 
 import numpy as np
 
-from casa_assets.articulate.category import FORM_TRAITS, kinds_known
 from casa_assets.articulate.controls.classify import ControlClassifier, classify_by_forest, classify_with_dials
 from casa_assets.articulate.controls.controls import (
     Control,
@@ -54,6 +53,7 @@ from casa_assets.articulate.fronts.panels import (
 )
 from casa_assets.articulate.interior.inner_parts import InnerPart, find_inner_parts
 from casa_assets.articulate.interior.lids import Lid, find_box_lid, find_lids, is_chest
+from casa_assets.articulate.kinds import FORM_TRAITS, kinds_known
 from casa_assets.articulate.plan import (
     Articulation,
     Frame,
@@ -94,7 +94,6 @@ MIN_ROW, MIN_KEYS = 3, 6
 PAIR_TOLERANCE = 0.015
 # A thing stands on legs where, in the stretch of its height between these shares, at most so much of its width is seen.
 LEGS_STRETCH, MAX_LEGS_SHARE = (0.03, 0.1), 0.5
-
 # Travel of a button in diagonals, capped by its protrusion. Ref: 2 to 5 mm on an object of 0.8 m.
 MAX_BUTTON_TRAVEL = 0.004
 # Slots for bread that a toaster has at least.
@@ -103,7 +102,6 @@ MIN_BREAD_SLOTS = 2
 SURE_DRAWER = 0.9
 # A round thing within this share of the middle of the top is its cap and no control.
 TOP_CENTRE_SHARE = 0.1
-
 # What a part counts for is its confidence less this, and a plan that is not the first has to be better by this much.
 # Fitted on bench, track and own cases (benchmarks/articulate/ways.py --margins).
 LEAST_CONFIDENCE, MIN_ADVANTAGE = 0.3, 0.5

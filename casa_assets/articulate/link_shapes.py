@@ -36,7 +36,6 @@ MIN_THICKNESS_M = 0.002
 ROUNDING_SHARE = 0.01
 SAMPLES = 6000
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=np.float64)
-
 # Link and shape that would be cut, then link and shape that run into it.
 Pair = tuple[int, int, int, int]
 # Overlaps up to the first are left alone; those up to the second, or that share of the diagonal of all links, are cut.

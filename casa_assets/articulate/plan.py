@@ -18,7 +18,6 @@ from casa_assets.model.record import ArrayOf, Id, Record, Vec2, Vec3
 from casa_assets.model.registry.rows import ConfidenceModel
 
 # Lengths are in units of the analysed mesh, whose diagonal is 1; the frame maps them to the file and to metres.
-
 FaceIndex = Annotated[npt.NDArray[np.int64], ArrayOf("int64", (-1,))]
 Matrix3 = Annotated[npt.NDArray[np.float64], ArrayOf("float64", (3, 3))]
 Cloud = Annotated[npt.NDArray[np.float64], ArrayOf("float64", (-1, 3))]
@@ -254,7 +253,7 @@ class Articulation(Record):
     """A mesh split into moving parts; what belongs to no part is the body.
 
     Attributes:
-        traits: what the form of its fronts says of its kind; names of FORM_TRAITS (category.py).
+        traits: what the form of its fronts says of its kind; names of FORM_TRAITS (kinds.py).
         cavities: what the fronts close. added: what was built in them, with the spaces that it leaves.
         signs: where no part was found, what speaks for some all the same, in words.
     """

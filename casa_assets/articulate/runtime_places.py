@@ -21,7 +21,6 @@ from casa_assets.model.asset.parts import Box, Link, Mesh
 from casa_assets.model.pose import Pose
 
 Bounds = tuple[Floats, Floats]
-
 # A surface this near to a wall is the wall; share of its cavity that a shelf covers; least height of a region.
 WALL_DISTANCE_M, MIN_SHELF_COVERAGE, MIN_REGION_M = 0.03, 0.5, 0.06
 # Cells of a plan each way, greatest thickness of a shelf, and samples of a surface.
@@ -34,13 +33,11 @@ MAX_HEIGHT_OVER_RACK_M, CLEARANCE_M = 0.14, 0.01
 MAX_OCCUPIED_SHARE = 0.4
 # Share of the sides of a drawer that its walls and front take.
 DRAWER_INSET = 0.12
-
 PIXELS = 192
 # Height that a cup needs, and depth of its niche as a share of the machine.
 MIN_CUP_HEIGHT_M, MIN_NICHE_DEPTH_SHARE = 0.055, 0.15
 # Depth of a slot as a share of the height, its width, and its length to width.
 MIN_SLOT_DEPTH_SHARE, SLOT_WIDTH_M, MIN_SLOT_RATIO = 0.2, (0.015, 0.06), 2.0
-
 # Diameters of burners and rings, metres: from the cap of a simmer burner to the ring of a large zone.
 MIN_DIAMETER_M, MAX_DIAMETER_M = 0.035, 0.34
 # The smallest burner is at least this share of the largest.

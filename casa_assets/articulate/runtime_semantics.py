@@ -57,7 +57,6 @@ CONTRACTS = {
 }
 CABINET_WORDS = ("cabinet", "drawer_stack", "sink_base", "island_base")
 REFRIGERATOR = "refrigerator"
-
 # Share of its range up to which a door counts as shut. Ref: RoboCasa v1.0, is_closed.
 DOOR_SHUT_SHARE = 0.005
 # Where a knob lights its burner, and where it burns high, rad. Ref: class Stove, STOVE_LOW_MIN, STOVE_HIGH_MIN.

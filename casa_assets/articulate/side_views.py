@@ -9,7 +9,7 @@ import numpy as np
 from scipy import ndimage
 from scipy.spatial import ConvexHull
 
-from casa_assets.articulate.category import ControlPlacement, shape_likelihood
+from casa_assets.articulate.kinds import ControlPlacement, shape_likelihood
 from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
 from casa_assets.articulate.segment.orthographic import SIDES, DepthImage
 from casa_assets.core.numeric import Floats, Mask
@@ -27,7 +27,6 @@ MIN_LEG_LENGTH = 0.035
 MIN_SLOT_WIDTH, MIN_SLOT_LENGTH, MIN_SLOT_DEPTH, SLOT_WINDOW = 0.015, 0.2, 0.05, 0.1
 MIN_RING_SIZE, MAX_RING_SIZE = 0.09, 0.45
 MAX_RINGS, MAX_RING_CANDIDATES = 6, 60
-
 # What counts of a side, beside its share of the detail of all six.
 SIDE_MEASURES: Mapping[str, Callable[[SideView], float]] = {
     "juts": lambda s: s.juts,

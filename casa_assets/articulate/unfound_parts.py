@@ -10,11 +10,11 @@ from itertools import combinations
 
 import numpy as np
 
-from casa_assets.articulate.category import KIND_TRAITS
 from casa_assets.articulate.controls.controls import find_controls
 from casa_assets.articulate.controls.faucets import Axis, Piece, PieceGraph, piece_graph
 from casa_assets.articulate.fronts.front_hypotheses import find_fronts
 from casa_assets.articulate.fronts.relief import is_handle
+from casa_assets.articulate.kinds import KIND_TRAITS
 from casa_assets.articulate.plan import Models
 from casa_assets.articulate.segment.fragments import MeasuredFragments, WeldedMesh, measure_fragments, render_sides
 from casa_assets.articulate.segment.orthographic import BACK, FRONT, LEFT, RIGHT, TOP, measure_relief

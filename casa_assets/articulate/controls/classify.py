@@ -32,7 +32,6 @@ CONTROL_FEATURES = (
 # A panel is large from this share of its side on; the tip of a control is this share of its depth.
 LARGE_PANEL_SHARE, TIP_SHARE = 0.08, 0.3
 Rectangle = tuple[Floats, Floats]  # (2,) lower and upper corner of a panel in (u, v)
-
 ControlType = tuple[PartKind | None, float, str]
 # Tells what a control is among others of its side, how sure that is, and why.
 ControlClassifier = Callable[[Control, Sequence[Control]], ControlType]

@@ -42,11 +42,9 @@ MAX_SHEET_THICKNESS = 0.0005
 CAP_FACING_COS, CAP_FLAT_COS, MIN_CAP_SHARE = 0.707, 0.9994, 0.4
 # A cap faces within 20 degrees of its ground: cones and bumpy shells have caps that do not.
 CAP_PARALLEL_COS = 0.94
-
 # Controls in a row of similar ones are classified alike, since on scans and voxelised shells not all knobs of a row
 # look round, and some keys do. Fewest in a row, how much sizes differ, and the share of round ones in a row of knobs.
 MIN_ROW_LENGTH, ROW_SIZE_TOLERANCE, MIN_ROUND_SHARE_OF_ROW = 3, 0.25, 0.4
-
 # Controls are alike where their widths, heights and protrusions differ by at most this share of the larger width.
 ALIKE_TOLERANCE = 0.15
 # Alike controls belong together up to this distance between their middles, in widths: burner knobs left and right of

@@ -26,7 +26,6 @@ MAX_SLOT_BREAK = 0.06
 MIN_BAR_RATIO, BAR_TRAVEL_SHARE = 1.8, 0.5
 # Distance from the middle of a slot at which its sides are sampled, in widths of the lever.
 BESIDE_WIDTHS = 0.75
-
 # Depth of a plate and of what is behind its face, by its shorter side; share of its rectangle that it fills, and width
 # by height between these: up to six switches in one frame.
 MAX_PLATE_DEPTH, MIN_PLATE_FILL, PLATE_RATIOS = 0.25, 0.85, (0.5, 5.0)
@@ -49,7 +48,6 @@ SWITCH_CONFIDENCE = 0.6
 MIN_SHOWN = 0.8
 # Least thickness of a piece that is alone, by the height of the plate.
 MIN_THICKNESS = 0.005
-
 # Width of a single button, diagonals (a ring around one is wider), its least protrusion, and its most by its width.
 MAX_BUTTON_WIDTH, MIN_BUTTON_PROTRUSION, MAX_PROTRUSION_BY_WIDTH = 0.22, 0.004, 0.6
 # Burner caps are surrounded by slim arms that bear pans: fewest arms, their length to width, and their distance from

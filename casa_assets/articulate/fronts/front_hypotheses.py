@@ -50,7 +50,6 @@ MIN_SCORE = -0.5
 COMPLETING_SCORE, IN_LINE_SLACK, FLUSH_SLACK, ALIKE_PULLS = -1.6, 0.008, 0.02, 0.25
 # Score of a neighbour that is not there, log odds; and the bound of probabilities.
 NO_NEIGHBOUR, LEAST_PROBABILITY = -4.0, 0.002
-
 FEATURES = (
     *("constant", "support_least", "support_second", "support_mean", "outline_mean", "outline_count", "edge_mean"),
     *("edge_least", "groove_mean", "bend_mean", "proud_mean", "proud_least", "inset_mean", "inset_least"),

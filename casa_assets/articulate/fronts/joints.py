@@ -89,10 +89,8 @@ MIN_WIDE_RATIO = 1.4
 MIN_LOW_RATIO = 2.0
 # Handles of two fronts face each other where both are so far from the middle, by the height of their fronts.
 FACING = 0.2
-
 # A sliding door is one in a niche wider than itself, with its handle where a hinge would not want it. For all others
 # the log odds from the kind of the object and those from the form of the front are added.
-
 # Beside a sliding door the niche is open for this share of its width, and this much deeper than the door, diagonals.
 MIN_OPEN_SHARE, MIN_NICHE_DEPTH = 0.85, 0.02
 # The rail that it slides on lies at most this far behind the door, diagonals.

@@ -31,7 +31,6 @@ MIN_VISIBLE_SHARE = 0.5
 MIN_CONTROLS_BESIDE, MIN_DOOR_SHARE, MAX_DOOR_SHARE = 2, 0.3, 0.93
 # Detergent drawers lie above a round door and are at most this wide by the side.
 MAX_DRAWER_WIDTH_SHARE = 0.45
-
 # Diameter by the width and by the height of the front, distance of its middle from that of the front by the width, and
 # height by width of the front. Ref: makers list loading doors of 30 to 50 cm in fronts of 60 by 85 cm.
 MIN_DIAMETER_BY_WIDTH, MAX_DIAMETER_BY_WIDTH, MIN_DIAMETER_BY_HEIGHT = 0.35, 0.85, 0.22
@@ -43,7 +42,6 @@ MAX_START_SHARE, MAX_DEPTH_BY_DIAMETER, ROUND_MIN_VISIBLE_SHARE = 0.2, 0.6, 0.08
 MAX_ECCENTRICITY, CIRCLE_TOLERANCE = 0.1, 1.06
 # What lies deeper behind its back is the drum, diagonals.
 MAX_BEHIND = 0.02
-
 # A small thing alone on a panel is its pull, unless it is a knob or a key with this confidence.
 MIN_SURE_CONTROL = 0.85
 # Least protrusion of a handle, diagonals. Ref: rails of framed doors reach 0.013, handles start at 0.025.

@@ -14,7 +14,6 @@ from casa_assets.articulate.segment.orthographic import BACK, BOTTOM, FRONT, LEF
 from casa_assets.core.numeric import Floats, Mask
 
 # Lengths are in diagonals of the object; (u, v, w) is right, up, and depth as seen from the side.
-
 # Least side of a panel, diagonals, and its least share of the side of the object.
 MIN_SIDE, MIN_AREA_SHARE = 0.03, 0.012
 # A panel is at least this long, diagonals, or covers this share of the side: smaller ones are knobs.
@@ -51,7 +50,6 @@ MIN_HULL_SHARE = 0.65
 INSIDE_TOLERANCE = 0.006
 # Fronts that are let into a board begin where it begins, within this, diagonals; panes lie deeper in their frames.
 FLUSH_TOLERANCE = 0.004
-
 # Boards of one door begin at the same depth within this, and touch within this; diagonals.
 MERGED_FLUSH_TOLERANCE, TOUCH_TOLERANCE = 0.006, 0.006
 # Widest stile or rail, as a share of its door.

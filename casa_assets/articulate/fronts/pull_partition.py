@@ -13,7 +13,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 Span = tuple[int, int]
-
 # Most things that are parted, and most cells that are looked at: the number of partitions grows fast where things are
 # in no order. Nine fronts in three rows take some 7,000.
 MAX_ITEMS, MAX_CELLS = 14, 8_000

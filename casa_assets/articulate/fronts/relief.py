@@ -26,7 +26,6 @@ from casa_assets.core.numeric import Floats, Ints, Mask
 
 # A seam of a closed shell may be shallower than a cell of the grid that the shell was made on. It is long and
 # straight, so its mean over the whole line is distinct even if no single pixel of it is.
-
 # Pixels on each side of a line over which its depth and its normals are averaged, and those left out next to it.
 BAND, GAP = 5, 3
 # Noise below which a line is compared with these instead: depth, diagonals, and the sine of a bend.
@@ -43,14 +42,11 @@ STRETCHES = (0.1, 0.25, 0.6)
 SAME_LINE = 0.006
 # Lines that are quieter than this are not looked at, and how many are at most, in each direction.
 MIN_LOUDNESS, MAX_LINES = 0.35, 24
-
 _T = TypeVar("_T", bound=np.generic)
-
 # What is known of a line between two others, the last axis of `LineTable.values`.
 LINE_MEASURES = ("edge", "groove", "bend", "outline_before", "outline_after", "step", "visible")
 # (7, H + 1, W) by LINE_MEASURES, of the border above each row of a picture; zero where nothing is visible.
 SeamMaps = npt.NDArray[np.float32]
-
 # Narrowest rectangle, diagonals.
 MIN_SIDE = 0.012
 # How far a line may deviate from straight, diagonals.
@@ -78,7 +74,6 @@ MAX_PULLS, MIN_WIDTH_SHARE, SIZE_TOLERANCE, MIN_CONTROLS_IN_ROW = 10, 0.45, 0.3,
 # share of its rectangle that it fills.
 FRAME_DEPTH_QUANTILE, MIN_SUNK_SIDE, MAX_SUNK_DEPTH, MIN_SUNK_FILL = 0.15, 0.04, 0.05, 0.85
 Window = tuple[tuple[int, int], tuple[int, int]]  # half-open ranges of rows and of columns
-
 # Highest stair, and deepest groove between two stairs that is no gap between fronts; diagonals.
 MAX_STAIR_HEIGHT, MAX_GROOVE_DEPTH = 0.0095, 0.002
 # Distance from a border at which its two sides are sampled.

@@ -34,7 +34,6 @@ MIN_SIZE_SHARE = 0.25
 PROBE_LINES_PER_SIDE, LINES_DOWN_PER_SIDE = 7, 9
 # Share of a drawer over which its floor is visible from above.
 MIN_FLOOR_SHARE = 0.4
-
 # Lines across a front, each way, to find its open part; a row open to this share of the most open one is no frame.
 FINE_LINES_PER_SIDE, OPEN_BORDER_SHARE = 24, 0.7
 # Narrowest frame, diagonals.
@@ -52,9 +51,7 @@ PANEL_MARGIN = 0.001
 LINES_PER_SIDE = 5
 # A line whose last surface is nearer than this share of the median left through a hole of the skin.
 HOLE_DISTANCE_SHARE = 0.45
-
 # A hollow shell without inner walls, or a solid block, gets a cavity as large as its front and the depth allow.
-
 # Lines across a front, each way, and the share of its size that they leave free at the border.
 CAVITY_LINES_PER_SIDE, LINE_INSET_SHARE = 9, 0.12
 # Least depth behind a front for a cavity, diagonals.

@@ -33,7 +33,6 @@ MIN_BLOCKED_SHARE = 0.25
 MIN_COSINE = 0.99
 # The way that doors open, in the frame.
 OUT = np.array([0.0, -1.0, 0.0])
-
 # Least width of a rack and of a turntable as shares of their door, and their greatest height.
 MIN_RACK_WIDTH_SHARE, MIN_TURNTABLE_WIDTH_SHARE, MAX_HEIGHT_SHARE = 0.45, 0.2, 0.5
 # Least width of a tub as a share of its door, since tubs stand side by side, and the gaps over which fragments are
@@ -61,7 +60,6 @@ FLOOR_SHARE = 0.03
 # diagonals; samples of the plate and of what is around it.
 MIN_MEETING_SHARE, BORDER_DEPTH, MAX_BORDER_GAP = 0.7, 0.004, 0.006
 LINING_SAMPLES, SURROUNDINGS_SAMPLES = 4000, 40000
-
 # A face looks along an axis from this cosine on.
 ALONG_COS = 0.9
 # Walls of a box that look away from its middle, as axis and sign: left, right, bottom and back.
@@ -78,7 +76,6 @@ MIN_WALLS, CEILING_GAP = 2, 0.008
 MAX_ROOF_SHARE, MAX_HEIGHT_RATIO = 0.4, 1.3
 # Least width and height of a box as shares of its front.
 MIN_WIDTH_SHARE, MIN_HEIGHT_SHARE = 0.6, 0.25
-
 # Depth of layers and bins of a door as a share of the object, and the distance of bins from its edges, diagonals.
 MAX_DEPTH_SHARE, MIN_EDGE_DISTANCE = 0.14, 0.008
 # A bin that begins so far inside its panel, by the thickness of that, may be this deep, as a share of the object.

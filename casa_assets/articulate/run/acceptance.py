@@ -32,7 +32,6 @@ from casa_assets.model.registry.rows import ConfidenceModel
 MIN_FREE_TRAVEL = 0.25
 # A hinge is moved to the face of its door where that frees so much more of the range.
 MIN_TRAVEL_GAIN = 0.05
-
 # Checks of collision shapes that shapes fitted anew may pass: their box, where mass lies, and what they cover.
 SHAPE_CODES = frozenset({"AST008", "AST009", "AST016"})
 # The check of parts that run into each other, and its limit in registry/limits.yaml.
@@ -41,20 +40,16 @@ CONTACT_CODE, CONTACT_LIMIT = "MJC009", "sweep_penetration_m"
 WIDER_RAD = (math.radians(110.0), math.radians(135.0), math.radians(150.0))
 # Pairs of parts that are looked for one after another; of each joint only the deepest contact is known at a time.
 MAX_ROUNDS = 6
-
 # An asset names a contract only where every check of it passes: names and paths, poses and states as MuJoCo operates
 # them, and what a hand has to be able to move. Otherwise the failed checks are reported.
-
 # What is there and how it is called; looked at first, for it costs nothing.
 NAME_CODES = ("CON", "BEH001", "BEH002")
 # How it moves and what it holds: rows that look at nothing but what a runtime operates.
 MOTION_CODES = ("BEH003", "KIN", "HOL", "AST017")
 # Of the faults that are kept with the asset.
 MAX_LISTED_FAULTS = 6
-
 # An asset in doubt is written as any other and is in review, as `ingest` has it: a warning names what to decide, and
 # review.csv of the library lists it.
-
 # What a person decides about an articulated mesh, by the pointer of the warning.
 FRAME, PLAN, CONTACTS = "frame", "plan", "contacts"
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from casa_assets import registry
 from casa_assets.articulate.assemble import AssetSpec, assemble, drop_empty_links
-from casa_assets.articulate.category import kind_by_parts, kind_named
 from casa_assets.articulate.controls.classify import check_forest
 from casa_assets.articulate.decisions import (
     GIVEN_REASON,
@@ -25,7 +24,7 @@ from casa_assets.articulate.frame import guess_frame, metres_per_unit
 from casa_assets.articulate.fronts.front_hypotheses import check_front_forest
 from casa_assets.articulate.infer import choose_plan
 from casa_assets.articulate.interior.inner_parts import with_pieces_in_the_way
-from casa_assets.articulate.part_names import rename_for_runtime
+from casa_assets.articulate.kinds import kind_by_parts, kind_named, rename_for_runtime
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan, Models, calibrate_parts
 from casa_assets.articulate.run.interiors import add_interiors
 from casa_assets.articulate.segment.fragments import WeldedMesh, weld_model
@@ -53,13 +52,11 @@ MIN_CONFIDENCE = 0.2
 NAMING_CONFIDENCE = 0.5
 # Id of a kind or nothing, how sure, and why.
 ImageClassifier = Callable[[], tuple[str, float, str]]
-
 NOTHING_MOVES, MISFIT = "ART001", "ART002"
 # Side of the frame guess that a stated up axis makes the top.
 _TOPS = {Up.Z: TOP, Up.Y: 1, Up.X: 3}
 # Sizes that differ by less are one size, rounded for reading.
 SIZE_TOLERANCE = 5e-4
-
 _UP_WORDS = {axis: ("-" if axis.startswith("minus_") else "+") + axis[-1] for axis in UpAxis}
 
 

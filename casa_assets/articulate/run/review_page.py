@@ -30,7 +30,6 @@ NAME = "review.html"
 TITLE = "Articulated meshes"
 # Directions of a file that may be up or the front.
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
-
 _RANKS = {Decision.REJECTED: 0, Decision.REVIEW: 1, Decision.ACCEPTED: 2}
 
 

@@ -54,11 +54,9 @@ if TYPE_CHECKING:
     from casa_assets.library.library import Library
 
 # It is no part of what is certified: it can be drawn later, and its absence changes no other file of the entry.
-
 NAME = "strip.png"
 # Parts whose motion is too small to see, or that look the same all the way round, have no picture of their own.
 _WITHOUT_PICTURE = frozenset({PartKind.KNOB, PartKind.BUTTON})
-
 # The limits of ingest are options of a run; those of `articulate` stand in the registry and so in the key of an entry.
 # What broke one of them breaks it again.
 RETRIED_CODES = RETRIED_BY_INGEST - {"RUN001", "RUN002", rejection_codes.TOO_LARGE}

@@ -20,7 +20,6 @@ from casa_assets.model.asset.parts import Mesh
 MIN_END_SHARE = 1e-4
 # Planes reach this far beyond their limits, diagonals, so that two that meet leave no edge between them uncut.
 PLANE_OVERLAP = 1e-6
-
 # Parts that are closed with a board; other parts cut from a shell are closed where they were cut off.
 BOARD_KINDS = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.LID})
 # A board has a back of its own if its faces that look back are this share of its front; the body behind it stays open.

@@ -29,17 +29,14 @@ SIDES = np.array(
     dtype=np.float64,
 )
 FRONT, BACK, LEFT, RIGHT, TOP, BOTTOM = range(6)
-
 # Pixels that are written at once: bounds memory and does not change the result.
 CHUNK = 2_000_000
 # Steps into which the depth of an image is quantised.
 _STEPS = float(2**30)
-
 # Faces that are intersected at once: bounds memory and does not change the result.
 LINES_AT_ONCE = 20_000
 # Crossings nearer to each other than this are one sheet, diagonals.
 SAME_SHEET = 0.002
-
 # Pixels along the longer side of a relief.
 RELIEF_PIXELS = 640
 # Sides of the squares for morphological closing, larger than any knob or handle is wide; diagonals.

@@ -20,16 +20,12 @@ from casa_assets.model.source import RawModel, RawPart
 
 # Programs in which faces are pushed and pulled leave a knob or a door as a part of the body: the flat face that it was
 # pulled out of has a hole, and its walls begin at the rim of that hole.
-
 # Neighbouring faces are one flat sheet up to this angle: cosine of 1 degree.
 FLAT_COS = 0.99985
-
 _BOARDS = frozenset({PartKind.DOOR, PartKind.DRAWER})
-
 # No single rule fits all makers: some export each part as a separate piece that shares positions with the body, so
 # that welding by position joins door and body; others split one board into many pieces, and welding puts it together
 # again.
-
 # A file of more pieces than this, or of pieces with fewer faces than this in the mean, is split at every crease: its
 # pieces say nothing about its parts.
 MAX_PIECES, MIN_FACES_PER_PIECE = 1500, 3.0

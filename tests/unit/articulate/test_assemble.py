@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from casa_assets.articulate.assemble import MAX_DENSITY_KG_M3, SHEET_GAP_M
 from casa_assets.articulate.build_colliders import build_colliders
 from casa_assets.articulate.frame import metres_per_unit
-from casa_assets.articulate.part_names import rename_for_runtime
+from casa_assets.articulate.kinds import rename_for_runtime
 from casa_assets.articulate.plan import Articulation, PartKind
 from casa_assets.articulate.run.build import ArticulateRequest, build
 from casa_assets.articulate.segment.fragments import weld_triangles

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.articulate.category import (
-    KIND_NAMES,
-    KIND_TRAITS,
-    kind_named,
-)
 from casa_assets.articulate.frame import (
     align_walls,
     candidate_axes,
     given_frame,
     guess_frame,
     rotate_fragments,
+)
+from casa_assets.articulate.kinds import (
+    KIND_NAMES,
+    KIND_TRAITS,
+    kind_named,
 )
 from casa_assets.articulate.segment.fragments import WeldedMesh, measure_fragments, weld_triangles
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES, TOP

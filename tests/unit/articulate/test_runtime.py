@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from casa_assets.articulate.part_names import PlacedPart, RuntimeName, runtime_names
+from casa_assets.articulate.kinds import PlacedPart, RuntimeName, runtime_names
 from casa_assets.articulate.plan import HingeEdge, JointPlan, PartKind
 from casa_assets.articulate.runtime_places import (
     Burner,
