@@ -385,14 +385,12 @@ def _guesses(articulation: Articulation) -> tuple[Guess, ...]:
 
 
 def _parents_first(links: list[Link]) -> tuple[Link, ...]:
-    out: list[Link] = []
-    left = list(links)
-    while left:
-        ready = [k for k in left if k.parent is None or any(o.name == k.parent for o in out)]
-        assert ready, "parents are parts"
-        out += ready
-        left = [k for k in left if k not in ready]
-    return tuple(out)
+    by_name = {link.name: link for link in links}
+
+    def depth(link: Link) -> int:
+        return 0 if link.parent is None else 1 + depth(by_name[link.parent])
+
+    return tuple(sorted(links, key=depth))
 
 
 def build_joint(part: PartPlan, metres: float, link: Link, behind: int | None, names: Sequence[str]) -> Joint:

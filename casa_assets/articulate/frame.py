@@ -359,8 +359,9 @@ def guess_frame(
     face, top = ranked[0]
     y, z = -outward[face], outward[top]
     reason = GUESSED_REASON if up is None or front is None else "given"
+    others = [(axis_name(outward[f]), axis_name(outward[t])) for f, t in ranked[1:3]]
     return _frame_with_axes(mesh, np.stack([np.cross(y, z), y, z]), reason).replace(
-        confidence=round(probabilities[ranked[0]], 3), runner_up="; ".join(_describe(k, straight) for k in ranked[1:3])
+        confidence=round(probabilities[ranked[0]], 3), runner_up="; ".join(f"front {a}, up {b}" for a, b in others)
     )
 
 
@@ -421,12 +422,6 @@ def _prior(up: Floats, stated: int | None) -> float:
     if stated is None:
         return PRIOR_UP[side]
     return STATED_UP if side == stated else (1 - STATED_UP) / 5
-
-
-def _describe(candidate: tuple[int, int], straight: Floats) -> str:
-    """Describe a candidate, such as `front -y, up +z`."""
-    face, top = candidate
-    return f"front {axis_name(OUTWARD[face] @ straight)}, up {axis_name(OUTWARD[top] @ straight)}"
 
 
 def axis_name(direction: Floats) -> str:

@@ -19,6 +19,7 @@ from casa_assets.mesh.topology import connected_groups
 from casa_assets.model.asset.asset import Asset, Region
 from casa_assets.model.asset.parts import Box, Link, Mesh
 from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec3
 
 Bounds = tuple[Floats, Floats]
 # A surface this near to a wall is the wall; share of its cavity that a shelf covers; least height of a region.
@@ -327,25 +328,7 @@ def link_label(asset: Asset, link: str) -> str:
     return labels[0] if labels else ""
 
 
-@dataclass(frozen=True)
-class Niche:
-    """A free box that is open to one side; metres, asset frame."""
-
-    lower: tuple[float, float, float]
-    upper: tuple[float, float, float]
-
-    @property
-    def middle(self) -> Floats:
-        """Return its (3,) middle, metres."""
-        return np.asarray((np.array(self.lower) + np.array(self.upper)) / 2)
-
-    @property
-    def size(self) -> Floats:
-        """Return its (3,) size, metres."""
-        return np.asarray(np.array(self.upper) - np.array(self.lower))
-
-
-def find_cup_niche(asset: Asset) -> Niche | None:
+def find_cup_niche(asset: Asset) -> Bounds | None:
     """Return the niche under the spout of a coffee machine, open to its front, or None; a cup goes on its floor.
 
     A machine without a drip tray pours onto the surface that it is placed on.
@@ -379,7 +362,7 @@ def _largest(places: Mask, image: DepthImage) -> tuple[int, int, int, int] | Non
     return None if best is None else best[1:]
 
 
-def find_toaster_slots(asset: Asset) -> list[Niche]:
+def find_toaster_slots(asset: Asset) -> list[Bounds]:
     """Return long narrow niches that are open above, sorted from the left, or from the front where they lie across."""
     points, faces, _ = joined_meshes([v.mesh for v in asset.root.visuals])
     image = render_depth(points, np.concatenate(faces), SIDES[TOP], PIXELS)
@@ -406,21 +389,21 @@ def find_toaster_slots(asset: Asset) -> list[Niche]:
         y1, y0 = (float(image.lower[1]) + (deep.shape[0] - r) * image.pixel for r in (a, b))
         x0, x1 = (float(image.lower[0]) + k * image.pixel for k in (c, d))
         px = image.pixel
-        out.append(Niche(round_mm_vec3((x0 + px, y0 + px, floor)), round_mm_vec3((x1 - px, y1 - px, upper[2]))))
-    along = bool(out) and float(out[0].size[1]) >= float(out[0].size[0])
-    return sorted(out, key=lambda h: h.lower[0] if along else h.lower[1])
+        out.append(_niche((x0 + px, y0 + px, floor), (x1 - px, y1 - px, upper[2])))
+    wide, deep = (out[0][1] - out[0][0])[:2] if out else (1.0, 0.0)
+    return sorted(out, key=lambda niche: float(niche[0][0 if deep >= wide else 1]))
 
 
-def niche_floor(niche: Niche, thick: float = 0.003) -> tuple[Box, Pose]:
+def niche_floor(niche: Bounds, thick: float = 0.003) -> tuple[Box, Pose]:
     """Return a thin board whose top is the floor of a niche."""
-    x, y, _ = (float(v) for v in niche.size)
-    at = niche.middle
-    return Box(size=(round_mm(x), round_mm(y), thick)), Pose(
-        position=round_mm_vec3((at[0], at[1], niche.lower[2] - thick / 2))
-    )
+    lower, upper = niche
+    x, y, _ = (float(v) for v in upper - lower)
+    at = (lower + upper) / 2
+    pose = Pose(position=round_mm_vec3((at[0], at[1], lower[2] - thick / 2)))
+    return Box(size=(round_mm(x), round_mm(y), thick)), pose
 
 
-def _box(image: DepthImage, points: Floats, back: Floats, span: tuple[int, int, int, int]) -> Niche:
+def _box(image: DepthImage, points: Floats, back: Floats, span: tuple[int, int, int, int]) -> Bounds:
     a, b, c, d = span
     rows = back.shape[0]
     front = float(points[:, 1].min())
@@ -429,7 +412,11 @@ def _box(image: DepthImage, points: Floats, back: Floats, span: tuple[int, int, 
     far = front + float(np.median(back[a:b, c:d]))
     # It begins where what stands under it does.
     near = front + float(np.median(back[b + 1, c:d])) if b + 1 < rows else front
-    return Niche(round_mm_vec3((x0, min(near, far - 0.02), z0)), round_mm_vec3((x1, far, z1)))
+    return _niche((x0, min(near, far - 0.02), z0), (x1, far, z1))
+
+
+def _niche(lower: Vec3, upper: Vec3) -> Bounds:
+    return np.array(round_mm_vec3(lower)), np.array(round_mm_vec3(upper))
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.articulate.runtime_places import (
+    Bounds,
     Burner,
-    Niche,
     burner_faces,
     closing_link,
     find_cup_niche,
@@ -236,8 +236,9 @@ def _with_cup(asset: Asset) -> Asset:
     place = find_cup_niche(asset)
     if place is None:
         return asset
-    x, y, _ = (round(float(v), 4) for v in place.middle)
-    z, tall = place.lower[2], float(place.size[2])
+    lower, upper = place
+    x, y, _ = (round(float(v), 4) for v in (lower + upper) / 2)
+    z, tall = float(lower[2]), float(upper[2] - lower[2])
     stream = Pose(position=(x, y, round(z + 0.6 * tall, 4)))
     size = (STREAM_M, STREAM_M, round(0.8 * tall, 4))
     sites = (
@@ -261,9 +262,10 @@ def _with_slots(asset: Asset) -> Asset:
     return asset.replace(links=(root, *asset.links[1:]), regions=(*asset.regions, *regions))
 
 
-def _region(name: str, niche: Niche) -> Region:
-    x, y, z = (round(float(v), 4) for v in niche.middle)
-    a, b, c = (round(max(float(v), 1e-3), 4) for v in niche.size)
+def _region(name: str, niche: Bounds) -> Region:
+    lower, upper = niche
+    x, y, z = (round(float(v), 4) for v in (lower + upper) / 2)
+    a, b, c = (round(max(float(v), 1e-3), 4) for v in upper - lower)
     return Region(name=name, pose=Pose(position=(x, y, z)), size=(a, b, c))
 
 
@@ -414,12 +416,10 @@ def _toaster(asset: Asset, joints: Mapping[str, Joint]) -> _Parts:
         variables.append(_switch(power))
         down = _range_between(lever, LEVER_DOWN_SHARE, 1.0, begins=True)
         rules.append(Rule(variable=power, from_values=("off",), to="on", when=(down,)))
+        ends = [_range_between(lever, 0.0, LEVER_UP_SHARE)]
         if _has_shape(asset, f"{stem}button_cancel"):
-            cancel = Condition(contact=f"{stem}button_cancel", begins=True)
-            rules.append(Rule(variable=power, from_values=("on",), to="off", when=(cancel,)))
-        rules.append(
-            Rule(variable=power, from_values=("on",), to="off", when=(_range_between(lever, 0.0, LEVER_UP_SHARE),))
-        )
+            ends.insert(0, Condition(contact=f"{stem}button_cancel", begins=True))
+        rules += [Rule(variable=power, from_values=("on",), to="off", when=(end,)) for end in ends]
         slots = [r.name for r in asset.regions if r.name.startswith(f"{stem}slot_")]
         effects += _effects(asset, power, "on", EffectKind.HEAT, slots)
     return variables, rules, effects

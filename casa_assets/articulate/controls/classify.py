@@ -223,10 +223,3 @@ def _type(chances: Floats, group: ControlGroup, on_top: bool) -> ControlType:
     count = len(group.members)
     shape = "stands alone" if count == 1 else f"{count} alike in {group.rows} rows and {group.columns} columns"
     return PartKind(CONTROL_CLASSES[best]), float(chances[best]), f"{shape}, by form and place"
-
-
-def check_forest(forest: Forest) -> Forest:
-    """Return a forest that knows the features and types of controls. Raises ValueError for another."""
-    if forest.features != CONTROL_FEATURES or forest.classes != CONTROL_CLASSES:
-        raise ValueError("a forest for other features or types than those of controls")
-    return forest

@@ -77,13 +77,6 @@ class FrontHypotheses:
     pixel: float
 
 
-def check_front_forest(forest: Forest, with_context: bool) -> Forest:
-    """Return a forest that was learned for the features of today. Raises ValueError for another."""
-    if forest.features != ((*FEATURES, *CONTEXT) if with_context else FEATURES):
-        raise ValueError("a forest of other features of fronts; run benchmarks/train/fronts.py")
-    return forest
-
-
 def find_fronts(
     mesh: WeldedMesh, relief: SideRelief, side: int, forests: tuple[Forest, Forest]
 ) -> list[tuple[FrontRectangle, float]]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from casa_assets import registry
 from casa_assets.articulate.assemble import AssetSpec, assemble, drop_empty_links
-from casa_assets.articulate.controls.classify import check_forest
+from casa_assets.articulate.controls.classify import CONTROL_CLASSES, CONTROL_FEATURES
 from casa_assets.articulate.decisions import (
     GIVEN_REASON,
     Decisions,
@@ -21,7 +21,7 @@ from casa_assets.articulate.decisions import (
     parse_direction,
 )
 from casa_assets.articulate.frame import guess_frame, metres_per_unit
-from casa_assets.articulate.fronts.front_hypotheses import check_front_forest
+from casa_assets.articulate.fronts.front_hypotheses import CONTEXT, FEATURES
 from casa_assets.articulate.infer import choose_plan
 from casa_assets.articulate.interior.inner_parts import with_pieces_in_the_way
 from casa_assets.articulate.kinds import kind_by_parts, kind_named, rename_for_runtime
@@ -63,11 +63,12 @@ _UP_WORDS = {axis: ("-" if axis.startswith("minus_") else "+") + axis[-1] for ax
 @cache
 def load_models() -> Models:
     """Return the forests of registry/learned/. Raises RegistryError, or ValueError where one fits other features."""
-    return Models(
-        controls=check_forest(registry.learned_forest("controls")),
-        fronts_alone=check_front_forest(registry.learned_forest("fronts_alone"), with_context=False),
-        fronts=check_front_forest(registry.learned_forest("fronts"), with_context=True),
-    )
+    needed = {"controls": CONTROL_FEATURES, "fronts_alone": FEATURES, "fronts": (*FEATURES, *CONTEXT)}
+    forests = {name: registry.learned_forest(name) for name in needed}
+    other = [name for name, features in needed.items() if forests[name].features != features]
+    if other or forests["controls"].classes != CONTROL_CLASSES:
+        raise ValueError(f"forests of other features or types: {', '.join(other)}; run benchmarks/train")
+    return Models(**forests)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from casa_assets.articulate.controls.classify import check_forest, classify_with_dials
+from casa_assets import registry
+from casa_assets.articulate.controls.classify import classify_with_dials
 from casa_assets.articulate.controls.controls import Control, find_controls, group_controls
 from casa_assets.articulate.controls.levers_and_buttons import Lever, find_levers
 from casa_assets.articulate.infer import choose_plan
@@ -62,15 +63,16 @@ def test_pulls_of_drawers_are_neither() -> None:
     assert kinds_of(*carcass(0.5, 0.45, 0.61), *fronts, *pulls) == []
 
 
-def test_a_forest_gives_the_mean_of_its_trees() -> None:
+def test_a_forest_gives_the_mean_of_its_trees(monkeypatch: pytest.MonkeyPatch) -> None:
     leaf = [[[0, 100]]]
     trees = [[[0, 0.5, 1, 2], [[100, 0]], [[50, 50]]], leaf]
     forest = forest_from_dict({"features": ["a"], "classes": ["x", "y"], "trees": trees})
     assert forest.probabilities(np.array([[0.5], [0.6]])).tolist() == [[0.5, 0.5], [0.25, 0.75]]
     with pytest.raises(ValueError, match="points nowhere"):
         forest_from_dict({"features": ["a"], "classes": ["x", "y"], "trees": [[[0, 0.5, 1, 3], *leaf, *leaf]]})
+    monkeypatch.setattr(registry, "learned_forest", lambda _: forest)
     with pytest.raises(ValueError, match="other features"):
-        check_forest(forest)
+        load_models.__wrapped__()
 
 
 def test_round_things_that_are_smaller_than_the_dial_of_a_toaster_are_its_keys() -> None:

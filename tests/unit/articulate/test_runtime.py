@@ -325,10 +325,10 @@ class TestHollows:
         }
         place = find_cup_niche(thing(link("object", machine, None)))
         assert place is not None
-        assert place.lower[2] == pytest.approx(0.03, abs=3e-3)
-        assert place.upper[2] == pytest.approx(0.22, abs=3e-3)
-        assert place.middle[0] == pytest.approx(0.0, abs=3e-3)
-        assert -0.15 <= place.middle[1] <= 0.0
+        assert (place[0][2], place[1][2]) == pytest.approx((0.03, 0.22), abs=3e-3)
+        middle = (place[0] + place[1]) / 2
+        assert middle[0] == pytest.approx(0.0, abs=3e-3)
+        assert -0.15 <= middle[1] <= 0.0
         assert find_cup_niche(thing(link("object", {"block": machine["back"]}, None))) is None
 
     def test_slots_are_long_and_narrow_and_deep(self) -> None:
@@ -342,8 +342,8 @@ class TestHollows:
         }
         asset = thing(link("object", walls, None))
         found = find_toaster_slots(asset)
-        assert [h.middle[1] for h in found] == pytest.approx([-0.04, 0.04], abs=3e-3)
-        assert [h.lower[2] for h in found] == pytest.approx([0.03, 0.03], abs=3e-3)
+        assert [(low + high)[1] / 2 for low, high in found] == pytest.approx([-0.04, 0.04], abs=3e-3)
+        assert [low[2] for low, _ in found] == pytest.approx([0.03, 0.03], abs=3e-3)
         ready = annotate_for_runtime(asset, "toaster")
         assert {"slotL", "slotR"} <= {r.name for r in ready.regions}
         assert {"slotL_floor", "slotR_floor"} <= {c.name for c in ready.root.colliders}
