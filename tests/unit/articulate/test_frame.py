@@ -9,21 +9,17 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.articulate.frame import (
-    align_walls,
-    candidate_axes,
     given_frame,
     guess_frame,
-    rotate_fragments,
 )
 from casa_assets.articulate.kinds import (
     KIND_NAMES,
     KIND_TRAITS,
     kind_named,
 )
-from casa_assets.articulate.segment.fragments import WeldedMesh, measure_fragments, weld_triangles
-from casa_assets.articulate.segment.orthographic import FRONT, SIDES, TOP
+from casa_assets.articulate.segment.fragments import WeldedMesh, weld_triangles
+from casa_assets.articulate.segment.orthographic import SIDES
 from tests.unit.articulate.blocks import Floats, Ints, box, carcass, disc, drawers, microwave, together
-from tests.unit.articulate.fragmented import pieces_in
 
 pytestmark = pytest.mark.content("code", "articulate", keep=0)
 
@@ -104,38 +100,7 @@ def test_the_word_of_the_file_counts() -> None:
         assert guess_frame(cube, stated=side).rotation[2] == pytest.approx(-SIDES[side][2])
 
 
-def test_walls_are_laid_along_the_axes(subtests: pytest.Subtests) -> None:
-    for stands in [np.eye(3), Y_UP, Y_UP.T @ yaw(31.0) @ Y_UP @ yaw(12.0)]:
-        for degrees in [0.3, 7.0, 45.0, 80.0]:
-            with subtests.test(degrees=degrees, stands=stands):
-                rotation = stands @ yaw(degrees)
-                found = align_walls(turned("oven", rotation))
-                assert np.linalg.det(found) == pytest.approx(1.0)
-                together_ = np.abs(found @ rotation)
-                assert together_.max(axis=1) == pytest.approx(np.ones(3), abs=1e-4 if degrees > 2 else 1e-3)
-
-
 PIXELS = 128
-
-
-def test_turned_pieces_are_as_if_measured_there(subtests: pytest.Subtests) -> None:
-    for front, top in [p for p in product(range(6), repeat=2) if p[0] // 2 != p[1] // 2]:
-        with subtests.test(front=front, top=top):
-            pieces = pieces_in(microwave()[:2], pixels=PIXELS)
-            found = rotate_fragments(pieces, front, top)
-            rotation = candidate_axes(front, top)
-            assert np.linalg.det(rotation) == pytest.approx(1.0)
-            assert rotation @ SIDES[front][2] == pytest.approx(SIDES[FRONT][2])
-            assert rotation @ SIDES[top][2] == pytest.approx(SIDES[TOP][2])
-            anew = measure_fragments(found.mesh, found.label, PIXELS)
-            assert found.lower == pytest.approx(anew.lower)
-            assert found.upper == pytest.approx(anew.upper)
-            assert found.visible_area == pytest.approx(anew.visible_area, abs=0.1 * anew.visible_area.max())
-            for old, new in zip(found.depth_images, anew.depth_images, strict=True):
-                assert old.face.shape == new.face.shape
-                assert old.lower == pytest.approx(new.lower, abs=1.1 * new.pixel)
-                both = np.isfinite(old.depth) & np.isfinite(new.depth)
-                assert float((np.abs(old.depth[both] - new.depth[both]) < 1e-3).mean()) > 0.9
 
 
 def test_whole_words_name_a_kind(subtests: pytest.Subtests) -> None:

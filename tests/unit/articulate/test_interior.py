@@ -20,15 +20,22 @@ from casa_assets.formats import mjcf
 from casa_assets.library.review import read_decisions
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.model.asset.parts import JointKind
-from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, microwave, together
-from tests.unit.articulate.fragmented import (
+from tests.unit.articulate.blocks import (
     AS_IT_IS,
+    Floats,
+    Ints,
+    Part,
     articulate_fragmentation,
+    box,
+    carcass,
+    disc,
     fragments_of,
     in_its_frame,
+    microwave,
     pieces_in,
     plan_of,
     slides,
+    together,
 )
 from tests.unit.articulate.test_assemble import obj
 

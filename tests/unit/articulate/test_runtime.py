@@ -30,8 +30,7 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 from tests.support.asset.articulated_assets import microwave
 from tests.support.asset.asset_parts import box_inertial
-from tests.unit.articulate.blocks import Part, box, disc, together
-from tests.unit.articulate.fragmented import plan_of
+from tests.unit.articulate.blocks import Part, box, disc, plan_of, together
 
 SLIDES = frozenset({PartKind.DRAWER, PartKind.BUTTON, PartKind.TRAY})
 

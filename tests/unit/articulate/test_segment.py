@@ -11,13 +11,12 @@ import pytest
 
 from casa_assets.articulate.controls.controls import find_controls, group_controls
 from casa_assets.articulate.fronts.front_hypotheses import find_fronts
-from casa_assets.articulate.infer import best_score, needed_advantage
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind
 from casa_assets.articulate.run.build import load_models
 from casa_assets.articulate.segment import orthographic
 from casa_assets.articulate.segment.cutting import CutPlane, cut_triangles
 from casa_assets.articulate.segment.fragments import WeldedMesh, measure_fragments, weld_model, weld_triangles
-from casa_assets.articulate.segment.orthographic import FRONT, LEFT, SIDES, TOP, measure_relief, render_depth
+from casa_assets.articulate.segment.orthographic import FRONT, SIDES, TOP, measure_relief, render_depth
 from casa_assets.articulate.segment.segmentations import (
     Segmentation,
     cut_shell_parts,
@@ -33,8 +32,19 @@ from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import JointKind, Mesh
 from casa_assets.model.source import RawModel, RawPart
 from tests.support.mesh.meshes import box_mesh
-from tests.unit.articulate.blocks import Floats, Ints, Part, box, disc, drawers, microwave, together
-from tests.unit.articulate.fragmented import articulate_fragmentation, fragments_of, in_its_frame
+from tests.unit.articulate.blocks import (
+    Floats,
+    Ints,
+    Part,
+    articulate_fragmentation,
+    box,
+    disc,
+    drawers,
+    fragments_of,
+    in_its_frame,
+    microwave,
+    together,
+)
 
 Solids = tuple[Floats, Ints, Ints]
 pytestmark = pytest.mark.content("code", "articulate", keep=0)
@@ -77,15 +87,12 @@ def test_pieces_that_were_pulled_out_of_the_body_stay_apart() -> None:
     assert found[Segmentation.PIECES].tolist() == owner.tolist()
 
 
-def test_a_file_whose_pieces_are_its_welded_fragments_has_one_way() -> None:
-    assert list(segmentations(weld_triangles(*drawers()[:2]))) == [Segmentation.WELDED]
-
-
 def test_creases_of_solids_that_are_there_on_both_sides_are_those_of_one_side() -> None:
     parts = [box((k / 3, 0.1 * k, 0.07), (k / 3 + 0.21, 0.1 * k + 0.33, 0.7)) for k in range(9)]
     vertices, faces, owner = together(*parts)
     vertices = vertices @ np.linalg.qr(np.arange(9.0).reshape(3, 3) ** 2 + np.eye(3))[0]
     doubled = np.concatenate([faces, faces[:, ::-1]])
+    assert list(segmentations(weld_triangles(*drawers()[:2]))) == [Segmentation.WELDED]
     found = segmentations(weld_triangles(vertices, doubled))
     assert Segmentation.CREASES not in found
     assert found[Segmentation.WELDED].tolist() == [*owner.tolist(), *owner.tolist()]
@@ -153,35 +160,6 @@ def test_what_stands_out_at_a_concave_crease_is_a_fragment() -> None:
     assert set(labels[is_block].tolist()).isdisjoint(labels[~is_block].tolist())
     inset, is_block = pulled_out(-0.1)  # its rim is convex, and only its floor meets its walls at a concave crease
     assert len(set(segmentations(inset)[Segmentation.CREASES][is_block].tolist())) == 2
-
-
-def test_another_plan_is_taken_where_it_is_clearly_better_than_the_first() -> None:
-    assert best_score([1.0, 1.4]) == 0
-    assert best_score([1.0, 1.7, 1.6]) == 1
-    assert best_score([0.0]) == 0
-    # Over a plan without any part a part that is rather sure is enough.
-    assert best_score([0.0, 0.3], needed_advantage(0)) == 1
-    assert best_score([0.1, 0.4], needed_advantage(1)) == 0
-
-
-def test_a_box_fills_its_rectangle_from_every_side() -> None:
-    vertices, faces, _ = together(box((0, 0, 0), (2, 1, 4)))
-    for side, (width, height) in ((FRONT, (32, 64)), (LEFT, (16, 64)), (TOP, (64, 32))):
-        picture = render_depth(vertices, faces, SIDES[side], 64)
-        assert picture.face.shape == (height, width)
-        assert (picture.face >= 0).all()
-        assert picture.depth == pytest.approx(0.0, abs=1e-6)
-
-
-def test_two_triangles_cover_a_pixel_grid_once() -> None:
-    """Neighbouring triangles leave no hole, at any angle."""
-    for angle in np.linspace(0, np.pi, 7):
-        c, s = np.cos(angle), np.sin(angle)
-        square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1.0]]) @ np.array([[c, s], [-s, c]])
-        vertices = np.stack([square[:, 0], np.zeros(4), square[:, 1]], axis=1)
-        picture = render_depth(vertices, np.array([[0, 1, 2], [0, 2, 3]]), SIDES[FRONT], 128)
-        area = float((picture.face >= 0).sum()) * picture.pixel**2
-        assert area == pytest.approx(4.0, rel=0.02)
 
 
 def test_the_picture_does_not_depend_on_how_much_is_written_at_once(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,32 +7,45 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import typer
 from PIL import Image
 
 from casa_assets import registry
 from casa_assets.articulate.decisions import DECISIONS_NAME, Decisions, PartDecision
-from casa_assets.articulate.plan import PartKind, calibrate_parts
+from casa_assets.articulate.plan import Articulation, PartKind, calibrate_parts
 from casa_assets.articulate.run import build as building
 from casa_assets.articulate.run import steps as running
-from casa_assets.articulate.run.acceptance import doubts, limit_ranges, mend
-from casa_assets.articulate.run.build import ArticulateRequest, build, with_override
+from casa_assets.articulate.run.acceptance import (
+    MAX_LISTED_FAULTS,
+    doubts,
+    limit_ranges,
+    mend,
+    unmet_checks,
+    without_contract,
+)
+from casa_assets.articulate.run.build import NAMING_CONFIDENCE, ArticulateRequest, build, guess_category, with_override
 from casa_assets.articulate.run.steps import NAME as STRIP
 from casa_assets.articulate.run.steps import ArticulateOutcome, articulate_one
 from casa_assets.checks.motion.joints import joint_travels
-from casa_assets.cli.batch_output import end_inputs
+from casa_assets.errors import UnknownId
 from casa_assets.formats import mjcf
+from casa_assets.ingest.sources.discover import discover
+from casa_assets.ingest.sources.found import Found
 from casa_assets.library import library as disk
 from casa_assets.library import review
+from casa_assets.library.clip import NO_WEIGHTS
 from casa_assets.library.entry_table import EntryTable
 from casa_assets.library.review import read_decisions
+from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import REVIEW_CODE, Decision, Issue, Report, Severity
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.rows import Bars, Curve
 from casa_assets.model.source import Word
 from casa_assets.runs.outcome import RunAborted
 from casa_assets.show.stills.still import CELL_PX
-from tests.unit.articulate.blocks import Part, box, carcass, microwave, together
+from tests.support.asset.assets import category
+from tests.support.asset.contract_fixtures import hob, oven
+from tests.support.asset.packages import packed
+from tests.unit.articulate.blocks import Part, box, carcass, drawers, found_on, microwave, together
 from tests.unit.articulate.test_assemble import obj
 
 pytestmark = pytest.mark.content("code", "articulate.run", keep=0)
@@ -270,18 +283,6 @@ def _never_right() -> Curve:
     return Curve(given=(0.0, 1.0), right=(0.0, 0.1))
 
 
-def test_the_exit_code_tells_review_from_rejection(tmp_path: Path) -> None:
-    bad = ArticulateOutcome(tmp_path, code="ART001", message="no moving part found")
-    with pytest.raises(typer.Exit) as ended:
-        end_inputs([bad], ["bad"])
-    assert ended.value.exit_code == 1
-    kept = ArticulateOutcome(tmp_path, tmp_path, kept=True, reason_kept="it has 15 moving parts, the new result has 0")
-    with pytest.raises(typer.Exit) as ended:
-        end_inputs([kept], ["kept"])
-    assert ended.value.exit_code == 4
-    end_inputs([], [])
-
-
 @pytest.mark.representatives(2)
 @pytest.mark.parametrize(
     ("points", "faces"),
@@ -309,3 +310,66 @@ def test_a_mesh_with_signs_of_parts_of_which_none_was_found_is_in_review(tmp_pat
     assert "plan" in done.to_decide
     assert done.folder is not None
     assert read_decisions(done.folder / DECISIONS_NAME).parts == {}
+
+
+def one(folder: Path, name: str) -> Found:
+    (found,) = discover([obj(folder / name, *drawers()[:2])])
+    assert isinstance(found, Found)
+    return found
+
+
+@pytest.fixture(scope="module")
+def chest() -> tuple[Vec3, Articulation]:
+    vertices, faces, _ = drawers()
+    x, y, z = (float(v) for v in np.ptp(vertices, axis=0))
+    return (x, y, z), found_on(vertices, faces)
+
+
+def toaster() -> tuple[str, float, str]:
+    return "toaster", 0.8, "CLIP says a toaster"
+
+
+def nothing() -> tuple[str, float, str]:
+    return "", 0.2, "CLIP says a kettle at 20%, which names nothing"
+
+
+def test_the_user_goes_before_a_look_a_name_and_the_shape(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
+    fridge, unnamed = one(tmp_path, "fridge.obj"), one(tmp_path, "mesh_0042.obj")
+    kind = guess_category(fridge, *chest, stated="dishwasher", classify_by_image=toaster)
+    assert (kind.id, kind.confidence) == ("dishwasher", 1.0)
+    with pytest.raises(UnknownId):
+        guess_category(fridge, *chest, stated="spaceship")
+    kind = guess_category(fridge, *chest, classify_by_image=toaster)
+    assert (kind.id, kind.confidence, kind.reason) == ("toaster", 0.8, "CLIP says a toaster")
+    for seen in (None, nothing):
+        named = guess_category(fridge, *chest, classify_by_image=seen)
+        assert (named.id, named.reason[:11]) == ("refrigerator", "by its name")
+    assert named.confidence >= NAMING_CONFIDENCE
+    assert guess_category(fridge, *chest, stated="refrigerator") == guess_category(fridge, *chest), "it stays a guess"
+    kind = guess_category(unnamed, *chest)
+    assert kind.id == "drawer_stack"
+    assert 0.2 < kind.confidence <= 0.6
+    assert "by its shape and parts" in kind.reason
+    assert NO_WEIGHTS in kind.reason
+    assert "names nothing" in guess_category(unnamed, *chest, classify_by_image=nothing).reason
+
+
+def faults(asset: Asset, folder: Path) -> tuple[str, ...]:
+    known = registry.load()
+    contract = known.contracts.get(asset.contract or "")
+    return unmet_checks(asset, category(asset), packed(asset, folder).root, contract, known.limits)
+
+
+def test_an_asset_lacks_nothing_of_its_contract_or_says_what(tmp_path: Path) -> None:
+    assert faults(hob(), tmp_path / "whole") == ()
+    renamed = tuple(c.replace(name="key") if c.name == "start_button" else c for c in oven().root.colliders)
+    nameless = oven().replace(links=(oven().root.replace(colliders=renamed), *oven().links[1:]), behavior=None)
+    assert any(f.startswith("CON003 colliders/start_button") for f in faults(nameless, tmp_path / "nameless"))
+    stiff = hob().replace(joints=tuple(j.replace(damping=500.0) for j in hob().joints))
+    found = faults(stiff, tmp_path / "stiff")
+    assert found
+    assert all(f.startswith("KIN") for f in found), "what does not move is said once the names are right"
+    asset = without_contract(hob(), tuple(f"CON001 joints/k{i}: is not there" for i in range(MAX_LISTED_FAULTS + 2)))
+    guess = asset.provenance.guesses[-1]
+    assert (asset.contract, guess.subject, guess.value) == (None, "contract", "not stovetop")
+    assert guess.reason.endswith("and 2 more")
