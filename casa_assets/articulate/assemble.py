@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.articulate.build_colliders import LinkColliders, build_colliders, part_label
+from casa_assets.articulate.build_colliders import build_colliders, part_label
 from casa_assets.articulate.plan import (
     ADDED_MESH_NAMES,
     Articulation,
@@ -192,7 +192,7 @@ def assemble(model: RawModel, mesh: WeldedMesh, articulation: Articulation, spec
     names = [ROOT, *(p.name for p in articulation.parts)]
     anchors = [np.zeros(3), *(place.point(np.array(p.joint.anchor)) for p in articulation.parts)]
     refit = frozenset(map(names.index, spec.refit))
-    shapes = build_colliders(place.points, mesh, articulation, spec.substance.id, refit)
+    shapes, blocking = build_colliders(place.points, mesh, articulation, spec.substance.id, refit)
     areas = np.array([float(mesh.areas[owner == i - 1].sum()) for i in range(len(names))])
     weights = _weights(spec, areas, shapes)
     links = []
@@ -207,12 +207,12 @@ def assemble(model: RawModel, mesh: WeldedMesh, articulation: Articulation, spec
                 pose=Pose(position=round7_vec3(at)),
                 inertial=_inertial(place.points - anchors[i], mesh.faces[rows], float(weights[i])),
                 visuals=_visuals(model, place, owner == i - 1, articulation.parts[i - 1] if i else None, anchors[i]),
-                colliders=shapes[i].colliders,
+                colliders=shapes[i],
             )
         )
     joints = tuple(
-        build_joint(p, spec.metres, k, t.blocking_part, names)
-        for p, k, t in zip(articulation.parts, links[1:], shapes[1:], strict=True)
+        build_joint(part, spec.metres, link, behind, names)
+        for part, link, behind in zip(articulation.parts, links[1:], blocking, strict=True)
     )
     return Asset(
         id=spec.asset_id,
@@ -330,18 +330,16 @@ def _single(values: Floats) -> Floats:
     return values.astype(np.float32).astype(np.float64)
 
 
-def _weights(spec: AssetSpec, areas: Floats, shapes: Sequence[LinkColliders]) -> Floats:
+def _weights(spec: AssetSpec, areas: Floats, shapes: Sequence[Sequence[Collider]]) -> Floats:
     """Return the (N,) masses of links in kg: a total divided in proportion to their areas, up to each one's maximum.
 
     Mass above the maximum of one link goes to the others, as far as their own maxima allow.
     """
     areas[0] *= BODY_WEIGHT_FACTOR
     span = spec.category.mass_kg
-    volumes = [sum(hull_volume(tessellate(c.shape, c.pose)[0]) for c in s.colliders) for s in shapes]
+    volumes = [sum(hull_volume(tessellate(c.shape, c.pose)[0]) for c in own) for own in shapes]
     # Of steel throughout; a link without shapes may weigh anything.
-    heaviest = np.array(
-        [MAX_DENSITY_KG_M3 * v if s.colliders else math.inf for v, s in zip(volumes, shapes, strict=True)]
-    )
+    heaviest = np.array([MAX_DENSITY_KG_M3 * v if own else math.inf for v, own in zip(volumes, shapes, strict=True)])
     needed = 1.01 * span.low / max(float(heaviest.sum()), 1e-9)
     heaviest *= needed if 1.0 < needed <= MAX_SHEET_DENSITY_FACTOR else 1.0
     usual = span.typical * (spec.metres / (1.3 * spec.category.longest_m.typical)) ** 3

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence, Set
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -106,19 +105,6 @@ def _edge(solid: LinkSolid, lower: Floats, upper: Floats) -> tuple[int, float]:
     return axis, 1.0 if away[axis] > 0 else -1.0
 
 
-@dataclass(frozen=True)
-class LinkColliders:
-    """Colliders of a link.
-
-    Attributes:
-        colliders: in the frame of the link.
-        blocking_part: index of the part that must be open before this link can move, or None.
-    """
-
-    colliders: tuple[Collider, ...]
-    blocking_part: int | None = None
-
-
 def part_label(kind: PartKind) -> str:
     """Return the label of the visuals and colliders of a part."""
     return _LABELS.get(kind, kind.value)
@@ -126,8 +112,10 @@ def part_label(kind: PartKind) -> str:
 
 def build_colliders(
     points: Floats, mesh: WeldedMesh, articulation: Articulation, substance: str, refit: Set[int] = frozenset()
-) -> list[LinkColliders]:
-    """Return the colliders of the body and of each part, in this order.
+) -> tuple[list[tuple[Collider, ...]], list[int | None]]:
+    """Return the colliders of the body and of each part, in the frames of their links.
+
+    Also returns, for each part, the index of the part that must be open before it can move, or None.
 
     Args:
         points: (P, 3) of the mesh, metres, asset frame.
@@ -172,10 +160,8 @@ def build_colliders(
         origin = np.zeros(3) if solid.anchor is None else solid.anchor
         kind = None if i == 0 else articulation.parts[i - 1].kind
         name = "object" if i == 0 else names[i - 1]
-        out.append(
-            LinkColliders(_colliders(solid, origin, name, kind, substance), None if i == 0 else blocking_parts[i - 1])
-        )
-    return out
+        out.append(_colliders(solid, origin, name, kind, substance))
+    return out, blocking_parts
 
 
 def _set_joints(

@@ -234,11 +234,6 @@ def _rings(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats)
     return float(np.log1p(min(len(found), MAX_RINGS)))
 
 
-def side_facing(direction: Floats) -> int:
-    """Return the index of the side that faces a direction."""
-    return int(np.argmax(-SIDES[:, 2] @ direction))
-
-
 def frame_features(
     measured: MeasuredFragments, sides: Sequence[SideView], front: int, top: int, inside: Floats
 ) -> dict[str, float]:
@@ -246,7 +241,7 @@ def frame_features(
     back, bottom = front ^ 1, top ^ 1
     up, out = -SIDES[top][2], -SIDES[front][2]
     across = np.cross(up, out)
-    left, right = side_facing(-across), side_facing(across)
+    left, right = (int(np.argmax(-SIDES[:, 2] @ direction)) for direction in (-across, across))
     lower, upper = measured.lower.min(axis=0), measured.upper.max(axis=0)
     width, depth, height = (float(np.abs(a) @ (upper - lower)) for a in (across, out, up))
     front_view = sides[front]

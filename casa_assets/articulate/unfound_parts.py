@@ -57,7 +57,12 @@ def signs_of_parts(mesh: WeldedMesh, stated: str, names: Sequence[str], models: 
     """
     if float(np.ptp(mesh.points, axis=0).min()) < MIN_THICKNESS:
         return ()
-    found = _signs_of_names(stated, names)
+    found = []
+    if stated in KIND_TRAITS and stated not in OFTEN_STILL:
+        found.append(f"it is called a {stated.replace('_', ' ')}, and such things have moving parts")
+    words = {word.removesuffix("s") for name in names for word in split_words(name)} & PART_WORDS
+    if words:
+        found.append(f"names in its file say {', '.join(sorted(words))}")
     views = render_sides(mesh)
     measured = measure_fragments(mesh, mesh.fragment_labels, images=views)
     found += _signs_of_pieces(measured)
@@ -66,16 +71,6 @@ def signs_of_parts(mesh: WeldedMesh, stated: str, names: Sequence[str], models: 
         for side in SIDE_NAMES:
             found += _signs_of_side(mesh, measured, side, models)
     return tuple(found)
-
-
-def _signs_of_names(stated: str, names: Sequence[str]) -> list[str]:
-    found = []
-    if stated in KIND_TRAITS and stated not in OFTEN_STILL:
-        found.append(f"it is called a {stated.replace('_', ' ')}, and such things have moving parts")
-    words = {word.removesuffix("s") for name in names for word in split_words(name)} & PART_WORDS
-    if words:
-        found.append(f"names in its file say {', '.join(sorted(words))}")
-    return found
 
 
 def _signs_of_side(mesh: WeldedMesh, measured: MeasuredFragments, side: int, models: Models) -> list[str]:

@@ -206,10 +206,7 @@ def pooled(chances: Floats) -> Floats:
 
 
 def decided(chances: Floats, on_top: Mask) -> Ints:
-    """Return the (N,) indices in CONTROL_CLASSES for (N, C) probabilities: a knob or key is at least rather likely.
-
-    Less will do for those `on_top` (N,).
-    """
+    """Return the (N,) indices in CONTROL_CLASSES for (N, C) probabilities; less will do for those `on_top` (N,)."""
     best = 1 + chances[:, 1:].argmax(axis=1)
     least = np.where(on_top, MIN_PROBABILITY_ON_TOP, MIN_PROBABILITY)
     is_one = chances[np.arange(len(chances)), best] >= least

@@ -98,10 +98,7 @@ def find_bar_levers(measured: MeasuredFragments, controls: Sequence[Control]) ->
 
 
 def _slot(measured: MeasuredFragments, control: Control, along: int, sign: float, near: float) -> Lever | None:
-    """Return the slot that leads away from a control to the right (0) or up (1), or against it, or None.
-
-    `near` is the depth of what is nearest in the picture.
-    """
+    """Return the slot that leads away from a control along an axis, or None; `near` is the nearest depth of all."""
     image = measured.depth_images[FRONT]
     across = 1 - along
     wide = float(control.across[across])

@@ -161,20 +161,15 @@ def _is_plain(measured: MeasuredFragments, panel: Panel) -> bool:
 
 def _tile(a: Panel, b: Panel) -> bool:
     """Return whether two panels lie in one row or column, flush, near each other, and about as large."""
-    if abs(float(a.lower[2] - b.lower[2])) > SAME_DEPTH:
-        return False
     areas = sorted((a.width * a.height, b.width * b.height))
-    return areas[0] >= MIN_SIZE_BY_EQUAL * areas[1] and any(
-        _in_line(a.lower, a.upper, b.lower, b.upper, k) for k in (0, 1)
-    )
-
-
-def _in_line(lower: Floats, upper: Floats, other_lower: Floats, other_upper: Floats, across: int) -> bool:
-    """Return whether two rectangles begin and end at the same place on an axis, and are near on the other."""
-    along = 1 - across
-    away = np.abs([lower[across] - other_lower[across], upper[across] - other_upper[across]]).max()
-    gap = max(float(lower[along] - other_upper[along]), float(other_lower[along] - upper[along]))
-    return bool(away <= IN_LINE) and -IN_LINE <= gap <= MAX_GAP
+    if abs(float(a.lower[2] - b.lower[2])) > SAME_DEPTH or areas[0] < MIN_SIZE_BY_EQUAL * areas[1]:
+        return False
+    for across, along in ((0, 1), (1, 0)):
+        away = np.abs([a.lower[across] - b.lower[across], a.upper[across] - b.upper[across]]).max()
+        gap = max(float(a.lower[along] - b.upper[along]), float(b.lower[along] - a.upper[along]))
+        if away <= IN_LINE and -IN_LINE <= gap <= MAX_GAP:
+            return True
+    return False
 
 
 def find_round_door(measured: MeasuredFragments) -> Panel | None:

@@ -64,7 +64,7 @@ def render_page(
         is_served: a server takes each decision at once; else the page writes a file. title: plain text.
         models: where the page finds the models of its assets; None: it shows pictures alone.
     """
-    ranked = sorted(done, key=lambda d: (_RANKS[d.decision], _least(d), str(d.mesh)))
+    ranked = sorted(done, key=_rank)
     return render_template(
         "articulate/review.html",
         title=title,
@@ -76,11 +76,11 @@ def render_page(
     )
 
 
-def _least(done: ArticulateOutcome) -> float:
-    """Return the confidence of the least certain decision."""
-    if done.articulation is None:
-        return 0.0
-    return min([done.articulation.frame.confidence, *(part.confidence for part in done.articulation.parts)])
+def _rank(done: ArticulateOutcome) -> tuple[int, float, str]:
+    """Return the sorting key of a mesh: by outcome, then by the confidence of the least certain decision."""
+    found = done.articulation
+    least = 0.0 if found is None else min([found.frame.confidence, *(part.confidence for part in found.parts)])
+    return _RANKS[done.decision], least, str(done.mesh)
 
 
 def _data(done: Sequence[ArticulateOutcome], library: Library, models: PageModels | None) -> dict[str, Any]:

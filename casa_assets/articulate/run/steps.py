@@ -245,10 +245,7 @@ def kept_outcome(
 
 
 def outcome_of_entry(library: disk.Library, entry: Entry) -> ArticulateOutcome | None:
-    """Return the outcome that led to an entry of a library.
-
-    None if it is unknown what moves in the asset: the cache was deleted, or other code has made the entry.
-    """
+    """Return the outcome that led to an entry; None where the cache was deleted, or other code has made the entry."""
     key = EntryKey(Identity(Producer.ARTICULATE, entry.sha256), entry.cache_key)
     return _recorded(library, key, Path(entry.source_path), library.root / entry.path, entry)
 

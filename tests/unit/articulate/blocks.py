@@ -1,4 +1,4 @@
-"""Plain solids of which the tests build appliances: closed, outward, with vertices of their own; what is found in them."""
+"""Plain solids of which the tests build appliances: closed, outward, sharing no vertices; and what is found in them."""
 
 from __future__ import annotations
 
