@@ -216,10 +216,7 @@ def _off_plate(
 
 
 def _without_bezel(lower: Floats, upper: Floats, group: list[int], ground: float) -> list[int]:
-    """Return a group without the scale or bezel around it: fragments that are nearly flush while the rest protrudes.
-
-    `ground` is the depth of what is around the group.
-    """
+    """Return a group without the scale or bezel around it, which is nearly flush with the `ground` around."""
     rows = np.array(group, dtype=np.int64)
     is_flush = lower[rows, 2] > ground - MAX_BEZEL_PROTRUSION
     # A flat sheet at the foot of a thing that stands out of it is what it stands on.

@@ -252,10 +252,7 @@ def _part(
 
 
 def drop_burner_caps(over: Sequence[Control], top: Sequence[Control], front: Sequence[Control]) -> list[Control]:
-    """Return the round things on the top that may be knobs without the caps of burners.
-
-    All controls of the top and of the front are looked at.
-    """
+    """Return the round things on a top that may be knobs, without caps of burners; by all of the top and front."""
     knobs = [float(c.across.max()) for c in front if c.is_round and c.protrusion >= MIN_BUTTON_PROTRUSION]
     usual = float(np.median(knobs)) if len(knobs) >= MIN_FRONT_KNOBS else 0.0
     alike = [c for c in over if not usual or abs(float(c.across.max()) - usual) <= KNOB_WIDTH_TOLERANCE * usual]

@@ -111,10 +111,7 @@ def with_pieces_in_the_way(articulation: Articulation, mesh: WeldedMesh) -> Arti
 
 
 def _pieces_of_body(is_body: Mask, mesh: WeldedMesh) -> Ints:
-    """Return the (F,) connected piece of each face of the body, -1 for all others.
-
-    A fragment that parts have taken faces from may be several pieces.
-    """
+    """Return the (F,) connected piece of each face of the body, -1 for others; a fragment may be several."""
     fragment = mesh.fragment_labels
     label = np.where(is_body, fragment, -1)
     count = int(fragment.max(initial=-1)) + 1
