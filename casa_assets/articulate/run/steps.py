@@ -387,7 +387,8 @@ def _publish(request: ArticulateRequest, result: ArticulateResult, key: EntryKey
     if request.preview:
         (staged / NAME).write_bytes(_strip(outcome, staged))
     # The record comes first: once the entry is in place, a run that was killed has nothing left to do for this mesh.
-    Store(library.cache).put(_record_key(key), _OUTCOMES.dump_json(outcome))
+    record = replace(outcome, mesh=Path(), folder=None)  # which are others for the next run
+    Store(library.cache).put(_record_key(key), _OUTCOMES.dump_json(record))
     library.publish(staged, outcome.folder)
     return outcome
 

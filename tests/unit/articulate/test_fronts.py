@@ -33,17 +33,9 @@ from casa_assets.articulate.segment.orthographic import FRONT, SIDES, DepthImage
 from casa_assets.core.numeric import forest_from_dict
 from casa_assets.model.asset.parts import Mesh
 from tests.support.asset.assets import textured_box
-from tests.unit.articulate.blocks import Floats, Part, box, carcass, disc, in_its_frame, lattice, pieces_in, together
+from tests.unit.articulate.blocks import Part, box, carcass, disc, in_its_frame, lattice, pieces_in, together
 
 COLUMNS = ((0, 20), (20, 40), (40, 160), (160, 180), (180, 200))
-
-
-def relief_of(depth: Floats) -> SideRelief:
-    """A relief of which nothing stands out and nothing is an edge."""
-    none = np.zeros(depth.shape, dtype=bool)
-    blob = np.full(depth.shape, -1, dtype=np.int64)
-    picture = DepthImage(np.zeros(depth.shape, dtype=np.int64), depth, np.zeros(2), 0.002)
-    return SideRelief(picture, depth, depth, blob, (), none, none)
 
 
 def fallen(planes: tuple[float, ...], rows: tuple[int, int] = (0, 100)) -> tuple[SideRelief, list[FrontRectangle]]:
@@ -51,7 +43,11 @@ def fallen(planes: tuple[float, ...], rows: tuple[int, int] = (0, 100)) -> tuple
     depth = np.zeros((100, 200))
     for (a, b), plane in zip(COLUMNS, planes, strict=True):
         depth[:, a:b] = plane
-    return relief_of(depth), [FrontRectangle(rows, c, p) for c, p in zip(COLUMNS, planes, strict=True)]
+    # Nothing stands out, and nothing is an edge.
+    none, blob = np.zeros(depth.shape, dtype=bool), np.full(depth.shape, -1, dtype=np.int64)
+    picture = DepthImage(np.zeros(depth.shape, dtype=np.int64), depth, np.zeros(2), 0.002)
+    relief = SideRelief(picture, depth, depth, blob, (), none, none)
+    return relief, [FrontRectangle(rows, c, p) for c, p in zip(COLUMNS, planes, strict=True)]
 
 
 def test_the_stairs_of_a_bulge_are_one_front() -> None:

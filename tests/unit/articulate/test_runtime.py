@@ -7,7 +7,15 @@ import math
 import numpy as np
 import pytest
 
-from casa_assets.articulate.kinds import PlacedPart, RuntimeName, runtime_names
+from casa_assets import registry
+from casa_assets.articulate.kinds import (
+    KIND_NAMES,
+    KIND_TRAITS,
+    PlacedPart,
+    RuntimeName,
+    kind_named,
+    runtime_names,
+)
 from casa_assets.articulate.plan import HingeEdge, JointPlan, PartKind
 from casa_assets.articulate.runtime_places import (
     Burner,
@@ -56,23 +64,6 @@ def at(
     return PlacedPart(plan_of(name, kind, np.empty(0, dtype=np.int64), joint), np.array(middle), np.array(size))
 
 
-def joints(places: list[PlacedPart], category: str, burners: tuple[Burner, ...] = ()) -> dict[str, str]:
-    return {part: name.joint for part, name in runtime_names(places, category, burners).items()}
-
-
-def test_the_lowest_keys_of_a_microwave_stop_and_start_it() -> None:
-    keys = [(0.40, 0.2), (0.44, 0.2), (0.40, 0.16), (0.44, 0.16)]
-    places = [at(f"b{i}", PartKind.BUTTON, (x, -0.2, z)) for i, (x, z) in enumerate(keys)]
-    places += [at("door_0", PartKind.DOOR, (0, -0.2, 0.2), edge=HingeEdge.LEFT)]
-    places += [at("disc", PartKind.TRAY, (0, 0, 0.05), turns=True)]
-    assert runtime_names(places, "microwave") == {
-        "b3": RuntimeName("start_button", "start_button_joint", "start_button"),
-        "b2": RuntimeName("stop_button", "stop_button_joint", "stop_button"),
-        "door_0": RuntimeName("door", "microjoint"),
-        "disc": RuntimeName("tray", "tray_joint", "tray"),
-    }
-
-
 BURNERS = tuple(
     Burner(f"{row}_{side}", (x, y, 0.9), 0.08)
     for row, y in (("front", -0.1), ("rear", 0.2))
@@ -80,71 +71,80 @@ BURNERS = tuple(
 )
 
 
-def test_knobs_in_a_row_or_a_column_belong_to_the_burners_of_their_side() -> None:
-    row = [at(f"k{i}", PartKind.KNOB, (x, -0.35, 0.8)) for i, x in enumerate((-0.3, -0.2, 0.2, 0.3))]
-    column = [at(f"k{i}", PartKind.KNOB, (0.35, y, 0.9)) for i, y in enumerate((-0.2, -0.1, 0.1, 0.2))]
-    for places, wanted in (
-        (row, ("front_left", "rear_left", "rear_right", "front_right")),
-        (column, ("front_right", "front_left", "rear_right", "rear_left")),
-    ):
-        assert joints(places, "hob", BURNERS) == {f"k{i}": f"knob_{w}_joint" for i, w in enumerate(wanted)}
+def knobs(*middles: Vec3) -> list[PlacedPart]:
+    return [at(f"k{i}", PartKind.KNOB, middle) for i, middle in enumerate(middles)]
+
+
+ROW = knobs(*((x, -0.35, 0.8) for x in (-0.3, -0.2, 0.2, 0.3)))
+COLUMN = knobs(*((0.35, y, 0.9) for y in (-0.2, -0.1, 0.1, 0.2)))
+# With a knob in the middle, which is that of the oven.
+FIVE = knobs(*((x, -0.35, 0.8) for x in (-0.3, -0.2, 0.0, 0.2, 0.3)))
+ABOVE = knobs(*((0.2, -0.2, 0.3 - 0.05 * i) for i in range(5)))
+FOLDS = at("door", PartKind.DOOR, (0, -0.3, 0.4), edge=HingeEdge.BOTTOM)
+LEFT, MORE = (
+    at(name, PartKind.DOOR, (x, -0.3, 0.5), edge=HingeEdge.LEFT) for name, x in (("left", -0.2), ("more", 0.6))
+)
+RIGHT = at("right", PartKind.DOOR, (0.2, -0.3, 0.5), edge=HingeEdge.RIGHT)
+FLAP = at("flap", PartKind.DOOR, (0.0, -0.3, 0.5), edge=HingeEdge.TOP)
+KEYS = [at(name, PartKind.BUTTON, (0.05, -0.15, z)) for name, z in (("high", 0.1), ("low", 0.05))]
+WIDE = at("wide", PartKind.BUTTON, (0, -0.1, 0.3), size=(0.05, 0.01, 0.03))
+LEVER = at("lever", PartKind.LEVER, (0, -0.15, 0.15), turns=False)
+LID, SPOUT = at("lid", PartKind.LID, (0, 0, 0.2)), at("spout", PartKind.SPOUT, (0, 0, 0.3))
+(DIAL,) = knobs((0, -0.15, 0.05))
+STICKS = [at(name, PartKind.LEVER, (x, 0, 0.1)) for name, x in (("right", 0.1), ("left", -0.1))]
+# Parts, category, and the joints that runtimes look for, by part.
+NAMED: list[tuple[list[PlacedPart], str, dict[str, str]]] = [
+    (ROW, "hob", {"k0": "front_left", "k1": "rear_left", "k2": "rear_right", "k3": "front_right"}),
+    (COLUMN, "hob", {"k0": "front_right", "k1": "front_left", "k2": "rear_right", "k3": "rear_left"}),
+    # One knob more or less than burners means that a burner, or a knob, was not found.
+    (FIVE, "hob", {}),
+    (FIVE[:3], "hob", {}),
+    (ABOVE[:2], "wall_oven", {"k0": "temp", "k1": "time"}),
+    (ABOVE[:3], "toaster_oven", {"k0": "temp", "k1": "function", "k2": "time"}),
+    (ABOVE[:1], "wall_oven", {}),
+    (ABOVE, "wall_oven", {}),
+    ([LEFT, RIGHT], "base_cabinet", {"left": "leftdoorhinge", "right": "rightdoorhinge"}),
+    ([RIGHT], "wall_cabinet", {"right": "doorhinge"}),
+    (
+        [LEFT, RIGHT, MORE],
+        "tall_cabinet",
+        {"left": "unit0_leftdoorhinge", "right": "rightdoorhinge", "more": "unit1_leftdoorhinge"},
+    ),
+    ([FLAP], "wall_cabinet", {}),
+    ([*KEYS, WIDE], "coffee_machine", {"wide": "start_button"}),
+    ([LID, *KEYS], "kettle", {"lid": "lid", "low": "switch", "high": "button_lid"}),
+    ([LEVER, *KEYS, DIAL], "toaster", {"lever": "lever", "low": "button_cancel", "k0": "knob_doneness"}),
+    ([SPOUT, *STICKS], "sink", {"spout": "spout", "right": "handle", "left": "handle_temp"}),
+]
+
+
+def test_parts_have_the_names_that_runtimes_look_for(subtests: pytest.Subtests) -> None:
+    for places, category, wanted in NAMED:
+        with subtests.test(category=category, wanted=wanted):
+            found = {part: name.joint for part, name in runtime_names(places, category, BURNERS).items()}
+            stem = "knob_" if category in ("hob", "wall_oven", "toaster_oven") else ""
+            joints = {part: w if w.endswith("hinge") else f"{stem}{w}_joint" for part, w in wanted.items()}
+            assert found == joints
 
 
 def test_the_knob_in_the_middle_of_a_range_is_that_of_its_oven() -> None:
-    row = [at(f"k{i}", PartKind.KNOB, (x, -0.35, 0.8)) for i, x in enumerate((-0.3, -0.2, 0.0, 0.2, 0.3))]
-    found = joints([*row, at("door_0", PartKind.DOOR, (0, -0.3, 0.4), edge=HingeEdge.BOTTOM)], "range", BURNERS)
-    assert found["k2"] == "knob_temp_joint"
-    assert found["k0"] == "knob_front_left_joint"
-    assert found["k4"] == "knob_front_right_joint"
-    assert found["door_0"] == "door_joint"
-    # A hob has no oven: one knob more than burners means that a burner was not found.
-    assert joints(row, "hob", BURNERS) == {}
-    assert joints(row[:3], "hob", BURNERS) == {}
+    names = runtime_names([*FIVE, FOLDS], "range", BURNERS)
+    found = {part: names[part].joint for part in ("k2", "k0", "k4", "door")}
+    knob = {"k2": "knob_temp_joint", "k0": "knob_front_left_joint", "k4": "knob_front_right_joint"}
+    assert found == knob | {"door": "door_joint"}
 
 
-def test_knobs_of_ovens_from_above(subtests: pytest.Subtests) -> None:
-    for category, knobs, wanted in [
-        ("wall_oven", 2, ["temp", "time"]),
-        ("toaster_oven", 3, ["temp", "function", "time"]),
-        ("wall_oven", 1, []),
-        ("wall_oven", 5, []),
-    ]:
-        with subtests.test(category=category, knobs=knobs, wanted=wanted):
-            places = [at(f"k{i}", PartKind.KNOB, (0.2, -0.2, 0.3 - 0.05 * i)) for i in range(knobs)]
-            assert list(joints(places, category).values()) == [f"knob_{w}_joint" for w in wanted]
-
-
-def test_doors_of_cabinets_by_the_side_that_they_hinge_on() -> None:
-    left, right = (
-        at(e.value, PartKind.DOOR, (x, -0.3, 0.5), edge=e) for e, x in ((HingeEdge.LEFT, -0.2), (HingeEdge.RIGHT, 0.2))
-    )
-    assert joints([left, right], "base_cabinet") == {"left": "leftdoorhinge", "right": "rightdoorhinge"}
-    assert joints([right], "wall_cabinet") == {"right": "doorhinge"}
-    more = at("more", PartKind.DOOR, (0.6, -0.3, 0.5), edge=HingeEdge.LEFT)
-    found = joints([left, right, more], "tall_cabinet")
-    assert found == {"left": "unit0_leftdoorhinge", "right": "rightdoorhinge", "more": "unit1_leftdoorhinge"}
-    flap = at("flap", PartKind.DOOR, (0.0, -0.3, 0.5), edge=HingeEdge.TOP)
-    assert joints([flap], "wall_cabinet") == {}
-
-
-def test_toaster_coffee_machine_and_kettle() -> None:
-    lever = at("l", PartKind.LEVER, (0, -0.15, 0.15), turns=False)
-    keys = [at("high", PartKind.BUTTON, (0.05, -0.15, 0.1)), at("low", PartKind.BUTTON, (0.05, -0.15, 0.05))]
-    found = runtime_names([lever, *keys, at("k", PartKind.KNOB, (0, -0.15, 0.05))], "toaster")
-    assert found["l"] == RuntimeName("lever", "lever_joint")
-    assert found["low"] == RuntimeName("button_cancel", "button_cancel_joint", "button_cancel")
-    assert found["k"].joint == "knob_doneness_joint"
-    wide = at("wide", PartKind.BUTTON, (0, -0.1, 0.3), size=(0.05, 0.01, 0.03))
-    assert joints([*keys, wide], "coffee_machine") == {"wide": "start_button_joint"}
-    lid = at("lid", PartKind.LID, (0, 0, 0.2))
-    assert joints([lid, *keys], "kettle") == {"lid": "lid_joint", "low": "switch_joint", "high": "button_lid_joint"}
-
-
-def test_spout_and_handles_of_a_faucet() -> None:
-    spout = at("s", PartKind.SPOUT, (0, 0, 0.3))
-    handles = [at("right", PartKind.LEVER, (0.1, 0, 0.1)), at("left", PartKind.LEVER, (-0.1, 0, 0.1))]
-    wanted = {"s": "spout_joint", "right": "handle_joint", "left": "handle_temp_joint"}
-    assert joints([spout, *handles], "sink") == wanted
+def test_the_lowest_keys_of_a_microwave_stop_and_start_it() -> None:
+    keys = [(0.40, 0.2), (0.44, 0.2), (0.40, 0.16), (0.44, 0.16)]
+    places = [at(f"b{i}", PartKind.BUTTON, (x, -0.2, z)) for i, (x, z) in enumerate(keys)]
+    places += [LEFT, at("disc", PartKind.TRAY, (0, 0, 0.05), turns=True)]
+    assert runtime_names(places, "microwave") == {
+        "b3": RuntimeName("start_button", "start_button_joint", "start_button"),
+        "b2": RuntimeName("stop_button", "stop_button_joint", "stop_button"),
+        "left": RuntimeName("door", "microjoint"),
+        "disc": RuntimeName("tray", "tray_joint", "tray"),
+    }
+    assert runtime_names([LEVER, *KEYS], "toaster")["low"].shape == "button_cancel"
 
 
 BARE = {"states": (), "exclusions": (), "keyframes": (), "behavior": None, "sites": ()}
@@ -470,3 +470,27 @@ def test_what_has_no_controls_has_no_states() -> None:
     assert behavior_for(operated({"microjoint": (-1.57, 0.0)}), "microwave") is None
     assert behavior_for(operated({"knob_left_joint": (0.0, 5.0)}), "hob") is None
     assert behavior_for(operated({"doorhinge": (-1.57, 0.0)}), "base_cabinet") is None
+
+
+def test_whole_words_name_a_kind(subtests: pytest.Subtests) -> None:
+    for hint, kind in [
+        ("kitchenMicrowave", "microwave"),
+        ("kitchen-stove_02", "range"),
+        ("Fridge freezer", "refrigerator"),
+        ("oven", "wall_oven"),
+        ("toaster oven", "toaster_oven"),
+        ("coffee_maker", "coffee_machine"),
+        ("electric kettle", "kettle"),
+        ("orange", None),
+        ("strange", None),
+        ("mesh_0042", None),
+    ]:
+        with subtests.test(hint=hint, kind=kind):
+            found = kind_named([hint])
+            assert (found.id if found else None) == kind
+
+
+def test_every_kind_is_a_fixture_of_the_registry() -> None:
+    fixtures = registry.load().fixtures
+    assert set(KIND_NAMES) <= set(fixtures)
+    assert set(KIND_TRAITS) <= set(fixtures)

@@ -76,16 +76,6 @@ def tilted(part: Part, degrees: float, about: Corner) -> Part:
     return (points - np.array(about)) @ rotation.T + np.array(about), faces
 
 
-def board_frame(wide: float, high: float, rail: float) -> list[Part]:
-    """Four boards around an opening, right before a body."""
-    return [
-        box((0.0, -0.02, 0.0), (rail, 0.0, high)),
-        box((wide - rail, -0.02, 0.0), (wide, 0.0, high)),
-        box((rail, -0.02, 0.0), (wide - rail, 0.0, rail)),
-        box((rail, -0.02, high - rail), (wide - rail, 0.0, high)),
-    ]
-
-
 def oven(*inside: Part) -> list[Part]:
     """A carcass whose front folds down, and what is in it. Parts: 0..4 carcass, 5 door, 6..8 handle, 9.. inside."""
     front = [box((0.0, -0.02, 0.0), (0.6, 0.0, 0.5)), *bar((0.05, -0.06, 0.45), (0.55, -0.05, 0.462), -0.02)]
@@ -291,7 +281,10 @@ SCENES: dict[str, tuple[str, Sequence[Part], str]] = {
     "a door flush in a frame of the body leaves the frame": scene(
         "door 9-12 by 10-12 hinge left 0..90",
         *carcass(0.6, 0.5, 0.8),
-        *board_frame(0.6, 0.8, 0.05),
+        box((0.0, -0.02, 0.0), (0.05, 0.0, 0.8)),
+        box((0.55, -0.02, 0.0), (0.6, 0.0, 0.8)),
+        box((0.05, -0.02, 0.0), (0.55, 0.0, 0.05)),
+        box((0.05, -0.02, 0.75), (0.55, 0.0, 0.8)),
         box((0.053, -0.02, 0.053), (0.547, 0.0, 0.747)),
         *bar((0.5, -0.06, 0.3), (0.512, -0.05, 0.5), -0.02),
     ),

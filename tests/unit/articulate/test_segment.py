@@ -1,18 +1,21 @@
-"""Meshes are welded, drawn, split into fragments, and cut where all is one shell."""
+"""Meshes are welded, turned to their front, drawn, split into fragments, and cut where all is one shell."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from itertools import product
 
 import manifold3d
 import numpy as np
 import pytest
 
 from casa_assets.articulate.controls.controls import find_controls, group_controls
-from casa_assets.articulate.fronts.front_hypotheses import find_fronts
+from casa_assets.articulate.frame import (
+    given_frame,
+    guess_frame,
+)
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind
-from casa_assets.articulate.run.build import load_models
 from casa_assets.articulate.segment import orthographic
 from casa_assets.articulate.segment.cutting import CutPlane, cut_triangles
 from casa_assets.articulate.segment.fragments import WeldedMesh, measure_fragments, weld_model, weld_triangles
@@ -38,6 +41,7 @@ from tests.unit.articulate.blocks import (
     Part,
     articulate_fragmentation,
     box,
+    carcass,
     disc,
     drawers,
     fragments_of,
@@ -199,21 +203,6 @@ def test_knobs_between_slots_stand_out_of_their_ground() -> None:
     assert len(relief.blobs) == 3
 
 
-def test_a_drawer_over_doors_is_a_front_by_its_pull_alone() -> None:
-    body = [box((0, 0, 0.1), (0.6, 0.55, 0.87)), box((0, 0.06, 0), (0.6, 0.55, 0.1))]
-    frames = [box((a, -0.012, 0.1), (a + 0.3, 0, 0.16)) for a in (0.0, 0.3)]
-    frames += [box((a, -0.012, 0.68), (a + 0.3, 0, 0.71)) for a in (0.0, 0.3)]
-    frames += [box((a, -0.012, 0.1), (a + 0.045, 0, 0.71)) for a in (0.0, 0.255, 0.3, 0.555)]
-    drawer = box((0, -0.012, 0.71), (0.6, 0, 0.87))
-    pulls = [disc((x, -0.037, z), 0.014, 0.025) for x, z in ((0.3, 0.79), (0.275, 0.65), (0.325, 0.65))]
-    mesh = shell_of(*body, *frames, drawer, *pulls)
-    models = load_models()
-    found = find_fronts(mesh, measure_relief(mesh, FRONT), FRONT, (models.fronts_alone, models.fronts))
-    assert len(found) == 3
-    assert found[0][0].columns[0] < 10
-    assert found[0][0].rows[1] == found[1][0].rows[0]
-
-
 WIDE = np.full(3, 10.0)
 
 
@@ -357,3 +346,82 @@ def test_a_shell_with_nothing_to_cut_out_of_it_stays_whole() -> None:
     stick = placed_of(oven())[1].parts[0].replace(faces=np.array([0, 1]))
     model = model_of(plain)
     assert cut_shell_parts(model, placed, found.replace(parts=(stick,)))[0] is model
+
+
+UP, FACING = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
+Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+
+
+def yaw(degrees: float) -> Floats:
+    """A turn about z."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
+
+
+def standing_range() -> tuple[Floats, Ints, Ints]:
+    """A range: a door with a level bar at its top, four knobs above it, and feet."""
+    return together(
+        *carcass(0.6, 0.6, 0.85),
+        box((0.01, -0.03, 0.12), (0.59, 0.0, 0.66)),
+        box((0.06, -0.08, 0.6), (0.54, -0.06, 0.62)),
+        box((0.06, -0.06, 0.6), (0.08, -0.03, 0.62)),
+        box((0.52, -0.06, 0.6), (0.54, -0.03, 0.62)),
+        *(disc((x, -0.04, 0.75), 0.025, 0.04) for x in (0.12, 0.24, 0.36, 0.48)),
+        *(box((x, y, -0.03), (x + 0.04, y + 0.04, 0.0)) for x in (0.02, 0.54) for y in (0.02, 0.54)),
+    )
+
+
+THINGS = {"drawers": drawers, "microwave": microwave, "range": standing_range}
+
+
+def turned(name: str, rotation: Floats, scale: float = 1.0) -> WeldedMesh:
+    """One of THINGS in another pose, with other units, moved."""
+    vertices, faces, _ = THINGS[name]()
+    return weld_triangles(vertices @ rotation.T * scale + np.array([3.0, -2.0, 7.0]) * scale, faces)
+
+
+def test_the_front_is_found_from_any_side(subtests: pytest.Subtests) -> None:
+    poses = ((0.0, np.eye(3)), (90.0, Y_UP), (180.0, np.eye(3)), (-27.0, Y_UP), (33.3, np.eye(3)))
+    for name, (degrees, stands) in product(("drawers", "range"), poses):
+        with subtests.test(name=name, degrees=degrees, stands=stands):
+            rotation = stands @ yaw(degrees)
+            found = guess_frame(turned(name, rotation, 100.0))
+            assert found.rotation[2] == pytest.approx(rotation @ UP, abs=2e-3)
+            assert found.rotation[1] == pytest.approx(-rotation @ FACING, abs=2e-3)
+            assert 0.0 < found.confidence <= 1.0
+            assert found.runner_up
+
+
+@pytest.mark.parametrize("degrees", [0.0, 2.0, 41.0])
+def test_the_thing_fills_its_box(degrees: float) -> None:
+    mesh = turned("microwave", yaw(degrees), 10.0)
+    frame = guess_frame(mesh, up=UP.tolist(), front=(yaw(degrees) @ FACING).tolist())
+    placed = mesh.in_frame(frame)
+    low, high = placed.points.min(axis=0), placed.points.max(axis=0)
+    assert np.linalg.norm(high - low) == pytest.approx(1.0)
+    assert (low + high) / 2 == pytest.approx(np.zeros(3), abs=1e-9)
+    size = np.array([0.5, 0.43, 0.3])
+    assert high - low == pytest.approx(size / np.linalg.norm(size), abs=2e-3)
+    assert frame.to_file(placed.points) == pytest.approx(mesh.points, abs=1e-9)
+
+
+@pytest.mark.representatives(2)
+@pytest.mark.parametrize("face", [3, 4, 0, 1, 2, 5])
+def test_what_the_user_says_holds(face: int) -> None:
+    mesh = turned("drawers", np.eye(3))
+    front = -SIDES[face][2]
+    for up in (-SIDES[k][2] for k in range(6) if k // 2 != face // 2):
+        found = guess_frame(mesh, up=up.tolist(), front=front.tolist())
+        assert found.rotation == pytest.approx(given_frame(mesh, up.tolist(), front.tolist()).rotation)
+        assert found.reason == "given"
+    assert guess_frame(mesh, front=front.tolist()).rotation[1] == pytest.approx(-front)
+    assert guess_frame(mesh, up=front.tolist()).rotation[2] == pytest.approx(front)
+
+
+def test_the_word_of_the_file_counts() -> None:
+    cube = weld_triangles(*together(box((0, 0, 0), (1, 1, 1)))[:2])
+    for side in range(6):
+        assert guess_frame(cube, stated=side).rotation[2] == pytest.approx(-SIDES[side][2])
+
+
+PIXELS = 128

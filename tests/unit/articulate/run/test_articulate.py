@@ -53,21 +53,6 @@ pytestmark = pytest.mark.content("code", "articulate.run", keep=0)
 AXES = {"up": (0.0, 0.0, 1.0), "front": (0.0, -1.0, 0.0)}
 
 
-def boxed_in() -> list[Part]:
-    """A drawer with a post that stands 0.1 m before it."""
-    return [
-        *carcass(0.5, 0.5, 0.3),
-        box((0.022, -0.0, 0.022), (0.478, 0.02, 0.278)),
-        box((0.15, -0.04, 0.14), (0.35, 0.0, 0.155)),
-        box((0.03, 0.02, 0.03), (0.04, 0.45, 0.2)),
-        box((0.46, 0.02, 0.03), (0.47, 0.45, 0.2)),
-        box((0.04, 0.02, 0.03), (0.46, 0.45, 0.04)),
-        box((0.04, 0.44, 0.04), (0.46, 0.45, 0.2)),
-        box((0.02, -0.16, -0.02), (0.48, -0.12, 0.28)),
-        box((0.0, -0.16, -0.02), (0.5, 0.5, 0.0)),
-    ]
-
-
 @pytest.fixture(scope="module")
 def entry(tmp_path_factory: pytest.TempPathFactory) -> ArticulateOutcome:
     """A microwave that a person accepts, with its pictures, in a library of its own."""
@@ -118,7 +103,19 @@ def test_what_does_not_move_and_what_cannot_be_are_told_apart(tmp_path: Path) ->
 
 
 def test_a_part_stops_where_it_runs_into_something(tmp_path: Path) -> None:
-    vertices, faces, _ = together(*boxed_in())
+    # A drawer with a post that stands 0.1 m before it.
+    thing = [
+        *carcass(0.5, 0.5, 0.3),
+        box((0.022, -0.0, 0.022), (0.478, 0.02, 0.278)),
+        box((0.15, -0.04, 0.14), (0.35, 0.0, 0.155)),
+        box((0.03, 0.02, 0.03), (0.04, 0.45, 0.2)),
+        box((0.46, 0.02, 0.03), (0.47, 0.45, 0.2)),
+        box((0.04, 0.02, 0.03), (0.46, 0.45, 0.04)),
+        box((0.04, 0.44, 0.04), (0.46, 0.45, 0.2)),
+        box((0.02, -0.16, -0.02), (0.48, -0.12, 0.28)),
+        box((0.0, -0.16, -0.02), (0.5, 0.5, 0.0)),
+    ]
+    vertices, faces, _ = together(*thing)
     part = PartDecision(kind=PartKind.DRAWER, box_m=((-0.24, -0.25, 0.03), (0.24, 0.33, 0.31)), travel_m=0.3)
     decisions = Decisions(parts={"mine": part})
     mesh = obj(tmp_path / "thing.obj", vertices, faces)
@@ -268,19 +265,13 @@ def test_nothing_is_built_behind_a_front_in_doubt(tmp_path: Path, monkeypatch: p
     mesh = obj(tmp_path / "microwave.obj", *microwave()[:2])
     request = ArticulateRequest(mesh, tmp_path, **AXES)
     cavities = build(request).articulation.cavities
-    model = registry.load_confidence()
-    monkeypatch.setattr(
-        building, "calibrate_parts", lambda found, _: calibrate_parts(found, model.replace(part=_never_right()))
-    )
+    model, never = registry.load_confidence(), Curve(given=(0.0, 1.0), right=(0.0, 0.1))
+    monkeypatch.setattr(building, "calibrate_parts", lambda found, _: calibrate_parts(found, model.replace(part=never)))
     doubtful = build(request).articulation
     assert [c.built for c in doubtful.cavities] == [False] * len(cavities)
     for before, after in zip(cavities, doubtful.cavities, strict=True):
         assert after.in_doubt is before.built
         assert not before.built or "not built: " in after.reason
-
-
-def _never_right() -> Curve:
-    return Curve(given=(0.0, 1.0), right=(0.0, 0.1))
 
 
 @pytest.mark.representatives(2)
