@@ -349,7 +349,7 @@ def articulate(
         raise CasaError(f"up or front: {error}") from error
     with tempfile.TemporaryDirectory(prefix="casa-assets-") as temporary:
         place = Path(temporary if library is None else library)
-        request = ArticulateRequest(path, place, category, *axes, size_m, given, complete=complete, anew=force)
+        request = ArticulateRequest(path, place, category, *axes, size_m, given, complete=complete, force=force)
         found = list(run_articulate([path], place, lambda one: replace(request, source_file=one), jobs=1))
         if len(found) != 1:
             raise CasaError(f"{path}: holds {len(found)} meshes; give one mesh of one thing")

@@ -33,22 +33,22 @@ CONTROL_FEATURES = (
 LARGE_PANEL_SHARE, TIP_SHARE = 0.08, 0.3
 Rectangle = tuple[Floats, Floats]  # (2,) lower and upper corner of a panel in (u, v)
 ControlType = tuple[PartKind | None, float, str]
-# Tells what a control is among others of its side, how sure that is, and why.
+# Type of a control among others of its side, how sure it is, and why.
 ControlClassifier = Callable[[Control, Sequence[Control]], ControlType]
 # Classes of the forest, in their order.
 CONTROL_CLASSES = ("neither", PartKind.KNOB.value, PartKind.BUTTON.value)
 # Probabilities are averaged as logarithms; less than this counts as this.
 LEAST_PROBABILITY = 1e-4
 # Probability from which on something is a knob or a key. Ref: with its source left out, of the things of the benchmark
-# that are told below .5 61 % are right, of those told at .5 to .6 54 % (benchmarks/train/controls.py).
+# below .5 61 % are right, of those at .5 to .6 54 % (benchmarks/train/controls.py).
 MIN_PROBABILITY = 0.45
 # The same on the top, where little else is round and in rows. Ref: with its source left out, of drawn things on the top
-# 306 fewer controls are lost than from .45 on, and 63 more things are told as one.
+# 306 fewer controls are lost than from .45 on, and 63 more things are taken for one.
 MIN_PROBABILITY_ON_TOP = 0.33
 # What is neither with at most this probability is the likelier of the two, unsure as that may be: without this rule
 # whole rows of knobs of fused shells were lost. From a third on, the forest says nothing.
 MAX_PROBABILITY_OF_NEITHER = 0.3
-# What stands out by less than this, diagonals, is printed or stuck on. Unless it is round, so many alike and more
+# What stands out by less than this, diagonals, is printed or stuck on. Unless it is round, this many alike and more
 # are flat keys, where distances between them differ by at most this share of their mean: those of letters vary.
 MAX_FLAT_PROTRUSION, MIN_FLAT_KEYS, MAX_FLAT_IRREGULARITY = 0.0015, 3, 0.3
 # Round keys of toasters are at most this wide by their dials.
@@ -170,7 +170,7 @@ def classify_by_forest(
     measured: MeasuredFragments, side: int, controls: Sequence[Control], panels: Sequence[Rectangle], forest: Forest
 ) -> ControlClassifier:
     """Return the type of each control of a side: all of a group have the type that fits the group best."""
-    told: dict[tuple[int, ...], ControlType] = {}
+    types: dict[tuple[int, ...], ControlType] = {}
     if 0 < len(controls) <= MAX_CONTROLS:
         features, groups = control_features(measured, side, controls, panels)
         chances = forest.probabilities(features)
@@ -180,14 +180,14 @@ def classify_by_forest(
             is_regular = len(rows) >= MIN_FLAT_KEYS and group.irregularity <= MAX_FLAT_IRREGULARITY
             is_mark = is_flat and not is_regular and group.round_share < 0.5
             found = (None, 0.0, "") if is_mark else _type(pooled(chances[rows]), group, side == TOP)
-            told |= {tuple(controls[i].fragments): found for i in rows}
-    return lambda control, _others: told.get(tuple(control.fragments), (None, 0.0, ""))
+            types |= {tuple(controls[i].fragments): found for i in rows}
+    return lambda control, _others: types.get(tuple(control.fragments), (None, 0.0, ""))
 
 
 def classify_with_dials(classify: ControlClassifier) -> ControlClassifier:
     """Return a classifier for controls of a toaster: round ones that are clearly smaller than its dials are keys."""
 
-    def told(control: Control, others: Sequence[Control]) -> ControlType:
+    def classified(control: Control, others: Sequence[Control]) -> ControlType:
         kind, confidence, reason = classify(control, others)
         if kind is not PartKind.KNOB:
             return kind, confidence, reason
@@ -196,7 +196,7 @@ def classify_with_dials(classify: ControlClassifier) -> ControlClassifier:
             return kind, confidence, reason
         return PartKind.BUTTON, confidence, "smaller than the dial beside it"
 
-    return told
+    return classified
 
 
 def pooled(chances: Floats) -> Floats:

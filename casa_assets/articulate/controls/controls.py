@@ -30,7 +30,7 @@ FINGER_ROOM_BY_WIDTH, MAX_BLOCKED_SHARE = 0.3, 0.08
 MIN_PIN_RATIO = 1.3
 # Protrusion to width from which a stick is too slender to be pushed.
 MIN_STICK_RATIO = 4.0
-# Something that is not round and has so many alike things apart from each other on it, each at most this share of it,
+# Something that is not round and has this many alike things apart from each other on it, each at most this share of it,
 # is a plate with keys and no key itself.
 MIN_KEYS_ON_PLATE, MAX_KEY_OF_PLATE = 4, 0.2
 # A scale or a bezel around a control that stands out does not move with it: it protrudes by no more than this, in

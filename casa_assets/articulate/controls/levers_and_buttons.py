@@ -1,4 +1,4 @@
-"""Find levers, wall switches and single buttons, and tell burner caps from knobs."""
+"""Find levers, wall switches and single buttons, and distinguish burner caps from knobs."""
 
 from __future__ import annotations
 
@@ -51,8 +51,8 @@ MIN_THICKNESS = 0.005
 # Width of a single button, diagonals (a ring around one is wider), its least protrusion, and its most by its width.
 MAX_BUTTON_WIDTH, MIN_BUTTON_PROTRUSION, MAX_PROTRUSION_BY_WIDTH = 0.22, 0.004, 0.6
 # Burner caps are surrounded by slim arms that bear pans: fewest arms, their length to width, and their distance from
-# the cap by its width. The knobs of an object are alike: from so many knobs on its front on, a round control of another
-# width on the top is none.
+# the cap by its width. Knobs of an object are alike: with this many on its front, a round control of another width on
+# the top is none.
 MIN_PAN_SUPPORT_ARMS, MIN_ARM_RATIO, MAX_ARM_GAP_BY_WIDTH, MIN_FRONT_KNOBS, KNOB_WIDTH_TOLERANCE = 3, 4.0, 0.5, 2, 0.25
 
 

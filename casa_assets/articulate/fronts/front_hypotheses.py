@@ -36,7 +36,7 @@ WHOLE_SHARE = 0.92
 # Rectangles that agree to this share of their area are one hypothesis; those that overlap less than the second share
 # of the smaller do not exclude each other.
 SAME_OVERLAP, FREE_OVERLAP = 0.7, 0.08
-# Widths or heights within this share are equal, and neighbours lie within so many diagonals of each other.
+# Widths or heights within this share are equal, and neighbours lie within this many diagonals of each other.
 EQUAL_SIZE, NEIGHBOUR_GAP = 0.08, 0.035
 # Strong hypotheses that are looked at as neighbours, and the share of one that lies within another.
 MAX_NEIGHBOURS, INSIDE_SHARE = 400, 0.85
@@ -45,7 +45,7 @@ MAX_CHOICE = 60
 # A rectangle is a front from these log odds on.
 MIN_SCORE = -0.5
 # What is less likely by itself is a front, too, from these log odds on, where it is in line with fronts beside it, and
-# flush (but for what is sunk in their frames), within so many diagonals, and its pull has the size of theirs but for
+# flush (but for what is sunk in their frames), within this many diagonals, and its pull has the size of theirs but for
 # this share.
 COMPLETING_SCORE, IN_LINE_SLACK, FLUSH_SLACK, ALIKE_PULLS = -1.6, 0.008, 0.02, 0.25
 # Score of a neighbour that is not there, log odds; and the bound of probabilities.

@@ -104,7 +104,7 @@ HINGE_DEPTH_SHARE = 0.15
 # Travel of a drawer as a share of its depth. Ref: the 57 drawers of the same bench have a median of 0.82.
 DRAWER_TRAVEL_SHARE = 0.81
 DOOR_RANGE_RAD = math.pi / 2
-# At most so many fronts of a thing speak for its kind.
+# At most this many fronts of a thing speak for its kind.
 MAX_SPEAKING_FRONTS = 3
 # How often a thing of a kind without habits has what looks like a door or drawer.
 SHARE_WITH_FRONTS = 0.05

@@ -75,8 +75,7 @@ MAX_SHELF_GAP = 0.1
 BOX_TOLERANCE = 0.002
 # A front without a handle has free space behind at least this share of it.
 MIN_HOLLOW_SHARE = 0.4
-# A panel smaller than this share of the front with so many controls is a control panel, even if a lever protrudes from
-# it like a handle.
+# With this many controls a panel that is smaller than this share of the front is a control panel, whatever protrudes.
 MIN_CONTROLS, MAX_CONTROL_PANEL_SHARE = 2, 0.4
 # The face of a remote control or a telephone: share of its side, depth of the thing by its longer side, controls on it.
 MIN_KEY_PAD_SHARE, MAX_KEY_PAD_DEPTH, MIN_KEY_PAD_CONTROLS = 0.7, 0.35, 3

@@ -42,7 +42,7 @@ MIN_STILE_LENGTH, MAX_STILE_WIDTH, MAX_RAIL_BY_STILE, MAX_RAILED_SHARE = 0.9, 0.
 # lie within walls), and least share of their front that is seen beside what lies on it.
 MIN_BLOCK_DEPTH_SHARE, MAX_BLOCK_ASIDE_SHARE, MIN_BLOCK_SEEN_SHARE = 0.5, 0.35, 0.2
 # Such a block is closed where its front is sunk by this share of its depth at most, over this share of it, in a picture
-# of so many pixels along the longer side.
+# of this many pixels along the longer side.
 MAX_SUNK_SHARE, MIN_CLOSED_SHARE, CLOSED_PIXELS = 0.1, 0.8, 64
 # The convex outline of a panel is at least this share of its rectangle: of a round one it is .79, of a triangle .5.
 MIN_HULL_SHARE = 0.65
@@ -60,7 +60,7 @@ MAX_STRIP_THICKNESS = 0.05
 MIN_LEAF_COVERAGE = 0.93
 # Shorter side of equal boards from which they are fronts of their own, diagonals.
 MIN_LEAF_SIDE = 0.09
-# Widest stile of a narrow door, as a share of it, where so many rails run between the stiles.
+# Widest stile of a narrow door, as a share of it, where this many rails run between the stiles.
 MAX_BROAD_STILE_SHARE, MIN_RAILS = 0.36, 2
 # Boards that are too slim for panels: least width and length, diagonals, and visible share of their rectangle.
 MIN_SLAT_WIDTH, MIN_SLAT_LENGTH, MIN_VISIBLE_SHARE = 0.006, 0.025, 0.5

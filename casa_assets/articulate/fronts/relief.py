@@ -30,7 +30,7 @@ from casa_assets.core.numeric import Floats, Ints, Mask
 BAND, GAP = 5, 3
 # Noise below which a line is compared with these instead: depth, diagonals, and the sine of a bend.
 MIN_GROOVE_NOISE, MIN_BEND_NOISE = 0.00015, 0.01
-# A signal of so many times the noise speaks as loud as can be.
+# A signal of this many times the noise speaks as loud as can be.
 LOUD = 6.0
 # Depth beyond which what lies behind a line is not the same side of the object, diagonals.
 OUTLINE_STEP = 0.02
@@ -55,7 +55,7 @@ LINE_TOLERANCE = 0.0022
 LINE_STRETCHES, MIN_STRETCH_VISIBILITY, MIN_LINE_VISIBILITY = 12, 0.5, 0.75
 # A line is visible to so much more than edges elsewhere in its rectangle: rough surfaces have edges everywhere.
 MIN_LINE_CONTRAST = 0.45
-# A stretch counts if this share of it is not hidden by protrusions; so many stretches have to count.
+# A stretch counts if this share of it is not hidden by protrusions; this many stretches have to count.
 MIN_FREE_SHARE, MIN_USABLE_STRETCHES = 0.3, 5
 # Length to width and least protrusion of a handle, diagonals. Ref: as MIN_HANDLE_PROTRUSION in opening_panels.py.
 MIN_BAR_RATIO, MIN_BAR_PROTRUSION = 2.5, 0.012

@@ -62,7 +62,7 @@ NEAR_WALL_SHARE, MIN_CLOSED_SHARE = 0.15, 0.6
 REAR_WALL_SHARE = 0.4
 # Distance of an opening cut into the front wall of a cavity from its other walls, diagonals.
 CUT_MARGIN = 0.003
-# A mesh has a cavity of its own if so many of its five walls are visible.
+# A mesh has a cavity of its own if this many of its five walls are visible.
 MIN_WALLS = 3
 # A drawer that reaches back by this share of the depth has a box.
 MIN_BOX_DEPTH_SHARE = 0.25

@@ -32,7 +32,7 @@ from casa_assets.model.registry.rows import ConfidenceModel
 MIN_FREE_TRAVEL = 0.25
 # A hinge is moved to the face of its door where that frees so much more of the range.
 MIN_TRAVEL_GAIN = 0.05
-# Checks of collision shapes that shapes fitted anew may pass: their box, where mass lies, and what they cover.
+# Checks of collision shapes that shapes fitted again may pass: their box, where mass lies, and what they cover.
 SHAPE_CODES = frozenset({"AST008", "AST009", "AST016"})
 # The check of parts that run into each other, and its limit in registry/limits.yaml.
 CONTACT_CODE, CONTACT_LIMIT = "MJC009", "sweep_penetration_m"

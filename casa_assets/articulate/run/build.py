@@ -145,7 +145,7 @@ class ArticulateRequest:
         decisions: content of a sidecar file; it overrides all guesses, and the options above override it.
         preview: write a strip of pictures. clip: weights of CLIP, which then names what the user does not.
         complete: build interiors if doors and drawers open onto nothing.
-        anew: work even if an earlier run made the same result, or has a better asset of the mesh.
+        force: work even if an earlier run made the same result, or has a better asset of the mesh.
         source_file: the input, if it was discovered before; None: it is looked up at `mesh`.
     """
 
@@ -159,7 +159,7 @@ class ArticulateRequest:
     preview: bool = False
     clip: Path | None = None
     complete: bool = True
-    anew: bool = False
+    force: bool = False
     source_file: Found | None = None
 
 
@@ -367,9 +367,9 @@ def _scale(
 
 def _choose_frame(mesh: WeldedMesh, model: RawModel, request: ArticulateRequest) -> Frame:
     """Return the frame that is given, or the guess; decisions that repeat a guess that is sure leave it a guess."""
-    said = request.decisions
-    up = request.up or (parse_direction(said.up) if said.up is not None else None)
-    front = request.front or (parse_direction(said.front) if said.front is not None else None)
+    own = request.decisions
+    up = request.up or (parse_direction(own.up) if own.up is not None else None)
+    front = request.front or (parse_direction(own.front) if own.front is not None else None)
     stated = None if model.up is None else _TOPS[model.up]
     if up is not None and front is not None:
         if abs(float(np.dot(up, front))) > 1e-3:
@@ -402,11 +402,11 @@ def find_input(request: ArticulateRequest) -> Found:
 
 def with_override(request: ArticulateRequest, override: UserOverride) -> ArticulateRequest:
     """Return the request with what review.csv says; what the request or its decisions say themselves goes before it."""
-    said = request.decisions
-    decisions = said.replace(
-        category=said.category or override.category or None,
-        up=said.up if said.up is not None else _UP_WORDS.get(override.up) if override.up is not None else None,
-        size_m=said.size_m or override.size_m or None,
-        decision=said.decision or override.decision,
+    own = request.decisions
+    decisions = own.replace(
+        category=own.category or override.category or None,
+        up=own.up if own.up is not None else _UP_WORDS.get(override.up) if override.up is not None else None,
+        size_m=own.size_m or override.size_m or None,
+        decision=own.decision or override.decision,
     )
-    return request if decisions == said else replace(request, decisions=decisions)
+    return request if decisions == own else replace(request, decisions=decisions)

@@ -268,8 +268,8 @@ def apply_cavity_decisions(
     """Return the cavities with the user's decisions applied.
 
     Args:
-        mesh: in the frame. build: whether what is missing is built where nothing is said.
-        least_sure: behind a front whose confidence is less, nothing is built where nothing is said.
+        mesh: in the frame. build: whether what is missing is built where nothing is stated.
+        least_sure: behind a front whose confidence is less, nothing is built where nothing is stated.
     Raises:
         UnknownId: a cavity is named after a part that closes none.
     """

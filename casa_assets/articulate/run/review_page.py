@@ -88,8 +88,8 @@ def _data(done: Sequence[ArticulateOutcome], library: Library, models: PageModel
     decided = review.mesh_decisions(library)
     rows = []
     for one in done:
-        said = decided.get(one.sha256)
-        stated = {} if said is None else said.model_dump(mode="json", exclude_defaults=True)
+        own = decided.get(one.sha256)
+        stated = {} if own is None else own.model_dump(mode="json", exclude_defaults=True)
         rows.append({**_row(one, library.root, models), "decisions": stated})
     return {
         "rows": rows,

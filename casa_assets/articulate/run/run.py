@@ -120,7 +120,7 @@ def _outcomes(
         request = with_override(request, run.overrides.get(survey.sha256, NO_OVERRIDE))
         key = entry_key(request, survey.sha256, one.source)
         entries = run.older.get(key.identity.suffix, ())
-        kept = None if request.anew else kept_outcome(request, key, entries, run.known)
+        kept = None if request.force else kept_outcome(request, key, entries, run.known)
         if kept is None or (request.preview and is_missing(kept)):
             due.append(_Job(one, request, key))
         else:
@@ -133,7 +133,7 @@ def _outcomes(
             yield from _worked_on(due, pool, working)
 
 
-def _with_review(request: ArticulateRequest, said: Decisions) -> ArticulateRequest:
+def _with_review(request: ArticulateRequest, given: Decisions) -> ArticulateRequest:
     """Return a request with what a person decided about its mesh, which goes before the options of all meshes.
 
     A decisions.yaml that is given for the mesh in this run goes before both.
@@ -142,11 +142,11 @@ def _with_review(request: ArticulateRequest, said: Decisions) -> ArticulateReque
         return request
     return replace(
         request,
-        decisions=said,
-        category=request.category if said.category is None else "",
-        up=request.up if said.up is None else None,
-        front=request.front if said.front is None else None,
-        size_m=request.size_m if said.size_m is None else 0.0,
+        decisions=given,
+        category=request.category if given.category is None else "",
+        up=request.up if given.up is None else None,
+        front=request.front if given.front is None else None,
+        size_m=request.size_m if given.size_m is None else 0.0,
     )
 
 

@@ -60,7 +60,7 @@ _WITHOUT_PICTURE = frozenset({PartKind.KNOB, PartKind.BUTTON})
 # The limits of ingest are options of a run; those of `articulate` stand in the registry and so in the key of an entry.
 # What broke one of them breaks it again.
 RETRIED_CODES = RETRIED_BY_INGEST - {"RUN001", "RUN002", rejection_codes.TOO_LARGE}
-# Times that an asset is mended and checked again: shapes fitted anew may touch others, which is mended next.
+# Times that an asset is mended and checked again: shapes fitted again may touch others, which is mended next.
 MAX_MENDS = 2
 # The code that turns a mesh into an asset, by the name under which certificates list its version.
 STEPS: Mapping[str, CodeRef] = {
@@ -171,7 +171,7 @@ def articulate_one(request: ArticulateRequest) -> ArticulateOutcome | RunAborted
         with writing(request.out):
             key = _key_of_file(request)
             entries = list(disk.Library(request.out).entries_of(key.identity))
-            kept = None if request.anew else kept_outcome(request, key, entries)
+            kept = None if request.force else kept_outcome(request, key, entries)
             if kept is None:
                 return _made(request, key)
             if request.preview and is_missing(kept):
@@ -201,7 +201,7 @@ def entry_key(request: ArticulateRequest, sha256: str, source: Source) -> EntryK
     """Return the key of a request for an input.
 
     Args:
-        sha256: of the input with all its files. source: what is said of it, which may name its category.
+        sha256: of the input with all its files. source: what is stated of it, which may name its category.
     """
     options = {
         "category": request.category,
@@ -264,7 +264,7 @@ def _recorded(
 
 def _kept_in_place_of(request: ArticulateRequest, key: EntryKey, new: NewResult) -> ArticulateOutcome | None:
     """Return the outcome of an accepted asset that is better than a new result, or None to publish the new one."""
-    if request.anew:
+    if request.force:
         return None
     library = disk.Library(request.out)
     entries = library.entries_of(key.identity)
@@ -313,7 +313,7 @@ def publish_refusal(
     An accepted asset of the mesh is kept instead.
 
     Args:
-        source: what is said of the input. picture: makes a PNG of it; empty where it cannot be drawn.
+        source: what is stated of the input. picture: makes a PNG of it; empty where it cannot be drawn.
     """
     library = disk.Library(request.out)
     kept = _kept_in_place_of(request, key, NewResult(Decision.REJECTED, error.code))

@@ -190,7 +190,7 @@ def _copied_vertices(mesh: Mesh) -> Ints:
         return np.arange(count)
     first, place = merge_rows(mesh.vertices)
     _, whole = merge_rows(np.column_stack([mesh.vertices, *extras]))
-    # The rank of a vertex among those that agree in everything tells the pieces at one place apart.
+    # The rank of a vertex among those that agree in everything distinguishes the pieces at one place.
     order = np.argsort(whole, kind="stable")
     start = np.flatnonzero(np.r_[True, np.diff(whole[order]) != 0])
     rank = np.empty(count, dtype=np.int64)

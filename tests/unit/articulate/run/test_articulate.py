@@ -136,7 +136,7 @@ def _complaint(code: str, pointer: str) -> Report:
     return Report(subject="a", issues=(Issue(code=code, severity=Severity.ERROR, pointer=pointer, message="m"),))
 
 
-def test_shapes_that_do_not_fit_are_fitted_anew(tmp_path: Path) -> None:
+def test_shapes_that_do_not_fit_are_fitted_again(tmp_path: Path) -> None:
     built = build(ArticulateRequest(obj(tmp_path / "microwave.obj", *microwave()[:2]), tmp_path, **AXES))
     named = built.with_runtime_names()
     mended = mend(built, named, _complaint("AST009", "links/door/colliders"))
@@ -145,7 +145,7 @@ def test_shapes_that_do_not_fit_are_fitted_anew(tmp_path: Path) -> None:
     shapes = {link.name: link.colliders for link in built.asset.links}
     assert [k.name for k in mended.asset.links if k.colliders != shapes[k.name]] in (["door_0"], ["object", "door_0"])
     again = mend(mended, mended.with_runtime_names(), _complaint("AST009", "links/door/colliders"))
-    assert again is None, "what was fitted anew is not fitted once more"
+    assert again is None, "what was fitted again is not fitted once more"
     assert mend(built, named, _complaint("AST002", "links/door")) is None
 
 
