@@ -71,18 +71,12 @@ def test_a_sidecar_repeats_what_was_decided(mesh: Path, tmp_path: Path, decision
     assert again.asset.digest == first.asset.digest
 
 
-def test_a_part_that_is_removed_stays_with_the_body(mesh: Path) -> None:
-    before = made(mesh, Decisions())
-    built = made(mesh, one("knob_0", PartDecision(remove=True)))
-    names = [k.name for k in built.asset.links]
-    assert "knob_0" not in names
-    assert len(names) == len(before.asset.links) - 1
-    faces = [sum(len(v.mesh.faces) for k in b.asset.links for v in k.visuals) for b in (before, built)]
-    assert faces[0] == faces[1]
-
-
 def test_a_part_that_is_a_piece_of_another_moves_with_it(mesh: Path) -> None:
-    before = {p.name: p for p in made(mesh, Decisions()).articulation.parts}
+    plain, bare = made(mesh, Decisions()), made(mesh, one("knob_0", PartDecision(remove=True)))
+    assert [k.name for k in bare.asset.links] == [k.name for k in plain.asset.links if k.name != "knob_0"]
+    faces = [sum(len(v.mesh.faces) for k in b.asset.links for v in k.visuals) for b in (plain, bare)]
+    assert faces[0] == faces[1], "what is removed stays with the body"
+    before = {p.name: p for p in plain.articulation.parts}
     decisions = Decisions(parts={"knob_0": PartDecision(merge="button_0"), "button_0": PartDecision(merge="button_1")})
     parts = {p.name: p for p in made(mesh, decisions).articulation.parts}
     assert before.keys() - parts.keys() == {"knob_0", "button_0"}

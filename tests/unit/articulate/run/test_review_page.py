@@ -38,17 +38,8 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def articulate(place: Path, *options: str) -> str:
-    words = [
-        "articulate",
-        str(place / "in"),
-        "--library",
-        str(place / "lib"),
-        "--up=+z",
-        "--front=-y",
-        "--size-m=0.5",
-        *options,
-    ]
-    result = CliRunner().invoke(app, words)
+    words = ["articulate", str(place / "in"), "--library", str(place / "lib"), "--up=+z", "--front=-y", "--size-m=0.5"]
+    result = CliRunner().invoke(app, [*words, *options])
     assert result.exit_code in (0, 4), result.output
     return result.output
 
