@@ -390,8 +390,8 @@ def find_toaster_slots(asset: Asset) -> list[Bounds]:
         x0, x1 = (float(image.lower[0]) + k * image.pixel for k in (c, d))
         px = image.pixel
         out.append(_niche((x0 + px, y0 + px, floor), (x1 - px, y1 - px, upper[2])))
-    wide, deep = (out[0][1] - out[0][0])[:2] if out else (1.0, 0.0)
-    return sorted(out, key=lambda niche: float(niche[0][0 if deep >= wide else 1]))
+    right, back = (out[0][1] - out[0][0])[:2] if out else (1.0, 0.0)
+    return sorted(out, key=lambda niche: float(niche[0][0 if back >= right else 1]))
 
 
 def niche_floor(niche: Bounds, thick: float = 0.003) -> tuple[Box, Pose]:
