@@ -14,8 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.articulate.labelled import LabelledMesh
-from casa_assets.articulate.segment.fragments import corners_of_labels
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
+from casa_assets.articulate.segment.fragments import corners_of_labels, weld_triangles
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.families.build import FamilyRequest, build_asset, family, params_of
 from casa_assets.model.asset.asset import Asset, Joint, JointKind

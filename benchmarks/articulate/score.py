@@ -17,7 +17,7 @@ from casa_assets.articulate.frame import guess_frame
 from casa_assets.articulate.infer import choose_plan
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan, PartPlan
 from casa_assets.articulate.run.build import load_models
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
+from casa_assets.articulate.segment.fragments import weld_triangles
 from casa_assets.core.numeric import Ints
 
 
@@ -86,6 +86,6 @@ def looked_at(score: ModuleType, name: str, variant: str) -> dict[str, Any]:
     begin = time.process_time()
     mesh = weld_triangles(case.V, case.F)
     frame = guess_frame(mesh)
-    found = choose_plan(mesh.in_frame(frame), frame, models=load_models()).articulation
+    found = choose_plan(mesh.in_frame(frame), frame, "", load_models()).articulation
     took = time.process_time() - begin
     return {"row": score.score_case(case, prediction(found)), "right": frame_is_right(frame, case), "took": took}

@@ -25,8 +25,8 @@ from benchmarks.articulate.score import frame_is_right, load_score, prediction
 from casa_assets.articulate.frame import guess_frame
 from casa_assets.articulate.infer import best_score, candidate_plans, needed_advantage, plan_score
 from casa_assets.articulate.run.build import load_models
+from casa_assets.articulate.segment.fragments import weld_triangles
 from casa_assets.articulate.segment.segmentations import Segmentation
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
 
 Case = dict[str, Any]
 # Constants of the choice that --margins tries.
@@ -44,7 +44,7 @@ def case_plans(job: tuple[Path, str, str, Path | None]) -> Case:
     mesh = weld_triangles(case.V, case.F)
     frame = guess_frame(mesh)
     plans = []
-    for plan in candidate_plans(mesh.in_frame(frame), frame, models=load_models()):
+    for plan in candidate_plans(mesh.in_frame(frame), frame, "", load_models()):
         row = score.score_case(case, prediction(plan.articulation))
         sure = confidence_row(row, plan.articulation)
         plans.append({"way": plan.way.value, "score": plan.score, "row": row, "sure": sure})

@@ -42,11 +42,11 @@ from casa_assets.articulate.controls.levers_and_buttons import find_levers
 from casa_assets.articulate.frame import given_frame
 from casa_assets.articulate.fronts.panels import find_panels
 from casa_assets.articulate.plan import PartKind
-from casa_assets.articulate.segment.fragments import MeasuredFragments, measure_fragments, render_sides
+from casa_assets.articulate.run.build import load_models
+from casa_assets.articulate.segment.fragments import MeasuredFragments, measure_fragments, render_sides, weld_triangles
 from casa_assets.articulate.segment.orthographic import FRONT, TOP
 from casa_assets.articulate.segment.segmentations import segmentations
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.core.numeric import Floats, Ints, Mask
 
 # Samples --------------------------------------------------------------------------------------------------------------
@@ -167,7 +167,7 @@ def _labelled(source: str, truth: dict[str, Any], points: Floats, faces: Ints, p
     images = render_sides(placed)
     found = []
     for way, split in segmentations(placed).items():
-        pieces = fragment_mesh(placed, split)
+        pieces = fragment_mesh(placed, split, load_models())
         measured = measure_fragments(placed, pieces.labels, images=images)
         found += samples_of(f"{truth['name']}.{way}", source, measured, sides)
     return found
@@ -199,7 +199,7 @@ def cached(path: Path, make: Callable[[], list[Samples]]) -> list[Samples]:
 
 
 def write_forest(name: str, forest: ExtraTreesClassifier, features: Sequence[str], classes: Sequence[str]) -> None:
-    """Write registry/learned/<name>.json, a tree on each line, as casa_assets.core.forest reads it."""
+    """Write registry/learned/<name>.json, a tree on each line, as casa_assets.core.numeric reads it."""
     head = {"features": list(features), "classes": list(classes)}
     trees = ",\n".join(json.dumps(list(_nodes(e.tree_)), separators=(",", ":")) for e in forest.estimators_)
     path = LEARNED / f"{name}.json"

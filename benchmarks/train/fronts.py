@@ -38,8 +38,8 @@ from casa_assets.articulate.fronts.front_hypotheses import (
     propose_fronts,
 )
 from casa_assets.articulate.fronts.relief import find_front_rectangles, merge_stairs
+from casa_assets.articulate.segment.fragments import weld_triangles
 from casa_assets.articulate.segment.orthographic import FRONT, SideRelief, measure_relief
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
 
 Floats = npt.NDArray[np.float64]
 

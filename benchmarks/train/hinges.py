@@ -25,9 +25,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from benchmarks.articulate.score import load_score, truth
-from casa_assets.articulate.category import kind_named, kinds_known
 from casa_assets.articulate.frame import given_frame
-from casa_assets.articulate.front_features import (
+from casa_assets.articulate.fronts.joints import (
     DRAWER_FEATURES,
     EDGE_FEATURES,
     EDGES,
@@ -35,16 +34,17 @@ from casa_assets.articulate.front_features import (
     drawer_share,
     edge_features,
     edge_shares,
+    kind_log_odds,
     view_fronts,
 )
-from casa_assets.articulate.fronts.fronts import select_opening_panels
+from casa_assets.articulate.fronts.opening_panels import select_opening_panels
 from casa_assets.articulate.infer import PartCollector, look_at_front, traits_of_views
-from casa_assets.articulate.joints import kind_log_odds
+from casa_assets.articulate.kinds import kind_named, kinds_known
 from casa_assets.articulate.plan import HingeEdge
-from casa_assets.articulate.segment.fragments import measure_fragments, render_sides
+from casa_assets.articulate.run.build import load_models
+from casa_assets.articulate.segment.fragments import measure_fragments, render_sides, weld_triangles
 from casa_assets.articulate.segment.segmentations import segmentations
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.core.numeric import Floats, Mask
 
 # Strength of the pull of the weights to zero, per front of the training set. Ref: of 0.001, 0.0003, 0.0001, 0.00003 and
@@ -113,7 +113,7 @@ def fronts_of(case: Any, row: Mapping[str, Any]) -> list[Front]:
     images = render_sides(placed)
     found: list[Front] = []
     for labels in segmentations(placed).values():
-        split = fragment_mesh(placed, labels)
+        split = fragment_mesh(placed, labels, load_models())
         collector = PartCollector(measure_fragments(placed, split.labels, images=images), split.fronts)
         measured = collector.measured
         seen = look_at_front(collector)

@@ -334,8 +334,8 @@ def articulate(
     """
     from casa_assets.articulate.decisions import Decisions, parse_direction
     from casa_assets.articulate.run.build import ArticulateRequest
-    from casa_assets.articulate.run.decisions import read_decisions
     from casa_assets.articulate.run.run import articulate as run_articulate
+    from casa_assets.library.review import read_decisions
 
     path = Path(mesh)
     _check_exist([path])
@@ -348,7 +348,7 @@ def articulate(
         raise CasaError(f"up or front: {error}") from error
     with tempfile.TemporaryDirectory(prefix="casa-assets-") as temporary:
         place = Path(temporary if library is None else library)
-        request = ArticulateRequest(path, place, category, *axes, size_m, given, complete=complete, anew=force)
+        request = ArticulateRequest(path, place, category, *axes, size_m, given, complete=complete, force=force)
         found = list(run_articulate([path], place, lambda one: replace(request, source_file=one), jobs=1))
         if len(found) != 1:
             raise CasaError(f"{path}: holds {len(found)} meshes; give one mesh of one thing")

@@ -9,23 +9,33 @@ from dataclasses import dataclass
 import numpy as np
 
 from casa_assets.articulate.build_colliders import build_colliders, part_label
-from casa_assets.articulate.joints import build_joint, open_closed_states
-from casa_assets.articulate.plan import ADDED_MESH_NAMES, Articulation, PartPlan, StorageSpace, round7, round7_vec3
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.articulate.plan import (
+    ADDED_MESH_NAMES,
+    Articulation,
+    PartKind,
+    PartPlan,
+    StorageSpace,
+    round7,
+    round7_vec3,
+)
+from casa_assets.articulate.segment.fragments import WeldedMesh, joined_meshes
+from casa_assets.core import hand_dynamics
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.mesh.solid.solids import hull_volume
-from casa_assets.mesh.surface import inside_out_faces, merge_rows, shell_moments, weld, with_normals
+from casa_assets.mesh.surface import shell_moments, with_normals
+from casa_assets.mesh.topology import inside_out_faces, merge_rows, weld
 from casa_assets.model.asset.asset import (
-    UNFOUND_PARTS,
     Asset,
     Base,
+    Collider,
+    Drive,
     Exclusion,
-    Guess,
     Inertial,
-    Labels,
+    Joint,
+    JointKind,
     Link,
-    Provenance,
+    State,
     Visual,
 )
 from casa_assets.model.asset.material import Substance
@@ -34,8 +44,40 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Category
 from casa_assets.model.source import RawModel
 
-# Drop empty links -----------------------------------------------------------------------------------------------------
-# Drop parts that no surface belongs to: a link of an asset has to have something that is seen and that weighs.
+# Two faces over the same three points fight for each pixel in renderers that draw backs, and shade each other's
+# vertices. Both sides stay, since it is not known for every sheet which of them is visible; the second is drawn a hair
+# off the first, towards the side that it faces, so that each hides the other from its own side.
+# Distance of the two sides of a sheet, metres: more than depth images of a room resolve, less than is seen. A choice.
+SHEET_GAP_M = 0.0002
+ROOT = "object"
+# Thickness of the sheet that inertia is computed with, by the longest side of a link: less is lost in rounding.
+MIN_SHEET_SHARE = 0.002
+# The most that this is, metres: of a sheet as thick as the thinnest collision shape (MIN_THICKNESS_M of link_shapes)
+# mass deviates by this times the square root of 1/2 from the middle (AST008).
+MAX_SHEET_M = 0.0008
+# MuJoCo loads no mesh of fewer vertices: a lone triangle is left out.
+MIN_VERTICES = 4
+# The most that a link weighs for the volume of its collision shapes, kg/m^3: sheets of a small thing would get the mass
+# of a large one. Ref: CRC Handbook of Chemistry and Physics, steel.
+MAX_DENSITY_KG_M3 = 7850.0
+# Sheets that stand for a hollow body enclose little: where shapes of steel are lighter than any thing of the kind,
+# their density may be this many times that of steel, which is what AST003 lets pass.
+MAX_SHEET_DENSITY_FACTOR = 2.4
+# Weight of the body per area over that of moving parts, since it carries motors, frames and insulation. A choice.
+BODY_WEIGHT_FACTOR = 2.0
+# Force that starts a part; all others start as a door does.
+STARTS_N = {
+    PartKind.KNOB: hand_dynamics.KNOB_START_N,
+    PartKind.LEVER: hand_dynamics.TAP_START_N,
+    PartKind.SPOUT: hand_dynamics.TAP_START_N,
+    PartKind.TRAY: hand_dynamics.TRAY_START_N,
+}
+# A door whose weight turns it by less than this torque needs no spring.
+MIN_SPRING_TORQUE_NM = 0.05
+# Parts that fingers take at the rim.
+RIM_GRIPPED_KINDS = frozenset({PartKind.KNOB})
+# Shortest travel that friction is computed for, rad or m.
+MIN_TRAVEL = 1e-4
 
 
 def drop_empty_links(articulation: Articulation, mesh: WeldedMesh) -> Articulation:
@@ -72,18 +114,6 @@ def _without(parts: tuple[PartPlan, ...], names: set[str]) -> tuple[PartPlan, ..
         return name
 
     return tuple(p.replace(parent=kept_carrier(p.parent)) for p in parts if p.name not in names)
-
-
-# Double faces ---------------------------------------------------------------------------------------------------------
-# Find the faces of a link that its maker modelled twice, once for each side, and those that are copies of another.
-#
-# Two faces over the same three points fight for each pixel in renderers that draw backs, and shade each other's
-# vertices. Both sides stay, since it is not known for every sheet which of them is visible; the second is drawn a hair
-# off the first, towards the side that it faces, so that each hides the other from its own side.
-
-# Distance between the two sides of a sheet, metres: more than the depth of an image resolves at the length of a room,
-# less than is seen. A choice.
-SHEET_GAP_M = 0.0002
 
 
 def drawn_faces(faces: Ints) -> tuple[Mask, Mask]:
@@ -130,29 +160,6 @@ def _is_first(group: Ints) -> Mask:
     return found
 
 
-# Assemble -------------------------------------------------------------------------------------------------------------
-# One link per part with visuals, colliders, inertia and joint.
-
-ROOT = "object"
-# Thickness of the sheet that inertia is computed with, as a share of the longest side of a link: thinner ones vanish in
-# rounding. A choice.
-MIN_SHEET_SHARE = 0.002
-# The most that this is, metres: of a sheet as thick as the thinnest collision shape (MIN_THICKNESS_M of link_shapes)
-# mass deviates by this times the square root of 1/2 from the middle (AST008).
-MAX_SHEET_M = 0.0008
-
-# MuJoCo loads no mesh of fewer vertices: a lone triangle is left out.
-MIN_VERTICES = 4
-# The most that a link weighs for the volume of its collision shapes, kg/m^3: sheets of a small thing would get the mass
-# of a large one. Ref: CRC Handbook of Chemistry and Physics, steel.
-MAX_DENSITY_KG_M3 = 7850.0
-# Sheets that stand for a hollow body enclose little: where shapes of steel are lighter than any thing of the kind,
-# their density may be this many times that of steel, which is what AST003 lets pass.
-MAX_SHEET_DENSITY_FACTOR = 2.4
-# Weight of the body per area over that of moving parts, since it carries motors, frames and insulation. A choice.
-BODY_WEIGHT_FACTOR = 2.0
-
-
 @dataclass(frozen=True)
 class AssetSpec:
     """Properties of an asset besides its geometry.
@@ -184,24 +191,9 @@ def assemble(model: RawModel, mesh: WeldedMesh, articulation: Articulation, spec
     names = [ROOT, *(p.name for p in articulation.parts)]
     anchors = [np.zeros(3), *(place.point(np.array(p.joint.anchor)) for p in articulation.parts)]
     refit = frozenset(map(names.index, spec.refit))
-    shapes = build_colliders(place.points, mesh, articulation, spec.substance.id, refit)
+    shapes, blocking = build_colliders(place.points, mesh, articulation, spec.substance.id, refit)
     areas = np.array([float(mesh.areas[owner == i - 1].sum()) for i in range(len(names))])
-    areas[0] *= BODY_WEIGHT_FACTOR
-    volumes = [sum(hull_volume(tessellate(c.shape, c.pose)[0]) for c in s.colliders) for s in shapes]
-    # Of steel throughout; a link without shapes may weigh anything.
-    heaviest = np.array(
-        [MAX_DENSITY_KG_M3 * v if s.colliders else math.inf for v, s in zip(volumes, shapes, strict=True)]
-    )
-    needed = 1.01 * spec.category.mass_kg.low / max(float(heaviest.sum()), 1e-9)
-    heaviest *= needed if 1.0 < needed <= MAX_SHEET_DENSITY_FACTOR else 1.0
-    span = spec.category.mass_kg
-    weights = _weights(
-        float(
-            np.clip(span.typical * (spec.metres / (1.3 * spec.category.longest_m.typical)) ** 3, span.low, span.high)
-        ),
-        areas,
-        heaviest,
-    )
+    weights = _weights(spec, areas, shapes)
     links = []
     for i, name in enumerate(names):
         rows = np.flatnonzero(owner == i - 1)
@@ -214,12 +206,12 @@ def assemble(model: RawModel, mesh: WeldedMesh, articulation: Articulation, spec
                 pose=Pose(position=round7_vec3(at)),
                 inertial=_inertial(place.points - anchors[i], mesh.faces[rows], float(weights[i])),
                 visuals=_visuals(model, place, owner == i - 1, articulation.parts[i - 1] if i else None, anchors[i]),
-                colliders=shapes[i].colliders,
+                colliders=shapes[i],
             )
         )
     joints = tuple(
-        build_joint(p, spec.metres, k, t.blocking_part, names)
-        for p, k, t in zip(articulation.parts, links[1:], shapes[1:], strict=True)
+        build_joint(part, spec.metres, link, behind, names)
+        for part, link, behind in zip(articulation.parts, links[1:], blocking, strict=True)
     )
     return Asset(
         id=spec.asset_id,
@@ -299,14 +291,13 @@ def _turned_outwards(meshes: Sequence[Mesh]) -> list[Mesh]:
     """
     if not meshes:
         return []
-    starts = np.cumsum([0, *(len(m.vertices) for m in meshes)])
-    vertices = np.concatenate([m.vertices for m in meshes])
-    faces = np.concatenate([m.faces.astype(np.int64) + s for m, s in zip(meshes, starts, strict=False)])
+    vertices, each, starts = joined_meshes(meshes)
+    faces = np.concatenate(each)
     points, welded = weld(vertices)
     faces = _flipped(faces, inside_out_faces(vertices, faces))
     faces = _flipped(faces, inside_out_faces(points, welded[faces]))
     ends = np.cumsum([len(m.faces) for m in meshes])[:-1]
-    return [m.replace(faces=f - s) for m, f, s in zip(meshes, np.split(faces, ends), starts, strict=False)]
+    return [m.replace(faces=f - s) for m, f, s in zip(meshes, np.split(faces, ends), starts, strict=True)]
 
 
 def _flipped(faces: Ints, rows: Mask) -> Ints:
@@ -335,15 +326,23 @@ def _cut(mesh: Mesh, rows: Ints, corners: Floats) -> Mesh:
 
 
 def _single(values: Floats) -> Floats:
-    """Round values to single precision, which is what files hold."""
     return values.astype(np.float32).astype(np.float64)
 
 
-def _weights(total: float, areas: Floats, heaviest: Floats) -> Floats:
+def _weights(spec: AssetSpec, areas: Floats, shapes: Sequence[Sequence[Collider]]) -> Floats:
     """Return the (N,) masses of links in kg: a total divided in proportion to their areas, up to each one's maximum.
 
     Mass above the maximum of one link goes to the others, as far as their own maxima allow.
     """
+    areas[0] *= BODY_WEIGHT_FACTOR
+    span = spec.category.mass_kg
+    volumes = [sum(hull_volume(tessellate(c.shape, c.pose)[0]) for c in own) for own in shapes]
+    # Of steel throughout; a link without shapes may weigh anything.
+    heaviest = np.array([MAX_DENSITY_KG_M3 * v if own else math.inf for v, own in zip(volumes, shapes, strict=True)])
+    needed = 1.01 * span.low / max(float(heaviest.sum()), 1e-9)
+    heaviest *= needed if 1.0 < needed <= MAX_SHEET_DENSITY_FACTOR else 1.0
+    usual = span.typical * (spec.metres / (1.3 * spec.category.longest_m.typical)) ** 3
+    total = float(np.clip(usual, span.low, span.high))
     shares = np.maximum(areas / max(float(areas.sum()), 1e-12), 1e-4)
     found: Floats = np.minimum(total * shares, heaviest)
     for _ in range(len(areas)):
@@ -383,11 +382,81 @@ def _guesses(articulation: Articulation) -> tuple[Guess, ...]:
 
 
 def _parents_first(links: list[Link]) -> tuple[Link, ...]:
-    out: list[Link] = []
-    left = list(links)
-    while left:
-        ready = [k for k in left if k.parent is None or any(o.name == k.parent for o in out)]
-        assert ready, "parents are parts"
-        out += ready
-        left = [k for k in left if k not in ready]
-    return tuple(out)
+    by_name = {link.name: link for link in links}
+
+    def depth(link: Link) -> int:
+        return 0 if link.parent is None else 1 + depth(by_name[link.parent])
+
+    return tuple(sorted(links, key=depth))
+
+
+def build_joint(part: PartPlan, metres: float, link: Link, behind: int | None, names: Sequence[str]) -> Joint:
+    """Return the joint of a part in the child's frame, with friction and damping that fit the hand that moves it.
+
+    Args:
+        metres: length of the diagonal, in which the ranges of slides are given. link: the one that moves.
+        behind: index of the part that must be open first, or None. names: of all links, the body first.
+    """
+    slides = part.joint.kind is JointKind.SLIDE
+    lower, upper = (r * metres if slides else r for r in part.joint.range)
+    way = upper - lower
+    axis = np.array(part.joint.axis)
+    grip = next((c for c in link.colliders if c.label == "handle"), link.colliders[0] if link.colliders else None)
+    arm = 1.0 if slides else _arm(link, grip, axis, part.kind in RIM_GRIPPED_KINDS)
+    inertia = link.inertial.mass if slides else _about(link, axis)
+    spring = None if slides else _balance(link, axis, upper)
+    feel = hand_dynamics.feel_against(
+        spring, inertia, arm, max(way, MIN_TRAVEL), STARTS_N.get(part.kind, hand_dynamics.START_N)
+    )
+    if part.kind is PartKind.BUTTON:
+        spring = hand_dynamics.press(max(way, MIN_TRAVEL), hand_dynamics.KEY_FULL_N, hand_dynamics.KEY_PRELOAD_N)
+        feel = hand_dynamics.KEY
+    return Joint(
+        name=f"{part.name}_joint",
+        child=part.name,
+        kind=part.joint.kind,
+        axis=part.joint.axis,
+        range=(round7(lower), round7(upper)),
+        damping=feel.damping,
+        frictionloss=feel.frictionloss,
+        armature=feel.armature,
+        drive=None if spring is None else Drive(stiffness=spring.stiffness, damping=0.0, target=spring.rest),
+        grip=None if grip is None else grip.name,
+        behind=None if behind is None else f"{names[behind + 1]}_joint",
+    )
+
+
+def _balance(link: Link, axis: Floats, far: float) -> hand_dynamics.Spring | None:
+    """Return the spring of a door that would otherwise fall open, None if it would not."""
+    center = np.array(link.inertial.center_of_mass)
+    turned = center * math.cos(far) + np.cross(axis, center) * math.sin(far)
+    turned = turned + axis * float(axis @ center) * (1 - math.cos(far))
+    falls = float(np.cross(turned, np.array([0.0, 0.0, -9.81 * link.inertial.mass])) @ axis)
+    return None if falls <= MIN_SPRING_TORQUE_NM else hand_dynamics.carry(falls, far)
+
+
+def _arm(link: Link, grip: Collider | None, axis: Floats, rim: bool) -> float:
+    """Return the distance from the axis to the hand, metres: to the handle, or to the rim of what fingers turn."""
+    if grip is None:
+        return 0.01
+    points = tessellate(grip.shape, grip.pose)[0] if rim else np.array([grip.pose.position])
+    off = points - np.outer(points @ axis, axis)
+    return max(0.005, float(np.linalg.norm(off, axis=1).max()))
+
+
+def _about(link: Link, axis: Floats) -> float:
+    """Return the inertia of a link about an axis through its origin, kg*m^2."""
+    center = np.array(link.inertial.center_of_mass)
+    off = center - axis * float(center @ axis)
+    return float(axis @ link.inertial.tensor @ axis) + link.inertial.mass * float(off @ off)
+
+
+def open_closed_states(part: PartPlan) -> tuple[State, ...]:
+    """Return the closed and open states of a front. Ref: robocasa v1.0, is_closed 0.005, is_open 0.9."""
+    if part.kind not in (PartKind.DOOR, PartKind.DRAWER, PartKind.LID):
+        return ()
+    joint = f"{part.name}_joint"
+    return (
+        State(name=f"{joint}_closed", joint=joint, value="closed", interval=(0.0, 0.005)),
+        State(name=f"{joint}_open", joint=joint, value="open", interval=(0.9, 1.0)),
+    )

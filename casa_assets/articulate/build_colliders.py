@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence, Set
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,23 +19,45 @@ from casa_assets.articulate.link_shapes import (
     subtract_box,
 )
 from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.articulate.segment.fragments import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.mesh.solid.deviation import surface_samples
 from casa_assets.mesh.solid.solids import hull_volume
 from casa_assets.model.asset.parts import Collider, JointKind
 from casa_assets.model.pose import Pose
 
-# Edge grips -----------------------------------------------------------------------------------------------------------
-# Give fronts without a handle a grip: a strip of their collision shapes along the edge that opens.
-
 # Parts that are opened by their edge where they have no handle.
 OPENING_KINDS = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.LID})
-# Size of the strip that fingers take, across the edge and behind it; shapes that end this near to each other end at one
-# edge.
+# Size of the strip that fingers take, across the edge and behind it; shapes end at one edge within the last.
 GRIP_WIDTH_M, GRIP_THICKNESS_M, EDGE_TOLERANCE_M = 0.02, 0.03, 0.01
 # Smaller strips are too small to hold.
 MIN_GRIP_M3 = 1e-7
+# Most collision shapes of a link (Ref: registry/limits.yaml, hull_count), and before cuts, which may split one; those
+# of the body that are left for the floors of slots, which come when an asset gets its runtime names.
+MAX_SHAPES, MAX_SHAPES_BEFORE_CUTS, RESERVED_SHAPES = 32, 22, 4
+# Most collision shapes of a handle before those that _cover_extremes adds.
+MAX_HANDLE_SHAPES = 6
+# Fewest shapes that are kept of the mesh's own faces where a built interior adds shapes to a link.
+MIN_OWN_SHAPES = 14
+# Owners of the faces of the body (Ref: Articulation.face_owner), and of built interiors, which bring their own shapes.
+BODY_OWNER, BUILT_OWNER = -1, -2
+# A fragment gets no shape of its own if it reaches out of the boxes of earlier shapes by no more than this, metres, or
+# that share of the diagonal of the faces that are covered.
+REACH_M, REACH_SHARE = 0.004, 0.012
+# Samples of the visible surface of a link.
+SURFACE_SAMPLES = 30000
+# Of a ring-like fragment: most shapes if it reaches farthest to a side, and fewest, one for each side of its opening.
+# A fragment is tested for it if it is longer than this share of the faces that are covered.
+MAX_END_SHAPES, FRAME_SIDES, LARGE_FRAME_SHARE = 12, 4, 0.4
+# Most fragments of a link that get shapes, the largest first.
+MAX_FRAGMENTS = 60
+# Parts that are pressed or turned by fingers have one shape.
+SINGLE_SHAPE_KINDS = frozenset({PartKind.KNOB, PartKind.BUTTON})
+# A knob that turns round and round gets a shape narrower by this share than it is seen, so that the corners of one that
+# is not quite round pass the hole that it is set in. A choice: 1 mm on a knob of 40 mm.
+SPIN_PLAY_SHARE = 0.05
+# Labels of visuals and colliders that differ from the name of the kind of part.
+_LABELS = {PartKind.TRAY: "rack"}
 
 
 def add_edge_grip(solid: LinkSolid, kind: PartKind) -> None:
@@ -84,49 +105,6 @@ def _edge(solid: LinkSolid, lower: Floats, upper: Floats) -> tuple[int, float]:
     return axis, 1.0 if away[axis] > 0 else -1.0
 
 
-# Build colliders ------------------------------------------------------------------------------------------------------
-
-# Most collision shapes of a link (Ref: registry/limits.yaml, hull_count), and before cuts, which may split one; those
-# of the body that are left for the floors of slots, which come when an asset gets its runtime names.
-MAX_SHAPES, MAX_SHAPES_BEFORE_CUTS, RESERVED_SHAPES = 32, 22, 4
-# Most collision shapes of a handle before those that _cover_extremes adds.
-MAX_HANDLE_SHAPES = 6
-# Fewest shapes that are kept of the mesh's own faces where a built interior adds shapes to a link.
-MIN_OWN_SHAPES = 14
-# Owners of the faces of the body (Ref: Articulation.face_owner), and of built interiors, which bring their own shapes.
-BODY_OWNER, BUILT_OWNER = -1, -2
-# A fragment gets no shape of its own if it reaches out of the boxes of earlier shapes by no more than this, metres, or
-# that share of the diagonal of the faces that are covered.
-REACH_M, REACH_SHARE = 0.004, 0.012
-# Samples of the visible surface of a link.
-SURFACE_SAMPLES = 30000
-# Of a ring-like fragment: most shapes if it reaches farthest to a side, and fewest, one for each side of its opening.
-# A fragment is tested for it if it is longer than this share of the faces that are covered.
-MAX_END_SHAPES, FRAME_SIDES, LARGE_FRAME_SHARE = 12, 4, 0.4
-# Most fragments of a link that get shapes, the largest first.
-MAX_FRAGMENTS = 60
-# Parts that are pressed or turned by fingers have one shape.
-SINGLE_SHAPE_KINDS = frozenset({PartKind.KNOB, PartKind.BUTTON})
-# A knob that turns round and round gets a shape narrower by this share than it is seen, so that the corners of one that
-# is not quite round pass the hole that it is set in. A choice: 1 mm on a knob of 40 mm.
-SPIN_PLAY_SHARE = 0.05
-# Labels of visuals and colliders that differ from the name of the kind of part.
-_LABELS = {PartKind.TRAY: "rack"}
-
-
-@dataclass(frozen=True)
-class LinkColliders:
-    """Colliders of a link.
-
-    Attributes:
-        colliders: in the frame of the link.
-        blocking_part: index of the part that must be open before this link can move, or None.
-    """
-
-    colliders: tuple[Collider, ...]
-    blocking_part: int | None = None
-
-
 def part_label(kind: PartKind) -> str:
     """Return the label of the visuals and colliders of a part."""
     return _LABELS.get(kind, kind.value)
@@ -134,8 +112,10 @@ def part_label(kind: PartKind) -> str:
 
 def build_colliders(
     points: Floats, mesh: WeldedMesh, articulation: Articulation, substance: str, refit: Set[int] = frozenset()
-) -> list[LinkColliders]:
-    """Return the colliders of the body and of each part, in this order.
+) -> tuple[list[tuple[Collider, ...]], list[int | None]]:
+    """Return the colliders of the body and of each part, in the frames of their links.
+
+    Also returns, for each part, the index of the part that must be open before it can move, or None.
 
     Args:
         points: (P, 3) of the mesh, metres, asset frame.
@@ -180,10 +160,8 @@ def build_colliders(
         origin = np.zeros(3) if solid.anchor is None else solid.anchor
         kind = None if i == 0 else articulation.parts[i - 1].kind
         name = "object" if i == 0 else names[i - 1]
-        out.append(
-            LinkColliders(_colliders(solid, origin, name, kind, substance), None if i == 0 else blocking_parts[i - 1])
-        )
-    return out
+        out.append(_colliders(solid, origin, name, kind, substance))
+    return out, blocking_parts
 
 
 def _set_joints(

@@ -1,19 +1,31 @@
-"""User decisions on a mesh, which override guesses: the records of decisions.yaml, and their application."""
+"""User decisions on a mesh, which override guesses: decisions.yaml, its records, and their application."""
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import AliasChoices, Field, model_validator
+from pydantic import AfterValidator, AliasChoices, Field, model_validator
 
-from casa_assets.articulate import joints
+from casa_assets.articulate.fronts.joints import DRAWER_TRAVEL_SHARE, hinge_joint
 from casa_assets.articulate.fronts.panels import Panel
-from casa_assets.articulate.plan import Articulation, HingeEdge, InteriorKind, JointPlan, PartKind, PartPlan, to_vec3
+from casa_assets.articulate.plan import (
+    Articulation,
+    Cavity,
+    HingeEdge,
+    InteriorKind,
+    JointPlan,
+    PartKind,
+    PartPlan,
+    hinge,
+    slide,
+    to_vec3,
+)
+from casa_assets.articulate.segment.fragments import WeldedMesh
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES, TOP
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.asset.parts import JointKind
@@ -22,8 +34,6 @@ from casa_assets.model.source import Word
 
 Angle = Annotated[float, Field(gt=0, le=360)]
 Length = Annotated[float, Field(gt=0, le=3)]
-Direction = str | Vec3
-
 BODY = "body"
 GIVEN_REASON = "given in the decisions"
 _GIVEN: Mapping[str, Any] = {"confidence": 1.0, "reason": GIVEN_REASON}
@@ -33,6 +43,51 @@ ANGLE_TOLERANCE_DEG, LENGTH_TOLERANCE_M = 0.06, 6e-5
 PIECE_TOLERANCE = 0.006
 KNOB_RANGE_RAD, BUTTON_TRAVEL, LEVER_RANGE = 2 * math.pi, 0.004, math.pi / 2
 _AXES = "xyz"
+DECISIONS_NAME = "decisions.yaml"
+# Fields of a decision that the plan that was made with it does not show.
+_NOT_IN_PLAN = ("flip", "axis", "anchor_m", "box_m")
+_HEAD = """\
+# What was decided on {name}. Change a line and run again with `--decisions {file}`; a line that is left out is guessed.
+#   hinge: left, right, top or bottom, seen by who stands before it.   kind: {kinds}
+#   A part can also have: remove: true | merge: <part that it is a piece of> | flip: true (opens the other way) |
+#   on: <part or body> | endless: true | axis: +z | anchor_m: [x, y, z]
+#   decision: accept (it leaves review as it is) or reject.
+#   cavities: the space behind a door or in a drawer. build: true | false   interior: {interiors}
+#   A part that was missed: a new name with kind and box_m: [[x, y, z], [x, y, z]], two corners in metres of all that
+#   belongs to it (x right, y back, z up, origin under the middle).
+"""
+
+
+def parse_direction(word: str | Vec3) -> Vec3:
+    """Return a unit vector from `+z`, `-y`, `x` or three numbers. Raises ValueError."""
+    if isinstance(word, str):
+        name = word.lstrip("+-").lower()
+        if len(name) != 1 or name not in _AXES or len(word) > 2:
+            raise ValueError(f"{word!r} is none of +x, -x, +y, -y, +z, -z")
+        sign = -1.0 if word.startswith("-") else 1.0
+        x, y, z = (sign if a == name else 0.0 for a in _AXES)
+        return (x, y, z)
+    norm = math.sqrt(sum(c * c for c in word))
+    if norm < 1e-9:
+        raise ValueError("three zeros are no direction")
+    return (word[0] / norm, word[1] / norm, word[2] / norm)
+
+
+def _known(word: str | Vec3) -> str | Vec3:
+    if isinstance(word, str):
+        parse_direction(word)
+    return word
+
+
+Direction = Annotated[str | Vec3, AfterValidator(_known)]
+
+
+def axis_word(vector: Vec3) -> Direction:
+    """Return the shortest spelling of a direction that `parse_direction` reads back."""
+    for i, name in enumerate(_AXES):
+        if abs(abs(vector[i]) - 1.0) < 1e-6:
+            return ("+" if vector[i] > 0 else "-") + name
+    return vector
 
 
 class PartDecision(Record):
@@ -65,9 +120,7 @@ class PartDecision(Record):
 
     @model_validator(mode="after")
     def _sound(self) -> Self:
-        """Raise ValueError for an unknown axis, or a box without a kind."""
-        if isinstance(self.axis, str):
-            parse_direction(self.axis)
+        """Raise ValueError for a box without a kind, and for a part that is removed and merged."""
         if self.box_m is not None and self.kind is None:
             raise ValueError("a part that is given by a box needs a kind")
         if self.remove and self.merge is not None:
@@ -113,37 +166,6 @@ class Decisions(Record):
     size_m: Annotated[float, Field(gt=0, le=10)] | None = None
     parts: dict[Id, PartDecision] = Field(default_factory=dict)
     cavities: dict[Id, CavityDecision] = Field(default_factory=dict, validation_alias=AliasChoices("cavities", "rooms"))
-
-    @model_validator(mode="after")
-    def _sound(self) -> Self:
-        """Raise ValueError for an unknown axis."""
-        for word in (self.up, self.front):
-            if isinstance(word, str):
-                parse_direction(word)
-        return self
-
-
-def parse_direction(word: Direction) -> Vec3:
-    """Return a unit vector from `+z`, `-y`, `x` or three numbers. Raises ValueError."""
-    if isinstance(word, str):
-        name = word.lstrip("+-").lower()
-        if len(name) != 1 or name not in _AXES or len(word) > 2:
-            raise ValueError(f"{word!r} is none of +x, -x, +y, -y, +z, -z")
-        sign = -1.0 if word.startswith("-") else 1.0
-        x, y, z = (sign if a == name else 0.0 for a in _AXES)
-        return (x, y, z)
-    norm = math.sqrt(sum(c * c for c in word))
-    if norm < 1e-9:
-        raise ValueError("three zeros are no direction")
-    return (word[0] / norm, word[1] / norm, word[2] / norm)
-
-
-def axis_word(vector: Vec3) -> Direction:
-    """Return the shortest spelling of a direction that `parse_direction` reads back."""
-    for i, name in enumerate(_AXES):
-        if abs(abs(vector[i]) - 1.0) < 1e-6:
-            return ("+" if vector[i] > 0 else "-") + name
-    return vector
 
 
 def apply_decisions(articulation: Articulation, mesh: WeldedMesh, decisions: Decisions) -> Articulation:
@@ -245,7 +267,7 @@ def _new_part(name: str, decision: PartDecision, mesh: WeldedMesh, articulation:
         faces=faces,
         grip=faces[:0],
         # Replaced before it is used.
-        joint=JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=(0.0, 0.0, 0.0), range=(0.0, 1.0)),
+        joint=slide((0.0, -1.0, 0.0), (0.0, 0.0, 0.0), 1.0),
         **_GIVEN,
     )
     joint = _default_joint(decision.kind, decision.hinge, part, mesh)
@@ -255,7 +277,6 @@ def _new_part(name: str, decision: PartDecision, mesh: WeldedMesh, articulation:
 def _apply_decision(
     part: PartPlan, decision: PartDecision | None, mesh: WeldedMesh, articulation: Articulation
 ) -> PartPlan:
-    """Return a part with the user's changes."""
     if decision is None:
         return part
     joint, changed = part.joint, part
@@ -285,7 +306,6 @@ def _apply_decision(
 
 
 def _with_range(joint: JointPlan, decision: PartDecision, metres: float) -> JointPlan:
-    """Return the joint with the range that the user gives, where it differs."""
     if joint.kind is JointKind.SLIDE:
         if decision.travel_m is None or abs(decision.travel_m - joint.range[1] * metres) <= LENGTH_TOLERANCE_M:
             return joint
@@ -301,32 +321,22 @@ def _default_joint(kind: PartKind, edge: HingeEdge | None, part: PartPlan, mesh:
     middle = to_vec3((lower + upper) / 2)
     if kind in (PartKind.DOOR, PartKind.LID):
         return _default_hinge(edge or (HingeEdge.TOP if kind is PartKind.LID else HingeEdge.LEFT), kind, lower, upper)
-    base = JointPlan(kind=JointKind.HINGE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, 1.0), **_GIVEN)
     if kind in (PartKind.DRAWER, PartKind.TRAY):
-        travel = joints.DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1])
-        return base.replace(kind=JointKind.SLIDE, range=(0.0, travel))
-    if kind is PartKind.BUTTON:
-        return base.replace(kind=JointKind.SLIDE, axis=(0.0, 1.0, 0.0), range=(0.0, BUTTON_TRAVEL))
-    if kind is PartKind.KNOB:
-        return base.replace(range=(0.0, KNOB_RANGE_RAD), endless=True)
-    axis: Vec3 = (0.0, 0.0, 1.0) if kind is PartKind.SPOUT else (1.0, 0.0, 0.0)
-    return base.replace(axis=axis, range=(0.0, LEVER_RANGE))
+        joint = slide((0.0, -1.0, 0.0), middle, DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1]))
+    elif kind is PartKind.BUTTON:
+        joint = slide((0.0, 1.0, 0.0), middle, BUTTON_TRAVEL)
+    elif kind is PartKind.KNOB:
+        joint = hinge((0.0, -1.0, 0.0), middle)
+    else:
+        joint = hinge((0.0, 0.0, 1.0) if kind is PartKind.SPOUT else (1.0, 0.0, 0.0), middle, (0.0, LEVER_RANGE))
+    return joint.replace(**_GIVEN)
 
 
 def _default_hinge(edge: HingeEdge, kind: PartKind, lower: Floats, upper: Floats) -> JointPlan:
     """Return a hinge along an edge of a panel between two corners of the frame."""
     side = TOP if kind is PartKind.LID else FRONT
     a, b = lower @ SIDES[side].T, upper @ SIDES[side].T
-    panel = Panel([], np.minimum(a, b), np.maximum(a, b))
-    axis, point = joints.hinge_line(panel, edge)
-    return JointPlan(
-        kind=JointKind.HINGE,
-        axis=to_vec3(axis[0] * SIDES[side][0] + axis[1] * SIDES[side][1]),
-        anchor=to_vec3(point @ SIDES[side]),
-        range=(0.0, joints.DOOR_RANGE_RAD),
-        edge=edge,
-        **_GIVEN,
-    )
+    return hinge_joint(Panel([], np.minimum(a, b), np.maximum(a, b)), edge, side).replace(**_GIVEN)
 
 
 def hinge_at_face(part: PartPlan, mesh: WeldedMesh) -> JointPlan:
@@ -349,3 +359,96 @@ def _panel_box(part: PartPlan, mesh: WeldedMesh) -> tuple[Floats, Floats]:
 def _to_frame(point: Floats, mesh: WeldedMesh, articulation: Articulation) -> Floats:
     """Convert a point of the asset frame (metres, origin under the middle) to the frame of the analysis."""
     return point / (articulation.frame.metres or 1.0) + mesh.footprint_center
+
+
+def decisions_text(
+    name: str,
+    articulation: Articulation,
+    placed: WeldedMesh,
+    category: tuple[str, float, str],
+    size_m: tuple[float, float, str],
+    given: Decisions,
+    least_sure: tuple[float, float],
+) -> str:
+    """Return the decisions.yaml of a mesh, with confidence and next likely choice as comments.
+
+    Args:
+        name: of the mesh. placed: in the frame.
+        category, size_m: what was chosen, how sure, and why.
+        given: decisions that it was built with; what of them the result does not show is repeated.
+        least_sure: a category and a frame that are less sure are not repeated as if somebody had stated them.
+    """
+    frame = articulation.frame
+    up, front = (frame.direction_to_file(v) for v in ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0)))
+    kinds, interiors = ", ".join(PartKind), ", ".join(InteriorKind)
+    lines = [_HEAD.format(name=name, file=DECISIONS_NAME, kinds=kinds, interiors=interiors)]
+    lines += [] if given.decision is None else [f"decision: {given.decision.value}"]
+    marks = [
+        "" if sure >= least else "# " for sure, least in zip((category[1], frame.confidence), least_sure, strict=True)
+    ]
+    lines.append(_row(f"{marks[0]}category", category[0], category[2], sure=category[1]))
+    lines.append(_row(f"{marks[1]}up", _axis(axis_word(up)), frame.reason, frame.runner_up, frame.confidence))
+    lines.append(_row(f"{marks[1]}front", _axis(axis_word(front)), frame.reason, sure=frame.confidence))
+    lines.append(_row("size_m", f"{size_m[0]:.6g}", size_m[2], sure=size_m[1]))
+    shown = [part for part in articulation.parts if not part.added]
+    lines += [f"# No part was found, but {sign}." for sign in articulation.signs]
+    lines.append("parts:" if shown or given.parts else "parts: {}")
+    for part in shown:
+        lines += _part(part, frame.metres or 1.0) + _given_fields(given.parts.get(part.name), _NOT_IN_PLAN)
+    for missing in sorted(given.parts.keys() - {part.name for part in shown}):
+        if given.parts[missing].taken_by is not None:
+            lines += [f"  {missing}:", *_given_fields(given.parts[missing], ("remove", "merge", "kind", "box_m"))]
+    lines += ["cavities:"] if articulation.cavities else []
+    for cavity in articulation.cavities:
+        lines += _cavity(cavity, frame.metres or 1.0, placed.footprint_center)
+    return "\n".join(lines) + "\n"
+
+
+def _part(part: PartPlan, metres: float) -> list[str]:
+    joint = part.joint
+    lines = [_row(f"  {part.name}", "", part.reason, sure=part.confidence), f"    kind: {part.kind.value}"]
+    if part.parent:
+        lines.append(f"    on: {part.parent}")
+    if joint.edge is not None:
+        # The confidence of a part is that of its joint too, and is in the line of the part.
+        lines.append(_row("    hinge", joint.edge.value, joint.reason, joint.runner_up))
+    if joint.kind is JointKind.SLIDE:
+        lines.append(f"    travel_m: {joint.range[1] * metres:.4f}")
+    elif joint.endless:
+        lines.append("    endless: true")
+    else:
+        lines.append(f"    opens_deg: {math.degrees(joint.range[1]):.1f}")
+    return lines
+
+
+def _given_fields(given: PartDecision | None, names: Sequence[str]) -> list[str]:
+    """Return the lines of those fields of a part that a person gave."""
+    stated = {} if given is None else given.model_dump(mode="json", exclude_defaults=True)
+    return [f"    {name}: {json.dumps(stated[name])}" for name in names if name in stated]
+
+
+def _cavity(cavity: Cavity, metres: float, origin: Floats) -> list[str]:
+    """Return the lines of the interior behind a front, built or the mesh's own."""
+    box = [(np.array(c) - origin) * metres for c in (cavity.lower, cavity.upper)]
+    words = ", ".join("[" + ", ".join(f"{v:.4f}" for v in c) + "]" for c in box)
+    return [
+        _row(f"  {cavity.parts[0]}", "", cavity.reason, sure=cavity.confidence),
+        f"    {'# ' if cavity.in_doubt else ''}build: {str(cavity.built).lower()}",
+        f"    interior: {cavity.interior.value}",
+        f"    furnish: {str(cavity.furnish).lower()}",
+        f"    box_m: [{words}]",
+    ]
+
+
+def _axis(word: Direction) -> str:
+    """Return a quoted axis: YAML reads a bare `+y` as text, but some editors do not."""
+    return f'"{word}"' if isinstance(word, str) else "[" + ", ".join(f"{c:.9g}" for c in word) + "]"
+
+
+def _row(key: str, value: str, reason: str, other: str = "", sure: float | None = None) -> str:
+    """Return one line, with the reason and the next likely choice as a comment of one line, after the confidence."""
+    words = " ".join("; else ".join(word for word in (reason, other) if word).split())
+    if sure is not None:
+        words = f"{sure:.0%} sure: {words}" if words else f"{sure:.0%} sure"
+    row = f"{key}: {value}".rstrip()
+    return f"{row}  # {words}" if words else row

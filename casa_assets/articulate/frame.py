@@ -10,16 +10,13 @@ import numpy as np
 
 from casa_assets.articulate.infer import articulate_fragments
 from casa_assets.articulate.plan import Frame, HingeEdge, PartKind, to_vec3
-from casa_assets.articulate.segment.fragments import MeasuredFragments, measure_fragments, render_sides
+from casa_assets.articulate.segment.fragments import MeasuredFragments, WeldedMesh, measure_fragments, render_sides
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES, DepthImage
 from casa_assets.articulate.segment.segmentations import segmentations
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.articulate.side_views import frame_features, hidden_area, measure_side
 from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.registry.category import SizeRange
-
-# Score of a candidate -------------------------------------------------------------------------------------------------
 
 # Scores of a candidate by the parts that it would have, and their weights in its log odds. Ref: as WEIGHTS.
 SCORE_WEIGHTS: Mapping[str, float] = {
@@ -52,6 +49,69 @@ MAX_COUNT = 8
 MIN_BOX_DEPTH_SHARE, MIN_BOX_DEPTH = 0.3, 0.1
 # Fronts that cover less than this share of the side count in proportion.
 FULL_WEIGHT_COVERAGE = 0.25
+UNITS: Mapping[str, float] = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254}
+# Longest sides of kitchen appliances and cabinets, from a kettle to a tall fridge, metres.
+ANY_APPLIANCE_M = SizeRange(low=0.15, typical=0.75, high=2.6)
+# Angle within which a face lies along an axis; bins in which directions of walls are counted.
+ALIGNED_RAD, DIRECTION_BIN_RAD = np.radians(1.5), np.radians(0.25)
+REFINEMENT_RAD = (ALIGNED_RAD, ALIGNED_RAD / 3, ALIGNED_RAD / 10)
+# Directions of the largest surfaces that are tried as the floor.
+MAX_TILTS = 12
+# A further rotation aligns so much more of the surface, or of the rest of it: round objects keep their axes.
+MIN_GAIN, MIN_GAIN_OF_REST = 0.05, 0.25
+# Weight of each feature in the log odds of a candidate; features whose weight came out as zero are left out. Ref:
+# conditional logit over members of this project's own families, merged into one mesh each (commit 7b3921e3).
+WEIGHTS: Mapping[str, float] = {
+    "front_detail": 9.51,
+    "back_detail": -3.106,
+    "front_juts": 1.4,
+    "back_juts": -1.963,
+    "top_juts": 1.347,
+    "bottom_juts": -1.129,
+    "back_knobs": -0.8666,
+    "sides_knobs": -1.707,
+    "front_bars": 1.11,
+    "top_bars": -0.1781,
+    "bottom_bars": -0.4074,
+    "sides_bars": -0.6111,
+    "front_panels": 0.7713,
+    "back_panels": -0.8074,
+    "front_stands": 0.4779,
+    "sides_stands": -0.3255,
+    "symmetry": 2.325,
+    "front_level": 0.7783,
+    "support": 0.9878,
+    "shape": 0.5556,
+    "inside_upright": -4.81,
+    "bars_high": 0.06694,
+    "knobs_high": 2.509,
+    "top_rings": 1.637,
+    "top_slots": 0.9141,
+    "knobs_near": 2.816,
+    "mass_height": -2.901,
+    "back_plain": 0.00708,
+    "bottom_legs": 3.768,
+}
+# Prior of the side that is the top where a file says nothing: modellers write y up or z up, hardly anything else.
+PRIOR_UP = (0.02, 0.42, 0.02, 0.02, 0.5, 0.02)
+# Prior of the side that the file states as its top; the other five sides share the rest.
+STATED_UP = 0.95
+# Prior of an up direction that is not along an axis of the file.
+ASKEW_UP = 0.02
+# Pixels along the longer side of a depth image: half of what the analysis of the parts takes, so that the guess is
+# faster. The weights were learned from images of this size.
+FRAME_IMAGE_PX = 256
+# Weight of the log odds by appearance, where the parts are scored too. Ref: as WEIGHTS.
+APPEARANCE_WEIGHT = 0.605
+# Most candidates that are scored by their parts.
+MAX_SCORED = 6
+# Candidates whose log odds are this far below those of the best one are not scored by their parts.
+MAX_LOG_ODDS_BEHIND = 6.0
+# Direction, out of the object, that each of SIDES faces.
+OUTWARD = -SIDES[:, 2]
+# Pairs (front, top) of indices of SIDES. Opposite sides are 2k and 2k + 1, so a pair of the same k is left out.
+CANDIDATES = tuple((f, t) for f in range(len(SIDES)) for t in range(len(SIDES)) if f // 2 != t // 2)
+GUESSED_REASON = "detail, handles, proportions and symmetry of the six sides, and what they would let move"
 
 
 def candidate_axes(front: int, top: int) -> Floats:
@@ -147,14 +207,6 @@ def _log(count: int) -> float:
     return float(np.log1p(min(count, MAX_COUNT)))
 
 
-# Unit scale -----------------------------------------------------------------------------------------------------------
-# Guess the length unit of a mesh whose file does not state one, by the usual size of kitchen objects.
-
-UNITS: Mapping[str, float] = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254}
-# Longest sides of kitchen appliances and cabinets, from a kettle to a tall fridge, metres.
-ANY_APPLIANCE_M = SizeRange(low=0.15, typical=0.75, high=2.6)
-
-
 def metres_per_unit(longest: float, stated: float | None, span: SizeRange | None) -> tuple[float, float, str]:
     """Return the metres in a unit, the confidence 0..1, and the reason.
 
@@ -174,19 +226,6 @@ def metres_per_unit(longest: float, stated: float | None, span: SizeRange | None
         name = min(fits, key=lambda n: (fits[n], n))
         return UNITS[name], 0.8, f"read as {name}s it is {longest * UNITS[name]:.3g} m long"
     return usual.typical / longest, 0.3, f"no unit fits {longest:.4g}; set to {usual.typical:g} m"
-
-
-# Wall alignment -------------------------------------------------------------------------------------------------------
-# Rotate an object that is not aligned with its file axes so that its walls run along the axes.
-
-# Angle within which a face lies along an axis; bins in which directions of walls are counted.
-ALIGNED_RAD, DIRECTION_BIN_RAD = np.radians(1.5), np.radians(0.25)
-REFINEMENT_RAD = (ALIGNED_RAD, ALIGNED_RAD / 3, ALIGNED_RAD / 10)
-# Directions of the largest surfaces that are tried as the floor.
-MAX_TILTS = 12
-# A further rotation is taken if it aligns so much more of the surface, or that share of what is not aligned: round
-# objects keep their axes.
-MIN_GAIN, MIN_GAIN_OF_REST = 0.05, 0.25
 
 
 def align_walls(mesh: WeldedMesh, kept_directions: Sequence[Sequence[float]] = ()) -> Floats:
@@ -280,65 +319,6 @@ def _largest(normals: Floats, weight: Floats) -> list[Floats]:
     return out
 
 
-# Axes -----------------------------------------------------------------------------------------------------------------
-# Align its walls with the axes, then score the twenty-four candidates.
-
-# Weight of each feature in the log odds of a candidate; features whose weight came out as zero are left out. Ref:
-# conditional logit over members of this project's own families, merged into one mesh each (commit 7b3921e3).
-WEIGHTS: Mapping[str, float] = {
-    "front_detail": 9.51,
-    "back_detail": -3.106,
-    "front_juts": 1.4,
-    "back_juts": -1.963,
-    "top_juts": 1.347,
-    "bottom_juts": -1.129,
-    "back_knobs": -0.8666,
-    "sides_knobs": -1.707,
-    "front_bars": 1.11,
-    "top_bars": -0.1781,
-    "bottom_bars": -0.4074,
-    "sides_bars": -0.6111,
-    "front_panels": 0.7713,
-    "back_panels": -0.8074,
-    "front_stands": 0.4779,
-    "sides_stands": -0.3255,
-    "symmetry": 2.325,
-    "front_level": 0.7783,
-    "support": 0.9878,
-    "shape": 0.5556,
-    "inside_upright": -4.81,
-    "bars_high": 0.06694,
-    "knobs_high": 2.509,
-    "top_rings": 1.637,
-    "top_slots": 0.9141,
-    "knobs_near": 2.816,
-    "mass_height": -2.901,
-    "back_plain": 0.00708,
-    "bottom_legs": 3.768,
-}
-# Prior of the axis that points up where a file says nothing, by the side that is then the top: modellers write y up
-# or z up, hardly anything else.
-PRIOR_UP = (0.02, 0.42, 0.02, 0.02, 0.5, 0.02)
-# Prior of the side that the file states as its top; the other five sides share the rest.
-STATED_UP = 0.95
-# Prior of an up direction that is not along an axis of the file.
-ASKEW_UP = 0.02
-# Pixels along the longer side of a depth image: half of what the analysis of the parts takes, so that the guess is
-# faster. The weights were learned from images of this size.
-FRAME_IMAGE_PX = 256
-# Weight of the log odds by appearance, where the parts are scored too. Ref: as WEIGHTS.
-APPEARANCE_WEIGHT = 0.605
-# Most candidates that are scored by their parts.
-MAX_SCORED = 6
-# Candidates whose log odds are this far below those of the best one are not scored by their parts.
-MAX_LOG_ODDS_BEHIND = 6.0
-# Direction, out of the object, that each of SIDES faces.
-OUTWARD = -SIDES[:, 2]
-# Pairs (front, top) of indices of SIDES. Opposite sides are 2k and 2k + 1, so a pair of the same k is left out.
-CANDIDATES = tuple((f, t) for f in range(len(SIDES)) for t in range(len(SIDES)) if f // 2 != t // 2)
-GUESSED_REASON = "detail, handles, proportions and symmetry of the six sides, and what they would let move"
-
-
 def given_frame(mesh: WeldedMesh, up: Sequence[float], front: Sequence[float]) -> Frame:
     """Return the frame for known up and front directions, file axes, at right angles to each other."""
     z = np.asarray(up, dtype=np.float64) / np.linalg.norm(up)
@@ -379,8 +359,9 @@ def guess_frame(
     face, top = ranked[0]
     y, z = -outward[face], outward[top]
     reason = GUESSED_REASON if up is None or front is None else "given"
+    others = [(axis_name(outward[f]), axis_name(outward[t])) for f, t in ranked[1:3]]
     return _frame_with_axes(mesh, np.stack([np.cross(y, z), y, z]), reason).replace(
-        confidence=round(probabilities[ranked[0]], 3), runner_up="; ".join(_describe(k, straight) for k in ranked[1:3])
+        confidence=round(probabilities[ranked[0]], 3), runner_up="; ".join(f"front {a}, up {b}" for a, b in others)
     )
 
 
@@ -441,12 +422,6 @@ def _prior(up: Floats, stated: int | None) -> float:
     if stated is None:
         return PRIOR_UP[side]
     return STATED_UP if side == stated else (1 - STATED_UP) / 5
-
-
-def _describe(candidate: tuple[int, int], straight: Floats) -> str:
-    """Describe a candidate, such as `front -y, up +z`."""
-    face, top = candidate
-    return f"front {axis_name(OUTWARD[face] @ straight)}, up {axis_name(OUTWARD[top] @ straight)}"
 
 
 def axis_name(direction: Floats) -> str:

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 
 import numpy as np
 
-from casa_assets.articulate import joints
-from casa_assets.articulate.category import FORM_TRAITS, kinds_known
 from casa_assets.articulate.controls.classify import ControlClassifier, classify_by_forest, classify_with_dials
 from casa_assets.articulate.controls.controls import (
     Control,
@@ -22,15 +19,23 @@ from casa_assets.articulate.controls.controls import (
 from casa_assets.articulate.controls.faucets import find_faucet_parts
 from casa_assets.articulate.controls.levers_and_buttons import (
     Lever,
-    button_joint,
     drop_burner_caps,
     find_bar_levers,
     find_levers,
     find_single_button,
     find_switch_parts,
 )
-from casa_assets.articulate.front_features import FrontView, share_with_fronts, view_fronts
-from casa_assets.articulate.fronts.fronts import (
+from casa_assets.articulate.fronts.joints import (
+    DRAWER_TRAVEL_SHARE,
+    FrontView,
+    choose_drawer,
+    choose_hinge,
+    kind_log_odds,
+    share_with_fronts,
+    sliding_direction,
+    view_fronts,
+)
+from casa_assets.articulate.fronts.opening_panels import (
     DOUBTFUL,
     attach_to_panels,
     find_box_boards,
@@ -46,13 +51,24 @@ from casa_assets.articulate.fronts.panels import (
     merge_bridged_panels,
     merge_framed_panels,
 )
-from casa_assets.articulate.interior.hollow_parts import Lid, find_box_lid, find_lids, is_chest
 from casa_assets.articulate.interior.inner_parts import InnerPart, find_inner_parts
-from casa_assets.articulate.joints import sliding_direction
-from casa_assets.articulate.plan import Articulation, Frame, HingeEdge, JointPlan, Models, PartKind, PartPlan, to_vec3
+from casa_assets.articulate.interior.lids import Lid, find_box_lid, find_lids, is_chest
+from casa_assets.articulate.kinds import FORM_TRAITS, kinds_known
+from casa_assets.articulate.plan import (
+    Articulation,
+    Frame,
+    HingeEdge,
+    JointPlan,
+    Models,
+    PartKind,
+    PartPlan,
+    hinge,
+    slide,
+    to_vec3,
+)
 from casa_assets.articulate.segment.fragments import (
     MeasuredFragments,
-    corners_from_side,
+    WeldedMesh,
     measure_fragments,
     render_sides,
 )
@@ -66,15 +82,9 @@ from casa_assets.articulate.segment.shell_segments import (
     boxiness,
     fragment_mesh,
 )
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.articulate.side_views import count_slots
-from casa_assets.core.forest import Forest
-from casa_assets.core.numeric import Floats
-from casa_assets.model.asset.parts import JointKind
+from casa_assets.core.numeric import Floats, Forest
 from casa_assets.model.record import Vec3
-
-# Form traits ----------------------------------------------------------------------------------------------------------
-# Detect by form alone, before any joint is decided, whether an object has fronts, controls or legs, and which.
 
 # Width to height of a wide front, and of a tall one; share of the side that one covering front has at least.
 MIN_WIDE_RATIO, MAX_TALL_RATIO, MIN_COVERING_SHARE = 1.2, 0.8, 0.4
@@ -84,6 +94,21 @@ MIN_ROW, MIN_KEYS = 3, 6
 PAIR_TOLERANCE = 0.015
 # A thing stands on legs where, in the stretch of its height between these shares, at most so much of its width is seen.
 LEGS_STRETCH, MAX_LEGS_SHARE = (0.03, 0.1), 0.5
+# Travel of a button in diagonals, capped by its protrusion. Ref: 2 to 5 mm on an object of 0.8 m.
+MAX_BUTTON_TRAVEL = 0.004
+# Slots for bread that a toaster has at least.
+MIN_BREAD_SLOTS = 2
+# A front that is a drawer with this probability does not run sideways, whatever is beside it.
+SURE_DRAWER = 0.9
+# A round thing within this share of the middle of the top is its cap and no control.
+TOP_CENTRE_SHARE = 0.1
+# What a part counts for is its confidence less this, and a plan that is not the first has to be better by this much.
+# Fitted on bench, track and own cases (benchmarks/articulate/ways.py --margins).
+LEAST_CONFIDENCE, MIN_ADVANTAGE = 0.3, 0.5
+# The same over a first plan without any part: one part that is rather sure is enough. A choice.
+MIN_ADVANTAGE_OVER_NOTHING = 0.25
+# Parts of two plans are the same where this share of their surface is. A choice.
+MIN_SAME_SURFACE = 0.9
 
 
 def traits_of_views(measured: MeasuredFragments, views: list[FrontView], seen: FrontLook) -> dict[str, bool]:
@@ -126,19 +151,6 @@ def stands_on_legs(measured: MeasuredFragments) -> bool:
     first, last = (rows[-1] + 1 - round(s * high) for s in reversed(LEGS_STRETCH))
     band = seen[first : max(last, first + 1), columns[0] : columns[-1] + 1]
     return bool(band.mean() < MAX_LEGS_SHARE) if band.size else False
-
-
-# Infer ----------------------------------------------------------------------------------------------------------------
-# Fronts, controls, inner parts, faucets and lids.
-
-# Travel of a button in diagonals, capped by its protrusion. Ref: 2 to 5 mm on an object of 0.8 m.
-MAX_BUTTON_TRAVEL = 0.004
-# Slots for bread that a toaster has at least.
-MIN_BREAD_SLOTS = 2
-# A front that is a drawer with this probability does not run sideways, whatever is beside it.
-SURE_DRAWER = 0.9
-# A round thing within this share of the middle of the top is its cap and no control.
-TOP_CENTRE_SHARE = 0.1
 
 
 @dataclass
@@ -211,7 +223,9 @@ def articulate_fragments(
         _controls(collector, TOP, top_controls, seen.classify_top)
     button = find_single_button(measured) if category and measured.count > 1 and not collector.parts else None
     if button is not None:
-        joint = button_joint(button, MAX_BUTTON_TRAVEL)
+        middle, travel = (button.lower + button.upper) / 2, min(MAX_BUTTON_TRAVEL, 0.5 * button.protrusion)
+        why = "round, and all that stands out of its front"
+        joint = slide(to_vec3(SIDES[FRONT][2]), _point(FRONT, middle), travel, 0.45, why)
         collector.add(PartKind.BUTTON, button.fragments, button.fragments, joint)
     # An object of unknown category with doors, buttons or knobs has flat walls, or a lid or a lever besides; otherwise
     # lids of jars, seeds of a melon and plates in a rack would pass for them.
@@ -251,18 +265,18 @@ def look_at_front(collector: PartCollector, control_forest: Forest | None = None
     # A lever may be as large as a small panel.
     control_fragments = {f for c in controls for f in c.fragments}
     blocks = [c for c in find_controls(measured, FRONT, []) if control_fragments.isdisjoint(c.fragments)]
-    levers, controls = find_levers(measured, controls)
-    levers += find_levers(measured, blocks)[0]
-    if is_toaster:
-        bars, controls = find_bar_levers(measured, controls)
-        levers += bars
-    classify_front = _tell(measured, FRONT, controls, panels, control_forest)
+    levers = find_levers(measured, controls)
+    controls = [c for c in controls if not any(lever.control is c for lever in levers)]
+    bars = find_bar_levers(measured, controls) if is_toaster else []
+    controls = [c for c in controls if not any(bar.control is c for bar in bars)]
+    levers += [*find_levers(measured, blocks), *bars]
+    classify_front = _classifier(measured, FRONT, controls, panels, control_forest)
     if slots:
         classify_front = classify_with_dials(classify_front)
     _levers(collector, levers)
     panels = [p for p in panels if collector.taken.isdisjoint(p.members)]
     found = find_controls(measured, TOP, sorted(collector.taken))
-    classify_top = _tell(measured, TOP, found, [], control_forest)
+    classify_top = _classifier(measured, TOP, found, [], control_forest)
     if control_forest is None:
         top_controls, controls = _controls_by_look(measured, found, controls)
     else:
@@ -297,7 +311,7 @@ def _merge_panels(collector: PartCollector, panels: list[Panel], controls: list[
     return [*fronts, *merge_framed_panels(panels, handle_spots, find_slats(measured, panels))]
 
 
-def _tell(
+def _classifier(
     measured: MeasuredFragments, side: int, controls: list[Control], panels: list[Panel], forest: Forest | None
 ) -> ControlClassifier:
     """Return a classifier for the controls of a side."""
@@ -318,23 +332,16 @@ def _controls_by_look(
 
 
 def _is_in_middle(measured: MeasuredFragments, control: Control) -> bool:
-    """Return whether a control of the top lies in the middle of the top."""
-    lower, upper = corners_from_side(measured, TOP)
-    lower, upper = lower.min(axis=0)[:2], upper.max(axis=0)[:2]
+    """Return whether a control of the top is in the middle of the top."""
+    lower, upper = measured.lower.min(axis=0)[:2], measured.upper.max(axis=0)[:2]
     return bool((np.abs(control.middle - (lower + upper) / 2) < TOP_CENTRE_SHARE * (upper - lower)).all())
 
 
 def _levers(collector: PartCollector, levers: list[Lever]) -> None:
     """Add levers that slide in a slot."""
     for lever in levers:
-        joint = JointPlan(
-            kind=JointKind.SLIDE,
-            axis=_unit_vec3(lever.way @ SIDES[FRONT]),
-            anchor=_point(FRONT, (lever.control.lower + lever.control.upper) / 2),
-            range=(0.0, lever.length),
-            confidence=0.8,
-            reason="it stands in a slot",
-        )
+        middle = _point(FRONT, (lever.control.lower + lever.control.upper) / 2)
+        joint = slide(_unit_vec3(lever.way @ SIDES[FRONT]), middle, lever.length, 0.8, "it stands in a slot")
         collector.add(PartKind.LEVER, lever.control.fragments, lever.control.fragments, joint)
 
 
@@ -345,61 +352,35 @@ def _fronts(collector: PartCollector, seen: FrontLook, category: str) -> dict[st
     views = view_fronts(measured, [p for p, _, _ in chosen], seen.panels, seen.controls)
     traits = traits_of_views(measured, views, seen)
     x, y, z = (float(v) for v in np.ptp(measured.mesh.points, axis=0))
-    kinds = kinds_known((x, y, z), traits, joints.kind_log_odds(views), category)
+    kinds = kinds_known((x, y, z), traits, kind_log_odds(views), category)
     for view, (panel, confidence, reason) in zip(views, chosen, strict=True):
         if confidence <= DOUBTFUL and share_with_fronts(kinds) < 0.5:
             continue
-        is_drawer, joint_confidence, joint_reason = joints.choose_drawer(view, kinds)
+        is_drawer, joint_confidence, joint_reason = choose_drawer(view, kinds)
         is_sure = is_drawer and joint_confidence >= SURE_DRAWER
         slide_sign = None if panel.box or is_sure else sliding_direction(measured, panel, view.handle)
         is_drawer &= slide_sign is None
         grip_fragments = sorted(f for g in panel.grips for f in g)
+        middle = _point(FRONT, (panel.lower + panel.upper) / 2)
         if is_drawer:
             if not panel.box:
                 others = {f for p in seen.panels if p is not panel for f in p.everything}
                 panel.box = find_box_boards(measured, panel, collector.taken | others)
             depth = float(measured.upper[panel.everything, 1].max() - panel.lower[2])
-            travel = joints.DRAWER_TRAVEL_SHARE * depth if depth > 0.15 * view.extent[2] else 0.7 * view.extent[2]
-            joint = JointPlan(
-                kind=JointKind.SLIDE,
-                axis=_unit_vec3(-SIDES[FRONT][2]),
-                anchor=_point(FRONT, (panel.lower + panel.upper) / 2),
-                range=(0.0, float(travel)),
-                confidence=joint_confidence,
-                reason=joint_reason,
-            )
+            travel = DRAWER_TRAVEL_SHARE * depth if depth > 0.15 * view.extent[2] else 0.7 * view.extent[2]
+            joint = slide(_unit_vec3(-SIDES[FRONT][2]), middle, float(travel), joint_confidence, joint_reason)
         elif slide_sign is not None:
             panel.box = []
-            joint = JointPlan(
-                kind=JointKind.SLIDE,
-                axis=_unit_vec3(slide_sign * SIDES[FRONT][0]),
-                anchor=_point(FRONT, (panel.lower + panel.upper) / 2),
-                range=(0.0, 0.95 * panel.width),
-                confidence=0.6,
-                reason="its niche goes on beside it",
-            )
+            axis = _unit_vec3(slide_sign * SIDES[FRONT][0])
+            joint = slide(axis, middle, 0.95 * panel.width, 0.6, "its niche goes on beside it")
         else:
             panel.box = []
-            joint = _hinge_joint(panel, joints.choose_hinge(view, kinds))
+            joint = choose_hinge(view, kinds)
         sure = confidence * joint_confidence, reason
         kind = PartKind.DRAWER if is_drawer else PartKind.DOOR
         name = collector.add(kind, panel.everything, grip_fragments, joint, sure=sure)
         collector.fronts.append((name, panel, joint.edge))
     return traits
-
-
-def _hinge_joint(panel: Panel, opening: joints.HingeChoice) -> JointPlan:
-    axis, point = joints.hinge_line(panel, opening.edge)
-    return JointPlan(
-        kind=JointKind.HINGE,
-        axis=_unit_vec3(axis[0] * SIDES[FRONT][0] + axis[1] * SIDES[FRONT][1]),
-        anchor=_point(FRONT, point),
-        range=(0.0, joints.DOOR_RANGE_RAD),
-        edge=opening.edge,
-        confidence=opening.confidence,
-        reason=opening.reason,
-        runner_up=opening.runner_up.value,
-    )
 
 
 def _controls(collector: PartCollector, side: int, controls: list[Control], classify: ControlClassifier) -> None:
@@ -411,17 +392,12 @@ def _controls(collector: PartCollector, side: int, controls: list[Control], clas
         kind, confidence, reason = classify(control, controls)
         if kind is None:
             continue
-        turns = kind is PartKind.KNOB
-        normal = control_normal(collector.measured, side, control)
-        joint = JointPlan(
-            kind=JointKind.HINGE if turns else JointKind.SLIDE,
-            axis=_unit_vec3(normal if turns else -normal),
-            anchor=_point(side, (control.lower + control.upper) / 2),
-            range=(0.0, 2 * math.pi if turns else min(MAX_BUTTON_TRAVEL, max(0.5 * control.protrusion, 0.1 * width))),
-            endless=turns,
-            confidence=confidence,
-            reason=reason,
-        )
+        normal, middle = control_normal(collector.measured, side, control), (control.lower + control.upper) / 2
+        if kind is PartKind.KNOB:
+            joint = hinge(_unit_vec3(normal), _point(side, middle), None, confidence, reason)
+        else:
+            travel = min(MAX_BUTTON_TRAVEL, max(0.5 * control.protrusion, 0.1 * width))
+            joint = slide(_unit_vec3(-normal), _point(side, middle), travel, confidence, reason)
         parent = next(
             (n for n, p, _ in collector.fronts if side == FRONT and p.holds(control.lower, control.upper)), ""
         )
@@ -442,13 +418,10 @@ def _tray(collector: PartCollector, door: Panel, tray: InnerPart) -> None:
     lower, upper = collector.measured.box(tray.fragments)
     middle = to_vec3((lower + upper) / 2)
     if tray.turns:
-        joint = JointPlan(
-            kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), anchor=middle, range=(0.0, 2 * math.pi), endless=True
-        )
+        joint = hinge((0.0, 0.0, 1.0), middle, None, tray.confidence, tray.reason)
     else:
-        travel = joints.DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1])
-        joint = JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, travel))
-    joint = joint.replace(confidence=tray.confidence, reason=tray.reason)
+        travel = DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1])
+        joint = slide((0.0, -1.0, 0.0), middle, travel, tray.confidence, tray.reason)
     kind = PartKind.DRAWER if tray.is_drawer else PartKind.TRAY
     collector.add(kind, list(tray.fragments), list(tray.fragments), joint)
 
@@ -478,14 +451,8 @@ def _lids(collector: PartCollector, knobs: list[Control]) -> None:
 def _lid(collector: PartCollector, lid: Lid, reason: str) -> None:
     """Add a lid that opens upwards about its edge at the handle, or at the back."""
     axis, anchor = lid.hinge
-    joint = JointPlan(
-        kind=JointKind.HINGE,
-        axis=_unit_vec3(axis),
-        anchor=to_vec3(anchor),
-        range=(0.0, lid.opening_angle),
-        confidence=0.5,
-        reason="hinged at the handle, or where nothing is in its way",
-    )
+    why = "hinged at the handle, or where nothing is in its way"
+    joint = hinge(_unit_vec3(axis), to_vec3(anchor), (0.0, lid.opening_angle), 0.5, why)
     collector.add(PartKind.LID, lid.fragments, lid.knob, joint, sure=(0.6, reason))
 
 
@@ -496,17 +463,6 @@ def _unit_vec3(v: Floats) -> Vec3:
 def _point(side: int, uvw: Floats) -> Vec3:
     """Convert a point given as (right, up, depth) of a side to the frame."""
     return to_vec3(uvw @ SIDES[side])
-
-
-# Choose plan ----------------------------------------------------------------------------------------------------------
-
-# What a part counts for is its confidence less this, and a plan that is not the first has to be better by this much.
-# Fitted on bench, track and own cases (benchmarks/articulate/ways.py --margins).
-LEAST_CONFIDENCE, MIN_ADVANTAGE = 0.3, 0.5
-# The same over a first plan without any part: one part that is rather sure is enough. A choice.
-MIN_ADVANTAGE_OVER_NOTHING = 0.25
-# Parts of two plans are the same where this share of their surface is. A choice.
-MIN_SAME_SURFACE = 0.9
 
 
 @dataclass(frozen=True)
@@ -523,7 +479,7 @@ class Plan:
         return plan_score([part.confidence for part in self.articulation.parts])
 
 
-def choose_plan(mesh: WeldedMesh, frame: Frame, category: str = "", models: Models | None = None) -> Plan:
+def choose_plan(mesh: WeldedMesh, frame: Frame, category: str, models: Models) -> Plan:
     """Return the plan of a mesh in its frame that has clearly more parts that are probably right; else the first.
 
     Where the welded fragments say the same, theirs is returned.
@@ -531,7 +487,7 @@ def choose_plan(mesh: WeldedMesh, frame: Frame, category: str = "", models: Mode
     Args:
         mesh: z up, the front faces -y, a diagonal of 1, the middle at the origin.
         category: id of a category where it is known, empty otherwise.
-        models: what was learned from labelled cases; None to go by rules alone.
+        models: what was learned from labelled cases.
     """
     plans = candidate_plans(mesh, frame, category, models)
     advantage = needed_advantage(len(plans[0].articulation.parts))
@@ -557,15 +513,14 @@ def best_score(scores: Sequence[float], advantage: float = MIN_ADVANTAGE) -> int
     return best if scores[best] > scores[0] + advantage else 0
 
 
-def candidate_plans(mesh: WeldedMesh, frame: Frame, category: str = "", models: Models | None = None) -> list[Plan]:
+def candidate_plans(mesh: WeldedMesh, frame: Frame, category: str, models: Models) -> list[Plan]:
     """Return the plan of each way to split a mesh, the one that is right most often first."""
     images = render_sides(mesh)
-    controls = None if models is None else models.controls
     found = []
     for way, labels in segmentations(mesh).items():
         fragmentation = fragment_mesh(mesh, labels, models)
         measured = measure_fragments(mesh, fragmentation.labels, images=images)
-        articulation = articulate_fragments(measured, frame, category, controls, fragmentation.fronts)
+        articulation = articulate_fragments(measured, frame, category, models.controls, fragmentation.fronts)
         if way in (Segmentation.CREASES, Segmentation.HOLES) and not _has_whole_lids(mesh, articulation):
             continue
         found.append(Plan(way, fragmentation, articulation))

@@ -19,8 +19,6 @@ from casa_assets.mesh.voxels import Grid, voxelise
 from casa_assets.model.asset.parts import Box, Hull, Mesh, Shape
 from casa_assets.model.pose import Pose
 
-# Link shapes ----------------------------------------------------------------------------------------------------------
-
 # A surface that fills at least this share of its hull becomes the hull, of its box, a box.
 MIN_HULL_FILL, MIN_BOX_FILL = 0.8, 0.985
 # A surface that fills less than this share of its hull is open. One that is flatter than this ratio is judged by its
@@ -38,6 +36,36 @@ MIN_THICKNESS_M = 0.002
 ROUNDING_SHARE = 0.01
 SAMPLES = 6000
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=np.float64)
+# Link and shape that would be cut, then link and shape that run into it.
+Pair = tuple[int, int, int, int]
+# Overlaps up to the first are left alone; those up to the second, or that share of the diagonal of all links, are cut.
+MIN_OVERLAP_M, MAX_CUT_DEPTH_M, MAX_CUT_DEPTH_SHARE = 0.0001, 0.012, 0.02
+# Gap left between a part and what it passes: shapes that touch would be held by friction.
+CLEARANCE_M = 0.0004
+# Shares of the range at which overlaps are sampled, densest near the closed pose, where parts fit most tightly.
+SAMPLED_SHARES = (0.02, 0.05, 0.09, 0.14, 0.2, 0.28, 0.38, 0.5, 0.62, 0.75, 0.88, 1.0)
+# Poses of one turn whose hull stands for all that a part passes which turns round and round: between two of them a
+# corner leaves the hull by less than 2 % of its distance from the axis.
+TURN_POSES = 16
+# Smaller shapes are dropped: volume, and thickness.
+MIN_SHAPE_M3, MIN_SHAPE_M = 1e-8, 0.001
+# Boxes that are subtracted from one shape.
+MAX_CUTS = 3
+# Cuts may be this many times deeper where a link lies behind a front.
+BEHIND_FRONT_CUT_FACTOR = 2.5
+# An overlap this thick, by the thinner of two shapes, means that one runs through the other.
+CROSSING_SHARE = 0.6
+# A notch takes at most the first share of the width of a shape, and no more than the second in one direction.
+MAX_NOTCH_SHARE, SHALLOW_NOTCH_SHARE = 0.5, 0.2
+# A shape that stands for visible matter keeps at least this share of its volume, else it is not cut.
+MIN_VOLUME_LEFT = 0.5
+# The shapes of a link end no farther short of what is seen than this, or than this share of its longest side where that
+# is more: nine tenths of collider_bounds_m and collider_bounds_ratio in registry/limits.yaml (AST009).
+MAX_SHORTFALL_M, MAX_CUT_SHORTFALL_SHARE = 0.0036, 0.018
+# Visible surface this near to the side of an empty box bounds it, if that side has at least this share of the surface.
+BOUND_TOLERANCE_M, MIN_SIDE_SHARE = 0.0005, 0.15
+# Visible surface farther inside a box than this share of its size lies in it, and does not bound it.
+INNER_MARGIN_SHARE = 0.25
 
 
 def convex_clouds(points: Floats, faces: Ints, max_count: int) -> list[Floats]:
@@ -245,42 +273,6 @@ def _extend_box(solid: Mask, a: Ints, b: Ints, axis: int) -> None:
                 a[axis] -= 1
             else:
                 b[axis] += 1
-
-
-# Clearance ------------------------------------------------------------------------------------------------------------
-
-# Link and shape that would be cut, then link and shape that run into it.
-Pair = tuple[int, int, int, int]
-
-# Overlaps up to MIN_OVERLAP_M are left alone; those up to MAX_CUT_DEPTH_M, or that share of the diagonal of all links,
-# are cut.
-MIN_OVERLAP_M, MAX_CUT_DEPTH_M, MAX_CUT_DEPTH_SHARE = 0.0001, 0.012, 0.02
-# Gap left between a part and what it passes: shapes that touch would be held by friction.
-CLEARANCE_M = 0.0004
-# Shares of the range at which overlaps are sampled, densest near the closed pose, where parts fit most tightly.
-SAMPLED_SHARES = (0.02, 0.05, 0.09, 0.14, 0.2, 0.28, 0.38, 0.5, 0.62, 0.75, 0.88, 1.0)
-# Poses of one turn whose hull stands for all that a part passes which turns round and round: between two of them a
-# corner leaves the hull by less than 2 % of its distance from the axis.
-TURN_POSES = 16
-# Smaller shapes are dropped: volume, and thickness.
-MIN_SHAPE_M3, MIN_SHAPE_M = 1e-8, 0.001
-# Boxes that are subtracted from one shape.
-MAX_CUTS = 3
-# Cuts may be this many times deeper where a link lies behind a front.
-BEHIND_FRONT_CUT_FACTOR = 2.5
-# An overlap this thick, by the thinner of two shapes, means that one runs through the other.
-CROSSING_SHARE = 0.6
-# A notch takes at most the first share of the width of a shape, and no more than the second in one direction.
-MAX_NOTCH_SHARE, SHALLOW_NOTCH_SHARE = 0.5, 0.2
-# A shape that stands for visible matter keeps at least this share of its volume, else it is not cut.
-MIN_VOLUME_LEFT = 0.5
-# The shapes of a link end no farther short of what is seen than this, or than this share of its longest side where that
-# is more: nine tenths of collider_bounds_m and collider_bounds_ratio in registry/limits.yaml (AST009).
-MAX_SHORTFALL_M, MAX_CUT_SHORTFALL_SHARE = 0.0036, 0.018
-# Visible surface this near to the side of an empty box bounds it, if that side has at least this share of the surface.
-BOUND_TOLERANCE_M, MIN_SIDE_SHARE = 0.0005, 0.15
-# Visible surface farther inside a box than this share of its size lies in it, and does not bound it.
-INNER_MARGIN_SHARE = 0.25
 
 
 @dataclass

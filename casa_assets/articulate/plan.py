@@ -14,12 +14,15 @@ import numpy.typing as npt
 from casa_assets.core.forest import Forest
 from casa_assets.core.numeric import Floats, significant
 from casa_assets.model.asset.asset import Confidence
+from casa_assets.core.numeric import Floats, Forest, significant
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.record import ArrayOf, Id, Record, Vec2, Vec3
 from casa_assets.model.registry.rows import ConfidenceModel
 
-# Vectors --------------------------------------------------------------------------------------------------------------
-# Convert arrays to the tuples of three numbers that records hold, rounded where they are written to files.
+# Lengths are in units of the analysed mesh, whose diagonal is 1; the frame maps them to the file and to metres.
+FaceIndex = Annotated[npt.NDArray[np.int64], ArrayOf("int64", (-1,))]
+Matrix3 = Annotated[npt.NDArray[np.float64], ArrayOf("float64", (3, 3))]
+Cloud = Annotated[npt.NDArray[np.float64], ArrayOf("float64", (-1, 3))]
 
 
 def to_vec3(values: Iterable[float]) -> Vec3:
@@ -48,38 +51,19 @@ def round_mm_vec3(values: Iterable[float]) -> Vec3:
     return to_vec3(round_mm(v) for v in values)
 
 
-# Models ---------------------------------------------------------------------------------------------------------------
-# The models learned from labelled cases, which the caller reads from the registry and hands in.
-
-
 @dataclass(frozen=True)
 class Models:
     """Decision forests, used where rules decide less well.
 
     Attributes:
-        controls: distinguishes knobs, keys and neither, from CONTROL_FEATURES; None to look at each control alone.
+        controls: distinguishes knobs, keys and neither, from CONTROL_FEATURES.
         fronts_alone, fronts: decide whether a rectangle of a fused shell is a door or drawer, from FEATURES of
-            fronts/front_hypotheses.py alone, and with CONTEXT; None if rules decide.
+            fronts/front_hypotheses.py alone, and with CONTEXT.
     """
 
-    controls: Forest | None = None
-    fronts_alone: Forest | None = None
-    fronts: Forest | None = None
-
-    @property
-    def front_forests(self) -> tuple[Forest, Forest] | None:
-        """Return the two forests of fronts, or None if one is missing."""
-        return None if self.fronts_alone is None or self.fronts is None else (self.fronts_alone, self.fronts)
-
-
-# Plan -----------------------------------------------------------------------------------------------------------------
-# The frame, the moving parts, their joints, and the confidence of each decision.
-#
-# Lengths are in units of the analysed mesh, whose diagonal is 1; the frame maps them to the file and to metres.
-
-FaceIndex = Annotated[npt.NDArray[np.int64], ArrayOf("int64", (-1,))]
-Matrix3 = Annotated[npt.NDArray[np.float64], ArrayOf("float64", (3, 3))]
-Cloud = Annotated[npt.NDArray[np.float64], ArrayOf("float64", (-1, 3))]
+    controls: Forest
+    fronts_alone: Forest
+    fronts: Forest
 
 
 class PartKind(StrEnum):
@@ -150,6 +134,25 @@ class JointPlan(Record):
     confidence: Confidence = 0.5
     reason: str = ""
     runner_up: str = ""
+
+
+def slide(axis: Vec3, anchor: Vec3, length: float, confidence: float = 0.5, reason: str = "") -> JointPlan:
+    """Return a joint along which a part comes out by a length, diagonals."""
+    reach = (0.0, length)
+    return JointPlan(kind=JointKind.SLIDE, axis=axis, anchor=anchor, range=reach, confidence=confidence, reason=reason)
+
+
+def hinge(axis: Vec3, anchor: Vec3, angles: Vec2 | None = None, confidence: float = 0.5, reason: str = "") -> JointPlan:
+    """Return a joint about which a part turns between two angles, rad; round and round if there are none."""
+    return JointPlan(
+        kind=JointKind.HINGE,
+        axis=axis,
+        anchor=anchor,
+        range=angles or (0.0, 2 * math.pi),
+        endless=angles is None,
+        confidence=confidence,
+        reason=reason,
+    )
 
 
 class PartPlan(Record):
@@ -252,7 +255,7 @@ class Articulation(Record):
     """A mesh split into moving parts; what belongs to no part is the body.
 
     Attributes:
-        traits: what the form of its fronts says of its kind; names of FORM_TRAITS (category.py).
+        traits: what the form of its fronts says of its kind; names of FORM_TRAITS (kinds.py).
         cavities: what the fronts close. added: what was built in them, with the spaces that it leaves.
         signs: where no part was found, what speaks for some all the same, in words.
     """
@@ -272,13 +275,6 @@ class Articulation(Record):
         for i, part in enumerate(self.parts):
             owner[part.faces] = i
         return owner
-
-
-# Confidence -----------------------------------------------------------------------------------------------------------
-# Calibrate the confidences of parts, and compute the probability that the parts of a mesh are all right.
-
-# Confidence of what nobody had to guess.
-CERTAIN = 1.0
 
 
 def calibrate_parts(articulation: Articulation, model: ConfidenceModel) -> Articulation:
@@ -314,9 +310,3 @@ def plan_confidence(articulation: Articulation, model: ConfidenceModel) -> float
         "named": float(bool(articulation.category)),
     }
     return model.plan.at(features)
-
-
-def weakest_part(articulation: Articulation) -> PartPlan | None:
-    """Return the part with the lowest confidence, ignoring added parts; None if there are no others."""
-    own = [p for p in articulation.parts if not p.added]
-    return min(own, key=lambda p: p.confidence) if own else None

@@ -10,9 +10,9 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.articulate.interior.regions import (
+from casa_assets.articulate.runtime_places import (
+    Bounds,
     Burner,
-    Niche,
     burner_faces,
     closing_link,
     find_cup_niche,
@@ -35,8 +35,6 @@ from casa_assets.model.asset.parts import Joint, Mesh, Visual
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec4
 
-# Regions, sites and poses ---------------------------------------------------------------------------------------------
-
 MAIN_REGION = "main"
 FLAME_HIDDEN_RGBA: Vec4 = (0.06, 0.2, 0.75, 0.0)
 COFFEE_HIDDEN_RGBA: Vec4 = (0.05, 0.025, 0.012, 0.0)
@@ -57,8 +55,29 @@ CONTRACTS = {
     "island_base": "island_base",
     "hood": "hood",
 }
-CABINET_WORDS = ("cabinet", "drawer_stack", "sink_base")
+CABINET_WORDS = ("cabinet", "drawer_stack", "sink_base", "island_base")
 REFRIGERATOR = "refrigerator"
+# Share of its range up to which a door counts as shut. Ref: RoboCasa v1.0, is_closed.
+DOOR_SHUT_SHARE = 0.005
+# Where a knob lights its burner, and where it burns high, rad. Ref: class Stove, STOVE_LOW_MIN, STOVE_HIGH_MIN.
+BURNER_LOW_RAD, BURNER_HIGH_RAD = 0.35, math.radians(80)
+# Shares of its range at which a toaster's lever is down, and up again. Ref: class Toaster.
+LEVER_DOWN_SHARE, LEVER_UP_SHARE = 0.9, 0.7
+# Shares of the range: a kettle's switch is on, its lid is shut, or open. Ref: class ElectricKettle.
+SWITCH_ON_SHARE, LID_SHUT_SHARE, LID_OPEN_SHARE = 0.95, 0.01, 0.9
+# Angle at which a faucet begins to run. Ref: class Sink.
+FAUCET_ON_RAD = 0.4
+# How long a coffee machine pours. A choice.
+POURS_S = 25.0
+# Joints give a little beyond their stops, rad or m.
+STOP_SLACK = 0.01
+FLAME: Vec4 = (0.06, 0.2, 0.75, 0.6)
+BREW: Vec4 = (0.05, 0.025, 0.012, 1.0)
+WATER: Vec4 = (0.45, 0.62, 0.75, 0.6)
+WARM: Vec4 = (1.0, 0.88, 0.65, 1.0)
+WHITE: Vec4 = (1.0, 1.0, 1.0, 1.0)
+_Parts = tuple[list[Variable], list[Rule], list[Effect]]  # of a state machine
+NOTHING: _Parts = ([], [], [])
 
 
 def annotate_for_runtime(asset: Asset, category: str, burners: Sequence[Burner] = ()) -> Asset:
@@ -87,13 +106,13 @@ def contract_for(asset: Asset, category: str) -> str | None:
     names = [j.name for j in asset.joints]
     if category == REFRIGERATOR:
         return _fridge_contract(asset, names)
-    if any(word in category for word in CABINET_WORDS):
-        if any(n.endswith(("leftdoorhinge", "rightdoorhinge")) for n in names):
-            return "hinge_cabinet"
-        if any(n.endswith("doorhinge") for n in names):
-            return "single_cabinet"
-        return "drawer" if any(n.endswith("slidejoint") for n in names) else None
-    return CONTRACTS.get(category)
+    if category in CONTRACTS or not is_cabinet(category):
+        return CONTRACTS.get(category)
+    if any(n.endswith(("leftdoorhinge", "rightdoorhinge")) for n in names):
+        return "hinge_cabinet"
+    if any(n.endswith("doorhinge") for n in names):
+        return "single_cabinet"
+    return "drawer" if any(n.endswith("slidejoint") for n in names) else None
 
 
 def _fridge_contract(asset: Asset, names: Sequence[str]) -> str | None:
@@ -120,7 +139,7 @@ def _regions(asset: Asset, category: str) -> Iterator[Region]:
     for region in inner:
         if region.link in racks:
             continue
-        shelved = category == REFRIGERATOR or _is_cabinet(category)
+        shelved = category == REFRIGERATOR or is_cabinet(category)
         below = None if shelved else region_below_racks(asset, region)
         for part in split_by_shelves(asset, region) if shelved else [below] if below is not None else []:
             if is_occupied(asset, part):
@@ -151,15 +170,16 @@ def _word(asset: Asset, region: Region, category: str) -> str:
     if region.link != "object":
         if category == REFRIGERATOR:
             return ("freezer" if region.link.startswith("freezer") else "fridge") + "_drawer"
-        return "int" if region.link == "drawer" and _is_cabinet(category) else f"{region.link}_int"
+        return "int" if region.link == "drawer" and is_cabinet(category) else f"{region.link}_int"
     if category == REFRIGERATOR:
         door = closing_link(asset, region)
         return ("freezer" if door.startswith("freezer") else "fridge") + "_shelf"
-    return "level" if _is_cabinet(category) else "int"
+    return "level" if is_cabinet(category) else "int"
 
 
-def _is_cabinet(category: str) -> bool:
-    return any(word in category for word in (*CABINET_WORDS, "island_base"))
+def is_cabinet(category: str) -> bool:
+    """Return whether a category is one of cabinets."""
+    return any(word in category for word in CABINET_WORDS)
 
 
 def _middle(asset: Asset, region: Region) -> Floats:
@@ -213,12 +233,12 @@ def _rows(mesh: Mesh, own: npt.NDArray[np.bool_]) -> Mesh:
 
 
 def _with_cup(asset: Asset) -> Asset:
-    """Add the place for a cup, and the stream of coffee that falls into it."""
     place = find_cup_niche(asset)
     if place is None:
         return asset
-    x, y, _ = (round(float(v), 4) for v in place.middle)
-    z, tall = place.lower[2], float(place.size[2])
+    lower, upper = place
+    x, y, _ = (round(float(v), 4) for v in (lower + upper) / 2)
+    z, tall = float(lower[2]), float(upper[2] - lower[2])
     stream = Pose(position=(x, y, round(z + 0.6 * tall, 4)))
     size = (STREAM_M, STREAM_M, round(0.8 * tall, 4))
     sites = (
@@ -242,9 +262,10 @@ def _with_slots(asset: Asset) -> Asset:
     return asset.replace(links=(root, *asset.links[1:]), regions=(*asset.regions, *regions))
 
 
-def _region(name: str, niche: Niche) -> Region:
-    x, y, z = (round(float(v), 4) for v in niche.middle)
-    a, b, c = (round(max(float(v), 1e-3), 4) for v in niche.size)
+def _region(name: str, niche: Bounds) -> Region:
+    lower, upper = niche
+    x, y, z = (round(float(v), 4) for v in (lower + upper) / 2)
+    a, b, c = (round(max(float(v), 1e-3), 4) for v in upper - lower)
     return Region(name=name, pose=Pose(position=(x, y, z)), size=(a, b, c))
 
 
@@ -263,7 +284,6 @@ def _with_tray(asset: Asset) -> Asset:
 
 
 def _with_lamp(asset: Asset) -> Asset:
-    """Add a lamp under the roof of the highest region of a fridge."""
     shelves = [r for r in asset.regions if r.name.startswith("fridge_shelf")]
     if not shelves:
         return asset
@@ -294,31 +314,6 @@ def _poses(asset: Asset) -> Iterator[Keyframe]:
 def _pose(name: str, joint_shares: Sequence[tuple[Joint, float]]) -> Keyframe:
     values = tuple(JointValue(joint=j.name, value=max(j.range, key=abs) * share) for j, share in joint_shares)
     return Keyframe(name=name, joints=values)
-
-
-# State machines -------------------------------------------------------------------------------------------------------
-
-# Share of its range up to which a door counts as shut. Ref: RoboCasa v1.0, is_closed.
-DOOR_SHUT_SHARE = 0.005
-# Where a knob lights its burner, and where it burns high, rad. Ref: class Stove, STOVE_LOW_MIN, STOVE_HIGH_MIN.
-BURNER_LOW_RAD, BURNER_HIGH_RAD = 0.35, math.radians(80)
-# Shares of its range at which a toaster's lever is down, and up again. Ref: class Toaster.
-LEVER_DOWN_SHARE, LEVER_UP_SHARE = 0.9, 0.7
-# Shares of the range: a kettle's switch is on, its lid is shut, or open. Ref: class ElectricKettle.
-SWITCH_ON_SHARE, LID_SHUT_SHARE, LID_OPEN_SHARE = 0.95, 0.01, 0.9
-# Angle at which a faucet begins to run. Ref: class Sink.
-FAUCET_ON_RAD = 0.4
-# How long a coffee machine pours. A choice.
-POURS_S = 25.0
-# Joints give a little beyond their stops, rad or m.
-STOP_SLACK = 0.01
-FLAME: Vec4 = (0.06, 0.2, 0.75, 0.6)
-BREW: Vec4 = (0.05, 0.025, 0.012, 1.0)
-WATER: Vec4 = (0.45, 0.62, 0.75, 0.6)
-WARM: Vec4 = (1.0, 0.88, 0.65, 1.0)
-WHITE: Vec4 = (1.0, 1.0, 1.0, 1.0)
-_Parts = tuple[list[Variable], list[Rule], list[Effect]]  # of a state machine
-NOTHING: _Parts = ([], [], [])
 
 
 def behavior_for(asset: Asset, category: str) -> Behavior | None:
@@ -421,12 +416,10 @@ def _toaster(asset: Asset, joints: Mapping[str, Joint]) -> _Parts:
         variables.append(_switch(power))
         down = _range_between(lever, LEVER_DOWN_SHARE, 1.0, begins=True)
         rules.append(Rule(variable=power, from_values=("off",), to="on", when=(down,)))
+        ends = [_range_between(lever, 0.0, LEVER_UP_SHARE)]
         if _has_shape(asset, f"{stem}button_cancel"):
-            cancel = Condition(contact=f"{stem}button_cancel", begins=True)
-            rules.append(Rule(variable=power, from_values=("on",), to="off", when=(cancel,)))
-        rules.append(
-            Rule(variable=power, from_values=("on",), to="off", when=(_range_between(lever, 0.0, LEVER_UP_SHARE),))
-        )
+            ends.insert(0, Condition(contact=f"{stem}button_cancel", begins=True))
+        rules += [Rule(variable=power, from_values=("on",), to="off", when=(end,)) for end in ends]
         slots = [r.name for r in asset.regions if r.name.startswith(f"{stem}slot_")]
         effects += _effects(asset, power, "on", EffectKind.HEAT, slots)
     return variables, rules, effects

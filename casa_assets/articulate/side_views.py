@@ -9,13 +9,10 @@ import numpy as np
 from scipy import ndimage
 from scipy.spatial import ConvexHull
 
-from casa_assets.articulate.category import ControlPlacement, shape_likelihood
+from casa_assets.articulate.kinds import ControlPlacement, shape_likelihood
 from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
 from casa_assets.articulate.segment.orthographic import SIDES, DepthImage
 from casa_assets.core.numeric import Floats, Mask
-
-# Side views -----------------------------------------------------------------------------------------------------------
-# Edge density, panels, symmetry, small protrusions.
 
 # An edge: a step in depth between neighbouring pixels, diagonals, or a bend, cosine of 25 degrees.
 MIN_DEPTH_STEP, MAX_BEND_COS = 0.004, 0.906
@@ -30,6 +27,17 @@ MIN_LEG_LENGTH = 0.035
 MIN_SLOT_WIDTH, MIN_SLOT_LENGTH, MIN_SLOT_DEPTH, SLOT_WINDOW = 0.015, 0.2, 0.05, 0.1
 MIN_RING_SIZE, MAX_RING_SIZE = 0.09, 0.45
 MAX_RINGS, MAX_RING_CANDIDATES = 6, 60
+# What counts of a side, beside its share of the detail of all six.
+SIDE_MEASURES: Mapping[str, Callable[[SideView], float]] = {
+    "juts": lambda s: s.juts,
+    "knobs": lambda s: float(np.log1p(min(sum(b.is_knob for b in s.blobs), 12))),
+    "bars": lambda s: float(np.log1p(min(sum(b.is_bar for b in s.blobs), 6))),
+    "panels": lambda s: s.panels,
+    "stands": lambda s: s.protruding_share,
+}
+# Controls whose mean offset from the middle of the front, by its size, is larger than this are at its side or top; one
+# offset exceeds the other by the margin.
+CONTROLS_OFF_CENTRE, CONTROLS_MARGIN = 0.2, 0.05
 
 
 @dataclass(frozen=True)
@@ -226,27 +234,6 @@ def _rings(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats)
     return float(np.log1p(min(len(found), MAX_RINGS)))
 
 
-# Evidence -------------------------------------------------------------------------------------------------------------
-# Compute features for the probability that one side of an object is its front and another its top.
-
-# What counts of a side, beside its share of the detail of all six.
-SIDE_MEASURES: Mapping[str, Callable[[SideView], float]] = {
-    "juts": lambda s: s.juts,
-    "knobs": lambda s: float(np.log1p(min(sum(b.is_knob for b in s.blobs), 12))),
-    "bars": lambda s: float(np.log1p(min(sum(b.is_bar for b in s.blobs), 6))),
-    "panels": lambda s: s.panels,
-    "stands": lambda s: s.protruding_share,
-}
-# Controls whose mean offset from the middle of the front, by its size, is larger than this are at its side or top; one
-# offset exceeds the other by the margin.
-CONTROLS_OFF_CENTRE, CONTROLS_MARGIN = 0.2, 0.05
-
-
-def side_facing(direction: Floats) -> int:
-    """Return the index of the side that faces a direction."""
-    return int(np.argmax(-SIDES[:, 2] @ direction))
-
-
 def frame_features(
     measured: MeasuredFragments, sides: Sequence[SideView], front: int, top: int, inside: Floats
 ) -> dict[str, float]:
@@ -254,7 +241,7 @@ def frame_features(
     back, bottom = front ^ 1, top ^ 1
     up, out = -SIDES[top][2], -SIDES[front][2]
     across = np.cross(up, out)
-    left, right = side_facing(-across), side_facing(across)
+    left, right = (int(np.argmax(-SIDES[:, 2] @ direction)) for direction in (-across, across))
     lower, upper = measured.lower.min(axis=0), measured.upper.max(axis=0)
     width, depth, height = (float(np.abs(a) @ (upper - lower)) for a in (across, out, up))
     front_view = sides[front]

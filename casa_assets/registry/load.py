@@ -10,7 +10,7 @@ from functools import cache, lru_cache
 from pathlib import Path
 from types import MappingProxyType
 
-from casa_assets.core.forest import Forest, forest_from_dict
+from casa_assets.core.numeric import Forest, forest_from_dict
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.asset.material import Density, Substance
 from casa_assets.model.registry.category import FALLBACK, Category, Certainty, Vocabulary

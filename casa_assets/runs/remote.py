@@ -30,8 +30,8 @@ from typing import Literal, TypeVar
 
 from casa_assets.core.system import process_name
 from casa_assets.errors import OutputError
-from casa_assets.library import decisions, review
 from casa_assets.library import library as disk
+from casa_assets.library import review
 from casa_assets.library.entry_files import PICTURE, file_inside
 from casa_assets.library.library import suffix_of
 from casa_assets.library.library_report import write_reports
@@ -42,7 +42,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 UNFINISHED = ".casa/unfinished.json"
 MANIFESTS = (disk.CERTIFICATE, disk.REFUSAL)
-DECISIONS = (review.NAME, decisions.REVIEW_NAME)
+DECISIONS = (review.NAME, review.MESHES_NAME)
 MAX_READ = 3  # times that an entry is read before it is called damaged; it may be replaced meanwhile
 THREADS = 16  # requests at once: most of their time is waiting
 SENDERS = 4  # a run on this machine makes far fewer entries a second than these send
@@ -472,12 +472,12 @@ def _take_over_decisions(library: disk.Library, remote: RemoteLibrary, is_overwr
                     (library.root / name).unlink(missing_ok=True)
         if not is_overwritten:
             review.adopt(library, [there])
-            decisions.keep(library, decisions.decided(there))
+            review.keep_mesh_decisions(library, review.mesh_decisions(there))
 
 
 def _decided(library: disk.Library) -> dict[str, Mapping[str, object]]:
     """Return the decisions of a library, by the name of the file, then by the digest of the input."""
-    return {review.NAME: review.read_overrides(library), decisions.REVIEW_NAME: decisions.decided(library)}
+    return {review.NAME: review.read_overrides(library), review.MESHES_NAME: review.mesh_decisions(library)}
 
 
 @contextmanager

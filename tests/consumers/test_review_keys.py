@@ -15,7 +15,7 @@ from casa_assets.articulate.run import review_page
 from casa_assets.articulate.run.build import ArticulateRequest, build
 from casa_assets.articulate.run.steps import ArticulateOutcome
 from casa_assets.checks.motion.joints import JointTravel
-from casa_assets.library import decisions
+from casa_assets.library.review import read_review
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import obj
 
@@ -51,7 +51,7 @@ def press(page: Path, *keys: str) -> Decisions:
     done = subprocess.run(words, capture_output=True, text=True, check=True)
     file = page.with_name("review.json")
     file.write_text(done.stdout, encoding="utf-8")
-    return decisions.read_review(file).get(SHA256, Decisions())
+    return read_review(file).get(SHA256, Decisions())
 
 
 @pytest.mark.parametrize(

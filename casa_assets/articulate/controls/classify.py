@@ -18,61 +18,55 @@ from casa_assets.articulate.controls.controls import (
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
 from casa_assets.articulate.segment.orthographic import SIDES, TOP, outline_area
-from casa_assets.core.forest import Forest
-from casa_assets.core.numeric import Floats, Ints, Mask
-
-# Features -------------------------------------------------------------------------------------------------------------
-# Compute the dimensionless features of the controls on a side, from which their type is classified.
+from casa_assets.core.numeric import Floats, Forest, Ints, Mask
 
 # Lengths are in diagonals of the object or by the size of what the name says; all are 0 where there is none.
 CONTROL_FEATURES = (
-    "log_width",
-    "narrowness",
-    "upright",
-    "protrusion_by_width",
-    "protrusion",
-    "depth_by_width",
-    "ellipse_fill",
-    "is_round",
-    "log_fragments",
-    "tip_by_base",
-    "picture_fill",
-    "ground_share",
-    "group_count",
-    "group_rows",
-    "group_columns",
-    "group_pitch",
-    "group_irregularity",
-    "group_round_share",
-    "group_largest_by_this",
-    "others",
-    "other_round",
-    "away_from_middle",
-    "height",
-    "on_top",
-    "panel_share",
-    "panel_controls",
-    "width_by_panel",
-    "beside_panel",
-    "above_panel",
-    "panel_away_from_middle",
-    "panel_height",
-    "largest_panel",
-    "panels",
-    "object_width_by_height",
-    "object_depth_by_height",
+    *("log_width", "narrowness", "upright", "protrusion_by_width", "protrusion", "depth_by_width", "ellipse_fill"),
+    *("is_round", "log_fragments", "tip_by_base", "picture_fill", "ground_share", "group_count", "group_rows"),
+    *("group_columns", "group_pitch", "group_irregularity", "group_round_share", "group_largest_by_this", "others"),
+    *("other_round", "away_from_middle", "height", "on_top", "panel_share", "panel_controls", "width_by_panel"),
+    *("beside_panel", "above_panel", "panel_away_from_middle", "panel_height", "largest_panel", "panels"),
+    *("object_width_by_height", "object_depth_by_height"),
 )
 # A panel is large from this share of its side on; the tip of a control is this share of its depth.
 LARGE_PANEL_SHARE, TIP_SHARE = 0.08, 0.3
 Rectangle = tuple[Floats, Floats]  # (2,) lower and upper corner of a panel in (u, v)
+ControlType = tuple[PartKind | None, float, str]
+# Type of a control among others of its side, how sure it is, and why.
+ControlClassifier = Callable[[Control, Sequence[Control]], ControlType]
+# Classes of the forest, in their order.
+CONTROL_CLASSES = ("neither", PartKind.KNOB.value, PartKind.BUTTON.value)
+# Probabilities are averaged as logarithms; less than this counts as this.
+LEAST_PROBABILITY = 1e-4
+# Probability from which on something is a knob or a key. Ref: with its source left out, of the things of the benchmark
+# below .5 61 % are right, of those at .5 to .6 54 % (benchmarks/train/controls.py).
+MIN_PROBABILITY = 0.45
+# The same on the top, where little else is round and in rows. Ref: with its source left out, of drawn things on the top
+# 306 fewer controls are lost than from .45 on, and 63 more things are taken for one.
+MIN_PROBABILITY_ON_TOP = 0.33
+# What is neither with at most this probability is the likelier of the two, unsure as that may be: without this rule
+# whole rows of knobs of fused shells were lost. From a third on, the forest says nothing.
+MAX_PROBABILITY_OF_NEITHER = 0.3
+# What stands out by less than this, diagonals, is printed or stuck on. Unless it is round, this many alike and more
+# are flat keys, where distances between them differ by at most this share of their mean: those of letters vary.
+MAX_FLAT_PROTRUSION, MIN_FLAT_KEYS, MAX_FLAT_IRREGULARITY = 0.0015, 3, 0.3
+# Round keys of toasters are at most this wide by their dials.
+MAX_KEY_BY_DIAL = 0.8
+# A side with more small things than this is no front with controls, but a lattice or a scan in pieces.
+MAX_CONTROLS = 1000
 
 
 def control_features(
     measured: MeasuredFragments, side: int, controls: Sequence[Control], panels: Sequence[Rectangle]
 ) -> tuple[Floats, list[ControlGroup]]:
     """Return the (N, len(CONTROL_FEATURES)) features of all controls of a side, and their groups."""
-    if measured.mesh.cell > 0.0:
-        controls = _round_as_their_group(controls, measured.mesh.cell)
+    controls = list(controls)
+    # A disc of few cubes may look square: all of a group are round where many of it are.
+    for group in group_controls(controls, measured.mesh.cell) if measured.mesh.cell > 0.0 else ():
+        if len(group.members) >= MIN_ROW_LENGTH and group.round_share >= MIN_ROUND_SHARE_OF_ROW:
+            for i in group.members:
+                controls[i] = replace(controls[i], is_round=True)
     groups = group_controls(controls, measured.mesh.cell)
     lower, upper = corners_from_side(measured, side)
     lower, upper = lower.min(axis=0), upper.max(axis=0)
@@ -172,49 +166,11 @@ def _place(
     )
 
 
-def _round_as_their_group(controls: Sequence[Control], cell: float) -> list[Control]:
-    """Return controls of which all of a group are round where many of it are: a disc of few cubes may look square."""
-    found = list(controls)
-    for group in group_controls(controls, cell):
-        if len(group.members) >= MIN_ROW_LENGTH and group.round_share >= MIN_ROUND_SHARE_OF_ROW:
-            for i in group.members:
-                found[i] = replace(found[i], is_round=True)
-    return found
-
-
-# Classify -------------------------------------------------------------------------------------------------------------
-
-ControlType = tuple[PartKind | None, float, str]
-# Tells what a control is among others of its side, how sure that is, and why.
-ControlClassifier = Callable[[Control, Sequence[Control]], ControlType]
-
-# Classes of the forest, in their order.
-CONTROL_CLASSES = ("neither", PartKind.KNOB.value, PartKind.BUTTON.value)
-# Probabilities are averaged as logarithms; less than this counts as this.
-LEAST_PROBABILITY = 1e-4
-# Probability from which on something is a knob or a key. Ref: with its source left out, of the things of the benchmark
-# that are told below .5 61 % are right, of those told at .5 to .6 54 % (benchmarks/train/controls.py).
-MIN_PROBABILITY = 0.45
-# The same on the top, where little else is round and in rows. Ref: with its source left out, of drawn things on the top
-# 306 fewer controls are lost than from .45 on, and 63 more things are told as one.
-MIN_PROBABILITY_ON_TOP = 0.33
-# What is neither with at most this probability is the likelier of the two, unsure as that may be: without this rule
-# whole rows of knobs of fused shells were lost. From a third on, the forest says nothing.
-MAX_PROBABILITY_OF_NEITHER = 0.3
-# What stands out by less than this, diagonals, is printed or stuck on. Unless it is round, so many alike and more
-# are flat keys, where distances between them differ by at most this share of their mean: those of letters vary.
-MAX_FLAT_PROTRUSION, MIN_FLAT_KEYS, MAX_FLAT_IRREGULARITY = 0.0015, 3, 0.3
-# Round keys of toasters are at most this wide by their dials.
-MAX_KEY_BY_DIAL = 0.8
-# A side with more small things than this is no front with controls, but a lattice or a scan in pieces.
-MAX_CONTROLS = 1000
-
-
 def classify_by_forest(
     measured: MeasuredFragments, side: int, controls: Sequence[Control], panels: Sequence[Rectangle], forest: Forest
 ) -> ControlClassifier:
     """Return the type of each control of a side: all of a group have the type that fits the group best."""
-    told: dict[tuple[int, ...], ControlType] = {}
+    types: dict[tuple[int, ...], ControlType] = {}
     if 0 < len(controls) <= MAX_CONTROLS:
         features, groups = control_features(measured, side, controls, panels)
         chances = forest.probabilities(features)
@@ -224,14 +180,14 @@ def classify_by_forest(
             is_regular = len(rows) >= MIN_FLAT_KEYS and group.irregularity <= MAX_FLAT_IRREGULARITY
             is_mark = is_flat and not is_regular and group.round_share < 0.5
             found = (None, 0.0, "") if is_mark else _type(pooled(chances[rows]), group, side == TOP)
-            told |= {tuple(controls[i].fragments): found for i in rows}
-    return lambda control, _others: told.get(tuple(control.fragments), (None, 0.0, ""))
+            types |= {tuple(controls[i].fragments): found for i in rows}
+    return lambda control, _others: types.get(tuple(control.fragments), (None, 0.0, ""))
 
 
 def classify_with_dials(classify: ControlClassifier) -> ControlClassifier:
     """Return a classifier for controls of a toaster: round ones that are clearly smaller than its dials are keys."""
 
-    def told(control: Control, others: Sequence[Control]) -> ControlType:
+    def classified(control: Control, others: Sequence[Control]) -> ControlType:
         kind, confidence, reason = classify(control, others)
         if kind is not PartKind.KNOB:
             return kind, confidence, reason
@@ -240,7 +196,7 @@ def classify_with_dials(classify: ControlClassifier) -> ControlClassifier:
             return kind, confidence, reason
         return PartKind.BUTTON, confidence, "smaller than the dial beside it"
 
-    return told
+    return classified
 
 
 def pooled(chances: Floats) -> Floats:
@@ -250,10 +206,7 @@ def pooled(chances: Floats) -> Floats:
 
 
 def decided(chances: Floats, on_top: Mask) -> Ints:
-    """Return the (N,) indices in CONTROL_CLASSES for (N, C) probabilities: a knob or key is at least rather likely.
-
-    Less will do for those `on_top` (N,).
-    """
+    """Return the (N,) indices in CONTROL_CLASSES for (N, C) probabilities; less will do for those `on_top` (N,)."""
     best = 1 + chances[:, 1:].argmax(axis=1)
     least = np.where(on_top, MIN_PROBABILITY_ON_TOP, MIN_PROBABILITY)
     is_one = chances[np.arange(len(chances)), best] >= least
@@ -267,10 +220,3 @@ def _type(chances: Floats, group: ControlGroup, on_top: bool) -> ControlType:
     count = len(group.members)
     shape = "stands alone" if count == 1 else f"{count} alike in {group.rows} rows and {group.columns} columns"
     return PartKind(CONTROL_CLASSES[best]), float(chances[best]), f"{shape}, by form and place"
-
-
-def check_forest(forest: Forest) -> Forest:
-    """Return a forest that knows the features and types of controls. Raises ValueError for another."""
-    if forest.features != CONTROL_FEATURES or forest.classes != CONTROL_CLASSES:
-        raise ValueError("a forest for other features or types than those of controls")
-    return forest

@@ -13,12 +13,8 @@ from casa_assets.articulate.segment.orthographic import SIDES, DepthImage, outli
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.surface import connected_groups
 
-# Controls -------------------------------------------------------------------------------------------------------------
-# Compact things that protrude from a side, such as knobs, buttons and pulls.
-
-# Sizes in diagonals of the object. Ref: the articulation bench (docs/numbers.md), which also
-# scores this: the widths and lengths of its 132 knobs and buttons lie between 0.010 and 0.121, but for one dial that is
-# 0.258 long.
+# Sizes in diagonals of the object. Ref: the articulation bench (docs/numbers.md), which also scores this: its 132 knobs
+# and buttons are between 0.010 and 0.121 wide and long, but for one dial that is 0.258 long.
 MIN_CONTROL_SIZE, MAX_CONTROL_SIZE = 0.006, 0.14
 # A disc fills pi/4 of its square; a hull whose area differs by at most this share is round: that of an octagon that
 # stands on a corner differs by 0.0997.
@@ -34,7 +30,7 @@ FINGER_ROOM_BY_WIDTH, MAX_BLOCKED_SHARE = 0.3, 0.08
 MIN_PIN_RATIO = 1.3
 # Protrusion to width from which a stick is too slender to be pushed.
 MIN_STICK_RATIO = 4.0
-# Something that is not round and has so many alike things apart from each other on it, each at most this share of it,
+# Something that is not round and has this many alike things apart from each other on it, each at most this share of it,
 # is a plate with keys and no key itself.
 MIN_KEYS_ON_PLATE, MAX_KEY_OF_PLATE = 4, 0.2
 # A scale or a bezel around a control that stands out does not move with it: it protrudes by no more than this, in
@@ -46,10 +42,16 @@ MAX_SHEET_THICKNESS = 0.0005
 CAP_FACING_COS, CAP_FLAT_COS, MIN_CAP_SHARE = 0.707, 0.9994, 0.4
 # A cap faces within 20 degrees of its ground: cones and bumpy shells have caps that do not.
 CAP_PARALLEL_COS = 0.94
-
 # Controls in a row of similar ones are classified alike, since on scans and voxelised shells not all knobs of a row
 # look round, and some keys do. Fewest in a row, how much sizes differ, and the share of round ones in a row of knobs.
 MIN_ROW_LENGTH, ROW_SIZE_TOLERANCE, MIN_ROUND_SHARE_OF_ROW = 3, 0.25, 0.4
+# Controls are alike where their widths, heights and protrusions differ by at most this share of the larger width.
+ALIKE_TOLERANCE = 0.15
+# Alike controls belong together up to this distance between their middles, in widths: burner knobs left and right of
+# a display stand in one row. Off the row, keys of one pad are nearer to each other.
+MAX_ROW_PITCH, MAX_PAD_PITCH = 16.0, 4.0
+# Middles within this share of the size of a control are in one row, or one column.
+SAME_LINE_SHARE = 0.4
 
 
 @dataclass
@@ -214,10 +216,7 @@ def _off_plate(
 
 
 def _without_bezel(lower: Floats, upper: Floats, group: list[int], ground: float) -> list[int]:
-    """Return a group without the scale or bezel around it: fragments that are nearly flush while the rest protrudes.
-
-    `ground` is the depth of what is around the group.
-    """
+    """Return a group without the scale or bezel around it, which is nearly flush with the `ground` around."""
     rows = np.array(group, dtype=np.int64)
     is_flush = lower[rows, 2] > ground - MAX_BEZEL_PROTRUSION
     # A flat sheet at the foot of a thing that stands out of it is what it stands on.
@@ -268,18 +267,6 @@ def has_round_outline(measured: MeasuredFragments, side: int, group: Sequence[in
     inner = across - cell
     share = (outline_area(flat) - cell * float(inner.sum()) - cell**2) / (np.pi / 4 * float(np.prod(inner)))
     return bool(abs(share - 1.0) <= ROUNDNESS_TOLERANCE + CUBE_ROUNDNESS_TOLERANCE * cell / float(inner.min()))
-
-
-# Groups ---------------------------------------------------------------------------------------------------------------
-# Group controls that are alike and form one grid or row: a group has one type.
-
-# Controls are alike where their widths, heights and protrusions differ by at most this share of the larger width.
-ALIKE_TOLERANCE = 0.15
-# Alike controls belong together up to this distance between their middles, in widths: burner knobs left and right of
-# a display stand in one row. Off the row, keys of one pad are nearer to each other.
-MAX_ROW_PITCH, MAX_PAD_PITCH = 16.0, 4.0
-# Middles within this share of the size of a control are in one row, or one column.
-SAME_LINE_SHARE = 0.4
 
 
 @dataclass(frozen=True)

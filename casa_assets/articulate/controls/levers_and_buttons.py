@@ -1,8 +1,7 @@
-"""Find levers, wall switches and single buttons, and tell burner caps from knobs."""
+"""Find levers, wall switches and single buttons, and distinguish burner caps from knobs."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,14 +9,10 @@ import numpy as np
 
 from casa_assets.articulate.controls.controls import Control, find_controls, has_round_outline
 from casa_assets.articulate.fronts.panels import find_panels
-from casa_assets.articulate.plan import JointPlan, PartKind, to_vec3
+from casa_assets.articulate.plan import JointPlan, PartKind, hinge, to_vec3
 from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES
 from casa_assets.core.numeric import Floats, Mask
-from casa_assets.model.asset.parts import JointKind
-
-# Levers ---------------------------------------------------------------------------------------------------------------
-# Find levers that run in a slot among the controls, with the direction and length of the slot.
 
 # Depth of a slot against both sides, widest gap between the lever and its slot, and length of a slot; diagonals.
 MIN_SLOT_DEPTH, MAX_SLOT_START_GAP, MIN_SLOT_LENGTH = 0.008, 0.02, 0.06
@@ -31,6 +26,34 @@ MAX_SLOT_BREAK = 0.06
 MIN_BAR_RATIO, BAR_TRAVEL_SHARE = 1.8, 0.5
 # Distance from the middle of a slot at which its sides are sampled, in widths of the lever.
 BESIDE_WIDTHS = 0.75
+# Depth of a plate and of what is behind its face, by its shorter side; share of its rectangle that it fills, and width
+# by height between these: up to six switches in one frame.
+MAX_PLATE_DEPTH, MIN_PLATE_FILL, PLATE_RATIOS = 0.25, 0.85, (0.5, 5.0)
+# Depth of the whole, with what stands out, by the shorter side of the plate.
+MAX_REACH = 0.6
+# Pieces: how many, their height by that of the plate, offset of their middle from that of the plate by its height.
+MAX_PIECES, PIECE_HEIGHTS, MAX_OFF_MIDDLE = 6, (0.08, 0.75), 0.15
+# Sizes, and distances between neighbours, of pieces of one row differ by at most this share.
+MAX_UNEVENNESS = 0.15
+# Pieces that share so much of their width and height are one.
+MIN_COMMON = 0.8
+# A toggle is narrow, by the height of the plate, and stands out by this, by its own width.
+MAX_TOGGLE_WIDTH, MIN_TOGGLE_REACH = 0.16, 1.0
+# Widest and narrowest a dimmer knob may be by the height of the plate; what it stands out by, by its width.
+DIMMER_WIDTHS, MIN_DIMMER_REACH = (0.15, 0.75), 0.12
+# Rockers tilt by 9 degrees to either side, toggles by 29.
+ROCKER_RAD, TOGGLE_RAD = 0.15, 0.5
+SWITCH_CONFIDENCE = 0.6
+# Share of what is seen from the front that the plate and its switches are: the rest are frames and screws.
+MIN_SHOWN = 0.8
+# Least thickness of a piece that is alone, by the height of the plate.
+MIN_THICKNESS = 0.005
+# Width of a single button, diagonals (a ring around one is wider), its least protrusion, and its most by its width.
+MAX_BUTTON_WIDTH, MIN_BUTTON_PROTRUSION, MAX_PROTRUSION_BY_WIDTH = 0.22, 0.004, 0.6
+# Burner caps are surrounded by slim arms that bear pans: fewest arms, their length to width, and their distance from
+# the cap by its width. Knobs of an object are alike: with this many on its front, a round control of another width on
+# the top is none.
+MIN_PAN_SUPPORT_ARMS, MIN_ARM_RATIO, MAX_ARM_GAP_BY_WIDTH, MIN_FRONT_KNOBS, KNOB_WIDTH_TOLERANCE = 3, 4.0, 0.5, 2, 0.25
 
 
 @dataclass(frozen=True)
@@ -46,11 +69,10 @@ class Lever:
     length: float
 
 
-def find_levers(measured: MeasuredFragments, controls: Sequence[Control]) -> tuple[list[Lever], list[Control]]:
-    """Separate controls that run in a slot from the others."""
+def find_levers(measured: MeasuredFragments, controls: Sequence[Control]) -> list[Lever]:
+    """Return the controls that run in a slot."""
     near = float(corners_from_side(measured, FRONT)[0][:, 2].min())
     levers: list[Lever] = []
-    rest: list[Control] = []
     for control in controls:
         found: Lever | None = None
         for along, sign in ((1, -1.0), (1, 1.0), (0, -1.0), (0, 1.0)):
@@ -59,33 +81,24 @@ def find_levers(measured: MeasuredFragments, controls: Sequence[Control]) -> tup
             slot = _slot(measured, control, along, sign, near)
             if slot is not None and (found is None or slot.length > found.length + 1e-6):
                 found = slot
-        if found is None:
-            rest.append(control)
-        else:
-            levers.append(found)
-    return levers, rest
+        levers += [] if found is None else [found]
+    return levers
 
 
-def find_bar_levers(measured: MeasuredFragments, controls: Sequence[Control]) -> tuple[list[Lever], list[Control]]:
-    """Separate level bars, which lower the bread of a toaster though no slot is drawn for them, from other controls."""
+def find_bar_levers(measured: MeasuredFragments, controls: Sequence[Control]) -> list[Lever]:
+    """Return level bars, which lower the bread of a toaster though no slot is drawn for them."""
     floor = float(corners_from_side(measured, FRONT)[0][:, 1].min())
-    levers: list[Lever] = []
-    rest: list[Control] = []
+    levers = []
     for control in controls:
         wide = float(control.across[0]) >= MIN_BAR_RATIO * float(control.across[1])
         room = float(control.lower[1]) - floor
-        if control.is_round or not wide or control.protrusion < MIN_PROTRUSION or room < MIN_SLOT_LENGTH:
-            rest.append(control)
-        else:
+        if not control.is_round and wide and control.protrusion >= MIN_PROTRUSION and room >= MIN_SLOT_LENGTH:
             levers.append(Lever(control, np.array([0.0, -1.0, 0.0]), BAR_TRAVEL_SHARE * room))
-    return levers, rest
+    return levers
 
 
 def _slot(measured: MeasuredFragments, control: Control, along: int, sign: float, near: float) -> Lever | None:
-    """Return the slot that leads away from a control to the right (0) or up (1), or against it, or None.
-
-    `near` is the depth of what is nearest in the picture.
-    """
+    """Return the slot that leads away from a control along an axis, or None; `near` is the nearest depth of all."""
     image = measured.depth_images[FRONT]
     across = 1 - along
     wide = float(control.across[across])
@@ -133,33 +146,6 @@ def _run(deep: Mask, pixel: float) -> int:
         return 0
     breaks = np.flatnonzero(np.diff(rows) * pixel > MAX_SLOT_BREAK)
     return int(rows[breaks[0]] if len(breaks) else rows[-1]) + 1
-
-
-# Switches -------------------------------------------------------------------------------------------------------------
-# Find the rockers, toggles and dimmer knobs of a wall switch: a row of equal pieces in the middle of a thin plate.
-
-# Depth of a plate and of what is behind its face, by its shorter side; share of its rectangle that it fills, and width
-# by height between these: up to six switches in one frame.
-MAX_PLATE_DEPTH, MIN_PLATE_FILL, PLATE_RATIOS = 0.25, 0.85, (0.5, 5.0)
-# Depth of the whole, with what stands out, by the shorter side of the plate.
-MAX_REACH = 0.6
-# Pieces: how many, their height by that of the plate, offset of their middle from that of the plate by its height.
-MAX_PIECES, PIECE_HEIGHTS, MAX_OFF_MIDDLE = 6, (0.08, 0.75), 0.15
-# Sizes, and distances between neighbours, of pieces of one row differ by at most this share.
-MAX_UNEVENNESS = 0.15
-# Pieces that share so much of their width and height are one.
-MIN_COMMON = 0.8
-# A toggle is narrow, by the height of the plate, and stands out by this, by its own width.
-MAX_TOGGLE_WIDTH, MIN_TOGGLE_REACH = 0.16, 1.0
-# Widest and narrowest a dimmer knob may be by the height of the plate; what it stands out by, by its width.
-DIMMER_WIDTHS, MIN_DIMMER_REACH = (0.15, 0.75), 0.12
-# Rockers tilt by 9 degrees to either side, toggles by 29.
-ROCKER_RAD, TOGGLE_RAD = 0.15, 0.5
-SWITCH_CONFIDENCE = 0.6
-# Share of what is seen from the front that the plate and its switches are: the rest are frames and screws.
-MIN_SHOWN = 0.8
-# Least thickness of a piece that is alone, by the height of the plate.
-MIN_THICKNESS = 0.005
 
 
 def find_switch_parts(measured: MeasuredFragments) -> list[tuple[PartKind, list[int], JointPlan]]:
@@ -256,36 +242,17 @@ def _part(
         if not DIMMER_WIDTHS[0] * high <= wide <= DIMMER_WIDTHS[1] * high or reach < MIN_DIMMER_REACH * wide:
             return None
         reason = "a round piece in the middle of a thin plate"
-        joint = JointPlan(kind=JointKind.HINGE, axis=(0.0, -1.0, 0.0), anchor=foot, range=(0.0, 2 * math.pi))
-        joint = joint.replace(endless=True, confidence=SWITCH_CONFIDENCE, reason=reason)
-        return PartKind.KNOB, group, joint
+        return PartKind.KNOB, group, hinge((0.0, -1.0, 0.0), foot, None, SWITCH_CONFIDENCE, reason)
     is_toggle = wide <= MAX_TOGGLE_WIDTH * high and reach >= MIN_TOGGLE_REACH * wide
     if not is_toggle and (reach > 0.5 * tall or wide > 2.0 * tall):
         return None
     angle = TOGGLE_RAD if is_toggle else ROCKER_RAD
     reason = "a stick that stands out of a thin plate" if is_toggle else "it lies in the middle of a thin plate"
-    joint = JointPlan(kind=JointKind.HINGE, axis=(1.0, 0.0, 0.0), anchor=foot, range=(-angle, angle))
-    return PartKind.LEVER, group, joint.replace(confidence=SWITCH_CONFIDENCE, reason=reason)
-
-
-# Round controls -------------------------------------------------------------------------------------------------------
-# Tell round buttons from other round things: the single button on a front, and burner caps on a top.
-
-# Width of a single button, diagonals (a ring around a button is wider than a button), its least protrusion, and its
-# most by its width.
-MAX_BUTTON_WIDTH, MIN_BUTTON_PROTRUSION, MAX_PROTRUSION_BY_WIDTH = 0.22, 0.004, 0.6
-
-# Burner caps are surrounded by slim arms that bear pans: fewest arms, their length to width, and their distance from
-# the cap by its width. The knobs of an object are alike: from so many knobs on its front on, a round control of another
-# width on the top is none.
-MIN_PAN_SUPPORT_ARMS, MIN_ARM_RATIO, MAX_ARM_GAP_BY_WIDTH, MIN_FRONT_KNOBS, KNOB_WIDTH_TOLERANCE = 3, 4.0, 0.5, 2, 0.25
+    return PartKind.LEVER, group, hinge((1.0, 0.0, 0.0), foot, (-angle, angle), SWITCH_CONFIDENCE, reason)
 
 
 def drop_burner_caps(over: Sequence[Control], top: Sequence[Control], front: Sequence[Control]) -> list[Control]:
-    """Return the round things on the top that may be knobs without the caps of burners.
-
-    All controls of the top and of the front are looked at.
-    """
+    """Return the round things on a top that may be knobs, without caps of burners; by all of the top and front."""
     knobs = [float(c.across.max()) for c in front if c.is_round and c.protrusion >= MIN_BUTTON_PROTRUSION]
     usual = float(np.median(knobs)) if len(knobs) >= MIN_FRONT_KNOBS else 0.0
     alike = [c for c in over if not usual or abs(float(c.across.max()) - usual) <= KNOB_WIDTH_TOLERANCE * usual]
@@ -325,15 +292,3 @@ def find_single_button(measured: MeasuredFragments) -> Control | None:
         c for c in found if MIN_BUTTON_PROTRUSION <= c.protrusion <= MAX_PROTRUSION_BY_WIDTH * float(c.across.max())
     ]
     return standing[0] if len(standing) == 1 else None
-
-
-def button_joint(key: Control, way: float) -> JointPlan:
-    """Return the joint of a push button, with a travel of `way` diagonals at most."""
-    return JointPlan(
-        kind=JointKind.SLIDE,
-        axis=to_vec3(SIDES[FRONT][2]),
-        anchor=to_vec3((key.lower + key.upper) / 2 @ SIDES[FRONT]),
-        range=(0.0, min(way, 0.5 * key.protrusion)),
-        confidence=0.45,
-        reason="round, and all that stands out of its front",
-    )

@@ -19,10 +19,9 @@ from casa_assets.articulate.fronts.relief import (
     merge_stairs,
     seam_maps,
 )
+from casa_assets.articulate.segment.fragments import WeldedMesh
 from casa_assets.articulate.segment.orthographic import BACKGROUND_DEPTH, SIDES, Protrusion, SideRelief
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
-from casa_assets.core.forest import Forest
-from casa_assets.core.numeric import Floats, Ints, Mask
+from casa_assets.core.numeric import Floats, Forest, Ints, Mask
 
 # Least side of a front, diagonals, and least share of its rectangle that is surface.
 MIN_SIDE, MIN_COVERAGE = 0.035, 0.6
@@ -37,7 +36,7 @@ WHOLE_SHARE = 0.92
 # Rectangles that agree to this share of their area are one hypothesis; those that overlap less than the second share
 # of the smaller do not exclude each other.
 SAME_OVERLAP, FREE_OVERLAP = 0.7, 0.08
-# Widths or heights within this share are equal, and neighbours lie within so many diagonals of each other.
+# Widths or heights within this share are equal, and neighbours lie within this many diagonals of each other.
 EQUAL_SIZE, NEIGHBOUR_GAP = 0.08, 0.035
 # Strong hypotheses that are looked at as neighbours, and the share of one that lies within another.
 MAX_NEIGHBOURS, INSIDE_SHARE = 400, 0.85
@@ -46,11 +45,20 @@ MAX_CHOICE = 60
 # A rectangle is a front from these log odds on.
 MIN_SCORE = -0.5
 # What is less likely by itself is a front, too, from these log odds on, where it is in line with fronts beside it, and
-# flush (but for what is sunk in their frames), within so many diagonals, and its pull has the size of theirs but for
+# flush (but for what is sunk in their frames), within this many diagonals, and its pull has the size of theirs but for
 # this share.
 COMPLETING_SCORE, IN_LINE_SLACK, FLUSH_SLACK, ALIKE_PULLS = -1.6, 0.008, 0.02, 0.25
 # Score of a neighbour that is not there, log odds; and the bound of probabilities.
 NO_NEIGHBOUR, LEAST_PROBABILITY = -4.0, 0.002
+FEATURES = (
+    *("constant", "support_least", "support_second", "support_mean", "outline_mean", "outline_count", "edge_mean"),
+    *("edge_least", "groove_mean", "bend_mean", "proud_mean", "proud_least", "inset_mean", "inset_least"),
+    *("visible_least", "cross_level", "cross_upright", "coverage", "facing", "roughness", "depth", "width"),
+    *("height", "area", "tall", "wide", "whole", "one_bar", "more_bars", "one_small", "two_small", "more_small"),
+    *("bar_and_small", "straddles", "given", "one_bar_support", "bare_support", "no_bars_at_all"),
+    *("bare_among_bars", "pull_fit"),
+)
+CONTEXT = ("mirrored", "stacked", "beside", "inside_better", "around_better")
 
 
 @dataclass(frozen=True)
@@ -67,58 +75,6 @@ class FrontHypotheses:
     features: Floats
     turn: float
     pixel: float
-
-
-FEATURES = (
-    "constant",
-    "support_least",
-    "support_second",
-    "support_mean",
-    "outline_mean",
-    "outline_count",
-    "edge_mean",
-    "edge_least",
-    "groove_mean",
-    "bend_mean",
-    "proud_mean",
-    "proud_least",
-    "inset_mean",
-    "inset_least",
-    "visible_least",
-    "cross_level",
-    "cross_upright",
-    "coverage",
-    "facing",
-    "roughness",
-    "depth",
-    "width",
-    "height",
-    "area",
-    "tall",
-    "wide",
-    "whole",
-    "one_bar",
-    "more_bars",
-    "one_small",
-    "two_small",
-    "more_small",
-    "bar_and_small",
-    "straddles",
-    "given",
-    "one_bar_support",
-    "bare_support",
-    "no_bars_at_all",
-    "bare_among_bars",
-    "pull_fit",
-)
-CONTEXT = ("mirrored", "stacked", "beside", "inside_better", "around_better")
-
-
-def check_front_forest(forest: Forest, with_context: bool) -> Forest:
-    """Return a forest that was learned for the features of today. Raises ValueError for another."""
-    if forest.features != ((*FEATURES, *CONTEXT) if with_context else FEATURES):
-        raise ValueError("a forest of other features of fronts; run benchmarks/train/fronts.py")
-    return forest
 
 
 def find_fronts(
@@ -354,7 +310,8 @@ def _count_blobs(relief: SideRelief, ends: Ints) -> tuple[Ints, Ints, Ints]:
     """Return (N,) how many bars, and how many other things, have their middle in each rectangle; how many cross it."""
     bars, small, straddles = (np.zeros(len(ends), dtype=np.int64) for _ in range(3))
     for blob in relief.blobs:
-        inside = _holds(ends, blob)
+        row, column = sum(blob.rows) / 2, sum(blob.columns) / 2
+        inside = (ends[:, 0] <= row) & (row < ends[:, 1]) & (ends[:, 2] <= column) & (column < ends[:, 3])
         if is_bar(blob):
             bars += inside
         elif blob.protrusion >= 0.3 * MIN_BAR_PROTRUSION:
@@ -365,13 +322,6 @@ def _count_blobs(relief: SideRelief, ends: Ints) -> tuple[Ints, Ints, Ints]:
         share = np.maximum(high, 0) * np.maximum(wide, 0) / ((b - a) * (d - c))
         straddles += (share > 0.1) & (share < 0.9)
     return bars, small, straddles
-
-
-def _holds(ends: Ints, blob: Protrusion) -> Ints:
-    """Return (N,) 1 where the middle of a protrusion is in a rectangle."""
-    row, column = sum(blob.rows) / 2, sum(blob.columns) / 2
-    inside = (ends[:, 0] <= row) & (row < ends[:, 1]) & (ends[:, 2] <= column) & (column < ends[:, 3])
-    return inside.astype(np.int64)
 
 
 def _crossing(table: LineTable, first: Ints, last: Ints, start: Ints, stop: Ints, pixel: float) -> Floats:
@@ -449,14 +399,12 @@ def choose_fronts(hypotheses: FrontHypotheses, score: Floats, least: float) -> l
 
 
 def _overlap(hypotheses: FrontHypotheses, a: int, b: int) -> float:
-    """Return the pixels that two rectangles share."""
     spans = ((hypotheses.rows[a], hypotheses.rows[b]), (hypotheses.columns[a], hypotheses.columns[b]))
     over = [float(min(p[1], q[1]) - max(p[0], q[0])) for p, q in spans]
     return max(over[0], 0.0) * max(over[1], 0.0)
 
 
 def _area(hypotheses: FrontHypotheses, a: int) -> float:
-    """Return the area of a rectangle in pixels."""
     return float(np.ptp(hypotheses.rows[a]) * np.ptp(hypotheses.columns[a]))
 
 

@@ -9,16 +9,11 @@ from itertools import combinations
 import numpy as np
 
 from casa_assets.articulate.controls.controls import depth_around, has_round_outline
-from casa_assets.articulate.interior.hollow_parts import view_from_above
-from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side, view_from_above
 from casa_assets.articulate.segment.orthographic import BACK, BOTTOM, FRONT, LEFT, RIGHT, SIDES, TOP, outline_area
 from casa_assets.core.numeric import Floats, Mask
 
-# Panels ---------------------------------------------------------------------------------------------------------------
-# Find panels among the fragments: flat fragments on a side that may be doors, drawers or control panels.
-#
 # Lengths are in diagonals of the object; (u, v, w) is right, up, and depth as seen from the side.
-
 # Least side of a panel, diagonals, and its least share of the side of the object.
 MIN_SIDE, MIN_AREA_SHARE = 0.03, 0.012
 # A panel is at least this long, diagonals, or covers this share of the side: smaller ones are knobs.
@@ -47,7 +42,7 @@ MIN_STILE_LENGTH, MAX_STILE_WIDTH, MAX_RAIL_BY_STILE, MAX_RAILED_SHARE = 0.9, 0.
 # lie within walls), and least share of their front that is seen beside what lies on it.
 MIN_BLOCK_DEPTH_SHARE, MAX_BLOCK_ASIDE_SHARE, MIN_BLOCK_SEEN_SHARE = 0.5, 0.35, 0.2
 # Such a block is closed where its front is sunk by this share of its depth at most, over this share of it, in a picture
-# of so many pixels along the longer side.
+# of this many pixels along the longer side.
 MAX_SUNK_SHARE, MIN_CLOSED_SHARE, CLOSED_PIXELS = 0.1, 0.8, 64
 # The convex outline of a panel is at least this share of its rectangle: of a round one it is .79, of a triangle .5.
 MIN_HULL_SHARE = 0.65
@@ -55,6 +50,26 @@ MIN_HULL_SHARE = 0.65
 INSIDE_TOLERANCE = 0.006
 # Fronts that are let into a board begin where it begins, within this, diagonals; panes lie deeper in their frames.
 FLUSH_TOLERANCE = 0.004
+# Boards of one door begin at the same depth within this, and touch within this; diagonals.
+MERGED_FLUSH_TOLERANCE, TOUCH_TOLERANCE = 0.006, 0.006
+# Widest stile or rail, as a share of its door.
+MAX_STILE_SHARE = 0.26
+# Thickest strip that lies upon a door, diagonals.
+MAX_STRIP_THICKNESS = 0.05
+# Share of the door that its boards cover.
+MIN_LEAF_COVERAGE = 0.93
+# Shorter side of equal boards from which they are fronts of their own, diagonals.
+MIN_LEAF_SIDE = 0.09
+# Widest stile of a narrow door, as a share of it, where this many rails run between the stiles.
+MAX_BROAD_STILE_SHARE, MIN_RAILS = 0.36, 2
+# Boards that are too slim for panels: least width and length, diagonals, and visible share of their rectangle.
+MIN_SLAT_WIDTH, MIN_SLAT_LENGTH, MIN_VISIBLE_SHARE = 0.006, 0.025, 0.5
+MAX_SLATS = 80
+# Thickness of a slat by its width: flat, or square as rails of thin fronts are.
+MAX_THICKNESS_BY_WIDTH = 1.1
+# The infill of a framed door lies this much deeper than its stiles and meets them within the gap; a door within a frame
+# of the body does neither. Diagonals.
+MIN_SUNK_DEPTH, MAX_SUNK_GAP = 0.0004, 0.0012
 
 
 @dataclass
@@ -141,9 +156,11 @@ def find_panels(measured: MeasuredFragments, without: Sequence[int] = ()) -> lis
         else:
             host.append(i)
     plates = [p for g in groups for p in _plates(measured, lower, upper, g)]
-    panels = [_panel(measured, lower, upper, g) for g in plates]
-    for p in panels:
-        p.is_recessed = float(p.lower[2] - lower[:, 2].min()) > MAX_START_DEPTH * extent[2]
+    panels = []
+    for g in plates:
+        near, visible = lower[g].min(axis=0), float(measured.visible_area[g, FRONT].sum())
+        is_recessed = float(near[2] - lower[:, 2].min()) > MAX_START_DEPTH * extent[2]
+        panels.append(Panel(list(g), near, upper[g].max(axis=0), visible_area=visible, is_recessed=is_recessed))
     return [p for p in panels if p.visible_area >= 0.12 * p.width * p.height and _fills_rectangle(measured, p)]
 
 
@@ -319,36 +336,6 @@ def _fills_hole(measured: MeasuredFragments, lower: Floats, upper: Floats, i: in
     has_holes = measured.area[sheet] <= MAX_SHEET_AREA_SHARE * float(np.prod(size))
     stands_out = lower[i, 2] <= lower[sheet, 2] - MIN_STEP
     return is_flat and has_holes and bool(stands_out) and bool((size >= MIN_SHEET_SHARE * whole).all())
-
-
-def _panel(measured: MeasuredFragments, lower: Floats, upper: Floats, group: list[int]) -> Panel:
-    visible = float(measured.visible_area[group, FRONT].sum())
-    return Panel(list(group), lower[group].min(axis=0), upper[group].max(axis=0), visible_area=visible)
-
-
-# Panel merge ----------------------------------------------------------------------------------------------------------
-# Stiles and rails with the panels that they hold.
-
-# Boards of one door begin at the same depth within this, and touch within this; diagonals.
-MERGED_FLUSH_TOLERANCE, TOUCH_TOLERANCE = 0.006, 0.006
-# Widest stile or rail, as a share of its door.
-MAX_STILE_SHARE = 0.26
-# Thickest strip that lies upon a door, diagonals.
-MAX_STRIP_THICKNESS = 0.05
-# Share of the door that its boards cover.
-MIN_LEAF_COVERAGE = 0.93
-# Shorter side of equal boards from which they are fronts of their own, diagonals.
-MIN_LEAF_SIDE = 0.09
-# Widest stile of a narrow door, as a share of it, where so many rails run between the stiles.
-MAX_BROAD_STILE_SHARE, MIN_RAILS = 0.36, 2
-# Boards that are too slim for panels: least width and length, diagonals, and visible share of their rectangle.
-MIN_SLAT_WIDTH, MIN_SLAT_LENGTH, MIN_VISIBLE_SHARE = 0.006, 0.025, 0.5
-MAX_SLATS = 80
-# Thickness of a slat by its width: flat, or square as rails of thin fronts are.
-MAX_THICKNESS_BY_WIDTH = 1.1
-# The infill of a framed door lies this much deeper than its stiles and meets them within the gap; a door within a frame
-# of the body does neither. Diagonals.
-MIN_SUNK_DEPTH, MAX_SUNK_GAP = 0.0004, 0.0012
 
 
 def merge_framed_panels(panels: list[Panel], handle_spots: list[Floats], slats: list[Panel]) -> list[Panel]:

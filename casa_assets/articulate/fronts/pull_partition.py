@@ -13,11 +13,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 Span = tuple[int, int]
-
 # Most things that are parted, and most cells that are looked at: the number of partitions grows fast where things are
 # in no order. Nine fronts in three rows take some 7,000.
 MAX_ITEMS, MAX_CELLS = 14, 8_000
-# Pixels between two cuts: one, and one more for every so many of the longer side.
+# Pixels between two cuts: one, and one more for each of these in the longer side.
 GRID = 128
 # Costs are squares of deviations by these: of the middle of a pull from that of its cell, by its width or height, and
 # of its distance from an edge, by the least side of the cell. Choices.

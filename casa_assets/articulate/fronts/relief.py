@@ -12,6 +12,7 @@ import numpy.typing as npt
 from scipy.ndimage import find_objects, label, maximum_filter1d, uniform_filter1d
 
 from casa_assets.articulate.fronts.pull_partition import Item, part_between_pulls
+from casa_assets.articulate.segment.fragments import WeldedMesh
 from casa_assets.articulate.segment.orthographic import (
     BACKGROUND_DEPTH,
     MIN_DEPTH_STEP,
@@ -21,20 +22,15 @@ from casa_assets.articulate.segment.orthographic import (
     dilate,
     edge_lines,
 )
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints, Mask
 
-# Seam evidence --------------------------------------------------------------------------------------------------------
-# Evidence for the seams around fronts in the relief of a side: grooves, steps, bends and outlines along lines.
-#
 # A seam of a closed shell may be shallower than a cell of the grid that the shell was made on. It is long and
 # straight, so its mean over the whole line is distinct even if no single pixel of it is.
-
 # Pixels on each side of a line over which its depth and its normals are averaged, and those left out next to it.
 BAND, GAP = 5, 3
 # Noise below which a line is compared with these instead: depth, diagonals, and the sine of a bend.
 MIN_GROOVE_NOISE, MIN_BEND_NOISE = 0.00015, 0.01
-# A signal of so many times the noise speaks as loud as can be.
+# A signal of this many times the noise speaks as loud as can be.
 LOUD = 6.0
 # Depth beyond which what lies behind a line is not the same side of the object, diagonals.
 OUTLINE_STEP = 0.02
@@ -46,13 +42,46 @@ STRETCHES = (0.1, 0.25, 0.6)
 SAME_LINE = 0.006
 # Lines that are quieter than this are not looked at, and how many are at most, in each direction.
 MIN_LOUDNESS, MAX_LINES = 0.35, 24
-
 _T = TypeVar("_T", bound=np.generic)
-
 # What is known of a line between two others, the last axis of `LineTable.values`.
 LINE_MEASURES = ("edge", "groove", "bend", "outline_before", "outline_after", "step", "visible")
 # (7, H + 1, W) by LINE_MEASURES, of the border above each row of a picture; zero where nothing is visible.
 SeamMaps = npt.NDArray[np.float32]
+# Narrowest rectangle, diagonals.
+MIN_SIDE = 0.012
+# How far a line may deviate from straight, diagonals.
+LINE_TOLERANCE = 0.0022
+# A line is divided into stretches; each, and the whole line, has to be visible to these shares.
+LINE_STRETCHES, MIN_STRETCH_VISIBILITY, MIN_LINE_VISIBILITY = 12, 0.5, 0.75
+# A line is visible to so much more than edges elsewhere in its rectangle: rough surfaces have edges everywhere.
+MIN_LINE_CONTRAST = 0.45
+# A stretch counts if this share of it is not hidden by protrusions; this many stretches have to count.
+MIN_FREE_SHARE, MIN_USABLE_STRETCHES = 0.3, 5
+# Length to width and least protrusion of a handle, diagonals. Ref: as MIN_HANDLE_PROTRUSION in opening_panels.py.
+MIN_BAR_RATIO, MIN_BAR_PROTRUSION = 2.5, 0.012
+# A region that protrudes farther is the ragged border of the object before what lies behind it, diagonals.
+MAX_PROTRUSION = 0.13
+# From this protrusion on a handle keeps HANDLE_MARGIN from the border of the object, else FLAT_MARGIN, since flaps of
+# cartons end there; diagonals. MIN_SURROUNDED_SHARE of its surroundings is surface.
+SURE_HANDLE_PROTRUSION, HANDLE_MARGIN, FLAT_MARGIN, MIN_SURROUNDED_SHARE = 0.024, 0.012, 0.03, 0.97
+# Handles whose middles differ by less lie in one row or column, diagonals.
+SAME_ROW = 0.04
+# A handle that is too short for a bar is at least so much longer than thick, beside bars as thick as it is.
+MIN_STUB_RATIO = 1.6
+# Most pulls, width of their rectangle by the side, tolerance of their sizes, and how many in a row are controls.
+MAX_PULLS, MIN_WIDTH_SHARE, SIZE_TOLERANCE, MIN_CONTROLS_IN_ROW = 10, 0.45, 0.3, 3
+# The frame around a recess is this quantile of depth; least size and greatest depth of a recess, diagonals, and the
+# share of its rectangle that it fills.
+FRAME_DEPTH_QUANTILE, MIN_SUNK_SIDE, MAX_SUNK_DEPTH, MIN_SUNK_FILL = 0.15, 0.04, 0.05, 0.85
+Window = tuple[tuple[int, int], tuple[int, int]]  # half-open ranges of rows and of columns
+# Highest stair, and deepest groove between two stairs that is no gap between fronts; diagonals.
+MAX_STAIR_HEIGHT, MAX_GROOVE_DEPTH = 0.0095, 0.002
+# Distance from a border at which its two sides are sampled.
+BESIDE_PIXELS = 4
+# Strips are as long as the front within this share of its length, and cover this share of it.
+LENGTH_TOLERANCE, MIN_STRIP_FILL = 0.035, 0.9
+# Fewest stairs of a bulge on both sides together: a framed panel has one on each side.
+MIN_STAIRS = 3
 
 
 @dataclass(frozen=True)
@@ -175,41 +204,6 @@ def line_table(maps: SeamMaps, at: Ints, across: Ints, pixel: float) -> LineTabl
     return LineTable(at, best)
 
 
-# Rectangles -----------------------------------------------------------------------------------------------------------
-# Split the relief of a front into rectangles along gaps and steps, then between handles and controls.
-
-# Narrowest rectangle, diagonals.
-MIN_SIDE = 0.012
-# How far a line may deviate from straight, diagonals.
-LINE_TOLERANCE = 0.0022
-# A line is divided into stretches; each, and the whole line, has to be visible to these shares.
-LINE_STRETCHES, MIN_STRETCH_VISIBILITY, MIN_LINE_VISIBILITY = 12, 0.5, 0.75
-# A line is visible to so much more than edges elsewhere in its rectangle: rough surfaces have edges everywhere.
-MIN_LINE_CONTRAST = 0.45
-# A stretch counts if this share of it is not hidden by protrusions; so many stretches have to count.
-MIN_FREE_SHARE, MIN_USABLE_STRETCHES = 0.3, 5
-# Length to width and least protrusion of a handle, diagonals. Ref: as MIN_HANDLE_PROTRUSION in fronts.py.
-MIN_BAR_RATIO, MIN_BAR_PROTRUSION = 2.5, 0.012
-# A region that protrudes farther is the ragged border of the object before what lies behind it, diagonals.
-MAX_PROTRUSION = 0.13
-# From this protrusion on a handle keeps HANDLE_MARGIN from the border of the object, else FLAT_MARGIN, since flaps of
-# cartons end there; diagonals. MIN_SURROUNDED_SHARE of its surroundings is surface.
-SURE_HANDLE_PROTRUSION, HANDLE_MARGIN, FLAT_MARGIN, MIN_SURROUNDED_SHARE = 0.024, 0.012, 0.03, 0.97
-# Handles whose middles differ by less lie in one row or column, diagonals.
-SAME_ROW = 0.04
-# A handle that is too short for a bar is at least so much longer than thick, beside bars as thick as it is.
-MIN_STUB_RATIO = 1.6
-# Most pulls, width of their rectangle as a share of the side, tolerance of their sizes, and how many in a row are
-# controls instead.
-MAX_PULLS, MIN_WIDTH_SHARE, SIZE_TOLERANCE, MIN_CONTROLS_IN_ROW = 10, 0.45, 0.3, 3
-# The frame around a recess is this quantile of depth; least size and greatest depth of a recess, diagonals, and the
-# share of its rectangle that it fills.
-FRAME_DEPTH_QUANTILE, MIN_SUNK_SIDE, MAX_SUNK_DEPTH, MIN_SUNK_FILL = 0.15, 0.04, 0.05, 0.85
-
-
-Window = tuple[tuple[int, int], tuple[int, int]]  # half-open ranges of rows and of columns
-
-
 @dataclass(frozen=True)
 class FrontRectangle:
     """A rectangle of the front, as half-open pixel ranges.
@@ -284,11 +278,6 @@ def _split_at(rectangle: FrontRectangle, axis: str, at: int) -> list[FrontRectan
     return [replace(rectangle, columns=(c, at)), replace(rectangle, columns=(at, d))]
 
 
-def _inside(side: SideRelief, rectangle: FrontRectangle) -> list[Protrusion]:
-    """Return the protrusions whose middle is in a rectangle."""
-    return [b for b in side.blobs if _lies_in(b, (rectangle.rows, rectangle.columns))]
-
-
 def is_bar(blob: Protrusion) -> bool:
     """Return whether a protrusion has the shape of a handle."""
     return blob.long >= MIN_BAR_RATIO and MIN_BAR_PROTRUSION <= blob.protrusion <= MAX_PROTRUSION
@@ -315,7 +304,7 @@ def is_surrounded(side: SideRelief, blob: Protrusion, away: float) -> bool:
 
 def _held(side: SideRelief, rectangle: FrontRectangle) -> list[FrontRectangle]:
     """Split a rectangle without seams so that each part has one handle, and none shares a part with controls."""
-    inside = _inside(side, rectangle)
+    inside = [b for b in side.blobs if _lies_in(b, (rectangle.rows, rectangle.columns))]
     pulls = _pulls(side, rectangle, inside)
     others = [b for b in inside if not any(b is p for p in pulls)]
     if others and any(is_bar(b) for b in pulls):
@@ -324,13 +313,14 @@ def _held(side: SideRelief, rectangle: FrontRectangle) -> list[FrontRectangle]:
             return [m for part in parts for m in _held(side, part)]
     if len(pulls) < 2:
         return [rectangle]
-    sunk = [s for s in _sunk(side, rectangle) if sum(_lies_in(b, s) for b in pulls) == 1]
+    recesses, rooms = _recesses(side, rectangle)
+    sunk = [s for s in recesses if sum(_lies_in(b, s) for b in pulls) == 1]
     items = []
     for pull in pulls:
         # No cut may cross the sunk panel that it is on.
         reach = next((s for s in sunk if _lies_in(pull, s)), (pull.rows, pull.columns))
         items.append(Item(pull.rows, pull.columns, *reach))
-    items += _rooms(side, rectangle)
+    items += [Item(*span, *span, is_room=True) for span in rooms]
     cells = part_between_pulls(rectangle.rows, rectangle.columns, items)
     return [replace(rectangle, rows=c.rows, columns=c.columns, fit=math.exp(-c.cost)) for c in cells] or [rectangle]
 
@@ -338,17 +328,6 @@ def _held(side: SideRelief, rectangle: FrontRectangle) -> list[FrontRectangle]:
 def _lies_in(blob: Protrusion, window: Window) -> bool:
     """Return whether the middle of a protrusion is in a range of rows and columns."""
     return all(a <= sum(span) / 2 < b for span, (a, b) in zip((blob.rows, blob.columns), window, strict=True))
-
-
-def _rooms(side: SideRelief, rectangle: FrontRectangle) -> list[Item]:
-    """Return the open rooms of a rectangle: what lies so deep behind it, or is not there at all, over a rectangle."""
-    window = slice(*rectangle.rows), slice(*rectangle.columns)
-    depth, free = side.depth[window], side.blob[window] < 0
-    if not free.any():
-        return []
-    plane = float(np.quantile(depth[free], FRAME_DEPTH_QUANTILE))
-    spans = _filled(side, rectangle, (depth > plane + MAX_SUNK_DEPTH) & free)
-    return [Item(*span, *span, is_room=True) for span in spans]
 
 
 def _pulls(side: SideRelief, rectangle: FrontRectangle, inside: Sequence[Protrusion]) -> list[Protrusion]:
@@ -381,14 +360,16 @@ def _are_pulls(side: SideRelief, rectangle: FrontRectangle, inside: Sequence[Pro
     return alike and out and row < MIN_CONTROLS_IN_ROW
 
 
-def _sunk(side: SideRelief, rectangle: FrontRectangle) -> list[Window]:
-    """Return rows and columns of rectangles that lie deeper than the frames around them; each belongs to one front."""
+def _recesses(side: SideRelief, rectangle: FrontRectangle) -> tuple[list[Window], list[Window]]:
+    """Return what lies deeper than the frame around it, each of one front, and open rooms, far deeper or not there."""
     window = slice(*rectangle.rows), slice(*rectangle.columns)
     depth, free = side.depth[window], side.blob[window] < 0
     if not free.any():
-        return []
+        return [], []
     frame = float(np.quantile(depth[free], FRAME_DEPTH_QUANTILE))
-    return _filled(side, rectangle, (depth > frame + MIN_DEPTH_STEP) & (depth < frame + MAX_SUNK_DEPTH) | ~free)
+    sunk = (depth > frame + MIN_DEPTH_STEP) & (depth < frame + MAX_SUNK_DEPTH) | ~free
+    is_room = (depth > frame + MAX_SUNK_DEPTH) & free
+    return _filled(side, rectangle, sunk), _filled(side, rectangle, is_room)
 
 
 def _filled(side: SideRelief, rectangle: FrontRectangle, deep: Mask) -> list[Window]:
@@ -445,19 +426,6 @@ def rectangle_corners(side: SideRelief, rectangle: FrontRectangle) -> tuple[Floa
     return lower, upper
 
 
-# Bulging fronts -------------------------------------------------------------------------------------------------------
-# Merge the strips of a bulging front in a voxelised shell, whose surface descends to the edges in stairs.
-
-# Highest stair, and deepest groove between two stairs that is no gap between fronts; diagonals.
-MAX_STAIR_HEIGHT, MAX_GROOVE_DEPTH = 0.0095, 0.002
-# Distance from a border at which its two sides are sampled.
-BESIDE_PIXELS = 4
-# Strips are as long as the front within this share of its length, and cover this share of it.
-LENGTH_TOLERANCE, MIN_STRIP_FILL = 0.035, 0.9
-# Fewest stairs of a bulge on both sides together: a framed panel has one on each side.
-MIN_STAIRS = 3
-
-
 def merge_stairs(side: SideRelief, rectangles: list[FrontRectangle]) -> list[FrontRectangle]:
     """Merge rectangles of `find_front_rectangles` that lie next to each other like the stairs of a bulging front."""
     left = list(rectangles)
@@ -468,7 +436,9 @@ def merge_stairs(side: SideRelief, rectangles: list[FrontRectangle]) -> list[Fro
         if before and after and len(before) + len(after) >= MIN_STAIRS:
             strips = [core, *(m for stair in (*before, *after) for m in stair)]
             left = [m for m in left if not any(m is s for s in strips)]
-            left.append(_one(side, core, strips))
+            columns = min(m.columns[0] for m in strips), max(m.columns[1] for m in strips)
+            plane, blobs = _plane(side, (core.rows, columns), core.plane), {b for m in strips for b in m.blobs}
+            left.append(replace(core, columns=columns, plane=plane, blobs=tuple(sorted(blobs))))
     return sorted(left, key=lambda m: (m.rows, m.columns))
 
 
@@ -516,9 +486,3 @@ def _goes_down(side: SideRelief, core: FrontRectangle, at: int, end: int) -> boo
     step = float(np.median(outer - inner))
     groove = float(np.median(band.max(axis=1) - np.maximum(inner, outer)))
     return 0.0 < step <= MAX_STAIR_HEIGHT and groove <= MAX_GROOVE_DEPTH
-
-
-def _one(side: SideRelief, core: FrontRectangle, strips: list[FrontRectangle]) -> FrontRectangle:
-    columns = min(m.columns[0] for m in strips), max(m.columns[1] for m in strips)
-    plane = _plane(side, (core.rows, columns), core.plane)
-    return replace(core, columns=columns, plane=plane, blobs=tuple(sorted({b for m in strips for b in m.blobs})))

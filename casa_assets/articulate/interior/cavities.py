@@ -8,12 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from casa_assets.articulate.plan import Articulation, Cavity, HingeEdge, InteriorKind, PartKind, PartPlan, to_vec3
+from casa_assets.articulate.segment.fragments import WeldedMesh
 from casa_assets.articulate.segment.orthographic import RayCrossings, cross_rays, sample_grid
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.record import Vec3
-
-# Views behind a front -------------------------------------------------------------------------------------------------
 
 # Distance outside the edges of a front at which the body is looked for, diagonals.
 BORDER_DISTANCE = 0.008
@@ -36,6 +34,58 @@ MIN_SIZE_SHARE = 0.25
 PROBE_LINES_PER_SIDE, LINES_DOWN_PER_SIDE = 7, 9
 # Share of a drawer over which its floor is visible from above.
 MIN_FLOOR_SHARE = 0.4
+# Lines across a front, each way, to find its open part; a row open to this share of the most open one is no frame.
+FINE_LINES_PER_SIDE, OPEN_BORDER_SHARE = 24, 0.7
+# Narrowest frame, diagonals.
+MIN_FRAME_WIDTH = 0.006
+# Distance of built walls from the skin, diagonals, and the share by which a cavity shrinks while it pierces the skin.
+SKIN_DISTANCE, SHRINK_SHARE, MAX_SHRINKS = 0.004, 0.06, 8
+# A cavity has contents if this share of the lines meets something.
+MIN_CONTENTS_SHARE = 0.25
+# A rectangular front covers this share of a line inside its border (inset by a share of its size); a round one is
+# shrunk by the last share on every side until it does.
+MIN_BORDER_COVERAGE, BORDER_INSET_SHARE, ROUND_SHRINK_SHARE = 0.85, 0.02, 0.03
+# Margin of the boxes in which the body has nothing to be, within a panel, diagonals.
+PANEL_MARGIN = 0.001
+# Lines to each side of a cavity, each way.
+LINES_PER_SIDE = 5
+# A line whose last surface is nearer than this share of the median left through a hole of the skin.
+HOLE_DISTANCE_SHARE = 0.45
+# A hollow shell without inner walls, or a solid block, gets a cavity as large as its front and the depth allow.
+# Lines across a front, each way, and the share of its size that they leave free at the border.
+CAVITY_LINES_PER_SIDE, LINE_INSET_SHARE = 9, 0.12
+# Least depth behind a front for a cavity, diagonals.
+MIN_CAVITY_DEPTH = 0.06
+# A closed body has a wall within this share of the depth behind the front, over this share of the lines.
+NEAR_WALL_SHARE, MIN_CLOSED_SHARE = 0.15, 0.6
+# A wall that is met from behind may lie this deep.
+REAR_WALL_SHARE = 0.4
+# Distance of an opening cut into the front wall of a cavity from its other walls, diagonals.
+CUT_MARGIN = 0.003
+# A mesh has a cavity of its own if this many of its five walls are visible.
+MIN_WALLS = 3
+# A drawer that reaches back by this share of the depth has a box.
+MIN_BOX_DEPTH_SHARE = 0.25
+# Two doors meet if their gap is at most this, diagonals, and their heights overlap by this share.
+MAX_DOOR_GAP, MIN_HEIGHT_OVERLAP = 0.025, 0.9
+# Thickness of the walls that are built around a cavity, metres. Ref: insulation and boards as in kitchenware/parts.
+WALL_M = {
+    InteriorKind.OVEN: 0.036,
+    InteriorKind.MICROWAVE: 0.018,
+    InteriorKind.REFRIGERATOR: 0.04,
+    InteriorKind.DISHWASHER: 0.024,
+    InteriorKind.CABINET: 0.016,
+    InteriorKind.PLAIN: 0.012,
+    InteriorKind.DRAWER: 0.008,
+}
+# Words of a category and the interior that they stand for.
+_KINDS = (
+    (("microwave",), InteriorKind.MICROWAVE),
+    (("refrigerator", "fridge", "freezer", "cooler"), InteriorKind.REFRIGERATOR),
+    (("dishwasher",), InteriorKind.DISHWASHER),
+    (("oven", "range", "stove"), InteriorKind.OVEN),
+    (("cabinet", "island", "sink_base", "drawer_stack", "sideboard", "wardrobe", "cupboard"), InteriorKind.CABINET),
+)
 
 
 @dataclass(frozen=True)
@@ -52,7 +102,7 @@ class CavityProbe:
     faces: Ints
     owner: Ints
     grip: Ints
-    carried: tuple[tuple[int, ...], ...]
+    carried: Sequence[Sequence[int]]
     normal_sign: float
 
     def panel_box_of(self, part: int) -> tuple[Floats, Floats]:
@@ -184,19 +234,15 @@ def make_probe(mesh: WeldedMesh, parts: Sequence[PartPlan]) -> CavityProbe:
         grip[part.grip] = 1
     names = [p.name for p in parts]
     parent = [names.index(p.parent) if p.parent in names else -1 for p in parts]
-    carried = tuple(tuple(k for k in range(len(parts)) if _is_on(k, i, parent)) for i in range(len(parts)))
+    carried: list[list[int]] = [[] for _ in parts]
+    for k in range(len(parts)):
+        host = k
+        while host >= 0:
+            carried[host].append(k)
+            host = parent[host]
     rows = np.flatnonzero(mesh.areas > 0.0)
     sign = _turned(mesh.points, mesh.faces[rows])
     return CavityProbe(mesh.points, mesh.faces[rows], owner[rows], grip[rows], carried, sign)
-
-
-def _is_on(part: int, host: int, parent: Sequence[int]) -> bool:
-    """Return whether a part is another part, or is carried by it."""
-    while part >= 0:
-        if part == host:
-            return True
-        part = parent[part]
-    return False
 
 
 def _turned(points: Floats, faces: Ints) -> float:
@@ -223,29 +269,6 @@ def border_points(lower: Floats, upper: Floats, inset: float) -> Floats:
     level = [np.stack([x, np.full(PROBE_LINES_PER_SIDE, end)], axis=1) for end in (a[1], b[1])]
     upright = [np.stack([np.full(PROBE_LINES_PER_SIDE, end), z], axis=1) for end in (a[0], b[0])]
     return np.concatenate([*level, *upright])
-
-
-# Cavity limits --------------------------------------------------------------------------------------------------------
-# Fit a cavity that has to be built: within its front, before the back of the object, inside its skin.
-
-# Lines across a front, each way, to find its open part; a row that is open to this share of the most open one is no
-# frame.
-FINE_LINES_PER_SIDE, OPEN_BORDER_SHARE = 24, 0.7
-# Narrowest frame, diagonals.
-MIN_FRAME_WIDTH = 0.006
-# Distance of built walls from the skin, diagonals, and the share by which a cavity shrinks while it pierces the skin.
-SKIN_DISTANCE, SHRINK_SHARE, MAX_SHRINKS = 0.004, 0.06, 8
-# A cavity has contents if this share of the lines meets something.
-MIN_CONTENTS_SHARE = 0.25
-# A rectangular front covers this share of a line inside its border (inset by a share of its size); a round one is
-# shrunk by the last share on every side until it does.
-MIN_BORDER_COVERAGE, BORDER_INSET_SHARE, ROUND_SHRINK_SHARE = 0.85, 0.02, 0.03
-# Margin of the boxes in which the body has nothing to be, within a panel, diagonals.
-PANEL_MARGIN = 0.001
-# Lines to each side of a cavity, each way.
-LINES_PER_SIDE = 5
-# A line whose last surface is nearer than this share of the median left through a hole of the skin.
-HOLE_DISTANCE_SHARE = 0.45
 
 
 def fit_cavity(
@@ -304,19 +327,16 @@ def _shrink_to_covered(
     for _ in range(MAX_SHRINKS):
         spots = border_points(lower[[0, 2]], upper[[0, 2]], BORDER_INSET_SHARE * float((upper - lower)[[0, 2]].min()))
         covered = np.isfinite(probe.cast_through_panels(1, spots, part_ids).first())
-        if float(covered.mean()) >= MIN_BORDER_COVERAGE and _corners_covered(covered, spots):
+        # The points nearest to the four corners have to be covered, too.
+        a, b = spots.min(axis=0), spots.max(axis=0)
+        away = [np.abs(spots - (x, y)).sum(axis=1) for x in (a[0], b[0]) for y in (a[1], b[1])]
+        nearest = [np.round(d, 9) <= round(float(d.min()), 9) for d in away]
+        if float(covered.mean()) >= MIN_BORDER_COVERAGE and all(covered[rows].all() for rows in nearest):
             return lower, upper
         inset = ROUND_SHRINK_SHARE * (upper - lower)[[0, 2]]
         lower[[0, 2]] += inset
         upper[[0, 2]] -= inset
     return lower, upper
-
-
-def _corners_covered(covered: Mask, spots: Floats) -> bool:
-    """Return whether the points nearest to the four corners are covered."""
-    lower, upper = spots.min(axis=0), spots.max(axis=0)
-    away = [np.abs(spots - (x, y)).sum(axis=1) for x in (lower[0], upper[0]) for y in (lower[1], upper[1])]
-    return all(bool(covered[np.round(d, 9) <= round(float(d.min()), 9)].all()) for d in away)
 
 
 def _panel_boxes(probe: CavityProbe, part_ids: Sequence[int], mouth: float) -> tuple[tuple[Vec3, Vec3], ...]:
@@ -409,47 +429,6 @@ def _has_contents(probe: CavityProbe, part_ids: Sequence[int], lower: Floats, up
         if float(np.isfinite(inside.first()).mean()) >= MIN_CONTENTS_SHARE:
             return True
     return False
-
-
-# Cavities -------------------------------------------------------------------------------------------------------------
-# Those that its mesh has, and those that have to be built.
-#
-# A hollow shell without inner walls, or a solid block, gets a cavity as large as its front and the depth allow.
-
-# Lines across a front, each way, and the share of its size that they leave free at the border.
-CAVITY_LINES_PER_SIDE, LINE_INSET_SHARE = 9, 0.12
-# Least depth behind a front for a cavity, diagonals.
-MIN_CAVITY_DEPTH = 0.06
-# A closed body has a wall within this share of the depth behind the front, over this share of the lines.
-NEAR_WALL_SHARE, MIN_CLOSED_SHARE = 0.15, 0.6
-# A wall that is met from behind may lie this deep.
-REAR_WALL_SHARE = 0.4
-# Distance of an opening cut into the front wall of a cavity from its other walls, diagonals.
-CUT_MARGIN = 0.003
-# A mesh has a cavity of its own if so many of its five walls are visible.
-MIN_WALLS = 3
-# A drawer that reaches back by this share of the depth has a box.
-MIN_BOX_DEPTH_SHARE = 0.25
-# Two doors meet if their gap is at most this, diagonals, and their heights overlap by this share.
-MAX_DOOR_GAP, MIN_HEIGHT_OVERLAP = 0.025, 0.9
-# Thickness of the walls that are built around a cavity, metres. Ref: insulation and boards as in kitchenware/parts.
-WALL_M = {
-    InteriorKind.OVEN: 0.036,
-    InteriorKind.MICROWAVE: 0.018,
-    InteriorKind.REFRIGERATOR: 0.04,
-    InteriorKind.DISHWASHER: 0.024,
-    InteriorKind.CABINET: 0.016,
-    InteriorKind.PLAIN: 0.012,
-    InteriorKind.DRAWER: 0.008,
-}
-# Words of a category and the interior that they stand for.
-_KINDS = (
-    (("microwave",), InteriorKind.MICROWAVE),
-    (("refrigerator", "fridge", "freezer", "cooler"), InteriorKind.REFRIGERATOR),
-    (("dishwasher",), InteriorKind.DISHWASHER),
-    (("oven", "range", "stove"), InteriorKind.OVEN),
-    (("cabinet", "island", "sink_base", "drawer_stack", "sideboard", "wardrobe", "cupboard"), InteriorKind.CABINET),
-)
 
 
 @dataclass(frozen=True)

@@ -9,21 +9,22 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from casa_assets.articulate.fronts.panels import Panel
-from casa_assets.articulate.interior.hollow_parts import view_from_above
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, PartPlan
-from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side, corners_of_labels
+from casa_assets.articulate.segment.fragments import (
+    MeasuredFragments,
+    WeldedMesh,
+    corners_from_side,
+    corners_of_labels,
+    view_from_above,
+)
 from casa_assets.articulate.segment.orthographic import BOTTOM, FRONT, LEFT, RIGHT, SIDES, render_depth
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.solid.deviation import samples_with_faces
 from casa_assets.mesh.surface import connected_groups, face_components
 from casa_assets.model.asset.parts import JointKind
 
-# Pieces in the way ----------------------------------------------------------------------------------------------------
-# Give doors and drawers the loose pieces of the body that they would run into as they open.
-
-# Longer side of the pictures in which a front and what stands before it are compared, pixels.
-WAY_PIXELS = 256
+# Longer side of the pictures in which a front is compared with what is before it, and of those of what is behind it.
+WAY_PIXELS = BEHIND_PIXELS = 256
 # A piece lies within the outline of a front, or touches it, to within this, diagonals. Choices, as is the next.
 TOLERANCE = 0.002
 # Share of a piece, seen along the way of a front, behind which something of the front follows.
@@ -32,6 +33,55 @@ MIN_BLOCKED_SHARE = 0.25
 MIN_COSINE = 0.99
 # The way that doors open, in the frame.
 OUT = np.array([0.0, -1.0, 0.0])
+# Least width of a rack and of a turntable as shares of their door, and their greatest height.
+MIN_RACK_WIDTH_SHARE, MIN_TURNTABLE_WIDTH_SHARE, MAX_HEIGHT_SHARE = 0.45, 0.2, 0.5
+# Least width of a tub as a share of its door, since tubs stand side by side, and the gaps over which fragments are
+# grouped, the narrower first; diagonals.
+MIN_TUB_WIDTH_SHARE, GROUPING_GAPS = 0.3, (0.0008, 0.004)
+# How far behind the front a tub begins at most, by its depth, and its least height by its shorter side. The front of a
+# block has its outline within this, diagonals, and lies before it by this share of its depth at most.
+MAX_TUB_START_SHARE, MIN_TUB_HEIGHT_SHARE, OUTLINE_TOLERANCE, MAX_FRONT_SHARE = 0.35, 0.08, 0.004, 0.2
+# Greatest share of the surface of an inner part that is visible from outside, and of a tub.
+MAX_VISIBLE_SHARE, MAX_TUB_VISIBLE_SHARE = 0.02, 0.05
+# A plate this near to a wall rests on it, diagonals.
+TOUCH_TOLERANCE = 0.001
+# What slides or turns behind a door has room: over it this share of the height of the door is free, since things stand
+# on it, and on its way out to the door. Shares of the pixels of that opening, without its outer tenths, that are free.
+CLEAR_HEIGHT_SHARE, MIN_FREE_SHARE, OPENING_MARGIN = 0.06, 0.7, 0.1
+# Greatest depth of the lining of a door as a share of the object.
+MAX_LINING_DEPTH = 0.34
+# Least share of its plan that a rack covers: the loop of a heating element covers less, rods of a rack over a tenth.
+MIN_RACK_COVER = 0.06
+# What is thinner than this share of the height of the door and as near to the floor of its cavity is a liner or a
+# heating element. Ref: baskets that stand on the floor are higher.
+FLOOR_SHARE = 0.03
+# A plate that meets other surfaces along this share of its left, right and back border is part of what lines the
+# cavity: racks rest on the sides alone, and baskets stand free. Width of a border and greatest gap to what it meets,
+# diagonals; samples of the plate and of what is around it.
+MIN_MEETING_SHARE, BORDER_DEPTH, MAX_BORDER_GAP = 0.7, 0.004, 0.006
+LINING_SAMPLES, SURROUNDINGS_SAMPLES = 4000, 40000
+# A face looks along an axis from this cosine on.
+ALONG_COS = 0.9
+# Walls of a box that look away from its middle, as axis and sign: left, right, bottom and back.
+WALLS = ((0, -1), (0, 1), (1, -1), (2, 1))
+# A wall of a box covers this share of what it would at the size of the front and the depth behind it.
+MIN_WALL_SHARE = 0.2
+# The outermost faces of a wall are this quantile of its area from outside.
+OUTERMOST = 0.1
+# Faces of a box keep within its walls and this, diagonals.
+LAYER_TOLERANCE = 0.003
+# Least number of walls. A box ends so far below the top of its front and a ceiling, diagonals.
+MIN_WALLS, CEILING_GAP = 2, 0.008
+# Largest roof over a box, as a share of its plan, and height to width of a front above which it is a door.
+MAX_ROOF_SHARE, MAX_HEIGHT_RATIO = 0.4, 1.3
+# Least width and height of a box as shares of its front.
+MIN_WIDTH_SHARE, MIN_HEIGHT_SHARE = 0.6, 0.25
+# Depth of layers and bins of a door as a share of the object, and the distance of bins from its edges, diagonals.
+MAX_DEPTH_SHARE, MIN_EDGE_DISTANCE = 0.14, 0.008
+# A bin that begins so far inside its panel, by the thickness of that, may be this deep, as a share of the object.
+BIN_START_SHARE, MAX_BIN_DEPTH_SHARE = 0.25, 0.3
+# Layers of a door share its outline within this, diagonals, touch, and fill this share of it, unlike frames.
+LAYER_OUTLINE_TOLERANCE, MIN_LAYER_FILL, MAX_LAYERS = 0.006, 0.8, 3
 
 
 def with_pieces_in_the_way(articulation: Articulation, mesh: WeldedMesh) -> Articulation:
@@ -61,10 +111,7 @@ def with_pieces_in_the_way(articulation: Articulation, mesh: WeldedMesh) -> Arti
 
 
 def _pieces_of_body(is_body: Mask, mesh: WeldedMesh) -> Ints:
-    """Return the (F,) connected piece of each face of the body, -1 for all others.
-
-    A fragment that parts have taken faces from may be several pieces.
-    """
+    """Return the (F,) connected piece of each face of the body, -1 for others; a fragment may be several."""
     fragment = mesh.fragment_labels
     label = np.where(is_body, fragment, -1)
     count = int(fragment.max(initial=-1)) + 1
@@ -118,40 +165,6 @@ def _way(part: PartPlan, mesh: WeldedMesh) -> Floats | None:
     return None
 
 
-# Inner parts ----------------------------------------------------------------------------------------------------------
-# Inner drawers, racks and turntables.
-
-# Longer side of the pictures in which openings are looked through, pixels.
-BEHIND_PIXELS = 256
-# Least width of a rack and of a turntable as shares of their door, and their greatest height.
-MIN_RACK_WIDTH_SHARE, MIN_TURNTABLE_WIDTH_SHARE, MAX_HEIGHT_SHARE = 0.45, 0.2, 0.5
-# Least width of a tub as a share of its door, since tubs stand side by side, and the gaps over which fragments are
-# grouped, the narrower first; diagonals.
-MIN_TUB_WIDTH_SHARE, GROUPING_GAPS = 0.3, (0.0008, 0.004)
-# How far behind the front a tub begins at most, by its depth, and its least height by its shorter side. The front of a
-# block has its outline within this, diagonals, and lies before it by this share of its depth at most.
-MAX_TUB_START_SHARE, MIN_TUB_HEIGHT_SHARE, OUTLINE_TOLERANCE, MAX_FRONT_SHARE = 0.35, 0.08, 0.004, 0.2
-# Greatest share of the surface of an inner part that is visible from outside, and of a tub.
-MAX_VISIBLE_SHARE, MAX_TUB_VISIBLE_SHARE = 0.02, 0.05
-# A plate this near to a wall rests on it, diagonals.
-TOUCH_TOLERANCE = 0.001
-# What slides or turns behind a door has room: over it this share of the height of the door is free, since things stand
-# on it, and on its way out to the door. Shares of the pixels of that opening, without its outer tenths, that are free.
-CLEAR_HEIGHT_SHARE, MIN_FREE_SHARE, OPENING_MARGIN = 0.06, 0.7, 0.1
-# Greatest depth of the lining of a door as a share of the object.
-MAX_LINING_DEPTH = 0.34
-# Least share of its plan that a rack covers: the loop of a heating element covers less, rods of a rack over a tenth.
-MIN_RACK_COVER = 0.06
-# What is thinner than this share of the height of the door and as near to the floor of its cavity is a liner or a
-# heating element. Ref: baskets that stand on the floor are higher.
-FLOOR_SHARE = 0.03
-# A plate that meets other surfaces along this share of its left, right and back border is part of what lines the
-# cavity: racks rest on the sides alone, and baskets stand free. Width of a border and greatest gap to what it meets,
-# diagonals; samples of the plate and of what is around it.
-MIN_MEETING_SHARE, BORDER_DEPTH, MAX_BORDER_GAP = 0.7, 0.004, 0.006
-LINING_SAMPLES, SURROUNDINGS_SAMPLES = 4000, 40000
-
-
 @dataclass(frozen=True)
 class InnerPart:
     """Something behind a door that moves: a turntable (`turns`), a drawer (`is_drawer`), or else a rack."""
@@ -201,7 +214,10 @@ def find_inner_parts(
     for heap in group_touching(lower, upper, np.flatnonzero(rows).tolist()):
         if not _fills(lower, upper, heap, door, MIN_TURNTABLE_WIDTH_SHARE):
             continue
-        group = _with_what_it_holds(lower, upper, heap, rows)
+        # With all that lies within its box: tines of a basket need not touch its wires.
+        a, b = lower[heap].min(axis=0) - TOUCH_TOLERANCE, upper[heap].max(axis=0) + TOUCH_TOLERANCE
+        inside = rows & (lower >= a).all(axis=1) & (upper <= b).all(axis=1)
+        group = sorted({*heap, *np.flatnonzero(inside).tolist()})
         tray = _rack(measured, group, edge, door)
         if tray is not None:
             found.append(tray)
@@ -228,13 +244,6 @@ def _fronted_blocks(lower: Floats, upper: Floats, rows: list[int], door: Panel) 
         if any((size[j, :2] >= size[i, :2] - 2 * OUTLINE_TOLERANCE).all() for j in others):
             found.append(sorted({i, *others}))
     return found
-
-
-def _with_what_it_holds(lower: Floats, upper: Floats, group: list[int], free: Mask) -> list[int]:
-    """Return a group with all that lies within its box: tines of a basket need not touch its wires."""
-    a, b = lower[group].min(axis=0) - TOUCH_TOLERANCE, upper[group].max(axis=0) + TOUCH_TOLERANCE
-    within = free & (lower >= a).all(axis=1) & (upper <= b).all(axis=1)
-    return sorted({*group, *np.flatnonzero(within).tolist()})
 
 
 def _fills(lower: Floats, upper: Floats, group: list[int], door: Panel, share: float) -> bool:
@@ -384,27 +393,6 @@ def _is_disc(measured: MeasuredFragments, group: Sequence[int]) -> bool:
     return bool(np.linalg.norm(points - middle, axis=1).max() <= 1.06 * radius)
 
 
-# Drawer boxes ---------------------------------------------------------------------------------------------------------
-# Find the box of a drawer inside a shell: surfaces behind a front that look away from its middle.
-
-# A face looks along an axis from this cosine on.
-ALONG_COS = 0.9
-# Walls of a box that look away from its middle, as axis and sign: left, right, bottom and back.
-WALLS = ((0, -1), (0, 1), (1, -1), (2, 1))
-# A wall of a box covers this share of what it would at the size of the front and the depth behind it.
-MIN_WALL_SHARE = 0.2
-# The outermost faces of a wall are this quantile of its area from outside.
-OUTERMOST = 0.1
-# Faces of a box keep within its walls and this, diagonals.
-LAYER_TOLERANCE = 0.003
-# Least number of walls. A box ends so far below the top of its front and a ceiling, diagonals.
-MIN_WALLS, CEILING_GAP = 2, 0.008
-# Largest roof over a box, as a share of its plan, and height to width of a front above which it is a door.
-MAX_ROOF_SHARE, MAX_HEIGHT_RATIO = 0.4, 1.3
-# Least width and height of a box as shares of its front.
-MIN_WIDTH_SHARE, MIN_HEIGHT_SHARE = 0.6, 0.25
-
-
 def find_drawer_box(mesh: WeldedMesh, flat: Floats, rows: Ints, lower: Floats, upper: Floats) -> Ints:
     """Return the faces of the box behind a front; empty if there is no box.
 
@@ -460,18 +448,6 @@ def _outermost(at: Floats, area: Floats) -> float:
     order = np.argsort(-at, kind="stable")
     total = np.cumsum(area[order])
     return float(at[order[np.searchsorted(total, OUTERMOST * total[-1])]])
-
-
-# Panel layers ---------------------------------------------------------------------------------------------------------
-# Find what moves with a panel though it is hidden: the layers of a door, and bins that hang on its back.
-
-# Depth of layers and bins of a door as a share of the object, and the distance of bins from its edges, diagonals.
-MAX_DEPTH_SHARE, MIN_EDGE_DISTANCE = 0.14, 0.008
-# A bin that begins so far inside its panel, as a share of the panel's thickness, may be this deep, as a share of the
-# object.
-BIN_START_SHARE, MAX_BIN_DEPTH_SHARE = 0.25, 0.3
-# Layers of a door share its outline within this, diagonals, touch, and fill this share of it, unlike frames.
-LAYER_OUTLINE_TOLERANCE, MIN_LAYER_FILL, MAX_LAYERS = 0.006, 0.8, 3
 
 
 def find_backing_plates(measured: MeasuredFragments, panel: Panel, taken: set[int]) -> list[int]:

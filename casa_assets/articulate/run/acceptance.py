@@ -9,11 +9,12 @@ from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.articulate.assemble import ROOT
-from casa_assets.articulate.decisions import axis_word, hinge_at_face
-from casa_assets.articulate.plan import Articulation, plan_confidence, weakest_part
+from casa_assets.articulate.decisions import DECISIONS_NAME, axis_word, hinge_at_face
+from casa_assets.articulate.plan import Articulation, plan_confidence
 from casa_assets.articulate.run.build import ArticulateResult
 from casa_assets.articulate.run.decisions import DECISIONS_NAME
 from casa_assets.checks.check import Package, run
+from casa_assets.checks.check import run
 from casa_assets.checks.motion.joints import JointTravel, joint_travels
 from casa_assets.checks.motion.simulation import Penetration, contacts_of_files
 from casa_assets.checks.table import TABLE
@@ -22,18 +23,35 @@ from casa_assets.formats import mjcf
 from casa_assets.model.asset.asset import Asset, Exclusion, Guess
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.issue import REVIEW_CODE, Issue, Report, Severity
-from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
 from casa_assets.model.registry.contract import Contract
 from casa_assets.model.registry.rows import ConfidenceModel
-
-# Limit ranges ---------------------------------------------------------------------------------------------------------
 
 # A part that moves through less than this share of its range before it meets something has a wrong joint, or shapes
 # that are too coarse to tell: its range stays.
 MIN_FREE_TRAVEL = 0.25
 # A hinge is moved to the face of its door where that frees so much more of the range.
 MIN_TRAVEL_GAIN = 0.05
+# Checks of collision shapes that shapes fitted again may pass: their box, where mass lies, and what they cover.
+SHAPE_CODES = frozenset({"AST008", "AST009", "AST016"})
+# The check of parts that run into each other, and its limit in registry/limits.yaml.
+CONTACT_CODE, CONTACT_LIMIT = "MJC009", "sweep_penetration_m"
+# Angles to which a door is opened so that what is behind it gets out. Choices: hinges of cabinets go that far.
+WIDER_RAD = (math.radians(110.0), math.radians(135.0), math.radians(150.0))
+# Pairs of parts that are looked for one after another; of each joint only the deepest contact is known at a time.
+MAX_ROUNDS = 6
+# An asset names a contract only where every check of it passes: names and paths, poses and states as MuJoCo operates
+# them, and what a hand has to be able to move. Otherwise the failed checks are reported.
+# What is there and how it is called; looked at first, for it costs nothing.
+NAME_CODES = ("CON", "BEH001", "BEH002")
+# How it moves and what it holds: rows that look at nothing but what a runtime operates.
+MOTION_CODES = ("BEH003", "KIN", "HOL", "AST017")
+# Of the faults that are kept with the asset.
+MAX_LISTED_FAULTS = 6
+# An asset in doubt is written as any other and is in review, as `ingest` has it: a warning names what to decide, and
+# review.csv of the library lists it.
+# What a person decides about an articulated mesh, by the pointer of the warning.
+FRAME, PLAN, CONTACTS = "frame", "plan", "contacts"
 
 
 def limit_ranges(built: ArticulateResult) -> ArticulateResult:
@@ -89,18 +107,6 @@ def _free_travel(built: ArticulateResult) -> Mapping[str, JointTravel]:
     return {j.child: t for j, t in zip(built.asset.joints, found, strict=True)}
 
 
-# Mend -----------------------------------------------------------------------------------------------------------------
-
-# Checks of collision shapes that shapes fitted anew may pass: their box, where mass lies, and what they cover.
-SHAPE_CODES = frozenset({"AST008", "AST009", "AST016"})
-# The check of parts that run into each other, and its limit in registry/limits.yaml.
-CONTACT_CODE, CONTACT_LIMIT = "MJC009", "sweep_penetration_m"
-# Angles to which a door is opened so that what is behind it gets out. Choices: hinges of cabinets go that far.
-WIDER_RAD = (math.radians(110.0), math.radians(135.0), math.radians(150.0))
-# Pairs of parts that are looked for one after another; of each joint only the deepest contact is known at a time.
-MAX_ROUNDS = 6
-
-
 def mend(built: ArticulateResult, named: ArticulateResult, report: Report) -> ArticulateResult | None:
     """Return the asset with errors of its checks repaired, or None if none of them can be repaired.
 
@@ -122,7 +128,7 @@ def _with_doors_wider(built: ArticulateResult) -> ArticulateResult:
     joints = {joint.name: joint for joint in built.asset.joints}
     for name, (contact, _) in _contacts(built.asset).items():
         door = joints.get(joints[name].behind or "")
-        if door is None or door.kind is not JointKind.HINGE or door.child not in _links(contact):
+        if door is None or door.kind is not JointKind.HINGE or door.child not in (contact.body1, contact.body2):
             continue
         plan = next(p.joint for p in built.articulation.parts if p.name == door.child)
         for angle in WIDER_RAD:
@@ -130,7 +136,7 @@ def _with_doors_wider(built: ArticulateResult) -> ArticulateResult:
             wider = built.with_joints({door.child: plan.replace(range=(0.0, angle), reason=reason)})
             is_free = {t.joint: t.free_share for t in joint_travels(wider.asset, mjcf.write(wider.asset), pushed=False)}
             still = _contacts(wider.asset).get(name)
-            if is_free[door.name] >= 1.0 and (still is None or door.child not in _links(still[0])):
+            if is_free[door.name] >= 1.0 and (still is None or door.child not in (still[0].body1, still[0].body2)):
                 built = wider
                 break
     return built
@@ -149,7 +155,7 @@ def _without_contacts(built: ArticulateResult) -> ArticulateResult:
             break
         pairs: dict[tuple[str, str], None] = {}
         for name, (contact, at_rest) in found.items():
-            first, second = _links(contact)
+            first, second = contact.body1, contact.body2
             pairs[first, second] = None
             moving = next(joint.child for joint in asset.joints if joint.name == name)
             if contact.depth > at_rest + registry.load().limits[CONTACT_LIMIT]:
@@ -166,23 +172,6 @@ def _contacts(asset: Asset) -> Mapping[str, tuple[Penetration, float]]:
     """
     limit = registry.load().limits[CONTACT_LIMIT]
     return {name: row for name, row in contacts_of_files(mjcf.write(asset)).items() if row[0].depth > limit}
-
-
-def _links(contact: Penetration) -> tuple[str, str]:
-    """Return the two links that touch."""
-    return contact.body1, contact.body2
-
-
-# Contract -------------------------------------------------------------------------------------------------------------
-# An asset names a contract only where every check of it passes: names and paths, poses and states as MuJoCo operates
-# them, and what a hand has to be able to move. Otherwise the failed checks are reported.
-
-# What is there and how it is called; looked at first, for it costs nothing.
-NAME_CODES = ("CON", "BEH001", "BEH002")
-# How it moves and what it holds: rows that look at nothing but what a runtime operates.
-MOTION_CODES = ("BEH003", "KIN", "HOL", "AST017")
-# Of the faults that are kept with the asset.
-MAX_LISTED_FAULTS = 6
 
 
 def unmet_checks(
@@ -218,54 +207,32 @@ def without_contract(asset: Asset, faults: tuple[str, ...]) -> Asset:
     return asset.replace(contract=None, provenance=provenance)
 
 
-# Doubts ---------------------------------------------------------------------------------------------------------------
-# An asset in doubt is written as any other and is in review, as `ingest` has it: a warning names what to decide, and
-# review.csv of the library lists it.
-
-# What a person decides about an articulated mesh, by the pointer of the warning.
-FRAME, PLAN, CONTACTS = "frame", "plan", "contacts"
-
-
 def doubts(articulation: Articulation, model: ConfidenceModel, contacts: tuple[str, ...] = ()) -> tuple[Issue, ...]:
     """Return a warning for each decision that is too uncertain to be accepted unseen; empty if all are certain enough.
 
     Args:
         articulation: with calibrated confidences. contacts: sentences on parts that collide or stop too early.
     """
-    issues = []
-    if articulation.frame.confidence < model.bars.frame:
-        issues.append(_issue(FRAME, _frame_message(articulation)))
+    messages = {}
+    frame, sure = articulation.frame, plan_confidence(articulation, model)
+    if frame.confidence < model.bars.frame:
+        words = [axis_word(frame.direction_to_file(v)) for v in ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0))]
+        front, up = (word if isinstance(word, str) else " ".join(f"{v:.2f}" for v in word) for word in words)
+        other = f", else {frame.runner_up}" if frame.runner_up else ""
+        certain = f"{frame.confidence:.0%} sure{other}"
+        messages[FRAME] = f"front {front} and up {up} are {certain}; say them with --front and --up"
     if articulation.signs:
-        issues.append(_issue(PLAN, f"no moving part was found, but {'; '.join(articulation.signs)}"))
-    elif plan_confidence(articulation, model) < model.bars.plan:
-        issues.append(_issue(PLAN, _plan_message(articulation, model)))
+        messages[PLAN] = f"no moving part was found, but {'; '.join(articulation.signs)}"
+    elif sure < model.bars.plan:
+        messages[PLAN] = f"that all parts are right is {sure:.0%} sure"
+        part = min((p for p in articulation.parts if not p.added), key=lambda p: p.confidence, default=None)
+        if part is not None:
+            other = f", else {part.joint.runner_up}" if part.joint.runner_up else ""
+            messages[PLAN] += f"; least of all {part.name}, {part.confidence:.0%} sure ({part.full_reason}{other})"
     if contacts:
-        issues.append(_issue(CONTACTS, f"{'; '.join(contacts)}; one of them may be no part, or have another joint"))
-    return tuple(issues)
-
-
-def _issue(subject: str, message: str) -> Issue:
+        messages[CONTACTS] = f"{'; '.join(contacts)}; one of them may be no part, or have another joint"
     accept = f"`decision: accept` in {DECISIONS_NAME} accepts it as it is"
-    return Issue(code=REVIEW_CODE, severity=Severity.WARNING, pointer=subject, message=f"{message}; {accept}")
-
-
-def _frame_message(articulation: Articulation) -> str:
-    frame = articulation.frame
-    up, front = (_direction(frame.direction_to_file(v)) for v in ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0)))
-    other = f", else {frame.runner_up}" if frame.runner_up else ""
-    return f"front {front} and up {up} are {frame.confidence:.0%} sure{other}; say them with --front and --up"
-
-
-def _direction(vector: Vec3) -> str:
-    """Return a direction for a person to read: the name of an axis, else its three numbers, rounded."""
-    word = axis_word(vector)
-    return word if isinstance(word, str) else " ".join(f"{v:.2f}" for v in word)
-
-
-def _plan_message(articulation: Articulation, model: ConfidenceModel) -> str:
-    message = f"that all parts are right is {plan_confidence(articulation, model):.0%} sure"
-    part = weakest_part(articulation)
-    if part is None:
-        return message
-    other = f", else {part.joint.runner_up}" if part.joint.runner_up else ""
-    return f"{message}; least of all {part.name}, {part.confidence:.0%} sure ({part.full_reason}{other})"
+    return tuple(
+        Issue(code=REVIEW_CODE, severity=Severity.WARNING, pointer=subject, message=f"{message}; {accept}")
+        for subject, message in messages.items()
+    )

@@ -11,21 +11,27 @@ import numpy as np
 
 from casa_assets import registry
 from casa_assets.articulate.assemble import AssetSpec, assemble, drop_empty_links
-from casa_assets.articulate.category import kind_by_parts, kind_named
-from casa_assets.articulate.controls.classify import check_forest
-from casa_assets.articulate.decisions import GIVEN_REASON, Decisions, apply_decisions, axis_word, parse_direction
+from casa_assets.articulate.controls.classify import CONTROL_CLASSES, CONTROL_FEATURES
+from casa_assets.articulate.decisions import (
+    GIVEN_REASON,
+    Decisions,
+    apply_decisions,
+    axis_word,
+    decisions_text,
+    parse_direction,
+)
 from casa_assets.articulate.frame import guess_frame, metres_per_unit
-from casa_assets.articulate.fronts.front_hypotheses import check_front_forest
+from casa_assets.articulate.fronts.front_hypotheses import CONTEXT, FEATURES
 from casa_assets.articulate.infer import choose_plan
 from casa_assets.articulate.interior.inner_parts import with_pieces_in_the_way
-from casa_assets.articulate.part_names import rename_for_runtime
-from casa_assets.articulate.plan import CERTAIN, Articulation, Frame, JointPlan, Models, calibrate_parts
+from casa_assets.articulate.kinds import kind_by_parts, kind_named, rename_for_runtime
+from casa_assets.articulate.plan import Articulation, Frame, JointPlan, Models, calibrate_parts
 from casa_assets.articulate.run.interiors import add_interiors
+from casa_assets.articulate.segment.fragments import WeldedMesh, weld_model
 from casa_assets.articulate.segment.orthographic import TOP
 from casa_assets.articulate.segment.segmentations import cut_shell_parts
 from casa_assets.articulate.segment.shell_segments import Fragmentation
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model
-from casa_assets.articulate.signs_of_parts import signs_of_parts
+from casa_assets.articulate.unfound_parts import signs_of_parts
 from casa_assets.errors import CasaError, Rejected, UnknownId
 from casa_assets.ingest.sources.discover import collect, discover
 from casa_assets.ingest.sources.places import Found, Refused
@@ -38,28 +44,29 @@ from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
 from casa_assets.model.source import RawModel, Source, Up, UpAxis, UserOverride, Word
 
-# Models ---------------------------------------------------------------------------------------------------------------
-
-
-@cache
-def load_models() -> Models:
-    """Return the forests of registry/learned/. Raises RegistryError, or ValueError where one fits other features."""
-    return Models(
-        controls=check_forest(registry.learned_forest("controls")),
-        fronts_alone=check_front_forest(registry.learned_forest("fronts_alone"), with_context=False),
-        fronts=check_front_forest(registry.learned_forest("fronts"), with_context=True),
-    )
-
-
-# Kind -----------------------------------------------------------------------------------------------------------------
-# Guess the category of a mesh: by the user's word, by CLIP, by its name, else by its shape and parts.
-
 # A guess that is no surer than this names nothing: sizes and names stay those of any thing.
 MIN_CONFIDENCE = 0.2
 # Parts of a thing whose kind is no surer than this keep their own names.
 NAMING_CONFIDENCE = 0.5
 # Id of a kind or nothing, how sure, and why.
 ImageClassifier = Callable[[], tuple[str, float, str]]
+NOTHING_MOVES, MISFIT = "ART001", "ART002"
+# Side of the frame guess that a stated up axis makes the top.
+_TOPS = {Up.Z: TOP, Up.Y: 1, Up.X: 3}
+# Sizes that differ by less are one size, rounded for reading.
+SIZE_TOLERANCE = 5e-4
+_UP_WORDS = {axis: ("-" if axis.startswith("minus_") else "+") + axis[-1] for axis in UpAxis}
+
+
+@cache
+def load_models() -> Models:
+    """Return the forests of registry/learned/. Raises RegistryError, or ValueError where one fits other features."""
+    needed = {"controls": CONTROL_FEATURES, "fronts_alone": FEATURES, "fronts": (*FEATURES, *CONTEXT)}
+    forests = {name: registry.learned_forest(name) for name in needed}
+    other = [name for name, features in needed.items() if forests[name].features != features]
+    if other or forests["controls"].classes != CONTROL_CLASSES:
+        raise ValueError(f"forests of other features or types: {', '.join(other)}; run benchmarks/train")
+    return Models(**forests)
 
 
 @dataclass(frozen=True)
@@ -110,7 +117,6 @@ def stated_category(one: Found, stated: str = "") -> str:
 def _guess_without_user(
     one: Found, extent: Vec3, articulation: Articulation, classify_by_image: ImageClassifier | None
 ) -> CategoryGuess:
-    """Guess the category without the user's word."""
     known = registry.load()
     look = NO_WEIGHTS
     if classify_by_image is not None:
@@ -127,15 +133,6 @@ def _guess_without_user(
     return CategoryGuess(known.category(registry.FALLBACK), 0.1, message)
 
 
-# Build ----------------------------------------------------------------------------------------------------------------
-
-NOTHING_MOVES, MISFIT = "ART001", "ART002"
-# Side of the frame guess that a stated up axis makes the top.
-_TOPS = {Up.Z: TOP, Up.Y: 1, Up.X: 3}
-# Sizes that differ by less are one size, rounded for reading.
-SIZE_TOLERANCE = 5e-4
-
-
 @dataclass(frozen=True)
 class ArticulateRequest:
     """A user's request to articulate one mesh.
@@ -146,7 +143,7 @@ class ArticulateRequest:
         decisions: content of a sidecar file; it overrides all guesses, and the options above override it.
         preview: write a strip of pictures. clip: weights of CLIP, which then names what the user does not.
         complete: build interiors if doors and drawers open onto nothing.
-        anew: work even if an earlier run made the same result, or has a better asset of the mesh.
+        force: work even if an earlier run made the same result, or has a better asset of the mesh.
         source_file: the input, if it was discovered before; None: it is looked up at `mesh`.
     """
 
@@ -160,7 +157,7 @@ class ArticulateRequest:
     preview: bool = False
     clip: Path | None = None
     complete: bool = True
-    anew: bool = False
+    force: bool = False
     source_file: Found | None = None
 
 
@@ -210,6 +207,18 @@ class ArticulateResult:
         known = self.category.id if self.confidence[0] >= NAMING_CONFIDENCE else ""
         asset, joints = rename_for_runtime(self.asset, self.articulation, known)
         return replace(self, asset=asset, joints=joints)
+
+    def decisions_text(self, given: Decisions) -> str:
+        """Return the decisions.yaml of the mesh, which was built with some decisions."""
+        return decisions_text(
+            self.source.path or "the mesh",
+            self.articulation,
+            self.placed,
+            (self.category.id, *self.confidence),
+            (self.longest_m, *self.size),
+            given,
+            (NAMING_CONFIDENCE, registry.load_confidence().bars.frame),
+        )
 
 
 def build(request: ArticulateRequest) -> ArticulateResult:
@@ -356,9 +365,9 @@ def _scale(
 
 def _choose_frame(mesh: WeldedMesh, model: RawModel, request: ArticulateRequest) -> Frame:
     """Return the frame that is given, or the guess; decisions that repeat a guess that is sure leave it a guess."""
-    said = request.decisions
-    up = request.up or (parse_direction(said.up) if said.up is not None else None)
-    front = request.front or (parse_direction(said.front) if said.front is not None else None)
+    own = request.decisions
+    up = request.up or (parse_direction(own.up) if own.up is not None else None)
+    front = request.front or (parse_direction(own.front) if own.front is not None else None)
     stated = None if model.up is None else _TOPS[model.up]
     if up is not None and front is not None:
         if abs(float(np.dot(up, front))) > 1e-3:
@@ -366,7 +375,7 @@ def _choose_frame(mesh: WeldedMesh, model: RawModel, request: ArticulateRequest)
             if request.up is None or request.front is None:  # one of the two comes from the decisions on this mesh
                 raise Rejected(MISFIT, f"{message}; change the decisions on it")
             raise CasaError(f"{request.mesh.name}: {message}; give another --front or --up")
-        given = guess_frame(mesh, up, front, stated).replace(confidence=CERTAIN)
+        given = guess_frame(mesh, up, front, stated).replace(confidence=1.0)
         guess = _calibrated(guess_frame(mesh, stated=stated))
         is_same = np.allclose(guess.rotation, given.rotation, atol=1e-4)
         return guess if is_same and guess.confidence >= registry.load_confidence().bars.frame else given
@@ -389,18 +398,13 @@ def find_input(request: ArticulateRequest) -> Found:
     raise Rejected("SRC001", "no mesh")
 
 
-# Overrides ------------------------------------------------------------------------------------------------------------
-
-_UP_WORDS = {axis: ("-" if axis.startswith("minus_") else "+") + axis[-1] for axis in UpAxis}
-
-
 def with_override(request: ArticulateRequest, override: UserOverride) -> ArticulateRequest:
     """Return the request with what review.csv says; what the request or its decisions say themselves goes before it."""
-    said = request.decisions
-    decisions = said.replace(
-        category=said.category or override.category or None,
-        up=said.up if said.up is not None else _UP_WORDS.get(override.up) if override.up is not None else None,
-        size_m=said.size_m or override.size_m or None,
-        decision=said.decision or override.decision,
+    own = request.decisions
+    decisions = own.replace(
+        category=own.category or override.category or None,
+        up=own.up if own.up is not None else _UP_WORDS.get(override.up) if override.up is not None else None,
+        size_m=own.size_m or override.size_m or None,
+        decision=own.decision or override.decision,
     )
-    return request if decisions == said else replace(request, decisions=decisions)
+    return request if decisions == own else replace(request, decisions=decisions)

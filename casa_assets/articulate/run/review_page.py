@@ -1,7 +1,7 @@
 """Write review.html: a page on which a person looks at articulated meshes, the least certain first, and corrects them.
 
 The page is written next to the pictures and models that it shows, loads nothing else, and writes a review.json (see
-`decisions.py`).
+library/review.py).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from casa_assets.articulate.plan import HingeEdge, PartKind
 from casa_assets.articulate.run.steps import NAME as STRIP
 from casa_assets.articulate.run.steps import ArticulateOutcome, moving_joints
 from casa_assets.cache.cache_key import digest_of
-from casa_assets.library import decisions
+from casa_assets.library import review
 from casa_assets.library.entry_files import PICTURE
 from casa_assets.library.library import Library
 from casa_assets.model.issue import Decision
@@ -29,6 +29,7 @@ NAME = "review.html"
 TITLE = "Articulated meshes"
 # Directions of a file that may be up or the front.
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
+_RANKS = {Decision.REJECTED: 0, Decision.REVIEW: 1, Decision.ACCEPTED: 2}
 
 
 def write(out: Path, done: Sequence[ArticulateOutcome], command: str) -> Path:
@@ -62,7 +63,7 @@ def render_page(
         is_served: a server takes each decision at once; else the page writes a file. title: plain text.
         models: where the page finds the models of its assets; None: it shows pictures alone.
     """
-    ranked = sorted(done, key=lambda d: (_RANKS[d.decision], _least(d), str(d.mesh)))
+    ranked = sorted(done, key=_rank)
     return render_template(
         "articulate/review.html",
         title=title,
@@ -74,23 +75,20 @@ def render_page(
     )
 
 
-_RANKS = {Decision.REJECTED: 0, Decision.REVIEW: 1, Decision.ACCEPTED: 2}
-
-
-def _least(done: ArticulateOutcome) -> float:
-    """Return the confidence of the least certain decision."""
-    if done.articulation is None:
-        return 0.0
-    return min([done.articulation.frame.confidence, *(part.confidence for part in done.articulation.parts)])
+def _rank(done: ArticulateOutcome) -> tuple[int, float, str]:
+    """Return the sorting key of a mesh: by outcome, then by the confidence of the least certain decision."""
+    found = done.articulation
+    least = 0.0 if found is None else min([found.frame.confidence, *(part.confidence for part in found.parts)])
+    return _RANKS[done.decision], least, str(done.mesh)
 
 
 def _data(done: Sequence[ArticulateOutcome], library: Library, models: PageModels | None) -> dict[str, Any]:
     """Return all that the page shows: `rows` of meshes, and the words that a person can choose from."""
-    decided = decisions.decided(library)
+    decided = review.mesh_decisions(library)
     rows = []
     for one in done:
-        said = decided.get(one.sha256)
-        stated = {} if said is None else said.model_dump(mode="json", exclude_defaults=True)
+        own = decided.get(one.sha256)
+        stated = {} if own is None else own.model_dump(mode="json", exclude_defaults=True)
         rows.append({**_row(one, library.root, models), "decisions": stated})
     return {
         "rows": rows,
@@ -105,7 +103,6 @@ def _data(done: Sequence[ArticulateOutcome], library: Library, models: PageModel
 
 
 def _row(done: ArticulateOutcome, root: Path, models: PageModels | None) -> dict[str, Any]:
-    """Return the facts of one mesh."""
     folder = done.folder
     place = None if folder is None else Path(os.path.relpath(folder, root)).as_posix()
     row: dict[str, Any] = {
@@ -138,7 +135,6 @@ def _row(done: ArticulateOutcome, root: Path, models: PageModels | None) -> dict
 
 
 def _part(done: ArticulateOutcome, number: int) -> dict[str, Any]:
-    """Return the facts of one part of a mesh."""
     assert done.articulation is not None
     part = done.articulation.parts[number]
     joint, travel = part.joint, done.travels[part.name]
@@ -160,6 +156,5 @@ def _part(done: ArticulateOutcome, number: int) -> dict[str, Any]:
 
 
 def _png_size(path: Path) -> tuple[int, int]:
-    """Return the width and height of a PNG file in pixels."""
     with Image.open(path) as picture:
         return picture.size

@@ -31,6 +31,11 @@ from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest.run.inputs import WARM, Survey, SurveyTable, discover_inputs, warm_survey
 from casa_assets.ingest.sources.places import Found
 from casa_assets.library import decisions as review_file
+from casa_assets.ingest.run.inputs import discover_inputs
+from casa_assets.ingest.run.job import WARM
+from casa_assets.ingest.run.survey import Survey, SurveyTable
+from casa_assets.ingest.run.survey import warm as warm_survey
+from casa_assets.ingest.sources.found import Found
 from casa_assets.library import library as disk
 from casa_assets.library import review
 from casa_assets.library.entry import is_below
@@ -85,7 +90,7 @@ def articulate(
     library = disk.Library(out)
     with ExitStack() as stack:
         open_library(library, stack)
-        review_file.keep(library, decisions)
+        review.keep_mesh_decisions(library, decisions)
         table = EntryTable(library, skip_damaged=True)
         run = InputRun[Survey](library, table, Producer.ARTICULATE, chain([first], inputs))
         for outcome in _outcomes(run, request_for, jobs, working or (lambda _: None)):
@@ -97,7 +102,6 @@ def articulate(
 
 
 def _outcome_of(event: Event) -> ArticulateOutcome:
-    """The outcome of an input that has no mesh or cannot be read."""
     kept = event.kind == "kept"
     return ArticulateOutcome(
         Path(event.path), event.folder, code=event.code, message=event.message, kept=kept, count=event.count
@@ -111,7 +115,7 @@ def _outcomes(
     yield from run.refused_early()
     limits = dict(registry.load().limits)
     bounds = Limits(limits["input_seconds"], int(limits["input_memory_bytes"]))
-    decided = review_file.decided(run.library)
+    decided = review.mesh_decisions(run.library)
     due: list[_Job] = []
 
     def known_or_due(one: Found, survey: Survey) -> Iterator[ArticulateOutcome]:
@@ -119,7 +123,7 @@ def _outcomes(
         request = with_override(request, run.overrides.get(survey.sha256, NO_OVERRIDE))
         key = entry_key(request, survey.sha256, one.source)
         entries = run.older.get(key.identity.suffix, ())
-        kept = None if request.anew else kept_outcome(request, key, entries, run.known)
+        kept = None if request.force else kept_outcome(request, key, entries, run.known)
         if kept is None or (request.preview and is_missing(kept)):
             due.append(_Job(one, request, key))
         else:
@@ -132,7 +136,7 @@ def _outcomes(
             yield from _worked_on(due, pool, working)
 
 
-def _with_review(request: ArticulateRequest, said: Decisions) -> ArticulateRequest:
+def _with_review(request: ArticulateRequest, given: Decisions) -> ArticulateRequest:
     """Return a request with what a person decided about its mesh, which goes before the options of all meshes.
 
     A decisions.yaml that is given for the mesh in this run goes before both.
@@ -141,11 +145,11 @@ def _with_review(request: ArticulateRequest, said: Decisions) -> ArticulateReque
         return request
     return replace(
         request,
-        decisions=said,
-        category=request.category if said.category is None else "",
-        up=request.up if said.up is None else None,
-        front=request.front if said.front is None else None,
-        size_m=request.size_m if said.size_m is None else 0.0,
+        decisions=given,
+        category=request.category if given.category is None else "",
+        up=request.up if given.up is None else None,
+        front=request.front if given.front is None else None,
+        size_m=request.size_m if given.size_m is None else 0.0,
     )
 
 

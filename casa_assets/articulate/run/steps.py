@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,12 +9,14 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pydantic import TypeAdapter
+
 from casa_assets import registry
 from casa_assets.articulate.assemble import assemble
+from casa_assets.articulate.decisions import DECISIONS_NAME
 from casa_assets.articulate.frame import guess_frame
 from casa_assets.articulate.infer import choose_plan
 from casa_assets.articulate.plan import Articulation, PartKind
-from casa_assets.articulate.run import decisions
 from casa_assets.articulate.run.acceptance import (
     doubts,
     explanation,
@@ -52,14 +53,24 @@ from casa_assets.show.stills.still import CannotDraw, MovingJoint, joint_strip, 
 if TYPE_CHECKING:
     from casa_assets.library.library import Library
 
-# Strip ----------------------------------------------------------------------------------------------------------------
-# The strip of pictures of an articulated mesh: closed, coloured by part, taken apart, and parts open one by one.
-#
 # It is no part of what is certified: it can be drawn later, and its absence changes no other file of the entry.
-
 NAME = "strip.png"
 # Parts whose motion is too small to see, or that look the same all the way round, have no picture of their own.
 _WITHOUT_PICTURE = frozenset({PartKind.KNOB, PartKind.BUTTON})
+# The limits of ingest are options of a run; those of `articulate` stand in the registry and so in the key of an entry.
+# What broke one of them breaks it again.
+RETRIED_CODES = RETRIED_BY_INGEST - {"RUN001", "RUN002", rejection_codes.TOO_LARGE}
+# Times that an asset is mended and checked again: shapes fitted again may touch others, which is mended next.
+MAX_MENDS = 2
+# The code that turns a mesh into an asset, by the name under which certificates list its version.
+STEPS: Mapping[str, CodeRef] = {
+    "load": load,
+    "frame": guess_frame,
+    "plan": choose_plan,
+    "complete": add_interiors,
+    "assemble": assemble,
+    "travel": limit_ranges,
+}
 
 
 def _strip(outcome: ArticulateOutcome, folder: Path) -> bytes:
@@ -95,25 +106,6 @@ def moving_joints(outcome: ArticulateOutcome) -> list[MovingJoint]:
         message = f"{how}, {part.confidence:.0%} sure{other}{stops}"
         found.append(MovingJoint(travel.joint, part.name, message, alone=part.kind not in _WITHOUT_PICTURE))
     return found
-
-
-# Run ------------------------------------------------------------------------------------------------------------------
-
-# The limits of ingest are options of a run; those of `articulate` stand in the registry and so in the key of an entry.
-# What broke one of them breaks it again.
-RETRIED_CODES = RETRIED_BY_INGEST - {"RUN001", "RUN002", rejection_codes.TOO_LARGE}
-# Times that an asset is mended and checked again: shapes fitted anew may touch others, which is mended next.
-MAX_MENDS = 2
-
-# The code that turns a mesh into an asset, by the name under which certificates list its version.
-STEPS: Mapping[str, CodeRef] = {
-    "load": load,
-    "frame": guess_frame,
-    "plan": choose_plan,
-    "complete": add_interiors,
-    "assemble": assemble,
-    "travel": limit_ranges,
-}
 
 
 @dataclass(frozen=True)
@@ -166,6 +158,10 @@ class ArticulateOutcome:
         return self.report.to_decide if self.report is not None else ()
 
 
+# Records an outcome for the next run.
+_OUTCOMES = TypeAdapter(ArticulateOutcome)
+
+
 def articulate_one(request: ArticulateRequest) -> ArticulateOutcome | RunAborted:
     """Read, articulate, write, render and check one mesh; runs in the child process.
 
@@ -175,7 +171,7 @@ def articulate_one(request: ArticulateRequest) -> ArticulateOutcome | RunAborted
         with writing(request.out):
             key = _key_of_file(request)
             entries = list(disk.Library(request.out).entries_of(key.identity))
-            kept = None if request.anew else kept_outcome(request, key, entries)
+            kept = None if request.force else kept_outcome(request, key, entries)
             if kept is None:
                 return _made(request, key)
             if request.preview and is_missing(kept):
@@ -205,7 +201,7 @@ def entry_key(request: ArticulateRequest, sha256: str, source: Source) -> EntryK
     """Return the key of a request for an input.
 
     Args:
-        sha256: of the input with all its files. source: what is said of it, which may name its category.
+        sha256: of the input with all its files. source: what is stated of it, which may name its category.
     """
     options = {
         "category": request.category,
@@ -249,10 +245,7 @@ def kept_outcome(
 
 
 def outcome_of_entry(library: disk.Library, entry: Entry) -> ArticulateOutcome | None:
-    """Return the outcome that led to an entry of a library.
-
-    None if it is unknown what moves in the asset: the cache was deleted, or other code has made the entry.
-    """
+    """Return the outcome that led to an entry; None where the cache was deleted, or other code has made the entry."""
     key = EntryKey(Identity(Producer.ARTICULATE, entry.sha256), entry.cache_key)
     return _recorded(library, key, Path(entry.source_path), library.root / entry.path, entry)
 
@@ -263,7 +256,7 @@ def _recorded(
     """Return the recorded outcome of an entry in a folder, or its refusal; None if it is unknown what moves in it."""
     record, sha256 = Store(library.cache).get(_record_key(key)), key.identity.sha256
     if record is not None:
-        return replace(from_json(record, mesh), folder=folder, sha256=sha256, kept=True)
+        return replace(_OUTCOMES.validate_json(record), mesh=mesh, folder=folder, sha256=sha256, kept=True)
     if made.accepted:
         return None
     return ArticulateOutcome(mesh, folder, code=made.code, message=made.message, sha256=sha256, kept=True)
@@ -271,7 +264,7 @@ def _recorded(
 
 def _kept_in_place_of(request: ArticulateRequest, key: EntryKey, new: NewResult) -> ArticulateOutcome | None:
     """Return the outcome of an accepted asset that is better than a new result, or None to publish the new one."""
-    if request.anew:
+    if request.force:
         return None
     library = disk.Library(request.out)
     entries = library.entries_of(key.identity)
@@ -282,12 +275,18 @@ def _kept_in_place_of(request: ArticulateRequest, key: EntryKey, new: NewResult)
 def _outcome_of_accepted(request: ArticulateRequest, key: EntryKey, better: KeptAsset) -> ArticulateOutcome:
     """Return the outcome of an accepted asset that is kept; without its parts where the cache was deleted."""
     record = Store(disk.Library(request.out).cache).get(_record_key(replace(key, cache_key=better.cache_key)))
-    outcome = ArticulateOutcome(request.mesh) if record is None else from_json(record, request.mesh)
-    return replace(outcome, folder=better.folder, sha256=key.identity.sha256, kept=True, reason_kept=better.reason)
+    outcome = ArticulateOutcome(request.mesh) if record is None else _OUTCOMES.validate_json(record)
+    return replace(
+        outcome,
+        mesh=request.mesh,
+        folder=better.folder,
+        sha256=key.identity.sha256,
+        kept=True,
+        reason_kept=better.reason,
+    )
 
 
 def _made(request: ArticulateRequest, key: EntryKey) -> ArticulateOutcome:
-    """Return the outcome of the work on a mesh, with its entry in place."""
     try:
         return _publish(request, build(request), key)
     except Rejected as error:
@@ -314,54 +313,33 @@ def publish_refusal(
     An accepted asset of the mesh is kept instead.
 
     Args:
-        source: what is said of the input. picture: makes a PNG of it; empty where it cannot be drawn.
+        source: what is stated of the input. picture: makes a PNG of it; empty where it cannot be drawn.
     """
     library = disk.Library(request.out)
     kept = _kept_in_place_of(request, key, NewResult(Decision.REJECTED, error.code))
     if kept is not None:
         return kept
-    refusal = disk.Refusal(
-        producer=Producer.ARTICULATE,
-        id=key.identity.asset_id(registry.FALLBACK),
-        code=error.code,
-        message=error.message,
-        category=registry.FALLBACK,
-        cache_key=key.cache_key,
-        sha256=key.identity.sha256,
-        source=source,
-    )
+    refusal = _refusal(key, registry.FALLBACK, source, error)
     folder = library.refusal_folder(refusal.id)
     library.publish(library.stage_refusal(refusal, picture()), folder)
     return ArticulateOutcome(request.mesh, folder, code=error.code, message=error.message, sha256=key.identity.sha256)
 
 
-def _record_key(key: EntryKey) -> str:
-    return digest_of("articulate/outcome", key.identity.sha256, key.cache_key, key_of(to_json, from_json))
-
-
-def to_json(outcome: ArticulateOutcome) -> bytes:
-    """Serialise an outcome without its folder, for the next run."""
-    record = {
-        "articulation": None if outcome.articulation is None else outcome.articulation.to_json(),
-        "report": None if outcome.report is None else outcome.report.to_json(),
-        "travels": {part: vars(travel) for part, travel in outcome.travels.items()},
-        "unmet_checks": list(outcome.unmet_checks),
-        **{name: getattr(outcome, name) for name in ("category", "size", "contract", "code", "message")},
-    }
-    return json.dumps(record).encode()
-
-
-def from_json(data: bytes, mesh: Path) -> ArticulateOutcome:
-    """Read an outcome that `to_json` wrote."""
-    record = json.loads(data)
-    return ArticulateOutcome(
-        mesh=mesh,
-        articulation=None if record["articulation"] is None else Articulation.from_json(record["articulation"]),
-        report=None if record["report"] is None else Report.from_json(record["report"]),
-        travels={part: JointTravel(**travel) for part, travel in record["travels"].items()},
-        unmet_checks=tuple(record["unmet_checks"]),
-        **{name: record[name] for name in ("category", "size", "contract", "code", "message")},
+def _refusal(key: EntryKey, category: str, source: Source, error: Rejected) -> disk.Refusal:
+    return disk.Refusal(
+        producer=Producer.ARTICULATE,
+        id=key.identity.asset_id(category),
+        code=error.code,
+        message=error.message,
+        category=category,
+        cache_key=key.cache_key,
+        sha256=key.identity.sha256,
+        source=source,
     )
+
+
+def _record_key(key: EntryKey) -> str:
+    return digest_of("articulate/outcome", key.identity.sha256, key.cache_key, key_of(ArticulateOutcome))
 
 
 def publish_result(request: ArticulateRequest, result: ArticulateResult) -> ArticulateOutcome:
@@ -402,24 +380,15 @@ def _publish(request: ArticulateRequest, result: ArticulateResult, key: EntryKey
         outcome = replace(outcome, folder=library.folder(category, asset.id))
     else:
         worst = first_error(report)
-        refusal = disk.Refusal(
-            producer=Producer.ARTICULATE,
-            id=asset.id,
-            code=worst.code,
-            message=worst.message,
-            category=category,
-            cache_key=key.cache_key,
-            sha256=asset.provenance.sha256,
-            source=result.source,
-            report=report,
-        )
-        disk.write_refusal(staged, refusal)
+        error = Rejected(worst.code, worst.message)
+        disk.write_refusal(staged, _refusal(key, category, result.source, error).replace(id=asset.id, report=report))
         outcome = replace(outcome, folder=library.refusal_folder(asset.id), code=worst.code, message=worst.message)
     assert outcome.folder is not None
     if request.preview:
         (staged / NAME).write_bytes(_strip(outcome, staged))
     # The record comes first: once the entry is in place, a run that was killed has nothing left to do for this mesh.
-    Store(library.cache).put(_record_key(key), to_json(outcome))
+    record = replace(outcome, mesh=Path(), folder=None)  # which are others for the next run
+    Store(library.cache).put(_record_key(key), _OUTCOMES.dump_json(record))
     library.publish(staged, outcome.folder)
     return outcome
 
@@ -474,7 +443,7 @@ def _write_and_check(
     """Write both formats, a picture and decisions; return the report of every check, and the travel of each part."""
     asset = result.asset
     write_package(asset, staged)
-    (staged / decisions.DECISIONS_NAME).write_text(decisions.text(result, request.decisions), encoding="utf-8")
+    (staged / DECISIONS_NAME).write_text(result.decisions_text(request.decisions), encoding="utf-8")
     by_joint = {t.joint: t for t in joint_travels(asset, staged / "model.xml")}
     travel = {part: by_joint[joint] for part, joint in result.joints.items()}
     is_decided = request.decisions.decision is Word.ACCEPT

@@ -10,18 +10,22 @@ import manifold3d
 import numpy as np
 
 from casa_assets.articulate.plan import PartKind, PartPlan
+from casa_assets.articulate.segment.fragments import WeldedMesh
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES, TOP
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints
+from casa_assets.mesh.topology import directed_edges
 from casa_assets.model.asset.parts import Mesh
-
-# Cut planes -----------------------------------------------------------------------------------------------------------
-# Cut triangles along bounded planes and interpolate vertex attributes at the new points.
 
 # An edge is not cut nearer to its ends than this share of its length, which would leave slivers.
 MIN_END_SHARE = 1e-4
 # Planes reach this far beyond their limits, diagonals, so that two that meet leave no edge between them uncut.
 PLANE_OVERLAP = 1e-6
+# Parts that are closed with a board; other parts cut from a shell are closed where they were cut off.
+BOARD_KINDS = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.LID})
+# A board has a back of its own if its faces that look back are this share of its front; the body behind it stays open.
+MIN_BACK_SHARE = 0.15
+# Borders deeper than this behind the back of a board belong to its box, diagonals.
+MAX_BORDER_DEPTH = 0.05
 
 
 @dataclass(frozen=True)
@@ -105,7 +109,7 @@ def _cut(points: Floats, faces: Ints, plane: CutPlane) -> tuple[tuple[Ints, Ints
     level = points @ axes[plane.axis] - plane.at
     over = level[faces] > 0
     near = np.flatnonzero(over.any(axis=1) & ~over.all(axis=1))
-    ends = np.sort(np.concatenate([faces[near][:, [i, (i + 1) % 3]] for i in range(3)]), axis=1)
+    ends = np.sort(directed_edges(faces[near]), axis=1)
     ends, place = np.unique(ends, axis=0, return_inverse=True)
     a, b = ends[:, 0], ends[:, 1]
     fall = level[b] - level[a]
@@ -149,17 +153,6 @@ def _turned(faces: Ints, middle: Ints, first: Ints) -> tuple[Ints, Ints]:
     """Renumber corners and edge points from another first corner; edge i runs from corner i to the next."""
     order = (np.asarray(first)[:, None] + np.arange(3)) % 3
     return np.take_along_axis(faces, order, axis=1), np.take_along_axis(middle, order, axis=1)
-
-
-# Caps -----------------------------------------------------------------------------------------------------------------
-# Close the holes that cutting a part out of a shell leaves, on the part and on what it was cut from.
-
-# Parts that are closed with a board; other parts cut from a shell are closed where they were cut off.
-BOARD_KINDS = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.LID})
-# A board has a back of its own if its faces that look back are this share of its front; the body behind it stays open.
-MIN_BACK_SHARE = 0.15
-# Borders deeper than this behind the back of a board belong to its box, diagonals.
-MAX_BORDER_DEPTH = 0.05
 
 
 @dataclass(frozen=True)
@@ -221,7 +214,7 @@ def _border_edges(mesh: WeldedMesh, owner: Ints) -> tuple[Ints, Ints, Ints]:
     """Return edges between faces of two owners, both ways: (E, 2) points, the owner, the other owner."""
     alive = np.flatnonzero((mesh.areas > 0) & (mesh.duplicate_of == np.arange(len(mesh.faces))))
     corners = mesh.faces[alive]
-    directed = np.concatenate([corners[:, [i, (i + 1) % 3]] for i in range(3)])
+    directed = directed_edges(corners)
     part_of = np.tile(owner[alive], 3)
     ends = np.sort(directed, axis=1)
     order = np.lexsort((ends[:, 1], ends[:, 0]))
@@ -264,7 +257,8 @@ def _cap_border(points: Floats, edges: Ints, normal: Floats, level: float | None
     sizes = [len(loop) for loop in loops]
     starts = np.cumsum([0, *sizes])
     rings = [(drawn @ plane)[a:b] for a, b in pairwise(starts.tolist())]
-    if sum(_signed_area(r) for r in rings) <= 0:
+    ways = [(x * np.roll(y, -1) - y * np.roll(x, -1)).sum() for x, y in (ring.T for ring in rings)]
+    if sum(float(way) for way in ways) <= 0:  # twice the area, of rings that run clockwise negative
         return nothing
     fill = np.asarray(manifold3d.triangulate(rings), dtype=np.int64).reshape(-1, 3)
     if level is None:
@@ -300,9 +294,3 @@ def _chain_loops(edges: Ints) -> list[Ints]:
             if len(ring) >= 3:
                 out.append(np.array(ring, dtype=np.int64))
     return out
-
-
-def _signed_area(polygon: Floats) -> float:
-    """Return twice the signed area of a ring in the plane, negative where it runs clockwise."""
-    x, y = polygon.T
-    return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())

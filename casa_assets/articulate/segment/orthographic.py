@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import binary_dilation, find_objects, grey_closing, grey_opening, label, maximum_filter1d
 from scipy.spatial import ConvexHull, QhullError
 
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints, Mask
 
-# Axes of the six sides in the order front, back, left, right, top, bottom: rows are right, up, and the viewing
-# direction.
+if TYPE_CHECKING:
+    from casa_assets.articulate.segment.fragments import WeldedMesh
+
+# Axes of the six sides front, back, left, right, top, bottom: rows are right, up, and the viewing direction.
 SIDES = np.array(
     [
         [[1, 0, 0], [0, 0, 1], [0, 1, 0]],
@@ -28,6 +29,34 @@ SIDES = np.array(
     dtype=np.float64,
 )
 FRONT, BACK, LEFT, RIGHT, TOP, BOTTOM = range(6)
+# Pixels that are written at once: bounds memory and does not change the result.
+CHUNK = 2_000_000
+# Steps into which the depth of an image is quantised.
+_STEPS = float(2**30)
+# Faces that are intersected at once: bounds memory and does not change the result.
+LINES_AT_ONCE = 20_000
+# Crossings nearer to each other than this are one sheet, diagonals.
+SAME_SHEET = 0.002
+# Pixels along the longer side of a relief.
+RELIEF_PIXELS = 640
+# Sides of the squares for morphological closing, larger than any knob or handle is wide; diagonals.
+WINDOWS = (0.06, 0.14)
+# What is narrower and deeper than this is a slot or a hole of the shell, and no ground of what stands out; diagonals.
+MAX_SLOT_WIDTH, MIN_SLOT_DEPTH = 0.025, 0.01
+# Least protrusion, diagonals: less is lost in the noise of a shell.
+MIN_PROTRUSION = 0.0025
+LEVELS = tuple(MIN_PROTRUSION * 1.5**k for k in range(10))
+MIN_PIXELS, MIN_SIZE = 12, 0.007
+# Least protrusion by the noise of the surface (median absolute deviation): a scan is bumpy everywhere.
+MIN_PROTRUSION_OVER_NOISE = 6.0
+# Least share of the surroundings of a protrusion that is surface.
+MIN_GROUND_SHARE = 0.55
+# Largest knob or button; widest bar, and its least protrusion; diagonals.
+MAX_SMALL_SIZE, MAX_BAR_WIDTH, MIN_BAR_PROTRUSION = 0.13, 0.075, 0.009
+# An edge: a step between neighbouring pixels, diagonals, or a bend, cosine of 20 degrees.
+MIN_DEPTH_STEP, MAX_BEND_COS = 0.0022, 0.94
+# Depth of the background, behind everything, diagonals.
+BACKGROUND_DEPTH = 2.0
 
 
 def outline_area(flat: Floats) -> float:
@@ -36,15 +65,6 @@ def outline_area(flat: Floats) -> float:
         return float(ConvexHull(flat).volume)
     except QhullError:
         return 0.0
-
-
-# Raster ---------------------------------------------------------------------------------------------------------------
-# Render orthographic depth and face-index images of triangles in NumPy.
-
-# Pixels that are written at once: bounds memory and does not change the result.
-CHUNK = 2_000_000
-# Steps into which the depth of an image is quantised.
-_STEPS = float(2**30)
 
 
 @dataclass(frozen=True)
@@ -171,15 +191,6 @@ def _depth(
     return near * _STEPS, (far - near) * _STEPS / np.maximum(count - 1, 1)
 
 
-# Rays -----------------------------------------------------------------------------------------------------------------
-# Intersect axis-parallel lines with triangles and say from which side each face is met.
-
-# Faces that are intersected at once: bounds memory and does not change the result.
-LINES_AT_ONCE = 20_000
-# Crossings nearer to each other than this are one sheet, diagonals.
-SAME_SHEET = 0.002
-
-
 @dataclass(frozen=True)
 class RayCrossings:
     """Crossings of lines with triangles, line by line, sorted along their axis.
@@ -264,7 +275,6 @@ def cross_rays(points: Floats, faces: Ints, axis: int, spots: Floats) -> RayCros
 
 
 def _cross(p: Floats, q: Floats) -> Floats:
-    """Return the (N,) cross products of 2D vectors."""
     return p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
 
 
@@ -273,30 +283,6 @@ def sample_grid(lower: Floats, upper: Floats, count: int, inset: float = 0.0) ->
     share = inset + (1 - 2 * inset) * (np.arange(count) + 0.5013) / count
     x, y = (lower[k] + share * (upper[k] - lower[k]) for k in (0, 1))
     return np.stack(np.meshgrid(x, y, indexing="ij"), axis=2).reshape(-1, 2)
-
-
-# Relief ---------------------------------------------------------------------------------------------------------------
-
-# Pixels along the longer side of a relief.
-RELIEF_PIXELS = 640
-# Sides of the squares for morphological closing, larger than any knob or handle is wide; diagonals.
-WINDOWS = (0.06, 0.14)
-# What is narrower and deeper than this is a slot or a hole of the shell, and no ground of what stands out; diagonals.
-MAX_SLOT_WIDTH, MIN_SLOT_DEPTH = 0.025, 0.01
-# Least protrusion, diagonals: less is lost in the noise of a shell.
-MIN_PROTRUSION = 0.0025
-LEVELS = tuple(MIN_PROTRUSION * 1.5**k for k in range(10))
-MIN_PIXELS, MIN_SIZE = 12, 0.007
-# Least protrusion by the noise of the surface (median absolute deviation): a scan is bumpy everywhere.
-MIN_PROTRUSION_OVER_NOISE = 6.0
-# Least share of the surroundings of a protrusion that is surface.
-MIN_GROUND_SHARE = 0.55
-# Largest knob or button; widest bar, and its least protrusion; diagonals.
-MAX_SMALL_SIZE, MAX_BAR_WIDTH, MIN_BAR_PROTRUSION = 0.13, 0.075, 0.009
-# An edge: a step between neighbouring pixels, diagonals, or a bend, cosine of 20 degrees.
-MIN_DEPTH_STEP, MAX_BEND_COS = 0.0022, 0.94
-# Depth of the background, behind everything, diagonals.
-BACKGROUND_DEPTH = 2.0
 
 
 @dataclass(frozen=True)
@@ -406,7 +392,6 @@ def _blobs(image: DepthImage, depth: Floats, base: Floats) -> tuple[Ints, tuple[
 
 
 def _grow_slice(span: slice) -> slice:
-    """Return a slice grown by one on both ends."""
     return slice(max(0, span.start - 1), span.stop + 1)
 
 

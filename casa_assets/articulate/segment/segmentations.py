@@ -10,23 +10,35 @@ from scipy.spatial import cKDTree
 
 from casa_assets.articulate.plan import Articulation, Frame, PartKind
 from casa_assets.articulate.segment.cutting import CapFaces, CutPlane, close_cuts, cut_triangles
-from casa_assets.articulate.segment.fragments import corners_of_labels
+from casa_assets.articulate.segment.fragments import WeldedMesh, corners_of_labels, weld_by_edges, weld_model
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES
-from casa_assets.articulate.segment.shell_segments import Fragmentation, FusedShell, shell_cut_planes, shell_zones
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_by_edges, weld_model
+from casa_assets.articulate.segment.shell_segments import Fragmentation, shell_cut_planes, shell_zones
 from casa_assets.core.numeric import Ints, Mask
 from casa_assets.mesh.surface import connected_groups, merge_rows
+from casa_assets.mesh.topology import connected_groups, directed_edges, merge_rows
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel, RawPart
 
-# Flat sheets ----------------------------------------------------------------------------------------------------------
-# Find flat sheets with holes in a mesh, and split it where an object protrudes from such a hole or goes into it.
-#
 # Programs in which faces are pushed and pulled leave a knob or a door as a part of the body: the flat face that it was
 # pulled out of has a hole, and its walls begin at the rim of that hole.
-
 # Neighbouring faces are one flat sheet up to this angle: cosine of 1 degree.
 FLAT_COS = 0.99985
+_BOARDS = frozenset({PartKind.DOOR, PartKind.DRAWER})
+# No single rule fits all makers: some export each part as a separate piece that shares positions with the body, so
+# that welding by position joins door and body; others split one board into many pieces, and welding puts it together
+# again.
+# A file of more pieces than this, or of pieces with fewer faces than this in the mean, is split at every crease: its
+# pieces say nothing about its parts.
+MAX_PIECES, MIN_FACES_PER_PIECE = 1500, 3.0
+# Pieces of a fragment are told apart only where it spans this share of the object along two axes.
+LARGE_EXTENT_SHARE = 0.6
+# Pieces whose longest side is at most this share of the diagonal join those of their kind that they share edges with:
+# they are facets of knobs, posts and bars of handles. Ref: knobs and buttons are at most 0.121 long (controls.py).
+SMALL_PIECE = 0.14
+# Neighbouring faces whose normals are further apart than this meet in a crease: cosine of 37 degrees.
+CREASE_COS = 0.8
+# Fewest and most nodes that may be the parts of an object.
+MIN_NODES, MAX_NODES = 3, 300
 
 
 @dataclass(frozen=True)
@@ -64,7 +76,7 @@ def find_flat_sheets(mesh: WeldedMesh) -> FlatSheets:
     sheet = connected_groups(len(mesh.faces), left[flat], right[flat])
     alive = np.flatnonzero((mesh.duplicate_of == np.arange(len(mesh.faces))) & (mesh.areas > 0.0))
     faces, count = mesh.faces[alive], len(mesh.points)
-    ends = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    ends = np.sort(directed_edges(faces), axis=1)
     edge, owner = ends[:, 0] * count + ends[:, 1], np.tile(sheet[alive], 3)
     edges = np.unique(edge)
     keys, first, times = np.unique(_rim_keys(owner, edge, edges), return_index=True, return_counts=True)
@@ -87,14 +99,7 @@ def find_flat_sheets(mesh: WeldedMesh) -> FlatSheets:
 
 
 def _rim_keys(sheet: Ints, edge: Ints, edges: Ints) -> Ints:
-    """Return the (N,) keys of sheets and edges."""
     return sheet * len(edges) + np.searchsorted(edges, edge)
-
-
-# Shell cuts -----------------------------------------------------------------------------------------------------------
-# Cut the model of a one-piece shell along the borders of the parts found on it, and close the cuts.
-
-_BOARDS = frozenset({PartKind.DOOR, PartKind.DRAWER})
 
 
 def cut_shell_parts(
@@ -114,7 +119,11 @@ def cut_shell_parts(
         return model, placed, articulation
     owner = articulation.face_owner(len(placed.faces))
     zone = shell_zones(shell, placed, np.arange(len(owner)))
-    part_of = _parts_of_zones(placed, zone, owner, shell)
+    share = np.zeros((len(shell.fronts) + len(shell.front.blobs) + len(shell.top.blobs), int(owner.max()) + 2))
+    in_zone = zone >= 0
+    np.add.at(share, (zone[in_zone], owner[in_zone] + 1), placed.areas[in_zone])
+    # The part that has most of the area of each zone, -1 for the body.
+    part_of = np.argmax(share, axis=1) - 1
     if not len(part_of):
         return model, placed, articulation  # controls stand on the shell, and nothing is cut out of it
     planes = shell_cut_planes(shell, placed, np.flatnonzero(part_of >= 0).tolist())
@@ -137,15 +146,6 @@ def cut_shell_parts(
         model = model.replace(parts=(*model.parts, _cap_part(model, articulation.frame, closing)))
         mesh = weld_model(model).in_frame(articulation.frame)
     return model, mesh, articulation
-
-
-def _parts_of_zones(mesh: WeldedMesh, zone: Ints, owner: Ints, shell: FusedShell) -> Ints:
-    """Return the (Z,) part that has most of the area of each zone, -1 for the body."""
-    count = len(shell.fronts) + len(shell.front.blobs) + len(shell.top.blobs)
-    share = np.zeros((count, int(owner.max()) + 2))
-    rows = zone >= 0
-    np.add.at(share, (zone[rows], owner[rows] + 1), mesh.areas[rows])
-    return np.asarray(np.argmax(share, axis=1) - 1)
 
 
 def _cut(model: RawModel, frame: Frame, planes: list[CutPlane]) -> tuple[RawModel, Ints]:
@@ -183,25 +183,6 @@ def _cap_part(model: RawModel, frame: Frame, closing: CapFaces) -> RawPart:
         uv = largest.mesh.uv[near]
     mesh = Mesh(vertices=points, faces=closing.faces.astype(np.int32), uv=uv)
     return RawPart(name="cut_faces", mesh=mesh, material=largest.material)
-
-
-# Segmentations --------------------------------------------------------------------------------------------------------
-# No single rule fits all makers: some export each part as a separate piece that shares positions with the body, so
-# that welding by position joins door and body; others split one board into many pieces, and welding puts it together
-# again.
-
-# A file of more pieces than this, or of pieces with fewer faces than this in the mean, is split at every crease: its
-# pieces say nothing about its parts.
-MAX_PIECES, MIN_FACES_PER_PIECE = 1500, 3.0
-# Pieces of a fragment are told apart only where it spans this share of the object along two axes.
-LARGE_EXTENT_SHARE = 0.6
-# Pieces whose longest side is at most this share of the diagonal join those of their kind that they share edges with:
-# they are facets of knobs, posts and bars of handles. Ref: knobs and buttons are at most 0.121 long (controls.py).
-SMALL_PIECE = 0.14
-# Neighbouring faces whose normals are further apart than this meet in a crease: cosine of 37 degrees.
-CREASE_COS = 0.8
-# Fewest and most nodes that may be the parts of an object.
-MIN_NODES, MAX_NODES = 3, 300
 
 
 class Segmentation(StrEnum):

@@ -9,20 +9,15 @@ import numpy as np
 
 from casa_assets.articulate.fronts.front_hypotheses import find_fronts
 from casa_assets.articulate.fronts.relief import (
-    FLAT_MARGIN,
     FrontRectangle,
-    find_front_rectangles,
-    is_handle,
-    is_surrounded,
-    merge_stairs,
     rectangle_corners,
 )
 from casa_assets.articulate.interior.inner_parts import find_drawer_box
 from casa_assets.articulate.plan import Models
 from casa_assets.articulate.segment.cutting import CutPlane
+from casa_assets.articulate.segment.fragments import WeldedMesh
 from casa_assets.articulate.segment.orthographic import (
     BACK,
-    BACKGROUND_DEPTH,
     BOTTOM,
     FRONT,
     LEFT,
@@ -35,12 +30,27 @@ from casa_assets.articulate.segment.orthographic import (
     measure_relief,
     render_depth,
 )
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.surface import connected_groups
 
-# Known fronts ---------------------------------------------------------------------------------------------------------
-# Fragments of a one-piece shell that segmentation has already found to be fronts, with their probabilities.
+# A shell that may hold fused parts is a fragment with these shares of all surface, of each extent, and of what is
+# visible from the front. A body whose parts are fragments of their own is visible only between them.
+MIN_SHELL_AREA, MIN_SHELL_EXTENT, MIN_SHELL_VISIBLE = 0.55, 0.6, 0.5
+# An object with fronts is boxy: this share of what is visible, from all sides, faces along an axis within 12 degrees.
+# Ref: of fused appliances and cabinets 0.64 to 0.97; of fruit, bottles, mugs, bowls and toys 0.07 to 0.60.
+MIN_BOXINESS, AXIS_ALIGNED_COS = 0.62, 0.978
+# Thickness of a front whose back is not visible, and greatest thickness, in diagonals and as a share of the depth.
+USUAL_THICKNESS, MAX_THICKNESS, MAX_THICKNESS_OF_DEPTH = 0.022, 0.06, 0.15
+# A visible back is at least this share of the surface near a front.
+MIN_BACK_SHARE = 0.15
+# Surfaces behind a front that move with it keep this far within it, diagonals, and have this area, square diagonals.
+BEHIND_MARGIN, MIN_AREA_BEHIND = 0.004, 0.002
+# Protrusions are cut off this far before their ground, diagonals.
+CUT_DISTANCE = 0.0015
+# Protrusions of two sides are one thing where they share this much of the surface of the smaller.
+SAME_THING_SHARE = 0.5
+# Triangles of a protrusion keep within this of its outline, diagonals.
+OUTLINE_TOLERANCE = 0.006
 
 
 @dataclass(frozen=True)
@@ -48,8 +58,7 @@ class KnownFronts:
     """Fragments that are fronts.
 
     Attributes:
-        chances: the probability that each is a front, if a forest decided it. boxes: the fragment behind each that is
-            the box of a drawer.
+        chances: the probability that each is a front. boxes: the fragment behind each that is the box of a drawer.
     """
 
     chances: Mapping[int, float]
@@ -62,39 +71,6 @@ class KnownFronts:
 
 NO_FRONTS = KnownFronts({}, {})
 
-# Shell segments -------------------------------------------------------------------------------------------------------
-# Find the fronts and small protrusions that are parts of it.
-
-# A shell that may hold fused parts is a fragment with these shares of all surface, of each extent, and of what is
-# visible from the front. A body whose parts are fragments of their own is visible only between them.
-MIN_SHELL_AREA, MIN_SHELL_EXTENT, MIN_SHELL_VISIBLE = 0.55, 0.6, 0.5
-# An object with fronts is boxy: this share of what is visible, from all sides, faces along an axis within 12 degrees.
-# Ref: of fused appliances and cabinets 0.64 to 0.97; of fruit, bottles, mugs, bowls and toys 0.07 to 0.60.
-MIN_BOXINESS, AXIS_ALIGNED_COS = 0.62, 0.978
-# Share of a front that faces the viewer within 35 degrees: bulging fronts do, the side of a can does not.
-MIN_FACING_SHARE, FACING_COS = 0.75, 0.819
-# Thickness of a front whose back is not visible, and greatest thickness, in diagonals and as a share of the depth.
-USUAL_THICKNESS, MAX_THICKNESS, MAX_THICKNESS_OF_DEPTH = 0.022, 0.06, 0.15
-# A visible back is at least this share of the surface near a front.
-MIN_BACK_SHARE = 0.15
-# Surfaces behind a front that move with it keep this far within it, diagonals, and have this area, square diagonals.
-BEHIND_MARGIN, MIN_AREA_BEHIND = 0.004, 0.002
-# Deepest start of a front as a share of the depth of the shell, and the share of its rectangle that is surface.
-MAX_START_DEPTH, MIN_COVERAGE = 0.3, 0.7
-# Neighbouring rectangles set each other off as fronts: least side, widest seam between them, and difference of depth;
-# diagonals.
-MIN_RECTANGLE_SIDE, MAX_SEAM_WIDTH, FLUSH_TOLERANCE = 0.03, 0.03, 0.04
-# A rectangle without a handle that is more than this share of the side is the side of the body.
-WHOLE_SIDE_SHARE = 0.92
-# Where nothing protrudes, fewer rectangles than this are creases of a box and not fronts.
-MIN_PLAIN_FRONTS = 3
-# Protrusions are cut off this far before their ground, diagonals.
-CUT_DISTANCE = 0.0015
-# Protrusions of two sides are one thing where they share this much of the surface of the smaller.
-SAME_THING_SHARE = 0.5
-# Triangles of a protrusion keep within this of its outline, diagonals.
-OUTLINE_TOLERANCE = 0.006
-
 
 @dataclass(frozen=True)
 class FusedShell:
@@ -104,7 +80,7 @@ class FusedShell:
         mine: (F,) faces of the shell. shown: (F,) those visible from the front. skin: (F,) those visible from other
             sides.
         front, top: views of it. fronts: each a rectangle and the depth of its back.
-        chances: probability that each front is one; None if rules decided.
+        chances: probability that each front is one.
         things: indices of the protrusions of the front view, and of the top view, that belong to that side.
     """
 
@@ -114,7 +90,7 @@ class FusedShell:
     front: SideRelief
     top: SideRelief
     fronts: tuple[tuple[FrontRectangle, float], ...]
-    chances: tuple[float | None, ...] = ()
+    chances: tuple[float, ...] = ()
     things: tuple[tuple[int, ...], tuple[int, ...]] = ((), ())
 
 
@@ -134,14 +110,13 @@ class Fragmentation:
     fronts: KnownFronts = NO_FRONTS
 
 
-def fragment_mesh(mesh: WeldedMesh, label: Ints | None = None, models: Models | None = None) -> Fragmentation:
+def fragment_mesh(mesh: WeldedMesh, label: Ints, models: Models) -> Fragmentation:
     """Split a mesh that is in its frame into fragments, along existing triangle edges.
 
     Args:
-        label: (F,) fragment of each face, of which a shell is split further; None for the welded ones.
-        models: what was learned from labelled cases; None to go by rules alone.
+        label: (F,) fragment of each face, of which a shell is split further.
+        models: what was learned from labelled cases.
     """
-    label = mesh.fragment_labels if label is None else label
     shell = find_shell(mesh, label, models)
     if shell is None:
         return Fragmentation(mesh, shell, label)
@@ -162,13 +137,11 @@ def _split_shell(shell: FusedShell, mesh: WeldedMesh, label: Ints) -> tuple[Ints
         box_of[fresh + int(number[i])] = int(out.max()) + 1
         out[box] = int(out.max()) + 1
     present = np.unique(zone[zone >= 0])
-    chances = {
-        fresh + int(number[i]): chance for i, chance in enumerate(shell.chances) if chance is not None and i in present
-    }
+    chances = {fresh + int(number[i]): chance for i, chance in enumerate(shell.chances) if i in present}
     return out, KnownFronts(chances, box_of)
 
 
-def find_shell(mesh: WeldedMesh, label: Ints, models: Models | None = None) -> FusedShell | None:
+def find_shell(mesh: WeldedMesh, label: Ints, models: Models) -> FusedShell | None:
     """Find the one fragment of a mesh that holds several fused parts; None if each part is its own fragment."""
     mine = _shell_faces(mesh, label)
     if not mine.any():
@@ -185,8 +158,7 @@ def find_shell(mesh: WeldedMesh, label: Ints, models: Models | None = None) -> F
     visible = np.zeros(len(label), dtype=bool)
     visible[seen] = True
     flat, depth = _face_middles(mesh, FRONT)
-    forests = None if models is None else models.front_forests
-    found = _fronts_by_rule(mesh, front, depth) if forests is None else find_fronts(mesh, front, FRONT, forests)
+    found = find_fronts(mesh, front, FRONT, (models.fronts_alone, models.fronts))
     fronts = []
     for rectangle, _ in found:
         inside = mine & _in_rectangle(front, rectangle, flat)
@@ -224,28 +196,6 @@ def _things_by_side(
             else:
                 kept[0].remove(i)
     return tuple(kept[0]), tuple(kept[1])
-
-
-def _fronts_by_rule(mesh: WeldedMesh, front: SideRelief, depth: float) -> list[tuple[FrontRectangle, float | None]]:
-    """Return the rectangles with a handle, and those set off by others next to them, each with None for its chance."""
-    seen = int((front.image.face >= 0).sum())
-    candidates = [
-        rectangle
-        for rectangle in merge_stairs(front, find_front_rectangles(front))
-        if _may_open(mesh, front, rectangle, depth)
-    ]
-    has_marks = len(candidates) >= MIN_PLAIN_FRONTS or any(is_surrounded(front, b, FLAT_MARGIN) for b in front.blobs)
-    found: list[tuple[FrontRectangle, float | None]] = []
-    for rectangle in candidates:
-        beside = (
-            has_marks
-            and any(_are_adjacent(front, rectangle, o) for o in candidates)
-            and ((rectangle.rows[1] - rectangle.rows[0]) * (rectangle.columns[1] - rectangle.columns[0]))
-            < WHOLE_SIDE_SHARE * seen
-        )
-        if beside or any(is_handle(front, front.blobs[i]) for i in rectangle.blobs):
-            found.append((rectangle, None))
-    return found
 
 
 def shell_cut_planes(shell: FusedShell, mesh: WeldedMesh, chosen: Sequence[int]) -> list[CutPlane]:
@@ -375,32 +325,6 @@ def _connected_groups(mesh: WeldedMesh, rows: Ints) -> list[Ints]:
     ends = np.concatenate([local[:, [0, 1]], local[:, [1, 2]]])
     of_face = connected_groups(len(used), *ends.T)[local[:, 0]]
     return [rows[of_face == k] for k in range(int(of_face.max()) + 1) if (of_face == k).sum() >= 12]
-
-
-def _may_open(mesh: WeldedMesh, front: SideRelief, rectangle: FrontRectangle, depth: float) -> bool:
-    """Return whether a rectangle may be a front: filled, not far back, and facing the viewer."""
-    window = slice(*rectangle.rows), slice(*rectangle.columns)
-    if (
-        float((front.depth[window] < BACKGROUND_DEPTH / 2).mean()) < MIN_COVERAGE
-        or rectangle.plane > MAX_START_DEPTH * depth
-    ):
-        return False
-    ground = front.image.face[window][(front.blob[window] < 0) & (front.image.face[window] >= 0)]
-    facing = np.abs(mesh.normals[ground] @ SIDES[FRONT][2]) > FACING_COS
-    return bool(len(ground)) and float(facing.mean()) >= MIN_FACING_SHARE
-
-
-def _are_adjacent(front: SideRelief, rectangle: FrontRectangle, other: FrontRectangle) -> bool:
-    """Return whether two rectangles lie side by side and nearly flush: the seam between them sets a front off."""
-    depth_difference = abs(rectangle.plane - other.plane)
-    min_side, gap = MIN_RECTANGLE_SIDE / front.image.pixel, MAX_SEAM_WIDTH / front.image.pixel
-    spans = [(rectangle.rows, other.rows), (rectangle.columns, other.columns)]
-    overlap = [min(a[1], b[1]) - max(a[0], b[0]) for a, b in spans]
-    is_narrow = min(b - a for m in (rectangle, other) for a, b in (m.rows, m.columns)) < min_side
-    adjacent = any(
-        -gap <= overlap[i] <= 0 and overlap[1 - i] >= 0.5 * min(b - a for a, b in spans[1 - i]) for i in (0, 1)
-    )
-    return rectangle is not other and adjacent and not is_narrow and depth_difference <= FLUSH_TOLERANCE
 
 
 def _cut_depth(view: SideRelief, number: int) -> float:

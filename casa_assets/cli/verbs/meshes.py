@@ -364,8 +364,7 @@ def _review_command(sources: Sequence[Path], out: Path, options: Mapping[str, ob
 def _read_decisions(path: Path | None, sources: Sequence[Path]) -> tuple[Decisions, Mapping[str, Decisions]]:
     """The decisions of a person on the one mesh, and those on many by their sha256. Raises typer.BadParameter."""
     from casa_assets.articulate.decisions import Decisions
-    from casa_assets.articulate.run.decisions import read_decisions
-    from casa_assets.library.decisions import read_review
+    from casa_assets.library.review import read_decisions, read_review
 
     if path is None:
         return Decisions(), {}

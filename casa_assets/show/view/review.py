@@ -28,10 +28,10 @@ from casa_assets.errors import CasaError, OutputError
 from casa_assets.formats.gltf import asset_glb
 from casa_assets.library import library as disk
 from casa_assets.library import review
-from casa_assets.library.decisions import check_category, keep
 from casa_assets.library.entry import Entry, entries
 from casa_assets.library.entry_files import PICTURE, file_inside, picture_of
 from casa_assets.library.library import Producer
+from casa_assets.library.review import check_category, keep_mesh_decisions
 from casa_assets.model.source import UpAxis
 from casa_assets.show.page.page_template import (
     SUFFIX,

@@ -11,8 +11,8 @@ import pytest
 from casa_assets.articulate.decisions import CavityDecision, Decisions, PartDecision
 from casa_assets.articulate.plan import HingeEdge, PartKind
 from casa_assets.articulate.run.build import ArticulateRequest, ArticulateResult, build
-from casa_assets.articulate.run.decisions import read_decisions, text
 from casa_assets.errors import RegistryError, Rejected
+from casa_assets.library.review import read_decisions
 from casa_assets.model.asset.parts import Joint, JointKind
 from casa_assets.model.source import Word
 from tests.unit.articulate.blocks import microwave
@@ -66,23 +66,17 @@ MANY = Decisions(
 def test_a_sidecar_repeats_what_was_decided(mesh: Path, tmp_path: Path, decisions: Decisions) -> None:
     first = build(ArticulateRequest(mesh, tmp_path, decisions=decisions))
     path = tmp_path / "d.yaml"
-    path.write_text(text(first, decisions), encoding="utf-8")
+    path.write_text(first.decisions_text(decisions), encoding="utf-8")
     again = build(ArticulateRequest(mesh, tmp_path, decisions=read_decisions(path)))
     assert again.asset.digest == first.asset.digest
 
 
-def test_a_part_that_is_removed_stays_with_the_body(mesh: Path) -> None:
-    before = made(mesh, Decisions())
-    built = made(mesh, one("knob_0", PartDecision(remove=True)))
-    names = [k.name for k in built.asset.links]
-    assert "knob_0" not in names
-    assert len(names) == len(before.asset.links) - 1
-    faces = [sum(len(v.mesh.faces) for k in b.asset.links for v in k.visuals) for b in (before, built)]
-    assert faces[0] == faces[1]
-
-
 def test_a_part_that_is_a_piece_of_another_moves_with_it(mesh: Path) -> None:
-    before = {p.name: p for p in made(mesh, Decisions()).articulation.parts}
+    plain, bare = made(mesh, Decisions()), made(mesh, one("knob_0", PartDecision(remove=True)))
+    assert [k.name for k in bare.asset.links] == [k.name for k in plain.asset.links if k.name != "knob_0"]
+    faces = [sum(len(v.mesh.faces) for k in b.asset.links for v in k.visuals) for b in (plain, bare)]
+    assert faces[0] == faces[1], "what is removed stays with the body"
+    before = {p.name: p for p in plain.articulation.parts}
     decisions = Decisions(parts={"knob_0": PartDecision(merge="button_0"), "button_0": PartDecision(merge="button_1")})
     parts = {p.name: p for p in made(mesh, decisions).articulation.parts}
     assert before.keys() - parts.keys() == {"knob_0", "button_0"}
@@ -92,12 +86,6 @@ def test_a_part_that_is_a_piece_of_another_moves_with_it(mesh: Path) -> None:
     circle = Decisions(parts={"knob_0": PartDecision(merge="door_0"), "door_0": PartDecision(merge="knob_0")})
     with pytest.raises(Rejected, match="circle"):
         made(mesh, circle)
-
-
-def test_what_a_person_rejects_is_rejected(mesh: Path) -> None:
-    with pytest.raises(Rejected) as caught:
-        made(mesh, Decisions(decision=Word.REJECT))
-    assert caught.value.code == "REV002"
 
 
 def test_a_part_that_was_missed_is_given_by_a_box(mesh: Path) -> None:
@@ -129,11 +117,12 @@ def test_kind_range_and_carrier_are_changed(mesh: Path) -> None:
     assert built.asset.link("knob_0").parent == "door_0"
 
 
-def test_decisions_that_do_not_fit_a_mesh_reject_that_mesh(mesh: Path) -> None:
-    for decisions in (Decisions(cavities={"drawer_9": CavityDecision(build=True)}), Decisions(front="+z")):
+def test_a_mesh_is_rejected_by_a_person_or_where_decisions_do_not_fit_it(mesh: Path) -> None:
+    unfit = Decisions(cavities={"drawer_9": CavityDecision(build=True)}), Decisions(front="+z")
+    for code, decisions in (("REV002", Decisions(decision=Word.REJECT)), *(("ART002", one) for one in unfit)):
         with pytest.raises(Rejected) as caught:
             build(ArticulateRequest(mesh, mesh.parent, up=(0.0, 0.0, 1.0), decisions=decisions))
-        assert caught.value.code == "ART002"
+        assert caught.value.code == code
 
 
 def test_what_is_not_there_is_named(mesh: Path) -> None:

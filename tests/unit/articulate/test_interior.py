@@ -9,30 +9,33 @@ import pytest
 
 from casa_assets.articulate.decisions import CavityDecision, Decisions
 from casa_assets.articulate.interior.cavities import find_cavities
-from casa_assets.articulate.interior.hollow_out import hollow_out
 from casa_assets.articulate.interior.inner_parts import _is_lining, with_pieces_in_the_way
 from casa_assets.articulate.plan import Articulation, HingeEdge, InteriorKind, JointPlan, PartKind
 from casa_assets.articulate.run.build import ArticulateRequest, ArticulateResult, build
-from casa_assets.articulate.run.decisions import read_decisions, text
+from casa_assets.articulate.segment.fragments import WeldedMesh, weld_triangles
 from casa_assets.articulate.segment.orthographic import cross_rays
-from casa_assets.articulate.segment.shell_segments import fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from casa_assets.checks.motion.joints import joint_travels
 from casa_assets.errors import Rejected
 from casa_assets.formats import mjcf
+from casa_assets.library.review import read_decisions
 from casa_assets.mesh.solid.primitive import tessellate
-from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import JointKind
-from casa_assets.model.asset.parts import Mesh as Triangles
-from casa_assets.model.source import RawModel, RawPart
-from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, microwave, together
-from tests.unit.articulate.fragmented import (
+from tests.unit.articulate.blocks import (
     AS_IT_IS,
+    Floats,
+    Ints,
+    Part,
     articulate_fragmentation,
+    box,
+    carcass,
+    disc,
+    fragments_of,
     in_its_frame,
+    microwave,
     pieces_in,
     plan_of,
     slides,
+    together,
 )
 from tests.unit.articulate.test_assemble import obj
 
@@ -89,18 +92,11 @@ def test_a_solid_block_gets_a_cavity_behind_its_door(tmp_path: Path) -> None:
     size = (np.array(room.upper) - np.array(room.lower)) * metres
     assert (size > 0.75 * whole).all()
     assert reach(built, (0.0, 0.25 * float(whole[2]))) > 0.8 * float(whole[1])
-
-
-def test_what_is_built_stays_within_the_skin(tmp_path: Path) -> None:
-    plain = made(block(*door()), tmp_path, "base_cabinet", complete=False).asset.bounds
-    built = made(block(*door()), tmp_path, "base_cabinet")
+    low, high = plain = made(block(*door()), tmp_path, "base_cabinet", complete=False).asset.bounds
     assert built.asset.bounds == pytest.approx(plain, abs=1e-6)
-    body = built.asset.root
-    low, high = plain
-    seen = [v for v in body.visuals if "added" in v.name]
+    seen = [v.mesh.vertices for v in built.asset.root.visuals if "added" in v.name]
     assert seen
-    for visual in seen:
-        points = visual.mesh.vertices
+    for points in seen:  # it stays within the skin
         assert (points[:, [0, 2]] > low[[0, 2]] + 1e-4).all()
         assert (points < high - 1e-4).all()
 
@@ -128,7 +124,7 @@ def test_a_hollow_shell_gets_walls_but_is_not_cut(tmp_path: Path) -> None:
     assert "0 of 5" in room.reason
 
 
-def test_each_kind_is_furnished_as_it_is(tmp_path: Path) -> None:
+def test_each_kind_is_furnished_as_it_is_and_racks_meet_nothing(tmp_path: Path) -> None:
     links = {}
     for kind in ("wall_oven", "dishwasher", "microwave", "refrigerator"):
         built = made(block(*door()), tmp_path, kind)
@@ -139,9 +135,6 @@ def test_each_kind_is_furnished_as_it_is(tmp_path: Path) -> None:
     assert len(links["wall_oven"]) >= 1
     assert len(links["dishwasher"]) >= 1
     assert links["microwave"] == links["refrigerator"] == []
-
-
-def test_racks_move_behind_their_door_and_meet_nothing(tmp_path: Path) -> None:
     built = made(block(*door()), tmp_path, "wall_oven")
     found = {t.joint: t for t in joint_travels(built.asset, mjcf.write(built.asset))}
     racks = [p.name for p in built.articulation.parts if p.kind is PartKind.TRAY]
@@ -170,26 +163,10 @@ def test_a_drawer_front_before_a_block_gets_a_box_that_slides(tmp_path: Path) ->
         assert not any((c.min(axis=0) < low).all() and (c.max(axis=0) > high).all() for c in shapes)
 
 
-def test_what_is_carved_is_gone_and_the_rest_is_whole() -> None:
-    points, faces, _ = together(box((-0.4, -0.4, -0.4), (0.4, 0.4, 0.4)))
-    raw = RawPart(name="a", mesh=Triangles(vertices=points, faces=faces.astype(np.int32)), material=Material(id="a"))
-    mesh, found = weld_triangles(points, faces), Articulation(frame=AS_IT_IS)
-    model = RawModel(parts=(raw,), format="obj")
-    hole = (-0.2, -1.0, -0.2), (0.2, 0.1, 0.2)
-    after, placed, _ = hollow_out(model, mesh, found, [hole])
-    lines = cross_rays(placed.points, placed.faces, 1, np.array([[0.01, 0.02], [0.28, 0.3]]))
-    first = lines.first()
-    assert first[0] == pytest.approx(float(placed.points[:, 1].max()))
-    assert first[1] == pytest.approx(float(mesh.points[:, 1].min()))
-    assert len(after.parts) == 1
-    side = mesh.areas.sum() - 0.4 * 0.4
-    assert placed.areas.sum() == pytest.approx(side, rel=1e-9)
-
-
 def test_a_sidecar_with_cavities_makes_the_same_asset(tmp_path: Path) -> None:
     first = made(block(*door()), tmp_path, "wall_oven")
     path = tmp_path / "d.yaml"
-    path.write_text(text(first, Decisions()), encoding="utf-8")
+    path.write_text(first.decisions_text(Decisions()), encoding="utf-8")
     decisions = read_decisions(path)
     assert decisions.cavities["door_0"].build is True
     assert made(block(*door()), tmp_path, "wall_oven", decisions).asset.digest == first.asset.digest
@@ -199,7 +176,7 @@ def test_a_sidecar_with_cavities_makes_the_same_asset(tmp_path: Path) -> None:
     path.write_text(former, encoding="utf-8")
     assert read_decisions(path) == decisions, "the keys of older files are read"
     bare = made(block(*door()), tmp_path, "wall_oven", complete=False)
-    path.write_text(text(bare, Decisions()), encoding="utf-8")
+    path.write_text(bare.decisions_text(Decisions()), encoding="utf-8")
     assert made(block(*door()), tmp_path, "wall_oven", read_decisions(path)).asset.digest == bare.asset.digest
 
 
@@ -217,11 +194,6 @@ def test_a_cavity_is_fixed_in_a_line(tmp_path: Path) -> None:
         said(CavityDecision(build=True), "door_7")
 
 
-def turned_in(part: Part) -> Part:
-    """A box that is seen from inside."""
-    return part[0], part[1][:, ::-1]
-
-
 def test_two_doors_that_meet_close_one_room() -> None:
     left = [box((0.0, -0.03, 0.0), (0.298, -0.001, 0.8)), box((0.26, -0.07, 0.3), (0.275, -0.03, 0.5))]
     right = [box((0.302, -0.03, 0.0), (0.6, -0.001, 0.8)), box((0.325, -0.07, 0.3), (0.34, -0.03, 0.5))]
@@ -234,13 +206,14 @@ def test_two_doors_that_meet_close_one_room() -> None:
 
 def _inferred(vertices: Floats, faces: Ints) -> tuple[WeldedMesh, Articulation]:
     placed, frame = in_its_frame(vertices, faces)
-    return placed, articulate_fragmentation(fragment_mesh(placed), frame.replace(metres=1.0))
+    return placed, articulate_fragmentation(fragments_of(placed), frame.replace(metres=1.0))
 
 
 def test_an_inside_out_mesh_is_measured_as_the_same() -> None:
     parts = [*carcass(0.6, 0.6, 0.8), *door()]
     right, wrong = (
-        find_cavities(*_inferred(*together(*p)[:2]), "base_cabinet") for p in (parts, map(turned_in, parts))
+        find_cavities(*_inferred(*together(*p)[:2]), "base_cabinet")
+        for p in (parts, [(points, faces[:, ::-1]) for points, faces in parts])
     )
     assert [r.built for r in right] == [r.built for r in wrong] == [False]
 
@@ -323,24 +296,11 @@ def _carried(
     return [bool(carried[owner == 7 + i].all()) for i in range(len(loose))]
 
 
-def test_sides_of_a_box_and_a_handle_go_with_their_drawer() -> None:
+def test_what_would_be_in_the_way_of_a_front_goes_with_it() -> None:
     assert _carried(*DRAWER_SIDES, HANDLE) == [True, True, True]
-
-
-def test_what_a_drawer_has_not_taken_of_a_piece_goes_with_it_too() -> None:
-    assert _carried(*DRAWER_SIDES, taken=4) == [True, True]
-
-
-def test_a_rail_that_the_box_passes_under_stays() -> None:
-    assert _carried(RAIL) == [False]
-
-
-def test_what_is_between_the_sheets_of_a_door_goes_with_it_and_the_room_behind_it_stays() -> None:
-    inner = box((0.01, 0.02, 0.01), (0.49, 0.03, 0.29))
-    core = box((0.1, 0.005, 0.1), (0.4, 0.015, 0.2))
-    assert _carried(core, *DRAWER_SIDES, HANDLE, sheets=(DRAWER_FRONT, inner), joint=SWINGS) == [
-        True,
-        False,
-        False,
-        True,
-    ]
+    assert _carried(*DRAWER_SIDES, taken=4) == [True, True], "what a drawer has not taken of a piece, too"
+    assert _carried(RAIL) == [False], "the box passes under it"
+    # What is between the sheets of a door goes with it, the room behind it stays.
+    inner, core = box((0.01, 0.02, 0.01), (0.49, 0.03, 0.29)), box((0.1, 0.005, 0.1), (0.4, 0.015, 0.2))
+    carried = _carried(core, *DRAWER_SIDES, HANDLE, sheets=(DRAWER_FRONT, inner), joint=SWINGS)
+    assert carried == [True, False, False, True]

@@ -7,7 +7,17 @@ import math
 import numpy as np
 import pytest
 
-from casa_assets.articulate.interior.regions import (
+from casa_assets import registry
+from casa_assets.articulate.kinds import (
+    KIND_NAMES,
+    KIND_TRAITS,
+    PlacedPart,
+    RuntimeName,
+    kind_named,
+    runtime_names,
+)
+from casa_assets.articulate.plan import HingeEdge, JointPlan, PartKind
+from casa_assets.articulate.runtime_places import (
     Burner,
     burner_faces,
     find_burners,
@@ -20,8 +30,6 @@ from casa_assets.articulate.interior.regions import (
     region_over_rack,
     split_by_shelves,
 )
-from casa_assets.articulate.part_names import PlacedPart, RuntimeName, runtime_names
-from casa_assets.articulate.plan import HingeEdge, JointPlan, PartKind
 from casa_assets.articulate.runtime_semantics import annotate_for_runtime, behavior_for, contract_for
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region, Site
 from casa_assets.model.asset.behavior import BehaviorState, Stimulus, start_behavior, step_behavior
@@ -30,8 +38,7 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 from tests.support.asset.articulated_assets import microwave
 from tests.support.asset.asset_parts import box_inertial
-from tests.unit.articulate.blocks import Part, box, disc, together
-from tests.unit.articulate.fragmented import plan_of
+from tests.unit.articulate.blocks import Part, box, disc, plan_of, together
 
 SLIDES = frozenset({PartKind.DRAWER, PartKind.BUTTON, PartKind.TRAY})
 
@@ -57,23 +64,6 @@ def at(
     return PlacedPart(plan_of(name, kind, np.empty(0, dtype=np.int64), joint), np.array(middle), np.array(size))
 
 
-def joints(places: list[PlacedPart], category: str, burners: tuple[Burner, ...] = ()) -> dict[str, str]:
-    return {part: name.joint for part, name in runtime_names(places, category, burners).items()}
-
-
-def test_the_lowest_keys_of_a_microwave_stop_and_start_it() -> None:
-    keys = [(0.40, 0.2), (0.44, 0.2), (0.40, 0.16), (0.44, 0.16)]
-    places = [at(f"b{i}", PartKind.BUTTON, (x, -0.2, z)) for i, (x, z) in enumerate(keys)]
-    places += [at("door_0", PartKind.DOOR, (0, -0.2, 0.2), edge=HingeEdge.LEFT)]
-    places += [at("disc", PartKind.TRAY, (0, 0, 0.05), turns=True)]
-    assert runtime_names(places, "microwave") == {
-        "b3": RuntimeName("start_button", "start_button_joint", "start_button"),
-        "b2": RuntimeName("stop_button", "stop_button_joint", "stop_button"),
-        "door_0": RuntimeName("door", "microjoint"),
-        "disc": RuntimeName("tray", "tray_joint", "tray"),
-    }
-
-
 BURNERS = tuple(
     Burner(f"{row}_{side}", (x, y, 0.9), 0.08)
     for row, y in (("front", -0.1), ("rear", 0.2))
@@ -81,71 +71,80 @@ BURNERS = tuple(
 )
 
 
-def test_knobs_in_a_row_or_a_column_belong_to_the_burners_of_their_side() -> None:
-    row = [at(f"k{i}", PartKind.KNOB, (x, -0.35, 0.8)) for i, x in enumerate((-0.3, -0.2, 0.2, 0.3))]
-    column = [at(f"k{i}", PartKind.KNOB, (0.35, y, 0.9)) for i, y in enumerate((-0.2, -0.1, 0.1, 0.2))]
-    for places, wanted in (
-        (row, ("front_left", "rear_left", "rear_right", "front_right")),
-        (column, ("front_right", "front_left", "rear_right", "rear_left")),
-    ):
-        assert joints(places, "hob", BURNERS) == {f"k{i}": f"knob_{w}_joint" for i, w in enumerate(wanted)}
+def knobs(*middles: Vec3) -> list[PlacedPart]:
+    return [at(f"k{i}", PartKind.KNOB, middle) for i, middle in enumerate(middles)]
+
+
+ROW = knobs(*((x, -0.35, 0.8) for x in (-0.3, -0.2, 0.2, 0.3)))
+COLUMN = knobs(*((0.35, y, 0.9) for y in (-0.2, -0.1, 0.1, 0.2)))
+# With a knob in the middle, which is that of the oven.
+FIVE = knobs(*((x, -0.35, 0.8) for x in (-0.3, -0.2, 0.0, 0.2, 0.3)))
+ABOVE = knobs(*((0.2, -0.2, 0.3 - 0.05 * i) for i in range(5)))
+FOLDS = at("door", PartKind.DOOR, (0, -0.3, 0.4), edge=HingeEdge.BOTTOM)
+LEFT, MORE = (
+    at(name, PartKind.DOOR, (x, -0.3, 0.5), edge=HingeEdge.LEFT) for name, x in (("left", -0.2), ("more", 0.6))
+)
+RIGHT = at("right", PartKind.DOOR, (0.2, -0.3, 0.5), edge=HingeEdge.RIGHT)
+FLAP = at("flap", PartKind.DOOR, (0.0, -0.3, 0.5), edge=HingeEdge.TOP)
+KEYS = [at(name, PartKind.BUTTON, (0.05, -0.15, z)) for name, z in (("high", 0.1), ("low", 0.05))]
+WIDE = at("wide", PartKind.BUTTON, (0, -0.1, 0.3), size=(0.05, 0.01, 0.03))
+LEVER = at("lever", PartKind.LEVER, (0, -0.15, 0.15), turns=False)
+LID, SPOUT = at("lid", PartKind.LID, (0, 0, 0.2)), at("spout", PartKind.SPOUT, (0, 0, 0.3))
+(DIAL,) = knobs((0, -0.15, 0.05))
+STICKS = [at(name, PartKind.LEVER, (x, 0, 0.1)) for name, x in (("right", 0.1), ("left", -0.1))]
+# Parts, category, and the joints that runtimes look for, by part.
+NAMED: list[tuple[list[PlacedPart], str, dict[str, str]]] = [
+    (ROW, "hob", {"k0": "front_left", "k1": "rear_left", "k2": "rear_right", "k3": "front_right"}),
+    (COLUMN, "hob", {"k0": "front_right", "k1": "front_left", "k2": "rear_right", "k3": "rear_left"}),
+    # One knob more or less than burners means that a burner, or a knob, was not found.
+    (FIVE, "hob", {}),
+    (FIVE[:3], "hob", {}),
+    (ABOVE[:2], "wall_oven", {"k0": "temp", "k1": "time"}),
+    (ABOVE[:3], "toaster_oven", {"k0": "temp", "k1": "function", "k2": "time"}),
+    (ABOVE[:1], "wall_oven", {}),
+    (ABOVE, "wall_oven", {}),
+    ([LEFT, RIGHT], "base_cabinet", {"left": "leftdoorhinge", "right": "rightdoorhinge"}),
+    ([RIGHT], "wall_cabinet", {"right": "doorhinge"}),
+    (
+        [LEFT, RIGHT, MORE],
+        "tall_cabinet",
+        {"left": "unit0_leftdoorhinge", "right": "rightdoorhinge", "more": "unit1_leftdoorhinge"},
+    ),
+    ([FLAP], "wall_cabinet", {}),
+    ([*KEYS, WIDE], "coffee_machine", {"wide": "start_button"}),
+    ([LID, *KEYS], "kettle", {"lid": "lid", "low": "switch", "high": "button_lid"}),
+    ([LEVER, *KEYS, DIAL], "toaster", {"lever": "lever", "low": "button_cancel", "k0": "knob_doneness"}),
+    ([SPOUT, *STICKS], "sink", {"spout": "spout", "right": "handle", "left": "handle_temp"}),
+]
+
+
+def test_parts_have_the_names_that_runtimes_look_for(subtests: pytest.Subtests) -> None:
+    for places, category, wanted in NAMED:
+        with subtests.test(category=category, wanted=wanted):
+            found = {part: name.joint for part, name in runtime_names(places, category, BURNERS).items()}
+            stem = "knob_" if category in ("hob", "wall_oven", "toaster_oven") else ""
+            joints = {part: w if w.endswith("hinge") else f"{stem}{w}_joint" for part, w in wanted.items()}
+            assert found == joints
 
 
 def test_the_knob_in_the_middle_of_a_range_is_that_of_its_oven() -> None:
-    row = [at(f"k{i}", PartKind.KNOB, (x, -0.35, 0.8)) for i, x in enumerate((-0.3, -0.2, 0.0, 0.2, 0.3))]
-    found = joints([*row, at("door_0", PartKind.DOOR, (0, -0.3, 0.4), edge=HingeEdge.BOTTOM)], "range", BURNERS)
-    assert found["k2"] == "knob_temp_joint"
-    assert found["k0"] == "knob_front_left_joint"
-    assert found["k4"] == "knob_front_right_joint"
-    assert found["door_0"] == "door_joint"
-    # A hob has no oven: one knob more than burners means that a burner was not found.
-    assert joints(row, "hob", BURNERS) == {}
-    assert joints(row[:3], "hob", BURNERS) == {}
+    names = runtime_names([*FIVE, FOLDS], "range", BURNERS)
+    found = {part: names[part].joint for part in ("k2", "k0", "k4", "door")}
+    knob = {"k2": "knob_temp_joint", "k0": "knob_front_left_joint", "k4": "knob_front_right_joint"}
+    assert found == knob | {"door": "door_joint"}
 
 
-def test_knobs_of_ovens_from_above(subtests: pytest.Subtests) -> None:
-    for category, knobs, wanted in [
-        ("wall_oven", 2, ["temp", "time"]),
-        ("toaster_oven", 3, ["temp", "function", "time"]),
-        ("wall_oven", 1, []),
-        ("wall_oven", 5, []),
-    ]:
-        with subtests.test(category=category, knobs=knobs, wanted=wanted):
-            places = [at(f"k{i}", PartKind.KNOB, (0.2, -0.2, 0.3 - 0.05 * i)) for i in range(knobs)]
-            assert list(joints(places, category).values()) == [f"knob_{w}_joint" for w in wanted]
-
-
-def test_doors_of_cabinets_by_the_side_that_they_hinge_on() -> None:
-    left, right = (
-        at(e.value, PartKind.DOOR, (x, -0.3, 0.5), edge=e) for e, x in ((HingeEdge.LEFT, -0.2), (HingeEdge.RIGHT, 0.2))
-    )
-    assert joints([left, right], "base_cabinet") == {"left": "leftdoorhinge", "right": "rightdoorhinge"}
-    assert joints([right], "wall_cabinet") == {"right": "doorhinge"}
-    more = at("more", PartKind.DOOR, (0.6, -0.3, 0.5), edge=HingeEdge.LEFT)
-    found = joints([left, right, more], "tall_cabinet")
-    assert found == {"left": "unit0_leftdoorhinge", "right": "rightdoorhinge", "more": "unit1_leftdoorhinge"}
-    flap = at("flap", PartKind.DOOR, (0.0, -0.3, 0.5), edge=HingeEdge.TOP)
-    assert joints([flap], "wall_cabinet") == {}
-
-
-def test_toaster_coffee_machine_and_kettle() -> None:
-    lever = at("l", PartKind.LEVER, (0, -0.15, 0.15), turns=False)
-    keys = [at("high", PartKind.BUTTON, (0.05, -0.15, 0.1)), at("low", PartKind.BUTTON, (0.05, -0.15, 0.05))]
-    found = runtime_names([lever, *keys, at("k", PartKind.KNOB, (0, -0.15, 0.05))], "toaster")
-    assert found["l"] == RuntimeName("lever", "lever_joint")
-    assert found["low"] == RuntimeName("button_cancel", "button_cancel_joint", "button_cancel")
-    assert found["k"].joint == "knob_doneness_joint"
-    wide = at("wide", PartKind.BUTTON, (0, -0.1, 0.3), size=(0.05, 0.01, 0.03))
-    assert joints([*keys, wide], "coffee_machine") == {"wide": "start_button_joint"}
-    lid = at("lid", PartKind.LID, (0, 0, 0.2))
-    assert joints([lid, *keys], "kettle") == {"lid": "lid_joint", "low": "switch_joint", "high": "button_lid_joint"}
-
-
-def test_spout_and_handles_of_a_faucet() -> None:
-    spout = at("s", PartKind.SPOUT, (0, 0, 0.3))
-    handles = [at("right", PartKind.LEVER, (0.1, 0, 0.1)), at("left", PartKind.LEVER, (-0.1, 0, 0.1))]
-    wanted = {"s": "spout_joint", "right": "handle_joint", "left": "handle_temp_joint"}
-    assert joints([spout, *handles], "sink") == wanted
+def test_the_lowest_keys_of_a_microwave_stop_and_start_it() -> None:
+    keys = [(0.40, 0.2), (0.44, 0.2), (0.40, 0.16), (0.44, 0.16)]
+    places = [at(f"b{i}", PartKind.BUTTON, (x, -0.2, z)) for i, (x, z) in enumerate(keys)]
+    places += [LEFT, at("disc", PartKind.TRAY, (0, 0, 0.05), turns=True)]
+    assert runtime_names(places, "microwave") == {
+        "b3": RuntimeName("start_button", "start_button_joint", "start_button"),
+        "b2": RuntimeName("stop_button", "stop_button_joint", "stop_button"),
+        "left": RuntimeName("door", "microjoint"),
+        "disc": RuntimeName("tray", "tray_joint", "tray"),
+    }
+    assert runtime_names([LEVER, *KEYS], "toaster")["low"].shape == "button_cancel"
 
 
 BARE = {"states": (), "exclusions": (), "keyframes": (), "behavior": None, "sites": ()}
@@ -216,26 +215,17 @@ CROWDED = [*((x, y, 0.04) for x, y, _ in FOUR), (-0.12, -0.05, 0.03)]
 
 class TestBurners:
     def test_each_is_named_by_its_place(self) -> None:
-        found = {b.loc: b for b in find_burners(hob(FOUR))}
+        asset = hob(FOUR)
+        found = {b.loc: b for b in find_burners(asset)}
         assert set(found) == {"front_left", "rear_left", "front_right", "rear_right"}
         assert found["front_left"].middle == pytest.approx((-0.15, -0.12, 0.05), abs=1e-3)
         assert found["front_left"].radius == pytest.approx(0.09, abs=2e-3)
-
-    def test_a_place_may_be_the_centre_and_rings_in_each_other_are_one(self) -> None:
+        assert burner_faces(asset.root.visuals[0].mesh, found["front_left"]).sum() == 4 * 24, "within its circle"
         assert "center" in {b.loc for b in find_burners(hob([*FOUR, (0.0, 0.0, 0.05)]))}
-        assert len(find_burners(hob([*FOUR, (-0.15, -0.12, 0.05)]))) == 4
+        assert len(find_burners(hob([*FOUR, (-0.15, -0.12, 0.05)]))) == 4, "rings in each other are one"
         assert [b.loc for b in find_burners(hob([(-0.15, 0.0, 0.09), (0.15, 0.0, 0.09)]))] == ["left", "right"]
-
-    def test_none_where_their_places_cannot_be_told(self, subtests: pytest.Subtests) -> None:
-        for places in [[], FOUR[:1], CROWDED]:
-            with subtests.test(places=places):
-                assert find_burners(hob(places)) == ()
-
-    def test_what_is_seen_of_one_is_within_its_circle(self) -> None:
-        asset = hob(FOUR)
-        burner = find_burners(asset)[0]
-        own = burner_faces(asset.root.visuals[0].mesh, burner)
-        assert own.sum() == 4 * 24
+        for places in ([], FOUR[:1], CROWDED):
+            assert find_burners(hob(places)) == ()
 
     def test_a_knob_gives_its_burner_a_flame(self) -> None:
         asset = hob(FOUR)
@@ -264,11 +254,9 @@ class TestRooms:
         assert len(found) == 4
         assert boxes[0] == pytest.approx((-0.279, -0.012, 0.02, 0.398), abs=4e-3)
         assert boxes[3] == pytest.approx((0.012, 0.279, 0.418, 0.777), abs=4e-3)
-
-    def test_an_empty_room_stays_whole(self) -> None:
         asset = thing(link("object", CARCASS, None))
-        (found,) = split_by_shelves(asset, region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.779)))
-        low, high = region_bounds(asset, found)
+        (whole,) = split_by_shelves(asset, region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.779)))
+        low, high = region_bounds(asset, whole)
         assert low == pytest.approx([-0.279, -0.27, 0.02], abs=2e-3)
         assert high == pytest.approx([0.279, 0.27, 0.777], abs=2e-3)
 
@@ -296,8 +284,6 @@ class TestRooms:
         assert below is not None
         assert region_bounds(asset, below)[1][2] == pytest.approx(0.29, abs=1e-3)
         assert region_below_racks(asset, region((-0.279, -0.27, 0.26), (0.279, 0.27, 0.779))) is None
-
-    def test_nothing_lies_over_a_rack_that_is_a_wire(self) -> None:
         wire = {"wire": ((-0.0003, -0.0003, 0.3), (0.0003, 0.0003, 0.302))}
         asset = thing(link("object", CARCASS, None), link("rack0", wire, label="rack"), slides=("rack0",))
         assert region_over_rack(asset, "rack0", [region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.4))]) is None
@@ -338,10 +324,10 @@ class TestHollows:
         }
         place = find_cup_niche(thing(link("object", machine, None)))
         assert place is not None
-        assert place.lower[2] == pytest.approx(0.03, abs=3e-3)
-        assert place.upper[2] == pytest.approx(0.22, abs=3e-3)
-        assert place.middle[0] == pytest.approx(0.0, abs=3e-3)
-        assert -0.15 <= place.middle[1] <= 0.0
+        assert (place[0][2], place[1][2]) == pytest.approx((0.03, 0.22), abs=3e-3)
+        middle = (place[0] + place[1]) / 2
+        assert middle[0] == pytest.approx(0.0, abs=3e-3)
+        assert -0.15 <= middle[1] <= 0.0
         assert find_cup_niche(thing(link("object", {"block": machine["back"]}, None))) is None
 
     def test_slots_are_long_and_narrow_and_deep(self) -> None:
@@ -355,8 +341,8 @@ class TestHollows:
         }
         asset = thing(link("object", walls, None))
         found = find_toaster_slots(asset)
-        assert [h.middle[1] for h in found] == pytest.approx([-0.04, 0.04], abs=3e-3)
-        assert [h.lower[2] for h in found] == pytest.approx([0.03, 0.03], abs=3e-3)
+        assert [(low + high)[1] / 2 for low, high in found] == pytest.approx([-0.04, 0.04], abs=3e-3)
+        assert [low[2] for low, _ in found] == pytest.approx([0.03, 0.03], abs=3e-3)
         ready = annotate_for_runtime(asset, "toaster")
         assert {"slotL", "slotR"} <= {r.name for r in ready.regions}
         assert {"slotL_floor", "slotR_floor"} <= {c.name for c in ready.root.colliders}
@@ -484,3 +470,27 @@ def test_what_has_no_controls_has_no_states() -> None:
     assert behavior_for(operated({"microjoint": (-1.57, 0.0)}), "microwave") is None
     assert behavior_for(operated({"knob_left_joint": (0.0, 5.0)}), "hob") is None
     assert behavior_for(operated({"doorhinge": (-1.57, 0.0)}), "base_cabinet") is None
+
+
+def test_whole_words_name_a_kind(subtests: pytest.Subtests) -> None:
+    for hint, kind in [
+        ("kitchenMicrowave", "microwave"),
+        ("kitchen-stove_02", "range"),
+        ("Fridge freezer", "refrigerator"),
+        ("oven", "wall_oven"),
+        ("toaster oven", "toaster_oven"),
+        ("coffee_maker", "coffee_machine"),
+        ("electric kettle", "kettle"),
+        ("orange", None),
+        ("strange", None),
+        ("mesh_0042", None),
+    ]:
+        with subtests.test(hint=hint, kind=kind):
+            found = kind_named([hint])
+            assert (found.id if found else None) == kind
+
+
+def test_every_kind_is_a_fixture_of_the_registry() -> None:
+    fixtures = registry.load().fixtures
+    assert set(KIND_NAMES) <= set(fixtures)
+    assert set(KIND_TRAITS) <= set(fixtures)

@@ -1,23 +1,25 @@
-"""Meshes are welded, drawn, split into fragments, and cut where all is one shell."""
+"""Meshes are welded, turned to their front, drawn, split into fragments, and cut where all is one shell."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from itertools import product
 
 import manifold3d
 import numpy as np
 import pytest
 
 from casa_assets.articulate.controls.controls import find_controls, group_controls
-from casa_assets.articulate.fronts.front_hypotheses import find_fronts
-from casa_assets.articulate.infer import best_score, needed_advantage
+from casa_assets.articulate.frame import (
+    given_frame,
+    guess_frame,
+)
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind
-from casa_assets.articulate.run.build import load_models
 from casa_assets.articulate.segment import orthographic
 from casa_assets.articulate.segment.cutting import CutPlane, cut_triangles
-from casa_assets.articulate.segment.fragments import measure_fragments
-from casa_assets.articulate.segment.orthographic import BACK, FRONT, LEFT, SIDES, TOP, measure_relief, render_depth
+from casa_assets.articulate.segment.fragments import WeldedMesh, measure_fragments, weld_model, weld_triangles
+from casa_assets.articulate.segment.orthographic import FRONT, SIDES, TOP, measure_relief, render_depth
 from casa_assets.articulate.segment.segmentations import (
     Segmentation,
     cut_shell_parts,
@@ -28,13 +30,28 @@ from casa_assets.articulate.segment.segmentations import (
 from casa_assets.articulate.segment.shell_segments import Fragmentation, fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model, weld_triangles
 from casa_assets.mesh.surface import face_normals, is_closed
+from casa_assets.articulate.segment.shell_segments import Fragmentation
+from casa_assets.mesh.surface import face_normals
+from casa_assets.mesh.topology import is_closed
 from casa_assets.mesh.voxels import boundary, voxelise
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import JointKind, Mesh
 from casa_assets.model.source import RawModel, RawPart
 from tests.support.mesh.meshes import box_mesh
-from tests.unit.articulate.blocks import Floats, Ints, Part, box, disc, drawers, microwave, together
-from tests.unit.articulate.fragmented import articulate_fragmentation, in_its_frame
+from tests.unit.articulate.blocks import (
+    Floats,
+    Ints,
+    Part,
+    articulate_fragmentation,
+    box,
+    carcass,
+    disc,
+    drawers,
+    fragments_of,
+    in_its_frame,
+    microwave,
+    together,
+)
 
 Solids = tuple[Floats, Ints, Ints]
 pytestmark = pytest.mark.content("code", "articulate", keep=0)
@@ -59,18 +76,6 @@ def test_each_part_is_a_fragment_whatever_the_order_and_if_all_is_written_twice(
         assert len(pairs) == int(label.max()) + 1 == int(owner.max()) + 1
 
 
-def test_a_frame_turns_normals_and_scales_areas() -> None:
-    vertices, faces, _ = together(box((0, 0, 0), (1, 2, 3)))
-    mesh = weld_triangles(vertices, faces)
-    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    placed = mesh.transformed(turn, np.array([0.5, 1.0, 1.5]), 2.0)
-    assert np.ptp(placed.points, axis=0) == pytest.approx([4.0, 2.0, 6.0])
-    assert placed.areas.sum() == pytest.approx(4 * mesh.areas.sum())
-    corners = placed.points[placed.faces]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    assert np.einsum("ij,ij->i", cross, placed.normals).min() > 0
-
-
 def open_box(lower: tuple[float, float, float], upper: tuple[float, float, float], side: int, sign: int) -> tuple:
     """A box without the faces that look along `sign` times the axis `side`."""
     vertices, faces = box(lower, upper)[:2]
@@ -89,15 +94,12 @@ def test_pieces_that_were_pulled_out_of_the_body_stay_apart() -> None:
     assert found[Segmentation.PIECES].tolist() == owner.tolist()
 
 
-def test_a_file_whose_pieces_are_its_welded_fragments_has_one_way() -> None:
-    assert list(segmentations(weld_triangles(*drawers()[:2]))) == [Segmentation.WELDED]
-
-
 def test_creases_of_solids_that_are_there_on_both_sides_are_those_of_one_side() -> None:
     parts = [box((k / 3, 0.1 * k, 0.07), (k / 3 + 0.21, 0.1 * k + 0.33, 0.7)) for k in range(9)]
     vertices, faces, owner = together(*parts)
     vertices = vertices @ np.linalg.qr(np.arange(9.0).reshape(3, 3) ** 2 + np.eye(3))[0]
     doubled = np.concatenate([faces, faces[:, ::-1]])
+    assert list(segmentations(weld_triangles(*drawers()[:2]))) == [Segmentation.WELDED]
     found = segmentations(weld_triangles(vertices, doubled))
     assert Segmentation.CREASES not in found
     assert found[Segmentation.WELDED].tolist() == [*owner.tolist(), *owner.tolist()]
@@ -167,48 +169,6 @@ def test_what_stands_out_at_a_concave_crease_is_a_fragment() -> None:
     assert len(set(segmentations(inset)[Segmentation.CREASES][is_block].tolist())) == 2
 
 
-def test_a_block_without_a_hole_stays_whole() -> None:
-    points, faces = box((0, 0, 0), (1, 2, 3))[:2]
-    mesh = weld_triangles(points, faces)
-    assert not find_flat_sheets(mesh).rims.size
-    assert list(segmentations(mesh)) == [Segmentation.WELDED]
-
-
-def test_another_plan_is_taken_where_it_is_clearly_better_than_the_first() -> None:
-    assert best_score([1.0, 1.4]) == 0
-    assert best_score([1.0, 1.7, 1.6]) == 1
-    assert best_score([0.0]) == 0
-    # Over a plan without any part a part that is rather sure is enough.
-    assert best_score([0.0, 0.3], needed_advantage(0)) == 1
-    assert best_score([0.1, 0.4], needed_advantage(1)) == 0
-
-
-def test_a_box_fills_its_rectangle_from_every_side() -> None:
-    vertices, faces, _ = together(box((0, 0, 0), (2, 1, 4)))
-    for side, (width, height) in ((FRONT, (32, 64)), (LEFT, (16, 64)), (TOP, (64, 32))):
-        picture = render_depth(vertices, faces, SIDES[side], 64)
-        assert picture.face.shape == (height, width)
-        assert (picture.face >= 0).all()
-        assert picture.depth == pytest.approx(0.0, abs=1e-6)
-
-
-def test_the_nearer_thing_is_seen_and_the_other_from_behind() -> None:
-    vertices, faces, owner = together(box((0, 0, 0), (1, 0.1, 1)), box((0, 0.5, 0), (1, 0.6, 1)))
-    assert set(owner[render_depth(vertices, faces, SIDES[FRONT], 32).face.ravel()].tolist()) == {0}
-    assert set(owner[render_depth(vertices, faces, SIDES[BACK], 32).face.ravel()].tolist()) == {1}
-
-
-def test_two_triangles_cover_a_pixel_grid_once() -> None:
-    """Neighbouring triangles leave no hole, at any angle."""
-    for angle in np.linspace(0, np.pi, 7):
-        c, s = np.cos(angle), np.sin(angle)
-        square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1.0]]) @ np.array([[c, s], [-s, c]])
-        vertices = np.stack([square[:, 0], np.zeros(4), square[:, 1]], axis=1)
-        picture = render_depth(vertices, np.array([[0, 1, 2], [0, 2, 3]]), SIDES[FRONT], 128)
-        area = float((picture.face >= 0).sum()) * picture.pixel**2
-        assert area == pytest.approx(4.0, rel=0.02)
-
-
 def test_the_picture_does_not_depend_on_how_much_is_written_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     vertices, faces, _ = together(box((0, 0, 0), (2, 1, 4)), box((0.3, -0.4, 1.1), (1.1, 0.2, 2.7)))
     turn = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
@@ -224,16 +184,11 @@ def shell_of(*parts: Part) -> WeldedMesh:
     return in_its_frame(*boundary(voxelise(*together(*parts)[:2], 112)))[0]
 
 
-def test_the_skin_of_a_grid_tells_the_edge_of_its_cubes() -> None:
-    mesh = weld_triangles(*boundary(voxelise(*box((0, 0, 0), (0.56, 0.3, 0.4)), 112)))
-    assert mesh.cell == pytest.approx(0.56 / 112)
-
-
 def test_knobs_on_the_wall_behind_a_range_are_round_and_one_group() -> None:
     body = [box((0, 0, 0), (0.76, 0.65, 0.9)), box((0, 0.58, 0.9), (0.76, 0.65, 1.1))]
     knobs = [disc((x, 0.555, 1.01), 0.024, 0.03) for x in (0.1, 0.193, 0.555, 0.65)]
     mesh = shell_of(*body, *knobs)
-    controls = find_controls(measure_fragments(mesh, fragment_mesh(mesh).labels), FRONT, [])
+    controls = find_controls(measure_fragments(mesh, fragments_of(mesh).labels), FRONT, [])
     assert [c.is_round for c in controls] == [True] * 4
     assert [len(g.members) for g in group_controls(controls, mesh.cell)] == [4]
 
@@ -251,22 +206,6 @@ def test_knobs_between_slots_stand_out_of_their_ground() -> None:
     assert len(relief.blobs) == 3
 
 
-def test_a_drawer_over_doors_is_a_front_by_its_pull_alone() -> None:
-    body = [box((0, 0, 0.1), (0.6, 0.55, 0.87)), box((0, 0.06, 0), (0.6, 0.55, 0.1))]
-    frames = [box((a, -0.012, 0.1), (a + 0.3, 0, 0.16)) for a in (0.0, 0.3)]
-    frames += [box((a, -0.012, 0.68), (a + 0.3, 0, 0.71)) for a in (0.0, 0.3)]
-    frames += [box((a, -0.012, 0.1), (a + 0.045, 0, 0.71)) for a in (0.0, 0.255, 0.3, 0.555)]
-    drawer = box((0, -0.012, 0.71), (0.6, 0, 0.87))
-    pulls = [disc((x, -0.037, z), 0.014, 0.025) for x, z in ((0.3, 0.79), (0.275, 0.65), (0.325, 0.65))]
-    mesh = shell_of(*body, *frames, drawer, *pulls)
-    forests = load_models().front_forests
-    assert forests is not None
-    found = find_fronts(mesh, measure_relief(mesh, FRONT), FRONT, forests)
-    assert len(found) == 3
-    assert found[0][0].columns[0] < 10
-    assert found[0][0].rows[1] == found[1][0].rows[0]
-
-
 WIDE = np.full(3, 10.0)
 
 
@@ -279,13 +218,6 @@ def test_a_box_cut_across_stays_closed_and_keeps_its_surface() -> None:
     for axis, at in ((0, 0.3), (1, 0.6)):
         along = after[done.faces][:, :, axis]
         assert ((along.max(axis=1) <= at + 1e-12) | (along.min(axis=1) >= at - 1e-12)).all()
-
-
-def test_what_hangs_on_points_is_carried_along_the_edges() -> None:
-    points, faces = box((0, 0, 0), (1, 2, 3))
-    done = cut_triangles(points, faces, [CutPlane(FRONT, 2, 0.7, -WIDE, WIDE), CutPlane(FRONT, 0, 0.2, -WIDE, WIDE)])
-    linear = np.array([[1.0, 2.0], [0.5, -1.0], [3.0, 0.25]])
-    assert np.allclose(done.interpolate(points @ linear), done.interpolate(points) @ linear)
 
 
 def test_a_blade_cuts_within_its_limits_alone() -> None:
@@ -316,7 +248,7 @@ def fused(*parts: Shape) -> Shape:
 
 @cache
 def oven() -> Shape:
-    """A body; before it a panel with a knob, and below it a door with a level bar; all one surface."""
+    """A body; before it a panel with four knobs, and below it a door with a level bar; all one surface."""
     return fused(
         box((0.0, 0.0, 0.0), (0.6, 0.55, 0.8)),
         box((0.0, -0.03, 0.0), (0.6, 0.01, 0.64)),
@@ -324,14 +256,14 @@ def oven() -> Shape:
         box((0.08, -0.06, 0.555), (0.1, -0.02, 0.57)),
         box((0.5, -0.06, 0.555), (0.52, -0.02, 0.57)),
         box((0.0, -0.03, 0.655), (0.6, 0.01, 0.8)),
-        disc((0.3, -0.06, 0.73), 0.03, 0.04),
+        *(disc((x, -0.06, 0.73), 0.03, 0.04) for x in (0.1, 0.2, 0.4, 0.5)),
     )
 
 
 def placed_of(shape: Shape) -> tuple[Fragmentation, Articulation]:
     """The fragments of a shape with z up and its front to -y, in the frame; and what is found on them."""
     placed, frame = in_its_frame(*shape)
-    fragments = fragment_mesh(placed)
+    fragments = fragments_of(placed)
     return fragments, articulate_fragmentation(fragments, frame)
 
 
@@ -342,9 +274,9 @@ def model_of(shape: Shape) -> RawModel:
     return RawModel(parts=(RawPart(name="all", mesh=mesh, material=Material(id="paint")),), format="obj")
 
 
-def test_a_fused_oven_has_a_door_that_folds_down_and_a_knob() -> None:
+def test_a_fused_oven_has_a_door_that_folds_down_and_knobs() -> None:
     _, found = placed_of(oven())
-    assert sorted(p.kind for p in found.parts) == [PartKind.DOOR, PartKind.KNOB]
+    assert sorted(p.kind for p in found.parts) == [PartKind.DOOR, *[PartKind.KNOB] * 4]
     door = next(p for p in found.parts if p.kind is PartKind.DOOR)
     assert door.joint.kind is JointKind.HINGE
     assert door.joint.edge is HingeEdge.BOTTOM
@@ -417,3 +349,82 @@ def test_a_shell_with_nothing_to_cut_out_of_it_stays_whole() -> None:
     stick = placed_of(oven())[1].parts[0].replace(faces=np.array([0, 1]))
     model = model_of(plain)
     assert cut_shell_parts(model, placed, found.replace(parts=(stick,)))[0] is model
+
+
+UP, FACING = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
+Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+
+
+def yaw(degrees: float) -> Floats:
+    """A turn about z."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
+
+
+def standing_range() -> tuple[Floats, Ints, Ints]:
+    """A range: a door with a level bar at its top, four knobs above it, and feet."""
+    return together(
+        *carcass(0.6, 0.6, 0.85),
+        box((0.01, -0.03, 0.12), (0.59, 0.0, 0.66)),
+        box((0.06, -0.08, 0.6), (0.54, -0.06, 0.62)),
+        box((0.06, -0.06, 0.6), (0.08, -0.03, 0.62)),
+        box((0.52, -0.06, 0.6), (0.54, -0.03, 0.62)),
+        *(disc((x, -0.04, 0.75), 0.025, 0.04) for x in (0.12, 0.24, 0.36, 0.48)),
+        *(box((x, y, -0.03), (x + 0.04, y + 0.04, 0.0)) for x in (0.02, 0.54) for y in (0.02, 0.54)),
+    )
+
+
+THINGS = {"drawers": drawers, "microwave": microwave, "range": standing_range}
+
+
+def turned(name: str, rotation: Floats, scale: float = 1.0) -> WeldedMesh:
+    """One of THINGS in another pose, with other units, moved."""
+    vertices, faces, _ = THINGS[name]()
+    return weld_triangles(vertices @ rotation.T * scale + np.array([3.0, -2.0, 7.0]) * scale, faces)
+
+
+def test_the_front_is_found_from_any_side(subtests: pytest.Subtests) -> None:
+    poses = ((0.0, np.eye(3)), (90.0, Y_UP), (180.0, np.eye(3)), (-27.0, Y_UP), (33.3, np.eye(3)))
+    for name, (degrees, stands) in product(("drawers", "range"), poses):
+        with subtests.test(name=name, degrees=degrees, stands=stands):
+            rotation = stands @ yaw(degrees)
+            found = guess_frame(turned(name, rotation, 100.0))
+            assert found.rotation[2] == pytest.approx(rotation @ UP, abs=2e-3)
+            assert found.rotation[1] == pytest.approx(-rotation @ FACING, abs=2e-3)
+            assert 0.0 < found.confidence <= 1.0
+            assert found.runner_up
+
+
+@pytest.mark.parametrize("degrees", [0.0, 2.0, 41.0])
+def test_the_thing_fills_its_box(degrees: float) -> None:
+    mesh = turned("microwave", yaw(degrees), 10.0)
+    frame = guess_frame(mesh, up=UP.tolist(), front=(yaw(degrees) @ FACING).tolist())
+    placed = mesh.in_frame(frame)
+    low, high = placed.points.min(axis=0), placed.points.max(axis=0)
+    assert np.linalg.norm(high - low) == pytest.approx(1.0)
+    assert (low + high) / 2 == pytest.approx(np.zeros(3), abs=1e-9)
+    size = np.array([0.5, 0.43, 0.3])
+    assert high - low == pytest.approx(size / np.linalg.norm(size), abs=2e-3)
+    assert frame.to_file(placed.points) == pytest.approx(mesh.points, abs=1e-9)
+
+
+@pytest.mark.representatives(2)
+@pytest.mark.parametrize("face", [3, 4, 0, 1, 2, 5])
+def test_what_the_user_says_holds(face: int) -> None:
+    mesh = turned("drawers", np.eye(3))
+    front = -SIDES[face][2]
+    for up in (-SIDES[k][2] for k in range(6) if k // 2 != face // 2):
+        found = guess_frame(mesh, up=up.tolist(), front=front.tolist())
+        assert found.rotation == pytest.approx(given_frame(mesh, up.tolist(), front.tolist()).rotation)
+        assert found.reason == "given"
+    assert guess_frame(mesh, front=front.tolist()).rotation[1] == pytest.approx(-front)
+    assert guess_frame(mesh, up=front.tolist()).rotation[2] == pytest.approx(front)
+
+
+def test_the_word_of_the_file_counts() -> None:
+    cube = weld_triangles(*together(box((0, 0, 0), (1, 1, 1)))[:2])
+    for side in range(6):
+        assert guess_frame(cube, stated=side).rotation[2] == pytest.approx(-SIDES[side][2])
+
+
+PIXELS = 128

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from casa_assets.articulate.joints import build_joint
+from casa_assets.articulate.assemble import build_joint
 from casa_assets.articulate.plan import JointPlan, PartKind, PartPlan
 from casa_assets.asset.assemble import assemble
 from casa_assets.asset.asset_builder import ROOT, AssetBuilder

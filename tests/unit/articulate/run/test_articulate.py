@@ -1,4 +1,4 @@
-"""A static mesh into an entry of a library: certificate, decisions, strip, review; or a reason why not."""
+"""A static mesh into an entry of a library: accepted, in review or rejected; what is mended, and what a person says."""
 
 from __future__ import annotations
 
@@ -9,39 +9,48 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from casa_assets.articulate.decisions import Decisions, PartDecision
-from casa_assets.articulate.plan import PartKind
-from casa_assets.articulate.run.acceptance import limit_ranges
-from casa_assets.articulate.run.build import ArticulateRequest, build
+from casa_assets import registry
+from casa_assets.articulate.decisions import DECISIONS_NAME, Decisions, PartDecision
+from casa_assets.articulate.plan import Articulation, PartKind, calibrate_parts
+from casa_assets.articulate.run import build as building
+from casa_assets.articulate.run import steps as running
+from casa_assets.articulate.run.acceptance import (
+    MAX_LISTED_FAULTS,
+    doubts,
+    limit_ranges,
+    mend,
+    unmet_checks,
+    without_contract,
+)
+from casa_assets.articulate.run.build import NAMING_CONFIDENCE, ArticulateRequest, build, guess_category, with_override
 from casa_assets.articulate.run.steps import NAME as STRIP
 from casa_assets.articulate.run.steps import ArticulateOutcome, articulate_one
 from casa_assets.checks.motion.joints import joint_travels
+from casa_assets.errors import UnknownId
 from casa_assets.formats import mjcf
+from casa_assets.ingest.sources.discover import discover
+from casa_assets.ingest.sources.found import Found
 from casa_assets.library import library as disk
+from casa_assets.library import review
+from casa_assets.library.clip import NO_WEIGHTS
+from casa_assets.library.entry_table import EntryTable
+from casa_assets.library.review import read_decisions
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.issue import REVIEW_CODE, Decision, Issue, Report, Severity
+from casa_assets.model.record import Vec3
+from casa_assets.model.registry.rows import Bars, Curve
 from casa_assets.model.source import Word
 from casa_assets.runs.outcome import RunAborted
 from casa_assets.show.stills.still import CELL_PX
-from tests.unit.articulate.blocks import Part, box, carcass, microwave, together
+from tests.support.asset.assets import category
+from tests.support.asset.contract_fixtures import hob, oven
+from tests.support.asset.packages import packed
+from tests.unit.articulate.blocks import Part, box, carcass, drawers, found_on, microwave, together
 from tests.unit.articulate.test_assemble import obj
 
 pytestmark = pytest.mark.content("code", "articulate.run", keep=0)
 
 AXES = {"up": (0.0, 0.0, 1.0), "front": (0.0, -1.0, 0.0)}
-
-
-def boxed_in() -> list[Part]:
-    """A drawer with a post that stands 0.1 m before it."""
-    return [
-        *carcass(0.5, 0.5, 0.3),
-        box((0.022, -0.0, 0.022), (0.478, 0.02, 0.278)),
-        box((0.15, -0.04, 0.14), (0.35, 0.0, 0.155)),
-        box((0.03, 0.02, 0.03), (0.04, 0.45, 0.2)),
-        box((0.46, 0.02, 0.03), (0.47, 0.45, 0.2)),
-        box((0.04, 0.02, 0.03), (0.46, 0.45, 0.04)),
-        box((0.04, 0.44, 0.04), (0.46, 0.45, 0.2)),
-        box((0.02, -0.16, -0.02), (0.48, -0.12, 0.28)),
-        box((0.0, -0.16, -0.02), (0.5, 0.5, 0.0)),
-    ]
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +103,19 @@ def test_what_does_not_move_and_what_cannot_be_are_told_apart(tmp_path: Path) ->
 
 
 def test_a_part_stops_where_it_runs_into_something(tmp_path: Path) -> None:
-    vertices, faces, _ = together(*boxed_in())
+    # A drawer with a post that stands 0.1 m before it.
+    thing = [
+        *carcass(0.5, 0.5, 0.3),
+        box((0.022, -0.0, 0.022), (0.478, 0.02, 0.278)),
+        box((0.15, -0.04, 0.14), (0.35, 0.0, 0.155)),
+        box((0.03, 0.02, 0.03), (0.04, 0.45, 0.2)),
+        box((0.46, 0.02, 0.03), (0.47, 0.45, 0.2)),
+        box((0.04, 0.02, 0.03), (0.46, 0.45, 0.04)),
+        box((0.04, 0.44, 0.04), (0.46, 0.45, 0.2)),
+        box((0.02, -0.16, -0.02), (0.48, -0.12, 0.28)),
+        box((0.0, -0.16, -0.02), (0.5, 0.5, 0.0)),
+    ]
+    vertices, faces, _ = together(*thing)
     part = PartDecision(kind=PartKind.DRAWER, box_m=((-0.24, -0.25, 0.03), (0.24, 0.33, 0.31)), travel_m=0.3)
     decisions = Decisions(parts={"mine": part})
     mesh = obj(tmp_path / "thing.obj", vertices, faces)
@@ -109,3 +130,237 @@ def test_a_part_stops_where_it_runs_into_something(tmp_path: Path) -> None:
     assert not list(tmp_path.glob("**/model.xml")), "ranges are limited in memory"
     # The handle stands 0.08 m off the post.
     assert 0.06 <= joint.range[1] <= 0.081
+
+
+def _complaint(code: str, pointer: str) -> Report:
+    return Report(subject="a", issues=(Issue(code=code, severity=Severity.ERROR, pointer=pointer, message="m"),))
+
+
+def test_shapes_that_do_not_fit_are_fitted_again(tmp_path: Path) -> None:
+    built = build(ArticulateRequest(obj(tmp_path / "microwave.obj", *microwave()[:2]), tmp_path, **AXES))
+    named = built.with_runtime_names()
+    mended = mend(built, named, _complaint("AST009", "links/door/colliders"))
+    assert mended is not None
+    assert mended.spec.refit == {"door_0"}
+    shapes = {link.name: link.colliders for link in built.asset.links}
+    assert [k.name for k in mended.asset.links if k.colliders != shapes[k.name]] in (["door_0"], ["object", "door_0"])
+    again = mend(mended, mended.with_runtime_names(), _complaint("AST009", "links/door/colliders"))
+    assert again is None, "what was fitted again is not fitted once more"
+    assert mend(built, named, _complaint("AST002", "links/door")) is None
+
+
+def _crossing_drawers() -> list[Part]:
+    """Two drawers side by side, and a bar on the left one that reaches before the right one."""
+    return [
+        *carcass(0.8, 0.5, 0.3),
+        box((0.03, -0.02, 0.03), (0.39, 0.0, 0.27)),
+        box((0.41, -0.02, 0.03), (0.77, 0.0, 0.27)),
+        box((0.03, 0.0, 0.03), (0.39, 0.4, 0.04)),
+        box((0.41, 0.0, 0.03), (0.77, 0.4, 0.04)),
+        box((0.3, -0.08, 0.12), (0.6, -0.06, 0.18)),
+        box((0.3, -0.06, 0.14), (0.32, -0.02, 0.16)),
+    ]
+
+
+# A bar of one drawer before the other; and a post of the body 20 mm before a drawer that is to open by 300 mm.
+IN_THE_WAY = (
+    (
+        _crossing_drawers(),
+        {"left": ((-0.38, -0.36, 0.0), (0.21, 0.3, 0.3)), "right": ((0.005, -0.28, 0.0), (0.38, 0.3, 0.3))},
+    ),
+    (
+        [*_crossing_drawers()[:9], box((0.1, -0.08, 0.0), (0.3, -0.06, 0.3))],
+        {"left": ((-0.38, -0.26, 0.0), (0.0, 0.3, 0.3))},
+    ),
+)
+
+
+@pytest.mark.parametrize(("parts", "boxes"), IN_THE_WAY, ids=["each other", "the body"])
+def test_parts_that_run_into_something_are_put_to_a_person(
+    tmp_path: Path, parts: list[Part], boxes: dict[str, tuple[Vec3, Vec3]]
+) -> None:
+    decided = {name: PartDecision(kind=PartKind.DRAWER, box_m=corners, travel_m=0.3) for name, corners in boxes.items()}
+    request = ArticulateRequest(
+        obj(tmp_path / "cabinet.obj", *together(*parts)[:2]),
+        tmp_path / "lib",
+        category="base_cabinet",
+        size_m=0.8,
+        decisions=Decisions(parts=decided),
+        complete=False,
+        **AXES,
+    )
+    done = articulate_one(request)
+    assert isinstance(done, ArticulateOutcome), done
+    assert done.decision is Decision.REVIEW, done.message
+    if len(boxes) == 2:
+        assert done.to_decide == ("contacts",), done.message
+    else:
+        assert done.report is not None
+        (issue,) = (i for i in done.report.issues if i.pointer == "contacts")
+        assert "of its range, then runs into object" in issue.message
+
+
+def _strict(monkeypatch: pytest.MonkeyPatch, **bars: float) -> None:
+    """Make the bars such that a good guess is not sure enough."""
+    model = registry.load_confidence()
+    strict = model.replace(bars=Bars(**{"frame": 0.0, "plan": 0.0, "front": 0.0, **bars}))
+    monkeypatch.setattr(registry, "load_confidence", lambda: strict)
+
+
+def _articulate(request: ArticulateRequest) -> ArticulateOutcome:
+    done = articulate_one(request)
+    assert isinstance(done, ArticulateOutcome), done
+    return done
+
+
+def test_a_plan_below_its_bar_is_in_review_until_a_person_accepts_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _strict(monkeypatch, plan=1.0)
+    request = ArticulateRequest(obj(tmp_path / "microwave.obj", *microwave()[:2]), tmp_path / "lib", **AXES)
+    done = _articulate(request)
+    assert done.decision is Decision.REVIEW
+    assert not done.accepted
+    assert done.to_decide == ("plan",)
+    assert done.folder is not None
+    assert done.folder.parent == tmp_path / "lib" / "microwave", "an asset in review stands where accepted ones do"
+    library = disk.Library(tmp_path / "lib")
+    assert review.write(library, EntryTable(library).entries) == 1
+    (cells,) = review.cells(library).values()
+    assert cells["look_at"] == "plan"
+    assert "all parts are right" in cells["reason"]
+    (entry,) = EntryTable(library).entries
+    review.decide(library, entry, {"decision": "accept"})
+    override = review.read_overrides(library)[entry.sha256]
+    accepted = _articulate(with_override(request, override))
+    assert accepted.decision is Decision.ACCEPTED
+    # Without the word of the person it would be in review again, so it is kept as it is; the second time at once.
+    kept = _articulate(request)
+    assert (kept.kept, kept.decision, kept.folder) == (True, Decision.ACCEPTED, accepted.folder)
+    assert kept.reason_kept.endswith(" is accepted, the new result is in review (plan); --force replaces it")
+    assert kept.articulation == accepted.articulation
+    with monkeypatch.context() as patched:
+        patched.setattr(running, "build", None)
+        assert _articulate(request).reason_kept == kept.reason_kept
+    refused = _articulate(with_override(request, override.replace(decision=Word.REJECT)))
+    assert (refused.code, refused.decision) == ("REV002", Decision.REJECTED)
+
+
+def test_a_guessed_frame_below_its_bar_is_in_review_with_the_runner_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mesh = obj(tmp_path / "microwave.obj", *microwave()[:2])
+    found = build(ArticulateRequest(mesh, tmp_path)).articulation
+    unsure = found.replace(frame=found.frame.replace(confidence=0.33, runner_up="front +x, up +z"))
+    (issue,) = (i for i in doubts(unsure, registry.load_confidence()) if i.pointer == "frame")
+    assert issue.code == REVIEW_CODE
+    assert "33% sure, else front +x" in issue.message
+    _strict(monkeypatch, frame=1.0)
+    assert "frame" in [i.pointer for i in doubts(unsure, registry.load_confidence())]
+    given = build(ArticulateRequest(mesh, tmp_path, **AXES)).articulation
+    assert "frame" not in [i.pointer for i in doubts(given, registry.load_confidence())], "a person said it"
+
+
+def test_nothing_is_built_behind_a_front_in_doubt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = obj(tmp_path / "microwave.obj", *microwave()[:2])
+    request = ArticulateRequest(mesh, tmp_path, **AXES)
+    cavities = build(request).articulation.cavities
+    model, never = registry.load_confidence(), Curve(given=(0.0, 1.0), right=(0.0, 0.1))
+    monkeypatch.setattr(building, "calibrate_parts", lambda found, _: calibrate_parts(found, model.replace(part=never)))
+    doubtful = build(request).articulation
+    assert [c.built for c in doubtful.cavities] == [False] * len(cavities)
+    for before, after in zip(cavities, doubtful.cavities, strict=True):
+        assert after.in_doubt is before.built
+        assert not before.built or "not built: " in after.reason
+
+
+@pytest.mark.representatives(2)
+@pytest.mark.parametrize(
+    ("points", "faces"),
+    [
+        ([(1, 1, 1)] * 3, [(1, 2, 3)]),
+        ([(0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1)], [(1, 2, 3), (1, 3, 4)]),
+        ([(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(1, 2, 3)]),
+        ([(0, 0, 0), (1, 0, 0), (1, 0, 1)], [(1, 2, 3)]),
+    ],
+    ids=["point", "sheet", "line", "face"],
+)
+def test_of_nearly_nothing_nothing_moves(
+    points: list[tuple[int, int, int]], faces: list[tuple[int, int, int]], tmp_path: Path
+) -> None:
+    mesh = tmp_path / "oven.obj"
+    rows = [f"v {x} {y} {z}" for x, y, z in points] + [f"f {a} {b} {c}" for a, b, c in faces]
+    mesh.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    assert _articulate(ArticulateRequest(mesh, tmp_path / "lib")).code == "ART001"
+
+
+def test_a_mesh_with_signs_of_parts_of_which_none_was_found_is_in_review(tmp_path: Path) -> None:
+    mesh = obj(tmp_path / "oven.obj", *together(box((0, 0, 0), (0.6, 0.6, 0.6)))[:2])
+    done = _articulate(ArticulateRequest(mesh, tmp_path / "lib", preview=True))
+    assert done.decision is Decision.REVIEW, done.message
+    assert "plan" in done.to_decide
+    assert done.folder is not None
+    assert read_decisions(done.folder / DECISIONS_NAME).parts == {}
+
+
+def one(folder: Path, name: str) -> Found:
+    (found,) = discover([obj(folder / name, *drawers()[:2])])
+    assert isinstance(found, Found)
+    return found
+
+
+@pytest.fixture(scope="module")
+def chest() -> tuple[Vec3, Articulation]:
+    vertices, faces, _ = drawers()
+    x, y, z = (float(v) for v in np.ptp(vertices, axis=0))
+    return (x, y, z), found_on(vertices, faces)
+
+
+def toaster() -> tuple[str, float, str]:
+    return "toaster", 0.8, "CLIP says a toaster"
+
+
+def nothing() -> tuple[str, float, str]:
+    return "", 0.2, "CLIP says a kettle at 20%, which names nothing"
+
+
+def test_the_user_goes_before_a_look_a_name_and_the_shape(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
+    fridge, unnamed = one(tmp_path, "fridge.obj"), one(tmp_path, "mesh_0042.obj")
+    kind = guess_category(fridge, *chest, stated="dishwasher", classify_by_image=toaster)
+    assert (kind.id, kind.confidence) == ("dishwasher", 1.0)
+    with pytest.raises(UnknownId):
+        guess_category(fridge, *chest, stated="spaceship")
+    kind = guess_category(fridge, *chest, classify_by_image=toaster)
+    assert (kind.id, kind.confidence, kind.reason) == ("toaster", 0.8, "CLIP says a toaster")
+    for seen in (None, nothing):
+        named = guess_category(fridge, *chest, classify_by_image=seen)
+        assert (named.id, named.reason[:11]) == ("refrigerator", "by its name")
+    assert named.confidence >= NAMING_CONFIDENCE
+    assert guess_category(fridge, *chest, stated="refrigerator") == guess_category(fridge, *chest), "it stays a guess"
+    kind = guess_category(unnamed, *chest)
+    assert kind.id == "drawer_stack"
+    assert 0.2 < kind.confidence <= 0.6
+    assert "by its shape and parts" in kind.reason
+    assert NO_WEIGHTS in kind.reason
+    assert "names nothing" in guess_category(unnamed, *chest, classify_by_image=nothing).reason
+
+
+def faults(asset: Asset, folder: Path) -> tuple[str, ...]:
+    known = registry.load()
+    contract = known.contracts.get(asset.contract or "")
+    return unmet_checks(asset, category(asset), packed(asset, folder).root, contract, known.limits)
+
+
+def test_an_asset_lacks_nothing_of_its_contract_or_says_what(tmp_path: Path) -> None:
+    assert faults(hob(), tmp_path / "whole") == ()
+    renamed = tuple(c.replace(name="key") if c.name == "start_button" else c for c in oven().root.colliders)
+    nameless = oven().replace(links=(oven().root.replace(colliders=renamed), *oven().links[1:]), behavior=None)
+    assert any(f.startswith("CON003 colliders/start_button") for f in faults(nameless, tmp_path / "nameless"))
+    stiff = hob().replace(joints=tuple(j.replace(damping=500.0) for j in hob().joints))
+    found = faults(stiff, tmp_path / "stiff")
+    assert found
+    assert all(f.startswith("KIN") for f in found), "what does not move is said once the names are right"
+    asset = without_contract(hob(), tuple(f"CON001 joints/k{i}: is not there" for i in range(MAX_LISTED_FAULTS + 2)))
+    guess = asset.provenance.guesses[-1]
+    assert (asset.contract, guess.subject, guess.value) == (None, "contract", "not stovetop")
+    assert guess.reason.endswith("and 2 more")

@@ -40,10 +40,10 @@ def meshes(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def request_maker(out: Path, anew: bool = False) -> RequestMaker:
+def request_maker(out: Path, force: bool = False) -> RequestMaker:
     def make(found: Found) -> ArticulateRequest:
         return ArticulateRequest(
-            Path(found.source.place), out, up=(0, 0, 1), front=(0, -1, 0), anew=anew, source_file=found
+            Path(found.source.place), out, up=(0, 0, 1), front=(0, -1, 0), force=force, source_file=found
         )
 
     return make
@@ -126,5 +126,5 @@ def test_what_broke_a_limit_is_not_tried_again(meshes: Path, made: Path, tmp_pat
         (again,) = run(folder, out).values()
         assert (again.kept, again.code) == (is_kept, code if is_kept else "ART001")
         if code == "RUN001":
-            (anew,) = articulate([folder], out, request_maker(out, anew=True))
-            assert (anew.kept, anew.code) == (False, "ART001")
+            (forced,) = articulate([folder], out, request_maker(out, force=True))
+            assert (forced.kept, forced.code) == (False, "ART001")

@@ -16,7 +16,7 @@ from casa_assets.articulate.run.review_page import NAME
 from casa_assets.cli.main import app
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.library import library as disk
-from casa_assets.library.decisions import decided, read_review
+from casa_assets.library.review import mesh_decisions, read_review
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.show.view.review import ReviewServer
 from tests.support.library.server_requests import ask
@@ -38,17 +38,8 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def articulate(place: Path, *options: str) -> str:
-    words = [
-        "articulate",
-        str(place / "in"),
-        "--library",
-        str(place / "lib"),
-        "--up=+z",
-        "--front=-y",
-        "--size-m=0.5",
-        *options,
-    ]
-    result = CliRunner().invoke(app, words)
+    words = ["articulate", str(place / "in"), "--library", str(place / "lib"), "--up=+z", "--front=-y", "--size-m=0.5"]
+    result = CliRunner().invoke(app, [*words, *options])
     assert result.exit_code in (0, 4), result.output
     return result.output
 
@@ -128,7 +119,7 @@ def test_what_the_page_writes_is_obeyed_by_this_run_and_later_ones(place: Path) 
     file.write_text(json.dumps({"meshes": {sha256: {}}}), encoding="utf-8")
     articulate(place, "--review", "--decisions", str(file))
     assert len(facts(place)["microwave.obj"]["parts"]) == 6
-    assert decided(disk.Library(place / "lib")) == {}
+    assert mesh_decisions(disk.Library(place / "lib")) == {}
 
 
 def test_a_strip_is_drawn_for_what_an_earlier_run_made_without(place: Path, tmp_path: Path) -> None:
@@ -173,11 +164,11 @@ def test_a_page_that_is_served_writes_into_the_library(place: Path) -> None:
             assert ask(server, address, {**said, "decisions": {"parts": {"door_0": {"hinge": "middle"}}}})[0] == 400
             assert ask(server, address, {**said, "decisions": {"category": "no_such_thing"}})[0] == 400
             assert ask(server, "/wrong/decide_articulated", said)[0] == 400
-            assert decided(server.library) == {}
+            assert mesh_decisions(server.library) == {}
             assert ask(server, address, said)[0] == 200
-            assert decided(server.library)[row["sha256"]].parts["door_0"].hinge is HingeEdge.TOP
+            assert mesh_decisions(server.library)[row["sha256"]].parts["door_0"].hinge is HingeEdge.TOP
             assert ask(server, address, {**said, "decisions": {}})[0] == 200
-            assert decided(server.library) == {}
+            assert mesh_decisions(server.library) == {}
         finally:
             server.shutdown()
             thread.join()

@@ -10,23 +10,15 @@ from itertools import combinations
 
 import numpy as np
 
-from casa_assets.articulate.category import KIND_TRAITS
 from casa_assets.articulate.controls.controls import find_controls
+from casa_assets.articulate.controls.faucets import Axis, Piece, PieceGraph, piece_graph
 from casa_assets.articulate.fronts.front_hypotheses import find_fronts
 from casa_assets.articulate.fronts.relief import is_handle
+from casa_assets.articulate.kinds import KIND_TRAITS
 from casa_assets.articulate.plan import Models
-from casa_assets.articulate.segment.fragments import (
-    Axis,
-    MeasuredFragments,
-    Piece,
-    PieceGraph,
-    measure_fragments,
-    piece_graph,
-    render_sides,
-)
+from casa_assets.articulate.segment.fragments import MeasuredFragments, WeldedMesh, measure_fragments, render_sides
 from casa_assets.articulate.segment.orthographic import BACK, FRONT, LEFT, RIGHT, TOP, measure_relief
 from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, boxiness
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.numeric import Floats
 from casa_assets.model.registry.category import split_words
 
@@ -37,8 +29,7 @@ PART_WORDS = frozenset(
     {"door", "drawer", "knob", "hinge", "lever", "switch", "flap", "button", "dial", "faucet", "tap", "valve"}
     | {"slider", "sash", "crank"}
 )
-# A front is seen where it is one with this probability; on a mesh of one piece, such as a scan, uneven sides show lines
-# that bound nothing.
+# Least probability of a front; uneven sides of a mesh of one piece, such as a scan, show lines that bound nothing.
 MIN_FRONT_PROBABILITY, MIN_FRONT_PROBABILITY_OF_ONE_PIECE = 0.5, 0.8
 # What is thinner is a sheet or a picture, diagonals.
 MIN_THICKNESS = 0.01
@@ -66,7 +57,12 @@ def signs_of_parts(mesh: WeldedMesh, stated: str, names: Sequence[str], models: 
     """
     if float(np.ptp(mesh.points, axis=0).min()) < MIN_THICKNESS:
         return ()
-    found = _signs_of_names(stated, names)
+    found = []
+    if stated in KIND_TRAITS and stated not in OFTEN_STILL:
+        found.append(f"it is called a {stated.replace('_', ' ')}, and such things have moving parts")
+    words = {word.removesuffix("s") for name in names for word in split_words(name)} & PART_WORDS
+    if words:
+        found.append(f"names in its file say {', '.join(sorted(words))}")
     views = render_sides(mesh)
     measured = measure_fragments(mesh, mesh.fragment_labels, images=views)
     found += _signs_of_pieces(measured)
@@ -77,19 +73,7 @@ def signs_of_parts(mesh: WeldedMesh, stated: str, names: Sequence[str], models: 
     return tuple(found)
 
 
-def _signs_of_names(stated: str, names: Sequence[str]) -> list[str]:
-    """Return the signs that names give."""
-    found = []
-    if stated in KIND_TRAITS and stated not in OFTEN_STILL:
-        found.append(f"it is called a {stated.replace('_', ' ')}, and such things have moving parts")
-    words = {word.removesuffix("s") for name in names for word in split_words(name)} & PART_WORDS
-    if words:
-        found.append(f"names in its file say {', '.join(sorted(words))}")
-    return found
-
-
 def _signs_of_side(mesh: WeldedMesh, measured: MeasuredFragments, side: int, models: Models) -> list[str]:
-    """Return the signs that a side shows."""
     relief = measure_relief(mesh, side)
     where = f"on its {SIDE_NAMES[side]}"
     if any(is_handle(relief, blob) for blob in relief.blobs):
@@ -97,8 +81,7 @@ def _signs_of_side(mesh: WeldedMesh, measured: MeasuredFragments, side: int, mod
     if measured.count > 1 and any(c.protrusion >= MIN_CONTROL_PROTRUSION for c in find_controls(measured, side, [])):
         return [f"something {where} stands out like a knob, a key or a lever"]
     least = MIN_FRONT_PROBABILITY if measured.count > 1 else MIN_FRONT_PROBABILITY_OF_ONE_PIECE
-    forests = models.front_forests
-    fronts = [] if forests is None or side == TOP else find_fronts(mesh, relief, side, forests)
+    fronts = [] if side == TOP else find_fronts(mesh, relief, side, (models.fronts_alone, models.fronts))
     if any(chance > least for _, chance in fronts):
         return [f"lines {where} run round what looks like a door or a drawer"]
     return []

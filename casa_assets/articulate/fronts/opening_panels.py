@@ -9,13 +9,6 @@ import numpy as np
 from casa_assets.articulate.controls.classify import ControlClassifier
 from casa_assets.articulate.controls.controls import MAX_KEY_RATIO, Control, has_round_outline
 from casa_assets.articulate.fronts.panels import INSIDE_TOLERANCE, Panel
-from casa_assets.articulate.interior.hollow_parts import (
-    PIXELS,
-    free_share_behind,
-    roofed_share,
-    share_open_to_the_top,
-    view_from_above,
-)
 from casa_assets.articulate.interior.inner_parts import (
     GROUPING_GAPS,
     find_backing_plates,
@@ -23,13 +16,10 @@ from casa_assets.articulate.interior.inner_parts import (
     group_touching,
     is_shelf,
 )
-from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
-from casa_assets.articulate.segment.orthographic import BACK, BOTTOM, FRONT, LEFT, RIGHT, TOP
+from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side, view_from_above
+from casa_assets.articulate.segment.orthographic import BACK, BOTTOM, FRONT, LEFT, RIGHT, SIDES, TOP, render_depth
 from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, NO_FRONTS, KnownFronts, boxiness
 from casa_assets.core.numeric import Floats, Mask
-
-# Tiled fronts ---------------------------------------------------------------------------------------------------------
-# Find fronts without handles: panels that tile a side together, or that have controls next to them.
 
 # Fronts of one thing start at one depth, end in line, and lie this near to each other, diagonals.
 SAME_DEPTH, IN_LINE, MAX_GAP = 0.02, 0.012, 0.04
@@ -41,6 +31,66 @@ MIN_VISIBLE_SHARE = 0.5
 MIN_CONTROLS_BESIDE, MIN_DOOR_SHARE, MAX_DOOR_SHARE = 2, 0.3, 0.93
 # Detergent drawers lie above a round door and are at most this wide by the side.
 MAX_DRAWER_WIDTH_SHARE = 0.45
+# Diameter by the width and by the height of the front, distance of its middle from that of the front by the width, and
+# height by width of the front. Ref: makers list loading doors of 30 to 50 cm in fronts of 60 by 85 cm.
+MIN_DIAMETER_BY_WIDTH, MAX_DIAMETER_BY_WIDTH, MIN_DIAMETER_BY_HEIGHT = 0.35, 0.85, 0.22
+MAX_OFFSET, MIN_TALL, MAX_TALL = 0.15, 0.8, 2.4
+# Its parts start within this share of the depth of the thing, reach back at most by this share of their diameter, and
+# show at least this share of their square.
+MAX_START_SHARE, MAX_DEPTH_BY_DIAMETER, ROUND_MIN_VISIBLE_SHARE = 0.2, 0.6, 0.08
+# Parts of one door have their middles this near to each other, by its diameter, and stay within its circle so far.
+MAX_ECCENTRICITY, CIRCLE_TOLERANCE = 0.1, 1.06
+# What lies deeper behind its back is the drum, diagonals.
+MAX_BEHIND = 0.02
+# A small thing alone on a panel is its pull, unless it is a knob or a key with this confidence.
+MIN_SURE_CONTROL = 0.85
+# Least protrusion of a handle, diagonals. Ref: rails of framed doors reach 0.013, handles start at 0.025.
+MIN_HANDLE_PROTRUSION = 0.013
+# A pull of a large object is relatively small: least protrusion, the same by its width, and its length at most as a
+# share of its front, which rails exceed.
+MIN_PULL_PROTRUSION, MIN_PULL_PROTRUSION_BY_WIDTH, MAX_PULL_LENGTH_SHARE = 0.006, 0.4, 0.5
+# Width to height of a cup pull.
+MIN_CUP_PULL_RATIO = 1.4
+# Widest gap between a handle and its front, diagonals.
+MAX_HANDLE_GAP = 0.035
+# Smaller protrusions are marks or screws, diagonals.
+MIN_HANDLE_SIZE = 0.03
+# Widest gap between a front and the box behind it, diagonals.
+MAX_BOX_GAP = 0.02
+# How far a seal reaches behind its front at most, diagonals.
+MAX_SEAL_DEPTH = 0.004
+# Height of a box as a share of its front: a lower one is a drawer of its own behind a door.
+MIN_BOX_HEIGHT_SHARE = 0.2
+# A box drawn as a block: width and height by its front, how far it is sunk by its depth, and its closed share.
+MIN_BLOCK_WIDTH_SHARE, MIN_BLOCK_HEIGHT_SHARE, MAX_BLOCK_SUNK_SHARE, MIN_BLOCK_FILL = 0.55, 0.35, 0.1, 0.8
+# Greatest share of a board of a box that is visible from outside, and least depth of a box by the width of its front.
+MAX_VISIBLE_SHARE, MIN_BOX_DEPTH_SHARE = 0.05, 0.25
+# A box is a basin where whoever looks down on the worktop sees into it over this share of its plan.
+MIN_BASIN_SHARE = 0.5
+# Height to width of a front above which only a tub is a box: fridges have many shelves and bins.
+MAX_HEIGHT_RATIO = 1.3
+# Widest gap between a front and a shelf behind it, diagonals.
+MAX_SHELF_GAP = 0.1
+# Distance that a box keeps within its front, diagonals: walls between fronts reach beyond their edges.
+BOX_TOLERANCE = 0.002
+# A front without a handle has free space behind at least this share of it.
+MIN_HOLLOW_SHARE = 0.4
+# With this many controls a panel that is smaller than this share of the front is a control panel, whatever protrudes.
+MIN_CONTROLS, MAX_CONTROL_PANEL_SHARE = 2, 0.4
+# The face of a remote control or a telephone: share of its side, depth of the thing by its longer side, controls on it.
+MIN_KEY_PAD_SHARE, MAX_KEY_PAD_DEPTH, MIN_KEY_PAD_CONTROLS = 0.7, 0.35, 3
+# A sheet that is no thicker, diagonals, and at least this share of the side wide is the face of the case itself.
+MAX_FACE_DEPTH, MIN_FACE_WIDTH_SHARE = 0.002, 0.97
+# Most handles of one front: a wide drawer has two.
+MAX_HANDLES = 2
+# Confidence of a front that only the kind of its thing makes one.
+DOUBTFUL = 0.45
+# A plinth or a rail: greatest height by that of the thing; how far it is set back behind a front at least, diagonals.
+MAX_RAIL_HEIGHT, MIN_SETBACK = 0.16, 0.015
+# A panel without a handle that is narrower than this share of the side is a strip of the body.
+MAX_STRIP_SHARE = 0.13
+# Pixels along the longer side of the pictures of boxes, and least depth of the room behind a front, diagonals.
+BOX_PIXELS, MIN_ROOM_DEPTH = 96, 0.05
 
 
 def tiled_fronts(measured: MeasuredFragments, panels: Sequence[Panel], chosen: Sequence[Panel]) -> list[Panel]:
@@ -110,36 +160,15 @@ def _is_plain(measured: MeasuredFragments, panel: Panel) -> bool:
 
 def _tile(a: Panel, b: Panel) -> bool:
     """Return whether two panels lie in one row or column, flush, near each other, and about as large."""
-    if abs(float(a.lower[2] - b.lower[2])) > SAME_DEPTH:
-        return False
     areas = sorted((a.width * a.height, b.width * b.height))
-    return areas[0] >= MIN_SIZE_BY_EQUAL * areas[1] and any(
-        _in_line(a.lower, a.upper, b.lower, b.upper, k) for k in (0, 1)
-    )
-
-
-def _in_line(lower: Floats, upper: Floats, other_lower: Floats, other_upper: Floats, across: int) -> bool:
-    """Return whether two rectangles begin and end at the same place on an axis, and are near on the other."""
-    along = 1 - across
-    away = np.abs([lower[across] - other_lower[across], upper[across] - other_upper[across]]).max()
-    gap = max(float(lower[along] - other_upper[along]), float(other_lower[along] - upper[along]))
-    return bool(away <= IN_LINE) and -IN_LINE <= gap <= MAX_GAP
-
-
-# Round doors ----------------------------------------------------------------------------------------------------------
-# Find the round door of a washing machine or dryer, which lies on the front as a ring, a disc or a dome.
-
-# Diameter by the width and by the height of the front, distance of its middle from that of the front by the width, and
-# height by width of the front. Ref: makers list loading doors of 30 to 50 cm in fronts of 60 by 85 cm.
-MIN_DIAMETER_BY_WIDTH, MAX_DIAMETER_BY_WIDTH, MIN_DIAMETER_BY_HEIGHT = 0.35, 0.85, 0.22
-MAX_OFFSET, MIN_TALL, MAX_TALL = 0.15, 0.8, 2.4
-# Its parts start within this share of the depth of the thing, reach back at most by this share of their diameter, and
-# show at least this share of their square.
-MAX_START_SHARE, MAX_DEPTH_BY_DIAMETER, ROUND_MIN_VISIBLE_SHARE = 0.2, 0.6, 0.08
-# Parts of one door have their middles this near to each other, by its diameter, and stay within its circle so far.
-MAX_ECCENTRICITY, CIRCLE_TOLERANCE = 0.1, 1.06
-# What lies deeper behind its back is the drum, diagonals.
-MAX_BEHIND = 0.02
+    if abs(float(a.lower[2] - b.lower[2])) > SAME_DEPTH or areas[0] < MIN_SIZE_BY_EQUAL * areas[1]:
+        return False
+    for across, along in ((0, 1), (1, 0)):
+        away = np.abs([a.lower[across] - b.lower[across], a.upper[across] - b.upper[across]]).max()
+        gap = max(float(a.lower[along] - b.upper[along]), float(b.lower[along] - a.upper[along]))
+        if away <= IN_LINE and -IN_LINE <= gap <= MAX_GAP:
+            return True
+    return False
 
 
 def find_round_door(measured: MeasuredFragments) -> Panel | None:
@@ -179,59 +208,6 @@ def fragments_around(measured: MeasuredFragments, door: Panel) -> list[int]:
     lower, upper = corners_from_side(measured, FRONT)
     around = (lower[:, :2] <= door.lower[:2]).all(axis=1) & (upper[:, :2] >= door.upper[:2]).all(axis=1)
     return [i for i in np.flatnonzero(around).tolist() if i not in door.members]
-
-
-# Fronts ---------------------------------------------------------------------------------------------------------------
-
-# A small thing alone on a panel is its pull, unless it is a knob or a key with this confidence.
-MIN_SURE_CONTROL = 0.85
-# Least protrusion of a handle, diagonals. Ref: rails of framed doors reach 0.013, handles start at 0.025.
-MIN_HANDLE_PROTRUSION = 0.013
-# A pull of a large object is relatively small: least protrusion, the same by its width, and its length at most as a
-# share of its front, which rails exceed.
-MIN_PULL_PROTRUSION, MIN_PULL_PROTRUSION_BY_WIDTH, MAX_PULL_LENGTH_SHARE = 0.006, 0.4, 0.5
-# Width to height of a cup pull.
-MIN_CUP_PULL_RATIO = 1.4
-# Widest gap between a handle and its front, diagonals.
-MAX_HANDLE_GAP = 0.035
-# Smaller protrusions are marks or screws, diagonals.
-MIN_HANDLE_SIZE = 0.03
-# Widest gap between a front and the box behind it, diagonals.
-MAX_BOX_GAP = 0.02
-# How far a seal reaches behind its front at most, diagonals.
-MAX_SEAL_DEPTH = 0.004
-# Height of a box as a share of its front: a lower one is a drawer of its own behind a door.
-MIN_BOX_HEIGHT_SHARE = 0.2
-# A box drawn as a block: width and height by its front, how far its front may be sunk, by its depth, and the share of
-# its rectangle that is closed.
-MIN_BLOCK_WIDTH_SHARE, MIN_BLOCK_HEIGHT_SHARE, MAX_BLOCK_SUNK_SHARE, MIN_BLOCK_FILL = 0.55, 0.35, 0.1, 0.8
-# Greatest share of a board of a box that is visible from outside, and least depth of a box by the width of its front.
-MAX_VISIBLE_SHARE, MIN_BOX_DEPTH_SHARE = 0.05, 0.25
-# A box is a basin where whoever looks down on the worktop sees into it over this share of its plan.
-MIN_BASIN_SHARE = 0.5
-# Height to width of a front above which only a tub is a box: fridges have many shelves and bins.
-MAX_HEIGHT_RATIO = 1.3
-# Widest gap between a front and a shelf behind it, diagonals.
-MAX_SHELF_GAP = 0.1
-# Distance that a box keeps within its front, diagonals: walls between fronts reach beyond their edges.
-BOX_TOLERANCE = 0.002
-# A front without a handle has free space behind at least this share of it.
-MIN_HOLLOW_SHARE = 0.4
-# A panel smaller than this share of the front with so many controls is a control panel, even if a lever protrudes from
-# it like a handle.
-MIN_CONTROLS, MAX_CONTROL_PANEL_SHARE = 2, 0.4
-# The face of a remote control or a telephone: share of its side, depth of the thing by its longer side, controls on it.
-MIN_KEY_PAD_SHARE, MAX_KEY_PAD_DEPTH, MIN_KEY_PAD_CONTROLS = 0.7, 0.35, 3
-# A sheet that is no thicker, diagonals, and at least this share of the side wide is the face of the case itself.
-MAX_FACE_DEPTH, MIN_FACE_WIDTH_SHARE = 0.002, 0.97
-# Most handles of one front: a wide drawer has two.
-MAX_HANDLES = 2
-# Confidence of a front that only the kind of its thing makes one.
-DOUBTFUL = 0.45
-# A plinth or a rail: greatest height by that of the thing; how far it is set back behind a front at least, diagonals.
-MAX_RAIL_HEIGHT, MIN_SETBACK = 0.16, 0.015
-# A panel without a handle that is narrower than this share of the side is a strip of the body.
-MAX_STRIP_SHARE = 0.13
 
 
 def attach_to_panels(
@@ -329,7 +305,9 @@ def _pulls(panels: list[Panel], controls: list[Control], sure: Collection[int]) 
     for panel in panels:
         on_panel = [c for c in controls if _host([panel], c.lower, c.upper) is panel]
         bars = [c for c in on_panel if c.long > 2.5 and _is_bar(c, panel)]
-        bars += [c for c in on_panel if not any(c is b for b in bars) and any(_bears(c, b) for b in bars)]
+        bars += [
+            c for c in on_panel if not any(c is b for b in bars) and any(_touches(c, b.lower, b.upper) for b in bars)
+        ]
         panel.grips += [c.fragments for c in bars]
         panel.attachment_depths += [float(c.lower[2]) for c in bars]
         on_panel = [c for c in on_panel if not any(c is b for b in bars)]
@@ -338,7 +316,7 @@ def _pulls(panels: list[Panel], controls: list[Control], sure: Collection[int]) 
             for c in on_panel
             if id(c) not in sure
             and _is_pull(c, float(panel.lower[2] - c.lower[2]))
-            and (_is_small(c, panel) or _is_cup(c, panel))
+            and (float(c.across.max()) <= 0.3 * min(panel.width, panel.height) or _is_cup(c, panel))
         ]
         mirrored = (
             len(small) == 2 and abs(sum(float(c.middle[0]) for c in small) - panel.lower[0] - panel.upper[0]) < 0.02
@@ -356,11 +334,6 @@ def _is_bar(control: Control, panel: Panel) -> bool:
     return protrusion >= MIN_HANDLE_PROTRUSION or (not rail and _is_pull(control, protrusion))
 
 
-def _is_small(control: Control, panel: Panel) -> bool:
-    """Return whether a control is small compared with its panel."""
-    return float(control.across.max()) <= 0.3 * min(panel.width, panel.height)
-
-
 def _is_cup(control: Control, panel: Panel) -> bool:
     """Return whether something on a panel is wide for its height, as cup pulls of drawers are, and no knob."""
     within = bool((control.across <= MAX_PULL_LENGTH_SHARE * (panel.upper - panel.lower)[:2]).all())
@@ -373,11 +346,6 @@ def _is_pull(control: Control, protrusion: float) -> bool:
     return protrusion >= MIN_HANDLE_PROTRUSION or (
         shaped and protrusion >= max(MIN_PULL_PROTRUSION, MIN_PULL_PROTRUSION_BY_WIDTH * float(control.across.min()))
     )
-
-
-def _bears(control: Control, bar: Control) -> bool:
-    """Return whether a small thing touches a bar, as its feet do."""
-    return bool((control.lower <= bar.upper + 0.003).all() and (control.upper >= bar.lower - 0.003).all())
 
 
 def _count_controls(panels: list[Panel], controls: list[Control]) -> None:
@@ -393,18 +361,19 @@ def _feet(panels: list[Panel], controls: list[Control], lower: Floats, upper: Fl
     for control in controls:
         host = _host(panels, control.lower, control.upper)
         grips = [] if host is None else host.grips
-        on = [g for g in grips if _touches(control, lower[g].min(axis=0), upper[g].max(axis=0))]
-        if on:
-            on[0] += control.fragments
+        boxes = [(g, lower[g].min(axis=0), upper[g].max(axis=0)) for g in grips]
+        large = [b for b in boxes if float((b[2] - b[1])[:2].max()) >= 1.5 * float(control.across.max())]
+        on = next((g for g, low, high in large if _touches(control, low, high)), None)
+        if on is not None:
+            on += control.fragments
         else:
             rest.append(control)
     return rest
 
 
 def _touches(control: Control, lower: Floats, upper: Floats) -> bool:
-    """Return whether a small thing touches a handle that is larger than itself."""
-    meet = bool((control.lower <= upper + 0.003).all() and (control.upper >= lower - 0.003).all())
-    return meet and float((upper - lower)[:2].max()) >= 1.5 * float(control.across.max())
+    """Return whether a small thing touches a box, as feet do their bar."""
+    return bool((control.lower <= upper + 0.003).all() and (control.upper >= lower - 0.003).all())
 
 
 def _box(measured: MeasuredFragments, panel: Panel, lower: Floats, upper: Floats, taken: Collection[int]) -> list[int]:
@@ -419,7 +388,10 @@ def _box(measured: MeasuredFragments, panel: Panel, lower: Floats, upper: Floats
     close = lower[:, 2] <= panel.upper[2] + MAX_BOX_GAP
     inside[[*panel.members, *taken]] = False
     inside &= ~_open_above(measured, lower, upper)
-    boards = _boards(lower, upper, inside, panel)
+    # Level plates that span between walls of the body leave no room for a drawer.
+    size = upper - lower
+    wide = (size[:, 0] >= 0.6 * panel.width) & (size[:, 1] <= 0.1 * size[:, 0]) & (size[:, 2] >= 3 * size[:, 1])
+    boards = [i for i in np.flatnonzero(inside & wide).tolist() if is_shelf(lower, upper, i, ~inside)]
     inside[boards] = False
     middle = [float(lower[i, 1] + upper[i, 1]) / 2 for i in boards if lower[i, 2] <= panel.upper[2] + MAX_SHELF_GAP]
     panel.has_shelf_behind = any(0.15 * panel.height < v - panel.lower[1] < 0.85 * panel.height for v in middle)
@@ -432,8 +404,8 @@ def _box(measured: MeasuredFragments, panel: Panel, lower: Floats, upper: Floats
         more = np.flatnonzero(free & (lower[:, 2] >= panel.lower[2]) & (upper[:, 2] <= reach))
         every = sorted({*first.tolist(), *more.tolist()})
         tall = float(upper[every, 1].max() - lower[every, 1].min()) >= MIN_BOX_HEIGHT_SHARE * panel.height
-        wide = panel.height <= MAX_HEIGHT_RATIO * panel.width
-        if visible is hidden and tall and wide and view_from_above(measured, every).is_box:
+        low = panel.height <= MAX_HEIGHT_RATIO * panel.width
+        if visible is hidden and tall and low and view_from_above(measured, every).is_box:
             return every
         near = set(first.tolist())
         # A seal on the back of a front touches the box and the body at once.
@@ -480,15 +452,8 @@ def _is_block(measured: MeasuredFragments, i: int, panel: Panel, lower: Floats, 
     size = (upper - lower)[i]
     if size[0] < MIN_BLOCK_WIDTH_SHARE * panel.width or size[1] < MIN_BLOCK_HEIGHT_SHARE * panel.height:
         return False
-    image = measured.render_alone([i], FRONT, PIXELS)
+    image = measured.render_alone([i], FRONT, BOX_PIXELS)
     return float((image.depth <= MAX_BLOCK_SUNK_SHARE * float(size[2])).mean()) >= MIN_BLOCK_FILL
-
-
-def _boards(lower: Floats, upper: Floats, inside: Mask, panel: Panel) -> list[int]:
-    """Return level plates behind a panel that span between walls of the body: they leave no room for a drawer."""
-    size = upper - lower
-    wide = (size[:, 0] >= 0.6 * panel.width) & (size[:, 1] <= 0.1 * size[:, 0]) & (size[:, 2] >= 3 * size[:, 1])
-    return [i for i in np.flatnonzero(inside & wide).tolist() if is_shelf(lower, upper, i, ~inside)]
 
 
 def _open_above(measured: MeasuredFragments, lower: Floats, upper: Floats) -> Mask:
@@ -503,12 +468,6 @@ def _is_box(measured: MeasuredFragments, group: list[int], panel: Panel, lower: 
     wide = float(upper[group, 0].max() - lower[group, 0].min()) >= 0.6 * panel.width
     tall = float(upper[group, 1].max() - lower[group, 1].min()) >= MIN_BOX_HEIGHT_SHARE * panel.height
     return wide and tall and view_from_above(measured, group).is_tub
-
-
-def box_depth(measured: MeasuredFragments, panel: Panel) -> float:
-    """Return how far the box of a panel reaches behind it, diagonals."""
-    _, upper = corners_from_side(measured, FRONT)
-    return max((float(upper[i, 2] - panel.upper[2]) for i in panel.box), default=0.0)
 
 
 def select_opening_panels(
@@ -625,6 +584,31 @@ def _handle_count(panel: Panel, lower: Floats, upper: Floats) -> int:
 
 
 def _closes(measured: MeasuredFragments, panel: Panel) -> bool:
-    """Return whether there is a roofed cavity behind a panel."""
-    free = free_share_behind(measured, panel.everything, panel.lower, panel.upper)
-    return free >= MIN_HOLLOW_SHARE and roofed_share(measured, panel.lower, panel.upper) >= MIN_HOLLOW_SHARE
+    """Return whether there is a cavity behind a panel, and something over it at the height of its top or above."""
+    gone = np.zeros(len(measured.label), dtype=bool)
+    gone[measured.faces_of(panel.everything)] = True
+    faces = measured.mesh.faces[~gone]
+    if not len(faces):
+        return False
+    lower, upper = panel.lower, panel.upper
+    image = render_depth(measured.mesh.points, faces, SIDES[FRONT], 2 * BOX_PIXELS)
+    nearest = float((measured.mesh.points[faces] @ SIDES[FRONT][2]).min())
+    depth = image.window(lower[:2], upper[:2]) + nearest
+    if float((np.isfinite(depth) & (depth > float(upper[2]) + MIN_ROOM_DEPTH)).mean()) < MIN_HOLLOW_SHARE:
+        return False
+    strip = np.array([[lower[0], lower[1], upper[2]], [upper[0], upper[1], upper[2] + MIN_ROOM_DEPTH]]) @ SIDES[FRONT]
+    roof = measured.depth_images[TOP].window(*np.sort(strip @ SIDES[TOP].T, axis=0)[:, :2])
+    height = float(measured.upper[:, 2].max()) - np.where(np.isfinite(roof), roof, np.inf)
+    return float((height >= float(upper[1]) - 0.25 * panel.height).mean()) >= MIN_HOLLOW_SHARE
+
+
+def share_open_to_the_top(measured: MeasuredFragments, fragments: Sequence[int]) -> float:
+    """Return the share of the plan of some fragments that is open when the object is seen from above.
+
+    There, nothing visible is above half of their height: neither a worktop nor the body, only objects inside them.
+    """
+    lower, upper = measured.box(fragments)
+    corners = np.sort(np.array([lower, upper]) @ SIDES[TOP].T, axis=0)
+    depth = measured.depth_images[TOP].window(*corners[:, :2])
+    height = float(measured.upper[:, 2].max()) - np.where(np.isfinite(depth), depth, np.inf)
+    return float((height < float(lower[2] + upper[2]) / 2).mean())

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy import ndimage
 from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.articulate.plan import round_mm, round_mm_vec3
+from casa_assets.articulate.segment.fragments import joined_meshes
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES, TOP, DepthImage, outline_area, render_depth
 from casa_assets.core.numeric import Floats, Mask
 from casa_assets.mesh.solid.deviation import surface_samples
@@ -19,13 +19,10 @@ from casa_assets.mesh.surface import connected_groups
 from casa_assets.model.asset.asset import Asset, Region
 from casa_assets.model.asset.parts import Box, Link, Mesh
 from casa_assets.model.pose import Pose
-
-# Regions --------------------------------------------------------------------------------------------------------------
+from casa_assets.model.record import Vec3
 
 Bounds = tuple[Floats, Floats]
-
-# A surface this near to a wall is the wall; a shelf covers this share of the plan of its cavity; least height of a
-# region.
+# A surface this near to a wall is the wall; share of its cavity that a shelf covers; least height of a region.
 WALL_DISTANCE_M, MIN_SHELF_COVERAGE, MIN_REGION_M = 0.03, 0.5, 0.06
 # Cells of a plan each way, greatest thickness of a shelf, and samples of a surface.
 PLAN_CELLS, MAX_SHELF_THICKNESS_M, SAMPLES = 12, 0.02, 40000
@@ -37,6 +34,24 @@ MAX_HEIGHT_OVER_RACK_M, CLEARANCE_M = 0.14, 0.01
 MAX_OCCUPIED_SHARE = 0.4
 # Share of the sides of a drawer that its walls and front take.
 DRAWER_INSET = 0.12
+PIXELS = 192
+# Height that a cup needs, and depth of its niche as a share of the machine.
+MIN_CUP_HEIGHT_M, MIN_NICHE_DEPTH_SHARE = 0.055, 0.15
+# Depth of a slot as a share of the height, its width, and its length to width.
+MIN_SLOT_DEPTH_SHARE, SLOT_WIDTH_M, MIN_SLOT_RATIO = 0.2, (0.015, 0.06), 2.0
+# Diameters of burners and rings, metres: from the cap of a simmer burner to the ring of a large zone.
+MIN_DIAMETER_M, MAX_DIAMETER_M = 0.035, 0.34
+# The smallest burner is at least this share of the largest.
+MIN_SIZE_OF_LARGEST = 0.3
+# Burners lie within this of the median level of the discs; higher ones are guards at the back.
+MAX_LEVEL_DIFFERENCE_M = 0.09
+# Outline of a disc: how much its sides differ (as those of a hexagon), and its area from that of its ellipse.
+MAX_SIDE_DIFFERENCE, ROUNDNESS_TOLERANCE = 0.16, 0.09
+# A burner within this share of the span from the middle of rows or columns is in the middle one.
+MIDDLE_SHARE = 0.2
+PLACES = frozenset(
+    {"rear_left", "rear_center", "rear_right", "front_left", "front_center", "front_right", "center", "left", "right"}
+)
 
 
 def link_bounds(asset: Asset, link: str, held: bool = True) -> Bounds:
@@ -129,7 +144,6 @@ def _levels(asset: Asset, region: Region, lower: Floats, upper: Floats) -> list[
 
 
 def _filled(asset: Asset, point: Floats) -> bool:
-    """Return whether a collider of the body contains a point."""
     return any(b < point[2] < t for b, t, _ in _column(asset, asset.root, float(point[0]), float(point[1])))
 
 
@@ -199,7 +213,9 @@ def region_over_rack(asset: Asset, rack: str, regions: list[Region]) -> Region |
     if not spans:
         return None
     floor = spans[0][1]
-    above = [float(region_bounds(asset, r)[1][2]) for r in regions if _holds(region_bounds(asset, r), middle)]
+    boxes = [region_bounds(asset, r) for r in regions]
+    over = [(a <= middle)[:2].all() and (middle <= b).all() for a, b in boxes]
+    above = [float(b[2]) for (_, b), is_over in zip(boxes, over, strict=True) if is_over]
     for other in asset.links:
         if other.name != rack and other.name.startswith("rack"):
             a, b = link_bounds(asset, other.name)
@@ -312,51 +328,19 @@ def link_label(asset: Asset, link: str) -> str:
     return labels[0] if labels else ""
 
 
-def _holds(box: Bounds, point: Floats) -> bool:
-    """Return whether a point is in the plan of a box and not above it."""
-    return bool((point[:2] >= box[0][:2]).all() and (point[:2] <= box[1][:2]).all() and point[2] <= box[1][2])
-
-
-# Niches ---------------------------------------------------------------------------------------------------------------
-
-PIXELS = 192
-# Height that a cup needs, and depth of its niche as a share of the machine.
-MIN_CUP_HEIGHT_M, MIN_NICHE_DEPTH_SHARE = 0.055, 0.15
-# Depth of a slot as a share of the height, its width, and its length to width.
-MIN_SLOT_DEPTH_SHARE, SLOT_WIDTH_M, MIN_SLOT_RATIO = 0.2, (0.015, 0.06), 2.0
-
-
-@dataclass(frozen=True)
-class Niche:
-    """A free box that is open to one side; metres, asset frame."""
-
-    lower: tuple[float, float, float]
-    upper: tuple[float, float, float]
-
-    @property
-    def middle(self) -> Floats:
-        """Return its (3,) middle, metres."""
-        return np.asarray((np.array(self.lower) + np.array(self.upper)) / 2)
-
-    @property
-    def size(self) -> Floats:
-        """Return its (3,) size, metres."""
-        return np.asarray(np.array(self.upper) - np.array(self.lower))
-
-
-def find_cup_niche(asset: Asset) -> Niche | None:
+def find_cup_niche(asset: Asset) -> Bounds | None:
     """Return the niche under the spout of a coffee machine, open to its front, or None; a cup goes on its floor.
 
     A machine without a drip tray pours onto the surface that it is placed on.
     """
-    points, faces = _body(asset)
-    image = render_depth(points, faces, SIDES[FRONT], PIXELS)
+    points, faces, _ = joined_meshes([v.mesh for v in asset.root.visuals])
+    image = render_depth(points, np.concatenate(faces), SIDES[FRONT], PIXELS)
     deep = float(np.ptp(points[:, 1]))
     back = np.where(np.isfinite(image.depth), image.depth, deep)
     inner = back >= MIN_NICHE_DEPTH_SHARE * deep
     # What is open above is no place under something.
-    under = inner & _above(~inner)
-    floored = under & np.flip(_above(np.flip(~inner, 0)), 0)
+    under = inner & np.maximum.accumulate(~inner, axis=0)
+    floored = under & np.flip(np.maximum.accumulate(np.flip(~inner, 0), axis=0), 0)
     best = _largest(floored, image) or _largest(under, image)
     return None if best is None else _box(image, points, back, best)
 
@@ -378,10 +362,10 @@ def _largest(places: Mask, image: DepthImage) -> tuple[int, int, int, int] | Non
     return None if best is None else best[1:]
 
 
-def find_toaster_slots(asset: Asset) -> list[Niche]:
+def find_toaster_slots(asset: Asset) -> list[Bounds]:
     """Return long narrow niches that are open above, sorted from the left, or from the front where they lie across."""
-    points, faces = _body(asset)
-    image = render_depth(points, faces, SIDES[TOP], PIXELS)
+    points, faces, _ = joined_meshes([v.mesh for v in asset.root.visuals])
+    image = render_depth(points, np.concatenate(faces), SIDES[TOP], PIXELS)
     lower, upper = points.min(axis=0), points.max(axis=0)
     tall = float(upper[2] - lower[2])
     deep = np.isfinite(image.depth) & (image.depth >= MIN_SLOT_DEPTH_SHARE * tall)
@@ -405,27 +389,21 @@ def find_toaster_slots(asset: Asset) -> list[Niche]:
         y1, y0 = (float(image.lower[1]) + (deep.shape[0] - r) * image.pixel for r in (a, b))
         x0, x1 = (float(image.lower[0]) + k * image.pixel for k in (c, d))
         px = image.pixel
-        out.append(Niche(round_mm_vec3((x0 + px, y0 + px, floor)), round_mm_vec3((x1 - px, y1 - px, upper[2]))))
-    along = bool(out) and float(out[0].size[1]) >= float(out[0].size[0])
-    return sorted(out, key=lambda h: h.lower[0] if along else h.lower[1])
+        out.append(_niche((x0 + px, y0 + px, floor), (x1 - px, y1 - px, upper[2])))
+    right, back = (out[0][1] - out[0][0])[:2] if out else (1.0, 0.0)
+    return sorted(out, key=lambda niche: float(niche[0][0 if back >= right else 1]))
 
 
-def niche_floor(niche: Niche, thick: float = 0.003) -> tuple[Box, Pose]:
+def niche_floor(niche: Bounds, thick: float = 0.003) -> tuple[Box, Pose]:
     """Return a thin board whose top is the floor of a niche."""
-    x, y, _ = (float(v) for v in niche.size)
-    at = niche.middle
-    return Box(size=(round_mm(x), round_mm(y), thick)), Pose(
-        position=round_mm_vec3((at[0], at[1], niche.lower[2] - thick / 2))
-    )
+    lower, upper = niche
+    x, y, _ = (float(v) for v in upper - lower)
+    at = (lower + upper) / 2
+    pose = Pose(position=round_mm_vec3((at[0], at[1], lower[2] - thick / 2)))
+    return Box(size=(round_mm(x), round_mm(y), thick)), pose
 
 
-def _above(solid: Mask) -> Mask:
-    """Mark pixels with something solid anywhere above in the same column."""
-    return np.maximum.accumulate(solid, axis=0)
-
-
-def _box(image: DepthImage, points: Floats, back: Floats, span: tuple[int, int, int, int]) -> Niche:
-    """Return the niche at a range of pixels."""
+def _box(image: DepthImage, points: Floats, back: Floats, span: tuple[int, int, int, int]) -> Bounds:
     a, b, c, d = span
     rows = back.shape[0]
     front = float(points[:, 1].min())
@@ -434,34 +412,11 @@ def _box(image: DepthImage, points: Floats, back: Floats, span: tuple[int, int, 
     far = front + float(np.median(back[a:b, c:d]))
     # It begins where what stands under it does.
     near = front + float(np.median(back[b + 1, c:d])) if b + 1 < rows else front
-    return Niche(round_mm_vec3((x0, min(near, far - 0.02), z0)), round_mm_vec3((x1, far, z1)))
+    return _niche((x0, min(near, far - 0.02), z0), (x1, far, z1))
 
 
-def _body(asset: Asset) -> tuple[Floats, npt.NDArray[np.int64]]:
-    """Return (P, 3) points and (F, 3) faces of the visible body, metres."""
-    meshes = [v.mesh for v in asset.root.visuals]
-    starts = np.cumsum([0, *(len(m.vertices) for m in meshes[:-1])])
-    faces = [np.asarray(m.faces, dtype=np.int64) + s for m, s in zip(meshes, starts, strict=True)]
-    return np.concatenate([m.vertices for m in meshes]), np.concatenate(faces)
-
-
-# Burners --------------------------------------------------------------------------------------------------------------
-# Find the burners of a hob or range: round discs on its top, each named by its place.
-
-# Diameters of burners and rings, metres: from the cap of a simmer burner to the ring of a large zone.
-MIN_DIAMETER_M, MAX_DIAMETER_M = 0.035, 0.34
-# The smallest burner is at least this share of the largest.
-MIN_SIZE_OF_LARGEST = 0.3
-# Burners lie within this of the median level of the discs; higher ones are guards at the back.
-MAX_LEVEL_DIFFERENCE_M = 0.09
-# Outline of a disc: its sides differ by at most this share (that of a hexagon), its area from that of its ellipse by
-# the second.
-MAX_SIDE_DIFFERENCE, ROUNDNESS_TOLERANCE = 0.16, 0.09
-# A burner within this share of the span from the middle of rows or columns is in the middle one.
-MIDDLE_SHARE = 0.2
-PLACES = frozenset(
-    {"rear_left", "rear_center", "rear_right", "front_left", "front_center", "front_right", "center", "left", "right"}
-)
+def _niche(lower: Vec3, upper: Vec3) -> Bounds:
+    return np.array(round_mm_vec3(lower)), np.array(round_mm_vec3(upper))
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Compute features of a front for each hinge edge and for being a drawer, and the habits of its kind of object."""
+"""Decide how a front opens (drawer, hinged or sliding door), by its form, its handle and neighbours, and its kind."""
 
 from __future__ import annotations
 
@@ -9,82 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from casa_assets.articulate.controls.controls import Control
-from casa_assets.articulate.fronts.fronts import box_depth
 from casa_assets.articulate.fronts.panels import Panel
-from casa_assets.articulate.plan import HingeEdge
+from casa_assets.articulate.plan import HingeEdge, JointPlan, hinge, to_vec3
 from casa_assets.articulate.segment.fragments import MeasuredFragments, corners_from_side
-from casa_assets.articulate.segment.orthographic import FRONT
+from casa_assets.articulate.segment.orthographic import FRONT, SIDES
 from casa_assets.core.numeric import Floats
-
-# Kind habits ----------------------------------------------------------------------------------------------------------
-# Prior probabilities by kind of object: at which edge its doors are hinged, and how many of its fronts are drawers.
-
-
-@dataclass(frozen=True)
-class Habits:
-    """Shares of the doors of a kind that hinge at each edge, and share of its fronts that are drawers."""
-
-    left: float
-    right: float
-    bottom: float
-    top: float
-    drawers: float
-
-
-# Set from what makers list and from safety standards (doors of ovens and dishwashers fold down; microwaves carry their
-# controls at the right and hinge at the left; loaders of washing machines hinge at the left), rounded, and never below
-# one in a hundred.
-HABITS: Mapping[str, Habits] = {
-    "microwave": Habits(0.86, 0.02, 0.1, 0.02, 0.03),
-    "toaster_oven": Habits(0.03, 0.02, 0.94, 0.01, 0.04),
-    "wall_oven": Habits(0.05, 0.03, 0.91, 0.01, 0.05),
-    "range": Habits(0.03, 0.03, 0.93, 0.01, 0.3),
-    "dishwasher": Habits(0.01, 0.01, 0.97, 0.01, 0.04),
-    "refrigerator": Habits(0.45, 0.52, 0.02, 0.01, 0.2),
-    "base_cabinet": Habits(0.48, 0.48, 0.02, 0.02, 0.4),
-    "wall_cabinet": Habits(0.43, 0.43, 0.02, 0.12, 0.03),
-    "tall_cabinet": Habits(0.49, 0.49, 0.01, 0.01, 0.15),
-    "drawer_stack": Habits(0.45, 0.45, 0.05, 0.05, 0.95),
-    "sink_base": Habits(0.49, 0.49, 0.01, 0.01, 0.2),
-    "island_base": Habits(0.49, 0.49, 0.01, 0.01, 0.45),
-    "washing_machine": Habits(0.93, 0.05, 0.01, 0.01, 0.4),
-    "dryer": Habits(0.45, 0.49, 0.05, 0.01, 0.1),
-    "safe": Habits(0.46, 0.5, 0.03, 0.01, 0.02),
-    "desk": Habits(0.45, 0.45, 0.05, 0.05, 0.85),
-    "table": Habits(0.4, 0.4, 0.1, 0.1, 0.9),
-    "nightstand": Habits(0.47, 0.47, 0.04, 0.02, 0.8),
-    "wardrobe": Habits(0.49, 0.49, 0.01, 0.01, 0.3),
-}
-# Of what has no habits of its own.
-ANY_HABITS = Habits(0.4, 0.36, 0.18, 0.06, 0.3)
-
-
-def edge_shares(kinds: Mapping[str, float]) -> Floats:
-    """Return the (4,) probabilities of a hinge at the left, right, bottom and top of a door.
-
-    Args:
-        kinds: probability of each kind that the thing may be; the rest of 1 is any thing.
-    """
-    rows = [(p, HABITS.get(kind, ANY_HABITS)) for kind, p in kinds.items()]
-    rows.append((max(0.0, 1.0 - sum(kinds.values())), ANY_HABITS))
-    shares = sum(p * np.array([h.left, h.right, h.bottom, h.top]) for p, h in rows)
-    return np.asarray(shares) / np.sum(shares)
-
-
-def drawer_share(kinds: Mapping[str, float]) -> float:
-    """Return the probability that a front is a drawer; `kinds` as for `edge_shares`."""
-    rest = max(0.0, 1.0 - sum(kinds.values()))
-    share = sum(p * HABITS.get(kind, ANY_HABITS).drawers for kind, p in kinds.items()) + rest * ANY_HABITS.drawers
-    return float(share / (sum(kinds.values()) + rest))
-
-
-def share_with_fronts(kinds: Mapping[str, float]) -> float:
-    """Return the probability that a thing is of a kind that has doors or drawers on its front."""
-    return sum(p for kind, p in kinds.items() if kind in HABITS)
-
-
-# Front view -----------------------------------------------------------------------------------------------------------
-# Compute features of a front from its form, handle and neighbours: for each hinge edge, and for being a drawer.
 
 EDGES = (HingeEdge.LEFT, HingeEdge.RIGHT, HingeEdge.BOTTOM, HingeEdge.TOP)
 # Axis of (u, v) across which an edge lies, and the way from the edge to the one that opens.
@@ -160,6 +89,90 @@ MIN_WIDE_RATIO = 1.4
 MIN_LOW_RATIO = 2.0
 # Handles of two fronts face each other where both are so far from the middle, by the height of their fronts.
 FACING = 0.2
+# A sliding door is one in a niche wider than itself, with its handle where a hinge would not want it. For all others
+# the log odds from the kind of the object and those from the form of the front are added.
+# Beside a sliding door the niche is open for this share of its width, and this much deeper than the door, diagonals.
+MIN_OPEN_SHARE, MIN_NICHE_DEPTH = 0.85, 0.02
+# The rail that it slides on lies at most this far behind the door, diagonals.
+FRAME_TOLERANCE = 0.006
+# Distance of the handle from the edge that a hinged door would open at, by the width.
+MIN_HANDLE_OFFSET = 0.3
+# Distance of the hinge line from the back of a door, as a share of its depth. Ref: the articulation bench
+# (docs/numbers.md), which also scores this: its 67 hinged doors have a median of 0.13 and
+# quartiles of 0.00 and 0.34.
+HINGE_DEPTH_SHARE = 0.15
+# Travel of a drawer as a share of its depth. Ref: the 57 drawers of the same bench have a median of 0.82.
+DRAWER_TRAVEL_SHARE = 0.81
+DOOR_RANGE_RAD = math.pi / 2
+# At most this many fronts of a thing speak for its kind.
+MAX_SPEAKING_FRONTS = 3
+# How often a thing of a kind without habits has what looks like a door or drawer.
+SHARE_WITH_FRONTS = 0.05
+# No guess is surer than this.
+MAX_CONFIDENCE = 0.97
+
+
+@dataclass(frozen=True)
+class Habits:
+    """Shares of the doors of a kind that hinge at each edge, and share of its fronts that are drawers."""
+
+    left: float
+    right: float
+    bottom: float
+    top: float
+    drawers: float
+
+
+# Set from what makers list and from safety standards (doors of ovens and dishwashers fold down; microwaves carry their
+# controls at the right and hinge at the left; loaders of washing machines hinge at the left), rounded, and never below
+# one in a hundred.
+HABITS: Mapping[str, Habits] = {
+    "microwave": Habits(0.86, 0.02, 0.1, 0.02, 0.03),
+    "toaster_oven": Habits(0.03, 0.02, 0.94, 0.01, 0.04),
+    "wall_oven": Habits(0.05, 0.03, 0.91, 0.01, 0.05),
+    "range": Habits(0.03, 0.03, 0.93, 0.01, 0.3),
+    "dishwasher": Habits(0.01, 0.01, 0.97, 0.01, 0.04),
+    "refrigerator": Habits(0.45, 0.52, 0.02, 0.01, 0.2),
+    "base_cabinet": Habits(0.48, 0.48, 0.02, 0.02, 0.4),
+    "wall_cabinet": Habits(0.43, 0.43, 0.02, 0.12, 0.03),
+    "tall_cabinet": Habits(0.49, 0.49, 0.01, 0.01, 0.15),
+    "drawer_stack": Habits(0.45, 0.45, 0.05, 0.05, 0.95),
+    "sink_base": Habits(0.49, 0.49, 0.01, 0.01, 0.2),
+    "island_base": Habits(0.49, 0.49, 0.01, 0.01, 0.45),
+    "washing_machine": Habits(0.93, 0.05, 0.01, 0.01, 0.4),
+    "dryer": Habits(0.45, 0.49, 0.05, 0.01, 0.1),
+    "safe": Habits(0.46, 0.5, 0.03, 0.01, 0.02),
+    "desk": Habits(0.45, 0.45, 0.05, 0.05, 0.85),
+    "table": Habits(0.4, 0.4, 0.1, 0.1, 0.9),
+    "nightstand": Habits(0.47, 0.47, 0.04, 0.02, 0.8),
+    "wardrobe": Habits(0.49, 0.49, 0.01, 0.01, 0.3),
+}
+# Of what has no habits of its own.
+ANY_HABITS = Habits(0.4, 0.36, 0.18, 0.06, 0.3)
+
+
+def edge_shares(kinds: Mapping[str, float]) -> Floats:
+    """Return the (4,) probabilities of a hinge at the left, right, bottom and top of a door.
+
+    Args:
+        kinds: probability of each kind that the thing may be; the rest of 1 is any thing.
+    """
+    rows = [(p, HABITS.get(kind, ANY_HABITS)) for kind, p in kinds.items()]
+    rows.append((max(0.0, 1.0 - sum(kinds.values())), ANY_HABITS))
+    shares = sum(p * np.array([h.left, h.right, h.bottom, h.top]) for p, h in rows)
+    return np.asarray(shares) / np.sum(shares)
+
+
+def drawer_share(kinds: Mapping[str, float]) -> float:
+    """Return the probability that a front is a drawer; `kinds` as for `edge_shares`."""
+    rest = max(0.0, 1.0 - sum(kinds.values()))
+    share = sum(p * HABITS.get(kind, ANY_HABITS).drawers for kind, p in kinds.items()) + rest * ANY_HABITS.drawers
+    return float(share / (sum(kinds.values()) + rest))
+
+
+def share_with_fronts(kinds: Mapping[str, float]) -> float:
+    """Return the probability that a thing is of a kind that has doors or drawers on its front."""
+    return sum(p for kind, p in kinds.items() if kind in HABITS)
 
 
 @dataclass(frozen=True)
@@ -239,15 +252,13 @@ def view_fronts(
     handles = [panel_handle(p, lower, upper) for p in fronts]
     still = [p for p in panels if not any(p is f for f in fronts)]
     middles = np.array([c.middle for c in controls]).reshape(-1, 2)
-    depths = [box_depth(measured, p) for p in fronts]
+    depths = [max((float(upper[i, 2] - p.upper[2]) for i in p.box), default=0.0) for p in fronts]
     return [
         FrontView(
             panel=p,
             handle=h,
             box_depth=max(
-                d
-                for o, g, d in zip(fronts, handles, depths, strict=True)
-                if o is p or (_are_alike(o, p) and _have_like_handles(g, h))
+                d for o, g, d in zip(fronts, handles, depths, strict=True) if o is p or _are_twins(o, p, g, h)
             ),
             others_box_depth=max((d for o, d in zip(fronts, depths, strict=True) if o is not p), default=0.0),
             lower=lower.min(axis=0),
@@ -283,6 +294,8 @@ def _edge(view: FrontView, edge: HingeEdge) -> list[float]:
     panel, level = view.panel, axis == 1
     away, along, long = _handle(view.panel, view.handle, axis, way)
     share = panel.width * panel.height / max(float(view.extent[0] * view.extent[1]), 1e-12)
+    size = max(float(panel.upper[axis] - panel.lower[axis]), 1e-9)
+    is_by_knob = view.handle is None and len(view.knobs) == 1
     alone = not any(o.width * o.height > 0.3 * panel.width * panel.height for o in view.others)
     fronts = _beside(panel, view.others, axis, way)
     still = _beside(panel, view.still, axis, way)
@@ -309,7 +322,8 @@ def _edge(view: FrontView, edge: HingeEdge) -> list[float]:
         controls[1],
         way * (room[1] - room[0]) / max(float(view.extent[axis]), 1e-9),
         float(np.mean(mates)) if mates and view.handle is None else 0.0,
-        _knobs_away(panel, view.knobs, axis, way) if view.handle is None else 0.0,
+        # How far the one knob is on the side that opens, -0.5..0.5.
+        float(way * ((view.knobs[0, axis] - panel.lower[axis]) / size - 0.5)) if is_by_knob else 0.0,
         abs(float(view.handle.middle[0]) - 0.5) if level and view.handle is not None else 0.0,
         max(fronts) if level else 0.0,
         float(level and _handles_face(view)),
@@ -329,14 +343,6 @@ def _handles_face(view: FrontView) -> bool:
         if min(towards, back) >= FACING:
             return True
     return False
-
-
-def _knobs_away(panel: Panel, knobs: Floats, axis: int, way: float) -> float:
-    """Return how far the one knob of a front without a handle is on the side that opens, -0.5..0.5; 0 for several."""
-    if len(knobs) != 1:
-        return 0.0
-    size = max(float(panel.upper[axis] - panel.lower[axis]), 1e-9)
-    return float(way * ((knobs[0, axis] - panel.lower[axis]) / size - 0.5))
 
 
 def _handle(panel: Panel, handle: PanelHandle | None, axis: int, way: float) -> tuple[float, float, float]:
@@ -384,18 +390,6 @@ def _in_column(a: Panel, b: Panel) -> bool:
     return float(np.abs([a.lower[0] - b.lower[0], a.upper[0] - b.upper[0]]).max()) < SAME_PLACE
 
 
-def _are_alike(a: Panel, b: Panel) -> bool:
-    """Return whether two panels are of one size in one column."""
-    return _in_column(a, b) and abs(a.height - b.height) < SAME_PLACE
-
-
-def _have_like_handles(a: PanelHandle | None, b: PanelHandle | None) -> bool:
-    """Return whether two fronts have their handles at the same place, or none."""
-    if a is None or b is None:
-        return a is b
-    return bool(np.abs(a.middle - b.middle).max() < CENTRED)
-
-
 def drawer_features(view: FrontView) -> Floats:
     """Return the (len(DRAWER_FEATURES),) numbers that speak for a front being that of a drawer."""
     panel, handle, extent = view.panel, view.handle, view.extent
@@ -409,7 +403,12 @@ def drawer_features(view: FrontView) -> Floats:
     tells_by_form = covers or not is_drawn
     alike = sum(float(np.abs(np.array([o.width, o.height]) - size).max()) < SAME_PLACE for o in view.others)
     # Larger ones above or below it.
-    over = [o for o in view.others if _overlaps(o, panel) and o.width * o.height > 1.6 * area]
+    shared = [float(min(o.upper[0], panel.upper[0]) - max(o.lower[0], panel.lower[0])) for o in view.others]
+    over = [
+        o
+        for o, width in zip(view.others, shared, strict=True)
+        if width > MIN_SHARED_EDGE * min(o.width, panel.width) and o.width * o.height > 1.6 * area
+    ]
     return np.array(
         [
             1.0,
@@ -439,13 +438,20 @@ def drawer_features(view: FrontView) -> Floats:
     )
 
 
+def _are_twins(a: Panel, b: Panel, of_a: PanelHandle | None, of_b: PanelHandle | None) -> bool:
+    """Return whether two panels are of one size in one column, with their handles at the same place, or none."""
+    if not _in_column(a, b) or abs(a.height - b.height) >= SAME_PLACE:
+        return False
+    if of_a is None or of_b is None:
+        return of_a is of_b
+    return bool(np.abs(of_a.middle - of_b.middle).max() < CENTRED)
+
+
 def _is_aside(handle: PanelHandle) -> bool:
-    """Return whether a handle is off the middle of the width."""
     return abs(float(handle.middle[0]) - 0.5) > ASIDE
 
 
 def _is_centred(handle: PanelHandle) -> bool:
-    """Return whether a handle is in the middle both ways."""
     return float(np.abs(handle.middle - 0.5).max()) <= CENTRED
 
 
@@ -463,7 +469,107 @@ def _is_under_pair(panel: Panel, others: Sequence[Panel]) -> bool:
     return False
 
 
-def _overlaps(a: Panel, b: Panel) -> bool:
-    """Return whether one panel lies above or below another, over half of the narrower one's width."""
-    shared = float(min(a.upper[0], b.upper[0]) - max(a.lower[0], b.lower[0]))
-    return shared > MIN_SHARED_EDGE * min(a.width, b.width)
+def kind_log_odds(views: Sequence[FrontView]) -> dict[str, float]:
+    """Return how well the fronts of an object suit each kind that has habits: log likelihoods, up to a constant.
+
+    A front is a drawer or a door with a hinge at one of four edges, as often as is usual for the kind. Fronts of one
+    object are alike, so more than `MAX_SPEAKING_FRONTS` count as that number.
+    """
+    if not views:
+        return {}
+    drawers = np.array([float(DRAWER_WEIGHTS @ drawer_features(v)) for v in views])
+    scores = np.array([edge_features(v) @ EDGE_WEIGHTS for v in views])
+    edges = np.exp(scores - scores.max(axis=1, keepdims=True))
+    edges *= len(EDGES) / edges.sum(axis=1, keepdims=True)
+    count = min(len(views), MAX_SPEAKING_FRONTS) / len(views)
+    found = {}
+    for kind in (*HABITS, ""):
+        share = drawer_share({kind: 1.0})
+        doors = (1.0 - share) / (1.0 + np.exp(drawers)) * (edges @ edge_shares({kind: 1.0}))
+        fits = share / (1.0 + np.exp(-drawers)) + doors
+        found[kind] = count * float(np.log(fits).sum())
+    found[""] += math.log(SHARE_WITH_FRONTS)
+    return found
+
+
+def choose_drawer(view: FrontView, kinds: Mapping[str, float]) -> tuple[bool, float, str]:
+    """Return whether a front is that of a drawer, with its probability and the reason."""
+    if view.panel.is_round:
+        return False, 0.95, "a round door"
+    if any(o.is_round and o.upper[1] <= view.panel.upper[1] for o in view.others):
+        return True, 0.8, "above a round door"
+    share = drawer_share(kinds)
+    terms = DRAWER_WEIGHTS * drawer_features(view)
+    habit = math.log(share / (1.0 - share))
+    odds = float(terms.sum()) + habit
+    probability = 1.0 / (1.0 + math.exp(-odds))
+    is_drawer = odds > 0.0
+    sign = 1.0 if is_drawer else -1.0
+    best = int(np.argmax(np.round(sign * terms, 9)))
+    by_kind = sign * habit > max(sign * float(terms[best]), 0.0)
+    reason = "as such things have" if by_kind else DRAWER_TABLE[DRAWER_FEATURES[best]][1]
+    return is_drawer, min(probability if is_drawer else 1.0 - probability, MAX_CONFIDENCE), reason
+
+
+def choose_hinge(view: FrontView, kinds: Mapping[str, float]) -> JointPlan:
+    """Return the hinge of a door at its likeliest edge; `runner_up` is the next likely one."""
+    shares = edge_shares(kinds)
+    terms = edge_features(view) * EDGE_WEIGHTS
+    scores = np.log(shares) + terms.sum(axis=1)
+    order = np.lexsort((np.arange(len(EDGES)), -np.round(scores, 9)))
+    odds = np.exp(scores - scores.max())
+    best, second = int(order[0]), int(order[1])
+    gain = terms[best] - terms[second]
+    habit = float(np.log(shares[best] / shares[second]))
+    first = int(np.argmax(np.round(gain, 9)))
+    by_kind = gain[first] <= max(habit, 1e-9)
+    reason = "as such things open" if by_kind else EDGE_TABLE[EDGE_FEATURES[first]][1]
+    confidence = min(float(odds[best] / odds.sum()), MAX_CONFIDENCE)
+    joint = hinge_joint(view.panel, EDGES[best])
+    return joint.replace(confidence=confidence, reason=reason, runner_up=EDGES[second].value)
+
+
+def hinge_joint(panel: Panel, edge: HingeEdge, side: int = FRONT) -> JointPlan:
+    """Return the hinge of a front along an edge; a positive rotation opens it towards the viewer."""
+    w = float(panel.upper[2] - HINGE_DEPTH_SHARE * (panel.upper[2] - panel.lower[2]))
+    middle = (panel.lower[:2] + panel.upper[:2]) / 2
+    across, way = _ACROSS[edge]
+    # (u, v, w) is left-handed where w is depth; the axis is that of the right-handed frame right, up, towards viewer.
+    axis = -way * SIDES[side][1] if across == 0 else way * SIDES[side][0]
+    point = np.array([*middle, w])
+    point[across] = (panel.lower if way > 0 else panel.upper)[across]
+    # No component is -0.0.
+    return hinge(to_vec3(axis + 0.0), to_vec3(point @ SIDES[side]), (0.0, DOOR_RANGE_RAD)).replace(edge=edge)
+
+
+def sliding_direction(measured: MeasuredFragments, panel: Panel, grip: PanelHandle | None) -> float | None:
+    """Return 1 for a door that slides to the right, -1 to the left, None for one that does not slide.
+
+    Args:
+        grip: its handle; a door without one is not taken for a sliding one.
+    """
+    if grip is None:
+        return None
+    lower, upper = corners_from_side(measured, FRONT)
+    image, near = measured.depth_images[FRONT], float(lower[:, 2].min())
+    margin = 4 * image.pixel
+    inset = 0.1 * panel.height
+    (left, bottom), (right, top) = panel.lower[:2], panel.upper[:2]
+    frame = [
+        image.window(np.array([left, top]), np.array([right, top + margin])),
+        image.window(np.array([left, bottom - margin]), np.array([right, bottom])),
+    ]
+    if all(float((f + near <= panel.lower[2] + FRAME_TOLERANCE).mean()) < 0.4 for f in frame):
+        return None
+    for sign in (1.0, -1.0):
+        edge = float(right if sign > 0 else left)
+        far = edge + sign * MIN_OPEN_SHARE * panel.width
+        if not float(lower[:, 0].min()) <= far <= float(upper[:, 0].max()):
+            continue
+        a, b = sorted((edge + sign * margin, far))
+        beside = image.window(np.array([a, bottom + inset]), np.array([b, top - inset]))
+        clear = float((np.isfinite(beside) & (beside + near > panel.upper[2] + MIN_NICHE_DEPTH)).mean())
+        place = float(grip.middle[0]) if sign < 0 else 1.0 - float(grip.middle[0])
+        if clear >= 0.95 and place >= MIN_HANDLE_OFFSET:
+            return sign
+    return None
