@@ -17,6 +17,14 @@ from casa_assets.model.source import SourceKind
 
 # Where a fault is, as a path such as `links/door/colliders`, and what is wrong there.
 Problem = tuple[str, str]
+Row = tuple[str, float, str]  # pointer, number, and what is wrong if the number is beyond the limit
+# Reasons as reports give them.
+NOT_BUILT = "it came as a mesh, and built things alone are held to this"
+NO_JOINTS = "it has no joints"
+NO_COLLIDERS = "none of its links has a collision shape"
+NO_VISUALS = "nothing of it is seen"
+NO_COMPILE = "model.xml does not compile"
+NO_WAIVERS: Mapping[str, str] = {}  # what is waived where nothing is; shared and never written to
 
 
 @dataclass(frozen=True)
@@ -73,9 +81,6 @@ def at_most(number: float, limit: float, pointer: str, message: str) -> Measurem
 def at_least(number: float, limit: float, pointer: str, message: str) -> Measurement:
     """A number, with a problem where it is below the limit or not a number."""
     return Measurement(number, () if number >= limit else ((pointer, message),))
-
-
-Row = tuple[str, float, str]  # pointer, number, and what is wrong if the number is beyond the limit
 
 
 def worst_above(rows: Iterable[Row], limit: float, otherwise: str | None = None) -> Measurement:
@@ -169,15 +174,6 @@ class Check:
         return self.description.format(**values)
 
 
-# Applicability --------------------------------------------------------------------------------------------------------
-
-# Reasons as reports give them.
-NOT_BUILT = "it came as a mesh, and built things alone are held to this"
-NO_JOINTS = "it has no joints"
-NO_COLLIDERS = "none of its links has a collision shape"
-NO_VISUALS = "nothing of it is seen"
-NO_COMPILE = "model.xml does not compile"
-
 _MESHES = frozenset(kind.value for kind in SourceKind)
 
 
@@ -222,12 +218,6 @@ def merged_mesh(visuals: Sequence[Visual]) -> tuple[Floats, Ints]:
     starts = np.cumsum([0, *(len(v.mesh.vertices) for v in visuals)])
     faces = np.concatenate([v.mesh.faces + s for v, s in zip(visuals, starts, strict=False)]).astype(np.int64)
     return np.concatenate([v.mesh.vertices for v in visuals]), faces
-
-
-# Run ------------------------------------------------------------------------------------------------------------------
-
-# What is waived where nothing is; shared and never written to.
-NO_WAIVERS: Mapping[str, str] = {}
 
 
 def run(

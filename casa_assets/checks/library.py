@@ -9,12 +9,17 @@ import numpy as np
 from casa_assets.checks.check import Check, Measurement, Row, no_fault, not_applicable, not_run, worst_above
 from casa_assets.model.issue import Severity
 
-# With fewer assets of a category nobody can tell which one is odd.
-MIN_ASSETS = 5
-# The least scatter of the sizes of a category, as a ratio: mugs of a set differ by as much.
-MIN_SCATTER = 1.1
-# Standard deviation of a normal distribution over its median absolute deviation.
-SIGMA_PER_MAD = 1.4826
+MIN_ASSETS = 5  # with fewer assets of a category nobody can tell which one is odd
+MIN_SCATTER = 1.1  # the least scatter of the sizes of a category, as a ratio: mugs of a set differ by as much
+SIGMA_PER_MAD = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
+# Of two copies, the 99.5th percentile of the distance is at most so many times the limit for the 95th.
+EVERY_SHARE = 4.0
+# Two copies differ in size by at most this ratio, and in colours by at most this distance in CIELAB.
+SAME_SIZE, SAME_COLORS = 0.03, 4.0
+# Other categories that messages name.
+NAMED = 3
+ALONE = "there are no two assets to compare"
+ERROR, WARNING = Severity.ERROR, Severity.WARNING
 
 
 @dataclass(frozen=True)
@@ -43,17 +48,6 @@ def sizes_fit_their_category(sizes: LibrarySizes, limit: float) -> Measurement:
             message = f"is {longest:.3g} m long, and {np.exp(middle):.3g} m is usual for a {category} here"
             rows.append((name, float(deviation), f"{message}; look at its unit and its category"))
     return worst_above(rows, limit, f"no category has {MIN_ASSETS} assets to compare")
-
-
-# Duplicates -----------------------------------------------------------------------------------------------------------
-
-# Of two copies, the 99.5th percentile of the distance is at most so many times the limit for the 95th.
-EVERY_SHARE = 4.0
-# Two copies differ in size by at most this ratio, and in colours by at most this distance in CIELAB.
-SAME_SIZE, SAME_COLORS = 0.03, 4.0
-# Other categories that messages name.
-NAMED = 3
-ALONE = "there are no two assets to compare"
 
 
 @dataclass(frozen=True)
@@ -155,10 +149,6 @@ def in_words(one: CategoryRank) -> str:
         return f"looks like {named}; it has no category to compare with"
     return f"is called {one.category} ({one.share:.0%}, number {one.rank} of what it looks like); others: {named}"
 
-
-# Rows -----------------------------------------------------------------------------------------------------------------
-
-ERROR, WARNING = Severity.ERROR, Severity.WARNING
 
 # fmt: off
 ROWS: tuple[Check, ...] = (

@@ -25,6 +25,34 @@ from casa_assets.model.issue import Severity
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
 
+SIDES = ("shortest", "middle", "longest")
+# A pixel belongs to a letter where it is covered by this share of what the best one is; strokes may be thinner than a
+# pixel. What is near such a pixel is the ground that the letter is read on.
+LETTER, LEAST_COVER, GROUND_PX = 0.5, 0.2, 2
+# Places of a line that are looked up on the surface; letters are as high as three quarters of their columns at most.
+LINE_PLACES, HEIGHT_SHARE = 240, 75.0
+# Share of the way from black to white that is scattered by the eye. Ref: WCAG 2.1, contrast ratio.
+FLARE = 0.05
+NO_PRINT = "nothing is printed on it"
+# The camera that reads: a common one on a wrist, 640 pixels wide with 60 degrees, 20 cm before the middle of the line.
+DISTANCE_M, WIDE_PX, FIELD_DEG = 0.2, 640, 60.0
+FOCAL_PX = WIDE_PX / 2 / math.tan(math.radians(FIELD_DEG) / 2)
+# A letter that is turned away by more than this, 75 degrees, is less than a quarter as wide as on the label and not
+# read; of a line, so many may be. Both are choices: on a round bottle a long name always ends near the edge.
+SEEN_COS, UNSEEN_SHARE = 0.25, 0.2
+# A line is as high as the lowest of what is seen of it; one place in twenty may lie on a crease of the paper.
+LOW_PERCENT = 5
+SAME_SHAPE = 0.02  # descriptors of one shape under two triangulations are this far apart at most
+MIN_MEMBERS = 12  # with fewer members the nearest one of the same kind is too often not there
+# Share of the mean variance within categories that is added along each axis, so that no axis counts without bounds.
+SHRINKAGE = 0.3
+# Rows of the table of distances that are made at a time.
+BLOCK = 512
+TOO_FEW = f"there are no two categories of at least {MIN_MEMBERS} members"
+# Categories that a message names.
+NAMED = 4
+ERROR, WARNING = Severity.ERROR, Severity.WARNING
+
 
 @dataclass(frozen=True, eq=False)
 class ObjectMember:
@@ -33,11 +61,6 @@ class ObjectMember:
     asset: Asset
     category: Category
     printed: Mapping[str, tuple[PrintedLine, ...]]
-
-
-# Proportions ----------------------------------------------------------------------------------------------------------
-
-SIDES = ("shortest", "middle", "longest")
 
 
 def sides_fit_category(member: ObjectMember, limit: float) -> Measurement:
@@ -60,18 +83,6 @@ def sides_fit_category(member: ObjectMember, limit: float) -> Measurement:
         message = f"its {name} side is {100 * side:.3g} cm; {usual}; change the numbers it is of"
         rows.append(("bounds", max(low / side, side / high), message))
     return worst_above(rows, limit, "it has no sides")
-
-
-# Print size -----------------------------------------------------------------------------------------------------------
-
-
-# A pixel belongs to a letter where it is covered by this share of what the best one is; strokes may be thinner than a
-# pixel. What is near such a pixel is the ground that the letter is read on.
-LETTER, LEAST_COVER, GROUND_PX = 0.5, 0.2, 2
-# Places of a line that are looked up on the surface; letters are as high as three quarters of their columns at most.
-LINE_PLACES, HEIGHT_SHARE = 240, 75.0
-# Share of the way from black to white that is scattered by the eye. Ref: WCAG 2.1, contrast ratio.
-FLARE = 0.05
 
 
 @dataclass(frozen=True)
@@ -210,19 +221,6 @@ def _directions(mesh: Mesh, face: Ints) -> tuple[Floats, Floats, Floats]:
     return along_u, along_v, np.sign(area)
 
 
-# Legibility -----------------------------------------------------------------------------------------------------------
-
-NO_PRINT = "nothing is printed on it"
-# The camera that reads: a common one on a wrist, 640 pixels wide with 60 degrees, 20 cm before the middle of the line.
-DISTANCE_M, WIDE_PX, FIELD_DEG = 0.2, 640, 60.0
-FOCAL_PX = WIDE_PX / 2 / math.tan(math.radians(FIELD_DEG) / 2)
-# A letter that is turned away by more than this, 75 degrees, is less than a quarter as wide as on the label and not
-# read; of a line, so many may be. Both are choices: on a round bottle a long name always ends near the edge.
-SEEN_COS, UNSEEN_SHARE = 0.25, 0.2
-# A line is as high as the lowest of what is seen of it; one place in twenty may lie on a crease of the paper.
-LOW_PERCENT = 5
-
-
 def letters_are_large(member: ObjectMember, limit: float) -> Measurement:
     """OBJ002: height of the letters in the picture of a camera at 20 cm, pixels; the least of the printed lines."""
     heights, problems = [], []
@@ -268,18 +266,6 @@ def seen_from(line: LineOnSurface) -> tuple[float, float]:
 def _worst(member: ObjectMember, field: str) -> list[LineOnSurface]:
     """The line of each material whose number is the lowest, the lowest last."""
     return sorted(lines_on_surface(member), key=lambda line: -float(getattr(line, field)))
-
-
-# Collection -----------------------------------------------------------------------------------------------------------
-
-# Descriptors of one shape under two triangulations are this far apart at most.
-SAME_SHAPE = 0.02
-# With fewer members the nearest one of the same kind is too often not there.
-MIN_MEMBERS = 12
-# Share of the mean variance within categories that is added along each axis, so that no axis counts without bounds.
-SHRINKAGE = 0.3
-# Rows of the table of distances that are made at a time.
-BLOCK = 512
 
 
 @dataclass(frozen=True)
@@ -397,13 +383,6 @@ def _nearest(places: Floats) -> Iterator[int]:
         yield from far.argmin(axis=1).tolist()
 
 
-# Kinds ----------------------------------------------------------------------------------------------------------------
-
-TOO_FEW = f"there are no two categories of at least {MIN_MEMBERS} members"
-# Categories that a message names.
-NAMED = 4
-
-
 def members_differ(collection: ObjectCollection, limit: float) -> Measurement:
     """OBJ005: distance of the two most alike members of a category, over what copies of one thing may differ by."""
     near = collection.nearest_alike
@@ -439,10 +418,6 @@ def in_words(row: CategoryConfusion) -> str:
         f"{row.count - row.right} of {row.count} are nearer to another kind: {named}; tell them apart by form or colour"
     )
 
-
-# Rows -----------------------------------------------------------------------------------------------------------------
-
-ERROR, WARNING = Severity.ERROR, Severity.WARNING
 
 # fmt: off
 ROWS: tuple[Check, ...] = (

@@ -34,18 +34,25 @@ EMPTY_SHARE_OF_HULL = 0.45
 # What stands out from a wall or a front, or hangs below something, by less than this is no obstacle, metres: sockets,
 # skirting, the trim of a window, feet below a plinth.
 FLAT_M = 0.022
-# It is a strip or small: panelling and tiles of a whole wall are its surface, metres.
-STRIP_M = 0.2
+STRIP_M = 0.2  # it is a strip or small: panelling and tiles of a whole wall are its surface, metres
 # Parts of a fixture of which so many pieces become a few, by label: what they enclose holds nothing.
 OPEN_WORK = frozenset({"grate", "faucet", "canopy", "hinge"})
 MANY_PIECES = 3
-# A thing on a wall cupboard is reached, what begins higher than this is not, metres above the floor.
-OVERHEAD_M = 2.35
-# What is smaller up there is left out, metres: the canopy of a lamp.
-SMALL_OVERHEAD_M = 0.45
+OVERHEAD_M = 2.35  # a thing on a wall cupboard is reached, what begins higher than this is not, metres above the floor
+SMALL_OVERHEAD_M = 0.45  # what is smaller up there is left out, metres: the canopy of a lamp
 # A lamp, or what else holds nothing, is fewer primitives where it is smaller than this, metres.
 LARGE_THING_M = 0.75
 MIN_PIECES, MOST_OF_PLAIN_THING, MOST_OF_LARGE_THING = 3, 2, 4
+# Names of the region around a whole asset, the one that is added first. Ref: robocasa v1.0, fixtures and objects.
+OUTER_REGIONS = ("bbox", "main")
+Ref = tuple[str, str]  # placement and joint
+MAX_TRIES, NEAR_ENOUGH = 4, 10  # forms that are tried at most, and so many primitives below the limit are near enough
+MANY_ALIKE = 3  # loose things without joints of which a kitchen has so many are seats
+# Categories of fixtures of which the last one is locked, those first that a kitchen misses least.
+LAST_UNITS = (
+    *("window", "switch", "door", "hood", "tall_cabinet", "housing_cabinet", "island_base"),
+    *("corner_cabinet", "wall_cabinet", "base_cabinet"),
+)
 
 
 @dataclass(frozen=True)
@@ -210,9 +217,6 @@ def _is_flat(box: Floats, others: Floats) -> bool:
     return bool(held.any())
 
 
-# Locked joints --------------------------------------------------------------------------------------------------------
-
-
 def with_joints_locked(asset: Asset, locked: Collection[str], positions: Mapping[str, float]) -> Asset:
     """The asset without some of its joints; the colliders of what they moved go to the link that carries it.
 
@@ -262,12 +266,6 @@ def _on_their_carriers(links: list[Link], moved: Collection[str]) -> tuple[Link,
         carrier, pose = carrier_from[link.name]
         colliders[carrier] += [c.replace(pose=pose @ c.pose) for c in link.colliders]
     return tuple(link.replace(colliders=tuple(colliders[link.name])) for link in links)
-
-
-# Batch form -----------------------------------------------------------------------------------------------------------
-
-# Names of the region around a whole asset, the one that is added first. Ref: robocasa v1.0, fixtures and objects.
-OUTER_REGIONS = ("bbox", "main")
 
 
 class BatchForms:
@@ -360,20 +358,6 @@ def _with_outer_region(form: Asset, whole: Asset) -> Asset:
         return form
     box, pose = fit.box_between(box_around(np.array(boxes)))
     return form.replace(regions=(*form.regions, Region(name=OUTER_REGIONS[0], pose=pose, size=box.size)))
-
-
-# Choose joints --------------------------------------------------------------------------------------------------------
-
-Ref = tuple[str, str]  # placement and joint
-# Forms that are tried at most, and so many primitives below the limit are near enough.
-MAX_TRIES, NEAR_ENOUGH = 4, 10
-# Loose things without joints of which a kitchen has so many are seats.
-MANY_ALIKE = 3
-# Categories of fixtures of which the last one is locked, those first that a kitchen misses least.
-LAST_UNITS = (
-    *("window", "switch", "door", "hood", "tall_cabinet", "housing_cabinet", "island_base"),
-    *("corner_cabinet", "wall_cabinet", "base_cabinet"),
-)
 
 
 @dataclass(frozen=True)

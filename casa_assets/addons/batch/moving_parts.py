@@ -29,10 +29,26 @@ WORD_OF_GRIP = {
     "tray": JointWord.RACKS,
     "lid": JointWord.LIDS,
 }
-# Links of a tap that a hand takes by their own handle, which is no door.
-TAP_LINKS = ("handle", "handle_temp")
-# Links that are racks also where a hand takes them by a handle.
-SLIDING_SHELVES = ("rack", "tray")
+TAP_LINKS = ("handle", "handle_temp")  # links of a tap that a hand takes by their own handle, which is no door
+SLIDING_SHELVES = ("rack", "tray")  # links that are racks also where a hand takes them by a handle
+POSITIONS = 9  # positions of each joint that are looked at, both ends of its range among them
+# Links whose boxes come as close as this may touch, metres.
+NEAR_M = 0.003
+Ref = tuple[str, str]  # name of a placement, and of a link of it
+# Primitives of a loose thing at most, of one that is solid, of a seat that is; and how much of each may be empty.
+MOST_OF_THING, MOST_OF_SOLID, MOST_OF_SEAT, EMPTY_SHARE = 6, 3, 2, 0.35
+# Round parts of a door or a tap: one primitive for so many, and so much of it may be empty.
+PIECES_PER_GROUP, EMPTY_SHARE_OF_PIECES = 3, 0.6
+LINING_M = 0.022  # the inner front of a drawer is no thicker than this, metres, nor the front than three times
+LINING_SHARE = 0.5  # it has this share of the area of the front, 0..1
+# Two boxes of a moving part become one where no more than this is empty between them, and nothing is kept there, m^3.
+FILLED_M3 = 0.003
+# A bin of a door becomes a block, which has no more than this empty: those above each other stay apart, m^3.
+BIN_M3 = 0.008
+# On each side of a region no more than this share of its size is taken, and no more than twice the tolerance.
+REGION_SHARE = 0.015
+WHOLE = "main"  # name of the region around a whole asset; the others are inside of it
+HANDLE = "handle"  # label of the parts of a handle
 
 
 def joint_word(asset: Asset, joint: Joint) -> JointWord:
@@ -46,16 +62,6 @@ def joint_word(asset: Asset, joint: Joint) -> JointWord:
     if joint.child in TAP_LINKS:
         return JointWord.LEVERS
     return JointWord.DOORS if joint.kind is JointKind.HINGE else JointWord.DRAWERS
-
-
-# Swept bounds ---------------------------------------------------------------------------------------------------------
-
-# Positions of each joint that are looked at, both ends of its range among them.
-POSITIONS = 9
-# Links whose boxes come as close as this may touch, metres.
-NEAR_M = 0.003
-
-Ref = tuple[str, str]  # name of a placement, and of a link of it
 
 
 def meeting_links(placements: Sequence[Placement], forms: Sequence[Asset]) -> list[tuple[Ref, ...]]:
@@ -112,28 +118,6 @@ def _swept(place: Placement, form: Asset, name: str) -> Floats:
         assert bounds is not None
         found.append(bounds)
     return box_around(np.array(found))
-
-
-# Moving parts ---------------------------------------------------------------------------------------------------------
-
-# Primitives of a loose thing at most, of one that is solid, of a seat that is; and how much of each may be empty.
-MOST_OF_THING, MOST_OF_SOLID, MOST_OF_SEAT, EMPTY_SHARE = 6, 3, 2, 0.35
-# Round parts of a door or a tap: one primitive for so many, and so much of it may be empty.
-PIECES_PER_GROUP, EMPTY_SHARE_OF_PIECES = 3, 0.6
-# The inner front of a drawer is no thicker than this, metres, nor the front than three times.
-LINING_M = 0.022
-# It has this share of the area of the front, 0..1.
-LINING_SHARE = 0.5
-# Two boxes of a moving part become one where no more than this is empty between them, and nothing is kept there, m^3.
-FILLED_M3 = 0.003
-# A bin of a door becomes a block, which has no more than this empty: those above each other stay apart, m^3.
-BIN_M3 = 0.008
-# On each side of a region no more than this share of its size is taken, and no more than twice the tolerance.
-REGION_SHARE = 0.015
-# Name of the region around a whole asset; the others are inside of it.
-WHOLE = "main"
-# Label of the parts of a handle.
-HANDLE = "handle"
 
 
 class Inside(Enum):

@@ -14,8 +14,7 @@ from casa_assets.addons.batch.mujoco_warp_engine import assign_rows, bytes_of
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.model.kitchen.scene import FREE_WIDTH
 
-# Quaternions: (w, x, y, z) here, (x, y, z, w) in Newton.
-_TO_NEWTON, _FROM_NEWTON = (1, 2, 3, 0), (3, 0, 1, 2)
+_TO_NEWTON, _FROM_NEWTON = (1, 2, 3, 0), (3, 0, 1, 2)  # quaternions: (w, x, y, z) here, (x, y, z, w) in Newton
 
 
 class NewtonEngine:

@@ -21,8 +21,11 @@ from casa_assets.model.kitchen.scene import StartStates
 # A state has to fall asleep within so many steps, looked at this often, and move by no more than this meanwhile, m.
 SETTLE_STEPS, LOOK_STEPS, MOTION_M = 1000, 25, 0.005
 LOCKED, AWAKE, MOVED = "a joint is open that the batch form locks", "does not fall asleep", "moves by more than 5 mm"
-# Number of the state that a kitchen begins with where none were drawn.
-AS_BUILT = -1
+AS_BUILT = -1  # number of the state that a kitchen begins with where none were drawn
+# Sizes of buffers for engines in which nothing is asleep when they begin, so that all contacts at rest count.
+# Room for so many times what there is at rest.
+MARGIN = 1.5
+NEAR_MARGIN = 1.25  # MJX looks at the pairs whose bounding balls are nearest, and what moves comes near to more of them
 
 
 @dataclass(frozen=True)
@@ -102,14 +105,6 @@ def _settled(
         found = list(pool.map(settle, begun))
     refused.update(one for one in found if isinstance(one, str))
     return [one for one in found if not isinstance(one, str)]
-
-
-# Sizes of buffers for engines in which nothing is asleep when they begin, so that all contacts at rest count.
-
-# Room for so many times what there is at rest.
-MARGIN = 1.5
-# MJX looks at the pairs whose bounding balls are nearest, and what moves comes near to more of them.
-NEAR_MARGIN = 1.25
 
 
 def awake_sizes(shared: SharedModel, rows: StartRows) -> dict[str, int]:

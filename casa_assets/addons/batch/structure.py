@@ -16,6 +16,7 @@ from casa_assets.formats.mjcf.batch import DEFAULT, FIRST_MEETING, LAST_MEETING,
 
 # Corners of the boxes around what a placement takes up, and of its inside: `scene.json` has them.
 _BOUNDS = ("__ext_p0", "__ext_px", "__ext_py", "__ext_pz", "__int_p0", "__int_px", "__int_py", "__int_pz")
+_COLOR = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
 
 
 class GeomKind(NamedTuple):
@@ -151,11 +152,6 @@ def _units(model: mujoco.MjModel, geoms: Mapping[int, object]) -> Iterator[Unit]
         pairs = [pair for pair in pairs if max(pair) >= 0]
         exclusions = tuple(sorted((min(pair), max(pair)) for pair in pairs))
         yield Unit(UnitKind(tuple(sorted(kind(root) for root in roots)), exclusions), bodies)
-
-
-# Pictures -------------------------------------------------------------------------------------------------------------
-
-_COLOR = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
 
 
 class Picture(NamedTuple):

@@ -24,6 +24,16 @@ GAIN = 0.7  # share of the room to what is near that one iteration may use up
 HOME_COST, BASE_COST = 1e-2, 1e-1  # of leaving the posture at rest, and the parking place, beside 1 of missing the goal
 PIVOT_COST = 1e-2  # of turning about a bar that is held
 STALLED = 12  # iterations without a nearer approach, after which no more are made
+DRAWN = 60_000  # postures
+NEAR_HOME = 0.5  # share of them that is drawn around the posture at rest
+SPREAD_RAD = 1.0  # standard deviation of these
+LIFT_BEYOND = 0.5  # share of its range by which a lift is drawn beyond its ends, where it then stands
+LAYER_M, IN_LAYER = 0.1, 900  # height of a layer, and how many postures are kept that have a hand in it
+TURNS = (-1.0, 0.0, 1.0)  # shares of the room for turning at which a base is tried
+M_PER_RAD = 0.25  # metres that an angle between a hand and a grasp counts as
+DEPTH_WEIGHT = 2.0  # metres that a metre of overlap with the kitchen counts as
+LATER_M = 0.002  # metres that each place further down the list of grasps counts as: the most natural stand first
+LOOKED_AT, KEPT = 8, 2  # postures for one grasp whose overlap is looked at, and those that are kept
 
 
 @dataclass(frozen=True)
@@ -138,20 +148,6 @@ class Solver:
                 continue
             return step
         return np.zeros(self.workspace.alone.nv)
-
-
-# Seeds ----------------------------------------------------------------------------------------------------------------
-
-DRAWN = 60_000  # postures
-NEAR_HOME = 0.5  # share of them that is drawn around the posture at rest
-SPREAD_RAD = 1.0  # standard deviation of these
-LIFT_BEYOND = 0.5  # share of its range by which a lift is drawn beyond its ends, where it then stands
-LAYER_M, IN_LAYER = 0.1, 900  # height of a layer, and how many postures are kept that have a hand in it
-TURNS = (-1.0, 0.0, 1.0)  # shares of the room for turning at which a base is tried
-M_PER_RAD = 0.25  # metres that an angle between a hand and a grasp counts as
-DEPTH_WEIGHT = 2.0  # metres that a metre of overlap with the kitchen counts as
-LATER_M = 0.002  # metres that each place further down the list of grasps counts as: the most natural stand first
-LOOKED_AT, KEPT = 8, 2  # postures for one grasp whose overlap is looked at, and those that are kept
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,7 @@ DISTANT, NEXT = 60, 15  # iterations to a handle, and to the next place of one t
 TRIES = 60  # ways of reaching one joint from one place
 WHY_TRIES = 8  # ways of reaching, in which a joint that is not reached is tried as if nothing were in the way
 FOLLOWED_TRIES = 5  # ways of holding, with which opening is tried
+Room = tuple[Vec2, Vec2, Vec2]  # least and largest of ahead, to the left (m) and turned (rad)
 
 
 @dataclass(frozen=True)
@@ -44,9 +45,6 @@ class _Held:
     grasp: Grasp
     posture: Floats
     bounds: Bounds
-
-
-Room = tuple[Vec2, Vec2, Vec2]  # least and largest of ahead, to the left (m) and turned (rad)
 
 
 class Bench:

@@ -21,6 +21,14 @@ BASE_JOINTS = ("base_forward", "base_side", "base_yaw")
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 TRUNK = "trunk"  # body and joint that legs lift, where they bend
 GROUND_GAP_M = 0.002  # between the floor and the lowest point of the robot
+PREFIX = "robot__"
+NEAR_M = 0.02  # distance from which the robot is kept from coming nearer
+DRIVEN_OVER_M = 0.03  # what is lower, such as a rug, does not stop a base
+KITCHEN, GROUND, ITSELF = 2, 4, 8  # bits that say what a geom of the robot can touch
+SAMPLES = 200  # random postures that tell which links of a robot overlap by the way they are drawn
+OFTEN = 0.5  # share of them in which such links overlap
+HANDLE_LABEL = "__label__handle"  # ends the names of texts that list the geoms of handles
+TOUCHING_M = 0.002  # gap up to which two geoms of a handle are taken together
 
 
 def tip_name(arm: Arm, press: bool) -> str:
@@ -199,18 +207,6 @@ def _frame(hand: Hand) -> Floats:
     quat = np.zeros(4)
     mujoco.mju_mat2Quat(quat, np.stack([x, np.cross(z, x), z], axis=1).ravel())
     return quat
-
-
-# Workspace ------------------------------------------------------------------------------------------------------------
-
-PREFIX = "robot__"
-NEAR_M = 0.02  # distance from which the robot is kept from coming nearer
-DRIVEN_OVER_M = 0.03  # what is lower, such as a rug, does not stop a base
-KITCHEN, GROUND, ITSELF = 2, 4, 8  # bits that say what a geom of the robot can touch
-SAMPLES = 200  # random postures that tell which links of a robot overlap by the way they are drawn
-OFTEN = 0.5  # share of them in which such links overlap
-HANDLE_LABEL = "__label__handle"  # ends the names of texts that list the geoms of handles
-TOUCHING_M = 0.002  # gap up to which two geoms of a handle are taken together
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,26 @@ DEEPEST_M, LAYER_M = 0.02, 0.002  # thickness of a finger up to which room is lo
 POINT_M = 0.005  # between points along a finger
 PLACES = (0.0, 0.5, -0.5, 0.95, -0.95)  # along a handle, as shares of half its length
 FREE_M = 1e-4  # distance from other parts at which a point lies free
+# Labels of what a hand may take. A rim or a tray is held where a thing has no handle of its own.
+GRIP_LABELS = frozenset(
+    {"handle", "knob", "button", "lever", "key", "lid", "rim", "pull", "spout", "roll", "tray", "rack", "seat"}
+)
+# What fingers close on: one side of it at least is no thinner than this. Our choice: finger pads of rubber give by a
+# millimetre or two, and slip off an edge that is thinner than both of them.
+HANDLE_LABELS = frozenset({"handle", "pull"})
+MIN_HANDLE_M = 0.005
+# What is pushed round or along and need not fit between two fingers.
+PUSHED_LABELS = frozenset({"roll", "seat", "lid", "rack", "tray"})
+MIN_GRIP_M = 0.0015
+# Points of a grip's surface that are looked at, the share of them that has to lie free, and how far from other parts.
+SAMPLES = 64
+MIN_FREE_SHARE = 0.1
+FREE_DISTANCE_M = 2e-4
+# How far a centre of mass may lie outside the hull of its link's shapes: thin walls without colliders have mass, too.
+MAX_OFF_HULL_M = 0.001
+# A radius of gyration below this part of the limit is too small. Our choice.
+MIN_GYRATION_RATIO = 0.15
+DIRECTIONS = fibonacci_directions(256)
 
 
 def fingers_have_room(asset: Asset, limit: float) -> check.Measurement:
@@ -90,30 +110,6 @@ def _grasps(centre: Floats, half: Floats) -> Iterator[Floats]:
                     points[..., across] = middle + grid[..., 2]
                     points[..., come] = sign * (half[come] + grid[..., 3])
                     yield centre + points.reshape(len(layers), -1, 3)
-
-
-# Grip -----------------------------------------------------------------------------------------------------------------
-
-# Labels of what a hand may take. A rim or a tray is held where a thing has no handle of its own.
-GRIP_LABELS = frozenset(
-    {"handle", "knob", "button", "lever", "key", "lid", "rim", "pull", "spout", "roll", "tray", "rack", "seat"}
-)
-# What fingers close on: one side of it at least is no thinner than this. Our choice: finger pads of rubber give by a
-# millimetre or two, and slip off an edge that is thinner than both of them.
-HANDLE_LABELS = frozenset({"handle", "pull"})
-MIN_HANDLE_M = 0.005
-# What is pushed round or along and need not fit between two fingers.
-PUSHED_LABELS = frozenset({"roll", "seat", "lid", "rack", "tray"})
-MIN_GRIP_M = 0.0015
-# Points of a grip's surface that are looked at, the share of them that has to lie free, and how far from other parts.
-SAMPLES = 64
-MIN_FREE_SHARE = 0.1
-FREE_DISTANCE_M = 2e-4
-# How far a centre of mass may lie outside the hull of its link's shapes: thin walls without colliders have mass, too.
-MAX_OFF_HULL_M = 0.001
-# A radius of gyration below this part of the limit is too small. Our choice.
-MIN_GYRATION_RATIO = 0.15
-DIRECTIONS = fibonacci_directions(256)
 
 
 def grips_fit_a_gripper(asset: Asset, limit: float) -> check.Measurement:

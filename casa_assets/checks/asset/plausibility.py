@@ -19,12 +19,16 @@ from casa_assets.mesh.voxels import closed_shares, open_rooms
 from casa_assets.model.asset.asset import Asset, Base, Collider, Link
 from casa_assets.model.asset.parts import Hull
 
-# Points of the visible surface that are looked at. Our choice.
-SAMPLES = 4000
+SAMPLES = 4000  # Points of the visible surface that are looked at. Our choice.
 # A point is uncovered where it is farther than this from every collision shape: metres, or this part of the longest
 # side of the link where that is more. Both are twice what the boxes around the two may differ by (AST009).
 REACH_M = 0.008
 REACH_RATIO = 0.04
+NOT_LOOSE = "it did not come as one loose mesh; what is built or taken apart gives each part its own shapes"
+NO_ROOM = "no open room takes a share of its hull that matters"
+NO_HULLS = "none of its collision shapes is a hull"
+NO_VOLUME = "its collision shapes enclose no volume"
+WATER_KG_M3 = 1000.0  # Ref: CRC Handbook of Chemistry and Physics, water at 4 degrees Celsius.
 
 
 def visible_surface_is_covered(asset: Asset, limit: float) -> check.Measurement:
@@ -45,12 +49,6 @@ def _uncovered_share(link: Link) -> float:
         if not len(uncovered):
             break
     return len(uncovered) / SAMPLES
-
-
-# Open room ------------------------------------------------------------------------------------------------------------
-
-NOT_LOOSE = "it did not come as one loose mesh; what is built or taken apart gives each part its own shapes"
-NO_ROOM = "no open room takes a share of its hull that matters"
 
 
 def open_rooms_stay_open(asset: Asset, limit: float) -> check.Measurement:
@@ -77,13 +75,6 @@ def open_rooms_stay_open(asset: Asset, limit: float) -> check.Measurement:
     message = "collision shapes fill or close off {:.0%} of an open room that takes {:.0%} of the hull; fit them again"
     rows = ((f"links/{link.name}/colliders", shares[k], message.format(shares[k], rooms.shares[k])) for k in kept)
     return check.worst_above(rows, limit, NO_ROOM)
-
-
-# Plausibility ---------------------------------------------------------------------------------------------------------
-
-NO_HULLS = "none of its collision shapes is a hull"
-NO_VOLUME = "its collision shapes enclose no volume"
-WATER_KG_M3 = 1000.0  # Ref: CRC Handbook of Chemistry and Physics, water at 4 degrees Celsius.
 
 
 def size_is_bounded(asset: Asset, limit: float) -> check.Measurement:

@@ -22,6 +22,18 @@ MIN_AREA_M2 = 1e-9
 # No triangle larger than a square millimetre, not even of the others, shows its picture at half the size or at one and
 # a half. Our choice.
 TORN_STRETCH, TORN_AREA_M2 = 0.5, 1e-6
+# Nearer than this a depth buffer cannot tell two faces of a kitchen apart. Faces that are set back by 0.2 mm pass.
+MIN_SEPARATION_M = 0.000199
+SAME_DIRECTION = 0.01  # largest distance between the unit normals of coplanar faces
+MIN_FACE_M2 = 2e-7
+# Faces are binned by normal and by offset. A bin is four times as wide as what may differ, and each is laid out twice,
+# shifted: two faces on either side of the edge of one bin then share another. The shifts are chosen so that no common
+# direction or length lies on an edge.
+BIN_WIDTH, BIN_SHIFTS = 4, (0.137, 0.637)
+NO_PICTURES = "it shows no picture"
+MIN_VERTICES = 4  # Ref: MuJoCo refuses to compile a mesh of fewer.
+NORMAL_LENGTH_TOLERANCE = 0.00674  # Ref: glTF-Validator, how far a normal's length may be from 1.
+SAME_VERTEX_M = 1e-6  # what float32 storage may move a vertex by, metres
 
 
 def texture_scale_is_true(asset: Asset, limit: float) -> check.Measurement:
@@ -79,18 +91,6 @@ def _stretch(visual: Visual, tile: Vec2) -> float:
     # A triangle counts where it begins within the share, so that of a few large ones all do.
     counted = np.cumsum(area[order]) - area[order] < RIGHT_AREA_SHARE * area.sum()
     return float(off[order][counted].max(initial=0.0))
-
-
-# Coincident faces -----------------------------------------------------------------------------------------------------
-
-# Nearer than this a depth buffer cannot tell two faces of a kitchen apart. Faces that are set back by 0.2 mm pass.
-MIN_SEPARATION_M = 0.000199
-SAME_DIRECTION = 0.01  # largest distance between the unit normals of coplanar faces
-MIN_FACE_M2 = 2e-7
-# Faces are binned by normal and by offset. A bin is four times as wide as what may differ, and each is laid out twice,
-# shifted: two faces on either side of the edge of one bin then share another. The shifts are chosen so that no common
-# direction or length lies on an edge.
-BIN_WIDTH, BIN_SHIFTS = 4, (0.137, 0.637)
 
 
 def coplanar_faces_do_not_overlap(asset: Asset, limit: float) -> check.Measurement:
@@ -205,14 +205,6 @@ def _overlap_area(first: Floats, second: Floats, normal: Floats) -> float:
         if not polygon:
             return 0.0
     return abs(signed_area(np.array(polygon))) / abs(float(normal[dropped])) if len(polygon) > 2 else 0.0
-
-
-# Visual ---------------------------------------------------------------------------------------------------------------
-
-NO_PICTURES = "it shows no picture"
-MIN_VERTICES = 4  # Ref: MuJoCo refuses to compile a mesh of fewer.
-NORMAL_LENGTH_TOLERANCE = 0.00674  # Ref: glTF-Validator, how far a normal's length may be from 1.
-SAME_VERTEX_M = 1e-6  # what float32 storage may move a vertex by, metres
 
 
 def triangles_have_area(asset: Asset) -> check.Measurement:

@@ -35,6 +35,17 @@ MARGIN_M = 0.5  # of grid around the room
 WALL_M = 0.12  # thickness of walls
 ENTRY_DEPTH_M = BASE_RADIUS_M + 0.1  # from a doorway or an open wall, at which the base enters
 NO_OBSTACLES = (Role.ROOM, Role.HUNG, Role.WORKTOP)
+# Ref: RoboCasa (robocasa/utils/env_utils.py) parks 0.20 m before fixtures and 0.30 m before housings and fridges.
+GAP_M, TALL_GAP_M = 0.20, 0.30
+TALL_UNIT_M = 1.5  # height from which a unit on the floor is a tall one
+STEP_M = 0.05  # between the places that are tried to the left and right
+ASIDE_M = 0.3  # that the base may stand beside the width of a fixture
+LEAF_GAP_M = 0.04  # between the base and the side of an open leaf
+PARKED_ROLES = (
+    *(Role.SINK, Role.RANGE, Role.HOB, Role.OVEN, Role.MICROWAVE, Role.HOOD, Role.FRIDGE, Role.DISHWASHER),
+    *(Role.COFFEE_MACHINE, Role.TOASTER, Role.CABINET, Role.DRAWERS, Role.SINK_BASE, Role.CORNER, Role.ISLAND),
+    *(Role.PANTRY, Role.HOUSING, Role.UPPER, Role.SHELF),
+)
 
 
 class FloorMap:
@@ -195,21 +206,6 @@ def around(points: Iterable[Vec2]) -> tuple[Vec2, Vec2]:
     """Least and greatest x and y."""
     xs, ys = zip(*points, strict=True)
     return (min(xs), min(ys)), (max(xs), max(ys))
-
-
-# Parking --------------------------------------------------------------------------------------------------------------
-
-# Ref: RoboCasa (robocasa/utils/env_utils.py) parks 0.20 m before fixtures and 0.30 m before housings and fridges.
-GAP_M, TALL_GAP_M = 0.20, 0.30
-TALL_UNIT_M = 1.5  # height from which a unit on the floor is a tall one
-STEP_M = 0.05  # between the places that are tried to the left and right
-ASIDE_M = 0.3  # that the base may stand beside the width of a fixture
-LEAF_GAP_M = 0.04  # between the base and the side of an open leaf
-PARKED_ROLES = (
-    *(Role.SINK, Role.RANGE, Role.HOB, Role.OVEN, Role.MICROWAVE, Role.HOOD, Role.FRIDGE, Role.DISHWASHER),
-    *(Role.COFFEE_MACHINE, Role.TOASTER, Role.CABINET, Role.DRAWERS, Role.SINK_BASE, Role.CORNER, Role.ISLAND),
-    *(Role.PANTRY, Role.HOUSING, Role.UPPER, Role.SHELF),
-)
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,13 @@ from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Record
 
 FAR = 3.0  # metres behind a seat that are looked at
+# Ref: 2010 ADA Standards 804, 305, 306, 308, 309; ICC A117.1 1003.12.
+CLEAR = (0.762, 1.219)  # metres of free floor at each place of work, either way round
+REACH = (0.381, 1.219)  # heights that a seated person reaches, metres
+Measure = Callable[[DesignSubject], Sequence[float]]
+# fmt: on
+# What small kitchens cannot keep; not counted where a plan says that it is compact.
+COMPACT = frozenset({"N3b_short", "N11_short", "N12", "N17_short", "N24", "N25"})
 
 
 def _seats(facts: KitchenFacts) -> list[Fixture]:
@@ -112,13 +119,6 @@ def _above_worktop(subject: DesignSubject) -> list[float]:
     return [f.bottom - high for f in subject.facts.with_role(Role.UPPER, Role.SHELF) if high < f.bottom < high + 0.7]
 
 
-# Wheelchair access ----------------------------------------------------------------------------------------------------
-# Ref: 2010 ADA Standards 804, 305, 306, 308, 309; ICC A117.1 1003.12.
-
-CLEAR = (0.762, 1.219)  # metres of free floor at each place of work, either way round
-REACH = (0.381, 1.219)  # heights that a seated person reaches, metres
-
-
 def _has_floor(subject: DesignSubject, name: str) -> bool:
     place = subject.parking.shut.get(name)
     if place is None:
@@ -160,11 +160,6 @@ def _reached_shelves(subject: DesignSubject) -> list[float]:
     ]
     total = sum(area for area, _ in found)
     return [sum(area for area, good in found if good) / total] if total else []
-
-
-# Grade ----------------------------------------------------------------------------------------------------------------
-
-Measure = Callable[[DesignSubject], Sequence[float]]
 
 
 @dataclass(frozen=True)
@@ -253,25 +248,47 @@ DESIGN: tuple[Rule, ...] = (
          lambda s: [abs(r.height - 0.914) for r in s.facts.runs]),
     Rule("D1_depth", "depth of worktops", 0.61, "m", False, lambda s: [r.depth_before for r in s.facts.runs]),
 )
+# fmt: on
 ACCESS: tuple[Rule, ...] = (
-    Rule("A1", "width of aisles", 1.015, "m", False,
-         lambda s: [a.width for a in s.facts.aisles if a.kind is AisleKind.WORK]),
+    Rule(
+        "A1",
+        "width of aisles",
+        1.015,
+        "m",
+        False,
+        lambda s: [a.width for a in s.facts.aisles if a.kind is AisleKind.WORK],
+    ),
     Rule("A2", "width of the aisle in a U", 1.525, "m", False, _aisles_in_a_u),
     Rule("A3", "sinks and appliances without clear floor in front", 0, "", True, _lacking_floor),
-    Rule("A4", "lowest worktop", 0.865, "m", True,
-         lambda s: _lowest([r.height for r in s.facts.runs] + [t.top for t in s.facts.with_role(Role.TABLE)])),
-    Rule("A5", "rim of the sink", 0.865, "m", True,
-         lambda s: _lowest([run.height for f in s.facts.with_role(Role.SINK) if (run := s.facts.run(f.run))])),
+    Rule(
+        "A4",
+        "lowest worktop",
+        0.865,
+        "m",
+        True,
+        lambda s: _lowest([r.height for r in s.facts.runs] + [t.top for t in s.facts.with_role(Role.TABLE)]),
+    ),
+    Rule(
+        "A5",
+        "rim of the sink",
+        0.865,
+        "m",
+        True,
+        lambda s: _lowest([run.height for f in s.facts.with_role(Role.SINK) if (run := s.facts.run(f.run))]),
+    ),
     Rule("A6", "knee space below a worktop", 0.762, "m", False, _knee_room),
     Rule("A7", "share of handles in reach", 0.5, "", False, _reached_grips),
     Rule("A8", "share of shelves in reach", 0.5, "", False, _reached_shelves),
     Rule("A10", "turning circle", 1.525, "m", False, lambda s: [2.0 * float((s.floor.clear * s.floor.room).max())]),
-    Rule("A11", "narrowest doorway", 0.815, "m", False,
-         lambda s: [w.clear_width for w in s.facts.openings if w.kind is not OpeningKind.WINDOW]),
+    Rule(
+        "A11",
+        "narrowest doorway",
+        0.815,
+        "m",
+        False,
+        lambda s: [w.clear_width for w in s.facts.openings if w.kind is not OpeningKind.WINDOW],
+    ),
 )
-# fmt: on
-# What small kitchens cannot keep; not counted where a plan says that it is compact.
-COMPACT = frozenset({"N3b_short", "N11_short", "N12", "N17_short", "N24", "N25"})
 
 
 @lru_cache(maxsize=1)

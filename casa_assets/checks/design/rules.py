@@ -30,6 +30,17 @@ APPLIANCE_UNITS = ("range", "hob", "dishwasher", "oven", "microwave", "fridge")
 STANDING_DEPTH_M = 0.6  # before a dishwasher, in which the one who loads it stands
 NEAR_WALL_M = 0.8  # from a wall, within which a cooktop stands at it
 MIN_OVERLAP_M = 0.02  # by which something has to reach over a cooktop to be above it
+STRIP = 0.13  # panels and strips between an appliance and its worktop, metres
+# What NKBA asks for beside each, metres, the least that serves.
+LANDING = {"sink": 0.61, "range": 0.381, "hob": 0.381, "fridge": 0.381, "oven": 0.381}
+TALL = 1.5  # metres
+FULL_DEPTH = 0.5
+# Name, outline seen from above, and heights of the lower and upper end, metres.
+Solid = tuple[str, Corners, float, float]
+NO_AISLE = {
+    AisleKind.WORK: "no two fronts face each other",
+    AisleKind.WALK: "no way leads between two things, or a thing and a wall",
+}
 
 
 def dishwashers_have_standing_room(subject: DesignSubject, limit: float) -> Measurement:
@@ -158,12 +169,6 @@ def _corner_distances(facts: KitchenFacts, run: PlacedRun) -> Iterator[tuple[str
             yield unit.name, round(run.length - after.depth_before - unit.right, 4)
 
 
-# Frontage -------------------------------------------------------------------------------------------------------------
-
-# Panels and strips between an appliance and its worktop, metres.
-STRIP = 0.13
-
-
 def along(facts: KitchenFacts, fixture: Fixture) -> tuple[PlacedRun, float, float] | None:
     """The run of a fixture, and its start and end along the run; None if it is in no run."""
     run = facts.run(fixture.run)
@@ -280,10 +285,6 @@ def total_frontage(facts: KitchenFacts) -> float | None:
     return total - taken if facts.runs else None
 
 
-# What NKBA asks for beside each, metres, the least that serves.
-LANDING = {"sink": 0.61, "range": 0.381, "hob": 0.381, "fridge": 0.381, "oven": 0.381}
-
-
 def shared_landing(facts: KitchenFacts) -> float | None:
     """Metres by which worktop between two places of work exceeds the longer landing and 0.305 m; the least."""
     found = []
@@ -294,12 +295,6 @@ def shared_landing(facts: KitchenFacts) -> float | None:
             if between and all(u.has_worktop for u in between):
                 found.append(other.left - one.right - max(LANDING[one.kind], LANDING[other.kind]) - 0.305)
     return min(found, default=None)
-
-
-# Work triangle --------------------------------------------------------------------------------------------------------
-
-TALL = 1.5  # metres
-FULL_DEPTH = 0.5
 
 
 def centres(facts: KitchenFacts) -> list[tuple[Fixture, Vec2]]:
@@ -399,9 +394,6 @@ def _across(one: Fixture, other: Fixture) -> bool:
     return ax * bx + ay * by < -0.9 and before > 0 and abs(aside) < 1.2
 
 
-# Doorways -------------------------------------------------------------------------------------------------------------
-
-
 def doorways_are_wide_enough(subject: DesignSubject, limit: float) -> Measurement:
     """NKB001: clear width of the narrowest door or passage, metres."""
     # Ref: NKBA planning guideline 1: 32 inches clear.
@@ -444,10 +436,6 @@ def appliance_doors_swing_apart(subject: DesignSubject, limit: float) -> Measure
     return worst_above(rows, limit)
 
 
-# Name, outline seen from above, and heights of the lower and upper end, metres.
-Solid = tuple[str, Corners, float, float]
-
-
 def _appliance_leaves(facts: KitchenFacts) -> Iterator[Solid]:
     """Doors, flaps and drawers of appliances, called `<fixture>/<joint>`; not those that another one has to uncover."""
     for fixture in facts.with_role(*APPLIANCES):
@@ -464,14 +452,6 @@ def _fixture(leaf: str) -> str:
 def _share_height(bottom1: float, top1: float, bottom2: float, top2: float) -> bool:
     """True if two ranges of height share more than a centimetre."""
     return min(top1, top2) - max(bottom1, bottom2) > 0.01
-
-
-# Aisles ---------------------------------------------------------------------------------------------------------------
-
-NO_AISLE = {
-    AisleKind.WORK: "no two fronts face each other",
-    AisleKind.WALK: "no way leads between two things, or a thing and a wall",
-}
 
 
 def work_aisles_are_wide_enough(subject: DesignSubject, limit: float) -> Measurement:

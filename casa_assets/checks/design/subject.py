@@ -18,6 +18,21 @@ from casa_assets.model.kitchen.floor import Corners, Fixture, KitchenFacts, Park
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
 
+PIXELS_PER_M = 120
+MARGIN_M = 0.35  # of floor around the outline of the room
+DASH_M = 0.1  # from the start of one dash to the next
+WHITE, BLACK = (255, 255, 255), (40, 40, 44)
+REACHED, FREE, FLOOR = (214, 234, 214), (250, 226, 190), (238, 238, 236)
+SOLID, APPLIANCE, WALL_UNIT, SWEPT_AREA, PARKED, PARKED_AT_OPEN_DOOR = (
+    (196, 190, 182),
+    (150, 170, 200),
+    (120, 110, 100),
+    (214, 120, 90),
+    (30, 110, 60),
+    (60, 90, 190),
+)
+APPLIANCES = (Role.SINK, Role.RANGE, Role.HOB, Role.FRIDGE, Role.DISHWASHER, Role.OVEN, Role.MICROWAVE)
+
 
 @dataclass(frozen=True, eq=False)
 class DesignSubject:
@@ -45,9 +60,6 @@ class DesignSubject:
     def atomic_tasks(self) -> tuple[AtomicTask, ...]:
         """With what the tasks of RoboCasa v1.0 can be done."""
         return atomic_tasks(TaskView(self.facts, self.floor, self.parking))
-
-
-# Summary --------------------------------------------------------------------------------------------------------------
 
 
 def whereabouts(subject: DesignSubject) -> dict[str, Any]:
@@ -92,9 +104,6 @@ def _place(place: ParkingPlace | None) -> dict[str, Any] | None:
     if place is None:
         return None
     return {"x": place.position[0], "y": place.position[1], "yaw": place.yaw, "side": place.side.value}
-
-
-# Reach ----------------------------------------------------------------------------------------------------------------
 
 
 def fixtures_are_reachable(subject: DesignSubject, limit: float) -> Measurement:
@@ -152,24 +161,6 @@ def task_objects_find_room(subject: DesignSubject, limit: float) -> Measurement:
     rates = ((t, t.rate) for t in subject.tasks if t.rate is not None)
     rows = ((f"tasks/{t.task}", rate, message.format(rate, t.tightest, limit)) for t, rate in rates)
     return worst_below(rows, limit, "it has what it takes for no task (TSK001)")
-
-
-# Picture --------------------------------------------------------------------------------------------------------------
-
-PIXELS_PER_M = 120
-MARGIN_M = 0.35  # of floor around the outline of the room
-DASH_M = 0.1  # from the start of one dash to the next
-WHITE, BLACK = (255, 255, 255), (40, 40, 44)
-REACHED, FREE, FLOOR = (214, 234, 214), (250, 226, 190), (238, 238, 236)
-SOLID, APPLIANCE, WALL_UNIT, SWEPT_AREA, PARKED, PARKED_AT_OPEN_DOOR = (
-    (196, 190, 182),
-    (150, 170, 200),
-    (120, 110, 100),
-    (214, 120, 90),
-    (30, 110, 60),
-    (60, 90, 190),
-)
-APPLIANCES = (Role.SINK, Role.RANGE, Role.HOB, Role.FRIDGE, Role.DISHWASHER, Role.OVEN, Role.MICROWAVE)
 
 
 def floor_picture(subject: DesignSubject) -> Image.Image:

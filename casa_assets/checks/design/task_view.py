@@ -28,6 +28,7 @@ MIN_WORK_HEIGHT_M, MAX_WORK_HEIGHT_M = 0.3, 1.9
 ROUNDING_M = 1e-9
 # Heights below and above a worktop between which the foot of what stands on it is, metres.
 SUNK_M, ABOVE_M = 0.1, 0.45
+BESIDE_M = 0.6  # beside a fixture, within which its worktop begins
 
 
 @dataclass(frozen=True)
@@ -175,11 +176,6 @@ def _is_placed_well(box: WorldBox, zone: PlacingZone) -> bool:
         return False
     reach = np.hypot(zone.shoulders[:, 0] - middle[0], zone.shoulders[:, 1] - middle[1])
     return bool(len(reach)) and float(reach.min()) <= ARM_REACH_M
-
-
-# Task view ------------------------------------------------------------------------------------------------------------
-
-BESIDE_M = 0.6  # beside a fixture, within which its worktop begins
 
 
 class Afforded(Record):

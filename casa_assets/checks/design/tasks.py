@@ -51,6 +51,8 @@ DRIVE_GOALS = (
     *(Role.COFFEE_MACHINE, Role.TOASTER, Role.RANGE, Role.HOB, Role.SHELF, Role.MICROWAVE, Role.SINK, Role.HOOD),
     *(Role.OVEN, Role.FRIDGE, Role.DISHWASHER),
 )
+Found = tuple[Fixture, ...]
+Finding = Callable[[TaskView], TaskFinding]
 
 
 def _uppers(view: TaskView, count: tuple[int, ...]) -> tuple[Fixture, ...]:
@@ -221,10 +223,6 @@ def _drive(view: TaskView) -> TaskFinding:
         if far:
             aims.append(f)
     return TaskFinding(tuple(aims), wants="" if aims else "a thing that there is once, more than 1 m from another")
-
-
-Found = tuple[Fixture, ...]
-Finding = Callable[[TaskView], TaskFinding]
 
 
 def _with(found: Found, wants: str) -> TaskFinding:

@@ -27,8 +27,23 @@ from casa_assets.model.registry.category import Affordance, Category, MatterFill
 # Milliseconds that MuJoCo takes to load a thousand triangles, and a million pixels, as benchmarks/ingest/filters.py
 # measures them on one core. The time is estimated with them and not measured, so that it is the same on any machine.
 FACES_MS, PIXELS_MS = 5.0, 25.0
-# Part of the greatest moment of inertia that another one may be off without being felt.
-SLIGHT_SHARE = 0.05
+SLIGHT_SHARE = 0.05  # part of the greatest moment of inertia that another one may be off without being felt
+GRASP = "grasp_"  # sites that say where a hand takes a thing; their x is what the fingers open to
+UNKNOWN = "object"  # the category of what nobody could name
+# Voxels along the longest side of the grid in which the water that a vessel holds is measured.
+CELLS = 64
+RATE_HZ = 240
+# The steps of a runtime. Slender things jitter more on long ones, on the few points that a hull touches a floor with.
+FINE_RATE_HZ = 500
+SETTLE_S, WATCH_S = 4.0, 3.0  # how long an object may take to settle, and how long it is then watched, seconds
+# What moves more than this is watched again in finer steps, three times in all: an object that was put down on an edge
+# falls late, and then lies still.
+STILL_M, MAX_WATCHES = 1e-3, 3
+FAR_M = 1e3  # stands for any longer way, and for one that is no number, because reports hold finite numbers
+# Height above the lower object at which the upper one is let go, metres, and how long both are simulated, seconds.
+STACK_GAP_M, STACK_S = 0.005, 3.0
+MAX_STACK_TILT_DEG = 30.0
+UPPER, LOWER = "upper_", "lower_"
 
 
 def inertia_is_plausible(asset: Asset, limit: float) -> check.Measurement:
@@ -66,12 +81,6 @@ def load_time_is_bounded(asset: Asset, limit: float) -> check.Measurement:
     return check.at_most(load_ms, limit, "", f"{message}; scale its pictures down")
 
 
-# Graspable ------------------------------------------------------------------------------------------------------------
-
-# Sites that say where a hand takes a thing; their x is what the fingers open to.
-GRASP = "grasp_"
-
-
 def fits_a_gripper(package: Package, limit: float) -> check.Measurement:
     """FLT018: width of the narrowest grasp of a graspable object, metres; its least side where it has none."""
     asset, category = package.asset, package.category
@@ -90,14 +99,6 @@ def fits_a_gripper(package: Package, limit: float) -> check.Measurement:
         if width > limit
     )
     return check.Measurement(min(widths.values()), problems)
-
-
-# Kind -----------------------------------------------------------------------------------------------------------------
-
-# The category of what nobody could name.
-UNKNOWN = "object"
-# Voxels along the longest side of the grid in which the water that a vessel holds is measured.
-CELLS = 64
 
 
 def category_is_known(package: Package) -> check.Measurement:
@@ -145,24 +146,6 @@ def misfit(size: Floats, category: Category) -> float:
         array[swapped] = np.sort(array[swapped])
     actual, low, high = arrays
     return float(np.exp(max(0.0, (np.log(low / actual).max() - np.log(high / actual).min()) / 2)))
-
-
-# Stability ------------------------------------------------------------------------------------------------------------
-
-RATE_HZ = 240
-# The steps of a runtime. Slender things jitter more on long ones, on the few points that a hull touches a floor with.
-FINE_RATE_HZ = 500
-# How long an object may take to settle, and how long it is then watched, seconds.
-SETTLE_S, WATCH_S = 4.0, 3.0
-# What moves more than this is watched again in finer steps, three times in all: an object that was put down on an edge
-# falls late, and then lies still.
-STILL_M, MAX_WATCHES = 1e-3, 3
-# Stands for any longer way, and for one that is no number, because reports hold finite numbers.
-FAR_M = 1e3
-# Height above the lower object at which the upper one is let go, metres, and how long both are simulated, seconds.
-STACK_GAP_M, STACK_S = 0.005, 3.0
-MAX_STACK_TILT_DEG = 30.0
-UPPER, LOWER = "upper_", "lower_"
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,32 @@ from casa_assets.model.asset.material import Material, Texture
 from casa_assets.model.registry.category import MatterFill, RestingPose
 
 NOT_LOOSE = "it did not come as one loose mesh"
+# All lengths are parts of another length. Choices, tried on spoilt meshes by benchmarks/ingest/filters.py.
+# A component thinner than this part of its own width is flat.
+FLATNESS = 0.005
+# The share of a flat component that is seen from both sides, from which on it is a card and no side of a box.
+TWO_SIDED_SHARE = 0.3
+VOXEL = 0.03  # parts stand apart where no voxel of this part of the longest side, nor a neighbour of it, joins them
+LARGE_PART = 0.3  # what reaches over less than this part of the longest side is a crumb and no part
+# The lowest part of the height, in which a ground lies, and where what stands on it begins.
+GROUND_TOP, OBJECT_BOTTOM = 0.04, 0.12
+# An object that stands on a ground is so many times broader for its height than is usual for its category.
+BROADER_THAN_USUAL = 1.5
+VISUALS = "links/object/visuals"
+# Of the positive and of the negative direction of each axis.
+SIDES = ("the right", "behind", "above"), ("the left", "the front", "below")
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # Weights of linear red, green and blue in luminance. Ref: ITU-R BT.709.
+# From this metalness on a surface shows what is around it, and a grey of its own is no lack of colour.
+MIN_METALNESS = 0.5
+IS_METAL = "it has bare metal on it, whose colour is that of what is around"
+MIN_CONTRAST = 0.05  # contrast from which on what is seen of a picture counts as a picture, as displayed, 0..1
+MIN_PIXELS = 1  # fewer pixels than this along the longest side are a palette of plain colours, and no picture
+POINTS = 8000  # points at which colours are sampled, spread evenly over the area
+MIN_TEXTURED_SHARE = 0.2  # the share of the points that has to lie on a picture for its sharpness to matter
+MAX_PIXELS = 1024  # pictures are reduced to this many pixels along a side before they are looked at
+GRADIENT_SHARE = 0.3  # an edge that takes this part of a picture is a gradient, and meant to be soft
+# Name of textures that were painted by `ingest` from vertex colours, and are as sharp as those were.
+PAINTED = "painted"
 
 
 @dataclass(frozen=True)
@@ -59,26 +85,6 @@ def _weld_visuals(visuals: tuple[Visual, ...]) -> WeldedSurface | None:
         return None
     component = face_components(faces, len(points))
     return WeldedSurface(points, faces, component, areas, measure_visibility(points, faces))
-
-
-# Surface --------------------------------------------------------------------------------------------------------------
-
-# All lengths are parts of another length. Choices, tried on spoilt meshes by benchmarks/ingest/filters.py.
-# A component thinner than this part of its own width is flat.
-FLATNESS = 0.005
-# The share of a flat component that is seen from both sides, from which on it is a card and no side of a box.
-TWO_SIDED_SHARE = 0.3
-# Parts stand apart where no voxel of this part of the longest side, nor a neighbour of it, joins them.
-VOXEL = 0.03
-# What reaches over less than this part of the longest side is a crumb and no part.
-LARGE_PART = 0.3
-# The lowest part of the height, in which a ground lies, and where what stands on it begins.
-GROUND_TOP, OBJECT_BOTTOM = 0.04, 0.12
-# An object that stands on a ground is so many times broader for its height than is usual for its category.
-BROADER_THAN_USUAL = 1.5
-VISUALS = "links/object/visuals"
-# Of the positive and of the negative direction of each axis.
-SIDES = ("the right", "behind", "above"), ("the left", "the front", "below")
 
 
 def surface_is_opaque(asset: Asset, limit: float) -> check.Measurement:
@@ -184,29 +190,6 @@ def _is_card(surface: WeldedSurface, rows: Mask) -> bool:
     if float((front & back).mean()) > TWO_SIDED_SHARE:
         return True
     return faces_both_ways and float(front.mean()) > 2 * TWO_SIDED_SHARE
-
-
-# Colour ---------------------------------------------------------------------------------------------------------------
-
-# Weights of linear red, green and blue in luminance. Ref: ITU-R BT.709.
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-# From this metalness on a surface shows what is around it, and a grey of its own is no lack of colour.
-MIN_METALNESS = 0.5
-IS_METAL = "it has bare metal on it, whose colour is that of what is around"
-# Contrast from which on what is seen of a picture counts as a picture, as displayed, 0..1.
-MIN_CONTRAST = 0.05
-# Fewer pixels than this along the longest side are a palette of plain colours, and no picture.
-MIN_PIXELS = 1
-# Points at which colours are sampled, spread evenly over the area.
-POINTS = 8000
-# The share of the points that has to lie on a picture for its sharpness to matter.
-MIN_TEXTURED_SHARE = 0.2
-# Pictures are reduced to this many pixels along a side before they are looked at.
-MAX_PIXELS = 1024
-# An edge that takes this part of a picture is a gradient, and meant to be soft.
-GRADIENT_SHARE = 0.3
-# Name of textures that were painted by `ingest` from vertex colours, and are as sharp as those were.
-PAINTED = "painted"
 
 
 @dataclass(frozen=True)

@@ -34,11 +34,18 @@ MIN_LEVER_M = 0.005  # fingers are no finer
 PUSH_S = 2.0
 CHUNK_STEPS = 20  # steps between two looks at the position
 DRIFT_S = 5.0
-# Drift that is granted to a short range, by kind of joint.
-STILL_M, STILL_RAD = 0.001, math.radians(0.5)
+STILL_M, STILL_RAD = 0.001, math.radians(0.5)  # drift that is granted to a short range, by kind of joint
 # Labels of grips that are turned at their rim: the lever is the radius, wherever the middle of the grip is.
 KNOB_LABELS = frozenset({"knob", "seat", "roll"})
 SPRUNG_LABELS = frozenset({"button", "lever", "key", "knob"})
+# A contact counts where it is this much deeper than that of the same two shapes at rest. Our choice: what soft contacts
+# forgive.
+EXTRA_DEPTH_M = 0.001
+FULL_SHARE = 0.95  # share of its range that counts as all of it, as reach_share in registry/limits.yaml
+POSES = 48  # poses of a sweep: enough for a corner of a door of 0.6 m to go 20 mm between two
+# Step while another part stands open: only the two moved parts can meet in a new way. They are large, so that steps may
+# be wider than `sweep.STEP_M`.
+PAIR_STEP_M = 0.025
 
 
 def joints_open_by_hand(package: Package, limit: float) -> Measurement:
@@ -224,17 +231,6 @@ def _radius(asset: Asset, joint: Joint) -> float:
     return reach
 
 
-# Joint travel ---------------------------------------------------------------------------------------------------------
-
-# A contact counts where it is this much deeper than that of the same two shapes at rest. Our choice: what soft contacts
-# forgive.
-EXTRA_DEPTH_M = 0.001
-# Share of its range that counts as all of it, as reach_share in registry/limits.yaml.
-FULL_SHARE = 0.95
-# Poses of a sweep: enough for a corner of a door of 0.6 m to go 20 mm between two.
-POSES = 48
-
-
 @dataclass(frozen=True)
 class JointTravel:
     """Travel of one joint: share of its range before a contact is over 1 mm deeper than at rest, and with which body.
@@ -326,13 +322,6 @@ def _depths(model: mujoco.MjModel, data: mujoco.MjData, moved: Mask) -> dict[tup
         pair = (int(geoms[row, 0]), int(geoms[row, 1]))
         depths[pair] = max(depths.get(pair, 0.0), -float(distances[row]))
     return depths
-
-
-# Clearance ------------------------------------------------------------------------------------------------------------
-
-# Step while another part stands open: only the two moved parts can meet in a new way. They are large, so that steps may
-# be wider than `sweep.STEP_M`.
-PAIR_STEP_M = 0.025
 
 
 def moving_parts_keep_clear(package: Package, limit: float) -> Measurement:

@@ -22,10 +22,15 @@ from casa_assets.model.record import Vec2
 
 # Ref: SimReady Foundation, FET003 base neutral simulation: from twice its height, at rest within 2 cm for 2 s inside 8
 # s.
-
 # Deeper than this it has fallen through the floor. Our choice.
 TUNNEL_M = 0.1
 CACHED_DROPS = 4
+# Radius of the fingertip, a sphere; how deep it is pressed into what it touches; height at which it waits; metres.
+TIP_RADIUS_M, PRESS_DEPTH_M, WAITING_HEIGHT_M = 0.004, 0.0003, 50.0
+# Steps of the approach to a surface; each at worst halves the distance that is left.
+APPROACH_STEPS = 12
+CACHED_MODELS = 4
+TIP = "casa_fingertip"
 
 
 @dataclass(frozen=True)
@@ -110,16 +115,6 @@ def _height(model: mujoco.MjModel, root: int) -> float:
 def _depth(data: mujoco.MjData) -> float:
     """Deepest penetration of all present contacts, metres."""
     return max(0.0, -float(data.contact.dist.min())) if data.ncon else 0.0
-
-
-# Operate --------------------------------------------------------------------------------------------------------------
-
-# Radius of the fingertip, a sphere; how deep it is pressed into what it touches; height at which it waits; metres.
-TIP_RADIUS_M, PRESS_DEPTH_M, WAITING_HEIGHT_M = 0.004, 0.0003, 50.0
-# Steps of the approach to a surface; each at worst halves the distance that is left.
-APPROACH_STEPS = 12
-CACHED_MODELS = 4
-TIP = "casa_fingertip"
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,18 @@ from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind
 from casa_assets.model.issue import Files
 from casa_assets.model.pose import Pose
 
-# Key of a scene as it begins.
-START = "start"
+START = "start"  # key of a scene as it begins
+# How far the part of a joint that moves fastest goes between two poses. A corner that swings past an edge on an arm of
+# 0.6 m and meets it by half a millimetre does so over 49 mm of its way. Parts of 4 mm that slide past each other meet
+# over 8 mm, and are near for 14 mm.
+SWEEP_STEP_M = 0.012
+MIN_POSES, MAX_POSES = 12, 160
+# Parts nearer than this are reported. Around the deepest of the poses at which they come nearest, poses are finer.
+MARGIN_M = 0.003
+FINE_POSES = 6
+REFINED_PEAKS = 2
+STEP_S = 0.002
+CACHED_MODELS = 4
 
 
 def collision_spec(mjcf: Path | Files, name: str = "model.xml") -> mujoco.MjSpec:
@@ -157,17 +167,6 @@ def box_around(boxes: Floats) -> Floats:
 def tilt_deg(rotation: Floats) -> float:
     """Angle between the z axis and where a (3, 3) rotation takes it, degrees."""
     return math.degrees(math.acos(min(1.0, max(-1.0, float(rotation[2, 2])))))
-
-
-# How far the part of a joint that moves fastest goes between two poses. A corner that swings past an edge on an arm of
-# 0.6 m and meets it by half a millimetre does so over 49 mm of its way. Parts of 4 mm that slide past each other meet
-# over 8 mm, and are near for 14 mm.
-SWEEP_STEP_M = 0.012
-MIN_POSES, MAX_POSES = 12, 160
-# Parts nearer than this are reported. Around the deepest of the poses at which they come nearest, poses are finer.
-MARGIN_M = 0.003
-FINE_POSES = 6
-REFINED_PEAKS = 2
 
 
 @dataclass(frozen=True)
@@ -332,12 +331,6 @@ def _peaks(depths: Floats) -> list[int]:
     rises, falls = depths - padded[:-2], depths - padded[2:]
     peaks = np.flatnonzero((depths > -MARGIN_M) & (rises >= 0) & (falls >= 0) & (np.maximum(rises, falls) > 1e-6))
     return [int(i) for i in peaks[np.argsort(-depths[peaks], kind="stable")]]
-
-
-# Motion model ---------------------------------------------------------------------------------------------------------
-
-STEP_S = 0.002
-CACHED_MODELS = 4
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,27 @@ TICK_S = 0.05
 # States of one group of variables that are looked at; sound behaviours have dozens.
 MOST = 4096
 State = tuple[tuple[str, ...], tuple[float, ...], tuple[bool, ...]]
+NO_BEHAVIOR = "it has no behaviour: nothing about it changes"
+SETTLE_STEPS, HOLD_STEPS = 3, 2  # steps that a chain of rules is given to come to an end, and for which a key is held
+# How far the end of an interval may be from the threshold that it stands for, rad or m.
+THRESHOLD_TOLERANCE = 1e-3
+MIN_VISIBLE_M = 0.004  # sites that are smaller are not seen. Our choice.
+# What each kind of effect can act on.
+TARGET_KINDS = {
+    EffectKind.SHOW: ("site", "visual"),
+    EffectKind.LIGHT: ("visual",),
+    EffectKind.HEAT: ("region", "site"),
+    EffectKind.COOL: ("region", "site"),
+    EffectKind.FLOW: ("site",),
+    EffectKind.SPIN: ("visual",),
+}
+BALL_DIAMETER_M = 0.06
+BALL_SHARE = 0.8  # of the least side of a region that is narrower
+DROP_HEIGHT_M = 0.008
+SIMULATED_S = 1.5
+OUTER_REGIONS = frozenset({"main", "bbox"})
+MAX_SPEED_M_S = 0.05
+MAX_PENETRATION_M = 1e-3
 
 
 @dataclass(frozen=True)
@@ -145,25 +166,6 @@ def _after(
 def _stimulus(group: VariableGroup, at: tuple[float, ...], touched: tuple[bool, ...]) -> Stimulus:
     held = frozenset(name for name, on in zip(group.contacts, touched, strict=True) if on)
     return Stimulus(dict(zip(group.joints, at, strict=True)), held)
-
-
-# Behavior -------------------------------------------------------------------------------------------------------------
-
-NO_BEHAVIOR = "it has no behaviour: nothing about it changes"
-# Steps that a chain of rules is given to come to an end, and for which a key is held.
-SETTLE_STEPS, HOLD_STEPS = 3, 2
-# How far the end of an interval may be from the threshold that it stands for, rad or m.
-THRESHOLD_TOLERANCE = 1e-3
-MIN_VISIBLE_M = 0.004  # sites that are smaller are not seen. Our choice.
-# What each kind of effect can act on.
-TARGET_KINDS = {
-    EffectKind.SHOW: ("site", "visual"),
-    EffectKind.LIGHT: ("visual",),
-    EffectKind.HEAT: ("region", "site"),
-    EffectKind.COOL: ("region", "site"),
-    EffectKind.FLOW: ("site",),
-    EffectKind.SPIN: ("visual",),
-}
 
 
 def values_are_reachable(asset: Asset) -> check.Measurement:
@@ -302,17 +304,6 @@ def _differences(state: BehaviorState, wanted: Mapping[str, str]) -> Iterator[st
         for name, found in state.values.items():
             if re.fullmatch(pattern, name) and not re.fullmatch(value, found):
                 yield f"{name} is {found!r}, not {value!r}"
-
-
-# Hollow regions -------------------------------------------------------------------------------------------------------
-
-BALL_DIAMETER_M = 0.06
-BALL_SHARE = 0.8  # of the least side of a region that is narrower
-DROP_HEIGHT_M = 0.008
-SIMULATED_S = 1.5
-OUTER_REGIONS = frozenset({"main", "bbox"})
-MAX_SPEED_M_S = 0.05
-MAX_PENETRATION_M = 1e-3
 
 
 def interiors_hold_a_ball(package: Package, limit: float) -> check.Measurement:

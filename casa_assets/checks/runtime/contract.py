@@ -37,11 +37,24 @@ from casa_assets.model.registry.contract import (
 # under the same parent; Sink looks for `water` in its basins.
 PREFIX = "reg_"
 OUTER = "main"
-# Rounding of what nine written digits hold, and of sums of lengths.
-PLACE_SLACK_M = 1e-4
+PLACE_SLACK_M = 1e-4  # rounding of what nine written digits hold, and of sums of lengths
 # A cube of this edge is put into the middle of a region, from this far above its lower side; where nothing is that
 # far below that side, it falls.
 CUBE_M, LIFT_M, MAX_FALL_M = 0.05, 0.015, 0.02
+RuleCheck = Callable[[Asset, Requirements], list[Problem]]
+Rule = TypeVar("Rule", bound=NamePattern)
+# How far an axis may be off and a range from zero: what nine written digits leave, rad or m.
+ROUNDING = 1e-6
+T = TypeVar("T", Link, Joint, Site, Region, Variable)
+# Ref: RoboCasa v0.2 and v1.0, models/fixtures: Stove.knob_joints and burner_sites, Sink.handle_joint and water_site,
+# CoffeeMachine; Fixture reads `ext_*` sites (v0.2) or `reg_*` geoms (v1.0); ranges are read from the element.
+OBJECT = "./worldbody/body/body[@name='object']"
+CORNERS = ("p0", "px", "py", "pz")
+TOUCHED = "0"  # group of what collides
+Bounds = npt.NDArray[np.float64]
+UNNAMED = "it names no contract: no runtime looks things of its kind up by name"
+SLACK_M = 1e-4  # rounding of what nine written digits hold, and of sums of lengths
+MARGIN = 1e-3  # a threshold closer than this to an end of the range is met by chance: rad or m
 
 
 @dataclass(frozen=True)
@@ -151,14 +164,6 @@ def _beside_all(data: mujoco.MjData, regions: Mapping[str, ReadRegion], site: st
     into = [region for name, region in regions.items() if re.fullmatch(pattern, name)]
     if not any((region.lower[:2] < at).all() and (at < region.upper[:2]).all() for region in into):
         yield f"model.xml/site/{site}", f"is above none of the regions {pattern!r} with the joints at zero"
-
-
-# Contract names -------------------------------------------------------------------------------------------------------
-
-RuleCheck = Callable[[Asset, Requirements], list[Problem]]
-Rule = TypeVar("Rule", bound=NamePattern)
-# How far an axis may be off and a range from zero: what nine written digits leave, rad or m.
-ROUNDING = 1e-6
 
 
 def missing_requirements(asset: Asset, contract: Contract, check: RuleCheck) -> list[Problem]:
@@ -280,9 +285,6 @@ def _counted(kind: str, rules: Iterable[NamePattern], names: Sequence[str]) -> I
             yield f"{kind}/{rule.name}", f"there are {count} of that name, at most {rule.max_count} wanted"
 
 
-T = TypeVar("T", Link, Joint, Site, Region, Variable)
-
-
 def _pairs(rules: Iterable[Rule], things: Iterable[T]) -> list[tuple[Rule, T]]:
     listed = list(things)
     return [(rule, thing) for rule in rules for thing in listed if rule.matches(thing.name)]
@@ -321,15 +323,6 @@ def _joint(asset: Asset, joint: Joint, rule: JointRule) -> Iterator[str]:
         yield f"moves a link {depth} below object, not {rule.depth}: RoboCasa looks at a fixed path"
     if rule.link is not None and not re.fullmatch(rule.link, joint.child):
         yield f"moves link {joint.child!r}, not {rule.link!r}"
-
-
-# Contract paths -------------------------------------------------------------------------------------------------------
-# Ref: RoboCasa v0.2 and v1.0, models/fixtures: Stove.knob_joints and burner_sites, Sink.handle_joint and water_site,
-# CoffeeMachine; Fixture reads `ext_*` sites (v0.2) or `reg_*` geoms (v1.0); ranges are read from the element.
-
-OBJECT = "./worldbody/body/body[@name='object']"
-CORNERS = ("p0", "px", "py", "pz")
-TOUCHED = "0"  # group of what collides
 
 
 def path_faults(path: Path, asset: Asset, contract: Contract) -> Iterator[Problem]:
@@ -392,16 +385,6 @@ def _deep_elements(root: etree._Element, asset: Asset, needs: Requirements) -> I
             yield f"model.xml/joint/{name}", "says no range; RoboCasa reads it from the element"
         elif tag == "site" and (element.get("pos") is None or element.get("size") is None):
             yield f"model.xml/site/{name}", "should say pos and size; RoboCasa reads them from the element"
-
-
-# Contract -------------------------------------------------------------------------------------------------------------
-
-Bounds = npt.NDArray[np.float64]
-UNNAMED = "it names no contract: no runtime looks things of its kind up by name"
-# Rounding of what nine written digits hold, and of sums of lengths.
-SLACK_M = 1e-4
-# A threshold closer than this to an end of the range is met by chance: rad or m.
-MARGIN = 1e-3
 
 
 def links_and_joints_meet_contract(package: Package) -> Measurement:

@@ -26,6 +26,27 @@ from casa_assets.model.pose import Pose
 
 BATCH_FILE = "scene_batch.xml"
 UNREADABLE = "MuJoCo cannot read scene_batch.xml (BAT001)"
+PRIMITIVES = (
+    mujoco.mjtGeom.mjGEOM_BOX,
+    mujoco.mjtGeom.mjGEOM_SPHERE,
+    mujoco.mjtGeom.mjGEOM_CYLINDER,
+    mujoco.mjtGeom.mjGEOM_CAPSULE,
+)
+# Fields of MjModel with a row per joint that are the same in the light form, of those with one degree of freedom.
+JOINT_FIELDS = ("jnt_type", "jnt_range", "jnt_stiffness")
+DOF_FIELDS = ("dof_damping", "dof_frictionloss", "dof_armature")
+MAX_LISTED = 20
+REST_S = 0.5  # things settle in 0.2 s, and what does not move falls asleep 10 steps later
+POINTS, RAYS, SEED = 60, 400, 0  # points in the room, and rays from each, in each pose; all drawn from the same seed
+# Heights of the points above the floor, metres, and how far they are from anything at least.
+LOWEST_M, HIGHEST_M, CLEAR_M = 0.2, 1.9, 0.03
+FARTHEST_M = 30.0
+OFF_M = 0.005  # rays that meet something nearer or farther by more than this are off, metres
+GROUPS = np.array([1, 1, 1, 1, 1, 0], dtype=np.uint8)  # what rays may meet: regions are in group 5
+REGION_POINTS = 9  # points along each axis of a region
+BLOCK_MARGIN_M = 0.03  # thickness of the walls of a drawer, of which the middles are known, metres
+WHOLE = "main"  # region around a whole asset
+FLOOR = "floor"  # category of floors
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,22 +115,6 @@ def pose_both(batch: mujoco.MjModel, light: mujoco.MjModel, key: str) -> tuple[m
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
     return of_batch, of_light
-
-
-# Size -----------------------------------------------------------------------------------------------------------------
-
-PRIMITIVES = (
-    mujoco.mjtGeom.mjGEOM_BOX,
-    mujoco.mjtGeom.mjGEOM_SPHERE,
-    mujoco.mjtGeom.mjGEOM_CYLINDER,
-    mujoco.mjtGeom.mjGEOM_CAPSULE,
-)
-# Fields of MjModel with a row per joint that are the same in the light form, of those with one degree of freedom.
-JOINT_FIELDS = ("jnt_type", "jnt_range", "jnt_stiffness")
-DOF_FIELDS = ("dof_damping", "dof_frictionloss", "dof_armature")
-MAX_LISTED = 20
-# Things settle in 0.2 s, and what does not move falls asleep 10 steps later.
-REST_S = 0.5
 
 
 def batch_form_loads(subject: BatchSubject) -> check.Measurement:
@@ -191,9 +196,6 @@ def candidate_pairs(model: mujoco.MjModel) -> Mask:
     return np.asarray(np.triu(pairs, 1), dtype=bool)
 
 
-# Rest -----------------------------------------------------------------------------------------------------------------
-
-
 def no_penetration(subject: BatchSubject, limit: float) -> check.Measurement:
     """BAT005: deepest penetration at the start and after 1 s with nothing asleep, metres."""
     return deepest(_settled(subject).depths, limit, "in the batch form")
@@ -209,9 +211,6 @@ def _settled(subject: BatchSubject) -> Settled:
     """Simulate the batch form for 5 s, once."""
     with awake(subject.model) as data:
         return settle(data, subject.colliding)
-
-
-# Opening --------------------------------------------------------------------------------------------------------------
 
 
 def joints_open_by_hand(subject: BatchSubject, limit: float) -> check.Measurement:
@@ -243,27 +242,6 @@ def _share(model: mujoco.MjModel, place: str, asset: Asset, joint: Joint, enough
     goal = open_end(joint)
     data.qfrc_applied[model.jnt_dofadr[number]] = math.copysign(hand_effort(asset, joint), goal)
     return push(data, int(model.jnt_qposadr[number]), 0.0, goal, enough)
-
-
-# Surfaces -------------------------------------------------------------------------------------------------------------
-
-# Points in the room, and rays from each, in each pose; all drawn from the same seed.
-POINTS, RAYS, SEED = 60, 400, 0
-# Heights of the points above the floor, metres, and how far they are from anything at least.
-LOWEST_M, HIGHEST_M, CLEAR_M = 0.2, 1.9, 0.03
-FARTHEST_M = 30.0
-# Rays that meet something nearer or farther by more than this are off, metres.
-OFF_M = 0.005
-# What rays may meet: regions are in group 5.
-GROUPS = np.array([1, 1, 1, 1, 1, 0], dtype=np.uint8)
-# Points along each axis of a region.
-REGION_POINTS = 9
-# Thickness of the walls of a drawer, of which the middles are known, metres.
-BLOCK_MARGIN_M = 0.03
-# Region around a whole asset.
-WHOLE = "main"
-# Category of floors.
-FLOOR = "floor"
 
 
 def surfaces_are_kept(subject: BatchSubject, limit: float) -> check.Measurement:

@@ -23,10 +23,8 @@ from casa_assets.model.pose import Pose
 # Seconds that each fixture is pulled at all its handles while things fall, and without them; steps between two counts
 # of pairs.
 TRIAL_S, IN_USE_S, PAIR_STEPS = 10.0, 3.0, 50
-# What is at rest falls asleep within so many steps.
-SLEEP_STEPS = 15
-# What is found is never exceeded in the trials; an engine is told this many times as much.
-MARGIN = 1.5
+SLEEP_STEPS = 15  # what is at rest falls asleep within so many steps
+MARGIN = 1.5  # what is found is never exceeded in the trials; an engine is told this many times as much
 # Ten things are dropped in front of the fixture, from here above its grips, and this far apart, metres.
 DROPPED, DROP_M, SPACING_M = 10, 0.4, 0.14
 # A stand-in of a mobile robot waits so far in front of the grips, metres: a base that drives, and an arm of six joints.
@@ -36,6 +34,8 @@ SWING_S, ARM_NM, DRIVE_N = 2.5, 12.0, 40.0
 # So many of its joints drive it along the floor.
 DRIVEN = 2
 ROBOT, THING = "robot_stand_in", "dropped_thing"
+
+
 # Pairs of shapes that engines collide by a general convex routine and not by a formula. Ref: mujoco_warp 4.0.
 _BOX, _CYLINDER, _CAPSULE = (
     int(kind) for kind in (mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE)

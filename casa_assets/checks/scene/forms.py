@@ -38,6 +38,29 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record, Vec3, Vec4
 
 USD_FILE, NESTED_FILE, LIGHT_FILE = "scene.usda", "scene_nested.usda", "scene_light.xml"
+# Fields of MjModel with a row per joint, dof or body that are the same in both forms.
+JOINT_FIELDS = ("jnt_type", "jnt_range", "jnt_axis", "jnt_pos", "jnt_stiffness")
+DOF_FIELDS = ("dof_damping", "dof_frictionloss", "dof_armature")
+BODY_FIELDS = ("body_mass", "body_inertia", "body_ipos")
+MAX_LISTED = 20
+UNREADABLE = "MuJoCo cannot read scene_light.xml"
+Facts = TypeVar("Facts")
+# Of ratios, unit vectors, radians, and masses relative to those of the body, which USD holds as float32.
+SCENE_TOLERANCE = 1e-5
+SCENE_LENGTH_TOLERANCE_M = 2e-6  # a float32 six metres from the origin is right to 2.4e-7
+SAME = 1e-9  # numbers of two models that differ by less are the same: the two have a pose in one step and in several
+LENGTHS = ("nbuffer", "nnames")  # sizes of a model that hang on how long its names are
+# Requirements on the package of one prop that is handed over by itself, which a scene is not.
+OF_SINGLE_PROPS = {
+    "com.nvidia.usd.AA.001": "Everything lies below one root: scenes share assets, which lie beside them.",
+    "com.nvidia.simready.NP.005": "The file is called as its folder: every scene is called scene.usda.",
+    "com.nvidia.simready.SR.002": "A thumbnail of 256 x 256: a scene has previews of its own size.",
+    "com.nvidia.simready.SR.004": "Mass, category and licence of the prop: each asset of a scene carries its own.",
+}
+# Words of a layer that holds a body and a mesh.
+DEMANDED = (b"PhysicsRigidBodyAPI", b"def Mesh")
+UNOPENED = "scene.usda or scene_nested.usda does not open"
+FILE, LIST = "scene.urdf", "scene.json"
 
 
 class PassedLayers(Protocol):
@@ -114,16 +137,6 @@ def _composed(path: Path) -> tuple[Usd.Stage | None, tuple[str, ...]]:
         return stage, tuple(diagnostics.take())
 
 
-# Light form -----------------------------------------------------------------------------------------------------------
-
-# Fields of MjModel with a row per joint, dof or body that are the same in both forms.
-JOINT_FIELDS = ("jnt_type", "jnt_range", "jnt_axis", "jnt_pos", "jnt_stiffness")
-DOF_FIELDS = ("dof_damping", "dof_frictionloss", "dof_armature")
-BODY_FIELDS = ("body_mass", "body_inertia", "body_ipos")
-MAX_LISTED = 20
-UNREADABLE = "MuJoCo cannot read scene_light.xml"
-
-
 def mechanism_is_the_same(files: SceneFiles) -> Measurement:
     """SCN021: differences in joints, bodies and poses between the light form and the full one."""
     full, light = files.scene_subject.loaded.model, files.light_form
@@ -189,19 +202,6 @@ def _number_differences(field: str, full: np.ndarray, light: np.ndarray) -> Iter
     off = ~np.isclose(full, light, rtol=1e-6, atol=1e-9)
     if off.any():
         yield field, f"differs in {int(off.sum())} numbers, by at most {np.abs(full - light)[off].max():.3g}"
-
-
-# MJCF and USD ---------------------------------------------------------------------------------------------------------
-
-Facts = TypeVar("Facts")
-
-# Of ratios, unit vectors, radians, and masses relative to those of the body, which USD holds as float32.
-SCENE_TOLERANCE = 1e-5
-SCENE_LENGTH_TOLERANCE_M = 2e-6  # a float32 six metres from the origin is right to 2.4e-7
-# Numbers of two models that differ by less are the same: the two have a pose in one step and in several.
-SAME = 1e-9
-# Sizes of a model that hang on how long its names are.
-LENGTHS = ("nbuffer", "nnames")
 
 
 def formats_agree(files: SceneFiles, limit: float) -> Measurement:
@@ -286,20 +286,6 @@ def _read(reader: Callable[[], Facts]) -> tuple[Facts | None, str]:
             return reader(), ""
         except (ValueError, Tf.ErrorException) as error:
             return None, " ".join(str(error).split()) or type(error).__name__
-
-
-# USD layer ------------------------------------------------------------------------------------------------------------
-
-# Requirements on the package of one prop that is handed over by itself, which a scene is not.
-OF_SINGLE_PROPS = {
-    "com.nvidia.usd.AA.001": "Everything lies below one root: scenes share assets, which lie beside them.",
-    "com.nvidia.simready.NP.005": "The file is called as its folder: every scene is called scene.usda.",
-    "com.nvidia.simready.SR.002": "A thumbnail of 256 x 256: a scene has previews of its own size.",
-    "com.nvidia.simready.SR.004": "Mass, category and licence of the prop: each asset of a scene carries its own.",
-}
-# Words of a layer that holds a body and a mesh.
-DEMANDED = (b"PhysicsRigidBodyAPI", b"def Mesh")
-UNOPENED = "scene.usda or scene_nested.usda does not open"
 
 
 def usd_scene_loads_without_warnings(files: SceneFiles) -> Measurement:
@@ -408,11 +394,6 @@ def _digest(layer: bytes) -> str:
 def _count(problems: list[Problem]) -> Measurement:
     """The number of problems, of which the first twenty are listed."""
     return Measurement(float(len(problems)), tuple(problems[:MAX_LISTED]))
-
-
-# URDF -----------------------------------------------------------------------------------------------------------------
-
-FILE, LIST = "scene.urdf", "scene.json"
 
 
 def scene_differences(folder: Path, scene: Scene) -> list[Problem]:

@@ -36,6 +36,8 @@ MM_PER_M = 1000.0
 # A joint opens both ways where it goes more than this share of its range to either side of zero.
 BOTH_WAYS_SHARE = 0.05
 Pair = tuple[int, int]
+# Joints whose parts come nearer to each other than this on their paths are not pulled at the same time.
+MIN_SEPARATION_M = 0.005
 
 
 @dataclass(frozen=True)
@@ -228,12 +230,6 @@ def only_pairs(model: mujoco.MjModel, moved: Mask, against: Mask) -> AbstractCon
     return altered(
         model, geom_contype=moved, geom_conaffinity=against, body_contype=bodies[0], body_conaffinity=bodies[1]
     )
-
-
-# Pulling --------------------------------------------------------------------------------------------------------------
-
-# Joints whose parts come nearer to each other than this on their paths are not pulled at the same time.
-MIN_SEPARATION_M = 0.005
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,18 @@ BUILT_IN, HOUSING = frozenset({"microwave", "wall_oven"}), "housing_cabinet"
 # How much higher than its visible foot the colliders of a thing may end, as collider_bounds_m grants single assets.
 MAX_COLLIDER_GAP_M = 0.004
 MM_PER_M = 1000.0
+# How far handles and sills of doors and windows may stand out of the outer face of a wall, metres.
+ALLOWED_BESIDE_M = {"door": 0.08, "window": 0.08}
+Pixels = npt.NDArray[np.uint8]
+# Of 255. A pixel is black where every channel is darker than this, and white where every channel is as bright as this.
+BLACK, WHITE = 5, 254
+RAYS_WIDE, RAYS_HIGH = 48, 36
+# Geom groups that rays see: what is seen, without the ceiling. Looked-through walls are meanwhile put into another.
+VISIBLE_GROUPS = np.array([0, 0, 1, 0, 0, 0], dtype=np.uint8)
+HIDDEN_GROUP = 5
+BEHIND_WALL_M = 0.3  # a camera this far behind the middle of a wall looks at the room from outside
+# What lies within these distances of the middle of a wall, on its outer and its room side, hangs on it.
+HANGS_OUTSIDE_M, HANGS_INSIDE_M = 0.3, 0.12
 
 
 def fixed_things_are_supported(subject: SceneSubject, limit: float) -> Measurement:
@@ -128,9 +140,6 @@ class SupportTester:
         return min([2 * gap, *distances])
 
 
-# Overlap --------------------------------------------------------------------------------------------------------------
-
-
 def fixed_things_do_not_overlap(subject: SceneSubject, limit: float) -> Measurement:
     """SCN007: deepest overlap of fixed shapes of two things, metres (SCN002: of what moves)."""
     worst: dict[tuple[str, str], tuple[float, int, int]] = {}
@@ -159,12 +168,6 @@ def overlapping_pairs(subject: SceneSubject, limit: float) -> Iterator[tuple[int
         depth = -mujoco.mj_geomDistance(model, data, geom1, geom2, limit, None)
         if depth > limit:
             yield geom1, geom2, float(depth)
-
-
-# Inside ---------------------------------------------------------------------------------------------------------------
-
-# How far handles and sills of doors and windows may stand out of the outer face of a wall, metres.
-ALLOWED_BESIDE_M = {"door": 0.08, "window": 0.08}
 
 
 def things_are_inside_room(subject: SceneSubject, limit: float) -> Measurement:
@@ -209,22 +212,6 @@ def _heights(subject: SceneSubject, categories: dict[str, str]) -> tuple[float, 
 
     tops = [float(z[1]) for z in z_ranges(CEILING) or z_ranges(WALL)]
     return min(float(z[0]) for z in z_ranges(FLOOR)), max(tops, default=np.inf)
-
-
-# Views ----------------------------------------------------------------------------------------------------------------
-
-Pixels = npt.NDArray[np.uint8]
-
-# Of 255. A pixel is black where every channel is darker than this, and white where every channel is as bright as this.
-BLACK, WHITE = 5, 254
-RAYS_WIDE, RAYS_HIGH = 48, 36
-# Geom groups that rays see: what is seen, without the ceiling. Looked-through walls are meanwhile put into another.
-VISIBLE_GROUPS = np.array([0, 0, 1, 0, 0, 0], dtype=np.uint8)
-HIDDEN_GROUP = 5
-# A camera this far behind the middle of a wall looks at the room from outside.
-BEHIND_WALL_M = 0.3
-# What lies within these distances of the middle of a wall, on its outer and its room side, hangs on it.
-HANGS_OUTSIDE_M, HANGS_INSIDE_M = 0.3, 0.12
 
 
 @dataclass(frozen=True, eq=False)

@@ -162,9 +162,6 @@ def farthest(drift: Mapping[str, float], limit: float, advice: str, listed: int 
     return check.largest(drift.values(), problems[:listed], NO_FREE_THINGS)
 
 
-# Settling of objects --------------------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class Rest:
     """Where an object came to rest: world_from_root, tilt of its upright axis (rad), how far its shapes moved (m).

@@ -22,7 +22,6 @@ TRIES = 40  # places that are tried for one thing, and draws of one state
 OPENED_SHARES = (0.4, 1.0)  # of a door's way, where it is opened
 SAFETY = 0.8  # share of the limits that a state is drawn within, so that it holds on other machines too
 STAYED_M = 0.1  # farthest that something loose goes while a state settles; fruit rolls to the bottom of its bowl
-BACK_M = tuple(0.05 * k for k in range(13))  # from a parking place, which is for a base alone, to where an arm has room
 # Why a draw is given up.
 NO_ROOM, RESTLESS, LEFT, FELL, DEEP, MOVES, PARKED, WARNS = (
     "a thing found no room",
@@ -34,6 +33,9 @@ NO_ROOM, RESTLESS, LEFT, FELL, DEEP, MOVES, PARKED, WARNS = (
     "something stands where the robot parks",
     "the simulator warned",
 )
+
+
+BACK_M = tuple(0.05 * k for k in range(13))  # from a parking place, which is for a base alone, to where an arm has room
 
 
 @dataclass(frozen=True)

@@ -45,6 +45,11 @@ ENVELOPE: tuple[tuple[Vec3, Vec3], ...] = (
 )
 MOVABLE = (None, "accessory")  # contracts of things that are no appliances
 LARGEST_M, HEAVIEST_KG = 0.45, 3.0  # of a thing that a hand puts somewhere else
+WATCHED_S, LOOK_S = 2.0, 0.1
+SETTLE_S = 4.0  # what still moves after that is given up
+STILL_M = 0.00005  # farthest that any corner goes in `LOOK_S` while a state counts as at rest
+MM_PER_M = 1000.0
+NO_STATES, OTHER_SCENE = "it holds no state", "they are of another scene.xml (STA001)"
 
 
 class Kind(StrEnum):
@@ -339,13 +344,6 @@ def _footprint() -> etree._Element:
     return body
 
 
-# Trial ----------------------------------------------------------------------------------------------------------------
-
-WATCHED_S, LOOK_S = 2.0, 0.1
-SETTLE_S = 4.0  # what still moves after that is given up
-STILL_M = 0.00005  # farthest that any corner goes in `LOOK_S` while a state counts as at rest
-
-
 @dataclass(frozen=True)
 class Watched:
     """Deepest contact (m; at the start of all pairs) and farthest motion of a corner (m) in 2 s of simulation."""
@@ -382,12 +380,6 @@ def watch(stage: Stage, qpos: Floats) -> Watched:
         depth = max(depth, stage.depth())
         motion = max(motion, float(np.linalg.norm(stage.corners() - before, axis=1).max(initial=0.0)))
     return Watched(depth, motion, tuple(simulation.simulation_warnings(data)))
-
-
-# Verdict --------------------------------------------------------------------------------------------------------------
-
-MM_PER_M = 1000.0
-NO_STATES, OTHER_SCENE = "it holds no state", "they are of another scene.xml (STA001)"
 
 
 @dataclass(frozen=True, eq=False)
