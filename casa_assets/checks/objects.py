@@ -440,8 +440,8 @@ ROWS: tuple[Check, ...] = (
           "For at least {limit:.0%} of all members the most similar other member, by shape, sides and colours, is of "
           "their own category or of one that looks the same; change the categories that OBJ007 names."),
     Check("OBJ007", "Each category can be told apart", WARNING, ObjectCollection, categories_are_told_apart,
-          "kind_share", "",
-          "In each category the most similar other member is of that category for at least {limit:.0%} of the members; "
-          "change its form or its colours, or those of the category that it is confused with."),
+          "kind_share", "", "In each category the most similar other member is of that category for at least "
+          "{limit:.0%} of the members; change its form or its colours, or those of the category that it is confused "
+          "with."),
 )
 # fmt: on

@@ -16,7 +16,7 @@ from pxr import Gf, Usd, UsdGeom, UsdShade
 from casa_assets.checks import simready
 from casa_assets.checks.package import Package, usd
 from casa_assets.checks.readers.quiet import quiet
-from casa_assets.checks.scene import forms as usd_layer
+from casa_assets.checks.scene import formats as usd_layer
 from casa_assets.checks.simready import load_rules, validate, validate_simready
 from casa_assets.checks.simready_python import VARIABLE, versions_elsewhere
 from casa_assets.layouts.run.check import PassedLayers

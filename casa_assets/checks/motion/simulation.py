@@ -1,4 +1,4 @@
-"""Prepare, set, move and measure MuJoCo models: what several checks of motion share."""
+"""Prepare, set, move, drop and measure MuJoCo models: what several checks of motion share."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import numpy as np
 from casa_assets.checks import check
 from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mujoco_facts
-from casa_assets.checks.readers import mujoco_facts as mujoco_load
+from casa_assets.checks.readers.facts import rotations_of
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.solid.primitive import shape_bounds
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind
@@ -35,6 +35,11 @@ FINE_POSES = 6
 REFINED_PEAKS = 2
 STEP_S = 0.002
 CACHED_MODELS = 4
+# Ref: SimReady Foundation, FET003 base neutral simulation: from twice its height, at rest within 2 cm for 2 s inside 8
+# s.
+# Deeper than this it has fallen through the floor. Our choice.
+TUNNEL_M = 0.1
+CACHED_DROPS = 4
 
 
 def collision_spec(mjcf: Path | Files, name: str = "model.xml") -> mujoco.MjSpec:
@@ -194,7 +199,7 @@ def deepest_contacts(scene: Path) -> dict[str, float]:
     Those that the file names as standing before a joint are open. Contacts that the model excludes do not count, nor do
     those with the floor. Empty where the scene does not compile.
     """
-    loaded = mujoco_load.load_mjcf(scene).model
+    loaded = mujoco_facts.load_mjcf(scene).model
     found = {} if loaded is None else _deepest_contacts(loaded)
     return {joint: max(0.0, contact.depth) for joint, contact in found.items()}
 
@@ -358,7 +363,7 @@ def motion_model_of(package: Package) -> MotionModel:
         raise check.Unmeasured(check.not_applicable(check.NOT_BUILT))
     if not package.asset.joints:
         raise check.Unmeasured(check.not_applicable(check.NO_JOINTS))
-    if mujoco_load.load_mjcf(package.mjcf).error:
+    if mujoco_facts.load_mjcf(package.mjcf).error:
         raise check.Unmeasured(check.not_run(check.NO_COMPILE))
     return _compile(package.mjcf, package.asset.digest)
 
@@ -447,3 +452,87 @@ def open_before(asset: Asset, joint: Joint) -> dict[str, float]:
         positions[before] = open_end(joints[before])
         before = joints[before].behind
     return positions
+
+
+@dataclass(frozen=True)
+class DropProtocol:
+    """The drop test, from registry/limits.yaml: from `height_factor` times its height, metres, seconds.
+
+    `rest_m`: diameter of the ball in which its centre of mass stays while it rests, for `rest_s`.
+    """
+
+    height_factor: float
+    min_height_m: float
+    rest_m: float
+    rest_s: float
+    rate_hz: float
+    duration_s: float
+
+
+@dataclass(frozen=True)
+class DropResult:
+    """One drop: when its rest began (None: not in time), deepest penetration ever and at the end, and tilt."""
+
+    rest_s: float | None
+    deepest_m: float
+    rest_m: float
+    tilt_deg: float
+    warnings: tuple[str, ...]
+
+
+def drop_on_floor(scene: Path, protocol: DropProtocol) -> DropResult | None:
+    """Drop the free body of a scene; None if the scene does not compile or has no free body."""
+    model = mujoco_facts.load_mjcf(scene).model
+    bodies = [] if model is None else mujoco_facts.free_bodies(model)
+    return _drop(model, bodies[0], protocol) if bodies else None
+
+
+@lru_cache(maxsize=CACHED_DROPS)
+def _drop(shared: mujoco.MjModel, body: int, protocol: DropProtocol) -> DropResult:
+    model = copy.copy(shared)
+    model.opt.timestep = 1.0 / protocol.rate_hz
+    data = mujoco.MjData(model)
+    z = int(model.jnt_qposadr[model.body_jntadr[body]]) + 2
+    data.qpos[z] += max(protocol.height_factor * _height(model, body), protocol.min_height_m)
+    mujoco.mj_forward(model, data)
+    before = data.xmat[body].reshape(3, 3).copy()
+    path: list[Floats] = []
+    deepest, window = 0.0, int(protocol.rest_s * protocol.rate_hz)
+    for step in range(int(protocol.duration_s * protocol.rate_hz)):
+        mujoco.mj_step(model, data)
+        path.append(data.xipos[body].copy())
+        deepest = max(deepest, _depth(data))
+        if not np.isfinite(data.qpos).all() or (step >= window and _is_at_rest(path[-window:], protocol.rest_m)):
+            break
+    rest_s = None
+    if len(path) > window and np.isfinite(data.qpos).all() and _is_at_rest(path[-window:], protocol.rest_m):
+        rest_s = (len(path) - window) / protocol.rate_hz
+    tilt = tilt_deg(data.xmat[body].reshape(3, 3) @ before.T)
+    return DropResult(rest_s, deepest, _depth(data), tilt, tuple(simulation_warnings(data)))
+
+
+def _is_at_rest(path: list[Floats], diameter: float) -> bool:
+    """True if all points lie in a ball of that diameter, metres."""
+    points = np.array(path)
+    return bool(np.linalg.norm(points - points.mean(axis=0), axis=1).max() <= diameter / 2)
+
+
+def _height(model: mujoco.MjModel, root: int) -> float:
+    """Height of all colliders of a floating body and what it carries, joints at zero, metres."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    lowest, highest, turns = np.inf, -np.inf, rotations_of(model.geom_quat)
+    for geom in np.flatnonzero(model.geom_contype):
+        body = int(model.geom_bodyid[geom])
+        if int(model.body_rootid[body]) != root:
+            continue
+        bounds, rotation = mujoco_facts.shape_bounds(model, int(geom), turns[geom]), data.xmat[body].reshape(3, 3)
+        z = (data.xpos[body] + rotation @ bounds.mean(axis=0))[2]
+        half = (np.abs(rotation) @ (np.ptp(bounds, axis=0) / 2))[2]
+        lowest, highest = min(lowest, z - half), max(highest, z + half)
+    return max(0.0, float(highest - lowest))
+
+
+def _depth(data: mujoco.MjData) -> float:
+    """Deepest penetration of all present contacts, metres."""
+    return max(0.0, -float(data.contact.dist.min())) if data.ncon else 0.0

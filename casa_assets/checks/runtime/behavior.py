@@ -1,4 +1,4 @@
-"""Find behaviour that a runtime does not get: keys, states and interiors that hold a ball."""
+"""Find behaviour that a runtime does not get: values out of reach, keys that no finger presses, rooms without room."""
 
 from __future__ import annotations
 
@@ -6,17 +6,19 @@ import re
 from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
+from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from casa_assets.checks import check
-from casa_assets.checks.motion import operate
 from casa_assets.checks.motion.simulation import STEP_S, collision_spec, find_contacts
 from casa_assets.checks.package import Package
-from casa_assets.checks.readers import mujoco_facts as mujoco_load
+from casa_assets.checks.readers import mujoco_facts
 from casa_assets.checks.runtime import contract as contract_names
+from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.asset import Asset, Region
 from casa_assets.model.asset.behavior import (
     Behavior,
@@ -56,6 +58,12 @@ SIMULATED_S = 1.5
 OUTER_REGIONS = frozenset({"main", "bbox"})
 MAX_SPEED_M_S = 0.05
 MAX_PENETRATION_M = 1e-3
+# Radius of the fingertip, a sphere; how deep it is pressed into what it touches; height at which it waits; metres.
+TIP_RADIUS_M, PRESS_DEPTH_M, WAITING_HEIGHT_M = 0.004, 0.0003, 50.0
+# Steps of the approach to a surface; each at worst halves the distance that is left.
+APPROACH_STEPS = 12
+CACHED_TIPS = 4
+TIP = "casa_fingertip"
 
 
 @dataclass(frozen=True)
@@ -197,7 +205,7 @@ def behavior_meets_contract(package: Package) -> check.Measurement:
     if asset.behavior is not None:
         faults += _thresholds(asset, asset.behavior, contract)
         wanted = any(key.values for key in contract.keyframes) or bool(contract.trials)
-        model = operate.fingertip_model(package) if wanted else None
+        model = fingertip_model(package) if wanted else None
         if wanted and model is None:
             return check.count(faults) if faults else check.not_run(check.NO_COMPILE)
         if model is not None:
@@ -248,7 +256,7 @@ def _thresholds(asset: Asset, behavior: Behavior, contract: Contract) -> Iterato
                     yield f"behavior/rules/{i}", f"{changes}; RoboCasa's thresholds are {there}"
 
 
-def _pose(model: operate.FingertipModel, asset: Asset, behavior: Behavior, rule: KeyRule) -> Iterator[check.Problem]:
+def _pose(model: FingertipModel, asset: Asset, behavior: Behavior, rule: KeyRule) -> Iterator[check.Problem]:
     key = next((k for k in asset.keyframes if k.name == rule.name), None)
     if key is None or not rule.values:
         return
@@ -258,7 +266,7 @@ def _pose(model: operate.FingertipModel, asset: Asset, behavior: Behavior, rule:
         yield f"keyframes/{rule.name}", f"in this pose {message}"
 
 
-def _trial(model: operate.FingertipModel, asset: Asset, behavior: Behavior, trial: Trial) -> Iterator[check.Problem]:
+def _trial(model: FingertipModel, asset: Asset, behavior: Behavior, trial: Trial) -> Iterator[check.Problem]:
     """Differences from the trial; it ends with the first step that has some."""
     stands: dict[str, float] = {}
     state = _settle(start_behavior(behavior), model.measure(stands))
@@ -314,7 +322,7 @@ def interiors_hold_a_ball(package: Package, limit: float) -> check.Measurement:
         return check.not_applicable(
             "it has no region to put things into" if check.is_fixture_like(asset) else check.NOT_BUILT
         )
-    if mujoco_load.load_mjcf(package.mjcf).error:
+    if mujoco_facts.load_mjcf(package.mjcf).error:
         return check.not_run(check.NO_COMPILE)
     model = _model_with_balls(package, regions)
     data = mujoco.MjData(model)
@@ -415,3 +423,81 @@ def _distance_outside(data: mujoco.MjData, region: Region) -> float:
     else:
         sides = float((np.abs(point[:2]) - half[:2]).max())
     return float(max(floor, sides))
+
+
+@dataclass(frozen=True)
+class FingertipModel:
+    """An asset without what is only seen, with a fingertip, and the ranges of its joints, rad or m."""
+
+    model: mujoco.MjModel
+    ranges: Mapping[str, Vec2]
+
+    def measure(self, positions: Mapping[str, float]) -> Stimulus:
+        """Stimulus of the asset with joints at these positions (rad or m, others at zero) and nothing touched."""
+        return self._stimulus(self._set_joints(positions), frozenset())
+
+    def press(self, positions: Mapping[str, float], collider: str) -> Stimulus | None:
+        """Stimulus while a fingertip touches this collider and no other; None if it cannot reach it."""
+        data = self._set_joints(positions)
+        # From the front, above, the sides, behind and below, then along the collider's own axes.
+        directions = [*np.array([[0, -1, 0], [0, 0, 1], [-1, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, -1]], dtype=float)]
+        for axis in data.geom_xmat[self.model.geom(collider).id].reshape(3, 3).T.copy():
+            directions += [axis, -axis]
+        for direction in directions:
+            if self._touched_from(data, collider, direction) == {collider}:
+                return self._stimulus(data, frozenset({collider}))
+        return None
+
+    def _set_joints(self, positions: Mapping[str, float]) -> mujoco.MjData:
+        data = mujoco.MjData(self.model)
+        data.mocap_pos[0] = (0.0, 0.0, WAITING_HEIGHT_M)
+        for name, value in positions.items():
+            low, high = self.ranges[name]
+            data.joint(name).qpos[0] = min(max(value, low), high)
+        mujoco.mj_forward(self.model, data)
+        return data
+
+    def _stimulus(self, data: mujoco.MjData, touched: frozenset[str]) -> Stimulus:
+        return Stimulus({name: float(data.joint(name).qpos[0]) for name in self.ranges}, touched)
+
+    def _touched_from(self, data: mujoco.MjData, collider: str, direction: Floats) -> set[str]:
+        """Names of what the tip touches once it has come to the collider's middle from a direction."""
+        target, tip = self.model.geom(collider).id, self.model.geom(TIP).id
+        center = data.geom_xpos[target].copy()
+        distance = float(self.model.geom_rbound[target]) + 2 * TIP_RADIUS_M
+        for _ in range(APPROACH_STEPS):
+            data.mocap_pos[0] = center + distance * direction
+            mujoco.mj_kinematics(self.model, data)
+            gap = mujoco.mj_geomDistance(self.model, data, target, tip, 1.0, None)
+            distance -= gap + PRESS_DEPTH_M
+            if distance < 0:
+                return set()
+        # By distance: MuJoCo makes no contacts with still bodies.
+        reach = self.model.geom_rbound + TIP_RADIUS_M
+        near = np.linalg.norm(data.geom_xpos - data.geom_xpos[tip], axis=1) <= reach
+        others = [int(g) for g in np.flatnonzero(near) if g != tip]
+        return {
+            self.model.geom(g).name
+            for g in others
+            if mujoco.mj_geomDistance(self.model, data, g, tip, TIP_RADIUS_M, None) <= 0.0
+        }
+
+
+def fingertip_model(package: Package) -> FingertipModel | None:
+    """The model of a package; None if it does not compile, which MJC001 reports."""
+    if mujoco_facts.load_mjcf(package.mjcf).error:
+        return None
+    return _with_fingertip(package.mjcf, package.asset.digest)
+
+
+@lru_cache(maxsize=CACHED_TIPS)
+def _with_fingertip(path: Path, digest: str) -> FingertipModel:
+    assert digest, "names the content of the file in the cache"
+    spec = collision_spec(path)
+    for key in list(spec.keys):
+        spec.delete(key)
+    tip = spec.worldbody.add_body(name=TIP, mocap=True)
+    tip.add_geom(name=TIP, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[TIP_RADIUS_M, 0, 0])
+    model = spec.compile()
+    joints = [model.joint(i) for i in range(model.njnt)]
+    return FingertipModel(model, {j.name: (float(j.range[0]), float(j.range[1])) for j in joints})

@@ -14,7 +14,7 @@ from casa_assets.checks.check import Measurement, at_most
 from casa_assets.checks.motion.joints import hand_effort
 from casa_assets.checks.motion.simulation import open_end, reset_to_start
 from casa_assets.checks.readers.mujoco_facts import all_warnings
-from casa_assets.checks.scene.batch_form import BATCH_FILE, REST_S, BatchSubject, candidate_pairs
+from casa_assets.checks.scene.light_forms import BATCH_FILE, REST_S, BatchSubject, candidate_pairs
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.kitchen.scene import EngineSizes, Placement

@@ -15,7 +15,7 @@ import casa_assets as casa
 from casa_assets.checks.scene import engine_sizes
 from casa_assets.layouts.run.state_file import digest_of_file, write_states
 from tests.unit.addons.batch.small_kitchens import DRIVING, FIRST, FLOATING, folders
-from tests.unit.addons.batch.test_start_rows import REST, states
+from tests.unit.addons.batch.test_start_positions import REST, states
 
 pytestmark = pytest.mark.content("code", "addons.batch", keep=0)
 

@@ -9,8 +9,7 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.checks.check import run
-from casa_assets.checks.motion import operate
-from casa_assets.checks.runtime.behavior import position, unreached
+from casa_assets.checks.runtime.behavior import fingertip_model, position, unreached
 from casa_assets.checks.table import TABLE
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import (
@@ -173,7 +172,7 @@ class TestReachable:
 
 
 def test_a_fingertip_touches_one_key(tmp_path: Path) -> None:
-    model = operate.fingertip_model(packed(oven(), tmp_path))
+    model = fingertip_model(packed(oven(), tmp_path))
     assert model is not None
     pressed = model.press({}, "stop_button")
     assert pressed is not None

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from casa_assets.addons.batch.shared_model import SharedModel, addresses, robot_of, share
-from casa_assets.checks.scene.batch_form import candidate_pairs
+from casa_assets.checks.scene.light_forms import candidate_pairs
 from casa_assets.errors import CasaError
 from tests.unit.addons.batch.small_kitchens import DRIVING, FIRST, FLOATING, SECOND, specs
 

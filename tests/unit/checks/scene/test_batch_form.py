@@ -11,8 +11,8 @@ from casa_assets.addons.batch.merged_form import batch_form
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.checks.check import run
 from casa_assets.checks.scene import engine_sizes as sizes_of_engines
-from casa_assets.checks.scene.batch_form import BATCH_FILE, BatchSubject
 from casa_assets.checks.scene.engine_sizes import engine_sizes
+from casa_assets.checks.scene.light_forms import BATCH_FILE, BatchSubject
 from casa_assets.formats.mjcf import batch
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.issue import Report

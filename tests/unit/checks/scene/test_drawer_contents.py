@@ -7,7 +7,7 @@ from pathlib import Path
 import mujoco
 import pytest
 
-from casa_assets.checks.scene.forms import formats_agree
+from casa_assets.checks.scene.formats import formats_agree
 from casa_assets.checks.scene.opening import joints_open_without_collision
 from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.asset import Asset, Base

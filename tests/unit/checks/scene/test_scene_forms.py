@@ -11,9 +11,9 @@ import pytest
 from casa_assets.checks.check import run
 from casa_assets.checks.readers.mujoco_facts import native_warnings
 from casa_assets.checks.scene import subject as scene_subject
-from casa_assets.checks.scene.budget import MeasuredSpeed
-from casa_assets.checks.scene.forms import SceneFiles
+from casa_assets.checks.scene.formats import SceneFiles
 from casa_assets.checks.scene.placement import PreviewImages
+from casa_assets.checks.scene.rest import MeasuredSpeed
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.issue import Report, Status
 from casa_assets.model.kitchen.scene import Scene

@@ -15,7 +15,7 @@ from casa_assets.addons.batch.merged_form import (
 )
 from casa_assets.addons.batch.moving_parts import joint_word, meeting_links
 from casa_assets.asset.lightweight import light_scene
-from casa_assets.checks.scene.batch_form import candidate_pairs
+from casa_assets.checks.scene.light_forms import candidate_pairs
 from casa_assets.formats.mjcf import batch
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.asset.parts import Box

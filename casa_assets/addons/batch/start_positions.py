@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from casa_assets.addons.batch.shared_model import SharedModel, addresses
-from casa_assets.checks.scene.batch_form import candidate_pairs
+from casa_assets.checks.scene.light_forms import candidate_pairs
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.model.kitchen.scene import StartStates
@@ -29,7 +29,7 @@ NEAR_MARGIN = 1.25  # MJX looks at the pairs whose bounding balls are nearest, a
 
 
 @dataclass(frozen=True)
-class StartRows:
+class StartPositions:
     """States at rest of one kitchen: `qpos` (rows, nq), and `asleep` (rows, ntree) as MuJoCo's `tree_asleep`.
 
     `base`: (rows, 3) where a robot's base parks: x, y (m), yaw (rad). `states`: (rows,) number of the start state, -1:
@@ -46,9 +46,9 @@ class StartRows:
         return len(self.qpos)
 
 
-def start_rows(
+def start_positions(
     shared: SharedModel, states: StartStates | None, most: int, parks: Sequence[float] = (0.0, 0.0, 0.0)
-) -> StartRows:
+) -> StartPositions:
     """At most `most` rows of a kitchen. Raises CasaError: nothing of it is at rest.
 
     `states`: drawn ones; without any the one row is the kitchen as it is built, in which a robot `parks` there.
@@ -66,7 +66,7 @@ def start_rows(
     if not kept:
         raise CasaError(f"{shared.name}: nothing is at rest in the batch form: {dict(refused)}")
     numbers, qpos, asleep, base = zip(*kept, strict=True)
-    return StartRows(np.stack(qpos), np.stack(asleep), np.stack(base), np.array(numbers), dict(refused))
+    return StartPositions(np.stack(qpos), np.stack(asleep), np.stack(base), np.array(numbers), dict(refused))
 
 
 def _qpos(shared: SharedModel, states: StartStates, number: int) -> Floats:
@@ -107,14 +107,14 @@ def _settled(
     return [one for one in found if not isinstance(one, str)]
 
 
-def awake_sizes(shared: SharedModel, rows: StartRows) -> dict[str, int]:
+def awake_sizes(shared: SharedModel, rows: StartPositions) -> dict[str, int]:
     """nconmax, njmax and nccdmax of a kitchen at rest, with a margin."""
     data = _at_rest(shared, rows)
     counts = {"nconmax": int(data.ncon), "njmax": int(data.nefc), "nccdmax": int(data.ncon)}
     return {name: _rounded(count * MARGIN) for name, count in counts.items()}
 
 
-def near_pairs(shared: SharedModel, rows: StartRows) -> int:
+def near_pairs(shared: SharedModel, rows: StartPositions) -> int:
     """Pairs of geoms of two kinds whose bounding balls overlap: the most of any two kinds, with a margin.
 
     It is what MJX's `max_geom_pairs` has to be, so that no contact is left out: it keeps the nearest of each two kinds.
@@ -129,7 +129,7 @@ def near_pairs(shared: SharedModel, rows: StartRows) -> int:
     return _rounded(float(counts.max(initial=1)) * NEAR_MARGIN)
 
 
-def _at_rest(shared: SharedModel, rows: StartRows) -> mujoco.MjData:
+def _at_rest(shared: SharedModel, rows: StartPositions) -> mujoco.MjData:
     data = mujoco.MjData(shared.model)
     data.qpos[:] = rows.qpos[0]
     mujoco.mj_forward(shared.model, data)

@@ -1,4 +1,4 @@
-"""Forms of a scene against each other: light form, MJCF and USD, URDF, and what validators say of the USD."""
+"""Written formats of a scene against each other: MJCF and USD, URDF, and what validators say of the USD."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import json
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
@@ -16,8 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from pxr import Sdf, Tf, Usd
 
-from casa_assets.checks.check import Measurement, Problem, Unmeasured, count, not_run
-from casa_assets.checks.motion.simulation import reset_to_start
+from casa_assets.checks.check import Measurement, Problem, count, not_run
 from casa_assets.checks.package import parity
 from casa_assets.checks.package.usd import Diagnostics, validator_findings
 from casa_assets.checks.readers import scene_facts, urdf_facts, usd_facts
@@ -27,7 +26,6 @@ from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.scene_facts import SceneFacts
 from casa_assets.checks.readers.urdf_facts import UrdfAsset
 from casa_assets.checks.readers.usd_facts import imported, missing_importer
-from casa_assets.checks.scene.rest import Settled, deepest, farthest, settle
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.simready import PROFILE, PROFILE_VERSION, Verdict, validate_simready
 from casa_assets.checks.simready_python import NoVerdict, validator_python, validator_versions
@@ -38,12 +36,7 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record, Vec3, Vec4
 
 USD_FILE, NESTED_FILE, LIGHT_FILE = "scene.usda", "scene_nested.usda", "scene_light.xml"
-# Fields of MjModel with a row per joint, dof or body that are the same in both forms.
-JOINT_FIELDS = ("jnt_type", "jnt_range", "jnt_axis", "jnt_pos", "jnt_stiffness")
-DOF_FIELDS = ("dof_damping", "dof_frictionloss", "dof_armature")
-BODY_FIELDS = ("body_mass", "body_inertia", "body_ipos")
 MAX_LISTED = 20
-UNREADABLE = "MuJoCo cannot read scene_light.xml"
 Facts = TypeVar("Facts")
 # Of ratios, unit vectors, radians, and masses relative to those of the body, which USD holds as float32.
 SCENE_TOLERANCE = 1e-5
@@ -135,73 +128,6 @@ def _composed(path: Path) -> tuple[Usd.Stage | None, tuple[str, ...]]:
         except Tf.ErrorException as error:
             return None, (" ".join(str(error).split()),)
         return stage, tuple(diagnostics.take())
-
-
-def mechanism_is_the_same(files: SceneFiles) -> Measurement:
-    """SCN021: differences in joints, bodies and poses between the light form and the full one."""
-    full, light = files.scene_subject.loaded.model, files.light_form
-    name = files.light.name
-    if full is None:
-        return not_run("MuJoCo cannot read scene.xml, which the light form is held against")
-    if light.model is None:
-        return Measurement(1.0, ((name, light.error),))
-    problems = [(name, f"MuJoCo warns: {warning}") for warning in light.warnings]
-    meshes, pictures = int(light.model.nmesh), int((light.model.mat_texid >= 0).sum())
-    if meshes:
-        problems.append((name, f"has {meshes} meshes; use boxes, cylinders and spheres"))
-    if pictures:
-        problems.append((name, f"has {pictures} materials with pictures; use plain colours"))
-    problems += _differences(full, light.model)
-    return Measurement(float(len(problems)), tuple(problems[:MAX_LISTED]))
-
-
-def no_penetration_after_settling(files: SceneFiles, limit: float) -> Measurement:
-    """SCN022: deepest penetration in the light form at the start and after 1 s, metres."""
-    return deepest(settled_scene(files).depths, limit, "in the light form; see the shapes that stand for it there")
-
-
-def loose_things_stay_put(files: SceneFiles, limit: float) -> Measurement:
-    """SCN028: largest distance that a free-standing object moves in 5 s in the light form, metres."""
-    advice = " in the light form; the shapes that stand for it there do not stand"
-    return farthest(settled_scene(files).drift, limit, advice, MAX_LISTED)
-
-
-@lru_cache(maxsize=1)
-def settled_scene(files: SceneFiles) -> Settled:
-    """Simulate the light form for 5 s, once. Raises Unmeasured if it does not load."""
-    model = files.light_form.model
-    if model is None:
-        raise Unmeasured(not_run(UNREADABLE))
-    data = mujoco.MjData(model)
-    reset_to_start(model, data)
-    mujoco.mj_forward(model, data)
-    return settle(data)
-
-
-def _differences(full: mujoco.MjModel, light: mujoco.MjModel) -> Iterator[Problem]:
-    """Names of joints, bodies that move and poses that only one has, and numbers of them that differ."""
-    for kind, word, field in ((mujoco.mjtObj.mjOBJ_JOINT, "joints", "njnt"), (mujoco.mjtObj.mjOBJ_KEY, "keys", "nkey")):
-        full_names, light_names = (
-            [str(mujoco.mj_id2name(model, kind, i)) for i in range(getattr(model, field))] for model in (full, light)
-        )
-        if full_names != light_names:
-            only_one = [n for n in [*full_names, *light_names] if (n in full_names) != (n in light_names)]
-            yield word, f"are others, or in another order, than in the full form: {', '.join(only_one[:5])}"
-            return
-    full_bodies, light_bodies = (np.flatnonzero(model.body_weldid != 0) for model in (full, light))
-    if [full.body(b).name for b in full_bodies] != [light.body(b).name for b in light_bodies]:
-        yield "bodies", f"{len(full_bodies)} move in the full form, {len(light_bodies)} in the light one"
-        return
-    for field in (*JOINT_FIELDS, *DOF_FIELDS, "key_qpos"):
-        yield from _number_differences(field, getattr(full, field), getattr(light, field))
-    for field in BODY_FIELDS:
-        yield from _number_differences(field, getattr(full, field)[full_bodies], getattr(light, field)[light_bodies])
-
-
-def _number_differences(field: str, full: np.ndarray, light: np.ndarray) -> Iterator[Problem]:
-    off = ~np.isclose(full, light, rtol=1e-6, atol=1e-9)
-    if off.any():
-        yield field, f"differs in {int(off.sum())} numbers, by at most {np.abs(full - light)[off].max():.3g}"
 
 
 def formats_agree(files: SceneFiles, limit: float) -> Measurement:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from casa_assets.addons.batch.shared_model import SharedModel, addresses, share
-from casa_assets.addons.batch.start_rows import AWAKE, LOCKED, MOVED, start_rows
+from casa_assets.addons.batch.start_positions import AWAKE, LOCKED, MOVED, start_positions
 from casa_assets.errors import CasaError
 from casa_assets.model.kitchen.scene import StartStates, StateJoint, StateNotes
 from tests.unit.addons.batch.small_kitchens import specs
@@ -49,7 +49,7 @@ def changed(**values: float) -> list[float]:
 
 
 def test_joints_stand_where_the_state_says_at_rest_and_asleep(shared: SharedModel) -> None:
-    found = start_rows(shared, states((changed(q0=-0.6, q2=0.6), ("base__hinge",)), (REST, ())), 16)
+    found = start_positions(shared, states((changed(q0=-0.6, q2=0.6), ("base__hinge",)), (REST, ())), 16)
     assert found.qpos[0, addresses(shared.model, shared.joints["base__hinge"])] == pytest.approx([-0.6], abs=1e-3)
     plate = found.qpos[0, addresses(shared.model, shared.joints["plate__free"])]
     assert plate[:3] == pytest.approx([0.6, -0.3, 0.92], abs=1e-3)
@@ -64,15 +64,15 @@ def test_joints_stand_where_the_state_says_at_rest_and_asleep(shared: SharedMode
 
 def test_states_with_a_locked_joint_open_or_that_fall_are_left_out(shared: SharedModel) -> None:
     for row, reasons in (((changed(q1=0.2), ("locked__slide",)), {LOCKED}), ((changed(q4=1.3), ()), {MOVED, AWAKE})):
-        found = start_rows(shared, states(row, (REST, ())), 16)
+        found = start_positions(shared, states(row, (REST, ())), 16)
         assert list(found.states) == [1]
         assert list(found.refused.values()) == [1]
         assert found.refused.keys() <= reasons
-    assert len(start_rows(shared, states(*[(REST, ())] * 5), 2)) == 2, "no more than asked for"
+    assert len(start_positions(shared, states(*[(REST, ())] * 5), 2)) == 2, "no more than asked for"
 
 
 def test_without_states_there_is_the_kitchen_as_built(shared: SharedModel) -> None:
-    found = start_rows(shared, None, 16, (1.0, -2.0, 0.3))
+    found = start_positions(shared, None, 16, (1.0, -2.0, 0.3))
     assert list(found.states) == [-1]
     assert found.base[0] == pytest.approx([1.0, -2.0, 0.3])
     assert found.qpos[0, addresses(shared.model, shared.joints["corner__slide"])] == pytest.approx([-0.1], abs=1e-3)
@@ -84,4 +84,4 @@ def test_a_kitchen_that_never_rests_is_told_by_name() -> None:
     specs_[0].keys[0].qpos = [0, -0.1, 1, -0.3, 0.92, 1, 0, 0, 0, 0, 0.7, -1.5, 1.5, 1, 0, 0, 0]
     (one,) = share(specs_)
     with pytest.raises(CasaError, match="first: nothing is at rest in the batch form"):
-        start_rows(one, None, 16)
+        start_positions(one, None, 16)

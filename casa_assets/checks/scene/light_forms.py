@@ -1,10 +1,9 @@
-"""The batch form of a scene: what an engine pays for, things at rest, joints that open, surfaces kept."""
+"""The light and the batch form of a scene: same mechanism, at rest, joints that open, surfaces and room kept."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -16,14 +15,18 @@ from casa_assets.checks import check
 from casa_assets.checks.motion.joints import PUSH_S, hand_effort, push
 from casa_assets.checks.motion.simulation import START, altered, open_before, open_end, reset_to_start
 from casa_assets.checks.readers.mujoco_facts import Loaded, free_bodies, load_asset_file
-from casa_assets.checks.scene.forms import LIGHT_FILE
-from casa_assets.checks.scene.rest import Settled, deepest, farthest, settle
+from casa_assets.checks.scene.formats import LIGHT_FILE, MAX_LISTED, SceneFiles
+from casa_assets.checks.scene.rest import IdleRun, deepest, farthest, left_alone
 from casa_assets.core.hand_dynamics import PULL_N
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.asset.asset import Asset, Base, Joint, Region
 from casa_assets.model.kitchen.scene import OPEN_POSE, PICTURE_PX, BatchScene, Placement
 from casa_assets.model.pose import Pose
 
+# Fields of MjModel with a row per joint, dof or body that are the same in both forms.
+LIGHT_JOINT_FIELDS = ("jnt_type", "jnt_range", "jnt_axis", "jnt_pos", "jnt_stiffness")
+DOF_FIELDS = ("dof_damping", "dof_frictionloss", "dof_armature")
+BODY_FIELDS = ("body_mass", "body_inertia", "body_ipos")
 BATCH_FILE = "scene_batch.xml"
 UNREADABLE = "MuJoCo cannot read scene_batch.xml (BAT001)"
 PRIMITIVES = (
@@ -33,9 +36,7 @@ PRIMITIVES = (
     mujoco.mjtGeom.mjGEOM_CAPSULE,
 )
 # Fields of MjModel with a row per joint that are the same in the light form, of those with one degree of freedom.
-JOINT_FIELDS = ("jnt_type", "jnt_range", "jnt_stiffness")
-DOF_FIELDS = ("dof_damping", "dof_frictionloss", "dof_armature")
-MAX_LISTED = 20
+BATCH_JOINT_FIELDS = ("jnt_type", "jnt_range", "jnt_stiffness")
 REST_S = 0.5  # things settle in 0.2 s, and what does not move falls asleep 10 steps later
 POINTS, RAYS, SEED = 60, 400, 0  # points in the room, and rays from each, in each pose; all drawn from the same seed
 # Heights of the points above the floor, metres, and how far they are from anything at least.
@@ -47,6 +48,71 @@ REGION_POINTS = 9  # points along each axis of a region
 BLOCK_MARGIN_M = 0.03  # thickness of the walls of a drawer, of which the middles are known, metres
 WHOLE = "main"  # region around a whole asset
 FLOOR = "floor"  # category of floors
+
+
+def mechanism_is_the_same(files: SceneFiles) -> check.Measurement:
+    """SCN021: differences in joints, bodies and poses between the light form and the full one."""
+    full, light = files.scene_subject.loaded.model, files.light_form
+    name = files.light.name
+    if full is None:
+        return check.not_run("MuJoCo cannot read scene.xml, which the light form is held against")
+    if light.model is None:
+        return check.Measurement(1.0, ((name, light.error),))
+    problems = [(name, f"MuJoCo warns: {warning}") for warning in light.warnings]
+    meshes, pictures = int(light.model.nmesh), int((light.model.mat_texid >= 0).sum())
+    if meshes:
+        problems.append((name, f"has {meshes} meshes; use boxes, cylinders and spheres"))
+    if pictures:
+        problems.append((name, f"has {pictures} materials with pictures; use plain colours"))
+    problems += _differences(full, light.model)
+    return check.Measurement(float(len(problems)), tuple(problems[:MAX_LISTED]))
+
+
+def light_form_settles_apart(files: SceneFiles, limit: float) -> check.Measurement:
+    """SCN022: deepest penetration in the light form at the start and after 1 s, metres."""
+    return deepest(
+        _settled_light_form(files).depths, limit, "in the light form; see the shapes that stand for it there"
+    )
+
+
+def light_things_stay_put(files: SceneFiles, limit: float) -> check.Measurement:
+    """SCN028: largest distance that a free-standing object moves in 5 s in the light form, metres."""
+    advice = " in the light form; the shapes that stand for it there do not stand"
+    return farthest(_settled_light_form(files).drift, limit, advice, MAX_LISTED)
+
+
+@lru_cache(maxsize=1)
+def _settled_light_form(files: SceneFiles) -> IdleRun:
+    """The light form left alone, once. Raises Unmeasured if it does not load."""
+    if files.light_form.model is None:
+        raise check.Unmeasured(check.not_run("MuJoCo cannot read scene_light.xml"))
+    return left_alone(files.light_form.model)
+
+
+def _differences(full: mujoco.MjModel, light: mujoco.MjModel) -> Iterator[check.Problem]:
+    """Names of joints, bodies that move and poses that only one has, and numbers of them that differ."""
+    for kind, word, field in ((mujoco.mjtObj.mjOBJ_JOINT, "joints", "njnt"), (mujoco.mjtObj.mjOBJ_KEY, "keys", "nkey")):
+        full_names, light_names = (
+            [str(mujoco.mj_id2name(model, kind, i)) for i in range(getattr(model, field))] for model in (full, light)
+        )
+        if full_names != light_names:
+            only_one = [n for n in [*full_names, *light_names] if (n in full_names) != (n in light_names)]
+            yield word, f"are others, or in another order, than in the full form: {', '.join(only_one[:5])}"
+            return
+    full_bodies, light_bodies = (np.flatnonzero(model.body_weldid != 0) for model in (full, light))
+    if [full.body(b).name for b in full_bodies] != [light.body(b).name for b in light_bodies]:
+        yield "bodies", f"{len(full_bodies)} move in the full form, {len(light_bodies)} in the light one"
+        return
+    for field in (*LIGHT_JOINT_FIELDS, *DOF_FIELDS, "key_qpos"):
+        yield from _number_differences(field, getattr(full, field), getattr(light, field))
+    for field in BODY_FIELDS:
+        yield from _number_differences(field, getattr(full, field)[full_bodies], getattr(light, field)[light_bodies])
+
+
+def _number_differences(field: str, full: np.ndarray, light: np.ndarray) -> Iterator[check.Problem]:
+    off = ~np.isclose(full, light, rtol=1e-6, atol=1e-9)
+    if off.any():
+        yield field, f"differs in {int(off.sum())} numbers, by at most {np.abs(full - light)[off].max():.3g}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,16 +150,6 @@ class BatchSubject:
     def colliding(self) -> Mask:
         """(ngeom,) which geoms of the batch form touch anything. Raises Unmeasured where it does not load."""
         return np.asarray((self.model.geom_contype | self.model.geom_conaffinity) != 0, dtype=bool)
-
-
-@contextmanager
-def awake(model: mujoco.MjModel) -> Iterator[mujoco.MjData]:
-    """The scene as it begins, with nothing asleep while the block lasts."""
-    with altered(model.opt, enableflags=model.opt.enableflags & ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)):
-        data = mujoco.MjData(model)
-        reset_to_start(model, data)
-        mujoco.mj_forward(model, data)
-        yield data
 
 
 def pose_both(batch: mujoco.MjModel, light: mujoco.MjModel, key: str) -> tuple[mujoco.MjData, mujoco.MjData]:
@@ -145,7 +201,7 @@ def _problems(subject: BatchSubject, batch: mujoco.MjModel, light: mujoco.MjMode
             yield f"joints/{name}", "is not in the light form"
             continue
         other, dofs = light.joint(name), (int(batch.jnt_dofadr[number]), int(light.joint(name).dofadr[0]))
-        rows = [(field, number, other.id) for field in JOINT_FIELDS] + [(field, *dofs) for field in DOF_FIELDS]
+        rows = [(field, number, other.id) for field in BATCH_JOINT_FIELDS] + [(field, *dofs) for field in DOF_FIELDS]
         for field, one, two in rows:
             if not np.allclose(getattr(batch, field)[one], getattr(light, field)[two], rtol=1e-6, atol=1e-9):
                 yield f"joints/{name}", f"has another {field} than in the light form"
@@ -196,21 +252,22 @@ def candidate_pairs(model: mujoco.MjModel) -> Mask:
     return np.asarray(np.triu(pairs, 1), dtype=bool)
 
 
-def no_penetration(subject: BatchSubject, limit: float) -> check.Measurement:
+def batch_form_settles_apart(subject: BatchSubject, limit: float) -> check.Measurement:
     """BAT005: deepest penetration at the start and after 1 s with nothing asleep, metres."""
-    return deepest(_settled(subject).depths, limit, "in the batch form")
+    return deepest(_settled_batch_form(subject).depths, limit, "in the batch form")
 
 
-def loose_things_stay_put(subject: BatchSubject, limit: float) -> check.Measurement:
+def batch_things_stay_put(subject: BatchSubject, limit: float) -> check.Measurement:
     """BAT006: largest distance that a free-standing object moves in 5 s with nothing asleep, metres."""
-    return farthest(_settled(subject).drift, limit, " in the batch form", MAX_LISTED)
+    return farthest(_settled_batch_form(subject).drift, limit, " in the batch form", MAX_LISTED)
 
 
 @lru_cache(maxsize=1)
-def _settled(subject: BatchSubject) -> Settled:
-    """Simulate the batch form for 5 s, once."""
-    with awake(subject.model) as data:
-        return settle(data, subject.colliding)
+def _settled_batch_form(subject: BatchSubject) -> IdleRun:
+    """The batch form left alone with nothing asleep, once."""
+    model = subject.model
+    with altered(model.opt, enableflags=model.opt.enableflags & ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)):
+        return left_alone(model, counted=subject.colliding)
 
 
 def joints_open_by_hand(subject: BatchSubject, limit: float) -> check.Measurement:
