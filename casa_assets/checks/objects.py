@@ -134,7 +134,11 @@ def _on_mesh(line: PrintedLine, material: str, picture: Floats, mesh: Mesh) -> L
     chosen = np.linspace(0, len(rows) - 1, min(len(rows), LINE_PLACES)).astype(np.int64)
     high, wide = line.cover.shape
     at = np.stack([(columns[chosen] + 0.5) / wide, 1 - (rows[chosen] + 0.5) / high], axis=1)
-    height, contrast = _height_px(letters, line.runs_upwards), _contrast(picture, letters)
+    # Extent of a column from its top to its foot, without what a line that is bent adds.
+    columnwise = letters.T if line.runs_upwards else letters
+    top, foot = columnwise.argmax(axis=0), columnwise.shape[0] - columnwise[::-1].argmax(axis=0)
+    height = float(np.percentile((foot - top)[columnwise.any(axis=0)], HEIGHT_SHARE))
+    contrast = _contrast(picture, letters)
     copies = []
     for face, weights in _copies(at, mesh):
         corners = mesh.vertices[mesh.faces[face]]
@@ -151,15 +155,6 @@ def _on_mesh(line: PrintedLine, material: str, picture: Floats, mesh: Mesh) -> L
         return one.mirrored <= 0.5, len(one.points) * float(np.median(np.linalg.norm(one.up, axis=1)))
 
     return max(copies, key=readable, default=None)
-
-
-def _height_px(letters: Mask, runs_upwards: bool) -> float:
-    """Height of the letters, without what a line that is bent adds: extent of a column from its top to its foot."""
-    along = letters.T if runs_upwards else letters
-    seen = along.any(axis=0)
-    top = along.argmax(axis=0)
-    foot = along.shape[0] - along[::-1].argmax(axis=0)
-    return float(np.percentile((foot - top)[seen], HEIGHT_SHARE))
 
 
 def _contrast(picture: Floats, letters: Mask) -> float:
@@ -370,8 +365,7 @@ def _places(members: list[CollectedMember]) -> Floats:
     covariance = within.T @ within / max(1, len(members) - len(count))
     spread = max(float(np.trace(covariance)) / len(covariance), 1e-12)
     covariance += SHRINKAGE * spread * np.eye(len(covariance))
-    out: Floats = places @ np.linalg.cholesky(np.linalg.inv(covariance))
-    return out
+    return np.asarray(places @ np.linalg.cholesky(np.linalg.inv(covariance)))
 
 
 def _nearest(places: Floats) -> Iterator[int]:
@@ -414,9 +408,8 @@ def categories_are_told_apart(collection: ObjectCollection, limit: float) -> Mea
 def in_words(row: CategoryConfusion) -> str:
     """The kinds that members of a category are confused with, as a clause for messages."""
     named = ", ".join(f"{name} ({count})" for name, count in row.others[:NAMED])
-    return (
-        f"{row.count - row.right} of {row.count} are nearer to another kind: {named}; tell them apart by form or colour"
-    )
+    wrong = f"{row.count - row.right} of {row.count} are nearer to another kind"
+    return f"{wrong}: {named}; tell them apart by form or colour"
 
 
 # fmt: off

@@ -125,8 +125,7 @@ class ReachableSpace:
                 found.add(int(labels[tuple(index)]))
         wanted = np.zeros(int(labels.max()) + 1, dtype=bool)
         wanted[sorted(found - {0}) or slice(1, None)] = True
-        reached: Mask = wanted[labels]
-        return reached
+        return np.asarray(wanted[labels])
 
 
 def is_inside(shape: Shape, points: Floats, margin: float = 0.0) -> Mask:
@@ -511,8 +510,7 @@ def _points(shape: Shape) -> Floats:
     """(N, 3) points whose hull holds a primitive, in its frame, metres; round ones to within half a percent."""
     if isinstance(shape, Box):
         signs = np.array(np.meshgrid(*([-0.5, 0.5],) * 3)).reshape(3, -1).T
-        corners: Floats = signs * np.array(shape.size)
-        return corners
+        return np.asarray(signs * np.array(shape.size))
     around = np.linspace(0.0, 2 * np.pi, RIM_POINTS, endpoint=False)
     rim = np.stack([np.cos(around), np.sin(around), np.zeros(RIM_POINTS)], axis=1)
     if isinstance(shape, Cylinder):

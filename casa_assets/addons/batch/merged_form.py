@@ -194,8 +194,7 @@ def _seeds(still: Sequence[StillPart]) -> Floats:
     """(9, 3) points from which a room is reached, above its worktops."""
     low, high = box_around(np.array([part.bounds for part in still]))
     shares = np.array([[x, y, 0.6] for x in (0.3, 0.5, 0.7) for y in (0.3, 0.5, 0.7)])
-    points: Floats = low + shares * (high - low)
-    return points
+    return np.asarray(low + shares * (high - low))
 
 
 def _without_flat(boxes: Sequence[Floats]) -> list[int]:

@@ -120,8 +120,7 @@ class Solver:
             error = task.compute_error(configuration) * (weights > 0.0)
             there = np.linalg.norm(error[:3]) < POSITION_M and np.linalg.norm(error[3:]) < ANGLE_RAD
             if there and (not clear or self.workspace.is_free(configuration.q)):
-                found: Floats = configuration.q.copy()
-                return found
+                return np.asarray(configuration.q.copy())
             size = float(np.linalg.norm(error * weights))
             best, waited = (size, 0) if size < 0.98 * best else (best, waited + 1)
             if waited > STALLED:

@@ -120,7 +120,12 @@ def size_is_bounded(asset: Asset, limit: float) -> check.Measurement:
 
 def colliders_are_thick_enough(asset: Asset, limit: float) -> check.Measurement:
     """AST002: least thickness of the collision shapes of a link, metres."""
-    thickness = {f"links/{k.name}/colliders": _thickness(k) for k in _touchable(asset)}
+    thickness = {}
+    for link in _touchable(asset):
+        points = np.concatenate([tessellate(c.shape, c.pose)[0] for c in link.colliders])
+        # The direction of least spread is the first.
+        _, vectors = np.linalg.eigh(np.cov(points.T))
+        thickness[f"links/{link.name}/colliders"] = float(np.ptp(points @ vectors[:, 0]))
     message = "has collision shapes of {:.2g} m thickness; thicken the sheet or correct the scale"
     return check.all_at_least(thickness, limit, message, check.NO_COLLIDERS)
 
@@ -128,8 +133,6 @@ def colliders_are_thick_enough(asset: Asset, limit: float) -> check.Measurement:
 def density_is_not_too_high(asset: Asset, limit: float) -> check.Measurement:
     """AST003: highest density of a link over that of water, mass over the union of its shapes."""
     densities = _densities(asset)
-    if not densities and _touchable(asset):
-        return check.not_run(NO_VOLUME)
     message = "weighs {:.3g} times water for the volume of its collision shapes; correct the mass, or fill the shapes"
     return check.all_at_most(densities, limit, message, check.NO_COLLIDERS)
 
@@ -137,8 +140,6 @@ def density_is_not_too_high(asset: Asset, limit: float) -> check.Measurement:
 def density_is_not_too_low(asset: Asset, limit: float) -> check.Measurement:
     """AST004: lowest density of a link over that of water, mass over the union of its shapes."""
     densities = _densities(asset)
-    if not densities and _touchable(asset):
-        return check.not_run(NO_VOLUME)
     message = "weighs {:.3g} times water for the volume of its collision shapes; correct the mass unless it is hollow"
     return check.all_at_least(densities, limit, message, check.NO_COLLIDERS)
 
@@ -196,7 +197,7 @@ def colliders_match_visual_bounds(asset: Asset, limit: float, ratio: float, buil
             continue
         vertices = np.concatenate([v.mesh.vertices for v in link.visuals])
         visible = np.array([vertices.min(axis=0), vertices.max(axis=0)])
-        sides = np.abs(visible - _bounds(link))
+        sides = np.abs(visible - np.asarray(link_bounds(link)))
         gap, side = float(sides.max()), int(sides.argmax())
         gaps.append(gap)
         relative = ratio * float(np.ptp(visible, axis=0).max())
@@ -284,23 +285,16 @@ def _longest_visible_side(asset: Asset) -> float | None:
     return float(np.ptp(asset.bounds, axis=0).max()) if any(k.visuals for k in asset.links) else None
 
 
-def _bounds(link: Link) -> Floats:
-    bounds = link_bounds(link)
-    assert bounds is not None, "links without colliders were left out"
-    return bounds
-
-
-def _thickness(link: Link) -> float:
-    """Extent of the collision shapes along the direction of least spread, metres."""
-    points = np.concatenate([tessellate(c.shape, c.pose)[0] for c in link.colliders])
-    _, vectors = np.linalg.eigh(np.cov(points.T))
-    return float(np.ptp(points @ vectors[:, 0]))
-
-
 def _densities(asset: Asset) -> dict[str, float]:
-    """Pointer -> density over that of water, of each link whose collision shapes enclose a volume."""
-    volumes = ((link, _volume(link.colliders)) for link in _touchable(asset))
-    return {f"links/{k.name}/inertial": k.inertial.mass / v / WATER_KG_M3 for k, v in volumes if v > 0}
+    """Pointer -> density over that of water, of each link whose collision shapes enclose a volume.
+
+    Raises Unmeasured where there are shapes and none encloses one.
+    """
+    volumes = [(link, _volume(link.colliders)) for link in _touchable(asset)]
+    found = {f"links/{k.name}/inertial": k.inertial.mass / v / WATER_KG_M3 for k, v in volumes if v > 0}
+    if volumes and not found:
+        raise check.Unmeasured(check.not_run(NO_VOLUME))
+    return found
 
 
 @lru_cache(maxsize=64)
@@ -315,7 +309,7 @@ def _mass_outside(link: Link) -> tuple[float, float]:
 
     Ref: Popoviciu 1935, the deviation of what lies in an interval is at most half its length.
     """
-    lower, upper = _bounds(link)
+    lower, upper = np.asarray(link_bounds(link))
     center = np.array(link.inertial.center_of_mass)
     outside = float(np.maximum(lower - center, center - upper).max())
     diagonal = np.diag(link.inertial.tensor)

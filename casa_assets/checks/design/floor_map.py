@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,7 +64,7 @@ class FloorMap:
         for outline in obstacles(facts):
             rows, columns = self._window(outline, 0.0)
             inside = distance(outline, self._points(rows, columns)) <= 0.0
-            self.solid[rows, columns] |= inside.reshape(points_shape(rows, columns))
+            self.solid[rows, columns] |= inside.reshape(self.solid[rows, columns].shape)
         self.clear = ndimage.distance_transform_edt(~self.solid) * CELL_M
         self.free: Mask = self.room & (self.clear > BASE_RADIUS_M)
         self.entries = np.zeros(self.shape, dtype=bool)
@@ -91,26 +91,19 @@ class FloorMap:
         free = self.free.copy()
         rows, columns = self._window(outline, BASE_RADIUS_M)
         near = distance(outline, self._points(rows, columns)) <= BASE_RADIUS_M
-        free[rows, columns] &= ~near.reshape(points_shape(rows, columns))
+        free[rows, columns] &= ~near.reshape(free[rows, columns].shape)
         return free
 
     def connected(self, free: Mask) -> Mask:
         """Part of the free floor that the base reaches from where it enters."""
         numbers, _ = ndimage.label(free)
         begins = np.unique(numbers[self.entries & free])
-        found: Mask = np.isin(numbers, begins[begins > 0])
-        return found
-
-    def cell(self, point: Vec2) -> tuple[int, int] | None:
-        """Row and column of a point, None outside of the grid."""
-        column, row = ((point[k] - float(self.low[k])) / CELL_M for k in (0, 1))
-        inside = 0 <= row < self.shape[0] and 0 <= column < self.shape[1]
-        return (int(row), int(column)) if inside else None
+        return np.asarray(np.isin(numbers, begins[begins > 0]))
 
     def holds(self, mask: Mask, point: Vec2) -> bool:
-        """True if a mask is set at a point."""
-        at = self.cell(point)
-        return at is not None and bool(mask[at])
+        """True if a mask is set at a point; False outside of the grid."""
+        column, row = ((point[k] - float(self.low[k])) / CELL_M for k in (0, 1))
+        return 0 <= row < self.shape[0] and 0 <= column < self.shape[1] and bool(mask[int(row), int(column)])
 
     def area(self, point: Vec2, radius: float) -> float:
         """Square metres of floor around a point that the middle of the base can get to."""
@@ -127,13 +120,7 @@ class FloorMap:
 
     def _inside_of(self, start: Vec2, end: Vec2) -> Mask:
         every = self._points(slice(0, self.shape[0]), slice(0, self.shape[1]))
-        near: Mask = (distance(np.array([start, end]), every) <= ENTRY_DEPTH_M).reshape(self.shape)
-        return near
-
-
-def points_shape(rows: slice, columns: slice) -> tuple[int, int]:
-    """Shape of a window of the grid."""
-    return (rows.stop - rows.start, columns.stop - columns.start)
+        return np.asarray((distance(np.array([start, end]), every) <= ENTRY_DEPTH_M).reshape(self.shape))
 
 
 def obstacles(facts: KitchenFacts) -> Iterator[Outline]:
@@ -195,17 +182,6 @@ def _inside(outline: Corners, xs: Floats, ys: Floats) -> Mask:
         if ay != by:
             odd ^= ((ay > y) != (by > y)) & (x < ax + (y - ay) / (by - ay) * (bx - ax))
     return odd
-
-
-def toward(start: Vec2, end: Vec2) -> float:
-    """Direction from one point to another, radians to the left of the x axis."""
-    return math.atan2(end[1] - start[1], end[0] - start[0])
-
-
-def around(points: Iterable[Vec2]) -> tuple[Vec2, Vec2]:
-    """Least and greatest x and y."""
-    xs, ys = zip(*points, strict=True)
-    return (min(xs), min(ys)), (max(xs), max(ys))
 
 
 @dataclass(frozen=True)
@@ -274,7 +250,8 @@ def _place(
 ) -> ParkingPlace:
     at = fixture.footprint.at(aside, before)
     x, y = fixture.footprint.front_axis
-    yaw = math.atan2(-y, -x) if look is None else toward(at, look)
+    # Radians to the left of the x axis.
+    yaw = math.atan2(-y, -x) if look is None else math.atan2(look[1] - at[1], look[0] - at[0])
     return ParkingPlace(
         fixture=fixture.name,
         position=(round(at[0], 4), round(at[1], 4)),

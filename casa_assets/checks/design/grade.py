@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 from casa_assets.checks.check import Measurement, not_applicable
 from casa_assets.checks.design.floor_map import BASE_RADIUS_M, CELL_M, GAP_M, obstacles
@@ -55,14 +56,8 @@ def _seat_widths(subject: DesignSubject) -> list[float]:
 
 def _sink_to_dishwasher(subject: DesignSubject) -> list[float]:
     """Metres between the nearest edges of dishwasher and sink."""
-    washers, sinks = (
-        [
-            f.footprint.at(share * f.footprint.size[0], 0.0)
-            for f in subject.facts.with_role(role)
-            for share in (-0.5, 0.5)
-        ]
-        for role in (Role.DISHWASHER, Role.SINK)
-    )
+    feet = ([f.footprint for f in subject.facts.with_role(role)] for role in (Role.DISHWASHER, Role.SINK))
+    washers, sinks = ([f.at(share * f.size[0], 0.0) for f in found for share in (-0.5, 0.5)] for found in feet)
     gap = min((math.dist(edge, other) for edge in washers for other in sinks), default=None)
     return [] if gap is None else [gap]
 
@@ -95,12 +90,6 @@ def _lacking_floor(subject: DesignSubject) -> list[float]:
     """Sinks and appliances without `CLEAR` floor before them."""
     worked = subject.facts.with_role(Role.SINK, *APPLIANCES)
     return [float(sum(not _has_floor(subject, f.name) for f in worked))] if worked else []
-
-
-def _knee_room(subject: DesignSubject) -> list[float]:
-    """Metres of the widest gap below a worktop."""
-    gaps = [u.right - u.left for r in subject.facts.runs for u in r.units if u.kind == "gap" and u.has_worktop]
-    return [max(gaps, default=0.0)]
 
 
 def _lowest(heights: list[float]) -> list[float]:
@@ -145,13 +134,9 @@ def _has_floor(subject: DesignSubject, name: str) -> bool:
 
 
 def _is_taken(subject: DesignSubject, foot: Footprint) -> bool:
-    floor = subject.floor
-    w, d = foot.size
-    for i in range(int(w / CELL_M) + 1):
-        for k in range(int(d / CELL_M) + 1):
-            if floor.holds(floor.solid, foot.at(-w / 2 + i * CELL_M, -k * CELL_M)):
-                return True
-    return False
+    floor, (w, d) = subject.floor, foot.size
+    cells = itertools.product(range(int(w / CELL_M) + 1), range(int(d / CELL_M) + 1))
+    return any(floor.holds(floor.solid, foot.at(-w / 2 + i * CELL_M, -k * CELL_M)) for i, k in cells)
 
 
 def _reached_grips(subject: DesignSubject) -> list[float]:
@@ -477,7 +462,9 @@ ACCESS: tuple[Rule, ...] = (
          lambda s: _lowest([r.height for r in s.facts.runs] + [t.top for t in s.facts.with_role(Role.TABLE)])),
     Rule("A5", "rim of the sink", 0.865, "m", True,
          lambda s: _lowest([run.height for f in s.facts.with_role(Role.SINK) if (run := s.facts.run(f.run))])),
-    Rule("A6", "knee space below a worktop", 0.762, "m", False, _knee_room),
+    Rule("A6", "knee space below a worktop", 0.762, "m", False,
+         lambda s: [max((u.right - u.left for r in s.facts.runs for u in r.units if u.kind == "gap" and u.has_worktop),
+                        default=0.0)]),
     Rule("A7", "share of handles in reach", 0.5, "", False, _reached_grips),
     Rule("A8", "share of shelves in reach", 0.5, "", False, _reached_shelves),
     Rule("A10", "turning circle", 1.525, "m", False, lambda s: [2.0 * float((s.floor.clear * s.floor.room).max())]),
@@ -501,16 +488,8 @@ def _find(rule: Rule, subject: DesignSubject, waived: bool) -> Finding:
     numbers = rule.measure(subject)
     number = decimals((max if rule.most else min)(numbers), 4) if numbers else None
     passed = None if number is None else (number <= rule.limit if rule.most else number >= rule.limit)
-    return Finding(
-        rule=rule.id,
-        title=rule.title,
-        number=number,
-        limit=rule.limit,
-        unit=rule.unit,
-        most=rule.most,
-        passed=passed,
-        waived=waived and passed is False,
-    )
+    row: dict[str, Any] = {"title": rule.title, "limit": rule.limit, "unit": rule.unit, "most": rule.most}
+    return Finding(rule=rule.id, number=number, passed=passed, waived=waived and passed is False, **row)
 
 
 def _score(findings: tuple[Finding, ...]) -> float:

@@ -85,26 +85,20 @@ def _clearance(subject: DesignSubject, limit: float, hoods: bool) -> Measurement
         above = sorted(over(subject.facts, cooktop), key=lambda f: f.bottom)
         # What hangs above a hood is shielded by it.
         exposed = above[:1] if hoods or (above and above[0].role is Role.HOOD) else above
+        # The surface for pans; a range may have a panel behind it that is higher.
+        places = [m.position[2] for m in cooktop.sites if m.name.endswith("_place_site")]
+        surface = min(cooktop.top, max(places, default=cooktop.top))
         for other in (f for f in exposed if (f.role is Role.HOOD) is hoods):
-            gap = round(other.bottom - _cooking_height(cooktop), 4)
+            gap = round(other.bottom - surface, 4)
             gaps.append((f"fixtures/{cooktop.name}", gap, f"{other.name} hangs {gap:.3f} m over it, {limit:g} wanted"))
     return worst_below(gaps, limit, f"no {'hood' if hoods else 'cabinet or shelf'} hangs over a cooktop")
-
-
-def _cooking_height(cooktop: Fixture) -> float:
-    """Height of the surface for pans; a range may have a panel behind it that is higher."""
-    places = [m.position[2] for m in cooktop.sites if m.name.endswith("_place_site")]
-    return min(cooktop.top, max(places, default=cooktop.top))
 
 
 def over(facts: KitchenFacts, below: Fixture) -> list[Fixture]:
     """Fixtures on the wall or under the ceiling above a fixture, without lamps and worktop items."""
     hung = facts.with_role(Role.HOOD, Role.UPPER, Role.SHELF, Role.HOUSING)
-    return [
-        f
-        for f in hung
-        if f.bottom >= below.top and penetration_depth(f.footprint.corners, below.footprint.corners) > MIN_OVERLAP_M
-    ]
+    above = (f for f in hung if f.bottom >= below.top)
+    return [f for f in above if penetration_depth(f.footprint.corners, below.footprint.corners) > MIN_OVERLAP_M]
 
 
 def no_openable_window_over_cooktops(subject: DesignSubject, limit: float) -> Measurement:
@@ -128,15 +122,12 @@ def _length_before(wall: RoomWall, start: Vec2, end: Vec2, fixture: Fixture) -> 
     length = max(math.hypot(bx - ax, by - ay), 1e-9)
     cx, cy = (bx - ax) / length, (by - ay) / length
 
-    def along(p: Vec2) -> float:
-        return (p[0] - ax) * cx + (p[1] - ay) * cy
-
     corners = fixture.footprint.corners
     away = [(p[0] - ax) * cy - (p[1] - ay) * cx for p in corners]
     if min(away) > NEAR_WALL_M or max(away) < 0.0:
         return 0.0
-    us = [along(p) for p in corners]
-    low, high = sorted((along(start), along(end)))
+    *us, first, last = ((p[0] - ax) * cx + (p[1] - ay) * cy for p in (*corners, start, end))
+    low, high = sorted((first, last))
     return max(0.0, min(max(us), high) - max(min(us), low))
 
 
@@ -166,11 +157,8 @@ def _corner_distances(facts: KitchenFacts, run: PlacedRun) -> Iterator[tuple[str
 def doorways_are_wide_enough(subject: DesignSubject, limit: float) -> Measurement:
     """NKB001: clear width of the narrowest door or passage, metres."""
     # Ref: NKBA planning guideline 1: 32 inches clear.
-    widths = {
-        f"openings/{opening.id}": opening.clear_width
-        for opening in subject.facts.openings
-        if opening.kind is not OpeningKind.WINDOW
-    }
+    ways = (opening for opening in subject.facts.openings if opening.kind is not OpeningKind.WINDOW)
+    widths = {f"openings/{opening.id}": opening.clear_width for opening in ways}
     message = f"{{:.3f}} m clear with its leaf open, {limit:g} wanted: make the opening wider"
     return all_at_least(widths, limit, message, "it has no door and no passage")
 
@@ -195,10 +183,11 @@ def appliance_doors_swing_apart(subject: DesignSubject, limit: float) -> Measure
     """NKB003: deepest overlap of the swings of two appliances' doors, seen from above; metres."""
     # Ref: NKBA planning guideline 2.
     rows, leaves = [], list(_appliance_leaves(subject.facts))
-    if len({_fixture(name) for name, *_ in leaves}) < 2:
+    if len({name.partition("/")[0] for name, *_ in leaves}) < 2:
         return not_applicable("it has no two appliances that open")
     for (name, outline, bottom, top), (other, outline2, bottom2, top2) in itertools.combinations(leaves, 2):
-        if _fixture(name) == _fixture(other) or not _share_height(bottom, top, bottom2, top2):
+        is_same = name.partition("/")[0] == other.partition("/")[0]
+        if is_same or not _share_height(bottom, top, bottom2, top2):
             continue
         depth = penetration_depth(outline, outline2)
         rows.append((f"fixtures/{name}", depth, f"its way crosses that of {other} by {depth:.3f} m"))
@@ -212,10 +201,6 @@ def _appliance_leaves(facts: KitchenFacts) -> Iterator[Solid]:
             leaf = joint.swept_area
             if leaf is not None and joint.behind is None:
                 yield f"{fixture.name}/{joint.name}", leaf.outline, leaf.bottom, leaf.top
-
-
-def _fixture(leaf: str) -> str:
-    return leaf.split("/", maxsplit=1)[0]
 
 
 def _share_height(bottom1: float, top1: float, bottom2: float, top2: float) -> bool:

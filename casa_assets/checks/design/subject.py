@@ -23,14 +23,8 @@ MARGIN_M = 0.35  # of floor around the outline of the room
 DASH_M = 0.1  # from the start of one dash to the next
 WHITE, BLACK = (255, 255, 255), (40, 40, 44)
 REACHED, FREE, FLOOR = (214, 234, 214), (250, 226, 190), (238, 238, 236)
-SOLID, APPLIANCE, WALL_UNIT, SWEPT_AREA, PARKED, PARKED_AT_OPEN_DOOR = (
-    (196, 190, 182),
-    (150, 170, 200),
-    (120, 110, 100),
-    (214, 120, 90),
-    (30, 110, 60),
-    (60, 90, 190),
-)
+SOLID, APPLIANCE, WALL_UNIT = (196, 190, 182), (150, 170, 200), (120, 110, 100)
+SWEPT_AREA, PARKED, PARKED_AT_OPEN_DOOR = (214, 120, 90), (30, 110, 60), (60, 90, 190)
 APPLIANCES = (Role.SINK, Role.RANGE, Role.HOB, Role.FRIDGE, Role.DISHWASHER, Role.OVEN, Role.MICROWAVE)
 
 
@@ -84,20 +78,14 @@ def whereabouts(subject: DesignSubject) -> dict[str, Any]:
         "base_radius": BASE_RADIUS_M,
         "parking": places,
         "tasks": {t.task: _task(t) for t in subject.tasks},
-        "robocasa_v1": {
-            t.task: {"afforded": False, "wants": t.wants}
-            if t.wants
-            else {"afforded": True, "fixtures": list(t.fixtures)}
-            for t in subject.atomic_tasks
-        },
+        "robocasa_v1": {t.task: _task(t) for t in subject.atomic_tasks},
     }
 
 
-def _task(task: Afforded) -> dict[str, Any]:
+def _task(task: Afforded | AtomicTask) -> dict[str, Any]:
     if task.wants:
         return {"afforded": False, "wants": task.wants}
-    row = task.model_dump(mode="json", exclude={"number", "task", "tightest", "wants"})
-    return {"afforded": True, **row}
+    return {"afforded": True, **task.model_dump(mode="json", exclude={"number", "task", "tightest", "wants"})}
 
 
 def _place(place: ParkingPlace | None) -> dict[str, Any] | None:
@@ -245,13 +233,9 @@ class _Drawing:
         color = PARKED_AT_OPEN_DOOR if place.open_joint else PARKED
         if place.open_joint and place.side is ParkingSide.FRONT:
             return
-        x, y = self._pixel(place.position)
-        r = 0.05 * PIXELS_PER_M
+        (x, y), (a, b), r = self._pixel(place.position), place.position, 0.05 * PIXELS_PER_M
         self.draw.ellipse([x - r, y - r, x + r, y + r], outline=color, width=2)
-        tip = (
-            place.position[0] + BASE_RADIUS_M * math.cos(place.yaw),
-            place.position[1] + BASE_RADIUS_M * math.sin(place.yaw),
-        )
+        tip = (a + BASE_RADIUS_M * math.cos(place.yaw), b + BASE_RADIUS_M * math.sin(place.yaw))
         self.line((place.position, tip), color, 2)
 
     def name(self, fixture: Fixture) -> None:

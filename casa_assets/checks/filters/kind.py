@@ -235,8 +235,7 @@ def _drift(model: mujoco.MjModel, data: mujoco.MjData, body: int, corners: Float
 
 def _world(data: mujoco.MjData, body: int, points: Floats) -> Floats:
     """(N, 3) points of a body in the world frame, metres."""
-    world: Floats = data.xpos[body] + points @ data.xmat[body].reshape(3, 3).T
-    return world
+    return np.asarray(data.xpos[body] + points @ data.xmat[body].reshape(3, 3).T)
 
 
 def _stack(mjcf: Path, size: Floats) -> tuple[float, float]:

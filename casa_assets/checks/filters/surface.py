@@ -284,8 +284,7 @@ def _sample_visual(visual: Visual, material: Material, count: int) -> tuple[Floa
 def _areas(visual: Visual) -> Floats:
     corners = visual.mesh.vertices[visual.mesh.faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    areas: Floats = np.linalg.norm(cross, axis=1) / 2
-    return areas
+    return np.asarray(np.linalg.norm(cross, axis=1) / 2)
 
 
 def _points_on_faces(areas: Floats, count: int) -> tuple[Ints, Floats]:
@@ -303,8 +302,7 @@ def _texels_per_m(visual: Visual, image: Texture) -> Floats:
     corners = visual.mesh.uv[visual.mesh.faces]
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     across = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2 * image.width_px * image.height_px
-    texels: Floats = np.sqrt(across / np.maximum(_areas(visual), 1e-300))
-    return texels
+    return np.asarray(np.sqrt(across / np.maximum(_areas(visual), 1e-300)))
 
 
 @lru_cache(maxsize=8)
@@ -313,8 +311,7 @@ def _pixels(image: Texture) -> Floats:
     with Image.open(io.BytesIO(image.png)) as opened:
         picture = opened.convert("RGB")
     picture.thumbnail((MAX_PIXELS, MAX_PIXELS), Image.Resampling.BOX, reducing_gap=None)
-    pixels: Floats = np.asarray(picture, dtype=np.float64) / 255
-    return pixels
+    return np.asarray(np.asarray(picture, dtype=np.float64) / 255)
 
 
 @lru_cache(maxsize=8)

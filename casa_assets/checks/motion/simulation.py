@@ -138,8 +138,7 @@ def vertices_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats
         local = box_corners(np.array([[-model.geom_size[geom], model.geom_size[geom]]]))
     else:
         return box_corners(geom_boxes(model, data, np.array([geom])))
-    world: Floats = local @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
-    return world
+    return np.asarray(local @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom])
 
 
 def turned_vertices_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats:
@@ -153,8 +152,7 @@ def turned_vertices_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) ->
     if half is None:
         return vertices_of(model, data, geom)
     local = box_corners(np.array([[np.negative(half), half]]))
-    world: Floats = local @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
-    return world
+    return np.asarray(local @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom])
 
 
 def box_corners(boxes: Floats) -> Floats:
@@ -276,7 +274,11 @@ def sweep(
         contacts.append(_deepest_contact(model, data, joint, position, moved, against))
         boxes.append(box_around(geom_boxes(model, data, geoms)))
     depths = np.array([contact.depth for contact in contacts])
-    for at in _peaks(depths)[:REFINED_PEAKS]:
+    # The poses at which parts come nearest, the nearest first; a constant gap has none.
+    padded = np.concatenate([[-MARGIN_M], depths, [-MARGIN_M]])
+    rises, falls = depths - padded[:-2], depths - padded[2:]
+    peaks = np.flatnonzero((depths > -MARGIN_M) & (rises >= 0) & (falls >= 0) & (np.maximum(rises, falls) > 1e-6))
+    for at in peaks[np.argsort(-depths[peaks], kind="stable")][:REFINED_PEAKS].tolist():
         low, high = positions[max(at - 1, 0)], positions[min(at + 1, len(positions) - 1)]
         for position in np.linspace(low, high, FINE_POSES + 2)[1:-1]:
             contacts.append(_deepest_contact(model, data, joint, position, moved, against))
@@ -328,14 +330,6 @@ def _deepest_counted(model: mujoco.MjModel, data: mujoco.MjData, moved: Mask, ag
     names = (model.geom(int(g)).name for g in geoms[worst])
     bodies = (model.body(int(model.geom_bodyid[g])).name for g in geoms[worst])
     return Penetration(-float(data.contact.dist[worst]), *names, *bodies)
-
-
-def _peaks(depths: Floats) -> list[int]:
-    """Indices of the poses at which parts come nearest, the nearest first; a constant gap has none."""
-    padded = np.concatenate([[-MARGIN_M], depths, [-MARGIN_M]])
-    rises, falls = depths - padded[:-2], depths - padded[2:]
-    peaks = np.flatnonzero((depths > -MARGIN_M) & (rises >= 0) & (falls >= 0) & (np.maximum(rises, falls) > 1e-6))
-    return [int(i) for i in peaks[np.argsort(-depths[peaks], kind="stable")]]
 
 
 @dataclass(frozen=True)
@@ -430,8 +424,7 @@ def grip_of(asset: Asset, joint: Joint) -> tuple[str, Collider | None]:
 
 def _middle(collider: Collider) -> Floats:
     """(3,) middle of a collider in the frame of its link; a hull may be far from the origin of its frame."""
-    middle: Floats = shape_bounds(collider.shape, collider.pose).mean(axis=0)
-    return middle
+    return np.asarray(shape_bounds(collider.shape, collider.pose).mean(axis=0))
 
 
 def _rigid_group(asset: Asset, link: str) -> list[tuple[str, Pose]]:

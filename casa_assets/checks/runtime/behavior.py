@@ -181,9 +181,8 @@ def values_are_reachable(asset: Asset) -> check.Measurement:
     if asset.behavior is None:
         return check.not_applicable(NO_BEHAVIOR)
     missing = unreached(asset.behavior, {j.name: j.range for j in asset.joints})
-    return check.count(
-        (f"behavior/{name}", f"nothing that a robot can do makes it {value!r}") for name, value in missing
-    )
+    message = "nothing that a robot can do makes it"
+    return check.count((f"behavior/{name}", f"{message} {value!r}") for name, value in missing)
 
 
 def effects_are_visible(asset: Asset) -> check.Measurement:
@@ -342,16 +341,12 @@ def interiors_hold_a_ball(package: Package, limit: float) -> check.Measurement:
             continue
         distance = _distance_outside(data, region)
         worst = max(worst, distance)
-        speed = float(np.linalg.norm(data.body(_ball(region)).cvel[3:]))
+        speed = float(np.linalg.norm(data.body(f"ball__{region.name}").cvel[3:]))
         if distance > limit:
             problems.append((pointer, f"a ball laid into it comes to lie {distance:.3f} m off its floor or sides"))
         elif speed > MAX_SPEED_M_S:
             problems.append((pointer, f"a ball laid into it still moves at {speed:.2f} m/s"))
     return check.Measurement(worst, tuple(problems))
-
-
-def _ball(region: Region) -> str:
-    return f"ball__{region.name}"
 
 
 def _radius(region: Region) -> float:
@@ -371,7 +366,9 @@ def _model_with_balls(package: Package, regions: list[Region]) -> mujoco.MjModel
     for region in regions:
         radius = _radius(region)
         center = np.array([[0.0, 0.0, -region.size[2] / 2 + radius + DROP_HEIGHT_M]])
-        body = spec.worldbody.add_body(name=_ball(region), pos=_world_from_region(package, region).apply(center)[0])
+        body = spec.worldbody.add_body(
+            name=f"ball__{region.name}", pos=_world_from_region(package, region).apply(center)[0]
+        )
         body.add_freejoint()
         touch = {"contype": 0, "conaffinity": 1, "condim": 6, "friction": [0.6, 0.02, 0.01]}
         body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, radius, radius], mass=0.05, **touch)
@@ -387,7 +384,7 @@ def _blocked_heights(package: Package, model: mujoco.MjModel, regions: list[Regi
         present = {name: column[min(k, len(column) - 1)] for name, column in heights.items()}
         for region in regions:
             center = np.array([[0.0, 0.0, present[region.name] - region.size[2] / 2]])
-            start = model.jnt_qposadr[model.body_jntadr[model.body(_ball(region)).id]]
+            start = model.jnt_qposadr[model.body_jntadr[model.body(f"ball__{region.name}").id]]
             data.qpos[start : start + 3] = _world_from_region(package, region).apply(center)[0]
         find_contacts(model, data)
         for region in regions:
@@ -407,14 +404,14 @@ def _heights(region: Region) -> list[float]:
 
 def _penetration(model: mujoco.MjModel, data: mujoco.MjData, region: Region) -> float:
     """Depth at which the ball of a region is in something, metres."""
-    body = model.body(_ball(region)).id
+    body = model.body(f"ball__{region.name}").id
     return max([0.0, *(float(-c.dist) for c in data.contact[: data.ncon] if body in model.geom_bodyid[c.geom])])
 
 
 def _distance_outside(data: mujoco.MjData, region: Region) -> float:
     """Distance of the ball at rest from the region: below or above its floor, or beyond its sides, metres."""
     link = data.body(region.link)
-    local = link.xmat.reshape(3, 3).T @ (data.body(_ball(region)).xpos - link.xpos)
+    local = link.xmat.reshape(3, 3).T @ (data.body(f"ball__{region.name}").xpos - link.xpos)
     point = region.pose.rotation.T @ (local - np.array(region.pose.position))
     half, radius = np.array(region.size) / 2, _radius(region)
     floor = abs(float(point[2]) - radius + float(half[2]))

@@ -9,11 +9,10 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 from pxr import Sdf, Tf, Usd
 
 from casa_assets.checks.check import Measurement, Problem, count, not_run
@@ -156,7 +155,10 @@ def _is_same(first: mujoco.MjModel, second: mujoco.MjModel) -> bool:
             if name.startswith(("_", "name")) or not isinstance(getattr(part, name), np.ndarray | float | int):
                 continue
             one, other = (np.asarray(getattr(each, name)) for each in (part, other_part))
-            if name not in LENGTHS and not _are_alike(one, other):
+            if name not in LENGTHS and one.shape != other.shape:
+                return False
+            is_off = name not in LENGTHS and not bool((one == other).all())
+            if is_off and float(np.abs(one.astype(float) - other.astype(float)).max()) > SAME:
                 return False
     counts = {"body": first.nbody, "joint": first.njnt, "geom": first.ngeom, "site": first.nsite}
     return all(
@@ -164,12 +166,6 @@ def _is_same(first: mujoco.MjModel, second: mujoco.MjModel) -> bool:
         for kind, count in counts.items()
         for number in range(count)
     )
-
-
-def _are_alike(one: npt.NDArray[Any], other: npt.NDArray[Any]) -> bool:
-    if one.shape != other.shape:
-        return False
-    return bool((one == other).all()) or float(np.abs(one.astype(float) - other.astype(float)).max()) <= SAME
 
 
 def _disagreements(
@@ -289,7 +285,10 @@ def _passes_without_known_layers(files: SceneFiles, known: PassedLayers) -> bool
         for prim in layer.GetPrimAtPath(f"/{layer.defaultPrim}").nameChildren
     }
     layers = {path: (files.usd.parent / path).read_bytes() for paths in placed.values() for path in paths}
-    digests = {path: _digest(data) for path, data in layers.items()}
+    # Of the content of a layer, in which pictures are named by theirs, and of what it is held against.
+    versions = (f"{name}={version}" for name, version in sorted(validator_versions().items()))
+    against = " ".join([PROFILE, PROFILE_VERSION, *versions]).encode()
+    digests = {path: hashlib.sha256(against + data).hexdigest() for path, data in layers.items()}
     # The profile demands that there is a body and a mesh: the smallest layer that has both is always looked at.
     whole = [path for path, data in layers.items() if all(word in data for word in DEMANDED)]
     stays = min(whole, default="", key=lambda path: (len(layers[path]), path))
@@ -309,12 +308,6 @@ def _passes_without_known_layers(files: SceneFiles, known: PassedLayers) -> bool
     if passes:
         known.add(seen)
     return passes
-
-
-def _digest(layer: bytes) -> str:
-    """Digest of the content of a layer, and of what it is held against. Pictures in it are named by their content."""
-    held_against = " ".join([PROFILE, PROFILE_VERSION, *(f"{k}={v}" for k, v in sorted(validator_versions().items()))])
-    return hashlib.sha256(held_against.encode() + layer).hexdigest()
 
 
 def _count(problems: list[Problem]) -> Measurement:

@@ -29,12 +29,8 @@ DOF_FIELDS = ("dof_damping", "dof_frictionloss", "dof_armature")
 BODY_FIELDS = ("body_mass", "body_inertia", "body_ipos")
 BATCH_FILE = "scene_batch.xml"
 UNREADABLE = "MuJoCo cannot read scene_batch.xml (BAT001)"
-PRIMITIVES = (
-    mujoco.mjtGeom.mjGEOM_BOX,
-    mujoco.mjtGeom.mjGEOM_SPHERE,
-    mujoco.mjtGeom.mjGEOM_CYLINDER,
-    mujoco.mjtGeom.mjGEOM_CAPSULE,
-)
+BOX, CYLINDER = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER
+SPHERE, CAPSULE = mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_CAPSULE
 # Fields of MjModel with a row per joint that are the same in the light form, of those with one degree of freedom.
 BATCH_JOINT_FIELDS = ("jnt_type", "jnt_range", "jnt_stiffness")
 REST_S = 0.5  # things settle in 0.2 s, and what does not move falls asleep 10 steps later
@@ -186,7 +182,7 @@ def batch_form_loads(subject: BatchSubject) -> check.Measurement:
 def _problems(subject: BatchSubject, batch: mujoco.MjModel, light: mujoco.MjModel) -> Iterator[check.Problem]:
     for warning in subject.batch.warnings:
         yield BATCH_FILE, f"MuJoCo warns: {warning}"
-    for geom in np.flatnonzero(subject.colliding & ~np.isin(batch.geom_type, PRIMITIVES)):
+    for geom in np.flatnonzero(subject.colliding & ~np.isin(batch.geom_type, (BOX, SPHERE, CYLINDER, CAPSULE))):
         yield f"geoms/{batch.geom(int(geom)).name}", "is no box, sphere, cylinder or capsule"
     if batch.nmesh:
         yield BATCH_FILE, f"has {batch.nmesh} meshes; use primitives alone"
@@ -323,14 +319,16 @@ def _share_off(batch: mujoco.MjModel, light: mujoco.MjModel, key: str, floor_nam
     floor = next(number for number in range(light.ngeom) if str(light.geom(number).name).startswith(floor_name))
     center, half = forms[1][1].geom_xpos[floor], light.geom_size[floor]
     rng = np.random.default_rng(SEED)
-    off = list[float]()
+    off, below = list[float](), np.zeros(1, dtype=np.int32)
     # Some points are in a wall or a cupboard; a room has many more that are not.
     for _ in range(POINTS * 50):
         along = rng.uniform(-1.0, 1.0, 2) * (half[:2] - CLEAR_M)
         point = np.array([*(center[:2] + along), rng.uniform(LOWEST_M, HIGHEST_M)])
         rays = rng.normal(size=(RAYS, 3))
         rays /= np.linalg.norm(rays, axis=1)[:, None]
-        if not _is_above(*forms[1], point, floor_name):
+        # The first thing straight below the point.
+        mujoco.mj_ray(*forms[1], point, np.array([0.0, 0.0, -1.0]), GROUPS, 1, -1, below)
+        if below[0] < 0 or not str(light.geom(int(below[0])).name).startswith(floor_name):
             continue
         met = [_distances(model, data, point, rays) for model, data in forms]
         if min(float(distances.min()) for distances in met) < CLEAR_M:
@@ -339,13 +337,6 @@ def _share_off(batch: mujoco.MjModel, light: mujoco.MjModel, key: str, floor_nam
         if len(off) == POINTS:
             break
     return float(np.mean(off))
-
-
-def _is_above(model: mujoco.MjModel, data: mujoco.MjData, point: Floats, floor_name: str) -> bool:
-    """True if the first thing straight below a point is the floor."""
-    geom = np.zeros(1, dtype=np.int32)
-    mujoco.mj_ray(model, data, point, np.array([0.0, 0.0, -1.0]), GROUPS, 1, -1, geom)
-    return bool(geom[0] >= 0) and str(model.geom(int(geom[0])).name).startswith(floor_name)
 
 
 def _distances(model: mujoco.MjModel, data: mujoco.MjData, point: Floats, rays: Floats) -> Floats:
@@ -366,7 +357,10 @@ def room_inside_is_kept(subject: BatchSubject, limit: float) -> check.Measuremen
     joints = [light.joint(f"{ref.placement}__{ref.joint}").id for ref in subject.form.locked]
     blocks = [np.flatnonzero(light.geom_bodyid == int(light.jnt_bodyid[joint])) for joint in joints]
     shares = {}
-    for place, asset, region in _kept_regions(subject):
+    assets, closed = subject.form.scene.asset_of, {ref.placement for ref in subject.form.locked}
+    kept = [p for p in subject.form.scene.placements if p.name not in {*closed, *subject.form.filled}]
+    for place, region in [(p, region) for p in kept for region in assets[p.name].regions if region.name != WHOLE]:
+        asset = assets[place.name]
         body = place.name if region.link == asset.root.name else f"{place.name}__{region.link}"
         world_from_link = _pose_of(light, in_light, body, place, asset, region.link)
         points = (world_from_link @ region.pose).apply(_points_in(region))
@@ -379,18 +373,6 @@ def room_inside_is_kept(subject: BatchSubject, limit: float) -> check.Measuremen
         return check.not_applicable("it has no regions that stay open")
     message = "{:.0%} of it is filled in the batch form and free in the light one"
     return check.all_at_most(shares, limit, message, "it has no regions that stay open")
-
-
-def _kept_regions(subject: BatchSubject) -> Iterator[tuple[Placement, Asset, Region]]:
-    locked = {ref.placement for ref in subject.form.locked}
-    assets = subject.form.scene.asset_of
-    for place in subject.form.scene.placements:
-        asset = assets[place.name]
-        if place.name in locked or place.name in subject.form.filled:
-            continue
-        for region in asset.regions:
-            if region.name != WHOLE:
-                yield place, asset, region
 
 
 def _within(data: mujoco.MjData, blocks: list[Ints], points: Floats) -> Mask:
@@ -432,18 +414,16 @@ def _filled(model: mujoco.MjModel, data: mujoco.MjData, points: Floats, placemen
     collides = (model.geom_contype | model.geom_conaffinity) != 0
     collides &= ~np.isin(model.body_rootid[model.geom_bodyid], others)
     low, high = points.min(axis=0), points.max(axis=0)
-    near = collides & (np.abs(data.geom_xpos - (low + high) / 2) <= model.geom_rbound[:, None] + (high - low) / 2).all(
-        axis=1
-    )
-    for geom in np.flatnonzero(near):
+    reach = model.geom_rbound[:, None] + (high - low) / 2
+    for geom in np.flatnonzero(collides & (np.abs(data.geom_xpos - (low + high) / 2) <= reach).all(axis=1)):
         local = (points - data.geom_xpos[geom]) @ data.geom_xmat[geom].reshape(3, 3)
         size, kind = model.geom_size[geom], model.geom_type[geom]
-        if kind == mujoco.mjtGeom.mjGEOM_BOX:
+        if kind == BOX:
             inside |= (np.abs(local) <= size).all(axis=1)
-        elif kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        elif kind == CYLINDER:
             inside |= (np.hypot(local[:, 0], local[:, 1]) <= size[0]) & (np.abs(local[:, 2]) <= size[1])
-        elif kind in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_CAPSULE):
-            length = size[1] if kind == mujoco.mjtGeom.mjGEOM_CAPSULE else 0.0
+        elif kind in (SPHERE, CAPSULE):
+            length = size[1] if kind == CAPSULE else 0.0
             local[:, 2] -= np.clip(local[:, 2], -length, length)
             inside |= np.linalg.norm(local, axis=1) <= size[0]
     return inside

@@ -222,11 +222,7 @@ class JointSweeper:
 
 def only_pairs(model: mujoco.MjModel, moved: Mask, against: Mask) -> AbstractContextManager[None]:
     """While it is entered, only moved geoms collide, and only with those that they are swept against."""
-    bodies = []
-    for geoms in (moved, against):
-        has = np.zeros(model.nbody, dtype=bool)
-        has[model.geom_bodyid[geoms]] = True
-        bodies.append(has)
+    bodies = [np.isin(np.arange(model.nbody), model.geom_bodyid[geoms]) for geoms in (moved, against)]
     return altered(
         model, geom_contype=moved, geom_conaffinity=against, body_contype=bodies[0], body_conaffinity=bodies[1]
     )

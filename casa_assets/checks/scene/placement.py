@@ -284,8 +284,7 @@ def _rays(camera: Camera) -> Floats:
     up = 1 - (np.arange(RAYS_HIGH) + 0.5) / RAYS_HIGH * 2
     x, y = np.meshgrid(across * half * RAYS_WIDE / RAYS_HIGH, up * half)
     rays = np.stack([x.ravel(), y.ravel(), np.full(x.size, -1.0)], axis=1) @ camera.pose.rotation.T
-    unit: Floats = rays / np.linalg.norm(rays, axis=1, keepdims=True)
-    return unit
+    return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))
 
 
 def _groups(model: mujoco.MjModel, data: mujoco.MjData, eye: Floats, walls: list[int]) -> Ints:

@@ -288,5 +288,4 @@ def all_pairs(model: mujoco.MjModel) -> AbstractContextManager[None]:
 def boxes_meet(first: Floats, second: Floats, gap: float = 0.0) -> Mask:
     """True where boxes (..., 2, 3) come within `gap` metres of each other."""
     apart = (first[..., 0, :] > second[..., 1, :] + gap) | (second[..., 0, :] > first[..., 1, :] + gap)
-    mask: Mask = np.logical_not(np.any(apart, axis=-1))
-    return mask
+    return np.asarray(np.logical_not(np.any(apart, axis=-1)))

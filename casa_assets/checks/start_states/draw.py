@@ -229,10 +229,9 @@ def _pose_in(stage: Stage, draft: _Draft, thing: LooseThing, place: Place, at: F
 
 def _is_in(stage: Stage, thing: LooseThing, place: Place) -> bool:
     """Whether the middle of a thing is still in its place, in the present state."""
-    low, high = stage.low_and_high(thing)
     half = np.abs(place.pose.rotation) @ place.size / 2
     centre = stage.carried(stage.data.qpos, place, np.array(place.pose.position))
-    return bool((np.abs((low + high) / 2 - centre) <= half).all())
+    return bool((np.abs(stage.low_and_high(thing).sum(axis=0) / 2 - centre) <= half).all())
 
 
 def _park(stage: Stage, rng: np.random.Generator) -> Parking | None:

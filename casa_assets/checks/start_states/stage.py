@@ -198,8 +198,7 @@ class Stage:
         """A state in which doors and drawers were moved, with the objects that rest in them where these took them."""
         self._scratch.qpos[:] = qpos
         self.contents.pose(self._scratch)
-        carried: Floats = self._scratch.qpos.copy()
-        return carried
+        return np.asarray(self._scratch.qpos.copy())
 
     @cached_property
     def on_top(self) -> Mapping[str, set[str]]:
@@ -282,8 +281,7 @@ class Stage:
         signs = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) * 2.0 - 1.0
         local = model.geom_aabb[geoms, None, :3] + signs * model.geom_aabb[geoms, None, 3:]
         turned = np.einsum("nij,nkj->nki", data.geom_xmat[geoms].reshape(-1, 3, 3), local)
-        found: Floats = (turned + data.geom_xpos[geoms, None, :]).reshape(-1, 3)
-        return found
+        return np.asarray((turned + data.geom_xpos[geoms, None, :]).reshape(-1, 3))
 
     def in_the_way(self, at: Floats) -> str | None:
         """Name of a thing that a robot with its base at x, y (m), yaw (rad) touches in the present state, or None."""
@@ -291,10 +289,7 @@ class Stage:
         data.mocap_pos[self._mocap] = (at[0], at[1], 0.0)
         data.mocap_quat[self._mocap] = (math.cos(at[2] / 2), 0.0, 0.0, math.sin(at[2] / 2))
         mujoco.mj_kinematics(model, data)
-        robot, boxes = (
-            simulation.geom_boxes(model, data, self._footprint),
-            simulation.geom_boxes(model, data, self._solid),
-        )
+        robot, boxes = (simulation.geom_boxes(model, data, geoms) for geoms in (self._footprint, self._solid))
         for part, near in zip(self._footprint.tolist(), boxes_meet(robot[:, None], boxes[None]), strict=True):
             for geom in self._solid[near].tolist():
                 if mujoco.mj_geomDistance(model, data, part, geom, 0.01, None) < 0.0:
@@ -317,8 +312,7 @@ class Stage:
         local = data.xmat[place.body].reshape(3, 3).T @ (point - data.xpos[place.body])
         data.qpos[:] = qpos
         mujoco.mj_kinematics(self.model, data)
-        found: Floats = data.xmat[place.body].reshape(3, 3) @ local + data.xpos[place.body]
-        return found
+        return np.asarray(data.xmat[place.body].reshape(3, 3) @ local + data.xpos[place.body])
 
     def low_and_high(self, thing: LooseThing) -> Floats:
         """(2, 3) corners of the box around a thing in the present state, world frame, m."""
@@ -328,10 +322,8 @@ class Stage:
 
 def place_kind(category: str, region: str) -> Kind | None:
     """Kind of place that a region of a fixture is; None if nothing is put there."""
-    kinds = (
-        kind for kind, (categories, names) in PLACES.items() if category in categories and region.startswith(names)
-    )
-    return next(kinds, None)
+    of_region = (kind for kind, (categories, _) in PLACES.items() if category in categories)
+    return next((kind for kind in of_region if region.startswith(PLACES[kind][1])), None)
 
 
 def _footprint() -> etree._Element:
@@ -362,8 +354,7 @@ def settle(stage: Stage, qpos: Floats) -> Floats | None:
         mujoco.mj_step(model, data, nstep=steps)
         now = stage.corners()
         if float(np.linalg.norm(now - last, axis=1).max(initial=0.0)) < STILL_M:
-            rounded: Floats = data.qpos.astype(np.float32).astype(np.float64)
-            return rounded
+            return np.asarray(data.qpos.astype(np.float32).astype(np.float64))
         last = now
     return None
 
