@@ -241,13 +241,12 @@ def run(
     for check in _rows(table):
         if not isinstance(subject, check.subject):
             continue
-        limit = None if check.limit is None else limits[check.limit]
         if check.code in waived:
-            results.append(_result(check, not_run(waived[check.code], waived=True), limit))
+            results.append(_result(check, not_run(waived[check.code], waived=True), limits))
             continue
         with _mujoco_warnings():
             measured = check.run(subject, limits)
-        results.append(_result(check, measured, limit))
+        results.append(_result(check, measured, limits))
         issues += [Issue(code=check.code, severity=check.severity, pointer=p, message=s) for p, s in measured.problems]
     return Report(subject=name, results=tuple(results), issues=tuple(issues))
 
@@ -261,14 +260,10 @@ def report_not_run(
     table: Iterable[Check] | None = None,
 ) -> Report:
     """Report of checks of some types of subjects that could not be run, all for one reason (part of a sentence)."""
-    rows = [check for check in _rows(table) if check.subject in kinds]
     results = tuple(
-        _result(
-            check,
-            not_run(waived.get(check.code, reason), waived=check.code in waived),
-            None if check.limit is None else limits[check.limit],
-        )
-        for check in rows
+        _result(check, not_run(waived.get(check.code, reason), waived=check.code in waived), limits)
+        for check in _rows(table)
+        if check.subject in kinds
     )
     return Report(subject=name, results=results)
 
@@ -296,7 +291,7 @@ def _mujoco_warnings() -> AbstractContextManager[object]:
     return native_warnings()
 
 
-def _result(check: Check, measured: Measurement, limit: float | None) -> CheckResult:
+def _result(check: Check, measured: Measurement, limits: Mapping[str, float]) -> CheckResult:
     return CheckResult(
         code=check.code,
         status=measured.status or (Status.FAILED if measured.problems else Status.PASSED),
@@ -305,6 +300,6 @@ def _result(check: Check, measured: Measurement, limit: float | None) -> CheckRe
         waived=measured.waived,
         # More than six digits would carry the noise of the machine's arithmetic into the library.
         number=None if measured.number is None else significant(measured.number, 6),
-        limit=limit,
+        limit=None if check.limit is None else limits[check.limit],
         unit=check.unit,
     )

@@ -102,14 +102,11 @@ def _judged(form: BatchScene, folder: Path, key: str) -> BatchFile:
     else:
         sizes = engine_sizes(subject)
         report += run(sizes, name, records.limits, waived)
+    placed = list(zip(form.scene.placements, form.forms, strict=True))
     return BatchFile(
         id=name,
         key=key,
-        joints=tuple(
-            f"{place.name}__{joint.name}"
-            for place, asset in zip(form.scene.placements, form.forms, strict=True)
-            for joint in asset.joints
-        ),
+        joints=tuple(f"{place.name}__{joint.name}" for place, asset in placed for joint in asset.joints),
         locked=tuple(f"{ref.placement}__{ref.joint}" for ref in form.locked),
         filled=form.filled,
         colliders=form.collider_count,

@@ -46,6 +46,7 @@ MIN_PIECES, MOST_OF_PLAIN_THING, MOST_OF_LARGE_THING = 3, 2, 4
 # Names of the region around a whole asset, the one that is added first. Ref: robocasa v1.0, fixtures and objects.
 OUTER_REGIONS = ("bbox", "main")
 Ref = tuple[str, str]  # placement and joint
+Key = tuple[str, tuple[str, ...]]  # name of a placement, and its locked joints
 MAX_TRIES, NEAR_ENOUGH = 4, 10  # forms that are tried at most, and so many primitives below the limit are near enough
 MANY_ALIKE = 3  # loose things without joints of which a kitchen has so many are seats
 # Categories of fixtures of which the last one is locked, those first that a kitchen misses least.
@@ -163,7 +164,10 @@ def merged_parts(still: Sequence[StillPart]) -> list[WorldCollider]:
     aligned = [part for part in still if part.is_aligned]
     askew = [part for part in still if not part.is_aligned]
     corners = np.array([part.bounds for part in aligned])
-    space = fit.ReachableSpace(corners, _seeds(still), [(part.collider.shape, part.collider.pose) for part in askew])
+    # Points from which a room is reached, above its worktops.
+    low, high = box_around(np.array([part.bounds for part in still]))
+    seeds = low + np.array([[x, y, 0.6] for x in (0.3, 0.5, 0.7) for y in (0.3, 0.5, 0.7)]) * (high - low)
+    space = fit.ReachableSpace(corners, seeds, [(part.collider.shape, part.collider.pose) for part in askew])
     covers = fit.cover_boxes(space)
     kept = _without_flat([cover.corners for cover in covers])
     found = []
@@ -180,21 +184,9 @@ def merged_parts(still: Sequence[StillPart]) -> list[WorldCollider]:
         is_overhead = bool(lower[2] > OVERHEAD_M)
         if is_overhead and (upper - lower).max() < SMALL_OVERHEAD_M:
             continue
-        colliders.append(
-            WorldCollider(
-                placement=part.place.name,
-                collider=collider,
-                is_overhead=is_overhead or part.place.layer is Layer.CEILING,
-            )
-        )
+        is_above = is_overhead or part.place.layer is Layer.CEILING
+        colliders.append(WorldCollider(placement=part.place.name, collider=collider, is_overhead=is_above))
     return colliders
-
-
-def _seeds(still: Sequence[StillPart]) -> Floats:
-    """(9, 3) points from which a room is reached, above its worktops."""
-    low, high = box_around(np.array([part.bounds for part in still]))
-    shares = np.array([[x, y, 0.6] for x in (0.3, 0.5, 0.7) for y in (0.3, 0.5, 0.7)])
-    return np.asarray(low + shares * (high - low))
 
 
 def _without_flat(boxes: Sequence[Floats]) -> list[int]:
@@ -222,25 +214,20 @@ def with_joints_locked(asset: Asset, locked: Collection[str], positions: Mapping
     States and named poses lose what they say of a locked joint. Behaviour that looks at one, or at a key that it moved,
     is left out. `positions`: of joints, rad or m; a locked one stays at its own, or 0.
     """
-    poses = {
-        link.name: asset.parent_from_link(link.name, positions)
-        if (joint := asset.joint_of(link.name)) is not None and joint.name in locked
-        else link.pose
-        for link in asset.links
-    }
-    joints = tuple(
-        joint.replace(behind=None if joint.behind in locked else joint.behind)
-        for joint in asset.joints
-        if joint.name not in locked
-    )
+    held = {joint.child for joint in asset.joints if joint.name in locked}
+    left = (joint for joint in asset.joints if joint.name not in locked)
+    joints = tuple(joint.replace(behind=None if joint.behind in locked else joint.behind) for joint in left)
     behavior = asset.behavior
     if behavior is not None:
-        held = asset.carried_by([joint.child for joint in asset.joints if joint.name in locked])
-        keys = {collider.name for link in asset.links if link.name in held for collider in link.colliders}
+        carried = asset.carried_by([joint.child for joint in asset.joints if joint.name in locked])
+        keys = {collider.name for link in asset.links if link.name in carried for collider in link.colliders}
         if set(behavior.joints) & set(locked) or set(behavior.contacts) & keys:
             behavior = None
     moved = {joint.child for joint in joints}
-    links = [link.replace(pose=poses[link.name]) for link in asset.links]
+    links = [
+        link.replace(pose=asset.parent_from_link(link.name, positions)) if link.name in held else link
+        for link in asset.links
+    ]
     return asset.replace(
         links=_on_their_carriers(links, moved),
         joints=joints,
@@ -273,17 +260,13 @@ class BatchForms:
     def __init__(self, light: LightScene) -> None:
         self._scene = light.scene
         self._light_of = {asset.id: asset for asset in light.light_assets}
-        # By name of a placement and its locked joints: its asset, and its parts that never move.
-        self._assets: dict[tuple[str, tuple[str, ...]], Asset] = {}
-        self._still: dict[tuple[str, tuple[str, ...]], list[StillPart]] = {}
+        self._assets: dict[Key, Asset] = {}
+        self._still: dict[Key, list[StillPart]] = {}  # parts that never move
         # By the same, and what becomes of its inside: its form.
         self._forms: dict[tuple[str, tuple[str, ...], moving_parts.Inside], Asset] = {}
 
     def form(
-        self,
-        locked: Collection[tuple[str, str]] = (),
-        filled: Collection[str] = (),
-        blocks: Collection[str] = (),
+        self, locked: Collection[Ref] = (), filled: Collection[str] = (), blocks: Collection[str] = ()
     ) -> BatchScene:
         """The batch form of the scene without some joints, (placement, joint).
 
@@ -328,23 +311,18 @@ class BatchForms:
             filled=tuple(filled),
         )
 
-    def _asset(self, place: Placement, key: tuple[str, tuple[str, ...]]) -> Asset:
+    def _asset(self, place: Placement, key: Key) -> Asset:
         if key not in self._assets:
             plain = moving_parts.with_plain_parts(self._light_of[place.asset], key[1])
             self._assets[key] = with_joints_locked(plain, key[1], joint_positions(place.joints))
         return self._assets[key]
 
-    def _parts(self, place: Placement, asset: Asset, key: tuple[str, tuple[str, ...]]) -> list[StillPart]:
+    def _parts(self, place: Placement, asset: Asset, key: Key) -> list[StillPart]:
         if key not in self._still:
             parts = still_parts(place, asset)
             # What is inside of a unit that cannot be opened need not be looked at in the whole room.
             self._still[key] = exposed_parts(parts) if key[1] else parts
         return self._still[key]
-
-
-def batch_form(light: LightScene, locked: Collection[tuple[str, str]] = (), filled: Collection[str] = ()) -> BatchScene:
-    """The batch form of a scene, see `BatchForms.form`."""
-    return BatchForms(light).form(locked, filled)
 
 
 def _with_outer_region(form: Asset, whole: Asset) -> Asset:
@@ -391,19 +369,13 @@ def batch_within(
 
     def with_steps(number: int) -> BatchScene:
         """The form with the first steps taken."""
-        taken = steps[:number]
-        more = [ref for step in taken for ref in step.locked]
-        filled = [name for step in taken for name in step.filled]
-        blocks = [name for step in taken for name in step.blocks]
-        return forms.form([*locked, *more], filled, blocks)
+        columns = ([one for step in steps[:number] for one in getattr(step, key)] for key in ("filled", "blocks"))
+        return forms.form([*locked, *(ref for step in steps[:number] for ref in step.locked)], *columns)
 
     def size(form: BatchScene) -> int:
         """Number of primitives, or the equivalent of the number of pairs in primitives, whichever is larger."""
-        return (
-            form.collider_count
-            if most_pairs is None
-            else max(form.collider_count, math.ceil(most * form.pair_count / most_pairs))
-        )
+        pairs = 0 if most_pairs is None else math.ceil(most * form.pair_count / most_pairs)
+        return max(form.collider_count, pairs)
 
     # So many steps are too few, and so many enough.
     few, many = 0, len(steps)

@@ -188,24 +188,17 @@ def _of_thing(
     own = [part for part in loose if part.placement == place.name and part.link == link.name]
     lower, upper = box_around(np.array([part.bounds for part in own]))
     link_from_world = (place.pose @ form.asset_from_link(link.name, joint_positions(place.joints))).inverse()
-    beside = [
-        shape_bounds(part.shape, link_from_world @ part.pose)
-        for part in loose
-        if (part.placement, part.link) != (place.name, link.name)
-        and (part.bounds[0] < upper).all()
-        and (part.bounds[1] > lower).all()
-    ]
-    free = [
-        _inner_space(region)
-        for region in form.regions
-        if region.link == link.name and region.name != WHOLE and not is_filled
-    ]
+    others = (part for part in loose if (part.placement, part.link) != (place.name, link.name))
+    near = (part for part in others if (part.bounds[0] < upper).all() and (part.bounds[1] > lower).all())
+    beside = [shape_bounds(part.shape, link_from_world @ part.pose) for part in near]
+    kept_free = [region for region in form.regions if region.link == link.name and region.name != WHOLE]
+    free = [] if is_filled else [_inner_space(region) for region in kept_free]
     corners = np.array(beside) if beside else None
     touched = fit.touched_colliders(form)
     kept = tuple(c for c in link.colliders if c.name in touched)
-    others = [c for c in link.colliders if c.name not in touched]
+    merged = [c for c in link.colliders if c.name not in touched]
     most = (MOST_OF_SOLID if form.joints else MOST_OF_SEAT) if is_filled else MOST_OF_THING
-    return (*fit.fitted_colliders(others, fit.FitLimits(most, EMPTY_SHARE, free, corners)), *kept)
+    return (*fit.fitted_colliders(merged, fit.FitLimits(most, EMPTY_SHARE, free, corners)), *kept)
 
 
 def _of_moving_part(form: Asset, link: Link, inside: Inside) -> tuple[Collider, ...]:
@@ -242,12 +235,9 @@ def with_plain_parts(asset: Asset, locked: Collection[str]) -> Asset:
     """The asset without the posts of handles; a locked part has no handle, and a locked drawer or rack is one block."""
     touched = fit.touched_colliders(asset)
     grips = {joint.grip for joint in asset.joints} | touched
-    moved_by_locked = {joint.child for joint in asset.joints if joint.name in locked}
-    blocks = {
-        joint.child
-        for joint in asset.joints
-        if joint.name in locked and joint_word(asset, joint) in (JointWord.DRAWERS, JointWord.RACKS)
-    }
+    shut = [joint for joint in asset.joints if joint.name in locked]
+    moved_by_locked = {joint.child for joint in shut}
+    blocks = {joint.child for joint in shut if joint_word(asset, joint) in (JointWord.DRAWERS, JointWord.RACKS)}
     links = []
     for link in asset.links:
         has_grip = any(c.label == HANDLE and c.name in grips for c in link.colliders)

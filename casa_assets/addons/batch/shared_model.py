@@ -162,13 +162,8 @@ def _seated(structures: Sequence[Structure], found: Sequence[Sequence[Unit]]) ->
 
 def _needs(structure: Structure, unit: Unit) -> Counter[tuple[int, GeomKind]]:
     """(body of a unit, kind) -> how many geoms it has."""
-    return Counter(
-        {
-            (place, kind): len(ids)
-            for place, body in enumerate(unit.bodies)
-            for kind, ids in structure.geoms.get(body, {}).items()
-        }
-    )
+    bodies = [(place, structure.geoms.get(body, {})) for place, body in enumerate(unit.bodies)]
+    return Counter({(place, kind): len(ids) for place, geoms in bodies for kind, ids in geoms.items()})
 
 
 def _slot(kind: UnitKind | None, tenants: Sequence[tuple[Structure, tuple[int, ...]]]) -> Slot:
@@ -419,14 +414,12 @@ def share(
     slots = slots_for([kitchen.structure for kitchen in kitchens])
     cameras = list(dict.fromkeys(name for kitchen in kitchens for name in kitchen.cameras))
     lights = max(kitchen.model.nlight for kitchen in kitchens)
-    painted = (
-        {name: found for kitchen in kitchens for name, found in materials_of(kitchen.model).items()}
-        if textures
-        else None
-    )
+    painted: dict[str, PaintedMaterial] = {}
+    for kitchen in kitchens if textures else ():
+        painted |= materials_of(kitchen.model)
     made = []
     for kitchen, tenants in zip(kitchens, slots.tenants, strict=True):
-        shared = SharedSpec(kitchen, painted)
+        shared = SharedSpec(kitchen, painted if textures else None)
         shared.fill(slots, tenants)
         shared.film(cameras, lights)
         for name, value in numerics.items():

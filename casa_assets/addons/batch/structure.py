@@ -173,17 +173,16 @@ def materials_of(model: mujoco.MjModel) -> dict[str, PaintedMaterial]:
     found = {}
     for number in range(model.nmat):
         name, texture = str(model.material(number).name), int(model.mat_texid[number, _COLOR])
-        values = {
-            "name": name,
-            "rgba": model.mat_rgba[number],
-            "texrepeat": model.mat_texrepeat[number],
-            "texuniform": bool(model.mat_texuniform[number]),
-            **{
-                field: float(getattr(model, f"mat_{field}")[number])
-                for field in ("emission", "specular", "shininess", "metallic", "roughness")
-            },
-        }
-        picture = None if texture < 0 else Picture(str(model.tex(texture).name), _pixels(model, texture))
+        gloss = ("emission", "specular", "shininess", "metallic", "roughness")
+        values: dict[str, Any] = {field: float(getattr(model, f"mat_{field}")[number]) for field in gloss}
+        values |= {"name": name, "rgba": model.mat_rgba[number], "texrepeat": model.mat_texrepeat[number]}
+        values["texuniform"] = bool(model.mat_texuniform[number])
+        picture = None
+        if texture >= 0:
+            shape = tuple(int(getattr(model, f"tex_{side}")[texture]) for side in ("height", "width", "nchannel"))
+            first = int(model.tex_adr[texture])
+            pixels = np.array(model.tex_data[first : first + int(np.prod(shape))]).reshape(shape)
+            picture = Picture(str(model.tex(texture).name), pixels)
         found[name] = PaintedMaterial(values, picture)
     return found
 
@@ -216,9 +215,3 @@ def plain_colors(model: mujoco.MjModel) -> Floats:
             color[:3] *= [srgb_from_linear(float(value)) for value in linear_from_srgb_array(pixels).mean(axis=0)]
         colors[model.geom_matid == number] = color
     return colors
-
-
-def _pixels(model: mujoco.MjModel, texture: int) -> NDArray[np.uint8]:
-    shape = (int(model.tex_height[texture]), int(model.tex_width[texture]), int(model.tex_nchannel[texture]))
-    first = int(model.tex_adr[texture])
-    return np.array(model.tex_data[first : first + int(np.prod(shape))]).reshape(shape)

@@ -148,14 +148,10 @@ def read_certificate(folder: Path, key: str = "") -> SceneRobots | None:
 
 
 def _write(folder: Path, found: SceneRobots, report: Report) -> None:
+    without = len(found.without_parking)
     counts = {
-        r.robot: {
-            "joints": len(r.joints),
-            "reached": r.reached,
-            "followed": r.followed,
-            "margin": r.margin,
-            "without_parking": len(found.without_parking),
-        }
+        r.robot: {"joints": len(r.joints), "without_parking": without}
+        | {key: getattr(r, key) for key in ("reached", "followed", "margin")}
         for r in found.robots
     }
     data = {**found.model_dump(mode="json"), "counts": counts, **report.model_dump(mode="json", exclude={"subject"})}

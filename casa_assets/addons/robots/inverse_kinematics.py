@@ -133,19 +133,11 @@ class Solver:
     def _step(self, task: mink.FrameTask, clear: bool) -> Floats:
         """Change of all joints; where the robot cannot get clear of what it overlaps, as if that were not there."""
         for limits in ([self._ranges, self._clear], [self._ranges])[0 if clear else 1 :]:
+            options = {"damping": 1e-5, "limits": limits, "constraints": self._legs}
             try:
-                step: Floats = mink.solve_ik(
-                    self._configuration,
-                    [task, self._rest],
-                    1.0,
-                    SOLVER,
-                    damping=1e-5,
-                    limits=limits,
-                    constraints=self._legs,
-                )
+                return np.asarray(mink.solve_ik(self._configuration, [task, self._rest], 1.0, SOLVER, **options))
             except mink.NoSolutionFound:
                 continue
-            return step
         return np.zeros(self.workspace.alone.nv)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from casa_assets.addons.robots.grips import Grasp, Grip, pinches, presses
 from casa_assets.addons.robots.inverse_kinematics import Bounds, Seed, Seeds, Solver
-from casa_assets.addons.robots.workspace import BASE_JOINTS, Workspace
+from casa_assets.addons.robots.workspace import BASE_JOINTS, Workspace, handle_of
 from casa_assets.checks.robots import Task
 from casa_assets.core.numeric import Floats
 from casa_assets.model.kitchen.robot import Arm, Following, JointReach, Miss, Robot
@@ -119,7 +119,8 @@ class Bench:
     def _begin(self, task: Task, place: Vec3, arm: Arm) -> None:
         self._workspace.place(*place)
         self._workspace.open(_opened_to(self._workspace, task.behind))
-        self._workspace.hold(arm.name, self._workspace.handle_of(task.grip))
+        workspace = self._workspace
+        workspace.hold(arm.name, handle_of(workspace.model, workspace.handles, task.grip))
 
     def _seeds_for(self, task: Task, place: Vec3, bounds: Bounds, before: float) -> list[Seed]:
         """Grasps with arms, so far before the handle (m), each with a posture to begin with, the best first."""
@@ -171,7 +172,9 @@ class Bench:
         before = _pose(workspace.data, link)
         standing = following is Following.STANDING
         bounds = _standing(held.bounds, held.posture) if standing else _with_room(held.bounds, DRIVEN)
-        behind, values = _opened_to(workspace, task.behind), _steps(workspace.model, task.joint)
+        behind, end = _opened_to(workspace, task.behind), _end(workspace.model, task.joint)
+        size = STEP_RAD if workspace.model.joint(task.joint).type[0] == mujoco.mjtJoint.mjJNT_HINGE else STEP_M
+        values = np.linspace(0.0, end, max(2, math.ceil(abs(end) / size)) + 1)[1:]
         q, margin, done = held.posture, _margin(workspace, held.posture), 0
         for value in values:
             workspace.open({**behind, task.joint: float(value)})
@@ -206,12 +209,6 @@ def _opened_to(workspace: Workspace, joint: str) -> dict[str, float]:
     return {joint: _end(workspace.model, joint)} if joint else {}
 
 
-def _steps(model: Any, joint: str) -> Floats:
-    end = _end(model, joint)
-    size = STEP_RAD if model.joint(joint).type[0] == mujoco.mjtJoint.mjJNT_HINGE else STEP_M
-    return np.linspace(0.0, end, max(2, math.ceil(abs(end) / size)) + 1)[1:]
-
-
 def _grip(workspace: Workspace, task: Task) -> Grip:
     model, data = workspace.model, workspace.data
     geom = model.geom(task.grip).id
@@ -225,7 +222,7 @@ def _whole(workspace: Workspace, task: Task, grip: Grip) -> Grip:
     model, data = workspace.model, workspace.data
     signs = np.array(list(product((-1.0, 1.0), repeat=3)))
     corners = []
-    for name in workspace.handle_of(task.grip):
+    for name in handle_of(model, workspace.handles, task.grip):
         geom = model.geom(name).id
         box, turn = model.geom_aabb[geom], data.geom_xmat[geom].reshape(3, 3)
         corners.append((data.geom_xpos[geom] + (box[:3] + signs * box[3:]) @ turn.T) @ grip.axes)

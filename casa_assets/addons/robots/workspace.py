@@ -237,7 +237,7 @@ class Workspace:
             raise CasaError(f"{kitchen}: MuJoCo does not read it: {error}") from error
         spec.compiler.discardvisual = True
         labelled = [text.data.split() for text in spec.texts if text.name.endswith(HANDLE_LABEL)]
-        self._handles = frozenset(name for names in labelled for name in names)
+        self.handles = frozenset(name for names in labelled for name in names)
         alone = assemble(robot, models)
         alone.compiler.discardvisual = True
         self.alone: Any = alone.compile()
@@ -304,10 +304,6 @@ class Workspace:
         held = [self.model.geom(name).id for name in geoms]
         self._held = frozenset((f, g) for f in self._fingers[arm] for g in held)
 
-    def handle_of(self, grip: str) -> list[str]:
-        """A geom that is gripped, and those of the same handle that touch it."""
-        return handle_of(self.model, self._handles, grip)
-
     def near(self, q: Floats) -> list[Nearness]:
         """All pairs of geoms that are nearer than `NEAR_M`, the robot in a posture of shape (nq,) of `alone`."""
         self.data.qpos[self._address] = q
@@ -331,11 +327,8 @@ class Workspace:
 
     def is_clear_of_itself(self, q: Floats) -> bool:
         """True if no part of the robot touches another; the kitchen is left out."""
-        return not any(
-            (a + self._first, b + self._first) not in self._drawn_over
-            for a, b, depth in self._on_itself(q)
-            if depth < 0.0
-        )
+        pairs = ((a + self._first, b + self._first) for a, b, depth in self._on_itself(q) if depth < 0.0)
+        return all(pair in self._drawn_over for pair in pairs)
 
     def overlap(self, q: Floats) -> float:
         """How deep the robot is in anything, summed over what it touches, m."""

@@ -74,13 +74,8 @@ def _stretch(visual: Visual, tile: Vec2) -> float:
     x = edge_a / length[:, None]
     y = np.cross(normal / (2 * area)[:, None], x)
     # Columns: the two edges in the plane of the face, and in the picture.
-    face = np.stack(
-        [
-            np.stack([length, np.einsum("ij,ij->i", edge_b, x)], 1),
-            np.stack([0 * length, np.einsum("ij,ij->i", edge_b, y)], 1),
-        ],
-        1,
-    )
+    along, aside = np.einsum("ij,ij->i", edge_b, x), np.einsum("ij,ij->i", edge_b, y)
+    face = np.stack([np.stack([length, along], 1), np.stack([0 * length, aside], 1)], 1)
     shown = np.stack([(flat[:, 1] - flat[:, 0])[keep], (flat[:, 2] - flat[:, 0])[keep]], axis=2)
     scales = np.linalg.svd(shown @ np.linalg.inv(face), compute_uv=False)
     off = np.abs(scales - 1).max(axis=1)

@@ -64,6 +64,10 @@ def _regions(zones: Sequence[PlacingZone]) -> tuple[str, ...]:
     return tuple(f"{zone.fixture}__{zone.region}" for zone in zones)
 
 
+def _door_names(fixtures: Sequence[Fixture]) -> tuple[str, ...]:
+    return tuple(f"{f.name}__{joint.name}" for f in fixtures for joint in doors(f))
+
+
 def _held_inside(
     view: TaskView, fixtures: tuple[Fixture, ...], pattern: str, sizes: tuple[BoxSizes, BoxSizes], wants: str
 ) -> TaskFinding:
@@ -80,7 +84,7 @@ def _cabinet(view: TaskView) -> TaskFinding:
     counter = view.counter(cabinets, 0.1)
     return TaskFinding(
         cabinets,
-        joints=tuple(n for f in cabinets for n in names(f, [j.name for j in doors(f)])),
+        joints=_door_names(cabinets),
         regions=_regions(zones),
         puts=(Placing(counter, GRASPED), Placing(zones, GRASPED)),
         counter=counter,
@@ -131,7 +135,7 @@ def _doors(view: TaskView, count: int) -> TaskFinding:
     zones += tuple(z for f in ovens for z in view.inside(f, r"tray|int"))
     return TaskFinding(
         every,
-        joints=tuple(n for f in every for n in names(f, [j.name for j in doors(f)])),
+        joints=_door_names(every),
         regions=_regions(zones),
         puts=(Placing(zones, GRASPED),),
         wants="" if every else f"a wall cabinet with {'one door' if count == 1 else 'two doors'}",
@@ -312,94 +316,61 @@ class Task:
     before: Mapping[int, str] = field(default_factory=dict)
 
 
+# fmt: off
 TASKS = (
     Task(_cabinet, before={1: "pnp_counter_to_cab", 2: "pnp_cab_to_counter"}),
-    Task(
-        _cabinets_with_shelves,
-        "OpenCabinet CloseCabinet PickPlaceCounterToCabinet PickPlaceCabinetToCounter MakeIcedCoffee",
-    ),
+    Task(_cabinets_with_shelves,
+         "OpenCabinet CloseCabinet PickPlaceCounterToCabinet PickPlaceCabinetToCounter MakeIcedCoffee"),
     Task(lambda view: _doors(view, 1), before={9: "open_single_door", 10: "close_single_door"}),
     Task(lambda view: _doors(view, 2), before={11: "open_double_door", 12: "close_double_door"}),
-    Task(
-        _drawers,
-        "OpenDrawer CloseDrawer PickPlaceCounterToDrawer PickPlaceDrawerToCounter",
-        {13: "open_drawer", 14: "close_drawer"},
-    ),
-    Task(
-        lambda view: _sink(view, GRASPED), "PickPlaceCounterToSink PickPlaceSinkToCounter", {3: "pnp_counter_to_sink"}
-    ),
+    Task(_drawers, "OpenDrawer CloseDrawer PickPlaceCounterToDrawer PickPlaceDrawerToCounter",
+         {13: "open_drawer", 14: "close_drawer"}),
+    Task(lambda view: _sink(view, GRASPED), "PickPlaceCounterToSink PickPlaceSinkToCounter",
+         {3: "pnp_counter_to_sink"}),
     Task(lambda view: _sink(view, PLATE), before={4: "pnp_sink_to_counter"}),
-    Task(
-        lambda view: _faucet(view, "handle_joint"),
-        "TurnOnSinkFaucet TurnOffSinkFaucet",
-        {17: "turn_on_sink_faucet", 18: "turn_off_sink_faucet"},
-    ),
+    Task(lambda view: _faucet(view, "handle_joint"), "TurnOnSinkFaucet TurnOffSinkFaucet",
+         {17: "turn_on_sink_faucet", 18: "turn_off_sink_faucet"}),
     Task(lambda view: _faucet(view, "spout_joint"), "TurnSinkSpout", {19: "turn_sink_spout"}),
     Task(lambda view: _faucet(view, "handle_temp_joint"), "AdjustWaterTemperature"),
-    Task(
-        _Having(Role.MICROWAVE, "microjoint", "tray", "a microwave with a door and a tray"),
-        "OpenMicrowave CloseMicrowave",
-    ),
+    Task(_Having(Role.MICROWAVE, "microjoint", "tray", "a microwave with a door and a tray"),
+         "OpenMicrowave CloseMicrowave"),
     Task(_microwaves, before={5: "pnp_counter_to_microwave", 6: "pnp_microwave_to_counter"}),
     Task(_microwaves_with_worktop, "PickPlaceCounterToMicrowave PickPlaceMicrowaveToCounter"),
     Task(lambda view: _heated(view, "start_button"), "TurnOnMicrowave", {21: "turn_on_microwave"}),
     Task(lambda view: _heated(view, "stop_button"), "TurnOffMicrowave", {22: "turn_off_microwave"}),
-    Task(
-        lambda view: _stove(view, True),
-        "PickPlaceCounterToStove PickPlaceStoveToCounter",
-        {7: "pnp_counter_to_stove", 8: "pnp_stove_to_counter"},
-    ),
-    Task(
-        lambda view: _stove(view, False),
-        "TurnOnStove TurnOffStove LowerHeat",
-        {15: "turn_on_stove", 16: "turn_off_stove"},
-    ),
-    Task(
-        _Having(Role.OVEN, ".*door_joint", "rack[01]", "an oven beside a hob, with a rack"),
-        "OpenOven CloseOven SlideOvenRack PickPlaceCounterToOven",
-    ),
+    Task(lambda view: _stove(view, True), "PickPlaceCounterToStove PickPlaceStoveToCounter",
+         {7: "pnp_counter_to_stove", 8: "pnp_stove_to_counter"}),
+    Task(lambda view: _stove(view, False), "TurnOnStove TurnOffStove LowerHeat",
+         {15: "turn_on_stove", 16: "turn_off_stove"}),
+    Task(_Having(Role.OVEN, ".*door_joint", "rack[01]", "an oven beside a hob, with a rack"),
+         "OpenOven CloseOven SlideOvenRack PickPlaceCounterToOven"),
     Task(_Having(Role.OVEN, "knob_temp_joint", "rack[01]", "an oven with a knob of its temperature"), "PreheatOven"),
-    Task(
-        _Having(Role.FRIDGE, ".*fridge.*door.*|.*door.*fridge.*", "", "a refrigerator with a door"),
-        "OpenFridge CloseFridge",
-    ),
-    Task(
-        _Having(
-            Role.FRIDGE, ".*fridge.*drawer.*|.*drawer.*fridge.*", ".*fridge.*drawer.*", "a drawer in the refrigerator"
-        ),
-        "OpenFridgeDrawer CloseFridgeDrawer PickPlaceFridgeShelfToDrawer PickPlaceFridgeDrawerToShelf",
-    ),
-    Task(
-        _Having(Role.DISHWASHER, "door_joint", "rack1", "a dishwasher with an upper rack"),
-        "OpenDishwasher CloseDishwasher SlideDishwasherRack",
-    ),
+    Task(_Having(Role.FRIDGE, ".*fridge.*door.*|.*door.*fridge.*", "", "a refrigerator with a door"),
+         "OpenFridge CloseFridge"),
+    Task(_Having(Role.FRIDGE, ".*fridge.*drawer.*|.*drawer.*fridge.*", ".*fridge.*drawer.*",
+                 "a drawer in the refrigerator"),
+         "OpenFridgeDrawer CloseFridgeDrawer PickPlaceFridgeShelfToDrawer PickPlaceFridgeDrawerToShelf"),
+    Task(_Having(Role.DISHWASHER, "door_joint", "rack1", "a dishwasher with an upper rack"),
+         "OpenDishwasher CloseDishwasher SlideDishwasherRack"),
     Task(lambda view: _coffee(view, False), before={20: "coffee_press_button"}),
-    Task(
-        lambda view: _coffee(view, True),
-        "StartCoffeeMachine CoffeeSetupMug CoffeeServeMug",
-        {23: "coffee_setup_mug", 24: "coffee_serve_mug"},
-    ),
+    Task(lambda view: _coffee(view, True), "StartCoffeeMachine CoffeeSetupMug CoffeeServeMug",
+         {23: "coffee_setup_mug", 24: "coffee_serve_mug"}),
     Task(_TOASTER, "TurnOnToaster"),
     Task(_toasters_for_bread, "PickPlaceToasterToCounter"),
-    Task(
-        _Having("toaster_oven", ".*door_joint", "", "a toaster oven"),
-        "OpenToasterOvenDoor CloseToasterOvenDoor SlideToasterOvenRack AdjustToasterOvenTemperature "
-        "TurnOnToasterOven PickPlaceCounterToToasterOven PickPlaceToasterOvenToCounter",
-    ),
-    Task(
-        _Having("kettle", "lid_joint", "", "an electric kettle with a lid"),
-        "TurnOnElectricKettle OpenElectricKettleLid CloseElectricKettleLid",
-    ),
-    Task(
-        _Having("stand_mixer", "head_joint", "", "a stand mixer whose head tilts"),
-        "OpenStandMixerHead CloseStandMixerHead PickPlaceCounterToStandMixer",
-    ),
+    Task(_Having("toaster_oven", ".*door_joint", "", "a toaster oven"),
+         "OpenToasterOvenDoor CloseToasterOvenDoor SlideToasterOvenRack AdjustToasterOvenTemperature "
+         "TurnOnToasterOven PickPlaceCounterToToasterOven PickPlaceToasterOvenToCounter"),
+    Task(_Having("kettle", "lid_joint", "", "an electric kettle with a lid"),
+         "TurnOnElectricKettle OpenElectricKettleLid CloseElectricKettleLid"),
+    Task(_Having("stand_mixer", "head_joint", "", "a stand mixer whose head tilts"),
+         "OpenStandMixerHead CloseStandMixerHead PickPlaceCounterToStandMixer"),
     Task(_lidded_blenders, "OpenBlenderLid CloseBlenderLid TurnOnBlender"),
     Task(_BLENDER, "PickPlaceCounterToBlender"),
     Task(lambda view: _worktops(view, BOARD_M), "CheesyBread"),
     Task(lambda view: _worktops(view, 0.3), "PackDessert"),
     Task(_drive, "NavigateKitchen", {25: "navigate_kitchen"}),
 )
+# fmt: on
 ATOMIC_TASKS = tuple(sorted(name for task in TASKS for name in task.names.split()))  # of v1.0
 
 

@@ -15,7 +15,7 @@ from casa_assets.checks.motion.joints import hand_effort
 from casa_assets.checks.motion.simulation import open_end, reset_to_start
 from casa_assets.checks.readers.mujoco_facts import all_warnings
 from casa_assets.checks.scene.light_forms import BATCH_FILE, REST_S, BatchSubject, candidate_pairs
-from casa_assets.core.numeric import Floats, Ints, Mask
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.kitchen.scene import EngineSizes, Placement
 from casa_assets.model.pose import Pose
@@ -87,11 +87,9 @@ def engine_sizes(subject: BatchSubject) -> EngineSizes:
         for used in pulled:
             _simulate(subject, at_rest, used, stressed, with_things=True)
             _simulate(subject, at_rest, used, in_use, with_things=False)
+    most = {"nconmax": stressed.contacts, "njmax": stressed.rows, "nccdmax": stressed.convex, "nvmax": stressed.awake}
     return EngineSizes(
-        nconmax=_with_margin(stressed.contacts),
-        njmax=_with_margin(stressed.rows),
-        nccdmax=_with_margin(stressed.convex),
-        nvmax=_with_margin(stressed.awake),
+        **{name: 8 * math.ceil(max(number, 1) * MARGIN / 8) for name, number in most.items()},
         contacts=stressed.contacts,
         rows=stressed.rows,
         convex_pairs=stressed.convex,
@@ -100,10 +98,6 @@ def engine_sizes(subject: BatchSubject) -> EngineSizes:
         fixtures=len(pulled),
         mujoco_bytes=stressed.memory,
     )
-
-
-def _with_margin(number: int) -> int:
-    return 8 * math.ceil(max(number, 1) * MARGIN / 8)
 
 
 class _Used(NamedTuple):
@@ -197,23 +191,17 @@ def _add_things(spec: mujoco.MjSpec, grip: Floats, out: Floats) -> None:
 
 def _convex_pairs(model: mujoco.MjModel) -> Ints:
     """(P, 2) pairs of geoms that a general convex routine has to look at."""
-    first, second = np.nonzero(candidate_pairs(model))
-    kinds = model.geom_type
-    kept = [
-        (a, b)
-        for a, b in zip(first.tolist(), second.tolist(), strict=True)
-        if tuple(sorted((int(kinds[a]), int(kinds[b])))) in CONVEX_PAIRS
-    ]
-    return np.array(kept, dtype=np.int64).reshape(-1, 2)
+    pairs = np.argwhere(candidate_pairs(model))
+    kinds = np.sort(model.geom_type[pairs], axis=1).tolist()
+    return pairs[[tuple(pair) in CONVEX_PAIRS for pair in kinds]]
 
 
 def _near(model: mujoco.MjModel, data: mujoco.MjData, pairs: Ints) -> int:
-    half = np.abs(data.geom_xmat.reshape(-1, 3, 3)) @ model.geom_aabb[:, 3:, None]
-    middle = data.geom_xpos + np.einsum("gij,gj->gi", data.geom_xmat.reshape(-1, 3, 3), model.geom_aabb[:, :3])
-    first, second = pairs.T
+    turns, (first, second) = data.geom_xmat.reshape(-1, 3, 3), pairs.T
+    half = np.abs(turns) @ model.geom_aabb[:, 3:, None]
+    middle = data.geom_xpos + np.einsum("gij,gj->gi", turns, model.geom_aabb[:, :3])
     reach = half[first, :, 0] + half[second, :, 0]
-    apart: Mask = (np.abs(middle[first] - middle[second]) > reach).any(axis=1)
-    return int((~apart).sum())
+    return int((~(np.abs(middle[first] - middle[second]) > reach).any(axis=1)).sum())
 
 
 def few_are_awake_in_use(sizes: EngineSizes, limit: float) -> Measurement:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from casa_assets.checks.check import run
-from casa_assets.checks.filters.kind import misfit
+from casa_assets.checks.filters import misfit
 from casa_assets.checks.library import LibrarySizes
 from casa_assets.checks.package import Package
 from casa_assets.checks.table import TABLE

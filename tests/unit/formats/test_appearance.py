@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.addons.batch.merged_form import batch_form
+from casa_assets.addons.batch.merged_form import BatchForms
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.formats.mjcf import batch
 from casa_assets.model.asset.asset import Asset
@@ -38,7 +38,7 @@ def board(picture: Texture, tile: tuple[float, float] | None = TILE) -> Asset:
 
 
 def form(picture: Texture, tile: tuple[float, float] | None = TILE) -> BatchScene:
-    return batch_form(light_scene(room((board(picture, tile), at(0.0, 0.0, 0.0)))))
+    return BatchForms(light_scene(room((board(picture, tile), at(0.0, 0.0, 0.0))))).form()
 
 
 def compiled(files: Files) -> mujoco.MjModel:

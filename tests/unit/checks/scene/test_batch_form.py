@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.addons.batch.merged_form import batch_form
+from casa_assets.addons.batch.merged_form import BatchForms
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.checks.check import run
 from casa_assets.checks.scene import engine_sizes as sizes_of_engines
@@ -35,7 +35,7 @@ def things() -> Scene:
 def forms(folder: Path) -> BatchSubject:
     scene = things()
     root = in_all_forms(scene, folder).scene_subject.root
-    form = batch_form(light_scene(scene))
+    form = BatchForms(light_scene(scene)).form()
     (root / BATCH_FILE).write_bytes(batch.write(form).entries[BATCH_FILE])
     return BatchSubject(form, root)
 
