@@ -20,29 +20,11 @@ from casa_assets.checks.design.task_view import (
     worktops_near,
 )
 from casa_assets.core.numeric import rng_for
-from casa_assets.mesh.outline import penetration_depth
 from casa_assets.mesh.planar import distance
 from casa_assets.model.kitchen.floor import FixtureRegion, Footprint, ParkingSide, Role, RoomWall
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
 from tests.support.kitchen.reference_kitchen import DOOR, WALLS, changed, kitchen, thing, with_more
-
-SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
-
-
-def moved(x: float, y: float) -> tuple[Vec2, ...]:
-    return tuple((a + x, b + y) for a, b in SQUARE)
-
-
-def test_outlines_part_and_keep_distance(subtests: pytest.Subtests) -> None:
-    for x, deep in [(0.7, 0.3), (1.0, 0.0), (1.2, -0.2)]:
-        with subtests.test(x=x, deep=deep):
-            assert penetration_depth(SQUARE, moved(x, 0.1)) == pytest.approx(deep)
-    # Turned outlines pass at their corners: their boxes overlap, they do not.
-    edge = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
-    assert penetration_depth(edge, moved(0.6, 0.6)) == pytest.approx(-0.2 / math.sqrt(2))
-    points = np.array([(0.5, 0.5), (0.5, -0.3), (1.3, 1.4)])
-    assert distance(SQUARE, points) == pytest.approx([0.0, 0.3, 0.5])
 
 
 class TestFloor:

@@ -43,35 +43,26 @@ def test_every_placement_is_a_fixture_and_facts_repeat(
     assert KitchenFacts.from_json(facts.to_json()) == facts
 
 
-def test_fixtures_of_rows_face_the_room(facts: KitchenFacts) -> None:
+def test_what_was_built_faces_the_room_in_the_slot_that_was_planned_for_it(facts: KitchenFacts) -> None:
     for fixture in facts.with_role(*APPLIANCES, Role.CABINET, Role.DRAWERS):
         row = facts.run(fixture.run)
         assert row is not None
         assert math.cos(fixture.footprint.yaw - row.yaw) == pytest.approx(1.0, abs=1e-6), fixture.name
         assert row.to_local(fixture.footprint.at(0.0, 0.0))[1] > row.to_local(fixture.footprint.center)[1]
-
-
-def test_units_and_fixtures_agree(facts: KitchenFacts) -> None:
-    """What was built stands in the slot that was planned for it."""
-    for row in facts.runs:
-        for unit in row.units:
-            mine = [f for f in facts.fixtures if f.unit == unit.name and f.bottom < 0.2 and f.role is not Role.TRIM]
-            for fixture in mine:
-                middle, half = row.to_local(fixture.footprint.center)[0], fixture.footprint.size[0] / 2
-                assert unit.left - 1e-3 <= middle - half, fixture.name
-                assert middle + half <= unit.right + 1e-3, fixture.name
+    on_floor = [f for f in facts.fixtures if f.bottom < 0.2 and f.role is not Role.TRIM]
+    units = [(row, unit) for row in facts.runs for unit in row.units]
+    for row, unit, fixture in ((row, unit, f) for row, unit in units for f in on_floor if f.unit == unit.name):
+        middle, half = row.to_local(fixture.footprint.center)[0], fixture.footprint.size[0] / 2
+        assert unit.left - 1e-3 <= middle - half, fixture.name
+        assert middle + half <= unit.right + 1e-3, fixture.name
 
 
 def test_leaves_begin_at_their_fixture_and_reach_out_of_it(facts: KitchenFacts) -> None:
     for fixture in facts.fixtures:
-        for joint in fixture.joints:
-            if joint.swept_area is not None:
-                assert penetration_depth(joint.swept_area.outline, fixture.footprint.corners) > -0.05, (
-                    fixture.name,
-                    joint.name,
-                )
-                assert penetration_depth(joint.swept_area.outline, joint.swept_area.open_outline) > 0.0
-                assert joint.swept_area.bottom < joint.swept_area.top
+        for leaf in (joint.swept_area for joint in fixture.joints if joint.swept_area is not None):
+            assert penetration_depth(leaf.outline, fixture.footprint.corners) > -0.05, fixture.name
+            assert penetration_depth(leaf.outline, leaf.open_outline) > 0.0
+            assert leaf.bottom < leaf.top
     washer = facts.with_role(Role.DISHWASHER)[0]
     flap = washer.joint("door_joint")
     assert flap is not None

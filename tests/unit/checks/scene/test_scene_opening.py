@@ -9,7 +9,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.checks.motion.simulation import box_around, geom_boxes
 from casa_assets.checks.scene import opening, placement, rest
 from casa_assets.mesh.inertia import adjacent_links
 from casa_assets.model.asset.asset import Asset, Base
@@ -177,26 +176,3 @@ def test_what_holds_a_fixed_thing(tmp_path: Path, subtests: pytest.Subtests) -> 
             scene = subject(room(*((asset, at(*place)) for asset, place in things)), tmp_path / str(number))
             found = placement.fixed_things_are_supported(scene, 0.0).problems
             assert [pointer for pointer, _ in found] == [f"placements/{one}" for one in floats]
-
-
-class TestSubject:
-    def test_bare_model_is_the_same_but_for_what_is_only_seen(self, tmp_path: Path) -> None:
-        found = subject(room((cupboard(), at(0.0, 0.0, 0.0))), tmp_path)
-        whole = found.loaded.model
-        assert whole is not None
-        assert found.model.ngeom == int(((whole.geom_contype | whole.geom_conaffinity) != 0).sum())
-        assert found.model.nmesh == 0
-        assert (found.model.nq, found.model.nbody, found.model.nkey) == (whole.nq, whole.nbody, whole.nkey)
-        assert (found.model.body_mass == whole.body_mass).all()
-
-    def test_the_way_of_a_door_is_that_of_its_boxes_pose_by_pose(self, tmp_path: Path) -> None:
-        found = subject(room((cupboard(), at(0.3, 0.2, 0.0))), tmp_path)
-        sweeper, data = opening.JointSweeper(found, 0.0), mujoco.MjData(found.model)
-        for joint in found.operated.values():
-            path = sweeper.path(joint)
-            for position, box in zip(path.positions, path.boxes, strict=True):
-                data.qpos[joint.address] = position
-                mujoco.mj_kinematics(found.model, data)
-                assert np.array_equal(box, box_around(geom_boxes(found.model, data, joint.geoms)))
-            data.qpos[joint.address] = 0.0
-            assert np.array_equal(path.bounds, box_around(path.boxes))
