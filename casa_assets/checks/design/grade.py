@@ -63,7 +63,6 @@ def _sink_to_dishwasher(subject: DesignSubject) -> list[float]:
 
 
 def _hooded(subject: DesignSubject) -> list[float]:
-    """Share of cooktops that are under a hood."""
     cooktops = subject.facts.with_role(*COOKTOPS)
     covered = [c for c in cooktops if any(f.role is Role.HOOD for f in over(subject.facts, c))]
     return [len(covered) / len(cooktops)] if cooktops else []
@@ -87,9 +86,8 @@ def _aisles_in_a_u(subject: DesignSubject) -> list[float]:
 
 
 def _lacking_floor(subject: DesignSubject) -> list[float]:
-    """Sinks and appliances without `CLEAR` floor before them."""
     worked = subject.facts.with_role(Role.SINK, *APPLIANCES)
-    return [float(sum(not _has_floor(subject, f.name) for f in worked))] if worked else []
+    return [float(sum(not _has_floor(subject, f) for f in worked))] if worked else []
 
 
 def _lowest(heights: list[float]) -> list[float]:
@@ -103,9 +101,8 @@ def _free_behind(facts: KitchenFacts, seat: Fixture) -> float:
     # Seats look at the run's back: behind them is away from it.
     u, v = run.to_local(seat.footprint.center)
     start = -v + seat.footprint.size[1] / 2
-    free = FAR
+    free, step = FAR, 0.05
     for outline in obstacles(facts.replace(fixtures=())):
-        step = 0.05
         for k in range(math.ceil(free / step - 1e-9)):
             a, b = run.at(u, -(start + k * step)), run.at(u, -(start + (k + 1) * step))
             if length_inside(outline, a, b) > 0:
@@ -119,11 +116,11 @@ def _above_worktop(subject: DesignSubject) -> list[float]:
     return [f.bottom - high for f in subject.facts.with_role(Role.UPPER, Role.SHELF) if high < f.bottom < high + 0.7]
 
 
-def _has_floor(subject: DesignSubject, name: str) -> bool:
-    place = subject.parking.shut.get(name)
+def _has_floor(subject: DesignSubject, fixture: Fixture) -> bool:
+    """True if there is `CLEAR` floor before a fixture."""
+    place = subject.parking.shut.get(fixture.name)
     if place is None:
         return False
-    fixture = next(f for f in subject.facts.fixtures if f.name == name)
     _, before = fixture.footprint.to_local(place.position)
     start = before - BASE_RADIUS_M - GAP_M
     for wide, deep in (CLEAR, CLEAR[::-1]):
@@ -148,14 +145,10 @@ def _reached_grips(subject: DesignSubject) -> list[float]:
 def _reached_shelves(subject: DesignSubject) -> list[float]:
     """Share of shelves and drawers, by their area, whose floor a seated person reaches."""
     kept = (Role.CABINET, Role.DRAWERS, Role.UPPER, Role.SHELF, Role.PANTRY, Role.CORNER, Role.ISLAND, Role.SINK_BASE)
-    found = [
-        (v.footprint.size[0] * v.footprint.size[1], REACH[0] <= v.bottom <= REACH[1])
-        for f in subject.facts.with_role(*kept)
-        for v in f.regions
-        if v.name not in ("main", "int")
-    ]
-    total = sum(area for area, _ in found)
-    return [sum(area for area, good in found if good) / total] if total else []
+    shelves = [v for f in subject.facts.with_role(*kept) for v in f.regions if v.name not in ("main", "int")]
+    areas = [v.footprint.size[0] * v.footprint.size[1] for v in shelves]
+    reached = (area for area, v in zip(areas, shelves, strict=True) if REACH[0] <= v.bottom <= REACH[1])
+    return [sum(reached) / sum(areas)] if sum(areas) else []
 
 
 @dataclass(frozen=True)
@@ -405,7 +398,6 @@ def _place(facts: KitchenFacts, fixture: Fixture, point: Vec2) -> tuple[str, flo
 
 
 def _across(one: Fixture, other: Fixture) -> bool:
-    """True if two fixtures look at each other."""
     (ax, ay), (bx, by) = one.footprint.front_axis, other.footprint.front_axis
     aside, before = one.footprint.to_local(other.footprint.at(0.0, 0.0))
     return ax * bx + ay * by < -0.9 and before > 0 and abs(aside) < 1.2

@@ -35,10 +35,7 @@ FINE_POSES = 6
 REFINED_PEAKS = 2
 STEP_S = 0.002
 CACHED_MODELS = 4
-# Ref: SimReady Foundation, FET003 base neutral simulation: from twice its height, at rest within 2 cm for 2 s inside 8
-# s.
-# Deeper than this it has fallen through the floor. Our choice.
-TUNNEL_M = 0.1
+TUNNEL_M = 0.1  # deeper than this a thing that was dropped has fallen through the floor; our choice
 CACHED_DROPS = 4
 
 
@@ -128,30 +125,24 @@ def boxes_at(model: mujoco.MjModel, geoms: Ints, positions: Floats, rotations: F
     return np.stack([centers - half, centers + half], axis=-2)
 
 
-def vertices_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats:
-    """(N, 3) vertices of a mesh or box, or corners of the box around another geom, world frame, metres."""
-    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
+def vertices_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int, turned: bool = False) -> Floats:
+    """(N, 3) vertices of a mesh or box, or corners of the box around another geom, world frame, metres.
+
+    `turned`: of a round geom those of the box along its own axes, which is closer to it.
+    """
+    (a, b, c), kind = model.geom_size[geom], mujoco.mjtGeom(model.geom_type[geom])
+    half = {mujoco.mjtGeom.mjGEOM_BOX: (a, b, c)}
+    if turned:
+        half |= {mujoco.mjtGeom.mjGEOM_SPHERE: (a, a, a), mujoco.mjtGeom.mjGEOM_CYLINDER: (a, a, b)}
+        half |= {mujoco.mjtGeom.mjGEOM_CAPSULE: (a, a, a + b)}
+    if kind == mujoco.mjtGeom.mjGEOM_MESH:
         mesh = int(model.geom_dataid[geom])
         start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
         local = model.mesh_vert[start : start + count].astype(np.float64)
-    elif model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_BOX:
-        local = box_corners(np.array([[-model.geom_size[geom], model.geom_size[geom]]]))
+    elif kind in half:
+        local = box_corners(np.array([[np.negative(half[kind]), half[kind]]]))
     else:
         return box_corners(geom_boxes(model, data, np.array([geom])))
-    return np.asarray(local @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom])
-
-
-def turned_vertices_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats:
-    """Like `vertices_of`, but of a round geom the corners of the box along its own axes: closer where it is turned."""
-    kind, (a, b, _) = mujoco.mjtGeom(model.geom_type[geom]), model.geom_size[geom]
-    half = {
-        mujoco.mjtGeom.mjGEOM_SPHERE: (a, a, a),
-        mujoco.mjtGeom.mjGEOM_CYLINDER: (a, a, b),
-        mujoco.mjtGeom.mjGEOM_CAPSULE: (a, a, a + b),
-    }.get(kind)
-    if half is None:
-        return vertices_of(model, data, geom)
-    local = box_corners(np.array([[np.negative(half), half]]))
     return np.asarray(local @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom])
 
 
@@ -346,10 +337,6 @@ class MotionModel:
     address: dict[str, int]
     dof: dict[str, int]
 
-    def joint_id(self, joint: str) -> int:
-        """Index of a joint in the models. Raises KeyError."""
-        return int(self.model.joint(joint).id)
-
 
 def motion_model_of(package: Package) -> MotionModel:
     """The models of a built package with joints. Raises Unmeasured for others."""
@@ -451,6 +438,7 @@ def open_before(asset: Asset, joint: Joint) -> dict[str, float]:
 class DropProtocol:
     """The drop test, from registry/limits.yaml: from `height_factor` times its height, metres, seconds.
 
+    Ref: SimReady Foundation, FET003 base neutral simulation: from twice its height, at rest within 2 cm for 2 s in 8 s.
     `rest_m`: diameter of the ball in which its centre of mass stays while it rests, for `rest_s`.
     """
 

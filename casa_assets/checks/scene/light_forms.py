@@ -272,14 +272,13 @@ def joints_open_by_hand(subject: BatchSubject, limit: float) -> check.Measuremen
     locked = {(ref.placement, ref.joint) for ref in subject.form.locked}
     rows: list[check.Row] = []
     assets = subject.form.scene.asset_of
-    for place in subject.form.scene.placements:
-        asset = assets[place.name]
-        for joint in asset.joints:
-            if asset.base is not Base.FIXED or place.resting is not None or (place.name, joint.name) in locked:
-                continue
-            share = _share(model, place.name, asset, joint, limit)
+    fixtures = [(p.name, assets[p.name]) for p in subject.form.scene.placements if p.resting is None]
+    moving = [(name, asset, joint) for name, asset in fixtures if asset.base is Base.FIXED for joint in asset.joints]
+    for name, asset, joint in moving:
+        if (name, joint.name) not in locked:
+            share = _share(model, name, asset, joint, limit)
             message = f"goes {share:.0%} of its way under {PULL_N:g} N in {PUSH_S:g} s in the batch form"
-            rows.append((f"joints/{place.name}__{joint.name}", share, message))
+            rows.append((f"joints/{name}__{joint.name}", share, message))
     return check.worst_below(rows, limit, "all joints of its fixtures are locked")
 
 
@@ -378,10 +377,9 @@ def room_inside_is_kept(subject: BatchSubject, limit: float) -> check.Measuremen
 def _within(data: mujoco.MjData, blocks: list[Ints], points: Floats) -> Mask:
     """(N,) which points of the world lie in the box around one of some groups of geoms, their middles taken."""
     inside = np.zeros(len(points), dtype=bool)
-    for geoms in blocks:
-        if len(geoms):
-            low, high = data.geom_xpos[geoms].min(axis=0), data.geom_xpos[geoms].max(axis=0)
-            inside |= ((points >= low - BLOCK_MARGIN_M) & (points <= high + BLOCK_MARGIN_M)).all(axis=1)
+    for middles in (data.geom_xpos[geoms] for geoms in blocks if len(geoms)):
+        low, high = middles.min(axis=0) - BLOCK_MARGIN_M, middles.max(axis=0) + BLOCK_MARGIN_M
+        inside |= ((points >= low) & (points <= high)).all(axis=1)
     return inside
 
 

@@ -17,7 +17,6 @@ from casa_assets.checks.motion.simulation import (
     box_around,
     geom_boxes,
     reset_to_start,
-    turned_vertices_of,
     vertices_of,
 )
 from casa_assets.checks.scene.subject import SceneSubject, boxes_meet
@@ -188,7 +187,7 @@ def things_are_inside_room(subject: SceneSubject, limit: float) -> Measurement:
         if category in ROOM:
             continue
         geoms = subject.geoms_of[name]
-        points = np.concatenate([turned_vertices_of(subject.model, subject.data, int(g)) for g in geoms])
+        points = np.concatenate([vertices_of(subject.model, subject.data, int(g), turned=True) for g in geoms])
         # (outlines, points) how far beyond the farthest edge, metres; 0 inside.
         outside = [np.maximum(0.0, (points[:, :2] @ e[:, :2].T + e[:, 2]).max(axis=1)) for e in outlines]
         beside = float(np.min(outside, axis=0).max())

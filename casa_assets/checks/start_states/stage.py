@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 from lxml import etree
 
-from casa_assets.checks.check import Measurement, all_at_most, count, not_applicable, not_run
+from casa_assets.checks.check import Measurement, count, not_applicable, not_run, worst_above
 from casa_assets.checks.motion import simulation
 from casa_assets.checks.scene.subject import FILE, Contents, all_pairs, body_name, boxes_meet, collision_model
 from casa_assets.core.numeric import Floats, Ints
@@ -141,7 +141,6 @@ class Stage:
         return self._key(CLOSED_POSE)
 
     def _key(self, name: str) -> Floats:
-        """(nq,) qpos of a keyframe."""
         return np.array(self.model.key(name).qpos, dtype=np.float64)
 
     @cached_property
@@ -298,11 +297,9 @@ class Stage:
 
     def box_of(self, thing: LooseThing, quaternion: Floats) -> Floats:
         """(2, 3) corners of the box around a thing whose free joint is at the origin, turned so; m."""
-        model, data, part = self.model, self._scratch, slice(thing.address, thing.address + FREE_WIDTH)
-        data.qpos[part] = (0.0, 0.0, 0.0, *quaternion)
-        mujoco.mj_kinematics(model, data)
-        points = np.concatenate([simulation.vertices_of(model, data, int(g)) for g in thing.geoms])
-        return np.array([points.min(axis=0), points.max(axis=0)])
+        self._scratch.qpos[thing.address : thing.address + FREE_WIDTH] = (0.0, 0.0, 0.0, *quaternion)
+        mujoco.mj_kinematics(self.model, self._scratch)
+        return self.low_and_high(thing, self._scratch)
 
     def carried(self, qpos: Floats, place: Place, point: Floats) -> Floats:
         """(3,) where a point of a place is in a state, given where it is while all joints are at zero; m."""
@@ -314,9 +311,9 @@ class Stage:
         mujoco.mj_kinematics(self.model, data)
         return np.asarray(data.xmat[place.body].reshape(3, 3) @ local + data.xpos[place.body])
 
-    def low_and_high(self, thing: LooseThing) -> Floats:
-        """(2, 3) corners of the box around a thing in the present state, world frame, m."""
-        points = np.concatenate([simulation.vertices_of(self.model, self.data, int(g)) for g in thing.geoms])
+    def low_and_high(self, thing: LooseThing, data: mujoco.MjData | None = None) -> Floats:
+        """(2, 3) corners of the box around a thing in the present state, or that of `data`; world frame, m."""
+        points = np.concatenate([simulation.vertices_of(self.model, data or self.data, int(g)) for g in thing.geoms])
         return np.array([points.min(axis=0), points.max(axis=0)])
 
 
@@ -410,18 +407,18 @@ def states_have_no_deep_contact(subject: StatesSubject, limit: float) -> Measure
     """STA002: deepest contact in any state at its start and in the 2 s after it, metres."""
     if subject.misfits:
         return not_run(OTHER_SCENE)
-    depths = {f"states/{k}": seen.depth * MM_PER_M for k, seen in enumerate(subject.watched)}
-    found = all_at_most(depths, limit * MM_PER_M, "shapes are {:.2f} mm in each other; draw it again", NO_STATES)
-    return _in_metres(found)
+    message = "shapes are {:.2f} mm in each other; draw it again"
+    depths = enumerate(seen.depth for seen in subject.watched)
+    return worst_above(((f"states/{k}", m, message.format(MM_PER_M * m)) for k, m in depths), limit, NO_STATES)
 
 
 def states_stay_put(subject: StatesSubject, limit: float) -> Measurement:
     """STA003: farthest that anything moves in 2 s in any state, metres."""
     if subject.misfits:
         return not_run(OTHER_SCENE)
-    moved = {f"states/{k}": seen.motion * MM_PER_M for k, seen in enumerate(subject.watched)}
-    found = all_at_most(moved, limit * MM_PER_M, "something moves {:.1f} mm by itself; draw it again", NO_STATES)
-    return _in_metres(found)
+    message = "something moves {:.1f} mm by itself; draw it again"
+    ways = enumerate(seen.motion for seen in subject.watched)
+    return worst_above(((f"states/{k}", m, message.format(MM_PER_M * m)) for k, m in ways), limit, NO_STATES)
 
 
 def states_leave_room_for_the_robot(subject: StatesSubject, limit: float) -> Measurement:
@@ -452,9 +449,3 @@ def states_differ(subject: StatesSubject, limit: float) -> Measurement:
         if apart[twin] < limit:
             problems.append((f"states/{k}", f"is the same as state {twin} within {apart[twin]:.3f}; draw it again"))
     return Measurement(float(least), tuple(problems))
-
-
-def _in_metres(found: Measurement) -> Measurement:
-    if found.number is None:
-        return found
-    return Measurement(found.number / MM_PER_M, found.problems)

@@ -79,7 +79,7 @@ class TestStartStates:
         write_states(folder, found)
         return folder
 
-    def test_a_seed_draws_the_same_for_everybody(self, drawn: Path) -> None:
+    def test_a_seed_draws_the_same_for_everybody_and_a_world_is_as_its_state_says(self, drawn: Path) -> None:
         batch = casa.batch([drawn], engine="mujoco", worlds=20)
         assert set(batch.states) == {0}
         batch.reset(seed=3)
@@ -88,10 +88,6 @@ class TestStartStates:
         again.reset(seed=3)
         assert np.array_equal(again.states, batch.states)
         assert np.array_equal(again.qpos, batch.qpos)
-
-    def test_a_world_is_as_its_state_says(self, drawn: Path) -> None:
-        batch = casa.batch([drawn], engine="mujoco", worlds=20)
-        batch.reset(seed=3)
         at = batch.kitchens[0].address("plate__free")
         assert np.allclose(batch.qpos[:, at], 0.7 - 0.02 * batch.states, atol=1e-3)
         assert np.allclose(batch.base[:, 0], batch.states)

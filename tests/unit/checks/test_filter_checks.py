@@ -166,11 +166,8 @@ def test_what_was_built_here_is_not_filtered(tmp_path: Path) -> None:
     assert {r.number for r in found.results} == {None}
 
 
-def test_of_four_none_is_odd() -> None:
+def test_of_four_none_is_odd_and_level_sides_may_be_swapped_and_what_has_no_pose_may_lie_any_way() -> None:
     assert run(shelf(0.1, 0.1, 0.1, 0.5), "library", LIMITS).issues == ()
-
-
-def test_level_sides_may_be_swapped_and_what_has_no_pose_may_lie_any_way() -> None:
     row = made.kind_of(made.loose(made.carton()), (0.02, 0.06, 0.12))
     assert misfit(np.array([0.06, 0.02, 0.12]), row) == 1
     assert misfit(np.array([0.12, 0.06, 0.02]), row) > 1.5

@@ -232,29 +232,23 @@ def test_twins_agree_in_form_size_and_colours(subtests: pytest.Subtests) -> None
             assert found.same_form(LIMITS["alike_form"]) is same_form
 
 
-def test_a_copy_is_named_with_what_it_is_a_copy_of() -> None:
+def test_a_copy_is_named_and_another_size_or_colour_is_enough_to_differ(subtests: pytest.Subtests) -> None:
     (issue,) = run(with_a_copy(), "library", LIMITS).issues
     assert issue.pointer == "bar_99"
     assert "bar_0" in issue.message
-
-
-def test_another_size_or_another_colour_is_enough_to_differ(subtests: pytest.Subtests) -> None:
     for sides, light in [((0.12, 0.1, 0.05), 10.0), ((0.1, 0.1, 0.05), 60.0)]:
         with subtests.test(sides=sides, light=light):
             pair = (member("bar", 0, (0.1, 0.1, 0.05), 10.0), member("bar", 1, sides, light))
             assert "OBJ005" not in {issue.code for issue in run(ObjectCollection(pair, {}), "library", LIMITS).issues}
 
 
-def test_what_a_category_is_taken_for_is_counted() -> None:
+def test_what_a_category_is_taken_for_is_counted_unless_it_looks_the_same() -> None:
     rows = {row.category: row for row in with_strangers(2, MIN_MEMBERS).confusions}
     assert rows["slab"] == CategoryConfusion("slab", MIN_MEMBERS, MIN_MEMBERS - 2, (("bar", 2),))
     assert f"2 of {MIN_MEMBERS} are nearer to another kind: bar (2)" in in_words(rows["slab"])
-
-
-def test_categories_that_look_the_same_are_not_counted_against_each_other() -> None:
     alike = {"bar": "plank", "slab": "plank"}
-    rows = boxes(light=10.0, length=0.1, alike=alike).confusions
-    assert [(row.right, row.others) for row in rows] == [(MIN_MEMBERS, ())] * 2
+    same = boxes(light=10.0, length=0.1, alike=alike).confusions
+    assert [(row.right, row.others) for row in same] == [(MIN_MEMBERS, ())] * 2
 
 
 def test_a_few_members_tell_nothing_of_a_kind() -> None:

@@ -196,11 +196,15 @@ class TestBad:
         sites = tuple(s.replace(link="knob_left") if s.name == turned else s for s in hob().sites)
         assert codes(hob().replace(sites=sites), tmp_path / "site") == {"CON002", "CON005"}
 
-    def test_a_threshold_out_of_range(self, tmp_path: Path) -> None:
+    def test_a_threshold_out_of_range_and_no_burner_at_all(self, tmp_path: Path) -> None:
         far = Threshold(name="burner_full", joint="knob_.*_joint", at=3.2)
         contract = KNOWN.contracts["stovetop"]
         asked = contract.replace(thresholds=(*contract.thresholds, far))
-        assert codes(hob(), tmp_path, asked) == {"CON006"}
+        assert codes(hob(), tmp_path / "far", asked) == {"CON006"}
+        bare = hob().replace(links=hob().links[:1], joints=(), sites=(), behavior=None, keyframes=())
+        rows = [row for row in ROWS if row.code == "CON001"]
+        issues = run(packed(bare, tmp_path / "bare"), "subject", KNOWN.limits, table=rows).issues
+        assert [issue.pointer for issue in issues] == ["contract/for_each/loc"]
 
     def test_faults_are_told_apart(self, tmp_path: Path) -> None:
         package = packed(door(oven().replace(keyframes=()), kind=JointKind.SLIDE, range=(0.0, 0.3)), tmp_path)
@@ -219,20 +223,13 @@ class TestRules:
             plain = hob()
             return plain.replace(regions=tuple(Region(name=n, size=(0.1, 0.1, 0.1)) for n in names))
 
-        one, two = (
-            Requirements(regions=tuple(RegionRule(name=n) for n in ns)) for ns in (("basin",), ("left", "right"))
-        )
+        choices = (("basin",), ("left", "right"))
+        one, two = (Requirements(regions=tuple(RegionRule(name=n) for n in names)) for names in choices)
         asked = Contract(id="sink", title="Sink", one_of=(Alternatives(any_of=(one, two)),))
         found = [missing_requirements(sink(n), asked, regions) for n in (("basin",), ("left", "right"), ("left",))]
         assert found[:2] == [[], []]
         assert [pointer for pointer, _ in found[2]] == ["regions/basin"]
         assert len(missing_requirements(sink(("bowl",)), asked, regions)) == 1
-
-    def test_no_burner_at_all(self, tmp_path: Path) -> None:
-        bare = hob().replace(links=hob().links[:1], joints=(), sites=(), behavior=None, keyframes=())
-        package = packed(bare, tmp_path)
-        issues = run(package, "subject", KNOWN.limits, table=[r for r in ROWS if r.code == "CON001"]).issues
-        assert [issue.pointer for issue in issues] == ["contract/for_each/loc"]
 
     def test_opening_and_axis_in_the_asset_frame(self) -> None:
         plain = hob()
