@@ -245,9 +245,8 @@ def is_not_plain_grey(asset: Asset, limit: float) -> check.Measurement:
     colors = _own_colors(asset)
     displayed = srgb_from_linear_array(colors.linear)
     distance = float(np.percentile(np.abs(displayed - displayed.mean()).max(axis=1), 99))
-    return check.at_least(
-        distance, limit, "materials", "has one plain grey all over; bring its materials, or a picture"
-    )
+    message = "has one plain grey all over; bring its materials, or a picture"
+    return check.at_least(distance, limit, "materials", message)
 
 
 def textures_are_sharp(asset: Asset, limit: float) -> check.Measurement:

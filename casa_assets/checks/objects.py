@@ -307,9 +307,8 @@ class ObjectCollection:
             shapes = [member.signature.shape for member in group]
             sides = np.log([member.sides for member in group])
             tones = np.array([member.signature.color.tones for member in group])
-            far = np.maximum(
-                descriptor_distances(shapes, shapes) / SAME_SHAPE, cdist(sides, sides, "chebyshev") / SAME_SIZE
-            )
+            far = descriptor_distances(shapes, shapes) / SAME_SHAPE
+            far = np.maximum(far, cdist(sides, sides, "chebyshev") / SAME_SIZE)
             far = np.maximum(far, cdist(tones, tones, "cityblock") / tones.shape[1] / SAME_COLORS)
             for row in range(1, len(group)):
                 nearest = int(far[row, :row].argmin())

@@ -503,7 +503,6 @@ def run_scene(
     name = subject.scene.id
     if not subject.loaded.error:
         return run(subject, name, limits, waived, rows)
-    first, rest = [row for row in rows if row.code == LOADS], [row for row in rows if row.code != LOADS]
-    return run(subject, name, limits, waived, first) + report_not_run(
-        (SceneSubject,), name, limits, UNLOADED, waived, rest
-    )
+    loads = run(subject, name, limits, waived, [row for row in rows if row.code == LOADS])
+    others = [row for row in rows if row.code != LOADS]
+    return loads + report_not_run((SceneSubject,), name, limits, UNLOADED, waived, others)

@@ -118,9 +118,8 @@ class ReachableSpace:
         labels, _ = ndimage.label(~solid)
         found: set[int] = set()
         for point in seeds:
-            index: Ints = np.array(
-                [np.searchsorted(lines, value) - 1 for lines, value in zip(self._lines, point, strict=True)]
-            )
+            places = zip(self._lines, point, strict=True)
+            index: Ints = np.array([np.searchsorted(lines, value) - 1 for lines, value in places])
             if (index >= 0).all() and (index < np.array(labels.shape)).all():
                 found.add(int(labels[tuple(index)]))
         wanted = np.zeros(int(labels.max()) + 1, dtype=bool)

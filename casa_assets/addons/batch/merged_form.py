@@ -149,9 +149,8 @@ def exposed_parts(parts: Sequence[StillPart]) -> list[StillPart]:
         return list(parts)
     corners = np.array([part.bounds for part in aligned])
     askew = [part for part in parts if not part.is_aligned]
-    space = fit.ReachableSpace(
-        corners, fit.points_around(corners), [(p.collider.shape, p.collider.pose) for p in askew]
-    )
+    shapes = [(part.collider.shape, part.collider.pose) for part in askew]
+    space = fit.ReachableSpace(corners, fit.points_around(corners), shapes)
     found = []
     for cover in fit.cover_boxes(space):
         owner = aligned[cover.covered[0]]

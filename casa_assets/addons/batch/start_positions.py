@@ -60,23 +60,17 @@ def start_positions(
         if any(name not in shared.joints for name in states.notes[number].opened):
             refused[LOCKED] += 1
         elif len(begun) < most:
-            begun.append((number, _qpos(shared, states, number), states.base[number].astype(np.float64)))
+            row = shared.start.copy()
+            for joint in (joint for joint in states.joints if joint.name in shared.joints):  # the rest are locked
+                values = states.qpos[number, joint.address : joint.address + joint.width]
+                row[addresses(shared.model, shared.joints[joint.name])] = values
+            begun.append((number, row, states.base[number].astype(np.float64)))
     as_built = (AS_BUILT, shared.start, np.asarray(parks, dtype=np.float64))
     kept = _settled(shared, begun, refused) or _settled(shared, [as_built], refused)
     if not kept:
         raise CasaError(f"{shared.name}: nothing is at rest in the batch form: {dict(refused)}")
     numbers, qpos, asleep, base = zip(*kept, strict=True)
     return StartPositions(np.stack(qpos), np.stack(asleep), np.stack(base), np.array(numbers), dict(refused))
-
-
-def _qpos(shared: SharedModel, states: StartStates, number: int) -> Floats:
-    """(nq,) a start state in the shared structure; joints that are locked are left out."""
-    row = shared.start.copy()
-    for joint in states.joints:
-        if joint.name in shared.joints:
-            values = states.qpos[number, joint.address : joint.address + joint.width]
-            row[addresses(shared.model, shared.joints[joint.name])] = values
-    return row
 
 
 def _settled(

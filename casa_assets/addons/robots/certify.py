@@ -116,9 +116,8 @@ def certify_scene(
     if only:
         tasks = [task for task in tasks if any(fnmatchcase(task.joint, glob) for glob in only)]
         if not tasks:
-            raise CasaError(
-                f"{folder.name}: no joint with a parking place is called {' or '.join(only)}; see robots.json"
-            )
+            called = " or ".join(only)
+            raise CasaError(f"{folder.name}: no joint with a parking place is called {called}; see robots.json")
     found = []
     with native_warnings():
         for name in robots:

@@ -186,6 +186,11 @@ class Bench:
             if found is None:
                 break
             q, margin, done = found, min(margin, _margin(workspace, found)), done + 1
+        x, y, yaw = held.place
+        forward, side, turned = (float(v) for v in held.posture[: len(BASE_JOINTS)])
+        x = x + forward * math.cos(yaw) - side * math.sin(yaw)
+        y = y + forward * math.sin(yaw) + side * math.cos(yaw)
+        base = (round(x, 3), round(y, 3), round(yaw + turned, 3))
         return JointReach(
             fixture=task.fixture,
             joint=task.joint,
@@ -194,7 +199,7 @@ class Bench:
             share=round(done / len(values), 3),
             margin=round(margin, 3),
             arm=held.arm.name,
-            base=_base(held),
+            base=base,
         )
 
 
@@ -298,14 +303,3 @@ def _back(grasp: Grasp, distance: float) -> Grasp:
 
 def _pose(data: Any, body: int) -> tuple[Floats, Floats]:
     return data.xpos[body].copy(), data.xmat[body].reshape(3, 3).copy()
-
-
-def _base(held: _Held) -> Vec3:
-    """Position x, y of the base's centre, and its yaw: m, rad."""
-    x, y, yaw = held.place
-    forward, side, turn = (float(v) for v in held.posture[: len(BASE_JOINTS)])
-    return (
-        round(x + forward * math.cos(yaw) - side * math.sin(yaw), 3),
-        round(y + forward * math.sin(yaw) + side * math.cos(yaw), 3),
-        round(yaw + turn, 3),
-    )

@@ -168,9 +168,8 @@ def hulls_are_convex(asset: Asset, limit: float) -> check.Measurement:
         if not is_closed(faces):
             problems.append((pointer, "is not closed; take the convex hull of its vertices"))
         elif depth > limit:
-            problems.append(
-                (pointer, f"is dented by {depth:.2g} m or inside out; take the convex hull of its vertices")
-            )
+            dented = f"is dented by {depth:.2g} m or inside out"
+            problems.append((pointer, f"{dented}; take the convex hull of its vertices"))
     return check.largest(depths, problems, NO_HULLS)
 
 
@@ -421,9 +420,8 @@ def joint_axes_are_aligned(asset: Asset, limit: float) -> check.Measurement:
         x, y, z = np.sort(np.abs(asset.asset_from_link(joint.child).rotation @ np.array(joint.axis)))
         # The arc cosine of a number near 1 would lose half of the digits.
         deviations[f"joints/{joint.name}"] = float(np.arctan2(np.hypot(x, y), z))
-    return check.all_at_most(
-        deviations, limit, "its axis is {:.3g} rad off x, y or z; turn it straight", check.NO_JOINTS
-    )
+    message = "its axis is {:.3g} rad off x, y or z; turn it straight"
+    return check.all_at_most(deviations, limit, message, check.NO_JOINTS)
 
 
 def inertia_matches_colliders(asset: Asset, limit: float) -> check.Measurement:

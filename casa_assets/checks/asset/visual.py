@@ -233,9 +233,8 @@ def normals_face_outwards(asset: Asset, limit: float) -> check.Measurement:
 def closed_parts_wind_outwards(asset: Asset, limit: float) -> check.Measurement:
     """VIS003: share of a link's surface on closed parts that wind inwards."""
     shares = {f"links/{link.name}/visuals": _inverted_share(link) for link in asset.links if link.visuals}
-    return check.all_at_most(
-        shares, limit, "{:.1%} of the surface is inside out; turn those triangles", check.NO_VISUALS
-    )
+    message = "{:.1%} of the surface is inside out; turn those triangles"
+    return check.all_at_most(shares, limit, message, check.NO_VISUALS)
 
 
 def triangle_count_is_bounded(asset: Asset, limit: float) -> check.Measurement:

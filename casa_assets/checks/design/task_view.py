@@ -102,11 +102,8 @@ def on_worktops(facts: KitchenFacts) -> list[WorldBox]:
     """Boxes of objects that are on worktops or let into them."""
     standing = facts.with_role(Role.THING, Role.COFFEE_MACHINE, Role.TOASTER, Role.MICROWAVE)
     heights = [row.height for row in facts.runs]
-    return [
-        box_around(f.footprint, f.bottom, f.top)
-        for f in standing
-        if any(h - SUNK_M < f.bottom < h + ABOVE_M for h in heights)
-    ]
+    found = (f for f in standing if any(h - SUNK_M < f.bottom < h + ABOVE_M for h in heights))
+    return [box_around(f.footprint, f.bottom, f.top) for f in found]
 
 
 def worktops_near(facts: KitchenFacts, fixture: Fixture, reach: float) -> list[tuple[str, str, WorldBox]]:
@@ -280,15 +277,7 @@ class TaskView:
         return any(self.floor.holds(reached, fixture.footprint.at(s * aside, before)) for s in (1.0, -1.0))
 
 
-def names(fixture: Fixture, found: Sequence[str]) -> tuple[str, ...]:
-    """Names as scene files have them."""
-    return tuple(f"{fixture.name}__{n}" for n in found)
-
-
 def doors(fixture: Fixture) -> tuple[FixtureJoint, ...]:
     """Upright doors of a fixture."""
-    return tuple(
-        j
-        for j in fixture.joints
-        if j.kind is JointKind.HINGE and j.swept_area is not None and not j.swept_area.sweeps_front
-    )
+    hinged = (j for j in fixture.joints if j.kind is JointKind.HINGE)
+    return tuple(j for j in hinged if j.swept_area is not None and not j.swept_area.sweeps_front)

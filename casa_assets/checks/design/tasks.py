@@ -25,7 +25,6 @@ from casa_assets.checks.design.task_view import (
     acceptance,
     doors,
     free_area,
-    names,
     worktop_regions,
 )
 from casa_assets.core.numeric import rng_for
@@ -115,12 +114,13 @@ def _burners(fixture: Fixture) -> list[tuple[str, str, str]]:
 
 def _stove(view: TaskView, counter_wanted: bool) -> TaskFinding:
     stoves = tuple(f for f in view.reached(Role.RANGE, Role.HOB) if _burners(f))
-    pans = tuple(view.at(f, place, 0.10) for f in stoves for _, _, place in _burners(f))
+    burners = [(f, *burner) for f in stoves for burner in _burners(f)]
+    pans = tuple(view.at(f, place, 0.10) for f, _, _, place in burners)
     counter = view.counter(stoves) if counter_wanted else ()
     return TaskFinding(
         stoves,
-        joints=tuple(n for f in stoves for n in names(f, [b[0] for b in _burners(f)])),
-        sites=tuple(n for f in stoves for b in _burners(f) for n in names(f, b[1:])),
+        joints=tuple(f"{f.name}__{knob}" for f, knob, _, _ in burners),
+        sites=tuple(f"{f.name}__{site}" for f, _, *sites in burners for site in sites),
         puts=(*((Placing(counter, PLATE),) if counter_wanted else ()), Placing(pans, PAN)),
         counter=counter,
         wants="" if stoves else "a range or hob with a knob, a flame and a place for a pan",
@@ -157,7 +157,7 @@ def _drawers(view: TaskView) -> TaskFinding:
             inner = view.inside(fixture, re.sub(r"_?slidejoint$|_joint$", "", joint.name) + r"(_int)?|int")
             if inner:
                 found.append(fixture)
-                joints += names(fixture, [joint.name])
+                joints.append(f"{fixture.name}__{joint.name}")
                 zones += inner
     return TaskFinding(
         tuple(dict.fromkeys(found)),
@@ -188,7 +188,7 @@ def _faucet(view: TaskView, joint: str) -> TaskFinding:
 
 def _pressed(view: TaskView, role: Role, button: str) -> TaskFinding:
     found = tuple(f for f in view.reached(role) if any(button in b.name for b in f.buttons))
-    joints = tuple(n for f in found for n in names(f, [j.name for j in f.joints if button in j.name]))
+    joints = tuple(f"{f.name}__{j.name}" for f in found for j in f.joints if button in j.name)
     return TaskFinding(found, joints=joints, wants="" if found else f"a {role.value.replace('_', ' ')} with a {button}")
 
 

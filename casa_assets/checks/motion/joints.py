@@ -100,9 +100,8 @@ def joints_rest_in_range(package: Package, limit: float) -> check.Measurement:
     for joint in asset.joints:
         at, (low, high) = float(data.qpos[motion.address[joint.name]]), joint.range
         beyond[f"joints/{joint.name}"] = max(low - at, at - high, 0.0)
-    return check.all_at_most(
-        beyond, limit, "stands {:.2g} rad or m outside its range; stiffen its limit", check.NO_JOINTS
-    )
+    message = "stands {:.2g} rad or m outside its range; stiffen its limit"
+    return check.all_at_most(beyond, limit, message, check.NO_JOINTS)
 
 
 def joints_stay_put(package: Package, limit: float) -> check.Measurement:
@@ -353,9 +352,8 @@ def _deepest_contact(motion: simulation.MotionModel, asset: Asset, joint: Joint)
         carried = bool(moved[moved_by_other].any())
         if not carried:
             mujoco.mj_kinematics(model, data)
-            lower, upper = simulation.box_around(
-                simulation.geom_boxes(model, data, np.flatnonzero(moved_by_other[model.geom_bodyid]))
-            )
+            geoms = np.flatnonzero(moved_by_other[model.geom_bodyid])
+            lower, upper = simulation.box_around(simulation.geom_boxes(model, data, geoms))
             if (lower > alone.bounds[1]).any() or (upper < alone.bounds[0]).any():
                 continue
         contact = simulation.sweep(model, data, joint_id, everything if carried else moved_by_other, PAIR_STEP_M).worst

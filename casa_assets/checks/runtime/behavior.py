@@ -317,10 +317,10 @@ def interiors_hold_a_ball(package: Package, limit: float) -> check.Measurement:
     """HOL001: farthest that a ball laid into a region comes to rest outside of it, metres."""
     asset = package.asset
     regions = [r for r in asset.regions if r.name not in OUTER_REGIONS]
-    if not regions or not check.is_fixture_like(asset):
-        return check.not_applicable(
-            "it has no region to put things into" if check.is_fixture_like(asset) else check.NOT_BUILT
-        )
+    if not check.is_fixture_like(asset):
+        return check.not_applicable(check.NOT_BUILT)
+    if not regions:
+        return check.not_applicable("it has no region to put things into")
     if mujoco_facts.load_mjcf(package.mjcf).error:
         return check.not_run(check.NO_COMPILE)
     model = _model_with_balls(package, regions)
@@ -366,9 +366,8 @@ def _model_with_balls(package: Package, regions: list[Region]) -> mujoco.MjModel
     for region in regions:
         radius = _radius(region)
         center = np.array([[0.0, 0.0, -region.size[2] / 2 + radius + DROP_HEIGHT_M]])
-        body = spec.worldbody.add_body(
-            name=f"ball__{region.name}", pos=_world_from_region(package, region).apply(center)[0]
-        )
+        at = _world_from_region(package, region).apply(center)[0]
+        body = spec.worldbody.add_body(name=f"ball__{region.name}", pos=at)
         body.add_freejoint()
         touch = {"contype": 0, "conaffinity": 1, "condim": 6, "friction": [0.6, 0.02, 0.01]}
         body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, radius, radius], mass=0.05, **touch)

@@ -66,9 +66,8 @@ def mechanism_is_the_same(files: SceneFiles) -> check.Measurement:
 
 def light_form_settles_apart(files: SceneFiles, limit: float) -> check.Measurement:
     """SCN022: deepest penetration in the light form at the start and after 1 s, metres."""
-    return deepest(
-        _settled_light_form(files).depths, limit, "in the light form; see the shapes that stand for it there"
-    )
+    where = "in the light form; see the shapes that stand for it there"
+    return deepest(_settled_light_form(files).depths, limit, where)
 
 
 def light_things_stay_put(files: SceneFiles, limit: float) -> check.Measurement:
@@ -213,9 +212,8 @@ def collider_count_is_bounded(subject: BatchSubject, limit: float) -> check.Meas
 def pair_count_is_bounded(subject: BatchSubject, limit: float) -> check.Measurement:
     """BAT003: number of pairs of geoms that an engine has to look at."""
     number = float(candidate_pairs(subject.model).sum())
-    return check.at_most(
-        number, limit, BATCH_FILE, f"{number:.0f} candidate pairs; lock more joints, or take things out"
-    )
+    message = f"{number:.0f} candidate pairs; lock more joints, or take things out"
+    return check.at_most(number, limit, BATCH_FILE, message)
 
 
 def nothing_is_awake_at_rest(subject: BatchSubject, limit: float) -> check.Measurement:

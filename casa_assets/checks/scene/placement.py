@@ -268,22 +268,17 @@ def visible_wall_shares(subject: SceneSubject) -> dict[str, float]:
 
 def _bodies_hit(model: mujoco.MjModel, data: mujoco.MjData, camera: Camera) -> npt.NDArray[np.int32]:
     """(rays,) number of the body that each pixel of a coarse picture shows, -1 where it shows none."""
-    rays = _rays(camera)
-    geoms, distances = np.full(len(rays), -1, dtype=np.int32), np.zeros(len(rays))
-    eye, flat = np.array(camera.pose.position), np.ascontiguousarray(rays.ravel())
-    cutoff = mujoco.mjMAXVAL
-    mujoco.mj_multiRay(model, data, eye, flat, VISIBLE_GROUPS, True, -1, geoms, distances, None, len(rays), cutoff)
-    return np.where(geoms >= 0, model.geom_bodyid[geoms], -1).astype(np.int32)
-
-
-def _rays(camera: Camera) -> Floats:
-    """(N, 3) unit directions through the middles of coarse pixels, world frame."""
     half = math.tan(math.radians(camera.fov_y_deg) / 2)
     across = (np.arange(RAYS_WIDE) + 0.5) / RAYS_WIDE * 2 - 1
     up = 1 - (np.arange(RAYS_HIGH) + 0.5) / RAYS_HIGH * 2
     x, y = np.meshgrid(across * half * RAYS_WIDE / RAYS_HIGH, up * half)
     rays = np.stack([x.ravel(), y.ravel(), np.full(x.size, -1.0)], axis=1) @ camera.pose.rotation.T
-    return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    geoms, distances = np.full(len(rays), -1, dtype=np.int32), np.zeros(len(rays))
+    eye, flat = np.array(camera.pose.position), np.ascontiguousarray(rays.ravel())
+    cutoff = mujoco.mjMAXVAL
+    mujoco.mj_multiRay(model, data, eye, flat, VISIBLE_GROUPS, True, -1, geoms, distances, None, len(rays), cutoff)
+    return np.where(geoms >= 0, model.geom_bodyid[geoms], -1).astype(np.int32)
 
 
 def _groups(model: mujoco.MjModel, data: mujoco.MjData, eye: Floats, walls: list[int]) -> Ints:

@@ -263,10 +263,8 @@ def texture_memory_is_bounded(subject: SceneSubject, limit: float) -> check.Meas
 
 def contact_count_is_bounded(subject: SceneSubject, limit: float) -> check.Measurement:
     """SCN016: pairs of shapes in contact at the start and after 1 s, the larger number."""
-    run = idle_run(subject)
-    return _bounded_count(
-        max(len(run.at_start), len(run.settled)), limit, "pairs in contact at rest; set things down on fewer feet"
-    )
+    most = max(len(depths) for depths in (idle_run(subject).at_start, idle_run(subject).settled))
+    return _bounded_count(most, limit, "pairs in contact at rest; set things down on fewer feet")
 
 
 def load_time_is_bounded(speed: MeasuredSpeed, limit: float) -> check.Measurement:

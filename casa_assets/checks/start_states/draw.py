@@ -79,28 +79,7 @@ def draw_states(stage: Stage, wanted: Wanted) -> StartStates:
 
     Raises CasaError: too few things, places, doors or parking places, or a state was given up too often.
     """
-    _check(stage, wanted.request)
-    refused: Counter[str] = Counter()
-    drawn = [_draw(stage, wanted, number, refused) for number in range(wanted.request.count)]
-    return StartStates(
-        key=wanted.key,
-        scene=stage.facts["id"],
-        scene_xml=stage.digest,
-        mujoco=mujoco.__version__,
-        seed=wanted.request.seed,
-        limits=(wanted.depth, wanted.motion),
-        envelope=ENVELOPE,
-        joints=stage.joints,
-        notes=tuple(one.notes for one in drawn),
-        qpos=np.array([one.qpos for one in drawn]),
-        base=np.array([one.parking.at for one in drawn]),
-        depth=np.array([one.depth for one in drawn]),
-        motion=np.array([one.motion for one in drawn]),
-        refused=dict(sorted(refused.items())),
-    )
-
-
-def _check(stage: Stage, asked: StateRequest) -> None:
+    asked = wanted.request
     name = stage.facts["id"]
     if len(stage.things) < asked.things:
         raise CasaError(
@@ -114,6 +93,24 @@ def _check(stage: Stage, asked: StateRequest) -> None:
     if len(stage.doors) < asked.opened:
         doors = f"{asked.opened} doors were to stand open, and it has {len(stage.doors)}"
         raise CasaError(f"{name}: {doors}; ask for fewer")
+    refused: Counter[str] = Counter()
+    drawn = [_draw(stage, wanted, number, refused) for number in range(asked.count)]
+    return StartStates(
+        key=wanted.key,
+        scene=name,
+        scene_xml=stage.digest,
+        mujoco=mujoco.__version__,
+        seed=asked.seed,
+        limits=(wanted.depth, wanted.motion),
+        envelope=ENVELOPE,
+        joints=stage.joints,
+        notes=tuple(one.notes for one in drawn),
+        qpos=np.array([one.qpos for one in drawn]),
+        base=np.array([one.parking.at for one in drawn]),
+        depth=np.array([one.depth for one in drawn]),
+        motion=np.array([one.motion for one in drawn]),
+        refused=dict(sorted(refused.items())),
+    )
 
 
 def _draw(stage: Stage, wanted: Wanted, number: int, refused: Counter[str]) -> _Drawn:
