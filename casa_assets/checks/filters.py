@@ -30,7 +30,7 @@ from casa_assets.model.registry.category import Affordance, Category, MatterFill
 
 NOT_LOOSE = "it did not come as one loose mesh"
 # All lengths are parts of another length. Choices, tried on spoilt meshes by benchmarks/ingest/filters.py.
-# A component thinner than this part of its own width is flat.
+# A component thinner than this part of its width is flat.
 FLATNESS = 0.005
 # The share of a flat component that is seen from both sides, from which on it is a card and no side of a box.
 TWO_SIDED_SHARE = 0.3
@@ -38,13 +38,13 @@ VOXEL = 0.03  # parts stand apart where no voxel of this part of the longest sid
 LARGE_PART = 0.3  # what reaches over less than this part of the longest side is a crumb and no part
 # The lowest part of the height, in which a ground lies, and where what stands on it begins.
 GROUND_TOP, OBJECT_BOTTOM = 0.04, 0.12
-# An object that stands on a ground is so many times broader for its height than is usual for its category.
+# How many times broader for its height than is usual for its category an object on a ground is.
 BROADER_THAN_USUAL = 1.5
 VISUALS = "links/object/visuals"
 # Of the positive and of the negative direction of each axis.
 SIDES = ("the right", "behind", "above"), ("the left", "the front", "below")
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # Weights of linear red, green and blue in luminance. Ref: ITU-R BT.709.
-# From this metalness on a surface shows what is around it, and a grey of its own is no lack of colour.
+# From this metalness on a surface shows what is around it, and a grey is no lack of colour.
 MIN_METALNESS = 0.5
 IS_METAL = "it has bare metal on it, whose colour is that of what is around"
 MIN_CONTRAST = 0.05  # contrast from which on what is seen of a picture counts as a picture, as displayed, 0..1

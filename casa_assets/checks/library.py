@@ -9,10 +9,10 @@ import numpy as np
 from casa_assets.checks.check import Check, Measurement, Row, no_fault, not_applicable, not_run, worst_above
 from casa_assets.model.issue import Severity
 
-MIN_ASSETS = 5  # with fewer assets of a category nobody can tell which one is odd
+MIN_ASSETS = 5  # with fewer assets of a category nobody knows which one is odd
 MIN_SCATTER = 1.1  # the least scatter of the sizes of a category, as a ratio: mugs of a set differ by as much
 SIGMA_PER_MAD = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
-# Of two copies, the 99.5th percentile of the distance is at most so many times the limit for the 95th.
+# How many times the limit for the 95th percentile of the distance the 99.5th of two copies may be.
 EVERY_SHARE = 4.0
 # Two copies differ in size by at most this ratio, and in colours by at most this distance in CIELAB.
 SAME_SIZE, SAME_COLORS = 0.03, 4.0
@@ -115,7 +115,7 @@ def shapes_are_unique(view: LibraryView, limit: float) -> Measurement:
             problems.append((pair.other, f"{alike}; keep one of them, or both if that is meant"))
     if view.count < 2:
         return not_applicable(ALONE)
-    # Pairs whose forms are far apart are not compared point by point: where all are, there is no number to tell.
+    # Pairs whose forms are far apart are not compared point by point: where all are, there is no number.
     return Measurement(min(pair.p95 for pair in view.alike), tuple(problems)) if view.alike else no_fault()
 
 

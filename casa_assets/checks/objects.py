@@ -38,7 +38,7 @@ NO_PRINT = "nothing is printed on it"
 DISTANCE_M, WIDE_PX, FIELD_DEG = 0.2, 640, 60.0
 FOCAL_PX = WIDE_PX / 2 / math.tan(math.radians(FIELD_DEG) / 2)
 # A letter that is turned away by more than this, 75 degrees, is less than a quarter as wide as on the label and not
-# read; of a line, so many may be. Both are choices: on a round bottle a long name always ends near the edge.
+# read; of a line, UNSEEN_SHARE may be. Both are choices: on a round bottle a long name always ends near the edge.
 SEEN_COS, UNSEEN_SHARE = 0.25, 0.2
 # A line is as high as the lowest of what is seen of it; one place in twenty may lie on a crease of the paper.
 LOW_PERCENT = 5
@@ -179,7 +179,7 @@ def _copies(at: Floats, mesh: Mesh) -> Iterator[tuple[Ints, Floats]]:
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-30)[:, None]
     place = np.flatnonzero(inside.any(axis=1))
     middle = int(np.linalg.norm(at[place] - at.mean(axis=0), axis=1).argmin())
-    # The place in the middle of those that are shown tells which sides there are.
+    # The sides are those on which the place in the middle is shown.
     for start in np.flatnonzero(inside[place[middle]]):
         best = np.where(inside[place], normal @ normal[start], -np.inf).argmax(axis=1)
         same = (normal[best] @ normal[start]) > -0.5
@@ -387,7 +387,7 @@ def members_differ(collection: ObjectCollection, limit: float) -> Measurement:
     return least([distance for _, _, distance in near], problems, "no category has two members")
 
 
-def members_are_told_apart(collection: ObjectCollection, limit: float) -> Measurement:
+def members_are_distinct(collection: ObjectCollection, limit: float) -> Measurement:
     """OBJ006: share of all members whose nearest neighbour is of the same kind."""
     rows = collection.confusions
     if not rows:
@@ -397,7 +397,7 @@ def members_are_told_apart(collection: ObjectCollection, limit: float) -> Measur
     return Measurement(share, () if share >= limit else (("library", message),))
 
 
-def categories_are_told_apart(collection: ObjectCollection, limit: float) -> Measurement:
+def categories_are_distinct(collection: ObjectCollection, limit: float) -> Measurement:
     """OBJ007: the same share of each category, the worst; what it is taken for is named."""
     rows = collection.confusions
     problems = [(row.category, in_words(row)) for row in rows if row.right < limit * row.count]
@@ -428,10 +428,10 @@ ROWS: tuple[Check, ...] = (
     Check("OBJ005", "Members differ", WARNING, ObjectCollection, members_differ, "members_apart", "",
           "No two members of a category look like copies: some difference in shape, sides or colours is more than "
           "{limit:g} times that of two copies of one thing; widen the ranges that the category draws from."),
-    Check("OBJ006", "Categories can be told apart", WARNING, ObjectCollection, members_are_told_apart, "kind_share", "",
+    Check("OBJ006", "Categories can be told apart", WARNING, ObjectCollection, members_are_distinct, "kind_share", "",
           "For at least {limit:.0%} of all members the most similar other member, by shape, sides and colours, is of "
           "their own category or of one that looks the same; change the categories that OBJ007 names."),
-    Check("OBJ007", "Each category can be told apart", WARNING, ObjectCollection, categories_are_told_apart,
+    Check("OBJ007", "Each category can be told apart", WARNING, ObjectCollection, categories_are_distinct,
           "kind_share", "", "In each category the most similar other member is of that category for at least "
           "{limit:.0%} of the members; change its form or its colours, or those of the category that it is confused "
           "with."),

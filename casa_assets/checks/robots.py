@@ -14,7 +14,7 @@ from casa_assets.model.kitchen.robot import SceneRobots
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
-FLOOR_ROBOT = "PandaOmron"  # RoboCasa's own robot; for the others numbers are told and nothing is asked
+FLOOR_ROBOT = "PandaOmron"  # RoboCasa's own robot; for the others numbers are reported and nothing is asked
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from casa_assets.model.pose import Pose
 
 # A gap twice as wide as this counts as closed: neither a finger nor a thing that a kitchen holds gets in, metres.
 CLOSED_GAP_HALF_M = 0.006
-TOLERANCE_M = 0.0025  # what is merged may stick out of what it stands for by so much, metres
+TOLERANCE_M = 0.0025  # how far what is merged may stick out of what it replaces, metres
 # Besides the faces of boxes, lines of the grid lie this far apart, metres: shapes that stand askew have no such faces.
 LINE_STEP_M = 0.1
 BORDER_M = 0.1  # free room around all boxes, metres
@@ -35,15 +35,15 @@ NEGLIGIBLE_SHARE = 0.05  # shapes that are together smaller than this share of a
 # still hold what is in it.
 SMALL_M, SLENDER_M = 0.03, 0.02
 EXCHANGES = 3  # times that shapes may change groups
-MOST_JOINED = 28  # things of so many shapes are tried from the bottom up, too
-OUTLINE_M = 0.005  # by so much the outline may change, metres
+MOST_JOINED = 28  # shapes up to which a thing is tried from the bottom up, too
+OUTLINE_M = 0.005  # how far the outline may change, metres
 FREE_MARGIN_M = 0.001  # what has to be free is so but for its outermost layer of this thickness, metres
 # Walls around it are at least as thick as this, metres; less of a wall than this share filled is an opening, 0..1.
 WALL_M = 0.001
 MIN_WALL_SHARE = 0.08
 MOST_SEEN_M = 0.004
 MOST_CUT_OFF = 0.5  # no more than this share of a primitive is cut off where it would reach into another body, 0..1
-EMPTY_SHARE_OF_VESSEL = 0.7  # so much of the walls of a vessel may be empty, 0..1: a round one has square walls
+EMPTY_SHARE_OF_VESSEL = 0.7  # share of the walls of a vessel that may be empty: a round one has square walls
 SIZE_STEP_M = 1e-6  # sizes and positions are multiples of this, metres: the last digits of a computation are no promise
 AROUND_M = 0.05  # points around boxes are this far from them, metres
 ALIGNED = 1 - 1e-9  # cosine of the angle between axes that are the same
@@ -500,7 +500,7 @@ def _without(box: Floats, hole: Floats) -> list[Floats]:
 
 
 def _even_points(lower: Floats, upper: Floats, counts: Sequence[int] | Ints) -> Floats:
-    """(N, 3) points evenly within a box, in the middles of so many cells along each axis, metres."""
+    """(N, 3) points evenly within a box, in the middles of `counts` cells along each axis, metres."""
     axes = [np.linspace(low, high, 2 * n + 1)[1::2] for low, high, n in zip(lower, upper, counts, strict=True)]
     return np.stack([g.ravel() for g in np.meshgrid(*axes, indexing="ij")], axis=1)
 

@@ -35,7 +35,7 @@ EMPTY_SHARE_OF_HULL = 0.45
 # skirting, the trim of a window, feet below a plinth.
 FLAT_M = 0.022
 STRIP_M = 0.2  # it is a strip or small: panelling and tiles of a whole wall are its surface, metres
-# Parts of a fixture of which so many pieces become a few, by label: what they enclose holds nothing.
+# Labels of parts of a fixture of which MANY_PIECES become a few: what they enclose holds nothing.
 OPEN_WORK = frozenset({"grate", "faucet", "canopy", "hinge"})
 MANY_PIECES = 3
 OVERHEAD_M = 2.35  # a thing on a wall cupboard is reached, what begins higher than this is not, metres above the floor
@@ -47,8 +47,8 @@ MIN_PIECES, MOST_OF_PLAIN_THING, MOST_OF_LARGE_THING = 3, 2, 4
 OUTER_REGIONS = ("bbox", "main")
 Ref = tuple[str, str]  # placement and joint
 Key = tuple[str, tuple[str, ...]]  # name of a placement, and its locked joints
-MAX_TRIES, NEAR_ENOUGH = 4, 10  # forms that are tried at most, and so many primitives below the limit are near enough
-MANY_ALIKE = 3  # loose things without joints of which a kitchen has so many are seats
+MAX_TRIES, NEAR_ENOUGH = 4, 10  # forms that are tried at most; primitives below the limit that are near enough
+MANY_ALIKE = 3  # number of like loose things without joints from which on they are seats
 # Categories of fixtures of which the last one is locked, those first that a kitchen misses least.
 LAST_UNITS = (
     *("window", "switch", "door", "hood", "tall_cabinet", "housing_cabinet", "island_base"),
@@ -376,7 +376,7 @@ def batch_within(
         pairs = 0 if most_pairs is None else math.ceil(most * form.pair_count / most_pairs)
         return max(form.collider_count, pairs)
 
-    # So many steps are too few, and so many enough.
+    # Steps that are too few, and steps that are enough.
     few, many = 0, len(steps)
     form = with_steps(0)
     if size(form) <= most or not steps:

@@ -37,7 +37,7 @@ NEAR_M = 0.003
 Ref = tuple[str, str]  # name of a placement, and of a link of it
 # Primitives of a loose thing at most, of one that is solid, of a seat that is; and how much of each may be empty.
 MOST_OF_THING, MOST_OF_SOLID, MOST_OF_SEAT, EMPTY_SHARE = 6, 3, 2, 0.35
-# Round parts of a door or a tap: one primitive for so many, and so much of it may be empty.
+# Round parts of a door or a tap that one primitive replaces, and the share of it that may be empty.
 PIECES_PER_GROUP, EMPTY_SHARE_OF_PIECES = 3, 0.6
 LINING_M = 0.022  # the inner front of a drawer is no thicker than this, metres, nor the front than three times
 LINING_SHARE = 0.5  # it has this share of the area of the front, 0..1

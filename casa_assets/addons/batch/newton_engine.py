@@ -77,7 +77,7 @@ class NewtonEngine:
 def _builder(text: str) -> Any:
     builder = newton.ModelBuilder()
     newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
-    # Newton looks for contacts 0.1 m ahead by default, and there is no room in the buffers for so many.
+    # Newton looks for contacts 0.1 m ahead by default, and the buffers have no room for all of them.
     builder.rigid_gap = builder.default_shape_cfg.gap = 0.0
     builder.add_mjcf(text)
     return builder

@@ -36,7 +36,7 @@ Kind = TypeVar("Kind", bound=Hashable)
 # Metres: how deep below the kitchen bodies are parked, how far apart, and half the size of a parked geom.
 PARK_DEPTH_M, PARK_SPACING_M, PARKED_M = 5.0, 0.2, 1e-3
 PARKED_KG, PARKED_BALL_M = 0.1, 0.05  # a parked body is a ball of this mass and radius, kg and metres
-# MuJoCo stores less for a body whose frame is exactly that of its inertia. All are moved off it by so much, metres.
+# MuJoCo stores less for a body whose frame is exactly that of its inertia. All are moved off it, metres.
 OFF_FRAME_M = 1e-6
 # A parked joint has dry friction where the joints that take its place have some, N or N*m.
 PARKED_FRICTION = 0.1
@@ -429,7 +429,7 @@ def share(
         made.append(_compiled(shared, kitchen.model, is_plain=not textures))
     for other in made[1:]:
         _hold_same(made[0].model, other.model)
-    # Lengths by which MuJoCo turns speeds of hinges into metres a second, to tell what is slow enough to fall asleep:
+    # Lengths by which MuJoCo turns speeds of hinges into metres a second, to find what is slow enough to fall asleep:
     # engines have them once for all worlds. With the longest none falls asleep sooner than in its own kitchen.
     longest = np.max([one.model.dof_length for one in made], axis=0)
     for one in made:

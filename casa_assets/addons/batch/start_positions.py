@@ -18,12 +18,12 @@ from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.model.kitchen.scene import StartStates
 
-# A state has to fall asleep within so many steps, looked at this often, and move by no more than this meanwhile, m.
+# Steps within which a state has to fall asleep, steps between two looks, and how far it may move meanwhile, metres.
 SETTLE_STEPS, LOOK_STEPS, MOTION_M = 1000, 25, 0.005
 LOCKED, AWAKE, MOVED = "a joint is open that the batch form locks", "does not fall asleep", "moves by more than 5 mm"
 AS_BUILT = -1  # number of the state that a kitchen begins with where none were drawn
 # Sizes of buffers for engines in which nothing is asleep when they begin, so that all contacts at rest count.
-# Room for so many times what there is at rest.
+# Room for this many times what there is at rest.
 MARGIN = 1.5
 NEAR_MARGIN = 1.25  # MJX looks at the pairs whose bounding balls are nearest, and what moves comes near to more of them
 

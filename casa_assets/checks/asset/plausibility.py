@@ -39,7 +39,7 @@ DEEPEST_M, LAYER_M = 0.02, 0.002  # thickness of a finger up to which room is lo
 POINT_M = 0.005  # between points along a finger
 PLACES = (0.0, 0.5, -0.5, 0.95, -0.95)  # along a handle, as shares of half its length
 FREE_M = 1e-4  # distance from other parts at which a point lies free
-# Labels of what a hand may take. A rim or a tray is held where a thing has no handle of its own.
+# Labels of what a hand may take. A rim or a tray is held where a thing has no handle.
 GRIP_LABELS = frozenset(
     {"handle", "knob", "button", "lever", "key", "lid", "rim", "pull", "spout", "roll", "tray", "rack", "seat"}
 )

@@ -22,7 +22,7 @@ MIN_AREA_M2 = 1e-9
 # No triangle larger than a square millimetre, not even of the others, shows its picture at half the size or at one and
 # a half. Our choice.
 TORN_STRETCH, TORN_AREA_M2 = 0.5, 1e-6
-# Nearer than this a depth buffer cannot tell two faces of a kitchen apart. Faces that are set back by 0.2 mm pass.
+# Nearer than this a depth buffer does not separate two faces of a kitchen. Faces that are set back by 0.2 mm pass.
 MIN_SEPARATION_M = 0.000199
 SAME_DIRECTION = 0.01  # largest distance between the unit normals of coplanar faces
 MIN_FACE_M2 = 2e-7
@@ -113,7 +113,7 @@ def coplanar_faces_do_not_overlap(asset: Asset, limit: float) -> check.Measureme
 class _Faces:
     """All triangles in the asset frame: (F, 3, 3) corners in metres, (F, 3) normals, (F,) numbers of visual and look.
 
-    Faces of one look may coincide; a visual with a picture has a look of its own. `pointers`: of each visual.
+    Faces of one look may coincide; a visual with a picture has a separate look. `pointers`: of each visual.
     """
 
     corners: Floats

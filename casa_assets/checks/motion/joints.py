@@ -348,7 +348,7 @@ def _deepest_contact(motion: simulation.MotionModel, asset: Asset, joint: Joint)
         # What carries this joint along takes it away from the rest.
         if moved_by_other[model.jnt_bodyid[joint_id]]:
             continue
-        # What it carries, such as a latch, changes the outline of its own part, which is then swept against everything.
+        # A part that it carries, such as a latch, changes its outline, so that it is swept against everything.
         carried = bool(moved[moved_by_other].any())
         if not carried:
             mujoco.mj_kinematics(model, data)

@@ -23,13 +23,13 @@ from casa_assets.model.pose import Pose
 # Seconds that each fixture is pulled at all its handles while things fall, and without them; steps between two counts
 # of pairs.
 TRIAL_S, IN_USE_S, PAIR_STEPS = 10.0, 3.0, 50
-SLEEP_STEPS = 15  # what is at rest falls asleep within so many steps
-MARGIN = 1.5  # what is found is never exceeded in the trials; an engine is told this many times as much
+SLEEP_STEPS = 15  # steps within which what is at rest falls asleep
+MARGIN = 1.5  # engines get this many times what is found, which is never exceeded in the trials
 # Ten things are dropped in front of the fixture, from here above its grips, and this far apart, metres.
 DROPPED, DROP_M, SPACING_M = 10, 0.4, 0.14
 # A stand-in of a mobile robot waits so far in front of the grips, metres: a base that drives, and an arm of six joints.
 ROBOT_AT_M, BASE_HALF_M, LINK_M, ARM_JOINTS = 0.85, (0.22, 0.18, 0.15), 0.18, 6
-# Its joints are driven by torques that swing once in so many seconds, N*m and N.
+# Its joints are driven by torques and forces that swing once in SWING_S, N*m and N.
 SWING_S, ARM_NM, DRIVE_N = 2.5, 12.0, 40.0
 # So many of its joints drive it along the floor.
 DRIVEN = 2

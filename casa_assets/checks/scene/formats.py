@@ -138,12 +138,12 @@ def formats_agree(files: SceneFiles, limit: float) -> Measurement:
         return not_run("one of scene.xml, scene.usda and scene_nested.usda cannot be read")
     expected = _read(lambda: scene_facts.facts_of_scene_model(model))
     problems = _disagreements(model, expected, flat, files.usd, composed[0])
-    # What the flat layer says otherwise, the nested one says by reference; that is one fault.
+    # The nested layer refers to the flat one, whose differences are its own; that is one fault.
     shared = {at for at, _ in problems}
     # Of a model that is the flat one again MuJoCo would be asked the same twice.
     apart = None if missing or _is_same(flat, nested) else nested
-    told = _disagreements(model, expected, apart, files.nested, composed[1])
-    problems += [(f"nested/{at}", said) for at, said in told if at not in shared]
+    of_nested = _disagreements(model, expected, apart, files.nested, composed[1])
+    problems += [(f"nested/{at}", message) for at, message in of_nested if at not in shared]
     return not_run(missing, waived=True) if missing and not problems else count(problems, allowed=limit)
 
 
@@ -216,7 +216,7 @@ def usd_scene_loads_without_warnings(files: SceneFiles) -> Measurement:
     flat = _loading_problems(files.usd.name, files.composed, None if missing else lambda: files.imported)
     if files.composed[0] is None:
         return _count(flat)
-    # It refers to the flat one: what was said of that is not said again.
+    # It refers to the flat one, whose messages are not repeated.
     shared = {message for _, message in flat}
     importer = None if missing else lambda: files.imported_nested
     nested = _loading_problems(files.nested.name, files.composed_nested, importer)

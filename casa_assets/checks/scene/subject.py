@@ -71,8 +71,8 @@ class Contents:
 
 def timed_load(scene_xml: Path) -> tuple[Loaded, float]:
     """A file compiled where nothing of it was compiled before, and the seconds that this took."""
-    # MuJoCo keeps what it has made of meshes and pictures for as long as a process lives, so that a second load tells
-    # little of the first.
+    # MuJoCo keeps what it has made of meshes and pictures for as long as a process lives, so that a second
+    # load is faster than the first.
     mujoco.mj_clearCache(mujoco.mj_getCache())
     return timed(lambda: load_asset_file(scene_xml))
 

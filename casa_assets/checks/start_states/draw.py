@@ -122,8 +122,8 @@ def _draw(stage: Stage, wanted: Wanted, number: int, refused: Counter[str]) -> _
             refused.update(reasons)
             return found
         reasons[found] += 1
-    told = ", ".join(f"{reason} ({count})" for reason, count in reasons.most_common())
-    raise CasaError(f"{stage.facts['id']}: no start state was found in {TRIES} draws of number {number}: {told}")
+    counts = ", ".join(f"{reason} ({count})" for reason, count in reasons.most_common())
+    raise CasaError(f"{stage.facts['id']}: no start state was found in {TRIES} draws of number {number}: {counts}")
 
 
 def _try(stage: Stage, wanted: Wanted, rng: np.random.Generator) -> _Drawn | str:
