@@ -11,10 +11,11 @@ import numpy as np
 
 from casa_assets.addons.batch import fit_primitives as fit
 from casa_assets.addons.batch import moving_parts
+from casa_assets.addons.batch.moving_parts import WorldPart
 from casa_assets.core.numeric import Floats
 from casa_assets.mesh.solid.primitive import box_around, link_bounds, shape_bounds
 from casa_assets.model.asset.asset import Asset, Base, Collider, Joint, JointKind, Link, Region
-from casa_assets.model.asset.parts import Box, Shape, joint_positions
+from casa_assets.model.asset.parts import Shape, joint_positions
 from casa_assets.model.kitchen.choices import JointWord
 from casa_assets.model.kitchen.scene import (
     BatchScene,
@@ -56,27 +57,9 @@ LAST_UNITS = (
 )
 
 
-@dataclass(frozen=True)
-class StillPart:
-    """A primitive that never moves: whose it is, and the collider with its pose in the world."""
-
-    place: Placement
-    collider: Collider
-
-    @property
-    def bounds(self) -> Floats:
-        """(2, 3) corners in the world, metres."""
-        return shape_bounds(self.collider.shape, self.collider.pose)
-
-    @property
-    def is_aligned(self) -> bool:
-        """True for a box whose faces look along the axes of the world."""
-        return isinstance(self.collider.shape, Box) and fit.is_aligned(self.collider.pose)
-
-
-def still_parts(place: Placement, form: Asset) -> list[StillPart]:
+def still_parts(place: Placement, form: Asset) -> list[WorldPart]:
     """The primitives of a placement that never move, in the world; those of lamps, clocks and curtains made few."""
-    parts: list[StillPart] = []
+    parts: list[WorldPart] = []
     for link in form.links:
         if form.base is Base.FREE or form.is_moved(link.name):
             continue
@@ -91,7 +74,7 @@ def still_parts(place: Placement, form: Asset) -> list[StillPart]:
             limits = fit.FitLimits(MOST_OF_LARGE_THING if is_large else MOST_OF_PLAIN_THING, moving_parts.EMPTY_SHARE)
             colliders = fit.fitted_colliders(colliders, limits)
         world_from_link = place.pose @ form.asset_from_link(link.name)
-        parts += [StillPart(place, c.replace(pose=world_from_link @ c.pose)) for c in colliders]
+        parts += [WorldPart(place, link.name, c.replace(pose=world_from_link @ c.pose)) for c in colliders]
     return parts
 
 
@@ -142,7 +125,7 @@ def _of_many_pieces(colliders: Sequence[Collider]) -> tuple[Collider, ...]:
     return tuple(found)
 
 
-def exposed_parts(parts: Sequence[StillPart]) -> list[StillPart]:
+def exposed_parts(parts: Sequence[WorldPart]) -> list[WorldPart]:
     """Parts of one placement, those that nothing gets at from outside left out, and boxes merged."""
     aligned = [part for part in parts if part.is_aligned]
     if len(aligned) < 2:
@@ -154,11 +137,11 @@ def exposed_parts(parts: Sequence[StillPart]) -> list[StillPart]:
     found = []
     for cover in fit.cover_boxes(space):
         owner = aligned[cover.covered[0]]
-        found.append(StillPart(owner.place, fit.replaced(owner.collider, *fit.box_between(cover.corners))))
+        found.append(WorldPart(owner.place, owner.link, fit.replaced(owner.collider, *fit.box_between(cover.corners))))
     return [*found, *(part for part in askew if space.is_exposed(part.bounds[0], part.bounds[1]))]
 
 
-def merged_parts(still: Sequence[StillPart]) -> list[WorldCollider]:
+def merged_parts(still: Sequence[WorldPart]) -> list[WorldCollider]:
     """The primitives of what never moves, merged."""
     aligned = [part for part in still if part.is_aligned]
     askew = [part for part in still if not part.is_aligned]
@@ -260,7 +243,7 @@ class BatchForms:
         self._scene = light.scene
         self._light_of = {asset.id: asset for asset in light.light_assets}
         self._assets: dict[Key, Asset] = {}
-        self._still: dict[Key, list[StillPart]] = {}  # parts that never move
+        self._still: dict[Key, list[WorldPart]] = {}  # parts that never move
         # By the same, and what becomes of its inside: its form.
         self._forms: dict[tuple[str, tuple[str, ...], moving_parts.Inside], Asset] = {}
 
@@ -284,10 +267,6 @@ class BatchForms:
             for part in self._parts(place, asset, keys[place.name])
         ]
         loose = moving_parts.loose_parts(scene.placements, whole)
-        fixed = [
-            moving_parts.LoosePart(part.place.name, "", part.collider.shape, part.collider.pose, part.bounds)
-            for part in still
-        ]
         forms = []
         for place, asset in zip(scene.placements, whole, strict=True):
             inside = moving_parts.Inside.SOLID if place.name in filled else moving_parts.Inside.KEPT
@@ -295,7 +274,7 @@ class BatchForms:
             if key not in self._forms:
                 # A seat that becomes a block stands under a worktop, between its corbels.
                 is_block = place.name in filled and not asset.joints
-                few = moving_parts.with_few_primitives(place, asset, loose + fixed if is_block else loose, key[-1])
+                few = moving_parts.with_few_primitives(place, asset, loose + still if is_block else loose, key[-1])
                 self._forms[key] = _with_outer_region(few, asset)
             forms.append(self._forms[key])
         return BatchScene(
@@ -316,7 +295,7 @@ class BatchForms:
             self._assets[key] = with_joints_locked(plain, key[1], joint_positions(place.joints))
         return self._assets[key]
 
-    def _parts(self, place: Placement, asset: Asset, key: Key) -> list[StillPart]:
+    def _parts(self, place: Placement, asset: Asset, key: Key) -> list[WorldPart]:
         if key not in self._still:
             parts = still_parts(place, asset)
             # What is inside of a unit that cannot be opened need not be looked at in the whole room.

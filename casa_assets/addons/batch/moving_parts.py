@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 from itertools import combinations, product
 
 import numpy as np
@@ -128,7 +129,7 @@ class Inside(Enum):
     ONE_BLOCK = "one block"  # all bins of a door are one block
 
 
-def with_few_primitives(place: Placement, form: Asset, loose: Sequence[LoosePart], inside: Inside) -> Asset:
+def with_few_primitives(place: Placement, form: Asset, loose: Sequence[WorldPart], inside: Inside) -> Asset:
     """The form with fewer primitives on each link that moves; on those that never do only what a behaviour looks at.
 
     `loose`: the primitives of loose things, and others that this one avoids. `inside`: of it, and of bins of doors.
@@ -154,17 +155,25 @@ def with_few_primitives(place: Placement, form: Asset, loose: Sequence[LoosePart
 
 
 @dataclass(frozen=True)
-class LoosePart:
-    """A primitive of a loose thing at the start: its placement and link, its pose and (2, 3) corners in the world."""
+class WorldPart:
+    """A primitive of a placement as the scene begins: the link that it is of, and the collider with its world pose."""
 
-    placement: str
+    place: Placement
     link: str
-    shape: Shape
-    pose: Pose
-    bounds: Floats
+    collider: Collider
+
+    @cached_property
+    def bounds(self) -> Floats:
+        """(2, 3) corners in the world, metres."""
+        return shape_bounds(self.collider.shape, self.collider.pose)
+
+    @property
+    def is_aligned(self) -> bool:
+        """True for a box whose faces look along the axes of the world."""
+        return isinstance(self.collider.shape, Box) and fit.is_aligned(self.collider.pose)
 
 
-def loose_parts(placements: Sequence[Placement], forms: Sequence[Asset]) -> list[LoosePart]:
+def loose_parts(placements: Sequence[Placement], forms: Sequence[Asset]) -> list[WorldPart]:
     """The primitives of all loose things."""
     found = []
     for place, form in zip(placements, forms, strict=True):
@@ -173,24 +182,22 @@ def loose_parts(placements: Sequence[Placement], forms: Sequence[Asset]) -> list
         positions = joint_positions(place.joints)
         for link in form.links:
             world_from_link = place.pose @ form.asset_from_link(link.name, positions)
-            for item in link.colliders:
-                pose = world_from_link @ item.pose
-                found.append(LoosePart(place.name, link.name, item.shape, pose, shape_bounds(item.shape, pose)))
+            found += [WorldPart(place, link.name, c.replace(pose=world_from_link @ c.pose)) for c in link.colliders]
     return found
 
 
 def _of_thing(
-    place: Placement, form: Asset, link: Link, loose: Sequence[LoosePart], is_filled: bool
+    place: Placement, form: Asset, link: Link, loose: Sequence[WorldPart], is_filled: bool
 ) -> tuple[Collider, ...]:
     """The primitives of a link of a loose thing, kept out of the space for its contents and of neighbouring things."""
     if len(link.colliders) < 2:
         return link.colliders
-    own = [part for part in loose if part.placement == place.name and part.link == link.name]
+    own = [part for part in loose if part.place.name == place.name and part.link == link.name]
     lower, upper = box_around(np.array([part.bounds for part in own]))
     link_from_world = (place.pose @ form.asset_from_link(link.name, joint_positions(place.joints))).inverse()
-    others = (part for part in loose if (part.placement, part.link) != (place.name, link.name))
+    others = (part for part in loose if (part.place.name, part.link) != (place.name, link.name))
     near = (part for part in others if (part.bounds[0] < upper).all() and (part.bounds[1] > lower).all())
-    beside = [shape_bounds(part.shape, link_from_world @ part.pose) for part in near]
+    beside = [shape_bounds(part.collider.shape, link_from_world @ part.collider.pose) for part in near]
     kept_free = [region for region in form.regions if region.link == link.name and region.name != WHOLE]
     free = [] if is_filled else [_inner_space(region) for region in kept_free]
     corners = np.array(beside) if beside else None

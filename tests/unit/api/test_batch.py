@@ -14,8 +14,7 @@ import pytest
 import casa_assets as casa
 from casa_assets.checks.scene import engine_sizes
 from casa_assets.layouts.run.state_file import digest_of_file, write_states
-from tests.unit.addons.batch.small_kitchens import DRIVING, FIRST, FLOATING, folders
-from tests.unit.addons.batch.test_start_positions import REST, states
+from tests.unit.addons.batch.small_kitchens import DRIVING, FIRST, FLOATING, REST, folders, states
 
 pytestmark = pytest.mark.content("code", "addons.batch", keep=0)
 

@@ -1,4 +1,4 @@
-"""Kitchens in one structure: each is there whole, looks and moves as it does alone, undisturbed by what it lacks."""
+"""Kitchens in one structure: each is there whole, looks and moves as it does alone, and begins at rest."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from casa_assets.addons.batch.shared_model import SharedModel, addresses, robot_of, share
+from casa_assets.addons.batch.start_positions import AWAKE, LOCKED, MOVED, start_positions
 from casa_assets.addons.batch.structure import materials_of, plain_colors
 from casa_assets.checks.scene.light_forms import candidate_pairs
 from casa_assets.core.numeric import linear_from_srgb_array
 from casa_assets.errors import CasaError
-from tests.unit.addons.batch.small_kitchens import DRIVING, FIRST, FLOATING, SECOND, painted, specs
+from tests.unit.addons.batch.small_kitchens import DRIVING, FIRST, FLOATING, REST, SECOND, painted, specs, states
 
 
 @pytest.fixture(scope="module")
@@ -215,3 +216,51 @@ def test_without_pictures_geoms_have_their_mean_colour(painted_alone: list[mujoc
     colors = plain_colors(painted_alone[0])
     door = painted_alone[0].geom("base__front").id
     assert np.array_equal(colors[door], painted_alone[0].geom_rgba[door])
+
+
+def changed(**values: float) -> list[float]:
+    row = list(REST)
+    for name, value in values.items():
+        row[int(name[1:])] = value
+    return row
+
+
+def test_joints_stand_where_the_state_says_at_rest_and_asleep(shared: list[SharedModel]) -> None:
+    found = start_positions(shared[0], states((changed(q0=-0.6, q2=0.6), ("base__hinge",)), (REST, ())), 16)
+    assert found.qpos[0, addresses(shared[0].model, shared[0].joints["base__hinge"])] == pytest.approx([-0.6], abs=1e-3)
+    plate = found.qpos[0, addresses(shared[0].model, shared[0].joints["plate__free"])]
+    assert plate[:3] == pytest.approx([0.6, -0.3, 0.92], abs=1e-3)
+    assert list(found.states) == [0, 1]
+    assert found.base[0] == pytest.approx([0.0, 2.0, 0.5])
+    assert (found.asleep >= 0).all()
+    data = mujoco.MjData(shared[0].model)
+    data.qpos[:] = found.qpos[1]
+    mujoco.mj_step(shared[0].model, data, nstep=200)
+    assert np.abs(data.qpos - found.qpos[1]).max() < 1e-4
+
+
+def test_states_with_a_locked_joint_open_or_that_fall_are_left_out(shared: list[SharedModel]) -> None:
+    for row, reasons in (((changed(q1=0.2), ("locked__slide",)), {LOCKED}), ((changed(q4=1.3), ()), {MOVED, AWAKE})):
+        found = start_positions(shared[0], states(row, (REST, ())), 16)
+        assert list(found.states) == [1]
+        assert list(found.refused.values()) == [1]
+        assert found.refused.keys() <= reasons
+    assert len(start_positions(shared[0], states(*[(REST, ())] * 5), 2)) == 2, "no more than asked for"
+
+
+def test_without_states_there_is_the_kitchen_as_built(shared: list[SharedModel]) -> None:
+    found = start_positions(shared[0], None, 16, (1.0, -2.0, 0.3))
+    assert list(found.states) == [-1]
+    assert found.base[0] == pytest.approx([1.0, -2.0, 0.3])
+    assert found.qpos[0, addresses(shared[0].model, shared[0].joints["corner__slide"])] == pytest.approx(
+        [-0.1], abs=1e-3
+    )
+
+
+def test_a_kitchen_that_never_rests_is_told_by_name() -> None:
+    specs_ = specs()[:1]
+    # A thing that floats in the air falls for a metre.
+    specs_[0].keys[0].qpos = [0, -0.1, 1, -0.3, 0.92, 1, 0, 0, 0, 0, 0.7, -1.5, 1.5, 1, 0, 0, 0]
+    (one,) = share(specs_)
+    with pytest.raises(CasaError, match="first: nothing is at rest in the batch form"):
+        start_positions(one, None, 16)
