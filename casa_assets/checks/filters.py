@@ -400,12 +400,9 @@ def fits_a_gripper(package: Package, limit: float) -> check.Measurement:
         least = float(np.ptp(asset.bounds, axis=0).min())
         message = f"has no body, rim or handle that a gripper of {limit:g} m takes (its least side is {least:.3f} m)"
         return check.Measurement(least, (("sites", f"{message}; look at its size, or do not call it graspable"),))
-    problems = tuple(
-        (f"sites/{name}", f"is {width:.3f} m wide; a gripper opens to {limit:g} m")
-        for name, width in widths.items()
-        if width > limit
-    )
-    return check.Measurement(min(widths.values()), problems)
+    wide = ((name, width) for name, width in widths.items() if width > limit)
+    problems = ((f"sites/{name}", f"is {width:.3f} m wide; a gripper opens to {limit:g} m") for name, width in wide)
+    return check.Measurement(min(widths.values()), tuple(problems))
 
 
 def category_is_known(package: Package) -> check.Measurement:

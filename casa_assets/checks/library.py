@@ -123,11 +123,8 @@ def looks_are_unique(view: LibraryView, limit: float) -> Measurement:
     """LIB002: largest cosine between the picture embeddings of two assets."""
     if view.unseen:
         return not_run(view.unseen)
-    problems = [
-        (other, f"looks like {one} to a model (cosine {near:.3f}); keep one of them, or both if that is meant")
-        for one, other, near in view.looks
-        if near >= limit
-    ]
+    alike, advice = (row for row in view.looks if row[2] >= limit), "keep one of them, or both if that is meant"
+    problems = [(other, f"looks like {one} to a model (cosine {near:.3f}); {advice}") for one, other, near in alike]
     if view.count < 2:
         return not_applicable(ALONE)
     return Measurement(max(near for _, _, near in view.looks), tuple(problems)) if view.looks else no_fault()

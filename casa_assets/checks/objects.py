@@ -379,11 +379,8 @@ def _nearest(places: Floats) -> Iterator[int]:
 def members_differ(collection: ObjectCollection, limit: float) -> Measurement:
     """OBJ005: distance of the two most alike members of a category, over what copies of one thing may differ by."""
     near = collection.nearest_alike
-    problems = [
-        (own, f"is like {other} in shape, sides and colours ({distance:.2f}); widen what its category draws from")
-        for own, other, distance in near
-        if distance <= limit
-    ]
+    like, advice = (row for row in near if row[2] <= limit), "widen what its category draws from"
+    problems = [(own, f"is like {other} in shape, sides and colours ({far:.2f}); {advice}") for own, other, far in like]
     return least([distance for _, _, distance in near], problems, "no category has two members")
 
 

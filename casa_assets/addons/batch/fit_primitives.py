@@ -237,11 +237,8 @@ def fit_primitives(shapes: Sequence[tuple[Shape, Pose]], limits: FitLimits) -> l
     grid = _Grid.around(shapes, bounds, limits)
     groups = [grid.group(wanted)]
     while len(groups) < limits.most:
-        divisible = [
-            i
-            for i, g in enumerate(groups)
-            if len(g.members) > 1 and g.empty_share > (EMPTY_SHARE_OF_VESSEL if g.takes_room else limits.empty_share)
-        ]
+        allowed = [EMPTY_SHARE_OF_VESSEL if g.takes_room else limits.empty_share for g in groups]
+        divisible = [i for i, g in enumerate(groups) if len(g.members) > 1 and g.empty_share > allowed[i]]
         if not divisible:
             break
         worst = max(divisible, key=lambda i: groups[i].empty_m3)

@@ -88,11 +88,8 @@ def _without_slivers(colliders: Sequence[Collider]) -> list[Collider]:
     """Colliders without those that are thin, and small compared with the largest."""
     sizes = [_size(c.shape) for c in colliders]
     largest = max((float(np.prod(size)) for size in sizes), default=0.0)
-    return [
-        collider
-        for collider, size in zip(colliders, sizes, strict=True)
-        if size.min() > SLIVER_M or float(np.prod(size)) > SLIVER_SHARE * largest
-    ]
+    sized = zip(colliders, sizes, strict=True)
+    return [c for c, size in sized if size.min() > SLIVER_M or float(np.prod(size)) > SLIVER_SHARE * largest]
 
 
 def _of_one_hull_each(colliders: Sequence[Collider]) -> tuple[Collider, ...]:
@@ -206,10 +203,8 @@ def with_joints_locked(asset: Asset, locked: Collection[str], positions: Mapping
         if set(behavior.joints) & set(locked) or set(behavior.contacts) & keys:
             behavior = None
     moved = {joint.child for joint in joints}
-    links = [
-        link.replace(pose=asset.parent_from_link(link.name, positions)) if link.name in held else link
-        for link in asset.links
-    ]
+    poses = {name: asset.parent_from_link(name, positions) for name in held}
+    links = [link.replace(pose=poses.get(link.name, link.pose)) for link in asset.links]
     return asset.replace(
         links=_on_their_carriers(links, moved),
         joints=joints,
@@ -261,14 +256,11 @@ class BatchForms:
             for place in scene.placements
         }
         whole = [self._asset(place, keys[place.name]) for place in scene.placements]
-        still = [
-            part
-            for place, asset in zip(scene.placements, whole, strict=True)
-            for part in self._parts(place, asset, keys[place.name])
-        ]
+        placed = list(zip(scene.placements, whole, strict=True))
+        still = [part for place, asset in placed for part in self._parts(place, asset, keys[place.name])]
         loose = moving_parts.loose_parts(scene.placements, whole)
         forms = []
-        for place, asset in zip(scene.placements, whole, strict=True):
+        for place, asset in placed:
             inside = moving_parts.Inside.SOLID if place.name in filled else moving_parts.Inside.KEPT
             key = (*keys[place.name], moving_parts.Inside.ONE_BLOCK if place.name in blocks else inside)
             if key not in self._forms:
@@ -337,12 +329,8 @@ def batch_within(
     """
     light_of = {asset.id: asset for asset in light.light_assets}
     assets = {place.name: light_of[place.asset] for place in light.scene.placements}
-    locked = [
-        (name, joint.name)
-        for name, asset in assets.items()
-        for joint in asset.joints
-        if moving_parts.joint_word(asset, joint) not in words
-    ]
+    joints = ((name, asset, joint) for name, asset in assets.items() for joint in asset.joints)
+    locked = [(name, joint.name) for name, asset, joint in joints if moving_parts.joint_word(asset, joint) not in words]
     steps, forms = list(_steps(assets, locked)), BatchForms(light)
 
     def with_steps(number: int) -> BatchScene:

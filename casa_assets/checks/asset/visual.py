@@ -101,12 +101,11 @@ def coplanar_faces_do_not_overlap(asset: Asset, limit: float) -> check.Measureme
         if area > 0:
             i, j = sorted((int(faces.visual[a]), int(faces.visual[b])))
             overlaps[i, j] = overlaps.get((i, j), 0.0) + area
-    problems = tuple(
-        (faces.pointers[i], f"shares {area * 1e6:.1f} mm^2 of surface with {faces.pointers[j]}; set one of them back")
-        for (i, j), area in sorted(overlaps.items())
-        if area > limit
-    )
-    return check.Measurement(max(overlaps.values(), default=0.0), problems)
+    rows = []
+    for (i, j), area in sorted(overlaps.items()):
+        message = f"shares {area * 1e6:.1f} mm^2 of surface with {faces.pointers[j]}; set one of them back"
+        rows.append((faces.pointers[i], area, message))
+    return check.worst_above(rows, limit)
 
 
 @dataclass(frozen=True)

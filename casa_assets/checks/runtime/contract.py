@@ -484,12 +484,8 @@ def places_meet_contract(package: Package) -> Measurement:
 
 def seen_bounds(asset: Asset, contract: Contract) -> Floats | None:
     """(2, 3) corners of what `main` has to hold: all visuals but those whose labels may stick out; asset frame, m."""
-    clouds = [
-        asset.asset_from_link(k.name).apply(v.mesh.vertices)
-        for k in asset.links
-        for v in k.visuals
-        if v.label not in contract.outside
-    ]
+    shown = ((k.name, v.mesh.vertices) for k in asset.links for v in k.visuals if v.label not in contract.outside)
+    clouds = [asset.asset_from_link(link).apply(vertices) for link, vertices in shown]
     if not clouds:
         return None
     cloud = np.concatenate(clouds)

@@ -72,11 +72,8 @@ def engine_sizes(subject: BatchSubject) -> EngineSizes:
     stressed, in_use = _Most(), _Most()
     assets = subject.form.scene.asset_of
     forms = zip(subject.form.scene.placements, subject.form.forms, strict=True)
-    pulled = [
-        _Used(place, assets[place.name], frozenset(joint.name for joint in form.joints))
-        for place, form in forms
-        if form.base is Base.FIXED and form.joints
-    ]
+    fixtures = ((place, form.joints) for place, form in forms if form.base is Base.FIXED and form.joints)
+    pulled = [_Used(place, assets[place.name], frozenset(joint.name for joint in joints)) for place, joints in fixtures]
     # MuJoCo warns where the stand-in touches what should sleep at the start.
     with all_warnings():
         model = subject.batch.model
@@ -112,12 +109,8 @@ def _stand(used: _Used) -> tuple[Floats, Floats]:
     """Where hands are at a fixture, and the way out of it into the room; (3,) and (3,), world frame, metres."""
     place, asset, _ = used
     grips = {joint.grip for joint in asset.joints}
-    found = [
-        (place.pose @ asset.asset_from_link(link.name) @ collider.pose).position
-        for link in asset.links
-        for collider in link.colliders
-        if collider.name in grips
-    ]
+    held = ((link.name, c.pose) for link in asset.links for c in link.colliders if c.name in grips)
+    found = [(place.pose @ asset.asset_from_link(link) @ pose).position for link, pose in held]
     middle = np.mean(found, axis=0) if found else np.add(place.pose.position, (0.0, 0.0, 0.9))
     # A fixture faces -y.
     return np.asarray(middle, dtype=np.float64), place.pose.rotation @ np.array([0.0, -1.0, 0.0])

@@ -144,11 +144,8 @@ def penetrations(subject: SceneSubject, data: mujoco.MjData) -> Depths:
 
 def deepest(depths: Depths, limit: float, where: str) -> check.Measurement:
     """The deepest of some penetrations, metres; `where`: end of the messages."""
-    problems = [
-        (f"geoms/{first}", f"is {depth * MM_PER_M:.2f} mm in {second} {where}")
-        for (first, second), depth in depths.items()
-        if depth > limit
-    ]
+    deep = ((*pair, depth * MM_PER_M) for pair, depth in depths.items() if depth > limit)
+    problems = [(f"geoms/{first}", f"is {depth:.2f} mm in {second} {where}") for first, second, depth in deep]
     return check.Measurement(max(depths.values(), default=0.0), tuple(problems[:MAX_LISTED]))
 
 
@@ -157,11 +154,8 @@ def farthest(drift: Mapping[str, float], limit: float, advice: str, listed: int 
 
     `drift`: by placement. `advice`: end of the messages, of which `listed` are given at most.
     """
-    problems = [
-        (f"placements/{name}", f"moves {distance * MM_PER_M:.1f} mm in {SIMULATED_S:g} s{advice}")
-        for name, distance in drift.items()
-        if distance > limit
-    ]
+    far = ((name, distance * MM_PER_M) for name, distance in drift.items() if distance > limit)
+    problems = [(f"placements/{name}", f"moves {way:.1f} mm in {SIMULATED_S:g} s{advice}") for name, way in far]
     return check.largest(drift.values(), problems[:listed], NO_FREE_THINGS)
 
 
