@@ -85,9 +85,8 @@ def plain(color: tuple[float, float, float, float]) -> Made:
 
 def shaped(height: float) -> Made:
     size = (0.06, 0.06, height)
-    return made.loose(made.carton(size), boxes=((size, (0.0, 0.0, height / 2)),)), made.kind_of(
-        made.loose(made.carton())
-    )
+    asset = made.loose(made.carton(size), boxes=((size, (0.0, 0.0, height / 2)),))
+    return asset, made.kind_of(made.loose(made.carton()))
 
 
 def shelf(*longest: float) -> LibrarySizes:
@@ -145,11 +144,7 @@ def told(made: Made | LibrarySizes, folder: Path) -> Report:
 
 
 # What else is said of a bad example: a side that is missing is seen through as well.
-ALONG = {
-    "FLT002": ("FLT001",),
-    "FLT003": ("FLT001", "FLT002"),
-    "FLT006": ("FLT008",),
-}
+ALONG = {"FLT002": ("FLT001",), "FLT003": ("FLT001", "FLT002"), "FLT006": ("FLT008",)}
 
 
 @pytest.mark.parametrize("code", EXAMPLES)

@@ -22,9 +22,8 @@ from tests.support.asset.examples import LIMITS, check_examples
 
 
 def certificate(reached: int, of: int, robot: str = "PandaOmron") -> SceneRobots:
-    joints = tuple(
-        JointReach(fixture=f"doors_{k}", joint=f"doors_{k}__doorhinge", reached=k < reached) for k in range(of)
-    )
+    names = [f"doors_{k}" for k in range(of)]
+    joints = tuple(JointReach(fixture=n, joint=f"{n}__doorhinge", reached=k < reached) for k, n in enumerate(names))
     found = RobotCertificate(robot=robot, shape="one arm", drives=True, joints=joints)
     return SceneRobots(scene="l_small__coastal", key="k", scene_key="s", robots=(found,))
 

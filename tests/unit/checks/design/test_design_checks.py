@@ -87,12 +87,8 @@ def flapped(out: float) -> KitchenFacts:
 
 def crowded(low: float) -> KitchenFacts:
     tops = [f for f in made.kitchen().fixtures if f.role is Role.WORKTOP]
-    boards = [
-        Fixture(
-            name=f"board_{k}", role=Role.THING, category="board", footprint=top.footprint, bottom=low, top=low + 0.02
-        )
-        for k, top in enumerate(tops)
-    ]
+    row = {"role": Role.THING, "category": "board", "bottom": low, "top": low + 0.02}
+    boards = [Fixture(name=f"board_{k}", footprint=top.footprint, **row) for k, top in enumerate(tops)]
     return made.with_more(made.kitchen(), *boards)
 
 

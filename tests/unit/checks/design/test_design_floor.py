@@ -176,9 +176,8 @@ class TestTasks:
                 assert "OpenDrawer" in after
 
     def test_drawer_wants_floor_beside_it(self) -> None:
-        boxes = [
-            thing(f"box_{k}", Role.ON_FLOOR, (x, -1.3), (0.35, 0.7), 0.0, 0.3) for k, x in enumerate((1.45, 2.83, 4.1))
-        ]
+        places = enumerate((1.45, 2.83, 4.1))
+        boxes = [thing(f"box_{k}", Role.ON_FLOOR, (x, -1.3), (0.35, 0.7), 0.0, 0.3) for k, x in places]
         found = {t.task: t for t in DesignSubject(with_more(kitchen(), *boxes)).tasks}
         assert found["open_drawer"].joints == ()
         assert "free floor" in found["open_drawer"].wants
@@ -227,9 +226,8 @@ def test_whereabouts_are_json_with_a_place_for_every_fixture_and_leaf() -> None:
     drawers = told["tasks"]["open_drawer"]
     assert drawers["afforded"]
     assert {name.split("__")[0] for name in drawers["joints"]} == set(drawers["fixtures"])
-    hidden = whereabouts(
-        DesignSubject(kitchen().replace(openings=(), walls=tuple(w.replace(is_open=False) for w in WALLS)))
-    )
+    closed = tuple(w.replace(is_open=False) for w in WALLS)
+    hidden = whereabouts(DesignSubject(kitchen().replace(openings=(), walls=closed)))
     assert hidden["parking"]["fridge"]["shut"] is None
     assert not hidden["tasks"]["open_drawer"]["afforded"]
     assert hidden["tasks"]["open_drawer"]["wants"]
