@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -87,7 +88,7 @@ def flapped(out: float) -> KitchenFacts:
 
 def crowded(low: float) -> KitchenFacts:
     tops = [f for f in made.kitchen().fixtures if f.role is Role.WORKTOP]
-    row = {"role": Role.THING, "category": "board", "bottom": low, "top": low + 0.02}
+    row: dict[str, Any] = {"role": Role.THING, "category": "board", "bottom": low, "top": low + 0.02}
     boards = [Fixture(name=f"board_{k}", footprint=top.footprint, **row) for k, top in enumerate(tops)]
     return made.with_more(made.kitchen(), *boards)
 
