@@ -27,7 +27,7 @@ from mujoco import rollout
 import casa_assets as casa
 from benchmarks.kitchens import OUT, SHAPES, TOOLS, machine, peer_python, run
 from benchmarks.rooms import measure
-from casa_assets.checks.scene.batch_form import candidate_pairs
+from casa_assets.checks.scene.light_forms import candidate_pairs
 
 FORMS: tuple[casa.Detail, ...] = ("full", "light", "batch")
 DEFAULT = ("one_wall_small__coastal", "l_small__modern_1", "u_large__rustic")

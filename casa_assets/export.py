@@ -18,6 +18,8 @@ from casa_assets.cache.code_index import PACKAGE
 from casa_assets.checks.check import Problem
 from casa_assets.checks.readers.urdf_facts import asset_differences
 from casa_assets.checks.scene.forms import scene_differences
+from casa_assets.checks.package.parity import asset_differences
+from casa_assets.checks.scene.formats import scene_differences
 from casa_assets.core.system import cache_for
 from casa_assets.errors import BatchFault, CasaError, OutputError, PluginFailure, UnknownId
 from casa_assets.formats import urdf

@@ -14,7 +14,7 @@ import numpy as np
 from casa_assets.addons.batch.batch_form import read_batch
 from casa_assets.addons.batch.engines import COMMON_SIZES, TRIAL_ROBOT_FREEDOMS, Engine, Parts, engine_named
 from casa_assets.addons.batch.shared_model import Robot, SharedModel, robot_of, share
-from casa_assets.addons.batch.start_rows import StartRows, awake_sizes, near_pairs, start_rows
+from casa_assets.addons.batch.start_positions import StartPositions, awake_sizes, near_pairs, start_positions
 from casa_assets.api.kitchen import Kitchen, kitchen
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
@@ -54,7 +54,7 @@ class BatchKitchen:
     geoms: Mapping[str, int]
     sites: Mapping[str, int]
     cameras: Mapping[str, int]
-    rows: StartRows
+    rows: StartPositions
 
     def address(self, joint: str) -> int:
         """Index in qpos of the first number of a joint. Raises CasaError if the joint does not exist."""
@@ -232,7 +232,7 @@ def _put_together(
     robot: Robot | None,
     sizes: Mapping[str, int],
     textures: bool,
-) -> tuple[list[SharedModel], list[StartRows], dict[str, int]]:
+) -> tuple[list[SharedModel], list[StartPositions], dict[str, int]]:
     """Return the kitchens in one structure, with a robot; their states at rest; sizes of the buffers of a world."""
     specs = [source.spec for source in sources]
     # States are settled without a robot, which would move; its bodies and joints come after the kitchen's.
@@ -277,12 +277,12 @@ class _Source:
         found = None if self.kitchen.folder is None else read_batch(self.kitchen.folder)
         return {} if found is None else {name: getattr(found.engine, name) for name in COMMON_SIZES}
 
-    def rows(self, shared: SharedModel, most: int) -> StartRows:
+    def rows(self, shared: SharedModel, most: int) -> StartPositions:
         """States at rest, from the start states that were drawn for exactly this scene."""
         drawn, folder = None, self.kitchen.folder
         if folder is not None and (folder / START_STATES).is_file() and (folder / FILES["full"]).is_file():
             drawn = read_current_states(folder, folder / FILES["full"])
-        return start_rows(shared, drawn, most, self.parks or (0.0, 0.0, 0.0))
+        return start_positions(shared, drawn, most, self.parks or (0.0, 0.0, 0.0))
 
     @cached_property
     def parks(self) -> tuple[float, float, float] | None:

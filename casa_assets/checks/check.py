@@ -19,6 +19,14 @@ from casa_assets.model.source import SourceKind
 
 # Where a fault is, as a path such as `links/door/colliders`, and what is wrong there.
 Problem = tuple[str, str]
+Row = tuple[str, float, str]  # pointer, number, and what is wrong if the number is beyond the limit
+# Reasons as reports give them.
+NOT_BUILT = "it came as a mesh, and built things alone are held to this"
+NO_JOINTS = "it has no joints"
+NO_COLLIDERS = "none of its links has a collision shape"
+NO_VISUALS = "nothing of it is seen"
+NO_COMPILE = "model.xml does not compile"
+NO_WAIVERS: Mapping[str, str] = {}  # what is waived where nothing is; shared and never written to
 
 
 @dataclass(frozen=True)
@@ -75,9 +83,6 @@ def at_most(number: float, limit: float, pointer: str, message: str) -> Measurem
 def at_least(number: float, limit: float, pointer: str, message: str) -> Measurement:
     """A number, with a problem where it is below the limit or not a number."""
     return Measurement(number, () if number >= limit else ((pointer, message),))
-
-
-Row = tuple[str, float, str]  # pointer, number, and what is wrong if the number is beyond the limit
 
 
 def worst_above(rows: Iterable[Row], limit: float, otherwise: str | None = None) -> Measurement:
@@ -171,54 +176,6 @@ class Check:
         return self.description.format(**values)
 
 
-@dataclass(frozen=True)
-class Package:
-    """A written asset.
-
-    Attributes:
-        asset: what the writers were given.
-        category: its category in the registry.
-        root: its folder, with `model.xml`, `scene.xml`, the USD file at `usd/<id>.usda`, and `usd/nested/<id>.usda`
-            if there are several links.
-        contract: what runtimes expect of it, None if the registry has no contract of the name that the asset gives.
-    """
-
-    asset: Asset
-    category: Category
-    root: Path
-    contract: Contract | None = None
-
-    @property
-    def mjcf(self) -> Path:
-        """The model file: one body `object`, no floor, no free joint."""
-        return self.root / "model.xml"
-
-    @property
-    def scene(self) -> Path:
-        """The model on a floor under a light, free to move where its base is free."""
-        return self.root / "scene.xml"
-
-    @property
-    def usd(self) -> Path:
-        """The USD package's root layer."""
-        return self.root / "usd" / f"{self.asset.id}.usda"
-
-    @property
-    def usd_files(self) -> tuple[Path, ...]:
-        """The root layer, and where there are several links the layer that nests their bodies."""
-        nested = self.usd.parent / "nested" / self.usd.name
-        return (self.usd, nested) if len(self.asset.links) > 1 else (self.usd,)
-
-
-# Applicability --------------------------------------------------------------------------------------------------------
-
-# Reasons as reports give them.
-NOT_BUILT = "it came as a mesh, and built things alone are held to this"
-NO_JOINTS = "it has no joints"
-NO_COLLIDERS = "none of its links has a collision shape"
-NO_VISUALS = "nothing of it is seen"
-NO_COMPILE = "model.xml does not compile"
-
 _MESHES = frozenset(kind.value for kind in SourceKind)
 
 
@@ -265,12 +222,6 @@ def merged_mesh(visuals: Sequence[Visual]) -> tuple[Floats, Ints]:
     return np.concatenate([v.mesh.vertices for v in visuals]), faces
 
 
-# Run ------------------------------------------------------------------------------------------------------------------
-
-# What is waived where nothing is; shared and never written to.
-NO_WAIVERS: Mapping[str, str] = {}
-
-
 def run(
     subject: object,
     name: str,
@@ -292,13 +243,12 @@ def run(
     for check in _rows(table):
         if not isinstance(subject, check.subject):
             continue
-        limit = None if check.limit is None else limits[check.limit]
         if check.code in waived:
-            results.append(_result(check, not_run(waived[check.code], waived=True), limit))
+            results.append(_result(check, not_run(waived[check.code], waived=True), limits))
             continue
         with _mujoco_warnings():
             measured = check.run(subject, limits)
-        results.append(_result(check, measured, limit))
+        results.append(_result(check, measured, limits))
         issues += [Issue(code=check.code, severity=check.severity, pointer=p, message=s) for p, s in measured.problems]
     return Report(subject=name, results=tuple(results), issues=tuple(issues))
 
@@ -312,14 +262,10 @@ def report_not_run(
     table: Iterable[Check] | None = None,
 ) -> Report:
     """Report of checks of some types of subjects that could not be run, all for one reason (part of a sentence)."""
-    rows = [check for check in _rows(table) if check.subject in kinds]
     results = tuple(
-        _result(
-            check,
-            not_run(waived.get(check.code, reason), waived=check.code in waived),
-            None if check.limit is None else limits[check.limit],
-        )
-        for check in rows
+        _result(check, not_run(waived.get(check.code, reason), waived=check.code in waived), limits)
+        for check in _rows(table)
+        if check.subject in kinds
     )
     return Report(subject=name, results=results)
 
@@ -347,7 +293,7 @@ def _mujoco_warnings() -> AbstractContextManager[object]:
     return native_warnings()
 
 
-def _result(check: Check, measured: Measurement, limit: float | None) -> CheckResult:
+def _result(check: Check, measured: Measurement, limits: Mapping[str, float]) -> CheckResult:
     return CheckResult(
         code=check.code,
         status=measured.status or (Status.FAILED if measured.problems else Status.PASSED),
@@ -356,6 +302,6 @@ def _result(check: Check, measured: Measurement, limit: float | None) -> CheckRe
         waived=measured.waived,
         # More than six digits would carry the noise of the machine's arithmetic into the library.
         number=None if measured.number is None else significant(measured.number, 6),
-        limit=limit,
+        limit=None if check.limit is None else limits[check.limit],
         unit=check.unit,
     )

@@ -9,12 +9,17 @@ import numpy as np
 from casa_assets.checks.check import Check, Measurement, Row, no_fault, not_applicable, not_run, worst_above
 from casa_assets.model.issue import Severity
 
-# With fewer assets of a category nobody can tell which one is odd.
-MIN_ASSETS = 5
-# The least scatter of the sizes of a category, as a ratio: mugs of a set differ by as much.
-MIN_SCATTER = 1.1
-# Standard deviation of a normal distribution over its median absolute deviation.
-SIGMA_PER_MAD = 1.4826
+MIN_ASSETS = 5  # with fewer assets of a category nobody knows which one is odd
+MIN_SCATTER = 1.1  # the least scatter of the sizes of a category, as a ratio: mugs of a set differ by as much
+SIGMA_PER_MAD = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
+# How many times the limit for the 95th percentile of the distance the 99.5th of two copies may be.
+EVERY_SHARE = 4.0
+# Two copies differ in size by at most this ratio, and in colours by at most this distance in CIELAB.
+SAME_SIZE, SAME_COLORS = 0.03, 4.0
+# Other categories that messages name.
+NAMED = 3
+ALONE = "there are no two assets to compare"
+ERROR, WARNING = Severity.ERROR, Severity.WARNING
 
 
 @dataclass(frozen=True)
@@ -43,17 +48,6 @@ def sizes_fit_their_category(sizes: LibrarySizes, limit: float) -> Measurement:
             message = f"is {longest:.3g} m long, and {np.exp(middle):.3g} m is usual for a {category} here"
             rows.append((name, float(deviation), f"{message}; look at its unit and its category"))
     return worst_above(rows, limit, f"no category has {MIN_ASSETS} assets to compare")
-
-
-# Duplicates -----------------------------------------------------------------------------------------------------------
-
-# Of two copies, the 99.5th percentile of the distance is at most so many times the limit for the 95th.
-EVERY_SHARE = 4.0
-# Two copies differ in size by at most this ratio, and in colours by at most this distance in CIELAB.
-SAME_SIZE, SAME_COLORS = 0.03, 4.0
-# Other categories that messages name.
-NAMED = 3
-ALONE = "there are no two assets to compare"
 
 
 @dataclass(frozen=True)
@@ -121,7 +115,7 @@ def shapes_are_unique(view: LibraryView, limit: float) -> Measurement:
             problems.append((pair.other, f"{alike}; keep one of them, or both if that is meant"))
     if view.count < 2:
         return not_applicable(ALONE)
-    # Pairs whose forms are far apart are not compared point by point: where all are, there is no number to tell.
+    # Pairs whose forms are far apart are not compared point by point: where all are, there is no number.
     return Measurement(min(pair.p95 for pair in view.alike), tuple(problems)) if view.alike else no_fault()
 
 
@@ -129,11 +123,8 @@ def looks_are_unique(view: LibraryView, limit: float) -> Measurement:
     """LIB002: largest cosine between the picture embeddings of two assets."""
     if view.unseen:
         return not_run(view.unseen)
-    problems = [
-        (other, f"looks like {one} to a model (cosine {near:.3f}); keep one of them, or both if that is meant")
-        for one, other, near in view.looks
-        if near >= limit
-    ]
+    alike, advice = (row for row in view.looks if row[2] >= limit), "keep one of them, or both if that is meant"
+    problems = [(other, f"looks like {one} to a model (cosine {near:.3f}); {advice}") for one, other, near in alike]
     if view.count < 2:
         return not_applicable(ALONE)
     return Measurement(max(near for _, _, near in view.looks), tuple(problems)) if view.looks else no_fault()
@@ -155,10 +146,6 @@ def in_words(one: CategoryRank) -> str:
         return f"looks like {named}; it has no category to compare with"
     return f"is called {one.category} ({one.share:.0%}, number {one.rank} of what it looks like); others: {named}"
 
-
-# Rows -----------------------------------------------------------------------------------------------------------------
-
-ERROR, WARNING = Severity.ERROR, Severity.WARNING
 
 # fmt: off
 ROWS: tuple[Check, ...] = (

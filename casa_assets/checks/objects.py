@@ -24,6 +24,34 @@ from casa_assets.model.issue import Severity
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
 
+SIDES = ("shortest", "middle", "longest")
+# A pixel belongs to a letter where it is covered by this share of what the best one is; strokes may be thinner than a
+# pixel. What is near such a pixel is the ground that the letter is read on.
+LETTER, LEAST_COVER, GROUND_PX = 0.5, 0.2, 2
+# Places of a line that are looked up on the surface; letters are as high as three quarters of their columns at most.
+LINE_PLACES, HEIGHT_SHARE = 240, 75.0
+# Share of the way from black to white that is scattered by the eye. Ref: WCAG 2.1, contrast ratio.
+FLARE = 0.05
+NO_PRINT = "nothing is printed on it"
+# The camera that reads: a common one on a wrist, 640 pixels wide with 60 degrees, 20 cm before the middle of the line.
+DISTANCE_M, WIDE_PX, FIELD_DEG = 0.2, 640, 60.0
+FOCAL_PX = WIDE_PX / 2 / math.tan(math.radians(FIELD_DEG) / 2)
+# A letter that is turned away by more than this, 75 degrees, is less than a quarter as wide as on the label and not
+# read; of a line, UNSEEN_SHARE may be. Both are choices: on a round bottle a long name always ends near the edge.
+SEEN_COS, UNSEEN_SHARE = 0.25, 0.2
+# A line is as high as the lowest of what is seen of it; one place in twenty may lie on a crease of the paper.
+LOW_PERCENT = 5
+SAME_SHAPE = 0.02  # descriptors of one shape under two triangulations are this far apart at most
+MIN_MEMBERS = 12  # with fewer members the nearest one of the same kind is too often not there
+# Share of the mean variance within categories that is added along each axis, so that no axis counts without bounds.
+SHRINKAGE = 0.3
+# Rows of the table of distances that are made at a time.
+BLOCK = 512
+TOO_FEW = f"there are no two categories of at least {MIN_MEMBERS} members"
+# Categories that a message names.
+NAMED = 4
+ERROR, WARNING = Severity.ERROR, Severity.WARNING
+
 
 @dataclass(frozen=True, eq=False)
 class ObjectMember:
@@ -32,11 +60,6 @@ class ObjectMember:
     asset: Asset
     category: Category
     printed: Mapping[str, tuple[PrintedLine, ...]]
-
-
-# Proportions ----------------------------------------------------------------------------------------------------------
-
-SIDES = ("shortest", "middle", "longest")
 
 
 def sides_fit_category(member: ObjectMember, limit: float) -> Measurement:
@@ -59,18 +82,6 @@ def sides_fit_category(member: ObjectMember, limit: float) -> Measurement:
         message = f"its {name} side is {100 * side:.3g} cm; {usual}; change the numbers it is of"
         rows.append(("bounds", max(low / side, side / high), message))
     return worst_above(rows, limit, "it has no sides")
-
-
-# Print size -----------------------------------------------------------------------------------------------------------
-
-
-# A pixel belongs to a letter where it is covered by this share of what the best one is; strokes may be thinner than a
-# pixel. What is near such a pixel is the ground that the letter is read on.
-LETTER, LEAST_COVER, GROUND_PX = 0.5, 0.2, 2
-# Places of a line that are looked up on the surface; letters are as high as three quarters of their columns at most.
-LINE_PLACES, HEIGHT_SHARE = 240, 75.0
-# Share of the way from black to white that is scattered by the eye. Ref: WCAG 2.1, contrast ratio.
-FLARE = 0.05
 
 
 @dataclass(frozen=True)
@@ -122,7 +133,11 @@ def _on_mesh(line: PrintedLine, material: str, picture: Floats, mesh: Mesh) -> L
     chosen = np.linspace(0, len(rows) - 1, min(len(rows), LINE_PLACES)).astype(np.int64)
     high, wide = line.cover.shape
     at = np.stack([(columns[chosen] + 0.5) / wide, 1 - (rows[chosen] + 0.5) / high], axis=1)
-    height, contrast = _height_px(letters, line.runs_upwards), _contrast(picture, letters)
+    # Extent of a column from its top to its foot, without what a line that is bent adds.
+    columnwise = letters.T if line.runs_upwards else letters
+    top, foot = columnwise.argmax(axis=0), columnwise.shape[0] - columnwise[::-1].argmax(axis=0)
+    height = float(np.percentile((foot - top)[columnwise.any(axis=0)], HEIGHT_SHARE))
+    contrast = _contrast(picture, letters)
     copies = []
     for face, weights in _copies(at, mesh):
         corners = mesh.vertices[mesh.faces[face]]
@@ -139,15 +154,6 @@ def _on_mesh(line: PrintedLine, material: str, picture: Floats, mesh: Mesh) -> L
         return one.mirrored <= 0.5, len(one.points) * float(np.median(np.linalg.norm(one.up, axis=1)))
 
     return max(copies, key=readable, default=None)
-
-
-def _height_px(letters: Mask, runs_upwards: bool) -> float:
-    """Height of the letters, without what a line that is bent adds: extent of a column from its top to its foot."""
-    along = letters.T if runs_upwards else letters
-    seen = along.any(axis=0)
-    top = along.argmax(axis=0)
-    foot = along.shape[0] - along[::-1].argmax(axis=0)
-    return float(np.percentile((foot - top)[seen], HEIGHT_SHARE))
 
 
 def _contrast(picture: Floats, letters: Mask) -> float:
@@ -172,7 +178,7 @@ def _copies(at: Floats, mesh: Mesh) -> Iterator[tuple[Ints, Floats]]:
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-30)[:, None]
     place = np.flatnonzero(inside.any(axis=1))
     middle = int(np.linalg.norm(at[place] - at.mean(axis=0), axis=1).argmin())
-    # The place in the middle of those that are shown tells which sides there are.
+    # The sides are those on which the place in the middle is shown.
     for start in np.flatnonzero(inside[place[middle]]):
         best = np.where(inside[place], normal @ normal[start], -np.inf).argmax(axis=1)
         same = (normal[best] @ normal[start]) > -0.5
@@ -207,19 +213,6 @@ def _directions(mesh: Mesh, face: Ints) -> tuple[Floats, Floats, Floats]:
     along_u = (one * ac[:, 1, None] - two * ab[:, 1, None]) / area[:, None]
     along_v = (two * ab[:, 0, None] - one * ac[:, 0, None]) / area[:, None]
     return along_u, along_v, np.sign(area)
-
-
-# Legibility -----------------------------------------------------------------------------------------------------------
-
-NO_PRINT = "nothing is printed on it"
-# The camera that reads: a common one on a wrist, 640 pixels wide with 60 degrees, 20 cm before the middle of the line.
-DISTANCE_M, WIDE_PX, FIELD_DEG = 0.2, 640, 60.0
-FOCAL_PX = WIDE_PX / 2 / math.tan(math.radians(FIELD_DEG) / 2)
-# A letter that is turned away by more than this, 75 degrees, is less than a quarter as wide as on the label and not
-# read; of a line, so many may be. Both are choices: on a round bottle a long name always ends near the edge.
-SEEN_COS, UNSEEN_SHARE = 0.25, 0.2
-# A line is as high as the lowest of what is seen of it; one place in twenty may lie on a crease of the paper.
-LOW_PERCENT = 5
 
 
 def letters_are_large(member: ObjectMember, limit: float) -> Measurement:
@@ -269,18 +262,6 @@ def _worst(member: ObjectMember, field: str) -> list[LineOnSurface]:
     return sorted(lines_on_surface(member), key=lambda line: -float(getattr(line, field)))
 
 
-# Collection -----------------------------------------------------------------------------------------------------------
-
-# Descriptors of one shape under two triangulations are this far apart at most.
-SAME_SHAPE = 0.02
-# With fewer members the nearest one of the same kind is too often not there.
-MIN_MEMBERS = 12
-# Share of the mean variance within categories that is added along each axis, so that no axis counts without bounds.
-SHRINKAGE = 0.3
-# Rows of the table of distances that are made at a time.
-BLOCK = 512
-
-
 @dataclass(frozen=True)
 class CollectedMember:
     """A member by id and category, with the features that identify it: signature, and sides of its box in metres."""
@@ -325,9 +306,8 @@ class ObjectCollection:
             shapes = [member.signature.shape for member in group]
             sides = np.log([member.sides for member in group])
             tones = np.array([member.signature.color.tones for member in group])
-            far = np.maximum(
-                descriptor_distances(shapes, shapes) / SAME_SHAPE, cdist(sides, sides, "chebyshev") / SAME_SIZE
-            )
+            far = descriptor_distances(shapes, shapes) / SAME_SHAPE
+            far = np.maximum(far, cdist(sides, sides, "chebyshev") / SAME_SIZE)
             far = np.maximum(far, cdist(tones, tones, "cityblock") / tones.shape[1] / SAME_COLORS)
             for row in range(1, len(group)):
                 nearest = int(far[row, :row].argmin())
@@ -383,8 +363,7 @@ def _places(members: list[CollectedMember]) -> Floats:
     covariance = within.T @ within / max(1, len(members) - len(count))
     spread = max(float(np.trace(covariance)) / len(covariance), 1e-12)
     covariance += SHRINKAGE * spread * np.eye(len(covariance))
-    out: Floats = places @ np.linalg.cholesky(np.linalg.inv(covariance))
-    return out
+    return np.asarray(places @ np.linalg.cholesky(np.linalg.inv(covariance)))
 
 
 def _nearest(places: Floats) -> Iterator[int]:
@@ -396,25 +375,15 @@ def _nearest(places: Floats) -> Iterator[int]:
         yield from far.argmin(axis=1).tolist()
 
 
-# Kinds ----------------------------------------------------------------------------------------------------------------
-
-TOO_FEW = f"there are no two categories of at least {MIN_MEMBERS} members"
-# Categories that a message names.
-NAMED = 4
-
-
 def members_differ(collection: ObjectCollection, limit: float) -> Measurement:
     """OBJ005: distance of the two most alike members of a category, over what copies of one thing may differ by."""
     near = collection.nearest_alike
-    problems = [
-        (own, f"is like {other} in shape, sides and colours ({distance:.2f}); widen what its category draws from")
-        for own, other, distance in near
-        if distance <= limit
-    ]
+    like, advice = (row for row in near if row[2] <= limit), "widen what its category draws from"
+    problems = [(own, f"is like {other} in shape, sides and colours ({far:.2f}); {advice}") for own, other, far in like]
     return least([distance for _, _, distance in near], problems, "no category has two members")
 
 
-def members_are_told_apart(collection: ObjectCollection, limit: float) -> Measurement:
+def members_are_distinct(collection: ObjectCollection, limit: float) -> Measurement:
     """OBJ006: share of all members whose nearest neighbour is of the same kind."""
     rows = collection.confusions
     if not rows:
@@ -424,7 +393,7 @@ def members_are_told_apart(collection: ObjectCollection, limit: float) -> Measur
     return Measurement(share, () if share >= limit else (("library", message),))
 
 
-def categories_are_told_apart(collection: ObjectCollection, limit: float) -> Measurement:
+def categories_are_distinct(collection: ObjectCollection, limit: float) -> Measurement:
     """OBJ007: the same share of each category, the worst; what it is taken for is named."""
     rows = collection.confusions
     problems = [(row.category, in_words(row)) for row in rows if row.right < limit * row.count]
@@ -434,14 +403,9 @@ def categories_are_told_apart(collection: ObjectCollection, limit: float) -> Mea
 def in_words(row: CategoryConfusion) -> str:
     """The kinds that members of a category are confused with, as a clause for messages."""
     named = ", ".join(f"{name} ({count})" for name, count in row.others[:NAMED])
-    return (
-        f"{row.count - row.right} of {row.count} are nearer to another kind: {named}; tell them apart by form or colour"
-    )
+    wrong = f"{row.count - row.right} of {row.count} are nearer to another kind"
+    return f"{wrong}: {named}; tell them apart by form or colour"
 
-
-# Rows -----------------------------------------------------------------------------------------------------------------
-
-ERROR, WARNING = Severity.ERROR, Severity.WARNING
 
 # fmt: off
 ROWS: tuple[Check, ...] = (
@@ -460,12 +424,12 @@ ROWS: tuple[Check, ...] = (
     Check("OBJ005", "Members differ", WARNING, ObjectCollection, members_differ, "members_apart", "",
           "No two members of a category look like copies: some difference in shape, sides or colours is more than "
           "{limit:g} times that of two copies of one thing; widen the ranges that the category draws from."),
-    Check("OBJ006", "Categories can be told apart", WARNING, ObjectCollection, members_are_told_apart, "kind_share", "",
+    Check("OBJ006", "Categories can be told apart", WARNING, ObjectCollection, members_are_distinct, "kind_share", "",
           "For at least {limit:.0%} of all members the most similar other member, by shape, sides and colours, is of "
           "their own category or of one that looks the same; change the categories that OBJ007 names."),
-    Check("OBJ007", "Each category can be told apart", WARNING, ObjectCollection, categories_are_told_apart,
-          "kind_share", "",
-          "In each category the most similar other member is of that category for at least {limit:.0%} of the members; "
-          "change its form or its colours, or those of the category that it is confused with."),
+    Check("OBJ007", "Each category can be told apart", WARNING, ObjectCollection, categories_are_distinct,
+          "kind_share", "", "In each category the most similar other member is of that category for at least "
+          "{limit:.0%} of the members; change its form or its colours, or those of the category that it is confused "
+          "with."),
 )
 # fmt: on

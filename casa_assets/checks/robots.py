@@ -14,6 +14,8 @@ from casa_assets.model.kitchen.robot import SceneRobots
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
+FLOOR_ROBOT = "PandaOmron"  # RoboCasa's own robot; for the others numbers are reported and nothing is asked
+
 
 @dataclass(frozen=True)
 class Task:
@@ -59,9 +61,6 @@ def tasks_of(facts: Mapping[str, Any]) -> tuple[list[Task], list[str]]:
             )
             tasks.append(task)
     return tasks, without
-
-
-FLOOR_ROBOT = "PandaOmron"  # RoboCasa's own robot; for the others numbers are told and nothing is asked
 
 
 def joints_are_reached(subject: SceneRobots, least: float) -> Measurement:

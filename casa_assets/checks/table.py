@@ -7,18 +7,20 @@ from collections.abc import Iterable, Mapping
 from casa_assets.checks import library, objects
 from casa_assets.checks.asset import grip, plausibility, visual
 from casa_assets.checks.check import NO_WAIVERS, Check, Package, report_not_run, run
+from casa_assets.checks import filters, library, objects
+from casa_assets.checks.asset import plausibility, visual
+from casa_assets.checks.check import NO_WAIVERS, Check, report_not_run, run
 from casa_assets.checks.design import grade, rules, subject
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.checks.filters import kind, surface
 from casa_assets.checks.motion import joints
 from casa_assets.checks.package import mjcf, usd
 from casa_assets.checks.robots import joints_are_reached
 from casa_assets.checks.runtime import behavior, contract
-from casa_assets.checks.scene import batch_form, budget, engine_sizes, forms, opening, placement, rest
-from casa_assets.checks.scene.batch_form import BatchSubject
-from casa_assets.checks.scene.budget import MeasuredSpeed
-from casa_assets.checks.scene.forms import SceneFiles
+from casa_assets.checks.scene import engine_sizes, formats, light_forms, opening, placement, rest
+from casa_assets.checks.scene.formats import SceneFiles
+from casa_assets.checks.scene.light_forms import BatchSubject
 from casa_assets.checks.scene.placement import PreviewImages
+from casa_assets.checks.scene.rest import MeasuredSpeed
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.start_states import stage
 from casa_assets.checks.start_states.stage import StatesSubject
@@ -60,10 +62,9 @@ ASSET_ROWS: tuple[Check, ...] = (
           "The centre of mass lies in the bounding box of a link's collision shapes, and the inertia is that of a mass "
           "which fits into this box, to {limit:g} m; measure mass and inertia again."),
     Check("AST009", "Collider bounds", ERROR, Asset, plausibility.colliders_match_visual_bounds, "collider_bounds_m",
-          "m",
-          "Per link, the boxes around what is seen and what collides differ by at most {mm:g} mm, or 2 % of its "
-          "longest side where that is more; fit the collision shapes again.",
-          ("collider_bounds_ratio", "collider_bounds_built_m")),
+          "m", "Per link, the boxes around what is seen and what collides differ by at most {mm:g} mm, or 2 % of its "
+          "longest side where that is more; fit the collision shapes "
+          "again.", ("collider_bounds_ratio", "collider_bounds_built_m")),
     Check("AST010", "Origin at the base", ERROR, Asset, plausibility.origin_is_at_base_center, "origin_m", "m",
           "The origin of a free asset is within {mm:g} mm of the middle of its footprint, on the ground; move the "
           "origin there."),
@@ -84,7 +85,7 @@ ASSET_ROWS: tuple[Check, ...] = (
     Check("AST016", "Collider coverage", ERROR, Asset, plausibility.visible_surface_is_covered, "collider_bare", "",
           "At most {limit:.0%} of a link's visible surface lies away from every collision shape; add shapes, or close "
           "the holes of the mesh."),
-    Check("AST017", "Inertia of the shapes", ERROR, Asset, grip.inertia_matches_colliders, "gyration_share", "",
+    Check("AST017", "Inertia of the shapes", ERROR, Asset, plausibility.inertia_matches_colliders, "gyration_share", "",
           "The radius of gyration of a link is at most {limit:g} of half the diagonal of its shapes, and at least 15 % "
           "of that, with the centre of mass inside them; compute the inertia from the shapes."),
     Check("AST018", "Open rooms", WARNING, Asset, plausibility.open_rooms_stay_open, "room_closed", "",
@@ -138,10 +139,10 @@ ASSET_ROWS: tuple[Check, ...] = (
     Check("KIN006", "Joints stay put", ERROR, Package, joints.joints_stay_put, "drift_share", "",
           "Left alone for 5 s, closed and in each named pose, no joint drifts by more than {limit:.0%} of its range; "
           "raise friction, or balance the part."),
-    Check("KIN007", "Grips fit a gripper", ERROR, Asset, grip.grips_fit_a_gripper, "gripper_m", "m",
+    Check("KIN007", "Grips fit a gripper", ERROR, Asset, plausibility.grips_fit_a_gripper, "gripper_m", "m",
           "Each joint names a labelled grip that moves with it, is free to be reached, and is at most {limit:g} m "
           "thick; name, shrink or uncover the grip."),
-    Check("KIN008", "Axis-aligned joints", ERROR, Asset, grip.joint_axes_are_aligned, "axis_off_rad", "rad",
+    Check("KIN008", "Axis-aligned joints", ERROR, Asset, plausibility.joint_axes_are_aligned, "axis_off_rad", "rad",
           "Joint axes of built things lie along x, y or z to {limit:g} rad, as loaders that scale fixtures expect; "
           "turn the part straight."),
     Check("KIN009", "Travel of found joints", WARNING, Package, joints.joints_reach_full_range, "travel_share", "",
@@ -150,7 +151,7 @@ ASSET_ROWS: tuple[Check, ...] = (
     Check("KIN010", "Joints rest in range", ERROR, Package, joints.joints_rest_in_range, "range_excess", "rad or m",
           "Left alone for 2 s, closed, no joint stands more than {limit:g} rad or m outside its range; stiffen its "
           "limit, or ease the spring that presses it there."),
-    Check("KIN011", "Room for fingers", ERROR, Asset, grip.fingers_have_room, "finger_m", "m",
+    Check("KIN011", "Room for fingers", ERROR, Asset, plausibility.fingers_have_room, "finger_m", "m",
           "Fingers of {limit:g} m find room on both sides of each handle and knob of what a family built; let it stand "
           "out, or deepen the recess behind it."),
     Check("HOL001", "Usable interiors", ERROR, Package, behavior.interiors_hold_a_ball, "hollow_m", "m",
@@ -205,15 +206,14 @@ ASSET_ROWS: tuple[Check, ...] = (
           "Dropped on a floor from twice its height, the asset is at rest within {limit:g} s and does not fall "
           "through; correct its collision shapes or inertia.", DROP),
     Check("MJC007", "Stands upright", WARNING, Package, mjcf.stays_upright_after_drop, "drop_tip_deg", "deg",
-          "After the drop the asset is tilted by at most {limit:g} degrees; correct its orientation, or its foot.",
-          DROP),
+          "After the drop the asset is tilted by at most {limit:g} degrees; correct its orientation, or its "
+          "foot.", DROP),
     Check("MJC008", "Rests on the floor", ERROR, Package, mjcf.rests_on_floor_after_drop, "drop_penetration_m", "m",
           "At rest after the drop, the asset is at most {mm:g} mm deep in the floor; correct its collision shapes or "
           "mass.", DROP),
     Check("MJC009", "Joints move freely", ERROR, Package, mjcf.joints_move_without_collision, "sweep_penetration_m",
-          "m",
-          "Over the range of each joint in the written file, parts go at most {mm:g} mm into each other; shorten the "
-          "range, or make room."),
+          "m", "Over the range of each joint in the written file, parts go at most {mm:g} mm into each other; shorten "
+          "the range, or make room."),
     Check("USD001", "USD opens", ERROR, Package, usd.usd_opens, None, "",
           "The USD layers, flat and nested, open and compose without complaint and have a default prim; correct what "
           "USD names."),
@@ -242,63 +242,60 @@ ASSET_ROWS: tuple[Check, ...] = (
           "difference, it is a fault of the program."),
 
     # Filters of downloaded meshes.
-    Check("FLT001", "See-through surface", WARNING, Asset, surface.surface_is_opaque, "see_through", "",
+    Check("FLT001", "See-through surface", WARNING, Asset, filters.surface_is_opaque, "see_through", "",
           "At most {limit:.0%} of what is seen from all around shows back faces, which viewers leave out; close the "
           "holes, or thicken the walls."),
-    Check("FLT002", "Missing side", ERROR, Package, surface.no_side_is_missing, "missing_side", "",
+    Check("FLT002", "Missing side", ERROR, Package, filters.no_side_is_missing, "missing_side", "",
           "From no direction does more than {limit:.0%} of the outline of a solid thing show back faces; close that "
           "side."),
-    Check("FLT003", "Mixed winding", ERROR, Asset, surface.winding_is_consistent, "mixed_winding", "",
+    Check("FLT003", "Mixed winding", ERROR, Asset, filters.winding_is_consistent, "mixed_winding", "",
           "Neighbouring faces wind against each other along at most {limit:.0%} of the length of shared edges; make "
           "the winding consistent."),
-    Check("FLT004", "Flat cards", ERROR, Asset, surface.no_flat_cards, "flat_cards", "",
+    Check("FLT004", "Flat cards", ERROR, Asset, filters.no_flat_cards, "flat_cards", "",
           "At most {limit:.0%} of what is seen is flat sheets that are seen from both sides, like a billboard; model "
           "the thing in the round."),
-    Check("FLT005", "Separate parts", ERROR, Asset, surface.mesh_is_connected, "parts_apart", "",
+    Check("FLT005", "Separate parts", ERROR, Asset, filters.mesh_is_connected, "parts_apart", "",
           "The mesh has at most {limit:g} large connected part, since a rigid body is one thing; split the file by "
           "object, or join the parts."),
-    Check("FLT006", "Ground plane", ERROR, Package, surface.no_ground_plane, "ground_width", "",
+    Check("FLT006", "Ground plane", ERROR, Package, filters.no_ground_plane, "ground_width", "",
           "The lowest layer is at most {limit:g} times wider than all above it, unless that is usual for the category; "
           "export the mesh without the ground it stands on."),
-    Check("FLT007", "Known category", WARNING, Package, kind.category_is_known, None, "",
+    Check("FLT007", "Known category", WARNING, Package, filters.category_is_known, None, "",
           "The category is known, so that its usual size, pose and mass can be used; state it with --category."),
-    Check("FLT008", "Usual proportions", WARNING, Package, kind.proportions_fit_category, "odd_shape", "",
+    Check("FLT008", "Usual proportions", WARNING, Package, filters.proportions_fit_category, "odd_shape", "",
           "At its best scale, every side is within a factor {limit:g} of the range of the category; correct the "
           "category if it is another thing."),
-    Check("FLT009", "Open vessel", WARNING, Package, kind.vessel_is_open, "vessel_room", "",
+    Check("FLT009", "Open vessel", WARNING, Package, filters.vessel_is_open, "vessel_room", "",
           "As it stands, a vessel holds water in at least {limit:.0%} of its convex hull; correct its pose, or open "
           "the lid."),
-    Check("FLT010", "Too dark", ERROR, Asset, surface.is_not_too_dark, "dark", "",
+    Check("FLT010", "Too dark", ERROR, Asset, filters.is_not_too_dark, "dark", "",
           "The mean luminance of what is seen is at least {limit:g} in white light; set the colours of its materials."),
-    Check("FLT011", "Plain grey", WARNING, Asset, surface.is_not_plain_grey, "plain", "",
+    Check("FLT011", "Plain grey", WARNING, Asset, filters.is_not_plain_grey, "plain", "",
           "Colours differ from one plain grey by at least {limit:g} of the displayed range; bring the materials or a "
           "picture along."),
-    Check("FLT012", "Texture sharpness", WARNING, Asset, surface.textures_are_sharp, "picture_points", "",
+    Check("FLT012", "Texture sharpness", WARNING, Asset, filters.textures_are_sharp, "picture_points", "",
           "Along the longest side, at least {limit:g} points of the picture can be told apart; bring a larger or "
           "sharper picture."),
-    Check("FLT013", "Load time", WARNING, Asset, kind.load_time_is_bounded, "load_ms", "ms",
+    Check("FLT013", "Load time", WARNING, Asset, filters.load_time_is_bounded, "load_ms", "ms",
           "Loading takes at most {limit:g} ms, estimated from triangles and pixels; simplify the mesh, or scale its "
           "pictures down."),
-    Check("FLT014", "Plausible inertia", ERROR, Asset, kind.inertia_is_plausible, "inertia_factor", "",
+    Check("FLT014", "Plausible inertia", ERROR, Asset, filters.inertia_is_plausible, "inertia_factor", "",
           "Moments of inertia are within a factor {limit:g} of those of the collision shapes filled evenly; measure "
           "the inertia again."),
-    Check("FLT015", "Lies still", ERROR, Package, kind.lies_still, "wander_m", "m",
+    Check("FLT015", "Lies still", ERROR, Package, filters.lies_still, "wander_m", "m",
           "Put down and left alone, no corner moves by more than {mm:g} mm within 3 s once the thing has settled; "
           "correct its collision shapes."),
-    Check("FLT016", "Does not fall over", ERROR, Package, kind.does_not_fall_over, "stand_tip_deg", "deg",
+    Check("FLT016", "Does not fall over", ERROR, Package, filters.does_not_fall_over, "stand_tip_deg", "deg",
           "Put down as it stands, a thing that stands tilts by at most {limit:g} degrees; correct its pose, or its "
           "foot."),
-    Check("FLT017", "Stacks on another", WARNING, Package, kind.stacks_on_another, "stack_off", "",
+    Check("FLT017", "Stacks on another", WARNING, Package, filters.stacks_on_another, "stack_off", "",
           "A second one let down on a stackable thing stays within {limit:g} widths of its middle; correct the pose, "
           "the foot or the rim."),
-    Check("FLT018", "Fits a gripper", WARNING, Package, kind.fits_a_gripper, "gripper_m", "m",
+    Check("FLT018", "Fits a gripper", WARNING, Package, filters.fits_a_gripper, "gripper_m", "m",
           "A thing that is said to be graspable has a body, rim or handle at most {limit:g} m wide; correct its size, "
           "or do not call it graspable."),
 )
 # fmt: on
-
-
-# Scenes ---------------------------------------------------------------------------------------------------------------
 
 
 # fmt: off
@@ -315,74 +312,71 @@ SCENE_ROWS: tuple[Check, ...] = (
           "Left alone for 5 s, no joint drifts by more than {limit:.0%} of its range; look for what touches it, and at "
           "its friction and spring."),
     Check("SCN005", "Doors and drawers open", ERROR, SceneSubject, opening.joints_open_without_collision,
-          "scene_clash_m", "m",
-          "Moved through its range, alone and beside each open neighbour, with what lies in it, no part of the kitchen "
-          "runs more than {mm:g} mm into anything, with the lids of objects closed; make room, or change the swing."),
+          "scene_clash_m", "m", "Moved through its range, alone and beside each open neighbour, with what lies in it, "
+          "no part of the kitchen runs more than {mm:g} mm into anything, with the lids of objects closed; make room, "
+          "or change the swing."),
     Check("SCN006", "Opens by hand in place", ERROR, SceneSubject, opening.joints_open_by_hand, "reach_share", "",
           "Each joint but those of objects (`scenes new --objects`) covers {limit:.0%} of its range within 2 s under "
           "20 N at its grip, in the whole scene; clear what it meets, or ease its friction."),
     Check("SCN007", "Fixed things overlap", ERROR, SceneSubject, placement.fixed_things_do_not_overlap,
-          "scene_overlap_m", "m",
-          "No two fixed things overlap by more than {mm:g} mm; move one of them, or make it smaller."),
+          "scene_overlap_m", "m", "No two fixed things overlap by more than {mm:g} mm; move one of them, or make it "
+          "smaller."),
     Check("SCN008", "Floating things", ERROR, SceneSubject, placement.fixed_things_are_supported, "scene_floating", "",
           "Every fixed thing rests on the floor, a wall, the ceiling, or a thing that these hold (at most {limit:g} do "
           "not); set it on what carries it."),
     Check("SCN009", "Inside the room", ERROR, SceneSubject, placement.things_are_inside_room, "scene_outside_m", "m",
           "Nothing reaches more than {mm:g} mm beyond floor, walls and ceiling; move it in."),
-    Check("SCN010", "Number of bodies", ERROR, SceneSubject, budget.body_count_is_bounded, "scene_bodies", "",
+    Check("SCN010", "Number of bodies", ERROR, SceneSubject, rest.body_count_is_bounded, "scene_bodies", "",
           "The model has at most {limit:g} bodies; merge links that never move against each other."),
     Check("SCN011", "Loose things stay put", ERROR, SceneSubject, rest.loose_things_stay_put, "scene_drift_m", "m",
           "Nothing that stands by its weight moves by more than {mm:g} mm in 5 s; set it down where it stands firmly."),
-    Check("SCN012", "Number of colliders", ERROR, SceneSubject, budget.collider_count_is_bounded, "scene_shapes", "",
+    Check("SCN012", "Number of colliders", ERROR, SceneSubject, rest.collider_count_is_bounded, "scene_shapes", "",
           "The model has at most {limit:g} collision shapes; merge some, or leave a thing out."),
-    Check("SCN013", "Degrees of freedom", ERROR, SceneSubject, budget.degrees_of_freedom_are_bounded, "scene_freedoms",
-          "",
-          "The kitchen has at most {limit:g} degrees of freedom, those of objects (`scenes new --objects`) not "
+    Check("SCN013", "Degrees of freedom", ERROR, SceneSubject, rest.degrees_of_freedom_are_bounded, "scene_freedoms",
+          "", "The kitchen has at most {limit:g} degrees of freedom, those of objects (`scenes new --objects`) not "
           "counted, because solver time grows with their number; fix what nobody has to move."),
-    Check("SCN014", "Hull vertices", ERROR, SceneSubject, budget.hull_vertex_count_is_bounded, "scene_vertices", "",
+    Check("SCN014", "Hull vertices", ERROR, SceneSubject, rest.hull_vertex_count_is_bounded, "scene_vertices", "",
           "The collision hulls have at most {limit:g} vertices in all, counted per instance; use boxes and cylinders."),
-    Check("SCN015", "Texture memory", ERROR, SceneSubject, budget.texture_memory_is_bounded, "scene_pictures_mb", "MB",
+    Check("SCN015", "Texture memory", ERROR, SceneSubject, rest.texture_memory_is_bounded, "scene_pictures_mb", "MB",
           "All pictures take at most {limit:g} MB decoded, so that one GPU holds many scenes; share pictures, or scale "
           "them down."),
-    Check("SCN016", "Contacts at rest", ERROR, SceneSubject, budget.contact_count_is_bounded, "scene_contacts", "",
+    Check("SCN016", "Contacts at rest", ERROR, SceneSubject, rest.contact_count_is_bounded, "scene_contacts", "",
           "At most {limit:g} pairs of shapes touch while nothing moves, because each costs time in every step; set "
           "things down on fewer feet."),
-    Check("SCN017", "MJCF equals USD", ERROR, SceneFiles, forms.formats_agree, "scene_disagreements", "",
+    Check("SCN017", "MJCF equals USD", ERROR, SceneFiles, formats.formats_agree, "scene_disagreements", "",
           "Bodies, poses, joints, masses, shapes and labels are the same in scene.xml, scene.usda and "
           "scene_nested.usda (at most {limit:g} differ); please report a difference, it is a fault of the program."),
-    Check("SCN018", "USD scene loads", ERROR, SceneFiles, forms.usd_scene_loads_without_warnings, None, "",
+    Check("SCN018", "USD scene loads", ERROR, SceneFiles, formats.usd_scene_loads_without_warnings, None, "",
           "scene.usda and scene_nested.usda compose without complaint, have a default prim, and MuJoCo imports them "
           "without a warning; correct what the reader names."),
-    Check("SCN019", "OpenUSD validators", ERROR, SceneFiles, forms.usd_scene_passes_openusd_validators, None, "",
+    Check("SCN019", "OpenUSD validators", ERROR, SceneFiles, formats.usd_scene_passes_openusd_validators, None, "",
           "OpenUSD's own validators find nothing in scene.usda and scene_nested.usda; correct the prims that they "
           "name."),
-    Check("SCN020", "SimReady rules", ERROR, SceneFiles, forms.usd_scene_meets_simready_rules, None, "",
+    Check("SCN020", "SimReady rules", ERROR, SceneFiles, formats.usd_scene_meets_simready_rules, None, "",
           "scene.usda meets SimReady Robotics-Prop 4.0.0, but for rules on the package of a single prop; correct the "
           "requirements that are listed."),
-    Check("SCN021", "Light form: same mechanism", ERROR, SceneFiles, forms.mechanism_is_the_same, None, "",
+    Check("SCN021", "Light form: same mechanism", ERROR, SceneFiles, light_forms.mechanism_is_the_same, None, "",
           "scene_light.xml loads without warnings, has no meshes or pictures, and has the joints, masses and poses of "
           "the full form; build it again from the same scene."),
-    Check("SCN022", "Light form: settles apart", ERROR, SceneFiles, forms.no_penetration_after_settling,
-          "scene_settled_m", "m",
-          "In the light form no two things overlap by more than {mm:g} mm, at the start and after 1 s; correct the "
-          "primitive shapes."),
+    Check("SCN022", "Light form: settles apart", ERROR, SceneFiles, light_forms.light_form_settles_apart,
+          "scene_settled_m", "m", "In the light form no two things overlap by more than {mm:g} mm, at the start and "
+          "after 1 s; correct the primitive shapes."),
     Check("SCN023", "Cameras see all walls", ERROR, SceneSubject, placement.cameras_see_every_wall, "scene_wall_seen",
-          "",
-          "Each wall fills at least {limit:.0%} of the picture of some camera; turn a camera to the wall, or add one."),
+          "", "Each wall fills at least {limit:.0%} of the picture of some camera; turn a camera to the wall, or add "
+          "one."),
     Check("SCN024", "No black pictures", ERROR, PreviewImages, placement.previews_are_not_black, "scene_black", "",
           "At most {limit:.0%} of each preview is black; add a light there, or move the camera out of what it stands "
           "in."),
     Check("SCN025", "No burnt-out pictures", ERROR, PreviewImages, placement.previews_are_not_burnt_out, "scene_white",
-          "",
-          "At most {limit:.0%} of each preview is pure white; lower the light, or choose a darker finish."),
-    Check("SCN026", "Load time", WARNING, MeasuredSpeed, budget.load_time_is_bounded, "scene_load_ms", "ms",
+          "", "At most {limit:.0%} of each preview is pure white; lower the light, or choose a darker finish."),
+    Check("SCN026", "Load time", WARNING, MeasuredSpeed, rest.load_time_is_bounded, "scene_load_ms", "ms",
           "MuJoCo compiles the scene within {limit:g} ms on the machine of the check; use fewer vertices and smaller "
           "pictures."),
-    Check("SCN027", "Simulation speed", WARNING, MeasuredSpeed, budget.simulation_is_fast_enough, "scene_pace", "",
+    Check("SCN027", "Simulation speed", WARNING, MeasuredSpeed, rest.simulation_is_fast_enough, "scene_pace", "",
           "At rest, one core simulates at least {limit:g} s of the scene per second; use fewer contacts and joints."),
-    Check("SCN028", "Light form: things stay put", ERROR, SceneFiles, forms.loose_things_stay_put, "scene_drift_m", "m",
-          "In the light form nothing that stands by its weight moves by more than {mm:g} mm in 5 s; correct the "
-          "footprint of its primitive shapes."),
+    Check("SCN028", "Light form: things stay put", ERROR, SceneFiles, light_forms.light_things_stay_put,
+          "scene_drift_m", "m", "In the light form nothing that stands by its weight moves by more than {mm:g} mm in 5 "
+          "s; correct the footprint of its primitive shapes."),
 
     # Kitchens as a designer, a mobile robot and a list of tasks see them.
     Check("NKB001", "Doorway width", ERROR, DesignSubject, rules.doorways_are_wide_enough, "doorway_m", "m",
@@ -397,26 +391,22 @@ SCENE_ROWS: tuple[Check, ...] = (
           "Fronts that face each other are at least {limit:g} m apart, unless the plan says `compact: true` (NKBA 6); "
           "move the rows apart."),
     Check("NKB005", "Work aisle, compact", ERROR, DesignSubject, rules.compact_work_aisles_are_wide_enough,
-          "compact_aisle_m", "m",
-          "In a plan that says `compact: true`, fronts that face each other are at least {limit:g} m apart; move the "
-          "rows apart."),
+          "compact_aisle_m", "m", "In a plan that says `compact: true`, fronts that face each other are at least "
+          "{limit:g} m apart; move the rows apart."),
     Check("NKB006", "Walkway width", ERROR, DesignSubject, rules.walkways_are_wide_enough, "walkway_m", "m",
           "Ways between things, and along walls, are at least {limit:g} m wide (NKBA 7); move or narrow what stands "
           "beside them."),
     Check("NKB007", "Room at the dishwasher", ERROR, DesignSubject, rules.dishwashers_have_standing_room,
-          "dishwasher_m", "m",
-          "A dishwasher is at least {limit:g} m from what stands at a right angle to it (NKBA 13); move it along its "
-          "row."),
+          "dishwasher_m", "m", "A dishwasher is at least {limit:g} m from what stands at a right angle to it (NKBA "
+          "13); move it along its row."),
     Check("NKB008", "Hood height", ERROR, DesignSubject, rules.hoods_clear_cooktops, "hood_m", "m",
           "A hood hangs at least {limit:g} m over the cooktop (NKBA 18); hang it higher."),
     Check("NKB009", "Clearance over cooktops", ERROR, DesignSubject, rules.cabinets_clear_cooktops, "over_cooktop_m",
-          "m",
-          "Cabinets and shelves hang at least {limit:g} m over a cooktop that has no hood (NKBA 18); remove or raise "
-          "them, or add a hood."),
+          "m", "Cabinets and shelves hang at least {limit:g} m over a cooktop that has no hood (NKBA 18); remove or "
+          "raise them, or add a hood."),
     Check("NKB010", "No window over cooktops", ERROR, DesignSubject, rules.no_openable_window_over_cooktops, "window_m",
-          "m",
-          "No window that opens is over a cooktop (at most {limit:g} m of it, NKBA 20); move the cooktop, or fix the "
-          "sash."),
+          "m", "No window that opens is over a cooktop (at most {limit:g} m of it, NKBA 20); move the cooktop, or fix "
+          "the sash."),
     Check("NKB011", "Distance from corners", ERROR, DesignSubject, rules.appliances_keep_off_corners, "corner_m", "m",
           "Appliances are at least {limit:g} m from an inside corner of the worktops (LSU AgCenter); move them along "
           "the row."),
@@ -445,62 +435,52 @@ SCENE_ROWS: tuple[Check, ...] = (
           "The start states have the joints of scene.xml in its order, and were made for exactly this file; draw them "
           "again with scenes states."),
     Check("STA002", "Start states apart", ERROR, StatesSubject, stage.states_have_no_deep_contact, "state_contact_m",
-          "m",
-          "Simulated again for 2 s, no two shapes of a start state are more than {mm:g} mm in each other; draw it "
+          "m", "Simulated again for 2 s, no two shapes of a start state are more than {mm:g} mm in each other; draw it "
           "again."),
     Check("STA003", "Start states at rest", ERROR, StatesSubject, stage.states_stay_put, "state_motion_m", "m",
           "Simulated again for 2 s, no corner of any shape of a start state moves by more than {mm:g} mm; draw it "
           "again."),
     Check("STA004", "Robot parked in room", ERROR, StatesSubject, stage.states_leave_room_for_the_robot,
-          "states_blocked", "",
-          "In every start state the boxes around a robot in its home pose are empty (at most {limit:g} states are not "
-          "so); draw them again."),
+          "states_blocked", "", "In every start state the boxes around a robot in its home pose are empty (at most "
+          "{limit:g} states are not so); draw them again."),
     Check("STA005", "Start states differ", ERROR, StatesSubject, stage.states_differ, "state_difference", "",
           "In any two start states a joint, a thing or the base differs by {limit:g} m or rad at least; draw one of "
           "them again."),
 
     # Batch forms.
-    Check("BAT001", "Batch form loads", ERROR, BatchSubject, batch_form.batch_form_loads, None, "",
+    Check("BAT001", "Batch form loads", ERROR, BatchSubject, light_forms.batch_form_loads, None, "",
           "scene_batch.xml loads without warnings, is made of boxes, spheres, cylinders and capsules, its pictures are "
           "small, and its joints are those of the light form; build it again from the same scene."),
-    Check("BAT002", "Batch form: colliders", ERROR, BatchSubject, batch_form.collider_count_is_bounded, "batch_shapes",
-          "",
-          "At most {limit:g} primitives of the batch form touch anything; lock more joints with --joints, or leave "
+    Check("BAT002", "Batch form: colliders", ERROR, BatchSubject, light_forms.collider_count_is_bounded, "batch_shapes",
+          "", "At most {limit:g} primitives of the batch form touch anything; lock more joints with --joints, or leave "
           "things out of the plan."),
-    Check("BAT003", "Batch form: candidate pairs", ERROR, BatchSubject, batch_form.pair_count_is_bounded, "batch_pairs",
-          "",
-          "An engine has to look at no more than {limit:g} pairs of primitives in every step; lock more joints with "
-          "--joints, or leave things out."),
-    Check("BAT004", "Batch form: asleep at rest", ERROR, BatchSubject, batch_form.nothing_is_awake_at_rest,
-          "batch_awake", "",
-          "Left alone for 0.5 s, at most {limit:g} degrees of freedom are awake or constrained; find what touches or "
-          "moves there."),
-    Check("BAT005", "Batch form: settles apart", ERROR, BatchSubject, batch_form.no_penetration, "scene_settled_m", "m",
-          "In the batch form no two things overlap by more than {mm:g} mm, at the start and after 1 s awake; correct "
-          "the light form that it is made from."),
-    Check("BAT006", "Batch form: things stay put", ERROR, BatchSubject, batch_form.loose_things_stay_put,
-          "scene_drift_m", "m",
-          "In the batch form nothing that stands by its weight moves by more than {mm:g} mm in 5 s awake; correct the "
-          "light form that it is made from."),
-    Check("BAT007", "Batch form: same surfaces", ERROR, BatchSubject, batch_form.surfaces_are_kept, "batch_rays_off",
-          "",
-          "At most {limit:.0%} of rays in the room meet the batch form more than 5 mm nearer or farther than the light "
-          "form, closed and open; give it more primitives with --primitives."),
-    Check("BAT008", "Batch form: room inside", ERROR, BatchSubject, batch_form.room_inside_is_kept, "batch_filled", "",
+    Check("BAT003", "Batch form: candidate pairs", ERROR, BatchSubject, light_forms.pair_count_is_bounded,
+          "batch_pairs", "", "An engine has to look at no more than {limit:g} pairs of primitives in every step; lock "
+          "more joints with --joints, or leave things out."),
+    Check("BAT004", "Batch form: asleep at rest", ERROR, BatchSubject, light_forms.nothing_is_awake_at_rest,
+          "batch_awake", "", "Left alone for 0.5 s, at most {limit:g} degrees of freedom are awake or constrained; "
+          "find what touches or moves there."),
+    Check("BAT005", "Batch form: settles apart", ERROR, BatchSubject, light_forms.batch_form_settles_apart,
+          "scene_settled_m", "m", "In the batch form no two things overlap by more than {mm:g} mm, at the start and "
+          "after 1 s awake; correct the light form that it is made from."),
+    Check("BAT006", "Batch form: things stay put", ERROR, BatchSubject, light_forms.batch_things_stay_put,
+          "scene_drift_m", "m", "In the batch form nothing that stands by its weight moves by more than {mm:g} mm in 5 "
+          "s awake; correct the light form that it is made from."),
+    Check("BAT007", "Batch form: same surfaces", ERROR, BatchSubject, light_forms.surfaces_are_kept, "batch_rays_off",
+          "", "At most {limit:.0%} of rays in the room meet the batch form more than 5 mm nearer or farther than the "
+          "light form, closed and open; give it more primitives with --primitives."),
+    Check("BAT008", "Batch form: room inside", ERROR, BatchSubject, light_forms.room_inside_is_kept, "batch_filled", "",
           "No region that stays open is filled by more than {limit:.0%} of what is free in the light form; give it "
           "more primitives with --primitives."),
-    Check("BAT009", "Batch form: opens by hand", ERROR, BatchSubject, batch_form.joints_open_by_hand, "reach_share", "",
-          "Each joint of a fixture covers {limit:.0%} of its range within 2 s under 20 N at its grip in the batch "
+    Check("BAT009", "Batch form: opens by hand", ERROR, BatchSubject, light_forms.joints_open_by_hand, "reach_share",
+          "", "Each joint of a fixture covers {limit:.0%} of its range within 2 s under 20 N at its grip in the batch "
           "form; look for what it meets there."),
     Check("BAT010", "Batch form: awake in use", ERROR, EngineSizes, engine_sizes.few_are_awake_in_use,
-          "batch_awake_in_use", "",
-          "With a robot of nine joints and one fixture in use at most {limit:g} degrees of freedom are awake; look for "
-          "what leans on what is opened."),
+          "batch_awake_in_use", "", "With a robot of nine joints and one fixture in use at most {limit:g} degrees of "
+          "freedom are awake; look for what leans on what is opened."),
 )
 # fmt: on
 
-
-# Table ----------------------------------------------------------------------------------------------------------------
 
 TABLE: tuple[Check, ...] = (*ASSET_ROWS, *objects.ROWS, *library.ROWS, *SCENE_ROWS)
 LOADS = "SCN001"
@@ -526,7 +506,6 @@ def run_scene(
     name = subject.scene.id
     if not subject.loaded.error:
         return run(subject, name, limits, waived, rows)
-    first, rest = [row for row in rows if row.code == LOADS], [row for row in rows if row.code != LOADS]
-    return run(subject, name, limits, waived, first) + report_not_run(
-        (SceneSubject,), name, limits, UNLOADED, waived, rest
-    )
+    loads = run(subject, name, limits, waived, [row for row in rows if row.code == LOADS])
+    others = [row for row in rows if row.code != LOADS]
+    return loads + report_not_run((SceneSubject,), name, limits, UNLOADED, waived, others)

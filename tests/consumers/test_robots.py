@@ -34,9 +34,8 @@ pytestmark = pytest.mark.consumers
 
 def casa(*arguments: object) -> subprocess.CompletedProcess[str]:
     """The command line, with what the extra `robots` adds in front of our packages."""
-    return subprocess.run(
-        command(*arguments), env=with_packages_of("robots"), capture_output=True, text=True, check=False
-    )
+    words, packages = command(*arguments), with_packages_of("robots")
+    return subprocess.run(words, env=packages, capture_output=True, text=True, check=False)
 
 
 @pytest.fixture(scope="module")
@@ -116,10 +115,8 @@ def test_a_humanoid_a_quadruped_and_another_mobile_arm_reach_a_few_joints(out: P
         assert counts["joints"] == counts["reached"] == len(FEW), robot
         assert counts["followed"] >= len(FEW) - 1, robot
     (result,) = found["results"]
-    assert (result["status"], result["reason"].split(":")[0]) == (
-        "not_run",
-        "PandaOmron is not among the robots that were tried",
-    )
+    assert result["status"] == "not_run"
+    assert result["reason"].startswith("PandaOmron is not among the robots that were tried")
 
 
 @pytest.mark.certify

@@ -63,7 +63,7 @@ _PAGES_IN_A_BROWSER = Watched(
 )
 _MJCF = _package("formats/mjcf", "formats/values.py", "model/asset", "model/kitchen")
 _BATCHES = Watched(
-    ("engines",), (*_package("addons/batch", "checks/scene/batch_form.py", "checks/scene/engine_sizes.py"), *_MJCF)
+    ("engines",), (*_package("addons/batch", "checks/scene/light_forms.py", "checks/scene/engine_sizes.py"), *_MJCF)
 )
 _CLUSTER = Watched(("ray",), _package("runs", "ingest/run"))
 _STORES = Watched(("stores",), _package("library", "runs/remote.py", "ingest/sources"))

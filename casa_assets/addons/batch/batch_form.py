@@ -16,8 +16,8 @@ from casa_assets.addons.batch.merged_form import batch_within
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.checks.check import run
-from casa_assets.checks.scene.batch_form import BatchSubject, candidate_pairs
 from casa_assets.checks.scene.engine_sizes import engine_sizes
+from casa_assets.checks.scene.light_forms import BatchSubject, candidate_pairs
 from casa_assets.core.system import cache_for, replace_file
 from casa_assets.families.asset_store import AssetStore
 from casa_assets.formats.mjcf import batch
@@ -102,14 +102,11 @@ def _judged(form: BatchScene, folder: Path, key: str) -> BatchFile:
     else:
         sizes = engine_sizes(subject)
         report += run(sizes, name, records.limits, waived)
+    placed = list(zip(form.scene.placements, form.forms, strict=True))
     return BatchFile(
         id=name,
         key=key,
-        joints=tuple(
-            f"{place.name}__{joint.name}"
-            for place, asset in zip(form.scene.placements, form.forms, strict=True)
-            for joint in asset.joints
-        ),
+        joints=tuple(f"{place.name}__{joint.name}" for place, asset in placed for joint in asset.joints),
         locked=tuple(f"{ref.placement}__{ref.joint}" for ref in form.locked),
         filled=form.filled,
         colliders=form.collider_count,

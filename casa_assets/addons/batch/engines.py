@@ -16,13 +16,12 @@ from casa_assets.errors import CasaError, UnknownId
 
 # Sizes of buffers for a kitchen without `batch.json`: the most of 120 kitchens, with a margin of 1.5.
 COMMON_SIZES = {"nconmax": 144, "njmax": 872, "nccdmax": 144, "nvmax": 128}
-
-# Joints of the robot in the trials that these were counted in, and those in `batch.json`.
-TRIAL_ROBOT_FREEDOMS = 9
-
+TRIAL_ROBOT_FREEDOMS = 9  # joints of the robot in the trials that these were counted in, and those in `batch.json`
 # Iterations of the solver at most, for engines in single precision: it does not get below its tolerance there and would
 # go on to the last. After eight nothing changed any more in three kitchens.
 ITERATIONS = 20
+# Name of an engine -> what to install for it.
+ENGINES = {"mujoco": "mujoco", "mujoco_warp": "mujoco-warp", "mjx": "mujoco-mjx", "newton": "newton mujoco-warp"}
 
 
 @dataclass(frozen=True)
@@ -70,10 +69,6 @@ class Engine(Protocol):
     @property
     def bytes_per_world(self) -> int:
         """Memory of the state of a world, without the model and without what an engine holds during a step, bytes."""
-
-
-# Name of an engine -> what to install for it.
-ENGINES = {"mujoco": "mujoco", "mujoco_warp": "mujoco-warp", "mjx": "mujoco-mjx", "newton": "newton mujoco-warp"}
 
 
 def engine_named(name: str) -> Callable[[Parts], Engine]:

@@ -18,16 +18,35 @@ from casa_assets.model.pose import Pose
 
 # A gap twice as wide as this counts as closed: neither a finger nor a thing that a kitchen holds gets in, metres.
 CLOSED_GAP_HALF_M = 0.006
-# What is merged may stick out of what it stands for by so much, metres.
-TOLERANCE_M = 0.0025
+TOLERANCE_M = 0.0025  # how far what is merged may stick out of what it replaces, metres
 # Besides the faces of boxes, lines of the grid lie this far apart, metres: shapes that stand askew have no such faces.
 LINE_STEP_M = 0.1
-# Free room around all boxes, metres.
-BORDER_M = 0.1
-# Lines closer than this are one, metres.
-SAME_LINE_M = 1e-3
-# Numbers on either side that are equal but for rounding, metres.
-ROUNDING_M = 1e-6
+BORDER_M = 0.1  # free room around all boxes, metres
+SAME_LINE_M = 1e-3  # lines closer than this are one, metres
+ROUNDING_M = 1e-6  # numbers on either side that are equal but for rounding, metres
+ORDERS = ((0, 1, 2), (1, 2, 0), (2, 0, 1))  # orders in which a box grows along the axes: each axis comes first once
+SAMPLES = 14  # points along each axis of a wall on which it is counted how much of it is filled
+# Points in the box around a body on which it is counted how empty parts of that are, about; along an axis at least.
+POINTS, LEAST_POINTS = 12_000, 5
+CUTS = 6  # places along an axis at which a group is divided, besides its widest gap, about
+RIM_POINTS = 16  # points around the rim of a cylinder, and of a ball from pole to pole
+NEGLIGIBLE_SHARE = 0.05  # shapes that are together smaller than this share of all are left out where the outline stays
+# None of them is longer than this, but for rods that are thinner than that, metres: walls of a vessel are thin and
+# still hold what is in it.
+SMALL_M, SLENDER_M = 0.03, 0.02
+EXCHANGES = 3  # times that shapes may change groups
+MOST_JOINED = 28  # shapes up to which a thing is tried from the bottom up, too
+OUTLINE_M = 0.005  # how far the outline may change, metres
+FREE_MARGIN_M = 0.001  # what has to be free is so but for its outermost layer of this thickness, metres
+# Walls around it are at least as thick as this, metres; less of a wall than this share filled is an opening, 0..1.
+WALL_M = 0.001
+MIN_WALL_SHARE = 0.08
+MOST_SEEN_M = 0.004
+MOST_CUT_OFF = 0.5  # no more than this share of a primitive is cut off where it would reach into another body, 0..1
+EMPTY_SHARE_OF_VESSEL = 0.7  # share of the walls of a vessel that may be empty: a round one has square walls
+SIZE_STEP_M = 1e-6  # sizes and positions are multiples of this, metres: the last digits of a computation are no promise
+AROUND_M = 0.05  # points around boxes are this far from them, metres
+ALIGNED = 1 - 1e-9  # cosine of the angle between axes that are the same
 
 
 class ReachableSpace:
@@ -99,15 +118,13 @@ class ReachableSpace:
         labels, _ = ndimage.label(~solid)
         found: set[int] = set()
         for point in seeds:
-            index: Ints = np.array(
-                [np.searchsorted(lines, value) - 1 for lines, value in zip(self._lines, point, strict=True)]
-            )
+            places = zip(self._lines, point, strict=True)
+            index: Ints = np.array([np.searchsorted(lines, value) - 1 for lines, value in places])
             if (index >= 0).all() and (index < np.array(labels.shape)).all():
                 found.add(int(labels[tuple(index)]))
         wanted = np.zeros(int(labels.max()) + 1, dtype=bool)
         wanted[sorted(found - {0}) or slice(1, None)] = True
-        reached: Mask = wanted[labels]
-        return reached
+        return np.asarray(wanted[labels])
 
 
 def is_inside(shape: Shape, points: Floats, margin: float = 0.0) -> Mask:
@@ -133,12 +150,6 @@ def _lines(faces: Floats) -> Floats:
     every = np.unique(np.concatenate([faces.ravel(), between, [high]]))
     is_new = np.concatenate([[True], np.diff(every) > SAME_LINE_M])
     return np.asarray(every[is_new], dtype=np.float64)
-
-
-# Cover boxes ----------------------------------------------------------------------------------------------------------
-
-# Orders in which a box grows along the axes: each axis comes first once.
-ORDERS = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 
 
 class CoveringBox(NamedTuple):
@@ -190,39 +201,6 @@ def _grown(space: ReachableSpace, box: Floats, order: tuple[int, int, int]) -> F
     return grown
 
 
-# Fit primitives -------------------------------------------------------------------------------------------------------
-
-# Points along each axis of a wall on which it is counted how much of it is filled.
-SAMPLES = 14
-# Points in the box around a body on which it is counted how empty parts of that are, about; along an axis at least.
-POINTS, LEAST_POINTS = 12_000, 5
-# Places along an axis at which a group is divided, besides its widest gap, about.
-CUTS = 6
-# Points around the rim of a cylinder, and of a ball from pole to pole.
-RIM_POINTS = 16
-# Shapes that are together smaller than this share of all are left out where the outline stays.
-NEGLIGIBLE_SHARE = 0.05
-# None of them is longer than this, but for rods that are thinner than that, metres: walls of a vessel are thin and
-# still hold what is in it.
-SMALL_M, SLENDER_M = 0.03, 0.02
-# Times that shapes may change groups.
-EXCHANGES = 3
-# Things of so many shapes are tried from the bottom up, too.
-MOST_JOINED = 28
-# By so much the outline may change, metres.
-OUTLINE_M = 0.005
-# What has to be free is so but for its outermost layer of this thickness, metres.
-FREE_MARGIN_M = 0.001
-# Walls around it are at least as thick as this, metres; less of a wall than this share filled is an opening, 0..1.
-WALL_M = 0.001
-MIN_WALL_SHARE = 0.08
-MOST_SEEN_M = 0.004
-# No more than this share of a primitive is cut off where it would reach into another body, 0..1.
-MOST_CUT_OFF = 0.5
-# So much of the walls of a vessel may be empty, 0..1: a round one has square walls.
-EMPTY_SHARE_OF_VESSEL = 0.7
-
-
 class Fitted(NamedTuple):
     """A primitive with its pose in the body, and the indices of the primitives that it replaces, the largest first."""
 
@@ -259,11 +237,8 @@ def fit_primitives(shapes: Sequence[tuple[Shape, Pose]], limits: FitLimits) -> l
     grid = _Grid.around(shapes, bounds, limits)
     groups = [grid.group(wanted)]
     while len(groups) < limits.most:
-        divisible = [
-            i
-            for i, g in enumerate(groups)
-            if len(g.members) > 1 and g.empty_share > (EMPTY_SHARE_OF_VESSEL if g.takes_room else limits.empty_share)
-        ]
+        allowed = [EMPTY_SHARE_OF_VESSEL if g.takes_room else limits.empty_share for g in groups]
+        divisible = [i for i, g in enumerate(groups) if len(g.members) > 1 and g.empty_share > allowed[i]]
         if not divisible:
             break
         worst = max(divisible, key=lambda i: groups[i].empty_m3)
@@ -522,7 +497,7 @@ def _without(box: Floats, hole: Floats) -> list[Floats]:
 
 
 def _even_points(lower: Floats, upper: Floats, counts: Sequence[int] | Ints) -> Floats:
-    """(N, 3) points evenly within a box, in the middles of so many cells along each axis, metres."""
+    """(N, 3) points evenly within a box, in the middles of `counts` cells along each axis, metres."""
     axes = [np.linspace(low, high, 2 * n + 1)[1::2] for low, high, n in zip(lower, upper, counts, strict=True)]
     return np.stack([g.ravel() for g in np.meshgrid(*axes, indexing="ij")], axis=1)
 
@@ -531,8 +506,7 @@ def _points(shape: Shape) -> Floats:
     """(N, 3) points whose hull holds a primitive, in its frame, metres; round ones to within half a percent."""
     if isinstance(shape, Box):
         signs = np.array(np.meshgrid(*([-0.5, 0.5],) * 3)).reshape(3, -1).T
-        corners: Floats = signs * np.array(shape.size)
-        return corners
+        return np.asarray(signs * np.array(shape.size))
     around = np.linspace(0.0, 2 * np.pi, RIM_POINTS, endpoint=False)
     rim = np.stack([np.cos(around), np.sin(around), np.zeros(RIM_POINTS)], axis=1)
     if isinstance(shape, Cylinder):
@@ -546,16 +520,6 @@ def _points(shape: Shape) -> Floats:
             rings.append(shape.radius * np.cos(angle) * rim + up)
         return np.concatenate(rings)
     raise ValueError(f"a {shape.kind} is no primitive")
-
-
-# Colliders ------------------------------------------------------------------------------------------------------------
-
-# Sizes and positions are multiples of this, metres: the last digits of a computation are no promise.
-SIZE_STEP_M = 1e-6
-# Points around boxes are this far from them, metres.
-AROUND_M = 0.05
-# Cosine of the angle between axes that are the same.
-ALIGNED = 1 - 1e-9
 
 
 def fitted_colliders(colliders: Sequence[Collider], limits: FitLimits) -> tuple[Collider, ...]:

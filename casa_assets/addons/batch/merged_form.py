@@ -11,10 +11,11 @@ import numpy as np
 
 from casa_assets.addons.batch import fit_primitives as fit
 from casa_assets.addons.batch import moving_parts
+from casa_assets.addons.batch.moving_parts import WorldPart
 from casa_assets.core.numeric import Floats
 from casa_assets.mesh.solid.primitive import box_around, link_bounds, shape_bounds
 from casa_assets.model.asset.asset import Asset, Base, Collider, Joint, JointKind, Link, Region
-from casa_assets.model.asset.parts import Box, Shape, joint_positions
+from casa_assets.model.asset.parts import Shape, joint_positions
 from casa_assets.model.kitchen.choices import JointWord
 from casa_assets.model.kitchen.scene import (
     BatchScene,
@@ -34,41 +35,31 @@ EMPTY_SHARE_OF_HULL = 0.45
 # What stands out from a wall or a front, or hangs below something, by less than this is no obstacle, metres: sockets,
 # skirting, the trim of a window, feet below a plinth.
 FLAT_M = 0.022
-# It is a strip or small: panelling and tiles of a whole wall are its surface, metres.
-STRIP_M = 0.2
-# Parts of a fixture of which so many pieces become a few, by label: what they enclose holds nothing.
+STRIP_M = 0.2  # it is a strip or small: panelling and tiles of a whole wall are its surface, metres
+# Labels of parts of a fixture of which MANY_PIECES become a few: what they enclose holds nothing.
 OPEN_WORK = frozenset({"grate", "faucet", "canopy", "hinge"})
 MANY_PIECES = 3
-# A thing on a wall cupboard is reached, what begins higher than this is not, metres above the floor.
-OVERHEAD_M = 2.35
-# What is smaller up there is left out, metres: the canopy of a lamp.
-SMALL_OVERHEAD_M = 0.45
+OVERHEAD_M = 2.35  # a thing on a wall cupboard is reached, what begins higher than this is not, metres above the floor
+SMALL_OVERHEAD_M = 0.45  # what is smaller up there is left out, metres: the canopy of a lamp
 # A lamp, or what else holds nothing, is fewer primitives where it is smaller than this, metres.
 LARGE_THING_M = 0.75
 MIN_PIECES, MOST_OF_PLAIN_THING, MOST_OF_LARGE_THING = 3, 2, 4
+# Names of the region around a whole asset, the one that is added first. Ref: robocasa v1.0, fixtures and objects.
+OUTER_REGIONS = ("bbox", "main")
+Ref = tuple[str, str]  # placement and joint
+Key = tuple[str, tuple[str, ...]]  # name of a placement, and its locked joints
+MAX_TRIES, NEAR_ENOUGH = 4, 10  # forms that are tried at most; primitives below the limit that are near enough
+MANY_ALIKE = 3  # number of like loose things without joints from which on they are seats
+# Categories of fixtures of which the last one is locked, those first that a kitchen misses least.
+LAST_UNITS = (
+    *("window", "switch", "door", "hood", "tall_cabinet", "housing_cabinet", "island_base"),
+    *("corner_cabinet", "wall_cabinet", "base_cabinet"),
+)
 
 
-@dataclass(frozen=True)
-class StillPart:
-    """A primitive that never moves: whose it is, and the collider with its pose in the world."""
-
-    place: Placement
-    collider: Collider
-
-    @property
-    def bounds(self) -> Floats:
-        """(2, 3) corners in the world, metres."""
-        return shape_bounds(self.collider.shape, self.collider.pose)
-
-    @property
-    def is_aligned(self) -> bool:
-        """True for a box whose faces look along the axes of the world."""
-        return isinstance(self.collider.shape, Box) and fit.is_aligned(self.collider.pose)
-
-
-def still_parts(place: Placement, form: Asset) -> list[StillPart]:
+def still_parts(place: Placement, form: Asset) -> list[WorldPart]:
     """The primitives of a placement that never move, in the world; those of lamps, clocks and curtains made few."""
-    parts: list[StillPart] = []
+    parts: list[WorldPart] = []
     for link in form.links:
         if form.base is Base.FREE or form.is_moved(link.name):
             continue
@@ -83,7 +74,7 @@ def still_parts(place: Placement, form: Asset) -> list[StillPart]:
             limits = fit.FitLimits(MOST_OF_LARGE_THING if is_large else MOST_OF_PLAIN_THING, moving_parts.EMPTY_SHARE)
             colliders = fit.fitted_colliders(colliders, limits)
         world_from_link = place.pose @ form.asset_from_link(link.name)
-        parts += [StillPart(place, c.replace(pose=world_from_link @ c.pose)) for c in colliders]
+        parts += [WorldPart(place, link.name, c.replace(pose=world_from_link @ c.pose)) for c in colliders]
     return parts
 
 
@@ -97,11 +88,8 @@ def _without_slivers(colliders: Sequence[Collider]) -> list[Collider]:
     """Colliders without those that are thin, and small compared with the largest."""
     sizes = [_size(c.shape) for c in colliders]
     largest = max((float(np.prod(size)) for size in sizes), default=0.0)
-    return [
-        collider
-        for collider, size in zip(colliders, sizes, strict=True)
-        if size.min() > SLIVER_M or float(np.prod(size)) > SLIVER_SHARE * largest
-    ]
+    sized = zip(colliders, sizes, strict=True)
+    return [c for c, size in sized if size.min() > SLIVER_M or float(np.prod(size)) > SLIVER_SHARE * largest]
 
 
 def _of_one_hull_each(colliders: Sequence[Collider]) -> tuple[Collider, ...]:
@@ -134,29 +122,31 @@ def _of_many_pieces(colliders: Sequence[Collider]) -> tuple[Collider, ...]:
     return tuple(found)
 
 
-def exposed_parts(parts: Sequence[StillPart]) -> list[StillPart]:
+def exposed_parts(parts: Sequence[WorldPart]) -> list[WorldPart]:
     """Parts of one placement, those that nothing gets at from outside left out, and boxes merged."""
     aligned = [part for part in parts if part.is_aligned]
     if len(aligned) < 2:
         return list(parts)
     corners = np.array([part.bounds for part in aligned])
     askew = [part for part in parts if not part.is_aligned]
-    space = fit.ReachableSpace(
-        corners, fit.points_around(corners), [(p.collider.shape, p.collider.pose) for p in askew]
-    )
+    shapes = [(part.collider.shape, part.collider.pose) for part in askew]
+    space = fit.ReachableSpace(corners, fit.points_around(corners), shapes)
     found = []
     for cover in fit.cover_boxes(space):
         owner = aligned[cover.covered[0]]
-        found.append(StillPart(owner.place, fit.replaced(owner.collider, *fit.box_between(cover.corners))))
+        found.append(WorldPart(owner.place, owner.link, fit.replaced(owner.collider, *fit.box_between(cover.corners))))
     return [*found, *(part for part in askew if space.is_exposed(part.bounds[0], part.bounds[1]))]
 
 
-def merged_parts(still: Sequence[StillPart]) -> list[WorldCollider]:
+def merged_parts(still: Sequence[WorldPart]) -> list[WorldCollider]:
     """The primitives of what never moves, merged."""
     aligned = [part for part in still if part.is_aligned]
     askew = [part for part in still if not part.is_aligned]
     corners = np.array([part.bounds for part in aligned])
-    space = fit.ReachableSpace(corners, _seeds(still), [(part.collider.shape, part.collider.pose) for part in askew])
+    # Points from which a room is reached, above its worktops.
+    low, high = box_around(np.array([part.bounds for part in still]))
+    seeds = low + np.array([[x, y, 0.6] for x in (0.3, 0.5, 0.7) for y in (0.3, 0.5, 0.7)]) * (high - low)
+    space = fit.ReachableSpace(corners, seeds, [(part.collider.shape, part.collider.pose) for part in askew])
     covers = fit.cover_boxes(space)
     kept = _without_flat([cover.corners for cover in covers])
     found = []
@@ -173,22 +163,9 @@ def merged_parts(still: Sequence[StillPart]) -> list[WorldCollider]:
         is_overhead = bool(lower[2] > OVERHEAD_M)
         if is_overhead and (upper - lower).max() < SMALL_OVERHEAD_M:
             continue
-        colliders.append(
-            WorldCollider(
-                placement=part.place.name,
-                collider=collider,
-                is_overhead=is_overhead or part.place.layer is Layer.CEILING,
-            )
-        )
+        is_above = is_overhead or part.place.layer is Layer.CEILING
+        colliders.append(WorldCollider(placement=part.place.name, collider=collider, is_overhead=is_above))
     return colliders
-
-
-def _seeds(still: Sequence[StillPart]) -> Floats:
-    """(9, 3) points from which a room is reached, above its worktops."""
-    low, high = box_around(np.array([part.bounds for part in still]))
-    shares = np.array([[x, y, 0.6] for x in (0.3, 0.5, 0.7) for y in (0.3, 0.5, 0.7)])
-    points: Floats = low + shares * (high - low)
-    return points
 
 
 def _without_flat(boxes: Sequence[Floats]) -> list[int]:
@@ -210,34 +187,24 @@ def _is_flat(box: Floats, others: Floats) -> bool:
     return bool(held.any())
 
 
-# Locked joints --------------------------------------------------------------------------------------------------------
-
-
 def with_joints_locked(asset: Asset, locked: Collection[str], positions: Mapping[str, float]) -> Asset:
     """The asset without some of its joints; the colliders of what they moved go to the link that carries it.
 
     States and named poses lose what they say of a locked joint. Behaviour that looks at one, or at a key that it moved,
     is left out. `positions`: of joints, rad or m; a locked one stays at its own, or 0.
     """
-    poses = {
-        link.name: asset.parent_from_link(link.name, positions)
-        if (joint := asset.joint_of(link.name)) is not None and joint.name in locked
-        else link.pose
-        for link in asset.links
-    }
-    joints = tuple(
-        joint.replace(behind=None if joint.behind in locked else joint.behind)
-        for joint in asset.joints
-        if joint.name not in locked
-    )
+    held = {joint.child for joint in asset.joints if joint.name in locked}
+    left = (joint for joint in asset.joints if joint.name not in locked)
+    joints = tuple(joint.replace(behind=None if joint.behind in locked else joint.behind) for joint in left)
     behavior = asset.behavior
     if behavior is not None:
-        held = asset.carried_by([joint.child for joint in asset.joints if joint.name in locked])
-        keys = {collider.name for link in asset.links if link.name in held for collider in link.colliders}
+        carried = asset.carried_by([joint.child for joint in asset.joints if joint.name in locked])
+        keys = {collider.name for link in asset.links if link.name in carried for collider in link.colliders}
         if set(behavior.joints) & set(locked) or set(behavior.contacts) & keys:
             behavior = None
     moved = {joint.child for joint in joints}
-    links = [link.replace(pose=poses[link.name]) for link in asset.links]
+    poses = {name: asset.parent_from_link(name, positions) for name in held}
+    links = [link.replace(pose=poses.get(link.name, link.pose)) for link in asset.links]
     return asset.replace(
         links=_on_their_carriers(links, moved),
         joints=joints,
@@ -264,29 +231,19 @@ def _on_their_carriers(links: list[Link], moved: Collection[str]) -> tuple[Link,
     return tuple(link.replace(colliders=tuple(colliders[link.name])) for link in links)
 
 
-# Batch form -----------------------------------------------------------------------------------------------------------
-
-# Names of the region around a whole asset, the one that is added first. Ref: robocasa v1.0, fixtures and objects.
-OUTER_REGIONS = ("bbox", "main")
-
-
 class BatchForms:
     """Batch forms of one scene with more or fewer joints; what several of them share is made once."""
 
     def __init__(self, light: LightScene) -> None:
         self._scene = light.scene
         self._light_of = {asset.id: asset for asset in light.light_assets}
-        # By name of a placement and its locked joints: its asset, and its parts that never move.
-        self._assets: dict[tuple[str, tuple[str, ...]], Asset] = {}
-        self._still: dict[tuple[str, tuple[str, ...]], list[StillPart]] = {}
+        self._assets: dict[Key, Asset] = {}
+        self._still: dict[Key, list[WorldPart]] = {}  # parts that never move
         # By the same, and what becomes of its inside: its form.
         self._forms: dict[tuple[str, tuple[str, ...], moving_parts.Inside], Asset] = {}
 
     def form(
-        self,
-        locked: Collection[tuple[str, str]] = (),
-        filled: Collection[str] = (),
-        blocks: Collection[str] = (),
+        self, locked: Collection[Ref] = (), filled: Collection[str] = (), blocks: Collection[str] = ()
     ) -> BatchScene:
         """The batch form of the scene without some joints, (placement, joint).
 
@@ -299,24 +256,17 @@ class BatchForms:
             for place in scene.placements
         }
         whole = [self._asset(place, keys[place.name]) for place in scene.placements]
-        still = [
-            part
-            for place, asset in zip(scene.placements, whole, strict=True)
-            for part in self._parts(place, asset, keys[place.name])
-        ]
+        placed = list(zip(scene.placements, whole, strict=True))
+        still = [part for place, asset in placed for part in self._parts(place, asset, keys[place.name])]
         loose = moving_parts.loose_parts(scene.placements, whole)
-        fixed = [
-            moving_parts.LoosePart(part.place.name, "", part.collider.shape, part.collider.pose, part.bounds)
-            for part in still
-        ]
         forms = []
-        for place, asset in zip(scene.placements, whole, strict=True):
+        for place, asset in placed:
             inside = moving_parts.Inside.SOLID if place.name in filled else moving_parts.Inside.KEPT
             key = (*keys[place.name], moving_parts.Inside.ONE_BLOCK if place.name in blocks else inside)
             if key not in self._forms:
                 # A seat that becomes a block stands under a worktop, between its corbels.
                 is_block = place.name in filled and not asset.joints
-                few = moving_parts.with_few_primitives(place, asset, loose + fixed if is_block else loose, key[-1])
+                few = moving_parts.with_few_primitives(place, asset, loose + still if is_block else loose, key[-1])
                 self._forms[key] = _with_outer_region(few, asset)
             forms.append(self._forms[key])
         return BatchScene(
@@ -331,23 +281,18 @@ class BatchForms:
             filled=tuple(filled),
         )
 
-    def _asset(self, place: Placement, key: tuple[str, tuple[str, ...]]) -> Asset:
+    def _asset(self, place: Placement, key: Key) -> Asset:
         if key not in self._assets:
             plain = moving_parts.with_plain_parts(self._light_of[place.asset], key[1])
             self._assets[key] = with_joints_locked(plain, key[1], joint_positions(place.joints))
         return self._assets[key]
 
-    def _parts(self, place: Placement, asset: Asset, key: tuple[str, tuple[str, ...]]) -> list[StillPart]:
+    def _parts(self, place: Placement, asset: Asset, key: Key) -> list[WorldPart]:
         if key not in self._still:
             parts = still_parts(place, asset)
             # What is inside of a unit that cannot be opened need not be looked at in the whole room.
             self._still[key] = exposed_parts(parts) if key[1] else parts
         return self._still[key]
-
-
-def batch_form(light: LightScene, locked: Collection[tuple[str, str]] = (), filled: Collection[str] = ()) -> BatchScene:
-    """The batch form of a scene, see `BatchForms.form`."""
-    return BatchForms(light).form(locked, filled)
 
 
 def _with_outer_region(form: Asset, whole: Asset) -> Asset:
@@ -360,20 +305,6 @@ def _with_outer_region(form: Asset, whole: Asset) -> Asset:
         return form
     box, pose = fit.box_between(box_around(np.array(boxes)))
     return form.replace(regions=(*form.regions, Region(name=OUTER_REGIONS[0], pose=pose, size=box.size)))
-
-
-# Choose joints --------------------------------------------------------------------------------------------------------
-
-Ref = tuple[str, str]  # placement and joint
-# Forms that are tried at most, and so many primitives below the limit are near enough.
-MAX_TRIES, NEAR_ENOUGH = 4, 10
-# Loose things without joints of which a kitchen has so many are seats.
-MANY_ALIKE = 3
-# Categories of fixtures of which the last one is locked, those first that a kitchen misses least.
-LAST_UNITS = (
-    *("window", "switch", "door", "hood", "tall_cabinet", "housing_cabinet", "island_base"),
-    *("corner_cabinet", "wall_cabinet", "base_cabinet"),
-)
 
 
 @dataclass(frozen=True)
@@ -398,31 +329,21 @@ def batch_within(
     """
     light_of = {asset.id: asset for asset in light.light_assets}
     assets = {place.name: light_of[place.asset] for place in light.scene.placements}
-    locked = [
-        (name, joint.name)
-        for name, asset in assets.items()
-        for joint in asset.joints
-        if moving_parts.joint_word(asset, joint) not in words
-    ]
+    joints = ((name, asset, joint) for name, asset in assets.items() for joint in asset.joints)
+    locked = [(name, joint.name) for name, asset, joint in joints if moving_parts.joint_word(asset, joint) not in words]
     steps, forms = list(_steps(assets, locked)), BatchForms(light)
 
     def with_steps(number: int) -> BatchScene:
         """The form with the first steps taken."""
-        taken = steps[:number]
-        more = [ref for step in taken for ref in step.locked]
-        filled = [name for step in taken for name in step.filled]
-        blocks = [name for step in taken for name in step.blocks]
-        return forms.form([*locked, *more], filled, blocks)
+        columns = ([one for step in steps[:number] for one in getattr(step, key)] for key in ("filled", "blocks"))
+        return forms.form([*locked, *(ref for step in steps[:number] for ref in step.locked)], *columns)
 
     def size(form: BatchScene) -> int:
         """Number of primitives, or the equivalent of the number of pairs in primitives, whichever is larger."""
-        return (
-            form.collider_count
-            if most_pairs is None
-            else max(form.collider_count, math.ceil(most * form.pair_count / most_pairs))
-        )
+        pairs = 0 if most_pairs is None else math.ceil(most * form.pair_count / most_pairs)
+        return max(form.collider_count, pairs)
 
-    # So many steps are too few, and so many enough.
+    # Steps that are too few, and steps that are enough.
     few, many = 0, len(steps)
     form = with_steps(0)
     if size(form) <= most or not steps:

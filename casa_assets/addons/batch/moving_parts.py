@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 from itertools import combinations, product
 
 import numpy as np
@@ -29,10 +30,26 @@ WORD_OF_GRIP = {
     "tray": JointWord.RACKS,
     "lid": JointWord.LIDS,
 }
-# Links of a tap that a hand takes by their own handle, which is no door.
-TAP_LINKS = ("handle", "handle_temp")
-# Links that are racks also where a hand takes them by a handle.
-SLIDING_SHELVES = ("rack", "tray")
+TAP_LINKS = ("handle", "handle_temp")  # links of a tap that a hand takes by their own handle, which is no door
+SLIDING_SHELVES = ("rack", "tray")  # links that are racks also where a hand takes them by a handle
+POSITIONS = 9  # positions of each joint that are looked at, both ends of its range among them
+# Links whose boxes come as close as this may touch, metres.
+NEAR_M = 0.003
+Ref = tuple[str, str]  # name of a placement, and of a link of it
+# Primitives of a loose thing at most, of one that is solid, of a seat that is; and how much of each may be empty.
+MOST_OF_THING, MOST_OF_SOLID, MOST_OF_SEAT, EMPTY_SHARE = 6, 3, 2, 0.35
+# Round parts of a door or a tap that one primitive replaces, and the share of it that may be empty.
+PIECES_PER_GROUP, EMPTY_SHARE_OF_PIECES = 3, 0.6
+LINING_M = 0.022  # the inner front of a drawer is no thicker than this, metres, nor the front than three times
+LINING_SHARE = 0.5  # it has this share of the area of the front, 0..1
+# Two boxes of a moving part become one where no more than this is empty between them, and nothing is kept there, m^3.
+FILLED_M3 = 0.003
+# A bin of a door becomes a block, which has no more than this empty: those above each other stay apart, m^3.
+BIN_M3 = 0.008
+# On each side of a region no more than this share of its size is taken, and no more than twice the tolerance.
+REGION_SHARE = 0.015
+WHOLE = "main"  # name of the region around a whole asset; the others are inside of it
+HANDLE = "handle"  # label of the parts of a handle
 
 
 def joint_word(asset: Asset, joint: Joint) -> JointWord:
@@ -46,16 +63,6 @@ def joint_word(asset: Asset, joint: Joint) -> JointWord:
     if joint.child in TAP_LINKS:
         return JointWord.LEVERS
     return JointWord.DOORS if joint.kind is JointKind.HINGE else JointWord.DRAWERS
-
-
-# Swept bounds ---------------------------------------------------------------------------------------------------------
-
-# Positions of each joint that are looked at, both ends of its range among them.
-POSITIONS = 9
-# Links whose boxes come as close as this may touch, metres.
-NEAR_M = 0.003
-
-Ref = tuple[str, str]  # name of a placement, and of a link of it
 
 
 def meeting_links(placements: Sequence[Placement], forms: Sequence[Asset]) -> list[tuple[Ref, ...]]:
@@ -114,28 +121,6 @@ def _swept(place: Placement, form: Asset, name: str) -> Floats:
     return box_around(np.array(found))
 
 
-# Moving parts ---------------------------------------------------------------------------------------------------------
-
-# Primitives of a loose thing at most, of one that is solid, of a seat that is; and how much of each may be empty.
-MOST_OF_THING, MOST_OF_SOLID, MOST_OF_SEAT, EMPTY_SHARE = 6, 3, 2, 0.35
-# Round parts of a door or a tap: one primitive for so many, and so much of it may be empty.
-PIECES_PER_GROUP, EMPTY_SHARE_OF_PIECES = 3, 0.6
-# The inner front of a drawer is no thicker than this, metres, nor the front than three times.
-LINING_M = 0.022
-# It has this share of the area of the front, 0..1.
-LINING_SHARE = 0.5
-# Two boxes of a moving part become one where no more than this is empty between them, and nothing is kept there, m^3.
-FILLED_M3 = 0.003
-# A bin of a door becomes a block, which has no more than this empty: those above each other stay apart, m^3.
-BIN_M3 = 0.008
-# On each side of a region no more than this share of its size is taken, and no more than twice the tolerance.
-REGION_SHARE = 0.015
-# Name of the region around a whole asset; the others are inside of it.
-WHOLE = "main"
-# Label of the parts of a handle.
-HANDLE = "handle"
-
-
 class Inside(Enum):
     """How the inside of loose things and the bins of doors are represented."""
 
@@ -144,7 +129,7 @@ class Inside(Enum):
     ONE_BLOCK = "one block"  # all bins of a door are one block
 
 
-def with_few_primitives(place: Placement, form: Asset, loose: Sequence[LoosePart], inside: Inside) -> Asset:
+def with_few_primitives(place: Placement, form: Asset, loose: Sequence[WorldPart], inside: Inside) -> Asset:
     """The form with fewer primitives on each link that moves; on those that never do only what a behaviour looks at.
 
     `loose`: the primitives of loose things, and others that this one avoids. `inside`: of it, and of bins of doors.
@@ -170,17 +155,25 @@ def with_few_primitives(place: Placement, form: Asset, loose: Sequence[LoosePart
 
 
 @dataclass(frozen=True)
-class LoosePart:
-    """A primitive of a loose thing at the start: its placement and link, its pose and (2, 3) corners in the world."""
+class WorldPart:
+    """A primitive of a placement as the scene begins: the link that it is of, and the collider with its world pose."""
 
-    placement: str
+    place: Placement
     link: str
-    shape: Shape
-    pose: Pose
-    bounds: Floats
+    collider: Collider
+
+    @cached_property
+    def bounds(self) -> Floats:
+        """(2, 3) corners in the world, metres."""
+        return shape_bounds(self.collider.shape, self.collider.pose)
+
+    @property
+    def is_aligned(self) -> bool:
+        """True for a box whose faces look along the axes of the world."""
+        return isinstance(self.collider.shape, Box) and fit.is_aligned(self.collider.pose)
 
 
-def loose_parts(placements: Sequence[Placement], forms: Sequence[Asset]) -> list[LoosePart]:
+def loose_parts(placements: Sequence[Placement], forms: Sequence[Asset]) -> list[WorldPart]:
     """The primitives of all loose things."""
     found = []
     for place, form in zip(placements, forms, strict=True):
@@ -189,39 +182,30 @@ def loose_parts(placements: Sequence[Placement], forms: Sequence[Asset]) -> list
         positions = joint_positions(place.joints)
         for link in form.links:
             world_from_link = place.pose @ form.asset_from_link(link.name, positions)
-            for item in link.colliders:
-                pose = world_from_link @ item.pose
-                found.append(LoosePart(place.name, link.name, item.shape, pose, shape_bounds(item.shape, pose)))
+            found += [WorldPart(place, link.name, c.replace(pose=world_from_link @ c.pose)) for c in link.colliders]
     return found
 
 
 def _of_thing(
-    place: Placement, form: Asset, link: Link, loose: Sequence[LoosePart], is_filled: bool
+    place: Placement, form: Asset, link: Link, loose: Sequence[WorldPart], is_filled: bool
 ) -> tuple[Collider, ...]:
     """The primitives of a link of a loose thing, kept out of the space for its contents and of neighbouring things."""
     if len(link.colliders) < 2:
         return link.colliders
-    own = [part for part in loose if part.placement == place.name and part.link == link.name]
+    own = [part for part in loose if part.place.name == place.name and part.link == link.name]
     lower, upper = box_around(np.array([part.bounds for part in own]))
     link_from_world = (place.pose @ form.asset_from_link(link.name, joint_positions(place.joints))).inverse()
-    beside = [
-        shape_bounds(part.shape, link_from_world @ part.pose)
-        for part in loose
-        if (part.placement, part.link) != (place.name, link.name)
-        and (part.bounds[0] < upper).all()
-        and (part.bounds[1] > lower).all()
-    ]
-    free = [
-        _inner_space(region)
-        for region in form.regions
-        if region.link == link.name and region.name != WHOLE and not is_filled
-    ]
+    others = (part for part in loose if (part.place.name, part.link) != (place.name, link.name))
+    near = (part for part in others if (part.bounds[0] < upper).all() and (part.bounds[1] > lower).all())
+    beside = [shape_bounds(part.collider.shape, link_from_world @ part.collider.pose) for part in near]
+    kept_free = [region for region in form.regions if region.link == link.name and region.name != WHOLE]
+    free = [] if is_filled else [_inner_space(region) for region in kept_free]
     corners = np.array(beside) if beside else None
     touched = fit.touched_colliders(form)
     kept = tuple(c for c in link.colliders if c.name in touched)
-    others = [c for c in link.colliders if c.name not in touched]
+    merged = [c for c in link.colliders if c.name not in touched]
     most = (MOST_OF_SOLID if form.joints else MOST_OF_SEAT) if is_filled else MOST_OF_THING
-    return (*fit.fitted_colliders(others, fit.FitLimits(most, EMPTY_SHARE, free, corners)), *kept)
+    return (*fit.fitted_colliders(merged, fit.FitLimits(most, EMPTY_SHARE, free, corners)), *kept)
 
 
 def _of_moving_part(form: Asset, link: Link, inside: Inside) -> tuple[Collider, ...]:
@@ -258,12 +242,9 @@ def with_plain_parts(asset: Asset, locked: Collection[str]) -> Asset:
     """The asset without the posts of handles; a locked part has no handle, and a locked drawer or rack is one block."""
     touched = fit.touched_colliders(asset)
     grips = {joint.grip for joint in asset.joints} | touched
-    moved_by_locked = {joint.child for joint in asset.joints if joint.name in locked}
-    blocks = {
-        joint.child
-        for joint in asset.joints
-        if joint.name in locked and joint_word(asset, joint) in (JointWord.DRAWERS, JointWord.RACKS)
-    }
+    shut = [joint for joint in asset.joints if joint.name in locked]
+    moved_by_locked = {joint.child for joint in shut}
+    blocks = {joint.child for joint in shut if joint_word(asset, joint) in (JointWord.DRAWERS, JointWord.RACKS)}
     links = []
     for link in asset.links:
         has_grip = any(c.label == HANDLE and c.name in grips for c in link.colliders)

@@ -50,7 +50,7 @@ class MujocoWarpEngine(Engine):
             self.model: mjw.Model = put[0]
             for name, rows, dtype in _differing(put):
                 setattr(self.model, name, wp.array(rows, dtype=dtype))
-            # Only so many rows and columns of the inertia matrix are there, for what is awake.
+            # The inertia matrix has rows and columns for what is awake alone.
             awake = min(parts.sizes["nvmax"], int(first.nv))
             self.data: mjw.Data = mjw.make_data(first, nworld=worlds, **{**parts.sizes, "nvmax": awake})
             self.model.opt.iterations = min(self.model.opt.iterations, ITERATIONS)

@@ -14,8 +14,7 @@ from casa_assets.addons.batch.mujoco_warp_engine import assign_rows, bytes_of
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.model.kitchen.scene import FREE_WIDTH
 
-# Quaternions: (w, x, y, z) here, (x, y, z, w) in Newton.
-_TO_NEWTON, _FROM_NEWTON = (1, 2, 3, 0), (3, 0, 1, 2)
+_TO_NEWTON, _FROM_NEWTON = (1, 2, 3, 0), (3, 0, 1, 2)  # quaternions: (w, x, y, z) here, (x, y, z, w) in Newton
 
 
 class NewtonEngine:
@@ -78,7 +77,7 @@ class NewtonEngine:
 def _builder(text: str) -> Any:
     builder = newton.ModelBuilder()
     newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
-    # Newton looks for contacts 0.1 m ahead by default, and there is no room in the buffers for so many.
+    # Newton looks for contacts 0.1 m ahead by default, and the buffers have no room for all of them.
     builder.rigid_gap = builder.default_shape_cfg.gap = 0.0
     builder.add_mjcf(text)
     return builder

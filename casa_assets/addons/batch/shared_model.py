@@ -32,6 +32,38 @@ from casa_assets.core.numeric import Floats
 from casa_assets.errors import CasaError
 from casa_assets.model.kitchen.scene import FREE_WIDTH
 
+Kind = TypeVar("Kind", bound=Hashable)
+# Metres: how deep below the kitchen bodies are parked, how far apart, and half the size of a parked geom.
+PARK_DEPTH_M, PARK_SPACING_M, PARKED_M = 5.0, 0.2, 1e-3
+PARKED_KG, PARKED_BALL_M = 0.1, 0.05  # a parked body is a ball of this mass and radius, kg and metres
+# MuJoCo stores less for a body whose frame is exactly that of its inertia. All are moved off it, metres.
+OFF_FRAME_M = 1e-6
+# A parked joint has dry friction where the joints that take its place have some, N or N*m.
+PARKED_FRICTION = 0.1
+ROBOT_MOUNT, ROBOT_PREFIX = "robot_mount", "robot_"
+_WORDS = {
+    int(mujoco.mjtJoint.mjJNT_FREE): "free",
+    int(mujoco.mjtJoint.mjJNT_HINGE): "hinge",
+    int(mujoco.mjtJoint.mjJNT_SLIDE): "slide",
+}
+# Elements of MJCF that hold what stands in a kitchen, and how many there are of each sort.
+_CONTENT = ("size", "worldbody", "contact", "custom", "keyframe")
+_SKY = "skybox"
+_LIGHT_FIELDS = (
+    *("pos", "dir", "ambient", "diffuse", "specular", "attenuation"),
+    *("cutoff", "exponent", "bulbradius"),
+)
+_GEOM_FIELDS = ("size", "pos", "quat", "friction", "solref", "solimp", "solmix", "margin", "gap")
+# Engines on a graphics card want the same bodies, joints and geoms in every world and let numbers differ: poses,
+# sizes, masses, ranges, colours. The shared structure has as many places of each kind as the kitchen that has most of
+# it. A kitchen fills them with what it has, and a place that it does not fill is parked: a geom inside another one of
+# its body, a body in a row below the floor, where nothing pulls at it.
+# Whole numbers that may differ: names, trees of bounding boxes, which only MuJoCo itself uses, how many bodies are
+# parked and so without weight, lights that are off, and which material a geom has. Shortcuts are switched off.
+_MAY_DIFFER = ("bvh_", "oct_", "name", "nname", "nbuffer", "ngravcomp", "flg_gravcomp", "light_", "geom_matid")
+START = "start"
+_SHORTCUTS = ("geom_sameframe", "body_sameframe", "site_sameframe")
+
 
 @dataclass(frozen=True)
 class Robot:
@@ -71,9 +103,6 @@ def robot_of(robot: str | Path | mujoco.MjSpec) -> Robot:
         raise CasaError(f"{model.joint(int(free[0])).name}: a free joint of a robot has to be its first joint")
     qpos, ctrl = (model.key_qpos[0], model.key_ctrl[0]) if model.nkey else (model.qpos0, np.zeros(model.nu))
     return Robot(make, np.array(qpos), np.array(ctrl), int(model.nv), bool(len(free)))
-
-
-Kind = TypeVar("Kind", bound=Hashable)
 
 
 class Slot(NamedTuple):
@@ -133,13 +162,8 @@ def _seated(structures: Sequence[Structure], found: Sequence[Sequence[Unit]]) ->
 
 def _needs(structure: Structure, unit: Unit) -> Counter[tuple[int, GeomKind]]:
     """(body of a unit, kind) -> how many geoms it has."""
-    return Counter(
-        {
-            (place, kind): len(ids)
-            for place, body in enumerate(unit.bodies)
-            for kind, ids in structure.geoms.get(body, {}).items()
-        }
-    )
+    bodies = [(place, structure.geoms.get(body, {})) for place, body in enumerate(unit.bodies)]
+    return Counter({(place, kind): len(ids) for place, geoms in bodies for kind, ids in geoms.items()})
 
 
 def _slot(kind: UnitKind | None, tenants: Sequence[tuple[Structure, tuple[int, ...]]]) -> Slot:
@@ -156,34 +180,6 @@ def _most(found: Iterable[Mapping[Kind, Sequence[int]]]) -> dict[Kind, int]:
     for one in found:
         most |= Counter({kind: len(ids) for kind, ids in one.items()})
     return dict(sorted(most.items(), key=lambda item: repr(item[0])))
-
-
-# Shared spec: one kitchen in a structure that it shares with others; what it lacks is parked --------------------------
-
-# Metres: how deep below the kitchen bodies are parked, how far apart, and half the size of a parked geom.
-PARK_DEPTH_M, PARK_SPACING_M, PARKED_M = 5.0, 0.2, 1e-3
-# A parked body is a ball of this mass and radius, kg and metres.
-PARKED_KG, PARKED_BALL_M = 0.1, 0.05
-# MuJoCo stores less for a body whose frame is exactly that of its inertia. All are moved off it by so much, metres.
-OFF_FRAME_M = 1e-6
-# A parked joint has dry friction where the joints that take its place have some, N or N*m.
-PARKED_FRICTION = 0.1
-ROBOT_MOUNT, ROBOT_PREFIX = "robot_mount", "robot_"
-_WORDS = {
-    int(mujoco.mjtJoint.mjJNT_FREE): "free",
-    int(mujoco.mjtJoint.mjJNT_HINGE): "hinge",
-    int(mujoco.mjtJoint.mjJNT_SLIDE): "slide",
-}
-# Elements of MJCF that hold what stands in a kitchen, and how many there are of each sort.
-_CONTENT = ("size", "worldbody", "contact", "custom", "keyframe")
-_SKY = "skybox"
-
-
-_LIGHT_FIELDS = (
-    *("pos", "dir", "ambient", "diffuse", "specular", "attenuation"),
-    *("cutoff", "exponent", "bulbradius"),
-)
-_GEOM_FIELDS = ("size", "pos", "quat", "friction", "solref", "solimp", "solmix", "margin", "gap")
 
 
 def _values(model: mujoco.MjModel, sort: str, number: int, fields: Sequence[str]) -> dict[str, Any]:
@@ -377,19 +373,6 @@ def _padded(found: Sequence[int], many: int) -> list[int | None]:
     return [*found, *[None] * (many - len(found))]
 
 
-# Shared model ---------------------------------------------------------------------------------------------------------
-# Engines on a graphics card want the same bodies, joints and geoms in every world and let numbers differ: poses,
-# sizes, masses, ranges, colours. The shared structure has as many places of each kind as the kitchen that has most of
-# it. A kitchen fills them with what it has, and a place that it does not fill is parked: a geom inside another one of
-# its body, a body in a row below the floor, where nothing pulls at it.
-
-# Whole numbers that may differ: names, trees of bounding boxes, which only MuJoCo itself uses, how many bodies are
-# parked and so without weight, lights that are off, and which material a geom has. Shortcuts are switched off.
-_MAY_DIFFER = ("bvh_", "oct_", "name", "nname", "nbuffer", "ngravcomp", "flg_gravcomp", "light_", "geom_matid")
-START = "start"
-_SHORTCUTS = ("geom_sameframe", "body_sameframe", "site_sameframe")
-
-
 @dataclass(frozen=True)
 class SharedModel:
     """A kitchen in a shared structure, compiled, with its MJCF (empty where it has pictures).
@@ -431,14 +414,12 @@ def share(
     slots = slots_for([kitchen.structure for kitchen in kitchens])
     cameras = list(dict.fromkeys(name for kitchen in kitchens for name in kitchen.cameras))
     lights = max(kitchen.model.nlight for kitchen in kitchens)
-    painted = (
-        {name: found for kitchen in kitchens for name, found in materials_of(kitchen.model).items()}
-        if textures
-        else None
-    )
+    painted: dict[str, PaintedMaterial] = {}
+    for kitchen in kitchens if textures else ():
+        painted |= materials_of(kitchen.model)
     made = []
     for kitchen, tenants in zip(kitchens, slots.tenants, strict=True):
-        shared = SharedSpec(kitchen, painted)
+        shared = SharedSpec(kitchen, painted if textures else None)
         shared.fill(slots, tenants)
         shared.film(cameras, lights)
         for name, value in numerics.items():
@@ -448,7 +429,7 @@ def share(
         made.append(_compiled(shared, kitchen.model, is_plain=not textures))
     for other in made[1:]:
         _hold_same(made[0].model, other.model)
-    # Lengths by which MuJoCo turns speeds of hinges into metres a second, to tell what is slow enough to fall asleep:
+    # Lengths by which MuJoCo turns speeds of hinges into metres a second, to find what is slow enough to fall asleep:
     # engines have them once for all worlds. With the longest none falls asleep sooner than in its own kitchen.
     longest = np.max([one.model.dof_length for one in made], axis=0)
     for one in made:

@@ -16,6 +16,7 @@ from casa_assets.formats.mjcf.batch import DEFAULT, FIRST_MEETING, LAST_MEETING,
 
 # Corners of the boxes around what a placement takes up, and of its inside: `scene.json` has them.
 _BOUNDS = ("__ext_p0", "__ext_px", "__ext_py", "__ext_pz", "__int_p0", "__int_px", "__int_py", "__int_pz")
+_COLOR = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
 
 
 class GeomKind(NamedTuple):
@@ -153,11 +154,6 @@ def _units(model: mujoco.MjModel, geoms: Mapping[int, object]) -> Iterator[Unit]
         yield Unit(UnitKind(tuple(sorted(kind(root) for root in roots)), exclusions), bodies)
 
 
-# Pictures -------------------------------------------------------------------------------------------------------------
-
-_COLOR = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
-
-
 class Picture(NamedTuple):
     """A picture of a compiled model, (height, width, channels), by a name that is the same in all kitchens."""
 
@@ -177,17 +173,16 @@ def materials_of(model: mujoco.MjModel) -> dict[str, PaintedMaterial]:
     found = {}
     for number in range(model.nmat):
         name, texture = str(model.material(number).name), int(model.mat_texid[number, _COLOR])
-        values = {
-            "name": name,
-            "rgba": model.mat_rgba[number],
-            "texrepeat": model.mat_texrepeat[number],
-            "texuniform": bool(model.mat_texuniform[number]),
-            **{
-                field: float(getattr(model, f"mat_{field}")[number])
-                for field in ("emission", "specular", "shininess", "metallic", "roughness")
-            },
-        }
-        picture = None if texture < 0 else Picture(str(model.tex(texture).name), _pixels(model, texture))
+        gloss = ("emission", "specular", "shininess", "metallic", "roughness")
+        values: dict[str, Any] = {field: float(getattr(model, f"mat_{field}")[number]) for field in gloss}
+        values |= {"name": name, "rgba": model.mat_rgba[number], "texrepeat": model.mat_texrepeat[number]}
+        values["texuniform"] = bool(model.mat_texuniform[number])
+        picture = None
+        if texture >= 0:
+            shape = tuple(int(getattr(model, f"tex_{side}")[texture]) for side in ("height", "width", "nchannel"))
+            first = int(model.tex_adr[texture])
+            pixels = np.array(model.tex_data[first : first + int(np.prod(shape))]).reshape(shape)
+            picture = Picture(str(model.tex(texture).name), pixels)
         found[name] = PaintedMaterial(values, picture)
     return found
 
@@ -220,9 +215,3 @@ def plain_colors(model: mujoco.MjModel) -> Floats:
             color[:3] *= [srgb_from_linear(float(value)) for value in linear_from_srgb_array(pixels).mean(axis=0)]
         colors[model.geom_matid == number] = color
     return colors
-
-
-def _pixels(model: mujoco.MjModel, texture: int) -> NDArray[np.uint8]:
-    shape = (int(model.tex_height[texture]), int(model.tex_width[texture]), int(model.tex_nchannel[texture]))
-    first = int(model.tex_adr[texture])
-    return np.array(model.tex_data[first : first + int(np.prod(shape))]).reshape(shape)

@@ -116,9 +116,8 @@ def certify_scene(
     if only:
         tasks = [task for task in tasks if any(fnmatchcase(task.joint, glob) for glob in only)]
         if not tasks:
-            raise CasaError(
-                f"{folder.name}: no joint with a parking place is called {' or '.join(only)}; see robots.json"
-            )
+            called = " or ".join(only)
+            raise CasaError(f"{folder.name}: no joint with a parking place is called {called}; see robots.json")
     found = []
     with native_warnings():
         for name in robots:
@@ -148,14 +147,10 @@ def read_certificate(folder: Path, key: str = "") -> SceneRobots | None:
 
 
 def _write(folder: Path, found: SceneRobots, report: Report) -> None:
+    without = len(found.without_parking)
     counts = {
-        r.robot: {
-            "joints": len(r.joints),
-            "reached": r.reached,
-            "followed": r.followed,
-            "margin": r.margin,
-            "without_parking": len(found.without_parking),
-        }
+        r.robot: {"joints": len(r.joints), "without_parking": without}
+        | {key: getattr(r, key) for key in ("reached", "followed", "margin")}
         for r in found.robots
     }
     data = {**found.model_dump(mode="json"), "counts": counts, **report.model_dump(mode="json", exclude={"subject"})}

@@ -125,8 +125,7 @@ def _around(grip: Grip, opening: float, turning: Floats | None) -> Iterator[Gras
 
 def _taken(grip: Grip, come: Floats) -> Floats:
     """Where the point between the fingers of a hand is that comes to a grip, shape (3,)."""
-    at: Floats = grip.centre - come * max(0.0, _reach(grip, come) - TAKEN_M)
-    return at
+    return np.asarray(grip.centre - come * max(0.0, _reach(grip, come) - TAKEN_M))
 
 
 def _reach(grip: Grip, direction: Floats) -> float:
@@ -135,8 +134,7 @@ def _reach(grip: Grip, direction: Floats) -> float:
 
 
 def _turned(vector: Floats, axis: Floats, angle_deg: float) -> Floats:
-    turned: Floats = about_axis(axis, math.radians(angle_deg)) @ vector
-    return turned
+    return np.asarray(about_axis(axis, math.radians(angle_deg)) @ vector)
 
 
 def _perpendicular(direction: Floats, wish: Floats) -> Floats:
@@ -144,8 +142,7 @@ def _perpendicular(direction: Floats, wish: Floats) -> Floats:
     found = np.cross(wish, direction)
     if np.linalg.norm(found) < 1e-6:
         found = np.cross((1.0, 0.0, 0.0), direction)
-    unit: Floats = found / np.linalg.norm(found)
-    return unit
+    return np.asarray(found / np.linalg.norm(found))
 
 
 def _frame(come: Floats, close: Floats) -> Floats:

@@ -24,6 +24,16 @@ GAIN = 0.7  # share of the room to what is near that one iteration may use up
 HOME_COST, BASE_COST = 1e-2, 1e-1  # of leaving the posture at rest, and the parking place, beside 1 of missing the goal
 PIVOT_COST = 1e-2  # of turning about a bar that is held
 STALLED = 12  # iterations without a nearer approach, after which no more are made
+DRAWN = 60_000  # postures
+NEAR_HOME = 0.5  # share of them that is drawn around the posture at rest
+SPREAD_RAD = 1.0  # standard deviation of these
+LIFT_BEYOND = 0.5  # share of its range by which a lift is drawn beyond its ends, where it then stands
+LAYER_M, IN_LAYER = 0.1, 900  # height of a layer, and how many postures are kept that have a hand in it
+TURNS = (-1.0, 0.0, 1.0)  # shares of the room for turning at which a base is tried
+M_PER_RAD = 0.25  # metres that an angle between a hand and a grasp counts as
+DEPTH_WEIGHT = 2.0  # metres that a metre of overlap with the kitchen counts as
+LATER_M = 0.002  # metres that each place further down the list of grasps counts as: the most natural stand first
+LOOKED_AT, KEPT = 8, 2  # postures for one grasp whose overlap is looked at, and those that are kept
 
 
 @dataclass(frozen=True)
@@ -110,8 +120,7 @@ class Solver:
             error = task.compute_error(configuration) * (weights > 0.0)
             there = np.linalg.norm(error[:3]) < POSITION_M and np.linalg.norm(error[3:]) < ANGLE_RAD
             if there and (not clear or self.workspace.is_free(configuration.q)):
-                found: Floats = configuration.q.copy()
-                return found
+                return np.asarray(configuration.q.copy())
             size = float(np.linalg.norm(error * weights))
             best, waited = (size, 0) if size < 0.98 * best else (best, waited + 1)
             if waited > STALLED:
@@ -124,34 +133,12 @@ class Solver:
     def _step(self, task: mink.FrameTask, clear: bool) -> Floats:
         """Change of all joints; where the robot cannot get clear of what it overlaps, as if that were not there."""
         for limits in ([self._ranges, self._clear], [self._ranges])[0 if clear else 1 :]:
+            options = {"damping": 1e-5, "limits": limits, "constraints": self._legs}
             try:
-                step: Floats = mink.solve_ik(
-                    self._configuration,
-                    [task, self._rest],
-                    1.0,
-                    SOLVER,
-                    damping=1e-5,
-                    limits=limits,
-                    constraints=self._legs,
-                )
+                return np.asarray(mink.solve_ik(self._configuration, [task, self._rest], 1.0, SOLVER, **options))
             except mink.NoSolutionFound:
                 continue
-            return step
         return np.zeros(self.workspace.alone.nv)
-
-
-# Seeds ----------------------------------------------------------------------------------------------------------------
-
-DRAWN = 60_000  # postures
-NEAR_HOME = 0.5  # share of them that is drawn around the posture at rest
-SPREAD_RAD = 1.0  # standard deviation of these
-LIFT_BEYOND = 0.5  # share of its range by which a lift is drawn beyond its ends, where it then stands
-LAYER_M, IN_LAYER = 0.1, 900  # height of a layer, and how many postures are kept that have a hand in it
-TURNS = (-1.0, 0.0, 1.0)  # shares of the room for turning at which a base is tried
-M_PER_RAD = 0.25  # metres that an angle between a hand and a grasp counts as
-DEPTH_WEIGHT = 2.0  # metres that a metre of overlap with the kitchen counts as
-LATER_M = 0.002  # metres that each place further down the list of grasps counts as: the most natural stand first
-LOOKED_AT, KEPT = 8, 2  # postures for one grasp whose overlap is looked at, and those that are kept
 
 
 @dataclass(frozen=True)

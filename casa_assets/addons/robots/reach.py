@@ -13,7 +13,7 @@ import numpy as np
 
 from casa_assets.addons.robots.grips import Grasp, Grip, pinches, presses
 from casa_assets.addons.robots.inverse_kinematics import Bounds, Seed, Seeds, Solver
-from casa_assets.addons.robots.workspace import BASE_JOINTS, Workspace
+from casa_assets.addons.robots.workspace import BASE_JOINTS, Workspace, handle_of
 from casa_assets.checks.robots import Task
 from casa_assets.core.numeric import Floats
 from casa_assets.model.kitchen.robot import Arm, Following, JointReach, Miss, Robot
@@ -34,6 +34,7 @@ DISTANT, NEXT = 60, 15  # iterations to a handle, and to the next place of one t
 TRIES = 60  # ways of reaching one joint from one place
 WHY_TRIES = 8  # ways of reaching, in which a joint that is not reached is tried as if nothing were in the way
 FOLLOWED_TRIES = 5  # ways of holding, with which opening is tried
+Room = tuple[Vec2, Vec2, Vec2]  # least and largest of ahead, to the left (m) and turned (rad)
 
 
 @dataclass(frozen=True)
@@ -44,9 +45,6 @@ class _Held:
     grasp: Grasp
     posture: Floats
     bounds: Bounds
-
-
-Room = tuple[Vec2, Vec2, Vec2]  # least and largest of ahead, to the left (m) and turned (rad)
 
 
 class Bench:
@@ -121,7 +119,8 @@ class Bench:
     def _begin(self, task: Task, place: Vec3, arm: Arm) -> None:
         self._workspace.place(*place)
         self._workspace.open(_opened_to(self._workspace, task.behind))
-        self._workspace.hold(arm.name, self._workspace.handle_of(task.grip))
+        workspace = self._workspace
+        workspace.hold(arm.name, handle_of(workspace.model, workspace.handles, task.grip))
 
     def _seeds_for(self, task: Task, place: Vec3, bounds: Bounds, before: float) -> list[Seed]:
         """Grasps with arms, so far before the handle (m), each with a posture to begin with, the best first."""
@@ -173,7 +172,9 @@ class Bench:
         before = _pose(workspace.data, link)
         standing = following is Following.STANDING
         bounds = _standing(held.bounds, held.posture) if standing else _with_room(held.bounds, DRIVEN)
-        behind, values = _opened_to(workspace, task.behind), _steps(workspace.model, task.joint)
+        behind, end = _opened_to(workspace, task.behind), _end(workspace.model, task.joint)
+        size = STEP_RAD if workspace.model.joint(task.joint).type[0] == mujoco.mjtJoint.mjJNT_HINGE else STEP_M
+        values = np.linspace(0.0, end, max(2, math.ceil(abs(end) / size)) + 1)[1:]
         q, margin, done = held.posture, _margin(workspace, held.posture), 0
         for value in values:
             workspace.open({**behind, task.joint: float(value)})
@@ -185,6 +186,11 @@ class Bench:
             if found is None:
                 break
             q, margin, done = found, min(margin, _margin(workspace, found)), done + 1
+        x, y, yaw = held.place
+        forward, side, turned = (float(v) for v in held.posture[: len(BASE_JOINTS)])
+        x = x + forward * math.cos(yaw) - side * math.sin(yaw)
+        y = y + forward * math.sin(yaw) + side * math.cos(yaw)
+        base = (round(x, 3), round(y, 3), round(yaw + turned, 3))
         return JointReach(
             fixture=task.fixture,
             joint=task.joint,
@@ -193,7 +199,7 @@ class Bench:
             share=round(done / len(values), 3),
             margin=round(margin, 3),
             arm=held.arm.name,
-            base=_base(held),
+            base=base,
         )
 
 
@@ -206,12 +212,6 @@ def _end(model: Any, joint: str) -> float:
 def _opened_to(workspace: Workspace, joint: str) -> dict[str, float]:
     """Position of a joint whose door is all the way open, by its name; empty if no joint is named."""
     return {joint: _end(workspace.model, joint)} if joint else {}
-
-
-def _steps(model: Any, joint: str) -> Floats:
-    end = _end(model, joint)
-    size = STEP_RAD if model.joint(joint).type[0] == mujoco.mjtJoint.mjJNT_HINGE else STEP_M
-    return np.linspace(0.0, end, max(2, math.ceil(abs(end) / size)) + 1)[1:]
 
 
 def _grip(workspace: Workspace, task: Task) -> Grip:
@@ -227,7 +227,7 @@ def _whole(workspace: Workspace, task: Task, grip: Grip) -> Grip:
     model, data = workspace.model, workspace.data
     signs = np.array(list(product((-1.0, 1.0), repeat=3)))
     corners = []
-    for name in workspace.handle_of(task.grip):
+    for name in handle_of(model, workspace.handles, task.grip):
         geom = model.geom(name).id
         box, turn = model.geom_aabb[geom], data.geom_xmat[geom].reshape(3, 3)
         corners.append((data.geom_xpos[geom] + (box[:3] + signs * box[3:]) @ turn.T) @ grip.axes)
@@ -303,14 +303,3 @@ def _back(grasp: Grasp, distance: float) -> Grasp:
 
 def _pose(data: Any, body: int) -> tuple[Floats, Floats]:
     return data.xpos[body].copy(), data.xmat[body].reshape(3, 3).copy()
-
-
-def _base(held: _Held) -> Vec3:
-    """Position x, y of the base's centre, and its yaw: m, rad."""
-    x, y, yaw = held.place
-    forward, side, turn = (float(v) for v in held.posture[: len(BASE_JOINTS)])
-    return (
-        round(x + forward * math.cos(yaw) - side * math.sin(yaw), 3),
-        round(y + forward * math.sin(yaw) + side * math.cos(yaw), 3),
-        round(yaw + turn, 3),
-    )

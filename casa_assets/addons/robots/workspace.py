@@ -21,6 +21,14 @@ BASE_JOINTS = ("base_forward", "base_side", "base_yaw")
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 TRUNK = "trunk"  # body and joint that legs lift, where they bend
 GROUND_GAP_M = 0.002  # between the floor and the lowest point of the robot
+PREFIX = "robot__"
+NEAR_M = 0.02  # distance from which the robot is kept from coming nearer
+DRIVEN_OVER_M = 0.03  # what is lower, such as a rug, does not stop a base
+KITCHEN, GROUND, ITSELF = 2, 4, 8  # bits that say what a geom of the robot can touch
+SAMPLES = 200  # random postures, to find which links of a robot overlap by the way they are drawn
+OFTEN = 0.5  # share of them in which such links overlap
+HANDLE_LABEL = "__label__handle"  # ends the names of texts that list the geoms of handles
+TOUCHING_M = 0.002  # gap up to which two geoms of a handle are taken together
 
 
 def tip_name(arm: Arm, press: bool) -> str:
@@ -201,18 +209,6 @@ def _frame(hand: Hand) -> Floats:
     return quat
 
 
-# Workspace ------------------------------------------------------------------------------------------------------------
-
-PREFIX = "robot__"
-NEAR_M = 0.02  # distance from which the robot is kept from coming nearer
-DRIVEN_OVER_M = 0.03  # what is lower, such as a rug, does not stop a base
-KITCHEN, GROUND, ITSELF = 2, 4, 8  # bits that say what a geom of the robot can touch
-SAMPLES = 200  # random postures that tell which links of a robot overlap by the way they are drawn
-OFTEN = 0.5  # share of them in which such links overlap
-HANDLE_LABEL = "__label__handle"  # ends the names of texts that list the geoms of handles
-TOUCHING_M = 0.002  # gap up to which two geoms of a handle are taken together
-
-
 @dataclass(frozen=True)
 class Nearness:
     """Two geoms near each other: distance (m, < 0 where they overlap), point between, normal from first to second.
@@ -241,7 +237,7 @@ class Workspace:
             raise CasaError(f"{kitchen}: MuJoCo does not read it: {error}") from error
         spec.compiler.discardvisual = True
         labelled = [text.data.split() for text in spec.texts if text.name.endswith(HANDLE_LABEL)]
-        self._handles = frozenset(name for names in labelled for name in names)
+        self.handles = frozenset(name for names in labelled for name in names)
         alone = assemble(robot, models)
         alone.compiler.discardvisual = True
         self.alone: Any = alone.compile()
@@ -308,10 +304,6 @@ class Workspace:
         held = [self.model.geom(name).id for name in geoms]
         self._held = frozenset((f, g) for f in self._fingers[arm] for g in held)
 
-    def handle_of(self, grip: str) -> list[str]:
-        """A geom that is gripped, and those of the same handle that touch it."""
-        return handle_of(self.model, self._handles, grip)
-
     def near(self, q: Floats) -> list[Nearness]:
         """All pairs of geoms that are nearer than `NEAR_M`, the robot in a posture of shape (nq,) of `alone`."""
         self.data.qpos[self._address] = q
@@ -335,11 +327,8 @@ class Workspace:
 
     def is_clear_of_itself(self, q: Floats) -> bool:
         """True if no part of the robot touches another; the kitchen is left out."""
-        return not any(
-            (a + self._first, b + self._first) not in self._drawn_over
-            for a, b, depth in self._on_itself(q)
-            if depth < 0.0
-        )
+        pairs = ((a + self._first, b + self._first) for a, b, depth in self._on_itself(q) if depth < 0.0)
+        return all(pair in self._drawn_over for pair in pairs)
 
     def overlap(self, q: Floats) -> float:
         """How deep the robot is in anything, summed over what it touches, m."""

@@ -21,6 +21,18 @@ MIN_AREA_M2 = 1e-9
 # No triangle larger than a square millimetre, not even of the others, shows its picture at half the size or at one and
 # a half. Our choice.
 TORN_STRETCH, TORN_AREA_M2 = 0.5, 1e-6
+# Nearer than this a depth buffer does not separate two faces of a kitchen. Faces that are set back by 0.2 mm pass.
+MIN_SEPARATION_M = 0.000199
+SAME_DIRECTION = 0.01  # largest distance between the unit normals of coplanar faces
+MIN_FACE_M2 = 2e-7
+# Faces are binned by normal and by offset. A bin is four times as wide as what may differ, and each is laid out twice,
+# shifted: two faces on either side of the edge of one bin then share another. The shifts are chosen so that no common
+# direction or length lies on an edge.
+BIN_WIDTH, BIN_SHIFTS = 4, (0.137, 0.637)
+NO_PICTURES = "it shows no picture"
+MIN_VERTICES = 4  # Ref: MuJoCo refuses to compile a mesh of fewer.
+NORMAL_LENGTH_TOLERANCE = 0.00674  # Ref: glTF-Validator, how far a normal's length may be from 1.
+SAME_VERTEX_M = 1e-6  # what float32 storage may move a vertex by, metres
 
 
 def texture_scale_is_true(asset: Asset, limit: float) -> check.Measurement:
@@ -61,13 +73,8 @@ def _stretch(visual: Visual, tile: Vec2) -> float:
     x = edge_a / length[:, None]
     y = np.cross(normal / (2 * area)[:, None], x)
     # Columns: the two edges in the plane of the face, and in the picture.
-    face = np.stack(
-        [
-            np.stack([length, np.einsum("ij,ij->i", edge_b, x)], 1),
-            np.stack([0 * length, np.einsum("ij,ij->i", edge_b, y)], 1),
-        ],
-        1,
-    )
+    along, aside = np.einsum("ij,ij->i", edge_b, x), np.einsum("ij,ij->i", edge_b, y)
+    face = np.stack([np.stack([length, along], 1), np.stack([0 * length, aside], 1)], 1)
     shown = np.stack([(flat[:, 1] - flat[:, 0])[keep], (flat[:, 2] - flat[:, 0])[keep]], axis=2)
     scales = np.linalg.svd(shown @ np.linalg.inv(face), compute_uv=False)
     off = np.abs(scales - 1).max(axis=1)
@@ -78,18 +85,6 @@ def _stretch(visual: Visual, tile: Vec2) -> float:
     # A triangle counts where it begins within the share, so that of a few large ones all do.
     counted = np.cumsum(area[order]) - area[order] < RIGHT_AREA_SHARE * area.sum()
     return float(off[order][counted].max(initial=0.0))
-
-
-# Coincident faces -----------------------------------------------------------------------------------------------------
-
-# Nearer than this a depth buffer cannot tell two faces of a kitchen apart. Faces that are set back by 0.2 mm pass.
-MIN_SEPARATION_M = 0.000199
-SAME_DIRECTION = 0.01  # largest distance between the unit normals of coplanar faces
-MIN_FACE_M2 = 2e-7
-# Faces are binned by normal and by offset. A bin is four times as wide as what may differ, and each is laid out twice,
-# shifted: two faces on either side of the edge of one bin then share another. The shifts are chosen so that no common
-# direction or length lies on an edge.
-BIN_WIDTH, BIN_SHIFTS = 4, (0.137, 0.637)
 
 
 def coplanar_faces_do_not_overlap(asset: Asset, limit: float) -> check.Measurement:
@@ -105,19 +100,18 @@ def coplanar_faces_do_not_overlap(asset: Asset, limit: float) -> check.Measureme
         if area > 0:
             i, j = sorted((int(faces.visual[a]), int(faces.visual[b])))
             overlaps[i, j] = overlaps.get((i, j), 0.0) + area
-    problems = tuple(
-        (faces.pointers[i], f"shares {area * 1e6:.1f} mm^2 of surface with {faces.pointers[j]}; set one of them back")
-        for (i, j), area in sorted(overlaps.items())
-        if area > limit
-    )
-    return check.Measurement(max(overlaps.values(), default=0.0), problems)
+    rows = []
+    for (i, j), area in sorted(overlaps.items()):
+        message = f"shares {area * 1e6:.1f} mm^2 of surface with {faces.pointers[j]}; set one of them back"
+        rows.append((faces.pointers[i], area, message))
+    return check.worst_above(rows, limit)
 
 
 @dataclass(frozen=True)
 class _Faces:
     """All triangles in the asset frame: (F, 3, 3) corners in metres, (F, 3) normals, (F,) numbers of visual and look.
 
-    Faces of one look may coincide; a visual with a picture has a look of its own. `pointers`: of each visual.
+    Faces of one look may coincide; a visual with a picture has a separate look. `pointers`: of each visual.
     """
 
     corners: Floats
@@ -206,14 +200,6 @@ def _overlap_area(first: Floats, second: Floats, normal: Floats) -> float:
     return abs(signed_area(np.array(polygon))) / abs(float(normal[dropped])) if len(polygon) > 2 else 0.0
 
 
-# Visual ---------------------------------------------------------------------------------------------------------------
-
-NO_PICTURES = "it shows no picture"
-MIN_VERTICES = 4  # Ref: MuJoCo refuses to compile a mesh of fewer.
-NORMAL_LENGTH_TOLERANCE = 0.00674  # Ref: glTF-Validator, how far a normal's length may be from 1.
-SAME_VERTEX_M = 1e-6  # what float32 storage may move a vertex by, metres
-
-
 def triangles_have_area(asset: Asset) -> check.Measurement:
     """VIS001: number of triangles without area."""
     meshes = {pointer: visual.mesh for pointer, _, visual in check.visuals_of(asset)}
@@ -245,9 +231,8 @@ def normals_face_outwards(asset: Asset, limit: float) -> check.Measurement:
 def closed_parts_wind_outwards(asset: Asset, limit: float) -> check.Measurement:
     """VIS003: share of a link's surface on closed parts that wind inwards."""
     shares = {f"links/{link.name}/visuals": _inverted_share(link) for link in asset.links if link.visuals}
-    return check.all_at_most(
-        shares, limit, "{:.1%} of the surface is inside out; turn those triangles", check.NO_VISUALS
-    )
+    message = "{:.1%} of the surface is inside out; turn those triangles"
+    return check.all_at_most(shares, limit, message, check.NO_VISUALS)
 
 
 def triangle_count_is_bounded(asset: Asset, limit: float) -> check.Measurement:

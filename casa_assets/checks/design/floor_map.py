@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,6 +35,17 @@ MARGIN_M = 0.5  # of grid around the room
 WALL_M = 0.12  # thickness of walls
 ENTRY_DEPTH_M = BASE_RADIUS_M + 0.1  # from a doorway or an open wall, at which the base enters
 NO_OBSTACLES = (Role.ROOM, Role.HUNG, Role.WORKTOP)
+# Ref: RoboCasa (robocasa/utils/env_utils.py) parks 0.20 m before fixtures and 0.30 m before housings and fridges.
+GAP_M, TALL_GAP_M = 0.20, 0.30
+TALL_UNIT_M = 1.5  # height from which a unit on the floor is a tall one
+STEP_M = 0.05  # between the places that are tried to the left and right
+ASIDE_M = 0.3  # that the base may stand beside the width of a fixture
+LEAF_GAP_M = 0.04  # between the base and the side of an open leaf
+PARKED_ROLES = (
+    *(Role.SINK, Role.RANGE, Role.HOB, Role.OVEN, Role.MICROWAVE, Role.HOOD, Role.FRIDGE, Role.DISHWASHER),
+    *(Role.COFFEE_MACHINE, Role.TOASTER, Role.CABINET, Role.DRAWERS, Role.SINK_BASE, Role.CORNER, Role.ISLAND),
+    *(Role.PANTRY, Role.HOUSING, Role.UPPER, Role.SHELF),
+)
 
 
 class FloorMap:
@@ -53,7 +64,7 @@ class FloorMap:
         for outline in obstacles(facts):
             rows, columns = self._window(outline, 0.0)
             inside = distance(outline, self._points(rows, columns)) <= 0.0
-            self.solid[rows, columns] |= inside.reshape(points_shape(rows, columns))
+            self.solid[rows, columns] |= inside.reshape(self.solid[rows, columns].shape)
         self.clear = ndimage.distance_transform_edt(~self.solid) * CELL_M
         self.free: Mask = self.room & (self.clear > BASE_RADIUS_M)
         self.entries = np.zeros(self.shape, dtype=bool)
@@ -80,26 +91,19 @@ class FloorMap:
         free = self.free.copy()
         rows, columns = self._window(outline, BASE_RADIUS_M)
         near = distance(outline, self._points(rows, columns)) <= BASE_RADIUS_M
-        free[rows, columns] &= ~near.reshape(points_shape(rows, columns))
+        free[rows, columns] &= ~near.reshape(free[rows, columns].shape)
         return free
 
     def connected(self, free: Mask) -> Mask:
         """Part of the free floor that the base reaches from where it enters."""
         numbers, _ = ndimage.label(free)
         begins = np.unique(numbers[self.entries & free])
-        found: Mask = np.isin(numbers, begins[begins > 0])
-        return found
-
-    def cell(self, point: Vec2) -> tuple[int, int] | None:
-        """Row and column of a point, None outside of the grid."""
-        column, row = ((point[k] - float(self.low[k])) / CELL_M for k in (0, 1))
-        inside = 0 <= row < self.shape[0] and 0 <= column < self.shape[1]
-        return (int(row), int(column)) if inside else None
+        return np.asarray(np.isin(numbers, begins[begins > 0]))
 
     def holds(self, mask: Mask, point: Vec2) -> bool:
-        """True if a mask is set at a point."""
-        at = self.cell(point)
-        return at is not None and bool(mask[at])
+        """True if a mask is set at a point; False outside of the grid."""
+        column, row = ((point[k] - float(self.low[k])) / CELL_M for k in (0, 1))
+        return 0 <= row < self.shape[0] and 0 <= column < self.shape[1] and bool(mask[int(row), int(column)])
 
     def area(self, point: Vec2, radius: float) -> float:
         """Square metres of floor around a point that the middle of the base can get to."""
@@ -116,13 +120,7 @@ class FloorMap:
 
     def _inside_of(self, start: Vec2, end: Vec2) -> Mask:
         every = self._points(slice(0, self.shape[0]), slice(0, self.shape[1]))
-        near: Mask = (distance(np.array([start, end]), every) <= ENTRY_DEPTH_M).reshape(self.shape)
-        return near
-
-
-def points_shape(rows: slice, columns: slice) -> tuple[int, int]:
-    """Shape of a window of the grid."""
-    return (rows.stop - rows.start, columns.stop - columns.start)
+        return np.asarray((distance(np.array([start, end]), every) <= ENTRY_DEPTH_M).reshape(self.shape))
 
 
 def obstacles(facts: KitchenFacts) -> Iterator[Outline]:
@@ -184,32 +182,6 @@ def _inside(outline: Corners, xs: Floats, ys: Floats) -> Mask:
         if ay != by:
             odd ^= ((ay > y) != (by > y)) & (x < ax + (y - ay) / (by - ay) * (bx - ax))
     return odd
-
-
-def toward(start: Vec2, end: Vec2) -> float:
-    """Direction from one point to another, radians to the left of the x axis."""
-    return math.atan2(end[1] - start[1], end[0] - start[0])
-
-
-def around(points: Iterable[Vec2]) -> tuple[Vec2, Vec2]:
-    """Least and greatest x and y."""
-    xs, ys = zip(*points, strict=True)
-    return (min(xs), min(ys)), (max(xs), max(ys))
-
-
-# Parking --------------------------------------------------------------------------------------------------------------
-
-# Ref: RoboCasa (robocasa/utils/env_utils.py) parks 0.20 m before fixtures and 0.30 m before housings and fridges.
-GAP_M, TALL_GAP_M = 0.20, 0.30
-TALL_UNIT_M = 1.5  # height from which a unit on the floor is a tall one
-STEP_M = 0.05  # between the places that are tried to the left and right
-ASIDE_M = 0.3  # that the base may stand beside the width of a fixture
-LEAF_GAP_M = 0.04  # between the base and the side of an open leaf
-PARKED_ROLES = (
-    *(Role.SINK, Role.RANGE, Role.HOB, Role.OVEN, Role.MICROWAVE, Role.HOOD, Role.FRIDGE, Role.DISHWASHER),
-    *(Role.COFFEE_MACHINE, Role.TOASTER, Role.CABINET, Role.DRAWERS, Role.SINK_BASE, Role.CORNER, Role.ISLAND),
-    *(Role.PANTRY, Role.HOUSING, Role.UPPER, Role.SHELF),
-)
 
 
 @dataclass(frozen=True)
@@ -278,7 +250,8 @@ def _place(
 ) -> ParkingPlace:
     at = fixture.footprint.at(aside, before)
     x, y = fixture.footprint.front_axis
-    yaw = math.atan2(-y, -x) if look is None else toward(at, look)
+    # Radians to the left of the x axis.
+    yaw = math.atan2(-y, -x) if look is None else math.atan2(look[1] - at[1], look[0] - at[0])
     return ParkingPlace(
         fixture=fixture.name,
         position=(round(at[0], 4), round(at[1], 4)),

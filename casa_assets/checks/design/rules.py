@@ -1,4 +1,4 @@
-"""Appliances and doorways: unsafe or cramped places, free worktop next to them, the work triangle, ways and swings."""
+"""Find unsafe or cramped places of appliances, doorways that are too narrow, swings that cross, and narrow ways."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from casa_assets.checks.check import Measurement, all_at_least, not_applicable, worst_above, worst_below
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.mesh.outline import penetration_depth
-from casa_assets.mesh.planar import length_inside, outline_of
 from casa_assets.model.kitchen.floor import (
     APPLIANCES,
     AisleKind,
@@ -30,6 +29,12 @@ APPLIANCE_UNITS = ("range", "hob", "dishwasher", "oven", "microwave", "fridge")
 STANDING_DEPTH_M = 0.6  # before a dishwasher, in which the one who loads it stands
 NEAR_WALL_M = 0.8  # from a wall, within which a cooktop stands at it
 MIN_OVERLAP_M = 0.02  # by which something has to reach over a cooktop to be above it
+# Name, outline seen from above, and heights of the lower and upper end, metres.
+Solid = tuple[str, Corners, float, float]
+NO_AISLE = {
+    AisleKind.WORK: "no two fronts face each other",
+    AisleKind.WALK: "no way leads between two things, or a thing and a wall",
+}
 
 
 def dishwashers_have_standing_room(subject: DesignSubject, limit: float) -> Measurement:
@@ -80,26 +85,20 @@ def _clearance(subject: DesignSubject, limit: float, hoods: bool) -> Measurement
         above = sorted(over(subject.facts, cooktop), key=lambda f: f.bottom)
         # What hangs above a hood is shielded by it.
         exposed = above[:1] if hoods or (above and above[0].role is Role.HOOD) else above
+        # The surface for pans; a range may have a panel behind it that is higher.
+        places = [m.position[2] for m in cooktop.sites if m.name.endswith("_place_site")]
+        surface = min(cooktop.top, max(places, default=cooktop.top))
         for other in (f for f in exposed if (f.role is Role.HOOD) is hoods):
-            gap = round(other.bottom - _cooking_height(cooktop), 4)
+            gap = round(other.bottom - surface, 4)
             gaps.append((f"fixtures/{cooktop.name}", gap, f"{other.name} hangs {gap:.3f} m over it, {limit:g} wanted"))
     return worst_below(gaps, limit, f"no {'hood' if hoods else 'cabinet or shelf'} hangs over a cooktop")
-
-
-def _cooking_height(cooktop: Fixture) -> float:
-    """Height of the surface for pans; a range may have a panel behind it that is higher."""
-    places = [m.position[2] for m in cooktop.sites if m.name.endswith("_place_site")]
-    return min(cooktop.top, max(places, default=cooktop.top))
 
 
 def over(facts: KitchenFacts, below: Fixture) -> list[Fixture]:
     """Fixtures on the wall or under the ceiling above a fixture, without lamps and worktop items."""
     hung = facts.with_role(Role.HOOD, Role.UPPER, Role.SHELF, Role.HOUSING)
-    return [
-        f
-        for f in hung
-        if f.bottom >= below.top and penetration_depth(f.footprint.corners, below.footprint.corners) > MIN_OVERLAP_M
-    ]
+    above = (f for f in hung if f.bottom >= below.top)
+    return [f for f in above if penetration_depth(f.footprint.corners, below.footprint.corners) > MIN_OVERLAP_M]
 
 
 def no_openable_window_over_cooktops(subject: DesignSubject, limit: float) -> Measurement:
@@ -123,15 +122,12 @@ def _length_before(wall: RoomWall, start: Vec2, end: Vec2, fixture: Fixture) -> 
     length = max(math.hypot(bx - ax, by - ay), 1e-9)
     cx, cy = (bx - ax) / length, (by - ay) / length
 
-    def along(p: Vec2) -> float:
-        return (p[0] - ax) * cx + (p[1] - ay) * cy
-
     corners = fixture.footprint.corners
     away = [(p[0] - ax) * cy - (p[1] - ay) * cx for p in corners]
     if min(away) > NEAR_WALL_M or max(away) < 0.0:
         return 0.0
-    us = [along(p) for p in corners]
-    low, high = sorted((along(start), along(end)))
+    *us, first, last = ((p[0] - ax) * cx + (p[1] - ay) * cy for p in (*corners, start, end))
+    low, high = sorted((first, last))
     return max(0.0, min(max(us), high) - max(min(us), low))
 
 
@@ -158,258 +154,11 @@ def _corner_distances(facts: KitchenFacts, run: PlacedRun) -> Iterator[tuple[str
             yield unit.name, round(run.length - after.depth_before - unit.right, 4)
 
 
-# Frontage -------------------------------------------------------------------------------------------------------------
-
-# Panels and strips between an appliance and its worktop, metres.
-STRIP = 0.13
-
-
-def along(facts: KitchenFacts, fixture: Fixture) -> tuple[PlacedRun, float, float] | None:
-    """The run of a fixture, and its start and end along the run; None if it is in no run."""
-    run = facts.run(fixture.run)
-    if run is None:
-        return None
-    u = run.to_local(fixture.footprint.center)[0]
-    half = fixture.footprint.size[0] / 2
-    return run, u - half, u + half
-
-
-def beside(facts: KitchenFacts, run: PlacedRun, left: float, right: float) -> Vec2:
-    """Metres of uninterrupted worktop to the left and to the right of a stretch of a run, up to inside corners."""
-    before = after = 0.0
-    for a, b in run.frontages:
-        if a < left + 0.01 and b > left - STRIP:
-            before = max(0.0, min(left, b) - a)
-            # Frontage between the first unit and the corner where the edges of two worktops meet.
-            if run.left_end is RunEnd.CORNER and abs(a - run.corner_left) < 0.01:
-                last_run = next((r for r in facts.runs if r.next_run == run.id), None)
-                before += max(0.0, run.corner_left - (last_run.depth_before if last_run else 0.0))
-        if b > right - 0.01 and a < right + STRIP:
-            after = max(0.0, b - max(right, a))
-            if run.right_end is RunEnd.CORNER and abs(b - (run.length - run.corner_right)) < 0.01:
-                next_run = facts.run(run.next_run) if run.next_run else None
-                after += max(0.0, run.corner_right - (next_run.depth_before if next_run else 0.0))
-    return before, after
-
-
-def landings(facts: KitchenFacts, *roles: Role) -> Iterator[tuple[Fixture, Vec2]]:
-    """Fixtures of these roles with the worktop to their left and right."""
-    for fixture in facts.with_role(*roles):
-        place = along(facts, fixture)
-        if place is not None:
-            yield fixture, beside(facts, *place)
-
-
-def unit_landings(facts: KitchenFacts, kind: str) -> Iterator[tuple[PlacedRun, Vec2]]:
-    """Units of a kind with the worktop to their left and right."""
-    for run in facts.runs:
-        for unit in run.units:
-            if unit.kind == kind:
-                yield run, beside(facts, run, unit.left, unit.right)
-
-
-def across(facts: KitchenFacts, run: PlacedRun, most: float) -> bool:
-    """True if a worktop lies within reach at the other side of the aisle before a run."""
-    return any(a.width <= most for a in facts.aisles if run.id in (a.first, a.second) and a.kind.value == "work")
-
-
-def longer_sink_side(facts: KitchenFacts) -> float | None:
-    """Metres of worktop at the better side of the sink that has most."""
-    return max((max(sides) for _, sides in landings(facts, Role.SINK)), default=None)
-
-
-def shorter_sink_side(facts: KitchenFacts) -> float | None:
-    """Metres of worktop at the other side of that sink."""
-    best = max((sides for _, sides in landings(facts, Role.SINK)), key=max, default=None)
-    return None if best is None else min(best)
-
-
-def behind_cooktop(facts: KitchenFacts) -> float | None:
-    """Metres of worktop behind cooktops in islands, the least; None if there are no such cooktops."""
-    found = []
-    for fixture in facts.with_role(*COOKTOPS):
-        run = facts.run(fixture.run)
-        if run is not None and not run.at_wall:
-            _, v = run.to_local(fixture.footprint.at(0.0, -fixture.footprint.size[1]))
-            found.append(v + run.depth_behind)
-    return min(found, default=None)
-
-
-def fridge_side(facts: KitchenFacts) -> float | None:
-    """Metres of worktop on the side to which a refrigerator opens; with two doors, on the better side."""
-    found = []
-    for run, (left, right) in unit_landings(facts, "fridge"):
-        if across(facts, run, 1.219):
-            left = right = max(left, right, 0.381)
-        fridge = next((f for f in facts.with_role(Role.FRIDGE) if f.run == run.id), None)
-        doors = [j for j in fridge.joints if j.swept_area and not j.swept_area.sweeps_front] if fridge else []
-        grips = [j.grip_point for j in doors if j.grip_point]
-        sides = [fridge.footprint.to_local((g[0], g[1]))[0] for g in grips] if fridge else []
-        one_sided = bool(sides) and (min(sides) > 0.1 or max(sides) < -0.1)
-        found.append((right if min(sides) > 0 else left) if one_sided else max(left, right))
-    return min(found, default=None)
-
-
-def oven_side(facts: KitchenFacts) -> float | None:
-    """Metres of worktop next to wall ovens, or across from them, the least."""
-    found = []
-    for run, sides in unit_landings(facts, "oven"):
-        found.append(max(*sides, 0.381 if across(facts, run, 1.219) else 0.0))
-    return min(found, default=None)
-
-
-def microwave_side(facts: KitchenFacts) -> float | None:
-    """Metres of worktop at a side of, or below, the microwave that has least of it."""
-    found = []
-    for fixture in facts.with_role(Role.MICROWAVE):
-        place = along(facts, fixture)
-        if place is None:
-            continue
-        run, left, right = place
-        below = any(a < right and b > left for a, b in run.frontages)
-        # Before one that stands on a worktop there is none of use, under one that hangs there is all of it.
-        sides = beside(facts, run, left, right)
-        found.append(max(*sides, fixture.footprint.size[0] if below and fixture.bottom > 1.2 else 0.0))
-    return min(found, default=None)
-
-
-def total_frontage(facts: KitchenFacts) -> float | None:
-    """Metres of worktop edge in the whole kitchen, sinks and hobs not counted."""
-    total = sum(b - a for run in facts.runs for a, b in run.frontages)
-    taken = sum(f.footprint.size[0] for f in facts.with_role(Role.SINK, Role.HOB))
-    return total - taken if facts.runs else None
-
-
-# What NKBA asks for beside each, metres, the least that serves.
-LANDING = {"sink": 0.61, "range": 0.381, "hob": 0.381, "fridge": 0.381, "oven": 0.381}
-
-
-def shared_landing(facts: KitchenFacts) -> float | None:
-    """Metres by which worktop between two places of work exceeds the longer landing and 0.305 m; the least."""
-    found = []
-    for run in facts.runs:
-        centres = [u for u in run.units if u.kind in LANDING]
-        for one, other in itertools.pairwise(centres):
-            between = [u for u in run.units if one.right - 0.01 <= u.left and u.right <= other.left + 0.01]
-            if between and all(u.has_worktop for u in between):
-                found.append(other.left - one.right - max(LANDING[one.kind], LANDING[other.kind]) - 0.305)
-    return min(found, default=None)
-
-
-# Work triangle --------------------------------------------------------------------------------------------------------
-
-TALL = 1.5  # metres
-FULL_DEPTH = 0.5
-
-
-def centres(facts: KitchenFacts) -> list[tuple[Fixture, Vec2]]:
-    """The first sink, cooktop and refrigerator, and the middles of their fronts."""
-    found = []
-    for roles in ((Role.SINK,), COOKTOPS, (Role.FRIDGE,)):
-        first = next(iter(facts.with_role(*roles)), None)
-        if first is not None:
-            found.append((first, first.footprint.at(0.0, 0.0)))
-    return found
-
-
-def legs(facts: KitchenFacts) -> list[tuple[Vec2, Vec2]]:
-    """Straight ways between them, three where all are there."""
-    points = [p for _, p in centres(facts)]
-    return list(itertools.combinations(points, 2)) if len(points) == 3 else []
-
-
-def total(facts: KitchenFacts) -> float | None:
-    """Metres round the triangle."""
-    return sum(math.dist(a, b) for a, b in legs(facts)) if legs(facts) else None
-
-
-def cut(facts: KitchenFacts) -> float | None:
-    """Metres of a leg of the work triangle that cross an island or a peninsula, the most; None if there is neither."""
-    runs = [r for r in facts.runs if not r.at_wall and r.units]
-    own = {f.run for f, _ in centres(facts)}
-    crossed = []
-    for run in (run for run in runs if run.id not in own):
-        corners = [run.at(u, v) for u in run.span for v in (-run.depth_behind, run.depth_before)]
-        crossed += [length_inside(outline_of(corners), a, b) for a, b in legs(facts)]
-    return max(crossed, default=None)
-
-
-def tall_between(facts: KitchenFacts) -> float | None:
-    """Tall units of full depth between two of the three in one run."""
-    if not legs(facts):
-        return None
-    count = 0
-    for run in facts.runs:
-        us = sorted(run.to_local(p)[0] for f, p in centres(facts) if f.run == run.id)
-        own = {f.unit for f, _ in centres(facts)}
-        for a, b in itertools.pairwise(us):
-            inner = [u for u in run.units if u.left > a and u.right < b and u.name not in own]
-            count += sum(1 for u in inner if u.height > TALL and u.front > FULL_DEPTH)
-    return float(count)
-
-
-def crossed(facts: KitchenFacts) -> float | None:
-    """Metres of a straight way from door to door inside the triangle, the most; None with fewer than two doors."""
-    doors = [w for w in facts.openings if w.kind is not OpeningKind.WINDOW and w.leads_out]
-    points = [p for _, p in centres(facts)]
-    if len(doors) < 2 or len(points) < 3:
-        return None
-    middles = [((w.start[0] + w.end[0]) / 2, (w.start[1] + w.end[1]) / 2) for w in doors]
-    triangle = outline_of(points)
-    ways = itertools.combinations(middles, 2)
-    return max(length_inside(triangle, a, b) for a, b in ways) if len(triangle) == 3 else 0.0
-
-
-def between_sink(facts: KitchenFacts) -> float | None:
-    """Number of cooktop and refrigerator that are neither next to a sink nor across from it."""
-    found = centres(facts)
-    if len(found) < 3:
-        return None
-    places = {f.name: _place(facts, f, p) for f, p in found}
-    sink = found[0][0]
-    lost = 0
-    for fixture, _ in found[1:]:
-        other = next(f for f, _ in found[1:] if f is not fixture)
-        chain, at = places[fixture.name]
-        here, middle = places[sink.name]
-        there, third = places[other.name]
-        next_to = chain == here and not (there == here and min(at, middle) < third < max(at, middle))
-        lost += not (next_to or _across(sink, fixture))
-    return float(lost)
-
-
-def _place(facts: KitchenFacts, fixture: Fixture, point: Vec2) -> tuple[str, float]:
-    """First run of the chain of runs around corners that a fixture is in, and its position along the chain."""
-    run = facts.run(fixture.run)
-    if run is None:
-        return "", 0.0
-    at = run.to_local(point)[0]
-    seen = {run.id}
-    while (before := next((r for r in facts.runs if r.next_run == run.id), None)) is not None and before.id not in seen:
-        seen.add(before.id)
-        at += before.length
-        run = before
-    return run.id, at
-
-
-def _across(one: Fixture, other: Fixture) -> bool:
-    """True if two fixtures look at each other."""
-    (ax, ay), (bx, by) = one.footprint.front_axis, other.footprint.front_axis
-    aside, before = one.footprint.to_local(other.footprint.at(0.0, 0.0))
-    return ax * bx + ay * by < -0.9 and before > 0 and abs(aside) < 1.2
-
-
-# Doorways -------------------------------------------------------------------------------------------------------------
-
-
 def doorways_are_wide_enough(subject: DesignSubject, limit: float) -> Measurement:
     """NKB001: clear width of the narrowest door or passage, metres."""
     # Ref: NKBA planning guideline 1: 32 inches clear.
-    widths = {
-        f"openings/{opening.id}": opening.clear_width
-        for opening in subject.facts.openings
-        if opening.kind is not OpeningKind.WINDOW
-    }
+    ways = (opening for opening in subject.facts.openings if opening.kind is not OpeningKind.WINDOW)
+    widths = {f"openings/{opening.id}": opening.clear_width for opening in ways}
     message = f"{{:.3f}} m clear with its leaf open, {limit:g} wanted: make the opening wider"
     return all_at_least(widths, limit, message, "it has no door and no passage")
 
@@ -434,18 +183,15 @@ def appliance_doors_swing_apart(subject: DesignSubject, limit: float) -> Measure
     """NKB003: deepest overlap of the swings of two appliances' doors, seen from above; metres."""
     # Ref: NKBA planning guideline 2.
     rows, leaves = [], list(_appliance_leaves(subject.facts))
-    if len({_fixture(name) for name, *_ in leaves}) < 2:
+    if len({name.partition("/")[0] for name, *_ in leaves}) < 2:
         return not_applicable("it has no two appliances that open")
     for (name, outline, bottom, top), (other, outline2, bottom2, top2) in itertools.combinations(leaves, 2):
-        if _fixture(name) == _fixture(other) or not _share_height(bottom, top, bottom2, top2):
+        is_same = name.partition("/")[0] == other.partition("/")[0]
+        if is_same or not _share_height(bottom, top, bottom2, top2):
             continue
         depth = penetration_depth(outline, outline2)
         rows.append((f"fixtures/{name}", depth, f"its way crosses that of {other} by {depth:.3f} m"))
     return worst_above(rows, limit)
-
-
-# Name, outline seen from above, and heights of the lower and upper end, metres.
-Solid = tuple[str, Corners, float, float]
 
 
 def _appliance_leaves(facts: KitchenFacts) -> Iterator[Solid]:
@@ -457,21 +203,9 @@ def _appliance_leaves(facts: KitchenFacts) -> Iterator[Solid]:
                 yield f"{fixture.name}/{joint.name}", leaf.outline, leaf.bottom, leaf.top
 
 
-def _fixture(leaf: str) -> str:
-    return leaf.split("/", maxsplit=1)[0]
-
-
 def _share_height(bottom1: float, top1: float, bottom2: float, top2: float) -> bool:
     """True if two ranges of height share more than a centimetre."""
     return min(top1, top2) - max(bottom1, bottom2) > 0.01
-
-
-# Aisles ---------------------------------------------------------------------------------------------------------------
-
-NO_AISLE = {
-    AisleKind.WORK: "no two fronts face each other",
-    AisleKind.WALK: "no way leads between two things, or a thing and a wall",
-}
 
 
 def work_aisles_are_wide_enough(subject: DesignSubject, limit: float) -> Measurement:

@@ -18,6 +18,15 @@ from casa_assets.model.kitchen.floor import Corners, Fixture, KitchenFacts, Park
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
 
+PIXELS_PER_M = 120
+MARGIN_M = 0.35  # of floor around the outline of the room
+DASH_M = 0.1  # from the start of one dash to the next
+WHITE, BLACK = (255, 255, 255), (40, 40, 44)
+REACHED, FREE, FLOOR = (214, 234, 214), (250, 226, 190), (238, 238, 236)
+SOLID, APPLIANCE, WALL_UNIT = (196, 190, 182), (150, 170, 200), (120, 110, 100)
+SWEPT_AREA, PARKED, PARKED_AT_OPEN_DOOR = (214, 120, 90), (30, 110, 60), (60, 90, 190)
+APPLIANCES = (Role.SINK, Role.RANGE, Role.HOB, Role.FRIDGE, Role.DISHWASHER, Role.OVEN, Role.MICROWAVE)
+
 
 @dataclass(frozen=True, eq=False)
 class DesignSubject:
@@ -47,9 +56,6 @@ class DesignSubject:
         return atomic_tasks(TaskView(self.facts, self.floor, self.parking))
 
 
-# Summary --------------------------------------------------------------------------------------------------------------
-
-
 def whereabouts(subject: DesignSubject) -> dict[str, Any]:
     """JSON data about the floor of a kitchen for scene files; all numbers are rounded.
 
@@ -72,29 +78,20 @@ def whereabouts(subject: DesignSubject) -> dict[str, Any]:
         "base_radius": BASE_RADIUS_M,
         "parking": places,
         "tasks": {t.task: _task(t) for t in subject.tasks},
-        "robocasa_v1": {
-            t.task: {"afforded": False, "wants": t.wants}
-            if t.wants
-            else {"afforded": True, "fixtures": list(t.fixtures)}
-            for t in subject.atomic_tasks
-        },
+        "robocasa_v1": {t.task: _task(t) for t in subject.atomic_tasks},
     }
 
 
-def _task(task: Afforded) -> dict[str, Any]:
+def _task(task: Afforded | AtomicTask) -> dict[str, Any]:
     if task.wants:
         return {"afforded": False, "wants": task.wants}
-    row = task.model_dump(mode="json", exclude={"number", "task", "tightest", "wants"})
-    return {"afforded": True, **row}
+    return {"afforded": True, **task.model_dump(mode="json", exclude={"number", "task", "tightest", "wants"})}
 
 
 def _place(place: ParkingPlace | None) -> dict[str, Any] | None:
     if place is None:
         return None
     return {"x": place.position[0], "y": place.position[1], "yaw": place.yaw, "side": place.side.value}
-
-
-# Reach ----------------------------------------------------------------------------------------------------------------
 
 
 def fixtures_are_reachable(subject: DesignSubject, limit: float) -> Measurement:
@@ -152,24 +149,6 @@ def task_objects_find_room(subject: DesignSubject, limit: float) -> Measurement:
     rates = ((t, t.rate) for t in subject.tasks if t.rate is not None)
     rows = ((f"tasks/{t.task}", rate, message.format(rate, t.tightest, limit)) for t, rate in rates)
     return worst_below(rows, limit, "it has what it takes for no task (TSK001)")
-
-
-# Picture --------------------------------------------------------------------------------------------------------------
-
-PIXELS_PER_M = 120
-MARGIN_M = 0.35  # of floor around the outline of the room
-DASH_M = 0.1  # from the start of one dash to the next
-WHITE, BLACK = (255, 255, 255), (40, 40, 44)
-REACHED, FREE, FLOOR = (214, 234, 214), (250, 226, 190), (238, 238, 236)
-SOLID, APPLIANCE, WALL_UNIT, SWEPT_AREA, PARKED, PARKED_AT_OPEN_DOOR = (
-    (196, 190, 182),
-    (150, 170, 200),
-    (120, 110, 100),
-    (214, 120, 90),
-    (30, 110, 60),
-    (60, 90, 190),
-)
-APPLIANCES = (Role.SINK, Role.RANGE, Role.HOB, Role.FRIDGE, Role.DISHWASHER, Role.OVEN, Role.MICROWAVE)
 
 
 def floor_picture(subject: DesignSubject) -> Image.Image:
@@ -254,13 +233,9 @@ class _Drawing:
         color = PARKED_AT_OPEN_DOOR if place.open_joint else PARKED
         if place.open_joint and place.side is ParkingSide.FRONT:
             return
-        x, y = self._pixel(place.position)
-        r = 0.05 * PIXELS_PER_M
+        (x, y), (a, b), r = self._pixel(place.position), place.position, 0.05 * PIXELS_PER_M
         self.draw.ellipse([x - r, y - r, x + r, y + r], outline=color, width=2)
-        tip = (
-            place.position[0] + BASE_RADIUS_M * math.cos(place.yaw),
-            place.position[1] + BASE_RADIUS_M * math.sin(place.yaw),
-        )
+        tip = (a + BASE_RADIUS_M * math.cos(place.yaw), b + BASE_RADIUS_M * math.sin(place.yaw))
         self.line((place.position, tip), color, 2)
 
     def name(self, fixture: Fixture) -> None:

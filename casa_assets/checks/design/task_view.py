@@ -28,6 +28,7 @@ MIN_WORK_HEIGHT_M, MAX_WORK_HEIGHT_M = 0.3, 1.9
 ROUNDING_M = 1e-9
 # Heights below and above a worktop between which the foot of what stands on it is, metres.
 SUNK_M, ABOVE_M = 0.1, 0.45
+BESIDE_M = 0.6  # beside a fixture, within which its worktop begins
 
 
 @dataclass(frozen=True)
@@ -101,11 +102,8 @@ def on_worktops(facts: KitchenFacts) -> list[WorldBox]:
     """Boxes of objects that are on worktops or let into them."""
     standing = facts.with_role(Role.THING, Role.COFFEE_MACHINE, Role.TOASTER, Role.MICROWAVE)
     heights = [row.height for row in facts.runs]
-    return [
-        box_around(f.footprint, f.bottom, f.top)
-        for f in standing
-        if any(h - SUNK_M < f.bottom < h + ABOVE_M for h in heights)
-    ]
+    found = (f for f in standing if any(h - SUNK_M < f.bottom < h + ABOVE_M for h in heights))
+    return [box_around(f.footprint, f.bottom, f.top) for f in found]
 
 
 def worktops_near(facts: KitchenFacts, fixture: Fixture, reach: float) -> list[tuple[str, str, WorldBox]]:
@@ -175,11 +173,6 @@ def _is_placed_well(box: WorldBox, zone: PlacingZone) -> bool:
         return False
     reach = np.hypot(zone.shoulders[:, 0] - middle[0], zone.shoulders[:, 1] - middle[1])
     return bool(len(reach)) and float(reach.min()) <= ARM_REACH_M
-
-
-# Task view ------------------------------------------------------------------------------------------------------------
-
-BESIDE_M = 0.6  # beside a fixture, within which its worktop begins
 
 
 class Afforded(Record):
@@ -284,15 +277,7 @@ class TaskView:
         return any(self.floor.holds(reached, fixture.footprint.at(s * aside, before)) for s in (1.0, -1.0))
 
 
-def names(fixture: Fixture, found: Sequence[str]) -> tuple[str, ...]:
-    """Names as scene files have them."""
-    return tuple(f"{fixture.name}__{n}" for n in found)
-
-
 def doors(fixture: Fixture) -> tuple[FixtureJoint, ...]:
     """Upright doors of a fixture."""
-    return tuple(
-        j
-        for j in fixture.joints
-        if j.kind is JointKind.HINGE and j.swept_area is not None and not j.swept_area.sweeps_front
-    )
+    hinged = (j for j in fixture.joints if j.kind is JointKind.HINGE)
+    return tuple(j for j in hinged if j.swept_area is not None and not j.swept_area.sweeps_front)

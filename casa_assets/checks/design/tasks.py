@@ -25,7 +25,6 @@ from casa_assets.checks.design.task_view import (
     acceptance,
     doors,
     free_area,
-    names,
     worktop_regions,
 )
 from casa_assets.core.numeric import rng_for
@@ -51,6 +50,7 @@ DRIVE_GOALS = (
     *(Role.COFFEE_MACHINE, Role.TOASTER, Role.RANGE, Role.HOB, Role.SHELF, Role.MICROWAVE, Role.SINK, Role.HOOD),
     *(Role.OVEN, Role.FRIDGE, Role.DISHWASHER),
 )
+Finding = Callable[[TaskView], TaskFinding]
 
 
 def _uppers(view: TaskView, count: tuple[int, ...]) -> tuple[Fixture, ...]:
@@ -61,6 +61,10 @@ def _uppers(view: TaskView, count: tuple[int, ...]) -> tuple[Fixture, ...]:
 
 def _regions(zones: Sequence[PlacingZone]) -> tuple[str, ...]:
     return tuple(f"{zone.fixture}__{zone.region}" for zone in zones)
+
+
+def _door_names(fixtures: Sequence[Fixture]) -> tuple[str, ...]:
+    return tuple(f"{f.name}__{joint.name}" for f in fixtures for joint in doors(f))
 
 
 def _held_inside(
@@ -79,7 +83,7 @@ def _cabinet(view: TaskView) -> TaskFinding:
     counter = view.counter(cabinets, 0.1)
     return TaskFinding(
         cabinets,
-        joints=tuple(n for f in cabinets for n in names(f, [j.name for j in doors(f)])),
+        joints=_door_names(cabinets),
         regions=_regions(zones),
         puts=(Placing(counter, GRASPED), Placing(zones, GRASPED)),
         counter=counter,
@@ -110,12 +114,13 @@ def _burners(fixture: Fixture) -> list[tuple[str, str, str]]:
 
 def _stove(view: TaskView, counter_wanted: bool) -> TaskFinding:
     stoves = tuple(f for f in view.reached(Role.RANGE, Role.HOB) if _burners(f))
-    pans = tuple(view.at(f, place, 0.10) for f in stoves for _, _, place in _burners(f))
+    burners = [(f, *burner) for f in stoves for burner in _burners(f)]
+    pans = tuple(view.at(f, place, 0.10) for f, _, _, place in burners)
     counter = view.counter(stoves) if counter_wanted else ()
     return TaskFinding(
         stoves,
-        joints=tuple(n for f in stoves for n in names(f, [b[0] for b in _burners(f)])),
-        sites=tuple(n for f in stoves for b in _burners(f) for n in names(f, b[1:])),
+        joints=tuple(f"{f.name}__{knob}" for f, knob, _, _ in burners),
+        sites=tuple(f"{f.name}__{site}" for f, _, *sites in burners for site in sites),
         puts=(*((Placing(counter, PLATE),) if counter_wanted else ()), Placing(pans, PAN)),
         counter=counter,
         wants="" if stoves else "a range or hob with a knob, a flame and a place for a pan",
@@ -130,7 +135,7 @@ def _doors(view: TaskView, count: int) -> TaskFinding:
     zones += tuple(z for f in ovens for z in view.inside(f, r"tray|int"))
     return TaskFinding(
         every,
-        joints=tuple(n for f in every for n in names(f, [j.name for j in doors(f)])),
+        joints=_door_names(every),
         regions=_regions(zones),
         puts=(Placing(zones, GRASPED),),
         wants="" if every else f"a wall cabinet with {'one door' if count == 1 else 'two doors'}",
@@ -152,7 +157,7 @@ def _drawers(view: TaskView) -> TaskFinding:
             inner = view.inside(fixture, re.sub(r"_?slidejoint$|_joint$", "", joint.name) + r"(_int)?|int")
             if inner:
                 found.append(fixture)
-                joints += names(fixture, [joint.name])
+                joints.append(f"{fixture.name}__{joint.name}")
                 zones += inner
     return TaskFinding(
         tuple(dict.fromkeys(found)),
@@ -183,7 +188,7 @@ def _faucet(view: TaskView, joint: str) -> TaskFinding:
 
 def _pressed(view: TaskView, role: Role, button: str) -> TaskFinding:
     found = tuple(f for f in view.reached(role) if any(button in b.name for b in f.buttons))
-    joints = tuple(n for f in found for n in names(f, [j.name for j in f.joints if button in j.name]))
+    joints = tuple(f"{f.name}__{j.name}" for f in found for j in f.joints if button in j.name)
     return TaskFinding(found, joints=joints, wants="" if found else f"a {role.value.replace('_', ' ')} with a {button}")
 
 
@@ -223,27 +228,28 @@ def _drive(view: TaskView) -> TaskFinding:
     return TaskFinding(tuple(aims), wants="" if aims else "a thing that there is once, more than 1 m from another")
 
 
-Found = tuple[Fixture, ...]
-Finding = Callable[[TaskView], TaskFinding]
-
-
-def _with(found: Found, wants: str) -> TaskFinding:
+def _with(found: tuple[Fixture, ...], wants: str) -> TaskFinding:
     """Fixtures with which a task can be done, or, if there are no such fixtures, what it wants."""
     return TaskFinding(found, wants="" if found else wants)
 
 
-def _having(kind: Role | str, joint: str, region: str, wants: str) -> Finding:
+@dataclass(frozen=True)
+class _Having:
     """Fixtures of a role or a category with a joint and a region whose names match; an empty pattern asks for none."""
 
-    def find(view: TaskView) -> TaskFinding:
-        of_kind = view.reached(kind) if isinstance(kind, Role) else view.facts.fixtures
-        found = [f for f in of_kind if kind in (f.role, f.category)]
-        jointed = [f for f in found if not joint or any(re.fullmatch(joint, j.name) for j in f.joints)]
-        return _with(
-            tuple(f for f in jointed if not region or any(re.fullmatch(region, r.name) for r in f.regions)), wants
-        )
+    kind: Role | str
+    joint: str
+    region: str
+    wants: str
 
-    return find
+    def __call__(self, view: TaskView) -> TaskFinding:
+        of_kind = view.reached(self.kind) if isinstance(self.kind, Role) else view.facts.fixtures
+        found = [f for f in of_kind if self.kind in (f.role, f.category)]
+        jointed = [f for f in found if not self.joint or any(re.fullmatch(self.joint, j.name) for j in f.joints)]
+        return _with(
+            tuple(f for f in jointed if not self.region or any(re.fullmatch(self.region, r.name) for r in f.regions)),
+            self.wants,
+        )
 
 
 def _cabinets_with_shelves(view: TaskView) -> TaskFinding:
@@ -255,14 +261,10 @@ def _cabinets_with_shelves(view: TaskView) -> TaskFinding:
     return _with(found, "a wall cabinet with doors and a shelf between 1.0 and 1.5 m")
 
 
-def _worktops(side: float) -> Finding:
+def _worktops(view: TaskView, side: float) -> TaskFinding:
     """Worktops with a free rectangle of this width and depth, metres."""
-
-    def find(view: TaskView) -> TaskFinding:
-        found = (f for f, region in worktop_regions(view.facts) if min(region.footprint.size) >= side)
-        return _with(tuple(dict.fromkeys(found)), f"a worktop of {side} x {side} m")
-
-    return find
+    found = (f for f, region in worktop_regions(view.facts) if min(region.footprint.size) >= side)
+    return _with(tuple(dict.fromkeys(found)), f"a worktop of {side} x {side} m")
 
 
 def _microwaves_with_worktop(view: TaskView) -> TaskFinding:
@@ -286,8 +288,8 @@ def _has_room(fixture: Fixture, worktop: FixtureRegion) -> bool:
     return max(left + half, half - right) >= MIN_SURFACE_M[0] or -max(c[1] for c in corners) >= PLATE_DEPTH_M
 
 
-_TOASTER = _having(Role.TOASTER, ".*lever.*", _SLOTS, "a toaster with a lever and slots")
-_BLENDER = _having("blender", "", "", "a blender with a lid")
+_TOASTER = _Having(Role.TOASTER, ".*lever.*", _SLOTS, "a toaster with a lever and slots")
+_BLENDER = _Having("blender", "", "", "a blender with a lid")
 
 
 def _toasters_for_bread(view: TaskView) -> TaskFinding:
@@ -314,94 +316,61 @@ class Task:
     before: Mapping[int, str] = field(default_factory=dict)
 
 
+# fmt: off
 TASKS = (
     Task(_cabinet, before={1: "pnp_counter_to_cab", 2: "pnp_cab_to_counter"}),
-    Task(
-        _cabinets_with_shelves,
-        "OpenCabinet CloseCabinet PickPlaceCounterToCabinet PickPlaceCabinetToCounter MakeIcedCoffee",
-    ),
+    Task(_cabinets_with_shelves,
+         "OpenCabinet CloseCabinet PickPlaceCounterToCabinet PickPlaceCabinetToCounter MakeIcedCoffee"),
     Task(lambda view: _doors(view, 1), before={9: "open_single_door", 10: "close_single_door"}),
     Task(lambda view: _doors(view, 2), before={11: "open_double_door", 12: "close_double_door"}),
-    Task(
-        _drawers,
-        "OpenDrawer CloseDrawer PickPlaceCounterToDrawer PickPlaceDrawerToCounter",
-        {13: "open_drawer", 14: "close_drawer"},
-    ),
-    Task(
-        lambda view: _sink(view, GRASPED), "PickPlaceCounterToSink PickPlaceSinkToCounter", {3: "pnp_counter_to_sink"}
-    ),
+    Task(_drawers, "OpenDrawer CloseDrawer PickPlaceCounterToDrawer PickPlaceDrawerToCounter",
+         {13: "open_drawer", 14: "close_drawer"}),
+    Task(lambda view: _sink(view, GRASPED), "PickPlaceCounterToSink PickPlaceSinkToCounter",
+         {3: "pnp_counter_to_sink"}),
     Task(lambda view: _sink(view, PLATE), before={4: "pnp_sink_to_counter"}),
-    Task(
-        lambda view: _faucet(view, "handle_joint"),
-        "TurnOnSinkFaucet TurnOffSinkFaucet",
-        {17: "turn_on_sink_faucet", 18: "turn_off_sink_faucet"},
-    ),
+    Task(lambda view: _faucet(view, "handle_joint"), "TurnOnSinkFaucet TurnOffSinkFaucet",
+         {17: "turn_on_sink_faucet", 18: "turn_off_sink_faucet"}),
     Task(lambda view: _faucet(view, "spout_joint"), "TurnSinkSpout", {19: "turn_sink_spout"}),
     Task(lambda view: _faucet(view, "handle_temp_joint"), "AdjustWaterTemperature"),
-    Task(
-        _having(Role.MICROWAVE, "microjoint", "tray", "a microwave with a door and a tray"),
-        "OpenMicrowave CloseMicrowave",
-    ),
+    Task(_Having(Role.MICROWAVE, "microjoint", "tray", "a microwave with a door and a tray"),
+         "OpenMicrowave CloseMicrowave"),
     Task(_microwaves, before={5: "pnp_counter_to_microwave", 6: "pnp_microwave_to_counter"}),
     Task(_microwaves_with_worktop, "PickPlaceCounterToMicrowave PickPlaceMicrowaveToCounter"),
     Task(lambda view: _heated(view, "start_button"), "TurnOnMicrowave", {21: "turn_on_microwave"}),
     Task(lambda view: _heated(view, "stop_button"), "TurnOffMicrowave", {22: "turn_off_microwave"}),
-    Task(
-        lambda view: _stove(view, True),
-        "PickPlaceCounterToStove PickPlaceStoveToCounter",
-        {7: "pnp_counter_to_stove", 8: "pnp_stove_to_counter"},
-    ),
-    Task(
-        lambda view: _stove(view, False),
-        "TurnOnStove TurnOffStove LowerHeat",
-        {15: "turn_on_stove", 16: "turn_off_stove"},
-    ),
-    Task(
-        _having(Role.OVEN, ".*door_joint", "rack[01]", "an oven beside a hob, with a rack"),
-        "OpenOven CloseOven SlideOvenRack PickPlaceCounterToOven",
-    ),
-    Task(_having(Role.OVEN, "knob_temp_joint", "rack[01]", "an oven with a knob of its temperature"), "PreheatOven"),
-    Task(
-        _having(Role.FRIDGE, ".*fridge.*door.*|.*door.*fridge.*", "", "a refrigerator with a door"),
-        "OpenFridge CloseFridge",
-    ),
-    Task(
-        _having(
-            Role.FRIDGE, ".*fridge.*drawer.*|.*drawer.*fridge.*", ".*fridge.*drawer.*", "a drawer in the refrigerator"
-        ),
-        "OpenFridgeDrawer CloseFridgeDrawer PickPlaceFridgeShelfToDrawer PickPlaceFridgeDrawerToShelf",
-    ),
-    Task(
-        _having(Role.DISHWASHER, "door_joint", "rack1", "a dishwasher with an upper rack"),
-        "OpenDishwasher CloseDishwasher SlideDishwasherRack",
-    ),
+    Task(lambda view: _stove(view, True), "PickPlaceCounterToStove PickPlaceStoveToCounter",
+         {7: "pnp_counter_to_stove", 8: "pnp_stove_to_counter"}),
+    Task(lambda view: _stove(view, False), "TurnOnStove TurnOffStove LowerHeat",
+         {15: "turn_on_stove", 16: "turn_off_stove"}),
+    Task(_Having(Role.OVEN, ".*door_joint", "rack[01]", "an oven beside a hob, with a rack"),
+         "OpenOven CloseOven SlideOvenRack PickPlaceCounterToOven"),
+    Task(_Having(Role.OVEN, "knob_temp_joint", "rack[01]", "an oven with a knob of its temperature"), "PreheatOven"),
+    Task(_Having(Role.FRIDGE, ".*fridge.*door.*|.*door.*fridge.*", "", "a refrigerator with a door"),
+         "OpenFridge CloseFridge"),
+    Task(_Having(Role.FRIDGE, ".*fridge.*drawer.*|.*drawer.*fridge.*", ".*fridge.*drawer.*",
+                 "a drawer in the refrigerator"),
+         "OpenFridgeDrawer CloseFridgeDrawer PickPlaceFridgeShelfToDrawer PickPlaceFridgeDrawerToShelf"),
+    Task(_Having(Role.DISHWASHER, "door_joint", "rack1", "a dishwasher with an upper rack"),
+         "OpenDishwasher CloseDishwasher SlideDishwasherRack"),
     Task(lambda view: _coffee(view, False), before={20: "coffee_press_button"}),
-    Task(
-        lambda view: _coffee(view, True),
-        "StartCoffeeMachine CoffeeSetupMug CoffeeServeMug",
-        {23: "coffee_setup_mug", 24: "coffee_serve_mug"},
-    ),
+    Task(lambda view: _coffee(view, True), "StartCoffeeMachine CoffeeSetupMug CoffeeServeMug",
+         {23: "coffee_setup_mug", 24: "coffee_serve_mug"}),
     Task(_TOASTER, "TurnOnToaster"),
     Task(_toasters_for_bread, "PickPlaceToasterToCounter"),
-    Task(
-        _having("toaster_oven", ".*door_joint", "", "a toaster oven"),
-        "OpenToasterOvenDoor CloseToasterOvenDoor SlideToasterOvenRack AdjustToasterOvenTemperature "
-        "TurnOnToasterOven PickPlaceCounterToToasterOven PickPlaceToasterOvenToCounter",
-    ),
-    Task(
-        _having("kettle", "lid_joint", "", "an electric kettle with a lid"),
-        "TurnOnElectricKettle OpenElectricKettleLid CloseElectricKettleLid",
-    ),
-    Task(
-        _having("stand_mixer", "head_joint", "", "a stand mixer whose head tilts"),
-        "OpenStandMixerHead CloseStandMixerHead PickPlaceCounterToStandMixer",
-    ),
+    Task(_Having("toaster_oven", ".*door_joint", "", "a toaster oven"),
+         "OpenToasterOvenDoor CloseToasterOvenDoor SlideToasterOvenRack AdjustToasterOvenTemperature "
+         "TurnOnToasterOven PickPlaceCounterToToasterOven PickPlaceToasterOvenToCounter"),
+    Task(_Having("kettle", "lid_joint", "", "an electric kettle with a lid"),
+         "TurnOnElectricKettle OpenElectricKettleLid CloseElectricKettleLid"),
+    Task(_Having("stand_mixer", "head_joint", "", "a stand mixer whose head tilts"),
+         "OpenStandMixerHead CloseStandMixerHead PickPlaceCounterToStandMixer"),
     Task(_lidded_blenders, "OpenBlenderLid CloseBlenderLid TurnOnBlender"),
     Task(_BLENDER, "PickPlaceCounterToBlender"),
-    Task(_worktops(BOARD_M), "CheesyBread"),
-    Task(_worktops(0.3), "PackDessert"),
+    Task(lambda view: _worktops(view, BOARD_M), "CheesyBread"),
+    Task(lambda view: _worktops(view, 0.3), "PackDessert"),
     Task(_drive, "NavigateKitchen", {25: "navigate_kitchen"}),
 )
+# fmt: on
 ATOMIC_TASKS = tuple(sorted(name for task in TASKS for name in task.names.split()))  # of v1.0
 
 
@@ -434,12 +403,9 @@ def _afforded(view: TaskView, number: int, name: str, found: TaskFinding, seed: 
         number=number,
         task=name,
         fixtures=tuple(f.name for f in found.fixtures),
-        joints=found.joints,
-        sites=found.sites,
-        regions=found.regions,
+        **{name: getattr(found, name) for name in ("joints", "sites", "regions", "wants")},
         counter_m2=round(free_area(found.counter), 3),
         floor_m2=round(max((view.floor.area(p.position, FLOOR_RADIUS_M) for p in places), default=0.0), 3),
         rate=None if found.wants or not rates else round(min(rates), 4),
-        tightest=", ".join(dict.fromkeys(f"{z.fixture}__{z.region}" for z in zones)),
-        wants=found.wants,
+        tightest=", ".join(dict.fromkeys(_regions(zones))),
     )

@@ -20,6 +20,7 @@ from casa_assets.checks.check import (
     not_run,
     worst_above,
 )
+from casa_assets.checks import check
 from casa_assets.checks.motion import simulation
 from casa_assets.checks.readers import mujoco_facts
 from casa_assets.core.hand_dynamics import PULL_N
@@ -34,14 +35,21 @@ MIN_LEVER_M = 0.005  # fingers are no finer
 PUSH_S = 2.0
 CHUNK_STEPS = 20  # steps between two looks at the position
 DRIFT_S = 5.0
-# Drift that is granted to a short range, by kind of joint.
-STILL_M, STILL_RAD = 0.001, math.radians(0.5)
+STILL_M, STILL_RAD = 0.001, math.radians(0.5)  # drift that is granted to a short range, by kind of joint
 # Labels of grips that are turned at their rim: the lever is the radius, wherever the middle of the grip is.
 KNOB_LABELS = frozenset({"knob", "seat", "roll"})
 SPRUNG_LABELS = frozenset({"button", "lever", "key", "knob"})
+# A contact counts where it is this much deeper than that of the same two shapes at rest. Our choice: what soft contacts
+# forgive.
+EXTRA_DEPTH_M = 0.001
+FULL_SHARE = 0.95  # share of its range that counts as all of it, as reach_share in registry/limits.yaml
+POSES = 48  # poses of a sweep: enough for a corner of a door of 0.6 m to go 20 mm between two
+# Step while another part stands open: only the two moved parts can meet in a new way. They are large, so that steps may
+# be wider than `sweep.STEP_M`.
+PAIR_STEP_M = 0.025
 
 
-def joints_open_by_hand(package: Package, limit: float) -> Measurement:
+def joints_open_by_hand(package: Package, limit: float) -> check.Measurement:
     """KIN001: least share of a joint's range covered under 20 N in 2 s, both ways, with contacts.
 
     A joint that does not go so far without contacts either is reported by `joints_open_by_hand_without_contacts`.
@@ -49,12 +57,12 @@ def joints_open_by_hand(package: Package, limit: float) -> Measurement:
     return _least_reach(package, limit, contact=True)
 
 
-def joints_open_by_hand_without_contacts(package: Package, limit: float) -> Measurement:
+def joints_open_by_hand_without_contacts(package: Package, limit: float) -> check.Measurement:
     """KIN002: least share of a joint's range covered under 20 N in 2 s, both ways, without contacts."""
     return _least_reach(package, limit, contact=False)
 
 
-def starting_force_is_moderate(package: Package, limit: float, min_force_n: float) -> Measurement:
+def starting_force_is_moderate(package: Package, limit: float, min_force_n: float) -> check.Measurement:
     """KIN003: force at the grip that starts each closed joint, `min_force_n` to `limit`; the largest, N.
 
     Doors and drawers are meant to take 5 N and more, so that they stay shut; a key or a roll may be lighter.
@@ -71,10 +79,10 @@ def starting_force_is_moderate(package: Package, limit: float, min_force_n: floa
             problems.append((f"joints/{joint.name}", f"opens by itself: {-force:.1f} N would hold it shut"))
         elif force < min_force_n:
             problems.append((f"joints/{joint.name}", f"starts at {force:.2g} N; give it friction or a spring"))
-    return Measurement(worst, tuple(problems))
+    return check.Measurement(worst, tuple(problems))
 
 
-def keys_spring_back(package: Package, limit: float) -> Measurement:
+def keys_spring_back(package: Package, limit: float) -> check.Measurement:
     """KIN004: worst share of its stroke that a pressed key is away from rest 2 s after release."""
     motion, asset = simulation.motion_model_of(package), package.asset
     shares = {}
@@ -89,10 +97,10 @@ def keys_spring_back(package: Package, limit: float) -> Measurement:
         away = max(0.0, float(data.qpos[motion.address[joint.name]]) / end) * abs(end)
         shares[f"joints/{joint.name}"] = away / (joint.range[1] - joint.range[0])
     message = "keeps {:.0%} of its stroke when it is let go"
-    return all_at_most(shares, limit, message, "it has no key that springs back")
+    return check.all_at_most(shares, limit, message, "it has no key that springs back")
 
 
-def joints_rest_in_range(package: Package, limit: float) -> Measurement:
+def joints_rest_in_range(package: Package, limit: float) -> check.Measurement:
     """KIN010: how far a joint is outside its range once it has been left alone for 2 s, closed; rad or m."""
     motion, asset = simulation.motion_model_of(package), package.asset
     data = mujoco.MjData(motion.model)
@@ -102,10 +110,11 @@ def joints_rest_in_range(package: Package, limit: float) -> Measurement:
     for joint in asset.joints:
         at, (low, high) = float(data.qpos[motion.address[joint.name]]), joint.range
         beyond[f"joints/{joint.name}"] = max(low - at, at - high, 0.0)
-    return all_at_most(beyond, limit, "stands {:.2g} rad or m outside its range; stiffen its limit", NO_JOINTS)
+    message = "stands {:.2g} rad or m outside its range; stiffen its limit"
+    return check.all_at_most(beyond, limit, message, check.NO_JOINTS)
 
 
-def joints_stay_put(package: Package, limit: float) -> Measurement:
+def joints_stay_put(package: Package, limit: float) -> check.Measurement:
     """KIN006: worst share of its range that a joint drifts in 5 s, closed and in each named pose.
 
     A short range counts as one of which `limit` is 1 mm or half a degree: stops are soft, and a light key yields.
@@ -126,7 +135,7 @@ def joints_stay_put(package: Package, limit: float) -> Measurement:
             span = max(joint.range[1] - joint.range[0], still / limit)
             share = abs(float(data.qpos[address] - start[address])) / span
             rows.append((f"joints/{joint.name}", share, f"drifts by {share:.1%} of its range in 5 s ({name})"))
-    return worst_above(rows, limit)
+    return check.worst_above(rows, limit)
 
 
 def hand_effort(asset: Asset, joint: Joint) -> float:
@@ -142,7 +151,7 @@ def hand_effort(asset: Asset, joint: Joint) -> float:
     return min(PULL_N * max(arm, MIN_LEVER_M), MAX_TORQUE_NM)
 
 
-def _least_reach(package: Package, limit: float, contact: bool) -> Measurement:
+def _least_reach(package: Package, limit: float, contact: bool) -> check.Measurement:
     motion, asset = simulation.motion_model_of(package), package.asset
     problems, least = [], 1.0
     data = mujoco.MjData(motion.model if contact else motion.contactless)
@@ -161,7 +170,7 @@ def _least_reach(package: Package, limit: float, contact: bool) -> Measurement:
                 advice = "make room for it" if contact else "ease its friction, damping or spring"
                 message = f"goes {share:.0%} of its way {way} under {PULL_N:g} N in {PUSH_S:g} s; {advice}"
                 problems.append((f"joints/{joint.name}", message))
-    return Measurement(least, tuple(problems))
+    return check.Measurement(least, tuple(problems))
 
 
 def _reach(
@@ -224,17 +233,6 @@ def _radius(asset: Asset, joint: Joint) -> float:
     return reach
 
 
-# Joint travel ---------------------------------------------------------------------------------------------------------
-
-# A contact counts where it is this much deeper than that of the same two shapes at rest. Our choice: what soft contacts
-# forgive.
-EXTRA_DEPTH_M = 0.001
-# Share of its range that counts as all of it, as reach_share in registry/limits.yaml.
-FULL_SHARE = 0.95
-# Poses of a sweep: enough for a corner of a door of 0.6 m to go 20 mm between two.
-POSES = 48
-
-
 @dataclass(frozen=True)
 class JointTravel:
     """Travel of one joint: share of its range before a contact is over 1 mm deeper than at rest, and with which body.
@@ -260,17 +258,18 @@ class JointTravel:
         return f"goes {self.pushed_share:.0%} of its range under 20 N"
 
 
-def joints_reach_full_range(package: Package, limit: float) -> Measurement:
+def joints_reach_full_range(package: Package, limit: float) -> check.Measurement:
     """KIN009: share of the joints of a mesh that move over their full range under 20 N without collision."""
     asset = package.asset
-    if not asset.joints or is_from_family(asset):
-        return not_applicable("it was built from numbers, and KIN001 holds it to more" if asset.joints else NO_JOINTS)
+    if not asset.joints or check.is_from_family(asset):
+        built = "it was built from numbers, and KIN001 holds it to more"
+        return check.not_applicable(built if asset.joints else check.NO_JOINTS)
     if mujoco_facts.load_mjcf(package.mjcf).error:
-        return not_run(NO_COMPILE)
+        return check.not_run(check.NO_COMPILE)
     travels = joint_travels(asset, package.mjcf)
     share = sum(t.is_full for t in travels) / len(travels)
     short = [t for t in travels if not t.is_full] if share < limit else []
-    return Measurement(share, tuple((f"joints/{t.joint}", t.message) for t in short))
+    return check.Measurement(share, tuple((f"joints/{t.joint}", t.message) for t in short))
 
 
 def joint_travels(asset: Asset, model: Path | Files, pushed: bool = True) -> tuple[JointTravel, ...]:
@@ -328,14 +327,7 @@ def _depths(model: mujoco.MjModel, data: mujoco.MjData, moved: Mask) -> dict[tup
     return depths
 
 
-# Clearance ------------------------------------------------------------------------------------------------------------
-
-# Step while another part stands open: only the two moved parts can meet in a new way. They are large, so that steps may
-# be wider than `sweep.STEP_M`.
-PAIR_STEP_M = 0.025
-
-
-def moving_parts_keep_clear(package: Package, limit: float) -> Measurement:
+def moving_parts_keep_clear(package: Package, limit: float) -> check.Measurement:
     """KIN005: deepest contact of a part over any joint's range, alone and with each other joint open; metres."""
     motion = simulation.motion_model_of(package)
     rows = []
@@ -344,12 +336,12 @@ def moving_parts_keep_clear(package: Package, limit: float) -> Measurement:
         while_open = f" while {open_joint} stands open" if open_joint else ""
         sinks = f"{contact.geom1} sinks {contact.depth:.4f} m into {contact.geom2}{while_open}"
         rows.append((f"joints/{joint.name}", contact.depth, f"{sinks}; make room between them"))
-    return worst_above(rows, limit)
+    return check.worst_above(rows, limit)
 
 
 def _deepest_contact(motion: simulation.MotionModel, asset: Asset, joint: Joint) -> tuple[simulation.Penetration, str]:
     """The deepest contact over all sweeps of a joint, and the other joint that was open in it, or an empty name."""
-    model, joint_id = motion.with_margins, motion.joint_id(joint.name)
+    model, joint_id = motion.with_margins, int(motion.model.joint(joint.name).id)
     data = mujoco.MjData(model)
     positions = simulation.open_before(asset, joint)
     simulation.set_joints(model, data, positions)
@@ -361,18 +353,17 @@ def _deepest_contact(motion: simulation.MotionModel, asset: Asset, joint: Joint)
         # What needs this joint open cannot be out while it moves.
         if other.name == joint.name or other.name in positions or joint.name in before:
             continue
-        moved_by_other = simulation.moved_by(model, motion.joint_id(other.name))
+        moved_by_other = simulation.moved_by(model, int(motion.model.joint(other.name).id))
         simulation.set_joints(model, data, {**positions, **before, other.name: simulation.open_end(other)})
         # What carries this joint along takes it away from the rest.
         if moved_by_other[model.jnt_bodyid[joint_id]]:
             continue
-        # What it carries, such as a latch, changes the outline of its own part, which is then swept against everything.
+        # A part that it carries, such as a latch, changes its outline, so that it is swept against everything.
         carried = bool(moved[moved_by_other].any())
         if not carried:
             mujoco.mj_kinematics(model, data)
-            lower, upper = simulation.box_around(
-                simulation.geom_boxes(model, data, np.flatnonzero(moved_by_other[model.geom_bodyid]))
-            )
+            geoms = np.flatnonzero(moved_by_other[model.geom_bodyid])
+            lower, upper = simulation.box_around(simulation.geom_boxes(model, data, geoms))
             if (lower > alone.bounds[1]).any() or (upper < alone.bounds[0]).any():
                 continue
         contact = simulation.sweep(model, data, joint_id, everything if carried else moved_by_other, PAIR_STEP_M).worst

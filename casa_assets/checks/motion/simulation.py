@@ -1,4 +1,4 @@
-"""Prepare, set, move and measure MuJoCo models: what several checks of motion share."""
+"""Prepare, set, move, drop and measure MuJoCo models: what several checks of motion share."""
 
 from __future__ import annotations
 
@@ -16,15 +16,27 @@ import numpy as np
 from casa_assets.checks import check
 from casa_assets.checks.check import Package
 from casa_assets.checks.readers import mujoco_facts
-from casa_assets.checks.readers import mujoco_facts as mujoco_load
+from casa_assets.checks.readers.facts import rotations_of
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.solid.primitive import shape_bounds
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind
 from casa_assets.model.issue import Files
 from casa_assets.model.pose import Pose
 
-# Key of a scene as it begins.
-START = "start"
+START = "start"  # key of a scene as it begins
+# How far the part of a joint that moves fastest goes between two poses. A corner that swings past an edge on an arm of
+# 0.6 m and meets it by half a millimetre does so over 49 mm of its way. Parts of 4 mm that slide past each other meet
+# over 8 mm, and are near for 14 mm.
+SWEEP_STEP_M = 0.012
+MIN_POSES, MAX_POSES = 12, 160
+# Parts nearer than this are reported. Around the deepest of the poses at which they come nearest, poses are finer.
+MARGIN_M = 0.003
+FINE_POSES = 6
+REFINED_PEAKS = 2
+STEP_S = 0.002
+CACHED_MODELS = 4
+TUNNEL_M = 0.1  # deeper than this a thing that was dropped has fallen through the floor; our choice
+CACHED_DROPS = 4
 
 
 def collision_spec(mjcf: Path | Files, name: str = "model.xml") -> mujoco.MjSpec:
@@ -113,33 +125,25 @@ def boxes_at(model: mujoco.MjModel, geoms: Ints, positions: Floats, rotations: F
     return np.stack([centers - half, centers + half], axis=-2)
 
 
-def vertices_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats:
-    """(N, 3) vertices of a mesh or box, or corners of the box around another geom, world frame, metres."""
-    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
+def vertices_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int, turned: bool = False) -> Floats:
+    """(N, 3) vertices of a mesh or box, or corners of the box around another geom, world frame, metres.
+
+    `turned`: of a round geom those of the box along its own axes, which is closer to it.
+    """
+    (a, b, c), kind = model.geom_size[geom], mujoco.mjtGeom(model.geom_type[geom])
+    half = {mujoco.mjtGeom.mjGEOM_BOX: (a, b, c)}
+    if turned:
+        half |= {mujoco.mjtGeom.mjGEOM_SPHERE: (a, a, a), mujoco.mjtGeom.mjGEOM_CYLINDER: (a, a, b)}
+        half |= {mujoco.mjtGeom.mjGEOM_CAPSULE: (a, a, a + b)}
+    if kind == mujoco.mjtGeom.mjGEOM_MESH:
         mesh = int(model.geom_dataid[geom])
         start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
         local = model.mesh_vert[start : start + count].astype(np.float64)
-    elif model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_BOX:
-        local = box_corners(np.array([[-model.geom_size[geom], model.geom_size[geom]]]))
+    elif kind in half:
+        local = box_corners(np.array([[np.negative(half[kind]), half[kind]]]))
     else:
         return box_corners(geom_boxes(model, data, np.array([geom])))
-    world: Floats = local @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
-    return world
-
-
-def turned_vertices_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats:
-    """Like `vertices_of`, but of a round geom the corners of the box along its own axes: closer where it is turned."""
-    kind, (a, b, _) = mujoco.mjtGeom(model.geom_type[geom]), model.geom_size[geom]
-    half = {
-        mujoco.mjtGeom.mjGEOM_SPHERE: (a, a, a),
-        mujoco.mjtGeom.mjGEOM_CYLINDER: (a, a, b),
-        mujoco.mjtGeom.mjGEOM_CAPSULE: (a, a, a + b),
-    }.get(kind)
-    if half is None:
-        return vertices_of(model, data, geom)
-    local = box_corners(np.array([[np.negative(half), half]]))
-    world: Floats = local @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
-    return world
+    return np.asarray(local @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom])
 
 
 def box_corners(boxes: Floats) -> Floats:
@@ -157,17 +161,6 @@ def box_around(boxes: Floats) -> Floats:
 def tilt_deg(rotation: Floats) -> float:
     """Angle between the z axis and where a (3, 3) rotation takes it, degrees."""
     return math.degrees(math.acos(min(1.0, max(-1.0, float(rotation[2, 2])))))
-
-
-# How far the part of a joint that moves fastest goes between two poses. A corner that swings past an edge on an arm of
-# 0.6 m and meets it by half a millimetre does so over 49 mm of its way. Parts of 4 mm that slide past each other meet
-# over 8 mm, and are near for 14 mm.
-SWEEP_STEP_M = 0.012
-MIN_POSES, MAX_POSES = 12, 160
-# Parts nearer than this are reported. Around the deepest of the poses at which they come nearest, poses are finer.
-MARGIN_M = 0.003
-FINE_POSES = 6
-REFINED_PEAKS = 2
 
 
 @dataclass(frozen=True)
@@ -195,7 +188,7 @@ def deepest_contacts(scene: Path) -> dict[str, float]:
     Those that the file names as standing before a joint are open. Contacts that the model excludes do not count, nor do
     those with the floor. Empty where the scene does not compile.
     """
-    loaded = mujoco_load.load_mjcf(scene).model
+    loaded = mujoco_facts.load_mjcf(scene).model
     found = {} if loaded is None else _deepest_contacts(loaded)
     return {joint: max(0.0, contact.depth) for joint, contact in found.items()}
 
@@ -272,7 +265,11 @@ def sweep(
         contacts.append(_deepest_contact(model, data, joint, position, moved, against))
         boxes.append(box_around(geom_boxes(model, data, geoms)))
     depths = np.array([contact.depth for contact in contacts])
-    for at in _peaks(depths)[:REFINED_PEAKS]:
+    # The poses at which parts come nearest, the nearest first; a constant gap has none.
+    padded = np.concatenate([[-MARGIN_M], depths, [-MARGIN_M]])
+    rises, falls = depths - padded[:-2], depths - padded[2:]
+    peaks = np.flatnonzero((depths > -MARGIN_M) & (rises >= 0) & (falls >= 0) & (np.maximum(rises, falls) > 1e-6))
+    for at in peaks[np.argsort(-depths[peaks], kind="stable")][:REFINED_PEAKS].tolist():
         low, high = positions[max(at - 1, 0)], positions[min(at + 1, len(positions) - 1)]
         for position in np.linspace(low, high, FINE_POSES + 2)[1:-1]:
             contacts.append(_deepest_contact(model, data, joint, position, moved, against))
@@ -326,20 +323,6 @@ def _deepest_counted(model: mujoco.MjModel, data: mujoco.MjData, moved: Mask, ag
     return Penetration(-float(data.contact.dist[worst]), *names, *bodies)
 
 
-def _peaks(depths: Floats) -> list[int]:
-    """Indices of the poses at which parts come nearest, the nearest first; a constant gap has none."""
-    padded = np.concatenate([[-MARGIN_M], depths, [-MARGIN_M]])
-    rises, falls = depths - padded[:-2], depths - padded[2:]
-    peaks = np.flatnonzero((depths > -MARGIN_M) & (rises >= 0) & (falls >= 0) & (np.maximum(rises, falls) > 1e-6))
-    return [int(i) for i in peaks[np.argsort(-depths[peaks], kind="stable")]]
-
-
-# Motion model ---------------------------------------------------------------------------------------------------------
-
-STEP_S = 0.002
-CACHED_MODELS = 4
-
-
 @dataclass(frozen=True)
 class MotionModel:
     """An asset's file compiled for motion checks; `address`, `dof`: joint name -> index in qpos and in qvel.
@@ -354,10 +337,6 @@ class MotionModel:
     address: dict[str, int]
     dof: dict[str, int]
 
-    def joint_id(self, joint: str) -> int:
-        """Index of a joint in the models. Raises KeyError."""
-        return int(self.model.joint(joint).id)
-
 
 def motion_model_of(package: Package) -> MotionModel:
     """The models of a built package with joints. Raises Unmeasured for others."""
@@ -365,7 +344,7 @@ def motion_model_of(package: Package) -> MotionModel:
         raise check.Unmeasured(check.not_applicable(check.NOT_BUILT))
     if not package.asset.joints:
         raise check.Unmeasured(check.not_applicable(check.NO_JOINTS))
-    if mujoco_load.load_mjcf(package.mjcf).error:
+    if mujoco_facts.load_mjcf(package.mjcf).error:
         raise check.Unmeasured(check.not_run(check.NO_COMPILE))
     return _compile(package.mjcf, package.asset.digest)
 
@@ -432,8 +411,7 @@ def grip_of(asset: Asset, joint: Joint) -> tuple[str, Collider | None]:
 
 def _middle(collider: Collider) -> Floats:
     """(3,) middle of a collider in the frame of its link; a hull may be far from the origin of its frame."""
-    middle: Floats = shape_bounds(collider.shape, collider.pose).mean(axis=0)
-    return middle
+    return np.asarray(shape_bounds(collider.shape, collider.pose).mean(axis=0))
 
 
 def _rigid_group(asset: Asset, link: str) -> list[tuple[str, Pose]]:
@@ -454,3 +432,88 @@ def open_before(asset: Asset, joint: Joint) -> dict[str, float]:
         positions[before] = open_end(joints[before])
         before = joints[before].behind
     return positions
+
+
+@dataclass(frozen=True)
+class DropProtocol:
+    """The drop test, from registry/limits.yaml: from `height_factor` times its height, metres, seconds.
+
+    Ref: SimReady Foundation, FET003 base neutral simulation: from twice its height, at rest within 2 cm for 2 s in 8 s.
+    `rest_m`: diameter of the ball in which its centre of mass stays while it rests, for `rest_s`.
+    """
+
+    height_factor: float
+    min_height_m: float
+    rest_m: float
+    rest_s: float
+    rate_hz: float
+    duration_s: float
+
+
+@dataclass(frozen=True)
+class DropResult:
+    """One drop: when its rest began (None: not in time), deepest penetration ever and at the end, and tilt."""
+
+    rest_s: float | None
+    deepest_m: float
+    rest_m: float
+    tilt_deg: float
+    warnings: tuple[str, ...]
+
+
+def drop_on_floor(scene: Path, protocol: DropProtocol) -> DropResult | None:
+    """Drop the free body of a scene; None if the scene does not compile or has no free body."""
+    model = mujoco_facts.load_mjcf(scene).model
+    bodies = [] if model is None else mujoco_facts.free_bodies(model)
+    return _drop(model, bodies[0], protocol) if bodies else None
+
+
+@lru_cache(maxsize=CACHED_DROPS)
+def _drop(shared: mujoco.MjModel, body: int, protocol: DropProtocol) -> DropResult:
+    model = copy.copy(shared)
+    model.opt.timestep = 1.0 / protocol.rate_hz
+    data = mujoco.MjData(model)
+    z = int(model.jnt_qposadr[model.body_jntadr[body]]) + 2
+    data.qpos[z] += max(protocol.height_factor * _height(model, body), protocol.min_height_m)
+    mujoco.mj_forward(model, data)
+    before = data.xmat[body].reshape(3, 3).copy()
+    path: list[Floats] = []
+    deepest, window = 0.0, int(protocol.rest_s * protocol.rate_hz)
+    for step in range(int(protocol.duration_s * protocol.rate_hz)):
+        mujoco.mj_step(model, data)
+        path.append(data.xipos[body].copy())
+        deepest = max(deepest, _depth(data))
+        if not np.isfinite(data.qpos).all() or (step >= window and _is_at_rest(path[-window:], protocol.rest_m)):
+            break
+    rest_s = None
+    if len(path) > window and np.isfinite(data.qpos).all() and _is_at_rest(path[-window:], protocol.rest_m):
+        rest_s = (len(path) - window) / protocol.rate_hz
+    tilt = tilt_deg(data.xmat[body].reshape(3, 3) @ before.T)
+    return DropResult(rest_s, deepest, _depth(data), tilt, tuple(simulation_warnings(data)))
+
+
+def _is_at_rest(path: list[Floats], diameter: float) -> bool:
+    """True if all points lie in a ball of that diameter, metres."""
+    points = np.array(path)
+    return bool(np.linalg.norm(points - points.mean(axis=0), axis=1).max() <= diameter / 2)
+
+
+def _height(model: mujoco.MjModel, root: int) -> float:
+    """Height of all colliders of a floating body and what it carries, joints at zero, metres."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    lowest, highest, turns = np.inf, -np.inf, rotations_of(model.geom_quat)
+    for geom in np.flatnonzero(model.geom_contype):
+        body = int(model.geom_bodyid[geom])
+        if int(model.body_rootid[body]) != root:
+            continue
+        bounds, rotation = mujoco_facts.shape_bounds(model, int(geom), turns[geom]), data.xmat[body].reshape(3, 3)
+        z = (data.xpos[body] + rotation @ bounds.mean(axis=0))[2]
+        half = (np.abs(rotation) @ (np.ptp(bounds, axis=0) / 2))[2]
+        lowest, highest = min(lowest, z - half), max(highest, z + half)
+    return max(0.0, float(highest - lowest))
+
+
+def _depth(data: mujoco.MjData) -> float:
+    """Deepest penetration of all present contacts, metres."""
+    return max(0.0, -float(data.contact.dist.min())) if data.ncon else 0.0

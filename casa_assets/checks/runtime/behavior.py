@@ -1,4 +1,4 @@
-"""Find behaviour that a runtime does not get: keys, states and interiors that hold a ball."""
+"""Find behaviour that a runtime does not get: values out of reach, keys that no finger presses, rooms without room."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import re
 from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -16,7 +18,10 @@ from casa_assets.checks.check import Package
 from casa_assets.checks.motion import operate
 from casa_assets.checks.motion.simulation import STEP_S, collision_spec, find_contacts
 from casa_assets.checks.readers import mujoco_facts as mujoco_load
+from casa_assets.checks.package import Package
+from casa_assets.checks.readers import mujoco_facts
 from casa_assets.checks.runtime import contract as contract_names
+from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.asset import Asset, Region
 from casa_assets.model.asset.behavior import (
     Behavior,
@@ -35,6 +40,33 @@ TICK_S = 0.05
 # States of one group of variables that are looked at; sound behaviours have dozens.
 MOST = 4096
 State = tuple[tuple[str, ...], tuple[float, ...], tuple[bool, ...]]
+NO_BEHAVIOR = "it has no behaviour: nothing about it changes"
+SETTLE_STEPS, HOLD_STEPS = 3, 2  # steps that a chain of rules is given to come to an end, and for which a key is held
+# How far the end of an interval may be from the threshold that it stands for, rad or m.
+THRESHOLD_TOLERANCE = 1e-3
+MIN_VISIBLE_M = 0.004  # sites that are smaller are not seen. Our choice.
+# What each kind of effect can act on.
+TARGET_KINDS = {
+    EffectKind.SHOW: ("site", "visual"),
+    EffectKind.LIGHT: ("visual",),
+    EffectKind.HEAT: ("region", "site"),
+    EffectKind.COOL: ("region", "site"),
+    EffectKind.FLOW: ("site",),
+    EffectKind.SPIN: ("visual",),
+}
+BALL_DIAMETER_M = 0.06
+BALL_SHARE = 0.8  # of the least side of a region that is narrower
+DROP_HEIGHT_M = 0.008
+SIMULATED_S = 1.5
+OUTER_REGIONS = frozenset({"main", "bbox"})
+MAX_SPEED_M_S = 0.05
+MAX_PENETRATION_M = 1e-3
+# Radius of the fingertip, a sphere; how deep it is pressed into what it touches; height at which it waits; metres.
+TIP_RADIUS_M, PRESS_DEPTH_M, WAITING_HEIGHT_M = 0.004, 0.0003, 50.0
+# Steps of the approach to a surface; each at worst halves the distance that is left.
+APPROACH_STEPS = 12
+CACHED_TIPS = 4
+TIP = "casa_fingertip"
 
 
 @dataclass(frozen=True)
@@ -147,33 +179,13 @@ def _stimulus(group: VariableGroup, at: tuple[float, ...], touched: tuple[bool, 
     return Stimulus(dict(zip(group.joints, at, strict=True)), held)
 
 
-# Behavior -------------------------------------------------------------------------------------------------------------
-
-NO_BEHAVIOR = "it has no behaviour: nothing about it changes"
-# Steps that a chain of rules is given to come to an end, and for which a key is held.
-SETTLE_STEPS, HOLD_STEPS = 3, 2
-# How far the end of an interval may be from the threshold that it stands for, rad or m.
-THRESHOLD_TOLERANCE = 1e-3
-MIN_VISIBLE_M = 0.004  # sites that are smaller are not seen. Our choice.
-# What each kind of effect can act on.
-TARGET_KINDS = {
-    EffectKind.SHOW: ("site", "visual"),
-    EffectKind.LIGHT: ("visual",),
-    EffectKind.HEAT: ("region", "site"),
-    EffectKind.COOL: ("region", "site"),
-    EffectKind.FLOW: ("site",),
-    EffectKind.SPIN: ("visual",),
-}
-
-
 def values_are_reachable(asset: Asset) -> check.Measurement:
     """BEH001: number of values that moving joints and touching colliders cannot bring about."""
     if asset.behavior is None:
         return check.not_applicable(NO_BEHAVIOR)
     missing = unreached(asset.behavior, {j.name: j.range for j in asset.joints})
-    return check.count(
-        (f"behavior/{name}", f"nothing that a robot can do makes it {value!r}") for name, value in missing
-    )
+    message = "nothing that a robot can do makes it"
+    return check.count((f"behavior/{name}", f"{message} {value!r}") for name, value in missing)
 
 
 def effects_are_visible(asset: Asset) -> check.Measurement:
@@ -195,7 +207,7 @@ def behavior_meets_contract(package: Package) -> check.Measurement:
     if asset.behavior is not None:
         faults += _thresholds(asset, asset.behavior, contract)
         wanted = any(key.values for key in contract.keyframes) or bool(contract.trials)
-        model = operate.fingertip_model(package) if wanted else None
+        model = fingertip_model(package) if wanted else None
         if wanted and model is None:
             return check.count(faults) if faults else check.not_run(check.NO_COMPILE)
         if model is not None:
@@ -246,7 +258,7 @@ def _thresholds(asset: Asset, behavior: Behavior, contract: Contract) -> Iterato
                     yield f"behavior/rules/{i}", f"{changes}; RoboCasa's thresholds are {there}"
 
 
-def _pose(model: operate.FingertipModel, asset: Asset, behavior: Behavior, rule: KeyRule) -> Iterator[check.Problem]:
+def _pose(model: FingertipModel, asset: Asset, behavior: Behavior, rule: KeyRule) -> Iterator[check.Problem]:
     key = next((k for k in asset.keyframes if k.name == rule.name), None)
     if key is None or not rule.values:
         return
@@ -256,7 +268,7 @@ def _pose(model: operate.FingertipModel, asset: Asset, behavior: Behavior, rule:
         yield f"keyframes/{rule.name}", f"in this pose {message}"
 
 
-def _trial(model: operate.FingertipModel, asset: Asset, behavior: Behavior, trial: Trial) -> Iterator[check.Problem]:
+def _trial(model: FingertipModel, asset: Asset, behavior: Behavior, trial: Trial) -> Iterator[check.Problem]:
     """Differences from the trial; it ends with the first step that has some."""
     stands: dict[str, float] = {}
     state = _settle(start_behavior(behavior), model.measure(stands))
@@ -304,26 +316,15 @@ def _differences(state: BehaviorState, wanted: Mapping[str, str]) -> Iterator[st
                 yield f"{name} is {found!r}, not {value!r}"
 
 
-# Hollow regions -------------------------------------------------------------------------------------------------------
-
-BALL_DIAMETER_M = 0.06
-BALL_SHARE = 0.8  # of the least side of a region that is narrower
-DROP_HEIGHT_M = 0.008
-SIMULATED_S = 1.5
-OUTER_REGIONS = frozenset({"main", "bbox"})
-MAX_SPEED_M_S = 0.05
-MAX_PENETRATION_M = 1e-3
-
-
 def interiors_hold_a_ball(package: Package, limit: float) -> check.Measurement:
     """HOL001: farthest that a ball laid into a region comes to rest outside of it, metres."""
     asset = package.asset
     regions = [r for r in asset.regions if r.name not in OUTER_REGIONS]
-    if not regions or not check.is_fixture_like(asset):
-        return check.not_applicable(
-            "it has no region to put things into" if check.is_fixture_like(asset) else check.NOT_BUILT
-        )
-    if mujoco_load.load_mjcf(package.mjcf).error:
+    if not check.is_fixture_like(asset):
+        return check.not_applicable(check.NOT_BUILT)
+    if not regions:
+        return check.not_applicable("it has no region to put things into")
+    if mujoco_facts.load_mjcf(package.mjcf).error:
         return check.not_run(check.NO_COMPILE)
     model = _model_with_balls(package, regions)
     data = mujoco.MjData(model)
@@ -343,16 +344,12 @@ def interiors_hold_a_ball(package: Package, limit: float) -> check.Measurement:
             continue
         distance = _distance_outside(data, region)
         worst = max(worst, distance)
-        speed = float(np.linalg.norm(data.body(_ball(region)).cvel[3:]))
+        speed = float(np.linalg.norm(data.body(f"ball__{region.name}").cvel[3:]))
         if distance > limit:
             problems.append((pointer, f"a ball laid into it comes to lie {distance:.3f} m off its floor or sides"))
         elif speed > MAX_SPEED_M_S:
             problems.append((pointer, f"a ball laid into it still moves at {speed:.2f} m/s"))
     return check.Measurement(worst, tuple(problems))
-
-
-def _ball(region: Region) -> str:
-    return f"ball__{region.name}"
 
 
 def _radius(region: Region) -> float:
@@ -372,7 +369,8 @@ def _model_with_balls(package: Package, regions: list[Region]) -> mujoco.MjModel
     for region in regions:
         radius = _radius(region)
         center = np.array([[0.0, 0.0, -region.size[2] / 2 + radius + DROP_HEIGHT_M]])
-        body = spec.worldbody.add_body(name=_ball(region), pos=_world_from_region(package, region).apply(center)[0])
+        at = _world_from_region(package, region).apply(center)[0]
+        body = spec.worldbody.add_body(name=f"ball__{region.name}", pos=at)
         body.add_freejoint()
         touch = {"contype": 0, "conaffinity": 1, "condim": 6, "friction": [0.6, 0.02, 0.01]}
         body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, radius, radius], mass=0.05, **touch)
@@ -388,7 +386,7 @@ def _blocked_heights(package: Package, model: mujoco.MjModel, regions: list[Regi
         present = {name: column[min(k, len(column) - 1)] for name, column in heights.items()}
         for region in regions:
             center = np.array([[0.0, 0.0, present[region.name] - region.size[2] / 2]])
-            start = model.jnt_qposadr[model.body_jntadr[model.body(_ball(region)).id]]
+            start = model.jnt_qposadr[model.body_jntadr[model.body(f"ball__{region.name}").id]]
             data.qpos[start : start + 3] = _world_from_region(package, region).apply(center)[0]
         find_contacts(model, data)
         for region in regions:
@@ -408,14 +406,14 @@ def _heights(region: Region) -> list[float]:
 
 def _penetration(model: mujoco.MjModel, data: mujoco.MjData, region: Region) -> float:
     """Depth at which the ball of a region is in something, metres."""
-    body = model.body(_ball(region)).id
+    body = model.body(f"ball__{region.name}").id
     return max([0.0, *(float(-c.dist) for c in data.contact[: data.ncon] if body in model.geom_bodyid[c.geom])])
 
 
 def _distance_outside(data: mujoco.MjData, region: Region) -> float:
     """Distance of the ball at rest from the region: below or above its floor, or beyond its sides, metres."""
     link = data.body(region.link)
-    local = link.xmat.reshape(3, 3).T @ (data.body(_ball(region)).xpos - link.xpos)
+    local = link.xmat.reshape(3, 3).T @ (data.body(f"ball__{region.name}").xpos - link.xpos)
     point = region.pose.rotation.T @ (local - np.array(region.pose.position))
     half, radius = np.array(region.size) / 2, _radius(region)
     floor = abs(float(point[2]) - radius + float(half[2]))
@@ -424,3 +422,81 @@ def _distance_outside(data: mujoco.MjData, region: Region) -> float:
     else:
         sides = float((np.abs(point[:2]) - half[:2]).max())
     return float(max(floor, sides))
+
+
+@dataclass(frozen=True)
+class FingertipModel:
+    """An asset without what is only seen, with a fingertip, and the ranges of its joints, rad or m."""
+
+    model: mujoco.MjModel
+    ranges: Mapping[str, Vec2]
+
+    def measure(self, positions: Mapping[str, float]) -> Stimulus:
+        """Stimulus of the asset with joints at these positions (rad or m, others at zero) and nothing touched."""
+        return self._stimulus(self._set_joints(positions), frozenset())
+
+    def press(self, positions: Mapping[str, float], collider: str) -> Stimulus | None:
+        """Stimulus while a fingertip touches this collider and no other; None if it cannot reach it."""
+        data = self._set_joints(positions)
+        # From the front, above, the sides, behind and below, then along the collider's own axes.
+        directions = [*np.array([[0, -1, 0], [0, 0, 1], [-1, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, -1]], dtype=float)]
+        for axis in data.geom_xmat[self.model.geom(collider).id].reshape(3, 3).T.copy():
+            directions += [axis, -axis]
+        for direction in directions:
+            if self._touched_from(data, collider, direction) == {collider}:
+                return self._stimulus(data, frozenset({collider}))
+        return None
+
+    def _set_joints(self, positions: Mapping[str, float]) -> mujoco.MjData:
+        data = mujoco.MjData(self.model)
+        data.mocap_pos[0] = (0.0, 0.0, WAITING_HEIGHT_M)
+        for name, value in positions.items():
+            low, high = self.ranges[name]
+            data.joint(name).qpos[0] = min(max(value, low), high)
+        mujoco.mj_forward(self.model, data)
+        return data
+
+    def _stimulus(self, data: mujoco.MjData, touched: frozenset[str]) -> Stimulus:
+        return Stimulus({name: float(data.joint(name).qpos[0]) for name in self.ranges}, touched)
+
+    def _touched_from(self, data: mujoco.MjData, collider: str, direction: Floats) -> set[str]:
+        """Names of what the tip touches once it has come to the collider's middle from a direction."""
+        target, tip = self.model.geom(collider).id, self.model.geom(TIP).id
+        center = data.geom_xpos[target].copy()
+        distance = float(self.model.geom_rbound[target]) + 2 * TIP_RADIUS_M
+        for _ in range(APPROACH_STEPS):
+            data.mocap_pos[0] = center + distance * direction
+            mujoco.mj_kinematics(self.model, data)
+            gap = mujoco.mj_geomDistance(self.model, data, target, tip, 1.0, None)
+            distance -= gap + PRESS_DEPTH_M
+            if distance < 0:
+                return set()
+        # By distance: MuJoCo makes no contacts with still bodies.
+        reach = self.model.geom_rbound + TIP_RADIUS_M
+        near = np.linalg.norm(data.geom_xpos - data.geom_xpos[tip], axis=1) <= reach
+        others = [int(g) for g in np.flatnonzero(near) if g != tip]
+        return {
+            self.model.geom(g).name
+            for g in others
+            if mujoco.mj_geomDistance(self.model, data, g, tip, TIP_RADIUS_M, None) <= 0.0
+        }
+
+
+def fingertip_model(package: Package) -> FingertipModel | None:
+    """The model of a package; None if it does not compile, which MJC001 reports."""
+    if mujoco_facts.load_mjcf(package.mjcf).error:
+        return None
+    return _with_fingertip(package.mjcf, package.asset.digest)
+
+
+@lru_cache(maxsize=CACHED_TIPS)
+def _with_fingertip(path: Path, digest: str) -> FingertipModel:
+    assert digest, "names the content of the file in the cache"
+    spec = collision_spec(path)
+    for key in list(spec.keys):
+        spec.delete(key)
+    tip = spec.worldbody.add_body(name=TIP, mocap=True)
+    tip.add_geom(name=TIP, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[TIP_RADIUS_M, 0, 0])
+    model = spec.compile()
+    joints = [model.joint(i) for i in range(model.njnt)]
+    return FingertipModel(model, {j.name: (float(j.range[0]), float(j.range[1])) for j in joints})

@@ -10,7 +10,6 @@ from typing import TypeVar
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 from lxml import etree
 
 from casa_assets.checks.check import Measurement, Package, Problem, Unmeasured, count, not_applicable, not_run
@@ -36,11 +35,22 @@ from casa_assets.model.registry.contract import (
 # under the same parent; Sink looks for `water` in its basins.
 PREFIX = "reg_"
 OUTER = "main"
-# Rounding of what nine written digits hold, and of sums of lengths.
-PLACE_SLACK_M = 1e-4
 # A cube of this edge is put into the middle of a region, from this far above its lower side; where nothing is that
 # far below that side, it falls.
 CUBE_M, LIFT_M, MAX_FALL_M = 0.05, 0.015, 0.02
+RuleCheck = Callable[[Asset, Requirements], list[Problem]]
+Rule = TypeVar("Rule", bound=NamePattern)
+# How far an axis may be off and a range from zero: what nine written digits leave, rad or m.
+ROUNDING = 1e-6
+T = TypeVar("T", Link, Joint, Site, Region, Variable)
+# Ref: RoboCasa v0.2 and v1.0, models/fixtures: Stove.knob_joints and burner_sites, Sink.handle_joint and water_site,
+# CoffeeMachine; Fixture reads `ext_*` sites (v0.2) or `reg_*` geoms (v1.0); ranges are read from the element.
+OBJECT = "./worldbody/body/body[@name='object']"
+CORNERS = ("p0", "px", "py", "pz")
+TOUCHED = "0"  # group of what collides
+UNNAMED = "it names no contract: no runtime looks things of its kind up by name"
+SLACK_M = 1e-4  # rounding of what nine written digits hold, and of sums of lengths
+MARGIN = 1e-3  # a threshold closer than this to an end of the range is met by chance: rad or m
 
 
 @dataclass(frozen=True)
@@ -73,7 +83,7 @@ def faults(path: Path, contract: Contract) -> Iterator[Problem]:
     origin = data.body("object").xpos
     for name, region in regions.items():
         off = float(np.linalg.norm(data.geom(PREFIX + name).xpos - origin - region.middle))
-        if off > PLACE_SLACK_M:
+        if off > SLACK_M:
             message = f"is {off:.4f} m from where RoboCasa takes it to be; its body's frame should be that of object"
             yield f"model.xml/geom/{PREFIX}{name}", message
     for rule in contract.places:
@@ -82,8 +92,14 @@ def faults(path: Path, contract: Contract) -> Iterator[Problem]:
         site = root.find(f"./worldbody/body/site[@name='{name}']")
         if site is None or site.get("pos") is None:
             yield f"model.xml/site/{name}", "is not at worldbody/body/site with a pos, where RoboCasa looks"
-    for site_name, pattern in contract.falls_into.items():
-        yield from _beside_all(data, regions, site_name, pattern)
+    for name, pattern in contract.falls_into.items():
+        if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name) < 0:
+            yield f"model.xml/site/{name}", f"is missing; it has to be above one of the regions {pattern!r}"
+            continue
+        at = (data.site(name).xpos - origin)[:2]
+        into = [found for of, found in regions.items() if re.fullmatch(pattern, of)]
+        if not any((found.lower[:2] < at).all() and (at < found.upper[:2]).all() for found in into):
+            yield f"model.xml/site/{name}", f"is above none of the regions {pattern!r} with the joints at zero"
 
 
 def read_regions(root: etree._Element) -> dict[str, ReadRegion]:
@@ -93,15 +109,11 @@ def read_regions(root: etree._Element) -> dict[str, ReadRegion]:
         for geom in body.findall("geom"):
             name = geom.get("name", "")
             if name.startswith(PREFIX):
-                middle, half = _numbers(geom, "pos"), _numbers(geom, "size")
+                middle, half = (np.array([float(n) for n in geom.get(key, "").split()]) for key in ("pos", "size"))
                 if geom.get("type") == "cylinder":
                     half = np.array([half[0], half[0], half[1]])
                 found[name.removeprefix(PREFIX)] = ReadRegion(middle - half, middle + half, body.get("name", ""))
     return found
-
-
-def _numbers(element: etree._Element, attribute: str) -> Floats:
-    return np.array([float(n) for n in element.get(attribute, "").split()])
 
 
 def _missing_places(
@@ -140,24 +152,6 @@ def _holds(model: mujoco.MjModel, data: mujoco.MjData, region: ReadRegion) -> bo
             if 0.0 <= reach <= LIFT_M + MAX_FALL_M:
                 return True
     return False
-
-
-def _beside_all(data: mujoco.MjData, regions: Mapping[str, ReadRegion], site: str, pattern: str) -> Iterator[Problem]:
-    if mujoco.mj_name2id(data.model, mujoco.mjtObj.mjOBJ_SITE, site) < 0:
-        yield f"model.xml/site/{site}", f"is missing; it has to be above one of the regions {pattern!r}"
-        return
-    at = (data.site(site).xpos - data.body("object").xpos)[:2]
-    into = [region for name, region in regions.items() if re.fullmatch(pattern, name)]
-    if not any((region.lower[:2] < at).all() and (at < region.upper[:2]).all() for region in into):
-        yield f"model.xml/site/{site}", f"is above none of the regions {pattern!r} with the joints at zero"
-
-
-# Contract names -------------------------------------------------------------------------------------------------------
-
-RuleCheck = Callable[[Asset, Requirements], list[Problem]]
-Rule = TypeVar("Rule", bound=NamePattern)
-# How far an axis may be off and a range from zero: what nine written digits leave, rad or m.
-ROUNDING = 1e-6
 
 
 def missing_requirements(asset: Asset, contract: Contract, check: RuleCheck) -> list[Problem]:
@@ -279,9 +273,6 @@ def _counted(kind: str, rules: Iterable[NamePattern], names: Sequence[str]) -> I
             yield f"{kind}/{rule.name}", f"there are {count} of that name, at most {rule.max_count} wanted"
 
 
-T = TypeVar("T", Link, Joint, Site, Region, Variable)
-
-
 def _pairs(rules: Iterable[Rule], things: Iterable[T]) -> list[tuple[Rule, T]]:
     listed = list(things)
     return [(rule, thing) for rule in rules for thing in listed if rule.matches(thing.name)]
@@ -320,15 +311,6 @@ def _joint(asset: Asset, joint: Joint, rule: JointRule) -> Iterator[str]:
         yield f"moves a link {depth} below object, not {rule.depth}: RoboCasa looks at a fixed path"
     if rule.link is not None and not re.fullmatch(rule.link, joint.child):
         yield f"moves link {joint.child!r}, not {rule.link!r}"
-
-
-# Contract paths -------------------------------------------------------------------------------------------------------
-# Ref: RoboCasa v0.2 and v1.0, models/fixtures: Stove.knob_joints and burner_sites, Sink.handle_joint and water_site,
-# CoffeeMachine; Fixture reads `ext_*` sites (v0.2) or `reg_*` geoms (v1.0); ranges are read from the element.
-
-OBJECT = "./worldbody/body/body[@name='object']"
-CORNERS = ("p0", "px", "py", "pz")
-TOUCHED = "0"  # group of what collides
 
 
 def path_faults(path: Path, asset: Asset, contract: Contract) -> Iterator[Problem]:
@@ -391,16 +373,6 @@ def _deep_elements(root: etree._Element, asset: Asset, needs: Requirements) -> I
             yield f"model.xml/joint/{name}", "says no range; RoboCasa reads it from the element"
         elif tag == "site" and (element.get("pos") is None or element.get("size") is None):
             yield f"model.xml/site/{name}", "should say pos and size; RoboCasa reads them from the element"
-
-
-# Contract -------------------------------------------------------------------------------------------------------------
-
-Bounds = npt.NDArray[np.float64]
-UNNAMED = "it names no contract: no runtime looks things of its kind up by name"
-# Rounding of what nine written digits hold, and of sums of lengths.
-SLACK_M = 1e-4
-# A threshold closer than this to an end of the range is met by chance: rad or m.
-MARGIN = 1e-3
 
 
 def links_and_joints_meet_contract(package: Package) -> Measurement:
@@ -466,8 +438,11 @@ def regions_meet_contract(package: Package, limit: float) -> Measurement:
         if spare > contract.main_margin_m:
             wider = f"is {spare:.4f} m wider than what is seen"
             faults.append(("regions/main", f"{wider}; {contract.main_margin_m:g} is enough"))
+    rules = [*contract.regions, *(r for c in contract.one_of for needs in c.any_of for r in needs.regions)]
     for region in asset.regions:
-        if region.name == "main" or not _is_inside(contract, region):
+        # Regions that no rule names may lie anywhere.
+        named = [rule for rule in rules if rule.matches(region.name)]
+        if region.name == "main" or not named or not all(rule.inside for rule in named):
             continue
         inner = _box(asset, region)
         gap = float(max((low - inner[0]).max(), (inner[1] - high).max()))
@@ -506,14 +481,10 @@ def places_meet_contract(package: Package) -> Measurement:
     return count(faults(package.mjcf, _contract(package, with_file=True)))
 
 
-def seen_bounds(asset: Asset, contract: Contract) -> Bounds | None:
+def seen_bounds(asset: Asset, contract: Contract) -> Floats | None:
     """(2, 3) corners of what `main` has to hold: all visuals but those whose labels may stick out; asset frame, m."""
-    clouds = [
-        asset.asset_from_link(k.name).apply(v.mesh.vertices)
-        for k in asset.links
-        for v in k.visuals
-        if v.label not in contract.outside
-    ]
+    shown = ((k.name, v.mesh.vertices) for k in asset.links for v in k.visuals if v.label not in contract.outside)
+    clouds = [asset.asset_from_link(link).apply(vertices) for link, vertices in shown]
     if not clouds:
         return None
     cloud = np.concatenate(clouds)
@@ -531,18 +502,11 @@ def _contract(package: Package, with_file: bool = False) -> Contract:
     return contract
 
 
-def _box(asset: Asset, region: Region) -> Bounds:
+def _box(asset: Asset, region: Region) -> Floats:
     half = np.array(region.size) / 2
     signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     points = asset.asset_from_link(region.link).apply(region.pose.apply(signs * half))
     return np.array([points.min(axis=0), points.max(axis=0)])
-
-
-def _is_inside(contract: Contract, region: Region) -> bool:
-    """True if a rule names this region and wants it inside `main`; extra regions may lie anywhere."""
-    rules = [*contract.regions, *(r for c in contract.one_of for needs in c.any_of for r in needs.regions)]
-    named = [rule for rule in rules if rule.matches(region.name)]
-    return bool(named) and all(rule.inside for rule in named)
 
 
 def _pose(asset: Asset, rule: KeyRule) -> list[Problem]:

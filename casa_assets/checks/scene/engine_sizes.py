@@ -14,8 +14,8 @@ from casa_assets.checks.check import Measurement, at_most
 from casa_assets.checks.motion.joints import hand_effort
 from casa_assets.checks.motion.simulation import open_end, reset_to_start
 from casa_assets.checks.readers.mujoco_facts import all_warnings
-from casa_assets.checks.scene.batch_form import BATCH_FILE, REST_S, BatchSubject, candidate_pairs
-from casa_assets.core.numeric import Floats, Ints, Mask
+from casa_assets.checks.scene.light_forms import BATCH_FILE, REST_S, BatchSubject, candidate_pairs
+from casa_assets.core.numeric import Floats, Ints
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.kitchen.scene import EngineSizes, Placement
 from casa_assets.model.pose import Pose
@@ -23,19 +23,19 @@ from casa_assets.model.pose import Pose
 # Seconds that each fixture is pulled at all its handles while things fall, and without them; steps between two counts
 # of pairs.
 TRIAL_S, IN_USE_S, PAIR_STEPS = 10.0, 3.0, 50
-# What is at rest falls asleep within so many steps.
-SLEEP_STEPS = 15
-# What is found is never exceeded in the trials; an engine is told this many times as much.
-MARGIN = 1.5
+SLEEP_STEPS = 15  # steps within which what is at rest falls asleep
+MARGIN = 1.5  # engines get this many times what is found, which is never exceeded in the trials
 # Ten things are dropped in front of the fixture, from here above its grips, and this far apart, metres.
 DROPPED, DROP_M, SPACING_M = 10, 0.4, 0.14
 # A stand-in of a mobile robot waits so far in front of the grips, metres: a base that drives, and an arm of six joints.
 ROBOT_AT_M, BASE_HALF_M, LINK_M, ARM_JOINTS = 0.85, (0.22, 0.18, 0.15), 0.18, 6
-# Its joints are driven by torques that swing once in so many seconds, N*m and N.
+# Its joints are driven by torques and forces that swing once in SWING_S, N*m and N.
 SWING_S, ARM_NM, DRIVE_N = 2.5, 12.0, 40.0
 # So many of its joints drive it along the floor.
 DRIVEN = 2
 ROBOT, THING = "robot_stand_in", "dropped_thing"
+
+
 # Pairs of shapes that engines collide by a general convex routine and not by a formula. Ref: mujoco_warp 4.0.
 _BOX, _CYLINDER, _CAPSULE = (
     int(kind) for kind in (mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE)
@@ -72,11 +72,8 @@ def engine_sizes(subject: BatchSubject) -> EngineSizes:
     stressed, in_use = _Most(), _Most()
     assets = subject.form.scene.asset_of
     forms = zip(subject.form.scene.placements, subject.form.forms, strict=True)
-    pulled = [
-        _Used(place, assets[place.name], frozenset(joint.name for joint in form.joints))
-        for place, form in forms
-        if form.base is Base.FIXED and form.joints
-    ]
+    fixtures = ((place, form.joints) for place, form in forms if form.base is Base.FIXED and form.joints)
+    pulled = [_Used(place, assets[place.name], frozenset(joint.name for joint in joints)) for place, joints in fixtures]
     # MuJoCo warns where the stand-in touches what should sleep at the start.
     with all_warnings():
         model = subject.batch.model
@@ -87,11 +84,9 @@ def engine_sizes(subject: BatchSubject) -> EngineSizes:
         for used in pulled:
             _simulate(subject, at_rest, used, stressed, with_things=True)
             _simulate(subject, at_rest, used, in_use, with_things=False)
+    most = {"nconmax": stressed.contacts, "njmax": stressed.rows, "nccdmax": stressed.convex, "nvmax": stressed.awake}
     return EngineSizes(
-        nconmax=_with_margin(stressed.contacts),
-        njmax=_with_margin(stressed.rows),
-        nccdmax=_with_margin(stressed.convex),
-        nvmax=_with_margin(stressed.awake),
+        **{name: 8 * math.ceil(max(number, 1) * MARGIN / 8) for name, number in most.items()},
         contacts=stressed.contacts,
         rows=stressed.rows,
         convex_pairs=stressed.convex,
@@ -100,10 +95,6 @@ def engine_sizes(subject: BatchSubject) -> EngineSizes:
         fixtures=len(pulled),
         mujoco_bytes=stressed.memory,
     )
-
-
-def _with_margin(number: int) -> int:
-    return 8 * math.ceil(max(number, 1) * MARGIN / 8)
 
 
 class _Used(NamedTuple):
@@ -118,12 +109,8 @@ def _stand(used: _Used) -> tuple[Floats, Floats]:
     """Where hands are at a fixture, and the way out of it into the room; (3,) and (3,), world frame, metres."""
     place, asset, _ = used
     grips = {joint.grip for joint in asset.joints}
-    found = [
-        (place.pose @ asset.asset_from_link(link.name) @ collider.pose).position
-        for link in asset.links
-        for collider in link.colliders
-        if collider.name in grips
-    ]
+    held = ((link.name, c.pose) for link in asset.links for c in link.colliders if c.name in grips)
+    found = [(place.pose @ asset.asset_from_link(link) @ pose).position for link, pose in held]
     middle = np.mean(found, axis=0) if found else np.add(place.pose.position, (0.0, 0.0, 0.9))
     # A fixture faces -y.
     return np.asarray(middle, dtype=np.float64), place.pose.rotation @ np.array([0.0, -1.0, 0.0])
@@ -197,23 +184,17 @@ def _add_things(spec: mujoco.MjSpec, grip: Floats, out: Floats) -> None:
 
 def _convex_pairs(model: mujoco.MjModel) -> Ints:
     """(P, 2) pairs of geoms that a general convex routine has to look at."""
-    first, second = np.nonzero(candidate_pairs(model))
-    kinds = model.geom_type
-    kept = [
-        (a, b)
-        for a, b in zip(first.tolist(), second.tolist(), strict=True)
-        if tuple(sorted((int(kinds[a]), int(kinds[b])))) in CONVEX_PAIRS
-    ]
-    return np.array(kept, dtype=np.int64).reshape(-1, 2)
+    pairs = np.argwhere(candidate_pairs(model))
+    kinds = np.sort(model.geom_type[pairs], axis=1).tolist()
+    return pairs[[tuple(pair) in CONVEX_PAIRS for pair in kinds]]
 
 
 def _near(model: mujoco.MjModel, data: mujoco.MjData, pairs: Ints) -> int:
-    half = np.abs(data.geom_xmat.reshape(-1, 3, 3)) @ model.geom_aabb[:, 3:, None]
-    middle = data.geom_xpos + np.einsum("gij,gj->gi", data.geom_xmat.reshape(-1, 3, 3), model.geom_aabb[:, :3])
-    first, second = pairs.T
+    turns, (first, second) = data.geom_xmat.reshape(-1, 3, 3), pairs.T
+    half = np.abs(turns) @ model.geom_aabb[:, 3:, None]
+    middle = data.geom_xpos + np.einsum("gij,gj->gi", turns, model.geom_aabb[:, :3])
     reach = half[first, :, 0] + half[second, :, 0]
-    apart: Mask = (np.abs(middle[first] - middle[second]) > reach).any(axis=1)
-    return int((~apart).sum())
+    return int((~(np.abs(middle[first] - middle[second]) > reach).any(axis=1)).sum())
 
 
 def few_are_awake_in_use(sizes: EngineSizes, limit: float) -> Measurement:

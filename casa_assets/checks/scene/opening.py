@@ -36,6 +36,8 @@ MM_PER_M = 1000.0
 # A joint opens both ways where it goes more than this share of its range to either side of zero.
 BOTH_WAYS_SHARE = 0.05
 Pair = tuple[int, int]
+# Joints whose parts come nearer to each other than this on their paths are not pulled at the same time.
+MIN_SEPARATION_M = 0.005
 
 
 @dataclass(frozen=True)
@@ -220,20 +222,10 @@ class JointSweeper:
 
 def only_pairs(model: mujoco.MjModel, moved: Mask, against: Mask) -> AbstractContextManager[None]:
     """While it is entered, only moved geoms collide, and only with those that they are swept against."""
-    bodies = []
-    for geoms in (moved, against):
-        has = np.zeros(model.nbody, dtype=bool)
-        has[model.geom_bodyid[geoms]] = True
-        bodies.append(has)
+    bodies = [np.isin(np.arange(model.nbody), model.geom_bodyid[geoms]) for geoms in (moved, against)]
     return altered(
         model, geom_contype=moved, geom_conaffinity=against, body_contype=bodies[0], body_conaffinity=bodies[1]
     )
-
-
-# Pulling --------------------------------------------------------------------------------------------------------------
-
-# Joints whose parts come nearer to each other than this on their paths are not pulled at the same time.
-MIN_SEPARATION_M = 0.005
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,6 @@ from casa_assets.checks.motion.simulation import (
     box_around,
     geom_boxes,
     reset_to_start,
-    turned_vertices_of,
     vertices_of,
 )
 from casa_assets.checks.scene.subject import SceneSubject, boxes_meet
@@ -42,6 +41,18 @@ BUILT_IN, HOUSING = frozenset({"microwave", "wall_oven"}), "housing_cabinet"
 # How much higher than its visible foot the colliders of a thing may end, as collider_bounds_m grants single assets.
 MAX_COLLIDER_GAP_M = 0.004
 MM_PER_M = 1000.0
+# How far handles and sills of doors and windows may stand out of the outer face of a wall, metres.
+ALLOWED_BESIDE_M = {"door": 0.08, "window": 0.08}
+Pixels = npt.NDArray[np.uint8]
+# Of 255. A pixel is black where every channel is darker than this, and white where every channel is as bright as this.
+BLACK, WHITE = 5, 254
+RAYS_WIDE, RAYS_HIGH = 48, 36
+# Geom groups that rays see: what is seen, without the ceiling. Looked-through walls are meanwhile put into another.
+VISIBLE_GROUPS = np.array([0, 0, 1, 0, 0, 0], dtype=np.uint8)
+HIDDEN_GROUP = 5
+BEHIND_WALL_M = 0.3  # a camera this far behind the middle of a wall looks at the room from outside
+# What lies within these distances of the middle of a wall, on its outer and its room side, hangs on it.
+HANGS_OUTSIDE_M, HANGS_INSIDE_M = 0.3, 0.12
 
 
 def fixed_things_are_supported(subject: SceneSubject, limit: float) -> Measurement:
@@ -128,9 +139,6 @@ class SupportTester:
         return min([2 * gap, *distances])
 
 
-# Overlap --------------------------------------------------------------------------------------------------------------
-
-
 def fixed_things_do_not_overlap(subject: SceneSubject, limit: float) -> Measurement:
     """SCN007: deepest overlap of fixed shapes of two things, metres (SCN002: of what moves)."""
     worst: dict[tuple[str, str], tuple[float, int, int]] = {}
@@ -161,12 +169,6 @@ def overlapping_pairs(subject: SceneSubject, limit: float) -> Iterator[tuple[int
             yield geom1, geom2, float(depth)
 
 
-# Inside ---------------------------------------------------------------------------------------------------------------
-
-# How far handles and sills of doors and windows may stand out of the outer face of a wall, metres.
-ALLOWED_BESIDE_M = {"door": 0.08, "window": 0.08}
-
-
 def things_are_inside_room(subject: SceneSubject, limit: float) -> Measurement:
     """SCN009: farthest that a shape lies outside floor, walls and ceiling, metres."""
     categories = {p.name: subject.category(p.name) for p in subject.scene.placements}
@@ -185,7 +187,7 @@ def things_are_inside_room(subject: SceneSubject, limit: float) -> Measurement:
         if category in ROOM:
             continue
         geoms = subject.geoms_of[name]
-        points = np.concatenate([turned_vertices_of(subject.model, subject.data, int(g)) for g in geoms])
+        points = np.concatenate([vertices_of(subject.model, subject.data, int(g), turned=True) for g in geoms])
         # (outlines, points) how far beyond the farthest edge, metres; 0 inside.
         outside = [np.maximum(0.0, (points[:, :2] @ e[:, :2].T + e[:, 2]).max(axis=1)) for e in outlines]
         beside = float(np.min(outside, axis=0).max())
@@ -209,22 +211,6 @@ def _heights(subject: SceneSubject, categories: dict[str, str]) -> tuple[float, 
 
     tops = [float(z[1]) for z in z_ranges(CEILING) or z_ranges(WALL)]
     return min(float(z[0]) for z in z_ranges(FLOOR)), max(tops, default=np.inf)
-
-
-# Views ----------------------------------------------------------------------------------------------------------------
-
-Pixels = npt.NDArray[np.uint8]
-
-# Of 255. A pixel is black where every channel is darker than this, and white where every channel is as bright as this.
-BLACK, WHITE = 5, 254
-RAYS_WIDE, RAYS_HIGH = 48, 36
-# Geom groups that rays see: what is seen, without the ceiling. Looked-through walls are meanwhile put into another.
-VISIBLE_GROUPS = np.array([0, 0, 1, 0, 0, 0], dtype=np.uint8)
-HIDDEN_GROUP = 5
-# A camera this far behind the middle of a wall looks at the room from outside.
-BEHIND_WALL_M = 0.3
-# What lies within these distances of the middle of a wall, on its outer and its room side, hangs on it.
-HANGS_OUTSIDE_M, HANGS_INSIDE_M = 0.3, 0.12
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,23 +268,17 @@ def visible_wall_shares(subject: SceneSubject) -> dict[str, float]:
 
 def _bodies_hit(model: mujoco.MjModel, data: mujoco.MjData, camera: Camera) -> npt.NDArray[np.int32]:
     """(rays,) number of the body that each pixel of a coarse picture shows, -1 where it shows none."""
-    rays = _rays(camera)
-    geoms, distances = np.full(len(rays), -1, dtype=np.int32), np.zeros(len(rays))
-    eye, flat = np.array(camera.pose.position), np.ascontiguousarray(rays.ravel())
-    cutoff = mujoco.mjMAXVAL
-    mujoco.mj_multiRay(model, data, eye, flat, VISIBLE_GROUPS, True, -1, geoms, distances, None, len(rays), cutoff)
-    return np.where(geoms >= 0, model.geom_bodyid[geoms], -1).astype(np.int32)
-
-
-def _rays(camera: Camera) -> Floats:
-    """(N, 3) unit directions through the middles of coarse pixels, world frame."""
     half = math.tan(math.radians(camera.fov_y_deg) / 2)
     across = (np.arange(RAYS_WIDE) + 0.5) / RAYS_WIDE * 2 - 1
     up = 1 - (np.arange(RAYS_HIGH) + 0.5) / RAYS_HIGH * 2
     x, y = np.meshgrid(across * half * RAYS_WIDE / RAYS_HIGH, up * half)
     rays = np.stack([x.ravel(), y.ravel(), np.full(x.size, -1.0)], axis=1) @ camera.pose.rotation.T
-    unit: Floats = rays / np.linalg.norm(rays, axis=1, keepdims=True)
-    return unit
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    geoms, distances = np.full(len(rays), -1, dtype=np.int32), np.zeros(len(rays))
+    eye, flat = np.array(camera.pose.position), np.ascontiguousarray(rays.ravel())
+    cutoff = mujoco.mjMAXVAL
+    mujoco.mj_multiRay(model, data, eye, flat, VISIBLE_GROUPS, True, -1, geoms, distances, None, len(rays), cutoff)
+    return np.where(geoms >= 0, model.geom_bodyid[geoms], -1).astype(np.int32)
 
 
 def _groups(model: mujoco.MjModel, data: mujoco.MjData, eye: Floats, walls: list[int]) -> Ints:

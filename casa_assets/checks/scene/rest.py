@@ -1,8 +1,8 @@
-"""Find scenes that do not load, begin in collision or move by themselves; let objects come to rest."""
+"""Find scenes that do not load, begin in collision, move by themselves or cost too much; let objects come to rest."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -28,11 +28,12 @@ STILL = {JointKind.SLIDE: 0.001, JointKind.HINGE: 0.0087}
 # A scene that explodes has one fault, not a thousand.
 MAX_LISTED = 20
 Depths = Mapping[tuple[str, str], float]  # names of two geoms -> how deep they are in each other, metres
+MEGABYTE = 1e6
 
 
 @dataclass(frozen=True)
 class IdleRun:
-    """State of a scene after 5 s in which nobody touched it: contacts, near misses too, deepest first, and qpos.
+    """State of a scene after 5 s in which nobody touched it: contacts of named geoms, and qpos.
 
     `drift`: name of a free placement -> how far any of its shapes has gone, metres. `warnings`: of the simulator.
     """
@@ -43,6 +44,12 @@ class IdleRun:
     end: Floats
     drift: dict[str, float]
     warnings: list[str]
+
+    @property
+    def depths(self) -> Depths:
+        """The deeper contact of each two geoms at the start and after 1 s, by their names."""
+        pairs = sorted({*self.at_start, *self.settled})
+        return {pair: max(self.at_start.get(pair, 0.0), self.settled.get(pair, 0.0)) for pair in pairs}
 
 
 def scene_loads_without_warnings(subject: SceneSubject) -> check.Measurement:
@@ -85,18 +92,39 @@ def loose_things_stay_put(subject: SceneSubject, limit: float) -> check.Measurem
 
 @lru_cache(maxsize=1)
 def idle_run(subject: SceneSubject) -> IdleRun:
-    """Simulate the scene untouched for 5 s, once."""
-    model, data = subject.model, mujoco.MjData(subject.model)
+    """The scene left alone, once; contacts are those of all pairs, near misses too, the deepest first."""
+    return left_alone(subject.model, lambda data: penetrations(subject, data))
+
+
+def left_alone(
+    model: mujoco.MjModel, contacts: Callable[[mujoco.MjData], Depths] | None = None, counted: Mask | None = None
+) -> IdleRun:
+    """Simulate a form of a scene for 5 s as it begins. `contacts`: how deep shapes are in each other; None: as found.
+
+    `counted`: (ngeom,) shapes whose ways count.
+    """
+    measured = contacts or contact_depths
+    data = mujoco.MjData(model)
     reset_to_start(model, data)
     mujoco.mj_forward(model, data)
-    at_start, start = penetrations(subject, data), data.qpos.copy()
-    free = {p.name: subject.geoms_of[p.name] for p in subject.free}
-    before = {name: data.geom_xpos[geoms].copy() for name, geoms in free.items()}
+    at_start, start, before = measured(data), data.qpos.copy(), data.geom_xpos.copy()
     mujoco.mj_step(model, data, nstep=round(SETTLED_S / model.opt.timestep))
-    settled = penetrations(subject, data)
+    settled = measured(data)
     mujoco.mj_step(model, data, nstep=round((SIMULATED_S - SETTLED_S) / model.opt.timestep))
-    drift = {n: float(np.linalg.norm(data.geom_xpos[g] - before[n], axis=1).max(initial=0)) for n, g in free.items()}
+    ways, roots = np.linalg.norm(data.geom_xpos - before, axis=1), model.body_rootid[model.geom_bodyid]
+    if counted is not None:
+        ways = np.where(counted, ways, 0.0)
+    drift = {str(model.body(b).name): float(ways[roots == b].max(initial=0.0)) for b in free_bodies(model)}
     return IdleRun(at_start, settled, start, data.qpos.copy(), drift, simulation_warnings(data))
+
+
+def contact_depths(data: mujoco.MjData) -> Depths:
+    """Deepest contact of each two geoms that touch, metres."""
+    depths: dict[tuple[str, str], float] = {}
+    for (first, second), distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
+        pair = (str(data.model.geom(first).name), str(data.model.geom(second).name))
+        depths[pair] = max(depths.get(pair, 0.0), -distance)
+    return depths
 
 
 def penetrations(subject: SceneSubject, data: mujoco.MjData) -> Depths:
@@ -116,37 +144,9 @@ def penetrations(subject: SceneSubject, data: mujoco.MjData) -> Depths:
 
 def deepest(depths: Depths, limit: float, where: str) -> check.Measurement:
     """The deepest of some penetrations, metres; `where`: end of the messages."""
-    problems = [
-        (f"geoms/{first}", f"is {depth * MM_PER_M:.2f} mm in {second} {where}")
-        for (first, second), depth in depths.items()
-        if depth > limit
-    ]
+    deep = ((*pair, depth * MM_PER_M) for pair, depth in depths.items() if depth > limit)
+    problems = [(f"geoms/{first}", f"is {depth:.2f} mm in {second} {where}") for first, second, depth in deep]
     return check.Measurement(max(depths.values(), default=0.0), tuple(problems[:MAX_LISTED]))
-
-
-@dataclass(frozen=True)
-class Settled:
-    """A form of a scene that was left alone: depths by names of two geoms, and drift by name of a body, metres."""
-
-    depths: Depths
-    drift: dict[str, float]
-
-
-def settle(data: mujoco.MjData, counted: Mask | None = None) -> Settled:
-    """Simulate a form for 5 s from its present, computed state; `counted`: (ngeom,) shapes whose ways count."""
-    model = data.model
-    start, depths = data.geom_xpos.copy(), dict[tuple[str, str], float]()
-    for seconds in (SETTLED_S, SIMULATED_S - SETTLED_S):
-        for (first, second), distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
-            pair = (str(model.geom(first).name), str(model.geom(second).name))
-            depths[pair] = max(depths.get(pair, 0.0), -distance)
-        mujoco.mj_step(model, data, nstep=round(seconds / model.opt.timestep))
-    distances = np.linalg.norm(data.geom_xpos - start, axis=1)
-    if counted is not None:
-        distances = np.where(counted, distances, 0.0)
-    roots = model.body_rootid[model.geom_bodyid]
-    drift = {str(model.body(b).name): float(distances[roots == b].max(initial=0.0)) for b in free_bodies(model)}
-    return Settled(dict(sorted(depths.items())), drift)
 
 
 def farthest(drift: Mapping[str, float], limit: float, advice: str, listed: int | None = None) -> check.Measurement:
@@ -154,15 +154,9 @@ def farthest(drift: Mapping[str, float], limit: float, advice: str, listed: int 
 
     `drift`: by placement. `advice`: end of the messages, of which `listed` are given at most.
     """
-    problems = [
-        (f"placements/{name}", f"moves {distance * MM_PER_M:.1f} mm in {SIMULATED_S:g} s{advice}")
-        for name, distance in drift.items()
-        if distance > limit
-    ]
+    far = ((name, distance * MM_PER_M) for name, distance in drift.items() if distance > limit)
+    problems = [(f"placements/{name}", f"moves {way:.1f} mm in {SIMULATED_S:g} s{advice}") for name, way in far]
     return check.largest(drift.values(), problems[:listed], NO_FREE_THINGS)
-
-
-# Settling of objects --------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -212,3 +206,89 @@ def _depths(model: mujoco.MjModel, data: mujoco.MjData) -> Floats:
     for pair, distance in zip(bodies, data.contact.dist, strict=True):
         np.maximum.at(depths, pair, -distance)
     return depths
+
+
+@dataclass(frozen=True)
+class MeasuredSpeed:
+    """Milliseconds to compile a scene, and steps of one core per second with nothing touched, on this machine."""
+
+    load_ms: float
+    steps_per_s: float
+    timestep_s: float
+
+    @property
+    def pace(self) -> float:
+        """Seconds that are simulated in a second."""
+        return self.steps_per_s * self.timestep_s
+
+
+def body_count_is_bounded(subject: SceneSubject, limit: float) -> check.Measurement:
+    """SCN010: number of bodies of the model."""
+    return _bounded_count(subject.model.nbody, limit, "bodies; merge links that never move against each other")
+
+
+def collider_count_is_bounded(subject: SceneSubject, limit: float) -> check.Measurement:
+    """SCN012: number of collision shapes."""
+    return _bounded_count(subject.model.ngeom, limit, "shapes that are touched; merge some, or leave a thing out")
+
+
+def degrees_of_freedom_are_bounded(subject: SceneSubject, limit: float) -> check.Measurement:
+    """SCN013: degrees of freedom of the kitchen, without those of objects that were put into it."""
+    added = [place.name for place in subject.scene.objects]
+    bodies = subject.model.body_rootid[subject.model.dof_bodyid]
+    own = subject.model.nv - int(np.isin(bodies, [subject.model.body(name).id for name in added]).sum())
+    return _bounded_count(own, limit, "degrees of freedom; fix what nobody has to move")
+
+
+def hull_vertex_count_is_bounded(subject: SceneSubject, limit: float) -> check.Measurement:
+    """SCN014: vertices of all collision hulls, counted for each time that a hull occurs in the scene."""
+    model = subject.model
+    hulls = model.geom_dataid[model.geom_type == mujoco.mjtGeom.mjGEOM_MESH]
+    return _bounded_count(int(np.sum(model.mesh_vertnum[hulls])), limit, "vertices of hulls; use boxes and cylinders")
+
+
+def texture_memory_is_bounded(subject: SceneSubject, limit: float) -> check.Measurement:
+    """SCN015: megabytes of all pictures, decoded, without mipmaps."""
+    model = subject.loaded.model
+    if model is None:
+        return check.not_run("MuJoCo cannot read scene.xml")
+    return _bounded_count(model.ntexdata / MEGABYTE, limit, "MB of pictures; share them, or make them smaller")
+
+
+def contact_count_is_bounded(subject: SceneSubject, limit: float) -> check.Measurement:
+    """SCN016: pairs of shapes in contact at the start and after 1 s, the larger number."""
+    most = max(len(depths) for depths in (idle_run(subject).at_start, idle_run(subject).settled))
+    return _bounded_count(most, limit, "pairs in contact at rest; set things down on fewer feet")
+
+
+def load_time_is_bounded(speed: MeasuredSpeed, limit: float) -> check.Measurement:
+    """SCN026: milliseconds to compile the whole scene with its pictures."""
+    return _bounded_count(speed.load_ms, limit, "ms to load; fewer vertices and smaller pictures load faster")
+
+
+def simulation_is_fast_enough(speed: MeasuredSpeed, limit: float) -> check.Measurement:
+    """SCN027: simulated seconds per second on one core, at rest."""
+    message = f"simulates {speed.pace:.2f} s in a second; fewer shapes in contact, fewer joints"
+    return check.at_least(speed.pace, limit, "scene", message)
+
+
+def scene_sizes(subject: SceneSubject) -> dict[str, float]:
+    """Sizes of a scene by name: counts, and megabytes of decoded pictures. It has to load."""
+    whole, bare = subject.loaded.model, subject.model
+    assert whole is not None
+    hulls = bare.geom_type == mujoco.mjtGeom.mjGEOM_MESH
+    return {
+        "bodies": whole.nbody,
+        "geoms": whole.ngeom,
+        "colliders": bare.ngeom,
+        "hulls": int(hulls.sum()),
+        "meshes": whole.nmesh,
+        "joints": len(subject.joints),
+        "nv": whole.nv,
+        "textures": whole.ntex,
+        "texture_mb": round(whole.ntexdata / MEGABYTE, 3),
+    }
+
+
+def _bounded_count(number: float, limit: float, noun: str) -> check.Measurement:
+    return check.at_most(float(number), limit, "scene", f"has {number:,.0f} {noun}")

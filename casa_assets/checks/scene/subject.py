@@ -22,6 +22,8 @@ from casa_assets.model.asset.asset import Asset, Base, Joint
 from casa_assets.model.kitchen.scene import FREE_JOINT, Placement, Scene
 
 T = TypeVar("T")
+STEPS = 200  # that are timed
+FILE = "scene.xml"
 
 
 class Contents:
@@ -67,17 +69,10 @@ class Contents:
         mujoco.mj_kinematics(self.model, data)
 
 
-# Stopwatch ------------------------------------------------------------------------------------------------------------
-# Seconds are those of the clock, or of the processor where these are fewer: on a busy machine the clock goes on while
-# this process waits for its turn, and a scene is no slower for it.
-
-STEPS = 200
-
-
 def timed_load(scene_xml: Path) -> tuple[Loaded, float]:
     """A file compiled where nothing of it was compiled before, and the seconds that this took."""
-    # MuJoCo keeps what it has made of meshes and pictures for as long as a process lives, so that a second load tells
-    # little of the first.
+    # MuJoCo keeps what it has made of meshes and pictures for as long as a process lives, so that a second
+    # load is faster than the first.
     mujoco.mj_clearCache(mujoco.mj_getCache())
     return timed(lambda: load_asset_file(scene_xml))
 
@@ -91,15 +86,13 @@ def steps_per_second(model: mujoco.MjModel) -> float:
 
 
 def timed(call: Callable[[], T]) -> tuple[T, float]:
-    """The result of a call, and the fewer of its seconds of the clock and of the processor in all threads."""
+    """The result of a call, and the fewer of its seconds of the clock and of the processor in all threads.
+
+    On a busy machine the clock goes on while this process waits for its turn, and a scene is no slower for it.
+    """
     begin = time.perf_counter(), time.process_time()
     result = call()
     return result, min(time.perf_counter() - begin[0], time.process_time() - begin[1])
-
-
-# Subject --------------------------------------------------------------------------------------------------------------
-
-FILE = "scene.xml"
 
 
 @dataclass(frozen=True)
@@ -295,5 +288,4 @@ def all_pairs(model: mujoco.MjModel) -> AbstractContextManager[None]:
 def boxes_meet(first: Floats, second: Floats, gap: float = 0.0) -> Mask:
     """True where boxes (..., 2, 3) come within `gap` metres of each other."""
     apart = (first[..., 0, :] > second[..., 1, :] + gap) | (second[..., 0, :] > first[..., 1, :] + gap)
-    mask: Mask = np.logical_not(np.any(apart, axis=-1))
-    return mask
+    return np.asarray(np.logical_not(np.any(apart, axis=-1)))

@@ -22,7 +22,6 @@ TRIES = 40  # places that are tried for one thing, and draws of one state
 OPENED_SHARES = (0.4, 1.0)  # of a door's way, where it is opened
 SAFETY = 0.8  # share of the limits that a state is drawn within, so that it holds on other machines too
 STAYED_M = 0.1  # farthest that something loose goes while a state settles; fruit rolls to the bottom of its bowl
-BACK_M = tuple(0.05 * k for k in range(13))  # from a parking place, which is for a base alone, to where an arm has room
 # Why a draw is given up.
 NO_ROOM, RESTLESS, LEFT, FELL, DEEP, MOVES, PARKED, WARNS = (
     "a thing found no room",
@@ -34,6 +33,9 @@ NO_ROOM, RESTLESS, LEFT, FELL, DEEP, MOVES, PARKED, WARNS = (
     "something stands where the robot parks",
     "the simulator warned",
 )
+
+
+BACK_M = tuple(0.05 * k for k in range(13))  # from a parking place, which is for a base alone, to where an arm has room
 
 
 @dataclass(frozen=True)
@@ -77,28 +79,7 @@ def draw_states(stage: Stage, wanted: Wanted) -> StartStates:
 
     Raises CasaError: too few things, places, doors or parking places, or a state was given up too often.
     """
-    _check(stage, wanted.request)
-    refused: Counter[str] = Counter()
-    drawn = [_draw(stage, wanted, number, refused) for number in range(wanted.request.count)]
-    return StartStates(
-        key=wanted.key,
-        scene=stage.facts["id"],
-        scene_xml=stage.digest,
-        mujoco=mujoco.__version__,
-        seed=wanted.request.seed,
-        limits=(wanted.depth, wanted.motion),
-        envelope=ENVELOPE,
-        joints=stage.joints,
-        notes=tuple(one.notes for one in drawn),
-        qpos=np.array([one.qpos for one in drawn]),
-        base=np.array([one.parking.at for one in drawn]),
-        depth=np.array([one.depth for one in drawn]),
-        motion=np.array([one.motion for one in drawn]),
-        refused=dict(sorted(refused.items())),
-    )
-
-
-def _check(stage: Stage, asked: StateRequest) -> None:
+    asked = wanted.request
     name = stage.facts["id"]
     if len(stage.things) < asked.things:
         raise CasaError(
@@ -112,6 +93,24 @@ def _check(stage: Stage, asked: StateRequest) -> None:
     if len(stage.doors) < asked.opened:
         doors = f"{asked.opened} doors were to stand open, and it has {len(stage.doors)}"
         raise CasaError(f"{name}: {doors}; ask for fewer")
+    refused: Counter[str] = Counter()
+    drawn = [_draw(stage, wanted, number, refused) for number in range(asked.count)]
+    return StartStates(
+        key=wanted.key,
+        scene=name,
+        scene_xml=stage.digest,
+        mujoco=mujoco.__version__,
+        seed=asked.seed,
+        limits=(wanted.depth, wanted.motion),
+        envelope=ENVELOPE,
+        joints=stage.joints,
+        notes=tuple(one.notes for one in drawn),
+        qpos=np.array([one.qpos for one in drawn]),
+        base=np.array([one.parking.at for one in drawn]),
+        depth=np.array([one.depth for one in drawn]),
+        motion=np.array([one.motion for one in drawn]),
+        refused=dict(sorted(refused.items())),
+    )
 
 
 def _draw(stage: Stage, wanted: Wanted, number: int, refused: Counter[str]) -> _Drawn:
@@ -123,8 +122,8 @@ def _draw(stage: Stage, wanted: Wanted, number: int, refused: Counter[str]) -> _
             refused.update(reasons)
             return found
         reasons[found] += 1
-    told = ", ".join(f"{reason} ({count})" for reason, count in reasons.most_common())
-    raise CasaError(f"{stage.facts['id']}: no start state was found in {TRIES} draws of number {number}: {told}")
+    counts = ", ".join(f"{reason} ({count})" for reason, count in reasons.most_common())
+    raise CasaError(f"{stage.facts['id']}: no start state was found in {TRIES} draws of number {number}: {counts}")
 
 
 def _try(stage: Stage, wanted: Wanted, rng: np.random.Generator) -> _Drawn | str:
@@ -227,10 +226,9 @@ def _pose_in(stage: Stage, draft: _Draft, thing: LooseThing, place: Place, at: F
 
 def _is_in(stage: Stage, thing: LooseThing, place: Place) -> bool:
     """Whether the middle of a thing is still in its place, in the present state."""
-    low, high = stage.low_and_high(thing)
     half = np.abs(place.pose.rotation) @ place.size / 2
     centre = stage.carried(stage.data.qpos, place, np.array(place.pose.position))
-    return bool((np.abs((low + high) / 2 - centre) <= half).all())
+    return bool((np.abs(stage.low_and_high(thing).sum(axis=0) / 2 - centre) <= half).all())
 
 
 def _park(stage: Stage, rng: np.random.Generator) -> Parking | None:

@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 from lxml import etree
 
-from casa_assets.checks.check import Measurement, all_at_most, count, not_applicable, not_run
+from casa_assets.checks.check import Measurement, count, not_applicable, not_run, worst_above
 from casa_assets.checks.motion import simulation
 from casa_assets.checks.scene.subject import FILE, Contents, all_pairs, body_name, boxes_meet, collision_model
 from casa_assets.core.numeric import Floats, Ints
@@ -45,6 +45,11 @@ ENVELOPE: tuple[tuple[Vec3, Vec3], ...] = (
 )
 MOVABLE = (None, "accessory")  # contracts of things that are no appliances
 LARGEST_M, HEAVIEST_KG = 0.45, 3.0  # of a thing that a hand puts somewhere else
+WATCHED_S, LOOK_S = 2.0, 0.1
+SETTLE_S = 4.0  # what still moves after that is given up
+STILL_M = 0.00005  # farthest that any corner goes in `LOOK_S` while a state counts as at rest
+MM_PER_M = 1000.0
+NO_STATES, OTHER_SCENE = "it holds no state", "they are of another scene.xml (STA001)"
 
 
 class Kind(StrEnum):
@@ -136,7 +141,6 @@ class Stage:
         return self._key(CLOSED_POSE)
 
     def _key(self, name: str) -> Floats:
-        """(nq,) qpos of a keyframe."""
         return np.array(self.model.key(name).qpos, dtype=np.float64)
 
     @cached_property
@@ -193,8 +197,7 @@ class Stage:
         """A state in which doors and drawers were moved, with the objects that rest in them where these took them."""
         self._scratch.qpos[:] = qpos
         self.contents.pose(self._scratch)
-        carried: Floats = self._scratch.qpos.copy()
-        return carried
+        return np.asarray(self._scratch.qpos.copy())
 
     @cached_property
     def on_top(self) -> Mapping[str, set[str]]:
@@ -277,8 +280,7 @@ class Stage:
         signs = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) * 2.0 - 1.0
         local = model.geom_aabb[geoms, None, :3] + signs * model.geom_aabb[geoms, None, 3:]
         turned = np.einsum("nij,nkj->nki", data.geom_xmat[geoms].reshape(-1, 3, 3), local)
-        found: Floats = (turned + data.geom_xpos[geoms, None, :]).reshape(-1, 3)
-        return found
+        return np.asarray((turned + data.geom_xpos[geoms, None, :]).reshape(-1, 3))
 
     def in_the_way(self, at: Floats) -> str | None:
         """Name of a thing that a robot with its base at x, y (m), yaw (rad) touches in the present state, or None."""
@@ -286,10 +288,7 @@ class Stage:
         data.mocap_pos[self._mocap] = (at[0], at[1], 0.0)
         data.mocap_quat[self._mocap] = (math.cos(at[2] / 2), 0.0, 0.0, math.sin(at[2] / 2))
         mujoco.mj_kinematics(model, data)
-        robot, boxes = (
-            simulation.geom_boxes(model, data, self._footprint),
-            simulation.geom_boxes(model, data, self._solid),
-        )
+        robot, boxes = (simulation.geom_boxes(model, data, geoms) for geoms in (self._footprint, self._solid))
         for part, near in zip(self._footprint.tolist(), boxes_meet(robot[:, None], boxes[None]), strict=True):
             for geom in self._solid[near].tolist():
                 if mujoco.mj_geomDistance(model, data, part, geom, 0.01, None) < 0.0:
@@ -298,11 +297,9 @@ class Stage:
 
     def box_of(self, thing: LooseThing, quaternion: Floats) -> Floats:
         """(2, 3) corners of the box around a thing whose free joint is at the origin, turned so; m."""
-        model, data, part = self.model, self._scratch, slice(thing.address, thing.address + FREE_WIDTH)
-        data.qpos[part] = (0.0, 0.0, 0.0, *quaternion)
-        mujoco.mj_kinematics(model, data)
-        points = np.concatenate([simulation.vertices_of(model, data, int(g)) for g in thing.geoms])
-        return np.array([points.min(axis=0), points.max(axis=0)])
+        self._scratch.qpos[thing.address : thing.address + FREE_WIDTH] = (0.0, 0.0, 0.0, *quaternion)
+        mujoco.mj_kinematics(self.model, self._scratch)
+        return self.low_and_high(thing, self._scratch)
 
     def carried(self, qpos: Floats, place: Place, point: Floats) -> Floats:
         """(3,) where a point of a place is in a state, given where it is while all joints are at zero; m."""
@@ -312,21 +309,18 @@ class Stage:
         local = data.xmat[place.body].reshape(3, 3).T @ (point - data.xpos[place.body])
         data.qpos[:] = qpos
         mujoco.mj_kinematics(self.model, data)
-        found: Floats = data.xmat[place.body].reshape(3, 3) @ local + data.xpos[place.body]
-        return found
+        return np.asarray(data.xmat[place.body].reshape(3, 3) @ local + data.xpos[place.body])
 
-    def low_and_high(self, thing: LooseThing) -> Floats:
-        """(2, 3) corners of the box around a thing in the present state, world frame, m."""
-        points = np.concatenate([simulation.vertices_of(self.model, self.data, int(g)) for g in thing.geoms])
+    def low_and_high(self, thing: LooseThing, data: mujoco.MjData | None = None) -> Floats:
+        """(2, 3) corners of the box around a thing in the present state, or that of `data`; world frame, m."""
+        points = np.concatenate([simulation.vertices_of(self.model, data or self.data, int(g)) for g in thing.geoms])
         return np.array([points.min(axis=0), points.max(axis=0)])
 
 
 def place_kind(category: str, region: str) -> Kind | None:
     """Kind of place that a region of a fixture is; None if nothing is put there."""
-    kinds = (
-        kind for kind, (categories, names) in PLACES.items() if category in categories and region.startswith(names)
-    )
-    return next(kinds, None)
+    of_region = (kind for kind, (categories, _) in PLACES.items() if category in categories)
+    return next((kind for kind in of_region if region.startswith(PLACES[kind][1])), None)
 
 
 def _footprint() -> etree._Element:
@@ -337,13 +331,6 @@ def _footprint() -> etree._Element:
         sizes = {"pos": " ".join(map(str, middle.tolist())), "size": " ".join(map(str, half.tolist()))}
         etree.SubElement(body, "geom", {"type": "box", "contype": "0", "conaffinity": "0", **sizes})
     return body
-
-
-# Trial ----------------------------------------------------------------------------------------------------------------
-
-WATCHED_S, LOOK_S = 2.0, 0.1
-SETTLE_S = 4.0  # what still moves after that is given up
-STILL_M = 0.00005  # farthest that any corner goes in `LOOK_S` while a state counts as at rest
 
 
 @dataclass(frozen=True)
@@ -364,8 +351,7 @@ def settle(stage: Stage, qpos: Floats) -> Floats | None:
         mujoco.mj_step(model, data, nstep=steps)
         now = stage.corners()
         if float(np.linalg.norm(now - last, axis=1).max(initial=0.0)) < STILL_M:
-            rounded: Floats = data.qpos.astype(np.float32).astype(np.float64)
-            return rounded
+            return np.asarray(data.qpos.astype(np.float32).astype(np.float64))
         last = now
     return None
 
@@ -382,12 +368,6 @@ def watch(stage: Stage, qpos: Floats) -> Watched:
         depth = max(depth, stage.depth())
         motion = max(motion, float(np.linalg.norm(stage.corners() - before, axis=1).max(initial=0.0)))
     return Watched(depth, motion, tuple(simulation.simulation_warnings(data)))
-
-
-# Verdict --------------------------------------------------------------------------------------------------------------
-
-MM_PER_M = 1000.0
-NO_STATES, OTHER_SCENE = "it holds no state", "they are of another scene.xml (STA001)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -427,18 +407,18 @@ def states_have_no_deep_contact(subject: StatesSubject, limit: float) -> Measure
     """STA002: deepest contact in any state at its start and in the 2 s after it, metres."""
     if subject.misfits:
         return not_run(OTHER_SCENE)
-    depths = {f"states/{k}": seen.depth * MM_PER_M for k, seen in enumerate(subject.watched)}
-    found = all_at_most(depths, limit * MM_PER_M, "shapes are {:.2f} mm in each other; draw it again", NO_STATES)
-    return _in_metres(found)
+    message = "shapes are {:.2f} mm in each other; draw it again"
+    depths = enumerate(seen.depth for seen in subject.watched)
+    return worst_above(((f"states/{k}", m, message.format(MM_PER_M * m)) for k, m in depths), limit, NO_STATES)
 
 
 def states_stay_put(subject: StatesSubject, limit: float) -> Measurement:
     """STA003: farthest that anything moves in 2 s in any state, metres."""
     if subject.misfits:
         return not_run(OTHER_SCENE)
-    moved = {f"states/{k}": seen.motion * MM_PER_M for k, seen in enumerate(subject.watched)}
-    found = all_at_most(moved, limit * MM_PER_M, "something moves {:.1f} mm by itself; draw it again", NO_STATES)
-    return _in_metres(found)
+    message = "something moves {:.1f} mm by itself; draw it again"
+    ways = enumerate(seen.motion for seen in subject.watched)
+    return worst_above(((f"states/{k}", m, message.format(MM_PER_M * m)) for k, m in ways), limit, NO_STATES)
 
 
 def states_leave_room_for_the_robot(subject: StatesSubject, limit: float) -> Measurement:
@@ -469,9 +449,3 @@ def states_differ(subject: StatesSubject, limit: float) -> Measurement:
         if apart[twin] < limit:
             problems.append((f"states/{k}", f"is the same as state {twin} within {apart[twin]:.3f}; draw it again"))
     return Measurement(float(least), tuple(problems))
-
-
-def _in_metres(found: Measurement) -> Measurement:
-    if found.number is None:
-        return found
-    return Measurement(found.number / MM_PER_M, found.problems)

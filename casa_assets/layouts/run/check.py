@@ -22,9 +22,9 @@ from casa_assets.checks.check import load_table, report_not_run, run
 from casa_assets.checks.design.grade import grade
 from casa_assets.checks.design.subject import DesignSubject, floor_picture
 from casa_assets.checks.readers.mujoco_facts import native_warnings
-from casa_assets.checks.scene.budget import MeasuredSpeed, scene_sizes
-from casa_assets.checks.scene.forms import SceneFiles
+from casa_assets.checks.scene.formats import SceneFiles
 from casa_assets.checks.scene.placement import Pixels, PreviewImages
+from casa_assets.checks.scene.rest import MeasuredSpeed, scene_sizes
 from casa_assets.checks.scene.subject import SceneSubject, steps_per_second
 from casa_assets.checks.start_states.draw import StateRequest, Wanted, draw_states
 from casa_assets.checks.start_states.stage import Stage, StatesSubject

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.asset.lightweight import light_scene
-from casa_assets.checks.scene.forms import LIGHT_FILE, SceneFiles
+from casa_assets.checks.scene.formats import LIGHT_FILE, SceneFiles
 from casa_assets.checks.scene.subject import FILE, SceneSubject
 from casa_assets.checks.table import run_scene
 from casa_assets.formats.mjcf import kitchen as mjcf

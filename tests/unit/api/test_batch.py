@@ -13,8 +13,7 @@ import pytest
 import casa_assets as casa
 from casa_assets.checks.scene import engine_sizes
 from casa_assets.layouts.run.state_file import digest_of_file, write_states
-from tests.unit.addons.batch.small_kitchens import DRIVING, FIRST, FLOATING, folders
-from tests.unit.addons.batch.test_start_rows import REST, states
+from tests.unit.addons.batch.small_kitchens import DRIVING, FIRST, FLOATING, REST, folders, states
 
 pytestmark = pytest.mark.content("code", "addons.batch", keep=0)
 
@@ -63,25 +62,34 @@ def test_pictures_of_all_kitchens_are_in_each(tmp_path: Path) -> None:
     assert {first.tex(i).name for i in range(first.ntex)} == {"sky", "oak", "tiles"}
 
 
-def test_a_seed_draws_start_states_which_are_those_of_this_scene(tmp_path: Path) -> None:
-    """Five start states of the first kitchen: a plate farther and farther to the left."""
-    folder = folders(tmp_path)[0]
-    (folder / "scene.xml").write_text(FIRST)
-    rows = [([*REST[:2], 0.7 - 0.02 * number, *REST[3:]], ()) for number in range(5)]
-    write_states(folder, states(*rows).model_copy(update={"scene_xml": digest_of_file(folder / "scene.xml")}))
-    batch, again = (casa.batch([folder], engine="mujoco", worlds=20) for _ in range(2))
-    assert set(batch.states) == {0}
-    for one in (batch, again):
-        one.reset(seed=3)
-    assert len(set(batch.states)) > 2
-    assert np.array_equal(again.states, batch.states)
-    assert np.array_equal(again.qpos, batch.qpos)
-    at = batch.kitchens[0].address("plate__free")
-    assert np.allclose(batch.qpos[:, at], 0.7 - 0.02 * batch.states, atol=1e-3)
-    assert np.allclose(batch.base[:, 0], batch.states)
-    (folder / "scene.xml").write_text(FIRST + " ")
-    with pytest.raises(casa.CasaError, match=r"start_states\.npz: the states were drawn for another scene\.xml"):
-        casa.batch([folder], engine="mujoco")
+class TestStartStates:
+    @pytest.fixture
+    def drawn(self, tmp_path: Path) -> Path:
+        """The first kitchen with five start states: a plate farther and farther to the left."""
+        folder = folders(tmp_path)[0]
+        (folder / "scene.xml").write_text(FIRST)
+        rows = [([*REST[:2], 0.7 - 0.02 * number, *REST[3:]], ()) for number in range(5)]
+        found = states(*rows).model_copy(update={"scene_xml": digest_of_file(folder / "scene.xml")})
+        write_states(folder, found)
+        return folder
+
+    def test_a_seed_draws_the_same_for_everybody_and_a_world_is_as_its_state_says(self, drawn: Path) -> None:
+        batch = casa.batch([drawn], engine="mujoco", worlds=20)
+        assert set(batch.states) == {0}
+        batch.reset(seed=3)
+        assert len(set(batch.states)) > 2
+        again = casa.batch([drawn], engine="mujoco", worlds=20)
+        again.reset(seed=3)
+        assert np.array_equal(again.states, batch.states)
+        assert np.array_equal(again.qpos, batch.qpos)
+        at = batch.kitchens[0].address("plate__free")
+        assert np.allclose(batch.qpos[:, at], 0.7 - 0.02 * batch.states, atol=1e-3)
+        assert np.allclose(batch.base[:, 0], batch.states)
+
+    def test_states_of_another_scene_are_refused(self, drawn: Path) -> None:
+        (drawn / "scene.xml").write_text(FIRST + " ")
+        with pytest.raises(casa.CasaError, match=r"start_states\.npz: the states were drawn for another scene\.xml"):
+            casa.batch([drawn], engine="mujoco")
 
 
 class TestRobot:

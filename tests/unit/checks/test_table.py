@@ -1,35 +1,38 @@
-"""The table of checks as a whole: every code has examples, a limit that decides, a reason and a line in the documents.
-
-Numbers of checks: the table hands them over, shown with a mapping that notes what it is asked for, and each function
-uses every parameter that it is given. Numbers of stages: the sources are parsed, and a number counts as read where it
-is taken out of a mapping of limits by its key.
-"""
+"""The table of checks as a whole, and what a certificate says of checks that did not apply, or could not be run."""
 
 from __future__ import annotations
 
 import ast
 import importlib
-import inspect
 import re
-import textwrap
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterator
 from itertools import groupby
 from pathlib import Path
 from string import Formatter
 from typing import Any
 
+import pytest
+from pydantic import ValidationError
+
 from casa_assets import registry
-from casa_assets.checks.check import Check, Measurement, run
+from casa_assets.checks.check import Check, Measurement, no_fault, not_applicable, not_run, report_not_run, run
+from casa_assets.checks.package import Package
+from casa_assets.checks.scene.placement import PreviewImages
 from casa_assets.checks.table import TABLE
+from casa_assets.model.issue import CheckResult, Report, Severity, Status
 from casa_assets.show.reports.checks_page import checks_markdown, every_code
 from casa_assets.textures.check import SET_CHECKS
 from casa_assets.textures.check import TABLE as TEXTURES
+from tests.support.asset.assets import ball, rigid_mug
+from tests.support.asset.packages import not_run_here, written
 
-ROOT = Path(__file__).parents[3]
 KNOWN = registry.load()
 PAGE = checks_markdown()
 CODE = re.compile(r"[\"']([A-Z]{3}[0-9]{3})[\"']")
+SILENT = ("AST", "VIS", "KIN", "HOL", "CON", "BEH", "MJC", "FLT")
+
+
+ROOT = Path(__file__).parents[3]
 
 
 def examples() -> dict[str, tuple[Any, Any]]:
@@ -98,34 +101,6 @@ def test_every_waiver_names_a_check() -> None:
     assert {waiver.code for waiver in KNOWN.waivers} <= {check.code for check in TABLE}
 
 
-class Noted(Mapping[str, float]):
-    def __init__(self) -> None:
-        self.read: set[str] = set()
-
-    def __getitem__(self, key: str) -> float:
-        self.read.add(key)
-        return KNOWN.limits[key]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(KNOWN.limits)
-
-    def __len__(self) -> int:
-        return len(KNOWN.limits)
-
-
-def handed_over() -> set[str]:
-    """Keys that the table hands to its functions, seen while it runs with functions that note what they get."""
-    noted = Noted()
-    for row in TABLE:
-
-        def got(_: object, *limits: float, row: Check = row) -> Measurement:
-            assert limits == tuple(KNOWN.limits[key] for key in (row.limit, *row.others) if key)
-            return Measurement(0.0)
-
-        assert len(run(object(), "any", noted, table=[replace(row, subject=object, function=got)]).results) == 1
-    return noted.read
-
-
 def taken_by_key() -> set[str]:
     """Keys that the sources take out of a mapping of limits: `limits["key"]`, `brief.limits["key"]`."""
     found = set()
@@ -140,20 +115,93 @@ def taken_by_key() -> set[str]:
 
 def test_every_limit_is_read_and_none_is_asked_for_that_is_not_there() -> None:
     textures = {row.limit for row in TEXTURES} | {key for _, key, _ in SET_CHECKS.values()}
-    assert KNOWN.limits.keys() - handed_over() - textures - taken_by_key() == set()
-    assert handed_over() <= KNOWN.limits.keys()
+    asked = {key for check in TABLE for key in (check.limit, *check.others) if key}
+    assert KNOWN.limits.keys() - asked - textures - taken_by_key() == set()
+    assert asked <= KNOWN.limits.keys()
 
 
-def uses_all(check: Check) -> bool:
-    """Whether the function of a check takes as many numbers as its row hands it, and reads each of them."""
-    parameters = list(inspect.signature(check.function).parameters.values())[1:]
-    spread = any(p.kind is p.VAR_POSITIONAL for p in parameters)
-    tree = ast.parse(textwrap.dedent(inspect.getsource(check.function)))
-    asserted = {id(node) for a in ast.walk(tree) if isinstance(a, ast.Assert) for node in ast.walk(a)}
-    used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and id(node) not in asserted}
-    right = spread or len(parameters) == (check.limit is not None) + len(check.others)
-    return right and {p.name for p in parameters} <= used
+def row(found: Measurement, severity: Severity = Severity.ERROR) -> Check:
+    return Check("AST001", "Any title", severity, object, lambda *_: found, None, "", "A; b.")
 
 
-def test_a_check_uses_every_number_that_it_is_given() -> None:
-    assert [check.code for check in TABLE if not uses_all(check)] == []
+def report(*found: Measurement, severity: Severity = Severity.ERROR) -> Report:
+    return run(object(), "one", KNOWN.limits, table=[row(one, severity) for one in found])
+
+
+def statuses(package: Package) -> dict[str, Status]:
+    rows = [check for check in TABLE if check.code.startswith(SILENT)]
+    told = [run(subject, "one", KNOWN.limits, table=rows) for subject in (package.asset, package)]
+    return {r.code: r.status for one in told for r in one.results}
+
+
+def test_silence_is_no_pass_and_what_was_not_measured_has_a_reason_and_no_number() -> None:
+    with pytest.raises(AssertionError, match="no_fault, not_applicable or not_run"):
+        Measurement()
+    with pytest.raises(AssertionError):
+        Measurement(1.0, status=Status.NOT_RUN, reason="a tool is missing")
+    for status in [Status.NOT_APPLICABLE, Status.NOT_RUN]:
+        with pytest.raises(ValidationError, match="reason"):
+            CheckResult(code="AST001", status=status)
+
+
+class TestReport:
+    def test_what_does_not_apply_keeps_nothing_out_and_an_error_that_was_not_run_does(self) -> None:
+        found = report(no_fault(), not_applicable("it has no joints"))
+        assert found.passed
+        statuses = [(r.status, r.reason) for r in found.results]
+        assert statuses == [(Status.PASSED, ""), (Status.NOT_APPLICABLE, "it has no joints")]
+        assert str(found.tally) == "1 of 1 that apply"
+        found = report(no_fault(), not_run("the validator gave no verdict"))
+        assert not found.passed
+        assert [i.message for i in found.errors] == ["was not run: the validator gave no verdict"]
+        assert found.issues == (), "what nobody found is no finding"
+        assert str(found.tally) == "1 of 2 that apply, 1 not run"
+        # What was found stands for what it kept from running.
+        found = report(Measurement(1.0, (("model.xml", "does not compile"),)), not_run("model.xml does not compile"))
+        assert [i.message for i in found.errors] == ["does not compile"]
+
+    def test_a_waiver_is_told_and_keeps_nothing_out(self) -> None:
+        broken = row(Measurement(2.0, (("", "is broken"),)))
+        found = run(object(), "one", KNOWN.limits, {"AST001": "known and accepted"}, [broken])
+        assert found.passed
+        (result,) = found.results
+        assert (result.status, result.waived, result.reason) == (Status.NOT_RUN, True, "known and accepted")
+
+    def test_a_subject_that_is_not_there_leaves_its_checks_not_run(self) -> None:
+        found = report_not_run((PreviewImages,), "room", KNOWN.limits, "MuJoCo cannot read scene.xml")
+        assert {r.code: r.status for r in found.results} == {"SCN024": Status.NOT_RUN, "SCN025": Status.NOT_RUN}
+        assert not found.passed
+
+    def test_reports_of_older_libraries_are_read(self) -> None:
+        old = {
+            "subject": "mug",
+            "results": [
+                {"code": "AST001", "passed": True, "number": 0.1, "limit": 5.0, "unit": "m"},
+                {"code": "AST014", "passed": False, "number": 2.0, "limit": 1.2, "unit": ""},
+                {"code": "KIN001", "passed": True, "number": None, "limit": 0.95, "unit": ""},
+            ],
+            "issues": [{"code": "AST014", "severity": "warning", "pointer": "bounds", "message": "is too long"}],
+        }
+        read = Report.model_validate(old)
+        assert [r.status for r in read.results] == [Status.PASSED, Status.FAILED, Status.NOT_APPLICABLE]
+        assert read.results[1].severity is Severity.WARNING
+        assert Report.model_validate(read.model_dump(mode="json")) == read
+
+
+class TestChecks:
+    def test_a_mug_has_no_joints_to_pass(self, tmp_path: Path) -> None:
+        found = statuses(written(rigid_mug(), tmp_path))
+        assert {found[code] for code in ("AST015", "KIN001", "KIN005", "KIN009", "MJC009", "CON001", "BEH001")} == {
+            Status.NOT_APPLICABLE
+        }
+        assert {found[code] for code in ("AST001", "AST003", "MJC001", "MJC006")} == {Status.PASSED}
+        absent = {code for code in not_run_here(on_good=True) if code in found}
+        assert {code for code, status in found.items() if status is Status.NOT_RUN} == absent
+
+    def test_a_file_that_does_not_compile_passes_nothing_that_needs_it(self, tmp_path: Path) -> None:
+        package = written(ball(), tmp_path)
+        for path in (package.mjcf, package.scene):
+            path.write_text("<mujoco><nonsense/></mujoco>")
+        found = statuses(package)
+        assert found["MJC001"] is Status.FAILED
+        assert {found[f"MJC00{n}"] for n in (2, 3, 4, 5, 6, 8)} == {Status.NOT_RUN}

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import pytest
 
-from casa_assets.checks.asset.grip import fingers_have_room
+from casa_assets.checks.asset.plausibility import fingers_have_room
 from casa_assets.kitchenware.parts.doors import DOOR_TRAVEL
 from casa_assets.mesh.solid.primitive import link_bounds
 from casa_assets.model.asset.asset import Asset, Base, JointKind

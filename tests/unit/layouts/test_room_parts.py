@@ -10,6 +10,8 @@ import pytest
 
 from casa_assets.checks.readers import mujoco_facts
 from casa_assets.checks.scene.forms import SceneFiles, formats_agree
+from casa_assets.checks.readers import scene_facts
+from casa_assets.checks.scene.formats import SceneFiles, formats_agree
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.errors import RegistryError
 from casa_assets.layouts.compose import pose_at_spot

@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import mujoco
+import numpy as np
 from lxml import etree
+
+from casa_assets.model.kitchen.scene import StartStates, StateJoint, StateNotes
 
 # Where a robot parks in both.
 PARKED = {"x": 1.0, "y": -1.2, "yaw": 1.5707963}
-_HERE = Path(__file__).parent
-FIRST, SECOND = ((_HERE / f"{name}.xml").read_text() for name in ("first", "second"))
 _ROBOT = """<mujoco model="bot"><worldbody><body name="base" pos="0 0 0.12">
   {joint}
   <geom type="box" size="0.2 0.2 0.1" mass="20"/>
@@ -24,11 +25,15 @@ _ROBOT = """<mujoco model="bot"><worldbody><body name="base" pos="0 0 0.12">
   <keyframe><key name="home" qpos="{home}" ctrl="-0.4"/></keyframe></mujoco>"""
 DRIVING = _ROBOT.format(joint='<joint name="x" type="slide" axis="1 0 0" damping="50"/>', home="0.1 -0.4")
 FLOATING = _ROBOT.format(joint="<freejoint/>", home="5 5 0.11 1 0 0 0 -0.4")
-
-
 # What has a picture in each: the name of the picture and MuJoCo's builtin that makes it. `tiles` is in both.
 _OAK = ("oak", 'builtin="checker" rgb1="1 0.5 0.2" rgb2="0.5 0.2 0"')
 _TILES = ("tiles", 'builtin="flat" rgb1="0.2 0.4 0.6"')
+JOINTS = (("base__hinge", 1), ("locked__slide", 1), ("plate__free", 7))
+REST = [0.0, 0.0, 0.7, -0.3, 0.92, 1.0, 0.0, 0.0, 0.0]
+
+
+_HERE = Path(__file__).parent
+FIRST, SECOND = ((_HERE / f"{name}.xml").read_text() for name in ("first", "second"))
 _PAINTED = ((FIRST, {"floor__floor": _TILES, "top__slab": _OAK}), (SECOND, {"floor__floor": _TILES}))
 
 
@@ -66,3 +71,23 @@ def folders(out: Path, has_pictures: bool = False) -> list[Path]:
         (out / name / "scene.json").write_text(json.dumps({"parking": {"top": {"shut": PARKED}}}))
         found.append(out / name)
     return found
+
+
+def states(*rows: tuple[list[float], tuple[str, ...]]) -> StartStates:
+    ends = np.cumsum([0, *(width for _, width in JOINTS)])
+    joints = [StateJoint(name=n, address=int(at), width=w) for (n, w), at in zip(JOINTS, ends[:-1], strict=True)]  # type: ignore[arg-type]
+    return StartStates(
+        key="k",
+        scene="l_small__coastal",
+        scene_xml="0" * 64,
+        mujoco="4.0.0",
+        seed=0,
+        limits=(0.001, 0.005),
+        envelope=(),
+        joints=tuple(joints),
+        notes=tuple(StateNotes(placed={}, parked="base", opened=opened) for _, opened in rows),
+        qpos=np.array([row for row, _ in rows], dtype=np.float32),
+        base=np.array([[number, 2.0, 0.5] for number in range(len(rows))], dtype=np.float32),
+        depth=np.zeros(len(rows), dtype=np.float32),
+        motion=np.zeros(len(rows), dtype=np.float32),
+    )

@@ -9,13 +9,12 @@ import pytest
 from casa_assets.addons.batch.merged_form import (
     NEAR_ENOUGH,
     BatchForms,
-    batch_form,
     batch_within,
     with_joints_locked,
 )
 from casa_assets.addons.batch.moving_parts import joint_word, meeting_links
 from casa_assets.asset.lightweight import light_scene
-from casa_assets.checks.scene.batch_form import candidate_pairs
+from casa_assets.checks.scene.light_forms import candidate_pairs
 from casa_assets.formats.mjcf import batch
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.asset.parts import Box
@@ -54,7 +53,7 @@ def joints_of(form: BatchScene, placement: str) -> list[str]:
 
 class TestBatchForm:
     def test_walls_between_neighbours_are_one(self) -> None:
-        form = batch_form(scene())
+        form = BatchForms(scene()).form()
         names = [f"{item.placement}__{item.collider.name}" for item in form.world]
         assert len(names) == len(set(names))
         light = sum(len(asset.root.colliders) for asset in scene().light_assets) + len(cupboard().root.colliders)
@@ -63,17 +62,17 @@ class TestBatchForm:
         assert any(width == pytest.approx(1.16, abs=0.05) for width in widths), "a bottom, a top or a back of both"
 
     def test_what_moves_keeps_its_mechanism(self) -> None:
-        form = batch_form(scene())
+        form = BatchForms(scene()).form()
         assert joints_of(form, "thing_0") == CUPBOARD_JOINTS
         for asset in (form.forms[1], cupboard()):
             assert [j.replace(grip=None) for j in asset.joints] == [j.replace(grip=None) for j in cupboard().joints]
         assert [link.inertial for link in form.forms[1].links] == [link.inertial for link in cupboard().links]
 
     def test_the_same_scene_is_the_same_bytes(self) -> None:
-        assert batch.write(batch_form(scene())) == batch.write(batch_form(scene()))
+        assert batch.write(BatchForms(scene()).form()) == batch.write(BatchForms(scene()).form())
 
     def test_everything_sleeps_until_it_is_touched(self) -> None:
-        model = compiled(batch_form(scene()))
+        model = compiled(BatchForms(scene()).form())
         data = mujoco.MjData(model)
         mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
         mujoco.mj_step(model, data, nstep=250)
@@ -84,14 +83,14 @@ class TestBatchForm:
         assert data.nv_awake == 1
 
     def test_engines_without_sleep_get_a_file_without_it(self) -> None:
-        assert b"sleep" not in batch.write(batch_form(scene()), sleeps=False).entries[batch.FILE]
+        assert b"sleep" not in batch.write(BatchForms(scene()).form(), sleeps=False).entries[batch.FILE]
 
 
 class TestPairs:
     def test_only_what_can_touch_is_a_pair(self) -> None:
-        model = compiled(batch_form(scene()))
+        model = compiled(BatchForms(scene()).form())
         pairs = candidate_pairs(model)
-        assert batch_form(scene()).pair_count == pairs.sum() > 0, "counted without an engine"
+        assert BatchForms(scene()).form().pair_count == pairs.sum() > 0, "counted without an engine"
         crate = model.body("thing_2").id
         collides = (model.geom_contype | model.geom_conaffinity) != 0
         of_crate = (model.geom_bodyid == crate) & collides
@@ -102,7 +101,7 @@ class TestPairs:
             assert "thing_2" in names or "ground" not in names, "fixtures never touch the room"
 
     def test_a_robot_with_the_default_bits_touches_everything(self) -> None:
-        spec = mujoco.MjSpec.from_string(batch.write(batch_form(scene())).entries[batch.FILE].decode())
+        spec = mujoco.MjSpec.from_string(batch.write(BatchForms(scene()).form()).entries[batch.FILE].decode())
         body = spec.worldbody.add_body(name="robot", pos=[0, -2, 1])
         body.add_freejoint()
         body.add_geom(name="hand", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.05, 0, 0])
@@ -127,12 +126,14 @@ class TestSolid:
         stool = block("stool", (0.4, 0.4, 0.64), Base.FREE, "stool", [*legs, seat])
         corbel = block("corbel", (0.04, 0.2, 0.3))
         light = light_scene(room((corbel, at(0.2, -0.05, 0.4)), (stool, at(0, 0, 0))))
-        deepest = [min(begun(batch_form(light, (), filled)).contact.dist, default=0.0) for filled in ((), ["thing_1"])]
+        deepest = [
+            min(begun(BatchForms(light).form((), filled)).contact.dist, default=0.0) for filled in ((), ["thing_1"])
+        ]
         assert deepest == pytest.approx([0.0, 0.0], abs=1e-3)
 
     def test_bins_of_a_door_that_become_a_block_keep_out_of_drawers(self) -> None:
         fridge = preset("fridge_side_by_side", "retro_butter")
-        form = batch_form(light_scene(room((fridge, at(0, 0, 0)))), (), ["thing_0"])
+        form = BatchForms(light_scene(room((fridge, at(0, 0, 0))))).form((), ["thing_0"])
         assert form.filled == ("thing_0",)
         assert min(begun(form).contact.dist, default=0.0) > -1e-3
 
@@ -167,7 +168,7 @@ class TestLocked:
 
     def test_behind_a_locked_door_nothing_is_hollow(self) -> None:
         every = [("thing_0", name) for name in CUPBOARD_JOINTS] + [("thing_1", name) for name in CUPBOARD_JOINTS]
-        form = batch_form(scene(), every)
+        form = BatchForms(scene()).form(every)
         boxes = [item.collider.shape.size for item in form.world if item.collider.shape.kind == "box"]
         assert any(np.allclose(size, (1.2, 0.4, 0.7), atol=0.01) for size in boxes), "both carcasses are one block"
         model = compiled(form)

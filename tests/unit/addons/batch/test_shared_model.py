@@ -1,4 +1,4 @@
-"""Kitchens in one structure: each is there whole, moves as it does alone, and what it lacks disturbs nothing."""
+"""Kitchens in one structure: each is there whole, looks and moves as it does alone, and begins at rest."""
 
 from __future__ import annotations
 
@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 
 from casa_assets.addons.batch.shared_model import SharedModel, addresses, robot_of, share
-from casa_assets.checks.scene.batch_form import candidate_pairs
+from casa_assets.addons.batch.start_positions import AWAKE, LOCKED, MOVED, start_positions
+from casa_assets.addons.batch.structure import materials_of, plain_colors
+from casa_assets.checks.scene.light_forms import candidate_pairs
+from casa_assets.core.numeric import linear_from_srgb_array
 from casa_assets.errors import CasaError
-from tests.unit.addons.batch.small_kitchens import DRIVING, FIRST, FLOATING, SECOND, specs
+from tests.unit.addons.batch.small_kitchens import DRIVING, FIRST, FLOATING, REST, SECOND, painted, specs, states
 
 
 @pytest.fixture(scope="module")
@@ -158,3 +161,105 @@ def test_what_is_no_robot_and_no_batch_form_is_refused_by_name() -> None:
     )
     with pytest.raises(CasaError, match="first: the model has 1 of ntendon; a batch form has none"):
         share([mujoco.MjSpec.from_string(text)])
+
+
+@pytest.fixture(scope="module")
+def painted_alone() -> list[mujoco.MjModel]:
+    return [mujoco.MjModel.from_xml_string(text) for text in painted()]
+
+
+@pytest.fixture(scope="module")
+def painted_shared() -> list[SharedModel]:
+    return share([mujoco.MjSpec.from_string(text) for text in painted()], textures=True)
+
+
+def material_of(model: mujoco.MjModel, geom: int) -> str | None:
+    number = int(model.geom_matid[geom])
+    return None if number < 0 else str(model.material(number).name)
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_each_geom_shows_what_it_shows_alone(
+    number: int, painted_shared: list[SharedModel], painted_alone: list[mujoco.MjModel]
+) -> None:
+    one, model = painted_shared[number], painted_alone[number]
+    for name, geom in one.geoms.items():
+        own = model.geom(name).id
+        assert material_of(one.model, geom) == material_of(model, own), name
+        if model.geom_matid[own] < 0:
+            assert np.array_equal(one.model.geom_rgba[geom], model.geom_rgba[own])
+    for name, material in materials_of(model).items():
+        other = materials_of(one.model)[name]
+        assert {k: np.asarray(v).tolist() for k, v in other.values.items()} == {
+            k: np.asarray(v).tolist() for k, v in material.values.items()
+        }
+        assert (material.picture is None) == (other.picture is None)
+        if material.picture and other.picture:
+            assert np.array_equal(material.picture.pixels, other.picture.pixels)
+
+
+def test_only_which_material_a_geom_has_differs(painted_shared: list[SharedModel]) -> None:
+    first, second = (one.model for one in painted_shared)
+    assert not np.array_equal(first.geom_matid, second.geom_matid)
+    for name in ("mat_texid", "mat_rgba", "mat_texrepeat", "mat_texuniform", "tex_adr", "tex_data", "tex_width"):
+        assert np.array_equal(getattr(first, name), getattr(second, name)), name
+
+
+def test_without_pictures_geoms_have_their_mean_colour(painted_alone: list[mujoco.MjModel]) -> None:
+    made = share([mujoco.MjSpec.from_string(text) for text in painted()])[0]
+    assert made.model.nmat == 0
+    assert "<mujoco" in made.text
+    floor, slab = (made.model.geom_rgba[made.geoms[name]] for name in ("floor__floor", "top__slab"))
+    assert floor == pytest.approx([0.2, 0.4, 0.6, 1.0], abs=0.003)
+    dark, light = linear_from_srgb_array(np.array([[1.0, 0.5, 0.2], [0.5, 0.2, 0.0]]))
+    assert linear_from_srgb_array(slab[None, :3])[0] == pytest.approx((dark + light) / 2, abs=0.01)
+    colors = plain_colors(painted_alone[0])
+    door = painted_alone[0].geom("base__front").id
+    assert np.array_equal(colors[door], painted_alone[0].geom_rgba[door])
+
+
+def changed(**values: float) -> list[float]:
+    row = list(REST)
+    for name, value in values.items():
+        row[int(name[1:])] = value
+    return row
+
+
+def test_joints_stand_where_the_state_says_at_rest_and_asleep(shared: list[SharedModel]) -> None:
+    found = start_positions(shared[0], states((changed(q0=-0.6, q2=0.6), ("base__hinge",)), (REST, ())), 16)
+    assert found.qpos[0, addresses(shared[0].model, shared[0].joints["base__hinge"])] == pytest.approx([-0.6], abs=1e-3)
+    plate = found.qpos[0, addresses(shared[0].model, shared[0].joints["plate__free"])]
+    assert plate[:3] == pytest.approx([0.6, -0.3, 0.92], abs=1e-3)
+    assert list(found.states) == [0, 1]
+    assert found.base[0] == pytest.approx([0.0, 2.0, 0.5])
+    assert (found.asleep >= 0).all()
+    data = mujoco.MjData(shared[0].model)
+    data.qpos[:] = found.qpos[1]
+    mujoco.mj_step(shared[0].model, data, nstep=200)
+    assert np.abs(data.qpos - found.qpos[1]).max() < 1e-4
+
+
+def test_states_with_a_locked_joint_open_or_that_fall_are_left_out(shared: list[SharedModel]) -> None:
+    for row, reasons in (((changed(q1=0.2), ("locked__slide",)), {LOCKED}), ((changed(q4=1.3), ()), {MOVED, AWAKE})):
+        found = start_positions(shared[0], states(row, (REST, ())), 16)
+        assert list(found.states) == [1]
+        assert list(found.refused.values()) == [1]
+        assert found.refused.keys() <= reasons
+    assert len(start_positions(shared[0], states(*[(REST, ())] * 5), 2)) == 2, "no more than asked for"
+
+
+def test_without_states_there_is_the_kitchen_as_built(shared: list[SharedModel]) -> None:
+    found = start_positions(shared[0], None, 16, (1.0, -2.0, 0.3))
+    assert list(found.states) == [-1]
+    assert found.base[0] == pytest.approx([1.0, -2.0, 0.3])
+    slide = addresses(shared[0].model, shared[0].joints["corner__slide"])
+    assert found.qpos[0, slide] == pytest.approx([-0.1], abs=1e-3)
+
+
+def test_a_kitchen_that_never_rests_is_told_by_name() -> None:
+    specs_ = specs()[:1]
+    # A thing that floats in the air falls for a metre.
+    specs_[0].keys[0].qpos = [0, -0.1, 1, -0.3, 0.92, 1, 0, 0, 0, 0, 0.7, -1.5, 1.5, 1, 0, 0, 0]
+    (one,) = share(specs_)
+    with pytest.raises(CasaError, match="first: nothing is at rest in the batch form"):
+        start_positions(one, None, 16)

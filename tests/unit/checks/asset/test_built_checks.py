@@ -111,12 +111,10 @@ class TestForce:
         # A tenth less lets it yield a little, since stops and friction are soft.
         assert (float(data.qpos[motion.address[name]]) / simulation.open_end(joint) > 0.02) == moves
 
-    def test_nobody_turns_harder_than_the_cap(self) -> None:
+    def test_nobody_turns_harder_than_the_cap_and_a_key_need_not_stay_pressed(self, tmp_path: Path) -> None:
+        """A named pose in which a key is held down is no pose of rest for it."""
         long = made.with_grip("door_hinge", Box(size=(0.014, 0.014, 0.14)), pose=Pose(position=(1.5, -0.048, 0.0)))
         assert joints.hand_effort(long, long.joints[0]) == joints.MAX_TORQUE_NM
-
-    def test_a_key_need_not_stay_pressed(self, tmp_path: Path) -> None:
-        """A named pose in which a key is held down is no pose of rest for it."""
         whole = made.cupboard()
         opened = whole.keyframes[1]
         held = opened.joints[0].replace(joint="key_press", value=0.004)
@@ -141,10 +139,8 @@ class TestClearance:
         stop = made.shape("stop", (0.02, 0.004, 0.04), (0.272, float(at), 0.5))
         drawer = made.with_shapes("drawer", fin)
         both = drawer.replace(links=(made.with_shapes("object", stop).root, *drawer.links[1:]))
-        found = [i for i in judged(both, tmp_path).issues if i.code == "KIN005"]
-        assert [(i.pointer, "fin" in i.message and "stop" in i.message) for i in found] == [
-            ("joints/drawer_slide", True)
-        ]
+        (found,) = [i for i in judged(both, tmp_path).issues if i.code == "KIN005"]
+        assert (found.pointer, "fin" in found.message and "stop" in found.message) == ("joints/drawer_slide", True)
 
     def test_a_rack_comes_out_of_an_open_oven(self, tmp_path: Path) -> None:
         """A board comes out of the lower room where the door has to open first, and else runs into the door."""
@@ -198,16 +194,13 @@ class TestInterior:
         solid = made.with_shapes("drawer", made.shape("matter", (0.3, 0.2, 0.06), (0.0, -0.02, 0.475)))
         assert [(i.code, i.pointer) for i in judged(solid, tmp_path).issues] == [("HOL001", "regions/drawer_int")]
 
-    def test_a_region_without_a_floor(self, tmp_path: Path) -> None:
+    def test_a_region_without_a_floor_and_a_slot_that_gets_a_smaller_ball(self, tmp_path: Path) -> None:
         whole = made.cupboard()
         high = whole.regions[1].replace(pose=Pose(position=(0.0, -0.01, 0.3)), size=(0.54, 0.36, 0.2))
         bad = whole.replace(regions=(whole.regions[0], high, whole.regions[2]))
         (issue,) = judged(bad, tmp_path).issues
         assert (issue.code, issue.pointer) == ("HOL001", "regions/int")
         assert number("HOL001", bad, tmp_path) == pytest.approx(0.18, abs=0.005)
-
-    def test_a_narrow_slot_gets_a_smaller_ball(self, tmp_path: Path) -> None:
-        whole = made.cupboard()
         slot = whole.regions[1].replace(pose=Pose(position=(0.0, -0.01, 0.06)), size=(0.2, 0.03, 0.08))
         walls = tuple(
             made.shape(f"w_{i}", (0.2, 0.01, 0.08), (0.0, -0.01 + s * 0.021, 0.06)) for i, s in enumerate((-1, 1))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -87,12 +88,8 @@ def flapped(out: float) -> KitchenFacts:
 
 def crowded(low: float) -> KitchenFacts:
     tops = [f for f in made.kitchen().fixtures if f.role is Role.WORKTOP]
-    boards = [
-        Fixture(
-            name=f"board_{k}", role=Role.THING, category="board", footprint=top.footprint, bottom=low, top=low + 0.02
-        )
-        for k, top in enumerate(tops)
-    ]
+    row: dict[str, Any] = {"role": Role.THING, "category": "board", "bottom": low, "top": low + 0.02}
+    boards = [Fixture(name=f"board_{k}", footprint=top.footprint, **row) for k, top in enumerate(tops)]
     return made.with_more(made.kitchen(), *boards)
 
 

@@ -1,13 +1,15 @@
-"""The floor as a grid, where a base parks, and how things are put."""
+"""The floor as a grid, where a base parks, how things are put, and facts of a kitchen of the registry as built."""
 
 from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from casa_assets.checks.check import run
 from casa_assets.checks.design.floor_map import BASE_RADIUS_M, CELL_M, GAP_M, FloorMap, find_parking
 from casa_assets.checks.design.subject import FLOOR, REACHED, DesignSubject, floor_picture, whereabouts
 from casa_assets.checks.design.task_view import (
@@ -20,29 +22,25 @@ from casa_assets.checks.design.task_view import (
     worktops_near,
 )
 from casa_assets.core.numeric import rng_for
+from casa_assets.layouts.floor_facts import facts_of
+from casa_assets.layouts.order.build_order import KitchenRequest
+from casa_assets.layouts.run.recipe import SceneRecipe
+from casa_assets.layouts.run.resolve import build_scene
 from casa_assets.mesh.outline import penetration_depth
 from casa_assets.mesh.planar import distance
-from casa_assets.model.kitchen.floor import FixtureRegion, Footprint, ParkingSide, Role, RoomWall
+from casa_assets.model.kitchen.floor import (
+    APPLIANCES,
+    FixtureRegion,
+    Footprint,
+    KitchenFacts,
+    ParkingSide,
+    Role,
+    RoomWall,
+)
 from casa_assets.model.kitchen.plan import OpeningKind
+from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.record import Vec2
-from tests.support.kitchen.reference_kitchen import DOOR, WALLS, changed, kitchen, thing, with_more
-
-SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
-
-
-def moved(x: float, y: float) -> tuple[Vec2, ...]:
-    return tuple((a + x, b + y) for a, b in SQUARE)
-
-
-def test_outlines_part_and_keep_distance(subtests: pytest.Subtests) -> None:
-    for x, deep in [(0.7, 0.3), (1.0, 0.0), (1.2, -0.2)]:
-        with subtests.test(x=x, deep=deep):
-            assert penetration_depth(SQUARE, moved(x, 0.1)) == pytest.approx(deep)
-    # Turned outlines pass at their corners: their boxes overlap, they do not.
-    edge = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
-    assert penetration_depth(edge, moved(0.6, 0.6)) == pytest.approx(-0.2 / math.sqrt(2))
-    points = np.array([(0.5, 0.5), (0.5, -0.3), (1.3, 1.4)])
-    assert distance(SQUARE, points) == pytest.approx([0.0, 0.3, 0.5])
+from tests.support.kitchen.reference_kitchen import DOOR, LIMITS, WALLS, changed, kitchen, thing, with_more
 
 
 class TestFloor:
@@ -178,9 +176,8 @@ class TestTasks:
                 assert "OpenDrawer" in after
 
     def test_drawer_wants_floor_beside_it(self) -> None:
-        boxes = [
-            thing(f"box_{k}", Role.ON_FLOOR, (x, -1.3), (0.35, 0.7), 0.0, 0.3) for k, x in enumerate((1.45, 2.83, 4.1))
-        ]
+        places = enumerate((1.45, 2.83, 4.1))
+        boxes = [thing(f"box_{k}", Role.ON_FLOOR, (x, -1.3), (0.35, 0.7), 0.0, 0.3) for k, x in places]
         found = {t.task: t for t in DesignSubject(with_more(kitchen(), *boxes)).tasks}
         assert found["open_drawer"].joints == ()
         assert "free floor" in found["open_drawer"].wants
@@ -229,9 +226,79 @@ def test_whereabouts_are_json_with_a_place_for_every_fixture_and_leaf() -> None:
     drawers = told["tasks"]["open_drawer"]
     assert drawers["afforded"]
     assert {name.split("__")[0] for name in drawers["joints"]} == set(drawers["fixtures"])
-    hidden = whereabouts(
-        DesignSubject(kitchen().replace(openings=(), walls=tuple(w.replace(is_open=False) for w in WALLS)))
-    )
+    closed = tuple(w.replace(is_open=False) for w in WALLS)
+    hidden = whereabouts(DesignSubject(kitchen().replace(openings=(), walls=closed)))
     assert hidden["parking"]["fridge"]["shut"] is None
     assert not hidden["tasks"]["open_drawer"]["afforded"]
     assert hidden["tasks"]["open_drawer"]["wants"]
+
+
+@pytest.fixture(scope="module")
+def built(cache: Path) -> tuple[KitchenRequest, Scene]:
+    return build_scene(SceneRecipe("l_small", "coastal"), cache)
+
+
+@pytest.fixture(scope="module")
+def facts(built: tuple[KitchenRequest, Scene]) -> KitchenFacts:
+    return facts_of(*built)
+
+
+def test_every_placement_is_a_fixture_and_facts_repeat(
+    built: tuple[KitchenRequest, Scene], facts: KitchenFacts
+) -> None:
+    assert [f.name for f in facts.fixtures] == [p.name for p in built[1].placements]
+    for role in (Role.SINK, Role.FRIDGE, Role.DISHWASHER, Role.MICROWAVE, Role.COFFEE_MACHINE, Role.WORKTOP):
+        assert facts.with_role(role), role
+    assert facts.with_role(Role.RANGE, Role.HOB)
+    assert facts_of(*built).to_json() == facts.to_json()
+    assert KitchenFacts.from_json(facts.to_json()) == facts
+
+
+def test_what_was_built_faces_the_room_in_the_slot_that_was_planned_for_it(facts: KitchenFacts) -> None:
+    for fixture in facts.with_role(*APPLIANCES, Role.CABINET, Role.DRAWERS):
+        row = facts.run(fixture.run)
+        assert row is not None
+        assert math.cos(fixture.footprint.yaw - row.yaw) == pytest.approx(1.0, abs=1e-6), fixture.name
+        assert row.to_local(fixture.footprint.at(0.0, 0.0))[1] > row.to_local(fixture.footprint.center)[1]
+    on_floor = [f for f in facts.fixtures if f.bottom < 0.2 and f.role is not Role.TRIM]
+    units = [(row, unit) for row in facts.runs for unit in row.units]
+    for row, unit, fixture in ((row, unit, f) for row, unit in units for f in on_floor if f.unit == unit.name):
+        middle, half = row.to_local(fixture.footprint.center)[0], fixture.footprint.size[0] / 2
+        assert unit.left - 1e-3 <= middle - half, fixture.name
+        assert middle + half <= unit.right + 1e-3, fixture.name
+
+
+def test_leaves_begin_at_their_fixture_and_reach_out_of_it(facts: KitchenFacts) -> None:
+    for fixture in facts.fixtures:
+        for leaf in (joint.swept_area for joint in fixture.joints if joint.swept_area is not None):
+            assert penetration_depth(leaf.outline, fixture.footprint.corners) > -0.05, fixture.name
+            assert penetration_depth(leaf.outline, leaf.open_outline) > 0.0
+            assert leaf.bottom < leaf.top
+    washer = facts.with_role(Role.DISHWASHER)[0]
+    flap = washer.joint("door_joint")
+    assert flap is not None
+    assert flap.swept_area is not None
+    assert flap.swept_area.sweeps_front
+    assert max(washer.footprint.to_local(p)[1] for p in flap.swept_area.open_outline) == pytest.approx(0.68, abs=0.12)
+
+
+def test_knobs_and_keys_have_no_leaf_and_a_door_is_less_clear_than_its_hole(facts: KitchenFacts) -> None:
+    small = [j for f in facts.fixtures for j in f.joints if j.name.startswith("knob") or "button" in j.name]
+    assert small
+    assert [j.name for j in small if j.swept_area is not None] == []
+    doors = [w for w in facts.openings if w.kind is OpeningKind.DOOR]
+    assert doors
+    for way in doors:
+        assert 0.08 < math.dist(way.start, way.end) - way.clear_width < 0.15
+        assert way.swept_area is not None
+
+
+def test_what_the_checks_say(facts: KitchenFacts) -> None:
+    """It is reached everywhere, with each of its doors open, and has what every task wants."""
+    subject = DesignSubject(facts)
+    report = run(subject, facts.id, LIMITS)
+    assert report.issues == ()
+    places = subject.parking.every
+    assert {p.fixture for p in places} >= {f.name for f in facts.with_role(*APPLIANCES)}
+    for place in places:
+        assert distance(facts.with_role(Role.SINK)[0].footprint.corners, np.array([place.position]))[0] > 0.3

@@ -101,7 +101,7 @@ def test_without_mujocos_reader_of_usd_an_asset_and_a_kitchen_pass(
 ) -> None:
     monkeypatch.setattr(usd_facts, "missing_importer", lambda: "it is not installed")
     monkeypatch.setattr("casa_assets.checks.package.usd.missing_importer", lambda: "it is not installed")
-    monkeypatch.setattr("casa_assets.checks.scene.forms.missing_importer", lambda: "it is not installed")
+    monkeypatch.setattr("casa_assets.checks.scene.formats.missing_importer", lambda: "it is not installed")
     asset = run(written(rigid_mug(), tmp_path), "mug", load().limits)
     kitchen = run(in_all_forms(room((block("crate", (0.2, 0.2, 0.2)), at(0.0, 0.0, 0.0))), tmp_path), "room", LIMITS)
     absent = {r.code for r in (*asset.results, *kitchen.results) if r.reason == "it is not installed" and r.waived}

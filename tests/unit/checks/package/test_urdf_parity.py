@@ -13,6 +13,8 @@ import pytest
 
 from casa_assets.checks.readers.urdf_facts import asset_differences
 from casa_assets.checks.scene.forms import scene_differences
+from casa_assets.checks.package.parity import asset_differences
+from casa_assets.checks.scene.formats import scene_differences
 from casa_assets.core.numeric import about_axis
 from casa_assets.formats import urdf
 from casa_assets.formats.urdf import roll_pitch_yaw
@@ -20,6 +22,7 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.pose import Pose
 from tests.support.asset.articulated_assets import grill
 from tests.support.asset.assets import EVERY, microwave, write_to
+from tests.support.asset.packages import tamper
 from tests.support.kitchen.scenes import corner
 
 ASSETS = [*EVERY, grill]
@@ -40,10 +43,8 @@ def test_roll_pitch_and_yaw_turn_as_the_pose_does(subtests: pytest.Subtests) -> 
         with subtests.test(pitch=pitch):
             x, y, z = np.eye(3)
             matrix = about_axis(z, 0.7) @ about_axis(y, pitch) @ about_axis(x, -1.1)
-            turns = [
-                about_axis(axis, angle)
-                for axis, angle in zip(np.eye(3), roll_pitch_yaw(Pose.from_matrix(matrix)), strict=True)
-            ]
+            angles = zip(np.eye(3), roll_pitch_yaw(Pose.from_matrix(matrix)), strict=True)
+            turns = [about_axis(axis, angle) for axis, angle in angles]
             assert turns[2] @ turns[1] @ turns[0] == pytest.approx(matrix, abs=1e-7)
 
 
@@ -76,29 +77,22 @@ ASIDE = [
 def test_a_changed_urdf_is_told(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
     for old, new, cell in CHANGES:
         with subtests.test(old=old, new=new, cell=cell):
-            tmp_path = tmp_path_factory.mktemp("case")
-            asset = microwave()
-            path = write_to(urdf.write(asset), tmp_path) / f"{asset.id}.urdf"
-            assert asset_differences(path, asset) == []
-            text = path.read_text()
-            assert old in text
-            path.write_text(text.replace(old, new))
-            assert any(cell in f"{pointer}: {message}" for pointer, message in asset_differences(path, asset))
+            path = put(microwave(), tmp_path_factory.mktemp("case"))
+            tamper(path, (old, new))
+            assert any(cell in f"{pointer}: {message}" for pointer, message in asset_differences(path, microwave()))
 
 
 def test_a_changed_json_is_told(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
     for place, value, cell in ASIDE:
         with subtests.test(place=place, value=value, cell=cell):
-            tmp_path = tmp_path_factory.mktemp("case")
-            asset = microwave()
-            path = write_to(urdf.write(asset), tmp_path) / f"{asset.id}.urdf"
+            path = put(microwave(), tmp_path_factory.mktemp("case"))
             aside = json.loads(path.with_suffix(".json").read_text())
             at = aside
             for key in place[:-1]:
                 at = at[key]
             at[place[-1]] = value
             path.with_suffix(".json").write_text(json.dumps(aside))
-            assert cell in [pointer for pointer, _ in asset_differences(path, asset)]
+            assert cell in [pointer for pointer, _ in asset_differences(path, microwave())]
 
 
 def test_a_scene_is_what_was_written(tmp_path: Path) -> None:

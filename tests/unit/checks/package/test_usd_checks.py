@@ -25,21 +25,6 @@ def cut_in_half(package: Package) -> None:
     package.usd.write_text(text[: len(text) // 2])
 
 
-def name_nobody(package: Package) -> None:
-    tamper(package.usd, ('string author = "Casa"', 'string author = ""'))
-
-
-def turn_bumps_over(package: Package) -> None:
-    tamper(package.usd, ("inputs:bias = (-1, -1, -1, 0)", "inputs:bias = (0, 0, 0, 0)"))
-
-
-def bounce(package: Package) -> None:
-    tamper(
-        package.usd,
-        ("float physics:staticFriction", "float physics:restitution = 0.5\n            float physics:staticFriction"),
-    )
-
-
 def corrupt_normal_map(package: Package) -> None:
     (picture,) = package.usd.parent.glob("textures/print_normal_*.png")
     out = io.BytesIO()
@@ -47,16 +32,19 @@ def corrupt_normal_map(package: Package) -> None:
     picture.write_bytes(out.getvalue())
 
 
-BAD: dict[str, Tampering] = {
-    "USD001": cut_in_half,
-    "USD002": name_nobody,
-    "USD003": turn_bumps_over,
-    "USD004": bounce,
-    "USD005": corrupt_normal_map,
-}
+def changed(old: str, new: str) -> Tampering:
+    return lambda package: tamper(package.usd, (old, new))
 
+
+FRICTION = "float physics:staticFriction"
 # Code -> what it is silent on, and what is done to the package of it.
-EXAMPLES = {code: (textured_box, corrupt) for code, corrupt in BAD.items()}
+EXAMPLES: dict[str, tuple[Callable[[], Asset], Tampering]] = {
+    "USD001": (textured_box, cut_in_half),
+    "USD002": (textured_box, changed('string author = "Casa"', 'string author = ""')),
+    "USD003": (textured_box, changed("inputs:bias = (-1, -1, -1, 0)", "inputs:bias = (0, 0, 0, 0)")),
+    "USD004": (textured_box, changed(FRICTION, f"float physics:restitution = 0.5\n            {FRICTION}")),
+    "USD005": (textured_box, corrupt_normal_map),
+}
 
 
 @pytest.mark.parametrize("make", [*EVERY, grill])
@@ -64,10 +52,10 @@ def test_good_packages_trip_nothing(make: Callable[[], Asset], tmp_path: Path) -
     assert tripped(written(make(), tmp_path), FILES) == set()
 
 
-@pytest.mark.parametrize("code", BAD)
+@pytest.mark.parametrize("code", EXAMPLES)
 def test_bad_example_trips_its_code_alone(code: str, tmp_path: Path) -> None:
     package = written(textured_box(), tmp_path)
-    BAD[code](package)
+    EXAMPLES[code][1](package)
     assert tripped(package, FILES) == {code} - not_run_here()
 
 

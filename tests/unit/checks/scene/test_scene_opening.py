@@ -1,4 +1,4 @@
-"""How scenes are opened, pulled and held: what the checks say where things stand in each other's way."""
+"""How scenes are opened, pulled and held, and what lies in a drawer: what the checks say of what is in the way."""
 
 from __future__ import annotations
 
@@ -9,19 +9,21 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.checks.motion.simulation import box_around, geom_boxes
 from casa_assets.checks.scene import opening, placement, rest
+from casa_assets.checks.scene.formats import formats_agree
+from casa_assets.core.numeric import Floats
 from casa_assets.mesh.inertia import adjacent_links
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.parts import Box
-from casa_assets.model.kitchen.scene import Scene
+from casa_assets.model.kitchen.scene import Resting, Scene
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from tests.support.asset.cupboard import cupboard, link_changed, shape, with_shapes
-from tests.support.kitchen.rooms import TO_THE_LEFT, at, block, room, subject
+from tests.support.kitchen.rooms import TO_THE_LEFT, at, block, in_all_forms, room, subject
 
 LIMIT = 0.001
 Fault = tuple[str, str]
+IN_DRAWER = Resting(placement="thing_0", link="drawer", region="drawer_int")
 
 
 def clashes(scene: Scene, folder: Path) -> list[Fault]:
@@ -72,9 +74,8 @@ class TestOpening:
         found = subject(scene, tmp_path)
         sweeper = opening.JointSweeper(found, LIMIT)
         assert max(sweeper.depths_at_rest.values()) == pytest.approx(0.0015, abs=1e-4)
-        assert [
-            p for p, _ in opening.joints_open_without_collision(found, LIMIT).problems if p.endswith("drawer_slide")
-        ] == []
+        pointers = [pointer for pointer, _ in opening.joints_open_without_collision(found, LIMIT).problems]
+        assert not any(pointer.endswith("drawer_slide") for pointer in pointers)
 
     def test_filters_are_put_back(self, tmp_path: Path) -> None:
         found = subject(room((cupboard(), at(0.0, 0.0, 0.0)), (cupboard(), at(0.6, -0.55, 0.0, TO_THE_LEFT))), tmp_path)
@@ -106,13 +107,10 @@ class TestPairsThatTheFileLeavesOut:
     def test_a_post_right_before_the_door(self, tmp_path: Path) -> None:
         scene = room((cupboard(), at(0.0, 0.0, 0.0)), (post(), at(0.1, -0.257 - 0.06, 0.0)))
         found = subject(scene, tmp_path)
-        assert {("thing_0", "door"), ("thing_0", "drawer")} <= {
-            (m.placement, m.link) for m, f in adjacent_links(scene) if f.placement == "thing_1"
-        }
-        assert {p for p, _ in opening.joints_open_without_collision(found, LIMIT).problems} == {
-            "joints/thing_0__door_hinge",
-            "joints/thing_0__drawer_slide",
-        }
+        left_out = {(m.placement, m.link) for m, f in adjacent_links(scene) if f.placement == "thing_1"}
+        assert {("thing_0", "door"), ("thing_0", "drawer")} <= left_out
+        pointers = {pointer for pointer, _ in opening.joints_open_without_collision(found, LIMIT).problems}
+        assert pointers == {"joints/thing_0__door_hinge", "joints/thing_0__drawer_slide"}
         pulled = dict(opening.joints_open_by_hand(found, 0.95).problems)
         assert "it meets thing_1__shape_0" in pulled["joints/thing_0__door_hinge"]
 
@@ -179,24 +177,54 @@ def test_what_holds_a_fixed_thing(tmp_path: Path, subtests: pytest.Subtests) -> 
             assert [pointer for pointer, _ in found] == [f"placements/{one}" for one in floats]
 
 
-class TestSubject:
-    def test_bare_model_is_the_same_but_for_what_is_only_seen(self, tmp_path: Path) -> None:
-        found = subject(room((cupboard(), at(0.0, 0.0, 0.0))), tmp_path)
-        whole = found.loaded.model
-        assert whole is not None
-        assert found.model.ngeom == int(((whole.geom_contype | whole.geom_conaffinity) != 0).sum())
-        assert found.model.nmesh == 0
-        assert (found.model.nq, found.model.nbody, found.model.nkey) == (whole.nq, whole.nbody, whole.nkey)
-        assert (found.model.body_mass == whole.body_mass).all()
+def filled(height: float, resting: Resting | None = IN_DRAWER) -> Scene:
+    """A cupboard with a box of that height on the floor of its drawer, which is 0.445 m above the ground."""
+    box = block("box", (0.1, 0.1, height), Base.FREE, "carton")
+    scene = room((cupboard(), at(0.0, 0.0, 0.0)), (box, at(0.1, 0.0, 0.4452)))
+    placements = tuple(p.replace(resting=resting) if p.name == "thing_1" else p for p in scene.placements)
+    return scene.replace(placements=placements)
 
-    def test_the_way_of_a_door_is_that_of_its_boxes_pose_by_pose(self, tmp_path: Path) -> None:
-        found = subject(room((cupboard(), at(0.3, 0.2, 0.0))), tmp_path)
-        sweeper, data = opening.JointSweeper(found, 0.0), mujoco.MjData(found.model)
-        for joint in found.operated.values():
-            path = sweeper.path(joint)
-            for position, box in zip(path.positions, path.boxes, strict=True):
-                data.qpos[joint.address] = position
-                mujoco.mj_kinematics(found.model, data)
-                assert np.array_equal(box, box_around(geom_boxes(found.model, data, joint.geoms)))
-            data.qpos[joint.address] = 0.0
-            assert np.array_equal(path.bounds, box_around(path.boxes))
+
+@pytest.mark.parametrize(
+    ("height", "resting", "clash"),
+    [(0.05, IN_DRAWER, False), (0.05, None, True), (0.2, IN_DRAWER, True)],
+)
+def test_drawer_opens_with_what_fits_in_it(height: float, resting: Resting | None, clash: bool, tmp_path: Path) -> None:
+    found = opening.joints_open_without_collision(subject(filled(height, resting), tmp_path), LIMIT)
+    clashing = [message for pointer, message in found.problems if pointer == "joints/thing_0__drawer_slide"]
+    assert bool(clashing) == clash
+    if resting and clash:
+        assert "thing_1" in clashing[0]
+
+
+def resting(asset: Asset, where: Resting) -> Scene:
+    scene = room((cupboard(), at(0.0, 0.0, 0.0)), (asset.replace(id="small_cupboard"), at(1.5, 0.0, 0.0)))
+    kept = tuple(p.replace(resting=where) if p.name == "thing_1" else p for p in scene.placements)
+    return scene.replace(placements=kept)
+
+
+def moved(scene: Scene, folder: Path, body: str) -> tuple[Floats, mujoco.MjData]:
+    """How far a body is from its place as the scene begins in the pose `open`, which both formats have alike."""
+    files = in_all_forms(scene, folder)
+    model = mujoco.MjModel.from_xml_path(str(files.scene_subject.mjcf))
+    data, places = mujoco.MjData(model), []
+    for pose in ("start", "open"):
+        mujoco.mj_resetDataKeyframe(model, data, model.key(pose).id)
+        mujoco.mj_kinematics(model, data)
+        places.append(data.body(body).xpos.copy())
+    assert formats_agree(files, 0.0).problems == ()
+    return places[1] - places[0], data
+
+
+def test_it_is_in_the_open_drawer_of_the_open_pose_with_all_its_links(tmp_path: Path) -> None:
+    box, _ = moved(filled(0.05), tmp_path / "box", "thing_1")
+    assert box == pytest.approx([0.0, -0.28, 0.0], abs=1e-6)
+    jar = resting(cupboard().replace(base=Base.FREE), IN_DRAWER)
+    assert moved(jar, tmp_path / "jar", "thing_1__drawer")[0] == pytest.approx([0.0, -0.28, 0.0], abs=1e-6)
+
+
+def test_an_object_stays_closed_where_the_kitchen_is_open(tmp_path: Path) -> None:
+    on_top = Resting(placement="thing_0", link=cupboard().root.name, region="top")
+    _, data = moved(resting(cupboard(), on_top), tmp_path, "thing_1")
+    assert data.joint("thing_0__drawer_slide").qpos[0] > 0.2
+    assert data.joint("thing_1__drawer_slide").qpos[0] == 0.0

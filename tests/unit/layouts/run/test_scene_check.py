@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.checks.scene.forms import SceneFiles
+from casa_assets.checks.scene.formats import SceneFiles
 from casa_assets.checks.scene.placement import PreviewImages
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.table import TABLE

@@ -13,20 +13,23 @@ import mujoco
 import numpy as np
 
 from casa_assets.addons.batch.shared_model import SharedModel, addresses
-from casa_assets.checks.scene.batch_form import candidate_pairs
+from casa_assets.checks.scene.light_forms import candidate_pairs
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.model.kitchen.scene import StartStates
 
-# A state has to fall asleep within so many steps, looked at this often, and move by no more than this meanwhile, m.
+# Steps within which a state has to fall asleep, steps between two looks, and how far it may move meanwhile, metres.
 SETTLE_STEPS, LOOK_STEPS, MOTION_M = 1000, 25, 0.005
 LOCKED, AWAKE, MOVED = "a joint is open that the batch form locks", "does not fall asleep", "moves by more than 5 mm"
-# Number of the state that a kitchen begins with where none were drawn.
-AS_BUILT = -1
+AS_BUILT = -1  # number of the state that a kitchen begins with where none were drawn
+# Sizes of buffers for engines in which nothing is asleep when they begin, so that all contacts at rest count.
+# Room for this many times what there is at rest.
+MARGIN = 1.5
+NEAR_MARGIN = 1.25  # MJX looks at the pairs whose bounding balls are nearest, and what moves comes near to more of them
 
 
 @dataclass(frozen=True)
-class StartRows:
+class StartPositions:
     """States at rest of one kitchen: `qpos` (rows, nq), and `asleep` (rows, ntree) as MuJoCo's `tree_asleep`.
 
     `base`: (rows, 3) where a robot's base parks: x, y (m), yaw (rad). `states`: (rows,) number of the start state, -1:
@@ -43,9 +46,9 @@ class StartRows:
         return len(self.qpos)
 
 
-def start_rows(
+def start_positions(
     shared: SharedModel, states: StartStates | None, most: int, parks: Sequence[float] = (0.0, 0.0, 0.0)
-) -> StartRows:
+) -> StartPositions:
     """At most `most` rows of a kitchen. Raises CasaError: nothing of it is at rest.
 
     `states`: drawn ones; without any the one row is the kitchen as it is built, in which a robot `parks` there.
@@ -57,23 +60,17 @@ def start_rows(
         if any(name not in shared.joints for name in states.notes[number].opened):
             refused[LOCKED] += 1
         elif len(begun) < most:
-            begun.append((number, _qpos(shared, states, number), states.base[number].astype(np.float64)))
+            row = shared.start.copy()
+            for joint in (joint for joint in states.joints if joint.name in shared.joints):  # the rest are locked
+                values = states.qpos[number, joint.address : joint.address + joint.width]
+                row[addresses(shared.model, shared.joints[joint.name])] = values
+            begun.append((number, row, states.base[number].astype(np.float64)))
     as_built = (AS_BUILT, shared.start, np.asarray(parks, dtype=np.float64))
     kept = _settled(shared, begun, refused) or _settled(shared, [as_built], refused)
     if not kept:
         raise CasaError(f"{shared.name}: nothing is at rest in the batch form: {dict(refused)}")
     numbers, qpos, asleep, base = zip(*kept, strict=True)
-    return StartRows(np.stack(qpos), np.stack(asleep), np.stack(base), np.array(numbers), dict(refused))
-
-
-def _qpos(shared: SharedModel, states: StartStates, number: int) -> Floats:
-    """(nq,) a start state in the shared structure; joints that are locked are left out."""
-    row = shared.start.copy()
-    for joint in states.joints:
-        if joint.name in shared.joints:
-            values = states.qpos[number, joint.address : joint.address + joint.width]
-            row[addresses(shared.model, shared.joints[joint.name])] = values
-    return row
+    return StartPositions(np.stack(qpos), np.stack(asleep), np.stack(base), np.array(numbers), dict(refused))
 
 
 def _settled(
@@ -104,22 +101,14 @@ def _settled(
     return [one for one in found if not isinstance(one, str)]
 
 
-# Sizes of buffers for engines in which nothing is asleep when they begin, so that all contacts at rest count.
-
-# Room for so many times what there is at rest.
-MARGIN = 1.5
-# MJX looks at the pairs whose bounding balls are nearest, and what moves comes near to more of them.
-NEAR_MARGIN = 1.25
-
-
-def awake_sizes(shared: SharedModel, rows: StartRows) -> dict[str, int]:
+def awake_sizes(shared: SharedModel, rows: StartPositions) -> dict[str, int]:
     """nconmax, njmax and nccdmax of a kitchen at rest, with a margin."""
     data = _at_rest(shared, rows)
     counts = {"nconmax": int(data.ncon), "njmax": int(data.nefc), "nccdmax": int(data.ncon)}
     return {name: _rounded(count * MARGIN) for name, count in counts.items()}
 
 
-def near_pairs(shared: SharedModel, rows: StartRows) -> int:
+def near_pairs(shared: SharedModel, rows: StartPositions) -> int:
     """Pairs of geoms of two kinds whose bounding balls overlap: the most of any two kinds, with a margin.
 
     It is what MJX's `max_geom_pairs` has to be, so that no contact is left out: it keeps the nearest of each two kinds.
@@ -134,7 +123,7 @@ def near_pairs(shared: SharedModel, rows: StartRows) -> int:
     return _rounded(float(counts.max(initial=1)) * NEAR_MARGIN)
 
 
-def _at_rest(shared: SharedModel, rows: StartRows) -> mujoco.MjData:
+def _at_rest(shared: SharedModel, rows: StartPositions) -> mujoco.MjData:
     data = mujoco.MjData(shared.model)
     data.qpos[:] = rows.qpos[0]
     mujoco.mj_forward(shared.model, data)

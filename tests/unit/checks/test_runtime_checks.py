@@ -1,4 +1,4 @@
-"""Each CON code: silent on what keeps its contract, and alone in speaking where one thing is wrong."""
+"""Each CON and BEH code: silent on what is sound, and alone where one thing is wrong; and the interpreter itself."""
 
 from __future__ import annotations
 
@@ -11,9 +11,21 @@ import pytest
 from casa_assets import registry
 from casa_assets.checks.check import run
 from casa_assets.checks.runtime import contract
+from casa_assets.checks.runtime.behavior import fingertip_model, unreached
 from casa_assets.checks.runtime.contract import axis_of, missing_requirements, opening, regions
 from casa_assets.checks.table import TABLE
 from casa_assets.model.asset.asset import Asset, JointKind, Keyframe, Region
+from casa_assets.model.asset.behavior import (
+    Behavior,
+    Condition,
+    Effect,
+    EffectKind,
+    Rule,
+    Stimulus,
+    Variable,
+    start_behavior,
+    step_behavior,
+)
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.contract import (
     Alternatives,
@@ -25,11 +37,27 @@ from casa_assets.model.registry.contract import (
     Threshold,
 )
 from tests.support.asset.assets import microwave, rigid_mug
-from tests.support.asset.contract_fixtures import hob, oven, packed
+from tests.support.asset.contract_fixtures import HIGH, block, burning, hob, oven, packed
 
-ROWS = [check for check in TABLE if check.code.startswith(("CON", "BEH"))]
 KNOWN = registry.load()
 Make = Callable[[], Asset]
+# Code -> old and new text of model.xml that trips it alone.
+TAMPERED: list[tuple[str, Make, str, str]] = [
+    ("CON005", oven, '<body name="object" pos="0 0 0"', '<body name="object" pos="0 0 0.1"'),
+    ("CON005", oven, '<body name="object"', '<body name="thing"'),
+    ("CON005", hob, '<site name="burner_on_left"', '<site name="flame"'),
+    ("CON005", hob, '<geom name="reg_main"', '<geom name="main"'),
+    ("CON005", hob, '<site name="ext_px"', '<site name="outer_px"'),
+    ("CON005", hob, 'range="0 3.14159265"', ""),
+    ("CON005", oven, "</mujoco>", "<actuator/></mujoco>"),
+]
+SWITCH = Variable(name="power", values=("off", "on"), initial="off")
+PRESS = Condition(contact="key", begins=True)
+IDLE: tuple[dict[str, float], set[str]] = ({}, set())
+HELD: tuple[dict[str, float], set[str]] = ({}, {"key"})
+
+
+ROWS = [check for check in TABLE if check.code.startswith(("CON", "BEH"))]
 
 
 def codes(asset: Asset, folder: Path, contract: Contract | None = None) -> set[str]:
@@ -39,8 +67,6 @@ def codes(asset: Asset, folder: Path, contract: Contract | None = None) -> set[s
 
 
 # What is done to a sound asset, and the code that it trips.
-
-
 def door(asset: Asset, **changes: object) -> Asset:
     return asset.replace(joints=(asset.joints[0].replace(**changes), *asset.joints[1:]))
 
@@ -104,23 +130,6 @@ BAD: list[tuple[str, Make]] = [
     ("CON008", with_door_bin),
     ("CON008", lambda: region("tray", pose=Pose(position=(-0.04, 0.0, 0.2)))),
 ]
-
-# Code -> old and new text of model.xml that trips it alone.
-TAMPERED: list[tuple[str, Make, str, str]] = [
-    ("CON005", oven, '<body name="object" pos="0 0 0"', '<body name="object" pos="0 0 0.1"'),
-    ("CON005", oven, '<body name="object"', '<body name="thing"'),
-    ("CON005", hob, '<site name="burner_on_left"', '<site name="flame"'),
-    ("CON005", hob, '<geom name="reg_main"', '<geom name="main"'),
-    ("CON005", hob, '<site name="ext_px"', '<site name="outer_px"'),
-    ("CON005", hob, 'range="0 3.14159265"', ""),
-    ("CON005", oven, "</mujoco>", "<actuator/></mujoco>"),
-]
-
-
-EXAMPLES: dict[str, tuple[Make, object]] = {
-    **{code: (oven, make) for code, make in BAD},
-    **{code: (make, (old, new)) for code, make, old, new in TAMPERED},
-}
 
 
 def read_at(rule: PlaceRule, folder: Path) -> list[str]:
@@ -187,11 +196,15 @@ class TestBad:
         sites = tuple(s.replace(link="knob_left") if s.name == turned else s for s in hob().sites)
         assert codes(hob().replace(sites=sites), tmp_path / "site") == {"CON002", "CON005"}
 
-    def test_a_threshold_out_of_range(self, tmp_path: Path) -> None:
+    def test_a_threshold_out_of_range_and_no_burner_at_all(self, tmp_path: Path) -> None:
         far = Threshold(name="burner_full", joint="knob_.*_joint", at=3.2)
         contract = KNOWN.contracts["stovetop"]
         asked = contract.replace(thresholds=(*contract.thresholds, far))
-        assert codes(hob(), tmp_path, asked) == {"CON006"}
+        assert codes(hob(), tmp_path / "far", asked) == {"CON006"}
+        bare = hob().replace(links=hob().links[:1], joints=(), sites=(), behavior=None, keyframes=())
+        rows = [row for row in ROWS if row.code == "CON001"]
+        issues = run(packed(bare, tmp_path / "bare"), "subject", KNOWN.limits, table=rows).issues
+        assert [issue.pointer for issue in issues] == ["contract/for_each/loc"]
 
     def test_faults_are_told_apart(self, tmp_path: Path) -> None:
         package = packed(door(oven().replace(keyframes=()), kind=JointKind.SLIDE, range=(0.0, 0.3)), tmp_path)
@@ -210,20 +223,13 @@ class TestRules:
             plain = hob()
             return plain.replace(regions=tuple(Region(name=n, size=(0.1, 0.1, 0.1)) for n in names))
 
-        one, two = (
-            Requirements(regions=tuple(RegionRule(name=n) for n in ns)) for ns in (("basin",), ("left", "right"))
-        )
+        choices = (("basin",), ("left", "right"))
+        one, two = (Requirements(regions=tuple(RegionRule(name=n) for n in names)) for names in choices)
         asked = Contract(id="sink", title="Sink", one_of=(Alternatives(any_of=(one, two)),))
         found = [missing_requirements(sink(n), asked, regions) for n in (("basin",), ("left", "right"), ("left",))]
         assert found[:2] == [[], []]
         assert [pointer for pointer, _ in found[2]] == ["regions/basin"]
         assert len(missing_requirements(sink(("bowl",)), asked, regions)) == 1
-
-    def test_no_burner_at_all(self, tmp_path: Path) -> None:
-        bare = hob().replace(links=hob().links[:1], joints=(), sites=(), behavior=None, keyframes=())
-        package = packed(bare, tmp_path)
-        issues = run(package, "subject", KNOWN.limits, table=[r for r in ROWS if r.code == "CON001"]).issues
-        assert [issue.pointer for issue in issues] == ["contract/for_each/loc"]
 
     def test_opening_and_axis_in_the_asset_frame(self) -> None:
         plain = hob()
@@ -235,3 +241,140 @@ class TestRules:
         for pose, axis in ((Pose(), "-z"), (turned, "+y"), (askew, "askew")):
             moved = plain.replace(links=(plain.root, plain.links[1].replace(pose=pose)))
             assert axis_of(moved, moved.joints[0]) == axis
+
+
+BEHAVIOR = [check for check in TABLE if check.code.startswith("BEH")]
+
+
+def behaving(asset: Asset, **changes: object) -> Asset:
+    assert asset.behavior is not None
+    return asset.replace(behavior=asset.behavior.replace(**changes))
+
+
+def affecting(kind: EffectKind, target: str, **changes: object) -> Asset:
+    effect = Effect(variable="burner_left", value="low", kind=kind, target=target)
+    return behaving(hob(), effects=(effect.replace(**changes),))
+
+
+def deaf_to_the_door() -> Asset:
+    plain = oven()
+    assert plain.behavior is not None
+    return behaving(plain, rules=plain.behavior.rules[1:])
+
+
+def walled_in() -> Asset:
+    """An oven whose start button lies in a recess that no finger fits."""
+    plain = oven()
+    upright, level = (0.005, 0.02, 0.04), (0.04, 0.02, 0.005)
+    sides = [(upright, (0.2 + x, -0.19, 0.05)) for x in (-0.0175, 0.0175)]
+    ends = [(level, (0.2, -0.19, 0.05 + z)) for z in (-0.0125, 0.0125)]
+    parts = (*sides, *ends, ((0.026, 0.002, 0.018), (0.2, -0.192, 0.05)))
+    walls = (block(f"wall_{i}", size, at) for i, (size, at) in enumerate(parts))
+    root = plain.root.replace(colliders=(*plain.root.colliders, *walls))
+    return plain.replace(links=(root, *plain.links[1:]))
+
+
+MISBEHAVED: list[tuple[str, Make, Make]] = [
+    ("BEH001", oven, lambda: behaving(oven(), variables=(SWITCH.replace(values=("off", "on", "grill")),))),
+    ("BEH002", hob, lambda: affecting(EffectKind.SHOW, "main")),
+    ("BEH002", hob, lambda: affecting(EffectKind.SPIN, "burner_on_left")),
+    ("BEH002", hob, lambda: affecting(EffectKind.SHOW, "burner_on_left", color=(1.0, 0.0, 0.0, 0.0))),
+    ("BEH002", hob, lambda: affecting(EffectKind.LIGHT, "ring", color=(0.0, 0.0, 0.0, 1.0))),
+    ("BEH003", oven, lambda: oven().replace(behavior=None)),
+    ("BEH003", oven, deaf_to_the_door),
+    ("BEH003", oven, walled_in),
+    ("BEH003", hob, lambda: hob().replace(behavior=burning(0.45, HIGH))),
+    ("BEH003", hob, lambda: hob().replace(keyframes=(hob().keyframes[0], hob().keyframes[0].replace(name="on")))),
+]
+EXAMPLES: dict[str, tuple[Make, object]] = {
+    **{code: (good, bad) for code, good, bad in MISBEHAVED},
+    **{code: (oven, make) for code, make in BAD},
+    **{code: (make, (old, new)) for code, make, old, new in TAMPERED},
+}
+
+
+@pytest.mark.parametrize(("code", "good", "bad"), MISBEHAVED)
+def test_behaviour_trips_one_code(code: str, good: Make, bad: Make, tmp_path: Path) -> None:
+    assert codes(good(), tmp_path / "good") == set()
+    assert codes(bad(), tmp_path / "bad") == {code}
+
+
+def message(asset: Asset, folder: Path, contract: Contract | None = None) -> list[str]:
+    report = run(packed(asset, folder, contract), "subject", KNOWN.limits, table=BEHAVIOR)
+    return [f"{issue.pointer}: {issue.message}" for issue in report.issues]
+
+
+def test_says_what_is_wrong_and_where(tmp_path: Path) -> None:
+    found = message(deaf_to_the_door(), tmp_path)
+    assert found == ["trials/the_door_ends_it/1: after microjoint to 1 power is 'on', not 'off'"]
+    found = message(hob().replace(behavior=burning(0.45, HIGH)), tmp_path / "threshold")
+    assert [one for one in found if "0.45" in one and "burner_on 0.35" in one]
+    still = hob().keyframes[0]
+    found = message(hob().replace(keyframes=(still, still.replace(name="on"))), tmp_path / "pose")
+    assert found == ["keyframes/on: in this pose burner_left is 'off', not 'low|high'"]
+
+
+def walk(behavior: Behavior, acts: list[tuple[dict[str, float], set[str]]], dt: float = 0.05) -> list[str]:
+    machine, found = start_behavior(behavior), []
+    for joints, touched in acts:
+        machine = step_behavior(machine, Stimulus(joints, frozenset(touched)), dt)
+        found.append(machine.values[behavior.variables[0].name])
+    return found
+
+
+class TestMachine:
+    def test_a_press_counts_once(self) -> None:
+        rules = (Rule(variable="power", from_values=("off",), to="on", when=(PRESS,)),)
+        other = Rule(variable="power", from_values=("on",), to="off", when=(Condition(contact="stop"),))
+        both = Behavior(variables=(SWITCH,), rules=(*rules, other))
+        acts = [IDLE, HELD, ({}, {"key", "stop"}), HELD, IDLE, HELD]
+        assert walk(both, acts) == ["off", "on", "off", "off", "off", "on"]
+
+    def test_both_ends_of_an_interval_count(self) -> None:
+        rule = Rule(variable="power", to="on", when=(Condition(joint="knob", interval=(0.35, 1.0)),))
+        back = Rule(variable="power", to="off", when=(Condition(joint="knob", interval=(0.35, 1.0), negated=True),))
+        turned = [({"knob": at}, set[str]()) for at in (0.349, 0.35, 0.7, 1.0, 1.001)]
+        assert walk(Behavior(variables=(SWITCH,), rules=(rule, back)), turned) == ["off", "on", "on", "on", "off"]
+
+    def test_waiting_begins_anew_where_it_is_interrupted(self) -> None:
+        rule = Rule(variable="power", to="on", when=(Condition(contact="key"),), after_s=0.15)
+        machine = Behavior(variables=(SWITCH,), rules=(rule,))
+        assert walk(machine, [HELD, HELD, IDLE, HELD, HELD, HELD]) == ["off"] * 5 + ["on"]
+
+    def test_rules_of_a_step_see_the_values_of_before_and_the_first_of_a_variable_decides(self) -> None:
+        lamp = Variable(name="lamp", values=("dark", "bright"), initial="dark")
+        on = Rule(variable="power", to="on", when=(Condition(contact="key"),))
+        then = Rule(variable="lamp", to="bright", when=(Condition(variable="power", equals="on"),))
+        for rules in ((on, then), (then, on)):
+            assert walk(Behavior(variables=(lamp, SWITCH), rules=rules), [HELD, HELD]) == ["dark", "bright"]
+        off = on.replace(to="off")
+        assert walk(Behavior(variables=(SWITCH,), rules=(on, off)), [HELD, HELD]) == ["on", "on"]
+        assert walk(Behavior(variables=(SWITCH,), rules=(off, on)), [HELD, HELD]) == ["off", "off"]
+
+
+class TestReachable:
+    def test_finds_what_takes_several_moves(self) -> None:
+        """A door has to be shut, then a key pressed, then a minute has to pass."""
+        shut = Condition(joint="door", interval=(-0.01, 0.01))
+        power = Variable(name="power", values=("off", "on", "done"), initial="off")
+        rules = (
+            Rule(variable="power", from_values=("off",), to="on", when=(PRESS, shut)),
+            Rule(variable="power", from_values=("on",), to="done", when=(shut,), after_s=60.0),
+        )
+        assert unreached(Behavior(variables=(power,), rules=rules), {"door": (-1.5, 0.0)}) == []
+        missing = unreached(Behavior(variables=(power,), rules=rules), {"door": (-1.5, -0.5)})
+        assert missing == [("power", "on"), ("power", "done")]
+
+    def test_an_interval_out_of_range_is_never_met(self) -> None:
+        rule = Rule(variable="power", to="on", when=(Condition(joint="knob", interval=(2.0, 3.0)),))
+        machine = Behavior(variables=(SWITCH,), rules=(rule,))
+        assert unreached(machine, {"knob": (0.0, 1.9)}) == [("power", "on")]
+        assert unreached(machine, {"knob": (0.0, 2.0)}) == []
+
+
+def test_a_fingertip_touches_one_key(tmp_path: Path) -> None:
+    model = fingertip_model(packed(oven(), tmp_path))
+    assert model is not None
+    pressed = model.press({}, "stop_button")
+    assert pressed is not None
+    assert pressed.touched == {"stop_button"}

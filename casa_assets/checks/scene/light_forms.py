@@ -1,10 +1,9 @@
-"""The batch form of a scene: what an engine pays for, things at rest, joints that open, surfaces kept."""
+"""The light and the batch form of a scene: same mechanism, at rest, joints that open, surfaces and room kept."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -16,16 +15,99 @@ from casa_assets.checks import check
 from casa_assets.checks.motion.joints import PUSH_S, hand_effort, push
 from casa_assets.checks.motion.simulation import START, altered, open_before, open_end, reset_to_start
 from casa_assets.checks.readers.mujoco_facts import Loaded, free_bodies, load_asset_file
-from casa_assets.checks.scene.forms import LIGHT_FILE
-from casa_assets.checks.scene.rest import Settled, deepest, farthest, settle
+from casa_assets.checks.scene.formats import LIGHT_FILE, MAX_LISTED, SceneFiles
+from casa_assets.checks.scene.rest import IdleRun, deepest, farthest, left_alone
 from casa_assets.core.hand_dynamics import PULL_N
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.asset.asset import Asset, Base, Joint, Region
 from casa_assets.model.kitchen.scene import OPEN_POSE, PICTURE_PX, BatchScene, Placement
 from casa_assets.model.pose import Pose
 
+# Fields of MjModel with a row per joint, dof or body that are the same in both forms.
+LIGHT_JOINT_FIELDS = ("jnt_type", "jnt_range", "jnt_axis", "jnt_pos", "jnt_stiffness")
+DOF_FIELDS = ("dof_damping", "dof_frictionloss", "dof_armature")
+BODY_FIELDS = ("body_mass", "body_inertia", "body_ipos")
 BATCH_FILE = "scene_batch.xml"
 UNREADABLE = "MuJoCo cannot read scene_batch.xml (BAT001)"
+BOX, CYLINDER = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER
+SPHERE, CAPSULE = mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_CAPSULE
+# Fields of MjModel with a row per joint that are the same in the light form, of those with one degree of freedom.
+BATCH_JOINT_FIELDS = ("jnt_type", "jnt_range", "jnt_stiffness")
+REST_S = 0.5  # things settle in 0.2 s, and what does not move falls asleep 10 steps later
+POINTS, RAYS, SEED = 60, 400, 0  # points in the room, and rays from each, in each pose; all drawn from the same seed
+# Heights of the points above the floor, metres, and how far they are from anything at least.
+LOWEST_M, HIGHEST_M, CLEAR_M = 0.2, 1.9, 0.03
+FARTHEST_M = 30.0
+OFF_M = 0.005  # rays that meet something nearer or farther by more than this are off, metres
+GROUPS = np.array([1, 1, 1, 1, 1, 0], dtype=np.uint8)  # what rays may meet: regions are in group 5
+REGION_POINTS = 9  # points along each axis of a region
+BLOCK_MARGIN_M = 0.03  # thickness of the walls of a drawer, of which the middles are known, metres
+WHOLE = "main"  # region around a whole asset
+FLOOR = "floor"  # category of floors
+
+
+def mechanism_is_the_same(files: SceneFiles) -> check.Measurement:
+    """SCN021: differences in joints, bodies and poses between the light form and the full one."""
+    full, light = files.scene_subject.loaded.model, files.light_form
+    name = files.light.name
+    if full is None:
+        return check.not_run("MuJoCo cannot read scene.xml, which the light form is held against")
+    if light.model is None:
+        return check.Measurement(1.0, ((name, light.error),))
+    problems = [(name, f"MuJoCo warns: {warning}") for warning in light.warnings]
+    meshes, pictures = int(light.model.nmesh), int((light.model.mat_texid >= 0).sum())
+    if meshes:
+        problems.append((name, f"has {meshes} meshes; use boxes, cylinders and spheres"))
+    if pictures:
+        problems.append((name, f"has {pictures} materials with pictures; use plain colours"))
+    problems += _differences(full, light.model)
+    return check.Measurement(float(len(problems)), tuple(problems[:MAX_LISTED]))
+
+
+def light_form_settles_apart(files: SceneFiles, limit: float) -> check.Measurement:
+    """SCN022: deepest penetration in the light form at the start and after 1 s, metres."""
+    where = "in the light form; see the shapes that stand for it there"
+    return deepest(_settled_light_form(files).depths, limit, where)
+
+
+def light_things_stay_put(files: SceneFiles, limit: float) -> check.Measurement:
+    """SCN028: largest distance that a free-standing object moves in 5 s in the light form, metres."""
+    advice = " in the light form; the shapes that stand for it there do not stand"
+    return farthest(_settled_light_form(files).drift, limit, advice, MAX_LISTED)
+
+
+@lru_cache(maxsize=1)
+def _settled_light_form(files: SceneFiles) -> IdleRun:
+    """The light form left alone, once. Raises Unmeasured if it does not load."""
+    if files.light_form.model is None:
+        raise check.Unmeasured(check.not_run("MuJoCo cannot read scene_light.xml"))
+    return left_alone(files.light_form.model)
+
+
+def _differences(full: mujoco.MjModel, light: mujoco.MjModel) -> Iterator[check.Problem]:
+    """Names of joints, bodies that move and poses that only one has, and numbers of them that differ."""
+    for kind, word, field in ((mujoco.mjtObj.mjOBJ_JOINT, "joints", "njnt"), (mujoco.mjtObj.mjOBJ_KEY, "keys", "nkey")):
+        full_names, light_names = (
+            [str(mujoco.mj_id2name(model, kind, i)) for i in range(getattr(model, field))] for model in (full, light)
+        )
+        if full_names != light_names:
+            only_one = [n for n in [*full_names, *light_names] if (n in full_names) != (n in light_names)]
+            yield word, f"are others, or in another order, than in the full form: {', '.join(only_one[:5])}"
+            return
+    full_bodies, light_bodies = (np.flatnonzero(model.body_weldid != 0) for model in (full, light))
+    if [full.body(b).name for b in full_bodies] != [light.body(b).name for b in light_bodies]:
+        yield "bodies", f"{len(full_bodies)} move in the full form, {len(light_bodies)} in the light one"
+        return
+    for field in (*LIGHT_JOINT_FIELDS, *DOF_FIELDS, "key_qpos"):
+        yield from _number_differences(field, getattr(full, field), getattr(light, field))
+    for field in BODY_FIELDS:
+        yield from _number_differences(field, getattr(full, field)[full_bodies], getattr(light, field)[light_bodies])
+
+
+def _number_differences(field: str, full: np.ndarray, light: np.ndarray) -> Iterator[check.Problem]:
+    off = ~np.isclose(full, light, rtol=1e-6, atol=1e-9)
+    if off.any():
+        yield field, f"differs in {int(off.sum())} numbers, by at most {np.abs(full - light)[off].max():.3g}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,16 +147,6 @@ class BatchSubject:
         return np.asarray((self.model.geom_contype | self.model.geom_conaffinity) != 0, dtype=bool)
 
 
-@contextmanager
-def awake(model: mujoco.MjModel) -> Iterator[mujoco.MjData]:
-    """The scene as it begins, with nothing asleep while the block lasts."""
-    with altered(model.opt, enableflags=model.opt.enableflags & ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)):
-        data = mujoco.MjData(model)
-        reset_to_start(model, data)
-        mujoco.mj_forward(model, data)
-        yield data
-
-
 def pose_both(batch: mujoco.MjModel, light: mujoco.MjModel, key: str) -> tuple[mujoco.MjData, mujoco.MjData]:
     """Both forms in a named keyframe, without dynamics; joints locked in the batch form are as at the start."""
     of_light, at_start = mujoco.MjData(light), mujoco.MjData(light)
@@ -96,22 +168,6 @@ def pose_both(batch: mujoco.MjModel, light: mujoco.MjModel, key: str) -> tuple[m
     return of_batch, of_light
 
 
-# Size -----------------------------------------------------------------------------------------------------------------
-
-PRIMITIVES = (
-    mujoco.mjtGeom.mjGEOM_BOX,
-    mujoco.mjtGeom.mjGEOM_SPHERE,
-    mujoco.mjtGeom.mjGEOM_CYLINDER,
-    mujoco.mjtGeom.mjGEOM_CAPSULE,
-)
-# Fields of MjModel with a row per joint that are the same in the light form, of those with one degree of freedom.
-JOINT_FIELDS = ("jnt_type", "jnt_range", "jnt_stiffness")
-DOF_FIELDS = ("dof_damping", "dof_frictionloss", "dof_armature")
-MAX_LISTED = 20
-# Things settle in 0.2 s, and what does not move falls asleep 10 steps later.
-REST_S = 0.5
-
-
 def batch_form_loads(subject: BatchSubject) -> check.Measurement:
     """BAT001: warnings, shapes that are no primitives, and joints that are others than in the light form."""
     if subject.batch.model is None:
@@ -125,7 +181,7 @@ def batch_form_loads(subject: BatchSubject) -> check.Measurement:
 def _problems(subject: BatchSubject, batch: mujoco.MjModel, light: mujoco.MjModel) -> Iterator[check.Problem]:
     for warning in subject.batch.warnings:
         yield BATCH_FILE, f"MuJoCo warns: {warning}"
-    for geom in np.flatnonzero(subject.colliding & ~np.isin(batch.geom_type, PRIMITIVES)):
+    for geom in np.flatnonzero(subject.colliding & ~np.isin(batch.geom_type, (BOX, SPHERE, CYLINDER, CAPSULE))):
         yield f"geoms/{batch.geom(int(geom)).name}", "is no box, sphere, cylinder or capsule"
     if batch.nmesh:
         yield BATCH_FILE, f"has {batch.nmesh} meshes; use primitives alone"
@@ -140,7 +196,7 @@ def _problems(subject: BatchSubject, batch: mujoco.MjModel, light: mujoco.MjMode
             yield f"joints/{name}", "is not in the light form"
             continue
         other, dofs = light.joint(name), (int(batch.jnt_dofadr[number]), int(light.joint(name).dofadr[0]))
-        rows = [(field, number, other.id) for field in JOINT_FIELDS] + [(field, *dofs) for field in DOF_FIELDS]
+        rows = [(field, number, other.id) for field in BATCH_JOINT_FIELDS] + [(field, *dofs) for field in DOF_FIELDS]
         for field, one, two in rows:
             if not np.allclose(getattr(batch, field)[one], getattr(light, field)[two], rtol=1e-6, atol=1e-9):
                 yield f"joints/{name}", f"has another {field} than in the light form"
@@ -156,9 +212,8 @@ def collider_count_is_bounded(subject: BatchSubject, limit: float) -> check.Meas
 def pair_count_is_bounded(subject: BatchSubject, limit: float) -> check.Measurement:
     """BAT003: number of pairs of geoms that an engine has to look at."""
     number = float(candidate_pairs(subject.model).sum())
-    return check.at_most(
-        number, limit, BATCH_FILE, f"{number:.0f} candidate pairs; lock more joints, or take things out"
-    )
+    message = f"{number:.0f} candidate pairs; lock more joints, or take things out"
+    return check.at_most(number, limit, BATCH_FILE, message)
 
 
 def nothing_is_awake_at_rest(subject: BatchSubject, limit: float) -> check.Measurement:
@@ -191,27 +246,22 @@ def candidate_pairs(model: mujoco.MjModel) -> Mask:
     return np.asarray(np.triu(pairs, 1), dtype=bool)
 
 
-# Rest -----------------------------------------------------------------------------------------------------------------
-
-
-def no_penetration(subject: BatchSubject, limit: float) -> check.Measurement:
+def batch_form_settles_apart(subject: BatchSubject, limit: float) -> check.Measurement:
     """BAT005: deepest penetration at the start and after 1 s with nothing asleep, metres."""
-    return deepest(_settled(subject).depths, limit, "in the batch form")
+    return deepest(_settled_batch_form(subject).depths, limit, "in the batch form")
 
 
-def loose_things_stay_put(subject: BatchSubject, limit: float) -> check.Measurement:
+def batch_things_stay_put(subject: BatchSubject, limit: float) -> check.Measurement:
     """BAT006: largest distance that a free-standing object moves in 5 s with nothing asleep, metres."""
-    return farthest(_settled(subject).drift, limit, " in the batch form", MAX_LISTED)
+    return farthest(_settled_batch_form(subject).drift, limit, " in the batch form", MAX_LISTED)
 
 
 @lru_cache(maxsize=1)
-def _settled(subject: BatchSubject) -> Settled:
-    """Simulate the batch form for 5 s, once."""
-    with awake(subject.model) as data:
-        return settle(data, subject.colliding)
-
-
-# Opening --------------------------------------------------------------------------------------------------------------
+def _settled_batch_form(subject: BatchSubject) -> IdleRun:
+    """The batch form left alone with nothing asleep, once."""
+    model = subject.model
+    with altered(model.opt, enableflags=model.opt.enableflags & ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)):
+        return left_alone(model, counted=subject.colliding)
 
 
 def joints_open_by_hand(subject: BatchSubject, limit: float) -> check.Measurement:
@@ -220,14 +270,13 @@ def joints_open_by_hand(subject: BatchSubject, limit: float) -> check.Measuremen
     locked = {(ref.placement, ref.joint) for ref in subject.form.locked}
     rows: list[check.Row] = []
     assets = subject.form.scene.asset_of
-    for place in subject.form.scene.placements:
-        asset = assets[place.name]
-        for joint in asset.joints:
-            if asset.base is not Base.FIXED or place.resting is not None or (place.name, joint.name) in locked:
-                continue
-            share = _share(model, place.name, asset, joint, limit)
+    fixtures = [(p.name, assets[p.name]) for p in subject.form.scene.placements if p.resting is None]
+    moving = [(name, asset, joint) for name, asset in fixtures if asset.base is Base.FIXED for joint in asset.joints]
+    for name, asset, joint in moving:
+        if (name, joint.name) not in locked:
+            share = _share(model, name, asset, joint, limit)
             message = f"goes {share:.0%} of its way under {PULL_N:g} N in {PUSH_S:g} s in the batch form"
-            rows.append((f"joints/{place.name}__{joint.name}", share, message))
+            rows.append((f"joints/{name}__{joint.name}", share, message))
     return check.worst_below(rows, limit, "all joints of its fixtures are locked")
 
 
@@ -243,27 +292,6 @@ def _share(model: mujoco.MjModel, place: str, asset: Asset, joint: Joint, enough
     goal = open_end(joint)
     data.qfrc_applied[model.jnt_dofadr[number]] = math.copysign(hand_effort(asset, joint), goal)
     return push(data, int(model.jnt_qposadr[number]), 0.0, goal, enough)
-
-
-# Surfaces -------------------------------------------------------------------------------------------------------------
-
-# Points in the room, and rays from each, in each pose; all drawn from the same seed.
-POINTS, RAYS, SEED = 60, 400, 0
-# Heights of the points above the floor, metres, and how far they are from anything at least.
-LOWEST_M, HIGHEST_M, CLEAR_M = 0.2, 1.9, 0.03
-FARTHEST_M = 30.0
-# Rays that meet something nearer or farther by more than this are off, metres.
-OFF_M = 0.005
-# What rays may meet: regions are in group 5.
-GROUPS = np.array([1, 1, 1, 1, 1, 0], dtype=np.uint8)
-# Points along each axis of a region.
-REGION_POINTS = 9
-# Thickness of the walls of a drawer, of which the middles are known, metres.
-BLOCK_MARGIN_M = 0.03
-# Region around a whole asset.
-WHOLE = "main"
-# Category of floors.
-FLOOR = "floor"
 
 
 def surfaces_are_kept(subject: BatchSubject, limit: float) -> check.Measurement:
@@ -288,14 +316,16 @@ def _share_off(batch: mujoco.MjModel, light: mujoco.MjModel, key: str, floor_nam
     floor = next(number for number in range(light.ngeom) if str(light.geom(number).name).startswith(floor_name))
     center, half = forms[1][1].geom_xpos[floor], light.geom_size[floor]
     rng = np.random.default_rng(SEED)
-    off = list[float]()
+    off, below = list[float](), np.zeros(1, dtype=np.int32)
     # Some points are in a wall or a cupboard; a room has many more that are not.
     for _ in range(POINTS * 50):
         along = rng.uniform(-1.0, 1.0, 2) * (half[:2] - CLEAR_M)
         point = np.array([*(center[:2] + along), rng.uniform(LOWEST_M, HIGHEST_M)])
         rays = rng.normal(size=(RAYS, 3))
         rays /= np.linalg.norm(rays, axis=1)[:, None]
-        if not _is_above(*forms[1], point, floor_name):
+        # The first thing straight below the point.
+        mujoco.mj_ray(*forms[1], point, np.array([0.0, 0.0, -1.0]), GROUPS, 1, -1, below)
+        if below[0] < 0 or not str(light.geom(int(below[0])).name).startswith(floor_name):
             continue
         met = [_distances(model, data, point, rays) for model, data in forms]
         if min(float(distances.min()) for distances in met) < CLEAR_M:
@@ -304,13 +334,6 @@ def _share_off(batch: mujoco.MjModel, light: mujoco.MjModel, key: str, floor_nam
         if len(off) == POINTS:
             break
     return float(np.mean(off))
-
-
-def _is_above(model: mujoco.MjModel, data: mujoco.MjData, point: Floats, floor_name: str) -> bool:
-    """True if the first thing straight below a point is the floor."""
-    geom = np.zeros(1, dtype=np.int32)
-    mujoco.mj_ray(model, data, point, np.array([0.0, 0.0, -1.0]), GROUPS, 1, -1, geom)
-    return bool(geom[0] >= 0) and str(model.geom(int(geom[0])).name).startswith(floor_name)
 
 
 def _distances(model: mujoco.MjModel, data: mujoco.MjData, point: Floats, rays: Floats) -> Floats:
@@ -331,7 +354,10 @@ def room_inside_is_kept(subject: BatchSubject, limit: float) -> check.Measuremen
     joints = [light.joint(f"{ref.placement}__{ref.joint}").id for ref in subject.form.locked]
     blocks = [np.flatnonzero(light.geom_bodyid == int(light.jnt_bodyid[joint])) for joint in joints]
     shares = {}
-    for place, asset, region in _kept_regions(subject):
+    assets, closed = subject.form.scene.asset_of, {ref.placement for ref in subject.form.locked}
+    kept = [p for p in subject.form.scene.placements if p.name not in {*closed, *subject.form.filled}]
+    for place, region in [(p, region) for p in kept for region in assets[p.name].regions if region.name != WHOLE]:
+        asset = assets[place.name]
         body = place.name if region.link == asset.root.name else f"{place.name}__{region.link}"
         world_from_link = _pose_of(light, in_light, body, place, asset, region.link)
         points = (world_from_link @ region.pose).apply(_points_in(region))
@@ -346,25 +372,12 @@ def room_inside_is_kept(subject: BatchSubject, limit: float) -> check.Measuremen
     return check.all_at_most(shares, limit, message, "it has no regions that stay open")
 
 
-def _kept_regions(subject: BatchSubject) -> Iterator[tuple[Placement, Asset, Region]]:
-    locked = {ref.placement for ref in subject.form.locked}
-    assets = subject.form.scene.asset_of
-    for place in subject.form.scene.placements:
-        asset = assets[place.name]
-        if place.name in locked or place.name in subject.form.filled:
-            continue
-        for region in asset.regions:
-            if region.name != WHOLE:
-                yield place, asset, region
-
-
 def _within(data: mujoco.MjData, blocks: list[Ints], points: Floats) -> Mask:
     """(N,) which points of the world lie in the box around one of some groups of geoms, their middles taken."""
     inside = np.zeros(len(points), dtype=bool)
-    for geoms in blocks:
-        if len(geoms):
-            low, high = data.geom_xpos[geoms].min(axis=0), data.geom_xpos[geoms].max(axis=0)
-            inside |= ((points >= low - BLOCK_MARGIN_M) & (points <= high + BLOCK_MARGIN_M)).all(axis=1)
+    for middles in (data.geom_xpos[geoms] for geoms in blocks if len(geoms)):
+        low, high = middles.min(axis=0) - BLOCK_MARGIN_M, middles.max(axis=0) + BLOCK_MARGIN_M
+        inside |= ((points >= low) & (points <= high)).all(axis=1)
     return inside
 
 
@@ -397,18 +410,16 @@ def _filled(model: mujoco.MjModel, data: mujoco.MjData, points: Floats, placemen
     collides = (model.geom_contype | model.geom_conaffinity) != 0
     collides &= ~np.isin(model.body_rootid[model.geom_bodyid], others)
     low, high = points.min(axis=0), points.max(axis=0)
-    near = collides & (np.abs(data.geom_xpos - (low + high) / 2) <= model.geom_rbound[:, None] + (high - low) / 2).all(
-        axis=1
-    )
-    for geom in np.flatnonzero(near):
+    reach = model.geom_rbound[:, None] + (high - low) / 2
+    for geom in np.flatnonzero(collides & (np.abs(data.geom_xpos - (low + high) / 2) <= reach).all(axis=1)):
         local = (points - data.geom_xpos[geom]) @ data.geom_xmat[geom].reshape(3, 3)
         size, kind = model.geom_size[geom], model.geom_type[geom]
-        if kind == mujoco.mjtGeom.mjGEOM_BOX:
+        if kind == BOX:
             inside |= (np.abs(local) <= size).all(axis=1)
-        elif kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        elif kind == CYLINDER:
             inside |= (np.hypot(local[:, 0], local[:, 1]) <= size[0]) & (np.abs(local[:, 2]) <= size[1])
-        elif kind in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_CAPSULE):
-            length = size[1] if kind == mujoco.mjtGeom.mjGEOM_CAPSULE else 0.0
+        elif kind in (SPHERE, CAPSULE):
+            length = size[1] if kind == CAPSULE else 0.0
             local[:, 2] -= np.clip(local[:, 2], -length, length)
             inside |= np.linalg.norm(local, axis=1) <= size[0]
     return inside

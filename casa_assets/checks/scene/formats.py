@@ -1,4 +1,4 @@
-"""Forms of a scene against each other: light form, MJCF and USD, URDF, and what validators say of the USD."""
+"""Written formats of a scene against each other: MJCF and USD, URDF, and what validators say of the USD."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ import json
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 from pxr import Sdf, Tf, Usd
 
 from casa_assets.checks.check import Measurement, Problem, Unmeasured, count, not_run
 from casa_assets.checks.motion.simulation import reset_to_start
+from casa_assets.checks.check import Measurement, Problem, count, not_run
+from casa_assets.checks.package import parity
 from casa_assets.checks.package.usd import Diagnostics, validator_findings
 from casa_assets.checks.readers import mujoco_facts, urdf_facts, usd_facts
 from casa_assets.checks.readers.facts import Cells, compare, four, frame, short_name, text, three
 from casa_assets.checks.readers.mujoco_facts import Loaded, load_asset_file
 from casa_assets.checks.readers.urdf_facts import LENGTH_TOLERANCE_M, TOLERANCE, UrdfAsset
 from casa_assets.checks.readers.usd_facts import imported, missing_importer
-from casa_assets.checks.scene.rest import Settled, deepest, farthest, settle
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.simready import PROFILE, PROFILE_VERSION, Verdict, quiet, validate_simready
 from casa_assets.checks.simready_python import NoVerdict, validator_python, validator_versions
@@ -33,6 +33,24 @@ from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.kitchen.scene import Scene
 
 USD_FILE, NESTED_FILE, LIGHT_FILE = "scene.usda", "scene_nested.usda", "scene_light.xml"
+MAX_LISTED = 20
+Facts = TypeVar("Facts")
+# Of ratios, unit vectors, radians, and masses relative to those of the body, which USD holds as float32.
+SCENE_TOLERANCE = 1e-5
+SCENE_LENGTH_TOLERANCE_M = 2e-6  # a float32 six metres from the origin is right to 2.4e-7
+SAME = 1e-9  # numbers of two models that differ by less are the same: the two have a pose in one step and in several
+LENGTHS = ("nbuffer", "nnames")  # sizes of a model that hang on how long its names are
+# Requirements on the package of one prop that is handed over by itself, which a scene is not.
+OF_SINGLE_PROPS = {
+    "com.nvidia.usd.AA.001": "Everything lies below one root: scenes share assets, which lie beside them.",
+    "com.nvidia.simready.NP.005": "The file is called as its folder: every scene is called scene.usda.",
+    "com.nvidia.simready.SR.002": "A thumbnail of 256 x 256: a scene has previews of its own size.",
+    "com.nvidia.simready.SR.004": "Mass, category and licence of the prop: each asset of a scene carries its own.",
+}
+# Words of a layer that holds a body and a mesh.
+DEMANDED = (b"PhysicsRigidBodyAPI", b"def Mesh")
+UNOPENED = "scene.usda or scene_nested.usda does not open"
+FILE, LIST = "scene.urdf", "scene.json"
 
 
 class PassedLayers(Protocol):
@@ -109,96 +127,6 @@ def _composed(path: Path) -> tuple[Usd.Stage | None, tuple[str, ...]]:
         return stage, tuple(diagnostics.take())
 
 
-# Light form -----------------------------------------------------------------------------------------------------------
-
-# Fields of MjModel with a row per joint, dof or body that are the same in both forms.
-JOINT_FIELDS = ("jnt_type", "jnt_range", "jnt_axis", "jnt_pos", "jnt_stiffness")
-DOF_FIELDS = ("dof_damping", "dof_frictionloss", "dof_armature")
-BODY_FIELDS = ("body_mass", "body_inertia", "body_ipos")
-MAX_LISTED = 20
-UNREADABLE = "MuJoCo cannot read scene_light.xml"
-
-
-def mechanism_is_the_same(files: SceneFiles) -> Measurement:
-    """SCN021: differences in joints, bodies and poses between the light form and the full one."""
-    full, light = files.scene_subject.loaded.model, files.light_form
-    name = files.light.name
-    if full is None:
-        return not_run("MuJoCo cannot read scene.xml, which the light form is held against")
-    if light.model is None:
-        return Measurement(1.0, ((name, light.error),))
-    problems = [(name, f"MuJoCo warns: {warning}") for warning in light.warnings]
-    meshes, pictures = int(light.model.nmesh), int((light.model.mat_texid >= 0).sum())
-    if meshes:
-        problems.append((name, f"has {meshes} meshes; use boxes, cylinders and spheres"))
-    if pictures:
-        problems.append((name, f"has {pictures} materials with pictures; use plain colours"))
-    problems += _differences(full, light.model)
-    return Measurement(float(len(problems)), tuple(problems[:MAX_LISTED]))
-
-
-def no_penetration_after_settling(files: SceneFiles, limit: float) -> Measurement:
-    """SCN022: deepest penetration in the light form at the start and after 1 s, metres."""
-    return deepest(settled_scene(files).depths, limit, "in the light form; see the shapes that stand for it there")
-
-
-def loose_things_stay_put(files: SceneFiles, limit: float) -> Measurement:
-    """SCN028: largest distance that a free-standing object moves in 5 s in the light form, metres."""
-    advice = " in the light form; the shapes that stand for it there do not stand"
-    return farthest(settled_scene(files).drift, limit, advice, MAX_LISTED)
-
-
-@lru_cache(maxsize=1)
-def settled_scene(files: SceneFiles) -> Settled:
-    """Simulate the light form for 5 s, once. Raises Unmeasured if it does not load."""
-    model = files.light_form.model
-    if model is None:
-        raise Unmeasured(not_run(UNREADABLE))
-    data = mujoco.MjData(model)
-    reset_to_start(model, data)
-    mujoco.mj_forward(model, data)
-    return settle(data)
-
-
-def _differences(full: mujoco.MjModel, light: mujoco.MjModel) -> Iterator[Problem]:
-    """Names of joints, bodies that move and poses that only one has, and numbers of them that differ."""
-    for kind, word, field in ((mujoco.mjtObj.mjOBJ_JOINT, "joints", "njnt"), (mujoco.mjtObj.mjOBJ_KEY, "keys", "nkey")):
-        full_names, light_names = (
-            [str(mujoco.mj_id2name(model, kind, i)) for i in range(getattr(model, field))] for model in (full, light)
-        )
-        if full_names != light_names:
-            only_one = [n for n in [*full_names, *light_names] if (n in full_names) != (n in light_names)]
-            yield word, f"are others, or in another order, than in the full form: {', '.join(only_one[:5])}"
-            return
-    full_bodies, light_bodies = (np.flatnonzero(model.body_weldid != 0) for model in (full, light))
-    if [full.body(b).name for b in full_bodies] != [light.body(b).name for b in light_bodies]:
-        yield "bodies", f"{len(full_bodies)} move in the full form, {len(light_bodies)} in the light one"
-        return
-    for field in (*JOINT_FIELDS, *DOF_FIELDS, "key_qpos"):
-        yield from _number_differences(field, getattr(full, field), getattr(light, field))
-    for field in BODY_FIELDS:
-        yield from _number_differences(field, getattr(full, field)[full_bodies], getattr(light, field)[light_bodies])
-
-
-def _number_differences(field: str, full: np.ndarray, light: np.ndarray) -> Iterator[Problem]:
-    off = ~np.isclose(full, light, rtol=1e-6, atol=1e-9)
-    if off.any():
-        yield field, f"differs in {int(off.sum())} numbers, by at most {np.abs(full - light)[off].max():.3g}"
-
-
-# MJCF and USD ---------------------------------------------------------------------------------------------------------
-
-Facts = TypeVar("Facts")
-
-# Of ratios, unit vectors, radians, and masses relative to those of the body, which USD holds as float32.
-SCENE_TOLERANCE = 1e-5
-SCENE_LENGTH_TOLERANCE_M = 2e-6  # a float32 six metres from the origin is right to 2.4e-7
-# Numbers of two models that differ by less are the same: the two have a pose in one step and in several.
-SAME = 1e-9
-# Sizes of a model that hang on how long its names are.
-LENGTHS = ("nbuffer", "nnames")
-
-
 def formats_agree(files: SceneFiles, limit: float) -> Measurement:
     """SCN017: number of differing cells of files that can be read (SCN001, SCN018)."""
     missing = usd_facts.missing_importer()
@@ -208,12 +136,12 @@ def formats_agree(files: SceneFiles, limit: float) -> Measurement:
         return not_run("one of scene.xml, scene.usda and scene_nested.usda cannot be read")
     expected = _read(lambda: mujoco_facts.facts_of_scene(model))
     problems = _disagreements(model, expected, flat, files.usd, composed[0])
-    # What the flat layer says otherwise, the nested one says by reference; that is one fault.
+    # The nested layer refers to the flat one, whose differences are its own; that is one fault.
     shared = {at for at, _ in problems}
     # Of a model that is the flat one again MuJoCo would be asked the same twice.
     apart = None if missing or _is_same(flat, nested) else nested
-    told = _disagreements(model, expected, apart, files.nested, composed[1])
-    problems += [(f"nested/{at}", said) for at, said in told if at not in shared]
+    of_nested = _disagreements(model, expected, apart, files.nested, composed[1])
+    problems += [(f"nested/{at}", message) for at, message in of_nested if at not in shared]
     return not_run(missing, waived=True) if missing and not problems else count(problems, allowed=limit)
 
 
@@ -225,7 +153,10 @@ def _is_same(first: mujoco.MjModel, second: mujoco.MjModel) -> bool:
             if name.startswith(("_", "name")) or not isinstance(getattr(part, name), np.ndarray | float | int):
                 continue
             one, other = (np.asarray(getattr(each, name)) for each in (part, other_part))
-            if name not in LENGTHS and not _are_alike(one, other):
+            if name not in LENGTHS and one.shape != other.shape:
+                return False
+            is_off = name not in LENGTHS and not bool((one == other).all())
+            if is_off and float(np.abs(one.astype(float) - other.astype(float)).max()) > SAME:
                 return False
     counts = {"body": first.nbody, "joint": first.njnt, "geom": first.ngeom, "site": first.nsite}
     return all(
@@ -233,12 +164,6 @@ def _is_same(first: mujoco.MjModel, second: mujoco.MjModel) -> bool:
         for kind, count in counts.items()
         for number in range(count)
     )
-
-
-def _are_alike(one: npt.NDArray[Any], other: npt.NDArray[Any]) -> bool:
-    if one.shape != other.shape:
-        return False
-    return bool((one == other).all()) or float(np.abs(one.astype(float) - other.astype(float)).max()) <= SAME
 
 
 def _disagreements(
@@ -283,27 +208,13 @@ def _read(reader: Callable[[], Facts]) -> tuple[Facts | None, str]:
             return None, " ".join(str(error).split()) or type(error).__name__
 
 
-# USD layer ------------------------------------------------------------------------------------------------------------
-
-# Requirements on the package of one prop that is handed over by itself, which a scene is not.
-OF_SINGLE_PROPS = {
-    "com.nvidia.usd.AA.001": "Everything lies below one root: scenes share assets, which lie beside them.",
-    "com.nvidia.simready.NP.005": "The file is called as its folder: every scene is called scene.usda.",
-    "com.nvidia.simready.SR.002": "A thumbnail of 256 x 256: a scene has previews of its own size.",
-    "com.nvidia.simready.SR.004": "Mass, category and licence of the prop: each asset of a scene carries its own.",
-}
-# Words of a layer that holds a body and a mesh.
-DEMANDED = (b"PhysicsRigidBodyAPI", b"def Mesh")
-UNOPENED = "scene.usda or scene_nested.usda does not open"
-
-
 def usd_scene_loads_without_warnings(files: SceneFiles) -> Measurement:
     """SCN018: errors and warnings while the layers compose and MuJoCo reads them."""
     missing = missing_importer()
     flat = _loading_problems(files.usd.name, files.composed, None if missing else lambda: files.imported)
     if files.composed[0] is None:
         return _count(flat)
-    # It refers to the flat one: what was said of that is not said again.
+    # It refers to the flat one, whose messages are not repeated.
     shared = {message for _, message in flat}
     importer = None if missing else lambda: files.imported_nested
     nested = _loading_problems(files.nested.name, files.composed_nested, importer)
@@ -372,7 +283,10 @@ def _passes_without_known_layers(files: SceneFiles, known: PassedLayers) -> bool
         for prim in layer.GetPrimAtPath(f"/{layer.defaultPrim}").nameChildren
     }
     layers = {path: (files.usd.parent / path).read_bytes() for paths in placed.values() for path in paths}
-    digests = {path: _digest(data) for path, data in layers.items()}
+    # Of the content of a layer, in which pictures are named by theirs, and of what it is held against.
+    versions = (f"{name}={version}" for name, version in sorted(validator_versions().items()))
+    against = " ".join([PROFILE, PROFILE_VERSION, *versions]).encode()
+    digests = {path: hashlib.sha256(against + data).hexdigest() for path, data in layers.items()}
     # The profile demands that there is a body and a mesh: the smallest layer that has both is always looked at.
     whole = [path for path, data in layers.items() if all(word in data for word in DEMANDED)]
     stays = min(whole, default="", key=lambda path: (len(layers[path]), path))
@@ -394,20 +308,9 @@ def _passes_without_known_layers(files: SceneFiles, known: PassedLayers) -> bool
     return passes
 
 
-def _digest(layer: bytes) -> str:
-    """Digest of the content of a layer, and of what it is held against. Pictures in it are named by their content."""
-    held_against = " ".join([PROFILE, PROFILE_VERSION, *(f"{k}={v}" for k, v in sorted(validator_versions().items()))])
-    return hashlib.sha256(held_against.encode() + layer).hexdigest()
-
-
 def _count(problems: list[Problem]) -> Measurement:
     """The number of problems, of which the first twenty are listed."""
     return Measurement(float(len(problems)), tuple(problems[:MAX_LISTED]))
-
-
-# URDF -----------------------------------------------------------------------------------------------------------------
-
-FILE, LIST = "scene.urdf", "scene.json"
 
 
 def scene_differences(folder: Path, scene: Scene) -> list[Problem]:
