@@ -17,8 +17,6 @@ from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.cache.code_index import PACKAGE
 from casa_assets.checks.check import Problem
 from casa_assets.checks.readers.urdf_facts import asset_differences
-from casa_assets.checks.scene.forms import scene_differences
-from casa_assets.checks.package.parity import asset_differences
 from casa_assets.checks.scene.formats import scene_differences
 from casa_assets.core.system import cache_for
 from casa_assets.errors import BatchFault, CasaError, OutputError, PluginFailure, UnknownId

@@ -25,10 +25,7 @@ from PIL import Image
 from benchmarks.ingest.inputs import publish
 from casa_assets import registry
 from casa_assets.checks.check import Check, Package
-from casa_assets.checks.filters.kind import FACES_MS, PIXELS_MS, UNKNOWN, misfit
-from casa_assets.checks.check import Check
 from casa_assets.checks.filters import FACES_MS, PIXELS_MS, UNKNOWN, misfit
-from casa_assets.checks.package import Package
 from casa_assets.checks.table import TABLE
 from casa_assets.core.numeric import Floats
 from casa_assets.ingest.texture import png_bytes

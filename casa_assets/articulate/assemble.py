@@ -23,8 +23,7 @@ from casa_assets.core import hand_dynamics
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.mesh.solid.solids import hull_volume
-from casa_assets.mesh.surface import shell_moments, with_normals
-from casa_assets.mesh.topology import inside_out_faces, merge_rows, weld
+from casa_assets.mesh.surface import inside_out_faces, merge_rows, shell_moments, weld, with_normals
 from casa_assets.model.asset.asset import (
     Asset,
     Base,

@@ -11,10 +11,8 @@ from typing import Annotated
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.core.forest import Forest
-from casa_assets.core.numeric import Floats, significant
-from casa_assets.model.asset.asset import Confidence
 from casa_assets.core.numeric import Floats, Forest, significant
+from casa_assets.model.asset.asset import Confidence
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.record import ArrayOf, Id, Record, Vec2, Vec3
 from casa_assets.model.registry.rows import ConfidenceModel

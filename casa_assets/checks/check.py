@@ -6,15 +6,12 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from casa_assets.core.numeric import Floats, Ints, significant
 from casa_assets.model.asset.asset import UNFOUND_PARTS, Asset, Collider, Link, Visual
 from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
-from casa_assets.model.registry.category import Category
-from casa_assets.model.registry.contract import Contract
 from casa_assets.model.source import SourceKind
 
 # Where a fault is, as a path such as `links/door/colliders`, and what is wrong there.

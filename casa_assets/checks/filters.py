@@ -15,17 +15,13 @@ from scipy import ndimage
 
 from casa_assets.checks import check
 from casa_assets.checks.check import Package
+from casa_assets.checks.motion.simulation import collision_spec, tilt_deg
+from casa_assets.checks.readers import mujoco_facts
 from casa_assets.core.numeric import Floats, Ints, Mask, linear_from_srgb_array, srgb_from_linear_array
 from casa_assets.mesh.solid.deviation import Visibility, measure_visibility
-from casa_assets.mesh.surface import edge_counts, face_components, face_normals, weld
-from casa_assets.model.asset.asset import Asset, Visual
-from casa_assets.checks.motion.simulation import collision_spec, tilt_deg
-from casa_assets.checks.package import Package
-from casa_assets.checks.readers import mujoco_facts
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.mesh.solid.solids import convex_hull, hull_volume, union
-from casa_assets.mesh.surface import face_normals, signed_volume, solid_moments
-from casa_assets.mesh.topology import edge_counts, face_components, weld
+from casa_assets.mesh.surface import edge_counts, face_components, face_normals, signed_volume, solid_moments, weld
 from casa_assets.mesh.voxels import fillable_volume, voxelise
 from casa_assets.model.asset.asset import Asset, Base, Visual
 from casa_assets.model.asset.material import Material, Texture

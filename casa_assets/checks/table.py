@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from casa_assets.checks import library, objects
-from casa_assets.checks.asset import grip, plausibility, visual
-from casa_assets.checks.check import NO_WAIVERS, Check, Package, report_not_run, run
 from casa_assets.checks import filters, library, objects
 from casa_assets.checks.asset import plausibility, visual
-from casa_assets.checks.check import NO_WAIVERS, Check, report_not_run, run
+from casa_assets.checks.check import NO_WAIVERS, Check, Package, report_not_run, run
 from casa_assets.checks.design import grade, rules, subject
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.motion import joints

@@ -15,12 +15,8 @@ from pxr import Gf, Usd, UsdGeom, UsdShade
 from casa_assets.checks import simready
 from casa_assets.checks.check import Package
 from casa_assets.checks.package import usd
-from casa_assets.checks.scene import forms as usd_layer
-from casa_assets.checks.simready import load_rules, quiet, validate, validate_simready
-from casa_assets.checks.package import Package, usd
-from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.scene import formats as usd_layer
-from casa_assets.checks.simready import load_rules, validate, validate_simready
+from casa_assets.checks.simready import load_rules, quiet, validate, validate_simready
 from casa_assets.checks.simready_python import VARIABLE, versions_elsewhere
 from casa_assets.layouts.run.check import PassedLayers
 from casa_assets.model.asset.asset import Base

@@ -87,9 +87,7 @@ WATCHED = {
     "test_blend_files.py": Watched(
         ("blender",), _package("core/system.py", "formats/read/blend.py", "formats/read/blend_convert.py")
     ),
-    "test_clip.py": Watched(
-        ("clip",), _package("library/clip.py", "library/library_report.py", "articulate/category.py")
-    ),
+    "test_clip.py": Watched(("clip",), _package("library/clip.py", "library/library_report.py", "articulate/kinds.py")),
     "test_kitchens.py": Watched(
         ("blender", "mujoco331", "mujoco337", "newton", "robosuite"), (*_MJCF, *_package("formats/usd"))
     ),

@@ -12,10 +12,6 @@ from pxr import Usd
 
 from casa_assets.checks.readers import mujoco_facts, usd_facts
 from casa_assets.checks.readers.facts import Cells, compare
-from casa_assets.checks.scene.forms import SCENE_LENGTH_TOLERANCE_M, SCENE_TOLERANCE, SceneFiles, formats_agree
-from casa_assets.checks.package.parity import compare
-from casa_assets.checks.readers import scene_facts, usd_facts
-from casa_assets.checks.readers.scene_facts import SceneFacts, SceneReading
 from casa_assets.checks.scene.formats import SCENE_LENGTH_TOLERANCE_M, SCENE_TOLERANCE, SceneFiles, formats_agree
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.mesh.inertia import adjacent_links

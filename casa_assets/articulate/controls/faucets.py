@@ -20,7 +20,7 @@ from casa_assets.articulate.segment.fragments import MeasuredFragments
 from casa_assets.articulate.segment.orthographic import FRONT, LEFT, TOP
 from casa_assets.core.numeric import Floats
 from casa_assets.mesh.solid.deviation import samples_with_faces
-from casa_assets.mesh.topology import connected_groups
+from casa_assets.mesh.surface import connected_groups
 
 # A faucet has this many fragments. Its picture fills at most this share of its rectangle, mean of front, left and top.
 MIN_FRAGMENTS, MAX_FRAGMENTS, MAX_FILLED = 3, 120, 0.66

@@ -12,9 +12,7 @@ from casa_assets.articulate.assemble import ROOT
 from casa_assets.articulate.decisions import DECISIONS_NAME, axis_word, hinge_at_face
 from casa_assets.articulate.plan import Articulation, plan_confidence
 from casa_assets.articulate.run.build import ArticulateResult
-from casa_assets.articulate.run.decisions import DECISIONS_NAME
 from casa_assets.checks.check import Package, run
-from casa_assets.checks.check import run
 from casa_assets.checks.motion.joints import JointTravel, joint_travels
 from casa_assets.checks.motion.simulation import Penetration, contacts_of_files
 from casa_assets.checks.table import TABLE

@@ -29,13 +29,8 @@ from casa_assets.articulate.run.steps import (
 )
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest.run.inputs import WARM, Survey, SurveyTable, discover_inputs, warm_survey
+from casa_assets.ingest.run.inputs import warm as warm_survey
 from casa_assets.ingest.sources.places import Found
-from casa_assets.library import decisions as review_file
-from casa_assets.ingest.run.inputs import discover_inputs
-from casa_assets.ingest.run.job import WARM
-from casa_assets.ingest.run.survey import Survey, SurveyTable
-from casa_assets.ingest.run.survey import warm as warm_survey
-from casa_assets.ingest.sources.found import Found
 from casa_assets.library import library as disk
 from casa_assets.library import review
 from casa_assets.library.entry import is_below

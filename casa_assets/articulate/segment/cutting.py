@@ -13,7 +13,7 @@ from casa_assets.articulate.plan import PartKind, PartPlan
 from casa_assets.articulate.segment.fragments import WeldedMesh
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES, TOP
 from casa_assets.core.numeric import Floats, Ints
-from casa_assets.mesh.topology import directed_edges
+from casa_assets.mesh.surface import directed_edges
 from casa_assets.model.asset.parts import Mesh
 
 # An edge is not cut nearer to its ends than this share of its length, which would leave slivers.

@@ -17,12 +17,12 @@ from casa_assets.articulate.plan import Frame
 from casa_assets.articulate.segment.orthographic import SIDES, TOP, DepthImage, render_depth
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.solid.deviation import surface_samples
-from casa_assets.mesh.surface import face_normals
-from casa_assets.mesh.topology import (
+from casa_assets.mesh.surface import (
     component_boxes,
     connected_groups,
     directed_edges,
     face_components,
+    face_normals,
     merge_rows,
     weld,
 )

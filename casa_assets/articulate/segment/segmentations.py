@@ -14,8 +14,7 @@ from casa_assets.articulate.segment.fragments import WeldedMesh, corners_of_labe
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES
 from casa_assets.articulate.segment.shell_segments import Fragmentation, shell_cut_planes, shell_zones
 from casa_assets.core.numeric import Ints, Mask
-from casa_assets.mesh.surface import connected_groups, merge_rows
-from casa_assets.mesh.topology import connected_groups, directed_edges, merge_rows
+from casa_assets.mesh.surface import connected_groups, directed_edges, merge_rows
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.source import RawModel, RawPart
 

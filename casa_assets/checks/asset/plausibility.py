@@ -10,7 +10,6 @@ import numpy as np
 from casa_assets.checks import check
 from casa_assets.checks.check import Package
 from casa_assets.checks.motion.simulation import grip_of
-from casa_assets.checks.package import Package
 from casa_assets.core.numeric import Floats
 from casa_assets.mesh.solid.deviation import distances_outside_hulls, fibonacci_directions, surface_samples
 from casa_assets.mesh.solid.primitive import link_bounds, shape_bounds, tessellate

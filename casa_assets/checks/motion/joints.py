@@ -9,18 +9,10 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import (
-    NO_COMPILE,
-    NO_JOINTS,
-    Measurement,
-    Package,
-    all_at_most,
-    is_from_family,
-    not_applicable,
-    not_run,
-    worst_above,
-)
 from casa_assets.checks import check
+from casa_assets.checks.check import (
+    Package,
+)
 from casa_assets.checks.motion import simulation
 from casa_assets.checks.readers import mujoco_facts
 from casa_assets.core.hand_dynamics import PULL_N

@@ -16,7 +16,7 @@ import numpy as np
 from casa_assets.checks import check
 from casa_assets.checks.check import Package
 from casa_assets.checks.readers import mujoco_facts
-from casa_assets.checks.readers.facts import rotations_of
+from casa_assets.checks.readers.mujoco_facts import rotations_of
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.mesh.solid.primitive import shape_bounds
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind

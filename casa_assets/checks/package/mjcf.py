@@ -23,9 +23,7 @@ from casa_assets.checks.check import (
     not_run,
 )
 from casa_assets.checks.motion import simulation
-from casa_assets.checks.motion.operate import TUNNEL_M, DropProtocol, DropResult, drop_on_floor
 from casa_assets.checks.motion.simulation import TUNNEL_M, DropProtocol, DropResult, drop_on_floor
-from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mujoco_facts
 from casa_assets.checks.readers.facts import asset_facts, differences, measured
 from casa_assets.model.asset.asset import Base

@@ -15,10 +15,7 @@ import numpy as np
 
 from casa_assets.checks import check
 from casa_assets.checks.check import Package
-from casa_assets.checks.motion import operate
 from casa_assets.checks.motion.simulation import STEP_S, collision_spec, find_contacts
-from casa_assets.checks.readers import mujoco_facts as mujoco_load
-from casa_assets.checks.package import Package
 from casa_assets.checks.readers import mujoco_facts
 from casa_assets.checks.runtime import contract as contract_names
 from casa_assets.core.numeric import Floats

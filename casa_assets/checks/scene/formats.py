@@ -15,10 +15,7 @@ import mujoco
 import numpy as np
 from pxr import Sdf, Tf, Usd
 
-from casa_assets.checks.check import Measurement, Problem, Unmeasured, count, not_run
-from casa_assets.checks.motion.simulation import reset_to_start
 from casa_assets.checks.check import Measurement, Problem, count, not_run
-from casa_assets.checks.package import parity
 from casa_assets.checks.package.usd import Diagnostics, validator_findings
 from casa_assets.checks.readers import mujoco_facts, urdf_facts, usd_facts
 from casa_assets.checks.readers.facts import Cells, compare, four, frame, short_name, text, three

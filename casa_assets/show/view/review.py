@@ -31,7 +31,7 @@ from casa_assets.library import review
 from casa_assets.library.entry import Entry, entries
 from casa_assets.library.entry_files import PICTURE, file_inside, picture_of
 from casa_assets.library.library import Producer
-from casa_assets.library.review import check_category, keep_mesh_decisions
+from casa_assets.library.review import check_category
 from casa_assets.model.source import UpAxis
 from casa_assets.show.page.page_template import (
     SUFFIX,

@@ -27,12 +27,8 @@ from casa_assets.articulate.segment.segmentations import (
     segmentations,
     split_at_holes,
 )
-from casa_assets.articulate.segment.shell_segments import Fragmentation, fragment_mesh
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model, weld_triangles
-from casa_assets.mesh.surface import face_normals, is_closed
 from casa_assets.articulate.segment.shell_segments import Fragmentation
-from casa_assets.mesh.surface import face_normals
-from casa_assets.mesh.topology import is_closed
+from casa_assets.mesh.surface import face_normals, is_closed
 from casa_assets.mesh.voxels import boundary, voxelise
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import JointKind, Mesh

@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 
 from casa_assets.checks.check import Package, run
-from casa_assets.checks.filters.kind import misfit
-from casa_assets.checks.check import run
 from casa_assets.checks.filters import misfit
 from casa_assets.checks.library import LibrarySizes
 from casa_assets.checks.table import TABLE

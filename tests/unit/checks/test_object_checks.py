@@ -11,8 +11,6 @@ import pytest
 from casa_assets.checks.check import run
 from casa_assets.checks.library import CategoryRank, LibraryView, ShapePair
 from casa_assets.checks.library import in_words as looks_in_words
-from casa_assets.checks.objects import MIN_MEMBERS, CategoryConfusion, CollectedMember, ObjectCollection, in_words
-from casa_assets.model.asset import asset as asset_records
 from casa_assets.checks.objects import (
     FOCAL_PX,
     MIN_MEMBERS,
@@ -26,7 +24,8 @@ from casa_assets.checks.objects import (
     seen_from,
 )
 from casa_assets.core.numeric import Floats
-from casa_assets.model.asset import provenance
+from casa_assets.model.asset import asset as asset_records
+from casa_assets.model.asset import asset as provenance
 from casa_assets.model.asset.asset import Visual
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh

@@ -15,8 +15,7 @@ import pytest
 from pydantic import ValidationError
 
 from casa_assets import registry
-from casa_assets.checks.check import Check, Measurement, no_fault, not_applicable, not_run, report_not_run, run
-from casa_assets.checks.package import Package
+from casa_assets.checks.check import Check, Measurement, Package, no_fault, not_applicable, not_run, report_not_run, run
 from casa_assets.checks.scene.placement import PreviewImages
 from casa_assets.checks.table import TABLE
 from casa_assets.model.issue import CheckResult, Report, Severity, Status

@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 
 from casa_assets.checks.readers import mujoco_facts
-from casa_assets.checks.scene.forms import SceneFiles, formats_agree
-from casa_assets.checks.readers import scene_facts
 from casa_assets.checks.scene.formats import SceneFiles, formats_agree
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.errors import RegistryError

@@ -29,7 +29,7 @@ from casa_assets.checks.motion.joints import joint_travels
 from casa_assets.errors import UnknownId
 from casa_assets.formats import mjcf
 from casa_assets.ingest.sources.discover import discover
-from casa_assets.ingest.sources.found import Found
+from casa_assets.ingest.sources.places import Found
 from casa_assets.library import library as disk
 from casa_assets.library import review
 from casa_assets.library.clip import NO_WEIGHTS

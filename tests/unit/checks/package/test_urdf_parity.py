@@ -12,8 +12,6 @@ import numpy as np
 import pytest
 
 from casa_assets.checks.readers.urdf_facts import asset_differences
-from casa_assets.checks.scene.forms import scene_differences
-from casa_assets.checks.package.parity import asset_differences
 from casa_assets.checks.scene.formats import scene_differences
 from casa_assets.core.numeric import about_axis
 from casa_assets.formats import urdf
