@@ -25,15 +25,19 @@ from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.mesh.solid.solids import hull_volume
 from casa_assets.mesh.surface import inside_out_faces, merge_rows, shell_moments, weld, with_normals
 from casa_assets.model.asset.asset import (
+    UNFOUND_PARTS,
     Asset,
     Base,
     Collider,
     Drive,
     Exclusion,
+    Guess,
     Inertial,
     Joint,
     JointKind,
+    Labels,
     Link,
+    Provenance,
     State,
     Visual,
 )

@@ -207,12 +207,15 @@ class AssetBuilder:
             density = chosen.substance.density
         elif isinstance(density, str):
             density = self.supplies.density(density)
-        if density > 0:
-            owner.masses.append(solid_mass(solid, density))
-        if collider is not False:
-            touched = solid if solid.shapes else solid.with_hull_collider()
-            first = collider if isinstance(collider, str) else name
-            self._add_colliders(owner, touched, chosen.substance.id, label, first)
+        for each in (solid,) if isinstance(solid, Solid) else solid:
+            if visible:
+                owner.parts.append(VisualPart(each, finish, label, name, grain))
+            if density > 0:
+                owner.masses.append(solid_mass(each, density))
+            if collider is not False:
+                shaped = each if each.shapes else each.with_hull_collider()
+                first = collider if isinstance(collider, str) else name
+                self._add_colliders(owner, shaped, chosen.substance.id, label, first)
 
     def draw(
         self,

@@ -6,12 +6,15 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from casa_assets.core.numeric import Floats, Ints, significant
 from casa_assets.model.asset.asset import UNFOUND_PARTS, Asset, Collider, Link, Visual
 from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status
+from casa_assets.model.registry.category import Category
+from casa_assets.model.registry.contract import Contract
 from casa_assets.model.source import SourceKind
 
 # Where a fault is, as a path such as `links/door/colliders`, and what is wrong there.
@@ -24,6 +27,45 @@ NO_COLLIDERS = "none of its links has a collision shape"
 NO_VISUALS = "nothing of it is seen"
 NO_COMPILE = "model.xml does not compile"
 NO_WAIVERS: Mapping[str, str] = {}  # what is waived where nothing is; shared and never written to
+
+
+@dataclass(frozen=True)
+class Package:
+    """A written asset.
+
+    Attributes:
+        asset: what the writers were given.
+        category: its category in the registry.
+        root: its folder, with `model.xml`, `scene.xml`, the USD file at `usd/<id>.usda`, and `usd/nested/<id>.usda`
+            if there are several links.
+        contract: what runtimes expect of it, None if the registry has no contract of the name that the asset gives.
+    """
+
+    asset: Asset
+    category: Category
+    root: Path
+    contract: Contract | None = None
+
+    @property
+    def mjcf(self) -> Path:
+        """The model file: one body `object`, no floor, no free joint."""
+        return self.root / "model.xml"
+
+    @property
+    def scene(self) -> Path:
+        """The model on a floor under a light, free to move where its base is free."""
+        return self.root / "scene.xml"
+
+    @property
+    def usd(self) -> Path:
+        """The USD package's root layer."""
+        return self.root / "usd" / f"{self.asset.id}.usda"
+
+    @property
+    def usd_files(self) -> tuple[Path, ...]:
+        """The root layer, and where there are several links the layer that nests their bodies."""
+        nested = self.usd.parent / "nested" / self.usd.name
+        return (self.usd, nested) if len(self.asset.links) > 1 else (self.usd,)
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.errors import Rejected
+from casa_assets.formats.read import formats
 from casa_assets.formats.read.text import UniqueNames, printable
 from casa_assets.ingest.components import Components, box_gaps, split_components
 from casa_assets.ingest.draft import keep_faces, merge_parts, warning
@@ -582,5 +583,5 @@ def _are_equal(one: Sequence[RawPart], other: Sequence[RawPart]) -> bool:
 
 def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
     """Read a mesh; `limits`: as in registry/limits.yaml. Raises Rejected: unreadable, or the thing is not there."""
-    model = read.load(bundle, limits)
+    model = formats.load(bundle, limits)
     return model_of_thing(model, bundle.thing, printable(bundle.main)) if bundle.thing else model

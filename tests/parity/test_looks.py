@@ -12,7 +12,7 @@ from PIL import Image
 from casa_assets.checks.readers.usd_facts import missing_importer
 from casa_assets.core.numeric import Floats
 from casa_assets.model.source import Up
-from casa_assets.show.stills.still import render, render_mesh
+from casa_assets.show.stills.still import render
 from casa_assets.show.stills.studio import View
 from tests.support.asset.packages import written
 from tests.support.mesh.mesh_files import QUARTERS, Gltf, load_bytes, png
@@ -115,7 +115,7 @@ def test_both_files_show_what_the_input_shows(name: str, tmp_path: Path) -> None
     model = load_bytes("x.glb", LOOKS[name].glb())
     asset, _ = built(model, "boxed_food")
     package = written(asset, tmp_path)
-    before = blocks(render_mesh(model.parts, Up.Y, VIEW))
+    before = blocks(render_model(model.replace(up=Up.Y), VIEW))
     limits = ALIKE if name in DRAWN_OTHERWISE else SAME
     # MuJoCo draws both, and its reader of USD is not there for every Python.
     for file in (package.mjcf,) if missing_importer() else (package.mjcf, package.usd):

@@ -93,7 +93,7 @@ def test_a_change_of_one_family_or_of_what_several_reach_makes_their_rows_run(mo
 @pytest.mark.usefixtures("forgotten")
 def test_the_key_of_a_package_is_that_of_its_code_and_of_what_it_imports(monkeypatch: pytest.MonkeyPatch) -> None:
     before, real = content_keys.subject_key("code/ingest.collision"), content_keys.module_digest
-    own, imported, other = "ingest.collision.plane_splits", "mesh.topology", "show.reports.kitchens"
+    own, imported, other = "ingest.collision.plane_splits", "mesh.surface", "show.reports.kitchens"
     for changed, differs in ((own, True), (imported, True), (other, False)):
         _forget()
         module = f"casa_assets.{changed}"

@@ -29,7 +29,6 @@ from casa_assets.articulate.run.steps import (
 )
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest.run.inputs import WARM, Survey, SurveyTable, discover_inputs, warm_survey
-from casa_assets.ingest.run.inputs import warm as warm_survey
 from casa_assets.ingest.sources.places import Found
 from casa_assets.library import library as disk
 from casa_assets.library import review

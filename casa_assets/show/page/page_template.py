@@ -22,7 +22,7 @@ from casa_assets.cache.cache_key import key_of
 from casa_assets.cache.store import recall, remember
 from casa_assets.core.system import process_name
 from casa_assets.errors import BatchFault
-from casa_assets.formats.gltf import EVERYTHING, asset_glb
+from casa_assets.formats.gltf import asset_glb
 from casa_assets.library import library as disk
 from casa_assets.model.registry.rows import Rejection
 from casa_assets.runs.engine import run_batch
@@ -246,7 +246,7 @@ def _empty_unless_made_by(key: str, folder: Path) -> None:
 
 def _write_model(path: Path, folder: Path) -> str:
     asset = disk.read_asset(path)
-    return put_model(folder, asset.id, asset_glb(asset, EVERYTHING))
+    return put_model(folder, asset.id, asset_glb(asset, with_layers=True))
 
 
 def warm() -> None:

@@ -31,7 +31,7 @@ from casa_assets.library import review
 from casa_assets.library.entry import Entry, entries
 from casa_assets.library.entry_files import PICTURE, file_inside, picture_of
 from casa_assets.library.library import Producer
-from casa_assets.library.review import check_category
+from casa_assets.library.review import check_category, keep_mesh_decisions
 from casa_assets.model.source import UpAxis
 from casa_assets.show.page.page_template import (
     SUFFIX,
@@ -118,7 +118,7 @@ class _Handler(LocalHandler):
                     entry = next(entry for entry in self.server.articulated if entry.sha256 == decided["sha256"])
                     decisions = Decisions.model_validate(decided["decisions"])
                     check_category(decisions)
-                    keep(self.server.library, {entry.sha256: decisions})
+                    keep_mesh_decisions(self.server.library, {entry.sha256: decisions})
         except (ValueError, KeyError, TypeError, AttributeError, StopIteration):
             self.send(HTTPStatus.BAD_REQUEST, "text/plain", b"this is no decision")
         except CasaError as error:

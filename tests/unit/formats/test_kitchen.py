@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from lxml import etree
 
-from casa_assets.addons.batch.merged_form import batch_form
+from casa_assets.addons.batch.merged_form import BatchForms
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.checks.readers.mujoco_facts import load_asset_file
 from casa_assets.formats.mjcf import batch, document
@@ -119,7 +119,7 @@ def compiled(tile: tuple[float, float] | None) -> mujoco.MjModel:
     pixels[:200] = 200
     oak = Material(id="paint", base_color_texture=texture("grain", pixels), tile_m=tile)
     board = block("board", BOARD).replace(materials=(oak,))
-    files = batch.write(batch_form(light_scene(room((board, at(0.0, 0.0, 0.0))))))
+    files = batch.write(BatchForms(light_scene(room((board, at(0.0, 0.0, 0.0))))).form())
     entries = {path.replace("assets/", "../assets/"): data for path, data in files.entries.items()}
     return mujoco.MjModel.from_xml_string(entries.pop(batch.FILE).decode(), assets=entries)
 
