@@ -12,7 +12,7 @@ from PIL import Image
 from casa_assets.checks.readers.usd_facts import missing_importer
 from casa_assets.core.numeric import Floats
 from casa_assets.model.source import Up
-from casa_assets.show.stills.still import render
+from casa_assets.show.stills.still import render, render_model
 from casa_assets.show.stills.studio import View
 from tests.support.asset.packages import written
 from tests.support.mesh.mesh_files import QUARTERS, Gltf, load_bytes, png
