@@ -87,7 +87,9 @@ def samples_of(
     panels = find_panels(measured)
     rectangles = [(p.lower[:2], p.upper[:2]) for p in panels]
     front = find_controls(measured, FRONT, [f for p in panels for f in p.members])
-    levers, front = find_levers(measured, front)
+    levers = find_levers(measured, front)
+    taken = {id(lever.control) for lever in levers}
+    front = [control for control in front if id(control) not in taken]
     gone = [f for v in levers for f in v.control.fragments]
     for side, controls, plates in ((FRONT, front, rectangles), (TOP, find_controls(measured, TOP, gone), [])):
         if not controls:
