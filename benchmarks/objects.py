@@ -26,7 +26,7 @@ from casa_assets.cli.output import Output, TextTable
 from casa_assets.cli.verbs.families import print_member
 from casa_assets.core.system import CACHE_VARIABLE as CACHE
 from casa_assets.families.build import FamilyResult, build_all, object_requests
-from casa_assets.library.library import read_certificate
+from casa_assets.library.entry_files import read_certificate
 
 MEGABYTE = 1e6
 

@@ -29,8 +29,9 @@ from casa_assets.layouts.run.recipe import SceneRecipe, recipes_named
 from casa_assets.layouts.run.resolve import build_scene, kitchen_key, warm
 from casa_assets.layouts.run.scene_folders import WORKER_BYTES
 from casa_assets.library import attribution
-from casa_assets.library import library as disk
 from casa_assets.library.entry import entry_at
+from casa_assets.library.entry_files import CERTIFICATE, file_digests, read_asset, read_certificate, write_files
+from casa_assets.library.library import Library
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.scene import Layer, Scene
@@ -47,15 +48,15 @@ DECIDE = "accept or correct it in review.csv of the library and run ingest again
 
 def why_left_out(folder: Path, with_review: bool) -> str:
     """Why an export leaves out the asset of a folder: what a person has to decide about it; empty where it goes out."""
-    subjects = () if with_review else disk.read_certificate(folder).report.to_decide
+    subjects = () if with_review else read_certificate(folder).report.to_decide
     return f"is in review for {', '.join(subjects)}; {DECIDE}" if subjects else ""
 
 
 def certified_asset(folder: Path) -> Asset:
     """The asset of a folder, every file as it was certified. Raises OutputError."""
-    certified = disk.read_certificate(folder).files
+    certified = read_certificate(folder).files
     try:
-        digests = disk.file_digests(folder)
+        digests = file_digests(folder)
     except OSError as error:
         raise OutputError(str(folder), f"cannot be read: {error.strerror}") from error
     for path in sorted(certified):
@@ -63,8 +64,8 @@ def certified_asset(folder: Path) -> Asset:
             raise OutputError(str(folder / path), "is missing; remove the asset's folder and run ingest again")
         if digests[path] != certified[path]:
             raise OutputError(str(folder / path), "was changed since it was checked; run ingest again without it")
-    if (asset := disk.read_asset(folder)).id != folder.name:
-        raise OutputError(str(folder / disk.CERTIFICATE), f"holds the asset {asset.id!r}; move it to such a folder")
+    if (asset := read_asset(folder)).id != folder.name:
+        raise OutputError(str(folder / CERTIFICATE), f"holds the asset {asset.id!r}; move it to such a folder")
     return asset
 
 
@@ -211,8 +212,8 @@ def export_assets(
     Raises:
         OutputError: `source` holds no asset or a damaged one, or `out` is something else or cannot be written.
     """
-    is_one = (source / disk.CERTIFICATE).is_file()
-    folders = [source] if is_one else list(disk.Library(source).accepted())
+    is_one = (source / CERTIFICATE).is_file()
+    folders = [source] if is_one else list(Library(source).accepted())
     if not folders:
         raise OutputError(str(source), "holds no accepted asset; give a library or the folder of an asset in it")
     check_apart(out, source)
@@ -418,7 +419,7 @@ def export_asset(folder: Path, staged: Path) -> ExportResult:
     """Write one asset and compare what is read back."""
     asset = certified_asset(folder)
     inside = f"{ASSETS}/{asset.id}"
-    disk.write_files(staged / inside, urdf.write(asset))
+    write_files(staged / inside, urdf.write(asset))
     file = f"{inside}/{urdf.urdf_name(asset.id)}"
     facts = {"category": asset.labels.category, "base": asset.base.value, "mass_kg": asset.mass}
     return _judged(staged, ExportResult(asset.id, file, facts), asset_differences(staged / file, asset))
@@ -428,7 +429,7 @@ def export_scene(recipe: SceneRecipe, staged: Path, cache: Path) -> ExportResult
     """Build one kitchen, write its files and compare them."""
     request, scene = build_scene(recipe, cache)
     inside = f"{SCENES}/{scene.id}"
-    disk.write_files(staged / inside, urdf.write_scene(scene))
+    write_files(staged / inside, urdf.write_scene(scene))
     facts = {"placements": len(scene.placements), "list": f"{inside}/{urdf.LIST}", **measures_of(request, scene)}
     result = ExportResult(scene.id, f"{inside}/{urdf.FILE}", facts, credits=attribution.credits_of(scene))
     return _judged(staged, result, scene_differences(staged / inside, scene))
@@ -482,13 +483,13 @@ def form_of(name: str) -> Form:
         try:
             files = write(asset)
         except PluginFailure as error:
-            disk.write_files(staged / TRACES, Files(entries={f"{asset.id}.txt": error.trace.encode()}))
+            write_files(staged / TRACES, Files(entries={f"{asset.id}.txt": error.trace.encode()}))
             return ExportResult(asset.id, message=f"{error}; the trace: {TRACES}/{asset.id}.txt")
         if wrong := [path for path in files if not _is_inside(path)]:
             return ExportResult(asset.id, message=f"plug-in {plugin.plugin.name}: {wrong[0]!r} leaves the folder")
         if not files:
             return ExportResult(asset.id, message=f"plug-in {plugin.plugin.name} wrote no file")
-        disk.write_files(staged / inside, Files(entries=dict(sorted(files.items()))))
+        write_files(staged / inside, Files(entries=dict(sorted(files.items()))))
         facts = {"category": asset.labels.category, "plugin": f"{plugin.plugin.name} {plugin.version}"}
         return ExportResult(asset.id, f"{inside}/{min(files)}", facts)
 

@@ -33,7 +33,8 @@ import numpy as np
 from casa_assets import registry
 from casa_assets.ingest.run.inputs import Survey, SurveyTable, discover_inputs, survey
 from casa_assets.ingest.sources.places import Found
-from casa_assets.library.library import DIGITS, Library
+from casa_assets.library.entry_files import DIGITS
+from casa_assets.library.library import Library
 from tests.support.library.libraries import BOXES, box_obj, casa
 
 NAMES = ("asset.json", "reject.json")

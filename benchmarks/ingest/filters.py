@@ -29,7 +29,8 @@ from casa_assets.checks.filters import FACES_MS, PIXELS_MS, UNKNOWN, misfit
 from casa_assets.checks.table import TABLE
 from casa_assets.core.numeric import Floats
 from casa_assets.ingest.texture import png_bytes
-from casa_assets.library.library import Library, read_asset
+from casa_assets.library.entry_files import read_asset
+from casa_assets.library.library import Library
 from casa_assets.mesh.solid.solids import convex_hull
 from casa_assets.mesh.surface import face_normals
 from casa_assets.model.asset.asset import Asset, Visual

@@ -26,8 +26,8 @@ from benchmarks.ingest.inputs import publish
 from casa_assets import registry
 from casa_assets.ingest.run.run import Options, ingest
 from casa_assets.ingest.up_axis import UP_ROTATIONS
-from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry, entries
+from casa_assets.library.library import Library
 
 OUT = Path("out/bench")
 SUBJECTS = ("category", "up_axis", "scale", "mass")
@@ -141,7 +141,7 @@ def rows_of(folder: Path, library: Path, jobs: int) -> Iterator[Row]:
     for event in ingest([folder], Options(library, jobs=jobs, keep_duplicates=True)):
         print(f"{event.kind:9} {event.path}", flush=True)
     # An input that lies in an archive is told by the archive and its name there.
-    found = {entry.source_path.split("!")[0]: entry for entry in entries(disk.Library(library))}
+    found = {entry.source_path.split("!")[0]: entry for entry in entries(Library(library))}
     for file, truth in truths(folder).items():
         yield judge(truth, found.get(file))
 

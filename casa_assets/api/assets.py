@@ -27,8 +27,8 @@ from casa_assets.formats.values import VIEWER_GROUPS
 from casa_assets.layouts.run.load_scene import model_of
 from casa_assets.layouts.run.resolve import checked_params, params_of
 from casa_assets.layouts.run.scene_files import SCENE_JSON
-from casa_assets.library import library as disk
-from casa_assets.library.library import manifest_of
+from casa_assets.library.entry_files import CERTIFICATE, manifest_of, read_asset
+from casa_assets.library.library import Library
 from casa_assets.mesh.trimesh_exchange import resting_sides
 from casa_assets.mesh.trimesh_exchange import to_trimesh as to_trimesh
 from casa_assets.model.asset.asset import Asset
@@ -97,9 +97,9 @@ def load(path: str | Path, detail: Detail = "full") -> Asset | Kitchen:
     folder = Path(path)
     if (folder / SCENE_JSON).is_file():
         return Kitchen(folder, detail)
-    if (folder / disk.CERTIFICATE).is_file():
-        return disk.read_asset(folder)
-    raise OutputError(str(folder), f"holds neither {SCENE_JSON} of a scene nor {disk.CERTIFICATE} of an asset")
+    if (folder / CERTIFICATE).is_file():
+        return read_asset(folder)
+    raise OutputError(str(folder), f"holds neither {SCENE_JSON} of a scene nor {CERTIFICATE} of an asset")
 
 
 # The following are called by methods of Asset of the same names, which state what they do.
@@ -118,14 +118,14 @@ def to_mjmodel(asset: Asset) -> mujoco.MjModel:
 
 def write(asset: Asset, folder: str | Path) -> Path:
     """See `Asset.write`."""
-    library = disk.Library(Path(folder))
+    library = Library(Path(folder))
     target = library.root / asset.id
     with library.locked(), writing(library.root):
         library.sweep()
         staged = library.stage(asset.id)
         write_package(asset, staged)
         text = json.dumps({"asset": manifest_of(asset)}, sort_keys=True, indent=1, ensure_ascii=False)
-        (staged / disk.CERTIFICATE).write_text(text + "\n", encoding="utf-8")
+        (staged / CERTIFICATE).write_text(text + "\n", encoding="utf-8")
         library.put(staged, target)
     return target
 

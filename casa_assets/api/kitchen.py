@@ -32,7 +32,7 @@ from casa_assets.layouts.run.scene_files import SCENE_JSON, START_STATES
 from casa_assets.layouts.run.scene_folders import BuildOptions, publish_scene, scene_key
 from casa_assets.layouts.run.scene_json import describe, design_of, surface_finishes
 from casa_assets.layouts.run.state_file import read_current_states
-from casa_assets.library import library as disk
+from casa_assets.library.library import Library
 from casa_assets.model.issue import Files, Report
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.model.kitchen.scene import Scene
@@ -184,7 +184,7 @@ class Kitchen:
         Raises:
             OutputError: the folder cannot be written to, or another run is writing to it.
         """
-        library, key = disk.Library(Path(folder)), scene_key(self.recipe)
+        library, key = Library(Path(folder)), scene_key(self.recipe)
         target = library.root / self.id
         with library.locked(), writing(library.root):
             library.sweep()

@@ -16,9 +16,10 @@ from casa_assets.ingest.run.inputs import MeshInput, UpAxis, roots_of
 from casa_assets.ingest.run.run import Options
 from casa_assets.ingest.run.run import ingest as run_ingest
 from casa_assets.ingest.sources.places import StoreRoot
-from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry, entries
+from casa_assets.library.entry_files import read_asset, read_certificate, read_refusal
 from casa_assets.library.entry_table import EntryTable
+from casa_assets.library.library import Library as LibraryFolder
 from casa_assets.library.search import SearchHit, search_by_words
 from casa_assets.mesh.trimesh_exchange import MeshOrScene
 from casa_assets.model.asset.asset import Asset
@@ -125,7 +126,7 @@ class Library:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        self._disk = disk.Library(self.path)
+        self._disk = LibraryFolder(self.path)
 
     def __repr__(self) -> str:
         """Text such as `<Library out/library>`."""
@@ -160,7 +161,7 @@ class Library:
 
     def get(self, asset_id: str) -> Asset:
         """Return an asset, accepted or in review, with its data. Raises UnknownId, or OutputError if damaged."""
-        return disk.read_asset(self.folder(asset_id))
+        return read_asset(self.folder(asset_id))
 
     def search(self, words: str, limit: int = 20) -> list[SearchHit]:
         """Assets whose category, title, path or colours match most of the words, best first."""
@@ -217,7 +218,7 @@ def _result(event: Event) -> IngestResult:
             warnings=event.warnings,
         )
     reasons: tuple[Rejection, ...] = (Rejection(event.code, event.message),)
-    if event.folder is not None and (report := disk.read_refusal(event.folder).report):
+    if event.folder is not None and (report := read_refusal(event.folder).report):
         reasons += tuple(Rejection(issue.code, issue.message) for issue in report.errors[1:])
     is_failed = event.code in FAILURE_CODES.values()
     return IngestResult(
@@ -284,10 +285,10 @@ def ingest(
         done = results[0]
         folder = None if library is None else done.folder
         if done.asset_id is None or done.folder is None:
-            report = None if done.folder is None else disk.read_refusal(done.folder).report
+            report = None if done.folder is None else read_refusal(done.folder).report
             return Ingested(done.source, None, done.reasons[0], (), report, folder)
-        report = disk.read_certificate(done.folder).report
-        return Ingested(done.source, disk.read_asset(done.folder), None, done.warnings, report, folder)
+        report = read_certificate(done.folder).report
+        return Ingested(done.source, read_asset(done.folder), None, done.warnings, report, folder)
 
 
 def _in_memory(mesh: MeshOrScene, category: str, name: str, up: Up | None) -> Ingested:
@@ -358,7 +359,7 @@ def articulate(
 def _articulated(done: ArticulateOutcome, is_kept: bool) -> Articulated:
     asset = rejection = None
     if done.decision is not Decision.REJECTED and done.folder is not None:
-        asset = disk.read_asset(done.folder)
+        asset = read_asset(done.folder)
     else:
         rejection = Rejection(done.code, done.message)
     warnings = done.report.issues if asset is not None and done.report is not None else ()

@@ -14,7 +14,7 @@ from pydantic_core import core_schema
 
 from casa_assets.errors import UnknownId
 from casa_assets.layouts.run.scene_page import SceneReport
-from casa_assets.library.library import SLOTS, Certificate
+from casa_assets.library.entry_files import SLOTS, Certificate
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.plan import BaseKind, Plan, UpperKind
 from casa_assets.model.kitchen.style import Style

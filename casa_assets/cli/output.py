@@ -23,7 +23,7 @@ from rich.text import Text
 from casa_assets.projects import project_folder
 
 if TYPE_CHECKING:
-    from casa_assets.library.library import Summary
+    from casa_assets.library.entry_files import Summary
     from casa_assets.model.issue import Issue
 
 # Layer of scene.json whose parts are walls, floor and ceiling; their mass says nothing of the things in a kitchen.
@@ -142,7 +142,7 @@ def measures(summary: Summary | None) -> dict[str, Any]:
 def measures_at(folder: str | Path | None) -> dict[str, Any]:
     """The same of an asset of a library, or of all in a kitchen and its room; null if there is none."""
     from casa_assets.layouts.run.scene_files import SCENE_JSON
-    from casa_assets.library.library import find_summary
+    from casa_assets.library.entry_files import find_summary
 
     if not folder:
         return measures(None)

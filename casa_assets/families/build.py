@@ -31,9 +31,9 @@ from casa_assets.checks.objects import ObjectMember
 from casa_assets.core.numeric import Floats, rng_for
 from casa_assets.core.system import cache_for
 from casa_assets.errors import UnknownId
-from casa_assets.library import library as disk
+from casa_assets.library.entry_files import Identity, MadeBy, Producer, write_certificate
 from casa_assets.library.entry_table import EntryTable
-from casa_assets.library.library import Identity, Producer
+from casa_assets.library.library import Library
 from casa_assets.library.library_report import write_reports
 from casa_assets.mesh.grasps import choose_grasps, grasp_site
 from casa_assets.mesh.surface import weld
@@ -221,13 +221,13 @@ def build_one(request: FamilyRequest, library: Path, checked: bool = True, drawn
     library cannot be written to. NoRenderer: this machine cannot draw.
     """
     return attempt(
-        lambda: _build_one(request, disk.Library(library), checked, drawn),
+        lambda: _build_one(request, Library(library), checked, drawn),
         lambda message, is_fault: FamilyResult(request, message=message, is_fault=is_fault),
         library,
     )
 
 
-def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, drawn: bool) -> FamilyResult:
+def _build_one(request: FamilyRequest, library: Library, checked: bool, drawn: bool) -> FamilyResult:
     member_family = family_of(request)
     params = params_of(request)
     begin, cpu_before = time.perf_counter(), time.process_time()
@@ -251,8 +251,8 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
             versions = versions_of({"family": modules_of(member_family), **asset_package.WRITING})
         else:
             versions = {**versions_of(asset_package.WRITING), f"plugin:{owner.plugin.name}": owner.version}
-        made_by = disk.MadeBy(Producer.FAMILY, _entry_key(member_family, params, drawn), versions)
-        disk.write_certificate(staged, asset, asset_package.certificate(asset, report, staged, made_by))
+        made_by = MadeBy(Producer.FAMILY, _entry_key(member_family, params, drawn), versions)
+        write_certificate(staged, asset, asset_package.certificate(asset, report, staged, made_by))
         library.publish(staged, target)
     return FamilyResult(
         request,
@@ -300,7 +300,7 @@ def build_all(
     Members that an earlier run has built under the same key are yielded first and stay unchanged. Raises OutputError:
     the library is held by another run or cannot be written. CasaError: see run_batch.
     """
-    place = disk.Library(library)
+    place = Library(library)
     with place.locked(), writing(library):
         place.sweep()
         due: list[FamilyRequest] = []
@@ -319,7 +319,7 @@ def build_all(
 
 
 def _compared(
-    wanted: Sequence[FamilyRequest], library: disk.Library, drawn: bool
+    wanted: Sequence[FamilyRequest], library: Library, drawn: bool
 ) -> Iterator[tuple[FamilyRequest, FamilyResult | None]]:
     """Each request, and its result where an earlier run, or an earlier request of the same numbers, gives it."""
     known = {entry.path: entry for entry in EntryTable(library, skip_damaged=True).entries}

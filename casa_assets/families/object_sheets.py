@@ -11,7 +11,7 @@ from casa_assets.core.system import cache_for
 from casa_assets.families.build import build_asset, family_of, object_requests, params_of
 from casa_assets.formats import mjcf
 from casa_assets.formats.gltf import asset_glb
-from casa_assets.library import library as disk
+from casa_assets.library.entry_files import write_files
 from casa_assets.model.record import Vec3
 from casa_assets.show.page.page_template import put_model
 from casa_assets.show.stills.pictures import SheetCell, contact_sheet
@@ -50,7 +50,7 @@ def draw_members(
     for request in object_requests([name], count, seed):
         asset = build_asset(family_of(request), params_of(request), cache)
         with tempfile.TemporaryDirectory() as folder:
-            disk.write_files(Path(folder), mjcf.write(asset))
+            write_files(Path(folder), mjcf.write(asset))
             picture = render(Path(folder) / "model.xml", View(size_px=size_px, passes=8))
         x, y, z = (float(side) for side in asset.bounds[1] - asset.bounds[0])
         faces = sum(len(visual.mesh.faces) for link in asset.links for visual in link.visuals)

@@ -8,8 +8,8 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
 from casa_assets.core.system import replace_file
-from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry
+from casa_assets.library.library import Library
 from casa_assets.model.kitchen.scene import Scene
 
 NAME = "ATTRIBUTION.md"
@@ -32,7 +32,7 @@ class Credit:
     sha256: str = ""
 
 
-def write(library: disk.Library, found: Iterable[Entry]) -> None:
+def write(library: Library, found: Iterable[Entry]) -> None:
     """Write the whole file from the entries, replacing it by one rename."""
     replace_file(library.root / NAME, text([entry for entry in found if entry.accepted]).encode())
 

@@ -22,8 +22,7 @@ from casa_assets.checks.library import NAMED, CategoryRank
 from casa_assets.core.numeric import Floats
 from casa_assets.core.system import require
 from casa_assets.errors import CasaError
-from casa_assets.library import library as disk
-from casa_assets.library.entry_files import checked_model
+from casa_assets.library.entry_files import checked_model, write_files
 from casa_assets.library.pairs import AssetRow
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.registry.category import clip_prompts
@@ -207,7 +206,7 @@ def render_asset_views(asset: Asset) -> list[bytes]:
     from casa_assets.formats import mjcf
 
     with tempfile.TemporaryDirectory() as folder:
-        disk.write_files(Path(folder), mjcf.write(asset))
+        write_files(Path(folder), mjcf.write(asset))
         return render_model_views(Path(folder) / "model.xml")
 
 

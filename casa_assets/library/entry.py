@@ -20,9 +20,18 @@ from pydantic import ValidationError
 from casa_assets import registry
 from casa_assets.errors import OutputError
 from casa_assets.ingest.sources.places import Refused, StoreRoot, folder_of
-from casa_assets.library import library as disk
-from casa_assets.library.entry_files import file_inside
-from casa_assets.library.library import REJECTED, Library, Producer
+from casa_assets.library import entry_files
+from casa_assets.library.entry_files import (
+    CERTIFICATE,
+    REFUSAL,
+    Manifest,
+    Producer,
+    Summary,
+    file_inside,
+    read_manifest,
+    read_refusal,
+)
+from casa_assets.library.library import REJECTED, Library
 from casa_assets.model.asset.asset import Guess, Provenance
 from casa_assets.model.issue import CheckResult, Decision, Issue, Severity, Tally, subjects_to_decide
 from casa_assets.model.record import Record
@@ -56,7 +65,7 @@ class Entry:
     accepted: bool
     code: str = ""
     message: str = ""
-    summary: disk.Summary | None = None
+    summary: Summary | None = None
     warnings: tuple[Issue, ...] = ()
     results: tuple[CheckResult, ...] = ()
     guesses: tuple[Guess, ...] = ()
@@ -96,14 +105,14 @@ class Entry:
         return tuple(sorted({issue.code for issue in self.warnings}))
 
 
-def entries(library: disk.Library) -> Iterator[Entry]:
+def entries(library: Library) -> Iterator[Entry]:
     """All entries, accepted first. Raises OutputError where one is damaged."""
     for folder in (*library.accepted(), *library.refused()):
         yield entry_at(folder, library.root)
     yield from row_entries(library)
 
 
-def row_entries(library: disk.Library) -> Iterator[Entry]:
+def row_entries(library: Library) -> Iterator[Entry]:
     """Entries for inputs that were refused without a mesh, see RefusedRows."""
     for row in _listed(library):
         stated: dict[str, Any] = {**_place_of(row["source_path"]), **row}
@@ -112,21 +121,21 @@ def row_entries(library: disk.Library) -> Iterator[Entry]:
 
 def entry_at(folder: Path, root: Path) -> Entry:
     """The entry in one folder of the library at `root`. Raises OutputError where it is damaged."""
-    if folder.parent.name == disk.REJECTED:
+    if folder.parent.name == REJECTED:
         return _refused(folder, root)
-    return entry_of(disk.read_manifest(folder), root)
+    return entry_of(read_manifest(folder), root)
 
 
-def entry_of(manifest: disk.Manifest, root: Path) -> Entry:
+def entry_of(manifest: Manifest, root: Path) -> Entry:
     """The entry of an accepted asset whose manifest was read. Raises OutputError where it is damaged."""
     folder, certificate, data = manifest.folder, manifest.certificate, manifest.asset
     try:
         origin, category = Provenance.model_validate(data["provenance"]), str(data["labels"]["category"])
     except (ValidationError, KeyError, TypeError) as error:
-        raise OutputError(str(folder / disk.CERTIFICATE), f"is damaged: {error}; run again without it") from error
+        raise OutputError(str(folder / CERTIFICATE), f"is damaged: {error}; run again without it") from error
     if data.get("id") != folder.name:
         message = f"holds the asset {data.get('id')!r}; move it to a folder of that name"
-        raise OutputError(str(folder / disk.CERTIFICATE), message)
+        raise OutputError(str(folder / CERTIFICATE), message)
     signature = certificate.signature
     return Entry(
         id=folder.name,
@@ -147,15 +156,15 @@ def entry_of(manifest: disk.Manifest, root: Path) -> Entry:
         producer=certificate.producer.value,
         cache_key=certificate.cache_key,
         checks=certificate.report.tally,
-        is_whole=disk.is_whole(folder, certificate),
+        is_whole=entry_files.is_whole(folder, certificate),
         colors=signature.color.names if signature is not None and signature.color.stated else (),
     )
 
 
 def _refused(folder: Path, root: Path) -> Entry:
-    refusal = disk.read_refusal(folder)
+    refusal = read_refusal(folder)
     if refusal.id != folder.name:
-        raise OutputError(str(folder / disk.REFUSAL), f"is that of {refusal.id!r}; move it to a folder of that name")
+        raise OutputError(str(folder / REFUSAL), f"is that of {refusal.id!r}; move it to a folder of that name")
     source = refusal.source
     return Entry(
         id=refusal.id,

@@ -26,9 +26,9 @@ from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.cache.store import Store
 from casa_assets.checks.library import ShapePair
 from casa_assets.errors import OutputError
-from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry, entry_at, entry_of, row_entries
-from casa_assets.library.entry_files import PICTURE, thumbnail_of
+from casa_assets.library.entry_files import CERTIFICATE, PICTURE, REFUSAL, Summary, read_manifest, thumbnail_of
+from casa_assets.library.library import Library
 from casa_assets.library.pairs import AssetRow, ShapeIndex, measure_pair, nearby_pairs, read_row, row_of
 from casa_assets.model.asset.asset import ColorHistogram, Guess, ShapeDescriptor, Signature
 from casa_assets.model.issue import CheckResult, Issue, Severity, Tally
@@ -65,7 +65,7 @@ class EntryTable:
         OutputError: an entry is damaged.
     """
 
-    def __init__(self, library: disk.Library, skip_damaged: bool = False, read_only: bool = False) -> None:
+    def __init__(self, library: Library, skip_damaged: bool = False, read_only: bool = False) -> None:
         self._library, self._read_only = library, read_only
         self._is_tidy = False  # thumbnails of entries that are gone were removed
         self._path = (library.cache / NAME).absolute()
@@ -119,7 +119,7 @@ class EntryTable:
                         found.append(_row_of(kept, folder))
                     except (ValueError, KeyError, TypeError):  # no row: its file says what it is
                         found.append(read_row(folder))
-                elif (folder / disk.CERTIFICATE).exists():  # else it has gone since
+                elif (folder / CERTIFICATE).exists():  # else it has gone since
                     found.append(read_row(folder))
         return found
 
@@ -216,7 +216,7 @@ class EntryTable:
         return _opened(self._path, self._read_only)
 
 
-def stream_entries(library: disk.Library, skip_damaged: bool = False, read_only: bool = False) -> Iterator[Entry]:
+def stream_entries(library: Library, skip_damaged: bool = False, read_only: bool = False) -> Iterator[Entry]:
     """The entries of a library one after the other, accepted first, however many there are; none is kept in memory.
 
     Args and Raises: as of EntryTable.
@@ -227,13 +227,11 @@ def stream_entries(library: disk.Library, skip_damaged: bool = False, read_only:
     yield from row_entries(library)
 
 
-def _read(
-    library: disk.Library, database: sqlite3.Connection, skip_damaged: bool = False
-) -> Iterator[tuple[Entry, str]]:
+def _read(library: Library, database: sqlite3.Connection, skip_damaged: bool = False) -> Iterator[tuple[Entry, str]]:
     """Every entry without the results of its checks, and its state; what is new is added to the table on the way."""
     fresh: list[tuple[str, str, str, str, bytes]] = []
     for folder, name, file in _folders(library):
-        is_accepted = file == disk.CERTIFICATE
+        is_accepted = file == CERTIFICATE
         query = "SELECT state, entry, row <> '' FROM entries WHERE folder = ?"
         if (kept := database.execute(query, (name,)).fetchone()) is not None:
             state, text, has_row = kept
@@ -246,7 +244,7 @@ def _read(
         inner = sorted(os.path.relpath(place, folder) for place, _, _ in os.walk(folder))
         state = _state_of_entry(folder, file, inner)
         try:
-            manifest = disk.read_manifest(folder) if is_accepted else None
+            manifest = read_manifest(folder) if is_accepted else None
             entry = entry_of(manifest, library.root) if manifest else entry_at(folder, library.root)
             row = _rows.dump_json(row_of(manifest)).decode() if manifest else ""
         except OutputError:
@@ -318,7 +316,7 @@ def _entry_of(data: dict[str, Any]) -> Entry:
     for name in _REPEATED:
         data[name] = sys.intern(data[name])
     if (summary := data["summary"]) is not None:
-        data["summary"] = _unchecked(disk.Summary, {**summary, "extents": tuple(summary["extents"])})
+        data["summary"] = _unchecked(Summary, {**summary, "extents": tuple(summary["extents"])})
     for issue in data["warnings"]:
         issue |= {"severity": _SEVERITIES[issue["severity"]], "code": sys.intern(issue["code"])}
     for guess in data["guesses"]:
@@ -363,9 +361,9 @@ def _fields_of(kind: type[Record]) -> tuple[tuple[str, ...], set[str]]:
     return tuple(kind.model_fields), set(kind.model_fields)
 
 
-def _folders(library: disk.Library) -> Iterator[tuple[Path, str, str]]:
+def _folders(library: Library) -> Iterator[tuple[Path, str, str]]:
     """Folder, its path relative to the library, and the name of the file that says what it is; accepted first."""
-    for folders, file in ((library.accepted(), disk.CERTIFICATE), (library.refused(), disk.REFUSAL)):
+    for folders, file in ((library.accepted(), CERTIFICATE), (library.refused(), REFUSAL)):
         for folder in folders:
             yield folder, f"{folder.parent.name}/{folder.name}", file
 

@@ -19,10 +19,10 @@ from casa_assets.checks.check import run
 from casa_assets.checks.library import ROWS, CategoryRank, LibrarySizes, LibraryView
 from casa_assets.checks.objects import CollectedMember, ObjectCollection
 from casa_assets.library import attribution, clip, review
-from casa_assets.library import library as disk
 from casa_assets.library.clip import NO_WEIGHTS, ClipModel, image_embeddings, likenesses, similar_looking_pairs
 from casa_assets.library.entry import ROWS_NAME
 from casa_assets.library.entry_table import EntryTable
+from casa_assets.library.library import REJECTED, Library
 from casa_assets.library.pairs import AssetRow
 from casa_assets.model.issue import Report
 from casa_assets.model.record import Record
@@ -61,7 +61,7 @@ class LibraryReport(Record):
     looks: tuple[tuple[str, str, float], ...] = ()
 
 
-def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | None = None) -> LibraryReport:
+def compare_library(library: Library, table: EntryTable, eye: ClipModel | None = None) -> LibraryReport:
     """Compare all accepted assets with each other and write library.json, by one rename.
 
     Args:
@@ -140,10 +140,10 @@ def likeness_of(name: str, seen: LookRecord) -> CategoryRank:
 
 
 # What `write_reports` writes, and what it reads beside the entries.
-DERIVED = (attribution.NAME, review.NAME, NAME, f"{disk.REJECTED}/{ROWS_NAME}")
+DERIVED = (attribution.NAME, review.NAME, NAME, f"{REJECTED}/{ROWS_NAME}")
 
 
-def write_reports(library: disk.Library, weights: str = "", table: EntryTable | None = None) -> None:
+def write_reports(library: Library, weights: str = "", table: EntryTable | None = None) -> None:
     """Rewrite the files derived from the entries: the attribution file, and the reports on all entries together.
 
     If all of them are as they were written for the same entries, they are kept.

@@ -19,8 +19,8 @@ from casa_assets.cache.store import Store
 from casa_assets.checks.library import ShapePair
 from casa_assets.core.numeric import Floats, Ints, decimals, linear_from_srgb_array
 from casa_assets.errors import DegenerateShape
-from casa_assets.library import library as disk
-from casa_assets.library.library import Producer
+from casa_assets.library.entry_files import Manifest, Producer, read_asset, read_manifest
+from casa_assets.library.library import Library
 from casa_assets.mesh.registration import descriptor_distance, quantile_means, shape_descriptor
 from casa_assets.mesh.solid.deviation import barycentric_samples
 from casa_assets.mesh.surface import face_normals
@@ -111,7 +111,7 @@ class AssetRow:
         return max(self.extents)
 
 
-def read_rows(library: disk.Library) -> Iterator[AssetRow]:
+def read_rows(library: Library) -> Iterator[AssetRow]:
     """Every accepted asset, sorted by category and id. Raises OutputError where one is damaged."""
     for folder in library.accepted():
         yield read_row(folder)
@@ -119,10 +119,10 @@ def read_rows(library: disk.Library) -> Iterator[AssetRow]:
 
 def read_row(folder: Path) -> AssetRow:
     """Return the row of the asset in a folder. Raises OutputError if it is damaged."""
-    return row_of(disk.read_manifest(folder))
+    return row_of(read_manifest(folder))
 
 
-def row_of(manifest: disk.Manifest) -> AssetRow:
+def row_of(manifest: Manifest) -> AssetRow:
     """The asset of a manifest that was read."""
     folder, certificate = manifest.folder, manifest.certificate
     origin = manifest.asset.get("provenance", {})
@@ -248,7 +248,7 @@ def _cloud(folder: Path, digest: str) -> SampledSurface:
     """Return the sampled surface of the asset in a folder; `digest` is part of the key of the `lru_cache`."""
     from casa_assets.mesh.registration import sampled_surface
 
-    return sampled_surface(*surface(disk.read_asset(folder)))
+    return sampled_surface(*surface(read_asset(folder)))
 
 
 # Colours --------------------------------------------------------------------------------------------------------------

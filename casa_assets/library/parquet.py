@@ -26,9 +26,10 @@ from pydantic import Field
 from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.core.system import kept_json, replace_file, require
 from casa_assets.errors import OutputError
-from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry
+from casa_assets.library.entry_files import Summary
 from casa_assets.library.entry_table import stream_entries
+from casa_assets.library.library import Library
 from casa_assets.model.record import Record, Sha256
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 Value = str | float | int | None
 
 
-def _of_summary(read: Callable[[disk.Summary], float]) -> Callable[[Entry], float | None]:
+def _of_summary(read: Callable[[Summary], float]) -> Callable[[Entry], float | None]:
     return lambda entry: None if entry.summary is None else read(entry.summary)
 
 
@@ -136,10 +137,10 @@ def require_parquet() -> None:
 
 
 def write_index(
-    libraries: Sequence[disk.Library],
+    libraries: Sequence[Library],
     folder: Path,
     force: bool = False,
-    entries_of: Callable[[disk.Library], Iterable[Entry]] = stream_entries,
+    entries_of: Callable[[Library], Iterable[Entry]] = stream_entries,
 ) -> WrittenParts:
     """Write the parts of libraries; parts of a library with no entry added, removed or replaced are kept.
 
@@ -151,7 +152,7 @@ def write_index(
         OutputError: an entry is damaged, one library is named twice, or the folder cannot be written to.
     """
     require_parquet()
-    own = disk.Library(folder)
+    own = Library(folder)
     base = folder.resolve()
     by_name = {Path(os.path.relpath(one.root.resolve(), base)).as_posix(): one for one in libraries}
     if len(by_name) < len(libraries):
@@ -180,7 +181,7 @@ def write_index(
     return WrittenParts(index, tuple(kept))
 
 
-def _write_parts(rows: Iterable[Sequence[Value]], own: disk.Library, library: str) -> Iterator[PartFile]:
+def _write_parts(rows: Iterable[Sequence[Value]], own: Library, library: str) -> Iterator[PartFile]:
     """Write rows of one library as parts; yields each once it is there.
 
     Args:
@@ -226,7 +227,7 @@ def _schema() -> pyarrow.Schema:
     return pyarrow.schema([*types.items(), ("library", pyarrow.string())])
 
 
-def _known(own: disk.Library) -> dict[str, tuple[str, LibraryParts]]:
+def _known(own: Library) -> dict[str, tuple[str, LibraryParts]]:
     """The parts of each library and the state in which they were written; of those that are known."""
     said = kept_json(own.cache / STATES)
     try:
@@ -238,7 +239,7 @@ def _known(own: disk.Library) -> dict[str, tuple[str, LibraryParts]]:
     return {one.library: (str(said[one.library]), one) for one in index.libraries if one.library in said}
 
 
-def _publish(own: disk.Library, index: PartsIndex, states: Mapping[str, str]) -> None:
+def _publish(own: Library, index: PartsIndex, states: Mapping[str, str]) -> None:
     """Put index.json in place by one rename, then take away what it does not name."""
     text = json.dumps(index.model_dump(mode="json"), sort_keys=True, indent=1) + "\n"
     replace_file(own.cache / STATES, b"{}")

@@ -23,8 +23,8 @@ from pydantic import Field, ValidationError
 from casa_assets import registry
 from casa_assets.articulate.decisions import Decisions
 from casa_assets.errors import OutputError, UnknownId
-from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry
+from casa_assets.library.library import Library
 from casa_assets.model.asset.asset import Guess
 from casa_assets.model.issue import ASKED_CODE, REVIEW_CODE, Issue, Severity
 from casa_assets.model.record import Record, Sha256
@@ -67,12 +67,12 @@ def doubtful_guesses(guesses: Sequence[Guess]) -> tuple[Issue, ...]:
     )
 
 
-def read_overrides(library: disk.Library) -> dict[str, UserOverride]:
+def read_overrides(library: Library) -> dict[str, UserOverride]:
     """Read the overrides by the sha256 of their input. Raises OutputError where a cell cannot be understood."""
     return {digest: row.override for digest, row in _read(library).items() if not row.override.is_empty}
 
 
-def write(library: disk.Library, found: Iterable[Entry]) -> int:
+def write(library: Library, found: Iterable[Entry]) -> int:
     """Rewrite the list by one rename; without rows the file is removed. Returns the number of rows."""
     overridden = {digest: row for digest, row in _read(library).items() if not row.override.is_empty}
     rows: dict[str, Mapping[str, str]] = {digest: row.cells for digest, row in overridden.items()}
@@ -85,12 +85,12 @@ def write(library: disk.Library, found: Iterable[Entry]) -> int:
     return _write_rows(library, rows)
 
 
-def cells(library: disk.Library) -> dict[str, Mapping[str, str]]:
+def cells(library: Library) -> dict[str, Mapping[str, str]]:
     """Cells of the rows by column, by the sha256 of their input. Raises OutputError where one cannot be understood."""
     return {digest: row.cells for digest, row in _read(library).items()}
 
 
-def decide(library: disk.Library, entry: Entry, words: Mapping[str, str]) -> None:
+def decide(library: Library, entry: Entry, words: Mapping[str, str]) -> None:
     """Write a person's words about an input, such as {"category": "mug"}, into its row; all other rows stay.
 
     Raises:
@@ -103,7 +103,7 @@ def decide(library: disk.Library, entry: Entry, words: Mapping[str, str]) -> Non
     _write_rows(library, {**rows, entry.sha256: {**before, **stated}})
 
 
-def adopt(library: disk.Library, others: Sequence[disk.Library]) -> None:
+def adopt(library: Library, others: Sequence[Library]) -> None:
     """Take over the rows of other libraries in which a person decided something. Raises OutputError."""
     own = _read(library)
     decided = {digest: (library, row) for digest, row in own.items() if not row.override.is_empty}
@@ -121,7 +121,7 @@ def adopt(library: disk.Library, others: Sequence[disk.Library]) -> None:
         _write_rows(library, {**cells_by_digest, **{digest: row.cells for digest, (_, row) in decided.items()}})
 
 
-def _write_rows(library: disk.Library, rows: Mapping[str, Mapping[str, str]]) -> int:
+def _write_rows(library: Library, rows: Mapping[str, Mapping[str, str]]) -> int:
     target = library.root / NAME
     if not rows:
         target.unlink(missing_ok=True)
@@ -173,7 +173,7 @@ def _info_cells(entry: Entry, subjects: Sequence[str]) -> dict[str, str]:
     return {name: f"'{value}" if value.startswith(("=", "+", "-", "@")) else value for name, value in plain.items()}
 
 
-def _read(library: disk.Library) -> dict[str, ReviewRow]:
+def _read(library: Library) -> dict[str, ReviewRow]:
     path = library.root / NAME
     try:
         text = path.read_text(encoding="utf-8-sig")
@@ -240,13 +240,13 @@ def check_category(decisions: Decisions) -> None:
         known.category(decisions.category)
 
 
-def mesh_decisions(library: disk.Library) -> dict[str, Decisions]:
+def mesh_decisions(library: Library) -> dict[str, Decisions]:
     """Return the decisions made in a library so far; empty if it has no file of decisions."""
     path = library.root / MESHES_NAME
     return read_review(path) if path.exists() else {}
 
 
-def keep_mesh_decisions(library: disk.Library, changes: Mapping[str, Decisions]) -> dict[str, Decisions]:
+def keep_mesh_decisions(library: Library, changes: Mapping[str, Decisions]) -> dict[str, Decisions]:
     """Put decisions into the review.json of a library, in place of older ones on the same meshes; return all of them.
 
     Decisions that say nothing take those of the mesh away.

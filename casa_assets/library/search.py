@@ -23,10 +23,10 @@ import numpy as np
 from casa_assets import registry
 from casa_assets.cache.store import Store
 from casa_assets.errors import CasaError
-from casa_assets.library import library as disk
 from casa_assets.library.clip import ClipModel, image_embeddings, text_embedding
 from casa_assets.library.entry import ROWS_NAME, Entry
 from casa_assets.library.entry_table import EntryTable, stream_entries
+from casa_assets.library.library import Library
 from casa_assets.model.issue import Decision
 from casa_assets.model.registry.category import PICTURE_PROMPTS
 
@@ -172,7 +172,7 @@ class Found:
     count: int
 
 
-def search_by_picture(query: str, library: disk.Library, eye: ClipModel, most: int) -> list[SearchHit]:
+def search_by_picture(query: str, library: Library, eye: ClipModel, most: int) -> list[SearchHit]:
     """The assets whose pictures fit words best, best first. Raises OutputError, CannotDraw, NoRenderer."""
     store = Store(library.cache)
     query_embedding = text_embedding([picture.format(query) for picture in PICTURE_PROMPTS], eye, store)
@@ -186,12 +186,12 @@ def search_by_picture(query: str, library: disk.Library, eye: ClipModel, most: i
     return sorted(hits, key=lambda hit: (-hit.score, hit.id))[:most]
 
 
-def entries_that(library: disk.Library, conditions: Sequence[Condition]) -> Iterator[Entry]:
+def entries_that(library: Library, conditions: Sequence[Condition]) -> Iterator[Entry]:
     """The entries that meet all conditions, one after the other. Raises OutputError: an entry is damaged."""
     return (entry for entry in stream_entries(library) if meets(entry, conditions))
 
 
-def search_by_words(query: str, library: disk.Library, most: int) -> list[SearchHit]:
+def search_by_words(query: str, library: Library, most: int) -> list[SearchHit]:
     """The assets whose category, title, path or colours have most of the words, best first. Raises OutputError."""
     return search_entries(entries_that(library, with_default(())), library.root, query, most).hits
 

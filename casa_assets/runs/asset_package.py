@@ -18,7 +18,15 @@ from casa_assets.core.numeric import significant
 from casa_assets.errors import OutputError
 from casa_assets.formats import mjcf
 from casa_assets.formats.usd.document import write as write_usd
-from casa_assets.library import library as disk
+from casa_assets.library.entry_files import (
+    Certificate,
+    MadeBy,
+    Summary,
+    file_digests,
+    read_asset,
+    write_certificate,
+    write_files,
+)
 from casa_assets.library.pairs import signature
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.parts import Hull
@@ -51,12 +59,12 @@ def write_package(asset: Asset, folder: Path, view: View = PREVIEW) -> float:
     Raises:
         CannotDraw, NoRenderer: no picture can be made on this machine.
     """
-    disk.write_files(folder, mjcf.write(asset))
+    write_files(folder, mjcf.write(asset))
     begin = time.perf_counter()
     picture = render(folder / "model.xml", view)
     (folder / "preview.png").write_bytes(picture)
     drawn_s = time.perf_counter() - begin
-    disk.write_files(folder, write_usd(asset, thumbnail(picture)))
+    write_files(folder, write_usd(asset, thumbnail(picture)))
     return drawn_s
 
 
@@ -78,35 +86,35 @@ def check_package(
     return report
 
 
-def certify(asset: Asset, report: Report, folder: Path, made_by: disk.MadeBy) -> None:
+def certify(asset: Asset, report: Report, folder: Path, made_by: MadeBy) -> None:
     """Write asset.json of an asset that has passed, and read it back. Raises ValueError."""
-    disk.write_certificate(folder, asset, certificate(asset, report, folder, made_by))
+    write_certificate(folder, asset, certificate(asset, report, folder, made_by))
     try:
-        is_same = disk.read_asset(folder) == asset
+        is_same = read_asset(folder) == asset
     except OutputError as error:
         raise ValueError(f"the asset that was written cannot be read: {error.message}") from error
     if not is_same:
         raise ValueError("the asset read back from its folder differs from the one written")
 
 
-def certificate(asset: Asset, report: Report, folder: Path, made_by: disk.MadeBy) -> disk.Certificate:
+def certificate(asset: Asset, report: Report, folder: Path, made_by: MadeBy) -> Certificate:
     """Return the certificate of an asset that is in `folder` and has passed."""
     hulls = [len(c.shape.mesh.vertices) for k in asset.links for c in k.colliders if isinstance(c.shape, Hull)]
     x, y, z = (significant(v, 6) for v in np.ptp(asset.bounds, axis=0))
-    return disk.Certificate(
+    return Certificate(
         asset_digest=asset.digest,
         producer=made_by.producer,
         cache_key=made_by.cache_key,
         versions={**made_by.versions, **checks_versions()},
         report=report,
-        summary=disk.Summary(
+        summary=Summary(
             extents=(x, y, z),
             mass=significant(asset.mass, 6),
             colliders=sum(len(k.colliders) for k in asset.links),
             hull_vertices=max(hulls, default=0),
             faces=sum(len(v.mesh.faces) for k in asset.links for v in k.visuals),
         ),
-        files=disk.file_digests(folder),
+        files=file_digests(folder),
         signature=signature(asset),
     )
 

@@ -36,12 +36,22 @@ from casa_assets.cache.store import Store
 from casa_assets.core.system import cache_dir, cache_for, unusable
 from casa_assets.errors import CasaError, OutputError, PluginFailure, Rejected
 from casa_assets.ingest.sources.places import Found, Refused
-from casa_assets.library import library as disk
 from casa_assets.library import review
 from casa_assets.library.entry import Entry, RefusedRows, entry_at, remainder_message, row_id
-from casa_assets.library.entry_files import file_inside
+from casa_assets.library.entry_files import (
+    CERTIFICATE,
+    REFUSAL,
+    Certificate,
+    Identity,
+    Producer,
+    Refusal,
+    file_inside,
+    is_whole,
+    read_manifest,
+    read_refusal,
+)
 from casa_assets.library.entry_table import EntryTable
-from casa_assets.library.library import Identity, Library, Producer
+from casa_assets.library.library import REJECTED, Library
 from casa_assets.model import rejection_codes
 from casa_assets.model.issue import Decision
 from casa_assets.runs.limits import Limits, WorkerFailure
@@ -264,7 +274,7 @@ class InputRun(Generic[S]):
         self._places.add(place)
         self._unread[place] += 1
         digest = hashlib.sha256(f"{place}:{self._unread[place]}".encode()).hexdigest()
-        refusal = disk.Refusal(
+        refusal = Refusal(
             producer=self.producer,
             id=Identity(self.producer, digest).asset_id(SHELF),
             code=code,
@@ -277,7 +287,7 @@ class InputRun(Generic[S]):
         self._unread_ids.add(refusal.id)
         known, is_new = self.before.refusal_folder(refusal.id), True
         with suppress(OutputError):  # damaged: written anew
-            is_new = not (known / disk.REFUSAL).exists() or disk.read_refusal(known) != refusal
+            is_new = not (known / REFUSAL).exists() or read_refusal(known) != refusal
         folder = self.library.refusal_folder(refusal.id)
         if is_new:
             self.library.put(self.library.stage_refusal(refusal), folder)
@@ -297,7 +307,7 @@ class InputRun(Generic[S]):
         for folder in list(self.library.refused()):
             if folder.name.startswith(f"{SHELF}_") and folder.name not in self._unread_ids:
                 try:
-                    refusal = disk.read_refusal(folder)
+                    refusal = read_refusal(folder)
                     place = _place_key(refusal.source.path, refusal.source.uid)
                     is_obsolete = refusal.producer is self.producer and place in self._places
                 except OutputError:
@@ -351,8 +361,8 @@ def cached_outcome(
             continue  # made under another category
         try:
             entry = known.get(folder) or entry_at(folder, folder.parents[1])
-            if entry.code == NEAR_DUPLICATE_CODE and (twin := disk.read_refusal(folder).twin):
-                file_inside(folder.parents[1], f"{twin}/{disk.CERTIFICATE}", folder / disk.REFUSAL, "twin")
+            if entry.code == NEAR_DUPLICATE_CODE and (twin := read_refusal(folder).twin):
+                file_inside(folder.parents[1], f"{twin}/{CERTIFICATE}", folder / REFUSAL, "twin")
         except OutputError:
             continue  # damaged, or a copy of what is gone: it is made anew
         if entry.cache_key == cache_key and entry.code not in retried and entry.is_whole:
@@ -444,21 +454,21 @@ def kept_instead(
     return KeptAsset(folder, certificate.cache_key, reason)
 
 
-def _find_accepted(entries: Iterable[Path], cache_key: str) -> tuple[Path, disk.Certificate, int] | None:
+def _find_accepted(entries: Iterable[Path], cache_key: str) -> tuple[Path, Certificate, int] | None:
     """Return the accepted asset among the entries of one input with the number of its joints, or None.
 
     Damaged entries, and one that was made under the same key, are skipped.
     """
     for folder in entries:
-        if folder.parent.name == disk.REJECTED:
+        if folder.parent.name == REJECTED:
             continue
         try:
-            manifest = disk.read_manifest(folder)
+            manifest = read_manifest(folder)
         except OutputError:
             continue
         certificate = manifest.certificate
         is_accepted = certificate.report.passed and not certificate.report.to_decide
-        if is_accepted and certificate.cache_key != cache_key and disk.is_whole(folder, certificate):
+        if is_accepted and certificate.cache_key != cache_key and is_whole(folder, certificate):
             return folder, certificate, len(manifest.asset.get("joints", ()))
     return None
 

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from casa_assets.errors import OutputError, PluginFailure, Rejected
-from casa_assets.library import library as disk
+from casa_assets.library.entry_files import Manifest, Summary
+from casa_assets.library.library import Library
 from casa_assets.model.issue import Decision, Issue, Report, subjects_to_decide
 from casa_assets.runs.limits import full_disk
 
@@ -47,7 +48,7 @@ class Outcome:
     warnings: tuple[Issue, ...] = ()
     staged: Path | None = None
     trace: str = ""
-    manifest: disk.Manifest | None = None
+    manifest: Manifest | None = None
 
     @property
     def decision(self) -> Decision:
@@ -89,7 +90,7 @@ class Event:
     warnings: tuple[Issue, ...] = ()
     count: int = 1
     folder: Path | None = None
-    summary: disk.Summary | None = None
+    summary: Summary | None = None
 
     @property
     def was_rejected(self) -> bool:
@@ -132,7 +133,7 @@ def writing(root: Path) -> Iterator[None]:
         raise OutputError(str(root), f"cannot be written to: {error.strerror}") from error
 
 
-def keep_trace(error: PluginFailure, library: disk.Library) -> Path:
+def keep_trace(error: PluginFailure, library: Library) -> Path:
     """Write where code of a plug-in has failed into a file of a library, called after its text; the file."""
     folder = library.cache / TRACES
     folder.mkdir(parents=True, exist_ok=True)

@@ -30,10 +30,9 @@ from typing import Literal, TypeVar
 
 from casa_assets.core.system import process_name
 from casa_assets.errors import OutputError
-from casa_assets.library import library as disk
 from casa_assets.library import review
-from casa_assets.library.entry_files import PICTURE, file_inside
-from casa_assets.library.library import suffix_of
+from casa_assets.library.entry_files import CERTIFICATE, PICTURE, REFUSAL, file_inside, suffix_of
+from casa_assets.library.library import REJECTED, Library
 from casa_assets.library.library_report import write_reports
 from casa_assets.library.remote_folder import RemoteFolder, StoredFile, WriterLock
 from casa_assets.runs.outcome import Event, writing
@@ -41,7 +40,7 @@ from casa_assets.runs.outcome import Event, writing
 T = TypeVar("T")
 R = TypeVar("R")
 UNFINISHED = ".casa/unfinished.json"
-MANIFESTS = (disk.CERTIFICATE, disk.REFUSAL)
+MANIFESTS = (CERTIFICATE, REFUSAL)
 DECISIONS = (review.NAME, review.MESHES_NAME)
 MAX_READ = 3  # times that an entry is read before it is called damaged; it may be replaced meanwhile
 THREADS = 16  # requests at once: most of their time is waiting
@@ -88,14 +87,14 @@ def entry_path(folder: Path) -> str:
     return f"{folder.parent.name}/{folder.name}"
 
 
-def entry_folders(library: disk.Library) -> dict[str, Path]:
+def entry_folders(library: Library) -> dict[str, Path]:
     """Folders of all entries of a library on this disk by their paths relative to it, accepted ones first."""
     return {entry_path(folder): folder for folder in (*library.accepted(), *library.refused())}
 
 
 def manifest_name(path: str) -> str:
     """Name of the file that makes the folder of an entry one: asset.json, of a rejected input reject.json."""
-    return disk.REFUSAL if path.partition("/")[0] == disk.REJECTED else disk.CERTIFICATE
+    return REFUSAL if path.partition("/")[0] == REJECTED else CERTIFICATE
 
 
 def _is_entry_path(path: str) -> bool:
@@ -130,7 +129,7 @@ def digests_of(path: str, manifest: bytes, names: Iterable[str], place: str) -> 
     `path`: of the entry. `manifest`: its bytes. `names`: of files that its folder has. `place`: of the manifest, for
     errors. Raises DamagedEntry: the manifest is damaged, or names files outside of the entry.
     """
-    is_refusal = manifest_name(path) == disk.REFUSAL
+    is_refusal = manifest_name(path) == REFUSAL
     try:
         stated = json.loads(manifest)["code" if is_refusal else "certificate"]
     except (ValueError, KeyError, TypeError, RecursionError) as error:
@@ -141,7 +140,7 @@ def digests_of(path: str, manifest: bytes, names: Iterable[str], place: str) -> 
     if not isinstance(files, dict) or not all(isinstance(digest, str) for digest in files.values()):
         raise DamagedEntry(place, "names no files; make the entry again")
     for name in files:
-        if not _is_safe_name(name) or name == disk.CERTIFICATE:
+        if not _is_safe_name(name) or name == CERTIFICATE:
             raise DamagedEntry(place, f"names {name!r:.120}, which is no file of the entry; make it again")
     return files
 
@@ -224,7 +223,7 @@ class RemoteLibrary(RemoteFolder):
 
 
 def push(
-    library: disk.Library, remote: RemoteLibrary, lock: WriterLock, extra: Extra, gone: Set[str] = frozenset()
+    library: Library, remote: RemoteLibrary, lock: WriterLock, extra: Extra, gone: Set[str] = frozenset()
 ) -> Iterator[Change]:
     """Make the library on a store equal to one on this disk; yields a Change for each entry, as it is done with.
 
@@ -312,7 +311,7 @@ def push_entry(folder: Path, remote: RemoteLibrary, there: Mapping[str, StoredFi
     return remote.publish(entry_path(folder), files, there)
 
 
-def pull(remote: RemoteLibrary, library: disk.Library, extra: Extra, is_partial: bool = False) -> Iterator[Change]:
+def pull(remote: RemoteLibrary, library: Library, extra: Extra, is_partial: bool = False) -> Iterator[Change]:
     """Make a library on this disk equal to one on a store; yields a Change for each entry, as it is done with.
 
     Killed at any moment and run again, it goes on. With `Extra.KEEP` what the library alone has stays, a damaged entry
@@ -354,7 +353,7 @@ def pull(remote: RemoteLibrary, library: disk.Library, extra: Extra, is_partial:
         write_reports(library)
 
 
-def _pull_shelf(shelf: str, remote: RemoteLibrary, library: disk.Library, total: int) -> Iterator[Change]:
+def _pull_shelf(shelf: str, remote: RemoteLibrary, library: Library, total: int) -> Iterator[Change]:
     entries = {path: names for path, names in remote.shelf(shelf).items() if manifest_name(path) in names}
 
     def fetch(path: str) -> tuple[Change, Path | None]:
@@ -373,7 +372,7 @@ def _pull_shelf(shelf: str, remote: RemoteLibrary, library: disk.Library, total:
             yield change
 
 
-def _is_current(path: str, library: disk.Library, remote: RemoteLibrary, stored: Mapping[str, StoredFile]) -> bool:
+def _is_current(path: str, library: Library, remote: RemoteLibrary, stored: Mapping[str, StoredFile]) -> bool:
     """True if the library has the entry of the store, with all its files."""
     folder, name = library.root / path, manifest_name(path)
     try:
@@ -387,7 +386,7 @@ def _is_current(path: str, library: disk.Library, remote: RemoteLibrary, stored:
 
 
 def _fetched(
-    path: str, library: disk.Library, remote: RemoteLibrary, stored: Mapping[str, StoredFile]
+    path: str, library: Library, remote: RemoteLibrary, stored: Mapping[str, StoredFile]
 ) -> tuple[int, Path | None]:
     """Bytes that were fetched of an entry, and its copy in the staging folder; None if it has gone from the store.
 
@@ -436,7 +435,7 @@ def _bring(path: str, digest: str, own: Path, name: str, target: Path, remote: R
     return size
 
 
-def _pull_books(library: disk.Library, remote: RemoteLibrary, there: Mapping[str, StoredFile], is_mirror: bool) -> None:
+def _pull_books(library: Library, remote: RemoteLibrary, there: Mapping[str, StoredFile], is_mirror: bool) -> None:
     """Fetch the books that differ; decisions are taken over before."""
     own = books_at(library.root)
     for name in sorted(there.keys() - set(DECISIONS)):
@@ -452,7 +451,7 @@ def _pull_books(library: disk.Library, remote: RemoteLibrary, there: Mapping[str
         own[name].unlink()
 
 
-def _take_over_decisions(library: disk.Library, remote: RemoteLibrary, is_overwritten: bool) -> None:
+def _take_over_decisions(library: Library, remote: RemoteLibrary, is_overwritten: bool) -> None:
     """Take the decisions on the store over into a library; its own on other inputs stay.
 
     `is_overwritten`: take the files of the store as they are, whatever was decided here. Raises OutputError: both
@@ -475,19 +474,19 @@ def _take_over_decisions(library: disk.Library, remote: RemoteLibrary, is_overwr
             review.keep_mesh_decisions(library, review.mesh_decisions(there))
 
 
-def _decided(library: disk.Library) -> dict[str, Mapping[str, object]]:
+def _decided(library: Library) -> dict[str, Mapping[str, object]]:
     """Return the decisions of a library, by the name of the file, then by the digest of the input."""
     return {review.NAME: review.read_overrides(library), review.MESHES_NAME: review.mesh_decisions(library)}
 
 
 @contextmanager
-def _fetched_decisions(library: disk.Library, remote: RemoteLibrary) -> Iterator[disk.Library]:
+def _fetched_decisions(library: Library, remote: RemoteLibrary) -> Iterator[Library]:
     """A folder with the files of the store on decisions, as far as it has them."""
     with TemporaryDirectory(dir=library.private, prefix="decisions.") as folder:
         for name in DECISIONS:
             if (data := remote.read(name)) is not None:
                 (Path(folder) / name).write_bytes(data)
-        yield disk.Library(Path(folder))
+        yield Library(Path(folder))
 
 
 class StoredRun:
@@ -500,7 +499,7 @@ class StoredRun:
         library: on this disk. remote: the same on the store. lock: by which the caller holds it.
     """
 
-    def __init__(self, library: disk.Library, remote: RemoteLibrary, lock: WriterLock) -> None:
+    def __init__(self, library: Library, remote: RemoteLibrary, lock: WriterLock) -> None:
         self._library, self._remote, self._lock = library, remote, lock
         self._before: Set[str] = frozenset()
 

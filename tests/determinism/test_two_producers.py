@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from casa_assets.library import library as disk
-from casa_assets.library.library import Producer
+from casa_assets.library.entry_files import Producer, file_digests, read_asset, read_certificate
+from casa_assets.library.library import Library
 from casa_assets.runs.limits import trees
 from tests.determinism.test_kill import is_staged, kill
 from tests.support.library.libraries import ROOT, casa_here, command, tree
@@ -71,11 +71,11 @@ def killed_at(moment: Moment, verb: str, mesh: Path, library: Path) -> None:
 def producers(library: Path) -> list[Producer]:
     """Who made the accepted entries, each of which is whole."""
     found = []
-    for folder in disk.Library(library).accepted():
-        certificate = disk.read_certificate(folder)
-        sums = disk.file_digests(folder)
+    for folder in Library(library).accepted():
+        certificate = read_certificate(folder)
+        sums = file_digests(folder)
         assert {path: sums[path] for path in certificate.files} == certificate.files, folder
-        assert disk.read_asset(folder).digest == certificate.asset_digest, folder
+        assert read_asset(folder).digest == certificate.asset_digest, folder
         found.append(certificate.producer)
     return sorted(found)
 

@@ -29,8 +29,9 @@ from casa_assets.layouts.run.resolve import build_scene
 from casa_assets.layouts.run.scene_folders import scene_key
 from casa_assets.layouts.run.state_file import digest_of_file, read_states, write_states
 from casa_assets.library import attribution
-from casa_assets.library import library as disk
 from casa_assets.library.entry import entries as entries_of
+from casa_assets.library.entry_files import write_files
+from casa_assets.library.library import Library
 from casa_assets.model.asset.asset import TEST_SHARE, Asset, Base, Split, split_of
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.record import Vec3
@@ -82,7 +83,7 @@ def export_kitchen(recipe: SceneRecipe, root: Path, cache: Path, states: Path | 
     folder = root / kitchens.KITCHENS / scene.id
     folder.mkdir(parents=True)
     tasks = afforded_tasks(kitchen, scene)
-    disk.write_files(folder, kitchens.write_kitchen(scene, fixtures, tasks))
+    write_files(folder, kitchens.write_kitchen(scene, fixtures, tasks))
     if states is not None:
         drawn = states / scene.id
         found = read_states(drawn)
@@ -123,7 +124,7 @@ def _write_fixture(folder: Path, asset: Asset) -> None:
     draft = folder.with_name(f".{folder.name}.{os.getpid()}")
     folder.parent.mkdir(parents=True, exist_ok=True)
     shutil.rmtree(draft, ignore_errors=True)
-    disk.write_files(draft, kitchens.write_fixture(asset))
+    write_files(draft, kitchens.write_fixture(asset))
     try:
         draft.rename(folder)
     except OSError:
@@ -229,7 +230,7 @@ def export(
         OutputError: the library holds no asset or a damaged one, or `out` is something else or cannot be written.
         BatchFault: scenes failed by a fault of the program; `out` stays as it was.
     """
-    folders = [] if library is None else list(disk.Library(library).accepted())
+    folders = [] if library is None else list(Library(library).accepted())
     if library is not None and not folders:
         raise OutputError(str(library), "holds no accepted asset; give the folder that `casa-assets ingest` wrote")
     if not _NAME.fullmatch(name):
@@ -272,7 +273,7 @@ def _export_asset(folder: Path, run: _Export) -> ExportResult:
     instance = objects.Instance(id=asset.id, category=category_id, split=split)
     folder_inside = objects.instance_folder(instance, run.registry)
     file = f"{folder_inside}/{objects.FILE}"
-    disk.write_files(run.staged / folder_inside, objects.write(asset, stood_up=category.upright is RestingPose.LIES))
+    write_files(run.staged / folder_inside, objects.write(asset, stood_up=category.upright is RestingPose.LIES))
     low, high = asset.bounds
     x, y, z = (float(v) for v in high - low)
     run.instances.append(instance)
@@ -307,7 +308,7 @@ def _write_manifests(run: _Export, library: Path | None) -> None:
     credit = ""
     if library is not None:
         ids = {i.id for i in run.instances}
-        credit = attribution.text([e for e in entries_of(disk.Library(library)) if e.accepted and e.id in ids])
+        credit = attribution.text([e for e in entries_of(Library(library)) if e.accepted and e.id in ids])
         tables = objects.category_tables(run.instances, run.categories, run.registry)
         files |= {objects.file_name(g): objects.json_bytes(table) for g, table in tables.items()}
         files[SPLITS] = objects.json_bytes({"rule": SPLIT_RULE, **_splits(run.instances)})

@@ -37,7 +37,7 @@ from casa_assets.ingest.sources.discover import collect, discover
 from casa_assets.ingest.sources.places import Found, Refused
 from casa_assets.ingest.things import load
 from casa_assets.library.clip import NO_WEIGHTS, classify_by_look, load_scorer
-from casa_assets.library.library import Identity, Producer
+from casa_assets.library.entry_files import Identity, Producer
 from casa_assets.library.review import REJECTED_CODE
 from casa_assets.model.asset.asset import Asset, Guess
 from casa_assets.model.record import Vec3

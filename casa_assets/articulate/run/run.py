@@ -30,11 +30,11 @@ from casa_assets.articulate.run.steps import (
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest.run.inputs import WARM, Survey, SurveyTable, discover_inputs, warm_survey
 from casa_assets.ingest.sources.places import Found
-from casa_assets.library import library as disk
 from casa_assets.library import review
 from casa_assets.library.entry import is_below
+from casa_assets.library.entry_files import Producer
 from casa_assets.library.entry_table import EntryTable
-from casa_assets.library.library import Producer
+from casa_assets.library.library import Library
 from casa_assets.model.source import NO_OVERRIDE
 from casa_assets.runs.engine import (
     InputRun,
@@ -81,7 +81,7 @@ def articulate(
     first = next(inputs, None)
     if first is None:
         return
-    library = disk.Library(out)
+    library = Library(out)
     with ExitStack() as stack:
         open_library(library, stack)
         review.keep_mesh_decisions(library, decisions)

@@ -35,10 +35,10 @@ from casa_assets.errors import CasaError, Rejected
 from casa_assets.formats import mjcf
 from casa_assets.ingest.sources.discover import collect
 from casa_assets.ingest.things import load
-from casa_assets.library import library as disk
 from casa_assets.library.clip import weights_digest
 from casa_assets.library.entry import Entry
-from casa_assets.library.library import Identity, Producer
+from casa_assets.library.entry_files import Identity, MadeBy, Producer, Refusal, write_files, write_refusal
+from casa_assets.library.library import Library
 from casa_assets.model import rejection_codes
 from casa_assets.model.issue import Decision, Report
 from casa_assets.model.source import Source, Word
@@ -170,12 +170,12 @@ def articulate_one(request: ArticulateRequest) -> ArticulateOutcome | RunAborted
     try:
         with writing(request.out):
             key = _key_of_file(request)
-            entries = list(disk.Library(request.out).entries_of(key.identity))
+            entries = list(Library(request.out).entries_of(key.identity))
             kept = None if request.force else kept_outcome(request, key, entries)
             if kept is None:
                 return _made(request, key)
             if request.preview and is_missing(kept):
-                add(kept, disk.Library(request.out))
+                add(kept, Library(request.out))
             return kept
     except Rejected as error:
         return ArticulateOutcome(request.mesh, code=error.code, message=error.message)
@@ -229,7 +229,7 @@ def kept_outcome(
         entries: folders of all entries made of the same bytes.
         known: entries that were read already, by their folder: their files are not opened again.
     """
-    library = disk.Library(request.out)
+    library = Library(request.out)
     found = cached_outcome(entries, None, key.cache_key, known, RETRIED_CODES)
     if found is None:
         better = kept_before(library, key.identity, key.cache_key, entries)
@@ -244,7 +244,7 @@ def kept_outcome(
     return outcome
 
 
-def outcome_of_entry(library: disk.Library, entry: Entry) -> ArticulateOutcome | None:
+def outcome_of_entry(library: Library, entry: Entry) -> ArticulateOutcome | None:
     """Return the outcome that led to an entry; None where the cache was deleted, or other code has made the entry."""
     key = EntryKey(Identity(Producer.ARTICULATE, entry.sha256), entry.cache_key)
     return _recorded(library, key, Path(entry.source_path), library.root / entry.path, entry)
@@ -266,7 +266,7 @@ def _kept_in_place_of(request: ArticulateRequest, key: EntryKey, new: NewResult)
     """Return the outcome of an accepted asset that is better than a new result, or None to publish the new one."""
     if request.force:
         return None
-    library = disk.Library(request.out)
+    library = Library(request.out)
     entries = library.entries_of(key.identity)
     better = kept_instead(library, key.identity, key.cache_key, entries, new, RETRIED_CODES)
     return None if better is None else _outcome_of_accepted(request, key, better)
@@ -274,7 +274,7 @@ def _kept_in_place_of(request: ArticulateRequest, key: EntryKey, new: NewResult)
 
 def _outcome_of_accepted(request: ArticulateRequest, key: EntryKey, better: KeptAsset) -> ArticulateOutcome:
     """Return the outcome of an accepted asset that is kept; without its parts where the cache was deleted."""
-    record = Store(disk.Library(request.out).cache).get(_record_key(replace(key, cache_key=better.cache_key)))
+    record = Store(Library(request.out).cache).get(_record_key(replace(key, cache_key=better.cache_key)))
     outcome = ArticulateOutcome(request.mesh) if record is None else _OUTCOMES.validate_json(record)
     return replace(
         outcome,
@@ -315,7 +315,7 @@ def publish_refusal(
     Args:
         source: what is stated of the input. picture: makes a PNG of it; empty where it cannot be drawn.
     """
-    library = disk.Library(request.out)
+    library = Library(request.out)
     kept = _kept_in_place_of(request, key, NewResult(Decision.REJECTED, error.code))
     if kept is not None:
         return kept
@@ -325,8 +325,8 @@ def publish_refusal(
     return ArticulateOutcome(request.mesh, folder, code=error.code, message=error.message, sha256=key.identity.sha256)
 
 
-def _refusal(key: EntryKey, category: str, source: Source, error: Rejected) -> disk.Refusal:
-    return disk.Refusal(
+def _refusal(key: EntryKey, category: str, source: Source, error: Rejected) -> Refusal:
+    return Refusal(
         producer=Producer.ARTICULATE,
         id=key.identity.asset_id(category),
         code=error.code,
@@ -353,7 +353,7 @@ def _publish(request: ArticulateRequest, result: ArticulateResult, key: EntryKey
     A doubtful asset is published like an accepted one, with a warning for each question that a person has to decide. An
     accepted asset of the same mesh that is better is kept instead.
     """
-    library = disk.Library(request.out)
+    library = Library(request.out)
     if result.asset.provenance.sha256 != key.identity.sha256:
         raise Rejected("RUN005", "the file changed while it was being read; run again")
     staged, result, report, travel = _mended(request, limit_ranges(result))
@@ -375,13 +375,13 @@ def _publish(request: ArticulateRequest, result: ArticulateResult, key: EntryKey
         sha256=key.identity.sha256,
     )
     if report.passed:
-        made_by = disk.MadeBy(Producer.ARTICULATE, key.cache_key, versions_of({**STEPS, **WRITING}))
+        made_by = MadeBy(Producer.ARTICULATE, key.cache_key, versions_of({**STEPS, **WRITING}))
         certify(asset, report, staged, made_by)
         outcome = replace(outcome, folder=library.folder(category, asset.id))
     else:
         worst = first_error(report)
         error = Rejected(worst.code, worst.message)
-        disk.write_refusal(staged, _refusal(key, category, result.source, error).replace(id=asset.id, report=report))
+        write_refusal(staged, _refusal(key, category, result.source, error).replace(id=asset.id, report=report))
         outcome = replace(outcome, folder=library.refusal_folder(asset.id), code=worst.code, message=worst.message)
     assert outcome.folder is not None
     if request.preview:
@@ -407,7 +407,7 @@ def _mended(
     request: ArticulateRequest, built: ArticulateResult
 ) -> tuple[Path, ArticulateResult, Report, dict[str, JointTravel]]:
     """Write and check an asset, and again once what its checks complain of is mended, as far as it can be."""
-    library = disk.Library(request.out)
+    library = Library(request.out)
     for last in (*[False] * MAX_MENDS, True):
         staged = library.stage(built.asset.id)
         result = with_contract(built.with_runtime_names(), staged)
@@ -428,7 +428,7 @@ def with_contract(result: ArticulateResult, folder: Path) -> ArticulateResult:
     known, asset = registry.load(), result.asset
     if asset.contract is None:
         return result
-    disk.write_files(folder, mjcf.write(asset))
+    write_files(folder, mjcf.write(asset))
     contract = known.contracts.get(asset.contract)
     faults = unmet_checks(asset, result.category, folder, contract, known.limits)
     if not faults:

@@ -89,7 +89,7 @@ def _ended(running: Generator[Any, None, None], output: Output) -> list[Any]:
 
 def look(ids: Sequence[str], source: Path | None, output: Output) -> None:
     """Print the command that shows the first exported asset of a library or a folder, or kitchen without a source."""
-    from casa_assets.library.library import CERTIFICATE
+    from casa_assets.library.entry_files import CERTIFICATE
 
     if not ids:
         return
@@ -103,7 +103,8 @@ def look(ids: Sequence[str], source: Path | None, output: Output) -> None:
 
 def folders_by_id(source: Path) -> dict[str, Path]:
     """Folders of the accepted assets of a library, or the folder of one asset, by id."""
-    from casa_assets.library.library import CERTIFICATE, Library
+    from casa_assets.library.entry_files import CERTIFICATE
+    from casa_assets.library.library import Library
 
     if (source / CERTIFICATE).is_file():
         return {source.name: source}

@@ -19,8 +19,8 @@ from casa_assets.errors import CasaError, PluginFailure, Rejected
 from casa_assets.ingest.sources.discover import collect, discover
 from casa_assets.ingest.sources.places import Found, Refused, StoreRoot, folder_of, is_url, root_of, utf8_escaped
 from casa_assets.ingest.sources.stores import state_at
-from casa_assets.library import library as disk
-from casa_assets.library.library import Library, Producer
+from casa_assets.library.entry_files import Producer, Refusal
+from casa_assets.library.library import Library
 from casa_assets.library.review import DOUBTFUL
 from casa_assets.model.issue import Report
 from casa_assets.model.registry.category import Category
@@ -435,7 +435,7 @@ class Result:
 
 
 def stage_refusal(
-    library: disk.Library,
+    library: Library,
     job: Job,
     error: Rejected,
     report: Report | None = None,
@@ -443,7 +443,7 @@ def stage_refusal(
     twin: str = "",
 ) -> Path:
     """The staged entry of a rejected input; `picture`: PNG of it. `twin`: folder of the asset that it is a copy of."""
-    refusal = disk.Refusal(
+    refusal = Refusal(
         id=job.asset_id,
         code=error.code,
         message=error.message,

@@ -21,11 +21,20 @@ from casa_assets.ingest.run.run import Options, cache_key, ingest_inputs
 from casa_assets.ingest.run.shards import ShardLine, ShardRecord, check_is_no_shard, index_of, made_by, read_record
 from casa_assets.ingest.sources.places import Found
 from casa_assets.library import clip, review
-from casa_assets.library import library as disk
 from casa_assets.library.entry import is_below
-from casa_assets.library.entry_files import PICTURE, file_inside, picture_of
+from casa_assets.library.entry_files import (
+    CERTIFICATE,
+    PICTURE,
+    REFUSAL,
+    Identity,
+    Producer,
+    file_inside,
+    picture_of,
+    read_manifest,
+    read_refusal,
+)
 from casa_assets.library.entry_table import EntryTable, stream_entries
-from casa_assets.library.library import Identity, Producer
+from casa_assets.library.library import REJECTED, Library
 from casa_assets.library.library_report import write_reports
 from casa_assets.model.issue import Severity
 from casa_assets.runs.engine import open_library
@@ -92,7 +101,7 @@ def merge(
     if weights:
         clip.require_weights(weights)
     known = registry.load()
-    records = [read_record(disk.Library(shard), known.categories) for shard in shards]
+    records = [read_record(Library(shard), known.categories) for shard in shards]
     first = records[0].header
     check_shards(records, cache_key({**known.limits, **first.limits}, first.category), is_partial)
     options = Options(
@@ -103,7 +112,7 @@ def merge(
         keep_duplicates=first.keep_duplicates,
         split=first.split,
     )
-    place = disk.Library(library)
+    place = Library(library)
     check_is_no_shard(place)
     with ExitStack() as stack:
         open_library(place, stack)
@@ -124,11 +133,11 @@ def merge(
 class ShardAnswers:
     """Answers of shards: what their runs noted, in the order of discovery, and the entries that they made."""
 
-    def __init__(self, library: disk.Library, lines: Sequence[tuple[ShardLine, ShardRecord]]) -> None:
+    def __init__(self, library: Library, lines: Sequence[tuple[ShardLine, ShardRecord]]) -> None:
         self._library = library
         self._inputs = [(line, record.library) for line, record in lines if line.source is not None]
         # The shard that worked on the first input of these bytes. None of the others is asked for them.
-        self._made_in: dict[str, disk.Library] = {}
+        self._made_in: dict[str, Library] = {}
 
     def things(self, found: Sequence[Found]) -> dict[int, HeldThings]:
         """See Answers."""
@@ -156,7 +165,7 @@ class ShardAnswers:
 
     def _folder(self, job: Job, keys: dict[str, str]) -> Path:
         root, path = self._made_in[job.survey.sha256].root, job.found.source.place
-        places = (f"{job.survey.category}/{job.asset_id}", f"{disk.REJECTED}/{job.asset_id}")
+        places = (f"{job.survey.category}/{job.asset_id}", f"{REJECTED}/{job.asset_id}")
         for place in places:
             if keys.get(place) == job.cache_key:
                 return root / place
@@ -168,15 +177,15 @@ class ShardAnswers:
     def _staged(self, job: Job, folder: Path) -> Outcome:
         """The outcome of an input with a copy of its entry. Raises OutputError where the entry is another's."""
         wanted = Identity(Producer.INGEST, job.survey.sha256)
-        if folder.parent.name == disk.REJECTED:
-            refusal = disk.read_refusal(folder)
+        if folder.parent.name == REJECTED:
+            refusal = read_refusal(folder)
             _check_identity(folder, Identity(refusal.producer, refusal.sha256), wanted)
             picture = {PICTURE: ""} if picture_of(folder) else {}
-            staged = _copied(folder, self._library, {disk.REFUSAL: "", **picture})
+            staged = _copied(folder, self._library, {REFUSAL: "", **picture})
             return Outcome(False, refusal.code, refusal.message, staged=staged)
-        manifest = disk.read_manifest(folder)
+        manifest = read_manifest(folder)
         _check_identity(folder, manifest.identity, wanted)
-        staged = _copied(folder, self._library, {disk.CERTIFICATE: "", **manifest.certificate.files})
+        staged = _copied(folder, self._library, {CERTIFICATE: "", **manifest.certificate.files})
         warnings = tuple(i for i in manifest.certificate.report.issues if i.severity is Severity.WARNING)
         # What is asked about the entry from here on is answered by what was read once.
         return Outcome(True, warnings=warnings, staged=staged, manifest=replace(manifest, folder=staged))
@@ -187,7 +196,7 @@ def _check_identity(folder: Path, found: Identity | None, wanted: Identity) -> N
         raise OutputError(str(folder), "is not what was made of its input; remove it and run the shard again")
 
 
-def _copied(folder: Path, library: disk.Library, digests: Mapping[str, str]) -> Path:
+def _copied(folder: Path, library: Library, digests: Mapping[str, str]) -> Path:
     """The copy of an entry in the staging folder, by hard links where the file system has them.
 
     A file that is copied byte by byte is compared with its digest; one that is linked is not read. `digests`: sha256 of

@@ -43,11 +43,10 @@ from casa_assets.ingest.run.inputs import (
 )
 from casa_assets.ingest.sources.places import Found, Refused, StoreRoot
 from casa_assets.library import clip, review
-from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry, is_below
-from casa_assets.library.entry_files import picture_of
+from casa_assets.library.entry_files import Identity, Producer, Summary, picture_of, read_certificate, read_manifest
 from casa_assets.library.entry_table import EntryTable
-from casa_assets.library.library import Identity, Producer
+from casa_assets.library.library import Library
 from casa_assets.library.library_report import write_reports
 from casa_assets.library.pairs import AssetRow, ShapeIndex, measure_pair, row_of
 from casa_assets.model.issue import Report, subjects_to_decide
@@ -143,9 +142,9 @@ def ingest(
     if first is None and not meshes:
         return
     with ExitStack() as stack:
-        before = library = disk.Library(options.library)
+        before = library = Library(options.library)
         if options.dry_run:
-            library = disk.Library(Path(stack.enter_context(TemporaryDirectory(prefix="casa-assets-"))))
+            library = Library(Path(stack.enter_context(TemporaryDirectory(prefix="casa-assets-"))))
         engine.open_library(library, stack)
         every: Iterable[Found | Refused]
         every = chain([] if first is None else [first], inputs, stage_meshes(meshes, library.staging))
@@ -173,7 +172,7 @@ def ingest(
 
 
 def _recorder(
-    library: disk.Library, table: EntryTable, roots: Sequence[Path | StoreRoot], options: Options
+    library: Library, table: EntryTable, roots: Sequence[Path | StoreRoot], options: Options
 ) -> shards.Recorder | None:
     """Return the recorder that limits the run to its shard, or None for a run on all inputs. Raises OutputError."""
     if options.shard is None:
@@ -193,7 +192,7 @@ def _recorder(
         roots=tuple(str(root.absolute() if isinstance(root, Path) else root) for root in roots),
     )
     shards.check_shard(table, header)
-    return shards.Recorder(disk.Library(table.root), header)
+    return shards.Recorder(Library(table.root), header)
 
 
 def cache_key(limits: Mapping[str, float], category: str = "") -> str:
@@ -202,7 +201,7 @@ def cache_key(limits: Mapping[str, float], category: str = "") -> str:
 
 
 def ingest_inputs(
-    library: disk.Library,
+    library: Library,
     table: EntryTable,
     inputs: Iterable[Found | Refused],
     answers: Answers,
@@ -243,7 +242,7 @@ class _IngestRun(engine.InputRun[Survey]):
 
     def __init__(
         self,
-        library: disk.Library,
+        library: Library,
         table: EntryTable,
         inputs: Iterable[Found | Refused],
         answers: Answers,
@@ -352,7 +351,7 @@ class _IngestRun(engine.InputRun[Survey]):
         report: Report | None = None
         picture: bytes | None = None
         if folder is not None:
-            report = disk.read_certificate(folder).report
+            report = read_certificate(folder).report
             picture = picture_of(folder) or None
             if folder.is_relative_to(self.library.staging):
                 shutil.rmtree(folder.parent)
@@ -380,7 +379,7 @@ class _IngestRun(engine.InputRun[Survey]):
             summary=self._summary(result),
         )
 
-    def _summary(self, result: Result) -> disk.Summary | None:
+    def _summary(self, result: Result) -> Summary | None:
         """Numbers of an asset that is in its place: of a kept one as the table of entries has them."""
         if not result.outcome.accepted:
             return None
@@ -390,7 +389,7 @@ class _IngestRun(engine.InputRun[Survey]):
         if (manifest := result.outcome.manifest) is not None:
             return manifest.certificate.summary
         folder = self.library.folder(result.job.survey.category, result.job.asset_id)
-        return disk.read_certificate(folder).summary
+        return read_certificate(folder).summary
 
 
 def _is_redone(entry: Entry | None, codes: frozenset[str]) -> bool:
@@ -427,7 +426,7 @@ class Deduplicator:
     """
 
     def __init__(
-        self, library: disk.Library, limit: float, own: Set[str] = frozenset(), table: EntryTable | None = None
+        self, library: Library, limit: float, own: Set[str] = frozenset(), table: EntryTable | None = None
     ) -> None:
         self._library, self._limit, self._own = library, limit, own
         self._entries = table or EntryTable(library, skip_damaged=True)
@@ -475,7 +474,7 @@ class Deduplicator:
             return result
         row = self._rows.get(result.folder) if is_settled else None
         if row is None:
-            row = row_of(result.outcome.manifest or disk.read_manifest(result.folder))
+            row = row_of(result.outcome.manifest or read_manifest(result.folder))
         row = replace(row, category=job.survey.category, path=job.found.source.place)
         if (signature := row.signature) is None:
             return result

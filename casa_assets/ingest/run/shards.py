@@ -16,11 +16,10 @@ from casa_assets.cache.cache_key import key_of
 from casa_assets.errors import CasaError, OutputError, Rejected
 from casa_assets.ingest.run.inputs import HeldThings, Survey, SurveyAnswer, discover_inputs, survey, things_held
 from casa_assets.ingest.sources.places import Found, Refused, utf8_escaped
-from casa_assets.library import library as disk
 from casa_assets.library.entry import MAX_FILES, OTHER_FILES, RefusedFile, RefusedRows
-from casa_assets.library.entry_files import file_inside
+from casa_assets.library.entry_files import Producer, file_inside
 from casa_assets.library.entry_table import EntryTable
-from casa_assets.library.library import Producer
+from casa_assets.library.library import Library
 from casa_assets.model.record import Record, Sha256
 from casa_assets.model.source import Source
 from casa_assets.runs.limits import WorkerFailure
@@ -166,7 +165,7 @@ class ShardLine(Record):
 class ShardRecord:
     """Content of the file: results of a shard's run. `library` is the one that contains the file."""
 
-    library: disk.Library
+    library: Library
     header: ShardHeader
     lines: Sequence[ShardLine]
 
@@ -176,7 +175,7 @@ def made_by() -> str:
     return key_of(discover_inputs, survey, things_held, file_of, index_of)
 
 
-def write_record(library: disk.Library, header: ShardHeader, lines: Iterable[ShardLine] = ()) -> None:
+def write_record(library: Library, header: ShardHeader, lines: Iterable[ShardLine] = ()) -> None:
     """Replace the file by one rename."""
     ordered = sorted(lines, key=lambda line: line.number)
     rows = [header.replace(lines=len(ordered)).model_dump_json()]
@@ -184,7 +183,7 @@ def write_record(library: disk.Library, header: ShardHeader, lines: Iterable[Sha
     library.write(SHARD_FILE, "\n".join(rows) + "\n")
 
 
-def read_header(library: disk.Library) -> ShardHeader | None:
+def read_header(library: Library) -> ShardHeader | None:
     """Return the first line of the file, or None if the library is no shard. Raises OutputError if it is damaged."""
     path = library.root / SHARD_FILE
     if not os.path.lexists(path):
@@ -199,7 +198,7 @@ def read_header(library: disk.Library) -> ShardHeader | None:
         raise OutputError(str(path), message) from error
 
 
-def read_record(library: disk.Library, categories: Mapping[str, object]) -> ShardRecord:
+def read_record(library: Library, categories: Mapping[str, object]) -> ShardRecord:
     """Results of a shard's run; `categories`: all, by id. Raises OutputError: no shard, not ended, or damaged."""
     path = library.root / SHARD_FILE
     header = read_header(library)
@@ -248,7 +247,7 @@ def _first_fault(error: ValidationError) -> str:
     return f"{'.'.join(map(str, first['loc'])) or 'the line'}: {first['msg']}"
 
 
-def check_is_no_shard(library: disk.Library) -> None:
+def check_is_no_shard(library: Library) -> None:
     """Check that a run over all inputs may write to a library. Raises OutputError where it is a shard."""
     if (header := read_header(library)) is not None:
         message = f"holds shard {header.shard}; add --shard {header.shard}, or name another folder"
@@ -257,7 +256,7 @@ def check_is_no_shard(library: disk.Library) -> None:
 
 def check_shard(table: EntryTable, header: ShardHeader) -> None:
     """Check that a run of a shard may write there. Raises OutputError: no shard, another, or with other options."""
-    root, before = str(table.root), read_header(disk.Library(table.root))
+    root, before = str(table.root), read_header(Library(table.root))
     if before is None:
         if any(entry.producer == Producer.INGEST.value for entry in table.entries):
             raise OutputError(root, f"holds a library that is no shard; name another folder for {header.shard}")
@@ -275,7 +274,7 @@ class Recorder:
     `count`: inputs of all shards so far. `held`, `surveys`: what files hold and what each input is, by its number.
     """
 
-    def __init__(self, library: disk.Library, header: ShardHeader) -> None:
+    def __init__(self, library: Library, header: ShardHeader) -> None:
         self._library, self._header, self._digest = library, header, hashlib.sha256()
         self._found: list[tuple[int, Found]] = []
         self._refused, self._first_refused = RefusedRows(library), dict[str, int]()

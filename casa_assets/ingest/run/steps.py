@@ -28,8 +28,8 @@ from casa_assets.ingest.sources.discover import collect
 from casa_assets.ingest.sources.places import Found
 from casa_assets.ingest.texture import add_back_faces, simplify, texture
 from casa_assets.ingest.things import guess_of_things, load
-from casa_assets.library import library as disk
-from casa_assets.library.library import Producer
+from casa_assets.library.entry_files import MadeBy, Producer
+from casa_assets.library.library import Library
 from casa_assets.library.review import NAME, REJECTED_CODE, doubtful_guesses
 from casa_assets.model.asset.asset import Asset, Guess
 from casa_assets.model.asset.material import Substance
@@ -264,7 +264,7 @@ def work(job: Job) -> Outcome | RunAborted:
 
 
 def _work(job: Job) -> Outcome:
-    library = disk.Library(job.library)
+    library = Library(job.library)
     known = registry.load()
     category = known.category(job.survey.category)
     staged = library.stage(job.asset_id)
@@ -281,7 +281,7 @@ def _work(job: Job) -> Outcome:
         if not report.passed:
             raise first_error(report)
         stages = {stage.name: stage.function for stage in STAGES}
-        made_by = disk.MadeBy(Producer.INGEST, job.cache_key, versions_of({**stages, **WRITING}))
+        made_by = MadeBy(Producer.INGEST, job.cache_key, versions_of({**stages, **WRITING}))
         certify(asset, report, staged, made_by)
         return Outcome(True, warnings=report.issues, staged=staged)
     except PluginFailure as error:
@@ -293,7 +293,7 @@ def _work(job: Job) -> Outcome:
         return Outcome(False, error.code, error.message, staged=refused)
 
 
-def _built(job: Job, bundle: Bundle, category: Category, library: disk.Library) -> tuple[Asset, Report]:
+def _built(job: Job, bundle: Bundle, category: Category, library: Library) -> tuple[Asset, Report]:
     """The asset, written to the staging folder, and its report.
 
     Where it falls over or its shapes do not fit it may lie on the wrong side: it is built again with other ways up,

@@ -15,7 +15,8 @@ from casa_assets.core.numeric import seven_digits
 from casa_assets.errors import OutputError, UnknownId
 from casa_assets.layouts.compose import AssetOutlines, box_of
 from casa_assets.layouts.plan.style_models import NO_LIBRARY
-from casa_assets.library.library import Library, read_asset, read_certificate
+from casa_assets.library.entry_files import read_asset, read_certificate
+from casa_assets.library.library import Library
 from casa_assets.mesh.planar import stands_by_itself
 from casa_assets.model.asset.asset import Asset, Base, Guess, Joint, JointKind, JointValue
 from casa_assets.model.kitchen.style import PresetChoice

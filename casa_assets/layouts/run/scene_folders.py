@@ -32,7 +32,7 @@ from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.layouts.run.resolve import build_scene, kitchen_key, preset_params
 from casa_assets.layouts.run.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
 from casa_assets.layouts.run.scene_json import describe, design_of
-from casa_assets.library import library as disk
+from casa_assets.library.library import Library
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Files, Report
 from casa_assets.model.kitchen.scene import Scene
@@ -92,7 +92,7 @@ def build_with_options(recipe: SceneRecipe, out: Path, options: BuildOptions) ->
             remove_scene(out, recipe.scene_id)
             raise
         if options.force or not is_whole(folder, key):
-            return _build_and_publish(recipe, disk.Library(out), options, key)
+            return _build_and_publish(recipe, Library(out), options, key)
         if options.drawn and not is_drawn(folder, key):
             return _redraw_overview(recipe, folder, key, options)
         return SceneResult(recipe, str(folder), kept=True)
@@ -143,7 +143,7 @@ def _redraw_overview(recipe: SceneRecipe, folder: Path, key: str, options: Build
     return SceneResult(recipe, str(folder), draw_s=time.perf_counter() - begin)
 
 
-def _build_and_publish(recipe: SceneRecipe, library: disk.Library, options: BuildOptions, key: str) -> SceneResult:
+def _build_and_publish(recipe: SceneRecipe, library: Library, options: BuildOptions, key: str) -> SceneResult:
     clock = StepClock()
     try:
         kitchen, scene = build_scene(recipe, cache_for(library.root))
@@ -156,7 +156,7 @@ def _build_and_publish(recipe: SceneRecipe, library: disk.Library, options: Buil
 
 
 def publish_scene(
-    recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene, library: disk.Library, options: BuildOptions, key: str
+    recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene, library: Library, options: BuildOptions, key: str
 ) -> SceneResult:
     """Write a composed scene into its folder of a library that is locked; draw and judge it as ordered.
 
@@ -282,7 +282,7 @@ def run_recipes(
     which the memory does not suffice fails by itself, and the others are made. Raises OutputError: the folder is held
     by another run or cannot be written. CasaError: see run_batch.
     """
-    place = disk.Library(out)
+    place = Library(out)
     with place.locked(), writing(out):
         place.sweep()
         for number, answer in run_batch(work, recipes, out, jobs, warm, WORKER_BYTES, goes_on):

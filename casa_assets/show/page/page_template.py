@@ -23,7 +23,8 @@ from casa_assets.cache.store import recall, remember
 from casa_assets.core.system import process_name
 from casa_assets.errors import BatchFault
 from casa_assets.formats.gltf import asset_glb
-from casa_assets.library import library as disk
+from casa_assets.library.entry_files import CERTIFICATE, read_asset
+from casa_assets.library.library import Library
 from casa_assets.model.registry.rows import Rejection
 from casa_assets.runs.engine import run_batch
 from casa_assets.runs.limits import WorkerFailure
@@ -211,14 +212,14 @@ def write_models(root: Path, target: Path, jobs: int = 0) -> Iterator[tuple[int,
     folder = folder_of(target)
     _empty_unless_made_by(key_of(asset_glb, put_viewer), folder)
     put_viewer(folder)
-    folders = {path.name: path for path in disk.Library(root).accepted()}
+    folders = {path.name: path for path in Library(root).accepted()}
     for old in folder.glob(f"*{SUFFIX}"):
         if old.name.removesuffix(SUFFIX) not in folders:
             old.unlink()
     missing = []
     for name, path in folders.items():
         model = folder / f"{name}{SUFFIX}"
-        if not model.is_file() or model.stat().st_mtime_ns <= (path / disk.CERTIFICATE).stat().st_mtime_ns:
+        if not model.is_file() or model.stat().st_mtime_ns <= (path / CERTIFICATE).stat().st_mtime_ns:
             missing.append(path)
     done = len(folders) - len(missing)
     yield done, len(folders)
@@ -245,7 +246,7 @@ def _empty_unless_made_by(key: str, folder: Path) -> None:
 
 
 def _write_model(path: Path, folder: Path) -> str:
-    asset = disk.read_asset(path)
+    asset = read_asset(path)
     return put_model(folder, asset.id, asset_glb(asset, with_layers=True))
 
 

@@ -20,7 +20,7 @@ from casa_assets.families.build import WORKER_BYTES, FamilyRequest, build_asset,
 from casa_assets.families.object_sheets import draw_members
 from casa_assets.formats import mjcf
 from casa_assets.formats.gltf import asset_glb
-from casa_assets.library.library import write_files
+from casa_assets.library.entry_files import write_files
 from casa_assets.model.registry.category import NumberBasis, SizeRange
 from casa_assets.model.registry.rows import Surface
 from casa_assets.registry.families import family, family_names, object_family, object_files, object_names

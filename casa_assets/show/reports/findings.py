@@ -17,11 +17,11 @@ from pydantic import TypeAdapter
 from casa_assets import registry
 from casa_assets.core.numeric import significant
 from casa_assets.errors import OutputError
-from casa_assets.library import library as disk
 from casa_assets.library import library_report
 from casa_assets.library.entry import Entry
+from casa_assets.library.entry_files import CERTIFICATE, REFUSAL, suffix_of
 from casa_assets.library.entry_table import EntryTable
-from casa_assets.library.library import suffix_of
+from casa_assets.library.library import Library
 from casa_assets.library.library_report import LibraryReport
 from casa_assets.model.issue import Decision, Tally
 from casa_assets.model.registry.category import Category, Portion, SizeRange
@@ -337,7 +337,7 @@ def read_run(place: Path) -> Run:
     """An earlier run: the report.json that was written next to its page, or its library. Raises OutputError."""
     if place.is_file():
         return _run_of_report(place)
-    library = disk.Library(place)
+    library = Library(place)
     found = EntryTable(library, read_only=True).entries if place.is_dir() else ()
     if not found:
         message = "is no earlier run; give a library, or the report.json that `casa-assets report` wrote"
@@ -401,7 +401,7 @@ def link_before(run: Run, standing: Standing, page: Path) -> str:
     if run.page is not None and run.page.resolve() != page.resolve():
         return f"{_relative(run.page, page)}#{standing.id}"
     folder = run.root / standing.path
-    file = folder / (disk.REFUSAL if standing.verdict is Decision.REJECTED else disk.CERTIFICATE)
+    file = folder / (REFUSAL if standing.verdict is Decision.REJECTED else CERTIFICATE)
     return _relative(file, page) if file.is_file() else ""
 
 

@@ -22,13 +22,12 @@ from markupsafe import Markup
 from casa_assets.checks.library import in_words
 from casa_assets.core.numeric import significant
 from casa_assets.core.system import replace_file
-from casa_assets.library import library as disk
 from casa_assets.library import library_report
 from casa_assets.library.entry import ROWS_NAME as ROWS
 from casa_assets.library.entry import Entry
-from casa_assets.library.entry_files import PICTURE
+from casa_assets.library.entry_files import CERTIFICATE, PICTURE, REFUSAL
 from casa_assets.library.entry_table import EntryTable
-from casa_assets.library.library import CERTIFICATE, REFUSAL
+from casa_assets.library.library import Library
 from casa_assets.model.issue import CheckResult, Decision, Issue, Report, Severity, Status
 from casa_assets.runs.outcome import writing
 from casa_assets.show.page.page_template import MAX_ROWS, PageModels, Words, all_words, relative_link, render_template
@@ -73,7 +72,7 @@ def write(
         OutputError: an entry of the library is damaged, the page cannot be written, or there is no such earlier run.
     """
     before = findings.read_run(baseline) if baseline is not None else None
-    table = EntryTable(disk.Library(root))
+    table = EntryTable(Library(root))
     entries = sorted(table.entries, key=lambda e: (not e.accepted, e.category if e.accepted else e.source_path, e.id))
     found, words = findings.findings_of(root, target, entries, before, conditions), all_words()
     is_brief, shown = len(found.entries) > MAX_WHOLE, listed(found, words)

@@ -27,8 +27,7 @@ from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import build_choice, build_scene, draw_surfaces, resolve
 from casa_assets.layouts.run.scene_files import SCENE_JSON, SHARED
 from casa_assets.layouts.run.scene_folders import is_current
-from casa_assets.library import library as disk
-from casa_assets.library.entry_files import checked_model
+from casa_assets.library.entry_files import checked_model, read_asset
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Behavior, BehaviorState, Stimulus, start_behavior, step_behavior
 from casa_assets.model.asset.parts import Region, Site
@@ -190,7 +189,7 @@ def make(subject: Subject, cache: Path, show_progress: ShowProgress) -> Model:
 def asset_of(subject: Subject, cache: Path) -> Asset:
     """Return the record of an asset. Raises CasaError if it has no record: a scene, or an MJCF from elsewhere."""
     if isinstance(subject, AssetFolder):
-        return disk.read_asset(subject.folder)
+        return read_asset(subject.folder)
     if isinstance(subject, Loaded):
         return subject.asset
     if isinstance(subject, Member):

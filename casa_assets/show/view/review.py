@@ -26,11 +26,10 @@ from casa_assets.articulate.run.steps import NAME as STRIP
 from casa_assets.articulate.run.steps import outcome_of_entry
 from casa_assets.errors import CasaError, OutputError
 from casa_assets.formats.gltf import asset_glb
-from casa_assets.library import library as disk
 from casa_assets.library import review
 from casa_assets.library.entry import Entry, entries
-from casa_assets.library.entry_files import PICTURE, file_inside, picture_of
-from casa_assets.library.library import Producer
+from casa_assets.library.entry_files import PICTURE, Producer, file_inside, picture_of, read_asset
+from casa_assets.library.library import Library
 from casa_assets.library.review import check_category, keep_mesh_decisions
 from casa_assets.model.source import UpAxis
 from casa_assets.show.page.page_template import (
@@ -58,7 +57,7 @@ class ReviewServer(ThreadingHTTPServer):
 
     daemon_threads = True
 
-    def __init__(self, library: disk.Library, port: int = 0) -> None:
+    def __init__(self, library: Library, port: int = 0) -> None:
         """Bind a port; 0: any that is free. Raises OSError where it is taken, OutputError where an entry is damaged."""
         self.library = library
         every = list(entries(library))
@@ -168,17 +167,17 @@ def _row(number: int, entry: Entry, cells: Mapping[str, str]) -> dict[str, Any]:
     }
 
 
-def articulated_page(library: disk.Library, entries: Sequence[Entry]) -> str:
+def articulated_page(library: Library, entries: Sequence[Entry]) -> str:
     """Return the HTML of the page; entries of which no record is left are not on it."""
     found = [outcome for entry in entries if (outcome := outcome_of_entry(library, entry)) is not None]
     return review_page.render_page(library, found, COMMAND.format(library=library.root), is_served=True, models=_MODELS)
 
 
-def script_of(library: disk.Library, entries: Sequence[Entry], name: str) -> bytes:
+def script_of(library: Library, entries: Sequence[Entry], name: str) -> bytes:
     """A file of the folder of models: the viewer, or the model of an accepted entry; else empty. Raises OutputError."""
     if name == viewer_name():
         return viewer_script()
     entry = next((one for one in entries if one.accepted and f"{one.id}{SUFFIX}" == name), None)
     if entry is None:
         return b""
-    return model_script(entry.id, asset_glb(disk.read_asset(library.root / entry.path), with_layers=True))
+    return model_script(entry.id, asset_glb(read_asset(library.root / entry.path), with_layers=True))

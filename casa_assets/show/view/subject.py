@@ -15,7 +15,8 @@ from casa_assets.formats.mjcf.kitchen import FILE as SCENE_XML
 from casa_assets.formats.read.formats import SUFFIXES
 from casa_assets.layouts.run.recipe import SceneRecipe, recipe_of
 from casa_assets.layouts.run.scene_files import SCENE_JSON
-from casa_assets.library import library as disk
+from casa_assets.library.entry_files import CERTIFICATE
+from casa_assets.library.library import Library
 from casa_assets.model.asset.asset import Asset
 from casa_assets.registry.families import family, family_names, object_names
 from casa_assets.registry.kitchens import plan_names, style_names
@@ -90,7 +91,7 @@ class ModelFile:
     """An MJCF file without a record of this program: MuJoCo can show it, the page cannot. `why`: reason, in words."""
 
     path: Path
-    why: str = f"no {SCENE_JSON} of a scene and no {disk.CERTIFICATE} of an asset stands beside it"
+    why: str = f"no {SCENE_JSON} of a scene and no {CERTIFICATE} of an asset stands beside it"
 
     @property
     def id(self) -> str:
@@ -148,7 +149,7 @@ def cache_of(subject: Subject) -> Path:
 def _in_folder(folder: Path) -> Subject:
     if (folder / SCENE_JSON).is_file():
         return _scene(folder)
-    if (folder / disk.CERTIFICATE).is_file():
+    if (folder / CERTIFICATE).is_file():
         return AssetFolder(folder)
     for name in (SCENE_XML, ASSET_XML):
         if (folder / name).is_file():
@@ -181,7 +182,7 @@ def _of_file(path: Path) -> Subject:
     suffix = path.suffix.lower()
     if suffix == ".xml":
         beside = path.parent
-        is_ours = (beside / SCENE_JSON).is_file() or (beside / disk.CERTIFICATE).is_file()
+        is_ours = (beside / SCENE_JSON).is_file() or (beside / CERTIFICATE).is_file()
         return _in_folder(beside) if is_ours else ModelFile(path)
     if suffix in SUFFIXES:
         raise OutputError(
@@ -193,4 +194,4 @@ def _of_file(path: Path) -> Subject:
 
 
 def _assets_of(root: Path) -> Iterator[Path]:
-    return disk.Library(root).accepted() if root.is_dir() else iter(())
+    return Library(root).accepted() if root.is_dir() else iter(())

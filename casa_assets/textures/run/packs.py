@@ -14,7 +14,8 @@ from casa_assets import registry
 from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.cache.store import Store
 from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected
-from casa_assets.library.library import Library, file_digests, write_files
+from casa_assets.library.entry_files import file_digests, write_files
+from casa_assets.library.library import Library
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.issue import Files, Report
 from casa_assets.model.record import Record, Vec2

@@ -27,7 +27,7 @@ from casa_assets.ingest.run.inputs import Job, Survey, survey
 from casa_assets.ingest.run.steps import work
 from casa_assets.ingest.sources.discover import collect, discover
 from casa_assets.ingest.sources.places import Found, Refused
-from casa_assets.library import library as disk
+from casa_assets.library.library import Library
 from casa_assets.runs.limits import Limits, WorkerFailure
 from casa_assets.runs.outcome import Outcome, RunAborted
 from casa_assets.runs.pool import Pool
@@ -198,7 +198,7 @@ def whole(job: tuple[Plan, int]) -> str:
     limits = dict(registry.load().limits)
     known = survey((found, "", limits))
     assert isinstance(known, Survey)
-    library = disk.Library(folder / "library")
+    library = Library(folder / "library")
     library.staging.mkdir(parents=True, exist_ok=True)
     outcome = work(Job(found, known, f"object_{number}", library.root, limits, "0" * 64))
     assert not isinstance(outcome, RunAborted), outcome.message

@@ -11,8 +11,8 @@ from casa_assets.cache.store import Store
 from casa_assets.checks.library import ShapePair
 from casa_assets.formats import mjcf
 from casa_assets.formats.usd.document import write as write_usd
-from casa_assets.library import library as disk
-from casa_assets.library.library import Producer
+from casa_assets.library.entry_files import MadeBy, Producer, write_certificate, write_files
+from casa_assets.library.library import Library
 from casa_assets.library.pairs import AssetRow, measure_pair, nearby_pairs
 from casa_assets.model.asset.asset import Asset, Link, Visual, split_of
 from casa_assets.model.asset.material import Material
@@ -23,7 +23,7 @@ from tests.support.asset.asset_parts import CARDBOARD, PROVENANCE, box_collider,
 from tests.support.asset.assets import ball, microwave, rigid_mug, textured_box
 from tests.support.mesh.meshes import box_mesh, texture
 
-MADE_BY = disk.MadeBy(Producer.INGEST, "0" * 64, {"tool:numpy": "2.0"})
+MADE_BY = MadeBy(Producer.INGEST, "0" * 64, {"tool:numpy": "2.0"})
 SLICE_SIZE = (0.12, 0.11, 0.014)
 TRAIN, TEST = "00000001" * 8, "00000005" * 8  # digests of sources on either side
 
@@ -67,16 +67,16 @@ def loose_and_fixed() -> tuple[Asset, ...]:
 
 def keep(root: Path, assets: Sequence[Asset]) -> Path:
     """A library at `root` that holds these, as checked; returns the root."""
-    library = disk.Library(root)
+    library = Library(root)
     picture = texture("picture", np.zeros((8, 8, 3), dtype=np.uint8)).png
     with library.locked():
         for asset in assets:
             staged = library.stage(asset.id)
-            disk.write_files(staged, mjcf.write(asset))
-            disk.write_files(staged, write_usd(asset, picture))
+            write_files(staged, mjcf.write(asset))
+            write_files(staged, write_usd(asset, picture))
             (staged / "preview.png").write_bytes(picture)
             certified = certificate(asset, Report(subject=asset.id), staged, MADE_BY)
-            disk.write_certificate(staged, asset, certified)
+            write_certificate(staged, asset, certified)
             library.publish(staged, library.folder(asset.labels.category, asset.id))
         library.sweep()
     return root

@@ -9,7 +9,7 @@ from typing import Any
 
 from casa_assets import registry
 from casa_assets.library.entry import Entry
-from casa_assets.library.library import Summary
+from casa_assets.library.entry_files import Summary
 from casa_assets.model.issue import REVIEW_CODE, Issue, Severity, Tally
 
 REJECTED_SHARE, REVIEW_SHARE, ADVICE_SHARE = 0.15, 1 / 12, 0.5

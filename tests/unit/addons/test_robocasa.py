@@ -10,7 +10,7 @@ import pytest
 
 from casa_assets.addons.robocasa.run import ExportResult, export
 from casa_assets.errors import OutputError
-from casa_assets.library import library as disk
+from casa_assets.library.entry_files import CERTIFICATE
 from casa_assets.model.asset.asset import Split, split_of
 from tests.support.library.built_libraries import TEST, TRAIN, keep, loose_and_fixed, slice_of_bread
 from tests.support.library.libraries import differences, tree
@@ -92,7 +92,7 @@ def test_an_instance_never_changes_sides(library: Path, tmp_path: Path) -> None:
 
 def corrupt(folder: Path, how: str) -> str:
     """Name of the file that is then complained of."""
-    model, certificate = folder / "model.xml", folder / disk.CERTIFICATE
+    model, certificate = folder / "model.xml", folder / CERTIFICATE
     text = certificate.read_text()
     {
         "gone": model.unlink,
@@ -101,7 +101,7 @@ def corrupt(folder: Path, how: str) -> str:
         "no asset": lambda: certificate.write_text("{}"),
         "moved": lambda: folder.rename(folder.with_name("mug_other")),
     }[how]()
-    return "model.xml" if how in ("gone", "changed") else disk.CERTIFICATE
+    return "model.xml" if how in ("gone", "changed") else CERTIFICATE
 
 
 @pytest.mark.parametrize("how", ["gone", "changed", "cut", "no asset", "moved"])

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from casa_assets.cli.main import app
 from casa_assets.layouts.run import check
 from casa_assets.layouts.run.recipe import SceneResult
-from casa_assets.library import library as disk
+from casa_assets.library.entry_files import read_certificate
 from casa_assets.library.library import Library
 from casa_assets.model.issue import Status
 from casa_assets.show.view.model import make
@@ -71,7 +71,7 @@ def test_meshes_become_what_they_become_elsewhere(place: Path, boxes: Path) -> N
     assert same
     assert [name for name in same if differences(boxes / "library" / name, place / LIBRARY / name)] == []
     # Those that are generated or articulated pass.
-    made = {path.parent.name: disk.read_certificate(path.parent) for path in place.glob(f"{LIBRARY}/*/*/asset.json")}
+    made = {path.parent.name: read_certificate(path.parent) for path in place.glob(f"{LIBRARY}/*/*/asset.json")}
     producers = {str(one.producer) for one in made.values()}
     assert {"ingest", "family", "articulate"} <= producers
     assert [name for name, one in made.items() if not one.report.passed] == []

@@ -20,7 +20,7 @@ from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import resolve
 from casa_assets.layouts.run.state_file import digest_of_file, read_states, write_states
-from casa_assets.library import library as disk
+from casa_assets.library.entry_files import write_files
 from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.pose import Pose
 from casa_assets.runs.limits import WorkerFailure
@@ -62,14 +62,14 @@ def test_an_asset_that_reads_back_otherwise_is_refused(
     library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A writer that puts the door elsewhere: that asset is left out, and why is told."""
-    write = disk.write_files
+    write = write_files
 
     def spoil(folder: Path, files: object) -> None:
         write(folder, files)  # type: ignore[arg-type]
         for path in folder.glob("microwave*.urdf"):
             path.write_text(path.read_text().replace('xyz="-0.24 ', 'xyz="-0.25 '))
 
-    monkeypatch.setattr(disk, "write_files", spoil)
+    monkeypatch.setattr(export, "write_files", spoil)
     done = {one.id: one for one in export_assets(URDF, library, tmp_path / "out")}
     refused = done["microwave_0123456789"]
     assert refused.file == ""

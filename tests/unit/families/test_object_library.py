@@ -22,7 +22,8 @@ from casa_assets.families.build import (
     params_of,
     shape_digest,
 )
-from casa_assets.library import library as disk
+from casa_assets.library.entry_files import read_asset
+from casa_assets.library.library import Library
 from casa_assets.library.search import entries_that
 from casa_assets.model.asset.asset import Asset
 from casa_assets.show.reports.library_page import write as write_page
@@ -52,9 +53,9 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_every_member_is_an_entry_and_a_row_and_pages_and_exports_read_it(library: Path, tmp_path: Path) -> None:
-    folders = list(disk.Library(library).accepted())
+    folders = list(Library(library).accepted())
     assert Counter(f.parent.name for f in folders) == dict.fromkeys(NAMES, COUNT)
-    rows = list(entries_that(disk.Library(library), ()))
+    rows = list(entries_that(Library(library), ()))
     assert sorted(row.id for row in rows) == sorted(f.name for f in folders)
     assert {row.producer for row in rows} == {"family"}
     assert {row.split for row in rows} <= {"train", "test"}
@@ -63,13 +64,13 @@ def test_every_member_is_an_entry_and_a_row_and_pages_and_exports_read_it(librar
     assert NAMES[0] in (tmp_path / "report.html").read_text(encoding="utf-8")
     done = [one for one in export(library, tmp_path / "out") if isinstance(one, ExportResult)]
     assert all(one.model for one in done)
-    assert {one.id: one.split for one in done} == {f.name: str(disk.read_asset(f).labels.split) for f in folders}
+    assert {one.id: one.split for one in done} == {f.name: str(read_asset(f).labels.split) for f in folders}
 
 
 def test_what_is_missing_is_made_again_to_the_same_bytes(library: Path, tmp_path: Path) -> None:
     copy = shutil.copytree(library, tmp_path / "lib")
     before = entries(copy)
-    lost, broken = list(disk.Library(copy).accepted())[:2]
+    lost, broken = list(Library(copy).accepted())[:2]
     shutil.rmtree(lost)
     (broken / "model.xml").unlink()
     results = build(copy)

@@ -19,10 +19,11 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest.run.inputs import Job, Result, Survey, stage_refusal
 from casa_assets.ingest.run.run import Deduplicator
 from casa_assets.ingest.sources.places import Found
-from casa_assets.library import library as disk
 from casa_assets.library import library_report
 from casa_assets.library.clip import VIEWS, ClipModel, image_embeddings
+from casa_assets.library.entry_files import read_refusal
 from casa_assets.library.entry_table import EntryTable
+from casa_assets.library.library import Library
 from casa_assets.library.pairs import read_rows
 from casa_assets.library.search import search_by_picture, search_by_words, tokens
 from casa_assets.model.asset.asset import Asset
@@ -58,19 +59,19 @@ FIRST, COPY = mug("mug_aaaaaaaaaa"), mug("mug_bbbbbbbbbb", turn=0.9)
 OTHER, LARGE = mug("mug_cccccccccc", BLUE), mug("mug_dddddddddd", factor=1.4)
 
 
-def library(root: Path, *assets: Asset) -> disk.Library:
+def library(root: Path, *assets: Asset) -> Library:
     """A library that holds these."""
-    return disk.Library(keep(root / "library", assets))
+    return Library(keep(root / "library", assets))
 
 
-def told(place: disk.Library, order: Sequence[Asset], arrived: Sequence[Asset]) -> list[tuple[str, str, str]]:
+def told(place: Library, order: Sequence[Asset], arrived: Sequence[Asset]) -> list[tuple[str, str, str]]:
     """Kind, id and code of a run whose inputs are done with in some order, each published as the run would.
 
     Args:
         place: a library; what it has of the inputs was kept from an earlier run, the others come from workers.
     """
     standing = {folder.name: folder for folder in place.accepted()}
-    made = disk.Library(keep(place.root.parent / "made", arrived))
+    made = Library(keep(place.root.parent / "made", arrived))
     with place.locked():
         results = []
         for asset in arrived:
@@ -95,7 +96,7 @@ def told(place: disk.Library, order: Sequence[Asset], arrived: Sequence[Asset]) 
     return found
 
 
-def job_of(place: disk.Library, asset: Asset, old: Path | None = None) -> Job:
+def job_of(place: Library, asset: Asset, old: Path | None = None) -> Job:
     """The input that an asset would have come from."""
     source = Source(kind=SourceKind.FOLDER, path=f"{asset.id}.glb")
     survey = Survey(asset.provenance.sha256, "mug", 1.0, "")
@@ -112,7 +113,7 @@ def test_the_first_of_the_inputs_stays_whoever_is_done_first(tmp_path: Path, arr
     ]
     assert [f.name for f in place.accepted()] == [FIRST.id, OTHER.id]
     (folder,) = place.refused()
-    refusal = disk.read_refusal(folder)
+    refusal = read_refusal(folder)
     assert (refusal.code, refusal.twin) == (NEAR_DUPLICATE_CODE, f"mug/{FIRST.id}")
     assert refusal.message.startswith(f"duplicate of {FIRST.id}.glb ({FIRST.id}): 95 % of the surface within")
 
@@ -154,7 +155,7 @@ def test_a_refusal_holds_as_long_as_its_twin_stands(tmp_path: Path) -> None:
     place = library(tmp_path, FIRST, COPY)
     told(place, (FIRST, COPY), (FIRST, COPY))
     (folder,) = place.refused()
-    key = disk.read_refusal(folder).cache_key
+    key = read_refusal(folder).cache_key
     known = cached_outcome([folder], COPY.id, key)
     assert known is not None
     assert known[1].code == NEAR_DUPLICATE_CODE

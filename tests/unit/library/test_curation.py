@@ -12,8 +12,8 @@ import pytest
 
 from casa_assets.ingest.run import inputs as answers
 from casa_assets.ingest.run.run import Options, ingest
-from casa_assets.library import library as disk
 from casa_assets.library.entry_table import EntryTable
+from casa_assets.library.library import Library
 from casa_assets.runs.outcome import Event
 from tests.support.library.libraries import BOXES, box_obj, tree
 
@@ -85,7 +85,7 @@ def test_what_a_person_has_taken_away_or_decided_is_made_anew(made: Made) -> Non
     before = layer.read_bytes()
     layer.unlink()
     (library / "ATTRIBUTION.md").unlink()
-    EntryTable(disk.Library(library))  # another command looks at the library in the meantime
+    EntryTable(Library(library))  # another command looks at the library in the meantime
     assert made.again() == [("milk_carton.obj", "accepted", ""), *KEPT[1:]]
     assert layer.read_bytes() == before
     assert (library / "ATTRIBUTION.md").is_file()
@@ -99,7 +99,7 @@ def test_what_a_person_has_taken_away_or_decided_is_made_anew(made: Made) -> Non
     assert found.pop("qwxz.obj") in ("accepted", "review", "rejected")
     assert found == {"milk_carton.obj": "accepted", "sheet.obj": "rejected", "twin.obj": "kept"}
     assert layer.read_bytes() == before
-    (box,) = (e for e in EntryTable(disk.Library(library)).entries if e.source_path == "qwxz.obj")
+    (box,) = (e for e in EntryTable(Library(library)).entries if e.source_path == "qwxz.obj")
     assert box.category == "bread"
     assert {kind for _, kind, _ in made.again()} == {"kept"}
 
@@ -158,6 +158,6 @@ def test_a_table_of_surveys_that_is_none_is_made_anew(tmp_path: Path) -> None:
     source.mkdir()
     (source / "milk_carton.obj").write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
     run(source, library)
-    (disk.Library(library).cache / answers.SURVEYS).write_bytes(b"no table at all" * 100)
+    (Library(library).cache / answers.SURVEYS).write_bytes(b"no table at all" * 100)
     (event,) = run(source, library)
     assert event.kind == "kept"

@@ -12,9 +12,8 @@ import pytest
 
 from casa_assets.addons.robocasa.run import export
 from casa_assets.errors import OutputError
-from casa_assets.library import library as disk
-from casa_assets.library.entry_files import checked_model, file_inside
-from casa_assets.library.library import asset_from_manifest, manifest_of
+from casa_assets.library.entry_files import asset_from_manifest, checked_model, file_inside, manifest_of, read_asset
+from casa_assets.library.library import Library
 from casa_assets.library.pairs import read_rows
 from casa_assets.library.search import search_by_words
 from casa_assets.model.asset.asset import Asset
@@ -37,7 +36,7 @@ def entry(made: Path, tmp_path: Path) -> Path:
     """The folder of an asset in a copy of the library; two folders above it lies a file called `secret`."""
     shutil.copytree(made, tmp_path / "library")
     (tmp_path / "library" / "secret").write_text("v 0 0 0\n", encoding="ascii")
-    (folder,) = disk.Library(tmp_path / "library").accepted()
+    (folder,) = Library(tmp_path / "library").accepted()
     return folder
 
 
@@ -52,12 +51,12 @@ def edit(folder: Path, change: Callable[[dict[str, object]], None]) -> None:
 def test_a_mesh_out_of_the_folder_is_told_with_file_and_place(entry: Path, name: object) -> None:
     edit(entry, lambda asset: asset["links"][0]["visuals"][0]["mesh"].update(obj=name))  # type: ignore[index]
     with pytest.raises(OutputError, match="asset/links/0/visuals/0/mesh/obj") as error:
-        disk.read_asset(entry)
+        read_asset(entry)
     assert error.value.path == str(entry / "asset.json")
 
 
 def test_an_export_reads_nothing_from_elsewhere(entry: Path, tmp_path: Path) -> None:
-    assert isinstance(disk.read_asset(entry), Asset)
+    assert isinstance(read_asset(entry), Asset)
     edit(entry, lambda asset: asset["materials"][0]["base_color_texture"].update(png="../../secret"))  # type: ignore[index]
     place = r"asset/materials/0/base_color_texture/png: '\.\./\.\./secret' leaves the folder of the asset"
     with pytest.raises(OutputError, match=place):
@@ -66,12 +65,12 @@ def test_an_export_reads_nothing_from_elsewhere(entry: Path, tmp_path: Path) -> 
 
 
 LINKS: tuple[tuple[str, Callable[[Path], object]], ...] = (
-    ("meshes/*", lambda library: [disk.read_asset(folder) for folder in disk.Library(library).accepted()]),
+    ("meshes/*", lambda library: [read_asset(folder) for folder in Library(library).accepted()]),
     ("meshes/*", lambda library: list(models([library]))),
     ("asset.json", lambda library: write_report(library, library.parent / "report.html")),
     ("preview.png", lambda library: write_report(library, library.parent / "report.html")),
-    ("asset.json", lambda library: search_by_words("box", disk.Library(library), 3)),
-    ("asset.json", lambda library: list(read_rows(disk.Library(library)))),
+    ("asset.json", lambda library: search_by_words("box", Library(library), 3)),
+    ("asset.json", lambda library: list(read_rows(Library(library)))),
 )
 
 

@@ -14,10 +14,11 @@ import pytest
 
 from casa_assets.cache.store import Store
 from casa_assets.errors import OutputError
-from casa_assets.library import library as disk
-from casa_assets.library import pairs
+from casa_assets.library import entry_files, pairs
 from casa_assets.library.entry import entries
+from casa_assets.library.entry_files import CERTIFICATE, _json
 from casa_assets.library.entry_table import NAME, EntryTable
+from casa_assets.library.library import Library
 from casa_assets.library.library_report import write_reports
 from casa_assets.library.pairs import MAX_DESCRIPTOR_DISTANCE, ShapeIndex, nearby_pairs, read_rows
 from casa_assets.mesh.registration import descriptor_distance
@@ -32,25 +33,25 @@ BOOKS = ("library.json", "ATTRIBUTION.md")
 
 
 @pytest.fixture
-def library(tmp_path: Path) -> disk.Library:
-    return disk.Library(keep(tmp_path / "library", [FIRST, OTHER, LARGE]))
+def library(tmp_path: Path) -> Library:
+    return Library(keep(tmp_path / "library", [FIRST, OTHER, LARGE]))
 
 
 @pytest.fixture
 def opened(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Names of the entries whose files were opened, one for each time."""
     names: list[str] = []
-    read: Callable[[Path], dict[str, object]] = disk._json
+    read: Callable[[Path], dict[str, object]] = _json
 
     def counted(path: Path) -> dict[str, object]:
         names.append(path.parent.name)
         return read(path)
 
-    monkeypatch.setattr(disk, "_json", counted)
+    monkeypatch.setattr(entry_files, "_json", counted)
     return names
 
 
-def test_only_what_is_new_is_opened(library: disk.Library, opened: list[str]) -> None:
+def test_only_what_is_new_is_opened(library: Library, opened: list[str]) -> None:
     write_reports(library)
     assert {FIRST.id, OTHER.id, LARGE.id} <= set(opened)
     opened.clear()
@@ -67,18 +68,18 @@ def test_only_what_is_new_is_opened(library: disk.Library, opened: list[str]) ->
     assert opened == []
 
 
-def test_the_books_are_those_of_a_library_made_at_once(library: disk.Library, tmp_path: Path) -> None:
+def test_the_books_are_those_of_a_library_made_at_once(library: Library, tmp_path: Path) -> None:
     write_reports(library)
     keep(library.root, [COPY])
     shutil.rmtree(library.folder("mug", OTHER.id))
     write_reports(library)
-    at_once = disk.Library(keep(tmp_path / "at_once", [FIRST, LARGE, COPY]))
+    at_once = Library(keep(tmp_path / "at_once", [FIRST, LARGE, COPY]))
     write_reports(at_once)
     for name in BOOKS:
         assert (library.root / name).read_bytes() == (at_once.root / name).read_bytes(), name
 
 
-def test_the_table_says_what_the_certificates_say(library: disk.Library, tmp_path: Path) -> None:
+def test_the_table_says_what_the_certificates_say(library: Library, tmp_path: Path) -> None:
     keep(library.root, [COPY])
     for _ in range(2):
         table = EntryTable(library)
@@ -94,7 +95,7 @@ def test_the_table_says_what_the_certificates_say(library: disk.Library, tmp_pat
 @pytest.mark.parametrize("out_of_numbers", [(FIRST, COPY), (FIRST, LARGE, OTHER), (FIRST, LARGE, OTHER, COPY)])
 @pytest.mark.parametrize("in_steps", [False, True])
 def test_two_out_of_numbers_are_no_pair(
-    library: disk.Library, tmp_path: Path, out_of_numbers: tuple[Asset, ...], in_steps: bool
+    library: Library, tmp_path: Path, out_of_numbers: tuple[Asset, ...], in_steps: bool
 ) -> None:
     if in_steps:
         say_producer(library, [asset for asset in out_of_numbers if asset is not COPY])
@@ -107,17 +108,17 @@ def test_two_out_of_numbers_are_no_pair(
     assert EntryTable(library).alike(Store(library.cache)) == wanted
 
 
-def say_producer(library: disk.Library, assets: Iterable[Asset]) -> None:
+def say_producer(library: Library, assets: Iterable[Asset]) -> None:
     """Let certificates say that a family built these."""
     for asset in assets:
-        path = library.folder("mug", asset.id) / disk.CERTIFICATE
+        path = library.folder("mug", asset.id) / CERTIFICATE
         data = json.loads(path.read_text(encoding="utf-8"))
         data["certificate"]["producer"] = "family"
         path.write_text(json.dumps(data), encoding="utf-8")
 
 
-def test_results_of_checks_are_kept(library: disk.Library, opened: list[str]) -> None:
-    path = library.folder("mug", FIRST.id) / disk.CERTIFICATE
+def test_results_of_checks_are_kept(library: Library, opened: list[str]) -> None:
+    path = library.folder("mug", FIRST.id) / CERTIFICATE
     data = json.loads(path.read_text(encoding="utf-8"))
     measured = CheckResult(code="AST001", status=Status.PASSED, number=0.1, limit=1.0, unit="m")
     absent = CheckResult(code="KIN001", status=Status.NOT_APPLICABLE, reason="it has no joint")
@@ -132,9 +133,9 @@ def test_results_of_checks_are_kept(library: disk.Library, opened: list[str]) ->
     assert (measured, absent) in [entry.results for entry in kept]
 
 
-def test_what_was_written_anew_is_read_anew(library: disk.Library) -> None:
+def test_what_was_written_anew_is_read_anew(library: Library) -> None:
     EntryTable(library)
-    path = library.folder("mug", FIRST.id) / disk.CERTIFICATE
+    path = library.folder("mug", FIRST.id) / CERTIFICATE
     data = json.loads(path.read_text(encoding="utf-8"))
     stamp = path.stat()
     data["asset"]["provenance"]["title"] = "Another"
@@ -143,15 +144,15 @@ def test_what_was_written_anew_is_read_anew(library: disk.Library) -> None:
     assert {e.id: e.title for e in EntryTable(library).entries}[FIRST.id] == "Another"
 
 
-def test_a_damaged_entry_is_told_or_left_out(library: disk.Library) -> None:
-    (library.folder("mug", FIRST.id) / disk.CERTIFICATE).write_text("{", encoding="utf-8")
+def test_a_damaged_entry_is_told_or_left_out(library: Library) -> None:
+    (library.folder("mug", FIRST.id) / CERTIFICATE).write_text("{", encoding="utf-8")
     with pytest.raises(OutputError, match=FIRST.id):
         EntryTable(library)
     assert FIRST.id not in {row.id for row in EntryTable(library, skip_damaged=True).rows}
 
 
 @pytest.mark.parametrize("damage", [b"", b"no table", None])
-def test_a_table_that_is_none_is_made_anew(library: disk.Library, damage: bytes | None) -> None:
+def test_a_table_that_is_none_is_made_anew(library: Library, damage: bytes | None) -> None:
     before = EntryTable(library)
     path = library.cache / NAME
     if damage is None:

@@ -9,16 +9,9 @@ import pytest
 from casa_assets import registry
 from casa_assets.errors import OutputError
 from casa_assets.ingest.sources.places import utf8_escaped
-from casa_assets.library import library as disk
 from casa_assets.library.entry import entries
-from casa_assets.library.library import (
-    Identity,
-    Library,
-    Producer,
-    Refusal,
-    identity_of,
-    read_refusal,
-)
+from casa_assets.library.entry_files import REFUSAL, Identity, Producer, Refusal, read_refusal
+from casa_assets.library.library import Library, identity_of
 from casa_assets.model.issue import Decision
 from casa_assets.model.source import Source, SourceKind
 from casa_assets.runs.engine import NewResult
@@ -79,7 +72,7 @@ def test_one_writer_at_a_time_in_a_folder(library: Library, tmp_path: Path) -> N
 @pytest.mark.parametrize("text", ["", "{", "[]", "{}", '{"id": 3}', "[" * 100_000])
 def test_a_damaged_refusal_is_named_and_replaced(library: Library, text: str) -> None:
     target = publish(library)
-    (target / disk.REFUSAL).write_text(text, encoding="utf-8")
+    (target / REFUSAL).write_text(text, encoding="utf-8")
     assert identity_of(target) is None
     with pytest.raises(OutputError, match=r"mug_aaaaaaaaaa/reject\.json.*remove its folder and run again"):
         list(entries(library))

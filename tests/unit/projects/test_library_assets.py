@@ -21,7 +21,8 @@ from casa_assets.layouts.run.library_assets import library_asset, placed_asset
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult, recipe_of
 from casa_assets.layouts.run.resolve import build_scene, kitchen_key, resolve
 from casa_assets.layouts.run.scene_json import describe
-from casa_assets.library.library import Library, read_asset
+from casa_assets.library.entry_files import read_asset
+from casa_assets.library.library import Library
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.kitchen.floor import Role
 from casa_assets.model.kitchen.style import PresetChoice

@@ -13,7 +13,8 @@ import casa_assets as casa
 from casa_assets.cache.cache_key import key_of
 from casa_assets.errors import CasaError, PluginFailure, RegistryError
 from casa_assets.families.build import FamilyRequest, build_all
-from casa_assets.library.library import Library, read_certificate
+from casa_assets.library.entry_files import read_certificate
+from casa_assets.library.library import Library
 from casa_assets.projects import PLUGINS, PluginUse, choose_plugins, use_project, user_settings
 from casa_assets.registry.families import family_names
 from casa_assets.registry.plugins import ignored_files, load_plugins

@@ -16,7 +16,7 @@ import pytest
 from PIL import Image, PngImagePlugin
 
 from casa_assets.errors import CasaError, RegistryError, Rejected
-from casa_assets.library.library import file_digests
+from casa_assets.library.entry_files import file_digests
 from casa_assets.model.registry.rows import Surface
 from casa_assets.textures.check import seam
 from casa_assets.textures.finish import normals

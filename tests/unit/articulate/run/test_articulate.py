@@ -30,10 +30,11 @@ from casa_assets.errors import UnknownId
 from casa_assets.formats import mjcf
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.places import Found
-from casa_assets.library import library as disk
 from casa_assets.library import review
 from casa_assets.library.clip import NO_WEIGHTS
+from casa_assets.library.entry_files import file_digests, read_asset, read_certificate, read_refusal
 from casa_assets.library.entry_table import EntryTable
+from casa_assets.library.library import Library
 from casa_assets.library.review import read_decisions
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import REVIEW_CODE, Decision, Issue, Report, Severity
@@ -72,17 +73,17 @@ def test_an_entry_is_whole(entry: ArticulateOutcome) -> None:
     assert done.folder.parents[1].name == "lib"
     names = {p.name for p in done.folder.iterdir()}
     assert {"asset.json", "model.xml", "usd", "preview.png", "decisions.yaml", STRIP} <= names
-    certificate = disk.read_certificate(done.folder)
+    certificate = read_certificate(done.folder)
     assert certificate.report.passed
     assert {"MJC009", "PAR001", "USD002", "KIN009"} <= {r.code for r in certificate.report.results}
     # A runtime finds all that it looks for, and a hand moves it: the rows for that have looked at it.
-    assert done.contract == disk.read_asset(done.folder).contract == "microwave"
+    assert done.contract == read_asset(done.folder).contract == "microwave"
     judged = {r.code: r.number for r in certificate.report.results if r.number is not None}
     assert {"CON001", "CON005", "BEH003", "KIN001", "HOL001"} <= set(judged)
     assert judged["KIN009"] == 1.0
-    kept = disk.file_digests(done.folder)
+    kept = file_digests(done.folder)
     assert {n: kept[n] for n in certificate.files} == certificate.files
-    assert disk.read_asset(done.folder).digest == certificate.asset_digest
+    assert read_asset(done.folder).digest == certificate.asset_digest
     assert [t.is_full for t in done.travels.values()] == [True] * 6
     with Image.open(io.BytesIO((done.folder / STRIP).read_bytes())) as picture:
         # Closed, coloured, apart, and the door; knobs and buttons have no picture of their own.
@@ -96,7 +97,7 @@ def test_what_does_not_move_and_what_cannot_be_are_told_apart(tmp_path: Path) ->
     assert isinstance(done, ArticulateOutcome)
     assert (done.code, done.accepted) == ("ART001", False)
     assert done.folder is not None
-    assert disk.read_refusal(done.folder).code == "ART001"
+    assert read_refusal(done.folder).code == "ART001"
     decisions = articulate_one(ArticulateRequest(mesh, tmp_path / "lib", up=(0.0, 0.0, 1.0), front=(0.0, 0.0, 1.0)))
     assert isinstance(decisions, RunAborted)
     assert "not at a right angle" in decisions.message
@@ -224,7 +225,7 @@ def test_a_plan_below_its_bar_is_in_review_until_a_person_accepts_it(
     assert done.to_decide == ("plan",)
     assert done.folder is not None
     assert done.folder.parent == tmp_path / "lib" / "microwave", "an asset in review stands where accepted ones do"
-    library = disk.Library(tmp_path / "lib")
+    library = Library(tmp_path / "lib")
     assert review.write(library, EntryTable(library).entries) == 1
     (cells,) = review.cells(library).values()
     assert cells["look_at"] == "plan"

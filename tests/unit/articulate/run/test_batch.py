@@ -14,7 +14,7 @@ from casa_assets.articulate.run.steps import ArticulateOutcome, entry_key, publi
 from casa_assets.errors import Rejected
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.places import Found
-from casa_assets.library import library as disk
+from casa_assets.library.entry_files import read_refusal
 from casa_assets.runs.limits import Limits
 from tests.support.library.libraries import differences
 from tests.unit.articulate.blocks import box, drawers, microwave, together
@@ -107,7 +107,7 @@ def test_a_mesh_that_takes_too_long_is_rejected_and_the_others_go_on(
     (first,) = run(folder, out).values()
     assert (first.code, first.kept) == ("RUN001", False)
     assert first.folder is not None
-    assert disk.read_refusal(first.folder).code == "RUN001"
+    assert read_refusal(first.folder).code == "RUN001"
     (second,) = run(folder, out).values()
     assert (second.code, second.kept) == ("RUN001", True)
 
@@ -118,7 +118,7 @@ def test_what_broke_a_limit_is_not_tried_again(meshes: Path, made: Path, tmp_pat
     (folder / "cube.obj").write_bytes((meshes / "cube.obj").read_bytes())
     (found,) = (one for one in discover([folder]) if isinstance(one, Found))
     request = request_maker(out)(found)
-    refusals = [disk.read_refusal(path.parent) for path in made.glob("rejected/*/reject.json")]
+    refusals = [read_refusal(path.parent) for path in made.glob("rejected/*/reject.json")]
     (cube,) = (refusal for refusal in refusals if refusal.source.path == "cube.obj")
     key = entry_key(request, cube.sha256, found.source)
     for code, is_kept in {"RUN001": True, "RUN002": True, "RUN003": False}.items():

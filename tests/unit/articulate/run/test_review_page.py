@@ -15,7 +15,8 @@ from casa_assets.articulate.plan import HingeEdge
 from casa_assets.articulate.run.review_page import NAME
 from casa_assets.cli.main import app
 from casa_assets.errors import RegistryError, UnknownId
-from casa_assets.library import library as disk
+from casa_assets.library.entry_files import read_asset
+from casa_assets.library.library import Library
 from casa_assets.library.review import mesh_decisions, read_review
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.show.view.review import ReviewServer
@@ -78,7 +79,7 @@ def test_a_part_has_one_confidence_in_all_files_and_on_the_page(place: Path) -> 
     report = articulate(place, "--report")
     for name, row in facts(place).items():
         folder = next((place / "lib").glob(f"*/{rows[name]['id']}"))
-        guesses = {guess.subject: guess.confidence for guess in disk.read_asset(folder).provenance.guesses}
+        guesses = {guess.subject: guess.confidence for guess in read_asset(folder).provenance.guesses}
         decisions = (folder / "decisions.yaml").read_text(encoding="utf-8")
         assert rows[name]["parts"]
         for part in rows[name]["parts"]:
@@ -109,7 +110,7 @@ def test_what_the_page_writes_is_obeyed_by_this_run_and_later_ones(place: Path) 
     assert {part["name"] for part in row["parts"]} == {"door_0", "button_1", "button_2", "button_3"}
     assert row["status"] == "accepted"
     (folder,) = (place / "lib" / "microwave").iterdir()
-    asset = disk.read_asset(folder)
+    asset = read_asset(folder)
     assert max(asset.bounds[1] - asset.bounds[0]) == pytest.approx(0.6, rel=0.01)
     assert sum(joint.kind is JointKind.HINGE for joint in asset.joints) == 2, "the door, and what was a button"
     assert [j.axis[1] for j in asset.joints if j.kind is JointKind.SLIDE] == [1.0, -1.0], "one key was flipped"
@@ -119,7 +120,7 @@ def test_what_the_page_writes_is_obeyed_by_this_run_and_later_ones(place: Path) 
     file.write_text(json.dumps({"meshes": {sha256: {}}}), encoding="utf-8")
     articulate(place, "--review", "--decisions", str(file))
     assert len(facts(place)["microwave.obj"]["parts"]) == 6
-    assert mesh_decisions(disk.Library(place / "lib")) == {}
+    assert mesh_decisions(Library(place / "lib")) == {}
 
 
 def test_a_strip_is_drawn_for_what_an_earlier_run_made_without(place: Path, tmp_path: Path) -> None:
@@ -143,7 +144,7 @@ def test_a_review_file_that_means_nothing_is_told_with_its_line(tmp_path: Path) 
 
 
 def test_a_page_that_is_served_writes_into_the_library(place: Path) -> None:
-    with ReviewServer(disk.Library(place / "lib")) as server:
+    with ReviewServer(Library(place / "lib")) as server:
         thread = threading.Thread(target=server.serve_forever)
         thread.start()
         try:

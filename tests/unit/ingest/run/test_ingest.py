@@ -21,7 +21,8 @@ from casa_assets.ingest.run.inputs import Job, Survey, WorkerAnswers, discover_i
 from casa_assets.ingest.run.run import Options, ingest, tally
 from casa_assets.ingest.sources.places import Found
 from casa_assets.library.entry import MAX_ROWS_PER_FILE, entries
-from casa_assets.library.library import Library, file_digests
+from casa_assets.library.entry_files import file_digests
+from casa_assets.library.library import Library
 from casa_assets.model.asset.asset import Asset, Guess
 from casa_assets.model.issue import Decision, Issue, Report, Severity
 from casa_assets.model.source import Bundle

@@ -21,8 +21,8 @@ from casa_assets.errors import OutputError
 from casa_assets.ingest.run.merge import merge
 from casa_assets.ingest.run.run import Options, ingest
 from casa_assets.ingest.run.shards import SHARD_FILE, Shard, index_of
-from casa_assets.library import library as disk
 from casa_assets.library import review
+from casa_assets.library.entry_files import REFUSAL
 from casa_assets.runs.outcome import Event
 from tests.support.library.libraries import BOXES, ROOT, box_obj, casa_here, entries_of
 from tests.support.library.sharded_inputs import make_sharded_inputs, public_differences, run_shards
@@ -54,7 +54,7 @@ def codes(library: Path) -> dict[str, str]:
     found = {}
     for path in library.glob("*/*/*.json"):
         said = json.loads(path.read_text(encoding="utf-8"))
-        source = said["source"] if path.name == disk.REFUSAL else said["asset"]["provenance"]
+        source = said["source"] if path.name == REFUSAL else said["asset"]["provenance"]
         found[source["path"]] = said.get("code", "")
     return found
 

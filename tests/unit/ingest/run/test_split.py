@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from casa_assets.ingest.run.run import Options, ingest
-from casa_assets.library import library as disk
 from casa_assets.library.entry import entries
+from casa_assets.library.entry_files import read_manifest
 from casa_assets.library.library import Library
 from casa_assets.runs.outcome import Event
 from tests.support.library.libraries import BOXES, box_obj
@@ -64,7 +64,7 @@ def test_a_set_is_one_asset_of_each_thing(made: Path) -> None:
     milk = found["breakfast.obj#milk_carton"]
     assert milk.accepted
     assert any("2 equal ones" in issue.message for issue in milk.warnings)
-    said = disk.read_manifest(made / "library" / milk.path).asset["provenance"]
+    said = read_manifest(made / "library" / milk.path).asset["provenance"]
     assert (said["path"], said["node"]) == ("breakfast.obj", "milk_carton")
     again = run(made, split=True)
     assert {(event.kind, event.asset_id) for event in again} == {("kept", event.asset_id) for event in events}

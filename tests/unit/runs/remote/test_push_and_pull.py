@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import OutputError
-from casa_assets.library import library as disk
 from casa_assets.library import remote_folder, review
+from casa_assets.library.library import Library
 from casa_assets.library.remote_folder import WriterLock
 from casa_assets.runs.remote import UNFINISHED, Change, Extra, RemoteLibrary, pull, push
 from tests.support.library.faulty_stores import ROOT, FaultyStore, Killed
@@ -28,10 +28,10 @@ def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def library(boxes: Path, tmp_path: Path) -> disk.Library:
+def library(boxes: Path, tmp_path: Path) -> Library:
     """A library of a few entries that may be changed."""
     shutil.copytree(boxes / "library", tmp_path / "library", ignore=shutil.ignore_patterns(".casa"))
-    made = disk.Library(tmp_path / "library")
+    made = Library(tmp_path / "library")
     with made.locked():
         return made
 
@@ -40,18 +40,14 @@ def remote_on(store: FaultyStore, patience_s: float = 5.0) -> RemoteLibrary:
     return RemoteLibrary(store, ROOT, URL, patience_s)
 
 
-def pushed(
-    library: disk.Library, store: FaultyStore, extra: Extra = Extra.REFUSE, patience_s: float = 5.0
-) -> list[Change]:
+def pushed(library: Library, store: FaultyStore, extra: Extra = Extra.REFUSE, patience_s: float = 5.0) -> list[Change]:
     """Push; what holds the store is tried elsewhere."""
     remote = remote_on(store, patience_s)
     with library.locked():
         return list(push(library, remote, WriterLock(remote), extra))
 
 
-def pulled(
-    store: FaultyStore, library: disk.Library, extra: Extra = Extra.REFUSE, is_partial: bool = False
-) -> list[Change]:
+def pulled(store: FaultyStore, library: Library, extra: Extra = Extra.REFUSE, is_partial: bool = False) -> list[Change]:
     with library.locked():
         return list(pull(remote_on(store), library, extra, is_partial))
 
@@ -65,7 +61,7 @@ def public(store: FaultyStore) -> dict[str, bytes]:
     return {path: data for path, data in store.content.items() if not path.startswith(".casa/")}
 
 
-def files_of(library: disk.Library) -> dict[str, bytes]:
+def files_of(library: Library) -> dict[str, bytes]:
     files = (path for path in library.root.rglob("*") if path.is_file())
     return {
         name: path.read_bytes()
@@ -89,7 +85,7 @@ def broken_entries(content: dict[str, bytes]) -> list[str]:
     return found
 
 
-def change_entry(library: disk.Library) -> Path:
+def change_entry(library: Library) -> Path:
     """Another version of the first accepted asset: a model with one more line, and one more file."""
     folder = next(library.accepted())
     data = json.loads((folder / "asset.json").read_text(encoding="utf-8"))
@@ -102,26 +98,26 @@ def change_entry(library: disk.Library) -> Path:
     return folder
 
 
-def remove_last(library: disk.Library) -> Path:
+def remove_last(library: Library) -> Path:
     """Remove the last accepted asset; returns its folder."""
     folder = list(library.accepted())[-1]
     library.forget(folder)
     return folder
 
 
-def test_a_library_goes_there_and_back(library: disk.Library, tmp_path: Path) -> None:
+def test_a_library_goes_there_and_back(library: Library, tmp_path: Path) -> None:
     store = FaultyStore()
     assert kinds(pushed(library, store)) == {"copied"}
     assert public(store) == files_of(library)
     assert UNFINISHED not in store.content
-    other = disk.Library(tmp_path / "other")
+    other = Library(tmp_path / "other")
     assert kinds(pulled(store, other)) == {"copied"}
     assert public_differences(other.root, library.root) == []
     assert len(entries_of(other.root)) == len(entries_of(library.root)) > 4
 
 
-def test_what_is_there_is_not_sent_again(library: disk.Library, tmp_path: Path) -> None:
-    store, other = FaultyStore(), disk.Library(tmp_path / "other")
+def test_what_is_there_is_not_sent_again(library: Library, tmp_path: Path) -> None:
+    store, other = FaultyStore(), Library(tmp_path / "other")
     pushed(library, store)
     pulled(store, other)
     store.changes.clear()
@@ -130,7 +126,7 @@ def test_what_is_there_is_not_sent_again(library: disk.Library, tmp_path: Path) 
     assert kinds(pulled(store, other)) == {"kept"}
 
 
-def test_a_store_on_a_disk_is_a_library(library: disk.Library, tmp_path: Path) -> None:
+def test_a_store_on_a_disk_is_a_library(library: Library, tmp_path: Path) -> None:
     for number in range(2):
         if number:
             change_entry(library)
@@ -142,7 +138,7 @@ def test_a_store_on_a_disk_is_a_library(library: disk.Library, tmp_path: Path) -
     assert list((tmp_path / "shared").rglob("*.part")) == []
 
 
-def test_a_push_that_is_killed_at_any_request_is_finished_by_the_next(library: disk.Library) -> None:
+def test_a_push_that_is_killed_at_any_request_is_finished_by_the_next(library: Library) -> None:
     """First of a new library, then of one entry that has changed, and one that is gone."""
     store, requests = FaultyStore(), 0
     before = files_of(library)
@@ -172,17 +168,17 @@ def test_a_push_that_is_killed_at_any_request_is_finished_by_the_next(library: d
     assert public(store) == files_of(library)
 
 
-def test_errors_are_repeated_and_writes_compared(library: disk.Library, tmp_path: Path) -> None:
+def test_errors_are_repeated_and_writes_compared(library: Library, tmp_path: Path) -> None:
     store = FaultyStore()
     store.fails = lambda _name, number: number % 3 == 0
     store.cuts = lambda _path, number: number % 7 == 0
     pushed(library, store)
-    other = disk.Library(tmp_path / "other")
+    other = Library(tmp_path / "other")
     pulled(store, other)
     assert public_differences(other.root, library.root) == []
 
 
-def test_listings_that_lag_behind_lose_nothing(library: disk.Library, tmp_path: Path) -> None:
+def test_listings_that_lag_behind_lose_nothing(library: Library, tmp_path: Path) -> None:
     store = FaultyStore()
     for lag in (1, 7, 40):
         store.lag = lag
@@ -195,19 +191,19 @@ def test_listings_that_lag_behind_lose_nothing(library: disk.Library, tmp_path: 
     store.revive()
     pushed(library, store, Extra.REMOVE)
     assert public(store) == files_of(library)
-    other = disk.Library(tmp_path / "other")
+    other = Library(tmp_path / "other")
     pulled(store, other)
     assert public_differences(other.root, library.root) == []
 
 
-def test_a_store_that_never_answers_is_told_with_its_address(library: disk.Library) -> None:
+def test_a_store_that_never_answers_is_told_with_its_address(library: Library) -> None:
     store = FaultyStore()
     store.fails = lambda _name, _number: True
     with pytest.raises(OutputError, match=r"memory://library: does not answer: .*on fire; run again when it does"):
         pushed(library, store, patience_s=0.05)
 
 
-def test_a_store_that_keeps_other_bytes_is_told(library: disk.Library) -> None:
+def test_a_store_that_keeps_other_bytes_is_told(library: Library) -> None:
     store = FaultyStore()
     store.cuts = lambda path, _number: path.endswith(".xml")
     with pytest.raises(OutputError, match=r"keeps other bytes of .*\.xml than were sent, 3 times"):
@@ -215,7 +211,7 @@ def test_a_store_that_keeps_other_bytes_is_told(library: disk.Library) -> None:
     assert broken_entries(public(store)) == []
 
 
-def test_a_damaged_entry_is_told_and_all_others_are_copied(library: disk.Library, tmp_path: Path) -> None:
+def test_a_damaged_entry_is_told_and_all_others_are_copied(library: Library, tmp_path: Path) -> None:
     store = FaultyStore()
     folder = next(library.accepted())
     whole = (folder / "model.xml").read_bytes()
@@ -233,14 +229,14 @@ def test_a_damaged_entry_is_told_and_all_others_are_copied(library: disk.Library
 
     name = f"{folder.parent.name}/{folder.name}/model.xml"
     store.pipe_file(f"{ROOT}/{name}", b"damaged")
-    other = disk.Library(tmp_path / "other")
+    other = Library(tmp_path / "other")
     with pytest.raises(OutputError, match=r"model\.xml is not what the certificate says"):
         pulled(store, other)
     assert len(entries_of(other.root)) == len(entries_of(library.root)) - 1
 
 
 @pytest.mark.parametrize("name", ["asset.json", "reject.json"])
-def test_a_manifest_that_was_cut_off_takes_no_place(library: disk.Library, tmp_path: Path, name: str) -> None:
+def test_a_manifest_that_was_cut_off_takes_no_place(library: Library, tmp_path: Path, name: str) -> None:
     """Where a store shows what is half written: on a disk and in an object store nothing is."""
     store = FaultyStore()
     pushed(library, store)
@@ -250,12 +246,12 @@ def test_a_manifest_that_was_cut_off_takes_no_place(library: disk.Library, tmp_p
     assert "failed" in kinds(pulled(store, library, Extra.KEEP))
     assert files_of(library) == whole
     with pytest.raises(OutputError, match="is damaged; make or push the entry again"):
-        pulled(store, disk.Library(tmp_path / "other"))
+        pulled(store, Library(tmp_path / "other"))
     pushed(library, store)
     assert public(store) == whole
 
 
-def test_what_the_store_alone_has_is_not_removed_unasked(library: disk.Library) -> None:
+def test_what_the_store_alone_has_is_not_removed_unasked(library: Library) -> None:
     store = FaultyStore()
     pushed(library, store)
     gone = remove_last(library)
@@ -268,8 +264,8 @@ def test_what_the_store_alone_has_is_not_removed_unasked(library: disk.Library) 
     assert public(store) == files_of(library)
 
 
-def test_an_entry_of_another_category_takes_the_place_of_the_older(library: disk.Library, tmp_path: Path) -> None:
-    store, other = FaultyStore(), disk.Library(tmp_path / "other")
+def test_an_entry_of_another_category_takes_the_place_of_the_older(library: Library, tmp_path: Path) -> None:
+    store, other = FaultyStore(), Library(tmp_path / "other")
     pushed(library, store)
     pulled(store, other)
     old = next(library.accepted())
@@ -283,8 +279,8 @@ def test_an_entry_of_another_category_takes_the_place_of_the_older(library: disk
     assert public_differences(other.root, library.root) == []
 
 
-def test_an_unfinished_library_is_not_pulled_unasked(library: disk.Library, tmp_path: Path) -> None:
-    store, other = FaultyStore(), disk.Library(tmp_path / "other")
+def test_an_unfinished_library_is_not_pulled_unasked(library: Library, tmp_path: Path) -> None:
+    store, other = FaultyStore(), Library(tmp_path / "other")
     with pytest.raises(OutputError, match="holds no library"):
         pulled(store, other)
     store.killed_after = 15
@@ -298,8 +294,8 @@ def test_an_unfinished_library_is_not_pulled_unasked(library: disk.Library, tmp_
     assert (other.root / "ATTRIBUTION.md").is_file()
 
 
-def test_no_decision_is_lost_unasked(library: disk.Library, tmp_path: Path) -> None:
-    store, other = FaultyStore(), disk.Library(tmp_path / "other")
+def test_no_decision_is_lost_unasked(library: Library, tmp_path: Path) -> None:
+    store, other = FaultyStore(), Library(tmp_path / "other")
     entry, second = list(review_entries(library))[:2]
     pushed(library, store)
     pulled(store, other)
@@ -321,15 +317,15 @@ def test_no_decision_is_lost_unasked(library: disk.Library, tmp_path: Path) -> N
     assert public_differences(other.root, library.root) == []
 
 
-def review_entries(library: disk.Library) -> Iterator[object]:
+def review_entries(library: Library) -> Iterator[object]:
     from casa_assets.library.entry_table import EntryTable
 
     return iter(EntryTable(library, read_only=True).entries)
 
 
 @pytest.mark.parametrize("name", ["../../stolen.txt", "/tmp/stolen.txt", "a\\b", "", "asset.json", "a/../b"])
-def test_a_store_of_a_stranger_writes_nowhere_else(library: disk.Library, tmp_path: Path, name: str) -> None:
-    store, other = FaultyStore(), disk.Library(tmp_path / "deep" / "other")
+def test_a_store_of_a_stranger_writes_nowhere_else(library: Library, tmp_path: Path, name: str) -> None:
+    store, other = FaultyStore(), Library(tmp_path / "deep" / "other")
     pushed(library, store)
     folder = next(library.accepted())
     path = f"{ROOT}/{folder.parent.name}/{folder.name}"

@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import OutputError
-from casa_assets.library import library as disk
 from casa_assets.library import remote_folder
+from casa_assets.library.entry_files import CERTIFICATE, REFUSAL
+from casa_assets.library.library import Library
 from casa_assets.library.remote_folder import WriterLock
 from casa_assets.runs.outcome import Event
 from casa_assets.runs.remote import UNFINISHED, StoredRun, books_at, manifest_name
@@ -32,12 +33,10 @@ def ingested(made: Path, library: Path) -> Generator[Event, None, None]:
     Args:
         made: library that a run has made.
     """
-    place = disk.Library(library)
+    place = Library(library)
     with place.locked():
         place.sweep()
-        folders = [
-            path.parent for name in (disk.CERTIFICATE, disk.REFUSAL) for path in sorted(made.glob(f"*/*/{name}"))
-        ]
+        folders = [path.parent for name in (CERTIFICATE, REFUSAL) for path in sorted(made.glob(f"*/*/{name}"))]
         for folder in folders:
             target = library / folder.parent.name / folder.name
             is_new = not target.exists()
@@ -51,7 +50,7 @@ def ingested(made: Path, library: Path) -> Generator[Event, None, None]:
 def run(made: Path, library: Path, store: FaultyStore) -> list[Event]:
     """As `ingest --store` does; what holds the store is tried elsewhere."""
     remote = remote_on(store)
-    stored = StoredRun(disk.Library(library), remote, WriterLock(remote))
+    stored = StoredRun(Library(library), remote, WriterLock(remote))
     list(stored.fetch())
     events = list(stored.sending(ingested(made, library)))
     list(stored.finish())
@@ -61,14 +60,14 @@ def run(made: Path, library: Path, store: FaultyStore) -> list[Event]:
 def test_a_run_begins_with_what_the_store_has(boxes: Path, tmp_path: Path) -> None:
     store, made = FaultyStore(), boxes / "library"
     assert {event.kind for event in run(made, tmp_path / "one", store)} == {"accepted"}
-    assert public(store) == files_of(disk.Library(made))
+    assert public(store) == files_of(Library(made))
     assert UNFINISHED not in store.content
     assert {event.kind for event in run(made, tmp_path / "two", store)} == {"kept"}
     assert public_differences(tmp_path / "two", made) == []
 
 
 def test_what_a_run_removes_is_removed_from_the_store(boxes: Path, tmp_path: Path) -> None:
-    store, library = FaultyStore(), disk.Library(tmp_path / "one")
+    store, library = FaultyStore(), Library(tmp_path / "one")
     run(boxes / "library", library.root, store)
     remote = remote_on(store)
     stored = StoredRun(library, remote, WriterLock(remote))
@@ -83,7 +82,7 @@ def test_what_a_run_removes_is_removed_from_the_store(boxes: Path, tmp_path: Pat
 def test_entries_are_sent_while_the_run_goes_on(boxes: Path, tmp_path: Path) -> None:
     store = FaultyStore()
     remote = remote_on(store)
-    stored = StoredRun(disk.Library(tmp_path / "one"), remote, WriterLock(remote))
+    stored = StoredRun(Library(tmp_path / "one"), remote, WriterLock(remote))
     list(stored.fetch())
     for number, event in enumerate(stored.sending(ingested(boxes / "library", tmp_path / "one"))):
         assert event.folder is not None
@@ -92,7 +91,7 @@ def test_entries_are_sent_while_the_run_goes_on(boxes: Path, tmp_path: Path) -> 
         while manifest not in store.content and time.monotonic() < give_up:
             time.sleep(0.005)
         assert broken_entries(public(store)) == []
-        assert len([path for path in store.content if path.endswith((disk.CERTIFICATE, disk.REFUSAL))]) == number + 1
+        assert len([path for path in store.content if path.endswith((CERTIFICATE, REFUSAL))]) == number + 1
     assert UNFINISHED in store.content
 
 
@@ -111,7 +110,7 @@ def test_a_run_that_is_killed_at_any_request_is_finished_by_the_next(boxes: Path
         assert broken_entries(public(store)) == [], number
         run(boxes / "library", library, store)
         assert public_differences(library, boxes / "library") == [], number
-        assert public(store) == files_of(disk.Library(boxes / "library")), number
+        assert public(store) == files_of(Library(boxes / "library")), number
         number += 5
     assert number >= 30
 
@@ -119,7 +118,7 @@ def test_a_run_that_is_killed_at_any_request_is_finished_by_the_next(boxes: Path
 def test_a_store_that_is_away_delays_what_is_sent_and_not_the_run(boxes: Path, tmp_path: Path) -> None:
     store = FaultyStore()
     remote = remote_on(store, 0.05)
-    stored = StoredRun(disk.Library(tmp_path / "one"), remote, WriterLock(remote))
+    stored = StoredRun(Library(tmp_path / "one"), remote, WriterLock(remote))
     list(stored.fetch())
     for _ in stored.sending(ingested(boxes / "library", tmp_path / "one")):
         store.fails = lambda _name, _number: True
@@ -128,4 +127,4 @@ def test_a_store_that_is_away_delays_what_is_sent_and_not_the_run(boxes: Path, t
     assert public_differences(tmp_path / "one", boxes / "library") == []
     store.revive()
     run(boxes / "library", tmp_path / "one", store)
-    assert public(store) == files_of(disk.Library(boxes / "library"))
+    assert public(store) == files_of(Library(boxes / "library"))

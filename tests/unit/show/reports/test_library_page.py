@@ -18,9 +18,9 @@ from PIL import Image
 from casa_assets import registry
 from casa_assets.errors import OutputError
 from casa_assets.library import entry_files
-from casa_assets.library import library as disk
 from casa_assets.library.entry import Entry
-from casa_assets.library.library import Producer, Summary
+from casa_assets.library.entry_files import Producer, Refusal, Summary, write_refusal
+from casa_assets.library.library import Library
 from casa_assets.model.asset.asset import Guess
 from casa_assets.model.issue import REVIEW_CODE, CheckResult, Decision, Issue, Report, Severity, Status, tally
 from casa_assets.model.source import Source, SourceKind
@@ -231,12 +231,12 @@ CASES = [
 
 
 def refused(root: Path, code: str, message: str) -> None:
-    folder = disk.Library(root).refusal_folder(f"mug_{code.lower()}0000")
+    folder = Library(root).refusal_folder(f"mug_{code.lower()}0000")
     folder.mkdir(parents=True)
     source = Source(kind=SourceKind.FOLDER, path=f"{code}.glb")
     words = {"id": folder.name, "code": code, "message": message, "category": "mug", "source": source}
     keys = {"producer": Producer.INGEST, "cache_key": "0" * 64, "sha256": "0" * 64}
-    disk.write_refusal(folder, disk.Refusal.model_validate({**words, **keys}))
+    write_refusal(folder, Refusal.model_validate({**words, **keys}))
     Image.new("RGB", (32, 32), (200, 30, 30)).save(folder / entry_files.PICTURE)
 
 
@@ -294,7 +294,7 @@ def test_a_report_says_what_changed_since_its_own_earlier_version(tmp_path: Path
     assert of_library.standings == of_report.standings
     assert of_library.page == of_report.page == first.page
     assert of_library.root.resolve() == of_report.root.resolve()
-    shutil.rmtree(disk.Library(root).folder("mug", OTHER.id))
+    shutil.rmtree(Library(root).folder("mug", OTHER.id))
     again = write(root, root / "report.html", first.json, [parse("gone", ()), parse("worse", ())])
     assert [outcome.holds for outcome in again.outcomes] == [True, False]
     found = json.loads(again.json.read_text(encoding="utf-8"))
