@@ -104,6 +104,10 @@ def negated(condition: Condition) -> Condition:
 
 
 ROOT = "object"
+# Directions that the grain of a finish runs along: across the front, from front to back, and upright.
+ACROSS: Vec3 = (1.0, 0.0, 0.0)
+ALONG: Vec3 = (0.0, 1.0, 0.0)
+UPRIGHT: Vec3 = (0.0, 0.0, 1.0)
 
 
 @dataclass
@@ -182,7 +186,7 @@ class AssetBuilder:
         finish: str,
         label: str | None = None,
         name: str | None = None,
-        grain: Vec3 = (0.0, 0.0, 1.0),
+        grain: Vec3 = UPRIGHT,
         *,
         collider: str | bool = True,
         density: float | str | None = None,
@@ -224,7 +228,7 @@ class AssetBuilder:
         finish: str,
         label: str | None = None,
         name: str | None = None,
-        grain: Vec3 = (0.0, 0.0, 1.0),
+        grain: Vec3 = UPRIGHT,
         density: float | str | None = None,
     ) -> None:
         """Add a solid without colliders, with its mass; arguments as in `add`."""

@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from casa_assets.asset import blocks
-from casa_assets.asset.asset_builder import ROOT, AssetBuilder, BehaviorBuilder, combine_masses, negated
+from casa_assets.asset.asset_builder import (
+    ACROSS,
+    ALONG,
+    ROOT,
+    UPRIGHT,
+    AssetBuilder,
+    BehaviorBuilder,
+    combine_masses,
+    negated,
+)
 from casa_assets.asset.blocks import ball, board, box, intersect, lathe, rod, subtract, union
 from casa_assets.asset.solid import Placed, Solid, anchor_uv, axis_turn, box_shape, concatenate, hull_around
 from casa_assets.asset.sweep import (
@@ -26,6 +35,9 @@ from casa_assets.asset.sweep import (
 )
 
 __all__ = [
+    "ACROSS",
+    "ALONG",
+    "UPRIGHT",
     "anchor_uv",
     "arc",
     "AssetBuilder",

@@ -12,12 +12,11 @@ from pydantic import Field, model_validator
 
 from casa_assets.ext.families import Params
 from casa_assets.ext.records import Vec2, Vec3
-from casa_assets.ext.solids import ROOT, AssetBuilder, Solid, arc, board
+from casa_assets.ext.solids import ACROSS, ALONG, ROOT, UPRIGHT, AssetBuilder, Solid, arc, board
 from casa_assets.kitchenware.parts import fronts
 from casa_assets.kitchenware.parts.doors import CabinetDoor, HandleHeight, HingeSide, hang_door
 from casa_assets.kitchenware.parts.drawers import add_drawer, min_front_height
 from casa_assets.kitchenware.parts.fronts import FRONT_THICKNESS, CabinetLook
-from casa_assets.kitchenware.parts.grain import ACROSS, ALONG, UPRIGHT
 from casa_assets.kitchenware.parts.handles import HandleKind
 
 CounterEdge = StrEnum("CounterEdge", "SQUARE EASED BEVEL HALF_BULLNOSE BULLNOSE OGEE DUPONT")

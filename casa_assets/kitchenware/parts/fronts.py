@@ -14,6 +14,8 @@ from casa_assets.ext.arrays import Floats
 from casa_assets.ext.families import FinishId, Params
 from casa_assets.ext.records import Vec2, Vec3
 from casa_assets.ext.solids import (
+    ACROSS,
+    UPRIGHT,
     AssetBuilder,
     Placed,
     Solid,
@@ -26,7 +28,6 @@ from casa_assets.ext.solids import (
     prism,
     subtract,
 )
-from casa_assets.kitchenware.parts.grain import ACROSS, UPRIGHT
 from casa_assets.kitchenware.parts.handles import HandleKind
 
 PANEL_TONGUE = 0.005  # metres by which a panel sits in the groove of its frame
