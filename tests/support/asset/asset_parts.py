@@ -2,9 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
-from casa_assets.model.asset.asset import Collider, Inertial, Joint, JointKind, Labels, Provenance, Visual
+from casa_assets.model.asset.asset import (
+    Collider,
+    Inertial,
+    Joint,
+    JointKind,
+    JointValue,
+    Keyframe,
+    Labels,
+    Link,
+    Provenance,
+    Visual,
+)
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.asset.parts import Box, Shape
 from casa_assets.model.pose import Pose
@@ -50,6 +62,13 @@ def seen(name: str, material: str, size: Vec3, at: Vec3 = HERE, label: str | Non
     return Visual(name=name, mesh=box_mesh(size, at), material=material, label=label)
 
 
+def link(
+    name: str, mass: tuple[float, Vec3, Vec3], visuals: Iterable[Visual], colliders: Iterable[Collider], **fields: Any
+) -> Link:
+    """A link with the inertia of a solid box: its mass, full size and middle."""
+    return Link(name=name, inertial=box_inertial(*mass), visuals=tuple(visuals), colliders=tuple(colliders), **fields)
+
+
 def hinge(name: str, child: str, axis: Vec3, span: Vec2, **fields: Any) -> Joint:
     """A hinge with that range, rad."""
     return Joint(name=name, child=child, kind=JointKind.HINGE, axis=axis, range=span, **fields)
@@ -60,6 +79,16 @@ def slide(name: str, child: str, axis: Vec3, span: Vec2, **fields: Any) -> Joint
     return Joint(name=name, child=child, kind=JointKind.SLIDE, axis=axis, range=span, **fields)
 
 
+def keyframe(name: str, **values: float) -> Keyframe:
+    """A pose with that name, by joints, rad or m."""
+    return Keyframe(name=name, joints=tuple(JointValue(joint=joint, value=at) for joint, at in values.items()))
+
+
 def labels(name: str, classes: tuple[str, ...], qcode: str) -> Labels:
     """Labels with a certain Q-code."""
     return Labels(category=name, classes=classes, qcode=QCode(id=qcode, label=name, certainty=Certainty.CERTAIN))
+
+
+def named(name: str, qcode: str, *classes: str) -> dict[str, Any]:
+    """The fields of an asset that say what it is, with the classes above its category, and where it comes from."""
+    return {"id": f"{name}_0123456789", "labels": labels(name, (name, *classes), qcode), "provenance": PROVENANCE}

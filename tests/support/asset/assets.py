@@ -15,7 +15,7 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose, SizeRange
 from tests.support.asset.articulated_assets import drawer_unit as drawer_unit
 from tests.support.asset.articulated_assets import microwave as microwave
-from tests.support.asset.asset_parts import CARDBOARD, CERAMIC, FRUIT, box_collider, formed, labels, seen
+from tests.support.asset.asset_parts import CARDBOARD, CERAMIC, FRUIT, box_collider, formed, link, named, seen
 from tests.support.asset.asset_parts import PROVENANCE as PROVENANCE
 from tests.support.asset.asset_parts import box_inertial as box_inertial
 from tests.support.mesh.meshes import lathe, texture, wall
@@ -55,7 +55,7 @@ def rigid_mug() -> Asset:
     handle = formed("handle", Capsule(radius=0.005, height=0.05), "ceramic", (0.06, 0.0, 0.05))
     profile = [(0.0, 0.006), (0.035, 0.006), (0.035, 0.095), (0.04, 0.095), (0.04, 0.0), (0.0, 0.0)]
     return Asset(
-        id="mug_0123456789",
+        **named("mug", "Q386215", "drinkware", "tableware"),
         links=(
             Link(
                 name="object",
@@ -72,8 +72,6 @@ def rigid_mug() -> Asset:
         sites=(Site(name="fill", pose=Pose(position=(0.0, 0.0, 0.09))),),
         materials=(Material(id="glaze", base_color=(0.6, 0.05, 0.02, 1.0), roughness=0.2, substance="ceramic"),),
         substances=(CERAMIC,),
-        labels=labels("mug", ("mug", "drinkware", "tableware"), "Q386215"),
-        provenance=PROVENANCE,
     )
 
 
@@ -83,7 +81,7 @@ def ball() -> Asset:
     arc = [(radius * math.sin(t), radius - radius * math.cos(t)) for t in np.linspace(math.pi, 0.0, 17)]
     inertia = 0.4 * mass * radius**2
     return Asset(
-        id="orange_0123456789",
+        **named("orange", "Q13191", "fruit", "food"),
         links=(
             Link(
                 name="object",
@@ -96,16 +94,13 @@ def ball() -> Asset:
         ),
         materials=(Material(id="peel", base_color=(0.9, 0.3, 0.02, 1.0), roughness=0.5, substance="fruit"),),
         substances=(FRUIT,),
-        labels=labels("orange", ("orange", "fruit", "food"), "Q13191"),
-        provenance=PROVENANCE,
     )
 
 
 def textured_box() -> Asset:
     """A carton with all three kinds of texture; the picture's top half is red, its bottom is green and blue."""
-    size = (0.2, 0.06, 0.12)
-    picture = np.zeros((16, 16, 3), dtype=np.uint8)
-    picture[:8] = (230, 20, 20)
+    whole = (0.2, 0.06, 0.12), (0.0, 0.0, 0.06)
+    picture = np.full((16, 16, 3), (230, 20, 20), dtype=np.uint8)
     picture[8:, :8] = (20, 200, 20)
     picture[8:, 8:] = (20, 20, 230)
     rough = np.tile(np.array([255, 150, 10], dtype=np.uint8), (8, 8, 1))
@@ -120,19 +115,10 @@ def textured_box() -> Asset:
         substance="cardboard",
     )
     return Asset(
-        id="carton_0123456789",
-        links=(
-            Link(
-                name="object",
-                inertial=box_inertial(0.5, size, (0.0, 0.0, 0.06)),
-                visuals=(seen("carton", "print", size, (0.0, 0.0, 0.06)),),
-                colliders=(box_collider("carton_0", size, (0.0, 0.0, 0.06)),),
-            ),
-        ),
+        **named("carton", "Q838692", "packaging"),
+        links=(link("object", (0.5, *whole), [seen("carton", "print", *whole)], [box_collider("carton_0", *whole)]),),
         materials=(carton,),
         substances=(CARDBOARD,),
-        labels=labels("carton", ("carton", "packaging"), "Q838692"),
-        provenance=PROVENANCE,
     )
 
 

@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 from casa_assets.mesh.solid.solids import convex_hull
-from casa_assets.model.asset.asset import Asset, Collider, Inertial, Link, Visual
+from casa_assets.model.asset.asset import Asset, Collider, Inertial, Visual
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Box, Cylinder, Hull, Mesh
 from casa_assets.model.record import Vec3
-from tests.support.asset.asset_parts import CARDBOARD, PROVENANCE, box_collider, box_inertial, formed, labels, seen
+from tests.support.asset.asset_parts import CARDBOARD, PROVENANCE, box_collider, box_inertial, formed, link, named, seen
 from tests.support.asset.assets import ball, microwave, rigid_mug
 from tests.support.mesh.meshes import box_mesh, lathe, texture
 
@@ -21,19 +21,13 @@ SIZE: Vec3 = (0.2, 0.06, 0.12)
 def plain_box(size: Vec3 = SIZE, mass: float | None = None, up: float = 0.0) -> Asset:
     """A plain box of full `size` standing on the origin, `up` above the ground; 300 kg/m^3 unless it has a mass."""
     center: Vec3 = (0.0, 0.0, size[2] / 2 + up)
-    link = Link(
-        name="object",
-        inertial=box_inertial(300 * math.prod(size) if mass is None else mass, size, center),
-        visuals=(seen("sides", "print", size, center),),
-        colliders=(box_collider("whole", size, center),),
-    )
+    weight = 300 * math.prod(size) if mass is None else mass
+    looks, shape = seen("sides", "print", size, center), box_collider("whole", size, center)
     return Asset(
-        id="carton_0123456789",
-        links=(link,),
+        **named("carton", "Q838692", "packaging"),
+        links=(link("object", (weight, size, center), [looks], [shape]),),
         materials=(Material(id="print", substance="cardboard"),),
         substances=(CARDBOARD,),
-        labels=labels("carton", ("carton", "packaging"), "Q838692"),
-        provenance=PROVENANCE,
     )
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from casa_assets import registry
 from casa_assets.checks.check import Package
 from casa_assets.formats.mjcf import write
-from casa_assets.model.asset.asset import Asset, Base, Collider, JointValue, Keyframe, Link, Region, Site, Visual
+from casa_assets.model.asset.asset import Asset, Base, Collider, Region, Site
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Cylinder
@@ -18,7 +18,6 @@ from casa_assets.model.registry.contract import Contract
 from tests.support.asset import asset_parts as kit
 from tests.support.asset.articulated_assets import microwave
 from tests.support.asset.assets import category, write_to
-from tests.support.mesh.meshes import box_mesh
 
 LOW, HIGH = 0.35, math.radians(80)
 
@@ -47,19 +46,14 @@ def oven() -> Asset:
     door = leaf.replace(
         colliders=(leaf.colliders[0].replace(name="door", label="door"), grip),
         visuals=(*leaf.visuals, kit.seen("grip_seen", "enamel", (0.02, 0.02, 0.2), (0.35, -0.05, 0.0), label="handle")),
-    )  # fmt: skip
+    )
     root = plain.root.replace(colliders=(*plain.root.colliders, *keys, tray))
-    low, high = (-0.25, -0.21, 0.0), (0.25, 0.2, 0.3)
-    middle = tuple((a + b) / 2 for a, b in zip(low, high, strict=True))
-    size = tuple(b - a for a, b in zip(low, high, strict=True))
+    main = Region(name="main", pose=Pose(position=(0.0, (-0.21 + 0.2) / 2, 0.15)), size=(0.5, 0.2 - -0.21, 0.3))
     return plain.replace(
         contract="microwave",
         links=(root, door),
-        regions=(Region(name="main", pose=Pose(position=middle), size=size), *plain.regions[:2]),
-        keyframes=(
-            Keyframe(name="closed"),
-            Keyframe(name="open", joints=(JointValue(joint="microjoint", value=-math.pi / 2),)),
-        ),
+        regions=(main, *plain.regions[:2]),
+        keyframes=(kit.keyframe("closed"), kit.keyframe("open", microjoint=-math.pi / 2)),
         behavior=heating(),
     )
 
@@ -83,65 +77,42 @@ def hob() -> Asset:
     """A hob of one burner with everything that the contract `stovetop` asks for."""
     plate: tuple[Vec3, Vec3] = ((0.3, 0.5, 0.02), (0.0, 0.0, 0.01))
     dial: tuple[Vec3, Vec3] = ((0.04, 0.04, 0.02), (0.0, 0.0, 0.012))
-    knob = Link(
-        name="knob_left",
+    knob = kit.link(
+        "knob_left",
+        (0.05, *dial),
+        [kit.seen("knob_seen", "enamel", *dial, label="knob")],
+        [block("knob_left_main", *dial, "knob")],
         parent="object",
         pose=Pose(position=(0.0, -0.2, 0.02)),
-        inertial=kit.box_inertial(0.05, *dial),
-        visuals=(kit.seen("knob_seen", "enamel", *dial, label="knob"),),
-        colliders=(block("knob_left_main", *dial, "knob"),),
     )
-    ring = box_mesh((0.15, 0.15, 0.001), (0.0, 0.05, 0.0205))
-    root = Link(
-        name="object",
-        inertial=kit.box_inertial(4.0, *plate),
-        visuals=(
-            kit.seen("plate", "enamel", *plate),
-            Visual(name="ring", mesh=ring, material="enamel", label="burner"),
-        ),
-        colliders=(block("plate_0", *plate),),
-    )
+    ring = kit.seen("ring", "enamel", (0.15, 0.15, 0.001), (0.0, 0.05, 0.0205), label="burner")
+    root = kit.link("object", (4.0, *plate), [kit.seen("plate", "enamel", *plate), ring], [block("plate_0", *plate)])
+    turned = kit.hinge("knob_left_joint", "knob_left", (0.0, 0.0, -1.0), (0.0, math.pi), frictionloss=0.05)
     flame = Site(name="burner_on_left", pose=Pose(position=(0.0, 0.05, 0.03)), kind="cylinder", size=(0.12, 0.12, 0.02))
     return Asset(
-        id="hob_0123456789",
+        **kit.named("hob", "Q127956", "appliance"),
         base=Base.FIXED,
         links=(root, knob),
-        joints=(
-            kit.hinge(
-                "knob_left_joint",
-                "knob_left",
-                (0.0, 0.0, -1.0),
-                (0.0, math.pi),
-                frictionloss=0.05,
-                grip="knob_left_main",
-            ),
-        ),
+        joints=(turned.replace(grip="knob_left_main"),),
         sites=(flame, Site(name="burner_left_place_site", pose=Pose(position=(0.0, 0.05, 0.021)))),
-        regions=(Region(name="main", pose=Pose(position=(0.0, 0.0, 0.01)), size=(0.3, 0.5, 0.02)),),
-        keyframes=(
-            Keyframe(name="closed"),
-            Keyframe(name="on", joints=(JointValue(joint="knob_left_joint", value=2.0),)),
-        ),
+        regions=(Region(name="main", pose=Pose(position=plate[1]), size=plate[0]),),
+        keyframes=(kit.keyframe("closed"), kit.keyframe("on", knob_left_joint=2.0)),
         behavior=burning(LOW, HIGH),
         contract="stovetop",
         materials=(Material(id="enamel", base_color=(0.1, 0.1, 0.1, 1.0), roughness=0.3, substance="steel"),),
         substances=(kit.STEEL,),
-        labels=kit.labels("hob", ("hob", "appliance"), "Q127956"),
-        provenance=kit.PROVENANCE,
     )
 
 
 def burning(low: float, high: float) -> Behavior:
     """A burner that is low from one angle on and high from another, rad."""
     spans = {"off": (0.0, low), "low": (low, high), "high": (high, math.pi)}
+    shown = Effect(variable="burner_left", value="low", kind=EffectKind.SHOW, target="burner_on_left")
     return Behavior(
         variables=(Variable(name="burner_left", values=("off", "low", "high"), initial="off"),),
         rules=tuple(
             Rule(variable="burner_left", to=value, when=(Condition(joint="knob_left_joint", interval=span),))
             for value, span in spans.items()
         ),
-        effects=tuple(
-            Effect(variable="burner_left", value=v, kind=EffectKind.SHOW, target="burner_on_left")
-            for v in ("low", "high")
-        ),
+        effects=tuple(shown.replace(value=value) for value in ("low", "high")),
     )

@@ -6,26 +6,16 @@ import math
 
 import numpy as np
 
-from casa_assets.model.asset.asset import (
-    Asset,
-    Base,
-    Collider,
-    Drive,
-    JointValue,
-    Keyframe,
-    Link,
-    Region,
-    State,
-    Visual,
-)
+from casa_assets.model.asset.asset import Asset, Base, Collider, Drive, Link, Region, State, Visual
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.parts import Box, Cylinder, Mesh, Shape, Sphere
+from casa_assets.model.asset.parts import Cylinder, Mesh, Shape, Sphere
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from tests.support.asset import asset_parts as kit
 from tests.support.mesh.meshes import box_mesh
 
 TILE = (0.8, 0.4)
+shape = kit.box_collider
 # Name -> full size and middle, metres; the front of the carcass is at y = -0.2.
 CARCASS: dict[str, tuple[Vec3, Vec3]] = {
     "left": ((0.02, 0.4, 0.7), (-0.29, 0.0, 0.35)),
@@ -51,27 +41,19 @@ KEY: Vec3 = (0.1, -0.211, 0.645)
 
 def cupboard() -> Asset:
     """Fixed to its place: door below, drawer above, a knob and a sprung key on the fascia."""
+    swung = kit.hinge("door_hinge", "door", kit.Z, (-math.pi / 2, 0.0), damping=1.0, frictionloss=2.5)
+    pulled = kit.slide("drawer_slide", "drawer", (0.0, -1.0, 0.0), (0.0, 0.3), damping=10.0, frictionloss=6.0)
+    turned = kit.hinge("knob_turn", "knob", kit.Y, (0.0, 2.0), damping=0.01, frictionloss=0.05)
+    pressed = kit.slide("key_press", "key", kit.Y, (0.0, 0.004), damping=0.5, frictionloss=0.2)
     return Asset(
-        id="cupboard_0123456789",
+        **kit.named("cupboard", "Q614467", "furniture"),
         base=Base.FIXED,
         links=(_carcass(), _door(), _drawer(), _knob(), _key()),
         joints=(
-            kit.hinge(
-                "door_hinge", "door", kit.Z, (-math.pi / 2, 0.0), damping=1.0, frictionloss=2.5, grip="door_handle"
-            ),
-            kit.slide(
-                "drawer_slide",
-                "drawer",
-                (0.0, -1.0, 0.0),
-                (0.0, 0.3),
-                damping=10.0,
-                frictionloss=6.0,
-                grip="drawer_handle",
-            ),
-            kit.hinge("knob_turn", "knob", kit.Y, (0.0, 2.0), damping=0.01, frictionloss=0.05, grip="knob_grip"),
-            kit.slide("key_press", "key", kit.Y, (0.0, 0.004), damping=0.5, frictionloss=0.2, grip="key_cap").replace(
-                drive=Drive(stiffness=250.0, damping=0.0, target=-0.004)
-            ),
+            swung.replace(grip="door_handle"),
+            pulled.replace(grip="drawer_handle"),
+            turned.replace(grip="knob_grip"),
+            pressed.replace(grip="key_cap", drive=Drive(stiffness=250.0, damping=0.0, target=-0.004)),
         ),
         regions=(
             Region(name="main", pose=Pose(position=(0.0, -0.03, 0.35)), size=(0.6, 0.46, 0.7)),
@@ -79,22 +61,14 @@ def cupboard() -> Asset:
             Region(name="drawer_int", link="drawer", pose=Pose(position=(0.0, -0.02, 0.495)), size=(0.46, 0.3, 0.1)),
         ),
         states=(State(name="door_open", joint="door_hinge", value="open", interval=(0.9, 1.0)),),
-        keyframes=(
-            Keyframe(name="closed"),
-            Keyframe(
-                name="open",
-                joints=(JointValue(joint="door_hinge", value=-1.5), JointValue(joint="drawer_slide", value=0.28)),
-            ),
-        ),
+        keyframes=(kit.keyframe("closed"), kit.keyframe("open", door_hinge=-1.5, drawer_slide=0.28)),
         materials=(
             Material(id="paint", base_color=(0.2, 0.3, 0.4, 1.0)),
             Material(id="brass", base_color=(0.7, 0.6, 0.3, 1.0), metallic=1.0),
             Material(id="oak", base_color=(0.5, 0.4, 0.2, 1.0), tile_m=TILE),
         ),
         substances=(kit.CARDBOARD, kit.STEEL),
-        labels=kit.labels("cupboard", ("cupboard", "furniture"), "Q614467"),
-        provenance=kit.PROVENANCE.replace(source="family"),
-    )
+    ).replace(provenance=kit.PROVENANCE.replace(source="family"))
 
 
 def joint_changed(name: str, **changes: object) -> Asset:
@@ -112,11 +86,6 @@ def link_changed(name: str, **changes: object) -> Asset:
 def with_shapes(link: str, *shapes: Collider) -> Asset:
     """The cupboard with more collision shapes on a link."""
     return link_changed(link, colliders=(*cupboard().link(link).colliders, *shapes))
-
-
-def shape(name: str, size: Vec3, at: Vec3) -> Collider:
-    """A box of full `size`, metres, in the frame of its link."""
-    return kit.box_collider(name, size, at)
 
 
 def with_grip(joint: str, replaced: Shape, **changes: object) -> Asset:
@@ -184,75 +153,63 @@ def metric(mesh: Mesh) -> Mesh:
 
 
 def _carcass() -> Link:
-    return Link(
-        name="object",
-        inertial=kit.box_inertial(18.0, (0.6, 0.4, 0.7), (0.0, 0.0, 0.35)),
-        visuals=tuple(kit.seen(f"{n}_panel", "paint", size, at) for n, (size, at) in CARCASS.items()),
-        colliders=tuple(shape(n, size, at) for n, (size, at) in CARCASS.items()),
+    return kit.link(
+        "object",
+        (18.0, (0.6, 0.4, 0.7), (0.0, 0.0, 0.35)),
+        (kit.seen(f"{n}_panel", "paint", size, at) for n, (size, at) in CARCASS.items()),
+        (shape(n, size, at) for n, (size, at) in CARCASS.items()),
     )
 
 
 def _door() -> Link:
-    size: Vec3 = (0.55, 0.018, 0.37)
-    middle: Vec3 = (0.275, -0.009, 0.0)
-    grip, at = Box(size=(0.014, 0.014, 0.14)), (0.5, -0.048, 0.08)
-    return Link(
-        name="door",
+    size, middle = (0.55, 0.018, 0.37), (0.275, -0.009, 0.0)
+    grip, at = (0.014, 0.014, 0.14), (0.5, -0.048, 0.08)
+    panel = Visual(name="door_panel", mesh=metric(box_mesh(size, middle)), material="oak")
+    return kit.link(
+        "door",
+        (4.0, size, middle),
+        [panel, kit.seen("door_bar", "brass", grip, at, label="handle")],
+        [shape("door_main", size, middle), shape("door_handle", grip, at, "steel", "handle")],
         parent="object",
         pose=Pose(position=HINGE),
-        inertial=kit.box_inertial(4.0, size, middle),
-        visuals=(
-            Visual(name="door_panel", mesh=metric(box_mesh(size, middle)), material="oak"),
-            kit.seen("door_bar", "brass", grip.size, at, label="handle"),
-        ),
-        colliders=(shape("door_main", size, middle), _grip("door_handle", grip, at, "handle")),
     )
 
 
 def _drawer() -> Link:
-    grip, at = Box(size=(0.14, 0.014, 0.014)), (0.0, -0.25, 0.515)
-    return Link(
-        name="drawer",
+    grip, at = (0.14, 0.014, 0.014), (0.0, -0.25, 0.515)
+    seen = [kit.seen(f"{n}_panel", "paint", size, at) for n, (size, at) in DRAWER.items()]
+    return kit.link(
+        "drawer",
+        (3.0, (0.5, 0.36, 0.14), (0.0, -0.03, 0.49)),
+        [*seen, kit.seen("drawer_bar", "brass", grip, at, label="handle")],
+        [*(shape(n, *place) for n, place in DRAWER.items()), shape("drawer_handle", grip, at, "steel", "handle")],
         parent="object",
-        inertial=kit.box_inertial(3.0, (0.5, 0.36, 0.14), (0.0, -0.03, 0.49)),
-        visuals=(
-            *(kit.seen(f"{n}_panel", "paint", size, at) for n, (size, at) in DRAWER.items()),
-            kit.seen("drawer_bar", "brass", grip.size, at, label="handle"),
-        ),
-        colliders=(
-            *(shape(n, size, at) for n, (size, at) in DRAWER.items()),
-            _grip("drawer_handle", grip, at, "handle"),
-        ),
     )
 
 
 def _knob() -> Link:
-    lying = Pose(quaternion=(math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0))
-    return Link(
-        name="knob",
+    size = (0.04, 0.03, 0.04)
+    grip = kit.formed("knob_grip", Cylinder(radius=0.02, height=0.03), "steel", label="knob")
+    return kit.link(
+        "knob",
+        (0.05, size, kit.HERE),
+        [kit.seen("knob_cap", "brass", size)],
+        [grip.replace(pose=Pose(quaternion=(math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)))],
         parent="object",
         pose=Pose(position=KNOB),
-        inertial=kit.box_inertial(0.05, (0.04, 0.03, 0.04), kit.HERE),
-        visuals=(kit.seen("knob_cap", "brass", (0.04, 0.03, 0.04)),),
-        colliders=(_grip("knob_grip", Cylinder(radius=0.02, height=0.03), (0.0, 0.0, 0.0), "knob", lying),),
     )
 
 
 def _key() -> Link:
-    size: Vec3 = (0.03, 0.01, 0.03)
-    return Link(
-        name="key",
+    size = (0.03, 0.01, 0.03)
+    return kit.link(
+        "key",
+        (0.02, size, kit.HERE),
+        [kit.seen("key_top", "brass", size)],
+        [shape("key_cap", size, kit.HERE, "steel", "button")],
         parent="object",
         pose=Pose(position=KEY),
-        inertial=kit.box_inertial(0.02, size, kit.HERE),
-        visuals=(kit.seen("key_top", "brass", size, (0.0, 0.0, 0.0)),),
-        colliders=(_grip("key_cap", Box(size=size), (0.0, 0.0, 0.0), "button"),),
     )
-
-
-def _grip(name: str, form: Shape, at: Vec3, label: str, pose: Pose | None = None) -> Collider:
-    placed = (pose or Pose()).replace(position=at)
-    return Collider(name=name, shape=form, substance="steel", pose=placed, label=label)
 
 
 def ball_of(diameter: float) -> Sphere:

@@ -27,6 +27,7 @@ from casa_assets.model.asset.material import Material
 from casa_assets.model.registry.contract import Contract
 from casa_assets.model.registry.rows import Finish, Surface
 from casa_assets.registry.families import family, look_samplers
+from tests.support.asset.assets import write_to
 
 WOODS = ("oak_natural", "walnut_natural")
 MANY = ("cherry", "oak_natural", "paint_navy", "walnut_natural")
@@ -83,8 +84,4 @@ def unmet(asset: Asset, contract: Contract) -> list[str]:
 
 def spec_of(asset: Asset, folder: Path) -> mujoco.MjSpec:
     """An asset in MuJoCo, out of the files that are written of it."""
-    for path, data in mjcf.write(asset).entries.items():
-        target = folder / path
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(data)
-    return mujoco.MjSpec.from_file(str(folder / "model.xml"))
+    return mujoco.MjSpec.from_file(str(write_to(mjcf.write(asset), folder) / "model.xml"))
