@@ -63,7 +63,8 @@ car, sports car, police car, truck, fire truck, bus, train, steam train, boat, s
 bicycle, motorcycle, golf cart, sword, dagger, spear, shield, rifle, pistol, gun, cannon, grenade, house, castle,
 church, barn, windmill, water tower, bedroom, city street, bridge, dog, cat, horse, duck, fox, wolf, bear, lion,
 eagle, robot, knight, wizard, zombie, woman, soldier, dragon, pine tree, rock, boulder, cube, sphere, torus, suzanne,
-bunny, terrain, door, window, wall, fence, roof, ring, nut, iron, bat, club, level, tie, nail, panel, potion, forklift, scandal
+bunny, terrain, door, window, wall, fence, roof, ring, nut, iron, bat, club, level, tie, nail, panel,
+potion, forklift, scandal
 """
 # Words that mean several things: known where nothing else is, but a person is asked.
 AMBIGUOUS = "brick wall, chest armor, seat belt, cpu cooler, safe house, cable car, bell tower, rope bridge, car grill"
