@@ -13,58 +13,35 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from casa_assets.model.asset.asset import TEST_SHARE, Drive, Inertial, Joint, JointKind, Region, Site, Split, split_of
+from casa_assets.model.asset.asset import TEST_SHARE, Drive, Inertial, Joint, Region, Site, Split, split_of
 from casa_assets.model.asset.material import Material, Texture
 from casa_assets.model.asset.parts import Hull, Mesh
 from casa_assets.model.issue import CheckResult, Files, Issue, Report, Severity, Status
-from casa_assets.model.kitchen.scene import Camera, JointValue, Light, Placement, Scene
+from casa_assets.model.kitchen.scene import JointValue, Placement, Scene
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Record
 from casa_assets.model.registry.category import Category, SizeRange
 from casa_assets.model.registry.contract import NamePattern, Threshold
 from casa_assets.model.source import Bundle, RawModel, RawPart, Source, SourceKind, Up
+from tests.support.asset.asset_parts import Z, hinge
 from tests.support.asset.assets import PROVENANCE, category, drawer_unit, microwave, rigid_mug, textured_box
+from tests.support.kitchen.scenes import corner
 from tests.support.mesh.meshes import box_mesh, texture
 
 CORNERS = box_mesh((0.1, 0.2, 0.3), (0.0, 0.0, 0.15), shared=True)
+COLORED = CORNERS.replace(colors=np.arange(32, dtype=np.uint8).reshape(8, 4))
 CHECKER = texture("checker", np.arange(48, dtype=np.uint8).reshape(4, 4, 3))
 
 
-def colored_mesh() -> Mesh:
-    colors = np.arange(32, dtype=np.uint8).reshape(8, 4)
-    return Mesh(vertices=CORNERS.vertices, faces=CORNERS.faces, colors=colors)
-
-
-def kitchen() -> Scene:
-    oven = microwave()
-    joint = oven.joints[0]
-    return Scene(
-        id="corner",
-        assets=(oven, rigid_mug()),
-        placements=(
-            Placement(
-                name="oven",
-                asset=oven.id,
-                pose=Pose(position=(1.0, -2.0, 0.9), quaternion=(0.5, 0.5, -0.5, 0.5)),
-                joints=(JointValue(joint=joint.name, value=sum(joint.range) / 3),),
-            ),
-            Placement(name="first_mug", asset="mug_0123456789"),
-            Placement(name="second_mug", asset="mug_0123456789", pose=Pose(position=(0.1, 0.2, 1e-17))),
-        ),
-        cameras=(Camera(name="door", pose=Pose(position=(0.0, -3.0, 1.6)), fov_y_deg=60.0),),
-        lights=(Light(name="lamp", position=(0.0, 0.0, 2.4), direction=(0.0, 0.0, -1.0), color=(3.0, 2.5, 0.1)),),
-    )
-
-
 ISSUE = Issue(code="AST002", severity=Severity.WARNING, pointer="links/object", message="Schwer: 5 kg – „zu viel“ 🍎")
-RAW = RawPart(name="Körper 1", mesh=colored_mesh(), material=Material(id="m", base_color_texture=CHECKER))
+RAW = RawPart(name="Körper 1", mesh=COLORED, material=Material(id="m", base_color_texture=CHECKER))
 RECORDS: list[Record] = [
     rigid_mug(),
     textured_box(),
     drawer_unit(),
-    kitchen(),
+    corner(),
     CORNERS,
-    colored_mesh(),
+    COLORED,
     Mesh(vertices=np.empty((0, 3)), faces=np.empty((0, 3))),
     Pose(position=(0.1, 1e-300, 3e17), quaternion=(0.1, -0.7, 0.3, 0.2)),
     Hull(mesh=CORNERS),
@@ -86,38 +63,30 @@ def test_json_reads_back_as_the_same_record() -> None:
     assert [a for a, b in back if a != b or a.to_json() != b.to_json() or hash(a) != hash(b)] == []
 
 
-class TestDigest:
-    def test_is_the_same_in_other_processes(self) -> None:
-        code = "from tests.unit.model.test_model import RECORDS; print([r.digest for r in RECORDS])"
-        for seed in ("0", "1", "4711"):
-            done = subprocess.run(
-                [sys.executable, "-c", code],
-                env={**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)},
-                capture_output=True,
-                text=True,
-                check=True,
-            )
-            assert done.stdout.strip() == str([r.digest for r in RECORDS])
+def test_the_digest_is_the_same_in_other_processes() -> None:
+    code = "from tests.unit.model.test_model import RECORDS; print([r.digest for r in RECORDS])"
+    for seed in ("0", "1", "4711"):
+        environment = {**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+        done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+        assert done.stdout.strip() == str([r.digest for r in RECORDS])
 
-    def test_does_not_see_how_numbers_lie_in_memory(self) -> None:
-        plain = np.array([[0, 0, 0], [4, 0, 0], [0, 8, 0], [0, 0, 16]], dtype="<f8")
-        faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
-        wanted = Mesh(vertices=plain, faces=faces).digest
-        for dtype in ["<f8", ">f8", "<f4", ">f4", "<i4", ">i8"]:
-            wide = np.zeros((8, 6), dtype=dtype)
-            wide[::2, ::2] = plain
-            for vertices in (plain.astype(dtype), np.asfortranarray(plain.astype(dtype)), wide[::2, ::2]):
-                assert Mesh(vertices=vertices, faces=np.asfortranarray(faces.astype(">i8"))).digest == wanted
 
-    def test_minus_zero_is_zero(self) -> None:
-        faces = [[0, 1, 2]]
-        plus = Mesh(vertices=[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]], faces=faces)
-        minus = Mesh(vertices=[[-0.0, 0, -0.0], [1, 0, 0], [0, 1, -0.0]], faces=faces)
-        assert plus == minus
-        assert Pose(quaternion=(1.0, -0.0, 0.0, -0.0)) == Pose()
-        assert Pose(position=(-0.0, 0.0, -0.0)) == Pose()
-        assert JointValue(joint="door", value=-0.0) == JointValue(joint="door", value=0.0)
-        assert Drive(stiffness=-0.0, damping=0.0).to_json() == Drive(stiffness=0.0, damping=0.0).to_json()
+def test_the_digest_does_not_see_how_numbers_lie_in_memory_and_minus_zero_is_zero() -> None:
+    plain = np.array([[0, 0, 0], [4, 0, 0], [0, 8, 0], [0, 0, 16]], dtype="<f8")
+    faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+    wanted = Mesh(vertices=plain, faces=faces)
+    for dtype in ["<f8", ">f8", "<f4", ">f4", "<i4", ">i8"]:
+        wide = np.zeros((8, 6), dtype=dtype)
+        wide[::2, ::2] = plain
+        for vertices in (plain.astype(dtype), np.asfortranarray(plain.astype(dtype)), wide[::2, ::2]):
+            assert Mesh(vertices=vertices, faces=np.asfortranarray(faces.astype(">i8"))).digest == wanted.digest
+    minus = plain.copy()
+    minus[plain == 0] = -0.0
+    assert Mesh(vertices=minus, faces=faces) == wanted
+    assert Pose(quaternion=(1.0, -0.0, 0.0, -0.0)) == Pose()
+    assert Pose(position=(-0.0, 0.0, -0.0)) == Pose()
+    assert JointValue(joint="door", value=-0.0) == JointValue(joint="door", value=0.0)
+    assert Drive(stiffness=-0.0, damping=0.0).to_json() == Drive(stiffness=0.0, damping=0.0).to_json()
 
 
 def test_fields_and_arrays_cannot_be_changed() -> None:
@@ -143,9 +112,9 @@ BAD_ID = ["", "Mug", "1mug", "_mug", "mug_", "mug__two", "mug-two", "mug two", "
 BAD_PATH = ["", "/etc/passwd", "../a", "a/../../b", "a//b", "./a", "a/", "a\\b", "C:a", "a b", "ä", "a\n", "a?", "a*"]
 BAD_PATH += ["a\0b", "a\x07b", "."]
 NAN, INF = float("nan"), float("inf")
-MUG, OVEN, DRAWERS, SCENE = rigid_mug(), microwave(), drawer_unit(), kitchen()
+MUG, OVEN, DRAWERS, SCENE = rigid_mug(), microwave(), drawer_unit(), corner()
 LINK, PLACED, JOINT = MUG.root, SCENE.placements[0], OVEN.joints[0]
-LAMP = SCENE.lights[0]
+LAMP, UNTOUCHABLE = SCENE.lights[0], OVEN.root.colliders[0].replace(substance="unobtainium")
 
 
 def mesh(**columns: Any) -> Mesh:
@@ -158,12 +127,6 @@ def spoilt(field: str, bad: float) -> Mesh:
     return mesh(**{field: values})
 
 
-def hinge(**changes: Any) -> Joint:
-    return Joint(
-        **{"name": "j", "child": "door", "kind": JointKind.HINGE, "axis": (0, 0, 1), "range": (0, 1), **changes}
-    )
-
-
 def inertial(mass: float = 1.0, inertia: tuple[float, ...] = (1, 1, 1, 0, 0, 0)) -> Inertial:
     return Inertial(mass=mass, center_of_mass=(0, 0, 0), inertia=inertia)  # type: ignore[arg-type]
 
@@ -171,6 +134,12 @@ def inertial(mass: float = 1.0, inertia: tuple[float, ...] = (1, 1, 1, 0, 0, 0))
 def mug(changes: dict[str, Any]) -> Category:
     row = category(rigid_mug()).model_dump(mode="json")
     return Category.model_validate({**row, "shape": (1.0, 0.5, 0.25), **changes})
+
+
+def placed(name: str) -> Scene:
+    """A scene of an oven whose joint has that name."""
+    freed = OVEN.replace(joints=(JOINT.replace(name=name),), states=())
+    return Scene(id="one", assets=(freed,), placements=(Placement(name="oven", asset=freed.id),))
 
 
 def twice(field: str) -> Record:
@@ -199,12 +168,7 @@ REFUSED: list[tuple[Callable[[Any], Any], list[Any], str | None]] = [
             {"joints": (JOINT.replace(child="object"),), "states": ()},
             {"joints": ()},
             {"materials": ()},
-            {
-                "links": (
-                    OVEN.root.replace(colliders=(OVEN.root.colliders[0].replace(substance="unobtainium"),)),
-                    *OVEN.links[1:],
-                )
-            },
+            {"links": (OVEN.root.replace(colliders=(UNTOUCHABLE,)), *OVEN.links[1:])},
             {"links": (OVEN.root, *(link.replace(parent="nowhere") for link in OVEN.links[1:]))},
             {"links": OVEN.links[::-1]},
             {"links": (OVEN.root.replace(name="base"), *OVEN.links[1:])},
@@ -217,8 +181,8 @@ REFUSED: list[tuple[Callable[[Any], Any], list[Any], str | None]] = [
         "not that of any body",
     ),
     (inertial, [0.0, -1.0, NAN, INF], None),
-    (lambda span: hinge(range=span), [(0.0, 0.0), (1.0, 0.0), (NAN, 1.0), (0.0, INF)], None),
-    (lambda axis: hinge(axis=axis), [(0, 0, 1e-12)], "direction"),
+    (lambda span: hinge("j", "door", Z, span), [(0.0, 0.0), (1.0, 0.0), (NAN, 1.0), (0.0, INF)], None),
+    (lambda axis: hinge("j", "door", axis, (0, 1)), [(0, 0, 1e-12)], "direction"),
     *((partial(spoilt, field), [NAN, INF, -INF], "NaN") for field in ("vertices", "uv", "normals")),
     (lambda faces: mesh(faces=faces), [[[0, 1, 3]], [[-1, 0, 1]], [[0, 1]], [0, 1, 2]], None),
     (
@@ -252,6 +216,7 @@ REFUSED: list[tuple[Callable[[Any], Any], list[Any], str | None]] = [
         ],
         None,
     ),
+    (placed, ["free"], "free"),
     (lambda sizes: mug({"size_m": sizes}), [[[0.9 * t, t, 1.1 * t] for t in (0.2, 0.15, 0.3)]], "longest_m"),
     (lambda words: mug({"affords": words}), [["washable", "washable"]], "twice"),
     (lambda name: NamePattern(name=name), ["(open", "*", ""], None),
@@ -280,23 +245,14 @@ def test_what_is_at_the_edge_is_taken() -> None:
         assert Pose.from_matrix(pose.matrix).quaternion == pytest.approx(pose.quaternion)
     flat = inertial(inertia=(1, 1, 2, 0, 0, 0))
     assert np.linalg.eigvalsh(flat.tensor) == pytest.approx([1, 1, 2])
-    joint = hinge(axis=(1, 2, 2))
+    joint = hinge("j", "door", (1, 2, 2), (0, 1))
     assert joint.axis == pytest.approx((1 / 3, 2 / 3, 2 / 3))
     assert Joint.from_json(joint.to_json()) == joint
 
 
-def test_no_joint_is_called_like_that_of_a_free_base() -> None:
-    freed = OVEN.replace(joints=(JOINT.replace(name="free"),), states=())
-    with pytest.raises(ValidationError, match="free"):
-        Scene(id="one", assets=(freed,), placements=(Placement(name="oven", asset=freed.id),))
-
-
-def test_a_split_is_told_from_the_digest() -> None:
+def test_a_split_is_told_from_the_digest_and_a_share_counts_from_the_end_nearer_to_zero() -> None:
     for digits, split in (("00000000", Split.TEST), (f"{TEST_SHARE:08x}", Split.TEST), ("00000001", Split.TRAIN)):
         assert split_of(digits + "f" * 56) is split
-
-
-def test_a_share_counts_from_the_end_nearer_to_zero() -> None:
     for span, share, at in [
         ((0.0, 2.0), 0.9, 1.8),
         ((-1.5, 0.0), 0.9, -1.35),
